@@ -1,0 +1,175 @@
+"""Forward dynamics of the planar chain in absolute coordinates with joint multipliers.
+
+The second, independent formulation: every body carries the three coordinates of its mass centre and
+its angle, every joint two acceleration constraints, and the whole is one dense system,
+
+    [ M  J^T ] [ q''     ]   [ Q     ]
+    [ J   0  ] [ -lambda ] = [ gamma ].
+
+It costs O(n^3) and serves to check the transfer-matrix solution (Eqs. 2-7), so it shares nothing with
+it but the data of the chain.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from trackdyn.chain.model import Chain
+from trackdyn.errors import InputError
+
+_REFINEMENTS = 4
+_SCALINGS = 4
+
+
+class Accelerations(NamedTuple):
+    """Accelerations and joint forces of a chain of ``n`` bodies (inertial frame, SI units).
+
+    Attributes
+    ----------
+    pin_ax, pin_ay : float
+        Acceleration of the input pin of body 0, m/s2.
+    alpha : (n,) array
+        Angular accelerations, rad/s2.
+    pin_force : (n_joints, 2) array
+        Force on the outboard body ``j + 1`` at joint ``j``, N; a closing joint is the last one and
+        its outboard body is body 0.
+    """
+
+    pin_ax: float
+    pin_ay: float
+    alpha: np.ndarray
+    pin_force: np.ndarray
+
+
+def accelerations(
+    chain: Chain,
+    angle: np.ndarray,
+    rate: np.ndarray,
+    force_x: np.ndarray,
+    force_y: np.ndarray,
+    moment: np.ndarray,
+    implicit_step: float = 0.0,
+    closed: bool = True,
+    turns: int = -1,
+) -> Accelerations:
+    """Solve the Newton-Euler equations of all bodies together with the joint constraints.
+
+    Parameters
+    ----------
+    chain : Chain
+        Data of ``n`` bodies.
+    angle, rate : (n,) arrays
+        Angles, rad (not wrapped: neighbours differ by the joint angle), and their rates, rad/s.
+    force_x, force_y, moment : (n,) arrays
+        External wrench at each mass centre, N and N m, without gravity and bushings.
+    implicit_step : float
+        Step of the linearly implicit bushing damping, s: the torque on the outboard body is
+        ``-k (phi - phi0) - c (phi' + implicit_step phi'')``.
+    closed : bool
+        Whether the output pin of the last body is the input pin of body 0; otherwise both ends of
+        the chain are free.
+    turns : int
+        Sum of the joint angles of the closed chain in turns; -1 for bodies in order along a
+        clockwise loop.
+
+    Returns
+    -------
+    Accelerations
+
+    Raises
+    ------
+    InputError
+        The arrays differ in length, or a closed chain has fewer than three bodies.
+    numpy.linalg.LinAlgError
+        The constraints are dependent, for example in a closed chain folded into one straight line.
+
+    Notes
+    -----
+    Newton-Euler equations of the bodies of Eqs. 2-7. Assembly and residual use extended precision
+    (where the platform has it), so that two or three refinements leave only the final rounding.
+    """
+    n = len(chain.length)
+    given = [np.asarray(v, dtype=np.longdouble) for v in (angle, rate, force_x, force_y, moment)]
+    if any(v.shape != (n,) for v in given):
+        shapes = ", ".join(str(v.shape) for v in given)
+        raise InputError(
+            f"angle, rate, force_x, force_y and moment have the shapes {shapes}: give each one value "
+            f"for every one of the {n} bodies of the chain."
+        )
+    if closed and n < 3:
+        raise InputError(f"a closed chain of {n} bodies cannot move: give at least 3 bodies or an open chain.")
+    angle, rate, force_x, force_y, moment = given
+
+    to_input, to_output = _pin_arms(chain, angle)
+    inboard = np.arange(n if closed else n - 1)
+    outboard = (inboard + 1) % n
+
+    mass_matrix = np.zeros((3 * n, 3 * n), dtype=np.longdouble)
+    bodies = np.arange(n)
+    mass_matrix[3 * bodies, 3 * bodies] = chain.mass
+    mass_matrix[3 * bodies + 1, 3 * bodies + 1] = chain.mass
+    mass_matrix[3 * bodies + 2, 3 * bodies + 2] = chain.inertia
+    load = np.stack([force_x, force_y - np.asarray(chain.mass) * chain.gravity, moment], axis=1).ravel()
+
+    jacobian = np.zeros((2 * len(inboard), 3 * n), dtype=np.longdouble)
+    gamma = np.zeros(2 * len(inboard), dtype=np.longdouble)
+    implicit_damping = implicit_step * chain.damping
+    for j, (i, o) in enumerate(zip(inboard, outboard, strict=True)):
+        rows = slice(2 * j, 2 * j + 2)
+        jacobian[rows, 3 * o : 3 * o + 3] = _pin_jacobian(to_input[o])
+        jacobian[rows, 3 * i : 3 * i + 3] = -_pin_jacobian(to_output[i])
+        gamma[rows] = rate[o] ** 2 * to_input[o] - rate[i] ** 2 * to_output[i]
+
+        phi = angle[o] - angle[i] + (2.0 * np.pi * turns if o < i else 0.0)
+        torque = -chain.stiffness * (phi - chain.free_angle) - chain.damping * (rate[o] - rate[i])
+        load[3 * o + 2] += torque
+        load[3 * i + 2] -= torque
+        mass_matrix[3 * o + 2, 3 * o + 2] += implicit_damping
+        mass_matrix[3 * i + 2, 3 * i + 2] += implicit_damping
+        mass_matrix[3 * o + 2, 3 * i + 2] -= implicit_damping
+        mass_matrix[3 * i + 2, 3 * o + 2] -= implicit_damping
+
+    zero = np.zeros((len(gamma), len(gamma)), dtype=np.longdouble)
+    solution = _solve_symmetric(
+        np.block([[mass_matrix, jacobian.T], [jacobian, zero]]), np.concatenate([load, gamma])
+    )
+
+    motion = solution[: 3 * n].reshape(n, 3)
+    pin = _pin_jacobian(to_input[0]) @ motion[0] - rate[0] ** 2 * to_input[0]
+    return Accelerations(
+        pin_ax=float(pin[0]),
+        pin_ay=float(pin[1]),
+        alpha=motion[:, 2].astype(float),
+        pin_force=-solution[3 * n :].reshape(-1, 2).astype(float),
+    )
+
+
+def _pin_arms(chain, angle):
+    """Vectors mass centre -> input pin and mass centre -> output pin, inertial frame, (n, 2) each, m."""
+    cos, sin = np.cos(angle), np.sin(angle)
+    centre_x = cos * chain.com_x - sin * chain.com_y
+    centre_y = sin * chain.com_x + cos * chain.com_y
+    to_input = np.stack([-centre_x, -centre_y], axis=1)
+    to_output = np.stack([cos * chain.length - centre_x, sin * chain.length - centre_y], axis=1)
+    return to_input, to_output
+
+
+def _pin_jacobian(arm):
+    """(2, 3) map from a body's (x'', y'', alpha) to the tangential part of a pin's acceleration."""
+    return np.array([[1.0, 0.0, -arm[1]], [0.0, 1.0, arm[0]]], dtype=np.longdouble)
+
+
+def _solve_symmetric(matrix, rhs):
+    """Solve a symmetric indefinite system: equilibrate, factor in double, refine in extended precision."""
+    scale = np.ones(len(rhs), dtype=np.longdouble)
+    for _ in range(_SCALINGS):
+        # kg, kg m2 and m stand side by side in the matrix: bring every row and column to order one.
+        scale /= np.sqrt(np.max(np.abs(matrix * scale * scale[:, None]), axis=1))
+    matrix = matrix * scale * scale[:, None]
+    rhs = rhs * scale
+    inverse = np.linalg.inv(matrix.astype(float))
+    solution = np.zeros_like(rhs)
+    for _ in range(1 + _REFINEMENTS):
+        residual = rhs - np.sum(matrix * solution, axis=1)
+        solution = solution + inverse @ residual.astype(float)
+    return solution * scale

@@ -1,0 +1,294 @@
+"""Forward dynamics of the closed planar chain by the Riccati form of the transfer matrix method.
+
+The state vector of a junction (Eq. 1) is split into ``z_b = [x'', y'', Omega']`` and the loads
+``z_a = [q_x, q_y, m]``; in the plane both have three entries. Instead of multiplying transfer
+matrices, which loses every digit after about twelve bodies, the sweep carries the linear relation
+
+    z_a = S z_b + E [lambda_x, lambda_y, lambda_m, 1]
+
+from the input of body 1 (``S = 0``, ``E = [I, 0]``) to the output of body N, where it is solved.
+``lambda`` is the load through the cut joint 70, continuous across it. Back-substitution gives every
+acceleration as a linear function of ``lambda``; the two independent closure rows (the pins of the
+cut coincide) and the torque law of the cut joint then fix ``lambda``. ``-S`` is the articulated-body
+inertia of the bodies already swept: symmetric positive definite, so the recursion cannot break down.
+
+Loads (m, q) act on a body at its input and (-m, -q) at its output.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from trackdyn.chain.model import Chain
+from trackdyn.jit import kernel
+
+
+class SweepWork(NamedTuple):
+    """Arrays that the sweep writes; one set serves every step.
+
+    Attributes
+    ----------
+    gain : (n, 8) array
+        Of the joint behind body i: the angular acceleration across it as a linear function,
+        ``[S_31, S_32, S_33, E_3x, E_3y, E_3m, E_31 - tau] / D`` (eighth entry unused).
+    response : (n, 4) array
+        Angular acceleration of body i for unit ``[lambda_x, lambda_y, lambda_m, 1]``.
+    end : (3, 4) array
+        Acceleration ``z_b`` at the output of body N.
+    base : (2, 4) array
+        Acceleration of the input pin of body 1, the same columns.
+    probe : (2, 4) array
+        Acceleration of the input pin of the body ``probe_body``.
+    inverse : (3, 3) array
+        Inverse of the closure matrix.
+    load : (4,) array
+        ``[lambda_x, lambda_y, lambda_m, 1]``.
+    """
+
+    gain: np.ndarray
+    response: np.ndarray
+    end: np.ndarray
+    base: np.ndarray
+    probe: np.ndarray
+    inverse: np.ndarray
+    load: np.ndarray
+
+
+def make_work(n: int) -> SweepWork:
+    """Allocate the arrays of a sweep over ``n`` bodies."""
+    return SweepWork(
+        np.zeros((n, 8)), np.zeros((n, 4)), np.zeros((3, 4)), np.zeros((2, 4)), np.zeros((2, 4)), np.zeros((3, 3)), np.zeros(4)
+    )
+
+
+@kernel
+def accelerations(
+    chain: Chain, cos, sin, rate, force_x, force_y, moment, torque, implicit_damping, probe_body, work: SweepWork
+):
+    """Response of every acceleration to the cut load, and the cut load itself.
+
+    Parameters
+    ----------
+    chain : Chain
+        Constant data of the ``n`` bodies.
+    cos, sin, rate : (n,) arrays
+        Orientation and angular velocity (rad/s) of the bodies.
+    force_x, force_y, moment : (n,) arrays
+        External wrench about the mass centre without gravity, N and N m.
+    torque : (n,) array
+        Bushing torque of joint i (behind body i) at the start of the step, N m; entry n - 1 is the
+        cut joint. It acts on the outboard body.
+    implicit_damping : float
+        Step times bushing damping: the torque is taken as ``torque - implicit_damping * phi''``,
+        which removes the step limit of the damping (N m s2/rad).
+    probe_body : int
+        Body whose input pin's acceleration is kept (the sensor's link).
+    work : SweepWork
+        Output.
+
+    Notes
+    -----
+    Body: A.2 in the plane, ``S' = S - B`` with the inertia ``B`` about the input pin, then the shift
+    ``T' S' T`` to the output pin. Joint: ``phi'' = (S_3 z_b + E_3 - tau) / D``, ``D = S_33 - h c``.
+    """
+    n = rate.shape[0]
+    mass, inertia, length = chain.mass, chain.inertia, chain.length
+    com_x, com_y = chain.com_x, chain.com_y
+    gain = work.gain
+
+    # S = [[s11, s12, s13], [., s22, s23], [., ., s33]] is symmetric. Rows of E belong to q_x, q_y, m.
+    # The columns of lambda_x and lambda_y keep rows q_x, q_y; every entry is carried for plainness.
+    s11 = s12 = s13 = s22 = s23 = s33 = 0.0
+    ex0, ex1, ex2, ex3 = 1.0, 0.0, 0.0, 0.0
+    ey0, ey1, ey2, ey3 = 0.0, 1.0, 0.0, 0.0
+    em0, em1, em2, em3 = 0.0, 0.0, 1.0, 0.0
+
+    for i in range(n):
+        c = cos[i]
+        s = sin[i]
+        dx = length[i] * c
+        dy = length[i] * s
+        gx = com_x[i] * c - com_y[i] * s
+        gy = com_x[i] * s + com_y[i] * c
+        w2 = rate[i] * rate[i]
+        m = mass[i]
+        # inertia of the body about its input pin
+        s11 -= m
+        s22 -= m
+        s13 += m * gy
+        s23 -= m * gx
+        s33 -= inertia[i] + m * (gx * gx + gy * gy)
+        fx = force_x[i]
+        fy = force_y[i] - m * chain.gravity
+        ex3 += fx + m * w2 * gx
+        ey3 += fy + m * w2 * gy
+        em3 += moment[i] + gx * fy - gy * fx
+        # centripetal part of z_b,I = T z_b,O + w2 d
+        ax = w2 * dx
+        ay = w2 * dy
+        ex3 += s11 * ax + s12 * ay
+        ey3 += s12 * ax + s22 * ay
+        em3 += s13 * ax + s23 * ay
+        # shift to the output pin: S <- T' S T, E <- T' E
+        s33 += 2.0 * (dy * s13 - dx * s23) + dy * dy * s11 + dx * dx * s22 - 2.0 * dx * dy * s12
+        s13 += dy * s11 - dx * s12
+        s23 += dy * s12 - dx * s22
+        em0 += dy * ex0 - dx * ey0
+        em1 += dy * ex1 - dx * ey1
+        em2 += dy * ex2 - dx * ey2
+        em3 += dy * ex3 - dx * ey3
+        if i < n - 1:
+            d = 1.0 / (s33 - implicit_damping)
+            p1 = s13 * d
+            p2 = s23 * d
+            p3 = s33 * d
+            g3 = em3 - torque[i]
+            row = gain[i]
+            row[0] = p1
+            row[1] = p2
+            row[2] = p3
+            row[3] = em0 * d
+            row[4] = em1 * d
+            row[5] = em2 * d
+            row[6] = g3 * d
+            ex0 -= p1 * em0
+            ex1 -= p1 * em1
+            ex2 -= p1 * em2
+            ex3 -= p1 * g3
+            ey0 -= p2 * em0
+            ey1 -= p2 * em1
+            ey2 -= p2 * em2
+            ey3 -= p2 * g3
+            em0 -= p3 * em0
+            em1 -= p3 * em1
+            em2 -= p3 * em2
+            em3 -= p3 * g3
+            s11 -= p1 * s13
+            s12 -= p1 * s23
+            s22 -= p2 * s23
+            s13 -= p1 * s33
+            s23 -= p2 * s33
+            s33 -= p3 * s33
+
+    # End of the chain: S z_b + E Lambda = lambda, solved for z_b,NO (3 x 4) by Cholesky of -S.
+    l11 = np.sqrt(-s11)
+    l21 = -s12 / l11
+    l31 = -s13 / l11
+    l22 = np.sqrt(-s22 - l21 * l21)
+    l32 = (-s23 - l31 * l21) / l22
+    l33 = np.sqrt(-s33 - l31 * l31 - l32 * l32)
+    end = work.end
+    for k in range(4):
+        if k == 0:
+            b1, b2, b3 = ex0 - 1.0, ey0, em0
+        elif k == 1:
+            b1, b2, b3 = ex1, ey1 - 1.0, em1
+        elif k == 2:
+            b1, b2, b3 = ex2, ey2, em2 - 1.0
+        else:
+            b1, b2, b3 = ex3, ey3, em3
+        y1 = b1 / l11
+        y2 = (b2 - l21 * y1) / l22
+        y3 = (b3 - l31 * y1 - l32 * y2) / l33
+        z3 = y3 / l33
+        z2 = (y2 - l32 * z3) / l22
+        z1 = (y1 - l21 * z2 - l31 * z3) / l11
+        end[0, k] = z1
+        end[1, k] = z2
+        end[2, k] = z3
+
+    _back_substitute(chain, cos, sin, rate, probe_body, work)
+    _close(n, torque[n - 1], implicit_damping, work)
+
+
+@kernel
+def _back_substitute(chain: Chain, cos, sin, rate, probe_body, work: SweepWork):
+    """Accelerations of every body from the output of the last one, four columns at a time."""
+    n = rate.shape[0]
+    gain, response, end = work.gain, work.response, work.end
+    x0, x1, x2, x3 = end[0, 0], end[0, 1], end[0, 2], end[0, 3]
+    y0, y1, y2, y3 = end[1, 0], end[1, 1], end[1, 2], end[1, 3]
+    a0, a1, a2, a3 = end[2, 0], end[2, 1], end[2, 2], end[2, 3]
+    for i in range(n - 1, -1, -1):
+        if i < n - 1:
+            row = gain[i]
+            p1 = row[0]
+            p2 = row[1]
+            q = 1.0 - row[2]
+            a0 = q * a0 - p1 * x0 - p2 * y0 - row[3]
+            a1 = q * a1 - p1 * x1 - p2 * y1 - row[4]
+            a2 = q * a2 - p1 * x2 - p2 * y2 - row[5]
+            a3 = q * a3 - p1 * x3 - p2 * y3 - row[6]
+        out = response[i]
+        out[0] = a0
+        out[1] = a1
+        out[2] = a2
+        out[3] = a3
+        dx = chain.length[i] * cos[i]
+        dy = chain.length[i] * sin[i]
+        w2 = rate[i] * rate[i]
+        x0 += dy * a0
+        x1 += dy * a1
+        x2 += dy * a2
+        x3 += dy * a3 + w2 * dx
+        y0 -= dx * a0
+        y1 -= dx * a1
+        y2 -= dx * a2
+        y3 -= dx * a3 - w2 * dy
+        if i == probe_body:
+            work.probe[0, 0] = x0
+            work.probe[0, 1] = x1
+            work.probe[0, 2] = x2
+            work.probe[0, 3] = x3
+            work.probe[1, 0] = y0
+            work.probe[1, 1] = y1
+            work.probe[1, 2] = y2
+            work.probe[1, 3] = y3
+    base = work.base
+    base[0, 0] = x0
+    base[0, 1] = x1
+    base[0, 2] = x2
+    base[0, 3] = x3
+    base[1, 0] = y0
+    base[1, 1] = y1
+    base[1, 2] = y2
+    base[1, 3] = y3
+
+
+@kernel
+def _close(n, cut_torque, implicit_damping, work: SweepWork):
+    """Solve the two position rows and the torque law of the cut joint for its load."""
+    end = work.end
+    first, last = work.response[0], work.response[n - 1]
+    a00 = end[0, 0] - work.base[0, 0]
+    a01 = end[0, 1] - work.base[0, 1]
+    a02 = end[0, 2] - work.base[0, 2]
+    b0 = work.base[0, 3] - end[0, 3]
+    a10 = end[1, 0] - work.base[1, 0]
+    a11 = end[1, 1] - work.base[1, 1]
+    a12 = end[1, 2] - work.base[1, 2]
+    b1 = work.base[1, 3] - end[1, 3]
+    a20 = implicit_damping * (first[0] - last[0])
+    a21 = implicit_damping * (first[1] - last[1])
+    a22 = 1.0 + implicit_damping * (first[2] - last[2])
+    b2 = cut_torque - implicit_damping * (first[3] - last[3])
+
+    inv = work.inverse
+    m00 = a11 * a22 - a12 * a21
+    m01 = a02 * a21 - a01 * a22
+    m02 = a01 * a12 - a02 * a11
+    det = 1.0 / (a00 * m00 + a10 * m01 + a20 * m02)
+    inv[0, 0] = m00 * det
+    inv[0, 1] = m01 * det
+    inv[0, 2] = m02 * det
+    inv[1, 0] = (a12 * a20 - a10 * a22) * det
+    inv[1, 1] = (a00 * a22 - a02 * a20) * det
+    inv[1, 2] = (a02 * a10 - a00 * a12) * det
+    inv[2, 0] = (a10 * a21 - a11 * a20) * det
+    inv[2, 1] = (a01 * a20 - a00 * a21) * det
+    inv[2, 2] = (a00 * a11 - a01 * a10) * det
+    load = work.load
+    load[0] = inv[0, 0] * b0 + inv[0, 1] * b1 + inv[0, 2] * b2
+    load[1] = inv[1, 0] * b0 + inv[1, 1] * b1 + inv[1, 2] * b2
+    load[2] = inv[2, 0] * b0 + inv[2, 1] * b1 + inv[2, 2] * b2
+    load[3] = 1.0

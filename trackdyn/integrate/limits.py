@@ -1,0 +1,64 @@
+"""Largest stable step of the explicit parts, predicted when a model is built."""
+
+from math import pi, sin, sqrt
+
+from scipy.optimize import brentq
+
+# The static load of a pitch on its wheel is multiplied by this before the stiffness is taken: meshing
+# impacts reach a few times the static load.
+DYNAMIC_FACTOR = 4.0
+
+
+def _stiffness_at(law, load, radius):
+    """Slope of Eq. 8 at a load, N/m."""
+
+    def excess(depth):
+        return law.stiffness * depth * sqrt(depth / (radius + depth)) - load
+
+    depth = brentq(excess, 0.0, 1.0)
+    return load / depth * (1.5 - 0.5 * depth / (radius + depth))
+
+
+def step_limits(model, pre_tension: float) -> dict[str, float]:
+    """Step limits of semi-implicit Euler by cause, s.
+
+    A contact of stiffness k on a mass m oscillates stably for ``h < 2 sqrt(m / k)``; friction with
+    the slope c of Eq. 10 decays for ``h < 2 m / c``. Both are taken at the load of one pitch on a
+    wheel, ``2 T sin(pi / m)`` with T the pre-tension plus the weight of a metre of chain, times
+    ``DYNAMIC_FACTOR``. Bushing damping is implicit in the sweep and sets no limit; bushing stiffness
+    acts on the smaller rotational inertia.
+    """
+    chain, tooth, wheels = model.chain, model.tooth, model.wheels
+    link, connector = float(chain.mass[0]), float(chain.mass[1])
+    pitch = float(chain.length[0] + chain.length[1])
+    tension = pre_tension + (link + connector) * chain.gravity / pitch
+    load = DYNAMIC_FACTOR * 2 * tension * sin(pi / tooth.teeth)
+
+    def friction(law, mass):
+        slope = (4 * law.friction_dynamic + 16 / 9 * (law.friction_static - law.friction_dynamic)) * load
+        return 2 * mass * law.transition_velocity / slope if slope else float("inf")
+
+    limits = {}
+    if tooth.present:
+        narrow = min(
+            float(r) + (tooth.arc_radius if convex else -tooth.arc_radius)
+            for r, convex in zip(tooth.radius, tooth.convex, strict=True)
+        )
+        stiffness = _stiffness_at(tooth.law, load, narrow)
+        limits["contact stiffness of the teeth (tooth_contact)"] = 2 * sqrt(connector / stiffness)
+        limits["friction of the teeth (tooth_contact)"] = friction(tooth.law, connector)
+    for name, law, radius in (
+        ("ring_contact", wheels.ring_law, wheels.radius[0]),
+        ("wheel_contact", wheels.wheel_law, min(wheels.radius[1:])),
+    ):
+        if name == "ring_contact" and not wheels.present[0]:
+            continue
+        limits[f"contact stiffness of the {name.replace('_', ' ')}"] = 2 * sqrt(
+            link / _stiffness_at(law, load, float(radius))
+        )
+        limits[f"friction of the {name.replace('_', ' ')}"] = friction(law, link)
+    if chain.stiffness:
+        # two neighbours turn against each other; each angle feels the bushings at both of its ends
+        inertia = float(min(chain.inertia))
+        limits["stiffness of the bushing"] = 2 * sqrt(inertia / (4 * chain.stiffness))
+    return limits

@@ -1,0 +1,38 @@
+"""The one jit wrapper of the package.
+
+numba's cache sees an edit in the file of a function but not in the files it calls, so code from
+before an edit could run silently. The cache folder therefore carries a hash of every kernel source:
+any edit starts a new cache. ``NUMBA_DISABLE_JIT=1`` runs every kernel as plain Python.
+"""
+
+import hashlib
+import os
+from pathlib import Path
+
+import numba
+from platformdirs import user_cache_dir
+
+KERNEL_FOLDERS = ("contact", "chain", "integrate")
+
+
+def source_hash(folders=KERNEL_FOLDERS) -> str:
+    """Hash of the sources of the named sub-packages (16 hexadecimal digits)."""
+    root = Path(__file__).parent
+    digest = hashlib.sha256(numba.__version__.encode())
+    for folder in folders:
+        for path in sorted((root / folder).rglob("*.py")):
+            digest.update(path.relative_to(root).as_posix().encode())
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def cache_folder() -> Path:
+    """Folder of the compiled kernels: ``TRACKDYN_CACHE`` or the user's cache, one a source hash."""
+    base = os.environ.get("TRACKDYN_CACHE") or user_cache_dir("trackdyn", appauthor=False)
+    return Path(base) / source_hash()
+
+
+numba.config.CACHE_DIR = str(cache_folder())
+
+# No fastmath: results must be the same bit for bit from run to run and NaN must stay visible.
+kernel = numba.njit(cache=True, error_model="numpy", boundscheck=False)

@@ -1,0 +1,288 @@
+"""Statistics and spectra of one recorded signal.
+
+All functions take a uniformly sampled, finite, one-dimensional signal of at least two samples and
+raise :class:`trackdyn.errors.InputError` otherwise. The unit of the signal is free (m/s2, g); results
+carry the same unit.
+"""
+
+import itertools
+from collections.abc import Callable
+
+import numpy as np
+import scipy.fft
+import scipy.optimize
+import scipy.signal
+import scipy.special
+
+from trackdyn.errors import InputError
+
+LOW_HZ, HIGH_HZ = 0.05, 1.0  # where the loop frequency of every tested speed lies
+_HARMONICS = 8
+_GRID_PER_LOBE = 8  # grid points in one bin's width of the highest harmonic
+
+
+def rms(a) -> float:
+    """Root mean square of a signal of shape (N,) (Sect. 5)."""
+    a = _signal(a)
+    return float(np.sqrt(np.mean(a**2)))
+
+
+def standard_deviation(a) -> float:
+    """Standard deviation about the mean, with 1/N, of a signal of shape (N,) (Sect. 5)."""
+    return float(np.std(_signal(a)))
+
+
+def spectrum(a, rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
+    """Single-sided amplitude spectrum with a rectangular window.
+
+    Parameters
+    ----------
+    a : (N,) array
+        Signal.
+    rate_hz : float
+        Sampling rate, Hz.
+
+    Returns
+    -------
+    freq, amplitude : (N // 2 + 1,) arrays
+        Hz, and ``|X0|/N`` for the mean, ``2|Xk|/N`` for ``1 <= k < N/2``. The Nyquist bin of an even
+        N has no mirror image and stays at ``|X|/N``.
+    """
+    a = _signal(a)
+    rate_hz = _positive(rate_hz, "rate_hz", "Hz")
+    amplitude = np.abs(scipy.fft.rfft(a)) * (2.0 / a.size)
+    amplitude[0] *= 0.5
+    if a.size % 2 == 0:
+        amplitude[-1] *= 0.5
+    return scipy.fft.rfftfreq(a.size, 1.0 / rate_hz), amplitude
+
+
+def main_line(a, rate_hz: float, low_hz: float = LOW_HZ, high_hz: float = HIGH_HZ) -> tuple[float, float]:
+    """Frequency (Hz) and amplitude of the highest bin of :func:`spectrum` in a band, the mean excluded.
+
+    Both suffer from the picket fence; see :func:`main_line_binfree`.
+
+    Raises
+    ------
+    InputError
+        No bin lies in the band.
+    """
+    freq, amplitude = spectrum(a, rate_hz)
+    inside = np.flatnonzero((freq >= low_hz) & (freq <= high_hz) & (freq > 0.0))
+    if inside.size == 0:
+        raise InputError(
+            f"no line of the spectrum lies between {low_hz:g} and {high_hz:g} Hz (the lines are "
+            f"{freq[1]:g} Hz apart): widen the band or give a longer record."
+        )
+    k = inside[np.argmax(amplitude[inside])]
+    return float(freq[k]), float(amplitude[k])
+
+
+def main_line_binfree(a, rate_hz: float, expected_hz: float | None = None) -> tuple[float, float, float]:
+    """Frequency, amplitude and phase of the main line, free of picket fence and leakage.
+
+    Least-squares fit of an offset, a sine and its harmonics up to the eighth; the frequency is
+    searched on a fine grid first, for the harmonics give the misfit many local minima, and then
+    refined.
+
+    Parameters
+    ----------
+    a : (N,) array
+        Signal.
+    rate_hz : float
+        Sampling rate, Hz.
+    expected_hz : float, optional
+        Where to look, within one bin or 5 %; by default at the result of :func:`main_line`. Give it
+        where the fundamental is not the highest line.
+
+    Returns
+    -------
+    hz, amplitude, phase : float
+        ``amplitude cos(2 pi hz t + phase)`` with t = 0 at the first sample; phase in (-pi, pi], rad.
+
+    Raises
+    ------
+    InputError
+        The signal is constant, holds fewer than two periods, or too few samples a period.
+    """
+    a = _signal(a)
+    rate_hz = _positive(rate_hz, "rate_hz", "Hz")
+    a = a - np.mean(a)
+    if np.max(np.abs(a)) == 0.0:
+        raise InputError("the signal is constant and has no line: give a record of the moving track.")
+    centre = main_line(a, rate_hz)[0] if expected_hz is None else _positive(expected_hz, "expected_hz", "Hz")
+    bin_hz = rate_hz / a.size
+    if centre < 2.0 * bin_hz:
+        raise InputError(
+            f"the record of {a.size / rate_hz:g} s holds fewer than two periods of {centre:g} Hz: "
+            "give a longer record."
+        )
+    half_width = max(bin_hz, 0.05 * centre if expected_hz is not None else 0.0)
+    highest = centre + half_width
+    harmonics = min(_HARMONICS, int(np.ceil(0.5 * rate_hz / highest)) - 1)
+    if harmonics < 1 or 2 * harmonics + 1 >= a.size:
+        raise InputError(f"{centre:g} Hz is too high for a sampling rate of {rate_hz:g} Hz: sample faster.")
+
+    points = 2 * int(np.ceil(half_width / bin_hz * harmonics * _GRID_PER_LOBE)) + 1
+    grid = np.linspace(centre - half_width, highest, points)
+    correlation = np.stack(
+        [
+            scipy.signal.zoom_fft(a, [h * grid[0], h * grid[-1]], m=points, fs=rate_hz, endpoint=True)
+            for h in range(1, harmonics + 1)
+        ],
+        axis=1,
+    )
+    explained, _ = _fit_harmonics(correlation, grid, rate_hz, a.size)
+    start = grid[np.argmax(explained)]
+    step = grid[1] - grid[0]
+
+    def unexplained(hz):
+        return -_fit_harmonics(_correlate(a, hz, rate_hz, harmonics), np.array([hz]), rate_hz, a.size)[0][0]
+
+    hz = scipy.optimize.minimize_scalar(
+        unexplained, bounds=(start - step, start + step), method="bounded", options={"xatol": 1e-7 * bin_hz}
+    ).x
+    _, coefficient = _fit_harmonics(_correlate(a, hz, rate_hz, harmonics), np.array([hz]), rate_hz, a.size)
+    first = coefficient[0, harmonics + 1]
+    middle_s = 0.5 * (a.size - 1) / rate_hz
+    phase = np.angle(first * np.exp(-2j * np.pi * hz * middle_s))
+    return float(hz), float(2.0 * np.abs(first)), float(phase)
+
+
+def high_frequency_rms(a, rate_hz: float, above_hz: float = 20.0) -> float:
+    """RMS of the content at and above a corner frequency (Hz), by Parseval's sum over the spectrum.
+
+    Raises
+    ------
+    InputError
+        The corner is negative or above half the sampling rate.
+    """
+    a = _signal(a)
+    freq, amplitude = spectrum(a, rate_hz)
+    if not 0.0 <= above_hz <= 0.5 * rate_hz:
+        raise InputError(
+            f"above_hz is {above_hz:g} Hz: choose a corner between 0 and half the sampling rate, "
+            f"{0.5 * rate_hz:g} Hz."
+        )
+    # A sine of amplitude A carries A^2/2; the mean and the Nyquist line carry A^2.
+    power = 0.5 * amplitude**2
+    power[0] *= 2.0
+    if a.size % 2 == 0:
+        power[-1] *= 2.0
+    return float(np.sqrt(np.sum(power[freq >= above_hz])))
+
+
+def picket_fence(freq_hz: float, rate_hz: float, n: int) -> tuple[float, float]:
+    """What a rectangular window of ``n`` samples does to a sine of ``freq_hz``.
+
+    Returns
+    -------
+    position, factor : float
+        Position in bins, and the share ``|sinc|`` of the amplitude that the nearest bin shows.
+    """
+    freq_hz, rate_hz = _positive(freq_hz, "freq_hz", "Hz"), _positive(rate_hz, "rate_hz", "Hz")
+    position = freq_hz * _positive(n, "n", "samples") / rate_hz
+    return float(position), float(np.abs(np.sinc(position - np.rint(position))))
+
+
+def uncertainty(
+    a, rate_hz: float, period_s: float, statistic: Callable[[np.ndarray], float]
+) -> tuple[float, float]:
+    """A statistic of the whole record and its standard error from whole periods (loop revolutions).
+
+    Parameters
+    ----------
+    a : (N,) array
+        Signal.
+    rate_hz, period_s : float
+        Sampling rate, Hz, and period, s; a period need not be a whole number of samples.
+    statistic : callable
+        From a signal to a number, such as :func:`rms`.
+
+    Returns
+    -------
+    value, standard_error : float
+        The error is the standard deviation (1/(n-1)) of the statistic over the n whole periods,
+        divided by the root of n; the unfinished last period counts in the value only.
+
+    Raises
+    ------
+    InputError
+        Fewer than two whole periods, or fewer than two samples a period.
+    """
+    a = _signal(a)
+    samples = _positive(period_s, "period_s", "s") * _positive(rate_hz, "rate_hz", "Hz")
+    # The small allowance keeps a period that ends on the last sample in spite of rounding.
+    count = int(np.floor(a.size / samples + 1e-9))
+    if count < 2 or samples < 2.0:
+        raise InputError(
+            f"the record of {a.size} samples holds {count} whole periods of {samples:g} samples: give at "
+            "least two periods of at least two samples each."
+        )
+    edges = np.rint(np.arange(count + 1) * samples).astype(int)
+    values = np.array([statistic(a[i:j]) for i, j in itertools.pairwise(edges)])
+    return float(statistic(a)), float(np.std(values, ddof=1) / np.sqrt(count))
+
+
+def _signal(a):
+    """The signal as a float array, or InputError."""
+    try:
+        values = np.asarray(a)
+        if values.dtype.kind not in "iufb":
+            raise TypeError
+        values = values.astype(float)
+    except (TypeError, ValueError):
+        raise InputError("the signal is not an array of real numbers: give one number a sample.") from None
+    if values.ndim != 1:
+        raise InputError(f"the signal has {values.ndim} dimensions: give a one-dimensional array.")
+    if values.size < 2:
+        raise InputError(f"the signal has {values.size} samples: give at least two.")
+    bad = np.flatnonzero(~np.isfinite(values))
+    if bad.size:
+        raise InputError(f"sample {bad[0]} of the signal is {values[bad[0]]}: give finite values only.")
+    return values
+
+
+def _positive(value, name, unit):
+    """A finite positive number, or InputError."""
+    if not (np.isscalar(value) and np.isreal(value) and np.isfinite(value) and value > 0):
+        raise InputError(f"{name} is {value!r}: give a finite number of {unit} above zero.")
+    return value
+
+
+def _correlate(a, hz, rate_hz, harmonics):
+    """Fourier sums of ``a`` at ``hz`` and its harmonics, shape (1, harmonics), phase from the first sample."""
+    turn = np.exp(-2j * np.pi * hz / rate_hz * np.arange(a.size))
+    sums, power = [], np.ones_like(turn)
+    for _ in range(harmonics):
+        power = power * turn
+        sums.append(power @ a)
+    return np.array([sums])
+
+
+def _fit_harmonics(correlation, hz, rate_hz, n):
+    """Least-squares fit of offset and harmonics of a mean-free signal, for several fundamentals at once.
+
+    Parameters
+    ----------
+    correlation : (m, H) complex array
+        Fourier sums at 1..H times each fundamental.
+    hz : (m,) array
+        Fundamentals, Hz.
+
+    Returns
+    -------
+    explained : (m,) array
+        Sum of squares of the fit.
+    coefficient : (m, 2 H + 1) complex array
+        Coefficients of harmonics -H..H, with time zero in the middle of the record.
+    """
+    order = np.arange(1, correlation.shape[1] + 1)
+    # With time counted from the middle the normal matrix is real: Dirichlet kernels.
+    centred = correlation * np.exp(1j * np.pi * (n - 1) / rate_hz * np.outer(hz, order))
+    rhs = np.concatenate([centred.conj()[:, ::-1], np.zeros((len(hz), 1)), centred], axis=1)
+    all_orders = np.arange(-order[-1], order[-1] + 1)
+    difference = all_orders[None, :] - all_orders[:, None]
+    normal = n * scipy.special.diric(2.0 * np.pi * difference * (hz / rate_hz)[:, None, None], n)
+    coefficient = np.linalg.solve(normal, rhs[:, :, None])[:, :, 0]
+    return np.real(np.sum(rhs.conj() * coefficient, axis=1)), coefficient

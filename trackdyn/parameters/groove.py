@@ -1,0 +1,208 @@
+"""The tooth groove as ten tangent circular arcs (Table 1, Figs. 5 and 7).
+
+Arcs are numbered as in the paper: 1 and 10 at the tooth tips, 5 and 6 at the bottom; 1, 4, 7, 10
+are convex, the others concave. Everything is in the groove frame {O_S, x_k, y_k}: y_k points from
+the sprocket's centre to the lowest part of the groove, x_k clockwise from it, so areas 1 to 5 (the
+left flank) have x <= 0.
+"""
+
+from dataclasses import dataclass
+from math import asin, atan2, cos, hypot, pi, sin, sqrt, tan
+
+import numpy as np
+from scipy.optimize import brentq
+
+from trackdyn.errors import InputError
+
+CONVEX = (1, 4, 7, 10)
+# search order of Eq. 20: the left arc from area 1 to 5, the right one from 10 to 6
+LEFT_AREAS = (1, 2, 3, 4, 5)
+
+
+def connector_length(teeth: int, link_length: float, pin_circle: float) -> float:
+    """Pin to pin length of the connector that fits ``teeth`` pitches on a pin circle.
+
+    Solves ``teeth [arcsin(a / 2 rp) + arcsin(b / 2 rp)] = pi`` for ``b``; lengths in m.
+    """
+    if link_length >= 2 * pin_circle or (rest := pi / teeth - asin(link_length / (2 * pin_circle))) <= 0:
+        raise InputError(
+            f"chain.link_length = {link_length} m leaves no room for a connector on a pin circle of radius "
+            f"{pin_circle:.5g} m with {teeth} teeth; a shorter link or a larger equal-pitch radius would do"
+        )
+    return 2 * pin_circle * sin(rest)
+
+
+@dataclass(frozen=True)
+class Groove:
+    """Ten arcs in the groove frame.
+
+    Attributes
+    ----------
+    centre : (10, 2) array
+        Centres O_j, m.
+    radius : (10,) array
+        Radii r_j, m.
+    direction : (10, 2) array
+        Unit vectors u_j from O_j to the middle of the annular sector j.
+    half_angle : (10,) array
+        Spread angles theta_j to both sides of u_j, rad.
+    slopes : (4,) array
+        Slope of the profile at the joints 5|4, 4|3, 3|2 and 2|1, rad.
+    addendum : float
+        Radius r_a of the addendum circle, m.
+    teeth : int
+        Number of grooves.
+    """
+
+    centre: np.ndarray
+    radius: np.ndarray
+    direction: np.ndarray
+    half_angle: np.ndarray
+    slopes: np.ndarray
+    addendum: float
+    teeth: int
+
+    @property
+    def convex(self) -> np.ndarray:
+        """(10,) booleans: areas 1, 4, 7 and 10."""
+        return np.isin(np.arange(1, 11), CONVEX)
+
+    def joints(self) -> np.ndarray:
+        """(9, 2) points where neighbouring areas meet, area 1|2 first, m."""
+        left = []
+        for j in range(1, 5):
+            ends = self.arc(j, 2)
+            left.append(ends[-1])
+        left = np.array(left)
+        bottom = self.arc(5, 2)[-1:]
+        return np.vstack([left, bottom, left[::-1] * [-1, 1]])
+
+    def arc(self, area: int, points: int = 30) -> np.ndarray:
+        """(points, 2) points of one area from left to right, m."""
+        j = area - 1
+        middle = atan2(self.direction[j, 0], self.direction[j, 1])
+        angle = middle + np.linspace(-1, 1, points) * self.half_angle[j]
+        if not self.convex[j]:
+            angle = angle[::-1]
+        return self.centre[j] + self.radius[j] * np.column_stack([np.sin(angle), np.cos(angle)])
+
+    def profile(self, points: int = 30) -> np.ndarray:
+        """(10 points, 2) points of the whole groove from left tip to right tip, m."""
+        return np.vstack([self.arc(area, points) for area in range(1, 11)])
+
+
+def build_groove(
+    *,
+    teeth: int,
+    link_length: float,
+    connector_length: float,
+    connector_radius: float,
+    pin_circle: float,
+    seat_depth: float,
+    slope_bottom: float,
+    slope_low: float,
+    slope_seat: float,
+    slope_tip: float,
+    r2: float,
+    r3: float,
+    r4: float,
+    r5: float,
+) -> Groove:
+    """Ten arcs with a common tangent at every joint, from a few design values.
+
+    The walk starts at the middle of the groove. With ``nu(alpha) = (sin alpha, cos alpha)`` the
+    surface point of a concave arc is ``O - r nu``, of a convex one ``O + r nu``; a common tangent at
+    slope ``alpha`` puts the centres of neighbours on one line along ``nu(alpha)``. The height
+    follows from the seat: an arc resting on the lowest point of area 3 has its centre
+    ``seat_depth`` below the pin of a connector on the pin circle. The tip arc has its centre on the
+    tooth line, which gives its radius.
+
+    Parameters
+    ----------
+    slope_bottom, slope_low, slope_seat, slope_tip : float
+        Slopes at the joints 5|4, 4|3, 3|2 and 2|1, rad, left flank, positive upward.
+    r2, r3, r4, r5 : float
+        Radii of the areas, m.
+
+    Returns
+    -------
+    Groove
+
+    Raises
+    ------
+    InputError
+        If neighbours cannot be tangent, an arc is empty or reversed, a concave area is narrower
+        than the connector's arc, or the tip closes up.
+    """
+
+    def nu(alpha):
+        return np.array([sin(alpha), cos(alpha)])
+
+    def refuse(field, value, remedy):
+        raise InputError(f"groove.{field} = {value:.6g} gives a profile that is not tangent: {remedy}")
+
+    if not slope_bottom > slope_low:
+        refuse("slope_bottom", slope_bottom, f"it must exceed slope_low = {slope_low:.6g} rad")
+    if not slope_seat > slope_low:
+        refuse("slope_seat", slope_seat, f"it must exceed slope_low = {slope_low:.6g} rad")
+    if not slope_tip > slope_seat:
+        refuse("slope_tip", slope_tip, f"it must exceed slope_seat = {slope_seat:.6g} rad")
+    for name, radius in (("r2", r2), ("r3", r3), ("r5", r5)):
+        if radius <= connector_radius:
+            refuse(name, radius, f"a concave area must be wider than the connector's arc, {connector_radius} m")
+
+    half_tooth = pi / teeth
+    o5x = 0.0
+    o4 = np.array([o5x, 0.0]) - (r5 + r4) * nu(slope_bottom)
+    o3 = o4 + (r4 + r3) * nu(slope_low)
+    pin_height = sqrt(pin_circle**2 - connector_length**2 / 4)
+    # the arc's centre over the lowest seat point is r3 - r_C below O_3
+    rise = pin_height - seat_depth + (r3 - connector_radius) - o3[1]
+    o5 = np.array([o5x, rise])
+    o4 = o4 + [0.0, rise]
+    o3 = o3 + [0.0, rise]
+    o2 = o3 + (r2 - r3) * nu(slope_seat)
+    # O_1 = O_2 - (r1 + r2) nu(slope_tip) lies on the tooth line x = -y tan(pi / m)
+    t = tan(half_tooth)
+    r1 = (o2[0] + o2[1] * t) / (sin(slope_tip) + cos(slope_tip) * t) - r2
+    if r1 <= 0:
+        refuse("slope_tip", slope_tip, f"the tip radius would be {r1:.4g} m; a smaller r2 or slope would leave a tip")
+    o1 = o2 - (r1 + r2) * nu(slope_tip)
+    addendum = hypot(*o1) + r1
+
+    # slopes at which each arc begins (towards the tip) and ends (towards the middle)
+    spans = [(-half_tooth, slope_tip), (slope_seat, slope_tip), (slope_low, slope_seat), (slope_low, slope_bottom)]
+    spans.append((0.0, slope_bottom))
+    centre = np.zeros((10, 2))
+    radius = np.zeros(10)
+    direction = np.zeros((10, 2))
+    half_angle = np.zeros(10)
+    for j, (o, r, (low, high)) in enumerate(zip((o1, o2, o3, o4, o5), (r1, r2, r3, r4, r5), spans, strict=True)):
+        sign = 1.0 if j + 1 in CONVEX else -1.0
+        for index, flip in ((j, 1.0), (9 - j, -1.0)):
+            centre[index] = o * [flip, 1.0]
+            radius[index] = r
+            direction[index] = sign * nu((low + high) / 2) * [flip, 1.0]
+            half_angle[index] = (high - low) / 2
+    slopes = np.array([slope_bottom, slope_low, slope_seat, slope_tip])
+    return Groove(centre, radius, direction, half_angle, slopes, addendum, teeth)
+
+
+def equal_pitch_radius(teeth: int, link_length: float, connector_length: float, thickness: float) -> dict[str, float]:
+    """Ring radius at which ``teeth`` pitches fill one sprocket turn, by the two possible readings.
+
+    Returns
+    -------
+    dict
+        ``polygonal``: pins on a circle, links touching the ring at their middle; ``arc``: the
+        centre line of the links bent to a circle, ``teeth (a + b) = 2 pi (r + D/2)``; m.
+    """
+
+    def excess(rp):
+        return asin(link_length / (2 * rp)) + asin(connector_length / (2 * rp)) - pi / teeth
+
+    rp = brentq(excess, max(link_length, connector_length) / 2 * 1.0001, 100 * link_length, xtol=1e-15)
+    return {
+        "polygonal": sqrt(rp**2 - link_length**2 / 4) - thickness / 2,
+        "arc": teeth * (link_length + connector_length) / (2 * pi) - thickness / 2,
+    }

@@ -1,0 +1,185 @@
+"""The loop on its wheels: the belt path around three circles and the chain laid along it.
+
+The chain runs clockwise; bodies are numbered along the run, so the left arc of a connector (at its
+input pin) trails and a link's y axis points outward.
+"""
+
+from dataclasses import dataclass
+from math import asin, atan2, cos, hypot, pi, sin, sqrt
+
+import numpy as np
+from scipy.optimize import brentq
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.rig import Rig
+
+WHEEL_NAMES = ("sprocket", "idler", "road_wheel")
+
+
+@dataclass(frozen=True)
+class BeltPath:
+    """Clockwise path of external tangents and arcs around circles given in clockwise order.
+
+    Attributes
+    ----------
+    circles : (w, 3) array
+        Centre x, y and radius of each circle, m.
+    heading : (w,) array
+        Direction of the straight run that leaves each circle, rad.
+    start : (2 w + 1,) array
+        Arc length at which arc 0, run 0, arc 1, run 1, ... begin, and the whole length, m.
+    wrap : (w,) array
+        Angle covered on each circle, rad.
+    """
+
+    circles: np.ndarray
+    heading: np.ndarray
+    start: np.ndarray
+    wrap: np.ndarray
+
+    @property
+    def length(self) -> float:
+        """Length of the whole path, m."""
+        return float(self.start[-1])
+
+    def at(self, s):
+        """Position (2,), heading (rad) and curvature (1/m, clockwise positive) at arc length ``s``."""
+        s = s % self.length
+        k = min(int(np.searchsorted(self.start, s, side="right")) - 1, 2 * len(self.wrap) - 1)
+        wheel, on_run = divmod(k, 2)
+        x, y, r = self.circles[wheel]
+        ds = s - self.start[k]
+        if on_run:
+            t = self.heading[wheel]
+            return np.array([x - r * sin(t) + ds * cos(t), y + r * cos(t) + ds * sin(t)]), t, 0.0
+        t = self.heading[wheel] + self.wrap[wheel] - ds / r
+        return np.array([x - r * sin(t), y + r * cos(t)]), t, 1.0 / r
+
+
+def belt_path(circles) -> BeltPath:
+    """Belt around circles ``(x, y, radius)`` in clockwise order, starting where it meets the first.
+
+    Raises
+    ------
+    InputError
+        If circles overlap so that no tangent exists, or one does not touch the belt.
+    """
+    circles = np.asarray(circles, dtype=float)
+    count = len(circles)
+    heading, run = np.zeros(count), np.zeros(count)
+    for i in range(count):
+        j = (i + 1) % count
+        dx, dy = circles[j, :2] - circles[i, :2]
+        distance = hypot(dx, dy)
+        difference = circles[i, 2] - circles[j, 2]
+        if distance <= circles[i, 2] + circles[j, 2]:
+            raise InputError(
+                f"wheels {_wheel_name(i)} and {_wheel_name(j)} are {distance:.4g} m apart and overlap with the chain on "
+                f"them; more than {circles[i, 2] + circles[j, 2]:.4g} m would do"
+            )
+        heading[i] = atan2(dy, dx) - asin(difference / distance)
+        run[i] = sqrt(distance**2 - difference**2)
+    wrap = (np.roll(heading, 1) - heading) % (2 * pi)
+    if abs(wrap.sum() - 2 * pi) > 1e-9:
+        worst = int(np.argmax(wrap))
+        raise InputError(
+            f"wheel {_wheel_name(worst)} at ({circles[worst, 0]:.4g}, {circles[worst, 1]:.4g}) m would not touch the "
+            "loop; the wheels must stand in clockwise order on a convex path"
+        )
+    pieces = np.column_stack([wrap * circles[:, 2], run]).ravel()
+    return BeltPath(circles, heading, np.concatenate([[0.0], np.cumsum(pieces)]), wrap)
+
+
+def _wheel_name(index: int) -> str:
+    return WHEEL_NAMES[index] if index < len(WHEEL_NAMES) else str(index + 1)
+
+
+def wheel_circles(rig: Rig, shift: float = 0.0, surface: bool = False) -> np.ndarray:
+    """Centres and radii of the three wheels, the idler shifted by the tensioner (m).
+
+    The radius is that of the pins of links lying on the wheel, or with ``surface`` the wheel's own.
+    """
+    angle = rig.tension.direction * pi / 180
+    centres = [
+        (rig.sprocket.x, rig.sprocket.y, rig.sprocket.ring_radius),
+        (rig.idler.x + shift * cos(angle), rig.idler.y + shift * sin(angle), rig.idler.radius),
+        (rig.road_wheel.x, rig.road_wheel.y, rig.road_wheel.radius),
+    ]
+    if surface:
+        return np.array(centres)
+    half, thickness = rig.chain.link_length / 2, rig.chain.link_thickness / 2
+    return np.array([(x, y, hypot(r + thickness, half)) for x, y, r in centres])
+
+
+def _lay(path: BeltPath, lengths: np.ndarray) -> np.ndarray:
+    """Arc lengths of the pins of a chain laid along the path, each chord of its exact length."""
+    s = np.zeros(len(lengths) + 1)
+    s[0] = 0.1 * lengths[0]
+    for i, chord in enumerate(lengths):
+        start, _, _ = path.at(s[i])
+
+        def excess(ds, start=start, here=s[i], chord=chord):
+            return float(np.hypot(*(path.at(here + ds)[0] - start))) - chord
+
+        s[i + 1] = s[i] + brentq(excess, 0.5 * chord, 1.6 * chord, xtol=1e-14)
+    return s
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """A chain laid around the wheels.
+
+    Attributes
+    ----------
+    pins : (n, 2) array
+        Input pins of the bodies, m.
+    angle : (n,) array
+        Unwrapped orientation of the bodies, falling by 2 pi around the loop, rad.
+    sprocket_angle : float
+        Angle of the sprocket that puts a groove under the connector in the middle of the wrap, rad.
+    shift : float
+        Shift of the idler that makes the rigid loop just close, m.
+    """
+
+    pins: np.ndarray
+    angle: np.ndarray
+    sprocket_angle: float
+    shift: float
+
+
+def assemble(rig: Rig) -> Assembly:
+    """Lay the loop around the wheels by shifting the idler until the chain just closes.
+
+    Raises
+    ------
+    InputError
+        If no shift within the tensioner's travel closes the loop: the sentence says whether the
+        loop is too short or too long and by how much.
+    """
+    lengths = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
+    travel = rig.tension.travel
+
+    def slack(shift):
+        path = belt_path(wheel_circles(rig, shift))
+        s = _lay(path, lengths)
+        return (s[-1] - s[0]) - path.length
+
+    low, high = slack(-travel), slack(travel)
+    if low * high > 0:
+        nearest = min(low, high, key=abs)
+        state = "long" if nearest > 0 else "short"
+        raise InputError(
+            f"the loop of {rig.chain.pitches} pitches (chain.pitches) is {abs(nearest):.4g} m too {state} for its wheels "
+            f"even at the end of tension.travel = {travel} m; another number of pitches, wheel positions or a larger "
+            "travel would do"
+        )
+    shift = brentq(slack, -travel, travel, xtol=1e-13)
+    path = belt_path(wheel_circles(rig, shift))
+    pins = np.array([path.at(s)[0] for s in _lay(path, lengths)])
+    step = np.diff(pins, axis=0)
+    angle = np.unwrap(np.arctan2(step[:, 1], step[:, 0]))
+    middle = 0.5 * (pins[:-1] + pins[1:])[1::2] - [rig.sprocket.x, rig.sprocket.y]
+    direction = path.heading[0] + path.wrap[0] / 2 + pi / 2
+    on_wheel = np.arctan2(middle[:, 1], middle[:, 0])
+    off = np.abs((on_wheel - direction + pi) % (2 * pi) - pi) + 10 * (np.hypot(*middle.T) > 1.2 * path.circles[0, 2])
+    return Assembly(pins[:-1], angle, float(on_wheel[np.argmin(off)] - pi / rig.sprocket.teeth), float(shift))

@@ -1,0 +1,304 @@
+"""Every parameter of the rig with value, unit, kind and source, read from YAML and validated.
+
+Each entry of the file is ``{value, unit, kind, source}``. The unit must be the one named here: units
+are never converted silently. The kind says where the number comes from: ``printed`` in the paper,
+``derived`` from printed numbers, ``assumed``, or ``fitted`` (its source says to what).
+"""
+
+import re
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any
+
+import pandas as pd
+import yaml
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.groove import Groove, build_groove, connector_length
+
+KINDS = ("printed", "derived", "assumed", "fitted")
+YAML_12_FLOAT = re.compile(r"[-+]?\d+(\.\d*)?[eE]\d+")
+ENTRY_KEYS = {"value", "unit", "kind", "source"}
+
+
+def _unwrap(unit: str):
+    def unwrap(entry: Any) -> Any:
+        if not isinstance(entry, dict):  # a bare number: from Python, already in the right unit
+            return entry
+        if missing := ENTRY_KEYS - entry.keys():
+            raise ValueError(f"lacks {', '.join(sorted(missing))}; every parameter has value, unit, kind and source")
+        if unknown := entry.keys() - ENTRY_KEYS:
+            raise ValueError(f"has the unknown key {', '.join(sorted(unknown))}; known are value, unit, kind, source")
+        if str(entry["unit"]) != unit:
+            raise ValueError(f"has the unit {entry['unit']!r}; it must be given in {unit!r}")
+        if entry["kind"] not in KINDS:
+            raise ValueError(f"has the kind {entry['kind']!r}; known are {', '.join(KINDS)}")
+        if not str(entry["source"]).strip():
+            raise ValueError("has no source; say where the number comes from")
+        value = entry["value"]
+        if isinstance(value, str) and YAML_12_FLOAT.fullmatch(value):  # PyYAML reads 2e11 as text
+            value = float(value)
+        if isinstance(value, bool) or (isinstance(value, str) and unit != "name"):
+            raise ValueError(f"is {value!r}; a number in {unit} is needed")
+        return value
+
+    return BeforeValidator(unwrap)
+
+
+def quantity(unit: str, kind: type = float, **bounds) -> Any:
+    """Type of one parameter: its Python type, its unit and its bounds."""
+    return Annotated[kind, _unwrap(unit), Field(allow_inf_nan=False if kind is float else None, **bounds)]
+
+
+class Section(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=False)
+
+
+Length = quantity("m", gt=0)
+Position = quantity("m")
+Mass = quantity("kg", gt=0)
+Inertia = quantity("kg m2", gt=0)
+Slope = quantity("deg", gt=-90, lt=90)
+Friction = quantity("1", ge=0, le=2)
+
+
+class ChainParameters(Section):
+    pitches: quantity("1", int, ge=3)
+    link_length: Length
+    link_thickness: Length
+    link_mass: Mass
+    link_inertia: Inertia
+    connector_mass: Mass
+    connector_inertia: Inertia
+    connector_radius: Length
+
+
+class Bushing(Section):
+    stiffness: quantity("N m/rad", ge=0)
+    damping: quantity("N m s/rad", ge=0)
+    free_angle: quantity("rad", gt=-1.6, lt=1.6)
+
+
+class GrooveParameters(Section):
+    seat_depth: Position
+    slope_bottom: Slope
+    slope_low: Slope
+    slope_seat: Slope
+    slope_tip: Slope
+    r2: Length
+    r3: Length
+    r4: Length
+    r5: Length
+
+
+class Sprocket(Section):
+    teeth: quantity("1", int, ge=5)
+    transmission_ratio: quantity("1", gt=0)
+    x: Position
+    y: Position
+    equal_pitch_radius: Length
+    ring_radius: Length
+
+
+class Wheel(Section):
+    x: Position
+    y: Position
+    radius: Length
+    inertia: Inertia
+    bearing_drag: quantity("N m s/rad", ge=0)
+
+
+class Tension(Section):
+    pre_tension: quantity("N", ge=0)
+    direction: quantity("deg")
+    travel: Length
+
+
+class Surface(Section):
+    contact_length: Length
+    youngs_modulus: quantity("Pa", gt=0)
+    poisson_ratio: quantity("1", ge=0, lt=0.5)
+    restitution: quantity("1", gt=0, le=1)
+    friction_static: Friction
+    friction_dynamic: Friction
+    transition_velocity: quantity("m/s", gt=0)
+
+
+class ImpactParameters(Section):
+    speed_floor: quantity("m/s", gt=0)
+    factor_limit: quantity("1", ge=1)
+
+
+class Steel(Section):
+    youngs_modulus: quantity("Pa", gt=0)
+    poisson_ratio: quantity("1", ge=0, lt=0.5)
+
+
+class SensorParameters(Section):
+    pitch: quantity("1", int, ge=1)
+    x: Position
+    y: Position
+    rate: quantity("Hz", int, gt=0)
+    range: quantity("g", gt=0)
+
+
+class Rig(Section):
+    """The rig: sections of parameters in SI units (angles of the groove in degrees)."""
+
+    gravity: quantity("m/s2", ge=0)
+    chain: ChainParameters
+    bushing: Bushing
+    sprocket: Sprocket
+    groove: GrooveParameters
+    idler: Wheel
+    road_wheel: Wheel
+    tension: Tension
+    steel: Steel
+    tooth_contact: Surface
+    ring_contact: Surface
+    wheel_contact: Surface
+    impact: ImpactParameters
+    sensor: SensorParameters
+
+    def model_post_init(self, context: Any) -> None:
+        for name in ("tooth_contact", "ring_contact", "wheel_contact"):
+            surface: Surface = getattr(self, name)
+            if surface.friction_dynamic > surface.friction_static:
+                raise InputError(
+                    f"{name}.friction_dynamic = {surface.friction_dynamic} exceeds friction_static = "
+                    f"{surface.friction_static}; the dynamic coefficient may at most equal the static one"
+                )
+        if self.sensor.pitch > self.chain.pitches:
+            raise InputError(
+                f"sensor.pitch = {self.sensor.pitch} is not a pitch of this chain; 1 to {self.chain.pitches} are"
+            )
+
+    @cached_property
+    def pin_circle(self) -> float:
+        """Radius of the circle of pins when links touch a ring of the equal-pitch radius, m."""
+        middle = self.sprocket.equal_pitch_radius + self.chain.link_thickness / 2
+        return (middle**2 + self.chain.link_length**2 / 4) ** 0.5
+
+    @cached_property
+    def connector_length(self) -> float:
+        """Pin to pin length of the connector, derived from the equal-pitch radius, m."""
+        return connector_length(self.sprocket.teeth, self.chain.link_length, self.pin_circle)
+
+    @cached_property
+    def groove_profile(self) -> Groove:
+        """The ten arcs."""
+        g = self.groove
+        to_rad = 3.141592653589793 / 180
+        return build_groove(
+            teeth=self.sprocket.teeth,
+            link_length=self.chain.link_length,
+            connector_length=self.connector_length,
+            connector_radius=self.chain.connector_radius,
+            pin_circle=self.pin_circle,
+            seat_depth=g.seat_depth,
+            slope_bottom=g.slope_bottom * to_rad,
+            slope_low=g.slope_low * to_rad,
+            slope_seat=g.slope_seat * to_rad,
+            slope_tip=g.slope_tip * to_rad,
+            r2=g.r2,
+            r3=g.r3,
+            r4=g.r4,
+            r5=g.r5,
+        )
+
+    def composite_modulus(self, surface: Surface) -> float:
+        """E* of a surface against steel by Eq. (9), Pa."""
+        steel = self.steel
+        return 1 / (
+            (1 - surface.poisson_ratio**2) / surface.youngs_modulus + (1 - steel.poisson_ratio**2) / steel.youngs_modulus
+        )
+
+    def changed(self, **changes: float) -> "Rig":
+        """A rig with some values replaced, by dotted name written with two underscores.
+
+        Examples
+        --------
+        ``rig.changed(sprocket__ring_radius=0.305, idler__bearing_drag=0.0)``
+        """
+        data = self.model_dump()
+        for name, value in changes.items():
+            section, _, field = name.partition("__")
+            if section not in data or (field and field not in data[section]):
+                raise InputError(f"{name.replace('__', '.')} is not a parameter of the rig")
+            if field:
+                data[section][field] = value
+            else:
+                data[section] = value
+        return _validated(data, "rig")
+
+
+def _sentence(name: str, error: dict) -> str:
+    where = ".".join(str(part) for part in error["loc"]) or "the file"
+    if error["type"] == "extra_forbidden":
+        return f"{name}: {where} is not a known parameter; remove it or correct its spelling"
+    if error["type"] == "missing":
+        return f"{name}: {where} is missing; add it with value, unit, kind and source"
+    if error["type"] == "value_error":
+        return f"{name}: {where} {error['ctx']['error']}"
+    shown = error["input"]
+    shown = shown.get("value", shown) if isinstance(shown, dict) else shown
+    problem = error["msg"][0].lower() + error["msg"][1:]
+    return f"{name}: {where} = {shown!r} is not accepted: {problem}"
+
+
+def _validated(data: Any, name: str) -> Rig:
+    if not isinstance(data, dict):
+        raise InputError(f"{name}: holds no sections; a rig is a mapping such as config/rig.yaml")
+    try:
+        rig = Rig.model_validate(data)
+        rig.groove_profile  # noqa: B018 -- an impossible groove is refused here, not in mid-run
+    except ValidationError as error:
+        raise InputError(_sentence(name, error.errors()[0])) from None
+    except InputError as error:
+        text = str(error)
+        raise InputError(text if text.startswith(name) else f"{name}: {text}") from None
+    return rig
+
+
+def read_yaml(path: Path | str) -> Any:
+    """Contents of a YAML file, or one sentence about why it cannot be read."""
+    path = Path(path)
+    try:
+        return yaml.safe_load(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file; give the path of an existing YAML file") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: cannot be read as UTF-8 text ({error.__class__.__name__})") from None
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        line = f" at line {mark.line + 1}" if mark else ""
+        raise InputError(f"{path}: is not valid YAML{line}; correct the syntax there") from None
+
+
+def load_rig(path: Path | str) -> Rig:
+    """Read and validate a rig.
+
+    Raises
+    ------
+    InputError
+        One sentence with file, field, value and what would be accepted.
+    """
+    return _validated(read_yaml(path), str(path))
+
+
+def parameter_table(path: Path | str) -> pd.DataFrame:
+    """Every parameter of a rig file: ``name, value, unit, kind, source``, and the derived ones."""
+    rig = load_rig(path)
+    rows = []
+    for section, entries in read_yaml(path).items():
+        if "value" in entries:
+            rows.append({"name": section, **entries})
+        else:
+            rows += [{"name": f"{section}.{field}", **entry} for field, entry in entries.items()]
+    derived = "from the equal-pitch radius, " + "13 [asin(a/2r) + asin(b/2r)] = pi"
+    rows.append(dict(name="connector length", value=rig.connector_length, unit="m", kind="derived", source=derived))
+    rows.append(dict(name="pin circle", value=rig.pin_circle, unit="m", kind="derived", source=derived))
+    return pd.DataFrame(rows)
+
+

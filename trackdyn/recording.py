@@ -1,0 +1,106 @@
+"""What a run gives: arrays, units and provenance, kept in one npz file."""
+
+import json
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from trackdyn.errors import InputError
+
+FORMAT = 1
+
+
+@dataclass(frozen=True)
+class Recording:
+    """Arrays of a run; ``s`` samples, ``p`` recorded pitches, ``w`` wheels, ``n`` bodies.
+
+    Attributes
+    ----------
+    time : (s,) array
+        Time since the start of the record, s.
+    raw, mean : (s, 3) arrays
+        Acceleration of the sensor's point in the link frame, x and y (m/s2), and the link's angle
+        (rad): at the instant, and the mean over the sample interval that ends there.
+    gap : (s,) array
+        Largest distance of the two pins of the cut joint within the interval, m.
+    place : (s, 2) array
+        Middle of the sensor's link, m.
+    wheel_rate : (s, w) array
+        Angular velocities of sprocket, idler and road wheel, rad/s.
+    energy : (s, 10) array
+        Account of work and energies, J (``integrate.state.ENERGY_NAMES``).
+    force : (s, p, 3) array
+        Normal force of left arc, right arc and ring, N.
+    area, groove : (s, p, 2) integer arrays
+        Area and groove of the left and the right arc, 0 without contact.
+    pitches : (p,) integer array
+        The recorded pitches, 1-based.
+    frame : (f, n + 3) array
+        Configurations: pin x, y (m), angles of the bodies and of the sprocket (rad).
+    frame_time : (f,) array
+        Their times, s.
+    meta : dict
+        Scene, rig, derived layout, versions and source hash.
+    wall : float
+        Computing time of the recorded part, s; not written to the file, so that the same scene
+        gives the same bytes.
+    """
+
+    time: np.ndarray
+    raw: np.ndarray
+    mean: np.ndarray
+    gap: np.ndarray
+    place: np.ndarray
+    wheel_rate: np.ndarray
+    energy: np.ndarray
+    force: np.ndarray
+    area: np.ndarray
+    groove: np.ndarray
+    pitches: np.ndarray
+    frame: np.ndarray
+    frame_time: np.ndarray
+    meta: dict
+    wall: float = field(default=float("nan"), compare=False)
+
+    ARRAYS = (
+        "time", "raw", "mean", "gap", "place", "wheel_rate", "energy", "force", "area", "groove", "pitches",
+        "frame", "frame_time",
+    )  # fmt: skip
+
+    @property
+    def rate(self) -> float:
+        """Samples per second."""
+        return float(self.meta["rig"]["sensor"]["rate"])
+
+    def save(self, path: Path | str) -> None:
+        """Write to an npz file: a temporary name first, so that a broken run leaves nothing."""
+        path = Path(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part = path.with_name(path.name + ".part")
+        with part.open("wb") as file:
+            arrays = {name: getattr(self, name) for name in self.ARRAYS}
+            np.savez(file, meta=np.array(json.dumps(self.meta | {"format": FORMAT}, sort_keys=True)), **arrays)
+        os.replace(part, path)
+
+
+def load_recording(path: Path | str) -> Recording:
+    """Read a recording.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, not a recording, or of another format.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            meta = json.loads(str(data["meta"]))
+            arrays = {name: data[name] for name in Recording.ARRAYS}
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such recording; make it with `trackdyn simulate`") from None
+    except Exception:
+        raise InputError(f"{path}: is not a trackdyn recording; give an npz file made by `trackdyn simulate`") from None
+    if meta.get("format") != FORMAT:
+        raise InputError(f"{path}: has recording format {meta.get('format')}, this version reads {FORMAT}; run it again")
+    return Recording(meta=meta, **arrays)
