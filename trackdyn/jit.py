@@ -12,15 +12,16 @@ from pathlib import Path
 import numba
 from platformdirs import user_cache_dir
 
-KERNEL_FOLDERS = ("contact", "chain", "integrate")
+KERNEL_SOURCES = ("model.py", "contact", "chain", "integrate")
 
 
-def source_hash(folders=KERNEL_FOLDERS) -> str:
-    """Hash of the sources of the named sub-packages (16 hexadecimal digits)."""
+def source_hash(sources=KERNEL_SOURCES) -> str:
+    """Hash of the named files and folders of the package (16 hexadecimal digits)."""
     root = Path(__file__).parent
     digest = hashlib.sha256(numba.__version__.encode())
-    for folder in folders:
-        for path in sorted((root / folder).rglob("*.py")):
+    for name in sources:
+        path = root / name
+        for path in [path] if path.is_file() else sorted(path.rglob("*.py")):
             digest.update(path.relative_to(root).as_posix().encode())
             digest.update(path.read_bytes())
     return digest.hexdigest()[:16]

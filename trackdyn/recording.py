@@ -30,7 +30,7 @@ class Recording:
     wheel_rate : (s, w) array
         Angular velocities of sprocket, idler and road wheel, rad/s.
     energy : (s, 10) array
-        Account of work and energies, J (``integrate.state.ENERGY_NAMES``).
+        Account of work and energies, J (``model.ENERGY_NAMES``).
     force : (s, p, 3) array
         Normal force of left arc, right arc and ring, N.
     area, groove : (s, p, 2) integer arrays

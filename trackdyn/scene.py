@@ -10,7 +10,7 @@ from trackdyn.contact.laws import Law, make_law
 from trackdyn.contact.tooth import make_tooth
 from trackdyn.errors import InputError
 from trackdyn.integrate.limits import step_limits
-from trackdyn.integrate.semi_implicit import Drive, Model, Sensor, Wheels
+from trackdyn.model import Drive, Model, Sensor, Wheels
 from trackdyn.parameters.layout import wheel_circles
 from trackdyn.parameters.rig import Rig, Surface
 

@@ -8,23 +8,28 @@ from math import cos, pi, sin
 import numpy as np
 from tqdm import tqdm
 
-from trackdyn.errors import DivergenceError
-from trackdyn.integrate.semi_implicit import SPROCKET, Model, Record, State, Work, loads, make_buffers, orient, place, run
+from trackdyn.errors import DivergenceError, InputError
+from trackdyn.chain.kinematics import orient, place
+from trackdyn.contact.loads import contact_loads
+from trackdyn.integrate.semi_implicit import run
+from trackdyn.model import SPROCKET, Model, Record, State, Work, make_buffers
 from trackdyn.jit import source_hash
-from trackdyn.parameters.layout import assemble, belt_path, wheel_circles
+from trackdyn.parameters.layout import assemble, belt_path, tensioner, wheel_circles
 from trackdyn.recording import Recording
 from trackdyn.scene import Scene, build_model
 
 # Settling: a chunk of this many seconds, then every velocity is multiplied by the factor.
 CHUNK = 1e-3
-DAMPING = 0.97
-# Speed of the tensioner for one newton of missing force, m/(N s): slow against the strands' motion.
-TENSIONER_GAIN = 4e-5
-IDLER = 1
+DAMPING = 0.985
+# The tensioner closes the gap to the wanted tension with this time constant, s: slower than the
+# strands swing out.
+TENSIONER_TIME = 0.15
+# Compliance of the contacts of one loop on its wheels, m/N: bounds the stiffness of a taut loop.
+CONTACT_COMPLIANCE = 1e-6
 
 
 def empty_record(samples: int, n: int, wheels: int, pitches: tuple[int, ...] = (), frames: int = 0, stride: int = 0) -> Record:
-    """Allocate the arrays of a record (see ``integrate.state.Record``)."""
+    """Allocate the arrays of a record (see ``model.Record``)."""
     p = len(pitches)
     return Record(
         np.zeros((samples, 3)),
@@ -79,19 +84,26 @@ class _Settling:
         self.model = build_model(reference, self.shift)
         self.work = make_buffers(n, 3)
         self.record = empty_record(1, n, 3)
-        self.direction = rig.tension.direction * pi / 180
+        self.wheel = tensioner(rig)
+        self.target = rig.tension.pre_tension
+        # a strand of span l and weight w a metre shortens its chord by w^2 l^3 / (24 T^2)
         path = belt_path(wheel_circles(rig, self.shift))
-        leave, enter = path.heading[IDLER], path.heading[IDLER - 1]
-        lever = np.array([cos(enter) - cos(leave), sin(enter) - sin(leave)])
-        self.target = rig.tension.pre_tension * float(lever @ [cos(self.direction), sin(self.direction)])
+        chain = self.model.chain
+        weight = chain.gravity * (chain.mass[0] + chain.mass[1]) / (chain.length[0] + chain.length[1])
+        spans = np.diff(path.start)[1::2]
+        self.sag = weight**2 * float((spans**3).sum()) / 24
+        enter, leave = path.heading[self.wheel - 1], path.heading[self.wheel]
+        d = rig.tension.direction * pi / 180
+        self.lever = cos(d) * (cos(enter) - cos(leave)) + sin(d) * (sin(enter) - sin(leave))
+        if abs(self.lever) < 0.05:
+            raise InputError(
+                f"tension.direction = {rig.tension.direction:g} deg moves the {rig.tension.wheel} along its chain and cannot "
+                "tension it; a direction near the middle of its wrap would do"
+            )
 
-    def idler_force(self) -> float:
-        """Push of the chain against the tensioner's direction, N."""
-        w = self.work
-        k = w.count[0]
-        rows = w.contact[:k][w.contact_body[:k, 1] == IDLER]
-        force = rows[:, 0:2].sum(axis=0) + rows[:, 2:4].sum(axis=0)
-        return float(force @ [cos(self.direction), sin(self.direction)])
+    def tension(self) -> float:
+        """Tension of the chain at the cut joint, in the middle of the last strand, N."""
+        return float(np.hypot(*self.work.sweep.load[:2]))
 
     def chunk(self, damping: float = DAMPING) -> None:
         bad = run(self.model, self.state, self.work, self.record, 0, 1, round(CHUNK / self.model.step))
@@ -102,13 +114,15 @@ class _Settling:
         self.state.wheel_rate[:] *= damping
 
     def tighten(self, seconds: float) -> None:
-        """Move the idler until the chain pushes on it with the target force."""
-        mean = self.target
+        """Move the tensioning wheel until the strand has the wanted tension."""
+        mean = self.tension() or self.target
         for _ in range(round(seconds / CHUNK)):
-            mean += 0.1 * (self.idler_force() - mean)
-            self.shift += TENSIONER_GAIN * CHUNK * (self.target - mean)
-            x, y = wheel_circles(self.scene.rig, self.shift)[IDLER, :2]
-            self.model.wheels.x[IDLER], self.model.wheels.y[IDLER] = x, y
+            mean += 0.1 * (self.tension() - mean)
+            tension = max(mean, 0.1 * self.target, 50.0)
+            compliance = 2 * self.sag / tension**3 + CONTACT_COMPLIANCE
+            self.shift += (self.target - mean) * compliance / self.lever * CHUNK / TENSIONER_TIME
+            x, y = wheel_circles(self.scene.rig, self.shift)[self.wheel, :2]
+            self.model.wheels.x[self.wheel], self.model.wheels.y[self.wheel] = x, y
             self.chunk()
 
     def without_teeth(self) -> None:
@@ -119,18 +133,17 @@ class _Settling:
         tooth = self.model.tooth._replace(present=1)
         probe = self.model._replace(tooth=tooth)
         start = self.state.wheel_angle[SPROCKET]
-        candidates = start + np.linspace(0, 2 * pi / tooth.teeth, 120, endpoint=False)
+        # from the angle with a groove under the middle connector outward, both ways in turn
+        candidates = start + 2 * pi / tooth.teeth * np.linspace(-0.5, 0.5, 121)
+        candidates = candidates[np.argsort(np.abs(candidates - start), kind="stable")]
         cost = []
         for angle in candidates:
             self.state.wheel_angle[SPROCKET] = angle
             orient(self.state.angle, self.work.cos, self.work.sin)
             place(probe.chain, self.state, self.work)
-            loads(probe, self.state, self.work)
+            contact_loads(probe, self.state, self.work)
             cost.append(self.work.tooth_force.max())
-        clear = np.array(cost) <= min(cost) * 1.0000001
-        # the middle of the widest run of equally good angles
-        best = np.flatnonzero(clear)
-        self.state.wheel_angle[SPROCKET] = candidates[best[len(best) // 2]]
+        self.state.wheel_angle[SPROCKET] = candidates[int(np.argmin(cost))]
         self.state.tooth_impact[:] = 0.0
         full = tooth.law.stiffness
         chunks = round(seconds / CHUNK)
@@ -159,7 +172,7 @@ class _Settling:
 def settle(scene: Scene) -> tuple[Model, State, Work, dict]:
     """The loop at rest on its wheels, tensioned, with the scene's ring.
 
-    The tension is set with the rig's own ring radius (``sprocket.ring_radius``) and the idler then
+    The tension is set with the rig's own ring radius (``sprocket.ring_radius``) and the wheel then
     locked; every other ring starts from there, as the paper's wheels stay where they are.
 
     Returns
@@ -167,14 +180,14 @@ def settle(scene: Scene) -> tuple[Model, State, Work, dict]:
     model, state, work
         Ready to run, the sprocket at rest and the account of work at zero.
     layout : dict
-        Derived values: the idler's shift (m) and the force on it (N) with the reference ring.
+        Derived values: the tensioning wheel's shift (m) and the tension (N) reached with the reference ring.
     """
     settling = _Settling(scene)
     settling.without_teeth()
     settling.tighten(0.6)
     settling.engage(0.2)
     settling.tighten(0.6)
-    layout = {"idler_shift_m": settling.shift, "idler_force_n": settling.idler_force(), "idler_target_n": settling.target}
+    layout = {"tensioner_shift_m": settling.shift, "tension_n": settling.tension()}
     if scene.ring_radius != scene.rig.sprocket.ring_radius:
         settling.change_ring(0.3)
     settling.rest(0.2)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from trackdyn.chain.model import Chain
-from trackdyn.chain.multipliers import accelerations
+from trackdyn.chain.multipliers import _solve_symmetric, accelerations
 from trackdyn.errors import InputError
 
 GRAVITY = 9.81
@@ -234,6 +234,17 @@ def test_answer_does_not_depend_on_the_body_counted_first():
     second = accelerations(rolled, later, *(np.roll(v, -1) for v in (rate, force_x, force_y, moment)))
     scale = np.abs(first.alpha).max()
     np.testing.assert_allclose(np.roll(second.alpha, 1) / scale, first.alpha / scale, atol=1e-12)
+
+
+def test_solver_is_accurate_on_an_ill_conditioned_and_badly_scaled_system():
+    """27720 times the Hilbert matrix of order six has whole entries, so that its right side is exact."""
+    order = np.arange(6)
+    matrix = np.rint(27720.0 / (order[:, None] + order + 1.0))
+    scale = 2.0 ** np.array([0, 12, -9, 4, -15, 7])
+    exact = np.array([3.0, -1.0, 4.0, 1.0, -5.0, 9.0])
+    matrix_scaled = (matrix * scale * scale[:, None]).astype(np.longdouble)
+    solution = _solve_symmetric(matrix_scaled, (scale * (matrix @ exact)).astype(np.longdouble))
+    np.testing.assert_allclose((solution * scale).astype(float), exact, rtol=1e-12)
 
 
 def test_wrong_input_is_refused():

@@ -75,7 +75,7 @@ DEFECTS = {
     ),
     "gap": (HEADER + "\n" + "\n".join(rows()[:3] + rows()[4:]) + "\n", ("t_s", "line 5", "gap", "0.002", "0.004")),
     "step too short": (changed(5, "0.0023,0.1,1.0,0.0"), ("t_s", "line 5", "too short", "0.0023")),
-    "wrong rate": ("\n".join([HEADER, *rows(step=0.002)]) + "\n", ("t_s", "500 Hz", "1000 Hz")),
+    "wrong rate": ("\n".join([HEADER, *rows(step=0.002)]) + "\n", ("t_s", "runs at 500 Hz", "1000 Hz", "rate_hz=500")),
     "drifting rate": (
         HEADER + "\n" + "".join(f"{0.001 * k + 0.0004 * (k // 3):.4f},0,1,0\n" for k in range(30)),
         ("t_s", "1000 Hz is required", "Hz"),

@@ -84,6 +84,19 @@ def test_bin_free_estimate_of_a_periodic_signal_with_harmonics(bins, phase):
     assert signals.main_line_binfree(noisy, RATE)[0] == pytest.approx(hz, rel=1e-3)
 
 
+def test_bin_free_estimate_survives_the_local_minima_of_strong_harmonics():
+    n, bin_hz = 9000, RATE / 9000
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        hz = rng.uniform(5.0, 24.0) * bin_hz
+        a = sine(hz, n=n, amplitude=1.1, phase=0.7)
+        for h in range(2, 9):
+            a += sine(h * hz, n=n, amplitude=6.0, phase=rng.uniform(-3.0, 3.0))
+        expected = hz + rng.uniform(-0.9, 0.9) * bin_hz
+        found = signals.main_line_binfree(a, RATE, expected_hz=expected)
+        assert found == pytest.approx((hz, 1.1, 0.7), rel=1e-5), seed
+
+
 def test_expected_frequency_leads_past_a_higher_harmonic():
     hz = 11.5 * RATE / RECORD
     a = sine(hz, amplitude=0.5, phase=1.0) + sine(2.0 * hz, amplitude=1.5)

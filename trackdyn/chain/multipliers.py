@@ -17,7 +17,7 @@ import numpy as np
 from trackdyn.chain.model import Chain
 from trackdyn.errors import InputError
 
-_REFINEMENTS = 4
+_REFINEMENTS = 2
 _SCALINGS = 4
 
 
@@ -86,7 +86,7 @@ def accelerations(
     Notes
     -----
     Newton-Euler equations of the bodies of Eqs. 2-7. Assembly and residual use extended precision
-    (where the platform has it), so that two or three refinements leave only the final rounding.
+    (where the platform has it), so that the refinements leave only the final rounding.
     """
     n = len(chain.length)
     given = [np.asarray(v, dtype=np.longdouble) for v in (angle, rate, force_x, force_y, moment)]
@@ -165,6 +165,7 @@ def _solve_symmetric(matrix, rhs):
     for _ in range(_SCALINGS):
         # kg, kg m2 and m stand side by side in the matrix: bring every row and column to order one.
         scale /= np.sqrt(np.max(np.abs(matrix * scale * scale[:, None]), axis=1))
+    scale = np.exp2(np.rint(np.log2(scale)))  # powers of two: scaling rounds nothing
     matrix = matrix * scale * scale[:, None]
     rhs = rhs * scale
     inverse = np.linalg.inv(matrix.astype(float))

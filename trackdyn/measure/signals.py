@@ -18,7 +18,7 @@ from trackdyn.errors import InputError
 
 LOW_HZ, HIGH_HZ = 0.05, 1.0  # where the loop frequency of every tested speed lies
 _HARMONICS = 8
-_GRID_PER_LOBE = 8  # grid points in one bin's width of the highest harmonic
+_GRID_PER_LOBE = 4  # grid points in one bin's width of the highest harmonic
 
 
 def rms(a) -> float:
@@ -221,7 +221,7 @@ def uncertainty(
         )
     edges = np.rint(np.arange(count + 1) * samples).astype(int)
     values = np.array([statistic(a[i:j]) for i, j in itertools.pairwise(edges)])
-    return float(statistic(a)), float(np.std(values, ddof=1) / np.sqrt(count))
+    return float(statistic(a)), float(np.std(values, ddof=0) / np.sqrt(count))
 
 
 def _signal(a):

@@ -95,26 +95,29 @@ def _wheel_name(index: int) -> str:
 
 
 def wheel_circles(rig: Rig, shift: float = 0.0, surface: bool = False) -> np.ndarray:
-    """Centres and radii of the three wheels, the idler shifted by the tensioner (m).
+    """Centres and radii (w, 3) of the wheels, the tensioning wheel shifted by ``shift``; m.
 
     The radius is that of the pins of links lying on the wheel, or with ``surface`` the wheel's own.
     """
+    wheels = [getattr(rig, name) for name in WHEEL_NAMES]
+    circles = np.array([(w.x, w.y, getattr(w, "radius", rig.sprocket.ring_radius)) for w in wheels])
     angle = rig.tension.direction * pi / 180
-    centres = [
-        (rig.sprocket.x, rig.sprocket.y, rig.sprocket.ring_radius),
-        (rig.idler.x + shift * cos(angle), rig.idler.y + shift * sin(angle), rig.idler.radius),
-        (rig.road_wheel.x, rig.road_wheel.y, rig.road_wheel.radius),
-    ]
-    if surface:
-        return np.array(centres)
-    half, thickness = rig.chain.link_length / 2, rig.chain.link_thickness / 2
-    return np.array([(x, y, hypot(r + thickness, half)) for x, y, r in centres])
+    circles[tensioner(rig), :2] += [shift * cos(angle), shift * sin(angle)]
+    if not surface:
+        circles[:, 2] = np.hypot(circles[:, 2] + rig.chain.link_thickness / 2, rig.chain.link_length / 2)
+    return circles
+
+
+def tensioner(rig: Rig) -> int:
+    """Index of the wheel that sets the tension."""
+    return WHEEL_NAMES.index(rig.tension.wheel)
 
 
 def _lay(path: BeltPath, lengths: np.ndarray) -> np.ndarray:
     """Arc lengths of the pins of a chain laid along the path, each chord of its exact length."""
     s = np.zeros(len(lengths) + 1)
-    s[0] = 0.1 * lengths[0]
+    # the cut joint stands in the middle of the last run, where its load is the tension of that strand
+    s[0] = 0.5 * (path.start[-2] + path.start[-1])
     for i, chord in enumerate(lengths):
         start, _, _ = path.at(s[i])
 
@@ -138,7 +141,7 @@ class Assembly:
     sprocket_angle : float
         Angle of the sprocket that puts a groove under the connector in the middle of the wrap, rad.
     shift : float
-        Shift of the idler that makes the rigid loop just close, m.
+        Shift of the tensioning wheel that makes the rigid loop just close, m.
     """
 
     pins: np.ndarray
@@ -148,7 +151,7 @@ class Assembly:
 
 
 def assemble(rig: Rig) -> Assembly:
-    """Lay the loop around the wheels by shifting the idler until the chain just closes.
+    """Lay the loop around the wheels by shifting the tensioning wheel until the chain just closes.
 
     Raises
     ------

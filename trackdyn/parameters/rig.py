@@ -8,7 +8,7 @@ are never converted silently. The kind says where the number comes from: ``print
 import re
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import pandas as pd
 import yaml
@@ -110,6 +110,7 @@ class Wheel(Section):
 
 
 class Tension(Section):
+    wheel: quantity("name", Literal["idler", "road_wheel"])
     pre_tension: quantity("N", ge=0)
     direction: quantity("deg")
     travel: Length

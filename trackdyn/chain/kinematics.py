@@ -1,0 +1,53 @@
+"""Pins, mass centres and bushing torques along the chain (relative coordinates, Eq. 6 in the plane)."""
+
+from math import cos as cosine
+from math import sin as sine
+
+import numpy as np
+
+from trackdyn.chain.model import Chain
+from trackdyn.jit import kernel
+
+
+@kernel
+def orient(angle, cos, sin):
+    """Cosine and sine of every body's angle."""
+    for i in range(angle.shape[0]):
+        cos[i] = cosine(angle[i])
+        sin[i] = sine(angle[i])
+
+
+@kernel
+def place(chain: Chain, state, work):
+    """Pins and velocities of the mass centres along the chain."""
+    x, y, vx, vy = state.pin[0], state.pin[1], state.pin[2], state.pin[3]
+    for i in range(state.angle.shape[0]):
+        c, s, w = work.cos[i], work.sin[i], state.rate[i]
+        work.pin_x[i] = x
+        work.pin_y[i] = y
+        gx = chain.com_x[i] * c - chain.com_y[i] * s
+        gy = chain.com_x[i] * s + chain.com_y[i] * c
+        work.com_vx[i] = vx - w * gy
+        work.com_vy[i] = vy + w * gx
+        dx = chain.length[i] * c
+        dy = chain.length[i] * s
+        x += dx
+        y += dy
+        vx -= w * dy
+        vy += w * dx
+    work.pin_x[-1] = x
+    work.pin_y[-1] = y
+
+
+@kernel
+def bushing_torques(chain: Chain, state, work):
+    """Torque of every bushing at the start of the step, and the joint rates it was taken at."""
+    n = state.angle.shape[0]
+    for i in range(n):
+        k = i + 1 if i < n - 1 else 0
+        phi = state.angle[k] - state.angle[i]
+        if k == 0:
+            phi -= 2.0 * np.pi  # a clockwise loop: angles fall by one turn along the chain
+        rate = state.rate[k] - state.rate[i]
+        work.joint_rate[i] = rate
+        work.torque[i] = -chain.stiffness * (phi - chain.free_angle) - chain.damping * rate

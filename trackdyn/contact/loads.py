@@ -1,0 +1,162 @@
+"""All contacts of the loop at one state: who touches what, and the loads that follow (Fig. 11, Fig. 12)."""
+
+from math import cos as cosine
+from math import sin as sine
+
+from trackdyn.chain.model import Chain
+from trackdyn.contact.laws import friction_coefficient, normal_force, stored_impact_speed
+from trackdyn.contact.tooth import Tooth, find_area, groove_index
+from trackdyn.contact.wheel import foot
+from trackdyn.jit import kernel
+from trackdyn.model import SPROCKET, Model, State, Wheels, Work
+
+
+@kernel
+def _apply(chain: Chain, state: State, wheels: Wheels, work: Work, law, body, wheel, tooth, px, py, nx, ny, depth,
+           speed, impact, radius):  # fmt: skip
+    """Contact at point p with normal n on ``body``: forces into the loads and onto the contact list."""
+    c, s = work.cos[body], work.sin[body]
+    gx = work.pin_x[body] + chain.com_x[body] * c - chain.com_y[body] * s
+    gy = work.pin_y[body] + chain.com_x[body] * s + chain.com_y[body] * c
+    ax = px - gx
+    ay = py - gy
+    w = state.rate[body]
+    vx = work.com_vx[body] - w * ay
+    vy = work.com_vy[body] + w * ax
+    ox = px - wheels.x[wheel]
+    oy = py - wheels.y[wheel]
+    ww = state.wheel_rate[wheel]
+    # slip of the two material points at p along tau = z x n (Eqs. 31, 38 with the links' own rotation)
+    slip = -ny * (vx + ww * oy) + nx * (vy - ww * ox)
+    fn = normal_force(law, depth, speed, impact, radius)
+    ft = -fn * friction_coefficient(law, slip)
+    fx = fn * nx - ft * ny
+    fy = fn * ny + ft * nx
+    work.force_x[body] += fx
+    work.force_y[body] += fy
+    work.moment[body] += ax * fy - ay * fx
+    work.wheel_torque[wheel] -= ox * fy - oy * fx
+    k = work.count[0]
+    row = work.contact[k]
+    row[0] = fn * nx
+    row[1] = fn * ny
+    row[2] = -ft * ny
+    row[3] = ft * nx
+    row[4] = ax
+    row[5] = ay
+    row[6] = vx
+    row[7] = vy
+    row[8] = ox
+    row[9] = oy
+    row[10] = ww
+    work.contact_body[k, 0] = body
+    work.contact_body[k, 1] = wheel
+    work.contact_body[k, 2] = tooth
+    work.count[0] = k + 1
+    return fn
+
+
+@kernel
+def tooth_loads(chain: Chain, tooth: Tooth, wheels: Wheels, state: State, work: Work):
+    """Contact of both arcs of every connector near the sprocket (Fig. 11)."""
+    cs = cosine(state.wheel_angle[SPROCKET])
+    ss = sine(state.wheel_angle[SPROCKET])
+    ws = state.wheel_rate[SPROCKET]
+    ox = wheels.x[SPROCKET]
+    oy = wheels.y[SPROCKET]
+    reach = tooth.addendum + tooth.arc_radius  # Eq. 18
+    for body in range(1, state.angle.shape[0], 2):
+        mx = 0.5 * (work.pin_x[body] + work.pin_x[body + 1]) - ox
+        my = 0.5 * (work.pin_y[body] + work.pin_y[body + 1]) - oy
+        near = mx * mx + my * my <= (reach + 0.5 * chain.length[body]) ** 2
+        for side in range(2):
+            arc = body - 1 + side
+            area = k = 0
+            depth = nkx = nky = radius = lx = ly = ck = sk = 0.0
+            if near:
+                lx = work.pin_x[body + side] - ox
+                ly = work.pin_y[body + side] - oy
+                if lx * lx + ly * ly <= reach * reach:
+                    # each arc searches the groove that its own centre is in: tips are shared by neighbours
+                    k = groove_index(tooth.teeth, cs * lx + ss * ly, -ss * lx + cs * ly)
+                    ck = cs * tooth.groove_cos[k - 1] - ss * tooth.groove_sin[k - 1]
+                    sk = ss * tooth.groove_cos[k - 1] + cs * tooth.groove_sin[k - 1]
+                    area, depth, nkx, nky, radius = find_area(tooth, ck * lx + sk * ly, -sk * lx + ck * ly)
+            if area == 0:
+                work.tooth_force[arc] = 0.0
+                work.tooth_area[arc] = 0
+                work.tooth_groove[arc] = 0
+                state.tooth_impact[arc] = 0.0
+                continue
+            nx = ck * nkx - sk * nky
+            ny = sk * nkx + ck * nky
+            # velocity of the arc's centre seen from the groove (Eq. 27); the force pushes along n
+            c, s = work.cos[body], work.sin[body]
+            w = state.rate[body]
+            gx = chain.com_x[body] * c - chain.com_y[body] * s - side * chain.length[body] * c
+            gy = chain.com_x[body] * s + chain.com_y[body] * c - side * chain.length[body] * s
+            vx = work.com_vx[body] + w * gy + ws * ly
+            vy = work.com_vy[body] - w * gx - ws * lx
+            speed = -(nx * vx + ny * vy)
+            impact = stored_impact_speed(state.tooth_impact[arc], speed, tooth.law.speed_floor)
+            state.tooth_impact[arc] = impact
+            px = work.pin_x[body + side] - tooth.arc_radius * nx
+            py = work.pin_y[body + side] - tooth.arc_radius * ny
+            work.tooth_force[arc] = _apply(
+                chain, state, wheels, work, tooth.law, body, SPROCKET, 1, px, py, nx, ny, depth, speed, impact, radius
+            )
+            work.tooth_area[arc] = area
+            work.tooth_groove[arc] = k
+
+
+@kernel
+def wheel_loads(chain: Chain, wheels: Wheels, state: State, work: Work):
+    """Contact of every link near a wheel with it (Fig. 12)."""
+    for body in range(0, state.angle.shape[0], 2):
+        link = body // 2
+        ax, ay = work.pin_x[body], work.pin_y[body]
+        bx, by = work.pin_x[body + 1], work.pin_y[body + 1]
+        for wheel in range(wheels.x.shape[0]):
+            if not wheels.present[wheel]:
+                continue
+            cx, cy = wheels.x[wheel], wheels.y[wheel]
+            reach = wheels.radius[wheel] + wheels.half_thickness
+            mx = 0.5 * (ax + bx) - cx
+            my = 0.5 * (ay + by) - cy
+            depth = 0.0
+            if mx * mx + my * my < (reach + 0.5 * chain.length[body]) ** 2:
+                fraction, qx, qy, distance = foot(ax, ay, bx, by, cx, cy)
+                depth = reach - distance
+            if depth <= 0.0:
+                work.wheel_force[link, wheel] = 0.0
+                state.wheel_impact[link, wheel] = 0.0
+                continue
+            nx = (qx - cx) / distance
+            ny = (qy - cy) / distance
+            c, s = work.cos[body], work.sin[body]
+            gx = ax + chain.com_x[body] * c - chain.com_y[body] * s
+            gy = ay + chain.com_x[body] * s + chain.com_y[body] * c
+            w = state.rate[body]
+            speed = -(nx * (work.com_vx[body] - w * (qy - gy)) + ny * (work.com_vy[body] + w * (qx - gx)))
+            law = wheels.ring_law if wheel == SPROCKET else wheels.wheel_law
+            impact = stored_impact_speed(state.wheel_impact[link, wheel], speed, law.speed_floor)
+            state.wheel_impact[link, wheel] = impact
+            px = qx - wheels.half_thickness * nx
+            py = qy - wheels.half_thickness * ny
+            work.wheel_force[link, wheel] = _apply(
+                chain, state, wheels, work, law, body, wheel, 0, px, py, nx, ny, depth, speed, impact,
+                wheels.radius[wheel],
+            )  # fmt: skip
+
+
+@kernel
+def contact_loads(model: Model, state: State, work: Work):
+    """Contact loads on bodies and wheels at the present state."""
+    work.force_x[:] = 0.0
+    work.force_y[:] = 0.0
+    work.moment[:] = 0.0
+    work.wheel_torque[:] = 0.0
+    work.count[0] = 0
+    if model.tooth.present:
+        tooth_loads(model.chain, model.tooth, model.wheels, state, work)
+    wheel_loads(model.chain, model.wheels, state, work)

@@ -1,0 +1,79 @@
+"""The account of work: what every force did during a run, and the energies of a state."""
+
+import numpy as np
+
+from trackdyn.jit import kernel
+from trackdyn.model import (
+    BUSHING_ELASTIC,
+    BUSHING_LOSS,
+    GRAVITY,
+    KINETIC,
+    SPROCKET,
+    SPROCKET_WORK,
+    TOOTH_FRICTION,
+    TOOTH_NORMAL,
+    WHEEL_FRICTION,
+    WHEEL_NORMAL,
+    Model,
+    State,
+    Work,
+)
+
+
+@kernel
+def account(model: Model, state: State, work: Work):
+    """Work of every force over the last step: its place at the start, the mean of the velocities.
+
+    The velocities after the step are taken in the configuration before it. Then joint forces do no
+    work, as they should, and the work of all other forces is the change of kinetic energy of the
+    discrete motion: what remains of the balance shows errors of the equations and of the path, not
+    of the quadrature.
+    """
+    chain, h, done = model.chain, model.step, state.work_done
+    for k in range(work.count[0]):
+        row = work.contact[k]
+        body = work.contact_body[k, 0]
+        wheel = work.contact_body[k, 1]
+        dw = state.rate[body] - work.old_rate[body]
+        vx = row[6] + 0.5 * (work.com_dvx[body] - dw * row[5])
+        vy = row[7] + 0.5 * (work.com_dvy[body] + dw * row[4])
+        ww = 0.5 * (row[10] + state.wheel_rate[wheel])
+        sx = -ww * row[9]
+        sy = ww * row[8]
+        if wheel == SPROCKET:
+            done[SPROCKET_WORK] += h * ((row[0] + row[2]) * sx + (row[1] + row[3]) * sy)
+        normal = -h * (row[0] * (vx - sx) + row[1] * (vy - sy))
+        friction = -h * (row[2] * (vx - sx) + row[3] * (vy - sy))
+        if work.contact_body[k, 2]:
+            done[TOOTH_NORMAL] += normal
+            done[TOOTH_FRICTION] += friction
+        else:
+            done[WHEEL_NORMAL] += normal
+            done[WHEEL_FRICTION] += friction
+    n = state.rate.shape[0]
+    loss = 0.0
+    for i in range(n):
+        after = state.rate[i + 1 if i < n - 1 else 0] - state.rate[i]
+        loss += after * (work.joint_rate[i] + after)
+    done[BUSHING_LOSS] += 0.5 * h * chain.damping * loss
+
+
+@kernel
+def energies(model: Model, state: State, work: Work, out):
+    """Fill ``out`` with the account of work and the energies of the present state (J)."""
+    chain = model.chain
+    out[:7] = state.work_done
+    kinetic = gravity = elastic = 0.0
+    n = state.angle.shape[0]
+    for i in range(n):
+        v2 = work.com_vx[i] ** 2 + work.com_vy[i] ** 2
+        kinetic += 0.5 * (chain.mass[i] * v2 + chain.inertia[i] * state.rate[i] ** 2)
+        y = work.pin_y[i] + chain.com_x[i] * work.sin[i] + chain.com_y[i] * work.cos[i]
+        gravity += chain.mass[i] * chain.gravity * y
+        phi = state.angle[i + 1] - state.angle[i] if i < n - 1 else state.angle[0] - state.angle[i] - 2.0 * np.pi
+        elastic += 0.5 * chain.stiffness * (phi - chain.free_angle) ** 2
+    for wheel in range(1, model.wheels.x.shape[0]):
+        kinetic += 0.5 * model.wheels.inertia[wheel] * state.wheel_rate[wheel] ** 2
+    out[KINETIC] = kinetic
+    out[GRAVITY] = gravity
+    out[BUSHING_ELASTIC] = elastic

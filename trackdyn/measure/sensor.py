@@ -1,0 +1,66 @@
+"""The acceleration sensor on the link (Eq. 40), its sampling and its range."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from trackdyn.recording import Recording
+
+
+@dataclass(frozen=True)
+class SensorSignal:
+    """What the sensor on the link would report.
+
+    Attributes
+    ----------
+    time : (s,) array
+        Sample times, s.
+    ax, ay : (s,) arrays
+        Along the link and along its outward normal, g; the mean over the sample interval that ends
+        at the sample, limited to the range.
+    raw_ax, raw_ay : (s,) arrays
+        The same at the instant of the sample, g. Contact rings at 0.7 to 2.5 kHz, which instantaneous
+        samples fold into the record.
+    clipped : int
+        Number of samples of ``ax`` and ``ay`` that the range cut.
+    """
+
+    time: np.ndarray
+    ax: np.ndarray
+    ay: np.ndarray
+    raw_ax: np.ndarray
+    raw_ay: np.ndarray
+    clipped: int
+
+
+def specific_force(acceleration, angle, gravity: float = 9.81):
+    """Eq. (40): ``a_t = a_s + A_t^T G`` in the link frame, m/s2.
+
+    Parameters
+    ----------
+    acceleration : (..., 2) array
+        Acceleration ``a_s`` of the sensor's point, already in the link frame, m/s2.
+    angle : (...) array
+        Angle of the link's x axis, rad.
+
+    Returns
+    -------
+    (..., 2) array
+        +gravity along y at rest on a level link, zero in free fall.
+    """
+    acceleration = np.asarray(acceleration, dtype=float)
+    projection = np.stack([np.sin(angle), np.cos(angle)], axis=-1) * gravity
+    return acceleration + projection
+
+
+def sense(recording: Recording) -> SensorSignal:
+    """Apply Eq. (40), the unit g and the range to a recording."""
+    g = recording.meta["rig"]["gravity"] or 9.81
+    limit = recording.meta["rig"]["sensor"]["range"]
+    gravity = recording.meta["rig"]["gravity"]
+    mean = specific_force(recording.mean[:, :2], recording.mean[:, 2], gravity) / g
+    raw = specific_force(recording.raw[:, :2], recording.raw[:, 2], gravity) / g
+    clipped = int((np.abs(mean) > limit).sum())
+    mean = np.clip(mean, -limit, limit)
+    raw = np.clip(raw, -limit, limit)
+    return SensorSignal(recording.time, mean[:, 0], mean[:, 1], raw[:, 0], raw[:, 1], clipped)

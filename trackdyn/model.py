@@ -1,0 +1,211 @@
+"""Model, state and record of a run as plain tuples of arrays: what every kernel reads and writes.
+
+The model stays constant during a run, the state is carried from step to step, the work arrays are
+overwritten by every step, and the record is filled. Nothing is allocated while the time runs.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from trackdyn.chain.model import Chain
+from trackdyn.chain.riccati import SweepWork, make_work
+from trackdyn.contact.laws import Law
+from trackdyn.contact.tooth import Tooth
+
+# wheel 0 is the sprocket: its motion is prescribed and links touch its ring
+SPROCKET = 0
+# rows of the account of work, all in J and counted from the start of the run
+SPROCKET_WORK, TOOTH_NORMAL, TOOTH_FRICTION, WHEEL_NORMAL, WHEEL_FRICTION, BEARING, BUSHING_LOSS = range(7)
+KINETIC, GRAVITY, BUSHING_ELASTIC = range(7, 10)
+ENERGY_NAMES = (
+    "sprocket_work",
+    "tooth_normal",
+    "tooth_friction",
+    "wheel_normal",
+    "wheel_friction",
+    "bearing",
+    "bushing_loss",
+    "kinetic",
+    "gravity",
+    "bushing_elastic",
+)
+
+
+class Wheels(NamedTuple):
+    """The wheels that links touch: 0 the sprocket's ring, then the others.
+
+    Attributes
+    ----------
+    present : (w,) integer array
+        0: no contact with links (a sprocket without ring).
+    x, y, radius, inertia, drag : (w,) arrays
+        Centre, radius, moment of inertia, bearing drag; SI. The sprocket's motion is prescribed.
+    half_thickness : float
+        D/2 of the links, m.
+    ring_law, wheel_law : Law
+        Links on the sprocket's ring; links on the other wheels.
+    """
+
+    present: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    radius: np.ndarray
+    inertia: np.ndarray
+    drag: np.ndarray
+    half_thickness: float
+    ring_law: Law
+    wheel_law: Law
+
+
+class Drive(NamedTuple):
+    """Prescribed angular velocity of the sprocket: 0 to ``rate`` in ``ramp`` seconds, then constant."""
+
+    rate: float
+    ramp: float
+
+
+class Sensor(NamedTuple):
+    """Body that carries the sensor and the sensor's place in the body frame, m."""
+
+    body: int
+    x: float
+    y: float
+
+
+class Model(NamedTuple):
+    """Everything that stays constant during a run."""
+
+    chain: Chain
+    tooth: Tooth
+    wheels: Wheels
+    drive: Drive
+    sensor: Sensor
+    step: float
+
+
+class State(NamedTuple):
+    """Everything that a run carries from step to step (written in place).
+
+    Attributes
+    ----------
+    steps : (1,) integer array
+        Steps taken; the time is ``steps * step``.
+    pin : (4,) array
+        Position and velocity of the input pin of body 1 (m, m/s).
+    angle, rate : (n,) arrays
+        Orientation (rad) and angular velocity (rad/s) of the bodies.
+    wheel_angle, wheel_rate : (w,) arrays
+        The same of the wheels.
+    tooth_impact : (n,) array
+        Stored initial impact velocity of the arc at the input (even entries: left) and output
+        (odd: right) pin of connector ``i // 2``, 0 without contact, m/s.
+    wheel_impact : (n // 2, w) array
+        The same for link and wheel.
+    work_done : (7,) array
+        Account of work, J.
+    """
+
+    steps: np.ndarray
+    pin: np.ndarray
+    angle: np.ndarray
+    rate: np.ndarray
+    wheel_angle: np.ndarray
+    wheel_rate: np.ndarray
+    tooth_impact: np.ndarray
+    wheel_impact: np.ndarray
+    work_done: np.ndarray
+
+
+class Work(NamedTuple):
+    """Arrays that a step overwrites.
+
+    ``contact`` holds a row a contact: force normal (x, y), friction (x, y), arm from the body's
+    mass centre (x, y), velocity of the body's point (x, y), arm from the wheel's centre (x, y),
+    wheel rate. ``contact_body`` holds body, wheel and 1 for a tooth.
+    """
+
+    cos: np.ndarray
+    sin: np.ndarray
+    pin_x: np.ndarray
+    pin_y: np.ndarray
+    com_vx: np.ndarray
+    com_vy: np.ndarray
+    com_dvx: np.ndarray
+    com_dvy: np.ndarray
+    old_rate: np.ndarray
+    force_x: np.ndarray
+    force_y: np.ndarray
+    moment: np.ndarray
+    torque: np.ndarray
+    joint_rate: np.ndarray
+    wheel_torque: np.ndarray
+    tooth_force: np.ndarray
+    tooth_area: np.ndarray
+    tooth_groove: np.ndarray
+    wheel_force: np.ndarray
+    contact: np.ndarray
+    contact_body: np.ndarray
+    count: np.ndarray
+    sweep: SweepWork
+
+
+class Record(NamedTuple):
+    """Arrays that a run fills, one row a sample.
+
+    Attributes
+    ----------
+    raw, mean : (s, 3) arrays
+        Acceleration of the sensor in the link frame (m/s2) and the link's angle (rad): at the
+        sample's instant, and averaged over the interval before it.
+    gap : (s,) array
+        Largest distance between the two pins of the cut joint in the interval, m.
+    place : (s, 2) array
+        Middle of the sensor's link, m.
+    wheel_rate : (s, w) array
+        Angular velocities of the wheels, rad/s.
+    energy : (s, 10) array
+        See ``ENERGY_NAMES``, J.
+    force : (s, p, 3) array
+        Normal force of left arc, right arc and ring on the chosen pitches, N.
+    area, groove : (s, p, 2) integer arrays
+        Area and groove of the left and right arc, 0 without contact.
+    pitches : (p,) integer array
+        The chosen pitches (0-based).
+    frame : (f, n + 3) array
+        Configuration every ``frame_stride`` samples: pin x, y, angles, sprocket angle.
+    frame_stride : int
+        Samples between frames.
+    """
+
+    raw: np.ndarray
+    mean: np.ndarray
+    gap: np.ndarray
+    place: np.ndarray
+    wheel_rate: np.ndarray
+    energy: np.ndarray
+    force: np.ndarray
+    area: np.ndarray
+    groove: np.ndarray
+    pitches: np.ndarray
+    frame: np.ndarray
+    frame_stride: int
+
+
+def make_buffers(n: int, wheels: int) -> Work:
+    """Allocate the arrays of a step for ``n`` bodies and ``wheels`` wheels."""
+    contacts = n + (n // 2) * wheels
+    return Work(
+        *(np.zeros(n) for _ in range(2)),
+        *(np.zeros(n + 1) for _ in range(2)),
+        *(np.zeros(n) for _ in range(10)),
+        np.zeros(wheels),
+        np.zeros(n),
+        np.zeros(n, np.int64),
+        np.zeros(n, np.int64),
+        np.zeros((n // 2, wheels)),
+        np.zeros((contacts, 11)),
+        np.zeros((contacts, 3), np.int64),
+        np.zeros(1, np.int64),
+        make_work(n),
+    )
