@@ -150,6 +150,27 @@ class Work(NamedTuple):
     sweep: SweepWork
 
 
+class Spells(NamedTuple):
+    """Log of the contacts with the sprocket (columns: ``integrate.spells.SPELL_COLUMNS``).
+
+    Attributes
+    ----------
+    enabled : int
+        0: not logged.
+    open : (3 n / 2, 11) array
+        Spells that have begun and not ended: left arc, right arc and ring of each pitch.
+    rows : (m, 11) array
+        Ended spells.
+    count : (1,) integer array
+        Number of ended spells; more than ``m`` if some found no room.
+    """
+
+    enabled: int
+    open: np.ndarray
+    rows: np.ndarray
+    count: np.ndarray
+
+
 class Record(NamedTuple):
     """Arrays that a run fills, one row a sample.
 
@@ -176,6 +197,8 @@ class Record(NamedTuple):
         Configuration every ``frame_stride`` samples: pin x, y, angles, sprocket angle.
     frame_stride : int
         Samples between frames.
+    spells : Spells
+        Log of the contacts with the sprocket.
     """
 
     raw: np.ndarray
@@ -190,6 +213,7 @@ class Record(NamedTuple):
     pitches: np.ndarray
     frame: np.ndarray
     frame_stride: int
+    spells: Spells
 
 
 def make_buffers(n: int, wheels: int) -> Work:

@@ -37,6 +37,11 @@ class Recording:
         Area and groove of the left and the right arc, 0 without contact.
     pitches : (p,) integer array
         The recorded pitches, 1-based.
+    spells : (k, 11) array
+        Every contact with the sprocket that ended (``integrate.spells.SPELL_COLUMNS``); times since the
+        start of the run.
+    begin : float
+        Time since the start of the run at which the record begins, s.
     frame : (f, n + 3) array
         Configurations: pin x, y (m), angles of the bodies and of the sprocket (rad).
     frame_time : (f,) array
@@ -59,6 +64,8 @@ class Recording:
     area: np.ndarray
     groove: np.ndarray
     pitches: np.ndarray
+    spells: np.ndarray
+    begin: float
     frame: np.ndarray
     frame_time: np.ndarray
     meta: dict
@@ -66,7 +73,7 @@ class Recording:
 
     ARRAYS = (
         "time", "raw", "mean", "gap", "place", "wheel_rate", "energy", "force", "area", "groove", "pitches",
-        "frame", "frame_time",
+        "spells", "begin", "frame", "frame_time",
     )  # fmt: skip
 
     @property

@@ -39,6 +39,8 @@ class Scene:
         Pitches whose contacts are recorded (1-based); empty: the sensor's.
     frame_interval : float
         Time between recorded configurations, s; 0: none.
+    spells : bool
+        Log every contact with the sprocket.
     """
 
     rig: Rig
@@ -50,6 +52,7 @@ class Scene:
     step: float = 5e-5
     pitches: tuple[int, ...] = ()
     frame_interval: float = 0.0
+    spells: bool = True
 
     def __post_init__(self):
         def refuse(field, value, remedy):

@@ -12,7 +12,8 @@ from trackdyn.errors import DivergenceError, InputError
 from trackdyn.chain.kinematics import orient, place
 from trackdyn.contact.loads import contact_loads
 from trackdyn.integrate.semi_implicit import run
-from trackdyn.model import SPROCKET, Model, Record, State, Work, make_buffers
+from trackdyn.integrate.spells import SPELL_COLUMNS
+from trackdyn.model import SPROCKET, Model, Record, Spells, State, Work, make_buffers
 from trackdyn.jit import source_hash
 from trackdyn.parameters.layout import assemble, belt_path, tensioner, wheel_circles
 from trackdyn.recording import Recording
@@ -24,12 +25,15 @@ DAMPING = 0.985
 # The tensioner closes the gap to the wanted tension with this time constant, s: slower than the
 # strands swing out.
 TENSIONER_TIME = 0.15
+SPELLS_A_CHUNK = 40000
 # Compliance of the contacts of one loop on its wheels, m/N: bounds the stiffness of a taut loop.
 CONTACT_COMPLIANCE = 1e-6
 
 
-def empty_record(samples: int, n: int, wheels: int, pitches: tuple[int, ...] = (), frames: int = 0, stride: int = 0) -> Record:
-    """Allocate the arrays of a record (see ``model.Record``)."""
+def empty_record(
+    samples: int, n: int, wheels: int, pitches: tuple[int, ...] = (), frames: int = 0, stride: int = 0, spells: int = 0
+) -> Record:
+    """Allocate the arrays of a record (see ``model.Record``), with room for ``spells`` rows a chunk."""
     p = len(pitches)
     return Record(
         np.zeros((samples, 3)),
@@ -44,6 +48,9 @@ def empty_record(samples: int, n: int, wheels: int, pitches: tuple[int, ...] = (
         np.array([i - 1 for i in pitches], np.int64),
         np.zeros((frames, n + 3)),
         stride,
+        Spells(
+            int(spells > 0), np.zeros((3 * n // 2, len(SPELL_COLUMNS))), np.zeros((spells, len(SPELL_COLUMNS))), np.zeros(1, np.int64)
+        ),
     )
 
 
@@ -201,6 +208,18 @@ def settle(scene: Scene) -> tuple[Model, State, Work, dict]:
     return model, state, settling.work, layout
 
 
+def _take_spells(spells: Spells) -> np.ndarray:
+    """Rows that ended in the last chunk; the log is empty afterwards."""
+    count = int(spells.count[0])
+    if count > len(spells.rows):
+        raise DivergenceError(
+            f"{count} contacts ended within one chunk of 0.25 s, more than {len(spells.rows)}: the contact chatters from "
+            "step to step; a smaller step would do"
+        )
+    spells.count[0] = 0
+    return spells.rows[:count].copy()
+
+
 def _samples(seconds: float, rate: int) -> int:
     return round(seconds * rate)
 
@@ -233,7 +252,7 @@ def simulate(scene: Scene, progress: bool = False) -> Recording:
     lead = _samples(scene.ramp + scene.lead_in, rate)
     frame_stride = _samples(scene.frame_interval, rate)
     frames = -(-samples // frame_stride) if frame_stride else 0
-    record = empty_record(samples, n, 3, pitches, frames, frame_stride)
+    record = empty_record(samples, n, 3, pitches, frames, frame_stride, SPELLS_A_CHUNK if scene.spells else 0)
     scratch = empty_record(1, n, 3)
 
     bar = tqdm(
@@ -250,7 +269,9 @@ def simulate(scene: Scene, progress: bool = False) -> Recording:
             if bad >= 0:
                 raise _diverged(bad, state, model, "the start")
             bar.update(1 / rate)
-        chunk = rate // 4
+        begin_time = state.steps[0] * model.step
+        chunk = max(rate // 4, 1)
+        spells = []
         for first in range(0, samples, chunk):
             last = min(first + chunk, samples)
             begin = time.perf_counter()
@@ -258,6 +279,7 @@ def simulate(scene: Scene, progress: bool = False) -> Recording:
             wall += time.perf_counter() - begin
             if bad >= 0:
                 raise _diverged(bad, state, model, "the run")
+            spells.append(_take_spells(record.spells))
             bar.update((last - first) / rate)
 
     return Recording(
@@ -272,6 +294,8 @@ def simulate(scene: Scene, progress: bool = False) -> Recording:
         area=record.area,
         groove=record.groove,
         pitches=record.pitches + 1,
+        spells=np.vstack(spells),
+        begin=float(begin_time),
         frame=record.frame,
         frame_time=np.arange(frames) * frame_stride / rate,
         meta={

@@ -143,14 +143,13 @@ def accelerations(
             p2 = s23 * d
             p3 = s33 * d
             g3 = em3 - torque[i]
-            row = gain[i]
-            row[0] = p1
-            row[1] = p2
-            row[2] = p3
-            row[3] = em0 * d
-            row[4] = em1 * d
-            row[5] = em2 * d
-            row[6] = g3 * d
+            gain[i, 0] = p1
+            gain[i, 1] = p2
+            gain[i, 2] = p3
+            gain[i, 3] = em0 * d
+            gain[i, 4] = em1 * d
+            gain[i, 5] = em2 * d
+            gain[i, 6] = g3 * d
             ex0 -= p1 * em0
             ex1 -= p1 * em1
             ex2 -= p1 * em2
@@ -211,19 +210,17 @@ def _back_substitute(chain: Chain, cos, sin, rate, probe_body, work: SweepWork):
     a0, a1, a2, a3 = end[2, 0], end[2, 1], end[2, 2], end[2, 3]
     for i in range(n - 1, -1, -1):
         if i < n - 1:
-            row = gain[i]
-            p1 = row[0]
-            p2 = row[1]
-            q = 1.0 - row[2]
-            a0 = q * a0 - p1 * x0 - p2 * y0 - row[3]
-            a1 = q * a1 - p1 * x1 - p2 * y1 - row[4]
-            a2 = q * a2 - p1 * x2 - p2 * y2 - row[5]
-            a3 = q * a3 - p1 * x3 - p2 * y3 - row[6]
-        out = response[i]
-        out[0] = a0
-        out[1] = a1
-        out[2] = a2
-        out[3] = a3
+            p1 = gain[i, 0]
+            p2 = gain[i, 1]
+            q = 1.0 - gain[i, 2]
+            a0 = q * a0 - p1 * x0 - p2 * y0 - gain[i, 3]
+            a1 = q * a1 - p1 * x1 - p2 * y1 - gain[i, 4]
+            a2 = q * a2 - p1 * x2 - p2 * y2 - gain[i, 5]
+            a3 = q * a3 - p1 * x3 - p2 * y3 - gain[i, 6]
+        response[i, 0] = a0
+        response[i, 1] = a1
+        response[i, 2] = a2
+        response[i, 3] = a3
         dx = chain.length[i] * cos[i]
         dy = chain.length[i] * sin[i]
         w2 = rate[i] * rate[i]
@@ -259,7 +256,7 @@ def _back_substitute(chain: Chain, cos, sin, rate, probe_body, work: SweepWork):
 def _close(n, cut_torque, implicit_damping, work: SweepWork):
     """Solve the two position rows and the torque law of the cut joint for its load."""
     end = work.end
-    first, last = work.response[0], work.response[n - 1]
+    response = work.response
     a00 = end[0, 0] - work.base[0, 0]
     a01 = end[0, 1] - work.base[0, 1]
     a02 = end[0, 2] - work.base[0, 2]
@@ -268,10 +265,10 @@ def _close(n, cut_torque, implicit_damping, work: SweepWork):
     a11 = end[1, 1] - work.base[1, 1]
     a12 = end[1, 2] - work.base[1, 2]
     b1 = work.base[1, 3] - end[1, 3]
-    a20 = implicit_damping * (first[0] - last[0])
-    a21 = implicit_damping * (first[1] - last[1])
-    a22 = 1.0 + implicit_damping * (first[2] - last[2])
-    b2 = cut_torque - implicit_damping * (first[3] - last[3])
+    a20 = implicit_damping * (response[0, 0] - response[n - 1, 0])
+    a21 = implicit_damping * (response[0, 1] - response[n - 1, 1])
+    a22 = 1.0 + implicit_damping * (response[0, 2] - response[n - 1, 2])
+    b2 = cut_torque - implicit_damping * (response[0, 3] - response[n - 1, 3])
 
     inv = work.inverse
     m00 = a11 * a22 - a12 * a21

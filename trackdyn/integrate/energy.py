@@ -30,20 +30,20 @@ def account(model: Model, state: State, work: Work):
     of the quadrature.
     """
     chain, h, done = model.chain, model.step, state.work_done
+    row = work.contact
     for k in range(work.count[0]):
-        row = work.contact[k]
         body = work.contact_body[k, 0]
         wheel = work.contact_body[k, 1]
         dw = state.rate[body] - work.old_rate[body]
-        vx = row[6] + 0.5 * (work.com_dvx[body] - dw * row[5])
-        vy = row[7] + 0.5 * (work.com_dvy[body] + dw * row[4])
-        ww = 0.5 * (row[10] + state.wheel_rate[wheel])
-        sx = -ww * row[9]
-        sy = ww * row[8]
+        vx = row[k, 6] + 0.5 * (work.com_dvx[body] - dw * row[k, 5])
+        vy = row[k, 7] + 0.5 * (work.com_dvy[body] + dw * row[k, 4])
+        ww = 0.5 * (row[k, 10] + state.wheel_rate[wheel])
+        sx = -ww * row[k, 9]
+        sy = ww * row[k, 8]
         if wheel == SPROCKET:
-            done[SPROCKET_WORK] += h * ((row[0] + row[2]) * sx + (row[1] + row[3]) * sy)
-        normal = -h * (row[0] * (vx - sx) + row[1] * (vy - sy))
-        friction = -h * (row[2] * (vx - sx) + row[3] * (vy - sy))
+            done[SPROCKET_WORK] += h * ((row[k, 0] + row[k, 2]) * sx + (row[k, 1] + row[k, 3]) * sy)
+        normal = -h * (row[k, 0] * (vx - sx) + row[k, 1] * (vy - sy))
+        friction = -h * (row[k, 2] * (vx - sx) + row[k, 3] * (vy - sy))
         if work.contact_body[k, 2]:
             done[TOOTH_NORMAL] += normal
             done[TOOTH_FRICTION] += friction

@@ -15,6 +15,7 @@ from trackdyn.chain.kinematics import bushing_torques, orient, place
 from trackdyn.chain.riccati import accelerations
 from trackdyn.contact.loads import contact_loads
 from trackdyn.integrate.energy import account, energies
+from trackdyn.integrate.spells import log_spells
 from trackdyn.jit import kernel
 from trackdyn.model import BEARING, SPROCKET, Drive, Model, Record, State, Work
 
@@ -51,6 +52,7 @@ def advance(model: Model, state: State, work: Work):
         -1, or the body whose angular velocity left the physical range.
     """
     chain, wheels, sweep, h = model.chain, model.wheels, work.sweep, model.step
+    response = sweep.response
     lx, ly, lm = sweep.load[0], sweep.load[1], sweep.load[2]
     n = state.angle.shape[0]
     bad = -1
@@ -62,9 +64,8 @@ def advance(model: Model, state: State, work: Work):
     state.pin[3] += dvy
     gx = gy = 0.0
     for i in range(n):
-        r = sweep.response[i]
         c, s, old, length = work.cos[i], work.sin[i], state.rate[i], chain.length[i]
-        dw = h * (r[0] * lx + r[1] * ly + r[2] * lm + r[3])
+        dw = h * (response[i, 0] * lx + response[i, 1] * ly + response[i, 2] * lm + response[i, 3])
         work.com_dvx[i] = dvx - dw * (chain.com_x[i] * s + chain.com_y[i] * c)
         work.com_dvy[i] = dvy + dw * (chain.com_x[i] * c - chain.com_y[i] * s)
         work.old_rate[i] = old
@@ -90,8 +91,7 @@ def advance(model: Model, state: State, work: Work):
     dm = -(inv[2, 0] * gx + inv[2, 1] * gy) / h
     gx = gy = 0.0
     for i in range(n):
-        r = sweep.response[i]
-        d = r[0] * dx + r[1] * dy + r[2] * dm
+        d = response[i, 0] * dx + response[i, 1] * dy + response[i, 2] * dm
         state.rate[i] += d
         d *= h
         state.angle[i] += d
@@ -149,10 +149,10 @@ def run(model: Model, state: State, work: Work, record: Record, first, last, str
                 damping, b, sweep,
             )  # fmt: skip
             # sensor: pin, angular and centripetal part, in the link frame (a_s of Eq. 40)
-            p, load, r = sweep.probe, sweep.load, sweep.response[b]
+            p, load, r = sweep.probe, sweep.load, sweep.response
             ax = p[0, 0] * load[0] + p[0, 1] * load[1] + p[0, 2] * load[2] + p[0, 3]
             ay = p[1, 0] * load[0] + p[1, 1] * load[1] + p[1, 2] * load[2] + p[1, 3]
-            alpha = r[0] * load[0] + r[1] * load[1] + r[2] * load[2] + r[3]
+            alpha = r[b, 0] * load[0] + r[b, 1] * load[1] + r[b, 2] * load[2] + r[b, 3]
             w2 = state.rate[b] ** 2
             c, s = work.cos[b], work.sin[b]
             raw_x = c * ax + s * ay - alpha * sensor.y - w2 * sensor.x
@@ -168,6 +168,8 @@ def run(model: Model, state: State, work: Work, record: Record, first, last, str
             place(chain, state, work)
             account(model, state, work)
             evaluate_loads(model, state, work)
+            if record.spells.enabled:
+                log_spells(record.spells, state, work, state.steps[0] * model.step, model.step)
         record.raw[sample, 0] = raw_x
         record.raw[sample, 1] = raw_y
         record.raw[sample, 2] = raw_angle

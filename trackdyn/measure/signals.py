@@ -221,7 +221,7 @@ def uncertainty(
         )
     edges = np.rint(np.arange(count + 1) * samples).astype(int)
     values = np.array([statistic(a[i:j]) for i, j in itertools.pairwise(edges)])
-    return float(statistic(a)), float(np.std(values, ddof=0) / np.sqrt(count))
+    return float(statistic(a)), float(np.std(values, ddof=1) / np.sqrt(count))
 
 
 def _signal(a):

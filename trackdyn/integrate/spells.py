@@ -1,0 +1,66 @@
+"""Contact spells while the time runs: one row for every uninterrupted contact of an arc or a link."""
+
+from trackdyn.jit import kernel
+from trackdyn.model import SPROCKET, Spells, State, Work
+
+# columns of a row
+PITCH, SIDE, GROOVE, AREAS, START, END, PEAK, PEAK_TIME, IMPULSE, SQUARE, ANGLE = range(11)
+SPELL_COLUMNS = (
+    "pitch",  # 0-based
+    "side",  # 0 left arc, 1 right arc, 2 ring
+    "groove",
+    "areas",  # bit j - 1 set: area j was visited
+    "start_s",
+    "end_s",
+    "peak_n",
+    "peak_s",
+    "impulse_ns",
+    "square_n2s",  # integral of the squared force
+    "sprocket_rad",  # angle of the sprocket at the start
+)
+
+
+@kernel
+def log_spells(spells: Spells, state: State, work: Work, time, step):
+    """Open, extend or close the spell of every contact of the sprocket after a step.
+
+    The force at ``time`` is taken to act for one ``step``. A row that finds no room is counted but
+    not kept, so that the caller can tell.
+    """
+    entries = spells.open
+    for pitch in range(work.wheel_force.shape[0]):
+        for side in range(3):
+            i = 3 * pitch + side
+            force = work.wheel_force[pitch, SPROCKET] if side == 2 else work.tooth_force[2 * pitch + side]
+            begun = entries[i, END] > 0.0  # END is 0 while nothing is open
+            if force <= 0.0 and not begun:
+                continue
+            groove = 0 if side == 2 else work.tooth_groove[2 * pitch + side]
+            if begun and (force <= 0.0 or groove != entries[i, GROOVE]):
+                k = spells.count[0]
+                if k < spells.rows.shape[0]:
+                    for column in range(entries.shape[1]):
+                        spells.rows[k, column] = entries[i, column]
+                spells.count[0] = k + 1
+                entries[i, END] = 0.0
+                begun = False
+            if force <= 0.0:
+                continue
+            if not begun:
+                entries[i, PITCH] = pitch
+                entries[i, SIDE] = side
+                entries[i, GROOVE] = groove
+                entries[i, AREAS] = 0.0
+                entries[i, START] = time
+                entries[i, PEAK] = 0.0
+                entries[i, IMPULSE] = 0.0
+                entries[i, SQUARE] = 0.0
+                entries[i, ANGLE] = state.wheel_angle[SPROCKET]
+            entries[i, END] = time + step
+            if force > entries[i, PEAK]:
+                entries[i, PEAK] = force
+                entries[i, PEAK_TIME] = time
+            entries[i, IMPULSE] += force * step
+            entries[i, SQUARE] += force * force * step
+            if side < 2:
+                entries[i, AREAS] = int(entries[i, AREAS]) | (1 << (work.tooth_area[2 * pitch + side] - 1))
