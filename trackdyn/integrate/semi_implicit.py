@@ -21,6 +21,8 @@ from trackdyn.model import BEARING, SPROCKET, Drive, Model, Record, State, Work
 
 # |angular velocity| of a body beyond which a run has left the physical range, rad/s
 RATE_LIMIT = 1000.0
+# rotation in one step up to which cosine and sine are updated by their series, rad
+TURN_LIMIT = 0.02
 SPROCKET = 0
 
 
@@ -75,14 +77,23 @@ def advance(model: Model, state: State, work: Work):
         if not abs(rate) < RATE_LIMIT and bad < 0:
             bad = i
         state.rate[i] = rate
-        angle = state.angle[i] + h * rate
-        state.angle[i] = angle
-        c = cosine(angle)
-        s = sine(angle)
-        work.cos[i] = c
-        work.sin[i] = s
-        gx += chain.length[i] * c
-        gy += chain.length[i] * s
+        turn = h * rate
+        state.angle[i] += turn
+        # Rotate by series: the next terms, turn^7 / 5040 and turn^8 / 40320, are below rounding up to
+        # TURN_LIMIT. Every sample starts from exact values again (`orient`).
+        if abs(turn) < TURN_LIMIT:
+            t2 = turn * turn
+            ds = turn * (1.0 - t2 * (1.0 / 6.0 - t2 / 120.0))
+            dc = t2 * (0.5 - t2 * (1.0 / 24.0 - t2 / 720.0))
+            nc = c - (c * dc + s * ds)
+            ns = s - (s * dc - c * ds)
+        else:
+            nc = cosine(state.angle[i])
+            ns = sine(state.angle[i])
+        work.cos[i] = nc
+        work.sin[i] = ns
+        gx += length * nc
+        gy += length * ns
 
     # extra cut load that closes the gap: end - start moves by h^2 (closure matrix) d_lambda
     inv = sweep.inverse
@@ -143,6 +154,7 @@ def run(model: Model, state: State, work: Work, record: Record, first, last, str
     for sample in range(first, last):
         sum_x = sum_y = sum_angle = gap = 0.0
         raw_x = raw_y = 0.0
+        orient(state.angle, work.cos, work.sin)
         for _ in range(stride):
             accelerations(
                 chain, work.cos, work.sin, state.rate, work.force_x, work.force_y, work.moment, work.torque,
