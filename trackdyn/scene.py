@@ -49,7 +49,7 @@ class Scene:
     duration: float = 90.0
     lead_in: float = 5.0
     ramp: float = 1.0
-    step: float = 5e-5
+    step: float = 1e-4
     pitches: tuple[int, ...] = ()
     frame_interval: float = 0.0
     spells: bool = True

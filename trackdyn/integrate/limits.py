@@ -30,6 +30,10 @@ def step_limits(model, pre_tension: float) -> dict[str, float]:
     """
     chain, tooth, wheels = model.chain, model.tooth, model.wheels
     link, connector = float(chain.mass[0]), float(chain.mass[1])
+    # A push across the chain at a pin moves the ends of both bodies that meet there.
+    at_pin = sum(
+        1 / (1 / float(chain.mass[i]) + (float(chain.length[i]) / 2) ** 2 / float(chain.inertia[i])) for i in (0, 1)
+    )
     pitch = float(chain.length[0] + chain.length[1])
     tension = pre_tension + (link + connector) * chain.gravity / pitch
     load = DYNAMIC_FACTOR * 2 * tension * sin(pi / tooth.teeth)
@@ -45,8 +49,8 @@ def step_limits(model, pre_tension: float) -> dict[str, float]:
             for r, convex in zip(tooth.radius, tooth.convex, strict=True)
         )
         stiffness = _stiffness_at(tooth.law, load, narrow)
-        limits["contact stiffness of the teeth (tooth_contact)"] = 2 * sqrt(connector / stiffness)
-        limits["friction of the teeth (tooth_contact)"] = friction(tooth.law, connector)
+        limits["contact stiffness of the teeth (tooth_contact)"] = 2 * sqrt(at_pin / stiffness)
+        limits["friction of the teeth (tooth_contact)"] = friction(tooth.law, at_pin)
     for name, law, radius in (
         ("ring_contact", wheels.ring_law, wheels.radius[0]),
         ("wheel_contact", wheels.wheel_law, min(wheels.radius[1:])),

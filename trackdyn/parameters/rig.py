@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import pandas as pd
-import yaml
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import BeforeValidator, Field
 
 from trackdyn.errors import InputError
 from trackdyn.parameters.groove import Groove, build_groove, connector_length
+from trackdyn.parameters.validation import Section, read_yaml, validated
 
 KINDS = ("printed", "derived", "assumed", "fitted")
 YAML_12_FLOAT = re.compile(r"[-+]?\d+(\.\d*)?[eE]\d+")
@@ -49,10 +49,6 @@ def _unwrap(unit: str):
 def quantity(unit: str, kind: type = float, **bounds) -> Any:
     """Type of one parameter: its Python type, its unit and its bounds."""
     return Annotated[kind, _unwrap(unit), Field(allow_inf_nan=False if kind is float else None, **bounds)]
-
-
-class Section(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=False)
 
 
 Length = quantity("m", gt=0)
@@ -234,47 +230,13 @@ class Rig(Section):
         return _validated(data, "rig")
 
 
-def _sentence(name: str, error: dict) -> str:
-    where = ".".join(str(part) for part in error["loc"]) or "the file"
-    if error["type"] == "extra_forbidden":
-        return f"{name}: {where} is not a known parameter; remove it or correct its spelling"
-    if error["type"] == "missing":
-        return f"{name}: {where} is missing; add it with value, unit, kind and source"
-    if error["type"] == "value_error":
-        return f"{name}: {where} {error['ctx']['error']}"
-    shown = error["input"]
-    shown = shown.get("value", shown) if isinstance(shown, dict) else shown
-    problem = error["msg"][0].lower() + error["msg"][1:]
-    return f"{name}: {where} = {shown!r} is not accepted: {problem}"
-
-
 def _validated(data: Any, name: str) -> Rig:
-    if not isinstance(data, dict):
-        raise InputError(f"{name}: holds no sections; a rig is a mapping such as config/rig.yaml")
+    rig = validated(Rig, data, name, missing="add it with value, unit, kind and source")
     try:
-        rig = Rig.model_validate(data)
         rig.groove_profile  # noqa: B018 -- an impossible groove is refused here, not in mid-run
-    except ValidationError as error:
-        raise InputError(_sentence(name, error.errors()[0])) from None
     except InputError as error:
-        text = str(error)
-        raise InputError(text if text.startswith(name) else f"{name}: {text}") from None
+        raise InputError(f"{name}: {error}") from None
     return rig
-
-
-def read_yaml(path: Path | str) -> Any:
-    """Contents of a YAML file, or one sentence about why it cannot be read."""
-    path = Path(path)
-    try:
-        return yaml.safe_load(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file; give the path of an existing YAML file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot be read as UTF-8 text ({error.__class__.__name__})") from None
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        line = f" at line {mark.line + 1}" if mark else ""
-        raise InputError(f"{path}: is not valid YAML{line}; correct the syntax there") from None
 
 
 def load_rig(path: Path | str) -> Rig:

@@ -1,0 +1,41 @@
+"""The replication: `snakemake -j2` for everything, `--configfile config/quick.yaml` for two minutes."""
+
+import sys
+from pathlib import Path
+
+from snakemake.exceptions import WorkflowError
+
+# The workflow runs from its own folder, with or without the package installed elsewhere.
+sys.path.insert(0, str(workflow.basedir))
+
+from trackdyn.config import check_config
+from trackdyn.errors import TrackdynError
+
+if not workflow.configfiles:
+    configfile: "config/config.yaml"
+
+
+try:
+    CONFIG, RIG, SCENES = check_config(
+        config, str(Path(workflow.configfiles[-1]).name) if workflow.configfiles else "config.yaml"
+    )
+except TrackdynError as error:
+    raise WorkflowError(str(error)) from None
+
+R = CONFIG.results
+SPEEDS = [f"{rpm:g}rpm" for rpm in CONFIG.records.speeds_rpm]
+
+
+wildcard_constraints:
+    run=r"\d[\w.]*rpm|meshing/\w+|ring/[\w.]+",
+
+
+include: "workflow/rules/common.smk"
+include: "workflow/rules/simulate.smk"
+include: "workflow/rules/records.smk"
+
+
+rule all:
+    default_target: True
+    input:
+        rules.records.input,

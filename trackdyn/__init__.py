@@ -1,0 +1,30 @@
+"""trackdyn: dynamics of a double-pin caterpillar track, a replication of Wang et al. (2023).
+
+Examples
+--------
+>>> from trackdyn import Scene, load_rig, sense, simulate
+>>> scene = Scene(load_rig("config/rig.yaml"), motor_rpm=115, duration=20)
+>>> recording = simulate(scene)
+>>> signal = sense(recording)
+"""
+
+from trackdyn.errors import DivergenceError, InputError, TrackdynError
+from trackdyn.measure.sensor import sense
+from trackdyn.parameters.rig import Rig, load_rig
+from trackdyn.recording import Recording, load_recording
+from trackdyn.scene import Scene
+from trackdyn.simulate import simulate
+
+__version__ = "0.1.0"
+__all__ = [
+    "DivergenceError",
+    "InputError",
+    "Recording",
+    "Rig",
+    "Scene",
+    "TrackdynError",
+    "load_recording",
+    "load_rig",
+    "sense",
+    "simulate",
+]

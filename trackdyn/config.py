@@ -1,0 +1,169 @@
+"""The configuration of the pipeline: which runs, for how long, compared with what."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field, model_validator
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.rig import Rig, load_rig
+from trackdyn.parameters.validation import Section, read_yaml, validated
+from trackdyn.scene import Scene
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
+class Records(Section):
+    """The records of Sect. 5: one a motor speed, compared with the sensor's."""
+
+    speeds_rpm: Annotated[list[Positive], Field(min_length=1)]
+    ring_radius_m: Positive
+    duration_s: Positive
+    lead_in_s: NotNegative
+    ramp_s: Positive
+    step_s: Positive
+    frame_interval_s: NotNegative
+
+
+class Meshing(Section):
+    """The meshing process of Sect. 6.1: one speed, with and without the ring, finely recorded."""
+
+    speed_rpm: Positive
+    ring_radius_m: Positive
+    duration_s: Positive
+    step_s: Positive
+    frame_interval_s: Positive
+
+
+class RingStudy(Section):
+    """The ring study of Sect. 6.2: every radius and no ring at every speed."""
+
+    speeds_rpm: Annotated[list[Positive], Field(min_length=1)]
+    radii_m: Annotated[list[Positive], Field(min_length=1)]
+    without_ring: bool
+    loop_turns: Annotated[int, Field(ge=1)]
+    step_s: Positive
+
+
+class Config(Section):
+    """Everything in ``config/config.yaml``.
+
+    ``sensor_csv`` names the measured record of a speed; ``{rpm}`` stands for the motor speed.
+    """
+
+    rig: str
+    results: str
+    sensor_csv: str
+    sensor_is_synthetic: bool
+    records: Records
+    meshing: Meshing
+    ring_study: RingStudy
+
+    @model_validator(mode="after")
+    def _consistent(self):
+        for where, values in (
+            ("records.speeds_rpm", self.records.speeds_rpm),
+            ("ring_study.speeds_rpm", self.ring_study.speeds_rpm),
+            ("ring_study.radii_m", self.ring_study.radii_m),
+        ):
+            for before, after in zip(values, values[1:], strict=False):
+                if after <= before:
+                    problem = "stands twice" if after == before else f"comes after {before:g}"
+                    raise InputError(f"{where} = {values} is not accepted: {after:g} {problem}; give rising values")
+        if "{rpm}" not in self.sensor_csv and len(self.records.speeds_rpm) > 1:
+            raise InputError(
+                f"sensor_csv = {self.sensor_csv!r} is not accepted: it names one file for several speeds; "
+                "write {rpm} where the motor speed belongs"
+            )
+        return self
+
+    def sensor_path(self, rpm: float) -> str:
+        """File of the sensor's record at a motor speed."""
+        return self.sensor_csv.format(rpm=f"{rpm:g}")
+
+    def scenes(self, rig: Rig) -> dict[str, Scene]:
+        """Every run of the pipeline by name, such as ``115rpm`` or ``ring/115rpm_0.303``.
+
+        Raises
+        ------
+        InputError
+            If a scene is not possible on this rig or its record is too short for its statistics.
+        """
+        runs: dict[str, Scene] = {}
+
+        def add(name: str, section: str, **fields):
+            try:
+                runs[name] = Scene(rig, **fields)
+            except InputError as error:
+                raise InputError(f"{section} (run {name}): {error}") from None
+
+        r, m, s = self.records, self.meshing, self.ring_study
+        for rpm in r.speeds_rpm:
+            add(
+                f"{rpm:g}rpm",
+                "records",
+                motor_rpm=rpm,
+                ring_radius=r.ring_radius_m,
+                duration=r.duration_s,
+                lead_in=r.lead_in_s,
+                ramp=r.ramp_s,
+                step=r.step_s,
+                frame_interval=r.frame_interval_s,
+            )
+            if r.duration_s * runs[f"{rpm:g}rpm"].loop_frequency < 2:
+                raise InputError(
+                    f"records.duration_s = {r.duration_s:g} s is not accepted: at {rpm:g} rpm it is shorter than two loop "
+                    f"revolutions; {2 / runs[f'{rpm:g}rpm'].loop_frequency:.1f} s or more would do"
+                )
+        for name, radius in (("meshing/no_ring", None), ("meshing/ring", m.ring_radius_m)):
+            add(
+                name,
+                "meshing",
+                motor_rpm=m.speed_rpm,
+                ring_radius=radius,
+                duration=m.duration_s,
+                step=m.step_s,
+                frame_interval=m.frame_interval_s,
+            )
+            if m.duration_s * runs[name].loop_frequency < 2:
+                raise InputError(
+                    f"meshing.duration_s = {m.duration_s:g} s is not accepted: it may hold no whole passage; two loop "
+                    f"revolutions, {2 / runs[name].loop_frequency:.1f} s, or more would do"
+                )
+        for rpm in s.speeds_rpm:
+            for radius in ([None] if s.without_ring else []) + list(s.radii_m):
+                name = f"ring/{rpm:g}rpm_{'none' if radius is None else f'{radius:.4g}'}"
+                if name in runs:
+                    raise InputError(f"ring_study.radii_m: {radius} m differs from another radius by less than 0.0001 m")
+                # whole revolutions of the loop, and one more that the first and last passage may lose
+                turn = self.one_turn(rig, rpm)
+                duration = round((s.loop_turns + 1) * turn * rig.sensor.rate) / rig.sensor.rate
+                add(name, "ring_study", motor_rpm=rpm, ring_radius=radius, duration=duration, step=s.step_s)
+        return runs
+
+    @staticmethod
+    def one_turn(rig: Rig, rpm: float) -> float:
+        """Time of one revolution of the loop, s."""
+        return 60 * rig.sprocket.transmission_ratio / rpm * rig.chain.pitches / rig.sprocket.teeth
+
+
+def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
+    """Validate a configuration with the rig and all scenes that it leads to.
+
+    Raises
+    ------
+    InputError
+        One sentence with file, field, value and what would be accepted.
+    """
+    config = validated(Config, data, name)
+    rig = load_rig(config.rig)
+    try:
+        return config, rig, config.scenes(rig)
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+
+
+def load_config(path: Path | str) -> tuple[Config, Rig, dict[str, Scene]]:
+    """Read and validate a configuration file."""
+    return check_config(read_yaml(path), str(path))

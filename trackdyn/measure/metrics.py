@@ -1,0 +1,87 @@
+"""One row of numbers a run: the columns of ``metrics.csv``."""
+
+import numpy as np
+
+from trackdyn.measure.meshing import meshing_summary
+from trackdyn.measure.sensor import sense
+from trackdyn.measure.signals import (
+    high_frequency_rms,
+    main_line,
+    main_line_binfree,
+    rms,
+    standard_deviation,
+    uncertainty,
+)
+from trackdyn.model import ENERGY_NAMES
+from trackdyn.recording import Recording
+
+NAN = float("nan")
+# The bin-free line needs the record to hold a few revolutions of the loop.
+LEAST_LOOPS = 2.0
+LOSSES = ("tooth_normal", "tooth_friction", "wheel_normal", "wheel_friction", "bearing", "bushing_loss")
+STORED = ("kinetic", "gravity", "bushing_elastic")
+
+
+def loop_frequency(recording: Recording) -> float:
+    """Revolutions of the loop per second that the motor speed asks for, Hz."""
+    rig = recording.meta["rig"]
+    sprocket = recording.meta["scene"]["motor_rpm"] / rig["sprocket"]["transmission_ratio"] / 60
+    return sprocket * rig["sprocket"]["teeth"] / rig["chain"]["pitches"]
+
+
+def energy_residual(recording: Recording) -> float:
+    """What the account of work leaves open, as a share of the sprocket's work over the record.
+
+    Work of the sprocket minus every dissipation minus the change of kinetic, gravitational and
+    bushing energy. The work absorbed by normal contact counts as one term: what Eq. 8 stores comes
+    back through it.
+    """
+    change = dict(zip(ENERGY_NAMES, recording.energy[-1] - recording.energy[0], strict=True))
+    work = change["sprocket_work"]
+    rest = work - sum(change[name] for name in LOSSES) - sum(change[name] for name in STORED)
+    return rest / work if work else NAN
+
+
+def sensor_metrics(ay, rate: float, loop_hz: float) -> dict:
+    """RMS, SD, main line and high-frequency content of a y acceleration in g."""
+    ay = np.asarray(ay)
+    loops = len(ay) / rate * loop_hz
+    has_line = loop_hz > 0 and loops >= LEAST_LOOPS
+    line = main_line(ay, rate) if has_line else (NAN, NAN)
+    free = main_line_binfree(ay, rate, expected_hz=loop_hz)[:2] if has_line else (NAN, NAN)
+    error = {}
+    for name, statistic in (("rms_g", rms), ("sd_g", standard_deviation)):
+        error[name] = uncertainty(ay, rate, 1 / loop_hz, statistic)[1] if has_line else NAN
+    return {
+        "rms_g": rms(ay),
+        "sd_g": standard_deviation(ay),
+        "line_hz": line[0],
+        "line_g": line[1],
+        "line_hz_binfree": free[0],
+        "line_g_binfree": free[1],
+        "rms_error_g": error["rms_g"],
+        "sd_error_g": error["sd_g"],
+        "high_frequency_g": high_frequency_rms(ay, rate),
+    }
+
+
+def run_metrics(name: str, recording: Recording) -> dict:
+    """The row of a run: what ran, what it cost, what the sensor and the contacts show."""
+    scene = recording.meta["scene"]
+    signal = sense(recording)
+    radius = scene["ring_radius"]
+    seconds = len(recording.time) / recording.rate
+    return {
+        "run": name,
+        "rpm": scene["motor_rpm"],
+        "ring_radius_m": NAN if radius is None else radius,
+        "fidelity": recording.meta["fidelity"],
+        "step_s": scene["step"],
+        "simulated_s": seconds,
+        "wall_s": recording.wall,
+        **sensor_metrics(signal.ay, recording.rate, loop_frequency(recording)),
+        "loop_gap_max_m": float(recording.gap.max()),
+        "energy_residual": energy_residual(recording),
+        "clipped_samples": signal.clipped,
+        **meshing_summary(recording),
+    }

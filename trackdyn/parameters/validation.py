@@ -1,0 +1,65 @@
+"""Reading YAML against a schema; every defect ends in one sentence."""
+
+from pathlib import Path
+from typing import Any, TypeVar
+
+import yaml
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from trackdyn.errors import InputError
+
+
+class Section(BaseModel):
+    """A group of settings: unknown keys are refused, values cannot be changed afterwards."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+SectionType = TypeVar("SectionType", bound=Section)
+
+
+def read_yaml(path: Path | str) -> Any:
+    """Contents of a YAML file, or one sentence about why it cannot be read."""
+    path = Path(path)
+    try:
+        return yaml.safe_load(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file; give the path of an existing YAML file") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: cannot be read as UTF-8 text ({error.__class__.__name__})") from None
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        line = f" at line {mark.line + 1}" if mark else ""
+        raise InputError(f"{path}: is not valid YAML{line}; correct the syntax there") from None
+
+
+def validated(schema: type[SectionType], data: Any, name: str, missing: str = "add it") -> SectionType:
+    """``data`` as an object of ``schema``.
+
+    Raises
+    ------
+    InputError
+        One sentence with the file ``name``, the field, the value and what would be accepted.
+    """
+    if not isinstance(data, dict):
+        raise InputError(f"{name}: holds no sections; a mapping of names to values is needed")
+    try:
+        return schema.model_validate(data)
+    except ValidationError as error:
+        raise InputError(_sentence(name, error.errors()[0], missing)) from None
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+
+
+def _sentence(name: str, error: dict, missing: str) -> str:
+    where = ".".join(str(part) for part in error["loc"]) or "the file"
+    if error["type"] == "extra_forbidden":
+        return f"{name}: {where} is not a known parameter; remove it or correct its spelling"
+    if error["type"] == "missing":
+        return f"{name}: {where} is missing; {missing}"
+    if error["type"] == "value_error":
+        return f"{name}: {where} {error['ctx']['error']}"
+    shown = error["input"]
+    shown = shown.get("value", shown) if isinstance(shown, dict) else shown
+    problem = error["msg"][0].lower() + error["msg"][1:]
+    return f"{name}: {where} = {shown!r} is not accepted: {problem}"

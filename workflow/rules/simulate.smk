@@ -1,0 +1,36 @@
+rule warm_up:
+    """Compile the kernels once: parallel jobs on a cold cache would each compile them."""
+    input:
+        SIMULATOR,
+        "trackdyn/jit.py",
+    output:
+        f"{R}/kernels.txt",
+    log:
+        f"{R}/logs/warm_up.log",
+    benchmark:
+        f"{R}/benchmarks/warm_up.tsv"
+    message:
+        "Compiling the kernels"
+    script:
+        "../scripts/warm_up.py"
+
+
+rule simulate:
+    """One run: settle, start, record."""
+    input:
+        SIMULATOR,
+        rig=CONFIG.rig,
+        kernels=ancient(f"{R}/kernels.txt"),
+    output:
+        recording=f"{R}/runs/{{run}}.npz",
+        cost=f"{R}/runs/{{run}}.cost.json",
+    params:
+        scene=scene_parameters,
+    log:
+        f"{R}/logs/simulate/{{run}}.log",
+    benchmark:
+        f"{R}/benchmarks/simulate/{{run}}.tsv"
+    message:
+        "Simulating {wildcards.run}"
+    script:
+        "../scripts/simulate.py"

@@ -1,0 +1,18 @@
+import json
+import sys
+from pathlib import Path
+
+from _script import logged
+
+from trackdyn import Scene, load_rig, simulate
+
+with logged(snakemake):
+    fields = dict(snakemake.params.scene)
+    fields["pitches"] = tuple(fields["pitches"])
+    scene = Scene(load_rig(snakemake.input.rig), **fields)
+    # a bar for long runs where someone watches
+    recording = simulate(scene, progress=sys.stderr.isatty() and scene.duration > 60)
+    recording.save(snakemake.output.recording)
+    cost = {"wall_s": recording.wall, "simulated_s": scene.duration, "wall_s_per_s": recording.wall / scene.duration}
+    Path(snakemake.output.cost).write_text(json.dumps(cost))
+    print(cost)

@@ -1,0 +1,10 @@
+from pathlib import Path
+
+from _script import logged
+
+from trackdyn import Scene, load_rig, simulate
+from trackdyn.jit import source_hash
+
+with logged(snakemake):
+    simulate(Scene(load_rig("config/rig.yaml"), 115.0, duration=0.01, lead_in=0.0, ramp=0.01))
+    Path(snakemake.output[0]).write_text(source_hash() + "\n")
