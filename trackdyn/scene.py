@@ -11,8 +11,11 @@ from trackdyn.contact.tooth import make_tooth
 from trackdyn.errors import InputError
 from trackdyn.integrate.limits import step_limits
 from trackdyn.model import Drive, Model, Sensor, Wheels
+from trackdyn.parameters.groove import coarse_groove
 from trackdyn.parameters.layout import wheel_circles
 from trackdyn.parameters.rig import Rig, Surface
+
+TOOTH_CONTACTS = ("ten_arcs", "three_surfaces")
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,8 @@ class Scene:
         Time between recorded configurations, s; 0: none.
     spells : bool
         Log every contact with the sprocket.
+    tooth_contact : str
+        ``ten_arcs``, or ``three_surfaces``: left, seating and right surface, of the kind in Ref. [2].
     """
 
     rig: Rig
@@ -53,6 +58,7 @@ class Scene:
     pitches: tuple[int, ...] = ()
     frame_interval: float = 0.0
     spells: bool = True
+    tooth_contact: str = "ten_arcs"
 
     def __post_init__(self):
         def refuse(field, value, remedy):
@@ -90,6 +96,8 @@ class Scene:
         for pitch in self.pitches:
             if not 1 <= pitch <= self.rig.chain.pitches:
                 refuse("pitches", pitch, f"pitches 1 to {self.rig.chain.pitches} exist")
+        if self.tooth_contact not in TOOTH_CONTACTS:
+            refuse("tooth_contact", self.tooth_contact, f"{' or '.join(TOOTH_CONTACTS)} would do")
         limits = step_limits(build_model(self), self.rig.tension.pre_tension)
         name, limit = min(limits.items(), key=lambda item: item[1])
         if self.step > limit:
@@ -176,7 +184,8 @@ def build_model(scene: Scene, shift: float = 0.0) -> Model:
         _law(rig, rig.ring_contact),
         _law(rig, rig.wheel_contact),
     )
-    tooth = make_tooth(rig.groove_profile, rig.chain.connector_radius, _law(rig, rig.tooth_contact))
+    groove = rig.groove_profile if scene.tooth_contact == "ten_arcs" else coarse_groove(rig.groove_profile)
+    tooth = make_tooth(groove, rig.chain.connector_radius, _law(rig, rig.tooth_contact))
     sensor = Sensor(2 * (rig.sensor.pitch - 1), float(rig.sensor.x), float(rig.sensor.y))
     return Model(
         build_chain(rig), tooth, wheels, Drive(float(scene.sprocket_rate), float(scene.ramp)), sensor, float(scene.step)

@@ -1,9 +1,9 @@
 """SYNTHETIC stand-in for the measured acceleration of a track link, which the paper did not publish.
 
 Nothing here is measured, and agreement of a simulation with it validates nothing. It serves to run and
-to test whatever reads measured records. To keep that honest it shares no code with the simulator: a
-record is the motion of a link on an ideal belt around the wheels, to which the three causes are added
-that Sect. 5 of the paper names for the sharper course of its experiment:
+to test whatever reads measured records. No dynamics of the simulator is used: a record is the motion of a
+link on an ideal belt around the wheels, to which the three causes are added that Sect. 5 of the paper
+names for the sharper course of its experiment:
 
 1. the sprocket speed fluctuates slowly about its mean;
 2. contacts are short: half-sine impacts whenever a pitch runs on or off a wheel;
@@ -13,16 +13,17 @@ Noise, 16 bit and the range of +-20 g complete the sensor.
 
 Printed, and the only tie to the experiment, are main frequency and amplitude at four motor speeds. One
 number a speed is fitted to them (:func:`fit`): the mean loop frequency or, at 210 rpm, the size of the
-fluctuation. The rest, layout included, is assumed. RMS, standard deviation and impacts are therefore
-no evidence of anything.
+fluctuation. The rest is assumed. RMS, standard deviation and impacts are therefore no evidence of
+anything. Nor is the shape of the slow part: the layout of the wheels is that of the simulated rig, where it
+was fitted to the amplitudes that the paper prints for its simulation.
 
 How a frequency can be fitted to an amplitude: the printed one is that of the highest line of 90,000
 points at 1000 Hz. The lines are 1/90 Hz apart, a printed frequency is off by up to half of that, and a
 rectangular window shows a belt that turns between two lines up to 36 % too low. At constant speed the
 printed 0.131 and 0.176 Hz alone make 1.088 and 1.123 g of the 1.17 g of this layout; 1.083 and 1.120 g
-are printed. The 0.7698 g at 210 rpm could just be had half way between two lines (0.64 of 1.16 g), but an
-unsteady speed, which the paper names, lowers the line as well and needs no such coincidence. The printed
-numbers cannot tell the two apart.
+are printed. At constant speed even the 0.7698 g at 210 rpm could be had, just, 0.48 lines off (0.66 of
+1.16 g), but an unsteady speed, which the paper names, lowers the line as well and needs no such
+coincidence. The printed numbers cannot tell the two apart.
 """
 
 import argparse
@@ -52,7 +53,8 @@ PITCHES = 35
 GRAVITY = 9.81  # m/s2
 
 # assumed: centre x, y and radius under the pins (wheel or ring and half a link's thickness), m, of
-# sprocket, idler and road wheel. A copy on purpose: the data must not follow a refit of the simulated rig.
+# sprocket, idler and road wheel, as the simulated rig had them when the data were made. A copy on purpose:
+# the data must not follow a refit of the rig.
 CIRCLES = ((0.0, 0.0, 0.308 + 0.02), (1.05, -0.05, 0.28 + 0.02), (1.65, -0.50, 0.28 + 0.02))
 LINK_LENGTH = 0.100  # pin to pin, m
 
@@ -67,7 +69,7 @@ IMPACT_SPREAD = 0.4  # standard deviation of the logarithm of the peak
 IMPACT_S = (0.001, 0.003)  # shortest and longest half sine, s
 LEAVING = 0.4  # share of an impact at running off against running on
 FAR = 0.35  # share that reaches the neighbouring link
-REACH = 0.5  # length of chain over which that share falls to 1/e, m
+REACH = 1.0  # length of chain over which that share falls to 1/e, m
 AXIS_SHARE = (0.5, 1.0, 0.3)  # of an impact in x, y, z
 
 # assumed: sensor
@@ -112,9 +114,9 @@ SPEEDS = {
     speed.rpm: speed
     for speed in (
         SyntheticSpeed(115, 0.131, 1.083, loop_hz=0.13057),
-        SyntheticSpeed(150, 0.176, 1.1200, loop_hz=0.17624),
+        SyntheticSpeed(150, 0.176, 1.1200, loop_hz=0.17625),
         SyntheticSpeed(180, 0.2090, 1.1720, loop_hz=0.21111),
-        SyntheticSpeed(210, 0.253, 0.7698, loop_hz=0.253, fluctuation=0.04966),
+        SyntheticSpeed(210, 0.253, 0.7698, loop_hz=0.253, fluctuation=0.04965),
     )
 }
 
@@ -259,7 +261,7 @@ def write_dataset(folder) -> pd.DataFrame:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"{folder}: the folder cannot be made ({error.strerror}); choose another.") from error
+        raise InputError(f"{folder}: the folder cannot be made ({error.strerror}); take another.") from error
     table = closeness({rpm: write_record(folder, rpm) for rpm in SPEEDS})
     text = json.dumps(_datapackage(folder, table), indent=2, ensure_ascii=False) + "\n"
     (folder / "datapackage.json").write_bytes(text.encode("utf-8"))
@@ -411,7 +413,7 @@ def _comments(speed):
         f"motor speed {speed.rpm} rev/min; {RATE_HZ} Hz; range +-{RANGE_G:g} g in {BITS} bit",
         "t_s: time, s; ax_g along the link, ay_g along its outward normal, az_g lateral: specific force, g",
         f"made by trackdyn.synthetic {GENERATOR_VERSION}, seed {speed.seed} (PCG64)",
-        f"mean loop frequency {speed.loop_hz:.5f} Hz, slow fluctuation of the speed {speed.fluctuation:.5f} (RMS)",
+        f"mean loop frequency {speed.loop_hz:.5f} Hz, fluctuation of the speed {speed.fluctuation:.5f} (RMS)",
     )
 
 
@@ -422,7 +424,8 @@ def _datapackage(folder, table):
     fields = [{"name": COLUMNS[0], "type": "number", "unit": "s", "description": "Time."}]
     for name, axis in zip(COLUMNS[1:], axes, strict=True):
         what = f"Synthetic specific force {axis}; 1 g = {GRAVITY} m/s2."
-        fields.append({"name": name, "type": "number", "unit": "g", "description": what, "constraints": limits})
+        field = {"name": name, "type": "number", "unit": "g", "description": what, "constraints": limits}
+        fields.append(field)
     resources = []
     for rpm, row in table.iterrows():
         speed, data = SPEEDS[rpm], (folder / f"{rpm}rpm.csv").read_bytes()
@@ -444,7 +447,7 @@ def _datapackage(folder, table):
                 "achieved": {
                     "main_hz": round(row.achieved_hz, 5),
                     "amplitude_g": round(row.achieved_g, 4),
-                    "amplitude_difference_percent": round(row.difference_percent, 2),
+                    "amplitude_difference_percent": round(row.difference_percent, 2) + 0.0,  # no -0.0
                     "rms_g": round(row.rms_g, 4),
                     "sd_g": round(row.sd_g, 4),
                     "peak_g": round(row.peak_g, 3),
@@ -458,13 +461,15 @@ def _datapackage(folder, table):
         "name": "trackdyn-synthetic-link-acceleration",
         "title": "Synthetic acceleration of a link of a double-pin track",
         "description": (
-            "SYNTHETIC, not measured. The paper's measured records are not published; these stand in for them, and "
-            "agreement of a simulation with them is no validation. Made without the simulator: a link on an ideal belt "
-            "around three wheels (assumed layout), a slowly fluctuating speed, half-sine impacts at every pitch that "
-            "runs on or off a wheel, a sensor that rings on its glue, noise, 16 bit and a range of +-20 g. Fitted to the "
-            "paper's printed main frequency and amplitude is the mean loop frequency, or at 210 rpm the size of the fluctuation; "
-            "everything else is assumed, RMS, SD and impacts included. 'achieved' is taken as in the paper: the highest "
-            "line of a rectangular-window spectrum of 90,000 points at 1000 Hz."
+            "SYNTHETIC, not measured. The paper's measured records are not published; these stand in for "
+            "them, and agreement of a simulation with them is no validation. Made without simulated "
+            "dynamics: a link on an ideal belt around three wheels (assumed layout, the same as the "
+            "simulated rig had), a slowly fluctuating speed, half-sine impacts at every pitch that runs on "
+            "or off a wheel, a sensor that rings on its glue, noise, 16 bit and a range of +-20 g. Fitted "
+            "to the paper's printed main frequency and amplitude is the mean loop frequency, at 210 rpm the "
+            "size of the fluctuation instead; everything else is assumed, RMS, SD and impacts included. "
+            "'achieved' is taken as in the paper: the highest line of a rectangular-window spectrum of "
+            "90,000 points at 1000 Hz."
         ),
         "version": GENERATOR_VERSION,
         "keywords": ["synthetic", "acceleration", "track", "not measured"],

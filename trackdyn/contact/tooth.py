@@ -16,12 +16,12 @@ class Tooth(NamedTuple):
     ----------
     present : int
         0: the scene has no teeth.
-    centre_x, centre_y, radius : (10,) arrays
-        Arcs O_j and r_j in the groove frame (Table 1), m.
-    direction_x, direction_y, cos_half_angle : (10,) arrays
+    centre_x, centre_y, radius : (k,) arrays
+        Arcs O_j and r_j in the groove frame (Table 1), m; ten of them, or three of the coarse profile.
+    direction_x, direction_y, cos_half_angle : (k,) arrays
         u_j and cos theta_j of Eq. 23.
-    convex : (10,) integer array
-        1 for areas 1, 4, 7, 10.
+    convex : (k,) integer array
+        1 for areas 1, 4, 7, 10 of the ten.
     groove_cos, groove_sin : (m,) arrays
         Cosine and sine of beta_k (Eq. 12).
     teeth : int
@@ -81,7 +81,7 @@ def groove_index(teeth, x, y):
 
 @kernel
 def find_area(tooth: Tooth, x, y):
-    """Area (1 to 10, or 0) touched by an arc centred at (x, y) of the groove frame, and its depth.
+    """Area (1 to 10, or 0 for none) touched by an arc centred at (x, y) of the groove frame, and its depth.
 
     Returns
     -------
@@ -96,8 +96,9 @@ def find_area(tooth: Tooth, x, y):
     """
     rc = tooth.arc_radius
     left = x <= 0.0
-    for step in range(5):
-        j = step if left else 9 - step
+    areas = tooth.radius.shape[0]
+    for step in range((areas + 1) // 2):
+        j = step if left else areas - 1 - step
         ex = x - tooth.centre_x[j]
         ey = y - tooth.centre_y[j]
         along = ex * tooth.direction_x[j] + ey * tooth.direction_y[j]

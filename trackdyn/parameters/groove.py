@@ -7,7 +7,7 @@ left flank) have x <= 0.
 """
 
 from dataclasses import dataclass
-from math import asin, atan2, cos, hypot, pi, sin, sqrt, tan
+from math import acos, asin, atan2, cos, hypot, pi, sin, sqrt, tan
 
 import numpy as np
 from scipy.optimize import brentq
@@ -15,8 +15,6 @@ from scipy.optimize import brentq
 from trackdyn.errors import InputError
 
 CONVEX = (1, 4, 7, 10)
-# search order of Eq. 20: the left arc from area 1 to 5, the right one from 10 to 6
-LEFT_AREAS = (1, 2, 3, 4, 5)
 
 
 def connector_length(teeth: int, link_length: float, pin_circle: float) -> float:
@@ -34,20 +32,20 @@ def connector_length(teeth: int, link_length: float, pin_circle: float) -> float
 
 @dataclass(frozen=True)
 class Groove:
-    """Ten arcs in the groove frame.
+    """Arcs in the groove frame: ten, or three of the coarse profile.
 
     Attributes
     ----------
-    centre : (10, 2) array
+    centre : (k, 2) array
         Centres O_j, m.
-    radius : (10,) array
+    radius : (k,) array
         Radii r_j, m.
-    direction : (10, 2) array
+    direction : (k, 2) array
         Unit vectors u_j from O_j to the middle of the annular sector j.
-    half_angle : (10,) array
+    half_angle : (k,) array
         Spread angles theta_j to both sides of u_j, rad.
-    slopes : (4,) array
-        Slope of the profile at the joints 5|4, 4|3, 3|2 and 2|1, rad.
+    convex : (k,) boolean array
+        Areas 1, 4, 7 and 10 of the ten; the seating surface of the three.
     addendum : float
         Radius r_a of the addendum circle, m.
     teeth : int
@@ -58,24 +56,13 @@ class Groove:
     radius: np.ndarray
     direction: np.ndarray
     half_angle: np.ndarray
-    slopes: np.ndarray
+    convex: np.ndarray
     addendum: float
     teeth: int
 
-    @property
-    def convex(self) -> np.ndarray:
-        """(10,) booleans: areas 1, 4, 7 and 10."""
-        return np.isin(np.arange(1, 11), CONVEX)
-
     def joints(self) -> np.ndarray:
-        """(9, 2) points where neighbouring areas meet, area 1|2 first, m."""
-        left = []
-        for j in range(1, 5):
-            ends = self.arc(j, 2)
-            left.append(ends[-1])
-        left = np.array(left)
-        bottom = self.arc(5, 2)[-1:]
-        return np.vstack([left, bottom, left[::-1] * [-1, 1]])
+        """(k - 1, 2) points where neighbouring areas meet, area 1|2 first, m."""
+        return np.array([self.arc(area, 2)[-1] for area in range(1, len(self.radius))])
 
     def arc(self, area: int, points: int = 30) -> np.ndarray:
         """(points, 2) points of one area from left to right, m."""
@@ -87,8 +74,8 @@ class Groove:
         return self.centre[j] + self.radius[j] * np.column_stack([np.sin(angle), np.cos(angle)])
 
     def profile(self, points: int = 30) -> np.ndarray:
-        """(10 points, 2) points of the whole groove from left tip to right tip, m."""
-        return np.vstack([self.arc(area, points) for area in range(1, 11)])
+        """(k points, 2) points of the whole groove from left tip to right tip, m."""
+        return np.vstack([self.arc(area, points) for area in range(1, len(self.radius) + 1)])
 
 
 def build_groove(
@@ -184,8 +171,35 @@ def build_groove(
             radius[index] = r
             direction[index] = sign * nu((low + high) / 2) * [flip, 1.0]
             half_angle[index] = (high - low) / 2
-    slopes = np.array([slope_bottom, slope_low, slope_seat, slope_tip])
-    return Groove(centre, radius, direction, half_angle, slopes, addendum, teeth)
+    return Groove(centre, radius, direction, half_angle, np.isin(np.arange(1, 11), CONVEX), addendum, teeth)
+
+
+def coarse_groove(groove: Groove) -> Groove:
+    """Left, seating and right surface in place of ten arcs: a coarser tooth of the kind in Ref. [2].
+
+    Each flank is one concave arc through the tip-side end and the middle of area 2 and the
+    bottom-side end of area 3; the seating surface is the root cylinder, about the sprocket's centre
+    through the bottom-side ends of both flanks. The rounded tips and the relief of areas 4 to 7 are
+    lost.
+    """
+    joints = groove.joints()
+    left = _arc_through(joints[0], groove.arc(2, 3)[1], joints[2])
+    seat = _arc_through(joints[2], np.array([0.0, hypot(*joints[2])]), joints[6])
+    mirror = np.array([-1.0, 1.0])
+    arcs = [left, seat, (left[0] * mirror, left[1], left[2] * mirror, left[3])]
+    centre, radius, direction, half_angle = (np.array(item) for item in zip(*arcs, strict=True))
+    return Groove(centre, radius, direction, half_angle, np.array([False, True, False]), groove.addendum, groove.teeth)
+
+
+def _arc_through(a: np.ndarray, b: np.ndarray, c: np.ndarray):
+    """Centre, radius, direction to the middle and half angle of the circular arc from a over b to c."""
+    matrix = 2 * np.array([b - a, c - a])
+    centre = np.linalg.solve(matrix, [b @ b - a @ a, c @ c - a @ a])
+    radius = hypot(*(a - centre))
+    ends = (a - centre) / radius, (c - centre) / radius
+    direction = ends[0] + ends[1]
+    direction /= hypot(*direction)
+    return centre, radius, direction, acos(min(1.0, float(ends[0] @ direction)))
 
 
 def equal_pitch_radius(teeth: int, link_length: float, connector_length: float, thickness: float) -> dict[str, float]:

@@ -5,6 +5,8 @@ rule warm_up:
         "trackdyn/jit.py",
     output:
         f"{R}/kernels.txt",
+    params:
+        rig=CONFIG.rig,
     log:
         f"{R}/logs/warm_up.log",
     benchmark:

@@ -6,5 +6,5 @@ from trackdyn import Scene, load_rig, simulate
 from trackdyn.jit import source_hash
 
 with logged(snakemake):
-    simulate(Scene(load_rig("config/rig.yaml"), 115.0, duration=0.01, lead_in=0.0, ramp=0.01))
+    simulate(Scene(load_rig(snakemake.params.rig), 115.0, duration=0.01, lead_in=0.0, ramp=0.01))
     Path(snakemake.output[0]).write_text(source_hash() + "\n")

@@ -1,0 +1,177 @@
+"""Pictures of the rig in its own coordinates (m): chain, sprocket and wheels, for any axes.
+
+Everything is drawn from the geometry that the simulator uses: bodies from a recorded configuration,
+the sprocket from the ten arcs of its groove.
+"""
+
+from collections.abc import Iterable
+from math import cos, pi, sin
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.patches import Circle, Polygon
+
+from trackdyn.parameters.layout import WHEEL_NAMES, wheel_circles
+from trackdyn.parameters.rig import Rig
+from trackdyn.report.style import BLACK, VERMILION
+
+STEEL, STEEL_EDGE = "#c9ced6", "#4d5560"
+RUBBER = "#5a5a5a"
+LINK, CONNECTOR, EDGE = "#9ecae9", "#f4e3b2", "#303030"
+HUB = 0.03  # radius of the hubs, for the eye only, m
+POINTS_AN_ARC = 12
+# stacking: wheels and ring, sprocket, connectors, links, what is written on them
+Z_RING, Z_SPROCKET, Z_CONNECTOR, Z_LINK, Z_MARK = 1.0, 2.0, 3.0, 4.0, 6.0
+
+
+def chain_points(rig: Rig, frame) -> tuple[np.ndarray, np.ndarray, float]:
+    """Pins and angles of a recorded configuration.
+
+    Parameters
+    ----------
+    rig : Rig
+        Parameters; gives the lengths of the bodies.
+    frame : (n + 3,) array
+        A row of ``Recording.frame``: first pin x, y (m), angles of the bodies and of the sprocket (rad).
+
+    Returns
+    -------
+    pins : (n + 1, 2) array
+        Input pin of every body, and the output pin of the last, m.
+    angles : (n,) array
+        Orientation of the bodies, rad.
+    sprocket_angle : float
+        rad.
+    """
+    frame = np.asarray(frame, dtype=float)
+    angles = frame[2:-1]
+    lengths = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
+    steps = lengths[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
+    pins = frame[:2] + np.vstack([np.zeros(2), np.cumsum(steps, axis=0)])
+    return pins, angles, float(frame[-1])
+
+
+def link_outline(rig: Rig) -> np.ndarray:
+    """(4, 2) corners of a link in its body frame: pin to pin and its thickness, m."""
+    a, half = rig.chain.link_length, rig.chain.link_thickness / 2
+    return np.array([[0.0, -half], [a, -half], [a, half], [0.0, half]])
+
+
+def connector_outline(rig: Rig) -> np.ndarray:
+    """Outline of a connector in its body frame: the arcs around its two pins, joined, m."""
+    b, r = rig.connector_length, rig.chain.connector_radius
+    turn = np.linspace(pi / 2, 3 * pi / 2, 2 * POINTS_AN_ARC)
+    left = np.column_stack([r * np.cos(turn), r * np.sin(turn)])
+    return np.vstack([left, -left + [b, 0.0]])
+
+
+def placed(outline, origin, angle: float) -> np.ndarray:
+    """Points of a body frame in the inertial frame, m."""
+    c, s = cos(angle), sin(angle)
+    return np.asarray(origin) + np.asarray(outline) @ np.array([[c, s], [-s, c]])
+
+
+def draw_chain(ax: Axes, rig: Rig, frame, highlight: Iterable[int] = ()) -> None:
+    """Draw every body of a configuration.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where.
+    rig : Rig
+        Parameters.
+    frame : (n + 3,) array
+        A row of ``Recording.frame``.
+    highlight : iterable of int
+        Bodies (0-based; even numbers are links) that are drawn in a darker colour and hatched.
+    """
+    pins, angles, _ = chain_points(rig, frame)
+    marked = set(highlight)
+    for first, outline, face, z in (
+        (0, link_outline(rig), LINK, Z_LINK),
+        (1, connector_outline(rig), CONNECTOR, Z_CONNECTOR),
+    ):
+        bodies = [placed(outline, pins[i], angles[i]) for i in range(first, len(angles), 2)]
+        ax.add_collection(PolyCollection(bodies, facecolor=face, edgecolor=EDGE, linewidth=0.6, zorder=z))
+        for i in range(first, len(angles), 2):
+            if i in marked:
+                patch = Polygon(bodies[i // 2], facecolor=VERMILION, edgecolor=BLACK, hatch="////", zorder=z + 0.1)
+                patch.set_linewidth(0.9)
+                ax.add_patch(patch)
+    ax.plot(*pins.T, linestyle="none", marker=".", markersize=2.0, color=BLACK, zorder=Z_LINK + 0.5)
+
+
+def groove_points(rig: Rig, sprocket_angle: float, groove: int, points) -> np.ndarray:
+    """Points of the frame of groove ``groove`` (1 to m; Eq. 12) in the inertial frame, m."""
+    beta = (2 * groove - 1) * pi / rig.sprocket.teeth - pi / 2
+    return placed(points, (rig.sprocket.x, rig.sprocket.y), sprocket_angle + beta)
+
+
+def draw_sprocket(
+    ax: Axes, rig: Rig, sprocket_angle: float, ring_radius: float | None, number_areas_of: int | None = None
+) -> None:
+    """Draw the sprocket with its grooves, and the rubber ring behind it.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where.
+    rig : Rig
+        Parameters.
+    sprocket_angle : float
+        rad.
+    ring_radius : float or None
+        m; None: no ring.
+    number_areas_of : int, optional
+        Groove (1 to m) whose ten areas are numbered and parted by dots; for close views.
+    """
+    centre = (rig.sprocket.x, rig.sprocket.y)
+    teeth = rig.sprocket.teeth
+    profile = rig.groove_profile.profile(POINTS_AN_ARC)
+    # a groove runs clockwise from tip to tip, so the grooves follow each other in falling order
+    outline = np.vstack([groove_points(rig, sprocket_angle, k, profile) for k in range(teeth, 0, -1)])
+    if ring_radius is not None:
+        ax.add_patch(Circle(centre, ring_radius, facecolor=RUBBER, edgecolor=BLACK, linewidth=0.6, zorder=Z_RING))
+    ax.add_patch(Polygon(outline, facecolor=STEEL, edgecolor=STEEL_EDGE, linewidth=0.9, zorder=Z_SPROCKET))
+    if ring_radius is not None:  # the part of its edge that teeth hide
+        hidden = Circle(centre, ring_radius, fill=False, edgecolor=RUBBER, linestyle=(0, (4, 2)), linewidth=0.7)
+        hidden.set_zorder(Z_SPROCKET + 0.1)
+        ax.add_patch(hidden)
+    _draw_hub(ax, *centre, Z_SPROCKET)
+    axis = [np.array(centre), np.array(centre) + 0.8 * rig.sprocket.ring_radius * _unit(sprocket_angle)]
+    ax.plot(*np.transpose(axis), color=STEEL_EDGE, linestyle="-", marker="", linewidth=0.6, zorder=Z_SPROCKET + 0.1)
+    if number_areas_of is not None:
+        _number_areas(ax, rig, sprocket_angle, number_areas_of)
+
+
+def _number_areas(ax: Axes, rig: Rig, sprocket_angle: float, groove: int) -> None:
+    shape = rig.groove_profile
+    joints = groove_points(rig, sprocket_angle, groove, shape.joints())
+    ax.plot(*joints.T, linestyle="none", marker="o", markersize=2.5, color=VERMILION, zorder=Z_MARK)
+    depth = 0.2 * rig.chain.connector_radius
+    for area in range(1, 11):
+        here = shape.arc(area, 3)[1]
+        # into the steel: towards the centre of a convex arc, away from that of a concave one
+        inward = shape.direction[area - 1] * (-1.0 if shape.convex[area - 1] else 1.0)
+        place = groove_points(rig, sprocket_angle, groove, here + depth * inward)
+        ax.text(*place, str(area), ha="center", va="center", fontsize=7, clip_on=True, zorder=Z_MARK)
+
+
+def draw_wheels(ax: Axes, rig: Rig, layout_shift: float) -> None:
+    """Draw idler and road wheel, the tensioning wheel shifted by ``layout_shift`` (m)."""
+    for name, (x, y, radius) in zip(WHEEL_NAMES, wheel_circles(rig, layout_shift, surface=True), strict=True):
+        if name == "sprocket":
+            continue
+        ax.add_patch(Circle((x, y), radius, facecolor=RUBBER, edgecolor=BLACK, linewidth=0.6, zorder=Z_RING))
+        ax.add_patch(Circle((x, y), 0.9 * radius, facecolor=STEEL, edgecolor=STEEL_EDGE, linewidth=0.6, zorder=Z_RING))
+        _draw_hub(ax, x, y, Z_RING)
+
+
+def _draw_hub(ax: Axes, x: float, y: float, zorder: float) -> None:
+    ax.add_patch(Circle((x, y), HUB, facecolor="white", edgecolor=STEEL_EDGE, linewidth=0.6, zorder=zorder + 0.1))
+    ax.plot([x], [y], linestyle="none", marker="+", markersize=5, color=BLACK, zorder=zorder + 0.2)
+
+
+def _unit(angle: float) -> np.ndarray:
+    return np.array([cos(angle), sin(angle)])

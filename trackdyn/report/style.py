@@ -1,0 +1,122 @@
+"""One look for all figures, and writing them so that the same data give the same bytes."""
+
+import os
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from cycler import cycler
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+WIDTH = 7.2  # of every figure, inch
+DPI = 180
+
+# Okabe and Ito's colours, ordered so that neighbours differ in lightness as well.
+BLACK, BLUE, ORANGE, GREEN = "#000000", "#0072B2", "#E69F00", "#009E73"
+VERMILION, SKY, PURPLE = "#D55E00", "#56B4E9", "#CC79A7"
+COLOURS = (BLACK, ORANGE, BLUE, SKY, VERMILION, GREEN, PURPLE)
+DASHES = ("-", (0, (5, 1.5)), (0, (6, 1.5, 1, 1.5)), (0, (1, 1)), (0, (8, 3)), (0, (3, 1, 1, 1, 1, 1)), "-")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+
+SIMULATION = {"color": BLUE, "linestyle": "-"}
+SENSOR = {"color": ORANGE, "linestyle": "-"}
+PRINTED = {"color": BLACK, "linestyle": (0, (6, 2))}
+
+RC = {
+    "axes.axisbelow": True,
+    "axes.grid": True,
+    "axes.labelsize": 9,
+    "axes.prop_cycle": cycler(color=COLOURS, linestyle=DASHES, marker=MARKERS),
+    "axes.titlesize": 9,
+    "axes.titlelocation": "left",
+    "figure.constrained_layout.use": True,
+    "figure.titlesize": 10,
+    "font.family": "DejaVu Sans",
+    "font.size": 9,
+    "grid.color": "#d9d9d9",
+    "grid.linewidth": 0.5,
+    "legend.fontsize": 8,
+    "legend.framealpha": 0.9,
+    "lines.linewidth": 1.0,
+    "lines.markersize": 4,
+    "path.simplify": True,
+    "savefig.dpi": DPI,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "trackdyn",
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+}
+
+
+def styled(draw: Callable) -> Callable:
+    """A function that draws, in the style of the house and untouched by a user's own settings."""
+
+    @wraps(draw)
+    def wrapper(*args, **kwargs):
+        with mpl.rc_context():
+            mpl.rcdefaults()
+            mpl.rcParams.update(RC)
+            return draw(*args, **kwargs)
+
+    return wrapper
+
+
+def new_figure(height: float) -> Figure:
+    """An empty figure of the common width and a height in inch, without a window."""
+    figure = Figure(figsize=(WIDTH, height))
+    FigureCanvasAgg(figure)
+    return figure
+
+
+@styled
+def save(figure: Figure, png_path: Path | str) -> None:
+    """Write a PNG and an SVG of the same name beside it.
+
+    Both are written under another name first and then renamed, so that a broken run leaves no half
+    picture. They carry neither date nor version: the same data give the same bytes.
+    """
+    png_path = Path(png_path)
+    png_path.parent.mkdir(parents=True, exist_ok=True)
+    targets = {
+        "png": (png_path, {"Software": None}),
+        "svg": (png_path.with_suffix(".svg"), {"Date": None, "Creator": None}),
+    }
+    parts = {}
+    try:
+        for kind, (path, metadata) in targets.items():
+            parts[kind] = path.with_name(f".{path.name}.{os.getpid()}.part")
+            figure.savefig(parts[kind], format=kind, metadata=metadata)
+        for kind, (path, _) in targets.items():
+            os.replace(parts[kind], path)
+    finally:
+        for part in parts.values():
+            part.unlink(missing_ok=True)
+
+
+def thin(x, y, groups: int = 1500) -> tuple[np.ndarray, np.ndarray]:
+    """Least and greatest value of each of ``groups`` stretches: a long curve that looks the same.
+
+    Parameters
+    ----------
+    x, y : (s,) arrays
+        Curve, ``x`` rising.
+    groups : int
+        Stretches; a curve of at most twice as many points is returned as it is.
+
+    Returns
+    -------
+    x, y : arrays
+        At most ``2 groups`` points of the curve, in order.
+    """
+    x, y = np.asarray(x), np.asarray(y)
+    if len(x) <= 2 * groups:
+        return x, y
+    edges = np.linspace(0, len(x), groups + 1).astype(int)
+    keep = set()
+    for first, last in zip(edges[:-1], edges[1:], strict=True):
+        keep.update((first + int(np.argmin(y[first:last])), first + int(np.argmax(y[first:last]))))
+    keep = np.array(sorted(keep))
+    return x[keep], y[keep]

@@ -1,0 +1,163 @@
+"""Tables of the report: what each holds, and writing it as CSV and Markdown."""
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from trackdyn.errors import InputError
+from trackdyn.measure.sensor_csv import SensorRecord
+from trackdyn.measure.signals import main_line, main_line_binfree, rms, standard_deviation
+from trackdyn.parameters.groove import Groove
+from trackdyn.report import printed
+
+TABLE1_CAPTION = (
+    "Table 1. The ten arcs of a tooth groove in the groove's frame: centre O, radius r, unit vector u to the middle "
+    "of the annular sector and spread angle theta to both of its sides. The shape is this replication's own: the "
+    "cells of the paper's table are not to be had."
+)
+TABLE3_CAPTION = (
+    "Table 3. RMS and standard deviation of the y acceleration, simulation against the sensor record, with the "
+    "standard error over loop revolutions and the value difference |simulation - sensor| / sensor. The columns "
+    "marked as printed are the paper's differences against its own measured data, which it did not publish: they "
+    "cannot be compared with the differences from a synthetic record."
+)
+LINES_CAPTION = (
+    "Main line of the y acceleration: highest line of the FFT as the paper takes it, the value free of the picket "
+    "fence, and the paper's printed number beside each (for the sensor record: the paper's own measured data)."
+)
+
+
+def write_table(frame: pd.DataFrame, csv_path: Path | str, caption: str, digits: int = 5) -> None:
+    """Write a table as CSV in full precision and as Markdown with its caption beside it.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        Table; the index is not written.
+    csv_path : path-like
+        The CSV file; the Markdown file has the same name with ``.md``.
+    caption : str
+        Stands above the Markdown table.
+    digits : int
+        Significant digits in the Markdown table.
+    """
+    csv_path = Path(csv_path)
+    csv_path.parent.mkdir(parents=True, exist_ok=True)
+    body = frame.to_markdown(index=False, floatfmt=f".{digits}g", missingval="–")
+    _replace(csv_path, frame.to_csv(index=False, lineterminator="\n"))
+    _replace(csv_path.with_suffix(".md"), f"{caption}\n\n{body}\n")
+
+
+def _replace(path: Path, text: str) -> None:
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        part.write_text(text, encoding="utf-8", newline="")
+        os.replace(part, path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def table1(groove: Groove) -> pd.DataFrame:
+    """Geometry of the ten areas: ``area, type, O_x_mm, O_y_mm, r_mm, u_x, u_y, theta_deg``."""
+    return pd.DataFrame(
+        {
+            "area": np.arange(1, 11),
+            "type": np.where(groove.convex, "convex", "concave"),
+            "O_x_mm": 1e3 * groove.centre[:, 0],
+            "O_y_mm": 1e3 * groove.centre[:, 1],
+            "r_mm": 1e3 * groove.radius,
+            "u_x": groove.direction[:, 0],
+            "u_y": groove.direction[:, 1],
+            "theta_deg": np.degrees(groove.half_angle),
+        }
+    )
+
+
+def _row_of(metrics: pd.DataFrame, rpm: float) -> pd.Series:
+    rows = metrics[np.isclose(metrics["rpm"].astype(float), rpm)]
+    if len(rows) != 1:
+        raise InputError(f"metrics: {len(rows)} rows stand for {rpm:g} rpm; give the one run that belongs to its sensor record")
+    return rows.iloc[0]
+
+
+def value_difference(simulation: float, sensor: float) -> float:
+    """The paper's value difference ``|simulation - sensor| / sensor``, %."""
+    return 100.0 * abs(simulation - sensor) / abs(sensor) if sensor else float("nan")
+
+
+def table3(
+    metrics: pd.DataFrame, sensors: Mapping[float, SensorRecord], label: str = "synthetic sensor"
+) -> pd.DataFrame:
+    """RMS and SD of simulation and sensor.
+
+    Parameters
+    ----------
+    metrics : DataFrame
+        Rows of ``measure.metrics.run_metrics``, one for each speed of ``sensors``.
+    sensors : mapping
+        Motor speed (rev/min) to its record.
+    label : str
+        What the sensor record is; stands in every row.
+
+    Returns
+    -------
+    DataFrame
+        Accelerations in g, differences in percent; printed differences are the paper's, against its
+        own measured data.
+    """
+    rows = []
+    for rpm, record in sorted(sensors.items()):
+        run = _row_of(metrics, rpm)
+        row = {"speed_rpm": rpm, "sensor_record": label}
+        for name, statistic, paper in (
+            ("rms", rms, printed.RMS_DIFFERENCE),
+            ("sd", standard_deviation, printed.SD_DIFFERENCE),
+        ):
+            simulated, measured = float(run[f"{name}_g"]), statistic(record.ay_g)
+            row |= {
+                f"{name}_simulation_g": simulated,
+                f"{name}_standard_error_g": float(run[f"{name}_error_g"]),
+                f"{name}_sensor_g": measured,
+                f"{name}_difference_pct": value_difference(simulated, measured),
+                f"{name}_difference_printed_against_papers_own_data_pct": paper.value.get(rpm, float("nan")),
+            }
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def lines_table(
+    metrics: pd.DataFrame, sensors: Mapping[float, SensorRecord], label: str = "synthetic sensor"
+) -> pd.DataFrame:
+    """Main lines of the spectra, two rows a speed: simulation and sensor, each beside its printed value.
+
+    Parameters
+    ----------
+    metrics, sensors, label
+        As in :func:`table3`.
+    """
+    rows = []
+    for rpm, record in sorted(sensors.items()):
+        run = _row_of(metrics, rpm)
+        simulated = [float(run[name]) for name in ("line_hz", "line_g", "line_hz_binfree", "line_g_binfree")]
+        measured = [*main_line(record.ay_g, record.rate_hz), *main_line_binfree(record.ay_g, record.rate_hz)[:2]]
+        for source, of_paper, line, paper_hz, paper_g in (
+            ("simulation", "simulation", simulated, printed.SIMULATED_LINE_HZ, printed.SIMULATED_LINE_G),
+            (label, "experiment", measured, printed.MEASURED_LINE_HZ, printed.MEASURED_LINE_G),
+        ):
+            rows.append(
+                {
+                    "speed_rpm": rpm,
+                    "source": source,
+                    "line_hz": line[0],
+                    "line_g": line[1],
+                    "line_binfree_hz": line[2],
+                    "line_binfree_g": line[3],
+                    "printed_of_papers": of_paper,
+                    "line_printed_hz": paper_hz.value.get(rpm, float("nan")),
+                    "line_printed_g": paper_g.value.get(rpm, float("nan")),
+                }
+            )
+    return pd.DataFrame(rows)

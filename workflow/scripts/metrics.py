@@ -1,0 +1,19 @@
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pandas as pd
+from _script import logged
+
+from trackdyn import load_recording
+from trackdyn.measure.metrics import run_metrics
+
+with logged(snakemake):
+    rows = []
+    for run, path, cost in zip(
+        snakemake.params.runs, snakemake.input.recordings, snakemake.input.costs, strict=True
+    ):
+        wall = json.loads(Path(cost).read_text())["wall_s"]
+        rows.append(run_metrics(run, replace(load_recording(path), wall=wall)))
+        print(rows[-1])
+    pd.DataFrame(rows).to_csv(snakemake.output[0], index=False)
