@@ -10,7 +10,9 @@ from math import cos, pi, sin
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgba
 from matplotlib.patches import Circle, Polygon
+from matplotlib.patheffects import withStroke
 
 from trackdyn.parameters.layout import WHEEL_NAMES, wheel_circles
 from trackdyn.parameters.rig import Rig
@@ -72,7 +74,7 @@ def placed(outline, origin, angle: float) -> np.ndarray:
     return np.asarray(origin) + np.asarray(outline) @ np.array([[c, s], [-s, c]])
 
 
-def draw_chain(ax: Axes, rig: Rig, frame, highlight: Iterable[int] = ()) -> None:
+def draw_chain(ax: Axes, rig: Rig, frame, highlight: Iterable[int] = (), opacity: float = 1.0) -> None:
     """Draw every body of a configuration.
 
     Parameters
@@ -85,20 +87,27 @@ def draw_chain(ax: Axes, rig: Rig, frame, highlight: Iterable[int] = ()) -> None
         A row of ``Recording.frame``.
     highlight : iterable of int
         Bodies (0-based; even numbers are links) that are drawn in a darker colour and hatched.
+    opacity : float
+        Of the faces; less than 1 lets the grooves shine through in close views.
     """
     pins, angles, _ = chain_points(rig, frame)
-    marked = set(highlight)
+    marked = sorted(set(highlight))
     for first, outline, face, z in (
         (0, link_outline(rig), LINK, Z_LINK),
         (1, connector_outline(rig), CONNECTOR, Z_CONNECTOR),
     ):
         bodies = [placed(outline, pins[i], angles[i]) for i in range(first, len(angles), 2)]
-        ax.add_collection(PolyCollection(bodies, facecolor=face, edgecolor=EDGE, linewidth=0.6, zorder=z))
-        for i in range(first, len(angles), 2):
-            if i in marked:
-                patch = Polygon(bodies[i // 2], facecolor=VERMILION, edgecolor=BLACK, hatch="////", zorder=z + 0.1)
-                patch.set_linewidth(0.9)
-                ax.add_patch(patch)
+        plain = to_rgba(face, opacity)
+        ax.add_collection(PolyCollection(bodies, facecolor=plain, edgecolor=EDGE, linewidth=0.6, zorder=z))
+        look = {
+            "facecolor": to_rgba(VERMILION, opacity),
+            "edgecolor": BLACK,
+            "hatch": "////",
+            "linewidth": 0.9,
+        }
+        for i in marked:
+            if i % 2 == first:
+                ax.add_patch(Polygon(bodies[i // 2], **look, zorder=z + 0.1))
     ax.plot(*pins.T, linestyle="none", marker=".", markersize=2.0, color=BLACK, zorder=Z_LINK + 0.5)
 
 
@@ -132,15 +141,14 @@ def draw_sprocket(
     # a groove runs clockwise from tip to tip, so the grooves follow each other in falling order
     outline = np.vstack([groove_points(rig, sprocket_angle, k, profile) for k in range(teeth, 0, -1)])
     if ring_radius is not None:
-        ax.add_patch(Circle(centre, ring_radius, facecolor=RUBBER, edgecolor=BLACK, linewidth=0.6, zorder=Z_RING))
+        _draw_disc(ax, *centre, ring_radius, RUBBER, BLACK)
     ax.add_patch(Polygon(outline, facecolor=STEEL, edgecolor=STEEL_EDGE, linewidth=0.9, zorder=Z_SPROCKET))
     if ring_radius is not None:  # the part of its edge that teeth hide
-        hidden = Circle(centre, ring_radius, fill=False, edgecolor=RUBBER, linestyle=(0, (4, 2)), linewidth=0.7)
-        hidden.set_zorder(Z_SPROCKET + 0.1)
-        ax.add_patch(hidden)
+        look = {"fill": False, "edgecolor": RUBBER, "linestyle": (0, (4, 2)), "linewidth": 0.7}
+        ax.add_patch(Circle(centre, ring_radius, **look, zorder=Z_SPROCKET + 0.1))
     _draw_hub(ax, *centre, Z_SPROCKET)
-    axis = [np.array(centre), np.array(centre) + 0.8 * rig.sprocket.ring_radius * _unit(sprocket_angle)]
-    ax.plot(*np.transpose(axis), color=STEEL_EDGE, linestyle="-", marker="", linewidth=0.6, zorder=Z_SPROCKET + 0.1)
+    axis = placed([[HUB, 0.0], [0.8 * rig.groove_profile.addendum, 0.0]], centre, sprocket_angle)
+    ax.plot(*axis.T, color=STEEL_EDGE, linestyle="-", linewidth=0.6, zorder=Z_SPROCKET + 0.1)
     if number_areas_of is not None:
         _number_areas(ax, rig, sprocket_angle, number_areas_of)
 
@@ -149,13 +157,16 @@ def _number_areas(ax: Axes, rig: Rig, sprocket_angle: float, groove: int) -> Non
     shape = rig.groove_profile
     joints = groove_points(rig, sprocket_angle, groove, shape.joints())
     ax.plot(*joints.T, linestyle="none", marker="o", markersize=2.5, color=VERMILION, zorder=Z_MARK)
-    depth = 0.2 * rig.chain.connector_radius
+    halo = [withStroke(linewidth=1.5, foreground="white")]
     for area in range(1, 11):
+        # the seats, 3 and 8, are short: their numbers stand behind those of their neighbours
+        depth = (0.45 if area in (3, 8) else 0.2) * rig.chain.connector_radius
         here = shape.arc(area, 3)[1]
         # into the steel: towards the centre of a convex arc, away from that of a concave one
         inward = shape.direction[area - 1] * (-1.0 if shape.convex[area - 1] else 1.0)
         place = groove_points(rig, sprocket_angle, groove, here + depth * inward)
-        ax.text(*place, str(area), ha="center", va="center", fontsize=7, clip_on=True, zorder=Z_MARK)
+        text = ax.text(*place, str(area), ha="center", va="center", fontsize=7, clip_on=True, zorder=Z_MARK)
+        text.set_path_effects(halo)
 
 
 def draw_wheels(ax: Axes, rig: Rig, layout_shift: float) -> None:
@@ -163,15 +174,17 @@ def draw_wheels(ax: Axes, rig: Rig, layout_shift: float) -> None:
     for name, (x, y, radius) in zip(WHEEL_NAMES, wheel_circles(rig, layout_shift, surface=True), strict=True):
         if name == "sprocket":
             continue
-        ax.add_patch(Circle((x, y), radius, facecolor=RUBBER, edgecolor=BLACK, linewidth=0.6, zorder=Z_RING))
-        ax.add_patch(Circle((x, y), 0.9 * radius, facecolor=STEEL, edgecolor=STEEL_EDGE, linewidth=0.6, zorder=Z_RING))
+        _draw_disc(ax, x, y, radius, RUBBER, BLACK)
+        _draw_disc(ax, x, y, 0.9 * radius, STEEL, STEEL_EDGE)
         _draw_hub(ax, x, y, Z_RING)
 
 
 def _draw_hub(ax: Axes, x: float, y: float, zorder: float) -> None:
-    ax.add_patch(Circle((x, y), HUB, facecolor="white", edgecolor=STEEL_EDGE, linewidth=0.6, zorder=zorder + 0.1))
+    _draw_disc(ax, x, y, HUB, "white", STEEL_EDGE, zorder + 0.1)
     ax.plot([x], [y], linestyle="none", marker="+", markersize=5, color=BLACK, zorder=zorder + 0.2)
 
 
-def _unit(angle: float) -> np.ndarray:
-    return np.array([cos(angle), sin(angle)])
+def _draw_disc(
+    ax: Axes, x: float, y: float, radius: float, face: str, edge: str, zorder: float = Z_RING
+) -> None:
+    ax.add_patch(Circle((x, y), radius, facecolor=face, edgecolor=edge, linewidth=0.6, zorder=zorder))

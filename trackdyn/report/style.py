@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable
 from functools import wraps
+from itertools import pairwise
 from pathlib import Path
 
 import matplotlib as mpl
@@ -29,7 +30,7 @@ RC = {
     "axes.axisbelow": True,
     "axes.grid": True,
     "axes.labelsize": 9,
-    "axes.prop_cycle": cycler(color=COLOURS, linestyle=DASHES, marker=MARKERS),
+    "axes.prop_cycle": cycler(color=COLOURS, linestyle=DASHES),
     "axes.titlesize": 9,
     "axes.titlelocation": "left",
     "figure.constrained_layout.use": True,
@@ -116,7 +117,7 @@ def thin(x, y, groups: int = 1500) -> tuple[np.ndarray, np.ndarray]:
         return x, y
     edges = np.linspace(0, len(x), groups + 1).astype(int)
     keep = set()
-    for first, last in zip(edges[:-1], edges[1:], strict=True):
+    for first, last in pairwise(edges):
         keep.update((first + int(np.argmin(y[first:last])), first + int(np.argmax(y[first:last]))))
     keep = np.array(sorted(keep))
     return x[keep], y[keep]

@@ -14,19 +14,22 @@ from trackdyn.parameters.groove import Groove
 from trackdyn.report import printed
 
 TABLE1_CAPTION = (
-    "Table 1. The ten arcs of a tooth groove in the groove's frame: centre O, radius r, unit vector u to the middle "
-    "of the annular sector and spread angle theta to both of its sides. The shape is this replication's own: the "
-    "cells of the paper's table are not to be had."
+    "Table 1. The ten arcs of a tooth groove in the groove's frame: centre O, radius r, unit vector u to "
+    "the middle of the annular sector and spread angle theta to both of its sides. The shape is this "
+    "replication's own: the cells of the paper's table are not to be had."
 )
 TABLE3_CAPTION = (
-    "Table 3. RMS and standard deviation of the y acceleration, simulation against the sensor record, with the "
-    "standard error over loop revolutions and the value difference |simulation - sensor| / sensor. The columns "
-    "marked as printed are the paper's differences against its own measured data, which it did not publish: they "
-    "cannot be compared with the differences from a synthetic record."
+    "Table 3. RMS and standard deviation of the y acceleration, simulation against the sensor record, "
+    "with the standard error over loop revolutions and the value difference (simulation - sensor) / "
+    "sensor without its sign. The columns marked as printed are the paper's differences against its own "
+    "measured data, which it did not publish: they cannot be compared with differences from a synthetic "
+    "record."
 )
 LINES_CAPTION = (
-    "Main line of the y acceleration: highest line of the FFT as the paper takes it, the value free of the picket "
-    "fence, and the paper's printed number beside each (for the sensor record: the paper's own measured data)."
+    "Main line of the y acceleration: highest line of the FFT as the paper takes it, the value free of "
+    "the picket fence, and the paper's printed number beside each. Beside a sensor record stands the "
+    "number of the paper's experiment; a synthetic record was made to show it, so that their agreement "
+    "says nothing."
 )
 
 
@@ -46,7 +49,8 @@ def write_table(frame: pd.DataFrame, csv_path: Path | str, caption: str, digits:
     """
     csv_path = Path(csv_path)
     csv_path.parent.mkdir(parents=True, exist_ok=True)
-    body = frame.to_markdown(index=False, floatfmt=f".{digits}g", missingval="–")
+    cells = frame.astype(object).where(frame.notna(), None)
+    body = cells.to_markdown(index=False, floatfmt=f".{digits}g", missingval="–")
     _replace(csv_path, frame.to_csv(index=False, lineterminator="\n"))
     _replace(csv_path.with_suffix(".md"), f"{caption}\n\n{body}\n")
 
@@ -79,7 +83,10 @@ def table1(groove: Groove) -> pd.DataFrame:
 def _row_of(metrics: pd.DataFrame, rpm: float) -> pd.Series:
     rows = metrics[np.isclose(metrics["rpm"].astype(float), rpm)]
     if len(rows) != 1:
-        raise InputError(f"metrics: {len(rows)} rows stand for {rpm:g} rpm; give the one run that belongs to its sensor record")
+        raise InputError(
+            f"metrics: {len(rows)} rows stand for {rpm:g} rpm; "
+            "give the one run that belongs to its sensor record"
+        )
     return rows.iloc[0]
 
 
@@ -142,7 +149,8 @@ def lines_table(
     for rpm, record in sorted(sensors.items()):
         run = _row_of(metrics, rpm)
         simulated = [float(run[name]) for name in ("line_hz", "line_g", "line_hz_binfree", "line_g_binfree")]
-        measured = [*main_line(record.ay_g, record.rate_hz), *main_line_binfree(record.ay_g, record.rate_hz)[:2]]
+        signal = (record.ay_g, record.rate_hz)
+        measured = [*main_line(*signal), *main_line_binfree(*signal)[:2]]
         for source, of_paper, line, paper_hz, paper_g in (
             ("simulation", "simulation", simulated, printed.SIMULATED_LINE_HZ, printed.SIMULATED_LINE_G),
             (label, "experiment", measured, printed.MEASURED_LINE_HZ, printed.MEASURED_LINE_G),

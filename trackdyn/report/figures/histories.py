@@ -65,9 +65,9 @@ def history_figure(
     for ax, (ay, rate, hz, label, look) in zip(axes, curves, strict=True):
         start = first_crest(ay, rate, hz)
         shown = ay[start : start + round(span * rate) + 1]
-        ax.plot(np.arange(len(shown)) / rate, shown, marker="", linewidth=0.6, label=label, **look)
+        ax.plot(np.arange(len(shown)) / rate, shown, linewidth=0.6, **look)
         ax.set_ylabel("y acceleration (g)")
-        ax.legend(loc="upper right")
+        ax.set_title(label, loc="right")
     axes[0].set_xlim(0, span)
     axes[0].set_title(title)
     axes[1].set_xlabel("time since a crest of each curve's own fundamental (s)")

@@ -15,8 +15,10 @@ from trackdyn.recording import Recording
 from trackdyn.report.style import BLACK, SENSOR, SIMULATION, new_figure, styled, thin
 
 LOW_RANGE_HZ = 2.0
-INSET_BINS = 4.5  # to both sides of the loop frequency
-LEAST_G = 1e-6
+INSET_BINS = 4.5  # to both sides of the main lines
+DENSE = 500  # points of the continuous spectrum in the inset
+BAND_HZ = 2.0  # of the smoothed curves over the whole range
+LEAST_G = 1e-6  # lower end of the logarithmic axis
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,8 @@ def spectrum_figure(
 
     Upper panel: 0 to 2 Hz, with the main line as the paper takes it (highest line of the FFT, filled
     marker) and its value free of the picket fence (hollow marker); its inset shows the lines around the
-    loop frequency on the curve that they sample. Lower panel: the whole range, on a logarithmic axis.
+    loop frequency on the curve that they sample. Lower panel: the whole range on a logarithmic axis, the
+    single lines pale and their root mean square in bands of 2 Hz in full colour.
 
     Parameters
     ----------
@@ -68,22 +71,21 @@ def spectrum_figure(
     measured = _curve(sensor_label, record.ay_g, record.rate_hz, None, SENSOR, "s")
     figure = new_figure(5.6)
     low, whole = figure.subplots(2, 1, height_ratios=(1.35, 1.0))
-    for curve in (measured, simulated):
+    for curve in (simulated, measured):
         _draw_low(low, curve)
-        freq, amplitude = thin(*curve.spectrum)
-        whole.plot(
-            freq[1:], np.maximum(amplitude[1:], LEAST_G), marker="", linewidth=0.5, label=curve.label,
-            alpha=0.85, **curve.look,
-        )  # fmt: skip
-    top = max(curve.free[1] for curve in (simulated, measured))
+        _draw_whole(whole, curve)
     low.set_xlim(0, LOW_RANGE_HZ)
-    low.set_ylim(0, 1.25 * max(top, simulated.line[1], measured.line[1]))
+    low.set_ylim(
+        0, 1.2 * max(amplitude for c in (simulated, measured) for amplitude in (c.line[1], c.free[1]))
+    )
     low.set_xlabel("frequency (Hz)")
     low.set_ylabel("amplitude (g)")
     low.set_title(title)
+    low.legend(loc="upper left", bbox_to_anchor=(0.145, 1.0), fontsize=7)
     _draw_inset(low, simulated, measured, loop_hz)
     whole.set_yscale("log")
     whole.set_xlim(0, 0.5 * recording.rate)
+    whole.set_ylim(bottom=LEAST_G)
     whole.set_xlabel("frequency (Hz)")
     whole.set_ylabel("amplitude (g)")
     whole.legend(loc="upper right")
@@ -93,38 +95,55 @@ def spectrum_figure(
 def _draw_low(ax: Axes, curve: _Curve) -> None:
     freq, amplitude = curve.spectrum
     inside = (freq > 0) & (freq <= 1.05 * LOW_RANGE_HZ)
-    ax.plot(freq[inside], amplitude[inside], marker="", linewidth=0.9, **curve.look)
-    colour = curve.look["color"]
-    ax.plot(
-        *curve.line, marker=curve.marker, color=colour, markeredgecolor=BLACK, markeredgewidth=0.6, linestyle="none",
-        markersize=5, zorder=4, label=f"{curve.label}, FFT: {curve.line[0]:.4f} Hz, {curve.line[1]:.3f} g",
-    )  # fmt: skip
-    ax.plot(
-        *curve.free, marker=curve.marker, color=colour, markerfacecolor="none", markeredgewidth=1.2, linestyle="none",
-        markersize=8, zorder=4, label=f"{curve.label}, bin-free: {curve.free[0]:.4f} Hz, {curve.free[1]:.3f} g",
-    )  # fmt: skip
+    ax.plot(freq[inside], amplitude[inside], linewidth=0.9, **curve.look)
+    filled = {"markersize": 5, "markeredgecolor": BLACK, "markeredgewidth": 0.6}
+    hollow = {"markersize": 8, "markerfacecolor": "none", "markeredgewidth": 1.2}
+    common = {"linestyle": "none", "marker": curve.marker, "color": curve.look["color"], "zorder": 4}
+    for name, (hz, g), look in (("FFT", curve.line, filled), ("bin-free", curve.free, hollow)):
+        ax.plot(hz, g, **common, **look, label=f"{curve.label}, {name}: {hz:.4f} Hz, {g:.3f} g")
+
+
+def _draw_whole(ax: Axes, curve: _Curve) -> None:
+    freq, amplitude = (part[1:] for part in curve.spectrum)
+    ax.plot(*thin(freq, np.maximum(amplitude, LEAST_G)), linewidth=0.4, alpha=0.25, **curve.look)
+    lines = max(1, round(BAND_HZ / freq[0]))
+    first = np.arange(0, len(freq), lines)
+    count = np.diff(np.append(first, len(freq)))
+    middle = np.add.reduceat(freq, first) / count
+    smooth = np.sqrt(np.add.reduceat(amplitude**2, first) / count)
+    ax.plot(middle, np.maximum(smooth, LEAST_G), linewidth=1.1, label=curve.label, **curve.look)
 
 
 def _draw_inset(ax: Axes, simulated: _Curve, measured: _Curve, loop_hz: float) -> None:
     """Lines of the FFT around the loop frequency, and the continuous spectrum that they sample."""
-    inset = ax.inset_axes((0.60, 0.36, 0.385, 0.60))
+    inset = ax.inset_axes((0.635, 0.38, 0.345, 0.48))
     position, factor = picket_fence(loop_hz, simulated.rate, len(simulated.ay))
     inset.axvline(loop_hz, color=BLACK, linestyle=(0, (2, 1.5)), linewidth=0.8)
     bin_hz = simulated.rate / len(simulated.ay)
-    near = (max(loop_hz - INSET_BINS * bin_hz, 0.1 * bin_hz), max(loop_hz, measured.free[0]) + INSET_BINS * bin_hz)
+    frequencies = (loop_hz, simulated.free[0], measured.free[0])
+    near = (
+        max(min(frequencies) - INSET_BINS * bin_hz, 0.1 * bin_hz),
+        max(frequencies) + INSET_BINS * bin_hz,
+    )
     for curve in (measured, simulated):
-        n = len(curve.ay)
-        dense = np.linspace(*near, 500)
-        amplitude = 2 / n * np.abs(scipy.signal.zoom_fft(curve.ay - np.mean(curve.ay), near, m=500, fs=curve.rate, endpoint=True))
-        inset.plot(dense, amplitude, marker="", linewidth=0.8, alpha=0.7, **curve.look)
+        ay = curve.ay - np.mean(curve.ay)
+        sums = scipy.signal.zoom_fft(ay, near, m=DENSE, fs=curve.rate, endpoint=True)
+        inset.plot(
+            np.linspace(*near, DENSE), 2 / len(ay) * np.abs(sums), linewidth=0.8, alpha=0.7, **curve.look
+        )
         freq, lines = curve.spectrum
-        inside = (freq >= near[0]) & (freq <= near[1]) & (freq > 0)
-        inset.vlines(freq[inside], 0, lines[inside], color=curve.look["color"], linewidth=0.6)
-        inset.plot(freq[inside], lines[inside], linestyle="none", marker=curve.marker, markersize=3.5, color=curve.look["color"])
+        inside = (freq >= near[0]) & (freq <= near[1])
+        colour = curve.look["color"]
+        inset.vlines(freq[inside], 0, lines[inside], color=colour, linewidth=0.6)
+        inset.plot(
+            freq[inside], lines[inside], linestyle="none", marker=curve.marker, markersize=3.5, color=colour
+        )
     inset.set_xlim(near)
     inset.set_ylim(0, ax.get_ylim()[1])
     inset.tick_params(labelsize=7)
     inset.set_xlabel("frequency (Hz)", fontsize=7)
     inset.set_title(
-        f"loop {loop_hz:.5f} Hz = line {position:.2f} of the FFT:\na single sine would show at {100 * factor:.0f} %", fontsize=7
+        f"loop {loop_hz:.5f} Hz is at line {position:.2f}:\n"
+        f"the FFT shows a sine there at {100 * factor:.0f} %",
+        fontsize=7,
     )

@@ -1,0 +1,238 @@
+"""What the simulator costs: time a simulated second, time a body and step, memory, first-use compilation.
+
+    python benchmarks/cost.py --out results/benchmarks/cost.json
+
+Medians over repeats are reported together with the fastest and the slowest one, because other work on
+the machine can only slow a repeat down. Compilation is measured apart, in a process with an empty cache.
+"""
+
+import argparse
+import json
+import os
+import platform
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from importlib.metadata import version
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+# One core: the thread pools of the linear algebra libraries must not help.
+for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"):
+    os.environ.setdefault(name, "1")
+sys.path.insert(0, str(ROOT))
+
+SPEEDS_RPM = (115.0, 210.0)
+RING_RADIUS_M = 0.308
+STEP_S = 1e-4
+SIMULATED_S = 5.0  # of every repeat
+STEADY_AFTER_S = 2.0
+MEMORY_RECORD_S = 90.0
+SPELL_ROWS = 40_000
+DIVERGED = "the run at {:g} rpm left the physical range; its cost means nothing"
+PITCHES = (35, 70, 175, 350, 700, 1750, 3500)
+BODY_STEPS = 2_000_000  # of a repeat of the chain solver: a few tenths of a second
+
+COMPILE = """
+import json, sys, time
+begin = time.perf_counter()
+from trackdyn import Scene, load_rig, simulate
+imported = time.perf_counter()
+simulate(Scene(load_rig(sys.argv[1]), 115.0, duration=0.001, lead_in=0.0, ramp=0.001))
+print(json.dumps({"import_s": imported - begin, "first_run_s": time.perf_counter() - imported}))
+"""
+
+MEMORY = """
+import json, resource, sys
+from trackdyn import Scene, load_rig, simulate
+unit = 1 if sys.platform == "darwin" else 1024  # ru_maxrss is in bytes there, in KiB elsewhere
+peak = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6
+rig = load_rig(sys.argv[1])
+simulate(Scene(rig, 115.0, duration=0.001, lead_in=0.0, ramp=0.001))
+short = peak()
+recording = simulate(Scene(rig, 115.0, duration=float(sys.argv[2])))
+arrays = sum(getattr(getattr(recording, name), "nbytes", 0) for name in recording.ARRAYS) / 1e6
+result = {"record_s": float(sys.argv[2]), "peak_mb": peak(), "peak_before_mb": short, "arrays_mb": arrays}
+print(json.dumps(result))
+"""
+
+
+def summary(values) -> dict:
+    """Median, fastest and slowest of the repeats."""
+    middle = statistics.median(values)
+    return {"median": middle, "min": min(values), "max": max(values), "repeats": len(values)}
+
+
+def in_subprocess(code: str, *arguments: str, **environment: str) -> dict:
+    """Run a piece of code in its own process and read the JSON object that it prints last."""
+    path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
+    result = subprocess.run(
+        [sys.executable, "-c", code, *arguments],
+        capture_output=True,
+        text=True,
+        check=True,
+        env=os.environ | {"PYTHONPATH": path} | environment,
+    )
+    return json.loads(result.stdout.splitlines()[-1])
+
+
+def compilation(rig_path: Path) -> dict:
+    """Seconds of import and first run with an empty and with a filled kernel cache."""
+    with tempfile.TemporaryDirectory() as cache:
+        cold = in_subprocess(COMPILE, str(rig_path), TRACKDYN_CACHE=cache)
+        warm = in_subprocess(COMPILE, str(rig_path), TRACKDYN_CACHE=cache)
+    return {
+        "empty_cache": cold,
+        "filled_cache": warm,
+        "compile_s": cold["first_run_s"] - warm["first_run_s"],
+    }
+
+
+def simulated_second(rig, repeats: int) -> list[dict]:
+    """Wall seconds of one core for a simulated second at steady running.
+
+    Every scene is settled and started once; a repeat goes on from there for ``SIMULATED_S``.
+    """
+    from trackdyn import Scene
+    from trackdyn.integrate.semi_implicit import run
+    from trackdyn.simulate import empty_record, settle
+
+    rate = rig.sensor.rate
+    samples = round(SIMULATED_S * rate)
+    rows = []
+    for rpm in SPEEDS_RPM:
+        for radius in (RING_RADIUS_M, None):
+            scene = Scene(rig, rpm, ring_radius=radius, step=STEP_S)
+            model, state, work, _ = settle(scene)
+            n = len(state.angle)
+            scratch = empty_record(1, n, 3)
+            for _ in range(round((scene.ramp + STEADY_AFTER_S) * rate)):
+                if run(model, state, work, scratch, 0, 1, scene.stride) >= 0:
+                    raise SystemExit(DIVERGED.format(rpm))
+            pitches = (rig.sensor.pitch,)
+            for spells in (True, False):
+                walls = []
+                for _ in range(repeats):
+                    record = empty_record(samples, n, 3, pitches, spells=SPELL_ROWS * spells)
+                    begin = time.perf_counter()
+                    bad = run(model, state, work, record, 0, samples, scene.stride)
+                    walls.append((time.perf_counter() - begin) / SIMULATED_S)
+                    if bad >= 0:
+                        raise SystemExit(DIVERGED.format(rpm))
+                wall = summary(walls)
+                rows.append(
+                    {
+                        "motor_rpm": rpm,
+                        "ring_radius_m": radius,
+                        "step_s": scene.step,
+                        "spell_log": spells,
+                        "simulated_s_a_repeat": SIMULATED_S,
+                        "wall_s_per_simulated_s": wall,
+                        "us_per_step": wall["median"] * scene.step * 1e6,
+                    }
+                )
+                print(
+                    f"{rpm:g} rpm, ring {radius}, spell log {spells}: {wall['median']:.4f} s "
+                    f"({wall['min']:.4f} to {wall['max']:.4f}) a simulated second"
+                )
+    return rows
+
+
+def chain_alone(rig, repeats: int) -> list[dict]:
+    """Microseconds a body and a call of the Riccati sweep, from one loop of the rig to a hundred times that.
+
+    The bodies lie on a regular polygon, clockwise and closed, so that the closure is well posed at any size.
+    """
+    import numba
+    import numpy as np
+
+    from trackdyn.chain.riccati import accelerations, make_work
+    from trackdyn.scene import build_chain
+
+    @numba.njit
+    def repeat(calls, chain, cos, sin, rate, force_x, force_y, moment, torque, damping, work):
+        # called from Python one by one, short chains would show the price of the call
+        for _ in range(calls):
+            accelerations(chain, cos, sin, rate, force_x, force_y, moment, torque, damping, 0, work)
+
+    rows = []
+    for pitches in PITCHES:
+        chain = build_chain(rig.changed(chain__pitches=pitches))
+        n = len(chain.length)
+        angle = -2 * np.pi * np.arange(n) / n
+        cos, sin = np.cos(angle), np.sin(angle)
+        rng = np.random.default_rng(1)
+        rate = rng.normal(0.0, 1.0, n)
+        force_x, force_y, moment = rng.normal(0.0, 100.0, (3, n))
+        torque = rng.normal(0.0, 1.0, n)
+        work = make_work(n)
+        arguments = (chain, cos, sin, rate, force_x, force_y, moment, torque, STEP_S * chain.damping, work)
+        repeat(1, *arguments)
+        calls = max(BODY_STEPS // n, 1)
+        values = []
+        for _ in range(repeats):
+            begin = time.perf_counter()
+            repeat(calls, *arguments)
+            values.append((time.perf_counter() - begin) / calls / n * 1e6)
+        if not np.isfinite(work.response).all():
+            raise SystemExit(f"the chain of {n} bodies has no finite accelerations; its cost means nothing")
+        rows.append({"bodies": n, "calls_a_repeat": calls, "us_per_body_and_step": summary(values)})
+        print(f"{n} bodies: {rows[-1]['us_per_body_and_step']['median']:.4f} us a body and step")
+    return rows
+
+
+def cpu_model() -> str:
+    """Name of the processor as the system gives it."""
+    info = Path("/proc/cpuinfo")
+    if info.exists():
+        for line in info.read_text(encoding="utf-8", errors="replace").splitlines():
+            if line.startswith("model name"):
+                return line.partition(":")[2].strip()
+    return platform.processor() or platform.machine()
+
+
+def machine() -> dict:
+    """What the numbers were measured on."""
+    from trackdyn.jit import source_hash
+
+    return {
+        "platform": platform.platform(),
+        "cpu": cpu_model(),
+        "cores": os.cpu_count(),
+        "load_average": os.getloadavg() if hasattr(os, "getloadavg") else None,
+        "python": platform.python_version(),
+        "versions": {name: version(name) for name in ("numpy", "numba", "scipy")},
+        "sources": source_hash(),
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="Measure the cost of the simulator and write it as JSON.")
+    parser.add_argument(
+        "--out", type=Path, default=Path("results/benchmarks/cost.json"), help="file to write"
+    )
+    parser.add_argument("--repeats", type=int, default=5, help="repeats of every timing (default 5)")
+    arguments = parser.parse_args()
+    if arguments.repeats < 1:
+        parser.error(f"--repeats = {arguments.repeats} is not accepted: 1 or more would do")
+
+    from trackdyn.parameters.rig import load_rig
+
+    rig_path = ROOT / "config" / "rig.yaml"
+    rig = load_rig(rig_path)
+    result = {"machine": machine(), "compilation": compilation(rig_path)}
+    print(f"compilation: {result['compilation']['compile_s']:.1f} s, once for every version of the sources")
+    result["simulated_second"] = simulated_second(rig, arguments.repeats)
+    result["chain_alone"] = chain_alone(rig, arguments.repeats)
+    result["memory"] = in_subprocess(MEMORY, str(rig_path), str(MEMORY_RECORD_S))
+    print(f"peak memory of a {MEMORY_RECORD_S:g} s record: {result['memory']['peak_mb']:.0f} MB")
+    result["machine"]["load_average_after"] = os.getloadavg() if hasattr(os, "getloadavg") else None
+    arguments.out.parent.mkdir(parents=True, exist_ok=True)
+    arguments.out.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+    print(f"wrote {arguments.out}")
+
+
+if __name__ == "__main__":
+    main()

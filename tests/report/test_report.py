@@ -1,0 +1,292 @@
+"""Figures and tables from small made-up recordings: files, bytes, labels, numbers."""
+
+from itertools import pairwise
+from pathlib import Path
+from types import SimpleNamespace
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.figure import Figure
+
+from trackdyn.errors import InputError
+from trackdyn.measure.sensor_csv import SensorRecord
+from trackdyn.parameters.layout import assemble
+from trackdyn.parameters.rig import load_rig
+from trackdyn.recording import Recording
+from trackdyn.report import printed
+from trackdyn.report.drawing import chain_points, draw_chain, draw_sprocket, draw_wheels, groove_points
+from trackdyn.report.figures.closure import closure_figure
+from trackdyn.report.figures.histories import first_crest, history_figure
+from trackdyn.report.figures.loop import loop_figure
+from trackdyn.report.figures.spectra import spectrum_figure
+from trackdyn.report.style import new_figure, save, thin
+from trackdyn.report.tables import lines_table, table1, table3, write_table
+
+RIG = load_rig(Path(__file__).parents[2] / "config" / "rig.yaml")
+RATE = 1000
+RPM = 210.0
+LOOP_HZ = RPM / 5.57 / 60 * 13 / 35
+ASSEMBLY = assemble(RIG)
+FRAME = np.concatenate([ASSEMBLY.pins[0], ASSEMBLY.angle, [ASSEMBLY.sprocket_angle]])
+
+
+def wave(hz, seconds=20.0, amplitude=1.2, phase=0.3, seed=1):
+    time = np.arange(round(seconds * RATE)) / RATE
+    noise = 0.05 * np.random.default_rng(seed).standard_normal(len(time))
+    return time, amplitude * np.cos(2 * np.pi * hz * time + phase) + noise
+
+
+def recording(ring_radius=0.308, rpm=RPM, frames=1):
+    time, ay = wave(LOOP_HZ * rpm / RPM)
+    s = len(time)
+    # a level link: Eq. 40 adds 1 g
+    mean = np.column_stack([np.zeros(s), (ay - 1) * RIG.gravity, np.zeros(s)])
+    gap = 1e-13 * (1.5 + np.sin(time)) * (time > 0.01)
+    rates = np.full((s, 3), -2 * np.pi * rpm / 5.57 / 60)
+    return Recording(
+        time=time,
+        raw=mean,
+        mean=mean,
+        gap=gap,
+        place=np.zeros((s, 2)),
+        wheel_rate=rates,
+        energy=np.zeros((s, 10)),
+        force=np.zeros((s, 1, 3)),
+        area=np.zeros((s, 1, 2), int),
+        groove=np.zeros((s, 1, 2), int),
+        pitches=np.array([1]),
+        spells=np.zeros((0, 11)),
+        begin=6.0,
+        frame=np.tile(FRAME, (frames, 1)),
+        frame_time=np.arange(frames) * 0.01,
+        meta={
+            "scene": {"motor_rpm": rpm, "ring_radius": ring_radius},
+            "rig": RIG.model_dump(),
+            "layout": {"tensioner_shift_m": ASSEMBLY.shift},
+        },
+    )
+
+
+def sensor(hz=1.05 * LOOP_HZ, amplitude=0.9):
+    time, ay = wave(hz, amplitude=amplitude, phase=-2.0, seed=2)
+    zero = np.zeros_like(time)
+    return SensorRecord(Path("sensor.csv"), time, zero, ay, zero, float(RATE), 0)
+
+
+FIGURES = {
+    "closure": lambda: closure_figure({115: recording(rpm=115.0), 210: recording()}),
+    "history": lambda: history_figure(recording(), sensor(), "(d) 210 rpm"),
+    "spectrum": lambda: spectrum_figure(recording(), sensor(), "(d) 210 rpm"),
+    "loop": lambda: loop_figure(RIG, recording()),
+    "loop without ring": lambda: loop_figure(RIG, recording(ring_radius=None)),
+}
+
+
+def texts(figure: Figure) -> str:
+    figure.canvas.draw()
+    return "\n".join(text.get_text() for text in figure.findobj(mpl.text.Text))
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_every_axis_names_its_quantity_and_unit(name):
+    figure = FIGURES[name]()
+    for ax in figure.axes:
+        assert ax.get_ylabel().endswith(")"), name
+        assert "(" in ax.get_ylabel()
+        shared = ax.xaxis.get_tick_params().get("labelbottom") is False
+        assert shared or ("(" in ax.get_xlabel() and ax.get_xlabel().endswith(")")), name
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_the_same_data_give_the_same_bytes_whatever_the_user_prefers(name, tmp_path):
+    save(FIGURES[name](), tmp_path / "first.png")
+    with mpl.rc_context({"font.size": 20, "axes.grid": False, "svg.hashsalt": "other"}):
+        save(FIGURES[name](), tmp_path / "second.png")
+    for kind in ("png", "svg"):
+        first, second = ((tmp_path / f"{stem}.{kind}").read_bytes() for stem in ("first", "second"))
+        assert first == second
+        assert len(first) > 5000
+    assert len(list(tmp_path.iterdir())) == 4
+    assert b"<dc:date>" not in (tmp_path / "first.svg").read_bytes()
+
+
+def test_a_figure_that_cannot_be_drawn_leaves_no_file(tmp_path):
+    figure = new_figure(2.0)
+    ax = figure.subplots()
+    ax.set_title(r"$\notacommand$")
+    with pytest.raises(ValueError):
+        save(figure, tmp_path / "broken.png")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_closure_figure_states_the_maximum_and_the_printed_gap():
+    run = recording()
+    shown = texts(closure_figure({210: run}))
+    assert f"{run.gap.max():.2e} m" in shown
+    assert "1.1023e-10 m" in shown
+
+
+def test_sensor_label_stands_in_the_figures():
+    for draw in (history_figure, spectrum_figure):
+        assert "synthetic" in texts(draw(recording(), sensor()))
+        shown = texts(draw(recording(), sensor(), sensor_label="measured"))
+        assert "synthetic" not in shown
+        assert "measured" in shown
+
+
+def test_spectrum_figure_marks_the_lines_where_they_are():
+    shown = texts(spectrum_figure(recording(), sensor()))
+    assert f"simulation, bin-free: {LOOP_HZ:.4f} Hz, 1.200 g" in shown
+    assert f"loop {LOOP_HZ:.5f} Hz is at line {20 * LOOP_HZ:.2f}" in shown
+
+
+def test_picket_fence_of_the_printed_record_at_115_rpm():
+    run = recording(rpm=115.0)
+    time, ay = wave(LOOP_HZ * 115 / 210, seconds=90.0)
+    mean = np.column_stack([0 * ay, (ay - 1) * RIG.gravity, 0 * ay])
+    arrays = {name: getattr(run, name) for name in Recording.ARRAYS} | {
+        "time": time,
+        "mean": mean,
+        "raw": mean,
+    }
+    shown = texts(spectrum_figure(Recording(**arrays, meta=run.meta), sensor(0.13)))
+    assert "line 11.50" in shown
+    assert "64 %" in shown
+
+
+@pytest.mark.parametrize("phase", [-3.0, -0.5, 0.0, 0.4, 2.9])
+def test_first_crest_finds_the_crest(phase):
+    hz = 0.21
+    _, ay = wave(hz, phase=phase)
+    crest = first_crest(ay, RATE, hz) / RATE
+    assert 0 <= crest <= 1 / hz
+    assert np.cos(2 * np.pi * hz * crest + phase) == pytest.approx(1, abs=1e-3)
+
+
+def test_both_histories_begin_at_a_crest():
+    figure = history_figure(recording(), sensor())
+    for ax in figure.axes:
+        (line,) = ax.get_lines()
+        assert line.get_ydata()[:50].mean() > 0.85 * np.sort(line.get_ydata())[-2000:].mean()
+        assert line.get_xdata()[-1] == pytest.approx(2 / LOOP_HZ, abs=2e-3)
+
+
+def test_loop_figure_needs_a_configuration():
+    with pytest.raises(InputError, match="frame interval"):
+        loop_figure(RIG, recording(frames=0))
+
+
+def test_chain_points_follow_the_bodies_and_close():
+    pins, angles, sprocket_angle = chain_points(RIG, FRAME)
+    assert pins.shape == (71, 2)
+    assert sprocket_angle == ASSEMBLY.sprocket_angle
+    np.testing.assert_allclose(pins[:-1], ASSEMBLY.pins, atol=1e-9)
+    np.testing.assert_allclose(pins[-1], pins[0], atol=1e-9)
+    lengths = np.hypot(*np.diff(pins, axis=0).T)
+    np.testing.assert_allclose(lengths[::2], RIG.chain.link_length)
+    np.testing.assert_allclose(lengths[1::2], RIG.connector_length)
+    assert len(angles) == 70
+
+
+def test_grooves_stand_where_equation_12_puts_them():
+    for k in (1, 5, 13):
+        x, y = groove_points(RIG, 0.2, k, [[0.0, 1.0]])[0] - [RIG.sprocket.x, RIG.sprocket.y]
+        angle = 0.2 + (2 * k - 1) * np.pi / 13
+        np.testing.assert_allclose((x, y), (np.cos(angle), np.sin(angle)), atol=1e-12)
+
+
+def test_drawn_sprocket_is_closed_and_within_its_addendum():
+    ax = new_figure(3.0).subplots()
+    draw_sprocket(ax, RIG, 0.3, 0.308, number_areas_of=4)
+    draw_wheels(ax, RIG, 0.0)
+    draw_chain(ax, RIG, FRAME, highlight=(0, 1))
+    outline = max((p.get_xy() for p in ax.patches if hasattr(p, "get_xy")), key=len)
+    radius = np.hypot(*outline.T)
+    assert radius.max() <= RIG.groove_profile.addendum + 1e-9
+    steps = np.hypot(*np.diff(outline, axis=0).T)
+    assert steps.max() < 0.01  # no jump from groove to groove
+    assert {text.get_text() for text in ax.texts} == {str(area) for area in range(1, 11)}
+
+
+def test_thin_keeps_the_extremes_and_the_order():
+    x = np.arange(100_000)
+    y = np.random.default_rng(0).standard_normal(len(x))
+    a, b = thin(x, y, groups=100)
+    assert len(a) <= 200
+    assert (b.min(), b.max()) == (y.min(), y.max())
+    assert all(first < last for first, last in pairwise(a))
+
+
+def test_table1_is_symmetric():
+    table = table1(RIG.groove_profile)
+    assert list(table["area"]) == list(range(1, 11))
+    assert list(table.loc[table["type"] == "convex", "area"]) == [1, 4, 7, 10]
+    left, right = table.iloc[:5], table.iloc[:4:-1]
+    for column, sign in {"O_x_mm": -1, "O_y_mm": 1, "r_mm": 1, "u_x": -1, "u_y": 1, "theta_deg": 1}.items():
+        np.testing.assert_allclose(left[column], sign * right[column].to_numpy(), atol=1e-12)
+    np.testing.assert_allclose(np.hypot(table["u_x"], table["u_y"]), 1)
+    assert table.loc[1, "r_mm"] == pytest.approx(58.6)
+    assert 0 < table["theta_deg"].min() < table["theta_deg"].max() < 90
+
+
+def metrics(**changes):
+    row = {
+        "run": "210rpm", "rpm": RPM, "rms_g": 1.1, "sd_g": 0.5, "rms_error_g": 0.01, "sd_error_g": 0.02,
+        "line_hz": 0.25, "line_g": 1.15, "line_hz_binfree": LOOP_HZ, "line_g_binfree": 1.2,
+    }  # fmt: skip
+    return pd.DataFrame([row | changes])
+
+
+def test_table3_takes_the_value_difference_of_the_paper():
+    # +2 and 0 in turn: RMS sqrt(2), SD 1
+    record = SimpleNamespace(ay_g=np.tile([2.0, 0.0], 500), rate_hz=1000.0)
+    row = table3(metrics(rms_g=1.1 * 2**0.5, sd_g=0.75), {RPM: record}).iloc[0]
+    assert row["rms_sensor_g"] == pytest.approx(2**0.5)
+    assert row["rms_difference_pct"] == pytest.approx(10.0)
+    assert row["sd_difference_pct"] == pytest.approx(25.0)
+    assert row["sd_standard_error_g"] == 0.02
+    assert row["rms_difference_printed_against_papers_own_data_pct"] == 7.02
+    assert row["sd_difference_printed_against_papers_own_data_pct"] == 8.05
+    assert row["sensor_record"] == "synthetic sensor"
+
+
+def test_table3_without_a_printed_value_leaves_the_cell_empty():
+    row = table3(metrics(rpm=100.0), {100.0: sensor()}).iloc[0]
+    assert np.isnan(row["rms_difference_printed_against_papers_own_data_pct"])
+
+
+def test_table3_wants_exactly_one_run_a_speed():
+    with pytest.raises(InputError, match="0 rows"):
+        table3(metrics(), {115: sensor()})
+    with pytest.raises(InputError, match="2 rows"):
+        table3(pd.concat([metrics(), metrics()]), {210: sensor()})
+
+
+def test_lines_table_sets_printed_numbers_beside_their_own_kind():
+    table = lines_table(metrics(), {210: sensor(0.25, 0.8)}, label="measured")
+    assert list(table["source"]) == ["simulation", "measured"]
+    assert list(table["line_printed_hz"]) == [0.233, 0.253]
+    assert list(table["line_printed_g"]) == [1.162, 0.7698]
+    assert table.loc[1, "line_binfree_hz"] == pytest.approx(0.25, abs=1e-4)
+    assert table.loc[1, "line_binfree_g"] == pytest.approx(0.8, abs=5e-3)
+
+
+def test_write_table_writes_csv_and_markdown(tmp_path):
+    frame = pd.DataFrame({"a_g": [1 / 3, float("nan")], "name": ["x", "y"]})
+    write_table(frame, tmp_path / "tables" / "table9.csv", "A caption.")
+    pd.testing.assert_frame_equal(pd.read_csv(tmp_path / "tables" / "table9.csv"), frame)
+    text = (tmp_path / "tables" / "table9.md").read_text(encoding="utf-8")
+    assert text.startswith("A caption.\n\n|")
+    assert "0.33333" in text
+    assert "nan" not in text
+    assert len(list((tmp_path / "tables").iterdir())) == 2
+
+
+def test_printed_numbers_by_speed_hold_every_speed():
+    for number in vars(printed).values():
+        if isinstance(number, printed.Printed):
+            assert number.place
+            if isinstance(number.value, dict) and number.unit != "s":
+                assert tuple(number.value) == printed.SPEEDS_RPM

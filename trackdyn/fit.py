@@ -1,0 +1,279 @@
+"""The documented fit of the rig's unknown parameters to printed results, and their sensitivity.
+
+The paper's rig is not published. What is fitted, to what, between which bounds and with what budget
+stands in ``config/fit.yaml``; some claims are held out and only reported. A fit chooses one rig that
+shows the printed behaviour; it does not measure the paper's.
+"""
+
+from concurrent.futures import ProcessPoolExecutor
+from typing import Annotated, Literal
+
+import numpy as np
+import pandas as pd
+from pydantic import Field, model_validator
+from scipy.optimize import least_squares
+
+from trackdyn.config import Config
+from trackdyn.errors import InputError, TrackdynError
+from trackdyn.measure.meshing import meshing_summary
+from trackdyn.parameters.rig import Rig
+from trackdyn.parameters.validation import Section
+from trackdyn.scene import Scene
+from trackdyn.simulate import simulate
+
+# residual of a measure that does not exist (no such contact) or of a rig that cannot run, in tolerances
+FAILED = 10.0
+
+
+class Parameter(Section):
+    """One fitted value; several rig parameters may share it.
+
+    ``scale`` says how it is stepped: ``log`` for positive values, ``linear`` otherwise.
+    """
+
+    names: Annotated[list[str], Field(min_length=1)]
+    low: float
+    high: float
+    scale: Literal["log", "linear"]
+
+    def value(self, rig: Rig) -> float:
+        """Present value in a rig."""
+        section, field = self.names[0].split(".")
+        return float(getattr(getattr(rig, section), field))
+
+    def to_unit(self, value: float) -> float:
+        """Position of a value between the bounds, 0 to 1."""
+        low, high, value = (np.log([self.low, self.high, value]) if self.scale == "log" else
+                            np.array([self.low, self.high, value]))  # fmt: skip
+        return float((value - low) / (high - low))
+
+    def from_unit(self, x: float) -> float:
+        """Value at a position between the bounds."""
+        if self.scale == "log":
+            return float(np.exp(np.log(self.low) + x * (np.log(self.high) - np.log(self.low))))
+        return float(self.low + x * (self.high - self.low))
+
+
+class Target(Section):
+    """A printed result: what is measured in which case, and how near is near enough.
+
+    ``relative_to`` makes the measure a ratio to the same measure at another ring radius.
+    """
+
+    claim: str
+    ring_radius_m: float | None
+    measure: str
+    value: float
+    tolerance: Annotated[float, Field(gt=0)]
+    kind: Literal["equal", "at_most", "at_least"] = "equal"
+    relative_to: float | None = None
+    held_out: bool = False
+    reason: Annotated[str, Field(min_length=1)]
+
+    @property
+    def name(self) -> str:
+        """``C25 left_share_pct at 0.308``."""
+        where = "no ring" if self.ring_radius_m is None else f"{self.ring_radius_m:g} m"
+        return f"{self.claim} {self.measure} {where}"
+
+
+class FitConfig(Section):
+    """Everything in ``config/fit.yaml``."""
+
+    speed_rpm: Annotated[float, Field(gt=0)]
+    loop_turns: Annotated[int, Field(ge=1)]
+    lead_in_s: Annotated[float, Field(ge=0)]
+    step_s: Annotated[float, Field(gt=0)]
+    max_iterations: Annotated[int, Field(ge=1)]
+    difference: Annotated[float, Field(gt=0, lt=0.5)]
+    parameters: Annotated[list[Parameter], Field(min_length=1)]
+    targets: Annotated[list[Target], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _consistent(self):
+        for parameter in self.parameters:
+            if not parameter.low < parameter.high:
+                raise InputError(f"parameters: {parameter.names[0]} has low >= high; give a range")
+        return self
+
+    def cases(self) -> list[float | None]:
+        """Ring radii that the targets need, None for no ring."""
+        radii = {t.ring_radius_m for t in self.targets} | {t.relative_to for t in self.targets if t.relative_to}
+        return sorted(radii, key=lambda r: -1.0 if r is None else r)
+
+
+def with_values(rig: Rig, config: FitConfig, x) -> Rig:
+    """The rig with every fitted parameter at a position ``x`` (0 to 1) between its bounds."""
+    changes = {}
+    for parameter, position in zip(config.parameters, x, strict=True):
+        for name in parameter.names:
+            changes[name.replace(".", "__")] = parameter.from_unit(float(position))
+    return rig.changed(**changes)
+
+
+def _case(job) -> dict | None:
+    rig, radius, config = job
+    turn = Config.one_turn(rig, config.speed_rpm)
+    duration = round((config.loop_turns + 1) * turn * rig.sensor.rate) / rig.sensor.rate
+    try:
+        scene = Scene(
+            rig, config.speed_rpm, radius, duration=duration, lead_in=config.lead_in_s, step=config.step_s
+        )
+        return meshing_summary(simulate(scene))
+    except TrackdynError:
+        return None
+
+
+def measure_rigs(rigs: list[Rig], config: FitConfig, jobs: int = 1) -> list[dict]:
+    """Meshing summaries of every rig in every case: one dict ``radius -> summary or None`` a rig."""
+    cases = config.cases()
+    work = [(rig, radius, config) for rig in rigs for radius in cases]
+    if jobs == 1:
+        done = [_case(job) for job in work]
+    else:
+        with ProcessPoolExecutor(jobs) as pool:
+            done = list(pool.map(_case, work))
+    return [dict(zip(cases, done[i : i + len(cases)], strict=True)) for i in range(0, len(done), len(cases))]
+
+
+def measured(target: Target, summaries: dict) -> float:
+    """What a target's measure came out as; NaN if the case failed or has no such contact."""
+    summary = summaries[target.ring_radius_m]
+    if summary is None:
+        return float("nan")
+    value = summary[target.measure]
+    if target.relative_to is not None:
+        reference = summaries[target.relative_to]
+        value = value / reference[target.measure] if reference and reference[target.measure] else float("nan")
+    return float(value)
+
+
+def residual(target: Target, summaries: dict) -> float:
+    """Distance from the target in tolerances; 0 beyond a one-sided target."""
+    value = measured(target, summaries)
+    if not np.isfinite(value):
+        return FAILED
+    distance = (value - target.value) / target.tolerance
+    if target.kind == "at_most":
+        distance = max(distance, 0.0)
+    if target.kind == "at_least":
+        distance = min(distance, 0.0)
+    return float(np.clip(distance, -FAILED, FAILED))
+
+
+def residuals(config: FitConfig, summaries: dict, held_out: bool = False) -> np.ndarray:
+    """Residuals of the targets that are fitted (or of those held out)."""
+    return np.array([residual(t, summaries) for t in config.targets if t.held_out == held_out])
+
+
+def fit_rig(rig: Rig, config: FitConfig, jobs: int = 1, log=print) -> tuple[Rig, pd.DataFrame]:
+    """Bounded nonlinear least squares (``scipy.optimize.least_squares``) from the present rig.
+
+    Returns
+    -------
+    rig : Rig
+        The rig with the fitted values.
+    history : DataFrame
+        Cost and values of every evaluation, in order.
+    """
+    history = []
+
+    def evaluate(points):
+        rigs = []
+        for x in points:
+            try:
+                rigs.append(with_values(rig, config, x))
+            except TrackdynError:
+                rigs.append(None)
+        results = iter(measure_rigs([r for r in rigs if r is not None], config, jobs))
+        out = []
+        for x, candidate in zip(points, rigs, strict=True):
+            failed = np.full(sum(not t.held_out for t in config.targets), FAILED)
+            out.append(failed if candidate is None else residuals(config, next(results)))
+            values = {p.names[0]: p.from_unit(v) for p, v in zip(config.parameters, x, strict=True)}
+            history.append({"cost": 0.5 * float(out[-1] @ out[-1])} | values)
+        log(f"{len(history)} evaluations, best cost {min(row['cost'] for row in history):.3f}")
+        return out
+
+    def jacobian(x):
+        steps = np.where(x + config.difference <= 1.0, config.difference, -config.difference)
+        points = [x] + [x + step * unit for step, unit in zip(steps, np.eye(len(x)), strict=True)]
+        base, *moved = evaluate(points)
+        return np.column_stack([(m - base) / step for m, step in zip(moved, steps, strict=True)])
+
+    start = np.clip([p.to_unit(p.value(rig)) for p in config.parameters], 0.001, 0.999)
+    result = least_squares(
+        lambda x: evaluate([x])[0],
+        start,
+        jac=jacobian,
+        bounds=(0.0, 1.0),
+        loss="soft_l1",
+        max_nfev=config.max_iterations,
+        xtol=1e-3,
+        ftol=1e-3,
+    )
+    return with_values(rig, config, result.x), pd.DataFrame(history)
+
+
+def report_targets(config: FitConfig, summaries: dict) -> pd.DataFrame:
+    """Every target with what came out: ``claim, ring_radius_m, measure, target, ..., in tolerances``."""
+    return pd.DataFrame(
+        [
+            {
+                "claim": t.claim,
+                "ring_radius_m": t.ring_radius_m,
+                "measure": t.measure,
+                "relative_to": t.relative_to,
+                "kind": t.kind,
+                "target": t.value,
+                "tolerance": t.tolerance,
+                "measured": measured(t, summaries),
+                "in_tolerances": residual(t, summaries),
+                "held_out": t.held_out,
+            }
+            for t in config.targets
+        ]
+    )
+
+
+def sensitivity(rig: Rig, config: FitConfig, factor: float = 1.2, jobs: int = 1) -> pd.DataFrame:
+    """Change of every target's measure when one fitted parameter changes, the others held.
+
+    A parameter stepped by ``log`` is multiplied by ``factor``, a linear one moved by a tenth of its
+    range.
+
+    Returns
+    -------
+    DataFrame
+        ``parameter, base_value, changed_value, claim, ring_radius_m, measure, base, changed, change,
+        change_in_tolerances``.
+    """
+    start = [p.to_unit(p.value(rig)) for p in config.parameters]
+    rigs, values = [rig], []
+    for i, parameter in enumerate(config.parameters):
+        base = parameter.value(rig)
+        moved = base * factor if parameter.scale == "log" else base + 0.1 * (parameter.high - parameter.low)
+        position = list(start)
+        position[i] = parameter.to_unit(moved)
+        rigs.append(with_values(rig, config, position))
+        values.append((base, moved))
+    base_result, *results = measure_rigs(rigs, config, jobs)
+    rows = []
+    for parameter, (base, moved), result in zip(config.parameters, values, results, strict=True):
+        for t in config.targets:
+            before, after = measured(t, base_result), measured(t, result)
+            rows.append(
+                {
+                    "parameter": parameter.names[0],
+                    "base_value": base,
+                    "changed_value": moved,
+                    "claim": t.claim,
+                    "ring_radius_m": t.ring_radius_m,
+                    "measure": t.measure,
+                    "base": before,
+                    "changed": after,
+                    "change": after - before,
+                    "change_in_tolerances": (after - before) / t.tolerance,
+                }
+            )
+    return pd.DataFrame(rows)

@@ -1,0 +1,12 @@
+from _script import logged
+
+from trackdyn import load_recording
+from trackdyn.report.figures.closure import closure_figure
+from trackdyn.report.style import save
+
+with logged(snakemake):
+    recordings = {
+        round(rpm): load_recording(path)
+        for rpm, path in zip(snakemake.params.speeds, snakemake.input.recordings, strict=True)
+    }
+    save(closure_figure(recordings), snakemake.output[0])

@@ -1,0 +1,9 @@
+from _script import logged
+
+from trackdyn import Rig, load_recording
+from trackdyn.report.figures.loop import loop_figure
+from trackdyn.report.style import save
+
+with logged(snakemake):
+    recording = load_recording(snakemake.input.recording)
+    save(loop_figure(Rig.model_validate(recording.meta["rig"]), recording), snakemake.output[0])
