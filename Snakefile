@@ -27,15 +27,21 @@ SPEEDS = [f"{rpm:g}rpm" for rpm in CONFIG.records.speeds_rpm]
 
 
 wildcard_constraints:
-    run=r"\d[\w.]*rpm|meshing/\w+|ring/[\w.]+",
+    run=r"\d[\w.]*rpm|(meshing|ring|coarse)/[\w.]+",
 
 
 include: "workflow/rules/common.smk"
 include: "workflow/rules/simulate.smk"
 include: "workflow/rules/records.smk"
+include: "workflow/rules/ring.smk"
+include: "workflow/rules/claims.smk"
 
 
 rule all:
     default_target: True
     input:
         rules.records.input,
+        rules.ring.input,
+        rules.claims.output,
+        rules.sensitivity.output,
+        rules.costs.output,

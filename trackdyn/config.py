@@ -116,6 +116,7 @@ class Config(Section):
                     f"records.duration_s = {r.duration_s:g} s is not accepted: at {rpm:g} rpm it is shorter than two loop "
                     f"revolutions; {2 / runs[f'{rpm:g}rpm'].loop_frequency:.1f} s or more would do"
                 )
+            runs[f"coarse/{rpm:g}rpm"] = runs[f"{rpm:g}rpm"].with_(tooth_contact="three_surfaces", frame_interval=0.0)
         for name, radius in (("meshing/no_ring", None), ("meshing/ring", m.ring_radius_m)):
             add(
                 name,

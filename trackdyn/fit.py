@@ -11,11 +11,12 @@ from typing import Annotated, Literal
 import numpy as np
 import pandas as pd
 from pydantic import Field, model_validator
-from scipy.optimize import least_squares
+from scipy.optimize import brentq, least_squares
 
 from trackdyn.config import Config
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.measure.meshing import meshing_summary
+from trackdyn.parameters.groove import equal_pitch_radius
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import Section
 from trackdyn.scene import Scene
@@ -81,7 +82,7 @@ class FitConfig(Section):
     """Everything in ``config/fit.yaml``."""
 
     speed_rpm: Annotated[float, Field(gt=0)]
-    loop_turns: Annotated[int, Field(ge=1)]
+    loop_turns: Annotated[int, Field(ge=0)]
     lead_in_s: Annotated[float, Field(ge=0)]
     step_s: Annotated[float, Field(gt=0)]
     max_iterations: Annotated[int, Field(ge=1)]
@@ -276,4 +277,37 @@ def sensitivity(rig: Rig, config: FitConfig, factor: float = 1.2, jobs: int = 1)
                     "change_in_tolerances": (after - before) / t.tolerance,
                 }
             )
+    return pd.DataFrame(rows)
+
+
+def equal_pitch_readings(rig: Rig, config: FitConfig, printed: float = 0.308, jobs: int = 1) -> pd.DataFrame:
+    """The two readings of "equal pitch at ``printed``" put into the rig, beside the fitted value.
+
+    Polygonal: pins on a circle, links touching the ring at their middle. Arc: the centre line of the
+    links bent to a circle of the same length; the polygonal radius that gives it is found here.
+
+    Returns
+    -------
+    DataFrame
+        ``reading, polygonal_m, arc_m`` and, for each case of the fit, the shares of left and right arc.
+    """
+
+    def arc(polygonal: float) -> float:
+        candidate = rig.changed(sprocket__equal_pitch_radius=polygonal)
+        c = candidate.chain
+        return equal_pitch_radius(
+            rig.sprocket.teeth, c.link_length, candidate.connector_length, c.link_thickness
+        )["arc"]
+
+    for_arc = float(brentq(lambda r: arc(r) - printed, printed - 0.01, printed, xtol=1e-7))
+    readings = {"fitted": rig.sprocket.equal_pitch_radius, "arc length": for_arc, "polygonal": printed}
+    rigs = [rig.changed(sprocket__equal_pitch_radius=value) for value in readings.values()]
+    rows = []
+    for (reading, value), summaries in zip(readings.items(), measure_rigs(rigs, config, jobs), strict=True):
+        row = {"reading": reading, "polygonal_m": value, "arc_m": arc(value)}
+        for radius, summary in summaries.items():
+            name = "none" if radius is None else f"{radius:g}"
+            for side in ("left", "right"):
+                row[f"{side}_share_pct_{name}"] = summary[f"{side}_share_pct"] if summary else float("nan")
+        rows.append(row)
     return pd.DataFrame(rows)

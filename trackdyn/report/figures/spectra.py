@@ -111,7 +111,7 @@ def _draw_whole(ax: Axes, curve: _Curve) -> None:
     count = np.diff(np.append(first, len(freq)))
     middle = np.add.reduceat(freq, first) / count
     smooth = np.sqrt(np.add.reduceat(amplitude**2, first) / count)
-    ax.plot(middle, np.maximum(smooth, LEAST_G), linewidth=1.1, label=curve.label, **curve.look)
+    ax.plot(middle, np.maximum(smooth, LEAST_G), linewidth=1.1, zorder=3, label=curve.label, **curve.look)
 
 
 def _draw_inset(ax: Axes, simulated: _Curve, measured: _Curve, loop_hz: float) -> None:

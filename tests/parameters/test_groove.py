@@ -1,0 +1,296 @@
+"""The ten arcs of a groove: tangent, symmetric, on their circles; and what is refused."""
+
+from math import asin, cos, pi, radians, sin, sqrt
+
+import numpy as np
+import pytest
+import yaml
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.groove import build_groove, coarse_groove, connector_length, equal_pitch_radius
+from trackdyn.parameters.rig import KINDS, load_rig, parameter_table
+
+EXACT = 1e-12  # m or a unit vector: coordinates below 1 m carry about 1e-16 through ten operations
+
+# Another groove than the shipped one: every property below must hold for both.
+WIDE = {
+    "teeth": 13, "link_length": 0.1, "connector_length": 0.0577, "connector_radius": 0.030, "pin_circle": 0.3268,
+    "seat_depth": 0.001, "slope_bottom": radians(25), "slope_low": 0.0, "slope_seat": radians(30),
+    "slope_tip": radians(65), "r2": 0.052, "r3": 0.033, "r4": 0.030, "r5": 0.045,
+}  # fmt: skip
+
+
+@pytest.fixture(params=["shipped", "wide"])
+def groove(request, rig):
+    return rig.groove_profile if request.param == "shipped" else build_groove(**WIDE)
+
+
+def free_side(groove, area, point):
+    """Unit normal at a point of an area, away from the steel."""
+    outward = (point - groove.centre[area - 1]) / groove.radius[area - 1]
+    return outward if groove.convex[area - 1] else -outward
+
+
+@pytest.mark.parametrize("area", range(1, 10))
+def test_neighbouring_arcs_meet_with_a_common_tangent(groove, area):
+    end, start = groove.arc(area)[-1], groove.arc(area + 1)[0]
+    np.testing.assert_allclose(end, start, rtol=0, atol=EXACT)
+    np.testing.assert_allclose(free_side(groove, area, end), free_side(groove, area + 1, start), rtol=0, atol=EXACT)
+
+
+def test_every_arc_has_an_extent_and_runs_from_left_to_right(groove):
+    assert (groove.half_angle > 0.01).all()
+    profile = groove.profile()
+    assert (np.diff(profile[:, 0]) > -EXACT).all()
+    np.testing.assert_allclose(np.hypot(*groove.direction.T), 1.0, rtol=0, atol=EXACT)
+
+
+def test_table_1_is_mirror_symmetric(groove):
+    mirror = np.array([-1.0, 1.0])
+    for left in range(5):
+        right = 9 - left
+        assert (groove.centre[right] == groove.centre[left] * mirror).all()
+        assert (groove.direction[right] == groove.direction[left] * mirror).all()
+        assert groove.radius[right] == groove.radius[left]
+        assert groove.half_angle[right] == groove.half_angle[left]
+    assert (np.flatnonzero(groove.convex) + 1).tolist() == [1, 4, 7, 10]
+
+
+def test_bottom_arcs_are_one_circle_and_lowest_in_the_middle(groove):
+    assert groove.centre[4, 0] == groove.centre[5, 0] == 0.0
+    profile = groove.profile(400)
+    assert abs(profile[np.argmin(np.hypot(*profile.T)), 0]) < EXACT
+
+
+def test_tip_lies_on_the_addendum_circle_and_on_the_tooth_line(groove):
+    profile = groove.profile(400)
+    half = pi / groove.teeth
+    np.testing.assert_allclose(profile[0], groove.addendum * np.array([-sin(half), cos(half)]), rtol=0, atol=EXACT)
+    assert np.hypot(*profile.T).max() <= groove.addendum + EXACT
+
+
+def test_tip_arcs_of_neighbouring_grooves_are_the_same_circle(groove):
+    turn = 2 * pi / groove.teeth
+    c, s = cos(turn), sin(turn)
+    clockwise = np.array([[c, s], [-s, c]])
+    np.testing.assert_allclose(clockwise @ groove.centre[0], groove.centre[9], rtol=0, atol=EXACT)
+
+
+def test_seat_holds_the_connector_at_its_depth(rig):
+    groove, seat = rig.groove_profile, 3
+    rc, depth = rig.chain.connector_radius, rig.groove.seat_depth
+    # an arc resting on the lowest point of area 3 has its centre r3 - r_C below O_3
+    height = groove.centre[seat - 1, 1] - (groove.radius[seat - 1] - rc)
+    pin_height = sqrt(rig.pin_circle**2 - rig.connector_length**2 / 4)
+    assert height == pytest.approx(pin_height - depth, abs=EXACT)
+
+
+def test_groove_worked_out_in_another_order_is_reproduced():
+    """A groove that was found from its addendum circle and its pins; lengths rounded to 1e-6 m."""
+    alpha5 = asin(35.519 / 90)
+    groove = build_groove(
+        teeth=13, link_length=0.102, connector_length=0.060, connector_radius=0.022, pin_circle=0.336164,
+        seat_depth=0.0, slope_bottom=alpha5, slope_low=radians(6), slope_seat=radians(38), slope_tip=radians(58.905),
+        r2=0.034, r3=0.0228, r4=0.030, r5=0.060,
+    )  # fmt: skip
+    centre = [(-76.902, 312.002), (-23.105, 344.448), (-30.0, 335.622), (-35.519, 283.112), (0, 365.806)]
+    np.testing.assert_allclose(groove.centre[:5], np.array(centre) / 1e3, rtol=0, atol=2e-6)
+    np.testing.assert_allclose(groove.radius[:5] * 1e3, [28.8241, 34.0, 22.8, 30.0, 60.0], rtol=0, atol=2e-3)
+    np.testing.assert_allclose(np.degrees(groove.half_angle[:5]), [36.376, 10.452, 16.0, 8.622, 11.622], atol=1e-2)
+    direction = [(0.38316, 0.92368), (-0.74841, -0.66324), (-0.37461, -0.92718), (0.25245, 0.96761), (-0.20146, -0.9795)]
+    np.testing.assert_allclose(groove.direction[:5], direction, rtol=0, atol=1e-4)
+    assert groove.addendum == pytest.approx(0.350164, abs=2e-6)
+
+
+def test_coarse_groove_keeps_the_ends_of_the_flanks_and_their_symmetry(groove):
+    coarse = coarse_groove(groove)
+    joints = groove.joints()
+    np.testing.assert_allclose(coarse.arc(1)[0], joints[0], rtol=0, atol=EXACT)
+    np.testing.assert_allclose(coarse.arc(1)[-1], joints[2], rtol=0, atol=EXACT)
+    np.testing.assert_allclose(coarse.arc(2)[0], joints[2], rtol=0, atol=EXACT)
+    np.testing.assert_allclose(coarse.arc(3)[::-1], coarse.arc(1) * [-1, 1], rtol=0, atol=EXACT)
+    np.testing.assert_allclose(coarse.centre[1], 0.0, rtol=0, atol=EXACT)
+
+
+@pytest.mark.parametrize(("teeth", "link", "radius"), [(13, 0.1, 0.3273), (13, 0.102, 0.336164), (10, 0.0984, 0.25)])
+def test_connector_length_solves_the_equal_pitch_equation(teeth, link, radius):
+    connector = connector_length(teeth, link, radius)
+    assert connector > 0
+    # pi in double precision
+    assert teeth * (asin(link / (2 * radius)) + asin(connector / (2 * radius))) == pytest.approx(pi, abs=1e-14)
+
+
+@pytest.mark.parametrize(("link", "radius"), [(0.16, 0.3273), (0.7, 0.3273), (0.1, 0.15)])
+def test_link_that_leaves_no_room_for_a_connector_is_refused(link, radius):
+    with pytest.raises(InputError, match=rf"chain\.link_length = {link} m leaves no room") as caught:
+        connector_length(13, link, radius)
+    assert "\n" not in str(caught.value)
+
+
+def test_equal_pitch_radius_returns_what_the_connector_was_made_from(rig):
+    radii = equal_pitch_radius(
+        rig.sprocket.teeth, rig.chain.link_length, rig.connector_length, rig.chain.link_thickness
+    )
+    assert radii["polygonal"] == pytest.approx(rig.sprocket.equal_pitch_radius, abs=EXACT)
+    pitch = rig.chain.link_length + rig.connector_length
+    assert 2 * pi * (radii["arc"] + rig.chain.link_thickness / 2) == pytest.approx(13 * pitch, abs=EXACT)
+    assert radii["arc"] > radii["polygonal"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "field"),
+    [
+        ({"slope_bottom": -0.1}, "slope_bottom"),
+        ({"slope_low": radians(26)}, "slope_bottom"),
+        ({"slope_seat": -0.01}, "slope_seat"),
+        ({"slope_tip": radians(20)}, "slope_tip"),
+        ({"r2": 0.030}, "r2"),
+        ({"r3": 0.029}, "r3"),
+        ({"r5": 0.020}, "r5"),
+        ({"r2": 0.120}, "slope_tip"),  # the flanks of a tooth cross before its tip
+    ],
+)
+def test_groove_that_is_not_tangent_is_refused(changes, field):
+    with pytest.raises(InputError, match=rf"^groove\.{field} = ") as caught:
+        build_groove(**{**WIDE, **changes})
+    assert "\n" not in str(caught.value)
+
+
+# --- the rig's file
+
+
+def broken(rig_path, tmp_path, change):
+    data = yaml.safe_load(rig_path.read_text(encoding="utf-8"))
+    change(data)
+    path = tmp_path / "broken.yaml"
+    path.write_text(yaml.safe_dump(data), encoding="utf-8")
+    return path
+
+
+def refusal(path):
+    with pytest.raises(InputError) as caught:
+        load_rig(path)
+    sentence = str(caught.value)
+    assert sentence.startswith(f"{path}: "), sentence
+    assert "\n" not in sentence
+    return sentence
+
+
+VALUES = [
+    ("chain.link_mass", -10.0, "-10.0"),
+    ("chain.connector_inertia", 0, "0"),
+    ("chain.link_mass", float("nan"), "nan"),
+    ("chain.link_mass", float("inf"), "inf"),
+    ("chain.link_mass", "heavy", "heavy"),
+    ("chain.link_mass", True, "True"),
+    ("chain.link_mass", [1.0, 2.0], "1.0, 2.0"),
+    ("chain.link_mass", None, "None"),
+    ("chain.pitches", 34.5, "34.5"),
+    ("chain.pitches", "35", "35"),
+    ("sprocket.teeth", 4, "4"),
+    ("bushing.damping", -1.0, "-1.0"),
+    ("tooth_contact.restitution", 1.2, "1.2"),
+    ("tooth_contact.poisson_ratio", 0.5, "0.5"),
+    ("ring_contact.transition_velocity", 0.0, "0.0"),
+    ("ring_contact.friction_dynamic", 0.5, "0.5"),
+    ("tension.wheel", "sprocket", "sprocket"),
+    ("sensor.pitch", 36, "36"),
+    ("groove.r2", 0.0299, "0.0299"),
+    ("groove.r5", 0.02, "0.02"),
+    ("chain.link_length", 0.2, "0.2"),
+]
+
+
+@pytest.mark.parametrize(("field", "value", "shown"), VALUES, ids=[f"{f}={v}" for f, v, _ in VALUES])
+def test_bad_value_is_refused_with_file_field_and_value(rig_path, tmp_path, field, value, shown):
+    section, name = field.split(".")
+
+    def change(data):
+        data[section][name]["value"] = value
+
+    sentence = refusal(broken(rig_path, tmp_path, change))
+    assert field in sentence
+    assert shown in sentence
+
+
+# degrees, as the file has them; slope_tip 88 lets the flanks of a tooth meet below its tip
+@pytest.mark.parametrize(("field", "value"), [("slope_bottom", -5.0), ("slope_seat", -3.0), ("slope_tip", 2.0), ("slope_tip", 88.0)])
+def test_bad_slope_is_refused_with_file_and_field(rig_path, tmp_path, field, value):
+    def change(data):
+        data["groove"][field]["value"] = value
+
+    assert f"groove.{field} = " in refusal(broken(rig_path, tmp_path, change))
+
+
+ENTRIES = [
+    ("wrong unit", {"unit": "g"}, ["'g'", "'kg'"]),
+    ("unknown kind", {"kind": "guessed"}, ["'guessed'", *KINDS]),
+    ("empty source", {"source": " "}, ["source"]),
+    ("missing source", {"source": ...}, ["lacks source"]),
+    ("missing unit and kind", {"unit": ..., "kind": ...}, ["lacks kind, unit"]),
+    ("missing value", {"value": ...}, ["lacks value"]),
+    ("unknown key", {"tolerance": 0.1}, ["unknown key tolerance"]),
+]
+
+
+@pytest.mark.parametrize(("change", "fragments"), [e[1:] for e in ENTRIES], ids=[e[0] for e in ENTRIES])
+def test_bad_entry_is_refused_with_file_and_field(rig_path, tmp_path, change, fragments):
+    def apply(data):
+        entry = data["chain"]["link_mass"]
+        for key, value in change.items():
+            if value is ...:
+                del entry[key]
+            else:
+                entry[key] = value
+
+    sentence = refusal(broken(rig_path, tmp_path, apply))
+    for fragment in ["chain.link_mass", *fragments]:
+        assert fragment in sentence
+
+
+def test_unknown_and_missing_parameters_are_refused(rig_path, tmp_path):
+    def misspell(data):
+        data["chain"]["link_wieght"] = data["chain"]["link_mass"]
+
+    assert "chain.link_wieght is not a known parameter" in refusal(broken(rig_path, tmp_path, misspell))
+    sentence = refusal(broken(rig_path, tmp_path, lambda data: data["chain"].pop("link_mass")))
+    assert "chain.link_mass is missing" in sentence
+    assert "idler is missing" in refusal(broken(rig_path, tmp_path, lambda data: data.pop("idler")))
+    assert "motor is not a known parameter" in refusal(broken(rig_path, tmp_path, lambda data: data.update(motor={})))
+
+
+def test_unreadable_files_are_refused(tmp_path):
+    assert "no such file" in refusal(tmp_path / "missing.yaml")
+    path = tmp_path / "broken.yaml"
+    for content, fragment in ((b"chain: {a: 1", "not valid YAML"), (b"- 1\n", "holds no sections"), (b"", "holds no sections"),
+                              (b"\xff\xfe\x00", "UTF-8")):  # fmt: skip
+        path.write_bytes(content)
+        assert fragment in refusal(path)
+    assert "cannot be read" in refusal(tmp_path)
+
+
+def test_number_written_without_a_point_is_a_number(rig_path, tmp_path):
+    text = rig_path.read_text(encoding="utf-8")
+    path = tmp_path / "rig.yaml"
+    path.write_text(text.replace("value: 2.1e11", "value: 2e11"), encoding="utf-8")
+    assert load_rig(path).steel.youngs_modulus == 2e11
+
+
+def test_changed_rig_is_validated_too(rig):
+    assert rig.changed(sprocket__ring_radius=0.305).sprocket.ring_radius == 0.305
+    assert rig.sprocket.ring_radius == 0.308
+    with pytest.raises(InputError, match=r"chain\.link_mass = -1"):
+        rig.changed(chain__link_mass=-1.0)
+    with pytest.raises(InputError, match=r"chain\.weight is not a parameter"):
+        rig.changed(chain__weight=1.0)
+
+
+def test_parameter_table_lists_every_parameter_with_kind_and_source(rig_path, rig):
+    table = parameter_table(rig_path)
+    assert table["kind"].isin(KINDS).all()
+    assert (table["source"].str.strip() != "").all()
+    parameters = sum(len(v) if isinstance(v, dict) else 1 for v in rig.model_dump().values())
+    derived = {"connector length", "pin circle"}
+    assert len(table) == parameters + len(derived)
+    assert derived <= set(table["name"])
+    assert set(table.loc[table["unit"] == "deg", "name"].str.split(".").str[0]) == {"groove", "tension"}

@@ -1,0 +1,145 @@
+"""The belt path around the wheels and the chain laid along it."""
+
+from math import acos, asin, hypot, pi, sqrt
+
+import numpy as np
+import pytest
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.layout import assemble, belt_path, wheel_circles
+
+TRIANGLE = [(0, 0, 0.3), (2 * 0.5, sqrt(3), 0.3), (2, 0, 0.3)]  # clockwise, sides 2
+UNEQUAL = [(0.0, 0.0, 0.31), (1.1, 0.15, 0.25), (1.7, -0.4, 0.28)]
+
+
+def test_two_equal_circles():
+    path = belt_path([(0, 0, 0.3), (2, 0, 0.3)])
+    assert path.length == pytest.approx(2 * pi * 0.3 + 2 * 2, abs=1e-14)
+    np.testing.assert_allclose(path.wrap, pi, atol=1e-14)
+
+
+def test_two_unequal_circles():
+    big, small, distance = 0.4, 0.1, 1.5
+    path = belt_path([(0, 0, big), (distance, 0, small)])
+    phi = acos((big - small) / distance)
+    # the smaller circle is wrapped by 2 phi, the larger one by the rest
+    length = 2 * sqrt(distance**2 - (big - small) ** 2) + 2 * phi * small + (2 * pi - 2 * phi) * big
+    assert path.length == pytest.approx(length, abs=1e-14)
+
+
+def test_three_equal_circles():
+    path = belt_path(TRIANGLE)
+    assert path.length == pytest.approx(3 * 2 + 2 * pi * 0.3, abs=1e-14)
+    np.testing.assert_allclose(path.wrap, 2 * pi / 3, atol=1e-14)
+
+
+@pytest.mark.parametrize("circles", [TRIANGLE, UNEQUAL, "rig"])
+def test_wraps_are_one_turn_and_the_path_is_smooth(rig, circles):
+    path = belt_path(wheel_circles(rig) if circles == "rig" else circles)
+    assert path.wrap.sum() == pytest.approx(2 * pi, abs=1e-12)
+    step = 1e-7
+    for s in [*path.start[:-1], *np.linspace(0.01, path.length, 37)]:
+        before, after = path.at(s - step), path.at(s + step)
+        turn = (after[1] - before[1] + pi) % (2 * pi) - pi
+        # position and heading change by the step alone, also across the ends of arcs
+        assert hypot(*(after[0] - before[0])) == pytest.approx(2 * step, rel=1e-6)
+        assert abs(turn) <= 2 * step / 0.25 + 1e-12
+        heading = np.arctan2(*(after[0] - before[0])[::-1])
+        # differences of positions of 1 m over 2e-7 m carry 1e-9
+        assert abs((heading - path.at(s)[1] + pi) % (2 * pi) - pi) < 1e-6
+        inside = min(abs(s - end) for end in path.start) > 2 * step
+        assert not inside or -turn / (2 * step) == pytest.approx(path.at(s)[2], abs=1e-6)
+
+
+@pytest.mark.parametrize("circles", [TRIANGLE, UNEQUAL])
+def test_path_keeps_outside_of_the_circles_and_touches_each(circles):
+    path = belt_path(circles)
+    points = np.array([path.at(s)[0] for s in np.linspace(0, path.length, 2001)])
+    for x, y, r in circles:
+        distance = np.hypot(points[:, 0] - x, points[:, 1] - y)
+        assert distance.min() == pytest.approx(r, abs=1e-12)
+
+
+def test_overlapping_wheels_are_refused():
+    with pytest.raises(InputError, match=r"sprocket and idler are 0\.5 m apart") as caught:
+        belt_path([(0, 0, 0.3), (0.5, 0, 0.3), (2, -1, 0.3)])
+    assert "\n" not in str(caught.value)
+
+
+def test_wheel_inside_the_loop_is_refused():
+    # counter-clockwise order: the belt would have to bend the other way
+    with pytest.raises(InputError, match="clockwise order") as caught:
+        belt_path(TRIANGLE[::-1])
+    assert "\n" not in str(caught.value)
+
+
+@pytest.fixture(scope="module", params=["shipped", "idler tensions", "no ring radius"])
+def loop(request, rig):
+    if request.param == "idler tensions":
+        rig = rig.changed(tension__wheel="idler", tension__direction=70.0)
+    elif request.param == "no ring radius":
+        rig = rig.changed(sprocket__ring_radius=0.305)
+    return rig, assemble(rig)
+
+
+def test_every_chord_is_exact_and_the_loop_closes(loop):
+    rig, assembly = loop
+    ends = np.vstack([assembly.pins, assembly.pins[:1]])
+    chord = np.hypot(*np.diff(ends, axis=0).T)
+    expected = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
+    # the gap is the last chord's error: 70 chords solved to 1e-14 m each
+    np.testing.assert_allclose(chord, expected, rtol=0, atol=1e-12)
+    reach = np.column_stack([np.cos(assembly.angle), np.sin(assembly.angle)]).T @ expected
+    np.testing.assert_allclose(reach, 0.0, atol=1e-12)
+
+
+def test_loop_runs_clockwise_by_one_turn(loop):
+    _, assembly = loop
+    x, y = assembly.pins.T
+    assert np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) < 0  # twice the enclosed area
+    turns = np.diff(np.append(assembly.angle, assembly.angle[0] - 2 * pi))
+    assert turns.sum() == pytest.approx(-2 * pi, abs=1e-12)
+    assert (turns < 1e-9).all()  # convex: a straight strand turns by rounding alone
+    assert (turns > -0.6).all()  # no joint turns by more than a pitch of the smallest wheel
+
+
+def test_pins_lie_on_the_path_of_the_shifted_wheels(loop):
+    rig, assembly = loop
+    circles = wheel_circles(rig, assembly.shift)
+    path = belt_path(circles)
+    points = np.array([path.at(s)[0] for s in np.linspace(0, path.length, 20001)])
+    nearest = [np.hypot(*(points - pin).T).min() for pin in assembly.pins]
+    assert max(nearest) < path.length / 20001  # as fine as the sampling of the path
+    moved = wheel_circles(rig)
+    assert np.hypot(*(circles - moved)[:, :2].T).max() == pytest.approx(abs(assembly.shift), abs=1e-15)
+    assert abs(assembly.shift) <= rig.tension.travel
+
+
+def test_a_groove_stands_under_a_connector_in_the_wrap(loop):
+    rig, assembly = loop
+    ends = np.vstack([assembly.pins, assembly.pins[:1]])
+    middle = 0.5 * (ends[:-1] + ends[1:])[1::2]
+    near = np.hypot(*middle.T) < rig.pin_circle
+    pitch = 2 * pi / rig.sprocket.teeth
+    # grooves are half a pitch from the tooth that x_S points to
+    offset = np.arctan2(middle[near, 1], middle[near, 0]) - assembly.sprocket_angle - pitch / 2
+    assert np.abs((offset + pitch / 2) % pitch - pitch / 2).min() < 1e-12
+
+
+def test_links_on_the_sprocket_circle_touch_its_ring_at_their_middle(rig):
+    """wheel_circles gives the circle of pins; the middle of a link is then at radius + D/2."""
+    circles, surface = wheel_circles(rig), wheel_circles(rig, surface=True)
+    half_link = rig.chain.link_length / 2
+    np.testing.assert_allclose(
+        circles[:, 2] * np.cos(np.arcsin(half_link / circles[:, 2])), surface[:, 2] + rig.chain.link_thickness / 2, atol=1e-15
+    )
+    assert asin(half_link / circles[0, 2]) < pi / rig.sprocket.teeth
+
+
+@pytest.mark.parametrize(("pitches", "state"), [(33, "short"), (34, "short"), (37, "long"), (38, "long")])
+def test_loop_of_the_wrong_length_is_refused(rig, pitches, state):
+    with pytest.raises(InputError, match=rf"loop of {pitches} pitches .* m too {state} ") as caught:
+        assemble(rig.changed(chain__pitches=pitches))
+    sentence = str(caught.value)
+    assert "\n" not in sentence
+    assert "tension.travel = 0.08 m" in sentence

@@ -1,0 +1,100 @@
+# The scorecard, the sensitivity of the fitted rig, and the fit itself (not part of the default target).
+
+
+rule claims:
+    """Every claim of the paper: reproduced, in trend, not reproduced, not comparable."""
+    input:
+        MEASURES,
+        sources("report/claims.py", "report/figures/scorecard.py", "report/style.py", "report/tables.py"),
+        claims="config/claims.yaml",
+        metrics=f"{R}/metrics.csv",
+        events=f"{R}/events.csv",
+    output:
+        csv=f"{R}/claims.csv",
+        md=f"{R}/claims.md",
+        figure=multiext(f"{R}/figures/claims", ".png", ".svg"),
+    params:
+        rpm=CONFIG.meshing.speed_rpm,
+        radius=CONFIG.meshing.ring_radius_m,
+    log:
+        f"{R}/logs/claims.log",
+    benchmark:
+        f"{R}/benchmarks/claims.tsv"
+    message:
+        "Judging the claims"
+    script:
+        "../scripts/claims.py"
+
+
+rule sensitivity:
+    """What moves when a fitted parameter moves."""
+    input:
+        SIMULATOR,
+        MEASURES,
+        sources("fit.py", "config.py", "report/figures/sensitivity.py", "report/tables.py", "report/style.py"),
+        rig=CONFIG.rig,
+        fit="config/fit.yaml",
+        kernels=ancient(f"{R}/kernels.txt"),
+    output:
+        csv=f"{R}/tables/sensitivity.csv",
+        md=f"{R}/tables/sensitivity.md",
+        targets=f"{R}/tables/fit_targets.csv",
+        targets_md=f"{R}/tables/fit_targets.md",
+        readings=f"{R}/tables/equal_pitch.csv",
+        readings_md=f"{R}/tables/equal_pitch.md",
+        figure=multiext(f"{R}/figures/sensitivity", ".png", ".svg"),
+    log:
+        f"{R}/logs/sensitivity.log",
+    benchmark:
+        f"{R}/benchmarks/sensitivity.tsv"
+    message:
+        "Sensitivity of the contact measures to every fitted parameter"
+    script:
+        "../scripts/sensitivity.py"
+
+
+rule fit:
+    """Fit the rig to the targets of config/fit.yaml (ten minutes; ask for it by name)."""
+    input:
+        SIMULATOR,
+        MEASURES,
+        sources("fit.py", "config.py"),
+        rig=CONFIG.rig,
+        fit="config/fit.yaml",
+        kernels=ancient(f"{R}/kernels.txt"),
+    output:
+        values=f"{R}/fit/values.csv",
+        history=f"{R}/fit/history.csv",
+        targets=f"{R}/fit/targets.csv",
+    threads: 2
+    log:
+        f"{R}/logs/fit.log",
+    benchmark:
+        f"{R}/benchmarks/fit.tsv"
+    message:
+        "Fitting the rig"
+    script:
+        "../scripts/fit.py"
+
+
+rule costs:
+    """What each rule cost, from the benchmark files."""
+    input:
+        f"{R}/metrics.csv",
+        rules.records.input,
+        rules.ring.input,
+        rules.claims.output,
+        rules.sensitivity.output,
+    output:
+        csv=f"{R}/tables/costs.csv",
+        md=f"{R}/tables/costs.md",
+    params:
+        folder=f"{R}/benchmarks",
+    log:
+        f"{R}/logs/costs.log",
+    benchmark:
+        f"{R}/benchmarks/costs.tsv"
+    message:
+        "Costs"
+    script:
+        "../scripts/costs.py"

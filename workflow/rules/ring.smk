@@ -1,0 +1,82 @@
+# Sect. 6: the meshing process (Figures 19 to 22), the ring study (Figures 23, 24), Table 4.
+
+
+rule events:
+    """Times of the events of C16 and C17, means over passages."""
+    input:
+        MEASURES,
+        recordings=[recording("meshing/no_ring"), recording("meshing/ring")],
+    output:
+        f"{R}/events.csv",
+    log:
+        f"{R}/logs/events.log",
+    benchmark:
+        f"{R}/benchmarks/events.tsv"
+    message:
+        "Events of the meshing process"
+    script:
+        "../scripts/events.py"
+
+
+rule meshing_figures:
+    """Figures 19 to 22: forces, areas and screenshots of one passage, without and with the ring."""
+    input:
+        MEASURES,
+        sources("report/style.py", "report/drawing.py", "report/printed.py", "report/figures/meshing.py"),
+        sources("report/figures/screenshots.py"),
+        no_ring=recording("meshing/no_ring"),
+        ring=recording("meshing/ring"),
+    output:
+        [f"{R}/figures/fig{number}.{ending}" for number in (19, 20, 21, 22) for ending in ("png", "svg")],
+    log:
+        f"{R}/logs/meshing_figures.log",
+    benchmark:
+        f"{R}/benchmarks/meshing_figures.tsv"
+    message:
+        "Figures 19 to 22"
+    script:
+        "../scripts/meshing_figures.py"
+
+
+rule ring_figures:
+    """Figures 23 and 24: force and duration against the radius."""
+    input:
+        sources("report/style.py", "report/figures/ring_study.py"),
+        metrics=f"{R}/metrics.csv",
+    output:
+        [f"{R}/figures/{name}.{ending}" for name in ("fig23_a", "fig23_b", "fig24") for ending in ("png", "svg")],
+    log:
+        f"{R}/logs/ring_figures.log",
+    benchmark:
+        f"{R}/benchmarks/ring_figures.tsv"
+    message:
+        "Figures 23 and 24"
+    script:
+        "../scripts/ring_figures.py"
+
+
+rule coarse_table:
+    """Table 4: what the coarser tooth contact changes."""
+    input:
+        sources("report/tables.py", "report/printed.py"),
+        metrics=f"{R}/metrics.csv",
+    output:
+        csv=f"{R}/tables/table4.csv",
+        md=f"{R}/tables/table4.md",
+    params:
+        speeds=CONFIG.records.speeds_rpm,
+    log:
+        f"{R}/logs/table4.log",
+    benchmark:
+        f"{R}/benchmarks/table4.tsv"
+    message:
+        "Table 4"
+    script:
+        "../scripts/coarse_table.py"
+
+
+rule ring:
+    input:
+        rules.meshing_figures.output,
+        rules.ring_figures.output,
+        rules.coarse_table.output,

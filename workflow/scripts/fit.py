@@ -1,0 +1,23 @@
+from pathlib import Path
+
+import pandas as pd
+from _script import logged
+
+from trackdyn import load_rig
+from trackdyn.fit import FitConfig, fit_rig, measure_rigs, report_targets
+from trackdyn.parameters.validation import read_yaml, validated
+
+with logged(snakemake):
+    config = validated(FitConfig, read_yaml(snakemake.input.fit), snakemake.input.fit)
+    rig = load_rig(snakemake.input.rig)
+    fitted, history = fit_rig(rig, config, jobs=snakemake.threads)
+    rows = [
+        {"parameter": name, "before": p.value(rig), "fitted": p.value(fitted), "low": p.low, "high": p.high}
+        for p in config.parameters
+        for name in p.names
+    ]
+    Path(snakemake.output.values).parent.mkdir(parents=True, exist_ok=True)
+    pd.DataFrame(rows).to_csv(snakemake.output.values, index=False)
+    history.to_csv(snakemake.output.history, index=False)
+    (summaries,) = measure_rigs([fitted], config, jobs=snakemake.threads)
+    report_targets(config, summaries).to_csv(snakemake.output.targets, index=False)

@@ -1,0 +1,12 @@
+import pandas as pd
+from _script import logged
+
+from trackdyn.report.figures.ring_study import duration_figure, force_figure
+from trackdyn.report.style import save
+
+with logged(snakemake):
+    metrics = pd.read_csv(snakemake.input.metrics)
+    study = metrics[metrics["run"].str.startswith("ring/")]
+    save(force_figure(study, "rms"), snakemake.output[0])
+    save(force_figure(study, "sd"), snakemake.output[2])
+    save(duration_figure(study), snakemake.output[4])

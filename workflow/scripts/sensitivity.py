@@ -1,0 +1,31 @@
+from _script import logged
+
+from trackdyn import load_rig
+from trackdyn.fit import FitConfig, equal_pitch_readings, measure_rigs, report_targets, sensitivity
+from trackdyn.parameters.validation import read_yaml, validated
+from trackdyn.report.figures.sensitivity import sensitivity_figure
+from trackdyn.report.style import save
+from trackdyn.report.tables import write_table
+
+with logged(snakemake):
+    config = validated(FitConfig, read_yaml(snakemake.input.fit), snakemake.input.fit)
+    rig = load_rig(snakemake.input.rig)
+    (summaries,) = measure_rigs([rig], config)
+    write_table(
+        report_targets(config, summaries),
+        snakemake.output.targets,
+        "Targets of the fit and what the rig gives; held-out targets were not fitted.",
+    )
+    table = sensitivity(rig, config)
+    write_table(
+        table,
+        snakemake.output.csv,
+        "Change of each target's measure when one fitted parameter changes (log-scaled ones by a factor 1.2, the "
+        "others by a tenth of their range), the rest held.",
+    )
+    save(sensitivity_figure(table), snakemake.output.figure[0])
+    write_table(
+        equal_pitch_readings(rig, config),
+        snakemake.output.readings,
+        "The two readings of 'equal pitch at 0.308 m' put into the rig, all else held, beside the fitted one.",
+    )
