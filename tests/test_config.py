@@ -51,7 +51,8 @@ def test_shipped_configurations_are_valid(path):
     assert rig.model_dump() == load_rig(config.rig).model_dump()
     study = config.ring_study
     rings = len(study.radii_m) + study.without_ring
-    assert len(scenes) == len(config.records.speeds_rpm) + 2 + len(study.speeds_rpm) * rings
+    # every record also with the coarse tooth, meshing with and without the ring
+    assert len(scenes) == 2 * len(config.records.speeds_rpm) + 2 + len(study.speeds_rpm) * rings
 
 
 def test_the_full_configuration_is_the_papers_matrix():
@@ -81,7 +82,9 @@ def test_a_run_name_says_what_the_run_is(path):
         elif name.startswith("meshing/"):
             assert (name == "meshing/no_ring") == (scene.ring_radius is None)
         else:
-            assert float(name.removesuffix("rpm")) == scene.motor_rpm
+            coarse = name.startswith("coarse/")
+            assert float(name.removeprefix("coarse/").removesuffix("rpm")) == scene.motor_rpm
+            assert scene.tooth_contact == ("three_surfaces" if coarse else "ten_arcs")
     described = {str({k: v for k, v in scene.describe().items() if k != "rig"}) for scene in scenes.values()}
     assert len(described) == len(scenes), "two names for the same scene"
 

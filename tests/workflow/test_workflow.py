@@ -62,8 +62,8 @@ def test_dry_run_of_the_quick_configuration_plans_every_rule(tmp_path):
     assert result.returncode == 0, output
     planned = dict(re.findall(r"^(\w+) +(\d+)$", output, re.MULTILINE))
     assert set(SCRIPTED) - ON_DEMAND <= planned.keys(), output
-    # 4 records, 2 of meshing, 3 radii and no ring at 2 speeds
-    assert int(planned["simulate"]) == 4 + 2 + 2 * 4
+    # 4 records and again with the coarse tooth, 2 of meshing, 3 radii and no ring at 2 speeds
+    assert int(planned["simulate"]) == 2 * 4 + 2 + 2 * 4
     assert int(planned["warm_up"]) == 1
     assert not (tmp_path / "results").exists()
 

@@ -1,149 +1,375 @@
-"""Contact spells and the measures of Sect. 6: durations, phases and forces of the meshing.
+"""Meshing of connectors and sprocket (Sect. 6): contact spells, passages, and what is measured on them.
 
-A passage is one pass of a pitch over the sprocket. Its phase 0 is its first contact of any kind: the
-ring's touch with a ring, the first arc's without. Phases are in turns of the sprocket from there on.
+A *passage* is one way of a connector around the sprocket: every contact of its two arcs with the teeth,
+and of the adjacent link with the ring. A connector has two adjacent links; taken is the one that runs
+ahead of it. It is pressed on the ring about half a pitch before the connector meets its groove, and
+leaves it as much earlier, as the printed times have it: ring 4.05 to 5.48 s, left arc until 5.56 s. The
+link behind would touch first and leave last.
+
+Phases count from the first contact of any kind of a passage, in turns of the sprocket.
+
+Statistics are taken over complete passages, not over the record: a record that is no whole number of
+loop revolutions would weigh contact and free running wrongly, and every connector passes once a
+revolution. So a share is a mean over passages, and a mean over a run is the sum over passages divided by
+their number and by the time of a revolution, which the prescribed sprocket speed gives exactly.
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
+from trackdyn.errors import InputError
 from trackdyn.integrate.spells import SPELL_COLUMNS
 from trackdyn.recording import Recording
 
 SIDES = ("left", "right", "ring")
-NAN = float("nan")
-# contacts of one side that are apart by less than this are one spell that chatters, s
 MERGE_GAP = 0.004
-# an area must be visited by spells of at least this share of a turn in all to be named, %
+# Turns of the sprocket. No contact of a passage, and no pause in it, lasts longer than this: the chain
+# leaves the sprocket after about half a turn. Passages nearer to an end of the record may lack a part.
+LONGEST = 2 / 3
+# Areas that an arc visits for less than this share of a turn a passage do not count in the summary, %.
 LEAST_SHARE = 0.1
+NAN = float("nan")
+# columns that both tables have
+EXTENT = (
+    "start_s",
+    "end_s",
+    "touching_s",
+    "share_pct",
+    "phase_start",
+    "phase_end",
+    "ring_phase_start",
+    "ring_phase_end",
+)
+INTEGRALS = ("impulse_ns", "square_n2s")
+
+EVENTS_WITHOUT_RING = {
+    "first left": ("left", "start_s"),
+    "first right": ("right", "start_s"),
+    "left maximum": ("left", "peak_s"),
+    "right maximum": ("right", "peak_s"),
+    "right gone": ("right", "end_s"),
+    "out": ("arcs", "end_s"),
+}
+EVENTS_WITH_RING = {
+    "ring touched": ("ring", "start_s"),
+    "ring maximum": ("ring", "peak_s"),
+    "left touches": ("left", "start_s"),
+    "left maximum": ("left", "peak_s"),
+    "ring left": ("ring", "end_s"),
+    "out": ("arcs", "end_s"),
+}
 
 
-def sprocket_period(recording: Recording) -> float:
-    """Time of one sprocket turn, s; infinite at standstill."""
-    rpm = recording.meta["scene"]["motor_rpm"]
-    return 60 * recording.meta["rig"]["sprocket"]["transmission_ratio"] / rpm if rpm else np.inf
+@dataclass(frozen=True)
+class Timing:
+    """Periods of a run, s; NaN while the motor stands.
+
+    Attributes
+    ----------
+    turn, loop : float
+        One turn of the sprocket and one revolution of the loop.
+    record : float
+        Length of the record.
+    pitches : int
+        Pitches of the loop.
+    """
+
+    turn: float
+    loop: float
+    record: float
+    pitches: int
 
 
-def loop_period(recording: Recording) -> float:
-    """Time of one revolution of the loop, s."""
+def timing(recording: Recording) -> Timing:
+    """Periods that the motor speed asks for."""
     rig = recording.meta["rig"]
-    return sprocket_period(recording) * rig["chain"]["pitches"] / rig["sprocket"]["teeth"]
+    rpm = recording.meta["scene"]["motor_rpm"]
+    pitches = rig["chain"]["pitches"]
+    turn = 60 * rig["sprocket"]["transmission_ratio"] / rpm if rpm else NAN
+    return Timing(
+        turn, turn * pitches / rig["sprocket"]["teeth"], len(recording.time) / recording.rate, pitches
+    )
 
 
-def raw_spells(recording: Recording) -> pd.DataFrame:
-    """The log as it is, times from the start of the record, spells cut by its start left out."""
-    table = pd.DataFrame(recording.spells, columns=list(SPELL_COLUMNS))
-    begin, step = float(recording.begin), recording.meta["scene"]["step"]
-    table = table[table["start_s"] > begin + 1.5 * step].copy()
-    for column in ("start_s", "end_s", "peak_s"):
-        table[column] -= begin
-    table["pitch"] = table["pitch"].astype(int) + 1
-    table["side"] = pd.Categorical.from_codes(table["side"].astype(int), categories=SIDES).astype(str)
-    table[["groove", "areas"]] = table[["groove", "areas"]].astype(int)
-    return table
+def spells(recording: Recording, merge_gap_s: float = MERGE_GAP) -> pd.DataFrame:
+    """Uninterrupted contacts with the sprocket that began and ended within the record.
 
+    Contacts of the same pitch, side and groove less than ``merge_gap_s`` apart count as one (chatter).
+    Those that the beginning of the record cuts are dropped; those still open at its end are not logged.
 
-def _area_names(bits: int) -> str:
-    return ",".join(str(j + 1) for j in range(10) if bits >> j & 1) or "none"
-
-
-def passages(recording: Recording) -> pd.DataFrame:
-    """One row for each side of each whole passage.
+    Parameters
+    ----------
+    recording : Recording
+        Run with logged spells.
+    merge_gap_s : float
+        s; 0 merges nothing.
 
     Returns
     -------
     DataFrame
-        ``pitch, passage, first_s`` (first contact of any kind), ``side, start_s, end_s, touching_s,
-        share_pct`` (of one sprocket turn), ``phase_start, phase_end`` (turns after the first contact),
-        ``peak_n, peak_s, impulse_ns, square_n2s, areas`` (bit j - 1: area j). Passages cut by either
-        end of the record are left out.
+        Sorted by connector and start; times in s since the beginning of the record.
+
+        - ``pitch``: 1-based, of the arc's connector or of the link on the ring; ``connector``: whose
+          passage it belongs to, the one behind for a link
+        - ``side``: left, right, ring; ``groove``: 1 to m, 0 for the ring; ``areas``: such as ``2,3``
+        - ``start_s, end_s``; ``touching_s``: time in contact, without the merged gaps; ``share_pct``: the
+          same in percent of a sprocket turn
+        - ``phase_start, phase_end``: turns since the first contact of the passage
+        - ``ring_phase_start, ring_phase_end``: the same in units of the ring contact of the passage, from
+          its beginning; NaN without one
+        - ``peak_n, peak_s``: largest force and when; ``impulse_ns, square_n2s``: integrals of the force and
+          of its square
+        - ``passage``: number of the complete passage, in order of first contact; -1 and NaN phases for one
+          that the record may cut
     """
-    table = raw_spells(recording).sort_values(["pitch", "start_s"], kind="stable")
-    turn = sprocket_period(recording)
-    end = len(recording.time) / recording.rate
-    if table.empty or not np.isfinite(turn):
-        return pd.DataFrame(columns=["pitch", "passage", "first_s", "side", "start_s", "end_s", "touching_s", "share_pct",
-                                     "phase_start", "phase_end", "peak_n", "peak_s", "impulse_ns", "square_n2s",
-                                     "areas"])  # fmt: skip
-    # a new passage begins with a new pitch or after half a turn without a beginning contact
-    fresh = (table["pitch"].diff() != 0) | (table["start_s"] - table["end_s"].groupby(table["pitch"]).cummax().shift() > turn / 2)
-    table["passage"] = fresh.cumsum()
-    first = table.groupby("passage")["start_s"].transform("min")
-    # whole: nothing of it can lie before the record's start or after its end
-    whole = (first > turn / 2) & (first + turn < end)
-    table = table[whole]
-    table["first_s"] = first[whole]
-    table["touching_s"] = table["end_s"] - table["start_s"]
-    peak = table.loc[table.groupby(["passage", "side"])["peak_n"].idxmax()].set_index(["passage", "side"])
-    grouped = table.groupby(["passage", "side"])
-    out = grouped.agg(
-        pitch=("pitch", "first"),
-        first_s=("first_s", "first"),
-        start_s=("start_s", "min"),
-        end_s=("end_s", "max"),
-        touching_s=("touching_s", "sum"),
-        impulse_ns=("impulse_ns", "sum"),
-        square_n2s=("square_n2s", "sum"),
-        areas=("areas", lambda a: int(np.bitwise_or.reduce(a.to_numpy()))),
+    period = timing(recording)
+    rows = _merged(recording, merge_gap_s)
+    rows["connector"] = np.where(
+        rows["side"] == SIDES.index("ring"), (rows["pitch"] - 1) % period.pitches, rows["pitch"]
     )
-    out[["peak_n", "peak_s"]] = peak[["peak_n", "peak_s"]]
-    out["share_pct"] = 100 * out["touching_s"] / turn
-    out["phase_start"] = (out["start_s"] - out["first_s"]) / turn
-    out["phase_end"] = (out["end_s"] - out["first_s"]) / turn
-    return out.reset_index()
+    rows = rows.sort_values(["connector", "start_s", "side"], kind="stable", ignore_index=True)
+    rows["passage"], first = _number_passages(rows, period)
+    ring = rows[(rows["side"] == SIDES.index("ring")) & (rows["passage"] >= 0)].groupby("passage")
+    ring_start = rows["passage"].map(ring["start_s"].min()).astype(float)
+    ring_length = rows["passage"].map(ring["end_s"].max()).astype(float) - ring_start
+    for end in ("start", "end"):
+        rows[f"phase_{end}"] = (rows[f"{end}_s"] - first) / period.turn
+        rows[f"ring_phase_{end}"] = (rows[f"{end}_s"] - ring_start) / ring_length
+    rows["share_pct"] = 100 * rows["touching_s"] / period.turn
+    rows["areas"] = [_area_names(bits) for bits in rows["areas"]]
+    rows["side"] = [SIDES[side] for side in rows["side"]]
+    rows[["pitch", "connector"]] += 1
+    return rows[
+        ["pitch", "connector", "side", "groove", "areas", *EXTENT, "peak_n", "peak_s", *INTEGRALS, "passage"]
+    ]
 
 
-def _mean(values) -> tuple[float, float]:
-    """Mean and its standard error."""
-    values = np.asarray(values, dtype=float)
-    if len(values) == 0:
-        return NAN, NAN
-    return float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values))) if len(values) > 1 else NAN
+def passages(recording: Recording) -> pd.DataFrame:
+    """Complete passages: one row for each and side, with or without contact.
+
+    Returns
+    -------
+    DataFrame
+        ``passage`` (in order of first contact), ``connector``, ``side``, ``areas`` visited, ``count`` of
+        spells; ``start_s, end_s, touching_s, share_pct, phase_start, phase_end, ring_phase_start,
+        ring_phase_end, peak_n, peak_s, peak_phase, impulse_ns, square_n2s``: of first start, last end,
+        highest peak and sums over the spells, as in :func:`spells`. Without contact sums and ``peak_n``
+        are 0, times and phases NaN.
+    """
+    rows = spells(recording)
+    rows = rows[rows["passage"] >= 0]
+    groups = rows.groupby(["passage", "side"])
+    index = pd.MultiIndex.from_product([range(rows["passage"].nunique()), SIDES], names=["passage", "side"])
+    sums = groups[["touching_s", "share_pct", "impulse_ns", "square_n2s"]].sum()
+    starts = groups[["start_s", "phase_start", "ring_phase_start"]].min()
+    ends = groups[["end_s", "phase_end", "ring_phase_end"]].max()
+    table = pd.concat([starts, ends], axis=1).reindex(index)
+    table = table.join(sums.reindex(index, fill_value=0.0)).join(
+        groups.size().reindex(index, fill_value=0).rename("count")
+    )
+    highest = rows.loc[groups["peak_n"].idxmax()].set_index(["passage", "side"])
+    table["peak_n"] = highest["peak_n"].reindex(index, fill_value=0.0)
+    table["peak_s"] = highest["peak_s"].reindex(index)
+    by_passage = rows.groupby("passage")
+    first = table.index.get_level_values("passage").map(by_passage["start_s"].min())
+    table["peak_phase"] = (table["peak_s"] - np.asarray(first, dtype=float)) / timing(recording).turn
+    table["areas"] = groups["areas"].agg(_joined).reindex(index, fill_value="")
+    table = table.reset_index()
+    table["connector"] = table["passage"].map(by_passage["connector"].first()).astype(int)
+    peak = ["peak_n", "peak_s", "peak_phase"]
+    return table[["passage", "connector", "side", "areas", "count", *EXTENT, *peak, *INTEGRALS]]
 
 
 def meshing_summary(recording: Recording) -> dict:
-    """Shares, phases and forces of the contacts, means over whole passages of all connectors.
+    """Shares, phases and forces of a run, as means over its complete passages.
 
-    RMS and SD are of the normal force over the whole run, times without contact included, as a record
-    of one appointed connector would give: from the impulse and the integral of the squared force over
-    whole passages, spread over one loop period each. ``*_contact_n`` are the second reading, over the
-    time in contact alone. Without whole passages everything is NaN.
+    Returns
+    -------
+    dict
+        For ``left``, ``right`` and ``ring``:
+
+        - ``_share_pct, _share_error_pct``: time in contact, percent of a sprocket turn
+        - ``_rms_n, _rms_error_n, _sd_n, _sd_error_n``: of the force on an appointed connector (link) over
+          the whole run, free running included as zero; all connectors see the same statistics
+        - ``_rms_contact_n``: RMS over the time in contact alone
+        - ``_peak_n``: mean of the largest force of each passage
+        - ``_phase_start, _phase_end``: first touch and last release in turns since the first contact of
+          the passage, means over the passages with such a contact
+
+        and ``left_areas, right_areas``: visited by the recorded connectors for 0.1 % of a turn or more a
+        passage, such as ``2,3`` or ``none``; ``passages``: number of complete passages. Errors are
+        standard errors over passages. Without a complete passage all other numbers are NaN and areas
+        empty; without a contact of the kind shares and forces are 0 and phases NaN.
     """
     table = passages(recording)
-    count = table["passage"].nunique() if len(table) else 0
-    period = loop_period(recording)
-    out: dict = {"passages": count}
+    loop = timing(recording).loop
+    summary: dict = {"passages": table["passage"].nunique()}
     for side in SIDES:
-        rows = table[table["side"] == side].set_index("passage") if count else table
-        # a passage without this contact counts with zero
-        every = rows.reindex(table["passage"].unique()) if count else rows
-        share, error = _mean(every["share_pct"].fillna(0.0)) if count else (NAN, NAN)
-        square, impulse = every["square_n2s"].fillna(0.0), every["impulse_ns"].fillna(0.0)
-        mean_square, mean = (square.mean() / period, impulse.mean() / period) if count else (NAN, NAN)
-        touching = rows["touching_s"].sum() if count else 0.0
-        each = np.sqrt(square / period) if count else []
-        out |= {
-            f"{side}_share_pct": share,
-            f"{side}_share_error_pct": error,
-            f"{side}_rms_n": float(np.sqrt(mean_square)),
-            f"{side}_rms_error_n": _mean(each)[1],
-            f"{side}_sd_n": float(np.sqrt(max(mean_square - mean**2, 0.0))) if count else NAN,
-            f"{side}_sd_error_n": _mean([np.sqrt(max(s / period - (i / period) ** 2, 0.0)) for s, i in zip(square, impulse, strict=True)])[1] if count else NAN,
-            f"{side}_rms_contact_n": float(np.sqrt(square.sum() / touching)) if touching > 0 else (NAN if not count else 0.0),
-            f"{side}_peak_n": float(rows["peak_n"].mean()) if len(rows) else NAN,
-            f"{side}_phase_start": float(rows["phase_start"].mean()) if len(rows) else NAN,
-            f"{side}_phase_end": float(rows["phase_end"].mean()) if len(rows) else NAN,
-        }
+        rows = table[table["side"] == side]
+        touching = rows["touching_s"].sum()
+        quiet = 0.0 if len(rows) else NAN
+        values = dict(zip(("share_pct", "share_error_pct"), _mean_and_error(rows["share_pct"]), strict=True))
+        values |= _run_statistics(rows["impulse_ns"] / loop, rows["square_n2s"] / loop)
+        values["rms_contact_n"] = float((rows["square_n2s"].sum() / touching) ** 0.5) if touching else quiet
+        values |= {name: float(rows[name].mean()) for name in ("peak_n", "phase_start", "phase_end")}
         if side != "ring":
-            out[f"{side}_areas"] = _visited(recording, side) if count else ""
-    return out
+            values["areas"] = _visited(recording, side) if len(rows) else ""
+        summary |= {f"{side}_{name}": value for name, value in values.items()}
+    return summary
+
+
+def events(recording: Recording, passage: int) -> dict[str, float]:
+    """Named events of one passage, in the order of C16 (no ring) or C17 (ring).
+
+    Parameters
+    ----------
+    recording : Recording
+        Run.
+    passage : int
+        Number of a complete passage (:func:`passages`).
+
+    Returns
+    -------
+    dict
+        s since the first contact of the passage; NaN for what does not happen. ``out`` is the last
+        contact of either arc.
+
+    Raises
+    ------
+    InputError
+        If the record holds no complete passage of this number.
+    """
+    table = passages(recording)
+    if passage not in set(table["passage"]):
+        raise InputError(
+            f"passage {passage} is not among the {table['passage'].nunique()} complete passages of the record"
+        )
+    return _events(table[table["passage"] == passage], _event_places(recording))
+
+
+def mean_events(recording: Recording) -> pd.DataFrame:
+    """Mean and standard deviation of :func:`events` over the complete passages.
+
+    Returns
+    -------
+    DataFrame
+        ``event, mean_s, sd_s`` (1/(n-1)) and ``passages`` in which the event happens; NaN where none or
+        only one does.
+    """
+    table, places = passages(recording), _event_places(recording)
+    times = pd.DataFrame(
+        [_events(rows, places) for _, rows in table.groupby("passage")], columns=list(places), dtype=float
+    )
+    return pd.DataFrame(
+        {
+            "event": list(places),
+            "mean_s": times.mean().values,
+            "sd_s": times.std().values,
+            "passages": times.count().values,
+        }
+    )
+
+
+def _merged(recording: Recording, gap: float) -> pd.DataFrame:
+    """Rows of the log that the record did not cut, chatter merged, times since its beginning."""
+    log = pd.DataFrame(recording.spells, columns=SPELL_COLUMNS)
+    integers = ["pitch", "side", "groove", "areas"]
+    log[integers] = log[integers].astype(int)
+    # a contact that lasted already is logged from the first step of the record on
+    step = recording.meta["scene"]["step"]
+    log = log[log["start_s"] > recording.begin + 1.5 * step]
+    log = log.sort_values(["pitch", "side", "groove", "start_s"], ignore_index=True)
+    log["touching_s"] = log["end_s"] - log["start_s"]
+    same = (log[["pitch", "side", "groove"]].diff() == 0).all(axis=1)
+    near = log["start_s"] - log["end_s"].shift() < gap
+    groups = log.groupby((~(same & near)).cumsum())
+    rows = groups[["pitch", "side", "groove", "start_s"]].first()
+    rows["areas"] = (
+        groups["areas"].agg(lambda bits: int(np.bitwise_or.reduce(bits))) if len(log) else log["areas"]
+    )
+    rows["end_s"] = groups["end_s"].last()
+    sums = ["touching_s", "impulse_ns", "square_n2s"]
+    rows[sums] = groups[sums].sum()
+    peaks = ["peak_n", "peak_s"]
+    rows[peaks] = log.loc[groups["peak_n"].idxmax(), peaks].to_numpy()
+    rows[["start_s", "end_s", "peak_s"]] -= recording.begin
+    return rows.reset_index(drop=True)
+
+
+def _number_passages(rows: pd.DataFrame, period: Timing) -> tuple[np.ndarray, np.ndarray]:
+    """Number of the complete passage (or -1) and its first contact (or NaN) of every row.
+
+    Rows are sorted by connector and start. A pause of half of what a connector runs free in a loop
+    revolution parts two passages.
+    """
+    if rows.empty:
+        return np.zeros(0, int), np.zeros(0)
+    pause = 0.5 * (period.loop - 0.5 * period.turn)
+    last_end = rows.groupby("connector")["end_s"].cummax().shift()
+    begins = (rows["connector"].diff() != 0) | (rows["start_s"] - last_end > pause)
+    group = begins.cumsum()
+    first = rows.groupby(group)["start_s"].transform("min")
+    last = rows.groupby(group)["end_s"].transform("max")
+    margin = LONGEST * period.turn
+    complete = (first >= margin) & (last <= period.record - margin)
+    order = (
+        pd.DataFrame({"first": first, "group": group})[complete]
+        .drop_duplicates("group")
+        .sort_values(["first", "group"])
+    )
+    number = pd.Series(np.arange(len(order)), index=order["group"])
+    return group.map(number).fillna(-1).astype(int).to_numpy(), first.where(complete).to_numpy()
 
 
 def _visited(recording: Recording, side: str) -> str:
-    """Areas visited for at least ``LEAST_SHARE`` of a turn a passage, such as ``2`` or ``2,3``."""
-    arc = SIDES.index(side)
-    areas = np.bincount(recording.area[:, :, arc].ravel(), minlength=11)[1:]
-    # samples a passage that make up the least share of a turn
-    loops = len(recording.time) / recording.rate / loop_period(recording)
-    least = LEAST_SHARE / 100 * sprocket_period(recording) * recording.rate * loops * recording.area.shape[1]
-    return _area_names(sum(1 << j for j in range(10) if areas[j] >= max(least, 1)))
+    """Areas that the recorded connectors visit for the least share of a turn a passage or more."""
+    period = timing(recording)
+    seen = recording.area[:, :, SIDES.index(side)]
+    connector_turns = seen.shape[1] * period.record / period.loop
+    least = max(LEAST_SHARE / 100 * period.turn * recording.rate * connector_turns, 1.0)
+    samples = np.bincount(seen.ravel(), minlength=11)
+    return ",".join(str(area) for area in range(1, 11) if samples[area] >= least) or "none"
+
+
+def _mean_and_error(values: pd.Series) -> tuple[float, float]:
+    """Mean and its standard error; NaN for too few values."""
+    return float(values.mean()), float(values.sem())
+
+
+def _run_statistics(mean: pd.Series, square: pd.Series) -> dict[str, float]:
+    """RMS and SD of a force over the run, from each passage's share of its mean and mean square.
+
+    Their standard errors follow from those of the means to first order.
+    """
+    mean_force, mean_square = float(mean.mean()), float(square.mean())
+    rms = mean_square**0.5
+    sd = max(mean_square - mean_force**2, 0.0) ** 0.5 if len(mean) else NAN
+    rms_error = float(square.sem()) / (2 * rms) if rms else rms
+    sd_error = float((square - 2 * mean_force * mean).sem()) / (2 * sd) if sd else sd
+    return {"rms_n": rms, "rms_error_n": rms_error, "sd_n": sd, "sd_error_n": sd_error}
+
+
+def _event_places(recording: Recording) -> dict[str, tuple[str, str]]:
+    return EVENTS_WITHOUT_RING if recording.meta["scene"]["ring_radius"] is None else EVENTS_WITH_RING
+
+
+def _events(rows: pd.DataFrame, places: dict[str, tuple[str, str]]) -> dict[str, float]:
+    """Events from the three rows of a passage."""
+    rows = rows.set_index("side")
+    first = rows["start_s"].min()
+    sides = {side: rows.loc[side] for side in SIDES} | {
+        "arcs": rows.loc[["left", "right"]].max(numeric_only=True)
+    }
+    return {event: float(sides[side][column] - first) for event, (side, column) in places.items()}
+
+
+def _area_names(bits: int) -> str:
+    """``2,3`` for the bits of areas 2 and 3."""
+    return ",".join(str(area) for area in range(1, 11) if bits >> (area - 1) & 1)
+
+
+def _joined(areas: pd.Series) -> str:
+    """All areas that occur in some strings of areas."""
+    return ",".join(sorted({area for text in areas for area in text.split(",") if area}, key=int))

@@ -34,7 +34,13 @@ def sensitivity_figure(table: pd.DataFrame) -> Figure:
         text = "–" if not np.isfinite(value) else f"{value:+.1f}"
         dark = np.isfinite(value) and abs(value) > 0.75 * LIMIT
         ax.text(j, i, text, ha="center", va="center", fontsize=7, color="white" if dark else "black")
-    ax.set_xticks(range(grid.shape[1]), [c.replace(".", "\n") for c in grid.columns], fontsize=6, rotation=45, ha="right")
+    ax.set_xticks(
+        range(grid.shape[1]),
+        [c.replace(".", "\n") for c in grid.columns],
+        fontsize=6,
+        rotation=45,
+        ha="right",
+    )
     ax.set_yticks(range(grid.shape[0]), grid.index, fontsize=7)
     ax.grid(False)
     ax.set_title("Change of a measure in tolerances of its target, one parameter changed")

@@ -1,0 +1,162 @@
+"""The Riccati sweep against the dense multiplier formulation, which shares no code with it."""
+
+import numpy as np
+import pytest
+
+from trackdyn.chain import multipliers
+from trackdyn.chain.kinematics import bushing_torques, orient, place
+from trackdyn.chain.model import Chain
+from trackdyn.chain.riccati import accelerations, make_work
+from trackdyn.model import State, make_buffers
+
+SIZES = [6, 7, 12, 13, 35, 70]
+# Set beforehand: the sweep is stable, and its end and closure matrices have condition numbers up to 1e5.
+AGREEMENT = 1e-10
+
+
+def make_ring(n, seed, percussion=False):
+    """Irregular convex ring of ``n`` bodies that closes exactly, with rates that keep it closed."""
+    rng = np.random.default_rng(seed)
+    turn = -2 * np.pi * (np.arange(n) + rng.uniform(-0.2, 0.2, n)) / n
+    size = 0.08 * n / np.pi
+    corner = size * np.column_stack([np.cos(turn), 0.5 * np.sin(turn)])
+    side = np.roll(corner, -1, axis=0) - corner
+    angle = np.unwrap(np.arctan2(side[:, 1], side[:, 0]))
+    length = np.hypot(*side.T)
+    mass = rng.uniform(1.0, 15.0, n)
+    com_x, com_y = length * rng.uniform(0.2, 0.8, n), rng.uniform(-0.02, 0.02, n)
+    inertia = mass * (length * rng.uniform(0.2, 0.5, n)) ** 2
+    if percussion:  # every pin is the centre of percussion of the other: k^2 = (l / 2)^2
+        com_x, com_y, inertia = length / 2, np.zeros(n), mass * (length / 2) ** 2
+    chain = Chain(length, mass, inertia, com_x, com_y, 130.0, 10.0, -0.036, 9.81)
+    rows = length * np.array([-np.sin(angle), np.cos(angle)])
+    rate = rng.normal(0, 4, n)
+    rate -= rows.T @ np.linalg.solve(rows @ rows.T, rows @ rate)
+    state = State(
+        np.zeros(1, np.int64), np.array([*corner[0], *rng.normal(0, 1, 2)]), angle, rate,
+        np.zeros(3), np.zeros(3), np.zeros(n), np.zeros((n // 2, 3)), np.zeros(7),
+    )  # fmt: skip
+    loads = rng.normal(0, 2000, n), rng.normal(0, 2000, n), rng.normal(0, 60, n)
+    return chain, state, loads
+
+
+def sweep(chain, state, loads, step, probe=0):
+    """Accelerations by the sweep: pin of body 0, angular, closure rows, load through the cut, probed pin."""
+    n = len(state.angle)
+    work = make_buffers(n, 3)
+    orient(state.angle, work.cos, work.sin)
+    bushing_torques(chain, state, work)
+    accelerations(
+        chain, work.cos, work.sin, state.rate, *loads, work.torque, step * chain.damping, probe, work.sweep
+    )
+    result = work.sweep
+    return {
+        "pin": result.base @ result.load,
+        "alpha": result.response @ result.load,
+        "end": result.end @ result.load,
+        "load": result.load.copy(),
+        "probe": result.probe @ result.load,
+        "torque": work.torque,
+    }
+
+
+def assert_close(seen, expected, scale=None):
+    scale = np.abs(expected).max() if scale is None else scale
+    np.testing.assert_allclose(np.asarray(seen) / scale, np.asarray(expected) / scale, rtol=0, atol=AGREEMENT)
+
+
+@pytest.mark.parametrize("step", [0.0, 1e-4, 5e-3])
+@pytest.mark.parametrize("percussion", [False, True])
+@pytest.mark.parametrize("n", SIZES)
+def test_sweep_agrees_with_the_multipliers(n, percussion, step):
+    for seed in range(3):
+        chain, state, loads = make_ring(n, seed, percussion)
+        seen = sweep(chain, state, loads, step)
+        expected = multipliers.accelerations(chain, state.angle, state.rate, *loads, implicit_step=step)
+        scale = np.abs(expected.alpha).max()
+        assert_close(seen["alpha"], expected.alpha)
+        assert_close(seen["pin"], [expected.pin_ax, expected.pin_ay], scale * chain.length.max())
+        # the load through the cut acts on body 0, the outboard one of the closing joint
+        assert_close(seen["load"][:2], expected.pin_force[-1], np.abs(expected.pin_force).max())
+
+
+@pytest.mark.parametrize("step", [0.0, 1e-3])
+@pytest.mark.parametrize("n", SIZES)
+def test_closure_rows_are_satisfied(n, step):
+    chain, state, loads = make_ring(n, 11)
+    seen = sweep(chain, state, loads, step)
+    alpha, angle, rate = seen["alpha"], state.angle, state.rate
+    scale = np.abs(alpha).max() * chain.length.max()
+    assert_close(seen["end"][:2], seen["pin"], scale)
+    # in other words: the accelerations of the sides of the polygon add up to zero
+    normal, along = np.array([-np.sin(angle), np.cos(angle)]), np.array([np.cos(angle), np.sin(angle)])
+    assert_close(normal @ (chain.length * alpha) - along @ (chain.length * rate**2), np.zeros(2), scale)
+    # and the torque of the cut joint is its bushing's, with the damping at the end of the step
+    bending = alpha[0] - alpha[-1]
+    assert_close(seen["load"][2], seen["torque"][-1] - step * chain.damping * bending, np.abs(seen["torque"]).max())
+
+
+@pytest.mark.parametrize("probe", [0, 1, 8, 12])
+def test_probed_pin_has_the_acceleration_of_its_place_in_the_chain(probe):
+    chain, state, loads = make_ring(13, 4)
+    seen = sweep(chain, state, loads, 1e-4, probe)
+    expected = multipliers.accelerations(chain, state.angle, state.rate, *loads, implicit_step=1e-4)
+    pin = np.array([expected.pin_ax, expected.pin_ay])
+    for i in range(probe):
+        c, s, length = np.cos(state.angle[i]), np.sin(state.angle[i]), chain.length[i]
+        pin += length * (expected.alpha[i] * np.array([-s, c]) - state.rate[i] ** 2 * np.array([c, s]))
+    assert_close(seen["probe"], pin, np.abs(expected.alpha).max() * chain.length.max())
+
+
+def test_work_arrays_of_an_earlier_step_leave_no_trace():
+    chain, state, loads = make_ring(12, 5)
+    n = 12
+    cos, sin = np.cos(state.angle), np.sin(state.angle)
+    torque = np.linspace(-3, 3, n)
+    fresh, used = make_work(n), make_work(n)
+    for array in used:
+        array[...] = 7.0
+    for work in (fresh, used):
+        accelerations(chain, cos, sin, state.rate, *loads, torque, 1e-3, 3, work)
+    assert (fresh.response == used.response).all()
+    assert (fresh.load == used.load).all()
+    assert (fresh.probe == used.probe).all()
+
+
+def test_implicit_damping_tends_to_the_explicit_one_with_the_step():
+    chain, state, loads = make_ring(20, 6)
+    explicit = sweep(chain, state, loads, 0.0)["alpha"]
+    error = [np.abs(sweep(chain, state, loads, h)["alpha"] - explicit).max() for h in (2e-7, 1e-7)]
+    assert error[0] / error[1] == pytest.approx(2.0, rel=0.05)  # first order; next term of the order of h c / J
+
+
+def test_bushing_torques_are_those_of_the_joint_angles():
+    chain, state, _ = make_ring(9, 7)
+    work = make_buffers(9, 3)
+    bushing_torques(chain, state, work)
+    ahead = np.append(state.angle[1:], state.angle[0] - 2 * np.pi)
+    phi, rate = ahead - state.angle, np.roll(state.rate, -1) - state.rate
+    np.testing.assert_allclose(work.joint_rate, rate, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(work.torque, -130.0 * (phi + 0.036) - 10.0 * rate, rtol=1e-12, atol=1e-10)
+
+
+def test_pins_and_velocities_along_the_chain():
+    chain, state, _ = make_ring(10, 8)
+    work = make_buffers(10, 3)
+    orient(state.angle, work.cos, work.sin)
+    place(chain, state, work)
+    assert (work.pin_x[-1], work.pin_y[-1]) == pytest.approx((work.pin_x[0], work.pin_y[0]), abs=1e-13)
+    # velocities by differences of the places: of second order in the step, 1e-6^2, and rounding over it
+    eps = 1e-6
+    places = []
+    for sign in (-1, 1):
+        moved = state._replace(pin=state.pin.copy(), angle=state.angle + sign * eps * state.rate)
+        moved.pin[:2] += sign * eps * state.pin[2:]
+        other = make_buffers(10, 3)
+        orient(moved.angle, other.cos, other.sin)
+        place(chain, moved, other)
+        places.append(np.array([
+            other.pin_x[:-1] + chain.com_x * other.cos - chain.com_y * other.sin,
+            other.pin_y[:-1] + chain.com_x * other.sin + chain.com_y * other.cos,
+        ]))  # fmt: skip
+    np.testing.assert_allclose([work.com_vx, work.com_vy], (places[1] - places[0]) / (2 * eps), rtol=0, atol=1e-8)

@@ -1,0 +1,150 @@
+"""Normal and friction laws of one contact against closed forms."""
+
+from math import log, pi, sqrt
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from trackdyn.contact.laws import (
+    elastic_force,
+    friction_coefficient,
+    make_law,
+    normal_force,
+    stored_impact_speed,
+)
+
+STEEL, RUBBER = 1.154e11, 4.33e7
+
+
+def law(restitution=0.5, mu_s=0.15, mu_d=0.10, v_t=0.05, length=0.05, modulus=STEEL, limit=3.0):
+    return make_law(length, modulus, restitution, mu_s, mu_d, v_t, 0.1, limit)
+
+
+# --- friction, Eq. 10
+
+
+@pytest.mark.parametrize(("mu_s", "mu_d", "v_t"), [(0.15, 0.10, 0.05), (0.5, 0.45, 0.1), (0.3, 0.0, 0.01)])
+def test_friction_peaks_at_the_transition_velocity_with_the_static_coefficient(mu_s, mu_d, v_t):
+    contact = law(mu_s=mu_s, mu_d=mu_d, v_t=v_t)
+    # the term of the peak is exact at x = 1; tanh(4) lacks 6.7e-4 of 1
+    assert friction_coefficient(contact, v_t) == pytest.approx(mu_s - mu_d * 6.71e-4, abs=1e-6)
+    x = np.linspace(0.5, 2.0, 3001)
+    mu = np.array([friction_coefficient(contact, v_t * value) for value in x])
+    # tanh still rises by 5.4e-3 mu_d there, against a curvature of (mu_s - mu_d): a shift of that quotient
+    shift = 5.4e-3 * mu_d / (mu_s - mu_d)
+    assert x[mu.argmax()] == pytest.approx(1.0, abs=shift + 5e-4)
+    assert mu.max() <= mu_s + 5.4e-3 * mu_d * shift
+
+
+def test_friction_is_odd_and_tends_to_the_dynamic_coefficient():
+    contact = law()
+    for slip in np.geomspace(1e-9, 1e3, 40):
+        assert friction_coefficient(contact, -slip) == -friction_coefficient(contact, slip)
+    assert friction_coefficient(contact, 0.0) == 0.0
+    # the peak's term falls as 16 (mu_s - mu_d) / x^3
+    assert friction_coefficient(contact, 100 * 0.05) == pytest.approx(0.10, abs=1e-6)
+
+
+def test_friction_has_the_slope_that_the_step_limit_assumes():
+    contact = law()
+    slip = 1e-9
+    slope = (4 * 0.10 + 16 / 9 * 0.05) / 0.05
+    # next term of the series: of the order of (slip / v_t)^2
+    assert friction_coefficient(contact, slip) / slip == pytest.approx(slope, rel=1e-12)
+
+
+# --- normal force, Eq. 8
+
+
+@pytest.mark.parametrize("depth", [1e-7, 1e-5, 1e-3])
+@pytest.mark.parametrize("radius", [8e-4, 0.05, 0.3])
+def test_elastic_force_is_equation_8(depth, radius):
+    contact = law()
+    expected = 0.5 * pi * 0.05 * STEEL * depth * sqrt(depth / (2 * (radius + depth)))
+    assert elastic_force(contact.stiffness, depth, radius) == pytest.approx(expected, rel=1e-14)
+    # at rest no damping; the factor is 1 + 3 (1 - c^2) / 4 at the initial impact velocity
+    assert normal_force(contact, depth, 0.0, 0.3, radius) == pytest.approx(expected, rel=1e-14)
+    assert normal_force(contact, depth, 0.3, 0.3, radius) == pytest.approx(1.5625 * expected, rel=1e-14)
+
+
+def exact_restitution(chi):
+    """Root of chi (1 + e) = ln[(1 + chi) / (1 - chi e)], which any elastic law gives with the factor chi."""
+    return brentq(lambda e: chi * (1 + e) - log((1 + chi) / (1 - chi * e)), 1e-6, min(1.0, (1 - 1e-12) / chi))
+
+
+def rebound(contact, mass, speed, radius, steps=3000):
+    """Quotient of the velocities after and before the impact of a mass, by the classical Runge-Kutta method."""
+
+    def rates(depth, velocity):
+        if depth <= 0.0:
+            return velocity, 0.0
+        return velocity, -normal_force(contact, depth, velocity, speed, radius) / mass
+
+    # deepest penetration without loss, F = K d^1.5 / sqrt(R): the impact lasts about 3.2 d / v
+    deepest = (1.25 * mass * speed**2 * sqrt(radius) / contact.stiffness) ** 0.4
+    h = 4.0 * deepest / speed / steps
+    depth, velocity = 0.0, speed
+    for _ in range(4 * steps):
+        k1 = rates(depth, velocity)
+        k2 = rates(depth + 0.5 * h * k1[0], velocity + 0.5 * h * k1[1])
+        k3 = rates(depth + 0.5 * h * k2[0], velocity + 0.5 * h * k2[1])
+        k4 = rates(depth + h * k3[0], velocity + h * k3[1])
+        depth += h / 6 * (k1[0] + 2 * k2[0] + 2 * k3[0] + k4[0])
+        velocity += h / 6 * (k1[1] + 2 * k2[1] + 2 * k3[1] + k4[1])
+        if depth <= 0.0:
+            return -velocity / speed
+    raise AssertionError("the mass did not leave")
+
+
+# stiffness, mass, impact velocity, radius: what is delivered must not depend on them
+IMPACTS = [(0.05, STEEL, 2.5, 0.5, 0.05), (0.25, RUBBER, 12.0, 0.2, 0.3), (0.01, STEEL, 0.1, 3.0, 8e-4)]
+
+
+@pytest.mark.parametrize("restitution", [0.05, 0.3, 0.5, 0.8, 0.95])
+@pytest.mark.parametrize(("length", "modulus", "mass", "speed", "radius"), IMPACTS)
+def test_impact_delivers_the_exact_restitution_of_its_factor(restitution, length, modulus, mass, speed, radius):
+    contact = law(restitution, length=length, modulus=modulus)
+    expected = exact_restitution(0.75 * (1 - restitution**2))
+    # error of the method through the entry of the 3/2 power: below 1e-5 at 3000 steps
+    assert rebound(contact, mass, speed, radius) == pytest.approx(expected, abs=1e-4)
+
+
+@pytest.mark.parametrize(("nominal", "delivered"), [(0.05, 0.664), (0.3, 0.684), (0.5, 0.725), (0.7, 0.796), (0.9, 0.913)])
+def test_printed_factor_never_delivers_less_than_two_thirds(nominal, delivered):
+    """What 3 (1 - c^2) / 4 gives in place of c: a property of the law of the paper."""
+    assert exact_restitution(0.75 * (1 - nominal**2)) == pytest.approx(delivered, abs=5e-4)
+    assert law(nominal).loss == pytest.approx(0.75 * (1 - nominal**2), rel=1e-15)
+
+
+def test_perfectly_elastic_impact_loses_nothing():
+    # first-order place of the exit: the velocity is stationary there
+    assert rebound(law(restitution=1.0), 2.0, 0.4, 0.05) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_contact_never_pulls_and_its_factor_is_limited():
+    contact = law(restitution=0.5, limit=2.0)
+    depth, radius, impact = 1e-4, 0.05, 0.1
+    elastic = elastic_force(contact.stiffness, depth, radius)
+    for speed in np.linspace(-20, 20, 801):
+        force = normal_force(contact, depth, speed, impact, radius)
+        assert 0.0 <= force <= 2.0 * elastic
+    assert normal_force(contact, depth, -10.0, impact, radius) == 0.0
+    assert normal_force(contact, depth, 10.0, impact, radius) == 2.0 * elastic
+    # inside of the limits the factor is linear in the velocity
+    assert normal_force(contact, depth, -0.05, impact, radius) == pytest.approx((1 - 0.5625 / 2) * elastic, rel=1e-14)
+
+
+def test_initial_impact_velocity_is_kept_and_has_a_floor():
+    assert stored_impact_speed(0.7, 0.2, 0.1) == 0.7
+    assert stored_impact_speed(0.0, 0.2, 0.1) == 0.2
+    assert stored_impact_speed(0.0, 0.02, 0.1) == 0.1
+    # found inside while already leaving: the magnitude
+    assert stored_impact_speed(0.0, -0.3, 0.1) == 0.3
+
+
+def test_composite_modulus_is_equation_9(rig):
+    assert rig.composite_modulus(rig.tooth_contact) == pytest.approx(2.1e11 / (2 * (1 - 0.3**2)), rel=1e-14)
+    soft = rig.composite_modulus(rig.ring_contact)
+    # steel is 6000 times stiffer: it takes 2e-4 of the rubber's modulus away
+    assert soft == pytest.approx(rig.ring_contact.youngs_modulus / (1 - 0.49**2), rel=3e-4)

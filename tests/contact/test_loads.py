@@ -1,0 +1,304 @@
+"""All contacts of the loop at one state: symmetry, slip, and action against reaction."""
+
+from math import pi
+
+import numpy as np
+import pytest
+
+from trackdyn.chain.kinematics import bushing_torques
+from trackdyn.chain.riccati import accelerations
+from trackdyn.contact.laws import elastic_force, friction_coefficient
+from trackdyn.contact.wheel import foot
+from trackdyn.model import SPROCKET, make_buffers
+
+RINGS = [None, 0.303, 0.308]
+# A depth of some 1e-5 m carries an error of 1e-16 m, a force one of 1e-11; two decades for sums.
+ROUNDING = 1e-9
+
+
+def pin_velocities(chain, state):
+    """(n + 1, 2) velocities of the pins, from the relative coordinates."""
+    step = state.rate * chain.length * np.array([-np.sin(state.angle), np.cos(state.angle)])
+    return state.pin[2:] + np.vstack([np.zeros(2), np.cumsum(step.T, axis=0)])
+
+
+def mass_centres(chain, state):
+    """(n, 2) mass centres."""
+    c, s = np.cos(state.angle), np.sin(state.angle)
+    step = np.column_stack([chain.length * c, chain.length * s])
+    pins = state.pin[:2] + np.vstack([np.zeros(2), np.cumsum(step, axis=0)[:-1]])
+    arm = np.column_stack([c * chain.com_x - s * chain.com_y, s * chain.com_x + c * chain.com_y])
+    return pins + arm
+
+
+def close_velocities(chain, state):
+    """Take the least change of the rates that makes both pins of the cut joint move alike.
+
+    The step closes positions; the pins' velocities after it differ by an error of its order, so that the
+    velocity of a body would depend on the place of the cut.
+    """
+    rows = chain.length * np.array([-np.sin(state.angle), np.cos(state.angle)])
+    gap = rows @ state.rate
+    assert np.hypot(*gap) < 1e-3  # of 1 m/s
+    state.rate[:] -= rows.T @ np.linalg.solve(rows @ rows.T, gap)
+
+
+def mirrored(model, state, work):
+    """Rig and motion seen in a mirror at the y axis, the bodies counted backwards so that they run clockwise.
+
+    Body j of the mirror image is body -j of the original; its input pin is the other's output pin.
+    """
+    chain, wheels = model.chain, model.wheels
+    n = len(state.angle)
+    body = -np.arange(n) % n
+    link = -np.arange(n // 2) % (n // 2)
+    image_chain = chain._replace(
+        length=chain.length[body], mass=chain.mass[body], inertia=chain.inertia[body],
+        com_x=chain.length[body] - chain.com_x[body], com_y=chain.com_y[body],
+    )  # fmt: skip
+    image = model._replace(chain=image_chain, wheels=wheels._replace(x=-wheels.x))
+    angle = -state.angle[body]
+    angle[1:] -= 2 * pi
+    impact = np.zeros(n)
+    for j in range(1, n, 2):  # a connector's left arc is the right one of its image
+        impact[j - 1], impact[j] = state.tooth_impact[body[j]], state.tooth_impact[body[j] - 1]
+    pin = np.array([-work.pin_x[1], work.pin_y[1], *(pin_velocities(chain, state)[1] * [-1, 1])])
+    wheel_angle = pi - state.wheel_angle  # the tooth on the x_S axis
+    image_state = state._replace(
+        pin=pin, angle=angle, rate=-state.rate[body], wheel_angle=wheel_angle, wheel_rate=-state.wheel_rate,
+        tooth_impact=impact, wheel_impact=state.wheel_impact[link].copy(),
+    )  # fmt: skip
+    return image, image_state, body, link
+
+
+@pytest.fixture(params=RINGS)
+def loop(request, driven_loop, place_loads):
+    """Model, state and work of a running loop, loads evaluated; mass centres off the line of the pins."""
+    model, state, work = driven_loop(request.param)
+    chain = model.chain
+    model = model._replace(chain=chain._replace(com_x=0.45 * chain.length, com_y=np.full(len(chain.length), 0.004)))
+    close_velocities(model.chain, state)
+    place_loads(model, state, work)
+    # otherwise the tests below would look at nothing
+    assert (work.tooth_force[0::2] > 0).any()
+    assert (work.tooth_force[1::2] > 0).any() or request.param == 0.308
+    assert (work.wheel_force > 0).any(axis=0).tolist() == [request.param is not None, True, True]
+    return model, state, work
+
+
+def test_mirrored_loop_has_mirrored_contacts(loop, place_loads):
+    """A dead or wrongly placed right arc, or a wrong sign in a moment, breaks the symmetry."""
+    model, state, work = loop
+    image, image_state, body, link = mirrored(model, state, work)
+    seen = make_buffers(len(state.angle), 3)
+    place_loads(image, image_state, seen)
+
+    size = np.abs(work.force_x).max() + np.abs(work.force_y).max()
+    np.testing.assert_allclose(seen.force_x, -work.force_x[body], rtol=0, atol=ROUNDING * size)
+    np.testing.assert_allclose(seen.force_y, work.force_y[body], rtol=0, atol=ROUNDING * size)
+    np.testing.assert_allclose(seen.moment, -work.moment[body], rtol=0, atol=ROUNDING * size)
+    np.testing.assert_allclose(seen.wheel_torque, -work.wheel_torque, rtol=0, atol=ROUNDING * size)
+    np.testing.assert_allclose(seen.wheel_force, work.wheel_force[link], rtol=0, atol=ROUNDING * size)
+    for connector in range(1, len(body), 2):
+        for side in range(2):
+            arc, other = connector - 1 + side, body[connector] - side
+            assert seen.tooth_force[arc] == pytest.approx(work.tooth_force[other], abs=ROUNDING * size)
+            area, groove = work.tooth_area[other], work.tooth_groove[other]
+            assert seen.tooth_area[arc] == (11 - area if area else 0)
+            assert seen.tooth_groove[arc] == (14 - groove if groove else 0)
+
+
+def test_mirrored_loop_has_mirrored_accelerations(loop, place_loads):
+    """The same through bushings and chain, up to the motion of every body."""
+    model, state, work = loop
+    image, image_state, body, _ = mirrored(model, state, work)
+    seen = make_buffers(len(state.angle), 3)
+    place_loads(image, image_state, seen)
+    alpha = []
+    for m, s, w in ((model, state, work), (image, image_state, seen)):
+        bushing_torques(m.chain, s, w)
+        accelerations(
+            m.chain, w.cos, w.sin, s.rate, w.force_x, w.force_y, w.moment, w.torque, 1e-3, 0, w.sweep
+        )
+        alpha.append(w.sweep.response @ w.sweep.load)
+    # contact forces agree to ROUNDING; acting on the end of a connector they turn it
+    force = np.abs(work.force_x).max() + np.abs(work.force_y).max()
+    error = ROUNDING * force * (model.chain.length / model.chain.inertia).max()
+    assert error < 1e-5 * np.abs(alpha[0]).max()
+    np.testing.assert_allclose(alpha[1], -alpha[0][body], rtol=0, atol=error)
+
+
+def set_rigid_rotation(model, state, wheel, rate):
+    """Every body moves as if it were fixed to a wheel."""
+    cx, cy = model.wheels.x[wheel], model.wheels.y[wheel]
+    state.rate[:] = rate
+    state.wheel_rate[wheel] = rate
+    state.pin[2] = -rate * (state.pin[1] - cy)
+    state.pin[3] = rate * (state.pin[0] - cx)
+
+
+def contacts(work, wheel):
+    count = work.count[0]
+    return work.contact[:count][work.contact_body[:count, 1] == wheel]
+
+
+@pytest.mark.parametrize("wheel", [0, 1, 2])
+def test_contact_that_turns_with_its_wheel_does_not_slip(loop, place_loads, wheel):
+    model, state, work = loop
+    set_rigid_rotation(model, state, wheel, -2.16)
+    state.tooth_impact[:] = 0.0
+    state.wheel_impact[:] = 0.0
+    place_loads(model, state, work)
+    rows = contacts(work, wheel)
+    assert len(rows) > 0
+    normal, friction = np.hypot(rows[:, 0], rows[:, 1]), np.hypot(rows[:, 2], rows[:, 3])
+    # slip of rounding alone, 1e-15 m/s, times the slope of the law, 10 s/m, is 1e-14
+    assert (friction <= 1e-12 * normal).all()
+    # nor does it approach: nothing is faster than the floor of the initial impact velocity
+    impact = state.wheel_impact[:, wheel]
+    assert set(impact[impact > 0]) <= {0.1}
+
+
+def test_resting_chain_is_dragged_along_by_a_turning_wheel(loop, place_loads):
+    """The slip of a link at rest is the velocity of the wheel's surface, omega x r at the contact point."""
+    model, state, work = loop
+    state.rate[:] = 0.0
+    state.pin[2:] = 0.0
+    for wheel, rate in ((0, -2.0), (1, -0.3), (2, 1.5)):
+        state.wheel_rate[wheel] = rate
+    place_loads(model, state, work)
+    for wheel in range(3):
+        law = model.wheels.ring_law if wheel == SPROCKET else model.wheels.wheel_law
+        rate = state.wheel_rate[wheel]
+        count = work.count[0]
+        rows = work.contact[:count][(work.contact_body[:count, 1] == wheel) & (work.contact_body[:count, 2] == 0)]
+        assert len(rows) > 0 or not model.wheels.present[wheel]
+        for fnx, fny, ffx, ffy, _, _, _, _, ox, oy, _ in rows:
+            surface = np.array([-rate * oy, rate * ox])
+            expected = friction_coefficient(law, np.hypot(*surface)) * np.hypot(fnx, fny)
+            np.testing.assert_allclose([ffx, ffy], expected * surface / np.hypot(*surface), atol=1e-9 * expected)
+
+
+def test_normal_velocity_is_that_of_the_gap(loop, place_loads):
+    """A chain that sinks towards a wheel meets the force of Eq. 8 with its speed; measured on the resting wheel."""
+    model, state, work = loop
+    state.rate[:] = 0.0
+    state.wheel_rate[:] = 0.0
+    velocity = np.array([0.13, -0.07])
+    state.pin[2:] = velocity
+    state.wheel_impact[:] = 0.0
+    place_loads(model, state, work)
+    checked = 0
+    for k in range(work.count[0]):
+        body, wheel, tooth = work.contact_body[k]
+        if tooth:
+            continue
+        row = work.contact[k]
+        force = np.hypot(row[0], row[1])
+        normal = row[:2] / force if force else row[8:10] / np.hypot(*row[8:10])
+        speed = -normal @ velocity
+        law = model.wheels.ring_law if wheel == SPROCKET else model.wheels.wheel_law
+        depth = model.wheels.radius[wheel] - np.hypot(*row[8:10])
+        factor = min(max(1 + law.loss * speed / max(abs(speed), 0.1), 0.0), law.factor_limit)
+        expected = elastic_force(law.stiffness, depth, model.wheels.radius[wheel]) * factor
+        assert work.wheel_force[body // 2, wheel] == pytest.approx(expected, rel=1e-7)  # depth 1e-4 m to 1e-16 m
+        checked += 1
+    assert checked > 3
+
+
+def test_every_wheel_feels_the_opposite_of_what_it_does(loop):
+    """Forces of the contact list against the loads of bodies and wheels, by moments about fixed points."""
+    model, state, work = loop
+    centre = mass_centres(model.chain, state)
+    count = work.count[0]
+    force_x, force_y, moment = (np.zeros(len(state.angle)) for _ in range(3))
+    torque = np.zeros(3)
+    for row, (body, wheel, _) in zip(work.contact[:count], work.contact_body[:count], strict=True):
+        fx, fy = row[0] + row[2], row[1] + row[3]
+        point = centre[body] + row[4:6]
+        arm = point - [model.wheels.x[wheel], model.wheels.y[wheel]]
+        np.testing.assert_allclose(arm, row[8:10], rtol=0, atol=1e-12)  # one contact point, seen from both
+        force_x[body] += fx
+        force_y[body] += fy
+        moment[body] += row[4] * fy - row[5] * fx
+        torque[wheel] -= arm[0] * fy - arm[1] * fx
+    size = np.abs(force_x).max() + np.abs(force_y).max()
+    for seen, expected in ((work.force_x, force_x), (work.force_y, force_y), (work.moment, moment), (work.wheel_torque, torque)):
+        np.testing.assert_allclose(seen, expected, rtol=0, atol=1e-11 * size)
+
+
+def test_normal_and_friction_are_perpendicular_and_normal_pushes_outward(loop):
+    _, _, work = loop
+    rows = work.contact[: work.count[0]]
+    links = work.contact_body[: work.count[0], 2] == 0
+    product = rows[:, 0] * rows[:, 2] + rows[:, 1] * rows[:, 3]
+    size = np.hypot(rows[:, 0], rows[:, 1]) * np.hypot(rows[:, 2], rows[:, 3])
+    assert (np.abs(product) <= 1e-12 * size).all()
+    outward = rows[links, 0] * rows[links, 8] + rows[links, 1] * rows[links, 9]
+    assert (outward >= 0).all()
+
+
+def test_tooth_contact_points_lie_on_the_arc_of_the_connector(loop):
+    model, state, work = loop
+    centre = mass_centres(model.chain, state)
+    radius = model.tooth.arc_radius
+    checked = 0
+    for row, (body, _, tooth) in zip(work.contact[: work.count[0]], work.contact_body[: work.count[0]], strict=True):
+        if tooth:
+            point = centre[body] + row[4:6]
+            pins = np.array([[work.pin_x[i], work.pin_y[i]] for i in (body, body + 1)])
+            offset = point - pins
+            distance = np.hypot(*offset.T)
+            nearest = np.argmin(np.abs(distance - radius))
+            assert distance[nearest] == pytest.approx(radius, abs=1e-12)
+            # opposite to the normal: the tooth pushes the pin away from the point
+            assert -(row[:2] @ offset[nearest]) == pytest.approx(np.hypot(*row[:2]) * radius, rel=1e-9, abs=1e-12)
+            checked += 1
+    assert checked > 0
+
+
+def test_scene_without_ring_or_teeth_has_none_of_their_forces(driven_loop, place_loads):
+    model, state, work = driven_loop(None)
+    place_loads(model, state, work)
+    assert (work.wheel_force[:, SPROCKET] == 0).all()
+    toothless = model._replace(tooth=model.tooth._replace(present=0))
+    work = make_buffers(len(state.angle), 3)
+    place_loads(toothless, state, work)
+    assert (work.tooth_force == 0).all()
+    assert not (work.contact_body[: work.count[0], 1] == SPROCKET).any()
+
+
+# --- the three cases of a link on a wheel
+
+
+@pytest.mark.parametrize(
+    ("wheel", "fraction", "point"),
+    [
+        ((0.03, -0.3), 0.3, (0.03, 0.0)),  # vertical
+        ((-0.02, -0.3), -0.2, (0.0, 0.0)),  # left end
+        ((0.15, 0.2), 1.5, (0.1, 0.0)),  # right end
+        ((0.0, 1.0), 0.0, (0.0, 0.0)),  # boundaries
+        ((0.1, -1.0), 1.0, (0.1, 0.0)),
+        ((0.05, 0.0), 0.5, (0.05, 0.0)),  # the wheel's centre on the link itself
+    ],
+)
+def test_foot_of_a_link_on_a_wheel(wheel, fraction, point):
+    s, qx, qy, distance = foot(0.0, 0.0, 0.1, 0.0, *wheel)
+    assert s == pytest.approx(fraction, abs=1e-14)
+    assert (qx, qy) == pytest.approx(point, abs=1e-16)
+    assert distance == pytest.approx(np.hypot(wheel[0] - point[0], wheel[1] - point[1]), abs=1e-16)
+
+
+def test_foot_is_the_nearest_point_of_the_link():
+    rng = np.random.default_rng(5)
+    share = np.linspace(0, 1, 2001)[:, None]
+    cases = set()
+    for _ in range(500):
+        a, b, c = rng.uniform(-0.3, 0.3, (3, 2))
+        s, qx, qy, distance = foot(*a, *b, *c)
+        sampled = np.hypot(*(a + share * (b - a) - c).T).min()
+        assert distance <= sampled + 1e-15
+        assert distance >= sampled - np.hypot(*(b - a)) / 2000
+        np.testing.assert_allclose([qx, qy], a + min(max(s, 0.0), 1.0) * (b - a), rtol=0, atol=1e-15)
+        cases.add("A" if s < 0 else "B" if s > 1 else "vertical")
+    assert cases == {"A", "B", "vertical"}

@@ -1,0 +1,162 @@
+"""Search of the groove's areas against the distance to its arcs, found in another way."""
+
+from math import nextafter, pi
+
+import numpy as np
+import pytest
+
+from trackdyn.contact.laws import make_law
+from trackdyn.contact.tooth import find_area, groove_index, make_tooth
+from trackdyn.parameters.groove import coarse_groove
+
+RADIUS = 0.030
+DEEPEST = 5e-4
+EXACT = 1e-12  # m; the distances are below 1 m
+
+
+@pytest.fixture(scope="module")
+def groove(rig):
+    return rig.groove_profile
+
+
+@pytest.fixture(scope="module")
+def tooth(groove):
+    return make_tooth(groove, RADIUS, make_law(0.05, 1e11, 0.5, 0.1, 0.1, 0.05, 0.1, 3.0))
+
+
+def distance_to_arcs(groove, points):
+    """(k, 10) distances of points to the areas as arcs of finite length."""
+    offset = points[:, None, :] - groove.centre
+    r = np.hypot(offset[..., 0], offset[..., 1])
+    middle = np.arctan2(groove.direction[:, 1], groove.direction[:, 0])
+    turn = (np.arctan2(offset[..., 1], offset[..., 0]) - middle + pi) % (2 * pi) - pi
+    inside = np.abs(turn) <= groove.half_angle
+    ends = np.stack([groove.arc(area, 2) for area in range(1, len(groove.radius) + 1)])
+    to_end = np.linalg.norm(points[:, None, None, :] - ends, axis=-1).min(axis=-1)
+    return np.where(inside, np.abs(r - groove.radius), to_end)
+
+
+def points_over_the_profile(groove, gap, seed, count=5000):
+    """Centres of arcs at a distance ``RADIUS + gap`` from a random place of the profile.
+
+    Returns the centres, the areas below them and the free-side normals.
+    """
+    rng = np.random.default_rng(seed)
+    area = rng.integers(1, 11, count)
+    j = area - 1
+    share = rng.uniform(-1, 1, count)
+    angle = np.arctan2(groove.direction[j, 1], groove.direction[j, 0]) + share * groove.half_angle[j]
+    outward = np.column_stack([np.cos(angle), np.sin(angle)])
+    surface = groove.centre[j] + groove.radius[j, None] * outward
+    normal = np.where(groove.convex[j, None], outward, -outward)
+    return surface + (RADIUS + gap(rng, count))[:, None] * normal, area, normal, np.abs(share)
+
+
+def test_penetrating_arcs_are_found_with_area_depth_and_normal(groove, tooth):
+    points, area, normal, share = points_over_the_profile(groove, lambda rng, k: -rng.uniform(0, DEEPEST, k), 1)
+    true_depth = RADIUS - distance_to_arcs(groove, points).min(axis=1)
+    for i, (x, y) in enumerate(points):
+        found, depth, nx, ny, radius = find_area(tooth, x, y)
+        assert found > 0
+        assert depth == pytest.approx(true_depth[i], abs=EXACT)
+        # the normal: an error of 1e-16 m over the least distance to a centre, 2.7 mm
+        assert (nx, ny) == pytest.approx(tuple(normal[i]), abs=1e-12)
+        if share[i] < 1 - 1e-9:  # neighbours share a boundary, with the same depth and normal
+            assert found == area[i]
+            sign = 1 if groove.convex[found - 1] else -1
+            assert radius == pytest.approx(groove.radius[found - 1] + sign * RADIUS, abs=1e-15)
+
+
+def test_arcs_that_do_not_touch_are_not_found(groove, tooth):
+    points, *_ = points_over_the_profile(groove, lambda rng, k: rng.uniform(1e-12, DEEPEST, k), 2)
+    assert distance_to_arcs(groove, points).min() > RADIUS  # nothing else is nearer
+    for x, y in points:
+        assert find_area(tooth, x, y) == (0, 0.0, 0.0, 0.0, 0.0)
+
+
+def test_random_places_over_the_groove_touch_where_the_profile_is_near(groove, tooth):
+    rng = np.random.default_rng(3)
+    half = pi / groove.teeth
+    angle = rng.uniform(-half, half, 20000)
+    r = rng.uniform(0.30, groove.addendum + 1.2 * RADIUS, 20000)
+    points = np.column_stack([r * np.sin(angle), r * np.cos(angle)])
+    distance = distance_to_arcs(groove, points).min(axis=1)
+    # free side and shallow: what a motion in small steps can reach
+    points, distance = points[distance > RADIUS - DEEPEST], distance[distance > RADIUS - DEEPEST]
+    points, distance = points[np.abs(distance - RADIUS) > EXACT], distance[np.abs(distance - RADIUS) > EXACT]
+    below = points[:, 1] < np.interp(points[:, 0], *groove.profile(200).T)  # in the steel
+    touching = 0
+    for (x, y), d in zip(points[~below], distance[~below], strict=True):
+        found, depth, *_ = find_area(tooth, x, y)
+        assert (found > 0) == (d < RADIUS)
+        assert depth == pytest.approx(max(RADIUS - d, 0.0), abs=EXACT)
+        touching += found > 0
+    assert touching > 100
+
+
+@pytest.mark.parametrize("coarse", [False, True])
+def test_mirrored_arc_touches_the_mirrored_area(groove, coarse):
+    """A side that is searched wrongly, or not at all, breaks this."""
+    profile = coarse_groove(groove) if coarse else groove
+    areas = len(profile.radius)
+    both = make_tooth(profile, RADIUS, make_law(0.05, 1e11, 0.5, 0.1, 0.1, 0.05, 0.1, 3.0))
+    points, *_ = points_over_the_profile(groove, lambda rng, k: -rng.uniform(0, DEEPEST, k), 4)
+    seen = set()
+    for x, y in points:
+        area, depth, nx, ny, radius = find_area(both, x, y)
+        other = find_area(both, -x, y)
+        assert other == ((areas + 1 - area, depth, -nx, ny, radius) if area else (0, 0.0, 0.0, 0.0, 0.0))
+        seen.add(area)
+    assert seen >= set(range(1, areas + 1))
+
+
+def test_every_groove_has_its_index(groove):
+    m = groove.teeth
+    for k in range(1, m + 1):
+        middle = (2 * k - 1) * pi / m
+        for off in (-0.999, -0.5, 0.0, 0.5, 0.999):
+            angle = middle + off * pi / m
+            assert groove_index(m, 0.33 * np.cos(angle), 0.33 * np.sin(angle)) == k
+
+
+def test_boundaries_of_the_grooves_belong_to_a_neighbour():
+    m = 13
+    for k in range(1, m + 1):
+        angle = 2 * pi * k / m
+        assert groove_index(m, 0.33 * np.cos(angle), 0.33 * np.sin(angle)) in (k, k % m + 1)
+    assert groove_index(m, 0.33, 0.0) == 1
+    assert groove_index(m, 0.33, -0.0) == 1
+    # so little below the x axis that the angle is rounded to a whole turn
+    assert groove_index(m, 0.33, -5e-324) == m
+    assert groove_index(m, 0.33, -1e-20) == m
+    assert groove_index(m, nextafter(-0.33, 0.0), 0.0) in (7,)
+
+
+def test_groove_frames_stand_on_the_middles_of_the_grooves(tooth):
+    """Eq. 12: y_k of groove k points to the middle of the range of its index."""
+    for k in range(1, tooth.teeth + 1):
+        c, s = tooth.groove_cos[k - 1], tooth.groove_sin[k - 1]
+        assert groove_index(tooth.teeth, -s, c) == k
+        assert np.arctan2(c, -s) % (2 * pi) == pytest.approx((2 * k - 1) * pi / tooth.teeth, abs=1e-14)
+
+
+@pytest.mark.parametrize("ring_radius", [None, 0.303])
+def test_turning_the_sprocket_by_a_groove_changes_no_force(driven_loop, place_loads, ring_radius):
+    model, state, work = driven_loop(ring_radius)
+    impact = state.tooth_impact.copy(), state.wheel_impact.copy()
+    place_loads(model, state, work)
+    force, area, groove = work.tooth_force.copy(), work.tooth_area.copy(), work.tooth_groove.copy()
+    load = np.concatenate([work.force_x, work.force_y, work.moment, work.wheel_torque])
+    assert (force > 0).any()
+    for pitches in (1, -1, 6):
+        state.wheel_angle[0] += pitches * 2 * pi / model.tooth.teeth
+        state.tooth_impact[:], state.wheel_impact[:] = impact
+        place_loads(model, state, work)
+        # an error of 1e-16 m in the depth of some 1e-5 m changes the force by 1e-11
+        np.testing.assert_allclose(work.tooth_force, force, rtol=1e-9)
+        np.testing.assert_array_equal(work.tooth_area, area)
+        turned = np.concatenate([work.force_x, work.force_y, work.moment, work.wheel_torque])
+        np.testing.assert_allclose(turned, load, rtol=0, atol=1e-9 * np.abs(load).max())
+        expected = (groove - 1 - pitches) % model.tooth.teeth + 1
+        np.testing.assert_array_equal(work.tooth_groove[force > 0], expected[force > 0])
+        state.wheel_angle[0] -= pitches * 2 * pi / model.tooth.teeth

@@ -1,0 +1,345 @@
+"""Contact spells, passages and their statistics on made-up logs with known answers."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from trackdyn.errors import InputError
+from trackdyn.measure.meshing import (
+    SIDES,
+    events,
+    mean_events,
+    meshing_summary,
+    passages,
+    spells,
+    timing,
+)
+from trackdyn.parameters.rig import load_rig
+from trackdyn.recording import Recording
+
+RIG = load_rig(Path(__file__).parents[2] / "config" / "rig.yaml")
+PITCHES, TEETH = RIG.chain.pitches, RIG.sprocket.teeth
+# a sprocket turn of exactly 2 s
+TURN = 2.0
+RPM = 60 * RIG.sprocket.transmission_ratio / TURN
+LOOP = TURN * PITCHES / TEETH
+BEGIN, STEP = 6.0, 1e-4
+LEFT, RIGHT, RING = range(3)
+
+
+def spell(pitch, side, start, end, force=100.0, groove=3, area=2, peak=None, peak_at=None):
+    """A row of the log: constant ``force`` from ``start`` to ``end`` (s of the record), 1-based pitch."""
+    peak, peak_at = peak or force, start if peak_at is None else peak_at
+    groove, bits = (0, 0) if side == RING else (groove, 1 << (area - 1))
+    times = np.array([start, end]) + BEGIN
+    length = end - start
+    return [
+        pitch - 1,
+        side,
+        groove,
+        bits,
+        *times,
+        peak,
+        peak_at + BEGIN,
+        force * length,
+        force**2 * length,
+        0.0,
+    ]
+
+
+def recording(rows, seconds=20.0, ring_radius=0.308, rpm=RPM, area=None):
+    samples = round(seconds * RIG.sensor.rate)
+    area = np.zeros((samples, 1, 2), np.int8) if area is None else area
+    return Recording(
+        time=np.arange(samples) / RIG.sensor.rate,
+        raw=np.zeros((samples, 3)),
+        mean=np.zeros((samples, 3)),
+        gap=np.zeros(samples),
+        place=np.zeros((samples, 2)),
+        wheel_rate=np.zeros((samples, 3)),
+        energy=np.zeros((samples, 10)),
+        force=np.zeros((samples, 1, 3)),
+        area=area,
+        groove=np.zeros_like(area),
+        pitches=np.array([1]),
+        spells=np.array(rows, dtype=float).reshape(-1, 11),
+        begin=BEGIN,
+        frame=np.zeros((0, 73)),
+        frame_time=np.zeros(0),
+        meta={
+            "scene": {"motor_rpm": rpm, "ring_radius": ring_radius, "step": STEP},
+            "rig": RIG.model_dump(),
+        },
+    )
+
+
+def with_ring(start, connector=5, force=100.0):
+    """Log of one passage: ring for half a turn, left arc from 0.9 to 1.1 of it, chattering at first."""
+    return [
+        spell(connector + 1, RING, start, start + 1.0, 10 * force, peak=15 * force, peak_at=start + 0.25),
+        spell(connector, LEFT, start + 0.9, start + 0.910, force),
+        spell(connector, LEFT, start + 0.912, start + 1.1, force, peak=2 * force, peak_at=start + 1.0),
+    ]
+
+
+def without_ring(start, connector=5):
+    return [
+        spell(connector, RIGHT, start, start + 0.8, area=7, peak=500.0, peak_at=start + 0.7),
+        spell(connector, LEFT, start + 0.1, start + 0.85, peak=600.0, peak_at=start + 0.2),
+    ]
+
+
+def test_periods_follow_from_the_motor_speed():
+    period = timing(recording([]))
+    assert (period.turn, period.loop, period.record) == pytest.approx((TURN, LOOP, 20.0))
+    assert np.isnan(timing(recording([], rpm=0.0)).turn)
+
+
+def test_contacts_that_chatter_are_one_spell_but_the_pauses_do_not_count():
+    table = spells(recording(with_ring(3.0)))
+    assert table["side"].tolist() == ["ring", "left"]
+    left = table.iloc[1]
+    assert (left["start_s"], left["end_s"]) == pytest.approx((3.9, 4.1))
+    assert left["touching_s"] == pytest.approx(0.198)
+    assert left["share_pct"] == pytest.approx(9.9)
+    assert left["impulse_ns"] == pytest.approx(19.8)
+    assert left["square_n2s"] == pytest.approx(1980.0)
+    assert (left["peak_n"], left["peak_s"]) == pytest.approx((200.0, 4.0))
+
+
+def test_merging_can_be_set_and_ends_exactly_at_the_gap():
+    run = recording(with_ring(3.0))
+    assert len(spells(run, merge_gap_s=0.0)) == 3
+    assert len(spells(run, merge_gap_s=0.0019)) == 3
+    assert len(spells(run, merge_gap_s=0.0021)) == 2
+
+
+@pytest.mark.parametrize("change", [{"pitch": 6}, {"side": RIGHT, "area": 7}, {"groove": 4}])
+def test_only_contacts_of_the_same_pitch_side_and_groove_are_merged(change):
+    first = {"pitch": 5, "side": LEFT, "groove": 3}
+    run = recording([spell(**first, start=3.0, end=3.1), spell(**first | change, start=3.101, end=3.2)])
+    assert len(spells(run)) == 2
+
+
+def test_merged_areas_are_joined_in_order():
+    rows = [spell(5, LEFT, 3.0, 3.1, area=3), spell(5, LEFT, 3.101, 3.2, area=2)]
+    assert spells(recording(rows))["areas"].tolist() == ["2,3"]
+
+
+def test_the_order_of_the_log_does_not_matter():
+    rows = with_ring(3.0) + with_ring(3.2, connector=4) + with_ring(3.0 + LOOP)
+    expected = spells(recording(rows))
+    np.random.default_rng(3).shuffle(rows)
+    assert spells(recording(rows)).equals(expected)
+
+
+def test_contacts_cut_by_the_beginning_are_dropped():
+    rows = [spell(5, RING, STEP, 0.5), spell(7, RING, 3 * STEP, 0.5)]
+    assert spells(recording(rows))["pitch"].tolist() == [7]
+
+
+def test_phases_count_from_the_first_contact_and_within_the_ring_contact():
+    table = spells(recording(with_ring(3.0)))
+    ring, left = table.iloc[0], table.iloc[1]
+    assert (ring["phase_start"], ring["phase_end"]) == pytest.approx((0.0, 0.5))
+    assert (ring["ring_phase_start"], ring["ring_phase_end"]) == pytest.approx((0.0, 1.0))
+    assert (left["phase_start"], left["phase_end"]) == pytest.approx((0.45, 0.55))
+    assert (left["ring_phase_start"], left["ring_phase_end"]) == pytest.approx((0.9, 1.1))
+    bare = spells(recording(without_ring(3.0), ring_radius=None)).set_index("side")
+    assert bare.loc["right", "phase_start"] == 0
+    assert bare.loc["left", "phase_start"] == pytest.approx(0.05)
+    assert bare["ring_phase_start"].isna().all()
+
+
+def test_the_link_ahead_belongs_to_the_passage_also_around_the_end_of_the_loop():
+    table = spells(recording(with_ring(3.0, connector=5)))
+    assert table["pitch"].tolist() == [6, 5]
+    assert table["connector"].tolist() == [5, 5]
+    closing = [spell(1, RING, 3.0, 4.0), spell(PITCHES, LEFT, 3.9, 4.1)]
+    table = spells(recording(closing))
+    assert table["connector"].tolist() == [PITCHES, PITCHES]
+    assert table["passage"].tolist() == [0, 0]
+
+
+def test_passages_are_parted_by_a_revolution_and_numbered_in_order():
+    rows = with_ring(3.0 + LOOP) + with_ring(3.5, connector=9) + with_ring(3.0)
+    table = passages(recording(rows))
+    assert table["side"].tolist() == list(SIDES) * 3
+    assert table["passage"].tolist() == [0] * 3 + [1] * 3 + [2] * 3
+    assert table["connector"].tolist() == [5] * 3 + [9] * 3 + [5] * 3
+    first = table[table["passage"] == 0].set_index("side")
+    assert first["count"].tolist() == [1, 0, 1]
+    assert first["areas"].tolist() == ["2", "", ""]
+    assert first.loc["left", "peak_phase"] == pytest.approx(0.5)
+    assert first.loc["ring", "peak_phase"] == pytest.approx(0.125)
+    assert first.loc["right", ["touching_s", "share_pct", "peak_n", "impulse_ns", "square_n2s"]].eq(0).all()
+    assert first.loc["right", ["start_s", "end_s", "phase_start", "peak_s", "peak_phase"]].isna().all()
+
+
+@pytest.mark.parametrize("start", [1.0, 20.0 - 1.1 - 1.0])
+def test_a_passage_near_an_end_of_the_record_does_not_count(start):
+    run = recording(with_ring(start) + with_ring(7.0, connector=9))
+    assert passages(run)["connector"].unique().tolist() == [9]
+    cut = spells(run).query("connector == 5")
+    assert (cut["passage"] == -1).all()
+    assert cut[["phase_start", "ring_phase_end"]].isna().all(axis=None)
+
+
+def test_a_passage_with_a_part_before_the_record_does_not_count():
+    rows = [spell(6, RING, STEP, 0.9), *with_ring(-0.1)[1:], *with_ring(-0.1 + LOOP)]
+    assert passages(recording(rows))["passage"].nunique() == 1
+
+
+def test_summary_of_one_passage():
+    area = np.zeros((20000, 1, 2), np.int8)
+    area[3900:4100, 0, 0] = 2
+    area[4000, 0, 0] = 3
+    summary = meshing_summary(recording(with_ring(3.0), area=area))
+    assert summary["passages"] == 1
+    assert summary["left_share_pct"] == pytest.approx(9.9)
+    assert summary["ring_share_pct"] == pytest.approx(50.0)
+    assert summary["left_rms_n"] == pytest.approx((100.0**2 * 0.198 / LOOP) ** 0.5)
+    mean = 1000.0 / LOOP
+    assert summary["ring_sd_n"] == pytest.approx((1000.0**2 / LOOP - mean**2) ** 0.5)
+    assert summary["left_rms_contact_n"] == pytest.approx(100.0)
+    assert summary["ring_rms_contact_n"] == pytest.approx(1000.0)
+    assert summary["ring_peak_n"] == pytest.approx(1500.0)
+    assert (summary["left_phase_start"], summary["left_phase_end"]) == pytest.approx((0.45, 0.55))
+    assert (summary["left_areas"], summary["right_areas"]) == ("2", "none")
+    for name in ("share_pct", "rms_n", "sd_n", "rms_contact_n", "peak_n"):
+        assert summary[f"right_{name}"] == 0
+    assert np.isnan(summary["right_phase_start"])
+    assert np.isnan(summary["left_share_error_pct"])
+
+
+def test_rms_and_sd_are_those_of_the_sampled_force_over_whole_revolutions():
+    rows = with_ring(3.0) + with_ring(3.0 + LOOP)
+    summary = meshing_summary(recording(rows))
+    time = np.arange(0, LOOP, 1e-5)
+    force = np.where((time >= 0.9) & (time < 0.91) | (time >= 0.912) & (time < 1.1), 100.0, 0.0)
+    assert summary["left_rms_n"] == pytest.approx(np.sqrt(np.mean(force**2)), rel=1e-4)
+    assert summary["left_sd_n"] == pytest.approx(np.std(force), rel=1e-4)
+
+
+def test_a_broken_revolution_does_not_bias_the_means():
+    """Free running before, between and after the passages does not thin out the force."""
+    rows = with_ring(3.0)
+    expected, longer = (meshing_summary(recording(rows, seconds)) for seconds in (7.0, 11.0))
+    for key in ("left_rms_n", "ring_rms_n", "ring_sd_n", "left_share_pct"):
+        assert longer[key] == pytest.approx(expected[key])
+
+
+def test_standard_errors_over_passages():
+    rows = [spell(k, LEFT, 3.0 + 0.1 * k, 3.0 + 0.1 * k + 0.2 + 0.02 * k) for k in (1, 2, 3)]
+    summary = meshing_summary(recording(rows, ring_radius=None))
+    share = 100 * np.array([0.22, 0.24, 0.26]) / TURN
+    assert summary["left_share_pct"] == pytest.approx(share.mean())
+    assert summary["left_share_error_pct"] == pytest.approx(share.std(ddof=1) / 3**0.5)
+    square = 100.0**2 * np.array([0.22, 0.24, 0.26]) / LOOP
+    rms = square.mean() ** 0.5
+    assert summary["left_rms_error_n"] == pytest.approx(square.std(ddof=1) / 3**0.5 / (2 * rms))
+    assert summary["left_sd_error_n"] > 0
+    assert (
+        summary["right_rms_error_n"] == summary["right_sd_error_n"] == summary["right_share_error_pct"] == 0
+    )
+
+
+def test_passages_without_a_contact_count_as_zero_in_shares_but_not_in_phases():
+    rows = with_ring(3.0) + with_ring(3.5, connector=9)[:1]
+    summary = meshing_summary(recording(rows))
+    assert summary["left_share_pct"] == pytest.approx(9.9 / 2)
+    assert summary["left_phase_start"] == pytest.approx(0.45)
+
+
+@pytest.mark.parametrize("ring_radius", [0.308, None])
+@pytest.mark.parametrize(
+    "run",
+    [
+        {"rows": []},
+        {"rows": [], "seconds": 0.001},
+        {"rows": with_ring(0.1), "seconds": 1.5},
+        {"rows": [], "rpm": 0.0},
+        {"rows": with_ring(3.0) + without_ring(9.0), "rpm": 0.0},
+    ],
+    ids=["no contact", "one sample", "shorter than a passage", "at rest", "at rest with contacts"],
+)
+def test_nothing_to_measure_gives_nan(run, ring_radius):
+    run = recording(**run, ring_radius=ring_radius)
+    summary = meshing_summary(run)
+    assert summary.pop("passages") == 0
+    assert summary.pop("left_areas") == summary.pop("right_areas") == ""
+    assert np.isnan(list(summary.values())).all()
+    assert passages(run).empty
+    assert len(spells(run)) <= len(run.spells)
+    assert mean_events(run)["mean_s"].isna().all()
+    assert (mean_events(run)["passages"] == 0).all()
+    with pytest.raises(InputError, match="passage 0"):
+        events(run, 0)
+
+
+def test_events_with_a_ring():
+    expected = {
+        "ring touched": 0.0,
+        "ring maximum": 0.25,
+        "left touches": 0.9,
+        "left maximum": 1.0,
+        "ring left": 1.0,
+        "out": 1.1,
+    }
+    found = events(recording(with_ring(3.0)), 0)
+    assert list(found) == list(expected)
+    assert found == pytest.approx(expected)
+
+
+def test_events_without_a_ring():
+    expected = {
+        "first left": 0.1,
+        "first right": 0.0,
+        "left maximum": 0.2,
+        "right maximum": 0.7,
+        "right gone": 0.8,
+        "out": 0.85,
+    }
+    assert events(recording(without_ring(3.0), ring_radius=None), 0) == pytest.approx(expected)
+
+
+def test_mean_events_and_their_scatter():
+    rows = with_ring(3.0) + with_ring(3.0 + LOOP)[:1]
+    second = with_ring(3.5, connector=9)
+    second[2] = spell(9, LEFT, 4.412, 4.64, peak=900.0, peak_at=4.6)
+    table = mean_events(recording(rows + second)).set_index("event")
+    assert table.loc["out", "mean_s"] == pytest.approx((1.1 + 1.14) / 2)
+    assert table.loc["out", "sd_s"] == pytest.approx(0.04 / 2**0.5)
+    assert table.loc["left maximum", "mean_s"] == pytest.approx((1.0 + 1.1) / 2)
+    assert table["passages"].tolist() == [3, 3, 2, 2, 3, 2]
+    assert table.loc["ring left", ["mean_s", "sd_s"]].tolist() == pytest.approx([1.0, 0.0])
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.lists(
+        st.tuples(
+            st.integers(1, PITCHES),
+            st.integers(0, 2),
+            st.floats(0.01, 18.0),
+            st.floats(1e-4, 1.0),
+            st.integers(1, 13),
+        ),
+        max_size=25,
+    )
+)
+def test_any_log_is_conserved_by_merging(contacts):
+    rows = [spell(p, side, start, start + length, groove=g) for p, side, start, length, g in contacts]
+    run = recording(rows)
+    table = spells(run)
+    log = run.spells
+    assert table["impulse_ns"].sum() == pytest.approx(log[:, 8].sum())
+    assert table["touching_s"].sum() == pytest.approx((log[:, 5] - log[:, 4]).sum())
+    assert table["peak_n"].max() == log[:, 6].max() if len(log) else table.empty
+    whole = table[table["passage"] >= 0]
+    assert (whole["phase_start"] >= 0).all()
+    assert whole.groupby("passage")["phase_start"].min().eq(0).all()
+    meshing_summary(run)

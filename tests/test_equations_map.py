@@ -1,0 +1,143 @@
+"""docs/equations.md is complete: every equation has a row, every function and every test in it exists."""
+
+import ast
+import importlib
+import re
+from functools import reduce
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from trackdyn.contact.laws import elastic_force
+from trackdyn.contact.tooth import find_area, groove_index
+from trackdyn.measure.sensor import specific_force
+from trackdyn.model import SPROCKET
+
+ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs" / "equations.md"
+STATUS = ("printed", "reconstructed", "corrected", "replaced", "not used")
+NOTHING = "–"
+
+
+def rows_of(text):
+    """Cells of the table whose first column is a number or a range of numbers."""
+    rows = []
+    for line in text.splitlines():
+        cells = [cell.strip() for cell in line.strip().strip("|").split("|")]
+        if line.startswith("|") and (found := re.fullmatch(r"(\d+)(?:-(\d+))?", cells[0])):
+            first, last = int(found[1]), int(found[2] or found[1])
+            rows.append((range(first, last + 1), *cells[1:]))
+    return rows
+
+
+ROWS = rows_of(PAGE.read_text(encoding="utf-8"))
+FUNCTIONS = sorted({name for row in ROWS for name in re.findall(r"`(trackdyn[\w.]*:[\w.]+)`", row[2])})
+TESTS = sorted({name for row in ROWS for name in re.findall(r"`(tests/[\w/]+\.py::\w+)`", row[3])})
+
+
+def test_every_equation_of_the_paper_has_exactly_one_row():
+    numbers = [number for row in ROWS for number in row[0]]
+    assert numbers == list(range(1, 41))
+
+
+@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row[0][0]}")
+def test_a_row_is_filled(row):
+    assert len(row) == 5, "equation, what it is, function, test, status"
+    _, what, function, test, status = row
+    assert what
+    assert status.startswith(STATUS), f"the status begins with one of {', '.join(STATUS)}"
+    if status.startswith("not used"):
+        assert function == test == NOTHING
+    else:
+        assert re.fullmatch(r"`trackdyn[\w.]*:[\w.]+`(<br>`trackdyn[\w.]*:[\w.]+`)*", function), function
+        assert re.fullmatch(r"`tests/[\w/]+\.py::\w+`(<br>`tests/[\w/]+\.py::\w+`)*", test), test
+    if not status.startswith("printed"):
+        assert re.search(r"[:;,] \S", status), "a status other than printed gives its reason"
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_named_function_exists(name):
+    module, _, path = name.partition(":")
+    assert callable(reduce(getattr, path.split("."), importlib.import_module(module)))
+
+
+@pytest.mark.parametrize("name", TESTS)
+def test_named_test_exists(name):
+    path, _, function = name.partition("::")
+    tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
+    assert function.startswith("test_")
+    assert function in {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+
+
+def test_equations_named_in_the_page_of_departures_exist():
+    text = (ROOT / "docs" / "deviations.md").read_text(encoding="utf-8")
+    lists = re.findall(r"Eqs?\. (\d+(?:(?:, | and | to )\d+)*)", text)
+    named = {int(number) for numbers in lists for number in re.findall(r"\d+", numbers)}
+    assert named
+    assert named <= set(range(1, 41))
+
+
+# --- Eqs. 25, 27, 30 and 34 -------------------------------------------------------------------------------
+
+
+def depth_after(model, state, arc, seconds):
+    """Area, depth and R of an arc when everything goes on with its present velocity (Eqs. 12 to 29, 33)."""
+    chain, tooth, wheels = model.chain, model.tooth, model.wheels
+    angle = state.angle + seconds * state.rate
+    step = chain.length * np.array([np.cos(angle), np.sin(angle)])
+    pins = state.pin[:2] + seconds * state.pin[2:] + np.vstack([np.zeros(2), np.cumsum(step.T, axis=0)])
+    turn = state.wheel_angle[SPROCKET] + seconds * state.wheel_rate[SPROCKET]
+    x, y = pins[arc + 1] - [wheels.x[SPROCKET], wheels.y[SPROCKET]]
+    k = groove_index(tooth.teeth, np.cos(turn) * x + np.sin(turn) * y, np.cos(turn) * y - np.sin(turn) * x)
+    turn += (2 * k - 1) * np.pi / tooth.teeth - np.pi / 2
+    area, depth, _, _, radius = find_area(
+        tooth, np.cos(turn) * x + np.sin(turn) * y, np.cos(turn) * y - np.sin(turn) * x
+    )
+    return area, depth, radius
+
+
+def test_penetration_velocity_on_a_tooth_is_the_rate_of_the_depth(driven_loop, place_loads):
+    """Central difference of the depth against the velocity that the damping force and its memory show."""
+    model, state, work = driven_loop(None)
+    law = model.tooth.law._replace(speed_floor=1e-12, loss=0.25)
+    model = model._replace(tooth=model.tooth._replace(law=law))
+    state.rate[:] += np.random.default_rng(1).normal(0.0, 1.0, len(state.rate))
+    start = state.wheel_angle[SPROCKET]
+    h = 1e-6
+    seen = dict.fromkeys(range(1, 11), 0)
+    # other angles of the sprocket bring other areas into contact
+    for offset in np.linspace(0.0, 2 * np.pi / model.tooth.teeth, 12, endpoint=False):
+        state.wheel_angle[SPROCKET] = start + offset
+        state.tooth_impact[:] = 0.0
+        place_loads(model, state, work)
+        for arc in range(len(work.tooth_force)):
+            area, depth, radius = depth_after(model, state, arc, 0.0)
+            assert area == work.tooth_area[arc]  # Eq. 18 saves time and loses no contact
+            if area == 0 or work.tooth_force[arc] == 0.0:
+                continue
+            before, after = depth_after(model, state, arc, -h), depth_after(model, state, arc, h)
+            if not before[0] == area == after[0]:
+                continue  # at a joint of two areas the difference would be one across it
+            # a contact that begins now stores its velocity, and its bracket is 1 + loss or 1 - loss
+            sign = np.sign(work.tooth_force[arc] / elastic_force(law.stiffness, depth, radius) - 1)
+            rate = (after[1] - before[1]) / (2 * h)
+            # rounding of the depth, 1e-16 m / 2e-6 s, and the third derivative of the path times 1e-12 s2
+            assert sign * state.tooth_impact[arc] == pytest.approx(rate, abs=3e-9 + 1e-8 * abs(rate))
+            seen[area] += abs(rate) > 1e-6
+    # convex (Eq. 30) and concave (Eq. 34), left and right
+    assert all(any(seen[area] for area in kind) for kind in ((1, 4), (2, 3, 5), (7, 10), (6, 8, 9))), seen
+
+
+# --- Eq. 40 -----------------------------------------------------------------------------------------------
+
+
+def test_sensor_shows_gravity_at_rest_and_nothing_in_free_fall():
+    angle = np.linspace(-3.0, 3.0, 13)
+    rest = specific_force(np.zeros((13, 2)), angle)
+    # upward vector of 1 g in the axes of a link turned counter-clockwise
+    turn = np.exp(-1j * angle)  # inertial to link components, as complex numbers
+    np.testing.assert_allclose(rest[:, 0] + 1j * rest[:, 1], turn * 9.81j, rtol=0, atol=1e-14)
+    falling = turn * -9.81j
+    fall = specific_force(np.column_stack([falling.real, falling.imag]), angle)
+    np.testing.assert_allclose(fall, 0.0, rtol=0, atol=1e-14)

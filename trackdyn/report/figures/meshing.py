@@ -1,0 +1,201 @@
+"""Figures 19 and 21: contact forces and areas of one connector on its way around the sprocket."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from trackdyn.errors import InputError
+from trackdyn.measure.meshing import passages, spells, timing
+from trackdyn.recording import Recording
+from trackdyn.report import printed
+from trackdyn.report.style import BLUE, GREEN, PRINTED, VERMILION, new_figure, styled
+
+LOOKS = {
+    "left": {"color": BLUE, "linestyle": "-", "marker": "o"},
+    "right": {"color": VERMILION, "linestyle": (0, (5, 1.5)), "marker": "s"},
+    "ring": {"color": GREEN, "linestyle": (0, (6, 1.5, 1, 1.5)), "marker": "^"},
+}
+NAMES = {"left": "left arc", "right": "right arc", "ring": "link ahead on the ring"}
+BEFORE, AFTER = 0.05, 0.05  # shown before the first and after the last contact, turns
+NEAR = 0.012  # printed events closer than this share one label, turns
+
+
+@dataclass(frozen=True)
+class Selected:
+    """The passage that is shown.
+
+    Attributes
+    ----------
+    connector : int
+        1-based.
+    groove : int
+        Its groove, 1 to m.
+    number : int
+        Of the passage in the record.
+    first, last : float
+        First and last contact, s since the beginning of the record.
+    turn : float
+        Time of a sprocket turn, s.
+    sides : DataFrame
+        Rows of :func:`trackdyn.measure.meshing.passages`, by side.
+    force : (s, 3) array
+        Left arc, right arc, link ahead on the ring, N.
+    area : (s, 2) array
+        Areas of the arcs, 0 without contact.
+    time : (s,) array
+        s since the first contact.
+    """
+
+    connector: int
+    groove: int
+    number: int
+    first: float
+    last: float
+    turn: float
+    sides: pd.DataFrame
+    force: np.ndarray
+    area: np.ndarray
+    time: np.ndarray
+
+
+def select_passage(recording: Recording) -> Selected:
+    """The complete passage nearest to the middle of the record whose contacts are all recorded.
+
+    Raises
+    ------
+    InputError
+        If there is none: the record is too short, or the link ahead of the connector is not recorded.
+    """
+    count = timing(recording).pitches
+    columns = {int(pitch): i for i, pitch in enumerate(recording.pitches)}
+    ring = recording.meta["scene"]["ring_radius"] is not None
+    connectors = [pitch for pitch in columns if not ring or pitch % count + 1 in columns]
+    if not connectors:
+        pitch = int(recording.pitches[0])
+        raise InputError(
+            f"the recording lacks the ring force of link {pitch % count + 1}, which runs ahead of connector "
+            f"{pitch}; simulate with pitches ({pitch}, {pitch % count + 1})"
+        )
+    table = passages(recording)
+    table = table[table["connector"].isin(connectors)]
+    if table.empty:
+        raise InputError(
+            "the record holds no complete passage over the sprocket; simulate two loop revolutions or more"
+        )
+    spans = table.groupby("passage").agg(
+        first=("start_s", "min"), last=("end_s", "max"), connector=("connector", "first")
+    )
+    number = int((spans["first"] + spans["last"] - timing(recording).record).abs().idxmin())
+    first, last, connector = spans.loc[number]
+    own = columns[int(connector)]
+    force = recording.force[:, own].copy()
+    if ring:
+        force[:, 2] = recording.force[:, columns[int(connector) % count + 1], 2]
+    grooves = spells(recording).query("passage == @number and groove > 0")["groove"]
+    # a sample holds the state at the end of its interval
+    time = recording.time + 1 / recording.rate - first
+    return Selected(
+        int(connector),
+        int(grooves.iloc[0]) if len(grooves) else 0,
+        number,
+        float(first),
+        float(last),
+        timing(recording).turn,
+        table[table["passage"] == number].set_index("side"),
+        force,
+        recording.area[:, own],
+        time,
+    )
+
+
+def printed_times(ring: bool, turn: float) -> dict[str, float]:
+    """Printed events after the first printed contact, s; stretched if the sprocket turns at another speed."""
+    times = (printed.EVENTS_WITH_RING if ring else printed.EVENTS_WITHOUT_RING).value
+    first = min(time for event, time in times.items() if "first" in event)
+    scale = turn * 115 / (60 * printed.TRANSMISSION_RATIO.value)
+    return {event: (time - first) * scale for event, time in times.items()}
+
+
+@styled
+def passage_figure(recording: Recording) -> Figure:
+    """Normal forces (a) and areas (b) of one connector over one passage: Figure 19, with a ring Figure 21.
+
+    Thin dashed lines stand where the paper prints its events, counted from its own first contact.
+
+    Parameters
+    ----------
+    recording : Recording
+        Run with logged contacts; with a ring also the pitch ahead of the connector must be recorded.
+
+    Raises
+    ------
+    InputError
+        If the recording does not hold such a passage.
+    """
+    shown = select_passage(recording)
+    scene = recording.meta["scene"]
+    ring = scene["ring_radius"] is not None
+    low, high = -BEFORE * shown.turn, shown.last - shown.first + AFTER * shown.turn
+    inside = (shown.time >= low) & (shown.time <= high)
+    time = shown.time[inside]
+    figure = new_figure(5.4)
+    forces, areas = figure.subplots(2, 1, sharex=True, height_ratios=(1.7, 1.0))
+    for i, side in enumerate(("left", "right", "ring") if ring else ("left", "right")):
+        look, row = LOOKS[side], shown.sides.loc[side]
+        label = NAMES[side] if row["count"] else f"{NAMES[side]} (no contact)"
+        forces.plot(time, shown.force[inside, i], **look | {"marker": ""}, label=label, zorder=3)
+        if row["count"]:
+            forces.plot(
+                row["peak_s"] - shown.first,
+                row["peak_n"],
+                **look | {"linestyle": "none"},
+                markersize=6,
+                zorder=4,
+            )
+        if side != "ring" and row["count"]:
+            area, look = shown.area[inside, i], look | {"linestyle": "none", "markersize": 2.5}
+            areas.plot(time[area > 0], area[area > 0], **look, label=NAMES[side])
+    # entries for what the single marks and the dashed lines mean
+    forces.plot([], [], color="0.3", linestyle="none", marker="D", label="largest of all time steps")
+    forces.plot([], [], **PRINTED, marker="", linewidth=0.6, label="printed event")
+    _mark_printed(forces, areas, printed_times(ring, shown.turn))
+    what = f"ring {scene['ring_radius']:.3f} m" if ring else "no ring"
+    figure.suptitle(
+        f"Connector {shown.connector} in groove {shown.groove}, {what}, {scene['motor_rpm']:g} rpm",
+        x=0.01,
+        ha="left",
+    )
+    forces.text(0.008, 0.97, "(a)", transform=forces.transAxes, va="top")
+    areas.text(0.008, 0.95, "(b)", transform=areas.transAxes, va="top")
+    forces.set_ylabel("normal force (N)")
+    top = forces.get_ylim()[1]
+    forces.set_ylim(-0.02 * top, 1.3 * top)  # room for the legend
+    areas.set_ylabel("area of the groove (1)")
+    areas.set_ylim(0.3, 10.7)
+    areas.set_yticks(range(1, 11))
+    areas.set_xlim(low, high)
+    areas.set_xlabel(f"time since the first contact (s); a turn of the sprocket takes {shown.turn:.3f} s")
+    forces.legend(loc="upper center", ncols=3)
+    if areas.get_legend_handles_labels()[0]:
+        areas.legend(loc="upper center", ncols=2, markerscale=2)
+    return figure
+
+
+def _mark_printed(top: Axes, bottom: Axes, times: dict[str, float]) -> None:
+    """Dashed lines in both axes, their names on a slant above the upper one."""
+    turn = 60 * printed.TRANSMISSION_RATIO.value / 115
+    groups: list[tuple[float, list[str]]] = []
+    for event, time in sorted(times.items(), key=lambda item: item[1]):
+        if groups and time - groups[-1][0] < NEAR * turn:
+            groups[-1][1].append(event)
+        else:
+            groups.append((time, [event]))
+        for ax in (top, bottom):
+            ax.axvline(time, **PRINTED, linewidth=0.6, zorder=2)
+    look = {"rotation": 42, "rotation_mode": "anchor", "ha": "left", "va": "bottom", "fontsize": 7}
+    for time, names in groups:
+        place = {"xycoords": ("data", "axes fraction"), "xytext": (1, 3), "textcoords": "offset points"}
+        top.annotate("\nand ".join(names), (time, 1.0), **place, **look)

@@ -1,0 +1,82 @@
+"""Figures 23 and 24: contact forces and durations against the radius of the ring."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from trackdyn.report import printed
+from trackdyn.report.style import COLOURS, DASHES, MARKERS, PRINTED, new_figure, styled
+
+SIDES = {"left": "left arc", "right": "right arc", "ring": "ring"}
+STATISTICS = {"rms": "RMS", "sd": "SD"}
+
+
+@styled
+def force_figure(study: pd.DataFrame, statistic: str) -> Figure:
+    """RMS (Figure 23 a) or SD (23 b) of the normal forces on an appointed connector and link.
+
+    Parameters
+    ----------
+    study : DataFrame
+        Rows of ``metrics.csv``: every radius at every speed; no radius stands for no ring.
+    statistic : str
+        ``rms`` or ``sd``.
+    """
+    columns = {side: (f"{side}_{statistic}_n", f"{side}_{statistic}_error_n") for side in SIDES}
+    letter = "ab"[list(STATISTICS).index(statistic)]
+    title = f"({letter}) {STATISTICS[statistic]} of the normal force over the run"
+    return _panels(study, columns, f"{STATISTICS[statistic]} (N)", title)[0]
+
+
+@styled
+def duration_figure(study: pd.DataFrame) -> Figure:
+    """Time in contact, in percent of a sprocket turn (Figure 24); parameters as in :func:`force_figure`."""
+    columns = {side: (f"{side}_share_pct", f"{side}_share_error_pct") for side in SIDES}
+    figure, axes, positions = _panels(study, columns, "share of a turn (%)", "Time in contact")
+    left, steady = axes[0], printed.STEADY_LEFT_SHARE.value
+    radii = [radius for radius in positions if radius >= printed.RADIUS_OF_STEADY_LEFT_SHARE.value - 1e-9]
+    if radii:
+        ends = [positions[radii[0]], positions[radii[-1]]]
+        left.plot(
+            ends, [steady] * 2, **PRINTED, marker="", linewidth=1.4, label=f"printed: near {steady:g} %"
+        )
+        left.legend(loc="upper right")
+    return figure
+
+
+def _panels(study, columns, unit: str, title: str) -> tuple[Figure, list[Axes], dict[float, float]]:
+    """A panel for each side with a curve for each speed; positions on the x axis by radius."""
+    radii = sorted(study["ring_radius_m"].dropna().unique())
+    gaps = np.diff(radii)
+    none = (radii[0] if radii else 0.0) - 1.5 * (gaps.min() if len(gaps) else 0.001)
+    positions = {radius: radius for radius in radii}
+    with_none = bool(study["ring_radius_m"].isna().any())
+    speeds = sorted(study["rpm"].unique())
+    # errors of neighbouring speeds shall not hide each other
+    spread = 0.06 * (gaps.min() if len(gaps) else 0.001) * (np.arange(len(speeds)) - 0.5 * (len(speeds) - 1))
+    figure = new_figure(6.4)
+    axes = list(figure.subplots(3, 1, sharex=True))
+    for ax, (side, (value, error)) in zip(axes, columns.items(), strict=True):
+        for i, rpm in enumerate(speeds):
+            rows = study[study["rpm"] == rpm].sort_values("ring_radius_m", na_position="first")
+            place = rows["ring_radius_m"].fillna(none) + spread[i]
+            look = {"color": COLOURS[i % len(COLOURS)], "marker": MARKERS[i % len(MARKERS)], "capsize": 2}
+            bare = rows["ring_radius_m"].isna()
+            for part, dashes, label in (
+                (bare, "none", None),
+                (~bare, DASHES[i % len(DASHES)], f"{rpm:g} rpm"),
+            ):
+                errors = rows.loc[part, error].fillna(0.0)
+                ax.errorbar(place[part], rows.loc[part, value], errors, **look, linestyle=dashes, label=label)
+        if with_none and radii:
+            ax.axvline(0.5 * (none + radii[0]) - 0.25 * (radii[0] - none), color="0.6", linewidth=0.8)
+        ax.set_ylabel(f"{SIDES[side]}\n{unit}")
+        ax.set_ylim(bottom=-0.05 * max(ax.get_ylim()[1], 1e-9))
+    axes[0].legend(loc="upper right", ncols=len(speeds))
+    axes[0].set_title(title)
+    ticks = ([none] if with_none else []) + radii
+    names = (["none"] if with_none else []) + [f"{radius:.3f}" for radius in radii]
+    axes[-1].set_xticks(ticks, names)
+    axes[-1].set_xlabel("radius of the ring (m)")
+    return figure, axes, positions
