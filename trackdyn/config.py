@@ -1,5 +1,6 @@
 """The configuration of the pipeline: which runs, for how long, compared with what."""
 
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -17,7 +18,8 @@ NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 class Records(Section):
     """The records of Sect. 5: one a motor speed, compared with the sensor's."""
 
-    speeds_rpm: Annotated[list[Positive], Field(min_length=1)]
+    # a figure letter, a to h, for every speed
+    speeds_rpm: Annotated[list[Annotated[float, Field(ge=1, lt=1e5)]], Field(min_length=1, max_length=8)]
     ring_radius_m: Positive
     duration_s: Positive
     lead_in_s: NotNegative
@@ -39,7 +41,7 @@ class Meshing(Section):
 class RingStudy(Section):
     """The ring study of Sect. 6.2: every radius and no ring at every speed."""
 
-    speeds_rpm: Annotated[list[Positive], Field(min_length=1)]
+    speeds_rpm: Annotated[list[Annotated[float, Field(ge=1, lt=1e5)]], Field(min_length=1)]
     radii_m: Annotated[list[Positive], Field(min_length=1)]
     without_ring: bool
     loop_turns: Annotated[int, Field(ge=1)]
@@ -67,10 +69,16 @@ class Config(Section):
             ("ring_study.speeds_rpm", self.ring_study.speeds_rpm),
             ("ring_study.radii_m", self.ring_study.radii_m),
         ):
-            for before, after in zip(values, values[1:], strict=False):
+            for before, after in pairwise(values):
                 if after <= before:
                     problem = "stands twice" if after == before else f"comes after {before:g}"
                     raise InputError(f"{where} = {values} is not accepted: {after:g} {problem}; give rising values")
+        try:
+            self.sensor_path(1.0)
+        except (KeyError, IndexError, ValueError, AttributeError):
+            raise InputError(
+                f"sensor_csv = {self.sensor_csv!r} is not accepted: the only field in braces may be {{rpm}}"
+            ) from None
         if "{rpm}" not in self.sensor_csv and len(self.records.speeds_rpm) > 1:
             raise InputError(
                 f"sensor_csv = {self.sensor_csv!r} is not accepted: it names one file for several speeds; "
@@ -93,6 +101,8 @@ class Config(Section):
         runs: dict[str, Scene] = {}
 
         def add(name: str, section: str, **fields):
+            if name in runs:
+                raise InputError(f"{section}: two runs would share the name {name}; give values that differ more")
             try:
                 runs[name] = Scene(rig, **fields)
             except InputError as error:
@@ -135,8 +145,6 @@ class Config(Section):
         for rpm in s.speeds_rpm:
             for radius in ([None] if s.without_ring else []) + list(s.radii_m):
                 name = f"ring/{rpm:g}rpm_{'none' if radius is None else f'{radius:.4g}'}"
-                if name in runs:
-                    raise InputError(f"ring_study.radii_m: {radius} m differs from another radius by less than 0.0001 m")
                 # whole revolutions of the loop, and one more that the first and last passage may lose
                 turn = self.one_turn(rig, rpm)
                 duration = round((s.loop_turns + 1) * turn * rig.sensor.rate) / rig.sensor.rate

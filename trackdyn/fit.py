@@ -117,9 +117,7 @@ def _case(job) -> dict | None:
     turn = Config.one_turn(rig, config.speed_rpm)
     duration = round((config.loop_turns + 1) * turn * rig.sensor.rate) / rig.sensor.rate
     try:
-        scene = Scene(
-            rig, config.speed_rpm, radius, duration=duration, lead_in=config.lead_in_s, step=config.step_s
-        )
+        scene = Scene(rig, config.speed_rpm, radius, duration=duration, lead_in=config.lead_in_s, step=config.step_s)
         return meshing_summary(simulate(scene))
     except TrackdynError:
         return None
@@ -295,9 +293,9 @@ def equal_pitch_readings(rig: Rig, config: FitConfig, printed: float = 0.308, jo
     def arc(polygonal: float) -> float:
         candidate = rig.changed(sprocket__equal_pitch_radius=polygonal)
         c = candidate.chain
-        return equal_pitch_radius(
-            rig.sprocket.teeth, c.link_length, candidate.connector_length, c.link_thickness
-        )["arc"]
+        return equal_pitch_radius(rig.sprocket.teeth, c.link_length, candidate.connector_length, c.link_thickness)[
+            "arc"
+        ]
 
     for_arc = float(brentq(lambda r: arc(r) - printed, printed - 0.01, printed, xtol=1e-7))
     readings = {"fitted": rig.sprocket.equal_pitch_radius, "arc length": for_arc, "polygonal": printed}

@@ -20,8 +20,8 @@ def source_hash(sources=KERNEL_SOURCES) -> str:
     root = Path(__file__).parent
     digest = hashlib.sha256(numba.__version__.encode())
     for name in sources:
-        path = root / name
-        for path in [path] if path.is_file() else sorted(path.rglob("*.py")):
+        place = root / name
+        for path in [place] if place.is_file() else sorted(place.rglob("*.py")):
             digest.update(path.relative_to(root).as_posix().encode())
             digest.update(path.read_bytes())
     return digest.hexdigest()[:16]

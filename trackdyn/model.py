@@ -177,8 +177,8 @@ class Record(NamedTuple):
     Attributes
     ----------
     raw, mean : (s, 3) arrays
-        Acceleration of the sensor in the link frame (m/s2) and the link's angle (rad): at the
-        sample's instant, and averaged over the interval before it.
+        Acceleration of the sensor in the link frame (m/s2) and the link's angle (rad): at the start
+        of the last step of the sample interval, and averaged over the interval.
     gap : (s,) array
         Largest distance between the two pins of the cut joint in the interval, m.
     place : (s, 2) array

@@ -19,10 +19,10 @@ class Recording:
     Attributes
     ----------
     time : (s,) array
-        Time since the start of the record, s.
+        Time since the start of the record, at the end of each sample interval, s.
     raw, mean : (s, 3) arrays
         Acceleration of the sensor's point in the link frame, x and y (m/s2), and the link's angle
-        (rad): at the instant, and the mean over the sample interval that ends there.
+        (rad): at the start of the interval's last step, and the mean over the sample interval.
     gap : (s,) array
         Largest distance of the two pins of the cut joint within the interval, m.
     place : (s, 2) array
@@ -109,5 +109,7 @@ def load_recording(path: Path | str) -> Recording:
     except Exception:
         raise InputError(f"{path}: is not a trackdyn recording; give an npz file made by `trackdyn simulate`") from None
     if meta.get("format") != FORMAT:
-        raise InputError(f"{path}: has recording format {meta.get('format')}, this version reads {FORMAT}; run it again")
+        raise InputError(
+            f"{path}: has recording format {meta.get('format')}, this version reads {FORMAT}; run it again"
+        )
     return Recording(meta=meta, **arrays)

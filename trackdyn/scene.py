@@ -76,11 +76,19 @@ class Scene:
         if self.duration > 36000:
             refuse("duration", self.duration, "at most 36000 s (ten hours) would do")
         if self.lead_in < 0 or self.frame_interval < 0:
-            refuse("lead_in" if self.lead_in < 0 else "frame_interval", min(self.lead_in, self.frame_interval), "0 or more")
+            refuse(
+                "lead_in" if self.lead_in < 0 else "frame_interval", min(self.lead_in, self.frame_interval), "0 or more"
+            )
         if self.ramp <= 0:
             refuse("ramp", self.ramp, "a start-up ramp of more than 0 s would do")
         if self.step <= 0 or abs(sample / self.step - round(sample / self.step)) > 1e-6:
-            refuse("step", self.step, f"a whole fraction of the sample interval {sample} s would do, such as {sample / 20} s")
+            refuse(
+                "step",
+                self.step,
+                f"a whole fraction of the sample interval {sample} s would do, such as {sample / 20} s",
+            )
+        if abs(self.frame_interval / sample - round(self.frame_interval / sample)) > 1e-6:
+            refuse("frame_interval", self.frame_interval, f"a multiple of the sample interval {sample} s would do")
         radius = self.ring_radius
         if radius is not None:
             if isinstance(radius, bool) or not isinstance(radius, (int, float)) or not radius > 0:
@@ -170,7 +178,7 @@ def build_chain(rig: Rig) -> Chain:
 
 
 def build_model(scene: Scene, shift: float = 0.0) -> Model:
-    """The model that a scene requires, the idler shifted by the tensioner (m)."""
+    """The model that a scene requires, the tensioning wheel shifted by ``shift`` (m)."""
     rig = scene.rig
     circles = wheel_circles(rig, shift, surface=True)
     if scene.ring_radius is not None:

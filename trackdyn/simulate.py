@@ -8,13 +8,13 @@ from math import cos, pi, sin
 import numpy as np
 from tqdm import tqdm
 
-from trackdyn.errors import DivergenceError, InputError
 from trackdyn.chain.kinematics import orient, place
 from trackdyn.contact.loads import contact_loads
+from trackdyn.errors import DivergenceError, InputError
 from trackdyn.integrate.semi_implicit import run
 from trackdyn.integrate.spells import SPELL_COLUMNS
-from trackdyn.model import SPROCKET, Model, Record, Spells, State, Work, make_buffers
 from trackdyn.jit import source_hash
+from trackdyn.model import SPROCKET, Model, Record, Spells, State, Work, make_buffers
 from trackdyn.parameters.layout import assemble, belt_path, tensioner, wheel_circles
 from trackdyn.recording import Recording
 from trackdyn.scene import Scene, build_model
@@ -49,7 +49,10 @@ def empty_record(
         np.zeros((frames, n + 3)),
         stride,
         Spells(
-            int(spells > 0), np.zeros((3 * n // 2, len(SPELL_COLUMNS))), np.zeros((spells, len(SPELL_COLUMNS))), np.zeros(1, np.int64)
+            int(spells > 0),
+            np.zeros((3 * n // 2, len(SPELL_COLUMNS))),
+            np.zeros((spells, len(SPELL_COLUMNS))),
+            np.zeros(1, np.int64),
         ),
     )
 
@@ -283,7 +286,7 @@ def simulate(scene: Scene, progress: bool = False) -> Recording:
             bar.update((last - first) / rate)
 
     return Recording(
-        time=np.arange(samples) / rate,
+        time=np.arange(1, samples + 1) / rate,
         raw=record.raw,
         mean=record.mean,
         gap=record.gap,
@@ -297,7 +300,7 @@ def simulate(scene: Scene, progress: bool = False) -> Recording:
         spells=np.vstack(spells),
         begin=float(begin_time),
         frame=record.frame,
-        frame_time=np.arange(frames) * frame_stride / rate,
+        frame_time=(np.arange(frames) * frame_stride + 1) / rate,
         meta={
             "scene": {k: v for k, v in scene.describe().items() if k != "rig"},
             "rig": rig.model_dump(),

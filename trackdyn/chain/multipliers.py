@@ -130,9 +130,7 @@ def accelerations(
         mass_matrix[3 * i + 2, 3 * o + 2] -= implicit_damping
 
     zero = np.zeros((len(gamma), len(gamma)), dtype=np.longdouble)
-    solution = _solve_symmetric(
-        np.block([[mass_matrix, jacobian.T], [jacobian, zero]]), np.concatenate([load, gamma])
-    )
+    solution = _solve_symmetric(np.block([[mass_matrix, jacobian.T], [jacobian, zero]]), np.concatenate([load, gamma]))
 
     motion = solution[: 3 * n].reshape(n, 3)
     pin = _pin_jacobian(to_input[0]) @ motion[0] - rate[0] ** 2 * to_input[0]

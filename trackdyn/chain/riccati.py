@@ -57,7 +57,13 @@ class SweepWork(NamedTuple):
 def make_work(n: int) -> SweepWork:
     """Allocate the arrays of a sweep over ``n`` bodies."""
     return SweepWork(
-        np.zeros((n, 8)), np.zeros((n, 4)), np.zeros((3, 4)), np.zeros((2, 4)), np.zeros((2, 4)), np.zeros((3, 3)), np.zeros(4)
+        np.zeros((n, 8)),
+        np.zeros((n, 4)),
+        np.zeros((3, 4)),
+        np.zeros((2, 4)),
+        np.zeros((2, 4)),
+        np.zeros((3, 3)),
+        np.zeros(4),
     )
 
 

@@ -125,7 +125,7 @@ def wheel_loads(chain: Chain, wheels: Wheels, state: State, work: Work):
             my = 0.5 * (ay + by) - cy
             depth = 0.0
             if mx * mx + my * my < (reach + 0.5 * chain.length[body]) ** 2:
-                fraction, qx, qy, distance = foot(ax, ay, bx, by, cx, cy)
+                _, qx, qy, distance = foot(ax, ay, bx, by, cx, cy)
                 depth = reach - distance
             if depth <= 0.0:
                 work.wheel_force[link, wheel] = 0.0

@@ -23,7 +23,6 @@ from trackdyn.model import BEARING, SPROCKET, Drive, Model, Record, State, Work
 RATE_LIMIT = 1000.0
 # rotation in one step up to which cosine and sine are updated by their series, rad
 TURN_LIMIT = 0.02
-SPROCKET = 0
 
 
 @kernel

@@ -96,7 +96,9 @@ def lines_below_printed_experiment(e: Evidence):
     """The simulated main frequency is below the printed experimental one at every speed."""
     printed = {115.0: 0.131, 150.0: 0.176, 180.0: 0.2090, 210.0: 0.253}
     rows = e.records()
-    return all(hz < printed[rpm] for rpm, hz in zip(rows["rpm"], rows["line_hz_binfree"], strict=True) if rpm in printed)
+    return all(
+        hz < printed[rpm] for rpm, hz in zip(rows["rpm"], rows["line_hz_binfree"], strict=True) if rpm in printed
+    )
 
 
 @measure
@@ -142,7 +144,9 @@ def left_contact_ratio(e: Evidence):
 def ring_over_arcs(e: Evidence):
     """Mean ring force over the mean force of both arcs, over the run."""
     a = e.meshing("ring")
-    mean = {side: np.sqrt(max(a[f"{side}_rms_n"] ** 2 - a[f"{side}_sd_n"] ** 2, 0.0)) for side in ("left", "right", "ring")}
+    mean = {
+        side: np.sqrt(max(a[f"{side}_rms_n"] ** 2 - a[f"{side}_sd_n"] ** 2, 0.0)) for side in ("left", "right", "ring")
+    }
     return float(mean["ring"] / (mean["left"] + mean["right"]))
 
 
@@ -163,7 +167,9 @@ def ring_force_rises_with_radius(e: Evidence):
 @measure
 def right_share_from_0305(e: Evidence):
     """Largest share of right-arc contact for radii of 0.305 m and more at any speed, % of a turn."""
-    return float(max(s[s["ring_radius_m"] >= 0.305 - 1e-9]["right_share_pct"].max() for s in map(e.study, e.study_speeds())))
+    return float(
+        max(s[s["ring_radius_m"] >= 0.305 - 1e-9]["right_share_pct"].max() for s in map(e.study, e.study_speeds()))
+    )
 
 
 @measure

@@ -208,7 +208,8 @@ class Rig(Section):
         """E* of a surface against steel by Eq. (9), Pa."""
         steel = self.steel
         return 1 / (
-            (1 - surface.poisson_ratio**2) / surface.youngs_modulus + (1 - steel.poisson_ratio**2) / steel.youngs_modulus
+            (1 - surface.poisson_ratio**2) / surface.youngs_modulus
+            + (1 - steel.poisson_ratio**2) / steel.youngs_modulus
         )
 
     def changed(self, **changes: float) -> "Rig":
@@ -263,5 +264,3 @@ def parameter_table(path: Path | str) -> pd.DataFrame:
     rows.append(dict(name="connector length", value=rig.connector_length, unit="m", kind="derived", source=derived))
     rows.append(dict(name="pin circle", value=rig.pin_circle, unit="m", kind="derived", source=derived))
     return pd.DataFrame(rows)
-
-

@@ -50,9 +50,7 @@ class Claim(Section):
                 f"claim {self.id}: measure = {self.measure!r} is unknown; known are {', '.join(sorted(MEASURES))}"
             )
         if self.rule == "equal" and self.tolerance is None:
-            raise InputError(
-                f"claim {self.id}: tolerance is missing; the rule equal needs one, with its reason"
-            )
+            raise InputError(f"claim {self.id}: tolerance is missing; the rule equal needs one, with its reason")
         return self
 
 

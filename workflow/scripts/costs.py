@@ -16,6 +16,9 @@ with logged(snakemake):
         rows.append({"rule": kind, "wall_s": row["s"], "cpu_s": row["cpu_time"], "memory_mb": row["max_rss"]})
     table = pd.DataFrame(rows).apply(lambda c: pd.to_numeric(c, errors="coerce") if c.name != "rule" else c)
     table = table.groupby("rule").agg(
-        jobs=("wall_s", "size"), wall_s=("wall_s", "sum"), cpu_s=("cpu_s", "sum"), largest_memory_mb=("memory_mb", "max")
+        jobs=("wall_s", "size"),
+        wall_s=("wall_s", "sum"),
+        cpu_s=("cpu_s", "sum"),
+        largest_memory_mb=("memory_mb", "max"),
     )
     write_table(table.reset_index(), snakemake.output.csv, "What each rule cost, from the workflow's benchmark files.")

@@ -10,9 +10,7 @@ from trackdyn.measure.metrics import run_metrics
 
 with logged(snakemake):
     rows = []
-    for run, path, cost in zip(
-        snakemake.params.runs, snakemake.input.recordings, snakemake.input.costs, strict=True
-    ):
+    for run, path, cost in zip(snakemake.params.runs, snakemake.input.recordings, snakemake.input.costs, strict=True):
         wall = json.loads(Path(cost).read_text())["wall_s"]
         rows.append(run_metrics(run, replace(load_recording(path), wall=wall)))
         print(rows[-1])

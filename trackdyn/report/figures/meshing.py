@@ -11,11 +11,11 @@ from trackdyn.errors import InputError
 from trackdyn.measure.meshing import passages, spells, timing
 from trackdyn.recording import Recording
 from trackdyn.report import printed
-from trackdyn.report.style import BLUE, GREEN, PRINTED, VERMILION, new_figure, styled
+from trackdyn.report.style import BLUE, GREEN, PRINTED, PURPLE, new_figure, styled
 
 LOOKS = {
     "left": {"color": BLUE, "linestyle": "-", "marker": "o"},
-    "right": {"color": VERMILION, "linestyle": (0, (5, 1.5)), "marker": "s"},
+    "right": {"color": PURPLE, "linestyle": (0, (5, 1.5)), "marker": "s"},
     "ring": {"color": GREEN, "linestyle": (0, (6, 1.5, 1, 1.5)), "marker": "^"},
 }
 NAMES = {"left": "left arc", "right": "right arc", "ring": "link ahead on the ring"}
@@ -163,11 +163,11 @@ def passage_figure(recording: Recording) -> Figure:
     forces.plot([], [], **PRINTED, marker="", linewidth=0.6, label="printed event")
     _mark_printed(forces, areas, printed_times(ring, shown.turn))
     what = f"ring {scene['ring_radius']:.3f} m" if ring else "no ring"
-    figure.suptitle(
-        f"Connector {shown.connector} in groove {shown.groove}, {what}, {scene['motor_rpm']:g} rpm",
-        x=0.01,
-        ha="left",
+    text = (
+        f"Connector {shown.connector} in groove {shown.groove}, {what}, {scene['motor_rpm']:g} rpm; "
+        f"a turn of the sprocket takes {shown.turn:.3f} s"
     )
+    figure.suptitle(text, x=0.01, ha="left")
     forces.text(0.008, 0.97, "(a)", transform=forces.transAxes, va="top")
     areas.text(0.008, 0.95, "(b)", transform=areas.transAxes, va="top")
     forces.set_ylabel("normal force (N)")
@@ -177,7 +177,7 @@ def passage_figure(recording: Recording) -> Figure:
     areas.set_ylim(0.3, 10.7)
     areas.set_yticks(range(1, 11))
     areas.set_xlim(low, high)
-    areas.set_xlabel(f"time since the first contact (s); a turn of the sprocket takes {shown.turn:.3f} s")
+    areas.set_xlabel("time since the first contact (s)")
     forces.legend(loc="upper center", ncols=3)
     if areas.get_legend_handles_labels()[0]:
         areas.legend(loc="upper center", ncols=2, markerscale=2)

@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyArrowPatch
+from matplotlib.patheffects import withStroke
 
 from trackdyn.errors import InputError
 from trackdyn.measure.meshing import events
@@ -11,7 +12,7 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.recording import Recording
 from trackdyn.report.drawing import Z_MARK, chain_points, draw_chain, draw_sprocket, groove_points, placed
 from trackdyn.report.figures.meshing import LOOKS, Selected, printed_times, select_passage
-from trackdyn.report.style import BLACK, VERMILION, new_figure, styled
+from trackdyn.report.style import VERMILION, new_figure, styled
 
 HALF = 0.115  # of the side of a panel, m
 LONGEST_ARROW = 0.07  # of the largest force in the figure, m
@@ -65,7 +66,9 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
     for title, event, place in WITHOUT_RING if ring is None else WITH_RING:
         time = printed[place] if event is None else measured[event]
         if np.isfinite(time):
-            panels.append((title, time, printed[place], _frame_at(recording, shown, time)))
+            side, _, what = title.partition(" ")
+            peak = f", {shown.sides.loc[side, 'peak_n']:.0f} N" if what == "maximum" else ""
+            panels.append((title + peak, time, printed[place], _frame_at(recording, shown, time)))
     largest = max(shown.force[_sample(recording, frame)].max() for *_, frame in panels)
     figure = new_figure(5.6)
     axes = figure.subplots(2, 3).ravel()
@@ -74,12 +77,15 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
         ax.set_label(letter)
     for ax, (title, time, place, frame) in zip(axes, panels, strict=False):
         _draw_panel(ax, rig, recording, shown, frame, LONGEST_ARROW / max(largest, 1.0))
-        ax.set_title(f"({ax.get_label()}) {title}\n{time:.3f} s (printed {place:.2f} s)")
+        text = f"({ax.get_label()}) {title}\n{time:.3f} s (printed {place:.2f} s)"
+        ax.set_title(text.replace("-", "\N{MINUS SIGN}"))
     what = "no ring" if ring is None else f"ring {ring:.3f} m"
     rpm = recording.meta["scene"]["motor_rpm"]
-    figure.suptitle(
-        f"Connector {shown.connector}, {what}, {rpm:g} rpm; times since the first contact", x=0.01, ha="left"
+    text = (
+        f"Connector {shown.connector}, {what}, {rpm:g} rpm; times since the first contact.\n"
+        f"Panels are {2 * HALF:.2f} m wide, the first recorded after the event; arrows: forces at that instant."
     )
+    figure.suptitle(text, x=0.01, ha="left", fontsize=9)
     return figure
 
 
@@ -101,7 +107,9 @@ def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, index
     if ring is not None:
         bodies.append(2 * shown.connector % (2 * rig.chain.pitches))
     middle = 0.5 * (pins[bodies[0]] + pins[bodies[0] + 1])
-    inset = ax.inset_axes((0.72, 0.72, 0.28, 0.28), zorder=Z_MARK + 2)
+    # the small picture stands in the corner away from the sprocket
+    right, up = middle > [rig.sprocket.x, rig.sprocket.y]
+    inset = ax.inset_axes((0.72 * right, 0.72 * up, 0.28, 0.28), zorder=Z_MARK + 2)
     for area, groove in ((ax, shown.groove), (inset, None)):
         draw_sprocket(area, rig, sprocket_angle, ring, groove)
         draw_chain(area, rig, frame, highlight=bodies)
@@ -112,12 +120,6 @@ def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, index
     ax.grid(False)
     ax.set_xlim(middle[0] - HALF, middle[0] + HALF)
     ax.set_ylim(middle[1] - HALF, middle[1] + HALF)
-    ax.plot(
-        [middle[0] - 0.9 * HALF, middle[0] - 0.9 * HALF + 0.05],
-        [middle[1] - 0.9 * HALF] * 2,
-        color=BLACK,
-        linewidth=2,
-    )
     _draw_forces(ax, rig, recording, shown, index, bodies, scale)
     centre, reach = np.array([rig.sprocket.x, rig.sprocket.y]), 1.35 * rig.groove_profile.addendum
     inset.grid(False)
@@ -187,7 +189,8 @@ def _arrow(ax: Axes, point, normal, force: float, scale: float, side: str) -> No
     end = point + force * scale * normal
     colour = LOOKS[side]["color"]
     look = {"arrowstyle": "-|>", "mutation_scale": 9, "shrinkA": 0, "shrinkB": 0, "linewidth": 1.6}
-    ax.add_patch(FancyArrowPatch(point, end, color=colour, **look, zorder=Z_MARK + 1))
+    outline = [withStroke(linewidth=3, foreground="white")]
+    ax.add_patch(FancyArrowPatch(point, end, color=colour, **look, zorder=Z_MARK + 1, path_effects=outline))
     ax.plot(*point, marker="o", markersize=3, color=colour, zorder=Z_MARK + 1)
     box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.6}
     place = end + 0.012 * np.asarray(normal)
