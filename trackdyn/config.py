@@ -136,6 +136,8 @@ class Config(Section):
                 duration=m.duration_s,
                 step=m.step_s,
                 frame_interval=m.frame_interval_s,
+                # the sensor's pitch and the one whose link runs ahead of its connector
+                pitches=(rig.sensor.pitch, rig.sensor.pitch % rig.chain.pitches + 1),
             )
             if m.duration_s * runs[name].loop_frequency < 2:
                 raise InputError(

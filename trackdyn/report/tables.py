@@ -1,7 +1,7 @@
 """Tables of the report: what each holds, and writing it as CSV and Markdown."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -168,4 +168,27 @@ def lines_table(
                     "line_printed_g": paper_g.value.get(rpm, float("nan")),
                 }
             )
+    return pd.DataFrame(rows)
+
+
+def table4(metrics: pd.DataFrame, speeds: Iterable[float]) -> pd.DataFrame:
+    """RMS and SD with three tooth surfaces beside the ten arcs: Table 4 without the lost comparison.
+
+    Parameters
+    ----------
+    metrics : DataFrame
+        ``metrics.csv`` with the runs ``115rpm`` and ``coarse/115rpm`` of every speed.
+    speeds : iterable of float
+        Motor speeds, rev/min.
+    """
+    rows = []
+    table = metrics.set_index("run")
+    for rpm in speeds:
+        fine, coarse = table.loc[f"{rpm:g}rpm"], table.loc[f"coarse/{rpm:g}rpm"]
+        row = {"rpm": rpm}
+        for name in ("rms_g", "sd_g", "left_rms_n"):
+            row[f"{name}_ten_arcs"] = fine[name]
+            row[f"{name}_three_surfaces"] = coarse[name]
+            row[f"{name}_difference_pct"] = 100 * (coarse[name] / fine[name] - 1) if fine[name] else float("nan")
+        rows.append(row)
     return pd.DataFrame(rows)

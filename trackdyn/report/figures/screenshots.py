@@ -83,7 +83,7 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
     rpm = recording.meta["scene"]["motor_rpm"]
     text = (
         f"Connector {shown.connector}, {what}, {rpm:g} rpm; times since the first contact.\n"
-        f"Panels are {2 * HALF:.2f} m wide, the first recorded after the event; arrows: forces at that instant."
+        f"Panels are {2 * HALF:.2f} m wide, first recorded after the event; arrows: forces at that instant."
     )
     figure.suptitle(text, x=0.01, ha="left", fontsize=9)
     return figure
@@ -193,7 +193,8 @@ def _arrow(ax: Axes, point, normal, force: float, scale: float, side: str) -> No
     ax.add_patch(FancyArrowPatch(point, end, color=colour, **look, zorder=Z_MARK + 1, path_effects=outline))
     ax.plot(*point, marker="o", markersize=3, color=colour, zorder=Z_MARK + 1)
     box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.6}
-    place = end + 0.012 * np.asarray(normal)
+    low, high = np.transpose([ax.get_xlim(), ax.get_ylim()])
+    place = np.clip(end + 0.012 * np.asarray(normal), low + 0.018, high - 0.018)
     ax.text(
         *place,
         f"{force:.0f} N",
