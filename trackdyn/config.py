@@ -48,6 +48,13 @@ class RingStudy(Section):
     step_s: Positive
 
 
+class Sensitivity(Section):
+    """Which cases of ``config/fit.yaml`` the sensitivity is taken in; no radii: all of them."""
+
+    radii_m: list[Positive]
+    without_ring: bool
+
+
 class Config(Section):
     """Everything in ``config/config.yaml``.
 
@@ -61,6 +68,7 @@ class Config(Section):
     records: Records
     meshing: Meshing
     ring_study: RingStudy
+    sensitivity: Sensitivity
 
     @model_validator(mode="after")
     def _consistent(self):

@@ -97,6 +97,20 @@ class FitConfig(Section):
                 raise InputError(f"parameters: {parameter.names[0]} has low >= high; give a range")
         return self
 
+    def restricted(self, radii: list[float], without_ring: bool) -> "FitConfig":
+        """The same with the targets of some ring radii only; no radii: all of them."""
+        if not radii:
+            return self
+        kept = [
+            t
+            for t in self.targets
+            if (without_ring if t.ring_radius_m is None else t.ring_radius_m in radii)
+            and (t.relative_to is None or t.relative_to in radii)
+        ]
+        if not kept:
+            raise InputError(f"sensitivity.radii_m = {radii} is not accepted: no target of the fit has such a radius")
+        return self.model_copy(update={"targets": kept})
+
     def cases(self) -> list[float | None]:
         """Ring radii that the targets need, None for no ring."""
         radii = {t.ring_radius_m for t in self.targets} | {t.relative_to for t in self.targets if t.relative_to}

@@ -15,7 +15,7 @@ from trackdyn.integrate.semi_implicit import run
 from trackdyn.integrate.spells import SPELL_COLUMNS
 from trackdyn.jit import source_hash
 from trackdyn.model import SPROCKET, Model, Record, Spells, State, Work, make_buffers
-from trackdyn.parameters.layout import assemble, belt_path, tensioner, wheel_circles
+from trackdyn.parameters.layout import assemble, belt_around, tensioner, wheel_circles
 from trackdyn.recording import Recording
 from trackdyn.scene import Scene, build_model
 
@@ -97,12 +97,13 @@ class _Settling:
         self.wheel = tensioner(rig)
         self.target = rig.tension.pre_tension
         # a strand of span l and weight w a metre shortens its chord by w^2 l^3 / (24 T^2)
-        path = belt_path(wheel_circles(rig, self.shift))
+        path, order = belt_around(rig, self.shift)
         chain = self.model.chain
         weight = chain.gravity * (chain.mass[0] + chain.mass[1]) / (chain.length[0] + chain.length[1])
         spans = np.diff(path.start)[1::2]
         self.sag = weight**2 * float((spans**3).sum()) / 24
-        enter, leave = path.heading[self.wheel - 1], path.heading[self.wheel]
+        here = order.index(self.wheel)
+        enter, leave = path.heading[here - 1], path.heading[here]
         d = rig.tension.direction * pi / 180
         self.lever = cos(d) * (cos(enter) - cos(leave)) + sin(d) * (sin(enter) - sin(leave))
         if abs(self.lever) < 0.05:

@@ -206,26 +206,20 @@ def _check_header(path, line, number, body):
     found = line.split(",")
     if all(_NUMBER.fullmatch(name.strip()) for name in found):
         raise InputError(
-            f"{path}: line {number} holds numbers ({_show(line)}) where the header must be; "
-            f"put '{HEADER}' above them."
+            f"{path}: line {number} holds numbers ({_show(line)}) where the header must be; put '{HEADER}' above them."
         )
     missing = [name for name in COLUMNS if name not in found]
     extra = [name for name in found if name not in COLUMNS]
     for name in extra:
         near = difflib.get_close_matches(name.strip().lower(), missing, n=1, cutoff=0.5)
         if near:
-            raise InputError(
-                f"{path}: column {_show(name)} in line {number} is misspelt; rename it to '{near[0]}'."
-            )
+            raise InputError(f"{path}: column {_show(name)} in line {number} is misspelt; rename it to '{near[0]}'.")
     if missing:
         raise InputError(
-            f"{path}: column '{missing[0]}' is missing in line {number} ({_show(line)}); "
-            f"the header must be '{HEADER}'."
+            f"{path}: column '{missing[0]}' is missing in line {number} ({_show(line)}); the header must be '{HEADER}'."
         )
     if extra:
-        raise InputError(
-            f"{path}: column {_show(extra[0])} in line {number} is not one of '{HEADER}'; remove it."
-        )
+        raise InputError(f"{path}: column {_show(extra[0])} in line {number} is not one of '{HEADER}'; remove it.")
     raise InputError(
         f"{path}: the columns in line {number} ({_show(line)}) are repeated or out of order; "
         f"arrange them as '{HEADER}'."
@@ -239,9 +233,7 @@ def _parse_fast(body):
         data += b"\n"
     rows = data.count(b"\n")
     try:
-        table = pd.read_csv(
-            io.BytesIO(data), header=None, dtype=np.float64, quoting=csv.QUOTE_NONE
-        ).to_numpy()
+        table = pd.read_csv(io.BytesIO(data), header=None, dtype=np.float64, quoting=csv.QUOTE_NONE).to_numpy()
     except (ValueError, pd.errors.ParserError):
         return None
     # Pandas fills short rows with NaN, drops empty ones and takes the number of columns from the first row.
@@ -288,8 +280,7 @@ def _refuse_row(path, line, fields, number, last):
         raise InputError(f"{where} has {len(fields)} fields, more than the 4 of {HEADER}; {hint}.")
     what = "the last line is truncated" if last else "the line is incomplete"
     raise InputError(
-        f"{where} has {len(fields)} of 4 fields and ends before {COLUMNS[len(fields)]}, {what}; "
-        "complete or remove it."
+        f"{where} has {len(fields)} of 4 fields and ends before {COLUMNS[len(fields)]}, {what}; complete or remove it."
     )
 
 

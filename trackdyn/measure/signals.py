@@ -114,8 +114,7 @@ def main_line_binfree(a, rate_hz: float, expected_hz: float | None = None) -> tu
     bin_hz = rate_hz / a.size
     if centre < 2.0 * bin_hz:
         raise InputError(
-            f"the record of {a.size / rate_hz:g} s holds fewer than two periods of {centre:g} Hz: "
-            "give a longer record."
+            f"the record of {a.size / rate_hz:g} s holds fewer than two periods of {centre:g} Hz: give a longer record."
         )
     half_width = max(bin_hz, 0.05 * centre if expected_hz is not None else 0.0)
     highest = centre + half_width
@@ -161,8 +160,7 @@ def high_frequency_rms(a, rate_hz: float, above_hz: float = 20.0) -> float:
     freq, amplitude = spectrum(a, rate_hz)
     if not 0.0 <= above_hz <= 0.5 * rate_hz:
         raise InputError(
-            f"above_hz is {above_hz:g} Hz: choose a corner between 0 and half the sampling rate, "
-            f"{0.5 * rate_hz:g} Hz."
+            f"above_hz is {above_hz:g} Hz: choose a corner between 0 and half the sampling rate, {0.5 * rate_hz:g} Hz."
         )
     # A sine of amplitude A carries A^2/2; the mean and the Nyquist line carry A^2.
     power = 0.5 * amplitude**2
@@ -185,9 +183,7 @@ def picket_fence(freq_hz: float, rate_hz: float, n: int) -> tuple[float, float]:
     return float(position), float(np.abs(np.sinc(position - np.rint(position))))
 
 
-def uncertainty(
-    a, rate_hz: float, period_s: float, statistic: Callable[[np.ndarray], float]
-) -> tuple[float, float]:
+def uncertainty(a, rate_hz: float, period_s: float, statistic: Callable[[np.ndarray], float]) -> tuple[float, float]:
     """A statistic of the whole record and its standard error from whole periods (loop revolutions).
 
     Parameters

@@ -56,8 +56,10 @@ class BeltPath:
         return np.array([x - r * sin(t), y + r * cos(t)]), t, 1.0 / r
 
 
-def belt_path(circles) -> BeltPath:
+def belt_path(circles, names=None) -> BeltPath:
     """Belt around circles ``(x, y, radius)`` in clockwise order, starting where it meets the first.
+
+    ``names`` are what a refusal calls them.
 
     Raises
     ------
@@ -66,6 +68,7 @@ def belt_path(circles) -> BeltPath:
     """
     circles = np.asarray(circles, dtype=float)
     count = len(circles)
+    names = names or [str(i + 1) for i in range(count)]
     heading, run = np.zeros(count), np.zeros(count)
     for i in range(count):
         j = (i + 1) % count
@@ -74,7 +77,7 @@ def belt_path(circles) -> BeltPath:
         difference = circles[i, 2] - circles[j, 2]
         if distance <= circles[i, 2] + circles[j, 2]:
             raise InputError(
-                f"wheels {_wheel_name(i)} and {_wheel_name(j)} are {distance:.4g} m apart and overlap with the chain on "
+                f"wheels {names[i]} and {names[j]} are {distance:.4g} m apart and overlap with the chain on "
                 f"them; more than {circles[i, 2] + circles[j, 2]:.4g} m would do"
             )
         heading[i] = atan2(dy, dx) - asin(difference / distance)
@@ -83,15 +86,11 @@ def belt_path(circles) -> BeltPath:
     if abs(wrap.sum() - 2 * pi) > 1e-9:
         worst = int(np.argmax(wrap))
         raise InputError(
-            f"wheel {_wheel_name(worst)} at ({circles[worst, 0]:.4g}, {circles[worst, 1]:.4g}) m would not touch the "
+            f"wheel {names[worst]} at ({circles[worst, 0]:.4g}, {circles[worst, 1]:.4g}) m would not touch the "
             "loop; the wheels must stand in clockwise order on a convex path"
         )
     pieces = np.column_stack([wrap * circles[:, 2], run]).ravel()
     return BeltPath(circles, heading, np.concatenate([[0.0], np.cumsum(pieces)]), wrap)
-
-
-def _wheel_name(index: int) -> str:
-    return WHEEL_NAMES[index] if index < len(WHEEL_NAMES) else str(index + 1)
 
 
 def wheel_circles(rig: Rig, shift: float = 0.0, surface: bool = False) -> np.ndarray:
@@ -106,6 +105,20 @@ def wheel_circles(rig: Rig, shift: float = 0.0, surface: bool = False) -> np.nda
     if not surface:
         circles[:, 2] = np.hypot(circles[:, 2] + rig.chain.link_thickness / 2, rig.chain.link_length / 2)
     return circles
+
+
+def run_order(circles: np.ndarray) -> list[int]:
+    """Wheels in the order in which the clockwise chain meets them, the sprocket first."""
+    away = circles[:, :2] - circles[:, :2].mean(axis=0)
+    clockwise = -np.arctan2(away[:, 1], away[:, 0])
+    return sorted(range(len(circles)), key=lambda i: float((clockwise[i] - clockwise[0]) % (2 * pi)))
+
+
+def belt_around(rig: Rig, shift: float = 0.0) -> tuple[BeltPath, list[int]]:
+    """Path of the pins around the rig's wheels, and the wheel (index in ``WHEEL_NAMES``) of each circle."""
+    circles = wheel_circles(rig, shift)
+    order = run_order(circles)
+    return belt_path(circles[order], [WHEEL_NAMES[i] for i in order]), order
 
 
 def tensioner(rig: Rig) -> int:
@@ -163,7 +176,7 @@ def assemble(rig: Rig) -> Assembly:
     travel = rig.tension.travel
 
     def slack(shift):
-        path = belt_path(wheel_circles(rig, shift))
+        path, _ = belt_around(rig, shift)
         s = _lay(path, lengths)
         return (s[-1] - s[0]) - path.length
 
@@ -177,7 +190,7 @@ def assemble(rig: Rig) -> Assembly:
             "travel would do"
         )
     shift = brentq(slack, -travel, travel, xtol=1e-13)
-    path = belt_path(wheel_circles(rig, shift))
+    path, _ = belt_around(rig, shift)
     pins = np.array([path.at(s)[0] for s in _lay(path, lengths)])
     step = np.diff(pins, axis=0)
     angle = np.unwrap(np.arctan2(step[:, 1], step[:, 0]))

@@ -16,6 +16,7 @@ rule claims:
     params:
         rpm=CONFIG.meshing.speed_rpm,
         radius=CONFIG.meshing.ring_radius_m,
+        seconds=CONFIG.records.duration_s,
     log:
         f"{R}/logs/claims.log",
     benchmark:
@@ -43,6 +44,9 @@ rule sensitivity:
         readings=f"{R}/tables/equal_pitch.csv",
         readings_md=f"{R}/tables/equal_pitch.md",
         figure=multiext(f"{R}/figures/sensitivity", ".png", ".svg"),
+    params:
+        radii=CONFIG.sensitivity.radii_m,
+        without_ring=CONFIG.sensitivity.without_ring,
     log:
         f"{R}/logs/sensitivity.log",
     benchmark:

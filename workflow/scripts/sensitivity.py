@@ -9,6 +9,7 @@ from trackdyn.report.tables import write_table
 
 with logged(snakemake):
     config = validated(FitConfig, read_yaml(snakemake.input.fit), snakemake.input.fit)
+    config = config.restricted(snakemake.params.radii, snakemake.params.without_ring)
     rig = load_rig(snakemake.input.rig)
     (summaries,) = measure_rigs([rig], config)
     write_table(

@@ -95,8 +95,7 @@ def select_passage(recording: Recording) -> Selected:
     if ring:
         force[:, 2] = recording.force[:, columns[int(connector) % count + 1], 2]
     grooves = spells(recording).query("passage == @number and groove > 0")["groove"]
-    # a sample holds the state at the end of its interval
-    time = recording.time + 1 / recording.rate - first
+    time = recording.time - first
     return Selected(
         int(connector),
         int(grooves.iloc[0]) if len(grooves) else 0,

@@ -92,12 +92,12 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
 def _frame_at(recording: Recording, shown: Selected, time: float) -> int:
     """First configuration at or after a time since the first contact, the last one if none is."""
     # like a sample, a configuration is of the end of its interval
-    frame_time = recording.frame_time + 1 / recording.rate - shown.first
+    frame_time = recording.frame_time - shown.first
     return int(min(np.searchsorted(frame_time, time - 1e-9), len(frame_time) - 1))
 
 
 def _sample(recording: Recording, frame: int) -> int:
-    return round(recording.frame_time[frame] * recording.rate)
+    return round(recording.frame_time[frame] * recording.rate) - 1
 
 
 def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, index: int, scale: float) -> None:
