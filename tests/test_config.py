@@ -170,7 +170,7 @@ def test_radii_must_rise(data):
 
 def test_radii_that_share_a_run_name_are_refused(data):
     put(data, "ring_study.radii_m", [0.3080, 0.30801])
-    assert "ring_study.radii_m: 0.30801 m differs from another radius by less than 0.0001 m" in refusal(data)
+    assert "ring_study: two runs would share the name ring/115rpm_0.308" in refusal(data)
 
 
 @pytest.mark.parametrize(

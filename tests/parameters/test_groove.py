@@ -213,8 +213,8 @@ def test_bad_value_is_refused_with_file_field_and_value(rig_path, tmp_path, fiel
     assert shown in sentence
 
 
-# degrees, as the file has them; slope_tip 88 lets the flanks of a tooth meet below its tip
-@pytest.mark.parametrize(("field", "value"), [("slope_bottom", -5.0), ("slope_seat", -3.0), ("slope_tip", 2.0), ("slope_tip", 88.0)])
+# degrees, as the file has them
+@pytest.mark.parametrize(("field", "value"), [("slope_bottom", -5.0), ("slope_seat", -3.0), ("slope_tip", 2.0), ("slope_tip", 12.0)])
 def test_bad_slope_is_refused_with_file_and_field(rig_path, tmp_path, field, value):
     def change(data):
         data["groove"][field]["value"] = value

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.layout import assemble, belt_path, wheel_circles
+from trackdyn.parameters.layout import assemble, belt_around, belt_path, wheel_circles
 
 TRIANGLE = [(0, 0, 0.3), (2 * 0.5, sqrt(3), 0.3), (2, 0, 0.3)]  # clockwise, sides 2
 UNEQUAL = [(0.0, 0.0, 0.31), (1.1, 0.15, 0.25), (1.7, -0.4, 0.28)]
@@ -35,7 +35,7 @@ def test_three_equal_circles():
 
 @pytest.mark.parametrize("circles", [TRIANGLE, UNEQUAL, "rig"])
 def test_wraps_are_one_turn_and_the_path_is_smooth(rig, circles):
-    path = belt_path(wheel_circles(rig) if circles == "rig" else circles)
+    path = belt_around(rig)[0] if circles == "rig" else belt_path(circles)
     assert path.wrap.sum() == pytest.approx(2 * pi, abs=1e-12)
     step = 1e-7
     for s in [*path.start[:-1], *np.linspace(0.01, path.length, 37)]:
@@ -62,7 +62,7 @@ def test_path_keeps_outside_of_the_circles_and_touches_each(circles):
 
 def test_overlapping_wheels_are_refused():
     with pytest.raises(InputError, match=r"sprocket and idler are 0\.5 m apart") as caught:
-        belt_path([(0, 0, 0.3), (0.5, 0, 0.3), (2, -1, 0.3)])
+        belt_path([(0, 0, 0.3), (0.5, 0, 0.3), (2, -1, 0.3)], ["sprocket", "idler", "road_wheel"])
     assert "\n" not in str(caught.value)
 
 
@@ -106,7 +106,7 @@ def test_loop_runs_clockwise_by_one_turn(loop):
 def test_pins_lie_on_the_path_of_the_shifted_wheels(loop):
     rig, assembly = loop
     circles = wheel_circles(rig, assembly.shift)
-    path = belt_path(circles)
+    path, _ = belt_around(rig, assembly.shift)
     points = np.array([path.at(s)[0] for s in np.linspace(0, path.length, 20001)])
     nearest = [np.hypot(*(points - pin).T).min() for pin in assembly.pins]
     assert max(nearest) < path.length / 20001  # as fine as the sampling of the path

@@ -227,7 +227,7 @@ def test_table1_is_symmetric():
     for column, sign in {"O_x_mm": -1, "O_y_mm": 1, "r_mm": 1, "u_x": -1, "u_y": 1, "theta_deg": 1}.items():
         np.testing.assert_allclose(left[column], sign * right[column].to_numpy(), atol=1e-12)
     np.testing.assert_allclose(np.hypot(table["u_x"], table["u_y"]), 1)
-    assert table.loc[1, "r_mm"] == pytest.approx(58.6)
+    assert table.loc[1, "r_mm"] == pytest.approx(1000 * RIG.groove.r2)
     assert 0 < table["theta_deg"].min() < table["theta_deg"].max() < 90
 
 

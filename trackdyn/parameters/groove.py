@@ -184,7 +184,7 @@ def coarse_groove(groove: Groove) -> Groove:
     """
     joints = groove.joints()
     left = _arc_through(joints[0], groove.arc(2, 3)[1], joints[2])
-    seat = _arc_through(joints[2], np.array([0.0, hypot(*joints[2])]), joints[6])
+    seat = np.zeros(2), hypot(*joints[2]), np.array([0.0, 1.0]), atan2(-joints[2][0], joints[2][1])
     mirror = np.array([-1.0, 1.0])
     arcs = [left, seat, (left[0] * mirror, left[1], left[2] * mirror, left[3])]
     centre, radius, direction, half_angle = (np.array(item) for item in zip(*arcs, strict=True))
