@@ -15,7 +15,7 @@ from scipy.optimize import brentq, least_squares
 
 from trackdyn.config import Config
 from trackdyn.errors import InputError, TrackdynError
-from trackdyn.measure.meshing import meshing_summary
+from trackdyn.measure.meshing import mean_events, meshing_summary, smoothed_maxima
 from trackdyn.parameters.groove import equal_pitch_radius
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import Section
@@ -323,3 +323,36 @@ def equal_pitch_readings(rig: Rig, config: FitConfig, printed: float = 0.308, jo
                 row[f"{side}_share_pct_{name}"] = summary[f"{side}_share_pct"] if summary else float("nan")
         rows.append(row)
     return pd.DataFrame(rows)
+
+
+def run_directions(rig: Rig, config: FitConfig, duration: float = 18.0) -> pd.DataFrame:
+    """Events of C16 and C17 for the chain descending and climbing on the sprocket.
+
+    The paper does not say which way its chain runs. The mirrored rig (idler and road wheel on the other
+    side of the sprocket) runs the other way; belt kinematics give it the same main line.
+
+    Returns
+    -------
+    DataFrame
+        ``chain, ring, event, mean_s, sd_s`` for both readings of a maximum.
+    """
+    mirrored = rig.changed(
+        idler__x=2 * rig.sprocket.x - rig.idler.x,
+        road_wheel__x=2 * rig.sprocket.x - rig.road_wheel.x,
+        tension__direction=180.0 - rig.tension.direction,
+    )
+    tables = []
+    for candidate in (rig, mirrored):
+        # clockwise, so the sprocket's outer side descends if the other wheels stand to its left
+        descends = candidate.road_wheel.x < candidate.sprocket.x
+        for radius in (None, rig.sprocket.ring_radius):
+            pitches = (rig.sensor.pitch, rig.sensor.pitch % rig.chain.pitches + 1)
+            scene = Scene(
+                candidate, config.speed_rpm, radius, duration=duration, lead_in=config.lead_in_s, pitches=pitches
+            )
+            recording = simulate(scene)
+            events = pd.concat([mean_events(recording), smoothed_maxima(recording)])
+            events.insert(0, "ring", "none" if radius is None else f"{radius:g} m")
+            events.insert(0, "chain", "descends" if descends else "climbs")
+            tables.append(events)
+    return pd.concat(tables, ignore_index=True)

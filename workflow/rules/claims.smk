@@ -43,6 +43,8 @@ rule sensitivity:
         targets_md=f"{R}/tables/fit_targets.md",
         readings=f"{R}/tables/equal_pitch.csv",
         readings_md=f"{R}/tables/equal_pitch.md",
+        directions=f"{R}/tables/run_direction.csv",
+        directions_md=f"{R}/tables/run_direction.md",
         figure=multiext(f"{R}/figures/sensitivity", ".png", ".svg"),
     params:
         radii=CONFIG.sensitivity.radii_m,

@@ -1,7 +1,14 @@
 from _script import logged
 
 from trackdyn import load_rig
-from trackdyn.fit import FitConfig, equal_pitch_readings, measure_rigs, report_targets, sensitivity
+from trackdyn.fit import (
+    FitConfig,
+    equal_pitch_readings,
+    measure_rigs,
+    report_targets,
+    run_directions,
+    sensitivity,
+)
 from trackdyn.parameters.validation import read_yaml, validated
 from trackdyn.report.figures.sensitivity import sensitivity_figure
 from trackdyn.report.style import save
@@ -29,4 +36,10 @@ with logged(snakemake):
         equal_pitch_readings(rig, config),
         snakemake.output.readings,
         "The two readings of 'equal pitch at 0.308 m' put into the rig, all else held, beside the fitted one.",
+    )
+    write_table(
+        run_directions(rig, config),
+        snakemake.output.directions,
+        "Events of C16 and C17 with the chain descending and climbing on the sprocket, all else held: the early maximum "
+        "of the ring (C17) wants the one, the late maximum of the right arc without a ring (C16) the other.",
     )
