@@ -10,6 +10,7 @@ sys.path.insert(0, str(workflow.basedir))
 
 from trackdyn.config import check_config
 from trackdyn.errors import TrackdynError
+from trackdyn.jit import source_hash
 
 if not workflow.configfiles:
     configfile: "config/config.yaml"

@@ -121,9 +121,12 @@ def test_every_rule_file_is_included():
 
 def pretend_to_have_run(tmp_path):
     """Empty files in place of every result, and the workflow's own records of how they were made."""
-    config = quick_config(tmp_path)
+    rig = tmp_path / "rig.yaml"
+    rig.write_bytes((ROOT / "config" / "rig.yaml").read_bytes())
+    config = quick_config(tmp_path, lambda data: data.update(rig=str(rig)))
     summary = snakemake(tmp_path, "--configfile", str(config), "--summary").stdout
-    files = [Path(line.split("\t")[0]) for line in summary.splitlines()[1:] if "\t" in line]
+    rows = [line.split("\t")[0] for line in summary.splitlines() if "\t" in line]
+    files = [Path(name) for name in rows if name != "output_file"]
     assert len(files) > 50
     for file in files:
         file = file if file.is_absolute() else ROOT / file
@@ -142,7 +145,7 @@ def planned_jobs(tmp_path, config):
 
 
 def test_only_what_depends_on_a_change_is_planned_again(tmp_path):
-    """One more radius costs its own runs; an edited figure costs its drawing and no simulation."""
+    """One more radius costs its own runs, an edited figure its drawing, another rig everything."""
     config = pretend_to_have_run(tmp_path)
     assert planned_jobs(tmp_path, config) == {}
 
@@ -165,3 +168,7 @@ def test_only_what_depends_on_a_change_is_planned_again(tmp_path):
         os.utime(drawing, ns=(before.st_atime_ns, before.st_mtime_ns))
     assert "ring_figures" in planned
     assert not {"simulate", "metrics", "claims", "sensitivity"} & planned.keys()
+
+    with (tmp_path / "rig.yaml").open("a", encoding="utf-8") as rig:
+        rig.write("# another rig\n")
+    assert planned_jobs(tmp_path, config)["simulate"] == 2 * 4 + 2 + 2 * 4

@@ -35,7 +35,7 @@ rule sensitivity:
         sources("fit.py", "config.py", "report/figures/sensitivity.py", "report/tables.py", "report/style.py"),
         rig=CONFIG.rig,
         fit="config/fit.yaml",
-        kernels=ancient(f"{R}/kernels.txt"),
+        kernels=KERNELS,
     output:
         csv=f"{R}/tables/sensitivity.csv",
         md=f"{R}/tables/sensitivity.md",
@@ -67,7 +67,7 @@ rule fit:
         sources("fit.py", "config.py"),
         rig=CONFIG.rig,
         fit="config/fit.yaml",
-        kernels=ancient(f"{R}/kernels.txt"),
+        kernels=KERNELS,
     output:
         values=f"{R}/fit/values.csv",
         history=f"{R}/fit/history.csv",

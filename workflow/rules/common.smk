@@ -13,6 +13,8 @@ def sources(*names):
 SIMULATOR = sources(
     "chain", "contact", "integrate", "parameters", "model.py", "scene.py", "simulate.py", "recording.py"
 )
+# Named by the hash of the kernels' sources: other sources, another file, and everything that needs it runs.
+KERNELS = f"{R}/kernels/{source_hash()}.txt"
 MEASURES = sources("measure", "recording.py")
 
 
@@ -20,8 +22,22 @@ def recording(run):
     return f"{R}/runs/{run}.npz"
 
 
-def scene_parameters(wildcards):
-    """What a run is asked to do: a change in the configuration reruns only the runs it touches."""
-    scene = SCENES[wildcards.run].describe()
+def plain_scene(run):
+    """A scene of the pipeline as plain data, without the rig."""
+    scene = SCENES[run].describe()
     del scene["rig"]
     return scene
+
+
+def scene_parameters(wildcards):
+    """What a run is asked to do: a change in the configuration reruns only the runs it touches."""
+    return plain_scene(wildcards.run)
+
+
+# slowest speed without a ring and with the paper's, fastest speed with the paper's
+STABILITY_RUNS = [
+    f"ring/{CONFIG.ring_study.speeds_rpm[0]:g}rpm_none",
+    f"ring/{CONFIG.ring_study.speeds_rpm[0]:g}rpm_{CONFIG.records.ring_radius_m:.4g}",
+    f"ring/{CONFIG.ring_study.speeds_rpm[-1]:g}rpm_{CONFIG.records.ring_radius_m:.4g}",
+]
+STABILITY_RUNS = [run for run in STABILITY_RUNS if run in SCENES]

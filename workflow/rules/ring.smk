@@ -75,8 +75,32 @@ rule coarse_table:
         "../scripts/coarse_table.py"
 
 
+rule stability:
+    """Half the step, twice the record, a later start: what changes."""
+    input:
+        SIMULATOR,
+        MEASURES,
+        sources("stability.py", "report/tables.py"),
+        rig=CONFIG.rig,
+        kernels=KERNELS,
+    output:
+        csv=f"{R}/tables/stability.csv",
+        md=f"{R}/tables/stability.md",
+    params:
+        scenes=[plain_scene(run) for run in STABILITY_RUNS],
+    log:
+        f"{R}/logs/stability.log",
+    benchmark:
+        f"{R}/benchmarks/stability.tsv"
+    message:
+        "Stability of the statistics"
+    script:
+        "../scripts/stability.py"
+
+
 rule ring:
     input:
+        rules.stability.output,
         rules.meshing_figures.output,
         rules.ring_figures.output,
         rules.coarse_table.output,

@@ -1,10 +1,7 @@
 rule warm_up:
     """Compile the kernels once: parallel jobs on a cold cache would each compile them."""
-    input:
-        SIMULATOR,
-        "trackdyn/jit.py",
     output:
-        f"{R}/kernels.txt",
+        KERNELS,
     params:
         rig=CONFIG.rig,
     log:
@@ -22,7 +19,7 @@ rule simulate:
     input:
         SIMULATOR,
         rig=CONFIG.rig,
-        kernels=ancient(f"{R}/kernels.txt"),
+        kernels=KERNELS,
     output:
         recording=f"{R}/runs/{{run}}.npz",
         cost=f"{R}/runs/{{run}}.cost.json",
