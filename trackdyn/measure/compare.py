@@ -6,6 +6,7 @@ from trackdyn.errors import InputError
 from trackdyn.measure.metrics import loop_frequency, sensor_metrics
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.sensor_csv import SensorRecord
+from trackdyn.measure.signals import main_line
 from trackdyn.recording import Recording
 
 COMPARED = ("rms_g", "sd_g", "line_hz", "line_g", "line_hz_binfree", "line_g_binfree", "high_frequency_g")
@@ -30,9 +31,10 @@ def compare_with_sensor(recording: Recording, record: SensorRecord) -> pd.DataFr
             f"{record.path}: has {record.rate_hz:g} samples a second, the recording {recording.rate:g}; "
             "simulate with the sensor's rate (sensor.rate of the rig)"
         )
-    loop = loop_frequency(recording)
-    simulated = sensor_metrics(sense(recording).ay, recording.rate, loop)
-    measured = sensor_metrics(record.ay_g, record.rate_hz, loop)
+    simulated = sensor_metrics(sense(recording).ay, recording.rate, loop_frequency(recording))
+    # the sensor's loop turns at its own speed, which need not be the one that was asked for
+    own_line = main_line(record.ay_g, record.rate_hz)[0]
+    measured = sensor_metrics(record.ay_g, record.rate_hz, own_line)
     rows = []
     for name in COMPARED:
         a, b = simulated[name], measured[name]

@@ -70,7 +70,7 @@ def table1(groove: Groove) -> pd.DataFrame:
         {
             "area": np.arange(1, 11),
             "type": np.where(groove.convex, "convex", "concave"),
-            "O_x_mm": 1e3 * groove.centre[:, 0],
+            "O_x_mm": 1e3 * groove.centre[:, 0] + 0.0,  # no -0
             "O_y_mm": 1e3 * groove.centre[:, 1],
             "r_mm": 1e3 * groove.radius,
             "u_x": groove.direction[:, 0],

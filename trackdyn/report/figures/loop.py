@@ -66,7 +66,7 @@ def loop_figure(rig: Rig, recording: Recording, index: int = 0) -> Figure:
 
     margin = 0.12
     whole.set_xlim(pins[:, 0].min() - margin, pins[:, 0].max() + margin)
-    whole.set_ylim(pins[:, 1].min() - margin, pins[:, 1].max() + 1.5 * margin)
+    whole.set_ylim(pins[:, 1].min() - margin, pins[:, 1].max() + 2.5 * margin)  # room for the legend
     rpm = recording.meta["scene"]["motor_rpm"]
     ring = "no ring" if ring_radius is None else f"ring {ring_radius:.3f} m"
     whole.set_title(f"(a) the loop at {recording.frame_time[index]:.2f} s of the record: {rpm:g} rpm, {ring}")
@@ -77,7 +77,7 @@ def loop_figure(rig: Rig, recording: Recording, index: int = 0) -> Figure:
         Patch(facecolor=colour, edgecolor=BLACK, linewidth=0.6, label=kind) for kind, colour in kinds.items()
     ]
     handles[2].set_hatch("////")
-    whole.legend(handles=handles, loc="upper right")
+    whole.legend(handles=handles, loc="upper center", ncols=len(handles))
     _mark_sensor(whole, rig, frame, sensor_body)
     _mark_rotation(whole, *circles[0], rate=recording.wheel_rate[0, 0])
     _mark_running(whole, pins, recording.wheel_rate[0, 0])
@@ -86,7 +86,7 @@ def loop_figure(rig: Rig, recording: Recording, index: int = 0) -> Figure:
     x, y = circles[0, :2]
     sprocket.set_xlim(x - reach, x + reach)
     sprocket.set_ylim(y - reach, y + reach)
-    sprocket.set_title("(b) sprocket, ring and chain")
+    sprocket.set_title("(b) sprocket and chain")
 
     middle = groove_points(rig, sprocket_angle, groove, [[0.0, rig.groove_profile.addendum]])[0]
     half = 0.6 * rig.chain.link_length + 0.025
