@@ -7,8 +7,10 @@ import sys
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import trackdyn.scene
+from trackdyn.cli import app
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.measure.metrics import energy_residual
 from trackdyn.model import ENERGY_NAMES
@@ -89,6 +91,24 @@ def test_a_run_that_diverges_says_when_and_where(make_scene, monkeypatch):
     monkeypatch.setattr(trackdyn.scene, "step_limits", lambda *_: {"none": 1.0})
     with pytest.raises(DivergenceError, match=r"at t = [\d.]+ s of .*, first at (link|connector) \d+"):
         simulate(make_scene(210.0, ring_radius=None, step=1e-3))
+
+
+def test_a_run_that_diverges_leaves_no_file(rig_path, tmp_path, monkeypatch):
+    monkeypatch.setattr(trackdyn.scene, "step_limits", lambda *_: {"none": 1.0})
+    arguments = ["simulate", str(tmp_path / "out" / "run.npz"), "--rig", str(rig_path), "--rpm", "210", "-q"]
+    result = CliRunner().invoke(app, [*arguments, "--ring-radius", "none", "--step", "1e-3"])
+    assert isinstance(result.exception, DivergenceError)
+    assert "\n" not in str(result.exception)
+    assert list(tmp_path.rglob("*.npz*")) == []
+
+
+@pytest.mark.parametrize("ring", [None, 0.308])
+def test_stiffness_without_measure_diverges_too(make_scene, rig, monkeypatch, ring):
+    """Not the step but the rig is absurd: still no result, and nothing that is not a number comes back."""
+    monkeypatch.setattr(trackdyn.scene, "step_limits", lambda *_: {"none": 1.0})
+    absurd = rig.changed(steel__youngs_modulus=1e19, tooth_contact__youngs_modulus=1e19)
+    with pytest.raises(DivergenceError, match=r"at t = [\d.e-]+ s of .*, first at (link|connector) \d+"):
+        simulate(make_scene(210.0, rig=absurd, ring_radius=ring))
 
 
 @pytest.mark.parametrize(
