@@ -79,9 +79,11 @@ def loop(request, driven_loop, place_loads):
     model = model._replace(chain=chain._replace(com_x=0.45 * chain.length, com_y=np.full(len(chain.length), 0.004)))
     close_velocities(model.chain, state)
     place_loads(model, state, work)
-    # otherwise the tests below would look at nothing
-    assert (work.tooth_force[0::2] > 0).any()
-    assert (work.tooth_force[1::2] > 0).any() or request.param == 0.308
+    # otherwise the tests below would look at nothing; without a ring both flanks of the teeth carry
+    assert (work.tooth_force > 0).any()
+    if request.param is None:
+        assert (work.tooth_force[0::2] > 0).any()
+        assert (work.tooth_force[1::2] > 0).any()
     assert (work.wheel_force > 0).any(axis=0).tolist() == [request.param is not None, True, True]
     return model, state, work
 

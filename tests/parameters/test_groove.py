@@ -213,13 +213,21 @@ def test_bad_value_is_refused_with_file_field_and_value(rig_path, tmp_path, fiel
     assert shown in sentence
 
 
-# degrees, as the file has them
-@pytest.mark.parametrize(("field", "value"), [("slope_bottom", -5.0), ("slope_seat", -3.0), ("slope_tip", 2.0), ("slope_tip", 12.0)])
-def test_bad_slope_is_refused_with_file_and_field(rig_path, tmp_path, field, value):
+@pytest.mark.parametrize(
+    ("field", "below"), [("slope_bottom", "slope_low"), ("slope_seat", "slope_low"), ("slope_tip", "slope_seat")]
+)
+def test_slopes_out_of_order_are_refused_with_file_and_field(rig_path, tmp_path, field, below):
     def change(data):
-        data["groove"][field]["value"] = value
+        data["groove"][field]["value"] = data["groove"][below]["value"] - 1.0
 
     assert f"groove.{field} = " in refusal(broken(rig_path, tmp_path, change))
+
+
+def test_tooth_whose_flanks_meet_below_its_tip_is_refused(rig_path, tmp_path):
+    def change(data):
+        data["groove"]["r2"]["value"] = 0.3
+
+    assert "the tip radius would be -" in refusal(broken(rig_path, tmp_path, change))
 
 
 ENTRIES = [
