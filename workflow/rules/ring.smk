@@ -2,12 +2,13 @@
 
 
 rule events:
-    """Times of the events of C16 and C17, means over passages."""
+    """Contact spells of the meshing process, and the times of the events of C16 and C17."""
     input:
         MEASURES,
         recordings=[recording("meshing/no_ring"), recording("meshing/ring")],
     output:
-        f"{R}/events.csv",
+        events=f"{R}/events.csv",
+        spells=f"{R}/spells.csv",
     log:
         f"{R}/logs/events.log",
     benchmark:

@@ -2,11 +2,13 @@ import pandas as pd
 from _script import logged
 
 from trackdyn import load_recording
-from trackdyn.measure.meshing import mean_events, smoothed_maxima
+from trackdyn.measure.meshing import mean_events, smoothed_maxima, spells
 
 with logged(snakemake):
-    tables = []
+    tables, contacts = [], []
     for run, path in zip(("meshing/no_ring", "meshing/ring"), snakemake.input.recordings, strict=True):
         recording = load_recording(path)
+        contacts.append(spells(recording).assign(run=run))
         tables += [mean_events(recording).assign(run=run), smoothed_maxima(recording).assign(run=run)]
-    pd.concat(tables).to_csv(snakemake.output[0], index=False)
+    pd.concat(tables).to_csv(snakemake.output.events, index=False)
+    pd.concat(contacts).to_csv(snakemake.output.spells, index=False)
