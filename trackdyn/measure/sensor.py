@@ -19,7 +19,7 @@ class SensorSignal:
         Along the link and along its outward normal, g; the mean over the sample interval that ends
         at the sample, limited to the range.
     raw_ax, raw_ay : (s,) arrays
-        The same at the instant of the sample, g. Contact rings at 0.7 to 2.5 kHz, which instantaneous
+        The same at the instant of the sample, g. Contact rings at 0.7 to 1.7 kHz, which instantaneous
         samples fold into the record.
     clipped : int
         Number of samples of ``ax`` and ``ay`` that the range cut.

@@ -35,7 +35,8 @@ with logged(snakemake):
     write_table(
         equal_pitch_readings(rig, config),
         snakemake.output.readings,
-        "The two readings of 'equal pitch at 0.308 m' put into the rig, all else held, beside the fitted one.",
+        "The two readings of 'equal pitch at 0.308 m' put into the rig, all else held, beside the fitted one. "
+        "A dash: that case cannot be run, the loop does not settle.",
     )
     write_table(
         run_directions(rig, config),
