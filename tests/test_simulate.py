@@ -1,4 +1,4 @@
-"""Whole runs: the loop stays closed, work is accounted for, runs repeat bit by bit, bad runs leave nothing."""
+"""Whole runs: the loop stays closed, work is accounted for, runs repeat, bad runs leave nothing."""
 
 import json
 import os
@@ -47,7 +47,8 @@ def test_the_recorded_configuration_closes(make_scene):
 def test_work_is_accounted_for_and_better_with_a_smaller_step(make_scene):
     """The residual is of first order, like the method; 0.1 % of the sprocket's work is asked for."""
     residual = {
-        step: energy_residual(simulate(make_scene(210.0, duration=4.0, lead_in=1.0, step=step))) for step in (1e-4, 5e-5)
+        step: energy_residual(simulate(make_scene(210.0, duration=4.0, lead_in=1.0, step=step)))
+        for step in (1e-4, 5e-5)
     }
     assert abs(residual[1e-4]) < 1e-3
     assert 1.5 < residual[1e-4] / residual[5e-5] < 3.0
@@ -58,7 +59,9 @@ def test_open_work_halves_with_the_step(make_scene, ring):
     """The work of the discrete motion is counted exactly: only the error of its path is left, of order 1."""
     open_work = []
     for step in (1e-4, 5e-5):
-        change = np.diff(simulate(make_scene(210.0, ring_radius=ring, duration=3.0, step=step)).energy[[0, -1]], axis=0)[0]
+        change = np.diff(
+            simulate(make_scene(210.0, ring_radius=ring, duration=3.0, step=step)).energy[[0, -1]], axis=0
+        )[0]
         open_work.append(change[0] - change[1:].sum())
     # the next order: the step, 1e-4 s, times the rate at which teeth mesh, 8 1/s, is 8e-4
     assert open_work[0] / open_work[1] == pytest.approx(2.0, rel=2e-3)
@@ -125,7 +128,7 @@ def test_stiffness_without_measure_diverges_too(make_scene, rig, monkeypatch, ri
 @pytest.mark.parametrize(
     ("fields", "parts"),
     [
-        ({"step": 5e-4}, ["step = 0.0005", "too large for the ", "contact", "at most"]),
+        ({"step": 5e-4}, ["step = 0.0005", "too large for the ", "at most"]),
         ({"step": 3e-5}, ["step = 3e-05", "sample interval"]),
         ({"step": 0.0}, ["step = 0.0"]),
         ({"duration": 0.0}, ["duration = 0.0"]),
@@ -172,10 +175,11 @@ orient(state.angle, work.cos, work.sin)
 place(model.chain, state, work)
 contact_loads(model, state, work)
 bushing_torques(model.chain, state, work)
-accelerations(model.chain, work.cos, work.sin, state.rate, work.force_x, work.force_y, work.moment, work.torque,
-              model.step * model.chain.damping, 0, work.sweep)
-print(json.dumps({"jit": not numba.config.DISABLE_JIT, "alpha": (work.sweep.response @ work.sweep.load).tolist(),
-                  "force": work.tooth_force.tolist() + work.wheel_force.ravel().tolist()}))
+accelerations(model.chain, work.cos, work.sin, state.rate, work.force_x, work.force_y, work.moment,
+              work.torque, model.step * model.chain.damping, 0, work.sweep)
+alpha = work.sweep.response @ work.sweep.load
+force = work.tooth_force.tolist() + work.wheel_force.ravel().tolist()
+print(json.dumps({"jit": not numba.config.DISABLE_JIT, "alpha": alpha.tolist(), "force": force}))
 """
 
 

@@ -93,7 +93,9 @@ def test_closure_rows_are_satisfied(n, step):
     assert_close(normal @ (chain.length * alpha) - along @ (chain.length * rate**2), np.zeros(2), scale)
     # and the torque of the cut joint is its bushing's, with the damping at the end of the step
     bending = alpha[0] - alpha[-1]
-    assert_close(seen["load"][2], seen["torque"][-1] - step * chain.damping * bending, np.abs(seen["torque"]).max())
+    assert_close(
+        seen["load"][2], seen["torque"][-1] - step * chain.damping * bending, np.abs(seen["torque"]).max()
+    )
 
 
 @pytest.mark.parametrize("probe", [0, 1, 8, 12])
@@ -127,7 +129,9 @@ def test_implicit_damping_tends_to_the_explicit_one_with_the_step():
     chain, state, loads = make_ring(20, 6)
     explicit = sweep(chain, state, loads, 0.0)["alpha"]
     error = [np.abs(sweep(chain, state, loads, h)["alpha"] - explicit).max() for h in (2e-7, 1e-7)]
-    assert error[0] / error[1] == pytest.approx(2.0, rel=0.05)  # first order; next term of the order of h c / J
+    assert error[0] / error[1] == pytest.approx(
+        2.0, rel=0.05
+    )  # first order; next term of the order of h c / J
 
 
 def test_bushing_torques_are_those_of_the_joint_angles():
@@ -159,4 +163,6 @@ def test_pins_and_velocities_along_the_chain():
             other.pin_x[:-1] + chain.com_x * other.cos - chain.com_y * other.sin,
             other.pin_y[:-1] + chain.com_x * other.sin + chain.com_y * other.cos,
         ]))  # fmt: skip
-    np.testing.assert_allclose([work.com_vx, work.com_vy], (places[1] - places[0]) / (2 * eps), rtol=0, atol=1e-8)
+    np.testing.assert_allclose(
+        [work.com_vx, work.com_vy], (places[1] - places[0]) / (2 * eps), rtol=0, atol=1e-8
+    )

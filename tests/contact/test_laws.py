@@ -69,12 +69,12 @@ def test_elastic_force_is_equation_8(depth, radius):
 
 
 def exact_restitution(chi):
-    """Root of chi (1 + e) = ln[(1 + chi) / (1 - chi e)], which any elastic law gives with the factor chi."""
+    """Root of chi (1 + e) = ln[(1 + chi) / (1 - chi e)], which any elastic law gives with chi."""
     return brentq(lambda e: chi * (1 + e) - log((1 + chi) / (1 - chi * e)), 1e-6, min(1.0, (1 - 1e-12) / chi))
 
 
 def rebound(contact, mass, speed, radius, steps=3000):
-    """Quotient of the velocities after and before the impact of a mass, by the classical Runge-Kutta method."""
+    """Quotient of the velocities after and before the impact of a mass, by the Runge-Kutta method."""
 
     def rates(depth, velocity):
         if depth <= 0.0:
@@ -103,14 +103,18 @@ IMPACTS = [(0.05, STEEL, 2.5, 0.5, 0.05), (0.25, RUBBER, 12.0, 0.2, 0.3), (0.01,
 
 @pytest.mark.parametrize("restitution", [0.05, 0.3, 0.5, 0.8, 0.95])
 @pytest.mark.parametrize(("length", "modulus", "mass", "speed", "radius"), IMPACTS)
-def test_impact_delivers_the_exact_restitution_of_its_factor(restitution, length, modulus, mass, speed, radius):
+def test_impact_delivers_the_exact_restitution_of_its_factor(
+    restitution, length, modulus, mass, speed, radius
+):
     contact = law(restitution, length=length, modulus=modulus)
     expected = exact_restitution(0.75 * (1 - restitution**2))
     # error of the method through the entry of the 3/2 power: below 1e-5 at 3000 steps
     assert rebound(contact, mass, speed, radius) == pytest.approx(expected, abs=1e-4)
 
 
-@pytest.mark.parametrize(("nominal", "delivered"), [(0.05, 0.664), (0.3, 0.684), (0.5, 0.725), (0.7, 0.796), (0.9, 0.913)])
+@pytest.mark.parametrize(
+    ("nominal", "delivered"), [(0.05, 0.664), (0.3, 0.684), (0.5, 0.725), (0.7, 0.796), (0.9, 0.913)]
+)
 def test_printed_factor_never_delivers_less_than_two_thirds(nominal, delivered):
     """What 3 (1 - c^2) / 4 gives in place of c: a property of the law of the paper."""
     assert exact_restitution(0.75 * (1 - nominal**2)) == pytest.approx(delivered, abs=5e-4)
@@ -132,7 +136,9 @@ def test_contact_never_pulls_and_its_factor_is_limited():
     assert normal_force(contact, depth, -10.0, impact, radius) == 0.0
     assert normal_force(contact, depth, 10.0, impact, radius) == 2.0 * elastic
     # inside of the limits the factor is linear in the velocity
-    assert normal_force(contact, depth, -0.05, impact, radius) == pytest.approx((1 - 0.5625 / 2) * elastic, rel=1e-14)
+    assert normal_force(contact, depth, -0.05, impact, radius) == pytest.approx(
+        (1 - 0.5625 / 2) * elastic, rel=1e-14
+    )
 
 
 def test_initial_impact_velocity_is_kept_and_has_a_floor():
@@ -150,4 +156,6 @@ def test_composite_modulus_is_equation_9(rig):
     alone = 5e7 / (1 - 0.49**2)
     steel = 2.1e11 / (1 - 0.3**2)
     # steel is 3500 times stiffer and takes that share of the rubber's modulus away
-    assert rubber.composite_modulus(rubber.ring_contact) == pytest.approx(alone / (1 + alone / steel), rel=1e-14)
+    assert rubber.composite_modulus(rubber.ring_contact) == pytest.approx(
+        alone / (1 + alone / steel), rel=1e-14
+    )

@@ -76,7 +76,9 @@ def loop(request, driven_loop, place_loads):
     """Model, state and work of a running loop, loads evaluated; mass centres off the line of the pins."""
     model, state, work = driven_loop(request.param)
     chain = model.chain
-    model = model._replace(chain=chain._replace(com_x=0.45 * chain.length, com_y=np.full(len(chain.length), 0.004)))
+    model = model._replace(
+        chain=chain._replace(com_x=0.45 * chain.length, com_y=np.full(len(chain.length), 0.004))
+    )
     close_velocities(model.chain, state)
     place_loads(model, state, work)
     # otherwise the tests below would look at nothing; without a ring both flanks of the teeth carry
@@ -175,16 +177,20 @@ def test_resting_chain_is_dragged_along_by_a_turning_wheel(loop, place_loads):
         law = model.wheels.ring_law if wheel == SPROCKET else model.wheels.wheel_law
         rate = state.wheel_rate[wheel]
         count = work.count[0]
-        rows = work.contact[:count][(work.contact_body[:count, 1] == wheel) & (work.contact_body[:count, 2] == 0)]
+        rows = work.contact[:count][
+            (work.contact_body[:count, 1] == wheel) & (work.contact_body[:count, 2] == 0)
+        ]
         assert len(rows) > 0 or not model.wheels.present[wheel]
         for fnx, fny, ffx, ffy, _, _, _, _, ox, oy, _ in rows:
             surface = np.array([-rate * oy, rate * ox])
             expected = friction_coefficient(law, np.hypot(*surface)) * np.hypot(fnx, fny)
-            np.testing.assert_allclose([ffx, ffy], expected * surface / np.hypot(*surface), atol=1e-9 * expected)
+            np.testing.assert_allclose(
+                [ffx, ffy], expected * surface / np.hypot(*surface), atol=1e-9 * expected
+            )
 
 
 def test_normal_velocity_is_that_of_the_gap(loop, place_loads):
-    """A chain that sinks towards a wheel meets the force of Eq. 8 with its speed; measured on the resting wheel."""
+    """A chain that moves against resting wheels meets the force of Eq. 8 with its speed."""
     model, state, work = loop
     state.rate[:] = 0.0
     state.wheel_rate[:] = 0.0
@@ -205,7 +211,8 @@ def test_normal_velocity_is_that_of_the_gap(loop, place_loads):
         depth = model.wheels.radius[wheel] - np.hypot(*row[8:10])
         factor = min(max(1 + law.loss * speed / max(abs(speed), 0.1), 0.0), law.factor_limit)
         expected = elastic_force(law.stiffness, depth, model.wheels.radius[wheel]) * factor
-        assert work.wheel_force[body // 2, wheel] == pytest.approx(expected, rel=1e-7)  # depth 1e-4 m to 1e-16 m
+        # the depth, some 1e-4 m, is here the difference of radii of 0.3 m; shallow contacts to 1e-6 N
+        assert work.wheel_force[body // 2, wheel] == pytest.approx(expected, rel=1e-7, abs=1e-6)
         checked += 1
     assert checked > 3
 
@@ -227,7 +234,12 @@ def test_every_wheel_feels_the_opposite_of_what_it_does(loop):
         moment[body] += row[4] * fy - row[5] * fx
         torque[wheel] -= arm[0] * fy - arm[1] * fx
     size = np.abs(force_x).max() + np.abs(force_y).max()
-    for seen, expected in ((work.force_x, force_x), (work.force_y, force_y), (work.moment, moment), (work.wheel_torque, torque)):
+    for seen, expected in (
+        (work.force_x, force_x),
+        (work.force_y, force_y),
+        (work.moment, moment),
+        (work.wheel_torque, torque),
+    ):
         np.testing.assert_allclose(seen, expected, rtol=0, atol=1e-11 * size)
 
 
@@ -247,7 +259,9 @@ def test_tooth_contact_points_lie_on_the_arc_of_the_connector(loop):
     centre = mass_centres(model.chain, state)
     radius = model.tooth.arc_radius
     checked = 0
-    for row, (body, _, tooth) in zip(work.contact[: work.count[0]], work.contact_body[: work.count[0]], strict=True):
+    for row, (body, _, tooth) in zip(
+        work.contact[: work.count[0]], work.contact_body[: work.count[0]], strict=True
+    ):
         if tooth:
             point = centre[body] + row[4:6]
             pins = np.array([[work.pin_x[i], work.pin_y[i]] for i in (body, body + 1)])
@@ -256,7 +270,9 @@ def test_tooth_contact_points_lie_on_the_arc_of_the_connector(loop):
             nearest = np.argmin(np.abs(distance - radius))
             assert distance[nearest] == pytest.approx(radius, abs=1e-12)
             # opposite to the normal: the tooth pushes the pin away from the point
-            assert -(row[:2] @ offset[nearest]) == pytest.approx(np.hypot(*row[:2]) * radius, rel=1e-9, abs=1e-12)
+            assert -(row[:2] @ offset[nearest]) == pytest.approx(
+                np.hypot(*row[:2]) * radius, rel=1e-9, abs=1e-12
+            )
             checked += 1
     assert checked > 0
 

@@ -40,7 +40,7 @@ def test_the_settled_loop_reads_the_projection_of_gravity(make_scene):
     """Through the solver: motor at rest, so the record is gravity in the link's frame."""
     recording = simulate(make_scene(motor_rpm=0.0, lead_in=3.0))
     signal = sense(recording)
-    # what is left of the settling after 3 s is below 1e-3 g; the median leaves out a link that slips once more
+    # what is left of the settling after 3 s is below 1e-3 g; the median leaves out a late slip
     assert np.median(np.abs(signal.ay - np.cos(recording.mean[:, 2]))) < 0.002
     assert np.median(np.abs(signal.ax - np.sin(recording.mean[:, 2]))) < 0.002
 
@@ -75,7 +75,7 @@ def test_clipped_samples_are_counted(make_scene):
 
 @pytest.fixture
 def polygon(make_scene):
-    """Function that gives a regular clockwise ring far from any wheel, bushings relaxed, and its apothem."""
+    """Function that gives a regular clockwise ring without wheels, bushings relaxed, and its apothem."""
     n, side = 14, 0.1
     tooth = build_model(make_scene()).tooth._replace(present=0)
     nothing = np.zeros(3)
@@ -85,8 +85,8 @@ def polygon(make_scene):
 
     def make(rate, gravity, sensor, turn=0.2):
         chain = Chain(
-            np.full(n, side), np.tile([10.0, 2.5], n // 2), np.tile([0.012, 0.003], n // 2), np.full(n, side / 2),
-            np.zeros(n), 130.0, 10.0, -2 * np.pi / n, gravity,
+            np.full(n, side), np.tile([10.0, 2.5], n // 2), np.tile([0.012, 0.003], n // 2),
+            np.full(n, side / 2), np.zeros(n), 130.0, 10.0, -2 * np.pi / n, gravity,
         )  # fmt: skip
         apothem = side / (2 * np.tan(np.pi / n))
         # input pin of body 0 seen from the centre, which lies on the right of every body
@@ -172,4 +172,6 @@ def test_reading_is_in_g_and_cut_at_both_ends_of_the_range(make_scene):
     assert signal.ay[0] == 1.0
     weightless = dict(recording.meta, rig=dict(recording.meta["rig"], gravity=0.0))
     # without gravity the unit is still 9.81 m/s2
-    assert sense(replace(recording, mean=mean, raw=mean, meta=weightless)).ay[7] == pytest.approx(18.5, rel=1e-15)
+    assert sense(replace(recording, mean=mean, raw=mean, meta=weightless)).ay[7] == pytest.approx(
+        18.5, rel=1e-15
+    )

@@ -14,7 +14,8 @@ EXACT = 1e-12  # m or a unit vector: coordinates below 1 m carry about 1e-16 thr
 
 # Another groove than the shipped one: every property below must hold for both.
 WIDE = {
-    "teeth": 13, "link_length": 0.1, "connector_length": 0.0577, "connector_radius": 0.030, "pin_circle": 0.3268,
+    "teeth": 13, "link_length": 0.1, "connector_length": 0.0577, "connector_radius": 0.030,
+    "pin_circle": 0.3268,
     "seat_depth": 0.001, "slope_bottom": radians(25), "slope_low": 0.0, "slope_seat": radians(30),
     "slope_tip": radians(65), "r2": 0.052, "r3": 0.033, "r4": 0.030, "r5": 0.045,
 }  # fmt: skip
@@ -35,7 +36,9 @@ def free_side(groove, area, point):
 def test_neighbouring_arcs_meet_with_a_common_tangent(groove, area):
     end, start = groove.arc(area)[-1], groove.arc(area + 1)[0]
     np.testing.assert_allclose(end, start, rtol=0, atol=EXACT)
-    np.testing.assert_allclose(free_side(groove, area, end), free_side(groove, area + 1, start), rtol=0, atol=EXACT)
+    np.testing.assert_allclose(
+        free_side(groove, area, end), free_side(groove, area + 1, start), rtol=0, atol=EXACT
+    )
 
 
 def test_every_arc_has_an_extent_and_runs_from_left_to_right(groove):
@@ -65,7 +68,9 @@ def test_bottom_arcs_are_one_circle_and_lowest_in_the_middle(groove):
 def test_tip_lies_on_the_addendum_circle_and_on_the_tooth_line(groove):
     profile = groove.profile(400)
     half = pi / groove.teeth
-    np.testing.assert_allclose(profile[0], groove.addendum * np.array([-sin(half), cos(half)]), rtol=0, atol=EXACT)
+    np.testing.assert_allclose(
+        profile[0], groove.addendum * np.array([-sin(half), cos(half)]), rtol=0, atol=EXACT
+    )
     assert np.hypot(*profile.T).max() <= groove.addendum + EXACT
 
 
@@ -90,14 +95,22 @@ def test_groove_worked_out_in_another_order_is_reproduced():
     alpha5 = asin(35.519 / 90)
     groove = build_groove(
         teeth=13, link_length=0.102, connector_length=0.060, connector_radius=0.022, pin_circle=0.336164,
-        seat_depth=0.0, slope_bottom=alpha5, slope_low=radians(6), slope_seat=radians(38), slope_tip=radians(58.905),
-        r2=0.034, r3=0.0228, r4=0.030, r5=0.060,
+        seat_depth=0.0, slope_bottom=alpha5, slope_low=radians(6), slope_seat=radians(38),
+        slope_tip=radians(58.905), r2=0.034, r3=0.0228, r4=0.030, r5=0.060,
     )  # fmt: skip
     centre = [(-76.902, 312.002), (-23.105, 344.448), (-30.0, 335.622), (-35.519, 283.112), (0, 365.806)]
     np.testing.assert_allclose(groove.centre[:5], np.array(centre) / 1e3, rtol=0, atol=2e-6)
     np.testing.assert_allclose(groove.radius[:5] * 1e3, [28.8241, 34.0, 22.8, 30.0, 60.0], rtol=0, atol=2e-3)
-    np.testing.assert_allclose(np.degrees(groove.half_angle[:5]), [36.376, 10.452, 16.0, 8.622, 11.622], atol=1e-2)
-    direction = [(0.38316, 0.92368), (-0.74841, -0.66324), (-0.37461, -0.92718), (0.25245, 0.96761), (-0.20146, -0.9795)]
+    np.testing.assert_allclose(
+        np.degrees(groove.half_angle[:5]), [36.376, 10.452, 16.0, 8.622, 11.622], atol=1e-2
+    )
+    direction = [
+        (0.38316, 0.92368),
+        (-0.74841, -0.66324),
+        (-0.37461, -0.92718),
+        (0.25245, 0.96761),
+        (-0.20146, -0.9795),
+    ]
     np.testing.assert_allclose(groove.direction[:5], direction, rtol=0, atol=1e-4)
     assert groove.addendum == pytest.approx(0.350164, abs=2e-6)
 
@@ -112,12 +125,16 @@ def test_coarse_groove_keeps_the_ends_of_the_flanks_and_their_symmetry(groove):
     np.testing.assert_allclose(coarse.centre[1], 0.0, rtol=0, atol=EXACT)
 
 
-@pytest.mark.parametrize(("teeth", "link", "radius"), [(13, 0.1, 0.3273), (13, 0.102, 0.336164), (10, 0.0984, 0.25)])
+@pytest.mark.parametrize(
+    ("teeth", "link", "radius"), [(13, 0.1, 0.3273), (13, 0.102, 0.336164), (10, 0.0984, 0.25)]
+)
 def test_connector_length_solves_the_equal_pitch_equation(teeth, link, radius):
     connector = connector_length(teeth, link, radius)
     assert connector > 0
     # pi in double precision
-    assert teeth * (asin(link / (2 * radius)) + asin(connector / (2 * radius))) == pytest.approx(pi, abs=1e-14)
+    assert teeth * (asin(link / (2 * radius)) + asin(connector / (2 * radius))) == pytest.approx(
+        pi, abs=1e-14
+    )
 
 
 @pytest.mark.parametrize(("link", "radius"), [(0.16, 0.3273), (0.7, 0.3273), (0.1, 0.15)])
@@ -214,7 +231,8 @@ def test_bad_value_is_refused_with_file_field_and_value(rig_path, tmp_path, fiel
 
 
 @pytest.mark.parametrize(
-    ("field", "below"), [("slope_bottom", "slope_low"), ("slope_seat", "slope_low"), ("slope_tip", "slope_seat")]
+    ("field", "below"),
+    [("slope_bottom", "slope_low"), ("slope_seat", "slope_low"), ("slope_tip", "slope_seat")],
 )
 def test_slopes_out_of_order_are_refused_with_file_and_field(rig_path, tmp_path, field, below):
     def change(data):
@@ -264,14 +282,21 @@ def test_unknown_and_missing_parameters_are_refused(rig_path, tmp_path):
     sentence = refusal(broken(rig_path, tmp_path, lambda data: data["chain"].pop("link_mass")))
     assert "chain.link_mass is missing" in sentence
     assert "idler is missing" in refusal(broken(rig_path, tmp_path, lambda data: data.pop("idler")))
-    assert "motor is not a known parameter" in refusal(broken(rig_path, tmp_path, lambda data: data.update(motor={})))
+    assert "motor is not a known parameter" in refusal(
+        broken(rig_path, tmp_path, lambda data: data.update(motor={}))
+    )
 
 
 def test_unreadable_files_are_refused(tmp_path):
     assert "no such file" in refusal(tmp_path / "missing.yaml")
     path = tmp_path / "broken.yaml"
-    for content, fragment in ((b"chain: {a: 1", "not valid YAML"), (b"- 1\n", "holds no sections"), (b"", "holds no sections"),
-                              (b"\xff\xfe\x00", "UTF-8")):  # fmt: skip
+    cases = {
+        b"chain: {a: 1": "not valid YAML",
+        b"- 1\n": "holds no sections",
+        b"": "holds no sections",
+        b"\xff\xfe\x00": "UTF-8",
+    }
+    for content, fragment in cases.items():
         path.write_bytes(content)
         assert fragment in refusal(path)
     assert "cannot be read" in refusal(tmp_path)

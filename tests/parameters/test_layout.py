@@ -131,7 +131,9 @@ def test_links_on_the_sprocket_circle_touch_its_ring_at_their_middle(rig):
     circles, surface = wheel_circles(rig), wheel_circles(rig, surface=True)
     half_link = rig.chain.link_length / 2
     np.testing.assert_allclose(
-        circles[:, 2] * np.cos(np.arcsin(half_link / circles[:, 2])), surface[:, 2] + rig.chain.link_thickness / 2, atol=1e-15
+        circles[:, 2] * np.cos(np.arcsin(half_link / circles[:, 2])),
+        surface[:, 2] + rig.chain.link_thickness / 2,
+        atol=1e-15,
     )
     assert asin(half_link / circles[0, 2]) < pi / rig.sprocket.teeth
 
