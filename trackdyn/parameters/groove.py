@@ -7,7 +7,7 @@ left flank) have x <= 0.
 """
 
 from dataclasses import dataclass
-from math import acos, asin, atan2, cos, hypot, pi, sin, sqrt, tan
+from math import acos, asin, atan2, cos, degrees, hypot, pi, sin, sqrt, tan
 
 import numpy as np
 from scipy.optimize import brentq
@@ -126,14 +126,15 @@ def build_groove(
         return np.array([sin(alpha), cos(alpha)])
 
     def refuse(field, value, remedy):
-        raise InputError(f"groove.{field} = {value:.6g} gives a profile that is not tangent: {remedy}")
+        shown = f"{degrees(value):.6g} deg" if field.startswith("slope") else f"{value:.6g} m"
+        raise InputError(f"groove.{field} = {shown} gives a profile that is not tangent: {remedy}")
 
     if not slope_bottom > slope_low:
-        refuse("slope_bottom", slope_bottom, f"it must exceed slope_low = {slope_low:.6g} rad")
+        refuse("slope_bottom", slope_bottom, f"it must exceed slope_low = {degrees(slope_low):.6g} deg")
     if not slope_seat > slope_low:
-        refuse("slope_seat", slope_seat, f"it must exceed slope_low = {slope_low:.6g} rad")
+        refuse("slope_seat", slope_seat, f"it must exceed slope_low = {degrees(slope_low):.6g} deg")
     if not slope_tip > slope_seat:
-        refuse("slope_tip", slope_tip, f"it must exceed slope_seat = {slope_seat:.6g} rad")
+        refuse("slope_tip", slope_tip, f"it must exceed slope_seat = {degrees(slope_seat):.6g} deg")
     for name, radius in (("r2", r2), ("r3", r3), ("r5", r5)):
         if radius <= connector_radius:
             refuse(name, radius, f"a concave area must be wider than the connector's arc, {connector_radius} m")
