@@ -7,6 +7,7 @@ are never converted silently. The kind says where the number comes from: ``print
 
 import re
 from functools import cached_property
+from math import radians
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -186,7 +187,6 @@ class Rig(Section):
     def groove_profile(self) -> Groove:
         """The ten arcs."""
         g = self.groove
-        to_rad = 3.141592653589793 / 180
         return build_groove(
             teeth=self.sprocket.teeth,
             link_length=self.chain.link_length,
@@ -194,10 +194,10 @@ class Rig(Section):
             connector_radius=self.chain.connector_radius,
             pin_circle=self.pin_circle,
             seat_depth=g.seat_depth,
-            slope_bottom=g.slope_bottom * to_rad,
-            slope_low=g.slope_low * to_rad,
-            slope_seat=g.slope_seat * to_rad,
-            slope_tip=g.slope_tip * to_rad,
+            slope_bottom=radians(g.slope_bottom),
+            slope_low=radians(g.slope_low),
+            slope_seat=radians(g.slope_seat),
+            slope_tip=radians(g.slope_tip),
             r2=g.r2,
             r3=g.r3,
             r4=g.r4,

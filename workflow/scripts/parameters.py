@@ -2,7 +2,7 @@ from _script import logged
 
 from trackdyn import load_rig
 from trackdyn.parameters.rig import parameter_table
-from trackdyn.report.tables import table1, write_table
+from trackdyn.report.tables import TABLE1_CAPTION, table1, write_table
 
 with logged(snakemake):
     table = parameter_table(snakemake.input.rig)
@@ -10,6 +10,6 @@ with logged(snakemake):
     write_table(
         table1(load_rig(snakemake.input.rig).groove_profile),
         snakemake.output.groove_csv,
-        "Table 1. Geometry of the ten areas of a tooth groove, of the fitted profile; the paper's own cells are lost.",
+        TABLE1_CAPTION,
     )
     print(table["kind"].value_counts())
