@@ -36,6 +36,8 @@ include: "workflow/rules/simulate.smk"
 include: "workflow/rules/records.smk"
 include: "workflow/rules/ring.smk"
 include: "workflow/rules/claims.smk"
+include: "workflow/rules/schematics.smk"
+include: "workflow/rules/peers.smk"
 
 
 rule all:
@@ -45,4 +47,6 @@ rule all:
         rules.ring.input,
         rules.claims.output,
         rules.sensitivity.output,
+        rules.schematics.output,
+        rules.peers.input,
         rules.costs.output,

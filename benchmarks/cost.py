@@ -96,7 +96,7 @@ def simulated_second(rig, repeats: int) -> list[dict]:
     Every scene is settled and started once; a repeat goes on from there for ``SIMULATED_S``.
     """
     from trackdyn import Scene
-    from trackdyn.integrate.semi_implicit import run
+    from trackdyn.integrate.run import run
     from trackdyn.simulate import empty_record, settle
 
     rate = rig.sensor.rate

@@ -7,7 +7,7 @@ import pytest
 
 from trackdyn.chain.kinematics import orient, place
 from trackdyn.contact.loads import contact_loads
-from trackdyn.integrate.semi_implicit import run
+from trackdyn.integrate.run import run
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene import Scene
 from trackdyn.simulate import empty_record, settle

@@ -139,7 +139,7 @@ def test_stiffness_without_measure_diverges_too(make_scene, rig, monkeypatch, ri
         ({"pitches": (99,)}, ["pitches = 99", "1 to 35"]),
         ({"ramp": 0.0}, ["ramp = 0.0"]),
         ({"frame_interval": 0.0015}, ["frame_interval = 0.0015"]),
-        ({"tooth_contact": "square"}, ["tooth_contact = 'square'", "ten_arcs or three_surfaces"]),
+        ({"tooth_contact": "square"}, ["tooth_contact = 'square'", "three_surfaces or ten_arcs"]),
     ],
 )
 def test_bad_scenes_are_refused_in_one_sentence(make_scene, fields, parts):
@@ -185,7 +185,7 @@ print(json.dumps({"jit": not numba.config.DISABLE_JIT, "alpha": alpha.tolist(), 
 
 def test_kernels_give_the_same_without_the_jit(make_scene, rig_path, tmp_path):
     """The kernels are plain Python too; only the order of rounding may differ."""
-    from trackdyn.integrate.semi_implicit import run
+    from trackdyn.integrate.run import run
     from trackdyn.simulate import empty_record, settle
 
     model, state, work, layout = settle(make_scene(150.0))

@@ -2,7 +2,7 @@
 
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
@@ -55,6 +55,19 @@ class Sensitivity(Section):
     without_ring: bool
 
 
+class Peers(Section):
+    """The comparison with an independent multibody code: Figures 13, 14, Table 2."""
+
+    # the paper's 180 r/min, and whose speed it is taken for; Table 2 belongs to the first reading
+    speed_rpm: Annotated[float, Field(ge=1, lt=1e5)]
+    readings: Annotated[list[Literal["sprocket", "motor"]], Field(min_length=1, max_length=2)]
+    duration_s: Positive
+    # the smallest of each is its code's reference
+    steps_s: Annotated[list[Positive], Field(min_length=2)]
+    exudyn_steps_s: Annotated[list[Positive], Field(min_length=2)]
+    accuracy_pct: Positive
+
+
 class Config(Section):
     """Everything in ``config/config.yaml``.
 
@@ -69,6 +82,7 @@ class Config(Section):
     meshing: Meshing
     ring_study: RingStudy
     sensitivity: Sensitivity
+    peers: Peers
 
     @model_validator(mode="after")
     def _consistent(self):

@@ -58,6 +58,42 @@ class Wheels(NamedTuple):
     wheel_law: Law
 
 
+class Shoes(NamedTuple):
+    """Where the links and the connectors' arcs sit on the bodies of the chain, for ``p`` pitches.
+
+    Attributes
+    ----------
+    link_body : (p,) integer array
+        Body that carries the link of a pitch.
+    link_start, link_end : (p,) arrays
+        The ends A and B of the link's middle line on the body's pin line, from its input pin, m.
+    arc_body : (2 p,) integer array
+        Body that carries the left (even entries) and right (odd) arc of the connector of a pitch.
+    arc_x : (2 p,) array
+        Their centres on the body's pin line, from its input pin, m.
+    """
+
+    link_body: np.ndarray
+    link_start: np.ndarray
+    link_end: np.ndarray
+    arc_body: np.ndarray
+    arc_x: np.ndarray
+
+
+class Closure(NamedTuple):
+    """The cut joint: ``compliant`` 0 holds both pins together exactly; 1 is a spring and damper between them.
+
+    ``stiffness`` (N/m) and ``damping`` (N s/m) are those of the elastic-damping cut (A.6).
+    """
+
+    compliant: int
+    stiffness: float
+    damping: float
+
+
+RIGID = Closure(0, 0.0, 0.0)
+
+
 class Drive(NamedTuple):
     """Prescribed angular velocity of the sprocket: 0 to ``rate`` in ``ramp`` seconds, then constant."""
 
@@ -77,11 +113,13 @@ class Model(NamedTuple):
     """Everything that stays constant during a run."""
 
     chain: Chain
+    shoes: Shoes
     tooth: Tooth
     wheels: Wheels
     drive: Drive
     sensor: Sensor
     step: float
+    closure: Closure = RIGID
 
 
 class State(NamedTuple):
@@ -97,10 +135,10 @@ class State(NamedTuple):
         Orientation (rad) and angular velocity (rad/s) of the bodies.
     wheel_angle, wheel_rate : (w,) arrays
         The same of the wheels.
-    tooth_impact : (n,) array
-        Stored initial impact velocity of the arc at the input (even entries: left) and output
-        (odd: right) pin of connector ``i // 2``, 0 without contact, m/s.
-    wheel_impact : (n // 2, w) array
+    tooth_impact : (2 p,) array
+        Stored initial impact velocity of the left (even entries) and right (odd) arc of the ``p``
+        connectors, 0 without contact, m/s.
+    wheel_impact : (p, w) array
         The same for link and wheel.
     work_done : (7,) array
         Account of work, J.
@@ -122,7 +160,10 @@ class Work(NamedTuple):
 
     ``contact`` holds a row a contact: force normal (x, y), friction (x, y), arm from the body's
     mass centre (x, y), velocity of the body's point (x, y), arm from the wheel's centre (x, y),
-    wheel rate. ``contact_body`` holds body, wheel and 1 for a tooth.
+    wheel rate, and the slopes of the normal and the friction force that a linearly implicit step
+    takes (kg). ``contact_body`` holds body, wheel and 1 for a tooth. ``cut`` is the gap of the cut
+    joint and its rate (output pin of the last body less input pin of the first; m, m/s). ``sensed``
+    is the sensor's acceleration and angle at the last evaluation and their sums over the sample.
     """
 
     cos: np.ndarray
@@ -147,6 +188,8 @@ class Work(NamedTuple):
     contact: np.ndarray
     contact_body: np.ndarray
     count: np.ndarray
+    cut: np.ndarray
+    sensed: np.ndarray
     sweep: SweepWork
 
 
@@ -157,7 +200,7 @@ class Spells(NamedTuple):
     ----------
     enabled : int
         0: not logged.
-    open : (3 n / 2, 11) array
+    open : (3 p, 11) array
         Spells that have begun and not ended: left arc, right arc and ring of each pitch.
     rows : (m, 11) array
         Ended spells.
@@ -216,20 +259,23 @@ class Record(NamedTuple):
     spells: Spells
 
 
-def make_buffers(n: int, wheels: int) -> Work:
-    """Allocate the arrays of a step for ``n`` bodies and ``wheels`` wheels."""
-    contacts = n + (n // 2) * wheels
+def make_buffers(n: int, wheels: int, pitches: int | None = None) -> Work:
+    """Allocate the arrays of a step for ``n`` bodies, ``wheels`` wheels and ``pitches`` pitches (n / 2 of them)."""
+    pitches = n // 2 if pitches is None else pitches
+    contacts = 2 * pitches + pitches * wheels
     return Work(
         *(np.zeros(n) for _ in range(2)),
         *(np.zeros(n + 1) for _ in range(2)),
         *(np.zeros(n) for _ in range(10)),
         np.zeros(wheels),
-        np.zeros(n),
-        np.zeros(n, np.int64),
-        np.zeros(n, np.int64),
-        np.zeros((n // 2, wheels)),
-        np.zeros((contacts, 11)),
+        np.zeros(2 * pitches),
+        np.zeros(2 * pitches, np.int64),
+        np.zeros(2 * pitches, np.int64),
+        np.zeros((pitches, wheels)),
+        np.zeros((contacts, 13)),
         np.zeros((contacts, 3), np.int64),
         np.zeros(1, np.int64),
+        np.zeros(4),
+        np.zeros(6),
         make_work(n),
     )

@@ -9,18 +9,17 @@ from trackdyn.chain.model import Chain
 from trackdyn.contact.laws import Law, make_law
 from trackdyn.contact.tooth import make_tooth
 from trackdyn.errors import InputError
+from trackdyn.fidelity import Decision, decide, refuse_nonsense
 from trackdyn.integrate.limits import step_limits
-from trackdyn.model import Drive, Model, Sensor, Wheels
+from trackdyn.model import Closure, Drive, Model, Sensor, Shoes, Wheels
 from trackdyn.parameters.groove import coarse_groove
 from trackdyn.parameters.layout import wheel_circles
 from trackdyn.parameters.rig import Rig, Surface
 
-TOOTH_CONTACTS = ("ten_arcs", "three_surfaces")
-
 
 @dataclass(frozen=True)
 class Scene:
-    """What a run is asked to do.
+    """What a run is asked to do, and how faithfully (`trackdyn.fidelity`).
 
     Attributes
     ----------
@@ -44,8 +43,29 @@ class Scene:
         Time between recorded configurations, s; 0: none.
     spells : bool
         Log every contact with the sprocket.
+    loop : str
+        ``on_wheels``, or ``free``: an oblong loop without wheels that starts with the spin of the sprocket.
+    chain : str
+        ``double_pin`` (a link and a connector a pitch), ``single_pin`` (one rigid body a pitch, as the
+        paper counts) or ``belt`` (a kinematic path at constant speed).
+    space : str
+        ``planar``, ``spatial``, or ``auto``: spatial only if a wheel is out of the plane.
     tooth_contact : str
-        ``ten_arcs``, or ``three_surfaces``: left, seating and right surface, of the kind in Ref. [2].
+        ``ten_arcs``, ``three_surfaces`` (left, seating and right surface, of the kind in Ref. [2]) or
+        ``none``.
+    normal_law : str
+        ``printed`` (Eq. 8), ``delivered`` (its damping factor delivers the restitution) or ``elastic``.
+    friction : str
+        ``none``, ``tangential``, in space also ``independent`` (tangential and axial as printed) or
+        ``isotropic`` (one coefficient of the whole slip); ``auto``: what the space allows.
+    closure : str
+        ``rigid``, or ``elastic_damping``: a spring and damper at the cut joint.
+    solver : str
+        ``riccati``, ``transfer_product`` (the literal product of Eqs. 2 to 5) or ``multipliers``.
+    integrator : str
+        ``semi_implicit``, ``linearly_implicit``, ``rk4`` or ``adaptive``.
+    tolerance : float or None
+        Relative error a step of the adaptive integrator may make.
     """
 
     rig: Rig
@@ -58,7 +78,16 @@ class Scene:
     pitches: tuple[int, ...] = ()
     frame_interval: float = 0.0
     spells: bool = True
+    loop: str = "on_wheels"
+    chain: str = "double_pin"
+    space: str = "auto"
     tooth_contact: str = "ten_arcs"
+    normal_law: str = "printed"
+    friction: str = "auto"
+    closure: str = "rigid"
+    solver: str = "riccati"
+    integrator: str = "semi_implicit"
+    tolerance: float | None = None
 
     def __post_init__(self):
         def refuse(field, value, remedy):
@@ -89,6 +118,9 @@ class Scene:
             )
         if abs(self.frame_interval / sample - round(self.frame_interval / sample)) > 1e-6:
             refuse("frame_interval", self.frame_interval, f"a multiple of the sample interval {sample} s would do")
+        if self.tolerance is not None and not 0 < self.tolerance < 1:
+            refuse("tolerance", self.tolerance, "a number between 0 and 1, such as 1e-6, would do")
+        refuse_nonsense(self)
         radius = self.ring_radius
         if radius is not None:
             if isinstance(radius, bool) or not isinstance(radius, (int, float)) or not radius > 0:
@@ -104,12 +136,24 @@ class Scene:
         for pitch in self.pitches:
             if not 1 <= pitch <= self.rig.chain.pitches:
                 refuse("pitches", pitch, f"pitches 1 to {self.rig.chain.pitches} exist")
-        if self.tooth_contact not in TOOTH_CONTACTS:
-            refuse("tooth_contact", self.tooth_contact, f"{' or '.join(TOOTH_CONTACTS)} would do")
-        limits = step_limits(build_model(self), self.rig.tension.pre_tension)
+        if self.chain == "belt" or self.integrator in ("linearly_implicit", "adaptive"):
+            return  # nothing explicit, or the step is only where the adaptive one reports
+        limits = step_limits(build_model(self), self.rig.tension.pre_tension, self.integrator)
+        if not limits:
+            return
         name, limit = min(limits.items(), key=lambda item: item[1])
         if self.step > limit:
             refuse("step", self.step, f"too large for the {name}; at most {limit:.2g} s would do")
+
+    @property
+    def bodies(self) -> int:
+        """Rigid bodies of the chain."""
+        return self.rig.chain.pitches * (2 if self.chain == "double_pin" else 1)
+
+    @property
+    def fidelity(self) -> dict[str, Decision]:
+        """Setting and reason of every choice."""
+        return decide(self)
 
     @staticmethod
     def ring_range(rig: Rig) -> tuple[float, float]:
@@ -147,54 +191,105 @@ class Scene:
         return data | {"pitches": list(self.pitches), "rig": self.rig.model_dump()}
 
 
-def _law(rig: Rig, surface: Surface) -> Law:
+def _law(rig: Rig, surface: Surface, scene: Scene) -> Law:
+    sliding = scene.friction != "none"
     return make_law(
         surface.contact_length,
         rig.composite_modulus(surface),
         surface.restitution,
-        surface.friction_static,
-        surface.friction_dynamic,
+        surface.friction_static if sliding else 0.0,
+        surface.friction_dynamic if sliding else 0.0,
         surface.transition_velocity,
         rig.impact.speed_floor,
         rig.impact.factor_limit,
+        scene.normal_law,
     )
 
 
-def build_chain(rig: Rig) -> Chain:
-    """Links and connectors in turn, mass centres in the middle of the pins."""
+def build_chain(rig: Rig, chain: str = "double_pin") -> Chain:
+    """Links and connectors in turn, or one body a pitch; mass centres in the middle of the pins."""
     c, n = rig.chain, rig.chain.pitches
-    length = np.tile([c.link_length, rig.connector_length], n)
+    if chain == "single_pin":
+        # half a connector is fixed to each end of the link, its middle a quarter of a connector from the joint
+        pitch, half = rig.single_pin_pitch, c.connector_mass / 2
+        own = c.connector_inertia / 2 - half * (rig.connector_length / 4) ** 2
+        inertia = c.link_inertia + 2 * (own + half * (pitch / 2 - rig.connector_length / 4) ** 2)
+        length = np.full(n, pitch)
+        mass, inertia = np.full(n, c.link_mass + c.connector_mass), np.full(n, inertia)
+        in_series = 2  # two bushings behind one another
+    else:
+        length = np.tile([c.link_length, rig.connector_length], n)
+        mass = np.tile([c.link_mass, c.connector_mass], n)
+        inertia = np.tile([c.link_inertia, c.connector_inertia], n)
+        in_series = 1
     return Chain(
         length,
-        np.tile([c.link_mass, c.connector_mass], n),
-        np.tile([c.link_inertia, c.connector_inertia], n),
+        mass,
+        inertia,
         length / 2,
-        np.zeros(2 * n),
-        rig.bushing.stiffness,
-        rig.bushing.damping,
-        rig.bushing.free_angle,
+        np.zeros(len(length)),
+        rig.bushing.stiffness / in_series,
+        rig.bushing.damping / in_series,
+        rig.bushing.free_angle * in_series,
         rig.gravity,
+    )
+
+
+def build_shoes(rig: Rig, chain: str = "double_pin") -> Shoes:
+    """Where the links and the connectors' arcs sit on the bodies.
+
+    A body of the single-pin chain is a link whose ends carry one arc each of the connectors beside it,
+    the joints where the middle lines of two links meet at equal pitch: arcs and links then stand in the
+    grooves and on the ring as those of the double-pin chain do.
+    """
+    n, a = rig.chain.pitches, rig.chain.link_length
+    pitch = np.arange(n)
+    if chain == "single_pin":
+        end = (rig.single_pin_pitch - a) / 2
+        return Shoes(
+            pitch,
+            np.full(n, end),
+            np.full(n, end + a),
+            np.column_stack([pitch, (pitch + 1) % n]).ravel(),
+            np.tile([end + a, end], n),
+        )
+    return Shoes(
+        2 * pitch, np.zeros(n), np.full(n, a), np.repeat(2 * pitch + 1, 2), np.tile([0.0, rig.connector_length], n)
+    )
+
+
+def build_wheels(scene: Scene, shift: float = 0.0) -> Wheels:
+    """The wheels that a scene has; a free loop has the sprocket alone, without ring."""
+    rig = scene.rig
+    circles = wheel_circles(rig, shift, surface=True)
+    if scene.ring_radius is not None:
+        circles[0, 2] = scene.ring_radius
+    count = 3 if scene.loop == "on_wheels" else 1
+    return Wheels(
+        np.array([int(scene.ring_radius is not None), 1, 1])[:count],
+        *np.ascontiguousarray(circles[:count].T),
+        np.array([0.0, rig.idler.inertia, rig.road_wheel.inertia])[:count],
+        np.array([0.0, rig.idler.bearing_drag, rig.road_wheel.bearing_drag])[:count],
+        rig.chain.link_thickness / 2,
+        _law(rig, rig.ring_contact, scene),
+        _law(rig, rig.wheel_contact, scene),
     )
 
 
 def build_model(scene: Scene, shift: float = 0.0) -> Model:
     """The model that a scene requires, the tensioning wheel shifted by ``shift`` (m)."""
     rig = scene.rig
-    circles = wheel_circles(rig, shift, surface=True)
-    if scene.ring_radius is not None:
-        circles[0, 2] = scene.ring_radius
-    wheels = Wheels(
-        np.array([int(scene.ring_radius is not None), 1, 1]),
-        *np.ascontiguousarray(circles.T),
-        np.array([0.0, rig.idler.inertia, rig.road_wheel.inertia]),
-        np.array([0.0, rig.idler.bearing_drag, rig.road_wheel.bearing_drag]),
-        rig.chain.link_thickness / 2,
-        _law(rig, rig.ring_contact),
-        _law(rig, rig.wheel_contact),
-    )
-    groove = rig.groove_profile if scene.tooth_contact == "ten_arcs" else coarse_groove(rig.groove_profile)
-    tooth = make_tooth(groove, rig.chain.connector_radius, _law(rig, rig.tooth_contact))
-    sensor = Sensor(2 * (rig.sensor.pitch - 1), float(rig.sensor.x), float(rig.sensor.y))
+    toothed = scene.tooth_contact != "none" and scene.loop == "on_wheels"
+    groove = coarse_groove(rig.groove_profile) if scene.tooth_contact == "three_surfaces" else rig.groove_profile
+    shoes = build_shoes(rig, scene.chain)
+    body = int(shoes.link_body[rig.sensor.pitch - 1])
     return Model(
-        build_chain(rig), tooth, wheels, Drive(float(scene.sprocket_rate), float(scene.ramp)), sensor, float(scene.step)
+        build_chain(rig, scene.chain),
+        shoes,
+        make_tooth(groove, rig.chain.connector_radius, _law(rig, rig.tooth_contact, scene), toothed),
+        build_wheels(scene, shift),
+        Drive(float(scene.sprocket_rate), float(scene.ramp)),
+        Sensor(body, float(rig.sensor.x + shoes.link_start[rig.sensor.pitch - 1]), float(rig.sensor.y)),
+        float(scene.step),
+        Closure(int(scene.closure == "elastic_damping"), rig.closure.stiffness, rig.closure.damping),
     )

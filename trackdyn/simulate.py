@@ -8,19 +8,24 @@ from math import cos, pi, sin
 import numpy as np
 from tqdm import tqdm
 
+from trackdyn.chain.belt import belt_motion
 from trackdyn.chain.kinematics import orient, place
 from trackdyn.contact.loads import contact_loads
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.integrate.semi_implicit import run
+from trackdyn.fidelity import decide
+from trackdyn.integrate.methods import SOLVERS, make_method
+from trackdyn.integrate.run import run
 from trackdyn.integrate.spells import SPELL_COLUMNS
 from trackdyn.jit import source_hash
 from trackdyn.model import SPROCKET, Model, Record, Spells, State, Work, make_buffers
-from trackdyn.parameters.layout import assemble, belt_around, tensioner, wheel_circles
+from trackdyn.parameters.layout import Assembly, assemble, belt_around, free_loop, tensioner, wheel_circles
 from trackdyn.recording import Recording
-from trackdyn.scene import Scene, build_model
+from trackdyn.scene import Scene, build_chain, build_model
 
 # Settling: a chunk of this many seconds, then every velocity is multiplied by the factor.
 CHUNK = 1e-3
+# Step of the settling: that of the scene if it is shorter.
+SETTLING_STEP = 1e-4
 DAMPING = 0.985
 # The tensioner closes the gap to the wanted tension with this time constant, s: slower than the
 # strands swing out.
@@ -31,10 +36,21 @@ CONTACT_COMPLIANCE = 1e-6
 
 
 def empty_record(
-    samples: int, n: int, wheels: int, pitches: tuple[int, ...] = (), frames: int = 0, stride: int = 0, spells: int = 0
+    samples: int,
+    n: int,
+    wheels: int,
+    pitches: tuple[int, ...] = (),
+    frames: int = 0,
+    stride: int = 0,
+    spells: int = 0,
+    loop: int | None = None,
 ) -> Record:
-    """Allocate the arrays of a record (see ``model.Record``), with room for ``spells`` rows a chunk."""
+    """Allocate the arrays of a record (see ``model.Record``), with room for ``spells`` rows a chunk.
+
+    ``loop`` is the number of pitches of the chain, half of its ``n`` bodies by default.
+    """
     p = len(pitches)
+    loop = n // 2 if loop is None else loop
     return Record(
         np.zeros((samples, 3)),
         np.zeros((samples, 3)),
@@ -50,23 +66,44 @@ def empty_record(
         stride,
         Spells(
             int(spells > 0),
-            np.zeros((3 * n // 2, len(SPELL_COLUMNS))),
+            np.zeros((3 * loop, len(SPELL_COLUMNS))),
             np.zeros((spells, len(SPELL_COLUMNS))),
             np.zeros(1, np.int64),
         ),
     )
 
 
-def body_name(body: int) -> str:
+def body_name(body: int, single_pin: bool = False) -> str:
     """``link 3`` or ``connector 3``: the body as a reader would call it."""
+    if single_pin:
+        return f"pitch {body + 1}"
     return f"{'connector' if body % 2 else 'link'} {body // 2 + 1}"
 
 
 def _diverged(body: int, state: State, model: Model, phase: str) -> DivergenceError:
     when = state.steps[0] * model.step
     return DivergenceError(
-        f"the run left the physical range at t = {when:.6g} s of {phase}, first at {body_name(body)}; "
+        f"the run left the physical range at t = {when:.6g} s of {phase}, first at "
+        f"{body_name(body, len(state.angle) == len(state.wheel_impact))}; "
         f"a step smaller than {model.step:g} s would do if the rig is meant to be so"
+    )
+
+
+def start_state(assembly: Assembly, model: Model) -> State:
+    """An assembled loop at rest."""
+    n, wheels, pitches = len(assembly.angle), len(model.wheels.x), len(model.shoes.link_body)
+    angle = np.zeros(wheels)
+    angle[SPROCKET] = assembly.sprocket_angle
+    return State(
+        np.zeros(1, np.int64),
+        np.array([*assembly.pins[0], 0.0, 0.0]),
+        assembly.angle.copy(),
+        np.zeros(n),
+        angle,
+        np.zeros(wheels),
+        np.zeros(2 * pitches),
+        np.zeros((pitches, wheels)),
+        np.zeros(7),
     )
 
 
@@ -76,30 +113,28 @@ class _Settling:
     def __init__(self, scene: Scene):
         self.scene = scene
         rig = scene.rig
-        assembly = assemble(rig)
-        n = len(assembly.angle)
+        body = float(build_chain(rig, scene.chain).length[0])
+        assembly = assemble(rig, build_chain(rig, scene.chain).length)
         self.shift = assembly.shift
-        self.state = State(
-            np.zeros(1, np.int64),
-            np.array([*assembly.pins[0], 0.0, 0.0]),
-            assembly.angle.copy(),
-            np.zeros(n),
-            np.array([assembly.sprocket_angle, 0.0, 0.0]),
-            np.zeros(3),
-            np.zeros(n),
-            np.zeros((n // 2, 3)),
-            np.zeros(7),
+        reference = scene.with_(
+            ring_radius=rig.sprocket.ring_radius,
+            motor_rpm=0.0,
+            integrator="semi_implicit",
+            tolerance=None,
+            solver="riccati",
+            step=min(scene.step, SETTLING_STEP),
         )
-        reference = scene.with_(ring_radius=rig.sprocket.ring_radius, motor_rpm=0.0)
         self.model = build_model(reference, self.shift)
-        self.work = make_buffers(n, 3)
-        self.record = empty_record(1, n, 3)
+        self.state = start_state(assembly, self.model)
+        n, pitches = len(assembly.angle), rig.chain.pitches
+        self.work = make_buffers(n, 3, pitches)
+        self.record = empty_record(1, n, 3, loop=pitches)
         self.wheel = tensioner(rig)
         self.target = rig.tension.pre_tension
         # a strand of span l and weight w a metre shortens its chord by w^2 l^3 / (24 T^2)
-        path, order = belt_around(rig, self.shift)
+        path, order = belt_around(rig, self.shift, body)
         chain = self.model.chain
-        weight = chain.gravity * (chain.mass[0] + chain.mass[1]) / (chain.length[0] + chain.length[1])
+        weight = chain.gravity * chain.mass.sum() / chain.length.sum()
         spans = np.diff(path.start)[1::2]
         self.sag = weight**2 * float((spans**3).sum()) / 24
         here = order.index(self.wheel)
@@ -193,10 +228,14 @@ def settle(scene: Scene) -> tuple[Model, State, Work, dict]:
     layout : dict
         Derived values: the tensioning wheel's shift (m) and the tension (N) reached with the reference ring.
     """
+    if scene.loop == "free":
+        return _spinning_loop(scene)
     settling = _Settling(scene)
+    teeth = settling.model.tooth.present
     settling.without_teeth()
     settling.tighten(0.6)
-    settling.engage(0.2)
+    if teeth:
+        settling.engage(0.2)
     settling.tighten(0.6)
     layout = {"tensioner_shift_m": settling.shift, "tension_n": settling.tension()}
     if scene.ring_radius != scene.rig.sprocket.ring_radius:
@@ -210,6 +249,17 @@ def settle(scene: Scene) -> tuple[Model, State, Work, dict]:
     state.wheel_rate[:] = 0.0
     state.work_done[:] = 0.0
     return model, state, settling.work, layout
+
+
+def _spinning_loop(scene: Scene) -> tuple[Model, State, Work, dict]:
+    """An oblong loop without wheels that spins with the rate of the sprocket and is otherwise at rest."""
+    model = build_model(scene)
+    assembly = free_loop(model.chain.length)
+    state = start_state(assembly, model)
+    spin = scene.sprocket_rate
+    state.rate[:] = spin
+    state.pin[2:] = [-spin * state.pin[1], spin * state.pin[0]]
+    return model, state, make_buffers(len(state.angle), 1, scene.rig.chain.pitches), {}
 
 
 def _take_spells(spells: Spells) -> np.ndarray:
@@ -247,17 +297,27 @@ def simulate(scene: Scene, progress: bool = False) -> Recording:
     DivergenceError
         If a body leaves the physical range; nothing is returned or written then.
     """
+    if scene.chain == "belt":
+        return _belt(scene)
     rig = scene.rig
     rate = rig.sensor.rate
+    decisions = decide(scene)
     model, state, work, layout = settle(scene)
-    n = state.angle.shape[0]
+    n, loop, wheels = len(state.angle), rig.chain.pitches, len(model.wheels.x)
     pitches = scene.pitches or (rig.sensor.pitch,)
     samples = _samples(scene.duration, rate)
     lead = _samples(scene.ramp + scene.lead_in, rate)
     frame_stride = _samples(scene.frame_interval, rate)
     frames = -(-samples // frame_stride) if frame_stride else 0
-    record = empty_record(samples, n, 3, pitches, frames, frame_stride, SPELLS_A_CHUNK if scene.spells else 0)
-    scratch = empty_record(1, n, 3)
+    spell_rows = SPELLS_A_CHUNK if scene.spells and scene.loop == "on_wheels" else 0
+    record = empty_record(samples, n, wheels, pitches, frames, frame_stride, spell_rows, loop)
+    scratch = empty_record(1, n, wheels, loop=loop)
+    method = make_method(scene.integrator, n, loop, wheels, scene.tolerance or 0.0)
+    options = {
+        "terms": method if scene.integrator == "linearly_implicit" else None,
+        "stages": method if scene.integrator in ("rk4", "adaptive") else None,
+        "solver": SOLVERS.index(scene.solver) or None,
+    }
 
     bar = tqdm(
         total=scene.ramp + scene.lead_in + scene.duration,
@@ -269,7 +329,7 @@ def simulate(scene: Scene, progress: bool = False) -> Recording:
     wall = 0.0
     with bar:
         for _ in range(lead):
-            bad = run(model, state, work, scratch, 0, 1, scene.stride)
+            bad = run(model, state, work, scratch, 0, 1, scene.stride, **options)
             if bad >= 0:
                 raise _diverged(bad, state, model, "the start")
             bar.update(1 / rate)
@@ -279,7 +339,7 @@ def simulate(scene: Scene, progress: bool = False) -> Recording:
         for first in range(0, samples, chunk):
             last = min(first + chunk, samples)
             begin = time.perf_counter()
-            bad = run(model, state, work, record, first, last, scene.stride)
+            bad = run(model, state, work, record, first, last, scene.stride, **options)
             wall += time.perf_counter() - begin
             if bad >= 0:
                 raise _diverged(bad, state, model, "the run")
@@ -302,14 +362,49 @@ def simulate(scene: Scene, progress: bool = False) -> Recording:
         begin=float(begin_time),
         frame=record.frame,
         frame_time=(np.arange(frames) * frame_stride + 1) / rate,
-        meta={
-            "scene": {k: v for k, v in scene.describe().items() if k != "rig"},
-            "rig": rig.model_dump(),
-            "layout": layout,
-            "fidelity": "planar",
-            "sources": source_hash(),
-            "versions": {name: version(name) for name in ("numpy", "numba", "scipy")},
-            "python": platform.python_version(),
-        },
+        meta=_provenance(scene, decisions, layout),
+        wall=wall,
+    )
+
+
+def _provenance(scene: Scene, decisions: dict, layout: dict) -> dict:
+    """Scene, rig, decisions with their reasons, versions and sources."""
+    return {
+        "scene": {k: v for k, v in scene.describe().items() if k != "rig"},
+        "rig": scene.rig.model_dump(),
+        "layout": layout,
+        "fidelity": {name: {"setting": d.setting, "reason": d.reason} for name, d in decisions.items()},
+        "sources": source_hash(),
+        "versions": {name: version(name) for name in ("numpy", "numba", "scipy")},
+        "python": platform.python_version(),
+    }
+
+
+def _belt(scene: Scene) -> Recording:
+    """A kinematic recording: the sensor on the path of the chain, nothing else."""
+    rate = scene.rig.sensor.rate
+    samples = _samples(scene.duration, rate)
+    begin = time.perf_counter()
+    raw, mean, at, length = belt_motion(scene, (scene.lead_in + scene.ramp / 2) * scene.loop_frequency, samples)
+    wall = time.perf_counter() - begin
+    scratch = empty_record(samples, 2 * scene.rig.chain.pitches, 3)
+    scratch.wheel_rate[:, SPROCKET] = scene.sprocket_rate
+    return Recording(
+        time=np.arange(1, samples + 1) / rate,
+        raw=raw,
+        mean=mean,
+        gap=scratch.gap,
+        place=at,
+        wheel_rate=scratch.wheel_rate,
+        energy=scratch.energy,
+        force=scratch.force,
+        area=scratch.area,
+        groove=scratch.groove,
+        pitches=np.zeros(0, np.int64),
+        spells=np.zeros((0, len(SPELL_COLUMNS))),
+        begin=scene.lead_in + scene.ramp,
+        frame=np.zeros((0, 2 * scene.rig.chain.pitches + 3)),
+        frame_time=np.zeros(0),
+        meta=_provenance(scene, decide(scene), {"path_m": length}),
         wall=wall,
     )

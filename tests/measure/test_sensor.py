@@ -9,10 +9,10 @@ from trackdyn.chain import multipliers
 from trackdyn.chain.kinematics import bushing_torques, orient, place
 from trackdyn.chain.model import Chain
 from trackdyn.chain.riccati import accelerations, make_work
-from trackdyn.integrate.semi_implicit import run
+from trackdyn.integrate.run import run
 from trackdyn.measure.sensor import sense, specific_force
 from trackdyn.model import Drive, Model, Sensor, State, Wheels, make_buffers
-from trackdyn.scene import build_model
+from trackdyn.scene import build_model, build_shoes
 from trackdyn.simulate import empty_record, settle, simulate
 
 
@@ -77,7 +77,8 @@ def test_clipped_samples_are_counted(make_scene):
 def polygon(make_scene):
     """Function that gives a regular clockwise ring without wheels, bushings relaxed, and its apothem."""
     n, side = 14, 0.1
-    tooth = build_model(make_scene()).tooth._replace(present=0)
+    scene = make_scene()
+    tooth = build_model(scene).tooth._replace(present=0)
     nothing = np.zeros(3)
     wheels = Wheels(
         np.zeros(3, np.int64), nothing, nothing, np.ones(3), np.ones(3), nothing, 0.02, tooth.law, tooth.law
@@ -97,7 +98,8 @@ def polygon(make_scene):
             turn - 2 * np.pi * np.arange(n) / n, np.full(n, rate),
             np.zeros(3), np.zeros(3), np.zeros(n), np.zeros((n // 2, 3)), np.zeros(7),
         )  # fmt: skip
-        model = Model(chain, tooth, wheels, Drive(0.0, 1.0), sensor, 1e-5)
+        shoes = build_shoes(scene.rig.changed(chain__pitches=n // 2))
+        model = Model(chain, shoes, tooth, wheels, Drive(0.0, 1.0), sensor, 1e-5)
         return model, state, make_buffers(n, 3), apothem
 
     return make

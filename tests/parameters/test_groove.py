@@ -326,4 +326,6 @@ def test_parameter_table_lists_every_parameter_with_kind_and_source(rig_path, ri
     derived = {"connector length", "pin circle"}
     assert len(table) == parameters + len(derived)
     assert derived <= set(table["name"])
-    assert set(table.loc[table["unit"] == "deg", "name"].str.split(".").str[0]) == {"groove", "tension"}
+    assert set(table.loc[table["unit"] == "deg", "name"].str.split(".").str[0]) == {
+        "groove", "tension", "sprocket", "idler", "road_wheel"
+    }

@@ -19,7 +19,7 @@ def orient(angle, cos, sin):
 
 @kernel
 def place(chain: Chain, state, work):
-    """Pins and velocities of the mass centres along the chain."""
+    """Pins and velocities of the mass centres along the chain, gap of the cut joint and its rate."""
     x, y, vx, vy = state.pin[0], state.pin[1], state.pin[2], state.pin[3]
     for i in range(state.angle.shape[0]):
         c, s, w = work.cos[i], work.sin[i], state.rate[i]
@@ -37,11 +37,15 @@ def place(chain: Chain, state, work):
         vy += w * dx
     work.pin_x[-1] = x
     work.pin_y[-1] = y
+    work.cut[0] = x - state.pin[0]
+    work.cut[1] = y - state.pin[1]
+    work.cut[2] = vx - state.pin[2]
+    work.cut[3] = vy - state.pin[3]
 
 
 @kernel
-def bushing_torques(chain: Chain, state, work):
-    """Torque of every bushing at the start of the step, and the joint rates it was taken at."""
+def bushing_torques(chain: Chain, state, work, ahead=0.0):
+    """Torque of every bushing and the joint rates it was taken at; the spring ``ahead`` seconds later (s)."""
     n = state.angle.shape[0]
     for i in range(n):
         k = i + 1 if i < n - 1 else 0
@@ -50,4 +54,4 @@ def bushing_torques(chain: Chain, state, work):
             phi -= 2.0 * np.pi  # a clockwise loop: angles fall by one turn along the chain
         rate = state.rate[k] - state.rate[i]
         work.joint_rate[i] = rate
-        work.torque[i] = -chain.stiffness * (phi - chain.free_angle) - chain.damping * rate
+        work.torque[i] = -chain.stiffness * (phi + ahead * rate - chain.free_angle) - chain.damping * rate

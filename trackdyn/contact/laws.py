@@ -1,9 +1,13 @@
 """Normal and friction laws of one contact, on plain numbers (Eqs. 8 to 11)."""
 
-from math import pi, sqrt, tanh
+from math import log, pi, sqrt, tanh
 from typing import NamedTuple
 
+from scipy.optimize import brentq
+
 from trackdyn.jit import kernel
+
+NORMAL_LAWS = ("printed", "delivered", "elastic")
 
 
 class Law(NamedTuple):
@@ -14,9 +18,10 @@ class Law(NamedTuple):
     stiffness : float
         ``pi L E* / (2 sqrt 2)`` of Eq. 8, N/m.
     loss : float
-        ``3 (1 - c_r^2) / 4`` of Eq. 8.
+        Factor chi of the relative penetration velocity: ``3 (1 - c_r^2) / 4`` of Eq. 8, the one that
+        delivers c_r, or 0 for an elastic contact.
     friction_static, friction_dynamic : float
-        Coefficients of Eq. 10.
+        Coefficients of Eq. 10; both 0: no friction.
     transition_velocity : float
         v_t of Eq. 10, m/s.
     speed_floor : float
@@ -34,10 +39,51 @@ class Law(NamedTuple):
     factor_limit: float
 
 
-def make_law(contact_length, composite_modulus, restitution, mu_s, mu_d, v_t, speed_floor, factor_limit) -> Law:
-    """Constants of Eqs. 8 and 10 from material data (SI units)."""
+def delivered_restitution(loss: float) -> float:
+    """Restitution that a damping factor ``loss`` delivers, whatever the elastic law.
+
+    Solution e of ``chi (1 + e) = ln((1 + chi) / (1 - chi e))``, the integral of
+    ``m v dv = -f (1 + chi v / v0) d delta`` over an impact.
+    """
+    if loss == 0.0:
+        return 1.0
+
+    def residual(e):
+        return loss * (1 + e) - log((1 + loss) / (1 - loss * e))
+
+    return float(brentq(residual, 0.0, min(1.0, (1 - 1e-15) / loss)))
+
+
+def delivering_loss(restitution: float) -> float:
+    """Damping factor that delivers the restitution it is named after: the inverse of `delivered_restitution`."""
+    if restitution >= 1.0:
+        return 0.0
+    # with u = chi (1 + e) and chi e below 1; the root lies between that of small losses and 1 / e
+    upper = (1 - 1e-15) / restitution
+
+    def residual(loss):
+        return loss * (1 + restitution) - log((1 + loss) / (1 - loss * restitution))
+
+    return float(brentq(residual, min(1e-6, 0.5 * (1 - restitution)), upper, xtol=1e-14))
+
+
+def make_law(
+    contact_length, composite_modulus, restitution, mu_s, mu_d, v_t, speed_floor, factor_limit, normal_law="printed"
+) -> Law:
+    """Constants of Eqs. 8 and 10 from material data (SI units).
+
+    ``normal_law`` is one of ``NORMAL_LAWS``: Eq. 8 as printed, the same with the factor that delivers
+    ``restitution`` (its bracket then reaches 1 + chi in the first instant, so it is not clipped below
+    that), or without any loss.
+    """
     stiffness = pi * contact_length * composite_modulus / (2 * sqrt(2.0))
-    return Law(stiffness, 0.75 * (1 - restitution**2), mu_s, mu_d, v_t, speed_floor, factor_limit)
+    loss = 0.0
+    if normal_law == "printed":
+        loss = 0.75 * (1 - restitution**2)
+    elif normal_law == "delivered":
+        loss = delivering_loss(restitution)
+        factor_limit = max(factor_limit, 1.0 + loss)
+    return Law(stiffness, loss, mu_s, mu_d, v_t, speed_floor, factor_limit)
 
 
 @kernel
@@ -58,8 +104,20 @@ def normal_force(law: Law, depth, speed, impact_speed, radius):
 
 
 @kernel
+def normal_slopes(law: Law, depth, speed, impact_speed, radius):
+    """Slopes of Eq. 8 with the penetration (N/m) and with its velocity (N s/m; 0 where the bracket is clipped)."""
+    elastic = elastic_force(law.stiffness, depth, radius)
+    factor = 1.0 + law.loss * speed / impact_speed
+    damping = elastic * law.loss / impact_speed if 0.0 < factor < law.factor_limit else 0.0
+    factor = min(max(factor, 0.0), law.factor_limit)
+    return factor * elastic / depth * (1.5 - 0.5 * depth / (radius + depth)), damping
+
+
+@kernel
 def friction_coefficient(law: Law, slip):
     """Signed coefficient of Eq. 10 at the slip velocity (m/s): the friction force is against the slip."""
+    if law.friction_static == 0.0:
+        return 0.0
     x = abs(slip) / law.transition_velocity
     q = 0.25 * x * x + 0.75
     mu = law.friction_dynamic * tanh(4.0 * x) + (law.friction_static - law.friction_dynamic) * x / (q * q)

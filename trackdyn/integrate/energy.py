@@ -4,6 +4,7 @@ import numpy as np
 
 from trackdyn.jit import kernel
 from trackdyn.model import (
+    BEARING,
     BUSHING_ELASTIC,
     BUSHING_LOSS,
     GRAVITY,
@@ -56,6 +57,61 @@ def account(model: Model, state: State, work: Work):
         after = state.rate[i + 1 if i < n - 1 else 0] - state.rate[i]
         loss += after * (work.joint_rate[i] + after)
     done[BUSHING_LOSS] += 0.5 * h * chain.damping * loss
+
+
+@kernel
+def finish_forces(model: Model, state: State, work: Work):
+    """Contact forces of a linearly implicit step with the part that its accelerations added.
+
+    The rows of the contact list hold the forces led to the end of the step without it; velocities
+    after the step are taken in the configuration before it, as in `account`.
+    """
+    row, h = work.contact, model.step
+    for k in range(work.count[0]):
+        fn = np.sqrt(row[k, 0] * row[k, 0] + row[k, 1] * row[k, 1])
+        if fn == 0.0:
+            continue
+        body = work.contact_body[k, 0]
+        nx = row[k, 0] / fn
+        ny = row[k, 1] / fn
+        dw = state.rate[body] - work.old_rate[body]
+        dvx = work.com_dvx[body] - dw * row[k, 5]
+        dvy = work.com_dvy[body] + dw * row[k, 4]
+        normal = -row[k, 11] / h * (nx * dvx + ny * dvy)
+        turn = (state.wheel_rate[work.contact_body[k, 1]] - row[k, 10]) * (row[k, 8] * nx + row[k, 9] * ny)
+        across = -row[k, 12] / h * (nx * dvy - ny * dvx - turn)
+        row[k, 0] += normal * nx
+        row[k, 1] += normal * ny
+        row[k, 2] -= across * ny
+        row[k, 3] += across * nx
+
+
+@kernel
+def powers(model: Model, state: State, work: Work, out, first):
+    """Power of every force at the present state into ``out[first]`` and the six entries behind it, W."""
+    for k in range(7):
+        out[first + k] = 0.0
+    row = work.contact
+    for k in range(work.count[0]):
+        wheel = work.contact_body[k, 1]
+        ww = row[k, 10]
+        sx = -ww * row[k, 9]
+        sy = ww * row[k, 8]
+        if wheel == SPROCKET:
+            out[first + SPROCKET_WORK] += (row[k, 0] + row[k, 2]) * sx + (row[k, 1] + row[k, 3]) * sy
+        normal = -(row[k, 0] * (row[k, 6] - sx) + row[k, 1] * (row[k, 7] - sy))
+        friction = -(row[k, 2] * (row[k, 6] - sx) + row[k, 3] * (row[k, 7] - sy))
+        if work.contact_body[k, 2]:
+            out[first + TOOTH_NORMAL] += normal
+            out[first + TOOTH_FRICTION] += friction
+        else:
+            out[first + WHEEL_NORMAL] += normal
+            out[first + WHEEL_FRICTION] += friction
+    n = state.rate.shape[0]
+    for i in range(n):
+        out[first + BUSHING_LOSS] += model.chain.damping * work.joint_rate[i] * work.joint_rate[i]
+    for wheel in range(1, model.wheels.x.shape[0]):
+        out[first + BEARING] += model.wheels.drag[wheel] * state.wheel_rate[wheel] * state.wheel_rate[wheel]
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""The time loop: semi-implicit Euler (order 1) with the closure solved exactly and projected once a step.
+"""Semi-implicit Euler (order 1) with the closure solved exactly and projected once a step.
 
 Velocities are advanced with the accelerations at the start of the step, positions with the new
 velocities. The remaining gap of the cut joint, of second order in the step, is removed by an extra
@@ -9,27 +9,14 @@ velocities alike (the SHAKE form), which keeps the discrete path symplectic wher
 
 from math import cos as cosine
 from math import sin as sine
-from math import sqrt
 
-from trackdyn.chain.kinematics import bushing_torques, orient, place
-from trackdyn.chain.riccati import accelerations
-from trackdyn.contact.loads import contact_loads
-from trackdyn.integrate.energy import account, energies
-from trackdyn.integrate.spells import log_spells
 from trackdyn.jit import kernel
-from trackdyn.model import BEARING, SPROCKET, Drive, Model, Record, State, Work
+from trackdyn.model import BEARING, SPROCKET, Drive, Model, State, Work
 
 # |angular velocity| of a body beyond which a run has left the physical range, rad/s
 RATE_LIMIT = 1000.0
 # rotation in one step up to which cosine and sine are updated by their series, rad
 TURN_LIMIT = 0.02
-
-
-@kernel
-def evaluate_loads(model: Model, state: State, work: Work):
-    """Contacts and bushings at the present state."""
-    contact_loads(model, state, work)
-    bushing_torques(model.chain, state, work)
 
 
 @kernel
@@ -42,13 +29,14 @@ def sprocket_rate(drive: Drive, time):
 
 
 @kernel
-def advance(model: Model, state: State, work: Work):
-    """Velocities, then positions, then the projection of the closure.
+def advance(model: Model, state: State, work: Work, implicit):
+    """Velocities, then positions, then the projection of a rigid closure.
+
+    ``implicit`` is None, or the work of a linearly implicit sweep that has found the accelerations of
+    the wheels too.
 
     Returns
     -------
-    gap : float
-        Distance between the pins of the cut joint after the step, m.
     body : int
         -1, or the body whose angular velocity left the physical range.
     """
@@ -94,12 +82,13 @@ def advance(model: Model, state: State, work: Work):
         gx += length * nc
         gy += length * ns
 
+    if model.closure.compliant:
+        gx = gy = 0.0  # a gap is part of the model, not an error
     # extra cut load that closes the gap: end - start moves by h^2 (closure matrix) d_lambda
     inv = sweep.inverse
     dx = -(inv[0, 0] * gx + inv[0, 1] * gy) / h
     dy = -(inv[1, 0] * gx + inv[1, 1] * gy) / h
     dm = -(inv[2, 0] * gx + inv[2, 1] * gy) / h
-    gx = gy = 0.0
     for i in range(n):
         d = response[i, 0] * dx + response[i, 1] * dy + response[i, 2] * dm
         state.rate[i] += d
@@ -110,8 +99,6 @@ def advance(model: Model, state: State, work: Work):
         half = 0.5 * d * d
         work.cos[i] = c - d * s - half * c
         work.sin[i] = s + d * c - half * s
-        gx += chain.length[i] * work.cos[i]
-        gy += chain.length[i] * work.sin[i]
     for k in range(2):
         state.pin[2 + k] += b[k, 0] * dx + b[k, 1] * dy + b[k, 2] * dm
         state.pin[k] += h * state.pin[2 + k]
@@ -125,85 +112,13 @@ def advance(model: Model, state: State, work: Work):
     for wheel in range(1, wheels.x.shape[0]):
         # drag is taken at the end of the step, which cannot overshoot
         old = state.wheel_rate[wheel]
-        rate = (wheels.inertia[wheel] * old + h * work.wheel_torque[wheel]) / (
-            wheels.inertia[wheel] + h * wheels.drag[wheel]
-        )
+        if implicit is None:
+            rate = (wheels.inertia[wheel] * old + h * work.wheel_torque[wheel]) / (
+                wheels.inertia[wheel] + h * wheels.drag[wheel]
+            )
+        else:
+            rate = old + h * implicit.load[3 + wheel]
         state.wheel_rate[wheel] = rate
         state.wheel_angle[wheel] += h * rate
         state.work_done[BEARING] += h * wheels.drag[wheel] * rate * 0.5 * (old + rate)
-    return sqrt(gx * gx + gy * gy), bad
-
-
-@kernel
-def run(model: Model, state: State, work: Work, record: Record, first, last, stride):
-    """Integrate samples ``first`` to ``last - 1`` of ``stride`` steps each and fill their rows.
-
-    Returns
-    -------
-    body : int
-        -1, or the body at which the run left the physical range; ``state.steps`` says when.
-    """
-    sensor, sweep, chain = model.sensor, work.sweep, model.chain
-    b = sensor.body
-    n = state.angle.shape[0]
-    damping = model.step * chain.damping
-    orient(state.angle, work.cos, work.sin)
-    place(chain, state, work)
-    evaluate_loads(model, state, work)
-    for sample in range(first, last):
-        sum_x = sum_y = sum_angle = gap = 0.0
-        raw_x = raw_y = 0.0
-        orient(state.angle, work.cos, work.sin)
-        for _ in range(stride):
-            accelerations(
-                chain, work.cos, work.sin, state.rate, work.force_x, work.force_y, work.moment, work.torque,
-                damping, b, sweep,
-            )  # fmt: skip
-            # sensor: pin, angular and centripetal part, in the link frame (a_s of Eq. 40)
-            p, load, r = sweep.probe, sweep.load, sweep.response
-            ax = p[0, 0] * load[0] + p[0, 1] * load[1] + p[0, 2] * load[2] + p[0, 3]
-            ay = p[1, 0] * load[0] + p[1, 1] * load[1] + p[1, 2] * load[2] + p[1, 3]
-            alpha = r[b, 0] * load[0] + r[b, 1] * load[1] + r[b, 2] * load[2] + r[b, 3]
-            w2 = state.rate[b] ** 2
-            c, s = work.cos[b], work.sin[b]
-            raw_x = c * ax + s * ay - alpha * sensor.y - w2 * sensor.x
-            raw_y = c * ay - s * ax + alpha * sensor.x - w2 * sensor.y
-            raw_angle = state.angle[b]
-            sum_x += raw_x
-            sum_y += raw_y
-            sum_angle += raw_angle
-            distance, bad = advance(model, state, work)
-            if bad >= 0:
-                return bad
-            gap = max(gap, distance)
-            place(chain, state, work)
-            account(model, state, work)
-            evaluate_loads(model, state, work)
-            if record.spells.enabled:
-                log_spells(record.spells, state, work, state.steps[0] * model.step, model.step)
-        record.raw[sample, 0] = raw_x
-        record.raw[sample, 1] = raw_y
-        record.raw[sample, 2] = raw_angle
-        record.mean[sample, 0] = sum_x / stride
-        record.mean[sample, 1] = sum_y / stride
-        record.mean[sample, 2] = sum_angle / stride
-        record.gap[sample] = gap
-        record.place[sample, 0] = 0.5 * (work.pin_x[b] + work.pin_x[b + 1])
-        record.place[sample, 1] = 0.5 * (work.pin_y[b] + work.pin_y[b + 1])
-        record.wheel_rate[sample] = state.wheel_rate
-        energies(model, state, work, record.energy[sample])
-        for i in range(record.pitches.shape[0]):
-            pitch = record.pitches[i]
-            for side in range(2):
-                record.force[sample, i, side] = work.tooth_force[2 * pitch + side]
-                record.area[sample, i, side] = work.tooth_area[2 * pitch + side]
-                record.groove[sample, i, side] = work.tooth_groove[2 * pitch + side]
-            record.force[sample, i, 2] = work.wheel_force[pitch, SPROCKET]
-        if record.frame_stride > 0 and sample % record.frame_stride == 0:
-            frame = record.frame[sample // record.frame_stride]
-            frame[0] = state.pin[0]
-            frame[1] = state.pin[1]
-            for i in range(n):
-                frame[2 + i] = state.angle[i]
-            frame[2 + n] = state.wheel_angle[SPROCKET]
-    return -1
+    return bad

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from trackdyn.fidelity import label
 from trackdyn.measure.meshing import meshing_summary
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.signals import (
@@ -75,7 +76,7 @@ def run_metrics(name: str, recording: Recording) -> dict:
         "run": name,
         "rpm": scene["motor_rpm"],
         "ring_radius_m": NAN if radius is None else radius,
-        "fidelity": recording.meta["fidelity"],
+        "fidelity": label(recording.meta["fidelity"]),
         "step_s": scene["step"],
         "simulated_s": seconds,
         "wall_s": recording.wall,

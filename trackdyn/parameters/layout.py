@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from math import asin, atan2, cos, hypot, pi, sin, sqrt
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import brentq, fsolve
 
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import Rig
@@ -42,18 +42,24 @@ class BeltPath:
         """Length of the whole path, m."""
         return float(self.start[-1])
 
+    def along(self, s):
+        """Positions (k, 2), headings (rad) and curvatures (1/m, clockwise positive) at arc lengths ``s`` (k,)."""
+        s = np.asarray(s, dtype=float) % self.length
+        piece = np.minimum(np.searchsorted(self.start, s, side="right") - 1, 2 * len(self.wrap) - 1)
+        wheel, on_run = piece // 2, piece % 2 == 1
+        x, y, r = self.circles[wheel].T
+        ds = s - self.start[piece]
+        heading = self.heading[wheel] + np.where(on_run, 0.0, self.wrap[wheel] - ds / r)
+        further = np.where(on_run, ds, 0.0)
+        point = np.column_stack(
+            [x - r * np.sin(heading) + further * np.cos(heading), y + r * np.cos(heading) + further * np.sin(heading)]
+        )
+        return point, heading, np.where(on_run, 0.0, 1.0 / r)
+
     def at(self, s):
         """Position (2,), heading (rad) and curvature (1/m, clockwise positive) at arc length ``s``."""
-        s = s % self.length
-        k = min(int(np.searchsorted(self.start, s, side="right")) - 1, 2 * len(self.wrap) - 1)
-        wheel, on_run = divmod(k, 2)
-        x, y, r = self.circles[wheel]
-        ds = s - self.start[k]
-        if on_run:
-            t = self.heading[wheel]
-            return np.array([x - r * sin(t) + ds * cos(t), y + r * cos(t) + ds * sin(t)]), t, 0.0
-        t = self.heading[wheel] + self.wrap[wheel] - ds / r
-        return np.array([x - r * sin(t), y + r * cos(t)]), t, 1.0 / r
+        point, heading, curvature = self.along([s])
+        return point[0], float(heading[0]), float(curvature[0])
 
 
 def belt_path(circles, names=None) -> BeltPath:
@@ -93,17 +99,19 @@ def belt_path(circles, names=None) -> BeltPath:
     return BeltPath(circles, heading, np.concatenate([[0.0], np.cumsum(pieces)]), wrap)
 
 
-def wheel_circles(rig: Rig, shift: float = 0.0, surface: bool = False) -> np.ndarray:
+def wheel_circles(rig: Rig, shift: float = 0.0, surface: bool = False, body: float | None = None) -> np.ndarray:
     """Centres and radii (w, 3) of the wheels, the tensioning wheel shifted by ``shift``; m.
 
     The radius is that of the pins of links lying on the wheel, or with ``surface`` the wheel's own.
+    ``body`` is the distance of the pins of a body that carries a link (a link's own).
     """
+    body = rig.chain.link_length if body is None else body
     wheels = [getattr(rig, name) for name in WHEEL_NAMES]
     circles = np.array([(w.x, w.y, getattr(w, "radius", rig.sprocket.ring_radius)) for w in wheels])
     angle = rig.tension.direction * pi / 180
     circles[tensioner(rig), :2] += [shift * cos(angle), shift * sin(angle)]
     if not surface:
-        circles[:, 2] = np.hypot(circles[:, 2] + rig.chain.link_thickness / 2, rig.chain.link_length / 2)
+        circles[:, 2] = np.hypot(circles[:, 2] + rig.chain.link_thickness / 2, body / 2)
     return circles
 
 
@@ -114,9 +122,9 @@ def run_order(circles: np.ndarray) -> list[int]:
     return sorted(range(len(circles)), key=lambda i: float((clockwise[i] - clockwise[0]) % (2 * pi)))
 
 
-def belt_around(rig: Rig, shift: float = 0.0) -> tuple[BeltPath, list[int]]:
+def belt_around(rig: Rig, shift: float = 0.0, body: float | None = None) -> tuple[BeltPath, list[int]]:
     """Path of the pins around the rig's wheels, and the wheel (index in ``WHEEL_NAMES``) of each circle."""
-    circles = wheel_circles(rig, shift)
+    circles = wheel_circles(rig, shift, body=body)
     order = run_order(circles)
     return belt_path(circles[order], [WHEEL_NAMES[i] for i in order]), order
 
@@ -163,8 +171,11 @@ class Assembly:
     shift: float
 
 
-def assemble(rig: Rig) -> Assembly:
+def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
     """Lay the loop around the wheels by shifting the tensioning wheel until the chain just closes.
+
+    ``lengths`` are the pin to pin lengths of the bodies, m; links and connectors in turn by default. If
+    there is one body a pitch, grooves are put under its joints.
 
     Raises
     ------
@@ -172,11 +183,14 @@ def assemble(rig: Rig) -> Assembly:
         If no shift within the tensioner's travel closes the loop: the sentence says whether the
         loop is too short or too long and by how much.
     """
-    lengths = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
+    if lengths is None:
+        lengths = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
+    single = len(lengths) == rig.chain.pitches
+    body = float(lengths[0])
     travel = rig.tension.travel
 
     def slack(shift):
-        path, _ = belt_around(rig, shift)
+        path, _ = belt_around(rig, shift, body)
         s = _lay(path, lengths)
         return (s[-1] - s[0]) - path.length
 
@@ -190,12 +204,46 @@ def assemble(rig: Rig) -> Assembly:
             "travel would do"
         )
     shift = brentq(slack, -travel, travel, xtol=1e-13)
-    path, _ = belt_around(rig, shift)
+    path, _ = belt_around(rig, shift, body)
     pins = np.array([path.at(s)[0] for s in _lay(path, lengths)])
     step = np.diff(pins, axis=0)
     angle = np.unwrap(np.arctan2(step[:, 1], step[:, 0]))
-    middle = 0.5 * (pins[:-1] + pins[1:])[1::2] - [rig.sprocket.x, rig.sprocket.y]
+    middle = (pins[:-1] if single else 0.5 * (pins[:-1] + pins[1:])[1::2]) - [rig.sprocket.x, rig.sprocket.y]
     direction = path.heading[0] + path.wrap[0] / 2 + pi / 2
     on_wheel = np.arctan2(middle[:, 1], middle[:, 0])
     off = np.abs((on_wheel - direction + pi) % (2 * pi) - pi) + 10 * (np.hypot(*middle.T) > 1.2 * path.circles[0, 2])
     return Assembly(pins[:-1], angle, float(on_wheel[np.argmin(off)] - pi / rig.sprocket.teeth), float(shift))
+
+
+# An oblong loop: the joints turn by more at its ends than along its sides.
+SQUASH = 0.3
+
+
+def free_loop(lengths: np.ndarray) -> Assembly:
+    """An oblong, closed clockwise loop of bodies around the origin, without wheels.
+
+    The angle of body i is ``-2 pi i / n`` with a second harmonic that makes the loop oblong, and a
+    first one that closes it.
+
+    Raises
+    ------
+    InputError
+        The bodies do not close so.
+    """
+    n = len(lengths)
+    phase = -2 * pi * np.arange(n) / n
+
+    def angles(first):
+        return phase + SQUASH * np.sin(2 * phase) + first[0] * np.cos(phase) + first[1] * np.sin(phase)
+
+    def gap(first):
+        a = angles(first)
+        return [lengths @ np.cos(a), lengths @ np.sin(a)]
+
+    first, _, success, _ = fsolve(gap, [0.0, 0.0], xtol=1e-15, full_output=True)
+    if success != 1 and np.hypot(*gap(first)) > 1e-12 * lengths.sum():
+        raise InputError(f"a free loop of {n} bodies does not close; three or more bodies of similar length would do")
+    angle = angles(first)
+    step = np.column_stack([np.cos(angle), np.sin(angle)]) * lengths[:, None]
+    pins = np.vstack([np.zeros(2), np.cumsum(step, axis=0)[:-1]])
+    return Assembly(pins - pins.mean(axis=0), angle, 0.0, 0.0)

@@ -7,7 +7,7 @@ are never converted silently. The kind says where the number comes from: ``print
 
 import re
 from functools import cached_property
-from math import radians
+from math import pi, radians, tan
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -56,6 +56,7 @@ Length = quantity("m", gt=0)
 Position = quantity("m")
 Mass = quantity("kg", gt=0)
 Inertia = quantity("kg m2", gt=0)
+Tilt = quantity("deg", ge=-10, le=10)
 Slope = quantity("deg", gt=-90, lt=90)
 Friction = quantity("1", ge=0, le=2)
 
@@ -66,9 +67,18 @@ class ChainParameters(Section):
     link_thickness: Length
     link_mass: Mass
     link_inertia: Inertia
+    link_inertia_along: Inertia
+    link_inertia_across: Inertia
     connector_mass: Mass
     connector_inertia: Inertia
+    connector_inertia_along: Inertia
+    connector_inertia_across: Inertia
     connector_radius: Length
+
+
+class ClosureParameters(Section):
+    stiffness: quantity("N/m", gt=0)
+    damping: quantity("N s/m", ge=0)
 
 
 class Bushing(Section):
@@ -96,11 +106,17 @@ class Sprocket(Section):
     y: Position
     equal_pitch_radius: Length
     ring_radius: Length
+    axial_offset: Position
+    toe: Tilt
+    camber: Tilt
 
 
 class Wheel(Section):
     x: Position
     y: Position
+    axial_offset: Position
+    toe: Tilt
+    camber: Tilt
     radius: Length
     inertia: Inertia
     bearing_drag: quantity("N m s/rad", ge=0)
@@ -113,8 +129,15 @@ class Tension(Section):
     travel: Length
 
 
+class Guide(Section):
+    clearance: quantity("m", ge=0)
+    stiffness: quantity("N/m", gt=0)
+    damping: quantity("N s/m", ge=0)
+
+
 class Surface(Section):
     contact_length: Length
+    axial_overhang: quantity("m", ge=0)
     youngs_modulus: quantity("Pa", gt=0)
     poisson_ratio: quantity("1", ge=0, lt=0.5)
     restitution: quantity("1", gt=0, le=1)
@@ -147,6 +170,7 @@ class Rig(Section):
     gravity: quantity("m/s2", ge=0)
     chain: ChainParameters
     bushing: Bushing
+    closure: ClosureParameters
     sprocket: Sprocket
     groove: GrooveParameters
     idler: Wheel
@@ -156,6 +180,7 @@ class Rig(Section):
     tooth_contact: Surface
     ring_contact: Surface
     wheel_contact: Surface
+    guide: Guide
     impact: ImpactParameters
     sensor: SensorParameters
 
@@ -182,6 +207,12 @@ class Rig(Section):
     def connector_length(self) -> float:
         """Pin to pin length of the connector, derived from the equal-pitch radius, m."""
         return connector_length(self.sprocket.teeth, self.chain.link_length, self.pin_circle)
+
+    @cached_property
+    def single_pin_pitch(self) -> float:
+        """Pin to pin length of a single-pin body, m: the pins stand where the links' lines meet at equal pitch."""
+        middle = self.sprocket.equal_pitch_radius + self.chain.link_thickness / 2
+        return 2 * middle * tan(pi / self.sprocket.teeth)
 
     @cached_property
     def groove_profile(self) -> Groove:

@@ -14,7 +14,7 @@ from matplotlib.colors import to_rgba
 from matplotlib.patches import Circle, Polygon
 from matplotlib.patheffects import withStroke
 
-from trackdyn.parameters.layout import WHEEL_NAMES, wheel_circles
+from trackdyn.parameters.layout import WHEEL_NAMES, assemble, wheel_circles
 from trackdyn.parameters.rig import Rig
 from trackdyn.report.style import BLACK, VERMILION
 
@@ -52,6 +52,21 @@ def chain_points(rig: Rig, frame) -> tuple[np.ndarray, np.ndarray, float]:
     steps = lengths[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
     pins = frame[:2] + np.vstack([np.zeros(2), np.cumsum(steps, axis=0)])
     return pins, angles, float(frame[-1])
+
+
+def laid_frame(rig: Rig) -> tuple[np.ndarray, float]:
+    """Configuration of the loop laid around its wheels, as a row of ``Recording.frame``, and the layout's shift, m."""
+    laid = assemble(rig)
+    return np.concatenate([laid.pins[0], laid.angle, [laid.sprocket_angle]]), laid.shift
+
+
+def turned(rig: Rig, frame, angle: float) -> np.ndarray:
+    """A configuration turned about the sprocket's centre by an angle (rad)."""
+    frame = np.array(frame, dtype=float)
+    centre = np.array([rig.sprocket.x, rig.sprocket.y])
+    frame[:2] = placed([frame[:2] - centre], centre, angle)[0]
+    frame[2:] += angle
+    return frame
 
 
 def link_outline(rig: Rig) -> np.ndarray:

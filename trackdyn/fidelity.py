@@ -1,0 +1,163 @@
+"""The ladder of fidelities: independent choices, cheap to dear, and what a scene requires of each.
+
+A scene states its choices, or leaves those that its physics can decide to ``auto``. `decide` settles
+them and says why; `refuse_nonsense` names the combinations that make no sense and the setting that
+would do. The presets are bundles of choices with a step, measured in ``docs/choosing-a-fidelity.md``.
+"""
+
+from typing import NamedTuple
+
+from trackdyn.errors import InputError
+
+CHOICES = {
+    "loop": ("on_wheels", "free"),
+    "chain": ("belt", "single_pin", "double_pin"),
+    "space": ("auto", "planar", "spatial"),
+    "tooth_contact": ("none", "three_surfaces", "ten_arcs"),
+    "normal_law": ("elastic", "printed", "delivered"),
+    "friction": ("auto", "none", "tangential", "independent", "isotropic"),
+    "closure": ("elastic_damping", "rigid"),
+    "solver": ("riccati", "transfer_product", "multipliers"),
+    "integrator": ("semi_implicit", "linearly_implicit", "rk4", "adaptive"),
+}
+# bodies of this chain over which the literal product still keeps about half of its digits
+LITERAL_BODIES = 8
+AXIAL_FRICTION = ("independent", "isotropic")
+
+# name -> choices and step; each measured against the next one up (rule `fidelity`)
+PRESETS = {
+    "fast": {"integrator": "linearly_implicit", "step": 5e-4},
+    "standard": {"integrator": "semi_implicit", "step": 1e-4},
+    "paper": {"integrator": "semi_implicit", "step": 5e-5},
+    "reference": {"integrator": "semi_implicit", "step": 1e-5},
+}
+
+
+class Decision(NamedTuple):
+    """What was chosen for one choice, and why."""
+
+    setting: str
+    reason: str
+
+
+def preset(name: str) -> dict:
+    """Fields of a `Scene` that a preset sets.
+
+    Raises
+    ------
+    InputError
+        There is no such preset.
+    """
+    if name not in PRESETS:
+        raise InputError(f"preset = {name!r} is not accepted: {', '.join(PRESETS)} would do")
+    return dict(PRESETS[name])
+
+
+def wheel_out_of_plane(rig) -> str | None:
+    """Name, field and value of the first wheel that is not aligned with the plane of the chain, or None."""
+    for name in ("sprocket", "idler", "road_wheel"):
+        wheel = getattr(rig, name)
+        for field in ("axial_offset", "toe", "camber"):
+            if getattr(wheel, field) != 0.0:
+                return f"{name}.{field} = {getattr(wheel, field):g}"
+    return None
+
+
+def decide(scene) -> dict[str, Decision]:
+    """Setting and reason of every choice of a scene, the sprocket's ring and the wheels included."""
+    asked = "as the scene asks"
+    found = {name: Decision(getattr(scene, name), asked) for name in CHOICES}
+    tilted = wheel_out_of_plane(scene.rig)
+    on_wheels = scene.loop == "on_wheels" and scene.chain != "belt"
+    if scene.space == "auto":
+        if tilted and on_wheels:
+            found["space"] = Decision("spatial", f"{tilted} breaks the mirror symmetry across the plane of the chain")
+        else:
+            found["space"] = Decision("planar", "mirror-symmetric across the plane, no axial load")
+    if scene.friction == "auto":
+        if found["space"].setting == "spatial":
+            found["friction"] = Decision("independent", "motion in space: tangential and axial friction as printed")
+        else:
+            found["friction"] = Decision("tangential", "planar: nothing moves along the axes")
+    if scene.chain == "belt":
+        for name in ("tooth_contact", "normal_law", "friction", "closure", "solver", "integrator"):
+            found[name] = Decision("none", "a kinematic path has no forces and no equations to solve")
+    elif scene.loop == "free":
+        for name in ("tooth_contact", "normal_law", "friction"):
+            found[name] = Decision("none", "a free loop touches nothing")
+    if on_wheels and scene.ring_radius is not None:
+        found["ring"] = Decision("present", f"ring_radius = {scene.ring_radius:g} m")
+    else:
+        found["ring"] = Decision("none", "the scene has no ring: no link is tested against one")
+    if on_wheels:
+        found["wheels"] = Decision("turning", "idler and road wheel turn freely; the sprocket's speed is prescribed")
+    else:
+        found["wheels"] = Decision("none", "no wheel is touched")
+    return found
+
+
+def label(decisions: dict) -> str:
+    """The choices that tell runs apart, in a few words; ``decisions`` as stored in a recording's provenance."""
+    names = ("space", "chain", "tooth_contact", "integrator")
+    return "/".join(decisions[name]["setting"] for name in names if decisions[name]["setting"] != "none")
+
+
+def refuse_nonsense(scene) -> None:
+    """Refuse combinations of choices that make no sense.
+
+    Raises
+    ------
+    InputError
+        Names the field, its value and the setting that would do.
+    """
+
+    def refuse(field, why):
+        raise InputError(f"scene: {field} = {getattr(scene, field)!r} is not accepted: {why}")
+
+    for name, settings in CHOICES.items():
+        if getattr(scene, name) not in settings:
+            refuse(name, f"{' or '.join(settings)} would do")
+    tilted = wheel_out_of_plane(scene.rig)
+    bodies = scene.bodies
+    if scene.chain == "belt":
+        if scene.ring_radius is not None:
+            refuse(
+                "ring_radius", "a belt is a path without contact (chain='belt'); None would do, or chain='double_pin'"
+            )
+        if scene.loop == "free":
+            refuse("loop", "a belt lies on its wheels (chain='belt'); 'on_wheels' would do")
+        if scene.spells or scene.pitches:
+            refuse(
+                "spells" if scene.spells else "pitches",
+                "a belt has no contacts to log (chain='belt'); spells=False and pitches=() would do",
+            )
+    if scene.loop == "free" and scene.ring_radius is not None:
+        refuse("ring_radius", "a free loop touches no ring (loop='free'); None would do")
+    if scene.space == "planar" and tilted and scene.loop == "on_wheels":
+        refuse("space", f"{tilted} moves the chain out of its plane; 'spatial' or 'auto' would do")
+    spatial = decide(scene)["space"].setting == "spatial"
+    if scene.friction in AXIAL_FRICTION and not spatial:
+        refuse("friction", "axial friction needs motion in space; 'tangential' would do, or space='spatial'")
+    if spatial:
+        if scene.chain != "double_pin":
+            refuse("chain", "motion in space is modelled for 'double_pin' only")
+        if scene.loop == "free":
+            refuse("loop", "a free loop is mirror-symmetric; space='planar' or 'auto' would do")
+        for field, only in (("closure", "rigid"), ("solver", "riccati"), ("integrator", "semi_implicit")):
+            if getattr(scene, field) != only:
+                refuse(field, f"motion in space is solved with '{only}' only; or space='planar' would do")
+    if scene.solver == "transfer_product" and bodies > LITERAL_BODIES:
+        refuse(
+            "solver",
+            f"the literal product of transfer matrices (Eqs. 2 to 5) keeps no digit over {bodies} bodies, errors grow "
+            f"about eightfold a body; 'riccati' would do, or at most {LITERAL_BODIES} bodies",
+        )
+    if scene.solver != "riccati":
+        if scene.closure != "rigid":
+            refuse("closure", f"solver={scene.solver!r} closes the loop exactly; 'rigid' would do, or solver='riccati'")
+        if scene.integrator == "linearly_implicit":
+            refuse("integrator", "the linearly implicit step is part of the Riccati sweep; solver='riccati' would do")
+    if scene.integrator == "adaptive" and scene.tolerance is None:
+        refuse("tolerance", "the adaptive integrator needs one; 1e-6 would do")
+    if scene.integrator != "adaptive" and scene.tolerance is not None:
+        refuse("tolerance", f"integrator={scene.integrator!r} has a fixed step; None would do")

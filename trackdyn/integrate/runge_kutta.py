@@ -1,0 +1,194 @@
+"""Explicit Runge-Kutta methods of the loop: RK4 with a fixed step, Dormand-Prince 5(4) with error control.
+
+The closure is solved in every stage and projected, positions and velocities, after every step. The
+memory of a contact (its initial impact velocity) belongs to the state at the start of the step: the
+stages do not change it. Forces jump where a contact begins or changes its area; there the order is
+lost and the error control takes steps as short as the jump demands.
+"""
+
+from math import isfinite
+
+from trackdyn.chain.kinematics import orient, place
+from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, solve_chain
+from trackdyn.integrate.energy import powers
+from trackdyn.integrate.methods import RungeKutta
+from trackdyn.integrate.semi_implicit import RATE_LIMIT
+from trackdyn.integrate.spells import log_spells
+from trackdyn.jit import kernel
+from trackdyn.model import SPROCKET, Model, Spells, State, Work
+
+# a step below this fraction of the sample's is taken whatever its error: only a jump can ask for it
+LEAST_FRACTION = 1e-7
+
+
+@kernel
+def _pack(state: State, out):
+    n, w = state.angle.shape[0], state.wheel_rate.shape[0]
+    out[:4] = state.pin
+    out[4 : 4 + n] = state.angle
+    out[4 + n : 4 + 2 * n] = state.rate
+    out[4 + 2 * n : 4 + 2 * n + w] = state.wheel_angle
+    out[4 + 2 * n + w : 4 + 2 * n + 2 * w] = state.wheel_rate
+    out[4 + 2 * n + 2 * w :] = state.work_done
+
+
+@kernel
+def _unpack(state: State, start, slope, weight, last, step):
+    """State at ``start + step * sum(weight * slope)`` over the first ``last`` stages."""
+    n, w = state.angle.shape[0], state.wheel_rate.shape[0]
+    for j in range(start.shape[0]):
+        value = 0.0
+        for k in range(last):
+            value += weight[k] * slope[k, j]
+        value = start[j] + step * value
+        if j < 4:
+            state.pin[j] = value
+        elif j < 4 + n:
+            state.angle[j - 4] = value
+        elif j < 4 + 2 * n:
+            state.rate[j - 4 - n] = value
+        elif j < 4 + 2 * n + w:
+            state.wheel_angle[j - 4 - 2 * n] = value
+        elif j < 4 + 2 * n + 2 * w:
+            state.wheel_rate[j - 4 - 2 * n - w] = value
+        else:
+            state.work_done[j - 4 - 2 * n - 2 * w] = value
+
+
+@kernel
+def _derivative(model: Model, state: State, work: Work, time, out):
+    """Derivative of the packed state, the accelerations being in ``work``."""
+    n, w = state.angle.shape[0], state.wheel_rate.shape[0]
+    base, load, response, wheels, drive = (
+        work.sweep.base,
+        work.sweep.load,
+        work.sweep.response,
+        model.wheels,
+        model.drive,
+    )
+    for k in range(2):
+        out[k] = state.pin[2 + k]
+        out[2 + k] = base[k, 0] * load[0] + base[k, 1] * load[1] + base[k, 2] * load[2] + base[k, 3]
+    for i in range(n):
+        out[4 + i] = state.rate[i]
+        out[4 + n + i] = response[i, 0] * load[0] + response[i, 1] * load[1] + response[i, 2] * load[2] + response[i, 3]
+    for wheel in range(w):
+        out[4 + 2 * n + wheel] = state.wheel_rate[wheel]
+        if wheel == SPROCKET:
+            x = time / drive.ramp
+            out[4 + 2 * n + w] = 6.0 * drive.rate / drive.ramp * x * (1.0 - x) if x < 1.0 else 0.0
+        else:
+            out[4 + 2 * n + w + wheel] = (
+                work.wheel_torque[wheel] - wheels.drag[wheel] * state.wheel_rate[wheel]
+            ) / wheels.inertia[wheel]
+    powers(model, state, work, out, 4 + 2 * n + 2 * w)
+
+
+@kernel
+def _stages(model: Model, state: State, work: Work, method: RungeKutta, time, step, solver):
+    """Evaluate the stages after the first one."""
+    for s in range(1, method.b.shape[0]):
+        offset = 0.0
+        for k in range(s):
+            offset += method.a[s, k]
+        _unpack(state, method.start, method.slope, method.a[s], s, step)
+        orient(state.angle, work.cos, work.sin)
+        place(model.chain, state, work)
+        state.tooth_impact[:] = method.tooth_impact
+        state.wheel_impact[:, :] = method.wheel_impact
+        evaluate_loads(model, state, work)
+        solve_chain(model, state, work, 0.0, None, solver)
+        _derivative(model, state, work, time + offset * step, method.slope[s])
+
+
+@kernel
+def _error(state: State, method: RungeKutta, step):
+    """Largest estimated error of the step over what the tolerance allows."""
+    worst = 0.0
+    for j in range(method.start.shape[0] - state.work_done.shape[0]):
+        value = 0.0
+        for k in range(method.b.shape[0]):
+            value += method.error[k] * method.slope[k, j]
+        value = abs(step * value) / (method.tolerance * (method.scale[j] + abs(method.start[j])))
+        if not isfinite(value):
+            return 1e30
+        worst = max(worst, value)
+    return worst
+
+
+@kernel
+def _project(model: Model, state: State, work: Work):
+    """Remove the gap of the cut joint and its rate, weighted with the mass."""
+    sweep, cut = work.sweep, work.cut
+    inv, base, response = sweep.inverse, sweep.base, sweep.response
+    for level in range(2):
+        place(model.chain, state, work)
+        gx, gy = cut[2 * level], cut[2 * level + 1]
+        dx = -(inv[0, 0] * gx + inv[0, 1] * gy)
+        dy = -(inv[1, 0] * gx + inv[1, 1] * gy)
+        dm = -(inv[2, 0] * gx + inv[2, 1] * gy)
+        for k in range(2):
+            state.pin[2 * level + k] += base[k, 0] * dx + base[k, 1] * dy + base[k, 2] * dm
+        for i in range(state.angle.shape[0]):
+            d = response[i, 0] * dx + response[i, 1] * dy + response[i, 2] * dm
+            if level == 0:
+                state.angle[i] += d
+            else:
+                state.rate[i] += d
+        orient(state.angle, work.cos, work.sin)
+    place(model.chain, state, work)
+
+
+@kernel
+def march(model: Model, state: State, work: Work, spells: Spells, method: RungeKutta, solver):
+    """One step of ``model.step``, in as many parts as the error control asks for.
+
+    Returns
+    -------
+    body : int
+        -1, or the body whose angular velocity left the physical range.
+    """
+    whole = model.step
+    begin = state.steps[0] * whole
+    done = 0.0
+    while done < whole * (1.0 - 1e-12):
+        step = whole - done
+        if method.tolerance > 0.0 and method.next_step[0] > 0.0:
+            # two equal parts rather than a long and a very short one
+            parts = max(1.0, -(-step // method.next_step[0]))
+            step /= parts
+        _pack(state, method.start)
+        method.tooth_impact[:] = state.tooth_impact
+        method.wheel_impact[:, :] = state.wheel_impact
+        solve_chain(model, state, work, 0.0, None, solver)
+        sense(model, state, work)
+        _derivative(model, state, work, begin + done, method.slope[0])
+        while True:
+            _stages(model, state, work, method, begin + done, step, solver)
+            if method.tolerance == 0.0:
+                break
+            error = _error(state, method, step)
+            factor = min(4.0, max(0.2, 0.9 * error**-0.2 if error > 0.0 else 4.0))
+            if error <= 1.0 or step < LEAST_FRACTION * whole:
+                method.next_step[0] = min(factor * step, whole)
+                break
+            method.counts[1] += 1
+            step *= min(factor, 0.9)
+        method.counts[0] += 1
+        _unpack(state, method.start, method.slope, method.b, method.b.shape[0], step)
+        for i in range(state.rate.shape[0]):
+            if not abs(state.rate[i]) < RATE_LIMIT:
+                return i
+        orient(state.angle, work.cos, work.sin)
+        place(model.chain, state, work)
+        if not model.closure.compliant:
+            _project(model, state, work)
+        accumulate(work, step / whole)
+        state.tooth_impact[:] = method.tooth_impact
+        state.wheel_impact[:, :] = method.wheel_impact
+        evaluate_loads(model, state, work)
+        done += step
+        if spells.enabled:
+            log_spells(spells, state, work, begin + done, step)
+    state.steps[0] += 1
+    return -1

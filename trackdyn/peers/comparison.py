@@ -1,0 +1,214 @@
+"""Figure 14 and Table 2: the selected link in both codes, and what each costs at equal accuracy."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import pandas as pd
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.rig import Rig
+from trackdyn.peers.contact import make_contacts
+from trackdyn.peers.exudyn_loop import PeerRun, Wheels, require_exudyn, run_loop, start_of
+from trackdyn.recording import Recording
+from trackdyn.scene import Scene
+from trackdyn.simulate import settle, simulate
+
+READINGS = ("sprocket", "motor")  # whose speed the paper's 180 r/min may be
+RAMP = 1.0  # start-up of the sprocket, s
+OURS, PEER = "trackdyn", "exudyn"
+_CAPTION = (
+    "Table 2. Computing time of one simulated second, one thread, wall and processor time of the integration alone "
+    "(settling, assembling and compiling not counted). The error is that of the vertical displacement of the "
+    "selected link against the same code's run with its smallest step, the largest over the record in percent of the range; "
+    "'chosen' marks the largest step of a code whose error stays below {limit:g} %: equal accuracy. {outcome} The paper's own "
+    "times are lost."
+)
+
+
+@dataclass(frozen=True)
+class Result:
+    """What the comparison gives.
+
+    Attributes
+    ----------
+    curves : DataFrame
+        ``reading, time_s, trackdyn_m, exudyn_m, exudyn_eight_arcs_m``: vertical displacement of the
+        selected link; time since the start of the sprocket, after its ramp.
+    table : DataFrame
+        Rows of Table 2.
+    summary : DataFrame
+        ``reading, range_m, difference_pct, difference_eight_arcs_pct, exudyn_step_s, trackdyn_step_s, gap_m``.
+    missing : str
+        Why the other code was not run, or nothing.
+    frame : array
+        Configuration for Figure 13 (``Recording.frame``), of the other code where it ran.
+    shift : float
+        Shift of the tensioning wheel, m.
+    """
+
+    curves: pd.DataFrame
+    table: pd.DataFrame
+    summary: pd.DataFrame
+    missing: str
+    frame: np.ndarray = field(repr=False)
+    shift: float = 0.0
+
+
+def scene_of(rig: Rig, reading: str, speed_rpm: float, duration: float, step: float) -> Scene:
+    """Scene of Figure 14: ``speed_rpm`` of the sprocket or of the motor, recorded from the end of the ramp."""
+    motor = speed_rpm * (rig.sprocket.transmission_ratio if reading == "sprocket" else 1.0)
+    return Scene(rig, motor, duration=duration, lead_in=0.0, ramp=RAMP, step=step, frame_interval=duration)
+
+
+def percent_of_range(difference, reference) -> float:
+    """Largest difference in percent of the range of the reference."""
+    reference = np.asarray(reference)
+    return float(100 * np.abs(difference).max() / (reference.max() - reference.min()))
+
+
+def run_ours(scene: Scene) -> tuple[Recording, float, float]:
+    """A recording, and wall and processor seconds per simulated second of its integration."""
+    start = time.perf_counter(), time.process_time()
+    settle(scene)
+    settled = time.perf_counter(), time.process_time()
+    recording = simulate(scene)
+    end = time.perf_counter(), time.process_time()
+    wall, cpu = ((c - b) - (b - a) for a, b, c in zip(start, settled, end, strict=True))
+    seconds = scene.ramp + scene.duration
+    return recording, wall / seconds, cpu / seconds
+
+
+def run_peer(scene: Scene, step: float, arcs: int = 10) -> tuple[PeerRun, np.ndarray]:
+    """The other code from the same settled start, and the vertical displacement at the recording's samples, m."""
+    model, state, _, layout = settle(scene)
+    free = Wheels(tuple(map(float, model.wheels.inertia[1:])), tuple(map(float, model.wheels.drag[1:])))
+    run = run_loop(
+        model.chain,
+        start_of(state),
+        scene.ramp + scene.duration,
+        step,
+        1.0 / scene.rig.sensor.rate,
+        contacts=make_contacts(scene, layout["tensioner_shift_m"], arcs),
+        wheels=free,
+        drive=model.drive,
+    )
+    first = round(scene.ramp * scene.rig.sensor.rate) + 1
+    return run, run.centre[first:, 2 * (scene.rig.sensor.pitch - 1), 1]
+
+
+def compare(
+    rig: Rig,
+    speed_rpm: float,
+    readings: Sequence[str],
+    duration_s: float,
+    steps_s: Sequence[float],
+    exudyn_steps_s: Sequence[float],
+    accuracy_pct: float,
+) -> Result:
+    """Run both codes.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig, with its own ring.
+    speed_rpm : float
+        The paper's 180 r/min.
+    readings : sequence of str
+        Of ``READINGS``; Table 2 is made with the first.
+    duration_s : float
+        Recorded time after the ramp with the first reading; another one takes as many loop turns.
+    steps_s, exudyn_steps_s : sequences of float
+        Time steps of either code; the smallest is its reference.
+    accuracy_pct : float
+        Error below which a step is good enough, percent of the range.
+    """
+    missing = ""
+    try:
+        require_exudyn()
+    except InputError as error:
+        missing = f"not run: {error}"
+    first = scene_of(rig, readings[0], speed_rpm, duration_s, steps_s[0])
+    simulate(first.with_(duration=0.01, frame_interval=0.0))  # compile before the clock runs
+
+    ours = {step: run_ours(first.with_(step=step)) for step in steps_s}
+    table, step = _ladder(OURS, {h: (r.place[:, 1], wall, cpu) for h, (r, wall, cpu) in ours.items()}, accuracy_pct)
+    peer_step = float("nan")
+    if not missing:
+        seconds = first.ramp + first.duration
+        run_peer(first.with_(duration=0.01, frame_interval=0.0), exudyn_steps_s[0])
+        peers = {h: run_peer(first.with_(step=step), h) for h in exudyn_steps_s}
+        rows, peer_step = _ladder(
+            PEER, {h: (y, run.wall / seconds, run.cpu / seconds) for h, (run, y) in peers.items()}, accuracy_pct
+        )
+        table += rows
+    else:
+        table.append({"code": f"{PEER}, {missing}"})
+
+    curves, summary = [], []
+    frame, shift = None, 0.0
+    for reading in readings:
+        scene = scene_of(rig, reading, speed_rpm, duration_s, step)
+        turns = first.loop_frequency / scene.loop_frequency
+        scene = scene_of(rig, reading, speed_rpm, round(duration_s * turns * rig.sensor.rate) / rig.sensor.rate, step)
+        recording = ours[step][0] if reading == readings[0] else simulate(scene)
+        if frame is None:
+            frame, shift = recording.frame[0], float(recording.meta["layout"]["tensioner_shift_m"])
+        y = recording.place[:, 1]
+        curve = {"reading": reading, "time_s": recording.begin + recording.time, "trackdyn_m": y}
+        row = {"reading": reading, "speed_rpm": speed_rpm, "range_m": float(np.ptp(y)), "trackdyn_step_s": step}
+        if not missing:
+            run, other = peers[peer_step] if reading == readings[0] else run_peer(scene, peer_step)
+            _, eight = run_peer(scene, peer_step, arcs=8)
+            curve |= {"exudyn_m": other, "exudyn_eight_arcs_m": eight}
+            row |= {
+                "exudyn_step_s": peer_step,
+                "difference_pct": percent_of_range(other - y, y),
+                "difference_eight_arcs_pct": percent_of_range(eight - y, y),
+                "gap_m": float(run.gap.max()),
+            }
+            if reading == readings[0]:
+                frame = _frame(scene, run, recording.frame[0][-1])
+        curves.append(pd.DataFrame(curve))
+        summary.append(row)
+    return Result(pd.concat(curves), pd.DataFrame(table), pd.DataFrame(summary), missing, frame, shift)
+
+
+def _ladder(code: str, runs: dict, accuracy_pct: float) -> tuple[list[dict], float]:
+    """Rows of Table 2 of a code from ``{step: (displacement, wall, cpu)}``, and the step that is good enough."""
+    finest = min(runs)
+    reference = runs[finest][0]
+    rows = []
+    for step, (y, wall, cpu) in runs.items():
+        error = percent_of_range(y - reference, reference) if step != finest else float("nan")
+        rows.append({"code": code, "step_s": step, "error_pct": error, "wall_s_per_s": wall, "cpu_s_per_s": cpu})
+    good = [row["step_s"] for row in rows if row["error_pct"] < accuracy_pct]
+    chosen = max(good, default=finest)
+    for row in rows:
+        row["chosen"] = "yes" if row["step_s"] == chosen else ""
+        row["printed_in_the_paper"] = "lost"
+    return rows, chosen
+
+
+def _frame(scene: Scene, run: PeerRun, sprocket_angle: float) -> np.ndarray:
+    """Configuration of the other code at the first recorded sample, as the pictures want it."""
+    k = round(scene.ramp * scene.rig.sensor.rate) + 1
+    angle = run.angle[k]
+    arm = 0.5 * scene.rig.chain.link_length
+    pin = run.centre[k, 0] - arm * np.array([np.cos(angle[0]), np.sin(angle[0])])
+    return np.concatenate([pin, angle, [sprocket_angle]])
+
+
+def cost_ratio(table: pd.DataFrame) -> float:
+    """Processor time of the other code over ours, both with the chosen step; not a number where it did not run."""
+    chosen = table[table["chosen"] == "yes"].set_index("code")["cpu_s_per_s"]
+    return float(chosen[PEER] / chosen[OURS]) if PEER in chosen else float("nan")
+
+
+def table2_caption(result: Result, accuracy_pct: float) -> str:
+    """Caption of Table 2 with what came out."""
+    outcome = f"Exudyn takes {cost_ratio(result.table):.3g} times the processor time there."
+    if result.missing:
+        outcome = f"Exudyn: {result.missing}."
+    return _CAPTION.format(limit=accuracy_pct, outcome=outcome)

@@ -1,0 +1,280 @@
+"""The contact laws once more, for the independent code: written from the equations, not from ``trackdyn.contact``.
+
+What differs by design from the simulator's own kernels: the groove is folded about its middle and the
+deepest of the mirrored areas is taken (the paper searches ten annular sectors in order), links are
+tested in their own frame, loads are gathered a body, and the derivatives that an implicit solver wants
+stand beside them. Everything is in one file, so that numba's cache sees every edit.
+"""
+
+from math import atan2, cos, floor, hypot, pi, sin, sqrt, tanh
+from typing import NamedTuple
+
+import numpy as np
+
+from trackdyn.jit import kernel
+from trackdyn.parameters.layout import wheel_circles
+from trackdyn.parameters.rig import Rig, Surface
+from trackdyn.scene import Scene
+
+WHEELS = 3  # sprocket, idler, road wheel
+POSITION_NUDGE, RATE_NUDGE = 1e-8, 1e-6  # of the difference quotients: m or rad, m/s or rad/s
+
+
+class Contacts(NamedTuple):
+    """Constants of all contacts.
+
+    Attributes
+    ----------
+    circle : (3, 3) array
+        Centre x, y and radius of sprocket ring, idler and road wheel, m; radius 0: no ring.
+    law : (3, 7) array
+        A row each for tooth, ring and wheel: ``(pi / (2 sqrt 2)) L E*`` (N/m), ``3 (1 - c_r^2) / 4``,
+        static and dynamic friction, transition velocity (m/s), least impact velocity (m/s), largest
+        damping bracket.
+    arc : (k, 6) array
+        Areas of the left flank, 1 to 5 or 2 to 5, in the groove's frame: centre x, y, radius (m),
+        direction x, y, half angle (rad).
+    sign : (k,) array
+        +1 for a convex area, -1 for a concave one.
+    teeth : int
+        Number of grooves; 0: no teeth.
+    reach : float
+        Distance from the sprocket's centre beyond which no arc is in contact, m.
+    arc_radius, half_thickness : float
+        Of the connector's arcs and of the links, m.
+    """
+
+    circle: np.ndarray
+    law: np.ndarray
+    arc: np.ndarray
+    sign: np.ndarray
+    teeth: int
+    reach: float
+    arc_radius: float
+    half_thickness: float
+
+
+class Memory(NamedTuple):
+    """What contacts remember: initial impact velocity of every arc (n,) and of link and wheel (n / 2, 3), m/s."""
+
+    tooth: np.ndarray
+    wheel: np.ndarray
+
+
+def make_contacts(scene: Scene, shift: float, arcs: int = 10) -> Contacts:
+    """Constants for a scene whose tensioning wheel is shifted by ``shift`` (m).
+
+    ``arcs`` of a groove: 10 as in the scene, 8 without the two tip arcs, 0 for a plain sprocket with
+    its ring.
+    """
+    rig, groove = scene.rig, scene.rig.groove_profile
+    flank = slice(0 if arcs == 10 else 1, 5)
+    circle = wheel_circles(rig, shift, surface=True)
+    circle[0, 2] = scene.ring_radius or 0.0
+    arc = np.column_stack(
+        [groove.centre[flank], groove.radius[flank], groove.direction[flank], groove.half_angle[flank]]
+    )
+    return Contacts(
+        circle,
+        np.array([_law(rig, surface) for surface in (rig.tooth_contact, rig.ring_contact, rig.wheel_contact)]),
+        arc,
+        np.where(groove.convex[flank], 1.0, -1.0),
+        rig.sprocket.teeth if arcs else 0,
+        groove.addendum + rig.chain.connector_radius,
+        rig.chain.connector_radius,
+        rig.chain.link_thickness / 2,
+    )
+
+
+def _law(rig: Rig, surface: Surface) -> tuple[float, ...]:
+    return (
+        pi * surface.contact_length * rig.composite_modulus(surface) / sqrt(8),
+        0.75 * (1 - surface.restitution**2),
+        surface.friction_static,
+        surface.friction_dynamic,
+        surface.transition_velocity,
+        rig.impact.speed_floor,
+        rig.impact.factor_limit,
+    )
+
+
+@kernel
+def _forces(law, depth, speed, slip, memory, radius):
+    """Normal (Eq. 8) and friction force (Eq. 10) of one contact, N."""
+    impact = memory if memory > 0.0 else max(abs(speed), law[5])
+    bracket = min(max(1.0 + law[1] * speed / impact, 0.0), law[6])
+    normal = law[0] * depth * sqrt(depth / (depth + radius)) * bracket
+    x = abs(slip) / law[4]
+    mu = law[3] * tanh(4.0 * x) + (law[2] - law[3]) * x / (0.25 * x * x + 0.75) ** 2
+    return normal, -normal * mu if slip > 0.0 else normal * mu
+
+
+@kernel
+def _add(i, wheel, px, py, nx, ny, law, depth, speed, memory, radius, q, v, circle, spin, load, torque):
+    """Add the contact of body ``i`` at point p to its load (n, 3) and to the wheel's torque (n, 3)."""
+    ax, ay = px - q[3 * i], py - q[3 * i + 1]
+    ox, oy = px - circle[wheel, 0], py - circle[wheel, 1]
+    # the two material points that touch; slip against the tangent that lies to the left of n
+    vx = v[3 * i] - v[3 * i + 2] * ay + spin * oy
+    vy = v[3 * i + 1] + v[3 * i + 2] * ax - spin * ox
+    normal, friction = _forces(law, depth, speed, nx * vy - ny * vx, memory, radius)
+    fx, fy = normal * nx - friction * ny, normal * ny + friction * nx
+    load[i, 0] += fx
+    load[i, 1] += fy
+    load[i, 2] += ax * fy - ay * fx
+    torque[i, wheel] -= ox * fy - oy * fx
+
+
+@kernel
+def _groove_contact(c: Contacts, x, y, sprocket_angle):
+    """Deepest contact of an arc centred at (x, y) from the sprocket's centre: depth, n and R of Eq. 8."""
+    sector = 2.0 * pi / c.teeth
+    turn = (atan2(y, x) - sprocket_angle) / sector
+    middle = sprocket_angle + (floor(turn) + 0.5) * sector
+    s, k = sin(middle), cos(middle)
+    gx, gy = x * s - y * k, x * k + y * s  # the groove's axes: clockwise and outward
+    mirror = -1.0 if gx > 0.0 else 1.0
+    depth = nx = ny = radius = 0.0
+    for j in range(c.arc.shape[0]):
+        ex, ey = mirror * gx - c.arc[j, 0], gy - c.arc[j, 1]
+        d = hypot(ex, ey)
+        along = ex * c.arc[j, 3] + ey * c.arc[j, 4]
+        across = ex * c.arc[j, 4] - ey * c.arc[j, 3]
+        if d == 0.0 or abs(atan2(across, along)) > c.arc[j, 5]:
+            continue
+        here = c.arc_radius + c.sign[j] * (c.arc[j, 2] - d)
+        if depth < here <= c.arc_radius:
+            depth, radius = here, c.arc[j, 2] + c.sign[j] * c.arc_radius
+            nx, ny = mirror * c.sign[j] * ex / d, c.sign[j] * ey / d
+    return depth, nx * s + ny * k, ny * s - nx * k, radius
+
+
+@kernel
+def contact_loads(c: Contacts, length, q, v, angle, spin, memory: Memory, update, load, torque):
+    """Loads of all contacts.
+
+    Parameters
+    ----------
+    c : Contacts
+        Constants.
+    length : (n,) array
+        Pin to pin lengths; the mass centre is in the middle, m.
+    q, v : (3 n + 2,) arrays
+        Mass centre x, y and angle of every body, angles of idler and road wheel; and their rates.
+    angle, spin : float
+        Angle (rad) and angular velocity (rad/s) of the sprocket.
+    memory : Memory
+        Initial impact velocities; written with ``update``.
+    update : bool
+        The step is accepted: remember contacts that have begun and forget those that have ended.
+    load : (n, 3) array
+        Force x, y (N) and moment about the mass centre (N m) of every body.
+    torque : (n, 3) array
+        Torque of every body's contacts on each wheel, N m.
+    """
+    load[:] = 0.0
+    torque[:] = 0.0
+    for i in range(load.shape[0]):
+        x, y, w = q[3 * i], q[3 * i + 1], v[3 * i + 2]
+        hx, hy = 0.5 * length[i] * cos(q[3 * i + 2]), 0.5 * length[i] * sin(q[3 * i + 2])
+        if i % 2 == 1:
+            if c.teeth == 0:
+                continue
+            for side in range(2):
+                dx, dy = (hx, hy) if side else (-hx, -hy)
+                lx, ly = x + dx - c.circle[0, 0], y + dy - c.circle[0, 1]
+                depth = nx = ny = speed = radius = 0.0
+                arc = i - 1 + side
+                if hypot(lx, ly) <= c.reach:
+                    depth, nx, ny, radius = _groove_contact(c, lx, ly, angle)
+                if depth > 0.0:
+                    speed = -nx * (v[3 * i] - w * dy + spin * ly) - ny * (v[3 * i + 1] + w * dx - spin * lx)
+                    px, py = x + dx - c.arc_radius * nx, y + dy - c.arc_radius * ny
+                    _add(i, 0, px, py, nx, ny, c.law[0], depth, speed, memory.tooth[arc], radius, q, v, c.circle,
+                         spin, load, torque)  # fmt: skip
+                if update:
+                    memory.tooth[arc] = _remembered(memory.tooth[arc], depth, speed, c.law[0, 5])
+            continue
+        for wheel in range(WHEELS):
+            radius = c.circle[wheel, 2]
+            if radius == 0.0:
+                continue
+            # the wheel's centre in the link's frame
+            ex, ey = c.circle[wheel, 0] - x, c.circle[wheel, 1] - y
+            half = 0.5 * length[i]
+            u = min(max((ex * hx + ey * hy) / half, -half), half) / half
+            nx, ny = u * hx - ex, u * hy - ey
+            distance = hypot(nx, ny)
+            depth = radius + c.half_thickness - distance
+            speed = 0.0
+            if depth > 0.0:
+                nx, ny = nx / distance, ny / distance
+                speed = -nx * (v[3 * i] - w * u * hy) - ny * (v[3 * i + 1] + w * u * hx)
+                rate = spin if wheel == 0 else v[3 * load.shape[0] + wheel - 1]
+                px, py = x + u * hx - c.half_thickness * nx, y + u * hy - c.half_thickness * ny
+                _add(i, wheel, px, py, nx, ny, c.law[min(wheel, 1) + 1], depth, speed, memory.wheel[i // 2, wheel],
+                     radius, q, v, c.circle, rate, load, torque)  # fmt: skip
+            if update:
+                memory.wheel[i // 2, wheel] = _remembered(
+                    memory.wheel[i // 2, wheel], depth, speed, c.law[min(wheel, 1) + 1, 5]
+                )
+
+
+@kernel
+def _remembered(stored, depth, speed, floor):
+    if depth <= 0.0:
+        return 0.0
+    return stored if stored > 0.0 else max(abs(speed), floor)
+
+
+@kernel
+def force_vector(c: Contacts, length, q, v, angle, spin, memory: Memory, load, torque, force):
+    """Generalised forces (3 n + 2,) of all contacts."""
+    contact_loads(c, length, q, v, angle, spin, memory, False, load, torque)
+    n = load.shape[0]
+    force[3 * n] = force[3 * n + 1] = 0.0
+    for i in range(n):
+        for k in range(3):
+            force[3 * i + k] = load[i, k]
+        for k in range(2):
+            force[3 * n + k] += torque[i, 1 + k]
+
+
+@kernel
+def jacobian_triplets(c: Contacts, length, q, v, angle, spin, memory: Memory, by_q, by_v, work, triplets):
+    """Nonzero entries of ``-by_q dF/dq - by_v dF/dv`` as rows (row, column, value).
+
+    A body's loads depend on its own coordinates and on the wheel that it touches, so all bodies are
+    nudged at once: eight evaluations for the whole matrix.
+
+    Returns
+    -------
+    count : int
+        Rows written.
+    """
+    n = work.shape[1]
+    count = 0
+    contact_loads(c, length, q, v, angle, spin, memory, False, work[0], work[1])
+    for k in range(8):
+        nudge = POSITION_NUDGE if k < 3 else RATE_NUDGE
+        factor = -by_q / nudge if k < 3 else -by_v / nudge
+        changed = q if k < 3 else v
+        first, stride, times = (k % 3, 3, n) if k < 6 else (3 * n + k - 6, 1, 1)
+        for i in range(times):
+            changed[first + stride * i] += nudge
+        contact_loads(c, length, q, v, angle, spin, memory, False, work[2], work[3])
+        for i in range(times):
+            changed[first + stride * i] -= nudge
+        for i in range(n):
+            column = 3 * i + k % 3 if k < 6 else first
+            for row in range(3):
+                value = factor * (work[2, i, row] - work[0, i, row])
+                if value != 0.0:
+                    triplets[count, 0], triplets[count, 1], triplets[count, 2] = 3 * i + row, column, value
+                    count += 1
+            for wheel in range(1, WHEELS):
+                value = factor * (work[3, i, wheel] - work[1, i, wheel])
+                if value != 0.0:
+                    triplets[count, 0], triplets[count, 1], triplets[count, 2] = 3 * n + wheel - 1, column, value
+                    count += 1
+    return count

@@ -1,0 +1,205 @@
+"""Figures 5 and 8: sections of connector and groove, detection of an annular sector.
+
+Drawn in the frame of a groove: y_k outward through its lowest point, the sprocket's centre is the origin.
+"""
+
+from dataclasses import replace
+from math import atan2, pi
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Polygon
+
+from trackdyn.parameters.groove import Groove
+from trackdyn.parameters.rig import Rig
+from trackdyn.report import marks
+from trackdyn.report.drawing import (
+    CONNECTOR,
+    STEEL,
+    STEEL_EDGE,
+    Z_CONNECTOR,
+    Z_MARK,
+    Z_SPROCKET,
+    connector_outline,
+    placed,
+)
+from trackdyn.report.style import BLACK, BLUE, VERMILION, new_figure, styled
+
+# convex and concave areas: colour and dashes of their arcs, face and hatch of their sectors
+CONVEX_ARC = {"color": BLUE, "linestyle": "-", "linewidth": 2.6}
+CONCAVE_ARC = {"color": VERMILION, "linestyle": (0, (3, 1)), "linewidth": 2.6}
+CONVEX_SECTOR = {"facecolor": "#cfe3f1", "edgecolor": BLUE, "hatch": "////"}
+CONCAVE_SECTOR = {"facecolor": "#fbe3d3", "edgecolor": VERMILION, "hatch": ".."}
+TRAJECTORY = {"color": BLACK, "linestyle": (0, (1, 1)), "linewidth": 1.8}
+ROLLING = {"color": "0.3", "linestyle": (0, (5, 2)), "linewidth": 0.8}
+WHITE = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
+POINTS = 60  # of an arc
+NARROW = 0.01  # areas and sectors narrower than this are numbered beside, m
+
+
+def centre_trajectory(rig: Rig) -> np.ndarray:
+    """(10 POINTS, 2) places of the centre of a connector's arc that rolls over the groove, left to right, m.
+
+    It is the profile at the distance of the arc's radius: the same ten arcs with a radius larger by
+    it where the area is convex, smaller by it where it is concave.
+    """
+    groove, rc = rig.groove_profile, rig.chain.connector_radius
+    return replace(groove, radius=groove.radius + np.where(groove.convex, rc, -rc)).profile(POINTS)
+
+
+def sector_radii(rig: Rig, area: int) -> tuple[float, float]:
+    """Inner and outer radius of the annular sector of an area (Eq. 21), m."""
+    rc, r = rig.chain.connector_radius, float(rig.groove_profile.radius[area - 1])
+    return (r, r + rc) if rig.groove_profile.convex[area - 1] else (r - rc, r)
+
+
+def sector_patch(rig: Rig, area: int, **look):
+    """Annular sector of an area, in the look of its kind."""
+    groove = rig.groove_profile
+    look = (CONVEX_SECTOR if groove.convex[area - 1] else CONCAVE_SECTOR) | {"linewidth": 0.8} | look
+    shape = groove.centre[area - 1], groove.direction[area - 1], groove.half_angle[area - 1]
+    return marks.sector(*shape, *sector_radii(rig, area), zorder=Z_CONNECTOR, label=f"sector {area}", **look)
+
+
+def draw_groove(ax: Axes, rig: Rig, depth: float, emphasized=range(1, 11)) -> None:
+    """Steel of one groove and its neighbours, ``depth`` (m) of it under the lowest point; arcs in the look of their kind."""
+    groove = rig.groove_profile
+    profile = groove.profile(POINTS)
+    floor = profile[:, 1].min() - depth
+    cuts = [end * floor / end[1] for end in (profile[-1], profile[0])]  # along the middles of the teeth
+    steel = np.vstack([profile, cuts])
+    for k in (-1, 0, 1):
+        turn = 2 * pi * k / groove.teeth
+        look = {"facecolor": STEEL, "edgecolor": STEEL, "linewidth": 0.5, "zorder": Z_SPROCKET}
+        ax.add_patch(Polygon(placed(steel, (0.0, 0.0), turn), **look, label="steel"))
+        edge = placed(profile, (0.0, 0.0), turn)
+        ax.plot(*edge.T, "-", color=STEEL_EDGE, linewidth=1.0, zorder=Z_SPROCKET + 0.4, label="profile")
+    for area in emphasized:
+        look = CONVEX_ARC if groove.convex[area - 1] else CONCAVE_ARC
+        ax.plot(*groove.arc(area, POINTS).T, **look, zorder=Z_SPROCKET + 0.5, label=f"area {area}")
+    if len(emphasized):
+        ends = np.vstack([profile[:1], groove.joints(), profile[-1:]])
+        ax.plot(*ends.T, linestyle="none", marker="|", color=BLACK, markersize=7, zorder=Z_SPROCKET + 0.6)
+
+
+def kinds() -> list[Line2D]:
+    """Handles of a legend: convex and concave areas."""
+    return [Line2D([], [], **CONVEX_ARC, label="convex area"), Line2D([], [], **CONCAVE_ARC, label="concave area")]
+
+
+def free_side(groove: Groove, area: int) -> np.ndarray:
+    """Unit normal in the middle of an area, away from the steel."""
+    return groove.direction[area - 1] * (1.0 if groove.convex[area - 1] else -1.0)
+
+
+def _number_areas(ax: Axes, groove: Groove, depth: float) -> None:
+    """Numbers of the areas, ``depth`` (m) below their middles; short ones deeper, those of the tips above."""
+    for area in range(1, 11):
+        short = 2 * groove.half_angle[area - 1] * groove.radius[area - 1] < 0.5 * NARROW
+        at = groove.arc(area, 3)[1]
+        end = at - {1: -1.0, 10: -1.0}.get(area, 2.8 if short else 1.0) * depth * free_side(groove, area)
+        if short:
+            ax.plot(*np.transpose([at, end]), "-", color=BLACK, linewidth=0.5, zorder=Z_SPROCKET + 0.7)
+        marks.write(ax, end, str(area), fontsize=9)
+
+
+@styled
+def section_figure(rig: Rig) -> Figure:
+    """Figure 5: sections of connector (a) and groove (b) with arcs, centres, radii and numbers."""
+    figure = new_figure(7.0)
+    connector, section = figure.subplots(2, 1, height_ratios=(0.62, 1.0))
+    _draw_connector_section(connector, rig)
+    groove = rig.groove_profile
+    draw_groove(section, rig, 0.034)
+    _number_areas(section, groove, 0.0055)
+    for area, (side, part) in {
+        1: ("below", 2), 2: ("above left", 4), 3: ("left", 1), 4: ("below", 7), 5: ("right", 4),
+    }.items():  # fmt: skip
+        # radii of arcs from nearly the same centre end apart from each other
+        centre, end = groove.centre[area - 1], groove.arc(area, 9)[part]
+        text = f"$r_{area}$ = {1e3 * groove.radius[area - 1]:.1f}"
+        marks.point(section, centre, "$O_5, O_6$" if area == 5 else f"$O_{area}$", side, gap=4)
+        if area == 1:  # too short for its text
+            marks.arrow(section, centre, end, linewidth=0.9)
+            marks.leader(section, 0.5 * (centre + end), text, centre + [0.002, 0.024])
+        else:
+            marks.radius(section, centre, end, text, 0.55, side=-1 if area == 4 else 1, fontsize=7.5)
+    for area, side in {7: "below", 8: "right", 9: "right", 10: "below"}.items():
+        marks.point(section, groove.centre[area - 1], f"$O_{{{area}}}$", side, gap=4)
+    turn = np.linspace(-1.15, 1.15, 80) * pi / rig.sprocket.teeth + pi / 2
+    addendum = groove.addendum * np.column_stack([np.cos(turn), np.sin(turn)])
+    section.plot(*addendum.T, linestyle=(0, (8, 2, 1, 2)), color="0.35", linewidth=0.8, label="addendum circle")
+    marks.leader(section, addendum[12], f"$r_a$ = {1e3 * groove.addendum:.1f}", addendum[12] + [0.0, 0.02])
+    floor = groove.profile()[:, 1].min() - 0.034
+    marks.arrow(section, (0.0, floor + 0.018), (0.0, floor + 0.004))
+    marks.write(section, (0.003, floor + 0.011), "to $O_S$", ha="left")
+    section.set_xlim(-0.095, 0.095)
+    section.set_ylim(floor, groove.centre[:, 1].max() + 0.014)
+    marks.frame_axes(section, "k")
+    section.grid(False)
+    section.legend(handles=kinds(), loc="upper left")
+    section.set_title("(b) groove, radii in mm")
+    return figure
+
+
+def _draw_connector_section(ax: Axes, rig: Rig) -> None:
+    rc, length = rig.chain.connector_radius, rig.connector_length
+    ax.add_patch(Polygon(connector_outline(rig), facecolor=CONNECTOR, edgecolor="none", label="connector"))
+    turn = np.linspace(pi / 2, 3 * pi / 2, POINTS)
+    for k, (name, dashes) in enumerate((("left arc", "-"), ("right arc", (0, (5, 1.5))))):
+        centre, flip = np.array([k * length, 0.0]), 1 - 2 * k
+        arc = centre + rc * np.column_stack([flip * np.cos(turn), np.sin(turn)])
+        ax.plot(*arc.T, color=BLACK, linestyle=dashes, linewidth=2.2, label=name)
+        marks.leader(ax, arc[18], name, centre + 1.5 * rc * np.array([-flip, 0.75]))
+        end = centre + rc * marks.polar(pi / 2 + flip * 0.75 * pi)
+        marks.radius(ax, centre, end, "$r_C$")
+        marks.point(ax, centre, "$C$", "left above" if k == 0 else "right above", gap=3)
+    marks.dimension(ax, (0, 0), (length, 0), f"$L_C$ = {marks.millimetres(length)}", offset=1.2 * rc)
+    ax.set_xlim(length / 2 - 0.095, length / 2 + 0.095)
+    ax.set_ylim(-1.12 * rc, 1.6 * rc)
+    marks.bare(ax)
+    ax.set_title(f"(a) connector, both arcs of radius $r_C$ = {marks.millimetres(rc)}")
+
+
+@styled
+def detection_figure(rig: Rig) -> Figure:
+    """Figure 8: is the centre C of an arc in annular sector j? A convex area (a) and a concave one (b)."""
+    groove = rig.groove_profile
+    figure = new_figure(4.1)
+    for ax, letter, area in zip(figure.subplots(1, 2), "ab", (1, 2), strict=True):
+        convex = bool(groove.convex[area - 1])
+        centre, u, theta = groove.centre[area - 1], groove.direction[area - 1], groove.half_angle[area - 1]
+        inner, outer = sector_radii(rig, area)
+        draw_groove(ax, rig, 0.02, emphasized=(area,))
+        ax.add_patch(sector_patch(rig, area))
+        middle, size = atan2(u[1], u[0]), 1.12 * outer
+        place = centre + (inner + 0.7 * (outer - inner)) * marks.polar(middle + 0.55 * theta)
+        for sign in (-1, 1):
+            edge = centre + 1.2 * outer * marks.polar(middle + sign * theta)
+            ax.plot(*np.transpose([centre, edge]), "-", color="0.35", linewidth=0.7, zorder=Z_MARK)
+            marks.angle(ax, centre, size, middle, middle + sign * theta, rf"$\theta_{area}$", spread=1.1)
+        marks.arrow(ax, centre, centre + 1.3 * outer * u, linestyle=(0, (5, 1.5)), linewidth=1.3)
+        marks.write(ax, centre + 1.38 * outer * u, f"$u_{area}$", fontsize=9)
+        marks.vector(ax, centre, place, f"$e_{area}$", linewidth=1.6)
+        box = np.array([centre - 0.3 * outer, centre + 0.3 * outer, centre + 1.45 * outer * u])
+        half = 0.5 * max(np.ptp(box, axis=0).max(), 2.8 * outer * np.sin(theta))
+        low = 0.5 * (box.min(axis=0) + box.max(axis=0)) - half
+        for end, name in ((centre, f"$l_{{O_{area}}}$"), (place, "$l_C$")):
+            start = end * low[1] / end[1]  # on its way from O_S, at the edge of the picture
+            marks.vector(ax, start, end, name, at=0.2, side=-1, color="0.25", linestyle=(0, (5, 2)), linewidth=0.9)
+        marks.point(ax, place, "$C$", "above" if convex else "left")
+        marks.point(ax, centre, f"$O_{area}$", "below left" if convex else "right")
+        ax.set_xlim(low[0], low[0] + 2 * half)
+        ax.set_ylim(low[1], low[1] + 2 * half)
+        marks.frame_axes(ax, "k")
+        ax.grid(False)
+        kind, bounds = ("convex", r"$r_j \leq |e_j| \leq r_j + r_C$")
+        if not convex:
+            kind, bounds = ("concave", r"$r_j - r_C \leq |e_j| \leq r_j$")
+        ax.set_title(f"({letter}) {kind}, area $j$ = {area}: {bounds}\n" r"and $e_j \cdot u_j \geq |e_j| \cos\theta_j$")
+    return figure
+
+
+FIGURES = {5: section_figure, 8: detection_figure}

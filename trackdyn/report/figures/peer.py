@@ -1,0 +1,149 @@
+"""Figures 13 and 14: the independent code's model, and the selected link's vertical displacement in both codes."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from trackdyn.parameters.rig import Rig
+from trackdyn.report import printed
+from trackdyn.report.drawing import (
+    Z_MARK,
+    connector_outline,
+    draw_chain,
+    draw_sprocket,
+    draw_wheels,
+    placed,
+)
+from trackdyn.report.style import BLACK, BLUE, GREEN, ORANGE, VERMILION, new_figure, styled, thin
+
+LEAST_DIFFERENCE = 1e-6  # of the logarithmic axis, percent
+OURS = {"color": BLUE, "linestyle": "-", "linewidth": 2.2, "alpha": 0.6}
+PEER = {"color": ORANGE, "linestyle": (0, (5, 2)), "linewidth": 1.2}
+EIGHT = {"color": GREEN, "linestyle": (0, (1, 1)), "linewidth": 1.0}
+
+
+@styled
+def model_figure(rig: Rig, frame, shift: float, missing: str = "") -> Figure:
+    """The loop of the independent code (a) and the tooth profiles of its two runs (b).
+
+    Parameters
+    ----------
+    rig : Rig
+        Parameters that both codes read.
+    frame : (n + 3,) array
+        Configuration of the other code (``Recording.frame``), or of ours where it did not run.
+    shift : float
+        Shift of the tensioning wheel, m.
+    missing : str
+        Why the other code did not run; stands in the title then.
+    """
+    figure = new_figure(7.4)
+    whole, tooth = figure.subplots(2, 1, height_ratios=(1.25, 1.0))
+    ring = rig.sprocket.ring_radius
+    draw_wheels(whole, rig, shift)
+    draw_sprocket(whole, rig, frame[-1], ring)
+    draw_chain(whole, rig, frame, highlight=(2 * (rig.sensor.pitch - 1),))
+    whole.set_aspect("equal")
+    whole.margins(0.03)
+    whole.autoscale_view()
+    code = "Exudyn's" if not missing else "trackdyn's (exudyn is not installed)"
+    count = 2 * rig.chain.pitches
+    whole.set_title(
+        f"(a) {code} loop on its wheels: {count} bodies, {count} revolute joints; hatched: the selected link"
+    )
+
+    groove = rig.groove_profile
+    for area in range(1, 11):
+        points = 1e3 * groove.arc(area)
+        label = {1: "trackdyn and Exudyn: ten arcs", 2: "Exudyn's second run: eight arcs"}.get(area)
+        tip = area in (1, 10)
+        tooth.plot(*points.T, color=BLUE, linewidth=5.0, alpha=0.4, linestyle="-", label=label if area == 1 else None)
+        if not tip:
+            tooth.plot(*points.T, color=GREEN, linewidth=1.6, linestyle="-", label=label if area == 2 else None)
+    ends = 1e3 * np.vstack([groove.arc(2, 2)[:1], groove.joints()[1:-1], groove.arc(9, 2)[-1:]])
+    tooth.plot(*ends.T, linestyle="none", marker="o", markersize=4, color=VERMILION, zorder=Z_MARK)
+    for number, (x, y) in enumerate(ends, start=1):
+        # the seats are short: the numbers of their ends stand apart
+        aside = {2: -5, 3: 5, 7: -5, 8: 5}.get(number, 0)
+        look = {"textcoords": "offset points", "ha": "center", "fontsize": 8, "zorder": Z_MARK}
+        tooth.annotate(str(number), (x, y), xytext=(aside, -14), **look)
+    _seated(tooth, rig)
+    tooth.set_aspect("equal")
+    tooth.margins(0.04, 0.12)
+    tooth.set_title("(b) one groove, in its own frame; numbered: where the eight arcs begin and end")
+    tooth.set_xlabel("x of the groove (mm)")
+    tooth.set_ylabel("y of the groove (mm)")
+    figure.legend(loc="outside lower center", ncols=3)
+    whole.set_xlabel("x (m)")
+    whole.set_ylabel("y (m)")
+    return figure
+
+
+def _seated(ax: Axes, rig: Rig) -> None:
+    """A connector as high as on the ring of equal pitch."""
+    height = (rig.pin_circle**2 - rig.connector_length**2 / 4) ** 0.5
+    outline = 1e3 * placed(connector_outline(rig), (-rig.connector_length / 2, height), 0.0)
+    closed = np.vstack([outline, outline[:1]])
+    ax.plot(*closed.T, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)), label="connector on the pin circle")
+
+
+@styled
+def displacement_figure(curves: pd.DataFrame, summary: pd.DataFrame, missing: str = "") -> Figure:
+    """Vertical displacement of the selected link in both codes, and their difference.
+
+    Parameters
+    ----------
+    curves, summary : DataFrame
+        Of ``trackdyn.peers.comparison.Result``.
+    missing : str
+        Why the other code was not run.
+    """
+    readings = list(summary["reading"])
+    figure = new_figure(2.9 * len(readings) + 0.9)
+    axes = figure.subplots(2 * len(readings), 1, height_ratios=(1.5, 1.0) * len(readings), squeeze=False)[:, 0]
+    for i, row in enumerate(summary.to_dict("records")):
+        above, below = axes[2 * i : 2 * i + 2]
+        curve = curves[curves["reading"] == row["reading"]]
+        _draw_reading(above, below, curve, row, missing)
+        above.set_title(f"({'ab'[i]}) {row['reading']} at {row['speed_rpm']:g} rev/min")
+        below.sharex(above)
+        above.tick_params(labelbottom=False)
+    axes[-1].set_xlabel("time since the start of the sprocket (s)")
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=3)
+    return figure
+
+
+def _draw_reading(above: Axes, below: Axes, curve: pd.DataFrame, row: dict, missing: str) -> None:
+    time, ours = curve["time_s"].to_numpy(), curve["trackdyn_m"].to_numpy()
+    above.plot(*thin(time, ours), **OURS, label="trackdyn")
+    above.set_ylabel("y of the link (m)")
+    above.set_xlim(time[0], time[-1])
+    below.set_ylabel("difference\n(% of range)")
+    limit = printed.DISPLACEMENT_DIFFERENCE.value
+    if missing:
+        box = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.6}
+        below.text(0.5, 0.5, missing, transform=below.transAxes, ha="center", va="center", fontsize=8, bbox=box)
+        below.set_yticks([])
+        return
+    span = np.ptp(ours)
+    for name, label, look, key in (
+        ("exudyn_m", "ten arcs", PEER, "difference_pct"),
+        ("exudyn_eight_arcs_m", "eight arcs", EIGHT, "difference_eight_arcs_pct"),
+    ):
+        other = curve[name].to_numpy()
+        if look is PEER:  # the third curve would lie on the other two
+            above.plot(*thin(time, other), **look, label="Exudyn")
+        difference = np.maximum(100 * np.abs(other - ours) / span, LEAST_DIFFERENCE)
+        below.plot(*_upper(time, difference), **look, label=f"{label}: largest {row[key]:.2g} %")
+    below.axhline(limit, color=BLACK, linestyle=(0, (6, 2)), linewidth=1.0, label=f"printed, largest: {limit:g} %")
+    below.set_yscale("log")
+    below.set_ylim(top=5e3)
+    below.legend(loc="upper right", ncols=3)
+
+
+def _upper(x: np.ndarray, y: np.ndarray, groups: int = 300) -> tuple[np.ndarray, np.ndarray]:
+    """The largest value in each stretch: the upper edge of a difference that keeps crossing zero."""
+    edges = np.unique(np.linspace(0, len(y), min(groups, len(y)) + 1).astype(int))[:-1]
+    return x[edges], np.maximum.reduceat(y, edges)

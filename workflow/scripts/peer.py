@@ -1,0 +1,20 @@
+from pathlib import Path
+
+from _script import logged
+
+from trackdyn import load_rig
+from trackdyn.peers.comparison import compare, table2_caption
+from trackdyn.report.figures.peer import displacement_figure, model_figure
+from trackdyn.report.style import save
+from trackdyn.report.tables import write_table
+
+with logged(snakemake):
+    rig = load_rig(snakemake.input.rig)
+    result = compare(rig, **snakemake.params.options)
+    Path(snakemake.output.curves).parent.mkdir(parents=True, exist_ok=True)
+    result.curves.to_csv(snakemake.output.curves, index=False)
+    result.summary.to_csv(snakemake.output.summary, index=False)
+    write_table(result.table, snakemake.output.table, table2_caption(result, snakemake.params.options["accuracy_pct"]))
+    save(model_figure(rig, result.frame, result.shift, result.missing), snakemake.output.model[0])
+    save(displacement_figure(result.curves, result.summary, result.missing), snakemake.output.displacement[0])
+    print(result.summary.to_string(index=False))
