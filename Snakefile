@@ -31,6 +31,9 @@ wildcard_constraints:
     run=r"\d[\w.]*rpm|(meshing|ring|coarse)/[\w.]+",
 
 
+report: "workflow/report/workflow.rst"
+
+
 include: "workflow/rules/common.smk"
 include: "workflow/rules/simulate.smk"
 include: "workflow/rules/records.smk"
@@ -38,6 +41,7 @@ include: "workflow/rules/ring.smk"
 include: "workflow/rules/claims.smk"
 include: "workflow/rules/schematics.smk"
 include: "workflow/rules/peers.smk"
+include: "workflow/rules/report.smk"
 
 
 rule all:
@@ -50,3 +54,4 @@ rule all:
         rules.schematics.output,
         rules.peers.input,
         rules.costs.output,
+        rules.report_page.input,

@@ -13,7 +13,7 @@ import numpy as np
 
 from trackdyn.chain.model import Chain
 from trackdyn.chain.riccati import SweepWork
-from trackdyn.jit import kernel
+from trackdyn.jit import allocating as kernel
 
 
 @kernel

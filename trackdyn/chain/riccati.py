@@ -81,8 +81,9 @@ def accelerations(
 
 @kernel
 def sweep(
-    chain: Chain, cos, sin, rate, force_x, force_y, moment, torque, implicit_damping, probe_body, work: SweepWork
-):
+    chain: Chain, cos, sin, rate, force_x, force_y, moment, torque, implicit_damping, probe_body, work: SweepWork,
+    terms=None,
+):  # fmt: skip
     """Response of every acceleration to the load of the cut joint.
 
     Parameters
@@ -103,6 +104,9 @@ def sweep(
         Body whose input pin's acceleration is kept (the sensor's link).
     work : SweepWork
         Output.
+    terms : chain.implicit.ImplicitWork or None
+        Slopes of the contact forces of a linearly implicit step: they add to the inertia, and every
+        wheel that turns freely gets a column beside the four.
 
     Notes
     -----
@@ -120,6 +124,9 @@ def sweep(
     ex0, ex1, ex2, ex3 = 1.0, 0.0, 0.0, 0.0
     ey0, ey1, ey2, ey3 = 0.0, 1.0, 0.0, 0.0
     em0, em1, em2, em3 = 0.0, 0.0, 1.0, 0.0
+    if terms is not None:
+        wheel_columns = terms.column
+        wheel_columns[:, :] = 0.0
 
     for i in range(n):
         c = cos[i]
@@ -136,6 +143,17 @@ def sweep(
         s13 += m * gy
         s23 -= m * gx
         s33 -= inertia[i] + m * (gx * gx + gy * gy)
+        if terms is not None:
+            s11 -= terms.inertia[i, 0]
+            s12 -= terms.inertia[i, 1]
+            s22 -= terms.inertia[i, 2]
+            s13 -= terms.inertia[i, 3]
+            s23 -= terms.inertia[i, 4]
+            s33 -= terms.inertia[i, 5]
+            for wheel in range(1, wheel_columns.shape[0]):
+                for r in range(3):
+                    wheel_columns[wheel, r] += terms.couple[i, wheel, r]
+                wheel_columns[wheel, 2] += dy * wheel_columns[wheel, 0] - dx * wheel_columns[wheel, 1]
         fx = force_x[i]
         fy = force_y[i] - m * chain.gravity
         ex3 += fx + m * w2 * gx
@@ -161,6 +179,13 @@ def sweep(
             p2 = s23 * d
             p3 = s33 * d
             g3 = em3 - torque[i]
+            if terms is not None:
+                for wheel in range(1, wheel_columns.shape[0]):
+                    g = wheel_columns[wheel, 2]
+                    terms.gain[i, wheel] = g * d
+                    wheel_columns[wheel, 0] -= p1 * g
+                    wheel_columns[wheel, 1] -= p2 * g
+                    wheel_columns[wheel, 2] -= p3 * g
             gain[i, 0] = p1
             gain[i, 1] = p2
             gain[i, 2] = p3
@@ -213,18 +238,35 @@ def sweep(
         end[0, k] = z1
         end[1, k] = z2
         end[2, k] = z3
+    if terms is not None:
+        for wheel in range(1, wheel_columns.shape[0]):
+            y1 = wheel_columns[wheel, 0] / l11
+            y2 = (wheel_columns[wheel, 1] - l21 * y1) / l22
+            y3 = (wheel_columns[wheel, 2] - l31 * y1 - l32 * y2) / l33
+            z3 = y3 / l33
+            z2 = (y2 - l32 * z3) / l22
+            terms.end[wheel, 0] = (y1 - l21 * z2 - l31 * z3) / l11
+            terms.end[wheel, 1] = z2
+            terms.end[wheel, 2] = z3
 
-    _back_substitute(chain, cos, sin, rate, probe_body, work)
+    _back_substitute(chain, cos, sin, rate, probe_body, work, terms)
 
 
 @kernel
-def _back_substitute(chain: Chain, cos, sin, rate, probe_body, work: SweepWork):
+def _back_substitute(chain: Chain, cos, sin, rate, probe_body, work: SweepWork, terms):
     """Accelerations of every body from the output of the last one, four columns at a time."""
     n = rate.shape[0]
     gain, response, end = work.gain, work.response, work.end
     x0, x1, x2, x3 = end[0, 0], end[0, 1], end[0, 2], end[0, 3]
     y0, y1, y2, y3 = end[1, 0], end[1, 1], end[1, 2], end[1, 3]
     a0, a1, a2, a3 = end[2, 0], end[2, 1], end[2, 2], end[2, 3]
+    if terms is not None:
+        z = terms.column
+        terms.row[:, :] = 0.0
+        for wheel in range(1, z.shape[0]):
+            for r in range(3):
+                z[wheel, r] = terms.end[wheel, r]
+    p1 = p2 = q = 0.0
     for i in range(n - 1, -1, -1):
         if i < n - 1:
             p1 = gain[i, 0]
@@ -249,6 +291,28 @@ def _back_substitute(chain: Chain, cos, sin, rate, probe_body, work: SweepWork):
         y1 -= dx * a1
         y2 -= dx * a2
         y3 -= dx * a3 - w2 * dy
+        if terms is not None:
+            for wheel in range(1, z.shape[0]):
+                a = z[wheel, 2]
+                if i < n - 1:
+                    a = q * a - p1 * z[wheel, 0] - p2 * z[wheel, 1] - terms.gain[i, wheel]
+                z[wheel, 0] += dy * a
+                z[wheel, 1] -= dx * a
+                z[wheel, 2] = a
+                terms.response[i, wheel] = a
+                if i == probe_body:
+                    terms.probe[wheel, 0] = z[wheel, 0]
+                    terms.probe[wheel, 1] = z[wheel, 1]
+            for wheel in range(1, z.shape[0]):
+                # acceleration of this body as the friction on the wheel feels it
+                u, v, w = terms.couple[i, wheel, 0], terms.couple[i, wheel, 1], terms.couple[i, wheel, 2]
+                if u != 0.0 or v != 0.0:
+                    terms.row[wheel, 0] += u * x0 + v * y0 + w * a0
+                    terms.row[wheel, 1] += u * x1 + v * y1 + w * a1
+                    terms.row[wheel, 2] += u * x2 + v * y2 + w * a2
+                    terms.row[wheel, 3] += u * x3 + v * y3 + w * a3
+                    for k in range(1, z.shape[0]):
+                        terms.row[wheel, 3 + k] += u * z[k, 0] + v * z[k, 1] + w * z[k, 2]
         if i == probe_body:
             work.probe[0, 0] = x0
             work.probe[0, 1] = x1
@@ -258,6 +322,10 @@ def _back_substitute(chain: Chain, cos, sin, rate, probe_body, work: SweepWork):
             work.probe[1, 1] = y1
             work.probe[1, 2] = y2
             work.probe[1, 3] = y3
+    if terms is not None:
+        for wheel in range(1, z.shape[0]):
+            terms.base[wheel, 0] = z[wheel, 0]
+            terms.base[wheel, 1] = z[wheel, 1]
     base = work.base
     base[0, 0] = x0
     base[0, 1] = x1

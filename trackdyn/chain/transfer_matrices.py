@@ -26,7 +26,7 @@ import numpy as np
 
 from trackdyn.chain.model import Chain
 from trackdyn.chain.riccati import SweepWork
-from trackdyn.jit import kernel
+from trackdyn.jit import allocating as kernel
 
 STATES = 13
 

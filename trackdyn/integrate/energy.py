@@ -118,7 +118,8 @@ def powers(model: Model, state: State, work: Work, out, first):
 def energies(model: Model, state: State, work: Work, out):
     """Fill ``out`` with the account of work and the energies of the present state (J)."""
     chain = model.chain
-    out[:7] = state.work_done
+    for k in range(7):
+        out[k] = state.work_done[k]
     kinetic = gravity = elastic = 0.0
     n = state.angle.shape[0]
     for i in range(n):

@@ -31,8 +31,8 @@ def step_limits(model, pre_tension: float, integrator: str = "semi_implicit") ->
     A contact of stiffness k on a mass m oscillates stably for ``h < 2 sqrt(m / k)``; friction with
     the slope c of Eq. 10 decays for ``h < 2 m / c`` (for RK4 2.82 and 2.78 in place of 2). Both are taken at the load of one pitch on a
     wheel, ``2 T sin(pi / m)`` with T the pre-tension plus the weight of a metre of chain, times
-    ``DYNAMIC_FACTOR``. Bushing damping is implicit in the sweep of semi-implicit Euler and sets no limit
-    there; for RK4 it does. Bushing stiffness acts on the smaller rotational inertia.
+    ``DYNAMIC_FACTOR``. Bushing damping and a compliant cut are implicit in the sweep of semi-implicit Euler
+    and set no limit there; for RK4 they do. Bushing stiffness acts on the smaller rotational inertia.
     """
     oscillation, decay = REACH[integrator]
     chain, tooth, wheels = model.chain, model.tooth, model.wheels
@@ -74,4 +74,13 @@ def step_limits(model, pre_tension: float, integrator: str = "semi_implicit") ->
     if chain.damping and integrator != "semi_implicit":
         # two neighbours against each other, their pins held by the rest of the chain
         limits["damping of the bushing"] = decay * float(min(chain.inertia)) / (4 * chain.damping)
+    closure = model.closure
+    if closure.compliant and integrator != "semi_implicit":
+        # the two bodies at the cut, free at their other ends: acceleration of the gap for a unit force through it
+        mobility = sum(
+            1 / float(chain.mass[i]) + (float(chain.length[i]) / 2) ** 2 / float(chain.inertia[i]) for i in (0, -1)
+        )
+        limits["stiffness of the cut (closure)"] = oscillation / sqrt(closure.stiffness * mobility)
+        if closure.damping:
+            limits["damping of the cut (closure)"] = decay / (closure.damping * mobility)
     return limits

@@ -24,12 +24,26 @@ LEAST_FRACTION = 1e-7
 @kernel
 def _pack(state: State, out):
     n, w = state.angle.shape[0], state.wheel_rate.shape[0]
-    out[:4] = state.pin
-    out[4 : 4 + n] = state.angle
-    out[4 + n : 4 + 2 * n] = state.rate
-    out[4 + 2 * n : 4 + 2 * n + w] = state.wheel_angle
-    out[4 + 2 * n + w : 4 + 2 * n + 2 * w] = state.wheel_rate
-    out[4 + 2 * n + 2 * w :] = state.work_done
+    for j in range(4):
+        out[j] = state.pin[j]
+    for j in range(n):
+        out[4 + j] = state.angle[j]
+        out[4 + n + j] = state.rate[j]
+    for j in range(w):
+        out[4 + 2 * n + j] = state.wheel_angle[j]
+        out[4 + 2 * n + w + j] = state.wheel_rate[j]
+    for j in range(state.work_done.shape[0]):
+        out[4 + 2 * n + 2 * w + j] = state.work_done[j]
+
+
+@kernel
+def _copy_memory(tooth, wheel, to_tooth, to_wheel):
+    """Copy the initial impact velocities of the contacts."""
+    for j in range(tooth.shape[0]):
+        to_tooth[j] = tooth[j]
+    for j in range(wheel.shape[0]):
+        for k in range(wheel.shape[1]):
+            to_wheel[j, k] = wheel[j, k]
 
 
 @kernel
@@ -94,8 +108,7 @@ def _stages(model: Model, state: State, work: Work, method: RungeKutta, time, st
         _unpack(state, method.start, method.slope, method.a[s], s, step)
         orient(state.angle, work.cos, work.sin)
         place(model.chain, state, work)
-        state.tooth_impact[:] = method.tooth_impact
-        state.wheel_impact[:, :] = method.wheel_impact
+        _copy_memory(method.tooth_impact, method.wheel_impact, state.tooth_impact, state.wheel_impact)
         evaluate_loads(model, state, work)
         solve_chain(model, state, work, 0.0, None, solver)
         _derivative(model, state, work, time + offset * step, method.slope[s])
@@ -158,8 +171,7 @@ def march(model: Model, state: State, work: Work, spells: Spells, method: RungeK
             parts = max(1.0, -(-step // method.next_step[0]))
             step /= parts
         _pack(state, method.start)
-        method.tooth_impact[:] = state.tooth_impact
-        method.wheel_impact[:, :] = state.wheel_impact
+        _copy_memory(state.tooth_impact, state.wheel_impact, method.tooth_impact, method.wheel_impact)
         solve_chain(model, state, work, 0.0, None, solver)
         sense(model, state, work)
         _derivative(model, state, work, begin + done, method.slope[0])
@@ -184,8 +196,7 @@ def march(model: Model, state: State, work: Work, spells: Spells, method: RungeK
         if not model.closure.compliant:
             _project(model, state, work)
         accumulate(work, step / whole)
-        state.tooth_impact[:] = method.tooth_impact
-        state.wheel_impact[:, :] = method.wheel_impact
+        _copy_memory(method.tooth_impact, method.wheel_impact, state.tooth_impact, state.wheel_impact)
         evaluate_loads(model, state, work)
         done += step
         if spells.enabled:

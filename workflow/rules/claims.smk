@@ -10,9 +10,12 @@ rule claims:
         metrics=f"{R}/metrics.csv",
         events=f"{R}/events.csv",
     output:
-        csv=f"{R}/claims.csv",
+        csv=report(f"{R}/claims.csv", caption="../report/claims.rst", category="Claims"),
         md=f"{R}/claims.md",
-        figure=multiext(f"{R}/figures/claims", ".png", ".svg"),
+        figure=[
+            report(f"{R}/figures/claims.png", caption="../report/claims.rst", category="Claims"),
+            f"{R}/figures/claims.svg",
+        ],
     params:
         rpm=CONFIG.meshing.speed_rpm,
         radius=CONFIG.meshing.ring_radius_m,
@@ -37,15 +40,18 @@ rule sensitivity:
         fit="config/fit.yaml",
         kernels=KERNELS,
     output:
-        csv=f"{R}/tables/sensitivity.csv",
+        csv=report(f"{R}/tables/sensitivity.csv", caption="../report/sensitivity.rst", category="Claims"),
         md=f"{R}/tables/sensitivity.md",
-        targets=f"{R}/tables/fit_targets.csv",
+        targets=report(f"{R}/tables/fit_targets.csv", caption="../report/fit_targets.rst", category="Claims"),
         targets_md=f"{R}/tables/fit_targets.md",
-        readings=f"{R}/tables/equal_pitch.csv",
+        readings=report(f"{R}/tables/equal_pitch.csv", caption="../report/equal_pitch.rst", category="Claims"),
         readings_md=f"{R}/tables/equal_pitch.md",
-        directions=f"{R}/tables/run_direction.csv",
+        directions=report(f"{R}/tables/run_direction.csv", caption="../report/run_direction.rst", category="Claims"),
         directions_md=f"{R}/tables/run_direction.md",
-        figure=multiext(f"{R}/figures/sensitivity", ".png", ".svg"),
+        figure=[
+            report(f"{R}/figures/sensitivity.png", caption="../report/sensitivity.rst", category="Claims"),
+            f"{R}/figures/sensitivity.svg",
+        ],
     params:
         radii=CONFIG.sensitivity.radii_m,
         without_ring=CONFIG.sensitivity.without_ring,
@@ -92,7 +98,7 @@ rule costs:
         rules.claims.output,
         rules.sensitivity.output,
     output:
-        csv=f"{R}/tables/costs.csv",
+        csv=report(f"{R}/tables/costs.csv", caption="../report/costs.rst", category="Rig and costs"),
         md=f"{R}/tables/costs.md",
     params:
         folder=f"{R}/benchmarks",

@@ -27,9 +27,9 @@ rule parameters:
         sources("parameters", "report/tables.py"),
         rig=CONFIG.rig,
     output:
-        csv=f"{R}/tables/parameters.csv",
+        csv=report(f"{R}/tables/parameters.csv", caption="../report/parameters.rst", category="Rig and costs"),
         md=f"{R}/tables/parameters.md",
-        groove_csv=f"{R}/tables/table1.csv",
+        groove_csv=report(f"{R}/tables/table1.csv", caption="../report/table1.rst", category="Rig and costs"),
         groove_md=f"{R}/tables/table1.md",
     log:
         f"{R}/logs/parameters.log",
@@ -49,9 +49,9 @@ rule statistics:
         metrics=f"{R}/metrics.csv",
         sensors=[CONFIG.sensor_path(rpm) for rpm in CONFIG.records.speeds_rpm],
     output:
-        csv=f"{R}/tables/table3.csv",
+        csv=report(f"{R}/tables/table3.csv", caption="../report/table3.rst", category="Link acceleration"),
         md=f"{R}/tables/table3.md",
-        lines_csv=f"{R}/tables/lines.csv",
+        lines_csv=report(f"{R}/tables/lines.csv", caption="../report/lines.rst", category="Link acceleration"),
         lines_md=f"{R}/tables/lines.md",
     params:
         runs=SPEEDS,
@@ -73,7 +73,8 @@ rule closure:
         sources("report/style.py", "report/figures/closure.py", "report/printed.py"),
         recordings=[recording(run) for run in SPEEDS],
     output:
-        multiext(f"{R}/figures/fig15", ".png", ".svg"),
+        report(f"{R}/figures/fig15.png", caption="../report/fig15.rst", category="Link acceleration"),
+        f"{R}/figures/fig15.svg",
     params:
         speeds=CONFIG.records.speeds_rpm,
     log:
@@ -94,8 +95,14 @@ rule sensor_figures:
         recording=lambda w: recording(SPEEDS["abcdefgh".index(w.letter)]),
         sensor=lambda w: CONFIG.sensor_path(CONFIG.records.speeds_rpm["abcdefgh".index(w.letter)]),
     output:
-        history=multiext(f"{R}/figures/fig17_{{letter}}", ".png", ".svg"),
-        spectrum=multiext(f"{R}/figures/fig18_{{letter}}", ".png", ".svg"),
+        history=[
+            report(f"{R}/figures/fig17_{{letter}}.png", caption="../report/fig17.rst", category="Link acceleration"),
+            f"{R}/figures/fig17_{{letter}}.svg",
+        ],
+        spectrum=[
+            report(f"{R}/figures/fig18_{{letter}}.png", caption="../report/fig18.rst", category="Link acceleration"),
+            f"{R}/figures/fig18_{{letter}}.svg",
+        ],
     wildcard_constraints:
         letter="[a-h]",
     params:
@@ -116,7 +123,8 @@ rule loop_figure:
         sources("report/style.py", "report/drawing.py", "report/figures/loop.py", "parameters"),
         recording=recording(SPEEDS[0]),
     output:
-        multiext(f"{R}/figures/loop", ".png", ".svg"),
+        report(f"{R}/figures/loop.png", caption="../report/loop.rst", category="Rig and costs"),
+        f"{R}/figures/loop.svg",
     log:
         f"{R}/logs/loop.log",
     benchmark:

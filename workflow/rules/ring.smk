@@ -28,7 +28,14 @@ rule meshing_figures:
         no_ring=recording("meshing/no_ring"),
         ring=recording("meshing/ring"),
     output:
-        [f"{R}/figures/fig{number}.{ending}" for number in (19, 20, 21, 22) for ending in ("png", "svg")],
+        report(f"{R}/figures/fig19.png", caption="../report/fig19.rst", category="Contact"),
+        f"{R}/figures/fig19.svg",
+        report(f"{R}/figures/fig20.png", caption="../report/fig20.rst", category="Contact"),
+        f"{R}/figures/fig20.svg",
+        report(f"{R}/figures/fig21.png", caption="../report/fig21.rst", category="Contact"),
+        f"{R}/figures/fig21.svg",
+        report(f"{R}/figures/fig22.png", caption="../report/fig22.rst", category="Contact"),
+        f"{R}/figures/fig22.svg",
     log:
         f"{R}/logs/meshing_figures.log",
     benchmark:
@@ -45,7 +52,12 @@ rule ring_figures:
         sources("report/style.py", "report/figures/ring_study.py"),
         metrics=f"{R}/metrics.csv",
     output:
-        [f"{R}/figures/{name}.{ending}" for name in ("fig23_a", "fig23_b", "fig24") for ending in ("png", "svg")],
+        report(f"{R}/figures/fig23_a.png", caption="../report/fig23.rst", category="Contact"),
+        f"{R}/figures/fig23_a.svg",
+        report(f"{R}/figures/fig23_b.png", caption="../report/fig23.rst", category="Contact"),
+        f"{R}/figures/fig23_b.svg",
+        report(f"{R}/figures/fig24.png", caption="../report/fig24.rst", category="Contact"),
+        f"{R}/figures/fig24.svg",
     log:
         f"{R}/logs/ring_figures.log",
     benchmark:
@@ -62,7 +74,7 @@ rule coarse_table:
         sources("report/tables.py", "report/printed.py"),
         metrics=f"{R}/metrics.csv",
     output:
-        csv=f"{R}/tables/table4.csv",
+        csv=report(f"{R}/tables/table4.csv", caption="../report/table4.rst", category="Link acceleration"),
         md=f"{R}/tables/table4.md",
     params:
         speeds=CONFIG.records.speeds_rpm,
@@ -85,7 +97,7 @@ rule stability:
         rig=CONFIG.rig,
         kernels=KERNELS,
     output:
-        csv=f"{R}/tables/stability.csv",
+        csv=report(f"{R}/tables/stability.csv", caption="../report/stability.rst", category="Contact"),
         md=f"{R}/tables/stability.md",
     params:
         scenes=[plain_scene(run) for run in STABILITY_RUNS],

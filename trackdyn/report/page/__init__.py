@@ -1,0 +1,1 @@
+"""The report: one page that carries its data, pictures and scripts with it."""

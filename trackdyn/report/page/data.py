@@ -1,0 +1,165 @@
+"""Curves and moving pictures in the form in which the page carries them: base64 of small arrays."""
+
+import base64
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from trackdyn.measure.metrics import loop_frequency
+from trackdyn.measure.sensor import sense
+from trackdyn.measure.sensor_csv import SensorRecord
+from trackdyn.measure.signals import main_line, main_line_binfree, spectrum
+from trackdyn.parameters.layout import wheel_circles
+from trackdyn.parameters.rig import Rig
+from trackdyn.recording import Recording
+from trackdyn.report.figures.histories import REVOLUTIONS, first_crest
+from trackdyn.report.figures.meshing import AFTER, BEFORE, select_passage
+from trackdyn.report.figures.spectra import BAND_HZ, LOW_RANGE_HZ
+
+RING_COLUMNS = [
+    f"{side}_{what}" for what in ("share_pct", "rms_n", "sd_n", "phase_start") for side in ("left", "right", "ring")
+]
+
+USUAL = 0.99  # share of the forces of a run that are drawn to scale
+
+
+def packed(values, kind: str = "<f4") -> str:
+    """Base64 of an array as little-endian numbers of a kind, four-byte floats unless told."""
+    return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")
+
+
+def _signal(ay, rate: float, hz: float, span: float) -> dict:
+    ay = np.asarray(ay)
+    start = first_crest(ay, rate, hz)
+    freq, amplitude = spectrum(ay, rate)
+    low = (freq > 0) & (freq <= LOW_RANGE_HZ)
+    # the mean square in bands over the whole range, as in Figure 18
+    freq, power = freq[1:], amplitude[1:] ** 2
+    edges = np.arange(0, len(freq), max(1, round(BAND_HZ / freq[0])))
+    count = np.diff(np.append(edges, len(freq)))
+    line, free = main_line(ay, rate), main_line_binfree(ay, rate, expected_hz=hz)[:2]
+    return {
+        "rate": rate,
+        "history": packed(ay[start : start + round(span * rate) + 1]),
+        "low_hz": packed(freq[low[1:]]),
+        "low_g": packed(amplitude[1:][low[1:]]),
+        "band_hz": packed(np.add.reduceat(freq, edges) / count),
+        "band_g": packed(np.sqrt(np.add.reduceat(power, edges) / count)),
+        "line": [float(line[0]), float(line[1])],
+        "free": [float(free[0]), float(free[1])],
+    }
+
+
+def signals(recording: Recording, record: SensorRecord | None) -> dict:
+    """Time history over two revolutions and spectra of a run, and of the sensor's record if there is one.
+
+    Parameters
+    ----------
+    recording : Recording
+        Run.
+    record : SensorRecord or None
+        Record of the same motor speed.
+
+    Returns
+    -------
+    dict
+        ``simulation`` and ``sensor``, cut and aligned as in Figure 17, analysed as in Figure 18.
+    """
+    hz = loop_frequency(recording)
+    span = REVOLUTIONS / hz
+    shown = {"simulation": _signal(sense(recording).ay, recording.rate, hz, span), "sensor": None}
+    if record is not None:
+        own = main_line_binfree(record.ay_g, record.rate_hz, main_line(record.ay_g, record.rate_hz)[0])[0]
+        shown["sensor"] = _signal(record.ay_g, record.rate_hz, own, span)
+    return shown
+
+
+def passage(recording: Recording) -> dict:
+    """Forces and areas of the passage that Figures 19 and 21 show."""
+    shown = select_passage(recording)
+    margin = np.array([-BEFORE, AFTER]) * shown.turn
+    inside = (shown.time >= margin[0]) & (shown.time <= shown.last - shown.first + margin[1])
+    return {
+        "connector": shown.connector,
+        "rpm": recording.meta["scene"]["motor_rpm"],
+        "radius": recording.meta["scene"]["ring_radius"],
+        "turn": shown.turn,
+        "time": packed(shown.time[inside]),
+        "force": [packed(column) for column in shown.force[inside].T],
+        "area": [packed(column, "u1") for column in shown.area[inside].T],
+    }
+
+
+def ring_study(metrics: pd.DataFrame) -> dict | None:
+    """Shares, forces and phases of the ring study by radius and speed; None if there is no such run."""
+    study = metrics[metrics["run"].astype(str).str.startswith("ring/")]
+    if study.empty:
+        return None
+    radii = [float(r) for r in sorted(study["ring_radius_m"].dropna().unique())]
+    if study["ring_radius_m"].isna().any():
+        radii = [None, *radii]
+    speeds = [float(s) for s in sorted(study["rpm"].unique())]
+    cells = {column: [[None] * len(radii) for _ in speeds] for column in RING_COLUMNS if column in study}
+    for _, row in study.iterrows():
+        radius = None if pd.isna(row["ring_radius_m"]) else float(row["ring_radius_m"])
+        i, j = speeds.index(float(row["rpm"])), radii.index(radius)
+        for column, table in cells.items():
+            table[i][j] = None if pd.isna(row[column]) else float(row[column])
+    return {"speeds": speeds, "radii": radii, "values": cells}
+
+
+def geometry(rig: Rig) -> dict:
+    """Lengths and outlines that the moving picture is drawn from, m."""
+    groove = rig.groove_profile
+    return {
+        "link": rig.chain.link_length,
+        "connector": rig.connector_length,
+        "thickness": rig.chain.link_thickness,
+        "arc": rig.chain.connector_radius,
+        "teeth": rig.sprocket.teeth,
+        "sensor": [rig.sensor.pitch, rig.sensor.x, rig.sensor.y],
+        "sprocket": [rig.sprocket.x, rig.sprocket.y],
+        "addendum": groove.addendum,
+        "areas": [groove.arc(area, 8).tolist() for area in range(1, 11)],
+        "centre": groove.centre.tolist(),
+        "radius": groove.radius.tolist(),
+        "convex": [int(c) for c in groove.convex],
+    }
+
+
+def moving_picture(recording: Recording) -> dict:
+    """Configurations of a run with the normal forces and areas of every pitch at the same instants.
+
+    Parameters
+    ----------
+    recording : Recording
+        Run with configurations, and with all pitches recorded in order.
+    """
+    rig = Rig.model_validate(recording.meta["rig"])
+    scene = recording.meta["scene"]
+    # a configuration is taken at the end of a sample interval, and so is the sample
+    samples = np.clip(np.rint(recording.frame_time * recording.rate).astype(int) - 1, 0, len(recording.time) - 1)
+    force = recording.force[samples]
+    shift = recording.meta["layout"]["tensioner_shift_m"]
+    return {
+        "rpm": scene["motor_rpm"],
+        "radius": scene["ring_radius"],
+        "frames": len(recording.frame),
+        "interval": scene["frame_interval"],
+        "bodies": recording.frame.shape[1] - 3,
+        "wheels": wheel_circles(rig, shift, surface=True)[1:].tolist(),
+        "usual": float(np.quantile(force[force > 0], USUAL)) if (force > 0).any() else 1.0,
+        "frame": packed(recording.frame),
+        "force": packed(np.clip(np.rint(force), 0, 65535), "<u2"),
+        "area": packed(recording.area[samples], "u1"),
+        "groove": packed(recording.groove[samples], "u1"),
+    }
+
+
+def rows_of(path: Path) -> list[dict] | None:
+    """Rows of a CSV file with None for empty cells; None if the file does not exist."""
+    if not path.is_file():
+        return None
+    table = pd.read_csv(path)
+    return table.astype(object).where(table.notna(), None).to_dict("records")

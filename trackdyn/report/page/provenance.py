@@ -1,0 +1,116 @@
+"""Where the results come from: one version of the program, named files, named packages."""
+
+import hashlib
+import json
+import platform
+from collections.abc import Iterable
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import numpy as np
+
+from trackdyn import __version__
+from trackdyn.errors import InputError
+from trackdyn.jit import source_hash
+
+PACKAGES = ("numpy", "scipy", "numba", "pandas", "matplotlib", "snakemake", "plotly")
+
+
+def read_meta(path: Path | str) -> dict:
+    """What a recording says of itself, without its arrays.
+
+    Raises
+    ------
+    InputError
+        If the file is not a recording.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            return json.loads(str(data["meta"]))
+    except Exception:
+        raise InputError(f"{path}: is not a trackdyn recording; remove it or run the workflow again") from None
+
+
+def check_sources(recordings: Iterable[Path], expected: str | None = None) -> dict[str, dict]:
+    """Meta data of recordings that were all made by the present program.
+
+    Parameters
+    ----------
+    recordings : iterable of path
+        npz files.
+    expected : str, optional
+        Hash of the kernels' sources; the present one if not given.
+
+    Returns
+    -------
+    dict
+        Path to meta data.
+
+    Raises
+    ------
+    InputError
+        Names the first recording that another version made.
+    """
+    expected = expected or source_hash()
+    found = {}
+    for path in recordings:
+        meta = read_meta(path)
+        if meta.get("sources") != expected:
+            raise InputError(
+                f"{path}: was made by another version of the program (sources {meta.get('sources')}, present "
+                f"{expected}); run `snakemake -j2` again, or remove the file if no run of the configuration makes it"
+            )
+        found[str(path)] = meta
+    return found
+
+
+def file_hash(path: Path | str) -> str:
+    """SHA-256 of a file, hexadecimal."""
+    return hashlib.sha256(Path(path).read_bytes()).hexdigest()
+
+
+def package_hash() -> str:
+    """SHA-256 over every Python file of the package, hexadecimal."""
+    root = Path(__file__).parents[2]
+    digest = hashlib.sha256()
+    for path in sorted(root.rglob("*.py")):
+        digest.update(path.relative_to(root).as_posix().encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "not installed"
+
+
+def provenance(metas: dict[str, dict], files: Iterable[Path | str]) -> dict:
+    """Versions and hashes for the page.
+
+    Parameters
+    ----------
+    metas : dict
+        From :func:`check_sources`.
+    files : iterable of path
+        Configuration and data; those that do not exist are left out.
+
+    Returns
+    -------
+    dict
+        ``versions``: rows of name, at the runs, now; ``files``: rows of path and hash; ``recordings``: count.
+    """
+    made_with: dict[str, set[str]] = {}
+    for meta in metas.values():
+        for name, value in {"Python": meta.get("python"), **meta.get("versions", {})}.items():
+            if value is not None:
+                made_with.setdefault(name, set()).add(str(value))
+    now = {"Python": platform.python_version(), "trackdyn": __version__} | {name: _version(name) for name in PACKAGES}
+    rows = [
+        {"name": name, "runs": ", ".join(sorted(made_with.get(name, ()))) or "–", "page": now.get(name, "–")}
+        for name in dict.fromkeys([*now, *made_with])
+    ]
+    hashes = [("kernels (sources of the recordings)", source_hash()), ("package trackdyn, all files", package_hash())]
+    hashes += [(str(path), file_hash(path)) for path in files if Path(path).is_file()]
+    return {"versions": rows, "hashes": hashes, "recordings": len(metas)}

@@ -1,0 +1,20 @@
+from pathlib import Path
+
+from _script import logged
+
+from trackdyn.report.contents import missing
+from trackdyn.report.page.builder import PageInputs, write_page
+
+with logged(snakemake):
+    params = snakemake.params
+    inputs = PageInputs(
+        results=Path(params.results),
+        rig=Path(snakemake.input.rig),
+        sensors=dict(zip(params.runs, map(Path, snakemake.input.sensors), strict=True)),
+        synthetic=params.synthetic,
+        captions=Path(params.captions),
+        files=tuple(map(Path, [*snakemake.input.config, *snakemake.input.settings])),
+    )
+    write_page(inputs, snakemake.output[0])
+    for item in missing(params.results):
+        print(f"missing: {item.label}, {item.title} (rule {item.rule})")
