@@ -41,6 +41,8 @@ include: "workflow/rules/ring.smk"
 include: "workflow/rules/claims.smk"
 include: "workflow/rules/schematics.smk"
 include: "workflow/rules/peers.smk"
+include: "workflow/rules/studies.smk"
+include: "workflow/rules/extremes.smk"
 include: "workflow/rules/report.smk"
 
 
@@ -53,5 +55,8 @@ rule all:
         rules.sensitivity.output,
         rules.schematics.output,
         rules.peers.input,
+        rules.fidelity.output,
+        rules.trade_short.output,
+        rules.extremes_short.output,
         rules.costs.output,
         rules.report_page.input,

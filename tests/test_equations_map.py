@@ -31,9 +31,18 @@ def rows_of(text):
     return rows
 
 
+def rows_beyond(text):
+    """Cells of the table of what is not a numbered equation: what, function, test, note."""
+    section = text.partition("\n## Beyond the numbered equations\n")[2]
+    lines = [line for line in section.splitlines() if line.startswith("|")]
+    return [[cell.strip() for cell in re.split(r"(?<!\\)\|", line.strip("|"))] for line in lines[2:]]
+
+
 ROWS = rows_of(PAGE.read_text(encoding="utf-8"))
-FUNCTIONS = sorted({name for row in ROWS for name in re.findall(r"`(trackdyn[\w.]*:[\w.]+)`", row[2])})
-TESTS = sorted({name for row in ROWS for name in re.findall(r"`(tests/[\w/]+\.py::\w+)`", row[3])})
+BEYOND = rows_beyond(PAGE.read_text(encoding="utf-8"))
+FUNCTION, TEST = r"`(trackdyn[\w.]*:[\w.]+)`", r"`(tests/[\w/]+\.py::\w+)`"
+FUNCTIONS = sorted({name for row in [*ROWS, *BEYOND] for cell in row[1:] for name in re.findall(FUNCTION, cell)})
+TESTS = sorted({name for row in [*ROWS, *BEYOND] for cell in row[1:] for name in re.findall(TEST, cell)})
 
 
 def test_every_equation_of_the_paper_has_exactly_one_row():
@@ -54,6 +63,15 @@ def test_a_row_is_filled(row):
         assert re.fullmatch(r"`tests/[\w/]+\.py::\w+`(<br>`tests/[\w/]+\.py::\w+`)*", test), test
     if not status.startswith("printed"):
         assert re.search(r"[:;,] \S", status), "a status other than printed gives its reason"
+
+
+@pytest.mark.parametrize("row", BEYOND, ids=lambda row: row[0][:30])
+def test_a_row_beyond_the_equations_is_filled(row):
+    assert len(row) == 4, "what, function, test, note"
+    what, function, test, note = row
+    assert what and note
+    assert re.fullmatch(rf"{FUNCTION}(<br>{FUNCTION})*", function), function
+    assert re.fullmatch(rf"{TEST}(<br>{TEST})*", test), test
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)

@@ -25,6 +25,26 @@ def _ring(text: str) -> float | None:
         raise InputError(f"--ring-radius = {text!r} is not accepted: a radius in m or the word none would do") from None
 
 
+def _choices(pairs: list[str]) -> dict:
+    from trackdyn.fidelity import CHOICES
+
+    found = {}
+    for pair in pairs:
+        name, _, value = pair.partition("=")
+        if name == "tolerance":
+            try:
+                found[name] = float(value)
+            except ValueError:
+                raise InputError(f"--choose {pair} is not accepted: tolerance=1e-6, a number, would do") from None
+        elif name not in CHOICES or not value:
+            raise InputError(f"--choose {pair} is not accepted: name=setting with one of {', '.join(CHOICES)} would do")
+        else:
+            found[name] = value
+        if (name, value) in (("chain", "belt"), ("loop", "free")):
+            found |= {"ring_radius": None, "spells": False}
+    return found
+
+
 @app.command()
 def simulate(
     out: Annotated[Path, typer.Argument(help="Recording to write (.npz).")],
@@ -33,11 +53,17 @@ def simulate(
     ring_radius: Annotated[str, typer.Option(help="Radius of the rubber ring in m, or none.")] = "0.308",
     duration: Annotated[float, typer.Option(help="Recorded time, s.")] = 20.0,
     lead_in: Annotated[float, typer.Option(help="Time at constant speed before the record, s.")] = 5.0,
-    step: Annotated[float, typer.Option(help="Time step, s.")] = 1e-4,
+    preset: Annotated[str, typer.Option(help="Bundle of choices: fast, standard, paper or reference.")] = "standard",
+    step: Annotated[float | None, typer.Option(help="Time step, s; the preset's by default.")] = None,
+    choose: Annotated[
+        list[str] | None,
+        typer.Option("--choose", help="One choice of fidelity, such as chain=single_pin; may be given several times."),
+    ] = None,
     frame_interval: Annotated[float, typer.Option(help="Time between recorded configurations, s; 0: none.")] = 0.05,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False,
 ) -> None:
     """Run one scene and write its recording."""
+    from trackdyn.fidelity import preset as preset_fields
     from trackdyn.measure.metrics import run_metrics
     from trackdyn.parameters.rig import load_rig
     from trackdyn.scene import Scene
@@ -45,20 +71,25 @@ def simulate(
 
     if out.suffix != ".npz":
         raise InputError(f"OUT = {out} is not accepted: a name that ends in .npz would do")
+    fields = {"ring_radius": _ring(ring_radius)} | preset_fields(preset)
+    fields |= ({} if step is None else {"step": step}) | _choices(choose or [])
     scene = Scene(
         load_rig(rig),
         motor_rpm=rpm,
-        ring_radius=_ring(ring_radius),
         duration=duration,
         lead_in=lead_in,
-        step=step,
         frame_interval=frame_interval,
+        **fields,
     )
+    if not quiet:
+        for name, decision in scene.fidelity.items():
+            typer.echo(f"{name:>22}  {decision.setting}: {decision.reason}")
     recording = run(scene, progress=not quiet)
     recording.save(out)
     if not quiet:
         for name, value in run_metrics(out.stem, recording).items():
-            typer.echo(f"{name:>22}  {value:.6g}" if isinstance(value, float) else f"{name:>22}  {value}")
+            if value == value:  # what a run cannot have is left out
+                typer.echo(f"{name:>22}  {value:.6g}" if isinstance(value, float) else f"{name:>22}  {value}")
 
 
 @app.command()
@@ -75,6 +106,27 @@ def compare(
     rig = loaded.meta["rig"]["sensor"]
     table = compare_with_sensor(loaded, read_sensor_csv(sensor, rate_hz=rig["rate"], range_g=rig["range"]))
     typer.echo(table.to_string(index=False, float_format=lambda v: f"{v:.4f}"))
+
+
+@app.command()
+def plan(
+    tolerance: Annotated[str, typer.Option(help="What the measure may be off, such as 2% or 0.02.")],
+    measure: Annotated[str, typer.Option(help="rms, sd, line, left_peak, left_share, right_share or ring_share.")] = "rms",
+    rpm: Annotated[float, typer.Option(help="Motor speed, rev/min.")] = 115.0,
+    ring_radius: Annotated[str, typer.Option(help="Radius of the rubber ring in m, or none.")] = "0.308",
+    data: Annotated[Path | None, typer.Option(help="Measured data; results/trade.csv or the short form.")] = None,
+) -> None:
+    """The cheapest fidelity and step that kept a tolerance where it was measured."""
+    from trackdyn.study.planner import load_trade
+    from trackdyn.study.planner import plan as choose
+
+    chosen = choose(load_trade(data), tolerance, measure, rpm, _ring(ring_radius))
+    for name, value in chosen.fields.items():
+        typer.echo(f"{name:>22}  {value}")
+    typer.echo(f"{'expected error':>22}  {chosen.expected_error:.2g}")
+    typer.echo(f"{'expected cost':>22}  {chosen.wall_s_per_s:.3g} s per simulated second on the machine that measured")
+    for warning in chosen.warnings:
+        typer.echo(f"trackdyn: warning: {warning}; the plan is a guess there", err=True)
 
 
 def main() -> None:

@@ -10,9 +10,18 @@ from trackdyn.errors import InputError
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.validation import Section, read_yaml, validated
 from trackdyn.scene import Scene
+from trackdyn.study.planner import load_trade, plan
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
+class Planned(Section):
+    """A tolerance in place of a step: the planner picks fidelity and step from measured data."""
+
+    tolerance: float | str
+    measure: str
+    data: str
 
 
 class Records(Section):
@@ -26,6 +35,8 @@ class Records(Section):
     ramp_s: Positive
     step_s: Positive
     frame_interval_s: NotNegative
+    # in place of step_s, such as {tolerance: 1%, measure: rms, data: results/trade.csv}
+    plan: Planned | None = None
 
 
 class Meshing(Section):
@@ -68,6 +79,14 @@ class Peers(Section):
     accuracy_pct: Positive
 
 
+class FidelityStudy(Section):
+    """The ladder of fidelities: every setting against the paper's."""
+
+    speeds_rpm: Annotated[list[Annotated[float, Field(ge=1, lt=1e5)]], Field(min_length=1)]
+    without_ring: bool
+    loop_turns: Annotated[int, Field(ge=2)]
+
+
 class Config(Section):
     """Everything in ``config/config.yaml``.
 
@@ -83,6 +102,7 @@ class Config(Section):
     ring_study: RingStudy
     sensitivity: Sensitivity
     peers: Peers
+    fidelity: FidelityStudy
 
     @model_validator(mode="after")
     def _consistent(self):
@@ -131,6 +151,7 @@ class Config(Section):
                 raise InputError(f"{section} (run {name}): {error}") from None
 
         r, m, s = self.records, self.meshing, self.ring_study
+        trade = load_trade(r.plan.data) if r.plan else None
         for rpm in r.speeds_rpm:
             add(
                 f"{rpm:g}rpm",
@@ -140,8 +161,12 @@ class Config(Section):
                 duration=r.duration_s,
                 lead_in=r.lead_in_s,
                 ramp=r.ramp_s,
-                step=r.step_s,
                 frame_interval=r.frame_interval_s,
+                **(
+                    plan(trade, r.plan.tolerance, r.plan.measure, rpm, r.ring_radius_m).fields
+                    if r.plan
+                    else {"step": r.step_s}
+                ),
             )
             if r.duration_s * runs[f"{rpm:g}rpm"].loop_frequency < 2:
                 raise InputError(

@@ -7,6 +7,10 @@ would do. The presets are bundles of choices with a step, measured in ``docs/cho
 
 from typing import NamedTuple
 
+import numpy as np
+
+from trackdyn.chain.model import Chain
+from trackdyn.chain.transfer_matrices import growth
 from trackdyn.errors import InputError
 
 CHOICES = {
@@ -22,6 +26,8 @@ CHOICES = {
 }
 # bodies of this chain over which the literal product still keeps about half of its digits
 LITERAL_BODIES = 8
+# half of the digits of any other chain
+LITERAL_ERROR = 1e-8
 AXIAL_FRICTION = ("independent", "isotropic")
 
 # name -> choices and step; each measured against the next one up (rule `fidelity`)
@@ -51,6 +57,12 @@ def preset(name: str) -> dict:
     if name not in PRESETS:
         raise InputError(f"preset = {name!r} is not accepted: {', '.join(PRESETS)} would do")
     return dict(PRESETS[name])
+
+
+def literal_error(chain: Chain) -> float:
+    """Relative error that rounding is expected to grow to in the literal product over a chain (`growth`)."""
+    digits = np.log10(np.finfo(float).eps) + len(chain.length) / 2 * np.log10(growth(chain).pitch)
+    return float(10.0 ** min(digits, 300.0))
 
 
 def wheel_out_of_plane(rig) -> str | None:

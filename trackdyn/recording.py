@@ -9,7 +9,7 @@ import numpy as np
 
 from trackdyn.errors import InputError
 
-FORMAT = 1
+FORMAT = 2
 
 
 @dataclass(frozen=True)
@@ -46,6 +46,13 @@ class Recording:
         Configurations: pin x, y (m), angles of the bodies and of the sprocket (rad).
     frame_time : (f,) array
         Their times, s.
+    plane : (s, 8) or (s, 0) array
+        Motion in space: offset (m) and speed (m/s) of the chain's plane along its normal, its angular
+        velocity p, q (rad/s) and its Euler parameters. Every other place and velocity of a recording is
+        given in the frame of that plane. Empty for a planar run.
+    wheel_offset, axial_force : (s, w) or (s, 0) arrays
+        Where the chain's plane crosses the axis of each wheel, from the wheel's middle, m; force of the
+        chain on each wheel along its axis, mean over the sample interval, N.
     meta : dict
         Scene, rig, derived layout, versions and source hash.
     wall : float
@@ -68,12 +75,15 @@ class Recording:
     begin: float
     frame: np.ndarray
     frame_time: np.ndarray
+    plane: np.ndarray
+    wheel_offset: np.ndarray
+    axial_force: np.ndarray
     meta: dict
     wall: float = field(default=float("nan"), compare=False)
 
     ARRAYS = (
         "time", "raw", "mean", "gap", "place", "wheel_rate", "energy", "force", "area", "groove", "pitches",
-        "spells", "begin", "frame", "frame_time",
+        "spells", "begin", "frame", "frame_time", "plane", "wheel_offset", "axial_force",
     )  # fmt: skip
 
     @property
@@ -103,7 +113,8 @@ def load_recording(path: Path | str) -> Recording:
     try:
         with np.load(path, allow_pickle=False) as data:
             meta = json.loads(str(data["meta"]))
-            arrays = {name: data[name] for name in Recording.ARRAYS}
+            # another format may lack arrays: it is named below
+            arrays = {name: data[name] for name in Recording.ARRAYS if meta.get("format") == FORMAT}
     except FileNotFoundError:
         raise InputError(f"{path}: no such recording; make it with `trackdyn simulate`") from None
     except Exception:

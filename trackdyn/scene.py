@@ -9,8 +9,8 @@ from trackdyn.chain.model import Chain
 from trackdyn.contact.laws import Law, make_law
 from trackdyn.contact.tooth import make_tooth
 from trackdyn.errors import InputError
-from trackdyn.fidelity import Decision, decide, refuse_nonsense
-from trackdyn.integrate.limits import step_limits
+from trackdyn.fidelity import LITERAL_ERROR, Decision, decide, literal_error, refuse_nonsense
+from trackdyn.integrate.limits import step_limits, turn_limit
 from trackdyn.model import Closure, Drive, Model, Sensor, Shoes, Wheels
 from trackdyn.parameters.groove import coarse_groove
 from trackdyn.parameters.layout import wheel_circles
@@ -126,7 +126,7 @@ class Scene:
             if isinstance(radius, bool) or not isinstance(radius, (int, float)) or not radius > 0:
                 refuse("ring_radius", radius, "a radius in m or null for no ring would do")
             low, high = self.ring_range(self.rig)
-            if not low <= radius <= high:
+            if not low - 1e-9 <= radius <= high + 1e-9:  # the bounds themselves are allowed, rounded or not
                 refuse(
                     "ring_radius",
                     radius,
@@ -136,9 +136,21 @@ class Scene:
         for pitch in self.pitches:
             if not 1 <= pitch <= self.rig.chain.pitches:
                 refuse("pitches", pitch, f"pitches 1 to {self.rig.chain.pitches} exist")
-        if self.chain == "belt" or self.integrator in ("linearly_implicit", "adaptive"):
-            return  # nothing explicit, or the step is only where the adaptive one reports
-        limits = step_limits(build_model(self), self.rig.tension.pre_tension, self.integrator)
+        if self.solver == "transfer_product":
+            error = literal_error(build_chain(self.rig, self.chain))
+            if error > LITERAL_ERROR:
+                refuse(
+                    "solver",
+                    self.solver,
+                    f"with the masses and inertias of this chain rounding grows to {error:.1g} of a result over "
+                    f"{self.bodies} bodies, at worst where its pins are mutual centres of percussion; 'riccati' would do",
+                )
+        if self.chain == "belt" or self.integrator == "adaptive":
+            return  # nothing explicit, or the step is only where it reports
+        if self.integrator == "linearly_implicit":
+            limits = turn_limit(self.sprocket_rate)
+        else:
+            limits = step_limits(build_model(self), self.rig.tension.pre_tension, self.integrator)
         if not limits:
             return
         name, limit = min(limits.items(), key=lambda item: item[1])

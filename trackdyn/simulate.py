@@ -10,17 +10,20 @@ from tqdm import tqdm
 
 from trackdyn.chain.belt import belt_motion
 from trackdyn.chain.kinematics import orient, place
+from trackdyn.chain.spatial import make_plane_record
 from trackdyn.contact.loads import contact_loads
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.fidelity import decide
 from trackdyn.integrate.methods import SOLVERS, make_method
 from trackdyn.integrate.run import run
+from trackdyn.integrate.spatial import run_spatial
 from trackdyn.integrate.spells import SPELL_COLUMNS
 from trackdyn.jit import source_hash
 from trackdyn.model import SPROCKET, Model, Record, Spells, State, Work, make_buffers
 from trackdyn.parameters.layout import Assembly, assemble, belt_around, free_loop, tensioner, wheel_circles
 from trackdyn.recording import Recording
 from trackdyn.scene import Scene, build_chain, build_model
+from trackdyn.space import build_space
 
 # Settling: a chunk of this many seconds, then every velocity is multiplied by the factor.
 CHUNK = 1e-3
@@ -262,6 +265,22 @@ def _spinning_loop(scene: Scene) -> tuple[Model, State, Work, dict]:
     return model, state, make_buffers(len(state.angle), 1, scene.rig.chain.pitches), {}
 
 
+def run_options(scene: Scene, model: Model, state: State) -> dict:
+    """Arguments of ``integrate.run.run`` that the scene's integrator and solver need."""
+    method = make_method(
+        scene.integrator,
+        len(state.angle),
+        len(model.shoes.link_body),
+        len(model.wheels.x),
+        scene.tolerance or 0.0,
+    )
+    return {
+        "terms": method if scene.integrator == "linearly_implicit" else None,
+        "stages": method if scene.integrator in ("rk4", "adaptive") else None,
+        "solver": SOLVERS.index(scene.solver) or None,
+    }
+
+
 def _take_spells(spells: Spells) -> np.ndarray:
     """Rows that ended in the last chunk; the log is empty afterwards."""
     count = int(spells.count[0])
@@ -312,12 +331,20 @@ def simulate(scene: Scene, progress: bool = False) -> Recording:
     spell_rows = SPELLS_A_CHUNK if scene.spells and scene.loop == "on_wheels" else 0
     record = empty_record(samples, n, wheels, pitches, frames, frame_stride, spell_rows, loop)
     scratch = empty_record(1, n, wheels, loop=loop)
-    method = make_method(scene.integrator, n, loop, wheels, scene.tolerance or 0.0)
-    options = {
-        "terms": method if scene.integrator == "linearly_implicit" else None,
-        "stages": method if scene.integrator in ("rk4", "adaptive") else None,
-        "solver": SOLVERS.index(scene.solver) or None,
-    }
+    if decisions["space"].setting == "spatial":
+        lead_space = build_space(scene, model, state)  # keeps one sample; plane and work are shared
+        space = lead_space._replace(record=make_plane_record(samples, wheels))
+
+        def go(rows, first, last):
+            plane = lead_space if rows is scratch else space
+            return run_spatial(model, state, work, rows, first, last, scene.stride, plane)
+
+    else:
+        space = None
+        options = run_options(scene, model, state)
+
+        def go(rows, first, last):
+            return run(model, state, work, rows, first, last, scene.stride, **options)
 
     bar = tqdm(
         total=scene.ramp + scene.lead_in + scene.duration,
@@ -329,7 +356,7 @@ def simulate(scene: Scene, progress: bool = False) -> Recording:
     wall = 0.0
     with bar:
         for _ in range(lead):
-            bad = run(model, state, work, scratch, 0, 1, scene.stride, **options)
+            bad = go(scratch, 0, 1)
             if bad >= 0:
                 raise _diverged(bad, state, model, "the start")
             bar.update(1 / rate)
@@ -339,7 +366,7 @@ def simulate(scene: Scene, progress: bool = False) -> Recording:
         for first in range(0, samples, chunk):
             last = min(first + chunk, samples)
             begin = time.perf_counter()
-            bad = run(model, state, work, record, first, last, scene.stride, **options)
+            bad = go(record, first, last)
             wall += time.perf_counter() - begin
             if bad >= 0:
                 raise _diverged(bad, state, model, "the run")
@@ -362,6 +389,9 @@ def simulate(scene: Scene, progress: bool = False) -> Recording:
         begin=float(begin_time),
         frame=record.frame,
         frame_time=(np.arange(frames) * frame_stride + 1) / rate,
+        plane=space.record.motion if space else np.zeros((samples, 0)),
+        wheel_offset=space.record.offset if space else np.zeros((samples, 0)),
+        axial_force=space.record.axial if space else np.zeros((samples, 0)),
         meta=_provenance(scene, decisions, layout),
         wall=wall,
     )
@@ -405,6 +435,9 @@ def _belt(scene: Scene) -> Recording:
         begin=scene.lead_in + scene.ramp,
         frame=np.zeros((0, 2 * scene.rig.chain.pitches + 3)),
         frame_time=np.zeros(0),
+        plane=np.zeros((samples, 0)),
+        wheel_offset=np.zeros((samples, 0)),
+        axial_force=np.zeros((samples, 0)),
         meta=_provenance(scene, decide(scene), {"path_m": length}),
         wall=wall,
     )

@@ -1,5 +1,6 @@
 """Figures and tables from small made-up recordings: files, bytes, labels, numbers."""
 
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,12 +17,26 @@ from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import load_rig
 from trackdyn.recording import Recording
 from trackdyn.report import printed
-from trackdyn.report.drawing import chain_points, draw_chain, draw_sprocket, draw_wheels, groove_points
+from trackdyn.report.claims import Claim, printed_text
+from trackdyn.report.drawing import (
+    MARKED,
+    MARKED_TOO,
+    chain_points,
+    draw_chain,
+    draw_sprocket,
+    draw_wheels,
+    groove_points,
+)
 from trackdyn.report.figures.closure import closure_figure
-from trackdyn.report.figures.histories import first_crest, history_figure
+from trackdyn.report.figures.histories import first_crest, history_figure, lettered
 from trackdyn.report.figures.loop import loop_figure
+from trackdyn.report.figures.meshing import _joined, passage_figure, select_passage
+from trackdyn.report.figures.ring_study import duration_figure, force_figure, quiet_from
+from trackdyn.report.figures.scorecard import LOOKS, scorecard_figure
+from trackdyn.report.figures.screenshots import moments, screenshot_figure
+from trackdyn.report.figures.sensitivity import change_text, measure_words, sensitivity_figure
 from trackdyn.report.figures.spectra import spectrum_figure
-from trackdyn.report.style import new_figure, save, thin
+from trackdyn.report.style import new_figure, power_of_ten, save, thin
 from trackdyn.report.tables import lines_table, table1, table3, write_table
 
 RIG = load_rig(Path(__file__).parents[2] / "config" / "rig.yaml")
@@ -61,6 +76,7 @@ def recording(ring_radius=0.308, rpm=RPM, frames=1):
         begin=6.0,
         frame=np.tile(FRAME, (frames, 1)),
         frame_time=np.arange(frames) * 0.01,
+        **{name: np.zeros((s, 0)) for name in Recording.ARRAYS[15:]},  # of motion in space
         meta={
             "scene": {"motor_rpm": rpm, "ring_radius": ring_radius},
             "rig": RIG.model_dump(),
@@ -124,8 +140,16 @@ def test_a_figure_that_cannot_be_drawn_leaves_no_file(tmp_path):
 def test_closure_figure_states_the_maximum_and_the_printed_gap():
     run = recording()
     shown = texts(closure_figure({210: run}))
-    assert f"{run.gap.max():.2e} m" in shown
-    assert "1.1023e-10 m" in shown
+    assert run.gap.max() == pytest.approx(2.5e-13, rel=1e-3)
+    assert "2.50 × 10⁻¹³ m" in shown
+    assert "1.1023 × 10⁻¹⁰ m" in shown
+    assert "e-1" not in shown
+
+
+def test_power_of_ten():
+    assert power_of_ten(-1.24e-14, 1) == "\N{MINUS SIGN}1.2 × 10⁻¹⁴"
+    assert power_of_ten(9.96e5, 1) == "1.0 × 10⁶"
+    assert power_of_ten(0.0, 2) == "0"
 
 
 def test_sensor_label_stands_in_the_figures():
@@ -168,9 +192,42 @@ def test_first_crest_finds_the_crest(phase):
 def test_both_histories_begin_at_a_crest():
     figure = history_figure(recording(), sensor())
     for ax in figure.axes:
-        (line,) = ax.get_lines()
+        line, *triangles = ax.get_lines()
+        assert all(len(mark.get_xdata()) == 0 for mark in triangles)
         assert line.get_ydata()[:50].mean() > 0.85 * np.sort(line.get_ydata())[-2000:].mean()
         assert line.get_xdata()[-1] == pytest.approx(2 / LOOP_HZ, abs=2e-3)
+
+
+def test_a_spike_of_the_sensor_is_cut_off_and_written():
+    record = sensor()
+    record.ay_g[5000] = 17.0
+    figure = history_figure(recording(), record, "210 rpm")
+    low, high = figure.axes[1].get_ylim()
+    assert figure.axes[0].get_ylim() == (low, high)
+    assert high < 3
+    assert "extremes +17.0 and" in texts(figure)
+    *_, up, down = figure.axes[1].get_lines()
+    crest = first_crest(record.ay_g, RATE, 1.05 * LOOP_HZ)
+    assert list(up.get_xdata()) == pytest.approx([(5000 - crest) / RATE], abs=0.02)
+    assert len(down.get_xdata()) == 0
+    assert "extremes" not in texts(history_figure(recording(), sensor()))
+
+
+def test_titles_carry_the_letter_of_the_papers_panel():
+    for draw in (history_figure, spectrum_figure):
+        assert draw(recording(), sensor(), "210 rpm").axes[0].get_title("left") == "(d) 210 rpm"
+    assert lettered("115 rpm", recording(rpm=115.0)) == "(a) 115 rpm"
+    assert lettered("100 rpm", recording(rpm=100.0)) == "100 rpm"
+
+
+def test_the_two_curves_of_a_spectrum_differ_without_their_colours():
+    low, whole = spectrum_figure(recording(), sensor()).axes[:2]
+    assert (
+        len({(line.get_marker(), line.get_linestyle()) for line in whole.get_lines() if line.get_linewidth() > 1}) == 2
+    )
+    hollow = [line for line in low.get_lines() if line.get_markerfacecolor() == "none"]
+    small, large = sorted(line.get_markersize() for line in hollow)
+    assert large > 1.5 * small
 
 
 def test_loop_figure_needs_a_configuration():
@@ -208,6 +265,26 @@ def test_drawn_sprocket_is_closed_and_within_its_addendum():
     steps = np.hypot(*np.diff(outline, axis=0).T)
     assert steps.max() < 0.01  # no jump from groove to groove
     assert {text.get_text() for text in ax.texts} == {str(area) for area in range(1, 11)}
+
+
+def test_numbers_of_the_areas_stand_in_the_steel_below_the_groove():
+    ax = new_figure(3.0).subplots()
+    draw_sprocket(ax, RIG, 0.3, 0.308, number_areas_of=4)
+    bottom = np.hypot(*RIG.groove_profile.profile().T).min()
+    angles = []
+    for text in sorted(ax.texts, key=lambda text: int(text.get_text())):
+        x, y = np.array(text.get_position()) - [RIG.sprocket.x, RIG.sprocket.y]
+        assert np.hypot(x, y) < bottom
+        angles.append(np.arctan2(y, x))
+    assert (np.diff(np.unwrap(angles)) < 0).all()  # in order, clockwise
+    assert np.ptp(np.unwrap(angles)) < 2 * np.pi / 13
+
+
+def test_marked_bodies_differ_without_their_colours():
+    assert MARKED["hatch"] != MARKED_TOO["hatch"]
+    ax = new_figure(3.0).subplots()
+    draw_chain(ax, RIG, FRAME, highlight={1: MARKED, 2: MARKED_TOO})
+    assert {patch.get_hatch() for patch in ax.patches if patch.get_hatch()} == {"////", "...."}
 
 
 def test_thin_keeps_the_extremes_and_the_order():
@@ -290,3 +367,169 @@ def test_printed_numbers_by_speed_hold_every_speed():
             assert number.place
             if isinstance(number.value, dict) and number.unit != "s":
                 assert tuple(number.value) == printed.SPEEDS_RPM
+
+
+FIRST = 4.0  # of the contacts, s since the start of the record
+
+
+def hump(time, middle, width, height):
+    return height * np.exp(-(((time - middle) / width) ** 2))
+
+
+def passage():
+    """One passage of connector 1 without a ring: right from 0, left from 0.098 to 1.4 s, and two spikes."""
+    time = np.arange(1, 10 * RATE + 1) / RATE
+    since = time - FIRST
+    right, left = (since >= 0) & (since < 1.3), (since >= 0.098) & (since < 1.4)
+    force = np.zeros((len(time), 1, 3))
+    force[:, 0, 0] = left * (300 + hump(since, 0.231, 0.05, 1500))
+    force[:, 0, 1] = right * (200 + hump(since, 0.083, 0.04, 1300))
+    area = np.stack([np.where(left, 2, 0), np.where(right, 7, 0)], axis=-1)[:, None]
+    begin = 6.0
+    spells = np.array([
+        [0, 0, 1, 2, begin + FIRST + 0.098, begin + FIRST + 1.4, 2100, begin + FIRST + 0.0981, 600, 5e5, 0],
+        [0, 1, 1, 64, begin + FIRST, begin + FIRST + 1.3, 6005, begin + FIRST + 0.0002, 400, 3e5, 0],
+    ])  # fmt: skip
+    frame_time = np.arange(1, 1600) * 0.005
+    base = recording(ring_radius=None, rpm=115.0)
+    zeros = np.zeros((len(time), 3))
+    scene = base.meta["scene"] | {"step": 1e-4}
+    return replace(
+        base, time=time, raw=zeros, mean=zeros, force=force, area=area, groove=(area > 0).astype(int), spells=spells,
+        begin=begin, frame=np.tile(FRAME, (len(frame_time), 1)), frame_time=frame_time,
+        meta=base.meta | {"scene": scene},
+    )  # fmt: skip
+
+
+RUN = passage()
+
+
+def test_panels_are_in_order_of_time_and_near_their_event():
+    shown = select_passage(RUN)
+    found = moments(RUN, shown)
+    times = [moment.time for moment in found]
+    assert times == sorted(times)
+    assert [m.title for m in found][1:4] == ["right maximum", "both arcs in contact", "left maximum"]
+    for moment in found:
+        off = RUN.frame_time[moment.frame] - shown.first - moment.time
+        assert abs(off) <= (0.0026 if "maximum" in moment.title else 0.0051)
+        assert "maximum" in moment.title or off >= -1e-9
+        assert RUN.time[moment.sample] == pytest.approx(RUN.frame_time[moment.frame], abs=1e-9)
+    assert len({moment.frame for moment in found}) == 6  # no two panels alike
+
+
+def test_a_maximum_is_that_of_the_mean_and_the_spike_is_named_apart():
+    found = {moment.title: moment for moment in moments(RUN, select_passage(RUN))}
+    assert found["right maximum"].time == pytest.approx(0.083, abs=0.003)
+    assert found["left maximum"].time == pytest.approx(0.231, abs=0.003)
+    assert found["right maximum"].peak == "largest step 6005 N at 0.000 s"
+    assert found["out of engagement"].peak == ""
+
+
+def test_the_forces_written_are_those_recorded_at_the_instant_drawn():
+    shown = select_passage(RUN)
+    figure = screenshot_figure(RIG, RUN)
+    for ax, moment in zip(figure.axes[:6], moments(RUN, shown), strict=True):
+        assert moment.title in ax.get_title("left")
+        sample = round(RUN.frame_time[moment.frame] * RATE) - 1
+        expected = sorted(f"{f:.0f} N" for f in RUN.force[sample, 0] if f > 0)
+        assert sorted(text.get_text() for text in ax.texts if text.get_text().endswith(" N")) == expected
+    assert "6005 N at 0.000 s" in figure.axes[1].get_title("left")
+
+
+def test_a_single_spike_does_not_stretch_the_axis_but_is_written():
+    figure = passage_figure(RUN)
+    assert figure.axes[0].get_ylim()[1] < 1.6 * RUN.force.max() < 6005
+    shown = texts(figure)
+    assert "6005 N\nat 0.000 s" in shown
+    assert "2100 N" not in shown  # within the axis: a mark
+    assert "first contact of the right and left arc" in shown
+
+
+def test_simultaneous_events_share_a_label():
+    assert _joined(["first contact of the right arc", "first contact of the left arc"]) == (
+        "first contact of the right and left arc"
+    )
+    assert _joined(["right contact gone", "out of engagement"]) == "right contact gone,\nout of engagement"
+
+
+def study(error=0.01, right=(5.0, 1.0, 0.0, 0.0)):
+    rows = []
+    for rpm in (115.0, 210.0):
+        for radius, value in zip((0.303, 0.304, 0.305, 0.306), right, strict=True):
+            row = {"rpm": rpm, "ring_radius_m": radius}
+            for side, found in (("left", 9.0), ("right", value if rpm > 200 else 0.0), ("ring", 50.0)):
+                for name in ("share_pct", "rms_n", "sd_n"):
+                    row[f"{side}_{name}"] = found
+                for name in ("share_error_pct", "rms_error_n", "sd_error_n"):
+                    row[f"{side}_{name}"] = error
+            rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def test_where_contact_ends_is_computed():
+    assert quiet_from(study(), "right_share_pct") == 0.305
+    assert quiet_from(study(right=(5.0, 0.0, 1.0, 0.0)), "right_share_pct") == 0.306
+    assert quiet_from(study(), "left_share_pct") is None
+    assert "no contact from 0.305 m on" in texts(force_figure(study(), "rms"))
+    assert "no contact" not in texts(duration_figure(study(right=(1.0, 1.0, 1.0, 1.0))))
+
+
+def test_the_legend_says_whether_errors_can_be_seen():
+    assert "smaller than the marks" in texts(duration_figure(study()))
+    assert "bars: standard errors" in texts(duration_figure(study(error=2.0)))
+
+
+def test_the_three_panels_share_the_name_of_their_axis():
+    assert texts(duration_figure(study())).count("share of a sprocket turn (%)") == 1
+
+
+def claim(**fields):
+    base = {"id": "C99", "place": "here", "claim": "something", "reason": "a reason long enough"}
+    return Claim.model_validate(base | fields)
+
+
+def test_what_is_printed_is_told_from_what_we_ask():
+    ours = claim(measure="left_force_spread", rule="at_most", printed=15)
+    assert printed_text(ours) == "bound at most 15"
+    assert printed_text(claim(measure="left_contact_ratio", rule="at_most", printed=[1, 1])) == "bound at most 1, 1"
+    assert printed_text(claim(measure="loop_gap_max", rule="at_most", printed=1.1023e-10)) == "1.102e-10"
+    assert printed_text(claim(measure="ring_force_rises_with_radius", rule="true")) == "in words"
+    assert printed_text(claim(rule="not_comparable")) == ""
+
+
+def test_scorecard_reads_at_page_width():
+    rows = [
+        {"id": f"C{i:02d}", "claim": "A claim of 10 % " + "word " * 15, "printed": "1.102e-10", "measured": "",
+         "unit": "%", "verdict": verdict}
+        for i, verdict in enumerate(LOOKS)
+    ]  # fmt: skip
+    figure = scorecard_figure(pd.DataFrame(rows))
+    shown = texts(figure)
+    assert "1.10 × 10⁻¹⁰" in shown and "e-10" not in shown
+    assert "(%)" not in shown  # the claim says its unit
+    renderer = figure.canvas.get_renderer()
+    (ax,) = figure.axes
+    assert all(text.get_fontsize() >= 8 for text in ax.texts)
+    boxes = [text.get_window_extent(renderer) for text in ax.texts if "word" in text.get_text()]
+    assert all(low.y1 <= high.y0 for high, low in pairwise(boxes))
+    values = [text.get_window_extent(renderer).x0 for text in ax.texts if "10⁻¹⁰" in text.get_text()]
+    assert max(box.x1 for box in boxes) < min(values)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(0.04, "0"), (-0.04, "0"), (-0.26, "\N{MINUS SIGN}0.3"), (9.1, "+9.1"), (np.nan, "\N{EN DASH}")]
+)
+def test_changes_are_written_with_a_sign_or_as_nothing(value, text):
+    assert change_text(value) == text
+
+
+def test_sensitivity_speaks_in_words_and_points_beyond_its_scale():
+    table = pd.DataFrame({"parameter": ["groove.r2", "tension.pre_tension"], "claim": "C22", "ring_radius_m": 0.313,
+                          "measure": "ring_rms_n", "change_in_tolerances": [-0.01, 9.1]})  # fmt: skip
+    figure = sensitivity_figure(table)
+    shown = texts(figure)
+    assert measure_words("ring_rms_n") in shown and "pre-tension (N)" in shown
+    assert "_" not in shown and "rms n" not in shown and "-" not in shown.replace("pre-tension", "")
+    assert "beyond" in shown
+    assert "beyond" not in texts(sensitivity_figure(table.assign(change_in_tolerances=1.0)))

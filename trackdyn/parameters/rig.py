@@ -140,7 +140,7 @@ class Surface(Section):
     axial_overhang: quantity("m", ge=0)
     youngs_modulus: quantity("Pa", gt=0)
     poisson_ratio: quantity("1", ge=0, lt=0.5)
-    restitution: quantity("1", gt=0, le=1)
+    restitution: quantity("1", ge=1e-3, le=1)  # a loss factor of 1000: less is no contact law but a wall of glue
     friction_static: Friction
     friction_dynamic: Friction
     transition_velocity: quantity("m/s", gt=0)

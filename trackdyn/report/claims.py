@@ -8,7 +8,7 @@ import pandas as pd
 from pydantic import Field, model_validator
 
 from trackdyn.errors import InputError
-from trackdyn.measure.evidence import MEASURES, Evidence
+from trackdyn.measure.evidence import BOUND_IS_OURS, MEASURES, Evidence
 from trackdyn.parameters.validation import Section, read_yaml, validated
 
 REPRODUCED = "reproduced"
@@ -119,6 +119,19 @@ def _text(value) -> str:
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
+def printed_text(claim: Claim) -> str:
+    """What the paper has to compare with: a number, a bound that we read into its words, or only words.
+
+    Empty if the claim is not judged and nothing is printed.
+    """
+    if claim.rule == "true":
+        return "in words"
+    text = _text(claim.printed)
+    if claim.measure in BOUND_IS_OURS and claim.rule in ("at_most", "at_least"):
+        return f"bound {claim.rule.replace('_', ' ')} {text}"
+    return text
+
+
 def judge_all(claims: list[Claim], evidence: Evidence) -> pd.DataFrame:
     """The scorecard: one row a claim, columns ``COLUMNS``."""
     rows = []
@@ -129,7 +142,7 @@ def judge_all(claims: list[Claim], evidence: Evidence) -> pd.DataFrame:
                 "id": claim.id,
                 "place": claim.place,
                 "claim": claim.claim,
-                "printed": _text(claim.printed),
+                "printed": printed_text(claim),
                 "measured": _text(measured),
                 "unit": claim.unit,
                 "tolerance": _text(claim.tolerance),

@@ -4,7 +4,7 @@ Everything is drawn from the geometry that the simulator uses: bodies from a rec
 the sprocket from the ten arcs of its groove.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from math import cos, pi, sin
 
 import numpy as np
@@ -16,13 +16,19 @@ from matplotlib.patheffects import withStroke
 
 from trackdyn.parameters.layout import WHEEL_NAMES, assemble, wheel_circles
 from trackdyn.parameters.rig import Rig
-from trackdyn.report.style import BLACK, VERMILION
+from trackdyn.report.style import BLACK
 
 STEEL, STEEL_EDGE = "#c9ced6", "#4d5560"
 RUBBER = "#5a5a5a"
 LINK, CONNECTOR, EDGE = "#9ecae9", "#f4e3b2", "#303030"
+# what marks a body in a picture, and the look of a second one that it must not be taken for
+MARKED = {"facecolor": "#f2a477", "hatch": "////", "edgecolor": "#9c5226"}
+MARKED_TOO = {"facecolor": "#bfe5d2", "hatch": "....", "edgecolor": "#2f7d5b"}
+JOINT = {"linestyle": "none", "marker": "o", "markersize": 3.2, "markerfacecolor": "white", "color": BLACK}
 HUB = 0.03  # radius of the hubs, for the eye only, m
 POINTS_AN_ARC = 12
+# numbers of the areas: so far below the bottom of the groove (m), over this part of the pitch
+NUMBERS_BELOW, NUMBERS_SPREAD = 0.022, 0.9
 # stacking: wheels and ring, sprocket, connectors, links, what is written on them
 Z_RING, Z_SPROCKET, Z_CONNECTOR, Z_LINK, Z_MARK = 1.0, 2.0, 3.0, 4.0, 6.0
 
@@ -89,7 +95,9 @@ def placed(outline, origin, angle: float) -> np.ndarray:
     return np.asarray(origin) + np.asarray(outline) @ np.array([[c, s], [-s, c]])
 
 
-def draw_chain(ax: Axes, rig: Rig, frame, highlight: Iterable[int] = (), opacity: float = 1.0) -> None:
+def draw_chain(
+    ax: Axes, rig: Rig, frame, highlight: Iterable[int] | Mapping[int, dict] = (), opacity: float = 1.0
+) -> None:
     """Draw every body of a configuration.
 
     Parameters
@@ -100,13 +108,14 @@ def draw_chain(ax: Axes, rig: Rig, frame, highlight: Iterable[int] = (), opacity
         Parameters.
     frame : (n + 3,) array
         A row of ``Recording.frame``.
-    highlight : iterable of int
-        Bodies (0-based; even numbers are links) that are drawn in a darker colour and hatched.
+    highlight : iterable of int, or mapping
+        Bodies (0-based; even numbers are links) that are drawn in a darker colour and hatched; a mapping
+        gives each its look, ``MARKED`` or ``MARKED_TOO``.
     opacity : float
         Of the faces; less than 1 lets the grooves shine through in close views.
     """
     pins, angles, _ = chain_points(rig, frame)
-    marked = sorted(set(highlight))
+    looks = highlight if isinstance(highlight, Mapping) else dict.fromkeys(highlight, MARKED)
     for first, outline, face, z in (
         (0, link_outline(rig), LINK, Z_LINK),
         (1, connector_outline(rig), CONNECTOR, Z_CONNECTOR),
@@ -114,15 +123,12 @@ def draw_chain(ax: Axes, rig: Rig, frame, highlight: Iterable[int] = (), opacity
         bodies = [placed(outline, pins[i], angles[i]) for i in range(first, len(angles), 2)]
         plain = to_rgba(face, opacity)
         ax.add_collection(PolyCollection(bodies, facecolor=plain, edgecolor=EDGE, linewidth=0.6, zorder=z))
-        look = {
-            "facecolor": to_rgba(VERMILION, opacity),
-            "edgecolor": BLACK,
-            "hatch": "////",
-            "linewidth": 0.9,
-        }
-        for i in marked:
+        for i in sorted(looks):
             if i % 2 == first:
-                ax.add_patch(Polygon(bodies[i // 2], **look, zorder=z + 0.1))
+                body, look = bodies[i // 2], looks[i]
+                look = look | {"facecolor": to_rgba(look["facecolor"], opacity)}
+                ax.add_patch(Polygon(body, **look, linewidth=0, zorder=z + 0.1))  # an edge has its hatch's colour
+                ax.add_patch(Polygon(body, fill=False, edgecolor=BLACK, linewidth=0.9, zorder=z + 0.1))
     ax.plot(*pins.T, linestyle="none", marker=".", markersize=2.0, color=BLACK, zorder=Z_LINK + 0.5)
 
 
@@ -169,19 +175,23 @@ def draw_sprocket(
 
 
 def _number_areas(ax: Axes, rig: Rig, sprocket_angle: float, groove: int) -> None:
+    """The groove's outline over what hides it, its joints, and a row of numbers in the steel below it."""
     shape = rig.groove_profile
-    joints = groove_points(rig, sprocket_angle, groove, shape.joints())
-    ax.plot(*joints.T, linestyle="none", marker="o", markersize=2.5, color=VERMILION, zorder=Z_MARK)
+    outline = groove_points(rig, sprocket_angle, groove, shape.profile(POINTS_AN_ARC))
+    ax.plot(*outline.T, color=STEEL_EDGE, linestyle=(0, (3, 1.5)), linewidth=0.8, zorder=Z_MARK - 0.2)
+    below = np.hypot(*shape.profile(POINTS_AN_ARC).T).min() - NUMBERS_BELOW
+    spread = NUMBERS_SPREAD * 2 * pi / rig.sprocket.teeth
     halo = [withStroke(linewidth=1.5, foreground="white")]
-    for area in range(1, 11):
-        # the seats, 3 and 8, are short: their numbers stand behind those of their neighbours
-        depth = (0.45 if area in (3, 8) else 0.2) * rig.chain.connector_radius
-        here = shape.arc(area, 3)[1]
-        # into the steel: towards the centre of a convex arc, away from that of a concave one
-        inward = shape.direction[area - 1] * (-1.0 if shape.convex[area - 1] else 1.0)
-        place = groove_points(rig, sprocket_angle, groove, here + depth * inward)
+    for area, turn in zip(range(1, 11), np.linspace(-spread / 2, spread / 2, 10), strict=True):
+        # areas run from the tip at negative x of the groove's frame to that at positive x
+        place = groove_points(rig, sprocket_angle, groove, [[below * sin(turn), below * cos(turn)]])[0]
+        here = groove_points(rig, sprocket_angle, groove, [shape.arc(area, 3)[1]])[0]
+        end = here + 0.8 * (place - here)
+        ax.plot(*np.transpose([here, end]), color=STEEL_EDGE, linestyle="-", linewidth=0.5, zorder=Z_MARK - 0.1)
         text = ax.text(*place, str(area), ha="center", va="center", fontsize=7, clip_on=True, zorder=Z_MARK)
         text.set_path_effects(halo)
+    joints = groove_points(rig, sprocket_angle, groove, shape.joints())
+    ax.plot(*joints.T, **JOINT, markeredgewidth=0.7, zorder=Z_MARK)
 
 
 def draw_wheels(ax: Axes, rig: Rig, layout_shift: float) -> None:
@@ -199,7 +209,5 @@ def _draw_hub(ax: Axes, x: float, y: float, zorder: float) -> None:
     ax.plot([x], [y], linestyle="none", marker="+", markersize=5, color=BLACK, zorder=zorder + 0.2)
 
 
-def _draw_disc(
-    ax: Axes, x: float, y: float, radius: float, face: str, edge: str, zorder: float = Z_RING
-) -> None:
+def _draw_disc(ax: Axes, x: float, y: float, radius: float, face: str, edge: str, zorder: float = Z_RING) -> None:
     ax.add_patch(Circle((x, y), radius, facecolor=face, edgecolor=edge, linewidth=0.6, zorder=zorder))

@@ -97,6 +97,15 @@ def save(figure: Figure, png_path: Path | str) -> None:
             part.unlink(missing_ok=True)
 
 
+def power_of_ten(value: float, digits: int) -> str:
+    """A number as 3.00 × 10⁻¹⁴, with so many digits after the point; a plain 0 for nothing."""
+    if not value:
+        return "0"
+    mantissa, exponent = f"{value:.{digits}e}".split("e")
+    raised = str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return f"{mantissa} × 10{raised}".replace("-", "\N{MINUS SIGN}")
+
+
 def thin(x, y, groups: int = 1500) -> tuple[np.ndarray, np.ndarray]:
     """Least and greatest value of each of ``groups`` stretches: a long curve that looks the same.
 

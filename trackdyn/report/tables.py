@@ -192,3 +192,62 @@ def table4(metrics: pd.DataFrame, speeds: Iterable[float]) -> pd.DataFrame:
             row[f"{name}_difference_pct"] = 100 * (coarse[name] / fine[name] - 1) if fine[name] else float("nan")
         rows.append(row)
     return pd.DataFrame(rows)
+
+
+LADDER_CAPTION = (
+    "The ladder of fidelities: each setting beside the paper's fidelity (preset paper, everything else equal). "
+    "Differences of RMS, SD, main line and mean peak of the left arc in percent, of contact shares in points of a "
+    "sprocket turn; largest gap of the loop in m; wall seconds per simulated second of one run."
+)
+
+
+def ladder_table(rows: pd.DataFrame) -> pd.DataFrame:
+    """One row a scene and setting of the ladder's long table."""
+    key = ["scene", "setting"]
+    wide = rows.pivot(index=key, columns="measure", values="difference_pct")
+    gap = rows[rows["measure"] == "loop_gap"].set_index(key)["value"]
+    cost = rows.groupby(key)["wall_s_per_s"].first()
+    columns = ["rms", "sd", "line", "left_share", "right_share", "ring_share", "left_peak"]
+    wide = wide[columns].join(gap.rename("loop_gap_m")).join(cost).reset_index()
+    order = {pair: i for i, pair in enumerate(dict.fromkeys(zip(rows["scene"], rows["setting"], strict=True)))}
+    return wide.sort_values(key, key=None).iloc[
+        np.argsort([order[pair] for pair in zip(wide["scene"], wide["setting"], strict=True)])
+    ].reset_index(drop=True)
+
+
+def trade_summary(rows: pd.DataFrame, agreement: pd.DataFrame, promises: pd.DataFrame, scaling: pd.DataFrame) -> str:
+    """What the study of cost and accuracy found, in a page of Markdown."""
+    rows = rows.reset_index(drop=True)
+    tried = rows.drop_duplicates(["scene", "fidelity", "integrator", "step_s"])
+    kept = promises[promises["achieved_error"].notna()]
+    met = int(kept["met"].astype(bool).sum())
+    stated = len(promises) - len(kept)
+    base = rows[(rows["fidelity"] == "ten_arcs") & (rows["integrator"] == "semi_implicit")]
+    standard = base.loc[np.isclose(base["step_s"], 1e-4), "cpu_s_per_s"].median()
+    cost = (
+        rows.loc[rows["measure"].isin(["rms", "state_m"])]
+        .groupby(["fidelity", rows["integrator"].str.split().str[0], "step_s"], sort=False)["cpu_s_per_s"]
+        .median()
+        .div(standard)
+        .rename("cost over standard")
+        .reset_index()
+    )
+    cost = cost[cost["integrator"] != "adaptive"]
+    lines = [
+        f"{len(tried)} settings tried, {int(tried['failed'].astype(bool).sum())} of them refused or diverged.",
+        f"Planner on scenes kept apart: {met} of {len(kept)} promises kept"
+        + (f" ({100 * met / len(kept):.1f} %)" if len(kept) else "")
+        + f"; {stated} tolerances were not promised.",
+        "Cost is CPU time per simulated second over that of the standard run (ten arcs, semi-implicit Euler, 1e-4 s).",
+        "",
+        cost.to_markdown(index=False, floatfmt=".3g"),
+        "",
+        "Two references of different method differ by (relative, turns for shares, m):",
+        "",
+        agreement.to_markdown(index=False, floatfmt=".2g") if len(agreement) else "not checked in the short form",
+        "",
+        "Scaling: runs, processes, wall time, model:",
+        "",
+        scaling.to_markdown(index=False, floatfmt=".3g"),
+    ]
+    return "\n".join(lines) + "\n"

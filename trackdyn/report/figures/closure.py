@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from trackdyn.recording import Recording
 from trackdyn.report import printed
-from trackdyn.report.style import COLOURS, DASHES, PRINTED, new_figure, styled
+from trackdyn.report.style import COLOURS, DASHES, PRINTED, new_figure, power_of_ten, styled
 
 # A gap of exactly nothing has no place on a logarithmic axis; below the spacing of doubles near 1 m.
 LEAST_GAP = 1e-17
@@ -31,9 +31,9 @@ def closure_figure(recordings: Mapping[int, Recording]) -> Figure:
     for i, (rpm, recording) in enumerate(sorted(recordings.items())):
         time, largest = _upper_edge(recording)
         look = {"color": COLOURS[i % len(COLOURS)], "linestyle": DASHES[i % len(DASHES)]}
-        ax.plot(time, largest, **look, label=f"{rpm:g} rpm, largest {recording.gap.max():.2e} m")
+        ax.plot(time, largest, **look, label=f"{rpm:g} rpm, largest {power_of_ten(recording.gap.max(), 2)} m")
     limit = printed.LOOP_GAP.value
-    ax.axhline(limit, **PRINTED, linewidth=1.4, label=f"printed in the paper: {limit:.4e} m")
+    ax.axhline(limit, **PRINTED, linewidth=1.4, label=f"printed in the paper: {power_of_ten(limit, 4)} m")
     ax.set_yscale("log")
     low, high = ax.get_ylim()
     ax.set_ylim(low, high * 10 ** (0.35 * np.log10(high / low)))  # room for the legend

@@ -1,6 +1,7 @@
 """Figure 17: the link's y acceleration over two revolutions of the loop, simulation and sensor."""
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from trackdyn.measure.metrics import loop_frequency
@@ -8,9 +9,19 @@ from trackdyn.measure.sensor import sense
 from trackdyn.measure.sensor_csv import SensorRecord
 from trackdyn.measure.signals import main_line, main_line_binfree
 from trackdyn.recording import Recording
-from trackdyn.report.style import SENSOR, SIMULATION, new_figure, styled
+from trackdyn.report import printed
+from trackdyn.report.style import BLACK, SENSOR, SIMULATION, new_figure, styled
 
 REVOLUTIONS = 2.0
+CENTRAL = 0.999  # part of a sensor's samples that is always in view; the rest may be cut off
+
+
+def lettered(title: str, recording: Recording) -> str:
+    """A title with the letter of the paper's panel for the run's speed before it, if there is one."""
+    speed = recording.meta["scene"]["motor_rpm"]
+    if title.startswith("(") or speed not in printed.SPEEDS_RPM:
+        return title
+    return f"({'abcd'[printed.SPEEDS_RPM.index(speed)]}) {title}"
 
 
 def first_crest(ay, rate: float, hz: float) -> int:
@@ -40,7 +51,8 @@ def history_figure(
 
     Both curves begin where the fundamental of their own first has its crest, and both run for two
     revolutions of the simulated loop. The loops turn at slightly different rates, so they agree in
-    phase at the start and part slowly.
+    phase at the start and part slowly. The view holds all of the simulation and nearly all samples of the
+    sensor; triangles stand where its curve is cut off, and its extremes are written.
 
     Parameters
     ----------
@@ -49,7 +61,7 @@ def history_figure(
     record : SensorRecord
         Record of the same motor speed.
     title : str
-        Such as ``(a) 115 rpm``.
+        Such as ``115 rpm``; :func:`lettered` adds the letter.
     sensor_label : str
         What the record is; must say so if it is synthetic.
     """
@@ -62,16 +74,33 @@ def history_figure(
     span = REVOLUTIONS / loop_hz
     figure = new_figure(4.2)
     axes = figure.subplots(2, 1, sharex=True, sharey=True)
+    shown = []
     for ax, (ay, rate, hz, label, look) in zip(axes, curves, strict=True):
         start = first_crest(ay, rate, hz)
-        shown = ay[start : start + round(span * rate) + 1]
-        ax.plot(np.arange(len(shown)) / rate, shown, linewidth=0.6, **look)
+        shown.append(ay[start : start + round(span * rate) + 1])
+        ax.plot(np.arange(len(shown[-1])) / rate, shown[-1], linewidth=0.6, **look)
         ax.set_ylabel("y acceleration (g)")
         ax.set_title(label, loc="right")
+    tail = (1 - CENTRAL) / 2
+    low = min(shown[0].min(), np.quantile(shown[1], tail))
+    high = max(shown[0].max(), np.quantile(shown[1], 1 - tail))
     axes[0].set_xlim(0, span)
-    axes[0].set_title(title)
+    axes[0].set_ylim(low - 0.08 * (high - low), high + 0.08 * (high - low))
+    _mark_cut(axes[1], np.arange(len(shown[1])) / record.rate_hz, shown[1])
+    axes[0].set_title(lettered(title, recording))
     axes[1].set_xlabel("time since a crest of each curve's own fundamental (s)")
     return figure
+
+
+def _mark_cut(ax: Axes, time: np.ndarray, ay: np.ndarray) -> None:
+    """Triangles where a curve leaves the view, and its extremes in words."""
+    low, high = ax.get_ylim()
+    look = {"linestyle": "none", "color": BLACK, "markersize": 3.5, "clip_on": False, "zorder": 4}
+    for beyond, edge, marker in ((ay > high, high, "^"), (ay < low, low, "v")):
+        ax.plot(time[beyond], np.full(beyond.sum(), edge), **look, marker=marker)
+    if ay.max() > high or ay.min() < low:
+        text = f"cut off at the triangles: extremes {ay.max():+.1f} and {ay.min():+.1f} g"
+        ax.set_title(text.replace("-", "\N{MINUS SIGN}"), fontsize=8)
 
 
 def _line(record: SensorRecord) -> float:

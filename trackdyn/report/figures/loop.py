@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import FancyArrowPatch, Patch
 from matplotlib.ticker import MaxNLocator
 
@@ -12,7 +13,9 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.recording import Recording
 from trackdyn.report.drawing import (
     CONNECTOR,
+    JOINT,
     LINK,
+    MARKED,
     RUBBER,
     Z_MARK,
     chain_points,
@@ -22,7 +25,9 @@ from trackdyn.report.drawing import (
     groove_points,
     placed,
 )
-from trackdyn.report.style import BLACK, VERMILION, new_figure, styled
+from trackdyn.report.style import BLACK, new_figure, styled
+
+SENSOR_PLACE = {"linestyle": "none", "marker": "D", "markersize": 5, "color": BLACK, "markeredgecolor": "white"}
 
 
 @styled
@@ -72,12 +77,16 @@ def loop_figure(rig: Rig, recording: Recording, index: int = 0) -> Figure:
     whole.set_title(f"(a) the loop at {recording.frame_time[index]:.2f} s of the record: {rpm:g} rpm, {ring}")
     for name, (x, y, radius) in zip(("sprocket", "idler", "road wheel"), circles, strict=True):
         _label(whole, x, y - 0.45 * radius, name)
-    kinds = {"link": LINK, "connector": CONNECTOR, "link with the sensor": VERMILION, "rubber": RUBBER}
-    handles = [
-        Patch(facecolor=colour, edgecolor=BLACK, linewidth=0.6, label=kind) for kind, colour in kinds.items()
-    ]
-    handles[2].set_hatch("////")
-    whole.legend(handles=handles, loc="upper center", ncols=len(handles))
+    kinds = {
+        "link": {"facecolor": LINK, "edgecolor": BLACK},
+        "connector": {"facecolor": CONNECTOR, "edgecolor": BLACK},
+        "link with the sensor": MARKED,
+        "rubber": {"facecolor": RUBBER, "edgecolor": BLACK},
+    }
+    handles = [Patch(**look, linewidth=0.6, label=kind) for kind, look in kinds.items()]
+    handles.insert(3, Line2D([], [], **SENSOR_PLACE, label="sensor"))
+    whole.legend(handles=handles, loc="upper center", ncols=len(handles), fontsize=7.5, columnspacing=1.2)
+    close.legend(handles=[Line2D([], [], **JOINT, label="joint of two areas")], loc="upper left", fontsize=7)
     _mark_sensor(whole, rig, frame, sensor_body)
     _mark_rotation(whole, *circles[0], rate=recording.wheel_rate[0, 0])
     _mark_running(whole, pins, recording.wheel_rate[0, 0])
@@ -88,8 +97,8 @@ def loop_figure(rig: Rig, recording: Recording, index: int = 0) -> Figure:
     sprocket.set_ylim(y - reach, y + reach)
     sprocket.set_title("(b) sprocket and chain")
 
-    middle = groove_points(rig, sprocket_angle, groove, [[0.0, rig.groove_profile.addendum]])[0]
-    half = 0.6 * rig.chain.link_length + 0.025
+    middle = groove_points(rig, sprocket_angle, groove, [[0.0, rig.groove_profile.addendum - 0.02]])[0]
+    half = 0.6 * rig.chain.link_length + 0.035
     close.set_xlim(middle[0] - half, middle[0] + half)
     close.set_ylim(middle[1] - half, middle[1] + half)
     close.xaxis.set_major_locator(MaxNLocator(5))
@@ -115,7 +124,7 @@ def _label(ax: Axes, x: float, y: float, text: str) -> None:
 def _mark_sensor(ax: Axes, rig: Rig, frame, body: int) -> None:
     pins, angles, _ = chain_points(rig, frame)
     x, y = placed([[rig.sensor.x, rig.sensor.y]], pins[body], angles[body])[0]
-    ax.plot(x, y, marker="o", markersize=4, color=VERMILION, markeredgecolor=BLACK, zorder=Z_MARK)
+    ax.plot(x, y, **SENSOR_PLACE, zorder=Z_MARK)
 
 
 def _mark_rotation(ax: Axes, x: float, y: float, radius: float, rate: float) -> None:
@@ -136,7 +145,5 @@ def _mark_running(ax: Axes, pins: np.ndarray, rate: float) -> None:
 
 
 def _draw_arrow(ax: Axes, start, end, **look) -> None:
-    arrow = FancyArrowPatch(
-        start, end, arrowstyle="-|>", mutation_scale=12, color=BLACK, zorder=Z_MARK, **look
-    )
+    arrow = FancyArrowPatch(start, end, arrowstyle="-|>", mutation_scale=12, color=BLACK, zorder=Z_MARK, **look)
     ax.add_patch(arrow)

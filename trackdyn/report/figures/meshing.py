@@ -11,7 +11,7 @@ from trackdyn.errors import InputError
 from trackdyn.measure.meshing import passages, spells, timing
 from trackdyn.recording import Recording
 from trackdyn.report import printed
-from trackdyn.report.style import BLUE, GREEN, PRINTED, PURPLE, new_figure, styled
+from trackdyn.report.style import BLACK, BLUE, GREEN, PRINTED, PURPLE, new_figure, styled
 
 LOOKS = {
     "left": {"color": BLUE, "linestyle": "-", "marker": "o"},
@@ -21,6 +21,7 @@ LOOKS = {
 NAMES = {"left": "left arc", "right": "right arc", "ring": "link ahead on the ring"}
 BEFORE, AFTER = 0.05, 0.05  # shown before the first and after the last contact, turns
 NEAR = 0.012  # printed events closer than this share one label, turns
+BEYOND = 1.25  # of the highest point of the curves: larger single steps are written, not drawn
 
 
 @dataclass(frozen=True)
@@ -122,7 +123,8 @@ def printed_times(ring: bool, turn: float) -> dict[str, float]:
 def passage_figure(recording: Recording) -> Figure:
     """Normal forces (a) and areas (b) of one connector over one passage: Figure 19, with a ring Figure 21.
 
-    Thin dashed lines stand where the paper prints its events, counted from its own first contact.
+    Thin dashed lines stand where the paper prints its events, counted from its own first contact. Single
+    marks are the largest force of all time steps; one far above the curves is written at the upper edge.
 
     Parameters
     ----------
@@ -142,18 +144,14 @@ def passage_figure(recording: Recording) -> Figure:
     time = shown.time[inside]
     figure = new_figure(5.4)
     forces, areas = figure.subplots(2, 1, sharex=True, height_ratios=(1.7, 1.0))
-    for i, side in enumerate(("left", "right", "ring") if ring else ("left", "right")):
+    sides = ("left", "right", "ring") if ring else ("left", "right")
+    highest = max(shown.force[inside, : len(sides)].max(), 1.0)
+    for i, side in enumerate(sides):
         look, row = LOOKS[side], shown.sides.loc[side]
         label = NAMES[side] if row["count"] else f"{NAMES[side]} (no contact)"
         forces.plot(time, shown.force[inside, i], **look | {"marker": ""}, label=label, zorder=3)
         if row["count"]:
-            forces.plot(
-                row["peak_s"] - shown.first,
-                row["peak_n"],
-                **look | {"linestyle": "none"},
-                markersize=6,
-                zorder=4,
-            )
+            _mark_peak(forces, row["peak_s"] - shown.first, row["peak_n"], look, BEYOND * highest)
         if side != "ring" and row["count"]:
             area, look = shown.area[inside, i], look | {"linestyle": "none", "markersize": 2.5}
             areas.plot(time[area > 0], area[area > 0], **look, label=NAMES[side])
@@ -167,12 +165,11 @@ def passage_figure(recording: Recording) -> Figure:
         f"a turn of the sprocket takes {shown.turn:.3f} s"
     )
     figure.suptitle(text, x=0.01, ha="left")
-    forces.text(0.008, 0.97, "(a)", transform=forces.transAxes, va="top")
-    areas.text(0.008, 0.95, "(b)", transform=areas.transAxes, va="top")
+    for ax, letter in ((forces, "(a)"), (areas, "(b)")):
+        ax.text(-0.085, 1.0, letter, transform=ax.transAxes, va="top")
     forces.set_ylabel("normal force (N)")
-    top = forces.get_ylim()[1]
-    forces.set_ylim(-0.02 * top, 1.3 * top)  # room for the legend
-    areas.set_ylabel("area of the groove (1)")
+    forces.set_ylim(-0.03 * highest, 1.55 * highest)  # room for the legend
+    areas.set_ylabel("number of the\ntouched area")
     areas.set_ylim(0.3, 10.7)
     areas.set_yticks(range(1, 11))
     areas.set_xlim(low, high)
@@ -181,6 +178,32 @@ def passage_figure(recording: Recording) -> Figure:
     if areas.get_legend_handles_labels()[0]:
         areas.legend(loc="upper center", ncols=2, markerscale=2)
     return figure
+
+
+def _mark_peak(ax: Axes, time: float, force: float, look: dict, limit: float) -> None:
+    """The largest force of all time steps: a mark, or above the limit an arrow at the edge with its value."""
+    if force <= limit:
+        mark = {"linestyle": "none", "markersize": 6, "markeredgecolor": "white", "markeredgewidth": 0.6}
+        ax.plot(time, force, **look | mark, zorder=4)
+        return
+    box = {"boxstyle": "square,pad=0.25", "facecolor": "white", "edgecolor": look["color"], "linewidth": 0.8}
+    place = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points", "zorder": 5}
+    arrow = {"arrowstyle": "-|>", "color": look["color"], "linewidth": 1.4}
+    label = f"{force:.0f} N\nat {time:.3f} s".replace("-", "\N{MINUS SIGN}")
+    text = ax.annotate(label, (time, 1.0), (8, -27), **place, bbox=box, color=BLACK, fontsize=7, va="center")
+    ax.annotate("", (0.1, 1.95), (0.1, 1.1), xycoords=text, zorder=5, arrowprops=arrow | {"shrinkA": 0, "shrinkB": 0})
+
+
+def _joined(names: list[str]) -> str:
+    """Names of simultaneous events: in one line if they differ in one word, else one under the other."""
+    if len(names) == 2:
+        words = [name.split() for name in names]
+        if len(words[0]) == len(words[1]):
+            differ = [i for i, pair in enumerate(zip(*words, strict=True)) if pair[0] != pair[1]]
+            if len(differ) == 1:
+                i = differ[0]
+                return " ".join([*words[0][:i], f"{words[0][i]} and {words[1][i]}", *words[0][i + 1 :]])
+    return ",\n".join(names)
 
 
 def _mark_printed(top: Axes, bottom: Axes, times: dict[str, float]) -> None:
@@ -194,7 +217,8 @@ def _mark_printed(top: Axes, bottom: Axes, times: dict[str, float]) -> None:
             groups.append((time, [event]))
         for ax in (top, bottom):
             ax.axvline(time, **PRINTED, linewidth=0.6, zorder=2)
-    look = {"rotation": 42, "rotation_mode": "anchor", "ha": "left", "va": "bottom", "fontsize": 7}
+    look = {"rotation": 42, "rotation_mode": "anchor", "ha": "left", "va": "center", "fontsize": 7, "linespacing": 1.3}
     for time, names in groups:
-        place = {"xycoords": ("data", "axes fraction"), "xytext": (1, 3), "textcoords": "offset points"}
-        top.annotate("\nand ".join(names), (time, 1.0), **place, **look)
+        text = _joined(names)
+        place = {"xycoords": ("data", "axes fraction"), "xytext": (2, 9 if "\n" in text else 5)}
+        top.annotate(text, (time, 1.0), **place, textcoords="offset points", **look)

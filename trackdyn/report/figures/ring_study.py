@@ -1,5 +1,6 @@
 """Figures 23 and 24: contact forces and durations against the radius of the ring."""
 
+import matplotlib as mpl
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -26,23 +27,35 @@ def force_figure(study: pd.DataFrame, statistic: str) -> Figure:
     columns = {side: (f"{side}_{statistic}_n", f"{side}_{statistic}_error_n") for side in SIDES}
     letter = "ab"[list(STATISTICS).index(statistic)]
     title = f"({letter}) {STATISTICS[statistic]} of the normal force over the run"
-    return _panels(study, columns, f"{STATISTICS[statistic]} (N)", title)[0]
+    return _panels(study, columns, f"{STATISTICS[statistic]} of the normal force (N)", title)[0]
 
 
 @styled
 def duration_figure(study: pd.DataFrame) -> Figure:
     """Time in contact, in percent of a sprocket turn (Figure 24); parameters as in :func:`force_figure`."""
     columns = {side: (f"{side}_share_pct", f"{side}_share_error_pct") for side in SIDES}
-    figure, axes, positions = _panels(study, columns, "share of a turn (%)", "Time in contact")
+    figure, axes, positions = _panels(study, columns, "share of a sprocket turn (%)", "Time in contact")
     left, steady = axes[0], printed.STEADY_LEFT_SHARE.value
     radii = [radius for radius in positions if radius >= printed.RADIUS_OF_STEADY_LEFT_SHARE.value - 1e-9]
     if radii:
         ends = [positions[radii[0]], positions[radii[-1]]]
-        left.plot(
-            ends, [steady] * 2, **PRINTED, marker="", linewidth=1.4, label=f"printed: near {steady:g} %"
-        )
-        left.legend(loc="upper right")
+        label = f"printed: near {steady:g} %"
+        left.plot(ends, [steady] * 2, **PRINTED, marker="", linewidth=1.4, label=label)
+        _legend(left, left.get_legend().get_title().get_text())
     return figure
+
+
+def _legend(ax: Axes, title: str) -> None:
+    entries, names = ax.get_legend_handles_labels()
+    columns = len(names) if len(names) <= 4 else 2
+    ax.legend(entries, names, loc="upper right", ncols=columns, title=title, title_fontsize=7.5)
+
+
+def quiet_from(study: pd.DataFrame, value: str) -> float | None:
+    """Smallest radius (m) from which on a value is zero at every speed; None if the largest one shows some."""
+    largest = study.dropna(subset="ring_radius_m").groupby("ring_radius_m")[value].max().sort_index()
+    quiet = (largest[::-1] <= 0).cumprod()[::-1].astype(bool)
+    return float(largest.index[quiet].min()) if quiet.any() else None
 
 
 def _panels(study, columns, unit: str, title: str) -> tuple[Figure, list[Axes], dict[float, float]]:
@@ -57,6 +70,7 @@ def _panels(study, columns, unit: str, title: str) -> tuple[Figure, list[Axes], 
     spread = 0.06 * (gaps.min() if len(gaps) else 0.001) * (np.arange(len(speeds)) - 0.5 * (len(speeds) - 1))
     figure = new_figure(6.4)
     axes = list(figure.subplots(3, 1, sharex=True))
+    hidden = True  # whether every error bar is smaller than its mark
     for ax, (side, (value, error)) in zip(axes, columns.items(), strict=True):
         for i, rpm in enumerate(speeds):
             rows = study[study["rpm"] == rpm].sort_values("ring_radius_m", na_position="first")
@@ -71,10 +85,19 @@ def _panels(study, columns, unit: str, title: str) -> tuple[Figure, list[Axes], 
                 ax.errorbar(place[part], rows.loc[part, value], errors, **look, linestyle=dashes, label=label)
         if with_none and radii:
             ax.axvline(0.5 * (none + radii[0]) - 0.25 * (radii[0] - none), color="0.6", linewidth=0.8)
-        ax.set_ylabel(f"{SIDES[side]}\n{unit}")
-        ax.set_ylim(bottom=-0.05 * max(ax.get_ylim()[1], 1e-9))
-    axes[0].legend(loc="upper right", ncols=len(speeds))
+        ax.set_ylabel(SIDES[side])
+        top = max(ax.get_ylim()[1], 1e-9)
+        ax.set_ylim(bottom=-0.05 * top)
+        inch = 0.25 * figure.get_figheight() / (1.05 * top)  # of a unit of the axis; panels are higher than that
+        hidden &= bool(study[error].fillna(0.0).max() * inch * 72 * 1.3 < 0.5 * mpl.rcParams["lines.markersize"])
+        quiet = quiet_from(study, value)
+        if quiet is not None and quiet < radii[-1]:
+            text = f"no contact from {quiet:.3f} m on, at any speed"
+            ax.text(0.5 * (quiet + radii[-1]), 0.3 * top, text, ha="center")
+    _legend(axes[0], "standard errors are smaller than the marks" if hidden else "bars: standard errors")
     axes[0].set_title(title)
+    figure.supylabel(unit, fontsize=9)
+    figure.align_ylabels()
     ticks = ([none] if with_none else []) + radii
     names = (["none"] if with_none else []) + [f"{radius:.3f}" for radius in radii]
     axes[-1].set_xticks(ticks, names)

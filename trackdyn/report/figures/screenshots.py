@@ -1,48 +1,115 @@
 """Figures 20 and 22: drawings of a connector and its link ahead at the events of one passage."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, FancyArrowPatch
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, FancyArrowPatch, Patch
 from matplotlib.patheffects import withStroke
+from scipy.ndimage import uniform_filter1d
 
 from trackdyn.errors import InputError
-from trackdyn.measure.meshing import events
+from trackdyn.measure.meshing import SIDES, events
 from trackdyn.parameters.rig import Rig
 from trackdyn.recording import Recording
-from trackdyn.report.drawing import Z_MARK, chain_points, draw_chain, draw_sprocket, groove_points, placed
-from trackdyn.report.figures.meshing import LOOKS, Selected, printed_times, select_passage
-from trackdyn.report.style import VERMILION, new_figure, styled
+from trackdyn.report.drawing import (
+    JOINT,
+    MARKED,
+    MARKED_TOO,
+    Z_MARK,
+    chain_points,
+    draw_chain,
+    draw_sprocket,
+    groove_points,
+    placed,
+)
+from trackdyn.report.figures.meshing import LOOKS, NAMES, Selected, printed_times, select_passage
+from trackdyn.report.style import BLACK, new_figure, styled
 
-HALF = 0.115  # of the side of a panel, m
-LONGEST_ARROW = 0.07  # of the largest force in the figure, m
+HALF = 0.13  # of the side of a panel, m
+LONGEST_ARROW = 0.085  # of the largest force in the figure, m
+WINDOW = 0.01  # a maximum is of the force after a mean over it, as the paper prints its times, s
 # panels: title, event of the passage, printed event
-ENGAGE = "about to engage"
+ENGAGE, BOTH = "about to engage", "both arcs in contact"
 WITHOUT_RING = (
     (ENGAGE, None, ENGAGE),
-    ("both arcs in contact", "first left", "first contact of the left arc"),
-    ("left maximum", "left maximum", "left maximum"),
-    ("right maximum", "right maximum", "right maximum"),
+    (BOTH, None, "first contact of the left arc"),
+    ("left maximum", None, "left maximum"),
+    ("right maximum", None, "right maximum"),
     ("only the left arc", "right gone", "right contact gone"),
     ("out of engagement", "out", "out of engagement"),
 )
 WITH_RING = (
     ("link ahead on the ring", "ring touched", "ring first touched"),
-    ("ring maximum", "ring maximum", "ring maximum"),
+    ("ring maximum", None, "ring maximum"),
     ("left arc touches", "left touches", "first contact of the left arc"),
-    ("left maximum", "left maximum", "left maximum"),
+    ("left maximum", None, "left maximum"),
     ("ring left", "ring left", "ring left"),
     ("out of engagement", "out", "out of engagement"),
 )
 
 
+@dataclass(frozen=True)
+class Moment:
+    """What a panel shows.
+
+    Attributes
+    ----------
+    title : str
+        Name of the event.
+    time, printed : float
+        When it happens here and in the paper, s since the first contact.
+    frame, sample : int
+        The configuration drawn, and the sample of the same instant.
+    peak : str
+        Largest force of all time steps and its time, of a maximum.
+    """
+
+    title: str
+    time: float
+    printed: float
+    frame: int
+    sample: int
+    peak: str
+
+
+def moments(recording: Recording, shown: Selected) -> list[Moment]:
+    """The events of a passage that happen, in order of time.
+
+    A maximum is that of the force after a mean over 0.01 s, and its configuration the nearest one; of other
+    events it is the first at or after it, so that a contact that begins is there and one that ends is gone.
+    """
+    ring = recording.meta["scene"]["ring_radius"] is not None
+    printed = printed_times(ring, shown.turn)
+    measured = events(recording, shown.number)
+    own = {ENGAGE: printed.get(ENGAGE), BOTH: max(measured.get("first left", 0.0), measured.get("first right", 0.0))}
+    found = []
+    for title, event, place in WITH_RING if ring else WITHOUT_RING:
+        side, _, what = title.partition(" ")
+        maximum = what == "maximum" and side in SIDES
+        if maximum and not shown.sides.loc[side, "count"]:
+            continue
+        time = _maximum(recording, shown, side) if maximum else own[title] if event is None else measured[event]
+        if not np.isfinite(time):
+            continue
+        peak = ""
+        if maximum:
+            row = shown.sides.loc[side]
+            peak = f"largest step {row['peak_n']:.0f} N at {row['peak_s'] - shown.first:.3f} s"
+        frame = _frame_at(recording, shown, time, nearest=maximum)
+        found.append(Moment(title, time, printed[place], frame, _sample(recording, frame), peak))
+    return sorted(found, key=lambda moment: moment.time)
+
+
 @styled
 def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
-    """Six recorded configurations nearest after the events of a passage: Figure 20, with a ring Figure 22.
+    """Six recorded configurations at the events of a passage: Figure 20, with a ring Figure 22.
 
     Every panel follows the connector; the small picture shows where on the sprocket it is. Arrows are the
-    normal forces on connector and link, on one scale; the ten areas of the connector's groove carry
-    their numbers.
+    normal forces on connector and link at the instant drawn, on one scale; the ten areas of the connector's
+    groove carry their numbers. Panels are in order of time (:func:`moments`).
 
     Parameters
     ----------
@@ -59,40 +126,55 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
     if len(recording.frame) == 0:
         raise InputError("the recording holds no configurations: simulate with a frame interval above 0")
     shown = select_passage(recording)
-    ring = recording.meta["scene"]["ring_radius"]
-    printed = printed_times(ring is not None, shown.turn)
-    measured = events(recording, shown.number)
-    panels = []
-    for title, event, place in WITHOUT_RING if ring is None else WITH_RING:
-        time = printed[place] if event is None else measured[event]
-        if np.isfinite(time):
-            side, _, what = title.partition(" ")
-            peak = f", {shown.sides.loc[side, 'peak_n']:.0f} N" if what == "maximum" else ""
-            panels.append((title + peak, time, printed[place], _frame_at(recording, shown, time)))
-    largest = max(shown.force[_sample(recording, frame)].max() for *_, frame in panels)
-    figure = new_figure(5.6)
+    panels = moments(recording, shown)
+    largest = max(shown.force[moment.sample].max() for moment in panels)
+    figure = new_figure(6.6)
     axes = figure.subplots(2, 3).ravel()
     for ax, letter in zip(axes, "abcdef", strict=True):
         ax.set_axis_off()
         ax.set_label(letter)
-    for ax, (title, time, place, frame) in zip(axes, panels, strict=False):
-        _draw_panel(ax, rig, recording, shown, frame, LONGEST_ARROW / max(largest, 1.0))
-        text = f"({ax.get_label()}) {title}\n{time:.3f} s (printed {place:.2f} s)"
-        ax.set_title(text.replace("-", "\N{MINUS SIGN}"))
+    for ax, moment in zip(axes, panels, strict=False):
+        _draw_panel(ax, rig, recording, shown, moment, LONGEST_ARROW / max(largest, 1.0))
+        text = f"({ax.get_label()}) {moment.title}\n{moment.time:.3f} s (printed {moment.printed:.2f} s)\n{moment.peak}"
+        ax.set_title(text.replace("-", "\N{MINUS SIGN}"), fontsize=8)
+    ring, rpm = (recording.meta["scene"][name] for name in ("ring_radius", "motor_rpm"))
     what = "no ring" if ring is None else f"ring {ring:.3f} m"
-    rpm = recording.meta["scene"]["motor_rpm"]
+    late = max(abs(recording.frame_time[m.frame] - shown.first - m.time) for m in panels)
     text = (
-        f"Connector {shown.connector}, {what}, {rpm:g} rpm; times since the first contact.\n"
-        f"Panels are {2 * HALF:.2f} m wide, first recorded after the event; arrows: forces at that instant."
+        f"Connector {shown.connector}, {what}, {rpm:g} rpm; times since the first contact. "
+        f"Panels are {2 * HALF:.2f} m wide.\nMaxima: of the mean over {WINDOW:g} s. "
+        f"Arrows: forces at the instant drawn, at most {1000 * late:.1f} ms from the event.\n "
     )
-    figure.suptitle(text, x=0.01, ha="left", fontsize=9)
+    figure.suptitle(text, x=0.01, ha="left", fontsize=8)
+    figure.legend(handles=_handles(rig, shown, ring), loc="outside lower center", ncols=3, fontsize=7.5)
     return figure
 
 
-def _frame_at(recording: Recording, shown: Selected, time: float) -> int:
-    """First configuration at or after a time since the first contact, the last one if none is."""
+def _handles(rig: Rig, shown: Selected, ring: float | None) -> list:
+    """Legend: the marked bodies, the forces, the joints."""
+    handles: list = [Patch(**MARKED, label=f"connector {shown.connector}")]
+    if ring is not None:
+        handles.append(Patch(**MARKED_TOO, label=f"link {shown.connector % rig.chain.pitches + 1}, ahead of it"))
+    for side in SIDES[: 2 if ring is None else 3]:
+        if shown.sides.loc[side, "count"]:
+            look = LOOKS[side] | {"linestyle": "-"}
+            handles.append(Line2D([], [], **look, markersize=4, linewidth=1.6, label=f"force, {NAMES[side]}"))
+    return [*handles, Line2D([], [], **JOINT, label="joint of two areas")]
+
+
+def _maximum(recording: Recording, shown: Selected, side: str) -> float:
+    """When the mean over ``WINDOW`` of a side's force is largest, s since the first contact."""
+    force = uniform_filter1d(shown.force[:, SIDES.index(side)], max(round(WINDOW * recording.rate), 1))
+    inside = (shown.time >= 0) & (shown.time <= shown.last - shown.first)
+    return float(shown.time[inside][np.argmax(force[inside])])
+
+
+def _frame_at(recording: Recording, shown: Selected, time: float, nearest: bool = False) -> int:
+    """First configuration at or after a time since the first contact, or the nearest; the last if none is."""
     # like a sample, a configuration is of the end of its interval
     frame_time = recording.frame_time - shown.first
+    if nearest:
+        return int(np.argmin(np.abs(frame_time - time)))
     return int(min(np.searchsorted(frame_time, time - 1e-9), len(frame_time) - 1))
 
 
@@ -100,52 +182,47 @@ def _sample(recording: Recording, frame: int) -> int:
     return round(recording.frame_time[frame] * recording.rate) - 1
 
 
-def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, index: int, scale: float) -> None:
-    frame, ring = recording.frame[index], recording.meta["scene"]["ring_radius"]
+def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, moment: Moment, scale: float) -> None:
+    frame, ring = recording.frame[moment.frame], recording.meta["scene"]["ring_radius"]
     pins, _, sprocket_angle = chain_points(rig, frame)
     bodies = [2 * shown.connector - 1]
     if ring is not None:
         bodies.append(2 * shown.connector % (2 * rig.chain.pitches))
-    middle = 0.5 * (pins[bodies[0]] + pins[bodies[0] + 1])
-    # the small picture stands in the corner away from the sprocket
-    right, up = middle > [rig.sprocket.x, rig.sprocket.y]
-    inset = ax.inset_axes((0.72 * right, 0.72 * up, 0.28, 0.28), zorder=Z_MARK + 2)
+    middle = np.mean([pins[body + end] for body in bodies for end in (0, 1)], axis=0)
+    # the small picture stands in the corner away from the sprocket and from the arrows
+    up = middle[1] > rig.sprocket.y
+    right = middle[0] > rig.sprocket.x + 0.5 * rig.groove_profile.addendum * up
+    inset = ax.inset_axes((0.74 * right, 0.74 * up, 0.26, 0.26), zorder=Z_MARK + 2)
     for area, groove in ((ax, shown.groove), (inset, None)):
         draw_sprocket(area, rig, sprocket_angle, ring, groove)
-        draw_chain(area, rig, frame, highlight=bodies)
+        draw_chain(area, rig, frame, highlight=dict(zip(bodies, (MARKED, MARKED_TOO), strict=False)))
         area.set_aspect("equal")
         area.set_xticks([])
         area.set_yticks([])
+        area.grid(False)
     ax.set_axis_on()
-    ax.grid(False)
     ax.set_xlim(middle[0] - HALF, middle[0] + HALF)
     ax.set_ylim(middle[1] - HALF, middle[1] + HALF)
-    _draw_forces(ax, rig, recording, shown, index, bodies, scale)
+    _draw_forces(ax, rig, frame, shown, moment.sample, bodies, scale)
     centre, reach = np.array([rig.sprocket.x, rig.sprocket.y]), 1.35 * rig.groove_profile.addendum
-    inset.grid(False)
     inset.set_xlim(centre[0] - reach, centre[0] + reach)
     inset.set_ylim(centre[1] - reach, centre[1] + reach)
-    inset.add_patch(Circle(middle, 0.07, fill=False, edgecolor=VERMILION, linewidth=1.2, zorder=Z_MARK))
+    inset.add_patch(Circle(middle, 0.09, fill=False, edgecolor=BLACK, linewidth=1.2, zorder=Z_MARK))
 
 
-def _draw_forces(ax, rig, recording, shown, index, bodies, scale):
-    """Arrows of the normal forces, from the point of contact."""
-    pins, angles, sprocket_angle = chain_points(rig, recording.frame[index])
-    sample = _sample(recording, index)
+def _draw_forces(ax: Axes, rig: Rig, frame, shown: Selected, sample: int, bodies: list[int], scale: float) -> None:
+    """Arrows of the normal forces of a sample, from the point of contact."""
+    pins, angles, sprocket_angle = chain_points(rig, frame)
     force, area = shown.force[sample], shown.area[sample]
-    connector = bodies[0]
     for i, side in enumerate(("left", "right")):
         if area[i]:
-            point, normal = tooth_contact(rig, sprocket_angle, shown.groove, area[i], pins[connector + i])
-            _arrow(ax, point, normal, force[i], scale, side)
+            contact = tooth_contact(rig, sprocket_angle, shown.groove, area[i], pins[bodies[0] + i])
+            _arrow(ax, *contact, force[i], scale, side)
     if len(bodies) > 1 and force[2] > 0:
-        point, normal = ring_contact(rig, pins[bodies[1]], angles[bodies[1]])
-        _arrow(ax, point, normal, force[2], scale, "ring")
+        _arrow(ax, *ring_contact(rig, pins[bodies[1]], angles[bodies[1]]), force[2], scale, "ring")
 
 
-def tooth_contact(
-    rig: Rig, sprocket_angle: float, groove: int, area: int, pin
-) -> tuple[np.ndarray, np.ndarray]:
+def tooth_contact(rig: Rig, sprocket_angle: float, groove: int, area: int, pin) -> tuple[np.ndarray, np.ndarray]:
     """Point where an area touches the arc around a pin, and the normal of the force on the arc.
 
     Parameters
@@ -188,21 +265,13 @@ def ring_contact(rig: Rig, pin, angle: float) -> tuple[np.ndarray, np.ndarray]:
 def _arrow(ax: Axes, point, normal, force: float, scale: float, side: str) -> None:
     end = point + force * scale * normal
     colour = LOOKS[side]["color"]
-    look = {"arrowstyle": "-|>", "mutation_scale": 9, "shrinkA": 0, "shrinkB": 0, "linewidth": 1.6}
+    look = {"arrowstyle": "-|>", "mutation_scale": 7, "shrinkA": 0, "shrinkB": 0, "linewidth": 1.6}
     outline = [withStroke(linewidth=3, foreground="white")]
     ax.add_patch(FancyArrowPatch(point, end, color=colour, **look, zorder=Z_MARK + 1, path_effects=outline))
-    ax.plot(*point, marker="o", markersize=3, color=colour, zorder=Z_MARK + 1)
-    box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.6}
+    mark = {"marker": LOOKS[side]["marker"], "markersize": 4, "markeredgecolor": "white", "markeredgewidth": 0.5}
+    ax.plot(*point, **mark, color=colour, zorder=Z_MARK + 1.2)
+    box = {"boxstyle": "square,pad=0.15", "facecolor": "white", "edgecolor": colour, "linewidth": 0.8}
     low, high = np.transpose([ax.get_xlim(), ax.get_ylim()])
-    place = np.clip(end + 0.012 * np.asarray(normal), low + 0.018, high - 0.018)
-    ax.text(
-        *place,
-        f"{force:.0f} N",
-        color=colour,
-        fontsize=7,
-        ha="center",
-        va="center",
-        bbox=box,
-        zorder=Z_MARK + 1.5,
-        clip_on=True,
-    )
+    place = np.clip(end + 0.014 * np.asarray(normal), low + [0.026, 0.01], high - [0.026, 0.01])
+    look = {"fontsize": 7, "ha": "center", "va": "center", "bbox": box, "zorder": Z_MARK + 1.5, "clip_on": True}
+    ax.text(*place, f"{force:.0f} N", **look)

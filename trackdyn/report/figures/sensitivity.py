@@ -8,6 +8,47 @@ from trackdyn.report.style import new_figure, styled
 
 # changes beyond this many tolerances share the last shade
 LIMIT = 3.0
+SIDES = {"left": "left arc", "right": "right arc", "ring": "ring"}
+# forces may be targets as such or as ratios to those of another radius, which the table does not tell
+MEASURES = {
+    "share_pct": "share of a turn (%)",
+    "phase_start": "first touch (turns)",
+    "phase_end": "last touch (turns)",
+    "rms_n": "RMS force",
+    "sd_n": "SD of the force",
+}
+PARAMETERS = {
+    "sprocket.equal_pitch_radius": "equal-pitch radius (m)",
+    "groove.seat_depth": "depth of the seats (m)",
+    "groove.slope_seat": "slope of the seats (°)",
+    "groove.r2": "radius of areas 2, 9 (m)",
+    "tension.pre_tension": "pre-tension (N)",
+    "idler.bearing_drag": "wheels: bearing drag (N m s/rad)",
+    "bushing.stiffness": "bushings: stiffness (N m/rad)",
+    "bushing.damping": "bushings: damping (N m s/rad)",
+    "ring_contact.youngs_modulus": "ring: modulus (Pa)",
+    "ring_contact.transition_velocity": "ring: transition velocity (m/s)",
+    "wheel_contact.transition_velocity": "wheels: transition velocity (m/s)",
+}
+
+
+def parameter_words(path: str) -> str:
+    """A parameter of the rig in words, with its unit if it is known here."""
+    return PARAMETERS.get(path, path.replace(".", ": ").replace("_", " "))
+
+
+def measure_words(name: str) -> str:
+    """A measure of the runs, such as ``left_share_pct``, in words with its unit."""
+    side, _, kind = name.partition("_")
+    return f"{SIDES.get(side, side)}, {MEASURES.get(kind, kind.replace('_', ' '))}"
+
+
+def change_text(value: float) -> str:
+    """A change to one place, with its sign; a plain 0 for what rounds to it, a dash for none."""
+    if not np.isfinite(value):
+        return "\N{EN DASH}"
+    text = f"{value:+.1f}"
+    return "0" if float(text) == 0 else text.replace("-", "\N{MINUS SIGN}")
 
 
 @styled
@@ -19,30 +60,31 @@ def sensitivity_figure(table: pd.DataFrame) -> Figure:
     table : DataFrame
         ``fit.sensitivity``.
     """
-    where = table["ring_radius_m"].map(lambda r: "no ring" if pd.isna(r) else f"{r:.3f} m")
-    names = table["claim"] + " " + table["measure"].str.replace("_", " ") + ", " + where
+    where = table["ring_radius_m"].map(lambda r: "no ring" if pd.isna(r) else f"ring {r:.3f} m")
+    names = table["claim"] + " " + table["measure"].map(measure_words) + ", " + where
     table = table.assign(name=names)
     grid = table.drop_duplicates(["parameter", "name"]).pivot(
         index="name", columns="parameter", values="change_in_tolerances"
     )
     grid = grid.loc[list(dict.fromkeys(table["name"])), list(dict.fromkeys(table["parameter"]))]
-    figure = new_figure(0.32 * len(grid) + 1.9)
+    values = grid.to_numpy(dtype=float)
+    figure = new_figure(0.3 * len(grid) + 2.6)
     ax = figure.subplots()
-    image = ax.imshow(grid.to_numpy(dtype=float), cmap="PuOr", vmin=-LIMIT, vmax=LIMIT, aspect="auto")
-    for i, j in np.ndindex(grid.shape):
-        value = grid.iloc[i, j]
-        text = "–" if not np.isfinite(value) else f"{value:+.1f}"
-        dark = np.isfinite(value) and abs(value) > 0.75 * LIMIT
-        ax.text(j, i, text, ha="center", va="center", fontsize=7, color="white" if dark else "black")
-    ax.set_xticks(
-        range(grid.shape[1]),
-        [c.replace(".", "\n") for c in grid.columns],
-        fontsize=6,
-        rotation=45,
-        ha="right",
-    )
+    image = ax.imshow(values, cmap="PuOr", vmin=-LIMIT, vmax=LIMIT, aspect="auto")
+    for i, j in np.ndindex(values.shape):
+        dark = np.isfinite(values[i, j]) and abs(values[i, j]) > 0.75 * LIMIT
+        text = change_text(values[i, j])
+        colour = "white" if dark else "0.55" if text == "0" else "black"
+        ax.text(j, i, text, ha="center", va="center", fontsize=7, color=colour)
+    look = {"rotation": 50, "rotation_mode": "anchor", "ha": "right", "fontsize": 7}
+    ax.set_xticks(range(grid.shape[1]), [parameter_words(name) for name in grid.columns], **look)
     ax.set_yticks(range(grid.shape[0]), grid.index, fontsize=7)
+    ax.tick_params(length=2)
     ax.grid(False)
-    ax.set_title("Change of a measure in tolerances of its target, one parameter changed")
-    figure.colorbar(image, ax=ax, label="tolerances", shrink=0.8)
+    title = "Change of a measure in tolerances of its target, one parameter changed"
+    figure.suptitle(title, x=0.01, ha="left", fontsize=9)
+    beyond = bool((values < -LIMIT).any()), bool((values > LIMIT).any())
+    extend = {(True, True): "both", (True, False): "min", (False, True): "max", (False, False): "neither"}[beyond]
+    bar = figure.colorbar(image, ax=ax, shrink=0.8, aspect=30, pad=0.02, extend=extend)
+    bar.set_label("tolerances" + ("" if extend == "neither" else " (pointed end: beyond)"))
     return figure

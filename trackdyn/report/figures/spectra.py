@@ -12,6 +12,7 @@ from trackdyn.measure.sensor import sense
 from trackdyn.measure.sensor_csv import SensorRecord
 from trackdyn.measure.signals import main_line, main_line_binfree, picket_fence, spectrum
 from trackdyn.recording import Recording
+from trackdyn.report.figures.histories import lettered
 from trackdyn.report.style import BLACK, SENSOR, SIMULATION, new_figure, styled, thin
 
 LOW_RANGE_HZ = 2.0
@@ -19,6 +20,7 @@ INSET_BINS = 4.5  # to both sides of the main lines
 DENSE = 500  # points of the continuous spectrum in the inset
 BAND_HZ = 2.0  # of the smoothed curves over the whole range
 LEAST_G = 1e-6  # lower end of the logarithmic axis
+MARK_EVERY_HZ = 25.0  # on the smoothed curves
 
 
 @dataclass(frozen=True)
@@ -32,16 +34,17 @@ class _Curve:
     free: tuple[float, float]
     look: dict
     marker: str
+    hollow_size: float  # of different sizes, so that one hollow mark may stand within the other
 
     @property
     def spectrum(self):
         return spectrum(self.ay, self.rate)
 
 
-def _curve(label, ay, rate, expected_hz, look, marker) -> _Curve:
+def _curve(label, ay, rate, expected_hz, look, marker, hollow_size) -> _Curve:
     line = main_line(ay, rate)
     free = main_line_binfree(ay, rate, expected_hz=expected_hz)[:2]
-    return _Curve(label, ay, rate, line, free, look, marker)
+    return _Curve(label, ay, rate, line, free, look, marker, hollow_size)
 
 
 @styled
@@ -62,25 +65,24 @@ def spectrum_figure(
     record : SensorRecord
         Record of the same motor speed.
     title : str
-        Such as ``(a) 115 rpm``.
+        Such as ``115 rpm``; the letter of the paper's panel is added.
     sensor_label : str
         What the record is; must say so if it is synthetic.
     """
     loop_hz = loop_frequency(recording)
-    simulated = _curve("simulation", sense(recording).ay, recording.rate, loop_hz, SIMULATION, "o")
-    measured = _curve(sensor_label, record.ay_g, record.rate_hz, None, SENSOR, "s")
+    simulated = _curve("simulation", sense(recording).ay, recording.rate, loop_hz, SIMULATION, "o", 13)
+    dashed = SENSOR | {"linestyle": (0, (4, 1.2))}
+    measured = _curve(sensor_label, record.ay_g, record.rate_hz, None, dashed, "s", 8)
     figure = new_figure(5.6)
     low, whole = figure.subplots(2, 1, height_ratios=(1.35, 1.0))
     for curve in (simulated, measured):
         _draw_low(low, curve)
         _draw_whole(whole, curve)
     low.set_xlim(0, LOW_RANGE_HZ)
-    low.set_ylim(
-        0, 1.2 * max(amplitude for c in (simulated, measured) for amplitude in (c.line[1], c.free[1]))
-    )
+    low.set_ylim(0, 1.2 * max(amplitude for c in (simulated, measured) for amplitude in (c.line[1], c.free[1])))
     low.set_xlabel("frequency (Hz)")
     low.set_ylabel("amplitude (g)")
-    low.set_title(title)
+    low.set_title(lettered(title, recording))
     low.legend(loc="upper left", bbox_to_anchor=(0.145, 1.0), fontsize=7)
     _draw_inset(low, simulated, measured, loop_hz)
     whole.set_yscale("log")
@@ -96,8 +98,8 @@ def _draw_low(ax: Axes, curve: _Curve) -> None:
     freq, amplitude = curve.spectrum
     inside = (freq > 0) & (freq <= 1.05 * LOW_RANGE_HZ)
     ax.plot(freq[inside], amplitude[inside], linewidth=0.9, **curve.look)
-    filled = {"markersize": 5, "markeredgecolor": BLACK, "markeredgewidth": 0.6}
-    hollow = {"markersize": 8, "markerfacecolor": "none", "markeredgewidth": 1.2}
+    filled = {"markersize": 4.5, "markeredgecolor": BLACK, "markeredgewidth": 0.6}
+    hollow = {"markersize": curve.hollow_size, "markerfacecolor": "none", "markeredgewidth": 1.2}
     common = {"linestyle": "none", "marker": curve.marker, "color": curve.look["color"], "zorder": 4}
     for name, (hz, g), look in (("FFT", curve.line, filled), ("bin-free", curve.free, hollow)):
         ax.plot(hz, g, **common, **look, label=f"{curve.label}, {name}: {hz:.4f} Hz, {g:.3f} g")
@@ -105,13 +107,17 @@ def _draw_low(ax: Axes, curve: _Curve) -> None:
 
 def _draw_whole(ax: Axes, curve: _Curve) -> None:
     freq, amplitude = (part[1:] for part in curve.spectrum)
-    ax.plot(*thin(freq, np.maximum(amplitude, LEAST_G)), linewidth=0.4, alpha=0.25, **curve.look)
+    ax.plot(*thin(freq, np.maximum(amplitude, LEAST_G)), linewidth=0.4, alpha=0.25, color=curve.look["color"])
     lines = max(1, round(BAND_HZ / freq[0]))
     first = np.arange(0, len(freq), lines)
     count = np.diff(np.append(first, len(freq)))
     middle = np.add.reduceat(freq, first) / count
     smooth = np.sqrt(np.add.reduceat(amplitude**2, first) / count)
-    ax.plot(middle, np.maximum(smooth, LEAST_G), linewidth=1.1, zorder=3, label=curve.label, **curve.look)
+    every = max(1, round(MARK_EVERY_HZ / BAND_HZ))
+    begin = 0 if curve.marker == "o" else every // 2  # marks of the two curves stand beside each other
+    mark = {"marker": curve.marker, "markersize": 4, "markeredgecolor": BLACK, "markeredgewidth": 0.5}
+    look = curve.look | mark | {"linewidth": 1.1, "zorder": 3, "label": curve.label}
+    ax.plot(middle, np.maximum(smooth, LEAST_G), **look, markevery=(begin, every))
 
 
 def _draw_inset(ax: Axes, simulated: _Curve, measured: _Curve, loop_hz: float) -> None:
@@ -128,22 +134,17 @@ def _draw_inset(ax: Axes, simulated: _Curve, measured: _Curve, loop_hz: float) -
     for curve in (measured, simulated):
         ay = curve.ay - np.mean(curve.ay)
         sums = scipy.signal.zoom_fft(ay, near, m=DENSE, fs=curve.rate, endpoint=True)
-        inset.plot(
-            np.linspace(*near, DENSE), 2 / len(ay) * np.abs(sums), linewidth=0.8, alpha=0.7, **curve.look
-        )
+        inset.plot(np.linspace(*near, DENSE), 2 / len(ay) * np.abs(sums), linewidth=0.8, alpha=0.7, **curve.look)
         freq, lines = curve.spectrum
         inside = (freq >= near[0]) & (freq <= near[1])
         colour = curve.look["color"]
         inset.vlines(freq[inside], 0, lines[inside], color=colour, linewidth=0.6)
-        inset.plot(
-            freq[inside], lines[inside], linestyle="none", marker=curve.marker, markersize=3.5, color=colour
-        )
+        inset.plot(freq[inside], lines[inside], linestyle="none", marker=curve.marker, markersize=3.5, color=colour)
     inset.set_xlim(near)
     inset.set_ylim(0, ax.get_ylim()[1])
     inset.tick_params(labelsize=7)
     inset.set_xlabel("frequency (Hz)", fontsize=7)
     inset.set_title(
-        f"loop {loop_hz:.5f} Hz is at line {position:.2f}:\n"
-        f"the FFT shows a sine there at {100 * factor:.0f} %",
+        f"loop {loop_hz:.5f} Hz is at line {position:.2f}:\nthe FFT shows a sine there at {100 * factor:.0f} %",
         fontsize=7,
     )

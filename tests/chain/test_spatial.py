@@ -1,0 +1,228 @@
+"""The loop in space against a formulation with six coordinates a body and five constraints a joint."""
+
+import numpy as np
+import pytest
+
+from trackdyn.chain.kinematics import bushing_torques, orient, place
+from trackdyn.chain.model import Chain
+from trackdyn.chain.riccati import accelerations
+from trackdyn.chain.spatial import Plane, Space, aim, make_space_work, plane_dynamics, turn_plane
+from trackdyn.model import State, make_buffers
+
+# Both solve systems with condition numbers up to some 1e5 in double precision: 1e-16 x 1e5 is 1e-11; two decades
+# for sums over the bodies and the rank decision of the least squares.
+RELATIVE = 1e-9
+
+
+def turn(angle):
+    """A_z."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def rotation(e):
+    """Rotation matrix of Euler parameters, by the quaternion sandwich."""
+    e0, v = e[0], np.asarray(e[1:])
+    skew = cross_matrix(v)
+    return np.eye(3) + 2 * e0 * skew + 2 * skew @ skew
+
+
+def cross_matrix(v):
+    return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+
+
+class Loop:
+    """A closed polygon of links and connectors in a random plane, at random rates that keep it closed."""
+
+    def __init__(self, n, seed):
+        rng = np.random.default_rng(seed)
+        turned = -2 * np.pi * (np.arange(n) + rng.uniform(-0.2, 0.2, n)) / n
+        corner = np.column_stack([0.3 * np.cos(turned), 0.2 * np.sin(turned)])
+        side = np.roll(corner, -1, axis=0) - corner
+        angle = np.unwrap(np.arctan2(side[:, 1], side[:, 0]))
+        length = np.hypot(*side.T)
+        heavy = np.arange(n) % 2 == 0
+        self.n = n
+        self.chain = Chain(
+            length,
+            np.where(heavy, 10.0, 2.5),
+            np.where(heavy, 0.012, 0.003),
+            length * rng.uniform(0.4, 0.6, n),
+            rng.uniform(-0.01, 0.01, n),
+            99.0,
+            12.4,
+            -0.036,
+            9.81,
+        )
+        self.space = Space(
+            np.where(heavy, 0.13, 0.033),
+            np.where(heavy, 0.16, 0.035),
+            np.zeros((0, 3, 3)),
+            np.zeros((0, 3)),
+            np.ones(3),
+            np.ones(3),
+            np.zeros(0),
+            0.005,
+            1e6,
+            1e3,
+            0,
+        )
+        rate = rng.normal(0.0, 5.0, n)
+        rows = length * np.array([-np.sin(angle), np.cos(angle)])
+        rate -= rows.T @ np.linalg.solve(rows @ rows.T, rows @ rate)
+        e = rng.normal(0.0, 1.0, 4)
+        self.plane = Plane(rng.normal(0.0, 2.0, 4), e / np.linalg.norm(e))
+        self.state = State(
+            np.zeros(1, np.int64),
+            rng.normal(0.0, 1.0, 4),
+            angle,
+            rate,
+            *(np.zeros(1) for _ in range(2)),
+            np.zeros(n),
+            np.zeros((n // 2, 1)),
+            np.zeros(7),
+        )
+        self.force, self.moment = rng.normal(0.0, 300.0, (n, 3)), rng.normal(0.0, 30.0, (n, 3))
+
+    def solve(self):
+        """Acceleration of the first pin (P), of the plane and of the angles, by the package."""
+        work, room = make_buffers(self.n, 1), make_space_work(self.n, 0, self.n // 2)
+        state, chain = self.state, self.chain
+        orient(state.angle, work.cos, work.sin)
+        place(chain, state, work)
+        work.force_x[:], work.force_y[:], room.force_z[:] = self.force.T
+        room.moment_x[:], room.moment_y[:], work.moment[:] = self.moment.T
+        aim(self.space, self.plane, chain.gravity, room)
+        bushing_torques(chain, state, work, 0.0)
+        plane_dynamics(chain, self.space, self.plane, state, work, room)
+        accelerations(
+            chain, work.cos, work.sin, state.rate, work.force_x, work.force_y, work.moment, work.torque, 0.0, 0,
+            work.sweep,
+        )  # fmt: skip
+        load = work.sweep.load
+        return work.sweep.base @ load, room.acceleration.copy(), work.sweep.response @ load, work.torque.copy()
+
+    def bodies(self):
+        """Attitude, angular velocity, arms to mass centre and output pin of every body, inertial frame."""
+        a_p = rotation(self.plane.attitude)
+        p, q = self.plane.motion[2:]
+        attitude = np.array([a_p @ turn(angle) for angle in self.state.angle])
+        omega = np.array([a_p @ [p, q, w] for w in self.state.rate])
+        centre = np.einsum(
+            "nij,nj->ni", attitude, np.column_stack([self.chain.com_x, self.chain.com_y, np.zeros(self.n)])
+        )
+        end = np.einsum("nij,nj->ni", attitude, np.outer(self.chain.length, [1.0, 0.0, 0.0]))
+        return a_p, attitude, omega, centre, end
+
+    def solve_dense(self, torque):
+        """Accelerations of mass centres and angular accelerations from Newton, Euler and multipliers of 5 n rows."""
+        a_p, attitude, omega, centre, end = self.bodies()
+        n, chain = self.n, self.chain
+        h = a_p[:, 2]
+        mass, right = np.zeros((6 * n, 6 * n)), np.zeros(6 * n)
+        for i in range(n):
+            inertia = (
+                attitude[i] @ np.diag([self.space.along[i], self.space.across[i], chain.inertia[i]]) @ attitude[i].T
+            )
+            mass[6 * i : 6 * i + 3, 6 * i : 6 * i + 3] = chain.mass[i] * np.eye(3)
+            mass[6 * i + 3 : 6 * i + 6, 6 * i + 3 : 6 * i + 6] = inertia
+            right[6 * i : 6 * i + 3] = a_p @ self.force[i] + chain.mass[i] * np.array([0.0, -chain.gravity, 0.0])
+            right[6 * i + 3 : 6 * i + 6] = (
+                a_p @ self.moment[i] - np.cross(omega[i], inertia @ omega[i]) + h * (torque[i - 1] - torque[i])
+            )
+        rows, known = np.zeros((5 * n, 6 * n)), np.zeros(5 * n)
+        for i in range(n):
+            o = (i + 1) % n
+            out, enter = end[i] - centre[i], -centre[o]
+            block = slice(5 * i, 5 * i + 3)
+            rows[block, 6 * i : 6 * i + 3], rows[block, 6 * o : 6 * o + 3] = np.eye(3), -np.eye(3)
+            rows[block, 6 * i + 3 : 6 * i + 6], rows[block, 6 * o + 3 : 6 * o + 6] = (
+                -cross_matrix(out),
+                cross_matrix(enter),
+            )
+            known[block] = np.cross(omega[o], np.cross(omega[o], enter)) - np.cross(omega[i], np.cross(omega[i], out))
+            # the relative angular velocity stays along the pin: d/dt [b . (omega_o - omega_i)] = 0, b turning with i
+            for k in range(2):
+                b = attitude[i][:, k]
+                rows[5 * i + 3 + k, 6 * i + 3 : 6 * i + 6], rows[5 * i + 3 + k, 6 * o + 3 : 6 * o + 6] = -b, b
+                known[5 * i + 3 + k] = -np.cross(omega[i], b) @ (omega[o] - omega[i])
+        free = np.linalg.solve(mass, right)
+        inverse = np.linalg.solve(mass, rows.T)
+        multiplier = np.linalg.lstsq(rows @ inverse, known - rows @ free, rcond=1e-12)[0]
+        found = (free + inverse @ multiplier).reshape(n, 6)
+        return found[:, :3], found[:, 3:]
+
+    def spread(self, pin, plane, alpha):
+        """Accelerations of mass centres and angular accelerations from what `solve` found, body by body."""
+        a_p, _, omega, centre, end = self.bodies()
+        p, q = self.plane.motion[2:]
+        acceleration = a_p @ [*pin, plane[0]]
+        centres, angular = [], []
+        for i in range(self.n):
+            # d/dt of (p, q, w_i) in P, which turns with (p, q, 0)
+            own = a_p @ (np.array([plane[1], plane[2], alpha[i]]) + np.cross([p, q, 0.0], [p, q, self.state.rate[i]]))
+            for arm, keep in ((centre[i], centres), (end[i], None)):
+                moved = acceleration + np.cross(own, arm) + np.cross(omega[i], np.cross(omega[i], arm))
+                if keep is not None:
+                    keep.append(moved)
+            acceleration = moved
+            angular.append(own)
+        return np.array(centres), np.array(angular)
+
+
+@pytest.mark.parametrize(("n", "seed"), [(6, 1), (8, 2), (10, 3), (6, 4)])
+def test_accelerations_are_those_of_the_general_formulation(n, seed):
+    loop = Loop(n, seed)
+    pin, plane, alpha, torque = loop.solve()
+    centres, angular = loop.spread(pin, plane, alpha)
+    expected, expected_angular = loop.solve_dense(torque)
+    assert np.abs(plane).min() > 1e-2  # nothing is zero by chance
+    np.testing.assert_allclose(centres, expected, rtol=0, atol=RELATIVE * np.abs(expected).max())
+    np.testing.assert_allclose(angular, expected_angular, rtol=0, atol=RELATIVE * np.abs(expected_angular).max())
+
+
+def test_plane_at_rest_under_planar_loads_is_the_planar_chain():
+    """Upright and still: the loads on the planar chain are untouched bit for bit, and the plane stays."""
+    loop = Loop(8, 5)
+    loop.plane.motion[:] = 0.0
+    loop.plane.attitude[:] = [1.0, 0.0, 0.0, 0.0]
+    loop.force[:, 2] = loop.moment[:, :2] = 0.0
+    work, room = make_buffers(8, 1), make_space_work(8, 0, 4)
+    orient(loop.state.angle, work.cos, work.sin)
+    place(loop.chain, loop.state, work)
+    work.force_x[:], work.force_y[:], work.moment[:] = loop.force[:, 0], loop.force[:, 1], loop.moment[:, 2]
+    aim(loop.space, loop.plane, loop.chain.gravity, room)
+    plane_dynamics(loop.chain, loop.space, loop.plane, loop.state, work, room)
+    before = loop.state.pin.copy()
+    turn_plane(loop.plane, loop.state, room, 1e-3)
+    for seen, given in (
+        (work.force_x, loop.force[:, 0]),
+        (work.force_y, loop.force[:, 1]),
+        (work.moment, loop.moment[:, 2]),
+    ):
+        assert np.array_equal(seen, given)
+    assert not room.acceleration.any() and not loop.plane.motion.any()
+    assert np.array_equal(loop.state.pin, before)
+    assert np.array_equal(loop.plane.attitude, [1.0, 0.0, 0.0, 0.0])
+
+
+def test_turning_the_plane_keeps_what_the_pin_does_in_space():
+    """The exact rotation: components turn back, the pin's velocity in space stays, a turn is a turn."""
+    loop = Loop(6, 6)
+    room = make_space_work(6, 0, 3)
+    plane, state, step = loop.plane, loop.state, 0.01
+    before = rotation(plane.attitude)
+    velocity = before @ [*state.pin[2:], plane.motion[1]]
+    at = before @ [*state.pin[:2], plane.motion[0] + step * plane.motion[1]]  # `advance` moves x and y itself
+    p, q = plane.motion[2:]
+    turn_plane(plane, state, room, step)
+    after = rotation(plane.attitude)
+    # errors of rounding of a few operations on numbers of the order of 1
+    np.testing.assert_allclose(after @ [*state.pin[2:], plane.motion[1]], velocity, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(after @ [*state.pin[:2], plane.motion[0]], at, rtol=0, atol=1e-14)
+    assert np.linalg.norm(plane.attitude) == pytest.approx(1.0, abs=1e-15)
+    relative = before.T @ after
+    omega = np.hypot(p, q)
+    axis = cross_matrix([p / omega, q / omega, 0.0])
+    expected = np.eye(3) + np.sin(step * omega) * axis + (1 - np.cos(step * omega)) * axis @ axis
+    np.testing.assert_allclose(relative, expected, rtol=0, atol=1e-14)

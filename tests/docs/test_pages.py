@@ -1,0 +1,177 @@
+"""The pages of docs/ and the README do what they say: blocks run, links, paths and names exist.
+
+Every ``python`` block of a page is run as it stands, all blocks of a page in one namespace, in a temporary folder
+that holds a copy of config/. In ``console`` blocks the lines that begin with ``$ trackdyn`` are run in the
+same folder and in the order of the page; lines below them are what they must print. A block with more than
+its language behind the fence, such as ``python not run``, is shown only.
+"""
+
+import contextlib
+import importlib
+import io
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from functools import reduce
+from pathlib import Path
+
+import pytest
+
+from trackdyn import cli
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted((ROOT / "docs").glob("*.md"))
+DOCUMENTS = [*PAGES, ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
+# the README's example is run where its configuration lies, too: with a warm cache it takes two seconds
+RUN = [*PAGES, ROOT / "README.md"]
+BLOCK = re.compile(r"^```([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+# what the user brings or makes: not in the repository
+YOURS = ("/scratch/kernels",)
+ENDING = re.compile(r"\.\w{1,5}$")
+
+
+def name_of(path):
+    return path.relative_to(ROOT).as_posix()
+
+
+def text_of(path):
+    return path.read_text(encoding="utf-8")
+
+
+def blocks(path, *languages):
+    """Language, first line and text of the fenced blocks in some languages."""
+    text = text_of(path)
+    return [
+        (found[1], text.count("\n", 0, found.start()) + 1, found[2])
+        for found in BLOCK.finditer(text)
+        if found[1] in languages
+    ]
+
+
+def inline_code(path):
+    """Everything between single backquotes outside of fenced blocks."""
+    return re.findall(r"`([^`\n]+)`", BLOCK.sub("", text_of(path)))
+
+
+def shell_lines(path):
+    """Words of the commands in shell blocks, without comments and settings of the environment."""
+    for _, _, text in blocks(path, "sh", "bash", "shell", ""):
+        for line in text.splitlines():
+            words = shlex.split(line, comments=True)
+            while words and re.fullmatch(r"[A-Z_]+=.*", words[0]):
+                words.pop(0)
+            if words:
+                yield words
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A temporary working directory with the configuration of the repository."""
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def run_command(line):
+    """What a ``trackdyn`` command prints, standard output first, and its exit code."""
+    out, err, code = io.StringIO(), io.StringIO(), 0
+    before, sys.argv = sys.argv, shlex.split(line)
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            cli.main()
+    except SystemExit as end:
+        code = end.code or 0
+    finally:
+        sys.argv = before
+    return out.getvalue() + err.getvalue(), code
+
+
+def run_console(text, where):
+    """Run the commands of a console block and compare with what stands below them."""
+    for part in re.split(r"^\$ ", text, flags=re.MULTILINE)[1:]:
+        line, _, expected = part.partition("\n")
+        if not line.startswith("trackdyn "):
+            continue
+        printed, code = run_command(line)
+        if expected.strip():
+            assert printed.strip() == expected.strip(), f"{where}: {line}"
+        else:
+            assert code == 0, f"{where}: {line}: {printed}"
+
+
+@pytest.mark.parametrize("path", RUN, ids=name_of)
+def test_page_does_what_it_shows(path, folder):
+    namespace = {"__name__": "page"}
+    for language, line, text in blocks(path, "python", "console"):
+        where = f"{name_of(path)}:{line}"
+        if language == "console":
+            run_console(text, where)
+        else:
+            # blank lines in front: a traceback then shows the line of the page
+            exec(compile("\n" * line + text, where, "exec"), namespace)
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=name_of)
+def test_relative_links_lead_somewhere(path):
+    for target in re.findall(r"\]\(([^)\s]+)\)", BLOCK.sub("", text_of(path))):
+        if not re.match(r"[a-z]+:", target) and not target.startswith("#"):
+            assert (path.parent / target.partition("#")[0]).exists(), target
+
+
+def named_paths(path):
+    """Paths in the inline code of a page: something with a slash or a known ending, and no placeholder."""
+    for code in inline_code(path):
+        for word in code.split():
+            word = word.partition("::")[0].rstrip(",;:")
+            path_like = re.fullmatch(r"[\w.-]+(/[\w.-]+)+/?|[\w-]+/|[\w-]+\.(md|lock|toml|yaml|cff)", word)
+            if path_like and not re.fullmatch(r"[\d./]+", word):
+                yield word
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=name_of)
+def test_named_paths_exist(path):
+    for word in named_paths(path):
+        if word in YOURS or word.startswith("results/"):
+            continue  # results are looked for in the plan of the pipeline
+        # the page may leave out the name of the package, or that of its own folder
+        assert any((folder / word).exists() for folder in (ROOT, ROOT / "trackdyn", path.parent)), word
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=name_of)
+def test_named_functions_exist(path):
+    for code in inline_code(path):
+        if found := re.fullmatch(r"(trackdyn[\w.]*):([\w.]+)", code):
+            reduce(getattr, found[2].split("."), importlib.import_module(found[1]))
+
+
+def test_targets_of_the_pipeline_that_are_named_can_be_made(tmp_path):
+    """Files in results/ and targets of snakemake commands, in one plan of the full configuration."""
+    targets = set()
+    for path in DOCUMENTS:
+        targets |= {word for word in named_paths(path) if word.startswith("results/") and ENDING.search(word)}
+        for words in shell_lines(path):
+            if words[0] == "snakemake" and "--report" not in words and "--configfile" not in words:
+                targets |= {word for word in words[1:] if not word.startswith("-")}
+    # made outside of the pipeline: the benchmark's own file
+    targets.discard("results/benchmarks/cost.json")
+    assert "results/figures/fig24.png" in targets
+    result = subprocess.run(
+        [sys.executable, "-m", "snakemake", "-n", "--quiet", "all", "--nolock", "--nocolor", *sorted(targets)],
+        cwd=ROOT,
+        env=os.environ | {"XDG_CACHE_HOME": str(tmp_path / "cache")},
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert result.returncode == 0, result.stdout + result.stderr
+
+
+def test_make_targets_that_are_named_exist():
+    rules = set(re.findall(r"^([a-z]+):", text_of(ROOT / "Makefile"), re.MULTILINE))
+    for path in DOCUMENTS:
+        named = {words[1] for words in shell_lines(path) if words[0] == "make"}
+        named |= set(re.findall(r"`make ([a-z]+)`", text_of(path)))
+        assert named <= rules, path

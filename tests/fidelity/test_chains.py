@@ -1,0 +1,203 @@
+"""The simpler chains: one body a pitch, and the kinematic belt."""
+
+import numpy as np
+import pytest
+
+from trackdyn.chain.kinematics import bushing_torques
+from trackdyn.integrate.spells import SPELL_COLUMNS
+from trackdyn.measure.sensor import sense
+from trackdyn.model import make_buffers
+from trackdyn.parameters.layout import Assembly, belt_around
+from trackdyn.scene import Scene, build_chain, build_model, build_shoes
+from trackdyn.simulate import settle, simulate, start_state
+
+# --- single pin
+
+
+def ring_of_teeth(rig, kind):
+    """Arcs (13, 2, 2) and ends of the links (13, 2, 2) of a chain of 13 pitches around the sprocket at equal pitch.
+
+    Built from the geometry alone: the middle lines of the links touch the circle of the equal pitch (plus half
+    a link), the bodies are laid one behind the other, clockwise.
+    """
+    teeth = rig.sprocket.teeth
+    chain, shoes = build_chain(rig, kind), build_shoes(rig, kind)
+    middle = rig.sprocket.equal_pitch_radius + rig.chain.link_thickness / 2
+    bodies = teeth * (1 if kind == "single_pin" else 2)
+    link_turn = 2 * np.arctan(rig.chain.link_length / 2 / middle)
+    start, angle = [], []
+    for k in range(teeth):
+        heading = -2 * np.pi * k / teeth
+        foot = middle * np.array([-np.sin(heading), np.cos(heading)])
+        along = np.array([np.cos(heading), np.sin(heading)])
+        start.append(foot - chain.length[0] / 2 * along)
+        angle.append(heading)
+        if kind == "double_pin":  # the connector's chord, from the link's end to the next link's begin
+            start.append(foot + chain.length[0] / 2 * along)
+            angle.append(heading - np.pi / teeth)
+    assert link_turn < 2 * np.pi / teeth
+    start, angle = np.array(start), np.array(angle)
+    along = np.column_stack([np.cos(angle), np.sin(angle)])
+    ends = start + chain.length[:bodies, None] * along
+    # the bodies do follow one another
+    np.testing.assert_allclose(ends, np.roll(start, -1, axis=0), rtol=0, atol=1e-12)
+    arc_body = shoes.arc_body[: 2 * teeth] % bodies  # the last pitch meets the first one
+    arcs = start[arc_body] + shoes.arc_x[: 2 * teeth, None] * along[arc_body]
+    link = shoes.link_body[:teeth]
+    sides = [start[link] + x[:teeth, None] * along[link] for x in (shoes.link_start, shoes.link_end)]
+    return arcs.reshape(teeth, 2, 2), np.stack(sides, axis=1)
+
+
+def test_arcs_and_links_stand_where_those_of_the_double_pin_chain_do(rig):
+    (arcs, links), (expected_arcs, expected_links) = (ring_of_teeth(rig, k) for k in ("single_pin", "double_pin"))
+    np.testing.assert_allclose(arcs, expected_arcs, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(links, expected_links, rtol=0, atol=1e-12)
+    # left arc first along the run, on the pin circle
+    np.testing.assert_allclose(np.hypot(*arcs.reshape(-1, 2).T), rig.pin_circle, rtol=0, atol=1e-12)
+    assert np.hypot(*(arcs[:, 1] - arcs[:, 0]).T) == pytest.approx(rig.connector_length, abs=1e-12)
+
+
+def test_sensor_sits_at_the_same_place_of_its_link(rig):
+    for pitch in (1, 12):
+        moved = rig.changed(sensor__pitch=pitch, sensor__x=0.03)
+        places = []
+        for kind in ("single_pin", "double_pin"):
+            model = build_model(Scene(moved, 115.0, chain=kind))
+            link = model.shoes
+            assert link.link_body[pitch - 1] == model.sensor.body
+            places.append((model.sensor.x - link.link_start[pitch - 1], model.sensor.y))
+        assert places[0] == pytest.approx(places[1], abs=1e-15) == (0.03, moved.sensor.y)
+
+
+def test_a_body_is_a_link_with_half_a_connector_at_each_end(rig):
+    """Mass and moment of inertia composed by Steiner from bars of any mass distribution that gives the rig's own."""
+    single, double = build_chain(rig, "single_pin"), build_chain(rig, "double_pin")
+    n = rig.chain.pitches
+    assert len(single.length) == n == 35 and len(double.length) == 2 * n
+    assert single.mass.sum() == pytest.approx(double.mass.sum(), rel=1e-14)
+    np.testing.assert_array_equal(single.com_x, single.length / 2)
+    np.testing.assert_array_equal(single.com_y, 0.0)
+
+    c, b, pitch = rig.chain, rig.connector_length, rig.single_pin_pitch
+
+    def point_masses(mass, inertia, middle):
+        """Two equal points that have this mass and this moment of inertia about ``middle``."""
+        radius = np.sqrt(inertia / mass)
+        return [(mass / 2, middle - radius), (mass / 2, middle + radius)]
+
+    # a connector cut in the middle: both halves at b / 4 from the cut have the connector's inertia together
+    half_inertia = c.connector_inertia / 2 - c.connector_mass / 2 * (b / 4) ** 2
+    assert half_inertia > 0
+    points = point_masses(c.link_mass, c.link_inertia, 0.0)
+    for side in (-1, 1):
+        points += point_masses(c.connector_mass / 2, half_inertia, side * (pitch / 2 - b / 4))
+    mass, place = np.array(points).T
+    assert single.mass[0] == pytest.approx(mass.sum(), rel=1e-14)
+    assert mass @ place == pytest.approx(0.0, abs=1e-14)
+    assert single.inertia[0] == pytest.approx(mass @ place**2, rel=1e-13)
+
+
+def test_its_bushings_are_two_in_series(rig):
+    """The same torque if a pitch bends by the same angle and rate, half of it at each of the double pins."""
+    torque = {}
+    for kind in ("single_pin", "double_pin"):
+        model = build_model(Scene(rig, 0.0, chain=kind))
+        n = len(model.chain.length)
+        share = np.arange(n) / n
+        state = start_state(Assembly(np.zeros((n, 2)), -2 * np.pi * share, 0.0, 0.0), model)
+        state.rate[:] = 35.0 * share  # 1 rad/s a pitch
+        work = make_buffers(n, 3, 35)
+        bushing_torques(model.chain, state, work)
+        torque[kind] = work.torque[: -n // 35]  # the rate closes the loop by a jump at its cut
+    np.testing.assert_allclose(torque["double_pin"], torque["double_pin"][0], rtol=1e-12)
+    np.testing.assert_allclose(torque["single_pin"], torque["double_pin"][0], rtol=1e-12)
+    assert abs(torque["single_pin"][0]) > 0.5  # N m
+
+
+def test_single_pin_loop_settles_and_runs(rig, make_scene):
+    scene = make_scene(150.0, chain="single_pin", frame_interval=0.1)
+    assert scene.bodies == 35
+    model, state, _, layout = settle(scene)
+    assert len(state.angle) == 35 and len(model.shoes.arc_body) == 70
+    # as with the double pins: the tensioner's loop is closed to a few per cent
+    assert layout["tension_n"] == pytest.approx(rig.tension.pre_tension, rel=0.05)
+    recording = simulate(scene)
+    assert recording.gap.max() <= 1.1e-10
+    assert recording.frame.shape[1] == 35 + 3
+    # the arcs that drive, and the ring
+    assert {0, 2} <= set(recording.spells[:, SPELL_COLUMNS.index("side")].astype(int))
+
+
+# --- belt
+
+
+@pytest.fixture(scope="module")
+def belt(rig):
+    """A belt with a sensor off the middle of its link, one revolution and a little more."""
+    scene = Scene(rig.changed(sensor__x=0.07), 150.0, chain="belt", ring_radius=None, spells=False, duration=6.5)
+    return scene, simulate(scene)
+
+
+def test_sensor_of_a_belt_feels_the_curvature_of_its_path(belt):
+    """Nothing on a straight run; on a wheel the centripetal acceleration of its own point."""
+    scene, recording = belt
+    rig = scene.rig
+    path, _ = belt_around(rig)
+    speed = path.length * scene.loop_frequency
+    dx, dy = 0.07 - rig.chain.link_length / 2, rig.sensor.y
+    seen = recording.raw[:, :2]
+    straight = (seen == 0.0).all(axis=1)
+    expected_share = sum(np.diff(path.start)[1::2]) / path.length
+    whole = round(1000 / scene.loop_frequency)
+    assert straight[:whole].mean() == pytest.approx(expected_share, abs=6 / whole)  # three runs, two ends each
+    # omega^2 times the vector from the sensor to the wheel's centre, which is R below the link's middle
+    for radius in set(path.circles[:, 2]):
+        omega = speed / radius
+        expected = omega**2 * np.array([-dx, -radius - dy])
+        on_wheel = np.abs(seen - expected).max(axis=1) < 1e-9
+        share = path.wrap[path.circles[:, 2] == radius].sum() * radius / path.length
+        assert on_wheel[:whole].mean() == pytest.approx(share, abs=6 / whole)
+        straight |= on_wheel
+    assert straight.all()  # and nothing else happens
+
+
+def test_sensor_of_a_belt_is_the_second_difference_of_its_place(belt):
+    """Place and angle in the record move as the acceleration says, apart from the ends of the arcs."""
+    scene, recording = belt
+    rig = scene.rig
+    angle = np.unwrap(recording.raw[:, 2])
+    dx, dy = 0.07 - rig.chain.link_length / 2, rig.sensor.y
+    c, s = np.cos(angle), np.sin(angle)
+    place = recording.place + np.column_stack([c * dx - s * dy, s * dx + c * dy])
+    second = (place[2:] - 2 * place[1:-1] + place[:-2]) * rig.sensor.rate**2
+    c, s = c[1:-1], s[1:-1]
+    local = np.column_stack([c * second[:, 0] + s * second[:, 1], c * second[:, 1] - s * second[:, 0]])
+    raw = recording.raw[:, :2]
+    smooth = (np.abs(raw[2:] - raw[1:-1]).max(axis=1) == 0) & (np.abs(raw[1:-1] - raw[:-2]).max(axis=1) == 0)
+    assert smooth.mean() > 0.99
+    # the fourth derivative: (omega h)^2 / 12 of 3 m/s2, omega 3 1/s and h 1e-3 s; rounding 2e-16 / h^2
+    np.testing.assert_allclose(local[smooth], raw[1:-1][smooth], rtol=0, atol=1e-5)
+
+
+def test_a_belt_comes_round_with_the_frequency_of_the_loop(belt):
+    scene, recording = belt
+    turned = np.interp(1 / scene.loop_frequency, recording.time - recording.time[0], np.unwrap(recording.raw[:, 2]))
+    # one clockwise turn; interpolated between samples that turn by 3e-3 rad
+    assert turned - recording.raw[0, 2] == pytest.approx(-2 * np.pi, abs=1e-9)
+    assert recording.gap.max() == 0.0 and len(recording.spells) == 0
+
+
+def fundamental(recording, frequency):
+    """Amplitude of the y signal at the frequency of the loop over one revolution, g."""
+    signal = sense(recording)
+    turn = slice(0, round(recording.rate / frequency))
+    return 2 * abs(np.mean(signal.ay[turn] * np.exp(-2j * np.pi * frequency * signal.time[turn])))
+
+
+def test_belt_has_the_main_line_of_the_running_loop(rig):
+    """Gravity and curvature along the path make the first harmonic of the sensor; the dynamic run adds little to it."""
+    scene = Scene(rig, 150.0, chain="belt", ring_radius=None, spells=False, duration=6.5)
+    cheap = fundamental(simulate(scene), scene.loop_frequency)
+    assert cheap == pytest.approx(1.17, rel=0.02)
+    dynamic = Scene(rig, 150.0, duration=6.5, lead_in=1.0, integrator="linearly_implicit", step=5e-4)
+    assert cheap == pytest.approx(fundamental(simulate(dynamic), scene.loop_frequency), rel=0.02)

@@ -1,0 +1,192 @@
+"""The choices of a scene: what is refused and how it is said, what is decided and why, what is kept of it."""
+
+import pytest
+
+from trackdyn.errors import InputError
+from trackdyn.fidelity import CHOICES, PRESETS, decide, preset
+from trackdyn.scene import Scene
+from trackdyn.simulate import simulate
+
+FREE = {"loop": "free", "ring_radius": None, "spells": False}
+BELT = {"chain": "belt", "ring_radius": None, "spells": False}
+TOE = {"idler__toe": 0.5}
+
+
+@pytest.fixture
+def refusal(rig):
+    """Function that makes a scene that must be refused and gives the sentence."""
+
+    def make(rig_changes=(), **fields):
+        with pytest.raises(InputError) as caught:
+            Scene(rig.changed(**dict(rig_changes)), 115.0, **fields)
+        sentence = str(caught.value)
+        assert "\n" not in sentence
+        return sentence
+
+    return make
+
+
+@pytest.mark.parametrize(
+    ("changes", "fields", "field", "remedy"),
+    [
+        # no motion along the axes
+        ({}, {"friction": "independent"}, "friction = 'independent'", "'tangential' would do"),
+        ({}, {"friction": "isotropic", "space": "planar"}, "friction = 'isotropic'", "space='spatial'"),
+        (TOE, {"space": "planar"}, "space = 'planar'", "idler.toe = 0.5"),
+        (TOE, {"space": "planar"}, "space = 'planar'", "'spatial' or 'auto' would do"),
+        ({"sprocket__camber": -1.0}, {"space": "planar"}, "space = 'planar'", "sprocket.camber = -1"),
+        ({"road_wheel__axial_offset": 0.01}, {"space": "planar"}, "space = 'planar'", "road_wheel.axial_offset = 0.01"),
+        # what motion in space cannot
+        (TOE, {"chain": "single_pin"}, "chain = 'single_pin'", "'double_pin' only"),
+        ({}, {"space": "spatial", **FREE}, "loop = 'free'", "space='planar' or 'auto' would do"),
+        ({}, {"space": "spatial", "closure": "elastic_damping"}, "closure = 'elastic_damping'", "'rigid' only"),
+        ({}, {"space": "spatial", "solver": "multipliers"}, "solver = 'multipliers'", "'riccati' only"),
+        (TOE, {"integrator": "rk4"}, "integrator = 'rk4'", "'semi_implicit' only"),
+        # a path without contact
+        ({}, {"chain": "belt", "spells": False}, "ring_radius = 0.308", "None would do"),
+        ({}, {"chain": "belt", "ring_radius": None}, "spells = True", "spells=False"),
+        ({}, BELT | {"pitches": (3,)}, "pitches = (3,)", "pitches=()"),
+        ({}, BELT | {"loop": "free"}, "loop = 'free'", "'on_wheels' would do"),
+        ({}, FREE | {"ring_radius": 0.308}, "ring_radius = 0.308", "None would do"),
+        # solvers
+        ({}, {"solver": "transfer_product"}, "solver = 'transfer_product'", "'riccati' would do"),
+        ({}, {"solver": "transfer_product"}, "solver = 'transfer_product'", "70 bodies"),
+        ({}, {"solver": "transfer_product", "chain": "single_pin"}, "solver = 'transfer_product'", "35 bodies"),
+        ({}, {"solver": "multipliers", "closure": "elastic_damping"}, "closure = 'elastic_damping'", "'rigid' would do"),
+        ({}, {"solver": "multipliers", "integrator": "linearly_implicit"}, "integrator = ", "solver='riccati' would do"),
+        # tolerance
+        ({}, {"integrator": "adaptive"}, "tolerance = None", "1e-6 would do"),
+        ({}, {"tolerance": 1e-6}, "tolerance = 1e-06", "None would do"),
+        ({}, {"integrator": "rk4", "tolerance": 1e-6}, "tolerance = 1e-06", "integrator='rk4' has a fixed step"),
+        ({}, {"integrator": "adaptive", "tolerance": 0.0}, "tolerance = 0.0", "between 0 and 1"),
+        ({}, {"integrator": "adaptive", "tolerance": float("nan")}, "tolerance = nan", "between 0 and 1"),
+    ],
+)  # fmt: skip
+def test_nonsense_is_refused_by_name_with_what_would_do(refusal, changes, fields, field, remedy):
+    sentence = refusal(changes, **fields)
+    assert f"scene: {field}" in sentence
+    assert remedy in sentence
+
+
+@pytest.mark.parametrize("name", CHOICES)
+def test_a_setting_that_does_not_exist_is_refused_with_those_that_do(refusal, name):
+    sentence = refusal(**{name: "square"})
+    assert f"{name} = 'square' is not accepted" in sentence
+    for setting in CHOICES[name]:
+        assert setting in sentence
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        FREE,
+        BELT,
+        {"chain": "single_pin"},
+        {"friction": "none"},
+        {"closure": "elastic_damping"},
+        {"closure": "elastic_damping", "integrator": "linearly_implicit", "step": 5e-4},
+        {"solver": "multipliers"},
+        {"integrator": "adaptive", "tolerance": 1e-6},
+        {"space": "spatial", "friction": "isotropic"},
+    ],
+)
+def test_what_a_refusal_recommends_is_accepted(rig, fields):
+    Scene(rig, 115.0, **fields)
+
+
+def test_small_loops_may_use_the_literal_product(rig):
+    small = rig.changed(chain__pitches=4, sensor__pitch=1)
+    assert Scene(small, 115.0, solver="transfer_product", **FREE).bodies == 8
+    with pytest.raises(InputError, match="10 bodies"):
+        Scene(small.changed(chain__pitches=5), 115.0, solver="transfer_product", **FREE)
+
+
+# --- decisions
+
+
+def settings(scene):
+    return {name: decision.setting for name, decision in scene.fidelity.items()}
+
+
+def test_every_choice_is_decided_with_a_reason(rig):
+    for fields in ({}, FREE, BELT, {"ring_radius": None, "chain": "single_pin"}):
+        found = decide(Scene(rig, 115.0, **fields))
+        assert set(CHOICES) <= set(found)
+        for name, decision in found.items():
+            assert decision.setting != "auto", name
+            assert len(decision.reason) > 10, name
+
+
+def test_symmetric_scene_is_planar(rig):
+    found = Scene(rig, 115.0).fidelity
+    assert found["space"].setting == "planar" and "symmetric" in found["space"].reason
+    assert found["friction"].setting == "tangential"
+    assert found["integrator"] == ("semi_implicit", "as the scene asks")
+
+
+@pytest.mark.parametrize("wheel", ["sprocket", "idler", "road_wheel"])
+@pytest.mark.parametrize(("field", "value"), [("toe", 0.5), ("camber", -0.1), ("axial_offset", 1e-3)])
+def test_a_wheel_out_of_the_plane_makes_the_scene_spatial_by_itself(rig, wheel, field, value):
+    scene = Scene(rig.changed(**{f"{wheel}__{field}": value}), 115.0)
+    assert scene.space == "auto"
+    space, reason = scene.fidelity["space"]
+    assert space == "spatial"
+    assert f"{wheel}.{field} = {value:g}" in reason
+    assert scene.fidelity["friction"].setting == "independent"
+
+
+def test_what_a_scene_asks_for_is_what_it_gets(rig):
+    scene = Scene(rig.changed(idler__toe=0.5), 115.0, space="spatial", friction="isotropic", normal_law="elastic")
+    found = settings(scene)
+    assert (found["space"], found["friction"], found["normal_law"]) == ("spatial", "isotropic", "elastic")
+    assert Scene(rig, 115.0, space="planar").fidelity["space"].reason == "as the scene asks"
+
+
+def test_wheels_out_of_the_plane_do_not_matter_to_a_free_loop(rig):
+    assert settings(Scene(rig.changed(idler__toe=0.5), 115.0, **FREE))["space"] == "planar"
+
+
+def test_the_ring_is_there_or_not(rig):
+    ring, reason = Scene(rig, 115.0, ring_radius=0.303).fidelity["ring"]
+    assert ring == "present" and "0.303" in reason
+    for fields in ({"ring_radius": None}, FREE, BELT):
+        assert settings(Scene(rig, 115.0, **fields))["ring"] == "none"
+
+
+def test_what_touches_nothing_has_no_contact_and_what_is_not_solved_no_solver(rig):
+    free, belt = settings(Scene(rig, 115.0, **FREE)), settings(Scene(rig, 115.0, **BELT))
+    for name in ("tooth_contact", "normal_law", "friction", "wheels"):
+        assert free[name] == belt[name] == "none"
+    for name in ("closure", "solver", "integrator"):
+        assert belt[name] == "none"
+    assert (free["closure"], free["solver"]) == ("rigid", "riccati")
+
+
+# --- presets and provenance
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_presets_make_scenes(rig, name):
+    scene = Scene(rig, 150.0, **preset(name))
+    for field, value in PRESETS[name].items():
+        assert getattr(scene, field) == value
+    preset(name)["step"] = 1.0  # a copy: the bundle itself stays
+    assert PRESETS[name]["step"] == scene.step
+
+
+def test_presets_are_ordered_from_cheap_to_dear():
+    steps = [bundle["step"] for bundle in PRESETS.values()]
+    assert steps == sorted(steps, reverse=True)
+
+
+def test_unknown_preset_is_refused_with_those_that_exist():
+    with pytest.raises(InputError, match="preset = 'fats' is not accepted: fast, standard, paper, reference would do"):
+        preset("fats")
+
+
+@pytest.mark.parametrize("fields", [{}, {"chain": "belt", "ring_radius": None, "spells": False}])
+def test_a_recording_says_what_was_chosen_and_why(make_scene, fields):
+    scene = make_scene(duration=0.01, lead_in=0.0, ramp=0.01, **fields)
+    kept = simulate(scene).meta["fidelity"]
+    assert kept == {name: decision._asdict() for name, decision in scene.fidelity.items()}
+    assert set(CHOICES) <= set(kept)

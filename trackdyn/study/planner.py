@@ -1,0 +1,182 @@
+"""The planner: the cheapest fidelity and step that met a tolerance where it was measured."""
+
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from trackdyn.errors import InputError, TrackdynError
+from trackdyn.simulate import simulate
+from trackdyn.study.measures import RELATIVE, SHARES, error_of, statistics_of, study_scene
+from trackdyn.study.trade import COLUMNS, FIDELITIES, STATISTIC_REFERENCE
+
+PLANNED = (*RELATIVE, *SHARES)
+# The measured error may be this much smaller than that of a scene nearby and still be trusted: an error
+# of first order in the step changes with the speed as the forces do, whose RMS changes by half from 115
+# to 210 rpm.
+MARGIN = 1.5
+# what the data cover
+SPEEDS, RADII = (115.0, 210.0), (0.303, 0.313)
+# kept apart from the data: speeds and radii between and beside those measured, chosen before any run
+HELD_OUT = [
+    (130.0, 0.308), (165.0, 0.308), (195.0, 0.308), (115.0, 0.305), (210.0, 0.3055), (150.0, 0.3105), (180.0, 0.3065),
+    (125.0, None), (160.0, None), (200.0, None),
+]  # fmt: skip
+TOLERANCES = (0.005, 0.01, 0.02, 0.05)
+
+
+class Plan(NamedTuple):
+    """What to run for a tolerance.
+
+    Attributes
+    ----------
+    fidelity, integrator : str
+        Choices of `study.trade`.
+    step : float
+        s.
+    expected_error : float
+        Largest error measured for this kind of scene, relative or in turns of the sprocket.
+    wall_s_per_s : float
+        Expected cost on the machine that measured.
+    warnings : tuple of str
+        Where the scene lies outside what was measured.
+    """
+
+    fidelity: str
+    integrator: str
+    step: float
+    expected_error: float
+    wall_s_per_s: float
+    warnings: tuple[str, ...]
+
+    @property
+    def fields(self) -> dict:
+        """Fields of a `Scene`."""
+        return FIDELITIES[self.fidelity] | {"integrator": self.integrator, "step": self.step}
+
+
+def parse_tolerance(text: str | float) -> float:
+    """``2%``, ``0.02`` or 0.02 as a share.
+
+    Raises
+    ------
+    InputError
+        It is not a number between 0 and 1.
+    """
+    match = re.fullmatch(r"\s*([0-9.eE+-]+)\s*(%?)\s*", str(text))
+    try:
+        value = float(match[1]) / (100 if match[2] else 1)
+    except (TypeError, ValueError):
+        value = float("nan")
+    if not 0 < value < 1:
+        raise InputError(f"tolerance = {text!r} is not accepted: a share between 0 and 1, such as 2% or 0.02, would do")
+    return value
+
+
+def load_trade(path: Path | str | None = None) -> pd.DataFrame:
+    """The measured data: ``results/trade.csv``, else the short form.
+
+    Raises
+    ------
+    InputError
+        No such file, or not one of ours.
+    """
+    places = [Path(path)] if path else [Path("results/trade.csv"), Path("results/short/trade.csv")]
+    for place in places:
+        if place.exists():
+            table = pd.read_csv(place)
+            if missing := [c for c in COLUMNS if c not in table]:
+                raise InputError(f"{place}: lacks the column {missing[0]}; make it with `snakemake -j2 trade`")
+            return table
+    raise InputError(f"{places[0]}: no measured data; make them with `snakemake -j2 trade`")
+
+
+def plan(trade: pd.DataFrame, tolerance, measure: str, rpm: float, ring_radius: float | None) -> Plan:
+    """The cheapest measured setting that keeps a measure within a tolerance.
+
+    Parameters
+    ----------
+    trade : DataFrame
+        Rows of ``trade.csv``.
+    tolerance : str or float
+        Relative error, or part of a sprocket turn for shares: ``2%`` or 0.02.
+    measure : str
+        One of ``PLANNED``.
+    rpm, ring_radius : float, float or None
+        The scene: motor speed (rev/min), radius (m) or None for no ring.
+
+    Raises
+    ------
+    InputError
+        Unknown measure, or no measured setting was good enough.
+    """
+    tolerance = parse_tolerance(tolerance)
+    if measure not in PLANNED:
+        raise InputError(f"measure = {measure!r} is not accepted: {', '.join(PLANNED)} would do")
+    kind = "no ring" if ring_radius is None else "ring"
+    here = trade[trade["scene"].str.startswith(f"{kind} ")]
+    key = ["fidelity", "integrator", "step_s"]
+    failed = here.loc[here["failed"].astype(bool), key].drop_duplicates()
+    rows = here[(here["measure"] == measure) & ~here["failed"].astype(bool)]
+    scenes = rows["scene"].nunique()
+    found = rows.groupby(key).agg(
+        error=("error", "max"), wall=("wall_s_per_s", "max"), scenes=("scene", "nunique")
+    ).reset_index()  # fmt: skip
+    found = found[found["scenes"] == scenes].merge(failed.assign(bad=True), on=key, how="left")
+    found = found[found["bad"].isna() & (found["error"] * MARGIN <= tolerance)]
+    if found.empty:
+        least = rows["error"].min() * MARGIN if len(rows) else float("nan")
+        raise InputError(
+            f"tolerance = {tolerance:g} is not accepted for {measure} ({kind}): the data reach {least:.2g} with their margin "
+            f"of {MARGIN:g}; a larger tolerance or a finer step in the data would do"
+        )
+    best = found.sort_values("wall").iloc[0]
+    warnings = []
+    if not SPEEDS[0] <= rpm <= SPEEDS[1]:
+        warnings.append(f"{rpm:g} rpm lies outside the measured {SPEEDS[0]:g} to {SPEEDS[1]:g} rpm")
+    if ring_radius is not None and not RADII[0] <= ring_radius <= RADII[1]:
+        warnings.append(f"a ring of {ring_radius:g} m lies outside the studied {RADII[0]:g} to {RADII[1]:g} m")
+    return Plan(
+        str(best["fidelity"]), str(best["integrator"]), float(best["step_s"]), float(best["error"]), float(best["wall"]),
+        tuple(warnings),
+    )  # fmt: skip
+
+
+def verify(rig, trade: pd.DataFrame, held_out, turns: int) -> pd.DataFrame:
+    """The planner on scenes that the data do not hold: does what it promises come out?
+
+    Returns
+    -------
+    DataFrame
+        ``scene, measure, tolerance, achieved_error, met`` and what was planned. A tolerance that the
+        data cannot promise is a row with an empty error and an empty ``met``.
+    """
+    rows = []
+    for rpm, ring in held_out:
+        name = f"{'no ring' if ring is None else f'ring {ring:g} m'} {rpm:g} rpm"
+        base = study_scene(rig, rpm, ring, turns)
+        reference = statistics_of(simulate(base.with_(**STATISTIC_REFERENCE)))
+        done: dict[tuple, dict] = {}
+        for measure in PLANNED:
+            if not np.isfinite(reference[measure]) or (measure in SHARES and reference[measure] == 0):
+                continue
+            for tolerance in TOLERANCES:
+                try:
+                    chosen = plan(trade, tolerance, measure, rpm, ring)
+                except InputError:
+                    rows.append([name, measure, tolerance, np.nan, None, "", "", np.nan, np.nan])
+                    continue
+                key = chosen[:3]
+                if key not in done:
+                    try:
+                        done[key] = statistics_of(simulate(base.with_(**chosen.fields)))
+                    except TrackdynError:
+                        done[key] = {}
+                error = error_of(measure, done[key].get(measure, np.nan), reference[measure])
+                met = bool(np.isfinite(error) and error <= tolerance)
+                rows.append([name, measure, tolerance, error, met, *key, chosen.wall_s_per_s])
+        print(f"planner: {name}", flush=True)
+    columns = ["scene", "measure", "tolerance", "achieved_error", "met", "fidelity", "integrator", "step_s", "wall_s_per_s"]
+    return pd.DataFrame(rows, columns=columns)

@@ -1,0 +1,87 @@
+# What accuracy costs: the ladder of fidelities, work-precision data, the planner. `trade` is asked for by
+# name; a short form of it belongs to the default target.
+
+LADDER = sources("study/ladder.py", "study/measures.py", "report/tables.py")
+TRADE = sources(
+    "study/trade.py", "study/measures.py", "study/planner.py", "report/figures/trade.py", "report/style.py",
+    "report/tables.py",
+)
+TRADE_FIGURES = ("state", "rms", "left_share", "scaling", "planner")
+
+
+rule fidelity:
+    """Every setting of the ladder against the paper's fidelity: difference and cost."""
+    input:
+        SIMULATOR,
+        MEASURES,
+        LADDER,
+        rig=CONFIG.rig,
+        kernels=KERNELS,
+    output:
+        csv=f"{R}/fidelity.csv",
+        md=report(f"{R}/tables/fidelity.md", caption="../report/fidelity.rst", category="Speed and accuracy"),
+        wide=f"{R}/tables/fidelity.csv",
+    params:
+        study=CONFIG.fidelity.model_dump(),
+        radius=CONFIG.records.ring_radius_m,
+    log:
+        f"{R}/logs/fidelity.log",
+    benchmark:
+        f"{R}/benchmarks/fidelity.tsv"
+    message:
+        "The ladder of fidelities"
+    script:
+        "../scripts/fidelity.py"
+
+
+def trade_outputs(folder):
+    return dict(
+        trade=f"{folder}/trade.csv",
+        agreement=f"{folder}/trade_references.csv",
+        planner=f"{folder}/planner.csv",
+        scaling=f"{folder}/scaling.csv",
+        summary=f"{folder}/tables/trade.md",
+        figures=report(
+            [f"{folder}/figures/trade_{name}.png" for name in TRADE_FIGURES],
+            caption="../report/trade.rst",
+            category="Speed and accuracy",
+        ),
+        vectors=[f"{folder}/figures/trade_{name}.svg" for name in TRADE_FIGURES],
+    )
+
+
+rule trade:
+    """Work-precision data, the planner on scenes kept apart, the scaling of the sweep (a quarter of an hour)."""
+    input:
+        SIMULATOR,
+        MEASURES,
+        TRADE,
+        rig=CONFIG.rig,
+        kernels=KERNELS,
+    output:
+        **trade_outputs(R),
+    params:
+        short=False,
+    # costs are timed: nothing else of the pipeline may run beside
+    threads: workflow.cores
+    log:
+        f"{R}/logs/trade.log",
+    benchmark:
+        f"{R}/benchmarks/trade.tsv"
+    message:
+        "Accuracy against cost"
+    script:
+        "../scripts/trade.py"
+
+
+use rule trade as trade_short with:
+    output:
+        **trade_outputs(f"{R}/short"),
+    params:
+        short=True,
+    log:
+        f"{R}/logs/trade_short.log",
+    benchmark:
+        f"{R}/benchmarks/trade_short.tsv"
+    message:
+        "Accuracy against cost, the short form"
