@@ -111,7 +111,9 @@ def compare(
 @app.command()
 def plan(
     tolerance: Annotated[str, typer.Option(help="What the measure may be off, such as 2% or 0.02.")],
-    measure: Annotated[str, typer.Option(help="rms, sd, line, left_peak, left_share, right_share or ring_share.")] = "rms",
+    measure: Annotated[
+        str, typer.Option(help="rms, sd, line, left_peak, left_share, right_share or ring_share.")
+    ] = "rms",
     rpm: Annotated[float, typer.Option(help="Motor speed, rev/min.")] = 115.0,
     ring_radius: Annotated[str, typer.Option(help="Radius of the rubber ring in m, or none.")] = "0.308",
     data: Annotated[Path | None, typer.Option(help="Measured data; results/trade.csv or the short form.")] = None,

@@ -84,8 +84,7 @@ def _row_of(metrics: pd.DataFrame, rpm: float) -> pd.Series:
     rows = metrics[np.isclose(metrics["rpm"].astype(float), rpm)]
     if len(rows) != 1:
         raise InputError(
-            f"metrics: {len(rows)} rows stand for {rpm:g} rpm; "
-            "give the one run that belongs to its sensor record"
+            f"metrics: {len(rows)} rows stand for {rpm:g} rpm; give the one run that belongs to its sensor record"
         )
     return rows.iloc[0]
 
@@ -210,9 +209,11 @@ def ladder_table(rows: pd.DataFrame) -> pd.DataFrame:
     columns = ["rms", "sd", "line", "left_share", "right_share", "ring_share", "left_peak"]
     wide = wide[columns].join(gap.rename("loop_gap_m")).join(cost).reset_index()
     order = {pair: i for i, pair in enumerate(dict.fromkeys(zip(rows["scene"], rows["setting"], strict=True)))}
-    return wide.sort_values(key, key=None).iloc[
-        np.argsort([order[pair] for pair in zip(wide["scene"], wide["setting"], strict=True)])
-    ].reset_index(drop=True)
+    return (
+        wide.sort_values(key, key=None)
+        .iloc[np.argsort([order[pair] for pair in zip(wide["scene"], wide["setting"], strict=True)])]
+        .reset_index(drop=True)
+    )
 
 
 def trade_summary(rows: pd.DataFrame, agreement: pd.DataFrame, promises: pd.DataFrame, scaling: pd.DataFrame) -> str:

@@ -91,7 +91,9 @@ def cost(scene: Scene) -> tuple[float, float]:
         bad = run(model, state, work, record, 0, samples, scene.stride, **options)
         end = time.perf_counter(), time.process_time()
         if bad >= 0:
-            raise DivergenceError("the run left the physical range while its cost was measured; a smaller step would do")
+            raise DivergenceError(
+                "the run left the physical range while its cost was measured; a smaller step would do"
+            )
         if burst > 1:  # the first two compile and leave the ramp
             wall.append((end[0] - begin[0]) / BURST_SECONDS)
             cpu.append((end[1] - begin[1]) / BURST_SECONDS)

@@ -61,7 +61,11 @@ def window_starts(rig) -> dict:
     """Scenes of the state error with the state each starts from: name -> (scene, state, tensioner shift)."""
     short = {"duration": WINDOW, "spells": False}
     found = {}
-    for name, rpm, ring in (("ring 115 rpm", 115.0, 0.308), ("ring 210 rpm", 210.0, 0.308), ("no ring 115 rpm", 115.0, None)):
+    for name, rpm, ring in (
+        ("ring 115 rpm", 115.0, 0.308),
+        ("ring 210 rpm", 210.0, 0.308),
+        ("no ring 115 rpm", 115.0, None),
+    ):
         scene = Scene(rig, motor_rpm=rpm, ring_radius=ring, lead_in=1.0, **short)
         found[name] = (scene, *_driven(scene))
     # the motor jerks a resting loop without ring: its teeth strike the connectors
@@ -135,6 +139,11 @@ def statistic_cases(steps=STATISTIC_STEPS) -> list[tuple[str, dict]]:
     return cases
 
 
+def scene_name(rpm: float, ring: float | None) -> str:
+    """``no ring 115 rpm`` or ``ring 0.308 m 115 rpm``."""
+    return f"{'no ring' if ring is None else f'ring {ring:g} m'} {rpm:g} rpm"
+
+
 def statistic_trade(rig, scenes: list[tuple[float, float | None]], turns: int, steps=STATISTIC_STEPS, check=True):
     """Error of the statistics of a record at each (rpm, ring radius) of ``scenes``.
 
@@ -145,12 +154,14 @@ def statistic_trade(rig, scenes: list[tuple[float, float | None]], turns: int, s
     """
     rows, agreement = [], []
     for rpm, ring in scenes:
-        name = f"{'no ring' if ring is None else 'ring'} {rpm:g} rpm"
+        name = scene_name(rpm, ring)
         base = study_scene(rig, rpm, ring, turns)
         reference = statistics_of(simulate(base.with_(**STATISTIC_REFERENCE)))
         if check:
             second = statistics_of(simulate(base.with_(**STATISTIC_CHECK)))
-            agreement += [[name, m, error_of(m, second[m], reference[m])] for m in MEASURES if np.isfinite(reference[m])]
+            agreement += [
+                [name, m, error_of(m, second[m], reference[m])] for m in MEASURES if np.isfinite(reference[m])
+            ]
         for fidelity, fields in statistic_cases(steps):
             label, step = fields["integrator"], fields["step"]
             try:

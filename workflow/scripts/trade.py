@@ -19,13 +19,11 @@ def _joined(*tables):
 def measure(rig, short):
     if not short:
         state, state_agreement = trade.state_trade(rig)
-        scenes = [(115.0, 0.308), (210.0, 0.308), (115.0, None), (210.0, None)]
-        rows, agreement = trade.statistic_trade(rig, scenes, turns=3)
+        rows, agreement = trade.statistic_trade(rig, planner.MEASURED, turns=3)
         return _joined(state, rows), _joined(state_agreement, agreement), planner.HELD_OUT, 3
     state, state_agreement = trade.state_trade(rig, SHORT_STEPS, (1e-4, 1e-6), ("ring 115 rpm", "one impact"))
-    rows, agreement = trade.statistic_trade(rig, [(210.0, 0.308), (210.0, None)], 2, SHORT_STEPS, check=False)
-    held_out = planner.HELD_OUT[2:3] + planner.HELD_OUT[8:9]
-    return _joined(state, rows), _joined(state_agreement, agreement), held_out, 2
+    rows, agreement = trade.statistic_trade(rig, planner.MEASURED_SHORT, 2, SHORT_STEPS, check=False)
+    return _joined(state, rows), _joined(state_agreement, agreement), planner.HELD_OUT_SHORT, 2
 
 
 # new processes import this file: only the first one runs the study
@@ -41,5 +39,7 @@ if __name__ == "__main__":
             Path(path).write_text(table.to_csv(index=False, lineterminator="\n"), encoding="utf-8")
         Path(out.summary).write_text(trade_summary(rows, agreement, promises, scaling), encoding="utf-8")
         figures = [work_precision(rows, name) for name in ("state_m", "rms", "left_share")]
-        for figure, path in zip([*figures, scaling_figure(scaling), planner_figure(promises)], out.figures, strict=True):
+        for figure, path in zip(
+            [*figures, scaling_figure(scaling), planner_figure(promises)], out.figures, strict=True
+        ):
             save(figure, path)

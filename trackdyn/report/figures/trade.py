@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from trackdyn.report.style import COLOURS, new_figure, styled
 from trackdyn.study.trade import pareto
@@ -16,11 +17,12 @@ LABELS = {
     "left_peak": "error of the left arc's mean peak (1)",
 }
 METHODS = {
-    "semi_implicit": ("o", "semi-implicit Euler"),
-    "linearly_implicit": ("s", "linearly implicit"),
-    "rk4": ("^", "RK4"),
-    "adaptive": ("D", "adaptive 5(4)"),
+    "semi_implicit": "semi-implicit Euler",
+    "linearly_implicit": "linearly implicit",
+    "rk4": "RK4",
+    "adaptive": "adaptive 5(4)",
 }
+PHYSICS = {"ten_arcs": "o", "three_surfaces": "s", "single_pin": "^", "elastic_cut": "D"}
 # errors of exactly zero are drawn here
 LEAST = 1e-12
 
@@ -38,38 +40,41 @@ def work_precision(rows: pd.DataFrame, measure: str) -> Figure:
         unused.set_axis_off()
     for axis, scene in zip(axes.flat, scenes, strict=False):
         here = chosen[chosen["scene"] == scene]
-        fidelities = list(dict.fromkeys(rows["fidelity"]))
-        for (fidelity, method), group in here.groupby(
-            ["fidelity", here["integrator"].str.split().str[0]], sort=False
-        ):
-            marker, name = METHODS[method]
-            full = fidelity == fidelities[0]
+        for (fidelity, method), group in here.groupby(["fidelity", here["integrator"].str.split().str[0]], sort=False):
+            colour = COLOURS[list(METHODS).index(method)]
             axis.loglog(
                 group["wall_s_per_s"],
                 group["error"].clip(lower=LEAST),
-                marker,
-                color=COLOURS[list(METHODS).index(method)] if full else "none",
-                markeredgecolor=COLOURS[list(METHODS).index(method)],
-                markersize=5 if full else 6,
-                label=name if full else f"{name}, {fidelity.replace('_', ' ')}",
+                PHYSICS[fidelity],
+                color=colour,
+                markerfacecolor=colour if fidelity == "ten_arcs" else "none",
+                markersize=5,
             )
         front = pareto(here)
         axis.step(front["wall_s_per_s"], front["error"].clip(lower=LEAST), where="post", color="0.4", lw=0.8, zorder=0)
         refused = rows[(rows["scene"] == scene) & rows["failed"].astype(bool)]
         if len(refused):
             axis.text(
-                0.98, 0.98, f"{len(refused)} settings refused\nor diverged", transform=axis.transAxes, ha="right",
+                0.98, 0.98, f"refused or diverged: {len(refused)}", transform=axis.transAxes, ha="right",
                 va="top", fontsize=7, color="0.3",
             )  # fmt: skip
         axis.set_title(scene, fontsize=9)
         axis.set_xlabel("wall s per simulated s")
         axis.grid(True, which="major", lw=0.3)
     figure.supylabel(LABELS.get(measure, measure), fontsize=9)
-    handles = {}
-    for axis in axes.flat:
-        for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
-            handles.setdefault(label, handle)
-    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=min(4, len(handles)), fontsize=7)
+    used = set(chosen["integrator"].str.split().str[0])
+    handles = [
+        Line2D([], [], marker="o", linestyle="", color=COLOURS[k], label=name)
+        for k, (method, name) in enumerate(METHODS.items())
+        if method in used
+    ]
+    handles += [
+        Line2D([], [], marker=mark, linestyle="", color="0.4", markerfacecolor="none", label=name.replace("_", " "))
+        for name, mark in PHYSICS.items()
+        if name != "ten_arcs" and name in set(chosen["fidelity"])
+    ]
+    handles.append(Line2D([], [], color="0.4", lw=0.8, label="nothing is better in both"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=7)
     return figure
 
 
@@ -81,7 +86,9 @@ def scaling_figure(table: pd.DataFrame) -> Figure:
     for k, (processes, group) in enumerate(table.groupby("processes")):
         name = f"{processes} process{'es' if processes > 1 else ''}"
         axis.plot(group["jobs"], group["wall_s"], "os"[k % 2], color=COLOURS[k], label=name)
-        axis.plot(group["jobs"], group["model_s"], "-" if k == 0 else "--", color=COLOURS[k], lw=1, label=f"{name}, model")
+        axis.plot(
+            group["jobs"], group["model_s"], "-" if k == 0 else "--", color=COLOURS[k], lw=1, label=f"{name}, model"
+        )
     axis.set_xlabel("runs")
     axis.set_ylabel("wall time (s)")
     axis.set_ylim(bottom=0)
