@@ -25,7 +25,7 @@ RULES = {
     for name, body in rules_of(path.read_text(encoding="utf-8"))
 }
 SCRIPTED = sorted(name for name, (_, body) in RULES.items() if re.search(r"^ +script:", body, re.MULTILINE))
-ON_DEMAND = {"fit"}  # rules that only run when they are asked for by name
+ON_DEMAND = {"fit", "trade", "extremes"}
 
 
 def snakemake(tmp_path, *arguments, run="-n"):

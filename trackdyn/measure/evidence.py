@@ -22,12 +22,15 @@ class Evidence:
         Speed of the meshing process (Sect. 6.1).
     radius : float
         Its ring radius, m.
+    peer : DataFrame or None
+        ``peers/summary.csv``: the comparison with an independent code.
     """
 
     metrics: pd.DataFrame
     events: pd.DataFrame
     rpm: float
     radius: float
+    peer: pd.DataFrame | None = None
 
     def records(self) -> pd.DataFrame:
         """The long records of Sect. 5, by rising speed."""
@@ -71,6 +74,14 @@ def measure(function: Callable[[Evidence], Any]) -> Callable[[Evidence], Any]:
     """Register a measure under its function's name."""
     MEASURES[function.__name__] = function
     return function
+
+
+@measure
+def peer_difference(e: Evidence) -> float | None:
+    """Largest difference of the vertical displacement from the independent code's, % of its range; None without it."""
+    if e.peer is None or "difference_pct" not in e.peer or e.peer["difference_pct"].isna().all():
+        return None
+    return float(e.peer["difference_pct"].iloc[0])
 
 
 def _rising(values) -> bool:

@@ -91,6 +91,8 @@ def judge(claim: Claim, evidence: Evidence) -> tuple[Any, str]:
     if claim.rule == "not_comparable":
         return (None if claim.measure is None else MEASURES[claim.measure](evidence)), NOT_COMPARABLE
     measured = MEASURES[claim.measure](evidence)
+    if measured is None:  # what it needs is not there
+        return None, NOT_COMPARABLE
     if claim.rule == "true":
         return measured, REPRODUCED if measured else NOT_REPRODUCED
     if claim.rule == "same":

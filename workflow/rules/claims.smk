@@ -9,6 +9,7 @@ rule claims:
         claims="config/claims.yaml",
         metrics=f"{R}/metrics.csv",
         events=f"{R}/events.csv",
+        peer=f"{R}/peers/summary.csv",
     output:
         csv=report(f"{R}/claims.csv", caption="../report/claims.rst", category="Claims"),
         md=f"{R}/claims.md",

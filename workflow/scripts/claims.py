@@ -16,6 +16,7 @@ with logged(snakemake):
         pd.read_csv(snakemake.input.events),
         snakemake.params.rpm,
         snakemake.params.radius,
+        pd.read_csv(snakemake.input.peer),
     )
     card = judge_all(load_claims(snakemake.input.claims), evidence)
     counts = card["verdict"].value_counts()

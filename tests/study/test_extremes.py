@@ -1,0 +1,222 @@
+"""Extremes: a fast part of every family, the way a case is judged, and failures that were found."""
+
+import json
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from trackdyn import DivergenceError, InputError, Scene
+from trackdyn.chain.transfer_matrices import growth
+from trackdyn.fidelity import literal_error
+from trackdyn.integrate.limits import refuse_open_account, turn_limit
+from trackdyn.model import ENERGY_NAMES
+from trackdyn.report.figures.extremes import FIGURES
+from trackdyn.scene import build_chain, build_model
+from trackdyn.study import extreme_cases, solver_cases, stress
+from trackdyn.study.extremes import (
+    COLUMNS,
+    COMPLETED,
+    DEFECT,
+    GAP,
+    REFUSED,
+    as_table,
+    gap_bound,
+    judged,
+    row,
+    run_scene,
+    samples_a_sample,
+    summary,
+)
+from trackdyn.study.long_run import long_run, run_long
+from trackdyn.study.stability_map import stability_map
+
+
+def no_defects(rows):
+    rows = list(rows)
+    assert rows
+    assert [(r["case"], r["reason"]) for r in rows if r["outcome"] == DEFECT] == []
+    assert all(r["reason"] and "\n" not in r["reason"] for r in rows if r["outcome"] == REFUSED)
+    assert all(set(r) == set(COLUMNS) for r in rows)
+    return rows
+
+
+# How a case is judged
+
+
+def fail(error):
+    raise error
+
+
+@pytest.mark.parametrize(
+    ("attempt", "outcome"),
+    [
+        (dict, COMPLETED),
+        (lambda: {"reason": "a bound is missed"}, DEFECT),
+        (lambda: fail(InputError("scene: step")), REFUSED),
+        (lambda: fail(DivergenceError("left the range")), REFUSED),
+        (lambda: fail(InputError("two\nlines")), DEFECT),
+        (lambda: fail(ValueError("math domain error")), DEFECT),
+        (lambda: fail(KeyError()), DEFECT),
+        (lambda: {"value": float(np.float64(1.0) / np.zeros(1)[0])}, DEFECT),  # a warning about numbers
+    ],
+)
+def test_an_attempt_ends_in_one_of_three_ways(attempt, outcome):
+    found = judged("family", "case", attempt)
+    assert found["outcome"] == outcome and set(found) == set(COLUMNS)
+    assert bool(found["reason"]) == (outcome != COMPLETED)
+
+
+def test_the_bound_of_the_gap_is_the_printed_one_at_ordinary_turns():
+    assert gap_bound(0.0) == gap_bound(1e-3) == GAP
+    assert gap_bound(1e-2) == pytest.approx(GAP * 8000)
+
+
+def test_summary_counts_every_row():
+    table = as_table([row("a", "1", COMPLETED), row("a", "2", DEFECT, "why"), row("b", "3", REFUSED, "why")])
+    counts = summary(table).set_index("family")
+    assert counts.loc["all"].to_list() == [3, 1, 1, 1]
+    assert counts.loc["a"].to_list() == [2, 1, 0, 1]
+
+
+@pytest.mark.parametrize(("step", "times"), [(1e-4, 10), (2e-4, 5), (1e-3, 1), (3e-5, 1), (0.0, 1), (1e-3 / 7, 7)])
+def test_samples_are_whole_steps(rig, step, times):
+    assert samples_a_sample(rig, step) == times
+
+
+# A fast part of every family
+
+
+def test_every_solver_keeps_its_digits_or_is_refused(rig):
+    rows = no_defects(solver_cases.digits(rig, bodies=(6, 10, 36, 500)))
+    product = {r["case"]: r["outcome"] for r in rows if "transfer_product" in r["case"]}
+    assert product["transfer_product, 6 bodies, link and connector"] == COMPLETED
+    assert product["transfer_product, 36 bodies, link and connector"] == REFUSED
+
+
+def test_the_literal_product_loses_the_predicted_digits(rig):
+    for found in no_defects(solver_cases.growth_rates(rig)):
+        assert found["value"] == pytest.approx(found["expected"], rel=0.2)
+
+
+def test_residual_of_the_equations_sees_a_wrong_acceleration(rig):
+    chain = solver_cases.make_chain(rig, "link and connector", 40)
+    pose = solver_cases.make_pose(chain, 0)
+    alpha, base = solver_cases.solve("reference", chain, pose)
+    assert solver_cases.newton_euler_residual(chain, pose, alpha, base) < 1e-13
+    wrong = alpha.copy()
+    wrong[7] += 1e-6 * np.abs(alpha).max()
+    assert solver_cases.newton_euler_residual(chain, pose, wrong, base) > 1e-9
+
+
+def test_parameters_at_their_ends(rig):
+    no_defects(extreme_cases.mass_ratio(rig, (1e6,)))
+    no_defects(extreme_cases.friction(rig, (0.0, 2.0), (1e-4,)))
+    no_defects(extreme_cases.bushing(rig, (0.0, 1e3), ()))
+
+
+def test_one_impact_delivers_what_the_closed_form_says(rig):
+    rows = no_defects(islice(extreme_cases.restitution(rig, (0.01, 0.5, 1.0)), 6))
+    assert min(r["value"] for r in rows if r["group"] == "printed") == pytest.approx(0.663, abs=1e-3)
+
+
+def test_speeds_and_states_at_their_ends(rig):
+    no_defects(extreme_cases.speed(rig, (0.0,)))
+    no_defects(extreme_cases.states(rig, (1e-3, 1e-2)))
+
+
+def test_forced_runs_diverge_beyond_the_predicted_limit(rig):
+    rows = no_defects(stability_map(rig, (2.1e11,), (5e-5, 1e-4, 5e-4)))
+    assert [r["value"] <= r["bound"] for r in rows] == [True, True, False]
+
+
+def test_a_long_run_does_not_drift_and_figures_are_drawn(rig):
+    chunks = run_long(rig, 9.0, 1)
+    rows = no_defects(r for r in long_run(chunks) if "statistics" not in r["case"])  # two revolutions hold none
+    rows += stability_map(rig, (2.1e11,), (1e-4, 5e-4))
+    rows += solver_cases.digits(rig, bodies=(6, 12))
+    rows += islice(extreme_cases.restitution(rig, (0.5, 1.0)), 4)
+    for draw in FIGURES:
+        assert draw(as_table(rows), chunks).axes
+
+
+def test_random_scenes_are_the_same_with_the_same_seed(rig, monkeypatch):
+    pytest.importorskip("hypothesis")
+    monkeypatch.setattr(stress, "run_drawn", lambda rig, drawn: drawn)
+    first, again, other = (list(stress.random_scenes(rig, 20, seed)) for seed in (1, 1, 2))
+    assert first == again and first != other and len(first) == 20
+
+
+def test_random_scenes_complete_or_are_refused(rig):
+    pytest.importorskip("hypothesis")
+    for found in no_defects(stress.random_scenes(rig, 8)):
+        json.loads(found["case"])
+
+
+# Found by the cases above, and cured
+
+
+def test_pins_at_centres_of_percussion_are_refused_by_name(rig):
+    """The literal product ran into numbers without end and blamed the step."""
+    percussion = rig.changed(
+        chain__pitches=3, chain__link_inertia=rig.chain.link_mass * (rig.chain.link_length / 2) ** 2
+    )
+    with pytest.raises(InputError, match="centres of percussion"):
+        Scene(percussion, 100.0, loop="free", ring_radius=None, solver="transfer_product")
+    assert not growth(build_chain(percussion)).pitch < 1e10 and literal_error(build_chain(percussion)) > 1e-8
+    shipped = rig.changed(chain__pitches=4)
+    assert literal_error(build_chain(shipped)) < 1e-8
+    Scene(shipped, 100.0, loop="free", ring_radius=None, solver="transfer_product")
+
+
+@pytest.mark.parametrize("integrator", ["semi_implicit", "linearly_implicit"])
+def test_a_step_in_which_the_sprocket_turns_far_is_refused(rig, integrator):
+    """At 10,000 rpm a step of 1e-4 s left half of the energy exchanged unaccounted for."""
+    with pytest.raises(InputError, match="turn of the sprocket"):
+        Scene(rig, 10000.0, integrator=integrator)
+    assert turn_limit(0.0) == {}
+    Scene(rig, 1000.0, integrator=integrator)
+
+
+def test_the_largest_ring_that_a_refusal_names_is_accepted(rig):
+    low, high = Scene.ring_range(rig)
+    for radius in (0.34, low, high):
+        Scene(rig, 115.0, ring_radius=radius, step=1e-5)
+
+
+def test_a_restitution_without_measure_is_refused(rig):
+    with pytest.raises(InputError, match="restitution"):
+        rig.changed(tooth_contact__restitution=5e-324)
+
+
+def test_an_account_that_stays_open_is_refused(rig):
+    """Chatter of friction at contacts heavier than reckoned with ended as a result that looked sound."""
+    model = build_model(Scene(rig, 210.0))
+    energy = np.zeros((2, len(ENERGY_NAMES)))
+    energy[1, ENERGY_NAMES.index("sprocket_work")] = 100.0
+    energy[1, ENERGY_NAMES.index("bearing")] = 100.0
+    refuse_open_account(energy, model, 0.05)
+    energy[1, ENERGY_NAMES.index("bearing")] = 80.0
+    with pytest.raises(DivergenceError, match="not accounted for"):
+        refuse_open_account(energy, model, 0.05)
+    energy[1, ENERGY_NAMES.index("bearing")] = 120.0
+    energy[1, ENERGY_NAMES.index("wheel_friction")] = -20.0
+    with pytest.raises(DivergenceError, match="wheel friction gave 20 J back"):
+        refuse_open_account(energy, model, 0.05)
+
+
+FOUND = [
+    # the ring tightens the loop far beyond its pre-tension: friction chatters from step to step
+    (115.0, {}, {"ring_radius": 0.325}),
+    # bushings that hardly turn press the links on the wheels
+    (210.0, {"bushing__damping": 1e6}, {}),
+    (210.0, {}, {"tooth_contact": "three_surfaces", "integrator": "linearly_implicit", "ramp": 0.01}),
+    (227.471, {"wheel_contact__contact_length": 0.00181018}, {"chain": "single_pin", "integrator": "rk4", "step": 2e-4,
+                                                              "normal_law": "delivered"}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("rpm", "changes", "fields"), FOUND)
+def test_scenes_that_once_ended_in_a_third_way(rig, rpm, changes, fields):
+    found = run_scene("found", "case", rig, rpm, changes, **fields)
+    assert found["outcome"] == REFUSED, found["reason"]

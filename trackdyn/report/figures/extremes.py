@@ -1,0 +1,187 @@
+"""Extremes: how every case ended, and the curves behind the families that measure something."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from trackdyn.integrate.limits import OPEN_SHARE
+from trackdyn.report.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    MARKERS,
+    ORANGE,
+    PRINTED,
+    PURPLE,
+    SKY,
+    VERMILION,
+    new_figure,
+    styled,
+)
+from trackdyn.study.extremes import COMPLETED, DEFECT, GAP, OUTCOMES, REFUSED
+from trackdyn.study.extremes import summary as count
+
+LOOKS = {COMPLETED: (BLUE, ""), REFUSED: (ORANGE, "//"), DEFECT: (VERMILION, "xx")}
+SOLVERS = {"riccati": BLUE, "multipliers": GREEN, "transfer_product": VERMILION}
+SOLVER_NAMES = {"riccati": "Riccati", "multipliers": "multipliers", "transfer_product": "literal product"}
+KIND_LOOKS = {"link and connector": ("-", "o"), "uniform bars": ("--", "s"), "centres of percussion": (":", "^")}
+BOUND = {"color": BLACK, "linestyle": ":"}
+# above this every digit is lost: points beyond say no more
+ALL_LOST = 1e6
+
+
+@styled
+def solvers_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
+    """Error of every solver against the number of bodies, and the growth predicted for the literal product."""
+    table = rows[(rows["family"] == "length of the chain") & (rows["group"] != "")]
+    figure = new_figure(4.2)
+    ax = figure.subplots()
+    for group, part in table.groupby("group", sort=False):
+        solver, kind = group.split(", ")
+        dashes, marker = KIND_LOOKS[kind]
+        part = part.astype({"at": float, "value": float, "expected": float}).sort_values("at")
+        seen = part[np.isfinite(part["value"]) & (part["value"] < ALL_LOST)]
+        if len(seen):
+            # measured points of the literal product stand by their prediction; the others have none
+            line = "none" if solver == "transfer_product" else dashes
+            look = {"color": SOLVERS[solver], "linestyle": line, "marker": marker}
+            short = seen["measure"] != "residual"
+            ax.plot(seen["at"][short], seen["value"][short], **look, label=f"{SOLVER_NAMES[solver]}, {kind}")
+            ax.plot(seen["at"][~short], seen["value"][~short], **look, markerfacecolor="white")
+        predicted = part[part["expected"].notna() & (part["expected"] < ALL_LOST)]
+        if len(predicted) > 1:
+            ax.plot(
+                predicted["at"], predicted["expected"], color=BLACK, linestyle=dashes, linewidth=1.2,
+                label=f"predicted growth, {kind}",
+            )  # fmt: skip
+    ax.axvspan(9, 13000, color="0.94", zorder=0)
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    ax.set_xlim(5, 13000)
+    ax.set_ylim(3e-17, ALL_LOST)
+    ax.text(10000, 3e4, "grey: a scene refuses the literal product", fontsize=8, color="0.35", ha="right")
+    ax.text(10000, 6e-17, "hollow: residual of the equations of motion", fontsize=8, color="0.35", ha="right")
+    ax.set_xlabel("bodies of the chain")
+    ax.set_ylabel("relative error")
+    ax.set_title("Error of the accelerations, median of three poses")
+    ax.legend(loc="center right", fontsize=7)
+    return figure
+
+
+@styled
+def stability_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
+    """Forced runs over step and stiffness of the teeth, and the step limit predicted beforehand."""
+    table = rows[rows["family"] == "step and stiffness"]
+    table = table.astype({"group": float, "at": float, "value": float, "expected": float, "bound": float})
+    stable = table["value"] <= table["bound"]
+    figure = new_figure(4.2)
+    ax = figure.subplots()
+    for mask, look, label in (
+        (stable, {"marker": "o", "color": BLUE}, "stable"),
+        (~stable & np.isfinite(table["value"]), {"marker": "D", "color": PURPLE}, "gains energy"),
+        (~stable & ~np.isfinite(table["value"]), {"marker": "x", "color": VERMILION}, "left the physical range"),
+    ):
+        if mask.any():
+            ax.scatter(table["at"][mask], table["group"][mask], s=22, label=f"{label} ({int(mask.sum())})", **look)
+    limit = table.groupby("group")["expected"].first()
+    ax.plot(limit.to_numpy(), limit.index.to_numpy(), color=BLACK, linestyle="-", marker="", label="predicted limit")
+    refused = table[table["outcome"] == REFUSED].groupby("group")["at"].min()
+    ax.plot(
+        refused.to_numpy(), refused.index.to_numpy(), color=ORANGE, linestyle="--", drawstyle="default",
+        label="first refused step",
+    )  # fmt: skip
+    ax.set_xscale("log")
+    ax.set_yscale("log")
+    ax.set_xlabel("step (s)")
+    ax.set_ylabel("Young's modulus of the teeth (Pa)")
+    ax.set_title("Explicit integration forced past the refusal, 0.2 s without ring and friction, 210 rpm")
+    figure.legend(loc="outside lower center", ncols=5)
+    return figure
+
+
+@styled
+def restitution_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
+    """Restitution that an impact delivers against the nominal one, both normal laws."""
+    table = rows[(rows["family"] == "restitution") & (rows["measure"] == "restitution")]
+    table = table.astype({"at": float, "value": float, "expected": float})
+    figure = new_figure(3.6)
+    ax = figure.subplots()
+    ax.plot([0, 1], [0, 1], **PRINTED, zorder=3, label="as named")
+    for i, (law, part) in enumerate(table.groupby("group", sort=False)):
+        colour = (BLUE, ORANGE)[i % 2]
+        part = part.sort_values("at")
+        ax.plot(part["at"], part["expected"], color=colour, linestyle="-")
+        names = {"printed": "Eq. 8 as printed", "delivered": "factor that delivers it"}
+        ax.plot(part["at"], part["value"], color=colour, linestyle="none", marker=MARKERS[i], label=names.get(law, law))
+    ax.set_xlabel("nominal coefficient of restitution")
+    ax.set_ylabel("delivered")
+    ax.set_title("One impact integrated (points) and the closed form (lines)")
+    ax.legend(loc="lower right")
+    return figure
+
+
+@styled
+def outcomes_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
+    """Completed, refused and faulty cases of every family."""
+    table = count(rows).iloc[:-1].rename(columns={"defects": DEFECT})
+    figure = new_figure(0.32 * len(table) + 1.4)
+    ax = figure.subplots()
+    place = np.arange(len(table))[::-1]
+    left = np.zeros(len(table))
+    share = table[list(OUTCOMES)].div(table["rows"], axis=0) * 100
+    for outcome in OUTCOMES:
+        colour, hatch = LOOKS[outcome]
+        width = share[outcome].to_numpy()
+        total = int(table[outcome].sum())
+        ax.barh(place, width, left=left, color=colour, hatch=hatch, edgecolor="white", label=f"{outcome} ({total})")
+        for y, x, w, number in zip(place, left, width, table[outcome], strict=True):
+            if number and w > 3:
+                box = {"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.85}
+                ax.text(x + w / 2, y, str(number), ha="center", va="center", fontsize=8, bbox=box)
+        left = left + width
+    ax.set_yticks(place, [f"{name} ({n})" for name, n in zip(table["family"], table["rows"], strict=True)])
+    ax.set_xlim(0, 100)
+    ax.set_xlabel("cases (%)")
+    ax.grid(False)
+    ax.legend(loc="lower center", bbox_to_anchor=(0.45, 1.0), ncols=3, frameon=False)
+    return figure
+
+
+@styled
+def long_run_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
+    """Loop gap, energy residual, RMS of the sensor and memory over a long run."""
+    figure = new_figure(5.6)
+    axes = figure.subplots(4, 1, sharex=True)
+    minutes = chunks["time_s"] / 60
+    for ax, column, label, colour in zip(
+        axes,
+        ("loop_gap_max_m", "energy_residual", "rms_g", "resident_mb"),
+        (
+            "largest loop\ngap (m)",
+            "open share of\nthe energy (1)",
+            "RMS of the y\nacceleration (g)",
+            "largest resident\nmemory (MB)",
+        ),
+        (BLUE, ORANGE, GREEN, SKY),
+        strict=True,
+    ):
+        ax.plot(minutes, chunks[column].abs(), color=colour, linestyle="-")
+        ax.set_ylabel(label)
+    bounds = ((GAP, "printed, 1.1e-10 m", PRINTED), (OPEN_SHARE, f"bound, {OPEN_SHARE:g}", BOUND))
+    for ax, (bound, text, look) in zip(axes, bounds, strict=False):
+        ax.set_yscale("log")
+        ax.axhline(bound, **look)
+        ax.text(minutes.iloc[0], 0.6 * bound, text, fontsize=8, va="top")
+        ax.set_ylim(top=6 * bound)
+    for ax, column in zip(axes[2:], ("rms_g", "resident_mb"), strict=True):
+        if chunks[column].notna().any():
+            ax.set_ylim(0, 1.25 * chunks[column].max())
+    axes[-1].set_xlabel("simulated time (min)")
+    axes[0].set_title(
+        f"{chunks['time_s'].iloc[-1] / 60:.0f} min at 210 rpm, in chunks of whole revolutions of the loop"
+    )
+    return figure
+
+
+# in the order of the rule's outputs
+FIGURES = (solvers_figure, stability_figure, restitution_figure, outcomes_figure, long_run_figure)

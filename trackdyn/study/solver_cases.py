@@ -1,0 +1,231 @@
+"""Extremes of the chain: 3 to 5,000 pitches, light connectors, and the digits of every solver."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from trackdyn.chain import dense, multipliers, riccati, transfer_matrices
+from trackdyn.chain.model import Chain
+from trackdyn.chain.riccati import make_work
+from trackdyn.errors import InputError
+from trackdyn.parameters.rig import Rig
+from trackdyn.scene import Scene, build_chain
+from trackdyn.study.extremes import REFUSED, below, judged, within
+
+BODIES = (6, 8, 10, 12, 14, 18, 24, 36, 50, 70, 100, 140, 200, 500, 1000, 2000, 5000, 10000)
+LONGEST_REFERENCE = 70
+# the dense system for its cost; past the reference the residual cannot tell how wrong a lost product is
+LONGEST = {"multipliers": 200, "transfer_product": LONGEST_REFERENCE}
+KINDS = ("link and connector", "uniform bars", "centres of percussion")
+SEEDS = 3
+EPS = float(np.finfo(float).eps)
+# Digits of a solver that keeps all of them: rounding adds up over the bodies, and the acceleration of a
+# body far away is found from all bodies between, so that the error may grow with their number squared.
+LEAST_ERROR = 1e-12
+# Half of the digits: what a literal product must keep where the scene allows it.
+HALF = 1e-8
+# Of the logarithm of the growth a body: a loop is not a straight line.
+GROWTH_TOLERANCE = 0.2
+
+
+class Pose(NamedTuple):
+    """A chain in motion: angles, rates, wrenches at the mass centres and bushing torques."""
+
+    angle: np.ndarray
+    rate: np.ndarray
+    force_x: np.ndarray
+    force_y: np.ndarray
+    moment: np.ndarray
+    torque: np.ndarray
+
+
+def make_chain(rig: Rig, kind: str, bodies: int) -> Chain:
+    """``bodies`` bodies of one kind, an even number."""
+    period = build_chain(rig)
+    length, mass, inertia = (np.tile(a[:2], bodies // 2) for a in (period.length, period.mass, period.inertia))
+    if kind == "uniform bars":
+        length, mass = np.full(bodies, length[0]), np.full(bodies, mass[0])
+        inertia = mass * length**2 / 12
+    elif kind == "centres of percussion":
+        inertia = mass * (length / 2) ** 2
+    return period._replace(
+        length=length, mass=mass, inertia=inertia, com_x=length / 2, com_y=np.zeros(bodies),
+        free_angle=-2 * np.pi / bodies,
+    )  # fmt: skip
+
+
+def make_pose(chain: Chain, seed: int) -> Pose:
+    """A random convex clockwise loop, its rates keep it closed; kilonewtons at every body."""
+    rng = np.random.default_rng(seed)
+    n = len(chain.length)
+    turn = rng.uniform(0.8, 1.2, n)
+    angle = -2 * np.pi * np.cumsum(turn) / turn.sum()
+    for _ in range(20):
+        rows = chain.length * np.array([-np.sin(angle), np.cos(angle)])
+        angle -= rows.T @ np.linalg.solve(rows @ rows.T, [chain.length @ np.cos(angle), chain.length @ np.sin(angle)])
+    rows = chain.length * np.array([-np.sin(angle), np.cos(angle)])
+    rate = rng.normal(0.0, 4.0, n)
+    rate -= rows.T @ np.linalg.solve(rows @ rows.T, rows @ rate)
+    joint = np.append(np.diff(angle), angle[0] - angle[-1] - 2 * np.pi)
+    relative = np.append(np.diff(rate), rate[0] - rate[-1])
+    torque = -chain.stiffness * (joint - chain.free_angle) - chain.damping * relative
+    wrench = rng.normal(0.0, 1.0, (3, n)) * np.array([[2000.0], [2000.0], [60.0]])
+    return Pose(angle, rate, *wrench, torque)
+
+
+def solve(solver: str, chain: Chain, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
+    """Angular accelerations (rad/s2) and the acceleration of the first pin (m/s2)."""
+    if solver == "reference":
+        found = multipliers.accelerations(chain, *pose[:5])
+        return found.alpha, np.array([found.pin_ax, found.pin_ay])
+    work = make_work(len(pose.angle))
+    state = (chain, np.cos(pose.angle), np.sin(pose.angle), *pose[1:])
+    if solver == "transfer_product":
+        transfer_matrices.accelerations(*state, 0, work)
+    else:
+        (riccati if solver == "riccati" else dense).accelerations(*state, 0.0, 0, work)
+    return work.response @ work.load, work.base @ work.load
+
+
+def newton_euler_residual(chain: Chain, pose: Pose, alpha, base) -> float:
+    """What the equations of motion leave open, as a share of their largest term; extended precision, O(n).
+
+    Accelerations of the mass centres follow along the chain, joint forces from Newton's law along the
+    chain but for the force through the cut; that one is taken where Euler's equations fit best. Left
+    over are Euler's equations, the force behind the last body and the closure of the pins.
+    """
+    long = np.longdouble
+    angle, rate, fx, fy, moment, torque, alpha = (np.asarray(a, long) for a in (*pose, alpha))
+    cos, sin = np.cos(angle), np.sin(angle)
+    side = chain.length * np.array([cos, sin])
+    arm = np.array([chain.com_x * cos - chain.com_y * sin, chain.com_x * sin + chain.com_y * cos])
+    force = np.array([fx, fy - chain.mass * chain.gravity])
+
+    def swing(r):
+        return alpha * np.array([-r[1], r[0]]) - rate**2 * r
+
+    def cross(a, b):
+        return a[0] * b[1] - a[1] * b[0]
+
+    pins = np.asarray(base, long)[:, None] + np.cumsum(np.column_stack([np.zeros(2, long), swing(side)]), axis=1)
+    inertial = chain.mass * (pins[:, :-1] + swing(arm))
+    through = np.cumsum(np.column_stack([np.zeros(2, long), force - inertial]), axis=1)
+    spin = chain.inertia * alpha - moment + torque - np.roll(torque, 1)
+    spin += cross(arm, through[:, :-1]) + cross(side - arm, through[:, 1:])
+    normal = side[::-1] * np.array([[-1], [1]])  # cross(side, cut force) as a product
+    a, b, c = (normal[0] ** 2).sum(), (normal[0] * normal[1]).sum(), (normal[1] ** 2).sum()
+    right = -normal @ spin
+    cut = np.array([c * right[0] - b * right[1], a * right[1] - b * right[0]]) / (a * c - b * b)
+    euler = np.abs(spin + cut @ normal).max() / max(
+        np.abs(moment).max(),
+        np.abs(chain.inertia * alpha).max(),
+        np.abs(cross(side, through[:, 1:] + cut[:, None])).max(),
+    )
+    newton = np.abs(through[:, -1]).max() / max(np.abs(force).max(), np.abs(inertial).max())
+    closure = np.abs(pins[:, -1] - pins[:, 0]).max() / max(np.abs(pins).max(), np.abs(swing(side)).max())
+    return float(max(euler, newton, closure))
+
+
+def error_of(solver: str, chain: Chain) -> float:
+    """Median over poses of the error against extended precision, or of the residual where the chain is longer."""
+    errors = []
+    for seed in range(SEEDS):
+        pose = make_pose(chain, seed)
+        try:
+            alpha, base = solve(solver, chain, pose)
+        except np.linalg.LinAlgError:  # numbers overflowed or the system is singular: no digit is left
+            errors.append(np.inf)
+            continue
+        if not (np.isfinite(alpha).all() and np.isfinite(base).all()):
+            errors.append(np.inf)
+        elif len(alpha) <= LONGEST_REFERENCE:
+            expected, _ = solve("reference", chain, pose)
+            errors.append(float(np.abs(alpha - expected).max() / np.abs(expected).max()))
+        else:
+            errors.append(newton_euler_residual(chain, pose, alpha, base))
+    return float(np.median(errors))
+
+
+def predicted_error(chain: Chain) -> float:
+    """Rounding times the growth along the chain (`transfer_matrices.growth`)."""
+    with np.errstate(over="ignore"):
+        return float(EPS * np.float64(transfer_matrices.growth(chain).pitch) ** (len(chain.length) / 2))
+
+
+def digits(rig: Rig, bodies=BODIES) -> Iterator[dict]:
+    """Every solver on every kind of chain; the literal product as far as the scene allows it."""
+    family = "length of the chain"
+    for kind in KINDS:
+        for n in bodies:
+            chain = make_chain(rig, kind, n)
+            bound = max(LEAST_ERROR, EPS * n**2)
+            for solver in ("riccati", "multipliers", "transfer_product"):
+                if n > LONGEST.get(solver, n):
+                    continue
+                marks = {"group": f"{solver}, {kind}", "at": n}
+                case = f"{solver}, {n} bodies, {kind}"
+                measure = "error" if n <= LONGEST_REFERENCE else "residual"
+                if solver == "transfer_product":
+                    yield judged(family, case, lambda c=chain, m=marks, k=kind: _product(rig, c, k, m))
+                    continue
+                yield judged(
+                    family, case,
+                    lambda s=solver, c=chain, b=bound, w=measure, m=marks: below(error_of(s, c), b, w, **m),
+                )  # fmt: skip
+
+
+def _product(rig: Rig, chain: Chain, kind: str, marks: dict) -> dict:
+    """The literal product: its error, and whether a scene with such bodies would be refused."""
+    n = len(chain.length)
+    if kind != KINDS[2]:  # there the prediction is infinite but for rounding
+        marks = marks | {"expected": predicted_error(chain)}
+    error = error_of("transfer_product", chain)
+    changes = {"chain__pitches": n // 2, "sensor__pitch": 1}
+    if kind != "link and connector":
+        mass, inertia = chain.mass, chain.inertia
+        changes |= {"chain__link_inertia": inertia[0], "chain__connector_mass": mass[1]}
+        changes |= {"chain__connector_inertia": inertia[1]}
+    try:
+        Scene(rig.changed(**changes), 100.0, loop="free", ring_radius=None, solver="transfer_product", spells=False)
+    except InputError as refusal:
+        return {
+            "outcome": REFUSED,
+            "reason": str(refusal),
+            "measure": "error past the refusal",
+            "value": error,
+            **marks,
+        }
+    return below(error, HALF, "error", **marks)
+
+
+def growth_rates(rig: Rig) -> Iterator[dict]:
+    """Growth of the literal product's error a body, between six bodies and the last that keeps a digit."""
+    for kind in KINDS[:2]:
+
+        def attempt(kind=kind):
+            seen = {n: error_of("transfer_product", make_chain(rig, kind, n)) for n in range(6, 30, 2)}
+            kept = [n for n, error in seen.items() if error < 1e-2]
+            rate = np.exp(np.polyfit(kept, np.log([seen[n] for n in kept]), 1)[0])
+            closed = transfer_matrices.growth(make_chain(rig, kind, 6)).pitch ** 0.5
+            value, expected = float(np.log10(rate)), float(np.log10(closed))
+            return within(value, expected, GROWTH_TOLERANCE * expected, "digits lost a body")
+
+        yield judged("length of the chain", f"growth of the literal product, {kind}", attempt)
+
+
+def light_connectors(rig: Rig, ratios=(1, 10, 1e2, 1e3, 1e4, 1e5, 1e6)) -> Iterator[dict]:
+    """The sweep where a link is up to a million times as heavy as a connector.
+
+    The condition of the equations grows with the ratio of the masses, and what the error may be with it.
+    """
+    for ratio in ratios:
+        changed = {"chain__connector_mass": rig.chain.link_mass / ratio}
+        changed |= {"chain__connector_inertia": rig.chain.link_inertia / ratio}
+
+        def attempt(changed=changed, ratio=ratio):
+            chain = make_chain(rig.changed(**changed), KINDS[0], 70)
+            bound = max(LEAST_ERROR, EPS * ratio * len(chain.length))
+            return below(error_of("riccati", chain), bound, "error", group="riccati", at=ratio)
+
+        yield judged("mass ratio", f"riccati, link to connector {ratio:g}, 70 bodies", attempt)

@@ -1,0 +1,29 @@
+import json
+from pathlib import Path
+
+from _script import logged
+
+from trackdyn import load_rig
+from trackdyn.report.figures.extremes import FIGURES
+from trackdyn.report.style import save
+from trackdyn.report.tables import write_table
+from trackdyn.study.extremes import summary
+from trackdyn.study.forms import FULL, SHORT, run_extremes
+
+with logged(snakemake):
+    rig = load_rig(snakemake.input.rig)
+    result = run_extremes(rig, FULL if snakemake.params.full else SHORT, lambda text: print(text, flush=True))
+    for path, table in ((snakemake.output.csv, result.rows), (snakemake.output.chunks, result.chunks)):
+        Path(path).parent.mkdir(parents=True, exist_ok=True)
+        table.to_csv(path, index=False, lineterminator="\n")
+    Path(snakemake.output.seeds).write_text(json.dumps(result.seeds, indent=1) + "\n", encoding="utf-8")
+    counts = summary(result.rows)
+    last = counts.iloc[-1]
+    write_table(
+        counts,
+        Path(snakemake.output.md).with_suffix(".csv"),
+        f"Extremes: {last['rows']} cases, of which {last['completed']} completed with every invariant in bounds, "
+        f"{last['refused']} were refused in one sentence and {last['defects']} ended in neither way.",
+    )
+    for draw, path in zip(FIGURES, snakemake.output.figures[::2], strict=True):
+        save(draw(result.rows, result.chunks), path)
