@@ -140,6 +140,59 @@ def simulated_second(rig, repeats: int) -> list[dict]:
     return rows
 
 
+# what a scene may do without, or ask for: its cost is the difference from the plain scene
+FEATURES = {
+    "plain": {},
+    "no spell log": {"spells": False},
+    "no teeth": {"tooth_contact": "none"},
+    "no ring": {"ring_radius": None},
+    "three surfaces": {"tooth_contact": "three_surfaces"},
+    "no friction": {"friction": "none"},
+    "elastic contact": {"normal_law": "elastic"},
+    "compliant cut": {"closure": "elastic_damping"},
+    "one body a pitch": {"chain": "single_pin"},
+    "motion in space": {"space": "spatial"},
+    "linearly implicit": {"integrator": "linearly_implicit"},
+    "RK4": {"integrator": "rk4", "step": 5e-5},
+}
+
+
+def features(rig, repeats: int) -> list[dict]:
+    """Cost of a step with and without each feature, the scenes taken in turn so that all share the noise."""
+    from trackdyn import Scene
+    from trackdyn.simulate import empty_record, make_stepper, settle
+
+    rate, samples = rig.sensor.rate, round(0.2 * rig.sensor.rate)
+    runs, walls = {}, {name: [] for name in FEATURES}
+    for name, fields in FEATURES.items():
+        scene = Scene(rig, **({"motor_rpm": 150.0, "ring_radius": RING_RADIUS_M, "step": STEP_S} | fields))
+        model, state, work, _ = settle(scene)
+        go, _ = make_stepper(scene, model, state, work, samples)
+        spells = SPELL_ROWS if scene.spells else 0
+        record = empty_record(samples, len(state.angle), 3, (1,), spells=spells, loop=len(model.shoes.link_body))
+        for _ in range(-(-round((scene.ramp + 1.0) * rate) // samples)):
+            record.spells.count[0] = 0
+            if go(record, 0, samples) >= 0:
+                raise SystemExit(DIVERGED.format(scene.motor_rpm))
+        runs[name] = go, record, scene.stride
+    for _ in range(repeats):
+        for name, (go, record, stride) in runs.items():
+            record.spells.count[0] = 0
+            begin = time.perf_counter()
+            go(record, 0, samples)
+            walls[name].append((time.perf_counter() - begin) / samples / stride * 1e6)
+    plain = statistics.median(walls["plain"])
+    rows = []
+    for name, values in walls.items():
+        cost = summary(values)
+        ratio = statistics.median(a / b for a, b in zip(values, walls["plain"], strict=True))
+        rows.append({"feature": name, "us_per_step": cost, "difference_us": cost["median"] - plain, "ratio": ratio})
+        print(
+            f"{name:>18}: {cost['median']:.2f} us a step, {cost['median'] - plain:+.2f} us, {ratio:.2f} times the plain scene"
+        )
+    return rows
+
+
 def chain_alone(rig, repeats: int) -> list[dict]:
     """Microseconds a body and a call of the Riccati sweep, from one loop of the rig to a hundred times that.
 
@@ -210,9 +263,7 @@ def machine() -> dict:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description="Measure the cost of the simulator and write it as JSON.")
-    parser.add_argument(
-        "--out", type=Path, default=Path("results/benchmarks/cost.json"), help="file to write"
-    )
+    parser.add_argument("--out", type=Path, default=Path("results/benchmarks/cost.json"), help="file to write")
     parser.add_argument("--repeats", type=int, default=5, help="repeats of every timing (default 5)")
     arguments = parser.parse_args()
     if arguments.repeats < 1:
@@ -225,6 +276,7 @@ def main() -> None:
     result = {"machine": machine(), "compilation": compilation(rig_path)}
     print(f"compilation: {result['compilation']['compile_s']:.1f} s, once for every version of the sources")
     result["simulated_second"] = simulated_second(rig, arguments.repeats)
+    result["features"] = features(rig, arguments.repeats)
     result["chain_alone"] = chain_alone(rig, arguments.repeats)
     result["memory"] = in_subprocess(MEMORY, str(rig_path), str(MEMORY_RECORD_S))
     print(f"peak memory of a {MEMORY_RECORD_S:g} s record: {result['memory']['peak_mb']:.0f} MB")

@@ -281,6 +281,33 @@ def run_options(scene: Scene, model: Model, state: State) -> dict:
     }
 
 
+def make_stepper(scene: Scene, model: Model, state: State, work: Work, samples: int):
+    """Time loop of a scene with its space, integrator and solver bound.
+
+    Returns
+    -------
+    go : function
+        ``go(record, first, last, lead=False)`` integrates samples of a record and returns -1 or the body at
+        which the run left the physical range; ``lead`` samples are not kept of the plane's motion.
+    plane : chain.spatial.PlaneRecord or None
+        What is kept of the motion of the chain's plane, None for a planar scene.
+    """
+    if scene.fidelity["space"].setting == "spatial":
+        leading = build_space(scene, model, state)  # keeps one sample; plane and work are shared
+        kept = leading._replace(record=make_plane_record(samples, len(model.wheels.x)))
+
+        def go(record, first, last, lead=False):
+            return run_spatial(model, state, work, record, first, last, scene.stride, leading if lead else kept)
+
+        return go, kept.record
+    options = run_options(scene, model, state)
+
+    def go(record, first, last, lead=False):
+        return run(model, state, work, record, first, last, scene.stride, **options)
+
+    return go, None
+
+
 def _take_spells(spells: Spells) -> np.ndarray:
     """Rows that ended in the last chunk; the log is empty afterwards."""
     count = int(spells.count[0])
@@ -331,20 +358,7 @@ def simulate(scene: Scene, progress: bool = False) -> Recording:
     spell_rows = SPELLS_A_CHUNK if scene.spells and scene.loop == "on_wheels" else 0
     record = empty_record(samples, n, wheels, pitches, frames, frame_stride, spell_rows, loop)
     scratch = empty_record(1, n, wheels, loop=loop)
-    if decisions["space"].setting == "spatial":
-        lead_space = build_space(scene, model, state)  # keeps one sample; plane and work are shared
-        space = lead_space._replace(record=make_plane_record(samples, wheels))
-
-        def go(rows, first, last):
-            plane = lead_space if rows is scratch else space
-            return run_spatial(model, state, work, rows, first, last, scene.stride, plane)
-
-    else:
-        space = None
-        options = run_options(scene, model, state)
-
-        def go(rows, first, last):
-            return run(model, state, work, rows, first, last, scene.stride, **options)
+    go, space = make_stepper(scene, model, state, work, samples)
 
     bar = tqdm(
         total=scene.ramp + scene.lead_in + scene.duration,
@@ -356,7 +370,7 @@ def simulate(scene: Scene, progress: bool = False) -> Recording:
     wall = 0.0
     with bar:
         for _ in range(lead):
-            bad = go(scratch, 0, 1)
+            bad = go(scratch, 0, 1, lead=True)
             if bad >= 0:
                 raise _diverged(bad, state, model, "the start")
             bar.update(1 / rate)
@@ -389,9 +403,9 @@ def simulate(scene: Scene, progress: bool = False) -> Recording:
         begin=float(begin_time),
         frame=record.frame,
         frame_time=(np.arange(frames) * frame_stride + 1) / rate,
-        plane=space.record.motion if space else np.zeros((samples, 0)),
-        wheel_offset=space.record.offset if space else np.zeros((samples, 0)),
-        axial_force=space.record.axial if space else np.zeros((samples, 0)),
+        plane=space.motion if space else np.zeros((samples, 0)),
+        wheel_offset=space.offset if space else np.zeros((samples, 0)),
+        axial_force=space.axial if space else np.zeros((samples, 0)),
         meta=_provenance(scene, decisions, layout),
         wall=wall,
     )

@@ -6,7 +6,6 @@ import numpy as np
 
 from trackdyn.chain.kinematics import orient, place
 from trackdyn.errors import DivergenceError
-from trackdyn.integrate.run import run
 from trackdyn.integrate.spells import END, PEAK, SIDE, START
 from trackdyn.measure.meshing import meshing_summary
 from trackdyn.measure.metrics import energy_residual, loop_frequency
@@ -14,7 +13,7 @@ from trackdyn.measure.sensor import sense
 from trackdyn.measure.signals import main_line_binfree, rms, standard_deviation
 from trackdyn.recording import Recording
 from trackdyn.scene import Scene
-from trackdyn.simulate import empty_record, run_options, settle
+from trackdyn.simulate import empty_record, make_stepper, settle
 
 NAN = float("nan")
 SHARES = ("left_share", "right_share", "ring_share")
@@ -78,17 +77,15 @@ def cost(scene: Scene) -> tuple[float, float]:
     if scene.chain == "belt":
         raise ValueError("a belt has no time loop to measure")
     model, state, work, _ = settle(scene)
-    options = run_options(scene, model, state)
-    if scene.fidelity["space"].setting == "spatial":
-        raise ValueError("the cost of motion in space is that of its recording")
     samples = round(BURST_SECONDS * scene.rig.sensor.rate)
+    go, _ = make_stepper(scene, model, state, work, samples)
     loop = len(model.shoes.link_body)
     record = empty_record(samples, len(state.angle), len(model.wheels.x), (1,), loop=loop, spells=40000)
     wall, cpu = [], []
     for burst in range(BURSTS + 2):
         record.spells.count[0] = 0
         begin = time.perf_counter(), time.process_time()
-        bad = run(model, state, work, record, 0, samples, scene.stride, **options)
+        bad = go(record, 0, samples)
         end = time.perf_counter(), time.process_time()
         if bad >= 0:
             raise DivergenceError(

@@ -89,6 +89,7 @@ def _strategy():
             "chain": st.sampled_from(["double_pin"] * 4 + ["single_pin"]),
             "loop": st.sampled_from(["on_wheels"] * 6 + ["free"]),
             "tooth_contact": st.sampled_from(["ten_arcs"] * 4 + ["three_surfaces", "none"]),
+            "space": st.sampled_from(["auto"] * 8 + ["planar", "spatial"]),
             "normal_law": st.sampled_from(["printed", "delivered", "elastic"]),
             "friction": st.sampled_from(["auto"] * 4 + ["none", "tangential", "independent"]),
             "closure": st.sampled_from(["rigid"] * 4 + ["elastic_damping"]),

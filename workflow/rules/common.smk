@@ -15,6 +15,8 @@ SIMULATOR = sources(
 )
 # Named by the hash of the kernels' sources: other sources, another file, and everything that needs it runs.
 KERNELS = f"{R}/kernels/{source_hash()}.txt"
+# how the sensor's records are read
+SENSOR = {"rate_hz": RIG.sensor.rate, "range_g": RIG.sensor.range}
 MEASURES = sources("measure", "recording.py")
 
 

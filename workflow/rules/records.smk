@@ -57,6 +57,7 @@ rule statistics:
         runs=SPEEDS,
         speeds=CONFIG.records.speeds_rpm,
         synthetic=CONFIG.sensor_is_synthetic,
+        sensor=SENSOR,
     log:
         f"{R}/logs/statistics.log",
     benchmark:
@@ -107,6 +108,7 @@ rule sensor_figures:
         letter="[a-h]",
     params:
         synthetic=CONFIG.sensor_is_synthetic,
+        sensor=SENSOR,
     log:
         f"{R}/logs/fig17_18_{{letter}}.log",
     benchmark:

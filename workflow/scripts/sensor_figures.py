@@ -8,7 +8,7 @@ from trackdyn.report.style import save
 
 with logged(snakemake):
     recording = load_recording(snakemake.input.recording)
-    record = read_sensor_csv(snakemake.input.sensor)
+    record = read_sensor_csv(snakemake.input.sensor, **snakemake.params.sensor)
     label = "synthetic sensor" if snakemake.params.synthetic else "sensor"
     title = f"{recording.meta['scene']['motor_rpm']:g} rpm"
     save(history_figure(recording, record, title=title, sensor_label=label), snakemake.output.history[0])

@@ -8,7 +8,7 @@ with logged(snakemake):
     label = "synthetic sensor" if snakemake.params.synthetic else "sensor"
     metrics = pd.read_csv(snakemake.input.metrics).set_index("run").loc[snakemake.params.runs].reset_index()
     sensors = {
-        rpm: read_sensor_csv(path) for rpm, path in zip(snakemake.params.speeds, snakemake.input.sensors, strict=True)
+        rpm: read_sensor_csv(path, **snakemake.params.sensor) for rpm, path in zip(snakemake.params.speeds, snakemake.input.sensors, strict=True)
     }
     write_table(
         table3(metrics, sensors, label=label),

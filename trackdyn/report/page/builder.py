@@ -132,8 +132,12 @@ def _signals(inputs: PageInputs) -> dict:
     for run, sensor in inputs.sensors.items():
         path = Path(inputs.results) / "runs" / f"{run}.npz"
         if path.is_file():
-            record = read_sensor_csv(sensor) if Path(sensor).is_file() else None
-            shown[run] = data.signals(load_recording(path), record)
+            recording = load_recording(path)
+            rig = recording.meta["rig"]["sensor"]
+            record = None
+            if Path(sensor).is_file():
+                record = read_sensor_csv(sensor, rate_hz=rig["rate"], range_g=rig["range"])
+            shown[run] = data.signals(recording, record)
     return shown
 
 
