@@ -97,7 +97,7 @@ def simulated_second(rig, repeats: int) -> list[dict]:
     """
     from trackdyn import Scene
     from trackdyn.integrate.run import run
-    from trackdyn.simulate import empty_record, settle
+    from trackdyn.settling import empty_record, settle
 
     rate = rig.sensor.rate
     samples = round(SIMULATED_S * rate)
@@ -160,7 +160,8 @@ FEATURES = {
 def features(rig, repeats: int) -> list[dict]:
     """Cost of a step with and without each feature, the scenes taken in turn so that all share the noise."""
     from trackdyn import Scene
-    from trackdyn.simulate import empty_record, make_stepper, settle
+    from trackdyn.settling import empty_record, settle
+    from trackdyn.simulate import make_stepper
 
     rate, samples = rig.sensor.rate, round(0.2 * rig.sensor.rate)
     runs, walls = {}, {name: [] for name in FEATURES}

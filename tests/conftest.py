@@ -10,7 +10,7 @@ from trackdyn.contact.loads import contact_loads
 from trackdyn.integrate.run import run
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene import Scene
-from trackdyn.simulate import empty_record, settle
+from trackdyn.settling import empty_record, settle
 
 RIG = Path(__file__).parents[1] / "config" / "rig.yaml"
 # long enough for a steady drive of the sprocket, short enough for a test

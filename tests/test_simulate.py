@@ -186,7 +186,7 @@ print(json.dumps({"jit": not numba.config.DISABLE_JIT, "alpha": alpha.tolist(), 
 def test_kernels_give_the_same_without_the_jit(make_scene, rig_path, tmp_path):
     """The kernels are plain Python too; only the order of rounding may differ."""
     from trackdyn.integrate.run import run
-    from trackdyn.simulate import empty_record, settle
+    from trackdyn.settling import empty_record, settle
 
     model, state, work, layout = settle(make_scene(150.0))
     for _ in range(300):

@@ -85,7 +85,8 @@ def decide(scene) -> dict[str, Decision]:
         if tilted and on_wheels:
             found["space"] = Decision("spatial", f"{tilted} breaks the mirror symmetry across the plane of the chain")
         else:
-            found["space"] = Decision("planar", "mirror-symmetric across the plane, no axial load")
+            reason = "mirror-symmetric across the plane, no axial load" if on_wheels else "nothing acts along the axes"
+            found["space"] = Decision("planar", reason)
     if scene.friction == "auto":
         if found["space"].setting == "spatial":
             found["friction"] = Decision("independent", "motion in space: tangential and axial friction as printed")

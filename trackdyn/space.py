@@ -101,7 +101,7 @@ def build_space(scene: Scene, model: Model, state: State, record: PlaneRecord | 
     scene : Scene
         Its rig gives wheels, guide and inertias; its fidelity the kind of friction.
     model, state
-        As `trackdyn.simulate.settle` gives them.
+        As `trackdyn.settling.settle` gives them.
     record : PlaneRecord or None
         Where samples are kept; None: room for one.
     """

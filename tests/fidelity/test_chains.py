@@ -9,7 +9,8 @@ from trackdyn.measure.sensor import sense
 from trackdyn.model import make_buffers
 from trackdyn.parameters.layout import Assembly, belt_around
 from trackdyn.scene import Scene, build_chain, build_model, build_shoes
-from trackdyn.simulate import settle, simulate, start_state
+from trackdyn.settling import settle, start_state
+from trackdyn.simulate import simulate
 
 # --- single pin
 

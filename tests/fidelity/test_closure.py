@@ -8,7 +8,8 @@ from trackdyn.integrate.methods import make_method
 from trackdyn.integrate.run import run
 from trackdyn.model import make_buffers
 from trackdyn.scene import Scene
-from trackdyn.simulate import empty_record, settle, simulate
+from trackdyn.settling import empty_record, settle
+from trackdyn.simulate import simulate
 
 STIFFNESS = (1e7, 1e8, 1e9)
 

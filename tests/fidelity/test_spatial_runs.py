@@ -9,7 +9,7 @@ from trackdyn.chain.spatial import make_plane_record
 from trackdyn.integrate.run import run
 from trackdyn.integrate.spatial import run_spatial
 from trackdyn.measure.metrics import energy_residual
-from trackdyn.simulate import empty_record, settle
+from trackdyn.settling import empty_record, settle
 from trackdyn.space import build_space
 
 

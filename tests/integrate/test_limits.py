@@ -8,7 +8,7 @@ from trackdyn.integrate.limits import REACH, step_limits
 from trackdyn.integrate.methods import make_method
 from trackdyn.integrate.run import run
 from trackdyn.scene import Scene, build_model
-from trackdyn.simulate import empty_record, settle
+from trackdyn.settling import empty_record, settle
 
 
 def limits(scene, integrator):

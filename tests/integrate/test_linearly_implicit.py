@@ -14,7 +14,8 @@ from trackdyn.errors import InputError
 from trackdyn.integrate.dynamics import evaluate_loads, solve_chain
 from trackdyn.integrate.run import run
 from trackdyn.measure.sensor import sense
-from trackdyn.simulate import empty_record, settle, simulate
+from trackdyn.settling import empty_record, settle
+from trackdyn.simulate import simulate
 
 # as for the plain sweep: the end and closure matrices have condition numbers up to 1e5
 AGREEMENT = 1e-10

@@ -11,7 +11,7 @@ from trackdyn.integrate.methods import ORDERS, make_method
 from trackdyn.integrate.run import run
 from trackdyn.model import BUSHING_LOSS, KINETIC, make_buffers
 from trackdyn.scene import Scene
-from trackdyn.simulate import empty_record, settle
+from trackdyn.settling import empty_record, settle
 
 PITCHES = 5
 # long enough for the loop to change its shape by a third of a radian, short enough to stay smooth

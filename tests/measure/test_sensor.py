@@ -13,7 +13,8 @@ from trackdyn.integrate.run import run
 from trackdyn.measure.sensor import sense, specific_force
 from trackdyn.model import Drive, Model, Sensor, State, Wheels, make_buffers
 from trackdyn.scene import build_model, build_shoes
-from trackdyn.simulate import empty_record, settle, simulate
+from trackdyn.settling import empty_record, settle
+from trackdyn.simulate import simulate
 
 
 def turn(angle, vector):

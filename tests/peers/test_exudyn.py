@@ -16,7 +16,7 @@ from trackdyn.peers.contact import Memory, contact_loads, force_vector, jacobian
 from trackdyn.peers.exudyn_loop import Hanger, Start, Wheels, drive_at, require_exudyn, run_loop, start_of
 from trackdyn.report.figures.peer import displacement_figure, model_figure
 from trackdyn.scene import Scene, build_chain
-from trackdyn.simulate import settle
+from trackdyn.settling import settle
 
 # m, on paths of about a metre: with these steps the extrapolated result of the other code is good to 3e-7, the
 # reference made of this package's accelerations to 1e-8. A mass, inertia, stiffness, damping or gravity that is

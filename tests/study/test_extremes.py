@@ -27,6 +27,7 @@ from trackdyn.study.extremes import (
     run_scene,
     samples_a_sample,
     summary,
+    wrong_blame,
 )
 from trackdyn.study.long_run import long_run, run_long
 from trackdyn.study.stability_map import stability_map
@@ -70,6 +71,16 @@ def test_an_attempt_ends_in_one_of_three_ways(attempt, outcome):
 def test_the_bound_of_the_gap_is_the_printed_one_at_ordinary_turns():
     assert gap_bound(0.0) == gap_bound(1e-3) == GAP
     assert gap_bound(1e-2) == pytest.approx(GAP * 8000)
+
+
+def test_a_refusal_must_blame_the_step_that_was_asked_for():
+    too_large = (
+        "scene: step = 0.0001 is not accepted: too large for the stiffness of the bushing; at most 1e-05 s would do"
+    )
+    assert wrong_blame(too_large, {"step": 1e-4}) == ""
+    assert "not asked for" in wrong_blame(too_large, {"step": 2e-4})
+    assert "does not have" in wrong_blame(too_large, {"step": 1e-4, "integrator": "linearly_implicit"})
+    assert wrong_blame("scene: motor_rpm = -5.0 is not accepted", {"step": 1e-4}) == ""
 
 
 def test_summary_counts_every_row():
@@ -214,6 +225,20 @@ FOUND = [
     (227.471, {"wheel_contact__contact_length": 0.00181018}, {"chain": "single_pin", "integrator": "rk4", "step": 2e-4,
                                                               "normal_law": "delivered"}),
 ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("changes", "fields"),
+    [
+        # settling took steps of 1e-4 s whatever the sample interval was
+        ({"sensor__rate": 7000}, {"step": 1 / 7000}),
+        # and explicit ones where the scene's are linearly implicit, with limits that those do not have
+        ({"bushing__stiffness": 1e6}, {"integrator": "linearly_implicit"}),
+        ({"tooth_contact__transition_velocity": 1e-4}, {"integrator": "linearly_implicit"}),
+    ],
+)
+def test_settling_does_not_refuse_what_the_scene_allows(rig, changes, fields):
+    assert run_scene("found", "case", rig, 115.0, changes, **fields)["outcome"] == COMPLETED
 
 
 @pytest.mark.parametrize(("rpm", "changes", "fields"), FOUND)

@@ -60,26 +60,41 @@ def account(model: Model, state: State, work: Work):
 
 
 @kernel
-def finish_forces(model: Model, state: State, work: Work):
-    """Contact forces of a linearly implicit step with the part that its accelerations added.
+def finish_forces(model: Model, state: State, work: Work, terms):
+    """Contact forces of a linearly implicit step with the part that its accelerations add.
 
-    The rows of the contact list hold the forces led to the end of the step without it; velocities
-    after the step are taken in the configuration before it, as in `account`.
+    The rows of the contact list hold the forces led ahead without it. Called between the sweep and the
+    step; overwrites ``com_dvx, com_dvy, old_rate``, which the step fills afterwards.
     """
-    row, h = work.contact, model.step
+    chain, sweep, row = model.chain, work.sweep, work.contact
+    base, response, load = sweep.base, sweep.response, sweep.load
+    ax = base[0, 0] * load[0] + base[0, 1] * load[1] + base[0, 2] * load[2] + base[0, 3]
+    ay = base[1, 0] * load[0] + base[1, 1] * load[1] + base[1, 2] * load[2] + base[1, 3]
+    for i in range(state.rate.shape[0]):
+        alpha = response[i, 0] * load[0] + response[i, 1] * load[1] + response[i, 2] * load[2] + response[i, 3]
+        work.com_dvx[i] = ax  # of the input pin
+        work.com_dvy[i] = ay
+        work.old_rate[i] = alpha
+        dx = chain.length[i] * work.cos[i]
+        dy = chain.length[i] * work.sin[i]
+        w2 = state.rate[i] * state.rate[i]
+        ax -= alpha * dy + w2 * dx
+        ay += alpha * dx - w2 * dy
     for k in range(work.count[0]):
         fn = np.sqrt(row[k, 0] * row[k, 0] + row[k, 1] * row[k, 1])
         if fn == 0.0:
             continue
-        body = work.contact_body[k, 0]
+        body, wheel = work.contact_body[k, 0], work.contact_body[k, 1]
         nx = row[k, 0] / fn
         ny = row[k, 1] / fn
-        dw = state.rate[body] - work.old_rate[body]
-        dvx = work.com_dvx[body] - dw * row[k, 5]
-        dvy = work.com_dvy[body] + dw * row[k, 4]
-        normal = -row[k, 11] / h * (nx * dvx + ny * dvy)
-        turn = (state.wheel_rate[work.contact_body[k, 1]] - row[k, 10]) * (row[k, 8] * nx + row[k, 9] * ny)
-        across = -row[k, 12] / h * (nx * dvy - ny * dvx - turn)
+        c, s = work.cos[body], work.sin[body]
+        rx = row[k, 4] + chain.com_x[body] * c - chain.com_y[body] * s
+        ry = row[k, 5] + chain.com_x[body] * s + chain.com_y[body] * c
+        px = work.com_dvx[body] - work.old_rate[body] * ry
+        py = work.com_dvy[body] + work.old_rate[body] * rx
+        turn = 0.0 if wheel == SPROCKET else terms.load[3 + wheel] * (row[k, 8] * nx + row[k, 9] * ny)
+        normal = -row[k, 11] * (nx * px + ny * py)
+        across = -row[k, 12] * (nx * py - ny * px - turn)
         row[k, 0] += normal * nx
         row[k, 1] += normal * ny
         row[k, 2] -= across * ny

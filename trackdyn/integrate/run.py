@@ -53,12 +53,12 @@ def run(
                 solve_chain(model, state, work, model.step, terms, solver)
                 sense(model, state, work)
                 accumulate(work, 1.0)
+                if terms is not None:
+                    finish_forces(model, state, work, terms)
                 bad = advance(model, state, work, terms)
                 if bad >= 0:
                     return bad
                 place(model.chain, state, work)
-                if terms is not None:
-                    finish_forces(model, state, work)
                 account(model, state, work)
                 evaluate_loads(model, state, work, terms)
                 if record.spells.enabled:

@@ -13,7 +13,8 @@ from trackdyn.peers.contact import make_contacts
 from trackdyn.peers.exudyn_loop import PeerRun, Wheels, require_exudyn, run_loop, start_of
 from trackdyn.recording import Recording
 from trackdyn.scene import Scene
-from trackdyn.simulate import settle, simulate
+from trackdyn.settling import settle
+from trackdyn.simulate import simulate
 
 READINGS = ("sprocket", "motor")  # whose speed the paper's 180 r/min may be
 RAMP = 1.0  # start-up of the sprocket, s

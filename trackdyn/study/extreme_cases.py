@@ -17,7 +17,7 @@ from trackdyn.model import SPROCKET, Drive, Model, State, Work
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene import Scene, build_model
-from trackdyn.simulate import body_name, empty_record, settle
+from trackdyn.settling import body_name, empty_record, settle
 from trackdyn.study.extremes import (
     FAST,
     below,

@@ -8,6 +8,7 @@ names it, ``value`` and ``expected`` are what was found and predicted, ``group``
 curve and where on its axis the row stands.
 """
 
+import re
 import warnings
 from collections.abc import Callable, Iterable
 
@@ -139,7 +140,22 @@ def run_scene(family: str, case: str, rig, rpm: float = 210.0, changes: dict | N
         scene = Scene(changed, rpm, **settings)
         return invariants(scene, simulate(scene))
 
-    return judged(family, case, attempt) | marks
+    found = judged(family, case, attempt)
+    if found["outcome"] == REFUSED and (blame := wrong_blame(found["reason"], (FAST | {"step": 1e-4} | fields))):
+        found |= {"outcome": DEFECT, "reason": f"{blame}: {found['reason']}"}
+    return found | marks
+
+
+def wrong_blame(reason: str, fields: dict) -> str:
+    """What is wrong with a refusal of the step: it must be the one asked for, and the limit one of its integrator."""
+    if not (cited := re.match(r"scene: step = (\S+) is not accepted", reason)):
+        return ""
+    if float(cited[1]) != fields["step"]:
+        return "refuses a step that was not asked for"
+    explicit = "too large" in reason and "turn of the sprocket" not in reason
+    if explicit and fields.get("integrator") in ("linearly_implicit", "adaptive"):
+        return "names a limit that the integrator does not have"
+    return ""
 
 
 def as_table(rows: Iterable[dict]) -> pd.DataFrame:

@@ -11,7 +11,7 @@ from trackdyn.integrate.limits import OPEN_SHARE, open_share
 from trackdyn.integrate.run import run
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene import Scene
-from trackdyn.simulate import empty_record, settle
+from trackdyn.settling import empty_record, settle
 from trackdyn.stability import TOLERANCES
 from trackdyn.study.extremes import GAP, below, judged
 

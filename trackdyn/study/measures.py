@@ -13,7 +13,8 @@ from trackdyn.measure.sensor import sense
 from trackdyn.measure.signals import main_line_binfree, rms, standard_deviation
 from trackdyn.recording import Recording
 from trackdyn.scene import Scene
-from trackdyn.simulate import empty_record, make_stepper, settle
+from trackdyn.settling import empty_record, settle
+from trackdyn.simulate import make_stepper
 
 NAN = float("nan")
 SHARES = ("left_share", "right_share", "ring_share")

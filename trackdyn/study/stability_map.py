@@ -11,7 +11,7 @@ from trackdyn.integrate.run import run
 from trackdyn.model import ENERGY_NAMES
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene import Scene
-from trackdyn.simulate import empty_record, settle
+from trackdyn.settling import empty_record, settle
 from trackdyn.study.extremes import COMPLETED, FAST, REFUSED, judged
 
 MODULI = (1e8, 1e9, 1e10, 5e10, 2.1e11, 5e11, 1e12, 2e12)

@@ -17,7 +17,8 @@ from trackdyn.fidelity import PRESETS
 from trackdyn.integrate.run import run
 from trackdyn.model import make_buffers
 from trackdyn.scene import Scene, build_model
-from trackdyn.simulate import empty_record, run_options, settle, simulate
+from trackdyn.settling import empty_record, settle
+from trackdyn.simulate import run_options, simulate
 from trackdyn.study.measures import MEASURES, cost, error_of, mass_centres, statistics_of, study_scene
 
 COLUMNS = ["scene", "fidelity", "integrator", "step_s", "wall_s_per_s", "cpu_s_per_s", "measure", "error", "failed"]

@@ -11,7 +11,8 @@ def sources(*names):
 
 
 SIMULATOR = sources(
-    "chain", "contact", "integrate", "parameters", "model.py", "scene.py", "simulate.py", "recording.py"
+    "chain", "contact", "integrate", "parameters", "model.py", "scene.py", "fidelity.py", "space.py", "settling.py",
+    "simulate.py", "recording.py",
 )
 # Named by the hash of the kernels' sources: other sources, another file, and everything that needs it runs.
 KERNELS = f"{R}/kernels/{source_hash()}.txt"
