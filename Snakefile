@@ -44,6 +44,7 @@ include: "workflow/rules/peers.smk"
 include: "workflow/rules/studies.smk"
 include: "workflow/rules/extremes.smk"
 include: "workflow/rules/report.smk"
+include: "workflow/rules/pictures.smk"
 
 
 rule all:
