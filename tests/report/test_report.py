@@ -533,3 +533,22 @@ def test_sensitivity_speaks_in_words_and_points_beyond_its_scale():
     assert "_" not in shown and "rms n" not in shown and "-" not in shown.replace("pre-tension", "")
     assert "beyond" in shown
     assert "beyond" not in texts(sensitivity_figure(table.assign(change_in_tolerances=1.0)))
+
+
+def test_work_precision_draws_every_point_and_names_what_was_refused():
+    from trackdyn.report.figures.trade import work_precision
+    from trackdyn.study.trade import COLUMNS
+
+    rows = pd.DataFrame(
+        [
+            ["ring 0.308 m 115 rpm", "ten_arcs", "semi_implicit", 1e-4, 0.05, 0.05, "rms", 1e-3, False],
+            ["ring 0.308 m 115 rpm", "ten_arcs", "rk4", 5e-5, 0.4, 0.4, "rms", 1e-6, False],
+            ["ring 0.308 m 115 rpm", "single_pin", "semi_implicit", 1e-4, 0.03, 0.03, "rms", 1e-1, False],
+            ["ring 0.308 m 115 rpm", "ten_arcs", "rk4", 5e-4, np.nan, np.nan, "all", np.nan, True],
+        ],
+        columns=COLUMNS,
+    )
+    axis = work_precision(rows, "rms").axes[0]
+    points = {(x, y) for line in axis.lines if line.get_linestyle() == "None" for x, y in line.get_xydata()}
+    assert {(0.05, 1e-3), (0.4, 1e-6), (0.03, 1e-1)} <= points
+    assert any(text.get_text() == "refused or diverged: 1" for text in axis.texts)

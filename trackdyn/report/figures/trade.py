@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import NullFormatter
 
 from trackdyn.report.style import COLOURS, new_figure, styled
 from trackdyn.study.trade import pareto
@@ -60,6 +61,7 @@ def work_precision(rows: pd.DataFrame, measure: str) -> Figure:
             )  # fmt: skip
         axis.set_title(scene, fontsize=9)
         axis.set_xlabel("wall s per simulated s")
+        axis.xaxis.set_minor_formatter(NullFormatter())
         axis.grid(True, which="major", lw=0.3)
     figure.supylabel(LABELS.get(measure, measure), fontsize=9)
     used = set(chosen["integrator"].str.split().str[0])
@@ -111,6 +113,8 @@ def planner_figure(table: pd.DataFrame) -> Figure:
         )  # fmt: skip
     ends = np.array([known["tolerance"].min() * 0.7, known["tolerance"].max() * 1.4])
     axis.loglog(ends, ends, "k-", lw=1, label="promised")
+    axis.set_xticks(sorted(known["tolerance"].unique()), [f"{t:g}" for t in sorted(known["tolerance"].unique())])
+    axis.xaxis.set_minor_formatter(NullFormatter())
     axis.set_xlabel("tolerance (1, or turns for shares)")
     axis.set_ylabel("achieved error")
     axis.legend(fontsize=7, ncols=2)
