@@ -63,7 +63,7 @@ rule trade:
     params:
         short=False,
     # costs are timed: nothing else of the pipeline may run beside
-    threads: workflow.cores
+    threads: 64 # that is, all there are
     log:
         f"{R}/logs/trade.log",
     benchmark:

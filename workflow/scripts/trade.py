@@ -9,6 +9,7 @@ from trackdyn.report.style import save
 from trackdyn.report.tables import trade_summary
 from trackdyn.study import planner, trade
 
+SHORT_COARSE = {"linearly_implicit": (5e-4,)}
 SHORT_STEPS = {"semi_implicit": (5e-5, 1e-4, 5e-4), "linearly_implicit": (2.5e-4, 5e-4), "rk4": (1e-4,)}
 
 
@@ -22,7 +23,7 @@ def measure(rig, short):
         rows, agreement = trade.statistic_trade(rig, planner.MEASURED, turns=3)
         return _joined(state, rows), _joined(state_agreement, agreement), planner.HELD_OUT, 3
     state, state_agreement = trade.state_trade(rig, SHORT_STEPS, (1e-4, 1e-6), ("ring 115 rpm", "one impact"))
-    rows, agreement = trade.statistic_trade(rig, planner.MEASURED_SHORT, 2, SHORT_STEPS, check=False)
+    rows, agreement = trade.statistic_trade(rig, planner.MEASURED_SHORT, 2, SHORT_STEPS, SHORT_COARSE, check=False)
     return _joined(state, rows), _joined(state_agreement, agreement), planner.HELD_OUT_SHORT, 2
 
 
