@@ -12,6 +12,10 @@ from trackdyn.errors import InputError
 FORMAT = 2
 
 
+def _nothing() -> np.ndarray:
+    return np.zeros((0, 0))
+
+
 @dataclass(frozen=True)
 class Recording:
     """Arrays of a run; ``s`` samples, ``p`` recorded pitches, ``w`` wheels, ``n`` bodies.
@@ -46,13 +50,13 @@ class Recording:
         Configurations: pin x, y (m), angles of the bodies and of the sprocket (rad).
     frame_time : (f,) array
         Their times, s.
-    plane : (s, 8) or (s, 0) array
+    plane : (s, 8) array
         Motion in space: offset (m) and speed (m/s) of the chain's plane along its normal, its angular
         velocity p, q (rad/s) and its Euler parameters. Every other place and velocity of a recording is
         given in the frame of that plane. Empty for a planar run.
-    wheel_offset, axial_force : (s, w) or (s, 0) arrays
+    wheel_offset, axial_force : (s, w) arrays
         Where the chain's plane crosses the axis of each wheel, from the wheel's middle, m; force of the
-        chain on each wheel along its axis, mean over the sample interval, N.
+        chain on each wheel along its axis, mean over the sample interval, N. Empty for a planar run.
     meta : dict
         Scene, rig, derived layout, versions and source hash.
     wall : float
@@ -75,11 +79,11 @@ class Recording:
     begin: float
     frame: np.ndarray
     frame_time: np.ndarray
-    plane: np.ndarray
-    wheel_offset: np.ndarray
-    axial_force: np.ndarray
     meta: dict
     wall: float = field(default=float("nan"), compare=False)
+    plane: np.ndarray = field(default_factory=_nothing)
+    wheel_offset: np.ndarray = field(default_factory=_nothing)
+    axial_force: np.ndarray = field(default_factory=_nothing)
 
     ARRAYS = (
         "time", "raw", "mean", "gap", "place", "wheel_rate", "energy", "force", "area", "groove", "pitches",

@@ -166,11 +166,9 @@ def simulate(scene: Scene, progress: bool = False) -> Recording:
         begin=float(begin_time),
         frame=record.frame,
         frame_time=(np.arange(frames) * frame_stride + 1) / rate,
-        plane=space.motion if space else np.zeros((samples, 0)),
-        wheel_offset=space.offset if space else np.zeros((samples, 0)),
-        axial_force=space.axial if space else np.zeros((samples, 0)),
         meta=_provenance(scene, decisions, layout),
         wall=wall,
+        **({"plane": space.motion, "wheel_offset": space.offset, "axial_force": space.axial} if space else {}),
     )
 
 
@@ -212,9 +210,6 @@ def _belt(scene: Scene) -> Recording:
         begin=scene.lead_in + scene.ramp,
         frame=np.zeros((0, 2 * scene.rig.chain.pitches + 3)),
         frame_time=np.zeros(0),
-        plane=np.zeros((samples, 0)),
-        wheel_offset=np.zeros((samples, 0)),
-        axial_force=np.zeros((samples, 0)),
         meta=_provenance(scene, decide(scene), {"path_m": length}),
         wall=wall,
     )

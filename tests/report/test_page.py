@@ -52,8 +52,7 @@ def turning(rpm, ring_radius, seconds, pitches=(1,), interval=0.01, sources=None
         time=time, raw=mean, mean=mean, gap=np.zeros(samples), place=np.zeros((samples, 2)),
         wheel_rate=np.full((samples, 3), rate), energy=np.zeros((samples, 10)), force=force, area=area,
         groove=(area > 0).astype(np.int8), pitches=np.array(pitches), spells=np.zeros((0, 11)), begin=1.0,
-        frame=frame, frame_time=frame_time, plane=np.zeros((samples, 0)), wheel_offset=np.zeros((samples, 0)),
-        axial_force=np.zeros((samples, 0)),
+        frame=frame, frame_time=frame_time,
         meta={
             "scene": {"motor_rpm": rpm, "ring_radius": ring_radius, "frame_interval": interval},
             "rig": RIG.model_dump(mode="json"),
