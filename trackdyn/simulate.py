@@ -149,7 +149,7 @@ def simulate(scene: Scene, progress: bool = False) -> Recording:
             spells.append(_take_spells(record.spells))
             bar.update((last - first) / rate)
 
-    refuse_open_account(record.energy, model, scene.duration, scene.integrator)
+    refuse_open_account(record.energy, model, scene.duration)
     return Recording(
         time=np.arange(1, samples + 1) / rate,
         raw=record.raw,

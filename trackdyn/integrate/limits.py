@@ -104,10 +104,8 @@ def turn_limit(rate: float) -> dict[str, float]:
 
 
 # What the account of work may leave open, as a share of the energy exchanged. Methods of order 1 may miss
-# twice the 1 % that the tightest claim is judged with; the linearly implicit step may miss ten times more
-# at the step of the fast preset (5e-4 s), where it damps what it does not resolve.
+# twice the 1 % that the tightest claim is judged with.
 OPEN_SHARE = 0.02
-OPEN_SHARE_IMPLICIT = 0.2 / 5e-4
 # Friction, bearings and bushings may give this share back: rounding and the path of a step.
 GAINED_SHARE = 1e-3
 # Energy below which shares mean nothing: the chain lifted by a tenth of a millimetre.
@@ -141,7 +139,7 @@ def open_share(energy, model, seconds: float) -> tuple[float, float]:
     return float(change[0] - change[1:].sum()) / exchanged, exchanged
 
 
-def refuse_open_account(energy, model, seconds: float, integrator: str = "semi_implicit") -> None:
+def refuse_open_account(energy, model, seconds: float) -> None:
     """Refuse a run whose account of work shows that its step was too large, though nothing diverged.
 
     Contacts heavier than `step_limits` reckons with (a very tight loop, bushings that hardly turn) make
@@ -153,19 +151,16 @@ def refuse_open_account(energy, model, seconds: float, integrator: str = "semi_i
         Names what the account shows.
     """
     share, exchanged = open_share(energy, model, seconds)
-    allowed = OPEN_SHARE
-    if integrator == "linearly_implicit":
-        allowed = max(allowed, OPEN_SHARE_IMPLICIT * model.step)
     remedy = f"a step smaller than {model.step:g} s would do"
-    if not abs(share) <= allowed:
+    if not abs(share) <= OPEN_SHARE:
         raise DivergenceError(
-            f"{abs(share):.1%} of the energy exchanged in the run is not accounted for, more than {allowed:.1%}: contacts "
+            f"{abs(share):.1%} of the energy exchanged in the run is not accounted for, more than {OPEN_SHARE:.0%}: contacts "
             f"are not resolved; {remedy}"
         )
     change = energy[-1] - energy[0]
     for name in LOSSES:
         gained = -float(change[ENERGY_NAMES.index(name)])
-        if gained > GAINED_SHARE * allowed / OPEN_SHARE * exchanged:
+        if gained > GAINED_SHARE * exchanged:
             raise DivergenceError(
                 f"{name.replace('_', ' ')} gave {gained:.3g} J back over the run where it should take energy: contacts are "
                 f"heavier than the step limits reckon with and chatter from step to step; {remedy}"
