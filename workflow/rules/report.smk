@@ -28,7 +28,8 @@ def shown_on_the_page(wildcards):
     names = {f"{R}/tables/{item.key}.csv" for item in PAPER}
     names |= {f"{R}/figures/{item.key}.png" for item in (*PAPER, *OWN)}
     made = {str(file) for rule in workflow.rules for file in rule.output}
-    asked = [f"{R}/{folder}{name}.csv" for name in ("trade", "fidelity") for folder in ("", "short/")]
+    names |= {f"{R}/tables/fidelity.csv", f"{R}/short/trade.csv"}
+    asked = [f"{R}/trade.csv"]  # by name: shown if it is there
     return sorted(names & made) + [path for path in asked if Path(path).exists()]
 
 

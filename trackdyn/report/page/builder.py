@@ -107,7 +107,7 @@ def build_page(inputs: PageInputs) -> str:
         parameters=_parameters(results),
         kinds=KINDS,
         costs=data.rows_of(results / "tables" / "costs.csv"),
-        fidelity=_first(results, "fidelity.csv", "short/fidelity.csv"),
+        fidelity=_first(results, "tables/fidelity.csv"),
         provenance=provenance(metas, [inputs.rig, *inputs.files, *inputs.sensors.values()]),
         gallery=[_entry(inputs, item) for item in (*PAPER, *OWN)],
         missing=missing(results),
