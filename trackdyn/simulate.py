@@ -123,7 +123,7 @@ def simulate(scene: Scene, progress: bool = False) -> Recording:
     go, space = make_stepper(scene, model, state, work, samples)
 
     bar = tqdm(
-        total=scene.ramp + scene.lead_in + scene.duration,
+        total=scene.ramp + scene.lead_in + scene.duration + 1e-6,  # sums of parts may round beyond it
         disable=not progress,
         unit="s",
         desc=f"{scene.motor_rpm:g} rpm",
