@@ -38,6 +38,15 @@ def test_a_lucky_error_promises_nothing(trade):
     assert (chosen.integrator, chosen.step) == ("semi_implicit", 1e-4)
 
 
+def test_coarser_physics_is_planned_only_where_it_was_measured(trade):
+    coarse = trade[~trade["failed"] & (trade["integrator"] == "semi_implicit")].assign(
+        fidelity="three_surfaces", wall_s_per_s=0.001, error=1e-6
+    )
+    both = pd.concat([trade, coarse])
+    assert plan(both, "3%", "rms", 115, 0.308).fidelity == "three_surfaces"
+    assert plan(both, "3%", "rms", 115, 0.306).fidelity == "ten_arcs"
+
+
 def test_outside_the_data_is_said(trade):
     assert plan(trade, "3%", "rms", 150, 0.308).warnings == ()
     warnings = plan(trade, "3%", "rms", 300, 0.320).warnings

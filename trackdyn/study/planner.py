@@ -10,7 +10,7 @@ import pandas as pd
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.simulate import simulate
 from trackdyn.study.measures import RELATIVE, SHARES, error_of, statistics_of, study_scene
-from trackdyn.study.trade import COLUMNS, FIDELITIES, STATISTIC_REFERENCE, scene_name
+from trackdyn.study.trade import COLUMNS, FIDELITIES, FULL_PHYSICS, STATISTIC_REFERENCE, scene_name
 
 PLANNED = (*RELATIVE, *SHARES)
 # A scene nearby may be this much worse than the worst one measured: an error of first order in the step
@@ -22,10 +22,13 @@ MEASURED = [
     (115.0, 0.308), (210.0, 0.308), (150.0, 0.304), (180.0, 0.312), (115.0, None), (150.0, None), (210.0, None),
 ]  # fmt: skip
 SPEEDS, RADII = (115.0, 210.0), (0.304, 0.312)
-# kept apart from the data: speeds and radii between those measured
+# Kept apart from the data: speeds and radii between those measured. A first list of ten scenes showed that
+# the error of a coarser physics does not carry over to another ring (93 % of 231 promises kept, all others
+# broken by the peak force of three surfaces), so that it is now planned only for scenes that were measured;
+# this second list was drawn up before it was run.
 HELD_OUT = [
-    (130.0, 0.308), (165.0, 0.308), (115.0, 0.305), (210.0, 0.3055), (150.0, 0.3105), (180.0, 0.3065), (140.0, 0.308),
-    (125.0, None), (185.0, None), (200.0, None),
+    (120.0, 0.308), (175.0, 0.309), (205.0, 0.3075), (135.0, 0.3115), (190.0, 0.305), (160.0, 0.3065),
+    (120.0, None), (145.0, None), (175.0, None), (195.0, None),
 ]  # fmt: skip
 MEASURED_SHORT, HELD_OUT_SHORT = [(210.0, 0.308), (210.0, None)], [(195.0, 0.308), (160.0, None)]
 TOLERANCES = (0.005, 0.01, 0.02, 0.05)
@@ -124,6 +127,9 @@ def plan(trade: pd.DataFrame, tolerance, measure: str, rpm: float, ring_radius: 
     key = ["fidelity", "integrator", "step_s"]
     failed = here.loc[here["failed"].astype(bool), key].drop_duplicates()
     rows = here[(here["measure"] == measure) & ~here["failed"].astype(bool)]
+    if scene_name(rpm, ring_radius) not in set(rows["scene"]):
+        # a discretisation error carries over to a scene nearby; what a coarser physics misses need not
+        rows = rows[rows["fidelity"] == FULL_PHYSICS]
     scenes = rows["scene"].nunique()
     # an error that happens to pass through zero promises nothing: with a larger step it is taken to be at
     # least that of every smaller one of the same physics

@@ -29,6 +29,7 @@ FIDELITIES = {
     "single_pin": {"chain": "single_pin"},
     "elastic_cut": {"closure": "elastic_damping"},
 }
+FULL_PHYSICS = next(iter(FIDELITIES))
 STATISTIC_STEPS = {
     "semi_implicit": (2e-5, 5e-5, 1e-4, 1.25e-4, 2e-4, 5e-4),
     "linearly_implicit": (1e-4, 2e-4, 2.5e-4, 5e-4, 1e-3),
