@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trackdyn.chain.implicit import ImplicitWork, make_implicit_work
+from trackdyn.chain.implicit import make_implicit_work
 
 # order of the error of a smooth motion (closed chain and bushings, no contact that begins or ends)
 ORDERS = {"semi_implicit": 1, "linearly_implicit": 1, "rk4": 4, "adaptive": 5}
@@ -81,6 +81,3 @@ def make_method(integrator: str, n: int, pitches: int, wheels: int, tolerance: f
         a, b, error, tolerance if integrator == "adaptive" else 0.0, np.zeros(size), scale, np.zeros((len(b), size)),
         np.zeros(2 * pitches), np.zeros((pitches, wheels)), np.zeros(1), np.zeros(2, np.int64),
     )  # fmt: skip
-
-
-__all__ = ["ORDERS", "SOLVERS", "ImplicitWork", "RungeKutta", "make_method"]
