@@ -9,20 +9,24 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trackdyn.chain.model import Chain
 from trackdyn.chain.transfer_matrices import growth
 from trackdyn.errors import InputError
+from trackdyn.integrate.dynamics import SOLVERS
+from trackdyn.integrate.methods import METHODS
+from trackdyn.model.constants import Chain
+from trackdyn.parameters.groove import PROFILES
+from trackdyn.parameters.normal_laws import NORMAL_LAWS
 
 CHOICES = {
     "loop": ("on_wheels", "free"),
     "chain": ("belt", "single_pin", "double_pin"),
     "space": ("auto", "planar", "spatial"),
-    "tooth_contact": ("none", "three_surfaces", "ten_arcs"),
-    "normal_law": ("elastic", "printed", "delivered"),
+    "tooth_contact": ("none", *PROFILES),
+    "normal_law": tuple(NORMAL_LAWS),
     "friction": ("auto", "none", "tangential", "independent", "isotropic"),
     "closure": ("elastic_damping", "rigid"),
-    "solver": ("riccati", "transfer_product", "multipliers"),
-    "integrator": ("semi_implicit", "linearly_implicit", "rk4", "adaptive"),
+    "solver": SOLVERS,
+    "integrator": tuple(METHODS),
 }
 # bodies of this chain over which the literal product still keeps about half of its digits
 LITERAL_BODIES = 8
@@ -128,7 +132,7 @@ def refuse_nonsense(scene) -> None:
         raise InputError(f"scene: {field} = {getattr(scene, field)!r} is not accepted: {why}")
 
     for name, settings in CHOICES.items():
-        if getattr(scene, name) not in settings:
+        if not isinstance(getattr(scene, name), str) or getattr(scene, name) not in settings:
             refuse(name, f"{' or '.join(settings)} would do")
     tilted = wheel_out_of_plane(scene.rig)
     bodies = scene.bodies
@@ -168,9 +172,10 @@ def refuse_nonsense(scene) -> None:
     if scene.solver != "riccati":
         if scene.closure != "rigid":
             refuse("closure", f"solver={scene.solver!r} closes the loop exactly; 'rigid' would do, or solver='riccati'")
-        if scene.integrator == "linearly_implicit":
+        if METHODS[scene.integrator].linearly_implicit:
             refuse("integrator", "the linearly implicit step is part of the Riccati sweep; solver='riccati' would do")
-    if scene.integrator == "adaptive" and scene.tolerance is None:
+    adaptive = METHODS[scene.integrator].adaptive
+    if adaptive and scene.tolerance is None:
         refuse("tolerance", "the adaptive integrator needs one; 1e-6 would do")
-    if scene.integrator != "adaptive" and scene.tolerance is not None:
+    if not adaptive and scene.tolerance is not None:
         refuse("tolerance", f"integrator={scene.integrator!r} has a fixed step; None would do")

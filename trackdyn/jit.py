@@ -12,7 +12,7 @@ from pathlib import Path
 import numba
 from platformdirs import user_cache_dir
 
-KERNEL_SOURCES = ("model.py", "contact", "chain", "integrate")
+KERNEL_SOURCES = ("model", "contact", "chain", "integrate")
 
 
 def source_hash(sources=KERNEL_SOURCES) -> str:
@@ -41,5 +41,5 @@ OPTIONS = {"cache": True, "error_model": "numpy", "boundscheck": False}
 # function is one piece of machine code: together that halves the cost of a step. An array that is
 # allocated in a kernel, or copied whole (a[:] = b), is refused at compilation ("NRT required").
 kernel = numba.njit(**OPTIONS, forceinline=True, _nrt=False)
-# For what may allocate: the dense solvers.
-allocating = numba.njit(**OPTIONS)
+# For what may allocate: the dense solvers. Said in so many words, or a kernel that calls them would hand on its own.
+allocating = numba.njit(**OPTIONS, _nrt=True)

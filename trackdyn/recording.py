@@ -2,14 +2,17 @@
 
 import json
 import os
+import platform
 from dataclasses import dataclass, field
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 
 from trackdyn.errors import InputError
+from trackdyn.jit import source_hash
 
-FORMAT = 2
+FORMAT = 3
 
 
 def _nothing() -> np.ndarray:
@@ -29,12 +32,15 @@ class Recording:
         (rad): at the start of the interval's last step, and the mean over the sample interval.
     gap : (s,) array
         Largest distance of the two pins of the cut joint within the interval, m.
+    cut : (s, 2) array
+        What the gap was before the projection of a step (m), and the velocity with which the two pins part
+        (m/s): largest values within the interval.
     place : (s, 2) array
         Middle of the sensor's link, m.
     wheel_rate : (s, w) array
         Angular velocities of sprocket, idler and road wheel, rad/s.
     energy : (s, 10) array
-        Account of work and energies, J (``model.ENERGY_NAMES``).
+        Account of work and energies, J (``model.record.ENERGY_NAMES``).
     force : (s, p, 3) array
         Normal force of left arc, right arc and ring, N.
     area, groove : (s, p, 2) integer arrays
@@ -42,7 +48,7 @@ class Recording:
     pitches : (p,) integer array
         The recorded pitches, 1-based.
     spells : (k, 11) array
-        Every contact with the sprocket that ended (``integrate.spells.SPELL_COLUMNS``); times since the
+        Every contact with the sprocket that ended (``model.record.SPELL_COLUMNS``); times since the
         start of the run.
     begin : float
         Time since the start of the run at which the record begins, s.
@@ -68,6 +74,7 @@ class Recording:
     raw: np.ndarray
     mean: np.ndarray
     gap: np.ndarray
+    cut: np.ndarray
     place: np.ndarray
     wheel_rate: np.ndarray
     energy: np.ndarray
@@ -86,7 +93,7 @@ class Recording:
     axial_force: np.ndarray = field(default_factory=_nothing)
 
     ARRAYS = (
-        "time", "raw", "mean", "gap", "place", "wheel_rate", "energy", "force", "area", "groove", "pitches",
+        "time", "raw", "mean", "gap", "cut", "place", "wheel_rate", "energy", "force", "area", "groove", "pitches",
         "spells", "begin", "frame", "frame_time", "plane", "wheel_offset", "axial_force",
     )  # fmt: skip
 
@@ -104,6 +111,20 @@ class Recording:
             arrays = {name: getattr(self, name) for name in self.ARRAYS}
             np.savez(file, meta=np.array(json.dumps(self.meta | {"format": FORMAT}, sort_keys=True)), **arrays)
         os.replace(part, path)
+
+
+def provenance(scene, layout: dict) -> dict:
+    """Scene, rig, layout, decisions with their reasons, versions and sources."""
+    described = scene.describe()
+    return {
+        "scene": {name: value for name, value in described.items() if name != "rig"},
+        "rig": described["rig"],
+        "layout": layout,
+        "fidelity": {name: {"setting": d.setting, "reason": d.reason} for name, d in scene.fidelity.items()},
+        "sources": source_hash(),
+        "versions": {name: version(name) for name in ("numpy", "numba", "scipy")},
+        "python": platform.python_version(),
+    }
 
 
 def load_recording(path: Path | str) -> Recording:

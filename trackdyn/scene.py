@@ -1,24 +1,43 @@
 """A scene: the rig, what it is asked to do, and the model that this requires."""
 
-from dataclasses import dataclass, replace
+from functools import cached_property
 from math import pi
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import BeforeValidator, ValidationError
 
-from trackdyn.chain.model import Chain
-from trackdyn.contact.laws import Law, make_law
-from trackdyn.contact.tooth import make_tooth
+from trackdyn.build import build_model
 from trackdyn.errors import InputError
 from trackdyn.fidelity import LITERAL_ERROR, Decision, decide, literal_error, refuse_nonsense
-from trackdyn.integrate.limits import step_limits, turn_limit
-from trackdyn.model import Closure, Drive, Model, Sensor, Shoes, Wheels
-from trackdyn.parameters.groove import coarse_groove
-from trackdyn.parameters.layout import wheel_circles
-from trackdyn.parameters.rig import Rig, Surface
+from trackdyn.integrate.methods import METHODS
+from trackdyn.limits import step_limits
+from trackdyn.model.constants import Model
+from trackdyn.parameters.rig import Rig
+from trackdyn.parameters.validation import Section, plain_number, sentence
+
+Number = Annotated[float, BeforeValidator(plain_number)]
+# Least step, s: rounding of the time counts from there on. Longest recording, lead-in or ramp, s.
+LEAST_STEP = 1e-8
+LONGEST = 36000.0
 
 
-@dataclass(frozen=True)
-class Scene:
+def _pitches(value: Any) -> Any:
+    """A list, tuple or array of whole numbers; others are refused by name."""
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if not isinstance(value, (list, tuple)) or any(
+        isinstance(pitch, bool) or not isinstance(pitch, (int, np.integer)) for pitch in value
+    ):
+        raise InputError(f"scene: pitches = {value!r} is not accepted: a list of whole numbers, such as (1, 2), would do")
+    return tuple(int(pitch) for pitch in value)
+
+
+def _flag(value: Any) -> Any:
+    return bool(value) if isinstance(value, np.bool_) else value
+
+
+class Scene(Section):
     """What a run is asked to do, and how faithfully (`trackdyn.fidelity`).
 
     Attributes
@@ -69,100 +88,106 @@ class Scene:
     """
 
     rig: Rig
-    motor_rpm: float
-    ring_radius: float | None = 0.308
-    duration: float = 90.0
-    lead_in: float = 5.0
-    ramp: float = 1.0
-    step: float = 1e-4
-    pitches: tuple[int, ...] = ()
-    frame_interval: float = 0.0
-    spells: bool = True
-    loop: str = "on_wheels"
-    chain: str = "double_pin"
-    space: str = "auto"
-    tooth_contact: str = "ten_arcs"
-    normal_law: str = "printed"
-    friction: str = "auto"
-    closure: str = "rigid"
-    solver: str = "riccati"
-    integrator: str = "semi_implicit"
-    tolerance: float | None = None
+    motor_rpm: Number
+    ring_radius: Number | None = 0.308
+    duration: Number = 90.0
+    lead_in: Number = 5.0
+    ramp: Number = 1.0
+    step: Number = 1e-4
+    pitches: Annotated[tuple[int, ...], BeforeValidator(_pitches)] = ()
+    frame_interval: Number = 0.0
+    spells: Annotated[bool, BeforeValidator(_flag)] = True
+    loop: Any = "on_wheels"
+    chain: Any = "double_pin"
+    space: Any = "auto"
+    tooth_contact: Any = "ten_arcs"
+    normal_law: Any = "printed"
+    friction: Any = "auto"
+    closure: Any = "rigid"
+    solver: Any = "riccati"
+    integrator: Any = "semi_implicit"
+    tolerance: Number | None = None
 
-    def __post_init__(self):
-        def refuse(field, value, remedy):
-            raise InputError(f"scene: {field} = {value!r} is not accepted: {remedy}")
+    def __init__(self, rig: Rig, motor_rpm: float, **fields: Any):
+        try:
+            super().__init__(rig=rig, motor_rpm=motor_rpm, **fields)
+        except ValidationError as error:
+            raise InputError(sentence("scene", error.errors()[0], "add it")) from None
 
-        for field in ("motor_rpm", "duration", "lead_in", "ramp", "step", "frame_interval"):
-            value = getattr(self, field)
-            if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
-                refuse(field, value, "a finite number is needed")
-        if self.motor_rpm < 0:
-            refuse("motor_rpm", self.motor_rpm, "the chain runs clockwise; 0 or more rev/min would do")
-        sample = 1.0 / self.rig.sensor.rate
-        if self.duration < sample:
-            refuse("duration", self.duration, f"at least one sample, {sample} s, would do")
-        if self.duration > 36000:
-            refuse("duration", self.duration, "at most 36000 s (ten hours) would do")
-        if self.lead_in < 0 or self.frame_interval < 0:
-            refuse(
-                "lead_in" if self.lead_in < 0 else "frame_interval", min(self.lead_in, self.frame_interval), "0 or more"
-            )
-        if self.ramp <= 0:
-            refuse("ramp", self.ramp, "a start-up ramp of more than 0 s would do")
-        if self.step <= 0 or abs(sample / self.step - round(sample / self.step)) > 1e-6:
-            refuse(
-                "step",
-                self.step,
-                f"a whole fraction of the sample interval {sample} s would do, such as {sample / 20} s",
-            )
-        if abs(self.frame_interval / sample - round(self.frame_interval / sample)) > 1e-6:
-            refuse("frame_interval", self.frame_interval, f"a multiple of the sample interval {sample} s would do")
-        if self.tolerance is not None and not 0 < self.tolerance < 1:
-            refuse("tolerance", self.tolerance, "a number between 0 and 1, such as 1e-6, would do")
+    def model_post_init(self, context: Any) -> None:
+        """Refuse what is not possible, in one sentence."""
+        self._refuse_times()
         refuse_nonsense(self)
-        radius = self.ring_radius
-        if radius is not None:
-            if isinstance(radius, bool) or not isinstance(radius, (int, float)) or not radius > 0:
-                refuse("ring_radius", radius, "a radius in m or null for no ring would do")
+        self._refuse_loop()
+        self._refuse_step()
+
+    def _refuse(self, field: str, remedy: str):
+        raise InputError(f"scene: {field} = {getattr(self, field)!r} is not accepted: {remedy}")
+
+    def _refuse_times(self) -> None:
+        sample = 1.0 / self.rig.sensor.rate
+        if self.motor_rpm < 0:
+            self._refuse("motor_rpm", "the chain runs clockwise; 0 or more rev/min would do")
+        if self.duration < sample:
+            self._refuse("duration", f"at least one sample, {sample} s, would do")
+        for field in ("duration", "lead_in", "ramp"):
+            if getattr(self, field) > LONGEST:
+                self._refuse(field, f"at most {LONGEST:.0f} s (ten hours) would do")
+        for field in ("lead_in", "frame_interval"):
+            if getattr(self, field) < 0:
+                self._refuse(field, "0 or more would do")
+        if self.ramp <= 0:
+            self._refuse("ramp", "a start-up ramp of more than 0 s would do")
+        if not LEAST_STEP <= self.step <= sample * (1 + 1e-6) or abs(sample / self.step - self.stride) > 1e-6:
+            self._refuse(
+                "step",
+                f"a whole fraction of the sample interval {sample} s and at least {LEAST_STEP:g} s would do, such as "
+                f"{sample / 20} s",
+            )
+        if self.frame_interval > self.duration or (
+            abs(self.frame_interval / sample - round(self.frame_interval / sample)) > 1e-6
+        ):
+            self._refuse("frame_interval", f"a multiple of the sample interval {sample} s within the duration would do")
+        if self.tolerance is not None and not 0 < self.tolerance < 1:
+            self._refuse("tolerance", "a number between 0 and 1, such as 1e-6, would do")
+
+    def _refuse_loop(self) -> None:
+        if self.ring_radius is not None:
+            if self.ring_radius <= 0:
+                self._refuse("ring_radius", "a radius in m or null for no ring would do")
             low, high = self.ring_range(self.rig)
-            if not low - 1e-9 <= radius <= high + 1e-9:  # the bounds themselves are allowed, rounded or not
-                refuse(
+            if not low - 1e-9 <= self.ring_radius <= high + 1e-9:  # the bounds themselves are allowed, rounded or not
+                self._refuse(
                     "ring_radius",
-                    radius,
                     f"a ring of more than {high:.4f} m overlaps the chain of this loop and one of less than {low:.4f} m "
                     "never touches it; null means no ring",
                 )
         for pitch in self.pitches:
             if not 1 <= pitch <= self.rig.chain.pitches:
-                refuse("pitches", pitch, f"pitches 1 to {self.rig.chain.pitches} exist")
+                raise InputError(f"scene: pitches = {pitch!r} is not accepted: pitches 1 to {self.rig.chain.pitches} exist")
+
+    def _refuse_step(self) -> None:
+        if self.chain == "belt":
+            return  # a path without equations
         if self.solver == "transfer_product":
-            error = literal_error(build_chain(self.rig, self.chain))
+            error = literal_error(self.model.chain)
             if error > LITERAL_ERROR:
-                refuse(
+                self._refuse(
                     "solver",
-                    self.solver,
                     f"with the masses and inertias of this chain rounding grows to {error:.1g} of a result over "
                     f"{self.bodies} bodies, at worst where its pins are mutual centres of percussion; 'riccati' would do",
                 )
-        if self.chain == "belt" or self.integrator == "adaptive":
-            return  # nothing explicit, or the step is only where it reports
-        if self.integrator == "linearly_implicit":
-            limits = turn_limit(self.sprocket_rate)
-        else:
-            limits = step_limits(build_model(self), self.rig.tension.pre_tension, self.integrator)
-        if not limits:
-            return
-        name, limit = min(limits.items(), key=lambda item: item[1])
+        limits = step_limits(self.model, self.rig.tension.pre_tension, METHODS[self.integrator])
+        name, limit = min(limits.items(), key=lambda item: item[1], default=("", np.inf))
         if self.step > limit:
-            refuse("step", self.step, f"too large for the {name}; at most {limit:.2g} s would do")
+            self._refuse("step", f"too large for the {name}; at most {limit:.2g} s would do")
 
     @property
     def bodies(self) -> int:
         """Rigid bodies of the chain."""
         return self.rig.chain.pitches * (2 if self.chain == "double_pin" else 1)
 
-    @property
+    @cached_property
     def fidelity(self) -> dict[str, Decision]:
         """Setting and reason of every choice."""
         return decide(self)
@@ -193,115 +218,15 @@ class Scene:
         """Steps in a sample interval."""
         return round(1.0 / self.rig.sensor.rate / self.step)
 
+    @cached_property
+    def model(self) -> Model:
+        """The model that the scene requires, built once; whoever changes its arrays copies it first."""
+        return build_model(self)
+
     def with_(self, **changes) -> "Scene":
         """A scene with some fields replaced."""
-        return replace(self, **changes)
+        return Scene(**{name: getattr(self, name) for name in type(self).model_fields} | changes)
 
     def describe(self) -> dict:
         """Plain data for provenance."""
-        data = {name: value for name, value in self.__dict__.items() if name != "rig"}
-        return data | {"pitches": list(self.pitches), "rig": self.rig.model_dump()}
-
-
-def _law(rig: Rig, surface: Surface, scene: Scene) -> Law:
-    sliding = scene.friction != "none"
-    return make_law(
-        surface.contact_length,
-        rig.composite_modulus(surface),
-        surface.restitution,
-        surface.friction_static if sliding else 0.0,
-        surface.friction_dynamic if sliding else 0.0,
-        surface.transition_velocity,
-        rig.impact.speed_floor,
-        rig.impact.factor_limit,
-        scene.normal_law,
-    )
-
-
-def build_chain(rig: Rig, chain: str = "double_pin") -> Chain:
-    """Links and connectors in turn, or one body a pitch; mass centres in the middle of the pins."""
-    c, n = rig.chain, rig.chain.pitches
-    if chain == "single_pin":
-        # half a connector is fixed to each end of the link, its middle a quarter of a connector from the joint
-        pitch, half = rig.single_pin_pitch, c.connector_mass / 2
-        own = c.connector_inertia / 2 - half * (rig.connector_length / 4) ** 2
-        inertia = c.link_inertia + 2 * (own + half * (pitch / 2 - rig.connector_length / 4) ** 2)
-        length = np.full(n, pitch)
-        mass, inertia = np.full(n, c.link_mass + c.connector_mass), np.full(n, inertia)
-        in_series = 2  # two bushings behind one another
-    else:
-        length = np.tile([c.link_length, rig.connector_length], n)
-        mass = np.tile([c.link_mass, c.connector_mass], n)
-        inertia = np.tile([c.link_inertia, c.connector_inertia], n)
-        in_series = 1
-    return Chain(
-        length,
-        mass,
-        inertia,
-        length / 2,
-        np.zeros(len(length)),
-        rig.bushing.stiffness / in_series,
-        rig.bushing.damping / in_series,
-        rig.bushing.free_angle * in_series,
-        rig.gravity,
-    )
-
-
-def build_shoes(rig: Rig, chain: str = "double_pin") -> Shoes:
-    """Where the links and the connectors' arcs sit on the bodies.
-
-    A body of the single-pin chain is a link whose ends carry one arc each of the connectors beside it,
-    the joints where the middle lines of two links meet at equal pitch: arcs and links then stand in the
-    grooves and on the ring as those of the double-pin chain do.
-    """
-    n, a = rig.chain.pitches, rig.chain.link_length
-    pitch = np.arange(n)
-    if chain == "single_pin":
-        end = (rig.single_pin_pitch - a) / 2
-        return Shoes(
-            pitch,
-            np.full(n, end),
-            np.full(n, end + a),
-            np.column_stack([pitch, (pitch + 1) % n]).ravel(),
-            np.tile([end + a, end], n),
-        )
-    return Shoes(
-        2 * pitch, np.zeros(n), np.full(n, a), np.repeat(2 * pitch + 1, 2), np.tile([0.0, rig.connector_length], n)
-    )
-
-
-def build_wheels(scene: Scene, shift: float = 0.0) -> Wheels:
-    """The wheels that a scene has; a free loop has the sprocket alone, without ring."""
-    rig = scene.rig
-    circles = wheel_circles(rig, shift, surface=True)
-    if scene.ring_radius is not None:
-        circles[0, 2] = scene.ring_radius
-    count = 3 if scene.loop == "on_wheels" else 1
-    return Wheels(
-        np.array([int(scene.ring_radius is not None), 1, 1])[:count],
-        *np.ascontiguousarray(circles[:count].T),
-        np.array([0.0, rig.idler.inertia, rig.road_wheel.inertia])[:count],
-        np.array([0.0, rig.idler.bearing_drag, rig.road_wheel.bearing_drag])[:count],
-        rig.chain.link_thickness / 2,
-        _law(rig, rig.ring_contact, scene),
-        _law(rig, rig.wheel_contact, scene),
-    )
-
-
-def build_model(scene: Scene, shift: float = 0.0) -> Model:
-    """The model that a scene requires, the tensioning wheel shifted by ``shift`` (m)."""
-    rig = scene.rig
-    toothed = scene.tooth_contact != "none" and scene.loop == "on_wheels"
-    groove = coarse_groove(rig.groove_profile) if scene.tooth_contact == "three_surfaces" else rig.groove_profile
-    shoes = build_shoes(rig, scene.chain)
-    body = int(shoes.link_body[rig.sensor.pitch - 1])
-    return Model(
-        build_chain(rig, scene.chain),
-        shoes,
-        make_tooth(groove, rig.chain.connector_radius, _law(rig, rig.tooth_contact, scene), toothed),
-        build_wheels(scene, shift),
-        Drive(float(scene.sprocket_rate), float(scene.ramp)),
-        Sensor(body, float(rig.sensor.x + shoes.link_start[rig.sensor.pitch - 1]), float(rig.sensor.y)),
-        float(scene.step),
-        Closure(int(scene.closure == "elastic_damping"), rig.closure.stiffness, rig.closure.damping),
-    )
+        return self.model_dump(mode="json")

@@ -4,16 +4,19 @@ from math import ceil, cos, pi, sin
 
 import numpy as np
 
-from trackdyn.chain.implicit import make_implicit_work
+from trackdyn.build import shift_wheel, start_plane
 from trackdyn.chain.kinematics import orient, place
 from trackdyn.contact.loads import contact_loads
-from trackdyn.errors import DivergenceError, InputError
-from trackdyn.integrate.limits import step_limits
-from trackdyn.integrate.run import run
-from trackdyn.integrate.spells import SPELL_COLUMNS
-from trackdyn.model import SPROCKET, Model, Record, Spells, State, Work, make_buffers
-from trackdyn.parameters.layout import Assembly, assemble, belt_around, free_loop, tensioner, wheel_circles
-from trackdyn.scene import Scene, build_chain, build_model
+from trackdyn.errors import InputError
+from trackdyn.integrate.methods import METHODS, equip
+from trackdyn.limits import step_limits
+from trackdyn.model.constants import SPROCKET, Drive, Model
+from trackdyn.model.record import make_record
+from trackdyn.model.state import Plane, State, make_state
+from trackdyn.model.work import Work, make_space_work, make_work
+from trackdyn.parameters.layout import Assembly, assemble, belt_around, free_loop, tensioner
+from trackdyn.scene import Scene
+from trackdyn.stepping import march
 
 # Settling: a chunk of this many seconds, then every velocity is multiplied by the factor.
 CHUNK = 1e-3
@@ -28,77 +31,33 @@ TENSIONER_TIME = 0.15
 CONTACT_COMPLIANCE = 1e-6
 
 
-def empty_record(
-    samples: int,
-    n: int,
-    wheels: int,
-    pitches: tuple[int, ...] = (),
-    frames: int = 0,
-    stride: int = 0,
-    spells: int = 0,
-    loop: int | None = None,
-) -> Record:
-    """Allocate the arrays of a record (see ``model.Record``), with room for ``spells`` rows a chunk.
-
-    ``loop`` is the number of pitches of the chain, half of its ``n`` bodies by default.
-    """
-    p = len(pitches)
-    loop = n // 2 if loop is None else loop
-    return Record(
-        np.zeros((samples, 3)),
-        np.zeros((samples, 3)),
-        np.zeros(samples),
-        np.zeros((samples, 2)),
-        np.zeros((samples, wheels)),
-        np.zeros((samples, 10)),
-        np.zeros((samples, p, 3)),
-        np.zeros((samples, p, 2), np.int8),
-        np.zeros((samples, p, 2), np.int8),
-        np.array([i - 1 for i in pitches], np.int64),
-        np.zeros((frames, n + 3)),
-        stride,
-        Spells(
-            int(spells > 0),
-            np.zeros((3 * loop, len(SPELL_COLUMNS))),
-            np.zeros((spells, len(SPELL_COLUMNS))),
-            np.zeros(1, np.int64),
-        ),
-    )
-
-
-def body_name(body: int, single_pin: bool = False) -> str:
-    """``link 3`` or ``connector 3``: the body as a reader would call it."""
-    if single_pin:
-        return f"pitch {body + 1}"
-    return f"{'connector' if body % 2 else 'link'} {body // 2 + 1}"
-
-
-def diverged(body: int, state: State, model: Model, phase: str) -> DivergenceError:
-    """What is raised when a body leaves the physical range: when, in which phase, which body."""
-    when = state.steps[0] * model.step
-    return DivergenceError(
-        f"the run left the physical range at t = {when:.6g} s of {phase}, first at "
-        f"{body_name(body, len(state.angle) == len(state.wheel_impact))}; "
-        f"a step smaller than {model.step:g} s would do if the rig is meant to be so"
-    )
+def allocate(scene: Scene) -> tuple[Model, State, Work]:
+    """Model, state and work of a scene, every array of the state and the work 0."""
+    model, pitches = own_wheels(scene.model), scene.rig.chain.pitches
+    n, wheels = scene.bodies, len(model.wheels.x)
+    state = make_state(n, pitches, wheels)
+    work = equip(make_work(n, pitches, wheels), scene.integrator, pitches, scene.tolerance or 0.0)
+    if model.space is not None:
+        state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))
+        work = work._replace(space=make_space_work(n, wheels))
+    return model, state, work
 
 
 def start_state(assembly: Assembly, model: Model) -> State:
     """An assembled loop at rest."""
-    n, wheels, pitches = len(assembly.angle), len(model.wheels.x), len(model.shoes.link_body)
-    angle = np.zeros(wheels)
-    angle[SPROCKET] = assembly.sprocket_angle
-    return State(
-        np.zeros(1, np.int64),
-        np.array([*assembly.pins[0], 0.0, 0.0]),
-        assembly.angle.copy(),
-        np.zeros(n),
-        angle,
-        np.zeros(wheels),
-        np.zeros(2 * pitches),
-        np.zeros((pitches, wheels)),
-        np.zeros(7),
-    )
+    state = make_state(len(assembly.angle), len(model.shoes.link_body), len(model.wheels.x))
+    state.pin[:2] = assembly.pins[0]
+    state.angle[:] = assembly.angle
+    state.wheel_angle[SPROCKET] = assembly.sprocket_angle
+    return state
+
+
+def own_wheels(model: Model) -> Model:
+    """The model with wheels that may be moved and a ring that may grow: copies of what a scene keeps."""
+    wheels = model.wheels
+    wheels = wheels._replace(**{name: getattr(wheels, name).copy() for name in ("present", "x", "y", "radius")})
+    space = model.space
+    return model._replace(wheels=wheels, space=space and space._replace(centre=space.centre.copy()))
 
 
 def settling_step(scene: Scene) -> float:
@@ -109,8 +68,8 @@ def settling_step(scene: Scene) -> float:
     """
     sample = 1.0 / scene.rig.sensor.rate
     step = min(scene.step, SETTLING_STEP)
-    if scene.integrator != "linearly_implicit":
-        limits = step_limits(build_model(scene), scene.rig.tension.pre_tension)
+    if not METHODS[scene.integrator].linearly_implicit:
+        limits = step_limits(scene.model, scene.rig.tension.pre_tension)
         step = min(step, max(min(limits.values(), default=step), LEAST_STEP))
     return sample / ceil(sample / step * (1 - 1e-9))
 
@@ -121,27 +80,27 @@ class _Settling:
     def __init__(self, scene: Scene):
         self.scene = scene
         rig = scene.rig
-        body = float(build_chain(rig, scene.chain).length[0])
-        assembly = assemble(rig, build_chain(rig, scene.chain).length)
+        length = scene.model.chain.length
+        assembly = assemble(rig, length)
         self.shift = assembly.shift
-        reference = scene.with_(
-            ring_radius=rig.sprocket.ring_radius,
-            motor_rpm=0.0,
-            integrator="linearly_implicit" if scene.integrator == "linearly_implicit" else "semi_implicit",
-            tolerance=None,
-            solver="riccati",
-            step=settling_step(scene),
-        )
-        self.model = build_model(reference, self.shift)
-        self.state = start_state(assembly, self.model)
-        n, pitches = len(assembly.angle), rig.chain.pitches
-        self.work = make_buffers(n, 3, pitches)
-        self.record = empty_record(1, n, 3, loop=pitches)
-        self.terms = make_implicit_work(n, 3) if reference.integrator == "linearly_implicit" else None
         self.wheel = tensioner(rig)
         self.target = rig.tension.pre_tension
+        # at rest in the plane, with the reference ring and the step of the settling
+        step = settling_step(scene)
+        model = own_wheels(scene.model)
+        model.wheels.present[SPROCKET] = 1
+        model.wheels.radius[SPROCKET] = rig.sprocket.ring_radius
+        self.model = model._replace(
+            drive=Drive(0.0, scene.ramp), step=step, stride=max(round(CHUNK / step), 1), solver=None, space=None
+        )
+        shift_wheel(self.model, rig, self.wheel, self.shift)
+        self.state = start_state(assembly, self.model)
+        work = make_work(len(length), rig.chain.pitches, len(model.wheels.x))
+        linearly = METHODS[scene.integrator].linearly_implicit
+        self.work = equip(work, "linearly_implicit" if linearly else "semi_implicit", rig.chain.pitches)
+        self.record = make_record(1, self.state)
         # a strand of span l and weight w a metre shortens its chord by w^2 l^3 / (24 T^2)
-        path, order = belt_around(rig, self.shift, body)
+        path, order = belt_around(rig, self.shift, float(length[0]))
         chain = self.model.chain
         weight = chain.gravity * chain.mass.sum() / chain.length.sum()
         spans = np.diff(path.start)[1::2]
@@ -161,10 +120,7 @@ class _Settling:
         return float(np.hypot(*self.work.sweep.load[:2]))
 
     def chunk(self, damping: float = DAMPING) -> None:
-        steps = max(round(CHUNK / self.model.step), 1)
-        bad = run(self.model, self.state, self.work, self.record, 0, 1, steps, terms=self.terms)
-        if bad >= 0:
-            raise diverged(bad, self.state, self.model, "settling")
+        march(self.model, self.state, self.work, self.record, phase="settling")
         self.state.rate[:] *= damping
         self.state.pin[2:] *= damping
         self.state.wheel_rate[:] *= damping
@@ -177,8 +133,7 @@ class _Settling:
             tension = max(mean, 0.1 * self.target, 50.0)
             compliance = 2 * self.sag / tension**3 + CONTACT_COMPLIANCE
             self.shift += (self.target - mean) * compliance / self.lever * CHUNK / TENSIONER_TIME
-            x, y = wheel_circles(self.scene.rig, self.shift)[self.wheel, :2]
-            self.model.wheels.x[self.wheel], self.model.wheels.y[self.wheel] = x, y
+            shift_wheel(self.model, self.scene.rig, self.wheel, self.shift)
             self.chunk()
 
     def without_teeth(self) -> None:
@@ -251,22 +206,28 @@ def settle(scene: Scene) -> tuple[Model, State, Work, dict]:
     if scene.ring_radius != scene.rig.sprocket.ring_radius:
         settling.change_ring(0.3)
     settling.rest(0.2)
-    model = build_model(scene, settling.shift)
+    model = own_wheels(scene.model)
+    shift_wheel(model, scene.rig, settling.wheel, settling.shift)
     state = settling.state
     state.steps[0] = 0
     state.rate[:] = 0.0
     state.pin[2:] = 0.0
     state.wheel_rate[:] = 0.0
     state.work_done[:] = 0.0
-    return model, state, settling.work, layout
+    work = equip(settling.work, scene.integrator, scene.rig.chain.pitches, scene.tolerance or 0.0)
+    if model.space is not None:
+        state = state._replace(plane=start_plane(scene.rig, model, state))
+        work = work._replace(space=make_space_work(len(state.angle), len(model.wheels.x)))
+    return model, state, work, layout
 
 
 def _spinning_loop(scene: Scene) -> tuple[Model, State, Work, dict]:
     """An oblong loop without wheels that spins with the rate of the sprocket and is otherwise at rest."""
-    model = build_model(scene)
+    model = scene.model
     assembly = free_loop(model.chain.length)
     state = start_state(assembly, model)
     spin = scene.sprocket_rate
     state.rate[:] = spin
     state.pin[2:] = [-spin * state.pin[1], spin * state.pin[0]]
-    return model, state, make_buffers(len(state.angle), 1, scene.rig.chain.pitches), {}
+    work = make_work(len(state.angle), scene.rig.chain.pitches, len(model.wheels.x))
+    return model, state, equip(work, scene.integrator, scene.rig.chain.pitches, scene.tolerance or 0.0), {}

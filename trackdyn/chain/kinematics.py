@@ -5,8 +5,8 @@ from math import sin as sine
 
 import numpy as np
 
-from trackdyn.chain.model import Chain
 from trackdyn.jit import kernel
+from trackdyn.model.constants import Chain
 
 
 @kernel

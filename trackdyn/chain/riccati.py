@@ -15,96 +15,47 @@ inertia of the bodies already swept: symmetric positive definite, so the recursi
 Loads (m, q) act on a body at its input and (-m, -q) at its output.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
-from trackdyn.chain.model import Chain
 from trackdyn.jit import kernel
-
-
-class SweepWork(NamedTuple):
-    """Arrays that the sweep writes; one set serves every step.
-
-    Attributes
-    ----------
-    gain : (n, 8) array
-        Of the joint behind body i: the angular acceleration across it as a linear function,
-        ``[S_31, S_32, S_33, E_3x, E_3y, E_3m, E_31 - tau] / D`` (eighth entry unused).
-    response : (n, 4) array
-        Angular acceleration of body i for unit ``[lambda_x, lambda_y, lambda_m, 1]``.
-    end : (3, 4) array
-        Acceleration ``z_b`` at the output of body N.
-    base : (2, 4) array
-        Acceleration of the input pin of body 1, the same columns.
-    probe : (2, 4) array
-        Acceleration of the input pin of the body ``probe_body``.
-    inverse : (3, 3) array
-        Inverse of the closure matrix.
-    load : (4,) array
-        ``[lambda_x, lambda_y, lambda_m, 1]``.
-    """
-
-    gain: np.ndarray
-    response: np.ndarray
-    end: np.ndarray
-    base: np.ndarray
-    probe: np.ndarray
-    inverse: np.ndarray
-    load: np.ndarray
-
-
-def make_work(n: int) -> SweepWork:
-    """Allocate the arrays of a sweep over ``n`` bodies."""
-    return SweepWork(
-        np.zeros((n, 8)),
-        np.zeros((n, 4)),
-        np.zeros((3, 4)),
-        np.zeros((2, 4)),
-        np.zeros((2, 4)),
-        np.zeros((3, 3)),
-        np.zeros(4),
-    )
+from trackdyn.model.constants import Chain
+from trackdyn.model.work import SweepWork, Work
 
 
 @kernel
-def accelerations(
-    chain: Chain, cos, sin, rate, force_x, force_y, moment, torque, implicit_damping, probe_body, work: SweepWork
-):
+def accelerations(chain: Chain, state, work: Work, implicit_damping, probe_body):
     """Response of every acceleration to the cut load, and the load that holds the pins of the cut together.
 
-    Parameters as in `sweep`; the closure is rigid.
-    """
-    sweep(chain, cos, sin, rate, force_x, force_y, moment, torque, implicit_damping, probe_body, work)
-    close(torque[rate.shape[0] - 1], implicit_damping, work)
-
-
-@kernel
-def sweep(
-    chain: Chain, cos, sin, rate, force_x, force_y, moment, torque, implicit_damping, probe_body, work: SweepWork,
-    terms=None,
-):  # fmt: skip
-    """Response of every acceleration to the load of the cut joint.
+    Every solver of the chain has these parameters and this result.
 
     Parameters
     ----------
     chain : Chain
         Constant data of the ``n`` bodies.
-    cos, sin, rate : (n,) arrays
-        Orientation and angular velocity (rad/s) of the bodies.
-    force_x, force_y, moment : (n,) arrays
-        External wrench about the mass centre without gravity, N and N m.
-    torque : (n,) array
-        Bushing torque of joint i (behind body i) at the start of the step, N m; entry n - 1 is the
-        cut joint. It acts on the outboard body.
+    state : State
+        ``rate`` is read.
+    work : Work
+        ``cos``, ``sin``, the loads ``force_x``, ``force_y``, ``moment`` without gravity and the bushing ``torque`` at
+        the start of the step are read, ``sweep`` is written.
     implicit_damping : float
         Step times bushing damping: the torque is taken as ``torque - implicit_damping * phi''``,
         which removes the step limit of the damping (N m s2/rad).
     probe_body : int
         Body whose input pin's acceleration is kept (the sensor's link).
-    work : SweepWork
-        Output.
-    terms : chain.implicit.ImplicitWork or None
+    """
+    sweep(chain, state, work, implicit_damping, probe_body, None)
+    close(work.torque[state.rate.shape[0] - 1], implicit_damping, work.sweep)
+
+
+@kernel
+def sweep(chain: Chain, state, work: Work, implicit_damping, probe_body, implicit):
+    """Response of every acceleration to the load of the cut joint.
+
+    Parameters
+    ----------
+    chain, state, work, implicit_damping, probe_body
+        As in `accelerations`.
+    implicit : ImplicitWork or None
         Slopes of the contact forces of a linearly implicit step: they add to the inertia, and every
         wheel that turns freely gets a column beside the four.
 
@@ -113,10 +64,12 @@ def sweep(
     Body: A.2 in the plane, ``S' = S - B`` with the inertia ``B`` about the input pin, then the shift
     ``T' S' T`` to the output pin. Joint: ``phi'' = (S_3 z_b + E_3 - tau) / D``, ``D = S_33 - h c``.
     """
+    cos, sin, rate, torque = work.cos, work.sin, state.rate, work.torque
+    force_x, force_y, moment = work.force_x, work.force_y, work.moment
     n = rate.shape[0]
     mass, inertia, length = chain.mass, chain.inertia, chain.length
     com_x, com_y = chain.com_x, chain.com_y
-    gain = work.gain
+    gain = work.sweep.gain
 
     # S = [[s11, s12, s13], [., s22, s23], [., ., s33]] is symmetric. Rows of E belong to q_x, q_y, m.
     # The columns of lambda_x and lambda_y keep rows q_x, q_y; every entry is carried for plainness.
@@ -124,8 +77,8 @@ def sweep(
     ex0, ex1, ex2, ex3 = 1.0, 0.0, 0.0, 0.0
     ey0, ey1, ey2, ey3 = 0.0, 1.0, 0.0, 0.0
     em0, em1, em2, em3 = 0.0, 0.0, 1.0, 0.0
-    if terms is not None:
-        wheel_columns = terms.column
+    if implicit is not None:
+        wheel_columns = implicit.column
         wheel_columns[:, :] = 0.0
 
     for i in range(n):
@@ -143,16 +96,16 @@ def sweep(
         s13 += m * gy
         s23 -= m * gx
         s33 -= inertia[i] + m * (gx * gx + gy * gy)
-        if terms is not None:
-            s11 -= terms.inertia[i, 0]
-            s12 -= terms.inertia[i, 1]
-            s22 -= terms.inertia[i, 2]
-            s13 -= terms.inertia[i, 3]
-            s23 -= terms.inertia[i, 4]
-            s33 -= terms.inertia[i, 5]
+        if implicit is not None:
+            s11 -= implicit.inertia[i, 0]
+            s12 -= implicit.inertia[i, 1]
+            s22 -= implicit.inertia[i, 2]
+            s13 -= implicit.inertia[i, 3]
+            s23 -= implicit.inertia[i, 4]
+            s33 -= implicit.inertia[i, 5]
             for wheel in range(1, wheel_columns.shape[0]):
                 for r in range(3):
-                    wheel_columns[wheel, r] += terms.couple[i, wheel, r]
+                    wheel_columns[wheel, r] += implicit.couple[i, wheel, r]
                 wheel_columns[wheel, 2] += dy * wheel_columns[wheel, 0] - dx * wheel_columns[wheel, 1]
         fx = force_x[i]
         fy = force_y[i] - m * chain.gravity
@@ -179,10 +132,10 @@ def sweep(
             p2 = s23 * d
             p3 = s33 * d
             g3 = em3 - torque[i]
-            if terms is not None:
+            if implicit is not None:
                 for wheel in range(1, wheel_columns.shape[0]):
                     g = wheel_columns[wheel, 2]
-                    terms.gain[i, wheel] = g * d
+                    implicit.gain[i, wheel] = g * d
                     wheel_columns[wheel, 0] -= p1 * g
                     wheel_columns[wheel, 1] -= p2 * g
                     wheel_columns[wheel, 2] -= p3 * g
@@ -219,7 +172,7 @@ def sweep(
     l22 = np.sqrt(-s22 - l21 * l21)
     l32 = (-s23 - l31 * l21) / l22
     l33 = np.sqrt(-s33 - l31 * l31 - l32 * l32)
-    end = work.end
+    end = work.sweep.end
     for k in range(4):
         if k == 0:
             b1, b2, b3 = ex0 - 1.0, ey0, em0
@@ -238,34 +191,35 @@ def sweep(
         end[0, k] = z1
         end[1, k] = z2
         end[2, k] = z3
-    if terms is not None:
+    if implicit is not None:
         for wheel in range(1, wheel_columns.shape[0]):
             y1 = wheel_columns[wheel, 0] / l11
             y2 = (wheel_columns[wheel, 1] - l21 * y1) / l22
             y3 = (wheel_columns[wheel, 2] - l31 * y1 - l32 * y2) / l33
             z3 = y3 / l33
             z2 = (y2 - l32 * z3) / l22
-            terms.end[wheel, 0] = (y1 - l21 * z2 - l31 * z3) / l11
-            terms.end[wheel, 1] = z2
-            terms.end[wheel, 2] = z3
+            implicit.end[wheel, 0] = (y1 - l21 * z2 - l31 * z3) / l11
+            implicit.end[wheel, 1] = z2
+            implicit.end[wheel, 2] = z3
 
-    _back_substitute(chain, cos, sin, rate, probe_body, work, terms)
+    _back_substitute(chain, state, work, probe_body, implicit)
 
 
 @kernel
-def _back_substitute(chain: Chain, cos, sin, rate, probe_body, work: SweepWork, terms):
+def _back_substitute(chain: Chain, state, work: Work, probe_body, implicit):
     """Accelerations of every body from the output of the last one, four columns at a time."""
+    cos, sin, rate, swept = work.cos, work.sin, state.rate, work.sweep
     n = rate.shape[0]
-    gain, response, end = work.gain, work.response, work.end
+    gain, response, end = swept.gain, swept.response, swept.end
     x0, x1, x2, x3 = end[0, 0], end[0, 1], end[0, 2], end[0, 3]
     y0, y1, y2, y3 = end[1, 0], end[1, 1], end[1, 2], end[1, 3]
     a0, a1, a2, a3 = end[2, 0], end[2, 1], end[2, 2], end[2, 3]
-    if terms is not None:
-        z = terms.column
-        terms.row[:, :] = 0.0
+    if implicit is not None:
+        z = implicit.column
+        implicit.row[:, :] = 0.0
         for wheel in range(1, z.shape[0]):
             for r in range(3):
-                z[wheel, r] = terms.end[wheel, r]
+                z[wheel, r] = implicit.end[wheel, r]
     p1 = p2 = q = 0.0
     for i in range(n - 1, -1, -1):
         if i < n - 1:
@@ -291,42 +245,42 @@ def _back_substitute(chain: Chain, cos, sin, rate, probe_body, work: SweepWork, 
         y1 -= dx * a1
         y2 -= dx * a2
         y3 -= dx * a3 - w2 * dy
-        if terms is not None:
+        if implicit is not None:
             for wheel in range(1, z.shape[0]):
                 a = z[wheel, 2]
                 if i < n - 1:
-                    a = q * a - p1 * z[wheel, 0] - p2 * z[wheel, 1] - terms.gain[i, wheel]
+                    a = q * a - p1 * z[wheel, 0] - p2 * z[wheel, 1] - implicit.gain[i, wheel]
                 z[wheel, 0] += dy * a
                 z[wheel, 1] -= dx * a
                 z[wheel, 2] = a
-                terms.response[i, wheel] = a
+                implicit.response[i, wheel] = a
                 if i == probe_body:
-                    terms.probe[wheel, 0] = z[wheel, 0]
-                    terms.probe[wheel, 1] = z[wheel, 1]
+                    implicit.probe[wheel, 0] = z[wheel, 0]
+                    implicit.probe[wheel, 1] = z[wheel, 1]
             for wheel in range(1, z.shape[0]):
                 # acceleration of this body as the friction on the wheel feels it
-                u, v, w = terms.couple[i, wheel, 0], terms.couple[i, wheel, 1], terms.couple[i, wheel, 2]
+                u, v, w = implicit.couple[i, wheel, 0], implicit.couple[i, wheel, 1], implicit.couple[i, wheel, 2]
                 if u != 0.0 or v != 0.0:
-                    terms.row[wheel, 0] += u * x0 + v * y0 + w * a0
-                    terms.row[wheel, 1] += u * x1 + v * y1 + w * a1
-                    terms.row[wheel, 2] += u * x2 + v * y2 + w * a2
-                    terms.row[wheel, 3] += u * x3 + v * y3 + w * a3
+                    implicit.row[wheel, 0] += u * x0 + v * y0 + w * a0
+                    implicit.row[wheel, 1] += u * x1 + v * y1 + w * a1
+                    implicit.row[wheel, 2] += u * x2 + v * y2 + w * a2
+                    implicit.row[wheel, 3] += u * x3 + v * y3 + w * a3
                     for k in range(1, z.shape[0]):
-                        terms.row[wheel, 3 + k] += u * z[k, 0] + v * z[k, 1] + w * z[k, 2]
+                        implicit.row[wheel, 3 + k] += u * z[k, 0] + v * z[k, 1] + w * z[k, 2]
         if i == probe_body:
-            work.probe[0, 0] = x0
-            work.probe[0, 1] = x1
-            work.probe[0, 2] = x2
-            work.probe[0, 3] = x3
-            work.probe[1, 0] = y0
-            work.probe[1, 1] = y1
-            work.probe[1, 2] = y2
-            work.probe[1, 3] = y3
-    if terms is not None:
+            swept.probe[0, 0] = x0
+            swept.probe[0, 1] = x1
+            swept.probe[0, 2] = x2
+            swept.probe[0, 3] = x3
+            swept.probe[1, 0] = y0
+            swept.probe[1, 1] = y1
+            swept.probe[1, 2] = y2
+            swept.probe[1, 3] = y3
+    if implicit is not None:
         for wheel in range(1, z.shape[0]):
-            terms.base[wheel, 0] = z[wheel, 0]
-            terms.base[wheel, 1] = z[wheel, 1]
-    base = work.base
+            implicit.base[wheel, 0] = z[wheel, 0]
+            implicit.base[wheel, 1] = z[wheel, 1]
+    base = swept.base
     base[0, 0] = x0
     base[0, 1] = x1
     base[0, 2] = x2

@@ -24,9 +24,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trackdyn.chain.model import Chain
-from trackdyn.chain.riccati import SweepWork
 from trackdyn.jit import allocating as kernel
+from trackdyn.model.constants import Chain
+from trackdyn.model.work import Work
 
 STATES = 13
 
@@ -151,20 +151,21 @@ def joint_acceleration(axis, state_in, state_out):
 
 
 @kernel
-def fill_elements(chain: Chain, cos, sin, rate, force_x, force_y, moment, torque, elements):
+def fill_elements(chain: Chain, state, work: Work, elements):
     """Transfer matrices of elements 1 to 2 n - 1 of the planar chain, cut at joint 2 n.
 
     Parameters
     ----------
-    chain, cos, sin, rate, force_x, force_y, moment, torque
+    chain, state, work
         See `accelerations`.
     elements : (2 n - 1, 13, 13) array
         Output: body i (from 0) in ``elements[2 i]``, the joint behind it in ``elements[2 i + 1]``.
     """
+    rate, force_x, force_y = state.rate, work.force_x, work.force_y
     n = rate.shape[0]
     axis = np.array([0.0, 0.0, 1.0])
     for i in range(n):
-        c, s = cos[i], sin[i]
+        c, s = work.cos[i], work.sin[i]
         x, y = chain.com_x[i], chain.com_y[i]
         r_ic = np.array([c * x - s * y, s * x + c * y, 0.0])
         r_io = np.array([c * chain.length[i], s * chain.length[i], 0.0])
@@ -172,13 +173,11 @@ def fill_elements(chain: Chain, cos, sin, rate, force_x, force_y, moment, torque
         # Nothing turns out of the plane: the two transverse moments of inertia cannot matter.
         inertia = chain.inertia[i] * np.eye(3)
         omega = rate[i] * axis
-        body_matrix(
-            chain.mass[i], inertia, r_ic, r_io, omega, force, moment[i] * axis, elements[2 * i]
-        )  # fmt: skip
+        body_matrix(chain.mass[i], inertia, r_ic, r_io, omega, force, work.moment[i] * axis, elements[2 * i])
     for i in range(n - 1):
         # the angular velocity is parallel to the axis, so that zeta vanishes in the plane
         zeta = skew(rate[i] * axis) @ axis * (rate[i + 1] - rate[i])
-        joint_matrix(elements[2 * i + 2], axis, axis, zeta, torque[i + 1], elements[2 * i + 1])
+        joint_matrix(elements[2 * i + 2], axis, axis, zeta, work.torque[i + 1], elements[2 * i + 1])
 
 
 @kernel
@@ -257,25 +256,13 @@ def solve_boundaries(product, first_body, torque_first, torque_cut):
 
 
 @kernel
-def accelerations(chain: Chain, cos, sin, rate, force_x, force_y, moment, torque, probe_body, work: SweepWork):
+def accelerations(chain: Chain, state, work: Work, implicit_damping, probe_body):
     """Accelerations of the closed planar chain by the product of all transfer matrices.
 
-    Parameters
-    ----------
-    chain : Chain
-        Constant data of the ``n`` bodies.
-    cos, sin, rate : (n,) arrays
-        Orientation and angular velocity (rad/s) of the bodies.
-    force_x, force_y, moment : (n,) arrays
-        External wrench about the mass centre without gravity, N and N m.
-    torque : (n,) array
-        Bushing torque of joint i (behind body i) on its outboard body, N m; entry n - 1 is the cut joint.
-    probe_body : int
-        Body whose input pin's acceleration is kept (the sensor's link).
-    work : SweepWork
-        Output. Columns 0 and 1 of ``response``, ``base``, ``probe`` and ``end`` are the motions with unit
-        closure acceleration in x and y, column 2 is zero, column 3 is the motion of the closed chain;
-        ``load = [0, 0, 0, 1]`` and ``inverse = I`` belong to that. ``gain`` is left alone.
+    Parameters as in `riccati.accelerations`; the bushing torque is taken as it is, ``implicit_damping`` must be 0.
+    Columns 0 and 1 of ``response``, ``base``, ``probe`` and ``end`` in ``work.sweep`` are the motions with unit
+    closure acceleration in x and y, column 2 is zero, column 3 is the motion of the closed chain;
+    ``load = [0, 0, 0, 1]`` and ``inverse = I`` belong to that. ``gain`` is left alone.
 
     Returns
     -------
@@ -288,39 +275,40 @@ def accelerations(chain: Chain, cos, sin, rate, force_x, force_y, moment, torque
         The product overflowed, a body's pins are mutual centres of percussion, or the conditions are
         dependent.
     """
-    n = rate.shape[0]
+    swept, torque = work.sweep, work.torque
+    n = state.rate.shape[0]
     axis = np.array([0.0, 0.0, 1.0])
     elements = np.empty((2 * n - 1, STATES, STATES))
-    fill_elements(chain, cos, sin, rate, force_x, force_y, moment, torque, elements)
+    fill_elements(chain, state, work, elements)
     start = solve_boundaries(multiply(elements), elements[0], torque[0], torque[n - 1])
 
-    for array in (work.base, work.probe, work.end, work.inverse):
+    for array in (swept.base, swept.probe, swept.end, swept.inverse):
         array[:, :] = 0.0
-    work.response[:, 2] = 0.0
+    swept.response[:, 2] = 0.0
     for k in range(3):
         column = 3 if k == 2 else k
-        state = start[:, k].copy()
-        angular = state[5]
+        at = start[:, k].copy()
+        angular = at[5]
         for i in range(n):
-            work.response[i, column] = angular
+            swept.response[i, column] = angular
             if i == 0:
-                work.base[0, column] = state[0]
-                work.base[1, column] = state[1]
+                swept.base[0, column] = at[0]
+                swept.base[1, column] = at[1]
             if i == probe_body:
-                work.probe[0, column] = state[0]
-                work.probe[1, column] = state[1]
-            state = elements[2 * i] @ state
+                swept.probe[0, column] = at[0]
+                swept.probe[1, column] = at[1]
+            at = elements[2 * i] @ at
             if i < n - 1:
-                outboard = elements[2 * i + 1] @ state
-                angular += joint_acceleration(axis, state, outboard)
-                state = outboard
-        work.end[0, column] = state[0]
-        work.end[1, column] = state[1]
-        work.end[2, column] = state[5]
+                outboard = elements[2 * i + 1] @ at
+                angular += joint_acceleration(axis, at, outboard)
+                at = outboard
+        swept.end[0, column] = at[0]
+        swept.end[1, column] = at[1]
+        swept.end[2, column] = at[5]
     for k in range(3):
-        work.inverse[k, k] = 1.0
-        work.load[k] = 0.0
-    work.load[3] = 1.0
+        swept.inverse[k, k] = 1.0
+        swept.load[k] = 0.0
+    swept.load[3] = 1.0
     return start[6:12, 2].copy()
 
 

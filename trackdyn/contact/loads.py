@@ -1,56 +1,141 @@
-"""All contacts of the loop at one state: who touches what, and the loads that follow (Fig. 11, Fig. 12)."""
+"""All contacts of the loop at one state: who touches what, and the loads that follow (Fig. 11, Fig. 12).
+
+One statement serves the plane and space (`contact.axial`): points and normals are in the frame of the wheel
+that is touched, which in the plane is the inertial one.
+"""
 
 from math import cos as cosine
 from math import sin as sine
+from typing import NamedTuple
 
-from trackdyn.chain.model import Chain
-from trackdyn.contact.laws import friction_coefficient, normal_force, normal_slopes, stored_impact_speed
-from trackdyn.contact.tooth import Tooth, find_area, groove_index
+from trackdyn.contact.axial import (
+    back,
+    centre_seen,
+    friction_coefficients,
+    guide_force,
+    height,
+    lift,
+    own_centre,
+    seen,
+    share_left,
+)
+from trackdyn.contact.laws import normal_force, normal_slopes, stored_impact_speed
+from trackdyn.contact.tooth import find_area, groove_index
 from trackdyn.contact.wheel import foot
 from trackdyn.jit import kernel
-from trackdyn.model import SPROCKET, Model, Shoes, State, Wheels, Work
+from trackdyn.model.constants import SPROCKET, Law, Model
+from trackdyn.model.state import OFFSET, P, Q, State
+from trackdyn.model.work import (
+    ARM_X,
+    ARM_Y,
+    ARM_Z,
+    BODY,
+    FLANK,
+    FRICTION_SLOPE,
+    FRICTION_X,
+    FRICTION_Y,
+    FRICTION_Z,
+    GUIDE,
+    KIND,
+    NORMAL_SLOPE,
+    NORMAL_X,
+    NORMAL_Y,
+    NORMAL_Z,
+    PIN_X,
+    PIN_Y,
+    RATE,
+    RING,
+    SPEED_X,
+    SPEED_Y,
+    SPEED_Z,
+    SURFACE,
+    TURN_X,
+    TURN_Y,
+    TURN_Z,
+    WHEEL,
+    Work,
+)
 
 # Part of a linearly implicit step at which contact depths are taken: half way is stable for any
 # stiffness and loses half the energy that the end of the step would.
 AHEAD = 0.5
 
 
-@kernel
-def _apply(chain: Chain, state: State, wheels: Wheels, work: Work, law, body, wheel, tooth, px, py, nx, ny, depth,
-           speed, impact, radius, step, implicit):  # fmt: skip
-    """Contact at point p with normal n on ``body``: forces into the loads and onto the contact list.
+class Touch(NamedTuple):
+    """One contact: the body at a point of its wheel's frame, with the normal of the force on the body.
 
-    Returns the normal force at the present state, N.
+    ``depth`` (m), ``speed`` (m/s, positive while the depth grows), ``impact`` (its initial value) and ``radius``
+    (m) are those of Eq. 8, ``share`` the part of the contact length that overlaps, ``axial`` the force of a
+    guide along the wheel's axis (N).
     """
+
+    body: int
+    wheel: int
+    kind: int
+    x: float
+    y: float
+    z: float
+    normal_x: float
+    normal_y: float
+    depth: float
+    speed: float
+    impact: float
+    radius: float
+    share: float
+    axial: float
+    law: Law
+
+
+@kernel
+def body_motion(model, state, work, body, x, y):
+    """Arm of a point from the body's mass centre (m) and its velocity as far as the plane does not turn (m/s)."""
+    chain, w = model.chain, state.rate[body]
     c, s = work.cos[body], work.sin[body]
-    gx = work.pin_x[body] + chain.com_x[body] * c - chain.com_y[body] * s
-    gy = work.pin_y[body] + chain.com_x[body] * s + chain.com_y[body] * c
-    ax = px - gx
-    ay = py - gy
-    w = state.rate[body]
-    vx = work.com_vx[body] - w * ay
-    vy = work.com_vy[body] + w * ax
-    ox = px - wheels.x[wheel]
-    oy = py - wheels.y[wheel]
+    ax = x - (work.pin_x[body] + chain.com_x[body] * c - chain.com_y[body] * s)
+    ay = y - (work.pin_y[body] + chain.com_x[body] * s + chain.com_y[body] * c)
+    return ax, ay, work.com_vx[body] - w * ay, work.com_vy[body] + w * ax
+
+
+@kernel
+def with_plane(state, space, x, y, z, vx, vy):
+    """Velocity of a point with what the turning plane adds, m/s."""
+    if space is None:
+        return vx, vy, 0.0
+    az, motion = z - state.plane.motion[OFFSET], state.plane.motion
+    return vx + motion[Q] * az, vy - motion[P] * az, lift(state, space, x, y)
+
+
+@kernel
+def apply(model: Model, state: State, work: Work, touch: Touch, space, implicit):
+    """Forces of a contact into the loads and onto the contact list; returns the normal force at this state, N."""
+    law, body, wheel, nx, ny = touch.law, touch.body, touch.wheel, touch.normal_x, touch.normal_y
+    x, y, z = back(space, wheel, touch.x, touch.y, touch.z)
+    ax, ay, vx, vy = body_motion(model, state, work, body, x, y)
+    vx, vy, vz = with_plane(state, space, x, y, z, vx, vy)
+    cx, cy, cz = own_centre(model, space, wheel)
+    ox = touch.x - cx
+    oy = touch.y - cy
     ww = state.wheel_rate[wheel]
-    # slip of the two material points at p along tau = z x n (Eqs. 31, 38 with the links' own rotation)
-    slip = -ny * (vx + ww * oy) + nx * (vy - ww * ox)
-    fn = normal_force(law, depth, speed, impact, radius)
-    mu = friction_coefficient(law, slip)
+    # slip of the two material points: along tau = z x n (Eqs. 31, 38 with the links' own rotation) and along
+    # the axis (Eqs. 32, 39)
+    sx, sy, sz = seen(space, wheel, vx, vy, vz)
+    slip = -ny * (sx + ww * oy) + nx * (sy - ww * ox)
+    fn = touch.share * normal_force(law, touch.depth, touch.speed, touch.impact, touch.radius)
+    mu, axial_mu = friction_coefficients(model, space, law, slip, sz)
     present = fn
-    k = work.count[0]
-    row = work.contact
+    row, k = work.contact, work.count[0]
     if implicit is not None:
         # the normal force is led ahead by its slopes, friction to the end of the step by its secant;
         # the rest, proportional to the accelerations of the step, goes into the sweep
-        stiffness, damping = normal_slopes(law, depth, speed, impact, radius)
-        fn += AHEAD * step * stiffness * speed
+        step = model.step
+        stiffness, damping = normal_slopes(law, touch.depth, touch.speed, touch.impact, touch.radius)
+        fn += AHEAD * step * stiffness * touch.speed
         normal = step * (damping + AHEAD * step * stiffness)
         if fn <= 0.0:
             fn = normal = 0.0
         across = step * fn * abs(mu) / max(abs(slip), 1e-9)
-        rx = px - work.pin_x[body]
-        ry = py - work.pin_y[body]
+        rx = x - work.pin_x[body]
+        ry = y - work.pin_y[body]
         m1 = rx * ny - ry * nx
         m2 = rx * nx + ry * ny
         inertia = implicit.inertia
@@ -66,133 +151,203 @@ def _apply(chain: Chain, state: State, wheels: Wheels, work: Work, law, body, wh
             implicit.couple[body, wheel, 1] += arm * nx
             implicit.couple[body, wheel, 2] += arm * m2
             implicit.wheel_inertia[wheel] += arm * (ox * nx + oy * ny)
-        row[k, 11] = normal
-        row[k, 12] = across
+        row[k, NORMAL_SLOPE] = normal
+        row[k, FRICTION_SLOPE] = across
     ft = -fn * mu
-    fx = fn * nx - ft * ny
-    fy = fn * ny + ft * nx
+    across_force = -fn * axial_mu
+    wx = fn * nx - ft * ny
+    wy = fn * ny + ft * nx
+    wz = across_force + touch.axial
+    fx, fy, fz = back(space, wheel, wx, wy, wz)
+    turn = ox * wy - oy * wx
     work.force_x[body] += fx
     work.force_y[body] += fy
     work.moment[body] += ax * fy - ay * fx
-    work.wheel_torque[wheel] -= ox * fy - oy * fx
-    row[k, 0] = fn * nx
-    row[k, 1] = fn * ny
-    row[k, 2] = -ft * ny
-    row[k, 3] = ft * nx
-    row[k, 4] = ax
-    row[k, 5] = ay
-    row[k, 6] = vx
-    row[k, 7] = vy
-    row[k, 8] = ox
-    row[k, 9] = oy
-    row[k, 10] = ww
-    work.contact_body[k, 0] = body
-    work.contact_body[k, 1] = wheel
-    work.contact_body[k, 2] = tooth
+    work.wheel_torque[wheel] -= turn
+    row[k, NORMAL_X], row[k, NORMAL_Y], normal_z = back(space, wheel, fn * nx, fn * ny, touch.axial)
+    row[k, FRICTION_X], row[k, FRICTION_Y], friction_z = back(space, wheel, -ft * ny, ft * nx, across_force)
+    row[k, TURN_X], row[k, TURN_Y], turn_z = back(space, wheel, -oy, ox, 0.0)
+    row[k, ARM_X] = ax
+    row[k, ARM_Y] = ay
+    row[k, SPEED_X] = vx
+    row[k, SPEED_Y] = vy
+    row[k, RATE] = ww
+    if space is not None:
+        az = z - state.plane.motion[OFFSET]
+        space.force_z[body] += fz
+        space.moment_x[body] += ay * fz - az * fy
+        space.moment_y[body] += az * fx - ax * fz
+        oz = touch.z - cz
+        load = space.wheel_load
+        load[wheel, 0] -= wx
+        load[wheel, 1] -= wy
+        load[wheel, 2] -= wz
+        load[wheel, 3] -= oy * wz - oz * wy
+        load[wheel, 4] -= oz * wx - ox * wz
+        load[wheel, 5] -= turn
+        row[k, NORMAL_Z] = normal_z
+        row[k, FRICTION_Z] = friction_z
+        row[k, TURN_Z] = turn_z
+        row[k, ARM_Z] = az
+        row[k, SPEED_Z] = vz
+        row[k, PIN_X] = x - state.pin[0]
+        row[k, PIN_Y] = y - state.pin[1]
+    work.contact_body[k, BODY] = body
+    work.contact_body[k, WHEEL] = wheel
+    work.contact_body[k, KIND] = touch.kind
     work.count[0] = k + 1
     return present
 
 
 @kernel
-def tooth_loads(chain: Chain, shoes: Shoes, tooth: Tooth, wheels: Wheels, state: State, work: Work, step, implicit):
+def tooth_loads(model: Model, state: State, work: Work, space, implicit):
     """Contact of every arc near the sprocket with its groove (Fig. 11)."""
+    chain, shoes, tooth = model.chain, model.shoes, model.tooth
     cs = cosine(state.wheel_angle[SPROCKET])
     ss = sine(state.wheel_angle[SPROCKET])
     ws = state.wheel_rate[SPROCKET]
-    ox = wheels.x[SPROCKET]
-    oy = wheels.y[SPROCKET]
+    cx, cy, cz = own_centre(model, space, SPROCKET)
+    mx, my, mz = centre_seen(model, space, SPROCKET)
+    dz = height(state, space) - mz
     reach = tooth.addendum + tooth.arc_radius  # Eq. 18
+    rc = tooth.arc_radius
     for arc in range(shoes.arc_body.shape[0]):
         body = shoes.arc_body[arc]
         along = shoes.arc_x[arc]
         c, s = work.cos[body], work.sin[body]
-        lx = work.pin_x[body] + along * c - ox
-        ly = work.pin_y[body] + along * s - oy
+        x = work.pin_x[body] + along * c
+        y = work.pin_y[body] + along * s
+        lx, ly, lz = seen(space, SPROCKET, x - mx, y - my, dz)
         area = k = 0
-        depth = nkx = nky = radius = ck = sk = 0.0
+        depth = nkx = nky = radius = ck = sk = share = 0.0
         if lx * lx + ly * ly <= reach * reach:
+            share = share_left(model, space, FLANK, lz)
+        if share > 0.0:
             # each arc searches the groove that its own centre is in: tips are shared by neighbours
             k = groove_index(tooth.teeth, cs * lx + ss * ly, -ss * lx + cs * ly)
             ck = cs * tooth.groove_cos[k - 1] - ss * tooth.groove_sin[k - 1]
             sk = ss * tooth.groove_cos[k - 1] + cs * tooth.groove_sin[k - 1]
             area, depth, nkx, nky, radius = find_area(tooth, ck * lx + sk * ly, -sk * lx + ck * ly)
+        work.tooth_area[arc] = area
         if area == 0:
             work.tooth_force[arc] = 0.0
-            work.tooth_area[arc] = 0
             work.tooth_groove[arc] = 0
             state.tooth_impact[arc] = 0.0
             continue
+        work.tooth_groove[arc] = k
         nx = ck * nkx - sk * nky
         ny = sk * nkx + ck * nky
         # velocity of the arc's centre seen from the groove (Eq. 27); the force pushes along n
         w = state.rate[body]
         gx = (chain.com_x[body] - along) * c - chain.com_y[body] * s
         gy = (chain.com_x[body] - along) * s + chain.com_y[body] * c
-        vx = work.com_vx[body] + w * gy + ws * ly
-        vy = work.com_vy[body] - w * gx - ws * lx
+        vx, vy, _ = seen(
+            space, SPROCKET, work.com_vx[body] + w * gy, work.com_vy[body] - w * gx, lift(state, space, x, y)
+        )
+        vx += ws * ly
+        vy -= ws * lx
         speed = -(nx * vx + ny * vy)
         impact = stored_impact_speed(state.tooth_impact[arc], speed, tooth.law.speed_floor)
         state.tooth_impact[arc] = impact
-        px = ox + lx - tooth.arc_radius * nx
-        py = oy + ly - tooth.arc_radius * ny
-        work.tooth_force[arc] = _apply(
-            chain, state, wheels, work, tooth.law, body, SPROCKET, 1, px, py, nx, ny, depth, speed, impact, radius,
-            step, implicit,
+        touch = Touch(
+            body, SPROCKET, FLANK, cx + lx - rc * nx, cy + ly - rc * ny, cz + lz,
+            nx, ny, depth, speed, impact, radius, share, 0.0, tooth.law,
         )  # fmt: skip
-        work.tooth_area[arc] = area
-        work.tooth_groove[arc] = k
+        work.tooth_force[arc] = apply(model, state, work, touch, space, implicit)
 
 
 @kernel
-def wheel_loads(chain: Chain, shoes: Shoes, wheels: Wheels, state: State, work: Work, step, implicit):
+def wheel_loads(model: Model, state: State, work: Work, space, implicit):
     """Contact of every link near a wheel with it (Fig. 12)."""
+    shoes, wheels, thick = model.shoes, model.wheels, model.wheels.half_thickness
+    z = height(state, space)
     for link in range(shoes.link_body.shape[0]):
         body = shoes.link_body[link]
         c, s = work.cos[body], work.sin[body]
         start, end = shoes.link_start[link], shoes.link_end[link]
-        ax = work.pin_x[body] + start * c
-        ay = work.pin_y[body] + start * s
-        bx = work.pin_x[body] + end * c
-        by = work.pin_y[body] + end * s
+        x0 = work.pin_x[body] + start * c
+        y0 = work.pin_y[body] + start * s
+        x1 = work.pin_x[body] + end * c
+        y1 = work.pin_y[body] + end * s
         half = 0.5 * (end - start)
         for wheel in range(wheels.x.shape[0]):
             if not wheels.present[wheel]:
                 continue
-            cx, cy = wheels.x[wheel], wheels.y[wheel]
-            reach = wheels.radius[wheel] + wheels.half_thickness
+            ax, ay, az = seen(space, wheel, x0, y0, z)
+            bx, by, bz = seen(space, wheel, x1, y1, z)
+            cx, cy, cz = own_centre(model, space, wheel)
+            kind = RING if wheel == SPROCKET else SURFACE
+            reach = wheels.radius[wheel] + thick
             mx = 0.5 * (ax + bx) - cx
             my = 0.5 * (ay + by) - cy
-            depth = 0.0
+            depth = share = qz = 0.0
             if mx * mx + my * my < (reach + half) ** 2:
-                _, qx, qy, distance = foot(ax, ay, bx, by, cx, cy)
+                fraction, qx, qy, distance = foot(ax, ay, bx, by, cx, cy)
                 depth = reach - distance
-            if depth <= 0.0:
+            if depth > 0.0:
+                qz = az + min(max(fraction, 0.0), 1.0) * (bz - az)
+                share = share_left(model, space, kind, qz - cz)
+            if share <= 0.0:
                 work.wheel_force[link, wheel] = 0.0
                 state.wheel_impact[link, wheel] = 0.0
                 continue
             nx = (qx - cx) / distance
             ny = (qy - cy) / distance
-            gx = work.pin_x[body] + chain.com_x[body] * c - chain.com_y[body] * s
-            gy = work.pin_y[body] + chain.com_x[body] * s + chain.com_y[body] * c
-            w = state.rate[body]
-            speed = -(nx * (work.com_vx[body] - w * (qy - gy)) + ny * (work.com_vy[body] + w * (qx - gx)))
+            x, y, height_there = back(space, wheel, qx, qy, qz)
+            _, _, vx, vy = body_motion(model, state, work, body, x, y)
+            vx, vy, vz = with_plane(state, space, x, y, height_there, vx, vy)
+            vx, vy, _ = seen(space, wheel, vx, vy, vz)
+            speed = -(nx * vx + ny * vy)
             law = wheels.ring_law if wheel == SPROCKET else wheels.wheel_law
             impact = stored_impact_speed(state.wheel_impact[link, wheel], speed, law.speed_floor)
             state.wheel_impact[link, wheel] = impact
-            px = qx - wheels.half_thickness * nx
-            py = qy - wheels.half_thickness * ny
-            work.wheel_force[link, wheel] = _apply(
-                chain, state, wheels, work, law, body, wheel, 0, px, py, nx, ny, depth, speed, impact,
-                wheels.radius[wheel], step, implicit,
+            touch = Touch(
+                body, wheel, kind, qx - thick * nx, qy - thick * ny, qz,
+                nx, ny, depth, speed, impact, wheels.radius[wheel], share, 0.0, law,
             )  # fmt: skip
+            work.wheel_force[link, wheel] = apply(model, state, work, touch, space, implicit)
 
 
 @kernel
-def contact_loads(model: Model, state: State, work: Work, implicit=None):
+def guide_loads(model: Model, state: State, work: Work, space, implicit):
+    """Centre guides of the connectors between the flanges of the wheels."""
+    shoes = model.shoes
+    for wheel in range(model.wheels.x.shape[0]):
+        reach = model.space.guide_reach[wheel]
+        if reach == 0.0:
+            continue
+        mx, my, mz = centre_seen(model, space, wheel)
+        cx, cy, cz = own_centre(model, space, wheel)
+        for pitch in range(shoes.link_body.shape[0]):
+            body = shoes.arc_body[2 * pitch]
+            middle = 0.5 * (shoes.arc_x[2 * pitch] + shoes.arc_x[2 * pitch + 1])
+            x = work.pin_x[body] + middle * work.cos[body]
+            y = work.pin_y[body] + middle * work.sin[body]
+            z = height(state, space)
+            lx, ly, lz = seen(space, wheel, x - mx, y - my, z - mz)
+            if abs(lz) <= model.space.clearance or lx * lx + ly * ly > reach * reach:
+                continue
+            _, _, vx, vy = body_motion(model, state, work, body, x, y)
+            vx, vy, vz = with_plane(state, space, x, y, z, vx, vy)
+            _, _, speed = seen(space, wheel, vx, vy, vz)
+            # neither depth nor normal: only the axial force is left of the contact
+            touch = Touch(
+                body, wheel, GUIDE, cx + lx, cy + ly, cz + lz, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0,
+                guide_force(model.space, lz, speed), model.tooth.law,
+            )  # fmt: skip
+            apply(model, state, work, touch, space, implicit)
+
+
+@kernel
+def contact_loads(model: Model, state: State, work: Work, space=None, implicit=None):
     """Contact loads on bodies and wheels at the present state.
 
-    With ``implicit`` (`chain.implicit.ImplicitWork`) the forces are led to the end of the step and
-    their slopes are added up for the linearly implicit sweep.
+    Parameters
+    ----------
+    space : SpaceWork or None
+        ``work.space``, its wheels seen from the plane as it is (`chain.plane.aim`).
+    implicit : ImplicitWork or None
+        Lead the forces to the end of the step and add up their slopes for the linearly implicit sweep.
     """
     work.force_x[:] = 0.0
     work.force_y[:] = 0.0
@@ -203,6 +358,13 @@ def contact_loads(model: Model, state: State, work: Work, implicit=None):
         implicit.inertia[:] = 0.0
         implicit.couple[:] = 0.0
         implicit.wheel_inertia[:] = 0.0
+    if space is not None:
+        space.force_z[:] = 0.0
+        space.moment_x[:] = 0.0
+        space.moment_y[:] = 0.0
+        space.wheel_load[:, :] = 0.0
     if model.tooth.present:
-        tooth_loads(model.chain, model.shoes, model.tooth, model.wheels, state, work, model.step, implicit)
-    wheel_loads(model.chain, model.shoes, model.wheels, state, work, model.step, implicit)
+        tooth_loads(model, state, work, space, implicit)
+    wheel_loads(model, state, work, space, implicit)
+    if space is not None:
+        guide_loads(model, state, work, space, implicit)

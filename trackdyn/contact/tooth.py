@@ -1,72 +1,9 @@
 """Contact of the connector's arcs with the ten areas of a groove (Eqs. 12 to 34), in the plane."""
 
-from math import atan2, cos, floor, pi, sin, sqrt
-from typing import NamedTuple
+from math import atan2, floor, pi, sqrt
 
-import numpy as np
-
-from trackdyn.contact.laws import Law
 from trackdyn.jit import kernel
-
-
-class Tooth(NamedTuple):
-    """Constants of the contact between connectors and grooves.
-
-    Attributes
-    ----------
-    present : int
-        0: the scene has no teeth.
-    centre_x, centre_y, radius : (k,) arrays
-        Arcs O_j and r_j in the groove frame (Table 1), m; ten of them, or three of the coarse profile.
-    direction_x, direction_y, cos_half_angle : (k,) arrays
-        u_j and cos theta_j of Eq. 23.
-    convex : (k,) integer array
-        1 for areas 1, 4, 7, 10 of the ten.
-    groove_cos, groove_sin : (m,) arrays
-        Cosine and sine of beta_k (Eq. 12).
-    teeth : int
-        m.
-    addendum : float
-        r_a of Eq. 18, m.
-    arc_radius : float
-        r_C of the connector's arcs, m.
-    law : Law
-        Steel on steel.
-    """
-
-    present: int
-    centre_x: np.ndarray
-    centre_y: np.ndarray
-    radius: np.ndarray
-    direction_x: np.ndarray
-    direction_y: np.ndarray
-    cos_half_angle: np.ndarray
-    convex: np.ndarray
-    groove_cos: np.ndarray
-    groove_sin: np.ndarray
-    teeth: int
-    addendum: float
-    arc_radius: float
-    law: Law
-
-
-def make_tooth(groove, arc_radius: float, law: Law, present: bool = True) -> Tooth:
-    """Precompute the constants of the area search from the groove's geometry."""
-    beta = [(2 * k - 1) * pi / groove.teeth - pi / 2 for k in range(1, groove.teeth + 1)]  # Eq. 12
-    return Tooth(
-        int(present),
-        *np.ascontiguousarray(groove.centre.T),
-        groove.radius.copy(),
-        *np.ascontiguousarray(groove.direction.T),
-        np.cos(groove.half_angle),
-        groove.convex.astype(np.int64),
-        np.array([cos(b) for b in beta]),
-        np.array([sin(b) for b in beta]),
-        groove.teeth,
-        groove.addendum,
-        arc_radius,
-        law,
-    )
+from trackdyn.model.constants import Tooth
 
 
 @kernel

@@ -1,34 +1,44 @@
 """Loads and accelerations of a state: what every integrator asks for."""
 
-from trackdyn.chain import dense, implicit, riccati, transfer_matrices
+from trackdyn.chain import implicit as linear
+from trackdyn.chain import riccati, transfer_matrices
+from trackdyn.chain import solver_tmp as multipliers
 from trackdyn.chain.kinematics import bushing_torques
+from trackdyn.chain.plane import aim
 from trackdyn.contact.loads import contact_loads
-from trackdyn.integrate.methods import MULTIPLIERS
 from trackdyn.jit import kernel
-from trackdyn.model import Model, State, Work
+from trackdyn.model.constants import Model
+from trackdyn.model.state import P, Q, State
+from trackdyn.model.work import Work
+
+# solvers of the chain by name; in a model None stands for the first, the number for another
+SOLVERS = ("riccati", "transfer_product", "multipliers")
+MULTIPLIERS = SOLVERS.index("multipliers")
 
 
 @kernel
-def evaluate_loads(model: Model, state: State, work: Work, terms=None):
-    """Contacts and bushings at the present state, led to the end of the step if ``terms`` are given."""
-    contact_loads(model, state, work, terms)
-    bushing_torques(model.chain, state, work, 0.0 if terms is None else model.step)
+def evaluate_loads(model: Model, state: State, work: Work, space, implicit):
+    """Contacts and bushings at the present state, led to the end of the step by a linearly implicit integrator."""
+    if space is not None:
+        aim(model, state, space)
+    contact_loads(model, state, work, space, implicit)
+    bushing_torques(model.chain, state, work, 0.0 if implicit is None else model.step)
 
 
 @kernel
-def solve_chain(model: Model, state: State, work: Work, step, terms=None, solver=None):
+def solve_chain(model: Model, state: State, work: Work, step, implicit, solver):
     """Accelerations of the chain under the loads in ``work``, the closure rigid or compliant.
 
     Parameters
     ----------
     step : float
         Step over which bushing damping and a compliant cut are implicit, s; 0: explicit.
-    terms : chain.implicit.ImplicitWork or None
+    implicit : ImplicitWork or None
         Solve the linearly implicit system.
     solver : int or None
-        None for the Riccati sweep, else ``TRANSFER_PRODUCT`` or ``MULTIPLIERS``.
+        ``model.solver``.
     """
-    chain, cut, closure = model.chain, work.cut, model.closure
+    chain, cut, closure, sweep = model.chain, work.cut, model.closure, work.sweep
     probe = model.sensor.body
     damping = step * chain.damping
     stiff = force_x = force_y = 0.0
@@ -39,37 +49,24 @@ def solve_chain(model: Model, state: State, work: Work, step, terms=None, solver
         force_y = closure.stiffness * cut[1] + rate_part * cut[3]
         # the two ends of the cut do not coincide: this couple keeps the angular momentum (A.6)
         work.moment[-1] += cut[0] * force_y - cut[1] * force_x
-    if terms is not None:
-        wheels = model.wheels
-        implicit.accelerations(
-            chain, work.cos, work.sin, state.rate, work.force_x, work.force_y, work.moment, work.torque,
-            damping + step * step * chain.stiffness, work.wheel_torque, wheels.inertia, wheels.drag, state.wheel_rate,
-            step, probe, 1.0 / stiff if closure.compliant else 0.0, force_x, force_y, work.sweep, terms,
-        )  # fmt: skip
+    if implicit is not None:
+        compliance = 1.0 / stiff if closure.compliant else 0.0
+        linear.accelerations(model, state, work, implicit, linear.Cut(compliance, force_x, force_y))
     elif solver is not None:
         if solver == MULTIPLIERS:
-            dense.accelerations(
-                chain, work.cos, work.sin, state.rate, work.force_x, work.force_y, work.moment, work.torque, damping,
-                probe, work.sweep,
-            )  # fmt: skip
+            multipliers.accelerations(chain, state, work, damping, probe)
         else:
-            transfer_matrices.accelerations(
-                chain, work.cos, work.sin, state.rate, work.force_x, work.force_y, work.moment, work.torque, probe,
-                work.sweep,
-            )  # fmt: skip
+            transfer_matrices.accelerations(chain, state, work, 0.0, probe)
     else:
-        riccati.sweep(
-            chain, work.cos, work.sin, state.rate, work.force_x, work.force_y, work.moment, work.torque, damping,
-            probe, work.sweep,
-        )  # fmt: skip
+        riccati.sweep(chain, state, work, damping, probe, None)
         if closure.compliant:
-            riccati.close_compliant(force_x, force_y, stiff, work.torque[-1], damping, work.sweep)
+            riccati.close_compliant(force_x, force_y, stiff, work.torque[-1], damping, sweep)
         else:
-            riccati.close(work.torque[-1], damping, work.sweep)
+            riccati.close(work.torque[-1], damping, sweep)
 
 
 @kernel
-def sense(model: Model, state: State, work: Work):
+def sense(model: Model, state: State, work: Work, space):
     """Acceleration of the sensor in the link frame (a_s of Eq. 40) and the link's angle, into ``work.sensed``."""
     sensor, sweep = model.sensor, work.sweep
     p, load, r, b = sweep.probe, sweep.load, sweep.response, sensor.body
@@ -81,6 +78,14 @@ def sense(model: Model, state: State, work: Work):
     work.sensed[0] = c * ax + s * ay - alpha * sensor.y - w2 * sensor.x
     work.sensed[1] = c * ay - s * ax + alpha * sensor.x - w2 * sensor.y
     work.sensed[2] = state.angle[b]
+    if space is not None:
+        # the turning plane adds (q u, -p u)
+        p_rate, q_rate = state.plane.motion[P], state.plane.motion[Q]
+        x = work.pin_x[b] - state.pin[0] + (c * sensor.x - s * sensor.y)
+        y = work.pin_y[b] - state.pin[1] + (s * sensor.x + c * sensor.y)
+        u = p_rate * y - q_rate * x
+        work.sensed[0] += (c * q_rate - s * p_rate) * u
+        work.sensed[1] -= (s * q_rate + c * p_rate) * u
 
 
 @kernel

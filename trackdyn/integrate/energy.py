@@ -3,49 +3,86 @@
 import numpy as np
 
 from trackdyn.jit import kernel
-from trackdyn.model import (
+from trackdyn.model.constants import SPROCKET, Model
+from trackdyn.model.record import (
     BEARING,
     BUSHING_ELASTIC,
     BUSHING_LOSS,
     GRAVITY,
     KINETIC,
-    SPROCKET,
     SPROCKET_WORK,
     TOOTH_FRICTION,
     TOOTH_NORMAL,
     WHEEL_FRICTION,
     WHEEL_NORMAL,
-    Model,
-    State,
+)
+from trackdyn.model.state import OFFSET, SPEED, P, Q, State
+from trackdyn.model.work import (
+    ARM_X,
+    ARM_Y,
+    ARM_Z,
+    BODY,
+    FLANK,
+    FRICTION_SLOPE,
+    FRICTION_X,
+    FRICTION_Y,
+    FRICTION_Z,
+    KIND,
+    NORMAL_SLOPE,
+    NORMAL_X,
+    NORMAL_Y,
+    NORMAL_Z,
+    PIN_X,
+    PIN_Y,
+    RATE,
+    SPEED_X,
+    SPEED_Y,
+    SPEED_Z,
+    TURN_X,
+    TURN_Y,
+    TURN_Z,
+    WHEEL,
+    ImplicitWork,
     Work,
 )
 
 
 @kernel
-def account(model: Model, state: State, work: Work):
+def account(model: Model, state: State, work: Work, space):
     """Work of every force over the last step: its place at the start, the mean of the velocities.
 
     The velocities after the step are taken in the configuration before it. Then joint forces do no
     work, as they should, and the work of all other forces is the change of kinetic energy of the
     discrete motion: what remains of the balance shows errors of the equations and of the path, not
-    of the quadrature.
+    of the quadrature. Axial friction counts as friction of its surface, guides as normal forces of the wheels.
     """
     chain, h, done = model.chain, model.step, state.work_done
     row = work.contact
     for k in range(work.count[0]):
-        body = work.contact_body[k, 0]
-        wheel = work.contact_body[k, 1]
+        body = work.contact_body[k, BODY]
+        wheel = work.contact_body[k, WHEEL]
         dw = state.rate[body] - work.old_rate[body]
-        vx = row[k, 6] + 0.5 * (work.com_dvx[body] - dw * row[k, 5])
-        vy = row[k, 7] + 0.5 * (work.com_dvy[body] + dw * row[k, 4])
-        ww = 0.5 * (row[k, 10] + state.wheel_rate[wheel])
-        sx = -ww * row[k, 9]
-        sy = ww * row[k, 8]
+        vx = row[k, SPEED_X] + 0.5 * (work.com_dvx[body] - dw * row[k, ARM_Y])
+        vy = row[k, SPEED_Y] + 0.5 * (work.com_dvy[body] + dw * row[k, ARM_X])
+        ww = 0.5 * (row[k, RATE] + state.wheel_rate[wheel])
+        sx = ww * row[k, TURN_X]
+        sy = ww * row[k, TURN_Y]
+        drive = (row[k, NORMAL_X] + row[k, FRICTION_X]) * sx + (row[k, NORMAL_Y] + row[k, FRICTION_Y]) * sy
+        across_normal = across_friction = 0.0
+        if space is not None:
+            dvz, dp, dq = space.change[0], space.change[1], space.change[2]
+            vx += 0.5 * dq * row[k, ARM_Z]
+            vy -= 0.5 * dp * row[k, ARM_Z]
+            vz = row[k, SPEED_Z] + 0.5 * (dvz + dp * row[k, PIN_Y] - dq * row[k, PIN_X])
+            sz = ww * row[k, TURN_Z]
+            drive += (row[k, NORMAL_Z] + row[k, FRICTION_Z]) * sz
+            across_normal = row[k, NORMAL_Z] * (vz - sz)
+            across_friction = row[k, FRICTION_Z] * (vz - sz)
         if wheel == SPROCKET:
-            done[SPROCKET_WORK] += h * ((row[k, 0] + row[k, 2]) * sx + (row[k, 1] + row[k, 3]) * sy)
-        normal = -h * (row[k, 0] * (vx - sx) + row[k, 1] * (vy - sy))
-        friction = -h * (row[k, 2] * (vx - sx) + row[k, 3] * (vy - sy))
-        if work.contact_body[k, 2]:
+            done[SPROCKET_WORK] += h * drive
+        normal = -h * (row[k, NORMAL_X] * (vx - sx) + row[k, NORMAL_Y] * (vy - sy) + across_normal)
+        friction = -h * (row[k, FRICTION_X] * (vx - sx) + row[k, FRICTION_Y] * (vy - sy) + across_friction)
+        if work.contact_body[k, KIND] == FLANK:
             done[TOOTH_NORMAL] += normal
             done[TOOTH_FRICTION] += friction
         else:
@@ -60,7 +97,7 @@ def account(model: Model, state: State, work: Work):
 
 
 @kernel
-def finish_forces(model: Model, state: State, work: Work, terms):
+def finish_forces(model: Model, state: State, work: Work, implicit: ImplicitWork):
     """Contact forces of a linearly implicit step with the part that its accelerations add.
 
     The rows of the contact list hold the forces led ahead without it. Called between the sweep and the
@@ -81,24 +118,24 @@ def finish_forces(model: Model, state: State, work: Work, terms):
         ax -= alpha * dy + w2 * dx
         ay += alpha * dx - w2 * dy
     for k in range(work.count[0]):
-        fn = np.sqrt(row[k, 0] * row[k, 0] + row[k, 1] * row[k, 1])
+        fn = np.sqrt(row[k, NORMAL_X] * row[k, NORMAL_X] + row[k, NORMAL_Y] * row[k, NORMAL_Y])
         if fn == 0.0:
             continue
-        body, wheel = work.contact_body[k, 0], work.contact_body[k, 1]
-        nx = row[k, 0] / fn
-        ny = row[k, 1] / fn
+        body, wheel = work.contact_body[k, BODY], work.contact_body[k, WHEEL]
+        nx = row[k, NORMAL_X] / fn
+        ny = row[k, NORMAL_Y] / fn
         c, s = work.cos[body], work.sin[body]
-        rx = row[k, 4] + chain.com_x[body] * c - chain.com_y[body] * s
-        ry = row[k, 5] + chain.com_x[body] * s + chain.com_y[body] * c
+        rx = row[k, ARM_X] + chain.com_x[body] * c - chain.com_y[body] * s
+        ry = row[k, ARM_Y] + chain.com_x[body] * s + chain.com_y[body] * c
         px = work.com_dvx[body] - work.old_rate[body] * ry
         py = work.com_dvy[body] + work.old_rate[body] * rx
-        turn = 0.0 if wheel == SPROCKET else terms.load[3 + wheel] * (row[k, 8] * nx + row[k, 9] * ny)
-        normal = -row[k, 11] * (nx * px + ny * py)
-        across = -row[k, 12] * (nx * py - ny * px - turn)
-        row[k, 0] += normal * nx
-        row[k, 1] += normal * ny
-        row[k, 2] -= across * ny
-        row[k, 3] += across * nx
+        turn = 0.0 if wheel == SPROCKET else implicit.load[3 + wheel] * (row[k, TURN_Y] * nx - row[k, TURN_X] * ny)
+        normal = -row[k, NORMAL_SLOPE] * (nx * px + ny * py)
+        across = -row[k, FRICTION_SLOPE] * (nx * py - ny * px - turn)
+        row[k, NORMAL_X] += normal * nx
+        row[k, NORMAL_Y] += normal * ny
+        row[k, FRICTION_X] -= across * ny
+        row[k, FRICTION_Y] += across * nx
 
 
 @kernel
@@ -108,15 +145,15 @@ def powers(model: Model, state: State, work: Work, out, first):
         out[first + k] = 0.0
     row = work.contact
     for k in range(work.count[0]):
-        wheel = work.contact_body[k, 1]
-        ww = row[k, 10]
-        sx = -ww * row[k, 9]
-        sy = ww * row[k, 8]
+        wheel = work.contact_body[k, WHEEL]
+        ww = row[k, RATE]
+        sx = ww * row[k, TURN_X]
+        sy = ww * row[k, TURN_Y]
         if wheel == SPROCKET:
-            out[first + SPROCKET_WORK] += (row[k, 0] + row[k, 2]) * sx + (row[k, 1] + row[k, 3]) * sy
-        normal = -(row[k, 0] * (row[k, 6] - sx) + row[k, 1] * (row[k, 7] - sy))
-        friction = -(row[k, 2] * (row[k, 6] - sx) + row[k, 3] * (row[k, 7] - sy))
-        if work.contact_body[k, 2]:
+            out[first + SPROCKET_WORK] += (row[k, NORMAL_X] + row[k, FRICTION_X]) * sx + (row[k, NORMAL_Y] + row[k, FRICTION_Y]) * sy
+        normal = -(row[k, NORMAL_X] * (row[k, SPEED_X] - sx) + row[k, NORMAL_Y] * (row[k, SPEED_Y] - sy))
+        friction = -(row[k, FRICTION_X] * (row[k, SPEED_X] - sx) + row[k, FRICTION_Y] * (row[k, SPEED_Y] - sy))
+        if work.contact_body[k, KIND] == FLANK:
             out[first + TOOTH_NORMAL] += normal
             out[first + TOOTH_FRICTION] += friction
         else:
@@ -130,7 +167,7 @@ def powers(model: Model, state: State, work: Work, out, first):
 
 
 @kernel
-def energies(model: Model, state: State, work: Work, out):
+def energies(model: Model, state: State, work: Work, space, out):
     """Fill ``out`` with the account of work and the energies of the present state (J)."""
     chain = model.chain
     for k in range(7):
@@ -149,3 +186,26 @@ def energies(model: Model, state: State, work: Work, out):
     out[KINETIC] = kinetic
     out[GRAVITY] = gravity
     out[BUSHING_ELASTIC] = elastic
+    if space is not None:
+        _add_plane(model, state, work, space, out)
+
+
+@kernel
+def _add_plane(model: Model, state: State, work: Work, space, out):
+    """Add the out-of-plane kinetic energy and what the tilt changes in the energy of gravity (J)."""
+    chain, along, across, motion, a = (
+        model.chain, model.space.along, model.space.across, state.plane.motion, space.attitude,
+    )  # fmt: skip
+    p, q, z = motion[P], motion[Q], motion[OFFSET]
+    kinetic = lifted = 0.0
+    for i in range(state.rate.shape[0]):
+        c, s = work.cos[i], work.sin[i]
+        x = work.pin_x[i] + chain.com_x[i] * c - chain.com_y[i] * s
+        y = work.pin_y[i] + chain.com_x[i] * s + chain.com_y[i] * c
+        v = motion[SPEED] + p * (y - state.pin[1]) - q * (x - state.pin[0])
+        own_x = c * p + s * q  # the plane's angular velocity along the pin line and across it
+        own_y = c * q - s * p
+        kinetic += 0.5 * (chain.mass[i] * v * v + along[i] * own_x * own_x + across[i] * own_y * own_y)
+        lifted += chain.mass[i] * chain.gravity * (a[1, 0] * x + (a[1, 1] - 1.0) * y + a[1, 2] * z)
+    out[KINETIC] += kinetic
+    out[GRAVITY] += lifted

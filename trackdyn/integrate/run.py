@@ -1,88 +1,118 @@
 """The time loop: samples of equal length, each of one or more steps, and what is kept of them.
 
-Arguments that are None when a kernel is compiled take their code with them: an ordinary run carries
-nothing of the other integrators and solvers.
+What a scene does without is None when a kernel is compiled and takes its code with it: an ordinary run carries
+nothing of motion in space, of the other integrators and solvers.
 """
 
 from math import sqrt
 
 from trackdyn.chain.kinematics import orient, place
+from trackdyn.chain.plane import plane_dynamics, turn_plane
 from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, solve_chain
 from trackdyn.integrate.energy import account, energies, finish_forces
 from trackdyn.integrate.runge_kutta import march
-from trackdyn.integrate.semi_implicit import advance
+from trackdyn.integrate.semi_implicit import RATE_LIMIT, advance
 from trackdyn.integrate.spells import log_spells
 from trackdyn.jit import kernel
-from trackdyn.model import SPROCKET, Model, Record, State, Work
+from trackdyn.model.constants import SPROCKET, Model
+from trackdyn.model.record import Record
+from trackdyn.model.state import OFFSET, P, Q, State
+from trackdyn.model.work import Work
 
 
 @kernel
-def run(
-    model: Model, state: State, work: Work, record: Record, first, last, stride, terms=None, stages=None, solver=None
-):
-    """Integrate samples ``first`` to ``last - 1`` of ``stride`` steps each and fill their rows.
-
-    Parameters
-    ----------
-    terms : chain.implicit.ImplicitWork or None
-        Take linearly implicit steps.
-    stages : integrate.methods.RungeKutta or None
-        Take the steps of an explicit Runge-Kutta method.
-    solver : int or None
-        As in `dynamics.solve_chain`.
+def run(model: Model, state: State, work: Work, record: Record, first, last):
+    """Integrate samples ``first`` to ``last - 1`` and fill their rows.
 
     Returns
     -------
     body : int
-        -1, or the body at which the run left the physical range; ``state.steps`` says when.
+        -1, or the body at which the run left the physical range (0 for the plane of the chain itself);
+        ``state.steps`` says when.
     """
-    orient(state.angle, work.cos, work.sin)
-    place(model.chain, state, work)
-    evaluate_loads(model, state, work, terms)
+    refresh(model, state, work)
     for sample in range(first, last):
-        gap = 0.0
-        for k in range(3):
-            work.sensed[3 + k] = 0.0
-        orient(state.angle, work.cos, work.sin)
-        for _ in range(stride):
-            if stages is not None:
-                bad = march(model, state, work, record.spells, stages, solver)
-                if bad >= 0:
-                    return bad
-            else:
-                solve_chain(model, state, work, model.step, terms, solver)
-                sense(model, state, work)
-                accumulate(work, 1.0)
-                if terms is not None:
-                    finish_forces(model, state, work, terms)
-                bad = advance(model, state, work, terms)
-                if bad >= 0:
-                    return bad
-                place(model.chain, state, work)
-                account(model, state, work)
-                evaluate_loads(model, state, work, terms)
-                if record.spells.enabled:
-                    log_spells(record.spells, state, work, state.steps[0] * model.step, model.step)
-            gap = max(gap, sqrt(work.cut[0] * work.cut[0] + work.cut[1] * work.cut[1]))
-        keep(model, state, work, record, sample, stride, gap)
+        bad = _sample(model, state, work, record, sample, work.space)
+        if bad >= 0:
+            return bad
     return -1
 
 
 @kernel
-def keep(model: Model, state: State, work: Work, record: Record, sample, stride, gap):
+def refresh(model: Model, state: State, work: Work):
+    """Places, velocities and loads of a state, whoever made it."""
+    orient(state.angle, work.cos, work.sin)
+    place(model.chain, state, work)
+    evaluate_loads(model, state, work, work.space, work.implicit)
+
+
+@kernel
+def _sample(model: Model, state: State, work: Work, record: Record, sample, space):
+    """Steps of one sample, and its rows."""
+    gap = before = rate = 0.0
+    for k in range(3):
+        work.sensed[3 + k] = 0.0
+    if space is not None:
+        space.axial[:] = 0.0
+    orient(state.angle, work.cos, work.sin)
+    for _ in range(model.stride):
+        bad = _step(model, state, work, record, space, work.implicit, work.stages)
+        if bad >= 0:
+            return bad
+        cut = work.cut
+        gap = max(gap, cut[0] * cut[0] + cut[1] * cut[1])
+        rate = max(rate, cut[2] * cut[2] + cut[3] * cut[3])
+        before = max(before, cut[4] * cut[4] + cut[5] * cut[5])
+    record.gap[sample] = sqrt(gap)
+    record.cut[sample, 0] = sqrt(before)
+    record.cut[sample, 1] = sqrt(rate)
+    _keep(model, state, work, record, sample, space)
+    return -1
+
+
+@kernel
+def _step(model: Model, state: State, work: Work, record: Record, space, implicit, stages):
+    """One step from evaluated loads to the loads of the next one; returns -1 or the body that left the range."""
+    if stages is not None:
+        return march(model, state, work, record.spells, stages)
+    if space is not None:
+        for wheel in range(space.axial.shape[0]):
+            space.axial[wheel] += space.wheel_load[wheel, 2] / model.stride
+        plane_dynamics(model, state, work, space)
+    solve_chain(model, state, work, model.step, implicit, model.solver)
+    sense(model, state, work, space)
+    accumulate(work, 1.0)
+    if implicit is not None:
+        finish_forces(model, state, work, implicit)
+    bad = advance(model, state, work, implicit)
+    if bad >= 0:
+        return bad
+    if space is not None:
+        turn_plane(model, state, space)
+        if not abs(state.plane.motion[P]) + abs(state.plane.motion[Q]) < RATE_LIMIT:
+            return 0
+    place(model.chain, state, work)
+    account(model, state, work, space)
+    evaluate_loads(model, state, work, space, implicit)
+    if record.spells.enabled:
+        log_spells(record.spells, state, work, state.steps[0] * model.step, model.step)
+    return -1
+
+
+@kernel
+def _keep(model: Model, state: State, work: Work, record: Record, sample, space):
     """Fill the rows of one sample."""
     n = state.angle.shape[0]
     for k in range(3):
         record.raw[sample, k] = work.sensed[k]
-        record.mean[sample, k] = work.sensed[3 + k] / stride
-    record.gap[sample] = gap
+        record.mean[sample, k] = work.sensed[3 + k] / model.stride
     body = model.sensor.body
     middle = 0.5 * model.chain.length[body]
     record.place[sample, 0] = work.pin_x[body] + middle * work.cos[body]
     record.place[sample, 1] = work.pin_y[body] + middle * work.sin[body]
     for wheel in range(state.wheel_rate.shape[0]):
         record.wheel_rate[sample, wheel] = state.wheel_rate[wheel]
-    energies(model, state, work, record.energy[sample])
+    energies(model, state, work, space, record.energy[sample])
     for i in range(record.pitches.shape[0]):
         pitch = record.pitches[i]
         for side in range(2):
@@ -97,3 +127,12 @@ def keep(model: Model, state: State, work: Work, record: Record, sample, stride,
         for i in range(n):
             record.frame[frame, 2 + i] = state.angle[i]
         record.frame[frame, 2 + n] = state.wheel_angle[SPROCKET]
+    if space is not None:
+        for k in range(4):
+            record.plane.motion[sample, k] = state.plane.motion[k]
+            record.plane.motion[sample, 4 + k] = state.plane.attitude[k]
+        for wheel in range(space.axial.shape[0]):
+            # the plane crosses the axis, direction (b20, b21, b22) in P, where its normal component is the offset
+            across = state.plane.motion[OFFSET] - space.centre[wheel, 2]
+            record.plane.offset[sample, wheel] = across / space.relative[wheel, 2, 2]
+            record.plane.axial[sample, wheel] = space.axial[wheel]

@@ -11,11 +11,13 @@ from math import isfinite
 from trackdyn.chain.kinematics import orient, place
 from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, solve_chain
 from trackdyn.integrate.energy import powers
-from trackdyn.integrate.methods import RungeKutta
-from trackdyn.integrate.semi_implicit import RATE_LIMIT
+from trackdyn.integrate.semi_implicit import RATE_LIMIT, sprocket_acceleration
 from trackdyn.integrate.spells import log_spells
 from trackdyn.jit import kernel
-from trackdyn.model import SPROCKET, Model, Spells, State, Work
+from trackdyn.model.constants import SPROCKET, Model
+from trackdyn.model.record import Spells
+from trackdyn.model.state import State
+from trackdyn.model.work import Stages, Work
 
 # a step below this fraction of the sample's is taken whatever its error: only a jump can ask for it
 LEAST_FRACTION = 1e-7
@@ -73,13 +75,7 @@ def _unpack(state: State, start, slope, weight, last, step):
 def _derivative(model: Model, state: State, work: Work, time, out):
     """Derivative of the packed state, the accelerations being in ``work``."""
     n, w = state.angle.shape[0], state.wheel_rate.shape[0]
-    base, load, response, wheels, drive = (
-        work.sweep.base,
-        work.sweep.load,
-        work.sweep.response,
-        model.wheels,
-        model.drive,
-    )
+    base, load, response, wheels = work.sweep.base, work.sweep.load, work.sweep.response, model.wheels
     for k in range(2):
         out[k] = state.pin[2 + k]
         out[2 + k] = base[k, 0] * load[0] + base[k, 1] * load[1] + base[k, 2] * load[2] + base[k, 3]
@@ -89,8 +85,7 @@ def _derivative(model: Model, state: State, work: Work, time, out):
     for wheel in range(w):
         out[4 + 2 * n + wheel] = state.wheel_rate[wheel]
         if wheel == SPROCKET:
-            x = time / drive.ramp
-            out[4 + 2 * n + w] = 6.0 * drive.rate / drive.ramp * x * (1.0 - x) if x < 1.0 else 0.0
+            out[4 + 2 * n + w] = sprocket_acceleration(model.drive, time)
         else:
             out[4 + 2 * n + w + wheel] = (
                 work.wheel_torque[wheel] - wheels.drag[wheel] * state.wheel_rate[wheel]
@@ -99,30 +94,30 @@ def _derivative(model: Model, state: State, work: Work, time, out):
 
 
 @kernel
-def _stages(model: Model, state: State, work: Work, method: RungeKutta, time, step, solver):
+def _evaluate(model: Model, state: State, work: Work, stages: Stages, time, step):
     """Evaluate the stages after the first one."""
-    for s in range(1, method.b.shape[0]):
+    for s in range(1, stages.b.shape[0]):
         offset = 0.0
         for k in range(s):
-            offset += method.a[s, k]
-        _unpack(state, method.start, method.slope, method.a[s], s, step)
+            offset += stages.a[s, k]
+        _unpack(state, stages.start, stages.slope, stages.a[s], s, step)
         orient(state.angle, work.cos, work.sin)
         place(model.chain, state, work)
-        _copy_memory(method.tooth_impact, method.wheel_impact, state.tooth_impact, state.wheel_impact)
-        evaluate_loads(model, state, work)
-        solve_chain(model, state, work, 0.0, None, solver)
-        _derivative(model, state, work, time + offset * step, method.slope[s])
+        _copy_memory(stages.tooth_impact, stages.wheel_impact, state.tooth_impact, state.wheel_impact)
+        evaluate_loads(model, state, work, None, None)
+        solve_chain(model, state, work, 0.0, None, model.solver)
+        _derivative(model, state, work, time + offset * step, stages.slope[s])
 
 
 @kernel
-def _error(state: State, method: RungeKutta, step):
+def _error(state: State, stages: Stages, step):
     """Largest estimated error of the step over what the tolerance allows."""
     worst = 0.0
-    for j in range(method.start.shape[0] - state.work_done.shape[0]):
+    for j in range(stages.start.shape[0] - state.work_done.shape[0]):
         value = 0.0
-        for k in range(method.b.shape[0]):
-            value += method.error[k] * method.slope[k, j]
-        value = abs(step * value) / (method.tolerance * (method.scale[j] + abs(method.start[j])))
+        for k in range(stages.b.shape[0]):
+            value += stages.error[k] * stages.slope[k, j]
+        value = abs(step * value) / (stages.tolerance * (stages.scale[j] + abs(stages.start[j])))
         if not isfinite(value):
             return 1e30
         worst = max(worst, value)
@@ -153,7 +148,7 @@ def _project(model: Model, state: State, work: Work):
 
 
 @kernel
-def march(model: Model, state: State, work: Work, spells: Spells, method: RungeKutta, solver):
+def march(model: Model, state: State, work: Work, spells: Spells, stages: Stages):
     """One step of ``model.step``, in as many parts as the error control asks for.
 
     Returns
@@ -166,38 +161,40 @@ def march(model: Model, state: State, work: Work, spells: Spells, method: RungeK
     done = 0.0
     while done < whole * (1.0 - 1e-12):
         step = whole - done
-        if method.tolerance > 0.0 and method.next_step[0] > 0.0:
+        if stages.tolerance > 0.0 and stages.next_step[0] > 0.0:
             # two equal parts rather than a long and a very short one
-            parts = max(1.0, -(-step // method.next_step[0]))
+            parts = max(1.0, -(-step // stages.next_step[0]))
             step /= parts
-        _pack(state, method.start)
-        _copy_memory(state.tooth_impact, state.wheel_impact, method.tooth_impact, method.wheel_impact)
-        solve_chain(model, state, work, 0.0, None, solver)
-        sense(model, state, work)
-        _derivative(model, state, work, begin + done, method.slope[0])
+        _pack(state, stages.start)
+        _copy_memory(state.tooth_impact, state.wheel_impact, stages.tooth_impact, stages.wheel_impact)
+        solve_chain(model, state, work, 0.0, None, model.solver)
+        sense(model, state, work, None)
+        _derivative(model, state, work, begin + done, stages.slope[0])
         while True:
-            _stages(model, state, work, method, begin + done, step, solver)
-            if method.tolerance == 0.0:
+            _evaluate(model, state, work, stages, begin + done, step)
+            if stages.tolerance == 0.0:
                 break
-            error = _error(state, method, step)
+            error = _error(state, stages, step)
             factor = min(4.0, max(0.2, 0.9 * error**-0.2 if error > 0.0 else 4.0))
             if error <= 1.0 or step < LEAST_FRACTION * whole:
-                method.next_step[0] = min(factor * step, whole)
+                stages.next_step[0] = min(factor * step, whole)
                 break
-            method.counts[1] += 1
+            stages.counts[1] += 1
             step *= min(factor, 0.9)
-        method.counts[0] += 1
-        _unpack(state, method.start, method.slope, method.b, method.b.shape[0], step)
+        stages.counts[0] += 1
+        _unpack(state, stages.start, stages.slope, stages.b, stages.b.shape[0], step)
         for i in range(state.rate.shape[0]):
             if not abs(state.rate[i]) < RATE_LIMIT:
                 return i
         orient(state.angle, work.cos, work.sin)
         place(model.chain, state, work)
+        work.cut[4] = work.cut[0]
+        work.cut[5] = work.cut[1]
         if not model.closure.compliant:
             _project(model, state, work)
         accumulate(work, step / whole)
-        _copy_memory(method.tooth_impact, method.wheel_impact, state.tooth_impact, state.wheel_impact)
-        evaluate_loads(model, state, work)
+        _copy_memory(stages.tooth_impact, stages.wheel_impact, state.tooth_impact, state.wheel_impact)
+        evaluate_loads(model, state, work, None, None)
         done += step
         if spells.enabled:
             log_spells(spells, state, work, begin + done, step)

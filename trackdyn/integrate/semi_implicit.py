@@ -11,7 +11,10 @@ from math import cos as cosine
 from math import sin as sine
 
 from trackdyn.jit import kernel
-from trackdyn.model import BEARING, SPROCKET, Drive, Model, State, Work
+from trackdyn.model.constants import SPROCKET, Drive, Model
+from trackdyn.model.record import BEARING
+from trackdyn.model.state import State
+from trackdyn.model.work import Work
 
 # |angular velocity| of a body beyond which a run has left the physical range, rad/s
 RATE_LIMIT = 1000.0
@@ -22,10 +25,17 @@ TURN_LIMIT = 0.02
 @kernel
 def sprocket_rate(drive: Drive, time):
     """Prescribed angular velocity at ``time`` (s): a smooth ramp with zero slope at both ends."""
-    if time >= drive.ramp:
+    x = (time - drive.begin) / drive.ramp
+    if x >= 1.0:
         return drive.rate
-    x = time / drive.ramp
-    return drive.rate * x * x * (3.0 - 2.0 * x)
+    return drive.start + (drive.rate - drive.start) * x * x * (3.0 - 2.0 * x)
+
+
+@kernel
+def sprocket_acceleration(drive: Drive, time):
+    """Derivative of `sprocket_rate`, rad/s2."""
+    x = (time - drive.begin) / drive.ramp
+    return 6.0 * (drive.rate - drive.start) / drive.ramp * x * (1.0 - x) if x < 1.0 else 0.0
 
 
 @kernel
@@ -82,6 +92,8 @@ def advance(model: Model, state: State, work: Work, implicit):
         gx += length * nc
         gy += length * ns
 
+    work.cut[4] = gx
+    work.cut[5] = gy
     if model.closure.compliant:
         gx = gy = 0.0  # a gap is part of the model, not an error
     # extra cut load that closes the gap: end - start moves by h^2 (closure matrix) d_lambda

@@ -1,23 +1,23 @@
 """Contact spells while the time runs: one row for every uninterrupted contact of an arc or a link."""
 
 from trackdyn.jit import kernel
-from trackdyn.model import SPROCKET, Spells, State, Work
-
-# columns of a row
-PITCH, SIDE, GROOVE, AREAS, START, END, PEAK, PEAK_TIME, IMPULSE, SQUARE, ANGLE = range(11)
-SPELL_COLUMNS = (
-    "pitch",  # 0-based
-    "side",  # 0 left arc, 1 right arc, 2 ring
-    "groove",
-    "areas",  # bit j - 1 set: area j was visited
-    "start_s",
-    "end_s",
-    "peak_n",
-    "peak_s",
-    "impulse_ns",
-    "square_n2s",  # integral of the squared force
-    "sprocket_rad",  # angle of the sprocket at the start
+from trackdyn.model.constants import SPROCKET
+from trackdyn.model.record import (
+    ANGLE,
+    AREAS,
+    END,
+    GROOVE,
+    IMPULSE,
+    PEAK,
+    PEAK_TIME,
+    PITCH,
+    SIDE,
+    SQUARE,
+    START,
+    Spells,
 )
+from trackdyn.model.state import State
+from trackdyn.model.work import Work
 
 
 @kernel

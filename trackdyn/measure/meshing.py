@@ -21,7 +21,7 @@ import pandas as pd
 from scipy.ndimage import uniform_filter1d
 
 from trackdyn.errors import InputError
-from trackdyn.integrate.spells import SPELL_COLUMNS
+from trackdyn.model.record import SPELL_COLUMNS
 from trackdyn.recording import Recording
 
 SIDES = ("left", "right", "ring")

@@ -13,7 +13,7 @@ from trackdyn.measure.signals import (
     standard_deviation,
     uncertainty,
 )
-from trackdyn.model import ENERGY_NAMES
+from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.recording import Recording
 
 NAN = float("nan")

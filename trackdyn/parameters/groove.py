@@ -221,3 +221,7 @@ def equal_pitch_radius(teeth: int, link_length: float, connector_length: float, 
         "polygonal": sqrt(rp**2 - link_length**2 / 4) - thickness / 2,
         "arc": teeth * (link_length + connector_length) / (2 * pi) - thickness / 2,
     }
+
+
+# tooth profiles by name, each made from the ten arcs of the rig
+PROFILES = {"ten_arcs": lambda groove: groove, "three_surfaces": coarse_groove}

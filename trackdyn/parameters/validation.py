@@ -1,8 +1,11 @@
 """Reading YAML against a schema; every defect ends in one sentence."""
 
+from math import isfinite
+from numbers import Real
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -46,12 +49,31 @@ def validated(schema: type[SectionType], data: Any, name: str, missing: str = "a
     try:
         return schema.model_validate(data)
     except ValidationError as error:
-        raise InputError(_sentence(name, error.errors()[0], missing)) from None
+        raise InputError(sentence(name, error.errors()[0], missing)) from None
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
 
 
-def _sentence(name: str, error: dict, missing: str) -> str:
+def plain_number(value: Any) -> Any:
+    """A number as Python's own float, whichever library it comes from; anything else goes on to be refused.
+
+    Accepts integers, fractions, NumPy scalars and arrays without dimensions.
+    """
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value[()]
+    if not isinstance(value, (Real, np.number)) or isinstance(value, (bool, np.bool_, complex, np.complexfloating)):
+        raise ValueError(f"= {value!r} is not accepted: a finite number is needed")
+    try:
+        number = float(value)
+    except OverflowError:
+        number = float("inf")
+    if not isfinite(number):
+        raise ValueError(f"= {value!r} is not accepted: a finite number is needed")
+    return number
+
+
+def sentence(name: str, error: dict, missing: str) -> str:
+    """What pydantic found, as one sentence with the file, the field, the value and what would be accepted."""
     where = ".".join(str(part) for part in error["loc"]) or "the file"
     if error["type"] == "extra_forbidden":
         return f"{name}: {where} is not a known parameter; remove it or correct its spelling"

@@ -1,12 +1,10 @@
-"""Largest stable step of the explicit parts, predicted when a model is built, and judged after a run."""
+"""Largest stable step of the explicit parts, predicted when a scene is made."""
 
-from math import pi, sin, sqrt
+from math import isinf, pi, sin, sqrt
 
-import numpy as np
 from scipy.optimize import brentq
 
-from trackdyn.errors import DivergenceError
-from trackdyn.model import ENERGY_NAMES
+from trackdyn.integrate.methods import METHODS, Method
 
 # The static load of a pitch on its wheel is multiplied by this before the stiffness is taken: forces that
 # last reach 1.6 times the static load with the reference ring, only touch-down spikes of less than a
@@ -29,12 +27,9 @@ def _stiffness_at(law, load, radius):
 # bodies that run round by about four times this share in a turn of the sprocket: 1 %.
 LARGEST_TURN = 2.5e-3
 
-# Reach of the stability region along the imaginary axis (oscillation) and the negative real one (decay).
-REACH = {"semi_implicit": (2.0, 2.0), "rk4": (2.82, 2.78)}
 
-
-def step_limits(model, pre_tension: float, integrator: str = "semi_implicit") -> dict[str, float]:
-    """Step limits of an explicit integrator by cause, s.
+def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implicit"]) -> dict[str, float]:
+    """Step limits of an integrator by cause, s; empty if it has none.
 
     A contact of stiffness k on a mass m oscillates stably for ``h < 2 sqrt(m / k)``; friction with
     the slope c of Eq. 10 decays for ``h < 2 m / c`` (for RK4 2.82 and 2.78 in place of 2). Both are
@@ -42,7 +37,10 @@ def step_limits(model, pre_tension: float, integrator: str = "semi_implicit") ->
     ``DYNAMIC_FACTOR``. Bushing damping and a compliant cut are implicit in the sweep of semi-implicit Euler
     and set no limit there; for RK4 they do. Bushing stiffness acts on the smaller rotational inertia.
     """
-    oscillation, decay = REACH[integrator]
+    limits = turn_limit(model.drive.rate) if method.order == 1 else {}
+    oscillation, decay = method.oscillation, method.decay
+    if isinf(oscillation):
+        return limits
     chain, tooth, wheels = model.chain, model.tooth, model.wheels
     link = float(chain.mass[0])
     # A push across the chain at a pin moves the ends of both bodies that meet there.
@@ -56,9 +54,6 @@ def step_limits(model, pre_tension: float, integrator: str = "semi_implicit") ->
         slope = (4 * law.friction_dynamic + 16 / 9 * (law.friction_static - law.friction_dynamic)) * load
         return decay * mass * law.transition_velocity / slope if slope else float("inf")
 
-    limits = {}
-    if integrator == "semi_implicit":
-        limits |= turn_limit(model.drive.rate)
     if tooth.present:
         narrow = min(
             float(r) + (tooth.arc_radius if convex else -tooth.arc_radius)
@@ -81,13 +76,13 @@ def step_limits(model, pre_tension: float, integrator: str = "semi_implicit") ->
         # two neighbours turn against each other; each angle feels the bushings at both of its ends
         inertia = float(min(chain.inertia))
         limits["stiffness of the bushing"] = oscillation * sqrt(inertia / (4 * chain.stiffness))
-    if chain.damping and integrator != "semi_implicit":
+    if chain.damping and not method.implicit_damping:
         # links and connectors in zigzag, their mass centres at rest: both share the way of the pin between them
         (a, b), (own, other) = (tuple(float(v) for v in part[:2]) for part in (chain.length, chain.inertia))
         mobility = 2 * (a + b) ** 2 / (own * b**2 + other * a**2)
         limits["damping of the bushing"] = decay / (chain.damping * mobility)
     closure = model.closure
-    if closure.compliant and integrator != "semi_implicit":
+    if closure.compliant and not method.implicit_damping:
         # the two bodies at the cut, free at their other ends: acceleration of the gap for a unit force through it
         mobility = sum(
             1 / float(chain.mass[i]) + (float(chain.length[i]) / 2) ** 2 / float(chain.inertia[i]) for i in (0, -1)
@@ -101,67 +96,3 @@ def step_limits(model, pre_tension: float, integrator: str = "semi_implicit") ->
 def turn_limit(rate: float) -> dict[str, float]:
     """Step limit of a method of order 1 at the sprocket's ``rate`` (rad/s): accuracy, not stability."""
     return {"turn of the sprocket (motor_rpm)": LARGEST_TURN / abs(rate)} if rate else {}
-
-
-# What the account of work may leave open, as a share of the energy exchanged. Methods of order 1 may miss
-# twice the 1 % that the tightest claim is judged with.
-OPEN_SHARE = 0.02
-# Friction, bearings and bushings may give this share back: rounding and the path of a step.
-GAINED_SHARE = 1e-3
-# Energy below which shares mean nothing: the chain lifted by a tenth of a millimetre.
-NOISE_HEIGHT = 1e-4
-LOSSES = ("tooth_friction", "wheel_friction", "bearing", "bushing_loss")
-
-
-def open_share(energy, model, seconds: float) -> tuple[float, float]:
-    """Open rest of the account of work over a record as a share of the energy exchanged, and that energy (J).
-
-    Energy exchanged is the sum of all changes in the account and the kinetic energy of the bodies that
-    pass the sprocket, all of them in a loop without wheels. The sprocket's work alone would not do: it
-    vanishes where nothing is driven.
-
-    Parameters
-    ----------
-    energy : (s, 10) array
-        Account (``model.ENERGY_NAMES``).
-    model : Model
-        What ran.
-    seconds : float
-        Time from the first to the last row, s.
-    """
-    change = energy[-1] - energy[0]
-    on_wheels = len(model.wheels.x) > 1
-    pitches = seconds * abs(model.drive.rate) / (2 * pi) * model.tooth.teeth
-    passed = pitches / len(model.shoes.link_body) if on_wheels else 1.0
-    carried = passed * float(energy[:, ENERGY_NAMES.index("kinetic")].max())
-    noise = float(model.chain.mass.sum()) * max(model.chain.gravity, 1.0) * NOISE_HEIGHT
-    exchanged = max(float(np.abs(change).sum()) + carried, noise)
-    return float(change[0] - change[1:].sum()) / exchanged, exchanged
-
-
-def refuse_open_account(energy, model, seconds: float) -> None:
-    """Refuse a run whose account of work shows that its step was too large, though nothing diverged.
-
-    Contacts heavier than `step_limits` reckons with (a very tight loop, bushings that hardly turn) make
-    friction chatter from step to step until it drives what it should brake.
-
-    Raises
-    ------
-    DivergenceError
-        Names what the account shows.
-    """
-    share, exchanged = open_share(energy, model, seconds)
-    remedy = f"a step smaller than {model.step:g} s would do"
-    if not abs(share) <= OPEN_SHARE:
-        raise DivergenceError(
-            f"{abs(share):.1%} of the energy exchanged in the run is not accounted for, more than {OPEN_SHARE:.0%}: contacts "
-            f"are not resolved; {remedy}"
-        )
-    change = energy[-1] - energy[0]
-    for name in LOSSES:
-        gained = -float(change[ENERGY_NAMES.index(name)])
-        if gained > GAINED_SHARE * exchanged:
-            raise DivergenceError(
-                f"{name.replace('_', ' ')} gave {gained:.3g} J back over the run where it should take energy: contacts are "
-                f"heavier than the step limits reckon with and chatter from step to step; {remedy}"
-            )

@@ -11,38 +11,19 @@ and shares no step of the solution with the transfer matrices (Eqs. 1-5), only t
 
 import numpy as np
 
-from trackdyn.chain.model import Chain
-from trackdyn.chain.riccati import SweepWork
 from trackdyn.jit import allocating as kernel
+from trackdyn.model.constants import Chain
+from trackdyn.model.work import Work
 
 
 @kernel
-def accelerations(
-    chain: Chain, cos, sin, rate, force_x, force_y, moment, torque, implicit_damping, probe_body, work: SweepWork
-):
+def accelerations(chain: Chain, state, work: Work, implicit_damping, probe_body):
     """Accelerations of the closed chain and its response to a violated closure.
 
-    Parameters
-    ----------
-    chain : Chain
-        Constant data of the ``n`` bodies.
-    cos, sin, rate : (n,) arrays
-        Orientation and angular velocity (rad/s) of the bodies.
-    force_x, force_y, moment : (n,) arrays
-        External wrench about the mass centre without gravity, N and N m.
-    torque : (n,) array
-        Bushing torque of joint i (behind body i) on its outboard body at the start of the step, N m; entry
-        n - 1 is the joint between the last body and body 0.
-    implicit_damping : float
-        Step times bushing damping: the torque is taken as ``torque - implicit_damping * phi''``
-        (N m s2/rad).
-    probe_body : int
-        Body whose input pin's acceleration is kept (the sensor's link).
-    work : SweepWork
-        Output. Columns 0 and 1 of ``response``, ``base``, ``probe`` and ``end`` are the motions without loads
-        and velocities whose two sides of the last joint part with the acceleration (1, 0) and (0, 1) m/s2,
-        column 2 is zero, column 3 is the motion of the closed chain; ``load = [0, 0, 0, 1]`` and
-        ``inverse = I`` belong to that. ``gain`` is left alone.
+    Parameters as in `riccati.accelerations`. Columns 0 and 1 of ``response``, ``base``, ``probe`` and ``end`` in
+    ``work.sweep`` are the motions without loads and velocities whose two sides of the last joint part with the
+    acceleration (1, 0) and (0, 1) m/s2, column 2 is zero, column 3 is the motion of the closed chain;
+    ``load = [0, 0, 0, 1]`` and ``inverse = I`` belong to that. ``gain`` is left alone.
 
     Returns
     -------
@@ -54,11 +35,12 @@ def accelerations(
     numpy.linalg.LinAlgError
         The constraints are dependent, for example in a chain folded into one straight line.
     """
+    cos, sin, rate, swept = work.cos, work.sin, state.rate, work.sweep
     n = rate.shape[0]
     size = 5 * n
     matrix = np.zeros((size, size))
     right = np.zeros((size, 3))
-    _assemble(chain, cos, sin, rate, force_x, force_y, moment, torque, implicit_damping, matrix, right)
+    _assemble(chain, state, work, implicit_damping, matrix, right)
     # pin of body 0 minus end of the last body: the other way round than the closure's violation
     right[size - 2, 0] = -1.0
     right[size - 1, 1] = -1.0
@@ -72,34 +54,35 @@ def accelerations(
             gx = chain.com_x[i] * cos[i] - chain.com_y[i] * sin[i]
             gy = chain.com_x[i] * sin[i] + chain.com_y[i] * cos[i]
             w2 = actual * rate[i] * rate[i]
-            work.response[i, column] = alpha
+            swept.response[i, column] = alpha
             px = ax + alpha * gy + w2 * gx
             py = ay - alpha * gx + w2 * gy
             if i == 0:
-                work.base[0, column] = px
-                work.base[1, column] = py
+                swept.base[0, column] = px
+                swept.base[1, column] = py
             if i == probe_body:
-                work.probe[0, column] = px
-                work.probe[1, column] = py
+                swept.probe[0, column] = px
+                swept.probe[1, column] = py
             if i == n - 1:
                 dx = chain.length[i] * cos[i]
                 dy = chain.length[i] * sin[i]
-                work.end[0, column] = px - alpha * dy - w2 * dx
-                work.end[1, column] = py + alpha * dx - w2 * dy
-                work.end[2, column] = alpha
-    for array in (work.response, work.base, work.probe, work.end):
+                swept.end[0, column] = px - alpha * dy - w2 * dx
+                swept.end[1, column] = py + alpha * dx - w2 * dy
+                swept.end[2, column] = alpha
+    for array in (swept.response, swept.base, swept.probe, swept.end):
         array[:, 2] = 0.0
     for k in range(3):
         for j in range(3):
-            work.inverse[k, j] = 1.0 if k == j else 0.0
-        work.load[k] = 0.0
-    work.load[3] = 1.0
+            swept.inverse[k, j] = 1.0 if k == j else 0.0
+        swept.load[k] = 0.0
+    swept.load[3] = 1.0
     return -solution[size - 2 :, 2].copy()
 
 
 @kernel
-def _assemble(chain: Chain, cos, sin, rate, force_x, force_y, moment, torque, implicit_damping, matrix, right):
+def _assemble(chain: Chain, state, work: Work, implicit_damping, matrix, right):
     """Symmetric (5 n, 5 n) matrix and the right-hand side of the actual motion (column 2)."""
+    cos, sin, rate = work.cos, work.sin, state.rate
     n = rate.shape[0]
     for i in range(n):
         o = i + 1 if i < n - 1 else 0
@@ -116,10 +99,10 @@ def _assemble(chain: Chain, cos, sin, rate, force_x, force_y, moment, torque, im
         matrix[b + 2, b + 2] += implicit_damping
         matrix[a + 2, b + 2] -= implicit_damping
         matrix[b + 2, a + 2] -= implicit_damping
-        right[a, 2] += force_x[i]
-        right[a + 1, 2] += force_y[i] - chain.mass[i] * chain.gravity
-        right[a + 2, 2] += moment[i] - torque[i]
-        right[b + 2, 2] += torque[i]
+        right[a, 2] += work.force_x[i]
+        right[a + 1, 2] += work.force_y[i] - chain.mass[i] * chain.gravity
+        right[a + 2, 2] += work.moment[i] - work.torque[i]
+        right[b + 2, 2] += work.torque[i]
 
         row = 3 * n + 2 * i
         matrix[row, b] = 1.0

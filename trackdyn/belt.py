@@ -1,8 +1,14 @@
 """The kinematic path: links that run along the belt line at constant speed (no forces, no equations)."""
 
+import time
+
 import numpy as np
 
+from trackdyn.model.constants import SPROCKET
+from trackdyn.model.record import make_record
+from trackdyn.model.state import make_state
 from trackdyn.parameters.layout import belt_around
+from trackdyn.recording import Recording, provenance
 
 # parts of a sample interval over which the mean is taken
 PARTS = 8
@@ -48,3 +54,27 @@ def belt_motion(scene, travel0: float, samples: int):
     mean = motion.reshape(samples, PARTS, 3).mean(axis=1)
     mean[:, 2] = motion[PARTS // 2 - 1 :: PARTS, 2]
     return motion[PARTS - 1 :: PARTS], mean, point[PARTS - 1 :: PARTS], path.length
+
+
+def belt_recording(scene) -> Recording:
+    """A kinematic recording: the sensor on the path of the chain, nothing else."""
+    rate, pitches = scene.rig.sensor.rate, scene.rig.chain.pitches
+    samples = round(scene.duration * rate)
+    begin = time.perf_counter()
+    raw, mean, at, length = belt_motion(scene, (scene.lead_in + scene.ramp / 2) * scene.loop_frequency, samples)
+    wall = time.perf_counter() - begin
+    empty = make_record(samples, make_state(2 * pitches, pitches, 3))
+    empty.wheel_rate[:, SPROCKET] = scene.sprocket_rate
+    same = ("gap", "cut", "wheel_rate", "energy", "force", "area", "groove", "pitches", "frame")
+    return Recording(
+        time=np.arange(1, samples + 1) / rate,
+        raw=raw,
+        mean=mean,
+        place=at,
+        spells=empty.spells.rows,
+        begin=scene.lead_in + scene.ramp,
+        frame_time=np.zeros(0),
+        meta=provenance(scene, {"path_m": length}),
+        wall=wall,
+        **{name: getattr(empty, name) for name in same},
+    )

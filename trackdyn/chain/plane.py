@@ -1,0 +1,156 @@
+"""The loop in space: all its pins are parallel, so it moves in a plane of its own, and the plane moves too.
+
+The plane is described by a frame P: origin in the input pin of body 1, z axis normal to the plane,
+attitude ``A_P`` (P to inertial) by Euler parameters, and an angular velocity ``(p, q, 0)`` in P components,
+which has no part about the normal. What lies in the plane is then described exactly as in planar motion;
+body i has the angular velocity ``(p, q, w_i)`` in P components. Seventy-three degrees of freedom: those of
+the planar chain and three of the plane (B.1).
+
+All vectors are held in P components, positions counted from the inertial origin (``A_P^T R``): the pin's
+position and velocity are ``(pin[0], pin[1], motion[0])`` and ``(pin[2], pin[3], motion[1])``. They turn
+back when P turns (`turn_plane`); a plane at rest adds exact zeros to the planar motion.
+
+With ``r = (x, y, 0)`` from the pin, ``u = p y - q x`` and ``A_0`` the acceleration of the pin,
+
+    v = V + (x', y', u)
+    a = A_0 + (x'' + q u, y'' - p u, p' y - q' x + 2 (p y' - q x')).
+
+The bodies are symmetric about the plane: mass centre in it, principal axes along the pin line, along its
+normal and along the pin. With ``L = (I_perp (p, q), J_z w)``, ``I_perp = A_z diag(J_x, J_y) A_z^T``:
+
+    L_x' + q L_z = M_x,   L_y' - p L_z = M_y,   J_z w' + p L_y - q L_x = M_z.
+
+In the plane that is the planar chain under extra loads. Across it, joint loads are internal to the loop:
+the sums of the z forces and of the moments about the pin's x and y axes give ``(A_0z, p', q')``.
+"""
+
+from math import sin as sine
+from math import sqrt
+
+from trackdyn.jit import kernel
+from trackdyn.model.constants import Model
+from trackdyn.model.state import OFFSET, SPEED, P, Q, State
+from trackdyn.model.work import SpaceWork, Work
+
+
+@kernel
+def aim(model: Model, state: State, space: SpaceWork):
+    """Rotation matrices, wheel centres and gravity as seen from the plane."""
+    e, a = state.plane.attitude, space.attitude
+    e0, e1, e2, e3 = e[0], e[1], e[2], e[3]
+    a[0, 0] = 1.0 - 2.0 * (e2 * e2 + e3 * e3)
+    a[1, 1] = 1.0 - 2.0 * (e1 * e1 + e3 * e3)
+    a[2, 2] = 1.0 - 2.0 * (e1 * e1 + e2 * e2)
+    a[0, 1] = 2.0 * (e1 * e2 - e0 * e3)
+    a[1, 0] = 2.0 * (e1 * e2 + e0 * e3)
+    a[0, 2] = 2.0 * (e1 * e3 + e0 * e2)
+    a[2, 0] = 2.0 * (e1 * e3 - e0 * e2)
+    a[1, 2] = 2.0 * (e2 * e3 - e0 * e1)
+    a[2, 1] = 2.0 * (e2 * e3 + e0 * e1)
+    f, b, c = model.space.frame, space.relative, model.space.centre
+    for w in range(f.shape[0]):
+        for i in range(3):
+            for j in range(3):
+                b[w, i, j] = f[w, 0, i] * a[0, j] + f[w, 1, i] * a[1, j] + f[w, 2, i] * a[2, j]
+        for j in range(3):
+            space.centre[w, j] = b[w, 0, j] * c[w, 0] + b[w, 1, j] * c[w, 1] + b[w, 2, j] * c[w, 2]
+    for j in range(3):
+        space.gravity[j] = -model.chain.gravity * a[1, j]
+
+
+@kernel
+def plane_dynamics(model: Model, state: State, work: Work, space: SpaceWork):
+    """Add the loads that the moving plane puts on the planar chain, and solve for the plane's accelerations.
+
+    Notes
+    -----
+    ``(A_0z, p', q')`` solve the symmetric positive definite system of the sums over all bodies of
+    ``[m, m y, -m x; ., m y^2 + I_xx, I_xy - m x y; ., ., m x^2 + I_yy]``; its right-hand side is the
+    loads less Coriolis forces, less the change of ``I_perp`` as the bodies turn in the plane and less the
+    turn of their angular momentum with the plane.
+    """
+    chain, p, q = model.chain, state.plane.motion[P], state.plane.motion[Q]
+    gx, gz = space.gravity[0], space.gravity[2]
+    gy = space.gravity[1] + chain.gravity  # the planar chain has its own gravity
+    m00 = m01 = m02 = m11 = m12 = m22 = 0.0
+    f0 = f1 = f2 = 0.0
+    for i in range(state.rate.shape[0]):
+        c, s, w, m = work.cos[i], work.sin[i], state.rate[i], chain.mass[i]
+        x = work.pin_x[i] - state.pin[0] + (chain.com_x[i] * c - chain.com_y[i] * s)
+        y = work.pin_y[i] - state.pin[1] + (chain.com_x[i] * s + chain.com_y[i] * c)
+        ixx = model.space.along[i] * c * c + model.space.across[i] * s * s
+        iyy = model.space.along[i] * s * s + model.space.across[i] * c * c
+        ixy = (model.space.along[i] - model.space.across[i]) * s * c
+        lx = ixx * p + ixy * q
+        ly = ixy * p + iyy * q
+        lz = chain.inertia[i] * w
+        u = p * y - q * x
+        work.force_x[i] += m * (gx - q * u)
+        work.force_y[i] += m * (gy + p * u)
+        work.moment[i] -= p * ly - q * lx
+        # I_perp' = w (A_z' diag A_z^T + ...): I_xx' = -2 w I_xy, I_yy' = 2 w I_xy, I_xy' = w (I_xx - I_yy)
+        turn_x = w * (-2.0 * ixy * p + (ixx - iyy) * q)
+        turn_y = w * ((ixx - iyy) * p + 2.0 * ixy * q)
+        fz = space.force_z[i] + m * gz
+        fz -= 2.0 * m * (p * (work.com_vy[i] - state.pin[3]) - q * (work.com_vx[i] - state.pin[2]))
+        f0 += fz
+        f1 += space.moment_x[i] + y * fz - turn_x - q * lz
+        f2 += space.moment_y[i] - x * fz - turn_y + p * lz
+        m00 += m
+        m01 += m * y
+        m02 -= m * x
+        m11 += m * y * y + ixx
+        m12 += ixy - m * x * y
+        m22 += m * x * x + iyy
+    l00 = sqrt(m00)
+    l10 = m01 / l00
+    l20 = m02 / l00
+    l11 = sqrt(m11 - l10 * l10)
+    l21 = (m12 - l20 * l10) / l11
+    l22 = sqrt(m22 - l20 * l20 - l21 * l21)
+    f0 /= l00
+    f1 = (f1 - l10 * f0) / l11
+    f2 = (f2 - l20 * f0 - l21 * f1) / l22
+    f2 /= l22
+    f1 = (f1 - l21 * f2) / l11
+    space.acceleration[0] = (f0 - l10 * f1 - l20 * f2) / l00
+    space.acceleration[1] = f1
+    space.acceleration[2] = f2
+
+
+@kernel
+def turn_plane(model: Model, state: State, space: SpaceWork):
+    """Advance the plane by semi-implicit Euler, the pin's place and velocity in the plane being advanced.
+
+    Velocities first, then the offset and the attitude by the exact rotation ``exp(h (p, q, 0))``; the
+    components of the pin's place and velocity are turned back by it.
+    """
+    motion, e, step = state.plane.motion, state.plane.attitude, model.step
+    for k in range(3):
+        space.change[k] = step * space.acceleration[k]
+        motion[SPEED + k] += space.change[k]
+    motion[OFFSET] += step * motion[SPEED]
+    p, q = motion[P], motion[Q]
+    omega = sqrt(p * p + q * q)
+    if omega == 0.0:
+        return
+    half = sine(0.5 * step * omega)
+    first = sine(step * omega) / omega
+    second = 2.0 * half * half / (omega * omega)
+    for k in range(2):  # place, velocity: v - first (Omega x v) + second (Omega x (Omega x v))
+        x, y, z = state.pin[2 * k], state.pin[2 * k + 1], motion[k]
+        u = p * y - q * x
+        state.pin[2 * k] = x - first * q * z + second * q * u
+        state.pin[2 * k + 1] = y + first * p * z - second * p * u
+        motion[k] = z - first * u - second * omega * omega * z
+    c = sqrt(1.0 - half * half)
+    d1 = half * p / omega
+    d2 = half * q / omega
+    e0, e1, e2, e3 = e[0], e[1], e[2], e[3]
+    e[0] = e0 * c - e1 * d1 - e2 * d2
+    e[1] = e1 * c + e0 * d1 - e3 * d2
+    e[2] = e2 * c + e0 * d2 + e3 * d1
+    e[3] = e3 * c + e1 * d2 - e2 * d1
+    norm = sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + e[3] * e[3])
+    for k in range(4):
+        e[k] /= norm

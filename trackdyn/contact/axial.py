@@ -1,0 +1,133 @@
+"""What contact does along the axes of the wheels: overlap, axial slip, centre guides (Eqs. 11, 19, 20, 32, 39).
+
+Every contact is judged in the frame of its wheel, which has the wheel's axis and does not spin: arc
+centres and link ends, which lie in the middle plane of the chain, are transformed to it (Eqs. 15, 20),
+their x and y choose area or foot, depth and normal as in planar motion, their z is the axial offset ``l_z``.
+The overlap of Eq. 19, never more than the shorter of the two lengths,
+
+    L = clip(contact length + overhang - |l_z|, 0, contact length),
+
+scales the stiffness. Normal and tangent lie in the wheel's plane; the axial slip is the z component of the
+relative velocity of the two material points. The force acts in the middle plane of the chain, where depth
+and slip are taken: what it does is then what the contact stores and loses.
+
+``space`` is None in planar motion: then the wheel's frame is the inertial one and nothing is computed.
+"""
+
+from math import sqrt
+
+from trackdyn.contact.laws import friction_coefficient
+from trackdyn.jit import kernel
+from trackdyn.model.constants import INDEPENDENT, ISOTROPIC, Space
+from trackdyn.model.state import OFFSET, SPEED, P, Q
+
+
+@kernel
+def seen(space, wheel, x, y, z):
+    """Components of a vector in the wheel's frame from those in the plane's (`model.work.SpaceWork`)."""
+    if space is None:
+        return x, y, z
+    b = space.relative
+    return (
+        b[wheel, 0, 0] * x + b[wheel, 0, 1] * y + b[wheel, 0, 2] * z,
+        b[wheel, 1, 0] * x + b[wheel, 1, 1] * y + b[wheel, 1, 2] * z,
+        b[wheel, 2, 0] * x + b[wheel, 2, 1] * y + b[wheel, 2, 2] * z,
+    )
+
+
+@kernel
+def back(space, wheel, x, y, z):
+    """Components of a vector in the plane's frame from those in the wheel's."""
+    if space is None:
+        return x, y, z
+    b = space.relative
+    return (
+        b[wheel, 0, 0] * x + b[wheel, 1, 0] * y + b[wheel, 2, 0] * z,
+        b[wheel, 0, 1] * x + b[wheel, 1, 1] * y + b[wheel, 2, 1] * z,
+        b[wheel, 0, 2] * x + b[wheel, 1, 2] * y + b[wheel, 2, 2] * z,
+    )
+
+
+@kernel
+def own_centre(model, space, wheel):
+    """Centre of a wheel in its own frame, m."""
+    if space is None:
+        return model.wheels.x[wheel], model.wheels.y[wheel], 0.0
+    centre = model.space.centre
+    return centre[wheel, 0], centre[wheel, 1], centre[wheel, 2]
+
+
+@kernel
+def centre_seen(model, space, wheel):
+    """Centre of a wheel in the plane's frame, m."""
+    if space is None:
+        return model.wheels.x[wheel], model.wheels.y[wheel], 0.0
+    return space.centre[wheel, 0], space.centre[wheel, 1], space.centre[wheel, 2]
+
+
+@kernel
+def height(state, space):
+    """Offset of the chain's plane along its normal, m."""
+    if space is None:
+        return 0.0
+    return state.plane.motion[OFFSET]
+
+
+@kernel
+def lift(state, space, x, y):
+    """Velocity of the chain's plane along its normal at a point, m/s."""
+    if space is None:
+        return 0.0
+    motion = state.plane.motion
+    return motion[SPEED] + motion[P] * (y - state.pin[1]) - motion[Q] * (x - state.pin[0])
+
+
+@kernel
+def share_left(model, space, kind, offset):
+    """`overlap` in space, 1 in the plane."""
+    if space is None:
+        return 1.0
+    return overlap(model.space, kind, offset)
+
+
+@kernel
+def overlap(space: Space, kind, offset):
+    """Share of the contact length that is left at an axial ``offset`` (m): Eq. 19 with its cap."""
+    length = space.length[kind]
+    left = length + space.overhang[kind] - abs(offset)
+    return min(max(left, 0.0), length) / length
+
+
+@kernel
+def axial_friction(kind, law, slip, axial_slip):
+    """Signed coefficients of the tangential and the axial friction force (Eqs. 10, 11), against the slip."""
+    if kind == ISOTROPIC:
+        total = sqrt(slip * slip + axial_slip * axial_slip)
+        if total == 0.0:
+            return 0.0, 0.0
+        mu = friction_coefficient(law, total)
+        return mu * (slip / total), mu * (axial_slip / total)
+    if kind == INDEPENDENT:
+        return friction_coefficient(law, slip), friction_coefficient(law, axial_slip)
+    return friction_coefficient(law, slip), 0.0
+
+
+@kernel
+def friction_coefficients(model, space, law, slip, axial_slip):
+    """`axial_friction` in space, Eq. 10 alone in the plane."""
+    if space is None:
+        return friction_coefficient(law, slip), 0.0
+    return axial_friction(model.space.friction, law, slip, axial_slip)
+
+
+@kernel
+def guide_force(space: Space, offset, speed):
+    """Force of a centre guide along the wheel's axis: a spring and damper beyond its play that only push, N.
+
+    ``offset`` (m) is that of the connector's middle and ``speed`` (m/s) its rate.
+    """
+    depth = abs(offset) - space.clearance
+    if depth <= 0.0:
+        return 0.0
+    side = 1.0 if offset > 0.0 else -1.0
+    return -side * max(space.stiffness * depth + space.damping * side * speed, 0.0)

@@ -1,0 +1,71 @@
+"""What the account of work leaves open, and what it shows of a step that was too large."""
+
+from math import pi
+
+import numpy as np
+
+from trackdyn.errors import DivergenceError
+from trackdyn.model.record import ENERGY_NAMES
+
+# What the account of work may leave open, as a share of the energy exchanged. Methods of order 1 may miss
+# twice the 1 % that the tightest claim is judged with.
+OPEN_SHARE = 0.02
+# Friction, bearings and bushings may give this share back: rounding and the path of a step.
+GAINED_SHARE = 1e-3
+# Energy below which shares mean nothing: the chain lifted by a tenth of a millimetre.
+NOISE_HEIGHT = 1e-4
+LOSSES = ("tooth_friction", "wheel_friction", "bearing", "bushing_loss")
+
+
+def open_share(energy, model, seconds: float) -> tuple[float, float]:
+    """Open rest of the account of work over a record as a share of the energy exchanged, and that energy (J).
+
+    Energy exchanged is the sum of all changes in the account and the kinetic energy of the bodies that
+    pass the sprocket, all of them in a loop without wheels. The sprocket's work alone would not do: it
+    vanishes where nothing is driven.
+
+    Parameters
+    ----------
+    energy : (s, 10) array
+        Account (``model.record.ENERGY_NAMES``).
+    model : Model
+        What ran.
+    seconds : float
+        Time from the first to the last row, s.
+    """
+    change = energy[-1] - energy[0]
+    on_wheels = len(model.wheels.x) > 1
+    pitches = seconds * abs(model.drive.rate) / (2 * pi) * model.tooth.teeth
+    passed = pitches / len(model.shoes.link_body) if on_wheels else 1.0
+    carried = passed * float(energy[:, ENERGY_NAMES.index("kinetic")].max())
+    noise = float(model.chain.mass.sum()) * max(model.chain.gravity, 1.0) * NOISE_HEIGHT
+    exchanged = max(float(np.abs(change).sum()) + carried, noise)
+    return float(change[0] - change[1:].sum()) / exchanged, exchanged
+
+
+def refuse_open_account(energy, model, seconds: float) -> None:
+    """Refuse a run whose account of work shows that its step was too large, though nothing diverged.
+
+    Contacts heavier than `limits.step_limits` reckons with (a very tight loop, bushings that hardly turn) make
+    friction chatter from step to step until it drives what it should brake.
+
+    Raises
+    ------
+    DivergenceError
+        Names what the account shows.
+    """
+    share, exchanged = open_share(energy, model, seconds)
+    remedy = f"a step smaller than {model.step:g} s would do"
+    if not abs(share) <= OPEN_SHARE:
+        raise DivergenceError(
+            f"{abs(share):.1%} of the energy exchanged in the run is not accounted for, more than {OPEN_SHARE:.0%}: contacts "
+            f"are not resolved; {remedy}"
+        )
+    change = energy[-1] - energy[0]
+    for name in LOSSES:
+        gained = -float(change[ENERGY_NAMES.index(name)])
+        if gained > GAINED_SHARE * exchanged:
+            raise DivergenceError(
+                f"{name.replace('_', ' ')} gave {gained:.3g} J back over the run where it should take energy: contacts are "
+                f"heavier than the step limits reckon with and chatter from step to step; {remedy}"
+            )

@@ -1,0 +1,252 @@
+"""Everything that stays constant during a run, SI units throughout.
+
+A closed chain of ``n`` rigid bodies (link, connector, link, ...). Body ``i`` runs from its input pin to its
+output pin, which is the input pin of body ``i + 1``; the output pin of the last body is the input pin of the
+first one (the joint that is cut, element 70 of the paper). All vectors are in the inertial frame; an angle is
+the direction of the line input pin -> output pin, counter-clockwise from the inertial x axis.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+# wheel 0 is the sprocket: its motion is prescribed and links touch its ring
+SPROCKET = 0
+# kinds of friction in space: Eq. 10 alone, Eqs. 10 and 11 each for itself, one coefficient of the whole slip
+TANGENTIAL, INDEPENDENT, ISOTROPIC = range(3)
+
+
+class Chain(NamedTuple):
+    """The chain of ``n`` bodies.
+
+    Attributes
+    ----------
+    length : (n,) array
+        Pin to pin length, m.
+    mass : (n,) array
+        Mass, kg.
+    inertia : (n,) array
+        Moment of inertia about the mass centre, kg m2.
+    com_x, com_y : (n,) arrays
+        Mass centre in the body frame (x from input to output pin, y its left normal), from the
+        input pin, m.
+    stiffness, damping, free_angle : float
+        Rubber bushing of every revolute joint: torque on the outboard body
+        ``-stiffness (phi - free_angle) - damping phi'`` with ``phi = angle[i+1] - angle[i]``;
+        N m/rad, N m s/rad, rad.
+    gravity : float
+        Magnitude of gravity along -y, m/s2.
+    """
+
+    length: np.ndarray
+    mass: np.ndarray
+    inertia: np.ndarray
+    com_x: np.ndarray
+    com_y: np.ndarray
+    stiffness: float
+    damping: float
+    free_angle: float
+    gravity: float
+
+
+class Shoes(NamedTuple):
+    """Where the links and the connectors' arcs sit on the bodies of the chain, for ``p`` pitches.
+
+    Attributes
+    ----------
+    link_body : (p,) integer array
+        Body that carries the link of a pitch.
+    link_start, link_end : (p,) arrays
+        The ends A and B of the link's middle line on the body's pin line, from its input pin, m.
+    arc_body : (2 p,) integer array
+        Body that carries the left (even entries) and right (odd) arc of the connector of a pitch.
+    arc_x : (2 p,) array
+        Their centres on the body's pin line, from its input pin, m.
+    """
+
+    link_body: np.ndarray
+    link_start: np.ndarray
+    link_end: np.ndarray
+    arc_body: np.ndarray
+    arc_x: np.ndarray
+
+
+class Law(NamedTuple):
+    """A contact between two surfaces.
+
+    Attributes
+    ----------
+    stiffness : float
+        ``pi L E* / (2 sqrt 2)`` of Eq. 8, N/m.
+    loss : float
+        Factor chi of the relative penetration velocity: ``3 (1 - c_r^2) / 4`` of Eq. 8, the one that
+        delivers c_r, or 0 for an elastic contact.
+    friction_static, friction_dynamic : float
+        Coefficients of Eq. 10; both 0: no friction.
+    transition_velocity : float
+        v_t of Eq. 10, m/s.
+    speed_floor : float
+        Least initial impact velocity, m/s.
+    factor_limit : float
+        Upper bound of the bracket of Eq. 8 (its lower bound is 0: contact never pulls).
+    """
+
+    stiffness: float
+    loss: float
+    friction_static: float
+    friction_dynamic: float
+    transition_velocity: float
+    speed_floor: float
+    factor_limit: float
+
+
+class Tooth(NamedTuple):
+    """The contact between connectors and grooves.
+
+    Attributes
+    ----------
+    present : int
+        0: the scene has no teeth.
+    centre_x, centre_y, radius : (k,) arrays
+        Arcs O_j and r_j in the groove frame (Table 1), m; ten of them, or three of the coarse profile.
+    direction_x, direction_y, cos_half_angle : (k,) arrays
+        u_j and cos theta_j of Eq. 23.
+    convex : (k,) integer array
+        1 for areas 1, 4, 7, 10 of the ten.
+    groove_cos, groove_sin : (m,) arrays
+        Cosine and sine of beta_k (Eq. 12).
+    teeth : int
+        m.
+    addendum : float
+        r_a of Eq. 18, m.
+    arc_radius : float
+        r_C of the connector's arcs, m.
+    law : Law
+        Steel on steel.
+    """
+
+    present: int
+    centre_x: np.ndarray
+    centre_y: np.ndarray
+    radius: np.ndarray
+    direction_x: np.ndarray
+    direction_y: np.ndarray
+    cos_half_angle: np.ndarray
+    convex: np.ndarray
+    groove_cos: np.ndarray
+    groove_sin: np.ndarray
+    teeth: int
+    addendum: float
+    arc_radius: float
+    law: Law
+
+
+class Wheels(NamedTuple):
+    """The ``w`` wheels that links touch: 0 the sprocket's ring, then the others.
+
+    Attributes
+    ----------
+    present : (w,) integer array
+        0: no contact with links (a sprocket without ring).
+    x, y, radius, inertia, drag : (w,) arrays
+        Centre, radius, moment of inertia, bearing drag; SI. The sprocket's motion is prescribed.
+    half_thickness : float
+        D/2 of the links, m.
+    ring_law, wheel_law : Law
+        Links on the sprocket's ring; links on the other wheels.
+    """
+
+    present: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    radius: np.ndarray
+    inertia: np.ndarray
+    drag: np.ndarray
+    half_thickness: float
+    ring_law: Law
+    wheel_law: Law
+
+
+class Closure(NamedTuple):
+    """The cut joint: ``compliant`` 0 holds both pins together exactly; 1 is a spring and damper between them.
+
+    ``stiffness`` (N/m) and ``damping`` (N s/m) are those of the elastic-damping cut (A.6).
+    """
+
+    compliant: int
+    stiffness: float
+    damping: float
+
+
+class Drive(NamedTuple):
+    """Prescribed rate of the sprocket: from ``start`` to ``rate`` (rad/s) in ``ramp`` seconds from ``begin``, then constant."""
+
+    rate: float
+    ramp: float
+    start: float = 0.0
+    begin: float = 0.0
+
+
+class Sensor(NamedTuple):
+    """Body that carries the sensor and the sensor's place in the body frame, m."""
+
+    body: int
+    x: float
+    y: float
+
+
+class Space(NamedTuple):
+    """What motion in space needs beyond the planar model.
+
+    Attributes
+    ----------
+    along, across : (n,) arrays
+        Principal moments of inertia of the bodies about their x axis (pin line) and y axis (normal
+        of the track), kg m2; the third one is that of the planar chain.
+    frame : (w, 3, 3) array
+        ``A_W`` of every wheel: its frame, which does not spin, to the inertial one; z is its axis.
+    centre : (w, 3) array
+        Centres of the wheels in their own frames, ``A_W^T R_W``, m.
+    length, overhang : (3,) arrays
+        Contact length and the shift before the overlap of Eq. 19 shrinks, of links on wheels, connectors on
+        teeth and links on the ring (`contact.axial`), m.
+    guide_reach : (w,) array
+        Distance from the wheel's axis up to which the middle of a connector is between its flanges, m.
+    clearance, stiffness, damping : float
+        Play of a centre guide to either side (m), and its spring and damper beyond (N/m, N s/m).
+    friction : int
+        ``TANGENTIAL`` (no axial friction), ``INDEPENDENT`` (Eqs. 10 and 11 each for itself) or
+        ``ISOTROPIC`` (one coefficient of the whole slip).
+    """
+
+    along: np.ndarray
+    across: np.ndarray
+    frame: np.ndarray
+    centre: np.ndarray
+    length: np.ndarray
+    overhang: np.ndarray
+    guide_reach: np.ndarray
+    clearance: float
+    stiffness: float
+    damping: float
+    friction: int
+
+
+class Model(NamedTuple):
+    """A scene as kernels see it (`trackdyn.build.build_model`).
+
+    ``step`` is in s, ``stride`` the number of steps in a sample. ``solver`` is None for the Riccati sweep or
+    one of `integrate.dynamics`' numbers, ``space`` None for a planar scene.
+    """
+
+    chain: Chain
+    shoes: Shoes
+    tooth: Tooth
+    wheels: Wheels
+    drive: Drive
+    sensor: Sensor
+    closure: Closure
+    step: float
+    stride: int
+    solver: int | None = None
+    space: Space | None = None

@@ -1,0 +1,155 @@
+"""Arrays that a run fills, and the names of their columns."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+# rows of the account of work, all in J and counted from the start of the run
+SPROCKET_WORK, TOOTH_NORMAL, TOOTH_FRICTION, WHEEL_NORMAL, WHEEL_FRICTION, BEARING, BUSHING_LOSS = range(7)
+KINETIC, GRAVITY, BUSHING_ELASTIC = range(7, 10)
+ENERGY_NAMES = (
+    "sprocket_work",
+    "tooth_normal",
+    "tooth_friction",
+    "wheel_normal",
+    "wheel_friction",
+    "bearing",
+    "bushing_loss",
+    "kinetic",
+    "gravity",
+    "bushing_elastic",
+)
+# columns of a spell: one uninterrupted contact of an arc or a link with the sprocket
+PITCH, SIDE, GROOVE, AREAS, START, END, PEAK, PEAK_TIME, IMPULSE, SQUARE, ANGLE = range(11)
+SPELL_COLUMNS = (
+    "pitch",  # 0-based
+    "side",  # 0 left arc, 1 right arc, 2 ring
+    "groove",
+    "areas",  # bit j - 1 set: area j was visited
+    "start_s",
+    "end_s",
+    "peak_n",
+    "peak_s",
+    "impulse_ns",
+    "square_n2s",  # integral of the squared force
+    "sprocket_rad",  # angle of the sprocket at the start
+)
+
+
+class Spells(NamedTuple):
+    """Log of the contacts with the sprocket (columns: ``SPELL_COLUMNS``).
+
+    Attributes
+    ----------
+    enabled : int
+        0: not logged.
+    open : (3 p, 11) array
+        Spells that have begun and not ended: left arc, right arc and ring of each pitch.
+    rows : (m, 11) array
+        Ended spells.
+    count : (1,) integer array
+        Number of ended spells; more than ``m`` if some found no room.
+    """
+
+    enabled: int
+    open: np.ndarray
+    rows: np.ndarray
+    count: np.ndarray
+
+
+class PlaneRecord(NamedTuple):
+    """Out-of-plane part of a record, one row a sample.
+
+    Attributes
+    ----------
+    motion : (s, 8) array
+        Offset (m), speed (m/s), p, q (rad/s) and the Euler parameters of the plane.
+    offset : (s, w) array
+        Where the plane of the chain crosses the axis of every wheel, from its middle, m.
+    axial : (s, w) array
+        Force on every wheel along its axis, mean over the sample, N.
+    """
+
+    motion: np.ndarray
+    offset: np.ndarray
+    axial: np.ndarray
+
+
+class Record(NamedTuple):
+    """One row a sample of what `recording.Recording` describes.
+
+    Attributes
+    ----------
+    raw, mean, gap, cut, place, wheel_rate, energy, force, area, groove
+        As in `recording.Recording`.
+    pitches : (p,) integer array
+        Pitches whose contacts are recorded (0-based).
+    frame : (f, n + 3) array
+        Configuration every ``frame_stride`` samples: pin x, y, angles, sprocket angle.
+    frame_stride : int
+        Samples between frames.
+    spells : Spells
+        Log of the contacts with the sprocket.
+    plane : PlaneRecord or None
+        Motion of the chain's plane; None in planar motion.
+    """
+
+    raw: np.ndarray
+    mean: np.ndarray
+    gap: np.ndarray
+    cut: np.ndarray
+    place: np.ndarray
+    wheel_rate: np.ndarray
+    energy: np.ndarray
+    force: np.ndarray
+    area: np.ndarray
+    groove: np.ndarray
+    pitches: np.ndarray
+    frame: np.ndarray
+    frame_stride: int
+    spells: Spells
+    plane: PlaneRecord | None = None
+
+
+def make_record(samples: int, state, pitches=(), frames: int = 0, frame_stride: int = 0, spells: int = 0) -> Record:
+    """Allocate the record of a run.
+
+    Parameters
+    ----------
+    samples : int
+        Rows.
+    state : State
+        Of the chain that runs: the record has its bodies, pitches and wheels, and its plane.
+    pitches : sequence of int
+        Pitches whose contacts are recorded (1-based).
+    frames, frame_stride : int
+        Configurations, and samples between them.
+    spells : int
+        Spells that there is room for; 0: not logged.
+    """
+    p, n, (loop, wheels) = len(pitches), len(state.angle), state.wheel_impact.shape
+    plane = None
+    if state.plane is not None:
+        plane = PlaneRecord(np.zeros((samples, 8)), np.zeros((samples, wheels)), np.zeros((samples, wheels)))
+    return Record(
+        np.zeros((samples, 3)),
+        np.zeros((samples, 3)),
+        np.zeros(samples),
+        np.zeros((samples, 2)),
+        np.zeros((samples, 2)),
+        np.zeros((samples, wheels)),
+        np.zeros((samples, 10)),
+        np.zeros((samples, p, 3)),
+        np.zeros((samples, p, 2), np.int8),
+        np.zeros((samples, p, 2), np.int8),
+        np.array([i - 1 for i in pitches], np.int64),
+        np.zeros((frames, n + 3)),
+        frame_stride,
+        Spells(
+            int(spells > 0),
+            np.zeros((3 * loop, len(SPELL_COLUMNS))),
+            np.zeros((spells, len(SPELL_COLUMNS))),
+            np.zeros(1, np.int64),
+        ),
+        plane,
+    )

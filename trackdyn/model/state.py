@@ -1,0 +1,74 @@
+"""Everything that a run carries from step to step, written in place."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+OFFSET, SPEED, P, Q = range(4)  # entries of the plane's motion
+
+
+class Plane(NamedTuple):
+    """State of the plane of the chain (`chain.plane`).
+
+    Attributes
+    ----------
+    motion : (4,) array
+        Offset and speed of the plane along its normal (m, m/s): z components of the pin's position
+        and velocity; its angular velocities p and q (rad/s). All in components of the plane's frame.
+    attitude : (4,) array
+        Euler parameters of ``A_P``, the scalar first.
+    """
+
+    motion: np.ndarray
+    attitude: np.ndarray
+
+
+class State(NamedTuple):
+    """State of a chain of ``n`` bodies and ``p`` pitches on ``w`` wheels.
+
+    Attributes
+    ----------
+    steps : (1,) integer array
+        Steps taken; the time is ``steps * step``.
+    pin : (4,) array
+        Position and velocity of the input pin of body 1 (m, m/s).
+    angle, rate : (n,) arrays
+        Orientation (rad) and angular velocity (rad/s) of the bodies.
+    wheel_angle, wheel_rate : (w,) arrays
+        The same of the wheels.
+    tooth_impact : (2 p,) array
+        Stored initial impact velocity of the left (even entries) and right (odd) arc of the ``p``
+        connectors, 0 without contact, m/s.
+    wheel_impact : (p, w) array
+        The same for link and wheel.
+    work_done : (7,) array
+        Account of work (`model.record`), J.
+    plane : Plane or None
+        The plane of the chain; None in planar motion.
+    """
+
+    steps: np.ndarray
+    pin: np.ndarray
+    angle: np.ndarray
+    rate: np.ndarray
+    wheel_angle: np.ndarray
+    wheel_rate: np.ndarray
+    tooth_impact: np.ndarray
+    wheel_impact: np.ndarray
+    work_done: np.ndarray
+    plane: Plane | None = None
+
+
+def make_state(n: int, pitches: int, wheels: int) -> State:
+    """Allocate the state of ``n`` bodies and ``pitches`` pitches on ``wheels`` wheels, everything 0."""
+    return State(
+        np.zeros(1, np.int64),
+        np.zeros(4),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros(wheels),
+        np.zeros(wheels),
+        np.zeros(2 * pitches),
+        np.zeros((pitches, wheels)),
+        np.zeros(7),
+    )

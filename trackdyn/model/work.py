@@ -1,0 +1,277 @@
+"""Arrays that a step overwrites, and the columns of the contact list."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+# Columns of a row of the contact list: force normal and friction (N), arm from the body's mass centre (m),
+# velocity of the body's point (m/s), velocity of the wheel's point at unit rate (m), rate of the wheel (rad/s).
+NORMAL_X, NORMAL_Y, FRICTION_X, FRICTION_Y, ARM_X, ARM_Y, SPEED_X, SPEED_Y, TURN_X, TURN_Y, RATE = range(11)
+# Slopes of the normal and the friction force that a linearly implicit step takes, kg.
+NORMAL_SLOPE, FRICTION_SLOPE = 11, 12
+# The components across the plane of the chain, and the point's x and y from the pin of body 1; only in space.
+NORMAL_Z, FRICTION_Z, ARM_Z, SPEED_Z, TURN_Z, PIN_X, PIN_Y = range(13, 20)
+CONTACT_COLUMNS = 20
+# Columns of ``contact_body``, and the kinds of contact: a link on a wheel, an arc in a groove, a link on the
+# ring, a guide between flanges.
+BODY, WHEEL, KIND = range(3)
+SURFACE, FLANK, RING, GUIDE = range(4)
+
+
+class SweepWork(NamedTuple):
+    """What a solver of the chain writes.
+
+    Attributes
+    ----------
+    gain : (n, 8) array
+        Of the joint behind body i: the angular acceleration across it as a linear function,
+        ``[S_31, S_32, S_33, E_3x, E_3y, E_3m, E_31 - tau] / D`` (eighth entry unused).
+    response : (n, 4) array
+        Angular acceleration of body i for unit ``[lambda_x, lambda_y, lambda_m, 1]``.
+    end : (3, 4) array
+        Acceleration ``z_b`` at the output of body N.
+    base : (2, 4) array
+        Acceleration of the input pin of body 1, the same columns.
+    probe : (2, 4) array
+        Acceleration of the input pin of the probe's body.
+    inverse : (3, 3) array
+        Inverse of the closure matrix.
+    load : (4,) array
+        ``[lambda_x, lambda_y, lambda_m, 1]``.
+    """
+
+    gain: np.ndarray
+    response: np.ndarray
+    end: np.ndarray
+    base: np.ndarray
+    probe: np.ndarray
+    inverse: np.ndarray
+    load: np.ndarray
+
+
+class ImplicitWork(NamedTuple):
+    """What contacts hand to a linearly implicit sweep, and what it writes, for ``n`` bodies and ``w`` wheels.
+
+    Row 0 of the arrays with a row a wheel belongs to the sprocket, whose motion is prescribed, and stays 0.
+
+    Attributes
+    ----------
+    inertia : (n, 6) array
+        ``h C + h^2 K`` of the contacts of a body about its input pin: xx, xy, yy, x-angle, y-angle, angle.
+    couple : (n, w, 3) array
+        Load on a body (force, moment about its input pin) for a unit acceleration of a wheel.
+    wheel_inertia : (w,) array
+        ``h C`` of the friction on each wheel, kg m2.
+    column : (w, 3) array
+        Each wheel's column of E, and of z_b on the way back.
+    gain : (n, w) array
+        Its part of the acceleration across each joint.
+    response : (n, w) array
+        Angular acceleration of each body for a unit acceleration of a wheel.
+    base, probe, end : (w, 2), (w, 2), (w, 3) arrays
+        The same for the input pin of body 1, that of the probe's body, and the output of the last body.
+    row : (w, w + 3) array
+        Accelerations of the bodies on each wheel, weighted with their coupling: three cut loads,
+        constant part, wheels.
+    matrix : (w + 2, w + 3) array
+        Equations for the cut loads and the wheels.
+    load : (w + 3,) array
+        Cut loads, 1, and the accelerations of the wheels but the sprocket.
+    """
+
+    inertia: np.ndarray
+    couple: np.ndarray
+    wheel_inertia: np.ndarray
+    column: np.ndarray
+    gain: np.ndarray
+    response: np.ndarray
+    base: np.ndarray
+    probe: np.ndarray
+    end: np.ndarray
+    row: np.ndarray
+    matrix: np.ndarray
+    load: np.ndarray
+
+
+class Stages(NamedTuple):
+    """An explicit Runge-Kutta method and the arrays of its stages.
+
+    Attributes
+    ----------
+    a : (s, s) array
+        Coefficients of the stages.
+    b, error : (s,) arrays
+        Weights of the step; weights of the estimated error (all 0: fixed step).
+    tolerance : float
+        Relative and scaled absolute error a step may make; 0: fixed step.
+    start, scale : (m,) arrays
+        State at the start of a step, and the size of each entry below which the tolerance is absolute.
+    slope : (s, m) array
+        Derivative of the state at each stage.
+    tooth_impact, wheel_impact : arrays
+        Initial impact velocities at the start of the step: the stages do not change the memory.
+    next_step : (1,) array
+        Step that the error control would take next, s.
+    counts : (2,) integer array
+        Steps taken and rejected.
+    """
+
+    a: np.ndarray
+    b: np.ndarray
+    error: np.ndarray
+    tolerance: float
+    start: np.ndarray
+    scale: np.ndarray
+    slope: np.ndarray
+    tooth_impact: np.ndarray
+    wheel_impact: np.ndarray
+    next_step: np.ndarray
+    counts: np.ndarray
+
+
+class SpaceWork(NamedTuple):
+    """What motion in space adds, in components of the frame P of the chain's plane (`chain.plane`).
+
+    ``attitude`` is ``A_P``; ``relative`` holds ``A_W^T A_P`` of every wheel (P to wheel), ``centre`` the
+    wheels' centres in P. ``gravity`` is in P components, m/s2. ``force_z``, ``moment_x``, ``moment_y``
+    are the loads across the plane on the bodies about their mass centres. ``acceleration`` is
+    ``(A_0z, p', q')``, ``change`` what the last step added to ``(V_z, p, q)``. ``wheel_load`` is the
+    reaction on every wheel: force and moment about its centre in its own frame. ``axial`` is the mean
+    of the axial forces on the wheels over the sample.
+    """
+
+    attitude: np.ndarray
+    relative: np.ndarray
+    centre: np.ndarray
+    gravity: np.ndarray
+    force_z: np.ndarray
+    moment_x: np.ndarray
+    moment_y: np.ndarray
+    acceleration: np.ndarray
+    change: np.ndarray
+    wheel_load: np.ndarray
+    axial: np.ndarray
+
+
+class Work(NamedTuple):
+    """Arrays of a step for ``n`` bodies, ``p`` pitches and ``w`` wheels.
+
+    Attributes
+    ----------
+    cos, sin : (n,) arrays
+        Orientation of the bodies.
+    pin_x, pin_y : (n + 1,) arrays
+        Input pins of the bodies and output pin of the last one, m.
+    com_vx, com_vy : (n,) arrays
+        Velocities of the mass centres, m/s.
+    com_dvx, com_dvy, old_rate : (n,) arrays
+        What the last step added to them, and the angular velocities before it.
+    force_x, force_y, moment : (n,) arrays
+        Loads of the contacts on the bodies about their mass centres, N and N m.
+    torque, joint_rate : (n,) arrays
+        Bushing torque of the joint behind body i on its outboard body (N m), and the rate of its angle (rad/s);
+        entry n - 1 is the cut joint.
+    wheel_torque : (w,) array
+        Torque of the contacts on the wheels, N m.
+    tooth_force, tooth_area, tooth_groove : (2 p,) arrays
+        Normal force (N), area and groove of every arc, 0 without contact.
+    wheel_force : (p, w) array
+        Normal force of every link on every wheel, N.
+    contact : (c, 20) array
+        A row a contact; columns ``NORMAL_X`` to ``PIN_Y``.
+    contact_body : (c, 3) integer array
+        Its ``BODY``, ``WHEEL`` and ``KIND``.
+    count : (1,) integer array
+        Contacts at present.
+    cut : (6,) array
+        Gap of the cut joint (output pin of the last body less input pin of the first) and its rate, and the
+        gap that the last step had before the projection; m, m/s.
+    sensed : (6,) array
+        Acceleration (m/s2) and angle (rad) of the sensor at the last evaluation, and their sums over the sample.
+    sweep : SweepWork
+        Solution of the chain.
+    implicit : ImplicitWork or None
+        Of a linearly implicit integrator.
+    stages : Stages or None
+        Of an explicit Runge-Kutta method.
+    space : SpaceWork or None
+        Of motion in space.
+    """
+
+    cos: np.ndarray
+    sin: np.ndarray
+    pin_x: np.ndarray
+    pin_y: np.ndarray
+    com_vx: np.ndarray
+    com_vy: np.ndarray
+    com_dvx: np.ndarray
+    com_dvy: np.ndarray
+    old_rate: np.ndarray
+    force_x: np.ndarray
+    force_y: np.ndarray
+    moment: np.ndarray
+    torque: np.ndarray
+    joint_rate: np.ndarray
+    wheel_torque: np.ndarray
+    tooth_force: np.ndarray
+    tooth_area: np.ndarray
+    tooth_groove: np.ndarray
+    wheel_force: np.ndarray
+    contact: np.ndarray
+    contact_body: np.ndarray
+    count: np.ndarray
+    cut: np.ndarray
+    sensed: np.ndarray
+    sweep: SweepWork
+    implicit: ImplicitWork | None = None
+    stages: Stages | None = None
+    space: SpaceWork | None = None
+
+
+def make_work(n: int, pitches: int, wheels: int) -> Work:
+    """Allocate the arrays of a planar step of semi-implicit Euler."""
+    contacts = pitches * (2 + 2 * wheels)  # both arcs, a link and a guide on every wheel
+    sweep = SweepWork(*(np.zeros(shape) for shape in ((n, 8), (n, 4), (3, 4), (2, 4), (2, 4), (3, 3), 4)))
+    return Work(
+        *(np.zeros(n) for _ in range(2)),
+        *(np.zeros(n + 1) for _ in range(2)),
+        *(np.zeros(n) for _ in range(10)),
+        np.zeros(wheels),
+        np.zeros(2 * pitches),
+        np.zeros(2 * pitches, np.int64),
+        np.zeros(2 * pitches, np.int64),
+        np.zeros((pitches, wheels)),
+        np.zeros((contacts, CONTACT_COLUMNS)),
+        np.zeros((contacts, 3), np.int64),
+        np.zeros(1, np.int64),
+        np.zeros(6),
+        np.zeros(6),
+        sweep,
+    )
+
+
+def make_implicit(n: int, wheels: int) -> ImplicitWork:
+    """Allocate the arrays of a linearly implicit sweep."""
+    w = wheels
+    shapes = ((n, 6), (n, w, 3), w, (w, 3), (n, w), (n, w), (w, 2), (w, 2), (w, 3), (w, w + 3), (w + 2, w + 3), w + 3)
+    return ImplicitWork(*(np.zeros(shape) for shape in shapes))
+
+
+def make_stages(a, b, error, tolerance: float, n: int, pitches: int, wheels: int) -> Stages:
+    """Allocate the stages of an explicit Runge-Kutta method."""
+    size = 4 + 2 * n + 2 * wheels + 7
+    scale = np.ones(size)
+    scale[4 + n : 4 + 2 * n] = 10.0  # angular velocities are of the order of 10 rad/s
+    scale[4 + 2 * n + wheels : 4 + 2 * n + 2 * wheels] = 10.0
+    scale[-7:] = np.inf  # the account of work does not steer the step
+    a, b, error = (np.array(part, dtype=float) for part in (a, b, error))
+    return Stages(
+        a, b, error, tolerance, np.zeros(size), scale, np.zeros((len(b), size)),
+        np.zeros(2 * pitches), np.zeros((pitches, wheels)), np.zeros(1), np.zeros(2, np.int64),
+    )  # fmt: skip
+
+
+def make_space_work(n: int, wheels: int) -> SpaceWork:
+    """Allocate the arrays of motion in space."""
+    shapes = ((wheels, 3, 3), (wheels, 3), 3, n, n, n, 3, 3, (wheels, 6), wheels)
+    return SpaceWork(np.eye(3), *(np.zeros(shape) for shape in shapes))

@@ -1,0 +1,102 @@
+"""A recording that grows chunk by chunk, so that it can be watched, checkpointed and resumed."""
+
+import time
+from typing import NamedTuple
+
+import numpy as np
+
+from trackdyn.checkpoint import filled
+from trackdyn.errors import DivergenceError
+from trackdyn.measure.energy import refuse_open_account
+from trackdyn.model.record import SPELL_COLUMNS, Record, Spells, make_record
+from trackdyn.recording import Recording, provenance
+from trackdyn.stepping import march
+
+# Length of a chunk, s, and spells that may end within it.
+CHUNK = 0.25
+SPELLS_A_CHUNK = 40000
+
+
+class Writer:
+    """Records a loop; parameters as in `Loop.record`."""
+
+    def __init__(self, loop, seconds: float, pitches: tuple[int, ...], frame_interval: float, spells: bool):
+        rate = loop.scene.rig.sensor.rate
+        self.loop = loop
+        self.samples = round(seconds * rate)
+        self.done = 0
+        self.begin = loop.time
+        self.wall = 0.0
+        self.ended: list[np.ndarray] = []
+        stride = round(frame_interval * rate)
+        frames = -(-self.samples // stride) if stride else 0
+        on_wheels = loop.scene.loop == "on_wheels"
+        self.record: Record = make_record(
+            self.samples, loop.state, pitches or (loop.scene.rig.sensor.pitch,), frames, stride,
+            SPELLS_A_CHUNK if spells and on_wheels else 0,
+        )  # fmt: skip
+
+    @property
+    def finished(self) -> bool:
+        return self.done >= self.samples
+
+    def chunk(self) -> float:
+        """Record the next chunk; returns its length, s."""
+        loop, rate = self.loop, self.loop.scene.rig.sensor.rate
+        last = min(self.done + max(round(CHUNK * rate), 1), self.samples)
+        start = time.perf_counter()
+        march(loop.model, loop.state, loop.work, self.record, self.done, last)
+        self.wall += time.perf_counter() - start
+        self.ended.append(_take(self.record.spells))
+        added, self.done = (last - self.done) / rate, last
+        return added
+
+    def describe(self) -> dict:
+        """What a checkpoint holds of it, the loop included."""
+        progress = {"done": self.done, "begin": self.begin, "wall": self.wall}
+        parts = {"progress": progress, "record": self.record, "ended": Ended(np.vstack(self.ended))}
+        return self.loop.describe() | parts
+
+    def restore(self, data: dict) -> None:
+        """Go on from a checkpoint's data, the loop being its loop."""
+        self.record = filled(self.record, data["record"])
+        self.ended = [data["ended"]["rows"]]
+        self.done, self.begin, self.wall = (data["progress"][name] for name in ("done", "begin", "wall"))
+
+    def recording(self) -> Recording:
+        """What was recorded, if its account of work is closed (`measure.energy.refuse_open_account`)."""
+        loop, record = self.loop, self.record
+        rate, stride = loop.scene.rig.sensor.rate, record.frame_stride
+        refuse_open_account(record.energy, loop.model, self.samples / rate)
+        plane = record.plane
+        space = {} if plane is None else {"plane": plane.motion, "wheel_offset": plane.offset, "axial_force": plane.axial}
+        same = ("raw", "mean", "gap", "cut", "place", "wheel_rate", "energy", "force", "area", "groove", "frame")
+        return Recording(
+            time=np.arange(1, self.samples + 1) / rate,
+            pitches=record.pitches + 1,
+            spells=np.vstack(self.ended) if self.ended else np.zeros((0, len(SPELL_COLUMNS))),
+            begin=float(self.begin),
+            frame_time=(np.arange(len(record.frame)) * stride + 1) / rate,
+            meta=provenance(loop.scene, loop.layout),
+            wall=self.wall,
+            **{name: getattr(record, name) for name in same},
+            **space,
+        )
+
+
+class Ended(NamedTuple):
+    """Spells that ended so far."""
+
+    rows: np.ndarray
+
+
+def _take(spells: Spells) -> np.ndarray:
+    """Rows that ended in the last chunk; the log is empty afterwards."""
+    count = int(spells.count[0])
+    if count > len(spells.rows):
+        raise DivergenceError(
+            f"{count} contacts ended within one chunk of {CHUNK} s, more than {len(spells.rows)}: the contact chatters from "
+            "step to step; a smaller step would do"
+        )
+    spells.count[0] = 0
+    return spells.rows[:count].copy()
