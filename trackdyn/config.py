@@ -10,7 +10,7 @@ from trackdyn.errors import InputError
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.validation import Section, read_yaml, validated
 from trackdyn.scene import Scene
-from trackdyn.study.planner import load_trade, plan
+from trackdyn.study.accuracy.planner import load_trade, plan
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]

@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.study.planner import HELD_OUT, MEASURED, parse_tolerance, plan
-from trackdyn.study.trade import COLUMNS, pareto
+from trackdyn.study.accuracy.planner import HELD_OUT, MEASURED, parse_tolerance, plan
+from trackdyn.study.accuracy.trade import COLUMNS, pareto
 
 
 @pytest.fixture

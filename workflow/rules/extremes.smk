@@ -27,13 +27,8 @@ def extremes_reported(name, caption):
 
 EXTREMES_NEED = [
     *SIMULATOR,
-    *sources(
-        *(
-            f"study/{name}.py"
-            for name in ("extremes", "extreme_cases", "solver_cases", "stability_map", "long_run", "stress", "forms")
-        )
-    ),
-    *sources("fidelity.py", "stability.py", "report/style.py", "report/tables.py", "report/figures/extremes.py"),
+    *sources("study/extremes", "study/stability.py", "measure", "report/style.py", "report/tables.py"),
+    *sources("report/figures/extremes.py"),
 ]
 
 

@@ -1,10 +1,9 @@
 # What accuracy costs: the ladder of fidelities, work-precision data, the planner. `trade` is asked for by
 # name; a short form of it belongs to the default target.
 
-LADDER = sources("study/ladder.py", "study/measures.py", "report/tables.py")
+LADDER = sources("study/accuracy/ladder.py", "study/accuracy/statistics.py", "report/tables.py")
 TRADE = sources(
-    "study/trade.py", "study/measures.py", "study/planner.py", "report/figures/trade.py", "report/style.py",
-    "report/tables.py",
+    "study/accuracy", "report/figures/trade.py", "report/style.py", "report/tables.py",
 )
 TRADE_FIGURES = ("state", "rms", "left_share", "scaling", "planner")
 

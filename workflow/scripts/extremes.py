@@ -7,8 +7,8 @@ from trackdyn import load_rig
 from trackdyn.report.figures.extremes import FIGURES
 from trackdyn.report.style import save
 from trackdyn.report.tables import write_table
-from trackdyn.study.extremes import summary
-from trackdyn.study.forms import FULL, SHORT, run_extremes
+from trackdyn.study.extremes.judge import summary
+from trackdyn.study.extremes.run import FULL, SHORT, run_extremes
 
 with logged(snakemake):
     rig = load_rig(snakemake.input.rig)

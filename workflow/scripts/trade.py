@@ -7,7 +7,7 @@ from trackdyn import load_rig
 from trackdyn.report.figures.trade import planner_figure, scaling_figure, work_precision
 from trackdyn.report.style import save
 from trackdyn.report.tables import trade_summary
-from trackdyn.study import planner, trade
+from trackdyn.study.accuracy import planner, trade
 
 SHORT_COARSE = {"linearly_implicit": (5e-4,)}
 SHORT_STEPS = {"semi_implicit": (5e-5, 1e-4, 5e-4), "linearly_implicit": (2.5e-4, 5e-4), "rk4": (1e-4,)}

@@ -8,11 +8,10 @@ from typing import NamedTuple
 import pandas as pd
 
 from trackdyn.parameters.rig import Rig
-from trackdyn.study import extreme_cases as cases
-from trackdyn.study import solver_cases, stress
-from trackdyn.study.extremes import DEFECT, as_table
-from trackdyn.study.long_run import long_run, run_long
-from trackdyn.study.stability_map import stability_map
+from trackdyn.study.extremes import cases, random_scenes, solvers
+from trackdyn.study.extremes.judge import DEFECT, as_table
+from trackdyn.study.extremes.long_run import long_run, run_long
+from trackdyn.study.extremes.stability_map import stability_map
 
 
 class Form(NamedTuple):
@@ -64,8 +63,8 @@ def run_extremes(rig: Rig, form: Form, say: Callable[[str], None] = print) -> Ex
     """Run every family of a form; ``say`` hears of every family and every defect."""
     rows = []
     families = (
-        ("length of the chain", lambda: (*solver_cases.digits(rig, **form.digits), *solver_cases.growth_rates(rig))),
-        ("mass ratio", lambda: (*solver_cases.light_connectors(rig), *cases.mass_ratio(rig, **form.mass_ratio))),
+        ("length of the chain", lambda: (*solvers.digits(rig, **form.digits), *solvers.growth_rates(rig))),
+        ("mass ratio", lambda: (*solvers.light_connectors(rig), *cases.mass_ratio(rig, **form.mass_ratio))),
         ("stiffness", lambda: cases.stiffness(rig, **form.stiffness)),
         ("restitution", lambda: cases.restitution(rig)),
         ("friction", lambda: cases.friction(rig, **form.friction)),
@@ -74,7 +73,7 @@ def run_extremes(rig: Rig, form: Form, say: Callable[[str], None] = print) -> Ex
         ("loop", lambda: cases.loop(rig, **form.loop)),
         ("initial state", lambda: cases.states(rig, **form.states)),
         ("step and stiffness", lambda: stability_map(rig, **form.stability_map)),
-        ("random scenes", lambda: stress.random_scenes(rig, form.scenes)),
+        ("random scenes", lambda: random_scenes.random_scenes(rig, form.scenes)),
     )
 
     def take(name, found):
@@ -92,10 +91,10 @@ def run_extremes(rig: Rig, form: Form, say: Callable[[str], None] = print) -> Ex
     table = as_table(rows)
     failed = table[(table["family"] == "random scenes") & (table["outcome"] == DEFECT)]["case"]
     seeds = {
-        "seed": stress.SEED,
+        "seed": random_scenes.SEED,
         "scenes": form.scenes,
         "hypothesis": _version("hypothesis"),
-        "failures": [stress.smallest(rig, json.loads(case)) for case in failed],
+        "failures": [random_scenes.smallest(rig, json.loads(case)) for case in failed],
     }
     return Extremes(table, chunks, seeds)
 

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import Rig
-from trackdyn.study.extremes import DEFECT, run_scene
+from trackdyn.study.extremes.judge import DEFECT, run_scene
 
 SEED = 20230917
 # A scene that computes longer than this (s) counts as one that never ends; most take less than one, but the

@@ -5,13 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trackdyn.chain import dense, multipliers, riccati, transfer_matrices
+from trackdyn.chain import dense, riccati, transfer_matrices
 from trackdyn.chain.model import Chain
 from trackdyn.chain.riccati import make_work
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene import Scene, build_chain
-from trackdyn.study.extremes import REFUSED, below, judged, within
+from trackdyn.study.extremes import reference
+from trackdyn.study.extremes.judge import REFUSED, below, judged, within
 
 BODIES = (6, 8, 10, 12, 14, 18, 24, 36, 50, 70, 100, 140, 200, 500, 1000, 2000, 5000, 10000)
 LONGEST_REFERENCE = 70
@@ -77,7 +78,7 @@ def make_pose(chain: Chain, seed: int) -> Pose:
 def solve(solver: str, chain: Chain, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
     """Angular accelerations (rad/s2) and the acceleration of the first pin (m/s2)."""
     if solver == "reference":
-        found = multipliers.accelerations(chain, *pose[:5])
+        found = reference.accelerations(chain, *pose[:5])
         return found.alpha, np.array([found.pin_ax, found.pin_ay])
     work = make_work(len(pose.angle))
     state = (chain, np.cos(pose.angle), np.sin(pose.angle), *pose[1:])

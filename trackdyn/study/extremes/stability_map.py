@@ -12,7 +12,7 @@ from trackdyn.model import ENERGY_NAMES
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene import Scene
 from trackdyn.settling import empty_record, settle
-from trackdyn.study.extremes import COMPLETED, FAST, REFUSED, judged
+from trackdyn.study.extremes.judge import COMPLETED, FAST, REFUSED, judged
 
 MODULI = (1e8, 1e9, 1e10, 5e10, 2.1e11, 5e11, 1e12, 2e12)
 STEPS = tuple(

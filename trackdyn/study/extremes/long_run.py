@@ -12,8 +12,8 @@ from trackdyn.integrate.run import run
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene import Scene
 from trackdyn.settling import empty_record, settle
-from trackdyn.stability import TOLERANCES
-from trackdyn.study.extremes import GAP, below, judged
+from trackdyn.study.extremes.judge import GAP, below, judged
+from trackdyn.study.stability import TOLERANCES
 
 # Standard errors between the first and the last quarter that still count as no drift; revolutions that
 # are all alike may differ by what counts as a stable statistic elsewhere.

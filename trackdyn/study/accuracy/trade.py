@@ -19,7 +19,7 @@ from trackdyn.model import make_buffers
 from trackdyn.scene import Scene, build_model
 from trackdyn.settling import empty_record, settle
 from trackdyn.simulate import run_options, simulate
-from trackdyn.study.measures import MEASURES, cost, error_of, mass_centres, statistics_of, study_scene
+from trackdyn.study.accuracy.statistics import MEASURES, cost, error_of, mass_centres, statistics_of, study_scene
 
 COLUMNS = ["scene", "fidelity", "integrator", "step_s", "wall_s_per_s", "cpu_s_per_s", "measure", "error", "failed"]
 # fidelity -> fields; the first is the physics that errors of the others are taken against

@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import trackdyn.fit as fit
+import trackdyn.study.fit as fit
 from trackdyn.errors import InputError
 from trackdyn.parameters.validation import read_yaml, validated
 
-FILE = Path(__file__).parents[1] / "config" / "fit.yaml"
+FILE = Path(__file__).parents[2] / "config" / "fit.yaml"
 
 
 @pytest.fixture

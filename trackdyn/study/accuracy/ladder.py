@@ -8,7 +8,7 @@ from trackdyn.errors import TrackdynError
 from trackdyn.fidelity import PRESETS
 from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
-from trackdyn.study.measures import MEASURES, RELATIVE, statistics_of, study_scene
+from trackdyn.study.accuracy.statistics import MEASURES, RELATIVE, statistics_of, study_scene
 
 REFERENCE = "paper"
 # setting -> fields of the scene that differ from the reference

@@ -9,8 +9,8 @@ import pandas as pd
 
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.simulate import simulate
-from trackdyn.study.measures import RELATIVE, SHARES, error_of, statistics_of, study_scene
-from trackdyn.study.trade import COLUMNS, FIDELITIES, FULL_PHYSICS, STATISTIC_REFERENCE, scene_name
+from trackdyn.study.accuracy.statistics import RELATIVE, SHARES, error_of, statistics_of, study_scene
+from trackdyn.study.accuracy.trade import COLUMNS, FIDELITIES, FULL_PHYSICS, STATISTIC_REFERENCE, scene_name
 
 PLANNED = (*RELATIVE, *SHARES)
 # A scene nearby may be this much worse than the worst one measured: an error of first order in the step

@@ -18,7 +18,7 @@ from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene import Scene, build_model
 from trackdyn.settling import body_name, empty_record, settle
-from trackdyn.study.extremes import (
+from trackdyn.study.extremes.judge import (
     FAST,
     below,
     gap_bound,
