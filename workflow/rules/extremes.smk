@@ -1,6 +1,6 @@
 # Extremes of parameters, steps and states: every case completes with its invariants in bounds or is refused.
 
-EXTREMES = ["solvers", "stability", "restitution", "outcomes", "long_run"]
+EXTREMES = ("solvers", "stability", "restitution", "outcomes", "long_run")
 
 
 def extremes_outputs(folder):
@@ -11,38 +11,23 @@ def extremes_outputs(folder):
         seeds=f"{folder}/extremes_seeds.json",
         md=f"{folder}/tables/extremes.md",
         summary=f"{folder}/tables/extremes.csv",
+        figures=[f"{folder}/figures/extremes_{name}.{ending}" for name in EXTREMES for ending in ("png", "svg")],
     )
-
-
-def extremes_figures(folder):
-    """PNG and SVG of every figure."""
-    return [f"{folder}/figures/extremes_{name}.{ending}" for name in EXTREMES for ending in ("png", "svg")]
-
-
-def extremes_reported(name, caption):
-    """PNG with its caption in the report, and SVG."""
-    png, svg = (f"{R}/figures/extremes_{name}.{ending}" for ending in ("png", "svg"))
-    return [report(png, caption=f"../report/{caption}.rst", category="Extremes"), svg]
-
-
-EXTREMES_NEED = [
-    *SIMULATOR,
-    *sources("study/extremes", "study/stability.py", "measure", "report/style.py", "report/tables.py"),
-    *sources("report/figures/extremes.py"),
-]
 
 
 rule extremes:
     """The full form: an hour of running, a thousand random scenes."""
     input:
-        EXTREMES_NEED,
+        SIMULATOR,
+        MEASURES,
+        sources("study/extremes", "study/stability.py", "study/stepping.py", "study/settings.py"),
+        sources("report/style.py", "report/tables.py", "report/figures/extremes.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
     output:
-        **(extremes_outputs(R) | dict(csv=report(f"{R}/extremes.csv", caption="../report/extremes.rst", category="Extremes"))),
-        figures=sum((extremes_reported(name, f"extremes_{name}") for name in EXTREMES), []),
+        **extremes_outputs(R),
     params:
-        full=True,
+        form=CONFIG.studies.extremes.full.model_dump(),
     log:
         f"{R}/logs/extremes.log",
     benchmark:
@@ -53,22 +38,14 @@ rule extremes:
         "../scripts/extremes.py"
 
 
-rule extremes_short:
-    """The short form: a minute of running, sixty random scenes."""
-    input:
-        EXTREMES_NEED,
-        rig=CONFIG.rig,
-        kernels=KERNELS,
+use rule extremes as extremes_short with:
     output:
         **extremes_outputs(f"{R}/short"),
-        figures=extremes_figures(f"{R}/short"),
     params:
-        full=False,
+        form=CONFIG.studies.extremes.short.model_dump(),
     log:
         f"{R}/logs/extremes_short.log",
     benchmark:
         f"{R}/benchmarks/extremes_short.tsv"
     message:
         "Extremes in short"
-    script:
-        "../scripts/extremes.py"

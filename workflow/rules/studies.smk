@@ -3,7 +3,8 @@
 
 LADDER = sources("study/accuracy/ladder.py", "study/accuracy/statistics.py", "report/tables.py")
 TRADE = sources(
-    "study/accuracy", "report/figures/trade.py", "report/style.py", "report/tables.py",
+    "study/accuracy", "study/stepping.py", "study/settings.py", "report/figures/trade.py", "report/style.py",
+    "report/tables.py",
 )
 TRADE_FIGURES = ("state", "rms", "left_share", "scaling", "planner")
 
@@ -18,7 +19,7 @@ rule fidelity:
         kernels=KERNELS,
     output:
         csv=f"{R}/fidelity.csv",
-        md=report(f"{R}/tables/fidelity.md", caption="../report/fidelity.rst", category="Speed and accuracy"),
+        md=f"{R}/tables/fidelity.md",
         wide=f"{R}/tables/fidelity.csv",
     params:
         study=CONFIG.fidelity.model_dump(),
@@ -40,11 +41,7 @@ def trade_outputs(folder):
         planner=f"{folder}/planner.csv",
         scaling=f"{folder}/scaling.csv",
         summary=f"{folder}/tables/trade.md",
-        figures=report(
-            [f"{folder}/figures/trade_{name}.png" for name in TRADE_FIGURES],
-            caption="../report/trade.rst",
-            category="Speed and accuracy",
-        ),
+        figures=[f"{folder}/figures/trade_{name}.png" for name in TRADE_FIGURES],
         vectors=[f"{folder}/figures/trade_{name}.svg" for name in TRADE_FIGURES],
     )
 
@@ -60,7 +57,7 @@ rule trade:
     output:
         **trade_outputs(R),
     params:
-        short=False,
+        form=CONFIG.studies.trade.full.model_dump(),
     # costs are timed: nothing else of the pipeline may run beside
     threads: 64 # that is, all there are
     log:
@@ -77,7 +74,7 @@ use rule trade as trade_short with:
     output:
         **trade_outputs(f"{R}/short"),
     params:
-        short=True,
+        form=CONFIG.studies.trade.short.model_dump(),
     log:
         f"{R}/logs/trade_short.log",
     benchmark:

@@ -5,32 +5,22 @@ from math import ceil
 
 import numpy as np
 
-from trackdyn.chain.kinematics import orient, place
 from trackdyn.contact.laws import delivered_restitution, friction_coefficient, make_law, normal_force
-from trackdyn.contact.loads import contact_loads
 from trackdyn.contact.tooth import find_area, make_tooth
-from trackdyn.errors import DivergenceError
 from trackdyn.integrate.limits import open_share, refuse_open_account, step_limits
-from trackdyn.integrate.run import run
 from trackdyn.jit import kernel
-from trackdyn.model import SPROCKET, Drive, Model, State, Work
+from trackdyn.model import SPROCKET, Drive
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene import Scene, build_model
-from trackdyn.settling import body_name, empty_record, settle
-from trackdyn.study.extremes.judge import (
-    FAST,
-    below,
-    gap_bound,
-    judged,
-    run_scene,
-    within,
-)
+from trackdyn.study.extremes.judge import FAST, below, gap_bound, gap_missed, judged, run_scene, within
+from trackdyn.study.stepping import Moving, settled
 
 # Change of momentum in turns a step: it is that of the path between two configurations.
 MOMENTUM = 10.0
 STEEL_AND_TOOTH = ("steel__youngs_modulus", "tooth_contact__youngs_modulus")
 SURFACES = ("tooth_contact", "ring_contact", "wheel_contact")
+STATES = "initial state"
 
 
 def step_limit(rig: Rig, rpm: float = 210.0, **fields) -> float:
@@ -45,34 +35,27 @@ def accepted_step(rig: Rig, limit: float, at_most: float = 1e-4) -> float:
     return sample / ceil(sample / min(limit, at_most) * (1 - 1e-9))
 
 
-def restart(rig: Rig, rpm: float = 210.0, **fields) -> tuple[Scene, Model, State, Work]:
-    """A settled loop with everything that the kernels need."""
-    scene = Scene(rig, rpm, **(FAST | fields))
-    return scene, *settle(scene)[:3]
+def restart(rig: Rig, rpm: float = 210.0, **fields) -> Moving:
+    """A settled loop."""
+    return settled(Scene(rig, rpm, **(FAST | fields)))
 
 
-def march(model: Model, state: State, work: Work, seconds: float) -> dict:
+def march(moving: Moving, seconds: float) -> dict:
     """Run on from a state, step by step; columns of the row, with the first bound that is missed in ``reason``."""
-    steps = max(round(seconds / model.step), 1)
-    record = empty_record(steps, len(state.angle), len(model.wheels.x), loop=len(state.wheel_impact))
+    record = moving.room(max(round(seconds / moving.model.step), 1))
     turn = 0.0
-    for step in range(steps):
-        bad = run(model, state, work, record, step, step + 1, 1)
-        if bad >= 0:
-            raise DivergenceError(
-                f"the run left the physical range {state.steps[0] * model.step:.4g} s after the start, first at {body_name(bad)}"
-            )
-        turn = max(turn, float(np.abs(state.rate).max()) * model.step)
-    if not all(np.isfinite(part).all() for part in (*state, record.energy, record.gap, record.raw)):
+    for step in range(len(record.gap)):
+        moving.advance(record, 1, step, step + 1)
+        turn = max(turn, float(np.abs(moving.state.rate).max()) * moving.model.step)
+    if not all(np.isfinite(part).all() for part in (*moving.state, record.energy, record.gap, record.raw)):
         return {"reason": "numbers that are not finite"}
     gap = float(record.gap.max())
-    found = {"loop_gap_max_m": gap, "energy_residual": open_share(record.energy, model, seconds)[0], "turn": turn}
-    refuse_open_account(record.energy, model, seconds)
-    missed = gap > gap_bound(turn)
-    return found | {"reason": f"the loop gap is {gap:.3g} m, more than {gap_bound(turn):.2g} m" if missed else ""}
+    refuse_open_account(record.energy, moving.model, seconds)
+    share = open_share(record.energy, moving.model, seconds)[0]
+    return {"loop_gap_max_m": gap, "energy_residual": share, "turn": turn, "reason": gap_missed(gap, gap_bound(turn))}
 
 
-def mass_ratio(rig: Rig, ratios=(1, 10, 1e2, 1e3, 1e4, 1e5, 1e6)) -> Iterator[dict]:
+def mass_ratio(rig: Rig, ratios: list[float]) -> Iterator[dict]:
     """A link from as heavy as a connector to a million times heavier; a massless connector."""
     for ratio in ratios:
         changes = {"chain__connector_mass": rig.chain.link_mass / ratio}
@@ -87,22 +70,20 @@ def mass_ratio(rig: Rig, ratios=(1, 10, 1e2, 1e3, 1e4, 1e5, 1e6)) -> Iterator[di
         yield run_scene("mass ratio", f"connector of {value:g} kg", rig, changes={"chain__connector_mass": value})
 
 
-def stiffness(rig: Rig, moduli=(1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 2.1e11, 1e12, 2e12)) -> Iterator[dict]:
+def stiffness(rig: Rig, moduli: list[float]) -> Iterator[dict]:
     """Teeth of rubber to ten times the modulus of steel, at the largest accepted and at a refused step."""
     for modulus in moduli:
         changes = dict.fromkeys(STEEL_AND_TOOTH, modulus)
         for ring in (None, 0.308):
             limit = step_limit(rig.changed(**changes), ring_radius=ring)
-            step = accepted_step(rig, limit, 1e-3)
-            where = f"E = {modulus:g} Pa, {'no ring' if ring is None else 'ring'}"
-            yield run_scene("stiffness", f"{where}, largest step", rig, changes=changes, ring_radius=ring, step=step)
             larger = 1e-3 / max(int(1e-3 / limit), 1)  # the next whole fraction above the limit
-            larger = larger if larger > limit else 2e-3
-            yield run_scene("stiffness", f"{where}, next step", rig, changes=changes, ring_radius=ring, step=larger)
-            yield run_scene(
-                "stiffness", f"{where}, linearly implicit", rig, changes=changes, ring_radius=ring,
-                integrator="linearly_implicit",
-            )  # fmt: skip
+            for name, fields in (
+                ("largest step", {"step": accepted_step(rig, limit, 1e-3)}),
+                ("next step", {"step": larger if larger > limit else 2e-3}),
+                ("linearly implicit", {"integrator": "linearly_implicit"}),
+            ):
+                case = f"E = {modulus:g} Pa, {'no ring' if ring is None else 'ring'}, {name}"
+                yield run_scene("stiffness", case, rig, changes=changes, ring_radius=ring, **fields)
     for value in (0.0, -1.0, float("nan"), float("inf"), 1e30):
         yield run_scene("stiffness", f"E = {value:g} Pa", rig, changes={STEEL_AND_TOOTH[1]: value})
     for value in (0.0, 1e3, 1e4, 1e6):
@@ -110,7 +91,7 @@ def stiffness(rig: Rig, moduli=(1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 2.1e11, 1e12, 2e
 
 
 @kernel
-def _impact(law, mass, speed, radius, steps):
+def _rebound(law, mass, speed, radius, steps):
     """Speed after over speed before an impact on one surface, by leapfrog steps of a ``steps``-th of a half period."""
     x, v = 0.0, speed
     h = np.sqrt(mass * radius**0.5 / (law.stiffness * (speed + 1e-9) ** 0.5)) / steps
@@ -125,81 +106,75 @@ def _impact(law, mass, speed, radius, steps):
     return -v / speed
 
 
+def _impact(rig: Rig, law_name: str, value: float) -> dict:
+    surface = rig.tooth_contact
+    law = make_law(
+        surface.contact_length, rig.composite_modulus(surface), value, 0.0, 0.0, 1.0, 1e-9, rig.impact.factor_limit,
+        law_name,
+    )  # fmt: skip
+    expected = delivered_restitution(law.loss) if law_name == "printed" else value
+    found = _rebound(law, rig.chain.link_mass, 0.5, 0.08, 4000)
+    return within(found, expected, 2e-3, "restitution", group=law_name, at=value)
+
+
 def restitution(
     rig: Rig, nominal=(0.01, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0)
 ) -> Iterator[dict]:
     """What an impact gives back against what it should, for both normal laws; the same in a running loop."""
-    surface = rig.tooth_contact
-    for law_name in ("printed", "delivered"):
+    for law in ("printed", "delivered"):
         for value in nominal:
-
-            def attempt(law_name=law_name, value=value):
-                law = make_law(
-                    surface.contact_length, rig.composite_modulus(surface), value, 0.0, 0.0, 1.0, 1e-9,
-                    rig.impact.factor_limit, law_name,
-                )  # fmt: skip
-                expected = delivered_restitution(law.loss) if law_name == "printed" else value
-                found = _impact(law, rig.chain.link_mass, 0.5, 0.08, 4000)
-                return within(found, expected, 2e-3, "restitution", group=law_name, at=value)
-
-            yield judged("restitution", f"one impact, {law_name}, {value:g}", attempt)
-    for law_name in ("printed", "delivered", "elastic"):
+            yield judged("restitution", f"one impact, {law}, {value:g}", _impact, rig, law, value)
+    for law in ("printed", "delivered", "elastic"):
         for value in (0.0, 5e-324, 1e-300, 0.01, 0.1, 0.5, 1.0, 1.01):
             changes = {f"{name}__restitution": value for name in SURFACES}
-            yield run_scene("restitution", f"loop, {law_name}, {value:g}", rig, changes=changes, normal_law=law_name)
+            yield run_scene("restitution", f"loop, {law}, {value:g}", rig, changes=changes, normal_law=law)
 
 
-def friction(
-    rig: Rig, coefficients=(0.0, 0.1, 0.5, 1.0, 2.0), velocities=(1e-4, 1e-3, 1e-2, 0.1, 1.0)
-) -> Iterator[dict]:
-    """No friction to a coefficient of 2, with transition velocities down to 0.1 mm/s, on every surface."""
+def friction(rig: Rig, coefficients: list[float], velocities: list[float]) -> Iterator[dict]:
+    """Coefficients of friction with transition velocities (m/s), on every surface."""
     for mu in coefficients:
         for velocity in velocities:
             changes = {f"{name}__{field}": mu for name in SURFACES for field in ("friction_static", "friction_dynamic")}
             changes |= {f"{name}__transition_velocity": velocity for name in SURFACES}
-            case = f"mu {mu:g}, v_t {velocity:g} m/s"
-            yield run_scene("friction", f"{case}, step 1e-4 s", rig, changes=changes)
-            yield run_scene(
-                "friction", f"{case}, linearly implicit", rig, changes=changes, integrator="linearly_implicit"
-            )
+            for name, fields in (("step 1e-4 s", {}), ("linearly implicit", {"integrator": "linearly_implicit"})):
+                case = f"mu {mu:g}, v_t {velocity:g} m/s, {name}"
+                yield run_scene("friction", case, rig, changes=changes, **fields)
     for mu in (-0.1, 2.1):
         yield run_scene("friction", f"mu {mu:g}", rig, changes={"tooth_contact__friction_static": mu})
     yield run_scene("friction", "v_t 0", rig, changes={"tooth_contact__transition_velocity": 0.0})
 
 
-def bushing(rig: Rig, dampings=(0.0, 1.0, 12.4, 1e2, 1e3, 1e4, 1e6, 1e9), others=("rk4",)) -> Iterator[dict]:
+def bushing(rig: Rig, dampings: list[float], integrators: list[str]) -> Iterator[dict]:
     """Bushings without damping to such as never turn; critical damping is of the order of 2 N m s/rad."""
     for damping in dampings:
-        for integrator in ("semi_implicit", "linearly_implicit", *others):
+        for integrator in integrators:
             case = f"damping {damping:g} N m s/rad, {integrator}"
             yield run_scene("bushing", case, rig, changes={"bushing__damping": damping}, integrator=integrator)
 
 
-def speed(rig: Rig, speeds=(0.0, 1e-3, 1.0, 115.0, 210.0, 1000.0, 2000.0, 10000.0)) -> Iterator[dict]:
+def speed(rig: Rig, speeds: list[float]) -> Iterator[dict]:
     """At rest to 48 times the fastest run, reversed, abrupt starts and a sudden stop."""
     for rpm in speeds:
+        accepted = accepted_step(rig, step_limit(rig, rpm))
         for ramp in (1.0, 0.001):
-            limit = step_limit(rig, rpm)
-            step = accepted_step(rig, limit)
-            for name, value in {"1e-4": 1e-4, f"{step:.3g}": step}.items():
-                yield run_scene(
-                    "speed", f"{rpm:g} rpm, ramp {ramp:g} s, step {name} s", rig, rpm, ramp=ramp, step=value
-                )
+            for name, step in {"1e-4": 1e-4, f"{accepted:.3g}": accepted}.items():
+                case = f"{rpm:g} rpm, ramp {ramp:g} s, step {name} s"
+                yield run_scene("speed", case, rig, rpm, ramp=ramp, step=step)
     for rpm in (-5.0, float("nan"), float("inf"), 1e9):
         yield run_scene("speed", f"{rpm:g} rpm", rig, rpm)
     for rpm in (115.0, 210.0, 500.0):
-
-        def attempt(rpm=rpm):
-            _, model, state, work = restart(rig, rpm)
-            march(model, state, work, 0.3)
-            return march(model._replace(drive=Drive(0.0, model.step)), state, work, 0.2)
-
-        yield judged("speed", f"sudden stop from {rpm:g} rpm", attempt)
+        yield judged("speed", f"sudden stop from {rpm:g} rpm", _stopped, rig, rpm)
 
 
-def loop(rig: Rig, radii=tuple(np.round(np.arange(0.25, 0.3551, 0.005), 3))) -> Iterator[dict]:
+def _stopped(rig: Rig, rpm: float) -> dict:
+    moving = restart(rig, rpm)
+    march(moving, 0.3)
+    return march(moving.with_model(drive=Drive(0.0, moving.model.step)), 0.2)
+
+
+def loop(rig: Rig, radii: list[float]) -> Iterator[dict]:
     """Rings, pre-tension from slack to 100 kN, loops that just close and just do not."""
-    for radius in (None, *map(float, radii)):
+    for radius in (None, *radii):
         yield run_scene("loop", f"ring {'none' if radius is None else f'{radius:g} m'}", rig, 115.0, ring_radius=radius)
     for tension in (0.0, 1.0, 1e2, 1e3, 4540.0, 1e4, 2e4, 5e4, 1e5):
         changes = {"tension__pre_tension": tension}
@@ -215,100 +190,98 @@ def loop(rig: Rig, radii=tuple(np.round(np.arange(0.25, 0.3551, 0.005), 3))) -> 
         yield run_scene("loop", f"{name.replace('__', '.')} = {value:g}", rig, changes={name: value})
 
 
-def states(rig: Rig, depths=(1e-3, 5e-3, 1e-2, 2e-2, 3e-2)) -> Iterator[dict]:
+def states(rig: Rig, depths: list[float]) -> Iterator[dict]:
     """Loops let go from where no run would start: deep in a tooth or a ring, on a tip, at almost no speed."""
-    family = "initial state"
     for name, wheel in (("sprocket", SPROCKET), ("idler", 1)):
         for depth in depths:
-
-            def pushed(wheel=wheel, depth=depth):
-                _, model, state, work = restart(rig, 0.0)
-                away = np.array([model.wheels.x[wheel] + 0.55, model.wheels.y[wheel] + 0.2])
-                away /= np.hypot(*away)
-                model.wheels.x[wheel] += depth * away[0]
-                model.wheels.y[wheel] += depth * away[1]
-                return march(model, state, work, 0.1)
-
-            yield judged(family, f"{name} pushed {1e3 * depth:g} mm into the chain", pushed)
+            yield judged(STATES, f"{name} pushed {1e3 * depth:g} mm into the chain", _pushed, rig, wheel, depth)
     for share in (0.05, 0.25, 0.5):
-
-        def turned(share=share):
-            _, model, state, work = restart(rig, 0.0)
-            state.wheel_angle[SPROCKET] += share * 2 * np.pi / model.tooth.teeth
-            return march(model, state, work, 0.1)
-
-        yield judged(family, f"sprocket turned by {share:g} of a pitch under the chain", turned)
-
-    def on_tip():
-        _, model, state, work = restart(rig, 0.0)
-        orient(state.angle, work.cos, work.sin)
-        place(model.chain, state, work)
-        arc = int(np.argmin((work.pin_x[:-1] - model.wheels.x[0]) ** 2 + (work.pin_y[:-1] - model.wheels.y[0]) ** 2))
-        # the line between two grooves through the centre of an arc
-        state.wheel_angle[SPROCKET] = np.arctan2(
-            work.pin_y[arc] - model.wheels.y[0], work.pin_x[arc] - model.wheels.x[0]
-        )
-        return march(model, state, work, 0.1)
-
-    yield judged(family, "an arc exactly at a tooth tip", on_tip)
+        yield judged(STATES, f"sprocket turned by {share:g} of a pitch under the chain", _turned, rig, share)
+    yield judged(STATES, "an arc exactly at a tooth tip", _on_tip, rig)
     for name, value in (("zero", 0.0), ("denormal", 5e-324), ("1e-160", 1e-160), ("denormal, reversed", -5e-324)):
+        yield judged(STATES, f"all rates and stored impact velocities {name}", _crept, rig, value)
 
-        def crept(value=value):
-            _, model, state, work = restart(rig, 0.0)
-            for part in (state.rate, state.wheel_rate, state.tooth_impact, state.wheel_impact):
-                part[...] = np.abs(value) if part.ndim > 1 or part is state.tooth_impact else value
-            state.pin[2:] = value
-            return march(model, state, work, 0.05)
 
-        yield judged(family, f"all rates and stored impact velocities {name}", crept)
-    yield from laws(rig)
-    yield from momentum(rig)
+def _pushed(rig: Rig, wheel: int, depth: float) -> dict:
+    moving = restart(rig, 0.0)
+    wheels = moving.model.wheels
+    away = np.array([wheels.x[wheel] + 0.55, wheels.y[wheel] + 0.2])
+    away /= np.hypot(*away)
+    wheels.x[wheel] += depth * away[0]
+    wheels.y[wheel] += depth * away[1]
+    return march(moving, 0.1)
+
+
+def _turned(rig: Rig, share: float) -> dict:
+    moving = restart(rig, 0.0)
+    moving.state.wheel_angle[SPROCKET] += share * 2 * np.pi / moving.model.tooth.teeth
+    return march(moving, 0.1)
+
+
+def _on_tip(rig: Rig) -> dict:
+    moving = restart(rig, 0.0)
+    wheels = moving.model.wheels
+    to_pins = moving.pins()[:-1] - [wheels.x[SPROCKET], wheels.y[SPROCKET]]
+    x, y = to_pins[np.argmin((to_pins**2).sum(axis=1))]
+    # the line between two grooves through the centre of an arc
+    moving.state.wheel_angle[SPROCKET] = np.arctan2(y, x)
+    return march(moving, 0.1)
+
+
+def _crept(rig: Rig, value: float) -> dict:
+    moving = restart(rig, 0.0)
+    state = moving.state
+    for part in (state.rate, state.wheel_rate):
+        part[...] = value
+    for part in (state.tooth_impact, state.wheel_impact):
+        part[...] = abs(value)
+    state.pin[2:] = value
+    return march(moving, 0.05)
 
 
 def laws(rig: Rig) -> Iterator[dict]:
     """The laws at the ends of their arguments, the joints of the areas and the symmetry of the groove."""
-    family, numbers = "initial state", (0.0, 5e-324, 1e-300, 1e-12, 1.0, 1e6)
     law = build_model(Scene(rig, 0.0)).tooth.law
-
-    def finite():
-        values = [
-            normal_force(law, depth, sign * rate, max(law.speed_floor, impact), 0.01)
-            for depth in numbers for rate in numbers for sign in (-1.0, 1.0) for impact in numbers
-        ]  # fmt: skip
-        values += [friction_coefficient(law, sign * slip) for slip in numbers for sign in (-1.0, 1.0)]
-        return below(
-            float(np.sum(~np.isfinite(values))) + float(np.sum(np.array(values[:-12]) < 0)), 0.0, "faulty forces"
-        )
-
-    yield judged(family, "normal force and friction from denormal to huge arguments", finite)
+    yield judged(STATES, "normal force and friction from denormal to huge arguments", _finite, law)
     tooth = make_tooth(rig.groove_profile, rig.chain.connector_radius, law)
-    depth, tolerance = 1e-4, 1e-9
-    groove = rig.groove_profile
     for joint in range(1, 10):
+        case = f"an arc on the line between areas {joint} and {joint + 1}"
+        yield judged(STATES, case, _continuous, rig.groove_profile, tooth, joint)
+    yield judged(STATES, "20,000 arcs and their mirror images in a groove", _mirrored, tooth)
 
-        def continuous(joint=joint):
-            """Depth on both sides of the line that two areas share, and on it."""
-            on = groove.joints()[joint - 1]
-            normal = on - groove.centre[joint - 1]
-            normal /= np.hypot(*normal) * (1 if groove.convex[joint - 1] else -1)
-            along = np.array([normal[1], -normal[0]])
-            centre = on + (tooth.arc_radius - depth) * normal
-            seen = [find_area(tooth, *(centre + side * along))[:2] for side in (-1e-10, 0.0, 1e-10)]
-            worst = max(abs(found - depth) for _, found in seen)
-            return below(worst, tolerance, "jump of the depth in m", at=joint)
 
-        yield judged(family, f"an arc on the line between areas {joint} and {joint + 1}", continuous)
+def _finite(law) -> dict:
+    numbers = (0.0, 5e-324, 1e-300, 1e-12, 1.0, 1e6)
+    forces = np.array([
+        normal_force(law, depth, sign * rate, max(law.speed_floor, impact), 0.01)
+        for depth in numbers for rate in numbers for sign in (-1.0, 1.0) for impact in numbers
+    ])  # fmt: skip
+    coefficients = [friction_coefficient(law, sign * slip) for slip in numbers for sign in (-1.0, 1.0)]
+    faulty = np.sum(~np.isfinite([*forces, *coefficients])) + np.sum(forces < 0)
+    return below(float(faulty), 0.0, "faulty forces")
 
-    def mirrored():
-        rng = np.random.default_rng(8)
-        worst = 0.0
-        for x, y in np.column_stack([rng.uniform(1e-6, 0.08, 20000), rng.uniform(0.24, 0.36, 20000)]):
-            right, left = find_area(tooth, x, y), find_area(tooth, -x, y)
-            areas = 0.0 if right[0] == (11 - left[0] if left[0] else 0) else 1.0
-            worst = max(worst, areas, *np.abs(np.array(right[1:]) - np.array(left[1:]) * [1, -1, 1, 1]))
-        return below(worst, 1e-12, "asymmetry of area, depth, normal or radius")
 
-    yield judged(family, "20,000 arcs and their mirror images in a groove", mirrored)
+def _continuous(groove, tooth, joint: int) -> dict:
+    """Depth on both sides of the line that two areas share, and on it."""
+    depth, tolerance = 1e-4, 1e-9
+    on = groove.joints()[joint - 1]
+    normal = on - groove.centre[joint - 1]
+    normal /= np.hypot(*normal) * (1 if groove.convex[joint - 1] else -1)
+    along = np.array([normal[1], -normal[0]])
+    centre = on + (tooth.arc_radius - depth) * normal
+    seen = [find_area(tooth, *(centre + side * along))[:2] for side in (-1e-10, 0.0, 1e-10)]
+    worst = max(abs(found - depth) for _, found in seen)
+    return below(worst, tolerance, "jump of the depth in m", at=joint)
+
+
+def _mirrored(tooth) -> dict:
+    rng = np.random.default_rng(8)
+    worst = 0.0
+    for x, y in np.column_stack([rng.uniform(1e-6, 0.08, 20000), rng.uniform(0.24, 0.36, 20000)]):
+        right, left = find_area(tooth, x, y), find_area(tooth, -x, y)
+        areas = 0.0 if right[0] == (11 - left[0] if left[0] else 0) else 1.0
+        worst = max(worst, areas, *np.abs(np.array(right[1:]) - np.array(left[1:]) * [1, -1, 1, 1]))
+    return below(worst, 1e-12, "asymmetry of area, depth, normal or radius")
 
 
 def momentum(rig: Rig, pitches=(3, 5, 35, 200)) -> Iterator[dict]:
@@ -319,28 +292,16 @@ def momentum(rig: Rig, pitches=(3, 5, 35, 200)) -> Iterator[dict]:
     """
     for count in pitches:
         for damping in (0.0, 12.4):
-
-            def attempt(count=count, damping=damping):
-                free = rig.changed(gravity=0.0, chain__pitches=count, bushing__damping=damping)
-                _, model, state, work = restart(free, 210.0, loop="free", ring_radius=None)
-                begin = _momentum(model, state, work)
-                found = march(model, state, work, 0.2)
-                end = _momentum(model, state, work)
-                # linear momentum is zero: its scale is that of the bodies' own
-                change = max(abs(end[2] / begin[2] - 1), np.hypot(*(end[:2] - begin[:2])) / begin[3])
-                bound = MOMENTUM * max(found["turn"], 1e-4)
-                return found | below(float(change), bound, "change of momentum", at=count)
-
-            yield judged("momentum", f"free loop of {count} pitches, damping {damping:g}", attempt)
+            yield judged("momentum", f"free loop of {count} pitches, damping {damping:g}", _free, rig, count, damping)
 
 
-def _momentum(model, state, work):
-    """Linear momentum, angular momentum about the origin, and the sum of the bodies' own momenta."""
-    orient(state.angle, work.cos, work.sin)
-    place(model.chain, state, work)
-    contact_loads(model, state, work)
-    mass, vx, vy = model.chain.mass, work.com_vx, work.com_vy
-    x = work.pin_x[:-1] + model.chain.com_x * work.cos - model.chain.com_y * work.sin
-    y = work.pin_y[:-1] + model.chain.com_x * work.sin + model.chain.com_y * work.cos
-    spin = (mass * (x * vy - y * vx) + model.chain.inertia * state.rate).sum()
-    return np.array([(mass * vx).sum(), (mass * vy).sum(), spin, (mass * np.hypot(vx, vy)).sum()])
+def _free(rig: Rig, count: int, damping: float) -> dict:
+    free = rig.changed(gravity=0.0, chain__pitches=count, bushing__damping=damping)
+    moving = restart(free, 210.0, loop="free", ring_radius=None)
+    begin = moving.momentum()
+    found = march(moving, 0.2)
+    end = moving.momentum()
+    # linear momentum is zero: its scale is that of the bodies' own
+    change = max(abs(end[2] / begin[2] - 1), np.hypot(*(end[:2] - begin[:2])) / begin[3])
+    bound = MOMENTUM * max(found["turn"], 1e-4)
+    return found | below(float(change), bound, "change of momentum", at=count)
