@@ -1,6 +1,6 @@
 """What the long studies run in their short and full forms: ``config/studies.yaml``."""
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Generic, Literal, TypeVar
 
 from pydantic import BeforeValidator, Field, model_validator
 
@@ -10,7 +10,8 @@ from trackdyn.parameters.validation import NotNegative, Positive, Section, read_
 Values = Annotated[list[Positive], Field(min_length=1)]
 ValuesOrZero = Annotated[list[NotNegative], Field(min_length=1)]
 Count = Annotated[int, Field(ge=1)]
-Steps = dict[Literal["semi_implicit", "linearly_implicit", "rk4"], Values]
+Method = Literal["semi_implicit", "linearly_implicit", "rk4"]
+Steps = dict[Method, Values]
 # motor speed, rev/min, and ring radius, m; None: no ring
 SceneKey = tuple[Positive, Positive | None]
 Window = Literal["ring 115 rpm", "ring 210 rpm", "no ring 115 rpm", "one impact", "settling under gravity"]
@@ -34,20 +35,14 @@ class StatisticErrors(Section):
     second_reference: bool
 
 
-class Scaling(Section):
-    """Equal runs on one process and on two."""
-
-    runs: Annotated[list[Count], Field(min_length=1)]
-    duration_s: Positive
-
-
 class TradeForm(Section):
-    """One form of the study of accuracy against cost."""
+    """One form of the study of accuracy against cost; ``scaling_runs`` are counts of equal runs of ``scaling_s``."""
 
     state: StateErrors
     statistics: StatisticErrors
     kept_apart: Annotated[list[SceneKey], Field(min_length=1)]
-    scaling: Scaling
+    scaling_runs: Annotated[list[Count], Field(min_length=1)]
+    scaling_s: Positive
 
     @model_validator(mode="after")
     def _apart(self):
@@ -59,69 +54,41 @@ class TradeForm(Section):
         return self
 
 
-class LongRun(Section):
-    """Simulated time, and revolutions of the loop in a chunk of it."""
-
-    duration_s: Positive
-    loop_turns: Count
-
-
-class Friction(Section):
-    """Coefficients, each with every transition velocity."""
-
-    coefficients: ValuesOrZero
-    velocities_m_s: Values
-
-
-class Bushing(Section):
-    """Dampings, each with every integrator."""
-
-    dampings_nms: ValuesOrZero
-    integrators: Annotated[list[Literal["semi_implicit", "linearly_implicit", "rk4"]], Field(min_length=1)]
-
-
-class StabilityMap(Section):
-    """Moduli of the teeth, and steps as their number in a millisecond."""
-
-    moduli_pa: Values
-    steps_per_ms: Values
-
-
 class ExtremesForm(Section):
     """One form of the extremes: how much of every family runs."""
 
-    long_run: LongRun
+    long_run_s: Positive
+    long_run_turns: Count
     random_scenes: Count
-    bodies: list[Annotated[int, Field(ge=6, multiple_of=2)]]
+    bodies: Annotated[list[Annotated[int, Field(ge=6, multiple_of=2)]], Field(min_length=1)]
     mass_ratios: Values
     moduli_pa: Values
-    friction: Friction
-    bushing: Bushing
+    friction_coefficients: ValuesOrZero
+    transition_velocities_m_s: Values
+    bushing_dampings_nms: ValuesOrZero
+    bushing_integrators: Annotated[list[Method], Field(min_length=1)]
     speeds_rpm: ValuesOrZero
     ring_radii_m: Values
     depths_m: Values
-    stability_map: StabilityMap
+    map_moduli_pa: Values
+    map_steps_per_ms: Values
 
 
-class Trade(Section):
-    """Both forms of the study of accuracy against cost."""
-
-    short: TradeForm
-    full: TradeForm
+Form = TypeVar("Form", TradeForm, ExtremesForm)
 
 
-class Extremes(Section):
-    """Both forms of the extremes."""
+class Forms(Section, Generic[Form]):
+    """Both forms of a study."""
 
-    short: ExtremesForm
-    full: ExtremesForm
+    short: Form
+    full: Form
 
 
 class Studies(Section):
     """Everything in ``config/studies.yaml``."""
 
-    trade: Trade
-    extremes: Extremes
+    trade: Forms[TradeForm]
+    extremes: Forms[ExtremesForm]
 
 
 def _read(path: Any) -> Any:

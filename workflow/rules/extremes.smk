@@ -24,28 +24,17 @@ rule extremes:
         sources("report/style.py", "report/tables.py", "report/figures/extremes.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
-    output:
-        **extremes_outputs(R),
-    params:
-        form=CONFIG.studies.extremes.full.model_dump(),
-    log:
-        f"{R}/logs/extremes.log",
-    benchmark:
-        f"{R}/benchmarks/extremes.tsv"
-    message:
-        "Extremes: every case completes within bounds or is refused"
-    script:
-        "../scripts/extremes.py"
+    output: **extremes_outputs(R)
+    params: form=CONFIG.studies.extremes.full.model_dump()
+    log: f"{R}/logs/extremes.log"
+    benchmark: f"{R}/benchmarks/extremes.tsv"
+    message: "Extremes: every case completes within bounds or is refused"
+    script: "../scripts/extremes.py"
 
 
 use rule extremes as extremes_short with:
-    output:
-        **extremes_outputs(f"{R}/short"),
-    params:
-        form=CONFIG.studies.extremes.short.model_dump(),
-    log:
-        f"{R}/logs/extremes_short.log",
-    benchmark:
-        f"{R}/benchmarks/extremes_short.tsv"
-    message:
-        "Extremes in short"
+    output: **extremes_outputs(f"{R}/short")
+    params: form=CONFIG.studies.extremes.short.model_dump()
+    log: f"{R}/logs/extremes_short.log"
+    benchmark: f"{R}/benchmarks/extremes_short.tsv"
+    message: "Extremes in short"

@@ -24,14 +24,10 @@ rule fidelity:
     params:
         study=CONFIG.fidelity.model_dump(),
         radius=CONFIG.records.ring_radius_m,
-    log:
-        f"{R}/logs/fidelity.log",
-    benchmark:
-        f"{R}/benchmarks/fidelity.tsv"
-    message:
-        "The ladder of fidelities"
-    script:
-        "../scripts/fidelity.py"
+    log: f"{R}/logs/fidelity.log"
+    benchmark: f"{R}/benchmarks/fidelity.tsv"
+    message: "The ladder of fidelities"
+    script: "../scripts/fidelity.py"
 
 
 def trade_outputs(folder):
@@ -54,30 +50,20 @@ rule trade:
         TRADE,
         rig=CONFIG.rig,
         kernels=KERNELS,
-    output:
-        **trade_outputs(R),
+    output: **trade_outputs(R)
     params:
         form=CONFIG.studies.trade.full.model_dump(),
     # costs are timed: nothing else of the pipeline may run beside
     threads: 64 # that is, all there are
-    log:
-        f"{R}/logs/trade.log",
-    benchmark:
-        f"{R}/benchmarks/trade.tsv"
-    message:
-        "Accuracy against cost"
-    script:
-        "../scripts/trade.py"
+    log: f"{R}/logs/trade.log"
+    benchmark: f"{R}/benchmarks/trade.tsv"
+    message: "Accuracy against cost"
+    script: "../scripts/trade.py"
 
 
 use rule trade as trade_short with:
-    output:
-        **trade_outputs(f"{R}/short"),
-    params:
-        form=CONFIG.studies.trade.short.model_dump(),
-    log:
-        f"{R}/logs/trade_short.log",
-    benchmark:
-        f"{R}/benchmarks/trade_short.tsv"
-    message:
-        "Accuracy against cost, the short form"
+    output: **trade_outputs(f"{R}/short")
+    params: form=CONFIG.studies.trade.short.model_dump()
+    log: f"{R}/logs/trade_short.log"
+    benchmark: f"{R}/benchmarks/trade_short.tsv"
+    message: "Accuracy against cost, the short form"

@@ -22,7 +22,7 @@ if __name__ == "__main__":
         rig, form, out = load_rig(snakemake.input.rig), TradeForm(**snakemake.params.form), snakemake.output
         rows, agreement = map(_joined, state_trade(rig, form.state), statistic_trade(rig, form.statistics))
         promises = verify(rig, rows, form.kept_apart, form.statistics.loop_turns)
-        times = scaling(rig, form.scaling)
+        times = scaling(rig, form.scaling_runs, form.scaling_s)
         for table, path in (
             (rows, out.trade), (agreement, out.agreement), (promises, out.planner), (times, out.scaling),
         ):  # fmt: skip

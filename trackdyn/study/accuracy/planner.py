@@ -140,11 +140,10 @@ def plan(trade: pd.DataFrame, tolerance, measure: str, rpm: float, ring_radius: 
     best = found.sort_values("wall").iloc[0]
     warnings = []
     measured = rows["scene"].str.extract(r"^(?:no ring|ring (?P<ring>\S+) m) (?P<rpm>\S+) rpm$").astype(float)
-    for what, value, unit in (("rpm", rpm, "rpm"), ("ring", ring_radius, "m")):
-        low, high = measured[what].min(), measured[what].max()
+    for name, what, value, unit in (("rpm", "", rpm, "rpm"), ("ring", "a ring of ", ring_radius, "m")):
+        low, high = measured[name].min(), measured[name].max()
         if value is not None and not low <= value <= high:
-            thing = f"a ring of {value:g} m" if what == "ring" else f"{value:g} rpm"
-            warnings.append(f"{thing} lies outside the measured {low:g} to {high:g} {unit}")
+            warnings.append(f"{what}{value:g} {unit} lies outside the measured {low:g} to {high:g} {unit}")
     return Plan(
         str(best["fidelity"]), str(best["integrator"]), float(best["step_s"]), float(best["error"]), float(best["wall"]),
         tuple(warnings),

@@ -18,7 +18,7 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
 from trackdyn.study.accuracy.statistics import MEASURES, error_of, scene_name, statistics_of, study_scene
-from trackdyn.study.settings import Scaling, StateErrors, StatisticErrors, Steps
+from trackdyn.study.settings import StateErrors, StatisticErrors, Steps
 from trackdyn.study.stepping import Moving, settled
 
 COLUMNS = ["scene", "fidelity", "integrator", "step_s", "wall_s_per_s", "cpu_s_per_s", "measure", "error", "failed"]
@@ -155,7 +155,7 @@ def _job(arguments) -> float:
     return perf_counter() - begin
 
 
-def scaling(rig: Rig, asked: Scaling) -> pd.DataFrame:
+def scaling(rig: Rig, runs: list[int], seconds: float) -> pd.DataFrame:
     """Wall time of equal runs on one and more processes, with the time a process takes to start.
 
     Columns ``jobs, processes, wall_s, job_s, start_s, model_s``: the model is
@@ -168,9 +168,9 @@ def scaling(rig: Rig, asked: Scaling) -> pd.DataFrame:
         with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
             list(pool.map(_job, [(rig, 0.01)] * count))
             start = perf_counter() - begin
-            for number in asked.runs:
+            for number in runs:
                 begin = perf_counter()
-                times = list(pool.map(_job, [(rig, asked.duration_s)] * number))
+                times = list(pool.map(_job, [(rig, seconds)] * number))
                 wall = perf_counter() - begin
                 single = single or float(np.median(times))
                 rows.append([number, count, wall, float(np.median(times)), start, -(-number // count) * single])

@@ -67,10 +67,11 @@ def long_run(chunks: pd.DataFrame) -> Iterator[dict]:
     error = np.hypot(*(part.std(ddof=1) / np.sqrt(quarter) for part in (first, last)))
     drift = max(float(STANDARD_ERRORS * error), TOLERANCES["rms_g"] * first.mean())
     grown = float(chunks["resident_mb"].iloc[-1] - chunks["resident_mb"].iloc[0])
+    change = float(abs(last.mean() - first.mean()))
     for name, *measured in (
         ("loop gap", gap, GAP, "loop gap in m"),
         ("energy residual", share, OPEN_SHARE, "energy residual of a chunk"),
-        ("statistics of the first and last quarter", float(abs(last.mean() - first.mean())), drift, "change of the RMS in g"),
+        ("statistics of the first and last quarter", change, drift, "change of the RMS in g"),
         ("memory", 0.0 if np.isnan(grown) else max(round(grown), 0), MEMORY_MB, "growth of the memory in MB"),
     ):
         case = f"{chunks['time_s'].iloc[-1]:.0f} s at 210 rpm, {name}"

@@ -28,20 +28,19 @@ def run_extremes(rig: Rig, form: ExtremesForm, say: Callable[[str], None] = prin
     """Run every family of a form; ``say`` hears of every family and every defect."""
     rows = []
     # first, while this process is still small: growth of the memory is the long run's own
-    chunks = run_long(rig, form.long_run.duration_s, form.long_run.loop_turns)
-    friction, bushing, chart = form.friction, form.bushing, form.stability_map
+    chunks = run_long(rig, form.long_run_s, form.long_run_turns)
     families = {
         "long run": (long_run(chunks),),
         "length of the chain": (solvers.digits(rig, form.bodies), solvers.growth_rates(rig)),
         "mass ratio": (solvers.light_connectors(rig), cases.mass_ratio(rig, form.mass_ratios)),
         "stiffness": (cases.stiffness(rig, form.moduli_pa),),
         "restitution": (cases.restitution(rig),),
-        "friction": (cases.friction(rig, friction.coefficients, friction.velocities_m_s),),
-        "bushing": (cases.bushing(rig, bushing.dampings_nms, bushing.integrators),),
+        "friction": (cases.friction(rig, form.friction_coefficients, form.transition_velocities_m_s),),
+        "bushing": (cases.bushing(rig, form.bushing_dampings_nms, form.bushing_integrators),),
         "speed": (cases.speed(rig, form.speeds_rpm),),
         "loop": (cases.loop(rig, form.ring_radii_m),),
         "initial state": (cases.states(rig, form.depths_m), cases.laws(rig), cases.momentum(rig)),
-        "step and stiffness": (stability_map(rig, chart.moduli_pa, chart.steps_per_ms),),
+        "step and stiffness": (stability_map(rig, form.map_moduli_pa, form.map_steps_per_ms),),
         "random scenes": (random_scenes(rig, form.random_scenes),),
     }
     for name, parts in families.items():  # generators: nothing has run so far
