@@ -119,8 +119,8 @@ def plan(
     data: Annotated[Path | None, typer.Option(help="Measured data; results/trade.csv or the short form.")] = None,
 ) -> None:
     """The cheapest fidelity and step that kept a tolerance where it was measured."""
-    from trackdyn.study.planner import load_trade
-    from trackdyn.study.planner import plan as choose
+    from trackdyn.study.accuracy.planner import load_trade
+    from trackdyn.study.accuracy.planner import plan as choose
 
     chosen = choose(load_trade(data), tolerance, measure, rpm, _ring(ring_radius))
     for name, value in chosen.fields.items():

@@ -8,12 +8,10 @@ from pydantic import Field, model_validator
 
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.parameters.validation import Section, read_yaml, validated
+from trackdyn.parameters.validation import NotNegative, Positive, Section, read_yaml, validated
 from trackdyn.scene import Scene
-from trackdyn.study.planner import load_trade, plan
-
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+from trackdyn.study.accuracy.planner import load_trade, plan
+from trackdyn.study.settings import StudiesFile
 
 
 class Planned(Section):
@@ -103,6 +101,7 @@ class Config(Section):
     sensitivity: Sensitivity
     peers: Peers
     fidelity: FidelityStudy
+    studies: StudiesFile
 
     @model_validator(mode="after")
     def _consistent(self):
@@ -195,15 +194,10 @@ class Config(Section):
             for radius in ([None] if s.without_ring else []) + list(s.radii_m):
                 name = f"ring/{rpm:g}rpm_{'none' if radius is None else f'{radius:.4g}'}"
                 # whole revolutions of the loop, and one more that the first and last passage may lose
-                turn = self.one_turn(rig, rpm)
+                turn = rig.loop_period(rpm)
                 duration = round((s.loop_turns + 1) * turn * rig.sensor.rate) / rig.sensor.rate
                 add(name, "ring_study", motor_rpm=rpm, ring_radius=radius, duration=duration, step=s.step_s)
         return runs
-
-    @staticmethod
-    def one_turn(rig: Rig, rpm: float) -> float:
-        """Time of one revolution of the loop, s."""
-        return 60 * rig.sprocket.transmission_ratio / rpm * rig.chain.pitches / rig.sprocket.teeth
 
 
 def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:

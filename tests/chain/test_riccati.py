@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from trackdyn.chain import multipliers
 from trackdyn.chain.kinematics import bushing_torques, orient, place
 from trackdyn.chain.model import Chain
 from trackdyn.chain.riccati import accelerations, make_work
 from trackdyn.model import State, make_buffers
+from trackdyn.study.extremes import reference
 
 SIZES = [6, 7, 12, 13, 35, 70]
 # Set beforehand: the sweep is stable, and its end and closure matrices have condition numbers up to 1e5.
@@ -72,7 +72,7 @@ def test_sweep_agrees_with_the_multipliers(n, percussion, step):
     for seed in range(3):
         chain, state, loads = make_ring(n, seed, percussion)
         seen = sweep(chain, state, loads, step)
-        expected = multipliers.accelerations(chain, state.angle, state.rate, *loads, implicit_step=step)
+        expected = reference.accelerations(chain, state.angle, state.rate, *loads, implicit_step=step)
         scale = np.abs(expected.alpha).max()
         assert_close(seen["alpha"], expected.alpha)
         assert_close(seen["pin"], [expected.pin_ax, expected.pin_ay], scale * chain.length.max())
@@ -102,7 +102,7 @@ def test_closure_rows_are_satisfied(n, step):
 def test_probed_pin_has_the_acceleration_of_its_place_in_the_chain(probe):
     chain, state, loads = make_ring(13, 4)
     seen = sweep(chain, state, loads, 1e-4, probe)
-    expected = multipliers.accelerations(chain, state.angle, state.rate, *loads, implicit_step=1e-4)
+    expected = reference.accelerations(chain, state.angle, state.rate, *loads, implicit_step=1e-4)
     pin = np.array([expected.pin_ax, expected.pin_ay])
     for i in range(probe):
         c, s, length = np.cos(state.angle[i]), np.sin(state.angle[i]), chain.length[i]

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from trackdyn.chain import dense, multipliers, riccati, transfer_matrices
+from trackdyn.chain import dense, riccati, transfer_matrices
 from trackdyn.chain.model import Chain
 from trackdyn.chain.riccati import make_work
+from trackdyn.study.extremes import reference
 
 SOLVERS = ["riccati", "dense", "product"]  # against the multipliers in extended precision
 # The sweep and the dense system stay below 1e-14 at 70
@@ -83,8 +84,8 @@ def solve(solver, chain, angle, rate, *loads, step=0.0, probe=0):
 
 def motion(solver, chain, angle, rate, *loads, step=0.0, probe=0):
     """Angular accelerations, then accelerations of the pins times 1 / length: all in rad/s2."""
-    if solver == "multipliers":
-        seen = multipliers.accelerations(chain, angle, rate, *loads, implicit_step=step)
+    if solver == "reference":
+        seen = reference.accelerations(chain, angle, rate, *loads, implicit_step=step)
         alpha, first = seen.alpha, np.array([seen.pin_ax, seen.pin_ay])
         pins = [first]
         for i in range(len(angle)):
@@ -121,7 +122,7 @@ def test_solvers_agree(solver, kind, n):
         state = random_state(chain, seed)
         for step in (0.0,) if solver == "product" else (0.0, 1e-4, 5e-3):
             for probe in (0, n - 2):
-                expected = motion("multipliers", chain, *state, step=step, probe=probe)
+                expected = motion("reference", chain, *state, step=step, probe=probe)
                 seen = motion(solver, chain, *state, step=step, probe=probe)
                 np.testing.assert_allclose(
                     seen / np.abs(expected).max(), expected / np.abs(expected).max(), rtol=0, atol=AGREEMENT
@@ -133,7 +134,7 @@ def test_solvers_agree_on_the_load_through_the_cut(solver, kind, n):
     for seed in range(4):
         chain = make_irregular(n, np.random.default_rng(seed)) if kind is None else make_chain(kind, n)
         state = random_state(chain, seed)
-        expected = multipliers.accelerations(chain, *state).pin_force
+        expected = reference.accelerations(chain, *state).pin_force
         work, returned = solve(solver, chain, *state)
         seen = work.load[:2] if solver == "riccati" else returned[3:5] if solver == "product" else returned
         if solver == "product":

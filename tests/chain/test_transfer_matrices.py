@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from trackdyn.chain import multipliers
 from trackdyn.chain.model import Chain
 from trackdyn.chain.riccati import make_work
 from trackdyn.chain.transfer_matrices import (
@@ -18,6 +17,7 @@ from trackdyn.chain.transfer_matrices import (
     solve_boundaries,
     usable_bodies,
 )
+from trackdyn.study.extremes import reference
 
 # Sums of a few dozen products of numbers up to 1e2: a few hundred roundings of 1e-16 each.
 ROUNDING = 1e-12
@@ -260,7 +260,7 @@ def error_of_the_product(kind, n, seeds):
         work = make_work(n)
         torque = bushing_torques(chain, angle, rate)
         accelerations(chain, np.cos(angle), np.sin(angle), rate, *loads, torque, 0, work)
-        expected = multipliers.accelerations(chain, angle, rate, *loads).alpha
+        expected = reference.accelerations(chain, angle, rate, *loads).alpha
         errors.append(np.abs(work.response[:, 3] - expected).max() / np.abs(expected).max())
     return np.median(errors)
 
@@ -353,6 +353,6 @@ def test_product_of_the_whole_track_gives_nothing():
             accelerations(chain, np.cos(angle), np.sin(angle), rate, *loads, torque, 0, work)
     except np.linalg.LinAlgError:
         return
-    expected = multipliers.accelerations(chain, angle, rate, *loads).alpha
+    expected = reference.accelerations(chain, angle, rate, *loads).alpha
     error = np.abs(work.response[:, 3] - expected).max() / np.abs(expected).max()
     assert not error < 1.0

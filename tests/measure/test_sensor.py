@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from trackdyn.chain import multipliers
 from trackdyn.chain.kinematics import bushing_torques, orient, place
 from trackdyn.chain.model import Chain
 from trackdyn.chain.riccati import accelerations, make_work
@@ -15,6 +14,7 @@ from trackdyn.model import Drive, Model, Sensor, State, Wheels, make_buffers
 from trackdyn.scene import build_model, build_shoes
 from trackdyn.settling import empty_record, settle
 from trackdyn.simulate import simulate
+from trackdyn.study.extremes import reference
 
 
 def turn(angle, vector):
@@ -136,7 +136,7 @@ def test_reading_in_a_run_is_the_acceleration_of_the_point(driven_loop, place_lo
     model = model._replace(sensor=sensor)
     place_loads(model, state, work)
     angle, rate = state.angle.copy(), state.rate.copy()
-    expected = multipliers.accelerations(
+    expected = reference.accelerations(
         model.chain, angle, rate, work.force_x, work.force_y, work.moment, implicit_step=model.step
     )
     point = np.array([expected.pin_ax, expected.pin_ay])

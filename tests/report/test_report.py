@@ -537,7 +537,7 @@ def test_sensitivity_speaks_in_words_and_points_beyond_its_scale():
 
 def test_work_precision_draws_every_point_and_names_what_was_refused():
     from trackdyn.report.figures.trade import work_precision
-    from trackdyn.study.trade import COLUMNS
+    from trackdyn.study.accuracy.trade import COLUMNS
 
     rows = pd.DataFrame(
         [

@@ -13,8 +13,8 @@ from trackdyn.integrate.limits import refuse_open_account, turn_limit
 from trackdyn.model import ENERGY_NAMES
 from trackdyn.report.figures.extremes import FIGURES
 from trackdyn.scene import build_chain, build_model
-from trackdyn.study import extreme_cases, solver_cases, stress
-from trackdyn.study.extremes import (
+from trackdyn.study.extremes import cases, random_scenes, solvers
+from trackdyn.study.extremes.judge import (
     COLUMNS,
     COMPLETED,
     DEFECT,
@@ -29,8 +29,8 @@ from trackdyn.study.extremes import (
     summary,
     wrong_blame,
 )
-from trackdyn.study.long_run import long_run, run_long
-from trackdyn.study.stability_map import stability_map
+from trackdyn.study.extremes.long_run import long_run, run_long
+from trackdyn.study.extremes.stability_map import stability_map
 
 
 def no_defects(rows):
@@ -99,68 +99,70 @@ def test_samples_are_whole_steps(rig, step, times):
 
 
 def test_every_solver_keeps_its_digits_or_is_refused(rig):
-    rows = no_defects(solver_cases.digits(rig, bodies=(6, 10, 36, 500)))
+    rows = no_defects(solvers.digits(rig, bodies=(6, 10, 36, 500)))
     product = {r["case"]: r["outcome"] for r in rows if "transfer_product" in r["case"]}
     assert product["transfer_product, 6 bodies, link and connector"] == COMPLETED
     assert product["transfer_product, 36 bodies, link and connector"] == REFUSED
 
 
 def test_the_literal_product_loses_the_predicted_digits(rig):
-    for found in no_defects(solver_cases.growth_rates(rig)):
+    for found in no_defects(solvers.growth_rates(rig)):
         assert found["value"] == pytest.approx(found["expected"], rel=0.2)
 
 
 def test_residual_of_the_equations_sees_a_wrong_acceleration(rig):
-    chain = solver_cases.make_chain(rig, "link and connector", 40)
-    pose = solver_cases.make_pose(chain, 0)
-    alpha, base = solver_cases.solve("reference", chain, pose)
-    assert solver_cases.newton_euler_residual(chain, pose, alpha, base) < 1e-13
+    chain = solvers.make_chain(rig, "link and connector", 40)
+    pose = solvers.make_pose(chain, 0)
+    alpha, base = solvers.solve("reference", chain, pose)
+    assert solvers.newton_euler_residual(chain, pose, alpha, base) < 1e-13
     wrong = alpha.copy()
     wrong[7] += 1e-6 * np.abs(alpha).max()
-    assert solver_cases.newton_euler_residual(chain, pose, wrong, base) > 1e-9
+    assert solvers.newton_euler_residual(chain, pose, wrong, base) > 1e-9
 
 
 def test_parameters_at_their_ends(rig):
-    no_defects(extreme_cases.mass_ratio(rig, (1e6,)))
-    no_defects(extreme_cases.friction(rig, (0.0, 2.0), (1e-4,)))
-    no_defects(extreme_cases.bushing(rig, (0.0, 1e3), ()))
+    no_defects(cases.mass_ratio(rig, (1e6,)))
+    no_defects(cases.friction(rig, (0.0, 2.0), (1e-4,)))
+    no_defects(cases.bushing(rig, (0.0, 1e3), ("semi_implicit", "linearly_implicit")))
 
 
 def test_one_impact_delivers_what_the_closed_form_says(rig):
-    rows = no_defects(islice(extreme_cases.restitution(rig, (0.01, 0.5, 1.0)), 6))
+    rows = no_defects(islice(cases.restitution(rig, (0.01, 0.5, 1.0)), 6))
     assert min(r["value"] for r in rows if r["group"] == "printed") == pytest.approx(0.663, abs=1e-3)
 
 
 def test_speeds_and_states_at_their_ends(rig):
-    no_defects(extreme_cases.speed(rig, (0.0,)))
-    no_defects(extreme_cases.states(rig, (1e-3, 1e-2)))
+    no_defects(cases.speed(rig, (0.0,)))
+    no_defects(cases.states(rig, (1e-3, 1e-2)))
+    no_defects(cases.laws(rig))
+    no_defects(cases.momentum(rig, (3, 35)))
 
 
 def test_forced_runs_diverge_beyond_the_predicted_limit(rig):
-    rows = no_defects(stability_map(rig, (2.1e11,), (5e-5, 1e-4, 5e-4)))
+    rows = no_defects(stability_map(rig, (2.1e11,), (20, 10, 2)))
     assert [r["value"] <= r["bound"] for r in rows] == [True, True, False]
 
 
 def test_a_long_run_does_not_drift_and_figures_are_drawn(rig):
     chunks = run_long(rig, 9.0, 1)
     rows = no_defects(r for r in long_run(chunks) if "statistics" not in r["case"])  # two revolutions hold none
-    rows += stability_map(rig, (2.1e11,), (1e-4, 5e-4))
-    rows += solver_cases.digits(rig, bodies=(6, 12))
-    rows += islice(extreme_cases.restitution(rig, (0.5, 1.0)), 4)
+    rows += stability_map(rig, (2.1e11,), (10, 2))
+    rows += solvers.digits(rig, bodies=(6, 12))
+    rows += islice(cases.restitution(rig, (0.5, 1.0)), 4)
     for draw in FIGURES:
         assert draw(as_table(rows), chunks).axes
 
 
 def test_random_scenes_are_the_same_with_the_same_seed(rig, monkeypatch):
     pytest.importorskip("hypothesis")
-    monkeypatch.setattr(stress, "run_drawn", lambda rig, drawn: drawn)
-    first, again, other = (list(stress.random_scenes(rig, 20, seed)) for seed in (1, 1, 2))
+    monkeypatch.setattr(random_scenes, "run_drawn", lambda rig, drawn: drawn)
+    first, again, other = (list(random_scenes.random_scenes(rig, 20, seed)) for seed in (1, 1, 2))
     assert first == again and first != other and len(first) == 20
 
 
 def test_random_scenes_complete_or_are_refused(rig):
     pytest.importorskip("hypothesis")
-    for found in no_defects(stress.random_scenes(rig, 8)):
+    for found in no_defects(random_scenes.random_scenes(rig, 8)):
         json.loads(found["case"])
 
 

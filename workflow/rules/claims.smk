@@ -36,7 +36,7 @@ rule sensitivity:
     input:
         SIMULATOR,
         MEASURES,
-        sources("fit.py", "config.py", "report/figures/sensitivity.py", "report/tables.py", "report/style.py"),
+        sources("study/fit.py", "config.py", "report/figures/sensitivity.py", "report/tables.py", "report/style.py"),
         rig=CONFIG.rig,
         fit="config/fit.yaml",
         kernels=KERNELS,
@@ -71,7 +71,7 @@ rule fit:
     input:
         SIMULATOR,
         MEASURES,
-        sources("fit.py", "config.py"),
+        sources("study/fit.py", "config.py"),
         rig=CONFIG.rig,
         fit="config/fit.yaml",
         kernels=KERNELS,

@@ -1,6 +1,6 @@
 # Extremes of parameters, steps and states: every case completes with its invariants in bounds or is refused.
 
-EXTREMES = ["solvers", "stability", "restitution", "outcomes", "long_run"]
+EXTREMES = ("solvers", "stability", "restitution", "outcomes", "long_run")
 
 
 def extremes_outputs(folder):
@@ -11,69 +11,30 @@ def extremes_outputs(folder):
         seeds=f"{folder}/extremes_seeds.json",
         md=f"{folder}/tables/extremes.md",
         summary=f"{folder}/tables/extremes.csv",
+        figures=[f"{folder}/figures/extremes_{name}.{ending}" for name in EXTREMES for ending in ("png", "svg")],
     )
-
-
-def extremes_figures(folder):
-    """PNG and SVG of every figure."""
-    return [f"{folder}/figures/extremes_{name}.{ending}" for name in EXTREMES for ending in ("png", "svg")]
-
-
-def extremes_reported(name, caption):
-    """PNG with its caption in the report, and SVG."""
-    png, svg = (f"{R}/figures/extremes_{name}.{ending}" for ending in ("png", "svg"))
-    return [report(png, caption=f"../report/{caption}.rst", category="Extremes"), svg]
-
-
-EXTREMES_NEED = [
-    *SIMULATOR,
-    *sources(
-        *(
-            f"study/{name}.py"
-            for name in ("extremes", "extreme_cases", "solver_cases", "stability_map", "long_run", "stress", "forms")
-        )
-    ),
-    *sources("fidelity.py", "stability.py", "report/style.py", "report/tables.py", "report/figures/extremes.py"),
-]
 
 
 rule extremes:
     """The full form: an hour of running, a thousand random scenes."""
     input:
-        EXTREMES_NEED,
+        SIMULATOR,
+        MEASURES,
+        sources("study/extremes", "study/stability.py", "study/stepping.py", "study/settings.py"),
+        sources("report/style.py", "report/tables.py", "report/figures/extremes.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
-    output:
-        **(extremes_outputs(R) | dict(csv=report(f"{R}/extremes.csv", caption="../report/extremes.rst", category="Extremes"))),
-        figures=sum((extremes_reported(name, f"extremes_{name}") for name in EXTREMES), []),
-    params:
-        full=True,
-    log:
-        f"{R}/logs/extremes.log",
-    benchmark:
-        f"{R}/benchmarks/extremes.tsv"
-    message:
-        "Extremes: every case completes within bounds or is refused"
-    script:
-        "../scripts/extremes.py"
+    output: **extremes_outputs(R)
+    params: form=CONFIG.studies.extremes.full.model_dump()
+    log: f"{R}/logs/extremes.log"
+    benchmark: f"{R}/benchmarks/extremes.tsv"
+    message: "Extremes: every case completes within bounds or is refused"
+    script: "../scripts/extremes.py"
 
 
-rule extremes_short:
-    """The short form: a minute of running, sixty random scenes."""
-    input:
-        EXTREMES_NEED,
-        rig=CONFIG.rig,
-        kernels=KERNELS,
-    output:
-        **extremes_outputs(f"{R}/short"),
-        figures=extremes_figures(f"{R}/short"),
-    params:
-        full=False,
-    log:
-        f"{R}/logs/extremes_short.log",
-    benchmark:
-        f"{R}/benchmarks/extremes_short.tsv"
-    message:
-        "Extremes in short"
-    script:
-        "../scripts/extremes.py"
+use rule extremes as extremes_short with:
+    output: **extremes_outputs(f"{R}/short")
+    params: form=CONFIG.studies.extremes.short.model_dump()
+    log: f"{R}/logs/extremes_short.log"
+    benchmark: f"{R}/benchmarks/extremes_short.tsv"
+    message: "Extremes in short"

@@ -93,7 +93,7 @@ rule stability:
     input:
         SIMULATOR,
         MEASURES,
-        sources("stability.py", "report/tables.py"),
+        sources("study/stability.py", "report/tables.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
     output:

@@ -1,9 +1,9 @@
 # What accuracy costs: the ladder of fidelities, work-precision data, the planner. `trade` is asked for by
 # name; a short form of it belongs to the default target.
 
-LADDER = sources("study/ladder.py", "study/measures.py", "report/tables.py")
+LADDER = sources("study/accuracy/ladder.py", "study/accuracy/statistics.py", "report/tables.py")
 TRADE = sources(
-    "study/trade.py", "study/measures.py", "study/planner.py", "report/figures/trade.py", "report/style.py",
+    "study/accuracy", "study/stepping.py", "study/settings.py", "report/figures/trade.py", "report/style.py",
     "report/tables.py",
 )
 TRADE_FIGURES = ("state", "rms", "left_share", "scaling", "planner")
@@ -19,19 +19,15 @@ rule fidelity:
         kernels=KERNELS,
     output:
         csv=f"{R}/fidelity.csv",
-        md=report(f"{R}/tables/fidelity.md", caption="../report/fidelity.rst", category="Speed and accuracy"),
+        md=f"{R}/tables/fidelity.md",
         wide=f"{R}/tables/fidelity.csv",
     params:
         study=CONFIG.fidelity.model_dump(),
         radius=CONFIG.records.ring_radius_m,
-    log:
-        f"{R}/logs/fidelity.log",
-    benchmark:
-        f"{R}/benchmarks/fidelity.tsv"
-    message:
-        "The ladder of fidelities"
-    script:
-        "../scripts/fidelity.py"
+    log: f"{R}/logs/fidelity.log"
+    benchmark: f"{R}/benchmarks/fidelity.tsv"
+    message: "The ladder of fidelities"
+    script: "../scripts/fidelity.py"
 
 
 def trade_outputs(folder):
@@ -41,11 +37,7 @@ def trade_outputs(folder):
         planner=f"{folder}/planner.csv",
         scaling=f"{folder}/scaling.csv",
         summary=f"{folder}/tables/trade.md",
-        figures=report(
-            [f"{folder}/figures/trade_{name}.png" for name in TRADE_FIGURES],
-            caption="../report/trade.rst",
-            category="Speed and accuracy",
-        ),
+        figures=[f"{folder}/figures/trade_{name}.png" for name in TRADE_FIGURES],
         vectors=[f"{folder}/figures/trade_{name}.svg" for name in TRADE_FIGURES],
     )
 
@@ -58,30 +50,20 @@ rule trade:
         TRADE,
         rig=CONFIG.rig,
         kernels=KERNELS,
-    output:
-        **trade_outputs(R),
+    output: **trade_outputs(R)
     params:
-        short=False,
+        form=CONFIG.studies.trade.full.model_dump(),
     # costs are timed: nothing else of the pipeline may run beside
     threads: 64 # that is, all there are
-    log:
-        f"{R}/logs/trade.log",
-    benchmark:
-        f"{R}/benchmarks/trade.tsv"
-    message:
-        "Accuracy against cost"
-    script:
-        "../scripts/trade.py"
+    log: f"{R}/logs/trade.log"
+    benchmark: f"{R}/benchmarks/trade.tsv"
+    message: "Accuracy against cost"
+    script: "../scripts/trade.py"
 
 
 use rule trade as trade_short with:
-    output:
-        **trade_outputs(f"{R}/short"),
-    params:
-        short=True,
-    log:
-        f"{R}/logs/trade_short.log",
-    benchmark:
-        f"{R}/benchmarks/trade_short.tsv"
-    message:
-        "Accuracy against cost, the short form"
+    output: **trade_outputs(f"{R}/short")
+    params: form=CONFIG.studies.trade.short.model_dump()
+    log: f"{R}/logs/trade_short.log"
+    benchmark: f"{R}/benchmarks/trade_short.tsv"
+    message: "Accuracy against cost, the short form"

@@ -7,12 +7,13 @@ from trackdyn import load_rig
 from trackdyn.report.figures.extremes import FIGURES
 from trackdyn.report.style import save
 from trackdyn.report.tables import write_table
-from trackdyn.study.extremes import summary
-from trackdyn.study.forms import FULL, SHORT, run_extremes
+from trackdyn.study.extremes.judge import summary
+from trackdyn.study.extremes.run import run_extremes
+from trackdyn.study.settings import ExtremesForm
 
 with logged(snakemake):
     rig = load_rig(snakemake.input.rig)
-    result = run_extremes(rig, FULL if snakemake.params.full else SHORT, lambda text: print(text, flush=True))
+    result = run_extremes(rig, ExtremesForm(**snakemake.params.form), lambda text: print(text, flush=True))
     for path, table in ((snakemake.output.csv, result.rows), (snakemake.output.chunks, result.chunks)):
         Path(path).parent.mkdir(parents=True, exist_ok=True)
         table.to_csv(path, index=False, lineterminator="\n")

@@ -4,7 +4,7 @@ from _script import logged
 
 from trackdyn import load_rig
 from trackdyn.report.tables import LADDER_CAPTION, ladder_table, write_table
-from trackdyn.study.ladder import compare_rungs
+from trackdyn.study.accuracy.ladder import compare_rungs
 
 with logged(snakemake):
     study = snakemake.params.study

@@ -4,8 +4,8 @@ import pandas as pd
 from _script import logged
 
 from trackdyn import load_rig
-from trackdyn.fit import FitConfig, fit_rig, measure_rigs, report_targets
 from trackdyn.parameters.validation import read_yaml, validated
+from trackdyn.study.fit import FitConfig, fit_rig, measure_rigs, report_targets
 
 with logged(snakemake):
     config = validated(FitConfig, read_yaml(snakemake.input.fit), snakemake.input.fit)

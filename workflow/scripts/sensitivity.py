@@ -1,7 +1,11 @@
 from _script import logged
 
 from trackdyn import load_rig
-from trackdyn.fit import (
+from trackdyn.parameters.validation import read_yaml, validated
+from trackdyn.report.figures.sensitivity import sensitivity_figure
+from trackdyn.report.style import save
+from trackdyn.report.tables import write_table
+from trackdyn.study.fit import (
     FitConfig,
     equal_pitch_readings,
     measure_rigs,
@@ -9,10 +13,6 @@ from trackdyn.fit import (
     run_directions,
     sensitivity,
 )
-from trackdyn.parameters.validation import read_yaml, validated
-from trackdyn.report.figures.sensitivity import sensitivity_figure
-from trackdyn.report.style import save
-from trackdyn.report.tables import write_table
 
 with logged(snakemake):
     config = validated(FitConfig, read_yaml(snakemake.input.fit), snakemake.input.fit)

@@ -3,7 +3,7 @@ from _script import logged
 
 from trackdyn import Scene, load_rig
 from trackdyn.report.tables import write_table
-from trackdyn.stability import stability
+from trackdyn.study.stability import stability
 
 with logged(snakemake):
     rig = load_rig(snakemake.input.rig)

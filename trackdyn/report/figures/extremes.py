@@ -18,8 +18,8 @@ from trackdyn.report.style import (
     new_figure,
     styled,
 )
-from trackdyn.study.extremes import COMPLETED, DEFECT, GAP, OUTCOMES, REFUSED
-from trackdyn.study.extremes import summary as count
+from trackdyn.study.extremes.judge import COMPLETED, DEFECT, GAP, OUTCOMES, REFUSED
+from trackdyn.study.extremes.judge import summary as count
 
 LOOKS = {COMPLETED: (BLUE, ""), REFUSED: (ORANGE, "//"), DEFECT: (VERMILION, "xx")}
 SOLVERS = {"riccati": BLUE, "multipliers": GREEN, "transfer_product": VERMILION}

@@ -7,7 +7,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
 from trackdyn.report.style import COLOURS, new_figure, styled
-from trackdyn.study.trade import pareto
+from trackdyn.study.accuracy.trade import pareto
 
 LABELS = {
     "state_m": "largest error of a mass centre after 0.1 s (m)",

@@ -8,30 +8,21 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import InputError, TrackdynError
+from trackdyn.parameters.rig import Rig
 from trackdyn.simulate import simulate
-from trackdyn.study.measures import RELATIVE, SHARES, error_of, statistics_of, study_scene
-from trackdyn.study.trade import COLUMNS, FIDELITIES, FULL_PHYSICS, STATISTIC_REFERENCE, scene_name
+from trackdyn.study.accuracy.statistics import RELATIVE, SHARES, error_of, scene_name, statistics_of, study_scene
+from trackdyn.study.accuracy.trade import COLUMNS, FIDELITIES, FULL_PHYSICS, STATISTIC_REFERENCE
+from trackdyn.study.settings import SceneKey
 
 PLANNED = (*RELATIVE, *SHARES)
 # A scene nearby may be this much worse than the worst one measured: an error of first order in the step
 # changes with the speed as the forces do, and these double from 115 to 210 rpm. (The margin was 1.5 until
-# two scenes kept apart showed that this is too little without a ring; those two now serve the short form.)
+# two scenes kept apart showed that this is too little without a ring.)
 MARGIN = 2.0
-# what the data of the full form cover: (rpm, ring radius)
-MEASURED = [
-    (115.0, 0.308), (210.0, 0.308), (150.0, 0.304), (180.0, 0.312), (115.0, None), (150.0, None), (210.0, None),
-]  # fmt: skip
-SPEEDS, RADII = (115.0, 210.0), (0.304, 0.312)
-# Kept apart from the data: speeds and radii between those measured. A first list of ten scenes showed that
-# the error of a coarser physics does not carry over to another ring (93 % of 231 promises kept, all others
-# broken by the peak force of three surfaces), so that it is now planned only for scenes that were measured;
-# this second list was drawn up before it was run.
-HELD_OUT = [
-    (120.0, 0.308), (175.0, 0.309), (205.0, 0.3075), (135.0, 0.3115), (190.0, 0.305), (160.0, 0.3065),
-    (120.0, None), (145.0, None), (175.0, None), (195.0, None),
-]  # fmt: skip
-MEASURED_SHORT, HELD_OUT_SHORT = [(210.0, 0.308), (210.0, None)], [(195.0, 0.308), (160.0, None)]
 TOLERANCES = (0.005, 0.01, 0.02, 0.05)
+PROMISES = [
+    "scene", "measure", "tolerance", "achieved_error", "met", "fidelity", "integrator", "step_s", "wall_s_per_s",
+]  # fmt: skip
 
 
 class Plan(NamedTuple):
@@ -40,7 +31,7 @@ class Plan(NamedTuple):
     Attributes
     ----------
     fidelity, integrator : str
-        Choices of `study.trade`.
+        Choices of `trade`.
     step : float
         s.
     expected_error : float
@@ -148,17 +139,18 @@ def plan(trade: pd.DataFrame, tolerance, measure: str, rpm: float, ring_radius: 
         )
     best = found.sort_values("wall").iloc[0]
     warnings = []
-    if not SPEEDS[0] <= rpm <= SPEEDS[1]:
-        warnings.append(f"{rpm:g} rpm lies outside the measured {SPEEDS[0]:g} to {SPEEDS[1]:g} rpm")
-    if ring_radius is not None and not RADII[0] <= ring_radius <= RADII[1]:
-        warnings.append(f"a ring of {ring_radius:g} m lies outside the studied {RADII[0]:g} to {RADII[1]:g} m")
+    measured = rows["scene"].str.extract(r"^(?:no ring|ring (?P<ring>\S+) m) (?P<rpm>\S+) rpm$").astype(float)
+    for name, what, value, unit in (("rpm", "", rpm, "rpm"), ("ring", "a ring of ", ring_radius, "m")):
+        low, high = measured[name].min(), measured[name].max()
+        if value is not None and not low <= value <= high:
+            warnings.append(f"{what}{value:g} {unit} lies outside the measured {low:g} to {high:g} {unit}")
     return Plan(
         str(best["fidelity"]), str(best["integrator"]), float(best["step_s"]), float(best["error"]), float(best["wall"]),
         tuple(warnings),
     )  # fmt: skip
 
 
-def verify(rig, trade: pd.DataFrame, held_out, turns: int) -> pd.DataFrame:
+def verify(rig: Rig, trade: pd.DataFrame, kept_apart: list[SceneKey], turns: int) -> pd.DataFrame:
     """The planner on scenes that the data do not hold: does what it promises come out?
 
     Returns
@@ -168,7 +160,7 @@ def verify(rig, trade: pd.DataFrame, held_out, turns: int) -> pd.DataFrame:
         data cannot promise is a row with an empty error and an empty ``met``.
     """
     rows = []
-    for rpm, ring in held_out:
+    for rpm, ring in kept_apart:
         name = scene_name(rpm, ring)
         base = study_scene(rig, rpm, ring, turns)
         reference = statistics_of(simulate(base.with_(**STATISTIC_REFERENCE)))
@@ -192,15 +184,4 @@ def verify(rig, trade: pd.DataFrame, held_out, turns: int) -> pd.DataFrame:
                 met = bool(np.isfinite(error) and error <= tolerance)
                 rows.append([name, measure, tolerance, error, met, *key, chosen.wall_s_per_s])
         print(f"planner: {name}", flush=True)
-    columns = [
-        "scene",
-        "measure",
-        "tolerance",
-        "achieved_error",
-        "met",
-        "fidelity",
-        "integrator",
-        "step_s",
-        "wall_s_per_s",
-    ]
-    return pd.DataFrame(rows, columns=columns)
+    return pd.DataFrame(rows, columns=PROMISES)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from trackdyn.chain.model import Chain
-from trackdyn.chain.multipliers import _solve_symmetric, accelerations
 from trackdyn.errors import InputError
+from trackdyn.study.extremes.reference import _solve_symmetric, accelerations
 
 GRAVITY = 9.81
 

@@ -50,15 +50,15 @@ def row(family: str, case: str, outcome: str, reason: str = "", **more) -> dict:
     }  # fmt: skip
 
 
-def judged(family: str, case: str, attempt: Callable[[], dict]) -> dict:
-    """The row of an attempt: ``attempt`` returns the columns it fills, ``reason`` if a bound is missed.
+def judged(family: str, case: str, attempt: Callable[..., dict], *given) -> dict:
+    """The row of an attempt: ``attempt(*given)`` returns the columns it fills, ``reason`` if a bound is missed.
 
     Warnings about numbers count as defects, as does every error that is not one of ours in one sentence.
     """
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", RuntimeWarning)
-            found = attempt()
+            found = attempt(*given)
     except (InputError, DivergenceError) as error:
         if "\n" in str(error):
             return row(family, case, DEFECT, f"more than one sentence: {str(error).splitlines()[0]}")
@@ -87,30 +87,30 @@ def gap_bound(turn: float) -> float:
     return GAP if turn <= TURN else GAP * (2 * turn / TURN) ** 3
 
 
+def gap_missed(gap: float, allowed: float) -> str:
+    """What is said of a loop gap (m) that is more than allowed; nothing else."""
+    return "" if gap <= allowed else f"the loop gap is {gap:.3g} m, more than {allowed:.2g} m"
+
+
 def invariants(scene: Scene, recording: Recording) -> dict:
     """Loop gap and energy residual of a recording, and the last bound that it misses.
 
     The turn of the bodies a step is taken from the recorded configurations, a sample apart.
     """
-    rig = scene.rig
     for name in Recording.ARRAYS:
         if not np.isfinite(getattr(recording, name)).all():
             return {"reason": f"{name} holds numbers that are not finite"}
     gap = float(recording.gap.max())
-    found = {"loop_gap_max_m": gap, "energy_residual": np.nan, "reason": ""}
-    if scene.chain == "belt":
-        return found
-    model = build_model(scene)
-    seconds = scene.duration
-    found["energy_residual"], exchanged = open_share(recording.energy, model, seconds)
+    model, seconds = build_model(scene), scene.duration
+    share, exchanged = open_share(recording.energy, model, seconds)
+    found = {"loop_gap_max_m": gap, "energy_residual": share}
     turns = np.abs(np.diff(recording.frame[:, 2:-1], axis=0)) / scene.stride
     allowed = gap_bound(float(turns.max()) if len(turns) else 0.0)
     if scene.closure == "elastic_damping":
         # twice what the spring yields to the strand at the start, and all the energy there is in the spring
         energy = exchanged + float(recording.energy[:, ENERGY_NAMES.index("kinetic")].max())
-        allowed = 2 * float(recording.gap[0]) + (2 * energy / rig.closure.stiffness) ** 0.5
-    if not gap <= allowed:
-        found["reason"] = f"the loop gap is {gap:.3g} m, more than {allowed:.2g} m"
+        allowed = 2 * float(recording.gap[0]) + (2 * energy / scene.rig.closure.stiffness) ** 0.5
+    found["reason"] = gap_missed(gap, allowed)
     try:
         refuse_open_account(recording.energy, model, seconds)
     except DivergenceError as missed:  # the run should have said so itself
@@ -128,22 +128,18 @@ def samples_a_sample(rig, step: float) -> int:
 
 def run_scene(family: str, case: str, rig, rpm: float = 210.0, changes: dict | None = None, **fields) -> dict:
     """Row of a short scene: rig values in ``changes`` (dotted names with two underscores), scene in ``fields``."""
-    marks = {name: fields.pop(name) for name in ("group", "at", "measure") if name in fields}
+    settings = FAST | {"step": 1e-4} | fields
 
     def attempt():
-        settings = FAST | fields
         changed = rig.changed(**changes) if changes else rig
-        if settings.get("chain") != "belt":
-            rate = changed.sensor.rate * samples_a_sample(changed, settings.get("step", 1e-4))
-            changed = changed.changed(sensor__rate=rate)
-            settings |= {"frame_interval": 1.0 / rate}
-        scene = Scene(changed, rpm, **settings)
+        rate = changed.sensor.rate * samples_a_sample(changed, settings["step"])
+        scene = Scene(changed.changed(sensor__rate=rate), rpm, **settings, frame_interval=1.0 / rate)
         return invariants(scene, simulate(scene))
 
     found = judged(family, case, attempt)
-    if found["outcome"] == REFUSED and (blame := wrong_blame(found["reason"], (FAST | {"step": 1e-4} | fields))):
+    if found["outcome"] == REFUSED and (blame := wrong_blame(found["reason"], settings)):
         found |= {"outcome": DEFECT, "reason": f"{blame}: {found['reason']}"}
-    return found | marks
+    return found
 
 
 def wrong_blame(reason: str, fields: dict) -> str:

@@ -5,15 +5,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trackdyn.chain import dense, multipliers, riccati, transfer_matrices
+from trackdyn.chain import dense, riccati, transfer_matrices
 from trackdyn.chain.model import Chain
 from trackdyn.chain.riccati import make_work
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene import Scene, build_chain
-from trackdyn.study.extremes import REFUSED, below, judged, within
+from trackdyn.study.extremes import reference
+from trackdyn.study.extremes.judge import REFUSED, below, judged, within
 
-BODIES = (6, 8, 10, 12, 14, 18, 24, 36, 50, 70, 100, 140, 200, 500, 1000, 2000, 5000, 10000)
+FAMILY = "length of the chain"
 LONGEST_REFERENCE = 70
 # the dense system for its cost; past the reference the residual cannot tell how wrong a lost product is
 LONGEST = {"multipliers": 200, "transfer_product": LONGEST_REFERENCE}
@@ -77,7 +78,7 @@ def make_pose(chain: Chain, seed: int) -> Pose:
 def solve(solver: str, chain: Chain, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
     """Angular accelerations (rad/s2) and the acceleration of the first pin (m/s2)."""
     if solver == "reference":
-        found = multipliers.accelerations(chain, *pose[:5])
+        found = reference.accelerations(chain, *pose[:5])
         return found.alpha, np.array([found.pin_ax, found.pin_ay])
     work = make_work(len(pose.angle))
     state = (chain, np.cos(pose.angle), np.sin(pose.angle), *pose[1:])
@@ -153,26 +154,23 @@ def predicted_error(chain: Chain) -> float:
         return float(EPS * np.float64(transfer_matrices.growth(chain).pitch) ** (len(chain.length) / 2))
 
 
-def digits(rig: Rig, bodies=BODIES) -> Iterator[dict]:
+def digits(rig: Rig, bodies: list[int]) -> Iterator[dict]:
     """Every solver on every kind of chain; the literal product as far as the scene allows it."""
-    family = "length of the chain"
     for kind in KINDS:
         for n in bodies:
             chain = make_chain(rig, kind, n)
-            bound = max(LEAST_ERROR, EPS * n**2)
             for solver in ("riccati", "multipliers", "transfer_product"):
-                if n > LONGEST.get(solver, n):
-                    continue
-                marks = {"group": f"{solver}, {kind}", "at": n}
-                case = f"{solver}, {n} bodies, {kind}"
-                measure = "error" if n <= LONGEST_REFERENCE else "residual"
-                if solver == "transfer_product":
-                    yield judged(family, case, lambda c=chain, m=marks, k=kind: _product(rig, c, k, m))
-                    continue
-                yield judged(
-                    family, case,
-                    lambda s=solver, c=chain, b=bound, w=measure, m=marks: below(error_of(s, c), b, w, **m),
-                )  # fmt: skip
+                if n <= LONGEST.get(solver, n):
+                    yield judged(FAMILY, f"{solver}, {n} bodies, {kind}", _digits, rig, solver, chain, kind)
+
+
+def _digits(rig: Rig, solver: str, chain: Chain, kind: str) -> dict:
+    n = len(chain.length)
+    marks = {"group": f"{solver}, {kind}", "at": n}
+    if solver == "transfer_product":
+        return _product(rig, chain, kind, marks)
+    measure = "error" if n <= LONGEST_REFERENCE else "residual"
+    return below(error_of(solver, chain), max(LEAST_ERROR, EPS * n**2), measure, **marks)
 
 
 def _product(rig: Rig, chain: Chain, kind: str, marks: dict) -> dict:
@@ -189,29 +187,24 @@ def _product(rig: Rig, chain: Chain, kind: str, marks: dict) -> dict:
     try:
         Scene(rig.changed(**changes), 100.0, loop="free", ring_radius=None, solver="transfer_product", spells=False)
     except InputError as refusal:
-        return {
-            "outcome": REFUSED,
-            "reason": str(refusal),
-            "measure": "error past the refusal",
-            "value": error,
-            **marks,
-        }
+        past = {"measure": "error past the refusal", "value": error}
+        return {"outcome": REFUSED, "reason": str(refusal), **past, **marks}
     return below(error, HALF, "error", **marks)
 
 
 def growth_rates(rig: Rig) -> Iterator[dict]:
     """Growth of the literal product's error a body, between six bodies and the last that keeps a digit."""
     for kind in KINDS[:2]:
+        yield judged(FAMILY, f"growth of the literal product, {kind}", _growth, rig, kind)
 
-        def attempt(kind=kind):
-            seen = {n: error_of("transfer_product", make_chain(rig, kind, n)) for n in range(6, 30, 2)}
-            kept = [n for n, error in seen.items() if error < 1e-2]
-            rate = np.exp(np.polyfit(kept, np.log([seen[n] for n in kept]), 1)[0])
-            closed = transfer_matrices.growth(make_chain(rig, kind, 6)).pitch ** 0.5
-            value, expected = float(np.log10(rate)), float(np.log10(closed))
-            return within(value, expected, GROWTH_TOLERANCE * expected, "digits lost a body")
 
-        yield judged("length of the chain", f"growth of the literal product, {kind}", attempt)
+def _growth(rig: Rig, kind: str) -> dict:
+    seen = {n: error_of("transfer_product", make_chain(rig, kind, n)) for n in range(6, 30, 2)}
+    kept = [n for n, error in seen.items() if error < 1e-2]
+    rate = np.exp(np.polyfit(kept, np.log([seen[n] for n in kept]), 1)[0])
+    closed = transfer_matrices.growth(make_chain(rig, kind, 6)).pitch ** 0.5
+    value, expected = float(np.log10(rate)), float(np.log10(closed))
+    return within(value, expected, GROWTH_TOLERANCE * expected, "digits lost a body")
 
 
 def light_connectors(rig: Rig, ratios=(1, 10, 1e2, 1e3, 1e4, 1e5, 1e6)) -> Iterator[dict]:
@@ -220,12 +213,12 @@ def light_connectors(rig: Rig, ratios=(1, 10, 1e2, 1e3, 1e4, 1e5, 1e6)) -> Itera
     The condition of the equations grows with the ratio of the masses, and what the error may be with it.
     """
     for ratio in ratios:
-        changed = {"chain__connector_mass": rig.chain.link_mass / ratio}
-        changed |= {"chain__connector_inertia": rig.chain.link_inertia / ratio}
+        yield judged("mass ratio", f"riccati, link to connector {ratio:g}, 70 bodies", _light, rig, ratio)
 
-        def attempt(changed=changed, ratio=ratio):
-            chain = make_chain(rig.changed(**changed), KINDS[0], 70)
-            bound = max(LEAST_ERROR, EPS * ratio * len(chain.length))
-            return below(error_of("riccati", chain), bound, "error", group="riccati", at=ratio)
 
-        yield judged("mass ratio", f"riccati, link to connector {ratio:g}, 70 bodies", attempt)
+def _light(rig: Rig, ratio: float) -> dict:
+    changes = {"chain__connector_mass": rig.chain.link_mass / ratio}
+    changes |= {"chain__connector_inertia": rig.chain.link_inertia / ratio}
+    chain = make_chain(rig.changed(**changes), KINDS[0], 70)
+    bound = max(LEAST_ERROR, EPS * ratio * len(chain.length))
+    return below(error_of("riccati", chain), bound, "error", group="riccati", at=ratio)

@@ -1,6 +1,5 @@
 """Are the statistics stable? Half the step, twice the record, a later start: what changes."""
 
-import numpy as np
 import pandas as pd
 
 from trackdyn.measure.meshing import meshing_summary
@@ -8,6 +7,7 @@ from trackdyn.measure.sensor import sense
 from trackdyn.measure.signals import rms, standard_deviation
 from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
+from trackdyn.study.accuracy.statistics import whole_revolutions
 
 # Largest change that still counts as stable, fixed before the runs: a tenth of the narrowest tolerance
 # that the claims are judged with (2 % of an amplitude, 2 points of a turn) and of the 5 % by which the
@@ -21,13 +21,13 @@ TOLERANCES = {
     "right_share_pct": 0.2,
     "ring_share_pct": 0.2,
 }
+COLUMNS = ["rpm", "ring_radius_m", "variant", "measure", "base", "changed", "change", "tolerance", "stable"]
 
 
 def _measures(scene: Scene) -> dict[str, float]:
     """RMS and SD over whole loop revolutions, and the meshing measures."""
     recording = simulate(scene)
-    samples = round(np.floor(scene.duration * scene.loop_frequency + 1e-6) / scene.loop_frequency * recording.rate)
-    ay = sense(recording).ay[:samples]
+    ay = whole_revolutions(sense(recording).ay, recording.rate, scene.loop_frequency)
     return {"rms_g": rms(ay), "sd_g": standard_deviation(ay)} | meshing_summary(recording)
 
 
@@ -57,21 +57,9 @@ def stability(scene: Scene) -> pd.DataFrame:
         changed = _measures(variant)
         for measure, tolerance in TOLERANCES.items():
             before, after = base[measure], changed[measure]
-            relative = not measure.endswith("_pct")
             change = after - before
-            if relative and before:
+            if before and not measure.endswith("_pct"):
                 change /= before
-            rows.append(
-                {
-                    "rpm": scene.motor_rpm,
-                    "ring_radius_m": scene.ring_radius,
-                    "variant": name,
-                    "measure": measure,
-                    "base": before,
-                    "changed": after,
-                    "change": change,
-                    "tolerance": tolerance,
-                    "stable": bool(abs(change) <= tolerance),
-                }
-            )
-    return pd.DataFrame(rows)
+            stable = bool(abs(change) <= tolerance)
+            rows.append([scene.motor_rpm, scene.ring_radius, name, measure, before, after, change, tolerance, stable])
+    return pd.DataFrame(rows, columns=COLUMNS)

@@ -13,7 +13,6 @@ import pandas as pd
 from pydantic import Field, model_validator
 from scipy.optimize import brentq, least_squares
 
-from trackdyn.config import Config
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.measure.meshing import mean_events, meshing_summary, smoothed_maxima
 from trackdyn.parameters.groove import equal_pitch_radius
@@ -44,8 +43,8 @@ class Parameter(Section):
 
     def to_unit(self, value: float) -> float:
         """Position of a value between the bounds, 0 to 1."""
-        low, high, value = (np.log([self.low, self.high, value]) if self.scale == "log" else
-                            np.array([self.low, self.high, value]))  # fmt: skip
+        scaled = np.log if self.scale == "log" else np.asarray
+        low, high, value = scaled([self.low, self.high, value])
         return float((value - low) / (high - low))
 
     def from_unit(self, x: float) -> float:
@@ -72,10 +71,9 @@ class Target(Section):
     reason: Annotated[str, Field(min_length=1)]
 
     @property
-    def name(self) -> str:
-        """``C25 left_share_pct at 0.308``."""
-        where = "no ring" if self.ring_radius_m is None else f"{self.ring_radius_m:g} m"
-        return f"{self.claim} {self.measure} {where}"
+    def key(self) -> dict:
+        """Columns that say which target it is."""
+        return {"claim": self.claim, "ring_radius_m": self.ring_radius_m, "measure": self.measure}
 
 
 class FitConfig(Section):
@@ -119,16 +117,20 @@ class FitConfig(Section):
 
 def with_values(rig: Rig, config: FitConfig, x) -> Rig:
     """The rig with every fitted parameter at a position ``x`` (0 to 1) between its bounds."""
-    changes = {}
-    for parameter, position in zip(config.parameters, x, strict=True):
-        for name in parameter.names:
-            changes[name.replace(".", "__")] = parameter.from_unit(float(position))
-    return rig.changed(**changes)
+    return rig.changed(
+        **{
+            name.replace(".", "__"): parameter.from_unit(float(position))
+            for parameter, position in zip(config.parameters, x, strict=True)
+            for name in parameter.names
+        }
+    )
 
 
 def _case(job) -> dict | None:
     rig, radius, config = job
-    turn = Config.one_turn(rig, config.speed_rpm)
+    if rig is None:
+        return None
+    turn = rig.loop_period(config.speed_rpm)
     duration = round((config.loop_turns + 1) * turn * rig.sensor.rate) / rig.sensor.rate
     try:
         scene = Scene(rig, config.speed_rpm, radius, duration=duration, lead_in=config.lead_in_s, step=config.step_s)
@@ -137,12 +139,12 @@ def _case(job) -> dict | None:
         return None
 
 
-def measure_rigs(rigs: list[Rig], config: FitConfig, jobs: int = 1) -> list[dict]:
-    """Meshing summaries of every rig in every case: one dict ``radius -> summary or None`` a rig."""
+def measure_rigs(rigs: list[Rig | None], config: FitConfig, jobs: int = 1) -> list[dict]:
+    """Meshing summaries in every case, one dict ``radius -> summary or None`` a rig; None for one that cannot be."""
     cases = config.cases()
     work = [(rig, radius, config) for rig in rigs for radius in cases]
     if jobs == 1:
-        done = [_case(job) for job in work]
+        done = list(map(_case, work))
     else:
         with ProcessPoolExecutor(jobs) as pool:
             done = list(pool.map(_case, work))
@@ -174,9 +176,9 @@ def residual(target: Target, summaries: dict) -> float:
     return float(np.clip(distance, -FAILED, FAILED))
 
 
-def residuals(config: FitConfig, summaries: dict, held_out: bool = False) -> np.ndarray:
-    """Residuals of the targets that are fitted (or of those held out)."""
-    return np.array([residual(t, summaries) for t in config.targets if t.held_out == held_out])
+def residuals(config: FitConfig, summaries: dict) -> np.ndarray:
+    """Residuals of the targets that are fitted."""
+    return np.array([residual(t, summaries) for t in config.targets if not t.held_out])
 
 
 def fit_rig(rig: Rig, config: FitConfig, jobs: int = 1, log=print) -> tuple[Rig, pd.DataFrame]:
@@ -191,20 +193,17 @@ def fit_rig(rig: Rig, config: FitConfig, jobs: int = 1, log=print) -> tuple[Rig,
     """
     history = []
 
+    def candidate(x):
+        try:
+            return with_values(rig, config, x)
+        except TrackdynError:
+            return None
+
     def evaluate(points):
-        rigs = []
-        for x in points:
-            try:
-                rigs.append(with_values(rig, config, x))
-            except TrackdynError:
-                rigs.append(None)
-        results = iter(measure_rigs([r for r in rigs if r is not None], config, jobs))
-        out = []
-        for x, candidate in zip(points, rigs, strict=True):
-            failed = np.full(sum(not t.held_out for t in config.targets), FAILED)
-            out.append(failed if candidate is None else residuals(config, next(results)))
+        out = [residuals(config, found) for found in measure_rigs(list(map(candidate, points)), config, jobs)]
+        for x, found in zip(points, out, strict=True):
             values = {p.names[0]: p.from_unit(v) for p, v in zip(config.parameters, x, strict=True)}
-            history.append({"cost": 0.5 * float(out[-1] @ out[-1])} | values)
+            history.append({"cost": 0.5 * float(found @ found)} | values)
         log(f"{len(history)} evaluations, best cost {min(row['cost'] for row in history):.3f}")
         return out
 
@@ -230,23 +229,12 @@ def fit_rig(rig: Rig, config: FitConfig, jobs: int = 1, log=print) -> tuple[Rig,
 
 def report_targets(config: FitConfig, summaries: dict) -> pd.DataFrame:
     """Every target with what came out: ``claim, ring_radius_m, measure, target, ..., in tolerances``."""
-    return pd.DataFrame(
-        [
-            {
-                "claim": t.claim,
-                "ring_radius_m": t.ring_radius_m,
-                "measure": t.measure,
-                "relative_to": t.relative_to,
-                "kind": t.kind,
-                "target": t.value,
-                "tolerance": t.tolerance,
-                "measured": measured(t, summaries),
-                "in_tolerances": residual(t, summaries),
-                "held_out": t.held_out,
-            }
-            for t in config.targets
-        ]
-    )
+    rows = []
+    for t in config.targets:
+        asked = {"relative_to": t.relative_to, "kind": t.kind, "target": t.value, "tolerance": t.tolerance}
+        came = {"measured": measured(t, summaries), "in_tolerances": residual(t, summaries), "held_out": t.held_out}
+        rows.append(t.key | asked | came)
+    return pd.DataFrame(rows)
 
 
 def sensitivity(rig: Rig, config: FitConfig, factor: float = 1.2, jobs: int = 1) -> pd.DataFrame:
@@ -261,34 +249,22 @@ def sensitivity(rig: Rig, config: FitConfig, factor: float = 1.2, jobs: int = 1)
         ``parameter, base_value, changed_value, claim, ring_radius_m, measure, base, changed, change,
         change_in_tolerances``.
     """
-    start = [p.to_unit(p.value(rig)) for p in config.parameters]
-    rigs, values = [rig], []
+    start = np.array([p.to_unit(p.value(rig)) for p in config.parameters])
+    rigs, changes = [rig], []
     for i, parameter in enumerate(config.parameters):
         base = parameter.value(rig)
         moved = base * factor if parameter.scale == "log" else base + 0.1 * (parameter.high - parameter.low)
-        position = list(start)
+        position = start.copy()
         position[i] = parameter.to_unit(moved)
         rigs.append(with_values(rig, config, position))
-        values.append((base, moved))
-    base_result, *results = measure_rigs(rigs, config, jobs)
+        changes.append({"parameter": parameter.names[0], "base_value": base, "changed_value": moved})
+    unchanged, *results = measure_rigs(rigs, config, jobs)
     rows = []
-    for parameter, (base, moved), result in zip(config.parameters, values, results, strict=True):
+    for change, result in zip(changes, results, strict=True):
         for t in config.targets:
-            before, after = measured(t, base_result), measured(t, result)
-            rows.append(
-                {
-                    "parameter": parameter.names[0],
-                    "base_value": base,
-                    "changed_value": moved,
-                    "claim": t.claim,
-                    "ring_radius_m": t.ring_radius_m,
-                    "measure": t.measure,
-                    "base": before,
-                    "changed": after,
-                    "change": after - before,
-                    "change_in_tolerances": (after - before) / t.tolerance,
-                }
-            )
+            base, changed = measured(t, unchanged), measured(t, result)
+            seen = {"base": base, "changed": changed, "change": changed - base}
+            rows.append(change | t.key | seen | {"change_in_tolerances": (changed - base) / t.tolerance})
     return pd.DataFrame(rows)
 
 
@@ -306,10 +282,8 @@ def equal_pitch_readings(rig: Rig, config: FitConfig, printed: float = 0.308, jo
 
     def arc(polygonal: float) -> float:
         candidate = rig.changed(sprocket__equal_pitch_radius=polygonal)
-        c = candidate.chain
-        return equal_pitch_radius(rig.sprocket.teeth, c.link_length, candidate.connector_length, c.link_thickness)[
-            "arc"
-        ]
+        c, teeth = candidate.chain, rig.sprocket.teeth
+        return equal_pitch_radius(teeth, c.link_length, candidate.connector_length, c.link_thickness)["arc"]
 
     for_arc = float(brentq(lambda r: arc(r) - printed, printed - 0.01, printed, xtol=1e-7))
     readings = {"fitted": rig.sprocket.equal_pitch_radius, "arc length": for_arc, "polygonal": printed}

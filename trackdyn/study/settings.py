@@ -1,0 +1,100 @@
+"""What the long studies run in their short and full forms: ``config/studies.yaml``."""
+
+from typing import Annotated, Any, Generic, Literal, TypeVar
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.validation import NotNegative, Positive, Section, read_yaml, validated
+
+Values = Annotated[list[Positive], Field(min_length=1)]
+ValuesOrZero = Annotated[list[NotNegative], Field(min_length=1)]
+Count = Annotated[int, Field(ge=1)]
+Method = Literal["semi_implicit", "linearly_implicit", "rk4"]
+Steps = dict[Method, Values]
+# motor speed, rev/min, and ring radius, m; None: no ring
+SceneKey = tuple[Positive, Positive | None]
+Window = Literal["ring 115 rpm", "ring 210 rpm", "no ring 115 rpm", "one impact", "settling under gravity"]
+
+
+class StateErrors(Section):
+    """Error of the state after a window: scenes, steps of each integrator, tolerances of the adaptive one."""
+
+    scenes: Annotated[list[Window], Field(min_length=1)]
+    steps_s: Steps
+    tolerances: Values
+
+
+class StatisticErrors(Section):
+    """Error of the statistics of a record; ``coarse_steps_s`` for all but the full physics."""
+
+    scenes: Annotated[list[SceneKey], Field(min_length=1)]
+    loop_turns: Count
+    steps_s: Steps
+    coarse_steps_s: Steps
+    second_reference: bool
+
+
+class TradeForm(Section):
+    """One form of the study of accuracy against cost; ``scaling_runs`` are counts of equal runs of ``scaling_s``."""
+
+    state: StateErrors
+    statistics: StatisticErrors
+    kept_apart: Annotated[list[SceneKey], Field(min_length=1)]
+    scaling_runs: Annotated[list[Count], Field(min_length=1)]
+    scaling_s: Positive
+
+    @model_validator(mode="after")
+    def _apart(self):
+        if both := [list(key) for key in self.kept_apart if key in self.statistics.scenes]:
+            raise InputError(
+                f"trade: kept_apart = {both[0]} is not accepted: statistics.scenes holds it too; a scene that is not "
+                "measured would do"
+            )
+        return self
+
+
+class ExtremesForm(Section):
+    """One form of the extremes: how much of every family runs."""
+
+    long_run_s: Positive
+    long_run_turns: Count
+    random_scenes: Count
+    bodies: Annotated[list[Annotated[int, Field(ge=6, multiple_of=2)]], Field(min_length=1)]
+    mass_ratios: Values
+    moduli_pa: Values
+    friction_coefficients: ValuesOrZero
+    transition_velocities_m_s: Values
+    bushing_dampings_nms: ValuesOrZero
+    bushing_integrators: Annotated[list[Method], Field(min_length=1)]
+    speeds_rpm: ValuesOrZero
+    ring_radii_m: Values
+    depths_m: Values
+    map_moduli_pa: Values
+    map_steps_per_ms: Values
+
+
+Form = TypeVar("Form", TradeForm, ExtremesForm)
+
+
+class Forms(Section, Generic[Form]):
+    """Both forms of a study."""
+
+    short: Form
+    full: Form
+
+
+class Studies(Section):
+    """Everything in ``config/studies.yaml``."""
+
+    trade: Forms[TradeForm]
+    extremes: Forms[ExtremesForm]
+
+
+def _read(path: Any) -> Any:
+    """The studies of the file that a configuration names."""
+    return validated(Studies, read_yaml(path), path) if isinstance(path, str) else path
+
+
+# a field of a configuration that is the name of a file, and holds what stands there
+StudiesFile = Annotated[Studies, BeforeValidator(_read)]
