@@ -31,7 +31,6 @@ SIMULATED_S = 5.0  # of every repeat
 STEADY_AFTER_S = 2.0
 MEMORY_RECORD_S = 90.0
 SPELL_ROWS = 40_000
-DIVERGED = "the run at {:g} rpm left the physical range; its cost means nothing"
 PITCHES = (35, 70, 175, 350, 700, 1750, 3500)
 BODY_STEPS = 2_000_000  # of a repeat of the chain solver: a few tenths of a second
 
@@ -95,42 +94,31 @@ def simulated_second(rig, repeats: int) -> list[dict]:
 
     Every scene is settled and started once; a repeat goes on from there for ``SIMULATED_S``.
     """
-    from trackdyn import Scene
-    from trackdyn.integrate.run import run
-    from trackdyn.settling import empty_record, settle
+    from trackdyn import Loop, Scene
 
     rate = rig.sensor.rate
-    samples = round(SIMULATED_S * rate)
     rows = []
     for rpm in SPEEDS_RPM:
         for radius in (RING_RADIUS_M, None):
-            scene = Scene(rig, rpm, ring_radius=radius, step=STEP_S)
-            model, state, work, _ = settle(scene)
-            n = len(state.angle)
-            scratch = empty_record(1, n, 3)
-            for _ in range(round((scene.ramp + STEADY_AFTER_S) * rate)):
-                if run(model, state, work, scratch, 0, 1, scene.stride) >= 0:
-                    raise SystemExit(DIVERGED.format(rpm))
-            pitches = (rig.sensor.pitch,)
+            loop = Loop(Scene(rig, rpm, ring_radius=radius, step=STEP_S))
+            loop.advance(loop.scene.ramp + STEADY_AFTER_S)
             for spells in (True, False):
                 walls = []
                 for _ in range(repeats):
-                    record = empty_record(samples, n, 3, pitches, spells=SPELL_ROWS * spells)
+                    record = loop.room(round(SIMULATED_S * rate), pitches=(rig.sensor.pitch,), spells=SPELL_ROWS * spells)
                     begin = time.perf_counter()
-                    bad = run(model, state, work, record, 0, samples, scene.stride)
+                    loop.fill(record)
                     walls.append((time.perf_counter() - begin) / SIMULATED_S)
-                    if bad >= 0:
-                        raise SystemExit(DIVERGED.format(rpm))
                 wall = summary(walls)
                 rows.append(
                     {
                         "motor_rpm": rpm,
                         "ring_radius_m": radius,
-                        "step_s": scene.step,
+                        "step_s": STEP_S,
                         "spell_log": spells,
                         "simulated_s_a_repeat": SIMULATED_S,
                         "wall_s_per_simulated_s": wall,
-                        "us_per_step": wall["median"] * scene.step * 1e6,
+                        "us_per_step": wall["median"] * STEP_S * 1e6,
                     }
                 )
                 print(
@@ -159,29 +147,21 @@ FEATURES = {
 
 def features(rig, repeats: int) -> list[dict]:
     """Cost of a step with and without each feature, the scenes taken in turn so that all share the noise."""
-    from trackdyn import Scene
-    from trackdyn.settling import empty_record, settle
-    from trackdyn.simulate import make_stepper
+    from trackdyn import Loop, Scene
 
     rate, samples = rig.sensor.rate, round(0.2 * rig.sensor.rate)
     runs, walls = {}, {name: [] for name in FEATURES}
     for name, fields in FEATURES.items():
-        scene = Scene(rig, **({"motor_rpm": 150.0, "ring_radius": RING_RADIUS_M, "step": STEP_S} | fields))
-        model, state, work, _ = settle(scene)
-        go, _ = make_stepper(scene, model, state, work, samples)
-        spells = SPELL_ROWS if scene.spells else 0
-        record = empty_record(samples, len(state.angle), 3, (1,), spells=spells, loop=len(model.shoes.link_body))
-        for _ in range(-(-round((scene.ramp + 1.0) * rate) // samples)):
-            record.spells.count[0] = 0
-            if go(record, 0, samples) >= 0:
-                raise SystemExit(DIVERGED.format(scene.motor_rpm))
-        runs[name] = go, record, scene.stride
+        loop = Loop(Scene(rig, **({"motor_rpm": 150.0, "ring_radius": RING_RADIUS_M, "step": STEP_S} | fields)))
+        record = loop.room(samples, pitches=(1,), spells=SPELL_ROWS if loop.scene.spells else 0)
+        loop.advance(loop.scene.ramp + 1.0)
+        runs[name] = loop, record
     for _ in range(repeats):
-        for name, (go, record, stride) in runs.items():
+        for name, (loop, record) in runs.items():
             record.spells.count[0] = 0
             begin = time.perf_counter()
-            go(record, 0, samples)
-            walls[name].append((time.perf_counter() - begin) / samples / stride * 1e6)
+            loop.fill(record)
+            walls[name].append((time.perf_counter() - begin) / samples / loop.model.stride * 1e6)
     plain = statistics.median(walls["plain"])
     rows = []
     for name, values in walls.items():
@@ -202,27 +182,29 @@ def chain_alone(rig, repeats: int) -> list[dict]:
     import numba
     import numpy as np
 
-    from trackdyn.chain.riccati import accelerations, make_work
-    from trackdyn.scene import build_chain
+    from trackdyn.build import build_chain
+    from trackdyn.chain.riccati import accelerations
+    from trackdyn.model.state import make_state
+    from trackdyn.model.work import make_work
 
     @numba.njit
-    def repeat(calls, chain, cos, sin, rate, force_x, force_y, moment, torque, damping, work):
+    def repeat(calls, chain, state, work, damping):
         # called from Python one by one, short chains would show the price of the call
         for _ in range(calls):
-            accelerations(chain, cos, sin, rate, force_x, force_y, moment, torque, damping, 0, work)
+            accelerations(chain, state, work, damping, 0)
 
     rows = []
     for pitches in PITCHES:
         chain = build_chain(rig.changed(chain__pitches=pitches))
         n = len(chain.length)
-        angle = -2 * np.pi * np.arange(n) / n
-        cos, sin = np.cos(angle), np.sin(angle)
+        state, work = make_state(n, 1, 1), make_work(n, 1, 1)
+        state.angle[:] = -2 * np.pi * np.arange(n) / n
+        work.cos[:], work.sin[:] = np.cos(state.angle), np.sin(state.angle)
         rng = np.random.default_rng(1)
-        rate = rng.normal(0.0, 1.0, n)
-        force_x, force_y, moment = rng.normal(0.0, 100.0, (3, n))
-        torque = rng.normal(0.0, 1.0, n)
-        work = make_work(n)
-        arguments = (chain, cos, sin, rate, force_x, force_y, moment, torque, STEP_S * chain.damping, work)
+        state.rate[:] = rng.normal(0.0, 1.0, n)
+        work.force_x[:], work.force_y[:], work.moment[:] = rng.normal(0.0, 100.0, (3, n))
+        work.torque[:] = rng.normal(0.0, 1.0, n)
+        arguments = (chain, state, work, STEP_S * chain.damping)
         repeat(1, *arguments)
         calls = max(BODY_STEPS // n, 1)
         values = []
@@ -230,7 +212,7 @@ def chain_alone(rig, repeats: int) -> list[dict]:
             begin = time.perf_counter()
             repeat(calls, *arguments)
             values.append((time.perf_counter() - begin) / calls / n * 1e6)
-        if not np.isfinite(work.response).all():
+        if not np.isfinite(work.sweep.response).all():
             raise SystemExit(f"the chain of {n} bodies has no finite accelerations; its cost means nothing")
         rows.append({"bodies": n, "calls_a_repeat": calls, "us_per_body_and_step": summary(values)})
         print(f"{n} bodies: {rows[-1]['us_per_body_and_step']['median']:.4f} us a body and step")

@@ -9,6 +9,7 @@ Examples
 """
 
 from trackdyn.errors import DivergenceError, InputError, TrackdynError
+from trackdyn.loop import Loop
 from trackdyn.measure.sensor import sense
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.recording import Recording, load_recording
@@ -19,6 +20,7 @@ __version__ = "0.1.0"
 __all__ = [
     "DivergenceError",
     "InputError",
+    "Loop",
     "Recording",
     "Rig",
     "Scene",

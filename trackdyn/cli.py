@@ -60,6 +60,9 @@ def simulate(
         typer.Option("--choose", help="One choice of fidelity, such as chain=single_pin; may be given several times."),
     ] = None,
     frame_interval: Annotated[float, typer.Option(help="Time between recorded configurations, s; 0: none.")] = 0.05,
+    checkpoint: Annotated[
+        Path | None, typer.Option(help="File kept while a long run records; the same command goes on from it.")
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False,
 ) -> None:
     """Run one scene and write its recording."""
@@ -84,7 +87,7 @@ def simulate(
     if not quiet:
         for name, decision in scene.fidelity.items():
             typer.echo(f"{name:>22}  {decision.setting}: {decision.reason}")
-    recording = run(scene, progress=not quiet)
+    recording = run(scene, progress=not quiet, checkpoint=checkpoint)
     recording.save(out)
     if not quiet:
         for name, value in run_metrics(out.stem, recording).items():

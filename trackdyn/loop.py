@@ -13,7 +13,7 @@ from trackdyn.integrate.energy import energies
 from trackdyn.integrate.run import refresh
 from trackdyn.integrate.semi_implicit import sprocket_rate
 from trackdyn.model.constants import Drive
-from trackdyn.model.record import ENERGY_NAMES, make_record
+from trackdyn.model.record import ENERGY_NAMES, Record, make_record
 from trackdyn.parameters.layout import tensioner
 from trackdyn.parameters.rig import Rig
 from trackdyn.recording import Recording
@@ -68,6 +68,14 @@ class Loop:
         if steps:
             self.step(steps)
             tick(steps * self.model.step)
+
+    def fill(self, record: Record, first: int = 0, last: int | None = None) -> None:
+        """Go on and fill rows ``first`` to ``last - 1`` (all by default) of a record of one's own (`room`)."""
+        march(self.model, self.state, self.work, record, first, len(record.gap) if last is None else last)
+
+    def room(self, samples: int, **what) -> Record:
+        """An empty record of this loop (`model.record.make_record`)."""
+        return make_record(samples, self.state, **what)
 
     def record(
         self,
@@ -126,10 +134,9 @@ class Loop:
     @property
     def momentum(self) -> np.ndarray:
         """(3,) momentum (N s) and angular momentum about the inertial origin (N m s) of the chain."""
-        chain, work, centres = self.model.chain, self.work, self.mass_centres
+        (x, y), work, chain = self.mass_centres.T, self.work, self.model.chain
         px, py = chain.mass * work.com_vx, chain.mass * work.com_vy
-        spin = chain.inertia * self.state.rate + centres[:, 0] * py - centres[:, 1] * px
-        return np.array([px.sum(), py.sum(), spin.sum()])
+        return np.array([px.sum(), py.sum(), (chain.inertia * self.state.rate + x * py - y * px).sum()])
 
     @property
     def angles(self) -> np.ndarray:
@@ -226,7 +233,7 @@ class Loop:
     def changed(self, **fields) -> "Loop":
         """An independent loop in the same state that goes on with some fields of its scene replaced.
 
-        Step, integrator, solver, motor speed, laws and the like may change; bodies, wheels and the ring stay.
+        Step, integrator, solver, motor speed, laws, the rig's weights and the like may change; bodies and wheels stay.
         """
         other = Loop.__new__(Loop)
         other.scene, other.layout = self.scene.with_(**fields), dict(self.layout)

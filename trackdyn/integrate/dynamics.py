@@ -1,8 +1,7 @@
 """Loads and accelerations of a state: what every integrator asks for."""
 
 from trackdyn.chain import implicit as linear
-from trackdyn.chain import riccati, transfer_matrices
-from trackdyn.chain import solver_tmp as multipliers
+from trackdyn.chain import multipliers, riccati, transfer_matrices
 from trackdyn.chain.kinematics import bushing_torques
 from trackdyn.chain.plane import aim
 from trackdyn.contact.loads import contact_loads

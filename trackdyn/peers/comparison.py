@@ -8,12 +8,12 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import InputError
+from trackdyn.loop import Loop
 from trackdyn.parameters.rig import Rig
 from trackdyn.peers.contact import make_contacts
 from trackdyn.peers.exudyn_loop import PeerRun, Wheels, require_exudyn, run_loop, start_of
 from trackdyn.recording import Recording
 from trackdyn.scene import Scene
-from trackdyn.settling import settle
 from trackdyn.simulate import simulate
 
 READINGS = ("sprocket", "motor")  # whose speed the paper's 180 r/min may be
@@ -71,27 +71,28 @@ def percent_of_range(difference, reference) -> float:
 
 def run_ours(scene: Scene) -> tuple[Recording, float, float]:
     """A recording, and wall and processor seconds per simulated second of its integration."""
-    start = time.perf_counter(), time.process_time()
-    settle(scene)
-    settled = time.perf_counter(), time.process_time()
-    recording = simulate(scene)
+    loop = Loop(scene)
+    begin = time.perf_counter(), time.process_time()
+    loop.advance(scene.ramp + scene.lead_in)
+    recording = loop.record(scene.duration, frame_interval=scene.frame_interval, spells=scene.spells)
     end = time.perf_counter(), time.process_time()
-    wall, cpu = ((c - b) - (b - a) for a, b, c in zip(start, settled, end, strict=True))
+    wall, cpu = (b - a for a, b in zip(begin, end, strict=True))
     seconds = scene.ramp + scene.duration
     return recording, wall / seconds, cpu / seconds
 
 
 def run_peer(scene: Scene, step: float, arcs: int = 10) -> tuple[PeerRun, np.ndarray]:
     """The other code from the same settled start, and the vertical displacement at the recording's samples, m."""
-    model, state, _, layout = settle(scene)
+    loop = Loop(scene)
+    model = loop.model
     free = Wheels(tuple(map(float, model.wheels.inertia[1:])), tuple(map(float, model.wheels.drag[1:])))
     run = run_loop(
         model.chain,
-        start_of(state),
+        start_of(loop.state),
         scene.ramp + scene.duration,
         step,
         1.0 / scene.rig.sensor.rate,
-        contacts=make_contacts(scene, layout["tensioner_shift_m"], arcs),
+        contacts=make_contacts(scene, loop.layout["tensioner_shift_m"], arcs),
         wheels=free,
         drive=model.drive,
     )

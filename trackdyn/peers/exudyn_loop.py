@@ -13,9 +13,8 @@ from math import pi
 
 import numpy as np
 
-from trackdyn.chain.model import Chain
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.model import Drive
+from trackdyn.model.constants import Chain, Drive
 from trackdyn.peers.contact import Contacts, Memory, contact_loads, force_vector, jacobian_triplets
 
 MISSING = "exudyn is not installed; pip install 'trackdyn[peers]'"
@@ -65,7 +64,7 @@ class Start:
 
 
 def start_of(state) -> Start:
-    """Start of a run from a ``trackdyn.model.State``."""
+    """Start of a run from a ``model.state.State``."""
     return Start(
         state.pin.copy(), state.angle.copy(), state.rate.copy(), float(state.wheel_angle[0]),
         state.tooth_impact.copy(), state.wheel_impact.copy(),

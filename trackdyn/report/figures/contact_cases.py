@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
-from trackdyn.contact.tooth import find_area, make_tooth
+from trackdyn.build import make_tooth
+from trackdyn.contact.tooth import find_area
 from trackdyn.contact.wheel import foot
 from trackdyn.parameters.rig import Rig
 from trackdyn.report import marks

@@ -13,7 +13,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Patch, Polygon
 from scipy.optimize import brentq
 
-from trackdyn.contact.tooth import find_area, make_tooth
+from trackdyn.build import make_tooth
+from trackdyn.contact.tooth import find_area
 from trackdyn.parameters.layout import BeltPath, belt_around
 from trackdyn.parameters.rig import Rig
 from trackdyn.report import marks

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from trackdyn.integrate.limits import OPEN_SHARE
+from trackdyn.measure.energy import OPEN_SHARE
 from trackdyn.report.style import (
     BLACK,
     BLUE,

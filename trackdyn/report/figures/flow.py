@@ -11,7 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch, Polygon
 
-from trackdyn.contact.tooth import find_area, make_tooth
+from trackdyn.build import make_tooth
+from trackdyn.contact.tooth import find_area
 from trackdyn.parameters.rig import Rig
 from trackdyn.report import marks
 from trackdyn.report.drawing import CONNECTOR, Z_MARK

@@ -9,12 +9,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Polygon
 
-from trackdyn.chain.model import Chain
+from trackdyn.build import build_chain
+from trackdyn.model.constants import Chain
 from trackdyn.parameters.rig import Rig
 from trackdyn.report import marks
 from trackdyn.report.drawing import CONNECTOR, EDGE, LINK, Z_MARK
 from trackdyn.report.style import BLACK, VERMILION, new_figure, styled
-from trackdyn.scene import build_chain
 
 # face of a body in the topology, its name in the legend
 FACES = {"link": LINK, "connector": CONNECTOR, "pitch": "#d9e7d3"}

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from trackdyn.integrate.spells import END, PEAK, SIDE, START
 from trackdyn.measure.meshing import meshing_summary
 from trackdyn.measure.metrics import energy_residual, loop_frequency
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.signals import main_line_binfree, rms, standard_deviation
+from trackdyn.model.record import END, PEAK, SIDE, START
 from trackdyn.recording import Recording
 from trackdyn.scene import Scene
 

@@ -14,12 +14,12 @@ import pandas as pd
 
 from trackdyn.errors import TrackdynError
 from trackdyn.fidelity import PRESETS
+from trackdyn.loop import Loop
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
 from trackdyn.study.accuracy.statistics import MEASURES, error_of, scene_name, statistics_of, study_scene
 from trackdyn.study.settings import StateErrors, StatisticErrors, Steps
-from trackdyn.study.stepping import Moving, settled
 
 COLUMNS = ["scene", "fidelity", "integrator", "step_s", "wall_s_per_s", "cpu_s_per_s", "measure", "error", "failed"]
 AGREEMENT = ["scene", "measure", "difference"]
@@ -46,43 +46,42 @@ STEADY = {"ring 115 rpm": (115.0, 0.308), "ring 210 rpm": (210.0, 0.308), "no ri
 
 def cost(scene: Scene) -> tuple[float, float]:
     """Wall and CPU seconds per simulated second, medians over bursts on one thread, compilation apart."""
-    moving = settled(scene)
-    record = moving.room(round(BURST_SECONDS * scene.rig.sensor.rate), pitches=(1,), spells=40000)
+    loop = Loop(scene)
+    record = loop.room(round(BURST_SECONDS * scene.rig.sensor.rate), pitches=(1,), spells=40000)
     spent = []
     for _ in range(BURSTS + 2):
         record.spells.count[0] = 0
         begin = np.array([perf_counter(), process_time()])
-        moving.advance(record, scene.stride)
+        loop.fill(record)
         spent.append(np.array([perf_counter(), process_time()]) - begin)
     wall, cpu = np.median(spent[2:], axis=0) / BURST_SECONDS  # the first two compile and leave the ramp
     return float(wall), float(cpu)
 
 
-def window_start(rig: Rig, name: str) -> tuple[Scene, Moving]:
-    """Scene of a state error, and the state that it starts from."""
+def window_start(rig: Rig, name: str) -> Loop:
+    """The loop that a state error starts from, its scene that of the window."""
     short = {"duration": WINDOW, "spells": False}
     if name == "one impact":  # the motor jerks a resting loop without ring: its teeth strike the connectors
         scene = Scene(rig, motor_rpm=115.0, ring_radius=None, ramp=0.01, lead_in=0.0, **short)
-        return scene, settled(scene)
+        return Loop(scene)
     if name == "settling under gravity":  # a loop settled without weight feels it from one moment to the next
         scene = Scene(rig.changed(gravity=0.0), motor_rpm=0.0, ring_radius=0.308, lead_in=0.0, **short)
-        return scene.with_(rig=rig), settled(scene)
+        return Loop(scene).changed(rig=rig)
     rpm, ring = STEADY[name]
     scene = Scene(rig, motor_rpm=rpm, ring_radius=ring, lead_in=1.0, **short)
     # driven with the finest explicit step of the pipeline
-    driven = scene.with_(**PRESETS["paper"])
-    moving = settled(driven)
-    moving.advance(moving.room(round((scene.ramp + scene.lead_in) * rig.sensor.rate)), driven.stride)
-    return scene, moving
+    driven = Loop(scene.with_(**PRESETS["paper"]))
+    driven.fill(driven.room(round((scene.ramp + scene.lead_in) * rig.sensor.rate)))
+    return driven.changed(step=scene.step)
 
 
-def _window(scene: Scene, start: Moving) -> tuple[np.ndarray, float]:
-    """Mass centres after the window, and the mean step taken (s)."""
-    moving = start.with_scene(scene)
-    moving.advance(moving.room(round(WINDOW * scene.rig.sensor.rate)), scene.stride)
-    adaptive = scene.integrator == "adaptive"
-    taken = int(moving.options["stages"].counts[0]) if adaptive else round(WINDOW / scene.step)
-    return moving.mass_centres(), WINDOW / max(taken, 1)
+def _window(start: Loop, fields: dict) -> tuple[Loop, float]:
+    """The loop after the window, and the mean step taken (s)."""
+    loop = start.changed(**fields)
+    loop.fill(loop.room(round(WINDOW * loop.scene.rig.sensor.rate)))
+    stages = loop.work.stages
+    taken = round(WINDOW / loop.scene.step) if stages is None else int(stages.counts[0])
+    return loop, WINDOW / max(taken, 1)
 
 
 def _each_step(steps: Steps) -> list[dict]:
@@ -103,15 +102,14 @@ def state_trade(rig: Rig, asked: StateErrors) -> tuple[pd.DataFrame, pd.DataFram
     cases = [(fields["integrator"], fields) for fields in _each_step(asked.steps_s)]
     cases += [(f"adaptive {t:g}", STATE_REFERENCE | {"tolerance": t}) for t in asked.tolerances]
     for name in asked.scenes:
-        scene, start = window_start(rig, name)
-        reference, check = (_window(scene.with_(**f), start)[0] for f in (STATE_REFERENCE, STATE_CHECK))
+        start = window_start(rig, name)
+        reference, check = (_window(start, f)[0].mass_centres for f in (STATE_REFERENCE, STATE_CHECK))
         agreement.append([name, "state_m", float(np.abs(reference - check).max())])
         for label, fields in cases:
             try:
-                chosen = scene.with_(**fields)
-                centres, step = _window(chosen, start)
-                error = float(np.hypot(*(centres - reference).T).max())
-                rows.append([name, FULL_PHYSICS, label, step, *cost(chosen), "state_m", error, False])
+                loop, step = _window(start, fields)
+                error = float(np.hypot(*(loop.mass_centres - reference).T).max())
+                rows.append([name, FULL_PHYSICS, label, step, *cost(loop.scene), "state_m", error, False])
             except TrackdynError:
                 rows.append([name, FULL_PHYSICS, label, fields["step"], np.nan, np.nan, "state_m", np.nan, True])
         print(f"state error: {name}", flush=True)

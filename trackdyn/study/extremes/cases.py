@@ -5,16 +5,19 @@ from math import ceil
 
 import numpy as np
 
-from trackdyn.contact.laws import delivered_restitution, friction_coefficient, make_law, normal_force
-from trackdyn.contact.tooth import find_area, make_tooth
-from trackdyn.integrate.limits import open_share, refuse_open_account, step_limits
+from trackdyn.build import make_law, make_tooth
+from trackdyn.contact.laws import friction_coefficient, normal_force
+from trackdyn.contact.tooth import find_area
 from trackdyn.jit import kernel
-from trackdyn.model import SPROCKET, Drive
+from trackdyn.limits import step_limits
+from trackdyn.loop import Loop
+from trackdyn.measure.energy import open_share, refuse_open_account
+from trackdyn.model.constants import SPROCKET, Drive
 from trackdyn.parameters.layout import assemble
+from trackdyn.parameters.normal_laws import delivered_restitution
 from trackdyn.parameters.rig import Rig
-from trackdyn.scene import Scene, build_model
+from trackdyn.scene import Scene
 from trackdyn.study.extremes.judge import FAST, below, gap_bound, gap_missed, judged, run_scene, within
-from trackdyn.study.stepping import Moving, settled
 
 # Change of momentum in turns a step: it is that of the path between two configurations.
 MOMENTUM = 10.0
@@ -26,7 +29,7 @@ STATES = "initial state"
 def step_limit(rig: Rig, rpm: float = 210.0, **fields) -> float:
     """Smallest of the predicted limits of the semi-implicit step, s."""
     probe = Scene(rig, rpm, **(FAST | fields), integrator="adaptive", tolerance=0.5)
-    return min(step_limits(build_model(probe), rig.tension.pre_tension).values())
+    return min(step_limits(probe.model, rig.tension.pre_tension).values())
 
 
 def accepted_step(rig: Rig, limit: float, at_most: float = 1e-4) -> float:
@@ -35,23 +38,24 @@ def accepted_step(rig: Rig, limit: float, at_most: float = 1e-4) -> float:
     return sample / ceil(sample / min(limit, at_most) * (1 - 1e-9))
 
 
-def restart(rig: Rig, rpm: float = 210.0, **fields) -> Moving:
+def restart(rig: Rig, rpm: float = 210.0, **fields) -> Loop:
     """A settled loop."""
-    return settled(Scene(rig, rpm, **(FAST | fields)))
+    return Loop(Scene(rig, rpm, **(FAST | fields)))
 
 
-def march(moving: Moving, seconds: float) -> dict:
+def run_on(loop: Loop, seconds: float) -> dict:
     """Run on from a state, step by step; columns of the row, with the first bound that is missed in ``reason``."""
-    record = moving.room(max(round(seconds / moving.model.step), 1))
+    loop.model = loop.model._replace(stride=1)
+    record = loop.room(max(round(seconds / loop.model.step), 1))
     turn = 0.0
     for step in range(len(record.gap)):
-        moving.advance(record, 1, step, step + 1)
-        turn = max(turn, float(np.abs(moving.state.rate).max()) * moving.model.step)
-    if not all(np.isfinite(part).all() for part in (*moving.state, record.energy, record.gap, record.raw)):
+        loop.fill(record, step, step + 1)
+        turn = max(turn, float(np.abs(loop.state.rate).max()) * loop.model.step)
+    if not all(np.isfinite(part).all() for part in (*loop.state[:-1], record.energy, record.gap, record.raw)):
         return {"reason": "numbers that are not finite"}
     gap = float(record.gap.max())
-    refuse_open_account(record.energy, moving.model, seconds)
-    share = open_share(record.energy, moving.model, seconds)[0]
+    refuse_open_account(record.energy, loop.model, seconds)
+    share = open_share(record.energy, loop.model, seconds)[0]
     return {"loop_gap_max_m": gap, "energy_residual": share, "turn": turn, "reason": gap_missed(gap, gap_bound(turn))}
 
 
@@ -167,9 +171,10 @@ def speed(rig: Rig, speeds: list[float]) -> Iterator[dict]:
 
 
 def _stopped(rig: Rig, rpm: float) -> dict:
-    moving = restart(rig, rpm)
-    march(moving, 0.3)
-    return march(moving.with_model(drive=Drive(0.0, moving.model.step)), 0.2)
+    started = restart(rig, rpm)
+    run_on(started, 0.3)
+    started.model = started.model._replace(drive=Drive(0.0, started.model.step))
+    return run_on(started, 0.2)
 
 
 def loop(rig: Rig, radii: list[float]) -> Iterator[dict]:
@@ -203,45 +208,45 @@ def states(rig: Rig, depths: list[float]) -> Iterator[dict]:
 
 
 def _pushed(rig: Rig, wheel: int, depth: float) -> dict:
-    moving = restart(rig, 0.0)
-    wheels = moving.model.wheels
+    started = restart(rig, 0.0)
+    wheels = started.model.wheels
     away = np.array([wheels.x[wheel] + 0.55, wheels.y[wheel] + 0.2])
     away /= np.hypot(*away)
     wheels.x[wheel] += depth * away[0]
     wheels.y[wheel] += depth * away[1]
-    return march(moving, 0.1)
+    return run_on(started, 0.1)
 
 
 def _turned(rig: Rig, share: float) -> dict:
-    moving = restart(rig, 0.0)
-    moving.state.wheel_angle[SPROCKET] += share * 2 * np.pi / moving.model.tooth.teeth
-    return march(moving, 0.1)
+    started = restart(rig, 0.0)
+    started.state.wheel_angle[SPROCKET] += share * 2 * np.pi / started.model.tooth.teeth
+    return run_on(started, 0.1)
 
 
 def _on_tip(rig: Rig) -> dict:
-    moving = restart(rig, 0.0)
-    wheels = moving.model.wheels
-    to_pins = moving.pins()[:-1] - [wheels.x[SPROCKET], wheels.y[SPROCKET]]
+    started = restart(rig, 0.0)
+    wheels = started.model.wheels
+    to_pins = started.pins[:-1] - [wheels.x[SPROCKET], wheels.y[SPROCKET]]
     x, y = to_pins[np.argmin((to_pins**2).sum(axis=1))]
     # the line between two grooves through the centre of an arc
-    moving.state.wheel_angle[SPROCKET] = np.arctan2(y, x)
-    return march(moving, 0.1)
+    started.state.wheel_angle[SPROCKET] = np.arctan2(y, x)
+    return run_on(started, 0.1)
 
 
 def _crept(rig: Rig, value: float) -> dict:
-    moving = restart(rig, 0.0)
-    state = moving.state
+    started = restart(rig, 0.0)
+    state = started.state
     for part in (state.rate, state.wheel_rate):
         part[...] = value
     for part in (state.tooth_impact, state.wheel_impact):
         part[...] = abs(value)
     state.pin[2:] = value
-    return march(moving, 0.05)
+    return run_on(started, 0.05)
 
 
 def laws(rig: Rig) -> Iterator[dict]:
     """The laws at the ends of their arguments, the joints of the areas and the symmetry of the groove."""
-    law = build_model(Scene(rig, 0.0)).tooth.law
+    law = Scene(rig, 0.0).model.tooth.law
     yield judged(STATES, "normal force and friction from denormal to huge arguments", _finite, law)
     tooth = make_tooth(rig.groove_profile, rig.chain.connector_radius, law)
     for joint in range(1, 10):
@@ -297,11 +302,12 @@ def momentum(rig: Rig, pitches=(3, 5, 35, 200)) -> Iterator[dict]:
 
 def _free(rig: Rig, count: int, damping: float) -> dict:
     free = rig.changed(gravity=0.0, chain__pitches=count, bushing__damping=damping)
-    moving = restart(free, 210.0, loop="free", ring_radius=None)
-    begin = moving.momentum()
-    found = march(moving, 0.2)
-    end = moving.momentum()
+    started = restart(free, 210.0, loop="free", ring_radius=None)
+    begin = started.momentum
     # linear momentum is zero: its scale is that of the bodies' own
-    change = max(abs(end[2] / begin[2] - 1), np.hypot(*(end[:2] - begin[:2])) / begin[3])
+    own = float(started.model.chain.mass @ np.hypot(started.work.com_vx, started.work.com_vy))
+    found = run_on(started, 0.2)
+    end = started.momentum
+    change = max(abs(end[2] / begin[2] - 1), np.hypot(*(end[:2] - begin[:2])) / own)
     bound = MOMENTUM * max(found["turn"], 1e-4)
     return found | below(float(change), bound, "change of momentum", at=count)

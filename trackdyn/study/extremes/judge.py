@@ -16,10 +16,10 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.integrate.limits import open_share, refuse_open_account
-from trackdyn.model import ENERGY_NAMES
+from trackdyn.measure.energy import open_share, refuse_open_account
+from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.recording import Recording
-from trackdyn.scene import Scene, build_model
+from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
 
 COMPLETED, REFUSED, DEFECT = "completed", "refused", "defect"
@@ -37,7 +37,7 @@ COLUMNS = (
 # the turn seen: within a tenth of a millisecond it may have been larger.
 GAP = 1.1e-10
 TURN = 1e-3
-# Energy residual and dissipations: the promise of the time loop (`trackdyn.integrate.limits`), 2 % of the
+# Energy residual and dissipations: the promise of the time loop (`trackdyn.measure.energy`), 2 % of the
 # energy exchanged, whatever the method.
 
 FAST = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.1, "spells": False}
@@ -101,7 +101,7 @@ def invariants(scene: Scene, recording: Recording) -> dict:
         if not np.isfinite(getattr(recording, name)).all():
             return {"reason": f"{name} holds numbers that are not finite"}
     gap = float(recording.gap.max())
-    model, seconds = build_model(scene), scene.duration
+    model, seconds = scene.model, scene.duration
     share, exchanged = open_share(recording.energy, model, seconds)
     found = {"loop_gap_max_m": gap, "energy_residual": share}
     turns = np.abs(np.diff(recording.frame[:, 2:-1], axis=0)) / scene.stride

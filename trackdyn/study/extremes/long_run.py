@@ -6,12 +6,12 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
-from trackdyn.integrate.limits import OPEN_SHARE, open_share
+from trackdyn.loop import Loop
+from trackdyn.measure.energy import OPEN_SHARE, open_share
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene import Scene
 from trackdyn.study.extremes.judge import GAP, below, judged
 from trackdyn.study.stability import TOLERANCES
-from trackdyn.study.stepping import settled
 
 # Standard errors between the first and the last quarter that still count as no drift; revolutions that
 # are all alike may differ by what counts as a stable statistic elsewhere.
@@ -40,18 +40,18 @@ def run_long(rig: Rig, seconds: float, turns: int, rpm: float = 210.0) -> pd.Dat
         Revolutions of the loop in a chunk: statistics of whole revolutions can be compared.
     """
     scene = Scene(rig, rpm, duration=1.0, step=1e-4, spells=False)
-    moving, rate = settled(scene), rig.sensor.rate
-    moving.advance(moving.room(round((scene.ramp + scene.lead_in) * rate)), scene.stride)
-    record = moving.room(round(turns / scene.loop_frequency * rate))
+    loop, rate = Loop(scene), rig.sensor.rate
+    loop.advance(scene.ramp + scene.lead_in)
+    record = loop.room(round(turns / scene.loop_frequency * rate))
     chunk = len(record.gap) / rate
     rows = []
     for _ in range(round(seconds / chunk)):
-        moving.advance(record, scene.stride)
+        loop.fill(record)
         rows.append(
             {
-                "time_s": moving.time,
+                "time_s": loop.time,
                 "loop_gap_max_m": float(record.gap.max()),
-                "energy_residual": open_share(record.energy, moving.model, chunk)[0],
+                "energy_residual": open_share(record.energy, loop.model, chunk)[0],
                 "rms_g": float(np.sqrt(np.mean(record.raw[:, 1] ** 2))) / 9.81,
                 "resident_mb": resident_mb(),
             }

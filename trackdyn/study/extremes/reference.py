@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trackdyn.chain.model import Chain
 from trackdyn.errors import InputError
+from trackdyn.model.constants import Chain
 
 _REFINEMENTS = 2
 _SCALINGS = 4

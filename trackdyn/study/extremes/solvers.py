@@ -5,12 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trackdyn.chain import dense, riccati, transfer_matrices
-from trackdyn.chain.model import Chain
-from trackdyn.chain.riccati import make_work
+from trackdyn.build import build_chain
+from trackdyn.chain import multipliers, riccati, transfer_matrices
 from trackdyn.errors import InputError
+from trackdyn.model.constants import Chain
+from trackdyn.model.state import State, make_state
+from trackdyn.model.work import Work, make_work
 from trackdyn.parameters.rig import Rig
-from trackdyn.scene import Scene, build_chain
+from trackdyn.scene import Scene
 from trackdyn.study.extremes import reference
 from trackdyn.study.extremes.judge import REFUSED, below, judged, within
 
@@ -18,6 +20,7 @@ FAMILY = "length of the chain"
 LONGEST_REFERENCE = 70
 # the dense system for its cost; past the reference the residual cannot tell how wrong a lost product is
 LONGEST = {"multipliers": 200, "transfer_product": LONGEST_REFERENCE}
+SOLVERS = {"riccati": riccati, "multipliers": multipliers, "transfer_product": transfer_matrices}
 KINDS = ("link and connector", "uniform bars", "centres of percussion")
 SEEDS = 3
 EPS = float(np.finfo(float).eps)
@@ -75,18 +78,26 @@ def make_pose(chain: Chain, seed: int) -> Pose:
     return Pose(angle, rate, *wrench, torque)
 
 
+def posed(pose: Pose) -> tuple[State, Work]:
+    """State and work that a solver reads for a pose."""
+    n = len(pose.angle)
+    state, work = make_state(n, 1, 1), make_work(n, 1, 1)
+    state.angle[:], state.rate[:] = pose.angle, pose.rate
+    work.cos[:], work.sin[:] = np.cos(pose.angle), np.sin(pose.angle)
+    for name in ("force_x", "force_y", "moment", "torque"):
+        getattr(work, name)[:] = getattr(pose, name)
+    return state, work
+
+
 def solve(solver: str, chain: Chain, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
     """Angular accelerations (rad/s2) and the acceleration of the first pin (m/s2)."""
     if solver == "reference":
         found = reference.accelerations(chain, *pose[:5])
         return found.alpha, np.array([found.pin_ax, found.pin_ay])
-    work = make_work(len(pose.angle))
-    state = (chain, np.cos(pose.angle), np.sin(pose.angle), *pose[1:])
-    if solver == "transfer_product":
-        transfer_matrices.accelerations(*state, 0, work)
-    else:
-        (riccati if solver == "riccati" else dense).accelerations(*state, 0.0, 0, work)
-    return work.response @ work.load, work.base @ work.load
+    state, work = posed(pose)
+    SOLVERS[solver].accelerations(chain, state, work, 0.0, 0)
+    sweep = work.sweep
+    return sweep.response @ sweep.load, sweep.base @ sweep.load
 
 
 def newton_euler_residual(chain: Chain, pose: Pose, alpha, base) -> float:

@@ -5,13 +5,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.integrate.limits import step_limits
-from trackdyn.model import ENERGY_NAMES
+from trackdyn.limits import step_limits
+from trackdyn.loop import Loop
+from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene import Scene
 from trackdyn.study.extremes.cases import STEEL_AND_TOOTH
 from trackdyn.study.extremes.judge import COMPLETED, FAST, REFUSED, judged
-from trackdyn.study.stepping import Moving, settled
 
 SECONDS = 0.2
 MOST_STEPS = 200_000
@@ -20,16 +20,17 @@ MOST_STEPS = 200_000
 EXCESS = 2.0
 
 
-def forced_run(start: Moving, step: float) -> float:
+def forced_run(start: Loop, step: float) -> float:
     """Largest kinetic energy of a run at a step of any size, J; inf if it left the physical range."""
-    moving = start.with_model(step=step)
+    loop = start.copy()
     steps = min(round(SECONDS / step), MOST_STEPS)
     stride = max(round(1e-3 / step), 1)
-    record = moving.room(1)
+    loop.model = loop.model._replace(step=step, stride=stride)
+    record = loop.room(1)
     most = 0.0
     for _ in range(steps // stride):
         try:
-            moving.advance(record, stride)
+            loop.fill(record)
         except DivergenceError:
             return np.inf
         if not np.isfinite(record.energy).all():
@@ -47,7 +48,7 @@ def stability_map(rig: Rig, moduli: list[float], steps_per_ms: list[float]) -> I
     for modulus in moduli:
         changed = rig.changed(**dict.fromkeys(STEEL_AND_TOOTH, modulus))
         scene = Scene(changed, 210.0, step=2e-5, **(FAST | {"ring_radius": None, "friction": "none", "ramp": 0.05}))
-        start = settled(scene)
+        start = Loop(scene)
         limits = step_limits(start.model, rig.tension.pre_tension)
         limit = min(value for name, value in limits.items() if "stiffness" in name)
         finest = forced_run(start, max(min(steps), 1e-5))
@@ -57,7 +58,7 @@ def stability_map(rig: Rig, moduli: list[float], steps_per_ms: list[float]) -> I
             yield judged("step and stiffness", case, _forced, start, scene, step, finest, marks)
 
 
-def _forced(start: Moving, scene: Scene, step: float, finest: float, marks: dict) -> dict:
+def _forced(start: Loop, scene: Scene, step: float, finest: float, marks: dict) -> dict:
     """Columns of one forced run, and whether a scene with its step would be refused."""
     excess = forced_run(start, step) / finest
     row = marks | {"measure": "kinetic energy over that of the finest step", "value": excess, "bound": EXCESS}

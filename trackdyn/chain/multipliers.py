@@ -1,7 +1,5 @@
 """Forward dynamics of the closed chain in absolute coordinates, one dense system a step.
 
-The equations of `trackdyn.chain.multipliers` as a kernel for the time loop, in double precision:
-
     [ M  J^T ] [ q''     ]   [ Q     ]
     [ J   0  ] [ -lambda ] = [ gamma ],
 
