@@ -149,7 +149,7 @@ def features(rig, repeats: int) -> list[dict]:
     """Cost of a step with and without each feature, the scenes taken in turn so that all share the noise."""
     from trackdyn import Loop, Scene
 
-    rate, samples = rig.sensor.rate, round(0.2 * rig.sensor.rate)
+    samples = round(0.2 * rig.sensor.rate)
     runs, walls = {}, {name: [] for name in FEATURES}
     for name, fields in FEATURES.items():
         loop = Loop(Scene(rig, **({"motor_rpm": 150.0, "ring_radius": RING_RADIUS_M, "step": STEP_S} | fields)))
