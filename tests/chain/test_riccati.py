@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from trackdyn.chain.model import Chain
 
 from trackdyn.chain.kinematics import bushing_torques, orient, place
-from trackdyn.chain.model import Chain
 from trackdyn.chain.riccati import accelerations, make_work
 from trackdyn.model import State, make_buffers
 from trackdyn.study.extremes import reference

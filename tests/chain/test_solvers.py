@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from trackdyn.chain.model import Chain
 
 from trackdyn.chain import dense, riccati, transfer_matrices
-from trackdyn.chain.model import Chain
 from trackdyn.chain.riccati import make_work
 from trackdyn.study.extremes import reference
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from trackdyn.chain.model import Chain
+from trackdyn.chain.spatial import Plane, Space, aim, make_space_work, plane_dynamics, turn_plane
 
 from trackdyn.chain.kinematics import bushing_torques, orient, place
-from trackdyn.chain.model import Chain
 from trackdyn.chain.riccati import accelerations
-from trackdyn.chain.spatial import Plane, Space, aim, make_space_work, plane_dynamics, turn_plane
 from trackdyn.model import State, make_buffers
 
 # Both solve systems with condition numbers up to some 1e5 in double precision: 1e-16 x 1e5 is 1e-11; two decades

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-
 from trackdyn.chain.model import Chain
+
 from trackdyn.chain.riccati import make_work
 from trackdyn.chain.transfer_matrices import (
     accelerations,

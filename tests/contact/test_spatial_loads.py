@@ -4,14 +4,14 @@ import copy
 
 import numpy as np
 import pytest
+from trackdyn.chain.spatial import INDEPENDENT, ISOTROPIC, RING, TANGENTIAL, TOOTH, WHEEL, aim
+from trackdyn.contact.spatial import GUIDE, axial_friction, contact_loads, overlap
+from trackdyn.space import build_space
 
 from trackdyn.chain.kinematics import orient, place
-from trackdyn.chain.spatial import INDEPENDENT, ISOTROPIC, RING, TANGENTIAL, TOOTH, WHEEL, aim
 from trackdyn.contact.laws import friction_coefficient
-from trackdyn.contact.spatial import GUIDE, axial_friction, contact_loads, overlap
 from trackdyn.model import SPROCKET, make_buffers
 from trackdyn.scene import build_model
-from trackdyn.space import build_space
 
 KIND = {"tangential": TANGENTIAL, "independent": INDEPENDENT, "isotropic": ISOTROPIC}
 # Forces of some 1e4 N from depths of 1e-5 m that carry an error of 1e-16 m; two decades for sums.

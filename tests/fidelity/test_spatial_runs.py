@@ -4,13 +4,13 @@ import copy
 
 import numpy as np
 import pytest
-
 from trackdyn.chain.spatial import make_plane_record
-from trackdyn.integrate.run import run
 from trackdyn.integrate.spatial import run_spatial
+from trackdyn.space import build_space
+
+from trackdyn.integrate.run import run
 from trackdyn.measure.metrics import energy_residual
 from trackdyn.settling import empty_record, settle
-from trackdyn.space import build_space
 
 
 @pytest.fixture(scope="module")

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from trackdyn.integrate.limits import REACH, step_limits
 
 from trackdyn.errors import InputError
-from trackdyn.integrate.limits import REACH, step_limits
 from trackdyn.integrate.methods import make_method
 from trackdyn.integrate.run import run
 from trackdyn.scene import Scene, build_model

@@ -4,10 +4,10 @@ import copy
 
 import numpy as np
 import pytest
+from trackdyn.chain.model import Chain
 
 from trackdyn.chain import implicit
 from trackdyn.chain.kinematics import orient, place
-from trackdyn.chain.model import Chain
 from trackdyn.chain.riccati import make_work
 from trackdyn.contact.loads import AHEAD
 from trackdyn.errors import InputError

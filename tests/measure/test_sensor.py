@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from trackdyn.chain.model import Chain
 
 from trackdyn.chain.kinematics import bushing_torques, orient, place
-from trackdyn.chain.model import Chain
 from trackdyn.chain.riccati import accelerations, make_work
 from trackdyn.integrate.run import run
 from trackdyn.measure.sensor import sense, specific_force

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from trackdyn.chain.riccati import accelerations, make_work
 from trackdyn.errors import InputError
 from trackdyn.peers import exudyn_loop
-from trackdyn.peers.comparison import compare, table2_caption
+from trackdyn.peers.comparison import compare, table2_outcome
 from trackdyn.peers.contact import Memory, contact_loads, force_vector, jacobian_triplets, make_contacts
 from trackdyn.peers.exudyn_loop import Hanger, Start, Wheels, drive_at, require_exudyn, run_loop, start_of
 from trackdyn.report.figures.peer import displacement_figure, model_figure
@@ -212,7 +212,7 @@ def test_comparison_without_the_extra_keeps_our_side(rig, without_exudyn):
     assert list(result.curves) == ["reading", "time_s", "trackdyn_m"]
     assert len(result.curves) == 200
     assert list(result.table["code"]) == ["trackdyn", "trackdyn", f"exudyn, {result.missing}"]
-    assert result.missing in table2_caption(result, 10.0)
+    assert result.missing in table2_outcome(result, 10.0)
     drawn = displacement_figure(result.curves, result.summary, result.missing)
     assert result.missing in [text.get_text() for ax in drawn.axes for text in ax.texts]
     assert "not installed" in model_figure(rig, result.frame, result.shift, result.missing).axes[0].get_title("left")

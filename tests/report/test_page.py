@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +14,10 @@ from plotly.offline import get_plotlyjs
 
 from trackdyn.errors import InputError
 from trackdyn.jit import source_hash
+from trackdyn.paper.claims import VERDICTS
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import load_rig
 from trackdyn.recording import Recording
-from trackdyn.report.claims import VERDICTS
-from trackdyn.report.contents import OWN, PAPER, missing
 from trackdyn.report.figures.animation import still_loop, still_sprocket, write_animation
 from trackdyn.report.page.builder import PageInputs, build_page, write_page
 
@@ -115,10 +115,8 @@ def inputs(tmp_path_factory):
     figure = Figure(figsize=(7, 3))
     figure.subplots().plot([0, 1])
     figure.savefig(results / "figures" / "fig15.png", dpi=150)
-    captions = results / "captions"
-    captions.mkdir()
-    (captions / "fig15.rst").write_text("The gap, *closed*.\n")
-    return PageInputs(results=results, rig=RIG_FILE, sensors={"210rpm": results / "sensor.csv"}, captions=captions)
+    (results / "figures" / "fig18_a.png").write_bytes((results / "figures" / "fig15.png").read_bytes())
+    return PageInputs(results=results, rig=RIG_FILE, sensors={"210rpm": results / "sensor.csv"})
 
 
 @pytest.fixture(scope="module")
@@ -126,37 +124,6 @@ def page_file(inputs):
     path = inputs.results / "report.html"
     write_page(inputs, path)
     return path
-
-
-def test_the_list_is_that_of_the_paper(tmp_path):
-    assert [item.key for item in PAPER] == [f"fig{i:02d}" for i in range(1, 25)] + [f"table{i}" for i in range(1, 5)]
-    assert len({item.title for item in (*PAPER, *OWN)}) == len(PAPER) + len(OWN)
-    assert missing(tmp_path) == list(PAPER)
-
-
-def test_what_is_there_is_not_missing(tmp_path):
-    for name in (
-        "figures/fig02.png",
-        "figures/fig17_b.png",
-        "figures/fig17_b.svg",
-        "tables/table4.csv",
-        "figures/fig1.png",
-    ):
-        (tmp_path / name).parent.mkdir(exist_ok=True)
-        (tmp_path / name).touch()
-    present = {item.key for item in PAPER} - {item.key for item in missing(tmp_path)}
-    assert present == {"fig02", "fig17", "table4"}
-
-
-def test_every_item_names_a_rule_of_the_workflow():
-    text = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "workflow" / "rules").glob("*.smk"))
-    rules = set(re.findall(r"^rule (\w+):", text, re.MULTILINE))
-    assert {item.rule for item in (*PAPER, *OWN)} <= rules
-
-
-def test_every_item_has_a_caption():
-    for item in (*PAPER, *OWN):
-        assert (ROOT / "workflow" / "report" / f"{item.key}.rst").is_file(), item.key
 
 
 def test_recordings_of_another_version_are_refused(inputs, tmp_path):
@@ -182,10 +149,16 @@ def test_the_page_carries_everything_and_is_small(page_file):
     assert page_file.stat().st_size < 20e6
     own = text.replace(get_plotlyjs(), "")
     assert not re.search(r"(src|href)=[\"']?(https?:)?//", own)
-    assert "The gap, <em>closed</em>." in own
     embedded = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL).group(1)
     assert json.loads(embedded)["ring"]["radii"] == [None, 0.303, 0.308]
     assert own.index("<b>Fitted</b>") < own.index("<b>Printed</b>")
+
+
+def test_captions_speak_of_synthetic_records_only_where_they_are(inputs):
+    sentence = "The synthetic sensor was made to show the printed numbers of the experiment."
+    assert sentence in build_page(inputs)
+    measured = build_page(replace(inputs, synthetic=False))
+    assert "fig18_a" in measured and sentence not in measured
 
 
 def test_animation_and_stills(tmp_path):

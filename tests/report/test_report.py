@@ -13,11 +13,11 @@ from matplotlib.figure import Figure
 
 from trackdyn.errors import InputError
 from trackdyn.measure.sensor_csv import SensorRecord
+from trackdyn.paper import printed
+from trackdyn.paper.claims import Claim, printed_text
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import load_rig
 from trackdyn.recording import Recording
-from trackdyn.report import printed
-from trackdyn.report.claims import Claim, printed_text
 from trackdyn.report.drawing import (
     MARKED,
     MARKED_TOO,

@@ -5,11 +5,11 @@ from itertools import islice
 
 import numpy as np
 import pytest
+from trackdyn.integrate.limits import refuse_open_account, turn_limit
 
 from trackdyn import DivergenceError, InputError, Scene
 from trackdyn.chain.transfer_matrices import growth
 from trackdyn.fidelity import literal_error
-from trackdyn.integrate.limits import refuse_open_account, turn_limit
 from trackdyn.model import ENERGY_NAMES
 from trackdyn.report.figures.extremes import FIGURES
 from trackdyn.scene import build_chain, build_model

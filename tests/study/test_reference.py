@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-
 from trackdyn.chain.model import Chain
+
 from trackdyn.errors import InputError
 from trackdyn.study.extremes.reference import _solve_symmetric, accelerations
 

@@ -19,14 +19,6 @@ from trackdyn.simulate import simulate
 READINGS = ("sprocket", "motor")  # whose speed the paper's 180 r/min may be
 RAMP = 1.0  # start-up of the sprocket, s
 OURS, PEER = "trackdyn", "exudyn"
-_CAPTION = (
-    "Table 2. Computing time of one simulated second, one thread, wall and processor time of the integration alone "
-    "(settling, assembling and compiling not counted). The error is that of the vertical displacement of the "
-    "selected link against the same code's run with its smallest step, the largest over the record in percent of the range; "
-    "'chosen' marks the largest step of a code whose error stays below {limit:g} %: equal accuracy. {outcome} The paper's own "
-    "times are lost."
-)
-
 
 @dataclass(frozen=True)
 class Result:
@@ -208,9 +200,8 @@ def cost_ratio(table: pd.DataFrame) -> float:
     return float(chosen[PEER] / chosen[OURS]) if PEER in chosen else float("nan")
 
 
-def table2_caption(result: Result, accuracy_pct: float) -> str:
-    """Caption of Table 2 with what came out."""
-    outcome = f"Exudyn takes {cost_ratio(result.table):.3g} times the processor time there."
+def table2_outcome(result: Result, accuracy_pct: float) -> str:
+    """What came out, in a sentence below the caption of Table 2."""
     if result.missing:
-        outcome = f"Exudyn: {result.missing}."
-    return _CAPTION.format(limit=accuracy_pct, outcome=outcome)
+        return f"Exudyn: {result.missing}."
+    return f"At an error below {accuracy_pct:g} % Exudyn takes {cost_ratio(result.table):.3g} times the processor time."

@@ -10,27 +10,8 @@ import pandas as pd
 from trackdyn.errors import InputError
 from trackdyn.measure.sensor_csv import SensorRecord
 from trackdyn.measure.signals import main_line, main_line_binfree, rms, standard_deviation
+from trackdyn.paper import printed
 from trackdyn.parameters.groove import Groove
-from trackdyn.report import printed
-
-TABLE1_CAPTION = (
-    "Table 1. The ten arcs of a tooth groove in the groove's frame: centre O, radius r, unit vector u to "
-    "the middle of the annular sector and spread angle theta to both of its sides. The shape is this "
-    "replication's own: the cells of the paper's table are not to be had."
-)
-TABLE3_CAPTION = (
-    "Table 3. RMS and standard deviation of the y acceleration, simulation against the sensor record, "
-    "with the standard error over loop revolutions and the value difference (simulation - sensor) / "
-    "sensor without its sign. The columns marked as printed are the paper's differences against its own "
-    "measured data, which it did not publish: they cannot be compared with differences from a synthetic "
-    "record."
-)
-LINES_CAPTION = (
-    "Main line of the y acceleration: highest line of the FFT as the paper takes it, the value free of "
-    "the picket fence, and the paper's printed number beside each. Beside a sensor record stands the "
-    "number of the paper's experiment; a synthetic record was made to show it, so that their agreement "
-    "says nothing."
-)
 
 
 def write_table(frame: pd.DataFrame, csv_path: Path | str, caption: str, digits: int = 5) -> None:
@@ -191,13 +172,6 @@ def table4(metrics: pd.DataFrame, speeds: Iterable[float]) -> pd.DataFrame:
             row[f"{name}_difference_pct"] = 100 * (coarse[name] / fine[name] - 1) if fine[name] else float("nan")
         rows.append(row)
     return pd.DataFrame(rows)
-
-
-LADDER_CAPTION = (
-    "The ladder of fidelities: each setting beside the paper's fidelity (preset paper, everything else equal). "
-    "Differences of RMS, SD, main line and mean peak of the left arc in percent, of contact shares in points of a "
-    "sprocket turn; largest gap of the loop in m; wall seconds per simulated second of one run."
-)
 
 
 def ladder_table(rows: pd.DataFrame) -> pd.DataFrame:

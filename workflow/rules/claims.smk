@@ -5,7 +5,7 @@ rule claims:
     """Every claim of the paper: reproduced, in trend, not reproduced, not comparable."""
     input:
         MEASURES,
-        sources("report/claims.py", "report/figures/scorecard.py", "report/style.py", "report/tables.py"),
+        sources("paper", "report/figures/scorecard.py", "report/style.py", "report/tables.py"),
         claims="config/claims.yaml",
         metrics=f"{R}/metrics.csv",
         events=f"{R}/events.csv",

@@ -5,7 +5,7 @@ rule peer:
     """The same loop in Exudyn: vertical displacement and computing time. Without Exudyn, our side alone."""
     input:
         SIMULATOR,
-        sources("peers", "report/style.py", "report/drawing.py", "report/printed.py", "report/tables.py"),
+        sources("peers", "report/style.py", "report/drawing.py", "paper/printed.py", "report/tables.py"),
         sources("report/figures/peer.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,

@@ -45,7 +45,7 @@ rule statistics:
     """Table 3 and the main lines, beside the sensor's."""
     input:
         MEASURES,
-        sources("report/tables.py", "report/printed.py"),
+        sources("report/tables.py", "paper/printed.py"),
         metrics=f"{R}/metrics.csv",
         sensors=[CONFIG.sensor_path(rpm) for rpm in CONFIG.records.speeds_rpm],
     output:
@@ -71,7 +71,7 @@ rule statistics:
 rule closure:
     """Figure 15: the gap of the loop."""
     input:
-        sources("report/style.py", "report/figures/closure.py", "report/printed.py"),
+        sources("report/style.py", "report/figures/closure.py", "paper/printed.py"),
         recordings=[recording(run) for run in SPEEDS],
     output:
         report(f"{R}/figures/fig15.png", caption="../report/fig15.rst", category="Link acceleration"),
@@ -92,7 +92,7 @@ rule sensor_figures:
     """Figures 17 and 18 of one speed: time histories and spectra beside the sensor's."""
     input:
         MEASURES,
-        sources("report/style.py", "report/figures/histories.py", "report/figures/spectra.py", "report/printed.py"),
+        sources("report/style.py", "report/figures/histories.py", "report/figures/spectra.py", "paper/printed.py"),
         recording=lambda w: recording(SPEEDS["abcdefgh".index(w.letter)]),
         sensor=lambda w: CONFIG.sensor_path(CONFIG.records.speeds_rpm["abcdefgh".index(w.letter)]),
     output:

@@ -1,5 +1,5 @@
 # The page that shows everything, and the moving picture. Included last: it looks at the rules before it.
-from trackdyn.report.contents import OWN, PAPER
+from trackdyn.paper.contents import OWN, PAPER
 
 # no ring, the smallest, the paper's and the largest one, at every speed of the ring study
 STUDIED = CONFIG.ring_study.radii_m
@@ -78,7 +78,7 @@ rule page:
     """One page with the scorecard, charts, the moving loop, all figures and tables, and where they come from."""
     input:
         MEASURES,
-        sources("report"),
+        sources("report", "paper"),
         files_of("trackdyn/report/page", ".js", ".css", ".j2"),
         files_of("workflow/report", ".rst"),
         rules.records.input,

@@ -23,7 +23,7 @@ rule meshing_figures:
     """Figures 19 to 22: forces, areas and screenshots of one passage, without and with the ring."""
     input:
         MEASURES,
-        sources("report/style.py", "report/drawing.py", "report/printed.py", "report/figures/meshing.py"),
+        sources("report/style.py", "report/drawing.py", "paper/printed.py", "report/figures/meshing.py"),
         sources("report/figures/screenshots.py"),
         no_ring=recording("meshing/no_ring"),
         ring=recording("meshing/ring"),
@@ -71,7 +71,7 @@ rule ring_figures:
 rule coarse_table:
     """Table 4: what the coarser tooth contact changes."""
     input:
-        sources("report/tables.py", "report/printed.py"),
+        sources("report/tables.py", "paper/printed.py"),
         metrics=f"{R}/metrics.csv",
     output:
         csv=report(f"{R}/tables/table4.csv", caption="../report/table4.rst", category="Link acceleration"),

@@ -1,10 +1,10 @@
 import pandas as pd
 from _script import logged
 
-from trackdyn.measure.evidence import Evidence
-from trackdyn.report.claims import judge_all, load_claims
+from trackdyn.paper.claims import judge_all, load_claims
+from trackdyn.paper.evidence import Evidence
+from trackdyn.paper.printed import RECORD_DURATION
 from trackdyn.report.figures.scorecard import scorecard_figure
-from trackdyn.report.printed import RECORD_DURATION
 from trackdyn.report.style import save
 from trackdyn.report.tables import write_table
 

@@ -3,6 +3,7 @@ from pathlib import Path
 import pandas as pd
 from _script import logged
 
+from trackdyn.paper.contents import caption
 from trackdyn.report.tables import write_table
 
 with logged(snakemake):
@@ -21,4 +22,4 @@ with logged(snakemake):
         cpu_s=("cpu_s", "sum"),
         largest_memory_mb=("memory_mb", "max"),
     )
-    write_table(table.reset_index(), snakemake.output.csv, "What each rule cost, from the workflow's benchmark files.")
+    write_table(table.reset_index(), snakemake.output.csv, caption("costs"))

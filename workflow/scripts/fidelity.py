@@ -3,7 +3,8 @@ from pathlib import Path
 from _script import logged
 
 from trackdyn import load_rig
-from trackdyn.report.tables import LADDER_CAPTION, ladder_table, write_table
+from trackdyn.paper.contents import caption
+from trackdyn.report.tables import ladder_table, write_table
 from trackdyn.study.accuracy.ladder import compare_rungs
 
 with logged(snakemake):
@@ -11,4 +12,4 @@ with logged(snakemake):
     radii = ([None] if study["without_ring"] else []) + [snakemake.params.radius]
     rows = compare_rungs(load_rig(snakemake.input.rig), study["speeds_rpm"], radii, study["loop_turns"])
     Path(snakemake.output.csv).write_text(rows.to_csv(index=False, lineterminator="\n"), encoding="utf-8")
-    write_table(ladder_table(rows), snakemake.output.wide, LADDER_CAPTION, digits=3)
+    write_table(ladder_table(rows), snakemake.output.wide, caption("fidelity"), digits=3)

@@ -2,7 +2,7 @@ from pathlib import Path
 
 from _script import logged
 
-from trackdyn.report.contents import missing
+from trackdyn.paper.contents import missing
 from trackdyn.report.page.builder import PageInputs, write_page
 
 with logged(snakemake):
@@ -12,7 +12,6 @@ with logged(snakemake):
         rig=Path(snakemake.input.rig),
         sensors=dict(zip(params.runs, map(Path, snakemake.input.sensors), strict=True)),
         synthetic=params.synthetic,
-        captions=Path(params.captions),
         files=tuple(map(Path, [*snakemake.input.config, *snakemake.input.settings])),
     )
     write_page(inputs, snakemake.output[0])

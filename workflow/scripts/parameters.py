@@ -1,15 +1,12 @@
 from _script import logged
 
 from trackdyn import load_rig
+from trackdyn.paper.contents import caption
 from trackdyn.parameters.rig import parameter_table
-from trackdyn.report.tables import TABLE1_CAPTION, table1, write_table
+from trackdyn.report.tables import table1, write_table
 
 with logged(snakemake):
     table = parameter_table(snakemake.input.rig)
-    write_table(table, snakemake.output.csv, "Every parameter of the rig with its kind and source.")
-    write_table(
-        table1(load_rig(snakemake.input.rig).groove_profile),
-        snakemake.output.groove_csv,
-        TABLE1_CAPTION,
-    )
+    write_table(table, snakemake.output.csv, caption("parameters"))
+    write_table(table1(load_rig(snakemake.input.rig).groove_profile), snakemake.output.groove_csv, caption("table1"))
     print(table["kind"].value_counts())

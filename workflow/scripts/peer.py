@@ -3,7 +3,8 @@ from pathlib import Path
 from _script import logged
 
 from trackdyn import load_rig
-from trackdyn.peers.comparison import compare, table2_caption
+from trackdyn.paper.contents import caption
+from trackdyn.peers.comparison import compare, table2_outcome
 from trackdyn.report.figures.peer import displacement_figure, model_figure
 from trackdyn.report.style import save
 from trackdyn.report.tables import write_table
@@ -14,7 +15,8 @@ with logged(snakemake):
     Path(snakemake.output.curves).parent.mkdir(parents=True, exist_ok=True)
     result.curves.to_csv(snakemake.output.curves, index=False)
     result.summary.to_csv(snakemake.output.summary, index=False)
-    write_table(result.table, snakemake.output.table, table2_caption(result, snakemake.params.options["accuracy_pct"]))
+    outcome = table2_outcome(result, snakemake.params.options["accuracy_pct"])
+    write_table(result.table, snakemake.output.table, f"{caption('table2')}\n\n{outcome}")
     save(model_figure(rig, result.frame, result.shift, result.missing), snakemake.output.model[0])
     save(displacement_figure(result.curves, result.summary, result.missing), snakemake.output.displacement[0])
     print(result.summary.to_string(index=False))

@@ -2,6 +2,7 @@ import pandas as pd
 from _script import logged
 
 from trackdyn import Scene, load_rig
+from trackdyn.paper.contents import caption
 from trackdyn.report.tables import write_table
 from trackdyn.study.stability import stability
 
@@ -15,6 +16,5 @@ with logged(snakemake):
     write_table(
         table,
         snakemake.output.csv,
-        f"Stability of the statistics: {moved} of {len(table)} changes exceed their tolerance. Shares change in points of "
-        "a turn, all else relatively; tolerances were fixed before the runs.",
+        f"{caption('stability')} {moved} of {len(table)} changes exceed their tolerance.",
     )

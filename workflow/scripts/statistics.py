@@ -2,7 +2,8 @@ import pandas as pd
 from _script import logged
 
 from trackdyn.measure.sensor_csv import read_sensor_csv
-from trackdyn.report.tables import LINES_CAPTION, TABLE3_CAPTION, lines_table, table3, write_table
+from trackdyn.paper.contents import caption
+from trackdyn.report.tables import lines_table, table3, write_table
 
 with logged(snakemake):
     label = "synthetic sensor" if snakemake.params.synthetic else "sensor"
@@ -10,13 +11,8 @@ with logged(snakemake):
     sensors = {
         rpm: read_sensor_csv(path, **snakemake.params.sensor) for rpm, path in zip(snakemake.params.speeds, snakemake.input.sensors, strict=True)
     }
-    write_table(
-        table3(metrics, sensors, label=label),
-        snakemake.output.csv,
-        TABLE3_CAPTION,
-    )
-    write_table(
-        lines_table(metrics, sensors, label=label),
-        snakemake.output.lines_csv,
-        LINES_CAPTION,
-    )
+    for key, table, path in (
+        ("table3", table3, snakemake.output.csv),
+        ("lines", lines_table, snakemake.output.lines_csv),
+    ):
+        write_table(table(metrics, sensors, label=label), path, caption(key, snakemake.params.synthetic))

@@ -96,6 +96,3 @@ def _draw_piece(ax: Axes, rig: Rig, joint_angle: float) -> np.ndarray:
         ax.add_patch(Circle(pin, HOLE * half, facecolor="white", edgecolor=RUBBER, hatch="xxxx", **look))
         ax.add_patch(Circle(pin, PIN * half, facecolor=STEEL, edgecolor=STEEL_EDGE, **look))
     return np.array(pins)
-
-
-FIGURES = {2: piece_figure}

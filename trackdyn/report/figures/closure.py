@@ -5,8 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
+from trackdyn.paper import printed
 from trackdyn.recording import Recording
-from trackdyn.report import printed
 from trackdyn.report.style import COLOURS, DASHES, PRINTED, new_figure, power_of_ten, styled
 
 # A gap of exactly nothing has no place on a logarithmic axis; below the spacing of doubles near 1 m.

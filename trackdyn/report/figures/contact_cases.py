@@ -201,6 +201,3 @@ def _rounded(rig: Rig) -> np.ndarray:
     turn = np.linspace(np.pi / 2, 3 * np.pi / 2, 30)
     left = half * np.column_stack([np.cos(turn), np.sin(turn)])
     return np.vstack([left, -left + [length, 0.0]])
-
-
-FIGURES = {9: convex_figure, 10: concave_figure, 12: link_figure}

@@ -224,6 +224,3 @@ def sector_figure(rig: Rig) -> Figure:
     sectors.set_xlim(-0.098, 0.098)
     sectors.set_ylim(groove.profile()[:, 1].min() - 0.012, groove.addendum + rc + 0.036)
     return figure
-
-
-FIGURES = {6: engagement_figure, 7: sector_figure}

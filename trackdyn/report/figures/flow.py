@@ -169,6 +169,3 @@ def _draw_way(ax: Axes, start: Step, end: Step, text: str, corners) -> None:
         step = np.sign(points[1] - points[0])
         place = points[0] + step * 0.16 + (np.array([0.0, 0.16]) if step[0] else np.array([0.1, -0.04]))
         ax.text(*place, text, ha="right" if step[0] < 0 else "left", va="center", fontsize=7, zorder=Z_MARK + 1)
-
-
-FIGURES = {11: flow_figure}

@@ -200,6 +200,3 @@ def detection_figure(rig: Rig) -> Figure:
             kind, bounds = ("concave", r"$r_j - r_C \leq |e_j| \leq r_j$")
         ax.set_title(f"({letter}) {kind}, area $j$ = {area}: {bounds}\n" r"and $e_j \cdot u_j \geq |e_j| \cos\theta_j$")
     return figure
-
-
-FIGURES = {5: section_figure, 8: detection_figure}

@@ -8,8 +8,8 @@ from trackdyn.measure.metrics import loop_frequency
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.sensor_csv import SensorRecord
 from trackdyn.measure.signals import main_line, main_line_binfree
+from trackdyn.paper import printed
 from trackdyn.recording import Recording
-from trackdyn.report import printed
 from trackdyn.report.style import BLACK, SENSOR, SIMULATION, new_figure, styled
 
 REVOLUTIONS = 2.0

@@ -110,6 +110,3 @@ def _close_view(ax: Axes, middle) -> None:
     ax.set_xlim(middle[0] - 0.115, middle[0] + 0.115)
     ax.set_ylim(middle[1] - 0.07, middle[1] + 0.07)
     marks.bare(ax)
-
-
-FIGURES = {4: locations_figure}

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 
 from trackdyn.errors import InputError
 from trackdyn.measure.meshing import passages, spells, timing
+from trackdyn.paper import printed
 from trackdyn.recording import Recording
-from trackdyn.report import printed
 from trackdyn.report.style import BLACK, BLUE, GREEN, PRINTED, PURPLE, new_figure, styled
 
 LOOKS = {

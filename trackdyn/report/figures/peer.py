@@ -5,8 +5,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from trackdyn.paper import printed
 from trackdyn.parameters.rig import Rig
-from trackdyn.report import printed
 from trackdyn.report.drawing import (
     Z_MARK,
     connector_outline,

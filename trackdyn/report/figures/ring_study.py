@@ -6,7 +6,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from trackdyn.report import printed
+from trackdyn.paper import printed
 from trackdyn.report.style import COLOURS, DASHES, MARKERS, PRINTED, new_figure, styled
 
 SIDES = {"left": "left arc", "right": "right arc", "ring": "ring"}

@@ -201,6 +201,3 @@ def setup_figure(rig: Rig) -> Figure:
     ax.set_ylim(low - 0.08, sensor[1] + 0.5)
     marks.bare(ax)
     return figure
-
-
-FIGURES = {1: system_figure, 16: setup_figure}

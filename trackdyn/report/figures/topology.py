@@ -146,6 +146,3 @@ def _draw_loop(ax: Axes, found: list[Element]) -> None:
     ax.set_xlim(-straight / 2 - r - 0.25, straight / 2 + r + 0.25)
     ax.set_ylim(-r - 0.25, r + 0.25)
     marks.bare(ax)
-
-
-FIGURES = {3: topology_figure}

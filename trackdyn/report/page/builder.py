@@ -1,9 +1,11 @@
 """Put the page together from what lies in the results folder; what is missing is named, not left blank."""
 
 import base64
+import html
 import io
 import json
 import os
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,10 +17,9 @@ from plotly.offline import get_plotlyjs
 
 from trackdyn import load_recording, load_rig
 from trackdyn.measure.sensor_csv import read_sensor_csv
-from trackdyn.report.claims import VERDICTS
-from trackdyn.report.contents import OWN, PAPER, missing
+from trackdyn.paper.claims import VERDICTS
+from trackdyn.paper.contents import OWN, PAPER, missing
 from trackdyn.report.page import data
-from trackdyn.report.page.captions import caption_html
 from trackdyn.report.page.provenance import check_sources, provenance
 
 HERE = Path(__file__).parent
@@ -52,8 +53,6 @@ class PageInputs:
         Run such as ``115rpm`` to the sensor's record.
     synthetic : bool
         Whether these records are synthetic.
-    captions : Path
-        Folder of the captions.
     files : tuple of path
         Configuration and data whose hashes are listed.
     sources : str, optional
@@ -64,7 +63,6 @@ class PageInputs:
     rig: Path
     sensors: Mapping[str, Path] = field(default_factory=dict)
     synthetic: bool = True
-    captions: Path = Path("workflow/report")
     files: tuple[Path, ...] = ()
     sources: str | None = None
 
@@ -109,7 +107,7 @@ def build_page(inputs: PageInputs) -> str:
         costs=data.rows_of(results / "tables" / "costs.csv"),
         fidelity=_first(results, "tables/fidelity.csv"),
         provenance=provenance(metas, [inputs.rig, *inputs.files, *inputs.sensors.values()]),
-        gallery=[_entry(inputs, item) for item in (*PAPER, *OWN)],
+        gallery=[_entry(inputs, item) for item in (*PAPER, *(own for own in OWN if not own.table))],
         missing=missing(results),
         paper_items=len(PAPER),
     )
@@ -165,10 +163,16 @@ def _entry(inputs: PageInputs, item) -> dict:
     files = item.files(inputs.results)
     return {
         "item": item,
-        "caption": caption_html(inputs.captions, item.key),
-        "pictures": [] if item.is_table else [{"name": f.stem, "uri": picture_uri(f)} for f in files],
-        "rows": data.rows_of(files[0]) if item.is_table and files else None,
+        "caption": _caption_html(item.caption(inputs.synthetic)),
+        "pictures": [] if item.table else [{"name": f.stem, "uri": picture_uri(f)} for f in files],
+        "rows": data.rows_of(files[0]) if item.table and files else None,
     }
+
+
+def _caption_html(paragraphs: list[str]) -> str:
+    """Paragraphs of plain text with names in backquotes as HTML."""
+    marked = (re.sub(r"`([^`]+)`", r"<code>\1</code>", html.escape(text, quote=False)) for text in paragraphs)
+    return "\n".join(f"<p>{text}</p>" for text in marked)
 
 
 def picture_uri(path: Path) -> str:

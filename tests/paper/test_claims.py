@@ -9,8 +9,7 @@ import pytest
 import yaml
 
 from trackdyn.errors import InputError
-from trackdyn.measure.evidence import MEASURES, Evidence
-from trackdyn.report.claims import (
+from trackdyn.paper.claims import (
     IN_TREND,
     NOT_COMPARABLE,
     NOT_REPRODUCED,
@@ -20,6 +19,7 @@ from trackdyn.report.claims import (
     judge_all,
     load_claims,
 )
+from trackdyn.paper.evidence import MEASURES, Evidence
 
 FILE = Path(__file__).parents[2] / "config" / "claims.yaml"
 RADII = [0.303, 0.305, 0.307, 0.308, 0.313]

@@ -8,7 +8,7 @@ import pandas as pd
 from pydantic import Field, model_validator
 
 from trackdyn.errors import InputError
-from trackdyn.measure.evidence import BOUND_IS_OURS, MEASURES, Evidence
+from trackdyn.paper.evidence import BOUND_IS_OURS, MEASURES, Evidence
 from trackdyn.parameters.validation import Section, read_yaml, validated
 
 REPRODUCED = "reproduced"

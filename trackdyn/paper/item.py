@@ -1,0 +1,57 @@
+"""What is known of a figure or a table without drawing it."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class Item:
+    """A figure or a table.
+
+    Attributes
+    ----------
+    key : str
+        ``fig01`` to ``fig24``, ``table1`` to ``table4``, or the name of one of our own.
+    title : str
+        What it shows, in our words.
+    rule : str
+        The rule of the workflow that makes it.
+    draw : str
+        ``module:function`` that draws or computes it, as text: listing the contents imports no plots.
+    text : str
+        Its caption as it is written here; read it with :meth:`caption`.
+    if_synthetic : str
+        One paragraph more where the sensor's records are synthetic.
+    table : bool
+        Whether it is a table.
+    """
+
+    key: str
+    title: str
+    rule: str
+    draw: str
+    text: str
+    if_synthetic: str = ""
+    table: bool = False
+
+    @property
+    def label(self) -> str:
+        """``Figure 7``, ``Table 2``; for our own nothing."""
+        for word, name in (("fig", "Figure"), ("table", "Table")):
+            number = self.key.removeprefix(word)
+            if number != self.key and number.isdigit():
+                return f"{name} {int(number)}"
+        return ""
+
+    def caption(self, synthetic: bool) -> list[str]:
+        """Paragraphs of the caption: plain text, names of files and columns in backquotes."""
+        texts = [*self.text.split("\n\n"), *([self.if_synthetic] if synthetic and self.if_synthetic else [])]
+        return [" ".join(text.split()) for text in texts]
+
+    def files(self, results: Path | str) -> list[Path]:
+        """The files that show it: one, or one a letter (``fig17_a.png``); none if it is missing."""
+        results = Path(results)
+        if self.table:
+            return [path for path in [results / "tables" / f"{self.key}.csv"] if path.is_file()]
+        folder = results / "figures"
+        return sorted([*folder.glob(f"{self.key}.png"), *folder.glob(f"{self.key}_[a-h].png")])
