@@ -134,8 +134,8 @@ def plan(trade: pd.DataFrame, tolerance, measure: str, rpm: float, ring_radius: 
     if found.empty:
         least = rows["error"].min() * MARGIN if len(rows) else float("nan")
         raise InputError(
-            f"tolerance = {tolerance:g} is not accepted for {measure} ({kind}): the data reach {least:.2g} with their margin "
-            f"of {MARGIN:g}; a larger tolerance or a finer step in the data would do"
+            f"tolerance = {tolerance:g} is not accepted for {measure} ({kind}): the data reach {least:.2g} with their "
+            f"margin of {MARGIN:g}; a larger tolerance or a finer step in the data would do"
         )
     best = found.sort_values("wall").iloc[0]
     warnings = []
@@ -144,10 +144,7 @@ def plan(trade: pd.DataFrame, tolerance, measure: str, rpm: float, ring_radius: 
         low, high = measured[name].min(), measured[name].max()
         if value is not None and not low <= value <= high:
             warnings.append(f"{what}{value:g} {unit} lies outside the measured {low:g} to {high:g} {unit}")
-    return Plan(
-        str(best["fidelity"]), str(best["integrator"]), float(best["step_s"]), float(best["error"]), float(best["wall"]),
-        tuple(warnings),
-    )  # fmt: skip
+    return Plan(*best[key], float(best["error"]), float(best["wall"]), tuple(warnings))
 
 
 def verify(rig: Rig, trade: pd.DataFrame, kept_apart: list[SceneKey], turns: int) -> pd.DataFrame:
