@@ -1,5 +1,6 @@
 """Reading YAML against a schema; every defect ends in one sentence."""
 
+import re
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -49,6 +50,24 @@ def validated(schema: type[SectionType], data: Any, name: str, missing: str = "a
         raise InputError(_sentence(name, error.errors()[0], missing)) from None
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
+
+
+def parse_tolerance(text: str | float) -> float:
+    """``2%``, ``0.02`` or 0.02 as a share.
+
+    Raises
+    ------
+    InputError
+        It is not a number between 0 and 1.
+    """
+    match = re.fullmatch(r"\s*([0-9.eE+-]+)\s*(%?)\s*", str(text))
+    try:
+        value = float(match[1]) / (100 if match[2] else 1)
+    except (TypeError, ValueError):
+        value = float("nan")
+    if not 0 < value < 1:
+        raise InputError(f"tolerance = {text!r} is not accepted: a share between 0 and 1, such as 2% or 0.02, would do")
+    return value
 
 
 def _sentence(name: str, error: dict, missing: str) -> str:

@@ -19,33 +19,15 @@ def extremes_figures(folder):
     return [f"{folder}/figures/extremes_{name}.{ending}" for name in EXTREMES for ending in ("png", "svg")]
 
 
-def extremes_reported(name, caption):
-    """PNG with its caption in the report, and SVG."""
-    png, svg = (f"{R}/figures/extremes_{name}.{ending}" for ending in ("png", "svg"))
-    return [report(png, caption=f"../report/{caption}.rst", category="Extremes"), svg]
-
-
-EXTREMES_NEED = [
-    *SIMULATOR,
-    *sources(
-        *(
-            f"study/{name}.py"
-            for name in ("extremes", "extreme_cases", "solver_cases", "stability_map", "long_run", "stress", "forms")
-        )
-    ),
-    *sources("fidelity.py", "stability.py", "report/style.py", "report/tables.py", "report/figures/extremes.py"),
-]
-
-
 rule extremes:
     """The full form: an hour of running, a thousand random scenes."""
     input:
-        EXTREMES_NEED,
+        needs("extremes.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
     output:
-        **(extremes_outputs(R) | dict(csv=report(f"{R}/extremes.csv", caption="../report/extremes.rst", category="Extremes"))),
-        figures=sum((extremes_reported(name, f"extremes_{name}") for name in EXTREMES), []),
+        **extremes_outputs(R),
+        figures=extremes_figures(R),
     params:
         full=True,
     log:
@@ -61,7 +43,7 @@ rule extremes:
 rule extremes_short:
     """The short form: a minute of running, sixty random scenes."""
     input:
-        EXTREMES_NEED,
+        needs("extremes.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
     output:

@@ -1,25 +1,18 @@
 # What accuracy costs: the ladder of fidelities, work-precision data, the planner. `trade` is asked for by
 # name; a short form of it belongs to the default target.
 
-LADDER = sources("study/ladder.py", "study/measures.py", "report/tables.py")
-TRADE = sources(
-    "study/trade.py", "study/measures.py", "study/planner.py", "report/figures/trade.py", "report/style.py",
-    "report/tables.py",
-)
 TRADE_FIGURES = ("state", "rms", "left_share", "scaling", "planner")
 
 
 rule fidelity:
     """Every setting of the ladder against the paper's fidelity: difference and cost."""
     input:
-        SIMULATOR,
-        MEASURES,
-        LADDER,
+        needs("fidelity.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
     output:
         csv=f"{R}/fidelity.csv",
-        md=report(f"{R}/tables/fidelity.md", caption="../report/fidelity.rst", category="Speed and accuracy"),
+        md=f"{R}/tables/fidelity.md",
         wide=f"{R}/tables/fidelity.csv",
     params:
         study=CONFIG.fidelity.model_dump(),
@@ -41,11 +34,7 @@ def trade_outputs(folder):
         planner=f"{folder}/planner.csv",
         scaling=f"{folder}/scaling.csv",
         summary=f"{folder}/tables/trade.md",
-        figures=report(
-            [f"{folder}/figures/trade_{name}.png" for name in TRADE_FIGURES],
-            caption="../report/trade.rst",
-            category="Speed and accuracy",
-        ),
+        figures=[f"{folder}/figures/trade_{name}.png" for name in TRADE_FIGURES],
         vectors=[f"{folder}/figures/trade_{name}.svg" for name in TRADE_FIGURES],
     )
 
@@ -53,9 +42,7 @@ def trade_outputs(folder):
 rule trade:
     """Work-precision data, the planner on scenes kept apart, the scaling of the sweep (a quarter of an hour)."""
     input:
-        SIMULATOR,
-        MEASURES,
-        TRADE,
+        needs("trade.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
     output:

@@ -12,7 +12,6 @@ with logged(snakemake):
         rig=Path(snakemake.input.rig),
         sensors=dict(zip(params.runs, map(Path, snakemake.input.sensors), strict=True)),
         synthetic=params.synthetic,
-        captions=Path(params.captions),
         files=tuple(map(Path, [*snakemake.input.config, *snakemake.input.settings])),
     )
     write_page(inputs, snakemake.output[0])

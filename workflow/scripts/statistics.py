@@ -7,16 +7,7 @@ from trackdyn.report.tables import LINES_CAPTION, TABLE3_CAPTION, lines_table, t
 with logged(snakemake):
     label = "synthetic sensor" if snakemake.params.synthetic else "sensor"
     metrics = pd.read_csv(snakemake.input.metrics).set_index("run").loc[snakemake.params.runs].reset_index()
-    sensors = {
-        rpm: read_sensor_csv(path, **snakemake.params.sensor) for rpm, path in zip(snakemake.params.speeds, snakemake.input.sensors, strict=True)
-    }
-    write_table(
-        table3(metrics, sensors, label=label),
-        snakemake.output.csv,
-        TABLE3_CAPTION,
-    )
-    write_table(
-        lines_table(metrics, sensors, label=label),
-        snakemake.output.lines_csv,
-        LINES_CAPTION,
-    )
+    paths = zip(snakemake.params.speeds, snakemake.input.sensors, strict=True)
+    sensors = {rpm: read_sensor_csv(path, **snakemake.params.sensor) for rpm, path in paths}
+    write_table(table3(metrics, sensors, label=label), snakemake.output.csv, TABLE3_CAPTION)
+    write_table(lines_table(metrics, sensors, label=label), snakemake.output.lines, LINES_CAPTION)
