@@ -8,7 +8,7 @@ from snakemake.exceptions import WorkflowError
 # The workflow runs from its own folder, with or without the package installed elsewhere.
 sys.path.insert(0, str(workflow.basedir))
 
-from trackdyn.config import check_config
+from trackdyn.config import check_layers
 from trackdyn.errors import TrackdynError
 from trackdyn.imports import imported_files
 from trackdyn.jit import source_hash
@@ -19,8 +19,8 @@ configfile: "config/config.yaml"
 
 
 try:
-    # files of --configfile come before the base in this list: the last of them is named in refusals
-    CONFIG, RIG, SCENES = check_config(config, Path(workflow.configfiles[-2:][0]).name)
+    # files of --configfile come before the base in this list, but on top of it in the configuration
+    CONFIG, RIG, SCENES = check_layers(config, [workflow.configfiles[-1], *workflow.configfiles[:-1]])
 except TrackdynError as error:
     raise WorkflowError(str(error)) from None
 

@@ -1,13 +1,15 @@
 """The configuration of the pipeline: which runs, for how long, compared with what."""
 
+from collections.abc import Sequence
 from itertools import pairwise
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from trackdyn.errors import InputError
+from trackdyn.errors import InputError, TrackdynError
 from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.parameters.validation import Section, parse_tolerance, validated
+from trackdyn.parameters.validation import Section, parse_tolerance, read_yaml, validated
 from trackdyn.scene import Scene
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -223,3 +225,23 @@ def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
         return config, rig, config.scenes(rig)
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
+
+
+def check_layers(data: Any, files: Sequence[Path | str]) -> tuple[Config, Rig, dict[str, Scene]]:
+    """Validate a configuration that was merged from files, the later on top of the earlier.
+
+    Raises
+    ------
+    InputError
+        Names the first file with which the configuration is refused, else the last one.
+    """
+    try:
+        return check_config(data, Path(files[-1]).name)
+    except TrackdynError:
+        from snakemake.utils import update_config  # only here: the fit needs this module, but not Snakemake
+
+        merged: dict = {}
+        for file in files:
+            update_config(merged, read_yaml(file))
+            check_config(merged, Path(file).name)
+        raise

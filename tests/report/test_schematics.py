@@ -65,12 +65,6 @@ def test_every_schematic_of_the_paper_is_there_with_its_caption():
         assert len(caption.split()) > 40
 
 
-def test_the_workflow_knows_which_file_draws_which_figure():
-    text = (ROOT / "workflow" / "rules" / "schematics.smk").read_text(encoding="utf-8")
-    listed = ast.literal_eval(re.search(r"^SCHEMATICS = (\{.*?\})$", text, re.MULTILINE | re.DOTALL)[1])
-    assert listed == {module.__name__.rpartition(".")[2]: tuple(module.FIGURES) for module in MODULES}
-
-
 @pytest.mark.parametrize("number", sorted(FIGURES))
 def test_no_two_texts_overlap_and_none_is_cut_off(number):
     figure = drawn(number)

@@ -34,7 +34,7 @@ rule parameters:
 rule statistics:
     """Table 3 and the main lines, beside the sensor's."""
     input:
-        needs("statistics.py"),
+        needs("sensor_tables.py"),
         metrics=f"{R}/metrics.csv",
         sensors=[CONFIG.sensor_path(rpm) for rpm in CONFIG.records.speeds_rpm],
     output:
@@ -48,7 +48,7 @@ rule statistics:
     log: f"{R}/logs/statistics.log"
     benchmark: f"{R}/benchmarks/statistics.tsv"
     message: "Table 3"
-    script: "../scripts/statistics.py"
+    script: "../scripts/sensor_tables.py"
 
 
 rule closure:
