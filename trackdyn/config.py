@@ -1,24 +1,25 @@
 """The configuration of the pipeline: which runs, for how long, compared with what."""
 
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from trackdyn.errors import InputError
+from trackdyn.errors import InputError, TrackdynError
 from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.parameters.validation import NotNegative, Positive, Section, read_yaml, validated
+from trackdyn.parameters.validation import NotNegative, Positive, Section, parse_tolerance, read_yaml, validated
 from trackdyn.scene import Scene
-from trackdyn.study.accuracy.planner import load_trade, plan
 from trackdyn.study.settings import StudiesFile
 
 
 class Planned(Section):
-    """A tolerance in place of a step: the planner picks fidelity and step from measured data."""
+    """A tolerance in place of a step: the rule `plan` picks fidelity and step from measured data."""
 
     tolerance: float | str
-    measure: str
+    # what the planner knows, named here because the planner needs the whole simulator
+    measure: Literal["rms", "sd", "line", "left_peak", "left_share", "right_share", "ring_share"]
     data: str
 
 
@@ -105,6 +106,11 @@ class Config(Section):
 
     @model_validator(mode="after")
     def _consistent(self):
+        if self.records.plan:
+            try:
+                parse_tolerance(self.records.plan.tolerance)
+            except InputError as error:
+                raise InputError(f"records.plan.{error}") from None
         for where, values in (
             ("records.speeds_rpm", self.records.speeds_rpm),
             ("ring_study.speeds_rpm", self.ring_study.speeds_rpm),
@@ -138,6 +144,10 @@ class Config(Section):
         ------
         InputError
             If a scene is not possible on this rig or its record is too short for its statistics.
+
+        Notes
+        -----
+        With ``records.plan`` fidelity and step of the records are the planner's, put in when they are run.
         """
         runs: dict[str, Scene] = {}
 
@@ -150,7 +160,6 @@ class Config(Section):
                 raise InputError(f"{section} (run {name}): {error}") from None
 
         r, m, s = self.records, self.meshing, self.ring_study
-        trade = load_trade(r.plan.data) if r.plan else None
         for rpm in r.speeds_rpm:
             add(
                 f"{rpm:g}rpm",
@@ -160,12 +169,8 @@ class Config(Section):
                 duration=r.duration_s,
                 lead_in=r.lead_in_s,
                 ramp=r.ramp_s,
+                step=r.step_s,
                 frame_interval=r.frame_interval_s,
-                **(
-                    plan(trade, r.plan.tolerance, r.plan.measure, rpm, r.ring_radius_m).fields
-                    if r.plan
-                    else {"step": r.step_s}
-                ),
             )
             if r.duration_s * runs[f"{rpm:g}rpm"].loop_frequency < 2:
                 raise InputError(
@@ -216,6 +221,21 @@ def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
         raise InputError(f"{name}: {error}") from None
 
 
-def load_config(path: Path | str) -> tuple[Config, Rig, dict[str, Scene]]:
-    """Read and validate a configuration file."""
-    return check_config(read_yaml(path), str(path))
+def check_layers(data: Any, files: Sequence[Path | str]) -> tuple[Config, Rig, dict[str, Scene]]:
+    """Validate a configuration that was merged from files, the later on top of the earlier.
+
+    Raises
+    ------
+    InputError
+        Names the first file with which the configuration is refused, else the last one.
+    """
+    try:
+        return check_config(data, Path(files[-1]).name)
+    except TrackdynError:
+        from snakemake.utils import update_config  # only here: the fit needs this module, but not Snakemake
+
+        merged: dict = {}
+        for file in files:
+            update_config(merged, read_yaml(file))
+            check_config(merged, Path(file).name)
+        raise

@@ -301,18 +301,18 @@ OWN = (
         Every parameter of the rig with its unit, kind and source. Printed: stands in the paper; derived:
         follows from printed numbers; assumed: not in the paper; fitted: chosen so that the model shows a
         printed result.""", table=True),
-    Item("fit_targets", "Targets of the fit", "sensitivity", "trackdyn.fit:report_targets", """
+    Item("fit_targets", "Targets of the fit", "sensitivity", "trackdyn.study.fit:report_targets", """
         What the fit aimed at and what the rig gives, in units of each tolerance. Targets that were held out were not
         fitted.""", table=True),
-    Item("equal_pitch", "Two readings of equal pitch", "sensitivity", "trackdyn.fit:equal_pitch_readings", """
+    Item("equal_pitch", "Two readings of equal pitch", "sensitivity", "trackdyn.study.fit:equal_pitch_readings", """
         The two readings of "equal pitch at 0.308 m" put into the rig, all else held, beside the fitted one. A dash: the
         loop does not settle in that case.""", table=True),
     Item("run_direction", "Both ways in which the chain may run", "sensitivity",
-         "trackdyn.fit:run_directions", """
+         "trackdyn.study.fit:run_directions", """
         Times of the events of one passage with the chain descending and climbing on the sprocket, all else held. The
         paper does not say which way its chain runs; it prints the ring's maximum at 0.22 s (C17) and the right arc's
         without a ring at 1.07 s (C16).""", table=True),
-    Item("stability", "Stability of the statistics", "stability", "trackdyn.stability:stability", """
+    Item("stability", "Stability of the statistics", "stability", "trackdyn.study.stability:stability", """
         What half the time step, twice the record and a later start change in the statistics, beside their tolerances:
         of shares in points of a turn, of all else relatively.""", table=True),
     Item("fidelity", "The ladder of fidelities", "fidelity", "trackdyn.report.tables:ladder_table", """

@@ -1,20 +1,13 @@
 # What accuracy costs: the ladder of fidelities, work-precision data, the planner. `trade` is asked for by
 # name; a short form of it belongs to the default target.
 
-LADDER = sources("study/accuracy/ladder.py", "study/accuracy/statistics.py", "report/tables.py")
-TRADE = sources(
-    "study/accuracy", "study/stepping.py", "study/settings.py", "report/figures/trade.py", "report/style.py",
-    "report/tables.py",
-)
 TRADE_FIGURES = ("state", "rms", "left_share", "scaling", "planner")
 
 
 rule fidelity:
     """Every setting of the ladder against the paper's fidelity: difference and cost."""
     input:
-        SIMULATOR,
-        MEASURES,
-        LADDER,
+        needs("fidelity.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
     output:
@@ -45,9 +38,7 @@ def trade_outputs(folder):
 rule trade:
     """Work-precision data, the planner on scenes kept apart, the scaling of the sweep (a quarter of an hour)."""
     input:
-        SIMULATOR,
-        MEASURES,
-        TRADE,
+        needs("trade.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
     output: **trade_outputs(R)
