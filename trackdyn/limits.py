@@ -13,13 +13,19 @@ from trackdyn.integrate.methods import METHODS, Method
 DYNAMIC_FACTOR = 2.0
 
 
-def _stiffness_at(law, load, radius):
-    """Slope of Eq. 8 at a load, N/m."""
+def elastic_depth(law, load, radius):
+    """Depth at which the elastic part of Eq. 8 carries a load (N), m."""
 
     def excess(depth):
         return law.stiffness * depth * sqrt(depth / (radius + depth)) - load
 
-    depth = brentq(excess, 0.0, 1.0)
+    # for depths far beyond the radius the force grows with the depth alone, so that this is an upper end
+    return brentq(excess, 0.0, 1.0 + 2.0 * (load / law.stiffness) + radius)
+
+
+def _stiffness_at(law, load, radius):
+    """Slope of Eq. 8 at a load, N/m."""
+    depth = elastic_depth(law, load, radius)
     return load / depth * (1.5 - 0.5 * depth / (radius + depth))
 
 

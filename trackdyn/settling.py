@@ -6,14 +6,14 @@ import numpy as np
 
 from trackdyn.build import shift_wheel, start_plane
 from trackdyn.chain.kinematics import orient, place
-from trackdyn.contact.loads import contact_loads
 from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS, equip
-from trackdyn.limits import step_limits
+from trackdyn.limits import elastic_depth, step_limits
 from trackdyn.model.constants import SPROCKET, Drive, Model
 from trackdyn.model.record import make_record
 from trackdyn.model.state import Plane, State, make_state
 from trackdyn.model.work import Work, make_space_work, make_work
+from trackdyn.parameters.groove import depths_on_sprocket
 from trackdyn.parameters.layout import Assembly, assemble, belt_around, free_loop, tensioner
 from trackdyn.scene import Scene
 from trackdyn.stepping import march
@@ -27,6 +27,8 @@ DAMPING = 0.985
 # The tensioner closes the gap to the wanted tension with this time constant, s: slower than the
 # strands swing out.
 TENSIONER_TIME = 0.15
+# The weight of the chain and so many times the tension on a single arc: more than any load at rest.
+MOST_LOAD = 4.0
 # Compliance of the contacts of one loop on its wheels, m/N: bounds the stiffness of a taut loop.
 CONTACT_COMPLIANCE = 1e-6
 
@@ -50,6 +52,47 @@ def start_state(assembly: Assembly, model: Model) -> State:
     state.angle[:] = assembly.angle
     state.wheel_angle[SPROCKET] = assembly.sprocket_angle
     return state
+
+
+def arc_depths(scene: Scene, model: Model, state: State, work: Work, angle: float) -> np.ndarray:
+    """(2 p,) true depths of the arcs in the ten-arc groove, the sprocket at ``angle`` (rad); -inf out of its reach, m.
+
+    Contact search (Eqs. 20 to 23) finds nothing deeper than r_C: an arc buried in a tooth would cost nothing.
+    """
+    orient(state.angle, work.cos, work.sin)
+    place(model.chain, state, work)
+    body, along, wheels = model.shoes.arc_body, model.shoes.arc_x, model.wheels
+    centres = np.column_stack([
+        work.pin_x[body] + along * work.cos[body] - wheels.x[SPROCKET],
+        work.pin_y[body] + along * work.sin[body] - wheels.y[SPROCKET],
+    ])  # fmt: skip
+    return depths_on_sprocket(scene.rig.groove_profile, scene.rig.chain.connector_radius, centres, angle)
+
+
+def explained_depth(model: Model, tension: float) -> float:
+    """Depth that elastic contact of a tooth can have at rest, m: that of ``MOST_LOAD`` times the tension on one arc."""
+    tooth = model.tooth
+    load = MOST_LOAD * (tension + model.chain.gravity * float(model.chain.mass.sum()))
+    widest = float(tooth.radius.max()) + tooth.arc_radius
+    return elastic_depth(tooth.law, load, widest)
+
+
+def refuse_start_in_steel(scene: Scene, model: Model, state: State, work: Work) -> None:
+    """Refuse a loop that would start with an arc deeper in a tooth than its load explains.
+
+    Raises
+    ------
+    InputError
+        How deep, and what decides it.
+    """
+    if not model.tooth.present:
+        return
+    depth = float(arc_depths(scene, model, state, work, float(state.wheel_angle[SPROCKET])).max())
+    if depth > explained_depth(model, scene.rig.tension.pre_tension):
+        raise InputError(
+            f"the chain does not mesh with the sprocket of this rig: at rest an arc lies {1e3 * depth:.3g} mm inside a tooth; "
+            "sprocket.equal_pitch_radius, groove.seat_depth or another ring_radius nearer to each other would do"
+        )
 
 
 def own_wheels(model: Model) -> Model:
@@ -139,21 +182,18 @@ class _Settling:
     def without_teeth(self) -> None:
         self.model = self.model._replace(tooth=self.model.tooth._replace(present=0))
 
+    def depths(self, angle: float) -> np.ndarray:
+        """True depth of every arc in the teeth if the sprocket stood at an angle (rad), m: deep in steel is deep."""
+        return arc_depths(self.scene, self.model, self.state, self.work, angle)
+
     def engage(self, seconds: float) -> None:
-        """Turn the sprocket where its teeth penetrate least, then stiffen them slowly."""
+        """Turn the sprocket where no arc is deep in its teeth, then stiffen them slowly."""
         tooth = self.model.tooth._replace(present=1)
-        probe = self.model._replace(tooth=tooth)
         start = self.state.wheel_angle[SPROCKET]
         # from the angle with a groove under the middle connector outward, both ways in turn
         candidates = start + 2 * pi / tooth.teeth * np.linspace(-0.5, 0.5, 121)
         candidates = candidates[np.argsort(np.abs(candidates - start), kind="stable")]
-        cost = []
-        for angle in candidates:
-            self.state.wheel_angle[SPROCKET] = angle
-            orient(self.state.angle, self.work.cos, self.work.sin)
-            place(probe.chain, self.state, self.work)
-            contact_loads(probe, self.state, self.work)
-            cost.append(self.work.tooth_force.max())
+        cost = [max(self.depths(angle).max(), 0.0) for angle in candidates]
         self.state.wheel_angle[SPROCKET] = candidates[int(np.argmin(cost))]
         self.state.tooth_impact[:] = 0.0
         full = tooth.law.stiffness
@@ -214,6 +254,7 @@ def settle(scene: Scene) -> tuple[Model, State, Work, dict]:
     state.pin[2:] = 0.0
     state.wheel_rate[:] = 0.0
     state.work_done[:] = 0.0
+    refuse_start_in_steel(scene, model, state, settling.work)
     work = equip(settling.work, scene.integrator, scene.rig.chain.pitches, scene.tolerance or 0.0)
     if model.space is not None:
         state = state._replace(plane=start_plane(scene.rig, model, state))
