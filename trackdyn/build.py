@@ -144,7 +144,13 @@ def build_wheels(scene) -> Wheels:
         np.array([int(scene.ring_radius is not None), 1, 1])[:count],
         *np.ascontiguousarray(circles[:count].T),
         np.array([0.0, rig.idler.inertia, rig.road_wheel.inertia])[:count],
-        np.array([0.0, rig.idler.bearing_drag, rig.road_wheel.bearing_drag])[:count],
+        *(
+            np.array([0.0, *(part * (scene.drag == kind) for part in parts)])[:count]
+            for kind, parts in (
+                ("viscous", (rig.idler.bearing_drag, rig.road_wheel.bearing_drag)),
+                ("coulomb", (rig.idler.bearing_torque, rig.road_wheel.bearing_torque)),
+            )
+        ),
         rig.chain.link_thickness / 2,
         _law(rig, rig.ring_contact, scene),
         _law(rig, rig.wheel_contact, scene),

@@ -27,6 +27,8 @@ CHOICES = {
     "closure": ("elastic_damping", "rigid"),
     "solver": SOLVERS,
     "integrator": tuple(METHODS),
+    "tension": ("locked", "retensioned", "sprung"),
+    "drag": ("viscous", "coulomb"),
 }
 # bodies of this chain over which the literal product still keeps about half of its digits
 LITERAL_BODIES = 8
@@ -97,10 +99,10 @@ def decide(scene) -> dict[str, Decision]:
         else:
             found["friction"] = Decision("tangential", "planar: nothing moves along the axes")
     if scene.chain == "belt":
-        for name in ("tooth_contact", "normal_law", "friction", "closure", "solver", "integrator"):
+        for name in ("tooth_contact", "normal_law", "friction", "closure", "solver", "integrator", "tension", "drag"):
             found[name] = Decision("none", "a kinematic path has no forces and no equations to solve")
     elif scene.loop == "free":
-        for name in ("tooth_contact", "normal_law", "friction"):
+        for name in ("tooth_contact", "normal_law", "friction", "tension", "drag"):
             found[name] = Decision("none", "a free loop touches nothing")
     if on_wheels and scene.ring_radius is not None:
         found["ring"] = Decision("present", f"ring_radius = {scene.ring_radius:g} m")
@@ -163,6 +165,9 @@ def refuse_nonsense(scene) -> None:
         for field, only in (("closure", "rigid"), ("solver", "riccati"), ("integrator", "semi_implicit")):
             if getattr(scene, field) != only:
                 refuse(field, f"motion in space is solved with '{only}' only; or space='planar' would do")
+    if scene.tension == "sprung" and (spatial or scene.integrator != "semi_implicit"):
+        why = "motion in space" if spatial else f"integrator={scene.integrator!r}"
+        refuse("tension", f"a sprung tensioner moves in the plane by semi-implicit Euler, not with {why}; 'locked' would do")
     if scene.solver == "transfer_product" and bodies > LITERAL_BODIES:
         refuse(
             "solver",

@@ -194,7 +194,7 @@ class Loop:
         """Account of work and energies by name (`model.record.ENERGY_NAMES`), J."""
         self._refresh()
         out = np.zeros(len(ENERGY_NAMES))
-        energies(self.model, self.state, self.work, self.work.space, out)
+        energies(self.model, self.state, self.work, self.work.space, self.model.tensioner, out)
         return dict(zip(ENERGY_NAMES, out.tolist(), strict=True))
 
     @property
@@ -204,7 +204,7 @@ class Loop:
         return float(np.hypot(*self.work.cut[:2]))
 
     def _refresh(self) -> None:
-        refresh(self.model, self.state, self.work)
+        refresh(self.model, self.state, self.work, self.work.space, self.work.implicit)
 
     # -- steering ------------------------------------------------------------------------------------------------------
 

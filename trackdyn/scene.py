@@ -83,6 +83,11 @@ class Scene(Section):
         ``riccati``, ``transfer_product`` (the literal product of Eqs. 2 to 5) or ``multipliers``.
     integrator : str
         ``semi_implicit``, ``linearly_implicit``, ``rk4`` or ``adaptive``.
+    tension : str
+        ``locked`` (the tensioning wheel stays where the reference ring put it), ``retensioned`` (the pre-tension is
+        set again with the scene's ring) or ``sprung`` (it slides on a spring and a damper while the chain runs).
+    drag : str
+        ``viscous`` (bearing drag grows with the rate of a wheel) or ``coulomb`` (a torque that does not).
     tolerance : float or None
         Relative error a step of the adaptive integrator may make.
     """
@@ -106,6 +111,8 @@ class Scene(Section):
     closure: Any = "rigid"
     solver: Any = "riccati"
     integrator: Any = "semi_implicit"
+    tension: Any = "locked"
+    drag: Any = "viscous"
     tolerance: Number | None = None
 
     def __init__(self, rig: Rig, motor_rpm: float, **fields: Any):

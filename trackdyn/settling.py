@@ -1,6 +1,6 @@
 """Where a run begins: the loop laid on its wheels, settled and tensioned, or a free loop that spins."""
 
-from math import ceil, cos, pi, sin
+from math import ceil, cos, pi, radians, sin
 
 import numpy as np
 
@@ -8,13 +8,15 @@ from trackdyn.build import shift_wheel, start_plane
 from trackdyn.chain.kinematics import orient, place
 from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS, equip
+from trackdyn.integrate.tensioner import push
 from trackdyn.limits import elastic_depth, step_limits
-from trackdyn.model.constants import SPROCKET, Drive, Model
+from trackdyn.model.constants import SPROCKET, Drive, Model, Tensioner
 from trackdyn.model.record import make_record
 from trackdyn.model.state import Plane, State, make_state
 from trackdyn.model.work import Work, make_space_work, make_work
 from trackdyn.parameters.groove import depths_on_sprocket
 from trackdyn.parameters.layout import Assembly, assemble, belt_around, free_loop, tensioner
+from trackdyn.parameters.rig import Rig
 from trackdyn.scene import Scene
 from trackdyn.stepping import march
 
@@ -39,6 +41,9 @@ def allocate(scene: Scene) -> tuple[Model, State, Work]:
     n, wheels = scene.bodies, len(model.wheels.x)
     state = make_state(n, pitches, wheels)
     work = equip(make_work(n, pitches, wheels), scene.integrator, pitches, scene.tolerance or 0.0)
+    if scene.tension == "sprung":
+        model = model._replace(tensioner=sprung(scene.rig, model, work, 0.0))
+        state = state._replace(slide=np.zeros(3))
     if model.space is not None:
         state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))
         work = work._replace(space=make_space_work(n, wheels))
@@ -93,6 +98,33 @@ def refuse_start_in_steel(scene: Scene, model: Model, state: State, work: Work) 
             f"the chain does not mesh with the sprocket of this rig: at rest an arc lies {1e3 * depth:.3g} mm inside a tooth; "
             "sprocket.equal_pitch_radius, groove.seat_depth or another ring_radius nearer to each other would do"
         )
+
+
+def refuse_step(scene: Scene, model: Model, tension: float) -> None:
+    """Refuse a step that the loop as it has settled does not allow, though the pre-tension would.
+
+    Raises
+    ------
+    InputError
+        The tension reached, the cause and the step that would do.
+    """
+    limits = step_limits(model, tension, METHODS[scene.integrator])
+    name, limit = min(limits.items(), key=lambda item: item[1], default=("", np.inf))
+    if scene.step > limit:
+        raise InputError(
+            f"scene: step = {scene.step:g} is not accepted: the loop settles at a tension of {tension:.0f} N, for which that is "
+            f"too large for the {name}; at most {limit:.2g} s would do"
+        )
+
+
+def sprung(rig: Rig, model: Model, work: Work, shift: float) -> Tensioner:
+    """The tensioning wheel on its spring, which holds the chain as it lies; the weight of the wheel is part of that."""
+    t, wheel, direction = rig.tension, tensioner(rig), radians(rig.tension.direction)
+    free = Tensioner(
+        wheel, float(model.wheels.x[wheel]), float(model.wheels.y[wheel]), cos(direction), sin(direction),
+        t.mass, t.stiffness, t.damping, 0.0, -t.travel - shift, t.travel - shift,
+    )  # fmt: skip
+    return free._replace(preload=-float(push(work, free)))
 
 
 def own_wheels(model: Model) -> Model:
@@ -242,10 +274,14 @@ def settle(scene: Scene) -> tuple[Model, State, Work, dict]:
     if teeth:
         settling.engage(0.2)
     settling.tighten(0.6)
-    layout = {"tensioner_shift_m": settling.shift, "tension_n": settling.tension()}
+    layout = {"tensioner_shift_m": float(settling.shift), "tension_n": settling.tension()}
     if scene.ring_radius != scene.rig.sprocket.ring_radius:
         settling.change_ring(0.3)
+        if scene.tension == "retensioned":
+            settling.tighten(0.6)
+            layout |= {"tensioner_shift_m": float(settling.shift)}
     settling.rest(0.2)
+    layout |= {"settled_tension_n": settling.tension()}
     model = own_wheels(scene.model)
     shift_wheel(model, scene.rig, settling.wheel, settling.shift)
     state = settling.state
@@ -255,7 +291,11 @@ def settle(scene: Scene) -> tuple[Model, State, Work, dict]:
     state.wheel_rate[:] = 0.0
     state.work_done[:] = 0.0
     refuse_start_in_steel(scene, model, state, settling.work)
+    refuse_step(scene, model, layout["settled_tension_n"])
     work = equip(settling.work, scene.integrator, scene.rig.chain.pitches, scene.tolerance or 0.0)
+    if scene.tension == "sprung":
+        model = model._replace(tensioner=sprung(scene.rig, model, work, settling.shift))
+        state = state._replace(slide=np.zeros(3))
     if model.space is not None:
         state = state._replace(plane=start_plane(scene.rig, model, state))
         work = work._replace(space=make_space_work(len(state.angle), len(model.wheels.x)))

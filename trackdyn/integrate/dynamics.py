@@ -92,3 +92,9 @@ def accumulate(work: Work, weight):
     """Add the sensed values to the sums of the sample."""
     for k in range(3):
         work.sensed[3 + k] += weight * work.sensed[k]
+    seen = work.change
+    change = work.sensed[1] - seen[0]
+    seen[2] += change * change
+    seen[3] += change * seen[1]
+    seen[0] = work.sensed[1]
+    seen[1] = change

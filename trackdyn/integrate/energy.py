@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from trackdyn.chain.bearings import bearing_drag
+from trackdyn.integrate.tensioner import mean_velocity, tensioner_energy
 from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET, Model
 from trackdyn.model.record import (
@@ -48,7 +50,7 @@ from trackdyn.model.work import (
 
 
 @kernel
-def account(model: Model, state: State, work: Work, space):
+def account(model: Model, state: State, work: Work, space, tensioner):
     """Work of every force over the last step: its place at the start, the mean of the velocities.
 
     The velocities after the step are taken in the configuration before it. Then joint forces do no
@@ -65,8 +67,9 @@ def account(model: Model, state: State, work: Work, space):
         vx = row[k, SPEED_X] + 0.5 * (work.com_dvx[body] - dw * row[k, ARM_Y])
         vy = row[k, SPEED_Y] + 0.5 * (work.com_dvy[body] + dw * row[k, ARM_X])
         ww = 0.5 * (row[k, RATE] + state.wheel_rate[wheel])
-        sx = ww * row[k, TURN_X]
-        sy = ww * row[k, TURN_Y]
+        tx, ty = mean_velocity(state, tensioner, wheel)
+        sx = ww * row[k, TURN_X] + tx
+        sy = ww * row[k, TURN_Y] + ty
         drive = (row[k, NORMAL_X] + row[k, FRICTION_X]) * sx + (row[k, NORMAL_Y] + row[k, FRICTION_Y]) * sy
         across_normal = across_friction = 0.0
         if space is not None:
@@ -163,11 +166,12 @@ def powers(model: Model, state: State, work: Work, out, first):
     for i in range(n):
         out[first + BUSHING_LOSS] += model.chain.damping * work.joint_rate[i] * work.joint_rate[i]
     for wheel in range(1, model.wheels.x.shape[0]):
-        out[first + BEARING] += model.wheels.drag[wheel] * state.wheel_rate[wheel] * state.wheel_rate[wheel]
+        rate = state.wheel_rate[wheel]
+        out[first + BEARING] += bearing_drag(model.wheels, wheel, rate) * rate * rate
 
 
 @kernel
-def energies(model: Model, state: State, work: Work, space, out):
+def energies(model: Model, state: State, work: Work, space, tensioner, out):
     """Fill ``out`` with the account of work and the energies of the present state (J)."""
     chain = model.chain
     for k in range(7):
@@ -183,9 +187,10 @@ def energies(model: Model, state: State, work: Work, space, out):
         elastic += 0.5 * chain.stiffness * (phi - chain.free_angle) ** 2
     for wheel in range(1, model.wheels.x.shape[0]):
         kinetic += 0.5 * model.wheels.inertia[wheel] * state.wheel_rate[wheel] ** 2
-    out[KINETIC] = kinetic
+    sliding, spring = tensioner_energy(state, tensioner)
+    out[KINETIC] = kinetic + sliding
     out[GRAVITY] = gravity
-    out[BUSHING_ELASTIC] = elastic
+    out[BUSHING_ELASTIC] = elastic + spring
     if space is not None:
         _add_plane(model, state, work, space, out)
 

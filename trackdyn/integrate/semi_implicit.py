@@ -10,6 +10,7 @@ velocities alike (the SHAKE form), which keeps the discrete path symplectic wher
 from math import cos as cosine
 from math import sin as sine
 
+from trackdyn.chain.bearings import bearing_drag
 from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET, Drive, Model
 from trackdyn.model.record import BEARING
@@ -124,13 +125,12 @@ def advance(model: Model, state: State, work: Work, implicit):
     for wheel in range(1, wheels.x.shape[0]):
         # drag is taken at the end of the step, which cannot overshoot
         old = state.wheel_rate[wheel]
+        drag = bearing_drag(wheels, wheel, old)
         if implicit is None:
-            rate = (wheels.inertia[wheel] * old + h * work.wheel_torque[wheel]) / (
-                wheels.inertia[wheel] + h * wheels.drag[wheel]
-            )
+            rate = (wheels.inertia[wheel] * old + h * work.wheel_torque[wheel]) / (wheels.inertia[wheel] + h * drag)
         else:
             rate = old + h * implicit.load[3 + wheel]
         state.wheel_rate[wheel] = rate
         state.wheel_angle[wheel] += h * rate
-        state.work_done[BEARING] += h * wheels.drag[wheel] * rate * 0.5 * (old + rate)
+        state.work_done[BEARING] += h * drag * rate * 0.5 * (old + rate)
     return bad

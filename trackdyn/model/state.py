@@ -45,6 +45,8 @@ class State(NamedTuple):
         Account of work (`model.record`), J.
     plane : Plane or None
         The plane of the chain; None in planar motion.
+    slide : (3,) array or None
+        Way of a sprung tensioner from its place at rest (m), its velocity and that before the last step (m/s).
     """
 
     steps: np.ndarray
@@ -57,6 +59,7 @@ class State(NamedTuple):
     wheel_impact: np.ndarray
     work_done: np.ndarray
     plane: Plane | None = None
+    slide: np.ndarray | None = None
 
 
 def make_state(n: int, pitches: int, wheels: int) -> State:

@@ -186,8 +186,13 @@ class Work(NamedTuple):
     cut : (6,) array
         Gap of the cut joint (output pin of the last body less input pin of the first) and its rate, and the
         gap that the last step had before the projection; m, m/s.
+    worst : (3,) array
+        Largest squares of the gap, of its rate and of the gap before the projection in the sample.
     sensed : (6,) array
         Acceleration (m/s2) and angle (rad) of the sensor at the last evaluation, and their sums over the sample.
+    change : (4,) array
+        y acceleration of the sensor one step ago and its change in that step; sums over the sample of the squared
+        change and of the product of two changes in a row.
     sweep : SweepWork
         Solution of the chain.
     implicit : ImplicitWork or None
@@ -221,7 +226,9 @@ class Work(NamedTuple):
     contact_body: np.ndarray
     count: np.ndarray
     cut: np.ndarray
+    worst: np.ndarray
     sensed: np.ndarray
+    change: np.ndarray
     sweep: SweepWork
     implicit: ImplicitWork | None = None
     stages: Stages | None = None
@@ -245,7 +252,9 @@ def make_work(n: int, pitches: int, wheels: int) -> Work:
         np.zeros((contacts, 3), np.int64),
         np.zeros(1, np.int64),
         np.zeros(6),
+        np.zeros(3),
         np.zeros(6),
+        np.zeros(4),
         sweep,
     )
 

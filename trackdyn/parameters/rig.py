@@ -120,6 +120,7 @@ class Wheel(Section):
     radius: Length
     inertia: Inertia
     bearing_drag: quantity("N m s/rad", ge=0)
+    bearing_torque: quantity("N m", ge=0)
 
 
 class Tension(Section):
@@ -127,6 +128,9 @@ class Tension(Section):
     pre_tension: quantity("N", ge=0)
     direction: quantity("deg")
     travel: Length
+    mass: Mass
+    stiffness: quantity("N/m", gt=0)
+    damping: quantity("N s/m", ge=0)
 
 
 class Guide(Section):
