@@ -199,6 +199,13 @@ class _Settling:
         self.state.rate[:] *= damping
         self.state.pin[2:] *= damping
         self.state.wheel_rate[:] *= damping
+        if self.state.slide is not None:
+            self.state.slide[1:] *= damping
+
+    def release(self) -> None:
+        """Let the tensioning wheel slide on a spring that holds the chain as it lies."""
+        self.model = self.model._replace(tensioner=sprung(self.scene.rig, self.model, self.work, self.shift))
+        self.state = self.state._replace(slide=np.zeros(3))
 
     def tighten(self, seconds: float) -> None:
         """Move the tensioning wheel until the strand has the wanted tension."""
@@ -275,6 +282,9 @@ def settle(scene: Scene) -> tuple[Model, State, Work, dict]:
         settling.engage(0.2)
     settling.tighten(0.6)
     layout = {"tensioner_shift_m": float(settling.shift), "tension_n": settling.tension()}
+    if scene.tension == "sprung":
+        settling.rest(0.2)
+        settling.release()
     if scene.ring_radius != scene.rig.sprocket.ring_radius:
         settling.change_ring(0.3)
         if scene.tension == "retensioned":
@@ -284,7 +294,13 @@ def settle(scene: Scene) -> tuple[Model, State, Work, dict]:
     layout |= {"settled_tension_n": settling.tension()}
     model = own_wheels(scene.model)
     shift_wheel(model, scene.rig, settling.wheel, settling.shift)
+    model = model._replace(tensioner=settling.model.tensioner)
     state = settling.state
+    if state.slide is not None:
+        for name in ("x", "y"):
+            getattr(model.wheels, name)[settling.wheel] = getattr(settling.model.wheels, name)[settling.wheel]
+        state.slide[1:] = 0.0
+        layout |= {"tensioner_slide_m": float(state.slide[0])}
     state.steps[0] = 0
     state.rate[:] = 0.0
     state.pin[2:] = 0.0
@@ -293,9 +309,6 @@ def settle(scene: Scene) -> tuple[Model, State, Work, dict]:
     refuse_start_in_steel(scene, model, state, settling.work)
     refuse_step(scene, model, layout["settled_tension_n"])
     work = equip(settling.work, scene.integrator, scene.rig.chain.pitches, scene.tolerance or 0.0)
-    if scene.tension == "sprung":
-        model = model._replace(tensioner=sprung(scene.rig, model, work, settling.shift))
-        state = state._replace(slide=np.zeros(3))
     if model.space is not None:
         state = state._replace(plane=start_plane(scene.rig, model, state))
         work = work._replace(space=make_space_work(len(state.angle), len(model.wheels.x)))
