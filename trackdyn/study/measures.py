@@ -6,9 +6,8 @@ import numpy as np
 
 from trackdyn.chain.kinematics import orient, place
 from trackdyn.errors import DivergenceError
-from trackdyn.integrate.spells import END, PEAK, SIDE, START
 from trackdyn.measure.meshing import meshing_summary
-from trackdyn.measure.metrics import energy_residual, loop_frequency
+from trackdyn.measure.metrics import energy_residual, loop_frequency, whole_revolutions
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.signals import main_line_binfree, rms, standard_deviation
 from trackdyn.recording import Recording
@@ -23,34 +22,24 @@ RELATIVE = ("rms", "sd", "line", "left_peak")
 ABSOLUTE = ("loop_gap", "energy_residual")
 MEASURES = RELATIVE + SHARES + ABSOLUTE
 BURSTS, BURST_SECONDS = 5, 0.1
-# a contact shorter than this is a touch, not a passage, s
-LEAST_PASSAGE = 0.002
-
-
-def _left_peak(recording: Recording) -> float:
-    """Mean over the passages of the largest force on the left arc, N."""
-    rows = recording.spells
-    rows = rows[(rows[:, SIDE] == 0) & (rows[:, END] - rows[:, START] > LEAST_PASSAGE)] if len(rows) else rows
-    return float(rows[:, PEAK].mean()) if len(rows) else NAN
 
 
 def statistics_of(recording: Recording) -> dict[str, float]:
-    """RMS, SD and main line (g), contact shares (%), mean peak of the left arc (N), loop gap (m), energy residual.
+    """RMS, SD and main line (g), contact shares (%), peak of the left arc (N), loop gap (m), energy residual.
 
-    RMS and SD are taken over whole revolutions of the loop.
+    RMS and SD are taken over whole revolutions of the loop, the peak is the mean over the passages of the largest force.
     """
     loop_hz = loop_frequency(recording)
     ay = sense(recording).ay
-    whole = round(np.floor(len(ay) / recording.rate * loop_hz + 1e-6) / loop_hz * recording.rate)
+    whole = whole_revolutions(len(ay), recording.rate, loop_hz)
     found = {"rms": rms(ay[:whole]), "sd": standard_deviation(ay[:whole])}
     found["line"] = main_line_binfree(ay, recording.rate, expected_hz=loop_hz)[1]
     if len(recording.spells):
         meshing = meshing_summary(recording)
-        found |= {name: meshing[f"{name}_pct"] for name in SHARES}
+        found |= {name: meshing[f"{name}_pct"] for name in SHARES} | {"left_peak": meshing["left_peak_n"]}
     else:
-        found |= dict.fromkeys(SHARES, NAN)
+        found |= dict.fromkeys((*SHARES, "left_peak"), NAN)
     return found | {
-        "left_peak": _left_peak(recording),
         "loop_gap": float(recording.gap.max()),
         "energy_residual": abs(energy_residual(recording)),
     }
