@@ -10,6 +10,7 @@ rule claims:
         metrics=f"{R}/metrics.csv",
         events=f"{R}/events.csv",
         peer=f"{R}/peers/summary.csv",
+        records=[recording(run) for run in SPEEDS],
     output:
         csv=report(f"{R}/claims.csv", caption="../report/claims.rst", category="Claims"),
         md=f"{R}/claims.md",
