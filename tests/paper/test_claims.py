@@ -210,6 +210,18 @@ def test_what_was_not_run_or_not_recorded_is_not_comparable():
     assert judge(CLAIMS["C01b"], e).verdict == NOT_COMPARABLE
 
 
+def test_a_study_that_lacks_speeds_or_radii_shows_nothing_rather_than_success():
+    e = good()
+    slowest = replace(e, metrics=e.metrics[e.metrics["rpm"] == 115.0], starts=e.starts.iloc[:0])
+    one = replace(e, metrics=e.metrics[~(e.metrics["ring_radius_m"] > 0.303) | e.metrics["ring_radius_m"].isna()])
+    for name in ("C06a", "C12"):
+        assert judge(CLAIMS[name], slowest).verdict == NOT_REPRODUCED  # one number does not rise
+    for name in ("C07b", "C08b", "C21a", "C21b", "C21c", "C21d", "C23b", "C24b", "C25b"):
+        assert judge(CLAIMS[name], slowest).verdict == NOT_COMPARABLE
+    for name in ("C22a", "C22b", "C22c", "C23a", "C24a", "C25a"):
+        assert judge(CLAIMS[name], one).verdict == NOT_COMPARABLE
+
+
 def test_claims_that_a_parameter_was_chosen_by_are_fitted():
     """The sources in the rig's file and the origins of the claims say the same."""
     rig = yaml.safe_load((CONFIG / "rig.yaml").read_text(encoding="utf-8"))

@@ -52,9 +52,21 @@ def _range(values) -> Range:
     return Range(float(values.min()), float(values.max()))
 
 
+def _some(values):
+    """The values, if there are any."""
+    if not len(values):
+        raise NotThere("not run")
+    return values
+
+
 def _from(values, radius: float):
     """Part of a table by radius that begins at one."""
-    return values[values.index >= radius - SAME]
+    return _some(values[values.index >= radius - SAME])
+
+
+def _below(values, radius: float):
+    """Part of a table by radius that ends before one."""
+    return _some(values[values.index < radius - SAME])
 
 
 # Long records (Sect. 5)
@@ -110,9 +122,7 @@ def line_amplitudes(e, speeds):
 
 
 def _by_start(e: Evidence, speeds, name: str):
-    if e.starts.empty:
-        raise NotThere("no records")
-    return e.starts[e.starts["rpm"].isin(speeds)][name].tolist()
+    return _some(e.starts[e.starts["rpm"].isin(speeds)] if len(e.starts) else e.starts)[name].tolist()
 
 
 @measure("records")
@@ -279,6 +289,7 @@ def left_share(e, speeds):
 
 def _growth(e: Evidence, speeds, side: str) -> list:
     """RMS and SD at the highest speed over those at the lowest, by radius."""
+    _some(speeds[1:])  # one speed shows no growth
     low, high = e.study(min(speeds)), e.study(max(speeds))
     return [high[f"{side}_{name}"] / low[f"{side}_{name}"] for name in ("rms_n", "sd_n")]
 
@@ -310,7 +321,7 @@ def largest_growth_with_speed(e, speeds):
 
 def _steps(e: Evidence, speeds, column: str) -> list[float]:
     values = (e.study(rpm)[column].to_numpy() for rpm in speeds)
-    return [float((column[1:] / column[:-1]).min()) for column in values]
+    return [float((_some(column[1:]) / column[:-1]).min()) for column in values]
 
 
 @measure("study")
@@ -329,7 +340,7 @@ def ring_sd_steps(e, speeds):
 def ring_growth_with_radius(e, speeds):
     """RMS of the ring force at the largest radius over that at the paper's, at every speed."""
     values = (e.study(rpm)["ring_rms_n"] for rpm in speeds)
-    return [float(column.iloc[-1] / column.loc[e.radius]) for column in values]
+    return [float(_from(column, e.radius + 2 * SAME).iloc[-1] / _from(column, e.radius).iloc[0]) for column in values]
 
 
 @measure("study")
@@ -342,10 +353,11 @@ def right_share_from_0305(e, speeds):
 def right_share_below_0305(e, speeds):
     """Share of right-arc contact at the largest radius below 0.305 m, largest over the speeds, % of a turn."""
     shares = (e.study(rpm)["right_share_pct"] for rpm in speeds)
-    return max(float(column[column.index < 0.305 - SAME].iloc[-1]) for column in shares)
+    return max(float(_below(column, 0.305).iloc[-1]) for column in shares)
 
 
 def _spread(values) -> float:
+    _some(values[1:])  # one radius shows no spread
     return float(100 * (values / values.mean() - 1).abs().max())
 
 
