@@ -194,6 +194,17 @@ def test_a_nan_is_never_a_success(name):
     assert judge(CLAIMS[name], lost).verdict in (NOT_REPRODUCED, NOT_COMPARABLE)
 
 
+@pytest.mark.parametrize("name", [name for name in TESTS if name[:3] in ("C21", "C22", "C24", "C25") or name == "C23a"])
+def test_one_value_that_is_no_number_fails_what_needs_it(name):
+    numbers = [f"{side}_{what}" for side in ("left", "right", "ring") for what in ("rms_n", "sd_n", "share_pct")]
+    e = changed(good(), [n for n in numbers if n in good().metrics], np.nan, "ring/.*", None, [0.308, 0.313])
+    assert judge(CLAIMS[name], e).verdict == NOT_REPRODUCED
+
+
+def test_growth_from_nothing_is_no_growth():
+    assert judge(CLAIMS["C21a"], changed(good(), "left_rms_n", 0.0, "ring/.*", [115.0])).verdict == NOT_REPRODUCED
+
+
 def test_what_no_run_can_fail_is_no_test():
     e = good()
     for name in ("C01a", "C01c", "C02a", "C02b", "C11"):

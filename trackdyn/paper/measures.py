@@ -291,7 +291,7 @@ def _growth(e: Evidence, speeds, side: str) -> list:
     """RMS and SD at the highest speed over those at the lowest, by radius."""
     _some(speeds[1:])  # one speed shows no growth
     low, high = e.study(min(speeds)), e.study(max(speeds))
-    return [high[f"{side}_{name}"] / low[f"{side}_{name}"] for name in ("rms_n", "sd_n")]
+    return [(high[f"{side}_{name}"] / low[f"{side}_{name}"]).to_numpy() for name in ("rms_n", "sd_n")]
 
 
 @measure("study")
@@ -346,7 +346,7 @@ def ring_growth_with_radius(e, speeds):
 @measure("study")
 def right_share_from_0305(e, speeds):
     """Largest share of right-arc contact for radii of 0.305 m and more, % of a turn, at every speed."""
-    return [float(_from(e.study(rpm)["right_share_pct"], 0.305).max()) for rpm in speeds]
+    return [_range(_from(e.study(rpm)["right_share_pct"], 0.305)).high for rpm in speeds]
 
 
 @measure("study")
@@ -358,7 +358,8 @@ def right_share_below_0305(e, speeds):
 
 def _spread(values) -> float:
     _some(values[1:])  # one radius shows no spread
-    return float(100 * (values / values.mean() - 1).abs().max())
+    values = values.to_numpy()  # in which a missing value is not passed over
+    return float(100 * np.abs(values / values.mean() - 1).max())
 
 
 @measure("study")
