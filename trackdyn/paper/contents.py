@@ -271,13 +271,15 @@ OWN = (
         shape of the groove is this replication's own."""),
     Item("claims", "The scorecard as a picture", "claims",
          "trackdyn.report.figures.scorecard:scorecard_figure", """
-        Every claim of the paper as a row: the printed number, the number measured here, and the verdict. Reproduced:
-        within the tolerance; in trend: within a wider one or of the same order; not reproduced: neither. Not
-        comparable: the printed value or the data behind it are lost, or a program it needs is not installed. A bound is
-        our reading of words in the paper that carry no number.
+        Every claim of the paper with its parts: the printed number, the number measured here, and the verdict.
+        Reproduced: within the tolerance; in trend: within a wider one, or at some starts of the record; not reproduced:
+        neither. No test: shown, but no run of a sound program could fail it. Not comparable: the printed value or the
+        data behind it are lost, or what it needs was not run. "Ours" marks a bound that is our reading of words in the
+        paper that carry no number.
 
-        Tolerances stand in `config/claims.yaml` with their reasons, and were written before the runs. Reproduced does
-        not mean predicted: several claims were targets of the fit."""),
+        Predicted: an open test; follows: implied by a fitted claim or by kinematics; fitted: a target of the fit, or a
+        parameter was chosen by looking at it. A claim comes out if all of its judged parts do. Tolerances stand in
+        `config/claims.yaml` with their reasons, and which of them were set when results were known."""),
     Item("sensitivity", "What moves when a fitted parameter moves", "sensitivity",
          "trackdyn.report.figures.sensitivity:sensitivity_figure", """
         How far the measures behind the claims move when one fitted parameter moves (a log-scaled one by a factor of

@@ -9,6 +9,7 @@ rule claims:
         metrics=f"{R}/metrics.csv",
         events=f"{R}/events.csv",
         peer=f"{R}/peers/summary.csv",
+        records=[recording(run) for run in SPEEDS],
     output:
         csv=f"{R}/claims.csv",
         md=f"{R}/claims.md",
