@@ -26,7 +26,7 @@ CHOICES = {
     "friction": ("auto", "none", "tangential", "independent", "isotropic"),
     "closure": ("elastic_damping", "rigid"),
     "solver": SOLVERS,
-    "integrator": tuple(METHODS),
+    "integrator": tuple(sorted(METHODS, key=lambda name: METHODS[name].order)),
 }
 # bodies of this chain over which the literal product still keeps about half of its digits
 LITERAL_BODIES = 8
