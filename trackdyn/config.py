@@ -103,7 +103,7 @@ class Config(Section):
     results: str
     sensor_csv: str
     sensor_is_synthetic: bool
-    other_rigs: dict[Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")], OtherRig] = {}
+    other_rigs: dict[Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")], OtherRig] = Field(default_factory=dict)
     records: Records
     meshing: Meshing
     ring_study: RingStudy
