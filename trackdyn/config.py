@@ -110,6 +110,7 @@ class Config(Section):
     sensitivity: Sensitivity
     peers: Peers
     fidelity: FidelityStudy
+    traction_in_full: bool = True
     studies: StudiesFile
 
     @model_validator(mode="after")

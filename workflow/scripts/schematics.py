@@ -3,6 +3,7 @@ from pathlib import Path
 from _script import logged
 
 from trackdyn import load_rig
+from trackdyn.paper.contents import PAPER
 from trackdyn.report.figures import (
     chain_piece,
     contact_cases,
@@ -15,10 +16,13 @@ from trackdyn.report.figures import (
 )
 from trackdyn.report.style import save
 
+MODULES = (system, chain_piece, topology, locations, groove, engagement, contact_cases, flow)
+
 with logged(snakemake):
     rig = load_rig(snakemake.input.rig)
-    folder = Path(snakemake.output[0]).parent
-    for module in (system, chain_piece, topology, locations, groove, engagement, contact_cases, flow):
-        for number, draw in module.FIGURES.items():
-            save(draw(rig), folder / f"fig{number:02d}.png")
-            print(draw.__doc__.splitlines()[0])
+    modules = {module.__name__: module for module in MODULES}
+    for item in PAPER:
+        if item.rule == snakemake.rule:
+            module, name = item.draw.split(":")
+            save(getattr(modules[module], name)(rig), Path(snakemake.output[0]).with_name(f"{item.key}.png"))
+            print(f"{item.label}. {item.title}")
