@@ -12,8 +12,9 @@ from typer.testing import CliRunner
 import trackdyn.scene
 from trackdyn.cli import app
 from trackdyn.errors import DivergenceError, InputError
+from trackdyn.loop import Loop
 from trackdyn.measure.metrics import energy_residual
-from trackdyn.model import ENERGY_NAMES
+from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.recording import Recording, load_recording
 from trackdyn.simulate import simulate
 
@@ -158,44 +159,28 @@ def test_negative_motor_speed_is_refused(make_scene):
 
 STEPS_WITHOUT_JIT = """
 import json, sys
-import numpy as np
-from trackdyn import Scene, load_rig
+from trackdyn import Loop
 from trackdyn.chain.riccati import accelerations
-from trackdyn.chain.kinematics import bushing_torques, orient, place
-from trackdyn.contact.loads import contact_loads
-from trackdyn.model import State, make_buffers
-from trackdyn.scene import build_model
 import numba
-data = np.load(sys.argv[1])
-scene = Scene(load_rig(sys.argv[2]), 150.0)
-model = build_model(scene, float(data["shift"]))
-state = State(*(data[name].copy() for name in State._fields))
-work = make_buffers(len(state.angle), 3)
-orient(state.angle, work.cos, work.sin)
-place(model.chain, state, work)
-contact_loads(model, state, work)
-bushing_torques(model.chain, state, work)
-accelerations(model.chain, work.cos, work.sin, state.rate, work.force_x, work.force_y, work.moment,
-              work.torque, model.step * model.chain.damping, 0, work.sweep)
+loop = Loop.load(sys.argv[1])
+loop.pins  # places, contacts and bushings of the state
+model, state, work = loop.model, loop.state, loop.work
+accelerations(model.chain, state, work, model.step * model.chain.damping, 0)
 alpha = work.sweep.response @ work.sweep.load
 force = work.tooth_force.tolist() + work.wheel_force.ravel().tolist()
 print(json.dumps({"jit": not numba.config.DISABLE_JIT, "alpha": alpha.tolist(), "force": force}))
 """
 
 
-def test_kernels_give_the_same_without_the_jit(make_scene, rig_path, tmp_path):
+def test_kernels_give_the_same_without_the_jit(make_scene, tmp_path):
     """The kernels are plain Python too; only the order of rounding may differ."""
-    from trackdyn.integrate.run import run
-    from trackdyn.settling import empty_record, settle
-
-    model, state, work, layout = settle(make_scene(150.0))
-    for _ in range(300):
-        assert run(model, state, work, empty_record(1, 70, 3), 0, 1, 10) == -1
-    np.savez(tmp_path / "state.npz", shift=layout["tensioner_shift_m"], **state._asdict())
+    loop = Loop(make_scene(150.0))
+    loop.advance(0.3)
+    loop.save(tmp_path / "loop.npz")
     seen = {}
     for disabled in ("0", "1"):
         result = subprocess.run(
-            [sys.executable, "-c", STEPS_WITHOUT_JIT, str(tmp_path / "state.npz"), str(rig_path)],
+            [sys.executable, "-c", STEPS_WITHOUT_JIT, str(tmp_path / "loop.npz")],
             env=os.environ | {"NUMBA_DISABLE_JIT": disabled},
             capture_output=True,
             text=True,

@@ -26,7 +26,7 @@ CHOICES = {
     "friction": ("auto", "none", "tangential", "independent", "isotropic"),
     "closure": ("elastic_damping", "rigid"),
     "solver": SOLVERS,
-    "integrator": tuple(METHODS),
+    "integrator": tuple(sorted(METHODS, key=lambda name: METHODS[name].order)),
     "tension": ("locked", "retensioned", "sprung"),
     "drag": ("viscous", "coulomb"),
 }

@@ -204,7 +204,7 @@ class Loop:
         return float(np.hypot(*self.work.cut[:2]))
 
     def _refresh(self) -> None:
-        refresh(self.model, self.state, self.work, self.work.space, self.work.implicit)
+        refresh(self.model, self.state, self.work)
 
     # -- steering ------------------------------------------------------------------------------------------------------
 

@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
-from trackdyn.chain.model import Chain
 
-from trackdyn.chain import dense, riccati, transfer_matrices
-from trackdyn.chain.riccati import make_work
+from trackdyn.chain import multipliers, riccati, transfer_matrices
+from trackdyn.model.constants import Chain
 from trackdyn.study.extremes import reference
+from trackdyn.study.extremes.solvers import Pose, posed
 
-SOLVERS = ["riccati", "dense", "product"]  # against the multipliers in extended precision
+SOLVERS = ["riccati", "multipliers", "product"]  # against the multipliers in extended precision
+KERNELS = dict(zip(SOLVERS, (riccati, multipliers, transfer_matrices), strict=True))
 # The sweep and the dense system stay below 1e-14 at 70 bodies.
 AGREEMENT = 1e-10
 # The product loses digits with its length (`trackdyn.chain.transfer_matrices.growth`), to how many differs by the
@@ -68,19 +69,15 @@ def gap_rows(chain, angle):
 
 
 def solve(solver, chain, angle, rate, *loads, step=0.0, probe=0):
-    """Work arrays of a kernel at this state and what it returns."""
+    """What a solver writes at this state and what it returns."""
     turn = np.append(np.diff(angle), angle[0] - angle[-1] - 2.0 * np.pi)
     relative = np.append(np.diff(rate), rate[0] - rate[-1])
     torque = -chain.stiffness * (turn - chain.free_angle) - chain.damping * relative
-    work = make_work(len(angle))
-    for array in work:
+    state, work = posed(Pose(angle, rate, *loads, torque))
+    for array in work.sweep:
         array[...] = 7.0  # of an earlier step
-    state = (chain, np.cos(angle), np.sin(angle), rate, *loads, torque)
-    if solver == "product":
-        assert step == 0.0
-        return work, transfer_matrices.accelerations(*state, probe, work)
-    kernel = {"riccati": riccati, "dense": dense}[solver].accelerations
-    return work, kernel(*state, step * chain.damping, probe, work)
+    assert step == 0.0 or solver != "product"
+    return work.sweep, KERNELS[solver].accelerations(chain, state, work, step * chain.damping, probe)
 
 
 def motion(solver, chain, angle, rate, *loads, step=0.0, probe=0):
@@ -193,7 +190,7 @@ def test_projection_closes_the_gap_with_the_least_change_of_energy(solver, kind,
         np.testing.assert_allclose(seen, expected, rtol=0, atol=agreement(solver) * np.abs(alpha).max())
 
 
-@pytest.mark.parametrize("solver", ["dense", "product"])
+@pytest.mark.parametrize("solver", SOLVERS[1:])
 def test_load_is_one_column(solver):
     chain = make_chain(BAR, 6)
     work, _ = solve(solver, chain, *random_state(chain, 0))

@@ -269,4 +269,4 @@ def equal_pitch_radius(teeth: int, link_length: float, connector_length: float, 
 
 
 # tooth profiles by name, each made from the ten arcs of the rig
-PROFILES = {"ten_arcs": lambda groove: groove, "three_surfaces": coarse_groove}
+PROFILES = {"three_surfaces": coarse_groove, "ten_arcs": lambda groove: groove}
