@@ -234,7 +234,7 @@ def build_model(scene) -> Model:
     shoes = build_shoes(rig, scene.chain)
     body = int(shoes.link_body[rig.sensor.pitch - 1])
     tooth = make_tooth(
-        profile(rig.groove_profile), rig.chain.connector_radius, _law(rig, rig.tooth_contact, scene), toothed
+        profile(rig), rig.chain.connector_radius, _law(rig, rig.tooth_contact, scene), toothed
     )
     wheels = build_wheels(scene)
     return Model(

@@ -5,14 +5,15 @@ from itertools import islice
 
 import numpy as np
 import pytest
-from trackdyn.integrate.limits import refuse_open_account, turn_limit
 
 from trackdyn import DivergenceError, InputError, Scene
+from trackdyn.build import build_chain
 from trackdyn.chain.transfer_matrices import growth
 from trackdyn.fidelity import literal_error
-from trackdyn.model import ENERGY_NAMES
+from trackdyn.limits import turn_limit
+from trackdyn.measure.energy import refuse_open_account
+from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.report.figures.extremes import FIGURES
-from trackdyn.scene import build_chain, build_model
 from trackdyn.study.extremes import cases, random_scenes, solvers
 from trackdyn.study.extremes.judge import (
     COLUMNS,
@@ -206,7 +207,7 @@ def test_a_restitution_without_measure_is_refused(rig):
 
 def test_an_account_that_stays_open_is_refused(rig):
     """Chatter of friction at contacts heavier than reckoned with ended as a result that looked sound."""
-    model = build_model(Scene(rig, 210.0))
+    model = Scene(rig, 210.0).model
     energy = np.zeros((2, len(ENERGY_NAMES)))
     energy[1, ENERGY_NAMES.index("sprocket_work")] = 100.0
     energy[1, ENERGY_NAMES.index("bearing")] = 100.0
