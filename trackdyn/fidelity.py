@@ -24,6 +24,7 @@ CHOICES = {
     "tooth_contact": ("none", *PROFILES),
     "normal_law": tuple(NORMAL_LAWS),
     "friction": ("auto", "none", "tangential", "independent", "isotropic"),
+    "joint": ("revolute", "radial"),
     "closure": ("elastic_damping", "rigid"),
     "solver": SOLVERS,
     "integrator": tuple(METHODS),
@@ -96,8 +97,11 @@ def decide(scene) -> dict[str, Decision]:
             found["friction"] = Decision("independent", "motion in space: tangential and axial friction as printed")
         else:
             found["friction"] = Decision("tangential", "planar: nothing moves along the axes")
+    if scene.joint == "radial":
+        found["joint"] = Decision("radial", "the scene asks for pins in rubber that part under load")
+        found["closure"] = Decision("radial", "as every other joint: no joint of the loop is rigid")
     if scene.chain == "belt":
-        for name in ("tooth_contact", "normal_law", "friction", "closure", "solver", "integrator"):
+        for name in ("tooth_contact", "normal_law", "friction", "joint", "closure", "solver", "integrator"):
             found[name] = Decision("none", "a kinematic path has no forces and no equations to solve")
     elif scene.loop == "free":
         for name in ("tooth_contact", "normal_law", "friction"):
@@ -163,6 +167,17 @@ def refuse_nonsense(scene) -> None:
         for field, only in (("closure", "rigid"), ("solver", "riccati"), ("integrator", "semi_implicit")):
             if getattr(scene, field) != only:
                 refuse(field, f"motion in space is solved with '{only}' only; or space='planar' would do")
+    if scene.joint == "radial":
+        if spatial:
+            refuse("joint", "pins part in the plane only; 'revolute' would do, or space='planar'")
+        for field, only in (
+            ("chain", "double_pin"), ("closure", "rigid"), ("solver", "riccati"), ("integrator", "semi_implicit"),
+        ):  # fmt: skip
+            if getattr(scene, field) != only:
+                why = "; the cut is then a joint like all others" if field == "closure" else ""
+                refuse(field, f"joint='radial' is modelled with '{only}' only{why}; or joint='revolute' would do")
+        if scene.frame_interval:
+            refuse("frame_interval", "configurations hold no parted pins; 0 would do, or joint='revolute'")
     if scene.solver == "transfer_product" and bodies > LITERAL_BODIES:
         refuse(
             "solver",

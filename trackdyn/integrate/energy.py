@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from trackdyn.chain import radial
 from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET, Model
 from trackdyn.model.record import (
@@ -94,6 +95,7 @@ def account(model: Model, state: State, work: Work, space):
         after = state.rate[i + 1 if i < n - 1 else 0] - state.rate[i]
         loss += after * (work.joint_rate[i] + after)
     done[BUSHING_LOSS] += 0.5 * h * chain.damping * loss
+    radial.add_loss(model, state, done, BUSHING_LOSS, work.radial)
 
 
 @kernel
@@ -186,6 +188,8 @@ def energies(model: Model, state: State, work: Work, space, out):
     out[KINETIC] = kinetic
     out[GRAVITY] = gravity
     out[BUSHING_ELASTIC] = elastic
+    # turned and radially parted, a bushing is one piece of rubber: one entry holds what both springs store
+    radial.add_energy(state, out, BUSHING_ELASTIC, model.radial)
     if space is not None:
         _add_plane(model, state, work, space, out)
 

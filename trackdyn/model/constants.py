@@ -232,11 +232,19 @@ class Space(NamedTuple):
     friction: int
 
 
+class Radial(NamedTuple):
+    """Rubber of the pins: ``stiffness`` (N/m) and ``damping`` (N s/m) against their parting (`chain.radial`)."""
+
+    stiffness: float
+    damping: float
+
+
 class Model(NamedTuple):
     """A scene as kernels see it (`trackdyn.build.build_model`).
 
     ``step`` is in s, ``stride`` the number of steps in a sample. ``solver`` is None for the Riccati sweep or
-    one of `integrate.dynamics`' numbers, ``space`` None for a planar scene.
+    one of `integrate.dynamics`' numbers, ``space`` None for a planar scene, ``radial`` None for joints whose pins
+    do not part; ``closure`` then says what the cut joint is, otherwise it is a joint like all others.
     """
 
     chain: Chain
@@ -250,3 +258,4 @@ class Model(NamedTuple):
     stride: int
     solver: int | None = None
     space: Space | None = None
+    radial: Radial | None = None
