@@ -173,8 +173,10 @@ class Loop:
         """(n, 2) force of body i on body i + 1 through the joint between them at the last step taken, N.
 
         Newton's law along the chain, from the cut (the last entry) on, with the accelerations of that step. Contacts
-        are those of the state as it is, one step later.
+        are those of the state as it is, one step later. Where pins part it is the force of their rubber.
         """
+        if self.work.radial is not None:
+            return self.work.radial.force.copy()
         chain, work, sweep = self.model.chain, self.work, self.work.sweep
         alpha, acceleration = sweep.response @ sweep.load, sweep.base @ sweep.load
         rate2 = self.state.rate**2
@@ -233,7 +235,7 @@ class Loop:
     def changed(self, **fields) -> "Loop":
         """An independent loop in the same state that goes on with some fields of its scene replaced.
 
-        Step, integrator, solver, motor speed, laws, the rig's weights and the like may change; bodies and wheels stay.
+        Step, integrator, solver, motor speed, laws, the rig's weights and the like may change; bodies, joints and wheels stay.
         """
         other = Loop.__new__(Loop)
         other.scene, other.layout = self.scene.with_(**fields), dict(self.layout)

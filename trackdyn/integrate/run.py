@@ -61,12 +61,12 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
                 for wheel in range(space.axial.shape[0]):
                     space.axial[wheel] += space.wheel_load[wheel, 2] / model.stride
                 plane_dynamics(model, state, work, space)
-            solve_chain(model, state, work, model.step, implicit, model.solver)
+            solve_chain(model, state, work, model.step, implicit, model.solver, work.radial)
             sense(model, state, work, space)
             accumulate(work, 1.0)
             if implicit is not None:
                 finish_forces(model, state, work, implicit)
-            bad = advance(model, state, work, implicit)
+            bad = advance(model, state, work, implicit, work.radial)
             if bad >= 0:
                 return bad
             if space is not None:

@@ -98,6 +98,8 @@ class Bushing(Section):
     stiffness: quantity("N m/rad", ge=0)
     damping: quantity("N m s/rad", ge=0)
     free_angle: quantity("rad", gt=-1.6, lt=1.6)
+    radial_stiffness: quantity("N/m", gt=0)
+    radial_damping: quantity("N s/m", ge=0)
 
 
 class GrooveParameters(Section):
