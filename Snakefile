@@ -4,34 +4,36 @@ import sys
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
+from snakemake.utils import update_config
 
 # The workflow runs from its own folder, with or without the package installed elsewhere.
 sys.path.insert(0, str(workflow.basedir))
 
-from trackdyn.config import check_config
+from trackdyn.config import check_layers
 from trackdyn.errors import TrackdynError
+from trackdyn.imports import imported_files
 from trackdyn.jit import source_hash
 
-if not workflow.configfiles:
-    configfile: "config/config.yaml"
+
+# The base of every configuration: a file of --configfile states what differs, and whole lists at that.
+configfile: "config/config.yaml"
 
 
 try:
-    CONFIG, RIG, SCENES = check_config(
-        config, str(Path(workflow.configfiles[-1]).name) if workflow.configfiles else "config.yaml"
-    )
+    # files of --configfile come before the base in this list, but on top of it in the configuration
+    CONFIG, RIG, SCENES = check_layers(config, [workflow.configfiles[-1], *workflow.configfiles[:-1]], update_config)
 except TrackdynError as error:
     raise WorkflowError(str(error)) from None
 
 R = CONFIG.results
+# scenes of the rigs that the scorecard judges beside the first
+OTHERS = {name: CONFIG.other_scenes(name, SCENES) for name in CONFIG.other_rigs}
 SPEEDS = [f"{rpm:g}rpm" for rpm in CONFIG.records.speeds_rpm]
 
 
 wildcard_constraints:
     run=r"\d[\w.]*rpm|(meshing|ring|coarse)/[\w.]+",
-
-
-report: "workflow/report/workflow.rst"
+    other="[a-z][a-z0-9_]*",
 
 
 include: "workflow/rules/common.smk"
@@ -44,20 +46,10 @@ include: "workflow/rules/peers.smk"
 include: "workflow/rules/studies.smk"
 include: "workflow/rules/extremes.smk"
 include: "workflow/rules/report.smk"
-include: "workflow/rules/pictures.smk"
 
 
 rule all:
     default_target: True
     input:
-        rules.records.input,
-        rules.ring.input,
-        rules.claims.output,
-        rules.sensitivity.output,
-        rules.schematics.output,
-        rules.peers.input,
-        rules.fidelity.output,
-        rules.trade_short.output,
+        rules.report_page.input, # the page needs all but the extremes
         rules.extremes_short.output,
-        rules.costs.output,
-        rules.report_page.input,

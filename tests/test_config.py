@@ -7,16 +7,18 @@ import sys
 from pathlib import Path
 
 import pytest
+from snakemake.utils import update_config
 from typer.testing import CliRunner
 
 from trackdyn.cli import app
-from trackdyn.config import check_config, load_config
+from trackdyn.config import check_config, check_layers
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.validation import read_yaml
+from trackdyn.study.accuracy.planner import PLANNED
 
 ROOT = Path(__file__).parents[1]
-SHIPPED = ("config/config.yaml", "config/quick.yaml")
+BASE, QUICK = SHIPPED = ("config/config.yaml", "config/quick.yaml")
 
 
 @pytest.fixture(autouse=True)
@@ -26,7 +28,20 @@ def in_the_repository(monkeypatch):
 
 @pytest.fixture
 def data():
-    return copy.deepcopy(read_yaml("config/config.yaml"))
+    return copy.deepcopy(read_yaml(BASE))
+
+
+def merged(*paths):
+    """Files on top of one another, as Snakemake merges them."""
+    data = {}
+    for path in paths:
+        update_config(data, read_yaml(path))
+    return data
+
+
+def load(path):
+    """A shipped configuration: what it says, on top of the base."""
+    return check_config(merged(BASE, path), path)
 
 
 def put(data, dotted, value):
@@ -47,7 +62,7 @@ def refusal(data, name="mine.yaml"):
 
 @pytest.mark.parametrize("path", SHIPPED)
 def test_shipped_configurations_are_valid(path):
-    config, rig, scenes = load_config(path)
+    config, rig, scenes = load(path)
     assert rig.model_dump() == load_rig(config.rig).model_dump()
     study = config.ring_study
     rings = len(study.radii_m) + study.without_ring
@@ -56,24 +71,60 @@ def test_shipped_configurations_are_valid(path):
 
 
 def test_the_full_configuration_is_the_papers_matrix():
-    config, _, scenes = load_config("config/config.yaml")
+    config, _, scenes = load(BASE)
     assert config.records.speeds_rpm == [115, 150, 180, 210]
     assert config.records.duration_s == 90
     assert config.ring_study.radii_m == pytest.approx([0.303 + 0.001 * i for i in range(11)])
     assert sum(scene.ring_radius is None for scene in scenes.values()) == 1 + 4
 
 
-def test_quick_and_full_configuration_have_the_same_settings():
-    full, quick = (read_yaml(path) for path in SHIPPED)
-    assert full.keys() == quick.keys()
-    for section in ("records", "meshing", "ring_study"):
-        assert full[section].keys() == quick[section].keys()
+def test_the_quick_configuration_states_only_what_differs(data):
+    for name, value in read_yaml(QUICK).items():
+        for field in value if isinstance(value, dict) else [None]:
+            ours, base = (value[field], data[name][field]) if field else (value, data[name])
+            assert ours != base, f"{name} {field or ''}"
+
+
+def test_a_list_replaces_that_of_the_base():
+    """Three radii in place of eleven, not fourteen; what is not stated is the base's."""
+    config, _, _ = load(QUICK)
+    assert config.ring_study.radii_m == [0.303, 0.308, 0.313]
+    assert config.records.speeds_rpm == [115, 150, 180, 210]
+
+
+def test_a_refusal_names_the_file_that_is_to_blame(tmp_path):
+    mine, base = tmp_path / "mine.yaml", tmp_path / "base.yaml"
+    base.write_bytes(Path(BASE).read_bytes())
+    mine.write_text("records: {duration_s: 1}\n", encoding="utf-8")
+    files = [base, QUICK, mine]
+    with pytest.raises(InputError, match=r"^mine\.yaml: records\.duration_s = 1 s is not accepted"):
+        check_layers(merged(*files), files)
+    base.write_text(base.read_text(encoding="utf-8") + "more: 1\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"^base\.yaml: more is not a known parameter"):
+        check_layers(merged(*files), files)
+
+
+def test_a_mistake_of_no_file_is_said_with_the_last_one(data):
+    put(data, "records.duration_s", -1)  # on the command line
+    with pytest.raises(InputError, match=r"^quick\.yaml: records\.duration_s = -1 is not accepted"):
+        check_layers(data, SHIPPED)
+
+
+def test_a_tolerance_in_place_of_a_step(data):
+    """The configuration knows the planner's measures; whether data support them is the planner's to say."""
+    for measure in PLANNED:
+        put(data, "records.plan", {"tolerance": "2%", "measure": measure, "data": "absent.csv"})
+        check_config(data, "mine.yaml")
+    put(data, "records.plan.measure", "speed")
+    assert "records.plan.measure = 'speed' is not accepted: input should be 'rms'" in refusal(data)
+    put(data, "records.plan", {"tolerance": "2", "measure": "rms", "data": "absent.csv"})
+    assert "records.plan.tolerance = '2' is not accepted: a share between 0 and 1" in refusal(data)
 
 
 @pytest.mark.parametrize("path", SHIPPED)
 def test_a_run_name_says_what_the_run_is(path):
     """A dictionary cannot hold a name twice: what may go wrong is a name that belongs to another scene."""
-    _, _, scenes = load_config(path)
+    _, _, scenes = load(path)
     for name, scene in scenes.items():
         if name.startswith("ring/"):
             speed, _, radius = name.removeprefix("ring/").partition("rpm_")
@@ -91,7 +142,7 @@ def test_a_run_name_says_what_the_run_is(path):
 
 @pytest.mark.parametrize("path", SHIPPED)
 def test_every_sensor_file_exists(path):
-    config, _, _ = load_config(path)
+    config, _, _ = load(path)
     for rpm in config.records.speeds_rpm:
         assert Path(config.sensor_path(rpm)).is_file()
 
@@ -250,14 +301,14 @@ def test_a_file_that_is_no_configuration_is_refused(tmp_path, content, says):
     path = tmp_path / "broken.yaml"
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
     with pytest.raises(InputError) as caught:
-        load_config(path)
+        check_config(read_yaml(path), str(path))
     assert str(caught.value).startswith(f"{path}: ")
     assert says in str(caught.value)
 
 
 def test_a_missing_configuration_file_is_refused(tmp_path):
     with pytest.raises(InputError, match="no such file"):
-        load_config(tmp_path / "absent.yaml")
+        read_yaml(tmp_path / "absent.yaml")
 
 
 # --- the command -----------------------------------------------------------------------------------------

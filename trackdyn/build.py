@@ -15,6 +15,7 @@ from trackdyn.model.constants import (
     Drive,
     Law,
     Model,
+    Radial,
     Sensor,
     Shoes,
     Space,
@@ -144,7 +145,13 @@ def build_wheels(scene) -> Wheels:
         np.array([int(scene.ring_radius is not None), 1, 1])[:count],
         *np.ascontiguousarray(circles[:count].T),
         np.array([0.0, rig.idler.inertia, rig.road_wheel.inertia])[:count],
-        np.array([0.0, rig.idler.bearing_drag, rig.road_wheel.bearing_drag])[:count],
+        *(
+            np.array([0.0, *(part * (scene.drag == kind) for part in parts)])[:count]
+            for kind, parts in (
+                ("viscous", (rig.idler.bearing_drag, rig.road_wheel.bearing_drag)),
+                ("coulomb", (rig.idler.bearing_torque, rig.road_wheel.bearing_torque)),
+            )
+        ),
         rig.chain.link_thickness / 2,
         _law(rig, rig.ring_contact, scene),
         _law(rig, rig.wheel_contact, scene),
@@ -243,6 +250,7 @@ def build_model(scene) -> Model:
         scene.stride,
         SOLVERS.index(scene.solver) or None,
         build_space(scene, tooth, wheels) if scene.fidelity["space"].setting == "spatial" else None,
+        Radial(rig.bushing.radial_stiffness, rig.bushing.radial_damping) if scene.joint == "radial" else None,
     )
 
 

@@ -1,24 +1,25 @@
 """The configuration of the pipeline: which runs, for how long, compared with what."""
 
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from trackdyn.errors import InputError
+from trackdyn.errors import InputError, TrackdynError
 from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.parameters.validation import NotNegative, Positive, Section, read_yaml, validated
+from trackdyn.parameters.validation import NotNegative, Positive, Section, parse_tolerance, read_yaml, validated
 from trackdyn.scene import Scene
-from trackdyn.study.accuracy.planner import load_trade, plan
 from trackdyn.study.settings import StudiesFile
 
 
 class Planned(Section):
-    """A tolerance in place of a step: the planner picks fidelity and step from measured data."""
+    """A tolerance in place of a step: the rule `plan` picks fidelity and step from measured data."""
 
     tolerance: float | str
-    measure: str
+    # what the planner knows, named here because the planner needs the whole simulator
+    measure: Literal["rms", "sd", "line", "left_peak", "left_share", "right_share", "ring_share"]
     data: str
 
 
@@ -85,6 +86,13 @@ class FidelityStudy(Section):
     loop_turns: Annotated[int, Field(ge=2)]
 
 
+class OtherRig(Section):
+    """A further rig that the scorecard judges beside the first, and the longest step that it is run with."""
+
+    rig: str
+    step_s: Positive
+
+
 class Config(Section):
     """Everything in ``config/config.yaml``.
 
@@ -95,16 +103,23 @@ class Config(Section):
     results: str
     sensor_csv: str
     sensor_is_synthetic: bool
+    other_rigs: dict[Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")], OtherRig] = Field(default_factory=dict)
     records: Records
     meshing: Meshing
     ring_study: RingStudy
     sensitivity: Sensitivity
     peers: Peers
     fidelity: FidelityStudy
+    traction_in_full: bool = True
     studies: StudiesFile
 
     @model_validator(mode="after")
     def _consistent(self):
+        if self.records.plan:
+            try:
+                parse_tolerance(self.records.plan.tolerance)
+            except InputError as error:
+                raise InputError(f"records.plan.{error}") from None
         for where, values in (
             ("records.speeds_rpm", self.records.speeds_rpm),
             ("ring_study.speeds_rpm", self.ring_study.speeds_rpm),
@@ -138,6 +153,10 @@ class Config(Section):
         ------
         InputError
             If a scene is not possible on this rig or its record is too short for its statistics.
+
+        Notes
+        -----
+        With ``records.plan`` fidelity and step of the records are the planner's, put in when they are run.
         """
         runs: dict[str, Scene] = {}
 
@@ -150,7 +169,6 @@ class Config(Section):
                 raise InputError(f"{section} (run {name}): {error}") from None
 
         r, m, s = self.records, self.meshing, self.ring_study
-        trade = load_trade(r.plan.data) if r.plan else None
         for rpm in r.speeds_rpm:
             add(
                 f"{rpm:g}rpm",
@@ -160,12 +178,8 @@ class Config(Section):
                 duration=r.duration_s,
                 lead_in=r.lead_in_s,
                 ramp=r.ramp_s,
+                step=r.step_s,
                 frame_interval=r.frame_interval_s,
-                **(
-                    plan(trade, r.plan.tolerance, r.plan.measure, rpm, r.ring_radius_m).fields
-                    if r.plan
-                    else {"step": r.step_s}
-                ),
             )
             if r.duration_s * runs[f"{rpm:g}rpm"].loop_frequency < 2:
                 raise InputError(
@@ -200,6 +214,20 @@ class Config(Section):
         return runs
 
 
+    def other_scenes(self, name: str, scenes: dict[str, Scene]) -> dict[str, Scene]:
+        """The scenes of the first rig on another one, but for those of Table 4."""
+        other = self.other_rigs[name]
+        rig = load_rig(other.rig)
+        try:
+            return {
+                run: scene.with_(rig=rig, step=min(scene.step, other.step_s))
+                for run, scene in scenes.items()
+                if not run.startswith("coarse/")
+            }
+        except InputError as error:
+            raise InputError(f"other_rigs.{name}: {error}") from None
+
+
 def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
     """Validate a configuration with the rig and all scenes that it leads to.
 
@@ -211,11 +239,27 @@ def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
     config = validated(Config, data, name)
     rig = load_rig(config.rig)
     try:
-        return config, rig, config.scenes(rig)
+        scenes = config.scenes(rig)
+        for other in config.other_rigs:
+            config.other_scenes(other, scenes)
+        return config, rig, scenes
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
 
 
-def load_config(path: Path | str) -> tuple[Config, Rig, dict[str, Scene]]:
-    """Read and validate a configuration file."""
-    return check_config(read_yaml(path), str(path))
+def check_layers(data: Any, files: Sequence[Path | str], update: Callable[[dict, dict], None]) -> tuple[Config, Rig, dict[str, Scene]]:
+    """Validate a configuration that was merged from files by ``update``, the later on top of the earlier.
+
+    Raises
+    ------
+    InputError
+        Names the first file with which the configuration is refused, else the last one.
+    """
+    try:
+        return check_config(data, Path(files[-1]).name)
+    except TrackdynError:
+        merged: dict = {}
+        for file in files:
+            update(merged, read_yaml(file))
+            check_config(merged, Path(file).name)
+        raise

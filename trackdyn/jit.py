@@ -1,45 +1,158 @@
 """The one jit wrapper of the package.
 
-numba's cache sees an edit in the file of a function but not in the files it calls, so code from
-before an edit could run silently. The cache folder therefore carries a hash of every kernel source:
-any edit starts a new cache. ``NUMBA_DISABLE_JIT=1`` runs every kernel as plain Python.
+numba's cache sees an edit in the file of a function but not in the files it calls, nor another processor's
+settings, so code from before an edit could run silently. The cache folder therefore carries a hash of everything
+that decides which code runs: any edit starts a new folder. Where that folder cannot be written there is no cache,
+never one elsewhere. ``NUMBA_DISABLE_JIT=1`` runs every kernel as plain Python.
 """
 
 import hashlib
 import os
+import pickle
+import sys
+import tempfile
 from pathlib import Path
 
+import llvmlite
 import numba
+from numba.core.registry import cpu_target
 from platformdirs import user_cache_dir
 
 KERNEL_SOURCES = ("model", "contact", "chain", "integrate")
+# No fastmath: results must be the same bit for bit from run to run and NaN must stay visible.
+OPTIONS = {"error_model": "numpy", "boundscheck": False}
+# what else of numba's settings changes the code it makes
+_SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO_DEFAULT")
 
 
 def source_hash(sources=KERNEL_SOURCES) -> str:
-    """Hash of the named files and folders of the package (16 hexadecimal digits)."""
+    """Hash of the program that makes a recording (16 hexadecimal digits).
+
+    It covers this file with the options of compilation, the named files and folders of the package, and the
+    versions of numba and llvmlite. It does not cover the processor: the same program on another machine has the
+    same hash, so that results may move.
+    """
     root = Path(__file__).parent
-    digest = hashlib.sha256(numba.__version__.encode())
-    for name in sources:
+    digest = hashlib.sha256(f"numba {numba.__version__}, llvmlite {llvmlite.__version__}".encode())
+    for name in ("jit.py", *sources):
         place = root / name
         for path in [place] if place.is_file() else sorted(place.rglob("*.py")):
-            digest.update(path.relative_to(root).as_posix().encode())
-            digest.update(path.read_bytes())
+            content = path.read_bytes()
+            digest.update(f"\n{path.relative_to(root).as_posix()} {len(content)}\n".encode())
+            digest.update(content)
     return digest.hexdigest()[:16]
 
 
+def target_hash() -> str:
+    """Hash of what numba compiles for: processor, its features, Python, settings (8 hexadecimal digits)."""
+    target = cpu_target.target_context.codegen().magic_tuple()  # heeds NUMBA_CPU_NAME and NUMBA_CPU_FEATURES
+    settings = [getattr(numba.config, name, None) for name in _SETTINGS]
+    return hashlib.sha256(repr((target, sys.implementation.cache_tag, settings)).encode()).hexdigest()[:8]
+
+
 def cache_folder() -> Path:
-    """Folder of the compiled kernels: ``TRACKDYN_CACHE`` or the user's cache, one a source hash."""
+    """Folder of the compiled kernels in ``TRACKDYN_CACHE`` or the user's cache: one a program and processor."""
     base = os.environ.get("TRACKDYN_CACHE") or user_cache_dir("trackdyn", appauthor=False)
-    return Path(base) / source_hash()
+    return Path(base).absolute() / f"{source_hash()}-{target_hash()}"
 
 
-numba.config.CACHE_DIR = str(cache_folder())
+_warned = False
 
-# No fastmath: results must be the same bit for bit from run to run and NaN must stay visible.
-OPTIONS = {"cache": True, "error_model": "numpy", "boundscheck": False}
-# Kernels of the time loop allocate nothing, so numba need not count references to their arrays, and one
-# function is one piece of machine code: together that halves the cost of a step. An array that is
-# allocated in a kernel, or copied whole (a[:] = b), is refused at compilation ("NRT required").
-kernel = numba.njit(**OPTIONS, forceinline=True, _nrt=False)
-# For what may allocate: the dense solvers. Said in so many words, or a kernel that calls them would hand on its own.
-allocating = numba.njit(**OPTIONS, _nrt=True)
+
+def _warn(folder, reason):
+    """Say once a process that nothing is kept."""
+    global _warned
+    if not _warned:
+        print(
+            f"trackdyn: the cache folder {folder} cannot be used ({reason}), so every process compiles its kernels "
+            "anew, up to a minute; TRACKDYN_CACHE names another folder",
+            file=sys.stderr,
+        )
+    _warned = True
+
+
+def _writable(folder):
+    """The folder, made if need be, or None with a warning."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError as error:
+        _warn(folder, error.strerror or error)
+        return None
+    return folder
+
+
+class _CheckedFile:
+    """numba's files of one kernel, by which a damaged one counts as missing: LLVM would abort the process.
+
+    The key stands in the file with the code, because two processes that compile at once may take the same file.
+    """
+
+    def __init__(self, file):
+        self._file = file
+
+    def save(self, key, data):
+        content = self._file._dump((key, data))
+        checked = hashlib.sha256(content).digest(), content
+        try:
+            try:
+                self._file.save(key, checked)
+            except (EOFError, ValueError, pickle.UnpicklingError):  # a damaged index
+                self._file.flush()
+                self._file.save(key, checked)
+        except OSError as error:  # a full disk
+            _warn(FOLDER, error.strerror or error)
+
+    def load(self, key):
+        try:
+            digest, content = self._file.load(key)
+            if hashlib.sha256(content).digest() != digest:
+                return None
+            stored, data = pickle.loads(content)
+            return data if stored == key else None
+        except Exception:  # whatever a damaged file makes of unpickling; nothing found is a TypeError
+            return None
+
+    def flush(self):
+        self._file.flush()
+
+
+FOLDER = None if numba.config.DISABLE_JIT else _writable(cache_folder())
+
+
+def _compiled(function, **options):
+    """Dispatcher of a function, with its code kept in ``FOLDER`` or nowhere."""
+    if FOLDER is None:
+        return numba.njit(**OPTIONS, **options)(function)
+    # numba's own setting falls back to folders without a hash, and is read anew when the environment changes
+    before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(FOLDER)
+    try:
+        dispatcher = numba.njit(**OPTIONS, **options, cache=True)(function)
+    except RuntimeError as error:  # no folder of numba's choice can be written
+        _warn(FOLDER, error)
+        return numba.njit(**OPTIONS, **options)(function)
+    finally:
+        numba.config.CACHE_DIR = before
+    if Path(dispatcher.stats.cache_path).parent != FOLDER:
+        _warn(dispatcher.stats.cache_path, "numba chose it, and edits would not be seen there")
+        return numba.njit(**OPTIONS, **options)(function)
+    dispatcher._cache._cache_file = _CheckedFile(dispatcher._cache._cache_file)
+    return dispatcher
+
+
+def kernel(function):
+    """Compile a function of the time loop, which allocates nothing.
+
+    Nothing allocated, numba need not count references to the arrays, and one function is one piece of machine
+    code: together that halves the cost of a step. An array that is allocated in a kernel, or copied whole
+    (a[:] = b), is refused at compilation ("NRT required").
+    """
+    return _compiled(function, forceinline=True, _nrt=False)
+
+
+def allocating(function):
+    """Compile a function that may allocate: the dense solvers.
+
+    That is said in so many words, or numba would hand on the setting of a kernel that calls it.
+    """
+    return _compiled(function, _nrt=True)

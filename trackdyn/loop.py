@@ -173,8 +173,10 @@ class Loop:
         """(n, 2) force of body i on body i + 1 through the joint between them at the last step taken, N.
 
         Newton's law along the chain, from the cut (the last entry) on, with the accelerations of that step. Contacts
-        are those of the state as it is, one step later.
+        are those of the state as it is, one step later. Where pins part it is the force of their rubber.
         """
+        if self.work.radial is not None:
+            return self.work.radial.force.copy()
         chain, work, sweep = self.model.chain, self.work, self.work.sweep
         alpha, acceleration = sweep.response @ sweep.load, sweep.base @ sweep.load
         rate2 = self.state.rate**2
@@ -194,7 +196,7 @@ class Loop:
         """Account of work and energies by name (`model.record.ENERGY_NAMES`), J."""
         self._refresh()
         out = np.zeros(len(ENERGY_NAMES))
-        energies(self.model, self.state, self.work, self.work.space, out)
+        energies(self.model, self.state, self.work, self.work.space, self.model.tensioner, out)
         return dict(zip(ENERGY_NAMES, out.tolist(), strict=True))
 
     @property
@@ -233,13 +235,13 @@ class Loop:
     def changed(self, **fields) -> "Loop":
         """An independent loop in the same state that goes on with some fields of its scene replaced.
 
-        Step, integrator, solver, motor speed, laws, the rig's weights and the like may change; bodies and wheels stay.
+Step, integrator, solver, motor speed, laws, the rig's weights and the like may change; bodies, joints and wheels stay.
         The sprocket goes on as it is driven, or to another speed from the present one (`drive`).
 
         Raises
         ------
         InputError
-            Another chain, ring or plane of motion would need another state.
+            Another chain, ring, joints or plane of motion would need another state.
         """
         other = Loop.__new__(Loop)
         other.scene, other.layout = self.scene.with_(**fields), dict(self.layout)
@@ -248,8 +250,8 @@ class Loop:
                 raise InputError(f"scene: {name} = {asked!r} is not accepted: a loop keeps it; a new Loop would do")
         other.model, other.state, other.work = allocate(other.scene)
         if [part.shape for part in flat(other.state).values()] != [part.shape for part in flat(self.state).values()]:
-            raise InputError("scene: rig or space is not accepted: a loop keeps bodies and plane; a new Loop would do")
-        other.model = other.model._replace(drive=self.model.drive)
+            raise InputError("scene: rig, space or joints are not accepted: a loop keeps bodies, plane and joints; a new Loop would do")
+        other.model = other.model._replace(drive=self.model.drive, tensioner=self.model.tensioner)
         for name in ("x", "y", "radius"):
             getattr(other.model.wheels, name)[:] = getattr(self.model.wheels, name)
         filled(other.state, flat(self.state))

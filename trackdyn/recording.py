@@ -35,6 +35,9 @@ class Recording:
     cut : (s, 2) array
         What the gap was before the projection of a step (m), and the velocity with which the two pins part
         (m/s): largest values within the interval.
+    change : (s, 2) array
+        Mean square of the change of the sensor's y acceleration from step to step, and mean product of two such
+        changes in a row: where that is as large and negative, contact is not resolved (m2/s4).
     place : (s, 2) array
         Middle of the sensor's link, m.
     wheel_rate : (s, w) array
@@ -75,6 +78,7 @@ class Recording:
     mean: np.ndarray
     gap: np.ndarray
     cut: np.ndarray
+    change: np.ndarray
     place: np.ndarray
     wheel_rate: np.ndarray
     energy: np.ndarray
@@ -93,7 +97,7 @@ class Recording:
     axial_force: np.ndarray = field(default_factory=_nothing)
 
     ARRAYS = (
-        "time", "raw", "mean", "gap", "cut", "place", "wheel_rate", "energy", "force", "area", "groove", "pitches",
+        "time", "raw", "mean", "gap", "cut", "change", "place", "wheel_rate", "energy", "force", "area", "groove", "pitches",
         "spells", "begin", "frame", "frame_time", "plane", "wheel_offset", "axial_force",
     )  # fmt: skip
 

@@ -77,12 +77,20 @@ class Scene(Section):
     friction : str
         ``none``, ``tangential``, in space also ``independent`` (tangential and axial as printed) or
         ``isotropic`` (one coefficient of the whole slip); ``auto``: what the space allows.
+    joint : str
+        ``revolute``, or ``radial``: the rubber of the pins lets them part against a spring and a damper.
     closure : str
-        ``rigid``, or ``elastic_damping``: a spring and damper at the cut joint.
+        ``rigid``, or ``elastic_damping``: a spring and damper at the cut joint. With radial joints the cut is one of
+        them.
     solver : str
         ``riccati``, ``transfer_product`` (the literal product of Eqs. 2 to 5) or ``multipliers``.
     integrator : str
         ``semi_implicit``, ``linearly_implicit``, ``rk4`` or ``adaptive``.
+    tension : str
+        ``locked`` (the tensioning wheel stays where the reference ring put it), ``retensioned`` (the pre-tension is
+        set again with the scene's ring) or ``sprung`` (it slides on a spring and a damper while the chain runs).
+    drag : str
+        ``viscous`` (bearing drag grows with the rate of a wheel) or ``coulomb`` (a torque that does not).
     tolerance : float or None
         Relative error a step of the adaptive integrator may make.
     """
@@ -103,9 +111,12 @@ class Scene(Section):
     tooth_contact: Any = "ten_arcs"
     normal_law: Any = "printed"
     friction: Any = "auto"
+    joint: Any = "revolute"
     closure: Any = "rigid"
     solver: Any = "riccati"
     integrator: Any = "semi_implicit"
+    tension: Any = "locked"
+    drag: Any = "viscous"
     tolerance: Number | None = None
 
     def __init__(self, rig: Rig, motor_rpm: float, **fields: Any):

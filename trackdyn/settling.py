@@ -1,20 +1,22 @@
 """Where a run begins: the loop laid on its wheels, settled and tensioned, or a free loop that spins."""
 
-from math import ceil, cos, pi, sin
+from math import ceil, cos, pi, radians, sin
 
 import numpy as np
 
 from trackdyn.build import shift_wheel, start_plane
 from trackdyn.chain.kinematics import orient, place
-from trackdyn.contact.loads import contact_loads
 from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS, equip
-from trackdyn.limits import step_limits
-from trackdyn.model.constants import SPROCKET, Drive, Model
+from trackdyn.integrate.tensioner import push
+from trackdyn.limits import elastic_depth, step_limits
+from trackdyn.model.constants import SPROCKET, Drive, Model, Tensioner
 from trackdyn.model.record import make_record
 from trackdyn.model.state import Plane, State, make_state
-from trackdyn.model.work import Work, make_space_work, make_work
+from trackdyn.model.work import Work, make_radial_work, make_space_work, make_work
+from trackdyn.parameters.groove import depths_on_sprocket
 from trackdyn.parameters.layout import Assembly, assemble, belt_around, free_loop, tensioner
+from trackdyn.parameters.rig import Rig
 from trackdyn.scene import Scene
 from trackdyn.stepping import march
 
@@ -27,6 +29,8 @@ DAMPING = 0.985
 # The tensioner closes the gap to the wanted tension with this time constant, s: slower than the
 # strands swing out.
 TENSIONER_TIME = 0.15
+# The weight of the chain and so many times the tension on a single arc: more than any load at rest.
+MOST_LOAD = 4.0
 # Compliance of the contacts of one loop on its wheels, m/N: bounds the stiffness of a taut loop.
 CONTACT_COMPLIANCE = 1e-6
 
@@ -37,10 +41,21 @@ def allocate(scene: Scene) -> tuple[Model, State, Work]:
     n, wheels = scene.bodies, len(model.wheels.x)
     state = make_state(n, pitches, wheels)
     work = equip(make_work(n, pitches, wheels), scene.integrator, pitches, scene.tolerance or 0.0)
+    if scene.tension == "sprung":
+        model = model._replace(tensioner=sprung(scene.rig, model, work, 0.0))
+        state = state._replace(slide=np.zeros(3))
     if model.space is not None:
         state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))
         work = work._replace(space=make_space_work(n, wheels))
-    return model, state, work
+    return model, *with_parting(model, state, work)
+
+
+def with_parting(model: Model, state: State, work: Work) -> tuple[State, Work]:
+    """State and work with room for pins that part where the model's do."""
+    if model.radial is None:
+        return state, work
+    n = len(state.angle)
+    return state._replace(part=np.zeros((n, 4))), work._replace(radial=make_radial_work(n))
 
 
 def start_state(assembly: Assembly, model: Model) -> State:
@@ -50,6 +65,74 @@ def start_state(assembly: Assembly, model: Model) -> State:
     state.angle[:] = assembly.angle
     state.wheel_angle[SPROCKET] = assembly.sprocket_angle
     return state
+
+
+def arc_depths(scene: Scene, model: Model, state: State, work: Work, angle: float) -> np.ndarray:
+    """(2 p,) true depths of the arcs in the ten-arc groove, the sprocket at ``angle`` (rad); -inf out of its reach, m.
+
+    Contact search (Eqs. 20 to 23) finds nothing deeper than r_C: an arc buried in a tooth would cost nothing.
+    """
+    orient(state.angle, work.cos, work.sin)
+    place(model.chain, state, work)
+    body, along, wheels = model.shoes.arc_body, model.shoes.arc_x, model.wheels
+    centres = np.column_stack([
+        work.pin_x[body] + along * work.cos[body] - wheels.x[SPROCKET],
+        work.pin_y[body] + along * work.sin[body] - wheels.y[SPROCKET],
+    ])  # fmt: skip
+    return depths_on_sprocket(scene.rig.groove_profile, scene.rig.chain.connector_radius, centres, angle)
+
+
+def explained_depth(model: Model, tension: float) -> float:
+    """Depth that elastic contact of a tooth can have at rest, m: that of ``MOST_LOAD`` times the tension on one arc."""
+    tooth = model.tooth
+    load = MOST_LOAD * (tension + model.chain.gravity * float(model.chain.mass.sum()))
+    widest = float(tooth.radius.max()) + tooth.arc_radius
+    return elastic_depth(tooth.law, load, widest)
+
+
+def refuse_start_in_steel(scene: Scene, model: Model, state: State, work: Work) -> None:
+    """Refuse a loop that would start with an arc deeper in a tooth than its load explains.
+
+    Raises
+    ------
+    InputError
+        How deep, and what decides it.
+    """
+    if not model.tooth.present:
+        return
+    depth = float(arc_depths(scene, model, state, work, float(state.wheel_angle[SPROCKET])).max())
+    if depth > explained_depth(model, scene.rig.tension.pre_tension):
+        raise InputError(
+            f"the chain does not mesh with the sprocket of this rig: at rest an arc lies {1e3 * depth:.3g} mm inside a tooth; "
+            "sprocket.equal_pitch_radius, groove.seat_depth or another ring_radius nearer to each other would do"
+        )
+
+
+def refuse_step(scene: Scene, model: Model, tension: float) -> None:
+    """Refuse a step that the loop as it has settled does not allow, though the pre-tension would.
+
+    Raises
+    ------
+    InputError
+        The tension reached, the cause and the step that would do.
+    """
+    limits = step_limits(model, tension, METHODS[scene.integrator])
+    name, limit = min(limits.items(), key=lambda item: item[1], default=("", np.inf))
+    if scene.step > limit:
+        raise InputError(
+            f"scene: step = {scene.step:g} is not accepted: the loop settles at a tension of {tension:.0f} N, for which that is "
+            f"too large for the {name}; at most {limit:.2g} s would do"
+        )
+
+
+def sprung(rig: Rig, model: Model, work: Work, shift: float) -> Tensioner:
+    """The tensioning wheel on its spring, which holds the chain as it lies; the weight of the wheel is part of that."""
+    t, wheel, direction = rig.tension, tensioner(rig), radians(rig.tension.direction)
+    free = Tensioner(
+        wheel, float(model.wheels.x[wheel]), float(model.wheels.y[wheel]), cos(direction), sin(direction),
+        t.mass, t.stiffness, t.damping, 0.0, -t.travel - shift, t.travel - shift,
+    )  # fmt: skip
+    return free._replace(preload=-float(push(work, free)))
 
 
 def own_wheels(model: Model) -> Model:
@@ -96,6 +179,7 @@ class _Settling:
         shift_wheel(self.model, rig, self.wheel, self.shift)
         self.state = start_state(assembly, self.model)
         work = make_work(len(length), rig.chain.pitches, len(model.wheels.x))
+        self.state, work = with_parting(self.model, self.state, work)
         linearly = METHODS[scene.integrator].linearly_implicit
         self.work = equip(work, "linearly_implicit" if linearly else "semi_implicit", rig.chain.pitches)
         self.record = make_record(1, self.state)
@@ -105,6 +189,10 @@ class _Settling:
         weight = chain.gravity * chain.mass.sum() / chain.length.sum()
         spans = np.diff(path.start)[1::2]
         self.sag = weight**2 * float((spans**3).sum()) / 24
+        # compliance of contacts and joints, m/N
+        self.stretch = CONTACT_COMPLIANCE
+        if model.radial is not None:
+            self.stretch += len(length) / model.radial.stiffness
         here = order.index(self.wheel)
         enter, leave = path.heading[here - 1], path.heading[here]
         d = rig.tension.direction * pi / 180
@@ -123,7 +211,16 @@ class _Settling:
         march(self.model, self.state, self.work, self.record, phase="settling")
         self.state.rate[:] *= damping
         self.state.pin[2:] *= damping
+        if self.state.part is not None:
+            self.state.part[:, 2:] *= damping
         self.state.wheel_rate[:] *= damping
+        if self.state.slide is not None:
+            self.state.slide[1:] *= damping
+
+    def release(self) -> None:
+        """Let the tensioning wheel slide on a spring that holds the chain as it lies."""
+        self.model = self.model._replace(tensioner=sprung(self.scene.rig, self.model, self.work, self.shift))
+        self.state = self.state._replace(slide=np.zeros(3))
 
     def tighten(self, seconds: float) -> None:
         """Move the tensioning wheel until the strand has the wanted tension."""
@@ -131,7 +228,7 @@ class _Settling:
         for _ in range(round(seconds / CHUNK)):
             mean += 0.1 * (self.tension() - mean)
             tension = max(mean, 0.1 * self.target, 50.0)
-            compliance = 2 * self.sag / tension**3 + CONTACT_COMPLIANCE
+            compliance = 2 * self.sag / tension**3 + self.stretch
             self.shift += (self.target - mean) * compliance / self.lever * CHUNK / TENSIONER_TIME
             shift_wheel(self.model, self.scene.rig, self.wheel, self.shift)
             self.chunk()
@@ -139,21 +236,18 @@ class _Settling:
     def without_teeth(self) -> None:
         self.model = self.model._replace(tooth=self.model.tooth._replace(present=0))
 
+    def depths(self, angle: float) -> np.ndarray:
+        """True depth of every arc in the teeth if the sprocket stood at an angle (rad), m: deep in steel is deep."""
+        return arc_depths(self.scene, self.model, self.state, self.work, angle)
+
     def engage(self, seconds: float) -> None:
-        """Turn the sprocket where its teeth penetrate least, then stiffen them slowly."""
+        """Turn the sprocket where no arc is deep in its teeth, then stiffen them slowly."""
         tooth = self.model.tooth._replace(present=1)
-        probe = self.model._replace(tooth=tooth)
         start = self.state.wheel_angle[SPROCKET]
         # from the angle with a groove under the middle connector outward, both ways in turn
         candidates = start + 2 * pi / tooth.teeth * np.linspace(-0.5, 0.5, 121)
         candidates = candidates[np.argsort(np.abs(candidates - start), kind="stable")]
-        cost = []
-        for angle in candidates:
-            self.state.wheel_angle[SPROCKET] = angle
-            orient(self.state.angle, self.work.cos, self.work.sin)
-            place(probe.chain, self.state, self.work)
-            contact_loads(probe, self.state, self.work)
-            cost.append(self.work.tooth_force.max())
+        cost = [max(self.depths(angle).max(), 0.0) for angle in candidates]
         self.state.wheel_angle[SPROCKET] = candidates[int(np.argmin(cost))]
         self.state.tooth_impact[:] = 0.0
         full = tooth.law.stiffness
@@ -202,18 +296,35 @@ def settle(scene: Scene) -> tuple[Model, State, Work, dict]:
     if teeth:
         settling.engage(0.2)
     settling.tighten(0.6)
-    layout = {"tensioner_shift_m": settling.shift, "tension_n": settling.tension()}
+    layout = {"tensioner_shift_m": float(settling.shift), "tension_n": settling.tension()}
+    if scene.tension == "sprung":
+        settling.rest(0.2)
+        settling.release()
     if scene.ring_radius != scene.rig.sprocket.ring_radius:
         settling.change_ring(0.3)
+        if scene.tension == "retensioned":
+            settling.tighten(0.6)
+            layout |= {"tensioner_shift_m": float(settling.shift)}
     settling.rest(0.2)
+    layout |= {"settled_tension_n": settling.tension()}
     model = own_wheels(scene.model)
     shift_wheel(model, scene.rig, settling.wheel, settling.shift)
+    model = model._replace(tensioner=settling.model.tensioner)
     state = settling.state
+    if state.slide is not None:
+        for name in ("x", "y"):
+            getattr(model.wheels, name)[settling.wheel] = getattr(settling.model.wheels, name)[settling.wheel]
+        state.slide[1:] = 0.0
+        layout |= {"tensioner_slide_m": float(state.slide[0])}
     state.steps[0] = 0
     state.rate[:] = 0.0
     state.pin[2:] = 0.0
+    if state.part is not None:
+        state.part[:, 2:] = 0.0
     state.wheel_rate[:] = 0.0
     state.work_done[:] = 0.0
+    refuse_start_in_steel(scene, model, state, settling.work)
+    refuse_step(scene, model, layout["settled_tension_n"])
     work = equip(settling.work, scene.integrator, scene.rig.chain.pitches, scene.tolerance or 0.0)
     if model.space is not None:
         state = state._replace(plane=start_plane(scene.rig, model, state))
@@ -230,4 +341,5 @@ def _spinning_loop(scene: Scene) -> tuple[Model, State, Work, dict]:
     state.rate[:] = spin
     state.pin[2:] = [-spin * state.pin[1], spin * state.pin[0]]
     work = make_work(len(state.angle), scene.rig.chain.pitches, len(model.wheels.x))
+    state, work = with_parting(model, state, work)
     return model, state, equip(work, scene.integrator, scene.rig.chain.pitches, scene.tolerance or 0.0), {}

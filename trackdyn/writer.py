@@ -7,7 +7,7 @@ import numpy as np
 
 from trackdyn.checkpoint import filled
 from trackdyn.errors import DivergenceError
-from trackdyn.measure.energy import refuse_open_account
+from trackdyn.measure.energy import refuse_open_account, refuse_unresolved
 from trackdyn.model.record import SPELL_COLUMNS, Record, Spells, make_record
 from trackdyn.recording import Recording, provenance
 from trackdyn.stepping import march
@@ -49,6 +49,8 @@ class Writer:
         self.wall += time.perf_counter() - start
         self.ended.append(_take(self.record.spells))
         added, self.done = (last - self.done) / rate, last
+        if self.loop.work.stages is None:  # the stages of a Runge-Kutta step are not in the record
+            refuse_unresolved(self.record.change[:last], loop.model.step)
         return added
 
     def describe(self) -> dict:
@@ -70,7 +72,7 @@ class Writer:
         refuse_open_account(record.energy, loop.model, self.samples / rate)
         plane = record.plane
         space = {} if plane is None else {"plane": plane.motion, "wheel_offset": plane.offset, "axial_force": plane.axial}
-        same = ("raw", "mean", "gap", "cut", "place", "wheel_rate", "energy", "force", "area", "groove", "frame")
+        same = ("raw", "mean", "gap", "cut", "change", "place", "wheel_rate", "energy", "force", "area", "groove", "frame")
         return Recording(
             time=np.arange(1, self.samples + 1) / rate,
             pitches=record.pitches + 1,

@@ -10,10 +10,11 @@ from trackdyn.study.extremes.solvers import Pose, posed
 
 SOLVERS = ["riccati", "multipliers", "product"]  # against the multipliers in extended precision
 KERNELS = dict(zip(SOLVERS, (riccati, multipliers, transfer_matrices), strict=True))
-# The sweep and the dense system stay below 1e-14 at 70
-# bodies; the product loses digits with its length (at most 5e-11 at six bodies of the track, 2e-11 at eight
-# bars: `trackdyn.chain.transfer_matrices.growth`).
+# The sweep and the dense system stay below 1e-14 at 70 bodies.
 AGREEMENT = 1e-10
+# The product loses digits with its length (`trackdyn.chain.transfer_matrices.growth`), to how many differs by the
+# processor's rounding: over 200 states at six bodies of the track 1e-11 in the middle and 1e-10 at most.
+PRODUCT_AGREEMENT = 3e-9
 
 TRACK = np.array([[0.1, 10.0, 0.012], [0.058, 2.5, 0.003]])
 BAR = np.array([[0.1, 8.0, 8.0 * 0.1**2 / 12.0], [0.08, 5.0, 5.0 * 0.08**2 / 12.0]])
@@ -112,6 +113,11 @@ ONE_BY_ONE = [
 ]
 
 
+def agreement(solver):
+    """How far a solver may be from the multipliers, relative."""
+    return PRODUCT_AGREEMENT if solver == "product" else AGREEMENT
+
+
 @pytest.mark.parametrize(("solver", "kind", "n"), ONE_BY_ONE)
 def test_solvers_agree(solver, kind, n):
     for seed in range(4):
@@ -122,7 +128,7 @@ def test_solvers_agree(solver, kind, n):
                 expected = motion("reference", chain, *state, step=step, probe=probe)
                 seen = motion(solver, chain, *state, step=step, probe=probe)
                 np.testing.assert_allclose(
-                    seen / np.abs(expected).max(), expected / np.abs(expected).max(), rtol=0, atol=AGREEMENT
+                    seen / np.abs(expected).max(), expected / np.abs(expected).max(), rtol=0, atol=agreement(solver)
                 )
 
 
@@ -137,7 +143,7 @@ def test_solvers_agree_on_the_load_through_the_cut(solver, kind, n):
         if solver == "product":
             np.testing.assert_array_equal(returned[[0, 1, 5]], 0.0)
         # forces of a chain of ten-kilogram bodies under two-kilonewton loads
-        np.testing.assert_allclose(seen, expected[-1], rtol=0, atol=AGREEMENT * np.abs(expected).max())
+        np.testing.assert_allclose(seen, expected[-1], rtol=0, atol=agreement(solver) * np.abs(expected).max())
 
 
 @pytest.mark.parametrize(("solver", "kind", "n"), ONE_BY_ONE)
@@ -151,8 +157,8 @@ def test_projection_closes_the_gap_with_the_least_change_of_energy(solver, kind,
         array[:, :3] @ work.inverse[:, :2] for array in (work.response, work.base, work.probe, work.end)
     )
     size = np.abs(alpha).max() * chain.length.max()
-    np.testing.assert_allclose(gap_rows(chain, angle) @ alpha, np.eye(2), rtol=0, atol=AGREEMENT * size)
-    np.testing.assert_allclose(end[:2] - base, np.eye(2), rtol=0, atol=AGREEMENT * size)
+    np.testing.assert_allclose(gap_rows(chain, angle) @ alpha, np.eye(2), rtol=0, atol=agreement(solver) * size)
+    np.testing.assert_allclose(end[:2] - base, np.eye(2), rtol=0, atol=agreement(solver) * size)
 
     # The change has no component, weighted by mass, along any motion that keeps the gap. As a matrix over
     # pin and angles, mass is what the kinetic energy of the mass centres says; implicit damping adds to it.
@@ -175,13 +181,13 @@ def test_projection_closes_the_gap_with_the_least_change_of_energy(solver, kind,
     kept = np.linalg.svd(closure)[2][2:]  # rows that span the motions of the closed chain
     change = np.vstack([base, alpha])
     flow = mass @ change
-    np.testing.assert_allclose(kept @ flow, 0.0, atol=AGREEMENT * (np.abs(mass) @ np.abs(change)).max())
+    np.testing.assert_allclose(kept @ flow, 0.0, atol=agreement(solver) * (np.abs(mass) @ np.abs(change)).max())
 
     # and the sweep's change is the same, at the probed pin and the end too
     sweep, _ = solve("riccati", chain, angle, *others, step=step, probe=2)
     for seen, array in ((alpha, sweep.response), (base, sweep.base), (probe, sweep.probe), (end, sweep.end)):
         expected = array[:, :3] @ sweep.inverse[:, :2]
-        np.testing.assert_allclose(seen, expected, rtol=0, atol=AGREEMENT * np.abs(alpha).max())
+        np.testing.assert_allclose(seen, expected, rtol=0, atol=agreement(solver) * np.abs(alpha).max())
 
 
 @pytest.mark.parametrize("solver", SOLVERS[1:])

@@ -14,7 +14,7 @@ from trackdyn.errors import InputError
 from trackdyn.integrate.run import refresh
 from trackdyn.loop import Loop
 from trackdyn.peers import exudyn_loop
-from trackdyn.peers.comparison import compare, table2_outcome
+from trackdyn.peers.comparison import compare, percent_of_range, table2_outcome
 from trackdyn.peers.contact import Memory, contact_loads, force_vector, jacobian_triplets, make_contacts
 from trackdyn.peers.exudyn_loop import Hanger, Start, Wheels, drive_at, require_exudyn, run_loop, start_of
 from trackdyn.report.figures.peer import displacement_figure, model_figure
@@ -211,7 +211,11 @@ def test_missing_extra_is_named(without_exudyn):
 def test_comparison_without_the_extra_keeps_our_side(rig, without_exudyn):
     result = compare(rig, 180.0, ["motor"], 0.2, [1e-4, 5e-5], [1e-3], 10.0)
     assert result.missing == "not run: exudyn is not installed; pip install 'trackdyn[peers]'"
-    assert list(result.curves) == ["reading", "time_s", "trackdyn_m"]
+    assert list(result.curves) == ["reading", "time_s", "trackdyn_m", "belt_m"]
+    # a belt without forces moves the link as the chain does, within the few percent that the paper prints
+    assert 0 < result.summary["difference_belt_pct"].iloc[0] == percent_of_range(
+        result.curves["belt_m"] - result.curves["trackdyn_m"], result.curves["trackdyn_m"]
+    )
     assert len(result.curves) == 200
     assert list(result.table["code"]) == ["trackdyn", "trackdyn", f"exudyn, {result.missing}"]
     assert result.missing in table2_outcome(result, 10.0)

@@ -93,8 +93,10 @@ def inputs(tmp_path_factory):
         turning(210.0, radius, 0.4, every).save(results / "runs" / "animation" / f"210rpm_{name}.npz")
     write_sensor(results / "sensor.csv")
     card = [
-        {"id": f"C{i:02d}", "place": "Fig. 1", "claim": f"Statement {i} </script>", "printed": 1.5, "measured": "1.4, 1.6",
-         "unit": "m", "tolerance": 0.2, "verdict": verdict, "reason": "Because of a test."}
+        {"rig": "shipped", "id": f"C{i:02d}", "part": "", "place": "Fig. 1", "claim": f"Statement {i} </script>",
+         "printed": 1.5, "measured": "1.4, 1.6", "unit": "m", "tolerance": 0.2, "verdict": verdict,
+         "origin": "predicted" if i < 4 else "", "speeds": "115, 150", "fails_if": "something else came",
+         "reason": "Because of a test."}
         for i, verdict in enumerate(VERDICTS, 1)
     ]  # fmt: skip
     pd.DataFrame(card).to_csv(results / "claims.csv", index=False)
@@ -276,7 +278,7 @@ def test_claims_can_be_filtered(open_page):
     page = open_page()
     page.click(f"#verdicts button[data-verdict='{VERDICTS[2]}']")
     assert page.locator("#card li:visible").count() == 1
-    assert page.inner_text("#shown") == "1 claim shown."
+    assert page.inner_text("#shown") == "1 part shown."
     page.fill("#find", "no such words")
     assert page.locator("#card li:visible").count() == 0
 

@@ -14,7 +14,6 @@ from matplotlib.figure import Figure
 from trackdyn.errors import InputError
 from trackdyn.measure.sensor_csv import SensorRecord
 from trackdyn.paper import printed
-from trackdyn.paper.claims import Claim, printed_text
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import load_rig
 from trackdyn.recording import Recording
@@ -485,30 +484,21 @@ def test_the_three_panels_share_the_name_of_their_axis():
     assert texts(duration_figure(study())).count("share of a sprocket turn (%)") == 1
 
 
-def claim(**fields):
-    base = {"id": "C99", "place": "here", "claim": "something", "reason": "a reason long enough"}
-    return Claim.model_validate(base | fields)
-
-
-def test_what_is_printed_is_told_from_what_we_ask():
-    ours = claim(measure="left_force_spread", rule="at_most", printed=15)
-    assert printed_text(ours) == "bound at most 15"
-    assert printed_text(claim(measure="left_contact_ratio", rule="at_most", printed=[1, 1])) == "bound at most 1, 1"
-    assert printed_text(claim(measure="loop_gap_max", rule="at_most", printed=1.1023e-10)) == "1.102e-10"
-    assert printed_text(claim(measure="ring_force_rises_with_radius", rule="true")) == "in words"
-    assert printed_text(claim(rule="not_comparable")) == ""
+def scorecard(rig="shipped"):
+    return [
+        {"rig": rig, "id": f"C{i:02d}", "part": "a", "claim": "A claim of 10 % " + "word " * 15, "printed": "1.102e-10",
+         "measured": "", "unit": "%", "verdict": verdict, "origin": "predicted" if i < 3 else "", "speeds": "115, 150"}
+        for i, verdict in enumerate(LOOKS)
+    ]  # fmt: skip
 
 
 def test_scorecard_reads_at_page_width():
-    rows = [
-        {"id": f"C{i:02d}", "claim": "A claim of 10 % " + "word " * 15, "printed": "1.102e-10", "measured": "",
-         "unit": "%", "verdict": verdict}
-        for i, verdict in enumerate(LOOKS)
-    ]  # fmt: skip
-    figure = scorecard_figure(pd.DataFrame(rows))
+    figure = scorecard_figure(pd.DataFrame(scorecard()))
     shown = texts(figure)
     assert "1.10 × 10⁻¹⁰" in shown and "e-10" not in shown
-    assert "(%)" not in shown  # the claim says its unit
+    assert "(%" not in shown and "(115, 150 rpm)" in shown  # the claim says its unit
+    assert "Of 3 open claims 1 came out" in shown
+    assert shown.index("Predicted: open tests") < shown.index("C00a") < shown.index("Nothing to compare with")
     renderer = figure.canvas.get_renderer()
     (ax,) = figure.axes
     assert all(text.get_fontsize() >= 8 for text in ax.texts)
@@ -516,6 +506,13 @@ def test_scorecard_reads_at_page_width():
     assert all(low.y1 <= high.y0 for high, low in pairwise(boxes))
     values = [text.get_window_extent(renderer).x0 for text in ax.texts if "10⁻¹⁰" in text.get_text()]
     assert max(box.x1 for box in boxes) < min(values)
+
+
+def test_scorecard_of_two_rigs_has_a_verdict_of_each_beside_every_claim():
+    figure = scorecard_figure(pd.DataFrame(scorecard() + scorecard("other rig")))
+    shown = [text.get_text() for text in figure.axes[0].texts]
+    assert shown.count("reproduced") == shown.count("no test") == 2
+    assert sum(text.startswith("other rig: ") for text in shown) == len(LOOKS) == shown.count("shipped: \N{EN DASH}")
 
 
 @pytest.mark.parametrize(

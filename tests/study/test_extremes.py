@@ -106,7 +106,9 @@ def test_every_solver_keeps_its_digits_or_is_refused(rig):
     assert product["transfer_product, 36 bodies, link and connector"] == REFUSED
 
 
-def test_the_literal_product_loses_the_predicted_digits(rig):
+def test_the_literal_product_loses_the_predicted_digits(rig, monkeypatch):
+    # Of three poses the slope scatters by 6 % with the processor's rounding, about 4 % above the closed form.
+    monkeypatch.setattr(solvers, "SEEDS", 27)
     for found in no_defects(solvers.growth_rates(rig)):
         assert found["value"] == pytest.approx(found["expected"], rel=0.2)
 

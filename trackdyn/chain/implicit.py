@@ -9,6 +9,7 @@ load and the wheels' accelerations then follow from one small system.
 
 from typing import NamedTuple
 
+from trackdyn.chain.bearings import bearing_drag
 from trackdyn.chain.riccati import invert_closure, sweep
 from trackdyn.jit import kernel
 from trackdyn.model.constants import Model
@@ -45,11 +46,11 @@ def accelerations(model: Model, state: State, work: Work, implicit: ImplicitWork
         Rigid or compliant.
     """
     chain, step, swept = model.chain, model.step, work.sweep
-    inertia, drag = model.wheels.inertia, model.wheels.drag
+    inertia = model.wheels.inertia
     n, wheels = state.rate.shape[0], inertia.shape[0]
     damping = step * chain.damping + step * step * chain.stiffness
     compliance = cut.compliance
-    sweep(chain, state, work, damping, model.sensor.body, implicit)
+    sweep(chain, state, work, damping, model.sensor.body, implicit, None)
     matrix, load = implicit.matrix, implicit.load
     last = wheels + 2
     for k in range(4):
@@ -73,8 +74,9 @@ def accelerations(model: Model, state: State, work: Work, implicit: ImplicitWork
     matrix[2, 2] += 1.0
     matrix[2, last] += work.torque[n - 1]
     for wheel in range(1, wheels):
-        matrix[2 + wheel, 2 + wheel] += inertia[wheel] + implicit.wheel_inertia[wheel] + step * drag[wheel]
-        matrix[2 + wheel, last] += work.wheel_torque[wheel] - drag[wheel] * state.wheel_rate[wheel]
+        drag = bearing_drag(model.wheels, wheel, state.wheel_rate[wheel])
+        matrix[2 + wheel, 2 + wheel] += inertia[wheel] + implicit.wheel_inertia[wheel] + step * drag
+        matrix[2 + wheel, last] += work.wheel_torque[wheel] - drag * state.wheel_rate[wheel]
     _eliminate(matrix)
     for k in range(3):
         load[k] = swept.load[k] = matrix[k, last]

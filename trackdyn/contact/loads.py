@@ -21,7 +21,7 @@ from trackdyn.contact.axial import (
 )
 from trackdyn.contact.laws import normal_force, normal_slopes, stored_impact_speed
 from trackdyn.contact.tooth import find_area, groove_index
-from trackdyn.contact.wheel import foot
+from trackdyn.contact.wheel import foot, wheel_velocity
 from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET, Law, Model
 from trackdyn.model.state import OFFSET, P, Q, State
@@ -119,6 +119,9 @@ def apply(model: Model, state: State, work: Work, touch: Touch, space, implicit)
     # slip of the two material points: along tau = z x n (Eqs. 31, 38 with the links' own rotation) and along
     # the axis (Eqs. 32, 39)
     sx, sy, sz = seen(space, wheel, vx, vy, vz)
+    tx, ty = wheel_velocity(state, model.tensioner, wheel)
+    sx -= tx
+    sy -= ty
     slip = -ny * (sx + ww * oy) + nx * (sy - ww * ox)
     fn = touch.share * normal_force(law, touch.depth, touch.speed, touch.impact, touch.radius)
     mu, axial_mu = friction_coefficients(model, space, law, slip, sz)
@@ -297,6 +300,9 @@ def wheel_loads(model: Model, state: State, work: Work, space, implicit):
             _, _, vx, vy = body_motion(model, state, work, body, x, y)
             vx, vy, vz = with_plane(state, space, x, y, height_there, vx, vy)
             vx, vy, _ = seen(space, wheel, vx, vy, vz)
+            tx, ty = wheel_velocity(state, model.tensioner, wheel)
+            vx -= tx
+            vy -= ty
             speed = -(nx * vx + ny * vy)
             law = wheels.ring_law if wheel == SPROCKET else wheels.wheel_law
             impact = stored_impact_speed(state.wheel_impact[link, wheel], speed, law.speed_floor)

@@ -3,6 +3,7 @@
 from math import sqrt
 
 from trackdyn.jit import kernel
+from trackdyn.model.state import State
 
 
 @kernel
@@ -27,3 +28,13 @@ def foot(ax, ay, bx, by, cx, cy):
     dx = qx - cx
     dy = qy - cy
     return s, qx, qy, sqrt(dx * dx + dy * dy)
+
+
+@kernel
+def wheel_velocity(state: State, tensioner, wheel):
+    """Velocity of a wheel's centre, m/s: 0 but for the one that slides."""
+    if tensioner is None:
+        return 0.0, 0.0
+    if wheel != tensioner.wheel:
+        return 0.0, 0.0
+    return state.slide[1] * tensioner.along_x, state.slide[1] * tensioner.along_y

@@ -2,6 +2,9 @@
 
 import numpy as np
 
+from trackdyn.chain import radial
+from trackdyn.chain.bearings import bearing_drag
+from trackdyn.integrate.tensioner import mean_velocity, tensioner_energy
 from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET, Model
 from trackdyn.model.record import (
@@ -48,7 +51,7 @@ from trackdyn.model.work import (
 
 
 @kernel
-def account(model: Model, state: State, work: Work, space):
+def account(model: Model, state: State, work: Work, space, tensioner):
     """Work of every force over the last step: its place at the start, the mean of the velocities.
 
     The velocities after the step are taken in the configuration before it. Then joint forces do no
@@ -65,8 +68,9 @@ def account(model: Model, state: State, work: Work, space):
         vx = row[k, SPEED_X] + 0.5 * (work.com_dvx[body] - dw * row[k, ARM_Y])
         vy = row[k, SPEED_Y] + 0.5 * (work.com_dvy[body] + dw * row[k, ARM_X])
         ww = 0.5 * (row[k, RATE] + state.wheel_rate[wheel])
-        sx = ww * row[k, TURN_X]
-        sy = ww * row[k, TURN_Y]
+        tx, ty = mean_velocity(state, tensioner, wheel)
+        sx = ww * row[k, TURN_X] + tx
+        sy = ww * row[k, TURN_Y] + ty
         drive = (row[k, NORMAL_X] + row[k, FRICTION_X]) * sx + (row[k, NORMAL_Y] + row[k, FRICTION_Y]) * sy
         across_normal = across_friction = 0.0
         if space is not None:
@@ -94,6 +98,7 @@ def account(model: Model, state: State, work: Work, space):
         after = state.rate[i + 1 if i < n - 1 else 0] - state.rate[i]
         loss += after * (work.joint_rate[i] + after)
     done[BUSHING_LOSS] += 0.5 * h * chain.damping * loss
+    radial.add_loss(model, state, done, BUSHING_LOSS, work.radial)
 
 
 @kernel
@@ -163,11 +168,12 @@ def powers(model: Model, state: State, work: Work, out, first):
     for i in range(n):
         out[first + BUSHING_LOSS] += model.chain.damping * work.joint_rate[i] * work.joint_rate[i]
     for wheel in range(1, model.wheels.x.shape[0]):
-        out[first + BEARING] += model.wheels.drag[wheel] * state.wheel_rate[wheel] * state.wheel_rate[wheel]
+        rate = state.wheel_rate[wheel]
+        out[first + BEARING] += bearing_drag(model.wheels, wheel, rate) * rate * rate
 
 
 @kernel
-def energies(model: Model, state: State, work: Work, space, out):
+def energies(model: Model, state: State, work: Work, space, tensioner, out):
     """Fill ``out`` with the account of work and the energies of the present state (J)."""
     chain = model.chain
     for k in range(7):
@@ -183,9 +189,12 @@ def energies(model: Model, state: State, work: Work, space, out):
         elastic += 0.5 * chain.stiffness * (phi - chain.free_angle) ** 2
     for wheel in range(1, model.wheels.x.shape[0]):
         kinetic += 0.5 * model.wheels.inertia[wheel] * state.wheel_rate[wheel] ** 2
-    out[KINETIC] = kinetic
+    sliding, spring = tensioner_energy(state, tensioner)
+    out[KINETIC] = kinetic + sliding
     out[GRAVITY] = gravity
-    out[BUSHING_ELASTIC] = elastic
+    out[BUSHING_ELASTIC] = elastic + spring
+    # turned and radially parted, a bushing is one piece of rubber: one entry holds what both springs store
+    radial.add_energy(state, out, BUSHING_ELASTIC, model.radial)
     if space is not None:
         _add_plane(model, state, work, space, out)
 

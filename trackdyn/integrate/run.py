@@ -13,6 +13,7 @@ from trackdyn.integrate.energy import account, energies, finish_forces
 from trackdyn.integrate.runge_kutta import march
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, advance
 from trackdyn.integrate.spells import log_spells
+from trackdyn.integrate.tensioner import slide
 from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET, Model
 from trackdyn.model.record import Record
@@ -20,7 +21,6 @@ from trackdyn.model.state import OFFSET, P, Q, State
 from trackdyn.model.work import Work
 
 
-@kernel
 def run(model: Model, state: State, work: Work, record: Record, first, last):
     """Integrate samples ``first`` to ``last - 1`` and fill their rows.
 
@@ -30,73 +30,91 @@ def run(model: Model, state: State, work: Work, record: Record, first, last):
         -1, or the body at which the run left the physical range (0 for the plane of the chain itself);
         ``state.steps`` says when.
     """
-    refresh(model, state, work)
-    for sample in range(first, last):
-        bad = _sample(model, state, work, record, sample, work.space)
-        if bad >= 0:
-            return bad
-    return -1
+    # what numba compiles once more in every caller is kept flat: one kernel, chosen here
+    if work.stages is not None:
+        return _march(model, state, work, record, first, last, work.stages)
+    return _run(model, state, work, record, (first, last), work.space, work.implicit)
 
 
-@kernel
 def refresh(model: Model, state: State, work: Work):
     """Places, velocities and loads of a state, whoever made it."""
-    orient(state.angle, work.cos, work.sin)
-    place(model.chain, state, work)
-    evaluate_loads(model, state, work, work.space, work.implicit)
+    _refresh(model, state, work, work.space, work.implicit)
 
 
 @kernel
-def _sample(model: Model, state: State, work: Work, record: Record, sample, space):
-    """Steps of one sample, and its rows."""
-    gap = before = rate = 0.0
+def _refresh(model: Model, state: State, work: Work, space, implicit):
+    orient(state.angle, work.cos, work.sin)
+    place(model.chain, state, work)
+    evaluate_loads(model, state, work, space, implicit)
+
+
+@kernel
+def _run(model: Model, state: State, work: Work, record: Record, rows, space, implicit):
+    """Steps of order 1: the chain solved, velocities, places, then the loads of the next step."""
+    _refresh(model, state, work, space, implicit)
+    for sample in range(rows[0], rows[1]):
+        _begin(state, work)
+        if space is not None:
+            space.axial[:] = 0.0
+        for _ in range(model.stride):
+            if space is not None:
+                for wheel in range(space.axial.shape[0]):
+                    space.axial[wheel] += space.wheel_load[wheel, 2] / model.stride
+                plane_dynamics(model, state, work, space)
+            solve_chain(model, state, work, model.step, implicit, model.solver, work.radial)
+            sense(model, state, work, space)
+            accumulate(work, 1.0)
+            if implicit is not None:
+                finish_forces(model, state, work, implicit)
+            bad = advance(model, state, work, implicit, work.radial)
+            if bad >= 0:
+                return bad
+            if space is not None:
+                turn_plane(model, state, space)
+                if not abs(state.plane.motion[P]) + abs(state.plane.motion[Q]) < RATE_LIMIT:
+                    return 0
+            slide(model, state, work, model.tensioner)
+            place(model.chain, state, work)
+            account(model, state, work, space, model.tensioner)
+            evaluate_loads(model, state, work, space, implicit)
+            if record.spells.enabled:
+                log_spells(record.spells, state, work, state.steps[0] * model.step, model.step)
+            _watch(work)
+        _keep(model, state, work, record, sample, space)
+    return -1
+
+
+@kernel
+def _march(model: Model, state: State, work: Work, record: Record, first, last, stages):
+    """Steps of an explicit Runge-Kutta method."""
+    _refresh(model, state, work, None, None)
+    for sample in range(first, last):
+        _begin(state, work)
+        for _ in range(model.stride):
+            bad = march(model, state, work, record.spells, stages)
+            if bad >= 0:
+                return bad
+            _watch(work)
+        _keep(model, state, work, record, sample, None)
+    return -1
+
+
+@kernel
+def _begin(state: State, work: Work):
+    """Empty the sums of a sample; exact cosines and sines."""
     for k in range(3):
         work.sensed[3 + k] = 0.0
-    if space is not None:
-        space.axial[:] = 0.0
+        work.worst[k] = 0.0
+    work.change[2] = work.change[3] = 0.0
     orient(state.angle, work.cos, work.sin)
-    for _ in range(model.stride):
-        bad = _step(model, state, work, record, space, work.implicit, work.stages)
-        if bad >= 0:
-            return bad
-        cut = work.cut
-        gap = max(gap, cut[0] * cut[0] + cut[1] * cut[1])
-        rate = max(rate, cut[2] * cut[2] + cut[3] * cut[3])
-        before = max(before, cut[4] * cut[4] + cut[5] * cut[5])
-    record.gap[sample] = sqrt(gap)
-    record.cut[sample, 0] = sqrt(before)
-    record.cut[sample, 1] = sqrt(rate)
-    _keep(model, state, work, record, sample, space)
-    return -1
 
 
 @kernel
-def _step(model: Model, state: State, work: Work, record: Record, space, implicit, stages):
-    """One step from evaluated loads to the loads of the next one; returns -1 or the body that left the range."""
-    if stages is not None:
-        return march(model, state, work, record.spells, stages)
-    if space is not None:
-        for wheel in range(space.axial.shape[0]):
-            space.axial[wheel] += space.wheel_load[wheel, 2] / model.stride
-        plane_dynamics(model, state, work, space)
-    solve_chain(model, state, work, model.step, implicit, model.solver)
-    sense(model, state, work, space)
-    accumulate(work, 1.0)
-    if implicit is not None:
-        finish_forces(model, state, work, implicit)
-    bad = advance(model, state, work, implicit)
-    if bad >= 0:
-        return bad
-    if space is not None:
-        turn_plane(model, state, space)
-        if not abs(state.plane.motion[P]) + abs(state.plane.motion[Q]) < RATE_LIMIT:
-            return 0
-    place(model.chain, state, work)
-    account(model, state, work, space)
-    evaluate_loads(model, state, work, space, implicit)
-    if record.spells.enabled:
-        log_spells(record.spells, state, work, state.steps[0] * model.step, model.step)
-    return -1
+def _watch(work: Work):
+    """Largest squares of the gap, of its rate and of the gap before the projection."""
+    cut, worst = work.cut, work.worst
+    for k in range(3):
+        worst[k] = max(worst[k], cut[2 * k] * cut[2 * k] + cut[2 * k + 1] * cut[2 * k + 1])
 
 
 @kernel
@@ -106,13 +124,18 @@ def _keep(model: Model, state: State, work: Work, record: Record, sample, space)
     for k in range(3):
         record.raw[sample, k] = work.sensed[k]
         record.mean[sample, k] = work.sensed[3 + k] / model.stride
+    record.gap[sample] = sqrt(work.worst[0])
+    record.cut[sample, 0] = sqrt(work.worst[2])
+    record.cut[sample, 1] = sqrt(work.worst[1])
+    for k in range(2):
+        record.change[sample, k] = work.change[2 + k] / model.stride
     body = model.sensor.body
     middle = 0.5 * model.chain.length[body]
     record.place[sample, 0] = work.pin_x[body] + middle * work.cos[body]
     record.place[sample, 1] = work.pin_y[body] + middle * work.sin[body]
     for wheel in range(state.wheel_rate.shape[0]):
         record.wheel_rate[sample, wheel] = state.wheel_rate[wheel]
-    energies(model, state, work, space, record.energy[sample])
+    energies(model, state, work, space, model.tensioner, record.energy[sample])
     for i in range(record.pitches.shape[0]):
         pitch = record.pitches[i]
         for side in range(2):

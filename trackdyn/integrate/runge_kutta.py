@@ -8,6 +8,7 @@ lost and the error control takes steps as short as the jump demands.
 
 from math import isfinite
 
+from trackdyn.chain.bearings import bearing_drag
 from trackdyn.chain.kinematics import orient, place
 from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, solve_chain
 from trackdyn.integrate.energy import powers
@@ -87,9 +88,9 @@ def _derivative(model: Model, state: State, work: Work, time, out):
         if wheel == SPROCKET:
             out[4 + 2 * n + w] = sprocket_acceleration(model.drive, time)
         else:
-            out[4 + 2 * n + w + wheel] = (
-                work.wheel_torque[wheel] - wheels.drag[wheel] * state.wheel_rate[wheel]
-            ) / wheels.inertia[wheel]
+            rate = state.wheel_rate[wheel]
+            torque = work.wheel_torque[wheel] - bearing_drag(wheels, wheel, rate) * rate
+            out[4 + 2 * n + w + wheel] = torque / wheels.inertia[wheel]
     powers(model, state, work, out, 4 + 2 * n + 2 * w)
 
 

@@ -10,6 +10,7 @@ velocities alike (the SHAKE form), which keeps the discrete path symplectic wher
 from math import cos as cosine
 from math import sin as sine
 
+from trackdyn.chain.bearings import bearing_drag
 from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET, Drive, Model
 from trackdyn.model.record import BEARING
@@ -39,11 +40,11 @@ def sprocket_acceleration(drive: Drive, time):
 
 
 @kernel
-def advance(model: Model, state: State, work: Work, implicit):
+def advance(model: Model, state: State, work: Work, implicit, radial=None):
     """Velocities, then positions, then the projection of a rigid closure.
 
     ``implicit`` is None, or the work of a linearly implicit sweep that has found the accelerations of
-    the wheels too.
+    the wheels too; ``radial`` that of joints whose pins part, the cut among them: nothing is projected then.
 
     Returns
     -------
@@ -91,11 +92,22 @@ def advance(model: Model, state: State, work: Work, implicit):
         work.sin[i] = ns
         gx += length * nc
         gy += length * ns
+        if radial is not None and i < n - 1:
+            part = state.part
+            for k in range(2):
+                part[i, 2 + k] += h * radial.apart[i, k]
+                part[i, k] += h * part[i, 2 + k]
+            dvx += h * radial.apart[i, 0]
+            dvy += h * radial.apart[i, 1]
+            gx += part[i, 0]
+            gy += part[i, 1]
 
     work.cut[4] = gx
     work.cut[5] = gy
     if model.closure.compliant:
         gx = gy = 0.0  # a gap is part of the model, not an error
+    if radial is not None:
+        gx = gy = 0.0
     # extra cut load that closes the gap: end - start moves by h^2 (closure matrix) d_lambda
     inv = sweep.inverse
     dx = -(inv[0, 0] * gx + inv[0, 1] * gy) / h
@@ -124,13 +136,12 @@ def advance(model: Model, state: State, work: Work, implicit):
     for wheel in range(1, wheels.x.shape[0]):
         # drag is taken at the end of the step, which cannot overshoot
         old = state.wheel_rate[wheel]
+        drag = bearing_drag(wheels, wheel, old)
         if implicit is None:
-            rate = (wheels.inertia[wheel] * old + h * work.wheel_torque[wheel]) / (
-                wheels.inertia[wheel] + h * wheels.drag[wheel]
-            )
+            rate = (wheels.inertia[wheel] * old + h * work.wheel_torque[wheel]) / (wheels.inertia[wheel] + h * drag)
         else:
             rate = old + h * implicit.load[3 + wheel]
         state.wheel_rate[wheel] = rate
         state.wheel_angle[wheel] += h * rate
-        state.work_done[BEARING] += h * wheels.drag[wheel] * rate * 0.5 * (old + rate)
+        state.work_done[BEARING] += h * drag * rate * 0.5 * (old + rate)
     return bad

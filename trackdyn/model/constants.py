@@ -148,8 +148,10 @@ class Wheels(NamedTuple):
     ----------
     present : (w,) integer array
         0: no contact with links (a sprocket without ring).
-    x, y, radius, inertia, drag : (w,) arrays
-        Centre, radius, moment of inertia, bearing drag; SI. The sprocket's motion is prescribed.
+    x, y, radius, inertia : (w,) arrays
+        Centre, radius, moment of inertia; SI. The sprocket's motion is prescribed.
+    drag, torque : (w,) arrays
+        Viscous drag of the bearing (N m s/rad) and torque against the rotation at any rate (N m).
     half_thickness : float
         D/2 of the links, m.
     ring_law, wheel_law : Law
@@ -162,6 +164,7 @@ class Wheels(NamedTuple):
     radius: np.ndarray
     inertia: np.ndarray
     drag: np.ndarray
+    torque: np.ndarray
     half_thickness: float
     ring_law: Law
     wheel_law: Law
@@ -176,6 +179,38 @@ class Closure(NamedTuple):
     compliant: int
     stiffness: float
     damping: float
+
+
+class Tensioner(NamedTuple):
+    """A wheel that slides on a spring and a damper; None where it is locked.
+
+    Attributes
+    ----------
+    wheel : int
+        Which one.
+    x, y : float
+        Its place at rest, where ``preload`` holds the chain, m.
+    along_x, along_y : float
+        Direction in which it slides.
+    mass, stiffness, damping : float
+        What slides, its spring and its damper; kg, N/m, N s/m.
+    preload : float
+        Force of the spring at rest, N.
+    low, high : float
+        Stops, m.
+    """
+
+    wheel: int
+    x: float
+    y: float
+    along_x: float
+    along_y: float
+    mass: float
+    stiffness: float
+    damping: float
+    preload: float
+    low: float
+    high: float
 
 
 class Drive(NamedTuple):
@@ -232,11 +267,20 @@ class Space(NamedTuple):
     friction: int
 
 
+class Radial(NamedTuple):
+    """Rubber of the pins: ``stiffness`` (N/m) and ``damping`` (N s/m) against their parting (`chain.radial`)."""
+
+    stiffness: float
+    damping: float
+
+
 class Model(NamedTuple):
     """A scene as kernels see it (`trackdyn.build.build_model`).
 
     ``step`` is in s, ``stride`` the number of steps in a sample. ``solver`` is None for the Riccati sweep or
-    one of `integrate.dynamics`' numbers, ``space`` None for a planar scene.
+    one of `integrate.dynamics`' numbers, ``space`` None for a planar scene, ``tensioner`` None for locked wheels, ``radial``
+    None for joints whose pins do not part; ``closure`` then says what the cut joint is, otherwise it is a joint like all
+    others.
     """
 
     chain: Chain
@@ -250,3 +294,5 @@ class Model(NamedTuple):
     stride: int
     solver: int | None = None
     space: Space | None = None
+    tensioner: Tensioner | None = None
+    radial: Radial | None = None

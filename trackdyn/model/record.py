@@ -80,7 +80,7 @@ class Record(NamedTuple):
 
     Attributes
     ----------
-    raw, mean, gap, cut, place, wheel_rate, energy, force, area, groove
+    raw, mean, gap, cut, change, place, wheel_rate, energy, force, area, groove
         As in `recording.Recording`.
     pitches : (p,) integer array
         Pitches whose contacts are recorded (0-based).
@@ -98,6 +98,7 @@ class Record(NamedTuple):
     mean: np.ndarray
     gap: np.ndarray
     cut: np.ndarray
+    change: np.ndarray
     place: np.ndarray
     wheel_rate: np.ndarray
     energy: np.ndarray
@@ -135,6 +136,7 @@ def make_record(samples: int, state, pitches=(), frames: int = 0, frame_stride: 
         np.zeros((samples, 3)),
         np.zeros((samples, 3)),
         np.zeros(samples),
+        np.zeros((samples, 2)),
         np.zeros((samples, 2)),
         np.zeros((samples, 2)),
         np.zeros((samples, wheels)),

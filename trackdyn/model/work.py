@@ -153,6 +153,35 @@ class SpaceWork(NamedTuple):
     axial: np.ndarray
 
 
+class RadialWork(NamedTuple):
+    """What the sweep writes of joints whose pins part (`chain.radial`), for ``n`` joints; the last one is the cut.
+
+    Attributes
+    ----------
+    impedance : (1,) array
+        ``Z = h^2 k + h c``, kg.
+    ahead, force : (n, 2) arrays
+        Force on the outboard body at the end of the step without the accelerations, and with them, N.
+    apart : (n, 2) array
+        Acceleration of the displacement of the pins, m/s2; the last row is unused.
+    parting : (n, 2) array
+        Velocity with which the points where the force acts part, at the start of the step, m/s.
+    gain : (n, 13) array
+        Acceleration of these points from one another, less its sign, as a linear function: coefficients xx, xy,
+        x-angle, yy, y-angle of the outboard acceleration, then x and y for ``[lambda_x, lambda_y, lambda_m, 1]``.
+    response : (n, 8) array
+        The same for unit ``[lambda_x, lambda_y, lambda_m, 1]``: x, then y.
+    """
+
+    impedance: np.ndarray
+    ahead: np.ndarray
+    force: np.ndarray
+    apart: np.ndarray
+    parting: np.ndarray
+    gain: np.ndarray
+    response: np.ndarray
+
+
 class Work(NamedTuple):
     """Arrays of a step for ``n`` bodies, ``p`` pitches and ``w`` wheels.
 
@@ -186,8 +215,13 @@ class Work(NamedTuple):
     cut : (6,) array
         Gap of the cut joint (output pin of the last body less input pin of the first) and its rate, and the
         gap that the last step had before the projection; m, m/s.
+    worst : (3,) array
+        Largest squares of the gap, of its rate and of the gap before the projection in the sample.
     sensed : (6,) array
         Acceleration (m/s2) and angle (rad) of the sensor at the last evaluation, and their sums over the sample.
+    change : (4,) array
+        y acceleration of the sensor one step ago and its change in that step; sums over the sample of the squared
+        change and of the product of two changes in a row.
     sweep : SweepWork
         Solution of the chain.
     implicit : ImplicitWork or None
@@ -196,6 +230,8 @@ class Work(NamedTuple):
         Of an explicit Runge-Kutta method.
     space : SpaceWork or None
         Of motion in space.
+    radial : RadialWork or None
+        Of joints whose pins part.
     """
 
     cos: np.ndarray
@@ -221,11 +257,14 @@ class Work(NamedTuple):
     contact_body: np.ndarray
     count: np.ndarray
     cut: np.ndarray
+    worst: np.ndarray
     sensed: np.ndarray
+    change: np.ndarray
     sweep: SweepWork
     implicit: ImplicitWork | None = None
     stages: Stages | None = None
     space: SpaceWork | None = None
+    radial: RadialWork | None = None
 
 
 def make_work(n: int, pitches: int, wheels: int) -> Work:
@@ -245,7 +284,9 @@ def make_work(n: int, pitches: int, wheels: int) -> Work:
         np.zeros((contacts, 3), np.int64),
         np.zeros(1, np.int64),
         np.zeros(6),
+        np.zeros(3),
         np.zeros(6),
+        np.zeros(4),
         sweep,
     )
 
@@ -275,3 +316,8 @@ def make_space_work(n: int, wheels: int) -> SpaceWork:
     """Allocate the arrays of motion in space."""
     shapes = ((wheels, 3, 3), (wheels, 3), 3, n, n, n, 3, 3, (wheels, 6), wheels)
     return SpaceWork(np.eye(3), *(np.zeros(shape) for shape in shapes))
+
+
+def make_radial_work(n: int) -> RadialWork:
+    """Allocate the arrays of joints whose pins part."""
+    return RadialWork(*(np.zeros(shape) for shape in (1, (n, 2), (n, 2), (n, 2), (n, 2), (n, 13), (n, 8))))

@@ -271,13 +271,15 @@ OWN = (
         shape of the groove is this replication's own."""),
     Item("claims", "The scorecard as a picture", "claims",
          "trackdyn.report.figures.scorecard:scorecard_figure", """
-        Every claim of the paper as a row: the printed number, the number measured here, and the verdict. Reproduced:
-        within the tolerance; in trend: within a wider one or of the same order; not reproduced: neither. Not
-        comparable: the printed value or the data behind it are lost, or a program it needs is not installed. A bound is
-        our reading of words in the paper that carry no number.
+        Every claim of the paper with its parts: the printed number, the number measured here, and the verdict.
+        Reproduced: within the tolerance; in trend: within a wider one, or at some starts of the record; not reproduced:
+        neither. No test: shown, but no run of a sound program could fail it. Not comparable: the printed value or the
+        data behind it are lost, or what it needs was not run. "Ours" marks a bound that is our reading of words in the
+        paper that carry no number.
 
-        Tolerances stand in `config/claims.yaml` with their reasons, and were written before the runs. Reproduced does
-        not mean predicted: several claims were targets of the fit."""),
+        Predicted: an open test; follows: implied by a fitted claim or by kinematics; fitted: a target of the fit, or a
+        parameter was chosen by looking at it. A claim comes out if all of its judged parts do. Tolerances stand in
+        `config/claims.yaml` with their reasons, and which of them were set when results were known."""),
     Item("sensitivity", "What moves when a fitted parameter moves", "sensitivity",
          "trackdyn.report.figures.sensitivity:sensitivity_figure", """
         How far the measures behind the claims move when one fitted parameter moves (a log-scaled one by a factor of
@@ -301,18 +303,18 @@ OWN = (
         Every parameter of the rig with its unit, kind and source. Printed: stands in the paper; derived:
         follows from printed numbers; assumed: not in the paper; fitted: chosen so that the model shows a
         printed result.""", table=True),
-    Item("fit_targets", "Targets of the fit", "sensitivity", "trackdyn.fit:report_targets", """
+    Item("fit_targets", "Targets of the fit", "sensitivity", "trackdyn.study.fit:report_targets", """
         What the fit aimed at and what the rig gives, in units of each tolerance. Targets that were held out were not
         fitted.""", table=True),
-    Item("equal_pitch", "Two readings of equal pitch", "sensitivity", "trackdyn.fit:equal_pitch_readings", """
+    Item("equal_pitch", "Two readings of equal pitch", "sensitivity", "trackdyn.study.fit:equal_pitch_readings", """
         The two readings of "equal pitch at 0.308 m" put into the rig, all else held, beside the fitted one. A dash: the
         loop does not settle in that case.""", table=True),
     Item("run_direction", "Both ways in which the chain may run", "sensitivity",
-         "trackdyn.fit:run_directions", """
+         "trackdyn.study.fit:run_directions", """
         Times of the events of one passage with the chain descending and climbing on the sprocket, all else held. The
         paper does not say which way its chain runs; it prints the ring's maximum at 0.22 s (C17) and the right arc's
         without a ring at 1.07 s (C16).""", table=True),
-    Item("stability", "Stability of the statistics", "stability", "trackdyn.stability:stability", """
+    Item("stability", "Stability of the statistics", "stability", "trackdyn.study.stability:stability", """
         What half the time step, twice the record and a later start change in the statistics, beside their tolerances:
         of shares in points of a turn, of all else relatively.""", table=True),
     Item("fidelity", "The ladder of fidelities", "fidelity", "trackdyn.report.tables:ladder_table", """
@@ -323,6 +325,11 @@ OWN = (
     Item("costs", "What each rule cost", "costs", "", """
         Wall time, processor time and largest memory of every rule, from the benchmark files of the workflow. Jobs share
         the machine, so wall times depend on what ran beside them.""", table=True),
+    Item("traction", "Which flank carries drive", "traction", "trackdyn.report.figures.traction:traction_figure", """
+        Share of a sprocket turn in which the left and the right arc touch, over the creep slope of the ring's friction
+        (coefficient over transition velocity) and the ring's radius, at 115 rpm; once with the coefficient of the other
+        wheels and once with their transition velocity. With much traction the ring runs ahead of the chain and drives:
+        the left arc lets go and the right one holds back. The marks are the ring of this rig and its other wheels."""),
 )
 # asked for by name
 STUDIES = (

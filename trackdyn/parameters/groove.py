@@ -192,6 +192,51 @@ def coarse_groove(groove: Groove) -> Groove:
     return Groove(centre, radius, direction, half_angle, np.array([False, True, False]), groove.addendum, groove.teeth)
 
 
+def true_depth(groove: Groove, arc_radius: float, points: np.ndarray) -> np.ndarray:
+    """Depth of circles of radius ``arc_radius`` (m) in the solid tooth, m; negative is clearance.
+
+    Eqs. 20 to 23 search a band of width r_C along each arc: a centre deeper than that is found in no
+    area and would cost nothing. Here the depth is ``r_C - s`` with ``s`` the signed distance of the
+    centre to the profile, positive in the open groove and negative in steel, so a centre in steel is
+    deeper than r_C however far in it lies.
+
+    The profile with its mirror images about the tooth lines is one closed curve with a continuous
+    tangent, so the point of it nearest to a centre is the foot of a perpendicular: it lies on an arc
+    whose sector holds the centre, at ``| |e| - r_j |``. The nearest of these is exact, and its side
+    (within a concave circle or out of a convex one is open) is the sign. A centre on this side of the
+    tooth line has its nearest point on this side too, so neighbouring grooves need no look.
+
+    Parameters
+    ----------
+    points : (n, 2) array
+        Centres in the frame of the groove whose sector of half angle pi / m they are in, m. The ten
+        arcs are needed; the coarse profile has corners.
+    """
+    e = np.asarray(points, dtype=float)[:, None, :] - groove.centre
+    d = np.hypot(e[..., 0], e[..., 1])
+    along = (e * groove.direction).sum(axis=-1)
+    within = along >= (np.cos(groove.half_angle) - 1e-9) * d
+    outside = np.where(groove.convex, d - groove.radius, groove.radius - d)
+    distance = np.where(within, np.abs(outside), np.inf)
+    nearest = distance.argmin(axis=1)
+    return arc_radius - np.take_along_axis(outside, nearest[:, None], axis=1)[:, 0]
+
+
+def depths_on_sprocket(groove: Groove, arc_radius: float, centres: np.ndarray, angle: float) -> np.ndarray:
+    """`true_depth` of arcs at ``centres`` (n, 2) from the sprocket's centre (m), the sprocket turned by ``angle`` (rad).
+
+    Arcs out of reach of the teeth (Eq. 18) have the depth -inf.
+    """
+    distance = np.hypot(*centres.T)
+    pitch = 2 * pi / groove.teeth
+    # Eq. 12: groove 1 has its middle half a pitch from x_S; angles from that of the arc's own groove
+    polar = np.arctan2(centres[:, 1], centres[:, 0]) - angle
+    off = (polar % pitch) - pitch / 2
+    local = np.column_stack([-distance * np.sin(off), distance * np.cos(off)])
+    depth = true_depth(groove, arc_radius, local)
+    return np.where(distance <= groove.addendum + arc_radius, depth, -np.inf)
+
+
 def _arc_through(a: np.ndarray, b: np.ndarray, c: np.ndarray):
     """Centre, radius, direction to the middle and half angle of the circular arc from a over b to c."""
     matrix = 2 * np.array([b - a, c - a])

@@ -1,5 +1,6 @@
 """Reading YAML against a schema; every defect ends in one sentence."""
 
+import re
 from math import isfinite
 from numbers import Real
 from pathlib import Path
@@ -79,6 +80,24 @@ def plain_number(value: Any) -> Any:
     if not isfinite(number):
         raise ValueError(f"= {value!r} is not accepted: a finite number is needed")
     return number
+
+
+def parse_tolerance(text: str | float) -> float:
+    """``2%``, ``0.02`` or 0.02 as a share.
+
+    Raises
+    ------
+    InputError
+        It is not a number between 0 and 1.
+    """
+    match = re.fullmatch(r"\s*([0-9.eE+-]+)\s*(%?)\s*", str(text))
+    try:
+        value = float(match[1]) / (100 if match[2] else 1)
+    except (TypeError, ValueError):
+        value = float("nan")
+    if not 0 < value < 1:
+        raise InputError(f"tolerance = {text!r} is not accepted: a share between 0 and 1, such as 2% or 0.02, would do")
+    return value
 
 
 def sentence(name: str, error: dict, missing: str) -> str:

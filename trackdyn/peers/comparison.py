@@ -27,12 +27,14 @@ class Result:
     Attributes
     ----------
     curves : DataFrame
-        ``reading, time_s, trackdyn_m, exudyn_m, exudyn_eight_arcs_m``: vertical displacement of the
-        selected link; time since the start of the sprocket, after its ramp.
+        ``reading, time_s, trackdyn_m, belt_m, exudyn_m, exudyn_eight_arcs_m``: vertical displacement of the
+        selected link; time since the start of the sprocket, after its ramp. The belt knows no forces: what it
+        reaches says how much the comparison can tell.
     table : DataFrame
         Rows of Table 2.
     summary : DataFrame
-        ``reading, range_m, difference_pct, difference_eight_arcs_pct, exudyn_step_s, trackdyn_step_s, gap_m``.
+        ``reading, speed_rpm, range_m, trackdyn_step_s, difference_belt_pct, exudyn_step_s, difference_pct,
+        difference_eight_arcs_pct, gap_m``.
     missing : str
         Why the other code was not run, or nothing.
     frame : array
@@ -53,6 +55,11 @@ def scene_of(rig: Rig, reading: str, speed_rpm: float, duration: float, step: fl
     """Scene of Figure 14: ``speed_rpm`` of the sprocket or of the motor, recorded from the end of the ramp."""
     motor = speed_rpm * (rig.sprocket.transmission_ratio if reading == "sprocket" else 1.0)
     return Scene(rig, motor, duration=duration, lead_in=0.0, ramp=RAMP, step=step, frame_interval=duration)
+
+
+def belt_of(scene: Scene) -> Scene:
+    """The same wheels and speed with the chain as a kinematic belt: no contact, no forces."""
+    return scene.with_(chain="belt", ring_radius=None, pitches=(), spells=False, frame_interval=0.0)
 
 
 def percent_of_range(difference, reference) -> float:
@@ -150,8 +157,10 @@ def compare(
         if frame is None:
             frame, shift = recording.frame[0], float(recording.meta["layout"]["tensioner_shift_m"])
         y = recording.place[:, 1]
-        curve = {"reading": reading, "time_s": recording.begin + recording.time, "trackdyn_m": y}
+        belt = simulate(belt_of(scene)).place[:, 1]
+        curve = {"reading": reading, "time_s": recording.begin + recording.time, "trackdyn_m": y, "belt_m": belt}
         row = {"reading": reading, "speed_rpm": speed_rpm, "range_m": float(np.ptp(y)), "trackdyn_step_s": step}
+        row["difference_belt_pct"] = percent_of_range(belt - y, y)
         if not missing:
             run, other = peers[peer_step] if reading == readings[0] else run_peer(scene, peer_step)
             _, eight = run_peer(scene, peer_step, arcs=8)

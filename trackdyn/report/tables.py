@@ -14,7 +14,9 @@ from trackdyn.paper import printed
 from trackdyn.parameters.groove import Groove
 
 
-def write_table(frame: pd.DataFrame, csv_path: Path | str, caption: str, digits: int = 5) -> None:
+def write_table(
+    frame: pd.DataFrame, csv_path: Path | str, caption: str, digits: int = 5, shown: pd.DataFrame | None = None
+) -> None:
     """Write a table as CSV in full precision and as Markdown with its caption beside it.
 
     Parameters
@@ -27,10 +29,13 @@ def write_table(frame: pd.DataFrame, csv_path: Path | str, caption: str, digits:
         Stands above the Markdown table.
     digits : int
         Significant digits in the Markdown table.
+    shown : DataFrame, optional
+        Another form of the table for Markdown.
     """
     csv_path = Path(csv_path)
     csv_path.parent.mkdir(parents=True, exist_ok=True)
-    cells = frame.astype(object).where(frame.notna(), None)
+    shown = frame if shown is None else shown
+    cells = shown.astype(object).where(shown.notna(), None)
     body = cells.to_markdown(index=False, floatfmt=f".{digits}g", missingval="–")
     _replace(csv_path, frame.to_csv(index=False, lineterminator="\n"))
     _replace(csv_path.with_suffix(".md"), f"{caption}\n\n{body}\n")

@@ -3,11 +3,11 @@
 import pandas as pd
 
 from trackdyn.measure.meshing import meshing_summary
+from trackdyn.measure.metrics import whole_revolutions
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.signals import rms, standard_deviation
 from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
-from trackdyn.study.accuracy.statistics import whole_revolutions
 
 # Largest change that still counts as stable, fixed before the runs: a tenth of the narrowest tolerance
 # that the claims are judged with (2 % of an amplitude, 2 points of a turn) and of the 5 % by which the
@@ -27,7 +27,8 @@ COLUMNS = ["rpm", "ring_radius_m", "variant", "measure", "base", "changed", "cha
 def _measures(scene: Scene) -> dict[str, float]:
     """RMS and SD over whole loop revolutions, and the meshing measures."""
     recording = simulate(scene)
-    ay = whole_revolutions(sense(recording).ay, recording.rate, scene.loop_frequency)
+    ay = sense(recording).ay
+    ay = ay[: whole_revolutions(len(ay), recording.rate, scene.loop_frequency)]
     return {"rms_g": rms(ay), "sd_g": standard_deviation(ay)} | meshing_summary(recording)
 
 

@@ -4,74 +4,54 @@
 rule claims:
     """Every claim of the paper: reproduced, in trend, not reproduced, not comparable."""
     input:
-        MEASURES,
-        sources("paper", "report/figures/scorecard.py", "report/style.py", "report/tables.py"),
+        needs("claims.py"),
         claims="config/claims.yaml",
         metrics=f"{R}/metrics.csv",
         events=f"{R}/events.csv",
         peer=f"{R}/peers/summary.csv",
+        records=[recording(run) for run in SPEEDS],
+        others=[f"{R}/rigs/{other}/{name}.csv" for other in OTHERS for name in ("metrics", "events")],
     output:
-        csv=report(f"{R}/claims.csv", caption="../report/claims.rst", category="Claims"),
+        csv=f"{R}/claims.csv",
         md=f"{R}/claims.md",
-        figure=[
-            report(f"{R}/figures/claims.png", caption="../report/claims.rst", category="Claims"),
-            f"{R}/figures/claims.svg",
-        ],
+        figure=figure("claims"),
     params:
         rpm=CONFIG.meshing.speed_rpm,
         radius=CONFIG.meshing.ring_radius_m,
         seconds=CONFIG.records.duration_s,
-    log:
-        f"{R}/logs/claims.log",
-    benchmark:
-        f"{R}/benchmarks/claims.tsv"
-    message:
-        "Judging the claims"
-    script:
-        "../scripts/claims.py"
+        rigs={other: f"{R}/rigs/{other}" for other in OTHERS},
+    log: f"{R}/logs/claims.log"
+    benchmark: f"{R}/benchmarks/claims.tsv"
+    message: "Judging the claims"
+    script: "../scripts/claims.py"
 
 
 rule sensitivity:
     """What moves when a fitted parameter moves."""
     input:
-        SIMULATOR,
-        MEASURES,
-        sources("study/fit.py", "config.py", "report/figures/sensitivity.py", "report/tables.py", "report/style.py"),
+        needs("sensitivity.py"),
         rig=CONFIG.rig,
         fit="config/fit.yaml",
         kernels=KERNELS,
     output:
-        csv=report(f"{R}/tables/sensitivity.csv", caption="../report/sensitivity.rst", category="Claims"),
-        md=f"{R}/tables/sensitivity.md",
-        targets=report(f"{R}/tables/fit_targets.csv", caption="../report/fit_targets.rst", category="Claims"),
-        targets_md=f"{R}/tables/fit_targets.md",
-        readings=report(f"{R}/tables/equal_pitch.csv", caption="../report/equal_pitch.rst", category="Claims"),
-        readings_md=f"{R}/tables/equal_pitch.md",
-        directions=report(f"{R}/tables/run_direction.csv", caption="../report/run_direction.rst", category="Claims"),
-        directions_md=f"{R}/tables/run_direction.md",
-        figure=[
-            report(f"{R}/figures/sensitivity.png", caption="../report/sensitivity.rst", category="Claims"),
-            f"{R}/figures/sensitivity.svg",
-        ],
+        **table("sensitivity"),
+        **table("fit_targets", "targets"),
+        **table("equal_pitch", "readings"),
+        **table("run_direction", "directions"),
+        figure=figure("sensitivity"),
     params:
         radii=CONFIG.sensitivity.radii_m,
         without_ring=CONFIG.sensitivity.without_ring,
-    log:
-        f"{R}/logs/sensitivity.log",
-    benchmark:
-        f"{R}/benchmarks/sensitivity.tsv"
-    message:
-        "Sensitivity of the contact measures to every fitted parameter"
-    script:
-        "../scripts/sensitivity.py"
+    log: f"{R}/logs/sensitivity.log"
+    benchmark: f"{R}/benchmarks/sensitivity.tsv"
+    message: "Sensitivity of the contact measures to every fitted parameter"
+    script: "../scripts/sensitivity.py"
 
 
 rule fit:
     """Fit the rig to the targets of config/fit.yaml (ten minutes; ask for it by name)."""
     input:
-        SIMULATOR,
-        MEASURES,
-        sources("study/fit.py", "config.py"),
+        needs("fit.py"),
         rig=CONFIG.rig,
         fit="config/fit.yaml",
         kernels=KERNELS,
@@ -80,34 +60,23 @@ rule fit:
         history=f"{R}/fit/history.csv",
         targets=f"{R}/fit/targets.csv",
     threads: 2
-    log:
-        f"{R}/logs/fit.log",
-    benchmark:
-        f"{R}/benchmarks/fit.tsv"
-    message:
-        "Fitting the rig"
-    script:
-        "../scripts/fit.py"
+    log: f"{R}/logs/fit.log"
+    benchmark: f"{R}/benchmarks/fit.tsv"
+    message: "Fitting the rig"
+    script: "../scripts/fit.py"
 
 
 rule costs:
     """What each rule cost, from the benchmark files."""
     input:
-        f"{R}/metrics.csv",
+        needs("costs.py"),
         rules.records.input,
         rules.ring.input,
         rules.claims.output,
         rules.sensitivity.output,
-    output:
-        csv=report(f"{R}/tables/costs.csv", caption="../report/costs.rst", category="Rig and costs"),
-        md=f"{R}/tables/costs.md",
-    params:
-        folder=f"{R}/benchmarks",
-    log:
-        f"{R}/logs/costs.log",
-    benchmark:
-        f"{R}/benchmarks/costs.tsv"
-    message:
-        "Costs"
-    script:
-        "../scripts/costs.py"
+    output: **table("costs")
+    params: folder=f"{R}/benchmarks"
+    log: f"{R}/logs/costs.log"
+    benchmark: f"{R}/benchmarks/costs.tsv"
+    message: "Costs"
+    script: "../scripts/costs.py"

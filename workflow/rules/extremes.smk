@@ -18,10 +18,7 @@ def extremes_outputs(folder):
 rule extremes:
     """The full form: an hour of running, a thousand random scenes."""
     input:
-        SIMULATOR,
-        MEASURES,
-        sources("study/extremes", "study/stability.py", "study/stepping.py", "study/settings.py"),
-        sources("report/style.py", "report/tables.py", "report/figures/extremes.py"),
+        needs("extremes.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
     output: **extremes_outputs(R)

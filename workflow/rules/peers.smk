@@ -4,30 +4,17 @@
 rule peer:
     """The same loop in Exudyn: vertical displacement and computing time. Without Exudyn, our side alone."""
     input:
-        SIMULATOR,
-        sources("peers", "report/style.py", "report/drawing.py", "paper/printed.py", "report/tables.py"),
-        sources("report/figures/peer.py"),
+        needs("peer.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
     output:
+        **table("table2", "table"),
         curves=f"{R}/peers/fig14.csv",
         summary=f"{R}/peers/summary.csv",
-        table=f"{R}/tables/table2.csv",
-        table_md=f"{R}/tables/table2.md",
-        model=multiext(f"{R}/figures/fig13", ".png", ".svg"),
-        displacement=multiext(f"{R}/figures/fig14", ".png", ".svg"),
-    params:
-        options=CONFIG.peers.model_dump(),
-    log:
-        f"{R}/logs/peer.log",
-    benchmark:
-        f"{R}/benchmarks/peer.tsv"
-    message:
-        "Figures 13 and 14 and Table 2: the same loop in an independent code"
-    script:
-        "../scripts/peer.py"
-
-
-rule peers:
-    input:
-        rules.peer.output,
+        model=figure("fig13"),
+        displacement=figure("fig14"),
+    params: options=CONFIG.peers.model_dump()
+    log: f"{R}/logs/peer.log"
+    benchmark: f"{R}/benchmarks/peer.tsv"
+    message: "Figures 13 and 14 and Table 2: the same loop in an independent code"
+    script: "../scripts/peer.py"

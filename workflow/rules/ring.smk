@@ -1,114 +1,89 @@
 # Sect. 6: the meshing process (Figures 19 to 22), the ring study (Figures 23, 24), Table 4.
 
+# slowest speed without a ring and with the paper's, fastest speed with the paper's
+SLOWEST, FASTEST = (f"ring/{CONFIG.ring_study.speeds_rpm[end]:g}rpm" for end in (0, -1))
+PAPERS_RING = f"{CONFIG.records.ring_radius_m:.4g}"
+STABILITY_RUNS = [f"{SLOWEST}_none", f"{SLOWEST}_{PAPERS_RING}", f"{FASTEST}_{PAPERS_RING}"]
+
 
 rule events:
     """Contact spells of the meshing process, and the times of the events of C16 and C17."""
     input:
-        MEASURES,
+        needs("events.py"),
         recordings=[recording("meshing/no_ring"), recording("meshing/ring")],
     output:
         events=f"{R}/events.csv",
         spells=f"{R}/spells.csv",
-    log:
-        f"{R}/logs/events.log",
-    benchmark:
-        f"{R}/benchmarks/events.tsv"
-    message:
-        "Events of the meshing process"
-    script:
-        "../scripts/events.py"
+    log: f"{R}/logs/events.log"
+    benchmark: f"{R}/benchmarks/events.tsv"
+    message: "Events of the meshing process"
+    script: "../scripts/events.py"
+
+
+use rule events as events_other with:
+    input:
+        needs("events.py"),
+        recordings=[f"{R}/rigs/{{other}}/runs/meshing/{name}.npz" for name in ("no_ring", "ring")],
+    output:
+        events=f"{R}/rigs/{{other}}/events.csv",
+        spells=f"{R}/rigs/{{other}}/spells.csv",
+    log: f"{R}/logs/rigs/{{other}}/events.log"
+    benchmark: f"{R}/benchmarks/rigs/{{other}}/events.tsv"
 
 
 rule meshing_figures:
     """Figures 19 to 22: forces, areas and screenshots of one passage, without and with the ring."""
     input:
-        MEASURES,
-        sources("report/style.py", "report/drawing.py", "paper/printed.py", "report/figures/meshing.py"),
-        sources("report/figures/screenshots.py"),
+        needs("meshing_figures.py"),
         no_ring=recording("meshing/no_ring"),
         ring=recording("meshing/ring"),
-    output:
-        report(f"{R}/figures/fig19.png", caption="../report/fig19.rst", category="Contact"),
-        f"{R}/figures/fig19.svg",
-        report(f"{R}/figures/fig20.png", caption="../report/fig20.rst", category="Contact"),
-        f"{R}/figures/fig20.svg",
-        report(f"{R}/figures/fig21.png", caption="../report/fig21.rst", category="Contact"),
-        f"{R}/figures/fig21.svg",
-        report(f"{R}/figures/fig22.png", caption="../report/fig22.rst", category="Contact"),
-        f"{R}/figures/fig22.svg",
-    log:
-        f"{R}/logs/meshing_figures.log",
-    benchmark:
-        f"{R}/benchmarks/meshing_figures.tsv"
-    message:
-        "Figures 19 to 22"
-    script:
-        "../scripts/meshing_figures.py"
+    output: **{name: figure(name) for name in ("fig19", "fig20", "fig21", "fig22")}
+    log: f"{R}/logs/meshing_figures.log"
+    benchmark: f"{R}/benchmarks/meshing_figures.tsv"
+    message: "Figures 19 to 22"
+    script: "../scripts/meshing_figures.py"
 
 
 rule ring_figures:
     """Figures 23 and 24: force and duration against the radius."""
     input:
-        sources("report/style.py", "report/figures/ring_study.py"),
+        needs("ring_figures.py"),
         metrics=f"{R}/metrics.csv",
     output:
-        report(f"{R}/figures/fig23_a.png", caption="../report/fig23.rst", category="Contact"),
-        f"{R}/figures/fig23_a.svg",
-        report(f"{R}/figures/fig23_b.png", caption="../report/fig23.rst", category="Contact"),
-        f"{R}/figures/fig23_b.svg",
-        report(f"{R}/figures/fig24.png", caption="../report/fig24.rst", category="Contact"),
-        f"{R}/figures/fig24.svg",
-    log:
-        f"{R}/logs/ring_figures.log",
-    benchmark:
-        f"{R}/benchmarks/ring_figures.tsv"
-    message:
-        "Figures 23 and 24"
-    script:
-        "../scripts/ring_figures.py"
+        rms=figure("fig23_a"),
+        sd=figure("fig23_b"),
+        duration=figure("fig24"),
+    log: f"{R}/logs/ring_figures.log"
+    benchmark: f"{R}/benchmarks/ring_figures.tsv"
+    message: "Figures 23 and 24"
+    script: "../scripts/ring_figures.py"
 
 
 rule coarse_table:
     """Table 4: what the coarser tooth contact changes."""
     input:
-        sources("report/tables.py", "paper/printed.py"),
+        needs("coarse_table.py"),
         metrics=f"{R}/metrics.csv",
-    output:
-        csv=report(f"{R}/tables/table4.csv", caption="../report/table4.rst", category="Link acceleration"),
-        md=f"{R}/tables/table4.md",
-    params:
-        speeds=CONFIG.records.speeds_rpm,
-    log:
-        f"{R}/logs/table4.log",
-    benchmark:
-        f"{R}/benchmarks/table4.tsv"
-    message:
-        "Table 4"
-    script:
-        "../scripts/coarse_table.py"
+    output: **table("table4")
+    params: speeds=CONFIG.records.speeds_rpm
+    log: f"{R}/logs/table4.log"
+    benchmark: f"{R}/benchmarks/table4.tsv"
+    message: "Table 4"
+    script: "../scripts/coarse_table.py"
 
 
 rule stability:
     """Half the step, twice the record, a later start: what changes."""
     input:
-        SIMULATOR,
-        MEASURES,
-        sources("study/stability.py", "report/tables.py"),
+        needs("stability.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
-    output:
-        csv=report(f"{R}/tables/stability.csv", caption="../report/stability.rst", category="Contact"),
-        md=f"{R}/tables/stability.md",
-    params:
-        scenes=[plain_scene(run) for run in STABILITY_RUNS],
-    log:
-        f"{R}/logs/stability.log",
-    benchmark:
-        f"{R}/benchmarks/stability.tsv"
-    message:
-        "Stability of the statistics"
-    script:
-        "../scripts/stability.py"
+    output: **table("stability")
+    params: scenes=[plain_scene(SCENES[run]) for run in STABILITY_RUNS if run in SCENES]
+    log: f"{R}/logs/stability.log"
+    benchmark: f"{R}/benchmarks/stability.tsv"
+    message: "Stability of the statistics"
+    script: "../scripts/stability.py"
 
 
 rule ring:

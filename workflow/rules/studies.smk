@@ -1,20 +1,13 @@
 # What accuracy costs: the ladder of fidelities, work-precision data, the planner. `trade` is asked for by
 # name; a short form of it belongs to the default target.
 
-LADDER = sources("study/accuracy/ladder.py", "study/accuracy/statistics.py", "report/tables.py")
-TRADE = sources(
-    "study/accuracy", "study/stepping.py", "study/settings.py", "report/figures/trade.py", "report/style.py",
-    "report/tables.py",
-)
 TRADE_FIGURES = ("state", "rms", "left_share", "scaling", "planner")
 
 
 rule fidelity:
     """Every setting of the ladder against the paper's fidelity: difference and cost."""
     input:
-        SIMULATOR,
-        MEASURES,
-        LADDER,
+        needs("fidelity.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
     output:
@@ -45,9 +38,7 @@ def trade_outputs(folder):
 rule trade:
     """Work-precision data, the planner on scenes kept apart, the scaling of the sweep (a quarter of an hour)."""
     input:
-        SIMULATOR,
-        MEASURES,
-        TRADE,
+        needs("trade.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
     output: **trade_outputs(R)
@@ -67,3 +58,19 @@ use rule trade as trade_short with:
     log: f"{R}/logs/trade_short.log"
     benchmark: f"{R}/benchmarks/trade_short.tsv"
     message: "Accuracy against cost, the short form"
+
+
+rule traction:
+    """Which flank carries drive, over creep slope and radius of the ring."""
+    input:
+        needs("traction.py"),
+        rig=CONFIG.rig,
+        kernels=KERNELS,
+    output:
+        csv=f"{R}/traction.csv",
+        figure=figure("traction"),
+    params: form=(CONFIG.studies.traction.full if CONFIG.traction_in_full else CONFIG.studies.traction.short).model_dump()
+    log: f"{R}/logs/traction.log"
+    benchmark: f"{R}/benchmarks/traction.tsv"
+    message: "Traction of the ring"
+    script: "../scripts/traction.py"

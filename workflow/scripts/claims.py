@@ -1,8 +1,10 @@
-import pandas as pd
+from pathlib import Path
+
 from _script import logged
 
-from trackdyn.paper.claims import judge_all, load_claims
-from trackdyn.paper.evidence import Evidence
+from trackdyn.paper.claims import headline, judge_all, load_claims, side_by_side
+from trackdyn.paper.contents import caption
+from trackdyn.paper.evidence import collect
 from trackdyn.paper.printed import RECORD_DURATION
 from trackdyn.report.figures.scorecard import scorecard_figure
 from trackdyn.report.style import save
@@ -11,21 +13,18 @@ from trackdyn.report.tables import write_table
 PAPER_SECONDS = RECORD_DURATION.value
 
 with logged(snakemake):
-    evidence = Evidence(
-        pd.read_csv(snakemake.input.metrics, keep_default_na=True),
-        pd.read_csv(snakemake.input.events),
-        snakemake.params.rpm,
-        snakemake.params.radius,
-        pd.read_csv(snakemake.input.peer),
-    )
-    card = judge_all(load_claims(snakemake.input.claims), evidence)
-    counts = card["verdict"].value_counts()
-    caption = "Every claim of the paper: " + ", ".join(f"{count} {verdict}" for verdict, count in counts.items()) + "."
-    if snakemake.params.seconds < PAPER_SECONDS:
-        caption += (
-            f" These records last {snakemake.params.seconds:g} s where the paper's last {PAPER_SECONDS:g}: bins are wider, "
-            "so C07 and C08 cannot come out, and records hold no whole number of revolutions (C06)."
+    params = snakemake.params
+    # folder of the results of each rig; further rigs stand beside the first
+    folders = {"shipped": Path(snakemake.input.metrics).parent} | dict(params.get("rigs", {}))
+    rigs = {name: collect(folder, params.rpm, params.radius) for name, folder in folders.items()}
+    card = judge_all(load_claims(snakemake.input.claims), rigs)
+    said = [f"{name}: {headline(card, name)}" if len(rigs) > 1 else headline(card, name) for name in rigs]
+    if params.seconds < PAPER_SECONDS:
+        said.append(
+            f"These records last {params.seconds:g} s where the paper's last {PAPER_SECONDS:g}: bins are wider, so C07 "
+            "and C08 cannot come out, and records hold no whole number of revolutions (C06)."
         )
-    write_table(card, snakemake.output.csv, caption)
+    text = "\n\n".join([*said, caption("claims")])
+    write_table(card, snakemake.output.csv, text, shown=side_by_side(card))
     save(scorecard_figure(card), snakemake.output.figure[0])
-    print(caption)
+    print(text)

@@ -6,9 +6,11 @@ from trackdyn.report.figures.screenshots import screenshot_figure
 from trackdyn.report.style import save
 
 with logged(snakemake):
-    for number, path in ((19, snakemake.input.no_ring), (21, snakemake.input.ring)):
+    out = snakemake.output
+    for path, passage, screenshots in (
+        (snakemake.input.no_ring, out.fig19, out.fig20),
+        (snakemake.input.ring, out.fig21, out.fig22),
+    ):
         recording = load_recording(path)
-        rig = Rig.model_validate(recording.meta["rig"])
-        first = snakemake.output[2 * (number - 19)]
-        save(passage_figure(recording), first)
-        save(screenshot_figure(rig, recording), snakemake.output[2 * (number - 19) + 2])
+        save(passage_figure(recording), passage[0])
+        save(screenshot_figure(Rig.model_validate(recording.meta["rig"]), recording), screenshots[0])

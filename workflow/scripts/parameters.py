@@ -8,5 +8,5 @@ from trackdyn.report.tables import table1, write_table
 with logged(snakemake):
     table = parameter_table(snakemake.input.rig)
     write_table(table, snakemake.output.csv, caption("parameters"))
-    write_table(table1(load_rig(snakemake.input.rig).groove_profile), snakemake.output.groove_csv, caption("table1"))
+    write_table(table1(load_rig(snakemake.input.rig).groove_profile), snakemake.output.groove, caption("table1"))
     print(table["kind"].value_counts())

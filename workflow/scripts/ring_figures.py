@@ -7,6 +7,6 @@ from trackdyn.report.style import save
 with logged(snakemake):
     metrics = pd.read_csv(snakemake.input.metrics)
     study = metrics[metrics["run"].str.startswith("ring/")]
-    save(force_figure(study, "rms"), snakemake.output[0])
-    save(force_figure(study, "sd"), snakemake.output[2])
-    save(duration_figure(study), snakemake.output[4])
+    save(force_figure(study, "rms"), snakemake.output.rms[0])
+    save(force_figure(study, "sd"), snakemake.output.sd[0])
+    save(duration_figure(study), snakemake.output.duration[0])

@@ -1,16 +1,28 @@
 from pathlib import Path
-from pkgutil import resolve_name
 
 from _script import logged
 
 from trackdyn import load_rig
 from trackdyn.paper.contents import PAPER
+from trackdyn.report.figures import (
+    chain_piece,
+    contact_cases,
+    engagement,
+    flow,
+    groove,
+    locations,
+    system,
+    topology,
+)
 from trackdyn.report.style import save
+
+MODULES = (system, chain_piece, topology, locations, groove, engagement, contact_cases, flow)
 
 with logged(snakemake):
     rig = load_rig(snakemake.input.rig)
-    folder = Path(snakemake.output[0]).parent
+    modules = {module.__name__: module for module in MODULES}
     for item in PAPER:
-        if item.rule == "schematics":
-            save(resolve_name(item.draw)(rig), folder / f"{item.key}.png")
+        if item.rule == snakemake.rule:
+            module, name = item.draw.split(":")
+            save(getattr(modules[module], name)(rig), Path(snakemake.output[0]).with_name(f"{item.key}.png"))
             print(f"{item.label}. {item.title}")

@@ -4,8 +4,10 @@ import re
 import textwrap
 
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from trackdyn.paper.claims import ORIGINS, headline
 from trackdyn.report.style import WIDTH, new_figure, power_of_ten, styled
 
 # verdict: colour, hatch (readable in grey)
@@ -13,68 +15,108 @@ LOOKS = {
     "reproduced": ("#009E73", ""),
     "in trend": ("#56B4E9", "//"),
     "not reproduced": ("#D55E00", "xx"),
+    "no test": ("#efefef", ""),
     "not comparable": ("#d9d9d9", ".."),
+}
+HEADS = {
+    "predicted": "Predicted: open tests",
+    "follows": "Follows from the fit or from kinematics",
+    "fitted": "Fitted: targets, or a parameter was chosen by them",
+    "": "Nothing to compare with",
 }
 LINE, GAP = 0.145, 0.09  # height of a line of text and space between two claims, inch
 SIZE = 8
 # columns: left edge (inch) and how many letters fit
-BAR, ID, CLAIM, PRINTED, MEASURED = 0.0, 1.16, 1.52, 4.42, 5.86
-CLAIM_LETTERS, VALUE_LETTERS = 41, 20
+BAR, ID, CLAIM, PRINTED, MEASURED = 0.0, 1.16, 1.64, 4.42, 5.66
+CLAIM_LETTERS, PRINTED_LETTERS, MEASURED_LETTERS = 41, 18, 23
 
 
 @styled
 def scorecard_figure(card: pd.DataFrame) -> Figure:
-    """Every claim with its verdict, its printed and its measured value.
+    """Every claim with its verdict, its printed and its measured value; below one another for several rigs.
 
     Parameters
     ----------
     card : DataFrame
-        ``id, claim, printed, measured, unit, verdict`` (``report.claims.judge_all``). ``printed`` that
-        begins with *bound* is a bound of this replication; *in words* means that no number is printed.
+        ``paper.claims.judge_all``. ``printed`` that begins with *ours* is a bound of this replication; *in words*
+        means that no number is printed.
     """
-    rows = [
-        (
-            item,
-            textwrap.wrap(_with_unit(item), CLAIM_LETTERS),
-            textwrap.wrap(_spoken(item["printed"]), VALUE_LETTERS),
-            textwrap.wrap(_spoken(item["measured"]), VALUE_LETTERS),
-        )
-        for item in card.to_dict("records")
-    ]
-    heights = [LINE * max(len(part) for part in parts) + GAP for _, *parts in rows]
+    rigs = list(dict.fromkeys(card["rig"]))
+    blocks = []
+    for origin in (*ORIGINS, ""):
+        rows = card[card["origin"].fillna("") == origin]
+        if len(rows):
+            blocks += [(HEADS[origin], [])]
+            blocks += [_block(list(part.to_dict("records")), len(rigs)) for _, part in _parts(rows)]
+    heights = [LINE * _lines(block) + GAP for block in blocks]
     height = sum(heights) + 0.3
-    figure = new_figure(height + 0.4)
+    figure = new_figure(height + 0.3 + 0.2 * len(rigs))
     ax = figure.subplots()
     ax.set_xlim(0, WIDTH)
     ax.set_ylim(height, 0)
     ax.set_axis_off()
-    for x, head in ((CLAIM, "claim"), (PRINTED, "printed"), (MEASURED, "measured here")):
+    for x, head in ((CLAIM, "claim"), (PRINTED, "printed, or bound"), (MEASURED, "measured here")):
         ax.text(x, 0.12, head, va="center", fontsize=SIZE, style="italic")
     y = 0.25
-    for (item, claim, printed, measured), high in zip(rows, heights, strict=True):
-        middle = y + 0.5 * high
-        colour, hatch = LOOKS[item["verdict"]]
-        ax.axhline(y, color="0.85", linestyle="-", linewidth=0.6)
-        ax.barh(middle, 1.08, left=BAR, height=high - 0.06, color=colour, hatch=hatch, edgecolor="white", linewidth=0)
-        box = {"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.9}
-        ax.text(BAR + 0.54, middle, item["verdict"], ha="center", va="center", fontsize=SIZE, bbox=box)
-        ax.text(ID, middle, item["id"], va="center", fontsize=SIZE, weight="bold")
-        for x, lines in ((CLAIM, claim), (PRINTED, printed), (MEASURED, measured)):
-            ax.text(x, middle, "\n".join(lines), va="center", fontsize=SIZE, linespacing=1.15)
+    for block, high in zip(blocks, heights, strict=True):
+        _draw(ax, block, y, high)
         y += high
-    counts = card["verdict"].value_counts()
-    title = ", ".join(f"{counts.get(verdict, 0)} {verdict}" for verdict in LOOKS)
-    if card["printed"].astype(str).str.startswith("bound").any():
-        title += "\nbound: ours, read into the paper's words"
-    ax.set_title(title)
+    said = [headline(card, rig) if len(rigs) == 1 else f"{rig}: {headline(card, rig)}" for rig in rigs]
+    ax.set_title("\n".join("\n".join(textwrap.wrap(text, 95)) for text in said))
     return figure
 
 
+def _parts(rows: pd.DataFrame):
+    return rows.fillna({"part": ""}).groupby(["id", "part"], sort=False)
+
+
+def _block(items: list[dict], rigs: int) -> tuple:
+    """Name, claim and printed value of a part, and verdict and measured value of every rig, wrapped."""
+    first = items[0]
+    cells = [
+        (item["verdict"], textwrap.wrap((f"{item['rig']}: " if rigs > 1 else "") + _spoken(item["measured"]),
+                                        MEASURED_LETTERS)) for item in items
+    ]  # fmt: skip
+    name = first["id"] + (first["part"] or "")
+    claim = textwrap.wrap(_with_unit(first), CLAIM_LETTERS)
+    return name, cells, claim, textwrap.wrap(_spoken(first["printed"]), PRINTED_LETTERS)
+
+
+def _lines(block: tuple) -> int:
+    _, cells, *texts = block
+    return max([1, *map(len, texts), sum(len(text) for _, text in cells)])
+
+
+def _draw(ax: Axes, block: tuple, y: float, high: float) -> None:
+    name, cells, *texts = block
+    middle = y + 0.5 * high
+    if not cells:
+        ax.text(BAR, middle, name, va="center", fontsize=SIZE, weight="bold")
+        return
+    ax.axhline(y, color="0.85", linestyle="-", linewidth=0.6)
+    ax.text(ID, middle, name, va="center", fontsize=SIZE, weight="bold")
+    for x, lines in zip((CLAIM, PRINTED), texts, strict=True):
+        ax.text(x, middle, "\n".join(lines), va="center", fontsize=SIZE, linespacing=1.15)
+    share = high / sum(len(text) for _, text in cells)
+    top = y
+    for verdict, text in cells:
+        part = share * len(text)
+        at = top + 0.5 * part
+        colour, hatch = LOOKS[verdict]
+        look = {"color": colour, "hatch": hatch, "edgecolor": "white", "linewidth": 0}
+        ax.barh(at, 1.08, left=BAR, height=part - 0.06, **look)
+        box = {"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.9}
+        ax.text(BAR + 0.54, at, verdict, ha="center", va="center", fontsize=SIZE, bbox=box)
+        ax.text(MEASURED, at, "\n".join(text), va="center", fontsize=SIZE, linespacing=1.15)
+        top += part
+
+
 def _with_unit(item: dict) -> str:
-    """The claim, with the unit of its numbers where it does not say it itself."""
-    unit = str(item.get("unit") or "1")
+    """The claim, with the unit of its numbers where it does not say it, and their speeds if they are several."""
+    unit, speeds = str(item.get("unit") or "1"), str(item.get("speeds") or "")
     said = unit == "1" or re.search(rf"\d {re.escape(unit)}", str(item["claim"]))
-    return str(item["claim"]) + ("" if said else f" ({unit})")
+    notes = [*([] if said else [unit]), *([f"{speeds} rpm"] if "," in speeds else [])]
+    return str(item["claim"]) + (f" ({'; '.join(notes)})" if notes else "")
 
 
 def _spoken(value) -> str:

@@ -17,7 +17,7 @@ from plotly.offline import get_plotlyjs
 
 from trackdyn import load_recording, load_rig
 from trackdyn.measure.sensor_csv import read_sensor_csv
-from trackdyn.paper.claims import VERDICTS
+from trackdyn.paper.claims import ORIGINS, VERDICTS, headline
 from trackdyn.paper.contents import OWN, PAPER, missing
 from trackdyn.report.page import data
 from trackdyn.report.page.provenance import check_sources, provenance
@@ -30,7 +30,7 @@ KINDS = {
     "derived": "follows from printed numbers",
     "printed": "stands in the paper",
 }
-SYMBOLS = dict(zip(VERDICTS, ("●", "◐", "○", "–"), strict=True))
+SYMBOLS = dict(zip(VERDICTS, ("●", "◐", "○", "◇", "–"), strict=True))
 COLOURS_OF_A_PICTURE = 128
 # endings of column names; the longer ones first
 UNITS = {
@@ -86,7 +86,6 @@ def build_page(inputs: PageInputs) -> str:
         "ring": _ring(results),
         "trade": _first(results, "trade.csv", "short/trade.csv"),
     }
-    card = data.rows_of(results / "claims.csv")
     environment = Environment(
         loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
@@ -98,8 +97,7 @@ def build_page(inputs: PageInputs) -> str:
         # a closing tag within the data would end the script
         embedded=json.dumps(embedded, allow_nan=False).replace("</", "<\\/"),
         data=embedded,
-        card=card,
-        counts={v: sum(row["verdict"] == v for row in card or ()) for v in VERDICTS},
+        card=_card(results),
         symbols=SYMBOLS,
         synthetic=inputs.synthetic,
         parameters=_parameters(results),
@@ -137,6 +135,29 @@ def _signals(inputs: PageInputs) -> dict:
                 record = read_sensor_csv(sensor, rate_hz=rig["rate"], range_g=rig["range"])
             shown[run] = data.signals(recording, record)
     return shown
+
+
+def _card(results: Path) -> dict | None:
+    """The scorecard: a headline and counts of verdicts for every rig, and the parts of the claims, open tests first."""
+    path = results / "claims.csv"
+    if not path.is_file():
+        return None
+    card = pd.read_csv(path, dtype=str, keep_default_na=False)
+    rigs = list(dict.fromkeys(card["rig"]))
+    order = {origin: i for i, origin in enumerate((*ORIGINS, ""))}
+    parts = [
+        rows.iloc[0].to_dict() | {"rigs": rows[["rig", "measured", "verdict", "reason"]].to_dict("records")}
+        for _, rows in card.groupby(["id", "part"], sort=False)
+    ]
+    return {
+        "rigs": rigs,
+        "headlines": {rig: headline(card, rig) for rig in rigs},
+        "counts": {
+            verdict: " / ".join(str(((card["rig"] == rig) & (card["verdict"] == verdict)).sum()) for rig in rigs)
+            for verdict in VERDICTS
+        },
+        "parts": sorted(parts, key=lambda part: order[part["origin"]]),
+    }
 
 
 def _recordings(results: Path, folder: str, make) -> list[dict]:

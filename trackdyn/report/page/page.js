@@ -57,12 +57,12 @@ function look(i) {
     const text = $("find").value.trim().toLowerCase();
     let count = 0;
     for (const item of items) {
-      const asked = !wanted.length || wanted.includes(item.dataset.verdict);
+      const asked = !wanted.length || item.dataset.verdict.split("|").some((verdict) => wanted.includes(verdict));
       const fits = asked && item.textContent.toLowerCase().includes(text);
       item.hidden = !fits;
       count += fits;
     }
-    $("shown").textContent = count + (count === 1 ? " claim shown." : " claims shown.");
+    $("shown").textContent = count + (count === 1 ? " part shown." : " parts shown.");
   }
   for (const button of buttons)
     button.addEventListener("click", () => {

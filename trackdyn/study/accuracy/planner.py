@@ -1,6 +1,5 @@
 """The planner: the cheapest fidelity and step that met a tolerance where it was measured."""
 
-import re
 from pathlib import Path
 from typing import NamedTuple
 
@@ -9,6 +8,7 @@ import pandas as pd
 
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.parameters.rig import Rig
+from trackdyn.parameters.validation import parse_tolerance
 from trackdyn.simulate import simulate
 from trackdyn.study.accuracy.statistics import RELATIVE, SHARES, error_of, scene_name, statistics_of, study_scene
 from trackdyn.study.accuracy.trade import COLUMNS, FIDELITIES, FULL_PHYSICS, STATISTIC_REFERENCE
@@ -53,24 +53,6 @@ class Plan(NamedTuple):
     def fields(self) -> dict:
         """Fields of a `Scene`."""
         return FIDELITIES[self.fidelity] | {"integrator": self.integrator, "step": self.step}
-
-
-def parse_tolerance(text: str | float) -> float:
-    """``2%``, ``0.02`` or 0.02 as a share.
-
-    Raises
-    ------
-    InputError
-        It is not a number between 0 and 1.
-    """
-    match = re.fullmatch(r"\s*([0-9.eE+-]+)\s*(%?)\s*", str(text))
-    try:
-        value = float(match[1]) / (100 if match[2] else 1)
-    except (TypeError, ValueError):
-        value = float("nan")
-    if not 0 < value < 1:
-        raise InputError(f"tolerance = {text!r} is not accepted: a share between 0 and 1, such as 2% or 0.02, would do")
-    return value
 
 
 def load_trade(path: Path | str | None = None) -> pd.DataFrame:
@@ -134,8 +116,8 @@ def plan(trade: pd.DataFrame, tolerance, measure: str, rpm: float, ring_radius: 
     if found.empty:
         least = rows["error"].min() * MARGIN if len(rows) else float("nan")
         raise InputError(
-            f"tolerance = {tolerance:g} is not accepted for {measure} ({kind}): the data reach {least:.2g} with their margin "
-            f"of {MARGIN:g}; a larger tolerance or a finer step in the data would do"
+            f"tolerance = {tolerance:g} is not accepted for {measure} ({kind}): the data reach {least:.2g} with their "
+            f"margin of {MARGIN:g}; a larger tolerance or a finer step in the data would do"
         )
     best = found.sort_values("wall").iloc[0]
     warnings = []
@@ -144,10 +126,7 @@ def plan(trade: pd.DataFrame, tolerance, measure: str, rpm: float, ring_radius: 
         low, high = measured[name].min(), measured[name].max()
         if value is not None and not low <= value <= high:
             warnings.append(f"{what}{value:g} {unit} lies outside the measured {low:g} to {high:g} {unit}")
-    return Plan(
-        str(best["fidelity"]), str(best["integrator"]), float(best["step_s"]), float(best["error"]), float(best["wall"]),
-        tuple(warnings),
-    )  # fmt: skip
+    return Plan(*best[key], float(best["error"]), float(best["wall"]), tuple(warnings))
 
 
 def verify(rig: Rig, trade: pd.DataFrame, kept_apart: list[SceneKey], turns: int) -> pd.DataFrame:

@@ -3,10 +3,9 @@
 import numpy as np
 
 from trackdyn.measure.meshing import meshing_summary
-from trackdyn.measure.metrics import energy_residual, loop_frequency
+from trackdyn.measure.metrics import energy_residual, loop_frequency, whole_revolutions
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.signals import main_line_binfree, rms, standard_deviation
-from trackdyn.model.record import END, PEAK, SIDE, START
 from trackdyn.recording import Recording
 from trackdyn.scene import Scene
 
@@ -16,8 +15,6 @@ SHARES = ("left_share", "right_share", "ring_share")
 RELATIVE = ("rms", "sd", "line", "left_peak")
 ABSOLUTE = ("loop_gap", "energy_residual")
 MEASURES = RELATIVE + SHARES + ABSOLUTE
-# a contact shorter than this is a touch, not a passage, s
-LEAST_PASSAGE = 0.002
 
 
 def study_scene(rig, rpm: float, ring: float | None, turns: int, **fields) -> Scene:
@@ -31,33 +28,21 @@ def scene_name(rpm: float, ring: float | None) -> str:
     return f"{'no ring' if ring is None else f'ring {ring:g} m'} {rpm:g} rpm"
 
 
-def whole_revolutions(ay: np.ndarray, rate: float, loop_hz: float) -> np.ndarray:
-    """The part of a signal that holds whole revolutions of the loop."""
-    return ay[: round(np.floor(len(ay) / rate * loop_hz + 1e-6) / loop_hz * rate)]
-
-
-def _left_peak(recording: Recording) -> float:
-    """Mean over the passages of the largest force on the left arc, N."""
-    rows = recording.spells
-    rows = rows[(rows[:, SIDE] == 0) & (rows[:, END] - rows[:, START] > LEAST_PASSAGE)] if len(rows) else rows
-    return float(rows[:, PEAK].mean()) if len(rows) else NAN
-
-
 def statistics_of(recording: Recording) -> dict[str, float]:
-    """RMS, SD and main line (g), contact shares (%), mean peak of the left arc (N), loop gap (m), energy residual.
+    """RMS, SD and main line (g), contact shares (%), peak of the left arc (N), loop gap (m), energy residual.
 
-    RMS and SD are taken over whole revolutions of the loop.
+    RMS and SD are taken over whole revolutions of the loop, the peak is the mean over the passages of the largest force.
     """
     loop_hz = loop_frequency(recording)
     ay = sense(recording).ay
-    whole = whole_revolutions(ay, recording.rate, loop_hz)
+    whole = ay[: whole_revolutions(len(ay), recording.rate, loop_hz)]
     meshing = meshing_summary(recording) if len(recording.spells) else {}
     return {
         "rms": rms(whole),
         "sd": standard_deviation(whole),
         "line": main_line_binfree(ay, recording.rate, expected_hz=loop_hz)[1],
         **{name: meshing.get(f"{name}_pct", NAN) for name in SHARES},
-        "left_peak": _left_peak(recording),
+        "left_peak": meshing.get("left_peak_n", NAN),
         "loop_gap": float(recording.gap.max()),
         "energy_residual": abs(energy_residual(recording)),
     }

@@ -1,0 +1,220 @@
+"""Compiled code is kept where every edit starts anew, or not at all."""
+
+import ast
+import importlib.util
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numba
+import pytest
+
+import trackdyn.jit
+from trackdyn.jit import KERNEL_SOURCES, cache_folder, source_hash
+
+PACKAGE = Path(trackdyn.jit.__file__).parent
+
+# Two kernels in files of their own, beside a copy of the wrapper: the caller holds code of the other one.
+INNER = """
+from jit import kernel
+
+@kernel
+def inner(x):
+    return {factor} * x
+"""
+OUTER = """
+from jit import allocating, kernel
+from inner import inner
+
+@kernel
+def outer(x):
+    return inner(x) + 1.0
+
+@allocating
+def both(x):
+    return outer(x), x
+"""
+MAIN = """
+import json, sys
+sys.path.insert(0, sys.argv[1])
+import jit
+from outer import both, outer
+value = outer(1.0) if "--float" in sys.argv else both(1.0)[0]
+hits = sum(both.stats.cache_hits.values()) if hasattr(both, "stats") else 0
+print(json.dumps([value, hits, str(jit.cache_folder())]))
+"""
+
+
+@pytest.fixture
+def copy(tmp_path):
+    """A small package with the wrapper and two kernels, and a function that runs it in its own process."""
+    root = tmp_path / "copy"
+    (root / "chain").mkdir(parents=True)
+    shutil.copy(PACKAGE / "jit.py", root)
+    (root / "inner.py").write_text(INNER.format(factor=2.0))
+    (root / "outer.py").write_text(OUTER)
+
+    def run(*arguments, cache=tmp_path / "cache", **environment):
+        clean = {k: v for k, v in os.environ.items() if not k.startswith(("NUMBA_", "TRACKDYN_"))}
+        result = subprocess.run(
+            [sys.executable, "-c", MAIN, str(root), *arguments],
+            capture_output=True, text=True, env=clean | {"TRACKDYN_CACHE": str(cache)} | environment,
+        )  # fmt: skip
+        assert result.returncode == 0, result.stderr
+        value, hits, folder = ast.literal_eval(result.stdout)
+        return value, hits, Path(folder), result.stderr
+
+    run.root = root
+    return run
+
+
+def hash_of(root):
+    """`source_hash` of the wrapper in this folder."""
+    spec = importlib.util.spec_from_file_location("copied_jit", root / "jit.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.source_hash()
+
+
+def kept(folder):
+    return sorted(path for path in folder.rglob("*") if path.suffix in (".nbi", ".nbc"))
+
+
+def test_a_second_process_finds_the_code_of_the_first(copy):
+    value, hits, folder, said = copy()
+    assert (value, hits, said) == (3.0, 0, "")
+    assert kept(folder) and kept(copy.root) == []
+    assert copy()[:2] == (3.0, 1)
+
+
+@pytest.mark.parametrize("place", ["a plain file", "below a plain file", "subfolder is a file"])
+def test_without_a_folder_nothing_is_kept_and_edits_are_seen(copy, tmp_path, place):
+    """numba's own choice would be ``__pycache__``, where the caller keeps the old code of what it calls."""
+    cache = tmp_path / "cache"
+    if place == "subfolder is a file":
+        folder = copy()[2]
+        for path in folder.iterdir():
+            shutil.rmtree(path)
+            path.touch()
+    else:
+        cache.touch()
+    if place == "below a plain file":
+        cache = cache / "deeper"
+    for factor in (2.0, 5.0):
+        (copy.root / "inner.py").write_text(INNER.format(factor=factor))
+        value, hits, _, said = copy(cache=cache)
+        assert value == factor + 1.0 and hits == 0
+        assert said.startswith("trackdyn: the cache folder ") and "TRACKDYN_CACHE" in said
+        assert said.count("\n") == 1, "one sentence a process"
+    assert kept(tmp_path) == []
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write everywhere")
+def test_a_folder_without_permission_counts_as_none(copy, tmp_path):
+    cache = tmp_path / "cache"
+    cache.mkdir(mode=0o500)
+    value, _, _, said = copy(cache=cache)
+    assert value == 3.0 and "cannot be used" in said and kept(tmp_path) == []
+
+
+def test_plain_python_needs_no_folder(copy, tmp_path):
+    cache = tmp_path / "cache"
+    cache.touch()
+    value, _, _, said = copy(cache=cache, NUMBA_DISABLE_JIT="1")
+    assert (value, said) == (3.0, "")
+
+
+def test_the_cache_of_other_packages_is_left_alone():
+    assert os.environ.get("NUMBA_CACHE_DIR", "") == numba.config.CACHE_DIR
+
+
+@pytest.mark.parametrize(
+    ("suffix", "damage"), [(".nbi", "empty"), (".nbi", "half"), (".nbc", "half"), (".nbc", "one byte")]
+)
+def test_a_damaged_file_is_compiled_again(copy, suffix, damage):
+    folder = copy()[2]
+    for path in kept(folder):
+        content = bytearray(path.read_bytes())
+        if path.suffix == suffix:
+            middle = len(content) // 2
+            content[middle] ^= 0xFF
+            path.write_bytes({"empty": b"", "half": content[:middle], "one byte": content}[damage])
+    assert copy()[:2] == (3.0, 0)
+    assert copy()[:2] == (3.0, 1), "and kept anew"
+
+
+def test_code_of_another_signature_is_not_taken(copy):
+    """Two processes that compile at once may both write file 1; the index of the later one holds."""
+    folder = copy()[2]
+    (one,) = [path for path in kept(folder) if path.name.startswith("outer.both") and path.suffix == ".nbc"]
+    copy("--float")
+    (other,) = [path for path in kept(folder) if path.name.startswith("outer.outer") and path.suffix == ".nbc"]
+    shutil.copy(other, one)
+    assert copy()[:2] == (3.0, 0)
+
+
+def test_the_hash_follows_sources_and_options(copy):
+    seen = {hash_of(copy.root)}
+
+    def differs():
+        new = hash_of(copy.root)
+        return new not in seen and not seen.add(new)
+
+    wrapper = copy.root / "jit.py"
+    text = wrapper.read_text()
+    assert text.count('"error_model": "numpy"') == 1
+    wrapper.write_text(text.replace('"error_model": "numpy"', '"error_model": "python"'))
+    assert differs(), "other options"
+    (copy.root / "chain" / "new.py").touch()
+    assert differs(), "another file"
+    (copy.root / "model").mkdir()
+    assert not differs(), "an empty folder"
+    (copy.root / "model" / "data.py").write_text("A = 1\n")
+    assert differs(), "a file in a folder of that name"
+    (copy.root / "model" / "data.py").rename(copy.root / "model" / "other.py")
+    assert differs(), "another name"
+    (copy.root / "elsewhere.py").touch()
+    assert not differs(), "a file without kernels"
+
+
+@pytest.mark.parametrize("package", ["numba", "llvmlite"])
+def test_the_hash_follows_the_compiler(monkeypatch, package):
+    before = source_hash(), cache_folder().name
+    monkeypatch.setattr(getattr(trackdyn.jit, package), "__version__", "0.0.0")
+    assert source_hash() != before[0] and cache_folder().name != before[1]
+
+
+def test_the_processor_names_the_folder_but_not_the_program(copy):
+    """Results move from machine to machine, machine code does not."""
+    folders = [
+        copy(**environment)[2].name
+        for environment in ({}, {"NUMBA_CPU_NAME": "generic"}, {"NUMBA_OPT": "1"}, {"NUMBA_BOUNDSCHECK": "1"})
+    ]
+    assert len(set(folders)) == 4
+    assert {name.split("-")[0] for name in folders} == {hash_of(copy.root)}
+
+
+def test_code_of_a_kernel_comes_from_hashed_sources():
+    """What a kernel calls or takes as a constant is in it: it must not come from a file outside the hash.
+
+    Kernels in other files are seen by numba itself, which knows the file of the function, as long as no other
+    kernel uses them.
+    """
+    hashed = tuple(f"trackdyn.{name.removesuffix('.py')}" for name in KERNEL_SOURCES)
+    for path in sorted(PACKAGE.rglob("*.py")):
+        tree = ast.parse(path.read_text())
+        origin = {
+            alias.asname or alias.name: node.module
+            for node in ast.walk(tree)
+            if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("trackdyn")
+            for alias in node.names
+        }
+        for function in ast.walk(tree):
+            decorators = getattr(function, "decorator_list", [])
+            if not any(isinstance(d, ast.Name) and origin.get(d.id) == "trackdyn.jit" for d in decorators):
+                continue
+            used = {node.id for line in function.body for node in ast.walk(line) if isinstance(node, ast.Name)}
+            outside = [n for n in used & set(origin) if not f"{origin[n]}.".startswith(tuple(f"{h}." for h in hashed))]
+            assert not outside, f"{path}: {function.name} uses {outside}"

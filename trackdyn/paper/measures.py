@@ -1,0 +1,401 @@
+"""Named measures of the evidence: what each claim compares with what is printed."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from trackdyn.paper.evidence import Evidence
+from trackdyn.parameters.groove import equal_pitch_radius
+
+# Two readings of a maximum: of the force after a mean over the resolution of the printed times, and of the largest
+# single step, which may be the spike of a touch-down.
+READINGS = ("maximum, mean over 0.01 s", "maximum")
+# From this share of a turn on an arc counts as touching, %.
+TOUCHING = 0.5
+SAME = 1e-9  # radii are compared with printed ones, m
+
+
+class NotThere(Exception):
+    """What a measure needs was not run or not recorded; the message says which."""
+
+
+class Range(NamedTuple):
+    """Least and largest of several values."""
+
+    low: float
+    high: float
+
+
+class Measure(NamedTuple):
+    """A measure: function of the evidence and the speeds that are judged, and the runs whose speeds those are."""
+
+    of: Callable[[Evidence, list[float]], Any]
+    table: str
+
+
+MEASURES: dict[str, Measure] = {}
+
+
+def measure(table: str):
+    """Register a measure under its function's name; ``table`` names the runs that it looks at."""
+
+    def register(function):
+        MEASURES[function.__name__] = Measure(function, table)
+        return function
+
+    return register
+
+
+def _range(values) -> Range:
+    values = np.asarray(values, dtype=float)
+    return Range(float(values.min()), float(values.max()))
+
+
+def _some(values):
+    """The values, if there are any."""
+    if not len(values):
+        raise NotThere("not run")
+    return values
+
+
+def _from(values, radius: float):
+    """Part of a table by radius that begins at one."""
+    return _some(values[values.index >= radius - SAME])
+
+
+def _below(values, radius: float):
+    """Part of a table by radius that ends before one."""
+    return _some(values[values.index < radius - SAME])
+
+
+# Long records (Sect. 5)
+
+
+def _column(e: Evidence, speeds, name: str, missing: str = "not recorded"):
+    rows = e.records(speeds)
+    if name not in rows or rows[name].isna().all():
+        raise NotThere(missing)
+    return rows[name]
+
+
+@measure("records")
+def gap_after_projection(e, speeds):
+    """Largest gap of the cut joint over the records, m."""
+    return float(_column(e, speeds, "loop_gap_max_m").max())
+
+
+@measure("records")
+def gap_before_projection(e, speeds):
+    """Largest gap that a step opens before it is projected, over the records, m."""
+    return float(_column(e, speeds, "gap_before_projection_m").max())
+
+
+@measure("records")
+def velocity_gap(e, speeds):
+    """Largest velocity of the two ends of the cut joint relative to each other, m/s."""
+    return float(_column(e, speeds, "velocity_gap_m_s").max())
+
+
+@measure("records")
+def rms(e, speeds):
+    """RMS of the y acceleration at every speed, g."""
+    return _column(e, speeds, "rms_g").tolist()
+
+
+@measure("records")
+def sd(e, speeds):
+    """Standard deviation of the y acceleration at every speed, g."""
+    return _column(e, speeds, "sd_g").tolist()
+
+
+@measure("records")
+def line_frequencies(e, speeds):
+    """Main line of the paper's own FFT, Hz."""
+    return _column(e, speeds, "line_hz").tolist()
+
+
+@measure("records")
+def line_amplitudes(e, speeds):
+    """Amplitude of that line, g."""
+    return _column(e, speeds, "line_g").tolist()
+
+
+def _by_start(e: Evidence, speeds, name: str):
+    return _some(e.starts[e.starts["rpm"].isin(speeds)] if len(e.starts) else e.starts)[name].tolist()
+
+
+@measure("records")
+def line_frequencies_by_start(e, speeds):
+    """Main line of records that begin anywhere in a turn of the loop, Hz."""
+    return _by_start(e, speeds, "line_hz")
+
+
+@measure("records")
+def line_amplitudes_by_start(e, speeds):
+    """Amplitude of that line, g."""
+    return _by_start(e, speeds, "line_g")
+
+
+@measure("records")
+def line_frequencies_binfree(e, speeds):
+    """Main line free of the picket fence, Hz."""
+    return _column(e, speeds, "line_hz_binfree").tolist()
+
+
+@measure("records")
+def high_frequency(e, speeds):
+    """RMS of the content at and above 20 Hz, g."""
+    return _column(e, speeds, "high_frequency_g").tolist()
+
+
+# The independent code (Fig. 14)
+
+
+def _peer(e: Evidence, name: str):
+    if name not in e.peer or e.peer[name].isna().all():
+        raise NotThere("not run")
+    return e.peer[name].tolist()
+
+
+@measure("peer")
+def peer_difference(e, speeds):
+    """Largest difference of the vertical displacement from the independent code's, % of its range."""
+    return _peer(e, "difference_pct")
+
+
+@measure("peer")
+def peer_difference_of_a_belt(e, speeds):
+    """The same of a belt without forces from this simulator, % of its range."""
+    return _peer(e, "difference_belt_pct")
+
+
+# The meshing process (Sect. 6.1)
+
+
+@measure("meshing")
+def areas_without_ring(e, speeds):
+    """Areas that the left and the right arc visit without a ring."""
+    row = e.meshing("no_ring")
+    return f"left {row['left_areas']}, right {row['right_areas']}"
+
+
+@measure("meshing")
+def areas_with_ring(e, speeds):
+    """Areas that the left and the right arc visit with the ring."""
+    row = e.meshing("ring")
+    return f"left {row['left_areas']}, right {row['right_areas']}"
+
+
+@measure("meshing")
+def first_contacts_apart(e, speeds):
+    """Time between the first contacts of the two arcs without a ring, s."""
+    left, right = e.event_times("no_ring", ["first left", "first right"])
+    return abs(left - right)
+
+
+@measure("meshing")
+def left_maximum_without_ring(e, speeds):
+    """Left maximum after the first contact without a ring, in both readings, s."""
+    return e.event_times("no_ring", [f"left {reading}" for reading in READINGS])
+
+
+@measure("meshing")
+def right_maximum_without_ring(e, speeds):
+    """Right maximum after the first contact without a ring, in both readings, s."""
+    return e.event_times("no_ring", [f"right {reading}" for reading in READINGS])
+
+
+@measure("meshing")
+def ends_without_ring(e, speeds):
+    """Right gone and out after the first contact without a ring, s."""
+    return e.event_times("no_ring", ["right gone", "out"])
+
+
+@measure("meshing")
+def contacts_with_ring(e, speeds):
+    """Left touches, ring left and out after the ring's first touch, s."""
+    return e.event_times("ring", ["left touches", "ring left", "out"])
+
+
+@measure("meshing")
+def maxima_with_ring(e, speeds):
+    """Ring maximum and left maximum after the ring's first touch, each in both readings, s."""
+    return e.event_times("ring", [f"{side} {reading}" for side in ("ring", "left") for reading in READINGS])
+
+
+@measure("meshing")
+def left_share_ratio(e, speeds):
+    """Left-arc share with the ring over that without."""
+    return float(e.meshing("ring")["left_share_pct"] / e.meshing("no_ring")["left_share_pct"])
+
+
+@measure("meshing")
+def left_force_ratio(e, speeds):
+    """RMS of the left-arc force with the ring over that without."""
+    return float(e.meshing("ring")["left_rms_n"] / e.meshing("no_ring")["left_rms_n"])
+
+
+@measure("meshing")
+def ring_over_arcs(e, speeds):
+    """Mean ring force over the mean force of both arcs, over the run."""
+    a = e.meshing("ring")
+    mean = {
+        side: np.sqrt(max(a[f"{side}_rms_n"] ** 2 - a[f"{side}_sd_n"] ** 2, 0.0)) for side in ("left", "right", "ring")
+    }
+    return float(mean["ring"] / (mean["left"] + mean["right"]))
+
+
+def _variation(e: Evidence, sides) -> float:
+    """Largest SD of some forces with the ring over the largest of the arcs' without."""
+    without = e.meshing("no_ring")[["left_sd_n", "right_sd_n"]].max()
+    return float(e.meshing("ring")[[f"{side}_sd_n" for side in sides]].max() / without)
+
+
+@measure("meshing")
+def variation_of_all_forces(e, speeds):
+    """SD of the force that varies most with the ring over that without."""
+    return _variation(e, ("left", "right", "ring"))
+
+
+@measure("meshing")
+def variation_of_tooth_forces(e, speeds):
+    """SD of the arc's force that varies most with the ring over that without."""
+    return _variation(e, ("left", "right"))
+
+
+@measure("meshing")
+def engaged_without_ring(e, speeds):
+    """From the first contact of either arc to the last without a ring, % of a turn."""
+    row = e.meshing("no_ring")
+    first, last = (row[[f"left_phase_{end}", f"right_phase_{end}"]] for end in ("start", "end"))
+    return float(100 * (last.max() - first.min()))
+
+
+@measure("meshing")
+def ring_share(e, speeds):
+    """Share of ring contact, % of a turn."""
+    return float(e.meshing("ring")["ring_share_pct"])
+
+
+@measure("meshing")
+def left_share(e, speeds):
+    """Share of left-arc contact with the ring, % of a turn."""
+    return float(e.meshing("ring")["left_share_pct"])
+
+
+# The ring study (Sect. 6.2)
+
+
+def _growth(e: Evidence, speeds, side: str) -> list:
+    """RMS and SD at the highest speed over those at the lowest, by radius."""
+    _some(speeds[1:])  # one speed shows no growth
+    low, high = e.study(min(speeds)), e.study(max(speeds))
+    return [(high[f"{side}_{name}"] / low[f"{side}_{name}"]).to_numpy() for name in ("rms_n", "sd_n")]
+
+
+@measure("study")
+def left_growth_with_speed(e, speeds):
+    """Left-arc RMS and SD, fastest over slowest, over all radii."""
+    return [_range(growth) for growth in _growth(e, speeds, "left")]
+
+
+@measure("study")
+def ring_growth_with_speed(e, speeds):
+    """Ring RMS and SD, fastest over slowest, over all radii."""
+    return [_range(growth) for growth in _growth(e, speeds, "ring")]
+
+
+@measure("study")
+def left_growth_over_ring_growth(e, speeds):
+    """Growth of the left arc's RMS and SD with speed over the ring's, over all radii."""
+    pairs = zip(_growth(e, speeds, "left"), _growth(e, speeds, "ring"), strict=True)
+    return [_range(left / ring) for left, ring in pairs]
+
+
+@measure("study")
+def largest_growth_with_speed(e, speeds):
+    """Largest growth of RMS or SD with speed over all radii: left arc, ring."""
+    return [max(float(growth.max()) for growth in _growth(e, speeds, side)) for side in ("left", "ring")]
+
+
+def _steps(e: Evidence, speeds, column: str) -> list[float]:
+    values = (e.study(rpm)[column].to_numpy() for rpm in speeds)
+    return [float((_some(column[1:]) / column[:-1]).min()) for column in values]
+
+
+@measure("study")
+def ring_rms_steps(e, speeds):
+    """Least ratio of the ring force's RMS at neighbouring radii, larger over smaller, at every speed."""
+    return _steps(e, speeds, "ring_rms_n")
+
+
+@measure("study")
+def ring_sd_steps(e, speeds):
+    """Least ratio of the ring force's SD at neighbouring radii, larger over smaller, at every speed."""
+    return _steps(e, speeds, "ring_sd_n")
+
+
+@measure("study")
+def ring_growth_with_radius(e, speeds):
+    """RMS of the ring force at the largest radius over that at the paper's, at every speed."""
+    values = (e.study(rpm)["ring_rms_n"] for rpm in speeds)
+    return [float(_from(column, e.radius + 2 * SAME).iloc[-1] / _from(column, e.radius).iloc[0]) for column in values]
+
+
+@measure("study")
+def right_share_from_0305(e, speeds):
+    """Largest share of right-arc contact for radii of 0.305 m and more, % of a turn, at every speed."""
+    return [_range(_from(e.study(rpm)["right_share_pct"], 0.305)).high for rpm in speeds]
+
+
+@measure("study")
+def right_share_below_0305(e, speeds):
+    """Share of right-arc contact at the largest radius below 0.305 m, largest over the speeds, % of a turn."""
+    shares = (e.study(rpm)["right_share_pct"] for rpm in speeds)
+    return max(float(_below(column, 0.305).iloc[-1]) for column in shares)
+
+
+def _spread(values) -> float:
+    _some(values[1:])  # one radius shows no spread
+    values = values.to_numpy()  # in which a missing value is not passed over
+    return float(100 * np.abs(values / values.mean() - 1).max())
+
+
+@measure("study")
+def left_spread_from_0305(e, speeds):
+    """Largest deviation of the left-arc RMS from its mean over radii of 0.305 m and more, %, at every speed."""
+    return [_spread(_from(e.study(rpm)["left_rms_n"], 0.305)) for rpm in speeds]
+
+
+@measure("study")
+def left_spread(e, speeds):
+    """Largest deviation of the left-arc RMS from its mean over all radii, %, at every speed."""
+    return [_spread(e.study(rpm)["left_rms_n"]) for rpm in speeds]
+
+
+@measure("study")
+def left_shares_from_0307(e, speeds):
+    """Least and largest left-arc share over the radii of 0.307 m and more, % of a turn, at every speed."""
+    return [_range(_from(e.study(rpm)["left_share_pct"], 0.307)) for rpm in speeds]
+
+
+@measure("study")
+def radius_that_serves(e, speeds):
+    """Smallest radius without right contact whose left share is within 2 points of the least, m, at every speed."""
+    found = []
+    for rpm in speeds:
+        left, right = (e.study(rpm)[f"{side}_share_pct"] for side in ("left", "right"))
+        good = left.index[(right < TOUCHING) & (left <= left.min() + 2.0)]
+        found.append(float(good.min()) if len(good) else float("nan"))
+    return found
+
+
+@measure("study")
+def excess_over_equal_pitch(e, speeds):
+    """That radius less the nearest reading of the rig's equal-pitch radius, m, at every speed."""
+    chain = e.rig.chain
+    readings = equal_pitch_radius(
+        e.rig.sprocket.teeth, chain.link_length, e.rig.connector_length, chain.link_thickness
+    ).values()
+    return [min((radius - reading for reading in readings), key=abs) for radius in radius_that_serves(e, speeds)]
