@@ -103,5 +103,3 @@ def _panels(study, columns, unit: str, title: str) -> tuple[Figure, list[Axes], 
     axes[-1].set_xticks(ticks, names)
     axes[-1].set_xlabel("radius of the ring (m)")
     return figure, axes, positions
-
-# edited
