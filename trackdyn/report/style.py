@@ -95,6 +95,12 @@ def power_of_ten(value: float, digits: int) -> str:
     return f"{mantissa} × 10{raised}".replace("-", "\N{MINUS SIGN}")
 
 
+def upper_edge(y, groups: int) -> tuple[np.ndarray, np.ndarray]:
+    """Where the stretches of a curve begin, with its end, and the largest value in each."""
+    edges = np.unique(np.linspace(0, len(y), min(groups, len(y)) + 1).astype(int))
+    return edges, np.maximum.reduceat(y, edges[:-1])
+
+
 def thin(x, y, groups: int = 1500) -> tuple[np.ndarray, np.ndarray]:
     """Least and greatest value of each of ``groups`` stretches: a long curve that looks the same.
 

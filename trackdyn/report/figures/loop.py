@@ -11,20 +11,7 @@ from trackdyn.errors import InputError
 from trackdyn.parameters.layout import wheel_circles
 from trackdyn.parameters.rig import Rig
 from trackdyn.recording import Recording
-from trackdyn.report.drawing import (
-    CONNECTOR,
-    JOINT,
-    LINK,
-    MARKED,
-    RUBBER,
-    Z_MARK,
-    chain_points,
-    draw_chain,
-    draw_sprocket,
-    draw_wheels,
-    groove_points,
-    placed,
-)
+from trackdyn.report import drawing
 from trackdyn.report.style import BLACK, new_figure, styled
 
 SENSOR_PLACE = {"linestyle": "none", "marker": "D", "markersize": 5, "color": BLACK, "markeredgecolor": "white"}
@@ -55,16 +42,16 @@ def loop_figure(rig: Rig, recording: Recording, index: int = 0) -> Figure:
     ring_radius = recording.meta["scene"]["ring_radius"]
     circles = wheel_circles(rig, shift, surface=True)
     sensor_body = 2 * (rig.sensor.pitch - 1)
-    pins, _, sprocket_angle = chain_points(rig, frame)
+    pins, _, sprocket_angle = drawing.chain_points(rig, frame)
     groove = _tightest_groove(rig, pins, sprocket_angle)
 
     figure = new_figure(7.0)
     grid = figure.add_gridspec(2, 2, height_ratios=(1.15, 1.0))
     whole, sprocket, close = (figure.add_subplot(place) for place in (grid[0, :], grid[1, 0], grid[1, 1]))
     for ax in (whole, sprocket, close):
-        draw_wheels(ax, rig, shift)
-        draw_sprocket(ax, rig, sprocket_angle, ring_radius, groove if ax is close else None)
-        draw_chain(ax, rig, frame, highlight=(sensor_body,), opacity=0.6 if ax is close else 1.0)
+        drawing.draw_wheels(ax, rig, shift)
+        drawing.draw_sprocket(ax, rig, sprocket_angle, ring_radius, groove if ax is close else None)
+        drawing.draw_chain(ax, rig, frame, highlight=(sensor_body,), opacity=0.6 if ax is close else 1.0)
         ax.set_aspect("equal")
         ax.set_xlabel("x (m)")
         ax.set_ylabel("y (m)")
@@ -78,15 +65,15 @@ def loop_figure(rig: Rig, recording: Recording, index: int = 0) -> Figure:
     for name, (x, y, radius) in zip(("sprocket", "idler", "road wheel"), circles, strict=True):
         _label(whole, x, y - 0.45 * radius, name)
     kinds = {
-        "link": {"facecolor": LINK, "edgecolor": BLACK},
-        "connector": {"facecolor": CONNECTOR, "edgecolor": BLACK},
-        "link with the sensor": MARKED,
-        "rubber": {"facecolor": RUBBER, "edgecolor": BLACK},
+        "link": {"facecolor": drawing.LINK, "edgecolor": BLACK},
+        "connector": {"facecolor": drawing.CONNECTOR, "edgecolor": BLACK},
+        "link with the sensor": drawing.MARKED,
+        "rubber": {"facecolor": drawing.RUBBER, "edgecolor": BLACK},
     }
     handles = [Patch(**look, linewidth=0.6, label=kind) for kind, look in kinds.items()]
     handles.insert(3, Line2D([], [], **SENSOR_PLACE, label="sensor"))
     whole.legend(handles=handles, loc="upper center", ncols=len(handles), fontsize=7.5, columnspacing=1.2)
-    close.legend(handles=[Line2D([], [], **JOINT, label="joint of two areas")], loc="upper left", fontsize=7)
+    close.legend(handles=[Line2D([], [], **drawing.JOINT, label="joint of two areas")], loc="upper left", fontsize=7)
     _mark_sensor(whole, rig, frame, sensor_body)
     _mark_rotation(whole, *circles[0], rate=recording.wheel_rate[0, 0])
     _mark_running(whole, pins, recording.wheel_rate[0, 0])
@@ -97,7 +84,7 @@ def loop_figure(rig: Rig, recording: Recording, index: int = 0) -> Figure:
     sprocket.set_ylim(y - reach, y + reach)
     sprocket.set_title("(b) sprocket and chain")
 
-    middle = groove_points(rig, sprocket_angle, groove, [[0.0, rig.groove_profile.addendum - 0.02]])[0]
+    middle = drawing.groove_points(rig, sprocket_angle, groove, [[0.0, rig.groove_profile.addendum - 0.02]])[0]
     half = 0.6 * rig.chain.link_length + 0.035
     close.set_xlim(middle[0] - half, middle[0] + half)
     close.set_ylim(middle[1] - half, middle[1] + half)
@@ -111,20 +98,20 @@ def _tightest_groove(rig: Rig, pins: np.ndarray, sprocket_angle: float) -> int:
     profile = rig.groove_profile.profile()
     clearance = []
     for groove in range(1, rig.sprocket.teeth + 1):
-        points = groove_points(rig, sprocket_angle, groove, profile)
+        points = drawing.groove_points(rig, sprocket_angle, groove, profile)
         clearance.append(np.hypot(*(points[:, None] - pins[None]).transpose(2, 0, 1)).min())
     return int(np.argmin(clearance)) + 1
 
 
 def _label(ax: Axes, x: float, y: float, text: str) -> None:
     box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5}
-    ax.text(x, y, text, ha="center", va="center", fontsize=8, bbox=box, zorder=Z_MARK, clip_on=True)
+    ax.text(x, y, text, ha="center", va="center", fontsize=8, bbox=box, zorder=drawing.Z_MARK, clip_on=True)
 
 
 def _mark_sensor(ax: Axes, rig: Rig, frame, body: int) -> None:
-    pins, angles, _ = chain_points(rig, frame)
-    x, y = placed([[rig.sensor.x, rig.sensor.y]], pins[body], angles[body])[0]
-    ax.plot(x, y, **SENSOR_PLACE, zorder=Z_MARK)
+    pins, angles, _ = drawing.chain_points(rig, frame)
+    x, y = drawing.placed([[rig.sensor.x, rig.sensor.y]], pins[body], angles[body])[0]
+    ax.plot(x, y, **SENSOR_PLACE, zorder=drawing.Z_MARK)
 
 
 def _mark_rotation(ax: Axes, x: float, y: float, radius: float, rate: float) -> None:
@@ -145,5 +132,5 @@ def _mark_running(ax: Axes, pins: np.ndarray, rate: float) -> None:
 
 
 def _draw_arrow(ax: Axes, start, end, **look) -> None:
-    arrow = FancyArrowPatch(start, end, arrowstyle="-|>", mutation_scale=12, color=BLACK, zorder=Z_MARK, **look)
+    arrow = FancyArrowPatch(start, end, arrowstyle="-|>", mutation_scale=12, color=BLACK, zorder=drawing.Z_MARK, **look)
     ax.add_patch(arrow)

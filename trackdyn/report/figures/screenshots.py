@@ -14,22 +14,7 @@ from scipy.ndimage import uniform_filter1d
 from trackdyn.measure.meshing import SIDES, events
 from trackdyn.parameters.rig import Rig
 from trackdyn.recording import Recording
-from trackdyn.report import marks
-from trackdyn.report.drawing import (
-    JOINT,
-    MARKED,
-    MARKED_TOO,
-    Z_MARK,
-    chain_points,
-    draw_chain,
-    draw_sprocket,
-    groove_points,
-    placed,
-    require_frames,
-    ring_words,
-    sprocket_centre,
-    view,
-)
+from trackdyn.report import drawing, marks
 from trackdyn.report.figures.meshing import LOOKS, NAMES, Selected, printed_times, select_passage
 from trackdyn.report.style import BLACK, new_figure, styled
 
@@ -128,7 +113,7 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
     InputError
         If the recording holds no configurations or no such passage.
     """
-    require_frames(recording)
+    drawing.require_frames(recording)
     shown = select_passage(recording)
     panels = moments(recording, shown)
     largest = max(shown.force[moment.sample].max() for moment in panels)
@@ -144,7 +129,7 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
     ring, rpm = (recording.meta["scene"][name] for name in ("ring_radius", "motor_rpm"))
     late = max(abs(recording.frame_time[m.frame] - shown.first - m.time) for m in panels)
     text = (
-        f"Connector {shown.connector}, {ring_words(ring)}, {rpm:g} rpm; times since the first contact. "
+        f"Connector {shown.connector}, {drawing.ring_words(ring)}, {rpm:g} rpm; times since the first contact. "
         f"Panels are {2 * HALF:.2f} m wide.\nMaxima: of the mean over {WINDOW:g} s. "
         f"Arrows: forces at the instant drawn, at most {1000 * late:.1f} ms from the event.\n "
     )
@@ -155,14 +140,16 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
 
 def _handles(rig: Rig, shown: Selected, ring: float | None) -> list:
     """Legend: the marked bodies, the forces, the joints."""
-    handles: list = [Patch(**MARKED, label=f"connector {shown.connector}")]
+    handles: list = [Patch(**drawing.MARKED, label=f"connector {shown.connector}")]
     if ring is not None:
-        handles.append(Patch(**MARKED_TOO, label=f"link {shown.connector % rig.chain.pitches + 1}, ahead of it"))
+        handles.append(
+            Patch(**drawing.MARKED_TOO, label=f"link {shown.connector % rig.chain.pitches + 1}, ahead of it")
+        )
     for side in SIDES[: 2 if ring is None else 3]:
         if shown.sides.loc[side, "count"]:
             look = LOOKS[side] | {"linestyle": "-"}
             handles.append(Line2D([], [], **look, markersize=4, linewidth=1.6, label=f"force, {NAMES[side]}"))
-    return [*handles, Line2D([], [], **JOINT, label="joint of two areas")]
+    return [*handles, Line2D([], [], **drawing.JOINT, label="joint of two areas")]
 
 
 def _maximum(recording: Recording, shown: Selected, side: str) -> float:
@@ -174,21 +161,23 @@ def _maximum(recording: Recording, shown: Selected, side: str) -> float:
 
 def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, moment: Moment, scale: float) -> None:
     frame, ring = recording.frame[moment.frame], recording.meta["scene"]["ring_radius"]
-    pins, _, sprocket_angle = chain = chain_points(rig, frame)
+    pins, _, sprocket_angle = chain = drawing.chain_points(rig, frame)
     connector, link = 2 * shown.connector - 1, 2 * shown.connector % (2 * rig.chain.pitches)
     bodies = [connector] if ring is None else [connector, link]
     middle = np.mean([pins[body + end] for body in bodies for end in (0, 1)], axis=0)
     # the small picture stands in the corner away from the sprocket and from the arrows
     up = middle[1] > rig.sprocket.y
     right = middle[0] > rig.sprocket.x + 0.5 * rig.groove_profile.addendum * up
-    inset = ax.inset_axes((0.74 * right, 0.74 * up, 0.26, 0.26), zorder=Z_MARK + 2)
+    inset = ax.inset_axes((0.74 * right, 0.74 * up, 0.26, 0.26), zorder=drawing.Z_MARK + 2)
     for area, groove in ((ax, shown.groove), (inset, None)):
-        draw_sprocket(area, rig, sprocket_angle, ring, groove)
-        draw_chain(area, rig, frame, highlight=dict(zip(bodies, (MARKED, MARKED_TOO), strict=False)))
+        drawing.draw_sprocket(area, rig, sprocket_angle, ring, groove)
+        drawing.draw_chain(
+            area, rig, frame, highlight=dict(zip(bodies, (drawing.MARKED, drawing.MARKED_TOO), strict=False))
+        )
         area.set(aspect="equal", xticks=[], yticks=[])
         area.grid(False)
     ax.set_axis_on()
-    view(ax, middle, HALF)
+    drawing.view(ax, middle, HALF)
     grooves = (shown.groove, shown.groove)
     of_bodies = (None if ring is None else link, shown.force[moment.sample], shown.area[moment.sample], grooves)
     for side, force, point, normal in contacts(rig, chain, connector, *of_bodies):
@@ -196,10 +185,17 @@ def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, momen
         draw_force(ax, side, point, end)
         box = {"boxstyle": "square,pad=0.15", "facecolor": "white", "edgecolor": LOOKS[side]["color"], "linewidth": 0.8}
         place = np.clip(end + 0.014 * normal, middle - HALF + [0.026, 0.01], middle + HALF - [0.026, 0.01])
-        look = {"fontsize": 7, "ha": "center", "va": "center", "bbox": box, "zorder": Z_MARK + 1.5, "clip_on": True}
+        look = {
+            "fontsize": 7,
+            "ha": "center",
+            "va": "center",
+            "bbox": box,
+            "zorder": drawing.Z_MARK + 1.5,
+            "clip_on": True,
+        }
         ax.text(*place, f"{force:.0f} N", **look)
-    view(inset, sprocket_centre(rig), 1.35 * rig.groove_profile.addendum)
-    inset.add_patch(Circle(middle, 0.09, fill=False, edgecolor=BLACK, linewidth=1.2, zorder=Z_MARK))
+    drawing.view(inset, drawing.sprocket_centre(rig), 1.35 * rig.groove_profile.addendum)
+    inset.add_patch(Circle(middle, 0.09, fill=False, edgecolor=BLACK, linewidth=1.2, zorder=drawing.Z_MARK))
 
 
 def contacts(rig: Rig, chain: tuple, connector: int, link: int | None, force, area, groove) -> Iterator[tuple]:
@@ -219,7 +215,7 @@ def contacts(rig: Rig, chain: tuple, connector: int, link: int | None, force, ar
 def tooth_contact(rig: Rig, sprocket_angle: float, groove: int, area: int, pin) -> tuple[np.ndarray, np.ndarray]:
     """Point where an area (1 to 10) touches the arc around a pin (m), and the normal of the force on the arc."""
     shape = rig.groove_profile
-    centre = groove_points(rig, sprocket_angle, groove, [shape.centre[area - 1]])[0]
+    centre = drawing.groove_points(rig, sprocket_angle, groove, [shape.centre[area - 1]])[0]
     outward = np.asarray(pin) - centre
     outward = outward / np.hypot(*outward)
     return centre + shape.radius[area - 1] * outward, outward if shape.convex[area - 1] else -outward
@@ -227,17 +223,17 @@ def tooth_contact(rig: Rig, sprocket_angle: float, groove: int, area: int, pin) 
 
 def ring_contact(rig: Rig, pin, angle: float) -> tuple[np.ndarray, np.ndarray]:
     """Point of a link nearest to the sprocket's centre, and the direction from there to it; its input pin and angle."""
-    centre = sprocket_centre(rig)
+    centre = drawing.sprocket_centre(rig)
     along = float((centre - pin) @ marks.polar(angle))
     foot = [[np.clip(along, 0.0, rig.chain.link_length), -rig.chain.link_thickness / 2]]
-    point = placed(foot, pin, angle)[0]
+    point = drawing.placed(foot, pin, angle)[0]
     return point, (point - centre) / np.hypot(*(point - centre))
 
 
 def draw_force(ax: Axes, side: str, point, end, linewidth=1.6, head=7.0, halo=3.0, mark=4.0) -> None:
     """Arrow of a normal force from its point of contact, which the side's mark shows."""
     colour, effects = LOOKS[side]["color"], [withStroke(linewidth=halo, foreground="white")]
-    look = {"color": colour, "linewidth": linewidth, "mutation_scale": head, "zorder": Z_MARK + 1}
+    look = {"color": colour, "linewidth": linewidth, "mutation_scale": head, "zorder": drawing.Z_MARK + 1}
     marks.arrow(ax, point, end, **look, path_effects=effects)
     edge = {"markersize": mark, "markeredgecolor": "white", "markeredgewidth": 0.5}
-    ax.plot(*point, marker=LOOKS[side]["marker"], color=colour, zorder=Z_MARK + 1.2, **edge)
+    ax.plot(*point, marker=LOOKS[side]["marker"], color=colour, zorder=drawing.Z_MARK + 1.2, **edge)
