@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 import trackdyn.scene
+import trackdyn.settling
 from trackdyn.cli import app
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.loop import Loop
@@ -22,9 +23,11 @@ from trackdyn.simulate import simulate
 GAP = 1.1e-10
 
 
-@pytest.mark.parametrize(("rpm", "ring"), [(115.0, 0.308), (210.0, 0.308), (210.0, None), (210.0, 0.313)])
-def test_the_loop_stays_closed_at_every_instant(make_scene, rpm, ring):
-    recording = simulate(make_scene(rpm, ring_radius=ring))
+@pytest.mark.parametrize(
+    ("rpm", "ring", "step"), [(115.0, 0.308, 1e-4), (210.0, 0.308, 1e-4), (210.0, None, 1e-4), (210.0, 0.313, 5e-5)]
+)
+def test_the_loop_stays_closed_at_every_instant(make_scene, rpm, ring, step):
+    recording = simulate(make_scene(rpm, ring_radius=ring, step=step))
     assert recording.gap.max() <= GAP
     assert recording.gap.min() >= 0
     # the gap in the record is that of the configuration
@@ -101,15 +104,21 @@ def test_a_recording_comes_back_as_it_was(make_scene, tmp_path):
     assert list(tmp_path.iterdir()) == [tmp_path / "run.npz"]
 
 
+def forget_limits(monkeypatch):
+    """Neither the scene nor the settled loop refuses a step."""
+    for module in (trackdyn.scene, trackdyn.settling):
+        monkeypatch.setattr(module, "step_limits", lambda *_: {"none": 1.0})
+
+
 def test_a_run_that_diverges_says_when_and_where(make_scene, monkeypatch):
     """With the check of the step out of the way, far too large a step must not end in a result."""
-    monkeypatch.setattr(trackdyn.scene, "step_limits", lambda *_: {"none": 1.0})
+    forget_limits(monkeypatch)
     with pytest.raises(DivergenceError, match=r"at t = [\d.]+ s of .*, first at (link|connector) \d+"):
         simulate(make_scene(210.0, ring_radius=None, step=1e-3))
 
 
 def test_a_run_that_diverges_leaves_no_file(rig_path, tmp_path, monkeypatch):
-    monkeypatch.setattr(trackdyn.scene, "step_limits", lambda *_: {"none": 1.0})
+    forget_limits(monkeypatch)
     arguments = ["simulate", str(tmp_path / "out" / "run.npz"), "--rig", str(rig_path), "--rpm", "210", "-q"]
     result = CliRunner().invoke(app, [*arguments, "--ring-radius", "none", "--step", "1e-3"])
     assert isinstance(result.exception, DivergenceError)
@@ -120,7 +129,7 @@ def test_a_run_that_diverges_leaves_no_file(rig_path, tmp_path, monkeypatch):
 @pytest.mark.parametrize("ring", [None, 0.308])
 def test_stiffness_without_measure_diverges_too(make_scene, rig, monkeypatch, ring):
     """Not the step but the rig is absurd: still no result, and nothing that is not a number comes back."""
-    monkeypatch.setattr(trackdyn.scene, "step_limits", lambda *_: {"none": 1.0})
+    forget_limits(monkeypatch)
     absurd = rig.changed(steel__youngs_modulus=1e19, tooth_contact__youngs_modulus=1e19)
     with pytest.raises(DivergenceError, match=r"at t = [\d.e-]+ s of .*, first at (link|connector) \d+"):
         simulate(make_scene(210.0, rig=absurd, ring_radius=ring))

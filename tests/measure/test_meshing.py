@@ -59,6 +59,7 @@ def recording(rows, seconds=20.0, ring_radius=0.308, rpm=RPM, area=None):
         mean=np.zeros((samples, 3)),
         gap=np.zeros(samples),
         cut=np.zeros((samples, 2)),
+        change=np.zeros((samples, 2)),
         place=np.zeros((samples, 2)),
         wheel_rate=np.zeros((samples, 3)),
         energy=np.zeros((samples, 10)),

@@ -65,6 +65,7 @@ def recording(ring_radius=0.308, rpm=RPM, frames=1):
         mean=mean,
         gap=gap,
         cut=np.zeros((s, 2)),
+        change=np.zeros((s, 2)),
         place=np.zeros((s, 2)),
         wheel_rate=rates,
         energy=np.zeros((s, 10)),

@@ -4,7 +4,8 @@ Velocities are advanced with the accelerations at the start of the step, positio
 velocities. The remaining gap of the cut joint, of second order in the step, is removed by an extra
 load through the cut: the response of the chain to that load is known from the sweep, so the
 correction is the mass-weighted one and costs two multiply-adds a body. It changes positions and
-velocities alike (the SHAKE form), which keeps the discrete path symplectic where nothing dissipates.
+velocities alike (the SHAKE form). Energy is kept to the order of the step and not better: a free loop without
+damping gains about 7e-4 of it in 20 s, steadily.
 """
 
 from math import cos as cosine

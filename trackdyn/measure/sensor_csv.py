@@ -8,7 +8,6 @@ a wrong rate would quietly move every frequency derived from the record.
 import csv
 import difflib
 import io
-import os
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -18,6 +17,7 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import InputError
+from trackdyn.replacing import replacing
 
 COLUMNS = ("t_s", "ax_g", "ay_g", "az_g")
 HEADER = ",".join(COLUMNS)
@@ -135,16 +135,12 @@ def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> Non
     lines.extend(row % values for values in zip(*(c.tolist() for c in columns), strict=True))
     data = ("\n".join(lines) + "\n").encode("utf-8")
 
-    # In the same folder, so that the final replace is a rename on one file system and thus atomic.
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
-        temporary.write_bytes(data)
-        os.replace(temporary, path)
+        with replacing(path) as part:
+            part.write_bytes(data)
     except OSError as error:
         reason = error.strerror or "unknown reason"
         raise InputError(f"{path}: the file cannot be written ({reason}); choose another place.") from error
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def _time_decimals(t_s):

@@ -5,7 +5,7 @@ the sprocket from the ten arcs of its groove.
 """
 
 from collections.abc import Iterable, Mapping
-from math import cos, pi, sin
+from math import atan2, cos, pi, sin
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,8 +14,10 @@ from matplotlib.colors import to_rgba
 from matplotlib.patches import Circle, Polygon
 from matplotlib.patheffects import withStroke
 
+from trackdyn.errors import InputError
 from trackdyn.parameters.layout import WHEEL_NAMES, assemble, wheel_circles
 from trackdyn.parameters.rig import Rig
+from trackdyn.recording import Recording
 from trackdyn.report.style import BLACK
 
 STEEL, STEEL_EDGE = "#c9ced6", "#4d5560"
@@ -33,24 +35,21 @@ NUMBERS_BELOW, NUMBERS_SPREAD = 0.022, 0.9
 Z_RING, Z_SPROCKET, Z_CONNECTOR, Z_LINK, Z_MARK = 1.0, 2.0, 3.0, 4.0, 6.0
 
 
+def require_frames(recording: Recording) -> None:
+    """Refuse a recording without configurations."""
+    if len(recording.frame) == 0:
+        raise InputError("the recording holds no configurations: simulate with a frame interval above 0")
+
+
+def ring_words(radius: float | None) -> str:
+    """A ring (m) in words."""
+    return "no ring" if radius is None else f"ring {radius:.3f} m"
+
+
 def chain_points(rig: Rig, frame) -> tuple[np.ndarray, np.ndarray, float]:
-    """Pins and angles of a recorded configuration.
+    """Pins (n + 1, 2), m, and angles (n,) of the bodies and of the sprocket, rad, of a row of ``Recording.frame``.
 
-    Parameters
-    ----------
-    rig : Rig
-        Parameters; gives the lengths of the bodies.
-    frame : (n + 3,) array
-        A row of ``Recording.frame``: first pin x, y (m), angles of the bodies and of the sprocket (rad).
-
-    Returns
-    -------
-    pins : (n + 1, 2) array
-        Input pin of every body, and the output pin of the last, m.
-    angles : (n,) array
-        Orientation of the bodies, rad.
-    sprocket_angle : float
-        rad.
+    Pins are the input pin of every body, and the output pin of the last.
     """
     frame = np.asarray(frame, dtype=float)
     angles = frame[2:-1]
@@ -66,10 +65,15 @@ def laid_frame(rig: Rig) -> tuple[np.ndarray, float]:
     return np.concatenate([laid.pins[0], laid.angle, [laid.sprocket_angle]]), laid.shift
 
 
+def sprocket_centre(rig: Rig) -> np.ndarray:
+    """(2,) centre of the sprocket, m."""
+    return np.array([rig.sprocket.x, rig.sprocket.y])
+
+
 def turned(rig: Rig, frame, angle: float) -> np.ndarray:
     """A configuration turned about the sprocket's centre by an angle (rad)."""
     frame = np.array(frame, dtype=float)
-    centre = np.array([rig.sprocket.x, rig.sprocket.y])
+    centre = sprocket_centre(rig)
     frame[:2] = placed([frame[:2] - centre], centre, angle)[0]
     frame[2:] += angle
     return frame
@@ -81,12 +85,27 @@ def link_outline(rig: Rig) -> np.ndarray:
     return np.array([[0.0, -half], [a, -half], [a, half], [0.0, half]])
 
 
+def circle_points(centre, radius: float, start: float, end: float, count: int) -> np.ndarray:
+    """(count, 2) points of a circle from one direction to another (rad), m."""
+    turn = np.linspace(start, end, count)
+    return np.asarray(centre) + radius * np.column_stack([np.cos(turn), np.sin(turn)])
+
+
+def stadium(length: float, radius: float, count: int) -> np.ndarray:
+    """Outline of what is within a radius of a line along x from the origin, m; ``count`` points an end."""
+    left = circle_points((0.0, 0.0), radius, pi / 2, 3 * pi / 2, count)
+    return np.vstack([left, -left + [length, 0.0]])
+
+
 def connector_outline(rig: Rig) -> np.ndarray:
     """Outline of a connector in its body frame: the arcs around its two pins, joined, m."""
-    b, r = rig.connector_length, rig.chain.connector_radius
-    turn = np.linspace(pi / 2, 3 * pi / 2, 2 * POINTS_AN_ARC)
-    left = np.column_stack([r * np.cos(turn), r * np.sin(turn)])
-    return np.vstack([left, -left + [b, 0.0]])
+    return stadium(rig.connector_length, rig.chain.connector_radius, 2 * POINTS_AN_ARC)
+
+
+def connector_patch(rig: Rig, pins, **look) -> Polygon:
+    """A connector between two pins."""
+    (x, y), (u, v) = pins
+    return Polygon(placed(connector_outline(rig), pins[0], atan2(v - y, u - x)), **look)
 
 
 def placed(outline, origin, angle: float) -> np.ndarray:
@@ -95,24 +114,15 @@ def placed(outline, origin, angle: float) -> np.ndarray:
     return np.asarray(origin) + np.asarray(outline) @ np.array([[c, s], [-s, c]])
 
 
-def draw_chain(
-    ax: Axes, rig: Rig, frame, highlight: Iterable[int] | Mapping[int, dict] = (), opacity: float = 1.0
-) -> None:
-    """Draw every body of a configuration.
+Highlight = Iterable[int] | Mapping[int, dict]
 
-    Parameters
-    ----------
-    ax : Axes
-        Where.
-    rig : Rig
-        Parameters.
-    frame : (n + 3,) array
-        A row of ``Recording.frame``.
-    highlight : iterable of int, or mapping
-        Bodies (0-based; even numbers are links) that are drawn in a darker colour and hatched; a mapping
-        gives each its look, ``MARKED`` or ``MARKED_TOO``.
-    opacity : float
-        Of the faces; less than 1 lets the grooves shine through in close views.
+
+def draw_chain(ax: Axes, rig: Rig, frame, highlight: Highlight = (), opacity: float = 1.0) -> None:
+    """Draw every body of a row of ``Recording.frame``.
+
+    Bodies of ``highlight`` (0-based; even numbers are links) are drawn in a darker colour and hatched; a mapping
+    gives each its look, ``MARKED`` or ``MARKED_TOO``. An ``opacity`` of the faces below 1 lets the grooves shine
+    through in close views.
     """
     pins, angles, _ = chain_points(rig, frame)
     looks = highlight if isinstance(highlight, Mapping) else dict.fromkeys(highlight, MARKED)
@@ -135,43 +145,29 @@ def draw_chain(
 def groove_points(rig: Rig, sprocket_angle: float, groove: int, points) -> np.ndarray:
     """Points of the frame of groove ``groove`` (1 to m; Eq. 12) in the inertial frame, m."""
     beta = (2 * groove - 1) * pi / rig.sprocket.teeth - pi / 2
-    return placed(points, (rig.sprocket.x, rig.sprocket.y), sprocket_angle + beta)
+    return placed(points, sprocket_centre(rig), sprocket_angle + beta)
 
 
-def draw_sprocket(
-    ax: Axes, rig: Rig, sprocket_angle: float, ring_radius: float | None, number_areas_of: int | None = None
-) -> None:
-    """Draw the sprocket with its grooves, and the rubber ring behind it.
+def draw_sprocket(ax: Axes, rig: Rig, angle: float, ring: float | None, number_areas_of: int | None = None) -> None:
+    """Draw the sprocket, turned by an angle (rad), with its grooves, and the rubber ring (radius in m) behind it.
 
-    Parameters
-    ----------
-    ax : Axes
-        Where.
-    rig : Rig
-        Parameters.
-    sprocket_angle : float
-        rad.
-    ring_radius : float or None
-        m; None: no ring.
-    number_areas_of : int, optional
-        Groove (1 to m) whose ten areas are numbered and parted by dots; for close views.
+    ``number_areas_of`` is a groove (1 to m) whose ten areas are numbered and parted by dots; for close views.
     """
-    centre = (rig.sprocket.x, rig.sprocket.y)
-    teeth = rig.sprocket.teeth
+    centre = sprocket_centre(rig)
     profile = rig.groove_profile.profile(POINTS_AN_ARC)
     # a groove runs clockwise from tip to tip, so the grooves follow each other in falling order
-    outline = np.vstack([groove_points(rig, sprocket_angle, k, profile) for k in range(teeth, 0, -1)])
-    if ring_radius is not None:
-        _draw_disc(ax, *centre, ring_radius, RUBBER, BLACK)
+    outline = np.vstack([groove_points(rig, angle, k, profile) for k in range(rig.sprocket.teeth, 0, -1)])
+    if ring is not None:
+        _draw_disc(ax, *centre, ring, RUBBER, BLACK)
     ax.add_patch(Polygon(outline, facecolor=STEEL, edgecolor=STEEL_EDGE, linewidth=0.9, zorder=Z_SPROCKET))
-    if ring_radius is not None:  # the part of its edge that teeth hide
+    if ring is not None:  # the part of its edge that teeth hide
         look = {"fill": False, "edgecolor": RUBBER, "linestyle": (0, (4, 2)), "linewidth": 0.7}
-        ax.add_patch(Circle(centre, ring_radius, **look, zorder=Z_SPROCKET + 0.1))
+        ax.add_patch(Circle(centre, ring, **look, zorder=Z_SPROCKET + 0.1))
     _draw_hub(ax, *centre, Z_SPROCKET)
-    axis = placed([[HUB, 0.0], [0.8 * rig.groove_profile.addendum, 0.0]], centre, sprocket_angle)
+    axis = placed([[HUB, 0.0], [0.8 * rig.groove_profile.addendum, 0.0]], centre, angle)
     ax.plot(*axis.T, color=STEEL_EDGE, linestyle="-", linewidth=0.6, zorder=Z_SPROCKET + 0.1)
     if number_areas_of is not None:
-        _number_areas(ax, rig, sprocket_angle, number_areas_of)
+        _number_areas(ax, rig, angle, number_areas_of)
 
 
 def _number_areas(ax: Axes, rig: Rig, sprocket_angle: float, groove: int) -> None:
@@ -202,6 +198,19 @@ def draw_wheels(ax: Axes, rig: Rig, layout_shift: float) -> None:
         _draw_disc(ax, x, y, radius, RUBBER, BLACK)
         _draw_disc(ax, x, y, 0.9 * radius, STEEL, STEEL_EDGE)
         _draw_hub(ax, x, y, Z_RING)
+
+
+def draw_loop(ax: Axes, rig: Rig, frame, shift: float, ring: float | None, groove: int | None = None, **chain) -> None:
+    """Draw wheels, sprocket and chain; areas of ``groove`` are numbered, the rest is for :func:`draw_chain`."""
+    draw_wheels(ax, rig, shift)
+    draw_sprocket(ax, rig, frame[-1], ring, groove)
+    draw_chain(ax, rig, frame, **chain)
+
+
+def view(ax: Axes, middle, half) -> None:
+    """Limits of the axes: ``half`` of a width (m) around a place, or half of a width and of a height."""
+    (x, y), (dx, dy) = middle, np.broadcast_to(half, 2)
+    ax.set(xlim=(x - dx, x + dx), ylim=(y - dy, y + dy))
 
 
 def _draw_hub(ax: Axes, x: float, y: float, zorder: float) -> None:

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import FancyArrowPatch, Wedge
 from matplotlib.patheffects import withStroke
 
-from trackdyn.report.drawing import Z_MARK
+from trackdyn.report.drawing import Z_MARK, circle_points
 from trackdyn.report.style import BLACK
 
 HALO = [withStroke(linewidth=2.0, foreground="white")]
@@ -44,6 +44,11 @@ def write(ax: Axes, place, text: str, **look) -> None:
     ax.text(*place, text, path_effects=HALO, **look)
 
 
+def line(ax: Axes, *points, **look) -> None:
+    """Solid line through some points."""
+    ax.plot(*np.transpose(points), **{"color": BLACK, "linestyle": "-", "zorder": Z_MARK} | look)
+
+
 def arrow(ax: Axes, start, end, style: str = "-|>", **look) -> None:
     """Arrow from ``start`` to ``end``, right up to both."""
     look = {"color": BLACK, "linewidth": 1.0, "mutation_scale": 9, "zorder": Z_MARK} | look
@@ -56,33 +61,16 @@ def point(ax: Axes, place, name: str = "", side: str = "right", gap: float = 5.0
     ax.plot(*place, linestyle="none", marker="o", markersize=3.5, color=colour, zorder=Z_MARK + 2)
     steps = [STEPS[part] for part in side.split()]
     dx, dy = np.sum(steps, axis=0)
-    ax.annotate(
-        name,
-        tuple(place),
-        (gap * dx, gap * dy),
-        textcoords="offset points",
-        ha=("right", "center", "left")[int(dx) + 1],
-        va=("top", "center", "bottom")[int(dy) + 1],
-        color=colour,
-        fontsize=look.get("fontsize", 8.5),
-        path_effects=HALO,
-        zorder=Z_MARK + 3,
-        annotation_clip=True,
-    )
+    across, up = ("right", "center", "left")[int(dx) + 1], ("top", "center", "bottom")[int(dy) + 1]
+    look = {"fontsize": 8.5, "ha": across, "va": up, "annotation_clip": True, "textcoords": "offset points"} | look
+    ax.annotate(name, tuple(place), (gap * dx, gap * dy), color=colour, path_effects=HALO, zorder=Z_MARK + 3, **look)
 
 
 def leader(ax: Axes, place, text: str, label_at, **look) -> None:
     """Text at ``label_at`` with a thin line to a place."""
-    look = {"ha": "center", "va": "center", "fontsize": 8} | look
-    ax.annotate(
-        text,
-        tuple(place),
-        tuple(label_at),
-        arrowprops={"arrowstyle": "-", "linewidth": 0.6, "color": BLACK, "shrinkA": 1, "shrinkB": 0},
-        path_effects=HALO,
-        zorder=Z_MARK + 3,
-        **look,
-    )
+    look = {"ha": "center", "va": "center", "fontsize": 8, "path_effects": HALO, "zorder": Z_MARK + 3} | look
+    line = {"arrowstyle": "-", "linewidth": 0.6, "color": BLACK, "shrinkA": 1, "shrinkB": 0}
+    ax.annotate(text, tuple(place), tuple(label_at), arrowprops=line, **look)
 
 
 def beside(ax: Axes, start, end, text: str, at: float = 0.5, side: int = 1, turned: bool = False, **look) -> None:
@@ -117,7 +105,7 @@ def dimension(ax: Axes, start, end, text: str, offset: float = 0.0, side: int = 
     a, b = (here + offset * np.array([-along[1], along[0]]) for here in (start, end))
     if offset:
         for here, there in ((start, a), (end, b)):
-            ax.plot(*np.transpose([here, there + 0.1 * (there - here)]), "-", color="0.45", lw=0.6, zorder=Z_MARK)
+            line(ax, here, there + 0.1 * (there - here), color="0.45", linewidth=0.6)
     arrow(ax, a, b, "<|-|>", linewidth=0.8, mutation_scale=7)
     beside(ax, a, b, text, side=side, turned=turned, **look)
 
@@ -130,12 +118,10 @@ def radius(ax: Axes, centre, end, text: str, at: float = 0.5, side: int = 1, **l
 
 def angle(ax: Axes, centre, size: float, start: float, end: float, text: str, spread: float = 1.25, **look) -> None:
     """Arc with an arrow head from one direction to another (rad), its name outside the middle."""
-    centre = np.asarray(centre, float)
-    turn = np.linspace(start, end, 30)
-    points = centre + size * np.column_stack([np.cos(turn), np.sin(turn)])
-    ax.plot(*points.T, "-", color=BLACK, linewidth=0.8, zorder=Z_MARK)
+    points = circle_points(centre, size, start, end, 30)
+    line(ax, *points, linewidth=0.8)
     arrow(ax, points[-2], points[-1], linewidth=0.8, mutation_scale=7)
-    write(ax, centre + spread * size * polar(0.5 * (start + end)), text, **look)
+    write(ax, np.asarray(centre) + spread * size * polar(0.5 * (start + end)), text, **look)
 
 
 def axes_cross(ax: Axes, origin, size: float, turn: float, names: tuple[str, str], **look) -> None:

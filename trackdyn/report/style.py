@@ -1,6 +1,5 @@
 """One look for all figures, and writing them so that the same data give the same bytes."""
 
-import os
 from collections.abc import Callable
 from functools import wraps
 from itertools import pairwise
@@ -11,6 +10,8 @@ import numpy as np
 from cycler import cycler
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+
+from trackdyn.replacing import replacing
 
 WIDTH = 7.2  # of every figure, inch
 DPI = 180
@@ -74,27 +75,15 @@ def new_figure(height: float) -> Figure:
 
 @styled
 def save(figure: Figure, png_path: Path | str) -> None:
-    """Write a PNG and an SVG of the same name beside it.
+    """Write a PNG and an SVG of the same name beside it, both or none.
 
-    Both are written under another name first and then renamed, so that a broken run leaves no half
-    picture. They carry neither date nor version: the same data give the same bytes.
+    They carry neither date nor version: the same data give the same bytes.
     """
     png_path = Path(png_path)
     png_path.parent.mkdir(parents=True, exist_ok=True)
-    targets = {
-        "png": (png_path, {"Software": None}),
-        "svg": (png_path.with_suffix(".svg"), {"Date": None, "Creator": None}),
-    }
-    parts = {}
-    try:
-        for kind, (path, metadata) in targets.items():
-            parts[kind] = path.with_name(f".{path.name}.{os.getpid()}.part")
-            figure.savefig(parts[kind], format=kind, metadata=metadata)
-        for kind, (path, _) in targets.items():
-            os.replace(parts[kind], path)
-    finally:
-        for part in parts.values():
-            part.unlink(missing_ok=True)
+    with replacing(png_path) as png, replacing(png_path.with_suffix(".svg")) as svg:
+        figure.savefig(png, format="png", metadata={"Software": None})
+        figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": None})
 
 
 def power_of_ten(value: float, digits: int) -> str:
@@ -106,27 +95,21 @@ def power_of_ten(value: float, digits: int) -> str:
     return f"{mantissa} × 10{raised}".replace("-", "\N{MINUS SIGN}")
 
 
+def upper_edge(y, groups: int) -> tuple[np.ndarray, np.ndarray]:
+    """Where the stretches of a curve begin, with its end, and the largest value in each."""
+    edges = np.unique(np.linspace(0, len(y), min(groups, len(y)) + 1).astype(int))
+    return edges, np.maximum.reduceat(y, edges[:-1])
+
+
 def thin(x, y, groups: int = 1500) -> tuple[np.ndarray, np.ndarray]:
     """Least and greatest value of each of ``groups`` stretches: a long curve that looks the same.
 
-    Parameters
-    ----------
-    x, y : (s,) arrays
-        Curve, ``x`` rising.
-    groups : int
-        Stretches; a curve of at most twice as many points is returned as it is.
-
-    Returns
-    -------
-    x, y : arrays
-        At most ``2 groups`` points of the curve, in order.
+    A curve of at most twice as many points is returned as it is; ``x`` rises.
     """
     x, y = np.asarray(x), np.asarray(y)
     if len(x) <= 2 * groups:
         return x, y
     edges = np.linspace(0, len(x), groups + 1).astype(int)
-    keep = set()
-    for first, last in pairwise(edges):
-        keep.update((first + int(np.argmin(y[first:last])), first + int(np.argmax(y[first:last]))))
-    keep = np.array(sorted(keep))
+    extremes = [[a + np.argmin(y[a:b]), a + np.argmax(y[a:b])] for a, b in pairwise(edges)]
+    keep = np.unique(extremes)
     return x[keep], y[keep]

@@ -8,21 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
 from trackdyn.parameters.rig import Rig
-from trackdyn.report import marks
-from trackdyn.report.drawing import (
-    CONNECTOR,
-    EDGE,
-    LINK,
-    RUBBER,
-    STEEL,
-    STEEL_EDGE,
-    Z_CONNECTOR,
-    Z_LINK,
-    Z_MARK,
-    connector_outline,
-    link_outline,
-    placed,
-)
+from trackdyn.report import drawing, marks
 from trackdyn.report.style import BLACK, new_figure, styled
 
 # radii of a pin and of the hole with its bushing, in parts of the link's half thickness; for the eye only
@@ -58,7 +44,7 @@ def piece_figure(rig: Rig) -> Figure:
         ((rig.chain.link_mass, rig.chain.link_inertia), (rig.chain.connector_mass, rig.chain.connector_inertia))
     ):
         middle = 0.5 * (pins[body] + pins[body + 1])
-        stretched.plot(*middle, marker="+", color=BLACK, markersize=6, zorder=Z_MARK)
+        stretched.plot(*middle, marker="+", color=BLACK, markersize=6, zorder=drawing.Z_MARK)
         marks.write(stretched, middle + [0.0, -0.55 * half], f"{mass:g} kg\n{inertia:g} kg m²", fontsize=6.5)
     stretched.set_ylim(low - 0.052, high + 0.068)
     stretched.set_title("(a) stretched piece")
@@ -67,7 +53,7 @@ def piece_figure(rig: Rig) -> Figure:
     joint, reach = pins[3], 0.095
     for heading, dashes in ((2 * phi, (0, (5, 2))), (3 * phi, "-")):  # of the link before and the connector
         line = np.transpose([joint, joint + 1.05 * reach * marks.polar(heading)])
-        free.plot(*line, linestyle=dashes, color=BLACK, linewidth=0.8, zorder=Z_MARK)
+        free.plot(*line, linestyle=dashes, color=BLACK, linewidth=0.8, zorder=drawing.Z_MARK)
     marks.angle(free, joint, reach, 2 * phi, 3 * phi, "")
     text = rf"$\varphi_0$ = {phi:g} rad ({np.degrees(phi):.1f}°)".replace("-", "\N{MINUS SIGN}")
     marks.leader(free, joint + reach * marks.polar(2.5 * phi), text, joint + [reach, 0.055])
@@ -84,15 +70,15 @@ def _draw_piece(ax: Axes, rig: Rig, joint_angle: float) -> np.ndarray:
     pins, heading, half = [np.zeros(2)], 0.0, rig.chain.link_thickness / 2
     for body in range(5):
         connector = body % 2
-        outline = connector_outline(rig) if connector else link_outline(rig)
-        face, z = (CONNECTOR, Z_CONNECTOR) if connector else (LINK, Z_LINK)
-        look = {"facecolor": face, "edgecolor": EDGE, "linewidth": 0.8, "zorder": z}
-        ax.add_patch(Polygon(placed(outline, pins[-1], heading), **look, alpha=0.9))
+        outline = drawing.connector_outline(rig) if connector else drawing.link_outline(rig)
+        face, z = (drawing.CONNECTOR, drawing.Z_CONNECTOR) if connector else (drawing.LINK, drawing.Z_LINK)
+        look = {"facecolor": face, "edgecolor": drawing.EDGE, "linewidth": 0.8, "zorder": z}
+        ax.add_patch(Polygon(drawing.placed(outline, pins[-1], heading), **look, alpha=0.9))
         length = rig.connector_length if connector else rig.chain.link_length
         pins.append(pins[-1] + length * marks.polar(heading))
         heading += joint_angle
     for pin in pins:
-        look = {"linewidth": 0.6, "zorder": Z_LINK + 0.5}
-        ax.add_patch(Circle(pin, HOLE * half, facecolor="white", edgecolor=RUBBER, hatch="xxxx", **look))
-        ax.add_patch(Circle(pin, PIN * half, facecolor=STEEL, edgecolor=STEEL_EDGE, **look))
+        look = {"linewidth": 0.6, "zorder": drawing.Z_LINK + 0.5}
+        ax.add_patch(Circle(pin, HOLE * half, facecolor="white", edgecolor=drawing.RUBBER, hatch="xxxx", **look))
+        ax.add_patch(Circle(pin, PIN * half, facecolor=drawing.STEEL, edgecolor=drawing.STEEL_EDGE, **look))
     return np.array(pins)

@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from trackdyn.paper import printed
 from trackdyn.recording import Recording
-from trackdyn.report.style import COLOURS, DASHES, PRINTED, new_figure, power_of_ten, styled
+from trackdyn.report.style import COLOURS, DASHES, PRINTED, new_figure, power_of_ten, styled, upper_edge
 
 # A gap of exactly nothing has no place on a logarithmic axis; below the spacing of doubles near 1 m.
 LEAST_GAP = 1e-17
@@ -19,17 +19,13 @@ def closure_figure(recordings: Mapping[int, Recording]) -> Figure:
     """Largest distance of the two ends of the loop over time, for every speed.
 
     A point is the largest gap of all steps in one of 180 stretches of the record: half a second of a
-    record of 90 s.
-
-    Parameters
-    ----------
-    recordings : mapping
-        Motor speed (rev/min) to its recording.
+    record of 90 s. ``recordings`` is by motor speed (rev/min).
     """
     figure = new_figure(3.6)
     ax = figure.subplots()
     for i, (rpm, recording) in enumerate(sorted(recordings.items())):
-        time, largest = _upper_edge(recording)
+        edges, largest = upper_edge(np.maximum(recording.gap, LEAST_GAP), STRETCHES)
+        time = 0.5 * (edges[:-1] + edges[1:]) / recording.rate
         look = {"color": COLOURS[i % len(COLOURS)], "linestyle": DASHES[i % len(DASHES)]}
         ax.plot(time, largest, **look, label=f"{rpm:g} rpm, largest {power_of_ten(recording.gap.max(), 2)} m")
     limit = printed.LOOP_GAP.value
@@ -37,18 +33,8 @@ def closure_figure(recordings: Mapping[int, Recording]) -> Figure:
     ax.set_yscale("log")
     low, high = ax.get_ylim()
     ax.set_ylim(low, high * 10 ** (0.35 * np.log10(high / low)))  # room for the legend
-    ax.set_xlabel("time since the start of the record (s)")
-    ax.set_ylabel("distance of the two ends of the loop (m)")
+    ax.set(xlabel="time since the start of the record (s)", ylabel="distance of the two ends of the loop (m)")
     ax.set_title("Largest gap of the cut joint")
     ax.set_xlim(0, max(len(recording.gap) / recording.rate for recording in recordings.values()))
     ax.legend(loc="upper right", ncols=2)
     return figure
-
-
-def _upper_edge(recording: Recording) -> tuple[np.ndarray, np.ndarray]:
-    """Middle times of the stretches (s) and the largest gap in each (m)."""
-    gap = np.maximum(recording.gap, LEAST_GAP)
-    edges = np.unique(np.linspace(0, len(gap), STRETCHES + 1).astype(int))
-    first = edges[:-1]
-    time = 0.5 * (first + edges[1:]) / recording.rate
-    return time, np.maximum.reduceat(gap, first)

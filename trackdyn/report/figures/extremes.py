@@ -50,19 +50,13 @@ def solvers_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
             ax.plot(seen["at"][~short], seen["value"][~short], **look, markerfacecolor="white")
         predicted = part[part["expected"].notna() & (part["expected"] < ALL_LOST)]
         if len(predicted) > 1:
-            ax.plot(
-                predicted["at"], predicted["expected"], color=BLACK, linestyle=dashes, linewidth=1.2,
-                label=f"predicted growth, {kind}",
-            )  # fmt: skip
+            look = {"color": BLACK, "linestyle": dashes, "linewidth": 1.2}
+            ax.plot(predicted["at"], predicted["expected"], **look, label=f"predicted growth, {kind}")
     ax.axvspan(9, 13000, color="0.94", zorder=0)
-    ax.set_xscale("log")
-    ax.set_yscale("log")
-    ax.set_xlim(5, 13000)
-    ax.set_ylim(3e-17, ALL_LOST)
+    ax.set(xscale="log", yscale="log", xlim=(5, 13000), ylim=(3e-17, ALL_LOST))
     ax.text(10000, 3e4, "grey: a scene refuses the literal product", fontsize=8, color="0.35", ha="right")
     ax.text(10000, 6e-17, "hollow: residual of the equations of motion", fontsize=8, color="0.35", ha="right")
-    ax.set_xlabel("bodies of the chain")
-    ax.set_ylabel("relative error")
+    ax.set(xlabel="bodies of the chain", ylabel="relative error")
     ax.set_title("Error of the accelerations, median of three poses")
     ax.legend(loc="center right", fontsize=7)
     return figure
@@ -84,16 +78,10 @@ def stability_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
         if mask.any():
             ax.scatter(table["at"][mask], table["group"][mask], s=22, label=f"{label} ({int(mask.sum())})", **look)
     limit = table.groupby("group")["expected"].first()
-    ax.plot(limit.to_numpy(), limit.index.to_numpy(), color=BLACK, linestyle="-", marker="", label="predicted limit")
+    ax.plot(limit.to_numpy(), limit.index.to_numpy(), color=BLACK, linestyle="-", label="predicted limit")
     refused = table[table["outcome"] == REFUSED].groupby("group")["at"].min()
-    ax.plot(
-        refused.to_numpy(), refused.index.to_numpy(), color=ORANGE, linestyle="--", drawstyle="default",
-        label="first refused step",
-    )  # fmt: skip
-    ax.set_xscale("log")
-    ax.set_yscale("log")
-    ax.set_xlabel("step (s)")
-    ax.set_ylabel("Young's modulus of the teeth (Pa)")
+    ax.plot(refused.to_numpy(), refused.index.to_numpy(), color=ORANGE, linestyle="--", label="first refused step")
+    ax.set(xscale="log", yscale="log", xlabel="step (s)", ylabel="Young's modulus of the teeth (Pa)")
     ax.set_title("Explicit integration forced past the refusal, 0.2 s without ring and friction, 210 rpm")
     figure.legend(loc="outside lower center", ncols=5)
     return figure
@@ -113,8 +101,7 @@ def restitution_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
         ax.plot(part["at"], part["expected"], color=colour, linestyle="-")
         names = {"printed": "Eq. 8 as printed", "delivered": "factor that delivers it"}
         ax.plot(part["at"], part["value"], color=colour, linestyle="none", marker=MARKERS[i], label=names.get(law, law))
-    ax.set_xlabel("nominal coefficient of restitution")
-    ax.set_ylabel("delivered")
+    ax.set(xlabel="nominal coefficient of restitution", ylabel="delivered")
     ax.set_title("One impact integrated (points) and the closed form (lines)")
     ax.legend(loc="lower right")
     return figure
@@ -140,8 +127,7 @@ def outcomes_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
                 ax.text(x + w / 2, y, str(number), ha="center", va="center", fontsize=8, bbox=box)
         left = left + width
     ax.set_yticks(place, [f"{name} ({n})" for name, n in zip(table["family"], table["rows"], strict=True)])
-    ax.set_xlim(0, 100)
-    ax.set_xlabel("cases (%)")
+    ax.set(xlim=(0, 100), xlabel="cases (%)")
     ax.grid(False)
     ax.legend(loc="lower center", bbox_to_anchor=(0.45, 1.0), ncols=3, frameon=False)
     return figure
@@ -153,18 +139,13 @@ def long_run_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
     figure = new_figure(5.6)
     axes = figure.subplots(4, 1, sharex=True)
     minutes = chunks["time_s"] / 60
-    for ax, column, label, colour in zip(
-        axes,
-        ("loop_gap_max_m", "energy_residual", "rms_g", "resident_mb"),
-        (
-            "largest loop\ngap (m)",
-            "open share of\nthe energy (1)",
-            "RMS of the y\nacceleration (g)",
-            "largest resident\nmemory (MB)",
-        ),
-        (BLUE, ORANGE, GREEN, SKY),
-        strict=True,
-    ):
+    curves = (
+        ("loop_gap_max_m", "largest loop\ngap (m)", BLUE),
+        ("energy_residual", "open share of\nthe energy (1)", ORANGE),
+        ("rms_g", "RMS of the y\nacceleration (g)", GREEN),
+        ("resident_mb", "largest resident\nmemory (MB)", SKY),
+    )
+    for ax, (column, label, colour) in zip(axes, curves, strict=True):
         ax.plot(minutes, chunks[column].abs(), color=colour, linestyle="-")
         ax.set_ylabel(label)
     bounds = ((GAP, "printed, 1.1e-10 m", PRINTED), (OPEN_SHARE, f"bound, {OPEN_SHARE:g}", BOUND))
@@ -177,9 +158,7 @@ def long_run_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
         if chunks[column].notna().any():
             ax.set_ylim(0, 1.25 * chunks[column].max())
     axes[-1].set_xlabel("simulated time (min)")
-    axes[0].set_title(
-        f"{chunks['time_s'].iloc[-1] / 60:.0f} min at 210 rpm, in chunks of whole revolutions of the loop"
-    )
+    axes[0].set_title(f"{minutes.iloc[-1]:.0f} min at 210 rpm, in chunks of whole revolutions of the loop")
     return figure
 
 

@@ -14,17 +14,7 @@ from matplotlib.patches import Polygon
 
 from trackdyn.parameters.groove import Groove
 from trackdyn.parameters.rig import Rig
-from trackdyn.report import marks
-from trackdyn.report.drawing import (
-    CONNECTOR,
-    STEEL,
-    STEEL_EDGE,
-    Z_CONNECTOR,
-    Z_MARK,
-    Z_SPROCKET,
-    connector_outline,
-    placed,
-)
+from trackdyn.report import drawing, marks
 from trackdyn.report.style import BLACK, BLUE, VERMILION, new_figure, styled
 
 # convex and concave areas: colour and dashes of their arcs, face and hatch of their sectors
@@ -60,7 +50,7 @@ def sector_patch(rig: Rig, area: int, **look):
     groove = rig.groove_profile
     look = (CONVEX_SECTOR if groove.convex[area - 1] else CONCAVE_SECTOR) | {"linewidth": 0.8} | look
     shape = groove.centre[area - 1], groove.direction[area - 1], groove.half_angle[area - 1]
-    return marks.sector(*shape, *sector_radii(rig, area), zorder=Z_CONNECTOR, label=f"sector {area}", **look)
+    return marks.sector(*shape, *sector_radii(rig, area), zorder=drawing.Z_CONNECTOR, label=f"sector {area}", **look)
 
 
 def draw_groove(ax: Axes, rig: Rig, depth: float, emphasized=range(1, 11)) -> None:
@@ -72,16 +62,16 @@ def draw_groove(ax: Axes, rig: Rig, depth: float, emphasized=range(1, 11)) -> No
     steel = np.vstack([profile, cuts])
     for k in (-1, 0, 1):
         turn = 2 * pi * k / groove.teeth
-        look = {"facecolor": STEEL, "edgecolor": STEEL, "linewidth": 0.5, "zorder": Z_SPROCKET}
-        ax.add_patch(Polygon(placed(steel, (0.0, 0.0), turn), **look, label="steel"))
-        edge = placed(profile, (0.0, 0.0), turn)
-        ax.plot(*edge.T, "-", color=STEEL_EDGE, linewidth=1.0, zorder=Z_SPROCKET + 0.4, label="profile")
+        look = {"facecolor": drawing.STEEL, "edgecolor": drawing.STEEL, "linewidth": 0.5, "zorder": drawing.Z_SPROCKET}
+        ax.add_patch(Polygon(drawing.placed(steel, (0.0, 0.0), turn), **look, label="steel"))
+        edge = drawing.placed(profile, (0.0, 0.0), turn)
+        ax.plot(*edge.T, "-", color=drawing.STEEL_EDGE, linewidth=1.0, zorder=drawing.Z_SPROCKET + 0.4, label="profile")
     for area in emphasized:
         look = CONVEX_ARC if groove.convex[area - 1] else CONCAVE_ARC
-        ax.plot(*groove.arc(area, POINTS).T, **look, zorder=Z_SPROCKET + 0.5, label=f"area {area}")
+        ax.plot(*groove.arc(area, POINTS).T, **look, zorder=drawing.Z_SPROCKET + 0.5, label=f"area {area}")
     if len(emphasized):
         ends = np.vstack([profile[:1], groove.joints(), profile[-1:]])
-        ax.plot(*ends.T, linestyle="none", marker="|", color=BLACK, markersize=7, zorder=Z_SPROCKET + 0.6)
+        ax.plot(*ends.T, linestyle="none", marker="|", color=BLACK, markersize=7, zorder=drawing.Z_SPROCKET + 0.6)
 
 
 def kinds() -> list[Line2D]:
@@ -101,7 +91,7 @@ def _number_areas(ax: Axes, groove: Groove, depth: float) -> None:
         at = groove.arc(area, 3)[1]
         end = at - {1: -1.0, 10: -1.0}.get(area, 2.8 if short else 1.0) * depth * free_side(groove, area)
         if short:
-            ax.plot(*np.transpose([at, end]), "-", color=BLACK, linewidth=0.5, zorder=Z_SPROCKET + 0.7)
+            ax.plot(*np.transpose([at, end]), "-", color=BLACK, linewidth=0.5, zorder=drawing.Z_SPROCKET + 0.7)
         marks.write(ax, end, str(area), fontsize=9)
 
 
@@ -146,7 +136,9 @@ def section_figure(rig: Rig) -> Figure:
 
 def _draw_connector_section(ax: Axes, rig: Rig) -> None:
     rc, length = rig.chain.connector_radius, rig.connector_length
-    ax.add_patch(Polygon(connector_outline(rig), facecolor=CONNECTOR, edgecolor="none", label="connector"))
+    ax.add_patch(
+        Polygon(drawing.connector_outline(rig), facecolor=drawing.CONNECTOR, edgecolor="none", label="connector")
+    )
     turn = np.linspace(pi / 2, 3 * pi / 2, POINTS)
     for k, (name, dashes) in enumerate((("left arc", "-"), ("right arc", (0, (5, 1.5))))):
         centre, flip = np.array([k * length, 0.0]), 1 - 2 * k
@@ -178,7 +170,7 @@ def detection_figure(rig: Rig) -> Figure:
         place = centre + (inner + 0.7 * (outer - inner)) * marks.polar(middle + 0.55 * theta)
         for sign in (-1, 1):
             edge = centre + 1.2 * outer * marks.polar(middle + sign * theta)
-            ax.plot(*np.transpose([centre, edge]), "-", color="0.35", linewidth=0.7, zorder=Z_MARK)
+            ax.plot(*np.transpose([centre, edge]), "-", color="0.35", linewidth=0.7, zorder=drawing.Z_MARK)
             marks.angle(ax, centre, size, middle, middle + sign * theta, rf"$\theta_{area}$", spread=1.1)
         marks.arrow(ax, centre, centre + 1.3 * outer * u, linestyle=(0, (5, 1.5)), linewidth=1.3)
         marks.write(ax, centre + 1.38 * outer * u, f"$u_{area}$", fontsize=9)

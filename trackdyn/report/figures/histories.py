@@ -29,13 +29,6 @@ def first_crest(ay, rate: float, hz: float) -> int:
 
     Its phase is taken from the first two of its periods, mean removed, not from the whole record: the
     speed of a real track drifts.
-
-    Parameters
-    ----------
-    ay : (s,) array
-        Signal.
-    rate, hz : float
-        Sampling rate and frequency, Hz.
     """
     part = np.asarray(ay)[: round(REVOLUTIONS * rate / hz)]
     turn = 2 * np.pi * hz / rate * np.arange(len(part))
@@ -44,9 +37,7 @@ def first_crest(ay, rate: float, hz: float) -> int:
 
 
 @styled
-def history_figure(
-    recording: Recording, record: SensorRecord, title: str = "", sensor_label: str = "synthetic sensor"
-) -> Figure:
+def history_figure(recording: Recording, record: SensorRecord, title="", sensor_label="synthetic sensor") -> Figure:
     """The y acceleration of simulation (above) and sensor (below) over about two revolutions.
 
     Both curves begin where the fundamental of their own first has its crest, and both run for two
@@ -56,20 +47,17 @@ def history_figure(
 
     Parameters
     ----------
-    recording : Recording
-        Run.
-    record : SensorRecord
-        Record of the same motor speed.
+    recording, record
+        Run and sensor's record of the same motor speed.
     title : str
         Such as ``115 rpm``; :func:`lettered` adds the letter.
     sensor_label : str
         What the record is; must say so if it is synthetic.
     """
     loop_hz = loop_frequency(recording)
-    signal = sense(recording).ay
     curves = (
-        (signal, recording.rate, loop_hz, "simulation", SIMULATION),
-        (record.ay_g, record.rate_hz, _line(record), sensor_label, SENSOR),
+        (sense(recording).ay, recording.rate, loop_hz, "simulation", SIMULATION),
+        (record.ay_g, record.rate_hz, own_frequency(record), sensor_label, SENSOR),
     )
     span = REVOLUTIONS / loop_hz
     figure = new_figure(4.2)
@@ -103,6 +91,6 @@ def _mark_cut(ax: Axes, time: np.ndarray, ay: np.ndarray) -> None:
         ax.set_title(text.replace("-", "\N{MINUS SIGN}"), fontsize=8)
 
 
-def _line(record: SensorRecord) -> float:
-    """Loop frequency that the record shows, Hz."""
+def own_frequency(record: SensorRecord) -> float:
+    """Loop frequency that a sensor's record shows, Hz."""
     return main_line_binfree(record.ay_g, record.rate_hz, main_line(record.ay_g, record.rate_hz)[0])[0]

@@ -10,25 +10,7 @@ from matplotlib.patches import Circle, Polygon
 
 from trackdyn.parameters.layout import wheel_circles
 from trackdyn.parameters.rig import Rig
-from trackdyn.report import marks
-from trackdyn.report.drawing import (
-    CONNECTOR,
-    RUBBER,
-    STEEL,
-    STEEL_EDGE,
-    Z_CONNECTOR,
-    Z_MARK,
-    Z_RING,
-    chain_points,
-    connector_outline,
-    draw_chain,
-    draw_sprocket,
-    groove_points,
-    laid_frame,
-    link_outline,
-    placed,
-    turned,
-)
+from trackdyn.report import drawing, marks
 from trackdyn.report.figures.engagement import seated_pins
 from trackdyn.report.figures.system import touching_links
 from trackdyn.report.style import BLACK, BLUE, VERMILION, new_figure, styled
@@ -40,7 +22,7 @@ ON_WHEEL = {"color": VERMILION, "linestyle": (0, (3, 1)), "linewidth": 2.4}
 @styled
 def locations_figure(rig: Rig) -> Figure:
     """Figure 4: surfaces that touch: connector and groove (a), link and ring (b), idler (c), road wheel (d)."""
-    frame, shift = laid_frame(rig)
+    frame, shift = drawing.laid_frame(rig)
     figure = new_figure(5.2)
     axes = figure.subplots(2, 2).ravel()
     _draw_seat(axes[0], rig)
@@ -61,17 +43,22 @@ def _draw_seat(ax: Axes, rig: Rig) -> None:
     """A connector at rest in its groove, both arcs and the ten areas emphasized."""
     home = rig.changed(sprocket__x=0.0, sprocket__y=0.0)
     beta = pi / rig.sprocket.teeth - pi / 2  # of groove 1 (Eq. 12), which points up
-    draw_sprocket(ax, home, -beta, None)
+    drawing.draw_sprocket(ax, home, -beta, None)
     pins = seated_pins(rig)
     ax.add_patch(
-        Polygon(placed(connector_outline(rig), pins[0], 0.0), facecolor=CONNECTOR, alpha=0.85, zorder=Z_CONNECTOR)
+        Polygon(
+            drawing.placed(drawing.connector_outline(rig), pins[0], 0.0),
+            facecolor=drawing.CONNECTOR,
+            alpha=0.85,
+            zorder=drawing.Z_CONNECTOR,
+        )
     )
     turn = np.linspace(pi / 2, 3 * pi / 2, 40)
     for pin, flip in zip(pins, (1, -1), strict=True):
         arc = pin + rig.chain.connector_radius * np.column_stack([flip * np.cos(turn), np.sin(turn)])
-        ax.plot(*arc.T, **ON_CHAIN, zorder=Z_MARK)
+        ax.plot(*arc.T, **ON_CHAIN, zorder=drawing.Z_MARK)
         marks.point(ax, pin)
-    ax.plot(*groove_points(home, -beta, 1, rig.groove_profile.profile()).T, **ON_WHEEL, zorder=Z_MARK)
+    ax.plot(*drawing.groove_points(home, -beta, 1, rig.groove_profile.profile()).T, **ON_WHEEL, zorder=drawing.Z_MARK)
     _close_view(ax, np.array([0.0, pins[0, 1] - 0.3 * rig.chain.connector_radius]))
     marks.write(ax, pins.mean(axis=0), "connector")
     marks.write(ax, pins.mean(axis=0) - [0, 1.9 * rig.chain.connector_radius], "sprocket")
@@ -87,17 +74,23 @@ def _draw_link_on(ax: Axes, rig: Rig, frame, shift: float, wheel: int) -> None:
     centre = np.array([rig.sprocket.x, rig.sprocket.y])
     view = np.array(frame)
     view[:2] += centre - [x, y]
-    view = turned(rig, view, turn)
+    view = drawing.turned(rig, view, turn)
     if wheel == 0:
-        draw_sprocket(ax, rig, view[-1], r)
+        drawing.draw_sprocket(ax, rig, view[-1], r)
     else:
-        ax.add_patch(Circle(centre, r, facecolor=RUBBER, edgecolor=BLACK, zorder=Z_RING))
-        ax.add_patch(Circle(centre, 0.9 * r, facecolor=STEEL, edgecolor=STEEL_EDGE, zorder=Z_RING))
-    draw_chain(ax, rig, view, opacity=0.85)
-    pins, angles, _ = chain_points(rig, view)
-    ax.plot(*placed(link_outline(rig)[:2], pins[body], angles[body]).T, **ON_CHAIN, zorder=Z_MARK + 1)
+        ax.add_patch(Circle(centre, r, facecolor=drawing.RUBBER, edgecolor=BLACK, zorder=drawing.Z_RING))
+        ax.add_patch(
+            Circle(centre, 0.9 * r, facecolor=drawing.STEEL, edgecolor=drawing.STEEL_EDGE, zorder=drawing.Z_RING)
+        )
+    drawing.draw_chain(ax, rig, view, opacity=0.85)
+    pins, angles, _ = drawing.chain_points(rig, view)
+    ax.plot(
+        *drawing.placed(drawing.link_outline(rig)[:2], pins[body], angles[body]).T,
+        **ON_CHAIN,
+        zorder=drawing.Z_MARK + 1,
+    )
     rim = pi / 2 + np.linspace(0.75, -0.75, 80) * rig.chain.link_length / r
-    ax.plot(*(centre + r * np.column_stack([np.cos(rim), np.sin(rim)])).T, **ON_WHEEL, zorder=Z_MARK)
+    ax.plot(*(centre + r * np.column_stack([np.cos(rim), np.sin(rim)])).T, **ON_WHEEL, zorder=drawing.Z_MARK)
     middle = 0.5 * (pins[body] + pins[body + 1])
     _close_view(ax, middle - [0.0, 0.5 * rig.chain.link_thickness])
     marks.write(ax, middle, "link")

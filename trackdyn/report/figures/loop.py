@@ -7,24 +7,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import FancyArrowPatch, Patch
 from matplotlib.ticker import MaxNLocator
 
-from trackdyn.errors import InputError
 from trackdyn.parameters.layout import wheel_circles
 from trackdyn.parameters.rig import Rig
 from trackdyn.recording import Recording
-from trackdyn.report.drawing import (
-    CONNECTOR,
-    JOINT,
-    LINK,
-    MARKED,
-    RUBBER,
-    Z_MARK,
-    chain_points,
-    draw_chain,
-    draw_sprocket,
-    draw_wheels,
-    groove_points,
-    placed,
-)
+from trackdyn.report import drawing
 from trackdyn.report.style import BLACK, new_figure, styled
 
 SENSOR_PLACE = {"linestyle": "none", "marker": "D", "markersize": 5, "color": BLACK, "markeredgecolor": "white"}
@@ -34,73 +20,57 @@ SENSOR_PLACE = {"linestyle": "none", "marker": "D", "markersize": 5, "color": BL
 def loop_figure(rig: Rig, recording: Recording, index: int = 0) -> Figure:
     """The whole loop (a), its sprocket (b) and one groove with the numbers of its areas (c).
 
-    Parameters
-    ----------
-    rig : Rig
-        Parameters; ``Rig.model_validate(recording.meta["rig"])``.
-    recording : Recording
-        Run with recorded configurations.
-    index : int
-        Which configuration.
+    ``rig`` is that of the recording, ``index`` says which of its configurations.
 
     Raises
     ------
     InputError
         If the recording holds no configurations.
     """
-    if len(recording.frame) == 0:
-        raise InputError("the recording holds no configurations: simulate with a frame interval above 0")
+    drawing.require_frames(recording)
     frame = recording.frame[index]
     shift = recording.meta["layout"]["tensioner_shift_m"]
     ring_radius = recording.meta["scene"]["ring_radius"]
     circles = wheel_circles(rig, shift, surface=True)
     sensor_body = 2 * (rig.sensor.pitch - 1)
-    pins, _, sprocket_angle = chain_points(rig, frame)
+    pins, angles, sprocket_angle = drawing.chain_points(rig, frame)
     groove = _tightest_groove(rig, pins, sprocket_angle)
 
     figure = new_figure(7.0)
     grid = figure.add_gridspec(2, 2, height_ratios=(1.15, 1.0))
     whole, sprocket, close = (figure.add_subplot(place) for place in (grid[0, :], grid[1, 0], grid[1, 1]))
     for ax in (whole, sprocket, close):
-        draw_wheels(ax, rig, shift)
-        draw_sprocket(ax, rig, sprocket_angle, ring_radius, groove if ax is close else None)
-        draw_chain(ax, rig, frame, highlight=(sensor_body,), opacity=0.6 if ax is close else 1.0)
-        ax.set_aspect("equal")
-        ax.set_xlabel("x (m)")
-        ax.set_ylabel("y (m)")
+        look = {"highlight": (sensor_body,), "opacity": 0.6 if ax is close else 1.0}
+        drawing.draw_loop(ax, rig, frame, shift, ring_radius, groove if ax is close else None, **look)
+        ax.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")
 
-    margin = 0.12
-    whole.set_xlim(pins[:, 0].min() - margin, pins[:, 0].max() + margin)
-    whole.set_ylim(pins[:, 1].min() - margin, pins[:, 1].max() + 2.5 * margin)  # room for the legend
-    rpm = recording.meta["scene"]["motor_rpm"]
-    ring = "no ring" if ring_radius is None else f"ring {ring_radius:.3f} m"
+    low, high = pins.min(axis=0) - 0.12, pins.max(axis=0) + [0.12, 0.3]  # room for the legend
+    whole.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    rpm, ring = recording.meta["scene"]["motor_rpm"], drawing.ring_words(ring_radius)
     whole.set_title(f"(a) the loop at {recording.frame_time[index]:.2f} s of the record: {rpm:g} rpm, {ring}")
+    box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5}
     for name, (x, y, radius) in zip(("sprocket", "idler", "road wheel"), circles, strict=True):
-        _label(whole, x, y - 0.45 * radius, name)
+        look = {"ha": "center", "va": "center", "fontsize": 8, "bbox": box, "zorder": drawing.Z_MARK, "clip_on": True}
+        whole.text(x, y - 0.45 * radius, name, **look)
     kinds = {
-        "link": {"facecolor": LINK, "edgecolor": BLACK},
-        "connector": {"facecolor": CONNECTOR, "edgecolor": BLACK},
-        "link with the sensor": MARKED,
-        "rubber": {"facecolor": RUBBER, "edgecolor": BLACK},
+        "link": {"facecolor": drawing.LINK, "edgecolor": BLACK},
+        "connector": {"facecolor": drawing.CONNECTOR, "edgecolor": BLACK},
+        "link with the sensor": drawing.MARKED,
+        "rubber": {"facecolor": drawing.RUBBER, "edgecolor": BLACK},
     }
     handles = [Patch(**look, linewidth=0.6, label=kind) for kind, look in kinds.items()]
     handles.insert(3, Line2D([], [], **SENSOR_PLACE, label="sensor"))
     whole.legend(handles=handles, loc="upper center", ncols=len(handles), fontsize=7.5, columnspacing=1.2)
-    close.legend(handles=[Line2D([], [], **JOINT, label="joint of two areas")], loc="upper left", fontsize=7)
-    _mark_sensor(whole, rig, frame, sensor_body)
-    _mark_rotation(whole, *circles[0], rate=recording.wheel_rate[0, 0])
-    _mark_running(whole, pins, recording.wheel_rate[0, 0])
+    close.legend(handles=[Line2D([], [], **drawing.JOINT, label="joint of two areas")], loc="upper left", fontsize=7)
+    sensor = drawing.placed([[rig.sensor.x, rig.sensor.y]], pins[sensor_body], angles[sensor_body])[0]
+    whole.plot(*sensor, **SENSOR_PLACE, zorder=drawing.Z_MARK)
+    _mark_motion(whole, circles[0], pins, -1 if recording.wheel_rate[0, 0] <= 0 else 1)
 
-    reach = 1.25 * rig.groove_profile.addendum
-    x, y = circles[0, :2]
-    sprocket.set_xlim(x - reach, x + reach)
-    sprocket.set_ylim(y - reach, y + reach)
+    drawing.view(sprocket, circles[0, :2], 1.25 * rig.groove_profile.addendum)
     sprocket.set_title("(b) sprocket and chain")
 
-    middle = groove_points(rig, sprocket_angle, groove, [[0.0, rig.groove_profile.addendum - 0.02]])[0]
-    half = 0.6 * rig.chain.link_length + 0.035
-    close.set_xlim(middle[0] - half, middle[0] + half)
-    close.set_ylim(middle[1] - half, middle[1] + half)
+    middle = drawing.groove_points(rig, sprocket_angle, groove, [[0.0, rig.groove_profile.addendum - 0.02]])[0]
+    drawing.view(close, middle, 0.6 * rig.chain.link_length + 0.035)
     close.xaxis.set_major_locator(MaxNLocator(5))
     close.set_title(f"(c) groove {groove} and its ten areas")
     return figure
@@ -111,39 +81,19 @@ def _tightest_groove(rig: Rig, pins: np.ndarray, sprocket_angle: float) -> int:
     profile = rig.groove_profile.profile()
     clearance = []
     for groove in range(1, rig.sprocket.teeth + 1):
-        points = groove_points(rig, sprocket_angle, groove, profile)
+        points = drawing.groove_points(rig, sprocket_angle, groove, profile)
         clearance.append(np.hypot(*(points[:, None] - pins[None]).transpose(2, 0, 1)).min())
     return int(np.argmin(clearance)) + 1
 
 
-def _label(ax: Axes, x: float, y: float, text: str) -> None:
-    box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5}
-    ax.text(x, y, text, ha="center", va="center", fontsize=8, bbox=box, zorder=Z_MARK, clip_on=True)
-
-
-def _mark_sensor(ax: Axes, rig: Rig, frame, body: int) -> None:
-    pins, angles, _ = chain_points(rig, frame)
-    x, y = placed([[rig.sensor.x, rig.sensor.y]], pins[body], angles[body])[0]
-    ax.plot(x, y, **SENSOR_PLACE, zorder=Z_MARK)
-
-
-def _mark_rotation(ax: Axes, x: float, y: float, radius: float, rate: float) -> None:
-    """Bent arrow in the sense of rotation (``rate`` < 0: clockwise)."""
-    sense = -1 if rate <= 0 else 1
-    ends = np.array([[x + sense * 0.6 * radius, y], [x - sense * 0.6 * radius, y]])
-    _draw_arrow(ax, *ends, connectionstyle=f"arc3,rad={0.6 * sense}")
-
-
-def _mark_running(ax: Axes, pins: np.ndarray, rate: float) -> None:
-    """Arrow beside the upper strand in the direction of travel."""
-    sense = -1 if rate <= 0 else 1
+def _mark_motion(ax: Axes, circle: np.ndarray, pins: np.ndarray, sense: int) -> None:
+    """Bent arrow in the sense of the sprocket's rotation (-1: clockwise), straight one beside the upper strand."""
+    x, y, radius = circle
+    look = {"arrowstyle": "-|>", "mutation_scale": 12, "color": BLACK, "zorder": drawing.Z_MARK}
+    ends = (x + sense * 0.6 * radius, y), (x - sense * 0.6 * radius, y)
+    ax.add_patch(FancyArrowPatch(*ends, connectionstyle=f"arc3,rad={0.6 * sense}", **look))
     top = int(np.argmax(pins[1:-1, 1])) + 1
     step = pins[top + 1] - pins[top - 1]
     along = step / np.hypot(*step)
     start = pins[top] + 0.07 * np.array([-along[1], along[0]])
-    _draw_arrow(ax, start, start - 0.25 * sense * along)
-
-
-def _draw_arrow(ax: Axes, start, end, **look) -> None:
-    arrow = FancyArrowPatch(start, end, arrowstyle="-|>", mutation_scale=12, color=BLACK, zorder=Z_MARK, **look)
-    ax.add_patch(arrow)
+    ax.add_patch(FancyArrowPatch(start, start - 0.25 * sense * along, **look))

@@ -11,6 +11,7 @@ from trackdyn.errors import InputError
 from trackdyn.measure.meshing import passages, spells, timing
 from trackdyn.paper import printed
 from trackdyn.recording import Recording
+from trackdyn.report.drawing import ring_words
 from trackdyn.report.style import BLACK, BLUE, GREEN, PRINTED, PURPLE, new_figure, styled
 
 LOOKS = {
@@ -83,32 +84,19 @@ def select_passage(recording: Recording) -> Selected:
     table = passages(recording)
     table = table[table["connector"].isin(connectors)]
     if table.empty:
-        raise InputError(
-            "the record holds no complete passage over the sprocket; simulate two loop revolutions or more"
-        )
-    spans = table.groupby("passage").agg(
-        first=("start_s", "min"), last=("end_s", "max"), connector=("connector", "first")
-    )
-    number = int((spans["first"] + spans["last"] - timing(recording).record).abs().idxmin())
-    first, last, connector = spans.loc[number]
-    own = columns[int(connector)]
-    force = recording.force[:, own].copy()
+        raise InputError("the record holds no complete passage over the sprocket; simulate two loop revolutions or more")
+    groups = table.groupby("passage")
+    start, end = groups["start_s"].min(), groups["end_s"].max()
+    number = int((start + end - timing(recording).record).abs().idxmin())
+    sides = groups.get_group(number).set_index("side")
+    first, last, connector = float(start[number]), float(end[number]), int(sides["connector"].iloc[0])
+    force = recording.force[:, columns[connector]].copy()
     if ring:
-        force[:, 2] = recording.force[:, columns[int(connector) % count + 1], 2]
+        force[:, 2] = recording.force[:, columns[connector % count + 1], 2]
     grooves = spells(recording).query("passage == @number and groove > 0")["groove"]
-    time = recording.time - first
-    return Selected(
-        int(connector),
-        int(grooves.iloc[0]) if len(grooves) else 0,
-        number,
-        float(first),
-        float(last),
-        timing(recording).turn,
-        table[table["passage"] == number].set_index("side"),
-        force,
-        recording.area[:, own],
-        time,
-    )
+    groove = int(grooves.iloc[0]) if len(grooves) else 0
+    area, time, turn = recording.area[:, columns[connector]], recording.time - first, timing(recording).turn
+    return Selected(connector, groove, number, first, last, turn, sides, force, area, time)
 
 
 def printed_times(ring: bool, turn: float) -> dict[str, float]:
@@ -126,15 +114,10 @@ def passage_figure(recording: Recording) -> Figure:
     Thin dashed lines stand where the paper prints its events, counted from its own first contact. Single
     marks are the largest force of all time steps; one far above the curves is written at the upper edge.
 
-    Parameters
-    ----------
-    recording : Recording
-        Run with logged contacts; with a ring also the pitch ahead of the connector must be recorded.
-
     Raises
     ------
     InputError
-        If the recording does not hold such a passage.
+        If the recording does not hold such a passage; see :func:`select_passage`.
     """
     shown = select_passage(recording)
     scene = recording.meta["scene"]
@@ -159,21 +142,14 @@ def passage_figure(recording: Recording) -> Figure:
     forces.plot([], [], color="0.3", linestyle="none", marker="D", label="largest of all time steps")
     forces.plot([], [], **PRINTED, marker="", linewidth=0.6, label="printed event")
     _mark_printed(forces, areas, printed_times(ring, shown.turn))
-    what = f"ring {scene['ring_radius']:.3f} m" if ring else "no ring"
-    text = (
-        f"Connector {shown.connector} in groove {shown.groove}, {what}, {scene['motor_rpm']:g} rpm; "
-        f"a turn of the sprocket takes {shown.turn:.3f} s"
-    )
+    what = f"Connector {shown.connector} in groove {shown.groove}, {ring_words(scene['ring_radius'])}"
+    text = f"{what}, {scene['motor_rpm']:g} rpm; a turn of the sprocket takes {shown.turn:.3f} s"
     figure.suptitle(text, x=0.01, ha="left")
     for ax, letter in ((forces, "(a)"), (areas, "(b)")):
         ax.text(-0.085, 1.0, letter, transform=ax.transAxes, va="top")
-    forces.set_ylabel("normal force (N)")
-    forces.set_ylim(-0.03 * highest, 1.55 * highest)  # room for the legend
-    areas.set_ylabel("number of the\ntouched area")
-    areas.set_ylim(0.3, 10.7)
-    areas.set_yticks(range(1, 11))
-    areas.set_xlim(low, high)
-    areas.set_xlabel("time since the first contact (s)")
+    forces.set(ylabel="normal force (N)", ylim=(-0.03 * highest, 1.55 * highest))  # room for the legend
+    areas.set(ylabel="number of the\ntouched area", yticks=range(1, 11), ylim=(0.3, 10.7))
+    areas.set(xlabel="time since the first contact (s)", xlim=(low, high))
     forces.legend(loc="upper center", ncols=3)
     if areas.get_legend_handles_labels()[0]:
         areas.legend(loc="upper center", ncols=2, markerscale=2)
@@ -196,13 +172,11 @@ def _mark_peak(ax: Axes, time: float, force: float, look: dict, limit: float) ->
 
 def _joined(names: list[str]) -> str:
     """Names of simultaneous events: in one line if they differ in one word, else one under the other."""
-    if len(names) == 2:
-        words = [name.split() for name in names]
-        if len(words[0]) == len(words[1]):
-            differ = [i for i, pair in enumerate(zip(*words, strict=True)) if pair[0] != pair[1]]
-            if len(differ) == 1:
-                i = differ[0]
-                return " ".join([*words[0][:i], f"{words[0][i]} and {words[1][i]}", *words[0][i + 1 :]])
+    words = [name.split() for name in names]
+    if len(words) == 2 and len(words[0]) == len(words[1]):
+        pairs = list(zip(*words, strict=True))
+        if sum(one != other for one, other in pairs) == 1:
+            return " ".join(one if one == other else f"{one} and {other}" for one, other in pairs)
     return ",\n".join(names)
 
 

@@ -7,15 +7,8 @@ from matplotlib.figure import Figure
 
 from trackdyn.paper import printed
 from trackdyn.parameters.rig import Rig
-from trackdyn.report.drawing import (
-    Z_MARK,
-    connector_outline,
-    draw_chain,
-    draw_sprocket,
-    draw_wheels,
-    placed,
-)
-from trackdyn.report.style import BLACK, BLUE, GREEN, ORANGE, VERMILION, new_figure, styled, thin
+from trackdyn.report import drawing
+from trackdyn.report.style import BLACK, BLUE, GREEN, ORANGE, VERMILION, new_figure, styled, thin, upper_edge
 
 LEAST_DIFFERENCE = 1e-6  # of the logarithmic axis, percent
 OURS = {"color": BLUE, "linestyle": "-", "linewidth": 2.2, "alpha": 0.6}
@@ -27,63 +20,47 @@ EIGHT = {"color": GREEN, "linestyle": (0, (1, 1)), "linewidth": 1.0}
 def model_figure(rig: Rig, frame, shift: float, missing: str = "") -> Figure:
     """The loop of the independent code (a) and the tooth profiles of its two runs (b).
 
-    Parameters
-    ----------
-    rig : Rig
-        Parameters that both codes read.
-    frame : (n + 3,) array
-        Configuration of the other code (``Recording.frame``), or of ours where it did not run.
-    shift : float
-        Shift of the tensioning wheel, m.
-    missing : str
-        Why the other code did not run; stands in the title then.
+    ``frame`` is a configuration of the other code (``Recording.frame``), or of ours where it did not run, with the
+    shift of the tensioning wheel (m). Why it did not run, ``missing``, stands in the title then.
     """
     figure = new_figure(7.4)
     whole, tooth = figure.subplots(2, 1, height_ratios=(1.25, 1.0))
-    ring = rig.sprocket.ring_radius
-    draw_wheels(whole, rig, shift)
-    draw_sprocket(whole, rig, frame[-1], ring)
-    draw_chain(whole, rig, frame, highlight=(2 * (rig.sensor.pitch - 1),))
+    drawing.draw_loop(whole, rig, frame, shift, rig.sprocket.ring_radius, highlight=(2 * (rig.sensor.pitch - 1),))
     whole.set_aspect("equal")
     whole.margins(0.03)
     whole.autoscale_view()
     code = "Exudyn's" if not missing else "trackdyn's (exudyn is not installed)"
-    count = 2 * rig.chain.pitches
-    whole.set_title(
-        f"(a) {code} loop on its wheels: {count} bodies, {count} revolute joints; hatched: the selected link"
-    )
+    bodies = f"{2 * rig.chain.pitches} bodies, {2 * rig.chain.pitches} revolute joints"
+    whole.set_title(f"(a) {code} loop on its wheels: {bodies}; hatched: the selected link")
+    whole.set(xlabel="x (m)", ylabel="y (m)")
 
     groove = rig.groove_profile
     for area in range(1, 11):
-        points = 1e3 * groove.arc(area)
+        points = 1e3 * groove.arc(area).T
         label = {1: "trackdyn and Exudyn: ten arcs", 2: "Exudyn's second run: eight arcs"}.get(area)
-        tip = area in (1, 10)
-        tooth.plot(*points.T, color=BLUE, linewidth=5.0, alpha=0.4, linestyle="-", label=label if area == 1 else None)
-        if not tip:
-            tooth.plot(*points.T, color=GREEN, linewidth=1.6, linestyle="-", label=label if area == 2 else None)
+        tooth.plot(*points, color=BLUE, linewidth=5.0, alpha=0.4, linestyle="-", label=label if area == 1 else None)
+        if area not in (1, 10):
+            tooth.plot(*points, color=GREEN, linewidth=1.6, linestyle="-", label=label if area == 2 else None)
     ends = 1e3 * np.vstack([groove.arc(2, 2)[:1], groove.joints()[1:-1], groove.arc(9, 2)[-1:]])
-    tooth.plot(*ends.T, linestyle="none", marker="o", markersize=4, color=VERMILION, zorder=Z_MARK)
+    tooth.plot(*ends.T, linestyle="none", marker="o", markersize=4, color=VERMILION, zorder=drawing.Z_MARK)
     for number, (x, y) in enumerate(ends, start=1):
         # the seats are short: the numbers of their ends stand apart
         aside = {2: -5, 3: 5, 7: -5, 8: 5}.get(number, 0)
-        look = {"textcoords": "offset points", "ha": "center", "fontsize": 8, "zorder": Z_MARK}
+        look = {"textcoords": "offset points", "ha": "center", "fontsize": 8, "zorder": drawing.Z_MARK}
         tooth.annotate(str(number), (x, y), xytext=(aside, -14), **look)
     _seated(tooth, rig)
     tooth.set_aspect("equal")
     tooth.margins(0.04, 0.12)
     tooth.set_title("(b) one groove, in its own frame; numbered: where the eight arcs begin and end")
-    tooth.set_xlabel("x of the groove (mm)")
-    tooth.set_ylabel("y of the groove (mm)")
+    tooth.set(xlabel="x of the groove (mm)", ylabel="y of the groove (mm)")
     figure.legend(loc="outside lower center", ncols=3)
-    whole.set_xlabel("x (m)")
-    whole.set_ylabel("y (m)")
     return figure
 
 
 def _seated(ax: Axes, rig: Rig) -> None:
     """A connector as high as on the ring of equal pitch."""
     height = (rig.pin_circle**2 - rig.connector_length**2 / 4) ** 0.5
-    outline = 1e3 * placed(connector_outline(rig), (-rig.connector_length / 2, height), 0.0)
+    outline = 1e3 * drawing.placed(drawing.connector_outline(rig), (-rig.connector_length / 2, height), 0.0)
     closed = np.vstack([outline, outline[:1]])
     ax.plot(*closed.T, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)), label="connector on the pin circle")
 
@@ -92,12 +69,7 @@ def _seated(ax: Axes, rig: Rig) -> None:
 def displacement_figure(curves: pd.DataFrame, summary: pd.DataFrame, missing: str = "") -> Figure:
     """Vertical displacement of the selected link in both codes, and their difference.
 
-    Parameters
-    ----------
-    curves, summary : DataFrame
-        Of ``trackdyn.peers.comparison.Result``.
-    missing : str
-        Why the other code was not run.
+    Tables are those of ``trackdyn.peers.comparison.Result``; ``missing`` says why the other code was not run.
     """
     readings = list(summary["reading"])
     figure = new_figure(2.9 * len(readings) + 0.9)
@@ -136,14 +108,10 @@ def _draw_reading(above: Axes, below: Axes, curve: pd.DataFrame, row: dict, miss
         if look is PEER:  # the third curve would lie on the other two
             above.plot(*thin(time, other), **look, label="Exudyn")
         difference = np.maximum(100 * np.abs(other - ours) / span, LEAST_DIFFERENCE)
-        below.plot(*_upper(time, difference), **look, label=f"{label}: largest {row[key]:.2g} %")
+        # it keeps crossing zero
+        edges, largest = upper_edge(difference, 300)
+        below.plot(time[edges[:-1]], largest, **look, label=f"{label}: largest {row[key]:.2g} %")
     below.axhline(limit, color=BLACK, linestyle=(0, (6, 2)), linewidth=1.0, label=f"printed, largest: {limit:g} %")
     below.set_yscale("log")
     below.set_ylim(top=5e3)
     below.legend(loc="upper right", ncols=3)
-
-
-def _upper(x: np.ndarray, y: np.ndarray, groups: int = 300) -> tuple[np.ndarray, np.ndarray]:
-    """The largest value in each stretch: the upper edge of a difference that keeps crossing zero."""
-    edges = np.unique(np.linspace(0, len(y), min(groups, len(y)) + 1).astype(int))[:-1]
-    return x[edges], np.maximum.reduceat(y, edges)

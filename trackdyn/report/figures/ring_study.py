@@ -15,14 +15,9 @@ STATISTICS = {"rms": "RMS", "sd": "SD"}
 
 @styled
 def force_figure(study: pd.DataFrame, statistic: str) -> Figure:
-    """RMS (Figure 23 a) or SD (23 b) of the normal forces on an appointed connector and link.
+    """RMS (Figure 23 a) or SD (23 b), ``rms`` or ``sd``, of the normal forces on an appointed connector and link.
 
-    Parameters
-    ----------
-    study : DataFrame
-        Rows of ``metrics.csv``: every radius at every speed; no radius stands for no ring.
-    statistic : str
-        ``rms`` or ``sd``.
+    ``study`` holds rows of ``metrics.csv``: every radius at every speed; no radius stands for no ring.
     """
     columns = {side: (f"{side}_{statistic}_n", f"{side}_{statistic}_error_n") for side in SIDES}
     letter = "ab"[list(STATISTICS).index(statistic)]
@@ -77,10 +72,7 @@ def _panels(study, columns, unit: str, title: str) -> tuple[Figure, list[Axes], 
             place = rows["ring_radius_m"].fillna(none) + spread[i]
             look = {"color": COLOURS[i % len(COLOURS)], "marker": MARKERS[i % len(MARKERS)], "capsize": 2}
             bare = rows["ring_radius_m"].isna()
-            for part, dashes, label in (
-                (bare, "none", None),
-                (~bare, DASHES[i % len(DASHES)], f"{rpm:g} rpm"),
-            ):
+            for part, dashes, label in ((bare, "none", None), (~bare, DASHES[i % len(DASHES)], f"{rpm:g} rpm")):
                 errors = rows.loc[part, error].fillna(0.0)
                 ax.errorbar(place[part], rows.loc[part, value], errors, **look, linestyle=dashes, label=label)
         if with_none and radii:

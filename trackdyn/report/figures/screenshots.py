@@ -1,30 +1,20 @@
 """Figures 20 and 22: drawings of a connector and its link ahead at the events of one passage."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, FancyArrowPatch, Patch
+from matplotlib.patches import Circle, Patch
 from matplotlib.patheffects import withStroke
 from scipy.ndimage import uniform_filter1d
 
-from trackdyn.errors import InputError
 from trackdyn.measure.meshing import SIDES, events
 from trackdyn.parameters.rig import Rig
 from trackdyn.recording import Recording
-from trackdyn.report.drawing import (
-    JOINT,
-    MARKED,
-    MARKED_TOO,
-    Z_MARK,
-    chain_points,
-    draw_chain,
-    draw_sprocket,
-    groove_points,
-    placed,
-)
+from trackdyn.report import drawing, marks
 from trackdyn.report.figures.meshing import LOOKS, NAMES, Selected, printed_times, select_passage
 from trackdyn.report.style import BLACK, new_figure, styled
 
@@ -57,14 +47,12 @@ class Moment:
 
     Attributes
     ----------
-    title : str
-        Name of the event.
+    title, peak : str
+        Name of the event, and of a maximum the largest force of all time steps with its time.
     time, printed : float
         When it happens here and in the paper, s since the first contact.
     frame, sample : int
         The configuration drawn, and the sample of the same instant.
-    peak : str
-        Largest force of all time steps and its time, of a maximum.
     """
 
     title: str
@@ -83,6 +71,8 @@ def moments(recording: Recording, shown: Selected) -> list[Moment]:
     """
     ring = recording.meta["scene"]["ring_radius"] is not None
     printed = printed_times(ring, shown.turn)
+    # a configuration is of the end of its interval, as a sample is
+    frames = recording.frame_time - shown.first
     measured = events(recording, shown.number)
     own = {ENGAGE: printed.get(ENGAGE), BOTH: max(measured.get("first left", 0.0), measured.get("first right", 0.0))}
     found = []
@@ -94,12 +84,12 @@ def moments(recording: Recording, shown: Selected) -> list[Moment]:
         time = _maximum(recording, shown, side) if maximum else own[title] if event is None else measured[event]
         if not np.isfinite(time):
             continue
-        peak = ""
+        peak, frame = "", min(int(np.searchsorted(frames, time - 1e-9)), len(frames) - 1)
         if maximum:
-            row = shown.sides.loc[side]
+            row, frame = shown.sides.loc[side], int(np.argmin(np.abs(frames - time)))
             peak = f"largest step {row['peak_n']:.0f} N at {row['peak_s'] - shown.first:.3f} s"
-        frame = _frame_at(recording, shown, time, nearest=maximum)
-        found.append(Moment(title, time, printed[place], frame, _sample(recording, frame), peak))
+        sample = round(recording.frame_time[frame] * recording.rate) - 1
+        found.append(Moment(title, time, printed[place], frame, sample, peak))
     return sorted(found, key=lambda moment: moment.time)
 
 
@@ -114,7 +104,7 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
     Parameters
     ----------
     rig : Rig
-        Parameters; ``Rig.model_validate(recording.meta["rig"])``.
+        Of the recording.
     recording : Recording
         Run with configurations, logged contacts and, with a ring, the link ahead recorded.
 
@@ -123,8 +113,7 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
     InputError
         If the recording holds no configurations or no such passage.
     """
-    if len(recording.frame) == 0:
-        raise InputError("the recording holds no configurations: simulate with a frame interval above 0")
+    drawing.require_frames(recording)
     shown = select_passage(recording)
     panels = moments(recording, shown)
     largest = max(shown.force[moment.sample].max() for moment in panels)
@@ -138,10 +127,9 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
         text = f"({ax.get_label()}) {moment.title}\n{moment.time:.3f} s (printed {moment.printed:.2f} s)\n{moment.peak}"
         ax.set_title(text.replace("-", "\N{MINUS SIGN}"), fontsize=8)
     ring, rpm = (recording.meta["scene"][name] for name in ("ring_radius", "motor_rpm"))
-    what = "no ring" if ring is None else f"ring {ring:.3f} m"
     late = max(abs(recording.frame_time[m.frame] - shown.first - m.time) for m in panels)
     text = (
-        f"Connector {shown.connector}, {what}, {rpm:g} rpm; times since the first contact. "
+        f"Connector {shown.connector}, {drawing.ring_words(ring)}, {rpm:g} rpm; times since the first contact. "
         f"Panels are {2 * HALF:.2f} m wide.\nMaxima: of the mean over {WINDOW:g} s. "
         f"Arrows: forces at the instant drawn, at most {1000 * late:.1f} ms from the event.\n "
     )
@@ -152,14 +140,16 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
 
 def _handles(rig: Rig, shown: Selected, ring: float | None) -> list:
     """Legend: the marked bodies, the forces, the joints."""
-    handles: list = [Patch(**MARKED, label=f"connector {shown.connector}")]
+    handles: list = [Patch(**drawing.MARKED, label=f"connector {shown.connector}")]
     if ring is not None:
-        handles.append(Patch(**MARKED_TOO, label=f"link {shown.connector % rig.chain.pitches + 1}, ahead of it"))
+        handles.append(
+            Patch(**drawing.MARKED_TOO, label=f"link {shown.connector % rig.chain.pitches + 1}, ahead of it")
+        )
     for side in SIDES[: 2 if ring is None else 3]:
         if shown.sides.loc[side, "count"]:
             look = LOOKS[side] | {"linestyle": "-"}
             handles.append(Line2D([], [], **look, markersize=4, linewidth=1.6, label=f"force, {NAMES[side]}"))
-    return [*handles, Line2D([], [], **JOINT, label="joint of two areas")]
+    return [*handles, Line2D([], [], **drawing.JOINT, label="joint of two areas")]
 
 
 def _maximum(recording: Recording, shown: Selected, side: str) -> float:
@@ -169,109 +159,81 @@ def _maximum(recording: Recording, shown: Selected, side: str) -> float:
     return float(shown.time[inside][np.argmax(force[inside])])
 
 
-def _frame_at(recording: Recording, shown: Selected, time: float, nearest: bool = False) -> int:
-    """First configuration at or after a time since the first contact, or the nearest; the last if none is."""
-    # like a sample, a configuration is of the end of its interval
-    frame_time = recording.frame_time - shown.first
-    if nearest:
-        return int(np.argmin(np.abs(frame_time - time)))
-    return int(min(np.searchsorted(frame_time, time - 1e-9), len(frame_time) - 1))
-
-
-def _sample(recording: Recording, frame: int) -> int:
-    return round(recording.frame_time[frame] * recording.rate) - 1
-
-
 def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, moment: Moment, scale: float) -> None:
     frame, ring = recording.frame[moment.frame], recording.meta["scene"]["ring_radius"]
-    pins, _, sprocket_angle = chain_points(rig, frame)
-    bodies = [2 * shown.connector - 1]
-    if ring is not None:
-        bodies.append(2 * shown.connector % (2 * rig.chain.pitches))
+    pins, _, sprocket_angle = chain = drawing.chain_points(rig, frame)
+    connector, link = 2 * shown.connector - 1, 2 * shown.connector % (2 * rig.chain.pitches)
+    bodies = [connector] if ring is None else [connector, link]
     middle = np.mean([pins[body + end] for body in bodies for end in (0, 1)], axis=0)
     # the small picture stands in the corner away from the sprocket and from the arrows
     up = middle[1] > rig.sprocket.y
     right = middle[0] > rig.sprocket.x + 0.5 * rig.groove_profile.addendum * up
-    inset = ax.inset_axes((0.74 * right, 0.74 * up, 0.26, 0.26), zorder=Z_MARK + 2)
+    inset = ax.inset_axes((0.74 * right, 0.74 * up, 0.26, 0.26), zorder=drawing.Z_MARK + 2)
     for area, groove in ((ax, shown.groove), (inset, None)):
-        draw_sprocket(area, rig, sprocket_angle, ring, groove)
-        draw_chain(area, rig, frame, highlight=dict(zip(bodies, (MARKED, MARKED_TOO), strict=False)))
-        area.set_aspect("equal")
-        area.set_xticks([])
-        area.set_yticks([])
+        drawing.draw_sprocket(area, rig, sprocket_angle, ring, groove)
+        drawing.draw_chain(
+            area, rig, frame, highlight=dict(zip(bodies, (drawing.MARKED, drawing.MARKED_TOO), strict=False))
+        )
+        area.set(aspect="equal", xticks=[], yticks=[])
         area.grid(False)
     ax.set_axis_on()
-    ax.set_xlim(middle[0] - HALF, middle[0] + HALF)
-    ax.set_ylim(middle[1] - HALF, middle[1] + HALF)
-    _draw_forces(ax, rig, frame, shown, moment.sample, bodies, scale)
-    centre, reach = np.array([rig.sprocket.x, rig.sprocket.y]), 1.35 * rig.groove_profile.addendum
-    inset.set_xlim(centre[0] - reach, centre[0] + reach)
-    inset.set_ylim(centre[1] - reach, centre[1] + reach)
-    inset.add_patch(Circle(middle, 0.09, fill=False, edgecolor=BLACK, linewidth=1.2, zorder=Z_MARK))
+    drawing.view(ax, middle, HALF)
+    grooves = (shown.groove, shown.groove)
+    of_bodies = (None if ring is None else link, shown.force[moment.sample], shown.area[moment.sample], grooves)
+    for side, force, point, normal in contacts(rig, chain, connector, *of_bodies):
+        end = point + force * scale * normal
+        draw_force(ax, side, point, end)
+        box = {"boxstyle": "square,pad=0.15", "facecolor": "white", "edgecolor": LOOKS[side]["color"], "linewidth": 0.8}
+        place = np.clip(end + 0.014 * normal, middle - HALF + [0.026, 0.01], middle + HALF - [0.026, 0.01])
+        look = {
+            "fontsize": 7,
+            "ha": "center",
+            "va": "center",
+            "bbox": box,
+            "zorder": drawing.Z_MARK + 1.5,
+            "clip_on": True,
+        }
+        ax.text(*place, f"{force:.0f} N", **look)
+    drawing.view(inset, drawing.sprocket_centre(rig), 1.35 * rig.groove_profile.addendum)
+    inset.add_patch(Circle(middle, 0.09, fill=False, edgecolor=BLACK, linewidth=1.2, zorder=drawing.Z_MARK))
 
 
-def _draw_forces(ax: Axes, rig: Rig, frame, shown: Selected, sample: int, bodies: list[int], scale: float) -> None:
-    """Arrows of the normal forces of a sample, from the point of contact."""
-    pins, angles, sprocket_angle = chain_points(rig, frame)
-    force, area = shown.force[sample], shown.area[sample]
+def contacts(rig: Rig, chain: tuple, connector: int, link: int | None, force, area, groove) -> Iterator[tuple]:
+    """Side, force (N), point (m) and normal of each contact of a connector's arcs with the teeth and of a link with the ring.
+
+    ``chain`` is of :func:`chain_points`, bodies count from 0; forces, areas and grooves are those of left and right
+    arc, and the ring's force is the third.
+    """
+    pins, angles, sprocket_angle = chain
     for i, side in enumerate(("left", "right")):
         if area[i]:
-            contact = tooth_contact(rig, sprocket_angle, shown.groove, area[i], pins[bodies[0] + i])
-            _arrow(ax, *contact, force[i], scale, side)
-    if len(bodies) > 1 and force[2] > 0:
-        _arrow(ax, *ring_contact(rig, pins[bodies[1]], angles[bodies[1]]), force[2], scale, "ring")
+            yield side, force[i], *tooth_contact(rig, sprocket_angle, int(groove[i]), int(area[i]), pins[connector + i])
+    if link is not None and force[2] > 0:
+        yield "ring", force[2], *ring_contact(rig, pins[link], angles[link])
 
 
 def tooth_contact(rig: Rig, sprocket_angle: float, groove: int, area: int, pin) -> tuple[np.ndarray, np.ndarray]:
-    """Point where an area touches the arc around a pin, and the normal of the force on the arc.
-
-    Parameters
-    ----------
-    rig : Rig
-        Parameters.
-    sprocket_angle : float
-        rad.
-    groove, area : int
-        1 to m, 1 to 10.
-    pin : (2,) array
-        Centre of the connector's arc, m.
-    """
+    """Point where an area (1 to 10) touches the arc around a pin (m), and the normal of the force on the arc."""
     shape = rig.groove_profile
-    centre = groove_points(rig, sprocket_angle, groove, [shape.centre[area - 1]])[0]
+    centre = drawing.groove_points(rig, sprocket_angle, groove, [shape.centre[area - 1]])[0]
     outward = np.asarray(pin) - centre
     outward = outward / np.hypot(*outward)
     return centre + shape.radius[area - 1] * outward, outward if shape.convex[area - 1] else -outward
 
 
 def ring_contact(rig: Rig, pin, angle: float) -> tuple[np.ndarray, np.ndarray]:
-    """Point of a link nearest to the sprocket's centre, and the direction from that centre to it.
-
-    Parameters
-    ----------
-    rig : Rig
-        Parameters.
-    pin : (2,) array
-        Input pin of the link, m.
-    angle : float
-        Orientation of the link, rad.
-    """
-    centre = np.array([rig.sprocket.x, rig.sprocket.y])
-    along = float((centre - pin) @ [np.cos(angle), np.sin(angle)])
+    """Point of a link nearest to the sprocket's centre, and the direction from there to it; its input pin and angle."""
+    centre = drawing.sprocket_centre(rig)
+    along = float((centre - pin) @ marks.polar(angle))
     foot = [[np.clip(along, 0.0, rig.chain.link_length), -rig.chain.link_thickness / 2]]
-    point = placed(foot, pin, angle)[0]
+    point = drawing.placed(foot, pin, angle)[0]
     return point, (point - centre) / np.hypot(*(point - centre))
 
 
-def _arrow(ax: Axes, point, normal, force: float, scale: float, side: str) -> None:
-    end = point + force * scale * normal
-    colour = LOOKS[side]["color"]
-    look = {"arrowstyle": "-|>", "mutation_scale": 7, "shrinkA": 0, "shrinkB": 0, "linewidth": 1.6}
-    outline = [withStroke(linewidth=3, foreground="white")]
-    ax.add_patch(FancyArrowPatch(point, end, color=colour, **look, zorder=Z_MARK + 1, path_effects=outline))
-    mark = {"marker": LOOKS[side]["marker"], "markersize": 4, "markeredgecolor": "white", "markeredgewidth": 0.5}
-    ax.plot(*point, **mark, color=colour, zorder=Z_MARK + 1.2)
-    box = {"boxstyle": "square,pad=0.15", "facecolor": "white", "edgecolor": colour, "linewidth": 0.8}
-    low, high = np.transpose([ax.get_xlim(), ax.get_ylim()])
-    place = np.clip(end + 0.014 * np.asarray(normal), low + [0.026, 0.01], high - [0.026, 0.01])
-    look = {"fontsize": 7, "ha": "center", "va": "center", "bbox": box, "zorder": Z_MARK + 1.5, "clip_on": True}
-    ax.text(*place, f"{force:.0f} N", **look)
+def draw_force(ax: Axes, side: str, point, end, linewidth=1.6, head=7.0, halo=3.0, mark=4.0) -> None:
+    """Arrow of a normal force from its point of contact, which the side's mark shows."""
+    colour, effects = LOOKS[side]["color"], [withStroke(linewidth=halo, foreground="white")]
+    look = {"color": colour, "linewidth": linewidth, "mutation_scale": head, "zorder": drawing.Z_MARK + 1}
+    marks.arrow(ax, point, end, **look, path_effects=effects)
+    edge = {"markersize": mark, "markeredgecolor": "white", "markeredgewidth": 0.5}
+    ax.plot(*point, marker=LOOKS[side]["marker"], color=colour, zorder=drawing.Z_MARK + 1.2, **edge)

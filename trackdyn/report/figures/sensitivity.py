@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from trackdyn.report.drawing import ring_words
 from trackdyn.report.style import new_figure, styled
 
 # changes beyond this many tolerances share the last shade
@@ -53,20 +54,12 @@ def change_text(value: float) -> str:
 
 @styled
 def sensitivity_figure(table: pd.DataFrame) -> Figure:
-    """Change of each measure, in tolerances of its target, for one changed parameter at a time.
-
-    Parameters
-    ----------
-    table : DataFrame
-        ``fit.sensitivity``.
-    """
-    where = table["ring_radius_m"].map(lambda r: "no ring" if pd.isna(r) else f"ring {r:.3f} m")
-    names = table["claim"] + " " + table["measure"].map(measure_words) + ", " + where
-    table = table.assign(name=names)
-    grid = table.drop_duplicates(["parameter", "name"]).pivot(
-        index="name", columns="parameter", values="change_in_tolerances"
-    )
-    grid = grid.loc[list(dict.fromkeys(table["name"])), list(dict.fromkeys(table["parameter"]))]
+    """Change of each measure, in tolerances of its target, for one changed parameter at a time (``fit.sensitivity``)."""
+    where = table["ring_radius_m"].map(lambda r: ring_words(None if pd.isna(r) else r))
+    table = table.assign(name=table["claim"] + " " + table["measure"].map(measure_words) + ", " + where)
+    cells = table.drop_duplicates(["parameter", "name"])
+    grid = cells.pivot(index="name", columns="parameter", values="change_in_tolerances")
+    grid = grid.loc[table["name"].unique(), table["parameter"].unique()]
     values = grid.to_numpy(dtype=float)
     figure = new_figure(0.3 * len(grid) + 2.6)
     ax = figure.subplots()
@@ -83,8 +76,7 @@ def sensitivity_figure(table: pd.DataFrame) -> Figure:
     ax.grid(False)
     title = "Change of a measure in tolerances of its target, one parameter changed"
     figure.suptitle(title, x=0.01, ha="left", fontsize=9)
-    beyond = bool((values < -LIMIT).any()), bool((values > LIMIT).any())
-    extend = {(True, True): "both", (True, False): "min", (False, True): "max", (False, False): "neither"}[beyond]
+    extend = ("neither", "min", "max", "both")[(values < -LIMIT).any() + 2 * (values > LIMIT).any()]
     bar = figure.colorbar(image, ax=ax, shrink=0.8, aspect=30, pad=0.02, extend=extend)
     bar.set_label("tolerances" + ("" if extend == "neither" else " (pointed end: beyond)"))
     return figure

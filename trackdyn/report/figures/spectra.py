@@ -1,6 +1,7 @@
 """Figure 18: amplitude spectra of the link's y acceleration, simulation and sensor."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy.signal
@@ -30,66 +31,57 @@ class _Curve:
     label: str
     ay: np.ndarray
     rate: float
-    line: tuple[float, float]
-    free: tuple[float, float]
+    expected_hz: float | None
     look: dict
     marker: str
     hollow_size: float  # of different sizes, so that one hollow mark may stand within the other
 
-    @property
+    @cached_property
+    def line(self):
+        return main_line(self.ay, self.rate)
+
+    @cached_property
+    def free(self):
+        return main_line_binfree(self.ay, self.rate, expected_hz=self.expected_hz)[:2]
+
+    @cached_property
     def spectrum(self):
         return spectrum(self.ay, self.rate)
 
 
-def _curve(label, ay, rate, expected_hz, look, marker, hollow_size) -> _Curve:
-    line = main_line(ay, rate)
-    free = main_line_binfree(ay, rate, expected_hz=expected_hz)[:2]
-    return _Curve(label, ay, rate, line, free, look, marker, hollow_size)
+def in_bands(freq: np.ndarray, amplitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Middle frequencies (Hz) of bands of 2 Hz and the root mean square of the lines of a spectrum in them."""
+    first = np.arange(0, len(freq), max(1, round(BAND_HZ / freq[0])))
+    count = np.diff(np.append(first, len(freq)))
+    return np.add.reduceat(freq, first) / count, np.sqrt(np.add.reduceat(amplitude**2, first) / count)
 
 
 @styled
-def spectrum_figure(
-    recording: Recording, record: SensorRecord, title: str = "", sensor_label: str = "synthetic sensor"
-) -> Figure:
+def spectrum_figure(recording: Recording, record: SensorRecord, title="", sensor_label="synthetic sensor") -> Figure:
     """Single-sided amplitude spectra of the whole records.
 
     Upper panel: 0 to 2 Hz, with the main line as the paper takes it (highest line of the FFT, filled
     marker) and its value free of the picket fence (hollow marker); its inset shows the lines around the
     loop frequency on the curve that they sample. Lower panel: the whole range on a logarithmic axis, the
-    single lines pale and their root mean square in bands of 2 Hz in full colour.
-
-    Parameters
-    ----------
-    recording : Recording
-        Run.
-    record : SensorRecord
-        Record of the same motor speed.
-    title : str
-        Such as ``115 rpm``; the letter of the paper's panel is added.
-    sensor_label : str
-        What the record is; must say so if it is synthetic.
+    single lines pale and their root mean square in bands of 2 Hz in full colour. Parameters are those of
+    :func:`trackdyn.report.figures.histories.history_figure`.
     """
     loop_hz = loop_frequency(recording)
-    simulated = _curve("simulation", sense(recording).ay, recording.rate, loop_hz, SIMULATION, "o", 13)
+    simulated = _Curve("simulation", sense(recording).ay, recording.rate, loop_hz, SIMULATION, "o", 13)
     dashed = SENSOR | {"linestyle": (0, (4, 1.2))}
-    measured = _curve(sensor_label, record.ay_g, record.rate_hz, None, dashed, "s", 8)
+    measured = _Curve(sensor_label, record.ay_g, record.rate_hz, None, dashed, "s", 8)
     figure = new_figure(5.6)
     low, whole = figure.subplots(2, 1, height_ratios=(1.35, 1.0))
     for curve in (simulated, measured):
         _draw_low(low, curve)
         _draw_whole(whole, curve)
-    low.set_xlim(0, LOW_RANGE_HZ)
+    low.set(xlim=(0, LOW_RANGE_HZ), xlabel="frequency (Hz)", ylabel="amplitude (g)")
     low.set_ylim(0, 1.2 * max(amplitude for c in (simulated, measured) for amplitude in (c.line[1], c.free[1])))
-    low.set_xlabel("frequency (Hz)")
-    low.set_ylabel("amplitude (g)")
     low.set_title(lettered(title, recording))
     low.legend(loc="upper left", bbox_to_anchor=(0.145, 1.0), fontsize=7)
     _draw_inset(low, simulated, measured, loop_hz)
-    whole.set_yscale("log")
-    whole.set_xlim(0, 0.5 * recording.rate)
+    whole.set(yscale="log", xlim=(0, 0.5 * recording.rate), xlabel="frequency (Hz)", ylabel="amplitude (g)")
     whole.set_ylim(bottom=LEAST_G)
-    whole.set_xlabel("frequency (Hz)")
-    whole.set_ylabel("amplitude (g)")
     whole.legend(loc="upper right")
     return figure
 
@@ -108,11 +100,7 @@ def _draw_low(ax: Axes, curve: _Curve) -> None:
 def _draw_whole(ax: Axes, curve: _Curve) -> None:
     freq, amplitude = (part[1:] for part in curve.spectrum)
     ax.plot(*thin(freq, np.maximum(amplitude, LEAST_G)), linewidth=0.4, alpha=0.25, color=curve.look["color"])
-    lines = max(1, round(BAND_HZ / freq[0]))
-    first = np.arange(0, len(freq), lines)
-    count = np.diff(np.append(first, len(freq)))
-    middle = np.add.reduceat(freq, first) / count
-    smooth = np.sqrt(np.add.reduceat(amplitude**2, first) / count)
+    middle, smooth = in_bands(freq, amplitude)
     every = max(1, round(MARK_EVERY_HZ / BAND_HZ))
     begin = 0 if curve.marker == "o" else every // 2  # marks of the two curves stand beside each other
     mark = {"marker": curve.marker, "markersize": 4, "markeredgecolor": BLACK, "markeredgewidth": 0.5}
@@ -127,10 +115,7 @@ def _draw_inset(ax: Axes, simulated: _Curve, measured: _Curve, loop_hz: float) -
     inset.axvline(loop_hz, color=BLACK, linestyle=(0, (2, 1.5)), linewidth=0.8)
     bin_hz = simulated.rate / len(simulated.ay)
     frequencies = (loop_hz, simulated.free[0], measured.free[0])
-    near = (
-        max(min(frequencies) - INSET_BINS * bin_hz, 0.1 * bin_hz),
-        max(frequencies) + INSET_BINS * bin_hz,
-    )
+    near = max(min(frequencies) - INSET_BINS * bin_hz, 0.1 * bin_hz), max(frequencies) + INSET_BINS * bin_hz
     for curve in (measured, simulated):
         ay = curve.ay - np.mean(curve.ay)
         sums = scipy.signal.zoom_fft(ay, near, m=DENSE, fs=curve.rate, endpoint=True)
@@ -144,7 +129,5 @@ def _draw_inset(ax: Axes, simulated: _Curve, measured: _Curve, loop_hz: float) -
     inset.set_ylim(0, ax.get_ylim()[1])
     inset.tick_params(labelsize=7)
     inset.set_xlabel("frequency (Hz)", fontsize=7)
-    inset.set_title(
-        f"loop {loop_hz:.5f} Hz is at line {position:.2f}:\nthe FFT shows a sine there at {100 * factor:.0f} %",
-        fontsize=7,
-    )
+    shown = f"the FFT shows a sine there at {100 * factor:.0f} %"
+    inset.set_title(f"loop {loop_hz:.5f} Hz is at line {position:.2f}:\n{shown}", fontsize=7)

@@ -11,19 +11,7 @@ from matplotlib.patches import Circle, FancyBboxPatch, Polygon
 from trackdyn.contact.wheel import foot
 from trackdyn.parameters.layout import WHEEL_NAMES, wheel_circles
 from trackdyn.parameters.rig import Rig
-from trackdyn.report import marks
-from trackdyn.report.drawing import (
-    Z_CONNECTOR,
-    Z_LINK,
-    Z_MARK,
-    Z_RING,
-    chain_points,
-    draw_chain,
-    draw_sprocket,
-    draw_wheels,
-    laid_frame,
-    placed,
-)
+from trackdyn.report import drawing, marks
 from trackdyn.report.style import BLACK, BLUE, ORANGE, VERMILION, new_figure, styled
 
 TOUCH = 1e-3  # gap that still counts as touching in a loop that is laid without forces, m
@@ -33,14 +21,14 @@ GROUND = 0.18  # of the ground under the lowest pin, m
 @styled
 def system_figure(rig: Rig) -> Figure:
     """Figure 1: the loop on its wheels (a) and the model: bodies, joints and contacts (b)."""
-    frame, shift = laid_frame(rig)
+    frame, shift = drawing.laid_frame(rig)
     figure = new_figure(7.6)
     system, model = figure.subplots(2, 1, sharex=True, sharey=True)
     _draw_system(system, rig, frame, shift)
     names = {"sprocket": "sprocket\nwith ring", "idler": "idler", "road_wheel": "road wheel"}
     for name, (x, y, _) in zip(WHEEL_NAMES, wheel_circles(rig, shift, surface=True), strict=True):
         marks.write(system, (x, y + 0.13), names[name], bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0})
-    pins, _, _ = chain_points(rig, frame)
+    pins, _, _ = drawing.chain_points(rig, frame)
     low = pins[:, 1].min() - GROUND
     top = int(np.argmax(pins[:-1, 1])) // 2 * 2
     for steps, name, offset in ((8, "track link", (-0.12, 0.14)), (5, "connector", (0.14, 0.14))):
@@ -60,10 +48,10 @@ def system_figure(rig: Rig) -> Figure:
 
 
 def _draw_system(ax: Axes, rig: Rig, frame, shift: float, sensor_body: tuple[int, ...] = ()) -> None:
-    draw_wheels(ax, rig, shift)
-    draw_sprocket(ax, rig, frame[-1], rig.sprocket.ring_radius)
-    draw_chain(ax, rig, frame, highlight=sensor_body)
-    pins, _, _ = chain_points(rig, frame)
+    drawing.draw_wheels(ax, rig, shift)
+    drawing.draw_sprocket(ax, rig, frame[-1], rig.sprocket.ring_radius)
+    drawing.draw_chain(ax, rig, frame, highlight=sensor_body)
+    pins, _, _ = drawing.chain_points(rig, frame)
     _draw_base(ax, wheel_circles(rig, shift), pins)
 
 
@@ -72,7 +60,7 @@ def _draw_base(ax: Axes, circles, pins) -> None:
     low = pins[:, 1].min() - GROUND
     for x, y, _ in circles:
         post = [[x - 0.02, y], [x + 0.02, y], [x + 0.05, low], [x - 0.05, low]]
-        ax.add_patch(Polygon(post, facecolor="0.75", edgecolor="0.3", linewidth=0.6, zorder=Z_RING - 0.5))
+        ax.add_patch(Polygon(post, facecolor="0.75", edgecolor="0.3", linewidth=0.6, zorder=drawing.Z_RING - 0.5))
     ends = pins[:, 0].min(), pins[:, 0].max()
     ax.plot(ends, (low, low), "-", color=BLACK, linewidth=1.4)
     for x in np.linspace(*ends, 60):
@@ -81,7 +69,7 @@ def _draw_base(ax: Axes, circles, pins) -> None:
 
 def touching_links(rig: Rig, frame, shift: float) -> list[tuple[int, int, np.ndarray]]:
     """Body, wheel (index in ``WHEEL_NAMES``) and contact point Q (m) of every link that lies on a wheel."""
-    pins, _, _ = chain_points(rig, frame)
+    pins, _, _ = drawing.chain_points(rig, frame)
     found = []
     for body in range(0, len(pins) - 1, 2):
         for wheel, (x, y, r) in enumerate(wheel_circles(rig, shift, surface=True)):
@@ -93,36 +81,36 @@ def touching_links(rig: Rig, frame, shift: float) -> list[tuple[int, int, np.nda
 
 def reaching_pins(rig: Rig, frame) -> list[int]:
     """Pins within reach of the teeth (Eq. 18)."""
-    pins, _, _ = chain_points(rig, frame)
+    pins, _, _ = drawing.chain_points(rig, frame)
     away = np.hypot(*(pins[:-1] - [rig.sprocket.x, rig.sprocket.y]).T)
     return np.flatnonzero(away <= rig.groove_profile.addendum + rig.chain.connector_radius).tolist()
 
 
 def _draw_model(ax: Axes, rig: Rig, frame, shift: float) -> None:
-    pins, _, _ = chain_points(rig, frame)
+    pins, _, _ = drawing.chain_points(rig, frame)
     circles = wheel_circles(rig, shift, surface=True)
     _draw_base(ax, circles, pins)
     looks = (("link", {"color": BLUE, "linewidth": 3.0}), ("connector", {"color": ORANGE, "linewidth": 1.6}))
     for first, (_, look) in enumerate(looks):
         for body in range(first, len(pins) - 1, 2):
-            ax.plot(*pins[body : body + 2].T, "-", **look, zorder=Z_LINK)
+            ax.plot(*pins[body : body + 2].T, "-", **look, zorder=drawing.Z_LINK)
     joint = {"linestyle": "none", "marker": "o", "markerfacecolor": "white", "color": BLACK, "markersize": 3.5}
-    ax.plot(*pins[1:-1].T, **joint, zorder=Z_MARK)
+    ax.plot(*pins[1:-1].T, **joint, zorder=drawing.Z_MARK)
     cut = {"linestyle": "none", "marker": "X", "color": VERMILION, "markeredgecolor": BLACK, "markersize": 8}
-    ax.plot(*pins[0], **cut, zorder=Z_MARK + 1)
+    ax.plot(*pins[0], **cut, zorder=drawing.Z_MARK + 1)
     bearing = joint | {"marker": "o", "markersize": 8}
     for x, y, r in circles:
         # drawn small, so that the contacts are seen
-        ax.add_patch(Circle((x, y), 0.6 * r, facecolor="0.93", edgecolor=BLACK, linewidth=1.0, zorder=Z_RING))
-        ax.plot(x, y, **bearing, zorder=Z_MARK)
+        ax.add_patch(Circle((x, y), 0.6 * r, facecolor="0.93", edgecolor=BLACK, linewidth=1.0, zorder=drawing.Z_RING))
+        ax.plot(x, y, **bearing, zorder=drawing.Z_MARK)
     contact = {"color": BLACK, "linewidth": 0.8, "linestyle": "-"}
     tooth = {"color": VERMILION, "linewidth": 1.1, "linestyle": (0, (2, 1))}
     for _, wheel, q in touching_links(rig, frame, shift):
         x, y, r = circles[wheel]
-        ax.plot(*_spring(np.array([x, y]), q, 0.6 * r).T, **contact, zorder=Z_CONNECTOR)
+        ax.plot(*_spring(np.array([x, y]), q, 0.6 * r).T, **contact, zorder=drawing.Z_CONNECTOR)
     for pin in reaching_pins(rig, frame):
         start = circles[0, :2] + 0.6 * circles[0, 2] * _unit(pins[pin] - circles[0, :2])
-        ax.plot(*np.transpose([start, pins[pin]]), **tooth, zorder=Z_CONNECTOR)
+        ax.plot(*np.transpose([start, pins[pin]]), **tooth, zorder=drawing.Z_CONNECTOR)
     handles = [Line2D([], [], **look, label=name) for name, look in looks]
     handles += [
         Line2D([], [], **joint, label="revolute joint with bushing"),
@@ -150,16 +138,16 @@ def _spring(centre, end, start: float) -> np.ndarray:
 @styled
 def setup_figure(rig: Rig) -> Figure:
     """Figure 16: motor, rig, sensor on the selected link, signal collection and computer."""
-    frame, shift = laid_frame(rig)
+    frame, shift = drawing.laid_frame(rig)
     body = 2 * (rig.sensor.pitch - 1)
     figure = new_figure(4.6)
     ax = figure.subplots()
     _draw_system(ax, rig, frame, shift, (body,))
-    pins, angles, _ = chain_points(rig, frame)
-    sensor = placed([[rig.sensor.x, rig.sensor.y]], pins[body], angles[body])[0]
+    pins, angles, _ = drawing.chain_points(rig, frame)
+    sensor = drawing.placed([[rig.sensor.x, rig.sensor.y]], pins[body], angles[body])[0]
     up = marks.polar(angles[body] + pi / 2)
-    box = placed([[-0.025, 0.0], [0.025, 0.0], [0.025, 0.04], [-0.025, 0.04]], sensor, angles[body])
-    ax.add_patch(Polygon(box, facecolor=ORANGE, edgecolor=BLACK, zorder=Z_MARK))
+    box = drawing.placed([[-0.025, 0.0], [0.025, 0.0], [0.025, 0.04], [-0.025, 0.04]], sensor, angles[body])
+    ax.add_patch(Polygon(box, facecolor=ORANGE, edgecolor=BLACK, zorder=drawing.Z_MARK))
     for name, start in (("x", -0.0), ("y", pi / 2)):
         end = sensor + 0.02 * up + 0.16 * marks.polar(angles[body] + start)
         marks.arrow(ax, sensor + 0.02 * up, end, color=BLACK, linewidth=1.0)
@@ -179,7 +167,7 @@ def setup_figure(rig: Rig) -> Figure:
     }
     half = np.array([0.17, 0.09])
     for name, place in boxes.items():
-        look = {"boxstyle": "square,pad=0", "facecolor": "#dcebf5", "edgecolor": BLACK, "zorder": Z_MARK}
+        look = {"boxstyle": "square,pad=0", "facecolor": "#dcebf5", "edgecolor": BLACK, "zorder": drawing.Z_MARK}
         ax.add_patch(FancyBboxPatch(np.array(place) - half, *(2 * half), **look))
         marks.write(ax, place, name)
     motor, collection, computer = (place[1] for place in boxes.values())
@@ -190,7 +178,7 @@ def setup_figure(rig: Rig) -> Figure:
     marks.write(ax, wave[45] + [0, 0.06], "radio", color=BLUE)
     marks.arrow(ax, (x, collection - half[1]), (x, computer + half[1]))
     shaft = [[x - half[0], motor], [rig.sprocket.x, motor], [rig.sprocket.x, rig.sprocket.y]]
-    ax.plot(*np.transpose(shaft), linestyle=(0, (8, 2, 1, 2)), color=BLACK, linewidth=1.4, zorder=Z_MARK)
+    ax.plot(*np.transpose(shaft), linestyle=(0, (8, 2, 1, 2)), color=BLACK, linewidth=1.4, zorder=drawing.Z_MARK)
     marks.write(ax, (x, motor - half[1] - 0.07), f"transmission\n{rig.sprocket.transmission_ratio:g} : 1")
     low = pins[:, 1].min() - GROUND
     for name, (wx, wy, _) in zip(WHEEL_NAMES, wheel_circles(rig, shift, surface=True), strict=True):

@@ -18,11 +18,9 @@ LABELS = {
     "left_peak": "error of the left arc's mean peak (1)",
 }
 METHODS = {
-    "semi_implicit": "semi-implicit Euler",
-    "linearly_implicit": "linearly implicit",
-    "rk4": "RK4",
-    "adaptive": "adaptive 5(4)",
-}
+    "semi_implicit": "semi-implicit Euler", "linearly_implicit": "linearly implicit",
+    "rk4": "RK4", "adaptive": "adaptive 5(4)",
+}  # fmt: skip
 PHYSICS = {"ten_arcs": "o", "three_surfaces": "s", "single_pin": "^", "elastic_cut": "D"}
 # errors of exactly zero are drawn here
 LEAST = 1e-12
@@ -43,22 +41,13 @@ def work_precision(rows: pd.DataFrame, measure: str) -> Figure:
         here = chosen[chosen["scene"] == scene]
         for (fidelity, method), group in here.groupby(["fidelity", here["integrator"].str.split().str[0]], sort=False):
             colour = COLOURS[list(METHODS).index(method)]
-            axis.loglog(
-                group["wall_s_per_s"],
-                group["error"].clip(lower=LEAST),
-                PHYSICS[fidelity],
-                color=colour,
-                markerfacecolor=colour if fidelity == "ten_arcs" else "none",
-                markersize=5,
-            )
+            look = {"color": colour, "markerfacecolor": colour if fidelity == "ten_arcs" else "none", "markersize": 5}
+            axis.loglog(group["wall_s_per_s"], group["error"].clip(lower=LEAST), PHYSICS[fidelity], **look)
         front = pareto(here)
         axis.step(front["wall_s_per_s"], front["error"].clip(lower=LEAST), where="post", color="0.4", lw=0.8, zorder=0)
-        refused = rows[(rows["scene"] == scene) & rows["failed"].astype(bool)]
-        if len(refused):
-            axis.text(
-                0.98, 0.98, f"refused or diverged: {len(refused)}", transform=axis.transAxes, ha="right",
-                va="top", fontsize=7, color="0.3",
-            )  # fmt: skip
+        if refused := int((rows["failed"].astype(bool) & (rows["scene"] == scene)).sum()):
+            look = {"transform": axis.transAxes, "ha": "right", "va": "top", "fontsize": 7, "color": "0.3"}
+            axis.text(0.98, 0.98, f"refused or diverged: {refused}", **look)
         axis.set_title(scene, fontsize=9)
         axis.set_xlabel("wall s per simulated s")
         axis.xaxis.set_minor_formatter(NullFormatter())
@@ -87,12 +76,10 @@ def scaling_figure(table: pd.DataFrame) -> Figure:
     axis = figure.subplots()
     for k, (processes, group) in enumerate(table.groupby("processes")):
         name = f"{processes} process{'es' if processes > 1 else ''}"
+        dashes = "-" if k == 0 else "--"
         axis.plot(group["jobs"], group["wall_s"], "os"[k % 2], color=COLOURS[k], label=name)
-        axis.plot(
-            group["jobs"], group["model_s"], "-" if k == 0 else "--", color=COLOURS[k], lw=1, label=f"{name}, model"
-        )
-    axis.set_xlabel("runs")
-    axis.set_ylabel("wall time (s)")
+        axis.plot(group["jobs"], group["model_s"], dashes, color=COLOURS[k], lw=1, label=f"{name}, model")
+    axis.set(xlabel="runs", ylabel="wall time (s)")
     axis.set_ylim(bottom=0)
     axis.legend(fontsize=7)
     axis.grid(True, lw=0.3)
@@ -107,16 +94,15 @@ def planner_figure(table: pd.DataFrame) -> Figure:
     known = table[table["achieved_error"].notna()]
     for k, (measure, group) in enumerate(known.groupby("measure", sort=False)):
         offset = 10 ** (0.02 * (k - 3))
-        axis.loglog(
-            group["tolerance"] * offset, group["achieved_error"].clip(lower=1e-6), "osD^v<>"[k % 7], ms=4,
-            color=COLOURS[k % len(COLOURS)], label=measure.replace("_", " "),
-        )  # fmt: skip
+        look = {"marker": "osD^v<>"[k % 7], "ms": 4, "linestyle": "none", "color": COLOURS[k % len(COLOURS)]}
+        error = group["achieved_error"].clip(lower=1e-6)
+        axis.loglog(group["tolerance"] * offset, error, **look, label=measure.replace("_", " "))
+    tolerances = sorted(known["tolerance"].unique())
     ends = np.array([known["tolerance"].min() * 0.7, known["tolerance"].max() * 1.4])
     axis.loglog(ends, ends, "k-", lw=1, label="promised")
-    axis.set_xticks(sorted(known["tolerance"].unique()), [f"{t:g}" for t in sorted(known["tolerance"].unique())])
+    axis.set_xticks(tolerances, [f"{t:g}" for t in tolerances])
     axis.xaxis.set_minor_formatter(NullFormatter())
-    axis.set_xlabel("tolerance (1, or turns for shares)")
-    axis.set_ylabel("achieved error")
+    axis.set(xlabel="tolerance (1, or turns for shares)", ylabel="achieved error")
     axis.legend(fontsize=7, ncols=2)
     axis.grid(True, lw=0.3)
     return figure

@@ -4,7 +4,6 @@ import base64
 import html
 import io
 import json
-import os
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -19,6 +18,7 @@ from trackdyn import load_recording, load_rig
 from trackdyn.measure.sensor_csv import read_sensor_csv
 from trackdyn.paper.claims import ORIGINS, VERDICTS, headline
 from trackdyn.paper.contents import OWN, PAPER, missing
+from trackdyn.replacing import replacing
 from trackdyn.report.page import data
 from trackdyn.report.page.provenance import check_sources, provenance
 
@@ -112,27 +112,21 @@ def build_page(inputs: PageInputs) -> str:
 
 
 def write_page(inputs: PageInputs, path: Path | str) -> None:
-    """Write the page under another name first, so that a broken run leaves no half page."""
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
+    """Write the page, whole or not at all."""
+    Path(path).parent.mkdir(parents=True, exist_ok=True)
+    with replacing(path) as part:
         part.write_text(build_page(inputs), encoding="utf-8")
-        os.replace(part, path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _signals(inputs: PageInputs) -> dict:
     shown = {}
-    for run, sensor in inputs.sensors.items():
-        path = Path(inputs.results) / "runs" / f"{run}.npz"
-        if path.is_file():
-            recording = load_recording(path)
-            rig = recording.meta["rig"]["sensor"]
-            record = None
-            if Path(sensor).is_file():
-                record = read_sensor_csv(sensor, rate_hz=rig["rate"], range_g=rig["range"])
+    for run, path in inputs.sensors.items():
+        file = Path(inputs.results) / "runs" / f"{run}.npz"
+        if file.is_file():
+            recording = load_recording(file)
+            sensor = recording.meta["rig"]["sensor"]
+            there = Path(path).is_file()
+            record = read_sensor_csv(path, rate_hz=sensor["rate"], range_g=sensor["range"]) if there else None
             shown[run] = data.signals(recording, record)
     return shown
 
@@ -144,19 +138,16 @@ def _card(results: Path) -> dict | None:
         return None
     card = pd.read_csv(path, dtype=str, keep_default_na=False)
     rigs = list(dict.fromkeys(card["rig"]))
-    order = {origin: i for i, origin in enumerate((*ORIGINS, ""))}
     parts = [
         rows.iloc[0].to_dict() | {"rigs": rows[["rig", "measured", "verdict", "reason"]].to_dict("records")}
         for _, rows in card.groupby(["id", "part"], sort=False)
     ]
+    counts = card.groupby(["verdict", "rig"]).size()
     return {
         "rigs": rigs,
         "headlines": {rig: headline(card, rig) for rig in rigs},
-        "counts": {
-            verdict: " / ".join(str(((card["rig"] == rig) & (card["verdict"] == verdict)).sum()) for rig in rigs)
-            for verdict in VERDICTS
-        },
-        "parts": sorted(parts, key=lambda part: order[part["origin"]]),
+        "counts": {one: " / ".join(str(counts.get((one, rig), 0)) for rig in rigs) for one in VERDICTS},
+        "parts": sorted(parts, key=lambda part: (*ORIGINS, "").index(part["origin"])),
     }
 
 
@@ -192,8 +183,8 @@ def _entry(inputs: PageInputs, item) -> dict:
 
 def _caption_html(paragraphs: list[str]) -> str:
     """Paragraphs of plain text with names in backquotes as HTML."""
-    marked = (re.sub(r"`([^`]+)`", r"<code>\1</code>", html.escape(text, quote=False)) for text in paragraphs)
-    return "\n".join(f"<p>{text}</p>" for text in marked)
+    text = "\n".join(f"<p>{html.escape(paragraph, quote=False)}</p>" for paragraph in paragraphs)
+    return re.sub(r"`([^`]+)`", r"<code>\1</code>", text)
 
 
 def picture_uri(path: Path) -> str:

@@ -13,9 +13,9 @@ from trackdyn.measure.signals import main_line, main_line_binfree, spectrum
 from trackdyn.parameters.layout import wheel_circles
 from trackdyn.parameters.rig import Rig
 from trackdyn.recording import Recording
-from trackdyn.report.figures.histories import REVOLUTIONS, first_crest
+from trackdyn.report.figures.histories import REVOLUTIONS, first_crest, own_frequency
 from trackdyn.report.figures.meshing import AFTER, BEFORE, select_passage
-from trackdyn.report.figures.spectra import BAND_HZ, LOW_RANGE_HZ
+from trackdyn.report.figures.spectra import LOW_RANGE_HZ, in_bands
 
 RING_COLUMNS = [
     f"{side}_{what}" for what in ("share_pct", "rms_n", "sd_n", "phase_start") for side in ("left", "right", "ring")
@@ -32,46 +32,32 @@ def packed(values, kind: str = "<f4") -> str:
 def _signal(ay, rate: float, hz: float, span: float) -> dict:
     ay = np.asarray(ay)
     start = first_crest(ay, rate, hz)
-    freq, amplitude = spectrum(ay, rate)
-    low = (freq > 0) & (freq <= LOW_RANGE_HZ)
-    # the mean square in bands over the whole range, as in Figure 18
-    freq, power = freq[1:], amplitude[1:] ** 2
-    edges = np.arange(0, len(freq), max(1, round(BAND_HZ / freq[0])))
-    count = np.diff(np.append(edges, len(freq)))
+    freq, amplitude = (part[1:] for part in spectrum(ay, rate))
+    low = freq <= LOW_RANGE_HZ
+    band_hz, band_g = in_bands(freq, amplitude)
     line, free = main_line(ay, rate), main_line_binfree(ay, rate, expected_hz=hz)[:2]
     return {
         "rate": rate,
         "history": packed(ay[start : start + round(span * rate) + 1]),
-        "low_hz": packed(freq[low[1:]]),
-        "low_g": packed(amplitude[1:][low[1:]]),
-        "band_hz": packed(np.add.reduceat(freq, edges) / count),
-        "band_g": packed(np.sqrt(np.add.reduceat(power, edges) / count)),
+        "low_hz": packed(freq[low]),
+        "low_g": packed(amplitude[low]),
+        "band_hz": packed(band_hz),
+        "band_g": packed(band_g),
         "line": [float(line[0]), float(line[1])],
         "free": [float(free[0]), float(free[1])],
     }
 
 
 def signals(recording: Recording, record: SensorRecord | None) -> dict:
-    """Time history over two revolutions and spectra of a run, and of the sensor's record if there is one.
+    """Time histories over two revolutions and spectra of a run and of the sensor's record of that speed, if there is one.
 
-    Parameters
-    ----------
-    recording : Recording
-        Run.
-    record : SensorRecord or None
-        Record of the same motor speed.
-
-    Returns
-    -------
-    dict
-        ``simulation`` and ``sensor``, cut and aligned as in Figure 17, analysed as in Figure 18.
+    ``simulation`` and ``sensor`` are cut and aligned as in Figure 17 and analysed as in Figure 18.
     """
     hz = loop_frequency(recording)
     span = REVOLUTIONS / hz
     shown = {"simulation": _signal(sense(recording).ay, recording.rate, hz, span), "sensor": None}
     if record is not None:
-        own = main_line_binfree(record.ay_g, record.rate_hz, main_line(record.ay_g, record.rate_hz)[0])[0]
-        shown["sensor"] = _signal(record.ay_g, record.rate_hz, own, span)
+        shown["sensor"] = _signal(record.ay_g, record.rate_hz, own_frequency(record), span)
     return shown
 
 
@@ -129,13 +115,7 @@ def geometry(rig: Rig) -> dict:
 
 
 def moving_picture(recording: Recording) -> dict:
-    """Configurations of a run with the normal forces and areas of every pitch at the same instants.
-
-    Parameters
-    ----------
-    recording : Recording
-        Run with configurations, and with all pitches recorded in order.
-    """
+    """Configurations of a run with the normal forces and areas of every pitch, recorded in order, at the same instants."""
     rig = Rig.model_validate(recording.meta["rig"])
     scene = recording.meta["scene"]
     # a configuration is taken at the end of a sample interval, and so is the sample
