@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
+from snakemake.utils import update_config
 
 # The workflow runs from its own folder, with or without the package installed elsewhere.
 sys.path.insert(0, str(workflow.basedir))
@@ -20,16 +21,19 @@ configfile: "config/config.yaml"
 
 try:
     # files of --configfile come before the base in this list, but on top of it in the configuration
-    CONFIG, RIG, SCENES = check_layers(config, [workflow.configfiles[-1], *workflow.configfiles[:-1]])
+    CONFIG, RIG, SCENES = check_layers(config, [workflow.configfiles[-1], *workflow.configfiles[:-1]], update_config)
 except TrackdynError as error:
     raise WorkflowError(str(error)) from None
 
 R = CONFIG.results
+# scenes of the rigs that the scorecard judges beside the first
+OTHERS = {name: CONFIG.other_scenes(name, SCENES) for name in CONFIG.other_rigs}
 SPEEDS = [f"{rpm:g}rpm" for rpm in CONFIG.records.speeds_rpm]
 
 
 wildcard_constraints:
     run=r"\d[\w.]*rpm|(meshing|ring|coarse)/[\w.]+",
+    other="[a-z][a-z0-9_]*",
 
 
 include: "workflow/rules/common.smk"

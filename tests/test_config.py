@@ -269,7 +269,7 @@ def test_a_step_that_does_not_divide_the_sample_interval_is_refused(data):
     put(data, "records.step_s", 3e-5)
     sentence = refusal(data)
     assert "step = 3e-05 is not accepted" in sentence
-    assert "a whole fraction of the sample interval 0.001 s would do" in sentence
+    assert "a whole fraction of the sample interval 0.001 s and at least 1e-08 s would do, such as 5e-05 s" in sentence
 
 
 def test_a_missing_rig_file_is_refused(data):

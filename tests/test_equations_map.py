@@ -11,8 +11,9 @@ import pytest
 
 from trackdyn.contact.laws import elastic_force
 from trackdyn.contact.tooth import find_area, groove_index
+from trackdyn.integrate.run import refresh
 from trackdyn.measure.sensor import specific_force
-from trackdyn.model import SPROCKET
+from trackdyn.model.constants import SPROCKET
 
 ROOT = Path(__file__).parents[1]
 PAGE = ROOT / "docs" / "equations.md"
@@ -115,9 +116,10 @@ def depth_after(model, state, arc, seconds):
     return area, depth, radius
 
 
-def test_penetration_velocity_on_a_tooth_is_the_rate_of_the_depth(driven_loop, place_loads):
+def test_penetration_velocity_on_a_tooth_is_the_rate_of_the_depth(driven_loop):
     """Central difference of the depth against the velocity that the damping force and its memory show."""
-    model, state, work = driven_loop(None)
+    loop = driven_loop(None)
+    model, state, work = loop.model, loop.state, loop.work
     law = model.tooth.law._replace(speed_floor=1e-12, loss=0.25)
     model = model._replace(tooth=model.tooth._replace(law=law))
     state.rate[:] += np.random.default_rng(1).normal(0.0, 1.0, len(state.rate))
@@ -128,7 +130,7 @@ def test_penetration_velocity_on_a_tooth_is_the_rate_of_the_depth(driven_loop, p
     for offset in np.linspace(0.0, 2 * np.pi / model.tooth.teeth, 12, endpoint=False):
         state.wheel_angle[SPROCKET] = start + offset
         state.tooth_impact[:] = 0.0
-        place_loads(model, state, work)
+        refresh(model, state, work)
         for arc in range(len(work.tooth_force)):
             area, depth, radius = depth_after(model, state, arc, 0.0)
             assert area == work.tooth_area[arc]  # Eq. 18 saves time and loses no contact

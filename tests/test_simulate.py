@@ -10,10 +10,12 @@ import pytest
 from typer.testing import CliRunner
 
 import trackdyn.scene
+import trackdyn.settling
 from trackdyn.cli import app
 from trackdyn.errors import DivergenceError, InputError
+from trackdyn.loop import Loop
 from trackdyn.measure.metrics import energy_residual
-from trackdyn.model import ENERGY_NAMES
+from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.recording import Recording, load_recording
 from trackdyn.simulate import simulate
 
@@ -21,9 +23,11 @@ from trackdyn.simulate import simulate
 GAP = 1.1e-10
 
 
-@pytest.mark.parametrize(("rpm", "ring"), [(115.0, 0.308), (210.0, 0.308), (210.0, None), (210.0, 0.313)])
-def test_the_loop_stays_closed_at_every_instant(make_scene, rpm, ring):
-    recording = simulate(make_scene(rpm, ring_radius=ring))
+@pytest.mark.parametrize(
+    ("rpm", "ring", "step"), [(115.0, 0.308, 1e-4), (210.0, 0.308, 1e-4), (210.0, None, 1e-4), (210.0, 0.313, 5e-5)]
+)
+def test_the_loop_stays_closed_at_every_instant(make_scene, rpm, ring, step):
+    recording = simulate(make_scene(rpm, ring_radius=ring, step=step))
     assert recording.gap.max() <= GAP
     assert recording.gap.min() >= 0
     # the gap in the record is that of the configuration
@@ -100,15 +104,21 @@ def test_a_recording_comes_back_as_it_was(make_scene, tmp_path):
     assert list(tmp_path.iterdir()) == [tmp_path / "run.npz"]
 
 
+def forget_limits(monkeypatch):
+    """Neither the scene nor the settled loop refuses a step."""
+    for module in (trackdyn.scene, trackdyn.settling):
+        monkeypatch.setattr(module, "step_limits", lambda *_: {"none": 1.0})
+
+
 def test_a_run_that_diverges_says_when_and_where(make_scene, monkeypatch):
     """With the check of the step out of the way, far too large a step must not end in a result."""
-    monkeypatch.setattr(trackdyn.scene, "step_limits", lambda *_: {"none": 1.0})
+    forget_limits(monkeypatch)
     with pytest.raises(DivergenceError, match=r"at t = [\d.]+ s of .*, first at (link|connector) \d+"):
         simulate(make_scene(210.0, ring_radius=None, step=1e-3))
 
 
 def test_a_run_that_diverges_leaves_no_file(rig_path, tmp_path, monkeypatch):
-    monkeypatch.setattr(trackdyn.scene, "step_limits", lambda *_: {"none": 1.0})
+    forget_limits(monkeypatch)
     arguments = ["simulate", str(tmp_path / "out" / "run.npz"), "--rig", str(rig_path), "--rpm", "210", "-q"]
     result = CliRunner().invoke(app, [*arguments, "--ring-radius", "none", "--step", "1e-3"])
     assert isinstance(result.exception, DivergenceError)
@@ -119,7 +129,7 @@ def test_a_run_that_diverges_leaves_no_file(rig_path, tmp_path, monkeypatch):
 @pytest.mark.parametrize("ring", [None, 0.308])
 def test_stiffness_without_measure_diverges_too(make_scene, rig, monkeypatch, ring):
     """Not the step but the rig is absurd: still no result, and nothing that is not a number comes back."""
-    monkeypatch.setattr(trackdyn.scene, "step_limits", lambda *_: {"none": 1.0})
+    forget_limits(monkeypatch)
     absurd = rig.changed(steel__youngs_modulus=1e19, tooth_contact__youngs_modulus=1e19)
     with pytest.raises(DivergenceError, match=r"at t = [\d.e-]+ s of .*, first at (link|connector) \d+"):
         simulate(make_scene(210.0, rig=absurd, ring_radius=ring))
@@ -158,44 +168,28 @@ def test_negative_motor_speed_is_refused(make_scene):
 
 STEPS_WITHOUT_JIT = """
 import json, sys
-import numpy as np
-from trackdyn import Scene, load_rig
+from trackdyn import Loop
 from trackdyn.chain.riccati import accelerations
-from trackdyn.chain.kinematics import bushing_torques, orient, place
-from trackdyn.contact.loads import contact_loads
-from trackdyn.model import State, make_buffers
-from trackdyn.scene import build_model
 import numba
-data = np.load(sys.argv[1])
-scene = Scene(load_rig(sys.argv[2]), 150.0)
-model = build_model(scene, float(data["shift"]))
-state = State(*(data[name].copy() for name in State._fields))
-work = make_buffers(len(state.angle), 3)
-orient(state.angle, work.cos, work.sin)
-place(model.chain, state, work)
-contact_loads(model, state, work)
-bushing_torques(model.chain, state, work)
-accelerations(model.chain, work.cos, work.sin, state.rate, work.force_x, work.force_y, work.moment,
-              work.torque, model.step * model.chain.damping, 0, work.sweep)
+loop = Loop.load(sys.argv[1])
+loop.pins  # places, contacts and bushings of the state
+model, state, work = loop.model, loop.state, loop.work
+accelerations(model.chain, state, work, model.step * model.chain.damping, 0)
 alpha = work.sweep.response @ work.sweep.load
 force = work.tooth_force.tolist() + work.wheel_force.ravel().tolist()
 print(json.dumps({"jit": not numba.config.DISABLE_JIT, "alpha": alpha.tolist(), "force": force}))
 """
 
 
-def test_kernels_give_the_same_without_the_jit(make_scene, rig_path, tmp_path):
+def test_kernels_give_the_same_without_the_jit(make_scene, tmp_path):
     """The kernels are plain Python too; only the order of rounding may differ."""
-    from trackdyn.integrate.run import run
-    from trackdyn.settling import empty_record, settle
-
-    model, state, work, layout = settle(make_scene(150.0))
-    for _ in range(300):
-        assert run(model, state, work, empty_record(1, 70, 3), 0, 1, 10) == -1
-    np.savez(tmp_path / "state.npz", shift=layout["tensioner_shift_m"], **state._asdict())
+    loop = Loop(make_scene(150.0))
+    loop.advance(0.3)
+    loop.save(tmp_path / "loop.npz")
     seen = {}
     for disabled in ("0", "1"):
         result = subprocess.run(
-            [sys.executable, "-c", STEPS_WITHOUT_JIT, str(tmp_path / "state.npz"), str(rig_path)],
+            [sys.executable, "-c", STEPS_WITHOUT_JIT, str(tmp_path / "loop.npz")],
             env=os.environ | {"NUMBA_DISABLE_JIT": disabled},
             capture_output=True,
             text=True,

@@ -15,6 +15,7 @@ from trackdyn.model.constants import (
     Drive,
     Law,
     Model,
+    Radial,
     Sensor,
     Shoes,
     Space,
@@ -234,7 +235,7 @@ def build_model(scene) -> Model:
     shoes = build_shoes(rig, scene.chain)
     body = int(shoes.link_body[rig.sensor.pitch - 1])
     tooth = make_tooth(
-        profile(rig.groove_profile), rig.chain.connector_radius, _law(rig, rig.tooth_contact, scene), toothed
+        profile(rig), rig.chain.connector_radius, _law(rig, rig.tooth_contact, scene), toothed
     )
     wheels = build_wheels(scene)
     return Model(
@@ -249,6 +250,7 @@ def build_model(scene) -> Model:
         scene.stride,
         SOLVERS.index(scene.solver) or None,
         build_space(scene, tooth, wheels) if scene.fidelity["space"].setting == "spatial" else None,
+        Radial(rig.bushing.radial_stiffness, rig.bushing.radial_damping) if scene.joint == "radial" else None,
     )
 
 

@@ -1,6 +1,6 @@
 """The configuration of the pipeline: which runs, for how long, compared with what."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -86,6 +86,13 @@ class FidelityStudy(Section):
     loop_turns: Annotated[int, Field(ge=2)]
 
 
+class OtherRig(Section):
+    """A further rig that the scorecard judges beside the first, and the longest step that it is run with."""
+
+    rig: str
+    step_s: Positive
+
+
 class Config(Section):
     """Everything in ``config/config.yaml``.
 
@@ -96,12 +103,14 @@ class Config(Section):
     results: str
     sensor_csv: str
     sensor_is_synthetic: bool
+    other_rigs: dict[Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")], OtherRig] = Field(default_factory=dict)
     records: Records
     meshing: Meshing
     ring_study: RingStudy
     sensitivity: Sensitivity
     peers: Peers
     fidelity: FidelityStudy
+    traction_in_full: bool = True
     studies: StudiesFile
 
     @model_validator(mode="after")
@@ -205,6 +214,20 @@ class Config(Section):
         return runs
 
 
+    def other_scenes(self, name: str, scenes: dict[str, Scene]) -> dict[str, Scene]:
+        """The scenes of the first rig on another one, but for those of Table 4."""
+        other = self.other_rigs[name]
+        rig = load_rig(other.rig)
+        try:
+            return {
+                run: scene.with_(rig=rig, step=min(scene.step, other.step_s))
+                for run, scene in scenes.items()
+                if not run.startswith("coarse/")
+            }
+        except InputError as error:
+            raise InputError(f"other_rigs.{name}: {error}") from None
+
+
 def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
     """Validate a configuration with the rig and all scenes that it leads to.
 
@@ -216,13 +239,16 @@ def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
     config = validated(Config, data, name)
     rig = load_rig(config.rig)
     try:
-        return config, rig, config.scenes(rig)
+        scenes = config.scenes(rig)
+        for other in config.other_rigs:
+            config.other_scenes(other, scenes)
+        return config, rig, scenes
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
 
 
-def check_layers(data: Any, files: Sequence[Path | str]) -> tuple[Config, Rig, dict[str, Scene]]:
-    """Validate a configuration that was merged from files, the later on top of the earlier.
+def check_layers(data: Any, files: Sequence[Path | str], update: Callable[[dict, dict], None]) -> tuple[Config, Rig, dict[str, Scene]]:
+    """Validate a configuration that was merged from files by ``update``, the later on top of the earlier.
 
     Raises
     ------
@@ -232,10 +258,8 @@ def check_layers(data: Any, files: Sequence[Path | str]) -> tuple[Config, Rig, d
     try:
         return check_config(data, Path(files[-1]).name)
     except TrackdynError:
-        from snakemake.utils import update_config  # only here: the fit needs this module, but not Snakemake
-
         merged: dict = {}
         for file in files:
-            update_config(merged, read_yaml(file))
+            update(merged, read_yaml(file))
             check_config(merged, Path(file).name)
         raise

@@ -24,9 +24,10 @@ CHOICES = {
     "tooth_contact": ("none", *PROFILES),
     "normal_law": tuple(NORMAL_LAWS),
     "friction": ("auto", "none", "tangential", "independent", "isotropic"),
+    "joint": ("revolute", "radial"),
     "closure": ("elastic_damping", "rigid"),
     "solver": SOLVERS,
-    "integrator": tuple(METHODS),
+    "integrator": tuple(sorted(METHODS, key=lambda name: METHODS[name].order)),
     "tension": ("locked", "retensioned", "sprung"),
     "drag": ("viscous", "coulomb"),
 }
@@ -98,8 +99,13 @@ def decide(scene) -> dict[str, Decision]:
             found["friction"] = Decision("independent", "motion in space: tangential and axial friction as printed")
         else:
             found["friction"] = Decision("tangential", "planar: nothing moves along the axes")
+    if scene.joint == "radial":
+        found["joint"] = Decision("radial", "the scene asks for pins in rubber that part under load")
+        found["closure"] = Decision("radial", "as every other joint: no joint of the loop is rigid")
     if scene.chain == "belt":
-        for name in ("tooth_contact", "normal_law", "friction", "closure", "solver", "integrator", "tension", "drag"):
+        for name in (
+            "tooth_contact", "normal_law", "friction", "joint", "closure", "solver", "integrator", "tension", "drag",
+        ):  # fmt: skip
             found[name] = Decision("none", "a kinematic path has no forces and no equations to solve")
     elif scene.loop == "free":
         for name in ("tooth_contact", "normal_law", "friction", "tension", "drag"):
@@ -168,6 +174,17 @@ def refuse_nonsense(scene) -> None:
     if scene.tension == "sprung" and (spatial or scene.integrator != "semi_implicit"):
         why = "motion in space" if spatial else f"integrator={scene.integrator!r}"
         refuse("tension", f"a sprung tensioner moves in the plane by semi-implicit Euler, not with {why}; 'locked' would do")
+    if scene.joint == "radial":
+        if spatial:
+            refuse("joint", "pins part in the plane only; 'revolute' would do, or space='planar'")
+        for field, only in (
+            ("chain", "double_pin"), ("closure", "rigid"), ("solver", "riccati"), ("integrator", "semi_implicit"),
+        ):  # fmt: skip
+            if getattr(scene, field) != only:
+                why = "; the cut is then a joint like all others" if field == "closure" else ""
+                refuse(field, f"joint='radial' is modelled with '{only}' only{why}; or joint='revolute' would do")
+        if scene.frame_interval:
+            refuse("frame_interval", "configurations hold no parted pins; 0 would do, or joint='revolute'")
     if scene.solver == "transfer_product" and bodies > LITERAL_BODIES:
         refuse(
             "solver",

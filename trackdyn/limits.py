@@ -50,9 +50,10 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
     chain, tooth, wheels = model.chain, model.tooth, model.wheels
     link = float(chain.mass[0])
     # A push across the chain at a pin moves the ends of both bodies that meet there.
-    at_pin = sum(
+    ends = [
         1 / (1 / float(chain.mass[i]) + (float(chain.length[i]) / 2) ** 2 / float(chain.inertia[i])) for i in (0, 1)
-    )
+    ]
+    at_pin = sum(ends)
     tension = pre_tension + chain.gravity * float(chain.mass.sum() / chain.length.sum())
     load = DYNAMIC_FACTOR * 2 * tension * sin(pi / tooth.teeth)
 
@@ -66,7 +67,10 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
             for r, convex in zip(tooth.radius, tooth.convex, strict=True)
         )
         stiffness = _stiffness_at(tooth.law, load, narrow)
-        limits["contact stiffness of the teeth (tooth_contact)"] = oscillation * sqrt(at_pin / stiffness)
+        limit = oscillation * sqrt(at_pin / stiffness)
+        if model.radial is not None:
+            limit, at_pin = _with_parting_pins(model.radial, ends, stiffness, oscillation, limit)
+        limits["contact stiffness of the teeth (tooth_contact)"] = limit
         limits["friction of the teeth (tooth_contact)"] = friction(tooth.law, at_pin)
     for name, law, radius in (
         ("ring_contact", wheels.ring_law, wheels.radius[0]),
@@ -97,6 +101,21 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
         if closure.damping:
             limits["damping of the cut (closure)"] = decay / (closure.damping * mobility)
     return limits
+
+
+def _with_parting_pins(radial, ends, stiffness, oscillation, limit) -> tuple[float, float]:
+    """Limit (s) and mass at the pin (kg) where a connector drags its link along through rubber.
+
+    Within a step of h rubber holds the two like a mass ``h^2 k + h c`` between them; the limit falls from that of pins
+    held together to where it agrees with the mass that it leads to.
+    """
+    link, connector = ends
+    mass = link + connector
+    for _ in range(60):
+        held = limit * (limit * radial.stiffness + radial.damping)
+        mass = connector + link * held / (link + held)
+        limit = oscillation * sqrt(mass / stiffness)
+    return limit, mass
 
 
 def turn_limit(rate: float) -> dict[str, float]:

@@ -173,8 +173,10 @@ class Loop:
         """(n, 2) force of body i on body i + 1 through the joint between them at the last step taken, N.
 
         Newton's law along the chain, from the cut (the last entry) on, with the accelerations of that step. Contacts
-        are those of the state as it is, one step later.
+        are those of the state as it is, one step later. Where pins part it is the force of their rubber.
         """
+        if self.work.radial is not None:
+            return self.work.radial.force.copy()
         chain, work, sweep = self.model.chain, self.work, self.work.sweep
         alpha, acceleration = sweep.response @ sweep.load, sweep.base @ sweep.load
         rate2 = self.state.rate**2
@@ -204,15 +206,15 @@ class Loop:
         return float(np.hypot(*self.work.cut[:2]))
 
     def _refresh(self) -> None:
-        refresh(self.model, self.state, self.work, self.work.space, self.work.implicit)
+        refresh(self.model, self.state, self.work)
 
     # -- steering ------------------------------------------------------------------------------------------------------
 
     def drive(self, motor_rpm: float, ramp: float = 1e-3) -> None:
         """Take the motor from its present speed to another (rev/min) within ``ramp`` seconds."""
         now = sprocket_rate(self.model.drive, self.time)
-        wanted = self.scene.with_(motor_rpm=motor_rpm).sprocket_rate
-        self.model = self.model._replace(drive=Drive(wanted, float(ramp), float(now), self.time))
+        self.scene = self.scene.with_(motor_rpm=motor_rpm, ramp=ramp)
+        self.model = self.model._replace(drive=Drive(self.scene.sprocket_rate, self.scene.ramp, float(now), self.time))
 
     def shift_tensioner(self, shift: float) -> None:
         """Put the tensioning wheel at ``shift`` (m) along its line; ``layout["tensioner_shift_m"]`` is where it stands."""
@@ -233,16 +235,30 @@ class Loop:
     def changed(self, **fields) -> "Loop":
         """An independent loop in the same state that goes on with some fields of its scene replaced.
 
-        Step, integrator, solver, motor speed, laws, the rig's weights and the like may change; bodies and wheels stay.
+Step, integrator, solver, motor speed, laws, the rig's weights and the like may change; bodies, joints and wheels stay.
+        The sprocket goes on as it is driven, or to another speed from the present one (`drive`).
+
+        Raises
+        ------
+        InputError
+            Another chain, ring, joints or plane of motion would need another state.
         """
         other = Loop.__new__(Loop)
         other.scene, other.layout = self.scene.with_(**fields), dict(self.layout)
+        for name in ("loop", "chain", "ring_radius"):
+            if (asked := getattr(other.scene, name)) != getattr(self.scene, name):
+                raise InputError(f"scene: {name} = {asked!r} is not accepted: a loop keeps it; a new Loop would do")
         other.model, other.state, other.work = allocate(other.scene)
+        if [part.shape for part in flat(other.state).values()] != [part.shape for part in flat(self.state).values()]:
+            raise InputError("scene: rig, space or joints are not accepted: a loop keeps bodies, plane and joints; a new Loop would do")
+        other.model = other.model._replace(drive=self.model.drive, tensioner=self.model.tensioner)
         for name in ("x", "y", "radius"):
             getattr(other.model.wheels, name)[:] = getattr(self.model.wheels, name)
         filled(other.state, flat(self.state))
         other.state.steps[0] = round(self.time / other.model.step)
         other._scratch = make_record(1, other.state)
+        if fields.keys() & {"motor_rpm", "ramp"}:
+            other.drive(other.scene.motor_rpm, other.scene.ramp)
         return other
 
     def save(self, path: Path | str) -> None:

@@ -77,8 +77,11 @@ class Scene(Section):
     friction : str
         ``none``, ``tangential``, in space also ``independent`` (tangential and axial as printed) or
         ``isotropic`` (one coefficient of the whole slip); ``auto``: what the space allows.
+    joint : str
+        ``revolute``, or ``radial``: the rubber of the pins lets them part against a spring and a damper.
     closure : str
-        ``rigid``, or ``elastic_damping``: a spring and damper at the cut joint.
+        ``rigid``, or ``elastic_damping``: a spring and damper at the cut joint. With radial joints the cut is one of
+        them.
     solver : str
         ``riccati``, ``transfer_product`` (the literal product of Eqs. 2 to 5) or ``multipliers``.
     integrator : str
@@ -108,6 +111,7 @@ class Scene(Section):
     tooth_contact: Any = "ten_arcs"
     normal_law: Any = "printed"
     friction: Any = "auto"
+    joint: Any = "revolute"
     closure: Any = "rigid"
     solver: Any = "riccati"
     integrator: Any = "semi_implicit"

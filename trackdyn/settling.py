@@ -13,7 +13,7 @@ from trackdyn.limits import elastic_depth, step_limits
 from trackdyn.model.constants import SPROCKET, Drive, Model, Tensioner
 from trackdyn.model.record import make_record
 from trackdyn.model.state import Plane, State, make_state
-from trackdyn.model.work import Work, make_space_work, make_work
+from trackdyn.model.work import Work, make_radial_work, make_space_work, make_work
 from trackdyn.parameters.groove import depths_on_sprocket
 from trackdyn.parameters.layout import Assembly, assemble, belt_around, free_loop, tensioner
 from trackdyn.parameters.rig import Rig
@@ -47,7 +47,15 @@ def allocate(scene: Scene) -> tuple[Model, State, Work]:
     if model.space is not None:
         state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))
         work = work._replace(space=make_space_work(n, wheels))
-    return model, state, work
+    return model, *with_parting(model, state, work)
+
+
+def with_parting(model: Model, state: State, work: Work) -> tuple[State, Work]:
+    """State and work with room for pins that part where the model's do."""
+    if model.radial is None:
+        return state, work
+    n = len(state.angle)
+    return state._replace(part=np.zeros((n, 4))), work._replace(radial=make_radial_work(n))
 
 
 def start_state(assembly: Assembly, model: Model) -> State:
@@ -171,6 +179,7 @@ class _Settling:
         shift_wheel(self.model, rig, self.wheel, self.shift)
         self.state = start_state(assembly, self.model)
         work = make_work(len(length), rig.chain.pitches, len(model.wheels.x))
+        self.state, work = with_parting(self.model, self.state, work)
         linearly = METHODS[scene.integrator].linearly_implicit
         self.work = equip(work, "linearly_implicit" if linearly else "semi_implicit", rig.chain.pitches)
         self.record = make_record(1, self.state)
@@ -180,6 +189,10 @@ class _Settling:
         weight = chain.gravity * chain.mass.sum() / chain.length.sum()
         spans = np.diff(path.start)[1::2]
         self.sag = weight**2 * float((spans**3).sum()) / 24
+        # compliance of contacts and joints, m/N
+        self.stretch = CONTACT_COMPLIANCE
+        if model.radial is not None:
+            self.stretch += len(length) / model.radial.stiffness
         here = order.index(self.wheel)
         enter, leave = path.heading[here - 1], path.heading[here]
         d = rig.tension.direction * pi / 180
@@ -198,6 +211,8 @@ class _Settling:
         march(self.model, self.state, self.work, self.record, phase="settling")
         self.state.rate[:] *= damping
         self.state.pin[2:] *= damping
+        if self.state.part is not None:
+            self.state.part[:, 2:] *= damping
         self.state.wheel_rate[:] *= damping
         if self.state.slide is not None:
             self.state.slide[1:] *= damping
@@ -213,7 +228,7 @@ class _Settling:
         for _ in range(round(seconds / CHUNK)):
             mean += 0.1 * (self.tension() - mean)
             tension = max(mean, 0.1 * self.target, 50.0)
-            compliance = 2 * self.sag / tension**3 + CONTACT_COMPLIANCE
+            compliance = 2 * self.sag / tension**3 + self.stretch
             self.shift += (self.target - mean) * compliance / self.lever * CHUNK / TENSIONER_TIME
             shift_wheel(self.model, self.scene.rig, self.wheel, self.shift)
             self.chunk()
@@ -304,6 +319,8 @@ def settle(scene: Scene) -> tuple[Model, State, Work, dict]:
     state.steps[0] = 0
     state.rate[:] = 0.0
     state.pin[2:] = 0.0
+    if state.part is not None:
+        state.part[:, 2:] = 0.0
     state.wheel_rate[:] = 0.0
     state.work_done[:] = 0.0
     refuse_start_in_steel(scene, model, state, settling.work)
@@ -324,4 +341,5 @@ def _spinning_loop(scene: Scene) -> tuple[Model, State, Work, dict]:
     state.rate[:] = spin
     state.pin[2:] = [-spin * state.pin[1], spin * state.pin[0]]
     work = make_work(len(state.angle), scene.rig.chain.pitches, len(model.wheels.x))
+    state, work = with_parting(model, state, work)
     return model, state, equip(work, scene.integrator, scene.rig.chain.pitches, scene.tolerance or 0.0), {}

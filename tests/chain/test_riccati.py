@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-from trackdyn.chain.model import Chain
 
 from trackdyn.chain.kinematics import bushing_torques, orient, place
-from trackdyn.chain.riccati import accelerations, make_work
-from trackdyn.model import State, make_buffers
+from trackdyn.chain.riccati import accelerations
+from trackdyn.model.constants import Chain
+from trackdyn.model.state import make_state
+from trackdyn.model.work import make_work
 from trackdyn.study.extremes import reference
 
 SIZES = [6, 7, 12, 13, 35, 70]
@@ -32,23 +33,25 @@ def make_ring(n, seed, percussion=False):
     rows = length * np.array([-np.sin(angle), np.cos(angle)])
     rate = rng.normal(0, 4, n)
     rate -= rows.T @ np.linalg.solve(rows @ rows.T, rows @ rate)
-    state = State(
-        np.zeros(1, np.int64), np.array([*corner[0], *rng.normal(0, 1, 2)]), angle, rate,
-        np.zeros(3), np.zeros(3), np.zeros(n), np.zeros((n // 2, 3)), np.zeros(7),
-    )  # fmt: skip
+    state = make_state(n, n // 2, 3)
+    state.pin[:], state.angle[:], state.rate[:] = [*corner[0], *rng.normal(0, 1, 2)], angle, rate
     loads = rng.normal(0, 2000, n), rng.normal(0, 2000, n), rng.normal(0, 60, n)
     return chain, state, loads
 
 
-def sweep(chain, state, loads, step, probe=0):
-    """Accelerations by the sweep: pin of body 0, angular, closure rows, load through the cut, probed pin."""
-    n = len(state.angle)
-    work = make_buffers(n, 3)
+def loaded(chain, state, loads):
+    """Work as a solver finds it: orientations, loads and bushing torques."""
+    work = make_work(len(state.angle), len(state.wheel_impact), 3)
+    work.force_x[:], work.force_y[:], work.moment[:] = loads
     orient(state.angle, work.cos, work.sin)
     bushing_torques(chain, state, work)
-    accelerations(
-        chain, work.cos, work.sin, state.rate, *loads, work.torque, step * chain.damping, probe, work.sweep
-    )
+    return work
+
+
+def sweep(chain, state, loads, step, probe=0):
+    """Accelerations by the sweep: pin of body 0, angular, closure rows, load through the cut, probed pin."""
+    work = loaded(chain, state, loads)
+    accelerations(chain, state, work, step * chain.damping, probe)
     result = work.sweep
     return {
         "pin": result.base @ result.load,
@@ -112,17 +115,13 @@ def test_probed_pin_has_the_acceleration_of_its_place_in_the_chain(probe):
 
 def test_work_arrays_of_an_earlier_step_leave_no_trace():
     chain, state, loads = make_ring(12, 5)
-    n = 12
-    cos, sin = np.cos(state.angle), np.sin(state.angle)
-    torque = np.linspace(-3, 3, n)
-    fresh, used = make_work(n), make_work(n)
-    for array in used:
+    fresh, used = (loaded(chain, state, loads) for _ in range(2))
+    for array in used.sweep:
         array[...] = 7.0
     for work in (fresh, used):
-        accelerations(chain, cos, sin, state.rate, *loads, torque, 1e-3, 3, work)
-    assert (fresh.response == used.response).all()
-    assert (fresh.load == used.load).all()
-    assert (fresh.probe == used.probe).all()
+        accelerations(chain, state, work, 1e-3, 3)
+    for name in ("response", "load", "probe"):
+        assert (getattr(fresh.sweep, name) == getattr(used.sweep, name)).all()
 
 
 def test_implicit_damping_tends_to_the_explicit_one_with_the_step():
@@ -136,7 +135,7 @@ def test_implicit_damping_tends_to_the_explicit_one_with_the_step():
 
 def test_bushing_torques_are_those_of_the_joint_angles():
     chain, state, _ = make_ring(9, 7)
-    work = make_buffers(9, 3)
+    work = make_work(9, 4, 3)
     bushing_torques(chain, state, work)
     ahead = np.append(state.angle[1:], state.angle[0] - 2 * np.pi)
     phi, rate = ahead - state.angle, np.roll(state.rate, -1) - state.rate
@@ -146,7 +145,7 @@ def test_bushing_torques_are_those_of_the_joint_angles():
 
 def test_pins_and_velocities_along_the_chain():
     chain, state, _ = make_ring(10, 8)
-    work = make_buffers(10, 3)
+    work = make_work(10, 5, 3)
     orient(state.angle, work.cos, work.sin)
     place(chain, state, work)
     assert (work.pin_x[-1], work.pin_y[-1]) == pytest.approx((work.pin_x[0], work.pin_y[0]), abs=1e-13)
@@ -156,7 +155,7 @@ def test_pins_and_velocities_along_the_chain():
     for sign in (-1, 1):
         moved = state._replace(pin=state.pin.copy(), angle=state.angle + sign * eps * state.rate)
         moved.pin[:2] += sign * eps * state.pin[2:]
-        other = make_buffers(10, 3)
+        other = make_work(10, 5, 3)
         orient(moved.angle, other.cos, other.sin)
         place(chain, moved, other)
         places.append(np.array([

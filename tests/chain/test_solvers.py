@@ -2,17 +2,19 @@
 
 import numpy as np
 import pytest
-from trackdyn.chain.model import Chain
 
-from trackdyn.chain import dense, riccati, transfer_matrices
-from trackdyn.chain.riccati import make_work
+from trackdyn.chain import multipliers, riccati, transfer_matrices
+from trackdyn.model.constants import Chain
 from trackdyn.study.extremes import reference
+from trackdyn.study.extremes.solvers import Pose, posed
 
-SOLVERS = ["riccati", "dense", "product"]  # against the multipliers in extended precision
-# The sweep and the dense system stay below 1e-14 at 70
-# bodies; the product loses digits with its length (at most 5e-11 at six bodies of the track, 2e-11 at eight
-# bars: `trackdyn.chain.transfer_matrices.growth`).
+SOLVERS = ["riccati", "multipliers", "product"]  # against the multipliers in extended precision
+KERNELS = dict(zip(SOLVERS, (riccati, multipliers, transfer_matrices), strict=True))
+# The sweep and the dense system stay below 1e-14 at 70 bodies.
 AGREEMENT = 1e-10
+# The product loses digits with its length (`trackdyn.chain.transfer_matrices.growth`), to how many differs by the
+# processor's rounding: over 200 states at six bodies of the track 1e-11 in the middle and 1e-10 at most.
+PRODUCT_AGREEMENT = 3e-9
 
 TRACK = np.array([[0.1, 10.0, 0.012], [0.058, 2.5, 0.003]])
 BAR = np.array([[0.1, 8.0, 8.0 * 0.1**2 / 12.0], [0.08, 5.0, 5.0 * 0.08**2 / 12.0]])
@@ -67,19 +69,15 @@ def gap_rows(chain, angle):
 
 
 def solve(solver, chain, angle, rate, *loads, step=0.0, probe=0):
-    """Work arrays of a kernel at this state and what it returns."""
+    """What a solver writes at this state and what it returns."""
     turn = np.append(np.diff(angle), angle[0] - angle[-1] - 2.0 * np.pi)
     relative = np.append(np.diff(rate), rate[0] - rate[-1])
     torque = -chain.stiffness * (turn - chain.free_angle) - chain.damping * relative
-    work = make_work(len(angle))
-    for array in work:
+    state, work = posed(Pose(angle, rate, *loads, torque))
+    for array in work.sweep:
         array[...] = 7.0  # of an earlier step
-    state = (chain, np.cos(angle), np.sin(angle), rate, *loads, torque)
-    if solver == "product":
-        assert step == 0.0
-        return work, transfer_matrices.accelerations(*state, probe, work)
-    kernel = {"riccati": riccati, "dense": dense}[solver].accelerations
-    return work, kernel(*state, step * chain.damping, probe, work)
+    assert step == 0.0 or solver != "product"
+    return work.sweep, KERNELS[solver].accelerations(chain, state, work, step * chain.damping, probe)
 
 
 def motion(solver, chain, angle, rate, *loads, step=0.0, probe=0):
@@ -115,6 +113,11 @@ ONE_BY_ONE = [
 ]
 
 
+def agreement(solver):
+    """How far a solver may be from the multipliers, relative."""
+    return PRODUCT_AGREEMENT if solver == "product" else AGREEMENT
+
+
 @pytest.mark.parametrize(("solver", "kind", "n"), ONE_BY_ONE)
 def test_solvers_agree(solver, kind, n):
     for seed in range(4):
@@ -125,7 +128,7 @@ def test_solvers_agree(solver, kind, n):
                 expected = motion("reference", chain, *state, step=step, probe=probe)
                 seen = motion(solver, chain, *state, step=step, probe=probe)
                 np.testing.assert_allclose(
-                    seen / np.abs(expected).max(), expected / np.abs(expected).max(), rtol=0, atol=AGREEMENT
+                    seen / np.abs(expected).max(), expected / np.abs(expected).max(), rtol=0, atol=agreement(solver)
                 )
 
 
@@ -140,7 +143,7 @@ def test_solvers_agree_on_the_load_through_the_cut(solver, kind, n):
         if solver == "product":
             np.testing.assert_array_equal(returned[[0, 1, 5]], 0.0)
         # forces of a chain of ten-kilogram bodies under two-kilonewton loads
-        np.testing.assert_allclose(seen, expected[-1], rtol=0, atol=AGREEMENT * np.abs(expected).max())
+        np.testing.assert_allclose(seen, expected[-1], rtol=0, atol=agreement(solver) * np.abs(expected).max())
 
 
 @pytest.mark.parametrize(("solver", "kind", "n"), ONE_BY_ONE)
@@ -154,8 +157,8 @@ def test_projection_closes_the_gap_with_the_least_change_of_energy(solver, kind,
         array[:, :3] @ work.inverse[:, :2] for array in (work.response, work.base, work.probe, work.end)
     )
     size = np.abs(alpha).max() * chain.length.max()
-    np.testing.assert_allclose(gap_rows(chain, angle) @ alpha, np.eye(2), rtol=0, atol=AGREEMENT * size)
-    np.testing.assert_allclose(end[:2] - base, np.eye(2), rtol=0, atol=AGREEMENT * size)
+    np.testing.assert_allclose(gap_rows(chain, angle) @ alpha, np.eye(2), rtol=0, atol=agreement(solver) * size)
+    np.testing.assert_allclose(end[:2] - base, np.eye(2), rtol=0, atol=agreement(solver) * size)
 
     # The change has no component, weighted by mass, along any motion that keeps the gap. As a matrix over
     # pin and angles, mass is what the kinetic energy of the mass centres says; implicit damping adds to it.
@@ -178,16 +181,16 @@ def test_projection_closes_the_gap_with_the_least_change_of_energy(solver, kind,
     kept = np.linalg.svd(closure)[2][2:]  # rows that span the motions of the closed chain
     change = np.vstack([base, alpha])
     flow = mass @ change
-    np.testing.assert_allclose(kept @ flow, 0.0, atol=AGREEMENT * (np.abs(mass) @ np.abs(change)).max())
+    np.testing.assert_allclose(kept @ flow, 0.0, atol=agreement(solver) * (np.abs(mass) @ np.abs(change)).max())
 
     # and the sweep's change is the same, at the probed pin and the end too
     sweep, _ = solve("riccati", chain, angle, *others, step=step, probe=2)
     for seen, array in ((alpha, sweep.response), (base, sweep.base), (probe, sweep.probe), (end, sweep.end)):
         expected = array[:, :3] @ sweep.inverse[:, :2]
-        np.testing.assert_allclose(seen, expected, rtol=0, atol=AGREEMENT * np.abs(alpha).max())
+        np.testing.assert_allclose(seen, expected, rtol=0, atol=agreement(solver) * np.abs(alpha).max())
 
 
-@pytest.mark.parametrize("solver", ["dense", "product"])
+@pytest.mark.parametrize("solver", SOLVERS[1:])
 def test_load_is_one_column(solver):
     chain = make_chain(BAR, 6)
     work, _ = solve(solver, chain, *random_state(chain, 0))

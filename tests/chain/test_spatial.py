@@ -1,13 +1,16 @@
 """The loop in space against a formulation with six coordinates a body and five constraints a joint."""
 
+from functools import partial
+
 import numpy as np
 import pytest
-from trackdyn.chain.model import Chain
-from trackdyn.chain.spatial import Plane, Space, aim, make_space_work, plane_dynamics, turn_plane
 
 from trackdyn.chain.kinematics import bushing_torques, orient, place
+from trackdyn.chain.plane import aim, plane_dynamics, turn_plane
 from trackdyn.chain.riccati import accelerations
-from trackdyn.model import State, make_buffers
+from trackdyn.model.constants import Chain, Space
+from trackdyn.model.state import Plane, make_state
+from trackdyn.model.work import make_space_work, make_work
 
 # Both solve systems with condition numbers up to some 1e5 in double precision: 1e-16 x 1e5 is 1e-11; two decades
 # for sums over the bodies and the rank decision of the least squares.
@@ -31,10 +34,13 @@ def cross_matrix(v):
     return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
 
 
-class Loop:
-    """A closed polygon of links and connectors in a random plane, at random rates that keep it closed."""
+class Polygon:
+    """A closed polygon of links and connectors in a random plane, at random rates that keep it closed.
 
-    def __init__(self, n, seed):
+    The rest of the model, which nothing here looks at, is that of any scene.
+    """
+
+    def __init__(self, model, n, seed):
         rng = np.random.default_rng(seed)
         turned = -2 * np.pi * (np.arange(n) + rng.uniform(-0.2, 0.2, n)) / n
         corner = np.column_stack([0.3 * np.cos(turned), 0.2 * np.sin(turned)])
@@ -44,61 +50,40 @@ class Loop:
         heavy = np.arange(n) % 2 == 0
         self.n = n
         self.chain = Chain(
-            length,
-            np.where(heavy, 10.0, 2.5),
-            np.where(heavy, 0.012, 0.003),
-            length * rng.uniform(0.4, 0.6, n),
-            rng.uniform(-0.01, 0.01, n),
-            99.0,
-            12.4,
-            -0.036,
-            9.81,
-        )
+            length, np.where(heavy, 10.0, 2.5), np.where(heavy, 0.012, 0.003), length * rng.uniform(0.4, 0.6, n),
+            rng.uniform(-0.01, 0.01, n), 99.0, 12.4, -0.036, 9.81,
+        )  # fmt: skip
         self.space = Space(
-            np.where(heavy, 0.13, 0.033),
-            np.where(heavy, 0.16, 0.035),
-            np.zeros((0, 3, 3)),
-            np.zeros((0, 3)),
-            np.ones(3),
-            np.ones(3),
-            np.zeros(0),
-            0.005,
-            1e6,
-            1e3,
-            0,
-        )
+            np.where(heavy, 0.13, 0.033), np.where(heavy, 0.16, 0.035), np.zeros((0, 3, 3)), np.zeros((0, 3)),
+            np.ones(3), np.ones(3), np.zeros(0), 0.005, 1e6, 1e3, 0,
+        )  # fmt: skip
+        self.model = model._replace(chain=self.chain, space=self.space)
         rate = rng.normal(0.0, 5.0, n)
         rows = length * np.array([-np.sin(angle), np.cos(angle)])
         rate -= rows.T @ np.linalg.solve(rows @ rows.T, rows @ rate)
         e = rng.normal(0.0, 1.0, 4)
         self.plane = Plane(rng.normal(0.0, 2.0, 4), e / np.linalg.norm(e))
-        self.state = State(
-            np.zeros(1, np.int64),
-            rng.normal(0.0, 1.0, 4),
-            angle,
-            rate,
-            *(np.zeros(1) for _ in range(2)),
-            np.zeros(n),
-            np.zeros((n // 2, 1)),
-            np.zeros(7),
+        self.state = make_state(n, n // 2, 1)._replace(
+            pin=rng.normal(0.0, 1.0, 4), angle=angle, rate=rate, plane=self.plane
         )
         self.force, self.moment = rng.normal(0.0, 300.0, (n, 3)), rng.normal(0.0, 30.0, (n, 3))
 
-    def solve(self):
-        """Acceleration of the first pin (P), of the plane and of the angles, by the package."""
-        work, room = make_buffers(self.n, 1), make_space_work(self.n, 0, self.n // 2)
-        state, chain = self.state, self.chain
-        orient(state.angle, work.cos, work.sin)
-        place(chain, state, work)
+    def loaded(self):
+        """Work and its part in space under the given loads and those of the moving plane."""
+        work, room = make_work(self.n, self.n // 2, 1), make_space_work(self.n, 0)
+        orient(self.state.angle, work.cos, work.sin)
+        place(self.chain, self.state, work)
         work.force_x[:], work.force_y[:], room.force_z[:] = self.force.T
         room.moment_x[:], room.moment_y[:], work.moment[:] = self.moment.T
-        aim(self.space, self.plane, chain.gravity, room)
-        bushing_torques(chain, state, work, 0.0)
-        plane_dynamics(chain, self.space, self.plane, state, work, room)
-        accelerations(
-            chain, work.cos, work.sin, state.rate, work.force_x, work.force_y, work.moment, work.torque, 0.0, 0,
-            work.sweep,
-        )  # fmt: skip
+        aim(self.model, self.state, room)
+        plane_dynamics(self.model, self.state, work, room)
+        return work, room
+
+    def solve(self):
+        """Acceleration of the first pin (P), of the plane and of the angles, by the package."""
+        work, room = self.loaded()
+        bushing_torques(self.chain, self.state, work, 0.0)
+        accelerations(self.chain, self.state, work, 0.0, 0)
         load = work.sweep.load
         return work.sweep.base @ load, room.acceleration.copy(), work.sweep.response @ load, work.torque.copy()
 
@@ -170,9 +155,15 @@ class Loop:
         return np.array(centres), np.array(angular)
 
 
+@pytest.fixture
+def polygon(make_scene):
+    """Function that makes a polygon: ``polygon(6, seed)``."""
+    return partial(Polygon, make_scene().model)
+
+
 @pytest.mark.parametrize(("n", "seed"), [(6, 1), (8, 2), (10, 3), (6, 4)])
-def test_accelerations_are_those_of_the_general_formulation(n, seed):
-    loop = Loop(n, seed)
+def test_accelerations_are_those_of_the_general_formulation(polygon, n, seed):
+    loop = polygon(n, seed)
     pin, plane, alpha, torque = loop.solve()
     centres, angular = loop.spread(pin, plane, alpha)
     expected, expected_angular = loop.solve_dense(torque)
@@ -181,20 +172,15 @@ def test_accelerations_are_those_of_the_general_formulation(n, seed):
     np.testing.assert_allclose(angular, expected_angular, rtol=0, atol=RELATIVE * np.abs(expected_angular).max())
 
 
-def test_plane_at_rest_under_planar_loads_is_the_planar_chain():
+def test_plane_at_rest_under_planar_loads_is_the_planar_chain(polygon):
     """Upright and still: the loads on the planar chain are untouched bit for bit, and the plane stays."""
-    loop = Loop(8, 5)
+    loop = polygon(8, 5)
     loop.plane.motion[:] = 0.0
     loop.plane.attitude[:] = [1.0, 0.0, 0.0, 0.0]
     loop.force[:, 2] = loop.moment[:, :2] = 0.0
-    work, room = make_buffers(8, 1), make_space_work(8, 0, 4)
-    orient(loop.state.angle, work.cos, work.sin)
-    place(loop.chain, loop.state, work)
-    work.force_x[:], work.force_y[:], work.moment[:] = loop.force[:, 0], loop.force[:, 1], loop.moment[:, 2]
-    aim(loop.space, loop.plane, loop.chain.gravity, room)
-    plane_dynamics(loop.chain, loop.space, loop.plane, loop.state, work, room)
+    work, room = loop.loaded()
     before = loop.state.pin.copy()
-    turn_plane(loop.plane, loop.state, room, 1e-3)
+    turn_plane(loop.model, loop.state, room)
     for seen, given in (
         (work.force_x, loop.force[:, 0]),
         (work.force_y, loop.force[:, 1]),
@@ -206,16 +192,16 @@ def test_plane_at_rest_under_planar_loads_is_the_planar_chain():
     assert np.array_equal(loop.plane.attitude, [1.0, 0.0, 0.0, 0.0])
 
 
-def test_turning_the_plane_keeps_what_the_pin_does_in_space():
+def test_turning_the_plane_keeps_what_the_pin_does_in_space(polygon):
     """The exact rotation: components turn back, the pin's velocity in space stays, a turn is a turn."""
-    loop = Loop(6, 6)
-    room = make_space_work(6, 0, 3)
+    loop = polygon(6, 6)
+    room = make_space_work(6, 0)
     plane, state, step = loop.plane, loop.state, 0.01
     before = rotation(plane.attitude)
     velocity = before @ [*state.pin[2:], plane.motion[1]]
     at = before @ [*state.pin[:2], plane.motion[0] + step * plane.motion[1]]  # `advance` moves x and y itself
     p, q = plane.motion[2:]
-    turn_plane(plane, state, room, step)
+    turn_plane(loop.model._replace(step=step), state, room)
     after = rotation(plane.attitude)
     # errors of rounding of a few operations on numbers of the order of 1
     np.testing.assert_allclose(after @ [*state.pin[2:], plane.motion[1]], velocity, rtol=0, atol=1e-14)

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 from scipy import stats
-from trackdyn.chain.model import Chain
 
-from trackdyn.chain.riccati import make_work
 from trackdyn.chain.transfer_matrices import (
     accelerations,
     body_matrix,
@@ -18,7 +16,9 @@ from trackdyn.chain.transfer_matrices import (
     solve_boundaries,
     usable_bodies,
 )
+from trackdyn.model.constants import Chain
 from trackdyn.study.extremes import reference
+from trackdyn.study.extremes.solvers import Pose, posed
 
 # Sums of a few dozen products of numbers up to 1e2: a few hundred roundings of 1e-16 each.
 ROUNDING = 1e-12
@@ -247,10 +247,11 @@ def regular_state(chain, rng, turn=0.0):
     return angle, rate, rng.normal(0.0, 2000.0, n), rng.normal(0.0, 2000.0, n), rng.normal(0.0, 60.0, n)
 
 
-def bushing_torques(chain, angle, rate):
+def loaded(chain, angle, rate, *loads):
+    """State and work as a solver finds them, with the bushing torques."""
     turn = np.append(np.diff(angle), angle[0] - angle[-1] - 2.0 * np.pi)
     relative = np.append(np.diff(rate), rate[0] - rate[-1])
-    return -chain.stiffness * (turn - chain.free_angle) - chain.damping * relative
+    return posed(Pose(angle, rate, *loads, -chain.stiffness * (turn - chain.free_angle) - chain.damping * relative))
 
 
 def error_of_the_product(kind, n, seeds, turned=False):
@@ -258,12 +259,11 @@ def error_of_the_product(kind, n, seeds, turned=False):
     chain, errors = make_chain(kind, n), []
     for seed in seeds:
         rng = np.random.default_rng(seed)
-        angle, rate, *loads = regular_state(chain, rng, rng.uniform(0.0, 2.0 * np.pi) if turned else 0.0)
-        work = make_work(n)
-        torque = bushing_torques(chain, angle, rate)
-        accelerations(chain, np.cos(angle), np.sin(angle), rate, *loads, torque, 0, work)
-        expected = reference.accelerations(chain, angle, rate, *loads).alpha
-        errors.append(np.abs(work.response[:, 3] - expected).max() / np.abs(expected).max())
+        pose = regular_state(chain, rng, rng.uniform(0.0, 2.0 * np.pi) if turned else 0.0)
+        state, work = loaded(chain, *pose)
+        accelerations(chain, state, work, 0.0, 0)
+        expected = reference.accelerations(chain, *pose).alpha
+        errors.append(np.abs(work.sweep.response[:, 3] - expected).max() / np.abs(expected).max())
     return np.median(errors)
 
 
@@ -272,9 +272,10 @@ def test_boundaries_hold_on_both_sides_of_the_cut(com):
     n = 6
     chain = make_chain(TRACK, n, com)
     angle, rate, *loads = regular_state(chain, np.random.default_rng(0))
-    torque = bushing_torques(chain, angle, rate)
+    state, work = loaded(chain, angle, rate, *loads)
+    torque = work.torque
     elements = np.empty((2 * n - 1, 13, 13))
-    fill_elements(chain, np.cos(angle), np.sin(angle), rate, *loads, torque, elements)
+    fill_elements(chain, state, work, elements)
     product = multiply(elements)
     start = solve_boundaries(product, elements[0], torque[0], torque[-1])
     end = product @ start
@@ -329,7 +330,7 @@ def size_of_the_product(kind, n):
     """Decimal logarithm of the norm of the product over a ring of ``n`` bodies, at rest and without loads."""
     chain, angle, zero = make_chain(kind, n), -2.0 * np.pi * np.arange(n) / n, np.zeros(n)
     elements = np.empty((2 * n - 1, 13, 13))
-    fill_elements(chain, np.cos(angle), np.sin(angle), zero, zero, zero, zero, zero, elements)
+    fill_elements(chain, *posed(Pose(angle, zero, zero, zero, zero, zero)), elements)
     return np.log10(np.linalg.norm(multiply(elements)[:12, :12]))
 
 
@@ -376,14 +377,13 @@ def test_usable_bodies_of_the_track_leave_no_digit():
 def test_product_of_the_whole_track_gives_nothing():
     """Seventy bodies: the solver refuses, or every digit is wrong."""
     chain = make_chain(TRACK, 70)
-    angle, rate, *loads = regular_state(chain, np.random.default_rng(0))
-    work = make_work(70)
-    torque = bushing_torques(chain, angle, rate)
+    pose = regular_state(chain, np.random.default_rng(0))
+    state, work = loaded(chain, *pose)
     try:
         with np.errstate(all="ignore"):
-            accelerations(chain, np.cos(angle), np.sin(angle), rate, *loads, torque, 0, work)
+            accelerations(chain, state, work, 0.0, 0)
     except np.linalg.LinAlgError:
         return
-    expected = reference.accelerations(chain, angle, rate, *loads).alpha
-    error = np.abs(work.response[:, 3] - expected).max() / np.abs(expected).max()
+    expected = reference.accelerations(chain, *pose).alpha
+    error = np.abs(work.sweep.response[:, 3] - expected).max() / np.abs(expected).max()
     assert not error < 1.0

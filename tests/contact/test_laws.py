@@ -6,13 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from trackdyn.contact.laws import (
-    elastic_force,
-    friction_coefficient,
-    make_law,
-    normal_force,
-    stored_impact_speed,
-)
+from trackdyn.build import make_law
+from trackdyn.contact.laws import elastic_force, friction_coefficient, normal_force, stored_impact_speed
 
 STEEL, RUBBER = 1.154e11, 4.33e7
 

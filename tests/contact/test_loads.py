@@ -5,15 +5,48 @@ from math import pi
 import numpy as np
 import pytest
 
-from trackdyn.chain.kinematics import bushing_torques
 from trackdyn.chain.riccati import accelerations
 from trackdyn.contact.laws import elastic_force, friction_coefficient
 from trackdyn.contact.wheel import foot
-from trackdyn.model import SPROCKET, make_buffers
+from trackdyn.integrate.run import refresh
+from trackdyn.model.constants import SPROCKET
+from trackdyn.model.work import (
+    ARM_X,
+    ARM_Y,
+    BODY,
+    FLANK,
+    FRICTION_X,
+    FRICTION_Y,
+    KIND,
+    NORMAL_X,
+    NORMAL_Y,
+    TURN_X,
+    TURN_Y,
+    WHEEL,
+    make_work,
+)
 
 RINGS = [None, 0.303, 0.308]
 # A depth of some 1e-5 m carries an error of 1e-16 m, a force one of 1e-11; two decades for sums.
 ROUNDING = 1e-9
+
+
+class Listed:
+    """The contacts on the list, a row each; those of one wheel if it is given.
+
+    ``surface`` is the velocity of the wheel's point at unit rate, ``spoke`` its place from the wheel's centre.
+    """
+
+    def __init__(self, work, wheel=None):
+        rows, whose = work.contact[: work.count[0]], work.contact_body[: work.count[0]]
+        if wheel is not None:
+            rows, whose = (part[whose[:, WHEEL] == wheel] for part in (rows, whose))
+        self.body, self.wheel, self.kind = whose[:, [BODY, WHEEL, KIND]].T
+        self.normal, self.friction, self.arm, self.surface = (
+            rows[:, pair] for pair in ([NORMAL_X, NORMAL_Y], [FRICTION_X, FRICTION_Y], [ARM_X, ARM_Y], [TURN_X, TURN_Y])
+        )
+        self.spoke = self.surface[:, ::-1] * [1, -1]
+        self.force = np.hypot(*self.normal.T)
 
 
 def pin_velocities(chain, state):
@@ -72,15 +105,16 @@ def mirrored(model, state, work):
 
 
 @pytest.fixture(params=RINGS)
-def loop(request, driven_loop, place_loads):
+def loop(request, driven_loop):
     """Model, state and work of a running loop, loads evaluated; mass centres off the line of the pins."""
-    model, state, work = driven_loop(request.param)
+    loop = driven_loop(request.param)
+    model, state, work = loop.model, loop.state, loop.work
     chain = model.chain
     model = model._replace(
         chain=chain._replace(com_x=0.45 * chain.length, com_y=np.full(len(chain.length), 0.004))
     )
     close_velocities(model.chain, state)
-    place_loads(model, state, work)
+    refresh(model, state, work)
     # otherwise the tests below would look at nothing; without a ring both flanks of the teeth carry
     assert (work.tooth_force > 0).any()
     if request.param is None:
@@ -90,12 +124,12 @@ def loop(request, driven_loop, place_loads):
     return model, state, work
 
 
-def test_mirrored_loop_has_mirrored_contacts(loop, place_loads):
+def test_mirrored_loop_has_mirrored_contacts(loop):
     """A dead or wrongly placed right arc, or a wrong sign in a moment, breaks the symmetry."""
     model, state, work = loop
     image, image_state, body, link = mirrored(model, state, work)
-    seen = make_buffers(len(state.angle), 3)
-    place_loads(image, image_state, seen)
+    seen = make_work(len(state.angle), len(state.wheel_impact), 3)
+    refresh(image, image_state, seen)
 
     size = np.abs(work.force_x).max() + np.abs(work.force_y).max()
     np.testing.assert_allclose(seen.force_x, -work.force_x[body], rtol=0, atol=ROUNDING * size)
@@ -112,18 +146,15 @@ def test_mirrored_loop_has_mirrored_contacts(loop, place_loads):
             assert seen.tooth_groove[arc] == (14 - groove if groove else 0)
 
 
-def test_mirrored_loop_has_mirrored_accelerations(loop, place_loads):
+def test_mirrored_loop_has_mirrored_accelerations(loop):
     """The same through bushings and chain, up to the motion of every body."""
     model, state, work = loop
     image, image_state, body, _ = mirrored(model, state, work)
-    seen = make_buffers(len(state.angle), 3)
-    place_loads(image, image_state, seen)
+    seen = make_work(len(state.angle), len(state.wheel_impact), 3)
+    refresh(image, image_state, seen)
     alpha = []
     for m, s, w in ((model, state, work), (image, image_state, seen)):
-        bushing_torques(m.chain, s, w)
-        accelerations(
-            m.chain, w.cos, w.sin, s.rate, w.force_x, w.force_y, w.moment, w.torque, 1e-3, 0, w.sweep
-        )
+        accelerations(m.chain, s, w, 1e-3, 0)
         alpha.append(w.sweep.response @ w.sweep.load)
     # contact forces agree to ROUNDING; acting on the end of a connector they turn it
     force = np.abs(work.force_x).max() + np.abs(work.force_y).max()
@@ -141,23 +172,17 @@ def set_rigid_rotation(model, state, wheel, rate):
     state.pin[3] = rate * (state.pin[0] - cx)
 
 
-def contacts(work, wheel):
-    count = work.count[0]
-    return work.contact[:count][work.contact_body[:count, 1] == wheel]
-
-
 @pytest.mark.parametrize("wheel", [0, 1, 2])
-def test_contact_that_turns_with_its_wheel_does_not_slip(loop, place_loads, wheel):
+def test_contact_that_turns_with_its_wheel_does_not_slip(loop, wheel):
     model, state, work = loop
     set_rigid_rotation(model, state, wheel, -2.16)
     state.tooth_impact[:] = 0.0
     state.wheel_impact[:] = 0.0
-    place_loads(model, state, work)
-    rows = contacts(work, wheel)
-    assert len(rows) > 0
-    normal, friction = np.hypot(rows[:, 0], rows[:, 1]), np.hypot(rows[:, 2], rows[:, 3])
+    refresh(model, state, work)
+    touched = Listed(work, wheel)
+    assert len(touched.body) > 0
     # slip of rounding alone, 1e-15 m/s, times the slope of the law, 10 s/m, is 1e-14
-    assert (friction <= 1e-12 * normal).all()
+    assert (np.hypot(*touched.friction.T) <= 1e-12 * touched.force).all()
     # nor does it approach: nothing is faster than the floor of the initial impact velocity
     impact = state.wheel_impact[:, wheel]
     if wheel == SPROCKET:
@@ -165,31 +190,29 @@ def test_contact_that_turns_with_its_wheel_does_not_slip(loop, place_loads, whee
     assert set(impact[impact > 0]) == {model.tooth.law.speed_floor}
 
 
-def test_resting_chain_is_dragged_along_by_a_turning_wheel(loop, place_loads):
+def test_resting_chain_is_dragged_along_by_a_turning_wheel(loop):
     """The slip of a link at rest is the velocity of the wheel's surface, omega x r at the contact point."""
     model, state, work = loop
     state.rate[:] = 0.0
     state.pin[2:] = 0.0
     for wheel, rate in ((0, -2.0), (1, -0.3), (2, 1.5)):
         state.wheel_rate[wheel] = rate
-    place_loads(model, state, work)
+    refresh(model, state, work)
     for wheel in range(3):
         law = model.wheels.ring_law if wheel == SPROCKET else model.wheels.wheel_law
         rate = state.wheel_rate[wheel]
-        count = work.count[0]
-        rows = work.contact[:count][
-            (work.contact_body[:count, 1] == wheel) & (work.contact_body[:count, 2] == 0)
-        ]
-        assert len(rows) > 0 or not model.wheels.present[wheel]
-        for fnx, fny, ffx, ffy, _, _, _, _, ox, oy, *_ in rows:
-            surface = np.array([-rate * oy, rate * ox])
-            expected = friction_coefficient(law, np.hypot(*surface)) * np.hypot(fnx, fny)
+        touched = Listed(work, wheel)
+        links = np.flatnonzero(touched.kind != FLANK)
+        assert len(links) > 0 or not model.wheels.present[wheel]
+        for k in links:
+            surface = rate * touched.surface[k]
+            expected = friction_coefficient(law, np.hypot(*surface)) * touched.force[k]
             np.testing.assert_allclose(
-                [ffx, ffy], expected * surface / np.hypot(*surface), atol=1e-9 * expected
+                touched.friction[k], expected * surface / np.hypot(*surface), atol=1e-9 * expected
             )
 
 
-def test_normal_velocity_is_that_of_the_gap(loop, place_loads):
+def test_normal_velocity_is_that_of_the_gap(loop):
     """A chain that moves against resting wheels meets the force of Eq. 8 with its speed."""
     model, state, work = loop
     state.rate[:] = 0.0
@@ -197,41 +220,37 @@ def test_normal_velocity_is_that_of_the_gap(loop, place_loads):
     velocity = np.array([0.13, -0.07])
     state.pin[2:] = velocity
     state.wheel_impact[:] = 0.0
-    place_loads(model, state, work)
-    checked = 0
-    for k in range(work.count[0]):
-        body, wheel, tooth = work.contact_body[k]
-        if tooth:
-            continue
-        row = work.contact[k]
-        force = np.hypot(row[0], row[1])
-        normal = row[:2] / force if force else row[8:10] / np.hypot(*row[8:10])
+    refresh(model, state, work)
+    touched = Listed(work)
+    links = np.flatnonzero(touched.kind != FLANK)
+    for k in links:
+        body, wheel, spoke = touched.body[k], touched.wheel[k], touched.spoke[k]
+        normal = touched.normal[k] / touched.force[k] if touched.force[k] else spoke / np.hypot(*spoke)
         speed = -normal @ velocity
         law = model.wheels.ring_law if wheel == SPROCKET else model.wheels.wheel_law
-        depth = model.wheels.radius[wheel] - np.hypot(*row[8:10])
+        depth = model.wheels.radius[wheel] - np.hypot(*spoke)
         factor = min(max(1 + law.loss * speed / max(abs(speed), 0.1), 0.0), law.factor_limit)
         expected = elastic_force(law.stiffness, depth, model.wheels.radius[wheel]) * factor
         # the depth, some 1e-4 m, is here the difference of radii of 0.3 m; shallow contacts to 1e-6 N
         assert work.wheel_force[body // 2, wheel] == pytest.approx(expected, rel=1e-7, abs=1e-6)
-        checked += 1
-    assert checked > 3
+    assert len(links) > 3
 
 
 def test_every_wheel_feels_the_opposite_of_what_it_does(loop):
     """Forces of the contact list against the loads of bodies and wheels, by moments about fixed points."""
     model, state, work = loop
     centre = mass_centres(model.chain, state)
-    count = work.count[0]
     force_x, force_y, moment = (np.zeros(len(state.angle)) for _ in range(3))
     torque = np.zeros(3)
-    for row, (body, wheel, _) in zip(work.contact[:count], work.contact_body[:count], strict=True):
-        fx, fy = row[0] + row[2], row[1] + row[3]
-        point = centre[body] + row[4:6]
-        arm = point - [model.wheels.x[wheel], model.wheels.y[wheel]]
-        np.testing.assert_allclose(arm, row[8:10], rtol=0, atol=1e-12)  # one contact point, seen from both
+    touched = Listed(work)
+    for k, (body, wheel) in enumerate(zip(touched.body, touched.wheel, strict=True)):
+        fx, fy = touched.normal[k] + touched.friction[k]
+        own = touched.arm[k]
+        arm = centre[body] + own - [model.wheels.x[wheel], model.wheels.y[wheel]]
+        np.testing.assert_allclose(arm, touched.spoke[k], rtol=0, atol=1e-12)  # one contact point, seen from both
         force_x[body] += fx
         force_y[body] += fy
-        moment[body] += row[4] * fy - row[5] * fx
+        moment[body] += own[0] * fy - own[1] * fx
         torque[wheel] -= arm[0] * fy - arm[1] * fx
     size = np.abs(force_x).max() + np.abs(force_y).max()
     for seen, expected in (
@@ -244,48 +263,41 @@ def test_every_wheel_feels_the_opposite_of_what_it_does(loop):
 
 
 def test_normal_and_friction_are_perpendicular_and_normal_pushes_outward(loop):
-    _, _, work = loop
-    rows = work.contact[: work.count[0]]
-    links = work.contact_body[: work.count[0], 2] == 0
-    product = rows[:, 0] * rows[:, 2] + rows[:, 1] * rows[:, 3]
-    size = np.hypot(rows[:, 0], rows[:, 1]) * np.hypot(rows[:, 2], rows[:, 3])
-    assert (np.abs(product) <= 1e-12 * size).all()
-    outward = rows[links, 0] * rows[links, 8] + rows[links, 1] * rows[links, 9]
-    assert (outward >= 0).all()
+    touched = Listed(loop[2])
+    product = (touched.normal * touched.friction).sum(axis=1)
+    assert (np.abs(product) <= 1e-12 * touched.force * np.hypot(*touched.friction.T)).all()
+    outward = (touched.normal * touched.spoke).sum(axis=1)
+    assert (outward[touched.kind != FLANK] >= 0).all()
 
 
 def test_tooth_contact_points_lie_on_the_arc_of_the_connector(loop):
     model, state, work = loop
     centre = mass_centres(model.chain, state)
     radius = model.tooth.arc_radius
-    checked = 0
-    for row, (body, _, tooth) in zip(
-        work.contact[: work.count[0]], work.contact_body[: work.count[0]], strict=True
-    ):
-        if tooth:
-            point = centre[body] + row[4:6]
-            pins = np.array([[work.pin_x[i], work.pin_y[i]] for i in (body, body + 1)])
-            offset = point - pins
-            distance = np.hypot(*offset.T)
-            nearest = np.argmin(np.abs(distance - radius))
-            assert distance[nearest] == pytest.approx(radius, abs=1e-12)
-            # opposite to the normal: the tooth pushes the pin away from the point
-            assert -(row[:2] @ offset[nearest]) == pytest.approx(
-                np.hypot(*row[:2]) * radius, rel=1e-9, abs=1e-12
-            )
-            checked += 1
-    assert checked > 0
+    touched = Listed(work)
+    flanks = np.flatnonzero(touched.kind == FLANK)
+    assert len(flanks) > 0
+    for k in flanks:
+        body = touched.body[k]
+        pins = np.array([[work.pin_x[i], work.pin_y[i]] for i in (body, body + 1)])
+        offset = centre[body] + touched.arm[k] - pins
+        distance = np.hypot(*offset.T)
+        nearest = np.argmin(np.abs(distance - radius))
+        assert distance[nearest] == pytest.approx(radius, abs=1e-12)
+        # opposite to the normal: the tooth pushes the pin away from the point
+        assert -(touched.normal[k] @ offset[nearest]) == pytest.approx(touched.force[k] * radius, rel=1e-9, abs=1e-12)
 
 
-def test_scene_without_ring_or_teeth_has_none_of_their_forces(driven_loop, place_loads):
-    model, state, work = driven_loop(None)
-    place_loads(model, state, work)
+def test_scene_without_ring_or_teeth_has_none_of_their_forces(driven_loop):
+    loop = driven_loop(None)
+    model, state, work = loop.model, loop.state, loop.work
+    refresh(model, state, work)
     assert (work.wheel_force[:, SPROCKET] == 0).all()
     toothless = model._replace(tooth=model.tooth._replace(present=0))
-    work = make_buffers(len(state.angle), 3)
-    place_loads(toothless, state, work)
+    work = make_work(len(state.angle), len(state.wheel_impact), 3)
+    refresh(toothless, state, work)
     assert (work.tooth_force == 0).all()
-    assert not (work.contact_body[: work.count[0], 1] == SPROCKET).any()
+    assert not (Listed(work).wheel == SPROCKET).any()
 
 
 # --- the three cases of a link on a wheel

@@ -4,16 +4,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from trackdyn.contact.laws import (
-    NORMAL_LAWS,
-    delivered_restitution,
-    delivering_loss,
-    friction_coefficient,
-    make_law,
-    normal_force,
-    normal_slopes,
-)
-from trackdyn.scene import Scene, build_model
+from trackdyn.build import make_law
+from trackdyn.contact.laws import friction_coefficient, normal_force, normal_slopes
+from trackdyn.parameters.normal_laws import NORMAL_LAWS, delivered_restitution, delivering_loss
+from trackdyn.scene import Scene
 
 STEEL = 1.154e11
 RADIUS, MASS, SPEED = 0.05, 2.5, 0.5
@@ -112,18 +106,18 @@ def test_slopes_are_those_of_the_force(normal_law, radius):
 
 
 def test_no_friction_is_exactly_none(rig):
-    model = build_model(Scene(rig, 115.0, friction="none"))
+    model = Scene(rig, 115.0, friction="none").model
     for contact in (model.tooth.law, model.wheels.ring_law, model.wheels.wheel_law):
         assert contact.friction_static == contact.friction_dynamic == 0.0
         for slip in (-10.0, -1e-3, 0.0, 1e-9, 0.05, 3.0):
             assert friction_coefficient(contact, slip) == 0.0
-    model = build_model(Scene(rig, 115.0))
+    model = Scene(rig, 115.0).model
     assert friction_coefficient(model.wheels.wheel_law, 0.05) > 0.1
 
 
 @pytest.mark.parametrize("normal_law", NORMAL_LAWS)
 def test_a_scene_uses_the_law_that_it_names(rig, normal_law):
-    model = build_model(Scene(rig, 115.0, normal_law=normal_law))
+    model = Scene(rig, 115.0, normal_law=normal_law).model
     expected = {
         "printed": 0.75 * (1 - rig.tooth_contact.restitution**2),
         "delivered": delivering_loss(rig.tooth_contact.restitution),

@@ -4,16 +4,38 @@ import copy
 
 import numpy as np
 import pytest
-from trackdyn.chain.spatial import INDEPENDENT, ISOTROPIC, RING, TANGENTIAL, TOOTH, WHEEL, aim
-from trackdyn.contact.spatial import GUIDE, axial_friction, contact_loads, overlap
-from trackdyn.space import build_space
 
-from trackdyn.chain.kinematics import orient, place
+from trackdyn.build import build_space, start_plane
+from trackdyn.contact.axial import axial_friction, overlap
 from trackdyn.contact.laws import friction_coefficient
-from trackdyn.model import SPROCKET, make_buffers
-from trackdyn.scene import build_model
+from trackdyn.integrate.run import refresh
+from trackdyn.model.constants import INDEPENDENT, ISOTROPIC, SPROCKET, TANGENTIAL
+from trackdyn.model.work import (
+    BODY,
+    FLANK,
+    FRICTION_X,
+    FRICTION_Y,
+    FRICTION_Z,
+    GUIDE,
+    KIND,
+    NORMAL_X,
+    NORMAL_Y,
+    NORMAL_Z,
+    RATE,
+    RING,
+    SPEED_X,
+    SPEED_Y,
+    SPEED_Z,
+    SURFACE,
+    TURN_X,
+    TURN_Y,
+    TURN_Z,
+    WHEEL,
+    make_space_work,
+    make_work,
+)
 
-KIND = {"tangential": TANGENTIAL, "independent": INDEPENDENT, "isotropic": ISOTROPIC}
+FRICTION = {"tangential": TANGENTIAL, "independent": INDEPENDENT, "isotropic": ISOTROPIC}
 # Forces of some 1e4 N from depths of 1e-5 m that carry an error of 1e-16 m; two decades for sums.
 ROUNDING = 1e-9
 TILTED = {
@@ -22,89 +44,84 @@ TILTED = {
 }  # fmt: skip
 
 
-def evaluate(model, state, spatial):
+def evaluate(model, state):
     """Loads of a state from scratch."""
-    work = make_buffers(len(state.angle), len(model.wheels.x))
-    orient(state.angle, work.cos, work.sin)
-    place(model.chain, state, work)
-    aim(spatial.space, spatial.plane, model.chain.gravity, spatial.work)
-    contact_loads(model, state, work, spatial.space, spatial.plane, spatial.work)
+    n, (pitches, wheels) = len(state.angle), state.wheel_impact.shape
+    work = make_work(n, pitches, wheels)._replace(space=make_space_work(n, wheels))
+    refresh(model, state, work)
     return work
 
 
-@pytest.fixture(scope="module")
-def rows_of():
-    """Function that gives the used part of the contact list."""
+class Listed:
+    """The contacts on the list, a row each, with three components; of some kinds on one wheel if they are given."""
 
-    def rows(spatial):
-        count = spatial.work.count[0]
-        return spatial.work.contact[:count], spatial.work.contact_body[:count]
-
-    return rows
+    def __init__(self, work, wheel=None, kinds=(SURFACE, FLANK, RING, GUIDE)):
+        rows, whose = work.contact[: work.count[0]], work.contact_body[: work.count[0]]
+        mine = np.isin(whose[:, KIND], kinds) & (True if wheel is None else whose[:, WHEEL] == wheel)
+        rows, whose = rows[mine], whose[mine]
+        self.body, self.wheel, self.kind = whose[:, [BODY, WHEEL, KIND]].T
+        self.normal = rows[:, [NORMAL_X, NORMAL_Y, NORMAL_Z]]
+        self.friction = rows[:, [FRICTION_X, FRICTION_Y, FRICTION_Z]]
+        # velocity of the body's point against the wheel's
+        surface = rows[:, [RATE]] * rows[:, [TURN_X, TURN_Y, TURN_Z]]
+        self.slip = rows[:, [SPEED_X, SPEED_Y, SPEED_Z]] - surface
 
 
 @pytest.fixture
 def make_spatial(driven_loop, make_scene, rig):
-    """Function that puts the running loop into space, its wheels changed, the plane moving as given."""
+    """Function that gives model and state of the running loop in space, its wheels changed, the plane moving."""
 
     def make(friction="independent", motion=(0.0, 0.0, 0.0, 0.0), **changes):
-        model, state, work = driven_loop(0.308)
+        loop = driven_loop(0.308)
         scene = make_scene(rig=rig.changed(**changes), space="spatial", friction=friction)
-        spatial = build_space(scene, model, state)
-        spatial.plane.motion[:] += motion
-        return model, state, work, spatial
+        model = loop.model._replace(space=build_space(scene, loop.model.tooth, loop.model.wheels))
+        state = loop.state._replace(plane=start_plane(scene.rig, model, loop.state))
+        state.plane.motion[:] += motion
+        return model, state
 
     return make
 
 
-def without_guides(spatial):
-    return spatial._replace(space=spatial.space._replace(guide_reach=np.zeros_like(spatial.space.guide_reach)))
-
-
-def test_aligned_wheels_give_the_planar_loads_exactly(make_spatial, place_loads):
-    model, state, work, spatial = make_spatial()
+def test_aligned_wheels_give_the_planar_loads_exactly(make_spatial):
+    model, state = make_spatial()
     mine = copy.deepcopy(state)
-    place_loads(model, state, work)
-    seen = evaluate(model, mine, spatial)
+    state = state._replace(plane=None)
+    work = make_work(len(state.angle), *state.wheel_impact.shape)
+    refresh(model._replace(space=None), state, work)
+    seen = evaluate(model, mine)
     assert (work.tooth_force > 0).any() and (work.wheel_force > 0).any(axis=0).all()
     for name in (
-        "force_x",
-        "force_y",
-        "moment",
-        "wheel_torque",
-        "tooth_force",
-        "tooth_area",
-        "tooth_groove",
-        "wheel_force",
-    ):
+        "force_x", "force_y", "moment", "wheel_torque", "tooth_force", "tooth_area", "tooth_groove", "wheel_force",
+    ):  # fmt: skip
         assert np.array_equal(getattr(seen, name), getattr(work, name)), name
     for name in ("tooth_impact", "wheel_impact"):
         assert np.array_equal(getattr(mine, name), getattr(state, name)), name
-    assert not spatial.work.force_z.any() and not spatial.work.moment_x.any() and not spatial.work.moment_y.any()
+    for name in ("force_z", "moment_x", "moment_y"):
+        assert not getattr(seen.space, name).any(), name
 
 
 def test_overlap_of_two_lengths(make_spatial):
     """Eq. 19 by hand for widths of 50 and 60 mm; never more than the shorter one, never less than nothing."""
-    space = make_spatial()[3].space
+    space = make_spatial()[0].space
     for offset, share in ((0.0, 1.0), (0.005, 1.0), (-0.005, 1.0), (0.02, 0.7), (-0.02, 0.7), (0.055, 0.0), (0.2, 0.0)):
-        assert overlap(space, TOOTH, offset) == pytest.approx(share, abs=1e-15)
-    assert overlap(space, RING, 0.02) == pytest.approx(0.96) == overlap(space, WHEEL, -0.02)
+        assert overlap(space, FLANK, offset) == pytest.approx(share, abs=1e-15)
+    assert overlap(space, RING, 0.02) == pytest.approx(0.96) == overlap(space, SURFACE, -0.02)
 
 
 def test_less_overlap_gives_less_force(make_spatial):
-    model, state, _, spatial = make_spatial()
-    spatial = without_guides(spatial)
-    full = evaluate(model, copy.deepcopy(state), spatial)
-    spatial.plane.motion[0] = 0.02
-    part = evaluate(model, copy.deepcopy(state), spatial)
+    model, state = make_spatial()
+    model = model._replace(space=model.space._replace(guide_reach=np.zeros_like(model.space.guide_reach)))
+    full = evaluate(model, copy.deepcopy(state))
+    state.plane.motion[0] = 0.02
+    part = evaluate(model, copy.deepcopy(state))
     np.testing.assert_allclose(part.tooth_force, 0.7 * full.tooth_force, rtol=1e-14)
     np.testing.assert_allclose(part.wheel_force, 0.96 * full.wheel_force, rtol=1e-14)
-    spatial.plane.motion[0] = -0.06
-    none = evaluate(model, state, spatial)
+    state.plane.motion[0] = -0.06
+    none = evaluate(model, state)
     assert not none.tooth_force.any() and not none.tooth_area.any() and not state.tooth_impact.any()
 
 
-@pytest.mark.parametrize("kind", KIND.values())
+@pytest.mark.parametrize("kind", FRICTION.values())
 def test_axial_friction_is_odd_and_bounded(make_spatial, kind):
     law = make_spatial()[0].tooth.law
     rng = np.random.default_rng(2)
@@ -131,43 +148,41 @@ def test_axial_friction_is_odd_and_bounded(make_spatial, kind):
 
 @pytest.mark.parametrize("friction", ["independent", "isotropic"])
 @pytest.mark.parametrize("speed", [0.03, -0.03])
-def test_chain_that_moves_along_the_axes_is_braked(make_spatial, rows_of, friction, speed):
-    model, state, _, spatial = make_spatial(friction, motion=(0.0, speed, 0.0, 0.0))
-    evaluate(model, state, spatial)
-    rows, bodies = rows_of(spatial)
-    assert len(rows) > 5
-    for row, (_, wheel, kind) in zip(rows, bodies, strict=True):
-        law = model.tooth.law if kind else model.wheels.ring_law if wheel == SPROCKET else model.wheels.wheel_law
-        normal = np.linalg.norm(row[:3])
+def test_chain_that_moves_along_the_axes_is_braked(make_spatial, friction, speed):
+    model, state = make_spatial(friction, motion=(0.0, speed, 0.0, 0.0))
+    touched = Listed(evaluate(model, state))
+    laws = {FLANK: model.tooth.law, RING: model.wheels.ring_law, SURFACE: model.wheels.wheel_law}
+    assert len(touched.kind) > 5
+    for kind, push, rub, slip in zip(touched.kind, touched.normal, touched.friction, touched.slip, strict=True):
+        law, normal = laws[kind], np.linalg.norm(push)
         if friction == "independent":
-            assert row[5] == pytest.approx(-normal * friction_coefficient(law, speed), rel=1e-12)
+            assert rub[2] == pytest.approx(-normal * friction_coefficient(law, speed), rel=1e-12)
         else:
-            slip = row[9:12] - row[15] * row[12:15]
-            slip -= row[:3] * (slip @ row[:3]) / normal**2
+            slip = slip - push * (slip @ push) / normal**2
             expected = -normal * friction_coefficient(law, np.linalg.norm(slip)) * slip / np.linalg.norm(slip)
-            np.testing.assert_allclose(row[3:6], expected, rtol=0, atol=1e-9 * normal)
-            assert np.linalg.norm(row[3:6]) <= 1.01 * law.friction_static * normal
+            np.testing.assert_allclose(rub, expected, rtol=0, atol=1e-9 * normal)
+            assert np.linalg.norm(rub) <= 1.01 * law.friction_static * normal
 
 
 @pytest.mark.parametrize("friction", ["independent", "isotropic"])
 def test_action_and_reaction(make_spatial, friction):
     """Forces, and moments about the inertial origin, on all bodies and all wheels add up to nothing."""
     motion = (0.007, 0.02, 0.03, -0.02)  # beyond the play of the guides
-    model, state, _, spatial = make_spatial(friction, motion=motion, **TILTED)
+    model, state = make_spatial(friction, motion=motion, **TILTED)
     # flanks touch some 1e-5 m deep, less than the tilt lifts them
     model = model._replace(tooth=model.tooth._replace(arc_radius=model.tooth.arc_radius + 2e-4))
-    work = evaluate(model, state, spatial)
-    room, space = spatial.work, spatial.space
+    work = evaluate(model, state)
+    room, space = work.space, model.space
     a_p = room.attitude
     c, s = np.cos(state.angle), np.sin(state.angle)
     x = work.pin_x[:-1] + model.chain.com_x * c - model.chain.com_y * s
     y = work.pin_y[:-1] + model.chain.com_x * s + model.chain.com_y * c
-    at = np.column_stack([x, y, np.full(len(x), spatial.plane.motion[0])]) @ a_p.T
+    at = np.column_stack([x, y, np.full(len(x), state.plane.motion[0])]) @ a_p.T
     force = np.column_stack([work.force_x, work.force_y, room.force_z]) @ a_p.T
     moment = np.column_stack([room.moment_x, room.moment_y, work.moment]) @ a_p.T
     total_force, total_moment = force.sum(axis=0), (moment + np.cross(at, force)).sum(axis=0)
     size = np.abs(force).sum()
-    assert (room.contact_body[: room.count[0], 2] == GUIDE).any() and (work.tooth_force > 0).any()
+    assert (Listed(work).kind == GUIDE).any() and (work.tooth_force > 0).any()
     assert np.abs(total_force[2]) > 100.0  # the axial part is not trivial
     for wheel in range(3):
         frame = space.frame[wheel]
@@ -182,28 +197,25 @@ def test_action_and_reaction(make_spatial, friction):
 
 
 @pytest.mark.parametrize("wheel", [0, 1, 2])
-def test_contact_that_turns_with_its_tilted_wheel_does_not_slip(make_spatial, rows_of, wheel):
+def test_contact_that_turns_with_its_tilted_wheel_does_not_slip(make_spatial, wheel):
     """The whole loop turns as if fixed to the wheel, about the wheel's tilted axis."""
-    model, state, _, spatial = make_spatial(**TILTED)
-    evaluate(model, state, spatial)
-    room, rate = spatial.work, -2.16
+    model, state = make_spatial(**TILTED)
+    room, rate = evaluate(model, state).space, -2.16
     omega = rate * room.relative[wheel, 2]  # the axis in P
-    pin = np.array([*state.pin[:2], spatial.plane.motion[0]])
+    pin = np.array([*state.pin[:2], state.plane.motion[0]])
     velocity = np.cross(omega, pin - room.centre[wheel])
-    spatial.plane.motion[1:] = velocity[2], omega[0], omega[1]
+    state.plane.motion[1:] = velocity[2], omega[0], omega[1]
     state.pin[2:] = velocity[:2]
     state.rate[:] = omega[2]
     state.wheel_rate[wheel] = rate
     state.tooth_impact[:] = 0.0
     state.wheel_impact[:] = 0.0
-    work = evaluate(model, state, spatial)
-    rows, bodies = rows_of(spatial)
-    rows = rows[(bodies[:, 1] == wheel) & (bodies[:, 2] != GUIDE)]
-    assert len(rows) > 0 and np.abs(omega[:2]).max() > 1e-3
+    work = evaluate(model, state)
+    touched = Listed(work, wheel, (SURFACE, FLANK, RING))
+    assert len(touched.kind) > 0 and np.abs(omega[:2]).max() > 1e-3
     # slip of rounding alone, 1e-15 m/s, times the slope of the law, 25 s/m
-    assert (np.linalg.norm(rows[:, 3:6], axis=1) <= 1e-12 * np.linalg.norm(rows[:, :3], axis=1)).all()
-    relative = rows[:, 9:12] - rate * rows[:, 12:15]
-    np.testing.assert_allclose(relative, 0.0, atol=1e-14)
+    assert (np.linalg.norm(touched.friction, axis=1) <= 1e-12 * np.linalg.norm(touched.normal, axis=1)).all()
+    np.testing.assert_allclose(touched.slip, 0.0, atol=1e-14)
     impact = state.wheel_impact[:, wheel]
     assert set(impact[impact > 0]) <= {model.tooth.law.speed_floor}
     if wheel == SPROCKET:
@@ -218,9 +230,9 @@ def test_mirror_image_across_the_plane(make_spatial, friction):
     seen = []
     for side in (1.0, -1.0):
         changes = {name: side * value for name, value in TILTED.items()}
-        model, state, _, spatial = make_spatial(friction, motion=side * motion, **changes)
-        seen.append((evaluate(model, state, spatial), spatial.work))
-    (work, room), (image, image_room) = seen
+        seen.append(evaluate(*make_spatial(friction, motion=side * motion, **changes)))
+    work, image = seen
+    room, image_room = work.space, image.space
     assert np.abs(room.force_z).max() > 10.0
     size = np.abs(work.force_x).max() + np.abs(work.force_y).max()
     for name in ("force_x", "force_y", "moment", "wheel_torque", "tooth_force", "wheel_force"):
@@ -231,29 +243,24 @@ def test_mirror_image_across_the_plane(make_spatial, friction):
     np.testing.assert_allclose(image_room.wheel_load, room.wheel_load * signs, rtol=0, atol=ROUNDING * size)
 
 
-def test_guides_push_back_beyond_their_play_and_never_pull(make_spatial, rows_of):
+def test_guides_push_back_beyond_their_play_and_never_pull(make_spatial):
     def guides(offset, speed):
-        model, state, _, spatial = make_spatial("tangential", motion=(offset, speed, 0.0, 0.0))
-        evaluate(model, state, spatial)
-        rows, bodies = rows_of(spatial)
-        at = bodies[:, 2] == GUIDE
-        return rows[at], bodies[at], spatial
+        work = evaluate(*make_spatial("tangential", motion=(offset, speed, 0.0, 0.0)))
+        return Listed(work, kinds=(GUIDE,)), work.space
 
-    assert len(guides(0.0049, 0.5)[0]) == 0
-    rows, bodies, spatial = guides(0.0055, 0.1)
-    assert set(bodies[:, 1]) == {0, 1, 2} and (bodies[:, 0] % 2 == 1).all()
+    assert len(guides(0.0049, 0.5)[0].body) == 0
+    touched, room = guides(0.0055, 0.1)
+    assert set(touched.wheel) == {0, 1, 2} and (touched.body % 2 == 1).all()
     # 1e6 N/m x 0.5 mm + 1e3 N s/m x 0.1 m/s
-    np.testing.assert_allclose(rows[:, 2], -600.0, rtol=1e-9)
-    assert not rows[:, :2].any() and not rows[:, 3:6].any()
-    assert spatial.work.force_z.sum() == pytest.approx(-600.0 * len(rows), rel=1e-9)
-    np.testing.assert_allclose(guides(-0.0055, -0.1)[0][:, 2], 600.0, rtol=1e-9)
+    np.testing.assert_allclose(touched.normal[:, 2], -600.0, rtol=1e-9)
+    assert not touched.normal[:, :2].any() and not touched.friction.any()
+    assert room.force_z.sum() == pytest.approx(-600.0 * len(touched.body), rel=1e-9)
+    np.testing.assert_allclose(guides(-0.0055, -0.1)[0].normal[:, 2], 600.0, rtol=1e-9)
     # leaving at 1 m/s the damper would pull with 1000 N
-    assert (guides(0.0055, -1.0)[0][:, 2] == 0.0).all()
+    assert (guides(0.0055, -1.0)[0].normal[:, 2] == 0.0).all()
 
 
-def test_a_sprocket_without_teeth_or_ring_has_no_guides(make_scene, driven_loop):
-    model, state, _ = driven_loop(None)
-    scene = make_scene(ring_radius=None, tooth_contact="none", space="spatial")
-    bare = build_model(scene)
-    assert build_space(scene, bare, state).space.guide_reach[SPROCKET] == 0.0
-    assert build_space(make_scene(ring_radius=None, space="spatial"), model, state).space.guide_reach[SPROCKET] > 0.3
+def test_a_sprocket_without_teeth_or_ring_has_no_guides(make_scene):
+    toothed = make_scene(ring_radius=None, space="spatial")
+    assert toothed.with_(tooth_contact="none").model.space.guide_reach[SPROCKET] == 0.0
+    assert toothed.model.space.guide_reach[SPROCKET] > 0.3

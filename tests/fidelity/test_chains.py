@@ -3,13 +3,15 @@
 import numpy as np
 import pytest
 
+from trackdyn.build import build_chain, build_shoes
 from trackdyn.chain.kinematics import bushing_torques
-from trackdyn.integrate.spells import SPELL_COLUMNS
+from trackdyn.loop import Loop
 from trackdyn.measure.sensor import sense
-from trackdyn.model import make_buffers
+from trackdyn.model.record import SPELL_COLUMNS
+from trackdyn.model.work import make_work
 from trackdyn.parameters.layout import Assembly, belt_around
-from trackdyn.scene import Scene, build_chain, build_model, build_shoes
-from trackdyn.settling import settle, start_state
+from trackdyn.scene import Scene
+from trackdyn.settling import start_state
 from trackdyn.simulate import simulate
 
 # --- single pin
@@ -63,7 +65,7 @@ def test_sensor_sits_at_the_same_place_of_its_link(rig):
         moved = rig.changed(sensor__pitch=pitch, sensor__x=0.03)
         places = []
         for kind in ("single_pin", "double_pin"):
-            model = build_model(Scene(moved, 115.0, chain=kind))
+            model = Scene(moved, 115.0, chain=kind).model
             link = model.shoes
             assert link.link_body[pitch - 1] == model.sensor.body
             places.append((model.sensor.x - link.link_start[pitch - 1], model.sensor.y))
@@ -102,12 +104,12 @@ def test_its_bushings_are_two_in_series(rig):
     """The same torque if a pitch bends by the same angle and rate, half of it at each of the double pins."""
     torque = {}
     for kind in ("single_pin", "double_pin"):
-        model = build_model(Scene(rig, 0.0, chain=kind))
+        model = Scene(rig, 0.0, chain=kind).model
         n = len(model.chain.length)
         share = np.arange(n) / n
         state = start_state(Assembly(np.zeros((n, 2)), -2 * np.pi * share, 0.0, 0.0), model)
         state.rate[:] = 35.0 * share  # 1 rad/s a pitch
-        work = make_buffers(n, 3, 35)
+        work = make_work(n, 35, 3)
         bushing_torques(model.chain, state, work)
         torque[kind] = work.torque[: -n // 35]  # the rate closes the loop by a jump at its cut
     np.testing.assert_allclose(torque["double_pin"], torque["double_pin"][0], rtol=1e-12)
@@ -118,10 +120,10 @@ def test_its_bushings_are_two_in_series(rig):
 def test_single_pin_loop_settles_and_runs(rig, make_scene):
     scene = make_scene(150.0, chain="single_pin", frame_interval=0.1)
     assert scene.bodies == 35
-    model, state, _, layout = settle(scene)
-    assert len(state.angle) == 35 and len(model.shoes.arc_body) == 70
+    loop = Loop(scene)
+    assert len(loop.angles) == 35 and len(loop.model.shoes.arc_body) == 70
     # as with the double pins: the tensioner's loop is closed to a few per cent
-    assert layout["tension_n"] == pytest.approx(rig.tension.pre_tension, rel=0.05)
+    assert loop.layout["tension_n"] == pytest.approx(rig.tension.pre_tension, rel=0.05)
     recording = simulate(scene)
     assert recording.gap.max() <= 1.1e-10
     assert recording.frame.shape[1] == 35 + 3

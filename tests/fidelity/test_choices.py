@@ -59,7 +59,7 @@ def refusal(rig):
         ({}, {"tolerance": 1e-6}, "tolerance = 1e-06", "None would do"),
         ({}, {"integrator": "rk4", "tolerance": 1e-6}, "tolerance = 1e-06", "integrator='rk4' has a fixed step"),
         ({}, {"integrator": "adaptive", "tolerance": 0.0}, "tolerance = 0.0", "between 0 and 1"),
-        ({}, {"integrator": "adaptive", "tolerance": float("nan")}, "tolerance = nan", "between 0 and 1"),
+        ({}, {"integrator": "adaptive", "tolerance": float("nan")}, "tolerance = nan", "a finite number is needed"),
     ],
 )  # fmt: skip
 def test_nonsense_is_refused_by_name_with_what_would_do(refusal, changes, fields, field, remedy):

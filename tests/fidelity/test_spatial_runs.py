@@ -4,30 +4,36 @@ import copy
 
 import numpy as np
 import pytest
-from trackdyn.chain.spatial import make_plane_record
-from trackdyn.integrate.spatial import run_spatial
-from trackdyn.space import build_space
 
-from trackdyn.integrate.run import run
+from trackdyn.loop import Loop
 from trackdyn.measure.metrics import energy_residual
-from trackdyn.settling import empty_record, settle
+from trackdyn.model.work import FRICTION_X, FRICTION_Y, FRICTION_Z, NORMAL_X, NORMAL_Y, NORMAL_Z
+
+FORCES = [NORMAL_X, NORMAL_Y, NORMAL_Z, FRICTION_X, FRICTION_Y, FRICTION_Z]
 
 
 @pytest.fixture(scope="module")
 def aligned(make_scene):
-    """A settled aligned loop: scene, model, state, work."""
-    scene = make_scene(115.0, space="spatial")
-    return scene, *settle(scene)[:3]
+    """A settled aligned loop."""
+    return Loop(make_scene(115.0, space="spatial"))
 
 
-def run_in_space(scene, model, state, work, seconds, stride=None):
-    """Run with a record of every sample, or of every step with ``stride=1``."""
-    stride = scene.stride if stride is None else stride
-    samples = round(seconds / model.step / stride)
-    record = empty_record(samples, len(state.angle), len(model.wheels.x), (1,), samples, 1)
-    spatial = build_space(scene, model, state, make_plane_record(samples, len(model.wheels.x)))
-    assert run_spatial(model, state, work, record, 0, samples, stride, spatial) == -1
-    return record, spatial
+def filled(loop, samples):
+    """Record of the next samples, every configuration kept."""
+    record = loop.room(samples, pitches=(1,), frames=samples, frame_stride=1)
+    loop.fill(record)
+    return record
+
+
+def without_wheels(model, **chain):
+    """A model whose chain touches nothing."""
+    nothing = np.zeros_like(model.wheels.present)
+    return model._replace(
+        chain=model.chain._replace(**chain),
+        tooth=model.tooth._replace(present=0),
+        wheels=model.wheels._replace(present=nothing),
+        space=model.space._replace(guide_reach=np.zeros_like(model.space.guide_reach)),
+    )
 
 
 def test_aligned_scene_repeats_the_planar_run(aligned):
@@ -35,17 +41,15 @@ def test_aligned_scene_repeats_the_planar_run(aligned):
 
     1e-9 of g is allowed, for compilers that round differently; the rounding that remains grows by contact.
     """
-    scene, model, state, work = copy.deepcopy(aligned)
-    planar = empty_record(1000, 70, 3, (1,), 1000, 1)
-    assert run(model, copy.deepcopy(state), copy.deepcopy(work), planar, 0, 1000, scene.stride) == -1
-    record, spatial = run_in_space(scene, model, state, work, 1.0)
+    loop = aligned.copy()
+    planar, record = filled(Loop(loop.scene.with_(space="planar")), 1000), filled(loop, 1000)
     for name in ("raw", "mean"):
         np.testing.assert_allclose(getattr(record, name), getattr(planar, name), rtol=0, atol=1e-9 * 9.81)
     np.testing.assert_allclose(record.frame, planar.frame, rtol=0, atol=1e-9)
     np.testing.assert_allclose(record.energy, planar.energy, rtol=0, atol=1e-9 * np.abs(planar.energy).max())
     assert (record.force > 0).any() and (record.wheel_rate[-1] != 0).all()
-    assert not spatial.record.motion[:, :4].any() and not spatial.record.axial.any()
-    assert np.array_equal(spatial.plane.attitude, [1.0, 0.0, 0.0, 0.0])
+    assert not record.plane.motion[:, :4].any() and not record.plane.axial.any()
+    assert np.array_equal(loop.state.plane.attitude, [1.0, 0.0, 0.0, 0.0])
 
 
 MISALIGNED = {
@@ -56,16 +60,11 @@ MISALIGNED = {
 
 @pytest.fixture(scope="module", params=MISALIGNED)
 def misaligned(request, rig, make_scene):
-    """A loop with one wheel out of the plane, two seconds after the start: scene, model, state, work, spatial."""
-    changed = rig.changed(**MISALIGNED[request.param])
-    scene = make_scene(210.0, rig=changed)
+    """A loop with one wheel out of the plane three seconds after the start, and the record of them."""
+    scene = make_scene(210.0, rig=rig.changed(**MISALIGNED[request.param]))
     assert scene.fidelity["space"].setting == "spatial" and scene.fidelity["friction"].setting == "independent"
-    model, state, work, _ = settle(scene)
-    samples = 3000
-    record = empty_record(samples, 70, 3, (1,))
-    spatial = build_space(scene, model, state, make_plane_record(samples, 3))
-    assert run_spatial(model, state, work, record, 0, samples, scene.stride, spatial) == -1
-    return scene, model, state, work, record, spatial
+    loop = Loop(scene)
+    return loop, filled(loop, 3000)
 
 
 def test_loop_stays_between_the_flanges(misaligned):
@@ -74,26 +73,22 @@ def test_loop_stays_between_the_flanges(misaligned):
     Axial friction of all contacts is at most mu_s times the normal forces of a few kN: below 5 kN, which six
     connectors between the flanges carry with less than 1 mm.
     """
-    scene, _, _, _, _, spatial = misaligned
-    guide = scene.rig.guide
-    assert np.abs(spatial.record.offset).max() < guide.clearance + 5000.0 / (6 * guide.stiffness)
-    assert np.abs(spatial.record.offset).max() > 1e-3  # it does move
-    assert np.abs(spatial.record.axial).mean(axis=0).max() > 5.0  # N
+    loop, record = misaligned
+    guide, plane = loop.scene.rig.guide, record.plane
+    assert np.abs(plane.offset).max() < guide.clearance + 5000.0 / (6 * guide.stiffness)
+    assert np.abs(plane.offset).max() > 1e-3  # it does move
+    assert np.abs(plane.axial).mean(axis=0).max() > 5.0  # N
 
 
 def test_energy_account_of_a_misaligned_loop(misaligned):
     """The tolerance of the planar run: 0.1 % of the sprocket's work, start-up included."""
-    record = misaligned[4]
-
-    class Recorded:
-        energy = record.energy
-
-    assert abs(energy_residual(Recorded)) < 1e-3
+    _, record = misaligned  # energy is all that is asked of it
+    assert abs(energy_residual(record)) < 1e-3
 
 
-def momenta(model, state, spatial):
+def momenta(model, state):
     """Linear and angular momentum about the inertial origin of all bodies, inertial components."""
-    chain, space, plane = model.chain, spatial.space, spatial.plane
+    chain, space, plane = model.chain, model.space, state.plane
     e0, v = plane.attitude[0], plane.attitude[1:]
     skew = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
     a_p = np.eye(3) + 2 * e0 * skew + 2 * skew @ skew
@@ -121,23 +116,22 @@ def test_axial_forces_are_in_balance(misaligned):
     The change of velocity in a step is taken in the configuration before it, so that it is the acceleration
     exactly: rounding of forces of some 1e4 N, two decades for sums over the bodies.
     """
-    _, model, state, work, record, spatial = copy.deepcopy(misaligned)
-    chain, room, plane = model.chain, spatial.work, spatial.plane
+    loop, record = misaligned[0].copy(), misaligned[1]
+    model, work = loop.model, loop.work
+    chain, room = model.chain, work.space
     total_mass = chain.mass.sum()
     worst, size = 0.0, 0.0
     for _ in range(50):
         # bring the loads of the present state up, then take one step from the same state
-        before = copy.deepcopy((state, plane))
-        no_samples = run_spatial(model, state, work, record, 0, 0, 1, spatial)
-        assert no_samples == -1
+        old = copy.deepcopy(loop.state)
+        assert loop.gap < 1e-10
         a_p = room.attitude.copy()
-        on_wheels = sum(frame @ load[:3] for frame, load in zip(spatial.space.frame, room.wheel_load, strict=True))
-        assert run_spatial(model, state, work, record, 0, 1, 1, spatial) == -1
+        on_wheels = sum(frame @ load[:3] for frame, load in zip(model.space.frame, room.wheel_load, strict=True))
+        loop.step()
         load, sweep = work.sweep.load, work.sweep
         pin = np.array([*(sweep.base @ load), room.acceleration[0]])
         alpha = sweep.response @ load
-        old, old_plane = before
-        p, q = old_plane.motion[2:]
+        p, q = old.plane.motion[2:]
         dp, dq = room.acceleration[1:]
         push, acceleration = np.zeros(3), pin
         for i in range(70):
@@ -159,13 +153,13 @@ def test_axial_forces_are_in_balance(misaligned):
             acceleration = moved
         rest = a_p @ push + on_wheels + [0.0, total_mass * chain.gravity, 0.0]
         worst = max(worst, np.abs(rest).max())
-        size = max(size, np.abs(room.contact[: room.count[0], :6]).sum())
+        size = max(size, np.abs(work.contact[: work.count[0], FORCES]).sum())
     assert worst < 1e-9 * size
     # over the last second the axial forces cancel: their sum is the change of axial momentum and the
     # weight's share, both small, while the single ones are not
     weight = total_mass * chain.gravity
-    mean = spatial.record.axial[-1000:].mean(axis=0)
-    tilt = np.radians(0.5) + np.abs(spatial.record.offset).max()  # of axes and plane, over wheels 1 m apart
+    mean = record.plane.axial[-1000:].mean(axis=0)
+    tilt = np.radians(0.5) + np.abs(record.plane.offset).max()  # of axes and plane, over wheels 1 m apart
     assert abs(mean.sum()) < weight * tilt + 0.1 * np.abs(mean).sum()
 
 
@@ -175,50 +169,36 @@ def test_tumbling_loop_keeps_its_momentum(aligned):
     It is at most h |omega|^2 t of the momentum, with the largest angular velocity of a body in the run: the
     strands swing out. What an extrapolation to no step leaves is of second order, less than a hundredth of it.
     """
-    scene, model, state, _ = copy.deepcopy(aligned)
-    model = model._replace(
-        chain=model.chain._replace(gravity=0.0),
-        tooth=model.tooth._replace(present=0),
-        wheels=model.wheels._replace(present=np.zeros(3, np.int64)),
-    )
-    state.rate[:] = -3.0
-    state.pin[2:] = 0.4, -0.2
     drift, fastest = [], 0.0
     for step in (1e-4, 5e-5):
-        mine = copy.deepcopy(state)
-        loop = model._replace(step=step)
-        record = empty_record(1, 70, 3, (1,))
-        spatial = build_space(scene, loop, mine)
-        spatial = spatial._replace(space=spatial.space._replace(guide_reach=np.zeros(3)))
-        spatial.plane.motion[:] = 0.1, 0.3, 1.5, -1.0
-        start = momenta(loop, mine, spatial)
-        work = copy.deepcopy(aligned[3])
+        loop = aligned.copy()
+        loop.model = without_wheels(loop.model, gravity=0.0)._replace(step=step)
+        loop.state.rate[:] = -3.0
+        loop.state.pin[2:] = 0.4, -0.2
+        plane = loop.state.plane
+        plane.motion[:] = 0.1, 0.3, 1.5, -1.0
+        start = momenta(loop.model, loop.state)
         for _ in range(20):
-            assert run_spatial(loop, mine, work, record, 0, 1, round(0.01 / step), spatial) == -1
-            assert np.linalg.norm(spatial.plane.attitude) == pytest.approx(1.0, abs=1e-15)
-            fastest = max(fastest, np.abs(mine.rate).max())
-        end = momenta(loop, mine, spatial)
+            loop.step(round(0.01 / step))
+            assert np.linalg.norm(plane.attitude) == pytest.approx(1.0, abs=1e-15)
+            fastest = max(fastest, np.abs(loop.rates).max())
+        end = momenta(loop.model, loop.state)
         drift.append([(b - a) / np.linalg.norm(a) for a, b in zip(start, end, strict=True)])
-    bound = 1e-4 * (fastest**2 + (spatial.plane.motion[2:] ** 2).sum()) * 0.2
+    bound = 1e-4 * (fastest**2 + (plane.motion[2:] ** 2).sum()) * 0.2
     for kind in range(2):
         coarse, fine = drift[0][kind], drift[1][kind]
         assert np.linalg.norm(coarse) < bound
         assert np.linalg.norm(2 * fine - coarse) < 0.01 * np.linalg.norm(coarse)
-    assert abs(spatial.plane.attitude[0]) < 0.999  # it has turned
+    assert abs(plane.attitude[0]) < 0.999  # it has turned
 
 
 def test_energy_of_a_tumbling_loop(aligned):
     """Only the bushings take energy: kinetic, elastic and lost energy add up to what was there."""
-    scene, model, state, work = copy.deepcopy(aligned)
-    model = model._replace(
-        tooth=model.tooth._replace(present=0), wheels=model.wheels._replace(present=np.zeros(3, np.int64))
-    )
-    state.rate[:] = -3.0
-    spatial = build_space(scene, model, state, make_plane_record(200, 3))
-    spatial = spatial._replace(space=spatial.space._replace(guide_reach=np.zeros(3)))
-    spatial.plane.motion[:] = 0.1, 0.3, 1.5, -1.0
-    record = empty_record(200, 70, 3, (1,))
-    assert run_spatial(model, state, work, record, 0, 200, scene.stride, spatial) == -1
+    loop = aligned.copy()
+    loop.model = without_wheels(loop.model)
+    loop.state.rate[:] = -3.0
+    loop.state.plane.motion[:] = 0.1, 0.3, 1.5, -1.0
+    record = filled(loop, 200)
     total = record.energy[:, 6:].sum(axis=1)  # bushing loss, kinetic, gravity, bushing elastic
     kinetic = record.energy[:, 7]
     # of first order: the step times the rates of 3.5 rad/s and of the bushings' swinging
@@ -230,10 +210,8 @@ def test_runs_repeat_bit_for_bit_and_mirror(rig, make_scene):
     """An idler turned the other way gives the mirrored motion; a second run gives the same."""
     seen = []
     for toe in (0.5, 0.5, -0.5):
-        scene = make_scene(210.0, rig=rig.changed(idler__toe=toe), friction="isotropic")
-        model, state, work, _ = settle(scene)
-        record, spatial = run_in_space(scene, model, state, work, 0.5)
-        seen.append((record.frame, spatial.record))
+        record = filled(Loop(make_scene(210.0, rig=rig.changed(idler__toe=toe), friction="isotropic")), 500)
+        seen.append((record.frame, record.plane))
     (frame, plane), (again_frame, again), (mirror_frame, mirror) = seen
     assert np.array_equal(frame, again_frame) and np.array_equal(plane.motion, again.motion)
     assert np.abs(plane.motion[-1, 0]) > 1e-5

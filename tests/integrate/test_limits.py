@@ -2,17 +2,18 @@
 
 import numpy as np
 import pytest
-from trackdyn.integrate.limits import REACH, step_limits
 
-from trackdyn.errors import InputError
-from trackdyn.integrate.methods import make_method
-from trackdyn.integrate.run import run
-from trackdyn.scene import Scene, build_model
-from trackdyn.settling import empty_record, settle
+from trackdyn.errors import DivergenceError, InputError
+from trackdyn.integrate.methods import METHODS
+from trackdyn.limits import step_limits
+from trackdyn.loop import Loop
+from trackdyn.scene import Scene
+
+RK4 = METHODS["rk4"]
 
 
 def limits(scene, integrator):
-    return step_limits(build_model(scene), scene.rig.tension.pre_tension, integrator)
+    return step_limits(scene.model, scene.rig.tension.pre_tension, METHODS[integrator])
 
 
 def test_reach_is_the_edge_of_the_stability_region():
@@ -21,7 +22,7 @@ def test_reach_is_the_edge_of_the_stability_region():
     def growth(z):
         return abs(1 + z + z**2 / 2 + z**3 / 6 + z**4 / 24)
 
-    oscillation, decay = REACH["rk4"]
+    oscillation, decay = RK4.oscillation, RK4.decay
     assert oscillation == pytest.approx(np.sqrt(8), abs=0.01)
     # rounded down to two decimals: just inside, and outside a hundredth further
     for inside, outside in ((1j * oscillation, 1j * (oscillation + 0.01)), (-decay, -decay - 0.01)):
@@ -36,8 +37,8 @@ def test_limits_of_rk4_are_larger_by_its_reach(make_scene, ring):
     euler, rk4 = ({name: h for name, h in found.items() if "turn" not in name} for found in (euler, rk4))
     assert len(euler) == (7 if ring else 5)
     for name, limit in euler.items():
-        kind = 1 if name.startswith("friction") else 0
-        assert rk4[name] / limit == pytest.approx(REACH["rk4"][kind] / 2.0, rel=1e-12)
+        reach = RK4.decay if name.startswith("friction") else RK4.oscillation
+        assert rk4[name] / limit == pytest.approx(reach / 2.0, rel=1e-12)
     # what semi-implicit Euler takes at the end of the step limits the explicit method
     assert set(rk4) - set(euler) == {"damping of the bushing"}
 
@@ -50,29 +51,30 @@ def free_loop(rig, pitches, integrator="rk4", closure="rigid", chain="double_pin
     )  # fmt: skip
 
 
-def grows(scene, step, steps=120):
+def grows(start, step, steps=120):
     """Whether small random rates (rad/s) of the loop at rest grow to a hundred times their size.
 
     An unstable loop does not always run away: it may rattle at some hundred rad/s.
     """
-    model, state, work, _ = settle(scene)
-    n, pitches = len(state.angle), scene.rig.chain.pitches
-    rows = model.chain.length * np.array([-np.sin(state.angle), np.cos(state.angle)])
-    extra = np.random.default_rng(0).normal(0.0, 1e-3, n)
-    state.rate[:] = extra - rows.T @ np.linalg.solve(rows @ rows.T, rows @ extra)
-    method = make_method("rk4", n, pitches, 1)
-    record = empty_record(1, n, 1, loop=pitches)
-    bad = run(model._replace(step=step), state, work, record, 0, 1, steps, None, method)
-    return bad >= 0 or not np.abs(state.rate).max() < 0.3
+    loop = start.copy()
+    rows = loop.model.chain.length * np.array([-np.sin(loop.angles), np.cos(loop.angles)])
+    extra = np.random.default_rng(0).normal(0.0, 1e-3, len(loop.angles))
+    loop.state.rate[:] = extra - rows.T @ np.linalg.solve(rows @ rows.T, rows @ extra)
+    loop.model = loop.model._replace(step=step)  # no scene would have it
+    try:
+        loop.step(steps)
+    except DivergenceError:
+        return True
+    return not np.abs(loop.rates).max() < 0.3
 
 
 def measured(scene, guess):
     """Largest step at which the loop stays calm, by bisection within a decade around ``guess``."""
-    low, high = guess / 5, guess * 5
-    assert not grows(scene, low) and grows(scene, high)
+    start, low, high = Loop(scene), guess / 5, guess * 5
+    assert not grows(start, low) and grows(start, high)
     for _ in range(7):  # to 4 %
         middle = np.sqrt(low * high)
-        low, high = (low, middle) if grows(scene, middle) else (middle, high)
+        low, high = (low, middle) if grows(start, middle) else (middle, high)
     return low
 
 

@@ -1,20 +1,33 @@
 """The linearly implicit step: its equations against a dense system, its balance of momentum, its stability."""
 
-import copy
-
 import numpy as np
 import pytest
-from trackdyn.chain.model import Chain
 
 from trackdyn.chain import implicit
-from trackdyn.chain.kinematics import orient, place
-from trackdyn.chain.riccati import make_work
 from trackdyn.contact.loads import AHEAD
 from trackdyn.errors import InputError
-from trackdyn.integrate.dynamics import evaluate_loads, solve_chain
-from trackdyn.integrate.run import run
+from trackdyn.integrate.dynamics import solve_chain
+from trackdyn.integrate.run import refresh
+from trackdyn.loop import Loop
 from trackdyn.measure.sensor import sense
-from trackdyn.settling import empty_record, settle
+from trackdyn.model.constants import Chain
+from trackdyn.model.state import make_state
+from trackdyn.model.work import (
+    ARM_X,
+    ARM_Y,
+    BODY,
+    FRICTION_SLOPE,
+    FRICTION_X,
+    FRICTION_Y,
+    NORMAL_SLOPE,
+    NORMAL_X,
+    NORMAL_Y,
+    TURN_X,
+    TURN_Y,
+    WHEEL,
+    make_implicit,
+    make_work,
+)
 from trackdyn.simulate import simulate
 
 # as for the plain sweep: the end and closure matrices have condition numbers up to 1e5
@@ -126,9 +139,10 @@ def dense_solution(chain, angle, rate, loads, torque, contacts, wheel_torque, in
 
 @pytest.mark.parametrize("cut", [None, (3.0, (800.0, -300.0))], ids=["rigid", "compliant"])
 @pytest.mark.parametrize("n", [6, 13, 35, 70])
-def test_sweep_solves_the_dense_system_of_the_step(n, cut):
-    work, terms = make_work(n), implicit.make_implicit_work(n, WHEELS)
-    for array in work:
+def test_sweep_solves_the_dense_system_of_the_step(make_scene, n, cut):
+    model, pitches = make_scene().model._replace(step=STEP), max(n // 2, 1)
+    work, terms = make_work(n, pitches, WHEELS), make_implicit(n, WHEELS)
+    for array in work.sweep:
         array[...] = 7.0
     for seed in range(3):  # the arrays carry what the case before left in them
         chain, angle, rate, loads, torque, contacts = make_case(n, seed)
@@ -143,15 +157,22 @@ def test_sweep_solves_the_dense_system_of_the_step(n, cut):
             # a load for a unit acceleration of the wheel: on the other side of the equation
             terms.couple[i] = -block[:, 3 * n :].T
         terms.wheel_inertia[:] = np.diag(matrix)[3 * n :]
-        implicit.accelerations(
-            chain, np.cos(angle), np.sin(angle), rate, *loads, torque,
-            STEP * chain.damping + STEP**2 * chain.stiffness, wheel_torque, inertia, drag, wheel_rate, STEP, probe,
-            1.0 / cut[0] if cut else 0.0, *(cut[1] if cut else (0.0, 0.0)), work, terms,
+        here = model._replace(
+            chain=chain, wheels=model.wheels._replace(inertia=inertia, drag=drag),
+            sensor=model.sensor._replace(body=probe),
         )  # fmt: skip
+        state = make_state(n, pitches, WHEELS)._replace(angle=angle, rate=rate, wheel_rate=wheel_rate)
+        work.cos[:], work.sin[:] = np.cos(angle), np.sin(angle)
+        work.force_x[:], work.force_y[:], work.moment[:] = loads
+        work.torque[:], work.wheel_torque[:] = torque, wheel_torque
+        closed = implicit.Cut(1.0 / cut[0] if cut else 0.0, *(cut[1] if cut else (0.0, 0.0)))
+        implicit.accelerations(here, state, work, terms, closed)
         motion, wheels = dense_solution(
             chain, angle, rate, loads, torque, contacts, wheel_torque, inertia, drag, wheel_rate, cut
         )
-        alpha, pin, probed = (array @ work.load for array in (work.response, work.base, work.probe))
+        alpha, pin, probed = (
+            array @ work.sweep.load for array in (work.sweep.response, work.sweep.base, work.sweep.probe)
+        )
         scale = np.abs(motion[:, 2]).max()
         np.testing.assert_allclose(alpha / scale, motion[:, 2] / scale, rtol=0, atol=AGREEMENT)
         scale *= chain.length.max()
@@ -163,14 +184,20 @@ def test_sweep_solves_the_dense_system_of_the_step(n, cut):
 # --- the loads that contacts hand to the sweep
 
 
-def evaluate(model, state, work, terms, step=STEP):
-    """Loads of a state, led to the end of a step; the state's memory of impacts stays as it is."""
+def evaluate(model, state, work, step=STEP):
+    """Loads of a state, led to the end of a step if the work is implicit; its memory of impacts stays as it is."""
     model = model._replace(step=step)
     state = state._replace(tooth_impact=state.tooth_impact.copy(), wheel_impact=state.wheel_impact.copy())
-    orient(state.angle, work.cos, work.sin)
-    place(model.chain, state, work)
-    evaluate_loads(model, state, work, terms)
+    refresh(model, state, work)
     return model, state
+
+
+@pytest.fixture
+def parts(driven_loop):
+    """Model and state of the running loop, its work without and with the terms of a linearly implicit step."""
+    loop = driven_loop()
+    work = loop.work
+    return loop.model, loop.state, work, work._replace(implicit=make_implicit(len(loop.angles), WHEELS))
 
 
 def wrenches(model, work):
@@ -198,18 +225,17 @@ def moved(state, motion, by):
 
 
 @pytest.mark.parametrize("motion", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)])
-def test_contact_inertia_is_the_damping_of_the_contacts(driven_loop, motion):
+def test_contact_inertia_is_the_damping_of_the_contacts(parts, motion):
     """For a vanishing step h C / h is minus the slope of the forces with the velocities (no friction)."""
-    model, state, work = driven_loop()
+    model, state, work, led = parts
     model = without_friction(model)
     n, h, eps = len(state.angle), 1e-9, 1e-6
-    terms = implicit.make_implicit_work(n, WHEELS)
-    evaluate(model, state, work, terms, h)
-    xx, xy, yy, xa, ya, aa = terms.inertia.T / h
+    evaluate(model, state, led, h)
+    xx, xy, yy, xa, ya, aa = led.implicit.inertia.T / h
     pins = np.column_stack([work.pin_x[:-1], work.pin_y[:-1]])
     seen = np.zeros((2, n, 3))
     for side, sign in enumerate((-1, 1)):
-        evaluate(model, moved(state, motion, sign * eps), work, None)
+        evaluate(model, moved(state, motion, sign * eps), work)
         seen[side] = wrenches(model, work)
     slope = (seen[1] - seen[0]) / (2 * eps)
     x, y, spin = motion
@@ -231,18 +257,17 @@ def elastic(model):
 
 
 def normal_forces(work):
-    return np.hypot(*work.contact[: work.count[0], :2].T)
+    return np.hypot(*work.contact[: work.count[0], [NORMAL_X, NORMAL_Y]].T)
 
 
-def test_forces_are_led_along_the_path_of_the_step(driven_loop):
+def test_forces_are_led_along_the_path_of_the_step(parts):
     """An elastic normal force led over part of a step is that of the place which the present velocities reach then."""
-    model, state, work = driven_loop()
+    model, state, work, implicit_work = parts
     model = elastic(model)
     h = 1e-6  # central: what is left is of third order
-    terms = implicit.make_implicit_work(len(state.angle), WHEELS)
-    evaluate(model, state, work, terms, h)
-    led = normal_forces(work)
-    evaluate(model, state, work, None)
+    evaluate(model, state, implicit_work, h)
+    led = normal_forces(implicit_work)
+    evaluate(model, state, work)
     now = normal_forces(work)
     there = []
     for sign in (-1, 1):
@@ -251,7 +276,7 @@ def test_forces_are_led_along_the_path_of_the_step(driven_loop):
         angle, wheel_angle = (
             x + sign * h * v for x, v in ((state.angle, state.rate), (state.wheel_angle, state.wheel_rate))
         )
-        evaluate(model, state._replace(pin=pin, angle=angle, wheel_angle=wheel_angle), work, None)
+        evaluate(model, state._replace(pin=pin, angle=angle, wheel_angle=wheel_angle), work)
         there.append(normal_forces(work))
     change = AHEAD * (there[1] - there[0]) / 2
     assert np.abs(change).max() > 1e-2
@@ -264,23 +289,21 @@ def test_forces_are_led_along_the_path_of_the_step(driven_loop):
 
 @pytest.fixture(scope="module")
 def implicit_loop(make_scene):
-    """Model, state and work after one second of linearly implicit running on the ring."""
-    scene = make_scene(115.0, integrator="linearly_implicit", step=STEP)
-    model, state, work, _ = settle(scene)
-    terms = implicit.make_implicit_work(len(state.angle), WHEELS)
-    assert run(model, state, work, empty_record(1, len(state.angle), WHEELS), 0, 1, round(1.0 / STEP), terms) < 0
-    return model, state, work
+    """The loop after one second of linearly implicit running on the ring."""
+    loop = Loop(make_scene(115.0, integrator="linearly_implicit", step=STEP))
+    loop.advance(1.0)
+    return loop
 
 
 def test_contacts_act_on_chain_and_wheels_alike(implicit_loop):
     """Balance of momentum: the forces led to the end of the step move the chain, and turn the wheels back."""
-    model, state, work = copy.deepcopy(implicit_loop)
+    loop = implicit_loop.copy()
+    model, state, work = loop.model, loop.state, loop.work
     chain, wheels = model.chain, model.wheels
-    terms = implicit.make_implicit_work(len(state.angle), WHEELS)
-    evaluate(model, state, work, terms)
-    solve_chain(model, state, work, STEP, terms)
+    evaluate(model, state, work)
+    solve_chain(model, state, work, STEP, work.implicit, None)
     alpha, pin = work.sweep.response @ work.sweep.load, work.sweep.base @ work.sweep.load
-    spin = np.concatenate([[0.0], terms.load[4:]])
+    spin = np.concatenate([[0.0], work.implicit.load[4:]])
 
     # accelerations of pins and mass centres, summed along the chain
     side = chain.length * np.array([work.cos, work.sin])
@@ -297,16 +320,17 @@ def test_contacts_act_on_chain_and_wheels_alike(implicit_loop):
 
     # forces: what the contact list holds, and what the accelerations of the step take off
     rows = work.contact[: work.count[0]]
-    body, wheel, _ = work.contact_body[: work.count[0]].T
+    body, wheel = work.contact_body[: work.count[0], [BODY, WHEEL]].T
     assert set(wheel) == {0, 1, 2}
-    normal = rows[:, :2] / np.hypot(*rows[:, :2].T)[:, None]
+    push, rub = rows[:, [NORMAL_X, NORMAL_Y]], rows[:, [FRICTION_X, FRICTION_Y]]
+    normal = push / np.hypot(*push.T)[:, None]
     across = np.column_stack([-normal[:, 1], normal[:, 0]])
-    arm = rows[:, 4:6] + centre[:, body].T
+    arm = rows[:, [ARM_X, ARM_Y]] + centre[:, body].T
     point = pins[:, body].T + alpha[body, None] * np.column_stack([-arm[:, 1], arm[:, 0]])
-    spoke = rows[:, 8:10]
+    spoke = rows[:, [TURN_Y, TURN_X]] * [1, -1]
     slip = (across * point).sum(axis=1) - spin[wheel] * (spoke[:, 0] * across[:, 1] - spoke[:, 1] * across[:, 0])
-    force = rows[:, :2] + rows[:, 2:4] - (rows[:, 11] * (normal * point).sum(axis=1))[:, None] * normal
-    force -= (rows[:, 12] * slip)[:, None] * across
+    force = push + rub - (rows[:, NORMAL_SLOPE] * (normal * point).sum(axis=1))[:, None] * normal
+    force -= (rows[:, FRICTION_SLOPE] * slip)[:, None] * across
 
     scale = np.abs(force).sum()  # N; closure and sweep lose 1e-10 of it
     weight = np.array([0.0, -chain.mass.sum() * chain.gravity])
@@ -319,21 +343,19 @@ def test_contacts_act_on_chain_and_wheels_alike(implicit_loop):
         assert wheels.inertia[k] * spin[k] == pytest.approx(torque, abs=AGREEMENT * scale)
 
 
-def test_step_tends_to_the_semi_implicit_one(driven_loop):
+def test_step_tends_to_the_semi_implicit_one(parts):
     """Accelerations of the chain and of the wheels, to first order in the step."""
-    model, state, work = driven_loop()
-    n = len(state.angle)
-    evaluate(model, state, work, None)
-    solve_chain(model, state, work, 0.0)
+    model, state, work, led = parts
+    evaluate(model, state, work)
+    solve_chain(model, state, work, 0.0, None, None)
     explicit = work.sweep.response @ work.sweep.load
     wheel = (work.wheel_torque - model.wheels.drag * state.wheel_rate)[1:] / model.wheels.inertia[1:]
     error, lag = [], []
     for h in (2e-8, 1e-8):
-        terms = implicit.make_implicit_work(n, WHEELS)
-        here, there = evaluate(model, state, work, terms, h)
-        solve_chain(here, there, work, h, terms)
-        error.append(np.abs(work.sweep.response @ work.sweep.load - explicit).max())
-        lag.append(np.abs(terms.load[4:] - wheel).max())
+        here, there = evaluate(model, state, led, h)
+        solve_chain(here, there, led, h, led.implicit, None)
+        error.append(np.abs(led.sweep.response @ led.sweep.load - explicit).max())
+        lag.append(np.abs(led.implicit.load[4:] - wheel).max())
     assert error[1] < 1e-3 * np.abs(explicit).max()
     assert lag[1] < 1e-4 * np.abs(wheel).max()
     # the next order is h c / J of the bushings, 4e-5

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from trackdyn.errors import InputError
@@ -58,6 +58,8 @@ def recording(rows, seconds=20.0, ring_radius=0.308, rpm=RPM, area=None):
         raw=np.zeros((samples, 3)),
         mean=np.zeros((samples, 3)),
         gap=np.zeros(samples),
+        cut=np.zeros((samples, 2)),
+        change=np.zeros((samples, 2)),
         place=np.zeros((samples, 2)),
         wheel_rate=np.zeros((samples, 3)),
         energy=np.zeros((samples, 10)),
@@ -318,7 +320,7 @@ def test_mean_events_and_their_scatter():
     assert table.loc["ring left", ["mean_s", "sd_s"]].tolist() == pytest.approx([1.0, 0.0])
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
     st.lists(
         st.tuples(

@@ -4,15 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from trackdyn.chain.model import Chain
 
-from trackdyn.chain.kinematics import bushing_torques, orient, place
-from trackdyn.chain.riccati import accelerations, make_work
-from trackdyn.integrate.run import run
+from trackdyn.chain.kinematics import bushing_torques, orient
+from trackdyn.chain.riccati import accelerations
+from trackdyn.integrate.run import refresh
+from trackdyn.loop import Loop
 from trackdyn.measure.sensor import sense, specific_force
-from trackdyn.model import Drive, Model, Sensor, State, Wheels, make_buffers
-from trackdyn.scene import build_model, build_shoes
-from trackdyn.settling import empty_record, settle
+from trackdyn.model.constants import Chain, Sensor
+from trackdyn.model.work import make_work
+from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
 from trackdyn.study.extremes import reference
 
@@ -48,16 +48,14 @@ def test_the_settled_loop_reads_the_projection_of_gravity(make_scene):
 
 def test_a_loop_that_falls_freely_accelerates_with_gravity(make_scene):
     """No contact, bushings without torque: every pin falls with g and nothing turns."""
-    model, state, _, _ = settle(make_scene())
-    chain = model.chain._replace(stiffness=0.0, damping=0.0)
-    n = len(state.angle)
-    work, none = make_buffers(n, 3), np.zeros(n)
+    loop = Loop(make_scene())
+    chain, state = loop.model.chain._replace(stiffness=0.0, damping=0.0), loop.state
+    work = make_work(70, 35, 3)
     state.rate[:] = 0.0
     orient(state.angle, work.cos, work.sin)
-    place(chain, state, work)
     bushing_torques(chain, state, work)
-    sweep = make_work(n)
-    accelerations(chain, work.cos, work.sin, state.rate, none, none, none, work.torque, 0.0, 7, sweep)
+    accelerations(chain, state, work, 0.0, 7)
+    sweep = work.sweep
     # 70 bodies in double precision
     np.testing.assert_allclose(sweep.response @ sweep.load, 0.0, atol=1e-9)
     np.testing.assert_allclose(sweep.probe @ sweep.load, [0.0, -chain.gravity], atol=1e-9)
@@ -74,16 +72,20 @@ def test_clipped_samples_are_counted(make_scene):
 # --- through the time loop
 
 
+def filled(loop, samples, stride):
+    """Record of samples of ``stride`` steps each."""
+    loop.model = loop.model._replace(stride=stride)
+    record = loop.room(samples)
+    loop.fill(record)
+    return record
+
+
 @pytest.fixture
-def polygon(make_scene):
+def polygon(rig):
     """Function that gives a regular clockwise ring without wheels, bushings relaxed, and its apothem."""
     n, side = 14, 0.1
-    scene = make_scene()
-    tooth = build_model(scene).tooth._replace(present=0)
-    nothing = np.zeros(3)
-    wheels = Wheels(
-        np.zeros(3, np.int64), nothing, nothing, np.ones(3), np.ones(3), nothing, 0.02, tooth.law, tooth.law
-    )
+    small = rig.changed(chain__pitches=n // 2, sensor__pitch=1)
+    start = Loop(Scene(small, 0.0, ring_radius=None, spells=False, loop="free", step=1e-5))
 
     def make(rate, gravity, sensor, turn=0.2):
         chain = Chain(
@@ -94,14 +96,11 @@ def polygon(make_scene):
         # input pin of body 0 seen from the centre, which lies on the right of every body
         c, s = np.cos(turn), np.sin(turn)
         arm = apothem * np.array([-s, c]) - side / 2 * np.array([c, s])
-        state = State(
-            np.zeros(1, np.int64), np.array([*arm, -rate * arm[1], rate * arm[0]]),
-            turn - 2 * np.pi * np.arange(n) / n, np.full(n, rate),
-            np.zeros(3), np.zeros(3), np.zeros(n), np.zeros((n // 2, 3)), np.zeros(7),
-        )  # fmt: skip
-        shoes = build_shoes(scene.rig.changed(chain__pitches=n // 2))
-        model = Model(chain, shoes, tooth, wheels, Drive(0.0, 1.0), sensor, 1e-5)
-        return model, state, make_buffers(n, 3), apothem
+        loop = start.copy()
+        loop.model = loop.model._replace(chain=chain, sensor=sensor)
+        loop.state.pin[:] = *arm, -rate * arm[1], rate * arm[0]
+        loop.state.angle[:], loop.state.rate[:] = turn - 2 * np.pi * np.arange(n) / n, rate
+        return loop, apothem
 
     return make
 
@@ -109,9 +108,8 @@ def polygon(make_scene):
 @pytest.mark.parametrize("body", [0, 4, 8])
 def test_point_on_a_steadily_turning_ring_reads_the_centripetal_acceleration(polygon, body):
     rate, sensor = -6.0, Sensor(body, 0.03, 0.02)
-    model, state, work, apothem = polygon(rate, 0.0, sensor)
-    record = empty_record(1, len(state.angle), 3)
-    assert run(model, state, work, record, 0, 1, 1) == -1
+    loop, apothem = polygon(rate, 0.0, sensor)
+    record = filled(loop, 1, 1)
     # seen in the frame of its side, the centre is at (l / 2, -apothem)
     expected = -(rate**2) * np.array([sensor.x - 0.05, sensor.y + apothem])
     # 14 bodies in double precision
@@ -119,9 +117,8 @@ def test_point_on_a_steadily_turning_ring_reads_the_centripetal_acceleration(pol
 
 
 def test_falling_ring_reads_nothing_while_time_runs(polygon):
-    model, state, work, _ = polygon(0.0, 9.81, Sensor(2, 0.05, 0.02))
-    record = empty_record(3, len(state.angle), 3)
-    assert run(model, state, work, record, 0, 3, 20) == -1
+    loop, _ = polygon(0.0, 9.81, Sensor(2, 0.05, 0.02))
+    record = filled(loop, 3, 20)
     reading = specific_force(record.raw[:, :2], record.raw[:, 2])
     # a joint angle is rounded to 1e-15 rad; damping of 10 N m s/rad on 0.003 kg m2 in steps of 1e-5 s makes
     # of it rates of 1e-10 rad/s at most, and accelerations of 1e-7 m/s2 if nothing damped them
@@ -129,12 +126,13 @@ def test_falling_ring_reads_nothing_while_time_runs(polygon):
 
 
 @pytest.mark.parametrize("pitch", [1, 7, 35])
-def test_reading_in_a_run_is_the_acceleration_of_the_point(driven_loop, place_loads, pitch):
+def test_reading_in_a_run_is_the_acceleration_of_the_point(driven_loop, pitch):
     """Pin, angular and centripetal part, against the other formulation of the chain."""
-    model, state, work = driven_loop(0.308, 210.0)
+    loop = driven_loop(0.308, 210.0)
     sensor = Sensor(2 * (pitch - 1), 0.031, 0.017)
-    model = model._replace(sensor=sensor)
-    place_loads(model, state, work)
+    loop.model = loop.model._replace(sensor=sensor)
+    model, state, work = loop.model, loop.state, loop.work
+    refresh(model, state, work)
     angle, rate = state.angle.copy(), state.rate.copy()
     expected = reference.accelerations(
         model.chain, angle, rate, work.force_x, work.force_y, work.moment, implicit_step=model.step
@@ -145,18 +143,14 @@ def test_reading_in_a_run_is_the_acceleration_of_the_point(driven_loop, place_lo
         c, s = np.cos(angle[i]), np.sin(angle[i])
         arm = np.array([c * x - s * y, s * x + c * y])
         point += expected.alpha[i] * np.array([-arm[1], arm[0]]) - rate[i] ** 2 * arm
-    record = empty_record(1, len(angle), 3)
-    assert run(model, state, work, record, 0, 1, 1) == -1
+    record = filled(loop, 1, 1)
     scale = np.abs(expected.alpha).max() * 0.1
     # of the sweep against the multipliers
     np.testing.assert_allclose(record.raw[0, :2], turn(angle[sensor.body], point), rtol=0, atol=1e-9 * scale)
 
 
 def test_mean_of_a_sample_is_the_mean_over_its_steps(driven_loop):
-    coarse, fine = empty_record(1, 70, 3), empty_record(10, 70, 3)
-    for record, samples, stride in ((coarse, 1, 10), (fine, 10, 1)):
-        model, state, work = driven_loop(0.308)
-        assert run(model, state, work, record, 0, samples, stride) == -1
+    coarse, fine = filled(driven_loop(), 1, 10), filled(driven_loop(), 10, 1)
     # the same steps, but for cosines made anew in every sample: 1e-16 in the depths of contacts
     scale = np.abs(fine.raw).max()
     np.testing.assert_allclose(coarse.mean[0], fine.raw.mean(axis=0), rtol=0, atol=1e-7 * scale)

@@ -1,4 +1,4 @@
-"""The scorecard: rules, verdicts, counts, and claims that are refused; each claim fails on evidence that must fail it."""
+"""The scorecard: rules, verdicts, counts, refusals; each claim fails on evidence that must fail it."""
 
 import copy
 import re
@@ -66,7 +66,8 @@ def good() -> Evidence:
     times = {
         "meshing/no_ring": {"first left": 0.0, "first right": 0.0, "left maximum": 0.17, "right maximum": 1.07,
                             "right gone": 1.29, "out": 1.31},
-        "meshing/ring": {"ring maximum": 0.22, "left touches": 1.25, "left maximum": 1.42, "ring left": 1.43, "out": 1.51},
+        "meshing/ring": {"ring maximum": 0.22, "left touches": 1.25, "left maximum": 1.42, "ring left": 1.43,
+                         "out": 1.51},
     }  # fmt: skip
     events = [(run, event, at) for run, found in times.items() for event, at in found.items()]
     events += [(run, event + MEAN, at) for run, event, at in events if event.endswith("maximum")]
@@ -261,7 +262,8 @@ def test_equal_within_the_tolerance_the_trend_or_neither(share, verdict):
 
 
 @pytest.mark.parametrize(("rule", "bound", "verdict"), [
-    ("at_most", 0.5, REPRODUCED), ("at_most", -1, NOT_REPRODUCED), ("at_least", 0.0, REPRODUCED), ("at_least", 1.0, NOT_REPRODUCED),
+    ("at_most", 0.5, REPRODUCED), ("at_most", -1, NOT_REPRODUCED), ("at_least", 0.0, REPRODUCED),
+    ("at_least", 1.0, NOT_REPRODUCED),
 ])  # fmt: skip
 def test_bounds(rule, bound, verdict):
     assert judge(claim(measure="right_share_from_0305", rule=rule, printed=bound), good()).verdict == verdict

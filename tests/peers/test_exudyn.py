@@ -8,15 +8,18 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from trackdyn.chain.riccati import accelerations, make_work
+from trackdyn.build import build_chain
+from trackdyn.chain.riccati import accelerations
 from trackdyn.errors import InputError
+from trackdyn.integrate.run import refresh
+from trackdyn.loop import Loop
 from trackdyn.peers import exudyn_loop
 from trackdyn.peers.comparison import compare, percent_of_range, table2_outcome
 from trackdyn.peers.contact import Memory, contact_loads, force_vector, jacobian_triplets, make_contacts
 from trackdyn.peers.exudyn_loop import Hanger, Start, Wheels, drive_at, require_exudyn, run_loop, start_of
 from trackdyn.report.figures.peer import displacement_figure, model_figure
-from trackdyn.scene import Scene, build_chain
-from trackdyn.settling import settle
+from trackdyn.scene import Scene
+from trackdyn.study.extremes.solvers import Pose, posed
 
 # m, on paths of about a metre: with these steps the extrapolated result of the other code is good to 3e-7, the
 # reference made of this package's accelerations to 1e-8. A mass, inertia, stiffness, damping or gravity that is
@@ -33,11 +36,11 @@ def bushings(chain, angle, rate):
     return -chain.stiffness * (phi - chain.free_angle) - chain.damping * (np.roll(rate, -1) - rate)
 
 
-def chain_accelerations(chain, work, angle, rate, force_x, force_y, moment):
+def chain_accelerations(chain, state, work):
     """Accelerations of the first pin and of the angles by the package's transfer-matrix solver."""
-    torque = bushings(chain, angle, rate)
-    accelerations(chain, np.cos(angle), np.sin(angle), rate, force_x, force_y, moment, torque, 0.0, 0, work)
-    return work.base @ work.load, work.response @ work.load
+    accelerations(chain, state, work, 0.0, 0)
+    sweep = work.sweep
+    return sweep.base @ sweep.load, sweep.response @ sweep.load
 
 
 def centres(chain, pin, angle):
@@ -63,7 +66,6 @@ def test_free_swing_agrees(rig):
     angle = -np.cumsum(np.concatenate([[half[0]], half[:-1] + half[1:]]))
     hook = Hanger(0.0, 0.0, 2e4, 200.0)
     duration, samples = 1.5, 31
-    work = make_work(n)
     fx, fy, moment = np.zeros(n), np.zeros(n), np.zeros(n)
 
     def slope(t, y):
@@ -72,7 +74,8 @@ def test_free_swing_agrees(rig):
         arm = -chain.com_x[0] * np.array([np.cos(angle[0]), np.sin(angle[0])])
         fx[0], fy[0] = pull
         moment[0] = arm[0] * pull[1] - arm[1] * pull[0]
-        return np.concatenate([speed, rate, *chain_accelerations(chain, work, angle, rate, fx, fy, moment)])
+        pose = Pose(angle, rate, fx, fy, moment, bushings(chain, angle, rate))
+        return np.concatenate([speed, rate, *chain_accelerations(chain, *posed(pose))])
 
     times = np.linspace(0, duration, samples)
     begin = np.concatenate([np.zeros(2), angle, np.zeros(n + 2)])
@@ -85,14 +88,15 @@ def test_free_swing_agrees(rig):
     assert np.abs(theirs - ours).max() < TOLERANCE
 
 
-def test_running_on_plain_wheels_agrees(rig, place_loads):
+def test_running_on_plain_wheels_agrees(rig):
     pytest.importorskip("exudyn")
     # Restitution 1: contacts then have no memory of their impact velocity, which would be a jump that no
     # high-order method resolves. Bushings are less damped for the reference's sake, which is explicit.
     rig = rig.changed(bushing__damping=1.0, ring_contact__restitution=1.0, wheel_contact__restitution=1.0)
     rig = rig.changed(ring_contact__friction_static=0.3, ring_contact__friction_dynamic=0.3)
     scene = Scene(rig, 115.0, ramp=0.4)
-    model, state, work, layout = settle(scene)
+    loop = Loop(scene)
+    model, state, work = loop.model, loop.state, loop.work
     model = model._replace(tooth=model.tooth._replace(present=0))
     chain, n, wheels = model.chain, len(state.angle), model.wheels
     start = start_of(state)
@@ -105,12 +109,9 @@ def test_running_on_plain_wheels_agrees(rig, place_loads):
         state.pin[:] = *y[:2], *y[half : half + 2]
         state.angle[:], state.rate[:] = y[2 : n + 2], y[half + 2 : half + 2 + n]
         state.wheel_rate[1:] = y[-2:]
-        place_loads(model, state, work)
+        refresh(model, state, work)
         spin = (work.wheel_torque[1:] - wheels.drag[1:] * y[-2:]) / wheels.inertia[1:]
-        motion = chain_accelerations(
-            chain, work.sweep, state.angle, state.rate, work.force_x, work.force_y, work.moment
-        )
-        return np.concatenate([y[half:], *motion, spin])
+        return np.concatenate([y[half:], *chain_accelerations(chain, state, work), spin])
 
     times = np.linspace(0, duration, samples)
     begin = np.concatenate([start.pin[:2], start.angle, np.zeros(2), start.pin[2:], start.rate, np.zeros(2)])
@@ -118,7 +119,7 @@ def test_running_on_plain_wheels_agrees(rig, place_loads):
     ours = np.array([centres(chain, y[:2], y[2 : n + 2]) for y in solution.y.T])
 
     free = Wheels(tuple(wheels.inertia[1:]), tuple(wheels.drag[1:]))
-    contacts = make_contacts(scene, layout["tensioner_shift_m"], arcs=0)
+    contacts = make_contacts(scene, loop.layout["tensioner_shift_m"], arcs=0)
     theirs = extrapolated(
         lambda h: run_loop(
             chain, start, duration, h, duration / (samples - 1), contacts=contacts, wheels=free, drive=model.drive
@@ -133,7 +134,8 @@ def both_contacts(rig, driven_loop):
     """Contacts of a driven loop: model, state, work, and the peer's constants, coordinates, rates and memory."""
 
     def make(ring_radius):
-        model, state, work = driven_loop(ring_radius)
+        loop = driven_loop(ring_radius)
+        model, state, work = loop.model, loop.state, loop.work
         w = model.wheels
         contacts = make_contacts(Scene(rig, 115.0, ring_radius=ring_radius), 0.0)
         radius = w.radius * w.present
@@ -149,9 +151,9 @@ def both_contacts(rig, driven_loop):
 
 
 @pytest.mark.parametrize("ring_radius", [None, 0.303, 0.308])
-def test_both_contact_laws_give_the_same_loads(ring_radius, both_contacts, place_loads):
+def test_both_contact_laws_give_the_same_loads(ring_radius, both_contacts):
     model, state, work, contacts, q, v, memory = both_contacts(ring_radius)
-    place_loads(model, state, work)
+    refresh(model, state, work)
     n = len(state.angle)
     load, torque = np.zeros((n, 3)), np.zeros((n, 3))
     contact_loads(
@@ -186,7 +188,7 @@ def test_derivatives_of_the_contacts_are_those_of_the_forces(both_contacts):
 
 
 def test_ramp_of_the_sprocket_is_integrated_exactly(make_scene):
-    drive = settle(make_scene(115.0))[0].drive
+    drive = make_scene(115.0).model.drive
     times = np.linspace(0, 2 * drive.ramp, 4001)
     angle, rate = np.array([drive_at(drive, t) for t in times]).T
     assert rate[-1] == drive.rate

@@ -49,7 +49,8 @@ def turning(rpm, ring_radius, seconds, pitches=(1,), interval=0.01, sources=None
     force[:, 0, 0], area[:, 0, 0] = 1000 + 500 * np.sin(9 * time), 2
     force[:, -1, 2] = 0.0 if ring_radius is None else 2000.0
     return Recording(
-        time=time, raw=mean, mean=mean, gap=np.zeros(samples), place=np.zeros((samples, 2)),
+        time=time, raw=mean, mean=mean, gap=np.zeros(samples),
+        **dict.fromkeys(("cut", "change", "place"), np.zeros((samples, 2))),
         wheel_rate=np.full((samples, 3), rate), energy=np.zeros((samples, 10)), force=force, area=area,
         groove=(area > 0).astype(np.int8), pitches=np.array(pitches), spells=np.zeros((0, 11)), begin=1.0,
         frame=frame, frame_time=frame_time,

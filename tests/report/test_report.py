@@ -64,6 +64,8 @@ def recording(ring_radius=0.308, rpm=RPM, frames=1):
         raw=mean,
         mean=mean,
         gap=gap,
+        cut=np.zeros((s, 2)),
+        change=np.zeros((s, 2)),
         place=np.zeros((s, 2)),
         wheel_rate=rates,
         energy=np.zeros((s, 10)),
@@ -75,7 +77,7 @@ def recording(ring_radius=0.308, rpm=RPM, frames=1):
         begin=6.0,
         frame=np.tile(FRAME, (frames, 1)),
         frame_time=np.arange(frames) * 0.01,
-        **{name: np.zeros((s, 0)) for name in Recording.ARRAYS[15:]},  # of motion in space
+        **dict.fromkeys(("plane", "wheel_offset", "axial_force"), np.zeros((s, 0))),  # of motion in space
         meta={
             "scene": {"motor_rpm": rpm, "ring_radius": ring_radius},
             "rig": RIG.model_dump(),

@@ -14,15 +14,15 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.patches import Circle, Polygon, Wedge
 from matplotlib.text import Text
 
+from trackdyn.build import build_chain, make_tooth
 from trackdyn.contact import loads
-from trackdyn.contact.tooth import find_area, make_tooth
+from trackdyn.contact.tooth import find_area
 from trackdyn.contact.wheel import foot
 from trackdyn.paper.contents import PAPER
 from trackdyn.parameters.layout import belt_around
 from trackdyn.parameters.rig import load_rig
 from trackdyn.report.figures import contact_cases, engagement, flow, system, topology
 from trackdyn.report.style import save
-from trackdyn.scene import build_chain
 
 ROOT = Path(__file__).parents[2]
 RIG = load_rig(ROOT / "config" / "rig.yaml")
@@ -235,8 +235,8 @@ def test_the_flow_chart_names_functions_that_exist_and_are_called_in_its_order()
     for step in steps.values():
         module, _, name = step.function.partition(":")
         assert callable(getattr(importlib.import_module(f"trackdyn.contact.{module}"), name)), step
-    assert in_order(["groove_index", "find_area", "stored_impact_speed", "_apply"], calls_of(loads.tooth_loads))
-    assert in_order(["normal_force", "friction_coefficient"], calls_of(loads._apply))
+    assert in_order(["groove_index", "find_area", "stored_impact_speed", "apply"], calls_of(loads.tooth_loads))
+    assert in_order(["normal_force", "friction_coefficients"], calls_of(loads.apply))
     assert in_order(["tooth_loads", "wheel_loads"], calls_of(loads.contact_loads))
     names = [step.function.partition(":")[2] for step in steps.values()]
     drawn_order = ["groove_index", "find_area", "stored_impact_speed", "normal_force", "friction_coefficient"]

@@ -5,14 +5,15 @@ from itertools import islice
 
 import numpy as np
 import pytest
-from trackdyn.integrate.limits import refuse_open_account, turn_limit
 
 from trackdyn import DivergenceError, InputError, Scene
+from trackdyn.build import build_chain
 from trackdyn.chain.transfer_matrices import growth
 from trackdyn.fidelity import literal_error
-from trackdyn.model import ENERGY_NAMES
+from trackdyn.limits import turn_limit
+from trackdyn.measure.energy import refuse_open_account
+from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.report.figures.extremes import FIGURES
-from trackdyn.scene import build_chain, build_model
 from trackdyn.study.extremes import cases, random_scenes, solvers
 from trackdyn.study.extremes.judge import (
     COLUMNS,
@@ -105,7 +106,9 @@ def test_every_solver_keeps_its_digits_or_is_refused(rig):
     assert product["transfer_product, 36 bodies, link and connector"] == REFUSED
 
 
-def test_the_literal_product_loses_the_predicted_digits(rig):
+def test_the_literal_product_loses_the_predicted_digits(rig, monkeypatch):
+    # Of three poses the slope scatters by 6 % with the processor's rounding, about 4 % above the closed form.
+    monkeypatch.setattr(solvers, "SEEDS", 27)
     for found in no_defects(solvers.growth_rates(rig)):
         assert found["value"] == pytest.approx(found["expected"], rel=0.2)
 
@@ -204,7 +207,7 @@ def test_a_restitution_without_measure_is_refused(rig):
 
 def test_an_account_that_stays_open_is_refused(rig):
     """Chatter of friction at contacts heavier than reckoned with ended as a result that looked sound."""
-    model = build_model(Scene(rig, 210.0))
+    model = Scene(rig, 210.0).model
     energy = np.zeros((2, len(ENERGY_NAMES)))
     energy[1, ENERGY_NAMES.index("sprocket_work")] = 100.0
     energy[1, ENERGY_NAMES.index("bearing")] = 100.0

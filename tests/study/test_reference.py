@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from trackdyn.chain.model import Chain
 
 from trackdyn.errors import InputError
+from trackdyn.model.constants import Chain
 from trackdyn.study.extremes.reference import _solve_symmetric, accelerations
 
 GRAVITY = 9.81

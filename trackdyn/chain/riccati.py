@@ -17,6 +17,7 @@ Loads (m, q) act on a body at its input and (-m, -q) at its output.
 
 import numpy as np
 
+from trackdyn.chain.radial import cross_joint, return_joint, span
 from trackdyn.jit import kernel
 from trackdyn.model.constants import Chain
 from trackdyn.model.work import SweepWork, Work
@@ -43,12 +44,12 @@ def accelerations(chain: Chain, state, work: Work, implicit_damping, probe_body)
     probe_body : int
         Body whose input pin's acceleration is kept (the sensor's link).
     """
-    sweep(chain, state, work, implicit_damping, probe_body, None)
+    sweep(chain, state, work, implicit_damping, probe_body, None, None)
     close(work.torque[state.rate.shape[0] - 1], implicit_damping, work.sweep)
 
 
 @kernel
-def sweep(chain: Chain, state, work: Work, implicit_damping, probe_body, implicit):
+def sweep(chain: Chain, state, work: Work, implicit_damping, probe_body, implicit, radial):
     """Response of every acceleration to the load of the cut joint.
 
     Parameters
@@ -58,6 +59,9 @@ def sweep(chain: Chain, state, work: Work, implicit_damping, probe_body, implici
     implicit : ImplicitWork or None
         Slopes of the contact forces of a linearly implicit step: they add to the inertia, and every
         wheel that turns freely gets a column beside the four.
+    radial : RadialWork or None
+        Joints whose pins part: the sweep then runs from one point where a load acts to the next (`chain.radial`),
+        and ``end`` and ``base`` are accelerations of such points.
 
     Notes
     -----
@@ -88,6 +92,12 @@ def sweep(chain: Chain, state, work: Work, implicit_damping, probe_body, implici
         dy = length[i] * s
         gx = com_x[i] * c - com_y[i] * s
         gy = com_x[i] * s + com_y[i] * c
+        if radial is not None:
+            bx, by, fx, fy = span(state.part, i)
+            gx += bx
+            gy += by
+            dx += bx + fx
+            dy += by + fy
         w2 = rate[i] * rate[i]
         m = mass[i]
         # inertia of the body about its input pin
@@ -127,6 +137,12 @@ def sweep(chain: Chain, state, work: Work, implicit_damping, probe_body, implici
         em2 += dy * ex2 - dx * ey2
         em3 += dy * ex3 - dx * ey3
         if i < n - 1:
+            if radial is not None:
+                inertia_part = (s11, s12, s13, s22, s23, s33)
+                load_part = (ex0, ex1, ex2, ex3), (ey0, ey1, ey2, ey3), (em0, em1, em2, em3)
+                inertia_part, load_part = cross_joint(radial, i, inertia_part, load_part)
+                s11, s12, s13, s22, s23, s33 = inertia_part
+                (ex0, ex1, ex2, ex3), (ey0, ey1, ey2, ey3), (em0, em1, em2, em3) = load_part
             d = 1.0 / (s33 - implicit_damping)
             p1 = s13 * d
             p2 = s23 * d
@@ -202,11 +218,11 @@ def sweep(chain: Chain, state, work: Work, implicit_damping, probe_body, implici
             implicit.end[wheel, 1] = z2
             implicit.end[wheel, 2] = z3
 
-    _back_substitute(chain, state, work, probe_body, implicit)
+    _back_substitute(chain, state, work, probe_body, implicit, radial)
 
 
 @kernel
-def _back_substitute(chain: Chain, state, work: Work, probe_body, implicit):
+def _back_substitute(chain: Chain, state, work: Work, probe_body, implicit, radial):
     """Accelerations of every body from the output of the last one, four columns at a time."""
     cos, sin, rate, swept = work.cos, work.sin, state.rate, work.sweep
     n = rate.shape[0]
@@ -230,12 +246,20 @@ def _back_substitute(chain: Chain, state, work: Work, probe_body, implicit):
             a1 = q * a1 - p1 * x1 - p2 * y1 - gain[i, 4]
             a2 = q * a2 - p1 * x2 - p2 * y2 - gain[i, 5]
             a3 = q * a3 - p1 * x3 - p2 * y3 - gain[i, 6]
+            if radial is not None:
+                (x0, x1, x2, x3), (y0, y1, y2, y3) = return_joint(
+                    radial, i, (x0, x1, x2, x3), (y0, y1, y2, y3), (a0, a1, a2, a3)
+                )
         response[i, 0] = a0
         response[i, 1] = a1
         response[i, 2] = a2
         response[i, 3] = a3
         dx = chain.length[i] * cos[i]
         dy = chain.length[i] * sin[i]
+        if radial is not None:
+            bx, by, fx, fy = span(state.part, i)
+            dx += bx + fx
+            dy += by + fy
         w2 = rate[i] * rate[i]
         x0 += dy * a0
         x1 += dy * a1
@@ -276,6 +300,12 @@ def _back_substitute(chain: Chain, state, work: Work, probe_body, implicit):
             swept.probe[1, 1] = y1
             swept.probe[1, 2] = y2
             swept.probe[1, 3] = y3
+            if radial is not None:
+                for k in range(4):
+                    swept.probe[0, k] -= response[i, k] * by
+                    swept.probe[1, k] += response[i, k] * bx
+                swept.probe[0, 3] -= w2 * bx
+                swept.probe[1, 3] -= w2 * by
     if implicit is not None:
         for wheel in range(1, z.shape[0]):
             implicit.base[wheel, 0] = z[wheel, 0]

@@ -2,6 +2,7 @@
 
 from trackdyn.chain import implicit as linear
 from trackdyn.chain import multipliers, riccati, transfer_matrices
+from trackdyn.chain import radial as parting
 from trackdyn.chain.kinematics import bushing_torques
 from trackdyn.chain.plane import aim
 from trackdyn.contact.loads import contact_loads
@@ -25,7 +26,7 @@ def evaluate_loads(model: Model, state: State, work: Work, space, implicit):
 
 
 @kernel
-def solve_chain(model: Model, state: State, work: Work, step, implicit, solver):
+def solve_chain(model: Model, state: State, work: Work, step, implicit, solver, radial=None):
     """Accelerations of the chain under the loads in ``work``, the closure rigid or compliant.
 
     Parameters
@@ -36,6 +37,8 @@ def solve_chain(model: Model, state: State, work: Work, step, implicit, solver):
         Solve the linearly implicit system.
     solver : int or None
         ``model.solver``.
+    radial : RadialWork or None
+        All pins part, those of the cut too; ``base`` and ``probe`` of the sweep are of the pins then as well.
     """
     chain, cut, closure, sweep = model.chain, work.cut, model.closure, work.sweep
     probe = model.sensor.body
@@ -56,8 +59,14 @@ def solve_chain(model: Model, state: State, work: Work, step, implicit, solver):
             multipliers.accelerations(chain, state, work, damping, probe)
         else:
             transfer_matrices.accelerations(chain, state, work, 0.0, probe)
+    elif radial is not None:
+        parting.lead_forces(model, state, work, step, radial)
+        riccati.sweep(chain, state, work, damping, probe, None, radial)
+        ahead = radial.ahead
+        riccati.close_compliant(ahead[-1, 0], ahead[-1, 1], radial.impedance[0], work.torque[-1], damping, sweep)
+        parting.part_pins(state, work, radial)
     else:
-        riccati.sweep(chain, state, work, damping, probe, None)
+        riccati.sweep(chain, state, work, damping, probe, None, None)
         if closure.compliant:
             riccati.close_compliant(force_x, force_y, stiff, work.torque[-1], damping, sweep)
         else:

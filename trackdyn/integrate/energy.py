@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from trackdyn.chain import radial
 from trackdyn.chain.bearings import bearing_drag
 from trackdyn.integrate.tensioner import mean_velocity, tensioner_energy
 from trackdyn.jit import kernel
@@ -97,6 +98,7 @@ def account(model: Model, state: State, work: Work, space, tensioner):
         after = state.rate[i + 1 if i < n - 1 else 0] - state.rate[i]
         loss += after * (work.joint_rate[i] + after)
     done[BUSHING_LOSS] += 0.5 * h * chain.damping * loss
+    radial.add_loss(model, state, done, BUSHING_LOSS, work.radial)
 
 
 @kernel
@@ -191,6 +193,8 @@ def energies(model: Model, state: State, work: Work, space, tensioner, out):
     out[KINETIC] = kinetic + sliding
     out[GRAVITY] = gravity
     out[BUSHING_ELASTIC] = elastic + spring
+    # turned and radially parted, a bushing is one piece of rubber: one entry holds what both springs store
+    radial.add_energy(state, out, BUSHING_ELASTIC, model.radial)
     if space is not None:
         _add_plane(model, state, work, space, out)
 

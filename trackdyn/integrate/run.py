@@ -36,9 +36,13 @@ def run(model: Model, state: State, work: Work, record: Record, first, last):
     return _run(model, state, work, record, (first, last), work.space, work.implicit)
 
 
-@kernel
-def refresh(model: Model, state: State, work: Work, space, implicit):
+def refresh(model: Model, state: State, work: Work):
     """Places, velocities and loads of a state, whoever made it."""
+    _refresh(model, state, work, work.space, work.implicit)
+
+
+@kernel
+def _refresh(model: Model, state: State, work: Work, space, implicit):
     orient(state.angle, work.cos, work.sin)
     place(model.chain, state, work)
     evaluate_loads(model, state, work, space, implicit)
@@ -47,7 +51,7 @@ def refresh(model: Model, state: State, work: Work, space, implicit):
 @kernel
 def _run(model: Model, state: State, work: Work, record: Record, rows, space, implicit):
     """Steps of order 1: the chain solved, velocities, places, then the loads of the next step."""
-    refresh(model, state, work, space, implicit)
+    _refresh(model, state, work, space, implicit)
     for sample in range(rows[0], rows[1]):
         _begin(state, work)
         if space is not None:
@@ -57,12 +61,12 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
                 for wheel in range(space.axial.shape[0]):
                     space.axial[wheel] += space.wheel_load[wheel, 2] / model.stride
                 plane_dynamics(model, state, work, space)
-            solve_chain(model, state, work, model.step, implicit, model.solver)
+            solve_chain(model, state, work, model.step, implicit, model.solver, work.radial)
             sense(model, state, work, space)
             accumulate(work, 1.0)
             if implicit is not None:
                 finish_forces(model, state, work, implicit)
-            bad = advance(model, state, work, implicit)
+            bad = advance(model, state, work, implicit, work.radial)
             if bad >= 0:
                 return bad
             if space is not None:
@@ -83,7 +87,7 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
 @kernel
 def _march(model: Model, state: State, work: Work, record: Record, first, last, stages):
     """Steps of an explicit Runge-Kutta method."""
-    refresh(model, state, work, None, None)
+    _refresh(model, state, work, None, None)
     for sample in range(first, last):
         _begin(state, work)
         for _ in range(model.stride):

@@ -4,7 +4,8 @@ Velocities are advanced with the accelerations at the start of the step, positio
 velocities. The remaining gap of the cut joint, of second order in the step, is removed by an extra
 load through the cut: the response of the chain to that load is known from the sweep, so the
 correction is the mass-weighted one and costs two multiply-adds a body. It changes positions and
-velocities alike (the SHAKE form), which keeps the discrete path symplectic where nothing dissipates.
+velocities alike (the SHAKE form). Energy is kept to the order of the step and not better: a free loop without
+damping gains about 7e-4 of it in 20 s, steadily.
 """
 
 from math import cos as cosine
@@ -40,11 +41,11 @@ def sprocket_acceleration(drive: Drive, time):
 
 
 @kernel
-def advance(model: Model, state: State, work: Work, implicit):
+def advance(model: Model, state: State, work: Work, implicit, radial=None):
     """Velocities, then positions, then the projection of a rigid closure.
 
     ``implicit`` is None, or the work of a linearly implicit sweep that has found the accelerations of
-    the wheels too.
+    the wheels too; ``radial`` that of joints whose pins part, the cut among them: nothing is projected then.
 
     Returns
     -------
@@ -92,11 +93,22 @@ def advance(model: Model, state: State, work: Work, implicit):
         work.sin[i] = ns
         gx += length * nc
         gy += length * ns
+        if radial is not None and i < n - 1:
+            part = state.part
+            for k in range(2):
+                part[i, 2 + k] += h * radial.apart[i, k]
+                part[i, k] += h * part[i, 2 + k]
+            dvx += h * radial.apart[i, 0]
+            dvy += h * radial.apart[i, 1]
+            gx += part[i, 0]
+            gy += part[i, 1]
 
     work.cut[4] = gx
     work.cut[5] = gy
     if model.closure.compliant:
         gx = gy = 0.0  # a gap is part of the model, not an error
+    if radial is not None:
+        gx = gy = 0.0
     # extra cut load that closes the gap: end - start moves by h^2 (closure matrix) d_lambda
     inv = sweep.inverse
     dx = -(inv[0, 0] * gx + inv[0, 1] * gy) / h

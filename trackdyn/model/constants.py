@@ -267,11 +267,20 @@ class Space(NamedTuple):
     friction: int
 
 
+class Radial(NamedTuple):
+    """Rubber of the pins: ``stiffness`` (N/m) and ``damping`` (N s/m) against their parting (`chain.radial`)."""
+
+    stiffness: float
+    damping: float
+
+
 class Model(NamedTuple):
     """A scene as kernels see it (`trackdyn.build.build_model`).
 
     ``step`` is in s, ``stride`` the number of steps in a sample. ``solver`` is None for the Riccati sweep or
-    one of `integrate.dynamics`' numbers, ``space`` None for a planar scene, ``tensioner`` None for locked wheels.
+    one of `integrate.dynamics`' numbers, ``space`` None for a planar scene, ``tensioner`` None for locked wheels, ``radial``
+    None for joints whose pins do not part; ``closure`` then says what the cut joint is, otherwise it is a joint like all
+    others.
     """
 
     chain: Chain
@@ -286,3 +295,4 @@ class Model(NamedTuple):
     solver: int | None = None
     space: Space | None = None
     tensioner: Tensioner | None = None
+    radial: Radial | None = None

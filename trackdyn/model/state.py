@@ -47,6 +47,9 @@ class State(NamedTuple):
         The plane of the chain; None in planar motion.
     slide : (3,) array or None
         Way of a sprung tensioner from its place at rest (m), its velocity and that before the last step (m/s).
+    part : (n, 4) array or None
+        Input pin of body i + 1 less the output pin of body i, and its rate, m and m/s; the last row, of the cut
+        joint, follows from all others (`chain.kinematics.place`). None where pins do not part.
     """
 
     steps: np.ndarray
@@ -60,6 +63,7 @@ class State(NamedTuple):
     work_done: np.ndarray
     plane: Plane | None = None
     slide: np.ndarray | None = None
+    part: np.ndarray | None = None
 
 
 def make_state(n: int, pitches: int, wheels: int) -> State:

@@ -153,6 +153,35 @@ class SpaceWork(NamedTuple):
     axial: np.ndarray
 
 
+class RadialWork(NamedTuple):
+    """What the sweep writes of joints whose pins part (`chain.radial`), for ``n`` joints; the last one is the cut.
+
+    Attributes
+    ----------
+    impedance : (1,) array
+        ``Z = h^2 k + h c``, kg.
+    ahead, force : (n, 2) arrays
+        Force on the outboard body at the end of the step without the accelerations, and with them, N.
+    apart : (n, 2) array
+        Acceleration of the displacement of the pins, m/s2; the last row is unused.
+    parting : (n, 2) array
+        Velocity with which the points where the force acts part, at the start of the step, m/s.
+    gain : (n, 13) array
+        Acceleration of these points from one another, less its sign, as a linear function: coefficients xx, xy,
+        x-angle, yy, y-angle of the outboard acceleration, then x and y for ``[lambda_x, lambda_y, lambda_m, 1]``.
+    response : (n, 8) array
+        The same for unit ``[lambda_x, lambda_y, lambda_m, 1]``: x, then y.
+    """
+
+    impedance: np.ndarray
+    ahead: np.ndarray
+    force: np.ndarray
+    apart: np.ndarray
+    parting: np.ndarray
+    gain: np.ndarray
+    response: np.ndarray
+
+
 class Work(NamedTuple):
     """Arrays of a step for ``n`` bodies, ``p`` pitches and ``w`` wheels.
 
@@ -201,6 +230,8 @@ class Work(NamedTuple):
         Of an explicit Runge-Kutta method.
     space : SpaceWork or None
         Of motion in space.
+    radial : RadialWork or None
+        Of joints whose pins part.
     """
 
     cos: np.ndarray
@@ -233,6 +264,7 @@ class Work(NamedTuple):
     implicit: ImplicitWork | None = None
     stages: Stages | None = None
     space: SpaceWork | None = None
+    radial: RadialWork | None = None
 
 
 def make_work(n: int, pitches: int, wheels: int) -> Work:
@@ -284,3 +316,8 @@ def make_space_work(n: int, wheels: int) -> SpaceWork:
     """Allocate the arrays of motion in space."""
     shapes = ((wheels, 3, 3), (wheels, 3), 3, n, n, n, 3, 3, (wheels, 6), wheels)
     return SpaceWork(np.eye(3), *(np.zeros(shape) for shape in shapes))
+
+
+def make_radial_work(n: int) -> RadialWork:
+    """Allocate the arrays of joints whose pins part."""
+    return RadialWork(*(np.zeros(shape) for shape in (1, (n, 2), (n, 2), (n, 2), (n, 2), (n, 13), (n, 8))))

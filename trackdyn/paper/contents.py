@@ -325,6 +325,11 @@ OWN = (
     Item("costs", "What each rule cost", "costs", "", """
         Wall time, processor time and largest memory of every rule, from the benchmark files of the workflow. Jobs share
         the machine, so wall times depend on what ran beside them.""", table=True),
+    Item("traction", "Which flank carries drive", "traction", "trackdyn.report.figures.traction:traction_figure", """
+        Share of a sprocket turn in which the left and the right arc touch, over the creep slope of the ring's friction
+        (coefficient over transition velocity) and the ring's radius, at 115 rpm; once with the coefficient of the other
+        wheels and once with their transition velocity. With much traction the ring runs ahead of the chain and drives:
+        the left arc lets go and the right one holds back. The marks are the ring of this rig and its other wheels."""),
 )
 # asked for by name
 STUDIES = (

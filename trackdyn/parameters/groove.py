@@ -268,5 +268,8 @@ def equal_pitch_radius(teeth: int, link_length: float, connector_length: float, 
     }
 
 
-# tooth profiles by name, each made from the ten arcs of the rig
-PROFILES = {"ten_arcs": lambda groove: groove, "three_surfaces": coarse_groove}
+# Tooth profiles by name, from coarse to fine: the groove that a rig (`parameters.rig.Rig`) has with each.
+PROFILES = {
+    "three_surfaces": lambda rig: coarse_groove(rig.groove_profile),
+    "ten_arcs": lambda rig: rig.groove_profile,
+}

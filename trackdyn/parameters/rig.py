@@ -21,6 +21,15 @@ from trackdyn.parameters.validation import Section, read_yaml, validated
 KINDS = ("printed", "derived", "assumed", "fitted")
 YAML_12_FLOAT = re.compile(r"[-+]?\d+(\.\d*)?[eE]\d+")
 ENTRY_KEYS = {"value", "unit", "kind", "source"}
+RANGE_KEYS = {"low", "high"}  # what the part can be, for what is assumed or fitted
+
+
+def _number(value: Any) -> float:
+    """A number or what YAML takes for text, such as 2e11; NaN for anything else."""
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return float("nan")
 
 
 def _unwrap(unit: str):
@@ -29,8 +38,12 @@ def _unwrap(unit: str):
             return entry
         if missing := ENTRY_KEYS - entry.keys():
             raise ValueError(f"lacks {', '.join(sorted(missing))}; every parameter has value, unit, kind and source")
-        if unknown := entry.keys() - ENTRY_KEYS:
-            raise ValueError(f"has the unknown key {', '.join(sorted(unknown))}; known are value, unit, kind, source")
+        if unknown := entry.keys() - ENTRY_KEYS - RANGE_KEYS:
+            raise ValueError(
+                f"has the unknown key {', '.join(sorted(unknown))}; known are value, unit, kind, low, high, source"
+            )
+        if RANGE_KEYS & entry.keys() and not _number(entry.get("low")) <= _number(entry.get("high")):
+            raise ValueError("needs low and high as rising numbers, or neither")
         if str(entry["unit"]) != unit:
             raise ValueError(f"has the unit {entry['unit']!r}; it must be given in {unit!r}")
         if entry["kind"] not in KINDS:
@@ -85,6 +98,8 @@ class Bushing(Section):
     stiffness: quantity("N m/rad", ge=0)
     damping: quantity("N m s/rad", ge=0)
     free_angle: quantity("rad", gt=-1.6, lt=1.6)
+    radial_stiffness: quantity("N/m", gt=0)
+    radial_damping: quantity("N s/m", ge=0)
 
 
 class GrooveParameters(Section):
@@ -291,7 +306,10 @@ def load_rig(path: Path | str) -> Rig:
 
 
 def parameter_table(path: Path | str) -> pd.DataFrame:
-    """Every parameter of a rig file: ``name, value, unit, kind, source``, and the derived ones."""
+    """Every parameter of a rig file: ``name, value, unit, kind, low, high, outside, source``, and the derived ones.
+
+    ``outside`` says on which side a value leaves what the part can be.
+    """
     rig = load_rig(path)
     rows = []
     for section, entries in read_yaml(path).items():
@@ -302,4 +320,7 @@ def parameter_table(path: Path | str) -> pd.DataFrame:
     derived = "from the equal-pitch radius, " + "13 [asin(a/2r) + asin(b/2r)] = pi"
     rows.append(dict(name="connector length", value=rig.connector_length, unit="m", kind="derived", source=derived))
     rows.append(dict(name="pin circle", value=rig.pin_circle, unit="m", kind="derived", source=derived))
-    return pd.DataFrame(rows)
+    for row in rows:
+        value, low, high = (_number(row.get(key)) for key in ("value", "low", "high"))
+        row["outside"] = "below" if value < low else "above" if value > high else ""
+    return pd.DataFrame(rows, columns=["name", "value", "unit", "kind", "low", "high", "outside", "source"])

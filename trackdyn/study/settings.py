@@ -69,12 +69,22 @@ class ExtremesForm(Section):
     bushing_integrators: Annotated[list[Method], Field(min_length=1)]
     speeds_rpm: ValuesOrZero
     ring_radii_m: Values
+    start_radii_m: Values
+    equal_pitch_radii_m: Values
     depths_m: Values
     map_moduli_pa: Values
     map_steps_per_ms: Values
 
 
-Form = TypeVar("Form", TradeForm, ExtremesForm)
+class TractionForm(Section):
+    """Creep slopes and radii of the ring at one motor speed."""
+
+    speed_rpm: Positive
+    slopes_s_per_m: Values
+    radii_m: Values
+
+
+Form = TypeVar("Form", TradeForm, ExtremesForm, TractionForm)
 
 
 class Forms(Section, Generic[Form]):
@@ -89,6 +99,7 @@ class Studies(Section):
 
     trade: Forms[TradeForm]
     extremes: Forms[ExtremesForm]
+    traction: Forms[TractionForm]
 
 
 def _read(path: Any) -> Any:

@@ -10,6 +10,7 @@ rule claims:
         events=f"{R}/events.csv",
         peer=f"{R}/peers/summary.csv",
         records=[recording(run) for run in SPEEDS],
+        others=[f"{R}/rigs/{other}/{name}.csv" for other in OTHERS for name in ("metrics", "events")],
     output:
         csv=f"{R}/claims.csv",
         md=f"{R}/claims.md",
@@ -18,6 +19,7 @@ rule claims:
         rpm=CONFIG.meshing.speed_rpm,
         radius=CONFIG.meshing.ring_radius_m,
         seconds=CONFIG.records.duration_s,
+        rigs={other: f"{R}/rigs/{other}" for other in OTHERS},
     log: f"{R}/logs/claims.log"
     benchmark: f"{R}/benchmarks/claims.tsv"
     message: "Judging the claims"

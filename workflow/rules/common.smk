@@ -21,11 +21,9 @@ def recording(run):
     return f"{R}/runs/{run}.npz"
 
 
-def plain_scene(run):
-    """A scene of the pipeline as plain data, without the rig."""
-    scene = SCENES[run].describe()
-    del scene["rig"]
-    return scene
+def plain_scene(scene):
+    """A scene as plain data, without the rig."""
+    return {name: value for name, value in scene.describe().items() if name != "rig"}
 
 
 # Named by the hash of the kernels' sources: other sources, another file, and everything that needs it runs.

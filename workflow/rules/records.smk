@@ -7,14 +7,24 @@ rule metrics:
     """One row a run: the numbers that tables, figures and claims are made of."""
     input:
         needs("metrics.py"),
-        recordings=[recording(run) for run in SCENES],
-        costs=[f"{R}/runs/{run}.cost.json" for run in SCENES],
+        **runs_of(R, SCENES),
     output: f"{R}/metrics.csv"
     params: runs=list(SCENES)
     log: f"{R}/logs/metrics.log"
     benchmark: f"{R}/benchmarks/metrics.tsv"
     message: "Measuring {output}"
     script: "../scripts/metrics.py"
+
+
+use rule metrics as metrics_other with:
+    input:
+        needs("metrics.py"),
+        recordings=lambda wildcards: runs_of(f"{R}/rigs/{wildcards.other}", OTHERS[wildcards.other])["recordings"],
+        costs=lambda wildcards: runs_of(f"{R}/rigs/{wildcards.other}", OTHERS[wildcards.other])["costs"],
+    output: f"{R}/rigs/{{other}}/metrics.csv"
+    params: runs=lambda wildcards: list(OTHERS[wildcards.other])
+    log: f"{R}/logs/rigs/{{other}}/metrics.log"
+    benchmark: f"{R}/benchmarks/rigs/{{other}}/metrics.tsv"
 
 
 rule parameters:

@@ -61,6 +61,7 @@ rule page:
         rules.peer.output,
         rules.fidelity.output,
         rules.trade_short.output,
+        rules.traction.output,
         rules.costs.output,
         rules.animation_runs.output,
         rig=CONFIG.rig,
@@ -85,12 +86,13 @@ rule report_page:
 
 
 rule pictures:
-    """Pictures of the README from the present results. Asked for by name: they stand in version control."""
+    """Pictures and measured parts of the pages from the present results. Asked for by name: they stand in version control."""
     input:
-        f"{R}/figures/animation.gif",
-        f"{R}/figures/fig24.png",
+        f"{R}/claims.csv",
+        f"{R}/fidelity.csv",
+        pictures=[f"{R}/figures/animation.gif", f"{R}/figures/fig24.png"],
     params: folder="docs/pictures"
     log: f"{R}/logs/pictures.log"
     benchmark: f"{R}/benchmarks/pictures.tsv"
     message: "Pictures of the README"
-    shell: "cp {input} {params.folder} > {log} 2>&1"
+    shell: "(cp {input.pictures} {params.folder} && {sys.executable} -m trackdyn.report.filled) > {log} 2>&1"

@@ -20,6 +20,17 @@ rule events:
     script: "../scripts/events.py"
 
 
+use rule events as events_other with:
+    input:
+        needs("events.py"),
+        recordings=[f"{R}/rigs/{{other}}/runs/meshing/{name}.npz" for name in ("no_ring", "ring")],
+    output:
+        events=f"{R}/rigs/{{other}}/events.csv",
+        spells=f"{R}/rigs/{{other}}/spells.csv",
+    log: f"{R}/logs/rigs/{{other}}/events.log"
+    benchmark: f"{R}/benchmarks/rigs/{{other}}/events.tsv"
+
+
 rule meshing_figures:
     """Figures 19 to 22: forces, areas and screenshots of one passage, without and with the ring."""
     input:
@@ -68,7 +79,7 @@ rule stability:
         rig=CONFIG.rig,
         kernels=KERNELS,
     output: **table("stability")
-    params: scenes=[plain_scene(run) for run in STABILITY_RUNS if run in SCENES]
+    params: scenes=[plain_scene(SCENES[run]) for run in STABILITY_RUNS if run in SCENES]
     log: f"{R}/logs/stability.log"
     benchmark: f"{R}/benchmarks/stability.tsv"
     message: "Stability of the statistics"

@@ -33,6 +33,14 @@ if PLANNED:
         script: "../scripts/plan.py"
 
 
+def runs_of(folder, scenes):
+    """Recordings and costs of scenes below a folder, and their names."""
+    return dict(
+        recordings=[f"{folder}/runs/{run}.npz" for run in scenes],
+        costs=[f"{folder}/runs/{run}.cost.json" for run in scenes],
+    )
+
+
 rule simulate:
     """One run: settle, start, record."""
     input:
@@ -45,8 +53,23 @@ rule simulate:
         cost=f"{R}/runs/{{run}}.cost.json",
     params:
         # what the run is asked to do: a change in the configuration reruns only the runs it touches
-        scene=lambda wildcards: plain_scene(wildcards.run),
+        scene=lambda wildcards: plain_scene(SCENES[wildcards.run]),
     log: f"{R}/logs/simulate/{{run}}.log"
     benchmark: f"{R}/benchmarks/simulate/{{run}}.tsv"
     message: "Simulating {wildcards.run}"
     script: "../scripts/simulate.py"
+
+
+use rule simulate as simulate_other with:
+    input:
+        needs("simulate.py"),
+        rig=lambda wildcards: CONFIG.other_rigs[wildcards.other].rig,
+        kernels=KERNELS,
+        plan=[],
+    output:
+        recording=f"{R}/rigs/{{other}}/runs/{{run}}.npz",
+        cost=f"{R}/rigs/{{other}}/runs/{{run}}.cost.json",
+    params: scene=lambda wildcards: plain_scene(OTHERS[wildcards.other][wildcards.run])
+    log: f"{R}/logs/rigs/{{other}}/simulate/{{run}}.log"
+    benchmark: f"{R}/benchmarks/rigs/{{other}}/simulate/{{run}}.tsv"
+    message: "Simulating {wildcards.run} on {wildcards.other}"

@@ -58,3 +58,19 @@ use rule trade as trade_short with:
     log: f"{R}/logs/trade_short.log"
     benchmark: f"{R}/benchmarks/trade_short.tsv"
     message: "Accuracy against cost, the short form"
+
+
+rule traction:
+    """Which flank carries drive, over creep slope and radius of the ring."""
+    input:
+        needs("traction.py"),
+        rig=CONFIG.rig,
+        kernels=KERNELS,
+    output:
+        csv=f"{R}/traction.csv",
+        figure=figure("traction"),
+    params: form=(CONFIG.studies.traction.full if CONFIG.traction_in_full else CONFIG.studies.traction.short).model_dump()
+    log: f"{R}/logs/traction.log"
+    benchmark: f"{R}/benchmarks/traction.tsv"
+    message: "Traction of the ring"
+    script: "../scripts/traction.py"

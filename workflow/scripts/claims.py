@@ -21,8 +21,8 @@ with logged(snakemake):
     said = [f"{name}: {headline(card, name)}" if len(rigs) > 1 else headline(card, name) for name in rigs]
     if params.seconds < PAPER_SECONDS:
         said.append(
-            f"These records last {params.seconds:g} s where the paper's last {PAPER_SECONDS:g}: bins are wider, so C07 and "
-            "C08 cannot come out, and records hold no whole number of revolutions (C06)."
+            f"These records last {params.seconds:g} s where the paper's last {PAPER_SECONDS:g}: bins are wider, so C07 "
+            "and C08 cannot come out, and records hold no whole number of revolutions (C06)."
         )
     text = "\n\n".join([*said, caption("claims")])
     write_table(card, snakemake.output.csv, text, shown=side_by_side(card))

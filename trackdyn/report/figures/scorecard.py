@@ -105,7 +105,7 @@ def _draw(ax: Axes, block: tuple, y: float, high: float) -> None:
 
 
 def _with_unit(item: dict) -> str:
-    """The claim, with the unit of its numbers where it does not say it itself, and their speeds if there are some."""
+    """The claim, with the unit of its numbers where it does not say it, and their speeds if they are several."""
     unit, speeds = str(item.get("unit") or "1"), str(item.get("speeds") or "")
     said = unit == "1" or re.search(rf"\d {re.escape(unit)}", str(item["claim"]))
     notes = [*([] if said else [unit]), *([f"{speeds} rpm"] if "," in speeds else [])]

@@ -22,7 +22,10 @@ SETTINGS = {f"preset={name}": fields for name, fields in PRESETS.items() if name
     "normal_law=delivered": {"normal_law": "delivered"},
     "normal_law=elastic": {"normal_law": "elastic"},
     "friction=none": {"friction": "none"},
+    "joint=radial": {"joint": "radial"},
     "closure=elastic_damping": {"closure": "elastic_damping"},
+    "tension=sprung": {"tension": "sprung"},
+    "drag=coulomb": {"drag": "coulomb"},
     "integrator=linearly_implicit": {"integrator": "linearly_implicit"},
     "integrator=rk4": {"integrator": "rk4"},
 }

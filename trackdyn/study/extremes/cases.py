@@ -17,6 +17,7 @@ from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.normal_laws import delivered_restitution
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene import Scene
+from trackdyn.settling import arc_depths, explained_depth
 from trackdyn.study.extremes.judge import FAST, below, gap_bound, gap_missed, judged, run_scene, within
 
 # Change of momentum in turns a step: it is that of the path between two configurations.
@@ -193,6 +194,25 @@ def loop(rig: Rig, radii: list[float]) -> Iterator[dict]:
         yield run_scene("loop", f"travel {share:g} of what closes", rig, changes={"tension__travel": share * shift})
     for name, value in (("idler__x", 0.1), ("idler__x", -5.0), ("idler__radius", 1.5), ("tension__direction", 107.0)):
         yield run_scene("loop", f"{name.replace('__', '.')} = {value:g}", rig, changes={name: value})
+
+
+def starts(rig: Rig, radii: list[float], equal_pitches: list[float]) -> Iterator[dict]:
+    """No loop starts with an arc deeper in a tooth than its load explains, whatever ring and connector it has."""
+    for equal_pitch in equal_pitches:
+        changed = rig.changed(sprocket__equal_pitch_radius=equal_pitch)
+        for radius in (None, *radii):
+            for tension in ("locked", "retensioned"):
+                ring = "no ring" if radius is None else f"ring {radius:g} m"
+                case = f"equal pitch {equal_pitch:g} m, {ring}, {tension}"
+                yield judged("start", case, _started, changed, radius, tension)
+
+
+def _started(rig: Rig, radius: float | None, tension: str) -> dict:
+    loop = restart(rig, ring_radius=radius, tension=tension, step=5e-5)
+    angle = float(loop.state.wheel_angle[SPROCKET])
+    depth = float(arc_depths(loop.scene, loop.model, loop.state, loop.work, angle).max())
+    bound = explained_depth(loop.model, rig.tension.pre_tension)
+    return below(max(depth, 0.0), bound, "depth of an arc at the start in m")
 
 
 def states(rig: Rig, depths: list[float]) -> Iterator[dict]:

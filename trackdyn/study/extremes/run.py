@@ -39,6 +39,7 @@ def run_extremes(rig: Rig, form: ExtremesForm, say: Callable[[str], None] = prin
         "bushing": (cases.bushing(rig, form.bushing_dampings_nms, form.bushing_integrators),),
         "speed": (cases.speed(rig, form.speeds_rpm),),
         "loop": (cases.loop(rig, form.ring_radii_m),),
+        "start": (cases.starts(rig, form.start_radii_m, form.equal_pitch_radii_m),),
         "initial state": (cases.states(rig, form.depths_m), cases.laws(rig), cases.momentum(rig)),
         "step and stiffness": (stability_map(rig, form.map_moduli_pa, form.map_steps_per_ms),),
         "random scenes": (random_scenes(rig, form.random_scenes),),
