@@ -26,9 +26,8 @@ from trackdyn.synthetic import (
     closeness,
     fit,
     generate,
-    write_dataset,
-    write_record,
 )
+from trackdyn.synthetic.dataset import write_dataset, write_record
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "trackdyn"
@@ -90,7 +89,7 @@ def test_stored_constants_are_what_the_fit_gives(rpm):
 
 
 def test_whole_data_set_is_written_and_described(tmp_path, monkeypatch):
-    monkeypatch.setattr("trackdyn.synthetic.SPEEDS", {115: SPEEDS[115]})
+    monkeypatch.setattr("trackdyn.synthetic.dataset.SPEEDS", {115: SPEEDS[115]})
     table = write_dataset(tmp_path / "new" / "folder")
     written = json.loads((tmp_path / "new" / "folder" / "datapackage.json").read_text(encoding="utf-8"))
     committed = json.loads((FOLDER / "datapackage.json").read_text(encoding="utf-8"))
