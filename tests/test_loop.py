@@ -12,7 +12,6 @@ from trackdyn.integrate.methods import METHODS
 from trackdyn.loop import Loop
 from trackdyn.measure.energy import open_share
 from trackdyn.model.record import ENERGY_NAMES
-from trackdyn.model.state import State
 from trackdyn.parameters.layout import belt_around
 from trackdyn.parameters.rig import Rig
 from trackdyn.recording import Recording
@@ -265,14 +264,28 @@ def test_the_tensioner_has_a_travel(loop):
     assert loop.layout["tensioner_shift_m"] == travel
 
 
+def test_a_tensioner_on_its_spring_is_not_shifted_and_stays_where_it_hangs(make_scene):
+    """Also when the loop goes on with something changed: the spring keeps its preload."""
+    loop = Loop(make_scene(0.0, tension="sprung"))
+    with pytest.raises(InputError, match="the tensioner slides on its spring; tension='locked' would do"):
+        loop.shift_tensioner(0.0)
+    finer = loop.changed(step=5e-5)
+    for each in (loop, finer):
+        before = each.model.wheels.x.copy(), each.model.wheels.y.copy()
+        each.advance(0.05)
+        np.testing.assert_allclose([each.model.wheels.x, each.model.wheels.y], before, rtol=0, atol=1e-5)
+    assert finer.tension == pytest.approx(loop.tension, rel=1e-3)
+
+
 # --- going on with something changed
 
 
 def test_a_changed_loop_goes_on_in_the_same_state(loop):
     finer = loop.changed(step=5e-5)
     assert finer.time == loop.time and finer.scene.step == 5e-5 and finer.model.stride == 20
-    for name in State._fields[1:-1]:
-        np.testing.assert_array_equal(getattr(finer.state, name), getattr(loop.state, name))
+    for name, array in flat(loop.state).items():
+        if name != "steps":
+            np.testing.assert_array_equal(flat(finer.state)[name], array, err_msg=name)
     finer.advance(0.02)
     loop.advance(0.02)
     # two paths of order 1, a fiftieth of a second long
@@ -300,7 +313,9 @@ def test_a_changed_loop_is_driven_on(loop):
     [
         ({"ring_radius": 0.303}, "ring_radius = 0.303 is not accepted: a loop keeps it"),
         ({"chain": "single_pin"}, "chain = 'single_pin' is not accepted: a loop keeps it"),
-        ({"space": "spatial"}, "a loop keeps bodies and plane"),
+        ({"space": "spatial"}, "a loop keeps bodies, plane and joints"),
+        ({"joint": "radial"}, "a loop keeps bodies, plane and joints"),
+        ({"tension": "sprung"}, "a loop keeps bodies, plane and joints"),
         ({"step": 3e-5}, "step = 3e-05 is not accepted"),
     ],
 )
@@ -337,7 +352,10 @@ def test_a_saved_loop_goes_on_bit_for_bit(loop, tmp_path):
 
 @pytest.mark.parametrize(
     "fields",
-    [{"integrator": "linearly_implicit"}, {"integrator": "rk4"}, {"space": "spatial"}, {"chain": "single_pin"}],
+    [
+        {"integrator": "linearly_implicit"}, {"integrator": "rk4"}, {"space": "spatial"}, {"chain": "single_pin"},
+        {"joint": "radial"}, {"tension": "sprung"},
+    ],
     ids=lambda fields: next(iter(fields.values())),
 )
 def test_every_kind_of_loop_can_be_saved(make_scene, tmp_path, fields):

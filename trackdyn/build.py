@@ -250,7 +250,7 @@ def build_model(scene) -> Model:
         scene.stride,
         SOLVERS.index(scene.solver) or None,
         build_space(scene, tooth, wheels) if scene.fidelity["space"].setting == "spatial" else None,
-        Radial(rig.bushing.radial_stiffness, rig.bushing.radial_damping) if scene.joint == "radial" else None,
+        radial=Radial(rig.bushing.radial_stiffness, rig.bushing.radial_damping) if scene.joint == "radial" else None,
     )
 
 
