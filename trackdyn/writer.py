@@ -50,7 +50,7 @@ class Writer:
         self.ended.append(_take(self.record.spells))
         added, self.done = (last - self.done) / rate, last
         if self.loop.work.stages is None:  # the stages of a Runge-Kutta step are not in the record
-            refuse_unresolved(self.record.change[:last], loop.model.step)
+            refuse_unresolved(self.record.change[:last], rate, loop.model.step)
         return added
 
     def describe(self) -> dict:

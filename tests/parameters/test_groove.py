@@ -14,7 +14,7 @@ EXACT = 1e-12  # m or a unit vector: coordinates below 1 m carry about 1e-16 thr
 
 # Another groove than the shipped one: every property below must hold for both.
 WIDE = {
-    "teeth": 13, "link_length": 0.1, "connector_length": 0.0577, "connector_radius": 0.030,
+    "teeth": 13, "connector_length": 0.0577, "connector_radius": 0.030,
     "pin_circle": 0.3268,
     "seat_depth": 0.001, "slope_bottom": radians(25), "slope_low": 0.0, "slope_seat": radians(30),
     "slope_tip": radians(65), "r2": 0.052, "r3": 0.033, "r4": 0.030, "r5": 0.045,
@@ -94,7 +94,7 @@ def test_groove_worked_out_in_another_order_is_reproduced():
     """A groove that was found from its addendum circle and its pins; lengths rounded to 1e-6 m."""
     alpha5 = asin(35.519 / 90)
     groove = build_groove(
-        teeth=13, link_length=0.102, connector_length=0.060, connector_radius=0.022, pin_circle=0.336164,
+        teeth=13, connector_length=0.060, connector_radius=0.022, pin_circle=0.336164,
         seat_depth=0.0, slope_bottom=alpha5, slope_low=radians(6), slope_seat=radians(38),
         slope_tip=radians(58.905), r2=0.034, r3=0.0228, r4=0.030, r5=0.060,
     )  # fmt: skip

@@ -19,12 +19,12 @@ LOSSES = ("tooth_friction", "wheel_friction", "bearing", "bushing_loss")
 # length (s) it takes more than that.
 NORMAL_LOSSES, LONG_RECORD = ("tooth_normal", "wheel_normal"), 10.0
 # A resolved acceleration changes from one step to the next much as it did before: the mean product of two changes in a
-# row is 0.8 to 1.0 of their mean square. Where contact flips from step to step it is -1; 0 lies between. Changes below
-# this size are rounding and strands that hardly move, m/s2.
-LEAST_CHANGE = 0.2
+# row is 0.8 to 1.0 of their mean square. Where contact flips from step to step it is -1; 0 lies between. Below this size
+# (m/s2) a flip adds less than 0.2 % to the RMS of a link, and it takes a second to tell it from a single impact.
+LEAST_CHANGE, LEAST_RECORD = 1.0, 1.0
 
 
-def refuse_unresolved(change, step: float) -> None:
+def refuse_unresolved(change, rate: float, step: float) -> None:
     """Refuse a record in which the sensor's acceleration alternates from step to step: a contact is not resolved.
 
     The account of work closes by construction and does not see that; means over samples hide it.
@@ -33,6 +33,8 @@ def refuse_unresolved(change, step: float) -> None:
     ----------
     change : (s, 2) array
         `recording.Recording.change`.
+    rate : float
+        Samples a second.
     step : float
         What would have to be smaller, s.
 
@@ -42,7 +44,7 @@ def refuse_unresolved(change, step: float) -> None:
         Says how large the alternation is.
     """
     square, product = change.mean(axis=0)
-    if product < 0.0 and square > LEAST_CHANGE**2:
+    if len(change) >= LEAST_RECORD * rate and product < 0.0 and square > LEAST_CHANGE**2:
         raise DivergenceError(
             f"contacts are not resolved: the sensor's acceleration flips by {square**0.5:.3g} m/s2 from step to step; a step "
             f"smaller than {step:g} s would do"

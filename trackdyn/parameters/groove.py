@@ -81,7 +81,6 @@ class Groove:
 def build_groove(
     *,
     teeth: int,
-    link_length: float,
     connector_length: float,
     connector_radius: float,
     pin_circle: float,
@@ -129,26 +128,22 @@ def build_groove(
         shown = f"{degrees(value):.6g} deg" if field.startswith("slope") else f"{value:.6g} m"
         raise InputError(f"groove.{field} = {shown} gives a profile that is not tangent: {remedy}")
 
-    if not slope_bottom > slope_low:
-        refuse("slope_bottom", slope_bottom, f"it must exceed slope_low = {degrees(slope_low):.6g} deg")
-    if not slope_seat > slope_low:
-        refuse("slope_seat", slope_seat, f"it must exceed slope_low = {degrees(slope_low):.6g} deg")
-    if not slope_tip > slope_seat:
-        refuse("slope_tip", slope_tip, f"it must exceed slope_seat = {degrees(slope_seat):.6g} deg")
+    slopes = {"bottom": slope_bottom, "low": slope_low, "seat": slope_seat, "tip": slope_tip}
+    for higher, lower in (("bottom", "low"), ("seat", "low"), ("tip", "seat")):
+        if not slopes[higher] > slopes[lower]:
+            remedy = f"it must exceed slope_{lower} = {degrees(slopes[lower]):.6g} deg"
+            refuse(f"slope_{higher}", slopes[higher], remedy)
     for name, radius in (("r2", r2), ("r3", r3), ("r5", r5)):
         if radius <= connector_radius:
             refuse(name, radius, f"a concave area must be wider than the connector's arc, {connector_radius} m")
 
     half_tooth = pi / teeth
-    o5x = 0.0
-    o4 = np.array([o5x, 0.0]) - (r5 + r4) * nu(slope_bottom)
+    o4 = -(r5 + r4) * nu(slope_bottom)
     o3 = o4 + (r4 + r3) * nu(slope_low)
     pin_height = sqrt(pin_circle**2 - connector_length**2 / 4)
     # the arc's centre over the lowest seat point is r3 - r_C below O_3
-    rise = pin_height - seat_depth + (r3 - connector_radius) - o3[1]
-    o5 = np.array([o5x, rise])
-    o4 = o4 + [0.0, rise]
-    o3 = o3 + [0.0, rise]
+    o5 = np.array([0.0, pin_height - seat_depth + (r3 - connector_radius) - o3[1]])
+    o4, o3 = o4 + o5, o3 + o5
     o2 = o3 + (r2 - r3) * nu(slope_seat)
     # O_1 = O_2 - (r1 + r2) nu(slope_tip) lies on the tooth line x = -y tan(pi / m)
     t = tan(half_tooth)
@@ -158,21 +153,20 @@ def build_groove(
     o1 = o2 - (r1 + r2) * nu(slope_tip)
     addendum = hypot(*o1) + r1
 
-    # slopes at which each arc begins (towards the tip) and ends (towards the middle)
-    spans = [(-half_tooth, slope_tip), (slope_seat, slope_tip), (slope_low, slope_seat), (slope_low, slope_bottom)]
-    spans.append((0.0, slope_bottom))
-    centre = np.zeros((10, 2))
-    radius = np.zeros(10)
-    direction = np.zeros((10, 2))
-    half_angle = np.zeros(10)
-    for j, (o, r, (low, high)) in enumerate(zip((o1, o2, o3, o4, o5), (r1, r2, r3, r4, r5), spans, strict=True)):
-        sign = 1.0 if j + 1 in CONVEX else -1.0
-        for index, flip in ((j, 1.0), (9 - j, -1.0)):
-            centre[index] = o * [flip, 1.0]
-            radius[index] = r
-            direction[index] = sign * nu((low + high) / 2) * [flip, 1.0]
-            half_angle[index] = (high - low) / 2
-    return Groove(centre, radius, direction, half_angle, np.isin(np.arange(1, 11), CONVEX), addendum, teeth)
+    # slopes at which each arc of the left flank begins (towards the tip) and ends (towards the middle)
+    low = np.array([-half_tooth, slope_seat, slope_low, slope_low, 0.0])
+    high = np.array([slope_tip, slope_tip, slope_seat, slope_bottom, slope_bottom])
+    convex = np.isin(np.arange(1, 11), CONVEX)
+    sign = np.where(convex[:5], 1.0, -1.0)
+    direction = np.column_stack([sign * np.sin((low + high) / 2), sign * np.cos((low + high) / 2)])
+    centre, direction = (_mirrored(flank) for flank in (np.array([o1, o2, o3, o4, o5]), direction))
+    radius, half_angle = (np.append(flank, flank[::-1]) for flank in (np.array([r1, r2, r3, r4, r5]), (high - low) / 2))
+    return Groove(centre, radius, direction, half_angle, convex, addendum, teeth)
+
+
+def _mirrored(flank: np.ndarray) -> np.ndarray:
+    """Points of the left flank, and those of the right one in falling order."""
+    return np.vstack([flank, flank[::-1] * [-1.0, 1.0]])
 
 
 def coarse_groove(groove: Groove) -> Groove:

@@ -236,22 +236,13 @@ class Rig(Section):
     @cached_property
     def groove_profile(self) -> Groove:
         """The ten arcs."""
-        g = self.groove
+        design = {name: radians(v) if name.startswith("slope") else v for name, v in self.groove.model_dump().items()}
         return build_groove(
             teeth=self.sprocket.teeth,
-            link_length=self.chain.link_length,
             connector_length=self.connector_length,
             connector_radius=self.chain.connector_radius,
             pin_circle=self.pin_circle,
-            seat_depth=g.seat_depth,
-            slope_bottom=radians(g.slope_bottom),
-            slope_low=radians(g.slope_low),
-            slope_seat=radians(g.slope_seat),
-            slope_tip=radians(g.slope_tip),
-            r2=g.r2,
-            r3=g.r3,
-            r4=g.r4,
-            r5=g.r5,
+            **design,
         )
 
     def loop_period(self, motor_rpm: float) -> float:

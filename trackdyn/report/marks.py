@@ -4,7 +4,8 @@ from math import atan2, cos, degrees, hypot, pi, radians, sin
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patches import FancyArrowPatch, Wedge
+from matplotlib.lines import Line2D
+from matplotlib.patches import FancyArrowPatch
 from matplotlib.patheffects import withStroke
 
 from trackdyn.report.drawing import Z_MARK, circle_points
@@ -25,8 +26,9 @@ def polar(angle: float) -> np.ndarray:
 
 
 def frame_axes(ax: Axes, name: str) -> None:
-    """Equal scales, numbered in mm, of the frame whose axes carry the index ``name``."""
+    """Equal scales, numbered in mm, of the frame whose axes carry the index ``name``; no grid."""
     ax.set_aspect("equal")
+    ax.grid(False)
     for axis, letter in ((ax.xaxis, "x"), (ax.yaxis, "y")):
         axis.set_major_formatter(lambda value, _: f"{1e3 * value:g}".replace("-", "\N{MINUS SIGN}"))
         axis.set_label_text(f"${letter}_{{{name}}}$ (mm)")
@@ -42,6 +44,11 @@ def write(ax: Axes, place, text: str, **look) -> None:
     """Text with a white rim, centred at a place."""
     look = {"ha": "center", "va": "center", "fontsize": 8, "zorder": Z_MARK + 3, "clip_on": True} | look
     ax.text(*place, text, path_effects=HALO, **look)
+
+
+def handle(label: str, **look) -> Line2D:
+    """Entry of a legend: a line or a mark."""
+    return Line2D([], [], **look, label=label)
 
 
 def line(ax: Axes, *points, **look) -> None:
@@ -76,7 +83,7 @@ def leader(ax: Axes, place, text: str, label_at, **look) -> None:
 def beside(ax: Axes, start, end, text: str, at: float = 0.5, side: int = 1, turned: bool = False, **look) -> None:
     """Text beside a line, at the part ``at`` of its way; ``side`` 1 is left of its direction, -1 right.
 
-    ``turned`` text runs along the line and stands above it (for ``side`` 1; -1 below), read from below or from the right.
+    ``turned`` text runs along the line and stands above it (``side`` 1) or below it, read from below or from the right.
     """
     start, end = np.asarray(start, float), np.asarray(end, float)
     along = (end - start) / hypot(*(end - start))
@@ -130,10 +137,3 @@ def axes_cross(ax: Axes, origin, size: float, turn: float, names: tuple[str, str
         end = np.asarray(origin) + size * polar(direction)
         arrow(ax, origin, end, **look)
         write(ax, np.asarray(origin) + 1.12 * size * polar(direction), name, color=look.get("color", BLACK))
-
-
-def sector(centre, direction, half_angle: float, inner: float, outer: float, **look) -> Wedge:
-    """Annular sector that spreads by ``half_angle`` (rad) to both sides of a direction."""
-    middle = atan2(direction[1], direction[0])
-    ends = degrees(middle - half_angle), degrees(middle + half_angle)
-    return Wedge(tuple(centre), outer, *ends, width=outer - inner, **look)

@@ -104,7 +104,7 @@ def still_sprocket(recording: Recording, index: int = 0) -> Figure:
 
 @styled
 def write_animation(recording: Recording, path: Path | str) -> int:
-    """Write one turn of the sprocket as a GIF: the sprocket above, the whole loop below; returns the number of pictures.
+    """Write one turn of the sprocket as a GIF: the sprocket above, the whole loop below; returns how many pictures.
 
     After a turn every body stands where another of its kind stood, so the GIF repeats without a jump. The run takes
     a turn or more, with configurations and all pitches recorded.

@@ -40,9 +40,9 @@ def piece_figure(rig: Rig) -> Figure:
         (pins[1] + [0, 0.15 * half], "pin", 0.045),
     ):
         marks.leader(stretched, place, name, (place[0] + 0.012, high + up))
-    for body, (mass, inertia) in enumerate(
-        ((rig.chain.link_mass, rig.chain.link_inertia), (rig.chain.connector_mass, rig.chain.connector_inertia))
-    ):
+    chain = rig.chain
+    weights = ((chain.link_mass, chain.link_inertia), (chain.connector_mass, chain.connector_inertia))
+    for body, (mass, inertia) in enumerate(weights):
         middle = 0.5 * (pins[body] + pins[body + 1])
         stretched.plot(*middle, marker="+", color=BLACK, markersize=6, zorder=drawing.Z_MARK)
         marks.write(stretched, middle + [0.0, -0.55 * half], f"{mass:g} kg\n{inertia:g} kg m²", fontsize=6.5)
@@ -52,8 +52,7 @@ def piece_figure(rig: Rig) -> Figure:
     pins = _draw_piece(free, rig, phi)
     joint, reach = pins[3], 0.095
     for heading, dashes in ((2 * phi, (0, (5, 2))), (3 * phi, "-")):  # of the link before and the connector
-        line = np.transpose([joint, joint + 1.05 * reach * marks.polar(heading)])
-        free.plot(*line, linestyle=dashes, color=BLACK, linewidth=0.8, zorder=drawing.Z_MARK)
+        marks.line(free, joint, joint + 1.05 * reach * marks.polar(heading), linestyle=dashes, linewidth=0.8)
     marks.angle(free, joint, reach, 2 * phi, 3 * phi, "")
     text = rf"$\varphi_0$ = {phi:g} rad ({np.degrees(phi):.1f}°)".replace("-", "\N{MINUS SIGN}")
     marks.leader(free, joint + reach * marks.polar(2.5 * phi), text, joint + [reach, 0.055])

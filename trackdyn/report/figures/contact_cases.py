@@ -12,19 +12,7 @@ from trackdyn.build import make_tooth
 from trackdyn.contact.tooth import find_area
 from trackdyn.contact.wheel import foot
 from trackdyn.parameters.rig import Rig
-from trackdyn.report import marks
-from trackdyn.report.drawing import (
-    CONNECTOR,
-    LINK,
-    RUBBER,
-    Z_CONNECTOR,
-    Z_LINK,
-    Z_MARK,
-    Z_RING,
-    Z_SPROCKET,
-    link_outline,
-    placed,
-)
+from trackdyn.report import drawing, marks
 from trackdyn.report.figures.groove import draw_groove
 from trackdyn.report.style import BLACK, GREEN, new_figure, styled
 
@@ -74,19 +62,19 @@ def _arc_figure(rig: Rig, area: int) -> Figure:
     place, centre, r = touching_centre(rig, area), groove.centre[area - 1], groove.radius[area - 1]
     tooth = make_tooth(groove, rc, 0)
     found, depth, nx, ny, effective = find_area(tooth, float(place[0]), float(place[1]))
-    n = np.array([nx, ny])
-    tau = np.array([-ny, nx])
+    n, tau = np.array([nx, ny]), np.array([-ny, nx])
     deepest = place - rc * n
     surface = deepest + depth * n
 
     figure = new_figure(4.6)
     ax, words = figure.subplots(1, 2, width_ratios=(1.0, 0.52))
     draw_groove(ax, rig, 0.03, emphasized=(found,))
-    ax.add_patch(Circle(place, rc, facecolor=CONNECTOR, alpha=0.65, edgecolor="none", zorder=Z_SPROCKET + 0.2))
-    ax.add_patch(Circle(place, rc, fill=False, edgecolor=BLACK, linewidth=1.3, zorder=Z_CONNECTOR + 0.1, label="arc"))
-    ax.add_patch(
-        Circle(centre, r, fill=False, edgecolor="0.35", linestyle=(0, (5, 2)), linewidth=0.8, zorder=Z_CONNECTOR + 0.2)
-    )
+    face = {"facecolor": drawing.CONNECTOR, "alpha": 0.65, "edgecolor": "none", "zorder": drawing.Z_SPROCKET + 0.2}
+    ax.add_patch(Circle(place, rc, **face))
+    z = drawing.Z_CONNECTOR
+    ax.add_patch(Circle(place, rc, fill=False, edgecolor=BLACK, linewidth=1.3, zorder=z + 0.1, label="arc"))
+    dashed = {"edgecolor": "0.35", "linestyle": (0, (5, 2)), "linewidth": 0.8}
+    ax.add_patch(Circle(centre, r, fill=False, **dashed, zorder=z + 0.2))
     # e and the radii lie on one line: the radii are drawn beside it
     along = (place - centre) / np.hypot(*(place - centre))
     across = 0.16 * rc * np.array([-along[1], along[0]])
@@ -94,7 +82,7 @@ def _arc_figure(rig: Rig, area: int) -> Figure:
     marks.radius(ax, place + across, deepest + across, "$r_C$", 0.4 if convex else 0.5)
     marks.radius(ax, centre - 2 * across, surface - 2 * across, f"$r_{area}$", 0.5, side=-1)
     for end, away in ((place, across), (deepest, across), (centre, -2 * across), (surface, -2 * across)):
-        ax.plot(*np.transpose([end, end + 1.15 * away]), "-", color="0.45", linewidth=0.6, zorder=Z_MARK)
+        marks.line(ax, end, end + 1.15 * away, color="0.45", linewidth=0.6)
     ends, offset = ((deepest, surface), 0.55) if convex else ((surface, deepest), 0.75)
     marks.dimension(ax, *ends, r"$\delta$", offset=offset * rc, turned=False, fontsize=9)
     for direction, name, side in ((n, "$n$", 1 if convex else -1), (tau, r"$\tau$", -1)):
@@ -105,41 +93,25 @@ def _arc_figure(rig: Rig, area: int) -> Figure:
     marks.point(ax, centre, f"$O_{area}$", "right below" if convex else "right", gap=4)
     points = np.array([place + rc, place - rc, centre - 2 * across, deepest - 0.4 * rc])
     low, high = points.min(axis=0) - 0.1 * rc, points.max(axis=0) + 0.1 * rc
-    ax.set_xlim(low[0], high[0])
-    ax.set_ylim(low[1], high[1])
+    ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     marks.frame_axes(ax, "k")
-    ax.grid(False)
     ax.set_title(f"the left arc in area {found}")
-    _say(words, area, convex, depth, place - centre, effective, n)
-    return figure
-
-
-def _say(ax: Axes, area: int, convex: bool, depth: float, e, effective: float, n) -> None:
-    """What the search returns for the state that is drawn, with the equations."""
-    length = f"|e_{area}|"
-    if convex:
-        rows = [
-            rf"$\delta = r_C + r_{area} - {length}$   (Eq. 29)",
-            rf"$n = e_{area} / {length}$",
-            rf"$R = r_C + r_{area}$",
-        ]
-    else:
-        rows = [
-            rf"$\delta = {length} + r_C - r_{area}$   (Eq. 33)",
-            rf"$n = -e_{area} / {length}$",
-            rf"$R = r_{area} - r_C$",
-        ]
-    numbers = [
-        f"   = {marks.millimetres(depth)}, enlarged",
-        f"   = ({n[0]:.3f}, {n[1]:.3f})".replace("-", "\N{MINUS SIGN}"),
-        f"   = {marks.millimetres(effective)}",
+    # what the search returns for the state that is drawn, with the equations
+    length, rj = f"|e_{area}|", f"r_{area}"
+    law, normal, radius = rf"r_C + {rj} - {length}$   (Eq. 29)", "n = e", f"r_C + {rj}"
+    if not convex:
+        law, normal, radius = rf"{length} + r_C - {rj}$   (Eq. 33)", "n = -e", f"{rj} - r_C"
+    components = f"({n[0]:.3f}, {n[1]:.3f})".replace("-", "\N{MINUS SIGN}")
+    rows = [
+        f"${length}$ = {marks.millimetres(np.hypot(*(place - centre)))}",
+        rf"$\delta = {law}" + f"\n   = {marks.millimetres(depth)}, enlarged",
+        f"${normal}_{area} / {length}$\n   = {components}",
+        f"$R = {radius}$\n   = {marks.millimetres(effective)}",
+        r"$\tau = \hat{z} \times n$",
     ]
-    text = [f"${length}$ = {marks.millimetres(np.hypot(*e))}", ""]
-    for row, number in zip(rows, numbers, strict=True):
-        text += [row, number, ""]
-    text += [r"$\tau = \hat{z} \times n$"]
-    ax.text(0.0, 0.95, "\n".join(text), transform=ax.transAxes, va="top", fontsize=9, linespacing=1.5)
-    ax.set_axis_off()
+    words.text(0.0, 0.95, "\n\n".join(rows), transform=words.transAxes, va="top", fontsize=9, linespacing=1.5)
+    words.set_axis_off()
+    return figure
 
 
 @styled
@@ -160,25 +132,25 @@ def _draw_link_case(ax: Axes, rig: Rig, start, end) -> float:
     p = ring * q / distance
     along = (end - start) / np.hypot(*(end - start))
     angle = float(np.arctan2(along[1], along[0]))
-    ax.add_patch(Circle((0, 0), ring, facecolor="0.8", edgecolor=RUBBER, linewidth=1.6, zorder=Z_RING, label="ring"))
-    ax.add_patch(
-        Polygon(placed(link_outline(rig), start, angle), facecolor=LINK, alpha=0.75, edgecolor="none", zorder=Z_LINK)
-    )
-    outline = placed(_rounded(rig), start, angle)
-    ax.add_patch(Polygon(outline, fill=False, edgecolor=BLACK, linewidth=1.0, zorder=Z_LINK + 0.1, label="link"))
-    ax.plot(*np.transpose([start, end]), linestyle=(0, (8, 2, 1, 2)), color=BLACK, linewidth=0.8, zorder=Z_MARK)
+    rubber = {"facecolor": "0.8", "edgecolor": drawing.RUBBER, "linewidth": 1.6, "zorder": drawing.Z_RING}
+    ax.add_patch(Circle((0, 0), ring, **rubber, label="ring"))
+    link, z = drawing.placed(drawing.link_outline(rig), start, angle), drawing.Z_LINK
+    ax.add_patch(Polygon(link, facecolor=drawing.LINK, alpha=0.75, edgecolor="none", zorder=z))
+    # what the law of contact takes for the link: the points within half the thickness of the line AB
+    outline = drawing.placed(drawing.stadium(rig.chain.link_length, half, 30), start, angle)
+    ax.add_patch(Polygon(outline, fill=False, edgecolor=BLACK, linewidth=1.0, zorder=z + 0.1, label="link"))
+    marks.line(ax, start, end, linestyle=(0, (8, 2, 1, 2)), linewidth=0.8)
     if not 0 <= s <= 1:  # the perpendicular, outside of the link
         on_line = start + s * rig.chain.link_length * along
-        thin = {"linestyle": (0, (1, 1)), "color": BLACK, "linewidth": 0.9, "zorder": Z_MARK}
-        ax.plot(*np.transpose([q, on_line]), **thin)
-        ax.plot(*np.transpose([on_line, 0.87 * on_line]), **thin)
+        marks.line(ax, q, on_line, linestyle=(0, (1, 1)), linewidth=0.9)
+        marks.line(ax, on_line, 0.87 * on_line, linestyle=(0, (1, 1)), linewidth=0.9)
     low = ring - 2.6 * half
-    ax.plot(*np.transpose([q * low / q[1], q]), "-", color=BLACK, linewidth=0.9, zorder=Z_MARK)
+    marks.line(ax, q * low / q[1], q, linewidth=0.9)
     marks.arrow(ax, q * (low + 0.012) / q[1], q * low / q[1], linewidth=0.9)
     marks.write(ax, q * (low + 0.006) / q[1] + [0.004, 0.0], "to $O_S$", ha="left")
-    for place, name, side in ((start, "$A$", "above"), (end, "$B$", "above")):
+    for place, name in ((start, "$A$"), (end, "$B$")):
         if 0 < s < 1 or not np.allclose(place, q):
-            marks.point(ax, place, name, side, gap=4)
+            marks.point(ax, place, name, "above", gap=4)
     marks.point(ax, q, "$Q$" if 0 < s < 1 else ("$Q = A$" if s <= 0 else "$Q = B$"), "above", gap=4)
     marks.point(ax, p, "$P$", "left below", gap=4)
     near = q - half * q / distance
@@ -189,15 +161,6 @@ def _draw_link_case(ax: Axes, rig: Rig, start, end) -> float:
     across = half * np.array([-along[1], along[0]])
     marks.dimension(ax, inside, inside + across, "$D/2$", side=sign, turned=False, fontsize=9)
     span = 0.085
-    ax.set_xlim(middle[0] - span, middle[0] + span)
-    ax.set_ylim(low - 0.004, low + 1.35 * span)
+    ax.set(xlim=(middle[0] - span, middle[0] + span), ylim=(low - 0.004, low + 1.35 * span))
     marks.bare(ax)
     return s
-
-
-def _rounded(rig: Rig) -> np.ndarray:
-    """Points within half the thickness of the line AB: what the law of contact takes for the link, m."""
-    length, half = rig.chain.link_length, rig.chain.link_thickness / 2
-    turn = np.linspace(np.pi / 2, 3 * np.pi / 2, 30)
-    left = half * np.column_stack([np.cos(turn), np.sin(turn)])
-    return np.vstack([left, -left + [length, 0.0]])

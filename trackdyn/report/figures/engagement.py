@@ -9,37 +9,22 @@ from math import atan2, pi
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, Patch, Polygon
+from matplotlib.patches import Circle, Patch
 from scipy.optimize import brentq
 
 from trackdyn.build import make_tooth
 from trackdyn.contact.tooth import find_area
 from trackdyn.parameters.layout import BeltPath, belt_around
 from trackdyn.parameters.rig import Rig
-from trackdyn.report import marks
-from trackdyn.report.drawing import CONNECTOR, Z_CONNECTOR, Z_MARK, connector_outline, draw_sprocket, placed
-from trackdyn.report.figures.groove import (
-    CONCAVE_SECTOR,
-    CONVEX_SECTOR,
-    NARROW,
-    POINTS,
-    ROLLING,
-    TRAJECTORY,
-    WHITE,
-    centre_trajectory,
-    draw_groove,
-    free_side,
-    kinds,
-    sector_patch,
-    sector_radii,
-)
+from trackdyn.report import drawing, marks
+from trackdyn.report.figures import groove as section
 from trackdyn.report.style import BLACK, BLUE, GREEN, PURPLE, VERMILION, new_figure, styled
 
 PINS = {
     "left": {"color": GREEN, "linestyle": "-", "linewidth": 1.4},
     "right": {"color": PURPLE, "linestyle": (0, (6, 1.5, 1, 1.5)), "linewidth": 1.4},
 }
+SOLID = {"facecolor": drawing.CONNECTOR, "edgecolor": BLACK, "zorder": drawing.Z_CONNECTOR}
 FLANK = (1, 2)  # areas behind the left arc, which drive
 LARGEST_PHASE = 0.05  # of the chain on the sprocket, rad
 
@@ -76,15 +61,15 @@ def passage(rig: Rig, points: int = 121) -> Passage:
     for i in range(points):
         middle = 0.5 * wrap * r + turn[i] * pitch * rig.sprocket.teeth / (2 * pi)
         both = _pins_around(path, middle, rig.connector_length) - path.circles[0, :2]
-        pins[i] = placed(both, (0.0, 0.0), pi / 2 - bearing[i])
+        pins[i] = drawing.placed(both, (0.0, 0.0), pi / 2 - bearing[i])
     free, touching = -LARGEST_PHASE, LARGEST_PHASE
     for _ in range(24):
         phase = 0.5 * (free + touching)
-        if _flank_is_touched(rig, placed(pins[:, 0], (0.0, 0.0), phase)):
+        if _flank_is_touched(rig, drawing.placed(pins[:, 0], (0.0, 0.0), phase)):
             touching = phase
         else:
             free = phase
-    return Passage(turn, placed(pins.reshape(-1, 2), (0.0, 0.0), free).reshape(pins.shape))
+    return Passage(turn, drawing.placed(pins.reshape(-1, 2), (0.0, 0.0), free).reshape(pins.shape))
 
 
 def _pins_around(path: BeltPath, s: float, chord: float) -> np.ndarray:
@@ -105,7 +90,7 @@ def _flank_is_touched(rig: Rig, places) -> bool:
 def seated_pins(rig: Rig) -> np.ndarray:
     """(2, 2) pins of a connector that rests symmetrically in the groove, m."""
     half = 0.5 * rig.connector_length
-    height = np.interp(-half, *centre_trajectory(rig).T)
+    height = np.interp(-half, *section.centre_trajectory(rig).T)
     return np.array([[-half, height], [half, height]])
 
 
@@ -116,46 +101,32 @@ def engagement_figure(rig: Rig) -> Figure:
     whole, close = figure.subplots(1, 2)
     turns = passage(rig)
     _draw_frames(whole, rig, turns.pins[0])
-    draw_groove(close, rig, 0.012, emphasized=())
-    for share, dashes, name in (
-        (-1.0, "-", "approaching"),
-        (-0.8, (0, (5, 1.5)), "entering"),
-        (0.0, (0, (1, 1)), "on the ring"),
-    ):
+    section.draw_groove(close, rig, 0.012, emphasized=())
+    places = (-1.0, "-", "approaching"), (-0.8, (0, (5, 1.5)), "entering"), (0.0, (0, (1, 1)), "on the ring")
+    for share, dashes, name in places:
         pins = turns.pins[np.argmin(np.abs(turns.turn - share * turns.turn[-1]))]
-        _draw_connector(close, rig, pins, edgecolor=BLACK, linestyle=dashes, linewidth=1.1, label=name)
+        look = {"edgecolor": BLACK, "linestyle": dashes, "linewidth": 1.1, "zorder": drawing.Z_CONNECTOR + 0.1}
+        close.add_patch(drawing.connector_patch(rig, pins, **look, facecolor="none", label=name))
         marks.point(close, pins[0])
-    _draw_connector(
-        close, rig, seated_pins(rig), facecolor=CONNECTOR, edgecolor=BLACK, linewidth=0.5, label="at rest on the seat"
-    )
+    close.add_patch(drawing.connector_patch(rig, seated_pins(rig), **SOLID, linewidth=0.5, label="at rest on the seat"))
     coming = turns.turn <= 0
     for k, (name, look) in enumerate(PINS.items()):
-        close.plot(*turns.pins[coming, k].T, **look, zorder=Z_MARK, label=f"path of the {name} pin")
-    close.set_xlim(-0.095, 0.095)
-    close.set_ylim(turns.pins[0, :, 1].min() - 0.065, turns.pins[0, :, 1].max() + 0.045)
+        close.plot(*turns.pins[coming, k].T, **look, zorder=drawing.Z_MARK, label=f"path of the {name} pin")
+    heights = turns.pins[0, :, 1]
+    close.set(xlim=(-0.095, 0.095), ylim=(heights.min() - 0.065, heights.max() + 0.045))
     marks.frame_axes(close, "k")
-    close.grid(False)
-    handles = [
-        handle for handle in close.get_legend_handles_labels()[0] if handle.get_label() not in ("steel", "profile")
-    ]
+    handles = [one for one in close.get_legend_handles_labels()[0] if one.get_label() not in ("steel", "profile")]
     figure.legend(handles=handles, loc="outside lower center", ncols=3)
     close.set_title("(b) a connector enters its groove")
     return figure
-
-
-def _draw_connector(ax: Axes, rig: Rig, pins, **look) -> None:
-    step = pins[1] - pins[0]
-    shape = placed(connector_outline(rig), pins[0], atan2(step[1], step[0]))
-    look = {"facecolor": "none", "zorder": Z_CONNECTOR + ("facecolor" not in look) * 0.1} | look
-    ax.add_patch(Polygon(shape, **look))
 
 
 def _draw_frames(ax: Axes, rig: Rig, pins) -> None:
     """Sprocket, frames of Eqs. 12 to 20 and a connector whose pins are given in the groove frame."""
     teeth, reach, k = rig.sprocket.teeth, rig.groove_profile.addendum, 2
     beta = (2 * k - 1) * pi / teeth - pi / 2  # Eq. 12; the groove points up
-    draw_sprocket(ax, rig.changed(sprocket__x=0.0, sprocket__y=0.0), -beta, None)
-    _draw_connector(ax, rig, pins, facecolor=CONNECTOR, edgecolor=BLACK, linewidth=0.8)
+    drawing.draw_sprocket(ax, rig.changed(sprocket__x=0.0, sprocket__y=0.0), -beta, None)
+    ax.add_patch(drawing.connector_patch(rig, pins, **SOLID, linewidth=0.8))
     centre, corner, left = np.zeros(2), np.array([-1.5, -1.4]) * reach, pins[0]
     marks.axes_cross(ax, centre, 1.45 * reach, -beta, ("$x_S$", "$y_S$"), color=BLUE, linestyle=(0, (5, 2)))
     marks.axes_cross(ax, centre, 1.45 * reach, 0.0, ("$x_k$", "$y_k$"), color=VERMILION)
@@ -169,8 +140,7 @@ def _draw_frames(ax: Axes, rig: Rig, pins) -> None:
     marks.point(ax, left, "$C$", "above left", gap=4)
     marks.point(ax, centre, "$O_S$", "below right", gap=4)
     marks.point(ax, corner, "$O$", "below left", gap=3)
-    ax.set_xlim(-1.75 * reach, 1.75 * reach)
-    ax.set_ylim(-1.75 * reach, 1.75 * reach)
+    drawing.view(ax, centre, 1.75 * reach)
     marks.bare(ax)
     ax.set_title(f"(a) frames, groove $k$ = {k} of {teeth}")
 
@@ -179,48 +149,44 @@ def _draw_frames(ax: Axes, rig: Rig, pins) -> None:
 def sector_figure(rig: Rig) -> Figure:
     """Figure 7: trajectory of a rolling arc's centre (a), the ten annular sectors of contact (b)."""
     groove, rc = rig.groove_profile, rig.chain.connector_radius
-    path = centre_trajectory(rig)
+    path = section.centre_trajectory(rig)
     figure = new_figure(8.6)
     rolling, sectors = figure.subplots(2, 1, sharex=True, sharey=True)
     for ax in (rolling, sectors):
-        draw_groove(ax, rig, 0.012)
-        ax.plot(*path.T, **TRAJECTORY, zorder=Z_MARK, label="trajectory")
+        section.draw_groove(ax, rig, 0.012)
+        ax.plot(*path.T, **section.TRAJECTORY, zorder=drawing.Z_MARK, label="trajectory")
         marks.frame_axes(ax, "k")
-        ax.grid(False)
     for area in (1, 2, 5, 9):
-        centre = path[(area - 1) * POINTS + POINTS // 2]
-        foot = centre - rc * free_side(groove, area)
-        rolling.add_patch(Circle(centre, rc, fill=False, **ROLLING))
-        rolling.plot(*np.transpose([centre, foot]), **ROLLING | {"linestyle": "-"})
+        centre = path[(area - 1) * section.POINTS + section.POINTS // 2]
+        foot = centre - rc * section.free_side(groove, area)
+        rolling.add_patch(Circle(centre, rc, fill=False, **section.ROLLING))
+        marks.line(rolling, centre, foot, **section.ROLLING | {"linestyle": "-", "zorder": 2})
         marks.point(rolling, centre)
         if area == 9:
             marks.radius(rolling, centre, foot, "$r_C$")
-    lines = [
-        Line2D([], [], **TRAJECTORY, label="centre of a rolling arc"),
-        Line2D([], [], **ROLLING, label="arc of a connector"),
-    ]
+    centre_line = marks.handle("centre of a rolling arc", **section.TRAJECTORY)
+    handles = [*section.kinds(), centre_line, marks.handle("arc of a connector", **section.ROLLING)]
     rolling.set_xlabel("")
-    rolling.legend(handles=[*kinds(), *lines], loc="upper center", ncols=4)
+    rolling.legend(handles=handles, loc="upper center", ncols=4)
     rolling.set_title("(a) trajectory of the centre of an arc that rolls over the groove")
     for area in range(1, 11):
-        sectors.add_patch(sector_patch(rig, area))
-        inner, outer = sector_radii(rig, area)
+        sectors.add_patch(section.sector_patch(rig, area))
+        inner, outer = section.sector_radii(rig, area)
         centre, u = groove.centre[area - 1], groove.direction[area - 1]
-        if groove.half_angle[area - 1] * (inner + outer) > NARROW:
-            marks.write(sectors, centre + 0.5 * (inner + outer) * u, str(area), fontsize=10, bbox=WHITE)
+        if groove.half_angle[area - 1] * (inner + outer) > section.NARROW:
+            marks.write(sectors, centre + 0.5 * (inner + outer) * u, str(area), fontsize=10, bbox=section.WHITE)
         else:
             end = centre + (outer + 0.008) * u
             marks.leader(sectors, centre + (outer - 0.3 * rc) * u, str(area), end, fontsize=10)
     turns = passage(rig)
     for k, (name, look) in enumerate(PINS.items()):
-        sectors.plot(*turns.pins[:, k].T, **look, zorder=Z_MARK + 1, label=f"{name} arc")
+        sectors.plot(*turns.pins[:, k].T, **look, zorder=drawing.Z_MARK + 1, label=f"{name} arc")
     faces = [
-        Patch(**CONVEX_SECTOR, linewidth=0.8, label="sector of a convex area"),
-        Patch(**CONCAVE_SECTOR, linewidth=0.8, label="sector of a concave area"),
+        Patch(**section.CONVEX_SECTOR, linewidth=0.8, label="sector of a convex area"),
+        Patch(**section.CONCAVE_SECTOR, linewidth=0.8, label="sector of a concave area"),
     ]
-    paths = [Line2D([], [], **look, label=f"way of the {name} arc's centre") for name, look in PINS.items()]
-    sectors.legend(handles=[*faces, *paths, lines[0]], loc="upper center", ncols=3)
+    paths = [marks.handle(f"way of the {name} arc's centre", **look) for name, look in PINS.items()]
+    sectors.legend(handles=[*faces, *paths, centre_line], loc="upper center", ncols=3)
     sectors.set_title("(b) ten annular sectors: where the centre of an arc in contact is")
-    sectors.set_xlim(-0.098, 0.098)
-    sectors.set_ylim(groove.profile()[:, 1].min() - 0.012, groove.addendum + rc + 0.036)
+    sectors.set(xlim=(-0.098, 0.098), ylim=(groove.profile()[:, 1].min() - 0.012, groove.addendum + rc + 0.036))
     return figure

@@ -96,27 +96,16 @@ def contact_steps(rig: Rig) -> dict[str, Step]:
 
 # from box to box, what is written on the way, corners on the way
 WAYS = (
-    ("start", "reach", "", ()),
-    ("reach", "groove", "yes", ()),
-    ("reach", "none", "no", ((10.4, 11.8),)),
-    ("groove", "frame", "", ()),
-    ("frame", "side", "", ()),
-    ("side", "left", "yes", ((2.1, 8.2),)),
-    ("side", "right", "no", ((7.9, 8.2),)),
-    ("left", "sector", "", ((2.1, 6.75), (5, 6.75))),
-    ("right", "sector", "", ((7.9, 6.75), (5, 6.75))),
-    ("sector", "kind", "in the first that holds it", ()),
-    ("sector", "none", "in none", ()),
-    ("kind", "convex", "yes", ((2.1, 4.4),)),
-    ("kind", "concave", "no", ((7.9, 4.4),)),
-    ("convex", "rate", "", ((2.1, 2.6),)),
-    ("concave", "rate", "", ((7.9, 2.6),)),
-    ("rate", "impact", "", ()),
-    ("impact", "normal", "", ()),
-    ("normal", "friction", "", ()),
-    ("friction", "end", "", ()),
-    ("none", "end", "", ((10.4, -1.8),)),
-)
+    ("start", "reach", ""), ("reach", "groove", "yes"), ("reach", "none", "no", (10.4, 11.8)),
+    ("groove", "frame", ""), ("frame", "side", ""),
+    ("side", "left", "yes", (2.1, 8.2)), ("left", "sector", "", (2.1, 6.75), (5, 6.75)),
+    ("side", "right", "no", (7.9, 8.2)), ("right", "sector", "", (7.9, 6.75), (5, 6.75)),
+    ("sector", "kind", "in the first that holds it"), ("sector", "none", "in none"),
+    ("kind", "convex", "yes", (2.1, 4.4)), ("convex", "rate", "", (2.1, 2.6)),
+    ("kind", "concave", "no", (7.9, 4.4)), ("concave", "rate", "", (7.9, 2.6)),
+    ("rate", "impact", ""), ("impact", "normal", ""), ("normal", "friction", ""), ("friction", "end", ""),
+    ("none", "end", "", (10.4, -1.8)),
+)  # fmt: skip
 
 
 @styled
@@ -127,10 +116,9 @@ def flow_figure(rig: Rig) -> Figure:
     steps = contact_steps(rig)
     for step in steps.values():
         _draw_step(ax, step)
-    for start, end, text, corners in WAYS:
+    for start, end, text, *corners in WAYS:
         _draw_way(ax, steps[start], steps[end], text, corners)
-    ax.set_xlim(0.0, 12.3)
-    ax.set_ylim(-2.4, 13.6)
+    ax.set(xlim=(0.0, 12.3), ylim=(-2.4, 13.6))
     ax.set_axis_off()
     ax.set_title("Contact of both arcs of every connector with the sprocket's grooves")
     return figure
@@ -153,10 +141,9 @@ def _draw_step(ax: Axes, step: Step) -> None:
     name = step.function.partition(":")[2]
     if step.equations:
         name += f"  ({', '.join(map(str, step.equations))})"
-    ax.text(*(place + [0, 0.13]), step.text, ha="center", va="center", fontsize=7.5, zorder=Z_MARK + 1)
-    ax.text(
-        *(place - [0, 0.19]), name, ha="center", va="center", fontsize=5.8, family="DejaVu Sans Mono", zorder=Z_MARK + 1
-    )
+    look = {"ha": "center", "va": "center", "zorder": Z_MARK + 1}
+    ax.text(*(place + [0, 0.13]), step.text, fontsize=7.5, **look)
+    ax.text(*(place - [0, 0.19]), name, fontsize=5.8, family="DejaVu Sans Mono", **look)
 
 
 def _draw_way(ax: Axes, start: Step, end: Step, text: str, corners) -> None:

@@ -4,13 +4,13 @@ Drawn in the frame of a groove: y_k outward through its lowest point, the sprock
 """
 
 from dataclasses import replace
-from math import atan2, pi
+from math import atan2, degrees, pi
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Polygon
+from matplotlib.patches import Polygon, Wedge
 
 from trackdyn.parameters.groove import Groove
 from trackdyn.parameters.rig import Rig
@@ -45,38 +45,42 @@ def sector_radii(rig: Rig, area: int) -> tuple[float, float]:
     return (r, r + rc) if rig.groove_profile.convex[area - 1] else (r - rc, r)
 
 
-def sector_patch(rig: Rig, area: int, **look):
+def sector_patch(rig: Rig, area: int) -> Wedge:
     """Annular sector of an area, in the look of its kind."""
     groove = rig.groove_profile
-    look = (CONVEX_SECTOR if groove.convex[area - 1] else CONCAVE_SECTOR) | {"linewidth": 0.8} | look
-    shape = groove.centre[area - 1], groove.direction[area - 1], groove.half_angle[area - 1]
-    return marks.sector(*shape, *sector_radii(rig, area), zorder=drawing.Z_CONNECTOR, label=f"sector {area}", **look)
+    inner, outer = sector_radii(rig, area)
+    middle = atan2(*groove.direction[area - 1][::-1])
+    ends = (degrees(middle + sign * groove.half_angle[area - 1]) for sign in (-1, 1))
+    look = (CONVEX_SECTOR if groove.convex[area - 1] else CONCAVE_SECTOR) | {"zorder": drawing.Z_CONNECTOR}
+    label = f"sector {area}"
+    return Wedge(groove.centre[area - 1], outer, *ends, width=outer - inner, linewidth=0.8, label=label, **look)
 
 
 def draw_groove(ax: Axes, rig: Rig, depth: float, emphasized=range(1, 11)) -> None:
-    """Steel of one groove and its neighbours, ``depth`` (m) of it under the lowest point; arcs in the look of their kind."""
+    """Steel of a groove and its neighbours, ``depth`` (m) of it below the bottom; arcs in the look of their kind."""
     groove = rig.groove_profile
     profile = groove.profile(POINTS)
     floor = profile[:, 1].min() - depth
     cuts = [end * floor / end[1] for end in (profile[-1], profile[0])]  # along the middles of the teeth
     steel = np.vstack([profile, cuts])
+    z = drawing.Z_SPROCKET
     for k in (-1, 0, 1):
         turn = 2 * pi * k / groove.teeth
-        look = {"facecolor": drawing.STEEL, "edgecolor": drawing.STEEL, "linewidth": 0.5, "zorder": drawing.Z_SPROCKET}
+        look = {"facecolor": drawing.STEEL, "edgecolor": drawing.STEEL, "linewidth": 0.5, "zorder": z}
         ax.add_patch(Polygon(drawing.placed(steel, (0.0, 0.0), turn), **look, label="steel"))
         edge = drawing.placed(profile, (0.0, 0.0), turn)
-        ax.plot(*edge.T, "-", color=drawing.STEEL_EDGE, linewidth=1.0, zorder=drawing.Z_SPROCKET + 0.4, label="profile")
+        marks.line(ax, *edge, color=drawing.STEEL_EDGE, linewidth=1.0, zorder=z + 0.4, label="profile")
     for area in emphasized:
         look = CONVEX_ARC if groove.convex[area - 1] else CONCAVE_ARC
-        ax.plot(*groove.arc(area, POINTS).T, **look, zorder=drawing.Z_SPROCKET + 0.5, label=f"area {area}")
+        ax.plot(*groove.arc(area, POINTS).T, **look, zorder=z + 0.5, label=f"area {area}")
     if len(emphasized):
         ends = np.vstack([profile[:1], groove.joints(), profile[-1:]])
-        ax.plot(*ends.T, linestyle="none", marker="|", color=BLACK, markersize=7, zorder=drawing.Z_SPROCKET + 0.6)
+        ax.plot(*ends.T, linestyle="none", marker="|", color=BLACK, markersize=7, zorder=z + 0.6)
 
 
 def kinds() -> list[Line2D]:
     """Handles of a legend: convex and concave areas."""
-    return [Line2D([], [], **CONVEX_ARC, label="convex area"), Line2D([], [], **CONCAVE_ARC, label="concave area")]
+    return [marks.handle("convex area", **CONVEX_ARC), marks.handle("concave area", **CONCAVE_ARC)]
 
 
 def free_side(groove: Groove, area: int) -> np.ndarray:
@@ -91,7 +95,7 @@ def _number_areas(ax: Axes, groove: Groove, depth: float) -> None:
         at = groove.arc(area, 3)[1]
         end = at - {1: -1.0, 10: -1.0}.get(area, 2.8 if short else 1.0) * depth * free_side(groove, area)
         if short:
-            ax.plot(*np.transpose([at, end]), "-", color=BLACK, linewidth=0.5, zorder=drawing.Z_SPROCKET + 0.7)
+            marks.line(ax, at, end, linewidth=0.5, zorder=drawing.Z_SPROCKET + 0.7)
         marks.write(ax, end, str(area), fontsize=9)
 
 
@@ -118,17 +122,15 @@ def section_figure(rig: Rig) -> Figure:
             marks.radius(section, centre, end, text, 0.55, side=-1 if area == 4 else 1, fontsize=7.5)
     for area, side in {7: "below", 8: "right", 9: "right", 10: "below"}.items():
         marks.point(section, groove.centre[area - 1], f"$O_{{{area}}}$", side, gap=4)
-    turn = np.linspace(-1.15, 1.15, 80) * pi / rig.sprocket.teeth + pi / 2
-    addendum = groove.addendum * np.column_stack([np.cos(turn), np.sin(turn)])
+    ends = (pi / 2 + sign * 1.15 * pi / rig.sprocket.teeth for sign in (-1, 1))
+    addendum = drawing.circle_points((0.0, 0.0), groove.addendum, *ends, 80)
     section.plot(*addendum.T, linestyle=(0, (8, 2, 1, 2)), color="0.35", linewidth=0.8, label="addendum circle")
     marks.leader(section, addendum[12], f"$r_a$ = {1e3 * groove.addendum:.1f}", addendum[12] + [0.0, 0.02])
     floor = groove.profile()[:, 1].min() - 0.034
     marks.arrow(section, (0.0, floor + 0.018), (0.0, floor + 0.004))
     marks.write(section, (0.003, floor + 0.011), "to $O_S$", ha="left")
-    section.set_xlim(-0.095, 0.095)
-    section.set_ylim(floor, groove.centre[:, 1].max() + 0.014)
+    section.set(xlim=(-0.095, 0.095), ylim=(floor, groove.centre[:, 1].max() + 0.014))
     marks.frame_axes(section, "k")
-    section.grid(False)
     section.legend(handles=kinds(), loc="upper left")
     section.set_title("(b) groove, radii in mm")
     return figure
@@ -136,21 +138,18 @@ def section_figure(rig: Rig) -> Figure:
 
 def _draw_connector_section(ax: Axes, rig: Rig) -> None:
     rc, length = rig.chain.connector_radius, rig.connector_length
-    ax.add_patch(
-        Polygon(drawing.connector_outline(rig), facecolor=drawing.CONNECTOR, edgecolor="none", label="connector")
-    )
-    turn = np.linspace(pi / 2, 3 * pi / 2, POINTS)
+    look = {"facecolor": drawing.CONNECTOR, "edgecolor": "none", "label": "connector"}
+    ax.add_patch(Polygon(drawing.connector_outline(rig), **look))
     for k, (name, dashes) in enumerate((("left arc", "-"), ("right arc", (0, (5, 1.5))))):
         centre, flip = np.array([k * length, 0.0]), 1 - 2 * k
-        arc = centre + rc * np.column_stack([flip * np.cos(turn), np.sin(turn)])
+        arc = centre + drawing.circle_points((0.0, 0.0), rc, pi / 2, 3 * pi / 2, POINTS) * [flip, 1]
         ax.plot(*arc.T, color=BLACK, linestyle=dashes, linewidth=2.2, label=name)
         marks.leader(ax, arc[18], name, centre + 1.5 * rc * np.array([-flip, 0.75]))
         end = centre + rc * marks.polar(pi / 2 + flip * 0.75 * pi)
         marks.radius(ax, centre, end, "$r_C$")
         marks.point(ax, centre, "$C$", "left above" if k == 0 else "right above", gap=3)
     marks.dimension(ax, (0, 0), (length, 0), f"$L_C$ = {marks.millimetres(length)}", offset=1.2 * rc)
-    ax.set_xlim(length / 2 - 0.095, length / 2 + 0.095)
-    ax.set_ylim(-1.12 * rc, 1.6 * rc)
+    ax.set(xlim=(length / 2 - 0.095, length / 2 + 0.095), ylim=(-1.12 * rc, 1.6 * rc))
     marks.bare(ax)
     ax.set_title(f"(a) connector, both arcs of radius $r_C$ = {marks.millimetres(rc)}")
 
@@ -170,7 +169,7 @@ def detection_figure(rig: Rig) -> Figure:
         place = centre + (inner + 0.7 * (outer - inner)) * marks.polar(middle + 0.55 * theta)
         for sign in (-1, 1):
             edge = centre + 1.2 * outer * marks.polar(middle + sign * theta)
-            ax.plot(*np.transpose([centre, edge]), "-", color="0.35", linewidth=0.7, zorder=drawing.Z_MARK)
+            marks.line(ax, centre, edge, color="0.35", linewidth=0.7)
             marks.angle(ax, centre, size, middle, middle + sign * theta, rf"$\theta_{area}$", spread=1.1)
         marks.arrow(ax, centre, centre + 1.3 * outer * u, linestyle=(0, (5, 1.5)), linewidth=1.3)
         marks.write(ax, centre + 1.38 * outer * u, f"$u_{area}$", fontsize=9)
@@ -183,12 +182,10 @@ def detection_figure(rig: Rig) -> Figure:
             marks.vector(ax, start, end, name, at=0.2, side=-1, color="0.25", linestyle=(0, (5, 2)), linewidth=0.9)
         marks.point(ax, place, "$C$", "above" if convex else "left")
         marks.point(ax, centre, f"$O_{area}$", "below left" if convex else "right")
-        ax.set_xlim(low[0], low[0] + 2 * half)
-        ax.set_ylim(low[1], low[1] + 2 * half)
+        ax.set(xlim=(low[0], low[0] + 2 * half), ylim=(low[1], low[1] + 2 * half))
         marks.frame_axes(ax, "k")
-        ax.grid(False)
-        kind, bounds = ("convex", r"$r_j \leq |e_j| \leq r_j + r_C$")
-        if not convex:
-            kind, bounds = ("concave", r"$r_j - r_C \leq |e_j| \leq r_j$")
+        kind, bounds = ("concave", r"$r_j - r_C \leq |e_j| \leq r_j$")
+        if convex:
+            kind, bounds = ("convex", r"$r_j \leq |e_j| \leq r_j + r_C$")
         ax.set_title(f"({letter}) {kind}, area $j$ = {area}: {bounds}\n" r"and $e_j \cdot u_j \geq |e_j| \cos\theta_j$")
     return figure

@@ -5,8 +5,7 @@ from math import pi
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Circle, Polygon
+from matplotlib.patches import Circle
 
 from trackdyn.parameters.layout import wheel_circles
 from trackdyn.parameters.rig import Rig
@@ -31,10 +30,7 @@ def locations_figure(rig: Rig) -> Figure:
     for wheel, (ax, title) in enumerate(zip(axes[1:], titles, strict=True)):
         _draw_link_on(ax, rig, frame, shift, wheel)
         ax.set_title(title)
-    handles = [
-        Line2D([], [], **ON_CHAIN, label="surface of the chain"),
-        Line2D([], [], **ON_WHEEL, label="surface that it touches"),
-    ]
+    handles = [marks.handle("surface of the chain", **ON_CHAIN), marks.handle("surface that it touches", **ON_WHEEL)]
     figure.legend(handles=handles, loc="outside lower center", ncols=2)
     return figure
 
@@ -45,20 +41,13 @@ def _draw_seat(ax: Axes, rig: Rig) -> None:
     beta = pi / rig.sprocket.teeth - pi / 2  # of groove 1 (Eq. 12), which points up
     drawing.draw_sprocket(ax, home, -beta, None)
     pins = seated_pins(rig)
-    ax.add_patch(
-        Polygon(
-            drawing.placed(drawing.connector_outline(rig), pins[0], 0.0),
-            facecolor=drawing.CONNECTOR,
-            alpha=0.85,
-            zorder=drawing.Z_CONNECTOR,
-        )
-    )
-    turn = np.linspace(pi / 2, 3 * pi / 2, 40)
+    look = {"facecolor": drawing.CONNECTOR, "alpha": 0.85, "zorder": drawing.Z_CONNECTOR}
+    ax.add_patch(drawing.connector_patch(rig, pins, **look))
+    end = drawing.circle_points((0.0, 0.0), rig.chain.connector_radius, pi / 2, 3 * pi / 2, 40)
     for pin, flip in zip(pins, (1, -1), strict=True):
-        arc = pin + rig.chain.connector_radius * np.column_stack([flip * np.cos(turn), np.sin(turn)])
-        ax.plot(*arc.T, **ON_CHAIN, zorder=drawing.Z_MARK)
+        marks.line(ax, *(pin + end * [flip, 1]), **ON_CHAIN)
         marks.point(ax, pin)
-    ax.plot(*drawing.groove_points(home, -beta, 1, rig.groove_profile.profile()).T, **ON_WHEEL, zorder=drawing.Z_MARK)
+    marks.line(ax, *drawing.groove_points(home, -beta, 1, rig.groove_profile.profile()), **ON_WHEEL)
     _close_view(ax, np.array([0.0, pins[0, 1] - 0.3 * rig.chain.connector_radius]))
     marks.write(ax, pins.mean(axis=0), "connector")
     marks.write(ax, pins.mean(axis=0) - [0, 1.9 * rig.chain.connector_radius], "sprocket")
@@ -71,26 +60,21 @@ def _draw_link_on(ax: Axes, rig: Rig, frame, shift: float, wheel: int) -> None:
     x, y, r = wheel_circles(rig, shift, surface=True)[wheel]
     turn = pi / 2 - np.arctan2(*(q - [x, y])[::-1])
     # move the wheel's centre to the sprocket's, then turn everything about it
-    centre = np.array([rig.sprocket.x, rig.sprocket.y])
+    centre = drawing.sprocket_centre(rig)
     view = np.array(frame)
     view[:2] += centre - [x, y]
     view = drawing.turned(rig, view, turn)
     if wheel == 0:
         drawing.draw_sprocket(ax, rig, view[-1], r)
     else:
-        ax.add_patch(Circle(centre, r, facecolor=drawing.RUBBER, edgecolor=BLACK, zorder=drawing.Z_RING))
-        ax.add_patch(
-            Circle(centre, 0.9 * r, facecolor=drawing.STEEL, edgecolor=drawing.STEEL_EDGE, zorder=drawing.Z_RING)
-        )
+        for size, face, edge in ((r, drawing.RUBBER, BLACK), (0.9 * r, drawing.STEEL, drawing.STEEL_EDGE)):
+            ax.add_patch(Circle(centre, size, facecolor=face, edgecolor=edge, zorder=drawing.Z_RING))
     drawing.draw_chain(ax, rig, view, opacity=0.85)
     pins, angles, _ = drawing.chain_points(rig, view)
-    ax.plot(
-        *drawing.placed(drawing.link_outline(rig)[:2], pins[body], angles[body]).T,
-        **ON_CHAIN,
-        zorder=drawing.Z_MARK + 1,
-    )
-    rim = pi / 2 + np.linspace(0.75, -0.75, 80) * rig.chain.link_length / r
-    ax.plot(*(centre + r * np.column_stack([np.cos(rim), np.sin(rim)])).T, **ON_WHEEL, zorder=drawing.Z_MARK)
+    lower = drawing.placed(drawing.link_outline(rig)[:2], pins[body], angles[body])
+    marks.line(ax, *lower, **ON_CHAIN, zorder=drawing.Z_MARK + 1)
+    ends = (pi / 2 + part * rig.chain.link_length / r for part in (0.75, -0.75))
+    marks.line(ax, *drawing.circle_points(centre, r, *ends, 80), **ON_WHEEL)
     middle = 0.5 * (pins[body] + pins[body + 1])
     _close_view(ax, middle - [0.0, 0.5 * rig.chain.link_thickness])
     marks.write(ax, middle, "link")
@@ -100,6 +84,5 @@ def _draw_link_on(ax: Axes, rig: Rig, frame, shift: float, wheel: int) -> None:
 
 
 def _close_view(ax: Axes, middle) -> None:
-    ax.set_xlim(middle[0] - 0.115, middle[0] + 0.115)
-    ax.set_ylim(middle[1] - 0.07, middle[1] + 0.07)
+    drawing.view(ax, middle, (0.115, 0.07))
     marks.bare(ax)

@@ -84,7 +84,8 @@ def select_passage(recording: Recording) -> Selected:
     table = passages(recording)
     table = table[table["connector"].isin(connectors)]
     if table.empty:
-        raise InputError("the record holds no complete passage over the sprocket; simulate two loop revolutions or more")
+        found = "the record holds no complete passage over the sprocket"
+        raise InputError(f"{found}; simulate two loop revolutions or more")
     groups = table.groupby("passage")
     start, end = groups["start_s"].min(), groups["end_s"].max()
     number = int((start + end - timing(recording).record).abs().idxmin())

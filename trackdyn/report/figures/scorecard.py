@@ -33,13 +33,10 @@ CLAIM_LETTERS, PRINTED_LETTERS, MEASURED_LETTERS = 41, 18, 23
 
 @styled
 def scorecard_figure(card: pd.DataFrame) -> Figure:
-    """Every claim with its verdict, its printed and its measured value; below one another for several rigs.
+    """Every claim of ``paper.claims.judge_all`` with its verdict, its printed and its measured value.
 
-    Parameters
-    ----------
-    card : DataFrame
-        ``paper.claims.judge_all``. ``printed`` that begins with *ours* is a bound of this replication; *in words*
-        means that no number is printed.
+    Verdicts and values of several rigs stand below one another. ``printed`` that begins with *ours* is a bound of
+    this replication; *in words* means that no number is printed.
     """
     rigs = list(dict.fromkeys(card["rig"]))
     blocks = []
@@ -47,13 +44,13 @@ def scorecard_figure(card: pd.DataFrame) -> Figure:
         rows = card[card["origin"].fillna("") == origin]
         if len(rows):
             blocks += [(HEADS[origin], [])]
-            blocks += [_block(list(part.to_dict("records")), len(rigs)) for _, part in _parts(rows)]
+            parts = rows.fillna({"part": ""}).groupby(["id", "part"], sort=False)
+            blocks += [_block(part.to_dict("records"), len(rigs)) for _, part in parts]
     heights = [LINE * _lines(block) + GAP for block in blocks]
     height = sum(heights) + 0.3
     figure = new_figure(height + 0.3 + 0.2 * len(rigs))
     ax = figure.subplots()
-    ax.set_xlim(0, WIDTH)
-    ax.set_ylim(height, 0)
+    ax.set(xlim=(0, WIDTH), ylim=(height, 0))
     ax.set_axis_off()
     for x, head in ((CLAIM, "claim"), (PRINTED, "printed, or bound"), (MEASURED, "measured here")):
         ax.text(x, 0.12, head, va="center", fontsize=SIZE, style="italic")
@@ -66,17 +63,13 @@ def scorecard_figure(card: pd.DataFrame) -> Figure:
     return figure
 
 
-def _parts(rows: pd.DataFrame):
-    return rows.fillna({"part": ""}).groupby(["id", "part"], sort=False)
-
-
 def _block(items: list[dict], rigs: int) -> tuple:
     """Name, claim and printed value of a part, and verdict and measured value of every rig, wrapped."""
     first = items[0]
-    cells = [
-        (item["verdict"], textwrap.wrap((f"{item['rig']}: " if rigs > 1 else "") + _spoken(item["measured"]),
-                                        MEASURED_LETTERS)) for item in items
-    ]  # fmt: skip
+    cells = []
+    for item in items:
+        measured = (f"{item['rig']}: " if rigs > 1 else "") + _spoken(item["measured"])
+        cells.append((item["verdict"], textwrap.wrap(measured, MEASURED_LETTERS)))
     name = first["id"] + (first["part"] or "")
     claim = textwrap.wrap(_with_unit(first), CLAIM_LETTERS)
     return name, cells, claim, textwrap.wrap(_spoken(first["printed"]), PRINTED_LETTERS)

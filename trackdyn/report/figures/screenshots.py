@@ -199,7 +199,7 @@ def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, momen
 
 
 def contacts(rig: Rig, chain: tuple, connector: int, link: int | None, force, area, groove) -> Iterator[tuple]:
-    """Side, force (N), point (m) and normal of each contact of a connector's arcs with the teeth and of a link with the ring.
+    """Side, force (N), point (m) and normal of each contact of a connector with the teeth and of a link with the ring.
 
     ``chain`` is of :func:`chain_points`, bodies count from 0; forces, areas and grooves are those of left and right
     arc, and the ring's force is the third.

@@ -54,7 +54,7 @@ def change_text(value: float) -> str:
 
 @styled
 def sensitivity_figure(table: pd.DataFrame) -> Figure:
-    """Change of each measure, in tolerances of its target, for one changed parameter at a time (``fit.sensitivity``)."""
+    """Change of each measure, in tolerances of its target, if one parameter changes; a table of ``fit.sensitivity``."""
     where = table["ring_radius_m"].map(lambda r: ring_words(None if pd.isna(r) else r))
     table = table.assign(name=table["claim"] + " " + table["measure"].map(measure_words) + ", " + where)
     cells = table.drop_duplicates(["parameter", "name"])

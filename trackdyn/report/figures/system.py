@@ -5,7 +5,6 @@ from math import pi
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyBboxPatch, Polygon
 
 from trackdyn.contact.wheel import foot
@@ -16,6 +15,7 @@ from trackdyn.report.style import BLACK, BLUE, ORANGE, VERMILION, new_figure, st
 
 TOUCH = 1e-3  # gap that still counts as touching in a loop that is laid without forces, m
 GROUND = 0.18  # of the ground under the lowest pin, m
+BOX = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}  # behind the names of the wheels
 
 
 @styled
@@ -27,7 +27,7 @@ def system_figure(rig: Rig) -> Figure:
     _draw_system(system, rig, frame, shift)
     names = {"sprocket": "sprocket\nwith ring", "idler": "idler", "road_wheel": "road wheel"}
     for name, (x, y, _) in zip(WHEEL_NAMES, wheel_circles(rig, shift, surface=True), strict=True):
-        marks.write(system, (x, y + 0.13), names[name], bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0})
+        marks.write(system, (x, y + 0.13), names[name], bbox=BOX)
     pins, _, _ = drawing.chain_points(rig, frame)
     low = pins[:, 1].min() - GROUND
     top = int(np.argmax(pins[:-1, 1])) // 2 * 2
@@ -40,19 +40,15 @@ def system_figure(rig: Rig) -> Figure:
     system.set_title(f"(a) system: {rig.chain.pitches} links and connectors on three wheels")
     _draw_model(model, rig, frame, shift)
     for ax in (system, model):
-        ax.set_xlim(pins[:, 0].min() - 0.12, pins[:, 0].max() + 0.12)
-        ax.set_ylim(low - 0.1, pins[:, 1].max() + 0.2)
+        ax.set(xlim=(pins[:, 0].min() - 0.12, pins[:, 0].max() + 0.12), ylim=(low - 0.1, pins[:, 1].max() + 0.2))
         marks.bare(ax)
     model.set_title("(b) model: bodies, joints, contacts")
     return figure
 
 
 def _draw_system(ax: Axes, rig: Rig, frame, shift: float, sensor_body: tuple[int, ...] = ()) -> None:
-    drawing.draw_wheels(ax, rig, shift)
-    drawing.draw_sprocket(ax, rig, frame[-1], rig.sprocket.ring_radius)
-    drawing.draw_chain(ax, rig, frame, highlight=sensor_body)
-    pins, _, _ = drawing.chain_points(rig, frame)
-    _draw_base(ax, wheel_circles(rig, shift), pins)
+    drawing.draw_loop(ax, rig, frame, shift, rig.sprocket.ring_radius, highlight=sensor_body)
+    _draw_base(ax, wheel_circles(rig, shift), drawing.chain_points(rig, frame)[0])
 
 
 def _draw_base(ax: Axes, circles, pins) -> None:
@@ -82,7 +78,7 @@ def touching_links(rig: Rig, frame, shift: float) -> list[tuple[int, int, np.nda
 def reaching_pins(rig: Rig, frame) -> list[int]:
     """Pins within reach of the teeth (Eq. 18)."""
     pins, _, _ = drawing.chain_points(rig, frame)
-    away = np.hypot(*(pins[:-1] - [rig.sprocket.x, rig.sprocket.y]).T)
+    away = np.hypot(*(pins[:-1] - drawing.sprocket_centre(rig)).T)
     return np.flatnonzero(away <= rig.groove_profile.addendum + rig.chain.connector_radius).tolist()
 
 
@@ -107,18 +103,18 @@ def _draw_model(ax: Axes, rig: Rig, frame, shift: float) -> None:
     tooth = {"color": VERMILION, "linewidth": 1.1, "linestyle": (0, (2, 1))}
     for _, wheel, q in touching_links(rig, frame, shift):
         x, y, r = circles[wheel]
-        ax.plot(*_spring(np.array([x, y]), q, 0.6 * r).T, **contact, zorder=drawing.Z_CONNECTOR)
+        marks.line(ax, *_spring(np.array([x, y]), q, 0.6 * r), **contact, zorder=drawing.Z_CONNECTOR)
     for pin in reaching_pins(rig, frame):
         start = circles[0, :2] + 0.6 * circles[0, 2] * _unit(pins[pin] - circles[0, :2])
-        ax.plot(*np.transpose([start, pins[pin]]), **tooth, zorder=drawing.Z_CONNECTOR)
-    handles = [Line2D([], [], **look, label=name) for name, look in looks]
-    handles += [
-        Line2D([], [], **joint, label="revolute joint with bushing"),
-        Line2D([], [], **cut, label="cut joint"),
-        Line2D([], [], **bearing, label="bearing on the base"),
-        Line2D([], [], **contact, label="contact of link and wheel or ring"),
-        Line2D([], [], **tooth, label="arc within reach of the teeth"),
-    ]
+        marks.line(ax, start, pins[pin], **tooth, zorder=drawing.Z_CONNECTOR)
+    looks += (
+        ("revolute joint with bushing", joint),
+        ("cut joint", cut),
+        ("bearing on the base", bearing),
+        ("contact of link and wheel or ring", contact),
+        ("arc within reach of the teeth", tooth),
+    )
+    handles = [marks.handle(name, **look) for name, look in looks]
     ax.figure.legend(handles=handles, loc="outside lower center", ncols=3)
 
 
@@ -152,25 +148,15 @@ def setup_figure(rig: Rig) -> Figure:
         end = sensor + 0.02 * up + 0.16 * marks.polar(angles[body] + start)
         marks.arrow(ax, sensor + 0.02 * up, end, color=BLACK, linewidth=1.0)
         marks.write(ax, end + 0.03 * marks.polar(angles[body] + start), f"${name}$")
-    marks.leader(
-        ax,
-        sensor + 0.04 * up - [0.02, 0.0],
-        f"wireless acceleration sensor on link {rig.sensor.pitch}\n"
-        f"{rig.sensor.rate} Hz, \N{PLUS-MINUS SIGN}{rig.sensor.range:g} g",
-        sensor + [-0.55, 0.36],
-    )
-    x = pins[:, 0].max() + 0.33
-    boxes = {
-        "motor": (x, rig.sprocket.y - 0.15),
-        "signal\ncollection": (x, sensor[1] + 0.36),
-        "computer": (x, sensor[1]),
-    }
-    half = np.array([0.17, 0.09])
-    for name, place in boxes.items():
+    text = f"wireless acceleration sensor on link {rig.sensor.pitch}\n"
+    text += f"{rig.sensor.rate} Hz, \N{PLUS-MINUS SIGN}{rig.sensor.range:g} g"
+    marks.leader(ax, sensor + 0.04 * up - [0.02, 0.0], text, sensor + [-0.55, 0.36])
+    x, half = pins[:, 0].max() + 0.33, np.array([0.17, 0.09])
+    motor, collection, computer = rig.sprocket.y - 0.15, sensor[1] + 0.36, sensor[1]
+    for name, y in (("motor", motor), ("signal\ncollection", collection), ("computer", computer)):
         look = {"boxstyle": "square,pad=0", "facecolor": "#dcebf5", "edgecolor": BLACK, "zorder": drawing.Z_MARK}
-        ax.add_patch(FancyBboxPatch(np.array(place) - half, *(2 * half), **look))
-        marks.write(ax, place, name)
-    motor, collection, computer = (place[1] for place in boxes.values())
+        ax.add_patch(FancyBboxPatch([x, y] - half, *(2 * half), **look))
+        marks.write(ax, (x, y), name)
     wave = np.linspace(sensor + 0.06 * up + [0.05, 0.03], [x - half[0], collection], 90)
     wave[:, 1] += 0.012 * np.sin(np.linspace(0, 30 * pi, 90)) * (np.arange(90) < 84)
     ax.plot(*wave.T, "-", color=BLUE, linewidth=0.8, label="radio")
@@ -178,14 +164,11 @@ def setup_figure(rig: Rig) -> Figure:
     marks.write(ax, wave[45] + [0, 0.06], "radio", color=BLUE)
     marks.arrow(ax, (x, collection - half[1]), (x, computer + half[1]))
     shaft = [[x - half[0], motor], [rig.sprocket.x, motor], [rig.sprocket.x, rig.sprocket.y]]
-    ax.plot(*np.transpose(shaft), linestyle=(0, (8, 2, 1, 2)), color=BLACK, linewidth=1.4, zorder=drawing.Z_MARK)
+    marks.line(ax, *shaft, linestyle=(0, (8, 2, 1, 2)), linewidth=1.4)
     marks.write(ax, (x, motor - half[1] - 0.07), f"transmission\n{rig.sprocket.transmission_ratio:g} : 1")
     low = pins[:, 1].min() - GROUND
     for name, (wx, wy, _) in zip(WHEEL_NAMES, wheel_circles(rig, shift, surface=True), strict=True):
-        marks.write(
-            ax, (wx, wy + 0.12), name.replace("_", " "), bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0}
-        )
-    ax.set_xlim(pins[:, 0].min() - 0.1, x + half[0] + 0.08)
-    ax.set_ylim(low - 0.08, sensor[1] + 0.5)
+        marks.write(ax, (wx, wy + 0.12), name.replace("_", " "), bbox=BOX)
+    ax.set(xlim=(pins[:, 0].min() - 0.1, x + half[0] + 0.08), ylim=(low - 0.08, sensor[1] + 0.5))
     marks.bare(ax)
     return figure

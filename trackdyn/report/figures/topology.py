@@ -1,19 +1,18 @@
 """Figure 3: the chain as elements of the transfer matrix method, made from the chains that can be simulated."""
 
 from dataclasses import dataclass
-from math import pi
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Polygon
 
 from trackdyn.build import build_chain
 from trackdyn.model.constants import Chain
+from trackdyn.parameters.layout import belt_path
 from trackdyn.parameters.rig import Rig
 from trackdyn.report import marks
-from trackdyn.report.drawing import CONNECTOR, EDGE, LINK, Z_MARK
+from trackdyn.report.drawing import CONNECTOR, EDGE, LINK, Z_MARK, view
 from trackdyn.report.style import BLACK, VERMILION, new_figure, styled
 
 # face of a body in the topology, its name in the legend
@@ -70,33 +69,19 @@ def topology_figure(rig: Rig) -> Figure:
     physical = elements(body_kinds(rig, build_chain(rig)))
     printed = elements(body_kinds(rig, build_chain(rig, "single_pin")))
     figure = new_figure(6.2)
-    for ax, letter, what, found in zip(
-        figure.subplots(2, 1), "ab", ("links and connectors", "one body a pitch"), (physical, printed), strict=True
-    ):
+    chains = (("(a) links and connectors", physical), ("(b) one body a pitch", printed))
+    for ax, (what, found) in zip(figure.subplots(2, 1), chains, strict=True):
         _draw_loop(ax, found)
         bodies = len(found) // 2
-        ax.set_title(
-            f"({letter}) {what}: {bodies} bodies, {bodies - 1} joints in the tree, joint {found[-1].number} cut"
-        )
+        ax.set_title(f"{what}: {bodies} bodies, {bodies - 1} joints in the tree, joint {found[-1].number} cut")
     return figure
 
 
 def _stadium(parts: int, straight: float, r: float) -> np.ndarray:
     """Equally spaced places on a stadium, clockwise from the middle of its lower side."""
-    places = []
-    length = 2 * straight + 2 * pi * r
-    for s in np.arange(parts) * length / parts:
-        s = (s - straight / 2) % length  # from where the left end begins
-        turn = (s - straight * (s > pi * r + straight)) / r
-        if s < pi * r:
-            places.append([-straight / 2 - r * np.sin(turn), -r * np.cos(turn)])
-        elif s < pi * r + straight:
-            places.append([s - pi * r - straight / 2, r])
-        elif s < 2 * pi * r + straight:
-            places.append([straight / 2 - r * np.sin(turn), -r * np.cos(turn)])
-        else:
-            places.append([1.5 * straight - (s - 2 * pi * r), -r])
-    return np.array(places)
+    path = belt_path([[-straight / 2, 0.0, r], [straight / 2, 0.0, r]])
+    # the path begins where it meets the left circle
+    return path.along(np.arange(parts) * path.length / parts - straight / 2)[0]
 
 
 def _draw_loop(ax: Axes, found: list[Element]) -> None:
@@ -112,9 +97,8 @@ def _draw_loop(ax: Axes, found: list[Element]) -> None:
             look["label"] = f"{element.kind} {element.number}"
             corners = place + square
             ax.add_patch(Polygon(corners, **look) if element.kind == "connector" else Circle(place, half, **look))
-            ax.text(
-                *place, str(element.number), ha="center", va="center", fontsize=7 if roomy else 5, zorder=Z_MARK + 2
-            )
+            look = {"ha": "center", "va": "center", "fontsize": 7 if roomy else 5, "zorder": Z_MARK + 2}
+            ax.text(*place, str(element.number), **look)
             continue
         inboard, outboard = places[element.number - 2], places[element.outboard - 1]
         step = (outboard - inboard) / np.hypot(*(outboard - inboard))
@@ -122,27 +106,16 @@ def _draw_loop(ax: Axes, found: list[Element]) -> None:
         marks.arrow(ax, inboard + half * step, outboard - half * step, linewidth=0.8, mutation_scale=6)
         if element.cut:
             ends = [place - 0.45 * spacing * inward, place + 0.45 * spacing * inward]
-            ax.plot(*np.transpose(ends), "-", color=VERMILION, linewidth=2.2, zorder=Z_MARK + 1, label="cut")
+            marks.line(ax, *ends, color=VERMILION, linewidth=2.2, zorder=Z_MARK + 1, label="cut")
             marks.leader(ax, ends[1], f"joint {element.number}, cut", place + 0.42 * inward)
         elif roomy:
             marks.write(ax, place + 0.13 * inward, str(element.number), fontsize=5.5)
-    handles = [
-        Line2D([], [], linestyle="none", marker="s" if kind == "connector" else "o", markersize=8, markerfacecolor=FACES[kind],
-               markeredgecolor=EDGE, label=KINDS[kind])
-        for kind in dict.fromkeys(element.kind for element in found if element.kind != "joint")
-    ]  # fmt: skip
-    handles.append(
-        Line2D(
-            [],
-            [],
-            color=BLACK,
-            marker=">",
-            markersize=4,
-            linewidth=0.8,
-            label="revolute joint (even number), transfer direction",
-        )
-    )
+    handles = []
+    for kind in dict.fromkeys(element.kind for element in found if element.kind != "joint"):
+        look = {"marker": "s" if kind == "connector" else "o", "markersize": 8, "markerfacecolor": FACES[kind]}
+        handles.append(marks.handle(KINDS[kind], linestyle="none", markeredgecolor=EDGE, **look))
+    look = {"color": BLACK, "marker": ">", "markersize": 4, "linewidth": 0.8}
+    handles.append(marks.handle("revolute joint (even number), transfer direction", **look))
     ax.legend(handles=handles, loc="center")
-    ax.set_xlim(-straight / 2 - r - 0.25, straight / 2 + r + 0.25)
-    ax.set_ylim(-r - 0.25, r + 0.25)
+    view(ax, (0.0, 0.0), (straight / 2 + r + 0.25, r + 0.25))
     marks.bare(ax)

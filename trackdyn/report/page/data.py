@@ -49,7 +49,7 @@ def _signal(ay, rate: float, hz: float, span: float) -> dict:
 
 
 def signals(recording: Recording, record: SensorRecord | None) -> dict:
-    """Time histories over two revolutions and spectra of a run and of the sensor's record of that speed, if there is one.
+    """Time histories over two revolutions and spectra of a run, and of a sensor's record of that speed.
 
     ``simulation`` and ``sensor`` are cut and aligned as in Figure 17 and analysed as in Figure 18.
     """
@@ -115,7 +115,7 @@ def geometry(rig: Rig) -> dict:
 
 
 def moving_picture(recording: Recording) -> dict:
-    """Configurations of a run with the normal forces and areas of every pitch, recorded in order, at the same instants."""
+    """Configurations of a run with the normal forces and areas of all pitches at these instants."""
     rig = Rig.model_validate(recording.meta["rig"])
     scene = recording.meta["scene"]
     # a configuration is taken at the end of a sample interval, and so is the sample
