@@ -211,7 +211,8 @@ def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
     middle = (pins[:-1] if single else 0.5 * (pins[:-1] + pins[1:])[1::2]) - [rig.sprocket.x, rig.sprocket.y]
     direction = path.heading[0] + path.wrap[0] / 2 + pi / 2
     on_wheel = np.arctan2(middle[:, 1], middle[:, 0])
-    off = np.abs((on_wheel - direction + pi) % (2 * pi) - pi) + 10 * (np.hypot(*middle.T) > 1.2 * path.circles[0, 2])
+    away = np.hypot(*middle.T) > 1.2 * path.circles[0, 2]
+    off = np.abs((on_wheel - direction + pi) % (2 * pi) - pi) + 10 * away
     return Assembly(pins[:-1], angle, float(on_wheel[np.argmin(off)] - pi / rig.sprocket.teeth), float(shift))
 
 
