@@ -220,7 +220,9 @@ class Loop:
         """Put the tensioning wheel at ``shift`` (m) along its line; ``layout["tensioner_shift_m"]`` is where it stands."""
         rig = self.scene.rig
         if self.model.tensioner is not None:
-            raise InputError(f"shift = {shift!r} m is not accepted: the tensioner slides on its spring; tension='locked' would do")
+            raise InputError(
+                f"shift = {shift!r} m is not accepted: the tensioner slides on its spring; tension='locked' would do"
+            )
         if not abs(shift) <= rig.tension.travel:
             raise InputError(
                 f"shift = {shift!r} m is not accepted: the tensioner's travel is {rig.tension.travel:g} m to either side"

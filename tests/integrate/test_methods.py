@@ -1,0 +1,94 @@
+"""An integrator is one file: dropped into the folder it is found, chosen, limited and run."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from trackdyn.fidelity import CHOICES
+from trackdyn.integrate.methods import METHODS, equip
+from trackdyn.model.work import make_work
+
+ROOT = Path(__file__).parents[2]
+# as plain Python: what is asked is what is found, not how fast it is
+WITH_ANOTHER = """
+import json
+from trackdyn import Loop, Scene, load_rig
+from trackdyn.fidelity import CHOICES
+from trackdyn.integrate.methods import METHODS
+from trackdyn.limits import step_limits
+
+rig = load_rig("config/rig.yaml").changed(chain__pitches=3, bushing__damping=0.5)
+free = {"loop": "free", "ring_radius": None, "spells": False, "step": 2e-4}
+scene = Scene(rig, 115.0, integrator="rk3", **free)
+loop = Loop(scene)
+loop.step(2)
+rk4 = Scene(rig, 115.0, integrator="rk4", **free)
+limits = [step_limits(s.model, 0.0, METHODS[s.integrator]) for s in (scene, rk4)]
+print(json.dumps({
+    "choices": CHOICES["integrator"], "stages": len(loop.work.stages.b), "gap": loop.gap, "time": loop.time,
+    "limits": limits, "reason": scene.fidelity["integrator"].setting,
+}))
+"""
+
+
+def test_a_file_in_the_folder_is_an_integrator(tmp_path):
+    page = (ROOT / "docs" / "add-an-integrator.md").read_text(encoding="utf-8")
+    source = re.search(r"```python\n(.*?)```", page, re.DOTALL)[1]
+    for name in ("trackdyn", "config"):
+        shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
+    (tmp_path / "trackdyn" / "integrate" / "methods" / "rk3.py").write_text(source, encoding="utf-8")
+    result = subprocess.run(
+        [sys.executable, "-c", WITH_ANOTHER], cwd=tmp_path, capture_output=True, text=True, check=True,
+        env=os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(tmp_path)},
+    )  # fmt: skip
+    found = json.loads(result.stdout)
+    assert "rk3" in found["choices"] and set(found["choices"]) - {"rk3"} == set(CHOICES["integrator"])
+    assert found["choices"].index("semi_implicit") < found["choices"].index("rk3") < found["choices"].index("rk4")
+    assert found["reason"] == "rk3" and found["stages"] == 3
+    assert found["time"] == pytest.approx(4e-4) and found["gap"] < 1.1e-10
+    own, rk4 = found["limits"]
+    for cause, limit in own.items():
+        reach = 2.51 / METHODS["rk4"].decay if "damping" in cause else 1.73 / METHODS["rk4"].oscillation
+        assert limit / rk4[cause] == pytest.approx(reach, rel=1e-12)
+
+
+def test_every_method_declares_what_its_order_needs():
+    """Conditions of the orders 1 to 4 on a tableau; stages know only earlier ones."""
+    for name, method in METHODS.items():
+        assert method.order >= 1 and method.oscillation > 0 and method.decay > 0, name
+        if method.tableau is None:
+            continue
+        a, b = np.array(method.tableau.a), np.array(method.tableau.b)
+        c = a.sum(axis=1)
+        assert not np.triu(a).any(), name
+        conditions = {
+            1: [(b.sum(), 1)],
+            2: [(b @ c, 1 / 2)],
+            3: [(b @ c**2, 1 / 3), (b @ a @ c, 1 / 6)],
+            4: [(b @ c**3, 1 / 4), (b * c @ a @ c, 1 / 8), (b @ a @ c**2, 1 / 12), (b @ a @ a @ c, 1 / 24)],
+        }
+        for order in range(1, min(method.order, 4) + 1):
+            for seen, expected in conditions[order]:
+                assert seen == pytest.approx(expected, abs=1e-14), (name, order)
+        if method.adaptive:
+            assert sum(method.tableau.error) == pytest.approx(0.0, abs=1e-15), name
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_work_has_the_arrays_of_one_method_and_no_other(name):
+    """Whatever it had before."""
+    method = METHODS[name]
+    for before in METHODS:
+        work = equip(equip(make_work(6, 3, 1), before, 3, 1e-6), name, 3, 1e-6)
+        assert (work.stages is None) == (method.tableau is None)
+        assert (work.implicit is None) != method.linearly_implicit
+        if work.stages is not None:
+            assert work.stages.tolerance == (1e-6 if method.adaptive else 0.0)
+            assert work.stages.error.any() == method.adaptive
