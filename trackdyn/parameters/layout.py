@@ -199,9 +199,9 @@ def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
         nearest = min(low, high, key=abs)
         state = "long" if nearest > 0 else "short"
         raise InputError(
-            f"the loop of {rig.chain.pitches} pitches (chain.pitches) is {abs(nearest):.4g} m too {state} for its wheels "
-            f"even at the end of tension.travel = {travel} m; another number of pitches, wheel positions or a larger "
-            "travel would do"
+            f"the loop of {rig.chain.pitches} pitches (chain.pitches) is {abs(nearest):.4g} m too {state} for its "
+            f"wheels even at the end of tension.travel = {travel} m; another number of pitches, wheel positions or a "
+            "larger travel would do"
         )
     shift = brentq(slack, -travel, travel, xtol=1e-13)
     path, _ = belt_around(rig, shift, body)
