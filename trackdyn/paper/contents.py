@@ -339,7 +339,7 @@ STUDIES = (
         two processes. Errors are taken against finer runs of the same model, so they say nothing about the model
         itself. Wall seconds are those of the machine that ran it; only their ratios mean anything elsewhere. The paper
         has no such figure; it only says that its step was chosen for efficiency."""),
-    Item("extremes", "Extremes", "extremes", "trackdyn.study.extremes:summary", """
+    Item("extremes", "Extremes", "extremes", "trackdyn.study.extremes.judge:summary", """
         Extremes of parameters, speeds, steps and initial states. A case completes with its invariants in bounds (finite
         numbers, loop gap, energy residual, momentum, symmetry) or is refused in one sentence that names the cause; any
         third way would be a defect and is counted as one.""", table=True),
