@@ -2,7 +2,7 @@
 
 from math import inf
 
-from trackdyn.integrate.methods import Method, Tableau
+from trackdyn.integrate.method import Method, Tableau
 
 METHOD = Method(
     order=5,

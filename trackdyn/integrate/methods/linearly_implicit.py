@@ -2,6 +2,6 @@
 
 from math import inf
 
-from trackdyn.integrate.methods import Method
+from trackdyn.integrate.method import Method
 
 METHOD = Method(order=1, oscillation=inf, decay=inf, linearly_implicit=True)

@@ -1,6 +1,6 @@
 """The classical Runge-Kutta method of order 4."""
 
-from trackdyn.integrate.methods import Method, Tableau
+from trackdyn.integrate.method import Method, Tableau
 
 METHOD = Method(
     order=4,
