@@ -5,7 +5,7 @@ the sprocket from the ten arcs of its groove.
 """
 
 from collections.abc import Iterable, Mapping
-from math import cos, pi, sin
+from math import atan2, cos, pi, sin
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -100,6 +100,12 @@ def stadium(length: float, radius: float, count: int) -> np.ndarray:
 def connector_outline(rig: Rig) -> np.ndarray:
     """Outline of a connector in its body frame: the arcs around its two pins, joined, m."""
     return stadium(rig.connector_length, rig.chain.connector_radius, 2 * POINTS_AN_ARC)
+
+
+def connector_patch(rig: Rig, pins, **look) -> Polygon:
+    """A connector between two pins."""
+    (x, y), (u, v) = pins
+    return Polygon(placed(connector_outline(rig), pins[0], atan2(v - y, u - x)), **look)
 
 
 def placed(outline, origin, angle: float) -> np.ndarray:
