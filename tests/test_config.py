@@ -11,7 +11,7 @@ from snakemake.utils import update_config
 from typer.testing import CliRunner
 
 from trackdyn.cli import app
-from trackdyn.config import check_config, check_layers
+from trackdyn.config import Config, check_config, check_layers
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.validation import read_yaml
@@ -81,7 +81,7 @@ def test_the_full_configuration_is_the_papers_matrix():
 def test_the_quick_configuration_states_only_what_differs(data):
     for name, value in read_yaml(QUICK).items():
         for field in value if isinstance(value, dict) else [None]:
-            ours, base = (value[field], data[name][field]) if field else (value, data[name])
+            ours, base = (value[field], data[name][field]) if field else (value, data.get(name, Config.model_fields[name].default))
             assert ours != base, f"{name} {field or ''}"
 
 
@@ -98,16 +98,16 @@ def test_a_refusal_names_the_file_that_is_to_blame(tmp_path):
     mine.write_text("records: {duration_s: 1}\n", encoding="utf-8")
     files = [base, QUICK, mine]
     with pytest.raises(InputError, match=r"^mine\.yaml: records\.duration_s = 1 s is not accepted"):
-        check_layers(merged(*files), files)
+        check_layers(merged(*files), files, update_config)
     base.write_text(base.read_text(encoding="utf-8") + "more: 1\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"^base\.yaml: more is not a known parameter"):
-        check_layers(merged(*files), files)
+        check_layers(merged(*files), files, update_config)
 
 
 def test_a_mistake_of_no_file_is_said_with_the_last_one(data):
     put(data, "records.duration_s", -1)  # on the command line
     with pytest.raises(InputError, match=r"^quick\.yaml: records\.duration_s = -1 is not accepted"):
-        check_layers(data, SHIPPED)
+        check_layers(data, SHIPPED, update_config)
 
 
 def test_a_tolerance_in_place_of_a_step(data):

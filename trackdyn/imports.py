@@ -46,7 +46,8 @@ def imported_files(script: Path, root: Path) -> list[Path]:
     for: ``from trackdyn import load_rig`` leads to the module that defines ``load_rig``. Python does run all of
     ``__init__``; taken so, every result would depend on every module, although none of them can change it. Where
     ``__init__`` itself defines what is asked for, all that it imports counts. Files that are not Python's
-    belong to whoever imports a module of their folder.
+    belong to whoever imports a module of their folder, and modules that a package looks up by name (`pkgutil`) to the
+    package.
     """
     places = script.parent, root
     found: set[Path] = set()
@@ -68,6 +69,9 @@ def imported_files(script: Path, root: Path) -> list[Path]:
             imports = asked or imports
         for source, what, _ in imports:
             need(source, what)
+        if is_package and any(source == ("pkgutil",) for source, _, _ in _imports(file, module)):
+            for found_by_name in sorted(file.parent.glob("[!_]*.py")):
+                need((*module, found_by_name.stem), None)
 
     for source, what, _ in _imports(script, ()):
         need(source, what)

@@ -119,9 +119,9 @@ class Scene(Section):
     drag: Any = "viscous"
     tolerance: Number | None = None
 
-    def __init__(self, rig: Rig, motor_rpm: float, **fields: Any):
+    def __init__(self, rig: Rig, motor_rpm: float, ring_radius: float | None = 0.308, **fields: Any):
         try:
-            super().__init__(rig=rig, motor_rpm=motor_rpm, **fields)
+            super().__init__(rig=rig, motor_rpm=motor_rpm, ring_radius=ring_radius, **fields)
         except ValidationError as error:
             raise InputError(sentence("scene", error.errors()[0], "add it")) from None
 

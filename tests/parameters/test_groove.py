@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.groove import build_groove, coarse_groove, connector_length, equal_pitch_radius
+from trackdyn.parameters.groove import build_groove, coarse_groove, connector_length, equal_pitch_radius, true_depth
 from trackdyn.parameters.rig import KINDS, load_rig, parameter_table
 
 EXACT = 1e-12  # m or a unit vector: coordinates below 1 m carry about 1e-16 through ten operations
@@ -329,3 +329,22 @@ def test_parameter_table_lists_every_parameter_with_kind_and_source(rig_path, ri
     assert set(table.loc[table["unit"] == "deg", "name"].str.split(".").str[0]) == {
         "groove", "tension", "sprocket", "idler", "road_wheel"
     }
+
+
+def test_true_depth_is_the_signed_distance_to_the_profile(rig):
+    """Against the profile and its mirror images about the tooth lines as a polygon of many points."""
+    groove, radius, half = rig.groove_profile, rig.chain.connector_radius, np.pi / rig.sprocket.teeth
+    profile = groove.profile(2000)
+    lines = [np.array([np.cos(half), side * np.sin(half)]) for side in (1, -1)]  # normals of the tooth lines
+    around = np.vstack([profile, *(profile - 2 * np.outer(profile @ normal, normal) for normal in lines)])
+    rng = np.random.default_rng(3)
+    out, turn = rng.uniform(0.25, 0.36, 400), rng.uniform(-half, half, 400)
+    points = np.column_stack([out * np.sin(turn), out * np.cos(turn)])
+    distance = np.array([np.hypot(*(around - point).T).min() for point in points])
+    order = np.argsort(profile[:, 0])
+    below = points[:, 1] < np.interp(points[:, 0], *profile[order].T)
+    clear = distance > 1e-4  # a point on the profile itself may count for either side
+    depth = true_depth(groove, radius, points)
+    expected = radius - np.where(below, -distance, distance)
+    np.testing.assert_allclose(depth[clear], expected[clear], rtol=0, atol=2e-5)
+    assert (depth[below & clear] > radius).all(), "in the steel deeper than the search sees"

@@ -21,6 +21,7 @@ from trackdyn.contact.wheel import foot
 from trackdyn.paper.contents import PAPER
 from trackdyn.parameters.layout import belt_around
 from trackdyn.parameters.rig import load_rig
+from trackdyn.report.drawing import laid_frame
 from trackdyn.report.figures import contact_cases, engagement, flow, system, topology
 from trackdyn.report.style import save
 
@@ -310,7 +311,7 @@ def test_links_are_drawn_in_the_three_cases():
 
 
 def test_the_model_shows_the_contacts_of_the_laid_loop():
-    frame, shift = system.laid_frame(RIG)
+    frame, shift = laid_frame(RIG)
     found = system.touching_links(RIG, frame, shift)
     assert {wheel for _, wheel, _ in found} == {0, 1, 2}
     assert all(body % 2 == 0 for body, *_ in found)

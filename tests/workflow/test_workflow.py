@@ -237,7 +237,7 @@ class Package(types.ModuleType):
                 return getattr(importlib.import_module(module), name)
         if not re.search(rf"^(?:def |class )?{name}\b", self.text, re.M):
             raise AttributeError(name)
-        names = {}
+        names = {"__name__": self.__name__, "__path__": self.__path__}
         exec(self.text, names)
         return names[name]
 

@@ -34,15 +34,8 @@ LEAST_SHARE = 0.1
 NAN = float("nan")
 # columns that both tables have
 EXTENT = (
-    "start_s",
-    "end_s",
-    "touching_s",
-    "share_pct",
-    "phase_start",
-    "phase_end",
-    "ring_phase_start",
-    "ring_phase_end",
-)
+    "start_s", "end_s", "touching_s", "share_pct", "phase_start", "phase_end", "ring_phase_start", "ring_phase_end",
+)  # fmt: skip
 INTEGRALS = ("impulse_ns", "square_n2s")
 
 EVENTS_WITHOUT_RING = {
@@ -125,9 +118,8 @@ def spells(recording: Recording, merge_gap_s: float = MERGE_GAP) -> pd.DataFrame
     """
     period = timing(recording)
     rows = _merged(recording, merge_gap_s)
-    rows["connector"] = np.where(
-        rows["side"] == SIDES.index("ring"), (rows["pitch"] - 1) % period.pitches, rows["pitch"]
-    )
+    on_ring = rows["side"] == SIDES.index("ring")
+    rows["connector"] = np.where(on_ring, (rows["pitch"] - 1) % period.pitches, rows["pitch"])
     rows = rows.sort_values(["connector", "start_s", "side"], kind="stable", ignore_index=True)
     rows["passage"], first = _number_passages(rows, period)
     ring = rows[(rows["side"] == SIDES.index("ring")) & (rows["passage"] >= 0)].groupby("passage")
@@ -162,10 +154,8 @@ def passages(recording: Recording) -> pd.DataFrame:
     sums = groups[["touching_s", "share_pct", "impulse_ns", "square_n2s"]].sum()
     starts = groups[["start_s", "phase_start", "ring_phase_start"]].min()
     ends = groups[["end_s", "phase_end", "ring_phase_end"]].max()
-    table = pd.concat([starts, ends], axis=1).reindex(index)
-    table = table.join(sums.reindex(index, fill_value=0.0)).join(
-        groups.size().reindex(index, fill_value=0).rename("count")
-    )
+    table = pd.concat([starts, ends], axis=1).reindex(index).join(sums.reindex(index, fill_value=0.0))
+    table["count"] = groups.size().reindex(index, fill_value=0)
     highest = rows.loc[groups["peak_n"].idxmax()].set_index(["passage", "side"])
     table["peak_n"] = highest["peak_n"].reindex(index, fill_value=0.0)
     table["peak_s"] = highest["peak_s"].reindex(index)
@@ -207,7 +197,8 @@ def meshing_summary(recording: Recording) -> dict:
         rows = table[table["side"] == side]
         touching = rows["touching_s"].sum()
         quiet = 0.0 if len(rows) else NAN
-        values = dict(zip(("share_pct", "share_error_pct"), _mean_and_error(rows["share_pct"]), strict=True))
+        share = rows["share_pct"]
+        values = {"share_pct": float(share.mean()), "share_error_pct": float(share.sem())}
         values |= _run_statistics(rows["impulse_ns"] / loop, rows["square_n2s"] / loop)
         values["rms_contact_n"] = float((rows["square_n2s"].sum() / touching) ** 0.5) if touching else quiet
         values |= {name: float(rows[name].mean()) for name in ("peak_n", "phase_start", "phase_end")}
@@ -218,20 +209,10 @@ def meshing_summary(recording: Recording) -> dict:
 
 
 def events(recording: Recording, passage: int) -> dict[str, float]:
-    """Named events of one passage, in the order of C16 (no ring) or C17 (ring).
+    """Named events of one complete passage (:func:`passages`), in the order of C16 (no ring) or C17 (ring).
 
-    Parameters
-    ----------
-    recording : Recording
-        Run.
-    passage : int
-        Number of a complete passage (:func:`passages`).
-
-    Returns
-    -------
-    dict
-        s since the first contact of the passage; NaN for what does not happen. ``out`` is the last
-        contact of either arc.
+    Times are in s since the first contact of the passage, NaN for what does not happen. ``out`` is the last
+    contact of either arc.
 
     Raises
     ------
@@ -239,10 +220,9 @@ def events(recording: Recording, passage: int) -> dict[str, float]:
         If the record holds no complete passage of this number.
     """
     table = passages(recording)
+    count = table["passage"].nunique()
     if passage not in set(table["passage"]):
-        raise InputError(
-            f"passage {passage} is not among the {table['passage'].nunique()} complete passages of the record"
-        )
+        raise InputError(f"passage {passage} is not among the {count} complete passages of the record")
     return _events(table[table["passage"] == passage], _event_places(recording))
 
 
@@ -256,17 +236,10 @@ def mean_events(recording: Recording) -> pd.DataFrame:
         only one does.
     """
     table, places = passages(recording), _event_places(recording)
-    times = pd.DataFrame(
-        [_events(rows, places) for _, rows in table.groupby("passage")], columns=list(places), dtype=float
-    )
-    return pd.DataFrame(
-        {
-            "event": list(places),
-            "mean_s": times.mean().values,
-            "sd_s": times.std().values,
-            "passages": times.count().values,
-        }
-    )
+    found = [_events(rows, places) for _, rows in table.groupby("passage")]
+    times = pd.DataFrame(found, columns=list(places), dtype=float)
+    columns = {"mean_s": times.mean(), "sd_s": times.std(), "passages": times.count()}
+    return pd.DataFrame(columns).rename_axis("event").reset_index()
 
 
 def smoothed_maxima(recording: Recording, window_s: float = 0.01) -> pd.DataFrame:
@@ -343,11 +316,7 @@ def _number_passages(rows: pd.DataFrame, period: Timing) -> tuple[np.ndarray, np
     last = rows.groupby(group)["end_s"].transform("max")
     margin = LONGEST * period.turn
     complete = (first >= margin) & (last <= period.record - margin)
-    order = (
-        pd.DataFrame({"first": first, "group": group})[complete]
-        .drop_duplicates("group")
-        .sort_values(["first", "group"])
-    )
+    order = pd.DataFrame({"first": first, "group": group})[complete].drop_duplicates().sort_values(["first", "group"])
     number = pd.Series(np.arange(len(order)), index=order["group"])
     return group.map(number).fillna(-1).astype(int).to_numpy(), first.where(complete).to_numpy()
 
@@ -360,11 +329,6 @@ def _visited(recording: Recording, side: str) -> str:
     least = max(LEAST_SHARE / 100 * period.turn * recording.rate * connector_turns, 1.0)
     samples = np.bincount(seen.ravel(), minlength=11)
     return ",".join(str(area) for area in range(1, 11) if samples[area] >= least) or "none"
-
-
-def _mean_and_error(values: pd.Series) -> tuple[float, float]:
-    """Mean and its standard error; NaN for too few values."""
-    return float(values.mean()), float(values.sem())
 
 
 def _run_statistics(mean: pd.Series, square: pd.Series) -> dict[str, float]:

@@ -33,14 +33,7 @@ def standard_deviation(a) -> float:
 
 
 def spectrum(a, rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
-    """Single-sided amplitude spectrum with a rectangular window.
-
-    Parameters
-    ----------
-    a : (N,) array
-        Signal.
-    rate_hz : float
-        Sampling rate, Hz.
+    """Single-sided amplitude spectrum of a signal of shape (N,) with a rectangular window.
 
     Returns
     -------
@@ -124,25 +117,18 @@ def main_line_binfree(a, rate_hz: float, expected_hz: float | None = None) -> tu
 
     points = 2 * int(np.ceil(half_width / bin_hz * harmonics * _GRID_PER_LOBE)) + 1
     grid = np.linspace(centre - half_width, highest, points)
-    correlation = np.stack(
-        [
-            scipy.signal.zoom_fft(a, [h * grid[0], h * grid[-1]], m=points, fs=rate_hz, endpoint=True)
-            for h in range(1, harmonics + 1)
-        ],
-        axis=1,
-    )
-    explained, _ = _fit_harmonics(correlation, grid, rate_hz, a.size)
+    ends = [np.array([grid[0], grid[-1]]) * h for h in range(1, harmonics + 1)]
+    sums = [scipy.signal.zoom_fft(a, end, m=points, fs=rate_hz, endpoint=True) for end in ends]
+    explained, _ = _fit_harmonics(np.stack(sums, axis=1), grid, rate_hz, a.size)
     start = grid[np.argmax(explained)]
     step = grid[1] - grid[0]
 
-    def unexplained(hz):
-        return -_fit_harmonics(_correlate(a, hz, rate_hz, harmonics), np.array([hz]), rate_hz, a.size)[0][0]
+    def fitted(hz):
+        return _fit_harmonics(_correlate(a, hz, rate_hz, harmonics), np.array([hz]), rate_hz, a.size)
 
-    hz = scipy.optimize.minimize_scalar(
-        unexplained, bounds=(start - step, start + step), method="bounded", options={"xatol": 1e-7 * bin_hz}
-    ).x
-    _, coefficient = _fit_harmonics(_correlate(a, hz, rate_hz, harmonics), np.array([hz]), rate_hz, a.size)
-    first = coefficient[0, harmonics + 1]
+    search = {"bounds": (start - step, start + step), "method": "bounded", "options": {"xatol": 1e-7 * bin_hz}}
+    hz = scipy.optimize.minimize_scalar(lambda hz: -fitted(hz)[0][0], **search).x
+    first = fitted(hz)[1][0, harmonics + 1]
     middle_s = 0.5 * (a.size - 1) / rate_hz
     phase = np.angle(first * np.exp(-2j * np.pi * hz * middle_s))
     return float(hz), float(2.0 * np.abs(first)), float(phase)

@@ -217,7 +217,7 @@ def true_depth(groove: Groove, arc_radius: float, points: np.ndarray) -> np.ndar
 
 
 def depths_on_sprocket(groove: Groove, arc_radius: float, centres: np.ndarray, angle: float) -> np.ndarray:
-    """`true_depth` of arcs at ``centres`` (n, 2) from the sprocket's centre (m), the sprocket turned by ``angle`` (rad).
+    """`true_depth` of arcs at ``centres`` (n, 2) from the sprocket's centre (m), if it is turned by ``angle`` (rad).
 
     Arcs out of reach of the teeth (Eq. 18) have the depth -inf.
     """

@@ -199,9 +199,9 @@ def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
         nearest = min(low, high, key=abs)
         state = "long" if nearest > 0 else "short"
         raise InputError(
-            f"the loop of {rig.chain.pitches} pitches (chain.pitches) is {abs(nearest):.4g} m too {state} for its wheels "
-            f"even at the end of tension.travel = {travel} m; another number of pitches, wheel positions or a larger "
-            "travel would do"
+            f"the loop of {rig.chain.pitches} pitches (chain.pitches) is {abs(nearest):.4g} m too {state} for its "
+            f"wheels even at the end of tension.travel = {travel} m; another number of pitches, wheel positions or a "
+            "larger travel would do"
         )
     shift = brentq(slack, -travel, travel, xtol=1e-13)
     path, _ = belt_around(rig, shift, body)
@@ -211,7 +211,8 @@ def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
     middle = (pins[:-1] if single else 0.5 * (pins[:-1] + pins[1:])[1::2]) - [rig.sprocket.x, rig.sprocket.y]
     direction = path.heading[0] + path.wrap[0] / 2 + pi / 2
     on_wheel = np.arctan2(middle[:, 1], middle[:, 0])
-    off = np.abs((on_wheel - direction + pi) % (2 * pi) - pi) + 10 * (np.hypot(*middle.T) > 1.2 * path.circles[0, 2])
+    away = np.hypot(*middle.T) > 1.2 * path.circles[0, 2]
+    off = np.abs((on_wheel - direction + pi) % (2 * pi) - pi) + 10 * away
     return Assembly(pins[:-1], angle, float(on_wheel[np.argmin(off)] - pi / rig.sprocket.teeth), float(shift))
 
 

@@ -20,6 +20,7 @@ READINGS = ("sprocket", "motor")  # whose speed the paper's 180 r/min may be
 RAMP = 1.0  # start-up of the sprocket, s
 OURS, PEER = "trackdyn", "exudyn"
 
+
 @dataclass(frozen=True)
 class Result:
     """What the comparison gives.
@@ -85,16 +86,10 @@ def run_peer(scene: Scene, step: float, arcs: int = 10) -> tuple[PeerRun, np.nda
     loop = Loop(scene)
     model = loop.model
     free = Wheels(tuple(map(float, model.wheels.inertia[1:])), tuple(map(float, model.wheels.drag[1:])))
-    run = run_loop(
-        model.chain,
-        start_of(loop.state),
-        scene.ramp + scene.duration,
-        step,
-        1.0 / scene.rig.sensor.rate,
-        contacts=make_contacts(scene, loop.layout["tensioner_shift_m"], arcs),
-        wheels=free,
-        drive=model.drive,
-    )
+    contacts = make_contacts(scene, loop.layout["tensioner_shift_m"], arcs)
+    times = scene.ramp + scene.duration, step, 1.0 / scene.rig.sensor.rate
+    about = {"contacts": contacts, "wheels": free, "drive": model.drive}
+    run = run_loop(model.chain, start_of(loop.state), *times, **about)
     first = round(scene.ramp * scene.rig.sensor.rate) + 1
     return run, run.centre[first:, 2 * (scene.rig.sensor.pitch - 1), 1]
 
@@ -140,9 +135,8 @@ def compare(
         seconds = first.ramp + first.duration
         run_peer(first.with_(duration=0.01, frame_interval=0.0), exudyn_steps_s[0])
         peers = {h: run_peer(first.with_(step=step), h) for h in exudyn_steps_s}
-        rows, peer_step = _ladder(
-            PEER, {h: (y, run.wall / seconds, run.cpu / seconds) for h, (run, y) in peers.items()}, accuracy_pct
-        )
+        costs = {h: (y, run.wall / seconds, run.cpu / seconds) for h, (run, y) in peers.items()}
+        rows, peer_step = _ladder(PEER, costs, accuracy_pct)
         table += rows
     else:
         table.append({"code": f"{PEER}, {missing}"})

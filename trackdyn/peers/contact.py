@@ -71,19 +71,12 @@ def make_contacts(scene: Scene, shift: float, arcs: int = 10) -> Contacts:
     flank = slice(0 if arcs == 10 else 1, 5)
     circle = wheel_circles(rig, shift, surface=True)
     circle[0, 2] = scene.ring_radius or 0.0
-    arc = np.column_stack(
-        [groove.centre[flank], groove.radius[flank], groove.direction[flank], groove.half_angle[flank]]
-    )
-    return Contacts(
-        circle,
-        np.array([_law(rig, surface) for surface in (rig.tooth_contact, rig.ring_contact, rig.wheel_contact)]),
-        arc,
-        np.where(groove.convex[flank], 1.0, -1.0),
-        rig.sprocket.teeth if arcs else 0,
-        groove.addendum + rig.chain.connector_radius,
-        rig.chain.connector_radius,
-        rig.chain.link_thickness / 2,
-    )
+    columns = (groove.centre, groove.radius, groove.direction, groove.half_angle)
+    arc = np.column_stack([column[flank] for column in columns])
+    law = np.array([_law(rig, surface) for surface in (rig.tooth_contact, rig.ring_contact, rig.wheel_contact)])
+    sign, teeth = np.where(groove.convex[flank], 1.0, -1.0), rig.sprocket.teeth if arcs else 0
+    arc_radius, half_thickness = rig.chain.connector_radius, rig.chain.link_thickness / 2
+    return Contacts(circle, law, arc, sign, teeth, groove.addendum + arc_radius, arc_radius, half_thickness)
 
 
 def _law(rig: Rig, surface: Surface) -> tuple[float, ...]:
@@ -178,9 +171,7 @@ def contact_loads(c: Contacts, length, q, v, angle, spin, memory: Memory, update
         x, y, w = q[3 * i], q[3 * i + 1], v[3 * i + 2]
         hx, hy = 0.5 * length[i] * cos(q[3 * i + 2]), 0.5 * length[i] * sin(q[3 * i + 2])
         if i % 2 == 1:
-            if c.teeth == 0:
-                continue
-            for side in range(2):
+            for side in range(2 if c.teeth else 0):
                 dx, dy = (hx, hy) if side else (-hx, -hy)
                 lx, ly = x + dx - c.circle[0, 0], y + dy - c.circle[0, 1]
                 depth = nx = ny = speed = radius = 0.0
@@ -196,7 +187,7 @@ def contact_loads(c: Contacts, length, q, v, angle, spin, memory: Memory, update
                     memory.tooth[arc] = _remembered(memory.tooth[arc], depth, speed, c.law[0, 5])
             continue
         for wheel in range(WHEELS):
-            radius = c.circle[wheel, 2]
+            radius, law = c.circle[wheel, 2], c.law[min(wheel, 1) + 1]
             if radius == 0.0:
                 continue
             # the wheel's centre in the link's frame
@@ -212,12 +203,10 @@ def contact_loads(c: Contacts, length, q, v, angle, spin, memory: Memory, update
                 speed = -nx * (v[3 * i] - w * u * hy) - ny * (v[3 * i + 1] + w * u * hx)
                 rate = spin if wheel == 0 else v[3 * load.shape[0] + wheel - 1]
                 px, py = x + u * hx - c.half_thickness * nx, y + u * hy - c.half_thickness * ny
-                _add(i, wheel, px, py, nx, ny, c.law[min(wheel, 1) + 1], depth, speed, memory.wheel[i // 2, wheel],
-                     radius, q, v, c.circle, rate, load, torque)  # fmt: skip
+                _add(i, wheel, px, py, nx, ny, law, depth, speed, memory.wheel[i // 2, wheel], radius, q, v, c.circle,
+                     rate, load, torque)  # fmt: skip
             if update:
-                memory.wheel[i // 2, wheel] = _remembered(
-                    memory.wheel[i // 2, wheel], depth, speed, c.law[min(wheel, 1) + 1, 5]
-                )
+                memory.wheel[i // 2, wheel] = _remembered(memory.wheel[i // 2, wheel], depth, speed, law[5])
 
 
 @kernel
@@ -267,14 +256,11 @@ def jacobian_triplets(c: Contacts, length, q, v, angle, spin, memory: Memory, by
             changed[first + stride * i] -= nudge
         for i in range(n):
             column = 3 * i + k % 3 if k < 6 else first
-            for row in range(3):
-                value = factor * (work[2, i, row] - work[0, i, row])
+            # the body's three coordinates, then the angles of idler and road wheel
+            for j in range(2 + WHEELS):
+                row, of, at = (3 * i + j, 0, j) if j < 3 else (3 * n + j - 3, 1, j - 2)
+                value = factor * (work[2 + of, i, at] - work[of, i, at])
                 if value != 0.0:
-                    triplets[count, 0], triplets[count, 1], triplets[count, 2] = 3 * i + row, column, value
-                    count += 1
-            for wheel in range(1, WHEELS):
-                value = factor * (work[3, i, wheel] - work[1, i, wheel])
-                if value != 0.0:
-                    triplets[count, 0], triplets[count, 1], triplets[count, 2] = 3 * n + wheel - 1, column, value
+                    triplets[count, 0], triplets[count, 1], triplets[count, 2] = row, column, value
                     count += 1
     return count

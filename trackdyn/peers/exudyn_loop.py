@@ -183,57 +183,41 @@ def run_loop(
     q, v = coordinates(chain, start)
     container = exu.SystemContainer()
     mbs = container.AddSystem()
+    node, body, marker = mbs.AddNode, mbs.AddObject, mbs.AddMarker
+    spring = items.ObjectConnectorCoordinateSpringDamper
     nodes, bodies, turns = [], [], []
     for i in range(n):
-        nodes.append(mbs.AddNode(items.NodeRigidBody2D(initialCoordinates=list(q[i]), initialVelocities=list(v[i]))))
-        bodies.append(
-            mbs.AddObject(
-                items.ObjectRigidBody2D(
-                    mass=float(chain.mass[i]), inertia=float(chain.inertia[i]), nodeNumber=nodes[-1]
-                )
-            )
-        )
-        centre = mbs.AddMarker(items.MarkerBodyMass(bodyNumber=bodies[-1]))
+        nodes.append(node(items.NodeRigidBody2D(initialCoordinates=list(q[i]), initialVelocities=list(v[i]))))
+        weight = {"mass": float(chain.mass[i]), "inertia": float(chain.inertia[i])}
+        bodies.append(body(items.ObjectRigidBody2D(nodeNumber=nodes[-1], **weight)))
+        centre = marker(items.MarkerBodyMass(bodyNumber=bodies[-1]))
         mbs.AddLoad(items.LoadMassProportional(markerNumber=centre, loadVector=[0.0, -chain.gravity, 0.0]))
-        turns.append(mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=nodes[-1], coordinate=2)))
+        turns.append(marker(items.MarkerNodeCoordinate(nodeNumber=nodes[-1], coordinate=2)))
 
     def pin(i, side):
         place = [side * chain.length[i] - chain.com_x[i], -chain.com_y[i], 0.0]
-        return mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=bodies[i], localPosition=place))
+        return marker(items.MarkerBodyPosition(bodyNumber=bodies[i], localPosition=place))
 
     for i in range(n):
         k = (i + 1) % n
-        mbs.AddObject(items.ObjectJointRevolute2D(markerNumbers=[pin(i, 1), pin(k, 0)]))
-        mbs.AddObject(
-            items.ObjectConnectorCoordinateSpringDamper(
-                markerNumbers=[turns[i], turns[k]],
-                stiffness=chain.stiffness,
-                damping=chain.damping,
-                offset=chain.free_angle + (2 * pi if k == 0 else 0.0),  # angles fall by one turn along the loop
-            )
-        )
+        body(items.ObjectJointRevolute2D(markerNumbers=[pin(i, 1), pin(k, 0)]))
+        bushing = {"stiffness": chain.stiffness, "damping": chain.damping}
+        free_angle = chain.free_angle + (2 * pi if k == 0 else 0.0)  # angles fall by one turn along the loop
+        body(spring(markerNumbers=[turns[i], turns[k]], offset=free_angle, **bushing))
     if hanger is not None:
-        ground = mbs.AddObject(items.ObjectGround(referencePosition=[hanger.x, hanger.y, 0.0]))
-        hook = mbs.AddMarker(items.MarkerBodyPosition(bodyNumber=ground))
-        mbs.AddObject(
-            items.ObjectConnectorCartesianSpringDamper(
-                markerNumbers=[hook, pin(0, 0)], stiffness=[hanger.stiffness] * 3, damping=[hanger.damping] * 3
-            )
-        )
+        ground = body(items.ObjectGround(referencePosition=[hanger.x, hanger.y, 0.0]))
+        hook = marker(items.MarkerBodyPosition(bodyNumber=ground))
+        springs = {"stiffness": [hanger.stiffness] * 3, "damping": [hanger.damping] * 3}
+        body(items.ObjectConnectorCartesianSpringDamper(markerNumbers=[hook, pin(0, 0)], **springs))
     if wheels is not None:
-        floor = mbs.AddNode(items.NodePointGround())
-        fixed = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=floor, coordinate=0))
+        floor = node(items.NodePointGround())
+        fixed = marker(items.MarkerNodeCoordinate(nodeNumber=floor, coordinate=0))
         for inertia, drag, rate in zip(wheels.inertia, wheels.drag, wheels.rate, strict=True):
-            nodes.append(
-                mbs.AddNode(
-                    items.Node1D(referenceCoordinates=[0.0], initialCoordinates=[0.0], initialVelocities=[rate])
-                )
-            )
-            mbs.AddObject(items.ObjectRotationalMass1D(inertia=inertia, nodeNumber=nodes[-1]))
-            wheel = mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=nodes[-1], coordinate=0))
-            mbs.AddObject(
-                items.ObjectConnectorCoordinateSpringDamper(markerNumbers=[fixed, wheel], stiffness=0.0, damping=drag)
-            )
+            at_rest = {"referenceCoordinates": [0.0], "initialCoordinates": [0.0]}
+            nodes.append(node(items.Node1D(**at_rest, initialVelocities=[rate])))
+            body(items.ObjectRotationalMass1D(inertia=inertia, nodeNumber=nodes[-1]))
+            wheel = marker(items.MarkerNodeCoordinate(nodeNumber=nodes[-1], coordinate=0))
+            body(spring(markerNumbers=[fixed, wheel], stiffness=0.0, damping=drag))
 
     after_step = None
     if contacts is not None:
@@ -281,15 +265,8 @@ def run_loop(
     if reached is False:
         raise DivergenceError(f"exudyn: its solver gave up with a step of {step:g} s")
     kept = kept.reshape(samples, n, 3)
-    return PeerRun(
-        np.arange(samples) * sample,
-        kept[:, :, :2].copy(),
-        kept[:, :, 2].copy(),
-        kept_rate,
-        _gaps(chain, kept),
-        wall,
-        cpu,
-    )
+    times, centre, angle = np.arange(samples) * sample, kept[:, :, :2].copy(), kept[:, :, 2].copy()
+    return PeerRun(times, centre, angle, kept_rate, _gaps(chain, kept), wall, cpu)
 
 
 def _gaps(chain: Chain, q: np.ndarray) -> np.ndarray:
@@ -306,13 +283,13 @@ def _gaps(chain: Chain, q: np.ndarray) -> np.ndarray:
 def _add_contacts(exu, items, mbs, nodes, chain, start, contacts, drive):
     """One object that carries the contact forces of all bodies and wheels; gives what to do after a step."""
     n = len(chain.length)
+    size = 3 * n + 2
     memory = Memory(
         np.zeros(n) if start.tooth_impact is None else start.tooth_impact.copy(),
         np.zeros((n // 2, 3)) if start.wheel_impact is None else start.wheel_impact.copy(),
     )
-    load, torque, force = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(3 * n + 2)
+    load, torque, force = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(size)
     work, triplets = np.zeros((4, n, 3)), np.zeros((8 * n * 5, 3))
-    size = 3 * n + 2
 
     def sparse(rows):
         matrix = exu.MatrixContainer()
@@ -334,17 +311,11 @@ def _add_contacts(exu, items, mbs, nodes, chain, start, contacts, drive):
         count = jacobian_triplets(contacts, chain.length, q, v, angle, spin, memory, by_q, by_v, work, triplets)
         return sparse(triplets[:count])
 
-    mbs.AddObject(
-        items.ObjectGenericODE2(
-            nodeNumbers=nodes,
-            # the bodies carry the masses; a matrix is asked for all the same
-            massMatrix=sparse(np.array([[0.0, 0.0, 1e-30]])),
-            stiffnessMatrix=sparse(np.array([[0.0, 0.0, 1e-30]])),
-            dampingMatrix=sparse(np.array([[0.0, 0.0, 1e-30]])),
-            forceUserFunction=forces,
-            jacobianUserFunction=jacobian,
-        )
-    )
+    # the bodies carry the masses; matrices are asked for all the same
+    names = ("massMatrix", "stiffnessMatrix", "dampingMatrix")
+    matrices = {name: sparse(np.array([[0.0, 0.0, 1e-30]])) for name in names}
+    functions = {"forceUserFunction": forces, "jacobianUserFunction": jacobian}
+    mbs.AddObject(items.ObjectGenericODE2(nodeNumbers=nodes, **matrices, **functions))
 
     def after_step(t, mbs):
         angle, spin = sprocket(t)

@@ -52,7 +52,8 @@ def run_on(loop: Loop, seconds: float) -> dict:
     for step in range(len(record.gap)):
         loop.fill(record, step, step + 1)
         turn = max(turn, float(np.abs(loop.state.rate).max()) * loop.model.step)
-    if not all(np.isfinite(part).all() for part in (*loop.state[:-1], record.energy, record.gap, record.raw)):
+    arrays = (record.energy, record.gap, record.raw, *(part for part in loop.state if isinstance(part, np.ndarray)))
+    if not all(np.isfinite(part).all() for part in arrays):
         return {"reason": "numbers that are not finite"}
     gap = float(record.gap.max())
     refuse_open_account(record.energy, loop.model, seconds)

@@ -1,0 +1,103 @@
+"""Tension locked, retensioned or sprung; drag viscous or Coulomb; where a loop may start; contact that is not resolved."""
+
+import numpy as np
+import pytest
+
+import trackdyn.scene
+import trackdyn.settling
+from trackdyn.errors import DivergenceError, InputError
+from trackdyn.integrate.tensioner import push
+from trackdyn.loop import Loop
+from trackdyn.measure.energy import refuse_unresolved
+from trackdyn.model.constants import SPROCKET
+from trackdyn.model.record import BEARING, ENERGY_NAMES
+from trackdyn.settling import arc_depths, explained_depth, refuse_start_in_steel
+from trackdyn.simulate import simulate
+
+LARGE = 0.313
+
+
+@pytest.fixture(scope="module")
+def settled(make_scene):
+    """Loops at rest with a large ring, by kind of tension."""
+    return {
+        kind: Loop(make_scene(115.0, ring_radius=LARGE, step=5e-5, tension=kind))
+        for kind in ("locked", "retensioned", "sprung")
+    }
+
+
+def test_a_large_ring_tightens_a_locked_loop_and_no_other(settled, rig):
+    tension = {kind: loop.layout["settled_tension_n"] for kind, loop in settled.items()}
+    assert tension["locked"] > 2 * rig.tension.pre_tension
+    for kind in ("retensioned", "sprung"):
+        assert tension[kind] == pytest.approx(rig.tension.pre_tension, rel=0.15), kind
+
+
+def test_the_spring_carries_the_wheel_where_it_settles(settled):
+    loop = settled["sprung"]
+    held = loop.model.tensioner
+    loop.energy  # noqa: B018 -- forces of the state as it is
+    rest = push(loop.work, held) + held.preload - held.stiffness * loop.state.slide[0]
+    assert abs(rest) < 0.02 * held.preload
+    assert loop.state.slide[0] < -1e-4, "a larger ring pulls the wheel in"
+
+
+def test_the_account_closes_with_a_sliding_wheel(make_scene):
+    """What the sprocket puts in is stored or lost, the spring and the damper of the tensioner included."""
+    recording = simulate(make_scene(150.0, duration=1.0, tension="sprung"))
+    change = recording.energy[-1] - recording.energy[0]
+    assert abs(change[0] - change[1:].sum()) < 1e-3 * change[0]
+    assert recording.gap.max() < 1.1e-10
+
+
+def test_coulomb_drag_takes_its_torque_at_any_speed(make_scene, rig):
+    for rpm in (115.0, 210.0):
+        recording = simulate(make_scene(rpm, duration=1.0, lead_in=0.5, drag="coulomb"))
+        turned = np.abs(recording.wheel_rate[1:, 1:]).sum(axis=0) / recording.rate
+        expected = turned @ [rig.idler.bearing_torque, rig.road_wheel.bearing_torque]
+        taken = recording.energy[-1, BEARING] - recording.energy[0, BEARING]
+        assert taken == pytest.approx(expected, rel=1e-3)
+    assert ENERGY_NAMES[BEARING] == "bearing"
+
+
+def test_a_sprung_tensioner_moves_in_the_plane_by_semi_implicit_euler_only(make_scene):
+    for fields in ({"integrator": "rk4"}, {"integrator": "linearly_implicit"}, {"space": "spatial"}):
+        with pytest.raises(InputError, match=r"tension = 'sprung'.*'locked' would do"):
+            make_scene(115.0, tension="sprung", step=5e-5, **fields)
+
+
+@pytest.mark.parametrize("equal_pitch", [0.3035, 0.308])
+def test_no_loop_starts_in_the_steel(make_scene, rig, equal_pitch):
+    """Contact search sees nothing deeper than r_C: the printed equal pitch used to be assembled 30 mm inside."""
+    changed = rig.changed(sprocket__equal_pitch_radius=equal_pitch)
+    loop = Loop(make_scene(0.0, rig=changed, ring_radius=0.303, tension="retensioned"))
+    angle = loop.state.wheel_angle[SPROCKET]
+    bound = explained_depth(loop.model, rig.tension.pre_tension)
+    assert arc_depths(loop.scene, loop.model, loop.state, loop.work, angle).max() < bound < 1e-3
+    # turned by a quarter of a pitch, arcs are buried, and that is refused
+    loop.state.wheel_angle[SPROCKET] += 0.25 * 2 * np.pi / rig.sprocket.teeth
+    with pytest.raises(InputError, match="mm inside a tooth"):
+        refuse_start_in_steel(loop.scene, loop.model, loop.state, loop.work)
+
+
+def test_the_step_is_judged_at_the_tension_that_the_loop_settles_at(make_scene):
+    scene = make_scene(115.0, ring_radius=LARGE, step=1e-4)  # the pre-tension allows it
+    with pytest.raises(InputError, match=r"step = 0.0001 .* settles at a tension of 1\d{4} N"):
+        Loop(scene)
+
+
+def test_contact_that_flips_from_step_to_step_is_seen(make_scene, monkeypatch):
+    for module in (trackdyn.scene, trackdyn.settling):
+        monkeypatch.setattr(module, "step_limits", lambda *_: {"none": 1.0})
+    with pytest.raises(DivergenceError, match="contacts are not resolved"):
+        simulate(make_scene(115.0, ring_radius=LARGE, step=1e-4, duration=2.0, lead_in=1.0))
+
+
+def test_what_counts_as_resolved():
+    samples = 2000
+    flips, waves = np.tile([9.0, -9.0], (samples, 1)), np.tile([9.0, 8.0], (samples, 1))
+    refuse_unresolved(waves, 1000, 1e-4)
+    refuse_unresolved(1e-3 * flips, 1000, 1e-4)  # rounding
+    refuse_unresolved(flips[:500], 1000, 1e-4)  # one impact
+    with pytest.raises(DivergenceError, match=r"smaller than 0\.0001 s"):
+        refuse_unresolved(flips, 1000, 1e-4)
