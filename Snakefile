@@ -1,4 +1,4 @@
-"""The replication: `snakemake -j2` for everything, `--configfile config/quick.yaml` for five minutes."""
+"""The replication: `snakemake -j2` for everything, `--configfile config/quick.yaml` for ten minutes."""
 
 import sys
 from pathlib import Path
