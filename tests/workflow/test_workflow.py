@@ -219,6 +219,7 @@ import jinja2, matplotlib.figure, numba, numpy, pandas, PIL, plotly, pydantic, s
 
 root = Path(sys.argv[1])
 sys.path[:0] = [str(root / "workflow" / "scripts"), str(root)]
+ours = (str(root / "trackdyn"), str(root / "workflow"))  # and not what a virtual environment in the clone holds
 asked = set()
 
 
@@ -252,7 +253,7 @@ def loaded(script):
         assert "snakemake" in str(error), error
     seen = set()
     while True:
-        modules = [m for m in list(sys.modules.values()) if str(getattr(m, "__file__", None)).startswith(str(root))]
+        modules = [m for m in list(sys.modules.values()) if str(getattr(m, "__file__", None)).startswith(ours)]
         files = {Path(m.__file__) for m in modules if not isinstance(m, Package) or m.__file__ in asked}
         if files == seen:
             break
