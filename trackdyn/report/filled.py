@@ -1,4 +1,4 @@
-"""Writes the measured parts of the README and of docs/choosing-a-fidelity.md from the results of a full run."""
+"""Writes the measured parts of the README and of pages in docs/ from the results of a full run."""
 
 import sys
 from collections.abc import Callable
@@ -10,6 +10,7 @@ from trackdyn.errors import InputError
 from trackdyn.paper.claims import JUDGED, REPRODUCED, headline
 from trackdyn.report.tables import ladder_table
 
+LINES = 8  # of the README's table
 BEGIN, END = "<!-- measured -->", "<!-- end -->"
 
 
@@ -29,13 +30,34 @@ def measured(rows: pd.DataFrame) -> str:
 
 
 def results(card: pd.DataFrame) -> str:
-    """What came out for the first rig: the headline, then every open test, those that failed first."""
-    rig = card["rig"].iloc[0]
-    own = card[(card["rig"] == rig) & (card["origin"] == "predicted") & card["verdict"].isin(JUDGED)]
-    own = own.sort_values("verdict", key=lambda verdict: verdict == REPRODUCED, kind="stable")
-    table = own[["id", "claim", "printed", "measured", "unit", "verdict"]].fillna("")
-    said = [f"{name}: {headline(card, name)}" for name in dict.fromkeys(card["rig"])]
-    return "\n\n".join([*said, table.to_markdown(index=False, disable_numparse=True)])
+    """The headlines, and the first rig's open claims in eight lines at most, failures first, each by a part that failed."""
+    own = card[(card["rig"] == card["rig"].iloc[0]) & card["verdict"].isin(JUDGED)].astype(object).fillna("")
+    failed, came = [], []
+    for claim_id, parts in own[own["origin"] == "predicted"].groupby("id", sort=False):
+        lost = parts[parts["verdict"] != REPRODUCED]
+        row = (parts if lost.empty else lost).iloc[0]
+        verdict = REPRODUCED if lost.empty else f"{row['verdict']} ({len(lost)} of {len(parts)} parts)"
+        (came if lost.empty else failed).append([claim_id, *row[["claim", "printed", "measured", "unit"]], verdict, "predicted"])
+    fitted = own[own["origin"] == "fitted"].groupby("id")["verdict"].agg(lambda verdicts: (verdicts == REPRODUCED).all())
+    said = f"{fitted.sum()} of {len(fitted)} claims that the rig was fitted to: {', '.join(fitted.index[fitted])}"
+    lines = [*(failed + came)[: LINES - 1], ["", said, "", "", "", REPRODUCED, "fitted"]]
+    table = pd.DataFrame(lines, columns=["id", "claim", "printed", "here", "unit", "verdict", "origin"])
+    headlines = [f"**{name}**: {headline(card, name)}" for name in dict.fromkeys(card["rig"])]
+    return "\n\n".join([*headlines, table.to_markdown(index=False, disable_numparse=True)])
+
+
+def departures(rows: pd.DataFrame) -> str:
+    """A line a departure, a column a scene: changes of RMS, high frequency, left and right share."""
+    shown = ("rms_g", "high_frequency_g", "left_share_pct", "right_share_pct")
+
+    def cell(group: pd.DataFrame) -> str:
+        if (why := group["failed"].fillna("").iloc[0]) != "":
+            return "refused" if "not accepted" in why else "fails"
+        found = group.set_index("measure")["difference"]
+        return ", ".join(f"{found[name]:+.1f}".replace("-0.0", "0").replace("+0.0", "0") for name in shown)
+
+    cells = rows.groupby(["departure", "scene"], sort=False)[["measure", "difference", "failed"]].apply(cell)
+    return cells.unstack(sort=False).reset_index().to_markdown(index=False, disable_numparse=True)
 
 
 def fill(page: Path, source: Path, write: Callable[[pd.DataFrame], str]) -> None:
@@ -57,8 +79,9 @@ def fill(page: Path, source: Path, write: Callable[[pd.DataFrame], str]) -> None
 
 
 PAGES = (
-    ("docs/choosing-a-fidelity.md", "results/fidelity.csv", measured),
-    ("README.md", "results/claims.csv", results),
+    ("docs/choosing-a-fidelity.md", "docs/measured/fidelity.csv", measured),
+    ("docs/deviations.md", "docs/measured/deviations.csv", departures),
+    ("README.md", "docs/measured/claims.csv", results),
 )
 
 if __name__ == "__main__":

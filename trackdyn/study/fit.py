@@ -28,10 +28,11 @@ FAILED = 10.0
 class Parameter(Section):
     """One fitted value; several rig parameters may share it.
 
-    ``scale`` says how it is stepped: ``log`` for positive values, ``linear`` otherwise.
+    ``scale`` says how it is stepped: ``log`` for positive values, ``linear`` otherwise. The fit begins at ``start``.
     """
 
     names: Annotated[list[str], Field(min_length=1)]
+    start: float
     low: float
     high: float
     scale: Literal["log", "linear"]
@@ -91,8 +92,8 @@ class FitConfig(Section):
     @model_validator(mode="after")
     def _consistent(self):
         for parameter in self.parameters:
-            if not parameter.low < parameter.high:
-                raise InputError(f"parameters: {parameter.names[0]} has low >= high; give a range")
+            if not parameter.low <= parameter.start <= parameter.high or parameter.low == parameter.high:
+                raise InputError(f"parameters: {parameter.names[0]} needs low < high and a start between them")
         return self
 
     def restricted(self, radii: list[float], without_ring: bool) -> "FitConfig":
@@ -182,7 +183,7 @@ def residuals(config: FitConfig, summaries: dict) -> np.ndarray:
 
 
 def fit_rig(rig: Rig, config: FitConfig, jobs: int = 1, log=print) -> tuple[Rig, pd.DataFrame]:
-    """Bounded nonlinear least squares (``scipy.optimize.least_squares``) from the present rig.
+    """Bounded nonlinear least squares (``scipy.optimize.least_squares``) from the values ``start``.
 
     Returns
     -------
@@ -213,7 +214,7 @@ def fit_rig(rig: Rig, config: FitConfig, jobs: int = 1, log=print) -> tuple[Rig,
         base, *moved = evaluate(points)
         return np.column_stack([(m - base) / step for m, step in zip(moved, steps, strict=True)])
 
-    start = np.clip([p.to_unit(p.value(rig)) for p in config.parameters], 0.001, 0.999)
+    start = np.clip([p.to_unit(p.start) for p in config.parameters], 0.001, 0.999)
     result = least_squares(
         lambda x: evaluate([x])[0],
         start,

@@ -88,11 +88,11 @@ rule report_page:
 rule pictures:
     """Pictures and measured parts of the pages from the present results. Asked for by name: they stand in version control."""
     input:
-        f"{R}/claims.csv",
-        f"{R}/fidelity.csv",
+        tables=[f"{R}/{name}.csv" for name in ("claims", "fidelity", "deviations", "tables/parameters")],
         pictures=[f"{R}/figures/animation.gif", f"{R}/figures/fig24.png"],
-    params: folder="docs/pictures"
     log: f"{R}/logs/pictures.log"
     benchmark: f"{R}/benchmarks/pictures.tsv"
-    message: "Pictures of the README"
-    shell: "(cp {input.pictures} {params.folder} && {sys.executable} -m trackdyn.report.filled) > {log} 2>&1"
+    message: "Pictures and measured parts of the pages"
+    shell:
+        "(cp {input.tables} docs/measured && cp {input.pictures} docs/pictures"
+        " && {sys.executable} -m trackdyn.report.filled) > {log} 2>&1"

@@ -74,3 +74,17 @@ rule traction:
     benchmark: f"{R}/benchmarks/traction.tsv"
     message: "Traction of the ring"
     script: "../scripts/traction.py"
+
+
+rule deviations:
+    """What each departure from the paper changes (docs/deviations.md); asked for by name, some minutes."""
+    input:
+        needs("deviations.py"),
+        rig=CONFIG.rig,
+        study="config/departures.yaml",
+        kernels=KERNELS,
+    output: f"{R}/deviations.csv"
+    log: f"{R}/logs/deviations.log"
+    benchmark: f"{R}/benchmarks/deviations.tsv"
+    message: "What the departures change"
+    script: "../scripts/deviations.py"

@@ -1,0 +1,86 @@
+"""Measured parts of the README and the docs: what their tables say, and that they are of the present rig and claims."""
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from trackdyn.paper.claims import COLUMNS, load_claims, printed_text
+from trackdyn.parameters.rig import parameter_table
+from trackdyn.report.filled import BEGIN, END, LINES, PAGES, departures, fill, results
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.mark.parametrize(("page", "source", "write"), PAGES)
+def test_pages_say_what_was_measured(page, source, write, tmp_path):
+    """Nobody has typed into a measured part, and none is older than its data."""
+    copy = tmp_path / "page.md"
+    copy.write_text((ROOT / page).read_text(encoding="utf-8"), encoding="utf-8")
+    fill(copy, ROOT / source, write)
+    assert copy.read_text(encoding="utf-8") == (ROOT / page).read_text(encoding="utf-8")
+
+
+def test_what_was_measured_is_of_this_rig(rig_path):
+    kept = pd.read_csv(ROOT / "docs" / "measured" / "parameters.csv").set_index("name")["value"]
+    now = parameter_table(rig_path).set_index("name")["value"]
+    assert list(kept.index) == list(now.index)
+    for name in now.index:
+        assert kept[name] == str(now[name]) or float(kept[name]) == pytest.approx(float(now[name]), rel=1e-5), name
+
+
+def test_what_was_measured_is_of_these_claims():
+    kept = pd.read_csv(ROOT / "docs" / "measured" / "claims.csv", keep_default_na=False)
+    claims = load_claims(ROOT / "config" / "claims.yaml")
+    for rig, card in kept.groupby("rig", sort=False):
+        assert card[["id", "part", "claim"]].values.tolist() == [[c.id, c.part or "", c.claim] for c in claims], rig
+        bounds = [printed_text(c) for c in claims if not isinstance(c.printed, dict)]
+        assert [p for p, c in zip(card["printed"], claims, strict=True) if not isinstance(c.printed, dict)] == bounds
+
+
+def scorecard(rows):
+    blank = dict.fromkeys(COLUMNS, "") | {"rig": "shipped", "printed": "1"}
+    return pd.DataFrame([blank | dict(zip(("id", "claim", "verdict", "origin"), row, strict=True)) for row in rows])
+
+
+def test_open_claims_lead_and_those_that_failed_first():
+    rows = [
+        ("C01", "came out", "reproduced", "predicted"),
+        ("C02", "half of it came out", "reproduced", "predicted"),
+        ("C02", "half of it failed", "not reproduced", "predicted"),
+        ("C03", "the fit met it", "reproduced", "fitted"),
+        ("C04", "the fit missed it", "not reproduced", "fitted"),
+        ("C05", "was not judged", "no test", "predicted"),
+    ]
+    text = results(scorecard(rows))
+    lines = [line for line in text.splitlines() if line.startswith("|")][2:]
+    assert "half of it failed" in lines[0]
+    assert "(1 of 2 parts)" in lines[0]
+    assert "came out" in lines[1]
+    assert "1 of 2 claims that the rig was fitted to: C03" in lines[2]
+    assert len(lines) == 3
+    assert "Of 2 open claims 1 came out" in text
+
+
+def test_the_table_has_eight_lines_at_most():
+    rows = [(f"C{i:02}", "some claim", "reproduced", "predicted") for i in range(20)]
+    rows.append(("C30", "fitted", "reproduced", "fitted"))
+    assert sum(line.startswith("| C") or line.startswith("|  ") for line in results(scorecard(rows)).splitlines()) == LINES
+
+
+def test_a_departure_has_a_line_and_a_scene_a_column():
+    columns = ["departure", "scene", "measure", "difference", "failed"]
+    measures = ("rms_g", "high_frequency_g", "left_share_pct", "right_share_pct")
+    rows = [["no drag", "ring", m, v, ""] for m, v in zip(measures, (0.2, -3.04, -6.1, 0.0), strict=True)]
+    rows += [["no drag", "no ring", m, float("nan"), "the loop left the wheels"] for m in measures]
+    table = departures(pd.DataFrame(rows, columns=columns))
+    assert "+0.2, -3.0, -6.1, 0" in table
+    assert "fails" in table
+
+
+def test_a_page_without_marks_is_named(tmp_path):
+    page, source = tmp_path / "page.md", tmp_path / "rows.csv"
+    page.write_text(f"{BEGIN} once {END} {END}", encoding="utf-8")
+    source.write_text("a\n1\n", encoding="utf-8")
+    with pytest.raises(Exception, match="must stand once each"):
+        fill(page, source, lambda rows: "")
