@@ -60,6 +60,13 @@ def simulate(
         typer.Option("--choose", help="One choice of fidelity, such as chain=single_pin; may be given several times."),
     ] = None,
     frame_interval: Annotated[float, typer.Option(help="Time between recorded configurations, s; 0: none.")] = 0.05,
+    tolerance: Annotated[
+        str | None, typer.Option(help="Record until every --measure is known to so much, such as 1%, whatever --duration.")
+    ] = None,
+    measure: Annotated[
+        list[str] | None, typer.Option(help="rms, sd, line, left_peak, left_share, right_share or ring_share; may be repeated.")
+    ] = None,
+    longest: Annotated[float, typer.Option(help="Bound of a run with a --tolerance, s.")] = 60.0,
     checkpoint: Annotated[
         Path | None, typer.Option(help="File kept while a long run records; the same command goes on from it.")
     ] = None,
@@ -87,6 +94,17 @@ def simulate(
     if not quiet:
         for name, decision in scene.fidelity.items():
             typer.echo(f"{name:>22}  {decision.setting}: {decision.reason}")
+    if tolerance is not None:
+        from trackdyn.study.accuracy.planner import parse_tolerance
+        from trackdyn.until import run_until
+
+        answer = run_until(scene, dict.fromkeys(measure or ["rms"], parse_tolerance(tolerance)), longest)
+        answer.recording.save(out)
+        for name, found in answer.measures.items():
+            said = "" if name not in answer.reached else "known" if answer.reached[name] else "tolerance not reached"
+            typer.echo(f"{name:>22}  {found.value:.6g} +- {found.half_width:.2g}  {said}")
+        typer.echo(f"{'left out, recorded (s)':>22}  {answer.transient:.3g}, {len(answer.recording.time) / answer.recording.rate:.4g}")
+        return
     recording = run(scene, progress=not quiet, checkpoint=checkpoint)
     recording.save(out)
     if not quiet:

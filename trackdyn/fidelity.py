@@ -156,6 +156,8 @@ def refuse_nonsense(scene) -> None:
                 "spells" if scene.spells else "pitches",
                 "a belt has no contacts to log (chain='belt'); spells=False and pitches=() would do",
             )
+        if scene.every_link:
+            refuse("every_link", "on a belt every link does the same one pitch later (chain='belt'); False would do")
     if scene.loop == "free" and scene.ring_radius is not None:
         refuse("ring_radius", "a free loop touches no ring (loop='free'); None would do")
     if scene.space == "planar" and tilted and scene.loop == "on_wheels":

@@ -83,6 +83,7 @@ class Loop:
         pitches: tuple[int, ...] = (),
         frame_interval: float = 0.0,
         spells: bool = True,
+        every_link: bool = False,
         tick: Callable[[float], object] = lambda seconds: None,
     ) -> Recording:
         """Go on for ``seconds`` and record.
@@ -97,6 +98,8 @@ class Loop:
             Time between recorded configurations, s; 0: none.
         spells : bool
             Log every contact with the sprocket.
+        every_link : bool
+            Record the sensor's place on every link, and the contacts of every pitch.
         tick : function
             Called with the seconds that every chunk adds.
 
@@ -105,7 +108,7 @@ class Loop:
         DivergenceError
             Also if the contact chatters, or the account of work stays open (`measure.energy`).
         """
-        writer = Writer(self, seconds, pitches, frame_interval, spells)
+        writer = Writer(self, seconds, pitches, frame_interval, spells, every_link)
         while not writer.finished:
             tick(writer.chunk())
         return writer.recording()

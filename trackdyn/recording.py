@@ -12,7 +12,7 @@ import numpy as np
 from trackdyn.errors import InputError
 from trackdyn.jit import source_hash
 
-FORMAT = 3
+FORMAT = 4
 
 
 def _nothing() -> np.ndarray:
@@ -66,6 +66,8 @@ class Recording:
     wheel_offset, axial_force : (s, w) arrays
         Where the chain's plane crosses the axis of each wheel, from the wheel's middle, m; force of the
         chain on each wheel along its axis, mean over the sample interval, N. Empty for a planar run.
+    link_raw, link_mean : (s, l, 3) arrays
+        ``raw`` and ``mean`` of the sensor's place on every link, if the scene asks for them (``every_link``).
     meta : dict
         Scene, rig, derived layout, versions and source hash.
     wall : float
@@ -95,10 +97,12 @@ class Recording:
     plane: np.ndarray = field(default_factory=_nothing)
     wheel_offset: np.ndarray = field(default_factory=_nothing)
     axial_force: np.ndarray = field(default_factory=_nothing)
+    link_raw: np.ndarray = field(default_factory=_nothing)
+    link_mean: np.ndarray = field(default_factory=_nothing)
 
     ARRAYS = (
         "time", "raw", "mean", "gap", "cut", "change", "place", "wheel_rate", "energy", "force", "area", "groove", "pitches",
-        "spells", "begin", "frame", "frame_time", "plane", "wheel_offset", "axial_force",
+        "spells", "begin", "frame", "frame_time", "plane", "wheel_offset", "axial_force", "link_raw", "link_mean",
     )  # fmt: skip
 
     @property

@@ -62,6 +62,8 @@ class Scene(Section):
         Time between recorded configurations, s; 0: none.
     spells : bool
         Log every contact with the sprocket.
+    every_link : bool
+        Record the acceleration of the sensor's place on every link, and the contacts of every pitch.
     loop : str
         ``on_wheels``, or ``free``: an oblong loop without wheels that starts with the spin of the sprocket.
     chain : str
@@ -105,6 +107,7 @@ class Scene(Section):
     pitches: Annotated[tuple[int, ...], BeforeValidator(_pitches)] = ()
     frame_interval: Number = 0.0
     spells: Annotated[bool, BeforeValidator(_flag)] = True
+    every_link: Annotated[bool, BeforeValidator(_flag)] = False
     loop: Any = "on_wheels"
     chain: Any = "double_pin"
     space: Any = "auto"

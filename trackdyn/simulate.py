@@ -73,7 +73,7 @@ def simulate(scene: Scene, progress: bool = False, checkpoint: Path | str | None
 
 def _writer(loop: Loop) -> Writer:
     scene = loop.scene
-    return Writer(loop, scene.duration, scene.pitches, scene.frame_interval, scene.spells)
+    return Writer(loop, scene.duration, scene.pitches, scene.frame_interval, scene.spells, scene.every_link)
 
 
 def _resumed(path: Path | str, scene: Scene) -> Writer:

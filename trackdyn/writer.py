@@ -15,12 +15,16 @@ from trackdyn.stepping import march
 # Length of a chunk, s, and spells that may end within it.
 CHUNK = 0.25
 SPELLS_A_CHUNK = 40000
+# arrays with a row a sample
+SAMPLED = (
+    "raw", "mean", "gap", "cut", "change", "place", "wheel_rate", "energy", "force", "area", "groove", "link_raw", "link_mean",
+)  # fmt: skip
 
 
 class Writer:
     """Records a loop; parameters as in `Loop.record`."""
 
-    def __init__(self, loop, seconds: float, pitches: tuple[int, ...], frame_interval: float, spells: bool):
+    def __init__(self, loop, seconds: float, pitches: tuple[int, ...], frame_interval: float, spells: bool, every_link: bool):
         rate = loop.scene.rig.sensor.rate
         self.loop = loop
         self.samples = round(seconds * rate)
@@ -31,9 +35,10 @@ class Writer:
         stride = round(frame_interval * rate)
         frames = -(-self.samples // stride) if stride else 0
         on_wheels = loop.scene.loop == "on_wheels"
+        count = loop.scene.rig.chain.pitches
         self.record: Record = make_record(
-            self.samples, loop.state, pitches or (loop.scene.rig.sensor.pitch,), frames, stride,
-            SPELLS_A_CHUNK if spells and on_wheels else 0,
+            self.samples, loop.state, pitches or (range(1, count + 1) if every_link else (loop.scene.rig.sensor.pitch,)),
+            frames, stride, SPELLS_A_CHUNK if spells and on_wheels else 0, count if every_link else 0,
         )  # fmt: skip
 
     @property
@@ -66,24 +71,32 @@ class Writer:
         self.done, self.begin, self.wall = (data["progress"][name] for name in ("done", "begin", "wall"))
 
     def recording(self) -> Recording:
-        """What was recorded, if its account of work is closed (`measure.energy.refuse_open_account`)."""
-        loop, record = self.loop, self.record
-        rate, stride = loop.scene.rig.sensor.rate, record.frame_stride
-        refuse_open_account(record.energy, loop.model, self.samples / rate)
+        """What was recorded so far, if its account of work is closed (`measure.energy.refuse_open_account`)."""
+        loop, record, scene = self.loop, self.record, self.loop.scene
+        rate, stride = scene.rig.sensor.rate, record.frame_stride
+        if self.done < self.samples:
+            record, scene = _rows(record, self.done), scene.with_(duration=self.done / rate)
+        refuse_open_account(record.energy, loop.model, self.done / rate)
         plane = record.plane
         space = {} if plane is None else {"plane": plane.motion, "wheel_offset": plane.offset, "axial_force": plane.axial}
-        same = ("raw", "mean", "gap", "cut", "change", "place", "wheel_rate", "energy", "force", "area", "groove", "frame")
+        same = (*SAMPLED, "frame")
         return Recording(
-            time=np.arange(1, self.samples + 1) / rate,
+            time=np.arange(1, self.done + 1) / rate,
             pitches=record.pitches + 1,
             spells=np.vstack(self.ended) if self.ended else np.zeros((0, len(SPELL_COLUMNS))),
             begin=float(self.begin),
             frame_time=(np.arange(len(record.frame)) * stride + 1) / rate,
-            meta=provenance(loop.scene, loop.layout),
+            meta=provenance(scene, loop.layout),
             wall=self.wall,
             **{name: getattr(record, name) for name in same},
             **space,
         )
+
+
+def _rows(record: Record, count: int) -> Record:
+    """The first ``count`` samples of a record without frames."""
+    plane = record.plane and record.plane._make(array[:count] for array in record.plane)
+    return record._replace(**{name: getattr(record, name)[:count] for name in SAMPLED}, plane=plane)
 
 
 class Ended(NamedTuple):

@@ -97,10 +97,45 @@ def sense(model: Model, state: State, work: Work, space):
 
 
 @kernel
-def accumulate(work: Work, weight):
-    """Add the sensed values to the sums of the sample."""
+def sense_links(model: Model, state: State, work: Work, space, radial):
+    """What `sense` gives, for the sensor's place on every link, into ``work.links``: a walk along the pins."""
+    chain, shoes, sweep, links = model.chain, model.shoes, work.sweep, work.links
+    load, r, base = sweep.load, sweep.response, sweep.base
+    ax = base[0, 0] * load[0] + base[0, 1] * load[1] + base[0, 2] * load[2] + base[0, 3]
+    ay = base[1, 0] * load[0] + base[1, 1] * load[1] + base[1, 2] * load[2] + base[1, 3]
+    link = 0
+    for i in range(state.rate.shape[0]):
+        alpha = r[i, 0] * load[0] + r[i, 1] * load[1] + r[i, 2] * load[2] + r[i, 3]
+        w2 = state.rate[i] * state.rate[i]
+        c, s = work.cos[i], work.sin[i]
+        if link < links.shape[0] and shoes.link_body[link] == i:
+            x, y = model.sensor.x, model.sensor.y
+            links[link, 0] = c * ax + s * ay - alpha * y - w2 * x
+            links[link, 1] = c * ay - s * ax + alpha * x - w2 * y
+            links[link, 2] = state.angle[i]
+            if space is not None:
+                px = work.pin_x[i] - state.pin[0] + (c * x - s * y)
+                py = work.pin_y[i] - state.pin[1] + (s * x + c * y)
+                u = state.plane.motion[P] * py - state.plane.motion[Q] * px
+                links[link, 0] += (c * state.plane.motion[Q] - s * state.plane.motion[P]) * u
+                links[link, 1] -= (s * state.plane.motion[Q] + c * state.plane.motion[P]) * u
+            link += 1
+        dx = chain.length[i] * c
+        dy = chain.length[i] * s
+        ax -= alpha * dy + w2 * dx
+        ay += alpha * dx - w2 * dy
+        if radial is not None:
+            ax += radial.apart[i, 0]
+            ay += radial.apart[i, 1]
+
+
+@kernel
+def accumulate(work: Work, weight, links):
+    """Add the sensed values to the sums of the sample, those of the first ``links`` links too."""
     for k in range(3):
         work.sensed[3 + k] += weight * work.sensed[k]
+        for link in range(links):
+            work.links[link, 3 + k] += weight * work.links[link, k]
     seen = work.change
     change = work.sensed[1] - seen[0]
     seen[2] += change * change

@@ -8,7 +8,7 @@ from math import sqrt
 
 from trackdyn.chain.kinematics import orient, place
 from trackdyn.chain.plane import plane_dynamics, turn_plane
-from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, solve_chain
+from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, sense_links, solve_chain
 from trackdyn.integrate.energy import account, energies, finish_forces
 from trackdyn.integrate.runge_kutta import march
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, advance
@@ -51,6 +51,7 @@ def _refresh(model: Model, state: State, work: Work, space, implicit):
 @kernel
 def _run(model: Model, state: State, work: Work, record: Record, rows, space, implicit):
     """Steps of order 1: the chain solved, velocities, places, then the loads of the next step."""
+    links = record.link_mean.shape[1]
     _refresh(model, state, work, space, implicit)
     for sample in range(rows[0], rows[1]):
         _begin(state, work)
@@ -63,7 +64,9 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
                 plane_dynamics(model, state, work, space)
             solve_chain(model, state, work, model.step, implicit, model.solver, work.radial)
             sense(model, state, work, space)
-            accumulate(work, 1.0)
+            if links > 0:
+                sense_links(model, state, work, space, work.radial)
+            accumulate(work, 1.0, links)
             if implicit is not None:
                 finish_forces(model, state, work, implicit)
             bad = advance(model, state, work, implicit, work.radial)
@@ -91,7 +94,7 @@ def _march(model: Model, state: State, work: Work, record: Record, first, last, 
     for sample in range(first, last):
         _begin(state, work)
         for _ in range(model.stride):
-            bad = march(model, state, work, record.spells, stages)
+            bad = march(model, state, work, record, stages)
             if bad >= 0:
                 return bad
             _watch(work)
@@ -104,6 +107,8 @@ def _begin(state: State, work: Work):
     """Empty the sums of a sample; exact cosines and sines."""
     for k in range(3):
         work.sensed[3 + k] = 0.0
+        for link in range(work.links.shape[0]):
+            work.links[link, 3 + k] = 0.0
         work.worst[k] = 0.0
     work.change[2] = work.change[3] = 0.0
     orient(state.angle, work.cos, work.sin)
@@ -124,6 +129,9 @@ def _keep(model: Model, state: State, work: Work, record: Record, sample, space)
     for k in range(3):
         record.raw[sample, k] = work.sensed[k]
         record.mean[sample, k] = work.sensed[3 + k] / model.stride
+        for link in range(record.link_mean.shape[1]):
+            record.link_raw[sample, link, k] = work.links[link, k]
+            record.link_mean[sample, link, k] = work.links[link, 3 + k] / model.stride
     record.gap[sample] = sqrt(work.worst[0])
     record.cut[sample, 0] = sqrt(work.worst[2])
     record.cut[sample, 1] = sqrt(work.worst[1])

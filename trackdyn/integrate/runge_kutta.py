@@ -10,13 +10,13 @@ from math import isfinite
 
 from trackdyn.chain.bearings import bearing_drag
 from trackdyn.chain.kinematics import orient, place
-from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, solve_chain
+from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, sense_links, solve_chain
 from trackdyn.integrate.energy import powers
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, sprocket_acceleration
 from trackdyn.integrate.spells import log_spells
 from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET, Model
-from trackdyn.model.record import Spells
+from trackdyn.model.record import Record
 from trackdyn.model.state import State
 from trackdyn.model.work import Stages, Work
 
@@ -149,7 +149,7 @@ def _project(model: Model, state: State, work: Work):
 
 
 @kernel
-def march(model: Model, state: State, work: Work, spells: Spells, stages: Stages):
+def march(model: Model, state: State, work: Work, record: Record, stages: Stages):
     """One step of ``model.step``, in as many parts as the error control asks for.
 
     Returns
@@ -157,7 +157,7 @@ def march(model: Model, state: State, work: Work, spells: Spells, stages: Stages
     body : int
         -1, or the body whose angular velocity left the physical range.
     """
-    whole = model.step
+    whole, spells, links = model.step, record.spells, record.link_mean.shape[1]
     begin = state.steps[0] * whole
     done = 0.0
     while done < whole * (1.0 - 1e-12):
@@ -170,6 +170,8 @@ def march(model: Model, state: State, work: Work, spells: Spells, stages: Stages
         _copy_memory(state.tooth_impact, state.wheel_impact, stages.tooth_impact, stages.wheel_impact)
         solve_chain(model, state, work, 0.0, None, model.solver)
         sense(model, state, work, None)
+        if links > 0:
+            sense_links(model, state, work, None, None)
         _derivative(model, state, work, begin + done, stages.slope[0])
         while True:
             _evaluate(model, state, work, stages, begin + done, step)
@@ -193,7 +195,7 @@ def march(model: Model, state: State, work: Work, spells: Spells, stages: Stages
         work.cut[5] = work.cut[1]
         if not model.closure.compliant:
             _project(model, state, work)
-        accumulate(work, step / whole)
+        accumulate(work, step / whole, links)
         _copy_memory(stages.tooth_impact, stages.wheel_impact, state.tooth_impact, state.wheel_impact)
         evaluate_loads(model, state, work, None, None)
         done += step

@@ -90,6 +90,8 @@ class Record(NamedTuple):
         Samples between frames.
     spells : Spells
         Log of the contacts with the sprocket.
+    link_raw, link_mean : (s, l, 3) arrays
+        ``raw`` and ``mean`` of the sensor's place on every link; none (l = 0) unless asked for.
     plane : PlaneRecord or None
         Motion of the chain's plane; None in planar motion.
     """
@@ -109,10 +111,12 @@ class Record(NamedTuple):
     frame: np.ndarray
     frame_stride: int
     spells: Spells
+    link_raw: np.ndarray
+    link_mean: np.ndarray
     plane: PlaneRecord | None = None
 
 
-def make_record(samples: int, state, pitches=(), frames: int = 0, frame_stride: int = 0, spells: int = 0) -> Record:
+def make_record(samples: int, state, pitches=(), frames: int = 0, frame_stride: int = 0, spells: int = 0, links: int = 0) -> Record:
     """Allocate the record of a run.
 
     Parameters
@@ -127,6 +131,8 @@ def make_record(samples: int, state, pitches=(), frames: int = 0, frame_stride: 
         Configurations, and samples between them.
     spells : int
         Spells that there is room for; 0: not logged.
+    links : int
+        Links whose acceleration is kept; 0: only the sensor's.
     """
     p, n, (loop, wheels) = len(pitches), len(state.angle), state.wheel_impact.shape
     plane = None
@@ -153,5 +159,7 @@ def make_record(samples: int, state, pitches=(), frames: int = 0, frame_stride: 
             np.zeros((spells, len(SPELL_COLUMNS))),
             np.zeros(1, np.int64),
         ),
+        np.zeros((samples, links, 3)),
+        np.zeros((samples, links, 3)),
         plane,
     )

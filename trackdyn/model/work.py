@@ -222,6 +222,8 @@ class Work(NamedTuple):
     change : (4,) array
         y acceleration of the sensor one step ago and its change in that step; sums over the sample of the squared
         change and of the product of two changes in a row.
+    links : (p, 6) array
+        ``sensed`` of every link, where a record asks for it.
     sweep : SweepWork
         Solution of the chain.
     implicit : ImplicitWork or None
@@ -260,6 +262,7 @@ class Work(NamedTuple):
     worst: np.ndarray
     sensed: np.ndarray
     change: np.ndarray
+    links: np.ndarray
     sweep: SweepWork
     implicit: ImplicitWork | None = None
     stages: Stages | None = None
@@ -287,6 +290,7 @@ def make_work(n: int, pitches: int, wheels: int) -> Work:
         np.zeros(3),
         np.zeros(6),
         np.zeros(4),
+        np.zeros((pitches, 6)),
         sweep,
     )
 

@@ -212,6 +212,12 @@ def fit_rig(rig: Rig, config: FitConfig, jobs: int = 1, log=print) -> tuple[Rig,
         steps = np.where(x + config.difference <= 1.0, config.difference, -config.difference)
         points = [x] + [x + step * unit for step, unit in zip(steps, np.eye(len(x)), strict=True)]
         base, *moved = evaluate(points)
+        # a difference across a refusal is no derivative: it is taken to the other side
+        for i, found in enumerate(moved):
+            other = x - steps[i] * np.eye(len(x))[i]
+            if (np.abs(found) >= FAILED).any() and not (np.abs(base) >= FAILED).any() and 0.0 <= other[i] <= 1.0:
+                steps[i] = -steps[i]
+                (moved[i],) = evaluate([other])
         return np.column_stack([(m - base) / step for m, step in zip(moved, steps, strict=True)])
 
     start = np.clip([p.to_unit(p.start) for p in config.parameters], 0.001, 0.999)

@@ -6,13 +6,12 @@ from trackdyn.measure.meshing import meshing_summary
 from trackdyn.measure.metrics import energy_residual, loop_frequency, whole_revolutions
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.signals import main_line_binfree, rms, standard_deviation
+from trackdyn.measure.whole_loop import RELATIVE, SHARES
 from trackdyn.recording import Recording
 from trackdyn.scene import Scene
 
 NAN = float("nan")
-SHARES = ("left_share", "right_share", "ring_share")
-# compared as a share of the reference, in points of a sprocket turn, or as they are
-RELATIVE = ("rms", "sd", "line", "left_peak")
+# compared as they are
 ABSOLUTE = ("loop_gap", "energy_residual")
 MEASURES = RELATIVE + SHARES + ABSOLUTE
 

@@ -1,0 +1,124 @@
+"""Every link as a sensor: the walk along the pins, the stitched revolution, means with their errors."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from trackdyn.errors import InputError
+from trackdyn.loop import Loop
+from trackdyn.measure.whole_loop import _error, every_ay, passage, stitch, whole_loop
+from trackdyn.simulate import simulate
+
+RATE, LINKS, TEETH = 1000.0, 35, 13
+
+
+@pytest.mark.parametrize(
+    "fields", [{}, {"ring_radius": None}, {"joint": "radial"}, {"space": "spatial"}, {"integrator": "rk4"}], ids=str
+)
+def test_every_link_feels_what_a_sensor_there_would(make_scene, rig, fields):
+    """The walk along the pins beside the response that the sweep keeps for the sensor's link alone."""
+    fields = {"duration": 0.02, "lead_in": 0.0, "ramp": 0.2} | fields
+    every = simulate(make_scene(every_link=True, **fields))
+    for pitch in (1, 2, 18, 35):
+        alone = simulate(make_scene(rig=rig.changed(sensor__pitch=pitch), **fields))
+        size = np.abs(alone.raw).max()
+        np.testing.assert_allclose(every.link_raw[:, pitch - 1], alone.raw, rtol=0, atol=1e-9 * size)
+        np.testing.assert_allclose(every.link_mean[:, pitch - 1], alone.mean, rtol=0, atol=1e-9 * size)
+    assert every.force.shape == (20, LINKS, 3)
+
+
+def test_a_plane_that_turns_is_felt_by_every_link(make_scene, rig):
+    tilted = rig.changed(idler__toe=0.5)
+    fields = {"duration": 0.02, "lead_in": 0.2, "ramp": 0.2, "motor_rpm": 210.0}
+    every = simulate(make_scene(rig=tilted, every_link=True, **fields))
+    alone = simulate(make_scene(rig=tilted.changed(sensor__pitch=9), **fields))
+    np.testing.assert_allclose(every.link_mean[:, 8], alone.mean, rtol=0, atol=1e-9 * np.abs(alone.mean).max())
+
+
+def test_recording_every_link_changes_nothing_else(driven_loop):
+    one, all_links = driven_loop().record(0.1), driven_loop().record(0.1, every_link=True)
+    assert one.link_mean.shape == (100, 0, 3)
+    np.testing.assert_array_equal(one.mean, all_links.mean)
+    np.testing.assert_array_equal(one.energy, all_links.energy)
+
+
+def made_up(signal, seconds=1.0, rpm=115.0, teeth_touching=4):
+    """A recording in which link k feels ``signal(t + k T)``, links level, in m/s2 less gravity."""
+    ratio, gravity = 5.57, 9.81
+    period = ratio * 60 / rpm * LINKS / TEETH
+    time = np.arange(1, round(seconds * RATE) + 1) / RATE
+    felt = np.stack([signal(time + k * period / LINKS) for k in range(LINKS)], axis=1)
+    mean = np.zeros((len(time), LINKS, 3))
+    mean[:, :, 1] = (felt - 1.0) * gravity
+    force = np.zeros((len(time), LINKS, 3))
+    force[:, :teeth_touching, 0] = 1.0
+    meta = {
+        "scene": {"motor_rpm": rpm},
+        "rig": {
+            "gravity": gravity, "sensor": {"pitch": 1, "range": 20.0, "rate": RATE},
+            "sprocket": {"transmission_ratio": ratio, "teeth": TEETH}, "chain": {"pitches": LINKS},
+        },
+    }  # fmt: skip
+    fake = SimpleNamespace(time=time, rate=RATE, link_mean=mean, force=force, meta=meta, spells=())
+    return fake, period
+
+
+def test_a_signal_that_repeats_is_stitched_to_its_whole_period():
+    fake, period = made_up(lambda t: t)
+    turn = 2 * np.pi / period
+    fake, _ = made_up(lambda t: 1.2 * np.sin(turn * t + 0.4) + 0.1 * np.sin(12 * turn * t))
+    revolution = stitch(fake, 5)
+    expected = 1.2 * np.sin(turn * (revolution.time + 0.006) + 0.4) + 0.1 * np.sin(12 * turn * (revolution.time + 0.006))
+    # half a sample of the steepest slope, which the nearest sample of a passage can be off
+    slope = turn * (1.2 + 1.2)
+    assert np.abs(revolution.ay - expected).max() <= 0.5 / RATE * slope
+    assert revolution.seam <= 1.0 / RATE * slope
+    found = whole_loop(fake)
+    assert found["line"].value == pytest.approx(1.2, rel=1e-3)
+    assert found["rms"].value == pytest.approx(np.sqrt((1.2**2 + 0.1**2) / 2), rel=1e-3)
+    assert found["left_share"].value == pytest.approx(100 * 4 / TEETH)
+    assert found["left_share"].error == 0.0
+
+
+def test_a_jump_from_link_to_link_is_a_seam():
+    """A motion that drifts by 0.1 g a passage does not repeat, and the seam says so."""
+    fake, period = made_up(lambda t: 0.0 * t)
+    fake.link_mean[:, :, 1] += 0.1 * 9.81 * fake.time[:, None] / (period / LINKS)
+    assert stitch(fake).seam == pytest.approx(0.1, rel=0.02)
+
+
+def test_errors_cover_the_truth_of_correlated_passages():
+    """Intervals of a process with memory hold its mean about as often as they say: 95 %, here at least 85 %."""
+    rng, held = np.random.default_rng(5), 0
+    for _ in range(400):
+        noise, values, last = rng.standard_normal(400), [], 0.0
+        for step in noise:
+            last = 0.5 * last + step
+            values.append(last)
+        values = np.array(values)
+        held += abs(values.mean()) <= _error(values)[1]
+    assert 0.85 <= held / 400 <= 0.99
+    naive = values.std(ddof=1) / np.sqrt(len(values))
+    assert _error(values)[0] > 1.2 * naive
+
+
+def test_one_passage_has_a_value_and_no_error():
+    fake, period = made_up(lambda t: np.sin(t), seconds=0.3)
+    assert passage(fake) == pytest.approx(period / LINKS)
+    found = whole_loop(fake)
+    assert np.isfinite(found["rms"].value)
+    assert np.isnan(found["rms"].error)
+
+
+def test_what_cannot_be_measured_is_refused(make_scene):
+    fake, _ = made_up(lambda t: 0 * t, seconds=0.1)
+    with pytest.raises(InputError, match="hold no passage"):
+        whole_loop(fake)
+    with pytest.raises(InputError, match="every_link=True"):
+        every_ay(replace(simulate(make_scene(duration=0.01, lead_in=0.0))))
+    with pytest.raises(InputError, match="every_link = True is not accepted"):
+        make_scene(chain="belt", spells=False, ring_radius=None, every_link=True)
+    with pytest.raises(InputError, match="no state to step"):
+        Loop(make_scene(chain="belt", spells=False, ring_radius=None))

@@ -1,0 +1,226 @@
+"""The whole loop as the sensor: what every link feels within one pitch passage stands for a revolution of one link.
+
+In steady motion each link does what the link ahead of it did one pitch passage before. If that were exact, the record of one
+link over a revolution of the loop would be the records of all links over one passage, end to end (`stitch`). Where motion
+does not repeat, links and passages are samples: means over all links within a passage are formed first, so that the
+correlation between links does not matter, and the means of successive passages are joined in batches of about the
+root of their number, whose scatter gives the standard error of the whole mean (consistent batch means: Flegal and Jones,
+Annals of Statistics 38, 2010, 1034-1070).
+"""
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import t as student
+
+from trackdyn.errors import InputError
+from trackdyn.measure.meshing import SIDES, spells, timing
+from trackdyn.measure.metrics import loop_frequency
+from trackdyn.measure.sensor import specific_force
+from trackdyn.recording import Recording
+
+CONFIDENCE = 0.95
+# measures whose tolerances are a share of the value, and a share of a sprocket turn
+RELATIVE = ("rms", "sd", "line", "left_peak")
+SHARES = ("left_share", "right_share", "ring_share")
+NAN = float("nan")
+
+
+class Estimate(NamedTuple):
+    """A value with its standard error and the half width of its 95 % interval; NaN where one passage gives none."""
+
+    value: float
+    error: float
+    half_width: float
+
+
+class Revolution(NamedTuple):
+    """A revolution of one link, stitched.
+
+    Attributes
+    ----------
+    time : (k,) array
+        Since the start of the revolution, s.
+    ay : (k,) array
+        y acceleration of Eq. 40, g.
+    seam : float
+        Root mean square difference, where one link's record ends and the next one's begins, of what the two feel at
+        that instant of their ways, g: 0 if the motion repeats from pitch to pitch.
+    """
+
+    time: np.ndarray
+    ay: np.ndarray
+    seam: float
+
+
+def passage(recording: Recording) -> float:
+    """Time in which the chain moves by one pitch, s."""
+    return 1.0 / (loop_frequency(recording) * recording.meta["rig"]["chain"]["pitches"])
+
+
+def every_ay(recording: Recording) -> np.ndarray:
+    """(s, p) y acceleration that a sensor on each link reports (Eq. 40), limited to its range, g.
+
+    Raises
+    ------
+    InputError
+        The recording has no such signals.
+    """
+    if recording.link_mean.size == 0:
+        raise InputError("recording: link_mean is empty; a scene with every_link=True fills it")
+    rig = recording.meta["rig"]
+    felt = specific_force(recording.link_mean[:, :, :2], recording.link_mean[:, :, 2], rig["gravity"])[:, :, 1]
+    return np.clip(felt / (rig["gravity"] or 9.81), -rig["sensor"]["range"], rig["sensor"]["range"])
+
+
+def _windows(recording: Recording) -> np.ndarray:
+    """Edges of the whole passages of a record, in samples."""
+    count = int(len(recording.time) / recording.rate / passage(recording) + 1e-6)
+    if count < 1:
+        raise InputError(f"recording: {len(recording.time) / recording.rate:g} s hold no passage of {passage(recording):.4g} s")
+    return np.rint(np.arange(count + 1) * passage(recording) * recording.rate).astype(int)
+
+
+def stitch(recording: Recording, first: int = 0, felt: np.ndarray | None = None) -> Revolution:
+    """A revolution of one link out of the records of all links within the passage that begins at sample ``first``.
+
+    Parameters
+    ----------
+    recording : Recording
+        One of a scene with ``every_link``, at least one passage and a sample long from ``first`` on.
+    first : int
+        Sample.
+    felt : array or None
+        `every_ay` of the recording, if it is at hand.
+
+    Raises
+    ------
+    InputError
+        The record is too short.
+    """
+    felt = every_ay(recording) if felt is None else felt
+    rate, span = recording.rate, passage(recording)
+    links = felt.shape[1]
+    time = np.arange(int(links * span * rate + 1e-6)) / rate
+    segment = np.minimum((time / span).astype(int), links - 1)
+    rows = first + np.rint((time - segment * span) * rate).astype(int)
+    if rows.max() + 1 >= len(felt):
+        raise InputError(f"recording: {len(felt) / rate:g} s are shorter than a passage of {span:.4g} s and a sample")
+    # links are numbered against the motion: one passage later a link does what the next one does now
+    columns = (int(recording.meta["rig"]["sensor"]["pitch"]) - 1 + segment) % links
+    ay = felt[rows, columns]
+    last = np.flatnonzero(np.diff(segment))
+    # what the link itself does next, beside what the one that goes on does
+    steps = ay[last + 1] - felt[np.minimum(rows[last] + 1, len(felt) - 1), columns[last]]
+    return Revolution(time, ay, float(np.sqrt(np.mean(steps**2))))
+
+
+def _error(values: np.ndarray) -> tuple[float, float]:
+    """Standard error of the mean of successive values, and the half width of its interval."""
+    size = max(1, int(np.sqrt(len(values))))
+    batches = len(values) // size
+    if batches < 2:
+        return NAN, NAN
+    means = values[len(values) - batches * size :].reshape(batches, size).mean(axis=1)
+    error = float(means.std(ddof=1) / np.sqrt(batches))
+    return error, float(student.ppf(0.5 + CONFIDENCE / 2, batches - 1)) * error
+
+
+class Series(NamedTuple):
+    """A measure passage by passage.
+
+    Attributes
+    ----------
+    values : (m,) array
+        What is averaged: a mean square for RMS and SD, the measure itself for the others.
+    passage : (m,) integer array
+        Passage of the record that each belongs to.
+    root : bool
+        The measure is the root of the mean.
+    """
+
+    values: np.ndarray
+    passage: np.ndarray
+    root: bool = False
+
+    def since(self, first: int) -> "Series":
+        """Without the passages before ``first``."""
+        return self._replace(values=self.values[self.passage >= first], passage=self.passage[self.passage >= first])
+
+    def estimate(self) -> Estimate:
+        """Mean, and its standard error by batch means."""
+        if not len(self.values):
+            return Estimate(NAN, NAN, NAN)
+        mean = float(self.values.mean())
+        if not self.root:
+            return Estimate(mean, *_error(self.values))
+        value = float(np.sqrt(max(mean, 0.0)))
+        error, half_width = _error(self.values)
+        return Estimate(value, *((0.5 / value * error, 0.5 / value * half_width) if value else (error, half_width)))
+
+    def transient(self) -> int:
+        """Passages to leave out at the beginning, by the marginal standard error rule.
+
+        MSER (White, Simulation 69, 1997, 323-334): the beginning is cut where the standard error of what is left would be
+        least. More than half of the values is never cut.
+        """
+        values, count = self.values, len(self.values)
+        if count < 2:
+            return 0
+        left = np.arange(count, 0, -1)
+        total = np.cumsum(values[::-1])[::-1]
+        square = np.cumsum((values[::-1]) ** 2)[::-1]
+        marginal = (square - total**2 / left) / left**2
+        return int(self.passage[np.argmin(marginal[: count // 2 + 1])])
+
+
+def series(recording: Recording) -> dict[str, Series]:
+    """Every measure of a record with every link, passage by passage.
+
+    Returns
+    -------
+    dict of str to Series
+        ``rms``, ``sd`` (g); ``line`` (amplitude at the loop's frequency of the stitched revolution, g); ``left_share``,
+        ``right_share``, ``ring_share`` (% of a sprocket turn); ``left_peak`` (N: the largest force of an arc on its way
+        through the sprocket, if contacts are logged).
+    """
+    felt, edges, rig = every_ay(recording), _windows(recording), recording.meta["rig"]
+    parts = [slice(a, b) for a, b in pairwise(edges)]
+    number = np.arange(len(parts))
+    mean = np.array([felt[part].mean() for part in parts])
+    square = np.array([(felt[part] ** 2).mean() for part in parts])
+    found = {"rms": Series(square, number, True), "sd": Series((square - 2 * mean.mean() * mean) + mean.mean() ** 2, number, True)}
+    room = len(felt) - int(np.ceil(passage(recording) * recording.rate)) - 1
+    starts = [first for first in edges[:-1] if first < room]
+    found["line"] = Series(np.array([_line(stitch(recording, first, felt).ay) for first in starts]), number[: len(starts)])
+    for k, side in enumerate(SIDES):
+        # arcs that touch at an instant, over teeth, is the part of a sprocket turn that each of them touches
+        touching = (recording.force[:, :, k] > 0.0).sum(axis=1) * (100.0 / rig["sprocket"]["teeth"])
+        found[f"{side}_share"] = Series(np.array([touching[part].mean() for part in parts]), number)
+    if len(recording.spells):
+        found["left_peak"] = _peaks(recording, edges)
+    return found
+
+
+def _peaks(recording: Recording, edges: np.ndarray) -> Series:
+    """Largest force of every left arc between two free ways around, in order of release."""
+    turn = timing(recording).turn
+    rows = spells(recording)
+    rows = rows[(rows["side"] == "left")].sort_values(["connector", "start_s"])
+    # an arc is on the sprocket for about half a turn, and off it for longer than that
+    visit = (rows["start_s"].diff().gt(0.7 * turn) | rows["connector"].diff().ne(0)).cumsum()
+    whole = rows.groupby(visit).agg(start_s=("start_s", "min"), end_s=("end_s", "max"), peak_n=("peak_n", "max"))
+    whole = whole[whole["start_s"] > 0.7 * turn].sort_values("end_s")
+    return Series(whole["peak_n"].to_numpy(), np.searchsorted(edges, whole["end_s"] * recording.rate) - 1)
+
+
+def whole_loop(recording: Recording) -> dict[str, Estimate]:
+    """Measures (`series`) over all links and the whole passages of a record in steady running."""
+    return {name: found.estimate() for name, found in series(recording).items()}
+
+
+def _line(revolution: np.ndarray) -> float:
+    """Amplitude of one period a revolution."""
+    phase = np.exp(-2j * np.pi * np.arange(len(revolution)) / len(revolution))
+    return float(2 * abs((revolution * phase).mean()))
