@@ -84,7 +84,19 @@ class TractionForm(Section):
     radii_m: Values
 
 
-Form = TypeVar("Form", TradeForm, ExtremesForm, TractionForm)
+class WholeLoopForm(Section):
+    """Scenes and tolerances of the short answers, and the length of the long ones."""
+
+    speeds_rpm: Values
+    radii_m: Annotated[list[Positive | None], Field(min_length=1)]
+    relative_tolerance: Positive
+    share_tolerance: Positive
+    longest_s: Positive
+    lead_in_s: Positive
+    loop_turns: Count
+
+
+Form = TypeVar("Form", TradeForm, ExtremesForm, TractionForm, WholeLoopForm)
 
 
 class Forms(Section, Generic[Form]):
@@ -100,6 +112,7 @@ class Studies(Section):
     trade: Forms[TradeForm]
     extremes: Forms[ExtremesForm]
     traction: Forms[TractionForm]
+    whole_loop: Forms[WholeLoopForm]
 
 
 def _read(path: Any) -> Any:

@@ -88,3 +88,28 @@ rule deviations:
     benchmark: f"{R}/benchmarks/deviations.tsv"
     message: "What the departures change"
     script: "../scripts/deviations.py"
+
+
+rule whole_loop:
+    """Short answers of the whole loop beside records of twenty revolutions (asked for by name, some minutes)."""
+    input:
+        needs("whole_loop.py"),
+        rig=CONFIG.rig,
+        kernels=KERNELS,
+    output: f"{R}/whole_loop.csv"
+    params:
+        form=CONFIG.studies.whole_loop.full.model_dump(),
+        step=CONFIG.ring_study.step_s,
+    log: f"{R}/logs/whole_loop.log"
+    benchmark: f"{R}/benchmarks/whole_loop.tsv"
+    message: "Short answers beside long ones"
+    script: "../scripts/whole_loop.py"
+
+
+use rule whole_loop as whole_loop_short with:
+    output: f"{R}/short/whole_loop.csv"
+    params:
+        form=CONFIG.studies.whole_loop.short.model_dump(),
+        step=CONFIG.ring_study.step_s,
+    log: f"{R}/logs/whole_loop_short.log"
+    benchmark: f"{R}/benchmarks/whole_loop_short.tsv"
