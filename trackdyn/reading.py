@@ -1,5 +1,6 @@
 """Files of the user: read whole within a stated bound, or refused in one sentence. Nothing read is ever run."""
 
+import json
 import os
 import stat
 import zipfile
@@ -8,6 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from trackdyn.errors import InputError
+
+LARGEST_META = 10_000_000  # bytes; a recording's description takes 70,000
 
 
 def read_bytes(path: Path | str, what: str, limit: int) -> bytes:
@@ -57,25 +60,39 @@ def read_text(path: Path | str, what: str, limit: int) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def read_arrays(path: Path | str, what: str, limit: int) -> dict[str, np.ndarray]:
-    """Arrays of an npz file by name, which take at most ``limit`` bytes in memory, whatever they are packed into.
+def read_npz(path: Path | str, what: str, limit: float, arrays: bool = True) -> tuple[dict, dict[str, np.ndarray]]:
+    """Description (``meta``, JSON) and arrays of an npz file, whatever they are packed into; nothing is unpickled.
+
+    Parameters
+    ----------
+    limit : float
+        Most bytes that the arrays may take in memory; the description may take `LARGEST_META`.
+    arrays : bool
+        Read the arrays, too.
 
     Raises
     ------
     InputError
-        The file is missing, larger, or holds anything but arrays of numbers and text.
+        The file is missing, larger, or holds anything but a description and arrays of numbers and text.
     """
     path = plain_file(path, what)
     try:
         with zipfile.ZipFile(path) as archive:
             size = sum(entry.file_size for entry in archive.infolist())
+            if archive.getinfo("meta.npy").file_size > LARGEST_META:
+                raise ValueError
         if size <= limit:
             with np.load(path, allow_pickle=False) as data:
-                return {name: data[name] for name in data.files}
-    # what a damaged file makes of zip, of an array's header or of its size
-    except Exception:
+                meta = json.loads(str(data["meta"]))
+                if not isinstance(meta, dict):
+                    raise ValueError
+                return meta, {name: data[name] for name in data.files if arrays and name != "meta"}
+    except Exception:  # whatever a damaged file makes of zip, of JSON, of the header of an array or its size
         raise InputError(f"{path}: is not a {what}, or is damaged; make it again") from None
-    raise InputError(f"{path}: holds {size / 1e6:.0f} MB, more than the {limit / 1e6:.0f} MB that a {what} may take")
+    raise InputError(
+        f"{path}: takes {size / 1e6:.0f} MB of memory, more than the {limit / 1e6:.0f} MB that a {what} may take here; a "
+        "shorter one would do"
+    )
 
 
 def plain_file(path: Path | str, what: str) -> Path:
