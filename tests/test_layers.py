@@ -19,7 +19,8 @@ LAYERS = {
     "contact": ({"model", "contact", "jit"}, {"numpy"}),
     "chain": ({"model", "chain", "jit"}, {"numpy"}),
     "integrate": ({"model", "contact", "chain", "integrate", "jit"}, {"numpy"}),
-    "parameters": ({"parameters", "errors"}, {"numpy", "scipy", "pandas", "pydantic", "yaml"}),
+    "parameters": ({"parameters", "errors", "reading"}, {"numpy", "scipy", "pandas", "pydantic", "yaml"}),
+    "reading": ({"errors"}, {"numpy"}),
     "errors": (set(), set()),
 }
 # a library, and the folders that alone may import it

@@ -77,4 +77,4 @@ def belt_recording(scene) -> Recording:
         meta=provenance(scene, {"path_m": length}),
         wall=wall,
         **{name: getattr(empty, name) for name in same},
-    )
+    ).checked()

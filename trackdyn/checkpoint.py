@@ -1,14 +1,18 @@
 """Nested tuples of arrays as a flat npz file and back: what a run needs to go on bit for bit."""
 
 import json
-import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from psutil import virtual_memory
 
 from trackdyn.errors import InputError
 from trackdyn.jit import source_hash
+from trackdyn.reading import read_npz
+from trackdyn.replacing import replacing
 
 
 def flat(value: Any, name: str = "") -> dict[str, np.ndarray]:
@@ -27,26 +31,45 @@ def filled(room: Any, data: dict[str, np.ndarray], name: str = "") -> Any:
         fields = {field: filled(getattr(room, field), data, f"{name}.{field}" if name else field) for field in room._fields}
         return room._replace(**fields)
     if isinstance(room, np.ndarray):
+        if room.shape != data[name].shape:
+            raise ValueError(f"{name} has the shape {data[name].shape}, not {room.shape}")
         room[...] = data[name]
         return room
     return None if room is None else type(room)(data[name])
 
 
+def refuse_other_places(room: Any, data: dict[str, np.ndarray]) -> None:
+    """Raise `ValueError` if integers differ from those of ``room``: kernels look up places by them, unchecked."""
+    for name, array in flat(room).items():
+        if array.dtype.kind in "iub" and not np.array_equal(array, data[name]):
+            raise ValueError(f"{name} is not that of the scene")
+
+
+@contextmanager
+def whole(path: Path | str) -> Iterator[None]:
+    """What goes wrong within while a checkpoint's data are put in place ends in one sentence.
+
+    Raises
+    ------
+    InputError
+        The checkpoint is damaged.
+    """
+    try:
+        yield
+    except (KeyError, TypeError, ValueError, AttributeError, InputError):
+        raise InputError(f"{path}: is not a checkpoint, or is damaged; remove it to start anew") from None
+
+
 def write_checkpoint(path: Path | str, parts: dict[str, Any]) -> None:
     """Write named parts, tuples of arrays and plain data, beside the place and rename."""
-    path = Path(path)
     plain = {name: part for name, part in parts.items() if not isinstance(part, tuple)}
     arrays = {}
     for name, part in parts.items():
         if isinstance(part, tuple):
             arrays |= flat(part, name)
-    part = path.with_name(path.name + ".part")
-    try:
-        with part.open("wb") as file:
-            np.savez(file, meta=np.array(json.dumps({"sources": source_hash(), "parts": plain})), **arrays)
-        os.replace(part, path)
-    finally:
-        part.unlink(missing_ok=True)
+    meta = np.array(json.dumps({"sources": source_hash(), "parts": plain}))
+    with replacing(path) as part, part.open("wb") as file:
+        np.savez(file, meta=meta, **arrays)
 
 
 def read_checkpoint(path: Path | str) -> dict[str, Any]:
@@ -57,21 +80,15 @@ def read_checkpoint(path: Path | str) -> dict[str, Any]:
     InputError
         There is no such checkpoint, it cannot be read, or other sources wrote it.
     """
-    try:
-        with np.load(path, allow_pickle=False) as data:
-            meta = json.loads(str(data["meta"]))
-            parts, sources = meta["parts"], meta["sources"]
-            for key in data.files:
-                if key != "meta":
-                    part, _, name = key.partition(".")
-                    parts.setdefault(part, {})[name] = data[key]
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such checkpoint; start without it") from None
-    except Exception:
-        raise InputError(f"{path}: is not a checkpoint; remove it to start anew") from None
+    meta, arrays = read_npz(path, "checkpoint", virtual_memory().available / 2)
+    parts, sources = meta.get("parts"), meta.get("sources")
     if sources != source_hash():
         raise InputError(
             f"{path}: was written by sources {sources}, these are {source_hash()}, and would not go on as it began; remove it "
             "to start anew"
         )
+    with whole(path):
+        for key, array in arrays.items():
+            part, _, name = key.partition(".")
+            parts.setdefault(part, {})[name] = array
     return parts

@@ -1,28 +1,34 @@
 """The ``trackdyn`` command."""
 
+import os
 import sys
+from math import isfinite
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from trackdyn.errors import InputError, TrackdynError
+from trackdyn.parameters.validation import shown
 
 app = typer.Typer(
-    no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     help="Simulate a double-pin track drive and compare it with a sensor.",
 )
 
 
-def _ring(text: str) -> float | None:
-    if text == "none":
-        return None
+def _number(option: str, text: str, remedy: str = "a finite number would do") -> float:
     try:
-        return float(text)
+        if isfinite(number := float(text)):
+            return number
     except ValueError:
-        raise InputError(f"--ring-radius = {text!r} is not accepted: a radius in m or the word none would do") from None
+        pass
+    raise InputError(f"{option} = {shown(text)} is not accepted: {remedy}")
+
+
+def _ring(text: str) -> float | None:
+    return None if text == "none" else _number("--ring-radius", text, "a radius in m or the word none would do")
 
 
 def _choices(pairs: list[str]) -> dict:
@@ -32,12 +38,11 @@ def _choices(pairs: list[str]) -> dict:
     for pair in pairs:
         name, _, value = pair.partition("=")
         if name == "tolerance":
-            try:
-                found[name] = float(value)
-            except ValueError:
-                raise InputError(f"--choose {pair} is not accepted: tolerance=1e-6, a number, would do") from None
+            found[name] = _number("--choose tolerance", value, "a number such as 1e-6 would do")
         elif name not in CHOICES or not value:
-            raise InputError(f"--choose {pair} is not accepted: name=setting with one of {', '.join(CHOICES)} would do")
+            raise InputError(
+                f"--choose = {shown(pair)} is not accepted: name=setting with one of {', '.join(CHOICES)} would do"
+            )
         else:
             found[name] = value
         if (name, value) in (("chain", "belt"), ("loop", "free")):
@@ -49,24 +54,24 @@ def _choices(pairs: list[str]) -> dict:
 def simulate(
     out: Annotated[Path, typer.Argument(help="Recording to write (.npz).")],
     rig: Annotated[Path, typer.Option(help="Parameters of the rig.")] = Path("config/rig.yaml"),
-    rpm: Annotated[float, typer.Option(help="Motor speed, rev/min.")] = 115.0,
+    rpm: Annotated[str, typer.Option(metavar="NUMBER", help="Motor speed, rev/min.")] = "115",
     ring_radius: Annotated[str, typer.Option(help="Radius of the rubber ring in m, or none.")] = "0.308",
-    duration: Annotated[float, typer.Option(help="Recorded time, s.")] = 20.0,
-    lead_in: Annotated[float, typer.Option(help="Time at constant speed before the record, s.")] = 5.0,
+    duration: Annotated[str, typer.Option(metavar="NUMBER", help="Recorded time, s.")] = "20",
+    lead_in: Annotated[str, typer.Option(metavar="NUMBER", help="Time at constant speed before the record, s.")] = "5",
     preset: Annotated[str, typer.Option(help="Bundle of choices: fast, standard, paper or reference.")] = "standard",
-    step: Annotated[float | None, typer.Option(help="Time step, s; the preset's by default.")] = None,
+    step: Annotated[str | None, typer.Option(metavar="NUMBER", help="Time step, s; the preset's by default.")] = None,
     choose: Annotated[
         list[str] | None,
         typer.Option("--choose", help="One choice of fidelity, such as chain=single_pin; may be given several times."),
     ] = None,
-    frame_interval: Annotated[float, typer.Option(help="Time between recorded configurations, s; 0: none.")] = 0.05,
+    frame_interval: Annotated[str, typer.Option(metavar="NUMBER", help="Time between recorded configurations, s; 0: none.")] = "0.05",
     tolerance: Annotated[
         str | None, typer.Option(help="Record until every --measure is known to so much, such as 1%, whatever --duration.")
     ] = None,
     measure: Annotated[
         list[str] | None, typer.Option(help="rms, sd, line, left_peak, left_share, right_share or ring_share; may be repeated.")
     ] = None,
-    longest: Annotated[float, typer.Option(help="Bound of a run with a --tolerance, s.")] = 60.0,
+    longest: Annotated[str, typer.Option(metavar="NUMBER", help="Bound of a run with a --tolerance, s.")] = "60",
     checkpoint: Annotated[
         Path | None, typer.Option(help="File kept while a long run records; the same command goes on from it.")
     ] = None,
@@ -75,30 +80,37 @@ def simulate(
     """Run one scene and write its recording."""
     from trackdyn.fidelity import preset as preset_fields
     from trackdyn.measure.metrics import run_metrics
+    from trackdyn.needs import needs
     from trackdyn.parameters.rig import load_rig
+    from trackdyn.replacing import refuse_unwritable
     from trackdyn.scene import Scene
     from trackdyn.simulate import simulate as run
 
     if out.suffix != ".npz":
-        raise InputError(f"OUT = {out} is not accepted: a name that ends in .npz would do")
+        raise InputError(f"OUT = {shown(str(out))} is not accepted: a name that ends in .npz would do")
     fields = {"ring_radius": _ring(ring_radius)} | preset_fields(preset)
-    fields |= ({} if step is None else {"step": step}) | _choices(choose or [])
+    fields |= ({} if step is None else {"step": _number("--step", step)}) | _choices(choose or [])
     scene = Scene(
         load_rig(rig),
-        motor_rpm=rpm,
-        duration=duration,
-        lead_in=lead_in,
-        frame_interval=frame_interval,
+        motor_rpm=_number("--rpm", rpm),
+        duration=_number("--duration", duration),
+        lead_in=_number("--lead-in", lead_in),
+        frame_interval=_number("--frame-interval", frame_interval),
         **fields,
     )
+    needed = needs(scene)
+    for path in (out, checkpoint):
+        if path is not None:
+            refuse_unwritable(path, needed.file)
     if not quiet:
         for name, decision in scene.fidelity.items():
             typer.echo(f"{name:>22}  {decision.setting}: {decision.reason}")
+        typer.echo(f"{'needs':>22}  {needed}, more if kernels must be compiled")
     if tolerance is not None:
         from trackdyn.study.accuracy.planner import parse_tolerance
         from trackdyn.until import run_until
 
-        answer = run_until(scene, dict.fromkeys(measure or ["rms"], parse_tolerance(tolerance)), longest)
+        answer = run_until(scene, dict.fromkeys(measure or ["rms"], parse_tolerance(tolerance)), _number("--longest", longest))
         answer.recording.save(out)
         for name, found in answer.measures.items():
             said = "" if name not in answer.reached else "known" if answer.reached[name] else "tolerance not reached"
@@ -106,11 +118,12 @@ def simulate(
         typer.echo(f"{'left out, recorded (s)':>22}  {answer.transient:.3g}, {len(answer.recording.time) / answer.recording.rate:.4g}")
         return
     recording = run(scene, progress=not quiet, checkpoint=checkpoint)
+    # measured before it is written: what has no measures leaves no file
+    measures = {} if quiet else run_metrics(out.stem, recording)
     recording.save(out)
-    if not quiet:
-        for name, value in run_metrics(out.stem, recording).items():
-            if value == value:  # what a run cannot have is left out
-                typer.echo(f"{name:>22}  {value:.6g}" if isinstance(value, float) else f"{name:>22}  {value}")
+    for name, value in measures.items():
+        if value == value:  # what a run cannot have is left out
+            typer.echo(f"{name:>22}  {value:.6g}" if isinstance(value, float) else f"{name:>22}  {value}")
 
 
 @app.command()
@@ -135,7 +148,7 @@ def plan(
     measure: Annotated[
         str, typer.Option(help="rms, sd, line, left_peak, left_share, right_share or ring_share.")
     ] = "rms",
-    rpm: Annotated[float, typer.Option(help="Motor speed, rev/min.")] = 115.0,
+    rpm: Annotated[str, typer.Option(metavar="NUMBER", help="Motor speed, rev/min.")] = "115",
     ring_radius: Annotated[str, typer.Option(help="Radius of the rubber ring in m, or none.")] = "0.308",
     data: Annotated[Path | None, typer.Option(help="Measured data; results/trade.csv or the short form.")] = None,
 ) -> None:
@@ -143,7 +156,7 @@ def plan(
     from trackdyn.study.accuracy.planner import load_trade
     from trackdyn.study.accuracy.planner import plan as choose
 
-    chosen = choose(load_trade(data), tolerance, measure, rpm, _ring(ring_radius))
+    chosen = choose(load_trade(data), tolerance, measure, _number("--rpm", rpm), _ring(ring_radius))
     for name, value in chosen.fields.items():
         typer.echo(f"{name:>22}  {value}")
     typer.echo(f"{'expected error':>22}  {chosen.expected_error:.2g}")
@@ -153,12 +166,26 @@ def plan(
 
 
 def main() -> None:
-    """Entry point: a user's mistake ends in one sentence and exit code 1."""
+    """Entry point: a user's mistake ends in one sentence and exit code 1, an interruption in one line and 130."""
     try:
-        app()
+        app(standalone_mode=False)
+        sys.stdout.flush()
+        return
+    except (KeyboardInterrupt, typer.Abort):
+        sentence, code = "interrupted; no file is left half-written", 130
     except TrackdynError as error:
-        print(f"trackdyn: {error}", file=sys.stderr)
-        sys.exit(1)
+        sentence, code = str(error), 1
+    except MemoryError:
+        sentence, code = "the memory that is free does not suffice; a shorter duration or fewer pitches would do", 1
     except OSError as error:
-        print(f"trackdyn: {error.filename}: {error.strerror}; give a path that can be written", file=sys.stderr)
-        sys.exit(1)
+        if error.filename is None:  # standard output is closed or full: nothing more goes there
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        place = error.filename or "standard output"
+        sentence, code = f"{place}: {error.strerror}; give a path that can be written", 1
+    except Exception as error:
+        if not hasattr(error, "format_message"):  # typer's own, whichever module it stands in
+            raise
+        words = " ".join(error.format_message().split()).rstrip(".")
+        sentence, code = f"{words}; see trackdyn --help", 1
+    print(f"trackdyn: {sentence}", file=sys.stderr)
+    sys.exit(code)

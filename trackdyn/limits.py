@@ -11,6 +11,7 @@ from trackdyn.integrate.methods import METHODS, Method
 # millisecond go beyond twice. Runs are then stable to about 1.4 times the limit. A larger ring tightens the
 # loop beyond the pre-tension that the limit is taken at; the shipped configuration halves its step there.
 DYNAMIC_FACTOR = 2.0
+LEAST_LOAD = 1e-3  # N: a loop without weight and tension touches its wheels, too
 
 
 def elastic_depth(law, load, radius):
@@ -55,7 +56,7 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
     ]
     at_pin = sum(ends)
     tension = pre_tension + chain.gravity * float(chain.mass.sum() / chain.length.sum())
-    load = DYNAMIC_FACTOR * 2 * tension * sin(pi / tooth.teeth)
+    load = max(DYNAMIC_FACTOR * 2 * tension * sin(pi / tooth.teeth), LEAST_LOAD)
 
     def friction(law, mass):
         slope = (4 * law.friction_dynamic + 16 / 9 * (law.friction_static - law.friction_dynamic)) * load

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from trackdyn.build import shift_wheel
-from trackdyn.checkpoint import filled, flat, read_checkpoint, write_checkpoint
+from trackdyn.checkpoint import filled, flat, read_checkpoint, refuse_other_places, whole, write_checkpoint
 from trackdyn.errors import InputError
 from trackdyn.integrate.energy import energies
 from trackdyn.integrate.run import refresh
@@ -281,7 +281,9 @@ Step, integrator, solver, motor speed, laws, the rig's weights and the like may 
         InputError
             There is no such checkpoint, or other sources wrote it.
         """
-        return cls.restored(read_checkpoint(path))
+        data = read_checkpoint(path)
+        with whole(path):
+            return cls.restored(data)
 
     def describe(self) -> dict:
         """Everything that a checkpoint holds: the scene, where the wheels stand, all arrays."""
@@ -298,6 +300,7 @@ Step, integrator, solver, motor speed, laws, the rig's weights and the like may 
         loop.scene = Scene(**fields | {"rig": Rig.model_validate(fields["rig"])})
         loop.layout = data["layout"]
         room = allocate(loop.scene)
+        refuse_other_places(room[0], data["model"])
         loop.model, loop.state, loop.work = (filled(part, data[name]) for part, name in zip(room, ("model", "state", "work"), strict=True))
         loop._scratch = make_record(1, loop.state)
         return loop

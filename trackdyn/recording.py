@@ -1,16 +1,22 @@
 """What a run gives: arrays, units and provenance, kept in one npz file."""
 
 import json
-import os
 import platform
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
+from psutil import virtual_memory
 
-from trackdyn.errors import InputError
+from trackdyn.errors import DivergenceError, InputError, TrackdynError
 from trackdyn.jit import source_hash
+from trackdyn.parameters.rig import Rig
+from trackdyn.parameters.validation import shown
+from trackdyn.reading import read_npz
+from trackdyn.replacing import replacing
+from trackdyn.scene import Scene
 
 FORMAT = 4
 
@@ -100,25 +106,62 @@ class Recording:
     link_raw: np.ndarray = field(default_factory=_nothing)
     link_mean: np.ndarray = field(default_factory=_nothing)
 
-    ARRAYS = (
-        "time", "raw", "mean", "gap", "cut", "change", "place", "wheel_rate", "energy", "force", "area", "groove", "pitches",
-        "spells", "begin", "frame", "frame_time", "plane", "wheel_offset", "axial_force", "link_raw", "link_mean",
-    )  # fmt: skip
+    # names of sizes that agree, and numbers; what is only there in space, or if it is asked for, may be empty
+    SHAPES = MappingProxyType({
+        "time": "s", "raw": "s 3", "mean": "s 3", "gap": "s", "cut": "s 2", "change": "s 2", "place": "s 2",
+        "wheel_rate": "s w", "energy": "s 10", "force": "s p 3", "area": "s p 2", "groove": "s p 2", "pitches": "p",
+        "spells": "k 11", "begin": "", "frame": "f c", "frame_time": "f", "plane": "s 8", "wheel_offset": "s w",
+        "axial_force": "s w", "link_raw": "s l 3", "link_mean": "s l 3",
+    })  # fmt: skip
+    ARRAYS = tuple(SHAPES)
+    OPTIONAL = ARRAYS[-5:]
 
     @property
     def rate(self) -> float:
         """Samples per second."""
         return float(self.meta["rig"]["sensor"]["rate"])
 
+    def fault(self) -> str | None:
+        """What is wrong with the arrays: one whose shape does not fit the others', or a number that is not finite."""
+        sizes: dict[str, int] = {}
+        for name, shape in self.SHAPES.items():
+            array = np.asarray(getattr(self, name))
+            if name in self.OPTIONAL and not array.size:
+                continue
+            parts = shape.split()
+            wanted = tuple(
+                int(part) if part.isdigit() else sizes.setdefault(part, size)
+                for part, size in zip(parts, array.shape, strict=False)
+            )
+            if array.dtype.kind not in "iuf" or array.ndim != len(parts) or array.shape != wanted:
+                return f"{name} has {array.dtype} of the shape {array.shape}, which does not fit ({', '.join(parts)})"
+            if not np.isfinite(array).all():
+                return f"{name} holds a value that is not a finite number"
+        return None
+
+    def checked(self) -> "Recording":
+        """This recording, if every number in it is one.
+
+        Raises
+        ------
+        DivergenceError
+            Names the array that holds one that is not finite.
+        """
+        if fault := self.fault():
+            raise DivergenceError(f"the run left the physical range: {fault}; a smaller step or a milder rig would do")
+        return self
+
     def save(self, path: Path | str) -> None:
-        """Write to an npz file: a temporary name first, so that a broken run leaves nothing."""
-        path = Path(path)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part = path.with_name(path.name + ".part")
-        with part.open("wb") as file:
-            arrays = {name: getattr(self, name) for name in self.ARRAYS}
-            np.savez(file, meta=np.array(json.dumps(self.meta | {"format": FORMAT}, sort_keys=True)), **arrays)
-        os.replace(part, path)
+        """Write to an npz file: a temporary name first, so that a broken run leaves nothing.
+
+        Raises
+        ------
+        InputError
+            It cannot be written.
+        """
+        meta = np.array(json.dumps(self.meta | {"format": FORMAT}, sort_keys=True))
+        with replacing(path) as part, part.open("wb") as file:
+            np.savez(file, meta=meta, **{name: getattr(self, name) for name in self.ARRAYS})
 
 
 def provenance(scene, layout: dict) -> dict:
@@ -143,17 +186,26 @@ def load_recording(path: Path | str) -> Recording:
     InputError
         If the file is missing, not a recording, or of another format.
     """
-    try:
-        with np.load(path, allow_pickle=False) as data:
-            meta = json.loads(str(data["meta"]))
-            # another format may lack arrays: it is named below
-            arrays = {name: data[name] for name in Recording.ARRAYS if meta.get("format") == FORMAT}
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such recording; make it with `trackdyn simulate`") from None
-    except Exception:
-        raise InputError(f"{path}: is not a trackdyn recording; give an npz file made by `trackdyn simulate`") from None
+    meta, arrays = read_npz(path, "trackdyn recording", virtual_memory().available / 2)
     if meta.get("format") != FORMAT:
         raise InputError(
-            f"{path}: has recording format {meta.get('format')}, this version reads {FORMAT}; run it again"
+            f"{path}: has recording format {shown(meta.get('format'))}, this version reads {FORMAT}; run it again"
         )
-    return Recording(meta=meta, **arrays)
+    try:
+        recording = Recording(meta=meta, **{name: arrays[name] for name in Recording.ARRAYS})
+        fault = recording.fault() or _fault_of_meta(meta)
+    except (KeyError, TypeError, ValueError, AttributeError, TrackdynError) as error:
+        fault = " ".join(str(error).split())
+    if fault:
+        raise InputError(f"{path}: is not a trackdyn recording, or is damaged: {fault}; run it again")
+    return recording
+
+
+def _fault_of_meta(meta: dict) -> str | None:
+    """What is wrong with the description of a run; a mistake in its scene raises `InputError`, a missing part `KeyError`."""
+    scene = Scene(Rig.model_validate(meta["rig"]), **meta["scene"])
+    if {name: of["setting"] for name, of in meta["fidelity"].items()} != {n: d.setting for n, d in scene.fidelity.items()}:
+        return "fidelity is not that of its scene"
+    if not all(isinstance(meta[name], kind) for name, kind in (("sources", str), ("python", str), ("versions", dict))):
+        return "sources, python or versions are not what they were"
+    return None if np.isfinite(list(meta["layout"].values())).all() else "layout holds a value that is not a finite number"

@@ -3,16 +3,66 @@
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from errno import EISDIR
 from pathlib import Path
+from shutil import disk_usage
+from tempfile import TemporaryFile
+
+from trackdyn.errors import InputError
+
+_OPEN: set[Path] = set()  # what a process that is stopped must take along
 
 
 @contextmanager
 def replacing(path: Path | str) -> Iterator[Path]:
-    """Another name to write to, which becomes ``path`` at the end, or is gone if the writing breaks off."""
+    """Another name to write to, which becomes ``path`` at the end, or is gone if the writing breaks off.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written; what stood there before is whole.
+    """
     path = Path(path)
     part = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        _OPEN.add(part)
         yield part
         os.replace(part, path)
+    except OSError as error:
+        reason = error.strerror or error
+        raise InputError(f"{path}: cannot be written ({reason}); free space or another place would do") from None
     finally:
         part.unlink(missing_ok=True)
+        _OPEN.discard(part)
+
+
+def discard_parts() -> None:
+    """Remove what is being written: for a process that is about to end."""
+    for part in _OPEN:
+        part.unlink(missing_ok=True)
+
+
+def refuse_unwritable(path: Path | str, size: float = 0.0) -> None:
+    """Refuse a name that cannot be written, or a disk with less than ``size`` bytes free, before the work is done.
+
+    Raises
+    ------
+    InputError
+        As `replacing` would.
+    """
+    path = Path(path)
+    made = next((folder for folder in path.parents if folder.exists()), path.parent)
+    try:
+        if path.is_dir():
+            raise OSError(EISDIR, os.strerror(EISDIR))
+        path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}").exists()  # a name too long
+        TemporaryFile(dir=made).close()
+        free = disk_usage(made).free
+    except OSError as error:
+        reason = error.strerror or error
+        raise InputError(f"{path}: cannot be written ({reason}); another place would do") from None
+    if free < size:
+        raise InputError(
+            f"{path}: needs about {size / 1e6:.0f} MB and {free / 1e6:.0f} MB are free; free space or another place would do"
+        )

@@ -14,12 +14,15 @@ from trackdyn.integrate.methods import METHODS
 from trackdyn.limits import step_limits
 from trackdyn.model.constants import Model
 from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.validation import Section, plain_number, sentence
+from trackdyn.parameters.validation import Section, plain_number, sentence, shown
 
 Number = Annotated[float, BeforeValidator(plain_number)]
-# Least step, s: rounding of the time counts from there on. Longest recording, lead-in or ramp, s.
+# Least step, s: rounding of the time counts from there on. Longest recording, lead-in or ramp, s; shortest ramp, s.
 LEAST_STEP = 1e-8
-LONGEST = 36000.0
+LONGEST, LEAST_RAMP = 36000.0, 1e-6
+FASTEST = 1e5  # rev/min; the tests run 10,000
+LEAST_TOLERANCE = 1e-12  # rounding hides what is less, and a step that must reach it never ends
+MOST_STEPS = 1e10  # a day of computing
 
 
 def _pitches(value: Any) -> Any:
@@ -29,12 +32,14 @@ def _pitches(value: Any) -> Any:
     if not isinstance(value, (list, tuple)) or any(
         isinstance(pitch, bool) or not isinstance(pitch, (int, np.integer)) for pitch in value
     ):
-        raise InputError(f"scene: pitches = {value!r} is not accepted: a list of whole numbers, such as (1, 2), would do")
+        raise ValueError(f"= {shown(value)} is not accepted: a list of whole numbers, such as (1, 2), would do")
     return tuple(int(pitch) for pitch in value)
 
 
 def _flag(value: Any) -> Any:
-    return bool(value) if isinstance(value, np.bool_) else value
+    if not isinstance(value, (bool, np.bool_)):
+        raise ValueError(f"= {shown(value)} is not accepted: True or False would do")
+    return bool(value)
 
 
 class Scene(Section):
@@ -136,34 +141,34 @@ class Scene(Section):
         self._refuse_step()
 
     def _refuse(self, field: str, remedy: str):
-        raise InputError(f"scene: {field} = {getattr(self, field)!r} is not accepted: {remedy}")
+        raise InputError(f"scene: {field} = {shown(getattr(self, field))} is not accepted: {remedy}")
 
     def _refuse_times(self) -> None:
         sample = 1.0 / self.rig.sensor.rate
-        if self.motor_rpm < 0:
-            self._refuse("motor_rpm", "the chain runs clockwise; 0 or more rev/min would do")
-        if self.duration < sample:
-            self._refuse("duration", f"at least one sample, {sample} s, would do")
-        for field in ("duration", "lead_in", "ramp"):
-            if getattr(self, field) > LONGEST:
-                self._refuse(field, f"at most {LONGEST:.0f} s (ten hours) would do")
-        for field in ("lead_in", "frame_interval"):
-            if getattr(self, field) < 0:
-                self._refuse(field, "0 or more would do")
-        if self.ramp <= 0:
-            self._refuse("ramp", "a start-up ramp of more than 0 s would do")
+        for field, least, most, unit in (
+            ("motor_rpm", 0.0, FASTEST, "rev/min, clockwise,"),
+            ("duration", sample, LONGEST, "s"),
+            ("lead_in", 0.0, LONGEST, "s"),
+            ("ramp", LEAST_RAMP, LONGEST, "s"),
+            ("tolerance", LEAST_TOLERANCE, 0.5, "of a step's error"),
+        ):
+            value = getattr(self, field)
+            if value is not None and not least <= value <= most:
+                self._refuse(field, f"at least {least:g} and at most {most:g} {unit} would do")
         if not LEAST_STEP <= self.step <= sample * (1 + 1e-6) or abs(sample / self.step - self.stride) > 1e-6:
             self._refuse(
                 "step",
                 f"a whole fraction of the sample interval {sample} s and at least {LEAST_STEP:g} s would do, such as "
                 f"{sample / 20} s",
             )
-        if self.frame_interval > self.duration or (
-            abs(self.frame_interval / sample - round(self.frame_interval / sample)) > 1e-6
+        steps = (self.lead_in + self.ramp + self.duration) / self.step
+        if steps > MOST_STEPS:
+            self._refuse("step", f"that makes {steps:.2g} steps; a run of at most {MOST_STEPS:.0g} would do")
+        samples = round(self.frame_interval / sample)
+        if self.frame_interval and not (
+            samples >= 1 and self.frame_interval <= self.duration and abs(self.frame_interval / sample - samples) <= 1e-6
         ):
-            self._refuse("frame_interval", f"a multiple of the sample interval {sample} s within the duration would do")
-        if self.tolerance is not None and not 0 < self.tolerance < 1:
-            self._refuse("tolerance", "a number between 0 and 1, such as 1e-6, would do")
+            self._refuse("frame_interval", f"a multiple of the sample interval {sample} s within the duration would do, or 0")
 
     def _refuse_loop(self) -> None:
         if self.ring_radius is not None:

@@ -6,9 +6,10 @@ from pathlib import Path
 from tqdm import tqdm
 
 from trackdyn.belt import belt_recording
-from trackdyn.checkpoint import read_checkpoint, write_checkpoint
+from trackdyn.checkpoint import read_checkpoint, whole, write_checkpoint
 from trackdyn.errors import InputError
 from trackdyn.loop import Loop
+from trackdyn.needs import refuse_too_large
 from trackdyn.recording import Recording
 from trackdyn.scene import Scene
 from trackdyn.writer import Writer
@@ -39,8 +40,9 @@ def simulate(scene: Scene, progress: bool = False, checkpoint: Path | str | None
     DivergenceError
         If a body leaves the physical range; nothing is returned or written then.
     InputError
-        The checkpoint belongs to another scene or other sources.
+        The checkpoint belongs to another scene or other sources; the recording does not fit into the memory.
     """
+    refuse_too_large(scene)
     if scene.chain == "belt":
         return belt_recording(scene)
     lead = scene.ramp + scene.lead_in
@@ -78,9 +80,11 @@ def _writer(loop: Loop) -> Writer:
 
 def _resumed(path: Path | str, scene: Scene) -> Writer:
     data = read_checkpoint(path)
-    loop = Loop.restored(data)
+    with whole(path):
+        loop = Loop.restored(data)
     if loop.scene != scene:
         raise InputError(f"{path}: is the checkpoint of another scene; remove it to start anew")
     writer = _writer(loop)
-    writer.restore(data)
+    with whole(path):
+        writer.restore(data)
     return writer

@@ -5,10 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trackdyn.checkpoint import filled
+from trackdyn.checkpoint import filled, refuse_other_places
 from trackdyn.errors import DivergenceError
 from trackdyn.measure.energy import refuse_open_account, refuse_unresolved
 from trackdyn.model.record import SPELL_COLUMNS, Record, Spells, make_record
+from trackdyn.needs import refuse_too_large
 from trackdyn.recording import Recording, provenance
 from trackdyn.stepping import march
 
@@ -26,6 +27,7 @@ class Writer:
 
     def __init__(self, loop, seconds: float, pitches: tuple[int, ...], frame_interval: float, spells: bool, every_link: bool):
         rate = loop.scene.rig.sensor.rate
+        refuse_too_large(loop.scene, seconds, pitches, frame_interval, every_link)
         self.loop = loop
         self.samples = round(seconds * rate)
         self.done = 0
@@ -66,12 +68,15 @@ class Writer:
 
     def restore(self, data: dict) -> None:
         """Go on from a checkpoint's data, the loop being its loop."""
+        refuse_other_places(self.record._replace(area=None, groove=None, spells=None), data["record"])
         self.record = filled(self.record, data["record"])
         self.ended = [data["ended"]["rows"]]
         self.done, self.begin, self.wall = (data["progress"][name] for name in ("done", "begin", "wall"))
+        if not (isinstance(self.done, int) and 0 <= self.done <= self.samples):
+            raise ValueError(f"done = {self.done}")
 
     def recording(self) -> Recording:
-        """What was recorded so far, if its account of work is closed (`measure.energy.refuse_open_account`)."""
+        """What was recorded so far, if it is finite and its account of work closed (`measure.energy.refuse_open_account`)."""
         loop, record, scene = self.loop, self.record, self.loop.scene
         rate, stride = scene.rig.sensor.rate, record.frame_stride
         if self.done < self.samples:
@@ -90,7 +95,7 @@ class Writer:
             wall=self.wall,
             **{name: getattr(record, name) for name in same},
             **space,
-        )
+        ).checked()
 
 
 def _rows(record: Record, count: int) -> Record:

@@ -12,16 +12,18 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import pandas as pd
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, ValidationInfo
 
 from trackdyn.errors import InputError
 from trackdyn.parameters.groove import Groove, build_groove, connector_length
-from trackdyn.parameters.validation import Section, read_yaml, validated
+from trackdyn.parameters.validation import Section, plain_count, plain_number, read_yaml, shown, validated
 
 KINDS = ("printed", "derived", "assumed", "fitted")
 YAML_12_FLOAT = re.compile(r"[-+]?\d+(\.\d*)?[eE]\d+")
 ENTRY_KEYS = {"value", "unit", "kind", "source"}
 RANGE_KEYS = {"low", "high"}  # what the part can be, for what is assumed or fitted
+FROM_FILE = "from a file"  # there every entry states its unit, in Python none does
+LARGEST = 1e20  # of any value in its unit: squares and ratios of such values are still numbers
 
 
 def _number(value: Any) -> float:
@@ -32,40 +34,53 @@ def _number(value: Any) -> float:
         return float("nan")
 
 
-def _unwrap(unit: str):
-    def unwrap(entry: Any) -> Any:
-        if not isinstance(entry, dict):  # a bare number: from Python, already in the right unit
-            return entry
-        if missing := ENTRY_KEYS - entry.keys():
-            raise ValueError(f"lacks {', '.join(sorted(missing))}; every parameter has value, unit, kind and source")
-        if unknown := entry.keys() - ENTRY_KEYS - RANGE_KEYS:
+def _unwrap(unit: str, kind: type):
+    def unwrap(entry: Any, info: ValidationInfo) -> Any:
+        if isinstance(entry, dict):
+            value = _value(entry, unit)
+        elif info.context is FROM_FILE:
             raise ValueError(
-                f"has the unknown key {', '.join(sorted(unknown))}; known are value, unit, kind, low, high, source"
+                f"= {shown(entry)} has no unit; write {{value: {shown(entry)}, unit: {unit}, kind: assumed, source: ...}}"
             )
-        if RANGE_KEYS & entry.keys() and not _number(entry.get("low")) <= _number(entry.get("high")):
-            raise ValueError("needs low and high as rising numbers, or neither")
-        if str(entry["unit"]) != unit:
-            raise ValueError(f"has the unit {entry['unit']!r}; it must be given in {unit!r}")
-        if entry["kind"] not in KINDS:
-            raise ValueError(f"has the kind {entry['kind']!r}; known are {', '.join(KINDS)}")
-        if not str(entry["source"]).strip():
-            raise ValueError("has no source; say where the number comes from")
-        value = entry["value"]
-        if isinstance(value, str) and YAML_12_FLOAT.fullmatch(value):  # PyYAML reads 2e11 as text
-            value = float(value)
-        if isinstance(value, bool) or (isinstance(value, str) and unit != "name"):
-            raise ValueError(f"is {value!r}; a number in {unit} is needed")
-        return value
+        else:  # from Python, already in the right unit
+            value = entry
+        return {float: plain_number, int: plain_count}.get(kind, lambda name: name)(value)
 
     return BeforeValidator(unwrap)
 
 
+def _value(entry: dict, unit: str) -> Any:
+    """Value of an entry of the file, whose other keys are checked."""
+    if missing := ENTRY_KEYS - entry.keys():
+        raise ValueError(f"lacks {', '.join(sorted(missing))}; every parameter has value, unit, kind and source")
+    if unknown := entry.keys() - ENTRY_KEYS - RANGE_KEYS:
+        raise ValueError(
+            f"has the unknown key {shown(next(iter(unknown)))}; known are value, unit, kind, low, high, source"
+        )
+    if RANGE_KEYS & entry.keys() and not _number(entry.get("low")) <= _number(entry.get("high")):
+        raise ValueError("needs low and high as rising numbers, or neither")
+    if str(entry["unit"]) != unit:
+        raise ValueError(f"has the unit {shown(entry['unit'])}; it must be given in {unit!r}")
+    if entry["kind"] not in KINDS:
+        raise ValueError(f"has the kind {shown(entry['kind'])}; known are {', '.join(KINDS)}")
+    if not isinstance(entry["source"], str) or not entry["source"].strip():
+        raise ValueError("has no source; say in words where the number comes from")
+    value = entry["value"]
+    if isinstance(value, str) and YAML_12_FLOAT.fullmatch(value):  # PyYAML reads 2e11 as text
+        value = float(value)
+    if isinstance(value, bool) or (isinstance(value, str) and unit != "name"):
+        raise ValueError(f"is {shown(value)}; a number in {unit} is needed")
+    return value
+
+
 def quantity(unit: str, kind: type = float, **bounds) -> Any:
-    """Type of one parameter: its Python type, its unit and its bounds."""
-    return Annotated[kind, _unwrap(unit), Field(allow_inf_nan=False if kind is float else None, **bounds)]
+    """Type of one parameter: its Python type, its unit and its bounds; a number is at most ``LARGEST``."""
+    if kind in (float, int):
+        bounds = {"le": LARGEST, "ge": -LARGEST} | bounds
+    return Annotated[kind, _unwrap(unit, kind), Field(**bounds)]
 
 
-Length = quantity("m", gt=0)
+Length = quantity("m", gt=0, le=1000)
 Position = quantity("m")
 Mass = quantity("kg", gt=0)
 Inertia = quantity("kg m2", gt=0)
@@ -75,7 +90,7 @@ Friction = quantity("1", ge=0, le=2)
 
 
 class ChainParameters(Section):
-    pitches: quantity("1", int, ge=3)
+    pitches: quantity("1", int, ge=3, le=20_000)  # twice what the scaling was measured to
     link_length: Length
     link_thickness: Length
     link_mass: Mass
@@ -115,7 +130,7 @@ class GrooveParameters(Section):
 
 
 class Sprocket(Section):
-    teeth: quantity("1", int, ge=5)
+    teeth: quantity("1", int, ge=5, le=127)  # a groove's number is kept in a byte
     transmission_ratio: quantity("1", gt=0)
     x: Position
     y: Position
@@ -276,8 +291,8 @@ class Rig(Section):
         return _validated(data, "rig")
 
 
-def _validated(data: Any, name: str) -> Rig:
-    rig = validated(Rig, data, name, missing="add it with value, unit, kind and source")
+def _validated(data: Any, name: str, context: str | None = None) -> Rig:
+    rig = validated(Rig, data, name, "add it with value, unit, kind and source", context)
     try:
         rig.groove_profile  # noqa: B018 -- an impossible groove is refused here, not in mid-run
     except InputError as error:
@@ -293,7 +308,7 @@ def load_rig(path: Path | str) -> Rig:
     InputError
         One sentence with file, field, value and what would be accepted.
     """
-    return _validated(read_yaml(path), str(path))
+    return _validated(read_yaml(path), str(path), FROM_FILE)
 
 
 def parameter_table(path: Path | str) -> pd.DataFrame:

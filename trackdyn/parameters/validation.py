@@ -11,6 +11,11 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from trackdyn.errors import InputError
+from trackdyn.reading import read_text
+
+LARGEST_YAML = 1_000_000  # bytes; the longest that is shipped has 24,000
+DEEPEST = 20
+LONGEST_SHOWN = 120  # characters of a value in a sentence
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -31,23 +36,62 @@ class Section(BaseModel):
 SectionType = TypeVar("SectionType", bound=Section)
 
 
+class _PlainLoader(yaml.SafeLoader):
+    """YAML that means what it shows: nothing run, no key twice, no aliases, no nesting without end."""
+
+    depth = 0
+
+    def compose_node(self, parent, index):
+        if self.check_event(yaml.AliasEvent):
+            self._refuse(self.peek_event(), "holds an alias (*); write the value out")
+        if self.depth == DEEPEST:
+            self._refuse(self.peek_event(), f"is nested more than {DEEPEST} deep; name, value and list in value would do")
+        self.depth += 1
+        node = super().compose_node(parent, index)
+        self.depth -= 1
+        return node
+
+    def compose_mapping_node(self, anchor):
+        node = super().compose_mapping_node(anchor)
+        seen = set()
+        for key, _ in node.value:
+            if isinstance(key, yaml.ScalarNode) and key.value in seen:
+                self._refuse(key, f"gives {shown(key.value)} a second time; keep one of them")
+            seen.add(str(key.value))
+        return node
+
+    def _refuse(self, what, sentence):
+        raise InputError(f"line {what.start_mark.line + 1} {sentence}")
+
+
 def read_yaml(path: Path | str) -> Any:
-    """Contents of a YAML file, or one sentence about why it cannot be read."""
-    path = Path(path)
+    """Contents of a YAML file of at most `LARGEST_YAML` bytes, or one sentence about why it cannot be used."""
+    text = read_text(path, "YAML file", LARGEST_YAML)
     try:
-        return yaml.safe_load(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file; give the path of an existing YAML file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot be read as UTF-8 text ({error.__class__.__name__})") from None
-    except yaml.YAMLError as error:
+        return yaml.load(text, _PlainLoader)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    # a date or a number that is none is a ValueError of its own
+    except (yaml.YAMLError, ValueError) as error:
         mark = getattr(error, "problem_mark", None)
         line = f" at line {mark.line + 1}" if mark else ""
         raise InputError(f"{path}: is not valid YAML{line}; correct the syntax there") from None
 
 
-def validated(schema: type[SectionType], data: Any, name: str, missing: str = "add it") -> SectionType:
-    """``data`` as an object of ``schema``.
+def shown(value: Any) -> str:
+    """A value as it may stand in a sentence: on one line and not too long."""
+    try:
+        text = repr(value)
+    except ValueError:  # an integer of thousands of digits
+        return "an integer of thousands of digits"
+    text = " ".join(text.split())
+    return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}..."
+
+
+def validated(
+    schema: type[SectionType], data: Any, name: str, missing: str = "add it", context: Any = None
+) -> SectionType:
+    """``data`` as an object of ``schema``; ``context`` is for its own validators.
 
     Raises
     ------
@@ -57,7 +101,7 @@ def validated(schema: type[SectionType], data: Any, name: str, missing: str = "a
     if not isinstance(data, dict):
         raise InputError(f"{name}: holds no sections; a mapping of names to values is needed")
     try:
-        return schema.model_validate(data)
+        return schema.model_validate(data, context=context)
     except ValidationError as error:
         raise InputError(sentence(name, error.errors()[0], missing)) from None
     except InputError as error:
@@ -71,15 +115,23 @@ def plain_number(value: Any) -> Any:
     """
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
-    if not isinstance(value, (Real, np.number)) or isinstance(value, (bool, np.bool_, complex, np.complexfloating)):
-        raise ValueError(f"= {value!r} is not accepted: a finite number is needed")
     try:
+        if not isinstance(value, (Real, np.number)) or isinstance(value, (bool, np.bool_, np.complexfloating)):
+            raise ValueError
         number = float(value)
-    except OverflowError:
-        number = float("inf")
-    if not isfinite(number):
-        raise ValueError(f"= {value!r} is not accepted: a finite number is needed")
+        if not isfinite(number):
+            raise ValueError
+    except (ValueError, OverflowError):
+        raise ValueError(f"= {shown(value)} is not accepted: a finite number is needed") from None
     return number
+
+
+def plain_count(value: Any) -> Any:
+    """A whole number as Python's own int; see `plain_number`."""
+    number = plain_number(value)
+    if number != int(number):
+        raise ValueError(f"= {shown(value)} is not accepted: a whole number is needed")
+    return int(number)
 
 
 def parse_tolerance(text: str | float) -> float:
@@ -96,20 +148,21 @@ def parse_tolerance(text: str | float) -> float:
     except (TypeError, ValueError):
         value = float("nan")
     if not 0 < value < 1:
-        raise InputError(f"tolerance = {text!r} is not accepted: a share between 0 and 1, such as 2% or 0.02, would do")
+        raise InputError(f"tolerance = {shown(text)} is not accepted: a share between 0 and 1, such as 2% or 0.02, would do")
     return value
 
 
 def sentence(name: str, error: dict, missing: str) -> str:
     """What pydantic found, as one sentence with the file, the field, the value and what would be accepted."""
-    where = ".".join(str(part) for part in error["loc"]) or "the file"
+    parts = [str(part) for part in error["loc"]]
+    where = ".".join(part if re.fullmatch(r"\w{1,60}", part) else shown(part) for part in parts) or "the file"
     if error["type"] == "extra_forbidden":
         return f"{name}: {where} is not a known parameter; remove it or correct its spelling"
     if error["type"] == "missing":
         return f"{name}: {where} is missing; {missing}"
     if error["type"] == "value_error":
         return f"{name}: {where} {error['ctx']['error']}"
-    shown = error["input"]
-    shown = shown.get("value", shown) if isinstance(shown, dict) else shown
+    value = error["input"]
+    value = value.get("value", value) if isinstance(value, dict) else value
     problem = error["msg"][0].lower() + error["msg"][1:]
-    return f"{name}: {where} = {shown!r} is not accepted: {problem}"
+    return f"{name}: {where} = {shown(value)} is not accepted: {problem}"

@@ -1,34 +1,17 @@
 """Where the results come from: one version of the program, named files, named packages."""
 
 import hashlib
-import json
 import platform
 from collections.abc import Iterable
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-import numpy as np
-
 from trackdyn import __version__
 from trackdyn.errors import InputError
 from trackdyn.jit import source_hash
+from trackdyn.reading import read_npz
 
 PACKAGES = ("numpy", "scipy", "numba", "pandas", "matplotlib", "snakemake", "plotly")
-
-
-def read_meta(path: Path | str) -> dict:
-    """What a recording says of itself, without its arrays.
-
-    Raises
-    ------
-    InputError
-        If the file is not a recording.
-    """
-    try:
-        with np.load(path, allow_pickle=False) as data:
-            return json.loads(str(data["meta"]))
-    except Exception:
-        raise InputError(f"{path}: is not a trackdyn recording; remove it or run the workflow again") from None
 
 
 def check_sources(recordings: Iterable[Path], expected: str | None = None) -> dict[str, dict]:
@@ -54,7 +37,7 @@ def check_sources(recordings: Iterable[Path], expected: str | None = None) -> di
     expected = expected or source_hash()
     found = {}
     for path in recordings:
-        meta = read_meta(path)
+        meta, _ = read_npz(path, "trackdyn recording", float("inf"), arrays=False)
         if meta.get("sources") != expected:
             raise InputError(
                 f"{path}: was made by another version of the program (sources {meta.get('sources')}, present "
