@@ -72,6 +72,9 @@ def simulate(
         list[str] | None, typer.Option(help="rms, sd, line, left_peak, left_share, right_share or ring_share; may be repeated.")
     ] = None,
     longest: Annotated[str, typer.Option(metavar="NUMBER", help="Bound of a run with a --tolerance, s.")] = "60",
+    rate: Annotated[
+        str | None, typer.Option(metavar="NUMBER", help="Samples a second, Hz, such as your sensor's; the rig's by default. The step adapts.")
+    ] = None,
     checkpoint: Annotated[
         Path | None, typer.Option(help="File kept while a long run records; the same command goes on from it.")
     ] = None,
@@ -98,6 +101,8 @@ def simulate(
         frame_interval=_number("--frame-interval", frame_interval),
         **fields,
     )
+    if rate is not None:
+        scene = scene.sampled(_number("--rate", rate))
     needed = needs(scene)
     for path in (out, checkpoint):
         if path is not None:
@@ -129,17 +134,41 @@ def simulate(
 @app.command()
 def compare(
     recording: Annotated[Path, typer.Argument(help="Recording made by `trackdyn simulate` (.npz).")],
-    sensor: Annotated[Path, typer.Argument(help="Sensor CSV with the columns t_s, ax_g, ay_g, az_g.")],
+    sensor: Annotated[Path, typer.Argument(help="CSV of the sensor: columns of time, ax, ay and az by name.")],
+    mapping: Annotated[Path | None, typer.Option(help="YAML file with the options below.")] = None,
+    time: Annotated[str | None, typer.Option(help="Column of the time stamps, or none (with --rate).")] = None,
+    rate: Annotated[float | None, typer.Option(help="Samples a second, Hz; found from the stamps by default.")] = None,
+    unit: Annotated[str | None, typer.Option(help="g, m/s2 or mg, where the header says none.")] = None,
+    axis: Annotated[
+        list[str] | None, typer.Option(help="Which column an axis is, such as ay=channel3 or ay=-channel3; repeatable.")
+    ] = None,
+    sensor_range: Annotated[float | None, typer.Option("--range", help="Range of the sensor, g; the rig's by default.")] = None,
+    resample: Annotated[bool, typer.Option("--resample", help="Put samples whose stamps jitter onto even instants.")] = False,
+    start: Annotated[float | None, typer.Option("--from", help="First instant to keep, s since the first row.")] = None,
+    to: Annotated[float | None, typer.Option("--to", help="Last instant to keep, s since the first row.")] = None,
 ) -> None:
     """Compare the simulated y acceleration with a sensor's: RMS, SD and main line."""
     from trackdyn.measure.compare import compare_with_sensor
     from trackdyn.measure.sensor_csv import read_sensor_csv
+    from trackdyn.measure.sensor_mapping import load_mapping
     from trackdyn.recording import load_recording
 
+    for pair in axis or []:
+        if not all(pair.partition("=")):
+            raise InputError(f"--axis {pair} is not accepted: an axis and its column, such as ay=channel3, would do")
+    axes = dict(pair.split("=", 1) for pair in axis or [])
+    chosen = load_mapping(
+        mapping, time=time, rate=rate, unit=unit, axes=axes, range=sensor_range, resample=resample, to=to, **{"from": start}
+    )
     loaded = load_recording(recording)
-    rig = loaded.meta["rig"]["sensor"]
-    table = compare_with_sensor(loaded, read_sensor_csv(sensor, rate_hz=rig["rate"], range_g=rig["range"]))
-    typer.echo(table.to_string(index=False, float_format=lambda v: f"{v:.4f}"))
+    rig = loaded.meta["rig"]
+    record = read_sensor_csv(sensor, chosen, range_g=rig["sensor"]["range"], gravity=rig["gravity"] or 9.81)
+    for name, text in record.done.items():
+        typer.echo(f"{name:>10}  {text}")
+    table = compare_with_sensor(loaded, record, str(recording))
+    typer.echo("\n" + table.to_string(index=False, float_format=lambda v: f"{v:.4f}", na_rep="-"))
+    if "line_hz" not in set(table.measure):
+        typer.echo("trackdyn: warning: no line, for which both records must hold two turns of the loop", err=True)
 
 
 @app.command()

@@ -1,7 +1,7 @@
 """A scene: the rig, what it is asked to do, and the model that this requires."""
 
 from functools import cached_property
-from math import pi
+from math import ceil, floor, pi
 from typing import Annotated, Any
 
 import numpy as np
@@ -245,6 +245,12 @@ class Scene(Section):
     def with_(self, **changes) -> "Scene":
         """A scene with some fields replaced."""
         return Scene(**{name: getattr(self, name) for name in type(self).model_fields} | changes)
+
+    def sampled(self, rate: int) -> "Scene":
+        """The scene recorded at another rate (Hz); step and frame interval become the next smaller ones that fit it."""
+        rig = self.rig.changed(sensor__rate=rate)
+        frames = max(floor(self.frame_interval * rate + 1e-6), 1) / rate if self.frame_interval else 0.0
+        return self.with_(rig=rig, step=1.0 / rate / ceil(1.0 / rate / self.step - 1e-6), frame_interval=frames)
 
     def describe(self) -> dict:
         """Plain data for provenance."""

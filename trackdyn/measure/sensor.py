@@ -53,14 +53,20 @@ def specific_force(acceleration, angle, gravity: float = 9.81):
     return acceleration + projection
 
 
-def sense(recording: Recording) -> SensorSignal:
-    """Apply Eq. (40), the unit g and the range to a recording."""
+def sense(recording: Recording, every: int = 1) -> SensorSignal:
+    """Apply Eq. (40), the unit g and the range to a recording.
+
+    ``every`` samples of the recording make one of the sensor. A sample is the mean over its interval, so their mean is what
+    a sensor of a rate that is lower by this factor reports.
+    """
     g = recording.meta["rig"]["gravity"] or 9.81
     limit = recording.meta["rig"]["sensor"]["range"]
     gravity = recording.meta["rig"]["gravity"]
-    mean = specific_force(recording.mean[:, :2], recording.mean[:, 2], gravity) / g
-    raw = specific_force(recording.raw[:, :2], recording.raw[:, 2], gravity) / g
+    last = slice(every - 1, None, every)
+    values = recording.mean[: len(recording.mean) // every * every].reshape(-1, every, 3).mean(axis=1)
+    mean = specific_force(values[:, :2], values[:, 2], gravity) / g
+    raw = specific_force(recording.raw[last, :2], recording.raw[last, 2], gravity) / g
     clipped = int((np.abs(mean) > limit).sum())
     mean = np.clip(mean, -limit, limit)
     raw = np.clip(raw, -limit, limit)
-    return SensorSignal(recording.time, mean[:, 0], mean[:, 1], raw[:, 0], raw[:, 1], clipped)
+    return SensorSignal(recording.time[last], mean[:, 0], mean[:, 1], raw[:, 0], raw[:, 1], clipped)

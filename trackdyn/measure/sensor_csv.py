@@ -1,30 +1,25 @@
-"""CSV files of the acceleration sensor: time in s and three axes in g, one row a sample.
+"""Records of an acceleration sensor: what a logger wrote, as time in s and three axes in g.
 
-A file is UTF-8 text: comment lines that begin with ``#``, the header ``t_s,ax_g,ay_g,az_g``, then
-numbers with decimal points. Reading refuses what is doubtful instead of repairing it, because a gap or
-a wrong rate would quietly move every frequency derived from the record.
+A file may come in many forms; what can be read in one way only is read, with a list of what was done, and what is
+doubtful is refused with the option that decides it, because a gap, a wrong rate or a wrong unit would quietly move
+everything derived from the record.
 """
 
-import csv
-import difflib
-import io
-import re
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
+from scipy.interpolate import CubicSpline
 
 from trackdyn.errors import InputError
+from trackdyn.measure import stamps
+from trackdyn.measure.logger_text import find_layout, listed, parse, read_text, shown
+from trackdyn.measure.sensor_mapping import AXES, SensorMapping, choose, time_unit_of, unit_of
 from trackdyn.replacing import replacing
 
 COLUMNS = ("t_s", "ax_g", "ay_g", "az_g")
-HEADER = ",".join(COLUMNS)
-_SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "vertical bars"}
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-_NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
-
+_CLIPPED = 0.5  # share of clipped rows from which on nothing is left of the motion
 
 @dataclass(frozen=True)
 class SensorRecord:
@@ -35,35 +30,67 @@ class SensorRecord:
     path : Path
         File it was read from.
     t_s : (N,) array
-        Time, s.
-    ax_g, ay_g, az_g : (N,) arrays
-        Specific force in the sensor's axes, g.
+        Time from its first sample on, s.
+    ax_g, ay_g, az_g : (N,) arrays or None
+        Specific force in the sensor's axes, g; None for an axis that the file lacks.
     rate_hz : float
         Sampling rate, Hz.
     clipped : int
         Number of rows with an axis at the end of the sensor's range.
+    done : mapping
+        What reading did, by name: rows, columns, time, rate, steps, dropped, clipped.
     """
 
     path: Path
     t_s: np.ndarray
-    ax_g: np.ndarray
+    ax_g: np.ndarray | None
     ay_g: np.ndarray
-    az_g: np.ndarray
+    az_g: np.ndarray | None
     rate_hz: float
     clipped: int
+    done: Mapping[str, str] = field(default_factory=dict, compare=False)
+
+    @property
+    def seconds(self) -> float:
+        """Length of the record, s."""
+        return self.ay_g.size / self.rate_hz
+
+    def averaged(self, count: int) -> "SensorRecord":
+        """The record of a sensor that is slower by a whole factor: means of ``count`` samples each."""
+        whole = self.t_s.size // count * count
+
+        def mean(values):
+            return None if values is None else values[:whole].reshape(-1, count).mean(axis=1)
+
+        return SensorRecord(
+            self.path, self.t_s[:whole:count], mean(self.ax_g), mean(self.ay_g), mean(self.az_g), self.rate_hz / count,
+            self.clipped, {**self.done, "averaged": f"over {count} samples each, to {self.rate_hz / count:g} Hz"},
+        )  # fmt: skip
+
+    def require_turns(self, turn_s: float, turns: float = 1.0) -> None:
+        """Refuse a record that holds too little of the loop's turns of ``turn_s`` seconds."""
+        if self.seconds < turns * turn_s:
+            raise InputError(
+                f"{self.path}: the record of {self.seconds:.4g} s is shorter than {turns:g} turn{'s' * (turns != 1)} of the "
+                f"loop; {turns * turn_s:.4g} s or more would do."
+            )
 
 
-def read_sensor_csv(path, rate_hz: float = 1000.0, range_g: float = 20.0) -> SensorRecord:
-    """Read a sensor file and check every value of it.
+def read_sensor_csv(
+    path, mapping: SensorMapping | None = None, range_g: float = 20.0, gravity: float = 9.81
+) -> SensorRecord:
+    """Read a sensor's file and check every value of it.
 
     Parameters
     ----------
     path : path-like
-        File.
-    rate_hz : float
-        Sampling rate the file must have, Hz.
+        CSV file: a header, one row a sample.
+    mapping : SensorMapping, optional
+        What the file does not say itself.
     range_g : float
-        Range of the sensor, g; values beyond it cannot be measurements.
+        Range of the sensor, g, unless the mapping has it; values beyond it cannot be measurements.
+    gravity : float
+        One g, m/s2, by which values in m/s2 are divided.
 
     Returns
     -------
@@ -72,25 +99,107 @@ def read_sensor_csv(path, rate_hz: float = 1000.0, range_g: float = 20.0) -> Sen
     Raises
     ------
     InputError
-        Any defect of the file; the sentence names the file, the field and line, the value and the remedy.
+        What is doubtful or defective; the sentence names the file, the field and line, the value and the remedy.
     """
-    path = Path(path)
-    for name, value in (("rate_hz", rate_hz), ("range_g", range_g)):
+    path, mapping = Path(path), mapping or SensorMapping()
+    range_g = mapping.range or range_g
+    for name, value in (("range_g", range_g), ("gravity", gravity)):
         if not (np.isfinite(value) and value > 0):
             raise InputError(f"{path}: {name} is {value!r}; give a finite number above zero.")
-    text = _read_text(path)
-    header_line, body = _split_header(path, text)
-    table = _parse_fast(body)
-    if table is None:
-        table = _parse_by_line(path, body, header_line + 1)
-    if len(table) < 2:
-        raise InputError(f"{path}: the file holds {len(table)} data rows below '{HEADER}'; give at least 2.")
-    _check_time(path, table[:, 0], float(rate_hz), header_line + 1)
-    magnitude = np.abs(table[:, 1:])
-    _check_range(path, table, magnitude, float(range_g), header_line + 1)
-    clipped = int(np.count_nonzero(np.max(magnitude, axis=1) >= range_g * (1.0 - 1e-6)))
-    t_s, ax_g, ay_g, az_g = np.ascontiguousarray(table.T)
-    return SensorRecord(path, t_s, ax_g, ay_g, az_g, float(rate_hz), clipped)
+    sought = f"column {mapping.axes['ay']!r} for ay" if "ay" in mapping.axes else "column for ay"
+    layout = find_layout(
+        path, read_text(path), lambda names: bool(choose(names, [""] * len(names), mapping).get("ay")), sought
+    )
+    chosen = choose(layout.names, layout.units, mapping)
+    for key, found in chosen.items():
+        option = "--time" if key == "time" else f"--axis {key}="
+        if len(found) > 1:
+            raise InputError(
+                f"{path}: {listed([column.name for column, _ in found])} may all be {key}; say which with {option}"
+                f"{' ' * (key == 'time')}NAME, by number if names repeat."
+            )
+        if not found and (key, mapping.time) != ("time", "none"):
+            raise InputError(f"{path}: no column {mapping.axes.get(key, mapping.time)!r} for {key}; there are {listed(layout.names)}.")
+    columns = {key: found[0] for key, found in chosen.items() if found}
+    if "time" not in columns and mapping.rate is None:
+        raise InputError(
+            f"{path}: no column of time among {listed(layout.names)}; name it with --time NAME, or give --time none --rate HZ."
+        )
+    table = parse(layout, [column.index for column, _ in columns.values()])
+    values = dict(zip(columns, table.T, strict=True))
+    return _record(layout, mapping, columns, values, float(range_g), gravity)
+
+
+def _record(layout, mapping, columns, values, range_g, gravity) -> SensorRecord:
+    """The record of the columns' numbers: cropped, in s and g, checked, evenly timed."""
+    path, count, names = layout.path, values["ay"].size, {axis: column.name for axis, (column, _) in columns.items()}
+    if count < 2:
+        raise InputError(f"{path}: the file holds {count} data rows; give at least 2.")
+    units = {axis: unit_of(path, columns[axis][0], mapping.unit) for axis in AXES if axis in columns}
+    scale = {"g": 1.0, "mg": 1e-3, "m/s2": 1.0 / gravity}
+    used = {column.index for column, _ in columns.values()}
+    unused = [name for k, name in enumerate(layout.names) if k not in used and name]
+    said = [f"{axis} = {'-' * (columns[axis][1] < 0)}{shown(names[axis])} in {unit}" for axis, unit in units.items()]
+    done = {"rows": f"{count}, from line {layout.first_line} on"}
+    done["columns"] = ", ".join(said) + (f"; not used: {listed(unused)}" if unused else "")
+
+    seen = clock = None
+    if "time" in columns:
+        seen = stamps.in_seconds(path, names["time"], values["time"], time_unit_of(path, columns["time"][0]))
+    part = _part(path, np.arange(count) / mapping.rate if seen is None else seen.t, mapping)
+    line = layout.first_line + part.start
+    rate, done["time"] = mapping.rate, "rows counted, no stamps"
+    if seen is not None:
+        seen = seen._replace(t=seen.t[part] - seen.t[part.start])
+        clock = stamps.judge(path, seen, line, mapping.rate, mapping.resample)
+        rate, done["time"] = clock.rate_hz, f"{shown(names['time'])} in {seen.unit}, to {seen.rounding:.2g} s; {clock.steps}"
+    done["rate"] = f"{rate:.7g} Hz, {'given' if mapping.rate else 'found'}"
+    axes = {axis: columns[axis][1] * scale[unit] * values[axis][part] for axis, unit in units.items()}
+    rows = axes["ay"].size
+    done["dropped"] = f"{count - rows} rows outside of --from and --to"
+
+    size = np.abs(list(axes.values()))
+    if size.max() > range_g * 1.0001:
+        axis, k = np.argwhere(size > range_g * 1.0001)[0]
+        name = list(axes)[axis]
+        raise InputError(
+            f"{path}: field {names[name]} in line {line + k} is {axes[name][k]:.6g} g if it is in {units[name]}, beyond the "
+            f"sensor's range of +-{range_g:g} g; check the unit (--unit) or give the range of the sensor, --range G."
+        )
+    clipped = int(np.count_nonzero(size.max(axis=0) >= range_g * (1.0 - 1e-6)))
+    done["clipped"] = f"{clipped} rows at the end of the range of {range_g:g} g"
+    if clipped > _CLIPPED * rows:
+        raise InputError(
+            f"{path}: {clipped} of {rows} rows stand at the end of the range of {range_g:g} g; record with a wider range, "
+            "or give the sensor's with --range."
+        )
+    if np.ptp(axes["ay"]) <= 1e-9 * max(1.0, np.abs(axes["ay"]).max()):
+        raise InputError(
+            f"{path}: column {shown(names['ay'])} is {values['ay'][part.start]:.6g} in every row; choose another one for ay "
+            "with --axis ay=NAME, or record the moving track."
+        )
+    if clock is not None and not clock.even:
+        even = np.arange(int(seen.t[-1] * rate * (1 + 1e-12)) + 1) / rate
+        axes = {axis: np.clip(CubicSpline(seen.t, one)(even), -range_g, range_g) for axis, one in axes.items()}
+        done["resampled"] = f"{rows} rows onto {even.size} even instants, by cubic splines"
+    time = np.arange(axes["ay"].size) / rate
+    return SensorRecord(path, time, axes.get("ax"), axes["ay"], axes.get("az"), float(rate), clipped, done)
+
+
+def _part(path: Path, t: np.ndarray, mapping: SensorMapping) -> slice:
+    """The rows from ``mapping.start`` to ``mapping.to``, s since the first row."""
+    since = t - t[0]
+    begun = np.flatnonzero(since >= mapping.start)
+    first = int(begun[0]) if begun.size else t.size
+    ended = np.flatnonzero(since[first:] > (np.inf if mapping.to is None else mapping.to))
+    last = first + int(ended[0]) if ended.size else t.size
+    if last - first < 2:
+        to = "the end" if mapping.to is None else f"--to {mapping.to:g}"
+        raise InputError(
+            f"{path}: {last - first} rows lie between --from {mapping.start:g} and {to}, in s since the first row; the file "
+            f"holds {since[-1]:.6g} s."
+        )
+    return slice(first, last)
 
 
 def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> None:
@@ -104,7 +213,7 @@ def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> Non
         Time, s, strictly increasing: written with 3 decimals, or with up to 9 where the samples do
         not lie on whole milliseconds.
     ax, ay, az : (N,) arrays
-        Specific force, g, written with 4 decimals.
+        Specific force, g, written with 4 decimals; None leaves an axis out.
     comments : iterable of str
         Lines written above the header, each behind ``# ``.
 
@@ -115,11 +224,12 @@ def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> Non
         cannot be written.
     """
     path = Path(path)
-    columns = [np.asarray(values, dtype=float) for values in (t_s, ax, ay, az)]
-    for name, values in zip(COLUMNS, columns, strict=True):
+    given = {name: one for name, one in zip(COLUMNS, (t_s, ax, ay, az), strict=True) if one is not None}
+    columns = [np.asarray(values, dtype=float) for values in given.values()]
+    for name, values in zip(given, columns, strict=True):
         if values.ndim != 1 or values.size != columns[0].size or values.size < 2:
             raise InputError(
-                f"{path}: {name} has the shape {values.shape}; give four one-dimensional arrays of the "
+                f"{path}: {name} has the shape {values.shape}; give one-dimensional arrays of the "
                 "same length with at least 2 samples."
             )
         if not np.all(np.isfinite(values)):
@@ -130,8 +240,8 @@ def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> Non
         raise InputError(f"{path}: t_s does not increase in sample {k}; sort the samples by time.")
 
     lines = [f"# {line}".rstrip() for comment in comments for line in str(comment).splitlines() or [""]]
-    lines.append(HEADER)
-    row = f"%.{_time_decimals(columns[0])}f,%.4f,%.4f,%.4f"
+    lines.append(",".join(given))
+    row = f"%.{_time_decimals(columns[0])}f" + ",%.4f" * (len(columns) - 1)
     lines.extend(row % values for values in zip(*(c.tolist() for c in columns), strict=True))
     data = ("\n".join(lines) + "\n").encode("utf-8")
 
@@ -149,182 +259,3 @@ def _time_decimals(t_s):
         if np.max(np.abs(t_s - np.round(t_s, decimals))) <= 1e-9:
             return decimals
     return 9
-
-
-def _read_text(path):
-    """The whole file as text with plain newlines."""
-    try:
-        data = path.read_bytes()
-    except FileNotFoundError:
-        raise InputError(f"{path}: the file does not exist; check the path.") from None
-    except IsADirectoryError:
-        raise InputError(f"{path}: this is a folder, not a file; give one CSV file in it.") from None
-    except OSError as error:
-        reason = error.strerror or "unknown reason"
-        raise InputError(f"{path}: the file cannot be read ({reason}); check its permissions.") from None
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        raise InputError(
-            f"{path}: byte 0x{data[error.start]:02x} in line {line} is not UTF-8; save the file as UTF-8 text."
-        ) from None
-    return text.replace("\r\n", "\n").replace("\r", "\n")
-
-
-def _split_header(path, text):
-    """Line number of the header (from 1) and the text below it."""
-    number, position = 0, 0
-    while position < len(text):
-        end = text.find("\n", position)
-        end = len(text) if end < 0 else end
-        line = text[position:end]
-        number, position = number + 1, end + 1
-        if line.strip() and not line.startswith("#"):
-            _check_header(path, line, number, text[position:])
-            return number, text[position:]
-    what = "empty" if not text.strip() else "without a header"
-    raise InputError(f"{path}: the file is {what}; it must hold the header '{HEADER}' and at least 2 rows.")
-
-
-def _check_header(path, line, number, body):
-    """Refuse every header but the exact one, saying what is wrong with it."""
-    if line == HEADER:
-        return
-    for separator, name in _SEPARATORS.items():
-        if separator in line:
-            decimal = " and decimal commas" if "," in body.partition("\n")[0] else ""
-            remedy = "commas as separators and decimal points" if decimal else "commas"
-            raise InputError(
-                f"{path}: the header in line {number} has {name}{decimal} where '{HEADER}' was expected; "
-                f"save the file with {remedy}."
-            )
-    found = line.split(",")
-    if all(_NUMBER.fullmatch(name.strip()) for name in found):
-        raise InputError(
-            f"{path}: line {number} holds numbers ({_show(line)}) where the header must be; put '{HEADER}' above them."
-        )
-    missing = [name for name in COLUMNS if name not in found]
-    extra = [name for name in found if name not in COLUMNS]
-    for name in extra:
-        near = difflib.get_close_matches(name.strip().lower(), missing, n=1, cutoff=0.5)
-        if near:
-            raise InputError(f"{path}: column {_show(name)} in line {number} is misspelt; rename it to '{near[0]}'.")
-    if missing:
-        raise InputError(
-            f"{path}: column '{missing[0]}' is missing in line {number} ({_show(line)}); the header must be '{HEADER}'."
-        )
-    if extra:
-        raise InputError(f"{path}: column {_show(extra[0])} in line {number} is not one of '{HEADER}'; remove it.")
-    raise InputError(
-        f"{path}: the columns in line {number} ({_show(line)}) are repeated or out of order; "
-        f"arrange them as '{HEADER}'."
-    )
-
-
-def _parse_fast(body):
-    """(N, 4) array of a clean body, or None for whatever needs a closer look."""
-    data = body.encode("utf-8")
-    if not data.endswith(b"\n"):
-        data += b"\n"
-    rows = data.count(b"\n")
-    try:
-        table = pd.read_csv(io.BytesIO(data), header=None, dtype=np.float64, quoting=csv.QUOTE_NONE).to_numpy()
-    except (ValueError, pd.errors.ParserError):
-        return None
-    # Pandas fills short rows with NaN, drops empty ones and takes the number of columns from the first row.
-    return table if table.shape == (rows, 4) and np.all(np.isfinite(table)) else None
-
-
-def _parse_by_line(path, body, first_line):
-    """(N, 4) array of the body, or the sentence for its first defect."""
-    lines = body.rstrip("\n").split("\n") if body.strip() else []
-    table = np.empty((len(lines), 4))
-    for k, line in enumerate(lines):
-        fields = line.split(",")
-        if len(fields) != 4:
-            _refuse_row(path, line, fields, first_line + k, last=k == len(lines) - 1)
-        for column, (name, field) in enumerate(zip(COLUMNS, fields, strict=True)):
-            where = f"{path}: field {name} in line {first_line + k}"
-            value = field.strip()
-            if not value:
-                raise InputError(f"{where} is empty ({_show(line)}); supply the number.")
-            if _NOT_FINITE.fullmatch(value):
-                raise InputError(f"{where} is {_show(value)}, not a finite number; record the sample again.")
-            if not _NUMBER.fullmatch(value):
-                raise InputError(f"{where} is {_show(value)}, not a number; write it with a decimal point.")
-            table[k, column] = float(value)
-            if not np.isfinite(table[k, column]):
-                raise InputError(f"{where} is {_show(value)}, too large for a number; correct it.")
-    return table
-
-
-def _refuse_row(path, line, fields, number, last):
-    """Say why a row has not got four fields."""
-    where = f"{path}: line {number} ({_show(line)})"
-    if not line.strip():
-        raise InputError(f"{where} is empty where the field t_s must begin; remove the line.")
-    for separator, name in _SEPARATORS.items():
-        if separator in line:
-            decimal = " and decimal commas" if "," in line else ""
-            raise InputError(
-                f"{where} has {name}{decimal} between the fields {HEADER}; separate them by commas and "
-                "write decimal points."
-            )
-    if len(fields) > 4:
-        hint = "these look like decimal commas; write decimal points" if len(fields) == 8 else "remove the rest"
-        raise InputError(f"{where} has {len(fields)} fields, more than the 4 of {HEADER}; {hint}.")
-    what = "the last line is truncated" if last else "the line is incomplete"
-    raise InputError(
-        f"{where} has {len(fields)} of 4 fields and ends before {COLUMNS[len(fields)]}, {what}; complete or remove it."
-    )
-
-
-def _check_time(path, t_s, rate_hz, first_line):
-    """Refuse time that falls, runs at another rate, or has gaps."""
-    step = np.diff(t_s)
-    fall = np.flatnonzero(step <= 0.0)
-    if fall.size:
-        k = int(fall[0]) + 1
-        raise InputError(
-            f"{path}: field t_s in line {first_line + k} is {t_s[k]:.9g} s after {t_s[k - 1]:.9g} s, time must "
-            "increase; sort the rows or remove the repeated ones."
-        )
-    _check_rate(path, 1.0 / np.median(step), rate_hz, first_line)
-    mean = (t_s.size - 1) / (t_s[-1] - t_s[0])
-    uneven = np.flatnonzero(np.abs(step * rate_hz - 1.0) > 0.5)
-    if uneven.size:
-        k = int(uneven[0]) + 1
-        what = "a gap" if step[k - 1] * rate_hz > 1.0 else "a step too short"
-        raise InputError(
-            f"{path}: field t_s in line {first_line + k} has {what}, from {t_s[k - 1]:.9g} to {t_s[k]:.9g} s "
-            f"(the rows average {mean:.6g} Hz, {rate_hz:.6g} Hz is required); record again or cut the file there."
-        )
-    # Small uneven steps can hide a wrong mean rate behind a right median.
-    _check_rate(path, mean, rate_hz, first_line)
-
-
-def _check_rate(path, found, rate_hz, first_line):
-    """Refuse a rate that is off by more than 0.1 %, far below the resolution of a 90 s spectrum."""
-    if abs(found / rate_hz - 1.0) > 1e-3:
-        raise InputError(
-            f"{path}: field t_s runs at {found:.6g} Hz from line {first_line} on, but {rate_hz:.6g} Hz is "
-            f"required; resample the record or ask for rate_hz={found:.6g}."
-        )
-
-
-def _check_range(path, table, magnitude, range_g, first_line):
-    """Refuse values that the sensor cannot give."""
-    beyond = np.argwhere(magnitude > range_g * 1.0001)
-    if len(beyond):
-        k, axis = beyond[0]
-        raise InputError(
-            f"{path}: field {COLUMNS[axis + 1]} in line {first_line + k} is {table[k, axis + 1]:.6g}, beyond the "
-            f"sensor's range of +-{range_g:g} g; check the unit (g, not m/s2) or give the range of the sensor."
-        )
-
-
-def _show(value):
-    """A value of the file as it may stand in a sentence: quoted, on one line, not too long."""
-    value = value if len(value) <= 40 else value[:37] + "..."
-    return repr(value)
