@@ -4,7 +4,6 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from trackdyn.report.drawing import ring_words
 from trackdyn.report.style import new_figure, styled
 
 # changes beyond this many tolerances share the last shade
@@ -55,7 +54,7 @@ def change_text(value: float) -> str:
 @styled
 def sensitivity_figure(table: pd.DataFrame) -> Figure:
     """Change of each measure, in tolerances of its target, if one parameter changes; a table of ``fit.sensitivity``."""
-    where = table["ring_radius_m"].map(lambda r: ring_words(None if pd.isna(r) else r))
+    where = table["ring_radius_m"].map(lambda r: "no ring" if pd.isna(r) else f"{r:.3f} m")
     table = table.assign(name=table["claim"] + " " + table["measure"].map(measure_words) + ", " + where)
     cells = table.drop_duplicates(["parameter", "name"])
     grid = cells.pivot(index="name", columns="parameter", values="change_in_tolerances")
@@ -69,9 +68,9 @@ def sensitivity_figure(table: pd.DataFrame) -> Figure:
         text = change_text(values[i, j])
         colour = "white" if dark else "0.55" if text == "0" else "black"
         ax.text(j, i, text, ha="center", va="center", fontsize=7, color=colour)
-    look = {"rotation": 50, "rotation_mode": "anchor", "ha": "right", "fontsize": 7}
+    look = {"rotation": 50, "rotation_mode": "anchor", "ha": "right"}
     ax.set_xticks(range(grid.shape[1]), [parameter_words(name) for name in grid.columns], **look)
-    ax.set_yticks(range(grid.shape[0]), grid.index, fontsize=7)
+    ax.set_yticks(range(grid.shape[0]), grid.index)
     ax.tick_params(length=2)
     ax.grid(False)
     title = "Change of a measure in tolerances of its target, one parameter changed"

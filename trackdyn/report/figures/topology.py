@@ -68,7 +68,7 @@ def topology_figure(rig: Rig) -> Figure:
     """Figure 3: elements of the loop as simulated (a) and as the paper counts them (b)."""
     physical = elements(body_kinds(rig, build_chain(rig)))
     printed = elements(body_kinds(rig, build_chain(rig, "single_pin")))
-    figure = new_figure(6.2)
+    figure = new_figure(6.6)
     chains = (("(a) links and connectors", physical), ("(b) one body a pitch", printed))
     for ax, (what, found) in zip(figure.subplots(2, 1), chains, strict=True):
         _draw_loop(ax, found)
@@ -86,7 +86,7 @@ def _stadium(parts: int, straight: float, r: float) -> np.ndarray:
 
 def _draw_loop(ax: Axes, found: list[Element]) -> None:
     """Bodies as circles and squares, joints as arrows in the transfer direction, the cut joint crossed out."""
-    straight, r = 4.6, 1.1
+    straight, r = 3.4, 1.5
     places = _stadium(len(found), straight, r)
     spacing = np.hypot(*(places[2] - places[0]))
     half, roomy = 0.34 * spacing, spacing > 0.3
