@@ -33,11 +33,11 @@ def piece_figure(rig: Rig) -> Figure:
     tip = pins[2] + rig.chain.connector_radius * marks.polar(0.35 * pi)
     marks.arrow(stretched, pins[2], tip)
     name = f"$r_C$ = {marks.millimetres(rig.chain.connector_radius)}"
-    marks.leader(stretched, tip, name, (tip[0] - 0.045, high + 0.045))
+    marks.leader(stretched, tip, name, (tip[0] - 0.062, high + 0.045))
     chain = rig.chain
     for place, name, up in (
-        (0.5 * (pins[2] + pins[3]), f"track link\n{chain.link_mass:g} kg\n{chain.link_inertia:g} kg m²", 0.05),
-        (0.5 * (pins[3] + pins[4]), f"connector\n{chain.connector_mass:g} kg\n{chain.connector_inertia:g} kg m²", 0.05),
+        (0.5 * (pins[2] + pins[3]) - [0.012, 0.0], f"track link\n{chain.link_mass:g} kg\n{chain.link_inertia:g} kg m²", 0.05),
+        (0.5 * (pins[3] + pins[4]) + [0.012, 0.0], f"connector\n{chain.connector_mass:g} kg\n{chain.connector_inertia:g} kg m²", 0.05),
         (pins[5] + [0.0, HOLE * half * 0.85], "bushing", 0.045),
         (pins[0] + [0, 0.15 * half], "pin", 0.045),
     ):
@@ -60,7 +60,7 @@ def piece_figure(rig: Rig) -> Figure:
     free.set_ylim(pins[:, 1].min() - 0.035, high + 0.05)
     free.set_title("(b) the same piece with its bushings unloaded")
     for ax in (stretched, free):
-        ax.set_xlim(-0.02, stretched_end + 0.105)
+        ax.set_xlim(-0.02, stretched_end + 0.125)
         marks.bare(ax)
     return figure
 

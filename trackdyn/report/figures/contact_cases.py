@@ -14,7 +14,7 @@ from trackdyn.contact.wheel import foot
 from trackdyn.parameters.rig import Rig
 from trackdyn.report import drawing, marks
 from trackdyn.report.figures.groove import draw_groove
-from trackdyn.report.style import BLACK, GREEN, new_figure, styled
+from trackdyn.report.style import BLACK, PURPLE, new_figure, styled
 
 SHOWN_DEPTH = 0.25  # of a connector's arc, in parts of its radius
 SHOWN_LINK_DEPTH = 0.5  # of a link, in parts of half its thickness
@@ -87,8 +87,8 @@ def _arc_figure(rig: Rig, area: int) -> Figure:
     marks.dimension(ax, *ends, r"$\delta$", offset=offset * rc, turned=False, fontsize=9)
     for direction, name, side in ((n, "$n$", 1 if convex else -1), (tau, r"$\tau$", -1)):
         end = surface + 0.45 * rc * direction
-        marks.arrow(ax, surface, end, color=GREEN, linewidth=2.2)
-        marks.beside(ax, surface, end, name, 0.8, side, color=GREEN, fontsize=10)
+        marks.arrow(ax, surface, end, color=PURPLE, linewidth=2.2)
+        marks.beside(ax, surface, end, name, 0.8, side, color=PURPLE, fontsize=10)
     marks.point(ax, place, "$C$", "right" if convex else "left", gap=5)
     marks.point(ax, centre, f"$O_{area}$", "right below" if convex else "right", gap=4)
     points = np.array([place + rc, place - rc, centre - 2 * across, deepest - 0.4 * rc])

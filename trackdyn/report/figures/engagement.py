@@ -18,7 +18,7 @@ from trackdyn.parameters.layout import BeltPath, belt_around
 from trackdyn.parameters.rig import Rig
 from trackdyn.report import drawing, marks
 from trackdyn.report.figures import groove as section
-from trackdyn.report.style import BLACK, BLUE, GREEN, VERMILION, new_figure, styled
+from trackdyn.report.style import BLACK, BLUE, GREEN, PURPLE, VERMILION, new_figure, styled
 
 PINS = {
     "left": {"color": GREEN, "linestyle": "-", "linewidth": 1.4},
@@ -136,7 +136,7 @@ def _draw_frames(ax: Axes, rig: Rig, pins) -> None:
     dotted = {"linestyle": (0, (1, 1)), "linewidth": 1.2}
     marks.vector(ax, corner, centre, "$R_{O_S}$", 0.4, side=-1, **dotted)
     marks.vector(ax, corner, left, "$R_C$", 0.4, **dotted)
-    marks.vector(ax, centre, left, "$l_{O_S C}$", 0.55, color=GREEN, linewidth=1.4)
+    marks.vector(ax, centre, left, "$l_{O_S C}$", 0.55, color=PURPLE, linewidth=1.4)
     marks.point(ax, left, "$C$", "above left", gap=4)
     marks.point(ax, centre, "$O_S$", "below right", gap=4)
     marks.point(ax, corner, "$O$", "below left", gap=3)
@@ -150,7 +150,7 @@ def sector_figure(rig: Rig) -> Figure:
     """Figure 7: trajectory of a rolling arc's centre (a), the ten annular sectors of contact (b)."""
     groove, rc = rig.groove_profile, rig.chain.connector_radius
     path = section.centre_trajectory(rig)
-    figure = new_figure(6.6)
+    figure = new_figure(5.9)
     rolling, sectors = figure.subplots(2, 1, sharex=True, sharey=True)
     for ax in (rolling, sectors):
         section.draw_groove(ax, rig, 0.012)

@@ -128,8 +128,8 @@ def flow_figure(rig: Rig) -> Figure:
 def _half(step: Step) -> np.ndarray:
     """Half width and half height of a box."""
     if step.question:
-        return np.array([2.9, 0.7])
-    return np.array([2.3 if step.place[0] == MIDDLE else 1.72, 0.4])
+        return np.array([2.5, 0.62])
+    return np.array([2.3 if step.place[0] == MIDDLE else 1.72, 0.36])
 
 
 def _draw_step(ax: Axes, step: Step) -> None:

@@ -49,7 +49,7 @@ def _draw_seat(ax: Axes, rig: Rig) -> None:
         marks.point(ax, pin)
     marks.line(ax, *drawing.groove_points(home, -beta, 1, rig.groove_profile.profile()), **ON_WHEEL)
     _close_view(ax, np.array([0.0, pins[0, 1] - 0.3 * rig.chain.connector_radius]))
-    marks.write(ax, pins.mean(axis=0), "connector")
+    marks.write(ax, pins.mean(axis=0) + [0.0, 0.013], "connector")
     marks.write(ax, pins.mean(axis=0) - [0, 1.9 * rig.chain.connector_radius], "sprocket")
 
 

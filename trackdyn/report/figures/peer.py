@@ -113,7 +113,7 @@ def _draw_reading(above: Axes, below: Axes, curve: pd.DataFrame, row: dict, miss
         # it keeps crossing zero
         edges, largest = upper_edge(difference, 300)
         below.plot(time[edges[:-1]], largest, **look, label=label)
-        largest_of.append(f"{label} {row[key]:.2g} %")
+        largest_of.append(f"{label.removeprefix('Exudyn, ')} {row[key]:.2g} %")
     below.axhline(limit, color=BLACK, linestyle=(0, (6, 2)), linewidth=1.0, label=f"printed, largest: {limit:g} %")
     below.set_yscale("log")
     below.set_ylim(top=50)

@@ -42,7 +42,7 @@ def traction_figure(table, own: float, wheels: float):
                     place, 1.0, "v" if name == "this ring" else "D", color="black", ms=4, label=name, ls="none",
                     transform=panel.get_xaxis_transform(), clip_on=False,
                 )  # fmt: skip
-    figure.legend(*axes[0][0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    figure.legend(*axes[0][0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
     figure.supxlabel("creep slope of the ring's friction (s/m)", fontsize=8)
     figure.supylabel("ring radius (mm)", fontsize=8)
     figure.colorbar(drawn, ax=axes, label="contact (% of a sprocket turn)", shrink=0.8)
