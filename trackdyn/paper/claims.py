@@ -148,13 +148,14 @@ def judge(claim: Claim, e: Evidence) -> Judgement:
         measured = MEASURES[claim.measure].of(e, speeds)
     except NotThere as missing:
         return Judgement(str(missing), NOT_COMPARABLE, speeds)
-    if claim.rule == "no_test":
-        return Judgement(_text(measured), NO_TEST, speeds)
     text = _text(measured)
+    if MEASURES[claim.measure].by_speed and len(speeds) > 1:
+        pairs = zip(measured, speeds, strict=True)
+        text = ", ".join(f"{_text(value)} at {rpm:g}" for value, rpm in pairs) + " rpm"
     if claim.rule == "every_start":
         near = np.abs(np.asarray(measured) - _bounds(claim, speeds)) <= SLACK * claim.tolerance
         text = f"{_text(Range(min(measured), max(measured)))}; {near.sum()} of {near.size} starts"
-    return Judgement(text, _verdict(claim, measured, speeds), speeds)
+    return Judgement(text, NO_TEST if claim.rule == "no_test" else _verdict(claim, measured, speeds), speeds)
 
 
 def _text(value) -> str:

@@ -28,20 +28,22 @@ class Range(NamedTuple):
 
 
 class Measure(NamedTuple):
-    """A measure: function of the evidence and the speeds that are judged, and the runs whose speeds those are."""
+    """A measure: function of the evidence and the speeds that are judged, the runs whose speeds those are, and whether
+    it gives a value for each of them."""
 
     of: Callable[[Evidence, list[float]], Any]
     table: str
+    by_speed: bool
 
 
 MEASURES: dict[str, Measure] = {}
 
 
-def measure(table: str):
+def measure(table: str, by_speed: bool = False):
     """Register a measure under its function's name; ``table`` names the runs that it looks at."""
 
     def register(function):
-        MEASURES[function.__name__] = Measure(function, table)
+        MEASURES[function.__name__] = Measure(function, table, by_speed)
         return function
 
     return register
@@ -97,25 +99,25 @@ def velocity_gap(e, speeds):
     return float(_column(e, speeds, "velocity_gap_m_s").max())
 
 
-@measure("records")
+@measure("records", by_speed=True)
 def rms(e, speeds):
     """RMS of the y acceleration at every speed, g."""
     return _column(e, speeds, "rms_g").tolist()
 
 
-@measure("records")
+@measure("records", by_speed=True)
 def sd(e, speeds):
     """Standard deviation of the y acceleration at every speed, g."""
     return _column(e, speeds, "sd_g").tolist()
 
 
-@measure("records")
+@measure("records", by_speed=True)
 def line_frequencies(e, speeds):
     """Main line of the paper's own FFT, Hz."""
     return _column(e, speeds, "line_hz").tolist()
 
 
-@measure("records")
+@measure("records", by_speed=True)
 def line_amplitudes(e, speeds):
     """Amplitude of that line, g."""
     return _column(e, speeds, "line_g").tolist()
@@ -137,13 +139,13 @@ def line_amplitudes_by_start(e, speeds):
     return _by_start(e, speeds, "line_g")
 
 
-@measure("records")
+@measure("records", by_speed=True)
 def line_frequencies_binfree(e, speeds):
     """Main line free of the picket fence, Hz."""
     return _column(e, speeds, "line_hz_binfree").tolist()
 
 
-@measure("records")
+@measure("records", by_speed=True)
 def high_frequency(e, speeds):
     """RMS of the content at and above 20 Hz, g."""
     return _column(e, speeds, "high_frequency_g").tolist()
@@ -324,26 +326,26 @@ def _steps(e: Evidence, speeds, column: str) -> list[float]:
     return [float((_some(column[1:]) / column[:-1]).min()) for column in values]
 
 
-@measure("study")
+@measure("study", by_speed=True)
 def ring_rms_steps(e, speeds):
     """Least ratio of the ring force's RMS at neighbouring radii, larger over smaller, at every speed."""
     return _steps(e, speeds, "ring_rms_n")
 
 
-@measure("study")
+@measure("study", by_speed=True)
 def ring_sd_steps(e, speeds):
     """Least ratio of the ring force's SD at neighbouring radii, larger over smaller, at every speed."""
     return _steps(e, speeds, "ring_sd_n")
 
 
-@measure("study")
+@measure("study", by_speed=True)
 def ring_growth_with_radius(e, speeds):
     """RMS of the ring force at the largest radius over that at the paper's, at every speed."""
     values = (e.study(rpm)["ring_rms_n"] for rpm in speeds)
     return [float(_from(column, e.radius + 2 * SAME).iloc[-1] / _from(column, e.radius).iloc[0]) for column in values]
 
 
-@measure("study")
+@measure("study", by_speed=True)
 def right_share_from_0305(e, speeds):
     """Largest share of right-arc contact for radii of 0.305 m and more, % of a turn, at every speed."""
     return [_range(_from(e.study(rpm)["right_share_pct"], 0.305)).high for rpm in speeds]
@@ -362,25 +364,25 @@ def _spread(values) -> float:
     return float(100 * np.abs(values / values.mean() - 1).max())
 
 
-@measure("study")
+@measure("study", by_speed=True)
 def left_spread_from_0305(e, speeds):
     """Largest deviation of the left-arc RMS from its mean over radii of 0.305 m and more, %, at every speed."""
     return [_spread(_from(e.study(rpm)["left_rms_n"], 0.305)) for rpm in speeds]
 
 
-@measure("study")
+@measure("study", by_speed=True)
 def left_spread(e, speeds):
     """Largest deviation of the left-arc RMS from its mean over all radii, %, at every speed."""
     return [_spread(e.study(rpm)["left_rms_n"]) for rpm in speeds]
 
 
-@measure("study")
+@measure("study", by_speed=True)
 def left_shares_from_0307(e, speeds):
     """Least and largest left-arc share over the radii of 0.307 m and more, % of a turn, at every speed."""
     return [_range(_from(e.study(rpm)["left_share_pct"], 0.307)) for rpm in speeds]
 
 
-@measure("study")
+@measure("study", by_speed=True)
 def radius_that_serves(e, speeds):
     """Smallest radius without right contact whose left share is within 2 points of the least, m, at every speed."""
     found = []
@@ -391,7 +393,7 @@ def radius_that_serves(e, speeds):
     return found
 
 
-@measure("study")
+@measure("study", by_speed=True)
 def excess_over_equal_pitch(e, speeds):
     """That radius less the nearest reading of the rig's equal-pitch radius, m, at every speed."""
     chain = e.rig.chain

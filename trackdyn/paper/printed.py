@@ -76,5 +76,7 @@ EVENTS_WITH_RING = Printed(
 )
 
 # Section 6.2: radius of the ring
+RADIUS_WITHOUT_RIGHT_CONTACT = Printed(0.305, "m", "Sect. 6.2, text on Fig. 23: from there on no right-arc contact")
+RADIUS_CHOSEN = Printed(0.308, "m", "Sect. 6, conclusion")
 RADIUS_OF_STEADY_LEFT_SHARE = Printed(0.307, "m", "Sect. 6.2, text on Fig. 24")
 STEADY_LEFT_SHARE = Printed(10.0, "%", "Sect. 6.2, text on Fig. 24: of a sprocket turn")

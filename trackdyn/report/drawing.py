@@ -18,7 +18,7 @@ from trackdyn.errors import InputError
 from trackdyn.parameters.layout import WHEEL_NAMES, assemble, wheel_circles
 from trackdyn.parameters.rig import Rig
 from trackdyn.recording import Recording
-from trackdyn.report.style import BLACK
+from trackdyn.report.style import BLACK, SMALL
 
 STEEL, STEEL_EDGE = "#c9ced6", "#4d5560"
 RUBBER = "#5a5a5a"
@@ -30,7 +30,7 @@ JOINT = {"linestyle": "none", "marker": "o", "markersize": 3.2, "markerfacecolor
 HUB = 0.03  # radius of the hubs, for the eye only, m
 POINTS_AN_ARC = 12
 # numbers of the areas: so far below the bottom of the groove (m), over this part of the pitch
-NUMBERS_BELOW, NUMBERS_SPREAD = 0.022, 0.9
+NUMBERS_BELOW, NUMBERS_SPREAD = 0.022, 1.0
 # stacking: wheels and ring, sprocket, connectors, links, what is written on them
 Z_RING, Z_SPROCKET, Z_CONNECTOR, Z_LINK, Z_MARK = 1.0, 2.0, 3.0, 4.0, 6.0
 
@@ -164,7 +164,7 @@ def draw_sprocket(ax: Axes, rig: Rig, angle: float, ring: float | None, number_a
         look = {"fill": False, "edgecolor": RUBBER, "linestyle": (0, (4, 2)), "linewidth": 0.7}
         ax.add_patch(Circle(centre, ring, **look, zorder=Z_SPROCKET + 0.1))
     _draw_hub(ax, *centre, Z_SPROCKET)
-    axis = placed([[HUB, 0.0], [0.8 * rig.groove_profile.addendum, 0.0]], centre, angle)
+    axis = placed([[HUB, 0.0], [0.7 * rig.groove_profile.addendum, 0.0]], centre, angle)
     ax.plot(*axis.T, color=STEEL_EDGE, linestyle="-", linewidth=0.6, zorder=Z_SPROCKET + 0.1)
     if number_areas_of is not None:
         _number_areas(ax, rig, angle, number_areas_of)
@@ -184,7 +184,7 @@ def _number_areas(ax: Axes, rig: Rig, sprocket_angle: float, groove: int) -> Non
         here = groove_points(rig, sprocket_angle, groove, [shape.arc(area, 3)[1]])[0]
         end = here + 0.8 * (place - here)
         ax.plot(*np.transpose([here, end]), color=STEEL_EDGE, linestyle="-", linewidth=0.5, zorder=Z_MARK - 0.1)
-        text = ax.text(*place, str(area), ha="center", va="center", fontsize=7, clip_on=True, zorder=Z_MARK)
+        text = ax.text(*place, str(area), ha="center", va="center", fontsize=SMALL, clip_on=True, zorder=Z_MARK)
         text.set_path_effects(halo)
     joints = groove_points(rig, sprocket_angle, groove, shape.joints())
     ax.plot(*joints.T, **JOINT, markeredgewidth=0.7, zorder=Z_MARK)

@@ -13,15 +13,17 @@ from matplotlib.figure import Figure
 
 from trackdyn.replacing import replacing
 
-WIDTH = 7.2  # of every figure, inch
-DPI = 180
+WIDTH, PAGE = 4.8, 7.2  # of a figure, inch: legible in a column of 84 mm; of pictures that fill a page
+DPI = 270
+SMALL = 7  # no text is smaller, points: 4.8 in a column of 84 mm
 
-# Okabe and Ito's colours, ordered so that neighbours differ in lightness as well.
-BLACK, BLUE, ORANGE, GREEN = "#000000", "#0072B2", "#E69F00", "#009E73"
-VERMILION, SKY, PURPLE = "#D55E00", "#56B4E9", "#CC79A7"
-COLOURS = (BLACK, ORANGE, BLUE, SKY, VERMILION, GREEN, PURPLE)
-DASHES = ("-", (0, (5, 1.5)), (0, (6, 1.5, 1, 1.5)), (0, (1, 1)), (0, (8, 3)), (0, (3, 1, 1, 1, 1, 1)), "-")
-MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+# They differ in lightness, so that prints in grey and readers who are blind to a colour tell them apart:
+# L* of 0, 27, 54 and 71 in COLOURS; PURPLE is as light as VERMILION, GREEN as light as ORANGE.
+BLACK, BLUE, VERMILION, ORANGE = "#000000", "#00407A", "#D55E00", "#E69F00"
+PURPLE, GREEN = "#C8569B", "#4FBF8B"
+COLOURS = (BLACK, BLUE, VERMILION, ORANGE)
+DASHES = ("-", (0, (5, 1.5)), (0, (6, 1.5, 1, 1.5)), (0, (1, 1)))
+MARKERS = ("o", "s", "^", "D")
 
 SIMULATION = {"color": BLUE, "linestyle": "-"}
 SENSOR = {"color": ORANGE, "linestyle": "-"}
@@ -30,26 +32,28 @@ PRINTED = {"color": BLACK, "linestyle": (0, (6, 2))}
 RC = {
     "axes.axisbelow": True,
     "axes.grid": True,
-    "axes.labelsize": 9,
+    "axes.labelsize": 8,
     "axes.prop_cycle": cycler(color=COLOURS, linestyle=DASHES),
-    "axes.titlesize": 9,
+    "axes.titlesize": 8,
     "axes.titlelocation": "left",
     "figure.constrained_layout.use": True,
-    "figure.titlesize": 10,
+    "figure.titlesize": 8,
     "font.family": "DejaVu Sans",
-    "font.size": 9,
+    "font.size": 8,
     "grid.color": "#d9d9d9",
     "grid.linewidth": 0.5,
-    "legend.fontsize": 8,
+    "legend.fontsize": SMALL,
     "legend.framealpha": 0.9,
+    "legend.handlelength": 1.8,
+    "legend.columnspacing": 1.2,
     "lines.linewidth": 1.0,
     "lines.markersize": 4,
     "path.simplify": True,
     "savefig.dpi": DPI,
     "svg.fonttype": "path",
     "svg.hashsalt": "trackdyn",
-    "xtick.labelsize": 8,
-    "ytick.labelsize": 8,
+    "xtick.labelsize": SMALL,
+    "ytick.labelsize": SMALL,
 }
 
 
@@ -66,9 +70,9 @@ def styled(draw: Callable) -> Callable:
     return wrapper
 
 
-def new_figure(height: float) -> Figure:
-    """An empty figure of the common width and a height in inch, without a window."""
-    figure = Figure(figsize=(WIDTH, height))
+def new_figure(height: float, width: float = WIDTH) -> Figure:
+    """An empty figure of a height and a width in inch, without a window."""
+    figure = Figure(figsize=(width, height))
     FigureCanvasAgg(figure)
     return figure
 

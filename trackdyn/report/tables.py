@@ -13,9 +13,64 @@ from trackdyn.paper import printed
 from trackdyn.parameters.groove import Groove
 from trackdyn.replacing import replacing
 
+# headings of the Markdown tables, a group above what is in it; columns without one are left out there
+HEADS = {
+    "table3": {"speed_rpm": "speed<br>(rpm)"} | {
+        f"{name}_{column}": f"{name.upper()}<br>{words}"
+        for name in ("rms", "sd")
+        for column, words in {
+            "simulation_g": "simulation (g)", "standard_error_g": "its error (g)", "sensor_g": "sensor (g)",
+            "difference_pct": "difference (%)",
+            "difference_printed_against_papers_own_data_pct": "printed, against other data (%)",
+        }.items()
+    },
+    "table4": {"rpm": "speed<br>(rpm)"} | {
+        f"{name}_{column}": f"{group}<br>{words}"
+        for name, group in {"rms_g": "RMS (g)", "sd_g": "SD (g)", "left_rms_n": "left arc, RMS (N)"}.items()
+        for column, words in {
+            "ten_arcs": "ten arcs", "three_surfaces": "three surfaces", "difference_pct": "change (%)"
+        }.items()
+    },
+    "lines": {
+        "speed_rpm": "speed<br>(rpm)", "source": "source", "line_hz": "FFT<br>(Hz)", "line_g": "FFT<br>(g)",
+        "line_binfree_hz": "bin-free<br>(Hz)", "line_binfree_g": "bin-free<br>(g)",
+        "line_printed_hz": "printed<br>(Hz)", "line_printed_g": "printed<br>(g)",
+    },
+    "fidelity": {
+        "scene": "scene", "setting": "setting", "rms": "RMS<br>(%)", "sd": "SD<br>(%)", "line": "main line<br>(%)",
+        "left_share": "left share<br>(points)", "right_share": "right share<br>(points)",
+        "ring_share": "ring share<br>(points)", "left_peak": "left peak<br>(%)", "loop_gap_m": "loop gap<br>(m)",
+        "wall_s_per_s": "cost<br>(s/s)",
+    },
+    "costs": {
+        "rule": "rule", "jobs": "jobs", "wall_s": "wall<br>(s)", "cpu_s": "processor<br>(s)",
+        "largest_memory_mb": "memory<br>(MB)",
+    },
+}  # fmt: skip
+# made on demand: not part of what a run costs
+BY_NAME = ("trade", "extremes", "fit", "pictures")
+
+
+def headed(frame: pd.DataFrame, key: str) -> pd.DataFrame:
+    """A table with the headings of ``HEADS`` and the columns that they name."""
+    return frame[[column for column in HEADS[key] if column in frame]].rename(columns=HEADS[key])
+
+
+def significant(value, digits: int = 3) -> str:
+    """A cell as text: so many significant digits, an exponent for the very small and large only, a dash for nothing."""
+    if isinstance(value, bool | np.bool_):
+        return "yes" if value else "no"
+    if pd.isna(value):
+        return "–"
+    if not isinstance(value, float) or not np.isfinite(value):
+        return str(value)
+    short = f"{value:.{digits}g}"
+    plain = value == 0 or 1e-4 <= abs(value) < 1e6
+    return np.format_float_positional(float(short), trim="-") if plain else short
+
 
 def write_table(
-    frame: pd.DataFrame, csv_path: Path | str, caption: str, digits: int = 5, shown: pd.DataFrame | None = None
+    frame: pd.DataFrame, csv_path: Path | str, caption: str, digits: int = 3, shown: pd.DataFrame | None = None
 ) -> None:
     """Write a table as CSV in full precision, and beside it as Markdown with its caption, both without the index.
 
@@ -24,11 +79,35 @@ def write_table(
     csv_path = Path(csv_path)
     csv_path.parent.mkdir(parents=True, exist_ok=True)
     shown = frame if shown is None else shown
-    cells = shown.astype(object).where(shown.notna(), None)
-    body = cells.to_markdown(index=False, floatfmt=f".{digits}g", missingval="–")
+    cells = shown.astype(object).map(lambda value: significant(value, digits))
+    right = [kind.kind in "if" for kind in shown.dtypes]
+    body = cells.to_markdown(index=False, disable_numparse=True, colalign=["right" if r else "left" for r in right])
     with replacing(csv_path) as csv, replacing(csv_path.with_suffix(".md")) as markdown:
         csv.write_text(frame.to_csv(index=False, lineterminator="\n"), encoding="utf-8", newline="")
         markdown.write_text(f"{caption}\n\n{body}\n", encoding="utf-8", newline="")
+
+
+def cost_table(folder: Path | str) -> pd.DataFrame:
+    """What every rule cost, from the benchmark files of a folder: ``rule, jobs, wall_s, cpu_s, largest_memory_mb``.
+
+    Jobs of a kind share a row, the dearest stand first. Their total follows, and then what is asked for by name.
+    """
+    folder, rows = Path(folder), []
+    for path in sorted(folder.rglob("*.tsv")):
+        name = path.relative_to(folder).with_suffix("").as_posix()
+        row = pd.read_csv(path, sep="\t", na_values="-").iloc[-1]
+        # one line for all runs of a kind: simulate/ring/..., simulate/meshing/..., simulate records
+        kind = "/".join(name.split("/")[:-1]) or name
+        rows.append({"rule": kind, "wall_s": row["s"], "cpu_s": row["cpu_time"], "memory_mb": row["max_rss"]})
+    table = pd.DataFrame(rows, columns=["rule", "wall_s", "cpu_s", "memory_mb"]).groupby("rule", as_index=False)
+    table = table.agg(
+        jobs=("wall_s", "size"), wall_s=("wall_s", "sum"), cpu_s=("cpu_s", "sum"), largest_memory_mb=("memory_mb", "max")
+    ).sort_values("wall_s", ascending=False)  # fmt: skip
+    named = table["rule"].isin(BY_NAME)
+    total = table[~named].agg({"jobs": "sum", "wall_s": "sum", "cpu_s": "sum", "largest_memory_mb": "max"})
+    total = pd.DataFrame([{"rule": "all of a run"} | total.to_dict()]).astype({"jobs": int})
+    own = table[named].assign(rule=table["rule"] + ", by name")
+    return pd.concat([table[~named], total, own], ignore_index=True)
 
 
 def table1(groove: Groove) -> pd.DataFrame:
@@ -137,6 +216,17 @@ def ladder_table(rows: pd.DataFrame) -> pd.DataFrame:
     return wide.join(gap.rename("loop_gap_m")).join(cost).loc[cost.index].reset_index()
 
 
+def equal_pitch_by_ring(readings: pd.DataFrame) -> pd.DataFrame:
+    """The table of ``fit.equal_pitch_readings`` with a row a ring: shares of left and right arc in one cell, %."""
+    columns = {}
+    for row in readings.to_dict("records"):
+        head = f"{row['reading']}<br>{1e3 * row['polygonal_m']:.1f} mm polygonal, {1e3 * row['arc_m']:.1f} mm arc"
+        sides = ({k.rpartition("_")[2]: v for k, v in row.items() if k.startswith(side)} for side in ("left", "right"))
+        pairs = zip(*(shares.items() for shares in sides), strict=True)
+        columns[head] = {ring: f"{significant(left)} / {significant(right)}" for (ring, left), (_, right) in pairs}
+    return pd.DataFrame(columns).rename_axis("ring (m)").reset_index()
+
+
 def trade_summary(rows: pd.DataFrame, agreement: pd.DataFrame, promises: pd.DataFrame, scaling: pd.DataFrame) -> str:
     """What the study of cost and accuracy found, in a page of Markdown."""
     rows = rows.reset_index(drop=True)
@@ -149,13 +239,15 @@ def trade_summary(rows: pd.DataFrame, agreement: pd.DataFrame, promises: pd.Data
     method = rows["integrator"].str.split().str[0]
     costs = rows[rows["measure"].isin(["rms", "state_m"]) & (method != "adaptive")]
     cost = costs.groupby(["fidelity", method, "step_s"], sort=False)["cpu_s_per_s"].median().div(standard)
+    costs = cost.rename("cost over standard").reset_index()
+    costs["cost over standard"] = [significant(value) if value == value else "refused or diverged" for value in cost]
     return f"""\
 {len(tried)} settings tried, {int(tried["failed"].astype(bool).sum())} of them refused or diverged.
 Planner on scenes kept apart: {met} of {len(kept)} promises kept{share}; \
 {len(promises) - len(kept)} tolerances were not promised.
 Cost is CPU time per simulated second over that of the standard run (ten arcs, semi-implicit Euler, 1e-4 s).
 
-{cost.rename("cost over standard").reset_index().to_markdown(index=False, floatfmt=".3g")}
+{costs.to_markdown(index=False, floatfmt=".3g")}
 
 Two references of different method differ by (relative, turns for shares, m):
 

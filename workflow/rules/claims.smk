@@ -64,19 +64,3 @@ rule fit:
     benchmark: f"{R}/benchmarks/fit.tsv"
     message: "Fitting the rig"
     script: "../scripts/fit.py"
-
-
-rule costs:
-    """What each rule cost, from the benchmark files."""
-    input:
-        needs("costs.py"),
-        rules.records.input,
-        rules.ring.input,
-        rules.claims.output,
-        rules.sensitivity.output,
-    output: **table("costs")
-    params: folder=f"{R}/benchmarks"
-    log: f"{R}/logs/costs.log"
-    benchmark: f"{R}/benchmarks/costs.tsv"
-    message: "Costs"
-    script: "../scripts/costs.py"

@@ -8,11 +8,13 @@ rule metrics:
     input:
         needs("metrics.py"),
         **runs_of(R, SCENES),
-    output: f"{R}/metrics.csv"
+    output:
+        csv=f"{R}/metrics.csv",
+        schema=f"{R}/metrics.schema.json",
     params: runs=list(SCENES)
     log: f"{R}/logs/metrics.log"
     benchmark: f"{R}/benchmarks/metrics.tsv"
-    message: "Measuring {output}"
+    message: "Measuring {output.csv}"
     script: "../scripts/metrics.py"
 
 
@@ -21,7 +23,9 @@ use rule metrics as metrics_other with:
         needs("metrics.py"),
         recordings=lambda wildcards: runs_of(f"{R}/rigs/{wildcards.other}", OTHERS[wildcards.other])["recordings"],
         costs=lambda wildcards: runs_of(f"{R}/rigs/{wildcards.other}", OTHERS[wildcards.other])["costs"],
-    output: f"{R}/rigs/{{other}}/metrics.csv"
+    output:
+        csv=f"{R}/rigs/{{other}}/metrics.csv",
+        schema=f"{R}/rigs/{{other}}/metrics.schema.json",
     params: runs=lambda wildcards: list(OTHERS[wildcards.other])
     log: f"{R}/logs/rigs/{{other}}/metrics.log"
     benchmark: f"{R}/benchmarks/rigs/{{other}}/metrics.tsv"

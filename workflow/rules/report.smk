@@ -62,7 +62,6 @@ rule page:
         rules.fidelity.output,
         rules.trade_short.output,
         rules.traction.output,
-        rules.costs.output,
         rules.animation_runs.output,
         rig=CONFIG.rig,
         config=[str(path) for path in workflow.configfiles],
@@ -83,6 +82,20 @@ rule report_page:
     input:
         rules.page.output,
         rules.animation.output,
+
+
+rule costs:
+    """What each rule cost, from the benchmark files: all others, and the long studies if they were run before."""
+    input:
+        needs("costs.py"),
+        rules.report_page.input,
+        rules.extremes_short.output,
+    output: **table("costs")
+    params: folder=f"{R}/benchmarks"
+    log: f"{R}/logs/costs.log"
+    benchmark: f"{R}/benchmarks/costs.tsv"
+    message: "Costs"
+    script: "../scripts/costs.py"
 
 
 rule pictures:

@@ -2,8 +2,8 @@ import pandas as pd
 from _script import logged
 
 from trackdyn.paper.contents import caption
-from trackdyn.report.tables import table4, write_table
+from trackdyn.report.tables import headed, table4, write_table
 
 with logged(snakemake):
     table = table4(pd.read_csv(snakemake.input.metrics), snakemake.params.speeds)
-    write_table(table, snakemake.output.csv, caption("table4"))
+    write_table(table, snakemake.output.csv, caption("table4"), shown=headed(table, "table4"))

@@ -4,7 +4,7 @@ from _script import logged
 
 from trackdyn import load_rig
 from trackdyn.paper.contents import caption
-from trackdyn.report.tables import ladder_table, write_table
+from trackdyn.report.tables import headed, ladder_table, write_table
 from trackdyn.study.accuracy.ladder import compare_rungs
 
 with logged(snakemake):
@@ -12,4 +12,5 @@ with logged(snakemake):
     radii = ([None] if study["without_ring"] else []) + [snakemake.params.radius]
     rows = compare_rungs(load_rig(snakemake.input.rig), study["speeds_rpm"], radii, study["loop_turns"])
     Path(snakemake.output.csv).write_text(rows.to_csv(index=False, lineterminator="\n"), encoding="utf-8")
-    write_table(ladder_table(rows), snakemake.output.wide, caption("fidelity"), digits=3)
+    table = ladder_table(rows)
+    write_table(table, snakemake.output.wide, caption("fidelity"), shown=headed(table, "fidelity"))

@@ -6,6 +6,7 @@ import pandas as pd
 from _script import logged
 
 from trackdyn import load_recording
+from trackdyn.measure.dictionary import table_schema
 from trackdyn.measure.metrics import run_metrics
 
 with logged(snakemake):
@@ -14,4 +15,7 @@ with logged(snakemake):
         wall = json.loads(Path(cost).read_text())["wall_s"]
         rows.append(run_metrics(run, replace(load_recording(path), wall=wall)))
         print(rows[-1])
-    pd.DataFrame(rows).to_csv(snakemake.output[0], index=False)
+    table = pd.DataFrame(rows)
+    table.to_csv(snakemake.output.csv, index=False, float_format="%.6g")
+    schema = json.dumps(table_schema(table.columns), indent=1, ensure_ascii=False)
+    Path(snakemake.output.schema).write_text(schema + "\n", encoding="utf-8")

@@ -31,10 +31,8 @@ def closure_figure(recordings: Mapping[int, Recording]) -> Figure:
     limit = printed.LOOP_GAP.value
     ax.axhline(limit, **PRINTED, linewidth=1.4, label=f"printed in the paper: {power_of_ten(limit, 4)} m")
     ax.set_yscale("log")
-    low, high = ax.get_ylim()
-    ax.set_ylim(low, high * 10 ** (0.35 * np.log10(high / low)))  # room for the legend
-    ax.set(xlabel="time since the start of the record (s)", ylabel="distance of the two ends of the loop (m)")
+    ax.set(xlabel="time since the start of the record (s)", ylabel="distance of the loop's ends (m)")
     ax.set_title("Largest gap of the cut joint")
     ax.set_xlim(0, max(len(recording.gap) / recording.rate for recording in recordings.values()))
-    ax.legend(loc="upper right", ncols=2)
+    figure.legend(loc="outside lower center", ncols=2)
     return figure

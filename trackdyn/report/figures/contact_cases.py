@@ -14,11 +14,11 @@ from trackdyn.contact.wheel import foot
 from trackdyn.parameters.rig import Rig
 from trackdyn.report import drawing, marks
 from trackdyn.report.figures.groove import draw_groove
-from trackdyn.report.style import BLACK, GREEN, new_figure, styled
+from trackdyn.report.style import BLACK, PURPLE, new_figure, styled
 
 SHOWN_DEPTH = 0.25  # of a connector's arc, in parts of its radius
 SHOWN_LINK_DEPTH = 0.5  # of a link, in parts of half its thickness
-# foot parameter (0 at A, 1 at B) that each case is drawn with
+# where the perpendicular meets AB (0 at A, 1 at B) in each case that is drawn
 LINK_CASES = {"left end contact": -0.7, "vertical contact": 0.4, "right end contact": 1.7}
 
 
@@ -31,7 +31,7 @@ def touching_centre(rig: Rig, area: int) -> np.ndarray:
 
 
 def placed_link(rig: Rig, fraction: float) -> tuple[np.ndarray, np.ndarray]:
-    """Ends A and B of a link that penetrates the ring so that its foot parameter is ``fraction``, m.
+    """Ends A and B of a link that penetrates the ring so that the perpendicular meets AB at ``fraction``, m.
 
     The ring's centre is the origin, and the link's point nearest to it is straight above it.
     """
@@ -66,8 +66,8 @@ def _arc_figure(rig: Rig, area: int) -> Figure:
     deepest = place - rc * n
     surface = deepest + depth * n
 
-    figure = new_figure(4.6)
-    ax, words = figure.subplots(1, 2, width_ratios=(1.0, 0.52))
+    figure = new_figure(3.5)
+    ax, words = figure.subplots(1, 2, width_ratios=(1.0, 0.56))
     draw_groove(ax, rig, 0.03, emphasized=(found,))
     face = {"facecolor": drawing.CONNECTOR, "alpha": 0.65, "edgecolor": "none", "zorder": drawing.Z_SPROCKET + 0.2}
     ax.add_patch(Circle(place, rc, **face))
@@ -87,8 +87,8 @@ def _arc_figure(rig: Rig, area: int) -> Figure:
     marks.dimension(ax, *ends, r"$\delta$", offset=offset * rc, turned=False, fontsize=9)
     for direction, name, side in ((n, "$n$", 1 if convex else -1), (tau, r"$\tau$", -1)):
         end = surface + 0.45 * rc * direction
-        marks.arrow(ax, surface, end, color=GREEN, linewidth=2.2)
-        marks.beside(ax, surface, end, name, 0.8, side, color=GREEN, fontsize=10)
+        marks.arrow(ax, surface, end, color=PURPLE, linewidth=2.2)
+        marks.beside(ax, surface, end, name, 0.8, side, color=PURPLE, fontsize=10)
     marks.point(ax, place, "$C$", "right" if convex else "left", gap=5)
     marks.point(ax, centre, f"$O_{area}$", "right below" if convex else "right", gap=4)
     points = np.array([place + rc, place - rc, centre - 2 * across, deepest - 0.4 * rc])
@@ -109,7 +109,7 @@ def _arc_figure(rig: Rig, area: int) -> Figure:
         f"$R = {radius}$\n   = {marks.millimetres(effective)}",
         r"$\tau = \hat{z} \times n$",
     ]
-    words.text(0.0, 0.95, "\n\n".join(rows), transform=words.transAxes, va="top", fontsize=9, linespacing=1.5)
+    words.text(0.0, 0.5, "\n\n".join(rows), transform=words.transAxes, va="center", linespacing=1.5)
     words.set_axis_off()
     return figure
 
@@ -117,15 +117,22 @@ def _arc_figure(rig: Rig, area: int) -> Figure:
 @styled
 def link_figure(rig: Rig) -> Figure:
     """Figure 12: a link on the ring, touching it between its ends or with one of them."""
-    figure = new_figure(2.4)
-    for ax, letter, (case, fraction) in zip(figure.subplots(1, 3), "abc", LINK_CASES.items(), strict=True):
+    figure = new_figure(4.2)
+    *axes, words = figure.subplots(2, 2).ravel()
+    for ax, letter, (case, fraction) in zip(axes, "abc", LINK_CASES.items(), strict=True):
         s = _draw_link_case(ax, rig, *placed_link(rig, fraction))
-        ax.set_title(f"({letter}) {case},\nfoot parameter {s:.2f}".replace("-", "\N{MINUS SIGN}"))
+        ax.set_title(f"({letter}) {case}, $s$ = {s:.2f}".replace("-", "\N{MINUS SIGN}"))
+    text = (
+        "$s$: where the perpendicular\nfrom $O_S$ meets the line $AB$,\nin lengths of $AB$ from $A$\n\n"
+        "$s$ below 0: $Q$ is $A$\n$s$ from 0 to 1: $Q$ is its foot\n$s$ above 1: $Q$ is $B$"
+    )
+    words.text(0.05, 0.5, text, transform=words.transAxes, va="center", linespacing=1.5)
+    words.set_axis_off()
     return figure
 
 
 def _draw_link_case(ax: Axes, rig: Rig, start, end) -> float:
-    """Draw a link with the ends A and B (m) and its contact with the ring; returns the foot parameter."""
+    """Draw a link with the ends A and B (m) and its contact with the ring; returns where the perpendicular meets AB, 0 to 1 within."""
     ring, half = rig.sprocket.ring_radius, rig.chain.link_thickness / 2
     s, qx, qy, distance = foot(*map(float, (*start, *end, 0.0, 0.0)))
     q = np.array([qx, qy])

@@ -22,7 +22,7 @@ from trackdyn.report.style import BLACK, BLUE, GREEN, PURPLE, VERMILION, new_fig
 
 PINS = {
     "left": {"color": GREEN, "linestyle": "-", "linewidth": 1.4},
-    "right": {"color": PURPLE, "linestyle": (0, (6, 1.5, 1, 1.5)), "linewidth": 1.4},
+    "right": {"color": BLACK, "linestyle": (0, (6, 1.5, 1, 1.5)), "linewidth": 1.4},
 }
 SOLID = {"facecolor": drawing.CONNECTOR, "edgecolor": BLACK, "zorder": drawing.Z_CONNECTOR}
 FLANK = (1, 2)  # areas behind the left arc, which drive
@@ -97,8 +97,8 @@ def seated_pins(rig: Rig) -> np.ndarray:
 @styled
 def engagement_figure(rig: Rig) -> Figure:
     """Figure 6: frames of sprocket and groove (a), a connector on its way into the groove (b)."""
-    figure = new_figure(4.2)
-    whole, close = figure.subplots(1, 2)
+    figure = new_figure(7.0)
+    whole, close = figure.subplots(2, 1, height_ratios=(1.2, 1.0))
     turns = passage(rig)
     _draw_frames(whole, rig, turns.pins[0])
     section.draw_groove(close, rig, 0.012, emphasized=())
@@ -116,7 +116,7 @@ def engagement_figure(rig: Rig) -> Figure:
     close.set(xlim=(-0.095, 0.095), ylim=(heights.min() - 0.065, heights.max() + 0.045))
     marks.frame_axes(close, "k")
     handles = [one for one in close.get_legend_handles_labels()[0] if one.get_label() not in ("steel", "profile")]
-    figure.legend(handles=handles, loc="outside lower center", ncols=3)
+    figure.legend(handles=handles, loc="outside lower center", ncols=2)
     close.set_title("(b) a connector enters its groove")
     return figure
 
@@ -136,7 +136,7 @@ def _draw_frames(ax: Axes, rig: Rig, pins) -> None:
     dotted = {"linestyle": (0, (1, 1)), "linewidth": 1.2}
     marks.vector(ax, corner, centre, "$R_{O_S}$", 0.4, side=-1, **dotted)
     marks.vector(ax, corner, left, "$R_C$", 0.4, **dotted)
-    marks.vector(ax, centre, left, "$l_{O_S C}$", 0.55, color=GREEN, linewidth=1.4)
+    marks.vector(ax, centre, left, "$l_{O_S C}$", 0.55, color=PURPLE, linewidth=1.4)
     marks.point(ax, left, "$C$", "above left", gap=4)
     marks.point(ax, centre, "$O_S$", "below right", gap=4)
     marks.point(ax, corner, "$O$", "below left", gap=3)
@@ -150,7 +150,7 @@ def sector_figure(rig: Rig) -> Figure:
     """Figure 7: trajectory of a rolling arc's centre (a), the ten annular sectors of contact (b)."""
     groove, rc = rig.groove_profile, rig.chain.connector_radius
     path = section.centre_trajectory(rig)
-    figure = new_figure(8.6)
+    figure = new_figure(5.9)
     rolling, sectors = figure.subplots(2, 1, sharex=True, sharey=True)
     for ax in (rolling, sectors):
         section.draw_groove(ax, rig, 0.012)
@@ -167,7 +167,6 @@ def sector_figure(rig: Rig) -> Figure:
     centre_line = marks.handle("centre of a rolling arc", **section.TRAJECTORY)
     handles = [*section.kinds(), centre_line, marks.handle("arc of a connector", **section.ROLLING)]
     rolling.set_xlabel("")
-    rolling.legend(handles=handles, loc="upper center", ncols=4)
     rolling.set_title("(a) trajectory of the centre of an arc that rolls over the groove")
     for area in range(1, 11):
         sectors.add_patch(section.sector_patch(rig, area))
@@ -186,7 +185,7 @@ def sector_figure(rig: Rig) -> Figure:
         Patch(**section.CONCAVE_SECTOR, linewidth=0.8, label="sector of a concave area"),
     ]
     paths = [marks.handle(f"way of the {name} arc's centre", **look) for name, look in PINS.items()]
-    sectors.legend(handles=[*faces, *paths, centre_line], loc="upper center", ncols=3)
+    figure.legend(handles=[*handles, *faces, *paths], loc="outside lower center", ncols=2)
     sectors.set_title("(b) ten annular sectors: where the centre of an arc in contact is")
-    sectors.set(xlim=(-0.098, 0.098), ylim=(groove.profile()[:, 1].min() - 0.012, groove.addendum + rc + 0.036))
+    sectors.set(xlim=(-0.098, 0.098), ylim=(groove.profile()[:, 1].min() - 0.012, groove.addendum + rc + 0.006))
     return figure

@@ -12,8 +12,6 @@ from trackdyn.report.style import (
     MARKERS,
     ORANGE,
     PRINTED,
-    PURPLE,
-    SKY,
     VERMILION,
     new_figure,
     styled,
@@ -32,33 +30,34 @@ ALL_LOST = 1e6
 
 @styled
 def solvers_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
-    """Error of every solver against the number of bodies, and the growth predicted for the literal product."""
+    """Every solver against the number of bodies: its error (a), the residual of what is too long for that (b)."""
     table = rows[(rows["family"] == "length of the chain") & (rows["group"] != "")]
-    figure = new_figure(4.2)
-    ax = figure.subplots()
+    figure = new_figure(5.0)
+    errors, residuals = figure.subplots(2, 1, height_ratios=(2.0, 1.0))
     for group, part in table.groupby("group", sort=False):
         solver, kind = group.split(", ")
         dashes, marker = KIND_LOOKS[kind]
         part = part.astype({"at": float, "value": float, "expected": float}).sort_values("at")
         seen = part[np.isfinite(part["value"]) & (part["value"] < ALL_LOST)]
-        if len(seen):
-            # measured points of the literal product stand by their prediction; the others have none
-            line = "none" if solver == "transfer_product" else dashes
-            look = {"color": SOLVERS[solver], "linestyle": line, "marker": marker}
-            short = seen["measure"] != "residual"
-            ax.plot(seen["at"][short], seen["value"][short], **look, label=f"{SOLVER_NAMES[solver]}, {kind}")
-            ax.plot(seen["at"][~short], seen["value"][~short], **look, markerfacecolor="white")
+        # measured points of the literal product stand by their prediction; the others have none
+        look = {"color": SOLVERS[solver], "linestyle": "none" if solver == "transfer_product" else dashes}
+        for ax, here in ((errors, seen["measure"] != "residual"), (residuals, seen["measure"] == "residual")):
+            label = f"{SOLVER_NAMES[solver]}, {kind}" if ax is errors and here.any() else None
+            ax.plot(seen["at"][here], seen["value"][here], **look, marker=marker, label=label)
         predicted = part[part["expected"].notna() & (part["expected"] < ALL_LOST)]
         if len(predicted) > 1:
             look = {"color": BLACK, "linestyle": dashes, "linewidth": 1.2}
-            ax.plot(predicted["at"], predicted["expected"], **look, label=f"predicted growth, {kind}")
-    ax.axvspan(9, 13000, color="0.94", zorder=0)
-    ax.set(xscale="log", yscale="log", xlim=(5, 13000), ylim=(3e-17, ALL_LOST))
-    ax.text(10000, 3e4, "grey: a scene refuses the literal product", fontsize=8, color="0.35", ha="right")
-    ax.text(10000, 6e-17, "hollow: residual of the equations of motion", fontsize=8, color="0.35", ha="right")
-    ax.set(xlabel="bodies of the chain", ylabel="relative error")
-    ax.set_title("Error of the accelerations, median of three poses")
-    ax.legend(loc="center right", fontsize=7)
+            errors.plot(predicted["at"], predicted["expected"], **look, label=f"predicted growth, {kind}")
+    lengths = table["at"].astype(float)
+    errors.axvspan(9, 1.2 * lengths.max(), color="0.93", zorder=0)
+    short = lengths[table["measure"] != "residual"]
+    errors.set(xscale="log", yscale="log", xlim=(5, 1.2 * short.max()), ylim=(3e-17, ALL_LOST))
+    residuals.set(xscale="log", yscale="log", xlabel="bodies of the chain (1)")
+    errors.set_ylabel("relative error (1)")
+    residuals.set_ylabel("relative residual (1)")
+    errors.set_title("(a) error of the accelerations, median of three poses;\ngrey: a scene refuses the literal product")
+    residuals.set_title("(b) longer chains: residual of the equations of motion")
+    figure.legend(loc="outside lower center", ncols=2)
     return figure
 
 
@@ -72,7 +71,7 @@ def stability_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
     ax = figure.subplots()
     for mask, look, label in (
         (stable, {"marker": "o", "color": BLUE}, "stable"),
-        (~stable & np.isfinite(table["value"]), {"marker": "D", "color": PURPLE}, "gains energy"),
+        (~stable & np.isfinite(table["value"]), {"marker": "D", "color": ORANGE}, "gains energy"),
         (~stable & ~np.isfinite(table["value"]), {"marker": "x", "color": VERMILION}, "left the physical range"),
     ):
         if mask.any():
@@ -80,10 +79,10 @@ def stability_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
     limit = table.groupby("group")["expected"].first()
     ax.plot(limit.to_numpy(), limit.index.to_numpy(), color=BLACK, linestyle="-", label="predicted limit")
     refused = table[table["outcome"] == REFUSED].groupby("group")["at"].min()
-    ax.plot(refused.to_numpy(), refused.index.to_numpy(), color=ORANGE, linestyle="--", label="first refused step")
+    ax.plot(refused.to_numpy(), refused.index.to_numpy(), color=BLACK, linestyle="--", label="first refused step")
     ax.set(xscale="log", yscale="log", xlabel="step (s)", ylabel="Young's modulus of the teeth (Pa)")
-    ax.set_title("Explicit integration forced past the refusal, 0.2 s without ring and friction, 210 rpm")
-    figure.legend(loc="outside lower center", ncols=5)
+    ax.set_title("Explicit integration forced past the refusal,\n0.2 s without ring and friction, 210 rpm")
+    figure.legend(loc="outside lower center", ncols=3)
     return figure
 
 
@@ -124,7 +123,7 @@ def outcomes_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
         for y, x, w, number in zip(place, left, width, table[outcome], strict=True):
             if number and w > 3:
                 box = {"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.85}
-                ax.text(x + w / 2, y, str(number), ha="center", va="center", fontsize=8, bbox=box)
+                ax.text(x + w / 2, y, str(number), ha="center", va="center", bbox=box)
         left = left + width
     ax.set_yticks(place, [f"{name} ({n})" for name, n in zip(table["family"], table["rows"], strict=True)])
     ax.set(xlim=(0, 100), xlabel="cases (%)")
@@ -139,26 +138,27 @@ def long_run_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
     figure = new_figure(5.6)
     axes = figure.subplots(4, 1, sharex=True)
     minutes = chunks["time_s"] / 60
-    curves = (
-        ("loop_gap_max_m", "largest loop\ngap (m)", BLUE),
-        ("energy_residual", "open share of\nthe energy (1)", ORANGE),
-        ("rms_g", "RMS of the y\nacceleration (g)", GREEN),
-        ("resident_mb", "largest resident\nmemory (MB)", SKY),
-    )
-    for ax, (column, label, colour) in zip(axes, curves, strict=True):
-        ax.plot(minutes, chunks[column].abs(), color=colour, linestyle="-")
+    labels = {
+        "loop_gap_max_m": "largest loop\ngap (m)",
+        "energy_residual": "open share of\nthe energy (1)",
+        "rms_g": "RMS of the sensor's\ny acceleration (g)",
+        "resident_mb": "largest resident\nmemory (MB)",
+    }
+    for ax, (column, label) in zip(axes, labels.items(), strict=True):
+        ax.plot(minutes, chunks[column].abs(), color=BLUE, linestyle="-", marker="." if len(chunks) < 50 else "")
         ax.set_ylabel(label)
     bounds = ((GAP, "printed, 1.1e-10 m", PRINTED), (OPEN_SHARE, f"bound, {OPEN_SHARE:g}", BOUND))
     for ax, (bound, text, look) in zip(axes, bounds, strict=False):
         ax.set_yscale("log")
         ax.axhline(bound, **look)
-        ax.text(minutes.iloc[0], 0.6 * bound, text, fontsize=8, va="top")
+        ax.text(minutes.iloc[0], 0.6 * bound, text, va="top")
         ax.set_ylim(top=6 * bound)
     for ax, column in zip(axes[2:], ("rms_g", "resident_mb"), strict=True):
         if chunks[column].notna().any():
             ax.set_ylim(0, 1.25 * chunks[column].max())
     axes[-1].set_xlabel("simulated time (min)")
-    axes[0].set_title(f"{minutes.iloc[-1]:.0f} min at 210 rpm, in chunks of whole revolutions of the loop")
+    figure.align_ylabels()
+    axes[0].set_title(f"{minutes.iloc[-1]:.2g} min at 210 rpm, in chunks of whole revolutions of the loop")
     return figure
 
 

@@ -16,9 +16,10 @@ from trackdyn.contact.tooth import find_area
 from trackdyn.parameters.rig import Rig
 from trackdyn.report import marks
 from trackdyn.report.drawing import CONNECTOR, Z_MARK
-from trackdyn.report.style import BLACK, new_figure, styled
+from trackdyn.report.style import BLACK, SMALL, new_figure, styled
 
 ACTION = "#dcebf5"
+MIDDLE = 5  # where the boxes of the main way stand
 
 
 def search_order(rig: Rig, left: bool) -> list[int]:
@@ -126,7 +127,9 @@ def flow_figure(rig: Rig) -> Figure:
 
 def _half(step: Step) -> np.ndarray:
     """Half width and half height of a box."""
-    return np.array([2.5, 0.62] if step.question else [1.72, 0.36])
+    if step.question:
+        return np.array([2.5, 0.62])
+    return np.array([2.3 if step.place[0] == MIDDLE else 1.72, 0.36])
 
 
 def _draw_step(ax: Axes, step: Step) -> None:
@@ -142,8 +145,8 @@ def _draw_step(ax: Axes, step: Step) -> None:
     if step.equations:
         name += f"  ({', '.join(map(str, step.equations))})"
     look = {"ha": "center", "va": "center", "zorder": Z_MARK + 1}
-    ax.text(*(place + [0, 0.13]), step.text, fontsize=7.5, **look)
-    ax.text(*(place - [0, 0.19]), name, fontsize=5.8, family="DejaVu Sans Mono", **look)
+    ax.text(*(place + [0, 0.13]), step.text, fontsize=SMALL, **look)
+    ax.text(*(place - [0, 0.19]), name, fontsize=SMALL, family="DejaVu Sans Mono", **look)
 
 
 def _draw_way(ax: Axes, start: Step, end: Step, text: str, corners) -> None:
@@ -155,4 +158,4 @@ def _draw_way(ax: Axes, start: Step, end: Step, text: str, corners) -> None:
     if text:
         step = np.sign(points[1] - points[0])
         place = points[0] + step * 0.16 + (np.array([0.0, 0.16]) if step[0] else np.array([0.1, -0.04]))
-        ax.text(*place, text, ha="right" if step[0] < 0 else "left", va="center", fontsize=7, zorder=Z_MARK + 1)
+        ax.text(*place, text, ha="right" if step[0] < 0 else "left", va="center", fontsize=SMALL, zorder=Z_MARK + 1)

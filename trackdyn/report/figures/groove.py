@@ -102,7 +102,7 @@ def _number_areas(ax: Axes, groove: Groove, depth: float) -> None:
 @styled
 def section_figure(rig: Rig) -> Figure:
     """Figure 5: sections of connector (a) and groove (b) with arcs, centres, radii and numbers."""
-    figure = new_figure(7.0)
+    figure = new_figure(6.0)
     connector, section = figure.subplots(2, 1, height_ratios=(0.62, 1.0))
     _draw_connector_section(connector, rig)
     groove = rig.groove_profile
@@ -131,7 +131,7 @@ def section_figure(rig: Rig) -> Figure:
     marks.write(section, (0.003, floor + 0.011), "to $O_S$", ha="left")
     section.set(xlim=(-0.095, 0.095), ylim=(floor, groove.centre[:, 1].max() + 0.014))
     marks.frame_axes(section, "k")
-    section.legend(handles=kinds(), loc="upper left")
+    figure.legend(handles=kinds(), loc="outside lower center", ncols=2)
     section.set_title("(b) groove, radii in mm")
     return figure
 
@@ -158,7 +158,7 @@ def _draw_connector_section(ax: Axes, rig: Rig) -> None:
 def detection_figure(rig: Rig) -> Figure:
     """Figure 8: is the centre C of an arc in annular sector j? A convex area (a) and a concave one (b)."""
     groove = rig.groove_profile
-    figure = new_figure(4.1)
+    figure = new_figure(3.3)
     for ax, letter, area in zip(figure.subplots(1, 2), "ab", (1, 2), strict=True):
         convex = bool(groove.convex[area - 1])
         centre, u, theta = groove.centre[area - 1], groove.direction[area - 1], groove.half_angle[area - 1]
@@ -187,5 +187,5 @@ def detection_figure(rig: Rig) -> Figure:
         kind, bounds = ("concave", r"$r_j - r_C \leq |e_j| \leq r_j$")
         if convex:
             kind, bounds = ("convex", r"$r_j \leq |e_j| \leq r_j + r_C$")
-        ax.set_title(f"({letter}) {kind}, area $j$ = {area}: {bounds}\n" r"and $e_j \cdot u_j \geq |e_j| \cos\theta_j$")
+        ax.set_title(f"({letter}) {kind}, area $j$ = {area}:\n{bounds}\n" r"and $e_j \cdot u_j \geq |e_j| \cos\theta_j$")
     return figure

@@ -60,8 +60,10 @@ def history_figure(recording: Recording, record: SensorRecord, title="", sensor_
         (record.ay_g, record.rate_hz, own_frequency(record), sensor_label, SENSOR),
     )
     span = REVOLUTIONS / loop_hz
-    figure = new_figure(4.2)
-    axes = figure.subplots(2, 1, sharex=True, sharey=True)
+    figure = new_figure(4.0)
+    figure.set_layout_engine("none")  # margins that do not depend on the numbers at the ticks: panels are alike
+    margins = {"left": 0.11, "right": 0.97, "bottom": 0.11, "top": 0.93, "hspace": 0.22}
+    axes = figure.subplots(2, 1, sharex=True, sharey=True, gridspec_kw=margins)
     shown = []
     for ax, (ay, rate, hz, label, look) in zip(axes, curves, strict=True):
         start = first_crest(ay, rate, hz)
@@ -87,8 +89,8 @@ def _mark_cut(ax: Axes, time: np.ndarray, ay: np.ndarray) -> None:
     for beyond, edge, marker in ((ay > high, high, "^"), (ay < low, low, "v")):
         ax.plot(time[beyond], np.full(beyond.sum(), edge), **look, marker=marker)
     if ay.max() > high or ay.min() < low:
-        text = f"cut off at the triangles: extremes {ay.max():+.1f} and {ay.min():+.1f} g"
-        ax.set_title(text.replace("-", "\N{MINUS SIGN}"), fontsize=8)
+        text = f"{ax.get_title('right')}; cut off at the triangles: extremes {ay.max():+.1f} and {ay.min():+.1f} g"
+        ax.set_title(text.replace("-", "\N{MINUS SIGN}"), loc="right")
 
 
 def own_frequency(record: SensorRecord) -> float:

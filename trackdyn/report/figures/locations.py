@@ -22,7 +22,7 @@ ON_WHEEL = {"color": VERMILION, "linestyle": (0, (3, 1)), "linewidth": 2.4}
 def locations_figure(rig: Rig) -> Figure:
     """Figure 4: surfaces that touch: connector and groove (a), link and ring (b), idler (c), road wheel (d)."""
     frame, shift = drawing.laid_frame(rig)
-    figure = new_figure(5.2)
+    figure = new_figure(3.6)
     axes = figure.subplots(2, 2).ravel()
     _draw_seat(axes[0], rig)
     axes[0].set_title("(a) connector and groove")
@@ -49,7 +49,7 @@ def _draw_seat(ax: Axes, rig: Rig) -> None:
         marks.point(ax, pin)
     marks.line(ax, *drawing.groove_points(home, -beta, 1, rig.groove_profile.profile()), **ON_WHEEL)
     _close_view(ax, np.array([0.0, pins[0, 1] - 0.3 * rig.chain.connector_radius]))
-    marks.write(ax, pins.mean(axis=0), "connector")
+    marks.write(ax, pins.mean(axis=0) + [0.0, 0.013], "connector")
     marks.write(ax, pins.mean(axis=0) - [0, 1.9 * rig.chain.connector_radius], "sprocket")
 
 
@@ -70,6 +70,9 @@ def _draw_link_on(ax: Axes, rig: Rig, frame, shift: float, wheel: int) -> None:
         for size, face, edge in ((r, drawing.RUBBER, BLACK), (0.9 * r, drawing.STEEL, drawing.STEEL_EDGE)):
             ax.add_patch(Circle(centre, size, facecolor=face, edgecolor=edge, zorder=drawing.Z_RING))
     drawing.draw_chain(ax, rig, view, opacity=0.85)
+    for bodies in ax.collections:  # connectors stand beside ring and tyres: here behind them
+        if bodies.get_zorder() == drawing.Z_CONNECTOR:
+            bodies.set_zorder(drawing.Z_RING - 0.5)
     pins, angles, _ = drawing.chain_points(rig, view)
     lower = drawing.placed(drawing.link_outline(rig)[:2], pins[body], angles[body])
     marks.line(ax, *lower, **ON_CHAIN, zorder=drawing.Z_MARK + 1)

@@ -36,7 +36,7 @@ def loop_figure(rig: Rig, recording: Recording, index: int = 0) -> Figure:
     pins, angles, sprocket_angle = drawing.chain_points(rig, frame)
     groove = _tightest_groove(rig, pins, sprocket_angle)
 
-    figure = new_figure(7.0)
+    figure = new_figure(5.4)
     grid = figure.add_gridspec(2, 2, height_ratios=(1.15, 1.0))
     whole, sprocket, close = (figure.add_subplot(place) for place in (grid[0, :], grid[1, 0], grid[1, 1]))
     for ax in (whole, sprocket, close):
@@ -44,10 +44,10 @@ def loop_figure(rig: Rig, recording: Recording, index: int = 0) -> Figure:
         drawing.draw_loop(ax, rig, frame, shift, ring_radius, groove if ax is close else None, **look)
         ax.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")
 
-    low, high = pins.min(axis=0) - 0.12, pins.max(axis=0) + [0.12, 0.3]  # room for the legend
+    low, high = pins.min(axis=0) - 0.12, pins.max(axis=0) + 0.12
     whole.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     rpm, ring = recording.meta["scene"]["motor_rpm"], drawing.ring_words(ring_radius)
-    whole.set_title(f"(a) the loop at {recording.frame_time[index]:.2f} s of the record: {rpm:g} rpm, {ring}")
+    whole.set_title(f"(a) the loop at {recording.frame_time[index]:.2f} s: {rpm:g} rpm, {ring}")
     box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5}
     for name, (x, y, radius) in zip(("sprocket", "idler", "road wheel"), circles, strict=True):
         look = {"ha": "center", "va": "center", "fontsize": 8, "bbox": box, "zorder": drawing.Z_MARK, "clip_on": True}
@@ -60,8 +60,8 @@ def loop_figure(rig: Rig, recording: Recording, index: int = 0) -> Figure:
     }
     handles = [Patch(**look, linewidth=0.6, label=kind) for kind, look in kinds.items()]
     handles.insert(3, Line2D([], [], **SENSOR_PLACE, label="sensor"))
-    whole.legend(handles=handles, loc="upper center", ncols=len(handles), fontsize=7.5, columnspacing=1.2)
-    close.legend(handles=[Line2D([], [], **drawing.JOINT, label="joint of two areas")], loc="upper left", fontsize=7)
+    handles.append(Line2D([], [], **drawing.JOINT, label="joint of two areas"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)
     sensor = drawing.placed([[rig.sensor.x, rig.sensor.y]], pins[sensor_body], angles[sensor_body])[0]
     whole.plot(*sensor, **SENSOR_PLACE, zorder=drawing.Z_MARK)
     _mark_motion(whole, circles[0], pins, -1 if recording.wheel_rate[0, 0] <= 0 else 1)

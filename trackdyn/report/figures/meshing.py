@@ -6,13 +6,16 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.legend_handler import HandlerTuple
+from matplotlib.lines import Line2D
 
 from trackdyn.errors import InputError
-from trackdyn.measure.meshing import passages, spells, timing
+from trackdyn.measure.meshing import mean_events, passages, smoothed_maxima, spells, timing
 from trackdyn.paper import printed
 from trackdyn.recording import Recording
 from trackdyn.report.drawing import ring_words
-from trackdyn.report.style import BLACK, BLUE, GREEN, PRINTED, PURPLE, new_figure, styled
+from trackdyn.report.marks import HALO
+from trackdyn.report.style import BLACK, BLUE, GREEN, PRINTED, PURPLE, SMALL, new_figure, styled
 
 LOOKS = {
     "left": {"color": BLUE, "linestyle": "-", "marker": "o"},
@@ -21,7 +24,16 @@ LOOKS = {
 }
 NAMES = {"left": "left arc", "right": "right arc", "ring": "link ahead on the ring"}
 BEFORE, AFTER = 0.05, 0.05  # shown before the first and after the last contact, turns
-NEAR = 0.012  # printed events closer than this share one label, turns
+# printed event: the measured one, of which maxima have two readings
+MEASURED = {
+    "first contact of the right arc": "first right", "first contact of the left arc": "first left",
+    "right contact gone": "right gone", "out of engagement": "out", "ring first touched": "ring touched",
+    "ring left": "ring left",
+}  # fmt: skip
+HERE = {"color": BLACK, "linestyle": "none", "marker": "o", "markersize": 4.5}
+STEP = HERE | {"marker": "x", "markersize": 4}
+IN_PRINT = HERE | {"marker": "D", "markerfacecolor": "white", "markersize": 5.5}
+BARE_BOX = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
 BEYOND = 1.25  # of the highest point of the curves: larger single steps are written, not drawn
 
 
@@ -108,12 +120,32 @@ def printed_times(ring: bool, turn: float) -> dict[str, float]:
     return {event: (time - first) * scale for event, time in times.items()}
 
 
+def event_times(recording: Recording) -> pd.DataFrame:
+    """The events of the paper beside those of the run: what decides C16 and C17.
+
+    Returns
+    -------
+    DataFrame
+        By printed event, in its order: ``printed, here, step``, s since the first contact, means over all passages.
+        A maximum is that of the mean over 0.01 s, and of the largest single step in ``step``. NaN: none.
+    """
+    ring = recording.meta["scene"]["ring_radius"] is not None
+    found = pd.concat([mean_events(recording), smoothed_maxima(recording)]).set_index("event")["mean_s"]
+    rows = {}
+    for event, time in printed_times(ring, timing(recording).turn).items():
+        name = "left touches" if ring and event == "first contact of the left arc" else MEASURED.get(event, event)
+        smooth = next((other for other in found.index if other.startswith(f"{name}, mean")), name)
+        step = found.get(name, np.nan) if smooth != name else np.nan
+        rows[event] = {"printed": time, "here": found.get(smooth, np.nan), "step": step}
+    return pd.DataFrame(rows).T
+
+
 @styled
 def passage_figure(recording: Recording) -> Figure:
-    """Normal forces (a) and areas (b) of one connector over one passage: Figure 19, with a ring Figure 21.
+    """Forces (a) and areas (b) of one connector over one passage, and its events: Figure 19, with a ring Figure 21.
 
-    Thin dashed lines stand where the paper prints its events, counted from its own first contact. Single
-    marks are the largest force of all time steps; one far above the curves is written at the upper edge.
+    Events stand beside the printed ones, all counted from the first contact (c). Single marks in (a) are the largest
+    force of all time steps; one far above the curves is an arrow at the upper edge with its value.
 
     Raises
     ------
@@ -126,74 +158,72 @@ def passage_figure(recording: Recording) -> Figure:
     low, high = -BEFORE * shown.turn, shown.last - shown.first + AFTER * shown.turn
     inside = (shown.time >= low) & (shown.time <= high)
     time = shown.time[inside]
-    figure = new_figure(5.4)
-    forces, areas = figure.subplots(2, 1, sharex=True, height_ratios=(1.7, 1.0))
+    figure = new_figure(6.2)
+    forces, areas, times = figure.subplots(3, 1, sharex=True, height_ratios=(1.8, 0.8, 1.3))
     sides = ("left", "right", "ring") if ring else ("left", "right")
     highest = max(shown.force[inside, : len(sides)].max(), 1.0)
+    peaks = []
     for i, side in enumerate(sides):
         look, row = LOOKS[side], shown.sides.loc[side]
         label = NAMES[side] if row["count"] else f"{NAMES[side]} (no contact)"
         forces.plot(time, shown.force[inside, i], **look | {"marker": ""}, label=label, zorder=3)
         if row["count"]:
-            _mark_peak(forces, row["peak_s"] - shown.first, row["peak_n"], look, BEYOND * highest)
+            mark = {"linestyle": "none", "markersize": 6, "markeredgecolor": "white", "markeredgewidth": 0.6}
+            peaks.append(Line2D([], [], **look | mark))
+            _mark_peak(forces, row["peak_s"] - shown.first, row["peak_n"], look | mark, BEYOND * highest)
         if side != "ring" and row["count"]:
-            area, look = shown.area[inside, i], look | {"linestyle": "none", "markersize": 2.5}
-            areas.plot(time[area > 0], area[area > 0], **look, label=NAMES[side])
-    # entries for what the single marks and the dashed lines mean
-    forces.plot([], [], color="0.3", linestyle="none", marker="D", label="largest of all time steps")
-    forces.plot([], [], **PRINTED, marker="", linewidth=0.6, label="printed event")
-    _mark_printed(forces, areas, printed_times(ring, shown.turn))
+            area = shown.area[inside, i]
+            areas.plot(time[area > 0], area[area > 0], **look | {"linestyle": "none", "markersize": 2.5})
+    times.set_xlim(low, high)
+    _draw_events(times, event_times(recording), (forces, areas))
     what = f"Connector {shown.connector} in groove {shown.groove}, {ring_words(scene['ring_radius'])}"
-    text = f"{what}, {scene['motor_rpm']:g} rpm; a turn of the sprocket takes {shown.turn:.3f} s"
-    figure.suptitle(text, x=0.01, ha="left")
-    for ax, letter in ((forces, "(a)"), (areas, "(b)")):
-        ax.text(-0.085, 1.0, letter, transform=ax.transAxes, va="top")
-    forces.set(ylabel="normal force (N)", ylim=(-0.03 * highest, 1.55 * highest))  # room for the legend
-    areas.set(ylabel="number of the\ntouched area", yticks=range(1, 11), ylim=(0.3, 10.7))
-    areas.set(xlabel="time since the first contact (s)", xlim=(low, high))
-    forces.legend(loc="upper center", ncols=3)
-    if areas.get_legend_handles_labels()[0]:
-        areas.legend(loc="upper center", ncols=2, markerscale=2)
+    figure.suptitle(f"{what}, {scene['motor_rpm']:g} rpm; a sprocket turn takes {shown.turn:.3f} s", x=0.01, ha="left")
+    for ax, title in ((forces, "(a) forces"), (areas, "(b) areas of the groove"), (times, "(c) events")):
+        ax.set_title(title)
+    forces.set(ylabel="normal force (N)", ylim=(-0.03 * highest, 1.45 * highest))
+    areas.set(ylabel="area\n(1 to 10)", yticks=sorted({*map(int, np.unique(shown.area[inside]))} - {0}), ylim=(0, 11))
+    times.set_xlabel("time since the first contact (s)")
+    curves, labels = forces.get_legend_handles_labels()
+    handles = [*curves, tuple(peaks), *times.get_legend_handles_labels()[0]]
+    labels += ["largest of all time steps", *times.get_legend_handles_labels()[1]]
+    spread = {tuple: HandlerTuple(ndivide=None, pad=0.6)}
+    figure.legend(handles, labels, handler_map=spread, loc="outside lower center", ncols=2)
     return figure
 
 
 def _mark_peak(ax: Axes, time: float, force: float, look: dict, limit: float) -> None:
     """The largest force of all time steps: a mark, or above the limit an arrow at the edge with its value."""
     if force <= limit:
-        mark = {"linestyle": "none", "markersize": 6, "markeredgecolor": "white", "markeredgewidth": 0.6}
-        ax.plot(time, force, **look | mark, zorder=4)
+        ax.plot(time, force, **look, zorder=4)
         return
-    box = {"boxstyle": "square,pad=0.25", "facecolor": "white", "edgecolor": look["color"], "linewidth": 0.8}
-    place = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points", "zorder": 5}
-    arrow = {"arrowstyle": "-|>", "color": look["color"], "linewidth": 1.4}
-    label = f"{force:.0f} N\nat {time:.3f} s".replace("-", "\N{MINUS SIGN}")
-    text = ax.annotate(label, (time, 1.0), (8, -27), **place, bbox=box, color=BLACK, fontsize=7, va="center")
-    ax.annotate("", (0.1, 1.95), (0.1, 1.1), xycoords=text, zorder=5, arrowprops=arrow | {"shrinkA": 0, "shrinkB": 0})
+    arrow = {"arrowstyle": "-|>", "color": look["color"], "linewidth": 1.4, "shrinkA": 0, "shrinkB": 0}
+    edge = ("data", "axes fraction")
+    ax.annotate("", (time, 1.0), (time, 0.84), xycoords=edge, textcoords=edge, arrowprops=arrow, zorder=5)
+    label = f"{force:.0f} N at {time:.3f} s".replace("-", "\N{MINUS SIGN}")
+    look = {"textcoords": "offset points", "va": "center", "fontsize": SMALL, "path_effects": HALO, "zorder": 5}
+    ax.annotate(label, (time, 0.92), (6, 0), xycoords=edge, **look)
 
 
-def _joined(names: list[str]) -> str:
-    """Names of simultaneous events: in one line if they differ in one word, else one under the other."""
-    words = [name.split() for name in names]
-    if len(words) == 2 and len(words[0]) == len(words[1]):
-        pairs = list(zip(*words, strict=True))
-        if sum(one != other for one, other in pairs) == 1:
-            return " ".join(one if one == other else f"{one} and {other}" for one, other in pairs)
-    return ",\n".join(names)
-
-
-def _mark_printed(top: Axes, bottom: Axes, times: dict[str, float]) -> None:
-    """Dashed lines in both axes, their names on a slant above the upper one."""
-    turn = 60 * printed.TRANSMISSION_RATIO.value / 115
-    groups: list[tuple[float, list[str]]] = []
-    for event, time in sorted(times.items(), key=lambda item: item[1]):
-        if groups and time - groups[-1][0] < NEAR * turn:
-            groups[-1][1].append(event)
-        else:
-            groups.append((time, [event]))
-        for ax in (top, bottom):
-            ax.axvline(time, **PRINTED, linewidth=0.6, zorder=2)
-    look = {"rotation": 42, "rotation_mode": "anchor", "ha": "left", "va": "center", "fontsize": 7, "linespacing": 1.3}
-    for time, names in groups:
-        text = _joined(names)
-        place = {"xycoords": ("data", "axes fraction"), "xytext": (2, 9 if "\n" in text else 5)}
-        top.annotate(text, (time, 1.0), **place, textcoords="offset points", **look)
+def _draw_events(ax: Axes, times: pd.DataFrame, others) -> None:
+    """A row an event: printed and measured time on one line, and in numbers where there is room."""
+    for y, (_, row) in enumerate(times.iterrows()):
+        known = row.dropna()
+        ax.plot([known.min(), known.max()], [y, y], color="0.6", linestyle="-", linewidth=1.0)
+        for name, look in (("printed", IN_PRINT), ("here", HERE), ("step", STEP)):
+            ax.plot(row[name], y, **look, zorder=4)
+        for other in others:
+            other.axvline(row["printed"], **PRINTED, linewidth=0.5, zorder=2)
+        text = " / ".join(f"{value:.{digits}f}" for value, digits in zip(known, (2, 3, 3), strict=False))
+        places = np.array([ax.get_xlim()[0], *sorted(known), ax.get_xlim()[1]])
+        widest = int(np.argmax(np.diff(places)))
+        end = {0: (places[1], -7, "right"), len(known): (places[-2], 7, "left")}
+        place, gap, across = end.get(widest, (places[widest : widest + 2].mean(), 0, "center"))
+        look = {"textcoords": "offset points", "va": "center", "ha": across, "fontsize": SMALL, "bbox": BARE_BOX}
+        ax.annotate(text.replace("-", "\N{MINUS SIGN}"), (place, y), (gap, 0), **look)
+    names = [event.replace("first contact of the", "first contact,") for event in times.index]
+    ax.set_yticks(range(len(times)), names)
+    ax.set_ylim(len(times) - 0.4, -0.6)
+    ax.grid(False)
+    labels = ("printed event", "event here (maximum: of the mean over 0.01 s)", "maximum: largest single step")
+    for look, label in zip((IN_PRINT | PRINTED | {"linewidth": 0.5}, HERE, STEP), labels, strict=True):
+        ax.plot([], [], **look, label=label)

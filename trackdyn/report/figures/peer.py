@@ -13,7 +13,7 @@ from trackdyn.report.style import BLACK, BLUE, GREEN, ORANGE, VERMILION, new_fig
 LEAST_DIFFERENCE = 1e-6  # of the logarithmic axis, percent
 OURS = {"color": BLUE, "linestyle": "-", "linewidth": 2.2, "alpha": 0.6}
 PEER = {"color": ORANGE, "linestyle": (0, (5, 2)), "linewidth": 1.2}
-EIGHT = {"color": GREEN, "linestyle": (0, (1, 1)), "linewidth": 1.0}
+EIGHT = {"color": BLACK, "linestyle": (0, (1, 1)), "linewidth": 1.0}
 
 
 @styled
@@ -23,7 +23,7 @@ def model_figure(rig: Rig, frame, shift: float, missing: str = "") -> Figure:
     ``frame`` is a configuration of the other code (``Recording.frame``), or of ours where it did not run, with the
     shift of the tensioning wheel (m). Why it did not run, ``missing``, stands in the title then.
     """
-    figure = new_figure(7.4)
+    figure = new_figure(5.6)
     whole, tooth = figure.subplots(2, 1, height_ratios=(1.25, 1.0))
     drawing.draw_loop(whole, rig, frame, shift, rig.sprocket.ring_radius, highlight=(2 * (rig.sensor.pitch - 1),))
     whole.set_aspect("equal")
@@ -31,7 +31,7 @@ def model_figure(rig: Rig, frame, shift: float, missing: str = "") -> Figure:
     whole.autoscale_view()
     code = "Exudyn's" if not missing else "trackdyn's (exudyn is not installed)"
     bodies = f"{2 * rig.chain.pitches} bodies, {2 * rig.chain.pitches} revolute joints"
-    whole.set_title(f"(a) {code} loop on its wheels: {bodies}; hatched: the selected link")
+    whole.set_title(f"(a) {code} loop on its wheels: {bodies};\nhatched: the selected link")
     whole.set(xlabel="x (m)", ylabel="y (m)")
 
     groove = rig.groove_profile
@@ -51,9 +51,9 @@ def model_figure(rig: Rig, frame, shift: float, missing: str = "") -> Figure:
     _seated(tooth, rig)
     tooth.set_aspect("equal")
     tooth.margins(0.04, 0.12)
-    tooth.set_title("(b) one groove, in its own frame; numbered: where the eight arcs begin and end")
+    tooth.set_title("(b) one groove, in its own frame;\nnumbered: where the eight arcs begin and end")
     tooth.set(xlabel="x of the groove (mm)", ylabel="y of the groove (mm)")
-    figure.legend(loc="outside lower center", ncols=3)
+    figure.legend(loc="outside lower center", ncols=1)
     return figure
 
 
@@ -72,7 +72,7 @@ def displacement_figure(curves: pd.DataFrame, summary: pd.DataFrame, missing: st
     Tables are those of ``trackdyn.peers.comparison.Result``; ``missing`` says why the other code was not run.
     """
     readings = list(summary["reading"])
-    figure = new_figure(2.9 * len(readings) + 0.9)
+    figure = new_figure(2.6 * len(readings) + 0.7)
     axes = figure.subplots(2 * len(readings), 1, height_ratios=(1.5, 1.0) * len(readings), squeeze=False)[:, 0]
     for i, row in enumerate(summary.to_dict("records")):
         above, below = axes[2 * i : 2 * i + 2]
@@ -82,8 +82,10 @@ def displacement_figure(curves: pd.DataFrame, summary: pd.DataFrame, missing: st
         below.sharex(above)
         above.tick_params(labelbottom=False)
     axes[-1].set_xlabel("time since the start of the sprocket (s)")
-    handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=3)
+    found = dict(zip(*reversed(axes[0].get_legend_handles_labels()), strict=True))
+    found |= dict(zip(*reversed(axes[1].get_legend_handles_labels()), strict=True))
+    figure.legend(found.values(), found.keys(), loc="outside lower center", ncols=2)
+    figure.align_ylabels()
     return figure
 
 
@@ -99,19 +101,20 @@ def _draw_reading(above: Axes, below: Axes, curve: pd.DataFrame, row: dict, miss
         below.text(0.5, 0.5, missing, transform=below.transAxes, ha="center", va="center", fontsize=8, bbox=box)
         below.set_yticks([])
         return
-    span = np.ptp(ours)
+    span, largest_of = np.ptp(ours), []
     for name, label, look, key in (
-        ("exudyn_m", "ten arcs", PEER, "difference_pct"),
-        ("exudyn_eight_arcs_m", "eight arcs", EIGHT, "difference_eight_arcs_pct"),
+        ("exudyn_m", "Exudyn, ten arcs", PEER, "difference_pct"),
+        ("exudyn_eight_arcs_m", "Exudyn, eight arcs", EIGHT, "difference_eight_arcs_pct"),
     ):
         other = curve[name].to_numpy()
         if look is PEER:  # the third curve would lie on the other two
-            above.plot(*thin(time, other), **look, label="Exudyn")
+            above.plot(*thin(time, other), **look)
         difference = np.maximum(100 * np.abs(other - ours) / span, LEAST_DIFFERENCE)
         # it keeps crossing zero
         edges, largest = upper_edge(difference, 300)
-        below.plot(time[edges[:-1]], largest, **look, label=f"{label}: largest {row[key]:.2g} %")
+        below.plot(time[edges[:-1]], largest, **look, label=label)
+        largest_of.append(f"{label.removeprefix('Exudyn, ')} {row[key]:.2g} %")
     below.axhline(limit, color=BLACK, linestyle=(0, (6, 2)), linewidth=1.0, label=f"printed, largest: {limit:g} %")
     below.set_yscale("log")
-    below.set_ylim(top=5e3)
-    below.legend(loc="upper right", ncols=3)
+    below.set_ylim(top=50)
+    below.set_title(f"largest difference: {', '.join(largest_of)}")

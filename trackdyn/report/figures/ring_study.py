@@ -7,9 +7,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from trackdyn.paper import printed
-from trackdyn.report.style import COLOURS, DASHES, MARKERS, PRINTED, new_figure, styled
+from trackdyn.report.style import COLOURS, DASHES, MARKERS, PRINTED, SMALL, new_figure, styled
 
 SIDES = {"left": "left arc", "right": "right arc", "ring": "ring"}
+# printed radii: the right arc lets go, the one to choose
+FROM_THE_TEXT = printed.RADIUS_WITHOUT_RIGHT_CONTACT.value, printed.RADIUS_CHOSEN.value
+WHITE = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
 STATISTICS = {"rms": "RMS", "sd": "SD"}
 
 
@@ -34,16 +37,9 @@ def duration_figure(study: pd.DataFrame) -> Figure:
     radii = [radius for radius in positions if radius >= printed.RADIUS_OF_STEADY_LEFT_SHARE.value - 1e-9]
     if radii:
         ends = [positions[radii[0]], positions[radii[-1]]]
-        label = f"printed: near {steady:g} %"
-        left.plot(ends, [steady] * 2, **PRINTED, marker="", linewidth=1.4, label=label)
-        _legend(left, left.get_legend().get_title().get_text())
+        left.plot(ends, [steady] * 2, **PRINTED, marker="", linewidth=1.4)
+        left.annotate(f"printed: near {steady:g} %", (ends[1], steady), (0, 5), textcoords="offset points", ha="right")
     return figure
-
-
-def _legend(ax: Axes, title: str) -> None:
-    entries, names = ax.get_legend_handles_labels()
-    columns = len(names) if len(names) <= 4 else 2
-    ax.legend(entries, names, loc="upper right", ncols=columns, title=title, title_fontsize=7.5)
 
 
 def quiet_from(study: pd.DataFrame, value: str) -> float | None:
@@ -63,7 +59,7 @@ def _panels(study, columns, unit: str, title: str) -> tuple[Figure, list[Axes], 
     speeds = sorted(study["rpm"].unique())
     # errors of neighbouring speeds shall not hide each other
     spread = 0.06 * (gaps.min() if len(gaps) else 0.001) * (np.arange(len(speeds)) - 0.5 * (len(speeds) - 1))
-    figure = new_figure(6.4)
+    figure = new_figure(6.0)
     axes = list(figure.subplots(3, 1, sharex=True))
     hidden = True  # whether every error bar is smaller than its mark
     for ax, (side, (value, error)) in zip(axes, columns.items(), strict=True):
@@ -75,6 +71,8 @@ def _panels(study, columns, unit: str, title: str) -> tuple[Figure, list[Axes], 
             for part, dashes, label in ((bare, "none", None), (~bare, DASHES[i % len(DASHES)], f"{rpm:g} rpm")):
                 errors = rows.loc[part, error].fillna(0.0)
                 ax.errorbar(place[part], rows.loc[part, value], errors, **look, linestyle=dashes, label=label)
+        for radius in FROM_THE_TEXT:
+            ax.axvline(radius, **PRINTED, linewidth=0.6, zorder=1)
         if with_none and radii:
             ax.axvline(0.5 * (none + radii[0]) - 0.25 * (radii[0] - none), color="0.6", linewidth=0.8)
         ax.set_ylabel(SIDES[side])
@@ -85,13 +83,17 @@ def _panels(study, columns, unit: str, title: str) -> tuple[Figure, list[Axes], 
         quiet = quiet_from(study, value)
         if quiet is not None and quiet < radii[-1]:
             text = f"no contact from {quiet:.3f} m on, at any speed"
-            ax.text(0.5 * (quiet + radii[-1]), 0.3 * top, text, ha="center")
-    _legend(axes[0], "standard errors are smaller than the marks" if hidden else "bars: standard errors")
+            ax.text(0.5 * (quiet + radii[-1]), 0.3 * top, text, ha="center", bbox=WHITE)
+    note = "standard errors are smaller than the marks" if hidden else "bars: standard errors"
+    note += "\nbroken lines, printed: {:g} m, the right arc lets go; {:g} m, to choose".format(*FROM_THE_TEXT)
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=4, title=note, title_fontsize=SMALL)
     axes[0].set_title(title)
-    figure.supylabel(unit, fontsize=9)
+    figure.supylabel(unit, fontsize=8)
     figure.align_ylabels()
     ticks = ([none] if with_none else []) + radii
-    names = (["none"] if with_none else []) + [f"{radius:.3f}" for radius in radii]
+    every = 1 + len(radii) // 8  # of the radii is numbered
+    names = (["none"] if with_none else []) + [f"{r:.3f}" if i % every == 0 else "" for i, r in enumerate(radii)]
     axes[-1].set_xticks(ticks, names)
     axes[-1].set_xlabel("radius of the ring (m)")
     return figure, axes, positions

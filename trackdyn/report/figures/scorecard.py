@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from trackdyn.paper.claims import ORIGINS, headline
-from trackdyn.report.style import WIDTH, new_figure, power_of_ten, styled
+from trackdyn.report.style import PAGE, new_figure, power_of_ten, styled
 
 # verdict: colour, hatch (readable in grey)
 LOOKS = {
@@ -48,9 +48,9 @@ def scorecard_figure(card: pd.DataFrame) -> Figure:
             blocks += [_block(part.to_dict("records"), len(rigs)) for _, part in parts]
     heights = [LINE * _lines(block) + GAP for block in blocks]
     height = sum(heights) + 0.3
-    figure = new_figure(height + 0.3 + 0.2 * len(rigs))
+    figure = new_figure(height + 0.3 + 0.2 * len(rigs), PAGE)
     ax = figure.subplots()
-    ax.set(xlim=(0, WIDTH), ylim=(height, 0))
+    ax.set(xlim=(0, PAGE), ylim=(height, 0))
     ax.set_axis_off()
     for x, head in ((CLAIM, "claim"), (PRINTED, "printed, or bound"), (MEASURED, "measured here")):
         ax.text(x, 0.12, head, va="center", fontsize=SIZE, style="italic")
@@ -72,7 +72,8 @@ def _block(items: list[dict], rigs: int) -> tuple:
         cells.append((item["verdict"], textwrap.wrap(measured, MEASURED_LETTERS)))
     name = first["id"] + (first["part"] or "")
     claim = textwrap.wrap(_with_unit(first), CLAIM_LETTERS)
-    return name, cells, claim, textwrap.wrap(_spoken(first["printed"]), PRINTED_LETTERS)
+    printed = _spoken(first["printed"]).replace("ours:", "only words; taken as:")
+    return name, cells, claim, textwrap.wrap(printed, PRINTED_LETTERS)
 
 
 def _lines(block: tuple) -> int:

@@ -16,7 +16,7 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.recording import Recording
 from trackdyn.report import drawing, marks
 from trackdyn.report.figures.meshing import LOOKS, NAMES, Selected, printed_times, select_passage
-from trackdyn.report.style import BLACK, new_figure, styled
+from trackdyn.report.style import BLACK, PAGE, new_figure, styled
 
 HALF = 0.13  # of the side of a panel, m
 LONGEST_ARROW = 0.085  # of the largest force in the figure, m
@@ -117,7 +117,7 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
     shown = select_passage(recording)
     panels = moments(recording, shown)
     largest = max(shown.force[moment.sample].max() for moment in panels)
-    figure = new_figure(6.6)
+    figure = new_figure(6.6, PAGE)
     axes = figure.subplots(2, 3).ravel()
     for ax, letter in zip(axes, "abcdef", strict=True):
         ax.set_axis_off()

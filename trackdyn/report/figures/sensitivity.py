@@ -4,7 +4,6 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from trackdyn.report.drawing import ring_words
 from trackdyn.report.style import new_figure, styled
 
 # changes beyond this many tolerances share the last shade
@@ -45,38 +44,41 @@ def measure_words(name: str) -> str:
 
 
 def change_text(value: float) -> str:
-    """A change to one place, with its sign; a plain 0 for what rounds to it, a dash for none."""
+    """A change to one place; a plain 0 for what rounds to it, a dash for none."""
     if not np.isfinite(value):
         return "\N{EN DASH}"
-    text = f"{value:+.1f}"
+    text = f"{value:.1f}"
     return "0" if float(text) == 0 else text.replace("-", "\N{MINUS SIGN}")
+
+
+def sensitivity_matrix(table: pd.DataFrame) -> pd.DataFrame:
+    """Changes in tolerances, a row a measure and a column a parameter, in words; a table of ``fit.sensitivity``."""
+    where = table["ring_radius_m"].map(lambda r: "no ring" if pd.isna(r) else f"{r:.3f} m")
+    table = table.assign(name=table["claim"] + " " + table["measure"].map(measure_words) + ", " + where)
+    cells = table.drop_duplicates(["parameter", "name"])
+    grid = cells.pivot(index="name", columns="parameter", values="change_in_tolerances")
+    return grid.loc[table["name"].unique(), table["parameter"].unique()].rename(columns=parameter_words)
 
 
 @styled
 def sensitivity_figure(table: pd.DataFrame) -> Figure:
     """Change of each measure, in tolerances of its target, if one parameter changes; a table of ``fit.sensitivity``."""
-    where = table["ring_radius_m"].map(lambda r: ring_words(None if pd.isna(r) else r))
-    table = table.assign(name=table["claim"] + " " + table["measure"].map(measure_words) + ", " + where)
-    cells = table.drop_duplicates(["parameter", "name"])
-    grid = cells.pivot(index="name", columns="parameter", values="change_in_tolerances")
-    grid = grid.loc[table["name"].unique(), table["parameter"].unique()]
+    grid = sensitivity_matrix(table)
     values = grid.to_numpy(dtype=float)
     figure = new_figure(0.3 * len(grid) + 2.6)
     ax = figure.subplots()
-    image = ax.imshow(values, cmap="PuOr", vmin=-LIMIT, vmax=LIMIT, aspect="auto")
+    ax.imshow(values, cmap="PuOr", vmin=-LIMIT, vmax=LIMIT, aspect="auto")
     for i, j in np.ndindex(values.shape):
         dark = np.isfinite(values[i, j]) and abs(values[i, j]) > 0.75 * LIMIT
         text = change_text(values[i, j])
         colour = "white" if dark else "0.55" if text == "0" else "black"
         ax.text(j, i, text, ha="center", va="center", fontsize=7, color=colour)
-    look = {"rotation": 50, "rotation_mode": "anchor", "ha": "right", "fontsize": 7}
-    ax.set_xticks(range(grid.shape[1]), [parameter_words(name) for name in grid.columns], **look)
-    ax.set_yticks(range(grid.shape[0]), grid.index, fontsize=7)
+    look = {"rotation": 50, "rotation_mode": "anchor", "ha": "right"}
+    ax.set_xticks(range(grid.shape[1]), grid.columns, **look)
+    ax.set_yticks(range(grid.shape[0]), grid.index)
     ax.tick_params(length=2)
     ax.grid(False)
-    title = "Change of a measure in tolerances of its target, one parameter changed"
-    figure.suptitle(title, x=0.01, ha="left", fontsize=9)
-    extend = ("neither", "min", "max", "both")[(values < -LIMIT).any() + 2 * (values > LIMIT).any()]
-    bar = figure.colorbar(image, ax=ax, shrink=0.8, aspect=30, pad=0.02, extend=extend)
-    bar.set_label("tolerances" + ("" if extend == "neither" else " (pointed end: beyond)"))
+    title = "Change of a measure in tolerances of its target, one parameter changed\n(shades: brown falls, purple rises"
+    beyond = f"; one for all beyond {LIMIT:g})" if (np.abs(values) > LIMIT).any() else ")"
+    figure.suptitle(title + beyond, x=0.01, ha="left")
     return figure

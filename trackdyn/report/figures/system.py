@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch, Polygon
+from matplotlib.path import Path
 
 from trackdyn.contact.wheel import foot
 from trackdyn.parameters.layout import WHEEL_NAMES, wheel_circles
@@ -15,6 +16,9 @@ from trackdyn.report.style import BLACK, BLUE, ORANGE, VERMILION, new_figure, st
 
 TOUCH = 1e-3  # gap that still counts as touching in a loop that is laid without forces, m
 GROUND = 0.18  # of the ground under the lowest pin, m
+# a contact in the legend
+ZIGZAG = Path([(-3, 0), (-2, 0), *((-1.75 + 0.5 * i, 0.4 * (-1) ** i) for i in range(8)), (2, 0), (3, 0)])
+WIRE = {"markerfacecolor": "none", "markeredgecolor": BLACK, "markeredgewidth": 0.8}
 BOX = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}  # behind the names of the wheels
 
 
@@ -22,7 +26,7 @@ BOX = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}  # behind the name
 def system_figure(rig: Rig) -> Figure:
     """Figure 1: the loop on its wheels (a) and the model: bodies, joints and contacts (b)."""
     frame, shift = drawing.laid_frame(rig)
-    figure = new_figure(7.6)
+    figure = new_figure(6.9)
     system, model = figure.subplots(2, 1, sharex=True, sharey=True)
     _draw_system(system, rig, frame, shift)
     names = {"sprocket": "sprocket\nwith ring", "idler": "idler", "road_wheel": "road wheel"}
@@ -35,12 +39,12 @@ def system_figure(rig: Rig) -> Figure:
         body = (top - steps) % (len(pins) - 1)
         middle = 0.5 * (pins[body] + pins[body + 1])
         marks.leader(system, middle, name, middle + offset)
-    marks.write(system, (pins[:, 0].mean(), low - 0.07), "base")
+    marks.write(system, (pins[:, 0].mean(), low - 0.1), "base")
     marks.axes_cross(system, (pins[:, 0].min(), pins[:, 1].max() - 0.1), 0.2, 0.0, ("$X$", "$Y$"))
     system.set_title(f"(a) system: {rig.chain.pitches} links and connectors on three wheels")
     _draw_model(model, rig, frame, shift)
     for ax in (system, model):
-        ax.set(xlim=(pins[:, 0].min() - 0.12, pins[:, 0].max() + 0.12), ylim=(low - 0.1, pins[:, 1].max() + 0.2))
+        ax.set(xlim=(pins[:, 0].min() - 0.12, pins[:, 0].max() + 0.12), ylim=(low - 0.16, pins[:, 1].max() + 0.24))
         marks.bare(ax)
     model.set_title("(b) model: bodies, joints, contacts")
     return figure
@@ -111,11 +115,11 @@ def _draw_model(ax: Axes, rig: Rig, frame, shift: float) -> None:
         ("revolute joint with bushing", joint),
         ("cut joint", cut),
         ("bearing on the base", bearing),
-        ("contact of link and wheel or ring", contact),
+        ("contact of link and wheel", {"linestyle": "none", "marker": ZIGZAG, "markersize": 18} | WIRE),
         ("arc within reach of the teeth", tooth),
     )
     handles = [marks.handle(name, **look) for name, look in looks]
-    ax.figure.legend(handles=handles, loc="outside lower center", ncols=3)
+    ax.figure.legend(handles=handles, loc="outside lower center", ncols=2)
 
 
 def _unit(v) -> np.ndarray:
@@ -136,7 +140,7 @@ def setup_figure(rig: Rig) -> Figure:
     """Figure 16: motor, rig, sensor on the selected link, signal collection and computer."""
     frame, shift = drawing.laid_frame(rig)
     body = 2 * (rig.sensor.pitch - 1)
-    figure = new_figure(4.6)
+    figure = new_figure(3.5)
     ax = figure.subplots()
     _draw_system(ax, rig, frame, shift, (body,))
     pins, angles, _ = drawing.chain_points(rig, frame)
@@ -151,7 +155,7 @@ def setup_figure(rig: Rig) -> Figure:
     text = f"wireless acceleration sensor on link {rig.sensor.pitch}\n"
     text += f"{rig.sensor.rate} Hz, \N{PLUS-MINUS SIGN}{rig.sensor.range:g} g"
     marks.leader(ax, sensor + 0.04 * up - [0.02, 0.0], text, sensor + [-0.55, 0.36])
-    x, half = pins[:, 0].max() + 0.33, np.array([0.17, 0.09])
+    x, half = pins[:, 0].max() + 0.36, np.array([0.22, 0.12])
     motor, collection, computer = rig.sprocket.y - 0.15, sensor[1] + 0.36, sensor[1]
     for name, y in (("motor", motor), ("signal\ncollection", collection), ("computer", computer)):
         look = {"boxstyle": "square,pad=0", "facecolor": "#dcebf5", "edgecolor": BLACK, "zorder": drawing.Z_MARK}
@@ -165,7 +169,7 @@ def setup_figure(rig: Rig) -> Figure:
     marks.arrow(ax, (x, collection - half[1]), (x, computer + half[1]))
     shaft = [[x - half[0], motor], [rig.sprocket.x, motor], [rig.sprocket.x, rig.sprocket.y]]
     marks.line(ax, *shaft, linestyle=(0, (8, 2, 1, 2)), linewidth=1.4)
-    marks.write(ax, (x, motor - half[1] - 0.07), f"transmission\n{rig.sprocket.transmission_ratio:g} : 1")
+    marks.write(ax, (x, motor - half[1] - 0.12), f"transmission\n{rig.sprocket.transmission_ratio:g} : 1")
     low = pins[:, 1].min() - GROUND
     for name, (wx, wy, _) in zip(WHEEL_NAMES, wheel_circles(rig, shift, surface=True), strict=True):
         marks.write(ax, (wx, wy + 0.12), name.replace("_", " "), bbox=BOX)

@@ -13,11 +13,12 @@ from trackdyn.parameters.layout import belt_path
 from trackdyn.parameters.rig import Rig
 from trackdyn.report import marks
 from trackdyn.report.drawing import CONNECTOR, EDGE, LINK, Z_MARK, view
-from trackdyn.report.style import BLACK, VERMILION, new_figure, styled
+from trackdyn.report.style import BLACK, SMALL, VERMILION, new_figure, styled
 
 # face of a body in the topology, its name in the legend
 FACES = {"link": LINK, "connector": CONNECTOR, "pitch": "#d9e7d3"}
 KINDS = {"link": "link", "connector": "connector with two pins", "pitch": "one body a pitch"}
+EVERY = 10  # of the elements of a long chain is numbered
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,7 @@ def topology_figure(rig: Rig) -> Figure:
     """Figure 3: elements of the loop as simulated (a) and as the paper counts them (b)."""
     physical = elements(body_kinds(rig, build_chain(rig)))
     printed = elements(body_kinds(rig, build_chain(rig, "single_pin")))
-    figure = new_figure(6.2)
+    figure = new_figure(6.6)
     chains = (("(a) links and connectors", physical), ("(b) one body a pitch", printed))
     for ax, (what, found) in zip(figure.subplots(2, 1), chains, strict=True):
         _draw_loop(ax, found)
@@ -86,7 +87,7 @@ def _stadium(parts: int, straight: float, r: float) -> np.ndarray:
 
 def _draw_loop(ax: Axes, found: list[Element]) -> None:
     """Bodies as circles and squares, joints as arrows in the transfer direction, the cut joint crossed out."""
-    straight, r = 4.6, 1.1
+    straight, r = 3.4, 1.5
     places = _stadium(len(found), straight, r)
     spacing = np.hypot(*(places[2] - places[0]))
     half, roomy = 0.34 * spacing, spacing > 0.3
@@ -97,8 +98,12 @@ def _draw_loop(ax: Axes, found: list[Element]) -> None:
             look["label"] = f"{element.kind} {element.number}"
             corners = place + square
             ax.add_patch(Polygon(corners, **look) if element.kind == "connector" else Circle(place, half, **look))
-            look = {"ha": "center", "va": "center", "fontsize": 7 if roomy else 5, "zorder": Z_MARK + 2}
-            ax.text(*place, str(element.number), **look)
+            if roomy:
+                ax.text(*place, str(element.number), ha="center", va="center", fontsize=SMALL, zorder=Z_MARK + 2)
+            elif element.number % EVERY == 1:
+                beside = places[element.number % len(found)] - places[element.number - 2]
+                outward = np.array([-beside[1], beside[0]]) / np.hypot(*beside)
+                marks.write(ax, place + 0.24 * outward, str(element.number), fontsize=SMALL)
             continue
         inboard, outboard = places[element.number - 2], places[element.outboard - 1]
         step = (outboard - inboard) / np.hypot(*(outboard - inboard))
@@ -108,8 +113,6 @@ def _draw_loop(ax: Axes, found: list[Element]) -> None:
             ends = [place - 0.45 * spacing * inward, place + 0.45 * spacing * inward]
             marks.line(ax, *ends, color=VERMILION, linewidth=2.2, zorder=Z_MARK + 1, label="cut")
             marks.leader(ax, ends[1], f"joint {element.number}, cut", place + 0.42 * inward)
-        elif roomy:
-            marks.write(ax, place + 0.13 * inward, str(element.number), fontsize=5.5)
     handles = []
     for kind in dict.fromkeys(element.kind for element in found if element.kind != "joint"):
         look = {"marker": "s" if kind == "connector" else "o", "markersize": 8, "markerfacecolor": FACES[kind]}

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from trackdyn.report.style import new_figure, styled
+from trackdyn.report.style import SMALL, new_figure, styled
 
 TITLES = {"friction": "coefficient held", "transition_velocity": "transition velocity held"}
 FULL = 45.0  # % of a turn: what an arc without a ring reaches
@@ -19,7 +19,7 @@ def traction_figure(table, own: float, wheels: float):
     own, wheels : float
         Creep slope of the rig's ring and of its other wheels, s/m: marked above each panel.
     """
-    figure = new_figure(4.6)
+    figure = new_figure(5.0)
     axes = figure.subplots(2, 2, sharex=True, sharey=True)
     for column, (hold, title) in enumerate(TITLES.items()):
         for row, side in enumerate(("left", "right")):
@@ -32,18 +32,18 @@ def traction_figure(table, own: float, wheels: float):
             )  # fmt: skip
             for (y, x), value in np.ndenumerate(values):
                 text = "–" if np.isnan(value) else f"{value:.0f}"
-                panel.text(x, y, text, ha="center", va="center", fontsize=6, color="black" if value > 25 else "white")
+                panel.text(x, y, text, ha="center", va="center", fontsize=SMALL, color="white" if value <= 25 else "black")
             panel.set_xticks(range(values.shape[1]), [f"{slope:g}" for slope in shares.columns], rotation=45)
             panel.set_yticks(range(values.shape[0]), [f"{1e3 * radius:g}" for radius in shares.index])
-            panel.set_title(f"{side} arc, {title}")
+            panel.set_title(f"{side} arc,\n{title}")
             for slope, name in ((own, "this ring"), (wheels, "other wheels")):
                 place = np.interp(np.log(slope), np.log(shares.columns), range(values.shape[1]))
                 panel.plot(
                     place, 1.0, "v" if name == "this ring" else "D", color="black", ms=4, label=name, ls="none",
                     transform=panel.get_xaxis_transform(), clip_on=False,
                 )  # fmt: skip
-    figure.legend(*axes[0][0].get_legend_handles_labels(), loc="lower right", fontsize=7)
-    figure.supxlabel("creep slope of the ring's friction (s/m)", fontsize="medium")
-    figure.supylabel("ring radius (mm)", fontsize="medium")
+    figure.legend(*axes[0][0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
+    figure.supxlabel("creep slope of the ring's friction (s/m)", fontsize=8)
+    figure.supylabel("ring radius (mm)", fontsize=8)
     figure.colorbar(drawn, ax=axes, label="contact (% of a sprocket turn)", shrink=0.8)
     return figure

@@ -6,8 +6,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
-from trackdyn.report.style import COLOURS, new_figure, styled
-from trackdyn.study.accuracy.trade import pareto
+from trackdyn.report.style import BLUE, COLOURS, ORANGE, SMALL, VERMILION, new_figure, styled
+from trackdyn.study.accuracy.trade import REPEATS, pareto
 
 LABELS = {
     "state_m": "largest error of a mass centre after 0.1 s (m)",
@@ -22,8 +22,19 @@ METHODS = {
     "rk4": "RK4", "adaptive": "adaptive 5(4)",
 }  # fmt: skip
 PHYSICS = {"ten_arcs": "o", "three_surfaces": "s", "single_pin": "^", "elastic_cut": "D"}
-# errors of exactly zero are drawn here
-LEAST = 1e-12
+NEGLIGIBLE = 0.1  # errors below this part of the fifth percentile are drawn there, as arrows: they stretch the axis
+TINY = {"linestyle": "none", "marker": "$\\downarrow$", "color": "0.4", "markersize": 6}
+
+
+def spoken(measure: str) -> str:
+    """A measure in words."""
+    return {"rms": "RMS", "sd": "SD"}.get(measure, measure.replace("_", " "))
+
+
+def drawn_errors(errors: pd.Series) -> tuple[pd.Series, float]:
+    """Errors as they are drawn on a logarithmic axis, and the floor at which those that are next to nothing stand."""
+    floor = NEGLIGIBLE * float(np.quantile(errors[errors > 0], 0.05)) if (errors > 0).any() else NEGLIGIBLE
+    return errors.clip(lower=floor), floor
 
 
 @styled
@@ -31,28 +42,30 @@ def work_precision(rows: pd.DataFrame, measure: str) -> Figure:
     """One panel a scene: error of a measure against wall seconds per simulated second, with the Pareto front."""
     chosen = rows[rows["measure"] == measure]
     scenes = list(dict.fromkeys(chosen["scene"]))
-    columns = min(len(scenes), 3)
+    columns = min(len(scenes), 2)
     lines = -(-len(scenes) // columns)
-    figure = new_figure(1.0 + 2.6 * lines)
+    figure = new_figure(1.2 + 2.0 * lines)
     axes = figure.subplots(lines, columns, sharey=True, sharex=True, squeeze=False)
     for unused in axes.flat[len(scenes) :]:
         unused.set_axis_off()
+    error, floor = drawn_errors(chosen["error"])
     for axis, scene in zip(axes.flat, scenes, strict=False):
         here = chosen[chosen["scene"] == scene]
         for (fidelity, method), group in here.groupby(["fidelity", here["integrator"].str.split().str[0]], sort=False):
             colour = COLOURS[list(METHODS).index(method)]
             look = {"color": colour, "markerfacecolor": colour if fidelity == "ten_arcs" else "none", "markersize": 5}
-            axis.loglog(group["wall_s_per_s"], group["error"].clip(lower=LEAST), PHYSICS[fidelity], **look)
+            axis.loglog(group["wall_s_per_s"], error[group.index], PHYSICS[fidelity], **look)
+        tiny = here[here["error"] < floor]
+        axis.plot(tiny["wall_s_per_s"], 0.6 * error[tiny.index], **TINY)
         front = pareto(here)
-        axis.step(front["wall_s_per_s"], front["error"].clip(lower=LEAST), where="post", color="0.4", lw=0.8, zorder=0)
-        if refused := int((rows["failed"].astype(bool) & (rows["scene"] == scene)).sum()):
-            look = {"transform": axis.transAxes, "ha": "right", "va": "top", "fontsize": 7, "color": "0.3"}
-            axis.text(0.98, 0.98, f"refused or diverged: {refused}", **look)
-        axis.set_title(scene, fontsize=9)
+        axis.step(front["wall_s_per_s"], error[front.index], where="post", color="0.4", lw=0.8, zorder=0)
+        refused = int((rows["failed"].astype(bool) & (rows["scene"] == scene)).sum())
+        axis.set_title(scene + (f"\nrefused or diverged: {refused}" if refused else ""))
         axis.set_xlabel("wall s per simulated s")
+        axis.tick_params(labelbottom=True)
         axis.xaxis.set_minor_formatter(NullFormatter())
         axis.grid(True, which="major", lw=0.3)
-    figure.supylabel(LABELS.get(measure, measure), fontsize=9)
+    figure.supylabel(LABELS.get(measure, measure), fontsize=8)
     used = set(chosen["integrator"].str.split().str[0])
     handles = [
         Line2D([], [], marker="o", linestyle="", color=COLOURS[k], label=name)
@@ -65,7 +78,9 @@ def work_precision(rows: pd.DataFrame, measure: str) -> Figure:
         if name != "ten_arcs" and name in set(chosen["fidelity"])
     ]
     handles.append(Line2D([], [], color="0.4", lw=0.8, label="nothing is better in both"))
-    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=7)
+    if (chosen["error"] < floor).any():
+        handles.append(Line2D([], [], **TINY, label=f"below {floor:.0e}"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return figure
 
 
@@ -75,34 +90,44 @@ def scaling_figure(table: pd.DataFrame) -> Figure:
     figure = new_figure(3.2)
     axis = figure.subplots()
     for k, (processes, group) in enumerate(table.groupby("processes")):
-        name = f"{processes} process{'es' if processes > 1 else ''}"
-        dashes = "-" if k == 0 else "--"
-        axis.plot(group["jobs"], group["wall_s"], "os"[k % 2], color=COLOURS[k], label=name)
-        axis.plot(group["jobs"], group["model_s"], dashes, color=COLOURS[k], lw=1, label=f"{name}, model")
-    axis.set(xlabel="runs", ylabel="wall time (s)")
+        name, colour = f"{processes} process{'es' if processes > 1 else ''}", (BLUE, ORANGE)[k % 2]
+        axis.plot(group["jobs"], group["wall_s"], "os"[k % 2], color=colour, label=f"{name}, least of {REPEATS}")
+        axis.plot(group["jobs"], group["model_s"], ("-", "--")[k % 2], color=colour, lw=1, label=f"{name}, model")
+    axis.set(xlabel="equal runs (1)", ylabel="wall time (s)", xticks=sorted(table["jobs"].unique()))
     axis.set_ylim(bottom=0)
-    axis.legend(fontsize=7)
+    figure.legend(loc="outside lower center", ncols=2)
     axis.grid(True, lw=0.3)
     return figure
 
 
 @styled
 def planner_figure(table: pd.DataFrame) -> Figure:
-    """Achieved error against promised tolerance on scenes that the data do not hold."""
-    figure = new_figure(3.6)
+    """Achieved error against promised tolerance on scenes that the data do not hold; broken promises are named."""
+    figure = new_figure(4.2)
     axis = figure.subplots()
     known = table[table["achieved_error"].notna()]
-    for k, (measure, group) in enumerate(known.groupby("measure", sort=False)):
-        offset = 10 ** (0.02 * (k - 3))
-        look = {"marker": "osD^v<>"[k % 7], "ms": 4, "linestyle": "none", "color": COLOURS[k % len(COLOURS)]}
-        error = group["achieved_error"].clip(lower=1e-6)
-        axis.loglog(group["tolerance"] * offset, error, **look, label=measure.replace("_", " "))
+    error, floor = drawn_errors(known["achieved_error"])
+    measures = list(known["measure"].unique())
+    place = known["tolerance"] * 10 ** (0.025 * (known["measure"].map(measures.index) - 0.5 * (len(measures) - 1)))
+    met = known["met"].astype(bool)
+    for k, measure in enumerate(measures):
+        look = {"marker": "osD^v<>"[k % 7], "ms": 4, "linestyle": "none"}
+        for kept, colour in ((True, BLUE), (False, VERMILION)):
+            here = (known["measure"] == measure) & (met == kept)
+            label = spoken(measure) if kept else None
+            axis.loglog(place[here], error[here], **look, color=colour, label=label)
+    for index, row in known[~met].iterrows():
+        text = f"broken: {spoken(row['measure'])}\n{row['achieved_error']:.2g} at {row['tolerance']:g}"
+        look = {"textcoords": "offset points", "ha": "left", "fontsize": SMALL, "color": VERMILION}
+        axis.annotate(text, (place[index], error[index]), (-4, 9), **look)
     tolerances = sorted(known["tolerance"].unique())
     ends = np.array([known["tolerance"].min() * 0.7, known["tolerance"].max() * 1.4])
     axis.loglog(ends, ends, "k-", lw=1, label="promised")
     axis.set_xticks(tolerances, [f"{t:g}" for t in tolerances])
     axis.xaxis.set_minor_formatter(NullFormatter())
-    axis.set(xlabel="tolerance (1, or turns for shares)", ylabel="achieved error")
-    axis.legend(fontsize=7, ncols=2)
+    axis.set(xlabel="tolerance (1, or turns for shares)", ylabel="achieved error (1, or turns)")
+    tiny = f"; errors below {floor:.0e} stand there" if (known["achieved_error"] < floor).any() else ""
+    axis.set_title(f"{int(met.sum())} of {len(known)} promises kept{tiny}")
+    figure.legend(loc="outside lower center", ncols=4)
     axis.grid(True, lw=0.3)
     return figure

@@ -21,6 +21,7 @@ from trackdyn.paper.contents import OWN, PAPER, missing
 from trackdyn.replacing import replacing
 from trackdyn.report.page import data
 from trackdyn.report.page.provenance import check_sources, provenance
+from trackdyn.report.tables import cost_table
 
 HERE = Path(__file__).parent
 # what is uncertain comes first
@@ -89,6 +90,7 @@ def build_page(inputs: PageInputs) -> str:
     environment = Environment(
         loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
+    costs = cost_table(results / "benchmarks")
     environment.filters |= {"cell": _cell, "heading": _heading}
     return environment.get_template("page.html.j2").render(
         style=(HERE / "page.css").read_text(encoding="utf-8"),
@@ -102,7 +104,8 @@ def build_page(inputs: PageInputs) -> str:
         synthetic=inputs.synthetic,
         parameters=_parameters(results),
         kinds=KINDS,
-        costs=data.rows_of(results / "tables" / "costs.csv"),
+        # counted here: the table of the costs is written after the page, whose own cost it holds
+        costs=costs.astype(object).where(costs.notna(), None).to_dict("records"),
         fidelity=_first(results, "tables/fidelity.csv"),
         provenance=provenance(metas, [inputs.rig, *inputs.files, *inputs.sensors.values()]),
         gallery=[_entry(inputs, item) for item in (*PAPER, *(own for own in OWN if not own.table))],

@@ -8,6 +8,8 @@ import pandas as pd
 
 from trackdyn.loop import Loop
 from trackdyn.measure.energy import OPEN_SHARE, open_share
+from trackdyn.measure.sensor import specific_force
+from trackdyn.measure.signals import rms
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene import Scene
 from trackdyn.study.extremes.judge import GAP, below, judged
@@ -30,7 +32,7 @@ def resident_mb() -> float:
 
 
 def run_long(rig: Rig, seconds: float, turns: int, rpm: float = 210.0) -> pd.DataFrame:
-    """A row a chunk: time, largest gap, energy residual, RMS of the sensor's y acceleration and memory.
+    """A row a chunk: time, largest gap, energy residual, RMS of the sensor's y acceleration (Eq. 40, g) and memory.
 
     Parameters
     ----------
@@ -47,12 +49,13 @@ def run_long(rig: Rig, seconds: float, turns: int, rpm: float = 210.0) -> pd.Dat
     rows = []
     for _ in range(round(seconds / chunk)):
         loop.fill(record)
+        ay = specific_force(record.mean[:, :2], record.mean[:, 2], rig.gravity)[:, 1] / (rig.gravity or 9.81)
         rows.append(
             {
                 "time_s": loop.time,
                 "loop_gap_max_m": float(record.gap.max()),
                 "energy_residual": open_share(record.energy, loop.model, chunk)[0],
-                "rms_g": float(np.sqrt(np.mean(record.raw[:, 1] ** 2))) / 9.81,
+                "rms_g": rms(np.clip(ay, -rig.sensor.range, rig.sensor.range)),
                 "resident_mb": resident_mb(),
             }
         )
