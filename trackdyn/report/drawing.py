@@ -27,10 +27,12 @@ LINK, CONNECTOR, EDGE = "#9ecae9", "#f4e3b2", "#303030"
 MARKED = {"facecolor": "#f2a477", "hatch": "////", "edgecolor": "#9c5226"}
 MARKED_TOO = {"facecolor": "#bfe5d2", "hatch": "....", "edgecolor": "#2f7d5b"}
 JOINT = {"linestyle": "none", "marker": "o", "markersize": 3.2, "markerfacecolor": "white", "color": BLACK}
+FORCE_BAR = 4000.0  # of the scale bar, N; arrows of forces have one scale in all pictures of a kind
+FORCE_MOST = 2.0  # no arrow is longer than so many bars
 HUB = 0.03  # radius of the hubs, for the eye only, m
 POINTS_AN_ARC = 12
 # numbers of the areas: so far below the bottom of the groove (m), over this part of the pitch
-NUMBERS_BELOW, NUMBERS_SPREAD = 0.022, 0.9
+NUMBERS_BELOW, NUMBERS_SPREAD = 0.022, 1.0
 # stacking: wheels and ring, sprocket, connectors, links, what is written on them
 Z_RING, Z_SPROCKET, Z_CONNECTOR, Z_LINK, Z_MARK = 1.0, 2.0, 3.0, 4.0, 6.0
 
@@ -184,7 +186,7 @@ def _number_areas(ax: Axes, rig: Rig, sprocket_angle: float, groove: int) -> Non
         here = groove_points(rig, sprocket_angle, groove, [shape.arc(area, 3)[1]])[0]
         end = here + 0.8 * (place - here)
         ax.plot(*np.transpose([here, end]), color=STEEL_EDGE, linestyle="-", linewidth=0.5, zorder=Z_MARK - 0.1)
-        text = ax.text(*place, str(area), ha="center", va="center", fontsize=7, clip_on=True, zorder=Z_MARK)
+        text = ax.text(*place, str(area), ha="center", va="center", fontsize=6.5, clip_on=True, zorder=Z_MARK)
         text.set_path_effects(halo)
     joints = groove_points(rig, sprocket_angle, groove, shape.joints())
     ax.plot(*joints.T, **JOINT, markeredgewidth=0.7, zorder=Z_MARK)
@@ -211,6 +213,21 @@ def view(ax: Axes, middle, half) -> None:
     """Limits of the axes: ``half`` of a width (m) around a place, or half of a width and of a height."""
     (x, y), (dx, dy) = middle, np.broadcast_to(half, 2)
     ax.set(xlim=(x - dx, x + dx), ylim=(y - dy, y + dy))
+
+
+def force_arrow(force: float, bar: float) -> float:
+    """Length of the arrow of a force (N) where the scale bar is ``bar`` long, m."""
+    return bar * min(force / FORCE_BAR, FORCE_MOST)
+
+
+def draw_force_bar(ax: Axes, bar: float, begin: float = 0.03) -> None:
+    """The scale bar of the forces, ``bar`` (m) long, at the foot of the view from a part of its width on."""
+    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    x, y = left + begin * (right - left), low + 0.03 * (high - low)
+    look = {"color": BLACK, "zorder": Z_MARK + 3, "path_effects": [withStroke(linewidth=3, foreground="white")]}
+    ax.plot([x, x + bar], [y, y], linestyle="-", marker="|", markersize=6, linewidth=1.4, **look)
+    place = {"xytext": (0, 3), "textcoords": "offset points", "ha": "center", "va": "bottom"}
+    ax.annotate(f"{FORCE_BAR / 1000:g} kN", (x + 0.5 * bar, y), fontsize=7, **place, **look)
 
 
 def _draw_hub(ax: Axes, x: float, y: float, zorder: float) -> None:
