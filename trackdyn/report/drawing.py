@@ -27,6 +27,8 @@ LINK, CONNECTOR, EDGE = "#9ecae9", "#f4e3b2", "#303030"
 MARKED = {"facecolor": "#f2a477", "hatch": "////", "edgecolor": "#9c5226"}
 MARKED_TOO = {"facecolor": "#bfe5d2", "hatch": "....", "edgecolor": "#2f7d5b"}
 JOINT = {"linestyle": "none", "marker": "o", "markersize": 3.2, "markerfacecolor": "white", "color": BLACK}
+FORCE_BAR = 4000.0  # of the scale bar, N; arrows of forces have one scale in all pictures of a kind
+FORCE_MOST = 2.0  # no arrow is longer than so many bars
 HUB = 0.03  # radius of the hubs, for the eye only, m
 POINTS_AN_ARC = 12
 # numbers of the areas: so far below the bottom of the groove (m), over this part of the pitch
@@ -211,6 +213,21 @@ def view(ax: Axes, middle, half) -> None:
     """Limits of the axes: ``half`` of a width (m) around a place, or half of a width and of a height."""
     (x, y), (dx, dy) = middle, np.broadcast_to(half, 2)
     ax.set(xlim=(x - dx, x + dx), ylim=(y - dy, y + dy))
+
+
+def force_arrow(force: float, bar: float) -> float:
+    """Length of the arrow of a force (N) where the scale bar is ``bar`` long, m."""
+    return bar * min(force / FORCE_BAR, FORCE_MOST)
+
+
+def draw_force_bar(ax: Axes, bar: float, begin: float = 0.03) -> None:
+    """The scale bar of the forces, ``bar`` (m) long, at the foot of the view from a part of its width on."""
+    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    x, y = left + begin * (right - left), low + 0.03 * (high - low)
+    look = {"color": BLACK, "zorder": Z_MARK + 3, "path_effects": [withStroke(linewidth=3, foreground="white")]}
+    ax.plot([x, x + bar], [y, y], linestyle="-", marker="|", markersize=6, linewidth=1.4, **look)
+    place = {"xytext": (0, 3), "textcoords": "offset points", "ha": "center", "va": "bottom"}
+    ax.annotate(f"{FORCE_BAR / 1000:g} kN", (x + 0.5 * bar, y), fontsize=7, **place, **look)
 
 
 def _draw_hub(ax: Axes, x: float, y: float, zorder: float) -> None:

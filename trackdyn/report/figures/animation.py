@@ -13,7 +13,16 @@ from trackdyn.errors import InputError
 from trackdyn.parameters.rig import Rig
 from trackdyn.recording import Recording
 from trackdyn.replacing import replacing
-from trackdyn.report.drawing import chain_points, draw_loop, require_frames, ring_words, sprocket_centre, view
+from trackdyn.report.drawing import (
+    chain_points,
+    draw_force_bar,
+    draw_loop,
+    force_arrow,
+    require_frames,
+    ring_words,
+    sprocket_centre,
+    view,
+)
 from trackdyn.report.figures.meshing import LOOKS
 from trackdyn.report.figures.screenshots import contacts, draw_force
 from trackdyn.report.style import styled
@@ -21,7 +30,7 @@ from trackdyn.report.style import styled
 WIDTH, HEIGHT, DPI = 4.8, 6.4, 100  # of the GIF, inch and dots an inch: fits a phone held upright
 INTERVAL = 0.04  # between pictures, s of the run
 PACE = 2.0  # the GIF is slower than the run by this factor
-LONGEST_ARROW, LONGEST_IN_LOOP = 0.12, 0.2  # in pictures of the sprocket and of the whole loop, m
+BAR, BAR_IN_LOOP = 0.12, 0.2  # scale bar of the forces in pictures of the sprocket and of the whole loop, m
 NAMES = {"left": "left arc", "right": "right arc", "ring": "ring on link"}
 
 
@@ -34,12 +43,6 @@ def _rig(recording: Recording) -> Rig:
     return rig
 
 
-def arrow_scale(recording: Recording, longest: float = LONGEST_ARROW) -> float:
-    """Length of an arrow a newton, m/N: the same in a whole run, set by all but its rarest forces."""
-    force = recording.force[recording.force > 0]
-    return longest / max(float(np.quantile(force, 0.999)), 1.0) if force.size else 0.0
-
-
 def draw_moment(ax: Axes, rig: Rig, recording: Recording, index: int, near: bool, highlight=()) -> None:
     """Wheels, chain and forces at one recorded configuration: ``near`` the sprocket, or the whole loop."""
     frame, scene = recording.frame[index], recording.meta["scene"]
@@ -47,13 +50,12 @@ def draw_moment(ax: Axes, rig: Rig, recording: Recording, index: int, near: bool
     draw_loop(ax, rig, frame, shift, scene["ring_radius"], highlight=highlight)
     # a configuration and a sample are both taken at the end of their interval
     sample = int(np.clip(round(recording.frame_time[index] * recording.rate) - 1, 0, len(recording.time) - 1))
-    longest = LONGEST_ARROW if near else LONGEST_IN_LOOP
-    scale, chain = arrow_scale(recording, longest), chain_points(rig, frame)
+    bar, chain = BAR if near else BAR_IN_LOOP, chain_points(rig, frame)
     for column, pitch in enumerate(recording.pitches):
         link = 2 * (int(pitch) - 1)
         of_pitch = (array[sample, column] for array in (recording.force, recording.area, recording.groove))
         for side, force, point, normal in contacts(rig, chain, link + 1, link, *of_pitch):
-            end = point + min(force * scale, 1.5 * longest) * normal
+            end = point + force_arrow(force, bar) * normal
             draw_force(ax, side, point, end, linewidth=1.5, head=7.5, halo=3.3, mark=3.9)
     ax.set_aspect("equal")
     ax.set_axis_off()
@@ -66,6 +68,7 @@ def draw_moment(ax: Axes, rig: Rig, recording: Recording, index: int, near: bool
     box, paper = ax.get_position(original=True), ax.figure.get_size_inches()
     ratio = box.width * paper[0] / (box.height * paper[1])
     view(ax, middle, np.maximum(half, [half[1] * ratio, half[0] / ratio]))
+    draw_force_bar(ax, bar)
 
 
 def _canvas(recording: Recording, width: float, height: float) -> Figure:

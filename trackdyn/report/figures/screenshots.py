@@ -19,7 +19,8 @@ from trackdyn.report.figures.meshing import LOOKS, NAMES, Selected, printed_time
 from trackdyn.report.style import BLACK, PAGE, new_figure, styled
 
 HALF = 0.13  # of the side of a panel, m
-LONGEST_ARROW = 0.085  # of the largest force in the figure, m
+BAR = 0.085  # scale bar of the forces, m
+LABEL = np.array([0.025, 0.009])  # half of the width and of the height of a force in figures, m
 WINDOW = 0.01  # a maximum is of the force after a mean over it, as the paper prints its times, s
 # panels: title, event of the passage, printed event
 ENGAGE, BOTH = "about to engage", "both arcs in contact"
@@ -98,7 +99,7 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
     """Six recorded configurations at the events of a passage: Figure 20, with a ring Figure 22.
 
     Every panel follows the connector; the small picture shows where on the sprocket it is. Arrows are the
-    normal forces on connector and link at the instant drawn, on one scale; the ten areas of the connector's
+    normal forces on connector and link at the instant drawn, on the scale of the bars; the ten areas of the connector's
     groove carry their numbers. Panels are in order of time (:func:`moments`).
 
     Parameters
@@ -116,14 +117,13 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
     drawing.require_frames(recording)
     shown = select_passage(recording)
     panels = moments(recording, shown)
-    largest = max(shown.force[moment.sample].max() for moment in panels)
     figure = new_figure(6.6, PAGE)
     axes = figure.subplots(2, 3).ravel()
     for ax, letter in zip(axes, "abcdef", strict=True):
         ax.set_axis_off()
         ax.set_label(letter)
     for ax, moment in zip(axes, panels, strict=False):
-        _draw_panel(ax, rig, recording, shown, moment, LONGEST_ARROW / max(largest, 1.0))
+        _draw_panel(ax, rig, recording, shown, moment)
         text = f"({ax.get_label()}) {moment.title}\n{moment.time:.3f} s (printed {moment.printed:.2f} s)\n{moment.peak}"
         ax.set_title(text.replace("-", "\N{MINUS SIGN}"), fontsize=8)
     ring, rpm = (recording.meta["scene"][name] for name in ("ring_radius", "motor_rpm"))
@@ -159,7 +159,7 @@ def _maximum(recording: Recording, shown: Selected, side: str) -> float:
     return float(shown.time[inside][np.argmax(force[inside])])
 
 
-def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, moment: Moment, scale: float) -> None:
+def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, moment: Moment) -> None:
     frame, ring = recording.frame[moment.frame], recording.meta["scene"]["ring_radius"]
     pins, _, sprocket_angle = chain = drawing.chain_points(rig, frame)
     connector, link = 2 * shown.connector - 1, 2 * shown.connector % (2 * rig.chain.pitches)
@@ -178,13 +178,15 @@ def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, momen
         area.grid(False)
     ax.set_axis_on()
     drawing.view(ax, middle, HALF)
+    drawing.draw_force_bar(ax, BAR, 0.03 if right or up else 0.97 - 0.5 * BAR / HALF)
     grooves = (shown.groove, shown.groove)
     of_bodies = (None if ring is None else link, shown.force[moment.sample], shown.area[moment.sample], grooves)
     for side, force, point, normal in contacts(rig, chain, connector, *of_bodies):
-        end = point + force * scale * normal
+        end = point + drawing.force_arrow(force, BAR) * normal
         draw_force(ax, side, point, end)
         box = {"boxstyle": "square,pad=0.15", "facecolor": "white", "edgecolor": LOOKS[side]["color"], "linewidth": 0.8}
-        place = np.clip(end + 0.014 * normal, middle - HALF + [0.026, 0.01], middle + HALF - [0.026, 0.01])
+        beyond = end + (np.abs(normal) @ LABEL + 0.004) * normal
+        place = np.clip(beyond, middle - HALF + LABEL, middle + HALF - LABEL)
         look = {
             "fontsize": 7,
             "ha": "center",

@@ -1,4 +1,3 @@
-"use strict";
 // The loop in motion: recorded configurations on a canvas, with forces and touched areas.
 (function animation() {
   const canvas = $("scene");
@@ -6,16 +5,28 @@
   const G = DATA.geometry, context = canvas.getContext("2d");
   const AREA = ["#0072b2", "#d55e00", "#009e73", "#b8860b", "#aa4499"]; // of area j and of 11 - j
   const SIDES = ["left", "right", "ring"];
-  // length of the arrow of the largest usual force, m; no arrow is longer than one and a half of it
-  const LONGEST = { loop: 0.2, sprocket: 0.13, follow: 0.09 };
+  // length of the arrow of the force of the scale bar, m; no arrow is longer than that of the largest force
+  const BAR = { loop: 0.15, sprocket: 0.13, follow: 0.07 };
   const loaded = new Map();
   let run = null, index = 0, playing = false, last = 0, due = 0;
 
   function load(picture) {
     if (!loaded.has(picture))
-      loaded.set(picture, { ...picture, frame: unpack(picture.frame), force: unpack(picture.force, Uint16Array),
-                            area: unpack(picture.area, Uint8Array), groove: unpack(picture.groove, Uint8Array) });
+      loaded.set(picture, { ...picture, frame: summed(picture) });
     return loaded.get(picture);
+  }
+
+  // Places and angles from their second differences in time
+  function summed({ frame, start, frames, unit }) {
+    const out = new Float32Array(frame.length);
+    start.forEach((value, k) => {
+      for (let i = 0, rate = 0; i < frames; i++) {
+        rate += frame[k * frames + i];
+        value += rate;
+        out[i * start.length + k] = value * unit;
+      }
+    });
+    return out;
   }
 
   function state(i) {
@@ -58,7 +69,7 @@
     }
     const xs = now.pins.map((p) => p[0]), ys = now.pins.map((p) => p[1]);
     const [l, r, b, t] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
-    return [(l + r) / 2, (b + t) / 2, (r - l) / 2 + 0.24, (t - b) / 2 + 0.24];
+    return [(l + r) / 2, (b + t) / 2, (r - l) / 2 + 0.3, (t - b) / 2 + 0.3];
   }
 
   function draw() {
@@ -93,6 +104,16 @@
     disc(...G.sprocket, 0.03, colour("card"));
     chain(now, at, path, ratio, scale);
     forces(now, at, path, pen, ratio);
+    bar(ratio, BAR[$("view").value] * scale);
+  }
+
+  function bar(ratio, length) {
+    const [x, y] = [14 * ratio, canvas.height - 14 * ratio];
+    context.strokeStyle = colour("ink"); context.lineWidth = 2 * ratio;
+    context.beginPath(); context.moveTo(x, y); context.lineTo(x + length, y);
+    for (const end of [x, x + length]) { context.moveTo(end, y - 4 * ratio); context.lineTo(end, y + 4 * ratio); }
+    context.stroke();
+    label(G.force_bar / 1000 + " kN", [x + length / 2, y - 11 * ratio], ratio);
   }
 
   function chain(now, at, path, ratio, scale) {
@@ -123,7 +144,7 @@
   }
 
   function forces(now, at, path, pen, ratio) {
-    const p = run.bodies / 2, counts = [0, 0, 0], most = [0, 0, 0], scale = LONGEST[$("view").value] / run.usual;
+    const p = run.bodies / 2, counts = [0, 0, 0], most = [0, 0, 0], scale = BAR[$("view").value] / G.force_bar;
     const loop = $("view").value === "loop";
     for (let i = 0; i < p; i++)
       for (let side = 0; side < 3; side++) {
@@ -150,12 +171,12 @@
           n = [(q[0] - ox) / d, (q[1] - oy) / d];
           foot = [q[0] - (G.thickness / 2) * n[0], q[1] - (G.thickness / 2) * n[1]];
         }
-        const length = Math.min(force, 1.5 * run.usual) * scale;
+        const length = Math.min(force, G.force_most) * scale;
         arrow(at(foot), at([foot[0] + length * n[0], foot[1] + length * n[1]]), side, ratio);
       }
     const tell = SIDES.map((name, i) => `${name} ${counts[i]}` + (counts[i] ? ` (largest ${most[i]} N)` : ""));
-    $("readout").textContent = `Contacts at this instant: ${tell.join(", ")}. Arrows end at ` +
-      `${number(1.5 * run.usual)} N: the rare larger forces of this run are drawn no longer.`;
+    $("readout").textContent = `Contacts at this instant: ${tell.join(", ")}. ` +
+      `The bar is ${G.force_bar} N in every run; forces above ${G.force_most} N are drawn no longer.`;
     $("clock").textContent = (index * run.interval).toFixed(2) + " s";
   }
 
@@ -219,6 +240,6 @@
   $("scrub").addEventListener("input", () => { play(false); go(Number($("scrub").value)); });
   $("play").addEventListener("click", () => play(!playing));
   window.addEventListener("resize", draw);
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+  REDRAWS.push(draw);
   choose();
 })();

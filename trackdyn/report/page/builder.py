@@ -1,6 +1,7 @@
 """Put the page together from what lies in the results folder; what is missing is named, not left blank."""
 
 import base64
+import gzip
 import html
 import io
 import json
@@ -16,10 +17,10 @@ from plotly.offline import get_plotlyjs
 
 from trackdyn import load_recording, load_rig
 from trackdyn.measure.sensor_csv import read_sensor_csv
-from trackdyn.paper.claims import ORIGINS, VERDICTS, headline
-from trackdyn.paper.contents import OWN, PAPER, missing
+from trackdyn.paper.claims import IN_TREND, NOT_REPRODUCED, ORIGINS, VERDICTS, counts, headline
+from trackdyn.paper.contents import OWN, PAPER, STUDIES, missing
 from trackdyn.replacing import replacing
-from trackdyn.report.page import data
+from trackdyn.report.page import data, words
 from trackdyn.report.page.provenance import check_sources, provenance
 from trackdyn.report.tables import cost_table
 
@@ -32,12 +33,14 @@ KINDS = {
     "printed": "stands in the paper",
 }
 SYMBOLS = dict(zip(VERDICTS, ("●", "◐", "○", "◇", "–"), strict=True))
-COLOURS_OF_A_PICTURE = 128
-# endings of column names; the longer ones first
-UNITS = {
-    "s_per_s": "s/s", "pct": "%", "rpm": "rev/min", "deg": "deg", "hz": "Hz", "mm": "mm", "mb": "MB", "us": "µs",
-    "ms": "ms", "s": "s", "g": "g", "n": "N", "m": "m",
-}  # fmt: skip
+FAILED = (NOT_REPRODUCED, IN_TREND)  # a claim of such a part did not come out
+COLOURS_OF_A_PICTURE = 32
+FOLDED = tuple(f"fig{number:02d}" for number in range(1, 14))  # drawings of the model: no result
+# tables whose files the page hands out; the first folder that has one
+TABLES = (
+    "claims.csv", "metrics.csv", "trade.csv", "planner.csv", "extremes.csv", "tables/fidelity.csv", "tables/costs.csv",
+    "tables/parameters.csv", "tables/extremes.csv", *(f"tables/{item.key}.csv" for item in PAPER if item.table),
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -78,6 +81,9 @@ def build_page(inputs: PageInputs) -> str:
     """
     results = Path(inputs.results)
     metas = check_sources(sorted((results / "runs").rglob("*.npz")), inputs.sources)
+    origin = provenance(metas, [inputs.rig, *inputs.files, *inputs.sensors.values()])
+    files = {name: path.read_text(encoding="utf-8") for name in TABLES if (path := _first(results, name))}
+    files |= {f"{name}.csv": pd.DataFrame(origin[name]).to_csv(index=False) for name in ("versions", "hashes")}
     embedded = {
         "geometry": data.geometry(load_rig(inputs.rig)),
         "signals": _signals(inputs),
@@ -85,20 +91,22 @@ def build_page(inputs: PageInputs) -> str:
         "passages": _recordings(results, "meshing", data.passage),
         "pictures": _recordings(results, "animation", data.moving_picture),
         "ring": _ring(results),
-        "trade": _first(results, "trade.csv", "short/trade.csv"),
+        "trade": data.trade(_rows(results, "trade.csv")),
+        "files": files,
     }
     environment = Environment(
         loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     costs = cost_table(results / "benchmarks")
-    environment.filters |= {"cell": _cell, "heading": _heading}
+    environment.filters |= {name: getattr(words, name) for name in ("cell", "change", "groups", "heading", "span", "words")}
+    shown = [_entry(inputs, item) for item in (*PAPER, *(own for own in OWN if not own.table), *STUDIES)]
     return environment.get_template("page.html.j2").render(
         style=(HERE / "page.css").read_text(encoding="utf-8"),
-        scripts=[(HERE / f"{name}.js").read_text(encoding="utf-8") for name in ("page", "charts", "animation")],
-        plotly=get_plotlyjs(),
-        # a closing tag within the data would end the script
-        embedded=json.dumps(embedded, allow_nan=False).replace("</", "<\\/"),
+        script="\n".join((HERE / f"{name}.js").read_text(encoding="utf-8") for name in ("page", "animation", "charts")),
+        plotly=_packed(get_plotlyjs()),
+        embedded=_packed(json.dumps(embedded, allow_nan=False, separators=(",", ":"))),
         data=embedded,
+        files=files,
         card=_card(results),
         symbols=SYMBOLS,
         synthetic=inputs.synthetic,
@@ -106,9 +114,13 @@ def build_page(inputs: PageInputs) -> str:
         kinds=KINDS,
         # counted here: the table of the costs is written after the page, whose own cost it holds
         costs=costs.astype(object).where(costs.notna(), None).to_dict("records"),
-        fidelity=_first(results, "tables/fidelity.csv"),
-        provenance=provenance(metas, [inputs.rig, *inputs.files, *inputs.sensors.values()]),
-        gallery=[_entry(inputs, item) for item in (*PAPER, *(own for own in OWN if not own.table))],
+        fidelity=_rows(results, "tables/fidelity.csv"),
+        planner=_rows(results, "planner.csv"),
+        provenance=origin,
+        # the scorecard stands on the page as a list
+        gallery=[entry for entry in shown if entry["item"] not in STUDIES and entry["item"].key != "claims"],
+        extremes=[entry for entry in shown if entry["item"].key.startswith("extremes")],
+        folded=FOLDED,
         missing=missing(results),
         paper_items=len(PAPER),
     )
@@ -135,7 +147,7 @@ def _signals(inputs: PageInputs) -> dict:
 
 
 def _card(results: Path) -> dict | None:
-    """The scorecard: a headline and counts of verdicts for every rig, and the parts of the claims, open tests first."""
+    """The scorecard: what came out for every rig, the open tests that failed, and all parts with these first."""
     path = results / "claims.csv"
     if not path.is_file():
         return None
@@ -145,13 +157,20 @@ def _card(results: Path) -> dict | None:
         rows.iloc[0].to_dict() | {"rigs": rows[["rig", "measured", "verdict", "reason"]].to_dict("records")}
         for _, rows in card.groupby(["id", "part"], sort=False)
     ]
-    counts = card.groupby(["verdict", "rig"]).size()
+    parts.sort(key=lambda part: ((*ORIGINS, "").index(part["origin"]), not _failed(part)))
+    found = card.groupby(["verdict", "rig"]).size()
     return {
         "rigs": rigs,
+        "open": counts(card).query("origin == 'predicted'").to_dict("records"),
         "headlines": {rig: headline(card, rig) for rig in rigs},
-        "counts": {one: " / ".join(str(counts.get((one, rig), 0)) for rig in rigs) for one in VERDICTS},
-        "parts": sorted(parts, key=lambda part: (*ORIGINS, "").index(part["origin"])),
+        "counts": {one: " / ".join(str(found.get((one, rig), 0)) for rig in rigs) for one in VERDICTS},
+        "parts": parts,
+        "failed": [part for part in parts if part["origin"] == "predicted" and _failed(part)],
     }
+
+
+def _failed(part: dict) -> bool:
+    return any(one["verdict"] in FAILED for one in part["rigs"])
 
 
 def _recordings(results: Path, folder: str, make) -> list[dict]:
@@ -164,22 +183,28 @@ def _ring(results: Path) -> dict | None:
     return data.ring_study(pd.read_csv(path)) if path.is_file() else None
 
 
-def _first(results: Path, *names: str) -> list[dict] | None:
-    """Rows of the first of some files that exists."""
-    return next((rows for name in names if (rows := data.rows_of(results / name)) is not None), None)
+def _first(results: Path, name: str) -> Path | None:
+    """A file of a full study, else of its short form."""
+    return next((path for folder in (results, results / "short") if (path := folder / name).is_file()), None)
+
+
+def _rows(results: Path, name: str) -> list[dict] | None:
+    path = _first(results, name)
+    return path and data.rows_of(path)
 
 
 def _parameters(results: Path) -> dict[str, list[dict]] | None:
-    rows = data.rows_of(results / "tables" / "parameters.csv")
+    rows = _rows(results, "tables/parameters.csv")
     return None if rows is None else {kind: [row for row in rows if row["kind"] == kind] for kind in KINDS}
 
 
 def _entry(inputs: PageInputs, item) -> dict:
-    files = item.files(inputs.results)
+    files = item.files(inputs.results) or item.files(Path(inputs.results) / "short")
     return {
         "item": item,
+        "id": item.key if item.label else f"our-{item.key}",
         "caption": _caption_html(item.caption(inputs.synthetic)),
-        "pictures": [] if item.table else [{"name": f.stem, "uri": picture_uri(f)} for f in files],
+        "pictures": [] if item.table else [picture(file) for file in files],
         "rows": data.rows_of(files[0]) if item.table and files else None,
     }
 
@@ -190,27 +215,18 @@ def _caption_html(paragraphs: list[str]) -> str:
     return re.sub(r"`([^`]+)`", r"<code>\1</code>", text)
 
 
-def picture_uri(path: Path) -> str:
-    """A picture as a data address, with the few colours that line drawings need."""
+def picture(path: Path) -> dict:
+    """A picture as a data address with its size in pixels, with the few colours that line drawings need."""
     with Image.open(path) as image:
-        few = image.convert("RGB").quantize(COLOURS_OF_A_PICTURE, dither=Image.Dither.NONE)
+        few = image.convert("RGB").quantize(COLOURS_OF_A_PICTURE, dither=Image.Dither.NONE).convert("RGB")
     buffer = io.BytesIO()
-    few.save(buffer, format="PNG", optimize=True)
-    return "data:image/png;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+    few.save(buffer, format="WEBP", lossless=True, quality=75)
+    uri = "data:image/webp;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+    letter = path.stem.rpartition("_")[2]
+    part = f", part {letter}" if len(letter) == 1 else ""
+    return {"uri": uri, "width": few.width, "height": few.height, "part": part}
 
 
-def _heading(column: str) -> str:
-    """Name of a column with its unit in brackets."""
-    for ending, unit in UNITS.items():
-        if column.endswith(f"_{ending}"):
-            return f"{column.removesuffix(f'_{ending}').replace('_', ' ')} ({unit})"
-    return column.replace("_", " ")
-
-
-def _cell(value) -> str:
-    """A cell as text: five significant digits, a dash for nothing."""
-    if value is None:
-        return "–"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return f"{value:.5g}".replace("-", "\N{MINUS SIGN}") if isinstance(value, float) else str(value)
+def _packed(text: str) -> str:
+    """Base64 of a text, compressed; the same text gives the same."""
+    return base64.b64encode(gzip.compress(text.encode("utf-8"), mtime=0)).decode("ascii")

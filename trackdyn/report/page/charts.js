@@ -1,6 +1,12 @@
-"use strict";
 // The charts: each has a function that draws it anew from the choices made above it.
-const CHARTS = [];
+const touch = matchMedia("(pointer: coarse)").matches; // there a drag scrolls the page
+const later = () => new Promise((done) => (window.requestIdleCallback ?? setTimeout)(done));
+land();
+let moved = false; // a reader who has set out is not called back
+for (const name of ["wheel", "pointerdown", "keydown"]) addEventListener(name, () => { moved = true; }, { once: true });
+await later();
+if (document.querySelector(".plot"))
+  document.head.append(Object.assign(document.createElement("script"), { textContent: await opened("plotly") }));
 
 function layout(extra) {
   const line = colour("line");
@@ -8,22 +14,22 @@ function layout(extra) {
   const merged = {
     font: { family: getComputedStyle(document.body).fontFamily, size: 13, color: colour("ink") },
     paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", margin: { l: 56, r: 12, t: 34, b: 48 },
-    hovermode: "closest", hoverlabel: { bgcolor: colour("card"), font: { color: colour("ink") } },
+    hovermode: "closest", dragmode: touch ? false : "zoom", width: root.matches(".printing") ? 670 : undefined,
+    hoverlabel: { bgcolor: colour("card"), font: { color: colour("ink") } },
     legend: { orientation: "h", x: 0, y: 1.02, yanchor: "bottom", bgcolor: "rgba(0,0,0,0)" }, ...extra,
   };
   for (const name of Object.keys(merged)) if (/^[xy]axis/.test(name)) merged[name] = { ...axis, ...merged[name] };
   return merged;
 }
 
-function chart(id, draw, ...controls) {
-  if (!$(id)) return;
+async function chart(id, draw, ...controls) {
   const show = () => {
     const [traces, extra] = draw();
-    Plotly.react(id, traces, layout(extra), {
-      responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"],
-    });
+    Plotly.react(id, traces, layout(extra), { responsive: true, displayModeBar: false });
   };
-  CHARTS.push(show);
+  await later();
+  $(id).replaceChildren();
+  REDRAWS.push(show);
   for (const name of controls) $(name).addEventListener("input", show);
   show();
 }
@@ -41,21 +47,21 @@ function signalsShown() {
 
 if ($("signal-speed")) {
   fill($("signal-speed"), Object.keys(DATA.signals).map((run) => [run, run.replace("rpm", " rpm")]));
-  chart("history-plot", () => [
+  await chart("history-plot", () => [
     signalsShown().map(([name, s, line]) => {
-      const y = unpack(s.history);
+      const y = s.history;
       return { name, x: spread(y.length, 1 / s.rate), y, mode: "lines", line: { ...line, width: 1 },
                ...hover("%{x:.3f} s, %{y:.3f} g", name) };
     }),
-    { xaxis: axis("time since a crest of each curve's own fundamental (s)"), yaxis: axis("y acceleration (g)"),
+    { xaxis: axis("time from a crest (s)"), yaxis: axis("y acceleration (g)"),
       uirevision: $("signal-speed").value },
   ], "signal-speed");
-  chart("spectrum-plot", () => {
+  await chart("spectrum-plot", () => {
     const range = $("signal-range").value;
     const traces = [];
     for (const [name, s, line, symbol] of signalsShown()) {
       const told = hover("%{x:.4f} Hz, %{y:.4f} g", name);
-      traces.push({ name, x: unpack(s[range + "_hz"]), y: unpack(s[range + "_g"]), mode: "lines",
+      traces.push({ name, x: s[range + "_hz"], y: s[range + "_g"], mode: "lines",
                     line: { ...line, width: 1.4 }, ...told });
       // the line of the FFT, and (hollow) the same without the picket fence
       if (range === "low")
@@ -63,6 +69,11 @@ if ($("signal-speed")) {
                       marker: { symbol: [symbol, symbol + "-open"], size: [8, 13], color: line.color,
                                 line: { width: 2 } }, ...told });
     }
+    const printed = DATA.signals[$("signal-speed").value].printed;
+    if (printed && range === "low")
+      traces.push({ name: "printed (simulation)", x: [printed[0]], y: [printed[1]], mode: "markers",
+                    marker: { symbol: "x-thin", size: 11, line: { width: 2.5, color: colour("bad") } },
+                    ...hover("%{x:.4g} Hz, %{y:.4g} g", "printed") });
     return [traces, { xaxis: axis("frequency (Hz)"), uirevision: range + $("signal-speed").value,
                       yaxis: axis("amplitude (g)", { type: range === "low" ? "linear" : "log" }) }];
   }, "signal-speed", "signal-range");
@@ -75,28 +86,34 @@ if ($("passage")) {
     ["left arc", "left", "solid", "circle"], ["right arc", "right", "dash", "square"],
     ["link ahead on the ring", "ring", "dashdot", "triangle-up"],
   ];
-  chart("passage-plot", () => {
+  await chart("passage-plot", () => {
     const p = DATA.passages[Number($("passage").value)];
-    const x = unpack(p.time);
+    const x = p.time;
     const traces = [];
     looks.forEach(([name, tone, dash, symbol], i) => {
       const color = colour(tone);
-      const y = unpack(p.force[i]);
+      const y = p.force[i];
       if (!y.some((f) => f > 0)) return;
       traces.push({ name, x, y, mode: "lines", line: { color, dash, width: 1.5 },
                     ...hover("%{x:.3f} s, %{y:.0f} N", name) });
       if (!p.area[i]) return;
-      const area = Array.from(unpack(p.area[i], Uint8Array), (a) => a || null);
+      const area = p.area[i].map((a) => a || null);
       traces.push({ name, x, y: area, yaxis: "y2", mode: "markers", showlegend: false,
                     marker: { color, symbol, size: 5 }, ...hover("%{x:.3f} s, area %{y}", name) });
     });
-    return [traces, { xaxis: axis("time since the first contact (s)", { anchor: "y2" }),
+    const events = Object.entries(p.printed), soft = colour("soft");
+    traces.push({ name: "printed event", x: events.map(([, time]) => time), y: events.map(() => 0), mode: "markers",
+                  text: events.map(([event]) => event),
+                  marker: { symbol: "line-ns", size: 12, line: { width: 2, color: soft } }, ...hover("%{text}, printed %{x:.2f} s", "printed event") });
+    const shapes = events.map(([, x]) => ({ type: "line", xref: "x", yref: "paper", x0: x, x1: x, y0: 0.36, y1: 1,
+                                            line: { color: soft, dash: "dot", width: 1 } }));
+    return [traces, { shapes, xaxis: axis("time since the first contact (s)", { anchor: "y2" }),
       yaxis: axis("normal force (N)", { domain: [0.36, 1], rangemode: "tozero" }),
       yaxis2: axis("area", { domain: [0, 0.28], range: [0.5, 10.5], dtick: 1 }) }];
   }, "passage");
 }
 
-if (DATA.ring) chart("ring-plot", () => {
+if (DATA.ring) await chart("ring-plot", () => {
   const ring = DATA.ring, what = $("ring-what").value;
   const ticks = ring.radii.map((r) => (r === null ? "none" : r.toFixed(3)));
   const traces = [];
@@ -122,30 +139,23 @@ if (DATA.ring) chart("ring-plot", () => {
 }, "ring-what", "ring-slider");
 
 if (DATA.trade) {
-  const key = (row) => row.scene + ": " + row.measure;
-  fill($("trade-measure"), [...new Set(DATA.trade.map(key))].map((name) => [name, name]));
-  chart("trade-plot", () => {
-    const bad = (row) => [true, 1, "True", "true"].includes(row.failed) || row.error === null;
-    const rows = DATA.trade.filter((row) => key(row) === $("trade-measure").value);
-    const groups = new Map();
-    for (const row of rows) {
-      const name = row.fidelity + ", " + row.integrator;
-      if (!groups.has(name)) groups.set(name, []);
-      if (!bad(row)) groups.get(name).push(row);
-    }
-    const failed = rows.filter(bad).map((row) => `${row.fidelity}, ${row.integrator} at ${row.step_s} s`);
-    $("trade-failed").textContent = failed.length ? "Failed: " + failed.join("; ") + "." : "";
-    const traces = [...groups].map(([name, group], i) => {
-      group.sort((a, b) => a.step_s - b.step_s);
+  fill($("trade-measure"), [...new Set(DATA.trade.map((row) => row.group))].map((name) => [name, name]));
+  await chart("trade-plot", () => {
+    const rows = DATA.trade.filter((row) => row.group === $("trade-measure").value);
+    const failed = rows.filter((row) => row.error === null).map((row) => `${row.setting} at ${row.step} s`);
+    $("trade-failed").textContent = failed.length ? "Refused or diverged: " + failed.join("; ") + "." : "";
+    const traces = [...new Set(rows.map((row) => row.setting))].map((name, i) => {
+      const group = rows.filter((row) => row.setting === name && row.error !== null).sort((a, b) => a.step - b.step);
       const { color, dash, symbol } = look(i);
-      return { name, x: group.map((r) => r.wall_s_per_s), y: group.map((r) => Math.abs(r.error)),
-        text: group.map((r) => "step " + r.step_s + " s"),
-        mode: "lines+markers", line: { color, dash, width: 1.5 }, marker: { color, symbol, size: 8 },
-        ...hover("%{text}<br>%{x:.3g} s a second<br>error %{y:.3g}", name) };
+      return { name, x: group.map((row) => row.wall), y: group.map((row) => row.error),
+        text: group.map((row) => "step " + row.step + " s"), mode: "lines+markers", line: { color, dash, width: 1.5 },
+        marker: { color, symbol, size: 8 }, ...hover("%{text}<br>%{x:.3g} s a second<br>error %{y:.3g}", name) };
     });
-    return [traces, { xaxis: axis("computing time of a simulated second (s)", { type: "log" }),
-                      yaxis: axis("error", { type: "log" }) }];
+    const log = { type: "log", exponentformat: "power", dtick: 1 };
+    return [traces, { xaxis: axis("wall time of a simulated second (s)", log),
+                      yaxis: axis(`error (${rows[0].unit})`, log) }];
   }, "trade-measure");
 }
 
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => CHARTS.forEach((show) => show()));
+if (!moved) land();
+root.dataset.ready = Math.round(performance.now()); // every chart is drawn, ms

@@ -1,6 +1,5 @@
-"""Curves and moving pictures in the form in which the page carries them: base64 of small arrays."""
+"""Curves and moving pictures in the form in which the page carries them: short numbers, which compress well."""
 
-import base64
 from pathlib import Path
 
 import numpy as np
@@ -10,23 +9,26 @@ from trackdyn.measure.metrics import loop_frequency
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.sensor_csv import SensorRecord
 from trackdyn.measure.signals import main_line, main_line_binfree, spectrum
+from trackdyn.paper import printed
 from trackdyn.parameters.layout import wheel_circles
 from trackdyn.parameters.rig import Rig
 from trackdyn.recording import Recording
+from trackdyn.report.drawing import FORCE_BAR, FORCE_MOST
 from trackdyn.report.figures.histories import REVOLUTIONS, first_crest, own_frequency
-from trackdyn.report.figures.meshing import AFTER, BEFORE, select_passage
+from trackdyn.report.figures.meshing import AFTER, BEFORE, printed_times, select_passage
 from trackdyn.report.figures.spectra import LOW_RANGE_HZ, in_bands
+from trackdyn.report.page.words import MEASURES, words
 
 RING_COLUMNS = [
     f"{side}_{what}" for what in ("share_pct", "rms_n", "sd_n", "phase_start") for side in ("left", "right", "ring")
 ]
 
-USUAL = 0.99  # share of the forces of a run that are drawn to scale
+CONFIGURATION = 2e-4  # the moving picture shows places and angles to this, m and rad
 
 
-def packed(values, kind: str = "<f4") -> str:
-    """Base64 of an array as little-endian numbers of a kind, four-byte floats unless told."""
-    return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")
+def short(values, digits: int = 4) -> list[float]:
+    """Numbers with a few significant digits."""
+    return [float(f"{value:.{digits}g}") for value in np.asarray(values).tolist()]
 
 
 def _signal(ay, rate: float, hz: float, span: float) -> dict:
@@ -38,11 +40,11 @@ def _signal(ay, rate: float, hz: float, span: float) -> dict:
     line, free = main_line(ay, rate), main_line_binfree(ay, rate, expected_hz=hz)[:2]
     return {
         "rate": rate,
-        "history": packed(ay[start : start + round(span * rate) + 1]),
-        "low_hz": packed(freq[low]),
-        "low_g": packed(amplitude[low]),
-        "band_hz": packed(band_hz),
-        "band_g": packed(band_g),
+        "history": short(ay[start : start + round(span * rate) + 1]),
+        "low_hz": short(freq[low]),
+        "low_g": short(amplitude[low]),
+        "band_hz": short(band_hz),
+        "band_g": short(band_g),
         "line": [float(line[0]), float(line[1])],
         "free": [float(free[0]), float(free[1])],
     }
@@ -55,7 +57,10 @@ def signals(recording: Recording, record: SensorRecord | None) -> dict:
     """
     hz = loop_frequency(recording)
     span = REVOLUTIONS / hz
-    shown = {"simulation": _signal(sense(recording).ay, recording.rate, hz, span), "sensor": None}
+    shown = {"simulation": _signal(sense(recording).ay, recording.rate, hz, span), "sensor": None, "printed": None}
+    rpm = recording.meta["scene"]["motor_rpm"]
+    if rpm in printed.SIMULATED_LINE_HZ.value:
+        shown["printed"] = [printed.SIMULATED_LINE_HZ.value[rpm], printed.SIMULATED_LINE_G.value[rpm]]
     if record is not None:
         shown["sensor"] = _signal(record.ay_g, record.rate_hz, own_frequency(record), span)
     return shown
@@ -70,10 +75,10 @@ def passage(recording: Recording) -> dict:
         "connector": shown.connector,
         "rpm": recording.meta["scene"]["motor_rpm"],
         "radius": recording.meta["scene"]["ring_radius"],
-        "turn": shown.turn,
-        "time": packed(shown.time[inside]),
-        "force": [packed(column) for column in shown.force[inside].T],
-        "area": [packed(column, "u1") for column in shown.area[inside].T],
+        "time": short(shown.time[inside], 6),
+        "force": [short(column) for column in shown.force[inside].T],
+        "area": shown.area[inside].T.tolist(),
+        "printed": printed_times(recording.meta["scene"]["ring_radius"] is not None, shown.turn),
     }
 
 
@@ -111,6 +116,8 @@ def geometry(rig: Rig) -> dict:
         "centre": groove.centre.tolist(),
         "radius": groove.radius.tolist(),
         "convex": [int(c) for c in groove.convex],
+        "force_bar": FORCE_BAR,
+        "force_most": FORCE_MOST * FORCE_BAR,
     }
 
 
@@ -120,7 +127,7 @@ def moving_picture(recording: Recording) -> dict:
     scene = recording.meta["scene"]
     # a configuration is taken at the end of a sample interval, and so is the sample
     samples = np.clip(np.rint(recording.frame_time * recording.rate).astype(int) - 1, 0, len(recording.time) - 1)
-    force = recording.force[samples]
+    steps = np.rint(recording.frame / CONFIGURATION).astype(int)
     shift = recording.meta["layout"]["tensioner_shift_m"]
     return {
         "rpm": scene["motor_rpm"],
@@ -129,11 +136,13 @@ def moving_picture(recording: Recording) -> dict:
         "interval": scene["frame_interval"],
         "bodies": recording.frame.shape[1] - 3,
         "wheels": wheel_circles(rig, shift, surface=True)[1:].tolist(),
-        "usual": float(np.quantile(force[force > 0], USUAL)) if (force > 0).any() else 1.0,
-        "frame": packed(recording.frame),
-        "force": packed(np.clip(np.rint(force), 0, 65535), "<u2"),
-        "area": packed(recording.area[samples], "u1"),
-        "groove": packed(recording.groove[samples], "u1"),
+        "unit": CONFIGURATION,
+        "start": steps[0].tolist(),
+        # second differences in time of each number: small, and so a small file
+        "frame": np.diff(steps, 2, axis=0, prepend=np.repeat(steps[:1], 2, axis=0)).T.ravel().tolist(),
+        "force": np.rint(recording.force[samples]).astype(int).ravel().tolist(),
+        "area": recording.area[samples].astype(int).ravel().tolist(),
+        "groove": recording.groove[samples].astype(int).ravel().tolist(),
     }
 
 
@@ -143,3 +152,18 @@ def rows_of(path: Path) -> list[dict] | None:
         return None
     table = pd.read_csv(path)
     return table.astype(object).where(table.notna(), None).to_dict("records")
+
+
+def trade(rows: list[dict] | None) -> list[dict] | None:
+    """Rows of the study of accuracy against cost in words; a setting that failed has no error."""
+    return rows and [
+        {
+            "group": f"{row['scene']}: {MEASURES[row['measure']][0]}",
+            "unit": MEASURES[row["measure"]][1],
+            "setting": f"{words(row['fidelity'])}, {words(row['integrator'])}",
+            "step": row["step_s"],
+            "wall": row["wall_s_per_s"],
+            "error": None if row["failed"] or row["error"] is None else abs(row["error"]),
+        }
+        for row in rows
+    ]

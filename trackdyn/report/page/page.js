@@ -1,17 +1,20 @@
-"use strict";
-// What all parts of the page share: the data, small helpers, the list of claims and the ring's slider.
-const DATA = JSON.parse(document.getElementById("data").textContent);
+// What all parts of the page share: small helpers, the list of claims, downloads, paper, and the ring's slider.
 const $ = (id) => document.getElementById(id);
+const root = document.documentElement;
+const REDRAWS = []; // what has to be drawn anew in other colours or on paper
 
-function unpack(text, Kind = Float32Array) {
-  const raw = atob(text);
-  const bytes = new Uint8Array(raw.length);
-  for (let i = 0; i < raw.length; i++) bytes[i] = raw.charCodeAt(i);
-  return new Kind(bytes.buffer);
+// What the page carries compressed
+async function opened(id) {
+  const packed = await fetch("data:application/gzip;base64," + $(id).textContent);
+  return new Response(packed.body.pipeThrough(new DecompressionStream("gzip"))).text();
 }
 
+// A colour of the style sheet as the present theme has it
+const probe = document.body.appendChild(document.createElement("i"));
+probe.hidden = true;
 function colour(name) {
-  return getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
+  probe.style.color = `var(--${name})`;
+  return getComputedStyle(probe).color;
 }
 
 function number(value, digits = 3) {
@@ -72,20 +75,82 @@ function look(i) {
   $("find").addEventListener("input", show);
 })();
 
+function redraw() { for (const draw of REDRAWS) draw(); }
+$("theme").addEventListener("input", () => { root.style.colorScheme = $("theme").value; redraw(); });
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
+
+// On paper everything is open and light
+let folded = [];
+addEventListener("beforeprint", () => {
+  folded = [...document.querySelectorAll("details:not([open])")];
+  for (const one of folded) one.open = true;
+  root.classList.add("printing");
+  redraw();
+});
+addEventListener("afterprint", () => {
+  for (const one of folded) one.open = false;
+  root.classList.remove("printing");
+  redraw();
+});
+
+// The place that the address names, also if it is folded or filtered away
+function land() {
+  const target = $(decodeURIComponent(location.hash.slice(1)) || "-");
+  if (!target) return;
+  target.hidden = false;
+  for (let fold = target.closest("details"); fold; fold = fold.parentElement.closest("details")) fold.open = true;
+  target.scrollIntoView();
+}
+addEventListener("hashchange", land);
+
+function download(name, text) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([text], { type: "text/csv" }));
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}
+
+const DATA = JSON.parse(await opened("data"));
+
+// A chart as rows: curve, what its axes are, and its points
+function csvOf(plot) {
+  const quoted = (text) => '"' + String(text ?? "").replaceAll('"', '""') + '"';
+  const title = (letter, at) => quoted(plot.layout[letter + "axis" + (at || letter).slice(1)].title.text);
+  const rows = plot.data.flatMap(({ name, x, y, xaxis, yaxis }) => Array.from(x, (value, i) =>
+    y[i] === null ? [] : [[quoted(name), title("x", xaxis), quoted(value), title("y", yaxis), y[i]].join(",")]).flat());
+  return ["curve,x_axis,x,y_axis,y", ...rows].join("\n") + "\n";
+}
+document.addEventListener("click", ({ target }) => {
+  const { file, chart } = target.closest("button.csv")?.dataset ?? {};
+  if (file) download(file.split("/").pop(), DATA.files[file]);
+  if (chart && $(chart).data) download(chart.replace("-plot", ".csv"), csvOf($(chart)));
+});
+
+if ($("ladder-scene")) {
+  const show = () => {
+    for (const body of $("ladder").tBodies) body.hidden = body.dataset.scene !== $("ladder-scene").value;
+  };
+  $("ladder-scene").addEventListener("input", show);
+  show();
+}
+
 (function ringTable() {
   const ring = DATA.ring;
   if (!ring) return;
   const columns = [
-    ["left_share_pct", "left, % of a turn"], ["right_share_pct", "right, %"], ["ring_share_pct", "ring, %"],
-    ["left_rms_n", "RMS left, N"], ["right_rms_n", "RMS right, N"], ["ring_rms_n", "RMS ring, N"],
-    ["left_phase_start", "left begins at phase"],
+    ["left_share_pct", "left arc in contact (% of a turn)"], ["right_share_pct", "right arc in contact (% of a turn)"],
+    ["ring_share_pct", "ring in contact (% of a turn)"], ["left_rms_n", "RMS force, left arc (N)"],
+    ["right_rms_n", "RMS force, right arc (N)"], ["ring_rms_n", "RMS force, ring (N)"],
+    ["left_phase_start", "left arc begins at (turns)"],
   ].filter(([name]) => name in ring.values);
   function row(cells, tag) {
     const line = document.createElement("tr");
     cells.forEach((text, i) => {
       const cell = document.createElement(i === 0 ? "th" : tag);
       cell.textContent = text;
-      if (i > 0) cell.className = "number";
+      if (cell.tagName === "TH") cell.scope = tag === "th" ? "col" : "row";
+      else cell.className = "number";
       line.append(cell);
     });
     return line;
@@ -93,8 +158,8 @@ function look(i) {
   function show() {
     const j = Number($("ring-slider").value);
     $("ring-radius").textContent = radiusName(ring.radii[j]);
-    $("ring-table").replaceChildren(
-      row(["motor", ...columns.map(([, title]) => title)], "th"),
+    $("ring-table").tHead.replaceChildren(row(["motor", ...columns.map(([, title]) => title)], "th"));
+    $("ring-table").tBodies[0].replaceChildren(
       ...ring.speeds.map((rpm, i) =>
         row([rpm + " rpm", ...columns.map(([name]) => number(ring.values[name][i][j]))], "td")),
     );

@@ -82,7 +82,7 @@ def provenance(metas: dict[str, dict], files: Iterable[Path | str]) -> dict:
     Returns
     -------
     dict
-        ``versions``: rows of name, at the runs, now; ``files``: rows of path and hash; ``recordings``: count.
+        ``versions``: rows of software, at the runs, now; ``hashes``: rows of what and its hash; ``recordings``: count.
     """
     made_with: dict[str, set[str]] = {}
     for meta in metas.values():
@@ -91,9 +91,10 @@ def provenance(metas: dict[str, dict], files: Iterable[Path | str]) -> dict:
                 made_with.setdefault(name, set()).add(str(value))
     now = {"Python": platform.python_version(), "trackdyn": __version__} | {name: _version(name) for name in PACKAGES}
     rows = [
-        {"name": name, "runs": ", ".join(sorted(made_with.get(name, ()))) or "–", "page": now.get(name, "–")}
+        {"software": name, "at_the_runs": ", ".join(sorted(made_with.get(name, ()))), "at_this_page": now.get(name, "")}
         for name in dict.fromkeys([*now, *made_with])
     ]
-    hashes = [("kernels (sources of the recordings)", source_hash()), ("package trackdyn, all files", package_hash())]
-    hashes += [(str(path), file_hash(path)) for path in files if Path(path).is_file()]
-    return {"versions": rows, "hashes": hashes, "recordings": len(metas)}
+    hashes = {"kernels (sources of the recordings)": source_hash(), "package trackdyn, all files": package_hash()}
+    hashes |= {str(path): file_hash(path) for path in files if Path(path).is_file()}
+    named = [{"what": name, "hash": value} for name, value in hashes.items()]
+    return {"versions": rows, "hashes": named, "recordings": len(metas)}
