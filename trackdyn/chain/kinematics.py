@@ -60,6 +60,19 @@ def _place(chain: Chain, state, work, part):
 
 
 @kernel
+def bushing_lead(chain: Chain, step):
+    """Part of a step at which the damping torque of the bushings is taken: half, for its error is of second order there.
+
+    Later where the fastest decay, links and connectors in zigzag with their mass centres at rest, would overshoot: it
+    ends at zero then (`limits.step_limits`).
+    """
+    a, b = chain.length[0], chain.length[1]
+    mobility = 2.0 * (a + b) ** 2 / (chain.inertia[0] * b * b + chain.inertia[1] * a * a)
+    decay = step * chain.damping * mobility
+    return 0.5 if decay <= 2.0 else 1.0 - 1.0 / decay
+
+
+@kernel
 def bushing_torques(chain: Chain, state, work, ahead=0.0):
     """Torque of every bushing and the joint rates it was taken at; the spring ``ahead`` seconds later (s)."""
     n = state.angle.shape[0]

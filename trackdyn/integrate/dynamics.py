@@ -3,7 +3,7 @@
 from trackdyn.chain import implicit as linear
 from trackdyn.chain import multipliers, riccati, transfer_matrices
 from trackdyn.chain import radial as parting
-from trackdyn.chain.kinematics import bushing_torques
+from trackdyn.chain.kinematics import bushing_lead, bushing_torques
 from trackdyn.chain.plane import aim
 from trackdyn.contact.loads import contact_loads
 from trackdyn.jit import kernel
@@ -42,7 +42,7 @@ def solve_chain(model: Model, state: State, work: Work, step, implicit, solver, 
     """
     chain, cut, closure, sweep = model.chain, work.cut, model.closure, work.sweep
     probe = model.sensor.body
-    damping = step * chain.damping
+    damping = bushing_lead(chain, step) * step * chain.damping
     stiff = force_x = force_y = 0.0
     if closure.compliant:
         stiff = step * (step * closure.stiffness + closure.damping)

@@ -51,20 +51,20 @@ from trackdyn.model.work import (
 
 
 @kernel
-def account(model: Model, state: State, work: Work, space, tensioner):
+def account(model: Model, state: State, work: Work, lead, space, tensioner):
     """Work of every force over the last step: its place at the start, the mean of the velocities.
 
     The velocities after the step are taken in the configuration before it. Then joint forces do no
     work, as they should, and the work of all other forces is the change of kinetic energy of the
     discrete motion: what remains of the balance shows errors of the equations and of the path, not
-    of the quadrature. Axial friction counts as friction of its surface, guides as normal forces of the wheels.
+    of the quadrature. The damping of the bushings acts with the velocities at the part ``lead`` of the step. Axial friction counts as friction of its surface, guides as normal forces of the wheels.
     """
     chain, h, done = model.chain, model.step, state.work_done
     row = work.contact
     for k in range(work.count[0]):
         body = work.contact_body[k, BODY]
         wheel = work.contact_body[k, WHEEL]
-        dw = state.rate[body] - work.old_rate[body]
+        dw = work.turned[body]
         vx = row[k, SPEED_X] + 0.5 * (work.com_dvx[body] - dw * row[k, ARM_Y])
         vy = row[k, SPEED_Y] + 0.5 * (work.com_dvy[body] + dw * row[k, ARM_X])
         ww = 0.5 * (row[k, RATE] + state.wheel_rate[wheel])
@@ -96,7 +96,8 @@ def account(model: Model, state: State, work: Work, space, tensioner):
     loss = 0.0
     for i in range(n):
         after = state.rate[i + 1 if i < n - 1 else 0] - state.rate[i]
-        loss += after * (work.joint_rate[i] + after)
+        before = work.joint_rate[i]
+        loss += (before + lead * (after - before)) * (before + after)
     done[BUSHING_LOSS] += 0.5 * h * chain.damping * loss
     radial.add_loss(model, state, done, BUSHING_LOSS, work.radial)
 
@@ -106,7 +107,7 @@ def finish_forces(model: Model, state: State, work: Work, implicit: ImplicitWork
     """Contact forces of a linearly implicit step with the part that its accelerations add.
 
     The rows of the contact list hold the forces led ahead without it. Called between the sweep and the
-    step; overwrites ``com_dvx, com_dvy, old_rate``, which the step fills afterwards.
+    step; overwrites ``com_dvx, com_dvy, turned``, which the step fills afterwards.
     """
     chain, sweep, row = model.chain, work.sweep, work.contact
     base, response, load = sweep.base, sweep.response, sweep.load
@@ -116,7 +117,7 @@ def finish_forces(model: Model, state: State, work: Work, implicit: ImplicitWork
         alpha = response[i, 0] * load[0] + response[i, 1] * load[1] + response[i, 2] * load[2] + response[i, 3]
         work.com_dvx[i] = ax  # of the input pin
         work.com_dvy[i] = ay
-        work.old_rate[i] = alpha
+        work.turned[i] = alpha
         dx = chain.length[i] * work.cos[i]
         dy = chain.length[i] * work.sin[i]
         w2 = state.rate[i] * state.rate[i]
@@ -132,8 +133,8 @@ def finish_forces(model: Model, state: State, work: Work, implicit: ImplicitWork
         c, s = work.cos[body], work.sin[body]
         rx = row[k, ARM_X] + chain.com_x[body] * c - chain.com_y[body] * s
         ry = row[k, ARM_Y] + chain.com_x[body] * s + chain.com_y[body] * c
-        px = work.com_dvx[body] - work.old_rate[body] * ry
-        py = work.com_dvy[body] + work.old_rate[body] * rx
+        px = work.com_dvx[body] - work.turned[body] * ry
+        py = work.com_dvy[body] + work.turned[body] * rx
         turn = 0.0 if wheel == SPROCKET else implicit.load[3 + wheel] * (row[k, TURN_Y] * nx - row[k, TURN_X] * ny)
         normal = -row[k, NORMAL_SLOPE] * (nx * px + ny * py)
         across = -row[k, FRICTION_SLOPE] * (nx * py - ny * px - turn)

@@ -6,7 +6,7 @@ nothing of motion in space, of the other integrators and solvers.
 
 from math import sqrt
 
-from trackdyn.chain.kinematics import orient, place
+from trackdyn.chain.kinematics import bushing_lead, orient, place
 from trackdyn.chain.plane import plane_dynamics, turn_plane
 from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, sense_links, solve_chain
 from trackdyn.integrate.energy import account, energies, finish_forces
@@ -30,15 +30,17 @@ def run(model: Model, state: State, work: Work, record: Record, first, last):
         -1, or the body at which the run left the physical range (0 for the plane of the chain itself);
         ``state.steps`` says when.
     """
-    # what numba compiles once more in every caller is kept flat: one kernel, chosen here
+    # what numba compiles once more in every caller is kept flat: one kernel, chosen here; what only some methods have
+    # stands beside the work, so that all share the kernels that do without
+    common = work._replace(stages=None, space=None, implicit=None)
     if work.stages is not None:
-        return _march(model, state, work, record, first, last, work.stages)
-    return _run(model, state, work, record, (first, last), work.space, work.implicit)
+        return _march(model, state, common, record, first, last, work.stages)
+    return _run(model, state, common, record, (first, last), work.space, work.implicit)
 
 
 def refresh(model: Model, state: State, work: Work):
     """Places, velocities and loads of a state, whoever made it."""
-    _refresh(model, state, work, work.space, work.implicit)
+    _refresh(model, state, work._replace(stages=None, space=None, implicit=None), work.space, work.implicit)
 
 
 @kernel
@@ -52,6 +54,7 @@ def _refresh(model: Model, state: State, work: Work, space, implicit):
 def _run(model: Model, state: State, work: Work, record: Record, rows, space, implicit):
     """Steps of order 1: the chain solved, velocities, places, then the loads of the next step."""
     links = record.link_mean.shape[1]
+    lead = bushing_lead(model.chain, model.step) if implicit is None else 1.0
     _refresh(model, state, work, space, implicit)
     for sample in range(rows[0], rows[1]):
         _begin(state, work)
@@ -78,7 +81,7 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
                     return 0
             slide(model, state, work, model.tensioner)
             place(model.chain, state, work)
-            account(model, state, work, space, model.tensioner)
+            account(model, state, work, lead, space, model.tensioner)
             evaluate_loads(model, state, work, space, implicit)
             if record.spells.enabled:
                 log_spells(record.spells, state, work, state.steps[0] * model.step, model.step)

@@ -69,7 +69,7 @@ def advance(model: Model, state: State, work: Work, implicit, radial=None):
         dw = h * (response[i, 0] * lx + response[i, 1] * ly + response[i, 2] * lm + response[i, 3])
         work.com_dvx[i] = dvx - dw * (chain.com_x[i] * s + chain.com_y[i] * c)
         work.com_dvy[i] = dvy + dw * (chain.com_x[i] * c - chain.com_y[i] * s)
-        work.old_rate[i] = old
+        work.turned[i] = dw
         dvx -= dw * s * length
         dvy += dw * c * length
         rate = old + dw
@@ -117,6 +117,7 @@ def advance(model: Model, state: State, work: Work, implicit, radial=None):
     for i in range(n):
         d = response[i, 0] * dx + response[i, 1] * dy + response[i, 2] * dm
         state.rate[i] += d
+        work.turned[i] += d
         d *= h
         state.angle[i] += d
         # d is of third order in the step: two terms of the rotation leave nothing in double precision

@@ -193,8 +193,8 @@ class Work(NamedTuple):
         Input pins of the bodies and output pin of the last one, m.
     com_vx, com_vy : (n,) arrays
         Velocities of the mass centres, m/s.
-    com_dvx, com_dvy, old_rate : (n,) arrays
-        What the last step added to them, and the angular velocities before it.
+    com_dvx, com_dvy, turned : (n,) arrays
+        What the last step of semi-implicit Euler added to them (m/s) and to the angular velocities (rad/s).
     force_x, force_y, moment : (n,) arrays
         Loads of the contacts on the bodies about their mass centres, N and N m.
     torque, joint_rate : (n,) arrays
@@ -244,7 +244,7 @@ class Work(NamedTuple):
     com_vy: np.ndarray
     com_dvx: np.ndarray
     com_dvy: np.ndarray
-    old_rate: np.ndarray
+    turned: np.ndarray
     force_x: np.ndarray
     force_y: np.ndarray
     moment: np.ndarray
