@@ -115,10 +115,15 @@ def compare(
 ) -> None:
     """Compare the simulated y acceleration with a sensor's: RMS, SD and main line."""
     from trackdyn.measure.compare import compare_with_sensor
+    from trackdyn.measure.metrics import LEAST_LOOPS, loop_frequency
     from trackdyn.measure.sensor_csv import read_sensor_csv
     from trackdyn.recording import load_recording
 
     loaded = load_recording(recording)
+    seconds, turn = len(loaded.time) / loaded.rate, loop_frequency(loaded)
+    if seconds * turn < LEAST_LOOPS:
+        needed = f"{LEAST_LOOPS / turn:.1f} s or more would do" if turn else "a motor speed of more than 0 rev/min would do"
+        raise InputError(f"{recording}: holds {seconds:g} s, less than the two revolutions of the loop that a line needs; {needed}")
     rig = loaded.meta["rig"]["sensor"]
     table = compare_with_sensor(loaded, read_sensor_csv(sensor, rate_hz=rig["rate"], range_g=rig["range"]))
     typer.echo(table.to_string(index=False, float_format=lambda v: f"{v:.4f}"))
@@ -150,7 +155,8 @@ def plan(
 def main() -> None:
     """Entry point: a user's mistake ends in one sentence and exit code 1, an interruption in one line and 130."""
     try:
-        app(standalone_mode=False)
+        if app(standalone_mode=False):  # some versions of typer return an interruption
+            raise KeyboardInterrupt
         sys.stdout.flush()
         return
     except (KeyboardInterrupt, typer.Abort):
