@@ -6,13 +6,17 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/ready
 
+ifneq ($(word 2,$(CURDIR)),)
+$(error the folder "$(CURDIR)" has a blank in its name, which the interpreters of the pipeline do not survive; move it)
+endif
+
 .PHONY: replicate quick test lint benchmark synthetic clean
 
 replicate: $(READY)
-	$(BIN)/snakemake -j$(JOBS)
+	$(BIN)/python workflow/run.py -j$(JOBS)
 
 quick: $(READY)
-	$(BIN)/snakemake -j$(JOBS) --configfile config/quick.yaml
+	$(BIN)/python workflow/run.py -j$(JOBS) --configfile config/quick.yaml
 
 test: $(READY)
 	$(BIN)/python -m pytest

@@ -9,10 +9,18 @@ from snakemake.utils import update_config
 # The workflow runs from its own folder, with or without the package installed elsewhere.
 sys.path.insert(0, str(workflow.basedir))
 
-from trackdyn.config import check_layers
+from trackdyn.config import check_layers, read_layer
 from trackdyn.errors import TrackdynError
 from trackdyn.imports import imported_files
 from trackdyn.jit import source_hash
+
+
+if " " in f"{workflow.basedir}{sys.executable}":
+    raise WorkflowError(f"{workflow.basedir} or {sys.executable} has a blank in its name; move the folder or the environment")
+try:
+    read_layer("config/config.yaml")  # before Snakemake's own loader, which would run templates
+except TrackdynError as error:
+    raise WorkflowError(str(error)) from None
 
 
 # The base of every configuration: a file of --configfile states what differs, and whole lists at that.

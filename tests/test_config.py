@@ -285,6 +285,8 @@ def test_one_sensor_file_for_several_speeds_is_refused(data):
     assert "sensor_csv = 'data/mine.csv' is not accepted" in sentence
     assert "write {rpm} where the motor speed belongs" in sentence
     put(data, "records.speeds_rpm", [115])
+    assert "sensor_csv: data/mine.csv: no such file; give the path of an existing sensor's record" in refusal(data)
+    put(data, "sensor_csv", "data/synthetic/115rpm.csv")
     check_config(data, "mine.yaml")  # a single speed needs no placeholder
 
 
@@ -372,7 +374,7 @@ def test_compare_refuses_what_is_no_recording(tmp_path):
     foreign = tmp_path / "foreign.npz"
     foreign.write_bytes(b"not a zip file")
     absent = tmp_path / "absent.npz"
-    for path, says in ((absent, "no such recording"), (foreign, "is not a trackdyn recording")):
+    for path, says in ((absent, "no such file"), (foreign, "is not a trackdyn recording")):
         result = CliRunner().invoke(app, ["compare", str(path), "data/synthetic/115rpm.csv"])
         assert isinstance(result.exception, InputError), result.output
         assert says in str(result.exception)

@@ -374,7 +374,7 @@ def test_every_kind_of_loop_can_be_saved(make_scene, tmp_path, fields):
 
 
 def test_no_checkpoint_is_refused_in_one_sentence(tmp_path, loop, monkeypatch):
-    with pytest.raises(InputError, match="no such checkpoint"):
+    with pytest.raises(InputError, match="no such file; give the path of an existing checkpoint"):
         Loop.load(tmp_path / "nothing.npz")
     (tmp_path / "text.npz").write_text("text", encoding="utf-8")
     with pytest.raises(InputError, match="is not a checkpoint"):

@@ -11,6 +11,7 @@ from psutil import virtual_memory
 
 from trackdyn.errors import InputError
 from trackdyn.jit import source_hash
+from trackdyn.parameters.validation import shown
 from trackdyn.reading import read_npz
 from trackdyn.replacing import replacing
 
@@ -84,7 +85,7 @@ def read_checkpoint(path: Path | str) -> dict[str, Any]:
     parts, sources = meta.get("parts"), meta.get("sources")
     if sources != source_hash():
         raise InputError(
-            f"{path}: was written by sources {sources}, these are {source_hash()}, and would not go on as it began; remove it "
+            f"{path}: was written by sources {shown(sources)}, these are {source_hash()}, and would not go on as it began; remove it "
             "to start anew"
         )
     with whole(path):

@@ -197,7 +197,8 @@ def plan(
 def main() -> None:
     """Entry point: a user's mistake ends in one sentence and exit code 1, an interruption in one line and 130."""
     try:
-        app(standalone_mode=False)
+        if app(standalone_mode=False):  # some versions of typer return an interruption
+            raise KeyboardInterrupt
         sys.stdout.flush()
         return
     except (KeyboardInterrupt, typer.Abort):

@@ -1,17 +1,27 @@
 """The configuration of the pipeline: which runs, for how long, compared with what."""
 
-from collections.abc import Callable, Sequence
-from itertools import pairwise
+import re
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
 from trackdyn.errors import InputError, TrackdynError
+from trackdyn.fidelity import PRESETS
 from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.parameters.validation import NotNegative, Positive, Section, parse_tolerance, read_yaml, validated
+from trackdyn.parameters.validation import NotNegative, Positive, Section, parse_tolerance, read_yaml, shown, validated
+from trackdyn.peers.comparison import scene_of
+from trackdyn.reading import plain_file
 from trackdyn.scene import Scene
+from trackdyn.study.accuracy.ladder import REFERENCE
+from trackdyn.study.accuracy.statistics import study_scene
+from trackdyn.study.fit import FitConfig
 from trackdyn.study.settings import StudiesFile
+
+FIT = "config/fit.yaml"
 
 
 class Planned(Section):
@@ -115,6 +125,16 @@ class Config(Section):
 
     @model_validator(mode="after")
     def _consistent(self):
+        folder = Path(self.results)
+        # what Snakemake or a shell would read as something else, and what no file system takes
+        if not re.fullmatch(r"[^~{}\s][^{}\s]*", self.results) or len(max(folder.parts, key=len, default="").encode()) > 200:
+            raise InputError(
+                f"results = {shown(self.results)} is not accepted: the name of a folder without blanks, braces and ~ would do, "
+                "such as results/mine"
+            )
+        for place in (folder, *folder.parents):
+            if place.exists() and not place.is_dir():
+                raise InputError(f"results = {shown(self.results)} is not accepted: {place} is a file; another name would do")
         if self.records.plan:
             try:
                 parse_tolerance(self.records.plan.tolerance)
@@ -124,6 +144,7 @@ class Config(Section):
             ("records.speeds_rpm", self.records.speeds_rpm),
             ("ring_study.speeds_rpm", self.ring_study.speeds_rpm),
             ("ring_study.radii_m", self.ring_study.radii_m),
+            ("fidelity.speeds_rpm", self.fidelity.speeds_rpm),
         ):
             for before, after in pairwise(values):
                 if after <= before:
@@ -214,6 +235,21 @@ class Config(Section):
         return runs
 
 
+    def refuse_studies(self, rig: Rig) -> None:
+        """Refuse what the rules `peer`, `fidelity` and `sensitivity` would refuse after the runs."""
+        with _section("peers"):
+            p = self.peers
+            for name in ("readings", "steps_s", "exudyn_steps_s"):
+                if len(set(values := getattr(p, name))) < len(values):
+                    raise InputError(f"{name} = {shown(values)} is not accepted: a value stands twice; give each once")
+            for reading, step in product(p.readings, p.steps_s):
+                scene_of(rig, reading, p.speed_rpm, p.duration_s, step)
+        with _section("fidelity"):
+            f = self.fidelity
+            for rpm, radius in product(f.speeds_rpm, ([None] if f.without_ring else []) + [self.records.ring_radius_m]):
+                study_scene(rig, rpm, radius, f.loop_turns, **PRESETS[REFERENCE])
+        validated(FitConfig, read_yaml(FIT), FIT).restricted(self.sensitivity.radii_m, self.sensitivity.without_ring)
+
     def other_scenes(self, name: str, scenes: dict[str, Scene]) -> dict[str, Scene]:
         """The scenes of the first rig on another one, but for those of Table 4."""
         other = self.other_rigs[name]
@@ -228,6 +264,15 @@ class Config(Section):
             raise InputError(f"other_rigs.{name}: {error}") from None
 
 
+@contextmanager
+def _section(name: str) -> Iterator[None]:
+    """Put the name of a section in front of what is refused within."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+
+
 def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
     """Validate a configuration with the rig and all scenes that it leads to.
 
@@ -240,11 +285,33 @@ def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
     rig = load_rig(config.rig)
     try:
         scenes = config.scenes(rig)
+        config.refuse_studies(rig)
+        with _section("sensor_csv"):
+            for rpm in config.records.speeds_rpm:
+                plain_file(config.sensor_path(rpm), "sensor's record")
         for other in config.other_rigs:
             config.other_scenes(other, scenes)
         return config, rig, scenes
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
+
+
+def read_layer(path: Path | str) -> dict:
+    """A file of a configuration as it stands, its sections known; whatever else it means to Snakemake is refused.
+
+    Raises
+    ------
+    InputError
+        It is no YAML, or has a key at its top that is no section, such as the one that asks for templates to be run.
+    """
+    data, name = read_yaml(path), Path(path).name
+    if not isinstance(data, dict):
+        raise InputError(f"{name}: holds no sections; a mapping of names to values is needed")
+    for key in data:
+        if key not in Config.model_fields:
+            word = key if isinstance(key, str) and key.isidentifier() else shown(key)
+            raise InputError(f"{name}: {word} is not a known parameter; remove it or correct its spelling")
+    return data
 
 
 def check_layers(data: Any, files: Sequence[Path | str], update: Callable[[dict, dict], None]) -> tuple[Config, Rig, dict[str, Scene]]:
@@ -255,11 +322,12 @@ def check_layers(data: Any, files: Sequence[Path | str], update: Callable[[dict,
     InputError
         Names the first file with which the configuration is refused, else the last one.
     """
+    layers = {Path(file).name: read_layer(file) for file in files}
     try:
         return check_config(data, Path(files[-1]).name)
     except TrackdynError:
         merged: dict = {}
-        for file in files:
-            update(merged, read_yaml(file))
-            check_config(merged, Path(file).name)
+        for name, layer in layers.items():
+            update(merged, layer)
+            check_config(merged, name)
         raise

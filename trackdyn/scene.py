@@ -164,11 +164,10 @@ class Scene(Section):
         steps = (self.lead_in + self.ramp + self.duration) / self.step
         if steps > MOST_STEPS:
             self._refuse("step", f"that makes {steps:.2g} steps; a run of at most {MOST_STEPS:.0g} would do")
-        samples = round(self.frame_interval / sample)
-        if self.frame_interval and not (
-            samples >= 1 and self.frame_interval <= self.duration and abs(self.frame_interval / sample - samples) <= 1e-6
-        ):
-            self._refuse("frame_interval", f"a multiple of the sample interval {sample} s within the duration would do, or 0")
+        between = self.frame_interval / sample
+        whole = 0 < self.frame_interval <= self.duration and between > 0.5 and abs(between - round(between)) <= 1e-6
+        if self.frame_interval and not whole:
+            self._refuse("frame_interval", f"0, or a multiple of the sample interval {sample} s within the duration would do")
 
     def _refuse_loop(self) -> None:
         if self.ring_radius is not None:

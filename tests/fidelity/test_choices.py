@@ -58,7 +58,7 @@ def refusal(rig):
         ({}, {"integrator": "adaptive"}, "tolerance = None", "1e-6 would do"),
         ({}, {"tolerance": 1e-6}, "tolerance = 1e-06", "None would do"),
         ({}, {"integrator": "rk4", "tolerance": 1e-6}, "tolerance = 1e-06", "integrator='rk4' has a fixed step"),
-        ({}, {"integrator": "adaptive", "tolerance": 0.0}, "tolerance = 0.0", "between 0 and 1"),
+        ({}, {"integrator": "adaptive", "tolerance": 0.0}, "tolerance = 0.0", "at least 1e-12 and at most 0.5"),
         ({}, {"integrator": "adaptive", "tolerance": float("nan")}, "tolerance = nan", "a finite number is needed"),
     ],
 )  # fmt: skip

@@ -255,7 +255,7 @@ ENTRIES = [
     ("missing source", {"source": ...}, ["lacks source"]),
     ("missing unit and kind", {"unit": ..., "kind": ...}, ["lacks kind, unit"]),
     ("missing value", {"value": ...}, ["lacks value"]),
-    ("unknown key", {"tolerance": 0.1}, ["unknown key tolerance"]),
+    ("unknown key", {"tolerance": 0.1}, ["unknown key 'tolerance'"]),
 ]
 
 
@@ -299,7 +299,7 @@ def test_unreadable_files_are_refused(tmp_path):
     for content, fragment in cases.items():
         path.write_bytes(content)
         assert fragment in refusal(path)
-    assert "cannot be read" in refusal(tmp_path)
+    assert "is a folder" in refusal(tmp_path)
 
 
 def test_number_written_without_a_point_is_a_number(rig_path, tmp_path):

@@ -145,7 +145,13 @@ def _lay(path: BeltPath, lengths: np.ndarray) -> np.ndarray:
         def excess(ds, start=start, here=s[i], chord=chord):
             return float(np.hypot(*(path.at(here + ds)[0] - start))) - chord
 
-        s[i + 1] = s[i] + brentq(excess, 0.5 * chord, 1.6 * chord, xtol=1e-14)
+        try:
+            s[i + 1] = s[i] + brentq(excess, 0.5 * chord, 1.6 * chord, xtol=1e-14)
+        except ValueError:
+            raise InputError(
+                f"a body of {chord:g} m from pin to pin (chain.link_length, or the connector that fits to it) cannot be laid "
+                f"around these wheels; a part of their smallest radius, {path.circles[:, 2].min():.4g} m, would do"
+            ) from None
     return s
 
 

@@ -194,7 +194,7 @@ class SensorParameters(Section):
     pitch: quantity("1", int, ge=1)
     x: Position
     y: Position
-    rate: quantity("Hz", int, gt=0)
+    rate: quantity("Hz", int, gt=0, le=10**8)
     range: quantity("g", gt=0)
 
 
@@ -282,7 +282,7 @@ class Rig(Section):
         data = self.model_dump()
         for name, value in changes.items():
             section, _, field = name.partition("__")
-            if section not in data or (field and field not in data[section]):
+            if section not in data or (field and not (isinstance(data[section], dict) and field in data[section])):
                 raise InputError(f"{name.replace('__', '.')} is not a parameter of the rig")
             if field:
                 data[section][field] = value

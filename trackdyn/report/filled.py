@@ -47,8 +47,8 @@ def results(card: pd.DataFrame) -> str:
 
 
 def departures(rows: pd.DataFrame) -> str:
-    """A line a departure, a column a scene: changes of RMS, high frequency, left and right share."""
-    shown = ("rms_g", "high_frequency_g", "left_share_pct", "right_share_pct")
+    """A line a departure, a column a scene: changes of RMS, high frequency and left share."""
+    shown = ("rms_g", "high_frequency_g", "left_share_pct")
 
     def cell(group: pd.DataFrame) -> str:
         if (why := group["failed"].fillna("").iloc[0]) != "":

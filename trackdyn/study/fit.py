@@ -100,14 +100,14 @@ class FitConfig(Section):
         """The same with the targets of some ring radii only; no radii: all of them."""
         if not radii:
             return self
+        if set(radii) - {t.ring_radius_m for t in self.targets}:
+            raise InputError(f"sensitivity.radii_m = {radii} is not accepted: no target of the fit has such a radius")
         kept = [
             t
             for t in self.targets
             if (without_ring if t.ring_radius_m is None else t.ring_radius_m in radii)
             and (t.relative_to is None or t.relative_to in radii)
         ]
-        if not kept:
-            raise InputError(f"sensitivity.radii_m = {radii} is not accepted: no target of the fit has such a radius")
         return self.model_copy(update={"targets": kept})
 
     def cases(self) -> list[float | None]:

@@ -1,5 +1,6 @@
 """The planner: the cheapest fidelity and step that met a tolerance where it was measured."""
 
+import io
 from pathlib import Path
 from typing import NamedTuple
 
@@ -8,13 +9,16 @@ import pandas as pd
 
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.validation import parse_tolerance
+from trackdyn.parameters.validation import parse_tolerance, shown
+from trackdyn.reading import read_text
 from trackdyn.simulate import simulate
 from trackdyn.study.accuracy.statistics import RELATIVE, SHARES, error_of, scene_name, statistics_of, study_scene
 from trackdyn.study.accuracy.trade import COLUMNS, FIDELITIES, FULL_PHYSICS, STATISTIC_REFERENCE
 from trackdyn.study.settings import SceneKey
 
 PLANNED = (*RELATIVE, *SHARES)
+WORDS = {"scene", "fidelity", "integrator", "measure"}  # columns; the others hold numbers
+LARGEST_TABLE = 20_000_000  # bytes; the full study's has 100,000
 # A scene nearby may be this much worse than the worst one measured: an error of first order in the step
 # changes with the speed as the forces do, and these double from 115 to 210 rpm. (The margin was 1.5 until
 # two scenes kept apart showed that this is too little without a ring.)
@@ -63,14 +67,22 @@ def load_trade(path: Path | str | None = None) -> pd.DataFrame:
     InputError
         No such file, or not one of ours.
     """
-    places = [Path(path)] if path else [Path("results/trade.csv"), Path("results/short/trade.csv")]
-    for place in places:
-        if place.exists():
-            table = pd.read_csv(place)
-            if missing := [c for c in COLUMNS if c not in table]:
-                raise InputError(f"{place}: lacks the column {missing[0]}; make it with `snakemake -j2 trade`")
-            return table
-    raise InputError(f"{places[0]}: no measured data; make them with `snakemake -j2 trade`")
+    places = [path] if path else [Path("results/trade.csv"), Path("results/short/trade.csv")]
+    place = next((place for place in places if path or place.exists()), None)
+    if place is None:
+        raise InputError(f"{places[0]}: no measured data; make them with `snakemake -j2 trade`")
+    text = read_text(place, "table of measured data", LARGEST_TABLE)
+    try:
+        table = pd.read_csv(io.StringIO(text))
+        for name in COLUMNS:
+            if name not in table:
+                raise ValueError(f"lacks the column {name}")
+            table[name] = table[name].astype(str) if name in WORDS else pd.to_numeric(table[name])
+        if unknown := set(table["fidelity"]) - FIDELITIES.keys():
+            raise ValueError(f"names the unknown fidelity {shown(min(unknown))}")
+    except (ValueError, OverflowError) as error:  # pandas' own are such, too
+        raise InputError(f"{place}: {' '.join(str(error).split())[:200]}; make it with `snakemake -j2 trade`") from None
+    return table
 
 
 def plan(trade: pd.DataFrame, tolerance, measure: str, rpm: float, ring_radius: float | None) -> Plan:
@@ -121,7 +133,9 @@ def plan(trade: pd.DataFrame, tolerance, measure: str, rpm: float, ring_radius: 
         )
     best = found.sort_values("wall").iloc[0]
     warnings = []
-    measured = rows["scene"].str.extract(r"^(?:no ring|ring (?P<ring>\S+) m) (?P<rpm>\S+) rpm$").astype(float)
+    measured = rows["scene"].str.extract(r"^(?:no ring|ring (?P<ring>\S+) m) (?P<rpm>\S+) rpm$").apply(
+        pd.to_numeric, errors="coerce"
+    )
     for name, what, value, unit in (("rpm", "", rpm, "rpm"), ("ring", "a ring of ", ring_radius, "m")):
         low, high = measured[name].min(), measured[name].max()
         if value is not None and not low <= value <= high:

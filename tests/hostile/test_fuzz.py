@@ -1,0 +1,222 @@
+"""Random damage to what a user gives: success or one sentence, never anything else. Seeds are fixed, time is bounded."""
+
+import copy
+import json
+import shutil
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+from trackdyn import cli
+from trackdyn.belt import belt_recording
+from trackdyn.config import check_config, read_layer
+from trackdyn.errors import TrackdynError
+from trackdyn.measure.sensor_csv import read_sensor_csv
+from trackdyn.parameters.rig import load_rig
+from trackdyn.parameters.validation import read_yaml
+from trackdyn.recording import load_recording
+from trackdyn.scene import Scene
+from trackdyn.study.accuracy.planner import load_trade, plan
+
+ROOT = Path(__file__).parents[2]
+RIG, CONFIG = ROOT / "config" / "rig.yaml", ROOT / "config" / "config.yaml"
+BELT = {"chain": "belt", "ring_radius": None, "spells": False}
+# no search for a smaller failure: what is drawn is small, and a search has no bound in time
+fuzz = settings(
+    max_examples=60, deadline=None, database=None, derandomize=True, phases=[Phase.generate],
+    suppress_health_check=list(HealthCheck),
+)  # fmt: skip
+
+anything = st.one_of(
+    st.none(), st.booleans(), st.integers(-3, 300), st.integers(), st.floats(), st.text(max_size=8), st.binary(max_size=3),
+    st.sampled_from([0, 1e-300, 1e308, 10**400, "2e11", "auto", "rk4", "none", "spatial", "free", "radial", "sprung"]),
+    st.lists(st.one_of(st.integers(-2, 40), st.floats(), st.text(max_size=3)), max_size=3),
+    st.dictionaries(st.one_of(st.text(max_size=4), st.sampled_from(["value", "unit"])), st.floats(), max_size=2),
+)  # fmt: skip
+
+
+def ends_well(function, *arguments, **keywords):
+    """What a call gives, or None if it is refused in one sentence; any other exception is the test's."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        try:
+            return function(*arguments, **keywords)
+        except TrackdynError as error:
+            assert str(error) and "\n" not in str(error) and len(str(error)) < 1000, str(error)
+
+
+@st.composite
+def damaged(draw, data):
+    """A nested dictionary with some of its values replaced, taken out or added to."""
+    data = copy.deepcopy(data)
+    for _ in range(draw(st.integers(1, 3))):
+        part = data
+        while True:
+            key = draw(st.sampled_from(sorted(part, key=str)))
+            deeper = isinstance(part[key], dict) and part[key]
+            if not deeper or draw(st.integers(0, 3)) == 0:
+                break
+            part = part[key]
+        action = draw(st.sampled_from(["replace", "replace", "replace", "remove", "add"]))
+        if action == "replace":
+            part[key] = draw(anything)
+        elif action == "remove" and len(part) > 1:
+            del part[key]
+        else:
+            part[draw(st.one_of(st.text(max_size=5), st.integers()))] = draw(anything)
+    return data
+
+
+@st.composite
+def mangled(draw, content):
+    """Bytes with some pieces overwritten, cut out, repeated or inserted."""
+    content = bytearray(content)
+    for _ in range(draw(st.integers(1, 4))):
+        at, length = draw(st.integers(0, max(len(content) - 1, 0))), draw(st.sampled_from([1, 2, 8, 100]))
+        piece = draw(st.one_of(st.binary(max_size=4), st.sampled_from([b"\n", b",", b"- ", b"nan", b"1e999", b"&a [*a]", b"\xff\xfe", b"{[" * 30])))
+        match draw(st.sampled_from(["overwrite", "cut", "repeat", "insert", "end"])):
+            case "overwrite":
+                content[at : at + len(piece)] = piece
+            case "cut":
+                del content[at : at + length]
+            case "repeat":
+                content[at:at] = content[at : at + length]
+            case "insert":
+                content[at:at] = piece
+            case "end":
+                del content[at:]
+    return bytes(content)
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    """A folder with a copy of the configuration, a short recording and measured data."""
+    folder = tmp_path_factory.mktemp("fuzz")
+    shutil.copytree(ROOT / "config", folder / "config")
+    belt_recording(Scene(load_rig(RIG), 115.0, **BELT, duration=0.05)).save(folder / "belt.npz")
+    return folder
+
+
+@fuzz
+@given(fields=st.dictionaries(st.sampled_from(sorted(set(Scene.model_fields) - {"rig"})), anything, max_size=3))
+def test_scenes(rig, fields):
+    ends_well(Scene, **{"rig": rig, "motor_rpm": 115.0} | fields)
+
+
+@fuzz
+@given(data=damaged(load_rig(RIG).model_dump()))
+def test_rigs_from_python(rig, data):
+    changed = ends_well(lambda: rig.changed(**{name: data[name] for name in data if isinstance(name, str)}))
+    if changed is not None:
+        ends_well(Scene, changed, 115.0)
+
+
+@fuzz
+@given(data=damaged(yaml.safe_load(RIG.read_text(encoding="utf-8"))))
+def test_rigs_from_files(place, data):
+    path = place / "mine.yaml"
+    try:
+        text = yaml.safe_dump(data, allow_unicode=True)
+    except (yaml.YAMLError, TypeError):  # a key that cannot be sorted
+        return
+    path.write_text(text, encoding="utf-8", errors="surrogateescape")
+    ends_well(load_rig, path)
+
+
+@fuzz
+@given(content=mangled(RIG.read_bytes()[:4000]))
+def test_bytes_of_yaml(place, content):
+    path = place / "mine.yaml"
+    path.write_bytes(content)
+    ends_well(load_rig, path)
+    ends_well(read_layer, path)
+
+
+@fuzz
+@given(data=damaged(yaml.safe_load(CONFIG.read_text(encoding="utf-8"))))
+def test_configurations(data):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(ROOT)
+        ends_well(check_config, data, "mine.yaml")
+
+
+SENSOR = "# made up\nt_s,ax_g,ay_g,az_g\n" + "".join(f"{k / 1000:.3f},0.0,{k % 7 / 7:.4f},0.0\n" for k in range(200))
+TRADE = "scene,fidelity,integrator,step_s,wall_s_per_s,cpu_s_per_s,measure,error,failed\n" + "".join(
+    f"ring {radius} m {rpm} rpm,{fidelity},semi_implicit,{step},1,1,rms,0.00{step},{failed}\n"
+    for radius in (0.303, 0.308) for rpm in (115, 210) for fidelity in ("ten_arcs", "single_pin")
+    for step, failed in ((1e-4, False), (5e-5, True))
+)  # fmt: skip
+
+
+@fuzz
+@given(sensor=mangled(SENSOR.encode()), trade=mangled(TRADE.encode()))
+def test_tables(place, sensor, trade):
+    (place / "sensor.csv").write_bytes(sensor)
+    ends_well(read_sensor_csv, place / "sensor.csv")
+    (place / "trade.csv").write_bytes(trade)
+    table = ends_well(load_trade, place / "trade.csv")
+    if table is not None:
+        ends_well(plan, table, 0.05, "rms", 120.0, 0.305)
+
+
+@fuzz
+@given(seed=st.integers(0, 10**6), changes=st.data())
+def test_recordings(place, seed, changes):
+    """Bytes of the file, then its arrays and description: whole again, but other than they were."""
+    content, path = (place / "belt.npz").read_bytes(), place / "mine.npz"
+    path.write_bytes(changes.draw(mangled(content)))
+    ends_well(load_recording, path)
+    with np.load(place / "belt.npz") as data:
+        arrays = dict(data)
+    meta = json.loads(str(arrays["meta"]))
+    name = changes.draw(st.sampled_from(sorted(set(arrays) - {"meta"})))
+    random = np.random.default_rng(seed)
+    arrays[name] = random.choice([arrays[name].T, arrays[name][..., None], np.float32(3), np.arange(4)][seed % 4 :][:1])
+    if seed % 2:
+        meta = changes.draw(damaged(meta))
+    try:
+        np.savez(path, **arrays | {"meta": np.array(json.dumps(meta, default=str))})
+    except (TypeError, ValueError, UnicodeEncodeError):  # what JSON or NumPy cannot write
+        return
+    ends_well(load_recording, path)
+
+
+words = st.one_of(
+    st.sampled_from(["simulate", "compare", "plan", "--rpm", "--step", "--choose", "chain=belt", "chain=rope", "tolerance=1", "--tolerance", "2%", "--data", "trade.csv", "--ring-radius", "none", "0.308", "--duration", "1e999", "-1", "-q", "--quiet", "--rig", "config/rig.yaml", "belt.npz", "x.csv", "--preset", "fast", "--help", "--checkpoint", ".", "--measure", "rms", "--frame-interval", "0"]),
+    st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=6),
+)  # fmt: skip
+
+
+@fuzz
+@given(arguments=st.lists(words, max_size=8))
+def test_commands(place, arguments):
+    """Nothing is simulated: what would run stops there."""
+
+    def accepted(*_, **__):
+        raise TrackdynError("accepted")
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(place)
+        patch.setattr(sys, "argv", ["trackdyn", *arguments])
+        patch.setattr(sys.modules["trackdyn.simulate"], "simulate", accepted)
+        try:
+            cli.main()
+        except SystemExit as end:
+            assert end.code in (0, 1)
+
+
+def test_the_files_that_are_damaged_are_sound(place):
+    """Else the tests above would only see them refused for something else."""
+    assert load_rig(RIG) == Scene(load_rig(RIG), 115.0).rig
+    (place / "sensor.csv").write_text(SENSOR, encoding="utf-8")
+    assert len(read_sensor_csv(place / "sensor.csv").t_s) == 200
+    (place / "trade.csv").write_text(TRADE, encoding="utf-8")
+    assert len(load_trade(place / "trade.csv")) == 16
+    assert load_recording(place / "belt.npz").fault() is None
+    assert "records" in read_yaml(CONFIG)
