@@ -41,7 +41,7 @@ AMPLITUDE = 2.0  # percent
 
 @pytest.fixture(scope="module")
 def records():
-    return {rpm: read_sensor_csv(FOLDER / f"{rpm}rpm.csv", RATE_HZ, RANGE_G) for rpm in SPEEDS}
+    return {rpm: read_sensor_csv(FOLDER / f"{rpm}rpm.csv", range_g=RANGE_G) for rpm in SPEEDS}
 
 
 @pytest.fixture(scope="module")

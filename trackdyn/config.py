@@ -11,6 +11,7 @@ from pydantic import Field, model_validator
 
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.fidelity import PRESETS
+from trackdyn.measure.sensor_mapping import load_mapping
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.validation import NotNegative, Positive, Section, parse_tolerance, read_yaml, shown, validated
 from trackdyn.peers.comparison import scene_of
@@ -106,13 +107,15 @@ class OtherRig(Section):
 class Config(Section):
     """Everything in ``config/config.yaml``.
 
-    ``sensor_csv`` names the measured record of a speed; ``{rpm}`` stands for the motor speed.
+    ``sensor_csv`` names the measured record of a speed; ``{rpm}`` stands for the motor speed. ``sensor_mapping`` names the
+    file that says how these are read (:class:`trackdyn.measure.sensor_mapping.SensorMapping`).
     """
 
     rig: str
     results: str
     sensor_csv: str
     sensor_is_synthetic: bool
+    sensor_mapping: str | None = None
     other_rigs: dict[Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")], OtherRig] = Field(default_factory=dict)
     records: Records
     meshing: Meshing
@@ -166,6 +169,16 @@ class Config(Section):
     def sensor_path(self, rpm: float) -> str:
         """File of the sensor's record at a motor speed."""
         return self.sensor_csv.format(rpm=f"{rpm:g}")
+
+    def check_sensor_files(self) -> None:
+        """Refuse sensor files that are not there, and a mapping that cannot be used."""
+        load_mapping(self.sensor_mapping)
+        for rpm in self.records.speeds_rpm:
+            if not Path(path := self.sensor_path(rpm)).is_file():
+                raise InputError(
+                    f"sensor_csv = {self.sensor_csv!r} is not accepted: {path} does not exist; every speed of "
+                    "records.speeds_rpm needs its file"
+                )
 
     def scenes(self, rig: Rig) -> dict[str, Scene]:
         """Every run of the pipeline by name, such as ``115rpm`` or ``ring/115rpm_0.303``.
@@ -284,6 +297,7 @@ def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
     config = validated(Config, data, name)
     rig = load_rig(config.rig)
     try:
+        config.check_sensor_files()
         scenes = config.scenes(rig)
         config.refuse_studies(rig)
         with _section("sensor_csv"):

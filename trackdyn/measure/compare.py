@@ -33,6 +33,23 @@ def whole_ratio(record: SensorRecord, rate: float) -> tuple[int, int]:
     return counts
 
 
+def at_rate(record: SensorRecord, rate: float) -> SensorRecord:
+    """The record as a sensor of this rate (Hz) would have given it: unchanged, or averaged.
+
+    Raises
+    ------
+    InputError
+        It is slower, or no multiple of the rate.
+    """
+    faster, slower = whole_ratio(record, rate)
+    if slower > 1:
+        raise InputError(
+            f"{record.path}: has {record.rate_hz:.6g} samples a second, fewer than the simulation's {rate:g}; set sensor.rate "
+            f"of the rig to {round(record.rate_hz)}"
+        )
+    return record.averaged(faster) if faster > 1 else record
+
+
 def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = "the recording") -> pd.DataFrame:
     """Measures of both records and their difference.
 

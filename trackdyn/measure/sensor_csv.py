@@ -88,7 +88,7 @@ def read_sensor_csv(
     mapping : SensorMapping, optional
         What the file does not say itself.
     range_g : float
-        Range of the sensor, g, unless the mapping has it; values beyond it cannot be measurements.
+        Range of the sensor, g, unless the mapping has it; values beyond it cannot be measurements. Infinity: not known.
     gravity : float
         One g, m/s2, by which values in m/s2 are divided.
 
@@ -104,8 +104,8 @@ def read_sensor_csv(
     path, mapping = Path(path), mapping or SensorMapping()
     range_g = mapping.range or range_g
     for name, value in (("range_g", range_g), ("gravity", gravity)):
-        if not (np.isfinite(value) and value > 0):
-            raise InputError(f"{path}: {name} is {value!r}; give a finite number above zero.")
+        if not value > 0:
+            raise InputError(f"{path}: {name} is {value!r}; give a number above zero.")
     sought = f"column {mapping.axes['ay']!r} for ay" if "ay" in mapping.axes else "column for ay"
     layout = find_layout(
         path, read_text(path), lambda names: bool(choose(names, [""] * len(names), mapping).get("ay")), sought

@@ -269,6 +269,10 @@ OWN = (
 
         This picture is ours; the paper has none like it. The layout of the wheels is fitted to printed results and the
         shape of the groove is this replication's own."""),
+    Item("sensor_records", "The sensor's records", "sensor_records", "trackdyn.measure.sensor_csv:read_sensor_csv", """
+        What reading the sensor's files did: rows, columns with their units, time stamps, rate, and what was dropped, averaged,
+        resampled or found at the end of the range. The records as they are compared stand in `sensor` of the results.""",
+         table=True),
     Item("claims", "The scorecard as a picture", "claims",
          "trackdyn.report.figures.scorecard:scorecard_figure", """
         Every claim of the paper with its parts: the printed number, the number measured here, and the verdict.

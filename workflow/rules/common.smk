@@ -28,5 +28,5 @@ def plain_scene(scene):
 
 # Named by the hash of the kernels' sources: other sources, another file, and everything that needs it runs.
 KERNELS = f"{R}/kernels/{source_hash()}.txt"
-# how the sensor's records are read
-SENSOR = {"rate_hz": RIG.sensor.rate, "range_g": RIG.sensor.range}
+# the sensor's records of all speeds, as they are compared
+RECORDS = [f"{R}/sensor/{rpm:g}rpm.csv" for rpm in CONFIG.records.speeds_rpm]

@@ -45,12 +45,35 @@ rule parameters:
     script: "../scripts/parameters.py"
 
 
+rule sensor_records:
+    """The sensor's records at the simulation's rate, and what reading them did."""
+    input:
+        needs("sensor_records.py"),
+        sensors=[CONFIG.sensor_path(rpm) for rpm in CONFIG.records.speeds_rpm],
+        mapping=[CONFIG.sensor_mapping] if CONFIG.sensor_mapping else [],
+    output:
+        records=RECORDS,
+        **table("sensor_records"),
+    params:
+        speeds=CONFIG.records.speeds_rpm,
+        turns=[RIG.loop_period(rpm) for rpm in CONFIG.records.speeds_rpm],
+        rate=RIG.sensor.rate,
+        range_g=RIG.sensor.range,
+        gravity=RIG.gravity or 9.81,
+        synthetic=CONFIG.sensor_is_synthetic,
+    priority: 100 # what is wrong with a record is said before anything is simulated
+    log: f"{R}/logs/sensor_records.log"
+    benchmark: f"{R}/benchmarks/sensor_records.tsv"
+    message: "Reading the sensor's records"
+    script: "../scripts/sensor_records.py"
+
+
 rule statistics:
     """Table 3 and the main lines, beside the sensor's."""
     input:
         needs("sensor_tables.py"),
         metrics=f"{R}/metrics.csv",
-        sensors=[CONFIG.sensor_path(rpm) for rpm in CONFIG.records.speeds_rpm],
+        sensors=RECORDS,
     output:
         **table("table3"),
         **table("lines", "lines"),
@@ -58,7 +81,6 @@ rule statistics:
         runs=SPEEDS,
         speeds=CONFIG.records.speeds_rpm,
         synthetic=CONFIG.sensor_is_synthetic,
-        sensor=SENSOR,
     log: f"{R}/logs/statistics.log"
     benchmark: f"{R}/benchmarks/statistics.tsv"
     message: "Table 3"
@@ -83,14 +105,12 @@ rule sensor_figures:
     input:
         needs("sensor_figures.py"),
         recording=lambda wildcards: recording(f"{LETTERS[wildcards.letter]:g}rpm"),
-        sensor=lambda wildcards: CONFIG.sensor_path(LETTERS[wildcards.letter]),
+        sensor=lambda wildcards: f"{R}/sensor/{LETTERS[wildcards.letter]:g}rpm.csv",
     output:
         history=figure("fig17_{letter}"),
         spectrum=figure("fig18_{letter}"),
     wildcard_constraints: letter="[a-h]"
-    params:
-        synthetic=CONFIG.sensor_is_synthetic,
-        sensor=SENSOR,
+    params: synthetic=CONFIG.sensor_is_synthetic
     log: f"{R}/logs/fig17_18_{{letter}}.log"
     benchmark: f"{R}/benchmarks/fig17_18_{{letter}}.tsv"
     message: "Figures 17 {wildcards.letter} and 18 {wildcards.letter}"

@@ -66,7 +66,7 @@ rule page:
         rig=CONFIG.rig,
         config=[str(path) for path in workflow.configfiles],
         settings=["config/claims.yaml", "config/fit.yaml"],
-        sensors=[CONFIG.sensor_path(rpm) for rpm in CONFIG.records.speeds_rpm],
+        sensors=RECORDS,
     output: f"{R}/report.html"
     params:
         results=R,

@@ -139,9 +139,7 @@ def _signals(inputs: PageInputs) -> dict:
         file = Path(inputs.results) / "runs" / f"{run}.npz"
         if file.is_file():
             recording = load_recording(file)
-            sensor = recording.meta["rig"]["sensor"]
-            there = Path(path).is_file()
-            record = read_sensor_csv(path, rate_hz=sensor["rate"], range_g=sensor["range"]) if there else None
+            record = read_sensor_csv(path, range_g=float("inf")) if Path(path).is_file() else None
             shown[run] = data.signals(recording, record)
     return shown
 
