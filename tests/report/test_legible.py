@@ -112,11 +112,15 @@ def drawn(name):
 
 def shown_texts(figure):
     """Texts that are to be seen, with their boxes in pixels."""
-    renderer = figure.canvas.get_renderer()
+    renderer, hidden = figure.canvas.get_renderer(), []
+    for axis in (axis for ax in figure.axes for axis in (ax.xaxis, ax.yaxis)):
+        low, high = sorted(axis.get_view_interval())
+        for tick in (*axis.get_major_ticks(), *axis.get_minor_ticks()):  # beyond the view they are not drawn
+            hidden += [] if low <= tick.get_loc() <= high else [tick.label1, tick.label2]
     return [
         (text, Text.get_window_extent(text, renderer))
         for text in figure.findobj(Text)
-        if text.get_visible() and text.get_text().strip()
+        if text.get_visible() and text.get_text().strip() and text not in hidden
     ]
 
 
