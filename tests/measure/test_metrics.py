@@ -5,6 +5,7 @@ import copy
 import numpy as np
 import pytest
 
+from trackdyn.measure.dictionary import table_schema
 from trackdyn.measure.metrics import lines_by_start, loop_frequency, run_metrics, sensor_metrics, whole_revolutions
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.signals import main_line
@@ -67,3 +68,4 @@ def test_the_cut_is_measured_where_it_was_recorded(make_scene):
         row = run_metrics("some", known)
         found = row["gap_before_projection_m"], row["velocity_gap_m_s"]
         np.testing.assert_equal(found, expected)
+        assert [field["name"] for field in table_schema(row)["fields"]] == list(row)

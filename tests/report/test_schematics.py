@@ -294,7 +294,7 @@ def test_links_are_drawn_in_the_three_cases():
     ranges = {"left end contact": (-np.inf, 0), "vertical contact": (0, 1), "right end contact": (1, np.inf)}
     assert contact_cases.LINK_CASES.keys() == ranges.keys()
     ring, half = RIG.sprocket.ring_radius, RIG.chain.link_thickness / 2
-    for ax, (case, fraction) in zip(drawn(12).axes, contact_cases.LINK_CASES.items(), strict=True):
+    for ax, (case, fraction) in zip(drawn(12).axes[:3], contact_cases.LINK_CASES.items(), strict=True):
         start, end = contact_cases.placed_link(RIG, fraction)
         assert np.hypot(*(end - start)) == pytest.approx(RIG.chain.link_length, abs=EXACT)
         s, qx, qy, distance = foot(*map(float, (*start, *end, 0.0, 0.0)))

@@ -6,12 +6,13 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from trackdyn import DivergenceError, InputError, Scene
+from trackdyn import DivergenceError, InputError, Scene, sense, simulate
 from trackdyn.build import build_chain
 from trackdyn.chain.transfer_matrices import growth
 from trackdyn.fidelity import literal_error
 from trackdyn.limits import turn_limit
 from trackdyn.measure.energy import refuse_open_account
+from trackdyn.measure.signals import rms
 from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.report.figures.extremes import FIGURES
 from trackdyn.study.extremes import cases, random_scenes, solvers
@@ -154,6 +155,14 @@ def test_a_long_run_does_not_drift_and_figures_are_drawn(rig):
     rows += islice(cases.restitution(rig, (0.5, 1.0)), 4)
     for draw in FIGURES:
         assert draw(as_table(rows), chunks).axes
+
+
+def test_a_long_run_shows_the_rms_that_the_sensor_reports(rig):
+    """The same scene through the one door: Eq. 40, mean over the sample interval."""
+    scene = Scene(rig, 210.0, duration=1.0, step=1e-4, spells=False)
+    scene = scene.with_(duration=round(1 / scene.loop_frequency * rig.sensor.rate) / rig.sensor.rate)
+    expected = rms(sense(simulate(scene)).ay)
+    assert run_long(rig, scene.duration, 1)["rms_g"].iloc[0] == pytest.approx(expected, rel=1e-6)
 
 
 def test_random_scenes_are_the_same_with_the_same_seed(rig, monkeypatch):

@@ -21,8 +21,8 @@ PAPER = (
         the wheels are not in the text and are assumed or fitted. Posts, ground and hubs are for the eye only."""),
     Item("fig02", "A piece of the double-pin chain", "schematics",
          "trackdyn.report.figures.chain_piece:piece_figure", """
-        Three links and two connectors: stretched (a), and with their bushings unloaded, every joint turned by the free
-        angle (b). Lengths, thickness, masses and inertias are those of the rig; the length of the connector follows
+        Three links and two connectors: stretched (a), and with their bushings unloaded, every joint turned by five times
+        the free angle (b), which would hardly be seen. Lengths, thickness, masses and inertias are those of the rig; the length of the connector follows
         from the equal-pitch radius.
 
         By its text the paper's figure shows a portion of the chain; its picture is lost and no dimension is printed.
@@ -46,8 +46,8 @@ PAPER = (
         top.
 
         The paper's figure has (a) and (b); its text says that (c) and (d) follow the law of (b). The shape of the
-        groove is fitted, the radii of idler and road wheel are assumed. Connectors overlap the ring and the tyres in
-        this view: they stand beside them."""),
+        groove is fitted, the radii of idler and road wheel are assumed. Connectors stand beside the ring and the tyres,
+        here behind them."""),
     Item("fig05", "Sections of connector and groove", "schematics",
          "trackdyn.report.figures.groove:section_figure", """
         Sections of a connector (a) and of a groove (b) in the frame of the groove. The connector has two arcs of one
@@ -114,7 +114,7 @@ PAPER = (
          "trackdyn.report.figures.contact_cases:link_figure", """
         A link on the rubber ring: touching it with its left end (a), between its ends (b), with its right end (c). Q is
         the point of the line AB that is nearest to the sprocket's centre, P the point of the ring below it; which case
-        holds is decided by the foot parameter, the place of the perpendicular from the sprocket's centre on AB, 0 at A
+        holds is decided by s, the place where the perpendicular from the sprocket's centre meets the line AB: 0 at A
         and 1 at B. The depth is drawn far larger than any that occurs.
 
         By its text the paper's figure shows the same three cases. The depth is the paper's; by it the link counts as
@@ -168,10 +168,11 @@ PAPER = (
         The record below is synthetic, and it was made to vary more sharply than a simulation, as the paper says of its
         measurement. It confirms nothing."""),
     Item("fig18", "Amplitude spectra", "sensor_figures", "trackdyn.report.figures.spectra:spectrum_figure", """
-        Single-sided amplitude spectra of the same acceleration over the whole record. Above: the main lines, once as
-        the FFT shows them (filled) and once free of the picket fence (hollow); the inset shows the lines on the
-        continuous spectrum that they sample. Below: the whole range, single lines pale and their root mean square in
-        bands in full colour.
+        Single-sided amplitude spectra of the same acceleration over the whole record. Above: the lines of the FFT around
+        the loop's frequency (dotted) on the continuous spectrum that they sample, and the main lines: as the FFT shows
+        them (filled), free of the picket fence (hollow), and as the paper prints them (diamond, cross). A sine between
+        two lines of an FFT shows too low; the title says by how much. Middle: the lines up to 2 Hz. Below: the whole
+        range, root mean square of the lines in bands.
 
         The paper prints frequency and amplitude of the highest line of simulation and experiment at each speed; the
         curves are lost. At the slowest speed the loop's frequency lies half way between two lines of the FFT, which
@@ -181,9 +182,11 @@ PAPER = (
     Item("fig19", "Forces and areas without a ring", "meshing_figures",
          "trackdyn.report.figures.meshing:passage_figure", """
         Without a ring, slowest speed: normal forces on the left and right arc of one connector on its way around the
-        sprocket (a), and the areas of the groove that they touch (b). Vertical lines are the events whose times the
-        paper prints, laid on the first contact. A step far above the curves is written at the edge with its time;
-        maxima are those of the mean over 0.01 s, the resolution of the printed times.
+        sprocket (a), and the areas of the groove that they touch (b). Below, every event whose time the paper prints
+        beside the one measured here, both after the first contact: printed (diamond, and vertical lines above), measured
+        (dot), means over all passages; of a maximum that of the force after a mean over 0.01 s, the resolution of the
+        printed times, and of the largest single step (cross). These times decide C16. A step far above the curves is an
+        arrow at the upper edge.
 
         The paper's curves are lost; the order and the times of the events and the areas are printed. Which areas are
         touched was a target of the fit, the order of the maxima was not."""),
@@ -198,8 +201,8 @@ PAPER = (
     Item("fig21", "Forces and areas with the ring", "meshing_figures",
          "trackdyn.report.figures.meshing:passage_figure", """
         With the ring of the paper's radius, slowest speed: normal forces on the left and right arc of one connector and
-        on the link ahead of it, which the ring carries (a), and the areas touched (b). Vertical lines are the printed
-        events, laid on the first touch of the ring.
+        on the link ahead of it, which the ring carries (a), and the areas touched (b). Events are marked as in Figure 19,
+        from the first touch of the ring on (c); they decide C17.
 
         The paper's curves are lost; the order and the times of the events are printed. That the left arc touches late
         and only in one area was a target of the fit. So was the direction in which the chain runs over the sprocket,
@@ -216,7 +219,8 @@ PAPER = (
         Normal forces on an appointed connector and link over the whole run, against the radius of the ring and the
         motor speed: root mean square (a) and standard deviation (b), each for the left arc, the right arc and the ring.
         Standard errors over revolutions of the loop are drawn where they exceed the marks; points of different speeds
-        are moved apart a little so that they do not hide each other. No ring stands at the left.
+        are moved apart a little so that they do not hide each other. No ring stands at the left. Broken lines are printed
+        radii: from 0.305 m on no contact of the right arc, 0.308 m to choose.
 
         The paper's values are lost; its text states the trends: which forces grow with the radius, which grow with
         speed, and from which radius on the right arc no longer touches. That radius and the flatness of the left arc's
@@ -224,10 +228,10 @@ PAPER = (
     Item("fig24", "Time in contact against ring radius and speed", "ring_figures",
          "trackdyn.report.figures.ring_study:duration_figure", """
         Time in contact as a share of a sprocket turn, against the radius of the ring and the motor speed, for the left
-        arc, the right arc and the ring.
+        arc, the right arc and the ring. Vertical lines as in Figure 23.
 
         The paper's values are lost except for one: from a printed radius on, the left arc's contact lasts near the
-        share drawn as a broken line. Values at the slowest speed were targets of the fit, those at the other speeds
+        share drawn as a level line. Values at the slowest speed were targets of the fit, those at the other speeds
         were not. A share hides where on the sprocket the contact is; the phases stand beside it in `metrics.csv`."""),
     Item("table1", "The ten arcs of a groove", "parameters", "trackdyn.report.tables:table1", """
         The ten arcs of a tooth groove in the frame of the groove: centre O, radius r, unit vector u to the middle of
@@ -278,8 +282,8 @@ OWN = (
         Every claim of the paper with its parts: the printed number, the number measured here, and the verdict.
         Reproduced: within the tolerance; in trend: within a wider one, or at some starts of the record; not reproduced:
         neither. No test: shown, but no run of a sound program could fail it. Not comparable: the printed value or the
-        data behind it are lost, or what it needs was not run. "Ours" marks a bound that is our reading of words in the
-        paper that carry no number.
+        data behind it are lost, or what it needs was not run. Where the paper has only words, the bound is what they were
+        taken as: ours.
 
         Predicted: an open test; follows: implied by a fitted claim or by kinematics; fitted: a target of the fit, or a
         parameter was chosen by looking at it. A claim comes out if all of its judged parts do. Tolerances stand in
@@ -311,8 +315,8 @@ OWN = (
         What the fit aimed at and what the rig gives, in units of each tolerance. Targets that were held out were not
         fitted.""", table=True),
     Item("equal_pitch", "Two readings of equal pitch", "sensitivity", "trackdyn.study.fit:equal_pitch_readings", """
-        The two readings of "equal pitch at 0.308 m" put into the rig, all else held, beside the fitted one. A dash: the
-        loop does not settle in that case.""", table=True),
+        The two readings of "equal pitch at 0.308 m" put into the rig, all else held, beside the fitted one: shares of
+        the left and the right arc, % of a sprocket turn. A dash: the loop does not settle in that case.""", table=True),
     Item("run_direction", "Both ways in which the chain may run", "sensitivity",
          "trackdyn.study.fit:run_directions", """
         Times of the events of one passage with the chain descending and climbing on the sprocket, all else held. The
@@ -327,8 +331,9 @@ OWN = (
         largest gap of the loop in m; wall seconds per simulated second of one run. The paper has no such table. All
         runs are simulations; no measured data enter.""", table=True),
     Item("costs", "What each rule cost", "costs", "", """
-        Wall time, processor time and largest memory of every rule, from the benchmark files of the workflow. Jobs share
-        the machine, so wall times depend on what ran beside them.""", table=True),
+        Wall time, processor time and largest memory of every rule, from the benchmark files of the workflow, with their
+        total. Jobs share the machine, so wall times depend on what ran beside them. What is asked for by name stands
+        below the total if it was run before.""", table=True),
     Item("traction", "Which flank carries drive", "traction", "trackdyn.report.figures.traction:traction_figure", """
         Share of a sprocket turn in which the left and the right arc touch, over the creep slope of the ring's friction
         (coefficient over transition velocity) and the ring's radius, at 115 rpm; once with the coefficient of the other
@@ -340,7 +345,7 @@ STUDIES = (
     Item("trade", "Accuracy against cost", "trade", "trackdyn.report.figures.trade:work_precision", """
         Accuracy against cost: error of the state after a short window and of the statistics of a record over fidelity,
         integrator and step, the planner's promises on scenes that its data do not hold, and the scaling of the sweep on
-        two processes. Errors are taken against finer runs of the same model, so they say nothing about the model
+        two processes (the least of three repetitions). Errors are taken against finer runs of the same model, so they say nothing about the model
         itself. Wall seconds are those of the machine that ran it; only their ratios mean anything elsewhere. The paper
         has no such figure; it only says that its step was chosen for efficiency."""),
     Item("extremes", "Extremes", "extremes", "trackdyn.study.extremes.judge:summary", """
@@ -349,8 +354,8 @@ STUDIES = (
         third way would be a defect and is counted as one.""", table=True),
     Item("extremes_solvers", "Solvers to their limits", "extremes",
          "trackdyn.report.figures.extremes:solvers_figure", """
-        Error of the angular accelerations against extended precision up to 70 bodies, and the residual of the equations
-        of motion beyond. The literal product of transfer matrices loses a constant number of digits a body, as its
+        Error of the angular accelerations against extended precision up to 70 bodies (a), and the residual of the
+        equations of motion beyond (b). The literal product of transfer matrices loses a constant number of digits a body, as its
         closed form predicts; a scene refuses it before half of the digits are gone."""),
     Item("extremes_stability", "Stable and unstable steps", "extremes",
          "trackdyn.report.figures.extremes:stability_figure", """
@@ -366,7 +371,7 @@ STUDIES = (
         neither."""),
     Item("extremes_long_run", "A long run", "extremes", "trackdyn.report.figures.extremes:long_run_figure", """
         A long run in chunks of whole revolutions of the loop: largest loop gap, open share of the account of work, RMS
-        of the sensor's y acceleration, and the largest memory used so far."""),
+        of the sensor's y acceleration (Eq. 40, as in Table 3), and the largest memory used so far."""),
 )
 
 

@@ -1,5 +1,6 @@
 """Tables of the report: what each holds, and writing it as CSV and Markdown."""
 
+import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
@@ -57,7 +58,10 @@ def headed(frame: pd.DataFrame, key: str) -> pd.DataFrame:
 
 
 def significant(value, digits: int = 3) -> str:
-    """A cell as text: so many significant digits, an exponent for the very small and large only, a dash for nothing."""
+    """A cell as text: so many significant digits, zeros among them; an exponent for the very small and large only.
+
+    Numbers that need fewer digits have no more, text stays as it is, nothing is a dash.
+    """
     if isinstance(value, bool | np.bool_):
         return "yes" if value else "no"
     if pd.isna(value):
@@ -65,8 +69,19 @@ def significant(value, digits: int = 3) -> str:
     if not isinstance(value, float) or not np.isfinite(value):
         return str(value)
     short = f"{value:.{digits}g}"
-    plain = value == 0 or 1e-4 <= abs(value) < 1e6
-    return np.format_float_positional(float(short), trim="-") if plain else short
+    if value != 0 and not 1e-4 <= abs(value) < 1e6:
+        return short
+    exact = float(short) == value
+    return np.format_float_positional(
+        float(short), digits, fractional=False, trim="-" if exact else "k", min_digits=None if exact else digits
+    ).rstrip(".")
+
+
+def _cell(column: str, value, digits: int) -> str:
+    """A cell of a column: percent and points have no more than two decimals."""
+    if re.search(r"pct$|\((%|points)\)$", column) and isinstance(value, float) and abs(value) < 10:
+        return f"{value:.2f}".replace("-0.00", "0.00")
+    return significant(value, digits)
 
 
 def write_table(
@@ -79,7 +94,7 @@ def write_table(
     csv_path = Path(csv_path)
     csv_path.parent.mkdir(parents=True, exist_ok=True)
     shown = frame if shown is None else shown
-    cells = shown.astype(object).map(lambda value: significant(value, digits))
+    cells = shown.astype(object).apply(lambda column: [_cell(column.name, value, digits) for value in column])
     right = [kind.kind in "if" for kind in shown.dtypes]
     body = cells.to_markdown(index=False, disable_numparse=True, colalign=["right" if r else "left" for r in right])
     with replacing(csv_path) as csv, replacing(csv_path.with_suffix(".md")) as markdown:
@@ -99,15 +114,17 @@ def cost_table(folder: Path | str) -> pd.DataFrame:
         # one line for all runs of a kind: simulate/ring/..., simulate/meshing/..., simulate records
         kind = "/".join(name.split("/")[:-1]) or name
         rows.append({"rule": kind, "wall_s": row["s"], "cpu_s": row["cpu_time"], "memory_mb": row["max_rss"]})
-    table = pd.DataFrame(rows, columns=["rule", "wall_s", "cpu_s", "memory_mb"]).groupby("rule", as_index=False)
+    if not rows:
+        return pd.DataFrame(columns=["rule", "jobs", "wall_s", "cpu_s", "largest_memory_mb"])
+    table = pd.DataFrame(rows).groupby("rule", as_index=False)
     table = table.agg(
         jobs=("wall_s", "size"), wall_s=("wall_s", "sum"), cpu_s=("cpu_s", "sum"), largest_memory_mb=("memory_mb", "max")
     ).sort_values("wall_s", ascending=False)  # fmt: skip
     named = table["rule"].isin(BY_NAME)
-    total = table[~named].agg({"jobs": "sum", "wall_s": "sum", "cpu_s": "sum", "largest_memory_mb": "max"})
+    run, own = table[~named], table[named]
+    total = run.agg({"jobs": "sum", "wall_s": "sum", "cpu_s": "sum", "largest_memory_mb": "max"})
     total = pd.DataFrame([{"rule": "all of a run"} | total.to_dict()]).astype({"jobs": int})
-    own = table[named].assign(rule=table["rule"] + ", by name")
-    return pd.concat([table[~named], total, own], ignore_index=True)
+    return pd.concat([run, total, own.assign(rule=own["rule"] + ", by name")], ignore_index=True)
 
 
 def table1(groove: Groove) -> pd.DataFrame:

@@ -22,7 +22,7 @@ with logged(snakemake):
     (summaries,) = measure_rigs([rig], config)
     write_table(report_targets(config, summaries), snakemake.output.targets, caption("fit_targets"))
     table = sensitivity(rig, config)
-    matrix = sensitivity_matrix(table).rename_axis("measure").reset_index()
+    matrix = sensitivity_matrix(table).round(2).rename_axis("measure").reset_index()
     write_table(table, snakemake.output.csv, caption("sensitivity"), shown=matrix)
     save(sensitivity_figure(table), snakemake.output.figure[0])
     readings = equal_pitch_readings(rig, config)

@@ -120,5 +120,5 @@ def _draw_loop(ax: Axes, found: list[Element]) -> None:
     look = {"color": BLACK, "marker": ">", "markersize": 4, "linewidth": 0.8}
     handles.append(marks.handle("revolute joint (even number), transfer direction", **look))
     ax.legend(handles=handles, loc="center")
-    view(ax, (0.0, 0.0), (straight / 2 + r + 0.25, r + 0.25))
+    view(ax, (0.0, 0.0), (straight / 2 + r + 0.45, r + 0.5))
     marks.bare(ax)

@@ -1,0 +1,93 @@
+"""Tables as they are read: three digits, headings of two lines, units; and what they add up to."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from trackdyn.errors import InputError
+from trackdyn.measure.dictionary import table_schema
+from trackdyn.report.tables import (
+    HEADS,
+    cost_table,
+    equal_pitch_by_ring,
+    headed,
+    significant,
+    table4,
+    trade_summary,
+    write_table,
+)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(1 / 3, "0.333"), (1.0161, "1.02"), (0.99961, "1.00"), (1.1, "1.1"), (0.0001, "0.0001"), (-5.2667e-5, "-5.27e-05"),
+     (1234.56, "1230"), (99.96, "100"), (0.0, "0"), (7, "7"), (np.nan, "–"), (True, "yes"), ("left 2", "left 2")],
+)  # fmt: skip
+def test_three_digits_without_an_exponent_where_none_is_needed(value, text):
+    assert significant(value) == text
+
+
+def test_percent_has_two_decimals_and_large_ones_three_digits(tmp_path):
+    frame = pd.DataFrame({"change_pct": [-5.2667e-5, 12.345], "force_n": [174.249, 1000.4]})
+    write_table(frame, tmp_path / "t.csv", "A caption.")
+    rows = [line.split("|") for line in (tmp_path / "t.md").read_text(encoding="utf-8").splitlines()[4:]]
+    assert [[cell.strip() for cell in row[1:3]] for row in rows] == [["0.00", "174"], ["12.3", "1000"]]
+    assert pd.read_csv(tmp_path / "t.csv").equals(frame)
+
+
+def test_headings_have_two_lines_and_name_columns_that_exist():
+    assert all(heading.count("<br>") <= 1 for heads in HEADS.values() for heading in heads.values())
+    row = {name: 1.0 for name in ("rms_g", "sd_g", "left_rms_n")}
+    frame = table4(pd.DataFrame([row | {"run": "115rpm"}, row | {"run": "coarse/115rpm"}]), [115.0])
+    assert set(HEADS["table4"]) == set(frame)
+    assert list(headed(frame, "table4"))[1:4] == ["RMS (g)<br>ten arcs", "RMS (g)<br>three surfaces", "RMS (g)<br>change (%)"]
+
+
+def test_readings_of_equal_pitch_stand_by_ring():
+    row = {"polygonal_m": 0.30349, "arc_m": 0.30636, "left_share_pct_none": 44.1, "right_share_pct_none": 43.9,
+           "left_share_pct_0.308": 9.4574, "right_share_pct_0.308": 0.0}  # fmt: skip
+    table = equal_pitch_by_ring(pd.DataFrame([row | {"reading": "fitted"}, row | {"reading": "printed", "left_share_pct_none": np.nan}]))
+    assert list(table["ring (m)"]) == ["none", "0.308"]
+    assert table.iloc[1, 1] == "9.46 / 0" and table.iloc[0, 2] == "– / 43.9"
+    assert table.columns[1] == "fitted<br>303.5 mm polygonal, 306.4 mm arc"
+
+
+def benchmark(folder, name, wall):
+    path = folder / f"{name}.tsv"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(f"s\th:m:s\tmax_rss\tcpu_time\n{wall}\t0:00:01\t-\t{0.5 * wall}\n", encoding="utf-8")
+
+
+def test_costs_have_a_total_that_leaves_out_what_is_asked_for_by_name(tmp_path):
+    for name, wall in (("simulate/115rpm", 2.0), ("simulate/210rpm", 3.0), ("page", 9.0), ("trade", 900.0)):
+        benchmark(tmp_path, name, wall)
+    table = cost_table(tmp_path)
+    assert list(table["rule"]) == ["page", "simulate", "all of a run", "trade, by name"]
+    assert list(table["jobs"]) == [1, 2, 3, 1]
+    assert list(table["wall_s"]) == [9.0, 5.0, 14.0, 900.0]
+    (tmp_path / "trade.tsv").unlink()
+    assert list(cost_table(tmp_path)["rule"]) == ["page", "simulate", "all of a run"]
+    assert cost_table(tmp_path / "nothing").empty
+
+
+def test_a_setting_that_was_refused_everywhere_says_so():
+    rows = pd.DataFrame([
+        {"scene": "a", "fidelity": "ten_arcs", "integrator": "semi_implicit", "step_s": step, "wall_s_per_s": cost,
+         "cpu_s_per_s": cost, "measure": "rms", "error": error, "failed": failed}
+        for step, cost, error, failed in ((1e-4, 0.1, 1e-3, False), (5e-4, np.nan, np.nan, True))
+    ])  # fmt: skip
+    promises = pd.DataFrame({"achieved_error": [1e-3, np.nan], "met": [True, False]})
+    text = trade_summary(rows, pd.DataFrame(), promises, pd.DataFrame({"jobs": [1], "wall_s": [2.0]}))
+    assert "nan" not in text
+    assert "| refused or diverged" in text and "1 of them refused or diverged" in text
+
+
+def test_the_dictionary_describes_columns_and_refuses_unknown_ones():
+    schema = table_schema(["run", "rms_g", "ring_peak_n", "left_areas", "passages"])
+    assert [(field["type"], field["unit"]) for field in schema["fields"]] == [
+        ("string", ""), ("number", "g"), ("number", "N"), ("string", ""), ("integer", "1"),
+    ]  # fmt: skip
+    assert schema["fields"][2]["description"] == "largest normal force on a link on the ring in a passage, mean over passages"
+    assert schema["primaryKey"] == ["run"]
+    with pytest.raises(InputError, match="up_peak_n has no description"):
+        table_schema(["up_peak_n"])
