@@ -48,9 +48,9 @@ rule animation:
     script: "../scripts/animation.py"
 
 
-# What is asked for by name is no input: the page shows trade.csv in place of its short form if it lies there.
+# What is asked for by name is no input: the page shows a full study in place of its short form if it lies there.
 rule page:
-    """One page with the scorecard, charts, the moving loop, all figures and tables, and where they come from."""
+    """One page with what came out, charts, the moving loop, all figures and tables, and where they come from."""
     input:
         needs("page.py"),
         rules.records.input,
@@ -61,6 +61,7 @@ rule page:
         rules.peer.output,
         rules.fidelity.output,
         rules.trade_short.output,
+        rules.extremes_short.output,
         rules.traction.output,
         rules.animation_runs.output,
         rig=CONFIG.rig,

@@ -33,6 +33,7 @@ KINDS = {
     "printed": "stands in the paper",
 }
 SYMBOLS = dict(zip(VERDICTS, ("●", "◐", "○", "◇", "–"), strict=True))
+SCRIPTS = ("page", "animation", "charts")  # one module, in this order
 FAILED = (NOT_REPRODUCED, IN_TREND)  # a claim of such a part did not come out
 COLOURS_OF_A_PICTURE = 32
 FOLDED = tuple(f"fig{number:02d}" for number in range(1, 14))  # drawings of the model: no result
@@ -102,7 +103,7 @@ def build_page(inputs: PageInputs) -> str:
     shown = [_entry(inputs, item) for item in (*PAPER, *(own for own in OWN if not own.table), *STUDIES)]
     return environment.get_template("page.html.j2").render(
         style=(HERE / "page.css").read_text(encoding="utf-8"),
-        script="\n".join((HERE / f"{name}.js").read_text(encoding="utf-8") for name in ("page", "animation", "charts")),
+        script="\n".join((HERE / f"{name}.js").read_text(encoding="utf-8") for name in SCRIPTS),
         plotly=_packed(get_plotlyjs()),
         embedded=_packed(json.dumps(embedded, allow_nan=False, separators=(",", ":"))),
         data=embedded,

@@ -2,6 +2,7 @@
 const touch = matchMedia("(pointer: coarse)").matches; // there a drag scrolls the page
 const later = () => new Promise((done) => (window.requestIdleCallback ?? setTimeout)(done));
 land();
+root.dataset.ready = Math.round(performance.now()); // every control works, ms
 let moved = false; // a reader who has set out is not called back
 for (const name of ["wheel", "pointerdown", "keydown"]) addEventListener(name, () => { moved = true; }, { once: true });
 await later();
@@ -158,4 +159,4 @@ if (DATA.trade) {
 }
 
 if (!moved) land();
-root.dataset.ready = Math.round(performance.now()); // every chart is drawn, ms
+root.dataset.drawn = Math.round(performance.now()); // every chart is there, ms

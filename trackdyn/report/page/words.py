@@ -32,14 +32,14 @@ COLUMNS = {
 }  # fmt: skip
 WORDS = {
     "rms": "RMS", "sd": "SD", "rk4": "Runge-Kutta, 4th order", "semi_implicit": "semi-implicit Euler",
-    "fit": "fit of the rig", "papers": "paper's",
+    "papers": "paper's",
 }  # fmt: skip
 LARGE, SMALL = 1e5, 1e-4  # beyond them a number has an exponent
 
 
 def words(name: str) -> str:
     """A name of the program in words: ``ten_arcs`` becomes ``ten arcs``."""
-    return WORDS.get(name) or " ".join(WORDS.get(part, part) for part in re.split(r"[_ ]", name))
+    return WORDS.get(name) or re.sub(r"\w+", lambda part: WORDS.get(part[0], part[0]), name.replace("_", " "))
 
 
 def heading(column: str, change: bool = False) -> str:
