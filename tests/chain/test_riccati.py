@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trackdyn.chain.kinematics import bushing_torques, orient, place
+from trackdyn.chain.kinematics import bushing_lead, bushing_torques, orient, place
 from trackdyn.chain.riccati import accelerations
 from trackdyn.model.constants import Chain
 from trackdyn.model.state import make_state
@@ -165,3 +165,18 @@ def test_pins_and_velocities_along_the_chain():
     np.testing.assert_allclose(
         [work.com_vx, work.com_vy], (places[1] - places[0]) / (2 * eps), rtol=0, atol=1e-8
     )
+
+
+@pytest.mark.parametrize("decay", [0.0, 1e-6, 0.1, 1.0, 1.999, 2.0, 2.001, 5.0, 1e3, 1e9])
+def test_damping_of_the_bushings_is_taken_half_way_and_never_overshoots(decay):
+    """One step leaves (1 - (1 - lead) x) / (1 + lead x) of the zigzag's joint rates: second order, and never below 0."""
+    length, inertia = np.array([0.1, 0.1]), np.array([0.01, 0.01])
+    # equal bodies, mass centres at rest: both turn by half of the joint's rate, each against two bushings
+    mobility = 2 * 2 / 0.01
+    chain = Chain(length, np.ones(2), inertia, length / 2, np.zeros(2), 0.0, decay / mobility / 1e-4, 0.0, 9.81)
+    lead = bushing_lead(chain, 1e-4)
+    left = (1 - (1 - lead) * decay) / (1 + lead * decay)
+    assert -1e-15 <= left <= 1.0
+    if decay < 2.0:
+        assert lead == 0.5
+        assert left == pytest.approx(np.exp(-decay), abs=decay**3 / 12 + 1e-15)

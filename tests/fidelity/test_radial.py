@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from trackdyn import Scene
-from trackdyn.chain.kinematics import bushing_torques, orient, place
+from trackdyn.chain.kinematics import bushing_lead, bushing_torques, orient, place
 from trackdyn.errors import InputError
 from trackdyn.integrate.dynamics import solve_chain
 from trackdyn.limits import step_limits
@@ -77,7 +77,7 @@ def dense(model, state, work, step):
         matrix += z * rows.T @ rows
         twist = np.zeros(3 * n)
         twist[3 * o + 2], twist[3 * i + 2] = 1.0, -1.0
-        matrix += step * chain.damping * np.outer(twist, twist)
+        matrix += bushing_lead(chain, step) * step * chain.damping * np.outer(twist, twist)
         right[o, 2] += work.torque[i]
         right[i, 2] -= work.torque[i]
     return np.linalg.solve(matrix, right.ravel()).reshape(n, 3), centre, pins

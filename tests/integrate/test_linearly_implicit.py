@@ -197,6 +197,8 @@ def parts(driven_loop):
     """Model and state of the running loop, its work without and with the terms of a linearly implicit step."""
     loop = driven_loop()
     work = loop.work
+    for change in (work.com_dvx, work.com_dvy, work.turned):  # nothing led ahead by the last step
+        change[:] = 0.0
     return loop.model, loop.state, work, work._replace(implicit=make_implicit(len(loop.angles), WHEELS))
 
 

@@ -429,7 +429,7 @@ def test_charts_are_drawn(open_page):
     )
     page.select_option("#signal-range", "band")
     assert page.evaluate("document.getElementById('spectrum-plot').layout.yaxis.type") == "log"
-    "at 0.001 s" in page.inner_text("#trade-failed")
+    assert "at 0.001 s" in page.inner_text("#trade-failed")
 
 
 def test_the_radius_slider_changes_the_values(open_page):
