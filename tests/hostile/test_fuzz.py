@@ -29,7 +29,7 @@ RIG, CONFIG = ROOT / "config" / "rig.yaml", ROOT / "config" / "config.yaml"
 BELT = {"chain": "belt", "ring_radius": None, "spells": False}
 # no search for a smaller failure: what is drawn is small, and a search has no bound in time
 fuzz = settings(
-    max_examples=60, deadline=None, database=None, derandomize=True, phases=[Phase.generate],
+    max_examples=40, deadline=None, database=None, derandomize=True, phases=[Phase.generate],
     suppress_health_check=list(HealthCheck),
 )  # fmt: skip
 
@@ -138,7 +138,7 @@ def test_bytes_of_yaml(place, content):
     ends_well(read_layer, path)
 
 
-@fuzz
+@settings(fuzz, max_examples=15)  # each of them makes sixty scenes
 @given(data=damaged(yaml.safe_load(CONFIG.read_text(encoding="utf-8"))))
 def test_configurations(data):
     with pytest.MonkeyPatch.context() as patch:
@@ -148,7 +148,7 @@ def test_configurations(data):
 
 SENSOR = "# made up\nt_s,ax_g,ay_g,az_g\n" + "".join(f"{k / 1000:.3f},0.0,{k % 7 / 7:.4f},0.0\n" for k in range(200))
 TRADE = "scene,fidelity,integrator,step_s,wall_s_per_s,cpu_s_per_s,measure,error,failed\n" + "".join(
-    f"ring {radius} m {rpm} rpm,{fidelity},semi_implicit,{step},1,1,rms,0.00{step},{failed}\n"
+    f"ring {radius} m {rpm} rpm,{fidelity},semi_implicit,{step},1,1,rms,{step},{failed}\n"
     for radius in (0.303, 0.308) for rpm in (115, 210) for fidelity in ("ten_arcs", "single_pin")
     for step, failed in ((1e-4, False), (5e-5, True))
 )  # fmt: skip

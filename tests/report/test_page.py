@@ -19,11 +19,12 @@ from trackdyn.jit import source_hash
 from trackdyn.paper.claims import VERDICTS
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import load_rig
-from trackdyn.recording import Recording
+from trackdyn.recording import Recording, provenance
 from trackdyn.report.figures import animation
 from trackdyn.report.figures.animation import still_loop, still_sprocket, write_animation
 from trackdyn.report.page import words
 from trackdyn.report.page.builder import PageInputs, build_page, write_page
+from trackdyn.scene import Scene
 
 ROOT = Path(__file__).parents[2]
 RIG_FILE = ROOT / "config" / "rig.yaml"
@@ -58,13 +59,8 @@ def turning(rpm, ring_radius, seconds, pitches=(1,), interval=0.01, sources=None
         wheel_rate=np.full((samples, 3), rate), energy=np.zeros((samples, 10)), force=force, area=area,
         groove=(area > 0).astype(np.int8), pitches=np.array(pitches), spells=np.zeros((0, 11)), begin=1.0,
         frame=frame, frame_time=frame_time,
-        meta={
-            "scene": {"motor_rpm": rpm, "ring_radius": ring_radius, "frame_interval": interval, "step": 1e-4},
-            "rig": RIG.model_dump(mode="json"),
-            "layout": {"tensioner_shift_m": laid.shift},
-            "sources": sources or source_hash(),
-            "versions": {"numpy": np.__version__},
-        },
+        meta=provenance(Scene(RIG, rpm, ring_radius, frame_interval=interval), {"tensioner_shift_m": laid.shift})
+        | {"sources": sources or source_hash(), "versions": {"numpy": np.__version__}},
     )  # fmt: skip
 
 
