@@ -121,6 +121,11 @@ def test_relative_links_lead_somewhere(path):
             assert (path.parent / target.partition("#")[0]).exists(), target
 
 
+def test_the_index_lists_every_page():
+    linked = set(re.findall(r"\]\(([\w-]+\.md)\)", text_of(ROOT / "docs" / "README.md")))
+    assert linked == {path.name for path in PAGES} - {"README.md"}
+
+
 def named_paths(path):
     """Paths in the inline code of a page: something with a slash or a known ending, and no placeholder."""
     for code in inline_code(path):
