@@ -279,10 +279,22 @@ def test_a_missing_rig_file_is_refused(data):
     assert str(caught.value).startswith("config/no_such_rig.yaml: no such file; give the path")
 
 
+def test_sensor_files_and_their_mapping_must_be_there(data, tmp_path):
+    put(data, "sensor_csv", str(tmp_path / "{rpm}.csv"))
+    assert f"{tmp_path / '115.csv'} does not exist; every speed" in refusal(data)
+    put(data, "sensor_csv", "data/synthetic/{rpm}rpm.csv")
+    put(data, "sensor_mapping", str(tmp_path / "logger.yaml"))
+    assert "logger.yaml: no such file" in refusal(data)
+    (tmp_path / "logger.yaml").write_text("unit: inch/s2\n", encoding="utf-8")
+    assert "logger.yaml: unit = 'inch/s2' is not accepted" in refusal(data)
+    (tmp_path / "logger.yaml").write_text("axes: {ay: -ax}\n", encoding="utf-8")
+    check_config(data, "mine.yaml")
+
+
 def test_one_sensor_file_for_several_speeds_is_refused(data):
-    put(data, "sensor_csv", "data/mine.csv")
+    put(data, "sensor_csv", "data/synthetic/115rpm.csv")
     sentence = refusal(data)
-    assert "sensor_csv = 'data/mine.csv' is not accepted" in sentence
+    assert "sensor_csv = 'data/synthetic/115rpm.csv' is not accepted" in sentence
     assert "write {rpm} where the motor speed belongs" in sentence
     put(data, "records.speeds_rpm", [115])
     assert "sensor_csv: data/mine.csv: no such file; give the path of an existing sensor's record" in refusal(data)

@@ -29,7 +29,7 @@ DOCUMENTS = [*PAGES, ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
 RUN = [*PAGES, ROOT / "README.md"]
 BLOCK = re.compile(r"^```([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 # what the user brings or makes: not in the repository
-YOURS = ("/scratch/kernels",)
+YOURS = ("/scratch/kernels", "logger.yaml", "my_rig.yaml")
 ENDING = re.compile(r"\.\w{1,5}$")
 
 
@@ -119,6 +119,11 @@ def test_relative_links_lead_somewhere(path):
     for target in re.findall(r"\]\(([^)\s]+)\)", BLOCK.sub("", text_of(path))):
         if not re.match(r"[a-z]+:", target) and not target.startswith("#"):
             assert (path.parent / target.partition("#")[0]).exists(), target
+
+
+def test_the_index_lists_every_page():
+    linked = set(re.findall(r"\]\(([\w-]+\.md)\)", text_of(ROOT / "docs" / "README.md")))
+    assert linked == {path.name for path in PAGES} - {"README.md"}
 
 
 def named_paths(path):

@@ -167,7 +167,7 @@ def _record(layout, mapping, columns, values, range_g, gravity) -> SensorRecord:
             f"sensor's range of +-{range_g:g} g; check the unit (--unit) or give the range of the sensor, --range G."
         )
     clipped = int(np.count_nonzero(size.max(axis=0) >= range_g * (1.0 - 1e-6)))
-    done["clipped"] = f"{clipped} rows at the end of the range of {range_g:g} g"
+    done["clipped"] = f"{clipped} of {rows} rows at the end of the range of {range_g:g} g"
     if clipped > _CLIPPED * rows:
         raise InputError(
             f"{path}: {clipped} of {rows} rows stand at the end of the range of {range_g:g} g; record with a wider range, "
