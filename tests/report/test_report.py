@@ -31,7 +31,7 @@ from trackdyn.report.figures.histories import first_crest, history_figure, lette
 from trackdyn.report.figures.loop import loop_figure
 from trackdyn.report.figures.meshing import passage_figure, select_passage
 from trackdyn.report.figures.ring_study import duration_figure, force_figure, quiet_from
-from trackdyn.report.figures.scorecard import LOOKS, scorecard_figure
+from trackdyn.report.figures.scorecard import LOOKS, at_speeds, scorecard_figure
 from trackdyn.report.figures.screenshots import moments, screenshot_figure
 from trackdyn.report.figures.sensitivity import change_text, measure_words, sensitivity_figure
 from trackdyn.report.figures.spectra import spectrum_figure
@@ -506,6 +506,12 @@ def test_scorecard_of_two_rigs_has_a_verdict_of_each_beside_every_claim():
     shown = [text.get_text() for text in figure.axes[0].texts]
     assert shown.count("reproduced") == shown.count("no test") == 2
     assert sum(text.startswith("other rig: ") for text in shown) == len(LOOKS) == shown.count("shipped: \N{EN DASH}")
+
+
+def test_values_at_several_speeds_stand_with_their_speed():
+    item = {"measured": "7.7 to 13.2; 9", "speeds": "150, 210", "by_speed": True}
+    assert at_speeds(item) == "7.7 to 13.2 at 150, 9 at 210 rpm"
+    assert at_speeds(item | {"by_speed": False}) == item["measured"]
 
 
 @pytest.mark.parametrize(

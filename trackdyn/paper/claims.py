@@ -24,7 +24,7 @@ ORIGINS = ("predicted", "follows", "fitted")
 SLACK = 1 + 1e-9  # on a tolerance: 0.309 - 0.308 is more than 0.001 in binary
 COLUMNS = (
     "rig", "id", "part", "place", "claim", "printed", "measured", "unit", "tolerance", "verdict", "origin", "speeds",
-    "fails_if", "reason",
+    "by_speed", "fails_if", "reason",
 )  # fmt: skip
 
 
@@ -149,9 +149,6 @@ def judge(claim: Claim, e: Evidence) -> Judgement:
     except NotThere as missing:
         return Judgement(str(missing), NOT_COMPARABLE, speeds)
     text = _text(measured)
-    if MEASURES[claim.measure].by_speed and len(speeds) > 1:
-        pairs = zip(measured, speeds, strict=True)
-        text = ", ".join(f"{_text(value)} at {rpm:g}" for value, rpm in pairs) + " rpm"
     if claim.rule == "every_start":
         near = np.abs(np.asarray(measured) - _bounds(claim, speeds)) <= SLACK * claim.tolerance
         text = f"{_text(Range(min(measured), max(measured)))}; {near.sum()} of {near.size} starts"
@@ -192,6 +189,7 @@ def _row(rig: str, claim: Claim, e: Evidence) -> dict:
         "verdict": verdict,
         "origin": claim.origin or "",
         "speeds": ", ".join(f"{rpm:g}" for rpm in speeds),
+        "by_speed": verdict != NOT_COMPARABLE and MEASURES[claim.measure].by_speed,
         "reason": " ".join(filter(None, reasons)),
     }
 

@@ -68,7 +68,7 @@ def _block(items: list[dict], rigs: int) -> tuple:
     first = items[0]
     cells = []
     for item in items:
-        measured = (f"{item['rig']}: " if rigs > 1 else "") + _spoken(item["measured"])
+        measured = (f"{item['rig']}: " if rigs > 1 else "") + _spoken(at_speeds(item))
         cells.append((item["verdict"], textwrap.wrap(measured, MEASURED_LETTERS)))
     name = first["id"] + (first["part"] or "")
     claim = textwrap.wrap(_with_unit(first), CLAIM_LETTERS)
@@ -109,8 +109,17 @@ def _with_unit(item: dict) -> str:
     """The claim, with the unit of its numbers where it does not say it, and their speeds if they are several."""
     unit, speeds = str(item.get("unit") or "1"), str(item.get("speeds") or "")
     said = unit == "1" or re.search(rf"\d {re.escape(unit)}", str(item["claim"]))
-    notes = [*([] if said else [unit]), *([f"{speeds} rpm"] if "," in speeds else [])]
+    notes = [*([] if said else [unit]), *([f"{speeds} rpm"] if "," in speeds and not item.get("by_speed") else [])]
     return str(item["claim"]) + (f" ({'; '.join(notes)})" if notes else "")
+
+
+def at_speeds(item: dict) -> str:
+    """The measured value; where it is one at each of several motor speeds, each with its own."""
+    speeds = str(item["speeds"]).split(", ")
+    if not item.get("by_speed") or len(speeds) < 2:
+        return item["measured"]
+    values = re.split("[;,] ", item["measured"])
+    return ", ".join(f"{value} at {rpm}" for value, rpm in zip(values, speeds, strict=True)) + " rpm"
 
 
 def _spoken(value) -> str:
