@@ -34,6 +34,7 @@ KINDS = {
 }
 SYMBOLS = dict(zip(VERDICTS, ("●", "◐", "○", "◇", "–"), strict=True))
 SCRIPTS = ("page", "animation", "charts")  # one module, in this order
+FILTERS = ("cell", "change", "groups", "heading", "span", "words")
 FAILED = (NOT_REPRODUCED, IN_TREND)  # a claim of such a part did not come out
 COLOURS_OF_A_PICTURE = 32
 FOLDED = tuple(f"fig{number:02d}" for number in range(1, 14))  # drawings of the model: no result
@@ -99,7 +100,7 @@ def build_page(inputs: PageInputs) -> str:
         loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     costs = cost_table(results / "benchmarks")
-    environment.filters |= {name: getattr(words, name) for name in ("cell", "change", "groups", "heading", "span", "words")}
+    environment.filters |= {name: getattr(words, name) for name in FILTERS}
     shown = [_entry(inputs, item) for item in (*PAPER, *(own for own in OWN if not own.table), *STUDIES)]
     return environment.get_template("page.html.j2").render(
         style=(HERE / "page.css").read_text(encoding="utf-8"),
@@ -116,7 +117,7 @@ def build_page(inputs: PageInputs) -> str:
         # counted here: the table of the costs is written after the page, whose own cost it holds
         costs=costs.astype(object).where(costs.notna(), None).to_dict("records"),
         fidelity=_rows(results, "tables/fidelity.csv"),
-        planner=_rows(results, "planner.csv"),
+        planner=data.promises(_rows(results, "planner.csv")),
         provenance=origin,
         # the scorecard stands on the page as a list
         gallery=[entry for entry in shown if entry["item"] not in STUDIES and entry["item"].key != "claims"],

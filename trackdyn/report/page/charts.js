@@ -1,6 +1,6 @@
 // The charts: each has a function that draws it anew from the choices made above it.
 const touch = matchMedia("(pointer: coarse)").matches; // there a drag scrolls the page
-const later = () => new Promise((done) => (window.requestIdleCallback ?? setTimeout)(done));
+const later = () => new Promise((done) => (window.requestIdleCallback ?? setTimeout)(done, { timeout: 200 }));
 land();
 root.dataset.ready = Math.round(performance.now()); // every control works, ms
 let moved = false; // a reader who has set out is not called back
@@ -41,7 +41,7 @@ const spread = (n, step) => Float64Array.from({ length: n }, (_, i) => i * step)
 
 function signalsShown() {
   const both = DATA.signals[$("signal-speed").value];
-  const shown = [["simulation", both.simulation, { color: "#0072b2", dash: "solid" }, "circle"]];
+  const shown = [["simulation", both.simulation, { color: colour("left"), dash: "solid" }, "circle"]];
   if (both.sensor) shown.push([DATA.sensor_label, both.sensor, { color: "#c07f00", dash: "dot" }, "square"]);
   return shown;
 }
@@ -105,7 +105,8 @@ if ($("passage")) {
     const events = Object.entries(p.printed), soft = colour("soft");
     traces.push({ name: "printed event", x: events.map(([, time]) => time), y: events.map(() => 0), mode: "markers",
                   text: events.map(([event]) => event),
-                  marker: { symbol: "line-ns", size: 12, line: { width: 2, color: soft } }, ...hover("%{text}, printed %{x:.2f} s", "printed event") });
+                  marker: { symbol: "line-ns", size: 12, line: { width: 2, color: soft } },
+                  ...hover("%{text}, printed %{x:.2f} s", "printed event") });
     const shapes = events.map(([, x]) => ({ type: "line", xref: "x", yref: "paper", x0: x, x1: x, y0: 0.36, y1: 1,
                                             line: { color: soft, dash: "dot", width: 1 } }));
     return [traces, { shapes, xaxis: axis("time since the first contact (s)", { anchor: "y2" }),

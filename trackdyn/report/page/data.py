@@ -154,6 +154,15 @@ def rows_of(path: Path) -> list[dict] | None:
     return table.astype(object).where(table.notna(), None).to_dict("records")
 
 
+def promises(rows: list[dict] | None) -> list[dict] | None:
+    """Rows of the planner's promises in words."""
+    return rows and [
+        row | {"measure": "{} ({})".format(*MEASURES[row["measure"]])}
+        | {name: row[name] and words(row[name]) for name in ("fidelity", "integrator")}
+        for row in rows
+    ]  # fmt: skip
+
+
 def trade(rows: list[dict] | None) -> list[dict] | None:
     """Rows of the study of accuracy against cost in words; a setting that failed has no error."""
     return rows and [

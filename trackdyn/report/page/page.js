@@ -38,15 +38,15 @@ function fill(select, pairs) {
 const LOOKS = [
   { color: "ink", dash: "solid", symbol: "circle" },
   { color: "#c07f00", dash: "dash", symbol: "square" },
-  { color: "#0072b2", dash: "dashdot", symbol: "triangle-up" },
-  { color: "#56b4e9", dash: "dot", symbol: "diamond" },
+  { color: "left", dash: "dashdot", symbol: "triangle-up" },
+  { color: "right", dash: "dot", symbol: "diamond" },
   { color: "#d55e00", dash: "longdash", symbol: "triangle-down" },
   { color: "#009e73", dash: "longdashdot", symbol: "cross" },
-  { color: "#cc79a7", dash: "solid", symbol: "x" },
+  { color: "#56b4e9", dash: "solid", symbol: "x" },
 ];
 function look(i) {
   const one = LOOKS[i % LOOKS.length], round = Math.floor(i / LOOKS.length);
-  return { color: one.color === "ink" ? colour("ink") : one.color, dash: LOOKS[(i + round) % LOOKS.length].dash,
+  return { color: one.color[0] === "#" ? one.color : colour(one.color), dash: LOOKS[(i + round) % LOOKS.length].dash,
            symbol: one.symbol + (round % 2 ? "-open" : "") };
 }
 
