@@ -54,6 +54,7 @@ DEFECTS = {
         changed(4, "0.002,0.1,1.0").replace("0.003,", "0.003,0.1,"), ("line 4", "3 of 4 fields", "incomplete"),
     ),
     "long line": (changed(4, "0.002,0.1,1.0,0.0,7"), ("line 4", "5 fields")),
+    "long line of quotes": (changed(4, '"0.002",0.1,1.0,0.0,7'), ("line 4", "5 fields")),
     "empty line": (changed(4, ""), ("line 4", "empty")),
     "empty field": (changed(4, "0.002,,1.0,0.0"), ("ax_g", "line 4", "empty")),
     "text": (changed(5, "0.003,0.1,abc,0.0"), ("ay_g", "line 5", "'abc'", "not a number")),
@@ -169,6 +170,7 @@ def test_senseless_options_are_refused(options, tmp_path):
         HEADER + "\n" + "".join('"' + r.replace(",", '","').replace(".", ",") + '"\n' for r in rows()),
         "\n".join(",".join((f := r.split(","))[k] for k in (2, 0, 3, 1)) for r in [HEADER, *rows()]),
         "\n".join(f"{r},{extra}" for r, extra in zip([HEADER, *rows()], ["note", *["shock, 2 m"[:5]] * 6], strict=True)),
+        "\n".join(f"{k}\t{r}" for k, r in zip(["", *range(6)], CLEAN.replace(",", "\t").splitlines(), strict=True)),
         "t_ms,ax_m/s^2,ay [m/s\N{SUPERSCRIPT TWO}],az_mg\n"
         + "".join(f"{k},0.981,{9.81 * (1.0 + 0.01 * k):.6f},-200\n" for k in range(6)),
         CLEAN.replace("0.1000", "1e-1").replace("-0.2000", "-.2"),

@@ -7,6 +7,7 @@ What can be read in one way only is read; for anything else one sentence says wh
 import csv
 import io
 import re
+import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -108,7 +109,9 @@ def find_layout(path: Path, text: str, recognised: Callable[[Sequence[str]], boo
         raise InputError(f"{path}: the file {what}; it must hold a header such as 't_s,ax_g,ay_g,az_g', and rows.")
     unequal = None
     for i, line in enumerate(head):
-        line = line.strip().lstrip("#").strip(" ")
+        line = line.strip(" ")
+        if line.startswith("#"):
+            line = line.lstrip("#").strip()
         for separator in [one for one in _SEPARATORS if one in line] or [" "]:
             names, below = fields_of(line, separator), [j for j in rows if j > i]
             if not recognised(names):
@@ -191,11 +194,14 @@ def _parse_fast(layout: Layout, columns: list[int], decimal: str) -> np.ndarray 
     if some and body.count(separator) != rows * (width - 1):
         return None
     try:
-        table = pd.read_csv(
-            io.BytesIO(body.encode()), header=None, names=range(width), usecols=some, sep=r"\s+" if separator == " " else separator,
-            dtype=dict.fromkeys(columns, np.float64), decimal=decimal, skipinitialspace=True, index_col=False,
-        )[columns].to_numpy()  # fmt: skip
-    except (ValueError, pd.errors.ParserError):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)  # of fields that would be lost
+            table = pd.read_csv(
+                io.BytesIO(body.encode()), header=None, names=range(width), usecols=some,
+                sep=r"\s+" if separator == " " else separator, dtype=dict.fromkeys(columns, np.float64), decimal=decimal,
+                skipinitialspace=True, index_col=False,
+            )[columns].to_numpy()  # fmt: skip
+    except (ValueError, pd.errors.ParserError, pd.errors.ParserWarning):
         return None
     return table if len(table) == rows and np.all(np.isfinite(table)) else None
 
