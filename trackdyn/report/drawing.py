@@ -32,7 +32,7 @@ FORCE_MOST = 2.0  # no arrow is longer than so many bars
 HUB = 0.03  # radius of the hubs, for the eye only, m
 POINTS_AN_ARC = 12
 # numbers of the areas: so far below the bottom of the groove (m), over this part of the pitch
-NUMBERS_BELOW, NUMBERS_SPREAD = 0.022, 1.0
+NUMBERS_BELOW, NUMBERS_SPREAD = 0.022, 0.98
 # stacking: wheels and ring, sprocket, connectors, links, what is written on them
 Z_RING, Z_SPROCKET, Z_CONNECTOR, Z_LINK, Z_MARK = 1.0, 2.0, 3.0, 4.0, 6.0
 

@@ -66,7 +66,7 @@ def _arc_figure(rig: Rig, area: int) -> Figure:
     deepest = place - rc * n
     surface = deepest + depth * n
 
-    figure = new_figure(3.5)
+    figure = new_figure(3.8)
     ax, words = figure.subplots(1, 2, width_ratios=(1.0, 0.56))
     draw_groove(ax, rig, 0.03, emphasized=(found,))
     face = {"facecolor": drawing.CONNECTOR, "alpha": 0.65, "edgecolor": "none", "zorder": drawing.Z_SPROCKET + 0.2}

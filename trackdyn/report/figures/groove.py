@@ -15,7 +15,7 @@ from matplotlib.patches import Polygon, Wedge
 from trackdyn.parameters.groove import Groove
 from trackdyn.parameters.rig import Rig
 from trackdyn.report import drawing, marks
-from trackdyn.report.style import BLACK, BLUE, VERMILION, new_figure, styled
+from trackdyn.report.style import BLACK, BLUE, SMALL, VERMILION, new_figure, styled
 
 # convex and concave areas: colour and dashes of their arcs, face and hatch of their sectors
 CONVEX_ARC = {"color": BLUE, "linestyle": "-", "linewidth": 2.6}
@@ -119,7 +119,7 @@ def section_figure(rig: Rig) -> Figure:
             marks.arrow(section, centre, end, linewidth=0.9)
             marks.leader(section, 0.5 * (centre + end), text, centre + [0.002, 0.024])
         else:
-            marks.radius(section, centre, end, text, 0.55, side=-1 if area == 4 else 1, fontsize=7.5)
+            marks.radius(section, centre, end, text, 0.38 if area == 4 else 0.55, side=-1 if area == 4 else 1, fontsize=SMALL)
     for area, side in {7: "below", 8: "right", 9: "right", 10: "below"}.items():
         marks.point(section, groove.centre[area - 1], f"$O_{{{area}}}$", side, gap=4)
     ends = (pi / 2 + sign * 1.15 * pi / rig.sprocket.teeth for sign in (-1, 1))

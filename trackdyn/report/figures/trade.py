@@ -33,7 +33,7 @@ def spoken(measure: str) -> str:
 
 def drawn_errors(errors: pd.Series) -> tuple[pd.Series, float]:
     """Errors as they are drawn on a logarithmic axis, and the floor at which those that are next to nothing stand."""
-    floor = NEGLIGIBLE * float(np.quantile(errors[errors > 0], 0.05)) if (errors > 0).any() else NEGLIGIBLE
+    floor = NEGLIGIBLE * float(np.quantile(errors[errors > 0], 0.05, method="lower")) if (errors > 0).any() else NEGLIGIBLE
     return errors.clip(lower=floor), floor
 
 
