@@ -186,7 +186,7 @@ def _number_areas(ax: Axes, rig: Rig, sprocket_angle: float, groove: int) -> Non
         here = groove_points(rig, sprocket_angle, groove, [shape.arc(area, 3)[1]])[0]
         end = here + 0.8 * (place - here)
         ax.plot(*np.transpose([here, end]), color=STEEL_EDGE, linestyle="-", linewidth=0.5, zorder=Z_MARK - 0.1)
-        text = ax.text(*place, str(area), ha="center", va="center", fontsize=6.5, clip_on=True, zorder=Z_MARK)
+        text = ax.text(*place, str(area), ha="center", va="center", fontsize=7, clip_on=True, zorder=Z_MARK)
         text.set_path_effects(halo)
     joints = groove_points(rig, sprocket_angle, groove, shape.joints())
     ax.plot(*joints.T, **JOINT, markeredgewidth=0.7, zorder=Z_MARK)
