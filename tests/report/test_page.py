@@ -35,7 +35,7 @@ BROWSER_ARGUMENTS = [
     "--disable-sync", "--no-first-run",
 ]  # fmt: skip
 FRAMES = 40
-PATIENCE = 120_000  # of the browser on a busy machine, ms
+PATIENCE = 300_000  # of the browser on a busy machine, ms
 
 
 def turning(rpm, ring_radius, seconds, pitches=(1,), interval=0.01, sources=None):
