@@ -36,7 +36,7 @@ BROWSER_ARGUMENTS = [
     "--disable-sync", "--no-first-run",
 ]  # fmt: skip
 FRAMES = 40
-PATIENCE = 120_000  # of the browser on a busy machine, ms
+PATIENCE = 300_000  # of the browser on a busy machine, ms
 
 
 def turning(rpm, ring_radius, seconds, pitches=(1,), interval=0.01, sources=None):
@@ -390,7 +390,7 @@ def test_tables_and_charts_can_be_downloaded(open_page, inputs):
             page.click(f"button[data-chart='{plot}']")
         table = pd.read_csv(got.value.path())
         assert list(table) == ["curve", "x_axis", "x", "y_axis", "y"]
-        assert len(table) > 2 and table["y"].notna().all()
+        assert len(table) > 1 and table["y"].notna().all()
         assert table["y_axis"].str.contains(r"\(|area").all()
 
 
