@@ -34,7 +34,7 @@ PAPER = (
         The loop as elements of the transfer matrix method, numbered along the chain as in the paper: odd numbers are
         bodies, even numbers the joints at their outputs, arrows the transfer direction. The last joint is cut. Panel
         (a) is made from the chain that is simulated unless something else is asked for, links and connectors as bodies
-        of their own; panel (b) from the chain with one body a pitch, which is the count that the paper prints.
+        of their own, of which every fifth carries its number; panel (b) from the chain with one body a pitch, which is the count that the paper prints.
 
         By its text the paper's figure shows the elements of (b), bodies as circles and joints as arrows. The same text
         names two kinds of body in turn, which a closed chain with an odd number of bodies cannot have."""),

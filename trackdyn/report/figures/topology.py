@@ -69,7 +69,7 @@ def topology_figure(rig: Rig) -> Figure:
     """Figure 3: elements of the loop as simulated (a) and as the paper counts them (b)."""
     physical = elements(body_kinds(rig, build_chain(rig)))
     printed = elements(body_kinds(rig, build_chain(rig, "single_pin")))
-    figure = new_figure(6.6)
+    figure = new_figure(6.0)
     chains = (("(a) links and connectors", physical), ("(b) one body a pitch", printed))
     for ax, (what, found) in zip(figure.subplots(2, 1), chains, strict=True):
         _draw_loop(ax, found)
@@ -103,7 +103,7 @@ def _draw_loop(ax: Axes, found: list[Element]) -> None:
             elif element.number % EVERY == 1:
                 beside = places[element.number % len(found)] - places[element.number - 2]
                 outward = np.array([-beside[1], beside[0]]) / np.hypot(*beside)
-                marks.write(ax, place + 0.24 * outward, str(element.number), fontsize=SMALL)
+                marks.write(ax, place + 0.28 * outward, str(element.number), fontsize=SMALL)
             continue
         inboard, outboard = places[element.number - 2], places[element.outboard - 1]
         step = (outboard - inboard) / np.hypot(*(outboard - inboard))
