@@ -260,7 +260,7 @@ def test_the_tensioner_has_a_travel(loop):
     travel = loop.scene.rig.tension.travel
     loop.shift_tensioner(travel)
     for shift in (1.01 * travel, -1.01 * travel, float("nan")):
-        with pytest.raises(InputError, match="shift = .* is not accepted"):
+        with pytest.raises(InputError, match=r"shift = .* is not accepted"):
             loop.shift_tensioner(shift)
     assert loop.layout["tensioner_shift_m"] == travel
 
