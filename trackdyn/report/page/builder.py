@@ -85,6 +85,8 @@ def build_page(inputs: PageInputs) -> str:
     metas = check_sources(sorted((results / "runs").rglob("*.npz")), inputs.sources)
     origin = provenance(metas, [inputs.rig, *inputs.files, *inputs.sensors.values()])
     files = {name: path.read_text(encoding="utf-8") for name in TABLES if (path := _first(results, name))}
+    costs = cost_table(results / "benchmarks")
+    files |= {"tables/costs.csv": costs.to_csv(index=False)}
     files |= {f"{name}.csv": pd.DataFrame(origin[name]).to_csv(index=False) for name in ("versions", "hashes")}
     embedded = {
         "geometry": data.geometry(load_rig(inputs.rig)),
@@ -99,7 +101,6 @@ def build_page(inputs: PageInputs) -> str:
     environment = Environment(
         loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    costs = cost_table(results / "benchmarks")
     environment.filters |= {name: getattr(words, name) for name in FILTERS}
     shown = [_entry(inputs, item) for item in (*PAPER, *(own for own in OWN if not own.table), *STUDIES)]
     return environment.get_template("page.html.j2").render(
