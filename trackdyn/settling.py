@@ -120,7 +120,7 @@ def refuse_step(scene: Scene, model: Model, tension: float) -> None:
     name, limit = min(limits.items(), key=lambda item: item[1], default=("", np.inf))
     if scene.step > limit:
         raise InputError(
-            f"scene: step = {scene.step:g} is not accepted: the loop settles at a tension of {tension:.0f} N, for which that is "
+            f"scene: step = {scene.step!r} is not accepted: the loop settles at a tension of {tension:.0f} N, for which that is "
             f"too large for the {name}; at most {limit:.2g} s would do"
         )
 
