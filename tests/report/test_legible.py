@@ -45,7 +45,12 @@ def apart(one, two):
 
 
 def trade(errors=(1e-3, 2e-4, 1e-1, 0.0)):
-    kinds = (("ten_arcs", "semi_implicit"), ("ten_arcs", "rk4"), ("single_pin", "adaptive"), ("ten_arcs", "linearly_implicit"))
+    kinds = (
+        ("ten_arcs", "semi_implicit"),
+        ("ten_arcs", "rk4"),
+        ("single_pin", "adaptive"),
+        ("ten_arcs", "linearly_implicit"),
+    )
     rows = [
         [scene, *kind, 1e-4, 0.05 * 2**i, 0.05, "left_share", error, False]
         for scene in ("ring 0.308 m 115 rpm", "no ring 115 rpm", "ring 0.304 m 150 rpm")
@@ -127,7 +132,11 @@ def shown_texts(figure):
 def points_of(ax):
     """Marks of an axes within its frame, in pixels."""
     frame = ax.get_window_extent()
-    lines = [line for line in ax.lines if line.get_marker() not in ("", "None", None) and line.get_transform() == ax.transData]
+    lines = [
+        line
+        for line in ax.lines
+        if line.get_marker() not in ("", "None", None) and line.get_transform() == ax.transData
+    ]
     for line in lines:
         for x, y in ax.transData.transform(np.asarray(line.get_xydata(), dtype=float).reshape(-1, 2)):
             if np.isfinite([x, y]).all() and frame.contains(x, y):
@@ -146,12 +155,17 @@ def test_text_is_legible_in_a_column_and_within_the_figure(name):
 
 @pytest.mark.parametrize("name", DRAW)
 def test_colours_of_a_figure_differ_to_every_sight(name):
-    handles = [line for legend in drawn(name).findobj(Legend) for line in legend.legend_handles if isinstance(line, Line2D)]
+    handles = [
+        line for legend in drawn(name).findobj(Legend) for line in legend.legend_handles if isinstance(line, Line2D)
+    ]
     looks = {(line.get_color(), line.get_linestyle(), line.get_marker()) for line in handles}
     for one, two in combinations(looks, 2):
         grey = any(len(set(to_rgba(look[0])[:3])) == 1 and look[0] != COLOURS[0] for look in (one, two))
         # a thin grey line is told by its dashes or marks
-        assert one[0] == two[0] or apart(one[0], two[0]) >= LEAST_DIFFERENCE or (grey and one[1:] != two[1:]), (one, two)
+        assert one[0] == two[0] or apart(one[0], two[0]) >= LEAST_DIFFERENCE or (grey and one[1:] != two[1:]), (
+            one,
+            two,
+        )
 
 
 def test_the_palette_differs_and_the_test_would_see_one_that_does_not():
@@ -177,7 +191,9 @@ def test_no_label_covers_a_mark_or_another_label(name):
 
 def test_events_of_a_passage_stand_beside_the_printed_ones():
     times = event_times(RUN)
-    assert times.loc["first contact of the left arc", ["printed", "here"]].tolist() == pytest.approx([0.0, 0.098], abs=2e-3)
+    assert times.loc["first contact of the left arc", ["printed", "here"]].tolist() == pytest.approx(
+        [0.0, 0.098], abs=2e-3
+    )
     assert times.loc["right maximum"].tolist() == pytest.approx([1.07, 0.083, 0.0002], abs=3e-3)
     assert np.isnan(times.loc["about to engage", "here"])
     events = drawn("passage").axes[2]

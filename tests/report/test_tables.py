@@ -40,13 +40,19 @@ def test_headings_have_two_lines_and_name_columns_that_exist():
     row = {name: 1.0 for name in ("rms_g", "sd_g", "left_rms_n")}
     frame = table4(pd.DataFrame([row | {"run": "115rpm"}, row | {"run": "coarse/115rpm"}]), [115.0])
     assert set(HEADS["table4"]) == set(frame)
-    assert list(headed(frame, "table4"))[1:4] == ["RMS (g)<br>ten arcs", "RMS (g)<br>three surfaces", "RMS (g)<br>change (%)"]
+    assert list(headed(frame, "table4"))[1:4] == [
+        "RMS (g)<br>ten arcs",
+        "RMS (g)<br>three surfaces",
+        "RMS (g)<br>change (%)",
+    ]
 
 
 def test_readings_of_equal_pitch_stand_by_ring():
     row = {"polygonal_m": 0.30349, "arc_m": 0.30636, "left_share_pct_none": 44.1, "right_share_pct_none": 43.9,
            "left_share_pct_0.308": 9.4574, "right_share_pct_0.308": 0.0}  # fmt: skip
-    table = equal_pitch_by_ring(pd.DataFrame([row | {"reading": "fitted"}, row | {"reading": "printed", "left_share_pct_none": np.nan}]))
+    table = equal_pitch_by_ring(
+        pd.DataFrame([row | {"reading": "fitted"}, row | {"reading": "printed", "left_share_pct_none": np.nan}])
+    )
     assert list(table["ring (m)"]) == ["none", "0.308"]
     assert table.iloc[1, 1] == "9.46 / 0" and table.iloc[0, 2] == "– / 43.9"
     assert table.columns[1] == "fitted<br>303.5 mm polygonal, 306.4 mm arc"
@@ -87,7 +93,10 @@ def test_the_dictionary_describes_columns_and_refuses_unknown_ones():
     assert [(field["type"], field["unit"]) for field in schema["fields"]] == [
         ("string", ""), ("number", "g"), ("number", "N"), ("string", ""), ("integer", "1"),
     ]  # fmt: skip
-    assert schema["fields"][2]["description"] == "largest normal force on a link on the ring in a passage, mean over passages"
+    assert (
+        schema["fields"][2]["description"]
+        == "largest normal force on a link on the ring in a passage, mean over passages"
+    )
     assert schema["primaryKey"] == ["run"]
     with pytest.raises(InputError, match="up_peak_n has no description"):
         table_schema(["up_peak_n"])

@@ -162,7 +162,8 @@ def test_a_long_run_shows_the_rms_that_the_sensor_reports(rig):
     scene = Scene(rig, 210.0, duration=1.0, step=1e-4, spells=False)
     scene = scene.with_(duration=round(1 / scene.loop_frequency * rig.sensor.rate) / rig.sensor.rate)
     expected = rms(sense(simulate(scene)).ay)
-    assert run_long(rig, scene.duration, 1)["rms_g"].iloc[0] == pytest.approx(expected, rel=1e-4)  # revolutions differ less; without Eq. 40 a third is missing
+    # revolutions differ less; without Eq. 40 a third is missing
+    assert run_long(rig, scene.duration, 1)["rms_g"].iloc[0] == pytest.approx(expected, rel=1e-4)
 
 
 def test_random_scenes_are_the_same_with_the_same_seed(rig, monkeypatch):
