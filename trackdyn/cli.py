@@ -64,7 +64,9 @@ def simulate(
         list[str] | None,
         typer.Option("--choose", help="One choice of fidelity, such as chain=single_pin; may be given several times."),
     ] = None,
-    frame_interval: Annotated[str, typer.Option(metavar="NUMBER", help="Time between recorded configurations, s; 0: none.")] = "0.05",
+    frame_interval: Annotated[
+        str, typer.Option(metavar="NUMBER", help="Time between recorded configurations, s; 0: none.")
+    ] = "0.05",
     checkpoint: Annotated[
         Path | None, typer.Option(help="File kept while a long run records; the same command goes on from it.")
     ] = None,
@@ -122,8 +124,12 @@ def compare(
     loaded = load_recording(recording)
     seconds, turn = len(loaded.time) / loaded.rate, loop_frequency(loaded)
     if seconds * turn < LEAST_LOOPS:
-        needed = f"{LEAST_LOOPS / turn:.1f} s or more would do" if turn else "a motor speed of more than 0 rev/min would do"
-        raise InputError(f"{recording}: holds {seconds:g} s, less than the two revolutions of the loop that a line needs; {needed}")
+        needed = (
+            f"{LEAST_LOOPS / turn:.1f} s or more would do" if turn else "a motor speed of more than 0 rev/min would do"
+        )
+        raise InputError(
+            f"{recording}: holds {seconds:g} s, less than the two revolutions of the loop that a line needs; {needed}"
+        )
     rig = loaded.meta["rig"]["sensor"]
     table = compare_with_sensor(loaded, read_sensor_csv(sensor, rate_hz=rig["rate"], range_g=rig["range"]))
     typer.echo(table.to_string(index=False, float_format=lambda v: f"{v:.4f}"))
