@@ -64,7 +64,9 @@ def simulate(
         list[str] | None,
         typer.Option("--choose", help="One choice of fidelity, such as chain=single_pin; may be given several times."),
     ] = None,
-    frame_interval: Annotated[str, typer.Option(metavar="NUMBER", help="Time between recorded configurations, s; 0: none.")] = "0.05",
+    frame_interval: Annotated[
+        str, typer.Option(metavar="NUMBER", help="Time between recorded configurations, s; 0: none.")
+    ] = "0.05",
     tolerance: Annotated[
         str | None, typer.Option(help="Record until every --measure is known to so much, such as 1%, whatever --duration.")
     ] = None,

@@ -79,7 +79,12 @@ def mangled(draw, content):
     content = bytearray(content)
     for _ in range(draw(st.integers(1, 4))):
         at, length = draw(st.integers(0, max(len(content) - 1, 0))), draw(st.sampled_from([1, 2, 8, 100]))
-        piece = draw(st.one_of(st.binary(max_size=4), st.sampled_from([b"\n", b",", b"- ", b"nan", b"1e999", b"&a [*a]", b"\xff\xfe", b"{[" * 30])))
+        piece = draw(
+            st.one_of(
+                st.binary(max_size=4),
+                st.sampled_from([b"\n", b",", b"- ", b"nan", b"1e999", b"&a [*a]", b"\xff\xfe", b"{[" * 30]),
+            )
+        )
         match draw(st.sampled_from(["overwrite", "cut", "repeat", "insert", "end"])):
             case "overwrite":
                 content[at : at + len(piece)] = piece

@@ -54,7 +54,20 @@ def one_sentence(caught, *words):
 
 # --- scenes ---------------------------------------------------------------------------------------------------------
 
-NO_NUMBERS = (HUGE, LONGER, "115", None, [115], {}, True, 1 + 2j, float("nan"), float("inf"), np.array([1.0, 2.0]), b"1")
+NO_NUMBERS = (
+    HUGE,
+    LONGER,
+    "115",
+    None,
+    [115],
+    {},
+    True,
+    1 + 2j,
+    float("nan"),
+    float("inf"),
+    np.array([1.0, 2.0]),
+    b"1",
+)
 SCENES = [
     *[({"motor_rpm": value}, "motor_rpm", NUMBER) for value in NO_NUMBERS],
     *[({name: HUGE}, name, NUMBER) for name in ("ring_radius", "duration", "lead_in", "ramp", "step", "frame_interval")],
