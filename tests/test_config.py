@@ -297,7 +297,8 @@ def test_one_sensor_file_for_several_speeds_is_refused(data):
     assert "sensor_csv = 'data/synthetic/115rpm.csv' is not accepted" in sentence
     assert "write {rpm} where the motor speed belongs" in sentence
     put(data, "records.speeds_rpm", [115])
-    assert "sensor_csv: data/mine.csv: no such file; give the path of an existing sensor's record" in refusal(data)
+    put(data, "sensor_csv", "data/mine.csv")
+    assert "sensor_csv = 'data/mine.csv' is not accepted: data/mine.csv does not exist" in refusal(data)
     put(data, "sensor_csv", "data/synthetic/115rpm.csv")
     check_config(data, "mine.yaml")  # a single speed needs no placeholder
 
@@ -361,11 +362,11 @@ def test_command_ends_with_one_line_and_code_1(tmp_path, arguments, says):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["out.csv"], "OUT = out.csv is not accepted"),
+        (["out.csv"], "OUT = 'out.csv' is not accepted"),
         (["out.npz", "--ring-radius", "big"], "--ring-radius = 'big' is not accepted"),
-        (["out.npz", "--ring-radius", "nan"], "ring_radius"),
+        (["out.npz", "--ring-radius", "nan"], "--ring-radius = 'nan' is not accepted"),
         (["out.npz", "--rpm", "-115"], "motor_rpm = -115.0 is not accepted"),
-        (["out.npz", "--rpm", "inf"], "a finite number is needed"),
+        (["out.npz", "--rpm", "inf"], "--rpm = 'inf' is not accepted: a finite number would do"),
         (["out.npz", "--duration", "0"], "duration = 0.0 is not accepted"),
         (["out.npz", "--duration", "1e9"], "at most 36000 s"),
         (["out.npz", "--lead-in", "-1"], "lead_in = -1.0 is not accepted"),

@@ -15,7 +15,6 @@ from trackdyn.measure.sensor_mapping import load_mapping
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.validation import NotNegative, Positive, Section, parse_tolerance, read_yaml, shown, validated
 from trackdyn.peers.comparison import scene_of
-from trackdyn.reading import plain_file
 from trackdyn.scene import Scene
 from trackdyn.study.accuracy.ladder import REFERENCE
 from trackdyn.study.accuracy.statistics import study_scene
@@ -300,9 +299,6 @@ def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
         config.check_sensor_files()
         scenes = config.scenes(rig)
         config.refuse_studies(rig)
-        with _section("sensor_csv"):
-            for rpm in config.records.speeds_rpm:
-                plain_file(config.sensor_path(rpm), "sensor's record")
         for other in config.other_rigs:
             config.other_scenes(other, scenes)
         return config, rig, scenes

@@ -162,6 +162,7 @@ def test_targets_of_the_pipeline_that_are_named_can_be_made(tmp_path):
                 targets |= {word for word in words[1:] if not word.startswith("-")}
     # made outside of the pipeline: the benchmark's own file
     targets.discard("results/benchmarks/cost.json")
+    targets = {target for target in targets if not target.startswith("results/quick/")}  # of another configuration
     assert "results/figures/fig24.png" in targets
     result = subprocess.run(
         [sys.executable, "-m", "snakemake", "-n", "--quiet", "all", "--nolock", "--nocolor", *sorted(targets)],

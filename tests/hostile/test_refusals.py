@@ -320,7 +320,7 @@ SETTINGS = [
     ("fidelity.speeds_rpm", [210, 115], "fidelity.speeds_rpm", "give rising values"),
     ("fidelity.loop_turns", 10**6, "fidelity: scene: duration", "at most 36000 s"),
     ("sensitivity.radii_m", [0.5], "sensitivity.radii_m = [0.5]", "no target of the fit"),
-    ("sensor_csv", "nowhere/{rpm}.csv", "nowhere/115.csv: no such file"),
+    ("sensor_csv", "nowhere/{rpm}.csv", "nowhere/115.csv does not exist"),
     ("sensor_csv", "{0.__class__}", "the only field in braces may be {rpm}"),
     ("sensor_csv", "/dev/zero", "it names one file for several speeds"),
     ("rig", "/dev/zero", "no plain file"),
@@ -380,7 +380,7 @@ COMMANDS = [
     ("simulate run.npz --rig plain", "plain: holds no sections"),
     ("compare plain plain", "plain: is not a trackdyn recording, or is damaged"),
     ("compare absent.npz plain", "absent.npz: no such file"),
-    ("compare short.npz plain", "short.npz: holds 0.5 s", "two revolutions of the loop"),
+    ("compare short.npz plain", "plain: no column for ay", "--axis ay=NAME"),
     ("plan --tolerance 2", "trade.csv: no measured data"),
     ("plan --tolerance 2% --data plain", "plain: lacks the column scene"),
     ("plan --tolerance 2% --data empty", "empty: No columns to parse"),
@@ -506,7 +506,7 @@ def test_a_recording_that_does_not_fit_into_the_memory_is_refused_before_it_star
         one_sentence(caught, *words)
     loop = type("Loop", (), {"scene": Scene(rig, 115.0)})
     with pytest.raises(InputError) as caught:
-        Writer(loop, 90.0, (), 0.0, True)
+        Writer(loop, 90.0, (), 0.0, True, False)
     one_sentence(caught, *words)
 
 

@@ -135,7 +135,7 @@ def test_reading_in_a_run_is_the_acceleration_of_the_point(driven_loop, pitch):
     refresh(model, state, work)
     angle, rate = state.angle.copy(), state.rate.copy()
     expected = reference.accelerations(
-        model.chain, angle, rate, work.force_x, work.force_y, work.moment, implicit_step=model.step
+        model.chain, angle, rate, work.force_x, work.force_y, work.moment, implicit_step=0.5 * model.step
     )
     point = np.array([expected.pin_ax, expected.pin_ay])
     arms = [(model.chain.length[i], 0.0) for i in range(sensor.body)] + [(sensor.x, sensor.y)]

@@ -254,9 +254,10 @@ def test_failed_write_keeps_the_old_file_and_leaves_no_other(tmp_path, monkeypat
     assert [p.name for p in tmp_path.iterdir()] == ["record.csv"]
 
 
-def test_missing_folder_is_refused_on_writing(tmp_path):
+def test_a_folder_that_cannot_be_is_refused_on_writing(tmp_path):
+    (tmp_path / "file").touch()
     with pytest.raises(InputError, match="cannot be written"):
-        write_sensor_csv(tmp_path / "absent" / "record.csv", [0.0, 0.001], [0, 0], [1, 1], [0, 0])
+        write_sensor_csv(tmp_path / "file" / "record.csv", [0.0, 0.001], [0, 0], [1, 1], [0, 0])
 
 
 @pytest.mark.parametrize("change", [str, lambda text: text.replace(",", ";").replace(".", ","), lambda text: text.replace("\n", ",\n")])

@@ -276,7 +276,7 @@ def test_bad_entry_is_refused_with_file_and_field(rig_path, tmp_path, change, fr
 
 def test_unknown_and_missing_parameters_are_refused(rig_path, tmp_path):
     def misspell(data):
-        data["chain"]["link_wieght"] = data["chain"]["link_mass"]
+        data["chain"]["link_wieght"] = dict(data["chain"]["link_mass"])
 
     assert "chain.link_wieght is not a known parameter" in refusal(broken(rig_path, tmp_path, misspell))
     sentence = refusal(broken(rig_path, tmp_path, lambda data: data["chain"].pop("link_mass")))

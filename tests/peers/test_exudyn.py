@@ -136,6 +136,8 @@ def both_contacts(rig, driven_loop):
     def make(ring_radius):
         loop = driven_loop(ring_radius)
         model, state, work = loop.model, loop.state, loop.work
+        for change in (work.com_dvx, work.com_dvy, work.turned):  # velocities as they are, none led ahead
+            change[:] = 0.0
         w = model.wheels
         contacts = make_contacts(Scene(rig, 115.0, ring_radius=ring_radius), 0.0)
         radius = w.radius * w.present

@@ -28,7 +28,7 @@ from trackdyn.report.style import save
 ROOT = Path(__file__).parents[2]
 RIG = load_rig(ROOT / "config" / "rig.yaml")
 # another groove: wider flanks, higher bumps, a smaller arc on the connector
-OTHER = RIG.changed(groove__r2=0.050, groove__r4=0.026, chain__connector_radius=0.028)
+OTHER = RIG.changed(groove__r2=0.047, groove__r4=0.026, chain__connector_radius=0.028)
 FIGURES = {int(item.key[3:]): resolve_name(item.draw) for item in PAPER if item.rule == "schematics"}
 EXACT = 1e-12  # m: positions below 1 m through a few operations
 DRAWN = {}

@@ -91,6 +91,7 @@ rule costs:
         needs("costs.py"),
         rules.report_page.input,
         rules.extremes_short.output,
+        rules.whole_loop_short.output,
     output: **table("costs")
     params: folder=f"{R}/benchmarks"
     log: f"{R}/logs/costs.log"

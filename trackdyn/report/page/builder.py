@@ -36,7 +36,7 @@ SYMBOLS = dict(zip(VERDICTS, ("●", "◐", "○", "◇", "–"), strict=True))
 SCRIPTS = ("page", "animation", "charts")  # one module, in this order
 FILTERS = ("cell", "change", "groups", "heading", "span", "words")
 FAILED = (NOT_REPRODUCED, IN_TREND)  # a claim of such a part did not come out
-COLOURS_OF_A_PICTURE = 32
+COLOURS_OF_A_PICTURE = 13
 FOLDED = tuple(f"fig{number:02d}" for number in range(1, 14))  # drawings of the model: no result
 # tables whose files the page hands out; the first folder that has one
 TABLES = (

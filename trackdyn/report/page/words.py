@@ -98,6 +98,7 @@ def change(value: float | None) -> str:
 
 def span(text: str) -> str:
     """The numbers of a text, three digits each: one, two, or the least and the largest of more."""
+    text = re.sub(r" at \d+(?: rpm)?", "", text)  # the speeds that the numbers are of
     found = sorted({float(number) for number in re.findall(r"-?\d+\.?\d*(?:e[+-]?\d+)?", text)})
     if not found:
         return text
