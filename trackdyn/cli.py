@@ -68,7 +68,7 @@ def simulate(
         str, typer.Option(metavar="NUMBER", help="Time between recorded configurations, s; 0: none.")
     ] = "0.05",
     tolerance: Annotated[
-        str | None, typer.Option(help="Record until every --measure is known to so much, such as 1%, whatever --duration.")
+        str | None, typer.Option(help="Record until every --measure is known to so much, whatever --duration: 1% of it, of a sprocket turn for shares.")
     ] = None,
     measure: Annotated[
         list[str] | None, typer.Option(help="rms, sd, line, left_peak, left_share, right_share or ring_share; may be repeated.")
@@ -113,6 +113,8 @@ def simulate(
         for name, decision in scene.fidelity.items():
             typer.echo(f"{name:>22}  {decision.setting}: {decision.reason}")
         typer.echo(f"{'needs':>22}  {needed}, more if kernels must be compiled")
+    if measure and tolerance is None:
+        raise InputError("--measure is not accepted without --tolerance: --tolerance 1% would do")
     if tolerance is not None:
         from trackdyn.study.accuracy.planner import parse_tolerance
         from trackdyn.until import run_until
@@ -123,6 +125,8 @@ def simulate(
             said = "" if name not in answer.reached else "known" if answer.reached[name] else "tolerance not reached"
             typer.echo(f"{name:>22}  {found.value:.6g} +- {found.half_width:.2g}  {said}")
         typer.echo(f"{'left out, recorded (s)':>22}  {answer.transient:.3g}, {len(answer.recording.time) / answer.recording.rate:.4g}")
+        if not answer.known:
+            raise InputError(f"--longest = {longest} s is too short for --tolerance {tolerance}; what was reached is written to {out}")
         return
     recording = run(scene, progress=not quiet, checkpoint=checkpoint)
     # measured before it is written: what has no measures leaves no file

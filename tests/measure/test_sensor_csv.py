@@ -395,3 +395,12 @@ def test_a_mapping_is_refused_in_one_sentence(text, words, tmp_path):
     sentence = str(caught.value)
     assert sentence.startswith(str(path)) and "\n" not in sentence
     assert all(word in sentence for word in words), sentence
+
+
+def test_stamps_under_another_name_are_not_passed_over(tmp_path):
+    """A rate that is given for them may contradict them."""
+    path = write(tmp_path / "record.csv", "Zeit [s];ay [g]\n0.000;1.0\n0.002;1.1\n0.004;1.0\n0.006;0.9\n")
+    with pytest.raises(InputError, match=r"'Zeit \[s\]' may be the time; say so with --time NAME"):
+        read_sensor_csv(path, SensorMapping(rate=1000))
+    assert read_sensor_csv(path, SensorMapping(time="Zeit [s]")).rate_hz == pytest.approx(500.0)
+    assert read_sensor_csv(path, SensorMapping(rate=1000, time="none")).rate_hz == 1000.0

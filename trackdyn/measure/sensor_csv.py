@@ -15,7 +15,7 @@ from scipy.interpolate import CubicSpline
 from trackdyn.errors import InputError
 from trackdyn.measure import stamps
 from trackdyn.measure.logger_text import find_layout, listed, parse, read_text, shown
-from trackdyn.measure.sensor_mapping import AXES, SensorMapping, choose, time_unit_of, unit_of
+from trackdyn.measure.sensor_mapping import AXES, SensorMapping, choose, time_unit_of, unit_of, with_time_units
 from trackdyn.replacing import replacing
 
 COLUMNS = ("t_s", "ax_g", "ay_g", "az_g")
@@ -121,6 +121,8 @@ def read_sensor_csv(
         if not found and (key, mapping.time) != ("time", "none"):
             raise InputError(f"{path}: no column {mapping.axes.get(key, mapping.time)!r} for {key}; there are {listed(layout.names)}.")
     columns = {key: found[0] for key, found in chosen.items() if found}
+    if "time" not in columns and mapping.time != "none" and (timed := with_time_units(layout.names, layout.units)):
+        raise InputError(f"{path}: {listed(timed)} may be the time; say so with --time NAME, or that it is not with --time none.")
     if "time" not in columns and mapping.rate is None:
         raise InputError(
             f"{path}: no column of time among {listed(layout.names)}; name it with --time NAME, or give --time none --rate HZ."

@@ -139,6 +139,11 @@ def unit_of(path: Path, column: Column, given: str | None) -> str:
     return own or given
 
 
+def with_time_units(names: list[str], units: list[str]) -> list[str]:
+    """Names of the columns whose unit is one of time."""
+    return [name for k, name in enumerate(names) if _column(k, name, units[k]).unit in _TIME]
+
+
 def time_unit_of(path: Path, column: Column) -> str | None:
     """Unit of the time stamps by their header; None if it names none."""
     if column.unit and column.unit not in _TIME:

@@ -16,7 +16,7 @@ def extremes_outputs(folder):
 
 
 rule extremes:
-    """The full form: an hour of running, a thousand random scenes."""
+    """The edges of every parameter; by name an hour of simulated running and a thousand random scenes, else the short form."""
     input:
         needs("extremes.py"),
         rig=CONFIG.rig,

@@ -36,7 +36,7 @@ def trade_outputs(folder):
 
 
 rule trade:
-    """Work-precision data, the planner on scenes kept apart, the scaling of the sweep (a quarter of an hour)."""
+    """Work-precision data, the planner on scenes kept apart, the scaling of the sweep."""
     input:
         needs("trade.py"),
         rig=CONFIG.rig,
