@@ -5,6 +5,7 @@ from importlib import import_module
 import numpy as np
 import pytest
 
+from trackdyn import writer
 from trackdyn.belt import belt_recording
 from trackdyn.checkpoint import flat
 from trackdyn.errors import InputError
@@ -447,3 +448,12 @@ def test_a_belt_needs_no_checkpoint(rig, tmp_path):
     scene = Scene(rig, 115.0, chain="belt", ring_radius=None, spells=False, duration=0.1)
     np.testing.assert_array_equal(simulate(scene, checkpoint=tmp_path / "x").raw, belt_recording(scene).raw)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_the_account_is_judged_while_a_run_goes_on(make_scene, monkeypatch):
+    """Every ten seconds of a record, not only at its end, also if the chunks do not end there."""
+    seen = []
+    monkeypatch.setattr(writer, "refuse_open_account", lambda energy, model, seconds: seen.append((len(energy), seconds)))
+    monkeypatch.setattr(writer, "CHUNK", 3.0)
+    Loop(make_scene(0.0, step=2e-4, integrator="linearly_implicit")).record(22.0)
+    assert seen == [(12000, 12.0), (21000, 21.0), (22000, 22.0)]

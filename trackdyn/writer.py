@@ -16,6 +16,7 @@ from trackdyn.stepping import march
 # Length of a chunk, s, and spells that may end within it.
 CHUNK = 0.25
 SPELLS_A_CHUNK = 40000
+JUDGED = 10.0  # s of a record between two judgements of its account of work
 # arrays with a row a sample
 SAMPLED = (
     "raw", "mean", "gap", "cut", "change", "place", "wheel_rate", "energy", "force", "area", "groove", "link_raw", "link_mean",
@@ -55,10 +56,12 @@ class Writer:
         march(loop.model, loop.state, loop.work, self.record, self.done, last)
         self.wall += time.perf_counter() - start
         self.ended.append(_take(self.record.spells))
-        added, self.done = (last - self.done) / rate, last
+        first, self.done = self.done, last
+        if last // (JUDGED * rate) > first // (JUDGED * rate):  # not only after hours
+            refuse_open_account(self.record.energy[:last], loop.model, last / rate)
         if self.loop.work.stages is None:  # the stages of a Runge-Kutta step are not in the record
             refuse_unresolved(self.record.change[:last], rate, loop.model.step)
-        return added
+        return (last - first) / rate
 
     def describe(self) -> dict:
         """What a checkpoint holds of it, the loop included."""

@@ -63,8 +63,8 @@ def _place(chain: Chain, state, work, part):
 def bushing_lead(chain: Chain, step):
     """Part of a step at which the damping torque of the bushings is taken: half, for its error is of second order there.
 
-    Later where the fastest decay, links and connectors in zigzag with their mass centres at rest, would overshoot: it
-    ends at zero then (`limits.step_limits`).
+    Later where the fastest decay, links and connectors in zigzag with their mass centres at rest, would overshoot:
+    it ends at zero then (`limits.step_limits`).
     """
     a, b = chain.length[0], chain.length[1]
     mobility = 2.0 * (a + b) ** 2 / (chain.inertia[0] * b * b + chain.inertia[1] * a * a)

@@ -100,8 +100,8 @@ def body_motion(model, state, work, body, x, y):
 def approach(work, body, vx, vy, ax, ay, lead):
     """Velocity (m/s) of a body's point led ahead by a part of the last step's change.
 
-    Damping forces would otherwise lag half a step behind the places that they are taken at. ``ax, ay`` is the arm from the
-    mass centre, m.
+    Damping forces would otherwise lag half a step behind the places that they are taken at. ``ax, ay`` is the arm
+    from the mass centre, m.
     """
     turn = lead * work.turned[body]
     return vx + lead * work.com_dvx[body] - turn * ay, vy + lead * work.com_dvy[body] + turn * ax

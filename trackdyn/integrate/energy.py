@@ -57,7 +57,8 @@ def account(model: Model, state: State, work: Work, lead, space, tensioner):
     The velocities after the step are taken in the configuration before it. Then joint forces do no
     work, as they should, and the work of all other forces is the change of kinetic energy of the
     discrete motion: what remains of the balance shows errors of the equations and of the path, not
-    of the quadrature. The damping of the bushings acts with the velocities at the part ``lead`` of the step. Axial friction counts as friction of its surface, guides as normal forces of the wheels.
+    of the quadrature. The damping of the bushings acts with the velocities at the part ``lead`` of the step. Axial
+    friction counts as friction of its surface, guides as normal forces of the wheels.
     """
     chain, h, done = model.chain, model.step, state.work_done
     row = work.contact
