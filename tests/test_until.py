@@ -38,6 +38,12 @@ def test_the_transient_is_where_the_rest_scatters_least():
     assert Series(steady, np.arange(200)).transient() <= 100
 
 
+def test_a_measure_that_a_scene_cannot_have_is_not_reached(make_scene):
+    """Nothing touches a sprocket without teeth and ring, so that no arc has a largest force."""
+    answer = run_until(make_scene(210.0, ring_radius=None, tooth_contact="none"), {"left_peak": 0.1}, longest=2.0)
+    assert answer.reached == {"left_peak": False}
+
+
 @pytest.mark.parametrize(
     ("tolerances", "longest", "words"),
     [

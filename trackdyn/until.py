@@ -95,7 +95,7 @@ def run_until(
 
 def _judge(recording: Recording, tolerances: Mapping[str, float]) -> Answer:
     found = series(recording)
-    first = max(found[name].transient() for name in tolerances if name in found)
+    first = max((found[name].transient() for name in tolerances if name in found), default=0)
     known = {name: measure.since(first).estimate() for name, measure in found.items()}
     reached = {}
     for name, tolerance in tolerances.items():
