@@ -1,6 +1,6 @@
 """Rig and scene to arrays: the one place where names become numbers."""
 
-from math import cos, pi, radians, sin, sqrt
+from math import cos, pi, radians, sin, sqrt, tan
 
 import numpy as np
 
@@ -61,6 +61,7 @@ def make_tooth(groove, arc_radius: float, law: Law, present: bool = True) -> Too
         np.array([cos(b) for b in beta]),
         np.array([sin(b) for b in beta]),
         groove.teeth,
+        tan(pi / groove.teeth),
         groove.addendum,
         arc_radius,
         law,

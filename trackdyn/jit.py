@@ -150,6 +150,15 @@ def kernel(function):
     return _compiled(function, forceinline=True, _nrt=False)
 
 
+def fused(function):
+    """Compile a `kernel` in which a product and a sum may become one operation, rounded once.
+
+    Which ones depends on the processor and on what stands around: only for what the time loop calls in one place, so
+    that a run that is resumed repeats it bit for bit.
+    """
+    return _compiled(function, forceinline=True, _nrt=False, fastmath={"contract"})
+
+
 def allocating(function):
     """Compile a function that may allocate: the dense solvers.
 

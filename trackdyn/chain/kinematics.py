@@ -75,12 +75,16 @@ def bushing_lead(chain: Chain, step):
 @kernel
 def bushing_torques(chain: Chain, state, work, ahead=0.0):
     """Torque of every bushing and the joint rates it was taken at; the spring ``ahead`` seconds later (s)."""
-    n = state.angle.shape[0]
-    for i in range(n):
-        k = i + 1 if i < n - 1 else 0
-        phi = state.angle[k] - state.angle[i]
-        if k == 0:
-            phi -= 2.0 * np.pi  # a clockwise loop: angles fall by one turn along the chain
-        rate = state.rate[k] - state.rate[i]
-        work.joint_rate[i] = rate
-        work.torque[i] = -chain.stiffness * (phi + ahead * rate - chain.free_angle) - chain.damping * rate
+    last = state.angle.shape[0] - 1
+    for i in range(last):
+        work.joint_rate[i] = state.rate[i + 1] - state.rate[i]
+    work.joint_rate[last] = state.rate[0] - state.rate[last]
+    for i in range(last):
+        work.torque[i] = state.angle[i + 1] - state.angle[i]
+    # a clockwise loop: angles fall by one turn along the chain
+    work.torque[last] = state.angle[0] - state.angle[last] - 2.0 * np.pi
+    for i in range(last + 1):
+        rate = work.joint_rate[i]
+        work.torque[i] = (
+            -chain.stiffness * (work.torque[i] + ahead * rate - chain.free_angle) - chain.damping * rate
+        )

@@ -18,7 +18,7 @@ Loads (m, q) act on a body at its input and (-m, -q) at its output.
 import numpy as np
 
 from trackdyn.chain.radial import cross_joint, return_joint, span
-from trackdyn.jit import kernel
+from trackdyn.jit import fused, kernel
 from trackdyn.model.constants import Chain
 from trackdyn.model.work import SweepWork, Work
 
@@ -48,7 +48,7 @@ def accelerations(chain: Chain, state, work: Work, implicit_damping, probe_body)
     close(work.torque[state.rate.shape[0] - 1], implicit_damping, work.sweep)
 
 
-@kernel
+@fused
 def sweep(chain: Chain, state, work: Work, implicit_damping, probe_body, implicit, radial):
     """Response of every acceleration to the load of the cut joint.
 
@@ -65,260 +65,316 @@ def sweep(chain: Chain, state, work: Work, implicit_damping, probe_body, implici
 
     Notes
     -----
-    Body: A.2 in the plane, ``S' = S - B`` with the inertia ``B`` about the input pin, then the shift
-    ``T' S' T`` to the output pin. Joint: ``phi'' = (S_3 z_b + E_3 - tau) / D``, ``D = S_33 - h c``.
+    A body hands on to the next one what only a chain of some twenty dependent operations gives, which is what a sweep
+    costs. Two sweeps, from both ends of the chain to its middle, share no operand, and a processor works on both at once.
+    With ``implicit`` or ``radial`` one sweep takes all bodies.
     """
-    cos, sin, rate, torque = work.cos, work.sin, state.rate, work.torque
-    force_x, force_y, moment = work.force_x, work.force_y, work.moment
-    n = rate.shape[0]
-    mass, inertia, length = chain.mass, chain.inertia, chain.length
-    com_x, com_y = chain.com_x, chain.com_y
-    gain = work.sweep.gain
-
-    # S = [[s11, s12, s13], [., s22, s23], [., ., s33]] is symmetric. Rows of E belong to q_x, q_y, m.
-    # The columns of lambda_x and lambda_y keep rows q_x, q_y; every entry is carried for plainness.
-    s11 = s12 = s13 = s22 = s23 = s33 = 0.0
-    ex0, ex1, ex2, ex3 = 1.0, 0.0, 0.0, 0.0
-    ey0, ey1, ey2, ey3 = 0.0, 1.0, 0.0, 0.0
-    em0, em1, em2, em3 = 0.0, 0.0, 1.0, 0.0
+    n = state.rate.shape[0]
+    middle = (n + 1) // 2 if implicit is None and radial is None else n
+    gain, torque = work.sweep.gain, work.torque
+    # S = [[s11, s12, s13], [., s22, s23], [., ., s33]], symmetric; rows of E belong to q_x, q_y, m. Behind: the far
+    # part of the chain, which the load of the cut pulls the other way.
+    s = behind_s = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    e = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0))
+    behind_e = ((-1.0, 0.0, 0.0, 0.0), (0.0, -1.0, 0.0, 0.0), (0.0, 0.0, -1.0, 0.0))
     if implicit is not None:
-        wheel_columns = implicit.column
-        wheel_columns[:, :] = 0.0
-
-    for i in range(n):
-        c = cos[i]
-        s = sin[i]
-        dx = length[i] * c
-        dy = length[i] * s
-        gx = com_x[i] * c - com_y[i] * s
-        gy = com_x[i] * s + com_y[i] * c
-        if radial is not None:
-            bx, by, fx, fy = span(state.part, i)
-            gx += bx
-            gy += by
-            dx += bx + fx
-            dy += by + fy
-        w2 = rate[i] * rate[i]
-        m = mass[i]
-        # inertia of the body about its input pin
-        s11 -= m
-        s22 -= m
-        s13 += m * gy
-        s23 -= m * gx
-        s33 -= inertia[i] + m * (gx * gx + gy * gy)
+        implicit.column[:, :] = 0.0
+    for i in range(middle):
+        gx, gy, dx, dy = _arms(chain, state, work, i, radial)
+        w2 = state.rate[i] * state.rate[i]
+        s, e = _add_body(chain, work, i, (gx, gy, w2), s, e)
         if implicit is not None:
-            s11 -= implicit.inertia[i, 0]
-            s12 -= implicit.inertia[i, 1]
-            s22 -= implicit.inertia[i, 2]
-            s13 -= implicit.inertia[i, 3]
-            s23 -= implicit.inertia[i, 4]
-            s33 -= implicit.inertia[i, 5]
-            for wheel in range(1, wheel_columns.shape[0]):
-                for r in range(3):
-                    wheel_columns[wheel, r] += implicit.couple[i, wheel, r]
-                wheel_columns[wheel, 2] += dy * wheel_columns[wheel, 0] - dx * wheel_columns[wheel, 1]
-        fx = force_x[i]
-        fy = force_y[i] - m * chain.gravity
-        ex3 += fx + m * w2 * gx
-        ey3 += fy + m * w2 * gy
-        em3 += moment[i] + gx * fy - gy * fx
-        # centripetal part of z_b,I = T z_b,O + w2 d
-        ax = w2 * dx
-        ay = w2 * dy
-        ex3 += s11 * ax + s12 * ay
-        ey3 += s12 * ax + s22 * ay
-        em3 += s13 * ax + s23 * ay
-        # shift to the output pin: S <- T' S T, E <- T' E
-        s33 += 2.0 * (dy * s13 - dx * s23) + dy * dy * s11 + dx * dx * s22 - 2.0 * dx * dy * s12
-        s13 += dy * s11 - dx * s12
-        s23 += dy * s12 - dx * s22
-        em0 += dy * ex0 - dx * ey0
-        em1 += dy * ex1 - dx * ey1
-        em2 += dy * ex2 - dx * ey2
-        em3 += dy * ex3 - dx * ey3
+            s = _add_slopes(implicit, i, dx, dy, s)
+        s, e = _shift(dx, dy, w2, s, e)
         if i < n - 1:
             if radial is not None:
-                inertia_part = (s11, s12, s13, s22, s23, s33)
-                load_part = (ex0, ex1, ex2, ex3), (ey0, ey1, ey2, ey3), (em0, em1, em2, em3)
-                inertia_part, load_part = cross_joint(radial, i, inertia_part, load_part)
-                s11, s12, s13, s22, s23, s33 = inertia_part
-                (ex0, ex1, ex2, ex3), (ey0, ey1, ey2, ey3), (em0, em1, em2, em3) = load_part
-            d = 1.0 / (s33 - implicit_damping)
-            p1 = s13 * d
-            p2 = s23 * d
-            p3 = s33 * d
-            g3 = em3 - torque[i]
+                s, e = cross_joint(radial, i, s, e)
             if implicit is not None:
-                for wheel in range(1, wheel_columns.shape[0]):
-                    g = wheel_columns[wheel, 2]
-                    implicit.gain[i, wheel] = g * d
-                    wheel_columns[wheel, 0] -= p1 * g
-                    wheel_columns[wheel, 1] -= p2 * g
-                    wheel_columns[wheel, 2] -= p3 * g
-            gain[i, 0] = p1
-            gain[i, 1] = p2
-            gain[i, 2] = p3
-            gain[i, 3] = em0 * d
-            gain[i, 4] = em1 * d
-            gain[i, 5] = em2 * d
-            gain[i, 6] = g3 * d
-            ex0 -= p1 * em0
-            ex1 -= p1 * em1
-            ex2 -= p1 * em2
-            ex3 -= p1 * g3
-            ey0 -= p2 * em0
-            ey1 -= p2 * em1
-            ey2 -= p2 * em2
-            ey3 -= p2 * g3
-            em0 -= p3 * em0
-            em1 -= p3 * em1
-            em2 -= p3 * em2
-            em3 -= p3 * g3
-            s11 -= p1 * s13
-            s12 -= p1 * s23
-            s22 -= p2 * s23
-            s13 -= p1 * s33
-            s23 -= p2 * s33
-            s33 -= p3 * s33
+                _hinge_columns(implicit, i, s, implicit_damping)
+            s, e = _hinge(gain, i, torque[i], implicit_damping, s, e)
+        if implicit is None and radial is None:
+            k = n - 1 - i
+            if k >= middle:
+                gx, gy, dx, dy = _arms(chain, state, work, k, None)
+                w2 = state.rate[k] * state.rate[k]
+                behind_s, behind_e = _shift(-dx, -dy, w2, behind_s, behind_e)
+                behind_s, behind_e = _add_body(chain, work, k, (gx, gy, w2), behind_s, behind_e)
+                if k > middle:
+                    behind_s, behind_e = _hinge(gain, k - 1, -torque[k - 1], implicit_damping, behind_s, behind_e)
+    _meet(work, s, e, behind_s, behind_e, implicit)
+    _back_substitute(chain, state, work, middle, probe_body, implicit, radial)
 
-    # End of the chain: S z_b + E Lambda = lambda, solved for z_b,NO (3 x 4) by Cholesky of -S.
-    l11 = np.sqrt(-s11)
-    l21 = -s12 / l11
-    l31 = -s13 / l11
-    l22 = np.sqrt(-s22 - l21 * l21)
-    l32 = (-s23 - l31 * l21) / l22
-    l33 = np.sqrt(-s33 - l31 * l31 - l32 * l32)
+
+@fused
+def _arms(chain: Chain, state, work: Work, i, radial):
+    """From a body's input pin to its mass centre and to its output pin, or from and to the points where loads act, m."""
+    c, s = work.cos[i], work.sin[i]
+    gx = chain.com_x[i] * c - chain.com_y[i] * s
+    gy = chain.com_x[i] * s + chain.com_y[i] * c
+    dx = chain.length[i] * c
+    dy = chain.length[i] * s
+    if radial is not None:
+        bx, by, fx, fy = span(state.part, i)
+        gx += bx
+        gy += by
+        dx += bx + fx
+        dy += by + fy
+    return gx, gy, dx, dy
+
+
+@fused
+def _add_body(chain: Chain, work: Work, i, turning, s, e):
+    """Newton's and Euler's equations about the input of a body (A.2 in the plane): ``S - B``, and its loads into E.
+
+    ``turning`` is the arm of its mass centre (m) and the square of its rate (rad2/s2).
+    """
+    s11, s12, s13, s22, s23, s33 = s
+    ex, ey, em = e
+    gx, gy, w2 = turning
+    m = chain.mass[i]
+    fx = work.force_x[i]
+    fy = work.force_y[i] - m * chain.gravity
+    s = (s11 - m, s12, s13 + m * gy, s22 - m, s23 - m * gx, s33 - (chain.inertia[i] + m * (gx * gx + gy * gy)))
+    return s, (
+        (ex[0], ex[1], ex[2], ex[3] + (fx + m * w2 * gx)),
+        (ey[0], ey[1], ey[2], ey[3] + (fy + m * w2 * gy)),
+        (em[0], em[1], em[2], em[3] + (work.moment[i] + gx * fy - gy * fx)),
+    )
+
+
+@fused
+def _shift(dx, dy, w2, s, e):
+    """The relation at a point of a body from that at another, ``(dx, dy)`` before it: ``T' S T`` and ``T' E``.
+
+    The first point's acceleration is ``T z_b + w^2 d``, its second part centripetal.
+    """
+    s11, s12, s13, s22, s23, s33 = s
+    ex, ey, em = e
+    ax = w2 * dx
+    ay = w2 * dy
+    x3 = ex[3] + (s11 * ax + s12 * ay)
+    y3 = ey[3] + (s12 * ax + s22 * ay)
+    m3 = em[3] + (s13 * ax + s23 * ay)
+    # the new first column's moment by halves: S_33 then needs no more than the two sums that S_13 and S_23 grow by
+    grow13 = dy * s11 - dx * s12
+    grow23 = dy * s12 - dx * s22
+    s33 += (dy * (s13 + (s13 + grow13))) - (dx * (s23 + (s23 + grow23)))
+    return (s11, s12, s13 + grow13, s22, s23 + grow23, s33), (
+        (ex[0], ex[1], ex[2], x3),
+        (ey[0], ey[1], ey[2], y3),
+        (
+            em[0] + (dy * ex[0] - dx * ey[0]),
+            em[1] + (dy * ex[1] - dx * ey[1]),
+            em[2] + (dy * ex[2] - dx * ey[2]),
+            m3 + (dy * x3 - dx * y3),
+        ),
+    )
+
+
+@fused
+def _hinge(gain, joint, torque, implicit_damping, s, e):
+    """The relation on the other side of a joint, whose torque pulls at this side; keeps the joint's row of ``gain``.
+
+    ``phi'' = (S_3 z_b + E_3 - tau) / D``, ``D = S_33 - h c``; of the third row no more than ``q = -h c / D`` goes over.
+    """
+    s11, s12, s13, s22, s23, s33 = s
+    ex, ey, em = e
+    d = 1.0 / (s33 - implicit_damping)
+    p1 = s13 * d
+    p2 = s23 * d
+    q = -implicit_damping * d
+    g = em[3] - torque
+    gain[joint, 0] = p1
+    gain[joint, 1] = p2
+    gain[joint, 2] = q
+    gain[joint, 3] = em[0] * d
+    gain[joint, 4] = em[1] * d
+    gain[joint, 5] = em[2] * d
+    gain[joint, 6] = g * d
+    return (s11 - p1 * s13, s12 - p1 * s23, q * s13, s22 - p2 * s23, q * s23, q * s33), (
+        (ex[0] - p1 * em[0], ex[1] - p1 * em[1], ex[2] - p1 * em[2], ex[3] - p1 * g),
+        (ey[0] - p2 * em[0], ey[1] - p2 * em[1], ey[2] - p2 * em[2], ey[3] - p2 * g),
+        (q * em[0], q * em[1], q * em[2], torque + q * g),
+    )
+
+
+@fused
+def _add_slopes(implicit, i, dx, dy, s):
+    """Slopes of the contact forces on a body into S, its coupling into the wheels' columns, and these to its output."""
+    slopes, column = implicit.inertia, implicit.column
+    for wheel in range(1, column.shape[0]):
+        for r in range(3):
+            column[wheel, r] += implicit.couple[i, wheel, r]
+        column[wheel, 2] += dy * column[wheel, 0] - dx * column[wheel, 1]
+    return (
+        s[0] - slopes[i, 0],
+        s[1] - slopes[i, 1],
+        s[2] - slopes[i, 3],
+        s[3] - slopes[i, 2],
+        s[4] - slopes[i, 4],
+        s[5] - slopes[i, 5],
+    )
+
+
+@fused
+def _hinge_columns(implicit, joint, s, implicit_damping):
+    """The wheels' columns on the other side of a joint, as in `_hinge`."""
+    column = implicit.column
+    d = 1.0 / (s[5] - implicit_damping)
+    for wheel in range(1, column.shape[0]):
+        g = column[wheel, 2]
+        implicit.gain[joint, wheel] = g * d
+        column[wheel, 0] -= s[2] * d * g
+        column[wheel, 1] -= s[4] * d * g
+        column[wheel, 2] = -implicit_damping * d * g
+
+
+@fused
+def _meet(work: Work, s, e, behind_s, behind_e, implicit):
+    """Acceleration ``z_b`` (3 x 4) where the sweeps meet, into ``end``: both relations added, solved by Cholesky of -S."""
+    s11, s12, s13, s22, s23, s33 = s
+    t11, t12, t13, t22, t23, t33 = behind_s
+    l11 = np.sqrt(-(s11 + t11))
+    l21 = -(s12 + t12) / l11
+    l31 = -(s13 + t13) / l11
+    l22 = np.sqrt(-(s22 + t22) - l21 * l21)
+    l32 = (-(s23 + t23) - l31 * l21) / l22
+    l33 = np.sqrt(-(s33 + t33) - l31 * l31 - l32 * l32)
     end = work.sweep.end
     for k in range(4):
-        if k == 0:
-            b1, b2, b3 = ex0 - 1.0, ey0, em0
-        elif k == 1:
-            b1, b2, b3 = ex1, ey1 - 1.0, em1
-        elif k == 2:
-            b1, b2, b3 = ex2, ey2, em2 - 1.0
-        else:
-            b1, b2, b3 = ex3, ey3, em3
-        y1 = b1 / l11
-        y2 = (b2 - l21 * y1) / l22
-        y3 = (b3 - l31 * y1 - l32 * y2) / l33
+        y1 = (e[0][k] + behind_e[0][k]) / l11
+        y2 = (e[1][k] + behind_e[1][k] - l21 * y1) / l22
+        y3 = (e[2][k] + behind_e[2][k] - l31 * y1 - l32 * y2) / l33
         z3 = y3 / l33
         z2 = (y2 - l32 * z3) / l22
-        z1 = (y1 - l21 * z2 - l31 * z3) / l11
-        end[0, k] = z1
+        end[0, k] = (y1 - l21 * z2 - l31 * z3) / l11
         end[1, k] = z2
         end[2, k] = z3
     if implicit is not None:
-        for wheel in range(1, wheel_columns.shape[0]):
-            y1 = wheel_columns[wheel, 0] / l11
-            y2 = (wheel_columns[wheel, 1] - l21 * y1) / l22
-            y3 = (wheel_columns[wheel, 2] - l31 * y1 - l32 * y2) / l33
+        for wheel in range(1, implicit.column.shape[0]):
+            y1 = implicit.column[wheel, 0] / l11
+            y2 = (implicit.column[wheel, 1] - l21 * y1) / l22
+            y3 = (implicit.column[wheel, 2] - l31 * y1 - l32 * y2) / l33
             z3 = y3 / l33
             z2 = (y2 - l32 * z3) / l22
             implicit.end[wheel, 0] = (y1 - l21 * z2 - l31 * z3) / l11
             implicit.end[wheel, 1] = z2
             implicit.end[wheel, 2] = z3
 
-    _back_substitute(chain, state, work, probe_body, implicit, radial)
 
-
-@kernel
-def _back_substitute(chain: Chain, state, work: Work, probe_body, implicit, radial):
-    """Accelerations of every body from the output of the last one, four columns at a time."""
-    cos, sin, rate, swept = work.cos, work.sin, state.rate, work.sweep
+@fused
+def _back_substitute(chain: Chain, state, work: Work, middle, probe_body, implicit, radial):
+    """Accelerations of every body from those in the middle, where the sweeps met, to both ends; four columns at a time."""
+    rate, swept = state.rate, work.sweep
     n = rate.shape[0]
-    gain, response, end = swept.gain, swept.response, swept.end
-    x0, x1, x2, x3 = end[0, 0], end[0, 1], end[0, 2], end[0, 3]
-    y0, y1, y2, y3 = end[1, 0], end[1, 1], end[1, 2], end[1, 3]
-    a0, a1, a2, a3 = end[2, 0], end[2, 1], end[2, 2], end[2, 3]
+    gain, response, end, base = swept.gain, swept.response, swept.end, swept.base
+    x = behind_x = (end[0, 0], end[0, 1], end[0, 2], end[0, 3])
+    y = behind_y = (end[1, 0], end[1, 1], end[1, 2], end[1, 3])
+    a = behind_a = (end[2, 0], end[2, 1], end[2, 2], end[2, 3])
     if implicit is not None:
-        z = implicit.column
         implicit.row[:, :] = 0.0
-        for wheel in range(1, z.shape[0]):
+        for wheel in range(1, implicit.column.shape[0]):
             for r in range(3):
-                z[wheel, r] = implicit.end[wheel, r]
-    p1 = p2 = q = 0.0
-    for i in range(n - 1, -1, -1):
+                implicit.column[wheel, r] = implicit.end[wheel, r]
+    for j in range(middle):
+        i = middle - 1 - j
         if i < n - 1:
-            p1 = gain[i, 0]
-            p2 = gain[i, 1]
-            q = 1.0 - gain[i, 2]
-            a0 = q * a0 - p1 * x0 - p2 * y0 - gain[i, 3]
-            a1 = q * a1 - p1 * x1 - p2 * y1 - gain[i, 4]
-            a2 = q * a2 - p1 * x2 - p2 * y2 - gain[i, 5]
-            a3 = q * a3 - p1 * x3 - p2 * y3 - gain[i, 6]
+            a = _beyond(gain, i, x, y, a)
             if radial is not None:
-                (x0, x1, x2, x3), (y0, y1, y2, y3) = return_joint(
-                    radial, i, (x0, x1, x2, x3), (y0, y1, y2, y3), (a0, a1, a2, a3)
-                )
-        response[i, 0] = a0
-        response[i, 1] = a1
-        response[i, 2] = a2
-        response[i, 3] = a3
-        dx = chain.length[i] * cos[i]
-        dy = chain.length[i] * sin[i]
-        if radial is not None:
-            bx, by, fx, fy = span(state.part, i)
-            dx += bx + fx
-            dy += by + fy
+                x, y = return_joint(radial, i, x, y, a)
+        response[i, 0], response[i, 1], response[i, 2], response[i, 3] = a
+        _, _, dx, dy = _arms(chain, state, work, i, radial)
         w2 = rate[i] * rate[i]
-        x0 += dy * a0
-        x1 += dy * a1
-        x2 += dy * a2
-        x3 += dy * a3 + w2 * dx
-        y0 -= dx * a0
-        y1 -= dx * a1
-        y2 -= dx * a2
-        y3 -= dx * a3 - w2 * dy
+        x, y = _moved(dx, dy, w2, x, y, a)
         if implicit is not None:
-            for wheel in range(1, z.shape[0]):
-                a = z[wheel, 2]
-                if i < n - 1:
-                    a = q * a - p1 * z[wheel, 0] - p2 * z[wheel, 1] - implicit.gain[i, wheel]
-                z[wheel, 0] += dy * a
-                z[wheel, 1] -= dx * a
-                z[wheel, 2] = a
-                implicit.response[i, wheel] = a
-                if i == probe_body:
-                    implicit.probe[wheel, 0] = z[wheel, 0]
-                    implicit.probe[wheel, 1] = z[wheel, 1]
-            for wheel in range(1, z.shape[0]):
-                # acceleration of this body as the friction on the wheel feels it
-                u, v, w = implicit.couple[i, wheel, 0], implicit.couple[i, wheel, 1], implicit.couple[i, wheel, 2]
-                if u != 0.0 or v != 0.0:
-                    implicit.row[wheel, 0] += u * x0 + v * y0 + w * a0
-                    implicit.row[wheel, 1] += u * x1 + v * y1 + w * a1
-                    implicit.row[wheel, 2] += u * x2 + v * y2 + w * a2
-                    implicit.row[wheel, 3] += u * x3 + v * y3 + w * a3
-                    for k in range(1, z.shape[0]):
-                        implicit.row[wheel, 3 + k] += u * z[k, 0] + v * z[k, 1] + w * z[k, 2]
+            _return_columns(implicit, work, i, probe_body, (dx, dy), (x, y, a))
         if i == probe_body:
-            swept.probe[0, 0] = x0
-            swept.probe[0, 1] = x1
-            swept.probe[0, 2] = x2
-            swept.probe[0, 3] = x3
-            swept.probe[1, 0] = y0
-            swept.probe[1, 1] = y1
-            swept.probe[1, 2] = y2
-            swept.probe[1, 3] = y3
+            for k in range(4):
+                swept.probe[0, k] = x[k]
+                swept.probe[1, k] = y[k]
             if radial is not None:
+                bx, by, _, _ = span(state.part, i)
                 for k in range(4):
                     swept.probe[0, k] -= response[i, k] * by
                     swept.probe[1, k] += response[i, k] * bx
                 swept.probe[0, 3] -= w2 * bx
                 swept.probe[1, 3] -= w2 * by
+        if implicit is None and radial is None:
+            i = middle + j
+            if i < n:
+                if j > 0:
+                    behind_a = _beyond(gain, i - 1, behind_x, behind_y, behind_a)
+                response[i, 0], response[i, 1], response[i, 2], response[i, 3] = behind_a
+                if i == probe_body:
+                    for k in range(4):
+                        swept.probe[0, k] = behind_x[k]
+                        swept.probe[1, k] = behind_y[k]
+                _, _, dx, dy = _arms(chain, state, work, i, None)
+                behind_x, behind_y = _moved(-dx, -dy, rate[i] * rate[i], behind_x, behind_y, behind_a)
+    for k in range(4):
+        base[0, k] = x[k]
+        base[1, k] = y[k]
+        if implicit is None and radial is None:
+            end[0, k] = behind_x[k]
+            end[1, k] = behind_y[k]
+            end[2, k] = behind_a[k]
     if implicit is not None:
-        for wheel in range(1, z.shape[0]):
-            implicit.base[wheel, 0] = z[wheel, 0]
-            implicit.base[wheel, 1] = z[wheel, 1]
-    base = swept.base
-    base[0, 0] = x0
-    base[0, 1] = x1
-    base[0, 2] = x2
-    base[0, 3] = x3
-    base[1, 0] = y0
-    base[1, 1] = y1
-    base[1, 2] = y2
-    base[1, 3] = y3
+        for wheel in range(1, implicit.column.shape[0]):
+            implicit.base[wheel, 0] = implicit.column[wheel, 0]
+            implicit.base[wheel, 1] = implicit.column[wheel, 1]
+
+
+@fused
+def _beyond(gain, joint, x, y, a):
+    """Angular acceleration on the side of a joint that the sweep came from; columns of the acceleration on the other."""
+    p1, p2, q = gain[joint, 0], gain[joint, 1], gain[joint, 2]
+    return (
+        q * a[0] - p1 * x[0] - p2 * y[0] - gain[joint, 3],
+        q * a[1] - p1 * x[1] - p2 * y[1] - gain[joint, 4],
+        q * a[2] - p1 * x[2] - p2 * y[2] - gain[joint, 5],
+        q * a[3] - p1 * x[3] - p2 * y[3] - gain[joint, 6],
+    )
+
+
+@fused
+def _moved(dx, dy, w2, x, y, a):
+    """Columns of the acceleration of the point ``(dx, dy)`` before another of the same body."""
+    return (
+        (x[0] + dy * a[0], x[1] + dy * a[1], x[2] + dy * a[2], x[3] + (dy * a[3] + w2 * dx)),
+        (y[0] - dx * a[0], y[1] - dx * a[1], y[2] - dx * a[2], y[3] - (dx * a[3] - w2 * dy)),
+    )
+
+
+@fused
+def _return_columns(implicit, work: Work, i, probe_body, arm, motion):
+    """The wheels' columns from a body's output to its input, and what each wheel feels of the body.
+
+    ``motion`` holds the columns of the acceleration of the body's input pin and of its angular acceleration.
+    """
+    dx, dy = arm
+    x, y, a = motion
+    z, gain = implicit.column, work.sweep.gain
+    last = work.sweep.response.shape[0] - 1
+    for wheel in range(1, z.shape[0]):
+        alpha = z[wheel, 2]
+        if i < last:
+            p1, p2, q = gain[i, 0], gain[i, 1], gain[i, 2]
+            alpha = q * alpha - p1 * z[wheel, 0] - p2 * z[wheel, 1] - implicit.gain[i, wheel]
+        z[wheel, 0] += dy * alpha
+        z[wheel, 1] -= dx * alpha
+        z[wheel, 2] = alpha
+        implicit.response[i, wheel] = alpha
+        if i == probe_body:
+            implicit.probe[wheel, 0] = z[wheel, 0]
+            implicit.probe[wheel, 1] = z[wheel, 1]
+    for wheel in range(1, z.shape[0]):
+        # acceleration of this body as the friction on the wheel feels it
+        u, v, w = implicit.couple[i, wheel, 0], implicit.couple[i, wheel, 1], implicit.couple[i, wheel, 2]
+        if u != 0.0 or v != 0.0:
+            for k in range(4):
+                implicit.row[wheel, k] += u * x[k] + v * y[k] + w * a[k]
+            for k in range(1, z.shape[0]):
+                implicit.row[wheel, 3 + k] += u * z[k, 0] + v * z[k, 1] + w * z[k, 2]
 
 
 @kernel

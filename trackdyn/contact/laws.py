@@ -1,6 +1,6 @@
 """Normal and friction laws of one contact, on plain numbers (Eqs. 8 to 11)."""
 
-from math import sqrt, tanh
+from math import exp, sqrt
 
 from trackdyn.jit import kernel
 from trackdyn.model.constants import Law
@@ -31,6 +31,20 @@ def normal_slopes(law: Law, depth, speed, impact_speed, radius):
     damping = elastic * law.loss / impact_speed if 0.0 < factor < law.factor_limit else 0.0
     factor = min(max(factor, 0.0), law.factor_limit)
     return factor * elastic / depth * (1.5 - 0.5 * depth / (radius + depth)), damping
+
+
+@kernel
+def tanh(x):
+    """Hyperbolic tangent of ``x >= 0`` to two units in the last place, at half the cost of the library's.
+
+    A rational function below 0.625 (S. L. Moshier, Cephes, tanh.c), above it the exponential.
+    """
+    if x < 0.625:
+        s = x * x
+        above = (-9.64399179425052238628e-1 * s - 9.92877231001918586564e1) * s - 1.61468768441708447952e3
+        below = ((s + 1.12811678491632931402e2) * s + 2.23548839060100448583e3) * s + 4.84406305325125486048e3
+        return x + x * s * (above / below)
+    return 1.0 - 2.0 / (exp(2.0 * x) + 1.0)
 
 
 @kernel

@@ -8,6 +8,7 @@ from math import cos as cosine
 from math import sin as sine
 from typing import NamedTuple
 
+from trackdyn.contact import neighbours
 from trackdyn.contact.axial import (
     back,
     centre_seen,
@@ -20,7 +21,7 @@ from trackdyn.contact.axial import (
     share_left,
 )
 from trackdyn.contact.laws import normal_force, normal_slopes, stored_impact_speed
-from trackdyn.contact.tooth import find_area, groove_index
+from trackdyn.contact.tooth import find_area, groove_index, in_groove
 from trackdyn.contact.wheel import foot, wheel_velocity
 from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET, Law, Model
@@ -226,23 +227,27 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
     lead = 0.5 if implicit is None else 0.0
     reach = tooth.addendum + tooth.arc_radius  # Eq. 18
     rc = tooth.arc_radius
-    for arc in range(shoes.arc_body.shape[0]):
+    near = work.near
+    for item in range(near.count[0]):
+        arc = near.arc[item]
         body = shoes.arc_body[arc]
         along = shoes.arc_x[arc]
         c, s = work.cos[body], work.sin[body]
         x = work.pin_x[body] + along * c
         y = work.pin_y[body] + along * s
         lx, ly, lz = seen(space, SPROCKET, x - mx, y - my, dz)
-        area = k = 0
+        area = 0
+        k = near.groove[arc]
         depth = nkx = nky = radius = ck = sk = share = 0.0
         if lx * lx + ly * ly <= reach * reach:
             share = share_left(model, space, FLANK, lz)
         if share > 0.0:
             # each arc searches the groove that its own centre is in: tips are shared by neighbours
-            k = groove_index(tooth.teeth, cs * lx + ss * ly, -ss * lx + cs * ly)
-            ck = cs * tooth.groove_cos[k - 1] - ss * tooth.groove_sin[k - 1]
-            sk = ss * tooth.groove_cos[k - 1] + cs * tooth.groove_sin[k - 1]
-            area, depth, nkx, nky, radius = find_area(tooth, ck * lx + sk * ly, -sk * lx + ck * ly)
+            ck, sk, x_k, y_k = in_groove(tooth, k, cs, ss, lx, ly)
+            if abs(x_k) > tooth.half_pitch * y_k:
+                k = near.groove[arc] = groove_index(tooth.teeth, cs * lx + ss * ly, -ss * lx + cs * ly)
+                ck, sk, x_k, y_k = in_groove(tooth, k, cs, ss, lx, ly)
+            area, depth, nkx, nky, radius = find_area(tooth, x_k, y_k)
         work.tooth_area[arc] = area
         if area == 0:
             work.tooth_force[arc] = 0.0
@@ -276,55 +281,46 @@ def wheel_loads(model: Model, state: State, work: Work, space, implicit):
     shoes, wheels, thick = model.shoes, model.wheels, model.wheels.half_thickness
     lead = 0.5 if implicit is None else 0.0
     z = height(state, space)
-    for link in range(shoes.link_body.shape[0]):
+    near = work.near
+    for item in range(near.count[1]):
+        link, wheel = near.link[item, 0], near.link[item, 1]
         body = shoes.link_body[link]
         c, s = work.cos[body], work.sin[body]
         start, end = shoes.link_start[link], shoes.link_end[link]
-        x0 = work.pin_x[body] + start * c
-        y0 = work.pin_y[body] + start * s
-        x1 = work.pin_x[body] + end * c
-        y1 = work.pin_y[body] + end * s
-        half = 0.5 * (end - start)
-        for wheel in range(wheels.x.shape[0]):
-            if not wheels.present[wheel]:
-                continue
-            ax, ay, az = seen(space, wheel, x0, y0, z)
-            bx, by, bz = seen(space, wheel, x1, y1, z)
-            cx, cy, cz = own_centre(model, space, wheel)
-            kind = RING if wheel == SPROCKET else SURFACE
-            reach = wheels.radius[wheel] + thick
-            mx = 0.5 * (ax + bx) - cx
-            my = 0.5 * (ay + by) - cy
-            depth = share = qz = 0.0
-            if mx * mx + my * my < (reach + half) ** 2:
-                fraction, qx, qy, distance = foot(ax, ay, bx, by, cx, cy)
-                depth = reach - distance
-            if depth > 0.0:
-                qz = az + min(max(fraction, 0.0), 1.0) * (bz - az)
-                share = share_left(model, space, kind, qz - cz)
-            if share <= 0.0:
-                work.wheel_force[link, wheel] = 0.0
-                state.wheel_impact[link, wheel] = 0.0
-                continue
-            nx = (qx - cx) / distance
-            ny = (qy - cy) / distance
-            x, y, height_there = back(space, wheel, qx, qy, qz)
-            gx, gy, vx, vy = body_motion(model, state, work, body, x, y)
-            vx, vy = approach(work, body, vx, vy, gx, gy, lead)
-            vx, vy, vz = with_plane(state, space, x, y, height_there, vx, vy)
-            vx, vy, _ = seen(space, wheel, vx, vy, vz)
-            tx, ty = wheel_velocity(state, model.tensioner, wheel)
-            vx -= tx
-            vy -= ty
-            speed = -(nx * vx + ny * vy)
-            law = wheels.ring_law if wheel == SPROCKET else wheels.wheel_law
-            impact = stored_impact_speed(state.wheel_impact[link, wheel], speed, law.speed_floor)
-            state.wheel_impact[link, wheel] = impact
-            touch = Touch(
-                body, wheel, kind, qx - thick * nx, qy - thick * ny, qz,
-                nx, ny, depth, speed, impact, wheels.radius[wheel], share, 0.0, law,
-            )  # fmt: skip
-            work.wheel_force[link, wheel] = apply(model, state, work, touch, space, implicit)
+        ax, ay, az = seen(space, wheel, work.pin_x[body] + start * c, work.pin_y[body] + start * s, z)
+        bx, by, bz = seen(space, wheel, work.pin_x[body] + end * c, work.pin_y[body] + end * s, z)
+        cx, cy, cz = own_centre(model, space, wheel)
+        kind = RING if wheel == SPROCKET else SURFACE
+        fraction, qx, qy, distance = foot(ax, ay, bx, by, cx, cy)
+        depth = wheels.radius[wheel] + thick - distance
+        share = qz = 0.0
+        if depth > 0.0:
+            qz = az + min(max(fraction, 0.0), 1.0) * (bz - az)
+            share = share_left(model, space, kind, qz - cz)
+        if share <= 0.0:
+            work.wheel_force[link, wheel] = 0.0
+            state.wheel_impact[link, wheel] = 0.0
+            continue
+        inverse = 1.0 / distance
+        nx = (qx - cx) * inverse
+        ny = (qy - cy) * inverse
+        x, y, height_there = back(space, wheel, qx, qy, qz)
+        gx, gy, vx, vy = body_motion(model, state, work, body, x, y)
+        vx, vy = approach(work, body, vx, vy, gx, gy, lead)
+        vx, vy, vz = with_plane(state, space, x, y, height_there, vx, vy)
+        vx, vy, _ = seen(space, wheel, vx, vy, vz)
+        tx, ty = wheel_velocity(state, model.tensioner, wheel)
+        vx -= tx
+        vy -= ty
+        speed = -(nx * vx + ny * vy)
+        law = wheels.ring_law if wheel == SPROCKET else wheels.wheel_law
+        impact = stored_impact_speed(state.wheel_impact[link, wheel], speed, law.speed_floor)
+        state.wheel_impact[link, wheel] = impact
+        touch = Touch(
+            body, wheel, kind, qx - thick * nx, qy - thick * ny, qz,
+            nx, ny, depth, speed, impact, wheels.radius[wheel], share, 0.0, law,
+        )  # fmt: skip
+        work.wheel_force[link, wheel] = apply(model, state, work, touch, space, implicit)
 
 
 @kernel
@@ -382,6 +378,7 @@ def contact_loads(model: Model, state: State, work: Work, space=None, implicit=N
         space.moment_x[:] = 0.0
         space.moment_y[:] = 0.0
         space.wheel_load[:, :] = 0.0
+    neighbours.update(model, state, work, space)
     if model.tooth.present:
         tooth_loads(model, state, work, space, implicit)
     wheel_loads(model, state, work, space, implicit)

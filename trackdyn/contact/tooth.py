@@ -17,6 +17,16 @@ def groove_index(teeth, x, y):
 
 
 @kernel
+def in_groove(tooth: Tooth, k, cos, sin, x, y):
+    """Direction of groove k of a sprocket turned by ``cos, sin``, and a point in its frame; groove 0 holds none."""
+    if k == 0:
+        return 1.0, 0.0, 1.0, 0.0
+    ck = cos * tooth.groove_cos[k - 1] - sin * tooth.groove_sin[k - 1]
+    sk = sin * tooth.groove_cos[k - 1] + cos * tooth.groove_sin[k - 1]
+    return ck, sk, ck * x + sk * y, -sk * x + ck * y
+
+
+@kernel
 def find_area(tooth: Tooth, x, y):
     """Area (1 to 10, or 0 for none) touched by an arc centred at (x, y) of the groove frame, and its depth.
 

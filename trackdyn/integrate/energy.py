@@ -93,11 +93,13 @@ def account(model: Model, state: State, work: Work, lead, space, tensioner):
         else:
             done[WHEEL_NORMAL] += normal
             done[WHEEL_FRICTION] += friction
-    n = state.rate.shape[0]
-    loss = 0.0
-    for i in range(n):
-        after = state.rate[i + 1 if i < n - 1 else 0] - state.rate[i]
+    last = state.rate.shape[0] - 1
+    before = work.joint_rate[last]
+    after = state.rate[0] - state.rate[last]
+    loss = (before + lead * (after - before)) * (before + after)
+    for i in range(last):
         before = work.joint_rate[i]
+        after = state.rate[i + 1] - state.rate[i]
         loss += (before + lead * (after - before)) * (before + after)
     done[BUSHING_LOSS] += 0.5 * h * chain.damping * loss
     radial.add_loss(model, state, done, BUSHING_LOSS, work.radial)

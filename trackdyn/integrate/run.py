@@ -47,6 +47,7 @@ def refresh(model: Model, state: State, work: Work):
 def _refresh(model: Model, state: State, work: Work, space, implicit):
     orient(state.angle, work.cos, work.sin)
     place(model.chain, state, work)
+    work.near.count[0] = -1  # lists of another model would not hold
     evaluate_loads(model, state, work, space, implicit)
 
 

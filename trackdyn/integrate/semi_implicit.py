@@ -12,11 +12,9 @@ Velocities so belong to the middle of a step, and there damping is taken: that o
 them (`contact.loads.approach`). Without that, forces that last a few steps come out a tenth too high.
 """
 
-from math import cos as cosine
-from math import sin as sine
-
 from trackdyn.chain.bearings import bearing_drag
-from trackdyn.jit import kernel
+from trackdyn.chain.kinematics import orient
+from trackdyn.jit import fused, kernel
 from trackdyn.model.constants import SPROCKET, Drive, Model
 from trackdyn.model.record import BEARING
 from trackdyn.model.state import State
@@ -44,7 +42,40 @@ def sprocket_acceleration(drive: Drive, time):
     return 6.0 * (drive.rate - drive.start) / drive.ramp * x * (1.0 - x) if x < 1.0 else 0.0
 
 
-@kernel
+@fused
+def _first_beyond(rate):
+    """First body whose angular velocity is beyond the physical range, or not a number."""
+    for i in range(rate.shape[0]):
+        if not abs(rate[i]) < RATE_LIMIT:
+            return i
+    return -1
+
+
+@fused
+def _rotate(angle, rate, step, cos, sin):
+    """Turn every body by its rate over a step (s).
+
+    Cosine and sine follow by series: the next terms, turn^7 / 5040 and turn^8 / 40320, are below rounding up to
+    ``TURN_LIMIT``. Every sample starts from exact values again (`kinematics.orient`).
+    """
+    far = 0
+    for i in range(angle.shape[0]):
+        turn = step * rate[i]
+        angle[i] += turn
+        far += not abs(turn) < TURN_LIMIT
+    for i in range(angle.shape[0]):
+        turn = step * rate[i]
+        t2 = turn * turn
+        ds = turn * (1.0 - t2 * (1.0 / 6.0 - t2 * (1.0 / 120.0)))
+        dc = t2 * (0.5 - t2 * (1.0 / 24.0 - t2 * (1.0 / 720.0)))
+        c, s = cos[i], sin[i]
+        cos[i] = c - (c * dc + s * ds)
+        sin[i] = s - (s * dc - c * ds)
+    if far > 0:
+        orient(angle, cos, sin)
+
+
+@fused
 def advance(model: Model, state: State, work: Work, implicit, radial=None):
     """Velocities, then positions, then the projection of a rigid closure.
 
@@ -57,53 +88,42 @@ def advance(model: Model, state: State, work: Work, implicit, radial=None):
         -1, or the body whose angular velocity left the physical range.
     """
     chain, wheels, sweep, h = model.chain, model.wheels, work.sweep, model.step
-    response = sweep.response
     lx, ly, lm = sweep.load[0], sweep.load[1], sweep.load[2]
     n = state.angle.shape[0]
-    bad = -1
     b = sweep.base
     # change of velocity along the chain, in the configuration before the step (for the account)
     dvx = h * (b[0, 0] * lx + b[0, 1] * ly + b[0, 2] * lm + b[0, 3])
     dvy = h * (b[1, 0] * lx + b[1, 1] * ly + b[1, 2] * lm + b[1, 3])
     state.pin[2] += dvx
     state.pin[3] += dvy
-    gx = gy = 0.0
+    # A processor works on several bodies at once where a loop has neither a branch nor a sum from body to body.
+    response, turned, rate, cos, sin = sweep.response, work.turned, state.rate, work.cos, work.sin
     for i in range(n):
-        c, s, old, length = work.cos[i], work.sin[i], state.rate[i], chain.length[i]
-        dw = h * (response[i, 0] * lx + response[i, 1] * ly + response[i, 2] * lm + response[i, 3])
+        turned[i] = h * (response[i, 0] * lx + response[i, 1] * ly + response[i, 2] * lm + response[i, 3])
+    for i in range(n):
+        dw, c, s = turned[i], cos[i], sin[i]
         work.com_dvx[i] = dvx - dw * (chain.com_x[i] * s + chain.com_y[i] * c)
         work.com_dvy[i] = dvy + dw * (chain.com_x[i] * c - chain.com_y[i] * s)
-        work.turned[i] = dw
-        dvx -= dw * s * length
-        dvy += dw * c * length
-        rate = old + dw
-        if not abs(rate) < RATE_LIMIT and bad < 0:
-            bad = i
-        state.rate[i] = rate
-        turn = h * rate
-        state.angle[i] += turn
-        # Rotate by series: the next terms, turn^7 / 5040 and turn^8 / 40320, are below rounding up to
-        # TURN_LIMIT. Every sample starts from exact values again (`orient`).
-        if abs(turn) < TURN_LIMIT:
-            t2 = turn * turn
-            ds = turn * (1.0 - t2 * (1.0 / 6.0 - t2 / 120.0))
-            dc = t2 * (0.5 - t2 * (1.0 / 24.0 - t2 / 720.0))
-            nc = c - (c * dc + s * ds)
-            ns = s - (s * dc - c * ds)
-        else:
-            nc = cosine(state.angle[i])
-            ns = sine(state.angle[i])
-        work.cos[i] = nc
-        work.sin[i] = ns
-        gx += length * nc
-        gy += length * ns
+        dvx -= dw * (chain.length[i] * s)
+        dvy += dw * (chain.length[i] * c)
+        if radial is not None and i < n - 1:
+            dvx += h * radial.apart[i, 0]
+            dvy += h * radial.apart[i, 1]
+    far = 0
+    for i in range(n):
+        rate[i] += turned[i]
+        far += not abs(rate[i]) < RATE_LIMIT
+    bad = _first_beyond(rate) if far > 0 else -1
+    _rotate(state.angle, rate, h, cos, sin)
+    gx = gy = 0.0
+    for i in range(n):
+        gx += chain.length[i] * cos[i]
+        gy += chain.length[i] * sin[i]
         if radial is not None and i < n - 1:
             part = state.part
             for k in range(2):
                 part[i, 2 + k] += h * radial.apart[i, k]
                 part[i, k] += h * part[i, 2 + k]
-            dvx += h * radial.apart[i, 0]
-            dvy += h * radial.apart[i, 1]
             gx += part[i, 0]
             gy += part[i, 1]
 
@@ -114,21 +134,23 @@ def advance(model: Model, state: State, work: Work, implicit, radial=None):
     if radial is not None:
         gx = gy = 0.0
     # extra cut load that closes the gap: end - start moves by h^2 (closure matrix) d_lambda
-    inv = sweep.inverse
+    inv, added = sweep.inverse, work.added
     dx = -(inv[0, 0] * gx + inv[0, 1] * gy) / h
     dy = -(inv[1, 0] * gx + inv[1, 1] * gy) / h
     dm = -(inv[2, 0] * gx + inv[2, 1] * gy) / h
     for i in range(n):
-        d = response[i, 0] * dx + response[i, 1] * dy + response[i, 2] * dm
-        state.rate[i] += d
-        work.turned[i] += d
-        d *= h
+        added[i] = response[i, 0] * dx + response[i, 1] * dy + response[i, 2] * dm
+    for i in range(n):
+        rate[i] += added[i]
+        turned[i] += added[i]
+    for i in range(n):
+        d = h * added[i]
         state.angle[i] += d
         # d is of third order in the step: two terms of the rotation leave nothing in double precision
-        c, s = work.cos[i], work.sin[i]
+        c, s = cos[i], sin[i]
         half = 0.5 * d * d
-        work.cos[i] = c - d * s - half * c
-        work.sin[i] = s + d * c - half * s
+        cos[i] = c - d * s - half * c
+        sin[i] = s + d * c - half * s
     for k in range(2):
         state.pin[2 + k] += b[k, 0] * dx + b[k, 1] * dy + b[k, 2] * dm
         state.pin[k] += h * state.pin[2 + k]

@@ -25,42 +25,58 @@ def log_spells(spells: Spells, state: State, work: Work, time, step):
     """Open, extend or close the spell of every contact of the sprocket after a step.
 
     The force at ``time`` is taken to act for one ``step``. A row that finds no room is counted but
-    not kept, so that the caller can tell.
+    not kept, so that the caller can tell. What is not close to the sprocket is looked at only where the lists of
+    `contact.neighbours` are new: it may have left them in contact.
     """
-    entries = spells.open
-    for pitch in range(work.wheel_force.shape[0]):
-        for side in range(3):
-            i = 3 * pitch + side
-            force = work.wheel_force[pitch, SPROCKET] if side == 2 else work.tooth_force[2 * pitch + side]
-            begun = entries[i, END] > 0.0  # END is 0 while nothing is open
-            if force <= 0.0 and not begun:
-                continue
-            groove = 0 if side == 2 else work.tooth_groove[2 * pitch + side]
-            if begun and (force <= 0.0 or groove != entries[i, GROOVE]):
-                k = spells.count[0]
-                if k < spells.rows.shape[0]:
-                    for column in range(entries.shape[1]):
-                        spells.rows[k, column] = entries[i, column]
-                spells.count[0] = k + 1
-                entries[i, END] = 0.0
-                begun = False
-            if force <= 0.0:
-                continue
-            if not begun:
-                entries[i, PITCH] = pitch
-                entries[i, SIDE] = side
-                entries[i, GROOVE] = groove
-                entries[i, AREAS] = 0.0
-                entries[i, START] = time
-                entries[i, PEAK] = 0.0
-                entries[i, IMPULSE] = 0.0
-                entries[i, SQUARE] = 0.0
-                entries[i, ANGLE] = state.wheel_angle[SPROCKET]
-            entries[i, END] = time + step
-            if force > entries[i, PEAK]:
-                entries[i, PEAK] = force
-                entries[i, PEAK_TIME] = time
-            entries[i, IMPULSE] += force * step
-            entries[i, SQUARE] += force * force * step
-            if side < 2:
-                entries[i, AREAS] = int(entries[i, AREAS]) | (1 << (work.tooth_area[2 * pitch + side] - 1))
+    near = work.near
+    if near.count[2]:
+        for arc in range(work.tooth_force.shape[0]):
+            _log(spells, state, work, arc // 2, arc % 2, (time, step))
+        for pitch in range(work.wheel_force.shape[0]):
+            _log(spells, state, work, pitch, 2, (time, step))
+    else:
+        for item in range(near.count[0]):
+            _log(spells, state, work, near.arc[item] // 2, near.arc[item] % 2, (time, step))
+        for item in range(near.count[1]):
+            if near.link[item, 1] == SPROCKET:
+                _log(spells, state, work, near.link[item, 0], 2, (time, step))
+
+
+@kernel
+def _log(spells: Spells, state: State, work: Work, pitch, side, when):
+    """The spell of one side of a pitch: 0 left arc, 1 right arc, 2 ring. ``when`` is the time and the step, s."""
+    time, step = when
+    entries, i = spells.open, 3 * pitch + side
+    force = work.wheel_force[pitch, SPROCKET] if side == 2 else work.tooth_force[2 * pitch + side]
+    begun = entries[i, END] > 0.0  # END is 0 while nothing is open
+    if force <= 0.0 and not begun:
+        return
+    groove = 0 if side == 2 else work.tooth_groove[2 * pitch + side]
+    if begun and (force <= 0.0 or groove != entries[i, GROOVE]):
+        k = spells.count[0]
+        if k < spells.rows.shape[0]:
+            for column in range(entries.shape[1]):
+                spells.rows[k, column] = entries[i, column]
+        spells.count[0] = k + 1
+        entries[i, END] = 0.0
+        begun = False
+    if force <= 0.0:
+        return
+    if not begun:
+        entries[i, PITCH] = pitch
+        entries[i, SIDE] = side
+        entries[i, GROOVE] = groove
+        entries[i, AREAS] = 0.0
+        entries[i, START] = time
+        entries[i, PEAK] = 0.0
+        entries[i, IMPULSE] = 0.0
+        entries[i, SQUARE] = 0.0
+        entries[i, ANGLE] = state.wheel_angle[SPROCKET]
+    entries[i, END] = time + step
+    if force > entries[i, PEAK]:
+        entries[i, PEAK] = force
+        entries[i, PEAK_TIME] = time
+    entries[i, IMPULSE] += force * step
+    entries[i, SQUARE] += force * force * step
+    if side < 2:
+        entries[i, AREAS] = int(entries[i, AREAS]) | (1 << (work.tooth_area[2 * pitch + side] - 1))

@@ -117,6 +117,8 @@ class Tooth(NamedTuple):
         Cosine and sine of beta_k (Eq. 12).
     teeth : int
         m.
+    half_pitch : float
+        tan(pi / m): half the sector of a groove.
     addendum : float
         r_a of Eq. 18, m.
     arc_radius : float
@@ -136,6 +138,7 @@ class Tooth(NamedTuple):
     groove_cos: np.ndarray
     groove_sin: np.ndarray
     teeth: int
+    half_pitch: float
     addendum: float
     arc_radius: float
     law: Law

@@ -25,7 +25,7 @@ class SweepWork(NamedTuple):
     ----------
     gain : (n, 8) array
         Of the joint behind body i: the angular acceleration across it as a linear function,
-        ``[S_31, S_32, S_33, E_3x, E_3y, E_3m, E_31 - tau] / D`` (eighth entry unused).
+        ``[S_31, S_32, -h c, E_3x, E_3y, E_3m, E_31 - tau] / D`` (eighth entry unused).
     response : (n, 4) array
         Angular acceleration of body i for unit ``[lambda_x, lambda_y, lambda_m, 1]``.
     end : (3, 4) array
@@ -182,6 +182,34 @@ class RadialWork(NamedTuple):
     response: np.ndarray
 
 
+class Near(NamedTuple):
+    """Lists of what is close to a wheel (`contact.neighbours`), for ``n`` bodies, ``p`` pitches and ``w`` wheels.
+
+    Attributes
+    ----------
+    count : (3,) integer array
+        Arcs close to the sprocket (-1: no lists yet), pairs of a link and a wheel close to each other, and 1 where the
+        lists were made at the present state.
+    arc : (2 p,) integer array
+        These arcs, in rising order.
+    link : (p w, 2) integer array
+        Link and wheel of these pairs, in rising order.
+    groove : (2 p,) integer array
+        The groove that each arc was last found in, 0 before.
+    pin_x, pin_y : (n + 1,), wheel : (w, 2), plane : (4, 3) arrays
+        Where pins and wheels were when the lists were made, and attitude and offset of the plane of the chain.
+    """
+
+    count: np.ndarray
+    arc: np.ndarray
+    link: np.ndarray
+    groove: np.ndarray
+    pin_x: np.ndarray
+    pin_y: np.ndarray
+    wheel: np.ndarray
+    plane: np.ndarray
+
+
 class Work(NamedTuple):
     """Arrays of a step for ``n`` bodies, ``p`` pitches and ``w`` wheels.
 
@@ -195,6 +223,8 @@ class Work(NamedTuple):
         Velocities of the mass centres, m/s.
     com_dvx, com_dvy, turned : (n,) arrays
         What the last step of semi-implicit Euler added to them (m/s) and to the angular velocities (rad/s).
+    added : (n,) array
+        What its projection added to the angular velocities, rad/s.
     force_x, force_y, moment : (n,) arrays
         Loads of the contacts on the bodies about their mass centres, N and N m.
     torque, joint_rate : (n,) arrays
@@ -226,6 +256,8 @@ class Work(NamedTuple):
         ``sensed`` of every link, where a record asks for it.
     sweep : SweepWork
         Solution of the chain.
+    near : Near
+        Who may touch whom.
     implicit : ImplicitWork or None
         Of a linearly implicit integrator.
     stages : Stages or None
@@ -245,6 +277,7 @@ class Work(NamedTuple):
     com_dvx: np.ndarray
     com_dvy: np.ndarray
     turned: np.ndarray
+    added: np.ndarray
     force_x: np.ndarray
     force_y: np.ndarray
     moment: np.ndarray
@@ -264,6 +297,7 @@ class Work(NamedTuple):
     change: np.ndarray
     links: np.ndarray
     sweep: SweepWork
+    near: Near
     implicit: ImplicitWork | None = None
     stages: Stages | None = None
     space: SpaceWork | None = None
@@ -277,7 +311,7 @@ def make_work(n: int, pitches: int, wheels: int) -> Work:
     return Work(
         *(np.zeros(n) for _ in range(2)),
         *(np.zeros(n + 1) for _ in range(2)),
-        *(np.zeros(n) for _ in range(10)),
+        *(np.zeros(n) for _ in range(11)),
         np.zeros(wheels),
         np.zeros(2 * pitches),
         np.zeros(2 * pitches, np.int64),
@@ -292,6 +326,16 @@ def make_work(n: int, pitches: int, wheels: int) -> Work:
         np.zeros(4),
         np.zeros((pitches, 6)),
         sweep,
+        Near(
+            np.full(3, -1),
+            np.zeros(2 * pitches, np.int64),
+            np.zeros((pitches * wheels, 2), np.int64),
+            np.zeros(2 * pitches, np.int64),
+            np.zeros(n + 1),
+            np.zeros(n + 1),
+            np.zeros((wheels, 2)),
+            np.zeros((4, 3)),
+        ),
     )
 
 

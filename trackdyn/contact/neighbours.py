@@ -1,0 +1,100 @@
+"""Who may touch whom: lists of the arcs and links close to a wheel, kept until something has moved too far.
+
+A loop of 35 pitches has 175 pairs of a surface and a wheel, of which some 30 are ever close. The lists hold all pairs closer than
+``MARGIN`` to their contact and are made anew as soon as pins, wheels or the chain's plane have moved as far as that
+together could use it up (Verlet, Phys. Rev. 159, 1967, 98): no contact can be missed, at any speed.
+"""
+
+from math import sqrt
+
+from trackdyn.contact.axial import centre_seen, height, own_centre, seen
+from trackdyn.jit import kernel
+from trackdyn.model.constants import SPROCKET, Model
+from trackdyn.model.state import OFFSET, State
+from trackdyn.model.work import Work
+
+# m; a link moves as far in a hundred steps
+MARGIN = 8e-3
+# Parts of it that pins, wheels and the plane may use up. Arcs and ends of links stand at most half a body's length beyond
+# its pins, so that they move at most twice as far as the pins do.
+PINS, WHEELS, PLANE = 0.25, 0.25, 0.25
+
+
+@kernel
+def update(model: Model, state: State, work: Work, space):
+    """Make the lists anew if they do not hold any more; what leaves them touches nothing."""
+    work.near.count[2] = 0
+    if _hold(model, state, work, space):
+        return
+    near, shoes, tooth, wheels = work.near, model.shoes, model.tooth, model.wheels
+    for i in range(work.pin_x.shape[0]):
+        near.pin_x[i] = work.pin_x[i]
+        near.pin_y[i] = work.pin_y[i]
+    for wheel in range(wheels.x.shape[0]):
+        near.wheel[wheel, 0] = wheels.x[wheel]
+        near.wheel[wheel, 1] = wheels.y[wheel]
+    if space is not None:
+        for r in range(3):
+            for k in range(3):
+                near.plane[r, k] = space.attitude[r, k]
+        near.plane[3, 0] = state.plane.motion[OFFSET]
+    z = height(state, space)
+    arcs = 0
+    for arc in range(shoes.arc_body.shape[0]):
+        body = shoes.arc_body[arc]
+        mx, my, mz = centre_seen(model, space, SPROCKET)
+        x = work.pin_x[body] + shoes.arc_x[arc] * work.cos[body]
+        y = work.pin_y[body] + shoes.arc_x[arc] * work.sin[body]
+        lx, ly, _ = seen(space, SPROCKET, x - mx, y - my, z - mz)
+        if model.tooth.present and lx * lx + ly * ly <= (tooth.addendum + tooth.arc_radius + MARGIN) ** 2:
+            near.arc[arcs] = arc
+            arcs += 1
+        else:
+            work.tooth_area[arc] = work.tooth_groove[arc] = 0
+            work.tooth_force[arc] = state.tooth_impact[arc] = 0.0
+    links = 0
+    for link in range(shoes.link_body.shape[0]):
+        body = shoes.link_body[link]
+        middle = 0.5 * (shoes.link_start[link] + shoes.link_end[link])
+        half = 0.5 * (shoes.link_end[link] - shoes.link_start[link])
+        for wheel in range(wheels.x.shape[0]):
+            x, y, _ = seen(
+                space, wheel, work.pin_x[body] + middle * work.cos[body], work.pin_y[body] + middle * work.sin[body], z
+            )
+            cx, cy, _ = own_centre(model, space, wheel)
+            reach = wheels.radius[wheel] + wheels.half_thickness + half + MARGIN
+            if wheels.present[wheel] and (x - cx) ** 2 + (y - cy) ** 2 < reach * reach:
+                near.link[links, 0] = link
+                near.link[links, 1] = wheel
+                links += 1
+            else:
+                work.wheel_force[link, wheel] = state.wheel_impact[link, wheel] = 0.0
+    near.count[0] = arcs
+    near.count[1] = links
+    near.count[2] = 1
+
+
+@kernel
+def _hold(model: Model, state: State, work: Work, space):
+    """Whether nothing has moved too far since the lists were made."""
+    near = work.near
+    if near.count[0] < 0:
+        return False
+    far = 0
+    for i in range(work.pin_x.shape[0]):
+        x = work.pin_x[i] - near.pin_x[i]
+        y = work.pin_y[i] - near.pin_y[i]
+        far += not x * x + y * y <= (PINS * MARGIN) ** 2
+    for wheel in range(near.wheel.shape[0]):
+        x = model.wheels.x[wheel] - near.wheel[wheel, 0]
+        y = model.wheels.y[wheel] - near.wheel[wheel, 1]
+        far += not x * x + y * y <= (WHEELS * MARGIN) ** 2
+    if space is not None:
+        turned = size = 0.0
+        for r in range(3):
+            for k in range(3):
+                turned += (space.attitude[r, k] - near.plane[r, k]) ** 2
+        for i in range(work.pin_x.shape[0]):
+            size = max(size, work.pin_x[i] ** 2 + work.pin_y[i] ** 2)
+        far += not sqrt(turned * size) + abs(state.plane.motion[OFFSET] - near.plane[3, 0]) <= PLANE * MARGIN
+    return far == 0
