@@ -1,0 +1,90 @@
+"""No contact is missed by the lists of what is close to a wheel, however long they were kept."""
+
+import numpy as np
+import pytest
+
+from trackdyn.errors import TrackdynError
+from trackdyn.loop import Loop
+from trackdyn.model.constants import SPROCKET
+from trackdyn.model.state import OFFSET
+
+
+def distances(loop):
+    """Of every arc's centre from the sprocket's axis, (2 p,), and of every link's middle line from every wheel's, (p, w); m."""
+    model, state, work = loop.model, loop.state, loop.work
+    shoes, space = model.shoes, work.space
+    height = 0.0 if space is None else state.plane.motion[OFFSET]
+
+    def places(body, along):
+        x = work.pin_x[body] + along * np.cos(state.angle[body])
+        y = work.pin_y[body] + along * np.sin(state.angle[body])
+        return np.column_stack([x, y, np.full(len(x), height)])
+
+    def seen(points, wheel):
+        if space is None:
+            return points[:, :2] - [model.wheels.x[wheel], model.wheels.y[wheel]]
+        return (points @ space.relative[wheel].T - model.space.centre[wheel])[:, :2]
+
+    arcs = np.hypot(*seen(places(shoes.arc_body, shoes.arc_x), SPROCKET).T)
+    links = np.empty(work.wheel_force.shape)
+    for wheel in range(links.shape[1]):
+        a = seen(places(shoes.link_body, shoes.link_start), wheel)
+        b = seen(places(shoes.link_body, shoes.link_end), wheel)
+        along = np.clip(-np.sum(a * (b - a), axis=1) / np.sum((b - a) ** 2, axis=1), 0, 1)
+        links[:, wheel] = np.hypot(*(a + along[:, None] * (b - a)).T)
+    return arcs, links
+
+
+def missed(loop):
+    """Arcs and pairs of link and wheel that touch and stand on no list; how many touch."""
+    model, near = loop.model, loop.work.near
+    arcs, links = distances(loop)
+    reached = arcs < model.tooth.addendum + model.tooth.arc_radius
+    touching = (links < model.wheels.radius + model.wheels.half_thickness) & (model.wheels.present == 1)
+    known, known_links = np.zeros(len(arcs), bool), np.zeros(links.shape, bool)
+    known[near.arc[: near.count[0]]] = True
+    known_links[tuple(near.link[: near.count[1]].T)] = True
+    count = np.count_nonzero(reached) + np.count_nonzero(touching)
+    return np.count_nonzero(reached & ~known) + np.count_nonzero(touching & ~known_links), count
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"motor_rpm": 115.0, "ring_radius": 0.308},
+        {"motor_rpm": 210.0, "ring_radius": None},
+        {"motor_rpm": 2000.0, "ring_radius": 0.29, "step": 5e-5},
+        {"motor_rpm": 10000.0, "ring_radius": 0.308, "step": 1e-5},
+        {"motor_rpm": 210.0, "ring_radius": 0.308, "tension": "sprung"},
+        {"motor_rpm": 210.0, "ring_radius": 0.308, "space": "spatial"},
+    ],
+    ids=lambda fields: "-".join(str(value) for value in fields.values()),
+)
+def test_no_contact_is_missed(make_scene, fields, seed):
+    loop = Loop(make_scene(**fields))
+    rng = np.random.default_rng(seed)
+    for _ in range(12):
+        try:
+            loop.step(int(rng.integers(100, 600)))  # lists are made at its first step
+        except TrackdynError:
+            break  # 10,000 rev/min tears the loop off its wheels in the end
+        left_out, count = missed(loop)
+        assert left_out == 0
+        assert count > 10
+
+
+def test_lists_are_kept_and_short(driven_loop):
+    loop = driven_loop()
+    loop.step(30)
+    near = loop.work.near
+    assert near.count[2] == 0, "thirty steps move a link by 2 mm: the lists of the first one hold"
+    assert near.count[0] + near.count[1] < 60, "of 70 arcs and 105 pairs of a link and a wheel"
+
+
+def test_a_jump_renews_the_lists(driven_loop):
+    loop = driven_loop()
+    loop.step(1)
+    loop.step(500)
+    assert missed(loop)[0] == 0
+    assert abs(loop.work.pin_x - loop.work.near.pin_x).max() < 2.1e-3, "no pin is further than a quarter of the margin"
