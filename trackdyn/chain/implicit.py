@@ -10,7 +10,8 @@ load and the wheels' accelerations then follow from one small system.
 from typing import NamedTuple
 
 from trackdyn.chain.bearings import bearing_drag
-from trackdyn.chain.riccati import invert_closure, sweep
+from trackdyn.chain.closure import invert_closure
+from trackdyn.chain.riccati import sweep
 from trackdyn.jit import kernel
 from trackdyn.model.constants import Model
 from trackdyn.model.state import State
@@ -20,7 +21,7 @@ from trackdyn.model.work import ImplicitWork, Work
 class Cut(NamedTuple):
     """The cut joint in a step of ``h``: ``1 / (h^2 K + h C)`` of a compliant one and its force on body 1 (N).
 
-    All 0 where the cut is rigid; see `riccati.close_compliant`.
+    All 0 where the cut is rigid; see `closure.close_compliant`.
     """
 
     compliance: float

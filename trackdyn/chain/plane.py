@@ -27,7 +27,7 @@ the sums of the z forces and of the moments about the pin's x and y axes give ``
 from math import sin as sine
 from math import sqrt
 
-from trackdyn.jit import kernel
+from trackdyn.jit import fused, kernel
 from trackdyn.model.constants import Model
 from trackdyn.model.state import OFFSET, SPEED, P, Q, State
 from trackdyn.model.work import SpaceWork, Work
@@ -58,7 +58,7 @@ def aim(model: Model, state: State, space: SpaceWork):
         space.gravity[j] = -model.chain.gravity * a[1, j]
 
 
-@kernel
+@fused
 def plane_dynamics(model: Model, state: State, work: Work, space: SpaceWork):
     """Add the loads that the moving plane puts on the planar chain, and solve for the plane's accelerations.
 

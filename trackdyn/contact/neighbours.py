@@ -38,6 +38,10 @@ def update(model: Model, state: State, work: Work, space):
             for k in range(3):
                 near.plane[r, k] = space.attitude[r, k]
         near.plane[3, 0] = state.plane.motion[OFFSET]
+        size = 0.0
+        for i in range(work.pin_x.shape[0]):
+            size = max(size, work.pin_x[i] ** 2 + work.pin_y[i] ** 2)
+        near.plane[3, 1] = sqrt(size) + MARGIN  # what the plane's turn moves at most by, m a radian
     z = height(state, space)
     arcs = 0
     for arc in range(shoes.arc_body.shape[0]):
@@ -90,11 +94,9 @@ def _hold(model: Model, state: State, work: Work, space):
         y = model.wheels.y[wheel] - near.wheel[wheel, 1]
         far += not x * x + y * y <= (WHEELS * MARGIN) ** 2
     if space is not None:
-        turned = size = 0.0
+        turned = 0.0
         for r in range(3):
             for k in range(3):
                 turned += (space.attitude[r, k] - near.plane[r, k]) ** 2
-        for i in range(work.pin_x.shape[0]):
-            size = max(size, work.pin_x[i] ** 2 + work.pin_y[i] ** 2)
-        far += not sqrt(turned * size) + abs(state.plane.motion[OFFSET] - near.plane[3, 0]) <= PLANE * MARGIN
+        far += not sqrt(turned) * near.plane[3, 1] + abs(state.plane.motion[OFFSET] - near.plane[3, 0]) <= PLANE * MARGIN
     return far == 0

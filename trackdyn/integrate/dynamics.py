@@ -3,6 +3,7 @@
 from trackdyn.chain import implicit as linear
 from trackdyn.chain import multipliers, riccati, transfer_matrices
 from trackdyn.chain import radial as parting
+from trackdyn.chain.closure import close, close_compliant
 from trackdyn.chain.kinematics import bushing_lead, bushing_torques
 from trackdyn.chain.plane import aim
 from trackdyn.contact.loads import contact_loads
@@ -63,14 +64,14 @@ def solve_chain(model: Model, state: State, work: Work, step, implicit, solver, 
         parting.lead_forces(model, state, work, step, radial)
         riccati.sweep(chain, state, work, damping, probe, None, radial)
         ahead = radial.ahead
-        riccati.close_compliant(ahead[-1, 0], ahead[-1, 1], radial.impedance[0], work.torque[-1], damping, sweep)
+        close_compliant(ahead[-1, 0], ahead[-1, 1], radial.impedance[0], work.torque[-1], damping, sweep)
         parting.part_pins(state, work, radial)
     else:
         riccati.sweep(chain, state, work, damping, probe, None, None)
         if closure.compliant:
-            riccati.close_compliant(force_x, force_y, stiff, work.torque[-1], damping, sweep)
+            close_compliant(force_x, force_y, stiff, work.torque[-1], damping, sweep)
         else:
-            riccati.close(work.torque[-1], damping, sweep)
+            close(work.torque[-1], damping, sweep)
 
 
 @kernel
