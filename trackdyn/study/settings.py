@@ -17,6 +17,26 @@ SceneKey = tuple[Positive, Positive | None]
 Window = Literal["ring 115 rpm", "ring 210 rpm", "no ring 115 rpm", "one impact", "settling under gravity"]
 
 
+# steps (s) with what they are allowed up to: the radius of a ring (m), or a motor speed (rev/min); the last holds beyond
+Allowed = Annotated[list[tuple[Positive, Positive]], Field(min_length=1)]
+
+
+def allowed_step(steps: Allowed, value: float | None) -> float:
+    """Step up to a value, s; the first one for None, which is no ring."""
+    return next((step for most, step in steps if value is None or value <= most * (1 + 1e-9)), steps[-1][1])
+
+
+class Known(Section):
+    """When contacts are known: half of the 95 % intervals of shares (points of a turn) and of RMS forces (relative), passages
+    at least, and the revolutions of the loop after which a record ends with what it knows.
+    """
+
+    share_pct: Positive
+    force: Positive
+    passages: Count
+    longest_turns: Positive
+
+
 class StateErrors(Section):
     """Error of the state after a window: scenes, steps of each integrator, tolerances of the adaptive one."""
 

@@ -4,19 +4,33 @@
 TRADE_FIGURES = ("state", "rms", "left_share", "scaling", "planner")
 
 
+rule fidelity_setting:
+    """One setting of the ladder at every speed, with and without the ring."""
+    input:
+        needs("fidelity_setting.py"),
+        rig=CONFIG.rig,
+        kernels=KERNELS,
+    output: f"{R}/fidelity/{{setting}}.csv"
+    params:
+        speeds=CONFIG.fidelity.speeds_rpm,
+        radii=CONFIG.ladder_radii,
+        known=CONFIG.known.model_dump(),
+    wildcard_constraints: setting=r"\w+=\w+"
+    log: f"{R}/logs/fidelity/{{setting}}.log"
+    benchmark: f"{R}/benchmarks/fidelity/{{setting}}.tsv"
+    message: "The ladder of fidelities: {wildcards.setting}"
+    script: "../scripts/fidelity_setting.py"
+
+
 rule fidelity:
     """Every setting of the ladder against the paper's fidelity: difference and cost."""
     input:
         needs("fidelity.py"),
-        rig=CONFIG.rig,
-        kernels=KERNELS,
+        settings=[f"{R}/fidelity/{setting}.csv" for setting in CONFIG.ladder_settings],
     output:
         csv=f"{R}/fidelity.csv",
         md=f"{R}/tables/fidelity.md",
         wide=f"{R}/tables/fidelity.csv",
-    params:
-        study=CONFIG.fidelity.model_dump(),
-        radius=CONFIG.records.ring_radius_m,
     log: f"{R}/logs/fidelity.log"
     benchmark: f"{R}/benchmarks/fidelity.tsv"
     message: "The ladder of fidelities"
@@ -61,7 +75,7 @@ use rule trade as trade_short with:
 
 
 rule traction:
-    """Which flank carries drive, over creep slope and radius of the ring."""
+    """Which flank carries drive, over creep slope and radius of the ring (asked for by name, a minute or two)."""
     input:
         needs("traction.py"),
         rig=CONFIG.rig,
@@ -69,11 +83,20 @@ rule traction:
     output:
         csv=f"{R}/traction.csv",
         figure=figure("traction"),
-    params: form=(CONFIG.studies.traction.full if CONFIG.traction_in_full else CONFIG.studies.traction.short).model_dump()
+    params: form=CONFIG.studies.traction.full.model_dump()
     log: f"{R}/logs/traction.log"
     benchmark: f"{R}/benchmarks/traction.tsv"
     message: "Traction of the ring"
     script: "../scripts/traction.py"
+
+
+use rule traction as traction_short with:
+    output:
+        csv=f"{R}/short/traction.csv",
+        figure=[f"{R}/short/figures/traction.{ending}" for ending in ("png", "svg")],
+    params: form=CONFIG.studies.traction.short.model_dump()
+    log: f"{R}/logs/traction_short.log"
+    benchmark: f"{R}/benchmarks/traction_short.tsv"
 
 
 rule deviations:
@@ -99,7 +122,7 @@ rule whole_loop:
     output: f"{R}/whole_loop.csv"
     params:
         form=CONFIG.studies.whole_loop.full.model_dump(),
-        step=CONFIG.ring_study.step_s,
+        steps=CONFIG.ring_study.steps_s,
     log: f"{R}/logs/whole_loop.log"
     benchmark: f"{R}/benchmarks/whole_loop.tsv"
     message: "Short answers beside long ones"
@@ -110,6 +133,6 @@ use rule whole_loop as whole_loop_short with:
     output: f"{R}/short/whole_loop.csv"
     params:
         form=CONFIG.studies.whole_loop.short.model_dump(),
-        step=CONFIG.ring_study.step_s,
+        steps=CONFIG.ring_study.steps_s,
     log: f"{R}/logs/whole_loop_short.log"
     benchmark: f"{R}/benchmarks/whole_loop_short.tsv"
