@@ -18,7 +18,7 @@ from trackdyn.peers.comparison import scene_of
 from trackdyn.scene import Scene
 from trackdyn.study.accuracy.ladder import REFERENCE, SETTINGS
 from trackdyn.study.fit import FitConfig
-from trackdyn.study.settings import Allowed, Known, StudiesFile, allowed_step
+from trackdyn.study.settings import Allowed, Known, StudiesFile, allowed_step, rising
 from trackdyn.study.steady import steady_fields
 
 FIT = "config/fit.yaml"
@@ -162,6 +162,9 @@ class Config(Section):
                 if after <= before:
                     problem = "stands twice" if after == before else f"comes after {before:g}"
                     raise InputError(f"{where} = {values} is not accepted: {after:g} {problem}; give rising values")
+        rising("ring_study.steps_s", self.ring_study.steps_s)
+        for name, other in self.other_rigs.items():
+            rising(f"other_rigs.{name}.steps_s", other.steps_s)
         try:
             self.sensor_path(1.0)
         except (KeyError, IndexError, ValueError, AttributeError):

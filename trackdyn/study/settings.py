@@ -1,5 +1,6 @@
 """What the long studies run in their short and full forms: ``config/studies.yaml``."""
 
+from itertools import pairwise
 from typing import Annotated, Any, Generic, Literal, TypeVar
 
 from pydantic import BeforeValidator, Field, model_validator
@@ -21,6 +22,19 @@ Window = Literal["ring 115 rpm", "ring 210 rpm", "no ring 115 rpm", "one impact"
 Allowed = Annotated[list[tuple[Positive, Positive]], Field(min_length=1)]
 
 
+def rising(where: str, steps: Allowed) -> None:
+    """Refuse upper bounds that do not rise.
+
+    Raises
+    ------
+    InputError
+        The first that does not.
+    """
+    for (before, _), (after, _) in pairwise(steps):
+        if after <= before:
+            raise InputError(f"{where} = {[list(pair) for pair in steps]} is not accepted: {after:g} comes after {before:g}; give rising values")
+
+
 def allowed_step(steps: Allowed, value: float | None) -> float:
     """Step up to a value, s; the first one for None, which is no ring."""
     return next((step for most, step in steps if value is None or value <= most * (1 + 1e-9)), steps[-1][1])
@@ -34,7 +48,7 @@ class Known(Section):
     share_pct: Positive
     force: Positive
     passages: Count
-    longest_turns: Positive
+    longest_turns: Annotated[float, Field(ge=1)]  # fewer would hold no whole passage
 
 
 class StateErrors(Section):

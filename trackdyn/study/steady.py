@@ -8,7 +8,6 @@ well the mean is known (`measure.whole_loop`).
 from dataclasses import replace
 from math import ceil, pi
 
-import numpy as np
 import pandas as pd
 
 from trackdyn.loop import Loop
