@@ -1,5 +1,6 @@
 # What accuracy costs: the ladder of fidelities, work-precision data, the planner. `trade` is asked for by
-# name; a short form of it belongs to the default target.
+# name; a short form of it belongs to the default target. Its costs are wall and processor time of single bursts: with more
+# jobs than cores the former are too long.
 
 TRADE_FIGURES = ("state", "rms", "left_share", "scaling", "planner")
 
@@ -37,29 +38,113 @@ rule fidelity:
     script: "../scripts/fidelity.py"
 
 
+TRADE_FORMS = {"full": CONFIG.studies.trade.full, "short": CONFIG.studies.trade.short}
+FOLDERS = {"full": R, "short": f"{R}/short"}
+# names of what is measured, and their files
+TRADE_DATA = {"trade": "trade", "agreement": "trade_references"}
+
+
 def trade_outputs(folder):
     return dict(
-        trade=f"{folder}/trade.csv",
-        agreement=f"{folder}/trade_references.csv",
         planner=f"{folder}/planner.csv",
-        scaling=f"{folder}/scaling.csv",
         summary=f"{folder}/tables/trade.md",
         figures=[f"{folder}/figures/trade_{name}.png" for name in TRADE_FIGURES],
         vectors=[f"{folder}/figures/trade_{name}.svg" for name in TRADE_FIGURES],
     )
 
 
+def trade_inputs(form):
+    """What the study is made of: data, references and scaling, and the planner's promises for each scene kept apart."""
+    folder, apart = FOLDERS[form], promised_scenes(TRADE_FORMS[form])
+    data = {name: f"{folder}/{file}.csv" for name, file in TRADE_DATA.items()}
+    return data | dict(scaling=f"{folder}/scaling.csv", promises=[f"{R}/trade/{form}/promises_{name}.csv" for name in apart])
+
+
+rule trade_scene:
+    """Work-precision data of one scene."""
+    input:
+        needs("trade_scene.py"),
+        rig=CONFIG.rig,
+        kernels=KERNELS,
+    output: **{name: f"{R}/trade/{{form}}/{name}_{{part}}.csv" for name in TRADE_DATA}
+    params: form=lambda wildcards: TRADE_FORMS[wildcards.form].model_dump()
+    wildcard_constraints: form="full|short"
+    log: f"{R}/logs/trade_{{form}}/{{part}}.log"
+    benchmark: f"{R}/benchmarks/trade_{{form}}/{{part}}.tsv"
+    message: "Accuracy against cost, {wildcards.form}: {wildcards.part}"
+    script: "../scripts/trade_scene.py"
+
+
+rule trade_data:
+    """Work-precision data of all scenes."""
+    input:
+        needs("trade_data.py"),
+        **{name: [f"{R}/trade/full/{name}_{part}.csv" for part in measured_scenes(TRADE_FORMS["full"])] for name in TRADE_DATA},
+    output: **{name: f"{R}/{file}.csv" for name, file in TRADE_DATA.items()}
+    log: f"{R}/logs/trade_data.log"
+    benchmark: f"{R}/benchmarks/trade_data.tsv"
+    message: "Accuracy against cost: the data"
+    script: "../scripts/trade_data.py"
+
+
+use rule trade_data as trade_data_short with:
+    input:
+        needs("trade_data.py"),
+        **{name: [f"{R}/trade/short/{name}_{part}.csv" for part in measured_scenes(TRADE_FORMS["short"])] for name in TRADE_DATA},
+    output: **{name: f"{R}/short/{file}.csv" for name, file in TRADE_DATA.items()}
+    log: f"{R}/logs/trade_data_short.log"
+    benchmark: f"{R}/benchmarks/trade_data_short.tsv"
+
+
+rule trade_promises:
+    """The planner on one scene kept apart."""
+    input:
+        needs("trade_promises.py"),
+        rig=CONFIG.rig,
+        kernels=KERNELS,
+        trade=lambda wildcards: f"{FOLDERS[wildcards.form]}/trade.csv",
+    output: f"{R}/trade/{{form}}/promises_{{part}}.csv"
+    params: form=lambda wildcards: TRADE_FORMS[wildcards.form].model_dump()
+    wildcard_constraints: form="full|short"
+    log: f"{R}/logs/trade_{{form}}/promises_{{part}}.log"
+    benchmark: f"{R}/benchmarks/trade_{{form}}/promises_{{part}}.tsv"
+    message: "The planner, {wildcards.form}: {wildcards.part}"
+    script: "../scripts/trade_promises.py"
+
+
+rule trade_scaling:
+    """Equal runs on one process and on two."""
+    input:
+        needs("trade_scaling.py"),
+        rig=CONFIG.rig,
+        kernels=KERNELS,
+    output: f"{R}/scaling.csv"
+    params:
+        runs=CONFIG.studies.trade.full.scaling_runs,
+        seconds=CONFIG.studies.trade.full.scaling_s,
+    # processes are timed: nothing else of the pipeline may run beside
+    threads: 64 # that is, all there are
+    log: f"{R}/logs/trade_scaling.log"
+    benchmark: f"{R}/benchmarks/trade_scaling.tsv"
+    message: "Scaling over processes"
+    script: "../scripts/trade_scaling.py"
+
+
+use rule trade_scaling as trade_scaling_short with:
+    output: f"{R}/short/scaling.csv"
+    params:
+        runs=CONFIG.studies.trade.short.scaling_runs,
+        seconds=CONFIG.studies.trade.short.scaling_s,
+    log: f"{R}/logs/trade_scaling_short.log"
+    benchmark: f"{R}/benchmarks/trade_scaling_short.tsv"
+
+
 rule trade:
     """Work-precision data, the planner on scenes kept apart, the scaling of the sweep."""
     input:
         needs("trade.py"),
-        rig=CONFIG.rig,
-        kernels=KERNELS,
+        **trade_inputs("full"),
     output: **trade_outputs(R)
-    params:
-        form=CONFIG.studies.trade.full.model_dump(),
-    # costs are timed: nothing else of the pipeline may run beside
-    threads: 64 # that is, all there are
     log: f"{R}/logs/trade.log"
     benchmark: f"{R}/benchmarks/trade.tsv"
     message: "Accuracy against cost"
@@ -67,8 +152,10 @@ rule trade:
 
 
 use rule trade as trade_short with:
+    input:
+        needs("trade.py"),
+        **trade_inputs("short"),
     output: **trade_outputs(f"{R}/short")
-    params: form=CONFIG.studies.trade.short.model_dump()
     log: f"{R}/logs/trade_short.log"
     benchmark: f"{R}/benchmarks/trade_short.tsv"
     message: "Accuracy against cost, the short form"
