@@ -81,8 +81,8 @@ rule trade_data:
         needs("trade_data.py"),
         **{name: [f"{R}/trade/full/{name}_{part}.csv" for part in measured_scenes(TRADE_FORMS["full"])] for name in TRADE_DATA},
     output: **{name: f"{R}/{file}.csv" for name, file in TRADE_DATA.items()}
-    log: f"{R}/logs/trade_data.log"
-    benchmark: f"{R}/benchmarks/trade_data.tsv"
+    log: f"{R}/logs/trade_full/data.log"
+    benchmark: f"{R}/benchmarks/trade_full/data.tsv"
     message: "Accuracy against cost: the data"
     script: "../scripts/trade_data.py"
 
@@ -92,8 +92,8 @@ use rule trade_data as trade_data_short with:
         needs("trade_data.py"),
         **{name: [f"{R}/trade/short/{name}_{part}.csv" for part in measured_scenes(TRADE_FORMS["short"])] for name in TRADE_DATA},
     output: **{name: f"{R}/short/{file}.csv" for name, file in TRADE_DATA.items()}
-    log: f"{R}/logs/trade_data_short.log"
-    benchmark: f"{R}/benchmarks/trade_data_short.tsv"
+    log: f"{R}/logs/trade_short/data.log"
+    benchmark: f"{R}/benchmarks/trade_short/data.tsv"
 
 
 rule trade_promises:
@@ -124,8 +124,8 @@ rule trade_scaling:
         seconds=CONFIG.studies.trade.full.scaling_s,
     # processes are timed: nothing else of the pipeline may run beside
     threads: 64 # that is, all there are
-    log: f"{R}/logs/trade_scaling.log"
-    benchmark: f"{R}/benchmarks/trade_scaling.tsv"
+    log: f"{R}/logs/trade_full/scaling.log"
+    benchmark: f"{R}/benchmarks/trade_full/scaling.tsv"
     message: "Scaling over processes"
     script: "../scripts/trade_scaling.py"
 
@@ -135,8 +135,8 @@ use rule trade_scaling as trade_scaling_short with:
     params:
         runs=CONFIG.studies.trade.short.scaling_runs,
         seconds=CONFIG.studies.trade.short.scaling_s,
-    log: f"{R}/logs/trade_scaling_short.log"
-    benchmark: f"{R}/benchmarks/trade_scaling_short.tsv"
+    log: f"{R}/logs/trade_short/scaling.log"
+    benchmark: f"{R}/benchmarks/trade_short/scaling.tsv"
 
 
 rule trade:
