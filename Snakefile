@@ -1,4 +1,4 @@
-"""The replication: `snakemake -j2` for everything, `--configfile config/quick.yaml` for ten minutes."""
+"""The replication: `snakemake -j2` for everything, `--configfile config/quick.yaml` for a short form of it."""
 
 import sys
 from pathlib import Path
