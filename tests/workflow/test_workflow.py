@@ -29,7 +29,7 @@ for path in RULE_FILES:  # the same rule with other outputs
     for rule, twin in re.findall(r"^use rule (\w+) as (\w+) with:", path.read_text(encoding="utf-8"), re.MULTILINE):
         SCRIPTS[twin] = SCRIPTS[rule]
 SCRIPTED = sorted(SCRIPTS)
-ON_DEMAND = {"fit", "trade", "extremes", "traction", "deviations", "whole_loop"}
+ON_DEMAND = {"fit", "trade", "trade_data", "trade_scaling", "extremes", "traction", "deviations", "whole_loop"}
 WITH_A_TOLERANCE = {"plan"}  # exists only where the configuration asks for it
 
 
@@ -131,8 +131,8 @@ def test_a_tolerance_puts_the_planner_before_the_records(tmp_path):
 
     runs = [str(tmp_path / "results" / "runs" / f"{run}.npz") for run in ("coarse/115rpm", "meshing/ring")]
     planned = planned_jobs(tmp_path, quick_config(tmp_path, ask), *runs)
-    # the data are the study's
-    assert planned == {"warm_up": 1, "trade": 1, "plan": 1, "simulate": 2, "total": 5}
+    # the data are the study's: seven scenes for statistics, five for the state
+    assert planned == {"warm_up": 1, "trade_scene": 12, "trade_data": 1, "plan": 1, "simulate": 2, "total": 17}
 
 
 # --- what an edit makes due -----------------------------------------------------------------------------
@@ -162,8 +162,9 @@ class Pretended:
             file.parent.mkdir(parents=True, exist_ok=True)
             file.touch()
         for rule in ON_DEMAND:  # files that Snakemake misses where a rule is asked for by name
-            (folder / "results" / "benchmarks").mkdir(exist_ok=True)
-            (folder / "results" / "benchmarks" / f"{rule}.tsv").touch()
+            benchmark = re.search(r'benchmark: f"{R}/(.*?)"', RULES[rule][1])[1]
+            (folder / "results" / benchmark).parent.mkdir(parents=True, exist_ok=True)
+            (folder / "results" / benchmark).touch()
         arguments = ("--configfile", str(self.config), "-j1", "--forceall", "--", "all", *ON_DEMAND)
         result = snakemake(folder, *arguments, run="--touch", root=self.root)
         assert result.returncode == 0, result.stdout + result.stderr
