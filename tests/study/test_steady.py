@@ -103,8 +103,8 @@ def test_a_transient_is_left_out(monkeypatch):
     assert 4 <= first <= 12
 
 
-def test_a_loop_without_contact_has_nothing_to_be_known(monkeypatch):
-    assert seen(monkeypatch, []) == (0.0, True)
+def test_a_loop_without_contact_is_not_known(monkeypatch):
+    assert seen(monkeypatch, []) == (0.0, False)
 
 
 def test_what_is_not_known_ends_with_its_scene(rig):

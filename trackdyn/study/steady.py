@@ -114,8 +114,8 @@ def run_steady(loop: Loop, known: Known) -> tuple[Recording, bool]:
 def steady_from(recording: Recording, known: Known) -> tuple[float, bool]:
     """Seconds at the beginning of a record that are left out, and whether what remains is known."""
     table = passages(recording)
-    if table.empty:  # nothing touches the sprocket, and nothing is to be known
-        return 0.0, True
+    if table.empty:  # nothing has touched the sprocket so far
+        return 0.0, False
     found = contact_series(table)
     cut = max(measure.transient() for measure in found.values())
     for first in (0, cut):
