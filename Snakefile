@@ -13,6 +13,7 @@ from trackdyn.config import check_layers, read_layer, ring_name
 from trackdyn.errors import TrackdynError
 from trackdyn.imports import imported_files
 from trackdyn.jit import source_hash
+from trackdyn.study.accuracy.ladder import SETTINGS
 from trackdyn.study.accuracy.scenes import measured_scenes, promised_scenes
 from trackdyn.study.extremes.run import parts_of
 from trackdyn.study.settings import allowed_step

@@ -26,7 +26,7 @@ rule extremes_part:
     input:
         needs("extremes_part.py"),
         rig=CONFIG.rig,
-        kernels=KERNELS,
+        kernels=SEVERAL_METHODS,
     output: f"{R}/extremes/{{form}}/{{part}}.csv"
     params: form=lambda wildcards: EXTREMES_FORMS[wildcards.form].model_dump()
     wildcard_constraints: form="full|short"

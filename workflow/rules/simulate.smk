@@ -8,11 +8,27 @@ rule warm_up:
     """Compile the kernels once: parallel jobs on a cold cache would each compile them."""
     input: needs("warm_up.py")
     output: KERNELS
-    params: rig=CONFIG.rig
+    params:
+        rig=CONFIG.rig,
+        integrator="semi_implicit",
     log: f"{R}/logs/warm_up.log"
     benchmark: f"{R}/benchmarks/warm_up.tsv"
     message: "Compiling the kernels"
     script: "../scripts/warm_up.py"
+
+
+use rule warm_up as warm_up_method with:
+    input:
+        needs("warm_up.py"),
+        KERNELS,
+    output: method_kernels("{integrator}")
+    params:
+        rig=CONFIG.rig,
+        integrator=lambda wildcards: wildcards.integrator,
+    wildcard_constraints: integrator="linearly_implicit|rk4"
+    log: f"{R}/logs/warm_up/{{integrator}}.log"
+    benchmark: f"{R}/benchmarks/warm_up/{{integrator}}.tsv"
+    message: "Compiling the kernels of {wildcards.integrator}"
 
 
 if PLANNED:

@@ -5,12 +5,20 @@
 TRADE_FIGURES = ("state", "rms", "left_share", "scaling", "planner")
 
 
+# settings of the ladder whose method is not the standard one
+LADDER_KERNELS = {
+    setting: method_kernels(fields["integrator"])
+    for setting, fields in SETTINGS.items()
+    if fields.get("integrator", "semi_implicit") != "semi_implicit"
+}
+
+
 rule fidelity_setting:
     """One setting of the ladder at every speed, with and without the ring."""
     input:
         needs("fidelity_setting.py"),
         rig=CONFIG.rig,
-        kernels=KERNELS,
+        kernels=lambda wildcards: LADDER_KERNELS.get(wildcards.setting, KERNELS),
     output: f"{R}/fidelity/{{setting}}.csv"
     params:
         speeds=CONFIG.fidelity.speeds_rpm,
@@ -65,7 +73,7 @@ rule trade_scene:
     input:
         needs("trade_scene.py"),
         rig=CONFIG.rig,
-        kernels=KERNELS,
+        kernels=SEVERAL_METHODS,
     output: **{name: f"{R}/trade/{{form}}/{name}_{{part}}.csv" for name in TRADE_DATA}
     params: form=lambda wildcards: TRADE_FORMS[wildcards.form].model_dump()
     wildcard_constraints: form="full|short"
@@ -101,7 +109,7 @@ rule trade_promises:
     input:
         needs("trade_promises.py"),
         rig=CONFIG.rig,
-        kernels=KERNELS,
+        kernels=SEVERAL_METHODS,
         trade=lambda wildcards: f"{FOLDERS[wildcards.form]}/trade.csv",
     output: f"{R}/trade/{{form}}/promises_{{part}}.csv"
     params: form=lambda wildcards: TRADE_FORMS[wildcards.form].model_dump()
@@ -166,7 +174,7 @@ rule traction:
     input:
         needs("traction.py"),
         rig=CONFIG.rig,
-        kernels=KERNELS,
+        kernels=method_kernels("linearly_implicit"),
     output:
         csv=f"{R}/traction.csv",
         figure=figure("traction"),
