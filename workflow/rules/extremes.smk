@@ -30,6 +30,7 @@ rule extremes_part:
     output: f"{R}/extremes/{{form}}/{{part}}.csv"
     params: form=lambda wildcards: EXTREMES_FORMS[wildcards.form].model_dump()
     wildcard_constraints: form="full|short"
+    priority: 30
     log: f"{R}/logs/extremes_{{form}}/{{part}}.log"
     benchmark: f"{R}/benchmarks/extremes_{{form}}/{{part}}.tsv"
     message: "Extremes, {wildcards.form}: {wildcards.part}"

@@ -25,6 +25,7 @@ rule fidelity_setting:
         radii=CONFIG.ladder_radii,
         known=CONFIG.known.model_dump(),
     wildcard_constraints: setting=r"\w+=\w+"
+    priority: 40
     log: f"{R}/logs/fidelity/{{setting}}.log"
     benchmark: f"{R}/benchmarks/fidelity/{{setting}}.tsv"
     message: "The ladder of fidelities: {wildcards.setting}"
@@ -77,6 +78,7 @@ rule trade_scene:
     output: **{name: f"{R}/trade/{{form}}/{name}_{{part}}.csv" for name in TRADE_DATA}
     params: form=lambda wildcards: TRADE_FORMS[wildcards.form].model_dump()
     wildcard_constraints: form="full|short"
+    priority: 40 # data, promises and the study wait for it
     log: f"{R}/logs/trade_{{form}}/{{part}}.log"
     benchmark: f"{R}/benchmarks/trade_{{form}}/{{part}}.tsv"
     message: "Accuracy against cost, {wildcards.form}: {wildcards.part}"
@@ -114,6 +116,7 @@ rule trade_promises:
     output: f"{R}/trade/{{form}}/promises_{{part}}.csv"
     params: form=lambda wildcards: TRADE_FORMS[wildcards.form].model_dump()
     wildcard_constraints: form="full|short"
+    priority: 40
     log: f"{R}/logs/trade_{{form}}/promises_{{part}}.log"
     benchmark: f"{R}/benchmarks/trade_{{form}}/promises_{{part}}.tsv"
     message: "The planner, {wildcards.form}: {wildcards.part}"
@@ -132,6 +135,7 @@ rule trade_scaling:
         seconds=CONFIG.studies.trade.full.scaling_s,
     # processes are timed: nothing else of the pipeline may run beside
     threads: 64 # that is, all there are
+    priority: 90 # alone, and therefore before the others
     log: f"{R}/logs/trade_full/scaling.log"
     benchmark: f"{R}/benchmarks/trade_full/scaling.tsv"
     message: "Scaling over processes"

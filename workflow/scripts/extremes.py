@@ -17,10 +17,7 @@ WORDS = dict.fromkeys(("family", "case", "outcome", "reason", "measure", "group"
 with logged(snakemake):
     form = ExtremesForm(**snakemake.params.form)
     # words stay words, and one that is not there is empty
-    read = [
-        pd.read_csv(path, float_precision="round_trip", dtype=WORDS).fillna(dict.fromkeys(WORDS, ""))
-        for path in snakemake.input.parts
-    ]
+    read = [pd.read_csv(path, dtype=WORDS).fillna(dict.fromkeys(WORDS, "")) for path in snakemake.input.parts]
     result = gathered(load_rig(snakemake.input.rig), form, dict(zip(parts_of(form), read, strict=True)))
     for path, table in ((snakemake.output.csv, result.rows), (snakemake.output.chunks, result.chunks)):
         Path(path).parent.mkdir(parents=True, exist_ok=True)

@@ -8,7 +8,7 @@ from trackdyn.report.tables import headed, ladder_table, write_table
 from trackdyn.study.accuracy.ladder import compare_rungs
 
 with logged(snakemake):
-    found = [pd.read_csv(path, float_precision="round_trip") for path in snakemake.input.settings]
+    found = [pd.read_csv(path) for path in snakemake.input.settings]
     rows = compare_rungs(pd.concat(found, ignore_index=True))
     Path(snakemake.output.csv).write_text(rows.to_csv(index=False, lineterminator="\n"), encoding="utf-8")
     table = ladder_table(rows)

@@ -23,7 +23,7 @@ with logged(snakemake):
     config = validated(FitConfig, read_yaml(snakemake.input.fit), snakemake.input.fit)
     config = config.restricted(params.radii, params.without_ring)
     rig = load_rig(snakemake.input.rig)
-    cases = [pd.read_csv(path, float_precision="round_trip") for path in snakemake.input.cases]
+    cases = [pd.read_csv(path) for path in snakemake.input.cases]
     summaries = summaries_of(pd.concat(cases, ignore_index=True))
     write_table(report_targets(config, summaries[AS_IT_IS]), snakemake.output.targets, caption("fit_targets"))
     table = sensitivity(rig, config, summaries)

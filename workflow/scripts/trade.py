@@ -8,15 +8,10 @@ from trackdyn.report.style import save
 from trackdyn.report.tables import trade_summary
 from trackdyn.study.accuracy.planner import load_trade
 
-
-def _read(path):
-    return pd.read_csv(path, float_precision="round_trip")
-
-
 with logged(snakemake):
     given, out = snakemake.input, snakemake.output
-    rows, agreement, times = load_trade(given.trade), _read(given.agreement), _read(given.scaling)
-    promises = pd.concat(map(_read, given.promises), ignore_index=True)
+    rows, agreement, times = load_trade(given.trade), pd.read_csv(given.agreement), pd.read_csv(given.scaling)
+    promises = pd.concat(map(pd.read_csv, given.promises), ignore_index=True)
     Path(out.planner).write_text(promises.to_csv(index=False, lineterminator="\n"), encoding="utf-8")
     Path(out.summary).write_text(trade_summary(rows, agreement, promises, times), encoding="utf-8")
     figures = [work_precision(rows, name) for name in ("state_m", "rms", "left_share")]
