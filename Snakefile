@@ -1,4 +1,4 @@
-"""The replication: `snakemake -j2` for everything, `--configfile config/quick.yaml` for ten minutes."""
+"""The replication: `snakemake -j2` for everything, `--configfile config/quick.yaml` for a short form of it."""
 
 import sys
 from pathlib import Path
@@ -9,10 +9,14 @@ from snakemake.utils import update_config
 # The workflow runs from its own folder, with or without the package installed elsewhere.
 sys.path.insert(0, str(workflow.basedir))
 
-from trackdyn.config import check_layers, read_layer
+from trackdyn.config import check_layers, read_layer, ring_name
 from trackdyn.errors import TrackdynError
 from trackdyn.imports import imported_files
 from trackdyn.jit import source_hash
+from trackdyn.study.accuracy.ladder import SETTINGS
+from trackdyn.study.accuracy.scenes import measured_scenes, promised_scenes
+from trackdyn.study.extremes.run import parts_of
+from trackdyn.study.settings import allowed_step
 
 
 if " " in f"{workflow.basedir}{sys.executable}":
@@ -40,7 +44,8 @@ SPEEDS = [f"{rpm:g}rpm" for rpm in CONFIG.records.speeds_rpm]
 
 
 wildcard_constraints:
-    run=r"\d[\w.]*rpm|(meshing|ring|coarse)/[\w.]+",
+    run=r"\d[\w.]*rpm|(meshing|coarse)/[\w.]+",
+    ring=r"none|\d[\w.]*",
     other="[a-z][a-z0-9_]*",
 
 

@@ -167,7 +167,7 @@ def test_a_missing_key_is_refused(data, field):
         ("records.duration_s", "long", "valid number"),
         ("records.speeds_rpm", 115, "valid list"),
         ("records", [1, 2], "valid dictionary"),
-        ("ring_study.loop_turns", 1.5, "valid integer"),
+        ("known.passages", 1.5, "valid integer"),
         ("ring_study.without_ring", "perhaps", "valid boolean"),
         ("rig", 5, "valid string"),
         ("records.duration_s", None, "valid number"),
@@ -190,7 +190,7 @@ def test_a_wrong_type_is_refused(data, field, value, says):
         ("records.lead_in_s", -1, "greater than or equal to 0"),
         ("records.step_s", 0, "greater than 0"),
         ("meshing.frame_interval_s", 0, "greater than 0"),
-        ("ring_study.loop_turns", 0, "greater than or equal to 1"),
+        ("known.longest_turns", 0.5, "greater than or equal to 1"),
         ("records.speeds_rpm", [], "at least 1 item"),
         ("ring_study.radii_m", [-0.303, 0.308], "greater than 0"),
     ],
@@ -253,16 +253,38 @@ def test_a_record_shorter_than_two_loop_revolutions_is_refused(data):
     assert "meshing.duration_s = 10 s is not accepted" in refusal(data)
 
 
-@pytest.mark.parametrize("field", ["records.step_s", "meshing.step_s", "ring_study.step_s"])
+@pytest.mark.parametrize("field", ["records.step_s", "meshing.step_s", "ring_study.steps_s"])
 def test_too_large_a_step_is_refused_with_one_that_would_do(data, field):
-    put(data, field, 1e-3)
+    def ask(step):
+        put(data, field, [[0.313, step]] if field == "ring_study.steps_s" else step)
+
+    ask(1e-3)
     sentence = refusal(data)
     assert field.split(".")[0] in sentence
     assert "step = 0.001 is not accepted: too large for the " in sentence
     remedy = float(sentence.rpartition("at most ")[2].removesuffix(" s would do"))
     assert 2e-5 < remedy < 1e-3
-    put(data, field, 1e-3 / (int(1e-3 / remedy) + 1))  # the next whole fraction of the sample interval
+    ask(1e-3 / (int(1e-3 / remedy) + 1))  # the next whole fraction of the sample interval
     check_config(data, "mine.yaml")
+
+
+def test_a_ring_takes_the_longest_step_that_is_allowed_up_to_its_radius(data):
+    put(data, "ring_study.steps_s", [[0.305, 1e-4], [0.309, 5e-5], [0.31, 4e-5]])
+    _, _, scenes = check_config(data, "mine.yaml")
+    found = {name: scenes[f"ring/115rpm_{name}"].step for name in ("none", "0.303", "0.305", "0.306", "0.309", "0.31", "0.313")}
+    assert found == {"none": 1e-4, "0.303": 1e-4, "0.305": 1e-4, "0.306": 5e-5, "0.309": 5e-5, "0.31": 4e-5, "0.313": 4e-5}
+    put(data, "ring_study.steps_s", [[0.309, 5e-5], [0.305, 1e-4]])
+    assert "ring_study.steps_s = [[0.309, 5e-05], [0.305, 0.0001]] is not accepted: 0.305 comes after 0.309" in refusal(data)
+
+
+def test_another_rig_runs_what_claims_are_judged_by_at_steps_of_its_own(data):
+    config, _, scenes = check_config(data, "mine.yaml")
+    (name,) = config.other_rigs
+    found = config.other_scenes(name, scenes)
+    left_out = scenes.keys() - found.keys()
+    assert left_out == {run for run in scenes if run.startswith("coarse/") or run.endswith("rpm_none")}
+    assert {scene.step for scene in found.values() if scene.motor_rpm <= 150} == {4e-5, 5e-5}
+    assert {scene.step for scene in found.values() if scene.motor_rpm > 150} == {2.5e-5}
 
 
 def test_a_step_that_does_not_divide_the_sample_interval_is_refused(data):

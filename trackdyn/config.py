@@ -16,10 +16,10 @@ from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.validation import NotNegative, Positive, Section, parse_tolerance, read_yaml, shown, validated
 from trackdyn.peers.comparison import scene_of
 from trackdyn.scene import Scene
-from trackdyn.study.accuracy.ladder import REFERENCE
-from trackdyn.study.accuracy.statistics import study_scene
+from trackdyn.study.accuracy.ladder import REFERENCE, SETTINGS
 from trackdyn.study.fit import FitConfig
-from trackdyn.study.settings import StudiesFile
+from trackdyn.study.settings import Allowed, Known, StudiesFile, allowed_step, rising
+from trackdyn.study.steady import steady_fields
 
 FIT = "config/fit.yaml"
 
@@ -59,13 +59,22 @@ class Meshing(Section):
 
 
 class RingStudy(Section):
-    """The ring study of Sect. 6.2: every radius and no ring at every speed."""
+    """The ring study of Sect. 6.2: every radius and no ring at every speed, each until its contacts are known."""
 
     speeds_rpm: Annotated[list[Annotated[float, Field(ge=1, lt=1e5)]], Field(min_length=1)]
     radii_m: Annotated[list[Positive], Field(min_length=1)]
     without_ring: bool
-    loop_turns: Annotated[int, Field(ge=1)]
-    step_s: Positive
+    steps_s: Allowed
+
+    @property
+    def rings(self) -> list[float | None]:
+        """Radii, m, after None if there are runs without a ring."""
+        return ([None] if self.without_ring else []) + list(self.radii_m)
+
+
+def ring_name(radius: float | None) -> str:
+    """``none`` or ``0.308``, as the names of runs have it."""
+    return "none" if radius is None else f"{radius:.4g}"
 
 
 class Sensitivity(Section):
@@ -89,25 +98,26 @@ class Peers(Section):
 
 
 class FidelityStudy(Section):
-    """The ladder of fidelities: every setting against the paper's."""
+    """The ladder of fidelities: every setting against the paper's; no settings: all of them."""
 
     speeds_rpm: Annotated[list[Annotated[float, Field(ge=1, lt=1e5)]], Field(min_length=1)]
     without_ring: bool
-    loop_turns: Annotated[int, Field(ge=2)]
+    settings: list[Literal[tuple(SETTINGS)]]
 
 
 class OtherRig(Section):
-    """A further rig that the scorecard judges beside the first, and the longest step that it is run with."""
+    """A further rig that the scorecard judges beside the first, and the longest steps that it is run with by motor speed."""
 
     rig: str
-    step_s: Positive
+    steps_s: Allowed
 
 
 class Config(Section):
     """Everything in ``config/config.yaml``.
 
     ``sensor_csv`` names the measured record of a speed; ``{rpm}`` stands for the motor speed. ``sensor_mapping`` names the
-    file that says how these are read (:class:`trackdyn.measure.sensor_mapping.SensorMapping`).
+    file that says how these are read (:class:`trackdyn.measure.sensor_mapping.SensorMapping`). ``known`` ends the runs of
+    ring study, sensitivity, stability and ladder.
     """
 
     rig: str
@@ -118,11 +128,11 @@ class Config(Section):
     other_rigs: dict[Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")], OtherRig] = Field(default_factory=dict)
     records: Records
     meshing: Meshing
+    known: Known
     ring_study: RingStudy
     sensitivity: Sensitivity
     peers: Peers
     fidelity: FidelityStudy
-    traction_in_full: bool = True
     studies: StudiesFile
 
     @model_validator(mode="after")
@@ -152,6 +162,9 @@ class Config(Section):
                 if after <= before:
                     problem = "stands twice" if after == before else f"comes after {before:g}"
                     raise InputError(f"{where} = {values} is not accepted: {after:g} {problem}; give rising values")
+        rising("ring_study.steps_s", self.ring_study.steps_s)
+        for name, other in self.other_rigs.items():
+            rising(f"other_rigs.{name}.steps_s", other.steps_s)
         try:
             self.sensor_path(1.0)
         except (KeyError, IndexError, ValueError, AttributeError):
@@ -164,6 +177,17 @@ class Config(Section):
                 "write {rpm} where the motor speed belongs"
             )
         return self
+
+    @property
+    def ladder_radii(self) -> list[float | None]:
+        """Radii of the ladder's rings, m."""
+        return ([None] if self.fidelity.without_ring else []) + [self.records.ring_radius_m]
+
+    @property
+    def ladder_settings(self) -> list[str]:
+        """Settings of the ladder, that of the paper among them."""
+        asked = self.fidelity.settings
+        return [name for name in SETTINGS if not asked or name in asked or name == f"preset={REFERENCE}"]
 
     def sensor_path(self, rpm: float) -> str:
         """File of the sensor's record at a motor speed."""
@@ -238,14 +262,16 @@ class Config(Section):
                     f"revolutions, {2 / runs[name].loop_frequency:.1f} s, or more would do"
                 )
         for rpm in s.speeds_rpm:
-            for radius in ([None] if s.without_ring else []) + list(s.radii_m):
-                name = f"ring/{rpm:g}rpm_{'none' if radius is None else f'{radius:.4g}'}"
-                # whole revolutions of the loop, and one more that the first and last passage may lose
-                turn = rig.loop_period(rpm)
-                duration = round((s.loop_turns + 1) * turn * rig.sensor.rate) / rig.sensor.rate
-                add(name, "ring_study", motor_rpm=rpm, ring_radius=radius, duration=duration, step=s.step_s)
+            for radius in s.rings:
+                asked = steady_fields(rig, rpm, self.known) | {"step": allowed_step(s.steps_s, radius)}
+                add(f"ring/{rpm:g}rpm_{ring_name(radius)}", "ring_study", motor_rpm=rpm, ring_radius=radius, **asked)
         return runs
 
+    def fit_cases(self) -> dict[str, float | None]:
+        """Radii of the rings in which the sensitivity is taken by their names, m; None: no ring."""
+        fit = validated(FitConfig, read_yaml(FIT), FIT)
+        cases = fit.restricted(self.sensitivity.radii_m, self.sensitivity.without_ring).cases()
+        return {ring_name(radius): radius for radius in cases}
 
     def refuse_studies(self, rig: Rig) -> None:
         """Refuse what the rules `peer`, `fidelity` and `sensitivity` would refuse after the runs."""
@@ -258,19 +284,19 @@ class Config(Section):
                 scene_of(rig, reading, p.speed_rpm, p.duration_s, step)
         with _section("fidelity"):
             f = self.fidelity
-            for rpm, radius in product(f.speeds_rpm, ([None] if f.without_ring else []) + [self.records.ring_radius_m]):
-                study_scene(rig, rpm, radius, f.loop_turns, **PRESETS[REFERENCE])
-        validated(FitConfig, read_yaml(FIT), FIT).restricted(self.sensitivity.radii_m, self.sensitivity.without_ring)
+            for rpm, radius in product(f.speeds_rpm, self.ladder_radii):
+                Scene(rig, rpm, radius, **steady_fields(rig, rpm, self.known), **PRESETS[REFERENCE])
+        self.fit_cases()
 
     def other_scenes(self, name: str, scenes: dict[str, Scene]) -> dict[str, Scene]:
-        """The scenes of the first rig on another one, but for those of Table 4."""
+        """The scenes of the first rig that claims are judged by on another one: none of Table 4, no ring study without a ring."""
         other = self.other_rigs[name]
         rig = load_rig(other.rig)
         try:
             return {
-                run: scene.with_(rig=rig, step=min(scene.step, other.step_s))
+                run: scene.with_(rig=rig, step=min(scene.step, allowed_step(other.steps_s, scene.motor_rpm)))
                 for run, scene in scenes.items()
-                if not run.startswith("coarse/")
+                if not run.startswith("coarse/") and not (run.startswith("ring/") and scene.ring_radius is None)
             }
         except InputError as error:
             raise InputError(f"other_rigs.{name}: {error}") from None

@@ -309,7 +309,7 @@ SETTINGS = [
     ("records.lead_in_s", 1e9, "lead_in = 1000000000.0", "at most 36000 s"),
     ("records.step_s", 5e-324, "step = 5e-324"),
     ("records.frame_interval_s", 1e308, "frame_interval = 1e+308"),
-    ("ring_study.loop_turns", 10**30, "ring_study"),
+    ("known.longest_turns", 10**30, "ring_study"),
     ("ring_study.without_ring", 5, "ring_study.without_ring = 5"),
     ("peers.steps_s", [1e-4, 1e-4], "peers: steps_s = [0.0001, 0.0001]", "stands twice"),
     ("peers.steps_s", [1e-4, 3e-5], "peers: scene: step = 3e-05", "a whole fraction"),
@@ -318,7 +318,7 @@ SETTINGS = [
     ("peers.duration_s", 1e9, "peers: scene: duration", "at most 36000 s"),
     ("peers.speed_rpm", 9e4, "peers: scene: motor_rpm = 501300.0"),
     ("fidelity.speeds_rpm", [210, 115], "fidelity.speeds_rpm", "give rising values"),
-    ("fidelity.loop_turns", 10**6, "fidelity: scene: duration", "at most 36000 s"),
+    ("fidelity.settings", ["preset=best"], "fidelity.settings", "preset=paper"),
     ("sensitivity.radii_m", [0.5], "sensitivity.radii_m = [0.5]", "no target of the fit"),
     ("sensor_csv", "nowhere/{rpm}.csv", "nowhere/115.csv does not exist"),
     ("sensor_csv", "{0.__class__}", "the only field in braces may be {rpm}"),
@@ -326,7 +326,7 @@ SETTINGS = [
     ("rig", "/dev/zero", "no plain file"),
     ("rig", "absent.yaml", "absent.yaml: no such file"),
     ("studies", "absent.yaml", "absent.yaml: no such file"),
-    ("other_rigs", {"../x": {"rig": "config/rig.yaml", "step_s": 1e-4}}, "other_rigs", "pattern"),
+    ("other_rigs", {"../x": {"rig": "config/rig.yaml", "steps_s": [[210, 1e-4]]}}, "other_rigs", "pattern"),
 ]
 
 

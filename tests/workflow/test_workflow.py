@@ -29,7 +29,7 @@ for path in RULE_FILES:  # the same rule with other outputs
     for rule, twin in re.findall(r"^use rule (\w+) as (\w+) with:", path.read_text(encoding="utf-8"), re.MULTILINE):
         SCRIPTS[twin] = SCRIPTS[rule]
 SCRIPTED = sorted(SCRIPTS)
-ON_DEMAND = {"fit", "trade", "extremes", "deviations", "whole_loop"}
+ON_DEMAND = {"fit", "trade", "trade_data", "trade_scaling", "extremes", "traction", "deviations", "whole_loop"}
 WITH_A_TOLERANCE = {"plan"}  # exists only where the configuration asks for it
 
 
@@ -67,8 +67,9 @@ def test_dry_run_of_the_quick_configuration_plans_every_rule(tmp_path):
     assert result.returncode == 0, output
     planned = dict(re.findall(r"^(\w+) +(\d+)$", output, re.MULTILINE))
     assert set(SCRIPTED) - ON_DEMAND - WITH_A_TOLERANCE <= planned.keys(), output
-    # 4 records and again with the coarse tooth, 2 of meshing, 3 radii and no ring at 2 speeds
-    assert int(planned["simulate"]) == 2 * 4 + 2 + 2 * 4
+    # 4 records and again with the coarse tooth, 2 of meshing; 3 radii and no ring, each at both speeds in one job
+    assert int(planned["simulate"]) == 2 * 4 + 2
+    assert int(planned["ring_runs"]) == 3 + 1
     assert int(planned["warm_up"]) == 1
     assert not (tmp_path / "results").exists()
 
@@ -130,8 +131,10 @@ def test_a_tolerance_puts_the_planner_before_the_records(tmp_path):
 
     runs = [str(tmp_path / "results" / "runs" / f"{run}.npz") for run in ("coarse/115rpm", "meshing/ring")]
     planned = planned_jobs(tmp_path, quick_config(tmp_path, ask), *runs)
-    # the data are the study's
-    assert planned == {"warm_up": 1, "trade": 1, "plan": 1, "simulate": 2, "total": 5}
+    # the data are the study's: seven scenes for statistics, five for the state
+    assert planned == {
+        "warm_up": 1, "warm_up_method": 2, "trade_scene": 12, "trade_data": 1, "plan": 1, "simulate": 2, "total": 19,
+    }  # fmt: skip
 
 
 # --- what an edit makes due -----------------------------------------------------------------------------
@@ -161,8 +164,9 @@ class Pretended:
             file.parent.mkdir(parents=True, exist_ok=True)
             file.touch()
         for rule in ON_DEMAND:  # files that Snakemake misses where a rule is asked for by name
-            (folder / "results" / "benchmarks").mkdir(exist_ok=True)
-            (folder / "results" / "benchmarks" / f"{rule}.tsv").touch()
+            benchmark = re.search(r'benchmark: f"{R}/(.*?)"', RULES[rule][1])[1]
+            (folder / "results" / benchmark).parent.mkdir(parents=True, exist_ok=True)
+            (folder / "results" / benchmark).touch()
         arguments = ("--configfile", str(self.config), "-j1", "--forceall", "--", "all", *ON_DEMAND)
         result = snakemake(folder, *arguments, run="--touch", root=self.root)
         assert result.returncode == 0, result.stdout + result.stderr
@@ -196,16 +200,16 @@ def pretended(tmp_path_factory):
 
 
 def test_only_what_depends_on_a_change_is_planned_again(pretended, tmp_path):
-    """One more radius costs its own runs and what is made of them, and nothing else."""
+    """One more radius costs the job of its own runs and what is made of them, and nothing else."""
     assert pretended.planned() == {}
     data = yaml.safe_load(pretended.config.read_text(encoding="utf-8"))
     data["ring_study"]["radii_m"].append(0.3135)
     more = tmp_path / "more.yaml"
     more.write_text(yaml.safe_dump(data), encoding="utf-8")
     planned = pretended.planned(more)
-    assert planned["simulate"] == len(data["ring_study"]["speeds_rpm"])
+    assert planned["ring_runs"] == 1
     assert {"metrics", "ring_figures", "claims"} <= planned.keys()
-    assert not {"meshing_figures", "closure", "sensor_figures", "sensitivity", "warm_up"} & planned.keys()
+    assert not {"simulate", "meshing_figures", "closure", "sensor_figures", "sensitivity", "warm_up"} & planned.keys()
 
 
 # Run once, forked for every script: what is loaded when it is run up to the name `snakemake`, which it lacks, and

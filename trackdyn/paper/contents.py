@@ -129,7 +129,7 @@ PAPER = (
         connectors, wheels, groove and start come from the same parameters, many of them assumed or fitted. Exudyn's own
         contact elements have other laws (its curve contact leaves out the speed of the sprocket's surface), so the
         contact is a force written a second time from the equations: nothing of the simulator's contact code is in it,
-        but the laws are the same by intent. A second run has eight arcs: the ten without the two tips, which is one
+        but the laws are the same by intent. A second run of the first reading has eight arcs: the ten without the two tips, which is one
         reading of the paper's limit, not its profile."""),
     Item("fig14", "Vertical displacement beside the independent code", "peer",
          "trackdyn.report.figures.peer:displacement_figure", """

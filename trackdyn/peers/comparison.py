@@ -28,9 +28,9 @@ class Result:
     Attributes
     ----------
     curves : DataFrame
-        ``reading, time_s, trackdyn_m, belt_m, exudyn_m, exudyn_eight_arcs_m``: vertical displacement of the
-        selected link; time since the start of the sprocket, after its ramp. The belt knows no forces: what it
-        reaches says how much the comparison can tell.
+        ``reading, time_s, trackdyn_m, belt_m, exudyn_m, exudyn_eight_arcs_m`` (the last of the first reading):
+        vertical displacement of the selected link; time since the start of the sprocket, after its ramp. The belt
+        knows no forces: what it reaches says how much the comparison can tell.
     table : DataFrame
         Rows of Table 2.
     summary : DataFrame
@@ -157,15 +157,16 @@ def compare(
         row["difference_belt_pct"] = percent_of_range(belt - y, y)
         if not missing:
             run, other = peers[peer_step] if reading == readings[0] else run_peer(scene, peer_step)
-            _, eight = run_peer(scene, peer_step, arcs=8)
-            curve |= {"exudyn_m": other, "exudyn_eight_arcs_m": eight}
+            curve |= {"exudyn_m": other}
             row |= {
                 "exudyn_step_s": peer_step,
                 "difference_pct": percent_of_range(other - y, y),
-                "difference_eight_arcs_pct": percent_of_range(eight - y, y),
                 "gap_m": float(run.gap.max()),
             }
             if reading == readings[0]:
+                _, eight = run_peer(scene, peer_step, arcs=8)
+                curve |= {"exudyn_eight_arcs_m": eight}
+                row |= {"difference_eight_arcs_pct": percent_of_range(eight - y, y)}
                 frame = _frame(scene, run, recording.frame[0][-1])
         curves.append(pd.DataFrame(curve))
         summary.append(row)

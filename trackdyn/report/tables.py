@@ -49,7 +49,7 @@ HEADS = {
     },
 }  # fmt: skip
 # made on demand: not part of what a run costs
-BY_NAME = ("trade", "extremes", "fit", "pictures")
+BY_NAME = ("trade", "trade_full", "extremes", "extremes_full", "traction", "whole_loop", "fit", "deviations", "pictures")
 
 
 def headed(frame: pd.DataFrame, key: str) -> pd.DataFrame:

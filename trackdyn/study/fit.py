@@ -14,12 +14,15 @@ from pydantic import Field, model_validator
 from scipy.optimize import brentq, least_squares
 
 from trackdyn.errors import InputError, TrackdynError
+from trackdyn.loop import Loop
 from trackdyn.measure.meshing import mean_events, meshing_summary, smoothed_maxima
 from trackdyn.parameters.groove import equal_pitch_radius
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import Section
 from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
+from trackdyn.study.settings import Known
+from trackdyn.study.steady import run_steady, steady_fields
 
 # residual of a measure that does not exist (no such contact) or of a rig that cannot run, in tolerances
 FAILED = 10.0
@@ -244,47 +247,27 @@ def report_targets(config: FitConfig, summaries: dict) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def sensitivity(rig: Rig, config: FitConfig, factor: float = 1.2, jobs: int = 1) -> pd.DataFrame:
-    """Change of every target's measure when one fitted parameter changes, the others held.
+AS_IT_IS = "as it is"
 
-    A parameter stepped by ``log`` is multiplied by ``factor``, a linear one moved by a tenth of its
-    range.
 
-    Returns
-    -------
-    DataFrame
-        ``parameter, base_value, changed_value, claim, ring_radius_m, measure, base, changed, change,
-        change_in_tolerances``.
+def changes(rig: Rig, config: FitConfig, factor: float = 1.2) -> dict[str, tuple[float, float]]:
+    """Value of every fitted parameter, and the one that its sensitivity is taken with.
+
+    A parameter stepped by ``log`` is multiplied by ``factor``, a linear one moved by a tenth of its range.
     """
-    start = np.array([p.to_unit(p.value(rig)) for p in config.parameters])
-    rigs, changes = [rig], []
-    for i, parameter in enumerate(config.parameters):
+    found = {}
+    for parameter in config.parameters:
         base = parameter.value(rig)
         moved = base * factor if parameter.scale == "log" else base + 0.1 * (parameter.high - parameter.low)
-        position = start.copy()
-        position[i] = parameter.to_unit(moved)
-        rigs.append(with_values(rig, config, position))
-        changes.append({"parameter": parameter.names[0], "base_value": base, "changed_value": moved})
-    unchanged, *results = measure_rigs(rigs, config, jobs)
-    rows = []
-    for change, result in zip(changes, results, strict=True):
-        for t in config.targets:
-            base, changed = measured(t, unchanged), measured(t, result)
-            seen = {"base": base, "changed": changed, "change": changed - base}
-            rows.append(change | t.key | seen | {"change_in_tolerances": (changed - base) / t.tolerance})
-    return pd.DataFrame(rows)
+        found[parameter.names[0]] = base, moved
+    return found
 
 
-def equal_pitch_readings(rig: Rig, config: FitConfig, printed: float = 0.308, jobs: int = 1) -> pd.DataFrame:
-    """The two readings of "equal pitch at ``printed``" put into the rig, beside the fitted value.
+def equal_pitches(rig: Rig, printed: float = 0.308) -> dict[str, tuple[float, float]]:
+    """Polygonal and arc radius (m) of the fitted equal pitch and of the two readings of "equal pitch at ``printed``".
 
     Polygonal: pins on a circle, links touching the ring at their middle. Arc: the centre line of the
     links bent to a circle of the same length; the polygonal radius that gives it is found here.
-
-    Returns
-    -------
-    DataFrame
-        ``reading, polygonal_m, arc_m`` and, for each case of the fit, the shares of left and right arc.
     """
 
     def arc(polygonal: float) -> float:
@@ -294,11 +277,79 @@ def equal_pitch_readings(rig: Rig, config: FitConfig, printed: float = 0.308, jo
 
     for_arc = float(brentq(lambda r: arc(r) - printed, printed - 0.01, printed, xtol=1e-7))
     readings = {"fitted": rig.sprocket.equal_pitch_radius, "arc length": for_arc, "polygonal": printed}
-    rigs = [rig.changed(sprocket__equal_pitch_radius=value) for value in readings.values()]
+    return {name: (value, arc(value)) for name, value in readings.items()}
+
+
+def candidates(rig: Rig, config: FitConfig) -> dict[str, Rig]:
+    """The rig as it is, with every fitted parameter changed alone, and with each other reading of its equal pitch."""
+    start = np.array([p.to_unit(p.value(rig)) for p in config.parameters])
+    rigs = {AS_IT_IS: rig}
+    for i, (name, (_, moved)) in enumerate(changes(rig, config).items()):
+        position = start.copy()
+        position[i] = config.parameters[i].to_unit(moved)
+        rigs[name] = with_values(rig, config, position)
+    readings = {name: value for name, (value, _) in equal_pitches(rig).items() if name != "fitted"}
+    return rigs | {name: rig.changed(sprocket__equal_pitch_radius=value) for name, value in readings.items()}
+
+
+def measure_candidates(rig: Rig, config: FitConfig, radius: float | None, step: float, known: Known) -> pd.DataFrame:
+    """Meshing summary of every candidate in one case of the fit, run until it is known; ``failed`` says why there is none.
+
+    Columns ``candidate, ring_radius_m, failed`` and those of `meshing_summary`.
+    """
     rows = []
-    for (reading, value), summaries in zip(readings.items(), measure_rigs(rigs, config, jobs), strict=True):
-        row = {"reading": reading, "polygonal_m": value, "arc_m": arc(value)}
-        for radius, summary in summaries.items():
+    for name, candidate in candidates(rig, config).items():
+        row = {"candidate": name, "ring_radius_m": radius, "failed": ""}
+        try:
+            fields = steady_fields(candidate, config.speed_rpm, known)
+            recording, _ = run_steady(Loop(Scene(candidate, config.speed_rpm, radius, step=step, **fields)), known)
+            rows.append(row | meshing_summary(recording))
+        except TrackdynError as error:
+            rows.append(row | {"failed": str(error)})
+    return pd.DataFrame(rows)
+
+
+def summaries_of(table: pd.DataFrame) -> dict[str, dict]:
+    """Rows of `measure_candidates` of all cases as ``candidate -> radius -> summary or None``."""
+    found: dict[str, dict] = {}
+    for row in table.to_dict("records"):
+        radius = None if pd.isna(row["ring_radius_m"]) else row["ring_radius_m"]
+        failed = isinstance(row["failed"], str) and row["failed"]
+        found.setdefault(row["candidate"], {})[radius] = None if failed else row
+    return found
+
+
+def sensitivity(rig: Rig, config: FitConfig, summaries: dict[str, dict]) -> pd.DataFrame:
+    """Change of every target's measure when one fitted parameter changes (`changes`), the others held.
+
+    Returns
+    -------
+    DataFrame
+        ``parameter, base_value, changed_value, claim, ring_radius_m, measure, base, changed, change,
+        change_in_tolerances``.
+    """
+    rows = []
+    for name, (value, moved) in changes(rig, config).items():
+        for t in config.targets:
+            base, changed = measured(t, summaries[AS_IT_IS]), measured(t, summaries[name])
+            seen = {"base": base, "changed": changed, "change": changed - base}
+            about = {"parameter": name, "base_value": value, "changed_value": moved} | t.key
+            rows.append(about | seen | {"change_in_tolerances": (changed - base) / t.tolerance})
+    return pd.DataFrame(rows)
+
+
+def equal_pitch_readings(rig: Rig, summaries: dict[str, dict]) -> pd.DataFrame:
+    """Both readings of the printed equal pitch (`equal_pitches`) put into the rig, beside the fitted value.
+
+    Returns
+    -------
+    DataFrame
+        ``reading, polygonal_m, arc_m`` and, for each case of the fit, the shares of left and right arc.
+    """
+    rows = []
+    for reading, (polygonal, arc) in equal_pitches(rig).items():
+        row = {"reading": reading, "polygonal_m": polygonal, "arc_m": arc}
+        for radius, summary in summaries[AS_IT_IS if reading == "fitted" else reading].items():
             name = "none" if radius is None else f"{radius:g}"
             for side in ("left", "right"):
                 row[f"{side}_share_pct_{name}"] = summary[f"{side}_share_pct"] if summary else float("nan")
@@ -306,7 +357,7 @@ def equal_pitch_readings(rig: Rig, config: FitConfig, printed: float = 0.308, jo
     return pd.DataFrame(rows)
 
 
-def run_directions(rig: Rig, config: FitConfig, duration: float = 18.0) -> pd.DataFrame:
+def run_directions(rig: Rig, config: FitConfig, step: float, known: Known) -> pd.DataFrame:
     """Events of C16 and C17 for the chain descending and climbing on the sprocket.
 
     The paper does not say which way its chain runs. The mirrored rig (idler and road wheel on the other
@@ -327,11 +378,9 @@ def run_directions(rig: Rig, config: FitConfig, duration: float = 18.0) -> pd.Da
         # clockwise, so the sprocket's outer side descends if the other wheels stand to its left
         descends = candidate.road_wheel.x < candidate.sprocket.x
         for radius in (None, rig.sprocket.ring_radius):
-            pitches = (rig.sensor.pitch, rig.sensor.pitch % rig.chain.pitches + 1)
-            scene = Scene(
-                candidate, config.speed_rpm, radius, duration=duration, lead_in=config.lead_in_s, pitches=pitches
-            )
-            recording = simulate(scene)
+            pitches = tuple(range(1, rig.chain.pitches + 1))
+            fields = steady_fields(candidate, config.speed_rpm, known)
+            recording, _ = run_steady(Loop(Scene(candidate, config.speed_rpm, radius, step=step, pitches=pitches, **fields)), known)
             events = pd.concat([mean_events(recording), smoothed_maxima(recording)])
             events.insert(0, "ring", "none" if radius is None else f"{radius:g} m")
             events.insert(0, "chain", "descends" if descends else "climbs")

@@ -1,5 +1,6 @@
 """What the long studies run in their short and full forms: ``config/studies.yaml``."""
 
+from itertools import pairwise
 from typing import Annotated, Any, Generic, Literal, TypeVar
 
 from pydantic import BeforeValidator, Field, model_validator
@@ -15,6 +16,39 @@ Steps = dict[Method, Values]
 # motor speed, rev/min, and ring radius, m; None: no ring
 SceneKey = tuple[Positive, Positive | None]
 Window = Literal["ring 115 rpm", "ring 210 rpm", "no ring 115 rpm", "one impact", "settling under gravity"]
+
+
+# steps (s) with what they are allowed up to: the radius of a ring (m), or a motor speed (rev/min); the last holds beyond
+Allowed = Annotated[list[tuple[Positive, Positive]], Field(min_length=1)]
+
+
+def rising(where: str, steps: Allowed) -> None:
+    """Refuse upper bounds that do not rise.
+
+    Raises
+    ------
+    InputError
+        The first that does not.
+    """
+    for (before, _), (after, _) in pairwise(steps):
+        if after <= before:
+            raise InputError(f"{where} = {[list(pair) for pair in steps]} is not accepted: {after:g} comes after {before:g}; give rising values")
+
+
+def allowed_step(steps: Allowed, value: float | None) -> float:
+    """Step up to a value, s; the first one for None, which is no ring."""
+    return next((step for most, step in steps if value is None or value <= most * (1 + 1e-9)), steps[-1][1])
+
+
+class Known(Section):
+    """When contacts are known: half of the 95 % intervals of shares (points of a turn) and of RMS forces (relative), passages
+    at least, and the revolutions of the loop after which a record ends with what it knows.
+    """
+
+    share_pct: Positive
+    force: Positive
+    passages: Count
+    longest_turns: Annotated[float, Field(ge=1)]  # fewer would hold no whole passage
 
 
 class StateErrors(Section):

@@ -2,12 +2,14 @@
 
 import pandas as pd
 
+from trackdyn.loop import Loop
 from trackdyn.measure.meshing import meshing_summary
-from trackdyn.measure.metrics import whole_revolutions
-from trackdyn.measure.sensor import sense
-from trackdyn.measure.signals import rms, standard_deviation
+from trackdyn.measure.whole_loop import whole_loop
+from trackdyn.recording import Recording
 from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
+from trackdyn.study.settings import Known
+from trackdyn.study.steady import run_steady
 
 # Largest change that still counts as stable, fixed before the runs: a tenth of the narrowest tolerance
 # that the claims are judged with (2 % of an amplitude, 2 points of a turn) and of the 5 % by which the
@@ -24,21 +26,21 @@ TOLERANCES = {
 COLUMNS = ["rpm", "ring_radius_m", "variant", "measure", "base", "changed", "change", "tolerance", "stable"]
 
 
-def _measures(scene: Scene) -> dict[str, float]:
-    """RMS and SD over whole loop revolutions, and the meshing measures."""
-    recording = simulate(scene)
-    ay = sense(recording).ay
-    ay = ay[: whole_revolutions(len(ay), recording.rate, scene.loop_frequency)]
-    return {"rms_g": rms(ay), "sd_g": standard_deviation(ay)} | meshing_summary(recording)
+def _measures(recording: Recording) -> dict[str, float]:
+    """RMS and SD of all links, and the meshing measures."""
+    loop = whole_loop(recording)
+    return {f"{name}_g": loop[name].value for name in ("rms", "sd")} | meshing_summary(recording)
 
 
-def stability(scene: Scene) -> pd.DataFrame:
+def stability(scene: Scene, known: Known) -> pd.DataFrame:
     """Change of every statistic under half the step, twice the record and a start half a loop later.
 
     Parameters
     ----------
     scene : Scene
-        The scene as it is used; three loop revolutions or more.
+        The scene as it is used; its duration is the longest.
+    known : Known
+        When its record ends. The variants are as long, but for the one of twice the record.
 
     Returns
     -------
@@ -46,16 +48,18 @@ def stability(scene: Scene) -> pd.DataFrame:
         ``rpm, ring_radius_m, variant, measure, base, changed, change, tolerance, stable``; the change of
         shares in points, of all else relative.
     """
+    recording, _ = run_steady(Loop(scene.with_(every_link=True)), known)
+    used = scene.with_(**{name: recording.meta["scene"][name] for name in ("duration", "lead_in")}, every_link=True)
     half_loop = round(0.5 / scene.loop_frequency * scene.rig.sensor.rate) / scene.rig.sensor.rate
     variants = {
-        "half the step": scene.with_(step=scene.step / 2),
-        "twice the record": scene.with_(duration=2 * scene.duration),
-        "start half a loop later": scene.with_(lead_in=scene.lead_in + half_loop),
+        "half the step": used.with_(step=scene.step / 2),
+        "twice the record": used.with_(duration=2 * used.duration),
+        "start half a loop later": used.with_(lead_in=used.lead_in + half_loop),
     }
-    base = _measures(scene)
+    base = _measures(recording)
     rows = []
     for name, variant in variants.items():
-        changed = _measures(variant)
+        changed = _measures(simulate(variant))
         for measure, tolerance in TOLERANCES.items():
             before, after = base[measure], changed[measure]
             change = after - before

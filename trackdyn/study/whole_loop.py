@@ -9,7 +9,7 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
 from trackdyn.study.accuracy.statistics import scene_name
-from trackdyn.study.settings import WholeLoopForm
+from trackdyn.study.settings import Allowed, WholeLoopForm, allowed_step
 from trackdyn.until import run_until
 
 COLUMNS = [
@@ -18,7 +18,7 @@ COLUMNS = [
 ]  # fmt: skip
 
 
-def compare_answers(rig: Rig, form: WholeLoopForm, step: float) -> pd.DataFrame:
+def compare_answers(rig: Rig, form: WholeLoopForm, steps: Allowed) -> pd.DataFrame:
     """Short and long answer of every measure in every scene.
 
     Returns
@@ -30,7 +30,7 @@ def compare_answers(rig: Rig, form: WholeLoopForm, step: float) -> pd.DataFrame:
     tolerances = dict.fromkeys(RELATIVE, form.relative_tolerance) | dict.fromkeys(SHARES, form.share_tolerance)
     rows = []
     for rpm, radius in product(form.speeds_rpm, form.radii_m):
-        scene = Scene(rig, rpm, radius, step=step, lead_in=form.lead_in_s)
+        scene = Scene(rig, rpm, radius, step=allowed_step(steps, radius), lead_in=form.lead_in_s)
         answer = run_until(scene, tolerances, form.longest_s)
         seconds = round(form.loop_turns / scene.loop_frequency, 1)
         truth = whole_loop(simulate(scene.with_(duration=seconds, every_link=True)))

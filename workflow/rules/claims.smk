@@ -26,6 +26,28 @@ rule claims:
     script: "../scripts/claims.py"
 
 
+# rings, or none, in which the sensitivity is taken
+CASES = CONFIG.fit_cases()
+
+
+rule sensitivity_case:
+    """One case of the fit for the rig as it is, with every fitted parameter moved, and with other equal pitches."""
+    input:
+        needs("sensitivity_case.py"),
+        rig=CONFIG.rig,
+        fit="config/fit.yaml",
+        kernels=KERNELS,
+    output: f"{R}/sensitivity/{{ring}}.csv"
+    params:
+        radius=lambda wildcards: CASES[wildcards.ring],
+        step=lambda wildcards: allowed_step(CONFIG.ring_study.steps_s, CASES[wildcards.ring]),
+        known=CONFIG.known.model_dump(),
+    log: f"{R}/logs/sensitivity/{{ring}}.log"
+    benchmark: f"{R}/benchmarks/sensitivity/{{ring}}.tsv"
+    message: "Sensitivity with the ring {wildcards.ring}"
+    script: "../scripts/sensitivity_case.py"
+
+
 rule sensitivity:
     """What moves when a fitted parameter moves."""
     input:
@@ -33,6 +55,7 @@ rule sensitivity:
         rig=CONFIG.rig,
         fit="config/fit.yaml",
         kernels=KERNELS,
+        cases=[f"{R}/sensitivity/{ring}.csv" for ring in CASES],
     output:
         **table("sensitivity"),
         **table("fit_targets", "targets"),
@@ -42,6 +65,8 @@ rule sensitivity:
     params:
         radii=CONFIG.sensitivity.radii_m,
         without_ring=CONFIG.sensitivity.without_ring,
+        step=allowed_step(CONFIG.ring_study.steps_s, RIG.sprocket.ring_radius),
+        known=CONFIG.known.model_dump(),
     log: f"{R}/logs/sensitivity.log"
     benchmark: f"{R}/benchmarks/sensitivity.tsv"
     message: "Sensitivity of the contact measures to every fitted parameter"

@@ -28,5 +28,13 @@ def plain_scene(scene):
 
 # Named by the hash of the kernels' sources: other sources, another file, and everything that needs it runs.
 KERNELS = f"{R}/kernels/{source_hash()}.txt"
+
+
+def method_kernels(integrator):
+    """The same of a method that several studies run side by side: one of them would compile it, and so would the next."""
+    return KERNELS.replace(".txt", f"_{integrator}.txt")
+
+
+SEVERAL_METHODS = [KERNELS, method_kernels("linearly_implicit"), method_kernels("rk4")]
 # the sensor's records of all speeds, as they are compared
 RECORDS = [f"{R}/sensor/{rpm:g}rpm.csv" for rpm in CONFIG.records.speeds_rpm]

@@ -14,6 +14,7 @@ rule peer:
         model=figure("fig13"),
         displacement=figure("fig14"),
     params: options=CONFIG.peers.model_dump()
+    priority: 50 # the longest job: it begins early
     log: f"{R}/logs/peer.log"
     benchmark: f"{R}/benchmarks/peer.tsv"
     message: "Figures 13 and 14 and Table 2: the same loop in an independent code"

@@ -101,19 +101,18 @@ rule closure:
 
 
 rule sensor_figures:
-    """Figures 17 and 18 of one speed: time histories and spectra beside the sensor's."""
+    """Figures 17 and 18: time histories and spectra of every speed beside the sensor's."""
     input:
         needs("sensor_figures.py"),
-        recording=lambda wildcards: recording(f"{LETTERS[wildcards.letter]:g}rpm"),
-        sensor=lambda wildcards: f"{R}/sensor/{LETTERS[wildcards.letter]:g}rpm.csv",
+        recordings=[recording(run) for run in SPEEDS],
+        sensors=RECORDS,
     output:
-        history=figure("fig17_{letter}"),
-        spectrum=figure("fig18_{letter}"),
-    wildcard_constraints: letter="[a-h]"
+        histories=[file for letter in LETTERS for file in figure(f"fig17_{letter}")],
+        spectra=[file for letter in LETTERS for file in figure(f"fig18_{letter}")],
     params: synthetic=CONFIG.sensor_is_synthetic
-    log: f"{R}/logs/fig17_18_{{letter}}.log"
-    benchmark: f"{R}/benchmarks/fig17_18_{{letter}}.tsv"
-    message: "Figures 17 {wildcards.letter} and 18 {wildcards.letter}"
+    log: f"{R}/logs/fig17_18.log"
+    benchmark: f"{R}/benchmarks/fig17_18.tsv"
+    message: "Figures 17 and 18"
     script: "../scripts/sensor_figures.py"
 
 

@@ -4,11 +4,11 @@
 STUDIED = CONFIG.ring_study.radii_m
 ANIMATION_RADII = [None] + sorted({STUDIED[0], CONFIG.records.ring_radius_m, STUDIED[-1]})
 ANIMATION_SCENES = {
-    f"animation/{rpm:g}rpm_{'none' if radius is None else f'{radius:.4g}'}": {
+    f"animation/{rpm:g}rpm_{ring_name(radius)}": {
         "motor_rpm": rpm,
         "ring_radius": radius,
         "lead_in": 2.0,
-        "step": CONFIG.ring_study.step_s,
+        "step": allowed_step(CONFIG.ring_study.steps_s, radius),
         "frame_interval": 0.01,
     }
     for rpm in CONFIG.ring_study.speeds_rpm
@@ -35,7 +35,7 @@ rule animation:
     """One turn of the sprocket as a GIF, and still pictures."""
     input:
         needs("animation.py"),
-        ring=recording(f"{ANIMATED}_{CONFIG.records.ring_radius_m:.4g}"),
+        ring=recording(f"{ANIMATED}_{ring_name(CONFIG.records.ring_radius_m)}"),
         no_ring=recording(f"{ANIMATED}_none"),
     output:
         gif=f"{R}/figures/animation.gif",
@@ -62,7 +62,7 @@ rule page:
         rules.fidelity.output,
         rules.trade_short.output,
         rules.extremes_short.output,
-        rules.traction.output,
+        rules.traction_short.output,
         rules.animation_runs.output,
         rig=CONFIG.rig,
         config=[str(path) for path in workflow.configfiles],

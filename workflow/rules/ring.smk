@@ -2,7 +2,7 @@
 
 # slowest speed without a ring and with the paper's, fastest speed with the paper's
 SLOWEST, FASTEST = (f"ring/{CONFIG.ring_study.speeds_rpm[end]:g}rpm" for end in (0, -1))
-PAPERS_RING = f"{CONFIG.records.ring_radius_m:.4g}"
+PAPERS_RING = ring_name(CONFIG.records.ring_radius_m)
 STABILITY_RUNS = [f"{SLOWEST}_none", f"{SLOWEST}_{PAPERS_RING}", f"{FASTEST}_{PAPERS_RING}"]
 
 
@@ -79,7 +79,9 @@ rule stability:
         rig=CONFIG.rig,
         kernels=KERNELS,
     output: **table("stability")
-    params: scenes=[plain_scene(SCENES[run]) for run in STABILITY_RUNS if run in SCENES]
+    params:
+        scenes=[plain_scene(SCENES[run]) for run in STABILITY_RUNS if run in SCENES],
+        known=CONFIG.known.model_dump(),
     log: f"{R}/logs/stability.log"
     benchmark: f"{R}/benchmarks/stability.tsv"
     message: "Stability of the statistics"

@@ -8,11 +8,27 @@ rule warm_up:
     """Compile the kernels once: parallel jobs on a cold cache would each compile them."""
     input: needs("warm_up.py")
     output: KERNELS
-    params: rig=CONFIG.rig
+    params:
+        rig=CONFIG.rig,
+        integrator="semi_implicit",
     log: f"{R}/logs/warm_up.log"
     benchmark: f"{R}/benchmarks/warm_up.tsv"
     message: "Compiling the kernels"
     script: "../scripts/warm_up.py"
+
+
+use rule warm_up as warm_up_method with:
+    input:
+        needs("warm_up.py"),
+        KERNELS,
+    output: method_kernels("{integrator}")
+    params:
+        rig=CONFIG.rig,
+        integrator=lambda wildcards: wildcards.integrator,
+    wildcard_constraints: integrator="linearly_implicit|rk4"
+    log: f"{R}/logs/warm_up/{{integrator}}.log"
+    benchmark: f"{R}/benchmarks/warm_up/{{integrator}}.tsv"
+    message: "Compiling the kernels of {wildcards.integrator}"
 
 
 if PLANNED:
@@ -73,3 +89,46 @@ use rule simulate as simulate_other with:
     log: f"{R}/logs/rigs/{{other}}/simulate/{{run}}.log"
     benchmark: f"{R}/benchmarks/rigs/{{other}}/simulate/{{run}}.tsv"
     message: "Simulating {wildcards.run} on {wildcards.other}"
+
+
+def ring_files(folder, ending):
+    """What the runs with one ring give, a file a speed."""
+    return [f"{folder}/runs/ring/{rpm:g}rpm_{{ring}}.{ending}" for rpm in CONFIG.ring_study.speeds_rpm]
+
+
+def ring_scenes(scenes, ring):
+    return [plain_scene(scenes[f"ring/{rpm:g}rpm_{ring}"]) for rpm in CONFIG.ring_study.speeds_rpm]
+
+
+rule ring_runs:
+    """One ring at every speed, from one settled loop, each until its contacts are known."""
+    input:
+        needs("ring_runs.py"),
+        rig=CONFIG.rig,
+        kernels=KERNELS,
+    output:
+        recordings=ring_files(R, "npz"),
+        costs=ring_files(R, "cost.json"),
+    params:
+        scenes=lambda wildcards: ring_scenes(SCENES, wildcards.ring),
+        known=CONFIG.known.model_dump(),
+    log: f"{R}/logs/ring/{{ring}}.log"
+    benchmark: f"{R}/benchmarks/ring/{{ring}}.tsv"
+    message: "Simulating the ring {wildcards.ring}"
+    script: "../scripts/ring_runs.py"
+
+
+use rule ring_runs as ring_runs_other with:
+    input:
+        needs("ring_runs.py"),
+        rig=lambda wildcards: CONFIG.other_rigs[wildcards.other].rig,
+        kernels=KERNELS,
+    output:
+        recordings=ring_files(f"{R}/rigs/{{other}}", "npz"),
+        costs=ring_files(f"{R}/rigs/{{other}}", "cost.json"),
+    params:
+        scenes=lambda wildcards: ring_scenes(OTHERS[wildcards.other], wildcards.ring),
+        known=CONFIG.known.model_dump(),
+    log: f"{R}/logs/rigs/{{other}}/ring/{{ring}}.log"
+    benchmark: f"{R}/benchmarks/rigs/{{other}}/ring/{{ring}}.tsv"
+    message: "Simulating the ring {wildcards.ring} on {wildcards.other}"

@@ -1,6 +1,7 @@
 import json
 from pathlib import Path
 
+import pandas as pd
 from _script import logged
 
 from trackdyn import load_rig
@@ -8,12 +9,16 @@ from trackdyn.report.figures.extremes import FIGURES
 from trackdyn.report.style import save
 from trackdyn.report.tables import write_table
 from trackdyn.study.extremes.judge import summary
-from trackdyn.study.extremes.run import run_extremes
+from trackdyn.study.extremes.run import gathered, parts_of
 from trackdyn.study.settings import ExtremesForm
 
+WORDS = dict.fromkeys(("family", "case", "outcome", "reason", "measure", "group"), str)
+
 with logged(snakemake):
-    rig = load_rig(snakemake.input.rig)
-    result = run_extremes(rig, ExtremesForm(**snakemake.params.form), lambda text: print(text, flush=True))
+    form = ExtremesForm(**snakemake.params.form)
+    # words stay words, and one that is not there is empty
+    read = [pd.read_csv(path, dtype=WORDS).fillna(dict.fromkeys(WORDS, "")) for path in snakemake.input.parts]
+    result = gathered(load_rig(snakemake.input.rig), form, dict(zip(parts_of(form), read, strict=True)))
     for path, table in ((snakemake.output.csv, result.rows), (snakemake.output.chunks, result.chunks)):
         Path(path).parent.mkdir(parents=True, exist_ok=True)
         table.to_csv(path, index=False, lineterminator="\n")

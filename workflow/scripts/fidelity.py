@@ -1,16 +1,15 @@
 from pathlib import Path
 
+import pandas as pd
 from _script import logged
 
-from trackdyn import load_rig
 from trackdyn.paper.contents import caption
 from trackdyn.report.tables import headed, ladder_table, write_table
 from trackdyn.study.accuracy.ladder import compare_rungs
 
 with logged(snakemake):
-    study = snakemake.params.study
-    radii = ([None] if study["without_ring"] else []) + [snakemake.params.radius]
-    rows = compare_rungs(load_rig(snakemake.input.rig), study["speeds_rpm"], radii, study["loop_turns"])
+    found = [pd.read_csv(path) for path in snakemake.input.settings]
+    rows = compare_rungs(pd.concat(found, ignore_index=True))
     Path(snakemake.output.csv).write_text(rows.to_csv(index=False, lineterminator="\n"), encoding="utf-8")
     table = ladder_table(rows)
     write_table(table, snakemake.output.wide, caption("fidelity"), shown=headed(table, "fidelity"))

@@ -1,3 +1,4 @@
+import pandas as pd
 from _script import logged
 
 from trackdyn import load_rig
@@ -7,24 +8,29 @@ from trackdyn.report.figures.sensitivity import sensitivity_figure, sensitivity_
 from trackdyn.report.style import save
 from trackdyn.report.tables import equal_pitch_by_ring, write_table
 from trackdyn.study.fit import (
+    AS_IT_IS,
     FitConfig,
     equal_pitch_readings,
-    measure_rigs,
     report_targets,
     run_directions,
     sensitivity,
+    summaries_of,
 )
+from trackdyn.study.settings import Known
 
 with logged(snakemake):
+    params = snakemake.params
     config = validated(FitConfig, read_yaml(snakemake.input.fit), snakemake.input.fit)
-    config = config.restricted(snakemake.params.radii, snakemake.params.without_ring)
+    config = config.restricted(params.radii, params.without_ring)
     rig = load_rig(snakemake.input.rig)
-    (summaries,) = measure_rigs([rig], config)
-    write_table(report_targets(config, summaries), snakemake.output.targets, caption("fit_targets"))
-    table = sensitivity(rig, config)
+    cases = [pd.read_csv(path) for path in snakemake.input.cases]
+    summaries = summaries_of(pd.concat(cases, ignore_index=True))
+    write_table(report_targets(config, summaries[AS_IT_IS]), snakemake.output.targets, caption("fit_targets"))
+    table = sensitivity(rig, config, summaries)
     matrix = sensitivity_matrix(table).round(2).rename_axis("measure").reset_index()
     write_table(table, snakemake.output.csv, caption("sensitivity"), shown=matrix)
     save(sensitivity_figure(table), snakemake.output.figure[0])
-    readings = equal_pitch_readings(rig, config)
+    readings = equal_pitch_readings(rig, summaries)
     write_table(readings, snakemake.output.readings, caption("equal_pitch"), shown=equal_pitch_by_ring(readings))
-    write_table(run_directions(rig, config), snakemake.output.directions, caption("run_direction"))
+    directions = run_directions(rig, config, params.step, Known(**params.known))
+    write_table(directions, snakemake.output.directions, caption("run_direction"))

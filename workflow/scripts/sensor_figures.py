@@ -9,9 +9,11 @@ from trackdyn.report.figures.spectra import spectrum_figure
 from trackdyn.report.style import save
 
 with logged(snakemake):
-    recording = load_recording(snakemake.input.recording)
-    record = read_sensor_csv(snakemake.input.sensor, range_g=inf)
+    given, out = snakemake.input, snakemake.output
     label = "synthetic sensor" if snakemake.params.synthetic else "sensor"
-    title = f"{recording.meta['scene']['motor_rpm']:g} rpm"
-    save(history_figure(recording, record, title=title, sensor_label=label), snakemake.output.history[0])
-    save(spectrum_figure(recording, record, title=title, sensor_label=label), snakemake.output.spectrum[0])
+    files = zip(given.recordings, given.sensors, out.histories[::2], out.spectra[::2], strict=True)
+    for path, sensor, history, spectrum in files:
+        recording, record = load_recording(path), read_sensor_csv(sensor, range_g=inf)
+        title = f"{recording.meta['scene']['motor_rpm']:g} rpm"
+        save(history_figure(recording, record, title=title, sensor_label=label), history)
+        save(spectrum_figure(recording, record, title=title, sensor_label=label), spectrum)

@@ -4,13 +4,14 @@ from _script import logged
 from trackdyn import Scene, load_rig
 from trackdyn.paper.contents import caption
 from trackdyn.report.tables import write_table
+from trackdyn.study.settings import Known
 from trackdyn.study.stability import stability
 
 with logged(snakemake):
-    rig = load_rig(snakemake.input.rig)
-    tables = []
-    for fields in snakemake.params.scenes:
-        tables.append(stability(Scene(rig, **(fields | {"pitches": tuple(fields["pitches"])}))))
+    rig, known = load_rig(snakemake.input.rig), Known(**snakemake.params.known)
+    tables = [
+        stability(Scene(rig, **fields | {"pitches": tuple(fields["pitches"])}), known) for fields in snakemake.params.scenes
+    ]
     table = pd.concat(tables, ignore_index=True)
     moved = int((~table["stable"]).sum())
     write_table(

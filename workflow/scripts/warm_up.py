@@ -6,5 +6,6 @@ from trackdyn import Scene, load_rig, simulate
 from trackdyn.jit import source_hash
 
 with logged(snakemake):
-    simulate(Scene(load_rig(snakemake.params.rig), 115.0, duration=0.01, lead_in=0.0, ramp=0.01))
+    fields = {"duration": 0.01, "lead_in": 0.0, "ramp": 0.01, "integrator": snakemake.params.integrator}
+    simulate(Scene(load_rig(snakemake.params.rig), 115.0, **fields))
     Path(snakemake.output[0]).write_text(source_hash() + "\n")

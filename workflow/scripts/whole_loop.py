@@ -8,6 +8,6 @@ from trackdyn.study.whole_loop import compare_answers
 
 with logged(snakemake):
     rig, params = load_rig(snakemake.input.rig), snakemake.params
-    table = compare_answers(rig, WholeLoopForm(**params.form), params.step)
+    table = compare_answers(rig, WholeLoopForm(**params.form), params.steps)
     Path(snakemake.output[0]).write_text(table.to_csv(index=False, lineterminator="\n"), encoding="utf-8")
     print(f"{table['within'].mean():.1%} within; seconds, short over long, median {(table['short_s'] / table['long_s']).median():.3f}")

@@ -106,6 +106,8 @@ def _draw_reading(above: Axes, below: Axes, curve: pd.DataFrame, row: dict, miss
         ("exudyn_m", "Exudyn, ten arcs", PEER, "difference_pct"),
         ("exudyn_eight_arcs_m", "Exudyn, eight arcs", EIGHT, "difference_eight_arcs_pct"),
     ):
+        if curve[name].isna().all():
+            continue  # the eight arcs belong to the first reading
         other = curve[name].to_numpy()
         if look is PEER:  # the third curve would lie on the other two
             above.plot(*thin(time, other), **look)

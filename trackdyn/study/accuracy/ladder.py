@@ -7,13 +7,20 @@ import pandas as pd
 
 from trackdyn.errors import TrackdynError
 from trackdyn.fidelity import PRESETS
+from trackdyn.loop import Loop
+from trackdyn.measure.meshing import meshing_summary
+from trackdyn.measure.metrics import energy_residual
+from trackdyn.measure.whole_loop import whole_loop
+from trackdyn.parameters.rig import Rig
 from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
-from trackdyn.study.accuracy.statistics import MEASURES, NAN, RELATIVE, SHARES, statistics_of, study_scene
+from trackdyn.study.accuracy.statistics import MEASURES, NAN, RELATIVE, SHARES, statistics_of
+from trackdyn.study.settings import Known
+from trackdyn.study.steady import run_steady, steady_fields
 
 REFERENCE = "paper"
-# setting -> fields of the scene that differ from the reference
-SETTINGS = {f"preset={name}": fields for name, fields in PRESETS.items() if name != REFERENCE} | {
+# setting -> fields of the scene that differ from the reference, which is among them
+SETTINGS = {f"preset={name}": PRESETS[name] for name in (REFERENCE, *(name for name in PRESETS if name != REFERENCE))} | {
     "chain=belt": {"chain": "belt", "spells": False, "ring_radius": None},
     "chain=single_pin": {"chain": "single_pin"},
     "space=spatial": {"space": "spatial"},
@@ -29,62 +36,88 @@ SETTINGS = {f"preset={name}": fields for name, fields in PRESETS.items() if name
     "integrator=linearly_implicit": {"integrator": "linearly_implicit"},
     "integrator=rk4": {"integrator": "rk4"},
 }
+# At constant speed before a record, s: some settings have softer modes than the ring study, and their own transients.
+LEAD_IN = 2.0
+BELT_TURNS = 3  # of the loop in the record of a belt, which has no transient and no contact
+FOUND = ["scene", "setting", "measure", "value", "wall_s_per_s", "note"]
 COLUMNS = [
     "scene", "setting", "reference", "measure", "value", "reference_value", "difference_pct", "wall_s_per_s", "note",
 ]  # fmt: skip
 
 
-def compare_rungs(rig, speeds: list[float], radii: list[float | None], turns: int) -> pd.DataFrame:
-    """Statistics of every setting beside the reference's, for every speed and ring.
+def measure_setting(rig: Rig, setting: str, speeds: list[float], radii: list[float | None], known: Known) -> pd.DataFrame:
+    """Statistics of one setting for every speed and ring, the whole loop as the sensor.
 
     Parameters
     ----------
     rig : Rig
         Parameters.
+    setting : str
+        Of ``SETTINGS``.
     speeds : list of float
         Motor speeds, rev/min.
     radii : list of float or None
         Ring radii, m; None: no ring.
-    turns : int
-        Revolutions of the loop in a record.
+    known : Known
+        When a record ends.
 
     Returns
     -------
     DataFrame
-        ``difference_pct`` is relative for RMS, SD, line and peak, in points of a sprocket turn for
-        shares, and empty for loop gap and energy residual. ``note`` says why a setting has no value.
+        ``FOUND``; wall seconds a simulated one. ``note`` says why a setting has no value.
     """
     rows = []
     for rpm, radius in product(speeds, radii):
         name = f"{rpm:g} rpm, {'no ring' if radius is None else f'ring {radius:g} m'}"
-        base = study_scene(rig, rpm, radius, turns, **PRESETS[REFERENCE])
-        reference, wall = _run(base)
-        rows += _compared(name, f"preset={REFERENCE}", reference, reference, wall)
-        for setting, fields in SETTINGS.items():
-            try:
-                rows += _compared(name, setting, reference, *_run(base.with_(**fields)))
-            except TrackdynError as error:
-                rows += _compared(name, setting, reference, {}, NAN, str(error))
-            print(f"{name}: {setting}", flush=True)
-    return pd.DataFrame(rows, columns=COLUMNS)
+        try:
+            fields = PRESETS[REFERENCE] | {"ring_radius": radius} | SETTINGS[setting]
+            scene = Scene(rig, rpm, **steady_fields(rig, rpm, known) | {"lead_in": LEAD_IN} | fields)
+            found, wall, note = *(_belt if scene.chain == "belt" else _run)(scene, known), ""
+        except TrackdynError as error:
+            found, wall, note = {}, NAN, str(error)
+        rows += [[name, setting, measure, found.get(measure, NAN), wall, note] for measure in MEASURES]
+        print(f"{name}: {setting}", flush=True)
+    return pd.DataFrame(rows, columns=FOUND)
 
 
-def _run(scene: Scene) -> tuple[dict[str, float], float]:
+def _run(scene: Scene, known: Known) -> tuple[dict[str, float], float]:
     """Statistics of a scene, and wall seconds a simulated one."""
     simulate(scene.with_(duration=0.01, lead_in=0.0))  # compiled before anything is timed
+    recording, _ = run_steady(Loop(scene.with_(every_link=True)), known)
+    loop, contacts = whole_loop(recording), meshing_summary(recording)
+    found = {name: loop[name].value for name in ("rms", "sd", "line")}
+    found |= {name: contacts[f"{name}_pct"] for name in SHARES} | {"left_peak": contacts["left_peak_n"]}
+    found |= {"loop_gap": float(recording.gap.max()), "energy_residual": abs(energy_residual(recording))}
+    return found, recording.wall / (len(recording.time) / recording.rate)
+
+
+def _belt(scene: Scene, known: Known) -> tuple[dict[str, float], float]:
+    """The same of a belt, whose cost is that of the whole record: it has no time loop."""
+    seconds = round(BELT_TURNS / scene.loop_frequency, 1)
     begin = time.perf_counter()
-    recording = simulate(scene)
-    # a belt has no time loop: its cost is that of the whole record
-    wall = recording.wall if recording.wall > 0 else time.perf_counter() - begin
-    return statistics_of(recording), wall / (len(recording.time) / recording.rate)
+    recording = simulate(scene.with_(duration=seconds))
+    return statistics_of(recording), (time.perf_counter() - begin) / seconds
 
 
-def _compared(name: str, setting: str, reference: dict, found: dict, wall: float, note: str = "") -> list[list]:
+def compare_rungs(found: pd.DataFrame) -> pd.DataFrame:
+    """Every setting (`measure_setting`) beside the reference.
+
+    Returns
+    -------
+    DataFrame
+        ``COLUMNS``, by scene and then as the settings stand. ``difference_pct`` is relative for RMS, SD, line and peak,
+        in points of a sprocket turn for shares, and empty for loop gap and energy residual.
+    """
+    key = ["scene", "measure"]
+    reference = found.loc[found["setting"] == f"preset={REFERENCE}"].set_index(key)["value"]
     rows = []
-    for measure in MEASURES:
-        value, expected = found.get(measure, NAN), reference[measure]
-        difference = value - expected if measure in SHARES else NAN
-        if measure in RELATIVE and expected:
+    by_scene = found.iloc[pd.factorize(found["scene"])[0].argsort(kind="stable")]
+    for _, row in by_scene.iterrows():
+        value, expected = row["value"], reference[row["scene"], row["measure"]]
+        difference = value - expected if row["measure"] in SHARES else NAN
+        if row["measure"] in RELATIVE and expected:
             difference = 100 * (value - expected) / expected
-        rows.append([name, setting, REFERENCE, measure, value, expected, difference, wall, note])
-    return rows
+        rows.append(
+            [row["scene"], row["setting"], REFERENCE, row["measure"], value, expected, difference, row["wall_s_per_s"], row["note"]]
+        )
+    return pd.DataFrame(rows, columns=COLUMNS)

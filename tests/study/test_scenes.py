@@ -1,0 +1,44 @@
+"""Studies in parts: nothing is lost and nothing is run twice."""
+
+from pathlib import Path
+
+import pytest
+
+from trackdyn.parameters.validation import read_yaml, validated
+from trackdyn.study.accuracy.scenes import measured_scenes, promised_scenes
+from trackdyn.study.extremes import random_scenes
+from trackdyn.study.extremes.run import RANDOM_SCENES, parts_of
+from trackdyn.study.settings import StateErrors, Studies
+
+FILE = Path(__file__).parents[2] / "config" / "studies.yaml"
+
+
+@pytest.fixture(scope="module")
+def studies():
+    return validated(Studies, read_yaml(FILE), str(FILE))
+
+
+@pytest.mark.parametrize("form", ["short", "full"])
+def test_every_scene_of_the_trade_is_one_part(studies, form):
+    form = getattr(studies.trade, form)
+    parts = measured_scenes(form)
+    assert len(parts) == len(form.state.scenes) + len(form.statistics.scenes)
+    state = [part for part in parts.values() if isinstance(part, StateErrors)]
+    assert [scene for part in state for scene in part.scenes] == form.state.scenes
+    rest = [part for part in parts.values() if not isinstance(part, StateErrors)]
+    assert [scene for part in rest for scene in part.scenes] == form.statistics.scenes
+    assert all(part.model_copy(update={"scenes": form.state.scenes}) == form.state for part in state)
+    assert list(promised_scenes(form).values()) == form.kept_apart
+    assert all(" " not in name and "/" not in name for name in (*parts, *promised_scenes(form)))
+
+
+@pytest.mark.parametrize("form", ["short", "full"])
+def test_random_scenes_are_split_into_parts_of_one_drawing(studies, form, rig, monkeypatch):
+    form = getattr(studies.extremes, form)
+    monkeypatch.setattr(random_scenes, "run_drawn", lambda rig, drawn: drawn)
+    parts = [part for part in parts_of(form) if part.startswith("random_")]
+    whole = list(random_scenes.random_scenes(rig, form.random_scenes))
+    split = [list(random_scenes.random_scenes(rig, form.random_scenes, part=k, parts=len(parts))) for k in range(len(parts))]
+    assert [scene for part in split for scene in part] == whole
+    assert max(map(len, split)) <= RANDOM_SCENES
+    assert len(set(parts_of(form))) == len(parts_of(form))

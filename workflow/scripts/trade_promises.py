@@ -1,0 +1,14 @@
+from pathlib import Path
+
+from _script import logged
+
+from trackdyn import load_rig
+from trackdyn.study.accuracy.planner import load_trade, verify
+from trackdyn.study.accuracy.scenes import promised_scenes
+from trackdyn.study.settings import TradeForm
+
+with logged(snakemake):
+    rig, form = load_rig(snakemake.input.rig), TradeForm(**snakemake.params.form)
+    apart = promised_scenes(form)[snakemake.wildcards.part]
+    table = verify(rig, load_trade(snakemake.input.trade), [apart], form.statistics.loop_turns)
+    Path(snakemake.output[0]).write_text(table.to_csv(index=False, lineterminator="\n"), encoding="utf-8")
