@@ -38,12 +38,14 @@ def test_percent_has_two_decimals_and_large_ones_three_digits(tmp_path):
 def test_headings_have_two_lines_and_name_columns_that_exist():
     assert all(heading.count("<br>") <= 1 for heads in HEADS.values() for heading in heads.values())
     row = {name: 1.0 for name in ("rms_g", "sd_g", "left_rms_n")}
-    frame = table4(pd.DataFrame([row | {"run": "115rpm"}, row | {"run": "coarse/115rpm"}]), [115.0])
+    row |= {name: 0.03 for name in ("rms_error_g", "sd_error_g", "left_rms_error_n")}
+    coarse = {"run": "coarse/115rpm", "rms_g": 2.0, "rms_error_g": 0.08}
+    frame = table4(pd.DataFrame([row | {"run": "115rpm"}, row | coarse]), [115.0])
+    assert frame.loc[0, ["rms_g_difference_pct", "rms_g_difference_error_pct"]].tolist() == pytest.approx([100.0, 10.0])
     assert set(HEADS["table4"]) == set(frame)
-    assert list(headed(frame, "table4"))[1:4] == [
-        "RMS (g)<br>ten arcs",
-        "RMS (g)<br>three surfaces",
-        "RMS (g)<br>change (%)",
+    assert list(headed(frame, "table4"))[1:7] == [
+        f"RMS (g)<br>{words}"
+        for words in ("ten arcs", "error, ten arcs", "three surfaces", "error, three surfaces", "change (%)", "error, change (%)")
     ]
 
 
@@ -98,5 +100,8 @@ def test_the_dictionary_describes_columns_and_refuses_unknown_ones():
         == "largest normal force on a link on the ring in a passage, mean over passages"
     )
     assert schema["primaryKey"] == ["run"]
+    assert [field.get("standardError") for field in schema["fields"][1:4]] == [
+        "rms_error_g", "ring_peak_error_n", "what was visited at all, no number",
+    ]  # fmt: skip
     with pytest.raises(InputError, match="up_peak_n has no description"):
         table_schema(["up_peak_n"])

@@ -218,7 +218,7 @@ PAPER = (
          "trackdyn.report.figures.ring_study:force_figure", """
         Normal forces on an appointed connector and link over the whole run, against the radius of the ring and the
         motor speed: root mean square (a) and standard deviation (b), each for the left arc, the right arc and the ring.
-        Standard errors over revolutions of the loop are drawn where they exceed the marks; points of different speeds
+        Standard errors over passages are drawn where they exceed the marks; points of different speeds
         are moved apart a little so that they do not hide each other. No ring stands at the left. Broken lines are printed
         radii: from 0.305 m on no contact of the right arc, 0.308 m to choose.
 
@@ -228,7 +228,7 @@ PAPER = (
     Item("fig24", "Time in contact against ring radius and speed", "ring_figures",
          "trackdyn.report.figures.ring_study:duration_figure", """
         Time in contact as a share of a sprocket turn, against the radius of the ring and the motor speed, for the left
-        arc, the right arc and the ring. Vertical lines as in Figure 23.
+        arc, the right arc and the ring. Errors and vertical lines as in Figure 23.
 
         The paper's values are lost except for one: from a printed radius on, the left arc's contact lasts near the
         share drawn as a level line. Values at the slowest speed were targets of the fit, those at the other speeds
@@ -252,15 +252,15 @@ PAPER = (
         table are lost and stay empty.""", table=True),
     Item("table3", "RMS and standard deviation", "statistics", "trackdyn.report.tables:table3", """
         Root mean square and standard deviation of the link's acceleration, simulation and sensor, at every speed, with
-        the standard error over revolutions of the loop and the value difference (simulation - sensor) / sensor without
-        its sign.
+        the standard error of each over revolutions of the loop and the value difference (simulation - sensor) / sensor
+        without its sign.
 
         The paper's cells are lost; its differences in percent are printed and stand here under a name that says so.
         They are against its own measurement: they cannot be compared with those of another record.""", """
         The sensor's record is synthetic: its RMS and SD are its own.""", table=True),
     Item("table4", "A coarser tooth contact", "coarse_table", "trackdyn.report.tables:table4", """
         Root mean square and standard deviation with a tooth of three surfaces (left, seat, right; of the kind in Ref.
-        [2]) beside the tooth of ten arcs, all else equal.
+        [2]) beside the tooth of ten arcs, all else equal, with standard errors over revolutions of the loop and passages.
 
         The paper concludes from its measurement that a coarser contact is less accurate; cells and measurement are
         lost. This table shows only what the coarser contact changes, not which is right.""", table=True),
@@ -303,7 +303,8 @@ OWN = (
         the link (triangle). Ours, not the paper's."""),
     Item("lines", "Main lines of the spectra", "statistics", "trackdyn.report.tables:lines_table", """
         Main line of the acceleration at every speed: as the FFT shows it, free of the picket fence, and as the paper
-        prints it. Beside the sensor's record stands the number of the paper's experiment.""", """
+        prints it, with standard errors over revolutions of the loop; the frequency of a bin of the FFT is known to its
+        width. Beside the sensor's record stands the number of the paper's experiment.""", """
         The synthetic sensor was made to show the paper's experimental numbers, so that their agreement says
         nothing.""", table=True),
     Item("parameters", "Every parameter with its kind and source", "parameters",

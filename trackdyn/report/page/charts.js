@@ -122,12 +122,13 @@ if (DATA.ring) await chart("ring-plot", () => {
   ["left", "right", "ring"].forEach((side, k) => ring.speeds.forEach((rpm, i) => {
     const { color, dash, symbol } = look(i);
     // the point without a ring stands apart from the curve
-    const y = ring.values[side + "_" + what][i];
-    const cut = ring.radii[0] === null && y.length > 1;
+    const name = side + "_" + what, cut = ring.radii[0] === null && ring.radii.length > 1;
+    const parted = (values) => (values && cut ? [values[0], null, ...values.slice(1)] : values);
     traces.push({ name: rpm + " rpm", legendgroup: rpm, showlegend: k === 0, xaxis: "x", yaxis: "y" + (k ? k + 1 : ""),
-      x: cut ? [ticks[0], ticks[0], ...ticks.slice(1)] : ticks, y: cut ? [y[0], null, ...y.slice(1)] : y,
+      x: cut ? [ticks[0], ticks[0], ...ticks.slice(1)] : ticks, y: parted(ring.values[name][i]),
+      error_y: { array: parted(ring.errors[name]?.[i]), visible: true, color, thickness: 1 },
       mode: "lines+markers", line: { color, dash, width: 1.5 }, marker: { color, symbol, size: 7 },
-      ...hover("%{x}: %{y:.4g}", rpm + " rpm, " + side) });
+      ...hover("%{x}: %{y:.4g} ± %{error_y.array:.2g}", rpm + " rpm, " + side) });
   }));
   const unit = what === "share_pct" ? " (%)" : " (N)";
   const j = Number($("ring-slider").value);
