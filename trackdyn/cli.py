@@ -172,7 +172,7 @@ def compare(
     for name, text in record.done.items():
         typer.echo(f"{name:>10}  {text}")
     table = compare_with_sensor(loaded, record, str(recording))
-    typer.echo("\n" + table.to_string(index=False, float_format=lambda v: f"{v:.4f}", na_rep="-"))
+    typer.echo("\n" + table.to_string(index=False, float_format=lambda v: f"{v:.4g}", na_rep="-"))
     if "line_hz" not in set(table.measure):
         typer.echo("trackdyn: warning: no line, for which both records must hold two turns of the loop", err=True)
 
