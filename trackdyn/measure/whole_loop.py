@@ -135,6 +135,10 @@ class Series(NamedTuple):
         """Without the passages before ``first``."""
         return self._replace(values=self.values[self.passage >= first], passage=self.passage[self.passage >= first])
 
+    def until(self, last: int) -> "Series":
+        """Without the passages from ``last`` on."""
+        return self._replace(values=self.values[self.passage < last], passage=self.passage[self.passage < last])
+
     def estimate(self) -> Estimate:
         """Mean, and its standard error by batch means."""
         if not len(self.values):

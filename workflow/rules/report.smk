@@ -61,6 +61,7 @@ rule page:
         rules.peer.output,
         rules.fidelity.output,
         rules.trade_short.output,
+        rules.scaling_short.output,
         rules.extremes_short.output,
         rules.traction.output,
         rules.animation_runs.output,

@@ -1,7 +1,7 @@
 # What accuracy costs: the ladder of fidelities, work-precision data, the planner. `trade` is asked for by
 # name; a short form of it belongs to the default target.
 
-TRADE_FIGURES = ("state", "rms", "left_share", "scaling", "planner")
+TRADE_FIGURES = ("state", "rms", "left_share", "answer", "planner")
 
 
 rule fidelity:
@@ -28,7 +28,8 @@ def trade_outputs(folder):
         trade=f"{folder}/trade.csv",
         agreement=f"{folder}/trade_references.csv",
         planner=f"{folder}/planner.csv",
-        scaling=f"{folder}/scaling.csv",
+        limits=f"{folder}/tables/limits.csv",
+        limits_md=f"{folder}/tables/limits.md",
         summary=f"{folder}/tables/trade.md",
         figures=[f"{folder}/figures/trade_{name}.png" for name in TRADE_FIGURES],
         vectors=[f"{folder}/figures/trade_{name}.svg" for name in TRADE_FIGURES],
@@ -36,7 +37,7 @@ def trade_outputs(folder):
 
 
 rule trade:
-    """Work-precision data, the planner on scenes kept apart, the scaling of the sweep."""
+    """Work-precision data, limits over steps, the planner on scenes kept apart. Costs are processor time: others may run beside."""
     input:
         needs("trade.py"),
         rig=CONFIG.rig,
@@ -44,8 +45,6 @@ rule trade:
     output: **trade_outputs(R)
     params:
         form=CONFIG.studies.trade.full.model_dump(),
-    # costs are timed: nothing else of the pipeline may run beside
-    threads: 64 # that is, all there are
     log: f"{R}/logs/trade.log"
     benchmark: f"{R}/benchmarks/trade.tsv"
     message: "Accuracy against cost"
@@ -58,6 +57,38 @@ use rule trade as trade_short with:
     log: f"{R}/logs/trade_short.log"
     benchmark: f"{R}/benchmarks/trade_short.tsv"
     message: "Accuracy against cost, the short form"
+
+
+rule scaling:
+    """A sweep of equal runs on one process and on two."""
+    input:
+        needs("scaling.py"),
+        rig=CONFIG.rig,
+        kernels=KERNELS,
+    output:
+        csv=f"{R}/scaling.csv",
+        figure=figure("scaling"),
+    params:
+        runs=CONFIG.studies.trade.full.scaling_runs,
+        seconds=CONFIG.studies.trade.full.scaling_s,
+    # measured by the clock on the wall: nothing else of the pipeline may run beside
+    threads: 64 # that is, all there are
+    log: f"{R}/logs/scaling.log"
+    benchmark: f"{R}/benchmarks/scaling.tsv"
+    message: "A sweep on one process and on two"
+    script: "../scripts/scaling.py"
+
+
+use rule scaling as scaling_short with:
+    output:
+        csv=f"{R}/short/scaling.csv",
+        figure=[f"{R}/short/figures/scaling.{ending}" for ending in ("png", "svg")],
+    params:
+        runs=CONFIG.studies.trade.short.scaling_runs,
+        seconds=CONFIG.studies.trade.short.scaling_s,
+    log: f"{R}/logs/scaling_short.log"
+    benchmark: f"{R}/benchmarks/scaling_short.tsv"
+    message: "A sweep on one process and on two, the short form"
 
 
 rule traction:

@@ -150,12 +150,13 @@ if (DATA.trade) {
     const traces = [...new Set(rows.map((row) => row.setting))].map((name, i) => {
       const group = rows.filter((row) => row.setting === name && row.error !== null).sort((a, b) => a.step - b.step);
       const { color, dash, symbol } = look(i);
-      return { name, x: group.map((row) => row.wall), y: group.map((row) => row.error),
+      return { name, x: group.map((row) => row.cpu), y: group.map((row) => row.error),
+        error_y: { array: group.map((row) => row.noise), visible: true, color, thickness: 1 },
         text: group.map((row) => "step " + row.step + " s"), mode: "lines+markers", line: { color, dash, width: 1.5 },
         marker: { color, symbol, size: 8 }, ...hover("%{text}<br>%{x:.3g} s a second<br>error %{y:.3g}", name) };
     });
     const log = { type: "log", exponentformat: "power", dtick: 1 };
-    return [traces, { xaxis: axis("wall time of a simulated second (s)", log),
+    return [traces, { xaxis: axis("processor time of a simulated second (s)", log),
                       yaxis: axis(`error (${rows[0].unit})`, log) }];
   }, "trade-measure");
 }

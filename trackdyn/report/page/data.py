@@ -174,7 +174,8 @@ def trade(rows: list[dict] | None) -> list[dict] | None:
             "unit": MEASURES[row["measure"]][1],
             "setting": f"{words(row['fidelity'])}, {words(row['integrator'])}",
             "step": row["step_s"],
-            "wall": row["wall_s_per_s"],
+            "cpu": row["cpu_s_per_s"],
+            "noise": row.get("uncertainty"),
             "error": None if row["failed"] or row["error"] is None else abs(row["error"]),
         }
         for row in rows
