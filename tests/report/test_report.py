@@ -544,15 +544,16 @@ def test_work_precision_draws_every_point_and_names_what_was_refused():
     from trackdyn.report.figures.trade import work_precision
     from trackdyn.study.accuracy.trade import COLUMNS
 
+    known = ["scene", "fidelity", "integrator", "step_s", "cpu_s_per_s", "measure", "error", "failed"]
     rows = pd.DataFrame(
         [
-            ["ring 0.308 m 115 rpm", "ten_arcs", "semi_implicit", 1e-4, 0.05, 0.05, "rms", 1e-3, False],
-            ["ring 0.308 m 115 rpm", "ten_arcs", "rk4", 5e-5, 0.4, 0.4, "rms", 1e-6, False],
-            ["ring 0.308 m 115 rpm", "single_pin", "semi_implicit", 1e-4, 0.03, 0.03, "rms", 1e-1, False],
-            ["ring 0.308 m 115 rpm", "ten_arcs", "rk4", 5e-4, np.nan, np.nan, "all", np.nan, True],
+            ["ring 0.308 m 115 rpm", "ten_arcs", "semi_implicit", 1e-4, 0.05, "rms", 1e-3, False],
+            ["ring 0.308 m 115 rpm", "ten_arcs", "rk4", 5e-5, 0.4, "rms", 1e-6, False],
+            ["ring 0.308 m 115 rpm", "single_pin", "semi_implicit", 1e-4, 0.03, "rms", 1e-1, False],
+            ["ring 0.308 m 115 rpm", "ten_arcs", "rk4", 5e-4, np.nan, "all", np.nan, True],
         ],
-        columns=COLUMNS,
-    )
+        columns=known,
+    ).reindex(columns=COLUMNS)
     axis = work_precision(rows, "rms").axes[0]
     points = {(x, y) for line in axis.lines if line.get_linestyle() == "None" for x, y in line.get_xydata()}
     assert {(0.05, 1e-3), (0.4, 1e-6), (0.03, 1e-1)} <= points

@@ -1,5 +1,7 @@
 """Tables as they are read: three digits, headings of two lines, units; and what they add up to."""
 
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -80,12 +82,12 @@ def test_costs_have_a_total_that_leaves_out_what_is_asked_for_by_name(tmp_path):
 
 def test_a_setting_that_was_refused_everywhere_says_so():
     rows = pd.DataFrame([
-        {"scene": "a", "fidelity": "ten_arcs", "integrator": "semi_implicit", "step_s": step, "wall_s_per_s": cost,
-         "cpu_s_per_s": cost, "measure": "rms", "error": error, "failed": failed}
+        {"scene": "a", "fidelity": "ten_arcs", "integrator": "semi_implicit", "step_s": step, "cpu_s_per_s": cost, "measure": "rms", "error": error, "failed": failed}
         for step, cost, error, failed in ((1e-4, 0.1, 1e-3, False), (5e-4, np.nan, np.nan, True))
     ])  # fmt: skip
-    promises = pd.DataFrame({"achieved_error": [1e-3, np.nan], "met": [True, False]})
-    text = trade_summary(rows, pd.DataFrame(), promises, pd.DataFrame({"jobs": [1], "wall_s": [2.0]}))
+    promises = pd.DataFrame({"measure": "rms", "achieved_error": [1e-3, np.nan], "met": [True, None], "reason": [None, "too coarse"]})
+    text = trade_summary(rows, pd.DataFrame(), promises)
+    assert re.search(r"rms +\| too coarse +\| +1", text)
     assert "nan" not in text
     assert "| refused or diverged" in text and "1 of them refused or diverged" in text
 

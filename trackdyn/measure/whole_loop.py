@@ -139,16 +139,18 @@ class Series(NamedTuple):
         """Without the passages from ``last`` on."""
         return self._replace(values=self.values[self.passage < last], passage=self.passage[self.passage < last])
 
+    def linear(self) -> np.ndarray:
+        """(m,) values whose mean is the measure, and whose scatter is its own to first order."""
+        if not self.root or not len(self.values):
+            return self.values
+        mean = float(self.values.mean())
+        value = float(np.sqrt(max(mean, 0.0)))
+        return value + (self.values - mean) * (0.5 / value if value else 1.0)
+
     def estimate(self) -> Estimate:
         """Mean, and its standard error by batch means."""
-        if not len(self.values):
-            return Estimate(NAN, NAN, NAN)
-        mean = float(self.values.mean())
-        if not self.root:
-            return Estimate(mean, *batch_error(self.values))
-        value = float(np.sqrt(max(mean, 0.0)))
-        error, half_width = batch_error(self.values)
-        return Estimate(value, *((0.5 / value * error, 0.5 / value * half_width) if value else (error, half_width)))
+        values = self.linear()
+        return Estimate(float(values.mean()), *batch_error(values)) if len(values) else Estimate(NAN, NAN, NAN)
 
     def transient(self) -> int:
         """Passages to leave out at the beginning, by the marginal standard error rule.

@@ -26,7 +26,11 @@ class StateErrors(Section):
 
 
 class StatisticErrors(Section):
-    """Error of the statistics of a record; ``coarse_steps_s`` for all but the full physics."""
+    """Error of the statistics of a record; ``coarse_steps_s`` for all but the full physics.
+
+    The two or three finest steps of ``semi_implicit`` give the limit that errors are taken against, the finest of ``rk4``
+    a ``second_reference``.
+    """
 
     scenes: Annotated[list[SceneKey], Field(min_length=1)]
     loop_turns: Count
@@ -34,13 +38,26 @@ class StatisticErrors(Section):
     coarse_steps_s: Steps
     second_reference: bool
 
+    @model_validator(mode="after")
+    def _limit(self):
+        if len(set(self.steps_s.get("semi_implicit", []))) < 2:
+            raise InputError(
+                "trade: statistics.steps_s is not accepted: limits are extrapolated over the steps of semi_implicit; two or more "
+                "would do"
+            )
+        return self
+
 
 class TradeForm(Section):
-    """One form of the study of accuracy against cost; ``scaling_runs`` are counts of equal runs of ``scaling_s``."""
+    """One form of the study of accuracy against cost; ``scaling_runs`` are counts of equal runs of ``scaling_s``.
+
+    The planner is judged on scenes ``kept_apart``, against limits over the steps ``limit_steps_s`` of semi_implicit.
+    """
 
     state: StateErrors
     statistics: StatisticErrors
     kept_apart: Annotated[list[SceneKey], Field(min_length=1)]
+    limit_steps_s: Annotated[list[Positive], Field(min_length=2)]
     scaling_runs: Annotated[list[Count], Field(min_length=1)]
     scaling_s: Positive
 

@@ -23,7 +23,7 @@ with logged(snakemake):
     states, second = state_trade(rig, form.state)
     statistics, other, limits = statistic_trade(rig, form.statistics)
     rows, agreement = _joined(states, statistics), _joined(second, other)
-    promises = verify(rig, rows, form.kept_apart, form.statistics.loop_turns)
+    promises = verify(rig, rows, form.kept_apart, form.statistics.loop_turns, form.limit_steps_s)
     for table, path in ((rows, out.trade), (agreement, out.agreement), (promises, out.planner)):
         Path(path).write_text(table.to_csv(index=False, lineterminator="\n"), encoding="utf-8")
     Path(out.summary).write_text(trade_summary(rows, agreement, promises), encoding="utf-8")

@@ -7,7 +7,8 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.fidelity import PRESETS
-from trackdyn.measure.whole_loop import RELATIVE, SHARES, Estimate
+from trackdyn.measure.uncertainty import batch_error
+from trackdyn.measure.whole_loop import RELATIVE, SHARES, Series
 from trackdyn.study.accuracy.statistics import scale_of
 
 LIMITS = ["scene", "measure", "limit", "limit_error", "finest", "finest_error", "finest_step_s"]
@@ -17,35 +18,62 @@ SURE = 2.0  # standard errors: the 95 % of a normal distribution
 
 
 class Limit(NamedTuple):
-    """A limit and its standard error."""
+    """A limit.
+
+    Attributes
+    ----------
+    value, error : float
+        The limit and its standard error, all in all.
+    doubt : float
+        The part of the error that is convergence, not scatter.
+    values : (m,) array
+        What the limit is the mean of, passage by passage.
+    """
 
     value: float
     error: float
+    doubt: float
+    values: np.ndarray
 
 
-def limit_of(runs: Mapping[float, Estimate]) -> Limit:
+def limit_of(runs: Mapping[float, Series]) -> Limit:
     """The limit of a measure that converges in first order of the step.
 
-    From the two finest steps (Richardson extrapolation, as for the order-1 methods of Roache, Journal of Fluids Engineering
-    116, 1994, 405-413). Its error joins two: the sampling errors of both runs, and how far the next coarser pair of
-    steps would extrapolate to, without which convergence is taken on trust; of two steps alone, the whole extrapolation.
+    From the two finest steps (Richardson extrapolation, as for a method of order 1 in Roache, Journal of Fluids Engineering
+    116, 1994, 405-413). Its error joins the scatter of passages of this combination of both runs, and how far the next coarser
+    pair of steps would extrapolate to, without which convergence is taken on trust; of two steps alone, the whole extrapolation.
 
     Parameters
     ----------
-    runs : mapping of float to Estimate
+    runs : mapping of float to Series
         Of two steps (s) or more.
     """
     steps = sorted(runs)
-    value, error = _extrapolated(*((step, runs[step]) for step in steps[:2]))
-    other = _extrapolated(*((step, runs[step]) for step in steps[1:3]))[0] if len(steps) > 2 else runs[steps[0]].value
-    return Limit(value, float(np.hypot(error, value - other)))
+    values = _extrapolated(runs, *steps[:2])
+    other = _extrapolated(runs, *steps[1:3]) if len(steps) > 2 else runs[steps[0]].linear()
+    value, doubt = float(values.mean()), float(abs(values.mean() - other.mean()))
+    return Limit(value, float(np.hypot(batch_error(values)[0], doubt)), doubt, values)
 
 
-def _extrapolated(fine: tuple[float, Estimate], coarse: tuple[float, Estimate]) -> tuple[float, float]:
-    """Straight line through two steps at a step of zero, and its standard error."""
-    (h, a), (k, b) = fine, coarse
-    lean = h / (k - h)
-    return a.value + lean * (a.value - b.value), float(np.hypot((1 + lean) * a.error, lean * b.error))
+def _extrapolated(runs: Mapping[float, Series], fine: float, coarse: float) -> np.ndarray:
+    """Straight line through two steps at a step of zero, passage by passage."""
+    lean = fine / (coarse - fine)
+    near, far = _paired(runs[fine].linear(), runs[coarse].linear())
+    return near + lean * (near - far)
+
+
+def _paired(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Two series of the same passages: runs that start alike scatter alike, and their difference scatters less (common
+    random numbers: Law, Simulation Modeling and Analysis, 5th edition, 2015, ch. 11.2). Where one has passages that the other
+    lacks, these are left out at the beginning."""
+    count = min(len(one), len(other))
+    return one[len(one) - count :], other[len(other) - count :]
+
+
+def difference(found: Series, limit: Limit) -> tuple[float, float]:
+    """A measure less its limit, and the standard error of this difference."""
+    one, other = _paired(found.linear(), limit.values)
+    return float(found.estimate().value - limit.value), float(np.hypot(batch_error(one - other)[0], limit.doubt))
 
 
 def presets_beside_limits(rows: pd.DataFrame, limits: pd.DataFrame) -> pd.DataFrame:
@@ -74,8 +102,7 @@ def presets_beside_limits(rows: pd.DataFrame, limits: pd.DataFrame) -> pd.DataFr
             line |= {f"{name}_pct": np.nan, f"{name}_error_pct": np.nan}
             if len(here):
                 run = here.iloc[0]
-                line[f"{name}_pct"] = (run["value"] - row["limit"]) / scale
-                line[f"{name}_error_pct"] = float(np.hypot(run["value_error"], row["limit_error"])) / abs(scale)
+                line |= {f"{name}_pct": (run["value"] - row["limit"]) / scale, f"{name}_error_pct": 100 * run["uncertainty"]}
         line["standard_within_bound"] = _verdict(abs(line["standard_pct"]), SURE * line["standard_error_pct"], 100 * BOUND)
         found.append(line)
     return pd.DataFrame(found)

@@ -47,8 +47,6 @@ MARGIN = 2.0
 LONGEST = 600.0  # s: no record is planned longer
 STARTING = 1.0  # s, the ramp of the scenes that were measured
 TOLERANCES = (0.005, 0.01, 0.02, 0.05)
-# steps from which the limit of a scene kept apart is extrapolated, s
-LIMIT_STEPS = (1e-5, 2e-5, 5e-5)
 PROMISES = [
     "scene", "measure", "tolerance", "achieved_error", "limit_error", "met", "fidelity", "integrator", "step_s", "duration_s",
     "expected_error", "cpu_s", "reason",
@@ -221,10 +219,11 @@ def plan(trade: pd.DataFrame, tolerance, measure: str, rpm: float, ring_radius: 
     return best._replace(warnings=tuple(warnings))
 
 
-def verify(rig: Rig, trade: pd.DataFrame, kept_apart: list[SceneKey], turns: int) -> pd.DataFrame:
+def verify(rig: Rig, trade: pd.DataFrame, kept_apart: list[SceneKey], turns: int, steps: list[float]) -> pd.DataFrame:
     """The planner on scenes that the data do not hold: does what it promises come out?
 
-    Each setting is run once for the longest record that was planned with it; shorter ones are its beginning.
+    Each setting is run once for the longest record that was planned with it; shorter ones are its beginning. Limits are
+    extrapolated from records of ``turns`` revolutions of the loop with ``steps`` (s).
 
     Returns
     -------
@@ -235,7 +234,7 @@ def verify(rig: Rig, trade: pd.DataFrame, kept_apart: list[SceneKey], turns: int
     rows = []
     for rpm, ring in kept_apart:
         name, base = scene_name(rpm, ring), study_scene(rig, rpm, ring, turns, every_link=True)
-        limits = limits_of({step: run_answer(base.with_(step=step)) for step in LIMIT_STEPS})
+        limits = limits_of({step: run_answer(base.with_(step=step)) for step in steps})
         plans: dict[tuple, list] = {}
         for measure in (m for m in PLANNED if m in limits and (m in RELATIVE or limits[m].value)):
             for tolerance in TOLERANCES:
@@ -266,7 +265,7 @@ def _kept(rig: Rig, base, limits: dict, name: str, asked: list) -> list[dict]:
         if recording is not None:
             span = rig.loop_period(base.motor_rpm) / rig.chain.pitches
             found = answers_of(recording, int(chosen.duration / span + 1e-6)).get(measure)
-            error = error_of(measure, found[0].value, limit.value) if found else np.nan
+            error = error_of(measure, found.estimate().value, limit.value) if found else np.nan
         rows.append({
             "scene": name, "measure": measure, "tolerance": tolerance, "achieved_error": error,
             "limit_error": limit.error / scale_of(measure, limit.value), "met": bool(np.isfinite(error) and error <= tolerance),

@@ -6,7 +6,7 @@ from trackdyn.measure.meshing import meshing_summary
 from trackdyn.measure.metrics import energy_residual, loop_frequency, whole_revolutions
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.signals import main_line_binfree, rms, standard_deviation
-from trackdyn.measure.whole_loop import RELATIVE, SHARES, Estimate, series
+from trackdyn.measure.whole_loop import RELATIVE, SHARES, Series, series
 from trackdyn.recording import Recording
 from trackdyn.scene import Scene
 
@@ -52,19 +52,17 @@ def statistics_of(recording: Recording) -> dict[str, float]:
     }
 
 
-def answers_of(recording: Recording, passages: int | None = None) -> dict[str, tuple[Estimate, int]]:
-    """Measures over all links of a recording made with ``every_link``, and how many values each is a mean of.
+def answers_of(recording: Recording, passages: int | None = None) -> dict[str, Series]:
+    """Measures over all links of a recording made with ``every_link``, passage by passage.
 
-    As `statistics_of`, but with standard errors (`measure.whole_loop`). Only the first ``passages`` of the record count, if
+    As `statistics_of`, but with what standard errors are made of (`measure.whole_loop`). Only the first ``passages`` of the record count, if
     that is given. Loop gap and energy residual belong to the whole record and have none.
     """
     found = series(recording)
     if passages is not None:
         found = {name: each.until(passages) for name, each in found.items()}
     exact = {"loop_gap": float(recording.gap.max()), "energy_residual": abs(energy_residual(recording))}
-    return {name: (each.estimate(), len(each.values)) for name, each in found.items()} | {
-        name: (Estimate(value, 0.0, 0.0), 1) for name, value in exact.items()
-    }
+    return found | {name: Series(np.array([value]), np.array([0])) for name, value in exact.items()}
 
 
 def scale_of(measure: str, reference: float) -> float:

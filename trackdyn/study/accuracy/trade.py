@@ -12,16 +12,16 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from trackdyn.errors import TrackdynError
+from trackdyn.errors import InputError, TrackdynError
 from trackdyn.fidelity import PRESETS
 from trackdyn.loop import Loop
-from trackdyn.measure.whole_loop import Estimate
+from trackdyn.measure.whole_loop import Series
 from trackdyn.parameters.rig import Rig
 from trackdyn.recording import Recording
 from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
-from trackdyn.study.accuracy.limit import LIMITS, Limit, limit_of
-from trackdyn.study.accuracy.statistics import ABSOLUTE, answers_of, error_of, scale_of, scene_name, study_scene
+from trackdyn.study.accuracy.limit import LIMITS, Limit, difference, limit_of
+from trackdyn.study.accuracy.statistics import ABSOLUTE, answers_of, scale_of, scene_name, study_scene
 from trackdyn.study.settings import StateErrors, StatisticErrors, Steps
 
 # error: against the limit; uncertainty: its standard error; scatter: standard error that one passage would leave, all three
@@ -54,7 +54,7 @@ STEADY = {"ring 115 rpm": (115.0, 0.308), "ring 210 rpm": (210.0, 0.308), "no ri
 class Answer(NamedTuple):
     """What a record of every link gave (`answers_of`), the processor seconds to settle its loop, and those of a simulated one."""
 
-    found: dict[str, tuple[Estimate, int]]
+    found: dict[str, Series]
     start_cpu_s: float
     cpu_s_per_s: float
 
@@ -132,8 +132,7 @@ def state_trade(rig: Rig, asked: StateErrors) -> tuple[pd.DataFrame, pd.DataFram
 
 
 def timed_run(scene: Scene) -> tuple[Recording, float, float]:
-    """A recording of every link, and the processor seconds to settle its loop and of a simulated one; compilation apart."""
-    simulate(scene.with_(duration=0.01, lead_in=0.0, ramp=0.01))
+    """A recording of every link, and the processor seconds to settle its loop and of a simulated one."""
     begin = process_time()
     loop = Loop(scene)
     started = process_time()
@@ -152,8 +151,8 @@ def run_answer(scene: Scene) -> Answer:
 def limits_of(runs: dict[float, Answer]) -> dict[str, Limit]:
     """Limit of every measure from runs of the full physics, by step."""
     finest = dict(sorted(runs.items())[:3])
-    names = [name for name, (found, _) in next(iter(finest.values())).found.items() if np.isfinite(found.value)]
-    return {name: limit_of({step: run.found[name][0] for step, run in finest.items()}) for name in names}
+    names = [name for name, found in finest[min(finest)].found.items() if len(found.values)]
+    return {name: limit_of({step: run.found[name] for step, run in finest.items()}) for name in names}
 
 
 def statistic_trade(rig: Rig, asked: StatisticErrors) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
@@ -168,7 +167,7 @@ def statistic_trade(rig: Rig, asked: StatisticErrors) -> tuple[pd.DataFrame, pd.
     limits : DataFrame
         ``limit.LIMITS``.
     """
-    rows, agreement, limits = [], [], []
+    rows, agreement, limits, compiled = [], [], [], set()
     cases = [
         (fidelity, physics | fields)
         for fidelity, physics in FIDELITIES.items()
@@ -181,6 +180,9 @@ def statistic_trade(rig: Rig, asked: StatisticErrors) -> tuple[pd.DataFrame, pd.
         for fidelity, fields in cases:
             point = (fidelity, fields["integrator"], fields["step"])
             try:
+                if (kind := (*point[:2], ring is None)) not in compiled:  # kernels are compiled before anything is timed
+                    simulate(base.with_(**fields, duration=0.01, lead_in=0.0, ramp=0.01))
+                    compiled.add(kind)
                 runs[point] = run_answer(base.with_(**fields))
             except TrackdynError:
                 runs[point] = None
@@ -189,16 +191,19 @@ def statistic_trade(rig: Rig, asked: StatisticErrors) -> tuple[pd.DataFrame, pd.
             {step: run for (physics, method, step), run in runs.items() if (physics, method) == (FULL_PHYSICS, which) and run}
             for which in (EXTRAPOLATED, SECOND)
         )
+        if len(fine) < 2:
+            raise InputError(f"trade: {name}: fewer than two steps of {EXTRAPOLATED} ran in this scene; finer ones would do")
         known = limits_of(fine)
         for point, run in runs.items():
             rows += _rows_of([name, *point], run, known, base.duration, rig.loop_period(rpm) / rig.chain.pitches)
         for measure, limit in known.items():
             if measure not in ABSOLUTE:
-                limits.append([name, measure, *limit, *fine[min(fine)].found[measure][0][:2], min(fine)])
+                finest = fine[min(fine)].found[measure].estimate()
+                limits.append([name, measure, limit.value, limit.error, *finest[:2], min(fine)])
                 if asked.second_reference and second:
-                    other = second[min(second)].found[measure][0]
-                    noise = float(np.hypot(other.error, limit.error)) / scale_of(measure, limit.value)
-                    agreement.append([name, measure, error_of(measure, other.value, limit.value), noise])
+                    off, noise = difference(second[min(second)].found[measure], limit)
+                    scale = scale_of(measure, limit.value)
+                    agreement.append([name, measure, abs(off) / scale, noise / scale])
     return pd.DataFrame(rows, columns=COLUMNS), pd.DataFrame(agreement, columns=AGREEMENT), pd.DataFrame(limits, columns=LIMITS)
 
 
@@ -207,14 +212,16 @@ def _rows_of(point: list, run: Answer | None, limits: dict[str, Limit], seconds:
     if run is None:
         return [[*point, *[np.nan] * 4, "all", *[np.nan] * 6, True]]
     rows = []
-    for measure, (found, count) in run.found.items():
-        if measure not in limits or not np.isfinite(error := error_of(measure, found.value, limits[measure].value)):
+    for measure, found in run.found.items():
+        if measure not in limits or not np.isfinite(scale := scale_of(measure, limits[measure].value)):
             continue
-        scale = scale_of(measure, limits[measure].value)
-        exact = measure in ABSOLUTE
-        noise = 0.0 if exact else float(np.hypot(found.error, limits[measure].error)) / scale
-        unused = 0 if exact else int(seconds / span + 1e-6) - count
-        about = [found.value, found.error, error, noise, found.error * count**0.5 / scale, unused]
+        value, error, _ = found.estimate()
+        off, noise = difference(found, limits[measure])
+        if measure in ABSOLUTE:  # of the very record, and compared with nothing
+            about = [value, 0.0, abs(value), 0.0, 0.0, 0]
+        else:
+            unused = int(seconds / span + 1e-6) - len(found.values)
+            about = [value, error, abs(off) / scale, noise / scale, error * len(found.values) ** 0.5 / scale, unused]
         rows.append([*point, run.start_cpu_s, run.cpu_s_per_s, seconds, span, measure, *about, False])
     return rows
 
