@@ -26,6 +26,7 @@ METHODS = {
 }  # fmt: skip
 PHYSICS = {"ten_arcs": "o", "three_surfaces": "s", "single_pin": "^", "elastic_cut": "D"}
 NEGLIGIBLE = 0.1  # errors below this part of the fifth percentile are drawn there, as arrows: they stretch the axis
+FRONT = {"color": "0.75", "lw": 4.0}
 TINY = {"linestyle": "none", "marker": "$\\downarrow$", "color": "0.4", "markersize": 6}
 
 
@@ -119,7 +120,7 @@ def answer_figure(rows: pd.DataFrame, measure: str) -> Figure:
             errors.append(error)
         order = np.argsort(np.concatenate(costs))
         best = np.minimum.accumulate(np.concatenate(errors)[order])
-        axis.step(np.concatenate(costs)[order], best, where="post", color="k", lw=1.4, zorder=0)
+        axis.step(np.concatenate(costs)[order], best, where="post", **FRONT, zorder=0)
         axis.set_title(scene)
         axis.set_xlabel("processor s for the answer")
         axis.tick_params(labelbottom=True)
@@ -128,7 +129,7 @@ def answer_figure(rows: pd.DataFrame, measure: str) -> Figure:
     figure.supylabel(LABELS.get(measure, measure).replace("error of", "error at most of"), fontsize=8)
     handles = _methods(set(chosen["integrator"]))
     handles.append(Line2D([], [], color="0.4", linestyle=":", label="coarser physics"))
-    handles.append(Line2D([], [], color="k", lw=1.4, label="nothing is better in both"))
+    handles.append(Line2D([], [], **FRONT, label="nothing is better in both"))
     figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return figure
 
