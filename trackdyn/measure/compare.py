@@ -5,10 +5,10 @@ import pandas as pd
 
 from trackdyn.errors import InputError
 from trackdyn.measure.dictionary import error_of
-from trackdyn.measure.metrics import LEAST_LOOPS, loop_frequency, sensor_metrics
+from trackdyn.measure.metrics import loop_frequency
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.sensor_csv import SensorRecord
-from trackdyn.measure.signals import main_line
+from trackdyn.measure.sensor_metrics import LEAST_LOOPS, own_metrics, sensor_metrics
 from trackdyn.recording import Recording
 
 COMPARED = ("rms_g", "sd_g", "line_hz", "line_g", "line_hz_binfree", "line_g_binfree", "high_frequency_g")
@@ -87,8 +87,7 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
         record = record.averaged(faster)
     signal = sense(recording, slower)
     simulated = sensor_metrics(signal.ay, recording.rate / slower, loop_hz)
-    # the sensor's loop turns at its own speed, which need not be the one that was asked for
-    measured = sensor_metrics(record.ay_g, record.rate_hz, main_line(record.ay_g, record.rate_hz)[0])
+    measured = own_metrics(record.ay_g, record.rate_hz)
     simulated |= {"rate_hz": recording.rate / slower, "clipped": signal.clipped}
     measured |= {"rate_hz": record.rate_hz, "clipped": record.clipped}
     table = pd.DataFrame(

@@ -3,7 +3,6 @@
 from collections.abc import Iterable
 
 from trackdyn.errors import InputError
-from trackdyn.measure.meshing import SIDES
 
 SETTING = "a setting of the run"
 CHECK = "the largest value of a check over the record, no estimate of a mean"
@@ -45,7 +44,7 @@ COLUMNS = {
     "clipped_samples": ("integer", "1", "samples that the range of the sensor cut", "a count in this very record"),
     "passages": ("integer", "1", "complete passages of connectors over the sprocket", "a count in this very record"),
 }  # fmt: skip
-PLACES = dict(zip(SIDES, ("the left arc", "the right arc", "a link on the ring"), strict=True))
+PLACES = {"left": "the left arc", "right": "the right arc", "ring": "a link on the ring"}
 PASSAGES = "by batch means over passages"
 OF_A_SIDE = {
     "share_pct": ("%", "time in contact of {}, of a sprocket turn, mean over passages", "share_error_pct"),

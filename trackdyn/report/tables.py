@@ -8,11 +8,9 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import InputError
-from trackdyn.fidelity import PRESETS
 from trackdyn.measure.dictionary import error_of
-from trackdyn.measure.metrics import sensor_metrics
 from trackdyn.measure.sensor_csv import SensorRecord
-from trackdyn.measure.signals import main_line, main_line_binfree
+from trackdyn.measure.sensor_metrics import own_metrics
 from trackdyn.paper import printed
 from trackdyn.parameters.groove import Groove
 from trackdyn.replacing import replacing
@@ -55,7 +53,7 @@ HEADS = {
         "scene": "scene", "measure": "measure", "limit": "limit<br>(g, %, N)", "limit_error": "limit<br>error",
     } | {
         f"{name}{column}": f"{name}<br>{words}"
-        for name in PRESETS for column, words in {"_pct": "off by (%)", "_error_pct": "error (%)"}.items()
+        for name in ("fast", "standard", "paper", "reference") for column, words in {"_pct": "off by (%)", "_error_pct": "error (%)"}.items()
     } | {"standard_within_bound": "standard<br>within 2 %"},
     "costs": {
         "rule": "rule", "jobs": "jobs", "wall_s": "wall<br>(s)", "cpu_s": "processor<br>(s)",
@@ -63,7 +61,7 @@ HEADS = {
     },
 }  # fmt: skip
 # made on demand: not part of what a run costs
-BY_NAME = ("trade", "extremes", "fit", "pictures")
+BY_NAME = ("trade", "scaling", "extremes", "fit", "pictures")
 
 
 def headed(frame: pd.DataFrame, key: str) -> pd.DataFrame:
@@ -180,7 +178,7 @@ def table3(
     """
     rows = []
     for rpm, record in sorted(sensors.items()):
-        run, sensor = _row_of(metrics, rpm), _measured(record)
+        run, sensor = _row_of(metrics, rpm), own_metrics(record.ay_g, record.rate_hz)
         row = {"speed_rpm": rpm, "sensor_record": label}
         for name, paper in (("rms", printed.RMS_DIFFERENCE), ("sd", printed.SD_DIFFERENCE)):
             simulated, error = float(run[f"{name}_g"]), float(run[f"{name}_error_g"])
@@ -196,12 +194,6 @@ def table3(
             }
         rows.append(row)
     return pd.DataFrame(rows)
-
-
-def _measured(record: SensorRecord) -> dict:
-    """Measures of a sensor's record; its loop turns at a speed of its own, which need not be the one that was asked for."""
-    expected = main_line(record.ay_g, record.rate_hz)[0]
-    return sensor_metrics(record.ay_g, record.rate_hz, main_line_binfree(record.ay_g, record.rate_hz, expected)[0])
 
 
 def ratio_of_runs(value: float, error: float, base: float, base_error: float) -> tuple[float, float]:
@@ -223,7 +215,7 @@ def lines_table(
     names |= {f"line_binfree_{end}": f"line_{end}_binfree" for end in ("hz", "error_hz", "g", "error_g")}
     for rpm, record in sorted(sensors.items()):
         run = _row_of(metrics, rpm)
-        measured = _measured(record)
+        measured = own_metrics(record.ay_g, record.rate_hz)
         for source, of_paper, line, paper_hz, paper_g in (
             ("simulation", "simulation", run, printed.SIMULATED_LINE_HZ, printed.SIMULATED_LINE_G),
             (label, "experiment", measured, printed.MEASURED_LINE_HZ, printed.MEASURED_LINE_G),

@@ -3,8 +3,8 @@
 import pandas as pd
 
 from trackdyn.measure.meshing import meshing_summary
-from trackdyn.measure.metrics import whole_revolutions
 from trackdyn.measure.sensor import sense
+from trackdyn.measure.sensor_metrics import whole_revolutions
 from trackdyn.measure.signals import rms, standard_deviation
 from trackdyn.scene import Scene
 from trackdyn.simulate import simulate

@@ -3,8 +3,9 @@
 import numpy as np
 
 from trackdyn.measure.meshing import meshing_summary
-from trackdyn.measure.metrics import energy_residual, loop_frequency, whole_revolutions
+from trackdyn.measure.metrics import energy_residual, loop_frequency
 from trackdyn.measure.sensor import sense
+from trackdyn.measure.sensor_metrics import whole_revolutions
 from trackdyn.measure.signals import main_line_binfree, rms, standard_deviation
 from trackdyn.measure.whole_loop import RELATIVE, SHARES, Series, series
 from trackdyn.recording import Recording
