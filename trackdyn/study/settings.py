@@ -113,6 +113,28 @@ class WholeLoopForm(Section):
     loop_turns: Count
 
 
+class PeerAnswers(Section):
+    """One scene in both codes until its measure is known to a tolerance: settings that are tried, and the record of each."""
+
+    speed_rpm: Positive
+    ring_radius_m: Positive
+    tolerance: Annotated[float, Field(gt=0, lt=1)]
+    ramp_s: Positive
+    lead_in_s: Positive
+    passages: Annotated[int, Field(ge=9)]
+    steps_s: Steps
+    exudyn_steps_s: Annotated[list[Positive], Field(min_length=2)]
+
+    @model_validator(mode="after")
+    def _limit(self):
+        if len(set(self.steps_s.get("semi_implicit", []))) < 2:
+            raise InputError(
+                "peer_answers: steps_s is not accepted: the limit is extrapolated over the steps of semi_implicit; two or more "
+                "would do"
+            )
+        return self
+
+
 Form = TypeVar("Form", TradeForm, ExtremesForm, TractionForm, WholeLoopForm)
 
 
@@ -130,6 +152,7 @@ class Studies(Section):
     extremes: Forms[ExtremesForm]
     traction: Forms[TractionForm]
     whole_loop: Forms[WholeLoopForm]
+    peer_answers: PeerAnswers
 
 
 def _read(path: Any) -> Any:

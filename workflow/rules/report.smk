@@ -59,6 +59,7 @@ rule page:
         rules.sensitivity.output,
         rules.schematics.output,
         rules.peer.output,
+        rules.peer_answers.output,
         rules.fidelity.output,
         rules.trade_short.output,
         rules.scaling_short.output,
