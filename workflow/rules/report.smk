@@ -105,7 +105,7 @@ rule costs:
 rule pictures:
     """Pictures and measured parts of the pages from the present results. Asked for by name: they stand in version control."""
     input:
-        tables=[f"{R}/{name}.csv" for name in ("claims", "fidelity", "deviations", "tables/parameters")],
+        tables=[f"{R}/{name}.csv" for name in ("claims", "fidelity", "deviations", "tables/parameters", "tables/limits")],
         pictures=[f"{R}/figures/animation.gif", f"{R}/figures/fig24.png"],
     log: f"{R}/logs/pictures.log"
     benchmark: f"{R}/benchmarks/pictures.tsv"
