@@ -180,6 +180,12 @@ def test_the_root_of_a_mean_square_is_compared_as_a_root():
     assert np.ptp(squares.linear()) == pytest.approx(0.1)
 
 
+def test_a_method_of_second_order_is_extrapolated_as_one():
+    runs = {h: measured(7.0 - 3e6 * h**2) for h in (1e-4, 2e-4, 5e-4)}
+    assert limit_of(runs, 2).value == pytest.approx(7.0) and limit_of(runs, 2).error < 1e-9
+    assert limit_of(runs).error > 0.01
+
+
 def test_a_curve_shows_in_the_error_of_its_limit():
     curved = {h: measured(1.0 - 100 * h + 2e6 * h**2) for h in (1e-5, 2e-5, 5e-5)}
     limit = limit_of(curved)

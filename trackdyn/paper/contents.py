@@ -364,7 +364,7 @@ STUDIES = (
         Processor seconds until the RMS of the acceleration of all links is known to 1 %, with the ring of 0.308 m at 115 rpm, in
         this simulator and in Exudyn, on one thread of one machine in one run: settling or assembling, starting, leaving half a
         second out, and recording as many passages as the setting's error and scatter leave to be averaged. Each code's error is
-        taken against its own limit over steps, and each is chosen at its own cheapest setting of those tried; a dash: too
+        taken against its own limit over steps, extrapolated with the order of its method, and each is chosen at its own cheapest setting of those tried; a dash: too
         coarse for the tolerance. Both codes solve one model with the same contact laws, which Exudyn calls from Python,
         compiled; it is general and three-dimensional, so the ratio is no verdict on it.""", table=True),
     Item("scaling", "A sweep on more processes", "scaling", "trackdyn.report.figures.trade:scaling_figure", """

@@ -30,6 +30,7 @@ COLUMNS = [
     "chosen", "note",
 ]  # fmt: skip
 METHOD = "generalized alpha"  # of the other code
+ORDERS = {"semi_implicit": 1, METHOD: 2}  # as declared (`integrate.methods`; Chung and Hulbert, J. Appl. Mech. 60, 1993)
 MOST = 3000  # passages
 
 
@@ -115,7 +116,7 @@ def _answers(
     fine = {step: series for (method, step), series in found.items() if method == extrapolated}
     if len(fine) < 2:
         raise InputError(f"peer_answers: fewer than two steps of {code} ran; finer ones would do")
-    limit = limit_of(fine)
+    limit = limit_of(fine, ORDERS.get(extrapolated, 1))
     passages = np.arange(LEAST, MOST)
     for (method, step), series in found.items():
         estimate = series.estimate()

@@ -36,28 +36,29 @@ class Limit(NamedTuple):
     values: np.ndarray
 
 
-def limit_of(runs: Mapping[float, Series]) -> Limit:
-    """The limit of a measure that converges in first order of the step.
+def limit_of(runs: Mapping[float, Series], order: int = 1) -> Limit:
+    """The limit of a measure that converges with a power of the step.
 
-    From the two finest steps (Richardson extrapolation, as for a method of order 1 in Roache, Journal of Fluids Engineering
-    116, 1994, 405-413). Its error joins the scatter of passages of this combination of both runs, and how far the next coarser
+    From the two finest steps (Richardson extrapolation: Roache, Journal of Fluids Engineering 116, 1994, 405-413). Its error joins the scatter of passages of this combination of both runs, and how far the next coarser
     pair of steps would extrapolate to, without which convergence is taken on trust; of two steps alone, the whole extrapolation.
 
     Parameters
     ----------
     runs : mapping of float to Series
         Of two steps (s) or more.
+    order : int
+        Of the method.
     """
     steps = sorted(runs)
-    values = _extrapolated(runs, *steps[:2])
-    other = _extrapolated(runs, *steps[1:3]) if len(steps) > 2 else runs[steps[0]].linear()
+    values = _extrapolated(runs, *steps[:2], order)
+    other = _extrapolated(runs, *steps[1:3], order) if len(steps) > 2 else runs[steps[0]].linear()
     value, doubt = float(values.mean()), float(abs(values.mean() - other.mean()))
     return Limit(value, float(np.hypot(batch_error(values)[0], doubt)), doubt, values)
 
 
-def _extrapolated(runs: Mapping[float, Series], fine: float, coarse: float) -> np.ndarray:
-    """Straight line through two steps at a step of zero, passage by passage."""
-    lean = fine / (coarse - fine)
+def _extrapolated(runs: Mapping[float, Series], fine: float, coarse: float, order: int) -> np.ndarray:
+    """The line through two steps, over their power, at a step of zero, passage by passage."""
+    lean = fine**order / (coarse**order - fine**order)
     near, far = _paired(runs[fine].linear(), runs[coarse].linear())
     return near + lean * (near - far)
 
