@@ -477,7 +477,7 @@ def test_where_contact_ends_is_computed():
 
 
 def test_the_legend_says_whether_errors_can_be_seen():
-    assert "smaller than the marks" in texts(duration_figure(study()))
+    assert "smaller than the marks, 0.01 % at most" in texts(duration_figure(study()))
     assert "bars: standard errors" in texts(duration_figure(study(error=2.0)))
 
 
