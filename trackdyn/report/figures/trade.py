@@ -128,7 +128,8 @@ def answer_figure(rows: pd.DataFrame, measure: str) -> Figure:
         axis.grid(True, which="major", lw=0.3)
     figure.supylabel(LABELS.get(measure, measure).replace("error of", "error at most of"), fontsize=8)
     handles = _methods(set(chosen["integrator"]))
-    handles.append(Line2D([], [], color="0.4", linestyle=":", label="coarser physics"))
+    if set(chosen["fidelity"]) - {"ten_arcs"}:
+        handles.append(Line2D([], [], color="0.4", linestyle=":", label="coarser physics"))
     handles.append(Line2D([], [], **FRONT, label="nothing is better in both"))
     figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return figure
