@@ -42,8 +42,8 @@ def test_the_cheapest_setting_that_keeps_the_tolerance_is_chosen():
     asked = SimpleNamespace(tolerance=0.01, ramp_s=1.0, lead_in_s=0.5)
     settings = [("made", 1e-5), ("made", 2e-5), ("made", 1e-4), ("made", 1e-3)]
     rows = pd.DataFrame(_answers("ours", settings, "made", asked, 0.025, 1000.0, run)).set_index("step_s")
-    assert rows.loc[1e-4, "error_pct"] == pytest.approx(0.4, abs=0.01) and rows.loc[1e-4, "chosen"] == "yes"
-    assert rows.loc[1e-3, "error_pct"] == pytest.approx(4.0, abs=0.1) and np.isnan(rows.loc[1e-3, "cpu_s"])
+    assert rows.loc[1e-4, "difference_pct"] == pytest.approx(0.4, abs=0.01) and rows.loc[1e-4, "chosen"] == "yes"
+    assert rows.loc[1e-3, "difference_pct"] == pytest.approx(4.0, abs=0.1) and np.isnan(rows.loc[1e-3, "cpu_s"])
     assert rows["chosen"].eq("yes").sum() == 1
     assert "exudyn does not reach it" in outcome(pd.concat([rows.assign(code="trackdyn"), pd.DataFrame([{"code": "exudyn"}])]), 0.01)
     assert rows.loc[1e-4, "cpu_s"] == pytest.approx(0.1 + 1.0 * (1.5 + 0.025 * rows.loc[1e-4, "passages"]))

@@ -26,7 +26,7 @@ from trackdyn.study.settings import PeerAnswers
 from trackdyn.until import LEAST
 
 COLUMNS = [
-    "code", "method", "step_s", "rms_m_s2", "error_pct", "uncertainty_pct", "scatter_pct", "cpu_s_per_s", "passages", "cpu_s",
+    "code", "method", "step_s", "rms_m_s2", "difference_pct", "uncertainty_pct", "scatter_pct", "cpu_s_per_s", "passages", "cpu_s",
     "chosen", "note",
 ]  # fmt: skip
 METHOD = "generalized alpha"  # of the other code
@@ -123,7 +123,7 @@ def _answers(
         off, noise = (value / limit.value for value in difference(series, limit))
         scatter = estimate.error / limit.value * len(series.values) ** 0.5
         start, per_second = spent[method, step]
-        row = {"code": code, "method": method, "step_s": step, "rms_m_s2": estimate.value, "error_pct": 100 * off}
+        row = {"code": code, "method": method, "step_s": step, "rms_m_s2": estimate.value, "difference_pct": 100 * off}
         row |= {"uncertainty_pct": 100 * noise, "scatter_pct": 100 * scatter, "cpu_s_per_s": per_second}
         enough = abs(off) + SURE * noise + record_error(scatter, passages) <= asked.tolerance
         if enough.any():
