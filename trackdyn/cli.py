@@ -116,7 +116,7 @@ def simulate(
     if measure and tolerance is None:
         raise InputError("--measure is not accepted without --tolerance: --tolerance 1% would do")
     if tolerance is not None:
-        from trackdyn.study.accuracy.planner import parse_tolerance
+        from trackdyn.parameters.validation import parse_tolerance
         from trackdyn.until import run_until
 
         answer = run_until(scene, dict.fromkeys(measure or ["rms"], parse_tolerance(tolerance)), _number("--longest", longest))
@@ -172,7 +172,7 @@ def compare(
     for name, text in record.done.items():
         typer.echo(f"{name:>10}  {text}")
     table = compare_with_sensor(loaded, record, str(recording))
-    typer.echo("\n" + table.to_string(index=False, float_format=lambda v: f"{v:.4f}", na_rep="-"))
+    typer.echo("\n" + table.to_string(index=False, float_format=lambda v: f"{v:.4g}", na_rep="-"))
     if "line_hz" not in set(table.measure):
         typer.echo("trackdyn: warning: no line, for which both records must hold two turns of the loop", err=True)
 
@@ -187,15 +187,16 @@ def plan(
     ring_radius: Annotated[str, typer.Option(help="Radius of the rubber ring in m, or none.")] = "0.308",
     data: Annotated[Path | None, typer.Option(help="Measured data; results/trade.csv or the short form.")] = None,
 ) -> None:
-    """The cheapest fidelity and step that kept a tolerance where it was measured."""
-    from trackdyn.study.accuracy.planner import load_trade
+    """The cheapest fidelity, step and duration that keep a tolerance, by what was measured."""
+    from trackdyn.study.accuracy.planner import LEAD_IN, load_trade
     from trackdyn.study.accuracy.planner import plan as choose
 
     chosen = choose(load_trade(data), tolerance, measure, _number("--rpm", rpm), _ring(ring_radius))
     for name, value in chosen.fields.items():
         typer.echo(f"{name:>22}  {value}")
-    typer.echo(f"{'expected error':>22}  {chosen.expected_error:.2g}")
-    typer.echo(f"{'expected cost':>22}  {chosen.wall_s_per_s:.3g} s per simulated second on the machine that measured")
+    typer.echo(f"{'duration':>22}  {chosen.duration:g} s of every link, after {LEAD_IN:g} s at constant speed: {chosen.passages} passages")
+    typer.echo(f"{'expected error':>22}  {chosen.of_setting:.2g} of the setting, {chosen.of_record:.2g} of the record at most")
+    typer.echo(f"{'expected cost':>22}  {chosen.cpu_s:.3g} processor seconds on the machine that measured")
     for warning in chosen.warnings:
         typer.echo(f"trackdyn: warning: {warning}; the plan is a guess there", err=True)
 

@@ -152,8 +152,8 @@ def test_configurations(data):
 
 
 SENSOR = "# made up\nt_s,ax_g,ay_g,az_g\n" + "".join(f"{k / 1000:.3f},0.0,{k % 7 / 7:.4f},0.0\n" for k in range(200))
-TRADE = "scene,fidelity,integrator,step_s,wall_s_per_s,cpu_s_per_s,measure,error,failed\n" + "".join(
-    f"ring {radius} m {rpm} rpm,{fidelity},semi_implicit,{step},1,1,rms,{step},{failed}\n"
+TRADE = "scene,fidelity,integrator,step_s,start_cpu_s,cpu_s_per_s,record_s,passage_s,measure,value,value_error,error,uncertainty,scatter,unused,failed\n" + "".join(
+    f"ring {radius} m {rpm} rpm,{fidelity},semi_implicit,{step},1,1,4,0.2,rms,1,0.001,{step},0,0,0,{failed}\n"
     for radius in (0.303, 0.308) for rpm in (115, 210) for fidelity in ("ten_arcs", "single_pin")
     for step, failed in ((1e-4, False), (5e-5, True))
 )  # fmt: skip

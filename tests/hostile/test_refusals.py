@@ -393,7 +393,7 @@ COMMANDS = [
     ("plan --tolerance 2% --data words.csv", "words.csv: Unable to parse string"),
     ("plan --tolerance 2% --data other.csv", "other.csv: names the unknown fidelity 'guess'"),
 ]
-TRADE = "scene,fidelity,integrator,step_s,wall_s_per_s,cpu_s_per_s,measure,error,failed\n"
+TRADE = "scene,fidelity,integrator,step_s,start_cpu_s,cpu_s_per_s,record_s,passage_s,measure,value,value_error,error,uncertainty,scatter,unused,failed\n"
 
 
 @pytest.fixture(scope="module")
@@ -415,9 +415,9 @@ def folder(tmp_path, monkeypatch, belt_file):
         ("plain", b"text\n"),
         ("empty", b""),
         ("binary", bytes(range(256))),
-        ("trade.csv", TRADE.encode() + b"ring 0.308 m 115 rpm,ten_arcs,semi_implicit,1e-4,1,1,rms,0.001,False\n"),
-        ("words.csv", TRADE.encode() + b"ring 0.308 m 115 rpm,ten_arcs,semi_implicit,soon,1,1,rms,0.001,False\n"),
-        ("other.csv", TRADE.encode() + b"ring 0.308 m 115 rpm,guess,semi_implicit,1e-4,1,1,rms,0.001,False\n"),
+        ("trade.csv", TRADE.encode() + b"ring 0.308 m 115 rpm,ten_arcs,semi_implicit,1e-4,1,1,4,0.2,rms,1,0.001,0.001,0,0,0,False\n"),
+        ("words.csv", TRADE.encode() + b"ring 0.308 m 115 rpm,ten_arcs,semi_implicit,soon,1,1,4,0.2,rms,1,0.001,0.001,0,0,0,False\n"),
+        ("other.csv", TRADE.encode() + b"ring 0.308 m 115 rpm,guess,semi_implicit,1e-4,1,1,4,0.2,rms,1,0.001,0.001,0,0,0,False\n"),
     ):
         (tmp_path / name).write_bytes(content)
     return tmp_path

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from trackdyn.measure.dictionary import table_schema
-from trackdyn.measure.metrics import lines_by_start, loop_frequency, run_metrics, sensor_metrics, whole_revolutions
+from trackdyn.measure.metrics import lines_by_start, loop_frequency, run_metrics
 from trackdyn.measure.sensor import sense
+from trackdyn.measure.sensor_metrics import sensor_metrics, whole_revolutions
 from trackdyn.measure.signals import main_line
 from trackdyn.scene import Scene
 from trackdyn.simulate import simulate

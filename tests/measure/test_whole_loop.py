@@ -8,7 +8,7 @@ import pytest
 
 from trackdyn.errors import InputError
 from trackdyn.loop import Loop
-from trackdyn.measure.whole_loop import _error, every_ay, passage, stitch, whole_loop
+from trackdyn.measure.whole_loop import every_ay, passage, stitch, whole_loop
 from trackdyn.simulate import simulate
 
 RATE, LINKS, TEETH = 1000.0, 35, 13
@@ -87,21 +87,6 @@ def test_a_jump_from_link_to_link_is_a_seam():
     fake, period = made_up(lambda t: 0.0 * t)
     fake.link_mean[:, :, 1] += 0.1 * 9.81 * fake.time[:, None] / (period / LINKS)
     assert stitch(fake).seam == pytest.approx(0.1, rel=0.02)
-
-
-def test_errors_cover_the_truth_of_correlated_passages():
-    """Intervals of a process with memory hold its mean about as often as they say: 95 %, here at least 85 %."""
-    rng, held, naive = np.random.default_rng(5), 0, 0
-    for _ in range(400):
-        noise, values, last = rng.standard_normal(400), [], 0.0
-        for step in noise:
-            last = 0.5 * last + step
-            values.append(last)
-        values = np.array(values)
-        held += abs(values.mean()) <= _error(values)[1]
-        naive += abs(values.mean()) <= 1.96 * values.std(ddof=1) / np.sqrt(len(values))
-    assert 0.85 <= held / 400 <= 0.99
-    assert naive / 400 < 0.8  # what leaving out the memory would hold
 
 
 def test_one_passage_has_a_value_and_no_error():

@@ -79,6 +79,7 @@ def metrics():
             row = {"run": f"ring/{rpm:g}rpm_{name}", "rpm": rpm, "ring_radius_m": radius}
             for k, side in enumerate(("left", "right", "ring")):
                 row |= {f"{side}_share_pct": 10.0 * k + j + 0.5 * i, f"{side}_rms_n": 100.0 * (k + 1) + j}
+                row |= {f"{side}_share_error_pct": 0.01 * (k + 1), f"{side}_rms_error_n": np.nan}
                 row |= {f"{side}_sd_n": 90.0 * (k + 1) + j, f"{side}_phase_start": 0.1 * k}
             rows.append(row)
     return pd.DataFrame(rows)
@@ -111,9 +112,9 @@ def inputs(tmp_path_factory):
         {"name": f"x.{kind}", "value": 1, "unit": "m", "kind": kind, "source": "here"} for kind in ("printed", "fitted")
     ]
     pd.DataFrame(kinds).to_csv(results / "tables" / "parameters.csv", index=False)
-    trade = {"scene": "ring", "fidelity": "planar", "integrator": "euler", "measure": "rms", "cpu_s_per_s": 0.1}
+    trade = {"scene": "ring", "fidelity": "planar", "integrator": "euler", "measure": "rms", "uncertainty": 1e-6}
     steps = [
-        trade | {"step_s": s, "wall_s_per_s": 1e-5 / s, "error": 100 * s, "failed": s > 5e-4}
+        trade | {"step_s": s, "cpu_s_per_s": 1e-5 / s, "error": 100 * s, "failed": s > 5e-4}
         for s in (1e-4, 2e-4, 1e-3)
     ]
     pd.DataFrame(steps).to_csv(results / "trade.csv", index=False)
@@ -187,7 +188,10 @@ def test_the_page_carries_everything_and_is_small(page_file):
     # a full run adds 2.8 MB of pictures and data; 5 MB is the limit
     assert page_file.stat().st_size < 2.2e6
     assert not re.search(r"(src|href)=[\"']?(https?:)?//", text)
-    assert json.loads(carried(text, "data"))["ring"]["radii"] == [None, 0.303, 0.308]
+    ring = json.loads(carried(text, "data"))["ring"]
+    assert ring["radii"] == [None, 0.303, 0.308]
+    assert ring["errors"]["right_share_pct"] == [[0.02] * 3] * 2
+    assert ring["errors"]["right_rms_n"] == [[None] * 3] * 2 and ring["errors"]["right_sd_n"] is None
     assert carried(text, "plotly").startswith("/**")
     assert text.index("<b>Fitted</b>") < text.index("<b>Printed</b>")
 

@@ -312,18 +312,24 @@ def test_table1_is_symmetric():
 def metrics(**changes):
     row = {
         "run": "210rpm", "rpm": RPM, "rms_g": 1.1, "sd_g": 0.5, "rms_error_g": 0.01, "sd_error_g": 0.02,
-        "line_hz": 0.25, "line_g": 1.15, "line_hz_binfree": LOOP_HZ, "line_g_binfree": 1.2,
+        "line_hz": 0.25, "line_g": 1.15, "line_hz_binfree": LOOP_HZ, "line_g_binfree": 1.2, "line_error_hz": 0.003,
+        "line_error_g": 0.02, "line_error_hz_binfree": 1e-5, "line_error_g_binfree": 0.03,
     }  # fmt: skip
     return pd.DataFrame([row | changes])
 
 
 def test_table3_takes_the_value_difference_of_the_paper():
-    # +2 and 0 in turn: RMS sqrt(2), SD 1
-    record = SimpleNamespace(ay_g=np.tile([2.0, 0.0], 500), rate_hz=1000.0)
+    # ten turns of a loop whose mean is 1 and whose SD is 1, give or take 0.02 in turn
+    time = np.arange(20000) / 1000
+    swing = 1 + 0.02 * np.tile(np.repeat([1.0, -1.0], 2000), 5)
+    record = SimpleNamespace(ay_g=1 + 2**0.5 * swing * np.cos(np.pi * time), rate_hz=1000.0)
     row = table3(metrics(rms_g=1.1 * 2**0.5, sd_g=0.75), {RPM: record}).iloc[0]
-    assert row["rms_sensor_g"] == pytest.approx(2**0.5)
-    assert row["rms_difference_pct"] == pytest.approx(10.0)
-    assert row["sd_difference_pct"] == pytest.approx(25.0)
+    assert row["rms_sensor_g"] == pytest.approx(2**0.5, rel=1e-3)
+    assert row["rms_difference_pct"] == pytest.approx(10.0, abs=0.1)
+    assert row["sd_difference_pct"] == pytest.approx(25.0, abs=0.1)
+    # ten values of 1 +- 0.02 have an error of their mean of 0.02 / 3; the fitted turn is a few samples off
+    assert row["sd_sensor_error_g"] == pytest.approx(0.02 / 3, rel=0.1)
+    assert row["sd_difference_error_pct"] == pytest.approx(100 * np.hypot(0.02, 0.75 * 0.02 / 3), rel=0.1)
     assert row["sd_standard_error_g"] == 0.02
     assert row["rms_difference_printed_against_papers_own_data_pct"] == 7.02
     assert row["sd_difference_printed_against_papers_own_data_pct"] == 8.05
@@ -349,6 +355,8 @@ def test_lines_table_sets_printed_numbers_beside_their_own_kind():
     assert list(table["line_printed_g"]) == [1.162, 0.7698]
     assert table.loc[1, "line_binfree_hz"] == pytest.approx(0.25, abs=1e-4)
     assert table.loc[1, "line_binfree_g"] == pytest.approx(0.8, abs=5e-3)
+    assert table.loc[0, "line_error_g"] == 0.02 and table.loc[0, "line_binfree_error_g"] == 0.03
+    assert 0 < table.loc[1, "line_binfree_error_g"] < 5e-3
 
 
 def test_write_table_writes_csv_and_markdown(tmp_path):
@@ -469,7 +477,7 @@ def test_where_contact_ends_is_computed():
 
 
 def test_the_legend_says_whether_errors_can_be_seen():
-    assert "smaller than the marks" in texts(duration_figure(study()))
+    assert "smaller than the marks, 0.01 % at most" in texts(duration_figure(study()))
     assert "bars: standard errors" in texts(duration_figure(study(error=2.0)))
 
 
@@ -536,15 +544,16 @@ def test_work_precision_draws_every_point_and_names_what_was_refused():
     from trackdyn.report.figures.trade import work_precision
     from trackdyn.study.accuracy.trade import COLUMNS
 
+    known = ["scene", "fidelity", "integrator", "step_s", "cpu_s_per_s", "measure", "error", "failed"]
     rows = pd.DataFrame(
         [
-            ["ring 0.308 m 115 rpm", "ten_arcs", "semi_implicit", 1e-4, 0.05, 0.05, "rms", 1e-3, False],
-            ["ring 0.308 m 115 rpm", "ten_arcs", "rk4", 5e-5, 0.4, 0.4, "rms", 1e-6, False],
-            ["ring 0.308 m 115 rpm", "single_pin", "semi_implicit", 1e-4, 0.03, 0.03, "rms", 1e-1, False],
-            ["ring 0.308 m 115 rpm", "ten_arcs", "rk4", 5e-4, np.nan, np.nan, "all", np.nan, True],
+            ["ring 0.308 m 115 rpm", "ten_arcs", "semi_implicit", 1e-4, 0.05, "rms", 1e-3, False],
+            ["ring 0.308 m 115 rpm", "ten_arcs", "rk4", 5e-5, 0.4, "rms", 1e-6, False],
+            ["ring 0.308 m 115 rpm", "single_pin", "semi_implicit", 1e-4, 0.03, "rms", 1e-1, False],
+            ["ring 0.308 m 115 rpm", "ten_arcs", "rk4", 5e-4, np.nan, "all", np.nan, True],
         ],
-        columns=COLUMNS,
-    )
+        columns=known,
+    ).reindex(columns=COLUMNS)
     axis = work_precision(rows, "rms").axes[0]
     points = {(x, y) for line in axis.lines if line.get_linestyle() == "None" for x, y in line.get_xydata()}
     assert {(0.05, 1e-3), (0.4, 1e-6), (0.03, 1e-1)} <= points

@@ -1,5 +1,7 @@
 """Tables as they are read: three digits, headings of two lines, units; and what they add up to."""
 
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -38,12 +40,14 @@ def test_percent_has_two_decimals_and_large_ones_three_digits(tmp_path):
 def test_headings_have_two_lines_and_name_columns_that_exist():
     assert all(heading.count("<br>") <= 1 for heads in HEADS.values() for heading in heads.values())
     row = {name: 1.0 for name in ("rms_g", "sd_g", "left_rms_n")}
-    frame = table4(pd.DataFrame([row | {"run": "115rpm"}, row | {"run": "coarse/115rpm"}]), [115.0])
+    row |= {name: 0.03 for name in ("rms_error_g", "sd_error_g", "left_rms_error_n")}
+    coarse = {"run": "coarse/115rpm", "rms_g": 2.0, "rms_error_g": 0.08}
+    frame = table4(pd.DataFrame([row | {"run": "115rpm"}, row | coarse]), [115.0])
+    assert frame.loc[0, ["rms_g_difference_pct", "rms_g_difference_error_pct"]].tolist() == pytest.approx([100.0, 10.0])
     assert set(HEADS["table4"]) == set(frame)
-    assert list(headed(frame, "table4"))[1:4] == [
-        "RMS (g)<br>ten arcs",
-        "RMS (g)<br>three surfaces",
-        "RMS (g)<br>change (%)",
+    assert list(headed(frame, "table4"))[1:7] == [
+        f"RMS (g)<br>{words}"
+        for words in ("ten arcs", "error, ten arcs", "three surfaces", "error, three surfaces", "change (%)", "error, change (%)")
     ]
 
 
@@ -78,12 +82,12 @@ def test_costs_have_a_total_that_leaves_out_what_is_asked_for_by_name(tmp_path):
 
 def test_a_setting_that_was_refused_everywhere_says_so():
     rows = pd.DataFrame([
-        {"scene": "a", "fidelity": "ten_arcs", "integrator": "semi_implicit", "step_s": step, "wall_s_per_s": cost,
-         "cpu_s_per_s": cost, "measure": "rms", "error": error, "failed": failed}
+        {"scene": "a", "fidelity": "ten_arcs", "integrator": "semi_implicit", "step_s": step, "cpu_s_per_s": cost, "measure": "rms", "error": error, "failed": failed}
         for step, cost, error, failed in ((1e-4, 0.1, 1e-3, False), (5e-4, np.nan, np.nan, True))
     ])  # fmt: skip
-    promises = pd.DataFrame({"achieved_error": [1e-3, np.nan], "met": [True, False]})
-    text = trade_summary(rows, pd.DataFrame(), promises, pd.DataFrame({"jobs": [1], "wall_s": [2.0]}))
+    promises = pd.DataFrame({"measure": "rms", "achieved_error": [1e-3, np.nan], "met": [True, None], "reason": [None, "too coarse"]})
+    text = trade_summary(rows, pd.DataFrame(), promises)
+    assert re.search(r"rms +\| too coarse +\| +1", text)
     assert "nan" not in text
     assert "| refused or diverged" in text and "1 of them refused or diverged" in text
 
@@ -98,5 +102,8 @@ def test_the_dictionary_describes_columns_and_refuses_unknown_ones():
         == "largest normal force on a link on the ring in a passage, mean over passages"
     )
     assert schema["primaryKey"] == ["run"]
+    assert [field.get("standardError") for field in schema["fields"][1:4]] == [
+        "rms_error_g", "ring_peak_error_n", "what was visited at all, no number",
+    ]  # fmt: skip
     with pytest.raises(InputError, match="up_peak_n has no description"):
         table_schema(["up_peak_n"])

@@ -4,10 +4,11 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import InputError
-from trackdyn.measure.metrics import LEAST_LOOPS, loop_frequency, sensor_metrics
+from trackdyn.measure.dictionary import error_of
+from trackdyn.measure.metrics import loop_frequency
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.sensor_csv import SensorRecord
-from trackdyn.measure.signals import main_line
+from trackdyn.measure.sensor_metrics import LEAST_LOOPS, own_metrics, sensor_metrics
 from trackdyn.recording import Recording
 
 COMPARED = ("rms_g", "sd_g", "line_hz", "line_g", "line_hz_binfree", "line_g_binfree", "high_frequency_g")
@@ -66,8 +67,8 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     Returns
     -------
     DataFrame
-        ``measure, simulation, sensor, difference_pct`` with the paper's value difference
-        ``|simulation - sensor| / sensor``. Rows of the line are left out where a record holds fewer than two turns of
+        ``measure, simulation, simulation_error, sensor, sensor_error, difference_pct`` with standard errors
+        over revolutions of the loop (`sensor_metrics`) and the paper's value difference ``|simulation - sensor| / sensor``. Rows of the line are left out where a record holds fewer than two turns of
         the loop.
 
     Raises
@@ -86,12 +87,16 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
         record = record.averaged(faster)
     signal = sense(recording, slower)
     simulated = sensor_metrics(signal.ay, recording.rate / slower, loop_hz)
-    # the sensor's loop turns at its own speed, which need not be the one that was asked for
-    measured = sensor_metrics(record.ay_g, record.rate_hz, main_line(record.ay_g, record.rate_hz)[0])
+    measured = own_metrics(record.ay_g, record.rate_hz)
     simulated |= {"rate_hz": recording.rate / slower, "clipped": signal.clipped}
     measured |= {"rate_hz": record.rate_hz, "clipped": record.clipped}
     table = pd.DataFrame(
-        [{"measure": one, "simulation": simulated[one], "sensor": measured[one]} for one in ("rate_hz", "clipped", *COMPARED)]
+        [
+            {"measure": one, "simulation": simulated[one], "simulation_error": simulated.get(error, np.nan)}
+            | {"sensor": measured[one], "sensor_error": measured.get(error, np.nan)}
+            for one in ("rate_hz", "clipped", *COMPARED)
+            for error in [error_of(one) if one in COMPARED else ""]
+        ]
     )
     table["difference_pct"] = 100 * (table.simulation - table.sensor).abs() / table.sensor.abs().replace(0, np.nan)
     table.loc[:1, "difference_pct"] = np.nan  # no measures

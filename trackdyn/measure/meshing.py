@@ -21,6 +21,7 @@ import pandas as pd
 from scipy.ndimage import uniform_filter1d
 
 from trackdyn.errors import InputError
+from trackdyn.measure.uncertainty import batch_error, ratio_error
 from trackdyn.model.record import SPELL_COLUMNS
 from trackdyn.recording import Recording
 
@@ -180,14 +181,17 @@ def meshing_summary(recording: Recording) -> dict:
         - ``_share_pct, _share_error_pct``: time in contact, percent of a sprocket turn
         - ``_rms_n, _rms_error_n, _sd_n, _sd_error_n``: of the force on an appointed connector (link) over
           the whole run, free running included as zero; all connectors see the same statistics
-        - ``_rms_contact_n``: RMS over the time in contact alone
-        - ``_peak_n``: mean of the largest force of each passage
+        - ``_rms_contact_n, _rms_contact_error_n``: RMS over the time in contact alone
+        - ``_peak_n, _peak_error_n``: mean of the largest force of each passage; ``_peak_largest_n``: the
+          largest of all, which grows with the record and has no standard error: what it estimates depends on
+          how many passages it is the largest of (Coles, Introduction to Statistical Modeling of Extreme
+          Values, 2001, ch. 3)
         - ``_phase_start, _phase_end``: first touch and last release in turns since the first contact of
-          the passage, means over the passages with such a contact
+          the passage, means over the passages with such a contact; ``_phase_start_error, _phase_end_error``
 
         and ``left_areas, right_areas``: visited by the recorded connectors for 0.1 % of a turn or more a
         passage, such as ``2,3`` or ``none``; ``passages``: number of complete passages. Errors are
-        standard errors over passages. Without a complete passage all other numbers are NaN and areas
+        standard errors by batch means over passages (`uncertainty`). Without a complete passage all other numbers are NaN and areas
         empty; without a contact of the kind shares and forces are 0 and phases NaN.
     """
     table = passages(recording)
@@ -198,10 +202,14 @@ def meshing_summary(recording: Recording) -> dict:
         touching = rows["touching_s"].sum()
         quiet = 0.0 if len(rows) else NAN
         share = rows["share_pct"]
-        values = {"share_pct": float(share.mean()), "share_error_pct": float(share.sem())}
+        values = {"share_pct": float(share.mean()), "share_error_pct": batch_error(share)[0]}
         values |= _run_statistics(rows["impulse_ns"] / loop, rows["square_n2s"] / loop)
-        values["rms_contact_n"] = float((rows["square_n2s"].sum() / touching) ** 0.5) if touching else quiet
-        values |= {name: float(rows[name].mean()) for name in ("peak_n", "phase_start", "phase_end")}
+        values |= _contact_rms(rows) if touching else {"rms_contact_n": quiet, "rms_contact_error_n": quiet}
+        values |= {"peak_n": float(rows["peak_n"].mean()), "peak_error_n": batch_error(rows["peak_n"])[0]}
+        values["peak_largest_n"] = float(rows["peak_n"].max())
+        for name in ("phase_start", "phase_end"):
+            known = rows[name].dropna()
+            values |= {name: float(known.mean()), f"{name}_error": batch_error(known)[0]}
         if side != "ring":
             values["areas"] = _visited(recording, side) if len(rows) else ""
         summary |= {f"{side}_{name}": value for name, value in values.items()}
@@ -339,9 +347,15 @@ def _run_statistics(mean: pd.Series, square: pd.Series) -> dict[str, float]:
     mean_force, mean_square = float(mean.mean()), float(square.mean())
     rms = mean_square**0.5
     sd = max(mean_square - mean_force**2, 0.0) ** 0.5 if len(mean) else NAN
-    rms_error = float(square.sem()) / (2 * rms) if rms else rms
-    sd_error = float((square - 2 * mean_force * mean).sem()) / (2 * sd) if sd else sd
+    rms_error = batch_error(square)[0] / (2 * rms) if rms else rms
+    sd_error = batch_error(square - 2 * mean_force * mean)[0] / (2 * sd) if sd else sd
     return {"rms_n": rms, "rms_error_n": rms_error, "sd_n": sd, "sd_error_n": sd_error}
+
+
+def _contact_rms(rows: pd.DataFrame) -> dict[str, float]:
+    """RMS of a force over the time in contact, and its standard error to first order."""
+    rms = float((rows["square_n2s"].sum() / rows["touching_s"].sum()) ** 0.5)
+    return {"rms_contact_n": rms, "rms_contact_error_n": ratio_error(rows["square_n2s"], rows["touching_s"]) / (2 * rms)}
 
 
 def _event_places(recording: Recording) -> dict[str, tuple[str, str]]:

@@ -6,20 +6,12 @@ import pandas as pd
 from trackdyn.fidelity import label
 from trackdyn.measure.meshing import meshing_summary
 from trackdyn.measure.sensor import sense
-from trackdyn.measure.signals import (
-    high_frequency_rms,
-    main_line,
-    main_line_binfree,
-    rms,
-    standard_deviation,
-    uncertainty,
-)
+from trackdyn.measure.sensor_metrics import LEAST_LOOPS, sensor_metrics
+from trackdyn.measure.signals import main_line
 from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.recording import Recording
 
 NAN = float("nan")
-# The bin-free line needs the record to hold a few revolutions of the loop.
-LEAST_LOOPS = 2.0
 LOSSES = ("tooth_normal", "tooth_friction", "wheel_normal", "wheel_friction", "bearing", "bushing_loss")
 STORED = ("kinetic", "gravity", "bushing_elastic")
 STARTS = 16  # of a record in a turn of the loop
@@ -45,12 +37,6 @@ def energy_residual(recording: Recording) -> float:
     return rest / work if work else NAN
 
 
-def whole_revolutions(count: int, rate: float, loop_hz: float) -> int:
-    """Samples of a record that make whole revolutions of the loop; all of them if it holds none."""
-    loops = np.floor(count / rate * loop_hz + 1e-6)
-    return round(loops / loop_hz * rate) if loops else count
-
-
 def lines_by_start(recording: Recording, starts: int = STARTS) -> pd.DataFrame:
     """Main line of the FFT, had the record begun elsewhere in a turn of the loop.
 
@@ -72,32 +58,6 @@ def lines_by_start(recording: Recording, starts: int = STARTS) -> pd.DataFrame:
         line = main_line(longer[first : first + len(ay)], recording.rate)
         rows.append({"start_s": first / recording.rate, "line_hz": line[0], "line_g": line[1]})
     return pd.DataFrame(rows)
-
-
-def sensor_metrics(ay, rate: float, loop_hz: float) -> dict:
-    """RMS and SD, of the record and of its whole loop revolutions, main line and high-frequency content of ay in g."""
-    ay = np.asarray(ay)
-    loops = len(ay) / rate * loop_hz
-    has_line = loop_hz > 0 and loops >= LEAST_LOOPS
-    line = main_line(ay, rate) if has_line else (NAN, NAN)
-    free = main_line_binfree(ay, rate, expected_hz=loop_hz)[:2] if has_line else (NAN, NAN)
-    whole = ay[: whole_revolutions(len(ay), rate, loop_hz)] if has_line else ay
-    error = {}
-    for name, statistic in (("rms_g", rms), ("sd_g", standard_deviation)):
-        error[name] = uncertainty(ay, rate, 1 / loop_hz, statistic)[1] if has_line else NAN
-    return {
-        "rms_g": rms(ay),
-        "sd_g": standard_deviation(ay),
-        "rms_whole_g": rms(whole),
-        "sd_whole_g": standard_deviation(whole),
-        "line_hz": line[0],
-        "line_g": line[1],
-        "line_hz_binfree": free[0],
-        "line_g_binfree": free[1],
-        "rms_error_g": error["rms_g"],
-        "sd_error_g": error["sd_g"],
-        "high_frequency_g": high_frequency_rms(ay, rate),
-    }
 
 
 def run_metrics(name: str, recording: Recording) -> dict:

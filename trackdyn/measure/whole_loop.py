@@ -3,24 +3,22 @@
 In steady motion each link does what the link ahead of it did one pitch passage before. If that were exact, the record of one
 link over a revolution of the loop would be the records of all links over one passage, end to end (`stitch`). Where motion
 does not repeat, links and passages are samples: means over all links within a passage are formed first, so that the
-correlation between links does not matter, and the means of successive passages are joined in batches of about the
-root of their number, whose scatter gives the standard error of the whole mean (consistent batch means: Flegal and Jones,
-Annals of Statistics 38, 2010, 1034-1070).
+correlation between links does not matter, and the means of successive passages are joined in batches whose scatter
+gives the standard error of the whole mean (`uncertainty.batch_error`).
 """
 
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import t as student
 
 from trackdyn.errors import InputError
 from trackdyn.measure.meshing import SIDES, spells, timing
 from trackdyn.measure.metrics import loop_frequency
 from trackdyn.measure.sensor import specific_force
+from trackdyn.measure.uncertainty import batch_error
 from trackdyn.recording import Recording
 
-CONFIDENCE = 0.95
 # measures whose tolerances are a share of the value, and a share of a sprocket turn
 RELATIVE = ("rms", "sd", "line", "left_peak")
 SHARES = ("left_share", "right_share", "ring_share")
@@ -116,17 +114,6 @@ def stitch(recording: Recording, first: int = 0, felt: np.ndarray | None = None)
     return Revolution(time, ay, float(np.sqrt(np.mean(steps**2))))
 
 
-def _error(values: np.ndarray) -> tuple[float, float]:
-    """Standard error of the mean of successive values, and the half width of its interval."""
-    size = max(1, int(np.sqrt(len(values))))
-    batches = len(values) // size
-    if batches < 2:
-        return NAN, NAN
-    means = values[len(values) - batches * size :].reshape(batches, size).mean(axis=1)
-    error = float(means.std(ddof=1) / np.sqrt(batches))
-    return error, float(student.ppf(0.5 + CONFIDENCE / 2, batches - 1)) * error
-
-
 class Series(NamedTuple):
     """A measure passage by passage.
 
@@ -148,16 +135,22 @@ class Series(NamedTuple):
         """Without the passages before ``first``."""
         return self._replace(values=self.values[self.passage >= first], passage=self.passage[self.passage >= first])
 
+    def until(self, last: int) -> "Series":
+        """Without the passages from ``last`` on."""
+        return self._replace(values=self.values[self.passage < last], passage=self.passage[self.passage < last])
+
+    def linear(self) -> np.ndarray:
+        """(m,) values whose mean is the measure, and whose scatter is its own to first order."""
+        if not self.root or not len(self.values):
+            return self.values
+        mean = float(self.values.mean())
+        value = float(np.sqrt(max(mean, 0.0)))
+        return value + (self.values - mean) * (0.5 / value if value else 1.0)
+
     def estimate(self) -> Estimate:
         """Mean, and its standard error by batch means."""
-        if not len(self.values):
-            return Estimate(NAN, NAN, NAN)
-        mean = float(self.values.mean())
-        if not self.root:
-            return Estimate(mean, *_error(self.values))
-        value = float(np.sqrt(max(mean, 0.0)))
-        error, half_width = _error(self.values)
-        return Estimate(value, *((0.5 / value * error, 0.5 / value * half_width) if value else (error, half_width)))
+        values = self.linear()
+        return Estimate(float(values.mean()), *batch_error(values)) if len(values) else Estimate(NAN, NAN, NAN)
 
     def transient(self) -> int:
         """Passages to leave out at the beginning, by the marginal standard error rule.

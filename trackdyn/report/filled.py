@@ -29,6 +29,22 @@ def measured(rows: pd.DataFrame) -> str:
     return "\n".join(parts)
 
 
+def limits(rows: pd.DataFrame) -> str:
+    """Presets beside the limits of `presets_beside_limits`, each difference with its standard error."""
+    presets = [name.removesuffix("_pct") for name in rows if name.endswith("_pct") and not name.endswith("_error_pct")]
+
+    def cell(row: pd.Series, name: str) -> str:
+        off, error = row[f"{name}_pct"], row[f"{name}_error_pct"]
+        return "–" if pd.isna(off) else f"{off:+.3f} ± {error:.3f}"
+
+    shown = rows[["scene", "measure"]].copy()
+    shown["limit"] = [f"{value:.6g} ± {error:.1g}" for value, error in zip(rows["limit"], rows["limit_error"], strict=True)]
+    for name in presets:
+        shown[name] = [cell(row, name) for _, row in rows.iterrows()]
+    shown["standard within 2 %"] = rows["standard_within_bound"].fillna("–")
+    return shown.to_markdown(index=False, disable_numparse=True)
+
+
 def results(card: pd.DataFrame) -> str:
     """The headlines, and the first rig's open claims in eight lines at most, failures first, each by a part that failed."""
     own = card[(card["rig"] == card["rig"].iloc[0]) & card["verdict"].isin(JUDGED)].astype(object).fillna("")
@@ -80,6 +96,7 @@ def fill(page: Path, source: Path, write: Callable[[pd.DataFrame], str]) -> None
 
 PAGES = (
     ("docs/choosing-a-fidelity.md", "docs/measured/fidelity.csv", measured),
+    ("docs/what-an-answer-costs.md", "docs/measured/limits.csv", limits),
     ("docs/deviations.md", "docs/measured/deviations.csv", departures),
     ("README.md", "docs/measured/claims.csv", results),
 )

@@ -8,8 +8,9 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import InputError
+from trackdyn.measure.dictionary import error_of
 from trackdyn.measure.sensor_csv import SensorRecord
-from trackdyn.measure.signals import main_line, main_line_binfree, rms, standard_deviation
+from trackdyn.measure.sensor_metrics import own_metrics
 from trackdyn.paper import printed
 from trackdyn.parameters.groove import Groove
 from trackdyn.replacing import replacing
@@ -20,8 +21,9 @@ HEADS = {
         f"{name}_{column}": f"{name.upper()}<br>{words}"
         for name in ("rms", "sd")
         for column, words in {
-            "simulation_g": "simulation (g)", "standard_error_g": "its error (g)", "sensor_g": "sensor (g)",
-            "difference_pct": "difference (%)",
+            "simulation_g": "simulation (g)", "standard_error_g": "error, simulation (g)", "sensor_g": "sensor (g)",
+            "sensor_error_g": "error, sensor (g)", "difference_pct": "difference (%)",
+            "difference_error_pct": "error, difference (%)",
             "difference_printed_against_papers_own_data_pct": "printed, against other data (%)",
         }.items()
     },
@@ -29,12 +31,16 @@ HEADS = {
         f"{name}_{column}": f"{group}<br>{words}"
         for name, group in {"rms_g": "RMS (g)", "sd_g": "SD (g)", "left_rms_n": "left arc, RMS (N)"}.items()
         for column, words in {
-            "ten_arcs": "ten arcs", "three_surfaces": "three surfaces", "difference_pct": "change (%)"
+            "ten_arcs": "ten arcs", "ten_arcs_error": "error, ten arcs", "three_surfaces": "three surfaces",
+            "three_surfaces_error": "error, three surfaces", "difference_pct": "change (%)",
+            "difference_error_pct": "error, change (%)",
         }.items()
     },
     "lines": {
-        "speed_rpm": "speed<br>(rpm)", "source": "source", "line_hz": "FFT<br>(Hz)", "line_g": "FFT<br>(g)",
-        "line_binfree_hz": "bin-free<br>(Hz)", "line_binfree_g": "bin-free<br>(g)",
+        "speed_rpm": "speed<br>(rpm)", "source": "source", "line_hz": "FFT<br>(Hz)", "line_error_hz": "FFT<br>error (Hz)",
+        "line_g": "FFT<br>(g)", "line_error_g": "FFT<br>error (g)", "line_binfree_hz": "bin-free<br>(Hz)",
+        "line_binfree_error_hz": "bin-free<br>error (Hz)", "line_binfree_g": "bin-free<br>(g)",
+        "line_binfree_error_g": "bin-free<br>error (g)",
         "line_printed_hz": "printed<br>(Hz)", "line_printed_g": "printed<br>(g)",
     },
     "fidelity": {
@@ -43,13 +49,25 @@ HEADS = {
         "ring_share": "ring share<br>(points)", "left_peak": "left peak<br>(%)", "loop_gap_m": "loop gap<br>(m)",
         "wall_s_per_s": "cost<br>(s/s)",
     },
+    "limits": {
+        "scene": "scene", "measure": "measure", "limit": "limit<br>(g, %, N)", "limit_error": "limit<br>error",
+    } | {
+        f"{name}{column}": f"{name}<br>{words}"
+        for name in ("fast", "standard", "paper", "reference") for column, words in {"_pct": "off by (%)", "_error_pct": "error (%)"}.items()
+    } | {"standard_within_bound": "standard<br>within 2 %"},
+    "peer_answers": {
+        "code": "code", "method": "method", "step_s": "step<br>(s)", "difference_pct": "error<br>(%)",
+        "uncertainty_pct": "its standard error<br>(%)", "scatter_pct": "scatter of a passage<br>(%)",
+        "cpu_s_per_s": "processor s<br>a second", "passages": "passages<br>needed", "cpu_s": "processor s<br>for the answer",
+        "chosen": "chosen", "note": "note",
+    },
     "costs": {
         "rule": "rule", "jobs": "jobs", "wall_s": "wall<br>(s)", "cpu_s": "processor<br>(s)",
         "largest_memory_mb": "memory<br>(MB)",
     },
 }  # fmt: skip
 # made on demand: not part of what a run costs
-BY_NAME = ("trade", "trade_full", "extremes", "extremes_full", "traction", "whole_loop", "fit", "deviations", "pictures")
+BY_NAME = ("trade", "trade_full", "scaling", "extremes", "extremes_full", "traction", "whole_loop", "fit", "deviations", "pictures")
 
 
 def headed(frame: pd.DataFrame, key: str) -> pd.DataFrame:
@@ -165,21 +183,29 @@ def table3(
         What the sensor record is; stands in every row.
     """
     rows = []
-    statistics = (("rms", rms, printed.RMS_DIFFERENCE), ("sd", standard_deviation, printed.SD_DIFFERENCE))
     for rpm, record in sorted(sensors.items()):
-        run = _row_of(metrics, rpm)
+        run, sensor = _row_of(metrics, rpm), own_metrics(record.ay_g, record.rate_hz)
         row = {"speed_rpm": rpm, "sensor_record": label}
-        for name, statistic, paper in statistics:
-            simulated, measured = float(run[f"{name}_g"]), statistic(record.ay_g)
+        for name, paper in (("rms", printed.RMS_DIFFERENCE), ("sd", printed.SD_DIFFERENCE)):
+            simulated, error = float(run[f"{name}_g"]), float(run[f"{name}_error_g"])
+            measured, off = sensor[f"{name}_g"], sensor[f"{name}_error_g"]
             row |= {
                 f"{name}_simulation_g": simulated,
-                f"{name}_standard_error_g": float(run[f"{name}_error_g"]),
+                f"{name}_standard_error_g": error,
                 f"{name}_sensor_g": measured,
+                f"{name}_sensor_error_g": off,
                 f"{name}_difference_pct": value_difference(simulated, measured),
+                f"{name}_difference_error_pct": 100 * ratio_of_runs(simulated, error, measured, off)[1],
                 f"{name}_difference_printed_against_papers_own_data_pct": paper.value.get(rpm, float("nan")),
             }
         rows.append(row)
     return pd.DataFrame(rows)
+
+
+def ratio_of_runs(value: float, error: float, base: float, base_error: float) -> tuple[float, float]:
+    """Ratio of two independent results and its standard error, to first order (JCGM 100:2008, 5.1.2); NaN over zero."""
+    ratio = value / base if base else float("nan")
+    return ratio, float(np.hypot(error, ratio * base_error) / abs(base)) if base else float("nan")
 
 
 def lines_table(
@@ -189,24 +215,25 @@ def lines_table(
 
     Parameters are those of :func:`table3`.
     """
-    rows, lines = [], ("line_hz", "line_g", "line_binfree_hz", "line_binfree_g")
+    rows = []
+    # as they are called here: as in `sensor_metrics`
+    names = {name: name for name in ("line_hz", "line_error_hz", "line_g", "line_error_g")}
+    names |= {f"line_binfree_{end}": f"line_{end}_binfree" for end in ("hz", "error_hz", "g", "error_g")}
     for rpm, record in sorted(sensors.items()):
         run = _row_of(metrics, rpm)
-        simulated = [float(run[name]) for name in ("line_hz", "line_g", "line_hz_binfree", "line_g_binfree")]
-        signal = (record.ay_g, record.rate_hz)
-        measured = [*main_line(*signal), *main_line_binfree(*signal)[:2]]
+        measured = own_metrics(record.ay_g, record.rate_hz)
         for source, of_paper, line, paper_hz, paper_g in (
-            ("simulation", "simulation", simulated, printed.SIMULATED_LINE_HZ, printed.SIMULATED_LINE_G),
+            ("simulation", "simulation", run, printed.SIMULATED_LINE_HZ, printed.SIMULATED_LINE_G),
             (label, "experiment", measured, printed.MEASURED_LINE_HZ, printed.MEASURED_LINE_G),
         ):
-            row = {"speed_rpm": rpm, "source": source, **dict(zip(lines, line, strict=True))}
+            row = {"speed_rpm": rpm, "source": source} | {name: float(line[column]) for name, column in names.items()}
             row |= {"printed_of_papers": of_paper, "line_printed_hz": paper_hz.value.get(rpm, float("nan"))}
             rows.append(row | {"line_printed_g": paper_g.value.get(rpm, float("nan"))})
     return pd.DataFrame(rows)
 
 
 def table4(metrics: pd.DataFrame, speeds: Iterable[float]) -> pd.DataFrame:
-    """RMS and SD with three tooth surfaces beside the ten arcs: Table 4 without the lost comparison.
+    """RMS and SD with three tooth surfaces beside the ten arcs, each with its standard error: Table 4 without the lost comparison.
 
     ``metrics`` holds the runs ``115rpm`` and ``coarse/115rpm`` of every speed (rev/min).
     """
@@ -216,9 +243,11 @@ def table4(metrics: pd.DataFrame, speeds: Iterable[float]) -> pd.DataFrame:
         fine, coarse = table.loc[f"{rpm:g}rpm"], table.loc[f"coarse/{rpm:g}rpm"]
         row = {"rpm": rpm}
         for name in ("rms_g", "sd_g", "left_rms_n"):
-            row[f"{name}_ten_arcs"] = fine[name]
-            row[f"{name}_three_surfaces"] = coarse[name]
-            row[f"{name}_difference_pct"] = 100 * (coarse[name] / fine[name] - 1) if fine[name] else float("nan")
+            error = error_of(name)
+            row |= {f"{name}_ten_arcs": fine[name], f"{name}_ten_arcs_error": fine[error]}
+            row |= {f"{name}_three_surfaces": coarse[name], f"{name}_three_surfaces_error": coarse[error]}
+            ratio, off = ratio_of_runs(coarse[name], coarse[error], fine[name], fine[error])
+            row |= {f"{name}_difference_pct": 100 * (ratio - 1), f"{name}_difference_error_pct": 100 * off}
         rows.append(row)
     return pd.DataFrame(rows)
 
@@ -244,7 +273,7 @@ def equal_pitch_by_ring(readings: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(columns).rename_axis("ring (m)").reset_index()
 
 
-def trade_summary(rows: pd.DataFrame, agreement: pd.DataFrame, promises: pd.DataFrame, scaling: pd.DataFrame) -> str:
+def trade_summary(rows: pd.DataFrame, agreement: pd.DataFrame, promises: pd.DataFrame) -> str:
     """What the study of cost and accuracy found, in a page of Markdown."""
     rows = rows.reset_index(drop=True)
     tried = rows.drop_duplicates(["scene", "fidelity", "integrator", "step_s"])
@@ -258,19 +287,21 @@ def trade_summary(rows: pd.DataFrame, agreement: pd.DataFrame, promises: pd.Data
     cost = costs.groupby(["fidelity", method, "step_s"], sort=False)["cpu_s_per_s"].median().div(standard)
     costs = cost.rename("cost over standard").reset_index()
     costs["cost over standard"] = [significant(value) if value == value else "refused or diverged" for value in cost]
+    open_ones = promises[promises["achieved_error"].isna()]
+    reasons = open_ones.groupby(["measure", "reason"]).size().rename("tolerances").reset_index()
     return f"""\
 {len(tried)} settings tried, {int(tried["failed"].astype(bool).sum())} of them refused or diverged.
 Planner on scenes kept apart: {met} of {len(kept)} promises kept{share}; \
-{len(promises) - len(kept)} tolerances were not promised.
+{len(open_ones)} tolerances were not promised.
 Cost is CPU time per simulated second over that of the standard run (ten arcs, semi-implicit Euler, 1e-4 s).
 
 {costs.to_markdown(index=False, floatfmt=".3g")}
 
-Two references of different method differ by (relative, turns for shares, m):
+What was not promised, and why:
+
+{reasons.to_markdown(index=False) if len(reasons) else "nothing"}
+
+Two methods differ by (relative, turns for shares, m), with the standard error of the difference:
 
 {agreement.to_markdown(index=False, floatfmt=".2g") if len(agreement) else "not checked in the short form"}
-
-Scaling: runs, processes, wall time, model:
-
-{scaling.to_markdown(index=False, floatfmt=".3g")}
 """

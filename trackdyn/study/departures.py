@@ -20,8 +20,8 @@ import trackdyn
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.fidelity import PRESETS
 from trackdyn.measure.meshing import meshing_summary
-from trackdyn.measure.metrics import whole_revolutions
 from trackdyn.measure.sensor import sense
+from trackdyn.measure.sensor_metrics import whole_revolutions
 from trackdyn.measure.signals import high_frequency_rms, rms
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.validation import Positive, Section, read_yaml, validated

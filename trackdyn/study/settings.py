@@ -60,7 +60,11 @@ class StateErrors(Section):
 
 
 class StatisticErrors(Section):
-    """Error of the statistics of a record; ``coarse_steps_s`` for all but the full physics."""
+    """Error of the statistics of a record; ``coarse_steps_s`` for all but the full physics.
+
+    The two or three finest steps of ``semi_implicit`` give the limit that errors are taken against, the finest of ``rk4``
+    a ``second_reference``.
+    """
 
     scenes: Annotated[list[SceneKey], Field(min_length=1)]
     loop_turns: Count
@@ -68,13 +72,26 @@ class StatisticErrors(Section):
     coarse_steps_s: Steps
     second_reference: bool
 
+    @model_validator(mode="after")
+    def _limit(self):
+        if len(set(self.steps_s.get("semi_implicit", []))) < 2:
+            raise InputError(
+                "trade: statistics.steps_s is not accepted: limits are extrapolated over the steps of semi_implicit; two or more "
+                "would do"
+            )
+        return self
+
 
 class TradeForm(Section):
-    """One form of the study of accuracy against cost; ``scaling_runs`` are counts of equal runs of ``scaling_s``."""
+    """One form of the study of accuracy against cost; ``scaling_runs`` are counts of equal runs of ``scaling_s``.
+
+    The planner is judged on scenes ``kept_apart``, against limits over the steps ``limit_steps_s`` of semi_implicit.
+    """
 
     state: StateErrors
     statistics: StatisticErrors
     kept_apart: Annotated[list[SceneKey], Field(min_length=1)]
+    limit_steps_s: Annotated[list[Positive], Field(min_length=2)]
     scaling_runs: Annotated[list[Count], Field(min_length=1)]
     scaling_s: Positive
 
@@ -130,6 +147,28 @@ class WholeLoopForm(Section):
     loop_turns: Count
 
 
+class PeerAnswers(Section):
+    """One scene in both codes until its measure is known to a tolerance: settings that are tried, and the record of each."""
+
+    speed_rpm: Positive
+    ring_radius_m: Positive
+    tolerance: Annotated[float, Field(gt=0, lt=1)]
+    ramp_s: Positive
+    lead_in_s: Positive
+    passages: Annotated[int, Field(ge=9)]
+    steps_s: Steps
+    exudyn_steps_s: Annotated[list[Positive], Field(min_length=2)]
+
+    @model_validator(mode="after")
+    def _limit(self):
+        if len(set(self.steps_s.get("semi_implicit", []))) < 2:
+            raise InputError(
+                "peer_answers: steps_s is not accepted: the limit is extrapolated over the steps of semi_implicit; two or more "
+                "would do"
+            )
+        return self
+
+
 Form = TypeVar("Form", TradeForm, ExtremesForm, TractionForm, WholeLoopForm)
 
 
@@ -147,6 +186,7 @@ class Studies(Section):
     extremes: Forms[ExtremesForm]
     traction: Forms[TractionForm]
     whole_loop: Forms[WholeLoopForm]
+    peer_answers: PeerAnswers
 
 
 def _read(path: Any) -> Any:

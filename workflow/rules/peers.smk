@@ -19,3 +19,17 @@ rule peer:
     benchmark: f"{R}/benchmarks/peer.tsv"
     message: "Figures 13 and 14 and Table 2: the same loop in an independent code"
     script: "../scripts/peer.py"
+
+
+rule peer_answers:
+    """Processor seconds for an answer of equal error in both codes. Without Exudyn, our side alone."""
+    input:
+        needs("peer_answers.py"),
+        rig=CONFIG.rig,
+        kernels=KERNELS,
+    output: **table("peer_answers")
+    params: asked=CONFIG.studies.peer_answers.model_dump()
+    log: f"{R}/logs/peer_answers.log"
+    benchmark: f"{R}/benchmarks/peer_answers.tsv"
+    message: "The same answer in both codes"
+    script: "../scripts/peer_answers.py"

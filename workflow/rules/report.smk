@@ -59,8 +59,10 @@ rule page:
         rules.sensitivity.output,
         rules.schematics.output,
         rules.peer.output,
+        rules.peer_answers.output,
         rules.fidelity.output,
         rules.trade_short.output,
+        rules.scaling_short.output,
         rules.extremes_short.output,
         rules.traction_short.output,
         rules.animation_runs.output,
@@ -103,7 +105,7 @@ rule costs:
 rule pictures:
     """Pictures and measured parts of the pages from the present results. Asked for by name: they stand in version control."""
     input:
-        tables=[f"{R}/{name}.csv" for name in ("claims", "fidelity", "deviations", "tables/parameters")],
+        tables=[f"{R}/{name}.csv" for name in ("claims", "fidelity", "deviations", "tables/parameters", "tables/limits")],
         pictures=[f"{R}/figures/animation.gif", f"{R}/figures/fig24.png"],
     log: f"{R}/logs/pictures.log"
     benchmark: f"{R}/benchmarks/pictures.tsv"

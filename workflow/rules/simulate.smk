@@ -34,15 +34,17 @@ use rule warm_up as warm_up_method with:
 if PLANNED:
 
     rule plan:
-        """The cheapest fidelity and step that keep the tolerance of records.plan in its data."""
+        """The cheapest fidelity, step and duration that keep the tolerance of records.plan in its data."""
         input:
             needs("plan.py"),
             data=CONFIG.records.plan.data,
+            rig=CONFIG.rig,
         output: f"{R}/plan.json"
         params:
             asked=CONFIG.records.plan.model_dump(),
             speeds=CONFIG.records.speeds_rpm,
             radius=CONFIG.records.ring_radius_m,
+            least_s=CONFIG.records.duration_s,
         log: f"{R}/logs/plan.log"
         benchmark: f"{R}/benchmarks/plan.tsv"
         message: "Planning the records"

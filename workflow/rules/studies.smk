@@ -1,8 +1,7 @@
 # What accuracy costs: the ladder of fidelities, work-precision data, the planner. `trade` is asked for by
-# name; a short form of it belongs to the default target. Its costs are wall and processor time of single bursts: with more
-# jobs than cores the former are too long.
+# name; a short form of it belongs to the default target. Costs are processor time: jobs may run side by side.
 
-TRADE_FIGURES = ("state", "rms", "left_share", "scaling", "planner")
+TRADE_FIGURES = ("state", "rms", "left_share", "answer", "planner")
 
 
 # settings of the ladder whose method is not the standard one
@@ -50,12 +49,14 @@ rule fidelity:
 TRADE_FORMS = {"full": CONFIG.studies.trade.full, "short": CONFIG.studies.trade.short}
 FOLDERS = {"full": R, "short": f"{R}/short"}
 # names of what is measured, and their files
-TRADE_DATA = {"trade": "trade", "agreement": "trade_references"}
+TRADE_DATA = {"trade": "trade", "agreement": "trade_references", "limits": "trade_limits"}
 
 
 def trade_outputs(folder):
     return dict(
         planner=f"{folder}/planner.csv",
+        limits=f"{folder}/tables/limits.csv",
+        limits_md=f"{folder}/tables/limits.md",
         summary=f"{folder}/tables/trade.md",
         figures=[f"{folder}/figures/trade_{name}.png" for name in TRADE_FIGURES],
         vectors=[f"{folder}/figures/trade_{name}.svg" for name in TRADE_FIGURES],
@@ -63,10 +64,10 @@ def trade_outputs(folder):
 
 
 def trade_inputs(form):
-    """What the study is made of: data, references and scaling, and the planner's promises for each scene kept apart."""
+    """What the study is made of: data, references and limits, and the planner's promises for each scene kept apart."""
     folder, apart = FOLDERS[form], promised_scenes(TRADE_FORMS[form])
     data = {name: f"{folder}/{file}.csv" for name, file in TRADE_DATA.items()}
-    return data | dict(scaling=f"{folder}/scaling.csv", promises=[f"{R}/trade/{form}/promises_{name}.csv" for name in apart])
+    return data | dict(promises=[f"{R}/trade/{form}/promises_{name}.csv" for name in apart])
 
 
 rule trade_scene:
@@ -123,36 +124,8 @@ rule trade_promises:
     script: "../scripts/trade_promises.py"
 
 
-rule trade_scaling:
-    """Equal runs on one process and on two."""
-    input:
-        needs("trade_scaling.py"),
-        rig=CONFIG.rig,
-        kernels=KERNELS,
-    output: f"{R}/scaling.csv"
-    params:
-        runs=CONFIG.studies.trade.full.scaling_runs,
-        seconds=CONFIG.studies.trade.full.scaling_s,
-    # processes are timed: nothing else of the pipeline may run beside
-    threads: 64 # that is, all there are
-    priority: 90 # alone, and therefore before the others
-    log: f"{R}/logs/trade_full/scaling.log"
-    benchmark: f"{R}/benchmarks/trade_full/scaling.tsv"
-    message: "Scaling over processes"
-    script: "../scripts/trade_scaling.py"
-
-
-use rule trade_scaling as trade_scaling_short with:
-    output: f"{R}/short/scaling.csv"
-    params:
-        runs=CONFIG.studies.trade.short.scaling_runs,
-        seconds=CONFIG.studies.trade.short.scaling_s,
-    log: f"{R}/logs/trade_short/scaling.log"
-    benchmark: f"{R}/benchmarks/trade_short/scaling.tsv"
-
-
 rule trade:
-    """Work-precision data, the planner on scenes kept apart, the scaling of the sweep."""
+    """Work-precision data, limits over steps, the planner on scenes kept apart. Costs are processor time: others may run beside."""
     input:
         needs("trade.py"),
         **trade_inputs("full"),
@@ -171,6 +144,39 @@ use rule trade as trade_short with:
     log: f"{R}/logs/trade_short.log"
     benchmark: f"{R}/benchmarks/trade_short.tsv"
     message: "Accuracy against cost, the short form"
+
+
+rule scaling:
+    """A sweep of equal runs on one process and on two."""
+    input:
+        needs("scaling.py"),
+        rig=CONFIG.rig,
+        kernels=KERNELS,
+    output:
+        csv=f"{R}/scaling.csv",
+        figure=figure("scaling"),
+    params:
+        runs=CONFIG.studies.trade.full.scaling_runs,
+        seconds=CONFIG.studies.trade.full.scaling_s,
+    # measured by the clock on the wall: nothing else of the pipeline may run beside
+    threads: 64 # that is, all there are
+    priority: 90 # alone, and therefore before the others
+    log: f"{R}/logs/scaling.log"
+    benchmark: f"{R}/benchmarks/scaling.tsv"
+    message: "A sweep on one process and on two"
+    script: "../scripts/scaling.py"
+
+
+use rule scaling as scaling_short with:
+    output:
+        csv=f"{R}/short/scaling.csv",
+        figure=[f"{R}/short/figures/scaling.{ending}" for ending in ("png", "svg")],
+    params:
+        runs=CONFIG.studies.trade.short.scaling_runs,
+        seconds=CONFIG.studies.trade.short.scaling_s,
+    log: f"{R}/logs/scaling_short.log"
+    benchmark: f"{R}/benchmarks/scaling_short.tsv"
+    message: "A sweep on one process and on two, the short form"
 
 
 rule traction:

@@ -16,6 +16,6 @@ with logged(snakemake):
         rows.append(run_metrics(run, replace(load_recording(path), wall=wall)))
         print(rows[-1])
     table = pd.DataFrame(rows)
-    table.to_csv(snakemake.output.csv, index=False, float_format="%.6g")
+    table.to_csv(snakemake.output.csv, index=False, float_format="%.9g")  # errors reach the seventh digit
     schema = json.dumps(table_schema(table.columns), indent=1, ensure_ascii=False)
     Path(snakemake.output.schema).write_text(schema + "\n", encoding="utf-8")

@@ -3,14 +3,17 @@ from pathlib import Path
 
 from _script import logged
 
+from trackdyn import load_rig
 from trackdyn.study.accuracy.planner import load_trade, plan
 
 with logged(snakemake):
-    trade, asked = load_trade(snakemake.input.data), snakemake.params.asked
+    trade, rig, asked = load_trade(snakemake.input.data), load_rig(snakemake.input.rig), snakemake.params.asked
     fields = {}
     for rpm in snakemake.params.speeds:
         chosen = plan(trade, asked["tolerance"], asked["measure"], rpm, snakemake.params.radius)
         print(f"{rpm:g} rpm: {chosen}")
-        fields[f"{rpm:g}rpm"] = chosen.fields
-        fields[f"coarse/{rpm:g}rpm"] = chosen.fields | {"tooth_contact": "three_surfaces"}
+        # never shorter than what figures and spectra are made of
+        longer = {"duration": max(snakemake.params.least_s, chosen.one_link(rig, rpm))}
+        fields[f"{rpm:g}rpm"] = chosen.fields | longer
+        fields[f"coarse/{rpm:g}rpm"] = chosen.fields | longer | {"tooth_contact": "three_surfaces"}
     Path(snakemake.output[0]).write_text(json.dumps(fields, indent=1) + "\n", encoding="utf-8")

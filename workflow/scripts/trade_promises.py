@@ -10,5 +10,5 @@ from trackdyn.study.settings import TradeForm
 with logged(snakemake):
     rig, form = load_rig(snakemake.input.rig), TradeForm(**snakemake.params.form)
     apart = promised_scenes(form)[snakemake.wildcards.part]
-    table = verify(rig, load_trade(snakemake.input.trade), [apart], form.statistics.loop_turns)
+    table = verify(rig, load_trade(snakemake.input.trade), [apart], form.statistics.loop_turns, form.limit_steps_s)
     Path(snakemake.output[0]).write_text(table.to_csv(index=False, lineterminator="\n"), encoding="utf-8")

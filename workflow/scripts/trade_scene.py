@@ -1,8 +1,10 @@
 from pathlib import Path
 
+import pandas as pd
 from _script import logged
 
 from trackdyn import load_rig
+from trackdyn.study.accuracy.limit import LIMITS
 from trackdyn.study.accuracy.scenes import measured_scenes
 from trackdyn.study.accuracy.trade import state_trade, statistic_trade
 from trackdyn.study.settings import StateErrors, TradeForm
@@ -10,6 +12,9 @@ from trackdyn.study.settings import StateErrors, TradeForm
 with logged(snakemake):
     rig, form = load_rig(snakemake.input.rig), TradeForm(**snakemake.params.form)
     asked = measured_scenes(form)[snakemake.wildcards.part]
-    study = state_trade if isinstance(asked, StateErrors) else statistic_trade
-    for table, path in zip(study(rig, asked), snakemake.output, strict=True):
+    if isinstance(asked, StateErrors):  # measured against references: nothing is extrapolated
+        tables = (*state_trade(rig, asked), pd.DataFrame(columns=LIMITS))
+    else:
+        tables = statistic_trade(rig, asked)
+    for table, path in zip(tables, snakemake.output, strict=True):
         Path(path).write_text(table.to_csv(index=False, lineterminator="\n"), encoding="utf-8")

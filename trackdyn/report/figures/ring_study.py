@@ -84,7 +84,9 @@ def _panels(study, columns, unit: str, title: str) -> tuple[Figure, list[Axes], 
         if quiet is not None and quiet < radii[-1]:
             text = f"no contact from {quiet:.3f} m on, at any speed"
             ax.text(0.5 * (quiet + radii[-1]), 0.3 * top, text, ha="center", bbox=WHITE)
-    note = "standard errors are smaller than the marks" if hidden else "bars: standard errors"
+    largest = study[[error for _, error in columns.values()]].max(axis=None)
+    size = f", {largest:.2g} {unit.rpartition('(')[2].rstrip(')')} at most" if largest > 0 else ""
+    note = ("standard errors are smaller than the marks" if hidden else "bars: standard errors") + size
     note += "\nbroken lines, printed: {:g} m, the right arc lets go; {:g} m, to choose".format(*FROM_THE_TEXT)
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4, title=note, title_fontsize=SMALL)

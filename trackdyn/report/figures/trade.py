@@ -1,4 +1,4 @@
-"""Accuracy against cost: the work-precision figures, the scaling of the sweep, the planner's honesty."""
+"""Accuracy against cost: work-precision figures, what an answer costs, the scaling of the sweep, the planner's honesty."""
 
 import numpy as np
 import pandas as pd
@@ -7,7 +7,10 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
 from trackdyn.report.style import BLUE, COLOURS, ORANGE, SMALL, VERMILION, new_figure, styled
-from trackdyn.study.accuracy.trade import REPEATS, pareto
+from trackdyn.study.accuracy.limit import SURE
+from trackdyn.study.accuracy.planner import LEAST, LONGEST, record_error, seconds_of
+from trackdyn.study.accuracy.scaling import REPEATS
+from trackdyn.study.accuracy.trade import pareto
 
 LABELS = {
     "state_m": "largest error of a mass centre after 0.1 s (m)",
@@ -23,6 +26,7 @@ METHODS = {
 }  # fmt: skip
 PHYSICS = {"ten_arcs": "o", "three_surfaces": "s", "single_pin": "^", "elastic_cut": "D"}
 NEGLIGIBLE = 0.1  # errors below this part of the fifth percentile are drawn there, as arrows: they stretch the axis
+FRONT = {"color": "0.75", "lw": 4.0}
 TINY = {"linestyle": "none", "marker": "$\\downarrow$", "color": "0.4", "markersize": 6}
 
 
@@ -39,7 +43,7 @@ def drawn_errors(errors: pd.Series) -> tuple[pd.Series, float]:
 
 @styled
 def work_precision(rows: pd.DataFrame, measure: str) -> Figure:
-    """One panel a scene: error of a measure against wall seconds per simulated second, with the Pareto front."""
+    """One panel a scene: error of a measure against processor seconds per simulated second, with the Pareto front."""
     chosen = rows[rows["measure"] == measure]
     scenes = list(dict.fromkeys(chosen["scene"]))
     columns = min(len(scenes), 2)
@@ -54,24 +58,20 @@ def work_precision(rows: pd.DataFrame, measure: str) -> Figure:
         for (fidelity, method), group in here.groupby(["fidelity", here["integrator"].str.split().str[0]], sort=False):
             colour = COLOURS[list(METHODS).index(method)]
             look = {"color": colour, "markerfacecolor": colour if fidelity == "ten_arcs" else "none", "markersize": 5}
-            axis.loglog(group["wall_s_per_s"], error[group.index], PHYSICS[fidelity], **look)
+            axis.loglog(group["cpu_s_per_s"], error[group.index], PHYSICS[fidelity], **look)
         tiny = here[here["error"] < floor]
-        axis.plot(tiny["wall_s_per_s"], 0.6 * error[tiny.index], **TINY)
+        axis.plot(tiny["cpu_s_per_s"], 0.6 * error[tiny.index], **TINY)
         front = pareto(here)
-        axis.step(front["wall_s_per_s"], error[front.index], where="post", color="0.4", lw=0.8, zorder=0)
+        axis.step(front["cpu_s_per_s"], error[front.index], where="post", color="0.4", lw=0.8, zorder=0)
         refused = int((rows["failed"].astype(bool) & (rows["scene"] == scene)).sum())
         axis.set_title(scene + (f"\nrefused or diverged: {refused}" if refused else ""))
-        axis.set_xlabel("wall s per simulated s")
+        axis.set_xlabel("processor s per simulated s")
         axis.tick_params(labelbottom=True)
         axis.xaxis.set_minor_formatter(NullFormatter())
         axis.grid(True, which="major", lw=0.3)
     figure.supylabel(LABELS.get(measure, measure), fontsize=8)
     used = set(chosen["integrator"].str.split().str[0])
-    handles = [
-        Line2D([], [], marker="o", linestyle="", color=COLOURS[k], label=name)
-        for k, (method, name) in enumerate(METHODS.items())
-        if method in used
-    ]
+    handles = _methods(used, marker="o", linestyle="")
     handles += [
         Line2D([], [], marker=mark, linestyle="", color="0.4", markerfacecolor="none", label=name.replace("_", " "))
         for name, mark in PHYSICS.items()
@@ -80,6 +80,57 @@ def work_precision(rows: pd.DataFrame, measure: str) -> Figure:
     handles.append(Line2D([], [], color="0.4", lw=0.8, label="nothing is better in both"))
     if (chosen["error"] < floor).any():
         handles.append(Line2D([], [], **TINY, label=f"below {floor:.0e}"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=3)
+    return figure
+
+
+def _methods(used: set[str], **look) -> list[Line2D]:
+    """An entry of the legend for every method that is used."""
+    return [Line2D([], [], color=COLOURS[k], label=name, **look) for k, (method, name) in enumerate(METHODS.items()) if method in used]
+
+
+@styled
+def answer_figure(rows: pd.DataFrame, measure: str) -> Figure:
+    """One panel a scene: what the error of an answer can be at most against the processor seconds for all of it.
+
+    A curve a setting: its error and the scatter of a record that grows from nine passages to ten minutes. The lowest
+    ends of all are the front.
+    """
+    chosen = rows[(rows["measure"] == measure) & ~rows["failed"].astype(bool) & rows["scatter"].notna()]
+    scenes = list(dict.fromkeys(chosen["scene"]))
+    columns = min(len(scenes), 2)
+    lines = -(-len(scenes) // columns)
+    figure = new_figure(1.2 + 2.0 * lines)
+    axes = figure.subplots(lines, columns, sharey=True, sharex=True, squeeze=False)
+    for unused in axes.flat[len(scenes) :]:
+        unused.set_axis_off()
+    for axis, scene in zip(axes.flat, scenes, strict=False):
+        costs, errors = [], []
+        for _, row in chosen[chosen["scene"] == scene].iterrows():
+            passages = np.unique(np.geomspace(LEAST, max(LONGEST / row["passage_s"], LEAST), 60).astype(int))
+            cost = seconds_of(row["start_cpu_s"], row["cpu_s_per_s"], (passages + row["unused"]) * row["passage_s"])
+            error = row["error"] + SURE * row["uncertainty"] + record_error(row["scatter"], passages)
+            # half widths jump where passages make another number of batches: what was reached is not lost
+            error = np.minimum.accumulate(error)
+            colour = COLOURS[list(METHODS).index(row["integrator"])]
+            full = row["fidelity"] == "ten_arcs"
+            axis.loglog(cost, error, "-" if full else ":", color=colour, lw=0.8)
+            axis.plot(cost[[0, -1]], error[[0, -1]], PHYSICS[row["fidelity"]], color=colour, ms=3, mfc=colour if full else "none")
+            costs.append(cost)
+            errors.append(error)
+        order = np.argsort(np.concatenate(costs))
+        best = np.minimum.accumulate(np.concatenate(errors)[order])
+        axis.step(np.concatenate(costs)[order], best, where="post", **FRONT, zorder=0)
+        axis.set_title(scene)
+        axis.set_xlabel("processor s for the answer")
+        axis.tick_params(labelbottom=True)
+        axis.xaxis.set_minor_formatter(NullFormatter())
+        axis.grid(True, which="major", lw=0.3)
+    figure.supylabel(LABELS.get(measure, measure).replace("error of", "error at most of"), fontsize=8)
+    handles = _methods(set(chosen["integrator"]))
+    if set(chosen["fidelity"]) - {"ten_arcs"}:
+        handles.append(Line2D([], [], color="0.4", linestyle=":", label="coarser physics"))
+    handles.append(Line2D([], [], **FRONT, label="nothing is better in both"))
     figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return figure
 

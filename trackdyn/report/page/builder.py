@@ -38,10 +38,11 @@ FILTERS = ("cell", "change", "groups", "heading", "span", "words")
 FAILED = (NOT_REPRODUCED, IN_TREND)  # a claim of such a part did not come out
 COLOURS_OF_A_PICTURE = 13
 FOLDED = tuple(f"fig{number:02d}" for number in range(1, 14))  # drawings of the model: no result
+ACCURACY = ("trade_answer", "limits", "peer_answers")  # of the studies, beside the chart of cost and error
 # tables whose files the page hands out; the first folder that has one
 TABLES = (
     "claims.csv", "metrics.csv", "trade.csv", "planner.csv", "extremes.csv", "tables/fidelity.csv", "tables/costs.csv",
-    "tables/parameters.csv", "tables/extremes.csv", *(f"tables/{item.key}.csv" for item in PAPER if item.table),
+    "tables/parameters.csv", "tables/extremes.csv", "tables/limits.csv", "tables/peer_answers.csv", *(f"tables/{item.key}.csv" for item in PAPER if item.table),
 )  # fmt: skip
 
 
@@ -122,6 +123,7 @@ def build_page(inputs: PageInputs) -> str:
         provenance=origin,
         # the scorecard stands on the page as a list
         gallery=[entry for entry in shown if entry["item"] not in STUDIES and entry["item"].key != "claims"],
+        accuracy=[entry for entry in shown if entry["item"].key in ACCURACY],
         extremes=[entry for entry in shown if entry["item"].key.startswith("extremes")],
         folded=FOLDED,
         missing=missing(results),

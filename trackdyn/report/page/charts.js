@@ -122,12 +122,13 @@ if (DATA.ring) await chart("ring-plot", () => {
   ["left", "right", "ring"].forEach((side, k) => ring.speeds.forEach((rpm, i) => {
     const { color, dash, symbol } = look(i);
     // the point without a ring stands apart from the curve
-    const y = ring.values[side + "_" + what][i];
-    const cut = ring.radii[0] === null && y.length > 1;
+    const name = side + "_" + what, cut = ring.radii[0] === null && ring.radii.length > 1;
+    const parted = (values) => (values && cut ? [values[0], null, ...values.slice(1)] : values);
     traces.push({ name: rpm + " rpm", legendgroup: rpm, showlegend: k === 0, xaxis: "x", yaxis: "y" + (k ? k + 1 : ""),
-      x: cut ? [ticks[0], ticks[0], ...ticks.slice(1)] : ticks, y: cut ? [y[0], null, ...y.slice(1)] : y,
+      x: cut ? [ticks[0], ticks[0], ...ticks.slice(1)] : ticks, y: parted(ring.values[name][i]),
+      error_y: { array: parted(ring.errors[name]?.[i]), visible: true, color, thickness: 1 },
       mode: "lines+markers", line: { color, dash, width: 1.5 }, marker: { color, symbol, size: 7 },
-      ...hover("%{x}: %{y:.4g}", rpm + " rpm, " + side) });
+      ...hover("%{x}: %{y:.4g} ± %{error_y.array:.2g}", rpm + " rpm, " + side) });
   }));
   const unit = what === "share_pct" ? " (%)" : " (N)";
   const j = Number($("ring-slider").value);
@@ -149,12 +150,13 @@ if (DATA.trade) {
     const traces = [...new Set(rows.map((row) => row.setting))].map((name, i) => {
       const group = rows.filter((row) => row.setting === name && row.error !== null).sort((a, b) => a.step - b.step);
       const { color, dash, symbol } = look(i);
-      return { name, x: group.map((row) => row.wall), y: group.map((row) => row.error),
+      return { name, x: group.map((row) => row.cpu), y: group.map((row) => row.error),
+        error_y: { array: group.map((row) => row.noise), visible: true, color, thickness: 1 },
         text: group.map((row) => "step " + row.step + " s"), mode: "lines+markers", line: { color, dash, width: 1.5 },
         marker: { color, symbol, size: 8 }, ...hover("%{text}<br>%{x:.3g} s a second<br>error %{y:.3g}", name) };
     });
     const log = { type: "log", exponentformat: "power", dtick: 1 };
-    return [traces, { xaxis: axis("wall time of a simulated second (s)", log),
+    return [traces, { xaxis: axis("processor time of a simulated second (s)", log),
                       yaxis: axis(`error (${rows[0].unit})`, log) }];
   }, "trade-measure");
 }

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from trackdyn.measure.dictionary import error_of
 from trackdyn.measure.metrics import loop_frequency
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.sensor_csv import SensorRecord
@@ -83,7 +84,7 @@ def passage(recording: Recording) -> dict:
 
 
 def ring_study(metrics: pd.DataFrame) -> dict | None:
-    """Shares, forces and phases of the ring study by radius and speed; None if there is no such run."""
+    """Shares, forces and phases of the ring study by radius and speed, and their standard errors; None without such a run."""
     study = metrics[metrics["run"].astype(str).str.startswith("ring/")]
     if study.empty:
         return None
@@ -91,13 +92,15 @@ def ring_study(metrics: pd.DataFrame) -> dict | None:
     if study["ring_radius_m"].isna().any():
         radii = [None, *radii]
     speeds = [float(s) for s in sorted(study["rpm"].unique())]
-    cells = {column: [[None] * len(radii) for _ in speeds] for column in RING_COLUMNS if column in study}
+    shown = [column for column in RING_COLUMNS if column in study]
+    cells = {column: [[None] * len(radii) for _ in speeds] for name in shown for column in (name, error_of(name)) if column in study}
     for _, row in study.iterrows():
         radius = None if pd.isna(row["ring_radius_m"]) else float(row["ring_radius_m"])
         i, j = speeds.index(float(row["rpm"])), radii.index(radius)
         for column, table in cells.items():
             table[i][j] = None if pd.isna(row[column]) else float(row[column])
-    return {"speeds": speeds, "radii": radii, "values": cells}
+    values = {name: cells[name] for name in shown}
+    return {"speeds": speeds, "radii": radii, "values": values, "errors": {name: cells.get(error_of(name)) for name in shown}}
 
 
 def geometry(rig: Rig) -> dict:
@@ -171,7 +174,8 @@ def trade(rows: list[dict] | None) -> list[dict] | None:
             "unit": MEASURES[row["measure"]][1],
             "setting": f"{words(row['fidelity'])}, {words(row['integrator'])}",
             "step": row["step_s"],
-            "wall": row["wall_s_per_s"],
+            "cpu": row["cpu_s_per_s"],
+            "noise": row.get("uncertainty"),
             "error": None if row["failed"] or row["error"] is None else abs(row["error"]),
         }
         for row in rows

@@ -24,6 +24,13 @@ function number(value, digits = 3) {
   return text.replace("-", "\u2212");
 }
 
+// a value as far as its standard error reaches, which has two digits: 44.2511 ± 0.0013; up to eight decimals
+function withError(value, error) {
+  if (value === null || !error) return number(value);
+  const decimals = Math.min(8, Math.max(0, 1 - Math.floor(Math.log10(error))));
+  return `${value.toFixed(decimals)} ± ${error.toFixed(decimals)}`.replace("-", "\u2212");
+}
+
 function radiusName(radius) {
   return radius === null ? "no ring" : radius.toFixed(3) + " m";
 }
@@ -161,7 +168,7 @@ if ($("ladder-scene")) {
     $("ring-table").tHead.replaceChildren(row(["motor", ...columns.map(([, title]) => title)], "th"));
     $("ring-table").tBodies[0].replaceChildren(
       ...ring.speeds.map((rpm, i) =>
-        row([rpm + " rpm", ...columns.map(([name]) => number(ring.values[name][i][j]))], "td")),
+        row([rpm + " rpm", ...columns.map(([name]) => withError(ring.values[name][i][j], ring.errors[name]?.[i][j]))], "td")),
     );
   }
   $("ring-slider").addEventListener("input", show);

@@ -28,6 +28,7 @@ COLUMNS = {
     "step_s": "time step (s)", "error_pct": "error (% of the range)", "u_x": "direction u, x", "u_y": "direction u, y",
     "O_x_mm": "centre, x (mm)", "O_y_mm": "centre, y (mm)", "r_mm": "radius (mm)", "theta_deg": "half its angle (deg)",
     "wall_s": "wall time (s)", "cpu_s": "processor time (s)", "achieved_error": "error it had", "met": "kept",
+    "rms_m_s2": "RMS (m/s2)", "limit_error": "error of the limit", "expected_error": "error expected at most", "duration_s": "recorded (s)",
     "loop_gap_m": "largest gap of the loop (m)", "printed_in_the_paper": "printed in the paper", "rows": "cases",
 }  # fmt: skip
 WORDS = {

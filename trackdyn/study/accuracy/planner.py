@@ -1,31 +1,55 @@
-"""The planner: the cheapest fidelity and step that met a tolerance where it was measured."""
+"""The planner: the cheapest fidelity, step and duration that keep a tolerance, by what was measured.
+
+The error of an answer has two parts. That of the setting was measured against the limit over steps; it is taken at its upper
+end, two standard errors higher. That of the record falls as one over the root of its passages where motion scatters, and is
+nothing where it repeats; it is taken as half of the 95 % interval that the record will show. Their sum must keep the
+tolerance. Between scenes that were measured both are taken twice as large as in the worst of them.
+"""
 
 import io
+from math import ceil
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from scipy.stats import t as student
 
 from trackdyn.errors import InputError, TrackdynError
+from trackdyn.measure.uncertainty import CONFIDENCE
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import parse_tolerance, shown
 from trackdyn.reading import read_text
-from trackdyn.simulate import simulate
-from trackdyn.study.accuracy.statistics import RELATIVE, SHARES, error_of, scene_name, statistics_of, study_scene
-from trackdyn.study.accuracy.trade import COLUMNS, FIDELITIES, FULL_PHYSICS, STATISTIC_REFERENCE
+from trackdyn.study.accuracy.limit import SURE
+from trackdyn.study.accuracy.statistics import (
+    LEAD_IN,
+    RELATIVE,
+    SHARES,
+    answers_of,
+    error_of,
+    scale_of,
+    scene_name,
+    study_scene,
+    whole_samples,
+)
+from trackdyn.study.accuracy.trade import COLUMNS, FIDELITIES, FULL_PHYSICS, limits_of, run_answer, timed_run
 from trackdyn.study.settings import SceneKey
+from trackdyn.until import LEAST
 
 PLANNED = (*RELATIVE, *SHARES)
 WORDS = {"scene", "fidelity", "integrator", "measure"}  # columns; the others hold numbers
-LARGEST_TABLE = 20_000_000  # bytes; the full study's has 100,000
+LARGEST_TABLE = 20_000_000  # bytes; the full study's has 300,000
+KEY = ["fidelity", "integrator", "step_s"]
 # A scene nearby may be this much worse than the worst one measured: an error of first order in the step
 # changes with the speed as the forces do, and these double from 115 to 210 rpm. (The margin was 1.5 until
 # two scenes kept apart showed that this is too little without a ring.)
 MARGIN = 2.0
+LONGEST = 600.0  # s: no record is planned longer
+STARTING = 1.0  # s, the ramp of the scenes that were measured
 TOLERANCES = (0.005, 0.01, 0.02, 0.05)
 PROMISES = [
-    "scene", "measure", "tolerance", "achieved_error", "met", "fidelity", "integrator", "step_s", "wall_s_per_s",
+    "scene", "measure", "tolerance", "achieved_error", "limit_error", "met", "fidelity", "integrator", "step_s", "duration_s",
+    "expected_error", "cpu_s", "reason",
 ]  # fmt: skip
 
 
@@ -38,10 +62,14 @@ class Plan(NamedTuple):
         Choices of `trade`.
     step : float
         s.
-    expected_error : float
-        Largest error measured for this kind of scene, relative or in turns of the sprocket.
-    wall_s_per_s : float
-        Expected cost on the machine that measured.
+    passages : int
+        Values that the mean shall be taken over: passages of all links, or revolutions of one.
+    duration : float
+        s to record of all links (`Scene.every_link`), after ``LEAD_IN`` at constant speed.
+    of_setting, of_record : float
+        Both parts of the error that is expected at most, relative or in turns of the sprocket.
+    cpu_s : float
+        Expected processor time of the whole answer on the machine that measured.
     warnings : tuple of str
         Where the scene lies outside what was measured.
     """
@@ -49,14 +77,21 @@ class Plan(NamedTuple):
     fidelity: str
     integrator: str
     step: float
-    expected_error: float
-    wall_s_per_s: float
+    passages: int
+    duration: float
+    of_setting: float
+    of_record: float
+    cpu_s: float
     warnings: tuple[str, ...]
 
     @property
     def fields(self) -> dict:
-        """Fields of a `Scene`."""
+        """Fidelity and step as fields of a `Scene`."""
         return FIDELITIES[self.fidelity] | {"integrator": self.integrator, "step": self.step}
+
+    def one_link(self, rig: Rig, rpm: float) -> float:
+        """Duration of a record of the sensor's link alone (s): a revolution for what all links do in a passage."""
+        return whole_samples(rig, self.passages * rig.loop_period(rpm))
 
 
 def load_trade(path: Path | str | None = None) -> pd.DataFrame:
@@ -78,6 +113,7 @@ def load_trade(path: Path | str | None = None) -> pd.DataFrame:
             if name not in table:
                 raise ValueError(f"lacks the column {name}")
             table[name] = table[name].astype(str) if name in WORDS else pd.to_numeric(table[name])
+        table["failed"] = table["failed"].astype(bool)
         if unknown := set(table["fidelity"]) - FIDELITIES.keys():
             raise ValueError(f"names the unknown fidelity {shown(min(unknown))}")
     except (ValueError, OverflowError) as error:  # pandas' own are such, too
@@ -85,8 +121,43 @@ def load_trade(path: Path | str | None = None) -> pd.DataFrame:
     return table
 
 
+def record_error(scatter: float, passages) -> np.ndarray:
+    """Half of the 95 % interval of a mean of so many passages, by batch means (`measure.uncertainty.batch_error`)."""
+    passages = np.asarray(passages)
+    batches = passages // np.sqrt(passages).astype(int)
+    return student.ppf(0.5 + CONFIDENCE / 2, batches - 1) * scatter / np.sqrt(passages)
+
+
+def seconds_of(start, cpu_per_s, duration):
+    """Processor seconds of an answer: to settle the loop, to start it, to leave the lead-in out, and to record."""
+    return start + cpu_per_s * (STARTING + LEAD_IN + duration)
+
+
+def _candidates(here: pd.DataFrame, measure: str, name: str) -> tuple[pd.DataFrame, float]:
+    """Settings that ran in every scene that counts for one, with the errors of the worst; and the margin on them."""
+    rows = here[(here["measure"] == measure) & ~here["failed"]]
+    margin = 1.0 if name in set(rows["scene"]) else MARGIN
+    if margin == 1.0:
+        rows, here = rows[rows["scene"] == name], here[here["scene"] == name]
+    else:
+        # a discretisation error carries over to a scene nearby; what a coarser physics misses need not
+        rows = rows[rows["fidelity"] == FULL_PHYSICS]
+    # an error that happens to pass through zero promises nothing: with a larger step it is taken to be at
+    # least that of every smaller one of the same physics
+    rows = rows.sort_values("step_s").assign(upper=rows["error"] + SURE * rows["uncertainty"])
+    rows = rows.assign(upper=rows.groupby(["scene", "fidelity"])["upper"].cummax())
+    found = rows.groupby(KEY).agg(
+        upper=("upper", "max"), scatter=("scatter", "max"), unused=("unused", "max"), start=("start_cpu_s", "max"),
+        cpu=("cpu_s_per_s", "max"), scenes=("scene", "nunique"),
+    ).reset_index()  # fmt: skip
+    found = found[found["scenes"] == rows["scene"].nunique()]
+    failed = here.loc[here["failed"], KEY].drop_duplicates().assign(bad=True)
+    found = found.merge(failed, on=KEY, how="left")
+    return found[found["bad"].isna() & found["scatter"].notna()], margin
+
+
 def plan(trade: pd.DataFrame, tolerance, measure: str, rpm: float, ring_radius: float | None) -> Plan:
-    """The cheapest measured setting that keeps a measure within a tolerance.
+    """The cheapest setting and duration that keep a measure within a tolerance.
 
     Parameters
     ----------
@@ -102,79 +173,103 @@ def plan(trade: pd.DataFrame, tolerance, measure: str, rpm: float, ring_radius: 
     Raises
     ------
     InputError
-        Unknown measure, or no measured setting was good enough.
+        Unknown measure, or no measured setting is good enough; says what stands in the way.
     """
     tolerance = parse_tolerance(tolerance)
     if measure not in PLANNED:
         raise InputError(f"measure = {measure!r} is not accepted: {', '.join(PLANNED)} would do")
     kind = "no ring" if ring_radius is None else "ring"
     here = trade[trade["scene"].str.startswith(f"{kind} ")]
-    key = ["fidelity", "integrator", "step_s"]
-    failed = here.loc[here["failed"].astype(bool), key].drop_duplicates()
-    rows = here[(here["measure"] == measure) & ~here["failed"].astype(bool)]
-    if scene_name(rpm, ring_radius) not in set(rows["scene"]):
-        # a discretisation error carries over to a scene nearby; what a coarser physics misses need not
-        rows = rows[rows["fidelity"] == FULL_PHYSICS]
-    scenes = rows["scene"].nunique()
-    # an error that happens to pass through zero promises nothing: with a larger step it is taken to be at
-    # least that of every smaller one of the same physics
-    rows = rows.sort_values("step_s")
-    rows = rows.assign(error=rows.groupby(["scene", "fidelity"])["error"].cummax())
-    found = rows.groupby(key).agg(
-        error=("error", "max"), wall=("wall_s_per_s", "max"), scenes=("scene", "nunique")
-    ).reset_index()  # fmt: skip
-    found = found[found["scenes"] == scenes].merge(failed.assign(bad=True), on=key, how="left")
-    found = found[found["bad"].isna() & (found["error"] * MARGIN <= tolerance)]
-    if found.empty:
-        least = rows["error"].min() * MARGIN if len(rows) else float("nan")
-        raise InputError(
-            f"tolerance = {tolerance:g} is not accepted for {measure} ({kind}): the data reach {least:.2g} with their "
-            f"margin of {MARGIN:g}; a larger tolerance or a finer step in the data would do"
-        )
-    best = found.sort_values("wall").iloc[0]
-    warnings = []
-    measured = rows["scene"].str.extract(r"^(?:no ring|ring (?P<ring>\S+) m) (?P<rpm>\S+) rpm$").apply(
+    measured = here["scene"].str.extract(r"^(?:no ring|ring (?P<ring>\S+) m) (?P<rpm>\S+) rpm$").apply(
         pd.to_numeric, errors="coerce"
     )
+    # the chain moves by a pitch in a time that is inverse to the speed, the same on every scene of a rig
+    span = float((here["passage_s"] * measured["rpm"]).median()) / rpm if rpm > 0 else np.nan
+    found, margin = _candidates(here, measure, scene_name(rpm, ring_radius))
+    refused = f"tolerance = {tolerance:g} is not accepted for {measure} ({kind}): "
+    if found.empty or not span > 0:
+        raise InputError(refused + "no setting ran in every scene of the data; another measure or more data would do")
+    left = tolerance - margin * found["upper"]
+    if not (left > 0).any():
+        least = margin * found["upper"].min()
+        raise InputError(
+            f"{refused}the finest setting of the data leaves {least:.2g}, with a margin of {margin:g}; a larger tolerance or a "
+            "finer step in the data would do"
+        )
+    passages = np.arange(LEAST, max(int(LONGEST / span), LEAST) + 1)
+    best, needed = None, np.inf
+    for (_, row), rest in zip(found[left > 0].iterrows(), left[left > 0], strict=True):
+        enough = record_error(margin * row["scatter"], passages) <= rest
+        if not enough.any():
+            needed = min(needed, float(record_error(margin * row["scatter"], passages[-1])) + margin * row["upper"])
+            continue
+        count = int(passages[np.argmax(enough)])
+        duration = ceil(1000 * (count + row["unused"] + 0.5) * span) / 1000
+        cpu = seconds_of(row["start"], row["cpu"], duration)
+        if best is None or cpu < best.cpu_s:
+            of_record = float(record_error(margin * row["scatter"], count))
+            best = Plan(*row[KEY], count, duration, margin * row["upper"], of_record, float(cpu), ())
+    if best is None:
+        raise InputError(f"{refused}{LONGEST:g} s of record still scatter by {needed:.2g}; a larger tolerance would do")
+    warnings = []
     for name, what, value, unit in (("rpm", "", rpm, "rpm"), ("ring", "a ring of ", ring_radius, "m")):
         low, high = measured[name].min(), measured[name].max()
         if value is not None and not low <= value <= high:
             warnings.append(f"{what}{value:g} {unit} lies outside the measured {low:g} to {high:g} {unit}")
-    return Plan(*best[key], float(best["error"]), float(best["wall"]), tuple(warnings))
+    return best._replace(warnings=tuple(warnings))
 
 
-def verify(rig: Rig, trade: pd.DataFrame, kept_apart: list[SceneKey], turns: int) -> pd.DataFrame:
+def verify(rig: Rig, trade: pd.DataFrame, kept_apart: list[SceneKey], turns: int, steps: list[float]) -> pd.DataFrame:
     """The planner on scenes that the data do not hold: does what it promises come out?
+
+    Each setting is run once for the longest record that was planned with it; shorter ones are its beginning. Limits are
+    extrapolated from records of ``turns`` revolutions of the loop with ``steps`` (s).
 
     Returns
     -------
     DataFrame
-        ``scene, measure, tolerance, achieved_error, met`` and what was planned. A tolerance that the
-        data cannot promise is a row with an empty error and an empty ``met``.
+        ``PROMISES``: ``achieved_error`` against the limit of that very scene, whose own standard error is ``limit_error``.
+        A tolerance that cannot be promised is a row with an empty error, an empty ``met``, and its ``reason``.
     """
     rows = []
     for rpm, ring in kept_apart:
-        name = scene_name(rpm, ring)
-        base = study_scene(rig, rpm, ring, turns)
-        reference = statistics_of(simulate(base.with_(**STATISTIC_REFERENCE)))
-        done: dict[tuple, dict] = {}
-        for measure in PLANNED:
-            if not np.isfinite(reference[measure]) or (measure in SHARES and reference[measure] == 0):
-                continue
+        name, base = scene_name(rpm, ring), study_scene(rig, rpm, ring, turns, every_link=True)
+        limits = limits_of({step: run_answer(base.with_(step=step)) for step in steps})
+        plans: dict[tuple, list] = {}
+        for measure in (m for m in PLANNED if m in limits and (m in RELATIVE or limits[m].value)):
             for tolerance in TOLERANCES:
                 try:
                     chosen = plan(trade, tolerance, measure, rpm, ring)
-                except InputError:
-                    rows.append([name, measure, tolerance, np.nan, None, "", "", np.nan, np.nan])
-                    continue
-                key = chosen[:3]
-                if key not in done:
-                    try:
-                        done[key] = statistics_of(simulate(base.with_(**chosen.fields)))
-                    except TrackdynError:
-                        done[key] = {}
-                error = error_of(measure, done[key].get(measure, np.nan), reference[measure])
-                met = bool(np.isfinite(error) and error <= tolerance)
-                rows.append([name, measure, tolerance, error, met, *key, chosen.wall_s_per_s])
+                    plans.setdefault(chosen[:3], []).append((measure, tolerance, chosen))
+                except InputError as error:
+                    reason = str(error).partition("): ")[2].partition(";")[0]
+                    rows.append({"scene": name, "measure": measure, "tolerance": tolerance, "reason": reason})
+        for asked in plans.values():
+            rows += _kept(rig, base, limits, name, asked)
         print(f"planner: {name}", flush=True)
-    return pd.DataFrame(rows, columns=PROMISES)
+    table = pd.DataFrame(rows, columns=PROMISES)
+    order = {measure: k for k, measure in enumerate(PLANNED)}
+    return table.sort_values(["scene", "measure", "tolerance"], key=lambda c: c.map(order) if c.name == "measure" else c, ignore_index=True)
+
+
+def _kept(rig: Rig, base, limits: dict, name: str, asked: list) -> list[dict]:
+    """Rows of all promises that were planned with one setting in one scene."""
+    longest = max(chosen.duration for *_, chosen in asked)
+    try:
+        recording = timed_run(base.with_(duration=whole_samples(rig, longest), **asked[0][2].fields))[0]
+    except TrackdynError:
+        recording = None
+    rows = []
+    for measure, tolerance, chosen in asked:
+        limit, error = limits[measure], np.nan
+        if recording is not None:
+            span = rig.loop_period(base.motor_rpm) / rig.chain.pitches
+            found = answers_of(recording, int(chosen.duration / span + 1e-6)).get(measure)
+            error = error_of(measure, found.estimate().value, limit.value) if found else np.nan
+        rows.append({
+            "scene": name, "measure": measure, "tolerance": tolerance, "achieved_error": error,
+            "limit_error": limit.error / scale_of(measure, limit.value), "met": bool(np.isfinite(error) and error <= tolerance),
+            "fidelity": chosen.fidelity, "integrator": chosen.integrator, "step_s": chosen.step, "duration_s": chosen.duration,
+            "expected_error": chosen.of_setting + chosen.of_record, "cpu_s": chosen.cpu_s,
+        })  # fmt: skip
+    return rows

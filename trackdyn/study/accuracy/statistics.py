@@ -3,14 +3,16 @@
 import numpy as np
 
 from trackdyn.measure.meshing import meshing_summary
-from trackdyn.measure.metrics import energy_residual, loop_frequency, whole_revolutions
+from trackdyn.measure.metrics import energy_residual, loop_frequency
 from trackdyn.measure.sensor import sense
+from trackdyn.measure.sensor_metrics import whole_revolutions
 from trackdyn.measure.signals import main_line_binfree, rms, standard_deviation
-from trackdyn.measure.whole_loop import RELATIVE, SHARES
+from trackdyn.measure.whole_loop import RELATIVE, SHARES, Series, series
 from trackdyn.recording import Recording
 from trackdyn.scene import Scene
 
 NAN = float("nan")
+LEAD_IN = 3.0  # s at constant speed before what is compared begins, after a second of starting
 # compared as they are
 ABSOLUTE = ("loop_gap", "energy_residual")
 MEASURES = RELATIVE + SHARES + ABSOLUTE
@@ -18,8 +20,12 @@ MEASURES = RELATIVE + SHARES + ABSOLUTE
 
 def study_scene(rig, rpm: float, ring: float | None, turns: int, **fields) -> Scene:
     """A record of whole revolutions of the loop after four seconds of running."""
-    duration = np.ceil((turns * rig.loop_period(rpm) + 0.01) * rig.sensor.rate) / rig.sensor.rate
-    return Scene(rig, motor_rpm=rpm, ring_radius=ring, duration=float(duration), lead_in=3.0, **fields)
+    return Scene(rig, rpm, ring, duration=whole_samples(rig, turns * rig.loop_period(rpm) + 0.01), lead_in=LEAD_IN, **fields)
+
+
+def whole_samples(rig, seconds: float) -> float:
+    """The least duration of whole samples that holds so many seconds."""
+    return float(np.ceil(seconds * rig.sensor.rate - 1e-6) / rig.sensor.rate)
 
 
 def scene_name(rpm: float, ring: float | None) -> str:
@@ -45,6 +51,26 @@ def statistics_of(recording: Recording) -> dict[str, float]:
         "loop_gap": float(recording.gap.max()),
         "energy_residual": abs(energy_residual(recording)),
     }
+
+
+def answers_of(recording: Recording, passages: int | None = None) -> dict[str, Series]:
+    """Measures over all links of a recording made with ``every_link``, passage by passage.
+
+    As `statistics_of`, but with what standard errors are made of (`measure.whole_loop`). Only the first ``passages`` of the record count, if
+    that is given. Loop gap and energy residual belong to the whole record and have none.
+    """
+    found = series(recording)
+    if passages is not None:
+        found = {name: each.until(passages) for name, each in found.items()}
+    exact = {"loop_gap": float(recording.gap.max()), "energy_residual": abs(energy_residual(recording))}
+    return found | {name: Series(np.array([value]), np.array([0])) for name, value in exact.items()}
+
+
+def scale_of(measure: str, reference: float) -> float:
+    """What an error is a part of: the reference, a turn of the sprocket (shares are in %), or nothing; NaN for no reference."""
+    if measure in RELATIVE:
+        return abs(reference) or NAN
+    return 100.0 if measure in SHARES else 1.0
 
 
 def error_of(measure: str, value: float, reference: float) -> float:

@@ -1,28 +1,36 @@
 """Accuracy against cost: work-precision data over fidelity, integrator and step.
 
-Two kinds of error: the state after a short window, started from one and the same state, and the
-statistics of a record. Each is taken against a reference of its own that a second method confirms.
-What is refused or diverges is a point too.
+Two kinds of error: the state after a short window, started from one and the same state, against a run of many digits, and
+the statistics of a record, against their limit over steps; a second method confirms both. Statistics are taken over
+all links and have standard errors, so that what the step adds can be told from scatter. What is refused or diverges is a
+point too. Cost is the processor time of the process: other jobs may run beside.
 """
 
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
-from time import perf_counter, process_time
+from time import process_time
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from trackdyn.errors import TrackdynError
+from trackdyn.errors import InputError, TrackdynError
 from trackdyn.fidelity import PRESETS
 from trackdyn.loop import Loop
+from trackdyn.measure.whole_loop import Series
 from trackdyn.parameters.rig import Rig
+from trackdyn.recording import Recording
 from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
-from trackdyn.study.accuracy.statistics import MEASURES, error_of, scene_name, statistics_of, study_scene
+from trackdyn.study.accuracy.limit import LIMITS, Limit, difference, limit_of
+from trackdyn.study.accuracy.statistics import ABSOLUTE, answers_of, scale_of, scene_name, study_scene
 from trackdyn.study.settings import StateErrors, StatisticErrors, Steps
 
-COLUMNS = ["scene", "fidelity", "integrator", "step_s", "wall_s_per_s", "cpu_s_per_s", "measure", "error", "failed"]
-AGREEMENT = ["scene", "measure", "difference"]
+# error: against the limit; uncertainty: its standard error; scatter: standard error that one passage would leave, all three
+# relative, in turns of the sprocket for shares; unused: passages of the record that give no value
+COLUMNS = [
+    "scene", "fidelity", "integrator", "step_s", "start_cpu_s", "cpu_s_per_s", "record_s", "passage_s", "measure", "value",
+    "value_error", "error", "uncertainty", "scatter", "unused", "failed",
+]  # fmt: skip
+AGREEMENT = ["scene", "measure", "difference", "uncertainty"]
 # fidelity -> fields; the first is the physics that errors of the others are taken against
 FIDELITIES = {
     "ten_arcs": {},
@@ -31,31 +39,37 @@ FIDELITIES = {
     "elastic_cut": {"closure": "elastic_damping"},
 }
 FULL_PHYSICS = next(iter(FIDELITIES))
-# references: finest steps; confirmed by a second method
-STATISTIC_REFERENCE = {"integrator": "semi_implicit", "step": 1e-5}
-STATISTIC_CHECK = {"integrator": "rk4", "step": 2e-5}
+# limits of statistics: over the steps of the first method, confirmed by the second's finest
+EXTRAPOLATED, SECOND = "semi_implicit", "rk4"
+# references of the state, of different method
 STATE_REFERENCE = {"integrator": "adaptive", "step": 1e-3, "tolerance": 1e-9}
 STATE_CHECK = {"integrator": "rk4", "step": 1e-6}
 WINDOW = 0.1
 # the cost is the median of so many bursts of so many seconds
 BURSTS, BURST_SECONDS = 5, 0.1
-PROCESSES, REPEATS = (1, 2), 3  # of the scaling
 # motor speed and ring radius of the windows in steady motion
 STEADY = {"ring 115 rpm": (115.0, 0.308), "ring 210 rpm": (210.0, 0.308), "no ring 115 rpm": (115.0, None)}
 
 
-def cost(scene: Scene) -> tuple[float, float]:
-    """Wall and CPU seconds per simulated second, medians over bursts on one thread, compilation apart."""
+class Answer(NamedTuple):
+    """What a record of every link gave (`answers_of`), the processor seconds to settle its loop, and those of a simulated one."""
+
+    found: dict[str, Series]
+    start_cpu_s: float
+    cpu_s_per_s: float
+
+
+def cost(scene: Scene) -> float:
+    """Processor seconds per simulated second, median over bursts on one thread, compilation apart."""
     loop = Loop(scene)
     record = loop.room(round(BURST_SECONDS * scene.rig.sensor.rate), pitches=(1,), spells=40000)
     spent = []
     for _ in range(BURSTS + 2):
         record.spells.count[0] = 0
-        begin = np.array([perf_counter(), process_time()])
+        begin = process_time()
         loop.fill(record)
-        spent.append(np.array([perf_counter(), process_time()]) - begin)
-    wall, cpu = np.median(spent[2:], axis=0) / BURST_SECONDS  # the first two compile and leave the ramp
-    return float(wall), float(cpu)
+        spent.append(process_time() - begin)
+    return float(np.median(spent[2:])) / BURST_SECONDS  # the first two compile and leave the ramp
 
 
 def window_start(rig: Rig, name: str) -> Loop:
@@ -104,21 +118,56 @@ def state_trade(rig: Rig, asked: StateErrors) -> tuple[pd.DataFrame, pd.DataFram
     for name in asked.scenes:
         start = window_start(rig, name)
         reference, check = (_window(start, f)[0].mass_centres for f in (STATE_REFERENCE, STATE_CHECK))
-        agreement.append([name, "state_m", float(np.abs(reference - check).max())])
+        agreement.append([name, "state_m", float(np.abs(reference - check).max()), 0.0])
         for label, fields in cases:
             try:
                 loop, step = _window(start, fields)
                 error = float(np.hypot(*(loop.mass_centres - reference).T).max())
-                rows.append([name, FULL_PHYSICS, label, step, *cost(loop.scene), "state_m", error, False])
+                known = {"step_s": step, "cpu_s_per_s": cost(loop.scene), "error": error, "failed": False}
             except TrackdynError:
-                rows.append([name, FULL_PHYSICS, label, fields["step"], np.nan, np.nan, "state_m", np.nan, True])
+                known = {"step_s": fields["step"], "failed": True}
+            rows.append({"scene": name, "fidelity": FULL_PHYSICS, "integrator": label, "measure": "state_m"} | known)
         print(f"state error: {name}", flush=True)
     return pd.DataFrame(rows, columns=COLUMNS), pd.DataFrame(agreement, columns=AGREEMENT)
 
 
-def statistic_trade(rig: Rig, asked: StatisticErrors) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Error of the statistics of a record of every scene, as `state_trade` gives them."""
-    rows, agreement = [], []
+def timed_run(scene: Scene) -> tuple[Recording, float, float]:
+    """A recording of every link, and the processor seconds to settle its loop and of a simulated one."""
+    begin = process_time()
+    loop = Loop(scene)
+    started = process_time()
+    loop.advance(scene.ramp + scene.lead_in)
+    recording = loop.record(scene.duration, spells=scene.spells, every_link=True)
+    seconds = scene.ramp + scene.lead_in + scene.duration
+    return recording, started - begin, (process_time() - started) / seconds
+
+
+def run_answer(scene: Scene) -> Answer:
+    """Run a scene and measure all of its links."""
+    recording, *spent = timed_run(scene)
+    return Answer(answers_of(recording), *spent)
+
+
+def limits_of(runs: dict[float, Answer]) -> dict[str, Limit]:
+    """Limit of every measure from runs of the full physics, by step."""
+    finest = dict(sorted(runs.items())[:3])
+    names = [name for name, found in finest[min(finest)].found.items() if len(found.values)]
+    return {name: limit_of({step: run.found[name] for step, run in finest.items()}) for name in names}
+
+
+def statistic_trade(rig: Rig, asked: StatisticErrors) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+    """Error of the measures of a record of every scene against their limits, and what the record took.
+
+    Returns
+    -------
+    rows : DataFrame
+        ``COLUMNS``.
+    agreement : DataFrame
+        scene, measure, difference of the limit from the finest run of a method of another order.
+    limits : DataFrame
+        ``limit.LIMITS``.
+    """
+    rows, agreement, limits, compiled = [], [], [], set()
     cases = [
         (fidelity, physics | fields)
         for fidelity, physics in FIDELITIES.items()
@@ -126,59 +175,58 @@ def statistic_trade(rig: Rig, asked: StatisticErrors) -> tuple[pd.DataFrame, pd.
     ]
     for rpm, ring in asked.scenes:
         name = scene_name(rpm, ring)
-        base = study_scene(rig, rpm, ring, asked.loop_turns)
-        reference = statistics_of(simulate(base.with_(**STATISTIC_REFERENCE)))
-        known = [measure for measure in MEASURES if np.isfinite(reference[measure])]
-        if asked.second_reference:
-            second = statistics_of(simulate(base.with_(**STATISTIC_CHECK)))
-            agreement += [[name, measure, error_of(measure, second[measure], reference[measure])] for measure in known]
+        base = study_scene(rig, rpm, ring, asked.loop_turns, every_link=True)
+        runs: dict[tuple, Answer | None] = {}
         for fidelity, fields in cases:
-            point = [name, fidelity, fields["integrator"], fields["step"]]
+            point = (fidelity, fields["integrator"], fields["step"])
             try:
-                scene = base.with_(**fields)
-                spent = cost(scene)
-                found = statistics_of(simulate(scene))
-                errors = {measure: error_of(measure, found[measure], reference[measure]) for measure in MEASURES}
-                rows += [[*point, *spent, measure, e, False] for measure, e in errors.items() if np.isfinite(e)]
+                if (kind := (*point[:2], ring is None)) not in compiled:  # kernels are compiled before anything is timed
+                    simulate(base.with_(**fields, duration=0.01, lead_in=0.0, ramp=0.01))
+                    compiled.add(kind)
+                runs[point] = run_answer(base.with_(**fields))
             except TrackdynError:
-                rows.append([*point, np.nan, np.nan, "all", np.nan, True])
-            print(f"{', '.join(map(str, point))} s", flush=True)
-    return pd.DataFrame(rows, columns=COLUMNS), pd.DataFrame(agreement, columns=AGREEMENT)
+                runs[point] = None
+            print(f"{name}, {', '.join(map(str, point))} s", flush=True)
+        fine, second = (
+            {step: run for (physics, method, step), run in runs.items() if (physics, method) == (FULL_PHYSICS, which) and run}
+            for which in (EXTRAPOLATED, SECOND)
+        )
+        if len(fine) < 2:
+            raise InputError(f"trade: {name}: fewer than two steps of {EXTRAPOLATED} ran in this scene; finer ones would do")
+        known = limits_of(fine)
+        for point, run in runs.items():
+            rows += _rows_of([name, *point], run, known, base.duration, rig.loop_period(rpm) / rig.chain.pitches)
+        for measure, limit in known.items():
+            if measure not in ABSOLUTE:
+                finest = fine[min(fine)].found[measure].estimate()
+                limits.append([name, measure, limit.value, limit.error, *finest[:2], min(fine)])
+                if asked.second_reference and second:
+                    off, noise = difference(second[min(second)].found[measure], limit)
+                    scale = scale_of(measure, limit.value)
+                    agreement.append([name, measure, abs(off) / scale, noise / scale])
+    return pd.DataFrame(rows, columns=COLUMNS), pd.DataFrame(agreement, columns=AGREEMENT), pd.DataFrame(limits, columns=LIMITS)
 
 
-def _job(arguments) -> float:
-    rig, seconds = arguments
-    begin = perf_counter()
-    simulate(Scene(rig, motor_rpm=150.0, duration=seconds, lead_in=0.0))
-    return perf_counter() - begin
-
-
-def scaling(rig: Rig, runs: list[int], seconds: float) -> pd.DataFrame:
-    """Wall time of equal runs on one and more processes, with the time a process takes to start.
-
-    Columns ``jobs, processes, wall_s, job_s, start_s, model_s``: wall time and the median of a job's are the least of
-    three repetitions, which what else the machine does disturbs least. The model is ``ceil(jobs / processes) * job``
-    with the job's time on one process.
-    """
+def _rows_of(point: list, run: Answer | None, limits: dict[str, Limit], seconds: float, span: float) -> list[list]:
+    """Rows of a setting: one a measure that has an error, or one that says that it failed."""
+    if run is None:
+        return [[*point, *[np.nan] * 4, "all", *[np.nan] * 6, True]]
     rows = []
-    single = None
-    for count in PROCESSES:
-        begin = perf_counter()
-        with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
-            list(pool.map(_job, [(rig, 0.01)] * count))
-            start = perf_counter() - begin
-            for number in runs:
-                walls, jobs = [], []
-                for _ in range(REPEATS):
-                    begin = perf_counter()
-                    jobs.append(float(np.median(list(pool.map(_job, [(rig, seconds)] * number)))))
-                    walls.append(perf_counter() - begin)
-                single = single or min(jobs)
-                rows.append([number, count, min(walls), min(jobs), start, -(-number // count) * single])
-    return pd.DataFrame(rows, columns=["jobs", "processes", "wall_s", "job_s", "start_s", "model_s"])
+    for measure, found in run.found.items():
+        if measure not in limits or not np.isfinite(scale := scale_of(measure, limits[measure].value)):
+            continue
+        value, error, _ = found.estimate()
+        off, noise = difference(found, limits[measure])
+        if measure in ABSOLUTE:  # of the very record, and compared with nothing
+            about = [value, 0.0, abs(value), 0.0, 0.0, 0]
+        else:
+            unused = int(seconds / span + 1e-6) - len(found.values)
+            about = [value, error, abs(off) / scale, noise / scale, error * len(found.values) ** 0.5 / scale, unused]
+        rows.append([*point, run.start_cpu_s, run.cpu_s_per_s, seconds, span, measure, *about, False])
+    return rows
 
 
 def pareto(rows: pd.DataFrame) -> pd.DataFrame:
     """The rows that no other row beats in both cost and error (one scene and one measure)."""
-    ordered = rows.loc[~rows["failed"]].sort_values(["wall_s_per_s", "error"])
+    ordered = rows.loc[~rows["failed"]].sort_values(["cpu_s_per_s", "error"])
     return ordered[ordered["error"] < ordered["error"].cummin().shift(fill_value=np.inf)]

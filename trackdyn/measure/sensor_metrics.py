@@ -1,0 +1,72 @@
+"""Measures of one sensor's record, simulated or measured: each with its standard error."""
+
+from functools import partial
+
+import numpy as np
+
+from trackdyn.measure.signals import (
+    high_frequency_rms,
+    main_line,
+    main_line_binfree,
+    rms,
+    standard_deviation,
+    uncertainty,
+)
+from trackdyn.measure.uncertainty import LineError, line_error
+
+NAN = float("nan")
+# The bin-free line needs the record to hold a few revolutions of the loop.
+LEAST_LOOPS = 2.0
+
+
+def whole_revolutions(count: int, rate: float, loop_hz: float) -> int:
+    """Samples of a record that make whole revolutions of the loop; all of them if it holds none."""
+    loops = np.floor(count / rate * loop_hz + 1e-6)
+    return round(loops / loop_hz * rate) if loops else count
+
+
+def sensor_metrics(ay, rate: float, loop_hz: float) -> dict:
+    """RMS and SD, of the record and of its whole loop revolutions, main line and high-frequency content of ay in g.
+
+    Each stands before its standard error over revolutions of the loop (`signals.uncertainty`, `uncertainty.line_error`).
+    The whole revolutions are those that the errors of the record are taken from, too. Lines and errors are NaN where the
+    record holds fewer than two revolutions.
+    """
+    ay = np.asarray(ay)
+    loops = len(ay) / rate * loop_hz
+    has_line = loop_hz > 0 and loops >= LEAST_LOOPS
+    line = main_line(ay, rate) if has_line else (NAN, NAN)
+    free = main_line_binfree(ay, rate, expected_hz=loop_hz)[:2] if has_line else (NAN, NAN)
+    off = line_error(ay, rate, line[0], free[0]) if has_line else LineError(NAN, NAN, NAN, NAN)
+    whole = ay[: whole_revolutions(len(ay), rate, loop_hz)] if has_line else ay
+
+    def error(statistic) -> float:
+        return uncertainty(ay, rate, 1 / loop_hz, statistic)[1] if has_line else NAN
+
+    rms_error, sd_error = error(rms), error(standard_deviation)
+    return {
+        "rms_g": rms(ay),
+        "rms_error_g": rms_error,
+        "sd_g": standard_deviation(ay),
+        "sd_error_g": sd_error,
+        "rms_whole_g": rms(whole),
+        "rms_whole_error_g": rms_error,
+        "sd_whole_g": standard_deviation(whole),
+        "sd_whole_error_g": sd_error,
+        "line_hz": line[0],
+        "line_error_hz": off.bin_hz,
+        "line_g": line[1],
+        "line_error_g": off.bin_amplitude,
+        "line_hz_binfree": free[0],
+        "line_error_hz_binfree": off.hz,
+        "line_g_binfree": free[1],
+        "line_error_g_binfree": off.amplitude,
+        "high_frequency_g": high_frequency_rms(ay, rate),
+        "high_frequency_error_g": error(partial(high_frequency_rms, rate_hz=rate)),
+    }
+
+
+def own_metrics(ay, rate: float) -> dict:
+    """`sensor_metrics` of a record whose loop turns at a speed of its own, which its main line shows."""
+    hz = main_line(ay, rate)[0]
+    return sensor_metrics(ay, rate, main_line_binfree(ay, rate, hz)[0] if len(ay) / rate * hz >= LEAST_LOOPS else hz)
