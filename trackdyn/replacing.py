@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from errno import EISDIR
 from pathlib import Path
 from shutil import disk_usage
@@ -28,19 +28,46 @@ def replacing(path: Path | str) -> Iterator[Path]:
         path.parent.mkdir(parents=True, exist_ok=True)
         _OPEN.add(part)
         yield part
+        with part.open("rb+") as file:
+            os.fsync(file.fileno())  # or a power cut could leave the name without what it names
         os.replace(part, path)
     except OSError as error:
         reason = error.strerror or error
         raise InputError(f"{path}: cannot be written ({reason}); free space or another place would do") from None
     finally:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):  # a place where nothing could be made holds nothing to remove
+            part.unlink(missing_ok=True)
         _OPEN.discard(part)
+
+
+def write_text(path: Path | str, text: str) -> None:
+    """Write a text as UTF-8, its newlines as they are, whole or not at all.
+
+    Raises
+    ------
+    InputError
+        As `replacing`.
+    """
+    with replacing(path) as part:
+        part.write_text(text, encoding="utf-8", newline="")
+
+
+def write_csv(path: Path | str, table, **options) -> None:
+    """Write a table as CSV without its index, whole or not at all; options as those of ``DataFrame.to_csv``.
+
+    Raises
+    ------
+    InputError
+        As `replacing`.
+    """
+    write_text(path, table.to_csv(index=False, lineterminator="\n", **options))
 
 
 def discard_parts() -> None:
     """Remove what is being written: for a process that is about to end."""
     for part in _OPEN:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
 
 
 def refuse_unwritable(path: Path | str, size: float = 0.0) -> None:

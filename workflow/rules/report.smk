@@ -109,5 +109,4 @@ rule pictures:
     benchmark: f"{R}/benchmarks/pictures.tsv"
     message: "Pictures and measured parts of the pages"
     shell:
-        "(cp {input.tables} docs/measured && cp {input.pictures} docs/pictures"
-        " && {sys.executable} -m trackdyn.report.filled) > {log} 2>&1"
+        "{sys.executable} -m trackdyn.report.filled {input.tables} {input.pictures} > {log} 2>&1"

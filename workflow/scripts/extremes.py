@@ -4,6 +4,7 @@ from pathlib import Path
 from _script import logged
 
 from trackdyn import load_rig
+from trackdyn.replacing import write_csv, write_text
 from trackdyn.report.figures.extremes import FIGURES
 from trackdyn.report.style import save
 from trackdyn.report.tables import write_table
@@ -15,9 +16,8 @@ with logged(snakemake):
     rig = load_rig(snakemake.input.rig)
     result = run_extremes(rig, ExtremesForm(**snakemake.params.form), lambda text: print(text, flush=True))
     for path, table in ((snakemake.output.csv, result.rows), (snakemake.output.chunks, result.chunks)):
-        Path(path).parent.mkdir(parents=True, exist_ok=True)
-        table.to_csv(path, index=False, lineterminator="\n")
-    Path(snakemake.output.seeds).write_text(json.dumps(result.seeds, indent=1) + "\n", encoding="utf-8")
+        write_csv(path, table)
+    write_text(snakemake.output.seeds, json.dumps(result.seeds, indent=1) + "\n")
     counts = summary(result.rows)
     last = counts.iloc[-1]
     write_table(

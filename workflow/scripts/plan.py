@@ -1,8 +1,8 @@
 import json
-from pathlib import Path
 
 from _script import logged
 
+from trackdyn.replacing import write_text
 from trackdyn.study.accuracy.planner import load_trade, plan
 
 with logged(snakemake):
@@ -13,4 +13,4 @@ with logged(snakemake):
         print(f"{rpm:g} rpm: {chosen}")
         fields[f"{rpm:g}rpm"] = chosen.fields
         fields[f"coarse/{rpm:g}rpm"] = chosen.fields | {"tooth_contact": "three_surfaces"}
-    Path(snakemake.output[0]).write_text(json.dumps(fields, indent=1) + "\n", encoding="utf-8")
+    write_text(snakemake.output[0], json.dumps(fields, indent=1) + "\n")

@@ -1,9 +1,8 @@
-from pathlib import Path
-
 import pandas as pd
 from _script import logged
 
 from trackdyn import load_rig
+from trackdyn.replacing import write_csv, write_text
 from trackdyn.report.figures.trade import planner_figure, scaling_figure, work_precision
 from trackdyn.report.style import save
 from trackdyn.report.tables import trade_summary
@@ -26,8 +25,8 @@ if __name__ == "__main__":
         for table, path in (
             (rows, out.trade), (agreement, out.agreement), (promises, out.planner), (times, out.scaling),
         ):  # fmt: skip
-            Path(path).write_text(table.to_csv(index=False, lineterminator="\n"), encoding="utf-8")
-        Path(out.summary).write_text(trade_summary(rows, agreement, promises, times), encoding="utf-8")
+            write_csv(path, table)
+        write_text(out.summary, trade_summary(rows, agreement, promises, times))
         figures = [work_precision(rows, name) for name in ("state_m", "rms", "left_share")]
         for figure, path in zip([*figures, scaling_figure(times), planner_figure(promises)], out.figures, strict=True):
             save(figure, path)
