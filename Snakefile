@@ -1,6 +1,7 @@
 """The replication: `snakemake -j2` for everything, `--configfile config/quick.yaml` for ten minutes."""
 
 import sys
+import time
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError

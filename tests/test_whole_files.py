@@ -23,6 +23,7 @@ ALLOWED = {
     ("trackdyn/study/departures.py", "write_text"): "in a copy of the package in a temporary folder",
     ("trackdyn/study/departures.py", "shutil.copytree"): "that copy",
     ("trackdyn/report/page/builder.py", "few.save"): "into memory",
+    (".ci/lock.py", "write_text"): "in a temporary folder",
 }
 
 

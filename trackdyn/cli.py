@@ -82,12 +82,13 @@ def simulate(
     ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False,
 ) -> None:
-    """Run one scene and write its recording."""
+    """Run one scene and write its recording; a file of that name is replaced when the run is done."""
+    from trackdyn.compiling import announce
     from trackdyn.fidelity import preset as preset_fields
     from trackdyn.measure.metrics import run_metrics
     from trackdyn.needs import needs
     from trackdyn.parameters.rig import load_rig
-    from trackdyn.replacing import refuse_unwritable
+    from trackdyn.replacing import keep, refuse_unwritable
     from trackdyn.scene import Scene
     from trackdyn.simulate import simulate as run
 
@@ -115,6 +116,13 @@ def simulate(
         typer.echo(f"{'needs':>22}  {needed}, more if kernels must be compiled")
     if measure and tolerance is None:
         raise InputError("--measure is not accepted without --tolerance: --tolerance 1% would do")
+    if checkpoint is not None:
+        if tolerance is not None:
+            raise InputError("--checkpoint is not accepted with --tolerance: such a run ends by itself; leave one of them out")
+        keep(checkpoint)
+    if out.exists():
+        typer.echo(f"trackdyn: warning: {out} exists and is replaced when the run is done; until then Ctrl-C keeps it", err=True)
+    announce(lambda text: typer.echo(f"trackdyn: {text}", err=True))
     if tolerance is not None:
         from trackdyn.study.accuracy.planner import parse_tolerance
         from trackdyn.until import run_until
@@ -208,7 +216,9 @@ def main() -> None:
         sys.stdout.flush()
         return
     except (KeyboardInterrupt, typer.Abort):
-        sentence, code = "interrupted; no file is left half-written", 130
+        from trackdyn.replacing import broken_off
+
+        sentence, code = f"interrupted; {broken_off()}", 130
     except TrackdynError as error:
         sentence, code = str(error), 1
     except MemoryError:

@@ -11,6 +11,7 @@ from tempfile import TemporaryFile
 from trackdyn.errors import InputError
 
 _OPEN: set[Path] = set()  # what a process that is stopped must take along
+_KEPT: set[Path] = set()  # what it leaves, to go on from
 
 
 @contextmanager
@@ -63,11 +64,18 @@ def write_csv(path: Path | str, table, **options) -> None:
     write_text(path, table.to_csv(index=False, lineterminator="\n", **options))
 
 
-def discard_parts() -> None:
-    """Remove what is being written: for a process that is about to end."""
+def keep(path: Path | str) -> None:
+    """Name a file that a process which is stopped leaves, and from which the same command goes on."""
+    _KEPT.add(Path(path))
+
+
+def broken_off() -> str:
+    """Remove what is being written, for a process that is about to end, and say what is kept."""
     for part in _OPEN:
         with suppress(OSError):
             part.unlink(missing_ok=True)
+    kept = [f"{path} is kept, and the same command goes on from it" for path in sorted(_KEPT) if path.exists()]
+    return "; ".join(["no file is left half-written", *kept])
 
 
 def refuse_unwritable(path: Path | str, size: float = 0.0) -> None:

@@ -20,6 +20,7 @@ def started(tmp_path, monkeypatch):
     calls = []
     monkeypatch.setattr(run, "ROOT", tmp_path)
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("TRACKDYN_RUN", "")
     monkeypatch.setattr(subprocess, "run", lambda command, **_: calls.append(command[3:]))
     monkeypatch.setattr(os, "set_inheritable", lambda lock, _: os.close(lock))  # as the end of the run would
     monkeypatch.setattr(os, "execv", lambda program, command: calls.append(command[3:]))
