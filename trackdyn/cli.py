@@ -83,6 +83,8 @@ def simulate(
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False,
 ) -> None:
     """Run one scene and write its recording; a file of that name is replaced when the run is done."""
+    from tqdm import tqdm
+
     from trackdyn.compiling import announce
     from trackdyn.fidelity import preset as preset_fields
     from trackdyn.measure.metrics import run_metrics
@@ -122,7 +124,7 @@ def simulate(
         keep(checkpoint)
     if out.exists():
         typer.echo(f"trackdyn: warning: {out} exists and is replaced when the run is done; until then Ctrl-C keeps it", err=True)
-    announce(lambda text: typer.echo(f"trackdyn: {text}", err=True))
+    announce(lambda text: tqdm.write(f"trackdyn: {text}", file=sys.stderr))  # above a bar
     if tolerance is not None:
         from trackdyn.study.accuracy.planner import parse_tolerance
         from trackdyn.until import run_until

@@ -4,9 +4,6 @@ from collections.abc import Callable
 
 from numba.core import event
 
-# Measured on one core of the machine of the benchmarks; other kinds of scene compile some more later on.
-SECONDS = 60
-
 
 class _Once(event.Listener):
     """Calls a function when the first kernel is compiled; one that is taken from the cache is not."""
@@ -15,7 +12,7 @@ class _Once(event.Listener):
         self.say = say
 
     def on_start(self, event):
-        self.say(f"compiling kernels, which are kept; about {SECONDS} s, and longer beside other work")
+        self.say("compiling kernels, half a minute to a minute; the next run finds them")
         self.say = lambda text: None
 
     def on_end(self, event):
