@@ -60,4 +60,4 @@ include: "workflow/rules/report.smk"
 rule all:
     default_target: True
     input:
-        rules.costs.output, # counted at the end: they need all the rest
+        rules.manifest.output, # made at the end, behind the costs: they need all the rest

@@ -210,6 +210,29 @@ def plan(
         typer.echo(f"trackdyn: warning: {warning}; the plan is a guess there", err=True)
 
 
+@app.command()
+def verify(
+    results: Annotated[Path, typer.Argument(help="Results of a run, such as results.")],
+    against: Annotated[
+        Path | None, typer.Option(help="Manifest, or folder, of another run; the manifest in RESULTS by default.")
+    ] = None,
+    exact: Annotated[bool, typer.Option("--exact", help="Byte for byte, as runs on one kind of machine are.")] = False,
+) -> None:
+    """Compare the results of a run with a manifest: which figure or table differs, and by how much."""
+    from trackdyn.certify.comparison import EQUAL, compare, failed, summary
+    from trackdyn.certify.manifest import NAME, describe, load_manifest
+
+    place = results / NAME if against is None else against
+    expected = describe(place, whole=True) if place.is_dir() else load_manifest(place)
+    findings = compare(describe(results, whole=place.is_dir()), expected)
+    for finding in findings:
+        if finding.status != EQUAL:
+            typer.echo(f"{finding.status:>8}  {finding.name}  {finding.shows and f'({finding.shows}) '}{finding.text}".rstrip())
+    typer.echo(summary(findings))
+    if bad := failed(findings, exact):
+        raise InputError(f"{results}: {len(bad)} of {len(findings)} files are not those of {place}")
+
+
 def main() -> None:
     """Entry point: a user's mistake ends in one sentence and exit code 1, an interruption in one line and 130."""
     try:

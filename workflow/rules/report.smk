@@ -100,6 +100,19 @@ rule costs:
     script: "../scripts/costs.py"
 
 
+rule manifest:
+    """Hashes of all that was made, and the numbers of the tables: what another run is verified against."""
+    input:
+        needs("manifest.py"),
+        rules.report_page.input,
+        rules.costs.output,
+    output: f"{R}/manifest.json"
+    log: f"{R}/logs/manifest.log"
+    benchmark: f"{R}/benchmarks/manifest.tsv"
+    message: "The manifest"
+    script: "../scripts/manifest.py"
+
+
 rule pictures:
     """Pictures and measured parts of the pages from the present results. Asked for by name: they stand in version control."""
     input:
