@@ -233,6 +233,19 @@ def verify(
         raise InputError(f"{results}: {len(bad)} of {len(findings)} files are not those of {place}")
 
 
+@app.command()
+def crate(
+    results: Annotated[Path, typer.Argument(help="Results of a run, with their manifest.json.")],
+    out: Annotated[Path | None, typer.Option(help="Zip file to write; crate.zip among the results by default.")] = None,
+    recordings: Annotated[bool, typer.Option("--recordings", help="With the recordings, which are most of a run.")] = False,
+    agent: Annotated[str | None, typer.Option(help="Who ran it, to be named in the crate.")] = None,
+) -> None:
+    """Pack a run with workflow and inputs into a provenance crate (Workflow Run RO-Crate)."""
+    from trackdyn.certify.crate import write_crate
+
+    typer.echo(write_crate(results, out, recordings, agent))
+
+
 def main() -> None:
     """Entry point: a user's mistake ends in one sentence and exit code 1, an interruption in one line and 130."""
     try:

@@ -234,8 +234,7 @@ def write_dataset(folder) -> pd.DataFrame:
     except OSError as error:
         raise InputError(f"{folder}: the folder cannot be made ({error.strerror}); take another.") from error
     table = closeness({rpm: write_record(folder, rpm) for rpm in SPEEDS})
-    text = json.dumps(_datapackage(folder, table), indent=2, ensure_ascii=False) + "\n"
-    write_text(folder / "datapackage.json", text)
+    write_text(folder / "datapackage.json", json.dumps(_datapackage(folder, table), indent=2, ensure_ascii=False) + "\n")
     return table
 
 

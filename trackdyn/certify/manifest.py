@@ -6,6 +6,7 @@ import io
 import json
 import platform
 import re
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from trackdyn.paper.contents import OWN, PAPER, STUDIES
 from trackdyn.parameters.validation import shown
 from trackdyn.reading import read_text
 from trackdyn.replacing import write_text
-from trackdyn.report.page.provenance import PACKAGES, package_hash, package_version
+from trackdyn.report.page.provenance import PACKAGES, file_hash, package_hash, package_version
 
 FORMAT = 1
 NAME = "manifest.json"
@@ -63,20 +64,22 @@ def run_files(results: Path | str) -> list[str]:
     return found
 
 
-def describe(results: Path | str, whole: bool = False) -> dict[str, Any]:
+def describe(results: Path | str, inputs: Iterable[Path | str] = (), whole: bool = False) -> dict[str, Any]:
     """The manifest of a results folder.
 
     Parameters
     ----------
     results : path
         Folder of a run.
+    inputs : iterable of path
+        What the run was made from.
     whole : bool
         Keep the text of long files, too: for a comparison of two folders.
 
     Returns
     -------
     dict
-        ``made_with``, ``files`` by name, each with ``bytes``, ``sha256`` and, as it has them, ``shows`` (the figure or table),
+        ``made_with``, ``inputs`` with their hashes, ``files`` by name, each with ``bytes``, ``sha256`` and, as it has them, ``shows`` (the figure or table),
         ``times`` (columns that were left out of the hash), ``text``, ``look`` (mean grey of 24 times 24 squares), and
         ``hold_times``, the files that are not compared.
 
@@ -95,13 +98,14 @@ def describe(results: Path | str, whole: bool = False) -> dict[str, Any]:
     made_with = {"trackdyn": __version__, "sources": source_hash(), "package": package_hash(), "target": target_hash()}
     made_with |= {"python": platform.python_version(), "machine": platform.machine(), "system": platform.system()}
     made_with |= {"versions": {name: package_version(name) for name in PACKAGES}}
-    return {"format": FORMAT, "made_with": made_with, "files": files, "hold_times": timed}
+    hashes = {Path(path).as_posix(): file_hash(path) for path in inputs}
+    return {"format": FORMAT, "made_with": made_with, "inputs": hashes, "files": files, "hold_times": timed}
 
 
-def write_manifest(results: Path | str) -> Path:
+def write_manifest(results: Path | str, inputs: Iterable[Path | str] = ()) -> Path:
     """Write ``manifest.json`` into a results folder; the same results give the same bytes."""
     place = Path(results, NAME)
-    write_text(place, json.dumps(describe(results), indent=1, ensure_ascii=False) + "\n")
+    write_text(place, json.dumps(describe(results, inputs), indent=1, ensure_ascii=False) + "\n")
     return place
 
 
@@ -120,7 +124,7 @@ def load_manifest(path: Path | str) -> dict[str, Any]:
             raise InputError(f"{path}: has manifest format {shown(data['format'])}, this version reads {FORMAT}; make it again")
         if not all(isinstance(entry["sha256"], str) and isinstance(entry["bytes"], int) for entry in data["files"].values()):
             raise TypeError
-        if not (isinstance(data["made_with"], dict) and isinstance(data["hold_times"], list)):
+        if not (isinstance(data["made_with"], dict) and isinstance(data["inputs"], dict) and isinstance(data["hold_times"], list)):
             raise TypeError
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
         raise InputError(f"{path}: is not a manifest of trackdyn, or is damaged; `snakemake -j2` makes one") from None

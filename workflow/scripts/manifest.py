@@ -5,4 +5,4 @@ from _script import logged
 from trackdyn.certify.manifest import write_manifest
 
 with logged(snakemake):
-    print(write_manifest(Path(snakemake.output[0]).parent))
+    print(write_manifest(Path(snakemake.output[0]).parent, snakemake.params.inputs))
