@@ -14,13 +14,13 @@ import pandas as pd
 from PIL import Image
 
 from trackdyn import __version__
+from trackdyn.certify.provenance import PACKAGES, file_hash, package_hash, package_version
 from trackdyn.errors import InputError
 from trackdyn.jit import source_hash, target_hash
 from trackdyn.paper.contents import OWN, PAPER, STUDIES
 from trackdyn.parameters.validation import shown
 from trackdyn.reading import read_text
 from trackdyn.replacing import write_text
-from trackdyn.report.page.provenance import PACKAGES, file_hash, package_hash, package_version
 
 FORMAT = 1
 NAME = "manifest.json"

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Any, Generic, Literal, TypeVar
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from trackdyn.errors import InputError
 from trackdyn.parameters.validation import NotNegative, Positive, Section, read_yaml, validated
@@ -121,4 +121,4 @@ def _read(path: Any) -> Any:
 
 
 # a field of a configuration that is the name of a file, and holds what stands there
-StudiesFile = Annotated[Studies, BeforeValidator(_read)]
+StudiesFile = Annotated[Studies, BeforeValidator(_read), WithJsonSchema({"type": "string"})]

@@ -54,7 +54,7 @@ def file_hash(path: Path | str) -> str:
 
 def package_hash() -> str:
     """SHA-256 over every Python file of the package, hexadecimal."""
-    root = Path(__file__).parents[2]
+    root = Path(__file__).parents[1]
     digest = hashlib.sha256()
     for path in sorted(root.rglob("*.py")):
         digest.update(path.relative_to(root).as_posix().encode())
