@@ -6,8 +6,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/ready
 
-ifneq ($(word 2,$(CURDIR)),)
-$(error the folder "$(CURDIR)" has a blank in its name, which the interpreters of the pipeline do not survive; move it)
+ifneq ($(word 2,$(abspath $(VENV))),)
+$(error the environment in "$(CURDIR)" would have a blank in its name, which Snakemake does not survive; put it elsewhere: make VENV=/a/place)
 endif
 
 .PHONY: replicate quick test lint benchmark synthetic lock clean
@@ -47,4 +47,4 @@ $(READY): requirements.lock pyproject.toml
 	touch $(READY)
 
 clean:
-	rm -rf $(VENV) results .snakemake
+	rm -rf .venv results .snakemake

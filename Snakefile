@@ -16,8 +16,8 @@ from trackdyn.imports import imported_files
 from trackdyn.jit import source_hash
 
 
-if " " in f"{workflow.basedir}{sys.executable}":
-    raise WorkflowError(f"{workflow.basedir} or {sys.executable} has a blank in its name; move the folder or the environment")
+if " " in sys.executable:  # Snakemake does not quote it
+    raise WorkflowError(f"{sys.executable} has a blank in its name; an environment in another place would do")
 try:
     read_layer("config/config.yaml")  # before Snakemake's own loader, which would run templates
 except TrackdynError as error:
