@@ -124,7 +124,8 @@ def simulate(
         keep(checkpoint)
     if out.exists():
         typer.echo(f"trackdyn: warning: {out} exists and is replaced when the run is done; until then Ctrl-C keeps it", err=True)
-    announce(lambda text: tqdm.write(f"trackdyn: {text}", file=sys.stderr))  # above a bar
+    if not quiet:
+        announce(lambda text: tqdm.write(f"trackdyn: {text}", file=sys.stderr))  # above a bar
     if tolerance is not None:
         from trackdyn.study.accuracy.planner import parse_tolerance
         from trackdyn.until import run_until

@@ -140,9 +140,10 @@ rule pictures:
     """Pictures and measured parts of the pages from the present results. Asked for by name: they stand in version control."""
     input:
         tables=[f"{R}/{name}.csv" for name in ("claims", "fidelity", "deviations", "tables/parameters")],
+        manifest=f"{R}/manifest.json",
         pictures=[f"{R}/figures/animation.gif", f"{R}/figures/fig24.png"],
     log: f"{R}/logs/pictures.log"
     benchmark: f"{R}/benchmarks/pictures.tsv"
     message: "Pictures and measured parts of the pages"
     shell:
-        "{sys.executable} -m trackdyn.report.filled {input.tables} {input.pictures} > {log} 2>&1"
+        "{sys.executable} -m trackdyn.report.filled {input.tables} {input.manifest} {input.pictures} > {log} 2>&1"
