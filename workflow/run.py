@@ -37,7 +37,7 @@ def wait_for_jobs() -> None:
     try:
         fcntl.flock(jobs, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
-        print("jobs of a run that was killed still go on; waiting for their end", file=sys.stderr, flush=True)
+        print("jobs of another run still go on; waiting for their end", file=sys.stderr, flush=True)
         fcntl.flock(jobs, fcntl.LOCK_EX)
     os.close(jobs)
 
@@ -70,3 +70,5 @@ if __name__ == "__main__":
         main(sys.argv[1:])
     except TrackdynError as error:
         sys.exit(str(error))
+    except KeyboardInterrupt:
+        sys.exit(130)

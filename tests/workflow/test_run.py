@@ -72,7 +72,7 @@ def test_jobs_of_a_killed_run_are_waited_for(started, tmp_path, capsys):
         job.stdin.close()
         running.join(60)
     assert started == [["-j2"]]
-    assert capsys.readouterr().err == "jobs of a run that was killed still go on; waiting for their end\n"
+    assert capsys.readouterr().err == "jobs of another run still go on; waiting for their end\n"
 
 
 def test_a_job_that_begins_after_its_run_was_killed_ends_by_itself(started, tmp_path, monkeypatch):

@@ -39,7 +39,7 @@ def _join():
     with suppress(OSError):  # a file system without locks
         fcntl.flock(os.open(".snakemake/jobs", os.O_RDWR | os.O_CREAT), fcntl.LOCK_SH)
     token = os.environ.get("TRACKDYN_RUN")
-    if token:
-        with open(".snakemake/running", encoding="ascii") as file:
-            if file.read() != token:
-                sys.exit("the run that began this job was killed, and another one goes on")
+    # where there is no such file, as on a node that does not share the folder, nobody can write over anything
+    with suppress(FileNotFoundError), open(".snakemake/running", encoding="ascii") as file:
+        if token and file.read() != token:
+            sys.exit("the run that began this job was killed, and another one goes on")
