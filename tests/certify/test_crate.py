@@ -60,7 +60,7 @@ def validated(place, monkeypatch):
 
     monkeypatch.setattr(HttpRequester, "get", get, raising=False)
     settings = models.ValidationSettings(
-        rocrate_uri=str(place), profile_identifier="workflow-run-crate", offline=True,
+        rocrate_uri=str(place), profile_identifier="workflow-run-crate", offline=True, cache_path=place.parent / "http",
         requirement_severity=models.Severity.RECOMMENDED,
     )  # fmt: skip
     return [(issue.severity.name, issue.check.identifier, issue.message) for issue in services.validate(settings).get_issues()]
@@ -115,6 +115,20 @@ def test_results_that_are_not_those_of_the_manifest_are_not_packed(results):
     with pytest.raises(InputError, match=r"1 different \(tables/table3\.md\)"):
         write_crate(results)
     assert not (results / "crate.zip").exists()
+
+
+def test_inputs_that_are_not_those_of_the_manifest_are_not_packed(results, tmp_path):
+    """Whatever a manifest names, nothing is packed whose hash it does not know, nor what it calls a file of times."""
+    (tmp_path / "rig.yaml").write_text("mine")
+    place = write_manifest(results, [tmp_path / "rig.yaml"])
+    (tmp_path / "rig.yaml").write_text("changed")
+    with pytest.raises(InputError, match=r"rig\.yaml: is an input of the run and no longer what it was"):
+        write_crate(results)
+    (tmp_path / "rig.yaml").write_text("mine")
+    data = json.loads(place.read_text(encoding="utf-8"))
+    place.write_text(json.dumps(data | {"hold_times": [*data["hold_times"], "../rig.yaml"]}))
+    _, names = entities(write_crate(results))
+    assert [name for name in names if "rig.yaml" in name] == ["inputs/rig.yaml"]
 
 
 def test_without_manifest_or_package_it_says_so(results, monkeypatch):

@@ -95,7 +95,10 @@ def _judge(name: str, ours: dict, theirs: dict) -> tuple[str, str]:
         return _pictures(ours["look"], theirs["look"])
     if "text" in ours and "text" in theirs:
         if name.endswith(".csv") and not ours["text"].startswith("#"):
-            return _tables(read_table(ours["text"]), read_table(theirs["text"]))
+            try:
+                return _tables(read_table(ours["text"]), read_table(theirs["text"]))
+            except ValueError:  # pandas' own are such, too
+                return DIFFERS, "is no table"
         return _texts(ours["text"], theirs["text"])
     return BYTES, "bytes differ; the manifest holds no numbers of it"
 

@@ -11,6 +11,7 @@ import yaml
 
 from trackdyn.certify.comparison import compare, failed, summary
 from trackdyn.certify.manifest import NAME, describe, load_manifest
+from trackdyn.certify.provenance import file_hash
 from trackdyn.errors import InputError
 from trackdyn.replacing import replacing
 
@@ -62,24 +63,20 @@ def write_crate(
         raise InputError("the package rocrate is missing; pip install 'trackdyn[crate]' would do") from None
     results = Path(results)
     manifest = load_manifest(results / NAME)
-    findings = compare(describe(results, map(_found, manifest["inputs"])), manifest)
+    for name, digest in manifest["inputs"].items():
+        if not (ROOT / name).is_file() or file_hash(ROOT / name) != digest:
+            raise InputError(f"{name}: is an input of the run and no longer what it was; run `snakemake -j2` again")
+    present = describe(results)
+    findings = compare(present, manifest)
     changed = [finding.name for finding in failed(findings, exact=True)]
     if changed:
         raise InputError(f"{results}: {summary(findings)} ({changed[0]}); `snakemake -j2 --forcerun manifest` after a look at them")
     crate = ROCrate(version="1.1")
-    _fill(crate, results, manifest, recordings, agent)
+    _fill(crate, results, manifest | {"hold_times": present["hold_times"]}, recordings, agent)
     place = results / CRATE if out is None else Path(out)
     with replacing(place) as part:
         crate.write_zip(part)
     return place
-
-
-def _found(name: str) -> Path:
-    """An input of the run, which stands below the folder of the project unless its path is whole."""
-    path = ROOT / name
-    if not path.is_file():
-        raise InputError(f"{name}: is an input of the run and no longer there; run `snakemake -j2` again")
-    return path
 
 
 def _fill(crate: Any, results: Path, manifest: dict[str, Any], recordings: bool, agent: str | None) -> None:
@@ -120,7 +117,7 @@ def _fill(crate: Any, results: Path, manifest: dict[str, Any], recordings: bool,
     inputs = []
     for name, digest in manifest["inputs"].items():
         dest = f"inputs/{Path(name).name}" if Path(name).is_absolute() else name
-        inputs.append(_file(crate, _found(name), dest, digest, f"input: {name}"))
+        inputs.append(_file(crate, ROOT / name, dest, digest, f"input: {name}"))
         parameter = context(f"#input-{len(inputs)}", "FormalParameter", name=name, additionalType="File", workExample=inputs[-1])
         inputs[-1]["exampleOfWork"] = parameter
         workflow.append_to("input", parameter)

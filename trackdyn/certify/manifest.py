@@ -8,17 +8,18 @@ import platform
 import re
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import pandas as pd
 from PIL import Image
+from pydantic import Field
 
 from trackdyn import __version__
 from trackdyn.certify.provenance import PACKAGES, file_hash, package_hash, package_version
 from trackdyn.errors import InputError
 from trackdyn.jit import source_hash, target_hash
 from trackdyn.paper.contents import OWN, PAPER, STUDIES
-from trackdyn.parameters.validation import shown
+from trackdyn.parameters.validation import Section, shown, validated
 from trackdyn.reading import read_text
 from trackdyn.replacing import write_text
 
@@ -36,6 +37,43 @@ TIMES = re.compile(
 )
 TIMED_COLUMN = re.compile(r"(wall|cpu)_s(_per_s)?")
 LOOK = 24  # squares of a picture, each way, whose mean grey is kept
+
+
+Hash = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+
+
+class File(Section):
+    """What is known of a file; see `describe`."""
+
+    sha256: Hash
+    bytes: int
+    shows: str = ""
+    times: list[str] = Field(default_factory=list)
+    text: str = ""
+    look: Annotated[str, Field(pattern=f"^[A-Za-z0-9+/]{{{LOOK * LOOK * 4 // 3}}}$")] = ""
+
+
+class MadeWith(Section):
+    """Program and machine."""
+
+    trackdyn: str
+    sources: str
+    package: Hash
+    target: str
+    python: str
+    machine: str
+    system: str
+    versions: dict[str, str]
+
+
+class Manifest(Section):
+    """What a manifest must hold."""
+
+    format: int
+    made_with: MadeWith
+    inputs: dict[str, Hash]
+    files: dict[str, File]
+    hold_times: list[str]
 
 
 def run_files(results: Path | str) -> list[str]:
@@ -117,17 +155,13 @@ def load_manifest(path: Path | str) -> dict[str, Any]:
     InputError
         The file is missing, not a manifest, or of another format.
     """
-    text = read_text(path, "manifest", LARGEST)
     try:
-        data = json.loads(text)
-        if data["format"] != FORMAT:
-            raise InputError(f"{path}: has manifest format {shown(data['format'])}, this version reads {FORMAT}; make it again")
-        if not all(isinstance(entry["sha256"], str) and isinstance(entry["bytes"], int) for entry in data["files"].values()):
-            raise TypeError
-        if not (isinstance(data["made_with"], dict) and isinstance(data["inputs"], dict) and isinstance(data["hold_times"], list)):
-            raise TypeError
-    except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        data = json.loads(read_text(path, "manifest", LARGEST))
+    except (ValueError, RecursionError):
         raise InputError(f"{path}: is not a manifest of trackdyn, or is damaged; `snakemake -j2` makes one") from None
+    if isinstance(data, dict) and data.get("format", FORMAT) != FORMAT:
+        raise InputError(f"{path}: has manifest format {shown(data['format'])}, this version reads {FORMAT}; make it again")
+    validated(Manifest, data, str(path), "`snakemake -j2` makes a manifest")
     return data
 
 
