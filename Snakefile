@@ -1,5 +1,6 @@
 """The replication: `snakemake -j2` for everything, `--configfile config/quick.yaml` for ten minutes."""
 
+import signal
 import sys
 import time
 from pathlib import Path

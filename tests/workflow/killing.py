@@ -22,8 +22,9 @@ import psutil
 ROOT = Path(__file__).parents[2]
 TINY = Path("tests", "workflow", "tiny.yaml")
 TARGETS = ("results/events.csv", "results/figures/fig21.png", "results/sensor/210rpm.csv")
-# who is killed: everybody, the driver (its jobs go on), or one of its processes, which is then a job that failed
-WHOM = ("all", "driver", "one")
+# who is killed: everybody, the driver (its jobs go on), or one of its processes, which is then a job that failed; or
+# everybody is asked to end (SIGTERM), as a batch system does, and must
+WHOM = ("all", "driver", "one", "asked")
 
 
 class Copy:
@@ -78,6 +79,10 @@ def kill(process, whom, chance):
             chance.choice(others).kill()
             process.wait(300)
             return
+    if whom == "asked":
+        os.killpg(process.pid, signal.SIGTERM)
+        process.wait(300)
+        return
     if whom == "all":
         os.killpg(process.pid, signal.SIGKILL)
     process.kill()

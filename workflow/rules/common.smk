@@ -8,6 +8,8 @@ def needs(script):
 
 
 onstart:
+    # Snakemake's own handler waits for a lock that the loop which it interrupts may hold, and then hangs
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     # what a killed job was writing: no write takes an hour
     for part in Path(R).rglob(".*.part*"):
         if part.stat().st_mtime < time.time() - 3600:
