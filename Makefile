@@ -6,11 +6,11 @@ VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/ready
 
-ifneq ($(word 2,$(CURDIR)),)
-$(error the folder "$(CURDIR)" has a blank in its name, which the interpreters of the pipeline do not survive; move it)
+ifneq ($(word 2,$(abspath $(VENV))),)
+$(error the environment in "$(CURDIR)" would have a blank in its name, which Snakemake does not survive; put it elsewhere: make VENV=/a/place)
 endif
 
-.PHONY: replicate quick test lint benchmark synthetic clean
+.PHONY: replicate quick test lint benchmark synthetic lock clean
 
 replicate: $(READY)
 	$(BIN)/python workflow/run.py -j$(JOBS)
@@ -30,12 +30,21 @@ benchmark: $(READY)
 synthetic: $(READY)
 	$(BIN)/python -m trackdyn.synthetic
 
+lock: $(READY)
+	$(BIN)/python .ci/lock.py $(NEW)
+
 $(READY): requirements.lock pyproject.toml
 	$(PYTHON) -c 'import sys; assert sys.version_info >= (3, 11), "CPython 3.11 or newer is needed; set PYTHON="'
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --requirement requirements.lock
-	$(BIN)/python -m pip install --quiet --no-deps --editable .
+	if $(BIN)/python -c 'import platform as p, sys; sys.exit((p.python_implementation(), *sys.version_info[:2], p.machine(), sys.platform) != ("CPython", 3, 11, "x86_64", "linux"))'; then \
+	    $(BIN)/python -m pip install --quiet --require-hashes --requirement requirements.lock && \
+	    $(BIN)/python -m pip install --quiet --no-deps --editable .; \
+	else \
+	    echo "requirements.lock has the hashes for CPython 3.11 on x86-64 Linux; here its versions are taken, unverified" && \
+	    sed -n 's/ --hash.*//p' requirements.lock > $(VENV)/versions.txt && \
+	    $(BIN)/python -m pip install --quiet --constraint $(VENV)/versions.txt --editable '.[test,peers]'; \
+	fi
 	touch $(READY)
 
 clean:
-	rm -rf $(VENV) results .snakemake
+	rm -rf .venv results .snakemake

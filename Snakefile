@@ -1,6 +1,8 @@
 """The replication: `snakemake -j2` for everything, `--configfile config/quick.yaml` for a short form of it."""
 
+import signal
 import sys
+import time
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -19,8 +21,8 @@ from trackdyn.study.extremes.run import parts_of
 from trackdyn.study.settings import allowed_step
 
 
-if " " in f"{workflow.basedir}{sys.executable}":
-    raise WorkflowError(f"{workflow.basedir} or {sys.executable} has a blank in its name; move the folder or the environment")
+if " " in sys.executable:  # Snakemake does not quote it
+    raise WorkflowError(f"{sys.executable} has a blank in its name; an environment in another place would do")
 try:
     read_layer("config/config.yaml")  # before Snakemake's own loader, which would run templates
 except TrackdynError as error:
@@ -64,4 +66,4 @@ include: "workflow/rules/report.smk"
 rule all:
     default_target: True
     input:
-        rules.costs.output, # counted at the end: they need all the rest
+        rules.manifest.output, # made at the end, behind the costs: they need all the rest

@@ -9,17 +9,19 @@ import signal
 import sys
 
 
-def leave(*_) -> None:
-    """End at once; what is being written is removed."""
-    if replacing := sys.modules.get("trackdyn.replacing"):
-        getattr(replacing, "discard_parts", int)()
-    os.write(2, b"\n" * sys.stderr.isatty() + b"trackdyn: interrupted; no file is left half-written\n")
-    os._exit(130)
+def leave(number: int, _) -> None:
+    """End at once; what is being written is removed, what is kept is said. The exit code is the signal's, as in a shell."""
+    # before that module is there nothing is written
+    end = getattr(sys.modules.get("trackdyn.replacing"), "broken_off", lambda: "no file is left half-written")
+    said = f"trackdyn: {'stopped' if number == signal.SIGTERM else 'interrupted'}; {end()}\n"
+    os.write(2, b"\n" * sys.stderr.isatty() + said.encode())
+    os._exit(128 + number)
 
 
 def main() -> None:
     """Entry point."""
-    signal.signal(signal.SIGINT, leave)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, leave)
     from trackdyn.cli import main as run
 
     run()

@@ -253,6 +253,7 @@ def main() -> None:
         parser.error(f"--repeats = {arguments.repeats} is not accepted: 1 or more would do")
 
     from trackdyn.parameters.rig import load_rig
+    from trackdyn.replacing import write_text
 
     rig_path = ROOT / "config" / "rig.yaml"
     rig = load_rig(rig_path)
@@ -264,8 +265,7 @@ def main() -> None:
     result["memory"] = in_subprocess(MEMORY, str(rig_path), str(MEMORY_RECORD_S))
     print(f"peak memory of a {MEMORY_RECORD_S:g} s record: {result['memory']['peak_mb']:.0f} MB")
     result["machine"]["load_average_after"] = os.getloadavg() if hasattr(os, "getloadavg") else None
-    arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    arguments.out.write_text(json.dumps(result, indent=2) + "\n", encoding="utf-8")
+    write_text(arguments.out, json.dumps(result, indent=2) + "\n")
     print(f"wrote {arguments.out}")
 
 

@@ -25,7 +25,8 @@ LAYERS = {
 }
 # a library, and the folders that alone may import it
 CORNERS = {
-    "matplotlib": {"report"}, "jinja2": {"report"}, "exudyn": {"peers"}, "hypothesis": {"study"}, "snakemake": set(),
+    "matplotlib": {"report"}, "jinja2": {"report"}, "exudyn": {"peers"}, "hypothesis": {"study"}, "rocrate": {"certify"},
+    "snakemake": set(),
 }  # fmt: skip
 
 

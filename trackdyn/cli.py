@@ -82,12 +82,15 @@ def simulate(
     ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False,
 ) -> None:
-    """Run one scene and write its recording."""
+    """Run one scene and write its recording; a file of that name is replaced when the run is done."""
+    from tqdm import tqdm
+
+    from trackdyn.compiling import announce
     from trackdyn.fidelity import preset as preset_fields
     from trackdyn.measure.metrics import run_metrics
     from trackdyn.needs import needs
     from trackdyn.parameters.rig import load_rig
-    from trackdyn.replacing import refuse_unwritable
+    from trackdyn.replacing import keep, refuse_unwritable
     from trackdyn.scene import Scene
     from trackdyn.simulate import simulate as run
 
@@ -115,6 +118,14 @@ def simulate(
         typer.echo(f"{'needs':>22}  {needed}, more if kernels must be compiled")
     if measure and tolerance is None:
         raise InputError("--measure is not accepted without --tolerance: --tolerance 1% would do")
+    if checkpoint is not None:
+        if tolerance is not None:
+            raise InputError("--checkpoint is not accepted with --tolerance: such a run ends by itself; leave one of them out")
+        keep(checkpoint)
+    if out.exists():
+        typer.echo(f"trackdyn: warning: {out} exists and is replaced when the run is done; until then Ctrl-C keeps it", err=True)
+    if not quiet:
+        announce(lambda text: tqdm.write(f"trackdyn: {text}", file=sys.stderr))  # above a bar
     if tolerance is not None:
         from trackdyn.parameters.validation import parse_tolerance
         from trackdyn.until import run_until
@@ -201,6 +212,42 @@ def plan(
         typer.echo(f"trackdyn: warning: {warning}; the plan is a guess there", err=True)
 
 
+@app.command()
+def verify(
+    results: Annotated[Path, typer.Argument(help="Results of a run, such as results.")],
+    against: Annotated[
+        Path | None, typer.Option(help="Manifest, or folder, of another run; the manifest in RESULTS by default.")
+    ] = None,
+    exact: Annotated[bool, typer.Option("--exact", help="Byte for byte, as runs on one kind of machine are.")] = False,
+) -> None:
+    """Compare the results of a run with a manifest: which figure or table differs, and by how much."""
+    from trackdyn.certify.comparison import EQUAL, compare, failed, summary
+    from trackdyn.certify.manifest import NAME, describe, load_manifest
+
+    place = results / NAME if against is None else against
+    expected = describe(place, whole=True) if place.is_dir() else load_manifest(place)
+    findings = compare(describe(results, whole=place.is_dir()), expected)
+    for finding in findings:
+        if finding.status != EQUAL:
+            typer.echo(f"{finding.status:>8}  {finding.name}  {finding.shows and f'({finding.shows}) '}{finding.text}".rstrip())
+    typer.echo(summary(findings))
+    if bad := failed(findings, exact):
+        raise InputError(f"{results}: {len(bad)} of {len(findings)} files are not those of {place}")
+
+
+@app.command()
+def crate(
+    results: Annotated[Path, typer.Argument(help="Results of a run, with their manifest.json.")],
+    out: Annotated[Path | None, typer.Option(help="Zip file to write; crate.zip among the results by default.")] = None,
+    recordings: Annotated[bool, typer.Option("--recordings", help="With the recordings, which are most of a run.")] = False,
+    agent: Annotated[str | None, typer.Option(help="Who ran it, to be named in the crate.")] = None,
+) -> None:
+    """Pack a run with workflow and inputs into a provenance crate (Workflow Run RO-Crate)."""
+    from trackdyn.certify.crate import write_crate
+
+    typer.echo(write_crate(results, out, recordings, agent))
+
+
 def main() -> None:
     """Entry point: a user's mistake ends in one sentence and exit code 1, an interruption in one line and 130."""
     try:
@@ -209,7 +256,9 @@ def main() -> None:
         sys.stdout.flush()
         return
     except (KeyboardInterrupt, typer.Abort):
-        sentence, code = "interrupted; no file is left half-written", 130
+        from trackdyn.replacing import broken_off
+
+        sentence, code = f"interrupted; {broken_off()}", 130
     except TrackdynError as error:
         sentence, code = str(error), 1
     except MemoryError:

@@ -1,5 +1,6 @@
 """The configuration of the pipeline: which runs, for how long, compared with what."""
 
+import os
 import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -147,6 +148,9 @@ class Config(Section):
         for place in (folder, *folder.parents):
             if place.exists() and not place.is_dir():
                 raise InputError(f"results = {shown(self.results)} is not accepted: {place} is a file; another name would do")
+        above = next(place for place in (folder, *folder.parents) if place.exists())
+        if not os.access(above, os.W_OK):
+            raise InputError(f"results = {shown(self.results)} is not accepted: {above} cannot be written; another place would do")
         if self.records.plan:
             try:
                 parse_tolerance(self.records.plan.tolerance)

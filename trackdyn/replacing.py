@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from errno import EISDIR
 from pathlib import Path
 from shutil import disk_usage
@@ -11,6 +11,7 @@ from tempfile import TemporaryFile
 from trackdyn.errors import InputError
 
 _OPEN: set[Path] = set()  # what a process that is stopped must take along
+_KEPT: set[Path] = set()  # what it leaves, to go on from
 
 
 @contextmanager
@@ -28,19 +29,53 @@ def replacing(path: Path | str) -> Iterator[Path]:
         path.parent.mkdir(parents=True, exist_ok=True)
         _OPEN.add(part)
         yield part
+        with part.open("rb+") as file:
+            os.fsync(file.fileno())  # or a power cut could leave the name without what it names
         os.replace(part, path)
     except OSError as error:
         reason = error.strerror or error
         raise InputError(f"{path}: cannot be written ({reason}); free space or another place would do") from None
     finally:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):  # a place where nothing could be made holds nothing to remove
+            part.unlink(missing_ok=True)
         _OPEN.discard(part)
 
 
-def discard_parts() -> None:
-    """Remove what is being written: for a process that is about to end."""
+def write_text(path: Path | str, text: str) -> None:
+    """Write a text as UTF-8, its newlines as they are, whole or not at all.
+
+    Raises
+    ------
+    InputError
+        As `replacing`.
+    """
+    with replacing(path) as part:
+        part.write_text(text, encoding="utf-8", newline="")
+
+
+def write_csv(path: Path | str, table, **options) -> None:
+    """Write a table as CSV without its index, whole or not at all; options as those of ``DataFrame.to_csv``.
+
+    Raises
+    ------
+    InputError
+        As `replacing`.
+    """
+    write_text(path, table.to_csv(index=False, lineterminator="\n", **options))
+
+
+def keep(path: Path | str) -> None:
+    """Name a file that a process which is stopped leaves, and from which the same command goes on."""
+    _KEPT.add(Path(path))
+
+
+def broken_off() -> str:
+    """Remove what is being written, for a process that is about to end, and say what is kept."""
     for part in _OPEN:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+    kept = [f"{path} is kept, and the same command goes on from it" for path in sorted(_KEPT) if path.exists()]
+    return "; ".join(["no file is left half-written", *kept])
 
 
 def refuse_unwritable(path: Path | str, size: float = 0.0) -> None:

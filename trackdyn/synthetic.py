@@ -42,6 +42,7 @@ from trackdyn.errors import InputError
 from trackdyn.measure.sensor_csv import COLUMNS, write_sensor_csv
 from trackdyn.measure.signals import main_line, rms, standard_deviation
 from trackdyn.parameters.layout import BeltPath, belt_path
+from trackdyn.replacing import write_text
 
 GENERATOR_VERSION = "1.0.0"
 
@@ -233,8 +234,7 @@ def write_dataset(folder) -> pd.DataFrame:
     except OSError as error:
         raise InputError(f"{folder}: the folder cannot be made ({error.strerror}); take another.") from error
     table = closeness({rpm: write_record(folder, rpm) for rpm in SPEEDS})
-    text = json.dumps(_datapackage(folder, table), indent=2, ensure_ascii=False) + "\n"
-    (folder / "datapackage.json").write_bytes(text.encode("utf-8"))
+    write_text(folder / "datapackage.json", json.dumps(_datapackage(folder, table), indent=2, ensure_ascii=False) + "\n")
     return table
 
 

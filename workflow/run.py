@@ -9,6 +9,7 @@ import fcntl
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 from trackdyn.config import read_layer
@@ -30,6 +31,17 @@ def configurations(arguments: list[str]) -> list[str]:
     return found
 
 
+def wait_for_jobs() -> None:
+    """Wait for jobs that a killed run left behind; what has not begun yet ends by itself (`workflow/scripts/_script.py`)."""
+    jobs = os.open(ROOT / ".snakemake" / "jobs", os.O_RDWR | os.O_CREAT)
+    try:
+        fcntl.flock(jobs, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        print("jobs of another run still go on; waiting for their end", file=sys.stderr, flush=True)
+        fcntl.flock(jobs, fcntl.LOCK_EX)
+    os.close(jobs)
+
+
 def main(arguments: list[str]) -> None:
     """Read the configurations, take the lock, become Snakemake."""
     for file in configurations(arguments):
@@ -41,6 +53,10 @@ def main(arguments: list[str]) -> None:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         sys.exit("another run is going on in this folder; wait for its end")
+    os.ftruncate(lock, 0)
+    os.write(lock, (token := f"{os.getpid()} {time.time()}").encode())
+    os.environ["TRACKDYN_RUN"] = token
+    wait_for_jobs()
     snakemake = [sys.executable, "-m", "snakemake"]
     if any((ROOT / ".snakemake" / "locks").glob("*")):
         files = [part for file in configurations(arguments) for part in ("--configfile", file)]
@@ -54,3 +70,5 @@ if __name__ == "__main__":
         main(sys.argv[1:])
     except TrackdynError as error:
         sys.exit(str(error))
+    except KeyboardInterrupt:
+        sys.exit(130)

@@ -345,6 +345,15 @@ def test_a_configuration_is_refused_before_anything_runs(monkeypatch, row):
     one_sentence(caught, *words)
 
 
+def test_a_folder_that_cannot_be_written_is_refused_before_anything_runs(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    data = read_yaml("config/config.yaml") | {"results": "mine/new"}
+    monkeypatch.setattr("trackdyn.config.os.access", lambda place, mode: False)  # root may write anywhere else
+    with pytest.raises(InputError) as caught:
+        check_config(data, "mine.yaml")
+    one_sentence(caught, "results = 'mine/new'", "cannot be written; another place would do")
+
+
 # --- the command ----------------------------------------------------------------------------------------------------
 
 COMMANDS = [

@@ -4,11 +4,14 @@ import fcntl
 import os
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "workflow"))
+sys.path.insert(0, str(Path(__file__).parents[2] / "workflow" / "scripts"))
+import _script
 import run
 
 from trackdyn.errors import InputError
@@ -20,6 +23,7 @@ def started(tmp_path, monkeypatch):
     calls = []
     monkeypatch.setattr(run, "ROOT", tmp_path)
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("TRACKDYN_RUN", "")
     monkeypatch.setattr(subprocess, "run", lambda command, **_: calls.append(command[3:]))
     monkeypatch.setattr(os, "set_inheritable", lambda lock, _: os.close(lock))  # as the end of the run would
     monkeypatch.setattr(os, "execv", lambda program, command: calls.append(command[3:]))
@@ -44,6 +48,45 @@ def test_a_killed_run_is_unlocked_and_another_one_is_not(started, tmp_path):
             run.main(["-j2"])
     run.main(["-j2"])
     assert started[1:] == [["--unlock", "--quiet", "all"], ["-j2"]]
+
+
+HOLDER = """
+import fcntl, os, sys, time
+fcntl.flock(os.open(sys.argv[1], os.O_RDWR | os.O_CREAT), fcntl.LOCK_SH)
+print("held", flush=True)
+sys.stdin.read()
+"""
+
+
+def test_jobs_of_a_killed_run_are_waited_for(started, tmp_path, capsys):
+    """They go on when only the driver was killed, and would write over what the next run makes."""
+    (tmp_path / ".snakemake").mkdir()
+    jobs = tmp_path / ".snakemake" / "jobs"
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+    with subprocess.Popen([sys.executable, "-c", HOLDER, jobs], text=True, **pipes) as job:
+        assert job.stdout.readline() == "held\n"
+        running = threading.Thread(target=run.main, args=(["-j2"],))
+        running.start()
+        running.join(0.5)
+        assert running.is_alive() and started == []
+        job.stdin.close()
+        running.join(60)
+    assert started == [["-j2"]]
+    assert capsys.readouterr().err == "jobs of another run still go on; waiting for their end\n"
+
+
+def test_a_job_that_begins_after_its_run_was_killed_ends_by_itself(started, tmp_path, monkeypatch):
+    monkeypatch.setattr(_script.fcntl, "flock", lambda *_: None)  # these jobs live as long as the test
+    run.main(["-j2"])
+    first = os.environ["TRACKDYN_RUN"]
+    _script._join()  # of this run
+    run.main(["-j2"])
+    assert first != os.environ["TRACKDYN_RUN"]
+    monkeypatch.setenv("TRACKDYN_RUN", first)
+    with pytest.raises(SystemExit, match="the run that began this job was killed, and another one goes on"):
+        _script._join()
+    monkeypatch.delenv("TRACKDYN_RUN")
+    _script._join()  # of a plain snakemake
 
 
 def test_a_configuration_that_would_be_run_is_refused_before_it_is(started, tmp_path):

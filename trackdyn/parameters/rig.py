@@ -23,6 +23,8 @@ YAML_12_FLOAT = re.compile(r"[-+]?\d+(\.\d*)?[eE]\d+")
 ENTRY_KEYS = {"value", "unit", "kind", "source"}
 RANGE_KEYS = {"low", "high"}  # what the part can be, for what is assumed or fitted
 FROM_FILE = "from a file"  # there every entry states its unit, in Python none does
+# what pydantic puts into a schema behind a validator of our own, and how JSON Schema says it
+BOUNDS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
 LARGEST = 1e20  # of any value in its unit: squares and ratios of such values are still numbers
 
 
@@ -73,11 +75,28 @@ def _value(entry: dict, unit: str) -> Any:
     return value
 
 
+class _Entry:
+    """In the schema for editors a parameter is what stands in the file: value, unit, kind and source."""
+
+    def __init__(self, unit: str):
+        self.unit = unit
+
+    def __get_pydantic_json_schema__(self, core_schema: Any, handler: Any) -> dict:
+        word, number = {"type": "string", "pattern": r"\S"}, {"type": "number"}
+        value = {BOUNDS.get(key, key): part for key, part in handler(core_schema).items()}
+        entry = {"value": value, "unit": {"const": self.unit}, "kind": {"enum": list(KINDS)}, "source": word}
+        together = {"low": ["high"], "high": ["low"]}
+        return {
+            "type": "object", "properties": entry | dict.fromkeys(sorted(RANGE_KEYS), number), "required": sorted(ENTRY_KEYS),
+            "dependentRequired": together, "additionalProperties": False,
+        }  # fmt: skip
+
+
 def quantity(unit: str, kind: type = float, **bounds) -> Any:
     """Type of one parameter: its Python type, its unit and its bounds; a number is at most ``LARGEST``."""
     if kind in (float, int):
         bounds = {"le": LARGEST, "ge": -LARGEST} | bounds
-    return Annotated[kind, _unwrap(unit, kind), Field(**bounds)]
+    return Annotated[kind, _unwrap(unit, kind), Field(**bounds), _Entry(unit)]
 
 
 Length = quantity("m", gt=0, le=1000)

@@ -8,6 +8,7 @@ import pandas as pd
 
 from trackdyn.errors import InputError
 from trackdyn.paper.claims import JUDGED, REPRODUCED, headline
+from trackdyn.replacing import replacing, write_text
 from trackdyn.report.tables import ladder_table
 
 LINES = 8  # of the README's table
@@ -91,7 +92,7 @@ def fill(page: Path, source: Path, write: Callable[[pd.DataFrame], str]) -> None
         raise InputError(f"{page}: the marks {BEGIN} and {END} must stand once each")
     before, rest = text.split(BEGIN)
     written = write(pd.read_csv(source, keep_default_na=True))
-    page.write_text(f"{before}{BEGIN}\n\n{written}\n{END}{rest.split(END)[1]}", encoding="utf-8")
+    write_text(page, f"{before}{BEGIN}\n\n{written}\n{END}{rest.split(END)[1]}")
 
 
 PAGES = (
@@ -103,6 +104,10 @@ PAGES = (
 
 if __name__ == "__main__":
     try:
+        for file in map(Path, sys.argv[1:]):  # results that version control keeps: pictures, and tables
+            place = Path("docs", "pictures" if file.suffix in (".gif", ".png") else "measured", file.name)
+            with replacing(place) as part:
+                part.write_bytes(file.read_bytes())
         for page, source, write in PAGES:
             fill(Path(page), Path(source), write)
     except InputError as error:

@@ -3,7 +3,7 @@
 from itertools import pairwise
 from typing import Annotated, Any, Generic, Literal, TypeVar
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from trackdyn.errors import InputError
 from trackdyn.parameters.validation import NotNegative, Positive, Section, read_yaml, validated
@@ -195,4 +195,4 @@ def _read(path: Any) -> Any:
 
 
 # a field of a configuration that is the name of a file, and holds what stands there
-StudiesFile = Annotated[Studies, BeforeValidator(_read)]
+StudiesFile = Annotated[Studies, BeforeValidator(_read), WithJsonSchema({"type": "string"})]

@@ -7,6 +7,15 @@ def needs(script):
     return [str(file.relative_to(root)) for file in imported_files(root / "workflow" / "scripts" / script, root)]
 
 
+onstart:
+    # Snakemake's own handler waits for a lock that the loop which it interrupts may hold, and then hangs
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    # what a killed job was writing: no write takes an hour
+    for part in Path(R).rglob(".*.part*"):
+        if part.stat().st_mtime < time.time() - 3600:
+            part.unlink(missing_ok=True)
+
+
 def figure(name):
     """PNG and SVG of a figure; scripts name the first, the other is saved beside it."""
     return [f"{R}/figures/{name}.{ending}" for ending in ("png", "svg")]

@@ -102,14 +102,50 @@ rule costs:
     script: "../scripts/costs.py"
 
 
+# all that the results are made from, but for the program
+RUN_INPUTS = [
+    *(str(path).removeprefix(f"{workflow.basedir}/") for path in reversed(workflow.configfiles)),
+    *("config/claims.yaml", "config/fit.yaml", config["studies"], CONFIG.rig),
+    *(other.rig for other in CONFIG.other_rigs.values()),
+    *(CONFIG.sensor_path(rpm) for rpm in CONFIG.records.speeds_rpm),
+    *([CONFIG.sensor_mapping] if CONFIG.sensor_mapping else []),
+]
+
+
+rule manifest:
+    """Hashes of all that was made, and the numbers of the tables: what another run is verified against."""
+    input:
+        needs("manifest.py"),
+        rules.report_page.input,
+        rules.costs.output,
+    output: f"{R}/manifest.json"
+    params: inputs=RUN_INPUTS
+    log: f"{R}/logs/manifest.log"
+    benchmark: f"{R}/benchmarks/manifest.tsv"
+    message: "The manifest"
+    script: "../scripts/manifest.py"
+
+
+rule crate:
+    """A provenance crate of the run, asked for by name: results without recordings, workflow, program and inputs."""
+    input:
+        needs("crate.py"),
+        manifest=f"{R}/manifest.json",
+    output: f"{R}/crate.zip"
+    log: f"{R}/logs/crate.log"
+    benchmark: f"{R}/benchmarks/crate.tsv"
+    message: "The provenance crate"
+    script: "../scripts/crate.py"
+
+
 rule pictures:
     """Pictures and measured parts of the pages from the present results. Asked for by name: they stand in version control."""
     input:
         tables=[f"{R}/{name}.csv" for name in ("claims", "fidelity", "deviations", "tables/parameters", "tables/limits")],
+        manifest=f"{R}/manifest.json",
         pictures=[f"{R}/figures/animation.gif", f"{R}/figures/fig24.png"],
     log: f"{R}/logs/pictures.log"
     benchmark: f"{R}/benchmarks/pictures.tsv"
     message: "Pictures and measured parts of the pages"
     shell:
-        "(cp {input.tables} docs/measured && cp {input.pictures} docs/pictures"
-        " && {sys.executable} -m trackdyn.report.filled) > {log} 2>&1"
+        "{sys.executable} -m trackdyn.report.filled {input.tables} {input.manifest} {input.pictures} > {log} 2>&1"

@@ -3,6 +3,7 @@ from _script import logged
 
 from trackdyn import load_recording
 from trackdyn.measure.meshing import mean_events, smoothed_maxima, spells
+from trackdyn.replacing import write_csv
 
 with logged(snakemake):
     tables, contacts = [], []
@@ -10,5 +11,5 @@ with logged(snakemake):
         recording = load_recording(path)
         contacts.append(spells(recording).assign(run=run))
         tables += [mean_events(recording).assign(run=run), smoothed_maxima(recording).assign(run=run)]
-    pd.concat(tables).to_csv(snakemake.output.events, index=False)
-    pd.concat(contacts).to_csv(snakemake.output.spells, index=False)
+    write_csv(snakemake.output.events, pd.concat(tables))
+    write_csv(snakemake.output.spells, pd.concat(contacts))

@@ -5,6 +5,7 @@ import pandas as pd
 from _script import logged
 
 from trackdyn import load_rig
+from trackdyn.replacing import write_csv, write_text
 from trackdyn.report.figures.extremes import FIGURES
 from trackdyn.report.style import save
 from trackdyn.report.tables import write_table
@@ -20,9 +21,8 @@ with logged(snakemake):
     read = [pd.read_csv(path, dtype=WORDS).fillna(dict.fromkeys(WORDS, "")) for path in snakemake.input.parts]
     result = gathered(load_rig(snakemake.input.rig), form, dict(zip(parts_of(form), read, strict=True)))
     for path, table in ((snakemake.output.csv, result.rows), (snakemake.output.chunks, result.chunks)):
-        Path(path).parent.mkdir(parents=True, exist_ok=True)
-        table.to_csv(path, index=False, lineterminator="\n")
-    Path(snakemake.output.seeds).write_text(json.dumps(result.seeds, indent=1) + "\n", encoding="utf-8")
+        write_csv(path, table)
+    write_text(snakemake.output.seeds, json.dumps(result.seeds, indent=1) + "\n")
     counts = summary(result.rows)
     last = counts.iloc[-1]
     write_table(

@@ -1,15 +1,14 @@
-from pathlib import Path
-
 import pandas as pd
 from _script import logged
 
 from trackdyn.paper.contents import caption
+from trackdyn.replacing import write_csv
 from trackdyn.report.tables import headed, ladder_table, write_table
 from trackdyn.study.accuracy.ladder import compare_rungs
 
 with logged(snakemake):
     found = [pd.read_csv(path) for path in snakemake.input.settings]
     rows = compare_rungs(pd.concat(found, ignore_index=True))
-    Path(snakemake.output.csv).write_text(rows.to_csv(index=False, lineterminator="\n"), encoding="utf-8")
+    write_csv(snakemake.output.csv, rows)
     table = ladder_table(rows)
     write_table(table, snakemake.output.wide, caption("fidelity"), shown=headed(table, "fidelity"))

@@ -1,10 +1,9 @@
-from pathlib import Path
-
 import pandas as pd
 from _script import logged
 
 from trackdyn import load_rig
 from trackdyn.parameters.validation import read_yaml, validated
+from trackdyn.replacing import write_csv
 from trackdyn.study.fit import FitConfig, fit_rig, measure_rigs, report_targets
 
 with logged(snakemake):
@@ -16,8 +15,7 @@ with logged(snakemake):
         for p in config.parameters
         for name in p.names
     ]
-    Path(snakemake.output.values).parent.mkdir(parents=True, exist_ok=True)
-    pd.DataFrame(rows).to_csv(snakemake.output.values, index=False)
-    history.to_csv(snakemake.output.history, index=False)
+    write_csv(snakemake.output.values, pd.DataFrame(rows))
+    write_csv(snakemake.output.history, history)
     (summaries,) = measure_rigs([fitted], config, jobs=snakemake.threads)
-    report_targets(config, summaries).to_csv(snakemake.output.targets, index=False)
+    write_csv(snakemake.output.targets, report_targets(config, summaries))

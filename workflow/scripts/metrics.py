@@ -8,6 +8,7 @@ from _script import logged
 from trackdyn import load_recording
 from trackdyn.measure.dictionary import table_schema
 from trackdyn.measure.metrics import run_metrics
+from trackdyn.replacing import write_csv, write_text
 
 with logged(snakemake):
     rows = []
@@ -16,6 +17,6 @@ with logged(snakemake):
         rows.append(run_metrics(run, replace(load_recording(path), wall=wall)))
         print(rows[-1])
     table = pd.DataFrame(rows)
-    table.to_csv(snakemake.output.csv, index=False, float_format="%.9g")  # errors reach the seventh digit
+    write_csv(snakemake.output.csv, table, float_format="%.9g")  # errors reach the seventh digit
     schema = json.dumps(table_schema(table.columns), indent=1, ensure_ascii=False)
-    Path(snakemake.output.schema).write_text(schema + "\n", encoding="utf-8")
+    write_text(snakemake.output.schema, schema + "\n")

@@ -1,10 +1,9 @@
-from pathlib import Path
-
 from _script import logged
 
 from trackdyn import load_rig
 from trackdyn.paper.contents import caption
 from trackdyn.peers.comparison import compare, table2_outcome
+from trackdyn.replacing import write_csv
 from trackdyn.report.figures.peer import displacement_figure, model_figure
 from trackdyn.report.style import save
 from trackdyn.report.tables import write_table
@@ -12,9 +11,8 @@ from trackdyn.report.tables import write_table
 with logged(snakemake):
     rig = load_rig(snakemake.input.rig)
     result = compare(rig, **snakemake.params.options)
-    Path(snakemake.output.curves).parent.mkdir(parents=True, exist_ok=True)
-    result.curves.to_csv(snakemake.output.curves, index=False)
-    result.summary.to_csv(snakemake.output.summary, index=False)
+    write_csv(snakemake.output.curves, result.curves)
+    write_csv(snakemake.output.summary, result.summary)
     outcome = table2_outcome(result, snakemake.params.options["accuracy_pct"])
     write_table(result.table, snakemake.output.table, f"{caption('table2')}\n\n{outcome}")
     save(model_figure(rig, result.frame, result.shift, result.missing), snakemake.output.model[0])

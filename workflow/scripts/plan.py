@@ -1,9 +1,9 @@
 import json
-from pathlib import Path
 
 from _script import logged
 
 from trackdyn import load_rig
+from trackdyn.replacing import write_text
 from trackdyn.study.accuracy.planner import load_trade, plan
 
 with logged(snakemake):
@@ -16,4 +16,4 @@ with logged(snakemake):
         longer = {"duration": max(snakemake.params.least_s, chosen.one_link(rig, rpm))}
         fields[f"{rpm:g}rpm"] = chosen.fields | longer
         fields[f"coarse/{rpm:g}rpm"] = chosen.fields | longer | {"tooth_contact": "three_surfaces"}
-    Path(snakemake.output[0]).write_text(json.dumps(fields, indent=1) + "\n", encoding="utf-8")
+    write_text(snakemake.output[0], json.dumps(fields, indent=1) + "\n")

@@ -1,10 +1,10 @@
 import json
-from pathlib import Path
 
 from _script import logged
 
 from trackdyn import Scene, load_rig
 from trackdyn.loop import Loop
+from trackdyn.replacing import write_text
 from trackdyn.study.settings import Known
 from trackdyn.study.steady import run_steady
 
@@ -17,5 +17,5 @@ with logged(snakemake):
         recording, answered = run_steady(settled.changed(**fields), known)
         recording.save(out)
         seconds = len(recording.time) / recording.rate
-        Path(cost).write_text(json.dumps({"wall_s": recording.wall, "simulated_s": seconds, "known": answered}))
+        write_text(cost, json.dumps({"wall_s": recording.wall, "simulated_s": seconds, "known": answered}))
         print(f"{out}: {seconds:g} s from {recording.begin:g} s on, {'known' if answered else 'not known'}")

@@ -1,8 +1,7 @@
-from pathlib import Path
-
 from _script import logged
 
 from trackdyn import load_rig
+from trackdyn.replacing import write_csv
 from trackdyn.report.figures.trade import scaling_figure
 from trackdyn.report.style import save
 from trackdyn.study.accuracy.scaling import scaling
@@ -11,5 +10,5 @@ from trackdyn.study.accuracy.scaling import scaling
 if __name__ == "__main__":
     with logged(snakemake):
         times = scaling(load_rig(snakemake.input.rig), snakemake.params.runs, snakemake.params.seconds)
-        Path(snakemake.output.csv).write_text(times.to_csv(index=False, lineterminator="\n"), encoding="utf-8")
+        write_csv(snakemake.output.csv, times)
         save(scaling_figure(times), snakemake.output.figure[0])

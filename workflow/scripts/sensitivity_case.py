@@ -1,9 +1,8 @@
-from pathlib import Path
-
 from _script import logged
 
 from trackdyn import load_rig
 from trackdyn.parameters.validation import read_yaml, validated
+from trackdyn.replacing import write_csv
 from trackdyn.study.fit import FitConfig, measure_candidates
 from trackdyn.study.settings import Known
 
@@ -11,5 +10,5 @@ with logged(snakemake):
     config = validated(FitConfig, read_yaml(snakemake.input.fit), snakemake.input.fit)
     rig, params = load_rig(snakemake.input.rig), snakemake.params
     table = measure_candidates(rig, config, params.radius, params.step, Known(**params.known))
-    Path(snakemake.output[0]).write_text(table.to_csv(index=False, lineterminator="\n"), encoding="utf-8")
+    write_csv(snakemake.output[0], table)
     print(table[["candidate", "passages", "failed"]].to_string(index=False))

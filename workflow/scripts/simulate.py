@@ -5,6 +5,7 @@ from pathlib import Path
 from _script import logged
 
 from trackdyn import Scene, load_rig, simulate
+from trackdyn.replacing import write_text
 
 with logged(snakemake):
     fields = snakemake.params.scene | {"pitches": tuple(snakemake.params.scene["pitches"])}
@@ -15,5 +16,5 @@ with logged(snakemake):
     recording = simulate(scene, progress=sys.stderr.isatty() and scene.duration > 60)
     recording.save(snakemake.output.recording)
     cost = {"wall_s": recording.wall, "simulated_s": scene.duration, "wall_s_per_s": recording.wall / scene.duration}
-    Path(snakemake.output.cost).write_text(json.dumps(cost))
+    write_text(snakemake.output.cost, json.dumps(cost))
     print(cost)

@@ -1,8 +1,7 @@
-from pathlib import Path
-
 from _script import logged
 
 from trackdyn import load_rig
+from trackdyn.replacing import write_csv
 from trackdyn.report.figures.traction import traction_figure
 from trackdyn.report.style import save
 from trackdyn.study.traction import traction_scan
@@ -10,6 +9,6 @@ from trackdyn.study.traction import traction_scan
 with logged(snakemake):
     rig, form = load_rig(snakemake.input.rig), snakemake.params.form
     table = traction_scan(rig, form["slopes_s_per_m"], form["radii_m"], form["speed_rpm"])
-    Path(snakemake.output.csv).write_text(table.to_csv(index=False, lineterminator="\n"), encoding="utf-8")
+    write_csv(snakemake.output.csv, table)
     own, wheels = (part.friction_static / part.transition_velocity for part in (rig.ring_contact, rig.wheel_contact))
     save(traction_figure(table, own, wheels), snakemake.output.figure[0])

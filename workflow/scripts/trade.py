@@ -1,9 +1,8 @@
-from pathlib import Path
-
 import pandas as pd
 from _script import logged
 
 from trackdyn.paper.contents import caption
+from trackdyn.replacing import write_csv, write_text
 from trackdyn.report.figures.trade import answer_figure, planner_figure, work_precision
 from trackdyn.report.style import save
 from trackdyn.report.tables import headed, trade_summary, write_table
@@ -14,8 +13,8 @@ with logged(snakemake):
     given, out = snakemake.input, snakemake.output
     rows, agreement, limits = load_trade(given.trade), pd.read_csv(given.agreement), pd.read_csv(given.limits)
     promises = pd.concat(map(pd.read_csv, given.promises), ignore_index=True)
-    Path(out.planner).write_text(promises.to_csv(index=False, lineterminator="\n"), encoding="utf-8")
-    Path(out.summary).write_text(trade_summary(rows, agreement, promises), encoding="utf-8")
+    write_csv(out.planner, promises)
+    write_text(out.summary, trade_summary(rows, agreement, promises))
     beside = presets_beside_limits(rows, limits)
     write_table(beside, out.limits, caption("limits"), digits=5, shown=headed(beside, "limits"))
     figures = [work_precision(rows, name) for name in ("state_m", "rms", "left_share")]

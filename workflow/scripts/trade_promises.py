@@ -1,8 +1,7 @@
-from pathlib import Path
-
 from _script import logged
 
 from trackdyn import load_rig
+from trackdyn.replacing import write_csv
 from trackdyn.study.accuracy.planner import load_trade, verify
 from trackdyn.study.accuracy.scenes import promised_scenes
 from trackdyn.study.settings import TradeForm
@@ -11,4 +10,4 @@ with logged(snakemake):
     rig, form = load_rig(snakemake.input.rig), TradeForm(**snakemake.params.form)
     apart = promised_scenes(form)[snakemake.wildcards.part]
     table = verify(rig, load_trade(snakemake.input.trade), [apart], form.statistics.loop_turns, form.limit_steps_s)
-    Path(snakemake.output[0]).write_text(table.to_csv(index=False, lineterminator="\n"), encoding="utf-8")
+    write_csv(snakemake.output[0], table)

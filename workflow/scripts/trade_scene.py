@@ -1,9 +1,8 @@
-from pathlib import Path
-
 import pandas as pd
 from _script import logged
 
 from trackdyn import load_rig
+from trackdyn.replacing import write_csv
 from trackdyn.study.accuracy.limit import LIMITS
 from trackdyn.study.accuracy.scenes import measured_scenes
 from trackdyn.study.accuracy.trade import state_trade, statistic_trade
@@ -17,4 +16,4 @@ with logged(snakemake):
     else:
         tables = statistic_trade(rig, asked)
     for table, path in zip(tables, snakemake.output, strict=True):
-        Path(path).write_text(table.to_csv(index=False, lineterminator="\n"), encoding="utf-8")
+        write_csv(path, table)

@@ -1,11 +1,10 @@
-from pathlib import Path
-
 from _script import logged
 
 from trackdyn import Scene, load_rig, simulate
 from trackdyn.jit import source_hash
+from trackdyn.replacing import write_text
 
 with logged(snakemake):
     fields = {"duration": 0.01, "lead_in": 0.0, "ramp": 0.01, "integrator": snakemake.params.integrator}
     simulate(Scene(load_rig(snakemake.params.rig), 115.0, **fields))
-    Path(snakemake.output[0]).write_text(source_hash() + "\n")
+    write_text(snakemake.output[0], source_hash() + "\n")

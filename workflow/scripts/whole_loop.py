@@ -1,13 +1,12 @@
-from pathlib import Path
-
 from _script import logged
 
 from trackdyn import load_rig
+from trackdyn.replacing import write_csv
 from trackdyn.study.settings import WholeLoopForm
 from trackdyn.study.whole_loop import compare_answers
 
 with logged(snakemake):
     rig, params = load_rig(snakemake.input.rig), snakemake.params
     table = compare_answers(rig, WholeLoopForm(**params.form), params.steps)
-    Path(snakemake.output[0]).write_text(table.to_csv(index=False, lineterminator="\n"), encoding="utf-8")
+    write_csv(snakemake.output[0], table)
     print(f"{table['within'].mean():.1%} within; seconds, short over long, median {(table['short_s'] / table['long_s']).median():.3f}")

@@ -16,12 +16,12 @@ from PIL import Image
 from plotly.offline import get_plotlyjs
 
 from trackdyn import load_recording, load_rig
+from trackdyn.certify.provenance import check_sources, provenance
 from trackdyn.measure.sensor_csv import read_sensor_csv
 from trackdyn.paper.claims import IN_TREND, NOT_REPRODUCED, ORIGINS, VERDICTS, counts, headline
 from trackdyn.paper.contents import OWN, PAPER, STUDIES, missing
-from trackdyn.replacing import replacing
+from trackdyn.replacing import write_text
 from trackdyn.report.page import data, words
-from trackdyn.report.page.provenance import check_sources, provenance
 from trackdyn.report.tables import cost_table
 
 HERE = Path(__file__).parent
@@ -133,9 +133,7 @@ def build_page(inputs: PageInputs) -> str:
 
 def write_page(inputs: PageInputs, path: Path | str) -> None:
     """Write the page, whole or not at all."""
-    Path(path).parent.mkdir(parents=True, exist_ok=True)
-    with replacing(path) as part:
-        part.write_text(build_page(inputs), encoding="utf-8")
+    write_text(path, build_page(inputs))
 
 
 def _signals(inputs: PageInputs) -> dict:

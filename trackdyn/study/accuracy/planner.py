@@ -105,7 +105,10 @@ def load_trade(path: Path | str | None = None) -> pd.DataFrame:
     places = [path] if path else [Path("results/trade.csv"), Path("results/short/trade.csv")]
     place = next((place for place in places if path or place.exists()), None)
     if place is None:
-        raise InputError(f"{places[0]}: no measured data; make them with `snakemake -j2 trade`")
+        raise InputError(
+            f"{places[0]}: no measured data; `snakemake -j2 trade` makes them, `make quick` a short form for "
+            "--data results/quick/short/trade.csv"
+        )
     text = read_text(place, "table of measured data", LARGEST_TABLE)
     try:
         table = pd.read_csv(io.StringIO(text))

@@ -54,7 +54,7 @@ def file_hash(path: Path | str) -> str:
 
 def package_hash() -> str:
     """SHA-256 over every Python file of the package, hexadecimal."""
-    root = Path(__file__).parents[2]
+    root = Path(__file__).parents[1]
     digest = hashlib.sha256()
     for path in sorted(root.rglob("*.py")):
         digest.update(path.relative_to(root).as_posix().encode())
@@ -62,7 +62,7 @@ def package_hash() -> str:
     return digest.hexdigest()
 
 
-def _version(package: str) -> str:
+def package_version(package: str) -> str:
     try:
         return version(package)
     except PackageNotFoundError:
@@ -89,7 +89,7 @@ def provenance(metas: dict[str, dict], files: Iterable[Path | str]) -> dict:
         for name, value in {"Python": meta.get("python"), **meta.get("versions", {})}.items():
             if value is not None:
                 made_with.setdefault(name, set()).add(str(value))
-    now = {"Python": platform.python_version(), "trackdyn": __version__} | {name: _version(name) for name in PACKAGES}
+    now = {"Python": platform.python_version(), "trackdyn": __version__} | {name: package_version(name) for name in PACKAGES}
     rows = [
         {"software": name, "at_the_runs": ", ".join(sorted(made_with.get(name, ()))), "at_this_page": now.get(name, "")}
         for name in dict.fromkeys([*now, *made_with])

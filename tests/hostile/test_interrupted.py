@@ -1,0 +1,114 @@
+"""A command that is stopped, or that cannot write, leaves no half file and says in one sentence what it leaves."""
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+RIG = str(ROOT / "config" / "rig.yaml")
+ENTRY = "from trackdyn_command import main; main()"
+BELT = ("--rig", RIG, "--choose", "chain=belt", "--frame-interval", "0", "--duration", "30", "--quiet")
+
+
+def start(folder, *arguments, prelude="", environment=None, **options):
+    """The command in a process of its own."""
+    return subprocess.Popen(
+        [sys.executable, "-c", f"{prelude}\n{ENTRY}", *map(str, arguments)],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": str(ROOT)} | (environment or {}),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        **options,
+    )
+
+
+def ended(process):
+    """Exit code and what stood on standard error."""
+    try:
+        _, err = process.communicate(timeout=240)
+    finally:
+        process.kill()
+    return process.returncode, err
+
+
+@pytest.mark.parametrize(("number", "code", "word"), [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "stopped")])
+def test_the_first_compilation_is_said_and_can_be_stopped(tmp_path, number, code, word):
+    place = tmp_path / "out"
+    process = start(tmp_path, "simulate", place / "run.npz", "--rig", RIG, environment={"TRACKDYN_CACHE": str(tmp_path / "k")})
+    said = next(line for line in process.stderr if "compiling" in line)
+    assert said.endswith("trackdyn: compiling kernels, half a minute to a minute; the next run finds them\n")
+    process.send_signal(number)
+    ends, err = ended(process)
+    assert (ends, err.splitlines()[-1]) == (code, f"trackdyn: {word}; no file is left half-written")
+    assert "compiling" not in err and not place.exists()
+
+
+def test_a_checkpoint_that_is_kept_is_named(tmp_path):
+    process = start(
+        tmp_path, "simulate", "run.npz", "--rig", RIG, "--duration", "3000", "--lead-in", "0", "-q", "--checkpoint", "run.checkpoint",
+        prelude="import trackdyn.simulate; trackdyn.simulate.BETWEEN_CHECKPOINTS = 0.0",
+    )  # fmt: skip
+    begin = time.monotonic()
+    while not (tmp_path / "run.checkpoint").exists() and time.monotonic() - begin < 200 and process.poll() is None:
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    code, err = ended(process)
+    assert code == 130
+    kept = "run.checkpoint is kept, and the same command goes on from it"
+    assert err.splitlines()[-1] == f"trackdyn: interrupted; no file is left half-written; {kept}"
+    assert [path.name for path in tmp_path.iterdir()] == ["run.checkpoint"]
+
+
+@pytest.mark.parametrize("command", [("compare", "run.npz", "sensor.csv"), ("plan", "--tolerance", "2%")])
+def test_every_command_ends_in_one_line(tmp_path, command):
+    """Amid the imports, which are most of what a short command does."""
+    prelude = """
+import os, signal, sys, threading, time
+def strike():
+    while "pandas" not in sys.modules:
+        time.sleep(0.001)
+    os.kill(os.getpid(), signal.SIGINT)
+threading.Thread(target=strike, daemon=True).start()
+"""
+    assert ended(start(tmp_path, *command, prelude=prelude)) == (130, "trackdyn: interrupted; no file is left half-written\n")
+
+
+def test_a_file_that_is_replaced_is_said_and_kept_until_then(tmp_path):
+    (tmp_path / "run.npz").write_bytes(b"mine")
+    process = start(tmp_path, "simulate", "run.npz", "--rig", RIG, "--duration", "3000", "-q")
+    assert process.stderr.readline() == (
+        "trackdyn: warning: run.npz exists and is replaced when the run is done; until then Ctrl-C keeps it\n"
+    )
+    process.send_signal(signal.SIGINT)
+    assert ended(process)[0] == 130
+    assert (tmp_path / "run.npz").read_bytes() == b"mine"
+    assert ended(start(tmp_path, "simulate", "run.npz", *BELT))[0] == 0
+    assert (tmp_path / "run.npz").read_bytes() != b"mine"
+
+
+def test_a_disk_that_fills_up_leaves_what_was_there(tmp_path):
+    """A bound of the size of files in place of a full disk."""
+    (tmp_path / "run.npz").write_bytes(b"mine")
+    limited = start(tmp_path, "simulate", "run.npz", *BELT, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (9999, 9999)))
+    code, err = ended(limited)
+    assert code == 1
+    assert err.splitlines()[-1] == "trackdyn: run.npz: cannot be written (File too large); free space or another place would do"
+    assert [path.name for path in tmp_path.iterdir()] == ["run.npz"] and (tmp_path / "run.npz").read_bytes() == b"mine"
+
+
+def test_names_with_accents_and_blanks_and_no_home(tmp_path):
+    environment = {name: value for name, value in os.environ.items() if name not in ("HOME", "TRACKDYN_CACHE", "XDG_CACHE_HOME")}
+    place = tmp_path / "un été à Zürich" / "línk 1.npz"
+    command = [sys.executable, "-c", ENTRY, "simulate", str(place), *BELT]
+    done = subprocess.run(
+        command, cwd=tmp_path, env=environment | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, timeout=240
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert place.stat().st_size > 10_000

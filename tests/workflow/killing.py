@@ -1,0 +1,135 @@
+"""Kills the pipeline at random moments and lets the same command go on, until it has run through.
+
+    python tests/workflow/killing.py --rounds 20                                  # a small graph
+    python tests/workflow/killing.py --rounds 5 --config config/quick.yaml --longest 300 --all    # the quick one
+
+The results must be those of a run that nobody disturbed, byte for byte, files that hold times apart.
+"""
+
+import argparse
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import psutil
+
+ROOT = Path(__file__).parents[2]
+TINY = Path("tests", "workflow", "tiny.yaml")
+TARGETS = ("results/events.csv", "results/figures/fig21.png", "results/sensor/210rpm.csv")
+# who is killed: everybody, the driver (its jobs go on), or one of its processes, which is then a job that failed; or
+# everybody is asked to end (SIGTERM), as a batch system does, and must
+WHOM = ("all", "driver", "one", "asked")
+
+
+class Copy:
+    """A copy of the project with results of its own."""
+
+    def __init__(self, folder, config=TINY, targets=TARGETS):
+        self.root, self.config, self.targets = Path(folder), config, targets
+        for name in ("config", "data", "profiles", "trackdyn", "workflow"):
+            shutil.copytree(ROOT / name, self.root / name, ignore=shutil.ignore_patterns("__pycache__"))
+        for name in ("Snakefile", TINY):
+            (self.root / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(ROOT / name, self.root / name)
+
+    def start(self):
+        """The command of a user, in a session of its own."""
+        command = [sys.executable, "workflow/run.py", "-j2", *self.targets, "--configfile", str(self.config)]
+        environment = os.environ | {"PYTHONPATH": str(self.root), "PYTHONDONTWRITEBYTECODE": "1"}
+        with (self.root / "log.txt").open("ab") as log:
+            return subprocess.Popen(
+                command, cwd=self.root, env=environment, stdout=log, stderr=log, start_new_session=True
+            )
+
+    def complete(self):
+        """Run to the end; returns the results."""
+        process = self.start()
+        try:
+            code = process.wait(1500)
+        finally:
+            if process.poll() is None:
+                os.killpg(process.pid, signal.SIGKILL)
+        assert code == 0, (self.root / "log.txt").read_text(encoding="utf-8")[-3000:]
+        return self.results()
+
+    def results(self):
+        """Contents of every file that holds no times, by name; what a killed job left half written has a dot in front."""
+        place = self.root / "results"
+        files = [path for path in place.rglob("*") if path.is_file() and not path.name.startswith(".")]
+        names = {path.relative_to(place).as_posix(): path for path in files}
+        return {name: path.read_bytes() for name, path in sorted(names.items()) if not holds_times(name)}
+
+
+def holds_times(name):
+    """Whether equal runs may differ in a file."""
+    return name.startswith(("benchmarks/", "logs/", "quick/benchmarks/", "quick/logs/")) or name.endswith(".cost.json")
+
+
+def kill(process, whom, chance):
+    """Kill without a warning, as the system does when memory runs out."""
+    if whom == "one":
+        others = psutil.Process(process.pid).children(recursive=True)
+        if others:
+            chance.choice(others).kill()
+            process.wait(300)
+            return
+    if whom == "asked":
+        os.killpg(process.pid, signal.SIGTERM)
+        process.wait(300)
+        return
+    if whom == "all":
+        os.killpg(process.pid, signal.SIGKILL)
+    process.kill()
+    process.wait()
+
+
+def disturb(copy, rounds, longest, seed):
+    """Start and kill, a number of times; begins anew if it ran through in between. Returns what was done, a line a round."""
+    chance, done = random.Random(seed), []
+    for k in range(rounds):
+        process, moment = copy.start(), chance.uniform(0.1, longest)
+        whom = WHOM[k % len(WHOM)]
+        begin = time.monotonic()
+        while process.poll() is None and time.monotonic() - begin < moment:
+            time.sleep(0.02)
+        if process.poll() is None:
+            kill(process, whom, chance)
+            done.append(f"{whom} killed after {moment:.1f} s")
+        else:
+            assert process.returncode == 0, (copy.root / "log.txt").read_text(encoding="utf-8")[-3000:]
+            done.append(f"had run through after {moment:.1f} s, begins anew")
+            shutil.rmtree(copy.root / "results")
+    return done
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--rounds", type=int, default=20)
+    parser.add_argument("--longest", type=float, default=30.0, help="latest moment of a kill, s")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--config", type=Path, default=TINY)
+    parser.add_argument("--all", action="store_true", help="the whole graph in place of a few files")
+    given = parser.parse_args()
+    targets = () if given.all else TARGETS
+    with tempfile.TemporaryDirectory() as folder:
+        begin = time.monotonic()
+        whole = Copy(Path(folder, "whole"), given.config, targets).complete()
+        print(f"undisturbed: {len(whole)} files in {time.monotonic() - begin:.0f} s", flush=True)
+        copy = Copy(Path(folder, "killed"), given.config, targets)
+        for line in disturb(copy, given.rounds, given.longest, given.seed):
+            print(line, flush=True)
+        found = copy.complete()
+    for name in sorted(whole.keys() | found.keys()):
+        if whole.get(name) != found.get(name):
+            print(f"differs: {name}")
+    sys.exit(whole != found)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,25 @@
+"""A pipeline that was killed goes on by the same command and ends in the same bytes (`killing.py` has the long form)."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+import killing
+
+
+@pytest.fixture(scope="module")
+def copies(tmp_path_factory):
+    """Results of a run that nobody disturbed, and a copy of the project."""
+    folder = tmp_path_factory.mktemp("killed")
+    whole = killing.Copy(folder / "whole").complete()
+    assert {"events.csv", "figures/fig21.png", "figures/fig21.svg", "runs/meshing/ring.npz"} <= whole.keys()
+    return whole, killing.Copy(folder / "killed")
+
+
+def test_a_killed_run_goes_on_and_ends_in_the_same_bytes(copies):
+    whole, copy = copies
+    done = killing.disturb(copy, rounds=4, longest=12.0, seed=3)
+    found = copy.complete()
+    assert sorted(name for name in whole.keys() | found.keys() if whole.get(name) != found.get(name)) == [], done

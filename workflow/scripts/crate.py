@@ -1,0 +1,8 @@
+from pathlib import Path
+
+from _script import logged
+
+from trackdyn.certify.crate import write_crate
+
+with logged(snakemake):
+    print(write_crate(Path(snakemake.input.manifest).parent, snakemake.output[0]))

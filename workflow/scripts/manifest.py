@@ -1,0 +1,8 @@
+from pathlib import Path
+
+from _script import logged
+
+from trackdyn.certify.manifest import write_manifest
+
+with logged(snakemake):
+    print(write_manifest(Path(snakemake.output[0]).parent, snakemake.params.inputs))
