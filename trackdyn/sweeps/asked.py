@@ -167,10 +167,10 @@ def _rig(path: str, rigs: dict[str, dict | InputError]) -> dict:
 
 
 def _number(value: Any) -> Any:
-    """A number where text is one; what is none goes on to be refused by the field."""
+    """A number where there is one, 115 like 115.0; what is none goes on to be refused by the field."""
     try:
-        return float(value) if isinstance(value, str) else value
-    except ValueError:
+        return value if isinstance(value, (bool, list, tuple)) else float(value)
+    except (ValueError, OverflowError):
         return value
 
 
@@ -183,11 +183,12 @@ def _seconds(value: Any) -> float:
 
 def _field(name: str, value: Any) -> Any:
     """A field of a scene out of its cell."""
-    if not isinstance(value, str) or name in CHOICES:
+    text = value.lower() if isinstance(value, str) else None
+    if name in CHOICES:
         return value
     if name in FLAGS:
-        return TRUTH.get(value.lower(), value)
+        return TRUTH.get(text, value)
     if name == "pitches":
-        parts = value.replace(";", " ").split()
+        parts = text.replace(";", " ").split() if text else [""]
         return [int(part) for part in parts] if all(part.isdecimal() for part in parts) else value
-    return None if name in OPTIONAL and value.lower() == "none" else _number(value)
+    return None if name in OPTIONAL and text == "none" else _number(value)

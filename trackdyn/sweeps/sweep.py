@@ -3,11 +3,13 @@
 import os
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 from psutil import virtual_memory
 from tqdm import tqdm
 
 from trackdyn.errors import InputError
+from trackdyn.fidelity import CHOICES
 from trackdyn.replacing import refuse_unwritable
 from trackdyn.sweeps.asked import Asked, asked, refuse_columns
 from trackdyn.sweeps.row import DONE, REFUSED
@@ -66,9 +68,7 @@ def sweep(
         refuse_ending(out, "--out")
         refuse_unwritable(out)
         store = store or Path(out).with_suffix(".rows")
-    table, where = (design, "design") if isinstance(design, pd.DataFrame) else (read_table(design), str(design))
-    refuse_header(list(table.columns), where)
-    refuse_columns(table, where)
+    table = read_design(design)
     rows = asked(table, str(rig))
     found = _computed(rows, jobs or cores(), store, progress)
     results = result_table(table, rows, found)
@@ -76,6 +76,44 @@ def sweep(
         write_table(cost_table(rows, found), Path(out).with_suffix(".costs.csv"))
         write_table(results, out)
     return results
+
+
+def read_design(design: pd.DataFrame | Path | str) -> pd.DataFrame:
+    """A design whose columns are known.
+
+    Raises
+    ------
+    InputError
+        It is no table, or no design.
+    """
+    table, where = (design, "design") if isinstance(design, pd.DataFrame) else (read_table(design), str(design))
+    refuse_header(list(table.columns), where)
+    refuse_columns(table, where)
+    return table
+
+
+def batches(design: pd.DataFrame | Path | str, rig: Path | str, count: int) -> list[pd.DataFrame]:
+    """A design in parts of one size, each row once and neighbours alike.
+
+    Raises
+    ------
+    InputError
+        There are fewer rows than parts.
+    """
+    table = read_design(design)
+    rows = asked(table, str(rig))
+    first = {row.key: k for k, row in reversed(list(enumerate(rows)))}
+    if len(first) < count:
+        raise InputError(f"batches = {count} is not accepted: the design has {len(first)} different rows; as many at most would do")
+    order = sorted(first.values(), key=lambda k: rows[k].alike)
+    return [table.iloc[sorted(part)] for part in np.array_split(np.array(order, dtype=int), count)]
+
+
+def one_of_each_kind(design: pd.DataFrame | Path | str) -> pd.DataFrame:
+    """The first row of each fidelity in a design: what must be compiled before its other rows."""
+    table = read_design(design)
+    kinds = [name for name in table.columns if name in (*CHOICES, "preset", "every_link") or name.startswith("until.")]
+    return table.drop_duplicates(kinds) if kinds else table.head(1)
 
 
 def _computed(rows: list[Asked], jobs: int, store: Path | str | None, progress: bool) -> dict[str, dict]:
