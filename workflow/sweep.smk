@@ -9,6 +9,7 @@ From a Snakefile of one's own:
     use rule * from sweep as sweep_*
 """
 
+import hashlib
 import importlib.util
 from pathlib import Path
 
@@ -22,24 +23,24 @@ KNOWN = {
     "threads": 1, # of a job
     "mem_mb": 700, # of a job, and so much more with every try; measured: a benchmark of each batch
     "runtime": 60, # min of a job, and so much more with every try
-    "retries": 2,
+    "tries": 3, # after which rows that failed for a passing reason are taken as they are; Snakemake's --retries and one
 }
 for name in KNOWN:
     if config.get(name, KNOWN[name]) is None:
         raise WorkflowError(f"sweep: {name} is missing; --config {name}=... or the module's config would do")
-for name in ("batches", "threads", "mem_mb", "runtime", "retries"):
-    if not str(config.get(name, KNOWN[name])).isdecimal() or (name != "retries" and int(config.get(name, KNOWN[name])) < 1):
+for name in ("batches", "threads", "mem_mb", "runtime", "tries"):
+    if not str(config.get(name, KNOWN[name])).isdecimal() or int(config.get(name, KNOWN[name])) < 1:
         raise WorkflowError(f"sweep: {name} = {config[name]!r} is not accepted: a whole number of at least 1 would do")
 SWEEP = {name: type(usual)(config.get(name, usual)) if usual else str(config[name]) for name, usual in KNOWN.items()}
 
 BESIDE = str(Path(SWEEP["out"]).with_suffix(""))
-# the sources of the package, which need not be imported for that: rows are known by them, too
+# What rows are known by, too; the package need not be imported for that.
 PACKAGE = Path(importlib.util.find_spec("trackdyn").submodule_search_locations[0])
-SOURCES = sorted(
-    str(path)
-    for path in PACKAGE.rglob("*.py")
-    if path.relative_to(PACKAGE).parts[0] not in ("report", "paper", "peers", "study", "cli.py", "synthetic.py")
-)
+WITHOUT = ("report", "paper", "peers", "study", "cli.py", "synthetic.py")
+SOURCES = hashlib.sha256()
+for path in sorted(PACKAGE.rglob("*.py")):
+    if path.relative_to(PACKAGE).parts[0] not in WITHOUT:
+        SOURCES.update(path.read_bytes())
 
 
 rule all:
@@ -61,15 +62,15 @@ rule split:
 rule warm_up:
     """Compile the kernels once, with a row of every kind: batches on a cold cache would each compile them."""
     input:
-        SOURCES,
         design=SWEEP["design"],
         rig=SWEEP["rig"],
     output: f"{BESIDE}.batches/kernels.txt"
-    params: store=f"{BESIDE}.rows"
+    params:
+        store=f"{BESIDE}.rows",
+        sources=SOURCES.hexdigest(),
     resources:
         mem_mb=lambda wildcards, attempt: SWEEP["mem_mb"] * attempt,
         runtime=lambda wildcards, attempt: SWEEP["runtime"] * attempt,
-    retries: SWEEP["retries"]
     log: f"{BESIDE}.logs/warm_up.log"
     benchmark: f"{BESIDE}.benchmarks/warm_up.tsv"
     message: "Compiling the kernels"
@@ -79,20 +80,19 @@ rule warm_up:
 rule batch:
     """Rows of one batch, kept as they come: a batch that is killed goes on where it was."""
     input:
-        SOURCES,
         kernels=rules.warm_up.output,
         design=f"{BESIDE}.batches/{{batch}}.parquet",
         rig=SWEEP["rig"],
     output: f"{BESIDE}.batches/{{batch}}.results.parquet"
     params:
         store=f"{BESIDE}.rows",
-        retries=SWEEP["retries"],
+        tries=SWEEP["tries"],
+        sources=SOURCES.hexdigest(),
     threads: SWEEP["threads"]
     resources:
         mem_mb=lambda wildcards, attempt: SWEEP["mem_mb"] * attempt,
         runtime=lambda wildcards, attempt: SWEEP["runtime"] * attempt,
         attempt=lambda wildcards, attempt: attempt,
-    retries: SWEEP["retries"]
     log: f"{BESIDE}.logs/{{batch}}.log"
     benchmark: f"{BESIDE}.benchmarks/{{batch}}.tsv"
     message: "Batch {wildcards.batch}"
@@ -112,7 +112,6 @@ rule gather:
     resources:
         mem_mb=lambda wildcards, attempt: SWEEP["mem_mb"] * attempt,
         runtime=lambda wildcards, attempt: SWEEP["runtime"] * attempt,
-    retries: SWEEP["retries"]
     log: f"{BESIDE}.logs/gather.log"
     benchmark: f"{BESIDE}.benchmarks/gather.tsv"
     message: "Gathering {output[0]}"

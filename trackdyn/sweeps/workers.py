@@ -15,8 +15,8 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from trackdyn import jit
 from trackdyn.errors import TrackdynError
+from trackdyn.integrate.run import _run as time_loop
 from trackdyn.sweeps.row import FAILED, Rows
 from trackdyn.sweeps.worker import READY
 
@@ -48,7 +48,9 @@ def compute(rows: Sequence[dict], jobs: int, memory: float) -> Iterator[dict]:
 
 
 def _compiled() -> bool:
-    return jit.FOLDER is not None and any(jit.FOLDER.rglob("*.nbc"))
+    """Whether the time loop was compiled before, here and for this processor."""
+    folder = getattr(getattr(time_loop, "stats", None), "cache_path", None)
+    return folder is not None and any(Path(folder).glob("run._run-*.nbc"))
 
 
 class _Worker:
@@ -61,7 +63,7 @@ class _Worker:
         root = str(Path(__file__).parents[2])
         path = os.pathsep.join(filter(None, (root, os.environ.get("PYTHONPATH"))))
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "trackdyn.sweeps.worker", repr(memory)],
+            [sys.executable, "-P", "-m", "trackdyn.sweeps.worker", repr(memory)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,

@@ -90,7 +90,13 @@ class Slurm:
 
     def __init__(self, folder: Path, cores: int, memory: int):
         self.folder = folder
-        self.environment = os.environ | {"SLURM_CONF": str(folder / "slurm.conf")}
+        conf = str(folder / "slurm.conf")
+        # within a job the plugin hands no SLURM_CONF on to srun, as if every SLURM had its file in /etc
+        (folder / "bin").mkdir(parents=True)
+        srun = folder / "bin" / "srun"
+        srun.write_text(f'#!/bin/sh\nSLURM_CONF={conf} exec {_found("srun")} "$@"\n', encoding="utf-8")
+        srun.chmod(0o755)
+        self.environment = os.environ | {"SLURM_CONF": conf, "PATH": f"{srun.parent}:{os.environ['PATH']}"}
         self.daemons: dict[str, subprocess.Popen] = {}
         for name in ("state", "spool"):
             (folder / name).mkdir(parents=True)

@@ -9,6 +9,6 @@ with logged(snakemake):
     results = sweep(snakemake.input.design, rig=snakemake.input.rig, jobs=snakemake.threads, store=snakemake.params.store)
     print(summary(results))
     failed = results.loc[results["state"] == FAILED, "reason"]
-    if len(failed) and snakemake.resources.attempt <= snakemake.params.retries:
-        raise TrackdynError(f"{len(failed)} rows are to be tried again, with more memory and time: {failed.iloc[0]}")
+    if len(failed) and snakemake.resources.attempt < snakemake.params.tries:
+        raise TrackdynError(f"{len(failed)} rows are to be tried again, by --retries or taken so by tries=1: {failed.iloc[0]}")
     write_table(results, snakemake.output[0])
