@@ -10,7 +10,7 @@ ifneq ($(word 2,$(CURDIR)),)
 $(error the folder "$(CURDIR)" has a blank in its name, which the interpreters of the pipeline do not survive; move it)
 endif
 
-.PHONY: replicate quick test lint benchmark synthetic clean
+.PHONY: replicate quick test lint benchmark synthetic cluster clean
 
 replicate: $(READY)
 	$(BIN)/python workflow/run.py -j$(JOBS)
@@ -29,6 +29,9 @@ benchmark: $(READY)
 
 synthetic: $(READY)
 	$(BIN)/python -m trackdyn.synthetic
+
+cluster: $(READY)
+	$(BIN)/python workflow/cluster/show.py $(SIZE)
 
 $(READY): requirements.lock pyproject.toml
 	$(PYTHON) -c 'import sys; assert sys.version_info >= (3, 11), "CPython 3.11 or newer is needed; set PYTHON="'
