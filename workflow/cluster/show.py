@@ -192,9 +192,17 @@ class Show:
         return f"scancel of a batch with {self.kept(name)} rows kept"
 
     def overtime(self, name: str, process: subprocess.Popen) -> str:
+        """Limits of time are looked at twice a minute, by when a short batch would be done: it is stopped until then."""
         job = self.running(name, process)
+        self.slurm.run("scancel", "--signal=STOP", job)
         self.slurm.run("scontrol", "update", f"JobId={job}", "EndTime=now")
-        return "a batch over its time"
+        end, state = time.monotonic() + 120, "RUNNING"
+        while state in ("RUNNING", "COMPLETING") and time.monotonic() < end:
+            time.sleep(0.5)
+            state = self.slurm.out("squeue", "--noheader", "--format=%T", "--states=all", f"--jobs={job}").strip()
+        if state != "TIMEOUT":
+            raise RuntimeError(f"the batch is {state}, not over its time")
+        return f"a batch over its time with {self.kept(name)} rows kept"
 
     def overmemory(self, name: str, process: subprocess.Popen) -> str:
         process.wait(PATIENCE)
@@ -236,7 +244,7 @@ def main(small: bool) -> int:
             show.fault("driver", show.kill, expected=False)
             if not small:
                 show.fault("overtime", show.overtime)
-                show.fault("overmemory", show.overmemory, "mem_mb=100", "retries=0", expected=False)
+                show.fault("overmemory", show.overmemory, "mem_mb=300")
                 show.fault("slurmd", show.node)
                 show.pipeline(targets)
             failed = show.failed
