@@ -115,6 +115,15 @@ def test_a_damaged_parquet_file_is_refused(tmp_path):
         read_table(tmp_path / "d.xlsx")
 
 
+def test_cells_may_hold_what_other_programs_take_for_the_end_of_a_line(tmp_path):
+    path = tmp_path / "d.csv"
+    path.write_text('name,motor_rpm\n"a\u2028b\x0cc\nd",115\n', encoding="utf-8")
+    assert read_table(path).name.tolist() == ["a\u2028b\x0cc\nd"]
+    path.write_text(f"name\n{'x' * 200_000}\n", encoding="utf-8")
+    with pytest.raises(InputError, match="line 2 is no CSV"):
+        read_table(path)
+
+
 def test_columns_are_known_or_refused():
     assert {"motor_rpm", "every_link", "sprocket.ring_radius", "gravity", "until.rms", "preset", "name"} <= set(columns())
     for table, said in (

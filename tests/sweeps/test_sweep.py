@@ -147,6 +147,21 @@ def test_torn_and_foreign_lines_of_a_store_count_as_missing(tmp_path, rig_path, 
     pd.testing.assert_frame_equal(whole, again)
 
 
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"design": [1, 2]}, "design = \\[1, 2\\] is not accepted"),
+        ({"design": pd.DataFrame({0: [1]})}, "a column without a name"),
+        ({"jobs": 0}, "jobs = 0 is not accepted"),
+        ({"out": "r.txt"}, "--out = 'r.txt' is not accepted"),
+        ({"out": "/proc/r.csv"}, "cannot be written"),
+    ],
+)
+def test_what_makes_no_sweep_is_refused(given, said):
+    with pytest.raises(InputError, match=said):
+        sweep(**{"design": design(1)} | given)
+
+
 def test_a_store_that_cannot_be_written_is_refused(tmp_path, rig_path):
     (tmp_path / "file").touch()
     with pytest.raises(InputError, match=r"file: cannot be written"):

@@ -10,6 +10,7 @@ from tqdm import tqdm
 
 from trackdyn.errors import InputError
 from trackdyn.fidelity import CHOICES
+from trackdyn.parameters.validation import shown
 from trackdyn.replacing import refuse_unwritable
 from trackdyn.sweeps.asked import Asked, asked, refuse_columns
 from trackdyn.sweeps.row import DONE, REFUSED
@@ -86,6 +87,8 @@ def read_design(design: pd.DataFrame | Path | str) -> pd.DataFrame:
     InputError
         It is no table, or no design.
     """
+    if not isinstance(design, (pd.DataFrame, Path, str)):
+        raise InputError(f"design = {shown(design)} is not accepted: a table of pandas or the name of a file would do")
     table, where = (design, "design") if isinstance(design, pd.DataFrame) else (read_table(design), str(design))
     refuse_header(list(table.columns), where)
     refuse_columns(table, where)

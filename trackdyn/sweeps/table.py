@@ -1,6 +1,7 @@
 """Tables of designs and results: CSV or Parquet, read whole or refused in one sentence."""
 
 import csv
+import io
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -67,7 +68,7 @@ def read_table(path: Path | str) -> pd.DataFrame:
 def _csv_rows(path: Path | str) -> Iterator:
     """The header, then number of the line and cells of every row that is not empty."""
     text = read_text(path, "CSV file", LARGEST)
-    reader = csv.reader(text.splitlines(keepends=True), strict=True)
+    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
     header = None
     try:
         for row in reader:
