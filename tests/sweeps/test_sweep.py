@@ -155,11 +155,12 @@ def test_torn_and_foreign_lines_of_a_store_count_as_missing(tmp_path, rig_path, 
         ({"jobs": 0}, "jobs = 0 is not accepted"),
         ({"out": "r.txt"}, "--out = 'r.txt' is not accepted"),
         ({"out": "/proc/r.csv"}, "cannot be written"),
+        ({"rig": "no.yaml"}, "no.yaml: no such file"),
     ],
 )
 def test_what_makes_no_sweep_is_refused(given, said):
     with pytest.raises(InputError, match=said):
-        sweep(**{"design": design(1)} | given)
+        sweep(**{"design": design(1), "rig": ROOT / "config/rig.yaml"} | given)
 
 
 def test_a_store_that_cannot_be_written_is_refused(tmp_path, rig_path):
@@ -281,6 +282,9 @@ def test_the_command_says_what_came_of_it(tmp_path, rig_path, capsys):
     result = runner.invoke(app, ["sweep", made, "--out", out, "--rig", str(rig_path), "-j", "1"])
     assert result.exit_code == 0, result.exception
     assert f"2 done, 2 refused; written to {out}" in result.output and "friction = 'no' is not accepted" in result.output
+    design(1, friction="no").to_csv(made, index=False)
+    result = runner.invoke(app, ["sweep", made, "--out", out, "--rig", str(rig_path)])
+    assert "no row came out; the first one because of: scene: friction = 'no' is not accepted" in str(result.exception)
     result = runner.invoke(app, ["design", made, "--vary", "speed=1:2", "--rows", "4"])
     assert "'speed' is no column of a design" in str(result.exception)
     result = runner.invoke(app, ["sweep", made, "--out", "r.xlsx"])

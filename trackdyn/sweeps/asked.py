@@ -98,8 +98,15 @@ def asked(table: pd.DataFrame, rig: str = "config/rig.yaml") -> list[Asked]:
         A design.
     rig : str
         File of the rig, where a row names no other.
+
+    Raises
+    ------
+    InputError
+        All rows are of that rig, and it cannot be used.
     """
     rigs: dict[str, dict | InputError] = {}
+    if "rig" not in table.columns:
+        _rig(rig, rigs)
     named = [(name, table[name].tolist()) for name in table.columns]
     return [_row({name: values[k] for name, values in named}, rig, rigs) for k in range(len(table))]
 

@@ -29,6 +29,8 @@ def sweep(
         typer.echo(f"{summary(results)}; written to {out}")
         for reason, count in results.loc[results["state"] != DONE, "reason"].value_counts().head(5).items():
             typer.echo(f"{count:>7}  {reason}")
+    if not (results["state"] == DONE).any():
+        raise InputError(f"{out}: no row came out; the first one because of: {results['reason'].iloc[0]}")
     if failed := int((results["state"] == FAILED).sum()):
         raise InputError(f"{out}: {failed} rows failed for reasons that may pass and stand there; the same command tries them again")
 
