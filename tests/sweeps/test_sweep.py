@@ -105,7 +105,7 @@ def test_what_slurm_gave_bounds_the_memory(monkeypatch):
     from trackdyn.sweeps.sweep import _memory
 
     monkeypatch.setenv("SLURM_MEM_PER_NODE", "100")
-    assert _memory() == 100 * 2**20
+    assert _memory() == 50 * 2**20
 
 
 def test_nothing_is_computed_twice(tmp_path, rig_path, counted):

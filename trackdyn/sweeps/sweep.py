@@ -146,10 +146,10 @@ def _refused(row: Asked) -> dict:
 
 
 def _memory() -> float:
-    """Bytes that may be taken: what is free, or what SLURM gave the job."""
+    """Bytes that rows may take: what is free, or half of what SLURM gave the job, since the program is there, too."""
     given = os.environ.get("SLURM_MEM_PER_NODE", "")
     free = virtual_memory().available
-    return min(free, float(given) * 2**20) if given.isdecimal() and int(given) else float(free)
+    return min(free, float(given) * 2**20 / 2) if given.isdecimal() and int(given) else float(free)
 
 
 def result_table(design: pd.DataFrame, rows: list[Asked], found: dict[str, dict]) -> pd.DataFrame:
