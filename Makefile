@@ -10,7 +10,7 @@ ifneq ($(word 2,$(abspath $(VENV))),)
 $(error the environment in "$(CURDIR)" would have a blank in its name, which Snakemake does not survive; put it elsewhere: make VENV=/a/place)
 endif
 
-.PHONY: replicate quick test lint benchmark synthetic lock clean
+.PHONY: replicate quick test lint benchmark synthetic lock cluster clean
 
 replicate: $(READY)
 	$(BIN)/python workflow/run.py -j$(JOBS)
@@ -33,6 +33,9 @@ synthetic: $(READY)
 lock: $(READY)
 	$(BIN)/python .ci/lock.py $(NEW)
 
+cluster: $(READY)
+	$(BIN)/python workflow/cluster/show.py $(SIZE)
+
 $(READY): requirements.lock pyproject.toml
 	$(PYTHON) -c 'import sys; assert sys.version_info >= (3, 11), "CPython 3.11 or newer is needed; set PYTHON="'
 	$(PYTHON) -m venv $(VENV)
@@ -42,7 +45,7 @@ $(READY): requirements.lock pyproject.toml
 	else \
 	    echo "requirements.lock has the hashes for CPython 3.11 on x86-64 Linux; here its versions are taken, unverified" && \
 	    sed -n 's/ --hash.*//p' requirements.lock > $(VENV)/versions.txt && \
-	    $(BIN)/python -m pip install --quiet --constraint $(VENV)/versions.txt --editable '.[test,peers]'; \
+	    $(BIN)/python -m pip install --quiet --constraint $(VENV)/versions.txt --editable '.[test,peers,cluster]'; \
 	fi
 	touch $(READY)
 

@@ -16,6 +16,16 @@ from trackdyn.recording import Recording, load_recording
 from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
 
+
+def __getattr__(name):
+    """`trackdyn.sweep`, whose libraries are loaded with the first use."""
+    if name != "sweep":
+        raise AttributeError(f"module 'trackdyn' has no attribute {name!r}")
+    from trackdyn.sweeps.sweep import sweep
+
+    return sweep
+
+
 __version__ = "0.1.0"
 __all__ = [
     "DivergenceError",
@@ -29,4 +39,5 @@ __all__ = [
     "load_rig",
     "sense",
     "simulate",
+    "sweep",
 ]

@@ -10,12 +10,17 @@ import typer
 
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.parameters.validation import shown
+from trackdyn.sweeps import commands
 
 app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
     help="Simulate a double-pin track drive and compare it with a sensor.",
 )
+
+
+app.command()(commands.sweep)
+app.command()(commands.design)
 
 
 def _number(option: str, text: str, remedy: str = "a finite number would do") -> float:

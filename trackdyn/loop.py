@@ -20,6 +20,7 @@ from trackdyn.parameters.validation import plain_number
 from trackdyn.recording import Recording
 from trackdyn.scene import LONGEST, MOST_STEPS, Scene
 from trackdyn.settling import allocate, settle
+from trackdyn.starts import Starts
 from trackdyn.stepping import march
 from trackdyn.writer import Writer
 
@@ -31,6 +32,8 @@ class Loop:
     ----------
     scene : Scene
         What is asked for. The loop is laid, tensioned and settled; the sprocket rests until the first step.
+    starts : Starts or None
+        Loops that were settled before, among which this one may be.
 
     Attributes
     ----------
@@ -46,11 +49,11 @@ class Loop:
         A body leaves the physical range, also in every method that takes steps.
     """
 
-    def __init__(self, scene: Scene):
+    def __init__(self, scene: Scene, starts: Starts | None = None):
         if scene.chain == "belt":
             raise InputError("scene: chain = 'belt' is not accepted: a path has no state to step; 'double_pin' would do")
         self.scene = scene
-        self.model, self.state, self.work, self.layout = settle(scene)
+        self.model, self.state, self.work, self.layout = starts.settle(scene) if starts else settle(scene)
         self._scratch = make_record(1, self.state)
 
     # -- stepping ------------------------------------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 import json
 import platform
 from dataclasses import dataclass, field
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from types import MappingProxyType
@@ -164,16 +165,22 @@ class Recording:
             np.savez(file, meta=meta, **{name: getattr(self, name) for name in self.ARRAYS})
 
 
+@cache
+def made_with() -> tuple[str, dict[str, str]]:
+    """Hash of the kernels' sources and versions of what computes, both of this process: looked up once."""
+    return source_hash(), {name: version(name) for name in ("numpy", "numba", "scipy")}
+
+
 def provenance(scene, layout: dict) -> dict:
     """Scene, rig, layout, decisions with their reasons, versions and sources."""
-    described = scene.describe()
+    described, (sources, versions) = scene.describe(), made_with()
     return {
         "scene": {name: value for name, value in described.items() if name != "rig"},
         "rig": described["rig"],
         "layout": layout,
         "fidelity": {name: {"setting": d.setting, "reason": d.reason} for name, d in scene.fidelity.items()},
-        "sources": source_hash(),
-        "versions": {name: version(name) for name in ("numpy", "numba", "scipy")},
+        "sources": sources,
+        "versions": dict(versions),
         "python": platform.python_version(),
     }
 

@@ -157,7 +157,7 @@ def settling_step(scene: Scene) -> float:
     return sample / ceil(sample / step * (1 - 1e-9))
 
 
-class _Settling:
+class Settling:
     """Brings the assembled loop to rest at the wanted tension and ring radius, in chunks."""
 
     def __init__(self, scene: Scene):
@@ -274,11 +274,29 @@ class _Settling:
             self.chunk()
 
 
-def settle(scene: Scene) -> tuple[Model, State, Work, dict]:
+def tensioned(scene: Scene) -> Settling:
+    """The first part of `settle`: the loop tensioned on the rig's own ring, which the scene's ring has no part in."""
+    settling = Settling(scene)
+    teeth = settling.model.tooth.present
+    settling.without_teeth()
+    settling.tighten(0.6)
+    if teeth:
+        settling.engage(0.2)
+    settling.tighten(0.6)
+    return settling
+
+
+def settle(scene: Scene, settling: Settling | None = None) -> tuple[Model, State, Work, dict]:
     """The loop at rest on its wheels, tensioned, with the scene's ring.
 
     The tension is set with the rig's own ring radius (``sprocket.ring_radius``) and the wheel then
     locked; every other ring starts from there, as the paper's wheels stay where they are.
+
+    Parameters
+    ----------
+    scene : Scene
+    settling : Settling or None
+        What `tensioned` gave for this scene, or for one that differs in its ring; it is used up.
 
     Returns
     -------
@@ -289,13 +307,8 @@ def settle(scene: Scene) -> tuple[Model, State, Work, dict]:
     """
     if scene.loop == "free":
         return _spinning_loop(scene)
-    settling = _Settling(scene)
-    teeth = settling.model.tooth.present
-    settling.without_teeth()
-    settling.tighten(0.6)
-    if teeth:
-        settling.engage(0.2)
-    settling.tighten(0.6)
+    settling = settling or tensioned(scene)
+    settling.scene = scene
     layout = {"tensioner_shift_m": float(settling.shift), "tension_n": settling.tension()}
     if scene.tension == "sprung":
         settling.rest(0.2)

@@ -12,13 +12,16 @@ from trackdyn.loop import Loop
 from trackdyn.needs import refuse_too_large
 from trackdyn.recording import Recording
 from trackdyn.scene import Scene
+from trackdyn.starts import Starts
 from trackdyn.writer import Writer
 
 # Time between two checkpoints, s of computing; writing one takes a small part of it.
 BETWEEN_CHECKPOINTS = 30.0
 
 
-def simulate(scene: Scene, progress: bool = False, checkpoint: Path | str | None = None) -> Recording:
+def simulate(
+    scene: Scene, progress: bool = False, checkpoint: Path | str | None = None, starts: Starts | None = None
+) -> Recording:
     """Settle the loop, start the sprocket, wait for steady running and record.
 
     Parameters
@@ -30,6 +33,8 @@ def simulate(scene: Scene, progress: bool = False, checkpoint: Path | str | None
     checkpoint : path or None
         File that is written from time to time while the run is recorded. If it is there, the run goes on from it
         and gives the bytes that it would have given; it is removed at the end.
+    starts : Starts or None
+        Loops that were settled before, for a series of scenes: the same bytes, sooner.
 
     Returns
     -------
@@ -58,7 +63,7 @@ def simulate(scene: Scene, progress: bool = False, checkpoint: Path | str | None
             writer = _resumed(checkpoint, scene)
             bar.update(lead + writer.done / scene.rig.sensor.rate)
         else:
-            loop = Loop(scene)
+            loop = Loop(scene, starts)
             loop.advance(lead, bar.update)
             writer = _writer(loop)
         saved = time.monotonic()

@@ -9,6 +9,7 @@ from trackdyn.loop import Loop
 from trackdyn.measure.whole_loop import RELATIVE, SHARES, Estimate, passage, series
 from trackdyn.recording import Recording
 from trackdyn.scene import Scene
+from trackdyn.starts import Starts
 from trackdyn.writer import Writer
 
 # Passages that must be left after the transient: fewer batches than three say little about their own scatter.
@@ -49,6 +50,7 @@ def run_until(
     tolerances: Mapping[str, float],
     longest: float = 60.0,
     tick: Callable[[float], object] = lambda seconds: None,
+    starts: Starts | None = None,
 ) -> Answer:
     """Start the sprocket and record every link until all tolerances are reached, or for ``longest`` seconds.
 
@@ -67,6 +69,8 @@ def run_until(
         s at constant speed.
     tick : function
         Called with the seconds that every chunk adds.
+    starts : Starts or None
+        Loops that were settled before, for a series of scenes.
 
     Raises
     ------
@@ -80,7 +84,7 @@ def run_until(
     scene = scene.with_(
         duration=ceil(longest * rate) / rate, lead_in=0.0, pitches=(), frame_interval=0.0, spells=True, every_link=True
     )
-    loop = Loop(scene)
+    loop = Loop(scene, starts)
     loop.advance(scene.ramp, tick)
     writer = Writer(loop, scene.duration, (), 0.0, True, True)
     judged = (LEAST + 1) / (scene.loop_frequency * scene.rig.chain.pitches) * rate

@@ -38,6 +38,7 @@ EXTENT = (
     "start_s", "end_s", "touching_s", "share_pct", "phase_start", "phase_end", "ring_phase_start", "ring_phase_end",
 )  # fmt: skip
 INTEGRALS = ("impulse_ns", "square_n2s")
+PASSAGE = ["passage", "connector", "side", "areas", "count", *EXTENT, "peak_n", "peak_s", "peak_phase", *INTEGRALS]
 
 EVENTS_WITHOUT_RING = {
     "first left": ("left", "start_s"),
@@ -148,6 +149,9 @@ def passages(recording: Recording) -> pd.DataFrame:
         highest peak and sums over the spells, as in :func:`spells`. Without contact sums and ``peak_n``
         are 0, times and phases NaN.
     """
+    if not _may_hold_one(timing(recording)):  # the way through tables takes longer than a short run
+        texts = {"side": str, "areas": str}
+        return pd.DataFrame({name: pd.Series(dtype=texts.get(name, float)) for name in PASSAGE})
     rows = spells(recording)
     rows = rows[rows["passage"] >= 0]
     groups = rows.groupby(["passage", "side"])
@@ -166,8 +170,7 @@ def passages(recording: Recording) -> pd.DataFrame:
     table["areas"] = groups["areas"].agg(_joined).reindex(index, fill_value="")
     table = table.reset_index()
     table["connector"] = table["passage"].map(by_passage["connector"].first()).astype(int)
-    peak = ["peak_n", "peak_s", "peak_phase"]
-    return table[["passage", "connector", "side", "areas", "count", *EXTENT, *peak, *INTEGRALS]]
+    return table[PASSAGE]
 
 
 def meshing_summary(recording: Recording) -> dict:
@@ -327,6 +330,11 @@ def _number_passages(rows: pd.DataFrame, period: Timing) -> tuple[np.ndarray, np
     order = pd.DataFrame({"first": first, "group": group})[complete].drop_duplicates().sort_values(["first", "group"])
     number = pd.Series(np.arange(len(order)), index=order["group"])
     return group.map(number).fillna(-1).astype(int).to_numpy(), first.where(complete).to_numpy()
+
+
+def _may_hold_one(period: Timing) -> bool:
+    """Whether a record is long enough for a passage that is complete by `_number_passages`."""
+    return period.record >= 2 * LONGEST * period.turn
 
 
 def _visited(recording: Recording, side: str) -> str:

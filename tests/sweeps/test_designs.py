@@ -1,0 +1,192 @@
+"""Designs: how they are made, read and refused."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from trackdyn.errors import InputError
+from trackdyn.sweeps.asked import asked, columns, refuse_columns
+from trackdyn.sweeps.design import Span, make_design, parse_levels
+from trackdyn.sweeps.table import read_table, write_table
+
+
+def test_a_grid_has_all_levels_with_all():
+    table = make_design({"motor_rpm": Span(115, 210, 3), "friction": ["none", "tangential"]}, "grid", fixed={"duration": 2})
+    assert list(table) == ["motor_rpm", "friction", "duration"]
+    assert set(zip(table.motor_rpm, table.friction, strict=True)) == {
+        (rpm, friction) for rpm in (115.0, 162.5, 210.0) for friction in ("none", "tangential")
+    }
+    assert (table.duration == 2).all()
+
+
+@pytest.mark.parametrize("method", ["sobol", "latin"])
+def test_samples_fill_the_range_and_repeat_with_their_seed(method):
+    vary = {"motor_rpm": (115, 210), "ring_radius": (0.303, 0.313), "friction": ["none", "tangential"]}
+    table = make_design(vary, method, rows=64, seed=3)
+    pd.testing.assert_frame_equal(table, make_design(vary, method, rows=64, seed=3))
+    assert not table.equals(make_design(vary, method, rows=64, seed=4))
+    # a row in every 64th of each range for the hypercube, in every 16th for a scrambled Sobol sequence of 64
+    share = (table.motor_rpm - 115) / 95
+    cells = 64 if method == "latin" else 16
+    assert np.bincount((share * cells).astype(int), minlength=cells).min() == 64 // cells
+    assert table.friction.value_counts().to_dict() == {"none": 32, "tangential": 32}
+
+
+def test_fewer_rows_of_a_sobol_sequence_begin_it():
+    vary = {"motor_rpm": (115, 210)}
+    whole, part = make_design(vary, rows=16), make_design(vary, rows=11)
+    pd.testing.assert_frame_equal(whole.head(11), part)
+
+
+@pytest.mark.parametrize(
+    ("pair", "said"),
+    [
+        ("motor_rpm", "name=low:high"),
+        ("=1:2", "name=low:high"),
+        ("motor_rpm=210:115", "the second number must be the larger one"),
+        ("motor_rpm=a:b", "two finite numbers"),
+        ("motor_rpm=1:inf", "two finite numbers"),
+        ("motor_rpm=1:2:1", "a count of 2 to"),
+    ],
+)
+def test_what_is_no_range_is_refused(pair, said):
+    with pytest.raises(InputError, match=said):
+        parse_levels(pair)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (({},), "a design varies something"),
+        (({"motor_rpm": (1, 2)},), "needs a number of rows"),
+        (({"motor_rpm": (1, 2)}, "sobol", 0), "rows = 0 is not accepted"),
+        (({"motor_rpm": (1, 2)}, "sobol", 10**9), "rows = 1000000000 is not accepted"),
+        (({"motor_rpm": (1, 2)}, "sobol", 4, -1), "seed = -1 is not accepted"),
+        (({"motor_rpm": (1, 2)}, "grid"), "has no count for a grid; 1:2:5 would do"),
+        (({"motor_rpm": Span(1, 2, 5)}, "grid", 4), "a grid has as many as its levels make"),
+        (({"motor_rpm": Span(1, 2, 10**5), "ramp": Span(1, 2, 10**5)}, "grid"), "rows = 10000000000 is not accepted"),
+        (({"motor_rpm": (1, 2)}, "random", 4), "grid, sobol, latin would do"),
+        (({"motor_rpm": (1, 2)}, "sobol", 4, 0, {"motor_rpm": 3}), "motor_rpm is varied and fixed"),
+    ],
+)
+def test_what_makes_no_design_is_refused(arguments, said):
+    with pytest.raises(InputError, match=said):
+        make_design(*arguments)
+
+
+@pytest.mark.parametrize("ending", [".csv", ".parquet"])
+def test_a_design_comes_back_from_its_file(tmp_path, ending):
+    table = make_design({"motor_rpm": (115, 210)}, rows=4, fixed={"friction": "none", "ring_radius": 0.308})
+    write_table(table, tmp_path / f"d{ending}")
+    back = read_table(tmp_path / f"d{ending}")
+    assert list(back) == list(table)
+    assert back.motor_rpm.astype(float).tolist() == table.motor_rpm.tolist()
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "is empty; a header"),
+        ("motor_rpm,\n1,2\n", "a column without a name"),
+        ("motor_rpm,motor_rpm\n1,2\n", "has the column 'motor_rpm' twice"),
+        ("motor_rpm,ramp\n1,2\n3\n", "line 3 has 1 cells and the header 2"),
+        ('motor_rpm\n"1\n', "is no CSV"),
+        ("motor_rpm\n\xff\n".encode("latin-1"), "byte 0xff in line 2"),
+    ],
+)
+def test_a_file_that_is_no_table_is_refused(tmp_path, text, said):
+    path = tmp_path / "d.csv"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    with pytest.raises(InputError, match=said):
+        read_table(path)
+
+
+def test_a_damaged_parquet_file_is_refused(tmp_path):
+    path = tmp_path / "d.parquet"
+    write_table(pd.DataFrame({"motor_rpm": [1.0, 2.0]}), path)
+    whole = path.read_bytes()
+    for content in (b"", b"PAR1", whole[: len(whole) // 2], b"x" * len(whole)):
+        path.write_bytes(content)
+        with pytest.raises(InputError, match="is not a Parquet file, or is damaged"):
+            read_table(path)
+    with pytest.raises(InputError, match="no such file"):
+        read_table(tmp_path / "no.parquet")
+    with pytest.raises(InputError, match=r"ends in \.csv or \.parquet"):
+        read_table(tmp_path / "d.xlsx")
+
+
+def test_cells_may_hold_what_other_programs_take_for_the_end_of_a_line(tmp_path):
+    path = tmp_path / "d.csv"
+    path.write_text('name,motor_rpm\n"a\u2028b\x0cc\nd",115\n', encoding="utf-8")
+    assert read_table(path).name.tolist() == ["a\u2028b\x0cc\nd"]
+    path.write_text(f"name\n{'x' * 200_000}\n", encoding="utf-8")
+    with pytest.raises(InputError, match="line 2 is no CSV"):
+        read_table(path)
+
+
+def test_columns_are_known_or_refused():
+    assert {"motor_rpm", "every_link", "sprocket.ring_radius", "gravity", "until.rms", "preset", "name"} <= set(columns())
+    for table, said in (
+        ({"motor_rpm": [1], "speed": [2]}, "'speed' is no column of a design"),
+        ({"motor_rpm": [1], "sprocket.radius": [2]}, "'sprocket.radius' is no column"),
+        ({"ramp": [1]}, "no column motor_rpm"),
+        ({"motor_rpm": []}, "has no rows"),
+    ):
+        with pytest.raises(InputError, match=said):
+            refuse_columns(pd.DataFrame(table), "d.csv")
+
+
+def only(cells, rig_path):
+    """What a row of one design asks for."""
+    return asked(pd.DataFrame([cells]), str(rig_path))[0]
+
+
+def test_cells_mean_what_they_say(rig_path):
+    row = only(
+        {
+            "motor_rpm": "115", "ring_radius": "none", "pitches": "1 2", "spells": "False", "friction": "none", "ramp": "",
+            "tension.wheel": "idler", "gravity": "9.8", "until.rms": "1%", "until.longest": "20", "preset": "fast", "name": "a",
+        },
+        rig_path,
+    )  # fmt: skip
+    assert row.reason == ""
+    assert row.scene == {
+        "integrator": "linearly_implicit", "step": 5e-4, "motor_rpm": 115.0, "ring_radius": None, "pitches": [1, 2],
+        "spells": False, "friction": "none",
+    }  # fmt: skip
+    assert row.changes == {"tension__wheel": "idler", "gravity": 9.8}
+    assert (row.until, row.longest) == ({"rms": 0.01}, 20.0)
+
+
+def test_a_key_is_what_is_asked_and_not_how_it_is_said(rig_path, monkeypatch):
+    one = only({"motor_rpm": 115, "duration": 2.0}, rig_path).key
+    for same in (
+        {"duration": "2", "motor_rpm": "115.0"},
+        {"motor_rpm": "115", "duration": "2", "ramp": "", "name": "other"},
+        {"motor_rpm": 115.0, "duration": 2, "ramp": 1.0, "friction": "auto"},
+    ):
+        assert only(same, rig_path).key == one
+    for other in (
+        {"motor_rpm": 116, "duration": 2},
+        {"motor_rpm": 115, "duration": 2, "gravity": 9.0},
+        {"motor_rpm": 115, "duration": 2, "until.rms": 0.1},
+        {"motor_rpm": 115, "duration": 2, "every_link": "true"},
+    ):
+        assert only(other, rig_path).key != one
+    monkeypatch.setattr("trackdyn.sweeps.asked.row_sources", lambda: "edited")
+    assert only({"motor_rpm": 115, "duration": 2.0}, rig_path).key != one
+
+
+@pytest.mark.parametrize(
+    ("cells", "said"),
+    [
+        ({"motor_rpm": "115", "ring_radius": ""}, "ring_radius is empty"),
+        ({"motor_rpm": 115, "ring_radius": np.nan}, "ring_radius is empty"),
+        ({"motor_rpm": "115", "preset": "quick"}, "preset = 'quick' is not accepted"),
+        ({"motor_rpm": "115", "rig": "no.yaml"}, "no.yaml: no such file"),
+        ({"motor_rpm": "115", "until.rms": "2"}, "tolerance = '2' is not accepted"),
+        ({"motor_rpm": "115", "until.rms": "1%", "until.longest": "long"}, "until.longest = 'long' is not accepted"),
+    ],
+)
+def test_a_cell_that_says_nothing_is_the_rows_reason(cells, said, rig_path):
+    assert said in only(cells, rig_path).reason

@@ -1,0 +1,291 @@
+"""A sweep: what comes of every row, and that nothing is lost or computed twice."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import trackdyn
+from trackdyn.errors import InputError
+from trackdyn.imports import imported_files
+from trackdyn.jit import KERNEL_SOURCES
+from trackdyn.measure.metrics import run_metrics
+from trackdyn.simulate import simulate
+from trackdyn.sweeps import row as rows
+from trackdyn.sweeps import workers
+from trackdyn.sweeps.asked import columns
+from trackdyn.sweeps.row import SOURCES
+from trackdyn.sweeps.store import Store
+from trackdyn.sweeps.sweep import sweep
+
+ROOT = Path(__file__).parents[2]
+SHORT = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.05, "preset": "fast"}
+
+
+def design(rows=4, **fields):
+    return pd.DataFrame([{"motor_rpm": 115.0 + 5 * k, **SHORT, **fields} for k in range(rows)])
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    """Rows that are computed in this process, by key."""
+    computed = []
+    compute = rows.Rows.compute
+
+    def count(self, key, **asked):
+        computed.append(key)
+        return compute(self, key, **asked)
+
+    monkeypatch.setattr(rows.Rows, "compute", count)
+    return computed
+
+
+def test_a_row_is_the_scene_alone(rig_path, make_scene):
+    table = sweep(design(2, ring_radius=0.31), rig=rig_path, jobs=1)
+    fast = {"integrator": "linearly_implicit", "step": 5e-4}
+    for k, rpm in enumerate((115.0, 120.0)):
+        scene = make_scene(rpm, ring_radius=0.31, **{name: SHORT[name] for name in ("duration", "lead_in", "ramp")}, **fast)
+        for name, value in run_metrics("", simulate(scene)).items():
+            if name in rows.NOT_KEPT:
+                continue
+            assert value == table[name][k] or (pd.isna(value) and pd.isna(table[name][k])), name
+
+
+def test_processes_give_the_same_bytes(tmp_path, rig_path):
+    one, two = tmp_path / "one.parquet", tmp_path / "two.parquet"
+    table = design(6)
+    sweep(table, one, rig_path, jobs=1)
+    sweep(table, two, rig_path, jobs=3)
+    assert one.read_bytes() == two.read_bytes()
+    costs = pd.read_csv(tmp_path / "two.costs.csv")
+    assert costs.key.tolist() == pd.read_parquet(two).key.tolist() and (costs.cpu_s > 0).all()
+
+
+def test_broken_rows_say_why_and_stop_nobody(tmp_path, rig_path):
+    table = pd.DataFrame([
+        {"motor_rpm": "115"},
+        {"motor_rpm": "fast"},
+        {"motor_rpm": "115", "chain.link_mass": "-1"},
+        {"motor_rpm": "115", "chain.pitches": "20"},
+        {"motor_rpm": "115", "friction": "some"},
+        {"motor_rpm": "115", "step": "0.5"},
+        {"motor_rpm": "115", "until.rms": "1%", "until.longest": "0.1"},
+        {"motor_rpm": "115", "duration": "36000", "every_link": "true", "step": "0.0005", "sensor.rate": "100000000"},
+        {"motor_rpm": "120"},
+    ]).fillna("")  # fmt: skip
+    for name, value in SHORT.items():
+        table[name] = [cell or str(value) for cell in table.get(name, [""] * len(table))]
+    found = sweep(table, tmp_path / "r.csv", rig_path, jobs=2)
+    assert found.state.tolist() == ["done"] + ["refused"] * 7 + ["done"]
+    for k, said in enumerate((
+        "", "motor_rpm = 'fast' is not accepted: a finite number", "chain.link_mass = -1", "", "friction = 'some'", "step = 0.5",
+        "longest = 0.1 s is not accepted", "step = 0.0005 is not accepted", "",
+    )):  # fmt: skip
+        assert said in found.reason[k] and (k in (0, 8)) == (found.reason[k] == ""), (k, found.reason[k])
+        assert "\n" not in found.reason[k]
+    pd.testing.assert_series_equal(pd.read_csv(tmp_path / "r.csv", keep_default_na=False).reason, found.reason, check_dtype=False)
+
+
+def test_a_row_beyond_the_memory_fails_for_now(tmp_path, rig_path, monkeypatch):
+    with monkeypatch.context() as little:
+        little.setattr("trackdyn.sweeps.sweep._memory", lambda: 1000.0)
+        found = sweep(design(1), rig=rig_path, jobs=1, store=tmp_path)
+    assert found.state[0] == "failed" and "the row may take 0 MB" in found.reason[0]
+    assert sweep(design(1), rig=rig_path, jobs=1, store=tmp_path).state[0] == "done"
+
+
+def test_what_slurm_gave_bounds_the_memory(monkeypatch):
+    from trackdyn.sweeps.sweep import _memory
+
+    monkeypatch.setenv("SLURM_MEM_PER_NODE", "100")
+    assert _memory() == 50 * 2**20
+
+
+def test_nothing_is_computed_twice(tmp_path, rig_path, counted):
+    table = pd.concat([design(3), design(2)])  # two rows stand twice
+    first = sweep(table, tmp_path / "r.parquet", rig_path, jobs=1)
+    assert len(counted) == 3 and first.key.nunique() == 3
+    sweep(table, tmp_path / "r.parquet", rig_path, jobs=1)
+    assert len(counted) == 3
+    sweep(design(5), tmp_path / "r.parquet", rig_path, jobs=1)
+    assert len(counted) == 5
+
+
+def test_other_sources_compute_again(tmp_path, rig_path, counted, monkeypatch):
+    sweep(design(1), tmp_path / "r.parquet", rig_path, jobs=1)
+    monkeypatch.setattr("trackdyn.sweeps.asked.row_sources", lambda: "edited")
+    sweep(design(1), tmp_path / "r.parquet", rig_path, jobs=1)
+    assert len(counted) == 2
+
+
+def test_sources_are_all_that_a_row_imports():
+    """Beside the package's own file, which computes nothing."""
+    covered = {
+        path
+        for name in ("jit.py", *KERNEL_SOURCES, *SOURCES)
+        for path in [ROOT / "trackdyn" / name, *(ROOT / "trackdyn" / name).rglob("*.py")]
+    }
+    needed = set(imported_files(ROOT / "trackdyn/sweeps/row.py", ROOT)) | {ROOT / "trackdyn/sweeps/row.py"}
+    assert needed - covered == {ROOT / "trackdyn/__init__.py"}
+
+
+def test_torn_and_foreign_lines_of_a_store_count_as_missing(tmp_path, rig_path, counted):
+    out = tmp_path / "r.parquet"
+    whole = sweep(design(3), out, rig_path, jobs=1)
+    (file,) = (tmp_path / "r.rows").glob("*.jsonl")
+    lines = file.read_bytes().splitlines(keepends=True)
+    file.write_bytes(lines[0] + b"\x00\x00[1]\nnull\n{}\n" + lines[1] + lines[2][: len(lines[2]) // 2])
+    again = sweep(design(3), out, rig_path, jobs=1)
+    assert counted[3:] == [json.loads(lines[2])["key"]]
+    pd.testing.assert_frame_equal(whole, again)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"design": [1, 2]}, "design = \\[1, 2\\] is not accepted"),
+        ({"design": pd.DataFrame({0: [1]})}, "a column without a name"),
+        ({"jobs": 0}, "jobs = 0 is not accepted"),
+        ({"out": "r.txt"}, "--out = 'r.txt' is not accepted"),
+        ({"out": "/proc/r.csv"}, "cannot be written"),
+        ({"rig": "no.yaml"}, "no.yaml: no such file"),
+    ],
+)
+def test_what_makes_no_sweep_is_refused(given, said):
+    with pytest.raises(InputError, match=said):
+        sweep(**{"design": design(1), "rig": ROOT / "config/rig.yaml"} | given)
+
+
+def test_a_store_that_cannot_be_written_is_refused(tmp_path, rig_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match=r"file: cannot be written"):
+        sweep(design(1), rig=rig_path, store=tmp_path / "file")
+
+
+def test_a_full_disk_ends_in_one_sentence(tmp_path, monkeypatch):
+    store = Store(tmp_path / "rows")
+    monkeypatch.setattr(os, "write", lambda file, line: len(line) - 1)
+    with pytest.raises(InputError, match="No space left on device"):
+        store.keep({"key": "k", "state": "done", "reason": "", "values": {}, "cost": {}})
+
+
+def test_until_and_every_link_give_measures_with_errors(rig_path):
+    table = pd.DataFrame([
+        {"motor_rpm": 210.0, "preset": "fast", "ramp": 0.05, "until.rms": "50%", "until.longest": 4},
+        {"motor_rpm": 210.0, "preset": "fast", "ramp": 0.05, "lead_in": 0.0, "duration": 1.0, "every_link": True},
+    ])  # fmt: skip
+    found = sweep(table, rig=rig_path, jobs=1)
+    assert found.state.tolist() == ["done", "done"], found.reason.tolist()
+    assert found.until_known[0] in (True, 1.0) and pd.isna(found.until_known[1])
+    assert found.simulated_s[0] < 4 and found.simulated_s[1] == 1.0
+    assert (found.whole_rms > 0).all() and (found.whole_rms_error > 0).all()
+
+
+def test_no_column_of_results_is_one_of_designs(rig_path):
+    found = sweep(design(1, every_link=True, duration=0.5), rig=rig_path, jobs=1)
+    results = list(found)[len(design(1, every_link=True).columns) :]
+    assert "key" in results and not set(results) & set(columns())
+
+
+def test_a_killed_worker_costs_its_row_only(rig_path, monkeypatch):
+    """The process with the row in hand is killed as the kernel's out-of-memory killer would."""
+    ask = workers._Worker.ask
+    killed = []
+
+    def kill_one(self):
+        ask(self)
+        if self.row and self.row["scene"]["motor_rpm"] == 120.0:
+            killed.append(self.row["key"])
+            self.process.kill()
+
+    monkeypatch.setattr(workers, "PIECES", 1)  # so that others wait behind it
+    monkeypatch.setattr(workers._Worker, "ask", kill_one)
+    found = sweep(design(6), rig=rig_path, jobs=2)
+    assert killed and found.state.tolist() == ["done", "failed", "done", "done", "done", "done"]
+    assert "SIGKILL" in found.reason[1]
+
+
+def test_workers_that_cannot_start_are_said_to(rig_path, monkeypatch):
+    monkeypatch.setattr(sys, "executable", "/bin/false")
+    with pytest.raises(trackdyn.TrackdynError, match="ended at its start"):
+        sweep(design(4), rig=rig_path, jobs=2)
+
+
+def command(out, designed):
+    """The command in a process of its own, its group included."""
+    run = "from trackdyn_command import main; main()"
+    return subprocess.Popen(
+        [sys.executable, "-c", run, "sweep", str(designed), "--out", str(out), "--rig", str(ROOT / "config/rig.yaml"), "-j2", "-q"],
+        cwd=ROOT, start_new_session=True, stderr=subprocess.PIPE, env=os.environ | {"PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+
+
+def kept(store):
+    return sum(path.read_bytes().count(b"\n") for path in store.glob("*.jsonl"))
+
+
+@pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGINT])
+def test_a_killed_sweep_goes_on_where_it_was(tmp_path, rig_path, end):
+    table = design(40, duration=0.5)
+    designed, out = tmp_path / "d.csv", tmp_path / "r.parquet"
+    table.to_csv(designed, index=False)
+    process = command(out, designed)
+    store = tmp_path / "r.rows"
+    while kept(store) < 5:
+        assert process.poll() is None, process.stderr.read()
+        time.sleep(0.02)
+    process.send_signal(end)
+    said = process.communicate()[1]
+    assert not out.exists()
+    if end == signal.SIGINT:
+        assert process.returncode == 130 and said.startswith(b"trackdyn: interrupted")
+    before = kept(store)
+    assert before < 40
+    process = command(out, designed)
+    assert process.wait() == 0, process.stderr.read()
+    process.stderr.close()
+    assert kept(store) == 40
+    whole = sweep(read_back := pd.read_csv(designed), rig=rig_path, jobs=1)
+    pd.testing.assert_frame_equal(pd.read_parquet(out), whole, check_dtype=False)
+    assert len(read_back) == 40
+
+
+def test_two_sweeps_on_one_folder_do_not_harm_each_other(tmp_path, rig_path):
+    designed, out = tmp_path / "d.csv", tmp_path / "r.parquet"
+    design(12, duration=0.2).to_csv(designed, index=False)
+    both = [command(out, designed) for _ in range(2)]
+    for process in both:
+        assert process.wait() == 0, process.stderr.read()
+        process.stderr.close()
+    alone = sweep(pd.read_csv(designed), rig=rig_path, jobs=1)
+    pd.testing.assert_frame_equal(pd.read_parquet(out), alone, check_dtype=False)
+    assert np.unique(alone.state).tolist() == ["done"]
+
+
+def test_the_command_says_what_came_of_it(tmp_path, rig_path, capsys):
+    from typer.testing import CliRunner
+
+    from trackdyn.cli import app
+
+    runner = CliRunner()
+    made, out = str(tmp_path / "d.csv"), str(tmp_path / "r.csv")
+    fixed = [part for name, value in SHORT.items() for part in ("--set", f"{name}={value}")]
+    result = runner.invoke(app, ["design", made, "--vary", "motor_rpm=115:210:2", "--vary", "friction=tangential,no", "--method", "grid", *fixed])
+    assert result.exit_code == 0, result.exception
+    result = runner.invoke(app, ["sweep", made, "--out", out, "--rig", str(rig_path), "-j", "1"])
+    assert result.exit_code == 0, result.exception
+    assert f"2 done, 2 refused; written to {out}" in result.output and "friction = 'no' is not accepted" in result.output
+    design(1, friction="no").to_csv(made, index=False)
+    result = runner.invoke(app, ["sweep", made, "--out", out, "--rig", str(rig_path)])
+    assert "no row came out; the first one because of: scene: friction = 'no' is not accepted" in str(result.exception)
+    result = runner.invoke(app, ["design", made, "--vary", "speed=1:2", "--rows", "4"])
+    assert "'speed' is no column of a design" in str(result.exception)
+    result = runner.invoke(app, ["sweep", made, "--out", "r.xlsx"])
+    assert "--out = 'r.xlsx' is not accepted" in str(result.exception)

@@ -1,0 +1,149 @@
+"""Sweeps as a module, and the profiles."""
+
+import importlib.util
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pytest
+import yaml
+
+from trackdyn.errors import InputError
+from trackdyn.sweeps.sweep import batches, one_of_each_kind, sweep
+
+ROOT = Path(__file__).parents[2]
+SLURM = yaml.safe_load((ROOT / "profiles/slurm/config.yaml").read_text(encoding="utf-8"))
+SCENE = {"preset": "fast", "duration": 0.05, "lead_in": 0.0, "ramp": 0.05}
+MODULE = """
+module sweep:
+    snakefile: "{root}/workflow/sweep.smk"
+    config: {{"design": "d.csv", "out": "r/s.parquet", "batches": 2, "rig": "{root}/config/rig.yaml"}}
+
+use rule * from sweep as sweep_*
+
+rule mine:
+    default_target: True
+    input: rules.sweep_gather.output
+"""
+
+
+def load(name, path):
+    """A script that is no module of the package."""
+    spec = importlib.util.spec_from_file_location(name, ROOT / path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+measured = load("measured", "profiles/measured.py")
+
+
+def snakemake(folder, *arguments):
+    return subprocess.run(
+        [sys.executable, "-m", "snakemake", "--nocolor", *arguments],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": str(ROOT), "XDG_CACHE_HOME": str(folder / "cache")},
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+
+
+def test_a_module_gives_the_bytes_of_one_sweep(tmp_path, rig_path):
+    """With rows that stand twice and rows that are refused, in a Snakefile of somebody's own."""
+    design = pd.DataFrame([{"motor_rpm": rpm, "ring_radius": ring, **SCENE} for rpm in (115, 210, 115, "no") for ring in (0.308, "none")])
+    design.to_csv(tmp_path / "d.csv", index=False)
+    (tmp_path / "Snakefile").write_text(MODULE.format(root=ROOT), encoding="utf-8")
+    result = snakemake(tmp_path, "-j2", "--quiet")
+    assert result.returncode == 0, result.stdout + result.stderr
+    alone = sweep(tmp_path / "d.csv", tmp_path / "alone.parquet", rig_path, jobs=1)
+    assert alone.state.tolist() == ["done"] * 6 + ["refused"] * 2
+    assert (tmp_path / "alone.parquet").read_bytes() == (tmp_path / "r/s.parquet").read_bytes()
+    again = snakemake(tmp_path, "-n", "--quiet", "rules")
+    assert "Nothing to be done" in again.stdout + again.stderr
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (["out=r.parquet"], "sweep: design is missing"),
+        (["design=d.csv", "out=r.parquet", "batches=some"], "sweep: batches = 'some' is not accepted"),
+        (["design=d.csv", "out=r.parquet", "threads=0"], "sweep: threads = 0 is not accepted"),
+    ],
+)
+def test_a_module_without_its_config_says_what_is_missing(tmp_path, given, said):
+    (tmp_path / "d.csv").write_text("motor_rpm\n115\n", encoding="utf-8")
+    result = snakemake(tmp_path, "-s", f"{ROOT}/workflow/sweep.smk", "-n", "--config", *given)
+    printed = result.stdout + result.stderr
+    assert result.returncode == 1 and said in printed and "Traceback" not in printed
+
+
+def test_batches_hold_every_row_once_and_neighbours_alike(rig_path):
+    design = pd.DataFrame([{"motor_rpm": 115.0 + k, "ring_radius": (0.308, 0.31)[k % 2], **SCENE} for k in range(8)] * 2)
+    parts = batches(design, rig_path, 2)
+    assert [len(part) for part in parts] == [4, 4]
+    assert sorted(pd.concat(parts).motor_rpm) == [115.0 + k for k in range(8)]
+    assert [part.ring_radius.nunique() for part in parts] == [1, 1]
+    with pytest.raises(InputError, match="batches = 9 is not accepted: the design has 8 different rows"):
+        batches(design, rig_path, 9)
+
+
+def test_a_row_of_each_kind_is_compiled_first():
+    design = pd.DataFrame({"motor_rpm": [1, 2, 3], "friction": ["none", "tangential", "none"]})
+    assert one_of_each_kind(design).motor_rpm.tolist() == [1, 2]
+    assert one_of_each_kind(design[["motor_rpm"]]).motor_rpm.tolist() == [1]
+
+
+def test_every_rule_with_a_benchmark_is_found():
+    """By the script that measures, in all the files of rules."""
+    text = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "workflow/rules").glob("*.smk"))
+    assert len(measured.patterns()) == len(re.findall(r"^\s+benchmark:", text, re.MULTILINE))
+
+
+def test_the_profile_asks_for_what_was_measured(tmp_path, monkeypatch):
+    header = "s\th:m:s\tmax_rss\tmax_vms\n"
+    for name, row in (("claims", "60.0\t0:01:00\t200.0\t1\n"), ("simulate/ring/a", "12.0\t-\t400.0\t1\n"), ("simulate/b", "601.0\t-\t-\t1\n")):
+        path = tmp_path / "benchmarks" / f"{name}.tsv"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(header + row, encoding="utf-8")
+    found = measured.measured(tmp_path)
+    assert found == {"claims": (200.0, 60.0), "simulate": (400.0, 601.0)}
+    profile = tmp_path / "config.yaml"
+    profile.write_text(f"jobs: 3\n{measured.MARK}set-resources:\n  old: 1\n", encoding="utf-8")
+    monkeypatch.setattr(measured, "PROFILE", profile)
+    measured.main(tmp_path)
+    written = yaml.safe_load(profile.read_text(encoding="utf-8"))
+    assert written["jobs"] == 3 and written["set-resources"].keys() == {"claims", "simulate"}
+    # the two Snakemakes of a job beside the rule, a third more than that, in hundreds; five times the time, and five minutes
+    assert written["set-resources"]["claims"] == {"mem_mb": "800 * attempt", "runtime": "10 * attempt"}
+    assert written["set-resources"]["simulate"] == {"mem_mb": "1100 * attempt", "runtime": "56 * attempt"}
+
+
+def test_the_profile_names_rules_that_exist_and_no_node_is_asked_for_all_there_is():
+    rules = measured.blocks()
+    assert SLURM["set-resources"].keys() <= rules.keys()
+    assert sorted(SLURM["set-threads"]) == measured.greedy()
+
+
+def test_snakemake_takes_the_profile(tmp_path):
+    pytest.importorskip("snakemake_executor_plugin_slurm")
+    (tmp_path / "d.csv").write_text("motor_rpm\n115\n", encoding="utf-8")
+    result = snakemake(
+        tmp_path, "-s", f"{ROOT}/workflow/sweep.smk", "--workflow-profile", f"{ROOT}/profiles/slurm", "-n", "--quiet", "rules",
+        "--config", "design=d.csv", "out=r.parquet", "batches=1", f"rig={ROOT}/config/rig.yaml",
+    )  # fmt: skip
+    assert result.returncode == 0, result.stdout + result.stderr
+    assert "gather" in result.stdout + result.stderr
+
+
+def test_what_a_slurm_lacks_is_said_in_one_sentence(monkeypatch):
+    slurm = load("slurm", "workflow/cluster/slurm.py")
+    monkeypatch.setenv("PATH", "/nowhere")
+    monkeypatch.setattr(slurm, "PROGRAMS", ("munged", "no_such_daemon"))
+    assert "no_such_daemon" in slurm.missing() and "apt-get install slurm-wlm munge" in slurm.missing()
+    monkeypatch.setattr(slurm, "PROGRAMS", ())
+    monkeypatch.setattr(os, "geteuid", lambda: 1000)
+    assert "must be root" in slurm.missing()

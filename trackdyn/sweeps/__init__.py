@@ -1,0 +1,1 @@
+"""Many scenes: designs, and their results a row each."""

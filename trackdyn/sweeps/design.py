@@ -1,0 +1,145 @@
+"""Designs: tables with a row a scene, and how to make them."""
+
+import re
+from collections.abc import Mapping, Sequence
+from itertools import product
+
+import numpy as np
+import pandas as pd
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.validation import plain_number, shown
+
+METHODS = ("grid", "sobol", "latin")
+MOST_ROWS = 1_000_000
+# name=low:high, name=low:high:count, name=a,b,c
+_RANGE = re.compile(r"([^:,]+):([^:,]+)(?::(\d+))?")
+
+
+class Span:
+    """A range of a number, to be sampled or cut into ``count`` levels.
+
+    Attributes
+    ----------
+    low, high : float
+        Ends, both included.
+    count : int or None
+        Levels of a grid.
+    """
+
+    def __init__(self, low: float, high: float, count: int | None = None):
+        self.low, self.high, self.count = float(low), float(high), count
+        if not self.low < self.high:
+            raise InputError(f"range {low:g}:{high:g} is not accepted: the second number must be the larger one")
+        if count is not None and not 2 <= count <= MOST_ROWS:
+            raise InputError(f"range {low:g}:{high:g}:{count} is not accepted: a count of 2 to {MOST_ROWS} would do")
+
+    def at(self, share: np.ndarray) -> np.ndarray:
+        """Values at shares of the range."""
+        return self.low + (self.high - self.low) * share
+
+    def levels(self, name: str) -> list[float]:
+        """The values of a grid."""
+        if self.count is None:
+            raise InputError(f"{name} = {self.low:g}:{self.high:g} has no count for a grid; {self.low:g}:{self.high:g}:5 would do")
+        return np.linspace(self.low, self.high, self.count).tolist()
+
+
+def parse_levels(pair: str) -> tuple[str, Span | list[str]]:
+    """``motor_rpm=115:210``, ``motor_rpm=115:210:5`` or ``friction=tangential,none`` as a name and what it takes.
+
+    Raises
+    ------
+    InputError
+        It is none of these.
+    """
+    name, _, text = pair.partition("=")
+    name, text = name.strip(), text.strip()
+    if not name or not text:
+        raise InputError(f"--vary = {shown(pair)} is not accepted: name=low:high, name=low:high:count or name=a,b would do")
+    if match := _RANGE.fullmatch(text):
+        try:
+            low, high = (plain_number(float(part)) for part in match.groups()[:2])
+        except ValueError:
+            raise InputError(f"--vary = {shown(pair)} is not accepted: two finite numbers such as 115:210 would do") from None
+        return name, Span(low, high, match[3] and int(match[3]))
+    return name, [part.strip() for part in text.split(",")]
+
+
+def make_design(
+    vary: Mapping[str, Span | Sequence],
+    method: str = "sobol",
+    rows: int | None = None,
+    seed: int = 0,
+    fixed: Mapping[str, object] | None = None,
+) -> pd.DataFrame:
+    """A design over columns of a sweep.
+
+    Parameters
+    ----------
+    vary : mapping
+        Column and what it takes: a `Span` (or a pair of numbers) or a list of levels.
+    method : str
+        ``grid`` (all levels with all), ``sobol`` (a scrambled Sobol sequence) or ``latin`` (a Latin hypercube), both by
+        `scipy.stats.qmc`.
+    rows : int or None
+        Rows of a Sobol or Latin design; a power of 2 keeps a Sobol sequence balanced.
+    seed : int
+        Of the scrambling; the same seed gives the same design.
+    fixed : mapping
+        Columns with one value.
+
+    Returns
+    -------
+    DataFrame
+
+    Raises
+    ------
+    InputError
+        A method, range, number of rows or column that does not make a design.
+
+    Examples
+    --------
+    ``make_design({"motor_rpm": (115, 210), "ring_radius": (0.303, 0.313)}, rows=64, fixed={"duration": 20})``
+    """
+    if not vary:
+        raise InputError("a design varies something; --vary motor_rpm=115:210 would do")
+    fixed = dict(fixed or {})
+    if both := vary.keys() & fixed.keys():
+        raise InputError(f"{min(both)} is varied and fixed; keep one of them")
+    spans = {name: Span(*takes) if isinstance(takes, tuple) else takes for name, takes in vary.items()}
+    if method == "grid":
+        if rows is not None:
+            raise InputError(f"rows = {rows} is not accepted: a grid has as many as its levels make; another method would do")
+        levels = [takes.levels(name) if isinstance(takes, Span) else list(takes) for name, takes in spans.items()]
+        _refuse_rows(int(np.prod([len(one) for one in levels], dtype=float)))
+        table = pd.DataFrame(list(product(*levels)), columns=list(spans), dtype=object)
+    elif method in METHODS:
+        if rows is None:
+            raise InputError(f"rows is missing; a {method} design needs a number of rows, such as 64")
+        _refuse_rows(rows)
+        shares = _shares(method, len(spans), rows, seed)
+        table = pd.DataFrame({
+            name: takes.at(share) if isinstance(takes, Span) else np.array(takes, dtype=object)[(share * len(takes)).astype(int)]
+            for (name, takes), share in zip(spans.items(), shares.T, strict=True)
+        })  # fmt: skip
+    else:
+        raise InputError(f"method = {shown(method)} is not accepted: {', '.join(METHODS)} would do")
+    return table.assign(**fixed)
+
+
+def _refuse_rows(rows: int) -> None:
+    if isinstance(rows, bool) or not isinstance(rows, (int, np.integer)) or not 1 <= rows <= MOST_ROWS:
+        raise InputError(f"rows = {shown(rows)} is not accepted: a whole number of 1 to {MOST_ROWS} would do")
+
+
+def _shares(method: str, columns: int, rows: int, seed: int) -> np.ndarray:
+    """(rows, columns) points of the unit cube."""
+    from scipy.stats import qmc  # takes half a second
+
+    if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
+        raise InputError(f"seed = {shown(seed)} is not accepted: a whole number of at least 0 would do")
+    if method == "latin":
+        return qmc.LatinHypercube(columns, seed=seed).random(rows)
+    sampler = qmc.Sobol(columns, seed=seed)
+    return sampler.random_base2(int(np.ceil(np.log2(rows))))[:rows]

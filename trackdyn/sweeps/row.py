@@ -1,0 +1,125 @@
+"""One row: a scene in, numbers or a reason out."""
+
+import json
+import time
+
+from psutil import virtual_memory
+
+from trackdyn.errors import DivergenceError, InputError
+from trackdyn.jit import KERNEL_SOURCES, source_hash, target_hash
+from trackdyn.measure.metrics import run_metrics
+from trackdyn.measure.whole_loop import Estimate, whole_loop
+from trackdyn.needs import needs
+from trackdyn.parameters.rig import Rig
+from trackdyn.parameters.validation import shown
+from trackdyn.recording import Recording, made_with
+from trackdyn.scene import Scene
+from trackdyn.simulate import simulate
+from trackdyn.starts import Starts
+from trackdyn.until import run_until
+
+# what came of a row: its numbers; input that is refused; a run that left the physical range; nothing, for a reason that may pass
+DONE, REFUSED, DIVERGED, FAILED = "done", "refused", "diverged", "failed"
+# The package's files and folders that a row's numbers depend on, beside the kernels.
+SOURCES = (
+    "parameters", "measure", "sweeps/row.py", "belt.py", "build.py", "checkpoint.py", "errors.py", "fidelity.py", "limits.py",
+    "loop.py", "needs.py", "reading.py", "recording.py", "replacing.py", "scene.py", "settling.py", "simulate.py", "starts.py",
+    "stepping.py", "until.py", "writer.py",
+)  # fmt: skip
+# of a row of metrics: its name, which the design has, and its cost, which stands elsewhere
+NOT_KEPT = ("run", "wall_s")
+_known: dict[str, str] = {}
+
+
+def row_sources() -> str:
+    """Hash of everything that a row's numbers depend on; with other sources a row is computed again."""
+    if "sources" not in _known:
+        _known["sources"] = source_hash((*KERNEL_SOURCES, *SOURCES))
+    return _known["sources"]
+
+
+class Rows:
+    """Computes rows one after another; rigs and settled loops are shared among them.
+
+    Parameters
+    ----------
+    memory : float
+        Bytes that a row may take.
+    """
+
+    def __init__(self, memory: float):
+        self.memory = memory
+        self._starts = Starts()
+        self._rig: tuple[dict, Rig] | None = None
+
+    def compute(self, key: str, rig: dict, changes: dict, scene: dict, until: dict, longest: float) -> dict:
+        """The result of a row (`sweeps.asked.Asked`).
+
+        Returns
+        -------
+        dict
+            ``key``, ``state``, ``reason``, ``values`` by name, ``cost``: plain data.
+        """
+        wall, cpu = time.perf_counter(), time.process_time()
+        state, reason, values = DONE, "", {}
+        try:
+            values = self._values(rig, changes, scene, until, longest)
+        except InputError as error:
+            state, reason = REFUSED, str(error)
+        except DivergenceError as error:
+            state, reason = DIVERGED, str(error)
+        except MemoryError as error:
+            state, reason = FAILED, str(error) or "the memory that is free does not suffice"
+        except Exception as error:  # a row never stops the others
+            state, reason = FAILED, f"{type(error).__name__}: {shown(str(error))}"
+        cost = {"wall_s": time.perf_counter() - wall, "cpu_s": time.process_time() - cpu}
+        row = {"key": key, "state": state, "reason": reason, "values": values, "cost": cost}
+        return json.loads(json.dumps(row, default=lambda number: number.item()))  # numpy's numbers become Python's
+
+    def _values(self, rig: dict, changes: dict, scene: dict, until: dict, longest: float) -> dict:
+        asked = Scene(self._rig_of(rig, changes), **scene)
+        self._refuse_memory(asked, longest if until else asked.duration, bool(until))
+        found: dict = {}
+        if until:
+            answer = run_until(asked, until, longest, starts=self._starts)
+            recording, measures = answer.recording, answer.measures
+            found |= {"until_known": answer.known, "until_transient_s": answer.transient}
+        else:
+            recording = simulate(asked, starts=self._starts)
+            measures = whole_loop(recording) if asked.every_link else {}
+        return run_values(recording) | found | _flat(measures)
+
+    def _rig_of(self, rig: dict, changes: dict) -> Rig:
+        """The rig of a row, kept for the next one."""
+        if self._rig is None or self._rig[0] != rig:
+            self._rig = rig, Rig.model_validate(rig)
+        return self._rig[1].changed(**changes) if changes else self._rig[1]
+
+    def _refuse_memory(self, scene: Scene, duration: float, every_link: bool) -> None:
+        """That a row does not fit may be otherwise with other neighbours or on another machine: no refusal for good."""
+        needed = needs(scene, duration, every_link=every_link or scene.every_link).memory
+        if needed > (allowed := min(self.memory, virtual_memory().available)):
+            raise MemoryError(
+                f"a recording of {duration:g} s needs about {needed / 1e6:.0f} MB of memory and the row may take "
+                f"{allowed / 1e6:.0f} MB; fewer jobs, more memory or a shorter duration would do"
+            )
+
+
+def run_values(recording: Recording) -> dict:
+    """Metrics, how the loop stands, and what computed it."""
+    values = {name: value for name, value in run_metrics("", recording).items() if name not in NOT_KEPT}
+    sources, versions = made_with()
+    made = {"python": recording.meta["python"]} | versions
+    return values | recording.meta["layout"] | {
+        "kernel_sources": sources, "row_sources": row_sources(), "processor": target_hash(),
+        "versions": ", ".join(f"{name} {of}" for name, of in made.items()),
+    }  # fmt: skip
+
+
+def _flat(measures: dict[str, Estimate]) -> dict[str, float]:
+    """Measures over all links, each with its error."""
+    return {
+        f"whole_{name}{part}": value
+        for name, estimate in measures.items()
+        for part, value in zip(("", "_error", "_half_width"), estimate, strict=True)
+    }

@@ -1,0 +1,181 @@
+"""A sweep: a row a scene goes in, a row a result comes out, and what is known is not computed again."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from psutil import virtual_memory
+from tqdm import tqdm
+
+from trackdyn.errors import InputError
+from trackdyn.fidelity import CHOICES
+from trackdyn.parameters.validation import shown
+from trackdyn.replacing import refuse_unwritable
+from trackdyn.sweeps.asked import Asked, asked, refuse_columns
+from trackdyn.sweeps.row import DONE, REFUSED
+from trackdyn.sweeps.store import Store
+from trackdyn.sweeps.table import read_table, refuse_ending, refuse_header, write_table
+from trackdyn.sweeps.workers import compute
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def sweep(
+    design: pd.DataFrame | Path | str,
+    out: Path | str | None = None,
+    rig: Path | str = "config/rig.yaml",
+    jobs: int | None = None,
+    store: Path | str | None = None,
+    progress: bool = False,
+) -> pd.DataFrame:
+    """Compute every row of a design.
+
+    Parameters
+    ----------
+    design : DataFrame or path
+        A row a scene: fields of `Scene`, parameters of the rig as ``section.field``, a ``preset``, a ``rig`` file, a ``name``;
+        ``until.rms`` and its like are tolerances that end the run when they are reached, or after ``until.longest`` s.
+        An empty cell leaves the field to its default.
+    out : path or None
+        Table to write (.csv, .parquet), with the cost of every row beside it (``.costs.csv``).
+    rig : path
+        The rig of every row that names no other.
+    jobs : int or None
+        Processes; all cores by default.
+    store : path or None
+        Folder in which rows are kept as they come; that of ``out`` (``.rows``) by default. A row is known again by its scene,
+        its rig and the sources of all that computes it.
+    progress : bool
+        Show how many rows are left, and how long they will take.
+
+    Returns
+    -------
+    DataFrame
+        The design, then ``key``, ``state`` (done, refused, diverged or failed), ``reason``, the columns of ``metrics.csv``,
+        how the loop stands, measures of the whole loop where every link is recorded, and what computed it.
+
+    Raises
+    ------
+    InputError
+        The design, ``out`` or ``store`` cannot be used. What is wrong with one row is its ``reason``.
+    """
+    if jobs is not None and (isinstance(jobs, bool) or not isinstance(jobs, int) or not 1 <= jobs <= 1024):
+        raise InputError(f"jobs = {jobs!r} is not accepted: a whole number of 1 to 1024 would do")
+    if out is not None:
+        refuse_ending(out, "--out")
+        refuse_unwritable(out)
+        store = store or Path(out).with_suffix(".rows")
+    table = read_design(design)
+    rows = asked(table, str(rig))
+    found = _computed(rows, jobs or cores(), store, progress)
+    results = result_table(table, rows, found)
+    if out is not None:
+        write_table(cost_table(rows, found), Path(out).with_suffix(".costs.csv"))
+        write_table(results, out)
+    return results
+
+
+def read_design(design: pd.DataFrame | Path | str) -> pd.DataFrame:
+    """A design whose columns are known.
+
+    Raises
+    ------
+    InputError
+        It is no table, or no design.
+    """
+    if not isinstance(design, (pd.DataFrame, Path, str)):
+        raise InputError(f"design = {shown(design)} is not accepted: a table of pandas or the name of a file would do")
+    table, where = (design, "design") if isinstance(design, pd.DataFrame) else (read_table(design), str(design))
+    refuse_header(list(table.columns), where)
+    refuse_columns(table, where)
+    return table
+
+
+def batches(design: pd.DataFrame | Path | str, rig: Path | str, count: int) -> list[pd.DataFrame]:
+    """A design in parts of one size, each row once and neighbours alike.
+
+    Raises
+    ------
+    InputError
+        There are fewer rows than parts.
+    """
+    table = read_design(design)
+    rows = asked(table, str(rig))
+    first = {row.key: k for k, row in reversed(list(enumerate(rows)))}
+    if len(first) < count:
+        raise InputError(f"batches = {count} is not accepted: the design has {len(first)} different rows; as many at most would do")
+    order = sorted(first.values(), key=lambda k: rows[k].alike)
+    return [table.iloc[sorted(part)] for part in np.array_split(np.array(order, dtype=int), count)]
+
+
+def one_of_each_kind(design: pd.DataFrame | Path | str) -> pd.DataFrame:
+    """The first row of each fidelity in a design: what must be compiled before its other rows."""
+    table = read_design(design)
+    kinds = [name for name in table.columns if name in (*CHOICES, "preset", "every_link") or name.startswith("until.")]
+    return table.drop_duplicates(kinds) if kinds else table.head(1)
+
+
+def _computed(rows: list[Asked], jobs: int, store: Path | str | None, progress: bool) -> dict[str, dict]:
+    """Result of every row by its key."""
+    found = {row.key: _refused(row) for row in rows if row.reason}
+    wanted = {row.key: row for row in rows if not row.reason}
+    kept = Store(store) if store else None
+    if kept:
+        found |= kept.read(wanted.keys())
+    due = sorted((row for key, row in wanted.items() if key not in found), key=lambda row: row.alike)
+    with tqdm(total=len(due), disable=not progress, unit="row", desc="sweep", smoothing=0.05) as bar:
+        for result in compute([_plain(row) for row in due], jobs, _memory()):
+            if kept:
+                kept.keep(result)
+            found[result["key"]] = result
+            bar.update()
+    return found
+
+
+def _plain(row: Asked) -> dict:
+    """What `sweeps.row.Rows.compute` takes."""
+    return {name: getattr(row, name) for name in ("key", "rig", "changes", "scene", "until", "longest")}
+
+
+def _refused(row: Asked) -> dict:
+    return {"key": row.key, "state": REFUSED, "reason": row.reason, "values": {}, "cost": {}}
+
+
+def _memory() -> float:
+    """Bytes that rows may take: what is free, or half of what SLURM gave the job, since the program is there, too."""
+    given = os.environ.get("SLURM_MEM_PER_NODE", "")
+    free = virtual_memory().available
+    return min(free, float(given) * 2**20 / 2) if given.isdecimal() and int(given) else float(free)
+
+
+def result_table(design: pd.DataFrame, rows: list[Asked], found: dict[str, dict]) -> pd.DataFrame:
+    """The design with the results of its rows, in its order."""
+    results = [found[row.key] for row in rows]
+    said = pd.DataFrame({name: [result[name] for result in results] for name in ("key", "state", "reason")})
+    values = pd.DataFrame([result["values"] for result in results])
+    given = design.reset_index(drop=True).apply(_storable)
+    return pd.concat([given, said, values], axis=1)
+
+
+def cost_table(rows: list[Asked], found: dict[str, dict]) -> pd.DataFrame:
+    """What every row cost: s of the clock and of a core. It differs from run to run, and stands apart for that."""
+    return pd.DataFrame([{"key": row.key, **{"wall_s": None, "cpu_s": None}, **found[row.key]["cost"]} for row in rows])
+
+
+def _storable(column: pd.Series) -> pd.Series:
+    """Numbers where all cells are, text elsewhere."""
+    try:
+        return pd.to_numeric(column) if column.dtype != bool else column
+    except (ValueError, TypeError):
+        texts = (" ".join(map(str, cell)) if isinstance(cell, (list, tuple)) else cell for cell in column)
+        return pd.Series(["" if cell is None or cell != cell else str(cell) for cell in texts], name=column.name, dtype=str)
+
+
+def summary(results: pd.DataFrame) -> str:
+    """How many rows came to what."""
+    counts = results["state"].value_counts()
+    return ", ".join(f"{counts[state]} {state}" for state in sorted(counts.index, key=lambda state: (state != DONE, state)))

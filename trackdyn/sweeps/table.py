@@ -1,0 +1,116 @@
+"""Tables of designs and results: CSV or Parquet, read whole or refused in one sentence."""
+
+import csv
+import io
+from collections.abc import Iterator
+from pathlib import Path
+
+import pandas as pd
+import pyarrow
+from pyarrow import parquet
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.validation import shown
+from trackdyn.reading import plain_file, read_text
+from trackdyn.replacing import replacing
+
+LARGEST = 500_000_000  # bytes of a CSV, and of a Parquet file as it unpacks
+ENDINGS = (".csv", ".parquet")
+
+
+def refuse_ending(path: Path | str, option: str) -> None:
+    """Refuse the name of a table that says of no format.
+
+    Raises
+    ------
+    InputError
+        The name ends in something else than .csv or .parquet.
+    """
+    if Path(path).suffix not in ENDINGS:
+        raise InputError(f"{option} = {shown(str(path))} is not accepted: a name that ends in {' or '.join(ENDINGS)} would do")
+
+
+def read_table(path: Path | str) -> pd.DataFrame:
+    """A table as it stands: the cells of a CSV are text.
+
+    Raises
+    ------
+    InputError
+        It is no table, two columns share a name, a row of a CSV is shorter or longer than the header, or it is too large.
+    """
+    refuse_ending(path, "table")
+    if Path(path).suffix == ".csv":
+        rows = _csv_rows(path)
+        header = next(rows, [])
+        refuse_header(header, str(path))
+        cells = []
+        for line, row in rows:
+            if len(row) != len(header):
+                raise InputError(
+                    f"{path}: line {line} has {len(row)} cells and the header {len(header)}; put text with a comma into quotes"
+                )
+            cells.append([cell.strip() for cell in row])
+        return pd.DataFrame(cells, columns=header, dtype=str)
+    plain_file(path, "Parquet file")
+    try:
+        described = parquet.read_metadata(path)
+        size = sum(described.row_group(k).total_byte_size for k in range(described.num_row_groups))
+        names = parquet.read_schema(path).names
+        table = pd.read_parquet(path) if size <= LARGEST else None
+    except (pyarrow.ArrowException, OSError, ValueError, TypeError, KeyError):
+        raise InputError(f"{path}: is not a Parquet file, or is damaged; make it again") from None
+    if table is None:
+        raise InputError(f"{path}: takes {size / 1e6:.0f} MB as it unpacks, more than {LARGEST / 1e6:.0f} MB; split it")
+    refuse_header([name for name in names if name in table.columns], str(path))
+    return table.reset_index(drop=True)
+
+
+def _csv_rows(path: Path | str) -> Iterator:
+    """The header, then number of the line and cells of every row that is not empty."""
+    text = read_text(path, "CSV file", LARGEST)
+    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
+    header = None
+    try:
+        for row in reader:
+            if not any(cell.strip() for cell in row):
+                continue
+            if header is None:
+                header = [cell.strip() for cell in row]
+                yield header
+            else:
+                yield reader.line_num, row
+    except csv.Error as error:
+        raise InputError(f"{path}: line {reader.line_num} is no CSV ({error}); correct its quotes") from None
+
+
+def refuse_header(names: list, where: str) -> None:
+    """Refuse a table without columns, or with two of one name.
+
+    Raises
+    ------
+    InputError
+        Which column it is.
+    """
+    if not names:
+        raise InputError(f"{where}: is empty; a header with the names of columns is needed")
+    for name in names:
+        if not isinstance(name, str) or not name:
+            raise InputError(f"{where}: has a column without a name; give it one")
+        if names.count(name) > 1:
+            raise InputError(f"{where}: has the column {shown(name)} twice; keep one of them")
+
+
+def write_table(table: pd.DataFrame, path: Path | str) -> None:
+    """Write CSV or Parquet, by the ending; whole or not at all.
+
+    Raises
+    ------
+    InputError
+        It cannot be written.
+    """
+    refuse_ending(path, "table")
+    with replacing(path) as part:
+        if Path(path).suffix == ".csv":
+            table.to_csv(part, index=False)
+        else:
+            table.to_parquet(part, index=False, engine="pyarrow")

@@ -1,0 +1,159 @@
+"""Rows over the cores of one machine: a process a core, each asked for one row at a time.
+
+A pool of a library gives up when one of its processes is killed. Here only the row that it had in hand is lost, and
+the row says so.
+"""
+
+import contextlib
+import json
+import os
+import selectors
+import signal
+import subprocess
+import sys
+from collections import deque
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from trackdyn.errors import TrackdynError
+from trackdyn.integrate.run import _run as time_loop
+from trackdyn.sweeps.row import FAILED, Rows
+from trackdyn.sweeps.worker import READY
+
+# Rows that a process takes in a piece: long enough to share what settling gives, short enough to end together.
+PIECES, LONGEST_PIECE = 8, 64
+
+
+def compute(rows: Sequence[dict], jobs: int, memory: float) -> Iterator[dict]:
+    """Results of rows as they come, in any order.
+
+    Parameters
+    ----------
+    rows : sequence of dict
+        Parameters of `Rows.compute`, neighbours alike.
+    jobs : int
+        Processes; with 1 the rows are computed in this one.
+    memory : float
+        Bytes that all rows in hand may take together.
+    """
+    if jobs == 1 or len(rows) < 2:
+        here = Rows(memory)
+        yield from (here.compute(**row) for row in rows)
+        return
+    rows = list(rows)
+    if not _compiled():  # or every process would compile the same kernels
+        yield from _Workers(rows[:1], 1, memory).results()
+        rows = rows[1:]
+    yield from _Workers(rows, min(jobs, len(rows)), memory).results()
+
+
+def _compiled() -> bool:
+    """Whether the time loop was compiled before, here and for this processor."""
+    folder = getattr(getattr(time_loop, "stats", None), "cache_path", None)
+    return folder is not None and any(Path(folder).glob("run._run-*.nbc"))
+
+
+class _Worker:
+    """A process, the rows that it is to compute, and the one in hand."""
+
+    def __init__(self, memory: float):
+        self.waiting: deque[dict] = deque()
+        self.row: dict | None = None
+        self.ready = False
+        root = str(Path(__file__).parents[2])
+        path = os.pathsep.join(filter(None, (root, os.environ.get("PYTHONPATH"))))
+        self.process = subprocess.Popen(
+            [sys.executable, "-P", "-m", "trackdyn.sweeps.worker", repr(memory)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            encoding="utf-8",
+            env=os.environ | {"PYTHONPATH": path},
+            process_group=0,  # a Ctrl-C is for the one who started it
+        )
+
+    def ask(self) -> None:
+        """Hand over the next row."""
+        self.row = self.waiting.popleft() if self.waiting else None
+        if self.row is not None:
+            with contextlib.suppress(BrokenPipeError):  # its end is seen where its answer is awaited
+                print(json.dumps(self.row), file=self.process.stdin, flush=True)
+
+    def answer(self) -> dict | None:
+        """The result of the row in hand; None: it has only come up."""
+        line = self.process.stdout.readline()
+        if line.strip() == READY and not self.ready:
+            self.ready = True
+            return None
+        try:
+            return json.loads(line)
+        except ValueError:  # it is dead, perhaps amid its answer
+            return {"key": self.row["key"], "state": FAILED, "reason": self._death(), "values": {}, "cost": {}}
+
+    def _death(self) -> str:
+        code = self.process.wait()
+        if not self.ready:
+            raise TrackdynError(f"a process that is to compute rows ended at its start (exit code {code}); see what it printed above")
+        how = signal.Signals(-code).name if code < 0 else f"exit code {code}"
+        return f"the process that computed it ended ({how}), perhaps for want of memory; fewer jobs or more memory would do"
+
+    @property
+    def alive(self) -> bool:
+        return self.process.poll() is None
+
+    def end(self) -> None:
+        """Kill it; it writes nothing."""
+        self.process.kill()
+        self.process.wait()
+        self.process.stdout.close()
+        with contextlib.suppress(BrokenPipeError):
+            self.process.stdin.close()
+
+
+class _Workers:
+    """Rows handed out piece by piece; who has none left takes half of what another still has."""
+
+    def __init__(self, rows: list[dict], jobs: int, memory: float):
+        size = min(max(len(rows) // (PIECES * jobs), 1), LONGEST_PIECE)
+        self.pieces = deque(rows[k : k + size] for k in range(0, len(rows), size))
+        self.jobs, self.memory = jobs, memory / jobs
+        self.workers: list[_Worker] = []
+
+    def results(self) -> Iterator[dict]:
+        with selectors.DefaultSelector() as selector:
+            try:
+                for _ in range(self.jobs):
+                    self._start(selector, deque())
+                while any(worker.row for worker in self.workers):
+                    for key, _ in selector.select():
+                        worker: _Worker = key.data
+                        if (result := worker.answer()) is None:
+                            continue
+                        if worker.alive:
+                            self._feed(worker)
+                        else:
+                            selector.unregister(worker.process.stdout)
+                            self.workers.remove(worker)
+                            worker.end()
+                            self._start(selector, worker.waiting)
+                        yield result
+            finally:
+                for worker in self.workers:
+                    worker.end()
+
+    def _start(self, selector: selectors.BaseSelector, waiting: deque[dict]) -> None:
+        worker = _Worker(self.memory)
+        worker.waiting = waiting
+        self.workers.append(worker)
+        selector.register(worker.process.stdout, selectors.EVENT_READ, worker)
+        self._feed(worker)
+
+    def _feed(self, worker: _Worker) -> None:
+        if not worker.waiting:
+            if self.pieces:
+                worker.waiting.extend(self.pieces.popleft())
+            else:
+                richest = max(self.workers, key=lambda other: len(other.waiting))
+                for _ in range(len(richest.waiting) // 2):
+                    worker.waiting.appendleft(richest.waiting.pop())
+        worker.ask()

@@ -1,0 +1,9 @@
+from _script import logged
+
+from trackdyn.sweeps.sweep import batches
+from trackdyn.sweeps.table import write_table
+
+with logged(snakemake):
+    for path, part in zip(snakemake.output, batches(snakemake.input[0], snakemake.params.rig, len(snakemake.output)), strict=True):
+        write_table(part, path)
+        print(path, len(part))
