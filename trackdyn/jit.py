@@ -20,7 +20,7 @@ from platformdirs import user_cache_dir
 
 KERNEL_SOURCES = ("model", "contact", "chain", "integrate")
 # No fastmath: results must be the same bit for bit from run to run and NaN must stay visible.
-OPTIONS = {"error_model": "numpy", "boundscheck": False}
+OPTIONS = {"error_model": "numpy", "boundscheck": False, "no_cfunc_wrapper": True}
 # what else of numba's settings changes the code it makes
 _SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO_DEFAULT")
 
