@@ -37,6 +37,7 @@ class Show:
     def __init__(self, folder: Path, slurm: Slurm, cores: int):
         self.folder, self.slurm, self.cores = folder, slurm, cores
         self.failed = 0
+        self.started: list[subprocess.Popen] = []
         self.environment = slurm.environment | {"PYTHONPATH": str(ROOT)}
         (folder / "work").mkdir()
 
@@ -48,9 +49,20 @@ class Show:
     def start(self, name: str, *command: str, place: str = "work") -> subprocess.Popen:
         """A command of Python, its words in a file."""
         with (self.folder / f"{name}.log").open("ab") as log:
-            return subprocess.Popen(
+            process = subprocess.Popen(
                 [sys.executable, "-P", *command], cwd=self.folder / place, env=self.environment, stdout=log, stderr=log
             )
+        self.started.append(process)
+        return process
+
+    def __enter__(self) -> "Show":
+        return self
+
+    def __exit__(self, *_) -> None:
+        for process in self.started:
+            if process.poll() is None:
+                process.kill()
+                process.wait()
 
     def run(self, name: str, *command: str, place: str = "work") -> int:
         """The same to its end."""
@@ -262,8 +274,7 @@ def main(small: bool) -> int:
     folder = Path(tempfile.mkdtemp(prefix="trackdyn-cluster-"))
     began, failed = time.monotonic(), 1
     try:
-        with Slurm(folder / "slurm", cores, 4000 * cores) as slurm:
-            show = Show(folder, slurm, cores)
+        with Slurm(folder / "slurm", cores, 4000 * cores) as slurm, Show(folder, slurm, cores) as show:
             show.say(f"SLURM is up with {cores} cores; load of the machine {os.getloadavg()[0]:.2f}; {folder}")
             show.design("long", rows)
             show.sweep(jobs_a_core * cores)
