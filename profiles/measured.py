@@ -1,4 +1,4 @@
-"""Write memory and time of every rule into the SLURM profile, from the benchmarks of a run: `python profiles/measured.py results`.
+"""Memory and time of every rule for the SLURM profile, from a run's benchmarks: `python profiles/measured.py results`.
 
 Rules that take all the cores of a machine get as many as most nodes have.
 """

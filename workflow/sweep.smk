@@ -100,7 +100,7 @@ rule batch:
 
 
 rule gather:
-    """All rows in the order of the design. All of them are known by now; what failed for a passing reason is tried once more."""
+    """All rows in the order of the design, known by now; what failed for a passing reason is tried once more."""
     input:
         expand(f"{BESIDE}.batches/{{batch}}.results.parquet", batch=range(SWEEP["batches"])),
         design=SWEEP["design"],

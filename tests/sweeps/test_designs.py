@@ -11,7 +11,9 @@ from trackdyn.sweeps.table import read_table, write_table
 
 
 def test_a_grid_has_all_levels_with_all():
-    table = make_design({"motor_rpm": Span(115, 210, 3), "friction": ["none", "tangential"]}, "grid", fixed={"duration": 2})
+    table = make_design(
+        {"motor_rpm": Span(115, 210, 3), "friction": ["none", "tangential"]}, "grid", fixed={"duration": 2}
+    )
     assert list(table) == ["motor_rpm", "friction", "duration"]
     assert set(zip(table.motor_rpm, table.friction, strict=True)) == {
         (rpm, friction) for rpm in (115.0, 162.5, 210.0) for friction in ("none", "tangential")
@@ -125,7 +127,9 @@ def test_cells_may_hold_what_other_programs_take_for_the_end_of_a_line(tmp_path)
 
 
 def test_columns_are_known_or_refused():
-    assert {"motor_rpm", "every_link", "sprocket.ring_radius", "gravity", "until.rms", "preset", "name"} <= set(columns())
+    assert {"motor_rpm", "every_link", "sprocket.ring_radius", "gravity", "until.rms", "preset", "name"} <= set(
+        columns()
+    )
     for table, said in (
         ({"motor_rpm": [1], "speed": [2]}, "'speed' is no column of a design"),
         ({"motor_rpm": [1], "sprocket.radius": [2]}, "'sprocket.radius' is no column"),

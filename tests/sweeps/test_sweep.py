@@ -51,7 +51,9 @@ def test_a_row_is_the_scene_alone(rig_path, make_scene):
     table = sweep(design(2, ring_radius=0.31), rig=rig_path, jobs=1)
     fast = {"integrator": "linearly_implicit", "step": 5e-4}
     for k, rpm in enumerate((115.0, 120.0)):
-        scene = make_scene(rpm, ring_radius=0.31, **{name: SHORT[name] for name in ("duration", "lead_in", "ramp")}, **fast)
+        scene = make_scene(
+            rpm, ring_radius=0.31, **{name: SHORT[name] for name in ("duration", "lead_in", "ramp")}, **fast
+        )
         for name, value in run_metrics("", simulate(scene)).items():
             if name in rows.NOT_KEPT:
                 continue
@@ -90,7 +92,9 @@ def test_broken_rows_say_why_and_stop_nobody(tmp_path, rig_path):
     )):  # fmt: skip
         assert said in found.reason[k] and (k in (0, 8)) == (found.reason[k] == ""), (k, found.reason[k])
         assert "\n" not in found.reason[k]
-    pd.testing.assert_series_equal(pd.read_csv(tmp_path / "r.csv", keep_default_na=False).reason, found.reason, check_dtype=False)
+    pd.testing.assert_series_equal(
+        pd.read_csv(tmp_path / "r.csv", keep_default_na=False).reason, found.reason, check_dtype=False
+    )
 
 
 def test_a_row_beyond_the_memory_fails_for_now(tmp_path, rig_path, monkeypatch):
@@ -277,11 +281,26 @@ def test_the_command_says_what_came_of_it(tmp_path, rig_path, capsys):
     runner = CliRunner()
     made, out = str(tmp_path / "d.csv"), str(tmp_path / "r.csv")
     fixed = [part for name, value in SHORT.items() for part in ("--set", f"{name}={value}")]
-    result = runner.invoke(app, ["design", made, "--vary", "motor_rpm=115:210:2", "--vary", "friction=tangential,no", "--method", "grid", *fixed])
+    result = runner.invoke(
+        app,
+        [
+            "design",
+            made,
+            "--vary",
+            "motor_rpm=115:210:2",
+            "--vary",
+            "friction=tangential,no",
+            "--method",
+            "grid",
+            *fixed,
+        ],
+    )
     assert result.exit_code == 0, result.exception
     result = runner.invoke(app, ["sweep", made, "--out", out, "--rig", str(rig_path), "-j", "1"])
     assert result.exit_code == 0, result.exception
-    assert f"2 done, 2 refused; written to {out}" in result.output and "friction = 'no' is not accepted" in result.output
+    assert (
+        f"2 done, 2 refused; written to {out}" in result.output and "friction = 'no' is not accepted" in result.output
+    )
     design(1, friction="no").to_csv(made, index=False)
     result = runner.invoke(app, ["sweep", made, "--out", out, "--rig", str(rig_path)])
     assert "no row came out; the first one because of: scene: friction = 'no' is not accepted" in str(result.exception)

@@ -54,7 +54,9 @@ def snakemake(folder, *arguments):
 
 def test_a_module_gives_the_bytes_of_one_sweep(tmp_path, rig_path):
     """With rows that stand twice and rows that are refused, in a Snakefile of somebody's own."""
-    design = pd.DataFrame([{"motor_rpm": rpm, "ring_radius": ring, **SCENE} for rpm in (115, 210, 115, "no") for ring in (0.308, "none")])
+    design = pd.DataFrame(
+        [{"motor_rpm": rpm, "ring_radius": ring, **SCENE} for rpm in (115, 210, 115, "no") for ring in (0.308, "none")]
+    )
     design.to_csv(tmp_path / "d.csv", index=False)
     (tmp_path / "Snakefile").write_text(MODULE.format(root=ROOT), encoding="utf-8")
     result = snakemake(tmp_path, "-j2", "--quiet")
@@ -82,7 +84,9 @@ def test_a_module_without_its_config_says_what_is_missing(tmp_path, given, said)
 
 
 def test_batches_hold_every_row_once_and_neighbours_alike(rig_path):
-    design = pd.DataFrame([{"motor_rpm": 115.0 + k, "ring_radius": (0.308, 0.31)[k % 2], **SCENE} for k in range(8)] * 2)
+    design = pd.DataFrame(
+        [{"motor_rpm": 115.0 + k, "ring_radius": (0.308, 0.31)[k % 2], **SCENE} for k in range(8)] * 2
+    )
     parts = batches(design, rig_path, 2)
     assert [len(part) for part in parts] == [4, 4]
     assert sorted(pd.concat(parts).motor_rpm) == [115.0 + k for k in range(8)]
@@ -105,7 +109,11 @@ def test_every_rule_with_a_benchmark_is_found():
 
 def test_the_profile_asks_for_what_was_measured(tmp_path, monkeypatch):
     header = "s\th:m:s\tmax_rss\tmax_vms\n"
-    for name, row in (("claims", "60.0\t0:01:00\t200.0\t1\n"), ("simulate/ring/a", "12.0\t-\t400.0\t1\n"), ("simulate/b", "601.0\t-\t-\t1\n")):
+    for name, row in (
+        ("claims", "60.0\t0:01:00\t200.0\t1\n"),
+        ("simulate/ring/a", "12.0\t-\t400.0\t1\n"),
+        ("simulate/b", "601.0\t-\t-\t1\n"),
+    ):
         path = tmp_path / "benchmarks" / f"{name}.tsv"
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(header + row, encoding="utf-8")

@@ -141,7 +141,9 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, dict | InputError]) ->
         whole["cells"] = given
     content = json.dumps([whole, row_sources()], sort_keys=True, default=str)
     scene = {name: value for name, value in whole["scene"].items() if name not in (*LATER, "ring_radius")}
-    alike = _hash(json.dumps([base | changes, scene], sort_keys=True, default=str)) + f" {fields.get('ring_radius', '')}"
+    alike = (
+        _hash(json.dumps([base | changes, scene], sort_keys=True, default=str)) + f" {fields.get('ring_radius', '')}"
+    )
     return Asked(_hash(content), alike, base, changes, fields, until, longest, reason)
 
 

@@ -12,10 +12,13 @@ from trackdyn.parameters.validation import shown
 def sweep(
     design: Annotated[Path, typer.Argument(help="Design: a row a scene (.csv, .parquet).")],
     out: Annotated[Path, typer.Option(help="Results to write: a row a result (.csv, .parquet).")],
-    rig: Annotated[Path, typer.Option(help="Parameters of the rig, where a row names no other.")] = Path("config/rig.yaml"),
+    rig: Annotated[Path, typer.Option(help="Parameters of the rig, where a row names no other.")] = Path(
+        "config/rig.yaml"
+    ),
     jobs: Annotated[int | None, typer.Option("--jobs", "-j", help="Processes; all cores by default.")] = None,
     store: Annotated[
-        Path | None, typer.Option(help="Folder in which rows are kept as they come; the results' name with .rows by default.")
+        Path | None,
+        typer.Option(help="Folder in which rows are kept as they come; the results' name with .rows by default."),
     ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False,
 ) -> None:
@@ -32,19 +35,25 @@ def sweep(
     if not (results["state"] == DONE).any():
         raise InputError(f"{out}: no row came out; the first one because of: {results['reason'].iloc[0]}")
     if failed := int((results["state"] == FAILED).sum()):
-        raise InputError(f"{out}: {failed} rows failed for reasons that may pass and stand there; the same command tries them again")
+        raise InputError(
+            f"{out}: {failed} rows failed for reasons that may pass and stand there; the same command tries them again"
+        )
 
 
 def design(
     out: Annotated[Path, typer.Argument(help="Design to write (.csv, .parquet).")],
     vary: Annotated[
         list[str],
-        typer.Option(help="Column and what it takes: name=low:high, name=low:high:count for a grid, name=a,b,c. Repeatable."),
+        typer.Option(
+            help="Column and what it takes: name=low:high, name=low:high:count for a grid, name=a,b,c. Repeatable."
+        ),
     ],
     method: Annotated[str, typer.Option(help="grid, sobol or latin.")] = "sobol",
     rows: Annotated[int | None, typer.Option(help="Rows of a Sobol or Latin design.")] = None,
     seed: Annotated[int, typer.Option(help="The same seed gives the same design.")] = 0,
-    fix: Annotated[list[str] | None, typer.Option("--set", help="Column with one value, such as duration=20. Repeatable.")] = None,
+    fix: Annotated[
+        list[str] | None, typer.Option("--set", help="Column with one value, such as duration=20. Repeatable.")
+    ] = None,
 ) -> None:
     """Make a design: a grid, a Sobol sequence or a Latin hypercube over columns of a sweep."""
     from trackdyn.sweeps.asked import refuse_columns

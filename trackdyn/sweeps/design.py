@@ -41,7 +41,9 @@ class Span:
     def levels(self, name: str) -> list[float]:
         """The values of a grid."""
         if self.count is None:
-            raise InputError(f"{name} = {self.low:g}:{self.high:g} has no count for a grid; {self.low:g}:{self.high:g}:5 would do")
+            raise InputError(
+                f"{name} = {self.low:g}:{self.high:g} has no count for a grid; {self.low:g}:{self.high:g}:5 would do"
+            )
         return np.linspace(self.low, self.high, self.count).tolist()
 
 
@@ -56,12 +58,16 @@ def parse_levels(pair: str) -> tuple[str, Span | list[str]]:
     name, _, text = pair.partition("=")
     name, text = name.strip(), text.strip()
     if not name or not text:
-        raise InputError(f"--vary = {shown(pair)} is not accepted: name=low:high, name=low:high:count or name=a,b would do")
+        raise InputError(
+            f"--vary = {shown(pair)} is not accepted: name=low:high, name=low:high:count or name=a,b would do"
+        )
     if match := _RANGE.fullmatch(text):
         try:
             low, high = (plain_number(float(part)) for part in match.groups()[:2])
         except ValueError:
-            raise InputError(f"--vary = {shown(pair)} is not accepted: two finite numbers such as 115:210 would do") from None
+            raise InputError(
+                f"--vary = {shown(pair)} is not accepted: two finite numbers such as 115:210 would do"
+            ) from None
         return name, Span(low, high, match[3] and int(match[3]))
     return name, [part.strip() for part in text.split(",")]
 
@@ -110,7 +116,9 @@ def make_design(
     spans = {name: Span(*takes) if isinstance(takes, tuple) else takes for name, takes in vary.items()}
     if method == "grid":
         if rows is not None:
-            raise InputError(f"rows = {rows} is not accepted: a grid has as many as its levels make; another method would do")
+            raise InputError(
+                f"rows = {rows} is not accepted: a grid has as many as its levels make; another method would do"
+            )
         levels = [takes.levels(name) if isinstance(takes, Span) else list(takes) for name, takes in spans.items()]
         _refuse_rows(int(np.prod([len(one) for one in levels], dtype=float)))
         table = pd.DataFrame(list(product(*levels)), columns=list(spans), dtype=object)

@@ -18,13 +18,14 @@ from trackdyn.simulate import simulate
 from trackdyn.starts import Starts
 from trackdyn.until import run_until
 
-# what came of a row: its numbers; input that is refused; a run that left the physical range; nothing, for a reason that may pass
+# What came of a row: its numbers; input that is refused; a run that left the physical range; nothing, for a reason that
+# may pass.
 DONE, REFUSED, DIVERGED, FAILED = "done", "refused", "diverged", "failed"
 # The package's files and folders that a row's numbers depend on, beside the kernels.
 SOURCES = (
-    "parameters", "measure", "sweeps/row.py", "belt.py", "build.py", "checkpoint.py", "errors.py", "fidelity.py", "limits.py",
-    "loop.py", "needs.py", "reading.py", "recording.py", "replacing.py", "scene.py", "settling.py", "simulate.py", "starts.py",
-    "stepping.py", "until.py", "writer.py",
+    "parameters", "measure", "sweeps/row.py", "belt.py", "build.py", "checkpoint.py", "errors.py", "fidelity.py",
+    "limits.py", "loop.py", "needs.py", "reading.py", "recording.py", "replacing.py", "scene.py", "settling.py",
+    "simulate.py", "starts.py", "stepping.py", "until.py", "writer.py",
 )  # fmt: skip
 # of a row of metrics: its name, which the design has, and its cost, which stands elsewhere
 NOT_KEPT = ("run", "wall_s")

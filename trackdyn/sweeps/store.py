@@ -1,6 +1,7 @@
 """Rows that were computed, kept one a line: a sweep that is killed loses no more than the rows in hand.
 
-Every process writes a file of its own in the store's folder and reads all of them, so that sweeps beside each other need no lock.
+Every process writes a file of its own in the store's folder and reads all of them, so that sweeps beside each other
+need no lock.
 """
 
 import json

@@ -37,8 +37,8 @@ def sweep(
     Parameters
     ----------
     design : DataFrame or path
-        A row a scene: fields of `Scene`, parameters of the rig as ``section.field``, a ``preset``, a ``rig`` file, a ``name``;
-        ``until.rms`` and its like are tolerances that end the run when they are reached, or after ``until.longest`` s.
+        A row a scene: fields of `Scene`, parameters of the rig as ``section.field``, a ``preset``, a ``rig`` file, a
+        ``name``; ``until.rms`` and its like are tolerances that end the run when reached, or after ``until.longest`` s.
         An empty cell leaves the field to its default.
     out : path or None
         Table to write (.csv, .parquet), with the cost of every row beside it (``.costs.csv``).
@@ -47,16 +47,16 @@ def sweep(
     jobs : int or None
         Processes; all cores by default.
     store : path or None
-        Folder in which rows are kept as they come; that of ``out`` (``.rows``) by default. A row is known again by its scene,
-        its rig and the sources of all that computes it.
+        Folder in which rows are kept as they come; that of ``out`` (``.rows``) by default. A row is known again by its
+        scene, its rig and the sources of all that computes it.
     progress : bool
         Show how many rows are left, and how long they will take.
 
     Returns
     -------
     DataFrame
-        The design, then ``key``, ``state`` (done, refused, diverged or failed), ``reason``, the columns of ``metrics.csv``,
-        how the loop stands, measures of the whole loop where every link is recorded, and what computed it.
+        The design, then ``key``, ``state`` (done, refused, diverged or failed), ``reason``, the columns of
+        ``metrics.csv``, how the loop stands, measures of the whole loop where every link is recorded, and what computed it.
 
     Raises
     ------
@@ -107,7 +107,9 @@ def batches(design: pd.DataFrame | Path | str, rig: Path | str, count: int) -> l
     rows = asked(table, str(rig))
     first = {row.key: k for k, row in reversed(list(enumerate(rows)))}
     if len(first) < count:
-        raise InputError(f"batches = {count} is not accepted: the design has {len(first)} different rows; as many at most would do")
+        raise InputError(
+            f"batches = {count} is not accepted: the design has {len(first)} different rows; as many at most would do"
+        )
     order = sorted(first.values(), key=lambda k: rows[k].alike)
     return [table.iloc[sorted(part)] for part in np.array_split(np.array(order, dtype=int), count)]
 
@@ -172,10 +174,14 @@ def _storable(column: pd.Series) -> pd.Series:
         return pd.to_numeric(column) if column.dtype != bool else column
     except (ValueError, TypeError):
         texts = (" ".join(map(str, cell)) if isinstance(cell, (list, tuple)) else cell for cell in column)
-        return pd.Series(["" if cell is None or cell != cell else str(cell) for cell in texts], name=column.name, dtype=str)
+        return pd.Series(
+            ["" if cell is None or cell != cell else str(cell) for cell in texts], name=column.name, dtype=str
+        )
 
 
 def summary(results: pd.DataFrame) -> str:
     """How many rows came to what."""
     counts = results["state"].value_counts()
-    return ", ".join(f"{counts[state]} {state}" for state in sorted(counts.index, key=lambda state: (state != DONE, state)))
+    return ", ".join(
+        f"{counts[state]} {state}" for state in sorted(counts.index, key=lambda state: (state != DONE, state))
+    )

@@ -27,7 +27,9 @@ def refuse_ending(path: Path | str, option: str) -> None:
         The name ends in something else than .csv or .parquet.
     """
     if Path(path).suffix not in ENDINGS:
-        raise InputError(f"{option} = {shown(str(path))} is not accepted: a name that ends in {' or '.join(ENDINGS)} would do")
+        raise InputError(
+            f"{option} = {shown(str(path))} is not accepted: a name that ends in {' or '.join(ENDINGS)} would do"
+        )
 
 
 def read_table(path: Path | str) -> pd.DataFrame:
@@ -36,7 +38,8 @@ def read_table(path: Path | str) -> pd.DataFrame:
     Raises
     ------
     InputError
-        It is no table, two columns share a name, a row of a CSV is shorter or longer than the header, or it is too large.
+        It is no table, two columns share a name, a row of a CSV has more or fewer cells than the header, or it is too
+        large.
     """
     refuse_ending(path, "table")
     if Path(path).suffix == ".csv":

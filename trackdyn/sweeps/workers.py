@@ -93,7 +93,9 @@ class _Worker:
     def _death(self) -> str:
         code = self.process.wait()
         if not self.ready:
-            raise TrackdynError(f"a process that is to compute rows ended at its start (exit code {code}); see what it printed above")
+            raise TrackdynError(
+                f"a process that is to compute rows ended at its start (exit code {code}); see what it printed above"
+            )
         how = signal.Signals(-code).name if code < 0 else f"exit code {code}"
         return f"the process that computed it ended ({how}), perhaps for want of memory; fewer jobs or more memory would do"
 

@@ -1,7 +1,7 @@
 """The sweep and the pipeline on a real SLURM of one node, against the same on this machine, and what faults do to them.
 
-`python workflow/cluster/show.py` takes about half an hour on two cores, with ``--small`` three minutes. Everything lies in a folder
-of its own and works on a copy of the project; it is removed at the end unless something went wrong.
+`python workflow/cluster/show.py` takes about half an hour on two cores, with ``--small`` some minutes. Everything lies
+in a folder of its own and works on a copy of the project; it is removed at the end unless something went wrong.
 """
 
 import contextlib
@@ -37,6 +37,7 @@ class Show:
     def __init__(self, folder: Path, slurm: Slurm, cores: int):
         self.folder, self.slurm, self.cores = folder, slurm, cores
         self.failed = 0
+        self.started: list[subprocess.Popen] = []
         self.environment = slurm.environment | {"PYTHONPATH": str(ROOT)}
         (folder / "work").mkdir()
 
@@ -48,9 +49,20 @@ class Show:
     def start(self, name: str, *command: str, place: str = "work") -> subprocess.Popen:
         """A command of Python, its words in a file."""
         with (self.folder / f"{name}.log").open("ab") as log:
-            return subprocess.Popen(
+            process = subprocess.Popen(
                 [sys.executable, "-P", *command], cwd=self.folder / place, env=self.environment, stdout=log, stderr=log
             )
+        self.started.append(process)
+        return process
+
+    def __enter__(self) -> "Show":
+        return self
+
+    def __exit__(self, *_) -> None:
+        for process in self.started:
+            if process.poll() is None:
+                process.kill()
+                process.wait()
 
     def run(self, name: str, *command: str, place: str = "work") -> int:
         """The same to its end."""
@@ -110,11 +122,18 @@ class Show:
         with contextlib.suppress(OSError):
             cpu = pd.read_csv(self.folder / "sweep/results.costs.csv").cpu_s.sum()
             times = [os.stat(path) for path in (self.folder / "sweep/results.benchmarks").glob("[0-9]*.tsv")]
-            lasted = [pd.read_csv(path, sep="\t").s[0] for path in (self.folder / "sweep/results.benchmarks").glob("[0-9]*.tsv")]
-            span = max(one.st_mtime for one in times) - min(one.st_mtime - s for one, s in zip(times, lasted, strict=True))
+            lasted = [
+                pd.read_csv(path, sep="\t").s[0]
+                for path in (self.folder / "sweep/results.benchmarks").glob("[0-9]*.tsv")
+            ]
+            span = max(one.st_mtime for one in times) - min(
+                one.st_mtime - s for one, s in zip(times, lasted, strict=True)
+            )
             share = cpu / span / self.cores
             met = "at least" if share >= EFFICIENCY else "NOT"
-            self.say(f"sweep: {share:.3f} of the cores' time in rows while batches ran ({span:.0f} s), {met} the {EFFICIENCY} asked for")
+            self.say(
+                f"sweep: {share:.3f} of the cores' time in rows while batches ran ({span:.0f} s), {met} the {EFFICIENCY} asked for"
+            )
 
     def _newest_job(self) -> int:
         ids = [int(job) for job in self.slurm.out("squeue", "--noheader", "--format=%i", "--states=all").split()]
@@ -128,17 +147,38 @@ class Show:
         wanted = [f"results/quick/{target}" for target in targets]
         for name, how in (("slurm", ("--workflow-profile", "profiles/slurm", *EAGER)), ("here", (f"-j{self.cores}",))):
             began = time.monotonic()
-            code = self.run(f"pipeline_{name}", "workflow/run.py", *how, "--configfile", "config/quick.yaml", "--", *wanted, place="project")
-            self.say(f"pipeline: quick graph to {', '.join(targets)}, {name}, in {time.monotonic() - began:.0f} s", code == 0)
+            code = self.run(
+                f"pipeline_{name}",
+                "workflow/run.py",
+                *how,
+                "--configfile",
+                "config/quick.yaml",
+                "--",
+                *wanted,
+                place="project",
+            )
+            self.say(
+                f"pipeline: quick graph to {', '.join(targets)}, {name}, in {time.monotonic() - began:.0f} s", code == 0
+            )
             if results.exists():
                 results.rename(self.folder / f"quick_{name}")
         one, other = (self.folder / f"quick_{name}" for name in ("slurm", "here"))
         files = [path.relative_to(one) for path in one.rglob("*.npz")]
-        differ = [str(file) for file in files if not (other / file).exists() or not filecmp.cmp(one / file, other / file, shallow=False)]
-        self.say(f"pipeline: {len(files)} recordings, {len(differ)} differ {' '.join(differ[:3])}", bool(files) and not differ)
+        differ = [
+            str(file)
+            for file in files
+            if not (other / file).exists() or not filecmp.cmp(one / file, other / file, shallow=False)
+        ]
+        self.say(
+            f"pipeline: {len(files)} recordings, {len(differ)} differ {' '.join(differ[:3])}",
+            bool(files) and not differ,
+        )
         for target in targets:
             with contextlib.suppress(OSError):
-                tables = [pd.read_csv(folder / target, dtype=str).drop(columns="wall_s", errors="ignore") for folder in (one, other)]
+                tables = [
+                    pd.read_csv(folder / target, dtype=str).drop(columns="wall_s", errors="ignore")
+                    for folder in (one, other)
+                ]
                 self.say(f"pipeline: {target} the same but for its costs", tables[0].equals(tables[1]))
 
     # -- faults --------------------------------------------------------------------------------------------------------
@@ -234,8 +274,7 @@ def main(small: bool) -> int:
     folder = Path(tempfile.mkdtemp(prefix="trackdyn-cluster-"))
     began, failed = time.monotonic(), 1
     try:
-        with Slurm(folder / "slurm", cores, 4000 * cores) as slurm:
-            show = Show(folder, slurm, cores)
+        with Slurm(folder / "slurm", cores, 4000 * cores) as slurm, Show(folder, slurm, cores) as show:
             show.say(f"SLURM is up with {cores} cores; load of the machine {os.getloadavg()[0]:.2f}; {folder}")
             show.design("long", rows)
             show.sweep(jobs_a_core * cores)
@@ -249,7 +288,9 @@ def main(small: bool) -> int:
                 show.pipeline(targets)
             failed = show.failed
     finally:
-        print(f"{time.monotonic() - began:.0f} s; {f'{failed} parts failed, see {folder}' if failed else 'all as it should be'}")
+        print(
+            f"{time.monotonic() - began:.0f} s; {f'{failed} parts failed, see {folder}' if failed else 'all as it should be'}"
+        )
         if not failed:
             shutil.rmtree(folder, ignore_errors=True)
     return failed

@@ -142,7 +142,11 @@ class Slurm:
         leash = ["setpriv", "--pdeathsig", "KILL"] if shutil.which("setpriv") else []
         with (self.folder / f"{name}.out").open("ab") as out:
             self.daemons[name] = subprocess.Popen(
-                [*leash, _found(name), *arguments], env=self.environment, stdout=out, stderr=out, stdin=subprocess.DEVNULL
+                [*leash, _found(name), *arguments],
+                env=self.environment,
+                stdout=out,
+                stderr=out,
+                stdin=subprocess.DEVNULL,
             )
 
     def stop(self, name: str, how: int = signal.SIGTERM) -> None:
@@ -172,6 +176,10 @@ class Slurm:
         while not up():
             process = self.daemons[name]
             if process.poll() is not None or time.monotonic() > end:
-                words = "".join(path.read_text(errors="replace") for path in self.folder.glob(f"{name}.*") if path.suffix in (".log", ".out"))
+                words = "".join(
+                    path.read_text(errors="replace")
+                    for path in self.folder.glob(f"{name}.*")
+                    if path.suffix in (".log", ".out")
+                )
                 raise RuntimeError(f"{name} does not come up: {' '.join(words.split())[-600:]}")
             time.sleep(0.1)

@@ -4,6 +4,8 @@ from trackdyn.sweeps.sweep import batches
 from trackdyn.sweeps.table import write_table
 
 with logged(snakemake):
-    for path, part in zip(snakemake.output, batches(snakemake.input[0], snakemake.params.rig, len(snakemake.output)), strict=True):
+    for path, part in zip(
+        snakemake.output, batches(snakemake.input[0], snakemake.params.rig, len(snakemake.output)), strict=True
+    ):
         write_table(part, path)
         print(path, len(part))
