@@ -9,6 +9,7 @@ import pandas as pd
 from trackdyn.errors import InputError
 from trackdyn.paper.claims import JUDGED, REPRODUCED, headline
 from trackdyn.replacing import replacing, write_text
+from trackdyn.report.figures.scorecard import at_speeds
 from trackdyn.report.tables import ladder_table
 
 LINES = 8  # of the README's table
@@ -54,7 +55,8 @@ def results(card: pd.DataFrame) -> str:
         lost = parts[parts["verdict"] != REPRODUCED]
         row = (parts if lost.empty else lost).iloc[0]
         verdict = REPRODUCED if lost.empty else f"{row['verdict']} ({len(lost)} of {len(parts)} parts)"
-        (came if lost.empty else failed).append([claim_id, *row[["claim", "printed", "measured", "unit"]], verdict, "predicted"])
+        line = [claim_id, row["claim"], row["printed"], at_speeds(row), row["unit"], verdict, "predicted"]
+        (came if lost.empty else failed).append(line)
     fitted = own[own["origin"] == "fitted"].groupby("id")["verdict"].agg(lambda verdicts: (verdicts == REPRODUCED).all())
     said = f"{fitted.sum()} of {len(fitted)} claims that the rig was fitted to: {', '.join(fitted.index[fitted])}"
     lines = [*(failed + came)[: LINES - 1], ["", said, "", "", "", REPRODUCED, "fitted"]]
