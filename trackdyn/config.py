@@ -118,7 +118,8 @@ class Config(Section):
 
     ``sensor_csv`` names the measured record of a speed; ``{rpm}`` stands for the motor speed. ``sensor_mapping`` names the
     file that says how these are read (:class:`trackdyn.measure.sensor_mapping.SensorMapping`). ``known`` ends the runs of
-    ring study, sensitivity, stability and ladder.
+    ring study, sensitivity, stability and ladder. ``compare_costs`` asks for what an answer costs in both codes, and a sweep
+    on one and two processes.
     """
 
     rig: str
@@ -134,6 +135,7 @@ class Config(Section):
     sensitivity: Sensitivity
     peers: Peers
     fidelity: FidelityStudy
+    compare_costs: bool
     studies: StudiesFile
 
     @model_validator(mode="after")

@@ -62,7 +62,8 @@ def test_the_rules_are_found():
 
 def test_dry_run_of_the_quick_configuration_plans_every_rule(tmp_path):
     """Planned from nothing: the results folder of the copy is empty."""
-    result = snakemake(tmp_path, "--configfile", str(quick_config(tmp_path)))
+    everything = quick_config(tmp_path, lambda data: data.update(compare_costs=True))
+    result = snakemake(tmp_path, "--configfile", str(everything))
     output = result.stdout + result.stderr
     assert result.returncode == 0, output
     planned = dict(re.findall(r"^(\w+) +(\d+)$", output, re.MULTILINE))
@@ -114,7 +115,9 @@ def test_every_rule_that_makes_something_leaves_traces():
 def test_every_script_exists_and_is_what_its_rule_needs():
     """And no script stands there unused."""
     folder = ROOT / "workflow" / "scripts"
-    assert {path.name for path in folder.glob("[!_]*.py")} == set(SCRIPTS.values())
+    module = (ROOT / "workflow" / "sweep.smk").read_text(encoding="utf-8")
+    of_the_module = re.findall(r'^ +script: "scripts/(\w+\.py)"$', module, re.MULTILINE)
+    assert {path.name for path in folder.glob("[!_]*.py")} == {*SCRIPTS.values(), *of_the_module}
     for name, (_, body) in RULES.items():
         assert re.findall(r'needs\("(.*?)"\)', body) == ([SCRIPTS[name]] if name in SCRIPTS else []), name
 
@@ -156,7 +159,7 @@ class Pretended:
         for name in ("config", "data", "trackdyn", "workflow"):
             shutil.copytree(ROOT / name, self.root / name, ignore=skipped)
         shutil.copy(ROOT / "Snakefile", self.root)
-        self.config = quick_config(folder)
+        self.config = quick_config(folder, lambda data: data.update(compare_costs=True))
         self.made = {}
         for row in self.summary("--summary"):
             self.made.setdefault(row["rule"], set()).add(row["output_file"])
@@ -224,7 +227,8 @@ import jinja2, matplotlib.figure, numba, numpy, pandas, PIL, plotly, pydantic, s
 root = Path(sys.argv[1])
 sys.path[:0] = [str(root / "workflow" / "scripts"), str(root)]
 ours = (str(root / "trackdyn"), str(root / "workflow"))  # and not what a virtual environment in the clone holds
-asked = set()
+OFFERS = root / "trackdyn" / "__init__.py"
+asked, run = set(), set()
 
 
 class Package(types.ModuleType):
@@ -242,6 +246,7 @@ class Package(types.ModuleType):
                 return getattr(importlib.import_module(module), name)
         if not re.search(rf"^(?:def |class )?{name}\b", self.text, re.M):
             raise AttributeError(name)
+        run.add(Path(self.__file__))
         names = {"__name__": self.__name__, "__path__": self.__path__}
         exec(self.text, names)
         return names[name]
@@ -261,7 +266,7 @@ def loaded(script):
         files = {Path(m.__file__) for m in modules if not isinstance(m, Package) or m.__file__ in asked}
         if files == seen:
             break
-        for file in files - seen:
+        for file in files - seen - ({OFFERS} - run):  # which imports in a function what it offers
             for line in re.findall(r"^ +((?:from trackdyn|import trackdyn).*)$", file.read_text("utf-8"), re.M):
                 exec(line, {})
         seen = files

@@ -16,7 +16,6 @@ from typing import Annotated, Any
 import pandas as pd
 from pydantic import Field, model_validator
 
-import trackdyn
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.fidelity import PRESETS
 from trackdyn.measure.meshing import meshing_summary
@@ -99,7 +98,7 @@ def _in_a_copy(path: Path, study: Path, name: str, lines: Lines) -> dict:
     """What the copy of the package with some lines more measures."""
     with TemporaryDirectory() as folder:
         copy = Path(folder) / "trackdyn"
-        shutil.copytree(Path(trackdyn.__file__).parent, copy, ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(Path(__file__).parents[1], copy, ignore=shutil.ignore_patterns("__pycache__"))
         lines.apply(copy)
         command = [sys.executable, "-m", "trackdyn.study.departures", path.resolve(), study.resolve(), name]
         own = {"PYTHONPATH": folder, "TRACKDYN_CACHE": f"{folder}/cache"}
