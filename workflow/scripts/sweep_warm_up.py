@@ -1,11 +1,10 @@
-from pathlib import Path
-
 from _script import logged
 
 from trackdyn.jit import cache_folder
+from trackdyn.replacing import write_text
 from trackdyn.sweeps.sweep import one_of_each_kind, sweep
 
 with logged(snakemake):
     rows = one_of_each_kind(snakemake.input.design)
     print(sweep(rows, rig=snakemake.input.rig, jobs=1, store=snakemake.params.store)[["state", "reason"]])
-    Path(snakemake.output[0]).write_text(f"{cache_folder().name}\n")
+    write_text(snakemake.output[0], f"{cache_folder().name}\n")
