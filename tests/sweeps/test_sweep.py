@@ -249,7 +249,7 @@ def test_a_killed_sweep_goes_on_where_it_was(tmp_path, rig_path, end):
     said = process.communicate()[1]
     assert not out.exists()
     if end == signal.SIGINT:
-        assert process.returncode == 130 and said.startswith(b"trackdyn: interrupted")
+        assert process.returncode == 130 and said.lstrip().startswith(b"trackdyn: interrupted")
     before = kept(store)
     assert before < 40
     process = command(out, designed)
