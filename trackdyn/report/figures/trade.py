@@ -2,6 +2,7 @@
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
@@ -41,19 +42,25 @@ def drawn_errors(errors: pd.Series) -> tuple[pd.Series, float]:
     return errors.clip(lower=floor), floor
 
 
-@styled
-def work_precision(rows: pd.DataFrame, measure: str) -> Figure:
-    """One panel a scene: error of a measure against processor seconds per simulated second, with the Pareto front."""
-    chosen = rows[rows["measure"] == measure]
-    scenes = list(dict.fromkeys(chosen["scene"]))
+def _panels(rows: pd.DataFrame) -> tuple[Figure, dict[str, Axes]]:
+    """A figure with a panel for every scene of a table, two in a line."""
+    scenes = list(dict.fromkeys(rows["scene"]))
     columns = min(len(scenes), 2)
     lines = -(-len(scenes) // columns)
     figure = new_figure(1.2 + 2.0 * lines)
     axes = figure.subplots(lines, columns, sharey=True, sharex=True, squeeze=False)
     for unused in axes.flat[len(scenes) :]:
         unused.set_axis_off()
+    return figure, dict(zip(scenes, axes.flat, strict=False))
+
+
+@styled
+def work_precision(rows: pd.DataFrame, measure: str) -> Figure:
+    """One panel a scene: error of a measure against processor seconds per simulated second, with the Pareto front."""
+    chosen = rows[rows["measure"] == measure]
+    figure, panels = _panels(chosen)
     error, floor = drawn_errors(chosen["error"])
-    for axis, scene in zip(axes.flat, scenes, strict=False):
+    for scene, axis in panels.items():
         here = chosen[chosen["scene"] == scene]
         for (fidelity, method), group in here.groupby(["fidelity", here["integrator"].str.split().str[0]], sort=False):
             colour = COLOURS[list(METHODS).index(method)]
@@ -97,14 +104,8 @@ def answer_figure(rows: pd.DataFrame, measure: str) -> Figure:
     ends of all are the front.
     """
     chosen = rows[(rows["measure"] == measure) & ~rows["failed"].astype(bool) & rows["scatter"].notna()]
-    scenes = list(dict.fromkeys(chosen["scene"]))
-    columns = min(len(scenes), 2)
-    lines = -(-len(scenes) // columns)
-    figure = new_figure(1.2 + 2.0 * lines)
-    axes = figure.subplots(lines, columns, sharey=True, sharex=True, squeeze=False)
-    for unused in axes.flat[len(scenes) :]:
-        unused.set_axis_off()
-    for axis, scene in zip(axes.flat, scenes, strict=False):
+    figure, panels = _panels(chosen)
+    for scene, axis in panels.items():
         costs, errors = [], []
         for _, row in chosen[chosen["scene"] == scene].iterrows():
             passages = np.unique(np.geomspace(LEAST, max(LONGEST / row["passage_s"], LEAST), 60).astype(int))
