@@ -40,6 +40,12 @@ def allowed_step(steps: Allowed, value: float | None) -> float:
     return next((step for most, step in steps if value is None or value <= most * (1 + 1e-9)), steps[-1][1])
 
 
+def _extrapolates(where: str, steps: Steps) -> None:
+    """Refuse steps over which no limit can be extrapolated."""
+    if len(set(steps.get("semi_implicit", []))) < 2:
+        raise InputError(f"{where} is not accepted: limits are extrapolated over the steps of semi_implicit; two or more would do")
+
+
 class Known(Section):
     """When contacts are known: half of the 95 % intervals of shares (points of a turn) and of RMS forces (relative), passages
     at least, and the revolutions of the loop after which a record ends with what it knows.
@@ -74,11 +80,7 @@ class StatisticErrors(Section):
 
     @model_validator(mode="after")
     def _limit(self):
-        if len(set(self.steps_s.get("semi_implicit", []))) < 2:
-            raise InputError(
-                "trade: statistics.steps_s is not accepted: limits are extrapolated over the steps of semi_implicit; two or more "
-                "would do"
-            )
+        _extrapolates("trade: statistics.steps_s", self.steps_s)
         return self
 
 
@@ -161,11 +163,7 @@ class PeerAnswers(Section):
 
     @model_validator(mode="after")
     def _limit(self):
-        if len(set(self.steps_s.get("semi_implicit", []))) < 2:
-            raise InputError(
-                "peer_answers: steps_s is not accepted: the limit is extrapolated over the steps of semi_implicit; two or more "
-                "would do"
-            )
+        _extrapolates("peer_answers: steps_s", self.steps_s)
         return self
 
 
