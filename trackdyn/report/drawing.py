@@ -15,7 +15,7 @@ from matplotlib.patches import Circle, Polygon
 from matplotlib.patheffects import withStroke
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.layout import WHEEL_NAMES, assemble, wheel_circles
+from trackdyn.parameters.layout import assemble, wheel_circles, wheel_names
 from trackdyn.parameters.rig import Rig
 from trackdyn.recording import Recording
 from trackdyn.report.style import BLACK, SMALL
@@ -193,8 +193,8 @@ def _number_areas(ax: Axes, rig: Rig, sprocket_angle: float, groove: int) -> Non
 
 
 def draw_wheels(ax: Axes, rig: Rig, layout_shift: float) -> None:
-    """Draw idler and road wheel, the tensioning wheel shifted by ``layout_shift`` (m)."""
-    for name, (x, y, radius) in zip(WHEEL_NAMES, wheel_circles(rig, layout_shift, surface=True), strict=True):
+    """Draw the wheels beside the sprocket, the tensioning wheel shifted by ``layout_shift`` (m)."""
+    for name, (x, y, radius) in zip(wheel_names(rig), wheel_circles(rig, layout_shift, surface=True), strict=True):
         if name == "sprocket":
             continue
         _draw_disc(ax, x, y, radius, RUBBER, BLACK)
