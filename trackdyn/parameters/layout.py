@@ -65,10 +65,10 @@ class BeltPath:
         return point[0], float(heading[0]), float(curvature[0])
 
 
-def belt_path(circles, names=None, solid=None) -> BeltPath:
+def belt_path(circles, names=None, overlap: bool = False) -> BeltPath:
     """Belt around circles ``(x, y, radius)`` in clockwise order, starting where it meets the first.
 
-    ``names`` are what a refusal calls them, ``solid`` the radii that must not overlap (those of the belt by default), m.
+    ``names`` are what a refusal calls them; neighbours may ``overlap`` as wheels beside each other on their axles do.
 
     Raises
     ------
@@ -78,17 +78,17 @@ def belt_path(circles, names=None, solid=None) -> BeltPath:
     circles = np.asarray(circles, dtype=float)
     count = len(circles)
     names = names or [str(i + 1) for i in range(count)]
-    solid = circles[:, 2] if solid is None else solid
     heading, run = np.zeros(count), np.zeros(count)
     for i in range(count):
         j = (i + 1) % count
         dx, dy = circles[j, :2] - circles[i, :2]
         distance = hypot(dx, dy)
         difference = circles[i, 2] - circles[j, 2]
-        if distance <= max(solid[i] + solid[j], abs(difference)):
+        needed = abs(difference) if overlap else circles[i, 2] + circles[j, 2]
+        if distance <= needed:
             raise InputError(
                 f"wheels {names[i]} and {names[j]} are {distance:.4g} m apart and overlap with the chain on "
-                f"them; more than {max(solid[i] + solid[j], abs(difference)):.4g} m would do"
+                f"them; more than {needed:.4g} m would do"
             )
         heading[i] = atan2(dy, dx) - asin(difference / distance)
         run[i] = sqrt(distance**2 - difference**2)
@@ -174,7 +174,7 @@ def belt_around(rig: Rig, shift: float = 0.0, body: float | None = None) -> tupl
     order = run_order(circles)
     if order[0] != 0:
         raise InputError("sprocket: the taut chain does not touch it; the other wheels must leave it on the outline of the loop")
-    path = belt_path(circles[order], [names[i] for i in order], solid[order])
+    path = belt_path(circles[order], [names[i] for i in order], overlap=True)
     for i in set(range(len(circles))) - set(order):
         clear, allowed = _clearance(rig, path, circles[i])
         if clear > allowed:
@@ -186,10 +186,14 @@ def belt_around(rig: Rig, shift: float = 0.0, body: float | None = None) -> tupl
 
 
 def _refuse_overlap(circles: np.ndarray, solid: np.ndarray, names: tuple[str, ...]) -> None:
-    """Refuse wheels (with the belt's circles and their own radii, m) of which one reaches into another."""
+    """Refuse wheels (with the belt's circles and their own radii, m) of which one reaches into another.
+
+    The sprocket stands in the plane of all others. Two of these may stand beside each other on their axles and overlap
+    in the view from the side, until one reaches the other's axle.
+    """
     for i in range(len(circles)):
         for k in range(i + 1, len(circles)):
-            distance, needed = hypot(*(circles[i, :2] - circles[k, :2])), solid[i] + solid[k]
+            distance, needed = hypot(*(circles[i, :2] - circles[k, :2])), (solid[i] + solid[k] if i == 0 else max(solid[i], solid[k]))
             if distance <= needed:
                 raise InputError(
                     f"wheels {names[i]} and {names[k]} are {distance:.4g} m apart and overlap; more than {needed:.4g} m would do"

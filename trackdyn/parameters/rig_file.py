@@ -1,8 +1,8 @@
 """Files of rigs: shipped ones by name, what a file takes from another one, and its short way of writing.
 
 A file may begin with ``like: NAME`` (a shipped rig, or a file beside it) and then states only what differs; its
-``wheels`` replace all of the other's. A value may be written as text, ``radius: 0.305 m``, if its section says
-``kind`` and ``source`` once for all such values. What comes out has value, unit, kind and source of every parameter.
+``wheels`` replace all of the other's. A value may be written as text, ``radius: 0.305 m``, or as a bare number without
+unit if its section says ``source`` (and ``kind``, else assumed) once for all such values. What comes out has value, unit, kind and source of every parameter.
 """
 
 import re
@@ -69,11 +69,11 @@ def _read(path: Path, depth: int) -> dict[str, Any]:
     data.pop("about", None)
     try:
         data = {str(key): _written_out(part, str(key), {}, path.parent) for key, part in data.items()}
-        wheels = data.get("wheels")
-        if isinstance(wheels, dict):
-            data["wheels"] = {
-                key: PLAIN_WHEEL | wheel if isinstance(wheel, dict) else wheel for key, wheel in wheels.items()
-            }
+        own_wheels = isinstance(data.get("wheels"), dict)
+        if own_wheels:
+            wheels = {key: PLAIN_WHEEL | wheel if isinstance(wheel, dict) else wheel for key, wheel in data["wheels"].items()}
+            data |= {key: wheels.pop(key) for key in WHEELS_OF_OLD if key in wheels and key not in data}
+            data["wheels"] = wheels
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     if like is None:
@@ -82,7 +82,7 @@ def _read(path: Path, depth: int) -> dict[str, Any]:
         raise InputError(f"{path}: like = {shown(like)} is not accepted: the name of a shipped rig or of a file would do")
     beside = path.parent / like
     base = _read(beside if beside.is_file() else rig_path(like), depth - 1)
-    if "wheels" in data:
+    if own_wheels:
         base = {key: part for key, part in base.items() if key not in ("wheels", *WHEELS_OF_OLD)}
     for one, other in (("groove", "profile"), ("profile", "groove")):
         if one in data:
@@ -98,6 +98,8 @@ def _written_out(part: Any, name: str, about: dict, folder: Path) -> Any:
     """A section, or an entry, with the entries of its short form written out."""
     if isinstance(part, str):
         return _entry(part, name, about)
+    if isinstance(part, (int, float)) and not isinstance(part, bool) and about.get("source"):
+        return {"value": part, "unit": "1", "kind": about.get("kind", "assumed"), "source": about["source"]}
     if not isinstance(part, dict) or part.keys() & {"value", "unit"}:
         return _with_points(part, name, folder)
     about = about | {key: part[key] for key in ("kind", "source") if isinstance(part.get(key), str) and _says(key, part, about)}
