@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from trackdyn import rig_commands
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.parameters.validation import shown
 from trackdyn.sweeps import commands
@@ -21,6 +22,9 @@ app = typer.Typer(
 
 app.command()(commands.sweep)
 app.command()(commands.design)
+app.command()(rig_commands.rigs)
+app.command()(rig_commands.new)
+app.command()(rig_commands.check)
 
 
 def _number(option: str, text: str, remedy: str = "a finite number would do") -> float:

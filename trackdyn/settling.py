@@ -16,7 +16,6 @@ from trackdyn.model.state import ALONG_X, SLIDE, SLIDE_RATE, Plane, State, make_
 from trackdyn.model.work import Work, make_radial_work, make_space_work, make_work
 from trackdyn.parameters.groove import depths_on_sprocket
 from trackdyn.parameters.layout import Assembly, assemble, belt_around, free_loop, tensioner
-from trackdyn.parameters.rig import Rig
 from trackdyn.scene import Scene
 from trackdyn.stepping import march
 

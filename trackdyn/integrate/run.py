@@ -8,12 +8,12 @@ from math import sqrt
 
 from trackdyn.chain.kinematics import bushing_lead, orient, place
 from trackdyn.chain.plane import plane_dynamics, turn_plane
+from trackdyn.integrate.carriers import slide
 from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, sense_links, solve_chain
 from trackdyn.integrate.energy import account, energies, finish_forces
 from trackdyn.integrate.runge_kutta import march
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, advance
 from trackdyn.integrate.spells import log_spells
-from trackdyn.integrate.carriers import slide
 from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET, Model
 from trackdyn.model.record import Record
