@@ -2,13 +2,10 @@
 
 from math import isinf, pi, sin, sqrt
 
-import numpy as np
 from scipy.optimize import brentq
 
-from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS, Method
-from trackdyn.model.constants import SPROCKET, Law
-from trackdyn.parameters.layout import belt_path, run_order
+from trackdyn.model.constants import Law
 
 # The static load of a pitch on its wheel is multiplied by this before the stiffness is taken: forces that
 # last reach 1.6 times the static load with the reference ring, only touch-down spikes of less than a
@@ -101,13 +98,6 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
         bears = on(float(wheels.radius[k]))
         limits[f"contact stiffness of the {name}"] = oscillation * sqrt(link / _stiffness_at(law, bears, float(wheels.radius[k])))
         limits[f"friction of the {name}"] = friction(law, link, bears)
-    name = "friction of the wheel contact"
-    for k, links in _links_on(wheels, pitch).items():
-        # all links on a light wheel slip with it at once, each under its steady load: spikes come to few at a time
-        law = wheels.wheel_law if wheels.own_law is None else Law(*(float(part) for part in wheels.own_law[k]))
-        radius, of_pitch = float(wheels.radius[k]), float(chain.mass.sum()) / len(model.shoes.link_body)
-        mass = 1 / (1 / of_pitch + links * radius**2 / float(wheels.inertia[k]))
-        limits[name] = min(limits[name], friction(law, mass, on(radius) / DYNAMIC_FACTOR))
     if chain.stiffness:
         # two neighbours turn against each other; each angle feels the bushings at both of its ends
         inertia = float(min(chain.inertia))
@@ -127,22 +117,6 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
         if closure.damping:
             limits["damping of the cut (closure)"] = decay / (closure.damping * mobility)
     return limits
-
-
-def _links_on(wheels, pitch: float) -> dict[int, float]:
-    """Links that lie on every wheel but the sprocket while the chain is taut."""
-    circles = np.column_stack([wheels.x, wheels.y, wheels.radius + wheels.half_thickness])
-    if len(circles) == 1:
-        return {}
-    order = run_order(circles)
-    try:
-        wrap = belt_path(circles[order], overlap=True).wrap
-    except InputError:  # a layout that is refused where it is laid
-        return {}
-    found = dict.fromkeys(order, 0.0)
-    for k, turn in zip(order, wrap, strict=True):
-        found[k] += float(turn) * float(circles[k, 2]) / pitch
-    return {k: max(links, 1.0) for k, links in found.items() if k != SPROCKET}
 
 
 def _with_parting_pins(radial, ends, stiffness, oscillation, limit) -> tuple[float, float]:
