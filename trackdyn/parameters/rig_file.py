@@ -19,6 +19,7 @@ DEFAULT = "paper"
 MOST_LIKE = 5  # files that take from one another
 WHEELS_OF_OLD = ("idler", "road_wheel")  # sections that are wheels of their own
 NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s+(\S.*?)\s*")
+PLAIN_WORD = re.compile(r"[A-Za-z0-9_]{1,40}")
 # what a wheel has if its file does not say so: aligned, and a bearing without loss
 PLAIN_WHEEL = {
     name: {"value": 0.0, "unit": unit, "kind": "assumed", "source": "not stated in the file: aligned, no losses"}
@@ -33,21 +34,20 @@ def shipped_rigs() -> dict[str, Path]:
     return {path.stem: path for path in sorted(SHIPPED.glob("*.yaml"))}
 
 
-def rig_path(name: Path | str) -> Path:
+def rig_path(name: Path | str) -> Path | str:
     """The file of a rig that is given by its path or by the name of a shipped one.
 
     Raises
     ------
     InputError
-        There is neither.
+        A plain word is neither.
     """
-    path = Path(name)
-    if path.suffix or path.exists() or len(path.parts) != 1:
-        return path
+    if not isinstance(name, str) or not PLAIN_WORD.fullmatch(name) or Path(name).exists():
+        return name
     shipped = shipped_rigs()
-    if path.name not in shipped:
-        raise InputError(f"rig = {shown(str(name))} is neither a file nor a shipped rig; {', '.join(shipped)} are, see trackdyn rigs")
-    return shipped[path.name]
+    if name not in shipped:
+        raise InputError(f"rig = {name!r}: no such file, and no shipped rig of that name; {', '.join(shipped)} would do, see trackdyn rigs")
+    return shipped[name]
 
 
 def read_rig(name: Path | str) -> dict[str, Any]:
@@ -61,14 +61,15 @@ def read_rig(name: Path | str) -> dict[str, Any]:
     return _read(rig_path(name), MOST_LIKE)
 
 
-def _read(path: Path, depth: int) -> dict[str, Any]:
+def _read(path: Path | str, depth: int) -> dict[str, Any]:
     data = read_yaml(path)
+    path = Path(path)
     if not isinstance(data, dict):
         raise InputError(f"{path}: holds no sections; a mapping of names to values is needed")
     like = data.pop("like", None)
     data.pop("about", None)
     try:
-        data = {str(key): _written_out(part, str(key), {}, path.parent) for key, part in data.items()}
+        data = {key: _written_out(part, str(key), {}, path.parent) for key, part in data.items()}
         own_wheels = isinstance(data.get("wheels"), dict)
         if own_wheels:
             wheels = {key: PLAIN_WHEEL | wheel if isinstance(wheel, dict) else wheel for key, wheel in data["wheels"].items()}
@@ -104,7 +105,7 @@ def _written_out(part: Any, name: str, about: dict, folder: Path) -> Any:
         return _with_points(part, name, folder)
     about = about | {key: part[key] for key in ("kind", "source") if isinstance(part.get(key), str) and _says(key, part, about)}
     return {
-        str(key): _written_out(value, f"{name}.{key}", about, folder)
+        key: _written_out(value, f"{name}.{key}", about, folder)
         for key, value in part.items()
         if not (key in ("kind", "source") and about.get(key) is part[key])
     }
@@ -119,6 +120,8 @@ def _entry(text: str, name: str, about: dict) -> Any:
     """An entry written as a number with its unit, or as a word, with kind and source of its section."""
     found = NUMBER.fullmatch(text)
     if not about.get("source"):
+        if found is None:
+            return text  # nothing of the short form: refused where the entry is read
         raise InputError(f"{name} = {shown(text)} has no source; write source: in its section, or value, unit, kind and source")
     value, unit = (float(found[1]), found[2]) if found else (text, "name")
     if found and float(value).is_integer() and "." not in found[1] and "e" not in found[1].lower():
