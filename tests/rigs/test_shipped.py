@@ -124,11 +124,14 @@ def test_a_free_loop_of_its_chain_keeps_its_momentum(name):
 
 @pytest.mark.parametrize("name", ["vehicle", "m113"])
 def test_exudyn_says_the_same(name):
-    """A tenth of the way that the pipeline's comparison takes: the bound is `peers.rigs.TOLERANCE`."""
+    """From rest over the ramp and 0.8 s, for which `peers.rigs.TOLERANCE` is: a shorter way is a smaller whole.
+
+    Strands swing across by about a millimetre from the first step on, whatever the way.
+    """
     try:
         require_exudyn()
     except Exception as missing:
         pytest.skip(str(missing))
-    found = rig_in_both(load_rig(name), 60.0, 0.1)
+    found = rig_in_both(load_rig(name), 60.0, 0.8)
     assert found["share"] < TOLERANCE
-    assert found["way_m"] > 0.2
+    assert found["way_m"] > 1.5
