@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from trackdyn import rig_commands
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.parameters.validation import shown
 from trackdyn.sweeps import commands
@@ -21,6 +22,9 @@ app = typer.Typer(
 
 app.command()(commands.sweep)
 app.command()(commands.design)
+app.command()(rig_commands.rigs)
+app.command()(rig_commands.new)
+app.command()(rig_commands.check)
 
 
 def _number(option: str, text: str, remedy: str = "a finite number would do") -> float:
@@ -58,9 +62,9 @@ def _choices(pairs: list[str]) -> dict:
 @app.command()
 def simulate(
     out: Annotated[Path, typer.Argument(help="Recording to write (.npz).")],
-    rig: Annotated[Path, typer.Option(help="Parameters of the rig.")] = Path("config/rig.yaml"),
+    rig: Annotated[str, typer.Option(help="Rig: a file, or the name of a shipped one (trackdyn rigs).")] = "paper",
     rpm: Annotated[str, typer.Option(metavar="NUMBER", help="Motor speed, rev/min.")] = "115",
-    ring_radius: Annotated[str, typer.Option(help="Radius of the rubber ring in m, or none.")] = "0.308",
+    ring_radius: Annotated[str | None, typer.Option(help="Radius of the rubber ring in m, or none; the rig's by default.")] = None,
     duration: Annotated[str, typer.Option(metavar="NUMBER", help="Recorded time, s.")] = "20",
     lead_in: Annotated[str, typer.Option(metavar="NUMBER", help="Time at constant speed before the record, s.")] = "5",
     preset: Annotated[str, typer.Option(help="Bundle of choices: fast, standard, paper or reference.")] = "standard",
@@ -101,7 +105,7 @@ def simulate(
 
     if out.suffix != ".npz":
         raise InputError(f"OUT = {shown(str(out))} is not accepted: a name that ends in .npz would do")
-    fields = {"ring_radius": _ring(ring_radius)} | preset_fields(preset)
+    fields = ({} if ring_radius is None else {"ring_radius": _ring(ring_radius)}) | preset_fields(preset)
     fields |= ({} if step is None else {"step": _number("--step", step)}) | _choices(choose or [])
     scene = Scene(
         load_rig(rig),
