@@ -253,6 +253,12 @@ def mean_events(recording: Recording) -> pd.DataFrame:
     return pd.DataFrame(columns).rename_axis("event").reset_index()
 
 
+def event_times(recording: Recording) -> dict[str, float]:
+    """Mean time of every event of `mean_events` and `smoothed_maxima` after the first contact, s; NaN if it never happens."""
+    tables = (mean_events(recording), smoothed_maxima(recording))
+    return {row["event"]: float(row["mean_s"]) for table in tables for _, row in table.iterrows()}
+
+
 def smoothed_maxima(recording: Recording, window_s: float = 0.01) -> pd.DataFrame:
     """Times of the largest force after a moving mean, of the recorded connectors.
 
