@@ -353,6 +353,17 @@ def _visited(recording: Recording, side: str) -> str:
     return ",".join(str(area) for area in range(1, 11) if samples[area] >= least) or "none"
 
 
+def area_shares(recording: Recording) -> dict[str, float]:
+    """Time that an arc of a recorded connector spends in each area, % of a sprocket turn a passage: ``left_area_2_pct``."""
+    period = timing(recording)
+    turns = len(recording.pitches) * period.record / period.loop * period.turn * recording.rate  # samples of a turn a passage
+    found = {}
+    for k, side in enumerate(SIDES[:2]):
+        samples = np.bincount(recording.area[:, :, k].ravel(), minlength=11)
+        found |= {f"{side}_area_{area}_pct": float(100 * samples[area] / turns) for area in range(1, 11)}
+    return found
+
+
 def _run_statistics(mean: pd.Series, square: pd.Series) -> dict[str, float]:
     """RMS and SD of a force over the run, from each passage's share of its mean and mean square.
 
