@@ -74,7 +74,8 @@ class Fidelity(Section):
 
 class Form(Section):
     """How much is computed: rigs that show the errors of cheap runs and of laws, rigs of every wave, of the last one (at full
-    fidelity) and of the study of radii; the speeds of that study and its radii; walkers and steps of the search between waves."""
+    fidelity) and of the study of radii; the speeds of that study and its radii; steps of
+    the search between waves; jobs that a stage is cut into."""
 
     compared: Annotated[int, Field(ge=2)]
     waves: Annotated[list[Annotated[int, Field(ge=8)]], Field(min_length=1)]
@@ -83,6 +84,7 @@ class Form(Section):
     speeds_rpm: Annotated[list[Positive], Field(min_length=1)]
     radii_m: Annotated[list[Positive], Field(min_length=2)]
     search_steps: Annotated[int, Field(ge=10)]
+    batches: Annotated[int, Field(ge=1)]
 
 
 class EnsembleConfig(Section):

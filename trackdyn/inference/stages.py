@@ -1,7 +1,7 @@
 """The stages of an ensemble, each from files to files: rigs compared in all fidelities, waves, the last wave, the study of radii.
 
 ``compared`` shows what cheap runs and other laws change, ``1`` is drawn from the prior ranges, every later wave from the
-search between the waves, ``last`` runs the least excluded rigs at full fidelity, ``study`` runs rings and speeds with them.
+search between the waves, ``last`` runs the least excluded rigs at full fidelity, ``study`` runs rings and speeds with them, ``shipped`` is the rig as it ships, for comparison.
 """
 
 from collections.abc import Sequence
@@ -15,11 +15,12 @@ from trackdyn.errors import InputError
 from trackdyn.inference.history import Search, errors, judged, outputs
 from trackdyn.inference.settings import Case, EnsembleConfig, Form, Target, load_ensemble, targets_of, unknowns_of
 from trackdyn.inference.unknowns import Unknowns
-from trackdyn.inference.waves import points_table, prior_points, run_rigs, study_cases, target_cases
+from trackdyn.inference.waves import as_it_is, members, points_table, prior_points, run_rigs, study_cases, target_cases
 from trackdyn.paper.claims import load_claims
 from trackdyn.sweeps.table import write_table
 
-COMPARED, LAST, STUDY = "compared", "last", "study"
+COMPARED, LAST, STUDY, SHIPPED = "compared", "last", "study", "shipped"
+STAGES = (COMPARED, LAST, STUDY, SHIPPED)
 KIND = "kind"  # column of runs: cheap, full, law 0 and so on
 FIRST = {COMPARED: 0, LAST: 900_000}  # number of the first rig of a stage; wave k begins at k times this
 EACH_WAVE = 10_000
@@ -82,8 +83,10 @@ def read_errors(e: Ensemble) -> pd.DataFrame:
 
 
 def stage_points(e: Ensemble, stage: str, progress: bool = False) -> tuple[pd.DataFrame, pd.DataFrame | None]:
-    """Points of a stage and, where emulators chose them, what held-out points say of these."""
+    """Points of a stage and, where emulators chose them, what held-out points say of these; the shipped rig is no point."""
     seed = e.config.seed
+    if stage == SHIPPED:
+        return points_table(e.unknowns, np.zeros((0, len(e.unknowns))), 0), None
     if stage == COMPARED:
         return points_table(e.unknowns, prior_points(e.unknowns, e.form.compared, seed), FIRST[COMPARED]), None
     if stage == "1":
@@ -128,16 +131,16 @@ def run_stage(
     e: Ensemble, stage: str, points: pd.DataFrame, store: Path | str, jobs: int = 1, progress: bool = False
 ) -> pd.DataFrame:
     """Run a stage's scenes of some rigs; rows that were computed before come from the store."""
-    kinds = {"full": (e.config.full, {})} if stage == LAST else {"cheap": (e.config.cheap, {})}
+    kinds = {"full": (e.config.full, {})} if stage in (LAST, SHIPPED) else {"cheap": (e.config.cheap, {})}
     if stage == STUDY:
         kinds = {"cheap": (e.config.cheap, {"sliding": True})}
     if stage == COMPARED:
         kinds |= {"full": (e.config.full, {})}
         kinds |= {f"law {k}": (e.config.cheap, dict(law)) for k, law in enumerate(e.config.laws)}
-    cases = stage_cases(e, stage)
-    parts = []
+    cases, parts = stage_cases(e, stage), []
+    rigs = as_it_is(e.unknowns, -1) if stage == SHIPPED else members(e.unknowns, points)
     for kind, (fidelity, fields) in kinds.items():
-        found = run_rigs(e.config, e.unknowns, points, cases, fidelity, e.rig, store, jobs, progress, **fields)
+        found = run_rigs(e.config, e.unknowns, rigs, cases, fidelity, e.rig, store, jobs, progress, **fields)
         parts.append(found.assign(**{KIND: kind}))
     return pd.concat(parts, ignore_index=True)
 
@@ -146,7 +149,9 @@ def gather_stage(e: Ensemble, stage: str) -> None:
     """Outputs of a stage's rigs, and after the first the errors of fidelity and laws, into the folder."""
     runs = e.runs(stage)
     of = {kind: outputs(e.config, e.unknowns, e.targets, rows) for kind, rows in runs.groupby(KIND)}
-    write_table((of["full"] if stage == LAST else of["cheap"]).reset_index(), e.folder / f"outputs_{stage}.csv")
+    write_table(
+        (of["full"] if stage in (LAST, SHIPPED) else of["cheap"]).reset_index(), e.folder / f"outputs_{stage}.csv"
+    )
     if stage == COMPARED:
         laws: Sequence[pd.DataFrame] = [of[kind] for kind in of if kind.startswith("law")]
         known = errors(of["cheap"], of["full"], of["cheap"], laws)

@@ -67,38 +67,57 @@ def prior_points(unknowns: Unknowns, count: int, seed: int) -> np.ndarray:
     return np.array(kept)
 
 
+def members(unknowns: Unknowns, points: pd.DataFrame) -> list[tuple[int, dict]]:
+    """Number and values of every rig of a table of points."""
+    return [(int(point[0]), unknowns.values(point[1:])) for point in points.itertuples(index=False)]
+
+
+def as_it_is(unknowns: Unknowns, number: int) -> list[tuple[int, dict]]:
+    """The unknowns' own rig with its values, inside their ranges or not, and the first alternative of every choice."""
+    choices = {one.label: next(iter(one.choices)) for one in unknowns.unknowns if one.discrete}
+    return [(number, unknowns.of_rig(unknowns.rig) | choices)]
+
+
 def design(
-    config: EnsembleConfig, unknowns: Unknowns, points: pd.DataFrame, cases: Sequence[Case], fields: dict
-) -> pd.DataFrame:
-    """A row a rig and case for `trackdyn.sweeps`; ``name`` is ``<rig> <case>``; ``fields`` of the scene that all share."""
+    config: EnsembleConfig, unknowns: Unknowns, rigs: Sequence[tuple[int, dict]], cases: Sequence[Case], fields: dict
+):
+    """A row a rig and case for `trackdyn.sweeps`.
+
+    Parameters
+    ----------
+    rigs : sequence of (int, dict)
+        `members`.
+    fields : dict
+        Of the scene, that all rows share but the belts.
+
+    Returns
+    -------
+    DataFrame
+        ``name`` is ``<rig> <case>``.
+    """
     pitches = " ".join(map(str, range(1, unknowns.rig.chain.pitches + 1)))
+    turn = {
+        rpm: unknowns.rig.loop_period(rpm) * unknowns.rig.sprocket.teeth / unknowns.rig.chain.pitches
+        for rpm in {c.rpm for c in cases}
+    }
     rows = []
-    for point in points.itertuples(index=False):
-        changes, scene = unknowns.changes(unknowns.values(point[1:]))
+    for rig, values in rigs:
+        changes, scene = unknowns.changes(values)
         for case in cases:
-            row = {"name": f"{point[0]} {case.name}", "motor_rpm": case.rpm}
-            if case.belt:
-                row |= {
-                    "ring_radius": "none",
-                    "chain": "belt",
-                    "spells": False,
-                    "duration": config.belt_s,
-                    "step": 1e-3,
-                }
-                row |= {"tension": "locked"}
+            row = {
+                "name": f"{rig} {case.name}",
+                "motor_rpm": case.rpm,
+                "ring_radius": "none" if case.ring is None else case.ring,
+            }
+            if case.belt:  # a path: neither forces nor a tensioner
+                row |= {"chain": "belt", "spells": False, "duration": config.belt_s, "step": 1e-3, "tension": "locked"}
             else:
-                turn = unknowns.rig.loop_period(case.rpm) * unknowns.rig.sprocket.teeth / unknowns.rig.chain.pitches
                 row |= {
-                    "ring_radius": "none" if case.ring is None else case.ring,
                     "chain": "double_pin",
                     "spells": True,
+                    "duration": round(config.record_turns * turn[case.rpm], 3),
                 }
-                row |= {
-                    "duration": round(config.record_turns * turn, 3),
-                    "lead_in": config.lead_in_s,
-                    "pitches": pitches,
-                }
-                row |= scene | fields
+                row |= {"lead_in": config.lead_in_s, "pitches": pitches} | scene | fields
             rows.append(row | changes)
     return pd.DataFrame(rows)
 
@@ -106,7 +125,7 @@ def design(
 def run_rigs(
     config: EnsembleConfig,
     unknowns: Unknowns,
-    points: pd.DataFrame,
+    rigs: Sequence[tuple[int, dict]],
     cases: Sequence[Case],
     fidelity: Fidelity,
     rig: Path | str,
@@ -115,22 +134,23 @@ def run_rigs(
     progress: bool = False,
     **fields,
 ) -> pd.DataFrame:
-    """Run every case of every rig; a row that is refused with one step is tried again with the next.
+    """Run every case of every rig; a row that is refused or diverges with one step is tried again with the next.
 
     Returns
     -------
     DataFrame
         The design with ``state``, ``reason`` and the numbers of each row (`trackdyn.sweeps.sweep.sweep`).
     """
-    left = design(config, unknowns, points, cases, {"integrator": fidelity.integrator} | fields)
+    left = design(config, unknowns, rigs, cases, {"integrator": fidelity.integrator} | fields)
     found = []
     for step in fidelity.steps_s:
         belts = left["chain"] == "belt"
-        asked = left.assign(step=left["step"].where(belts, step) if "step" in left else step)
-        results = sweep(asked, rig=rig, jobs=jobs, store=store, progress=progress)
-        again = (results["state"] != DONE) & ~belts.to_numpy() & (step != fidelity.steps_s[-1])
+        results = sweep(
+            left.assign(step=np.where(belts, 1e-3, step)), rig=rig, jobs=jobs, store=store, progress=progress
+        )
+        again = ((results["state"] != DONE) & ~belts.to_numpy() & (step != fidelity.steps_s[-1])).to_numpy()
         found.append(results[~again])
-        left = left[again.to_numpy()].reset_index(drop=True)
+        left = left[again].reset_index(drop=True)
         if left.empty:
             break
     return pd.concat(found, ignore_index=True)
