@@ -142,7 +142,9 @@ def run_stage(
     for kind, (fidelity, fields) in kinds.items():
         found = run_rigs(e.config, e.unknowns, rigs, cases, fidelity, e.rig, store, jobs, progress, **fields)
         parts.append(found.assign(**{KIND: kind}))
-    return pd.concat(parts, ignore_index=True)
+    runs = pd.concat(parts, ignore_index=True)
+    words = runs.select_dtypes(object).columns  # words in some parts, numbers in others
+    return runs.assign(**{name: runs[name].fillna("").astype(str) for name in words})
 
 
 def gather_stage(e: Ensemble, stage: str) -> None:
