@@ -5,6 +5,7 @@ is not known of that distance: the number's own tolerance, the error of a cheap 
 and drag change, and the emulator's variance (Craig, Goldstein, Seheult, Smith 1997; Vernon, Goldstein, Bower 2010).
 """
 
+import contextlib
 from collections.abc import Mapping, Sequence
 
 import emcee
@@ -258,11 +259,12 @@ class Search:
 
     def check(self) -> dict[str, Check]:
         """Held-out check of every emulator, by output."""
-        return {
-            name: held_out_check(self.x, self.y[:, k], iterations=10)
-            for k, name in enumerate(self.columns)
-            if self.emulators[name] is not None
-        }
+        found = {}
+        for k, name in enumerate(self.columns):
+            if self.emulators[name] is not None:
+                with contextlib.suppress(TrackdynError):  # too few points to hold some out
+                    found[name] = held_out_check(self.x, self.y[:, k], iterations=10)
+        return found
 
     def next_points(self, count: int, steps: int, seed: int, progress: bool = False) -> np.ndarray:
         """(count, d) buildable points from the second half of a walk (emcee) whose density is ``exp(-loss)``.
