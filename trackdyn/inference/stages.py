@@ -136,6 +136,7 @@ def run_stage(
         kinds = {"cheap": (e.config.cheap, {"sliding": True})}
     if stage == COMPARED:
         kinds |= {"full": (e.config.full, {})}
+        kinds |= {"chain": (e.config.cheap, {"belts_as_chains": True})}
         kinds |= {f"law {k}": (e.config.cheap, dict(law)) for k, law in enumerate(e.config.laws)}
     cases, parts = stage_cases(e, stage), []
     rigs = as_it_is(e.unknowns, -1) if stage == SHIPPED else members(e.unknowns, points)
@@ -156,7 +157,9 @@ def gather_stage(e: Ensemble, stage: str) -> None:
     )
     if stage == COMPARED:
         laws: Sequence[pd.DataFrame] = [of[kind] for kind in of if kind.startswith("law")]
-        known = errors(of["cheap"], of["full"], of["cheap"], laws)
+        belts = [target.name for target in e.targets if target.case.belt]
+        full = of["full"].assign(**{name: of["chain"][name] if "chain" in of else np.nan for name in belts})
+        known = errors(of["cheap"], full, of["cheap"], laws)
         write_table(known.rename_axis("output").reset_index(), e.folder / "errors.csv")
 
 

@@ -122,6 +122,13 @@ def design(
     return pd.DataFrame(rows)
 
 
+def as_chains(config: EnsembleConfig, belts: pd.DataFrame) -> pd.DataFrame:
+    """Rows of belts as chains with the paper's ring, for as long: what the belt leaves out of the main line."""
+    return belts.assign(
+        chain="double_pin", ring_radius=config.ring_radius_m, lead_in=config.lead_in_s, pitches="", spells=True
+    )
+
+
 def run_rigs(
     config: EnsembleConfig,
     unknowns: Unknowns,
@@ -132,9 +139,15 @@ def run_rigs(
     store: Path | str,
     jobs: int = 1,
     progress: bool = False,
+    belts_as_chains: bool = False,
     **fields,
 ) -> pd.DataFrame:
     """Run every case of every rig; a row that is refused or diverges with one step is tried again with the next.
+
+    Parameters
+    ----------
+    belts_as_chains : bool
+        Only the cases of belts, with all forces (`as_chains`).
 
     Returns
     -------
@@ -142,6 +155,8 @@ def run_rigs(
         The design with ``state``, ``reason`` and the numbers of each row (`trackdyn.sweeps.sweep.sweep`).
     """
     left = design(config, unknowns, rigs, cases, {"integrator": fidelity.integrator} | fields)
+    if belts_as_chains:
+        left = as_chains(config, left[left["chain"] == "belt"]).assign(integrator=fidelity.integrator)
     found = []
     for step in fidelity.steps_s:
         belts = left["chain"] == "belt"

@@ -8,7 +8,6 @@ from trackdyn.inference import verdicts
 from trackdyn.inference.ring_choice import CRITERIA, choice_table, recommendation, study_table
 from trackdyn.inference.stages import LAST, STUDY, Ensemble
 from trackdyn.paper.claims import load_claims
-from trackdyn.replacing import write_text
 from trackdyn.report.figures.ensemble import band_figure, choice_figure, conflict_figure, pairs_figure, pareto_figure
 from trackdyn.report.style import save
 from trackdyn.sweeps.row import DONE
@@ -18,7 +17,7 @@ SHOWN_PAIRS = 6  # unknowns of the pair plot: those that are left least of their
 
 
 def write_tables(e: Ensemble, claims: Path | str, card: pd.DataFrame) -> str:
-    """All tables and ``summary.md`` into the folder of the ensemble; the summary is returned.
+    """All tables and the findings in words into the folder of the ensemble; the summary is returned.
 
     Parameters
     ----------
@@ -36,12 +35,12 @@ def write_tables(e: Ensemble, claims: Path | str, card: pd.DataFrame) -> str:
     }  # fmt: skip
     for name, table in tables.items():
         write_table(table, e.folder / f"{name}.csv")
-    text = _summary(e, tables)
-    write_text(e.folder / "summary.md", text)
-    return text
+    found = _summary(e, tables)
+    write_table(pd.DataFrame({"finding": found}), e.folder / "summary.csv")
+    return "\n".join(found)
 
 
-def _summary(e: Ensemble, tables: dict[str, pd.DataFrame]) -> str:
+def _summary(e: Ensemble, tables: dict[str, pd.DataFrame]) -> list[str]:
     rigs, conflicts, shares = tables["rigs"], tables["conflicts"], tables["claims"]
     every = verdicts.all_judged(e)
     allowed = int((every["excluded_by"] == 0).sum())
@@ -71,7 +70,7 @@ def _summary(e: Ensemble, tables: dict[str, pd.DataFrame]) -> str:
     ]  # fmt: skip
     for rpm, table in tables["choices"].groupby("rpm"):
         lines += [f"{rpm:g} rpm, by {name}: {recommendation(table, name)}." for name in CRITERIA]
-    return "\n\n".join(lines) + "\n"
+    return lines
 
 
 def write_figures(e: Ensemble, metrics: pd.DataFrame) -> None:

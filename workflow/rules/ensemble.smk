@@ -4,7 +4,7 @@
 ENSEMBLE_FORMS = {"ensemble": "full", "short/ensemble": "short"}
 ENSEMBLE = load_ensemble("config/ensemble.yaml")
 ENSEMBLE_INPUTS = dict(config="config/ensemble.yaml", rig=CONFIG.rig, claims="config/claims.yaml")
-ENSEMBLE_TABLES = ("rigs", "parameters", "claims", "conflicts", "pareto", "ranks", "study", "choices", "scorecard")
+ENSEMBLE_TABLES = ("rigs", "parameters", "claims", "conflicts", "pareto", "ranks", "study", "choices", "scorecard", "summary")
 ENSEMBLE_FIGURES = ("fig23_bands", "fig24_bands", "conflicts", "pareto", "pairs", "choice")
 
 
@@ -97,7 +97,6 @@ rule ensemble_verdicts:
         **ENSEMBLE_INPUTS,
     output:
         **{name: f"{R}/{{place}}/{name}.csv" for name in ENSEMBLE_TABLES},
-        summary=f"{R}/{{place}}/summary.md",
         figures=[f"{R}/{{place}}/{name}.{ending}" for name in ENSEMBLE_FIGURES for ending in ("png", "svg")],
     params: form=lambda wildcards: ENSEMBLE_FORMS[wildcards.place]
     wildcard_constraints: place="|".join(ENSEMBLE_FORMS)
@@ -117,3 +116,15 @@ rule ensemble_short:
     """The same with a few rigs: it shows that the study runs, its numbers say nothing."""
     input:
         f"{R}/short/ensemble/rigs.csv",
+
+
+rule ensemble_pages:
+    """Measured parts and pictures of docs/ensemble.md from the present results. Asked for by name, as `pictures` is."""
+    input:
+        tables=[f"{R}/ensemble/{name}.csv" for name in ("summary", "claims", "parameters", "conflicts", "choices", "pareto")],
+        pictures=[f"{R}/ensemble/{name}.png" for name in ("conflicts", "fig24_bands", "choice")],
+    log: f"{R}/logs/ensemble/pages.log"
+    benchmark: f"{R}/benchmarks/ensemble/pages.tsv"
+    message: "Measured parts of the page on the ensemble"
+    shell:
+        "{sys.executable} -m trackdyn.report.filled {input.tables} {input.pictures} > {log} 2>&1"
