@@ -10,6 +10,7 @@ import typer
 
 from trackdyn import rig_commands
 from trackdyn.errors import InputError, TrackdynError
+from trackdyn.inference import commands as inference
 from trackdyn.parameters.validation import shown
 from trackdyn.sweeps import commands
 
@@ -25,6 +26,7 @@ app.command()(commands.design)
 app.command()(rig_commands.rigs)
 app.command()(rig_commands.new)
 app.command()(rig_commands.check)
+app.command()(inference.choose_ring)
 
 
 def _number(option: str, text: str, remedy: str = "a finite number would do") -> float:
