@@ -10,6 +10,7 @@ import typer
 
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.parameters.validation import shown
+from trackdyn.report.commands import show
 from trackdyn.sweeps import commands
 
 app = typer.Typer(
@@ -21,6 +22,7 @@ app = typer.Typer(
 
 app.command()(commands.sweep)
 app.command()(commands.design)
+app.command()(show)
 
 
 def _number(option: str, text: str, remedy: str = "a finite number would do") -> float:
