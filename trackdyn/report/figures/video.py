@@ -84,7 +84,7 @@ class Film:
         self.colours = ScalarMappable(Normalize(low / 1e3, max(high, low + 1.0) / 1e3), "RdYlBu_r")
         points = stretch.bodies[:, :, :2].reshape(-1, 2)
         low, high = points.min(axis=0), points.max(axis=0)
-        margin = 2.2 * self.shape["bars"]["loop"]
+        margin = self.shape["margin"]
         self.views = [self._view((0.005, 0.29, 0.6, 0.66), (low + high) / 2, (high - low) / 2 + margin, "loop")]
         if self.shape["teeth"]:
             reach = 1.42 * self.shape["addendum"] * np.ones(2)
@@ -111,9 +111,11 @@ class Film:
         arrows = ax.add_collection(LineCollection([], linewidth=1.8, zorder=6))
         feet = ax.scatter([], [], s=14, zorder=7, edgecolor="white", linewidth=0.5)
         x, y = middle - 0.95 * half
-        ax.plot([x, x + bar], [y, y], color=BLACK, linestyle="-", linewidth=1.5, marker="|", markersize=6)
-        ax.text(x + bar / 2, y + 0.02 * half[1], f"{shape['force_bar'] / 1e3:g} kN", ha="center", va="bottom", fontsize=8)
-        return {"discs": discs, "teeth": teeth, "connectors": connectors, "links": links, "arrows": arrows, "feet": feet, "bar": bar}
+        if shape["force_bar"]:
+            ax.plot([x, x + bar], [y, y], color=BLACK, linestyle="-", linewidth=1.5, marker="|", markersize=6)
+            ax.text(x + bar / 2, y + 0.02 * half[1], f"{shape['force_bar']:g} N", ha="center", va="bottom", fontsize=8)
+        scale = bar / shape["force_bar"] if shape["force_bar"] else 0.0  # of the arrows, m/N
+        return {"discs": discs, "teeth": teeth, "connectors": connectors, "links": links, "arrows": arrows, "feet": feet, "scale": scale}
 
     def _tension(self) -> None:
         ax = self.figure.add_axes((0.06, 0.075, 0.86, 0.19))
@@ -147,8 +149,6 @@ class Film:
         tints = self.colours.to_rgba(stretch.tension[index] / 1e3)
         of_links, of_connectors = [of[0] for of in shape["links"]], [of[0] for of in shape["arcs"]]
         feet, forces = contacts[:, 1:3], contacts[:, 3:5]
-        size = np.hypot(*forces.T)
-        forces = forces * (np.minimum(size, shape["force_most"]) / np.maximum(size, 1e-9))[:, None]
         looks = [COLOURS[min(int(side), 3)] for side in contacts[:, 0]]
         for view in self.views:
             for discs, (x, y, _) in zip(view["discs"], stretch.wheels[index][1:], strict=True):
@@ -158,7 +158,7 @@ class Film:
             for name, outlines, of in (("links", links, of_links), ("connectors", connectors, of_connectors)):
                 view[name].set_verts(outlines)
                 view[name].set_facecolor(tints[of])
-            view["arrows"].set_segments(np.stack([feet, feet + forces / shape["force_bar"] * view["bar"]], axis=1))
+            view["arrows"].set_segments(np.stack([feet, feet + forces * view["scale"]], axis=1))
             view["arrows"].set_color(looks)
             view["feet"].set_offsets(feet)
             view["feet"].set_facecolor(looks)

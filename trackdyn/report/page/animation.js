@@ -97,7 +97,7 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
     }
     const xs = now.pins.map((p) => p[0]), ys = now.pins.map((p) => p[1]);
     const [l, r, b, t] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
-    const margin = 2 * (G.bars?.loop ?? 0.15);
+    const margin = G.margin ?? 0.3;
     return [(l + r) / 2, (b + t) / 2, (r - l) / 2 + margin, (t - b) / 2 + margin];
   }
 
@@ -137,7 +137,7 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
     }
     chain(now, at, path, ratio, scale);
     forces(now, at, path, pen, ratio);
-    bar(ratio, BAR[$("view").value] * scale);
+    if (G.force_bar) bar(ratio, BAR[$("view").value] * scale);
   }
 
   function bar(ratio, length) {
@@ -146,7 +146,7 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
     context.beginPath(); context.moveTo(x, y); context.lineTo(x + length, y);
     for (const end of [x, x + length]) { context.moveTo(end, y - 4 * ratio); context.lineTo(end, y + 4 * ratio); }
     context.stroke();
-    label(G.force_bar / 1000 + " kN", [x + length / 2, y - 11 * ratio], ratio);
+    label(G.force_bar < 1000 ? G.force_bar + " N" : G.force_bar / 1000 + " kN", [x + length / 2, y - 11 * ratio], ratio);
   }
 
   function chain(now, at, path, ratio, scale) {
@@ -221,12 +221,13 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
           label(String(area), at([foot[0] - under * n[0], foot[1] - under * n[1]]), ratio);
         }
       }
-      const length = Math.min(force, G.force_most) * scale;
+      const length = Math.min(force, G.force_most ?? Infinity) * scale;
       arrow(at(foot), at([foot[0] + length * n[0], foot[1] + length * n[1]]), side, ratio);
     }
     const tell = NAMES.map((name, i) => `${name} ${counts[i]}` + (counts[i] ? ` (largest ${most[i]} N)` : ""));
-    $("readout").textContent = `Contacts at this instant: ${tell.join(", ")}. ` +
-      `The bar is ${G.force_bar} N ${G.bar_holds ?? "in every run"}; forces above ${G.force_most} N are drawn no longer.`;
+    $("readout").textContent = !G.force_bar ? "Nothing is touched." : `Contacts at this instant: ${tell.join(", ")}. ` +
+      (G.force_most ? `The bar is ${G.force_bar} N in every run; forces above ${G.force_most} N are drawn no longer.`
+        : `The bar is ${G.force_bar} N in all views.`);
     $("clock").textContent = (index * run.interval + (run.begin ?? 0)).toFixed(2) + " s";
   }
 

@@ -33,7 +33,7 @@ SHOWN = (
     "ring_share_pct", "left_peak_n", "right_peak_n", "ring_peak_n", "passages", "clipped_samples", "loop_gap_max_m",
     "energy_residual",
 )  # fmt: skip
-BARS = {"loop": 0.07, "sprocket": 0.4, "follow": 0.5}  # scale bar over the width of the loop, the teeth's reach, a pitch
+BARS = {"loop": 0.06, "sprocket": 0.25, "follow": 0.35}  # scale bar over the width of the loop, the teeth's reach, a pitch
 
 
 @dataclass(frozen=True)
@@ -213,8 +213,8 @@ def geometry(recording: Recording, stretch: Stretch) -> dict:
     rig, model = Rig.model_validate(recording.meta["rig"]), stretch.loop.model
     tooth, shoes = model.tooth, model.shoes
     groove = rig.groove_profile
-    largest = max((np.hypot(of[:, 3], of[:, 4]).max() for of in stretch.contacts if len(of)), default=1.0)
-    bar = _round(max(largest, 1.0) / 2)
+    largest = max((np.hypot(of[:, 3], of[:, 4]).max() for of in stretch.contacts if len(of)), default=0.0)
+    bar = _round(max(largest, 1.0) / 1.2) if largest else 0.0  # the largest arrow is 1.2 to 3 bars long, none is cut
     width = float(np.ptp(stretch.bodies[0, :, :2], axis=0).max())
     pitch = float(model.chain.length.sum()) / rig.chain.pitches
     return {
@@ -235,8 +235,7 @@ def geometry(recording: Recording, stretch: Stretch) -> dict:
         "bars": {"loop": BARS["loop"] * width, "sprocket": BARS["sprocket"] * groove.addendum, "follow": BARS["follow"] * pitch},
         "follow": 0.85 * pitch,
         "force_bar": bar,
-        "force_most": 4 * bar,
-        "bar_holds": "in all views",
+        "margin": 2.4 * BARS["loop"] * width,
     }
 
 
