@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from trackdyn.errors import InputError, TrackdynError
+from trackdyn.fmi.commands import fmu
 from trackdyn.parameters.validation import shown
 from trackdyn.report.commands import show
 from trackdyn.sweeps import commands
@@ -23,6 +24,7 @@ app = typer.Typer(
 app.command()(commands.sweep)
 app.command()(commands.design)
 app.command()(show)
+app.command()(fmu)
 
 
 def _number(option: str, text: str, remedy: str = "a finite number would do") -> float:
