@@ -147,7 +147,15 @@ def test_a_refused_input_ends_in_one_sentence(unit_file):
             str(unit_file), stop_time=0.1, step_size=EXCHANGE, start_values={"motor_rpm": 115.0, "tensioner_shift": 0.4},
             logger=lambda *parts: said.append(str(parts)), debug_logging=True,
         )  # fmt: skip
-    assert "is not accepted: at least" in "".join(said)
+    assert "tensioner_shift = 0.4 m is not accepted: at least" in "".join(said)
+
+
+def test_a_refused_speed_is_logged(imported, capfd):
+    unit, numbers = imported
+    unit.setFloat64([numbers["motor_rpm"]], [nan])
+    with pytest.raises(Exception, match="status 3"):
+        exchange(unit, 0.0)
+    assert "motor_rpm = nan is not accepted" in "".join(capfd.readouterr())
 
 
 def test_torque_and_turn_are_the_work_of_the_drive_and_it_is_lost(scene):
@@ -205,7 +213,7 @@ def test_a_shift_of_the_tensioner_tightens_the_loop(scene):
     tensions = {}
     for shift in (0.0, 1e-3):
         unit.wanted["tensioner_shift"] = shift
-        for k in range(100):
+        for _ in range(100):
             unit.step(unit.loop.time, EXCHANGE)
         tensions[shift] = unit.values["tension_idler_to_sprocket"]
     assert abs(tensions[1e-3] / tensions[0.0] - 1) > 0.02

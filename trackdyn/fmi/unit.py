@@ -38,6 +38,12 @@ def _drive(unit: "Unit", motor_rpm: float, exchange: float) -> None:
 
 
 def _shift(unit: "Unit", shift: float, exchange: float) -> None:
+    settled, travel = unit.settled_shift, unit.scene.rig.tension.travel
+    if not abs(settled + shift) <= travel:
+        raise InputError(
+            f"tensioner_shift = {shift:g} m is not accepted: at least {-travel - settled:.4g} and at most {travel - settled:.4g} m, "
+            "the tensioner's travel from where the loop settled, would do"
+        )
     unit.loop.shift_tensioner(unit.settled_shift + shift)
     unit.place_strands()
 

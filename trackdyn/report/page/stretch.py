@@ -10,6 +10,7 @@ from math import pi
 import numpy as np
 from tqdm import tqdm
 
+from trackdyn.errors import InputError
 from trackdyn.loop import Loop
 from trackdyn.model.constants import SPROCKET
 from trackdyn.model.work import ARM_X, ARM_Y, BODY, FLANK, GUIDE, KIND, NORMAL_X, NORMAL_Y, RING, WHEEL
@@ -18,7 +19,6 @@ from trackdyn.parameters.layout import WHEEL_NAMES
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import plain_number
 from trackdyn.recording import Recording
-from trackdyn.errors import InputError
 from trackdyn.scene import Scene
 
 FRAMES, BODIES_IN_FRAMES = 360, 60_000  # pictures of a stretch, fewer of a chain of many bodies: the page stays small
