@@ -18,7 +18,11 @@ from trackdyn.simulate import simulate
 
 
 def __getattr__(name):
-    """`trackdyn.sweep`, whose libraries are loaded with the first use."""
+    """`trackdyn.show` and `trackdyn.sweep`, whose libraries are loaded with the first use."""
+    if name == "show":
+        from trackdyn.report.page.show import show
+
+        return show
     if name != "sweep":
         raise AttributeError(f"module 'trackdyn' has no attribute {name!r}")
     from trackdyn.sweeps.sweep import sweep
@@ -38,6 +42,7 @@ __all__ = [
     "load_recording",
     "load_rig",
     "sense",
+    "show",
     "simulate",
     "sweep",
 ]

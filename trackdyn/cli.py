@@ -10,8 +10,10 @@ import typer
 
 from trackdyn import rig_commands
 from trackdyn.errors import InputError, TrackdynError
+from trackdyn.fmi.commands import fmu
 from trackdyn.inference import commands as inference
 from trackdyn.parameters.validation import shown
+from trackdyn.report.commands import show
 from trackdyn.sweeps import commands
 
 app = typer.Typer(
@@ -27,6 +29,8 @@ app.command()(rig_commands.rigs)
 app.command()(rig_commands.new)
 app.command()(rig_commands.check)
 app.command()(inference.choose_ring)
+app.command()(show)
+app.command()(fmu)
 
 
 def _number(option: str, text: str, remedy: str = "a finite number would do") -> float:

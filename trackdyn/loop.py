@@ -177,6 +177,16 @@ class Loop:
         return _view(self.work.wheel_force)
 
     @property
+    def felt(self) -> np.ndarray:
+        """(3,) acceleration of the sensor's place in the link frame, x and y (m/s2), and the link's angle (rad).
+
+        Means over the last `step`, or over the last sample interval of `advance`; at rest before the first.
+        """
+        if not self.state.steps[0]:
+            return np.array([0.0, 0.0, self.state.angle[self.model.sensor.body]])
+        return self._scratch.mean[0].copy()
+
+    @property
     def tension(self) -> float:
         """Tension of the chain at the cut joint in the last step, N."""
         return float(np.hypot(*self.work.sweep.load[:2]))

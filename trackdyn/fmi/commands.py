@@ -1,0 +1,40 @@
+"""The command ``trackdyn fmu``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.validation import shown
+
+
+def fmu(
+    rig: Annotated[Path, typer.Argument(help="Parameters of the rig.")],
+    out: Annotated[Path, typer.Option(help="Unit to write (.fmu).")] = Path("track.fmu"),
+    rpm: Annotated[float, typer.Option(help="Motor speed at the start, rev/min.")] = 115.0,
+    ring_radius: Annotated[str, typer.Option(help="Radius of the rubber ring in m, or none.")] = "0.308",
+    lead_in: Annotated[float, typer.Option(help="Time at speed before time 0, s; 0: the loop rests at time 0.")] = 0.0,
+    preset: Annotated[str, typer.Option(help="Bundle of choices: fast, standard, paper or reference.")] = "standard",
+    tension: Annotated[str, typer.Option(help="locked, retensioned or sprung.")] = "locked",
+) -> None:
+    """Write a track as a unit for co-simulation (FMI 3.0)."""
+    from trackdyn.fidelity import preset as preset_fields
+    from trackdyn.fmi.build import write_fmu
+    from trackdyn.parameters.rig import load_rig
+    from trackdyn.replacing import refuse_unwritable
+    from trackdyn.scene import Scene
+
+    if out.suffix != ".fmu":
+        raise InputError(f"--out = {shown(str(out))} is not accepted: a name that ends in .fmu would do")
+    refuse_unwritable(out)
+    try:
+        radius = None if ring_radius == "none" else float(ring_radius)
+    except ValueError:
+        raise InputError(f"--ring-radius = {shown(ring_radius)} is not accepted: a radius in m or the word none would do") from None
+    scene = Scene(load_rig(rig), rpm, radius, lead_in=lead_in, tension=tension, **preset_fields(preset))
+    unit = write_fmu(scene, out)
+    for kind, signals in (("in", unit.inputs), ("out", unit.outputs)):
+        for signal in signals:
+            typer.echo(f"{kind:>4}  {signal.name} ({signal.unit}): {signal.text}")
+    typer.echo(f"{out}: written; who imports it needs a Python in which trackdyn is installed")
