@@ -31,6 +31,7 @@ app.command()(rig_commands.check)
 app.command()(inference.choose_ring)
 app.command()(show)
 app.command()(fmu)
+app.command()(inference.identify)
 
 
 def _number(option: str, text: str, remedy: str = "a finite number would do") -> float:
