@@ -10,7 +10,7 @@ from trackdyn.loop import Loop
 from trackdyn.measure.sensor import specific_force
 from trackdyn.measure.strands import Strands
 from trackdyn.model.constants import SPROCKET
-from trackdyn.parameters.layout import WHEEL_NAMES, run_order, wheel_circles
+from trackdyn.parameters.layout import run_order, wheel_circles, wheel_names
 from trackdyn.scene import LEAST_RAMP, Scene
 
 ROUNDING = 1e-12  # share of an input by which it may change and is the same
@@ -99,12 +99,13 @@ class Unit:
         self.inputs = [one.signal(scene) for one in self.steerings]
         self.wanted = {signal.name: signal.start for signal in self.inputs}
         self.speed_ramp = 0.0
-        names = [WHEEL_NAMES[i] for i in self.order]
+        self.names = wheel_names(scene.rig)
+        names = [self.names[i] for i in self.order]
         strands = [f"{name}_to_{names[(i + 1) % len(names)]}" for i, name in enumerate(names)]
         self.outputs = [
             *(Signal(f"tension_{name}", "N", "force in the chain in the middle of this strand") for name in strands),
             Signal("sprocket_torque", "N.m", "mean torque of the drive over the exchange: its work over the turn; 0 while the sprocket stands"),
-            *(Signal(f"rate_{name}", "rad/s", "angular velocity; negative is clockwise") for name in WHEEL_NAMES),
+            *(Signal(f"rate_{name}", "rad/s", "angular velocity; negative is clockwise") for name in self.names),
             Signal("sensor_ax", "g", "what the sensor reports along its link (Eq. 40), mean over the exchange"),
             Signal("sensor_ay", "g", "what the sensor reports across its link (Eq. 40), mean over the exchange"),
             Signal("gap", "m", "distance of the two pins of the cut joint"),
@@ -131,7 +132,7 @@ class Unit:
         wheels = self.loop.model.wheels
         circles = wheel_circles(self.scene.rig, body=float(self.loop.model.chain.length[0]))[self.order]
         circles[:, :2] = np.column_stack([wheels.x, wheels.y])[self.order]
-        self.strands = Strands(circles, [WHEEL_NAMES[i] for i in self.order])
+        self.strands = Strands(circles, [self.names[i] for i in self.order])
 
     def step(self, time: float, exchange: float) -> None:
         """Go on from ``time`` since the start of the unit by an exchange, both s, to the nearest step of the loop.
@@ -153,7 +154,7 @@ class Unit:
         end = round((self._begin + time + exchange) / self.loop.model.step)
         before = self.loop.energy["sprocket_work"], float(self.loop.state.wheel_angle[SPROCKET])
         self.loop.step(max(end - int(self.loop.state.steps[0]), 1))
-        if self.loop.model.tensioner is not None:
+        if self.loop.model.carriers is not None:
             self.place_strands()
         turned = float(self.loop.state.wheel_angle[SPROCKET]) - before[1]
         self._account((self.loop.energy["sprocket_work"] - before[0]) / turned if turned else 0.0)
