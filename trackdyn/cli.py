@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from trackdyn.errors import InputError, TrackdynError
-from trackdyn.inference import commands as inference
+from trackdyn.inference.choose_ring import choose_ring
 from trackdyn.parameters.validation import shown
 from trackdyn.sweeps import commands
 
@@ -22,7 +22,7 @@ app = typer.Typer(
 
 app.command()(commands.sweep)
 app.command()(commands.design)
-app.command()(inference.choose_ring)
+app.command()(choose_ring)
 
 
 def _number(option: str, text: str, remedy: str = "a finite number would do") -> float:
