@@ -228,6 +228,8 @@ class Search:
         progress=iter,
     ):
         self.config, self.unknowns, self.targets, self.errors = config, unknowns, targets, errors
+        if values.empty:
+            raise TrackdynError("no rig of the waves before came out with all its runs; more rigs a wave or smaller steps would do")
         at = points.set_index("rig").loc[values.index, unknowns.labels].to_numpy(dtype=float)
         self.x = self._centred(at)
         self.columns = all_columns(targets)
