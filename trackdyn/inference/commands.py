@@ -23,7 +23,7 @@ def identify(
     ring_radius: Annotated[str | None, typer.Option(help="Radius of the rubber ring in m, or none; the rig's by default.")] = None,
     preset: Annotated[str, typer.Option(help="Fidelity of the simulations: fast, standard, paper or reference.")] = "standard",
     simulations: Annotated[int, typer.Option(help="Rigs of the first wave, a power of two; the second has half as many.")] = 128,
-    steps: Annotated[int, typer.Option(help="Steps of the walkers that draw from the posterior.")] = 1500,
+    steps: Annotated[int, typer.Option(help="Steps of the walkers that draw from the posterior.")] = 3000,
     jobs: Annotated[int | None, typer.Option("--jobs", "-j", help="Processes; all cores by default.")] = None,
     seed: Annotated[int, typer.Option(help="The same seed gives the same draws.")] = 0,
     resume: Annotated[bool, typer.Option("--resume", help="Go on in a folder that is there: what was simulated is kept.")] = False,
