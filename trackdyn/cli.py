@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from trackdyn.errors import InputError, TrackdynError
+from trackdyn.inference.choose_ring import choose_ring
 from trackdyn.inference.commands import identify
 from trackdyn.parameters.validation import shown
 from trackdyn.sweeps import commands
@@ -23,6 +24,7 @@ app = typer.Typer(
 app.command()(commands.sweep)
 app.command()(commands.design)
 app.command()(identify)
+app.command()(choose_ring)
 
 
 def _number(option: str, text: str, remedy: str = "a finite number would do") -> float:

@@ -12,7 +12,7 @@ class _Once(event.Listener):
         self.say = say
 
     def on_start(self, event):
-        self.say("compiling kernels, half a minute to a minute; the next run finds them")
+        self.say("compiling kernels, about half a minute; the next run finds them")
         self.say = lambda text: None
 
     def on_end(self, event):

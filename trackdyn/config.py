@@ -107,10 +107,14 @@ class FidelityStudy(Section):
 
 
 class OtherRig(Section):
-    """A further rig that the scorecard judges beside the first, and the longest steps that it is run with by motor speed."""
+    """A further rig that the scorecard judges beside the first, and the longest steps that it is run with by motor speed.
+
+    ``known`` takes the place of the first rig's where contacts need longer to tell what they do.
+    """
 
     rig: str
     steps_s: Allowed
+    known: Known | None = None
 
 
 class Config(Section):
@@ -294,13 +298,22 @@ class Config(Section):
                 Scene(rig, rpm, radius, **steady_fields(rig, rpm, self.known), **PRESETS[REFERENCE])
         self.fit_cases()
 
+    def known_of(self, name: str) -> Known:
+        """When contacts of another rig are known."""
+        return self.other_rigs[name].known or self.known
+
     def other_scenes(self, name: str, scenes: dict[str, Scene]) -> dict[str, Scene]:
         """The scenes of the first rig that claims are judged by on another one: none of Table 4, no ring study without a ring."""
         other = self.other_rigs[name]
         rig = load_rig(other.rig)
+
+        def on_it(run: str, scene: Scene) -> Scene:
+            steady = steady_fields(rig, scene.motor_rpm, self.known_of(name)) if run.startswith("ring/") else {}
+            return scene.with_(rig=rig, step=min(scene.step, allowed_step(other.steps_s, scene.motor_rpm)), **steady)
+
         try:
             return {
-                run: scene.with_(rig=rig, step=min(scene.step, allowed_step(other.steps_s, scene.motor_rpm)))
+                run: on_it(run, scene)
                 for run, scene in scenes.items()
                 if not run.startswith("coarse/") and not (run.startswith("ring/") and scene.ring_radius is None)
             }

@@ -6,6 +6,7 @@ that decides which code runs: any edit starts a new folder. Where that folder ca
 never one elsewhere. ``NUMBA_DISABLE_JIT=1`` runs every kernel as plain Python.
 """
 
+import functools
 import hashlib
 import os
 import pickle
@@ -65,7 +66,7 @@ def _warn(folder, reason):
     if not _warned:
         print(
             f"trackdyn: the cache folder {folder} cannot be used ({reason}), so every process compiles its kernels "
-            "anew, up to a minute; TRACKDYN_CACHE names another folder",
+            "anew, about half a minute; TRACKDYN_CACHE names another folder",
             file=sys.stderr,
         )
     _warned = True
@@ -120,24 +121,56 @@ class _CheckedFile:
 FOLDER = None if numba.config.DISABLE_JIT else _writable(cache_folder())
 
 
-def _compiled(function, **options):
-    """Dispatcher of a function, with its code kept in ``FOLDER`` or nowhere."""
+def _compiled(function, part, **options):
+    """Dispatcher of a function, with its code kept in a folder in ``FOLDER`` or nowhere."""
     if FOLDER is None:
         return numba.njit(**OPTIONS, **options)(function)
+    folder = FOLDER / part
     # numba's own setting falls back to folders without a hash, and is read anew when the environment changes
-    before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(FOLDER)
+    before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
     try:
         dispatcher = numba.njit(**OPTIONS, **options, cache=True)(function)
     except RuntimeError as error:  # no folder of numba's choice can be written
-        _warn(FOLDER, error)
+        _warn(folder, error)
         return numba.njit(**OPTIONS, **options)(function)
     finally:
         numba.config.CACHE_DIR = before
-    if Path(dispatcher.stats.cache_path).parent != FOLDER:
+    if Path(dispatcher.stats.cache_path).parent != folder:
         _warn(dispatcher.stats.cache_path, "numba chose it, and edits would not be seen there")
         return numba.njit(**OPTIONS, **options)(function)
     dispatcher._cache._cache_file = _CheckedFile(dispatcher._cache._cache_file)
     return dispatcher
+
+
+class _Kernel:
+    """A kernel with two faces: kernels call one, Python the other.
+
+    Taking `Model` and `Work` apart for Python, some hundred arrays, was half of what it costs to compile a kernel, and
+    few are ever called from Python. The other face is therefore made at the first such call.
+    """
+
+    def __init__(self, function, **options):
+        self.py_func = function
+        self._options = options
+        self._within = _compiled(function, "within", no_cpython_wrapper=True, **options)
+        functools.update_wrapper(self, function)
+
+    @property
+    def _numba_type_(self):
+        """What a kernel that names this one compiles a call to."""
+        return self._within._numba_type_
+
+    @functools.cached_property
+    def dispatcher(self):
+        """The dispatcher that Python calls."""
+        return _compiled(self.py_func, "called", **self._options)
+
+    def __call__(self, *arguments):
+        return self.dispatcher(*arguments)
+
+
+def _made(function, **options):
+    return function if numba.config.DISABLE_JIT else _Kernel(function, **options)
 
 
 def kernel(function):
@@ -147,7 +180,7 @@ def kernel(function):
     code: together that halves the cost of a step. An array that is allocated in a kernel, or copied whole
     (a[:] = b), is refused at compilation ("NRT required").
     """
-    return _compiled(function, forceinline=True, _nrt=False)
+    return _made(function, forceinline=True, _nrt=False)
 
 
 def fused(function):
@@ -156,7 +189,7 @@ def fused(function):
     Which ones depends on the processor and on what stands around: only for what the time loop calls in one place, so
     that a run that is resumed repeats it bit for bit.
     """
-    return _compiled(function, forceinline=True, _nrt=False, fastmath={"contract"})
+    return _made(function, forceinline=True, _nrt=False, fastmath={"contract"})
 
 
 def allocating(function):
@@ -164,4 +197,4 @@ def allocating(function):
 
     That is said in so many words, or numba would hand on the setting of a kernel that calls it.
     """
-    return _compiled(function, _nrt=True)
+    return _made(function, _nrt=True)

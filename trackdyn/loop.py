@@ -19,7 +19,7 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import plain_number
 from trackdyn.recording import Recording
 from trackdyn.scene import LONGEST, MOST_STEPS, Scene
-from trackdyn.settling import allocate, settle
+from trackdyn.settling import allocate, settle, with_sliding
 from trackdyn.starts import Starts
 from trackdyn.stepping import march
 from trackdyn.writer import Writer
@@ -53,7 +53,8 @@ class Loop:
         if scene.chain == "belt":
             raise InputError("scene: chain = 'belt' is not accepted: a path has no state to step; 'double_pin' would do")
         self.scene = scene
-        self.model, self.state, self.work, self.layout = starts.settle(scene) if starts else settle(scene)
+        self.model, self.state, work, self.layout = starts.settle(scene) if starts else settle(scene)
+        self.work = with_sliding(scene, work, len(self.model.wheels.x))
         self._scratch = make_record(1, self.state)
 
     # -- stepping ------------------------------------------------------------------------------------------------------

@@ -49,8 +49,8 @@ def compute(rows: Sequence[dict], jobs: int, memory: float) -> Iterator[dict]:
 
 def _compiled() -> bool:
     """Whether the time loop was compiled before, here and for this processor."""
-    folder = getattr(getattr(time_loop, "stats", None), "cache_path", None)
-    return folder is not None and any(Path(folder).glob("run._run-*.nbc"))
+    stats = getattr(getattr(time_loop, "dispatcher", None), "stats", None)
+    return bool(stats and stats.cache_path) and any(Path(stats.cache_path).glob("run._run-*.nbc"))
 
 
 class _Worker:

@@ -237,7 +237,7 @@ class Show:
         self.slurm.run("scancel", "--signal=STOP", job)
         self.slurm.run("scontrol", "update", f"JobId={job}", "EndTime=now")
         end, state = time.monotonic() + 120, "RUNNING"
-        while state in ("RUNNING", "COMPLETING") and time.monotonic() < end:
+        while state in ("RUNNING", "STOPPED", "COMPLETING") and time.monotonic() < end:
             time.sleep(0.5)
             state = self.slurm.out("squeue", "--noheader", "--format=%T", "--states=all", f"--jobs={job}").strip()
         if state != "TIMEOUT":

@@ -130,7 +130,7 @@ use rule ring_runs as ring_runs_other with:
         costs=ring_files(f"{R}/rigs/{{other}}", "cost.json"),
     params:
         scenes=lambda wildcards: ring_scenes(OTHERS[wildcards.other], wildcards.ring),
-        known=CONFIG.known.model_dump(),
+        known=lambda wildcards: CONFIG.known_of(wildcards.other).model_dump(),
     log: f"{R}/logs/rigs/{{other}}/ring/{{ring}}.log"
     benchmark: f"{R}/benchmarks/rigs/{{other}}/ring/{{ring}}.tsv"
     message: "Simulating the ring {wildcards.ring} on {wildcards.other}"
