@@ -5,6 +5,7 @@ from math import isinf, pi, sin, sqrt
 from scipy.optimize import brentq
 
 from trackdyn.integrate.methods import METHODS, Method
+from trackdyn.model.constants import Law
 
 # The static load of a pitch on its wheel is multiplied by this before the stiffness is taken: forces that
 # last reach 1.6 times the static load with the reference ring, only touch-down spikes of less than a
@@ -83,6 +84,11 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
             link / _stiffness_at(law, load, float(radius))
         )
         limits[f"friction of the {name.replace('_', ' ')}"] = friction(law, link)
+    own = wheels.own_law if wheels.own_law is not None else ()
+    for k in range(1, len(own)):
+        law, name = Law(*(float(part) for part in own[k])), f"surface of wheel {k}"
+        limits[f"contact stiffness of the {name}"] = oscillation * sqrt(link / _stiffness_at(law, load, float(wheels.radius[k])))
+        limits[f"friction of the {name}"] = friction(law, link)
     if chain.stiffness:
         # two neighbours turn against each other; each angle feels the bushings at both of its ends
         inertia = float(min(chain.inertia))

@@ -8,12 +8,12 @@ from math import sqrt
 
 from trackdyn.chain.kinematics import bushing_lead, orient, place
 from trackdyn.chain.plane import plane_dynamics, turn_plane
+from trackdyn.integrate.carriers import slide
 from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, sense_links, solve_chain
 from trackdyn.integrate.energy import account, energies, finish_forces
 from trackdyn.integrate.runge_kutta import march
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, advance
 from trackdyn.integrate.spells import log_spells
-from trackdyn.integrate.tensioner import slide
 from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET, Model
 from trackdyn.model.record import Record
@@ -32,15 +32,15 @@ def run(model: Model, state: State, work: Work, record: Record, first, last):
     """
     # what numba compiles once more in every caller is kept flat: one kernel, chosen here; what only some methods have
     # stands beside the work, so that all share the kernels that do without
-    common = work._replace(stages=None, space=None, implicit=None)
+    common = work._replace(stages=None, space=None, implicit=None, sliding=None)
     if work.stages is not None:
         return _march(model, state, common, record, first, last, work.stages)
-    return _run(model, state, common, record, (first, last), work.space, work.implicit)
+    return _run(model, state, common, record, (first, last), work.space, work.implicit, work.sliding)
 
 
 def refresh(model: Model, state: State, work: Work):
     """Places, velocities and loads of a state, whoever made it."""
-    _refresh(model, state, work._replace(stages=None, space=None, implicit=None), work.space, work.implicit)
+    _refresh(model, state, work._replace(stages=None, space=None, implicit=None, sliding=None), work.space, work.implicit)
 
 
 @kernel
@@ -52,7 +52,7 @@ def _refresh(model: Model, state: State, work: Work, space, implicit):
 
 
 @kernel
-def _run(model: Model, state: State, work: Work, record: Record, rows, space, implicit):
+def _run(model: Model, state: State, work: Work, record: Record, rows, space, implicit, sliding):
     """Steps of order 1: the chain solved, velocities, places, then the loads of the next step."""
     links = record.link_mean.shape[1]
     lead = bushing_lead(model.chain, model.step) if implicit is None else 1.0
@@ -80,14 +80,17 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
                 turn_plane(model, state, space)
                 if not abs(state.plane.motion[P]) + abs(state.plane.motion[Q]) < RATE_LIMIT:
                     return 0
-            slide(model, state, work, model.tensioner)
+            slide(model, state, work, model.carriers)
             place(model.chain, state, work)
-            account(model, state, work, lead, space, model.tensioner)
+            account(model, state, work, lead, space, model.carriers, sliding)
             evaluate_loads(model, state, work, space, implicit)
             if record.spells.enabled:
                 log_spells(record.spells, state, work, state.steps[0] * model.step, model.step)
             _watch(work)
         _keep(model, state, work, record, sample, space)
+        if sliding is not None:
+            for k in range(record.sliding.shape[1]):
+                record.sliding[sample, k] = sliding[k]
     return -1
 
 
@@ -147,7 +150,7 @@ def _keep(model: Model, state: State, work: Work, record: Record, sample, space)
     record.place[sample, 1] = work.pin_y[body] + middle * work.sin[body]
     for wheel in range(state.wheel_rate.shape[0]):
         record.wheel_rate[sample, wheel] = state.wheel_rate[wheel]
-    energies(model, state, work, space, model.tensioner, record.energy[sample])
+    energies(model, state, work, space, model.carriers, record.energy[sample])
     for i in range(record.pitches.shape[0]):
         pitch = record.pitches[i]
         for side in range(2):

@@ -79,6 +79,11 @@ def departures(rows: pd.DataFrame) -> str:
     return cells.unstack(sort=False).reset_index().to_markdown(index=False, disable_numparse=True)
 
 
+def findings(rows: pd.DataFrame) -> str:
+    """What an ensemble found, a line each."""
+    return "\n".join(f"- {text}" for text in rows["finding"]) + "\n"
+
+
 def fill(page: Path, source: Path, write: Callable[[pd.DataFrame], str]) -> None:
     """Replace the measured part of a page by what ``write`` makes of a table.
 
@@ -101,13 +106,15 @@ PAGES = (
     ("docs/choosing-a-fidelity.md", "docs/measured/fidelity.csv", measured),
     ("docs/what-an-answer-costs.md", "docs/measured/limits.csv", limits),
     ("docs/deviations.md", "docs/measured/deviations.csv", departures),
+    ("docs/ensemble.md", "docs/measured/ensemble_summary.csv", findings),
     ("README.md", "docs/measured/claims.csv", results),
 )
 
 if __name__ == "__main__":
     try:
         for file in map(Path, sys.argv[1:]):  # results that version control keeps: pictures, and tables
-            place = Path("docs", "pictures" if file.suffix in (".gif", ".png") else "measured", file.name)
+            name = f"ensemble_{file.name}" if file.parent.name == "ensemble" else file.name
+            place = Path("docs", "pictures" if file.suffix in (".gif", ".png") else "measured", name)
             with replacing(place) as part:
                 part.write_bytes(file.read_bytes())
         for page, source, write in PAGES:
