@@ -15,7 +15,7 @@ from trackdyn.loop import Loop
 from trackdyn.model.constants import SPROCKET
 from trackdyn.model.work import ARM_X, ARM_Y, BODY, FLANK, GUIDE, KIND, NORMAL_X, NORMAL_Y, RING, WHEEL
 from trackdyn.needs import BODY_STEP
-from trackdyn.parameters.layout import WHEEL_NAMES
+from trackdyn.parameters.layout import wheel_names
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import plain_number
 from trackdyn.recording import Recording
@@ -80,13 +80,8 @@ class Stretch:
 
     @property
     def names(self) -> list[str]:
-        """Names of the wheels."""
-        return wheel_names(self.wheels.shape[1])
-
-
-def wheel_names(count: int) -> list[str]:
-    """Names of the first wheels of a rig, in words."""
-    return [name.replace("_", " ") for name in WHEEL_NAMES[:count]]
+        """Names of the wheels, in words."""
+        return [name.replace("_", " ") for name in wheel_names(self.loop.scene.rig)[: self.wheels.shape[1]]]
 
 
 def scene_of(recording: Recording) -> Scene:
