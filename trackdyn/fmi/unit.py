@@ -1,16 +1,18 @@
 """What crosses the border of a co-simulation unit: inputs that a rig has, outputs, and one exchange after another."""
 
 from collections.abc import Callable
+from math import inf, isfinite
 from typing import NamedTuple
 
 import numpy as np
 
+from trackdyn.carrying import CARRIED
 from trackdyn.errors import InputError
 from trackdyn.loop import Loop
 from trackdyn.measure.sensor import specific_force
 from trackdyn.measure.strands import Strands
 from trackdyn.model.constants import SPROCKET
-from trackdyn.parameters.layout import run_order, wheel_circles, wheel_names
+from trackdyn.parameters.layout import belt_around, wheel_circles, wheel_names
 from trackdyn.scene import LEAST_RAMP, Scene
 
 ROUNDING = 1e-12  # share of an input by which it may change and is the same
@@ -31,6 +33,19 @@ class Steering(NamedTuple):
     present: Callable[[Scene], bool]
     signal: Callable[[Scene], Signal]
     apply: Callable[["Unit", float, float], None]
+
+
+def _limit(unit: "Unit", torque: float, exchange: float) -> None:
+    if not 0.0 <= torque < inf:
+        raise InputError(f"torque_limit = {torque:g} N m is not accepted: a finite number of at least 0 would do")
+    drive = unit.loop.model.drive
+    unit.loop.model = unit.loop.model._replace(drive=drive._replace(motor=drive.motor._replace(torque=float(torque))))
+
+
+def _push(unit: "Unit", force: float, exchange: float) -> None:
+    if not isfinite(force):
+        raise InputError(f"tensioner_force = {force:g} N is not accepted: a finite number would do")
+    unit.loop.model.carriers.force[:, 1] = force
 
 
 def _drive(unit: "Unit", motor_rpm: float, exchange: float) -> None:
@@ -58,7 +73,19 @@ STEERINGS = (
         _drive,
     ),
     Steering(
-        lambda scene: scene.tension != "sprung",
+        lambda scene: scene.rig.drive is not None and scene.rig.drive.kind == "motor",
+        lambda scene: Signal(
+            "torque_limit", "N.m", "largest torque of the drive at the sprocket, which it gives while it is far from its speed", scene.rig.drive.torque
+        ),
+        _limit,
+    ),
+    Steering(
+        lambda scene: scene.tension == "forced",
+        lambda scene: Signal("tensioner_force", "N", "force that pushes the tensioning wheel along its line; taken at once", scene.rig.tension.force[0][1]),
+        _push,
+    ),
+    Steering(
+        lambda scene: scene.tension not in CARRIED,
         lambda scene: Signal("tensioner_shift", "m", "way of the tensioning wheel along its line from where the loop settled; taken at once"),
         _shift,
     ),
@@ -94,17 +121,17 @@ class Unit:
         if scene.fidelity["space"].setting != "planar":
             raise InputError("scene: space = 'spatial' is not accepted: a unit moves in the plane; wheels that are aligned would do")
         self.scene = scene
-        self.order = run_order(wheel_circles(scene.rig))
+        self.names = wheel_names(scene.rig)
+        self.order = belt_around(scene.rig)[1]
         self.steerings = [one for one in STEERINGS if one.present(scene)]
         self.inputs = [one.signal(scene) for one in self.steerings]
         self.wanted = {signal.name: signal.start for signal in self.inputs}
         self.speed_ramp = 0.0
-        self.names = wheel_names(scene.rig)
         names = [self.names[i] for i in self.order]
         strands = [f"{name}_to_{names[(i + 1) % len(names)]}" for i, name in enumerate(names)]
         self.outputs = [
             *(Signal(f"tension_{name}", "N", "force in the chain in the middle of this strand") for name in strands),
-            Signal("sprocket_torque", "N.m", "mean torque of the drive over the exchange: its work over the turn; 0 while the sprocket stands"),
+            Signal("sprocket_torque", "N.m", "mean torque of the sprocket on the chain over the exchange: its work over the turn; 0 while it stands"),
             *(Signal(f"rate_{name}", "rad/s", "angular velocity; negative is clockwise") for name in self.names),
             Signal("sensor_ax", "g", "what the sensor reports along its link (Eq. 40), mean over the exchange"),
             Signal("sensor_ay", "g", "what the sensor reports across its link (Eq. 40), mean over the exchange"),

@@ -80,7 +80,7 @@ class Stretch:
 
     @property
     def names(self) -> list[str]:
-        """Names of the wheels that the scene models, in words."""
+        """Names of the wheels, in words."""
         return [name.replace("_", " ") for name in wheel_names(self.loop.scene.rig)[: self.wheels.shape[1]]]
 
 
