@@ -19,7 +19,7 @@ from trackdyn.parameters.layout import belt_path, run_order
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.scene import Scene
 from trackdyn.settling import arc_depths, explained_depth
-from trackdyn.study.extremes.judge import COMPLETED, DEFECT, invariants, judged
+from trackdyn.study.extremes.judge import COMPLETED, DEFECT, OUTCOMES, invariants, judged
 
 SEED = 20261122
 CHAINS = ("paper", "m113", "robot")
@@ -166,6 +166,14 @@ def layouts(numbers: range, seconds: float = 1.0, progress: bool = True) -> Iter
     """Rows of many layouts."""
     for number in tqdm(numbers, disable=not progress, unit="layout"):
         yield run_layout(number, seconds)
+
+
+def summary(table: pd.DataFrame) -> pd.DataFrame:
+    """Layouts, and what became of them, by chain and number of wheels."""
+    counts = table.groupby(["chain", "teeth", "wheels"])["outcome"].value_counts().unstack(fill_value=0)
+    counts = counts.reindex(columns=list(OUTCOMES), fill_value=0)
+    counts.insert(0, "layouts", counts.sum(axis=1))
+    return counts.reset_index()
 
 
 def outcome(table: pd.DataFrame) -> str:
