@@ -39,6 +39,7 @@ def identify(
 ) -> None:
     """Identify parameters of the rig from records of the sensor, and say how sure that is."""
     from trackdyn.inference.answer import write_answer
+    from trackdyn.inference.experiment import scene_of
     from trackdyn.inference.identify import Settings
     from trackdyn.inference.identify import identify as run
     from trackdyn.inference.measured import read_records
@@ -61,6 +62,8 @@ def identify(
     base = load_rig(rig)
     axes = dict(pair.split("=", 1) for pair in axis or [])
     measured = read_records(records, base, load_mapping(mapping, unit=unit, axes=axes), rpm or [], _radius(ring_radius, base), preset)
+    for one in measured:
+        scene_of(base, one.speed, one.turn_s)  # what cannot be simulated is refused before all else
     unknowns = asked([unknown_of(text) for text in unknown or []], base, rig)
     refuse_unwritable(out / "index.html")
     if out.exists() and any(out.iterdir()) and not resume:
