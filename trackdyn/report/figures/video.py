@@ -120,12 +120,12 @@ class Film:
     def _tension(self) -> None:
         ax = self.figure.add_axes((0.06, 0.075, 0.86, 0.19))
         pitches = self.stretch.loop.scene.rig.chain.pitches
-        for name, (begin, end) in zip(self.stretch.names, self.stretch.spans, strict=True):
+        for k, (name, (begin, end)) in enumerate(zip(self.stretch.names, self.stretch.spans, strict=True)):
             for back in (0, pitches):
                 if end > back and begin < pitches + back:
                     ax.axvspan(max(begin - back, 0), min(end - back, pitches), color="0.88", zorder=0)
                     middle = (max(begin - back, 0) + min(end - back, pitches)) / 2
-                    ax.annotate(name, (middle, 0.04), xycoords=("data", "axes fraction"), ha="center", fontsize=8)
+                    ax.annotate(name, (middle, 0.04 + 0.13 * (k % 3)), xycoords=("data", "axes fraction"), ha="center", fontsize=8)
         self.line = ax.plot([], [], color=BLACK, linestyle="-", linewidth=1.0, marker=".", markersize=3)[0]
         ax.set(xlim=(0, pitches), ylim=(0, 1.05e-3 * self.stretch.tension.max()))
         ax.set_xlabel("place around the loop (pitches)", fontsize=8)
