@@ -29,7 +29,9 @@ for path in RULE_FILES:  # the same rule with other outputs
     for rule, twin in re.findall(r"^use rule (\w+) as (\w+) with:", path.read_text(encoding="utf-8"), re.MULTILINE):
         SCRIPTS[twin] = SCRIPTS[rule]
 SCRIPTED = sorted(SCRIPTS)
-ON_DEMAND = {"fit", "trade", "trade_data", "scaling", "extremes", "traction", "deviations", "whole_loop", "crate"}
+ON_DEMAND = {"fit", "trade", "trade_data", "scaling", "extremes", "traction", "deviations", "whole_loop", "crate",
+    "calibration", "identify_synthetic",
+}
 WITH_A_TOLERANCE = {"plan"}  # exists only where the configuration asks for it
 
 

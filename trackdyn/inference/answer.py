@@ -11,6 +11,8 @@ from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.validation import read_yaml
 from trackdyn.replacing import replacing, write_csv, write_text
 
+WIDER = 2.0  # times the prior's median: records that ask for so much more discrepancy are not explained
+
 
 def best_rig_text(answer: Answer, rig_path: Path | str, files: list[str]) -> str:
     """The rig's file with the best values; each says what it was identified from and how sure that is."""
@@ -85,11 +87,32 @@ def correlations(answer: Answer) -> pd.DataFrame:
     return pd.DataFrame(matrix, index=pd.Index(names, name="unknown"), columns=names).reset_index()
 
 
+def in_short(answer: Answer) -> pd.DataFrame:
+    """A row an unknown and a group of discrepancies: ``of, name, before, q05, median, q95, verdict``.
+
+    Before: an unknown's range, or the prior's median of a discrepancy; a discrepancy of which even the 5 % quantile is above
+    `WIDER` of these is ``wider``.
+    """
+    rows = [
+        {"of": "unknown", "name": row["unknown"], "before": f"{row['low']:.4g} to {row['high']:.4g}"}
+        | {name: row[name] for name in ("q05", "median", "q95", "verdict")}
+        for row in answer.table.to_dict("records")
+    ]
+    for row in discrepancies(answer).to_dict("records"):
+        word = "wider" if row["q05"] > WIDER * row["prior_median"] else "as expected"
+        sizes = {name: row[name] for name in ("q05", "median", "q95")}
+        rows.append({"of": "discrepancy", "name": row["group"], "before": f"{row['prior_median']:.4g}"} | sizes | {"verdict": word})
+    if answer.held_out is not None:
+        for name, part in answer.held_out.groupby("record", sort=False):
+            rows.append({"of": "held out", "name": name, "verdict": f"{part['inside'].sum()} of {len(part)} features inside"})
+    return pd.DataFrame(rows)
+
+
 def tables(answer: Answer) -> dict[str, pd.DataFrame]:
     """Every table by the name of its file."""
     found = {
         "unknowns": answer.table, "correlations": correlations(answer), "features": features_table(answer),
-        "discrepancies": discrepancies(answer), "draws": draws_table(answer),
+        "discrepancies": discrepancies(answer), "draws": draws_table(answer), "in_short": in_short(answer),
     }  # fmt: skip
     return found | ({} if answer.held_out is None else {"held_out": answer.held_out})
 

@@ -43,6 +43,7 @@ class CalibrationConfig(Section):
     speeds_rpm: Annotated[list[Annotated[float, Field(gt=0)]], Field(min_length=1)]
     simulations: Annotated[int, Field(ge=16)]
     truths: Annotated[int, Field(ge=4)]
+    plain: Annotated[int, Field(ge=0)]
     turns: Annotated[int, Field(ge=4)]
     noise_g: Annotated[float, Field(ge=0)]
     steps: Annotated[int, Field(ge=50)]
@@ -111,7 +112,7 @@ class Calibration(NamedTuple):
 
 
 def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = True) -> Calibration:
-    """Identify every truth, once with a discrepancy drawn from its prior, once with none.
+    """Identify every truth with a discrepancy drawn from its prior, and the first ones with none, too.
 
     Raises
     ------
@@ -126,8 +127,9 @@ def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = 
     kept = np.ptp(data.simulated, axis=0) > LEAST_SPREAD
     emulator = FeatureEmulator(data.points, data.simulated[:, kept], medians(names)[kept])
     rows, covered = [], []
-    jobs_due = [(truth, discrepancy) for truth in range(len(data.truths)) for discrepancy in (PRIOR, NONE)]
-    for truth, discrepancy in tqdm(jobs_due, disable=not progress, unit="record", desc="calibration"):
+    due = [(truth, PRIOR) for truth in range(len(data.truths))]
+    due += [(truth, NONE) for truth in range(min(config.plain, len(data.truths)))]
+    for truth, discrepancy in tqdm(due, disable=not progress, unit="record", desc="calibration"):
         rng = np.random.default_rng([config.seed, truth, discrepancy == PRIOR])
         values = np.concatenate([features(one, rate) for one, rate in zip(data.statistics[truth], rates, strict=True)])
         scatter = block_diag(*(covariance(one, rate) for one, rate in zip(data.statistics[truth], rates, strict=True)))
@@ -138,7 +140,7 @@ def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = 
             size = np.einsum("g,gpq->pq", np.exp(2 * sizes), shares(told.features, told.record))
             told = told._replace(values=told.values + rng.multivariate_normal(np.zeros(len(size)), size, method="cholesky"))
             posterior = Posterior(told, emulator, len(data.unknowns))
-        points = independent(sample(posterior, config.steps, seed=truth, rounds=2), rng)
+        points = independent(sample(posterior, config.steps, seed=truth, rounds=1), rng)
         true = np.concatenate([data.truths[truth], sizes])
         labels = [*data.unknowns.labels, *(f"discrepancy.{group}" for group in posterior.groups)]
         for k, label in enumerate(labels):

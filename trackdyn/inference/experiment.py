@@ -33,7 +33,7 @@ from trackdyn.sweeps.store import Store
 
 LEAD_IN = 3.0  # s at constant speed: turns of the shipped rig then differ from later ones no more than those from each other
 MARGIN = 0.5  # of the step limit, which is one of stability: hard rings on tight loops ring beyond what it resolves
-HALVINGS = 2  # of the step, where a run finds that its contacts are not resolved; resolved ones agree to 1 % in all features
+HALVINGS = 2  # of the step, where a run finds that its contacts are not resolved; where motion repeats, resolved runs agree to 1 % in all features
 
 
 class Speed(NamedTuple):

@@ -5,6 +5,7 @@ lines and the passing of pitches stand in known bins, whatever the speed. Powers
 logarithm is taken: a difference of features is a relative difference of amplitudes.
 """
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -33,7 +34,7 @@ class Feature(NamedTuple):
 
 def features_of(rate: float) -> list[Feature]:
     """The features of a record sampled at ``rate``, Hz: bands end at 0.4 of it."""
-    bands = [(low, high) for low, high in zip(BANDS_HZ[:-1], BANDS_HZ[1:], strict=True) if high <= 0.4 * rate]
+    bands = [(low, high) for low, high in pairwise(BANDS_HZ) if high <= 0.4 * rate]
     found = [Feature(f"line_{k}", "lines") for k in range(1, LINES + 1)]
     found += [Feature("sd", "lines")]
     found += [Feature(f"passing_{k}", "passing") for k in range(1, PASSING + 1)]

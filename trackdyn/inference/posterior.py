@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import emcee
 import numpy as np
+from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
 from trackdyn.errors import TrackdynError
@@ -23,7 +24,7 @@ from trackdyn.inference.features import Feature
 MEDIANS = {"lines": 0.03, "passing": 0.15, "low": 0.15, "high": 0.4, "crest": 0.2}
 SPREAD = 1.0  # standard deviation of the logarithm: a twentieth of the prior lies above 5 medians, another below a fifth
 SHARED = 0.5  # part of a discrepancy's variance that is the same at every speed
-WALKERS, STEPS, BURN = 32, 1500, 0.4
+WALKERS, STEPS, BURN = 32, 3000, 0.4
 CHAIN_LENGTHS = 20  # autocorrelation times that the kept steps must hold
 
 Emulates = Callable[[np.ndarray], Prediction]
@@ -155,6 +156,11 @@ def sample(
     TrackdynError
         No point of the prior has a density.
     """
+    with threadpool_limits(1):  # matrices so small lose by being shared out
+        return _sample(posterior, steps, seed, progress, walkers, rounds)
+
+
+def _sample(posterior: Posterior, steps: int, seed: int, progress: str, walkers: int, rounds: int) -> Draws:
     rng = np.random.default_rng(seed)
     many = posterior.draw_prior(64 * posterior.dimension, rng)
     density = np.concatenate([posterior.density(part) for part in np.array_split(many, max(len(many) // 64, 1))])
@@ -166,11 +172,13 @@ def sample(
     moves = [(emcee.moves.DEMove(), 0.7), (emcee.moves.DESnookerMove(), 0.1), (emcee.moves.StretchMove(), 0.2)]
     sampler = emcee.EnsembleSampler(walkers, posterior.dimension, posterior.density, moves=moves, vectorize=True)
     sampler.random_state = np.random.RandomState(seed).get_state()
+    last = start
     with tqdm(total=steps, disable=not progress, unit="step", desc=progress) as bar:
         for round_ in range(rounds):
             if round_:
                 bar.total += steps
-            for _ in sampler.sample(start if round_ == 0 else None, iterations=steps):
+            for state in sampler.sample(last, iterations=steps):
+                last = state
                 bar.update()
             discard = int(BURN * sampler.iteration)
             times = sampler.get_autocorr_time(discard=discard, tol=0)

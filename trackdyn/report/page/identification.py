@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from trackdyn.inference.answer import discrepancies, features_table, tables
+from trackdyn.inference.answer import WIDER, discrepancies, features_table, tables
 from trackdyn.inference.experiment import simulated_ay
 from trackdyn.inference.features import turns_of
 from trackdyn.inference.identify import Answer
@@ -19,7 +19,6 @@ from trackdyn.report.page.builder import picture
 from trackdyn.report.style import save
 
 HERE = Path(__file__).parent
-WIDER = 2.0  # times the prior's median: the records ask for so much more discrepancy
 COLUMNS = ["unknown", "verdict", "best", "q05", "q95", "low", "high", "present", "width"]
 
 
