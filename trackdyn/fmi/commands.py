@@ -29,7 +29,8 @@ def fmu(
     if out.suffix != ".fmu":
         raise InputError(f"--out = {shown(str(out))} is not accepted: a name that ends in .fmu would do")
     refuse_unwritable(out)
-    fields = preset_fields(preset) | {name: value for name, value in (("step", step), ("tension", tension)) if value is not None}
+    asked = {"step": step, "tension": tension}
+    fields = preset_fields(preset) | {name: value for name, value in asked.items() if value is not None}
     if ring_radius is not None:
         try:
             fields["ring_radius"] = None if ring_radius == "none" else float(ring_radius)
