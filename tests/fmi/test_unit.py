@@ -14,6 +14,7 @@ from trackdyn.fmi.unit import Unit
 from trackdyn.loop import Loop
 from trackdyn.measure.sensor import specific_force
 from trackdyn.measure.strands import Strands
+from trackdyn.parameters.rig import Rig
 
 EXCHANGE = 1e-3
 CHANGES = {0.0: (115.0, 0.0), 0.3: (140.0, 0.0), 0.45: (140.0, -1e-3)}  # time (s): motor (rev/min), shift (m)
@@ -268,3 +269,48 @@ def test_without_the_library_one_sentence_says_what_to_install(monkeypatch, scen
     with pytest.raises(InputError, match=r"pip install 'trackdyn\[fmu\]' would do"):
         write_fmu(scene, tmp_path / "track.fmu")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.fixture(scope="module")
+def driven_rig(rig):
+    """The shipped rig with a motor of a line and a tensioner that is pushed."""
+    data = rig.model_dump(mode="json")
+    data["drive"] = {"kind": "motor", "inertia": 40.0, "slope": 2000.0, "torque": 900.0}
+    data["tension"] |= {"kept": "forced", "force": [[0.0, 9000.0]], "damping": 2e4}
+    return Rig.model_validate(data)
+
+
+def test_the_torque_limit_is_what_turns_the_sprocket(make_scene, driven_rig):
+    """Newton: what the drive gives turns sprocket, gear and rotor, and through them the chain."""
+    unit = Unit(make_scene(300.0, rig=driven_rig, lead_in=0.0, ramp=1e-3))
+    assert [signal.name for signal in unit.inputs] == ["motor_rpm", "torque_limit", "tensioner_force"]
+    unit.start()
+    for limit, start in ((900.0, 0.0), (500.0, 0.1)):
+        unit.wanted["torque_limit"] = limit
+        for k in range(20):  # the first exchanges after a jump of the torque shake the chain
+            unit.step(start + k * EXCHANGE, EXCHANGE)
+        before, taken = unit.values["rate_sprocket"], []
+        for k in range(20, 100):
+            unit.step(start + k * EXCHANGE, EXCHANGE)
+            taken.append(unit.values["sprocket_torque"])
+        gained = driven_rig.drive.inertia * (unit.values["rate_sprocket"] - before) / (80 * EXCHANGE)
+        # clockwise is negative; a mean over the turn is that over time but for what the rate changes in an exchange
+        assert gained == pytest.approx(-limit - np.mean(taken), abs=0.01 * limit)
+        assert np.mean(taken) < -50.0  # the chain took some of it
+    assert abs(unit.values["rate_sprocket"]) < 0.9 * abs(unit.loop.scene.sprocket_rate)
+
+
+def test_the_tensioner_force_tightens_the_loop_at_rest(make_scene, driven_rig):
+    unit = Unit(make_scene(0.0, rig=driven_rig, lead_in=0.0))
+    unit.start()
+    means = []
+    for force in (9000.0, 11000.0):
+        unit.wanted["tensioner_force"] = force
+        for _ in range(1500):
+            unit.step(unit.loop.time, EXCHANGE)
+        means.append(np.mean([value for name, value in unit.values.items() if name.startswith("tension_")]))
+    # force and tension are in proportion but for the chain's weight, which tightens the loop by itself
+    assert means[1] / means[0] == pytest.approx(11 / 9, rel=0.1)
+    unit.wanted["tensioner_force"] = nan
+    with pytest.raises(InputError, match="tensioner_force = nan N is not accepted"):
+        unit.step(unit.loop.time, EXCHANGE)

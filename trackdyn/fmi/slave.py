@@ -35,10 +35,10 @@ class Track(Fmi3Slave):
         self.time = 0.0
         whole = {"variability": Fmi3Variability.continuous}
         self.register_variable(Float64("time", unit="s", causality=Fmi3Causality.independent, **whole))
-        ramp = {"causality": Fmi3Causality.parameter, "variability": Fmi3Variability.tunable, "initial": Fmi3Initial.exact}
         self.register_variable(Float64(
             "speed_ramp", unit="s", description="time in which a new speed is reached; 0: within the exchange",
-            getter=lambda: self.unit.speed_ramp, setter=lambda value: setattr(self.unit, "speed_ramp", value), **ramp,
+            causality=Fmi3Causality.parameter, variability=Fmi3Variability.tunable, initial=Fmi3Initial.exact,
+            getter=lambda: self.unit.speed_ramp, setter=lambda value: setattr(self.unit, "speed_ramp", value),
         ))  # fmt: skip
         for signal in self.unit.inputs:
             self._register(signal, self.unit.wanted, Fmi3Causality.input)
@@ -49,8 +49,8 @@ class Track(Fmi3Slave):
     def _register(self, signal, values, causality) -> None:
         taken = causality == Fmi3Causality.input
         self.register_variable(Float64(
-            signal.name, start=signal.start if taken else None, unit=signal.unit, description=signal.text, causality=causality,
-            variability=Fmi3Variability.continuous, initial=None if taken else Fmi3Initial.calculated,
+            signal.name, start=signal.start if taken else None, unit=signal.unit, description=signal.text,
+            causality=causality, variability=Fmi3Variability.continuous, initial=None if taken else Fmi3Initial.calculated,
             getter=lambda: values[signal.name], setter=lambda value: values.__setitem__(signal.name, value),
         ))  # fmt: skip
 

@@ -200,8 +200,10 @@ class Unit:
 
     def keep(self) -> dict:
         """The present state, to which `back` returns."""
-        return {"loop": self.loop.copy(), "wanted": dict(self.wanted), "applied": dict(self._applied), "torque": self.torque,
-                "speed_ramp": self.speed_ramp}  # fmt: skip
+        return {
+            "loop": self.loop.copy(), "wanted": dict(self.wanted), "applied": dict(self._applied),
+            "torque": self.torque, "speed_ramp": self.speed_ramp,
+        }  # fmt: skip
 
     def back(self, kept: dict) -> None:
         """Return to a state that `keep` gave; it may be returned to again."""

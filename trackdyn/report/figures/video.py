@@ -99,11 +99,13 @@ class Film:
         half = np.maximum(half, [half[1] * wide, half[0] / wide])
         ax.set(xlim=(middle[0] - half[0], middle[0] + half[0]), ylim=(middle[1] - half[1], middle[1] + half[1]))
         bar, shape = self.shape["bars"][name], self.shape
-        discs = []
-        for x, y, radius in self.stretch.wheels[0][1:]:
-            discs.append([ax.add_patch(Circle((x, y), part * radius, facecolor=face, edgecolor=BLACK, linewidth=0.6)) for part, face in ((1, RUBBER), (0.9, STEEL))])
+        edge = {"edgecolor": BLACK, "linewidth": 0.6}
+        discs = [
+            [ax.add_patch(Circle((x, y), part * radius, facecolor=face, **edge)) for part, face in ((1, RUBBER), (0.9, STEEL))]
+            for x, y, radius in self.stretch.wheels[0][1:]
+        ]
         if self.ring is not None and len(self.stretch.wheels[0]):
-            ax.add_patch(Circle(shape["sprocket"], self.ring, facecolor=RUBBER, edgecolor=BLACK, linewidth=0.6))
+            ax.add_patch(Circle(shape["sprocket"], self.ring, facecolor=RUBBER, **edge))
         teeth = ax.add_collection(PolyCollection([], facecolor=STEEL, edgecolor=STEEL_EDGE, linewidth=0.8, zorder=2))
         clear = {"edgecolor": EDGE, "linewidth": 0.5, "alpha": 1.0 if name == "loop" else 0.75}
         connectors = ax.add_collection(PolyCollection([], zorder=3, **clear))
@@ -115,17 +117,21 @@ class Film:
             ax.plot([x, x + bar], [y, y], color=BLACK, linestyle="-", linewidth=1.5, marker="|", markersize=6)
             ax.text(x + bar / 2, y + 0.02 * half[1], f"{shape['force_bar']:g} N", ha="center", va="bottom", fontsize=8)
         scale = bar / shape["force_bar"] if shape["force_bar"] else 0.0  # of the arrows, m/N
-        return {"discs": discs, "teeth": teeth, "connectors": connectors, "links": links, "arrows": arrows, "feet": feet, "scale": scale}
+        return {
+            "discs": discs, "teeth": teeth, "connectors": connectors, "links": links, "arrows": arrows, "feet": feet,
+            "scale": scale,
+        }  # fmt: skip
 
     def _tension(self) -> None:
         ax = self.figure.add_axes((0.06, 0.075, 0.86, 0.19))
         pitches = self.stretch.loop.scene.rig.chain.pitches
-        for name, (begin, end) in zip(self.stretch.names, self.stretch.spans, strict=True):
+        for k, (name, (begin, end)) in enumerate(zip(self.stretch.names, self.stretch.spans, strict=True)):
             for back in (0, pitches):
                 if end > back and begin < pitches + back:
                     ax.axvspan(max(begin - back, 0), min(end - back, pitches), color="0.88", zorder=0)
                     middle = (max(begin - back, 0) + min(end - back, pitches)) / 2
-                    ax.annotate(name, (middle, 0.04), xycoords=("data", "axes fraction"), ha="center", fontsize=8)
+                    place = {"xycoords": ("data", "axes fraction"), "ha": "center", "fontsize": 8}
+                    ax.annotate(name, (middle, 0.04 + 0.13 * (k % 3)), **place)
         self.line = ax.plot([], [], color=BLACK, linestyle="-", linewidth=1.0, marker=".", markersize=3)[0]
         ax.set(xlim=(0, pitches), ylim=(0, 1.05e-3 * self.stretch.tension.max()))
         ax.set_xlabel("place around the loop (pitches)", fontsize=8)
@@ -184,7 +190,9 @@ class Film:
 
 
 @styled
-def write_video(recording: Recording, stretch: Stretch, path: Path | str, pace: float = 0.25, progress: bool = False) -> int:
+def write_video(
+    recording: Recording, stretch: Stretch, path: Path | str, pace: float = 0.25, progress: bool = False
+) -> int:
     """Write a stretch of a run as a film (MP4, H.264); returns how many pictures.
 
     Parameters

@@ -17,7 +17,7 @@ if (DATA.tension) {
       .map(([name, begin, end]) => [name, Math.max(begin, 0), Math.min(end, count)]);
     const shapes = wheels.map(([, x0, x1]) => ({ type: "rect", xref: "x", yref: "paper", x0, x1, y0: 0, y1: 1, layer: "below",
       line: { width: 0 }, fillcolor: colour("rubber"), opacity: 0.18 }));
-    const annotations = wheels.map(([text, x0, x1]) => ({ text, x: (x0 + x1) / 2, y: 0.02, yref: "paper", yanchor: "bottom",
+    const annotations = wheels.map(([text, x0, x1], k) => ({ text, x: (x0 + x1) / 2, y: 0.02 + 0.08 * (k % 3), yref: "paper", yanchor: "bottom",
       showarrow: false, font: { size: 12, color: colour("ink") } }));
     return [[
       { ...band, name: "least", y: shown.low, showlegend: false },

@@ -33,7 +33,8 @@ SHOWN = (
     "ring_share_pct", "left_peak_n", "right_peak_n", "ring_peak_n", "passages", "clipped_samples", "loop_gap_max_m",
     "energy_residual",
 )  # fmt: skip
-BARS = {"loop": 0.06, "sprocket": 0.25, "follow": 0.35}  # scale bar over the width of the loop, the teeth's reach, a pitch
+# scale bar over the width of the loop, the teeth's reach, a pitch
+BARS = {"loop": 0.06, "sprocket": 0.25, "follow": 0.35}
 
 
 @dataclass(frozen=True)
@@ -117,15 +118,21 @@ def show(
     stretch = None if belt else stretch_of(recording, seconds, progress)
     measures, work = measures_of(recording), work_of(recording)
     decisions = [
-        {"choice": words(name), "here": "left out" if of["setting"] == "none" else "modelled", "setting": words(of["setting"]), "reason": of["reason"]}
+        {
+            "choice": words(name),
+            "here": "left out" if of["setting"] == "none" else "modelled",
+            "setting": words(of["setting"]),
+            "reason": of["reason"],
+        }
         for name, of in recording.meta["fidelity"].items()
-    ]  # fmt: skip
+    ]
+    moving = len(stretch.time) * stretch.interval if stretch and stretch.apart is not None else None
     tables = {"measures.csv": measures, "work.csv": work, "decisions.csv": decisions}
     embedded = {
         "geometry": stretch and geometry(recording, stretch),
         "pictures": [picture(recording, stretch)] if stretch else [],
         "tension": stretch and tension(stretch),
-        "signal": signal(recording, len(stretch.time) * stretch.interval if stretch and stretch.apart is not None else None),
+        "signal": signal(recording, moving),
         "shares": shares(stretch) if stretch else None,
         "work": work if any(row["work_j"] for row in work) else None,
         "files": {name: pd.DataFrame(rows).to_csv(index=False) for name, rows in tables.items()},
@@ -226,13 +233,16 @@ def geometry(recording: Recording, stretch: Stretch) -> dict:
         "addendum": groove.addendum,
         "outline": np.round(groove.profile(8), 5).tolist(),
         "areas": np.round(_arcs(tooth), 5).tolist(),
-        "links": [[int(b), float(u), float(v)] for b, u, v in zip(shoes.link_body, shoes.link_start, shoes.link_end, strict=True)],
+        "links": [
+            [int(body), float(start), float(end)]
+            for body, start, end in zip(shoes.link_body, shoes.link_start, shoes.link_end, strict=True)
+        ],
         "arcs": [
             [int(shoes.arc_body[k]), float(shoes.arc_x[k]), int(shoes.arc_body[k + 1]), float(shoes.arc_x[k + 1])]
             for k in range(0, len(shoes.arc_body), 2)
         ],
         "wheels": stretch.names[1:],
-        "bars": {"loop": BARS["loop"] * width, "sprocket": BARS["sprocket"] * groove.addendum, "follow": BARS["follow"] * pitch},
+        "bars": {name: BARS[name] * size for name, size in zip(BARS, (width, groove.addendum, pitch), strict=True)},
         "follow": 0.85 * pitch,
         "force_bar": bar,
         "margin": 2.4 * BARS["loop"] * width,
@@ -244,7 +254,8 @@ def _arcs(tooth) -> np.ndarray:
     half = np.arccos(tooth.cos_half_angle)
     middle = np.arctan2(tooth.direction_y, tooth.direction_x)
     turn = middle[:, None] + np.linspace(-1, 1, 9) * half[:, None]
-    return np.stack([tooth.centre_x[:, None] + tooth.radius[:, None] * np.cos(turn), tooth.centre_y[:, None] + tooth.radius[:, None] * np.sin(turn)], axis=-1)
+    centre, radius = np.column_stack([tooth.centre_x, tooth.centre_y]), tooth.radius[:, None, None]
+    return centre[:, None, :] + radius * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
 
 
 def picture(recording: Recording, stretch: Stretch) -> dict:
@@ -254,6 +265,7 @@ def picture(recording: Recording, stretch: Stretch) -> dict:
     places = wheels[:, :, :2].reshape(frames, -1)
     columns = np.column_stack([*stretch.bodies.transpose(2, 0, 1), places, stretch.turned])
     low, high = np.percentile(stretch.tension, [1, 99])
+    units = [1, CONFIGURATION, CONFIGURATION, 1, 1, 1, 1]  # of side, place (m), force (N), area, groove
     return {
         "rpm": recording.meta["scene"]["motor_rpm"],
         "radius": recording.meta["scene"]["ring_radius"],
@@ -264,9 +276,7 @@ def picture(recording: Recording, stretch: Stretch) -> dict:
         "wheels": [[float(radius)] for radius in wheels[0, :, 2]],
         "unit": CONFIGURATION,
         **differences(columns),
-        "contacts": [
-            np.rint(of[:, :7] / [1, CONFIGURATION, CONFIGURATION, 1, 1, 1, 1]).astype(int).ravel().tolist() for of in map(_felt, stretch.contacts)
-        ],
+        "contacts": [np.rint(of[:, :7] / units).astype(int).ravel().tolist() for of in map(_felt, stretch.contacts)],
         "tension": np.rint(stretch.tension).astype(int).ravel().tolist(),
         "low": float(low),
         "high": float(high),

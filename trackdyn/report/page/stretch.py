@@ -1,7 +1,8 @@
 """A short stretch of a run, simulated again so that it can be looked at: every body, every contact, every joint.
 
 A recording keeps what measures need, the sensor's link before all. Where every body was, which forces it felt and
-what its joints carried is found by running the recording's own scene again; where both hold a number, they are compared.
+what its joints carried is found by running the recording's own scene again; where both hold a number, they are
+compared.
 """
 
 from dataclasses import dataclass
@@ -24,7 +25,8 @@ from trackdyn.scene import Scene
 FRAMES, BODIES_IN_FRAMES = 360, 60_000  # pictures of a stretch, fewer of a chain of many bodies: the page stays small
 STANDING = 3.0  # length of the stretch where no sprocket turns, s
 LONGEST_STRETCH = 60.0  # s
-LEAD_COST, SHORT_LEAD = 60.0, 5.0  # computing (s) that a lead-in may take; time at speed (s) that stands for a longer one
+# computing (s) that a lead-in may take; time at speed (s) that stands for a longer one
+LEAD_COST, SHORT_LEAD = 60.0, 5.0
 SIDES = ("left arc", "right arc", "ring")  # of a contact; then the wheels in their order, without the sprocket
 
 
@@ -156,7 +158,7 @@ def _look(loop: Loop, recording: Recording, whole: bool, frames: int, stride: in
     for k in range(frames):
         loop.fill(record, k * stride, (k + 1) * stride)
         pins = loop.pins  # makes all else that of this instant
-        bodies[k] = np.column_stack([pins[:-1] if work.radial is None else np.column_stack([work.pin_x, work.pin_y])[:n], state.angle])
+        bodies[k] = np.column_stack([pins[:n], state.angle])
         around[k] = np.column_stack([model.wheels.x, model.wheels.y, model.wheels.radius])
         turned[k] = state.wheel_angle[SPROCKET]
         tension[k] = np.hypot(*loop.joint_forces.T)
@@ -207,7 +209,9 @@ def _spans(contacts, middles, moved, wheels: int, pitches: int) -> tuple[np.ndar
     """Where wheels are touched on the way around the loop, and the way's origin: the first touch of the sprocket."""
     spans, origin = np.full((wheels, 2), np.nan), 0.0
     for wheel in range(wheels):
-        ways = [(middles[of[:, 7].astype(int)] + way)[of[:, 8] == wheel] for of, way in zip(contacts, moved, strict=True)]
+        ways = [
+            (middles[of[:, 7].astype(int)] + way)[of[:, 8] == wheel] for of, way in zip(contacts, moved, strict=True)
+        ]
         ways = np.sort(np.concatenate(ways) % pitches)
         if len(ways):
             gaps = np.diff(np.append(ways, ways[0] + pitches))
