@@ -14,6 +14,7 @@ sys.path.insert(0, str(workflow.basedir))
 from trackdyn.config import check_layers, read_layer, ring_name
 from trackdyn.errors import TrackdynError
 from trackdyn.imports import imported_files
+from trackdyn.inference.settings import load_ensemble
 from trackdyn.jit import source_hash
 from trackdyn.study.accuracy.ladder import SETTINGS
 from trackdyn.study.accuracy.scenes import measured_scenes, promised_scenes
@@ -60,6 +61,8 @@ include: "workflow/rules/schematics.smk"
 include: "workflow/rules/peers.smk"
 include: "workflow/rules/studies.smk"
 include: "workflow/rules/extremes.smk"
+include: "workflow/rules/identify.smk"
+include: "workflow/rules/ensemble.smk"
 include: "workflow/rules/layouts.smk"
 include: "workflow/rules/report.smk"
 

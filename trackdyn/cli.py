@@ -10,7 +10,11 @@ import typer
 
 from trackdyn import rig_commands
 from trackdyn.errors import InputError, TrackdynError
+from trackdyn.fmi.commands import fmu
+from trackdyn.inference.choose_ring import choose_ring
+from trackdyn.inference.commands import identify
 from trackdyn.parameters.validation import shown
+from trackdyn.report.commands import show
 from trackdyn.sweeps import commands
 
 app = typer.Typer(
@@ -20,11 +24,8 @@ app = typer.Typer(
 )
 
 
-app.command()(commands.sweep)
-app.command()(commands.design)
-app.command()(rig_commands.rigs)
-app.command()(rig_commands.new)
-app.command()(rig_commands.check)
+for command in (commands.sweep, commands.design, rig_commands.rigs, rig_commands.new, rig_commands.check, show, fmu, choose_ring, identify):
+    app.command()(command)
 
 
 def _number(option: str, text: str, remedy: str = "a finite number would do") -> float:

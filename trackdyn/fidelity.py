@@ -160,6 +160,10 @@ def refuse_nonsense(scene) -> None:
             )
         if scene.every_link:
             refuse("every_link", "on a belt every link does the same one pitch later (chain='belt'); False would do")
+    if scene.sliding and (scene.chain == "belt" or scene.loop == "free"):
+        refuse("sliding", "without contacts nothing slides (chain='belt' or loop='free'); False would do")
+    if scene.sliding and METHODS[scene.integrator].tableau:
+        refuse("sliding", f"the stages of integrator={scene.integrator!r} keep no account by area; 'semi_implicit' would do")
     if scene.loop == "free" and scene.ring_radius is not None:
         refuse("ring_radius", "a free loop touches no ring (loop='free'); None would do")
     if scene.space == "planar" and tilted and scene.loop == "on_wheels":

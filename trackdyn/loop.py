@@ -19,7 +19,7 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import plain_number
 from trackdyn.recording import Recording
 from trackdyn.scene import LONGEST, MOST_STEPS, Scene
-from trackdyn.settling import allocate, settle
+from trackdyn.settling import allocate, settle, with_sliding
 from trackdyn.starts import Starts
 from trackdyn.stepping import march
 from trackdyn.writer import Writer
@@ -53,7 +53,8 @@ class Loop:
         if scene.chain == "belt":
             raise InputError("scene: chain = 'belt' is not accepted: a path has no state to step; 'double_pin' would do")
         self.scene = scene
-        self.model, self.state, self.work, self.layout = starts.settle(scene) if starts else settle(scene)
+        self.model, self.state, work, self.layout = starts.settle(scene) if starts else settle(scene)
+        self.work = with_sliding(scene, work, len(self.model.wheels.x))
         self._scratch = make_record(1, self.state)
 
     # -- stepping ------------------------------------------------------------------------------------------------------
@@ -174,6 +175,16 @@ class Loop:
     def wheel_forces(self) -> np.ndarray:
         """(p, w) normal forces of the ring and the other wheels on every link, N; read-only view."""
         return _view(self.work.wheel_force)
+
+    @property
+    def felt(self) -> np.ndarray:
+        """(3,) acceleration of the sensor's place in the link frame, x and y (m/s2), and the link's angle (rad).
+
+        Means over the last `step`, or over the last sample interval of `advance`; at rest before the first.
+        """
+        if not self.state.steps[0]:
+            return np.array([0.0, 0.0, self.state.angle[self.model.sensor.body]])
+        return self._scratch.mean[0].copy()
 
     @property
     def tension(self) -> float:

@@ -19,7 +19,7 @@ from trackdyn.reading import read_npz
 from trackdyn.replacing import replacing
 from trackdyn.scene import Scene
 
-FORMAT = 4
+FORMAT = 5
 
 
 def _nothing() -> np.ndarray:
@@ -75,6 +75,9 @@ class Recording:
         chain on each wheel along its axis, mean over the sample interval, N. Empty for a planar run.
     link_raw, link_mean : (s, l, 3) arrays
         ``raw`` and ``mean`` of the sensor's place on every link, if the scene asks for them (``every_link``).
+    sliding : (s, 10 + w) array
+        Work of friction since the start of the run, if the scene asks for it (``sliding``): of connectors on teeth by
+        area, then of links on each wheel, the sprocket's ring first, J.
     meta : dict
         Scene, rig, derived layout, versions and source hash.
     wall : float
@@ -106,16 +109,17 @@ class Recording:
     axial_force: np.ndarray = field(default_factory=_nothing)
     link_raw: np.ndarray = field(default_factory=_nothing)
     link_mean: np.ndarray = field(default_factory=_nothing)
+    sliding: np.ndarray = field(default_factory=_nothing)
 
     # names of sizes that agree, and numbers; what is only there in space, or if it is asked for, may be empty
     SHAPES = MappingProxyType({
         "time": "s", "raw": "s 3", "mean": "s 3", "gap": "s", "cut": "s 2", "change": "s 2", "place": "s 2",
         "wheel_rate": "s w", "energy": "s 10", "force": "s p 3", "area": "s p 2", "groove": "s p 2", "pitches": "p",
         "spells": "k 11", "begin": "", "frame": "f c", "frame_time": "f", "plane": "s 8", "wheel_offset": "s w",
-        "axial_force": "s w", "link_raw": "s l 3", "link_mean": "s l 3",
+        "axial_force": "s w", "link_raw": "s l 3", "link_mean": "s l 3", "sliding": "s v",
     })  # fmt: skip
     ARRAYS = tuple(SHAPES)
-    OPTIONAL = ARRAYS[-5:]
+    OPTIONAL = ARRAYS[-6:]
 
     @property
     def rate(self) -> float:

@@ -72,6 +72,8 @@ class Scene(Section):
         Log every contact with the sprocket.
     every_link : bool
         Record the acceleration of the sensor's place on every link, and the contacts of every pitch.
+    sliding : bool
+        Keep account of the work of friction by area of the teeth and by wheel.
     loop : str
         ``on_wheels``, or ``free``: an oblong loop without wheels that starts with the spin of the sprocket.
     chain : str
@@ -117,6 +119,7 @@ class Scene(Section):
     frame_interval: Number = 0.0
     spells: Annotated[bool, BeforeValidator(_flag)] = True
     every_link: Annotated[bool, BeforeValidator(_flag)] = False
+    sliding: Annotated[bool, BeforeValidator(_flag)] = False
     loop: Any = "on_wheels"
     chain: Any = "double_pin"
     space: Any = "auto"

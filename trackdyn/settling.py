@@ -11,7 +11,7 @@ from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS, equip
 from trackdyn.limits import elastic_depth, step_limits
 from trackdyn.model.constants import SPROCKET, Drive, Model
-from trackdyn.model.record import make_record
+from trackdyn.model.record import TOOTH_AREAS, make_record
 from trackdyn.model.state import ALONG_X, SLIDE, SLIDE_RATE, Plane, State, make_state
 from trackdyn.model.work import Work, make_radial_work, make_space_work, make_work
 from trackdyn.parameters.groove import depths_on_sprocket
@@ -46,7 +46,12 @@ def allocate(scene: Scene) -> tuple[Model, State, Work]:
     if model.space is not None:
         state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))
         work = work._replace(space=make_space_work(n, wheels))
-    return model, *with_parting(model, state, work)
+    return model, *with_parting(model, state, with_sliding(scene, work, wheels))
+
+
+def with_sliding(scene: Scene, work: Work, wheels: int) -> Work:
+    """Work with room for the account of sliding where the scene asks for it."""
+    return work._replace(sliding=np.zeros(TOOTH_AREAS + wheels)) if scene.sliding else work
 
 
 def with_parting(model: Model, state: State, work: Work) -> tuple[State, Work]:

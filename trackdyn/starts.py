@@ -17,7 +17,7 @@ from trackdyn.scene import Scene
 from trackdyn.settling import refuse_step, settle, settling_step, tensioned
 
 # What a scene asks for that a loop at rest does not know yet.
-LATER = ("motor_rpm", "duration", "lead_in", "ramp", "pitches", "frame_interval", "spells", "every_link")
+LATER = ("motor_rpm", "duration", "lead_in", "ramp", "pitches", "frame_interval", "spells", "every_link", "sliding")
 Kept = TypeVar("Kept")
 
 

@@ -19,7 +19,7 @@ SPELLS_A_CHUNK = 40000
 JUDGED = 10.0  # s of a record between two judgements of its account of work
 # arrays with a row a sample
 SAMPLED = (
-    "raw", "mean", "gap", "cut", "change", "place", "wheel_rate", "energy", "force", "area", "groove", "link_raw", "link_mean",
+    "raw", "mean", "gap", "cut", "change", "place", "wheel_rate", "energy", "force", "area", "groove", "link_raw", "link_mean", "sliding",
 )  # fmt: skip
 
 
@@ -42,6 +42,7 @@ class Writer:
         self.record: Record = make_record(
             self.samples, loop.state, pitches or (range(1, count + 1) if every_link else (loop.scene.rig.sensor.pitch,)),
             frames, stride, SPELLS_A_CHUNK if spells and on_wheels else 0, count if every_link else 0,
+            0 if loop.work.sliding is None else len(loop.work.sliding),
         )  # fmt: skip
 
     @property

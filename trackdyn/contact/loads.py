@@ -27,6 +27,7 @@ from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET, Law, Model
 from trackdyn.model.state import OFFSET, P, Q, State
 from trackdyn.model.work import (
+    AREA,
     ARM_X,
     ARM_Y,
     ARM_Z,
@@ -273,6 +274,7 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
             nx, ny, depth, speed, impact, radius, share, 0.0, tooth.law,
         )  # fmt: skip
         work.tooth_force[arc] = apply(model, state, work, touch, space, implicit)
+        work.contact_body[work.count[0] - 1, AREA] = area
 
 
 @kernel

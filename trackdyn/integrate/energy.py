@@ -14,6 +14,7 @@ from trackdyn.model.record import (
     GRAVITY,
     KINETIC,
     SPROCKET_WORK,
+    TOOTH_AREAS,
     TOOTH_FRICTION,
     TOOTH_NORMAL,
     WHEEL_FRICTION,
@@ -21,6 +22,7 @@ from trackdyn.model.record import (
 )
 from trackdyn.model.state import OFFSET, SPEED, P, Q, State
 from trackdyn.model.work import (
+    AREA,
     ARM_X,
     ARM_Y,
     ARM_Z,
@@ -51,14 +53,15 @@ from trackdyn.model.work import (
 
 
 @kernel
-def account(model: Model, state: State, work: Work, lead, space, carriers):
+def account(model: Model, state: State, work: Work, lead, space, carriers, sliding=None):
     """Work of every force over the last step: its place at the start, the mean of the velocities.
 
     The velocities after the step are taken in the configuration before it. Then joint forces do no
     work, as they should, and the work of all other forces is the change of kinetic energy of the
     discrete motion: what remains of the balance shows errors of the equations and of the path, not
     of the quadrature. The damping of the bushings acts with the velocities at the part ``lead`` of the step. Axial
-    friction counts as friction of its surface, guides as normal forces of the wheels.
+    friction counts as friction of its surface, guides as normal forces of the wheels. ``sliding`` is None or
+    ``work.sliding``: the same friction once more, by area of the teeth and by wheel.
     """
     chain, h, done = model.chain, model.step, state.work_done
     row = work.contact
@@ -90,9 +93,13 @@ def account(model: Model, state: State, work: Work, lead, space, carriers):
         if work.contact_body[k, KIND] == FLANK:
             done[TOOTH_NORMAL] += normal
             done[TOOTH_FRICTION] += friction
+            if sliding is not None:
+                sliding[work.contact_body[k, AREA] - 1] += friction
         else:
             done[WHEEL_NORMAL] += normal
             done[WHEEL_FRICTION] += friction
+            if sliding is not None:
+                sliding[TOOTH_AREAS + wheel] += friction
     last = state.rate.shape[0] - 1
     before = work.joint_rate[last]
     after = state.rate[0] - state.rate[last]

@@ -32,15 +32,15 @@ def run(model: Model, state: State, work: Work, record: Record, first, last):
     """
     # what numba compiles once more in every caller is kept flat: one kernel, chosen here; what only some methods have
     # stands beside the work, so that all share the kernels that do without
-    common = work._replace(stages=None, space=None, implicit=None)
+    common = work._replace(stages=None, space=None, implicit=None, sliding=None)
     if work.stages is not None:
         return _march(model, state, common, record, first, last, work.stages)
-    return _run(model, state, common, record, (first, last), work.space, work.implicit)
+    return _run(model, state, common, record, (first, last), work.space, work.implicit, work.sliding)
 
 
 def refresh(model: Model, state: State, work: Work):
     """Places, velocities and loads of a state, whoever made it."""
-    _refresh(model, state, work._replace(stages=None, space=None, implicit=None), work.space, work.implicit)
+    _refresh(model, state, work._replace(stages=None, space=None, implicit=None, sliding=None), work.space, work.implicit)
 
 
 @kernel
@@ -52,7 +52,7 @@ def _refresh(model: Model, state: State, work: Work, space, implicit):
 
 
 @kernel
-def _run(model: Model, state: State, work: Work, record: Record, rows, space, implicit):
+def _run(model: Model, state: State, work: Work, record: Record, rows, space, implicit, sliding):
     """Steps of order 1: the chain solved, velocities, places, then the loads of the next step."""
     links = record.link_mean.shape[1]
     lead = bushing_lead(model.chain, model.step) if implicit is None else 1.0
@@ -82,12 +82,15 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
                     return 0
             slide(model, state, work, model.carriers)
             place(model.chain, state, work)
-            account(model, state, work, lead, space, model.carriers)
+            account(model, state, work, lead, space, model.carriers, sliding)
             evaluate_loads(model, state, work, space, implicit)
             if record.spells.enabled:
                 log_spells(record.spells, state, work, state.steps[0] * model.step, model.step)
             _watch(work)
         _keep(model, state, work, record, sample, space)
+        if sliding is not None:
+            for k in range(record.sliding.shape[1]):
+                record.sliding[sample, k] = sliding[k]
     return -1
 
 

@@ -253,6 +253,12 @@ def mean_events(recording: Recording) -> pd.DataFrame:
     return pd.DataFrame(columns).rename_axis("event").reset_index()
 
 
+def event_times(recording: Recording) -> dict[str, float]:
+    """Mean time of every event of `mean_events` and `smoothed_maxima` after the first contact, s; NaN if it never happens."""
+    tables = (mean_events(recording), smoothed_maxima(recording))
+    return {row["event"]: float(row["mean_s"]) for table in tables for _, row in table.iterrows()}
+
+
 def smoothed_maxima(recording: Recording, window_s: float = 0.01) -> pd.DataFrame:
     """Times of the largest force after a moving mean, of the recorded connectors.
 
@@ -345,6 +351,17 @@ def _visited(recording: Recording, side: str) -> str:
     least = max(LEAST_SHARE / 100 * period.turn * recording.rate * connector_turns, 1.0)
     samples = np.bincount(seen.ravel(), minlength=11)
     return ",".join(str(area) for area in range(1, 11) if samples[area] >= least) or "none"
+
+
+def area_shares(recording: Recording) -> dict[str, float]:
+    """Time that an arc of a recorded connector spends in each area, % of a sprocket turn a passage: ``left_area_2_pct``."""
+    period = timing(recording)
+    turns = len(recording.pitches) * period.record / period.loop * period.turn * recording.rate  # samples of a turn a passage
+    found = {}
+    for k, side in enumerate(SIDES[:2]):
+        samples = np.bincount(recording.area[:, :, k].ravel(), minlength=11)
+        found |= {f"{side}_area_{area}_pct": float(100 * samples[area] / turns) for area in range(1, 11)}
+    return found
 
 
 def _run_statistics(mean: pd.Series, square: pd.Series) -> dict[str, float]:

@@ -19,6 +19,8 @@ ENERGY_NAMES = (
     "gravity",
     "bushing_elastic",
 )
+# entries of the account of sliding: friction of the arcs by area of the teeth, then of the links by wheel
+TOOTH_AREAS = 10
 # columns of a spell: one uninterrupted contact of an arc or a link with the sprocket
 PITCH, SIDE, GROOVE, AREAS, START, END, PEAK, PEAK_TIME, IMPULSE, SQUARE, ANGLE = range(11)
 SPELL_COLUMNS = (
@@ -92,6 +94,8 @@ class Record(NamedTuple):
         Log of the contacts with the sprocket.
     link_raw, link_mean : (s, l, 3) arrays
         ``raw`` and ``mean`` of the sensor's place on every link; none (l = 0) unless asked for.
+    sliding : (s, k) array
+        As in `recording.Recording`; none (k = 0) unless asked for.
     plane : PlaneRecord or None
         Motion of the chain's plane; None in planar motion.
     """
@@ -113,10 +117,13 @@ class Record(NamedTuple):
     spells: Spells
     link_raw: np.ndarray
     link_mean: np.ndarray
+    sliding: np.ndarray
     plane: PlaneRecord | None = None
 
 
-def make_record(samples: int, state, pitches=(), frames: int = 0, frame_stride: int = 0, spells: int = 0, links: int = 0) -> Record:
+def make_record(
+    samples: int, state, pitches=(), frames: int = 0, frame_stride: int = 0, spells: int = 0, links: int = 0, sliding: int = 0
+) -> Record:
     """Allocate the record of a run.
 
     Parameters
@@ -133,6 +140,8 @@ def make_record(samples: int, state, pitches=(), frames: int = 0, frame_stride: 
         Spells that there is room for; 0: not logged.
     links : int
         Links whose acceleration is kept; 0: only the sensor's.
+    sliding : int
+        Entries of the account of sliding; 0: not kept.
     """
     p, n, (loop, wheels) = len(pitches), len(state.angle), state.wheel_impact.shape
     plane = None
@@ -161,5 +170,6 @@ def make_record(samples: int, state, pitches=(), frames: int = 0, frame_stride: 
         ),
         np.zeros((samples, links, 3)),
         np.zeros((samples, links, 3)),
+        np.zeros((samples, sliding)),
         plane,
     )

@@ -13,8 +13,8 @@ NORMAL_SLOPE, FRICTION_SLOPE = 11, 12
 NORMAL_Z, FRICTION_Z, ARM_Z, SPEED_Z, TURN_Z, PIN_X, PIN_Y = range(13, 20)
 CONTACT_COLUMNS = 20
 # Columns of ``contact_body``, and the kinds of contact: a link on a wheel, an arc in a groove, a link on the
-# ring, a guide between flanges.
-BODY, WHEEL, KIND = range(3)
+# ring, a guide between flanges. The area is that of an arc in a groove.
+BODY, WHEEL, KIND, AREA = range(4)
 SURFACE, FLANK, RING, GUIDE = range(4)
 
 
@@ -238,8 +238,8 @@ class Work(NamedTuple):
         Normal force of every link on every wheel, N.
     contact : (c, 20) array
         A row a contact; columns ``NORMAL_X`` to ``PIN_Y``.
-    contact_body : (c, 3) integer array
-        Its ``BODY``, ``WHEEL`` and ``KIND``.
+    contact_body : (c, 4) integer array
+        Its ``BODY``, ``WHEEL``, ``KIND`` and ``AREA``.
     count : (1,) integer array
         Contacts at present.
     cut : (6,) array
@@ -266,6 +266,8 @@ class Work(NamedTuple):
         Of motion in space.
     radial : RadialWork or None
         Of joints whose pins part.
+    sliding : (10 + w,) array or None
+        Work of friction since the start, where a record asks for it: of the arcs by area, of the links by wheel, J.
     """
 
     cos: np.ndarray
@@ -302,6 +304,7 @@ class Work(NamedTuple):
     stages: Stages | None = None
     space: SpaceWork | None = None
     radial: RadialWork | None = None
+    sliding: np.ndarray | None = None
 
 
 def make_work(n: int, pitches: int, wheels: int) -> Work:
@@ -318,7 +321,7 @@ def make_work(n: int, pitches: int, wheels: int) -> Work:
         np.zeros(2 * pitches, np.int64),
         np.zeros((pitches, wheels)),
         np.zeros((contacts, CONTACT_COLUMNS)),
-        np.zeros((contacts, 3), np.int64),
+        np.zeros((contacts, 4), np.int64),
         np.zeros(1, np.int64),
         np.zeros(6),
         np.zeros(3),

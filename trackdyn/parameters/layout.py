@@ -258,6 +258,23 @@ class Assembly:
     shift: float
 
 
+def can_close(rig: Rig) -> bool:
+    """Whether the loop of links and connectors closes within the tensioner's travel: `assemble` without the search."""
+    lengths = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
+    try:
+        ends = [_slack(rig, shift, lengths) for shift in (-rig.tension.travel, rig.tension.travel)]
+    except InputError:  # wheels overlap
+        return False
+    return ends[0] * ends[1] <= 0
+
+
+def _slack(rig: Rig, shift: float, lengths: np.ndarray) -> float:
+    """Length of the chain on the path less that of the path, with the tensioning wheel shifted, m."""
+    path, _ = belt_around(rig, shift, float(lengths[0]))
+    s = _lay(path, lengths)
+    return (s[-1] - s[0]) - path.length
+
+
 def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
     """Lay the loop around the wheels by shifting the tensioning wheel until the chain just closes.
 
@@ -277,9 +294,7 @@ def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
     travel = rig.tension.travel
 
     def slack(shift):
-        path, _ = belt_around(rig, shift, body)
-        s = _lay(path, lengths)
-        return (s[-1] - s[0]) - path.length
+        return _slack(rig, shift, lengths)
 
     low, high = slack(-travel), slack(travel)
     if low * high > 0:

@@ -18,7 +18,7 @@ from trackdyn.scene import Scene
 from trackdyn.starts import LATER
 from trackdyn.sweeps.row import row_sources
 
-FLAGS = ("spells", "every_link")
+FLAGS = ("spells", "every_link", "sliding")
 OPTIONAL = ("ring_radius", "tolerance")
 UNTIL = tuple(f"until.{measure}" for measure in RELATIVE + SHARES)
 LONGEST = 60.0  # s of a row that stops by itself

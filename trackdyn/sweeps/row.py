@@ -7,7 +7,9 @@ from psutil import virtual_memory
 
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.jit import KERNEL_SOURCES, source_hash, target_hash
+from trackdyn.measure.meshing import area_shares, event_times
 from trackdyn.measure.metrics import run_metrics
+from trackdyn.measure.sliding import sliding_per_km
 from trackdyn.measure.whole_loop import Estimate, whole_loop
 from trackdyn.needs import needs
 from trackdyn.parameters.rig import Rig
@@ -111,7 +113,9 @@ def run_values(recording: Recording) -> dict:
     values = {name: value for name, value in run_metrics("", recording).items() if name not in NOT_KEPT}
     sources, versions = made_with()
     made = {"python": recording.meta["python"]} | versions
-    return values | recording.meta["layout"] | {
+    if recording.meta["scene"]["pitches"]:  # where contacts are recorded pitch by pitch, more is known of them
+        values |= {f"event {name}": seconds for name, seconds in event_times(recording).items()} | area_shares(recording)
+    return values | sliding_per_km(recording) | recording.meta["layout"] | {
         "kernel_sources": sources, "row_sources": row_sources(), "processor": target_hash(),
         "versions": ", ".join(f"{name} {of}" for name, of in made.items()),
     }  # fmt: skip

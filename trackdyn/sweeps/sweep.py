@@ -117,7 +117,7 @@ def batches(design: pd.DataFrame | Path | str, rig: Path | str, count: int) -> l
 def one_of_each_kind(design: pd.DataFrame | Path | str) -> pd.DataFrame:
     """The first row of each fidelity in a design: what must be compiled before its other rows."""
     table = read_design(design)
-    kinds = [name for name in table.columns if name in (*CHOICES, "preset", "every_link") or name.startswith("until.")]
+    kinds = [name for name in table.columns if name in (*CHOICES, "preset", "every_link", "sliding") or name.startswith("until.")]
     return table.drop_duplicates(kinds) if kinds else table.head(1)
 
 

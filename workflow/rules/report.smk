@@ -94,6 +94,7 @@ rule costs:
         rules.report_page.input,
         rules.extremes_short.output,
         rules.whole_loop_short.output,
+        rules.ensemble_short.input,
     output: **table("costs")
     params: folder=f"{R}/benchmarks"
     log: f"{R}/logs/costs.log"
@@ -105,7 +106,7 @@ rule costs:
 # all that the results are made from, but for the program
 RUN_INPUTS = [
     *(str(path).removeprefix(f"{workflow.basedir}/") for path in reversed(workflow.configfiles)),
-    *("config/claims.yaml", "config/fit.yaml", config["studies"], CONFIG.rig),
+    *("config/claims.yaml", "config/fit.yaml", "config/ensemble.yaml", config["studies"], CONFIG.rig),
     *(other.rig for other in CONFIG.other_rigs.values()),
     *(CONFIG.sensor_path(rpm) for rpm in CONFIG.records.speeds_rpm),
     *([CONFIG.sensor_mapping] if CONFIG.sensor_mapping else []),

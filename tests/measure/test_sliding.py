@@ -1,0 +1,105 @@
+"""The account of sliding against the account of work, and against Eq. 10 written anew."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from trackdyn import Loop, Scene, load_rig
+from trackdyn.errors import InputError
+from trackdyn.measure.sliding import sliding_per_km
+from trackdyn.model.record import ENERGY_NAMES, TOOTH_AREAS
+from trackdyn.model.work import AREA, BODY, FLANK, KIND, WHEEL
+from trackdyn.recording import load_recording
+from trackdyn.simulate import simulate
+
+RIG = load_rig(Path(__file__).parents[2] / "config" / "rig.yaml")
+
+
+@pytest.fixture(scope="module")
+def recording():
+    return simulate(Scene(RIG, 115, 0.305, lead_in=0.5, duration=1.0, sliding=True))
+
+
+def test_it_adds_up_to_the_friction_in_the_account_of_work(recording):
+    """Teeth over areas, links over wheels, to 1e-6 of the work; a term booked twice or nowhere would be a part of it."""
+    change = dict(zip(ENERGY_NAMES, recording.energy[-1] - recording.energy[0], strict=True))
+    slid = recording.sliding[-1] - recording.sliding[0]
+    assert change["tooth_friction"] > 1.0 and change["wheel_friction"] > 1.0
+    assert slid[:TOOTH_AREAS].sum() == pytest.approx(change["tooth_friction"], rel=1e-6)
+    assert slid[TOOTH_AREAS:].sum() == pytest.approx(change["wheel_friction"], rel=1e-6)
+
+
+def test_only_areas_that_are_touched_slide(recording):
+    """At 0.305 m the left arc works in area 2 (C15, C18) and the right one in none."""
+    slid = recording.sliding[-1] - recording.sliding[0]
+    assert slid[1] > 0.9 * slid[:TOOTH_AREAS].sum() > 0
+    assert not slid[5:TOOTH_AREAS].any()
+
+
+def coulomb(law, slip):
+    """Eq. 10 from the paper's text: ``mu_d tanh(4 x) + (mu_s - mu_d) x / (x^2 / 4 + 3 / 4)^2``, x the slip over v_t."""
+    x = slip / law.transition_velocity
+    return (
+        law.friction_dynamic * np.tanh(4 * x)
+        + (law.friction_static - law.friction_dynamic) * x / (x**2 / 4 + 0.75) ** 2
+    )
+
+
+def test_it_is_normal_force_times_friction_times_slip():
+    """Summed from the contact list at both ends of every step; a step of 1e-5 s leaves 1 % to the path in between."""
+    loop = Loop(Scene(RIG, 115, 0.305, ramp=0.5, step=1e-5, sliding=True))
+    loop.advance(1.0)
+    before, power = loop.work.sliding.copy(), np.zeros_like(loop.work.sliding)
+    laws = {True: loop.model.tooth.law}
+    steps = 1500
+    for k in range(steps + 1):
+        row, whose = loop.work.contact[: loop.work.count[0]], loop.work.contact_body[: loop.work.count[0]]
+        normal = np.hypot(row[:, 0], row[:, 1])
+        nx, ny = row[:, 0] / np.maximum(normal, 1e-12), row[:, 1] / np.maximum(normal, 1e-12)
+        slip = -ny * (row[:, 6] - row[:, 10] * row[:, 8]) + nx * (row[:, 7] - row[:, 10] * row[:, 9])
+        for i in range(len(row)):
+            on_teeth = whose[i, KIND] == FLANK
+            ring = loop.model.wheels.ring_law if whose[i, WHEEL] == 0 else loop.model.wheels.wheel_law
+            law = laws.get(on_teeth, ring)
+            place = whose[i, AREA] - 1 if on_teeth else TOOTH_AREAS + whose[i, WHEEL]
+            weight = 0.5 if k in (0, steps) else 1.0
+            power[place] += weight * normal[i] * abs(float(coulomb(law, slip[i])) * slip[i])
+        if k < steps:
+            loop.step()
+    work = loop.work.sliding - before
+    assert work[1] > 0 and whose[:, BODY].max() < loop.scene.bodies
+    np.testing.assert_allclose(work, 1e-5 * power, rtol=0.01, atol=1e-3 * work.max())
+
+
+def test_a_kilometre_of_chain(recording, tmp_path):
+    """Mean power of the teeth over the speed of the chain, within what one passage more or less changes."""
+    found = sliding_per_km(recording)
+    pitch = RIG.chain.link_length + RIG.connector_length
+    speed = pitch * recording.meta["rig"]["chain"]["pitches"] / RIG.loop_period(115)
+    work = (recording.sliding[-1] - recording.sliding[0])[:TOOTH_AREAS].sum()
+    assert found["sliding_teeth_j_km"] == pytest.approx(1000 * work / (recording.time[-1] * speed), rel=0.1)
+    assert found["sliding_teeth_j_km"] == pytest.approx(sum(found[f"sliding_area_{k}_j_km"] for k in range(1, 11)))
+    recording.save(tmp_path / "run.npz")
+    np.testing.assert_array_equal(load_recording(tmp_path / "run.npz").sliding, recording.sliding)
+
+
+def test_it_is_kept_only_where_it_is_asked_for_and_changes_nothing(recording):
+    """The rest of the record is the same to the last bit."""
+    plain = simulate(Scene(RIG, 115, 0.305, lead_in=0.5, duration=1.0))
+    assert plain.sliding.size == 0 and sliding_per_km(plain) == {}
+    np.testing.assert_array_equal(plain.raw, recording.raw)
+    np.testing.assert_array_equal(plain.energy, recording.energy)
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"integrator": "rk4"},
+        {"loop": "free", "ring_radius": None},
+        {"chain": "belt", "ring_radius": None, "spells": False},
+    ],
+)
+def test_what_keeps_no_such_account_is_refused(fields):
+    with pytest.raises(InputError, match="sliding = True is not accepted"):
+        Scene(RIG, 115, **{"sliding": True} | fields)

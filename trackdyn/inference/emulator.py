@@ -1,0 +1,134 @@
+"""Emulators: what a simulation would give at a point of the unit cube, with how well that is known.
+
+One Gaussian process an output (scikit-learn): a linear trend, and a Matern process of what it leaves with a length for
+every input and a part of noise for what jumps (an arc that lets go, an area that changes).
+"""
+
+import warnings
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import minimize
+from sklearn.exceptions import ConvergenceWarning
+from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import ConstantKernel, Matern, WhiteKernel
+from sklearn.linear_model import RidgeCV
+from sklearn.preprocessing import StandardScaler
+
+from trackdyn.errors import InputError
+
+LEAST_POINTS = 8
+LENGTHS = (0.2, 100.0)  # of inputs that have a variance of 1
+NOISE = (1e-6, 1.0)  # of a residual that has a variance of 1
+
+
+class Check(NamedTuple):
+    """What held-out points say about an emulator.
+
+    Attributes
+    ----------
+    standard_error : (m,) array
+        (simulated - mean) / standard deviation, of points that it was not trained on.
+    rmse, r2 : float
+        Root mean square error, and the part of the variance that is explained.
+    coverage_95 : float
+        Share of points within the 95 % interval of a normal distribution.
+    """
+
+    standard_error: np.ndarray
+    rmse: float
+    r2: float
+    coverage_95: float
+
+
+class Emulator:
+    """One output as a function of ``d`` inputs.
+
+    Parameters
+    ----------
+    x : (n, d) array
+        Inputs.
+    y : (n,) array
+        Outputs; points where it is not finite are left out.
+    iterations : int
+        Bound of the search for lengths and noise; each costs n^3.
+
+    Raises
+    ------
+    InputError
+        Fewer than eight points, or shapes that do not fit.
+    """
+
+    def __init__(self, x, y, iterations: int = 25):
+        x, y = np.atleast_2d(np.asarray(x, dtype=float)), np.asarray(y, dtype=float)
+        if y.shape != (len(x),):
+            raise InputError(
+                f"emulator: {len(x)} points and outputs of the shape {y.shape} do not fit; one output a point would do"
+            )
+        known = np.isfinite(y) & np.isfinite(x).all(axis=1)
+        if known.sum() < LEAST_POINTS:
+            raise InputError(f"emulator: {known.sum()} points have an output; at least {LEAST_POINTS} would do")
+        self.x, self.y, self.iterations = x[known], y[known], iterations
+        self._inputs = StandardScaler().fit(self.x)
+        inputs = self._inputs.transform(self.x)
+        self._trend = RidgeCV(alphas=np.logspace(-3, 3, 13)).fit(inputs, self.y)
+        rest = self.y - self._trend.predict(inputs)
+        self._scale = float(rest.std())
+        self._process = self._fit(inputs, rest / self._scale) if self._scale > 1e-12 * (1 + abs(self.y).max()) else None
+
+    def _fit(self, inputs: np.ndarray, rest: np.ndarray) -> GaussianProcessRegressor:
+        lengths = np.full(inputs.shape[1], 2.0 * np.sqrt(inputs.shape[1]))
+        kernel = ConstantKernel(1.0, (1e-3, 1e3)) * Matern(lengths, LENGTHS, nu=2.5) + WhiteKernel(0.1, NOISE)
+
+        def search(objective, start, bounds):
+            found = minimize(
+                objective, start, jac=True, bounds=bounds, method="L-BFGS-B", options={"maxiter": self.iterations}
+            )
+            return found.x, found.fun
+
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ConvergenceWarning)  # a length at its bound: an input without effect
+            return GaussianProcessRegressor(kernel, optimizer=search).fit(inputs, rest)
+
+    def predict(self, x) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and variance at (m, d) inputs: what a simulation there would give, noise included.
+
+        Returns
+        -------
+        mean, variance : (m,) arrays
+        """
+        inputs = self._inputs.transform(np.atleast_2d(np.asarray(x, dtype=float)))
+        mean = self._trend.predict(inputs)
+        if self._process is None:
+            return mean, np.zeros(len(mean))
+        rest, sd = self._process.predict(inputs, return_std=True)
+        return mean + self._scale * rest, (self._scale * sd) ** 2
+
+
+def held_out_check(x, y, share: float = 0.2, seed: int = 0, iterations: int = 25) -> Check:
+    """Train on a part of the points and compare with the others.
+
+    Parameters
+    ----------
+    x, y
+        As of `Emulator`.
+    share : float
+        Part of the points that is held out.
+    seed : int
+        Of the draw.
+
+    Raises
+    ------
+    InputError
+        Too few points for both parts.
+    """
+    x, y = np.atleast_2d(np.asarray(x, dtype=float)), np.asarray(y, dtype=float)
+    order = np.random.default_rng(seed).permutation(np.flatnonzero(np.isfinite(y)))
+    out = max(int(share * len(order)), 1)
+    kept = Emulator(x[order[out:]], y[order[out:]], iterations)
+    mean, variance = kept.predict(x[order[:out]])
+    off = y[order[:out]] - mean
+    z = off / np.sqrt(np.maximum(variance, 1e-300))
+    spread = float(y[order].var())
+    r2 = 1.0 - float((off**2).mean()) / spread if spread else float("nan")
+    return Check(z, float(np.sqrt((off**2).mean())), r2, float((np.abs(z) <= 1.959964).mean()))

@@ -1,0 +1,142 @@
+"""Choosing the radius of the ring where the rig is not known: every radius with every rig of an ensemble."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from scipy.stats import binomtest
+
+from trackdyn.errors import InputError
+
+# Columns of a study that are kept, and their names in a table of radii.
+KEPT = {
+    "left_share_pct": "left share, % of a turn", "left_rms_n": "left RMS, N", "left_peak_n": "left peak, N",
+    "ring_rms_n": "ring RMS, N", "ring_peak_n": "ring peak, N", "sliding_teeth_j_km": "sliding on teeth, J/km",
+    "sliding_ring_j_km": "sliding on ring, J/km",
+}  # fmt: skip
+STUDY_COLUMNS = ("rig", "rpm", "ring_radius_m", "right_share_pct", *KEPT)
+TOUCHING = 0.5  # % of a turn from which on an arc counts as touching, as in the claims
+NEAR_LEAST = 2.0  # points of a turn: the rule of C26
+SAME = 1e-9  # m
+
+
+class Criterion(NamedTuple):
+    """What the best radius is, among those that leave the right arc free."""
+
+    words: str
+    column: str
+
+
+CRITERIA = {
+    "rule": Criterion(
+        "the smallest radius whose left share is within 2 points of the least (the rule of C26)", "left_share_pct"
+    ),
+    "teeth": Criterion("least sliding work on the teeth", "sliding_teeth_j_km"),
+    "sliding": Criterion("least sliding work on teeth and ring together", "sliding_j_km"),
+    "force": Criterion("least RMS force of the left arc", "left_rms_n"),
+}
+
+
+def best_radius(rows: pd.DataFrame, criterion: str) -> float:
+    """Best radius of one rig at one speed, m; NaN if no radius leaves the right arc free.
+
+    Parameters
+    ----------
+    rows : DataFrame
+        A row a radius (``STUDY_COLUMNS``).
+    criterion : str
+        One of ``CRITERIA``.
+
+    Raises
+    ------
+    InputError
+        There is no such criterion.
+    """
+    if criterion not in CRITERIA:
+        raise InputError(f"criterion = {criterion!r} is not accepted: {', '.join(CRITERIA)} would do")
+    free = rows[rows["right_share_pct"] < TOUCHING].sort_values("ring_radius_m")
+    if free.empty:
+        return float("nan")
+    if criterion == "rule":
+        near = free[free["left_share_pct"] <= rows["left_share_pct"].min() + NEAR_LEAST]
+        return float(near["ring_radius_m"].min()) if len(near) else float("nan")
+    value = (
+        free["sliding_teeth_j_km"] + free["sliding_ring_j_km"]
+        if criterion == "sliding"
+        else free[CRITERIA[criterion].column]
+    )
+    return float(free.loc[value.idxmin(), "ring_radius_m"])
+
+
+def whole_rigs(study: pd.DataFrame, rpm: float) -> pd.DataFrame:
+    """Rows with a ring at one speed of the rigs that came out at every radius.
+
+    Raises
+    ------
+    InputError
+        A column is missing, nothing was run at that speed, or no rig is whole.
+    """
+    for name in STUDY_COLUMNS:
+        if name not in study.columns:
+            raise InputError(f"study: has no column {name}; a table of the stage study (study.csv) would do")
+    rows = study[(study["rpm"] == rpm) & study["ring_radius_m"].notna()].dropna(subset=list(STUDY_COLUMNS))
+    if rows.empty:
+        speeds = ", ".join(f"{speed:g}" for speed in sorted(study["rpm"].unique()))
+        raise InputError(f"study: holds no ring at {rpm:g} rpm; {speeds} would do")
+    radii = rows["ring_radius_m"].nunique()
+    whole = rows.groupby("rig")["ring_radius_m"].transform("nunique") == radii
+    if not whole.any():
+        raise InputError(f"study: no rig came out at all {radii} radii at {rpm:g} rpm; more rigs would do")
+    return rows[whole]
+
+
+def choice_table(study: pd.DataFrame, rpm: float) -> pd.DataFrame:
+    """Every radius over the rigs.
+
+    Returns
+    -------
+    DataFrame
+        ``ring_radius_m, rigs``; ``p_right_free`` with its exact 95 % interval; median and 5 to 95 % of what ``KEPT`` names;
+        ``p_best_<criterion>``: share of rigs in which the radius is the best one.
+    """
+    rows = whole_rigs(study, rpm)
+    count = rows["rig"].nunique()
+    best = {name: rows.groupby("rig")[list(STUDY_COLUMNS)].apply(best_radius, name) for name in CRITERIA}
+    found = []
+    for radius, of in rows.groupby("ring_radius_m"):
+        free = int((of["right_share_pct"] < TOUCHING).sum())
+        interval = binomtest(free, count).proportion_ci(method="exact")
+        row = {"ring_radius_m": radius, "rigs": count, "p_right_free": free / count}
+        row |= {"p_right_free_low": interval.low, "p_right_free_high": interval.high}
+        for column in KEPT:
+            row |= dict(
+                zip((f"{column}_q05", column, f"{column}_q95"), np.quantile(of[column], [0.05, 0.5, 0.95]), strict=True)
+            )
+        row |= {f"p_best_{name}": float((np.abs(radii - radius) < SAME).mean()) for name, radii in best.items()}
+        found.append(row)
+    return pd.DataFrame(found)
+
+
+def recommendation(table: pd.DataFrame, criterion: str) -> str:
+    """The radius that is best most often, in a sentence."""
+    if criterion not in CRITERIA:
+        raise InputError(f"criterion = {criterion!r} is not accepted: {', '.join(CRITERIA)} would do")
+    chances, count = table[f"p_best_{criterion}"], int(table["rigs"].iloc[0])
+    top = table.loc[chances.idxmax()]
+    none = 1.0 - float(chances.sum())
+    interval = binomtest(round(float(chances.max()) * count), count).proportion_ci(method="exact")
+    rest = f"; in {none:.0%} no radius leaves the right arc free" if none > SAME else ""
+    return (
+        f"{top['ring_radius_m']:g} m is best in {chances.max():.0%} of {count} rigs (95 % interval {interval.low:.0%} to "
+        f"{interval.high:.0%}) by {CRITERIA[criterion].words}{rest}"
+    )
+
+
+def study_table(runs: pd.DataFrame) -> pd.DataFrame:
+    """Rows of the stage ``study`` that came out, with the columns that a choice needs."""
+    done = runs[runs["state"] == "done"]
+    return (
+        done.assign(rig=done["name"].str.partition(" ")[0].astype(int))
+        .reindex(columns=STUDY_COLUMNS)
+        .reset_index(drop=True)
+    )

@@ -1,0 +1,174 @@
+"""What an ensemble is asked: ``config/ensemble.yaml``, whose head explains the fields."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
+
+from pydantic import Field, model_validator
+
+from trackdyn.errors import InputError
+from trackdyn.inference.unknowns import Unknown, Unknowns, file_ranges
+from trackdyn.paper.claims import Claim
+from trackdyn.parameters.rig import load_rig
+from trackdyn.parameters.validation import Positive, Section, read_yaml, validated
+
+Count = Annotated[int, Field(ge=0)]
+RULES = ("equal", "at_most", "at_least")
+
+
+class Case(NamedTuple):
+    """A scene of a rig: motor speed (rev/min), ring radius (m; None: none), and whether forces are left out of it."""
+
+    rpm: float
+    ring: float | None
+    belt: bool = False
+
+    @property
+    def name(self) -> str:
+        """``115 none``, ``115 0.308``, ``150 belt``."""
+        return f"{self.rpm:g} {'belt' if self.belt else 'none' if self.ring is None else format(self.ring, 'g')}"
+
+
+class TargetEntry(Section):
+    """A printed number that rigs must show; what is not given here is the claim's own (``config/claims.yaml``).
+
+    ``output`` names a number of a run (`history.outputs`), ``item`` the place in a list of printed numbers.
+    """
+
+    claim: str
+    output: str
+    rpm: float | None = None
+    ring_radius_m: float | None = None
+    belt: bool = False
+    item: int | None = None
+    printed: float | None = None
+    tolerance: Positive | None = None
+    rule: Literal["equal", "at_most", "at_least"] | None = None
+    reason: str = ""
+
+    @model_validator(mode="after")
+    def _reasoned(self):
+        if {self.printed, self.tolerance, self.rule} != {None} and len(self.reason) < 10:
+            raise InputError(f"targets: {self.claim} {self.output} departs from the claim; give the reason")
+        return self
+
+
+class Target(NamedTuple):
+    """A target with everything known: ``name`` is unique, ``group`` the claim without its part."""
+
+    name: str
+    group: str
+    output: str
+    case: Case
+    printed: float
+    tolerance: float
+    rule: str
+
+
+class Fidelity(Section):
+    """Fields of the scene, and steps that are tried one after the other until a row is not refused (s)."""
+
+    integrator: Literal["semi_implicit", "linearly_implicit"]
+    steps_s: Annotated[list[Positive], Field(min_length=1)]
+
+
+class Form(Section):
+    """How much is computed: rigs that show the errors of cheap runs and of laws, rigs of every wave, of the last one (at full
+    fidelity) and of the study of radii; the speeds of that study and its radii; steps of
+    the search between waves; jobs that a stage is cut into."""
+
+    compared: Annotated[int, Field(ge=2)]
+    waves: Annotated[list[Annotated[int, Field(ge=8)]], Field(min_length=1)]
+    last: Annotated[int, Field(ge=1)]
+    studied: Annotated[int, Field(ge=1)]
+    speeds_rpm: Annotated[list[Positive], Field(min_length=1)]
+    radii_m: Annotated[list[Positive], Field(min_length=2)]
+    search_steps: Annotated[int, Field(ge=10)]
+    batches: Annotated[int, Field(ge=1)]
+
+
+class EnsembleConfig(Section):
+    """Everything in ``config/ensemble.yaml``."""
+
+    speed_rpm: Positive
+    ring_radius_m: Positive
+    lead_in_s: Positive
+    record_turns: Positive
+    belt_s: Positive
+    seed: Count
+    cutoff: Positive
+    cheap: Fidelity
+    full: Fidelity
+    laws: Annotated[list[dict[str, str]], Field(min_length=1)]
+    held_out: list[str]
+    unknowns: Annotated[list[Unknown], Field(min_length=2)]
+    targets: Annotated[list[TargetEntry], Field(min_length=1)]
+    forms: dict[Literal["full", "short"], Form]
+
+    @model_validator(mode="after")
+    def _held_out(self):
+        for target in self.targets:
+            if any(target.claim.startswith(held) for held in self.held_out):
+                raise InputError(f"targets: {target.claim} is held out; a claim is one or the other")
+        return self
+
+
+def load_ensemble(path: Path | str) -> EnsembleConfig:
+    """Read and validate.
+
+    Raises
+    ------
+    InputError
+        One sentence with the file, the field and what would be accepted.
+    """
+    return validated(EnsembleConfig, read_yaml(path), str(path))
+
+
+def unknowns_of(config: EnsembleConfig, rig: Path | str) -> Unknowns:
+    """The unknowns of a rig's file, ranges that the configuration leaves out from there."""
+    return Unknowns(config.unknowns, load_rig(rig), file_ranges(rig))
+
+
+def _one(value: Any, item: int | None) -> float | None:
+    if isinstance(value, list):
+        return None if item is None else float(value[item])
+    return None if isinstance(value, (str, dict)) or value is None else float(value)
+
+
+def targets_of(config: EnsembleConfig, claims: list[Claim]) -> list[Target]:
+    """The targets with printed values, tolerances and rules of the claims they stand for.
+
+    Raises
+    ------
+    InputError
+        A claim that there is not, or one that gives no number, tolerance or rule to compare with.
+    """
+    known: Mapping[str, Claim] = {claim.name: claim for claim in claims}
+    found = []
+    for entry in config.targets:
+        if entry.claim not in known:
+            raise InputError(
+                f"targets: claim {entry.claim} is unknown; {', '.join(sorted(known)[:3])} and others are known"
+            )
+        claim = known[entry.claim]
+        rpm = config.speed_rpm if entry.rpm is None else entry.rpm
+        own = claim.printed.get(int(rpm)) if isinstance(claim.printed, dict) else _one(claim.printed, entry.item)
+        printed = own if entry.printed is None else entry.printed
+        tolerance, rule = entry.tolerance or claim.tolerance, entry.rule or claim.rule
+        if printed is None or tolerance is None or rule not in RULES:
+            raise InputError(
+                f"targets: {entry.claim} {entry.output} has no number, tolerance or rule; give them with a reason"
+            )
+        case = Case(rpm, entry.ring_radius_m, entry.belt)
+        found.append(
+            Target(
+                f"{entry.claim} {entry.output} {case.name}",
+                entry.claim[:3],
+                entry.output,
+                case,
+                printed,
+                tolerance,
+                rule,
+            )
+        )
+    return found

@@ -1,0 +1,255 @@
+"""Unknown parameters of a rig: what each can be and where that range comes from, and the way from the unit cube to rigs."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.rig import Rig, parameter_table
+from trackdyn.parameters.validation import Section, plain_number, shown
+
+# how far from its bounds a value may be rounded, as a share of the range
+EDGE = 1e-9
+
+
+class Unknown(Section):
+    """A parameter that is not known, or a choice.
+
+    Attributes
+    ----------
+    names : list of str
+        Fields of the rig (``section.field``) that share the value.
+    low, high : float or None
+        Its range; the one in the rig's file where it is not given.
+    ranges : list of pairs
+        Several ranges in place of one, such as the readings of a printed number; each is as likely as it is wide.
+    scale : str
+        ``linear`` or ``log``: in what the unknown is evenly spread.
+    of : str or None
+        The value is a ratio to this other field of the rig.
+    choices : mapping
+        In place of a range: name of each alternative and what it changes, ``section.field`` to a number or to
+        ``[factor, offset]`` on its present value, a field of the scene to a word.
+    name : str
+        Of a choice; of a number its first field.
+    source : str
+        Where the range comes from; the words in the rig's file where it is not given.
+    """
+
+    names: list[str] = Field(default_factory=list)
+    low: float | None = None
+    high: float | None = None
+    ranges: list[Annotated[list[float], Field(min_length=2, max_length=2)]] = Field(default_factory=list)
+    scale: Literal["linear", "log"] = "linear"
+    of: str | None = None
+    choices: dict[str, dict[str, float | str | Annotated[list[float], Field(min_length=2, max_length=2)]]] = Field(
+        default_factory=dict
+    )
+    name: str = ""
+    source: str = ""
+
+    @model_validator(mode="after")
+    def _complete(self):
+        if bool(self.names) == bool(self.choices):
+            raise InputError(f"unknown {self.label or '?'}: needs names (with a range) or choices, and not both")
+        if self.choices and (not self.name or len(self.choices) < 2):
+            raise InputError(f"unknown {self.label or '?'}: a choice has a name and two alternatives or more")
+        for low, high in self.intervals:
+            if not low < high or (self.scale == "log" and not low > 0):
+                positive = " above 0" if self.scale == "log" else ""
+                raise InputError(
+                    f"unknown {self.label}: range {low:g} to {high:g} is not accepted: rising bounds{positive} would do"
+                )
+        return self
+
+    @property
+    def label(self) -> str:
+        """``section.field`` or the name of the choice."""
+        return self.name or (self.names[0] if self.names else "")
+
+    @property
+    def discrete(self) -> bool:
+        """It is a choice."""
+        return bool(self.choices)
+
+    @property
+    def intervals(self) -> list[tuple[float, float]]:
+        """Ranges of a number; none as long as the rig's file is to give them."""
+        if self.ranges:
+            return [(low, high) for low, high in self.ranges]
+        return [(self.low, self.high)] if self.low is not None and self.high is not None else []
+
+    def _edges(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower ends in the scale, and where on 0 to 1 each interval begins and the last one ends."""
+        ends = np.array(self.intervals, dtype=float)
+        ends = np.log(ends) if self.scale == "log" else ends
+        width = ends[:, 1] - ends[:, 0]
+        return ends[:, 0], np.concatenate([[0.0], np.cumsum(width) / width.sum()])
+
+    def value(self, x: float) -> Any:
+        """What stands at a position of 0 to 1: a number, or the name of an alternative."""
+        if self.discrete:
+            return list(self.choices)[min(int(x * len(self.choices)), len(self.choices) - 1)]
+        low, begins = self._edges()
+        ends = np.array(self.intervals, dtype=float)
+        k = int(np.clip(np.searchsorted(begins, x, side="right") - 1, 0, len(low) - 1))
+        share = (x - begins[k]) / (begins[k + 1] - begins[k])
+        if self.scale == "log":
+            return float(ends[k, 0] * (ends[k, 1] / ends[k, 0]) ** share)
+        return float(ends[k, 0] + share * (ends[k, 1] - ends[k, 0]))
+
+    def position(self, value: Any) -> float:
+        """Position of a value; NaN for one outside all ranges, or no alternative."""
+        if self.discrete:
+            names = list(self.choices)
+            return (names.index(value) + 0.5) / len(names) if value in names else float("nan")
+        _, begins = self._edges()
+        for k, (low, high) in enumerate(self.intervals):
+            scaled = np.log([low, high, value]) if self.scale == "log" and value > 0 else np.array([low, high, value])
+            share = (scaled[2] - scaled[0]) / (scaled[1] - scaled[0])
+            if -EDGE <= share <= 1 + EDGE:
+                return float(begins[k] + np.clip(share, 0, 1) * (begins[k + 1] - begins[k]))
+        return float("nan")
+
+
+class Unknowns:
+    """Unknowns of a rig in a fixed order: d of them, so that a rig is a point of the d-dimensional unit cube.
+
+    Parameters
+    ----------
+    unknowns : sequence of Unknown
+        A ratio comes behind what it is a ratio to.
+    rig : Rig
+        Everything else.
+    ranges : mapping
+        ``section.field`` to low, high and source, for unknowns without a range (`file_ranges`).
+
+    Raises
+    ------
+    InputError
+        One sentence: a field that the rig does not have, one that stands twice, one without a range.
+    """
+
+    def __init__(self, unknowns, rig: Rig, ranges: Mapping[str, tuple[float, float, str]] | None = None):
+        ranges = dict(ranges or {})
+        self.rig = rig
+        self.unknowns: list[Unknown] = []
+        seen: set[str] = set()
+        for unknown in unknowns:
+            for name in (*unknown.names, *filter(None, [unknown.of])):
+                _field(rig, name, unknown.label)
+            for changes in unknown.choices.values():
+                for name in changes:
+                    if "." in name:
+                        _field(rig, name, unknown.label)
+            for name in unknown.names or [unknown.label]:
+                if name in seen:
+                    raise InputError(f"unknown {name}: stands twice; keep one of them")
+                seen.add(name)
+            self.unknowns.append(_ranged(unknown, ranges))
+
+    def __len__(self) -> int:
+        return len(self.unknowns)
+
+    @property
+    def labels(self) -> list[str]:
+        """Name of every unknown."""
+        return [unknown.label for unknown in self.unknowns]
+
+    def values(self, x) -> dict[str, Any]:
+        """Value of every unknown at a point of the unit cube, by label.
+
+        Raises
+        ------
+        InputError
+            The point has another number of coordinates, or one outside 0 to 1.
+        """
+        x = np.asarray(x, dtype=float)
+        if x.shape != (len(self),) or not ((x >= 0) & (x <= 1)).all():
+            raise InputError(f"x = {shown(x.tolist())} is not accepted: {len(self)} numbers of 0 to 1 would do")
+        return {unknown.label: unknown.value(float(part)) for unknown, part in zip(self.unknowns, x, strict=True)}
+
+    def position(self, values: Mapping[str, Any]) -> np.ndarray:
+        """(d,) point of the unit cube for values by label; NaN where one lies outside its range."""
+        return np.array([unknown.position(values[unknown.label]) for unknown in self.unknowns])
+
+    def changes(self, values: Mapping[str, Any]) -> tuple[dict[str, float], dict[str, str]]:
+        """Fields of the rig (``section.field``) that values by label set, and fields of the scene."""
+        fields: dict[str, float] = {}
+        scene: dict[str, str] = {}
+
+        def present(name: str) -> float:
+            return fields[name] if name in fields else _field(self.rig, name, name)
+
+        for unknown in self.unknowns:
+            value = values[unknown.label]
+            if unknown.discrete:
+                for name, change in unknown.choices[value].items():
+                    if isinstance(change, str):
+                        scene[name] = change
+                    else:
+                        factor, offset = change if isinstance(change, list) else (0.0, change)
+                        fields[name] = factor * present(name) + offset
+            else:
+                number = float(value) * (present(unknown.of) if unknown.of else 1.0)
+                fields |= dict.fromkeys(unknown.names, number)
+        return fields, scene
+
+    def to_rig(self, x) -> tuple[Rig, dict[str, str]]:
+        """The rig at a point of the unit cube, and what it changes in a scene.
+
+        Raises
+        ------
+        InputError
+            There is no such rig: the sentence of `Rig`.
+        """
+        fields, scene = self.changes(self.values(x))
+        return self.rig.changed(**{name.replace(".", "__"): value for name, value in fields.items()}), scene
+
+    def of_rig(self, rig: Rig) -> dict[str, Any]:
+        """Value of every number in a rig, by label; a choice is not to be seen in a rig and is left out."""
+        found = {}
+        for unknown in self.unknowns:
+            if not unknown.discrete:
+                value = _field(rig, unknown.names[0], unknown.label)
+                found[unknown.label] = value / _field(rig, unknown.of, unknown.label) if unknown.of else value
+        return found
+
+
+def file_ranges(path: Path | str) -> dict[str, tuple[float, float, str]]:
+    """``section.field`` of a rig's file to low, high and the source of the range, where it has one."""
+    table = parameter_table(path).dropna(subset=["low", "high"])
+    said = table["source"].str.rpartition("range:")[2].str.strip()
+    rows = zip(table["name"], table["low"], table["high"], said, strict=True)
+    return {name: (float(low), float(high), source) for name, low, high, source in rows}
+
+
+def _ranged(unknown: Unknown, ranges: Mapping[str, tuple[float, float, str]]) -> Unknown:
+    """The unknown with what is known of its range from the rig's file."""
+    if unknown.discrete or unknown.intervals:
+        return unknown
+    if unknown.of or unknown.names[0] not in ranges:
+        raise InputError(f"unknown {unknown.label}: has no range; give low and high, here or in the rig's file")
+    low, high, source = ranges[unknown.names[0]]
+    given = unknown.model_dump() | {"low": low, "high": high, "source": unknown.source or source}
+    return Unknown(**given)
+
+
+def _field(rig: Rig, name: str, label: str) -> float:
+    """Value of ``section.field``."""
+    section, _, field = name.partition(".")
+    part = getattr(rig, section, None) if section in Rig.model_fields else None
+    fields = getattr(type(part), "model_fields", {})
+    if field not in fields:
+        raise InputError(
+            f"unknown {shown(label)}: {shown(name)} is not a parameter of the rig; section.field such as bushing.stiffness would do"
+        )
+    try:
+        return plain_number(getattr(part, field))
+    except ValueError:
+        raise InputError(
+            f"unknown {label}: {name} = {shown(getattr(part, field))} is no number; a choice would do"
+        ) from None

@@ -1,0 +1,186 @@
+"""Waves of rigs: points of the unit cube become scenes of a sweep, and its rows the numbers of each rig."""
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from scipy.stats import qmc
+
+from trackdyn.errors import TrackdynError
+from trackdyn.inference.settings import Case, EnsembleConfig, Fidelity, Target
+from trackdyn.inference.unknowns import Unknowns
+from trackdyn.parameters.layout import can_close
+from trackdyn.parameters.rig import Rig
+from trackdyn.sweeps.row import DONE
+from trackdyn.sweeps.sweep import sweep
+
+# the radii over which C24 takes its mean
+SPREAD_CLAIM = "C24"
+# points that are drawn for one that is kept: half of all grooves cannot be cut, a third of all loops not closed
+DRAWN = 8
+
+
+def target_cases(targets: Sequence[Target]) -> list[Case]:
+    """Cases that the targets need, in a fixed order."""
+    return sorted({target.case for target in targets}, key=lambda case: (case.belt, case.rpm, case.ring or 0.0))
+
+
+def study_cases(speeds: Iterable[float], radii: Iterable[float]) -> list[Case]:
+    """Every ring and none at every speed."""
+    return [Case(rpm, ring) for rpm in speeds for ring in (None, *radii)]
+
+
+def buildable(unknowns: Unknowns, x) -> bool:
+    """Whether there is a rig at a point: its groove can be cut, its loop closes around its wheels."""
+    try:
+        rig, _ = unknowns.to_rig(x)
+    except TrackdynError:
+        return False
+    return can_close(rig)
+
+
+def points_table(unknowns: Unknowns, points: np.ndarray, first: int) -> pd.DataFrame:
+    """Points as a table: ``rig`` counted from ``first``, and a column an unknown with its position in 0 to 1."""
+    return pd.DataFrame(
+        points, columns=unknowns.labels, index=pd.RangeIndex(first, first + len(points), name="rig")
+    ).reset_index()
+
+
+def prior_points(unknowns: Unknowns, count: int, seed: int) -> np.ndarray:
+    """(count, d) buildable points of a Latin hypercube.
+
+    Raises
+    ------
+    TrackdynError
+        Hardly any point gives a rig.
+    """
+    drawn = qmc.LatinHypercube(len(unknowns), seed=seed).random(DRAWN * count)
+    kept = []
+    for x in drawn:
+        if len(kept) < count and buildable(unknowns, x):
+            kept.append(x)
+    if len(kept) < count:
+        raise TrackdynError(
+            f"of {len(drawn)} points of the unknowns' ranges only {len(kept)} give a groove; other ranges would do"
+        )
+    return np.array(kept)
+
+
+def members(unknowns: Unknowns, points: pd.DataFrame) -> list[tuple[int, dict]]:
+    """Number and values of every rig of a table of points."""
+    return [(int(point[0]), unknowns.values(point[1:])) for point in points.itertuples(index=False)]
+
+
+def as_it_is(unknowns: Unknowns, number: int) -> list[tuple[int, dict]]:
+    """The unknowns' own rig with its values, inside their ranges or not, and the first alternative of every choice."""
+    choices = {one.label: next(iter(one.choices)) for one in unknowns.unknowns if one.discrete}
+    return [(number, unknowns.of_rig(unknowns.rig) | choices)]
+
+
+def design(
+    config: EnsembleConfig, unknowns: Unknowns, rigs: Sequence[tuple[int, dict]], cases: Sequence[Case], fields: dict
+):
+    """A row a rig and case for `trackdyn.sweeps`.
+
+    Parameters
+    ----------
+    rigs : sequence of (int, dict)
+        `members`.
+    fields : dict
+        Of the scene, that all rows share but the belts.
+
+    Returns
+    -------
+    DataFrame
+        ``name`` is ``<rig> <case>``.
+    """
+    pitches = " ".join(map(str, range(1, unknowns.rig.chain.pitches + 1)))
+    turn = {
+        rpm: unknowns.rig.loop_period(rpm) * unknowns.rig.sprocket.teeth / unknowns.rig.chain.pitches
+        for rpm in {c.rpm for c in cases}
+    }
+    rows = []
+    for rig, values in rigs:
+        changes, scene = unknowns.changes(values)
+        for case in cases:
+            row = {
+                "name": f"{rig} {case.name}",
+                "motor_rpm": case.rpm,
+                "ring_radius": "none" if case.ring is None else case.ring,
+            }
+            if case.belt:  # a path: neither forces nor a tensioner
+                row |= {"chain": "belt", "spells": False, "duration": config.belt_s, "step": 1e-3, "tension": "locked"}
+            else:
+                row |= {
+                    "chain": "double_pin",
+                    "spells": True,
+                    "duration": round(config.record_turns * turn[case.rpm], 3),
+                }
+                row |= {"lead_in": config.lead_in_s, "pitches": pitches} | scene | fields
+            rows.append(row | changes)
+    return pd.DataFrame(rows)
+
+
+def as_chains(config: EnsembleConfig, belts: pd.DataFrame) -> pd.DataFrame:
+    """Rows of belts as chains with the paper's ring, for as long: what the belt leaves out of the main line."""
+    return belts.assign(
+        chain="double_pin", ring_radius=config.ring_radius_m, lead_in=config.lead_in_s, pitches="", spells=True
+    )
+
+
+def run_rigs(
+    config: EnsembleConfig,
+    unknowns: Unknowns,
+    rigs: Sequence[tuple[int, dict]],
+    cases: Sequence[Case],
+    fidelity: Fidelity,
+    rig: Path | str,
+    store: Path | str,
+    jobs: int = 1,
+    progress: bool = False,
+    belts_as_chains: bool = False,
+    **fields,
+) -> pd.DataFrame:
+    """Run every case of every rig; a row that is refused or diverges with one step is tried again with the next.
+
+    Parameters
+    ----------
+    belts_as_chains : bool
+        Only the cases of belts, with all forces (`as_chains`).
+
+    Returns
+    -------
+    DataFrame
+        The design with ``state``, ``reason`` and the numbers of each row (`trackdyn.sweeps.sweep.sweep`).
+    """
+    left = design(config, unknowns, rigs, cases, {"integrator": fidelity.integrator} | fields)
+    if belts_as_chains:
+        left = as_chains(config, left[left["chain"] == "belt"]).assign(integrator=fidelity.integrator)
+    found = []
+    for step in fidelity.steps_s:
+        belts = left["chain"] == "belt"
+        results = sweep(
+            left.assign(step=np.where(belts, 1e-3, step)), rig=rig, jobs=jobs, store=store, progress=progress
+        )
+        again = ((results["state"] != DONE) & ~belts.to_numpy() & (step != fidelity.steps_s[-1])).to_numpy()
+        found.append(results[~again])
+        left = left[again].reset_index(drop=True)
+        if left.empty:
+            break
+    return pd.concat(found, ignore_index=True)
+
+
+def by_case(results: pd.DataFrame) -> dict[int, dict[str, pd.Series]]:
+    """Rows that came out: rig, then name of the case."""
+    done = results[results["state"] == DONE]
+    parts = done["name"].str.partition(" ")
+    found: dict[int, dict[str, pd.Series]] = {}
+    for (_, row), rig, case in zip(done.iterrows(), parts[0], parts[2], strict=True):
+        found.setdefault(int(rig), {})[case] = row
+    return found
+
+
+def rig_at(unknowns: Unknowns, point: pd.Series) -> Rig:
+    """The rig of a row of a table of points."""
+    return unknowns.to_rig(point[unknowns.labels].to_numpy(dtype=float))[0]

@@ -1,0 +1,41 @@
+"""Work of friction by area of the teeth and by wheel: what wears."""
+
+import numpy as np
+
+from trackdyn.measure.meshing import timing
+from trackdyn.model.record import TOOTH_AREAS
+from trackdyn.parameters.rig import Rig
+from trackdyn.recording import Recording
+
+
+def sliding_per_km(recording: Recording) -> dict[str, float]:
+    """Work of friction in J for each kilometre that the chain runs.
+
+    Taken over as many whole passages of a pitch as the record holds: teeth and links meet alike in each. A kilometre is
+    counted along the chain, pin to pin.
+
+    Returns
+    -------
+    dict
+        ``sliding_area_1_j_km`` to ``..._10_...`` (all connectors, by area), their sum ``sliding_teeth_j_km``,
+        ``sliding_ring_j_km`` (links on the sprocket's ring) and ``sliding_wheels_j_km`` (on the other wheels); nothing of a
+        recording without an account of sliding, or shorter than a passage.
+    """
+    rows, period = recording.sliding, timing(recording)
+    if not rows.size or not np.isfinite(period.loop):
+        return {}
+    passage = period.loop / period.pitches * recording.rate
+    count = int((len(rows) - 1) / passage)
+    if count < 1:
+        return {}
+    rig = Rig.model_validate(recording.meta["rig"])
+    last = len(rows) - 1
+    work = rows[last] - rows[last - round(count * passage)]
+    single = recording.meta["scene"]["chain"] == "single_pin"
+    pitch = rig.single_pin_pitch if single else rig.chain.link_length + rig.connector_length
+    by_km = work * (1000.0 / (count * pitch))
+    found = {f"sliding_area_{area}_j_km": float(by_km[area - 1]) for area in range(1, TOOTH_AREAS + 1)}
+    found["sliding_teeth_j_km"] = float(by_km[:TOOTH_AREAS].sum())
+    found["sliding_ring_j_km"] = float(by_km[TOOTH_AREAS])
+    found["sliding_wheels_j_km"] = float(by_km[TOOTH_AREAS + 1 :].sum())
+    return found

@@ -1,0 +1,130 @@
+# Rigs that the printed numbers allow, wave by wave (docs/ensemble.md): `ensemble` is asked for by name, its short form
+# belongs to the default target. Rows are kept as they come, so that a wave that is killed goes on where it was.
+
+ENSEMBLE_FORMS = {"ensemble": "full", "short/ensemble": "short"}
+ENSEMBLE = load_ensemble("config/ensemble.yaml")
+ENSEMBLE_INPUTS = dict(config="config/ensemble.yaml", rig=CONFIG.rig, claims="config/claims.yaml")
+ENSEMBLE_TABLES = ("rigs", "parameters", "claims", "conflicts", "pareto", "ranks", "study", "choices", "scorecard", "summary")
+ENSEMBLE_FIGURES = ("fig23_bands", "fig24_bands", "conflicts", "pareto", "pairs", "choice")
+
+
+def ensemble_form(wildcards):
+    return ENSEMBLE.forms[ENSEMBLE_FORMS[wildcards.place]]
+
+
+def ensemble_waves(wildcards):
+    return [str(k + 1) for k in range(len(ensemble_form(wildcards).waves))]
+
+
+def ensemble_before(wildcards):
+    """Stages that the points of a stage come from."""
+    waves, stage = ensemble_waves(wildcards), wildcards.stage
+    if stage in ("compared", "1", "shipped"):
+        return []
+    before = ["last"] if stage == "study" else waves if stage == "last" else waves[: int(stage) - 1]
+    return [f"{R}/{wildcards.place}/outputs_{name}.csv" for name in ["compared", *before]]
+
+
+def ensemble_batches(wildcards):
+    stage, count = wildcards.stage, ensemble_form(wildcards).batches
+    return [f"{R}/{wildcards.place}/runs_{stage}/{batch}.parquet" for batch in range(1 if stage == "shipped" else count)]
+
+
+def ensemble_stages(wildcards):
+    stages = ["compared", *ensemble_waves(wildcards), "last", "shipped"]
+    return [f"{R}/{wildcards.place}/outputs_{stage}.csv" for stage in stages]
+
+
+rule ensemble_points:
+    """Rigs of a stage: drawn from the ranges, or from where the emulators of all waves before exclude least."""
+    input:
+        needs("ensemble_points.py"),
+        ensemble_before,
+        **ENSEMBLE_INPUTS,
+    output: points=f"{R}/{{place}}/points_{{stage}}.csv"
+    params: form=lambda wildcards: ENSEMBLE_FORMS[wildcards.place]
+    wildcard_constraints: place="|".join(ENSEMBLE_FORMS), stage=r"\w+"
+    log: f"{R}/logs/{{place}}/points_{{stage}}.log"
+    benchmark: f"{R}/benchmarks/{{place}}/points_{{stage}}.tsv"
+    message: "Ensemble: rigs of the stage {wildcards.stage}"
+    script: "../scripts/ensemble_points.py"
+
+
+rule ensemble_batch:
+    """Scenes of some rigs of a stage, as rows of a sweep."""
+    input:
+        needs("ensemble_batch.py"),
+        KERNELS,
+        method_kernels("linearly_implicit"),
+        points=f"{R}/{{place}}/points_{{stage}}.csv",
+        **ENSEMBLE_INPUTS,
+    output: f"{R}/{{place}}/runs_{{stage}}/{{batch}}.parquet"
+    params:
+        form=lambda wildcards: ENSEMBLE_FORMS[wildcards.place],
+        folder=f"{R}/{{place}}",
+        store=f"{R}/{{place}}/rows",
+        batches=lambda wildcards: 1 if wildcards.stage == "shipped" else ensemble_form(wildcards).batches,
+    wildcard_constraints: place="|".join(ENSEMBLE_FORMS), stage=r"\w+", batch=r"\d+"
+    log: f"{R}/logs/{{place}}/{{stage}}_{{batch}}.log"
+    benchmark: f"{R}/benchmarks/{{place}}/{{stage}}_{{batch}}.tsv"
+    message: "Ensemble: stage {wildcards.stage}, batch {wildcards.batch}"
+    script: "../scripts/ensemble_batch.py"
+
+
+rule ensemble_gather:
+    """Numbers of every rig of a stage that targets are compared with."""
+    input:
+        needs("ensemble_gather.py"),
+        ensemble_batches,
+        **ENSEMBLE_INPUTS,
+    output: f"{R}/{{place}}/outputs_{{stage}}.csv"
+    params: form=lambda wildcards: ENSEMBLE_FORMS[wildcards.place]
+    wildcard_constraints: place="|".join(ENSEMBLE_FORMS), stage=r"(?!study)\w+"
+    log: f"{R}/logs/{{place}}/gather_{{stage}}.log"
+    benchmark: f"{R}/benchmarks/{{place}}/gather_{{stage}}.tsv"
+    message: "Ensemble: outputs of the stage {wildcards.stage}"
+    script: "../scripts/ensemble_gather.py"
+
+
+rule ensemble_verdicts:
+    """Rigs, what remains of every range, claims over all rigs, and which ring to choose."""
+    input:
+        needs("ensemble.py"),
+        ensemble_stages,
+        lambda wildcards: ensemble_batches(type(wildcards)(fromdict={"place": wildcards.place, "stage": "study"})),
+        card=f"{R}/claims.csv",
+        metrics=f"{R}/metrics.csv",
+        **ENSEMBLE_INPUTS,
+    output:
+        **{name: f"{R}/{{place}}/{name}.csv" for name in ENSEMBLE_TABLES},
+        figures=[f"{R}/{{place}}/{name}.{ending}" for name in ENSEMBLE_FIGURES for ending in ("png", "svg")],
+    params: form=lambda wildcards: ENSEMBLE_FORMS[wildcards.place]
+    wildcard_constraints: place="|".join(ENSEMBLE_FORMS)
+    log: f"{R}/logs/{{place}}/verdicts.log"
+    benchmark: f"{R}/benchmarks/{{place}}/verdicts.tsv"
+    message: "Ensemble: verdicts"
+    script: "../scripts/ensemble.py"
+
+
+rule ensemble:
+    """Every rig that the printed numbers allow; asked for by name."""
+    input:
+        f"{R}/ensemble/rigs.csv",
+
+
+rule ensemble_short:
+    """The same with a few rigs: it shows that the study runs, its numbers say nothing."""
+    input:
+        f"{R}/short/ensemble/rigs.csv",
+
+
+rule ensemble_pages:
+    """Measured parts and pictures of docs/ensemble.md from the present results. Asked for by name, as `pictures` is."""
+    input:
+        tables=[f"{R}/ensemble/{name}.csv" for name in ("summary", "claims", "parameters", "conflicts", "choices", "pareto")],
+        pictures=[f"{R}/ensemble/{name}.png" for name in ("conflicts", "fig24_bands", "choice")],
+    log: f"{R}/logs/ensemble/pages.log"
+    benchmark: f"{R}/benchmarks/ensemble/pages.tsv"
+    message: "Measured parts of the page on the ensemble"
+    shell:
+        "{sys.executable} -m trackdyn.report.filled {input.tables} {input.pictures} > {log} 2>&1"
