@@ -61,7 +61,9 @@ include: "workflow/rules/schematics.smk"
 include: "workflow/rules/peers.smk"
 include: "workflow/rules/studies.smk"
 include: "workflow/rules/extremes.smk"
+include: "workflow/rules/identify.smk"
 include: "workflow/rules/ensemble.smk"
+include: "workflow/rules/layouts.smk"
 include: "workflow/rules/report.smk"
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from trackdyn.config import Config
+from trackdyn.inference.calibration import CalibrationConfig
 from trackdyn.inference.settings import EnsembleConfig
 from trackdyn.measure.sensor_mapping import SensorMapping
 from trackdyn.paper.claims import Claims
@@ -20,7 +21,7 @@ from trackdyn.study.settings import Studies
 FOLDER = Path(__file__).parents[1] / "config" / "schemas"
 MODELS = {
     "rig": Rig, "config": Config, "studies": Studies, "mapping": SensorMapping, "fit": FitConfig, "claims": Claims,
-    "departures": Departures, "ensemble": EnsembleConfig,
+    "departures": Departures, "calibration": CalibrationConfig, "ensemble": EnsembleConfig,
 }  # fmt: skip
 
 

@@ -79,6 +79,23 @@ def departures(rows: pd.DataFrame) -> str:
     return cells.unstack(sort=False).reset_index().to_markdown(index=False, disable_numparse=True)
 
 
+def calibration(rows: pd.DataFrame) -> str:
+    """Coverage of the 90 % intervals with its own 95 % interval, and how even ranks are."""
+    shown = rows[["discrepancy", "parameter", "truths", "identified"]].copy()
+    shown["in 50 % intervals"] = [f"{100 * one:.0f} %" for one in rows["covered_50"]]
+    spans = zip(rows["covered_90"], rows["low_90"], rows["high_90"], strict=True)
+    shown["in 90 % intervals"] = [f"{100 * at:.1f} % ({100 * low:.0f} to {100 * high:.0f})" for at, low, high in spans]
+    shown["of those identified"] = ["–" if pd.isna(one) else f"{100 * one:.1f} %" for one in rows["covered_90_identified"]]
+    shown["p_uniform"] = [f"{one:.2g}" for one in rows["p_uniform"]]
+    return shown.to_markdown(index=False, disable_numparse=True)
+
+
+def identified(rows: pd.DataFrame) -> str:
+    """What an identification came to, in short."""
+    cells = rows.map(lambda value: value if isinstance(value, str) else "–" if pd.isna(value) else f"{value:.3g}")
+    return cells.to_markdown(index=False, disable_numparse=True)
+
+
 def findings(rows: pd.DataFrame) -> str:
     """What an ensemble found, a line each; then its tables and pictures, where there are any."""
 
@@ -113,6 +130,8 @@ PAGES = (
     ("docs/choosing-a-fidelity.md", "docs/measured/fidelity.csv", measured),
     ("docs/what-an-answer-costs.md", "docs/measured/limits.csv", limits),
     ("docs/deviations.md", "docs/measured/deviations.csv", departures),
+    ("docs/identify.md", "docs/measured/calibration.csv", calibration),
+    ("docs/identify-synthetic.md", "docs/measured/identify_synthetic.csv", identified),
     ("docs/ensemble.md", "docs/measured/ensemble_summary.csv", findings),
     ("README.md", "docs/measured/claims.csv", results),
 )

@@ -1,0 +1,79 @@
+"""The emulator of all features: against scikit-learn, against leaving points out one by one, and on points of its own."""
+
+import numpy as np
+import pytest
+from sklearn.covariance import LedoitWolf
+
+from trackdyn.inference.emulation import ITERATIONS, FeatureEmulator, Part, _Process, _Stacked
+from trackdyn.inference.emulator import Emulator
+
+
+def truth(x):
+    """Five features of two unknowns; the last two are almost the same."""
+    a, b = x[:, 0], x[:, 1]
+    return np.stack([a + b**2, np.sin(3 * a), a * b, np.exp(b), np.exp(b) + 0.01 * a], axis=1)
+
+
+@pytest.fixture(scope="module")
+def design():
+    return np.random.default_rng(1).uniform(size=(60, 2))
+
+
+@pytest.fixture(scope="module")
+def noisy(design):
+    return truth(design) + 0.05 * np.random.default_rng(2).standard_normal((60, 5))
+
+
+@pytest.fixture(scope="module")
+def emulator(design, noisy):
+    return FeatureEmulator(design, noisy, np.full(5, 0.1))
+
+
+def test_stacked_processes_are_those_of_scikit_learn(design, noisy):
+    points = np.random.default_rng(3).uniform(size=(7, 2))
+    mean, variance = _Stacked([_Process(design, one) for one in noisy.T[:3]])(points)
+    for k in range(3):
+        expected = Emulator(design, noisy[:, k], ITERATIONS).predict(points)
+        assert mean[k] == pytest.approx(expected[0], abs=1e-8)
+        assert variance[k] == pytest.approx(expected[1], rel=1e-6)
+
+
+def test_errors_of_left_out_points_are_those_of_leaving_them_out(design, noisy):
+    """The closed form of Rasmussen and Williams, Eq. 5.12, against a process without the point."""
+    process = _Process(design, noisy[:, 1])
+    kernel = np.linalg.inv(process.root.T @ process.root)
+    rest = (noisy[:, 1] - process.inputs @ process.slope - process.offset) / process.size
+    for k in (0, 17, 42):
+        others = np.arange(60) != k
+        gain = np.linalg.solve(kernel[np.ix_(others, others)], kernel[others, k])
+        assert process.left_out_error[k] == pytest.approx(process.size * (rest[k] - gain @ rest[others]), rel=1e-6)
+        sd = process.size * np.sqrt(kernel[k, k] - gain @ kernel[others, k])
+        assert process.left_out_sd[k] == pytest.approx(sd, rel=1e-6)
+
+
+def test_new_points_lie_where_the_covariance_says(emulator):
+    rng = np.random.default_rng(4)
+    points = rng.uniform(size=(200, 2))
+    mean, covariance = emulator(points)
+    off = truth(points) + 0.05 * rng.standard_normal((200, 5)) - mean
+    distance = np.array([one @ np.linalg.solve(c, one) for one, c in zip(off, covariance, strict=True)])
+    # chi-squared with 5 degrees: mean 5; the share beyond its 90 % quantile 9.24 is 10 %. Lengths and noise of a process are
+    # estimates from 60 points: twice as often is allowed for, and so is half
+    assert 2.5 < distance.mean() < 8
+    assert 0.02 < (distance > 9.24).mean() < 0.25
+
+
+def test_features_that_move_together_err_together(design):
+    """Two copies of a feature: their difference is known better than either."""
+    jump = np.random.default_rng(5).standard_normal(60) * 0.2
+    y = np.stack([truth(design)[:, 0] + jump, truth(design)[:, 0] + jump], axis=1)
+    covariance = FeatureEmulator(design, y, np.full(2, 0.1))(np.array([[0.5, 0.5]])).covariance[0]
+    assert covariance[0, 1] / covariance[0, 0] > 0.99
+    assert LedoitWolf().fit(y - y.mean(axis=0)).covariance_[0, 1] > 0
+
+
+def test_a_part_has_its_own_order(emulator):
+    points = np.array([[0.2, 0.3], [0.7, 0.9]])
+    whole, part = emulator(points), Part(emulator, [3, 0])(points)
+    assert (part.mean == whole.mean[:, [3, 0]]).all()
+    assert (part.covariance[:, 0, 1] == whole.covariance[:, 3, 0]).all()

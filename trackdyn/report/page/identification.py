@@ -1,0 +1,118 @@
+"""The page of an identification, with its pictures."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from trackdyn.inference.answer import WIDER, discrepancies, features_table, tables
+from trackdyn.inference.experiment import simulated_ay
+from trackdyn.inference.features import turns_of
+from trackdyn.inference.identify import Answer
+from trackdyn.inference.verdict import IDENTIFIED, ONE_SIDED
+from trackdyn.parameters.rig import Rig
+from trackdyn.replacing import write_text
+from trackdyn.report.figures.identification import features_figure, posterior_figure, spectra_figure
+from trackdyn.report.page import words
+from trackdyn.report.page.builder import picture
+from trackdyn.report.style import save
+
+HERE = Path(__file__).parent
+COLUMNS = ["unknown", "verdict", "best", "q05", "q95", "low", "high", "present", "width"]
+
+
+def write_page(answer: Answer, rig: Rig, out: Path, synthetic: str = "", tellable: pd.DataFrame | None = None) -> Path:
+    """Draw the figures and write ``index.html``.
+
+    Parameters
+    ----------
+    answer : Answer
+        What came out.
+    rig : Rig
+        That of the best values.
+    out : Path
+        Folder.
+    synthetic : str
+        What the records are called if they were not measured, such as ``synthetic``.
+    tellable : DataFrame, optional
+        What `told.tellable` found.
+    """
+    count, called = len(answer.unknowns), f"{synthetic} record" if synthetic else "record"
+    draws, features = answer.draws, features_table(answer)
+    best = draws.points[np.argmax(draws.density), :count]
+    figures = {
+        "posterior": posterior_figure(answer.unknowns.unknowns, draws.points[:, :count], best, list(answer.table["verdict"])),
+        "features": features_figure(features, called),
+        "spectra": spectra_figure(_spectra(answer, rig), called),
+    }
+    if answer.held_out is not None:
+        figures["held_out"] = features_figure(answer.held_out, called)
+    for name, figure in figures.items():
+        save(figure, out / f"{name}.png")
+    environment = Environment(
+        loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters |= {name: getattr(words, name) for name in ("cell", "heading")}
+    sizes = discrepancies(answer)
+    more = sizes.loc[sizes["q05"] > WIDER * sizes["prior_median"], "group"]
+    found = tables(answer)
+    held = answer.held_out
+    text = environment.get_template("identification.html.j2").render(
+        style=(HERE / "page.css").read_text(encoding="utf-8"),
+        headline=headline(answer),
+        synthetic=synthetic,
+        unknowns=_rows(answer.table[COLUMNS]),
+        correlations=_rows(found["correlations"]),
+        discrepancies=_rows(sizes),
+        wider=", ".join(more),
+        held=None if held is None else {"inside": int(held["inside"].sum()), "count": len(held)},
+        records=_rows(_records(answer)),
+        tellable=None if tellable is None else _rows(tellable),
+        simulated=(
+            f"{len(answer.emulator.x)} rigs were simulated at every speed, {len(answer.failed)} more could not run. "
+            f"The chain of {len(draws.points)} draws moved in {100 * draws.acceptance:.0f} % of its steps."
+        ),
+        pictures={name: picture(out / f"{name}.png") for name in figures} | ({"held_out": None} if held is None else {}),
+    )
+    write_text(out / "index.html", text)
+    return out / "index.html"
+
+
+def headline(answer: Answer) -> str:
+    """The answer in a sentence."""
+    parts = []
+    for row in answer.table.to_dict("records"):
+        interval = f"{row['q05']:.3g} to {row['q95']:.3g}"
+        if row["verdict"] == IDENTIFIED:
+            parts.append(f"{row['unknown']} is {row['median']:.3g} ({interval})")
+        elif row["verdict"] == ONE_SIDED:
+            side = f"above {row['q05']:.3g}" if row["excluded"] == "low" else f"below {row['q95']:.3g}"
+            parts.append(f"{row['unknown']} is {interval if row['excluded'] in ('', 'both') else side}")
+        else:
+            parts.append(f"{row['unknown']} is not identified")
+    return "; ".join(parts) + "."
+
+
+def _spectra(answer: Answer, rig: Rig) -> list[tuple[str, float, np.ndarray, np.ndarray]]:
+    """Whole turns of every record and of the best rig."""
+    found = []
+    for one in answer.measured:
+        rate = one.speed.rate / one.speed.every
+        simulated = turns_of(simulated_ay(rig, one.speed, 1), rate, rig.loop_period(one.speed.rpm))
+        measured = turns_of(one.record.ay_g, rate, one.turn_s)
+        found.append((f"{one.name}: {one.speed.rpm:.4g} rev/min", rate, measured, simulated))
+    return found
+
+
+def _records(answer: Answer) -> pd.DataFrame:
+    rows = []
+    for one in answer.measured:
+        about = {"record": one.record.path.name, "speed_rpm": one.speed.rpm, "turn_s": one.turn_s, "turns": len(one.statistics)}
+        rows.append(about | {"rate_hz": one.record.rate_hz, "seconds": one.record.seconds, "clipped": one.record.clipped})
+    return pd.DataFrame(rows)
+
+
+def _rows(table: pd.DataFrame) -> list[dict]:
+    """Rows as plain data."""
+    return table.astype(object).where(table.notna(), None).to_dict("records")

@@ -1,0 +1,25 @@
+from pathlib import Path
+
+from _script import logged
+
+from trackdyn.inference.calibration import CalibrationConfig
+from trackdyn.inference.commands import identify
+from trackdyn.parameters.validation import read_yaml, validated
+
+with logged(snakemake):
+    config = validated(CalibrationConfig, read_yaml(snakemake.input.config), snakemake.input.config)
+    identify(
+        [Path(path) for path in snakemake.input.records],
+        unknown=[name for unknown in config.unknowns for name in unknown.names],
+        out=Path(snakemake.output.page).parent,
+        rig=Path(snakemake.input.rig),
+        rpm=config.speeds_rpm,
+        ring_radius=str(config.ring_radius_m),
+        simulations=config.simulations,
+        waves=1,
+        seed=config.seed,
+        jobs=snakemake.threads,
+        store=Path(snakemake.params.store),
+        resume=True,
+        synthetic="synthetic",
+    )
