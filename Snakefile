@@ -63,6 +63,7 @@ include: "workflow/rules/studies.smk"
 include: "workflow/rules/extremes.smk"
 include: "workflow/rules/identify.smk"
 include: "workflow/rules/ensemble.smk"
+include: "workflow/rules/layouts.smk"
 include: "workflow/rules/report.smk"
 
 

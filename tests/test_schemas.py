@@ -8,7 +8,7 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from trackdyn.parameters.rig import YAML_12_FLOAT
+from trackdyn.parameters.quantities import YAML_12_FLOAT
 from trackdyn.parameters.validation import read_yaml
 from trackdyn.schemas import FOLDER, MODELS, schema, text
 

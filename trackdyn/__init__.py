@@ -15,10 +15,15 @@ from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.recording import Recording, load_recording
 from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
+from trackdyn.version import __version__
 
 
 def __getattr__(name):
-    """`trackdyn.sweep`, whose libraries are loaded with the first use."""
+    """`trackdyn.show` and `trackdyn.sweep`, whose libraries are loaded with the first use."""
+    if name == "show":
+        from trackdyn.report.page.show import show
+
+        return show
     if name != "sweep":
         raise AttributeError(f"module 'trackdyn' has no attribute {name!r}")
     from trackdyn.sweeps.sweep import sweep
@@ -26,7 +31,6 @@ def __getattr__(name):
     return sweep
 
 
-__version__ = "0.1.0"
 __all__ = [
     "DivergenceError",
     "InputError",
@@ -35,9 +39,11 @@ __all__ = [
     "Rig",
     "Scene",
     "TrackdynError",
+    "__version__",
     "load_recording",
     "load_rig",
     "sense",
+    "show",
     "simulate",
     "sweep",
 ]

@@ -15,7 +15,9 @@ from trackdyn.model.constants import (
     Drive,
     Law,
     Model,
+    Motor,
     Radial,
+    Ripple,
     Sensor,
     Shoes,
     Space,
@@ -141,22 +143,38 @@ def build_wheels(scene) -> Wheels:
     circles = wheel_circles(rig, surface=True)
     if scene.ring_radius is not None:
         circles[SPROCKET, 2] = scene.ring_radius
-    count = 3 if scene.loop == "on_wheels" else 1
+    rollers = list(rig.rollers.values()) if scene.loop == "on_wheels" else []
+    count = 1 + len(rollers)
+    ring, wheel = _law(rig, rig.ring_contact, scene), _law(rig, rig.wheel_contact, scene)
+    own = None
+    if any(roller.surface != "wheel_contact" for roller in rollers):
+        own = np.array([ring, *(_law(rig, rig.contact_surfaces[roller.surface], scene) for roller in rollers)])
     return Wheels(
-        np.array([int(scene.ring_radius is not None), 1, 1])[:count],
+        np.array([int(scene.ring_radius is not None)] + [1] * len(rollers)),
         *np.ascontiguousarray(circles[:count].T),
-        np.array([0.0, rig.idler.inertia, rig.road_wheel.inertia])[:count],
-        *(
-            np.array([0.0, *(part * (scene.drag == kind) for part in parts)])[:count]
-            for kind, parts in (
-                ("viscous", (rig.idler.bearing_drag, rig.road_wheel.bearing_drag)),
-                ("coulomb", (rig.idler.bearing_torque, rig.road_wheel.bearing_torque)),
-            )
-        ),
+        np.array([0.0, *(roller.inertia for roller in rollers)]),
+        np.array([0.0, *(roller.bearing_drag * (scene.drag == "viscous") for roller in rollers)]),
+        np.array([0.0, *(roller.bearing_torque * (scene.drag == "coulomb") for roller in rollers)]),
         rig.chain.link_thickness / 2,
-        _law(rig, rig.ring_contact, scene),
-        _law(rig, rig.wheel_contact, scene),
+        ring,
+        wheel,
+        own,
     )
+
+
+def build_drive(scene) -> Drive:
+    """The sprocket's speed as the scene asks for it, and what the rig's drive makes of it."""
+    given = scene.rig.drive
+    drive = Drive(float(scene.sprocket_rate), float(scene.ramp))
+    if given is None:
+        return drive
+    ripple = Ripple(given.ripple, given.ripple_order) if given.ripple else None
+    motor = None
+    if given.kind != "speed":
+        free = given.kind == "free"
+        release = given.release if given.release is not None else np.inf
+        motor = Motor(given.inertia, 0.0 if free else given.slope, 0.0 if free else given.torque, float(release), int(free))
+    return drive._replace(ripple=ripple, motor=motor)
 
 
 def wheel_frame(toe: float, camber: float) -> np.ndarray:
@@ -169,7 +187,7 @@ def wheel_frame(toe: float, camber: float) -> np.ndarray:
 
 def wheel_centres(rig: Rig, wheels: Wheels) -> np.ndarray:
     """(w, 3) inertial places of the wheels' middles, m."""
-    parts = (rig.sprocket, rig.idler, rig.road_wheel)
+    parts = (rig.sprocket, *rig.rollers.values())
     return np.array([[x, y, part.axial_offset] for x, y, part in zip(wheels.x, wheels.y, parts, strict=False)])
 
 
@@ -181,7 +199,7 @@ def build_space(scene, tooth: Tooth, wheels: Wheels) -> Space:
     half a link's thickness further out than where links lie.
     """
     rig = scene.rig
-    parts = (rig.sprocket, rig.idler, rig.road_wheel)[: len(wheels.x)]
+    parts = (rig.sprocket, *rig.rollers.values())[: len(wheels.x)]
     frame = np.array([wheel_frame(radians(part.toe), radians(part.camber)) for part in parts])
     reach = np.where(wheels.present, wheels.radius + 2 * wheels.half_thickness, 0.0)
     if tooth.present:
@@ -244,7 +262,7 @@ def build_model(scene) -> Model:
         shoes,
         tooth,
         wheels,
-        Drive(float(scene.sprocket_rate), float(scene.ramp)),
+        build_drive(scene),
         Sensor(body, float(rig.sensor.x + shoes.link_start[rig.sensor.pitch - 1]), float(rig.sensor.y)),
         Closure(int(scene.closure == "elastic_damping"), rig.closure.stiffness, rig.closure.damping),
         float(scene.step),

@@ -8,10 +8,13 @@ from typing import Annotated
 
 import typer
 
+from trackdyn import rig_commands
 from trackdyn.errors import InputError, TrackdynError
+from trackdyn.fmi.commands import fmu
 from trackdyn.inference.choose_ring import choose_ring
 from trackdyn.inference.commands import identify
 from trackdyn.parameters.validation import shown
+from trackdyn.report.commands import show
 from trackdyn.sweeps import commands
 
 app = typer.Typer(
@@ -21,10 +24,8 @@ app = typer.Typer(
 )
 
 
-app.command()(commands.sweep)
-app.command()(commands.design)
-app.command()(identify)
-app.command()(choose_ring)
+for command in (commands.sweep, commands.design, rig_commands.rigs, rig_commands.new, rig_commands.check, show, fmu, choose_ring, identify):
+    app.command()(command)
 
 
 def _number(option: str, text: str, remedy: str = "a finite number would do") -> float:
@@ -62,9 +63,9 @@ def _choices(pairs: list[str]) -> dict:
 @app.command()
 def simulate(
     out: Annotated[Path, typer.Argument(help="Recording to write (.npz).")],
-    rig: Annotated[Path, typer.Option(help="Parameters of the rig.")] = Path("config/rig.yaml"),
+    rig: Annotated[str, typer.Option(help="Rig: a file, or the name of a shipped one (trackdyn rigs).")] = "paper",
     rpm: Annotated[str, typer.Option(metavar="NUMBER", help="Motor speed, rev/min.")] = "115",
-    ring_radius: Annotated[str, typer.Option(help="Radius of the rubber ring in m, or none.")] = "0.308",
+    ring_radius: Annotated[str | None, typer.Option(help="Radius of the rubber ring in m, or none; the rig's by default.")] = None,
     duration: Annotated[str, typer.Option(metavar="NUMBER", help="Recorded time, s.")] = "20",
     lead_in: Annotated[str, typer.Option(metavar="NUMBER", help="Time at constant speed before the record, s.")] = "5",
     preset: Annotated[str, typer.Option(help="Bundle of choices: fast, standard, paper or reference.")] = "standard",
@@ -105,7 +106,7 @@ def simulate(
 
     if out.suffix != ".npz":
         raise InputError(f"OUT = {shown(str(out))} is not accepted: a name that ends in .npz would do")
-    fields = {"ring_radius": _ring(ring_radius)} | preset_fields(preset)
+    fields = ({} if ring_radius is None else {"ring_radius": _ring(ring_radius)}) | preset_fields(preset)
     fields |= ({} if step is None else {"step": _number("--step", step)}) | _choices(choose or [])
     scene = Scene(
         load_rig(rig),

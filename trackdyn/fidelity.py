@@ -28,7 +28,7 @@ CHOICES = {
     "closure": ("elastic_damping", "rigid"),
     "solver": SOLVERS,
     "integrator": tuple(sorted(METHODS, key=lambda name: METHODS[name].order)),
-    "tension": ("locked", "retensioned", "sprung"),
+    "tension": ("locked", "retensioned", "sprung", "forced"),
     "drag": ("viscous", "coulomb"),
 }
 # bodies of this chain over which the literal product still keeps about half of its digits
@@ -74,8 +74,7 @@ def literal_error(chain: Chain) -> float:
 
 def wheel_out_of_plane(rig) -> str | None:
     """Name, field and value of the first wheel that is not aligned with the plane of the chain, or None."""
-    for name in ("sprocket", "idler", "road_wheel"):
-        wheel = getattr(rig, name)
+    for name, wheel in {"sprocket": rig.sprocket, **rig.rollers}.items():
         for field in ("axial_offset", "toe", "camber"):
             if getattr(wheel, field) != 0.0:
                 return f"{name}.{field} = {getattr(wheel, field):g}"
@@ -115,7 +114,10 @@ def decide(scene) -> dict[str, Decision]:
     else:
         found["ring"] = Decision("none", "the scene has no ring: no link is tested against one")
     if on_wheels:
-        found["wheels"] = Decision("turning", "idler and road wheel turn freely; the sprocket's speed is prescribed")
+        names = [name.replace("_", " ") for name in scene.rig.rollers]
+        listed = " and ".join(names) if len(names) < 3 else f"{len(names)} wheels"
+        drive = "the sprocket's speed is prescribed" if scene.rig.drive is None else f"the drive is a {scene.rig.drive.kind}"
+        found["wheels"] = Decision("turning", f"{listed} turn{'s' * (len(names) == 1)} freely; {drive}")
     else:
         found["wheels"] = Decision("none", "no wheel is touched")
     return found
@@ -177,9 +179,19 @@ def refuse_nonsense(scene) -> None:
         for field, only in (("closure", "rigid"), ("solver", "riccati"), ("integrator", "semi_implicit")):
             if getattr(scene, field) != only:
                 refuse(field, f"motion in space is solved with '{only}' only; or space='planar' would do")
-    if scene.tension == "sprung" and (spatial or scene.integrator != "semi_implicit"):
-        why = "motion in space" if spatial else f"integrator={scene.integrator!r}"
-        refuse("tension", f"a sprung tensioner moves in the plane by semi-implicit Euler, not with {why}; 'locked' would do")
+    why = "motion in space" if spatial else f"integrator={scene.integrator!r}"
+    semi_implicit = scene.integrator == "semi_implicit" and not spatial
+    if scene.tension in ("sprung", "forced") and not semi_implicit:
+        refuse("tension", f"a {scene.tension} tensioner moves in the plane by semi-implicit Euler, not with {why}; 'locked' would do")
+    if scene.tension == "forced" and scene.rig.tension.force is None:
+        refuse("tension", "the rig has no tension.force; 'locked' would do")
+    carried = [name for name, wheel in scene.rig.rollers.items() if wheel.carrier is not None]
+    driven = scene.rig.drive is not None and (scene.rig.drive.kind != "speed" or scene.rig.drive.ripple > 0)
+    if scene.loop == "on_wheels" and scene.chain != "belt" and not semi_implicit and (carried or driven):
+        what = f"wheel {carried[0]} stands on a spring and" if carried else "the rig's drive"
+        refuse("space" if spatial else "integrator", f"{what} moves in the plane by semi-implicit Euler, not with {why}; 'semi_implicit' would do")
+    if scene.tooth_contact == "three_surfaces" and scene.rig.groove is None:
+        refuse("tooth_contact", "three surfaces are made of the ten-arc design, which this rig's profile is not; 'ten_arcs' would do")
     if scene.joint == "radial":
         if spatial:
             refuse("joint", "pins part in the plane only; 'revolute' would do, or space='planar'")

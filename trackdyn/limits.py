@@ -5,6 +5,7 @@ from math import isinf, pi, sin, sqrt
 from scipy.optimize import brentq
 
 from trackdyn.integrate.methods import METHODS, Method
+from trackdyn.model.constants import Law
 
 # The static load of a pitch on its wheel is multiplied by this before the stiffness is taken: forces that
 # last reach 1.6 times the static load with the reference ring, only touch-down spikes of less than a
@@ -41,7 +42,7 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
     A contact of stiffness k on a mass m oscillates stably for ``h < 2 sqrt(m / k)``; friction with
     the slope c of Eq. 10 decays for ``h < 2 m / c`` (for RK4 2.82 and 2.78 in place of 2). Both are
     taken at the load of one pitch on a wheel, ``2 T sin(pi / m)`` with T the pre-tension plus the weight of a metre of chain, times
-    ``DYNAMIC_FACTOR``. Bushing damping and a compliant cut are implicit in the sweep of semi-implicit Euler
+    ``DYNAMIC_FACTOR``, and more on a wheel around which a pitch turns by more than on the sprocket. Bushing damping and a compliant cut are implicit in the sweep of semi-implicit Euler
     and set no limit there; for RK4 they do. Bushing stiffness acts on the smaller rotational inertia.
     """
     limits = turn_limit(model.drive.rate) if method.order == 1 else {}
@@ -58,7 +59,14 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
     tension = pre_tension + chain.gravity * float(chain.mass.sum() / chain.length.sum())
     load = max(DYNAMIC_FACTOR * 2 * tension * sin(pi / tooth.teeth), LEAST_LOAD)
 
-    def friction(law, mass):
+    pitch = float(chain.length.sum()) / len(model.shoes.link_body)
+
+    def on(radius):
+        """Load of a pitch on a wheel that is smaller than the sprocket, around which the chain bends more."""
+        turn = min(pitch / (2 * (radius + wheels.half_thickness)), pi / 2)
+        return load * max(sin(turn) / sin(pi / tooth.teeth), 1.0)
+
+    def friction(law, mass, load=load):
         slope = (4 * law.friction_dynamic + 16 / 9 * (law.friction_static - law.friction_dynamic)) * load
         return decay * mass * law.transition_velocity / slope if slope else float("inf")
 
@@ -79,10 +87,17 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
     ):
         if not (wheels.present[0] if name == "ring_contact" else len(wheels.radius) > 1):
             continue
+        bears = load if name == "ring_contact" else on(float(radius))
         limits[f"contact stiffness of the {name.replace('_', ' ')}"] = oscillation * sqrt(
-            link / _stiffness_at(law, load, float(radius))
+            link / _stiffness_at(law, bears, float(radius))
         )
-        limits[f"friction of the {name.replace('_', ' ')}"] = friction(law, link)
+        limits[f"friction of the {name.replace('_', ' ')}"] = friction(law, link, bears)
+    own = wheels.own_law if wheels.own_law is not None else ()
+    for k in range(1, len(own)):
+        law, name = Law(*(float(part) for part in own[k])), f"surface of wheel {k}"
+        bears = on(float(wheels.radius[k]))
+        limits[f"contact stiffness of the {name}"] = oscillation * sqrt(link / _stiffness_at(law, bears, float(wheels.radius[k])))
+        limits[f"friction of the {name}"] = friction(law, link, bears)
     if chain.stiffness:
         # two neighbours turn against each other; each angle feels the bushings at both of its ends
         inertia = float(min(chain.inertia))

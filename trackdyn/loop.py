@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 
 from trackdyn.build import shift_wheel
+from trackdyn.carrying import CARRIED
 from trackdyn.checkpoint import filled, flat, read_checkpoint, refuse_other_places, whole, write_checkpoint
 from trackdyn.errors import InputError
 from trackdyn.integrate.energy import energies
 from trackdyn.integrate.run import refresh
 from trackdyn.integrate.semi_implicit import sprocket_rate
-from trackdyn.model.constants import Drive
 from trackdyn.model.record import ENERGY_NAMES, Record, make_record
 from trackdyn.parameters.layout import tensioner
 from trackdyn.parameters.rig import Rig
@@ -163,7 +163,7 @@ class Loop:
 
     @property
     def wheel_rates(self) -> np.ndarray:
-        """(w,) angular velocities of sprocket, idler and road wheel, rad/s; read-only view."""
+        """(w,) angular velocities of the sprocket and the other wheels, rad/s; read-only view."""
         return _view(self.state.wheel_rate)
 
     @property
@@ -173,8 +173,18 @@ class Loop:
 
     @property
     def wheel_forces(self) -> np.ndarray:
-        """(p, w) normal forces of ring, idler and road wheel on every link, N; read-only view."""
+        """(p, w) normal forces of the ring and the other wheels on every link, N; read-only view."""
         return _view(self.work.wheel_force)
+
+    @property
+    def felt(self) -> np.ndarray:
+        """(3,) acceleration of the sensor's place in the link frame, x and y (m/s2), and the link's angle (rad).
+
+        Means over the last `step`, or over the last sample interval of `advance`; at rest before the first.
+        """
+        if not self.state.steps[0]:
+            return np.array([0.0, 0.0, self.state.angle[self.model.sensor.body]])
+        return self._scratch.mean[0].copy()
 
     @property
     def tension(self) -> float:
@@ -209,7 +219,7 @@ class Loop:
         """Account of work and energies by name (`model.record.ENERGY_NAMES`), J."""
         self._refresh()
         out = np.zeros(len(ENERGY_NAMES))
-        energies(self.model, self.state, self.work, self.work.space, self.model.tensioner, out)
+        energies(self.model, self.state, self.work, self.work.space, self.model.carriers, out)
         return dict(zip(ENERGY_NAMES, out.tolist(), strict=True))
 
     @property
@@ -227,12 +237,14 @@ class Loop:
         """Take the motor from its present speed to another (rev/min) within ``ramp`` seconds."""
         now = sprocket_rate(self.model.drive, self.time)
         self.scene = self.scene.with_(motor_rpm=motor_rpm, ramp=ramp)
-        self.model = self.model._replace(drive=Drive(self.scene.sprocket_rate, self.scene.ramp, float(now), self.time))
+        self.model = self.model._replace(
+            drive=self.model.drive._replace(rate=self.scene.sprocket_rate, ramp=self.scene.ramp, start=float(now), begin=self.time)
+        )
 
     def shift_tensioner(self, shift: float) -> None:
         """Put the tensioning wheel at ``shift`` (m) along its line; ``layout["tensioner_shift_m"]`` is where it stands."""
         rig = self.scene.rig
-        if self.model.tensioner is not None:
+        if self.scene.tension in CARRIED:
             raise InputError(
                 f"shift = {shift!r} m is not accepted: the tensioner slides on its spring; tension='locked' would do"
             )
@@ -265,7 +277,7 @@ class Loop:
         other.model, other.state, other.work = allocate(other.scene)
         if [part.shape for part in flat(other.state).values()] != [part.shape for part in flat(self.state).values()]:
             raise InputError("scene: rig, space or joints are not accepted: a loop keeps bodies, plane and joints; a new Loop would do")
-        other.model = other.model._replace(drive=self.model.drive, tensioner=self.model.tensioner)
+        other.model = other.model._replace(drive=self.model.drive, carriers=self.model.carriers)
         for name in ("x", "y", "radius"):
             getattr(other.model.wheels, name)[:] = getattr(self.model.wheels, name)
         filled(other.state, flat(self.state))

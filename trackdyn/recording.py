@@ -48,7 +48,7 @@ class Recording:
     place : (s, 2) array
         Middle of the sensor's link, m.
     wheel_rate : (s, w) array
-        Angular velocities of sprocket, idler and road wheel, rad/s.
+        Angular velocities of the sprocket and the other wheels, rad/s.
     energy : (s, 10) array
         Account of work and energies, J (``model.record.ENERGY_NAMES``).
     force : (s, p, 3) array

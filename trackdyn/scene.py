@@ -25,6 +25,9 @@ LEAST_TOLERANCE = 1e-12  # rounding hides what is less, and a step that must rea
 MOST_STEPS = 1e10  # a day of computing
 
 
+OF_THE_RIG = "of the rig"
+
+
 def _pitches(value: Any) -> Any:
     """A list, tuple or array of whole numbers; others are refused by name."""
     if isinstance(value, np.ndarray):
@@ -52,7 +55,7 @@ class Scene(Section):
     motor_rpm : float
         Motor speed, rev/min; the sprocket turns clockwise at ``motor_rpm / ratio``.
     ring_radius : float or None
-        Radius of the sprocket's rubber ring, m; None: no ring.
+        Radius of the sprocket's rubber ring, m; None: no ring; the rig's own by default.
     duration : float
         Recorded time, s.
     lead_in : float
@@ -97,7 +100,8 @@ class Scene(Section):
         ``semi_implicit``, ``linearly_implicit``, ``rk4`` or ``adaptive``.
     tension : str
         ``locked`` (the tensioning wheel stays where the reference ring put it), ``retensioned`` (the pre-tension is
-        set again with the scene's ring) or ``sprung`` (it slides on a spring and a damper while the chain runs).
+        set again with the scene's ring), ``sprung`` (it slides on a spring and a damper while the chain runs) or ``forced``
+        (the rig's force pushes it); the rig's own by default.
     drag : str
         ``viscous`` (bearing drag grows with the rate of a wheel) or ``coulomb`` (a torque that does not).
     tolerance : float or None
@@ -106,7 +110,7 @@ class Scene(Section):
 
     rig: Rig
     motor_rpm: Number
-    ring_radius: Number | None = 0.308
+    ring_radius: Number | None = None
     duration: Number = 90.0
     lead_in: Number = 5.0
     ramp: Number = 1.0
@@ -130,7 +134,10 @@ class Scene(Section):
     drag: Any = "viscous"
     tolerance: Number | None = None
 
-    def __init__(self, rig: Rig, motor_rpm: float, ring_radius: float | None = 0.308, **fields: Any):
+    def __init__(self, rig: Rig, motor_rpm: float, ring_radius: Any = OF_THE_RIG, **fields: Any):
+        if isinstance(rig, Rig):  # what a scene does not ask for is what the rig is
+            fields = {"chain": rig.chain.kind, "tension": rig.tension.kept} | fields
+            ring_radius = rig.ring_radius if ring_radius is OF_THE_RIG else ring_radius
         try:
             super().__init__(rig=rig, motor_rpm=motor_rpm, ring_radius=ring_radius, **fields)
         except ValidationError as error:

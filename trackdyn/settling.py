@@ -1,22 +1,21 @@
 """Where a run begins: the loop laid on its wheels, settled and tensioned, or a free loop that spins."""
 
-from math import ceil, cos, pi, radians, sin
+from math import ceil, cos, pi, sin
 
 import numpy as np
 
 from trackdyn.build import shift_wheel, start_plane
+from trackdyn.carrying import CARRIED, make_carriers, preloads, refuse_stops
 from trackdyn.chain.kinematics import orient, place
 from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS, equip
-from trackdyn.integrate.tensioner import push
 from trackdyn.limits import elastic_depth, step_limits
-from trackdyn.model.constants import SPROCKET, Drive, Model, Tensioner
+from trackdyn.model.constants import SPROCKET, Drive, Model
 from trackdyn.model.record import TOOTH_AREAS, make_record
-from trackdyn.model.state import Plane, State, make_state
+from trackdyn.model.state import ALONG_X, SLIDE, SLIDE_RATE, Plane, State, make_state
 from trackdyn.model.work import Work, make_radial_work, make_space_work, make_work
 from trackdyn.parameters.groove import depths_on_sprocket
 from trackdyn.parameters.layout import Assembly, assemble, belt_around, free_loop, tensioner
-from trackdyn.parameters.rig import Rig
 from trackdyn.scene import Scene
 from trackdyn.stepping import march
 
@@ -41,9 +40,9 @@ def allocate(scene: Scene) -> tuple[Model, State, Work]:
     n, wheels = scene.bodies, len(model.wheels.x)
     state = make_state(n, pitches, wheels)
     work = equip(make_work(n, pitches, wheels), scene.integrator, pitches, scene.tolerance or 0.0)
-    if scene.tension == "sprung":
-        model = model._replace(tensioner=sprung(scene.rig, model, work, 0.0))
-        state = state._replace(slide=np.zeros(3))
+    if scene.loop == "on_wheels" and (carriers := make_carriers(scene.rig, model, scene.tension, 0.0)) is not None:
+        model = model._replace(carriers=carriers)
+        state = state._replace(slide=np.zeros((len(carriers.wheel), 5)))
     if model.space is not None:
         state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))
         work = work._replace(space=make_space_work(n, wheels))
@@ -130,16 +129,6 @@ def refuse_step(scene: Scene, model: Model, tension: float) -> None:
         )
 
 
-def sprung(rig: Rig, model: Model, work: Work, shift: float) -> Tensioner:
-    """The tensioning wheel on its spring, which holds the chain as it lies; the weight of the wheel is part of that."""
-    t, wheel, direction = rig.tension, tensioner(rig), radians(rig.tension.direction)
-    free = Tensioner(
-        wheel, float(model.wheels.x[wheel]), float(model.wheels.y[wheel]), cos(direction), sin(direction),
-        t.mass, t.stiffness, t.damping, 0.0, -t.travel - shift, t.travel - shift,
-    )  # fmt: skip
-    return free._replace(preload=-float(push(work, free)))
-
-
 def own_wheels(model: Model) -> Model:
     """The model with wheels that may be moved and a ring that may grow: copies of what a scene keeps."""
     wheels = model.wheels
@@ -198,10 +187,12 @@ class Settling:
         self.stretch = CONTACT_COMPLIANCE
         if model.radial is not None:
             self.stretch += len(length) / model.radial.stiffness
-        here = order.index(self.wheel)
-        enter, leave = path.heading[here - 1], path.heading[here]
         d = rig.tension.direction * pi / 180
-        self.lever = cos(d) * (cos(enter) - cos(leave)) + sin(d) * (sin(enter) - sin(leave))
+        self.lever = 0.0
+        for k, wheel in enumerate(order):
+            if wheel == self.wheel:
+                enter, leave = path.heading[k - 1], path.heading[k]
+                self.lever += cos(d) * (cos(enter) - cos(leave)) + sin(d) * (sin(enter) - sin(leave))
         if abs(self.lever) < 0.05:
             raise InputError(
                 f"tension.direction = {rig.tension.direction:g} deg moves the {rig.tension.wheel} along its chain and cannot "
@@ -220,12 +211,19 @@ class Settling:
             self.state.part[:, 2:] *= damping
         self.state.wheel_rate[:] *= damping
         if self.state.slide is not None:
-            self.state.slide[1:] *= damping
+            self.state.slide[:, SLIDE_RATE:ALONG_X] *= damping
 
     def release(self) -> None:
-        """Let the tensioning wheel slide on a spring that holds the chain as it lies."""
-        self.model = self.model._replace(tensioner=sprung(self.scene.rig, self.model, self.work, self.shift))
-        self.state = self.state._replace(slide=np.zeros(3))
+        """Let the wheels go that stand on carriers, on springs that hold the chain as it lies unless the rig says how hard."""
+        rig = self.scene.rig
+        carriers = make_carriers(rig, self.model, self.scene.tension, self.shift)
+        if carriers is None:
+            return
+        rest = np.zeros(len(carriers.wheel))
+        if carriers.force is not None:  # as it is when the run starts, however long settling takes
+            carriers = carriers._replace(force=carriers.force[:1].copy())
+        self.model = self.model._replace(carriers=carriers._replace(preload=preloads(rig, carriers, self.work, rest)))
+        self.state = self.state._replace(slide=np.zeros((len(rest), 5)))
 
     def tighten(self, seconds: float) -> None:
         """Move the tensioning wheel until the strand has the wanted tension."""
@@ -315,9 +313,11 @@ def settle(scene: Scene, settling: Settling | None = None) -> tuple[Model, State
     settling = settling or tensioned(scene)
     settling.scene = scene
     layout = {"tensioner_shift_m": float(settling.shift), "tension_n": settling.tension()}
-    if scene.tension == "sprung":
+    if scene.tension in CARRIED or any(wheel.carrier for wheel in scene.rig.rollers.values()):
         settling.rest(0.2)
         settling.release()
+        if scene.tension != "sprung" or len(settling.state.slide) > 1:
+            settling.rest(0.4)
     if scene.ring_radius != scene.rig.sprocket.ring_radius:
         settling.change_ring(0.3)
         if scene.tension == "retensioned":
@@ -327,13 +327,18 @@ def settle(scene: Scene, settling: Settling | None = None) -> tuple[Model, State
     layout |= {"settled_tension_n": settling.tension()}
     model = own_wheels(scene.model)
     shift_wheel(model, scene.rig, settling.wheel, settling.shift)
-    model = model._replace(tensioner=settling.model.tensioner)
+    carriers = settling.model.carriers
+    if carriers is not None and carriers.force is not None:
+        carriers = carriers._replace(force=np.array(scene.rig.tension.force, dtype=float))
+    model = model._replace(carriers=carriers)
     state = settling.state
     if state.slide is not None:
+        refuse_stops(scene.rig, model.carriers, state.slide)
         for name in ("x", "y"):
-            getattr(model.wheels, name)[settling.wheel] = getattr(settling.model.wheels, name)[settling.wheel]
-        state.slide[1:] = 0.0
-        layout |= {"tensioner_slide_m": float(state.slide[0])}
+            getattr(model.wheels, name)[:] = getattr(settling.model.wheels, name)
+        state.slide[:, SLIDE_RATE:] = 0.0
+        if scene.tension in CARRIED:
+            layout |= {"tensioner_slide_m": float(state.slide[model.carriers.tensioner, SLIDE])}
     state.steps[0] = 0
     state.rate[:] = 0.0
     state.pin[2:] = 0.0

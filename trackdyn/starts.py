@@ -9,7 +9,8 @@ import json
 from collections.abc import Callable
 from typing import TypeVar
 
-from trackdyn.model.constants import Drive, Model
+from trackdyn.build import build_drive
+from trackdyn.model.constants import Model
 from trackdyn.model.state import State
 from trackdyn.model.work import Work
 from trackdyn.scene import Scene
@@ -49,7 +50,7 @@ class Starts:
             lambda: settle(scene, self._copy(self._tensioned, common, lambda: tensioned(scene))),
         )
         refuse_step(scene, model, layout["settled_tension_n"])
-        return model._replace(drive=Drive(float(scene.sprocket_rate), float(scene.ramp))), state, work, layout
+        return model._replace(drive=build_drive(scene)), state, work, layout
 
     def _copy(self, kept: dict[str, Kept], key: str, make: Callable[[], Kept]) -> Kept:
         found = kept.pop(key) if key in kept else make()

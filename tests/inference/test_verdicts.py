@@ -74,8 +74,8 @@ def ensemble(tmp_path_factory) -> Ensemble:
             if stage != "last" or k >= 4:
                 for name in (early.name, f"{early.name} (behind)"):
                     row[name] += (8 - k) * early.tolerance
-            rows.append({"rig": number + k} | row)
-        write_table(pd.DataFrame(rows)[["rig", *all_columns(e.targets)]], folder / f"outputs_{stage}.csv")
+            rows.append({"rig": number + k, "whole": True} | row)
+        write_table(pd.DataFrame(rows)[["rig", *all_columns(e.targets), "whole"]], folder / f"outputs_{stage}.csv")
         if stage != "shipped":
             write_table(points_table(e.unknowns, x[: len(rows)], number), folder / f"points_{stage}.csv")
     write_table(points_table(e.unknowns, x[:LAST_RIGS], FIRST["last"]), folder / "points_study.csv")

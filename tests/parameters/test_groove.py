@@ -8,7 +8,8 @@ import yaml
 
 from trackdyn.errors import InputError
 from trackdyn.parameters.groove import build_groove, coarse_groove, connector_length, equal_pitch_radius, true_depth
-from trackdyn.parameters.rig import KINDS, load_rig, parameter_table
+from trackdyn.parameters.quantities import KINDS
+from trackdyn.parameters.rig import load_rig, parameter_table
 
 EXACT = 1e-12  # m or a unit vector: coordinates below 1 m carry about 1e-16 through ten operations
 
@@ -281,7 +282,9 @@ def test_unknown_and_missing_parameters_are_refused(rig_path, tmp_path):
     assert "chain.link_wieght is not a known parameter" in refusal(broken(rig_path, tmp_path, misspell))
     sentence = refusal(broken(rig_path, tmp_path, lambda data: data["chain"].pop("link_mass")))
     assert "chain.link_mass is missing" in sentence
-    assert "idler is missing" in refusal(broken(rig_path, tmp_path, lambda data: data.pop("idler")))
+    assert "bushing is missing" in refusal(broken(rig_path, tmp_path, lambda data: data.pop("bushing")))
+    no_wheels = broken(rig_path, tmp_path, lambda data: (data.pop("idler"), data.pop("road_wheel")))
+    assert "wheels is missing" in refusal(no_wheels)
     assert "motor is not a known parameter" in refusal(
         broken(rig_path, tmp_path, lambda data: data.update(motor={}))
     )

@@ -173,8 +173,8 @@ def test_derivatives_of_the_contacts_are_those_of_the_forces(both_contacts):
     n, length = len(state.angle), model.chain.length
     drive = state.wheel_angle[0], state.wheel_rate[0]
     load, torque = np.zeros((n, 3)), np.zeros((n, 3))
-    work, triplets = np.zeros((4, n, 3)), np.zeros((40 * n, 3))
-    count = jacobian_triplets(contacts, length, q, v, *drive, memory, 2.0, 3.0, work, triplets)
+    loads, torques, triplets = np.zeros((2, n, 3)), np.zeros((2, n, 3)), np.zeros((40 * n, 3))
+    count = jacobian_triplets(contacts, length, q, v, *drive, memory, 2.0, 3.0, loads, torques, triplets)
     matrix = np.zeros((3 * n + 2, 3 * n + 2))
     np.add.at(matrix, (triplets[:count, 0].astype(int), triplets[:count, 1].astype(int)), triplets[:count, 2])
     direction = np.random.default_rng(1).standard_normal((2, 3 * n + 2))

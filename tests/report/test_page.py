@@ -7,6 +7,7 @@ import re
 import shutil
 from collections import Counter
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -30,13 +31,7 @@ ROOT = Path(__file__).parents[2]
 RIG_FILE = ROOT / "config" / "rig.yaml"
 RIG = load_rig(RIG_FILE)
 RATE = RIG.sensor.rate
-BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "microsoft-edge")
-BROWSER_ARGUMENTS = [
-    "--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update",
-    "--disable-sync", "--no-first-run",
-]  # fmt: skip
 FRAMES = 40
-PATIENCE = 300_000  # of the browser on a busy machine, ms
 
 
 def turning(rpm, ring_radius, seconds, pitches=(1,), interval=0.01, sources=None):
@@ -261,39 +256,10 @@ def test_all_pictures_have_one_scale_of_force(monkeypatch):
     assert first > 0
 
 
-@pytest.fixture(scope="module")
-def browser():
-    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed: no test in a browser")
-    path = next((found for name in BROWSERS if (found := shutil.which(name))), None)
-    if path is None:
-        pytest.skip(f"no browser found (looked for {', '.join(BROWSERS)}): the page is not tested in one")
-    with api.sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=path, args=BROWSER_ARGUMENTS)
-        yield started
-        started.close()
-
-
 @pytest.fixture
-def open_page(browser, page_file):
-    """Function that opens the page from disk; afterwards nothing may have failed or gone to the network."""
-    opened, problems = [], []
-
-    def open_it(width=1200, height=900, address="", **options):
-        context = browser.new_context(viewport={"width": width, "height": height}, **options)
-        context.set_default_timeout(PATIENCE)
-        opened.append(context)
-        page = context.new_page()
-        page.on("console", lambda m: problems.append(m.text) if m.type in ("error", "warning") else None)
-        page.on("pageerror", lambda error: problems.append(str(error)))
-        page.on("request", lambda r: None if r.url.startswith(("file:", "data:", "blob:")) else problems.append(r.url))
-        page.goto(page_file.as_uri() + address)
-        page.wait_for_function("document.documentElement.dataset.drawn")
-        return page
-
-    yield open_it
-    for context in opened:
-        context.close()
-    assert problems == []
+def open_page(open_file, page_file):
+    """Function that opens the page from disk."""
+    return partial(open_file, page_file)
 
 
 PLOTS = ("history-plot", "spectrum-plot", "ring-plot", "passage-plot", "trade-plot")

@@ -13,13 +13,18 @@ import killing
 def copies(tmp_path_factory):
     """Results of a run that nobody disturbed, and a copy of the project."""
     folder = tmp_path_factory.mktemp("killed")
-    whole = killing.Copy(folder / "whole").complete()
-    assert {"events.csv", "figures/fig21.png", "figures/fig21.svg", "runs/meshing/ring.npz"} <= whole.keys()
+    whole = killing.Copy(folder / "whole")
+    assert {"events.csv", "figures/fig21.png", "figures/fig21.svg", "runs/meshing/ring.npz"} <= whole.complete().keys()
     return whole, killing.Copy(folder / "killed")
 
 
 def test_a_killed_run_goes_on_and_ends_in_the_same_bytes(copies):
     whole, copy = copies
     done = killing.disturb(copy, rounds=4, longest=12.0, seed=3)
-    found = copy.complete()
-    assert sorted(name for name in whole.keys() | found.keys() if whole.get(name) != found.get(name)) == [], done
+    found, expected = copy.complete(), whole.results()
+    assert sorted(name for name in expected.keys() | found.keys() if expected.get(name) != found.get(name)) == [], done
+    assert killing.differences(copy, whole) == []
+    table = copy.place / "events.csv"
+    table.write_text(table.read_text(encoding="utf-8").replace("1", "2", 1), encoding="utf-8")
+    (copy.place / "figures" / "fig21.svg").unlink()
+    assert [line.split()[1] for line in killing.differences(copy, whole)] == ["events.csv", "figures/fig21.svg"]

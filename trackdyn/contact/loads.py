@@ -22,7 +22,7 @@ from trackdyn.contact.axial import (
 )
 from trackdyn.contact.laws import normal_force, normal_slopes, stored_impact_speed
 from trackdyn.contact.tooth import find_area, groove_index, in_groove
-from trackdyn.contact.wheel import foot, wheel_velocity
+from trackdyn.contact.wheel import foot, wheel_law, wheel_velocity
 from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET, Law, Model
 from trackdyn.model.state import OFFSET, P, Q, State
@@ -132,7 +132,7 @@ def apply(model: Model, state: State, work: Work, touch: Touch, space, implicit)
     # slip of the two material points: along tau = z x n (Eqs. 31, 38 with the links' own rotation) and along
     # the axis (Eqs. 32, 39)
     sx, sy, sz = seen(space, wheel, vx, vy, vz)
-    tx, ty = wheel_velocity(state, model.tensioner, wheel)
+    tx, ty = wheel_velocity(state, model.carriers, wheel)
     sx -= tx
     sy -= ty
     slip = -ny * (sx + ww * oy) + nx * (sy - ww * ox)
@@ -311,11 +311,11 @@ def wheel_loads(model: Model, state: State, work: Work, space, implicit):
         vx, vy = approach(work, body, vx, vy, gx, gy, lead)
         vx, vy, vz = with_plane(state, space, x, y, height_there, vx, vy)
         vx, vy, _ = seen(space, wheel, vx, vy, vz)
-        tx, ty = wheel_velocity(state, model.tensioner, wheel)
+        tx, ty = wheel_velocity(state, model.carriers, wheel)
         vx -= tx
         vy -= ty
         speed = -(nx * vx + ny * vy)
-        law = wheels.ring_law if wheel == SPROCKET else wheels.wheel_law
+        law = wheel_law(wheels, wheel, wheels.own_law)
         impact = stored_impact_speed(state.wheel_impact[link, wheel], speed, law.speed_floor)
         state.wheel_impact[link, wheel] = impact
         touch = Touch(

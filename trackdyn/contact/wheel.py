@@ -1,9 +1,10 @@
-"""Contact of a link with the ring, the idler or the road wheel (Eqs. 35 to 38), in the plane."""
+"""Contact of a link with the ring or another wheel (Eqs. 35 to 38), in the plane."""
 
 from math import sqrt
 
 from trackdyn.jit import kernel
-from trackdyn.model.state import State
+from trackdyn.model.constants import SPROCKET, Law, Wheels
+from trackdyn.model.state import ALONG_X, ALONG_Y, SLIDE_RATE, State
 
 
 @kernel
@@ -31,10 +32,20 @@ def foot(ax, ay, bx, by, cx, cy):
 
 
 @kernel
-def wheel_velocity(state: State, tensioner, wheel):
-    """Velocity of a wheel's centre, m/s: 0 but for the one that slides."""
-    if tensioner is None:
+def wheel_law(wheels: Wheels, wheel, own):
+    """Law of the links on a wheel; ``own`` is ``wheels.own_law``, None where it prunes all but two laws."""
+    if own is None:
+        return wheels.ring_law if wheel == SPROCKET else wheels.wheel_law
+    return Law(own[wheel, 0], own[wheel, 1], own[wheel, 2], own[wheel, 3], own[wheel, 4], own[wheel, 5], own[wheel, 6])
+
+
+@kernel
+def wheel_velocity(state: State, carriers, wheel):
+    """Velocity of a wheel's centre, m/s: 0 but for one on a carrier."""
+    if carriers is None:
         return 0.0, 0.0
-    if wheel != tensioner.wheel:
+    k = carriers.of_wheel[wheel]
+    if k < 0:
         return 0.0, 0.0
-    return state.slide[1] * tensioner.along_x, state.slide[1] * tensioner.along_y
+    # the direction is that of the step before: a turn of an arm in one step is lost in rounding of the velocity
+    return state.slide[k, SLIDE_RATE] * state.slide[k, ALONG_X], state.slide[k, SLIDE_RATE] * state.slide[k, ALONG_Y]

@@ -72,8 +72,8 @@ def outputs(
     Returns
     -------
     DataFrame
-        Index ``rig``; columns are the names of targets, events with the ring once a reading (``... (behind)``). NaN where
-        a run did not come out or has no such contact.
+        Index ``rig``; columns are the names of targets, events with the ring once a reading (``... (behind)``), and
+        ``whole``: every run of the rig came out. NaN where a run did not come out or has no such contact.
     """
     passage = unknowns.rig.loop_period(config.speed_rpm) / unknowns.rig.chain.pitches
     radii = [target.case for target in targets if target.group == SPREAD_CLAIM]
@@ -95,8 +95,9 @@ def outputs(
                 except KeyError:
                     value = np.nan
                 values[name] = value
-        found[rig] = values
-    return pd.DataFrame.from_dict(found, orient="index").rename_axis("rig").reindex(columns=all_columns(targets))
+        found[rig] = values | {"whole": {target.case.name for target in targets} <= rows.keys()}
+    columns = [*all_columns(targets), "whole"]
+    return pd.DataFrame.from_dict(found, orient="index", columns=columns).rename_axis("rig")
 
 
 def columns_of(target: Target) -> list[str]:
@@ -119,6 +120,9 @@ def errors(cheap: pd.DataFrame, full: pd.DataFrame, plain: pd.DataFrame, laws: S
         Index the columns of outputs; ``fidelity_sd`` and ``discrepancy_sd``: within so much lie 68 % of the differences; 0
         where nothing could be compared. ``fidelity_rigs``, ``discrepancy_rigs``: how many differences.
     """
+
+    cheap, full, plain = (table.drop(columns="whole", errors="ignore") for table in (cheap, full, plain))
+    laws = [law.drop(columns="whole", errors="ignore") for law in laws]
 
     def spread(differences: pd.DataFrame) -> tuple[pd.Series, pd.Series]:
         size = differences.abs()
@@ -224,6 +228,8 @@ class Search:
         progress=iter,
     ):
         self.config, self.unknowns, self.targets, self.errors = config, unknowns, targets, errors
+        if values.empty:
+            raise TrackdynError("no rig of the waves before came out with all its runs; more rigs a wave or smaller steps would do")
         at = points.set_index("rig").loc[values.index, unknowns.labels].to_numpy(dtype=float)
         self.x = self._centred(at)
         self.columns = all_columns(targets)

@@ -46,6 +46,11 @@ class Ensemble(NamedTuple):
         """A table that a stage before has written."""
         return pd.read_csv(self.folder / f"{name}.csv")
 
+    def outputs(self, stage: str) -> pd.DataFrame:
+        """Outputs of a stage's rigs of which every run came out, by rig."""
+        table = self.read(f"outputs_{stage}").set_index("rig")
+        return table[table.pop("whole").astype(bool)]
+
     def runs(self, stage: str) -> pd.DataFrame:
         """Rows of a stage, of all batches."""
         files = sorted((self.folder / f"runs_{stage}").glob("*.parquet"))
@@ -73,7 +78,7 @@ def known_waves(e: Ensemble, before: str) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Points and outputs of all waves before a stage, by the cheap fidelity."""
     names = [COMPARED, *(wave for wave in e.waves if before == LAST or int(wave) < int(before))]
     points = pd.concat([e.read(f"points_{name}") for name in names], ignore_index=True)
-    values = pd.concat([e.read(f"outputs_{name}").set_index("rig") for name in names])
+    values = pd.concat([e.outputs(name) for name in names])
     return points, values
 
 
@@ -118,8 +123,9 @@ def _studied(e: Ensemble) -> pd.DataFrame:
 
 def rank(e: Ensemble) -> pd.DataFrame:
     """Rigs of the last wave, the ones that the fewest targets exclude first (`history.judged`)."""
-    values = e.read(f"outputs_{LAST}").set_index("rig")
-    return judged(e.config, e.targets, values, read_errors(e), cheap=False).sort_values(["excluded_by", "loss"])
+    return judged(e.config, e.targets, e.outputs(LAST), read_errors(e), cheap=False).sort_values(
+        ["excluded_by", "loss"]
+    )
 
 
 def stage_cases(e: Ensemble, stage: str) -> list[Case]:

@@ -132,11 +132,8 @@ def parameters_table(e: Ensemble) -> pd.DataFrame:
 def all_judged(e: Ensemble) -> pd.DataFrame:
     """Implausibilities of every rig that was run, by the cheap fidelity in the waves and the full one in the last."""
     known = read_errors(e)
-    parts = [
-        judged(e.config, e.targets, e.read(f"outputs_{name}").set_index("rig"), known, cheap=True)
-        for name in (COMPARED, *e.waves)
-    ]
-    last = judged(e.config, e.targets, e.read(f"outputs_{LAST}").set_index("rig"), known, cheap=False)
+    parts = [judged(e.config, e.targets, e.outputs(name), known, cheap=True) for name in (COMPARED, *e.waves)]
+    last = judged(e.config, e.targets, e.outputs(LAST), known, cheap=False)
     return pd.concat([*(part[~part.index.isin(last.index)] for part in parts), last])
 
 
@@ -214,7 +211,9 @@ def beside(card: pd.DataFrame, shares: pd.DataFrame, rig: str = "shipped") -> pd
 
 def position_of_shipped(e: Ensemble) -> str:
     """Where the shipped rig lies: in words."""
-    values = e.read("outputs_shipped").set_index("rig")
+    values = e.outputs("shipped")
+    if values.empty:
+        return "The shipped rig did not come out at the full fidelity; nothing can be said of its place."
     own = judged(e.config, e.targets, values, read_errors(e), cheap=False).iloc[0]
     lost = [target.name for target in e.targets if own[target.name] > e.config.cutoff]
     table = parameters_table(e)
@@ -235,7 +234,7 @@ def rank_indices(e: Ensemble) -> pd.DataFrame:
     DataFrame
         ``output``, ``rigs`` and a column an unknown; NaN where an output never changes.
     """
-    x, y = e.read("points_1").set_index("rig")[e.unknowns.labels], e.read("outputs_1").set_index("rig")
+    x, y = e.read("points_1").set_index("rig")[e.unknowns.labels], e.outputs("1")
     rows = []
     for target in e.targets:
         values = y[columns_of(target)[0]].dropna()

@@ -4,7 +4,7 @@ import numpy as np
 
 from trackdyn.chain import radial
 from trackdyn.chain.bearings import bearing_drag
-from trackdyn.integrate.tensioner import mean_velocity, tensioner_energy
+from trackdyn.integrate.carriers import carrier_energy, mean_velocity
 from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET, Model
 from trackdyn.model.record import (
@@ -53,7 +53,7 @@ from trackdyn.model.work import (
 
 
 @kernel
-def account(model: Model, state: State, work: Work, lead, space, tensioner, sliding=None):
+def account(model: Model, state: State, work: Work, lead, space, carriers, sliding=None):
     """Work of every force over the last step: its place at the start, the mean of the velocities.
 
     The velocities after the step are taken in the configuration before it. Then joint forces do no
@@ -72,7 +72,7 @@ def account(model: Model, state: State, work: Work, lead, space, tensioner, slid
         vx = row[k, SPEED_X] + 0.5 * (work.com_dvx[body] - dw * row[k, ARM_Y])
         vy = row[k, SPEED_Y] + 0.5 * (work.com_dvy[body] + dw * row[k, ARM_X])
         ww = 0.5 * (row[k, RATE] + state.wheel_rate[wheel])
-        tx, ty = mean_velocity(state, tensioner, wheel)
+        tx, ty = mean_velocity(state, carriers, wheel)
         sx = ww * row[k, TURN_X] + tx
         sy = ww * row[k, TURN_Y] + ty
         drive = (row[k, NORMAL_X] + row[k, FRICTION_X]) * sx + (row[k, NORMAL_Y] + row[k, FRICTION_Y]) * sy
@@ -184,7 +184,7 @@ def powers(model: Model, state: State, work: Work, out, first):
 
 
 @kernel
-def energies(model: Model, state: State, work: Work, space, tensioner, out):
+def energies(model: Model, state: State, work: Work, space, carriers, out):
     """Fill ``out`` with the account of work and the energies of the present state (J)."""
     chain = model.chain
     for k in range(7):
@@ -200,9 +200,9 @@ def energies(model: Model, state: State, work: Work, space, tensioner, out):
         elastic += 0.5 * chain.stiffness * (phi - chain.free_angle) ** 2
     for wheel in range(1, model.wheels.x.shape[0]):
         kinetic += 0.5 * model.wheels.inertia[wheel] * state.wheel_rate[wheel] ** 2
-    sliding, spring = tensioner_energy(state, tensioner)
+    sliding, spring, lifted = carrier_energy(model, state, carriers)
     out[KINETIC] = kinetic + sliding
-    out[GRAVITY] = gravity
+    out[GRAVITY] = gravity + lifted
     out[BUSHING_ELASTIC] = elastic + spring
     # turned and radially parted, a bushing is one piece of rubber: one entry holds what both springs store
     radial.add_energy(state, out, BUSHING_ELASTIC, model.radial)

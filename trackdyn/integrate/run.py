@@ -8,12 +8,12 @@ from math import sqrt
 
 from trackdyn.chain.kinematics import bushing_lead, orient, place
 from trackdyn.chain.plane import plane_dynamics, turn_plane
+from trackdyn.integrate.carriers import slide
 from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, sense_links, solve_chain
 from trackdyn.integrate.energy import account, energies, finish_forces
 from trackdyn.integrate.runge_kutta import march
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, advance
 from trackdyn.integrate.spells import log_spells
-from trackdyn.integrate.tensioner import slide
 from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET, Model
 from trackdyn.model.record import Record
@@ -80,9 +80,9 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
                 turn_plane(model, state, space)
                 if not abs(state.plane.motion[P]) + abs(state.plane.motion[Q]) < RATE_LIMIT:
                     return 0
-            slide(model, state, work, model.tensioner)
+            slide(model, state, work, model.carriers)
             place(model.chain, state, work)
-            account(model, state, work, lead, space, model.tensioner, sliding)
+            account(model, state, work, lead, space, model.carriers, sliding)
             evaluate_loads(model, state, work, space, implicit)
             if record.spells.enabled:
                 log_spells(record.spells, state, work, state.steps[0] * model.step, model.step)
@@ -150,7 +150,7 @@ def _keep(model: Model, state: State, work: Work, record: Record, sample, space)
     record.place[sample, 1] = work.pin_y[body] + middle * work.sin[body]
     for wheel in range(state.wheel_rate.shape[0]):
         record.wheel_rate[sample, wheel] = state.wheel_rate[wheel]
-    energies(model, state, work, space, model.tensioner, record.energy[sample])
+    energies(model, state, work, space, model.carriers, record.energy[sample])
     for i in range(record.pitches.shape[0]):
         pitch = record.pitches[i]
         for side in range(2):

@@ -12,6 +12,8 @@ Velocities so belong to the middle of a step, and there damping is taken: that o
 them (`contact.loads.approach`). Without that, forces that last a few steps come out a tenth too high.
 """
 
+from math import sin
+
 from trackdyn.chain.bearings import bearing_drag
 from trackdyn.chain.kinematics import orient
 from trackdyn.jit import fused, kernel
@@ -40,6 +42,34 @@ def sprocket_acceleration(drive: Drive, time):
     """Derivative of `sprocket_rate`, rad/s2."""
     x = (time - drive.begin) / drive.ramp
     return 6.0 * (drive.rate - drive.start) / drive.ramp * x * (1.0 - x) if x < 1.0 else 0.0
+
+
+@kernel
+def rippled(rate, angle, ripple):
+    """A prescribed rate with the ripple that belongs to the sprocket's angle."""
+    if ripple is None:
+        return rate
+    return rate * (1.0 + ripple.share * sin(ripple.order * angle))
+
+
+@kernel
+def driven_rate(drive: Drive, old, angle, torque, time, h, motor):
+    """Rate of the sprocket at the end of a step of ``h`` that ends at ``time``: prescribed, or under a motor's torque.
+
+    ``torque`` is that of the contacts (N m); the line of the motor is taken at the end of the step.
+    """
+    wanted = rippled(sprocket_rate(drive, time), angle, drive.ripple)
+    if motor is None:
+        return wanted
+    if time > motor.release:
+        return old + h * torque / motor.inertia
+    if motor.prescribed:
+        return wanted
+    rate = (motor.inertia * old + h * (torque + motor.slope * wanted)) / (motor.inertia + h * motor.slope)
+    if motor.slope * abs(wanted - rate) > motor.torque:
+        largest = motor.torque if wanted > rate else -motor.torque
+        rate = old + h * (torque + largest) / motor.inertia
+    return rate
 
 
 @fused
@@ -158,7 +188,9 @@ def advance(model: Model, state: State, work: Work, implicit, radial=None):
     state.steps[0] += 1
     time = state.steps[0] * h
     old = state.wheel_rate[SPROCKET]
-    state.wheel_rate[SPROCKET] = sprocket_rate(model.drive, time)
+    state.wheel_rate[SPROCKET] = driven_rate(
+        model.drive, old, state.wheel_angle[SPROCKET], work.wheel_torque[SPROCKET], time, h, model.drive.motor
+    )
     # the mean of both rates: exact for a constant speed and of second order on the ramp
     state.wheel_angle[SPROCKET] += 0.5 * h * (old + state.wheel_rate[SPROCKET])
     for wheel in range(1, wheels.x.shape[0]):

@@ -159,6 +159,8 @@ class Wheels(NamedTuple):
         D/2 of the links, m.
     ring_law, wheel_law : Law
         Links on the sprocket's ring; links on the other wheels.
+    own_law : (w, 7) array or None
+        Law of every wheel, the entries of a `Law`; None where ``wheel_law`` serves all.
     """
 
     present: np.ndarray
@@ -171,6 +173,7 @@ class Wheels(NamedTuple):
     half_thickness: float
     ring_law: Law
     wheel_law: Law
+    own_law: np.ndarray | None = None
 
 
 class Closure(NamedTuple):
@@ -184,45 +187,86 @@ class Closure(NamedTuple):
     damping: float
 
 
-class Tensioner(NamedTuple):
-    """A wheel that slides on a spring and a damper; None where it is locked.
+class Carriers(NamedTuple):
+    """Wheels on springs and dampers, ``k`` of them (`integrate.carriers`); None where all wheels are fixed.
 
     Attributes
     ----------
-    wheel : int
-        Which one.
-    x, y : float
-        Its place at rest, where ``preload`` holds the chain, m.
-    along_x, along_y : float
-        Direction in which it slides.
-    mass, stiffness, damping : float
-        What slides, its spring and its damper; kg, N/m, N s/m.
-    preload : float
-        Force of the spring at rest, N.
-    low, high : float
-        Stops, m.
+    wheel : (k,) integer array
+        Which one each carries.
+    of_wheel : (w,) integer array
+        The carrier of every wheel, -1 for none.
+    arm : (k,) integer array
+        1: a trailing arm, its coordinate in rad; 0: a slider, in m.
+    x, y : (k,) arrays
+        Place at rest of a slider's wheel, pivot of an arm, m.
+    along_x, along_y : (k,) arrays
+        Direction in which a slider moves; of an arm its length (m) turned by a right angle, at rest.
+    mass, stiffness, damping : (k,) arrays
+        What moves, its spring and its damper; kg, N/m, N s/m or kg m2, N m/rad, N m s/rad.
+    preload : (k,) array
+        Force (N) or torque (N m) of the spring at rest; of a slider less what its weight takes.
+    weight : (k,) array
+        Weight that an arm lifts with its wheel, N; 0 for sliders.
+    low, high : (k,) arrays
+        Stops, m or rad.
+    tensioner : int
+        The carrier that ``force`` acts on.
+    force : (m, 2) array or None
+        Times (s) and forces (N) of a tensioner that is pushed and not sprung.
     """
 
-    wheel: int
-    x: float
-    y: float
-    along_x: float
-    along_y: float
-    mass: float
-    stiffness: float
-    damping: float
-    preload: float
-    low: float
-    high: float
+    wheel: np.ndarray
+    of_wheel: np.ndarray
+    arm: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    along_x: np.ndarray
+    along_y: np.ndarray
+    mass: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+    preload: np.ndarray
+    weight: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    tensioner: int = 0
+    force: np.ndarray | None = None
+
+
+class Ripple(NamedTuple):
+    """Share by which a prescribed speed swings, and its periods in a turn of the sprocket."""
+
+    share: float
+    order: float
+
+
+class Motor(NamedTuple):
+    """A sprocket that is not prescribed: ``inertia`` (kg m2) under contacts and a motor (`parameters.drives`).
+
+    The torque is ``slope`` (N m s/rad) times what lacks of the prescribed rate, at most ``torque`` (N m), until
+    ``release`` (s). ``prescribed`` 1: until then the rate is the prescribed one.
+    """
+
+    inertia: float
+    slope: float
+    torque: float
+    release: float
+    prescribed: int
 
 
 class Drive(NamedTuple):
-    """Prescribed rate of the sprocket: from ``start`` to ``rate`` (rad/s) in ``ramp`` seconds from ``begin``, then constant."""
+    """Prescribed rate of the sprocket: from ``start`` to ``rate`` (rad/s) in ``ramp`` seconds from ``begin``, then constant.
+
+    ``ripple`` and ``motor`` are None where the speed is plain and prescribed.
+    """
 
     rate: float
     ramp: float
     start: float = 0.0
     begin: float = 0.0
+    ripple: Ripple | None = None
+    motor: Motor | None = None
 
 
 class Sensor(NamedTuple):
@@ -281,7 +325,7 @@ class Model(NamedTuple):
     """A scene as kernels see it (`trackdyn.build.build_model`).
 
     ``step`` is in s, ``stride`` the number of steps in a sample. ``solver`` is None for the Riccati sweep or
-    one of `integrate.dynamics`' numbers, ``space`` None for a planar scene, ``tensioner`` None for locked wheels, ``radial``
+    one of `integrate.dynamics`' numbers, ``space`` None for a planar scene, ``carriers`` None for fixed wheels, ``radial``
     None for joints whose pins do not part; ``closure`` then says what the cut joint is, otherwise it is a joint like all
     others.
     """
@@ -297,5 +341,5 @@ class Model(NamedTuple):
     stride: int
     solver: int | None = None
     space: Space | None = None
-    tensioner: Tensioner | None = None
+    carriers: Carriers | None = None
     radial: Radial | None = None

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 OFFSET, SPEED, P, Q = range(4)  # entries of the plane's motion
+SLIDE, SLIDE_RATE, BEFORE, ALONG_X, ALONG_Y = range(5)  # columns of a carrier's motion
 
 
 class Plane(NamedTuple):
@@ -45,8 +46,9 @@ class State(NamedTuple):
         Account of work (`model.record`), J.
     plane : Plane or None
         The plane of the chain; None in planar motion.
-    slide : (3,) array or None
-        Way of a sprung tensioner from its place at rest (m), its velocity and that before the last step (m/s).
+    slide : (k, 5) array or None
+        Of every carrier of a wheel: way or turn from its place at rest (m or rad), its rate and that before the last
+        step, and the direction in which the wheel moved in that step (`integrate.carriers.along`).
     part : (n, 4) array or None
         Input pin of body i + 1 less the output pin of body i, and its rate, m and m/s; the last row, of the cut
         joint, follows from all others (`chain.kinematics.place`). None where pins do not part.

@@ -1,4 +1,4 @@
-"""The loop on its wheels: the belt path around three circles and the chain laid along it.
+"""The loop on its wheels: the belt path around their circles and the chain laid along it.
 
 The chain runs clockwise; bodies are numbered along the run, so the left arc of a connector (at its
 input pin) trails and a link's y axis points outward.
@@ -13,7 +13,10 @@ from scipy.optimize import brentq, fsolve
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import Rig
 
-WHEEL_NAMES = ("sprocket", "idler", "road_wheel")
+# A wheel that the taut chain passes by may stand as far from it as a strand sags, or this much (m) at least.
+CLEAR = 0.02
+# Turn (rad) below which runs to two wheels count as one line.
+ONE_LINE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -62,10 +65,10 @@ class BeltPath:
         return point[0], float(heading[0]), float(curvature[0])
 
 
-def belt_path(circles, names=None) -> BeltPath:
+def belt_path(circles, names=None, overlap: bool = False) -> BeltPath:
     """Belt around circles ``(x, y, radius)`` in clockwise order, starting where it meets the first.
 
-    ``names`` are what a refusal calls them.
+    ``names`` are what a refusal calls them; neighbours may ``overlap`` as wheels beside each other on their axles do.
 
     Raises
     ------
@@ -81,10 +84,11 @@ def belt_path(circles, names=None) -> BeltPath:
         dx, dy = circles[j, :2] - circles[i, :2]
         distance = hypot(dx, dy)
         difference = circles[i, 2] - circles[j, 2]
-        if distance <= circles[i, 2] + circles[j, 2]:
+        needed = abs(difference) if overlap else circles[i, 2] + circles[j, 2]
+        if distance <= needed:
             raise InputError(
                 f"wheels {names[i]} and {names[j]} are {distance:.4g} m apart and overlap with the chain on "
-                f"them; more than {circles[i, 2] + circles[j, 2]:.4g} m would do"
+                f"them; more than {needed:.4g} m would do"
             )
         heading[i] = atan2(dy, dx) - asin(difference / distance)
         run[i] = sqrt(distance**2 - difference**2)
@@ -106,8 +110,9 @@ def wheel_circles(rig: Rig, shift: float = 0.0, surface: bool = False, body: flo
     ``body`` is the distance of the pins of a body that carries a link (a link's own).
     """
     body = rig.chain.link_length if body is None else body
-    wheels = [getattr(rig, name) for name in WHEEL_NAMES]
-    circles = np.array([(w.x, w.y, getattr(w, "radius", rig.sprocket.ring_radius)) for w in wheels])
+    wheels = [(rig.sprocket.x, rig.sprocket.y, rig.sprocket.ring_radius)]
+    wheels += [(wheel.x, wheel.y, wheel.radius) for wheel in rig.rollers.values()]
+    circles = np.array(wheels)
     angle = rig.tension.direction * pi / 180
     circles[tensioner(rig), :2] += [shift * cos(angle), shift * sin(angle)]
     if not surface:
@@ -115,23 +120,99 @@ def wheel_circles(rig: Rig, shift: float = 0.0, surface: bool = False, body: flo
     return circles
 
 
+def wheel_names(rig: Rig) -> tuple[str, ...]:
+    """Names of all wheels in the order of a model's, the sprocket first."""
+    return ("sprocket", *rig.rollers)
+
+
 def run_order(circles: np.ndarray) -> list[int]:
-    """Wheels in the order in which the clockwise chain meets them, the sprocket first."""
-    away = circles[:, :2] - circles[:, :2].mean(axis=0)
-    clockwise = -np.arctan2(away[:, 1], away[:, 0])
-    return sorted(range(len(circles)), key=lambda i: float((clockwise[i] - clockwise[0]) % (2 * pi)))
+    """Wheels in the order in which a taut clockwise chain around all of them meets them.
+
+    From the highest circle on the chain leaves every wheel to the one that bends its run least; of wheels on one line
+    the nearest comes first. A large wheel between smaller ones may be met twice, wheels within not at all. The sprocket
+    (0) is the first where it is met.
+    """
+    x, y, r = circles.T
+    here, heading = int(np.argmax(y + r)), 0.0
+    order, turned = [], 0.0
+    for _ in range(2 * len(circles) + 1):
+        order.append(here)
+        dx, dy = x - x[here], y - y[here]
+        distance = np.hypot(dx, dy)
+        difference = r[here] - r
+        outside = distance > np.abs(difference)
+        outside[here] = False
+        if not outside.any():
+            break
+        away = np.where(outside, distance, 1.0)
+        tangent = np.arctan2(dy, dx) - np.arcsin(np.clip(difference / away, -1.0, 1.0))
+        turn = (heading - tangent + ONE_LINE) % (2 * pi)
+        turn[~outside] = np.inf
+        in_line = np.flatnonzero(turn <= turn.min() + ONE_LINE)
+        there = int(in_line[np.argmin(distance[in_line])])
+        turned += float(turn[there]) - ONE_LINE
+        if turned > 2 * pi - 1e-6:
+            break
+        here, heading = there, float(tangent[there])
+    if len(order) > 1 and order[0] == order[-1]:
+        order.pop()
+    first = order.index(0) if 0 in order else 0
+    return order[first:] + order[:first]
 
 
 def belt_around(rig: Rig, shift: float = 0.0, body: float | None = None) -> tuple[BeltPath, list[int]]:
-    """Path of the pins around the rig's wheels, and the wheel (index in ``WHEEL_NAMES``) of each circle."""
-    circles = wheel_circles(rig, shift, body=body)
+    """Path of the pins around the rig's wheels, and the wheel (index in `wheel_names`) of each circle.
+
+    Raises
+    ------
+    InputError
+        Wheels overlap, the chain does not meet the sprocket, or it passes a wheel by at a distance.
+    """
+    circles, names = wheel_circles(rig, shift, body=body), wheel_names(rig)
+    solid = wheel_circles(rig, shift, surface=True)[:, 2]
+    _refuse_overlap(circles, solid, names)
     order = run_order(circles)
-    return belt_path(circles[order], [WHEEL_NAMES[i] for i in order]), order
+    if order[0] != 0:
+        raise InputError("sprocket: the taut chain does not touch it; the other wheels must leave it on the outline of the loop")
+    path = belt_path(circles[order], [names[i] for i in order], overlap=True)
+    for i in set(range(len(circles))) - set(order):
+        clear, allowed = _clearance(rig, path, circles[i])
+        if clear > allowed:
+            raise InputError(
+                f"wheel {names[i]} at ({circles[i, 0]:.4g}, {circles[i, 1]:.4g}) m would not touch the loop: the taut chain passes it "
+                f"by at {clear:.4g} m and sags by no more than {allowed:.3g} m; the wheels must stand in clockwise order on a convex path"
+            )
+    return path, order
+
+
+def _refuse_overlap(circles: np.ndarray, solid: np.ndarray, names: tuple[str, ...]) -> None:
+    """Refuse wheels (with the belt's circles and their own radii, m) of which one reaches into another.
+
+    The sprocket stands in the plane of all others. Two of these may stand beside each other on their axles and overlap
+    in the view from the side, until one reaches the other's axle.
+    """
+    for i in range(len(circles)):
+        for k in range(i + 1, len(circles)):
+            distance, needed = hypot(*(circles[i, :2] - circles[k, :2])), (solid[i] + solid[k] if i == 0 else max(solid[i], solid[k]))
+            if distance <= needed:
+                raise InputError(
+                    f"wheels {names[i]} and {names[k]} are {distance:.4g} m apart and overlap; more than {needed:.4g} m would do"
+                )
+
+
+def _clearance(rig: Rig, path: BeltPath, circle: np.ndarray) -> tuple[float, float]:
+    """Distance (m) at which the taut chain passes a circle of pins by, and how far its longest strand may sag to it."""
+    points, _, _ = path.along(np.linspace(0.0, path.length, 4001))
+    clear = float(np.hypot(*(points - circle[:2]).T).min() - circle[2])
+    c = rig.chain
+    weight = rig.gravity * (c.link_mass + c.connector_mass) / (c.link_length + rig.connector_length)
+    span = float(np.diff(path.start)[1::2].max())
+    return clear, max(weight * span**2 / (8 * max(rig.tension.pre_tension, weight * span)), CLEAR)
 
 
 def tensioner(rig: Rig) -> int:
     """Index of the wheel that sets the tension."""
-    return WHEEL_NAMES.index(rig.tension.wheel)
+    return wheel_names(rig).index(rig.tension.wheel)
 
 
 def _lay(path: BeltPath, lengths: np.ndarray) -> np.ndarray:
@@ -219,10 +300,11 @@ def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
     if low * high > 0:
         nearest = min(low, high, key=abs)
         state = "long" if nearest > 0 else "short"
+        needed = round(rig.chain.pitches * belt_around(rig, 0.0, body)[0].length / float(lengths.sum()))
         raise InputError(
             f"the loop of {rig.chain.pitches} pitches (chain.pitches) is {abs(nearest):.4g} m too {state} for its "
-            f"wheels even at the end of tension.travel = {travel} m; another number of pitches, wheel positions or a "
-            "larger travel would do"
+            f"wheels even at the end of tension.travel = {travel} m; another number of pitches, about {needed}, wheel positions "
+            "or a larger travel would do"
         )
     shift = brentq(slack, -travel, travel, xtol=1e-13)
     path, _ = belt_around(rig, shift, body)

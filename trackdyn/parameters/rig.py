@@ -1,114 +1,41 @@
-"""Every parameter of the rig with value, unit, kind and source, read from YAML and validated.
-
-Each entry of the file is ``{value, unit, kind, source}``. The unit must be the one named here: units
-are never converted silently. The kind says where the number comes from: ``printed`` in the paper,
-``derived`` from printed numbers, ``assumed``, or ``fitted`` (its source says to what).
-"""
+"""Every parameter of the rig with value, unit, kind and source, read from YAML (`rig_file`) and validated."""
 
 import re
 from functools import cached_property
+from itertools import pairwise
 from math import pi, radians, tan
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 import pandas as pd
-from pydantic import BeforeValidator, Field, ValidationInfo
+from pydantic import Field
 
 from trackdyn.errors import InputError
+from trackdyn.parameters.drives import DriveParameters
 from trackdyn.parameters.groove import Groove, build_groove, connector_length
-from trackdyn.parameters.validation import Section, plain_count, plain_number, read_yaml, shown, validated
+from trackdyn.parameters.outline import ToothProfile, profile_groove
+from trackdyn.parameters.quantities import (
+    FROM_FILE,
+    Friction,
+    Inertia,
+    Length,
+    Mass,
+    Position,
+    Slope,
+    Tilt,
+    number_of,
+    quantity,
+    table,
+)
+from trackdyn.parameters.rig_file import DEFAULT, read_rig
+from trackdyn.parameters.validation import Section, shown, validated
+from trackdyn.parameters.wheels import CONTACTS, Kept, Sparing, Wheel
 
-KINDS = ("printed", "derived", "assumed", "fitted")
-YAML_12_FLOAT = re.compile(r"[-+]?\d+(\.\d*)?[eE]\d+")
-ENTRY_KEYS = {"value", "unit", "kind", "source"}
-RANGE_KEYS = {"low", "high"}  # what the part can be, for what is assumed or fitted
-FROM_FILE = "from a file"  # there every entry states its unit, in Python none does
-# what pydantic puts into a schema behind a validator of our own, and how JSON Schema says it
-BOUNDS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
-LARGEST = 1e20  # of any value in its unit: squares and ratios of such values are still numbers
-
-
-def _number(value: Any) -> float:
-    """A number or what YAML takes for text, such as 2e11; NaN for anything else."""
-    try:
-        return float(value)
-    except (TypeError, ValueError):
-        return float("nan")
-
-
-def _unwrap(unit: str, kind: type):
-    def unwrap(entry: Any, info: ValidationInfo) -> Any:
-        if isinstance(entry, dict):
-            value = _value(entry, unit)
-        elif info.context is FROM_FILE:
-            raise ValueError(
-                f"= {shown(entry)} has no unit; write {{value: {shown(entry)}, unit: {unit}, kind: assumed, source: ...}}"
-            )
-        else:  # from Python, already in the right unit
-            value = entry
-        return {float: plain_number, int: plain_count}.get(kind, lambda name: name)(value)
-
-    return BeforeValidator(unwrap)
+NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
 
 
-def _value(entry: dict, unit: str) -> Any:
-    """Value of an entry of the file, whose other keys are checked."""
-    if missing := ENTRY_KEYS - entry.keys():
-        raise ValueError(f"lacks {', '.join(sorted(missing))}; every parameter has value, unit, kind and source")
-    if unknown := entry.keys() - ENTRY_KEYS - RANGE_KEYS:
-        raise ValueError(
-            f"has the unknown key {shown(next(iter(unknown)))}; known are value, unit, kind, low, high, source"
-        )
-    if RANGE_KEYS & entry.keys() and not _number(entry.get("low")) <= _number(entry.get("high")):
-        raise ValueError("needs low and high as rising numbers, or neither")
-    if str(entry["unit"]) != unit:
-        raise ValueError(f"has the unit {shown(entry['unit'])}; it must be given in {unit!r}")
-    if entry["kind"] not in KINDS:
-        raise ValueError(f"has the kind {shown(entry['kind'])}; known are {', '.join(KINDS)}")
-    if not isinstance(entry["source"], str) or not entry["source"].strip():
-        raise ValueError("has no source; say in words where the number comes from")
-    value = entry["value"]
-    if isinstance(value, str) and YAML_12_FLOAT.fullmatch(value):  # PyYAML reads 2e11 as text
-        value = float(value)
-    if isinstance(value, bool) or (isinstance(value, str) and unit != "name"):
-        raise ValueError(f"is {shown(value)}; a number in {unit} is needed")
-    return value
-
-
-class _Entry:
-    """In the schema for editors a parameter is what stands in the file: value, unit, kind and source."""
-
-    def __init__(self, unit: str):
-        self.unit = unit
-
-    def __get_pydantic_json_schema__(self, core_schema: Any, handler: Any) -> dict:
-        word, number = {"type": "string", "pattern": r"\S"}, {"type": "number"}
-        value = {BOUNDS.get(key, key): part for key, part in handler(core_schema).items()}
-        entry = {"value": value, "unit": {"const": self.unit}, "kind": {"enum": list(KINDS)}, "source": word}
-        together = {"low": ["high"], "high": ["low"]}
-        return {
-            "type": "object", "properties": entry | dict.fromkeys(sorted(RANGE_KEYS), number), "required": sorted(ENTRY_KEYS),
-            "dependentRequired": together, "additionalProperties": False,
-        }  # fmt: skip
-
-
-def quantity(unit: str, kind: type = float, **bounds) -> Any:
-    """Type of one parameter: its Python type, its unit and its bounds; a number is at most ``LARGEST``."""
-    if kind in (float, int):
-        bounds = {"le": LARGEST, "ge": -LARGEST} | bounds
-    return Annotated[kind, _unwrap(unit, kind), Field(**bounds), _Entry(unit)]
-
-
-Length = quantity("m", gt=0, le=1000)
-Position = quantity("m")
-Mass = quantity("kg", gt=0)
-Inertia = quantity("kg m2", gt=0)
-Tilt = quantity("deg", ge=-10, le=10)
-Slope = quantity("deg", gt=-90, lt=90)
-Friction = quantity("1", ge=0, le=2)
-
-
-class ChainParameters(Section):
+class ChainParameters(Sparing):
+    kind: quantity("name", Literal["double_pin", "single_pin"]) = "double_pin"
     pitches: quantity("1", int, ge=3, le=20_000)  # twice what the scaling was measured to
     link_length: Length
     link_thickness: Length
@@ -148,38 +75,29 @@ class GrooveParameters(Section):
     r5: Length
 
 
-class Sprocket(Section):
+class Sprocket(Sparing):
     teeth: quantity("1", int, ge=5, le=127)  # a groove's number is kept in a byte
     transmission_ratio: quantity("1", gt=0)
     x: Position
     y: Position
     equal_pitch_radius: Length
     ring_radius: Length
+    ring: quantity("name", Literal["present", "none"]) = "present"
     axial_offset: Position
     toe: Tilt
     camber: Tilt
 
 
-class Wheel(Section):
-    x: Position
-    y: Position
-    axial_offset: Position
-    toe: Tilt
-    camber: Tilt
-    radius: Length
-    inertia: Inertia
-    bearing_drag: quantity("N m s/rad", ge=0)
-    bearing_torque: quantity("N m", ge=0)
-
-
-class Tension(Section):
-    wheel: quantity("name", Literal["idler", "road_wheel"])
+class Tension(Sparing):
+    wheel: quantity("name", Any)
     pre_tension: quantity("N", ge=0)
     direction: quantity("deg")
     travel: Length
     mass: Mass
     stiffness: quantity("N/m", gt=0)
     damping: quantity("N s/m", ge=0)
+    kept: quantity("name", Kept) = "locked"
+    force: table("s, N") = None
 
 
 class Guide(Section):
@@ -217,29 +135,35 @@ class SensorParameters(Section):
     range: quantity("g", gt=0)
 
 
-class Rig(Section):
-    """The rig: sections of parameters in SI units (angles of the groove in degrees)."""
+class Rig(Sparing):
+    """The rig: sections of parameters in SI units (angles of the groove in degrees).
+
+    ``idler``, ``road_wheel`` and all of ``wheels`` are wheels alike; ``rollers`` has them by name.
+    """
 
     gravity: quantity("m/s2", ge=0)
     chain: ChainParameters
     bushing: Bushing
     closure: ClosureParameters
     sprocket: Sprocket
-    groove: GrooveParameters
-    idler: Wheel
-    road_wheel: Wheel
+    groove: GrooveParameters | None = None
+    profile: ToothProfile | None = None
+    idler: Wheel | None = None
+    road_wheel: Wheel | None = None
+    wheels: dict[str, Wheel] = Field(default_factory=dict)
+    drive: DriveParameters | None = None
     tension: Tension
     steel: Steel
     tooth_contact: Surface
     ring_contact: Surface
     wheel_contact: Surface
+    surfaces: dict[str, Surface] = Field(default_factory=dict)
     guide: Guide
     impact: ImpactParameters
     sensor: SensorParameters
 
     def model_post_init(self, context: Any) -> None:
-        for name in ("tooth_contact", "ring_contact", "wheel_contact"):
-            surface: Surface = getattr(self, name)
+        for name, surface in self.contact_surfaces.items():
             if surface.friction_dynamic > surface.friction_static:
                 raise InputError(
                     f"{name}.friction_dynamic = {surface.friction_dynamic} exceeds friction_static = "
@@ -249,6 +173,57 @@ class Rig(Section):
             raise InputError(
                 f"sensor.pitch = {self.sensor.pitch} is not a pitch of this chain; 1 to {self.chain.pitches} are"
             )
+        if (self.groove is None) == (self.profile is None):
+            raise InputError("groove is missing; a tooth has groove or profile, and one of them only")
+        self._refuse_wheels()
+        self._refuse_tension()
+
+    def _refuse_wheels(self) -> None:
+        if not self.rollers:
+            raise InputError("wheels is missing; a loop needs at least one wheel beside its sprocket, such as idler")
+        for name, wheel in self.rollers.items():
+            if not NAME.fullmatch(name) or (name in self.wheels and name in type(self).model_fields):
+                raise InputError(f"wheels.{shown(name)} is not accepted as a name: small letters, digits and _ would do, and no section's name")
+            if wheel.surface not in self.contact_surfaces:
+                raise InputError(
+                    f"{name}.surface = {shown(wheel.surface)} is not a surface of this rig; {', '.join(self.contact_surfaces)} would do"
+                )
+            if wheel.arm is not None and wheel.slider is not None:
+                raise InputError(f"{name}.slider is not accepted beside {name}.arm; a wheel stands on one of them or is fixed")
+            if wheel.arm is not None and (wheel.arm.x, wheel.arm.y) == (wheel.x, wheel.y):
+                raise InputError(f"{name}.arm.x = {wheel.arm.x:g} m, and its y, are the wheel's own place; a pivot elsewhere would do")
+
+    def _refuse_tension(self) -> None:
+        tension = self.tension
+        if not isinstance(tension.wheel, str) or tension.wheel not in self.rollers:
+            names = " or ".join(repr(name) for name in self.rollers)
+            raise InputError(f"tension.wheel = {shown(tension.wheel)} is not a wheel of this rig; {names} would do")
+        if self.rollers[tension.wheel].carrier is not None:
+            raise InputError(
+                f"tension.wheel = {tension.wheel!r} stands on an arm or a slider of its own, and tension.kept = sprung is that of the "
+                "tensioner; a fixed wheel would do"
+            )
+        if tension.kept == "forced" and tension.force is None:
+            raise InputError("tension.force is missing; kept = forced needs it: rows of time (s) and force (N)")
+        rows = tension.force or ()
+        if any(len(row) != 2 for row in rows) or any(a[0] >= b[0] for a, b in pairwise(rows)):
+            raise InputError(f"tension.force = {shown(rows)} is not accepted: rows of time (s, rising) and force (N) would do")
+
+    @cached_property
+    def rollers(self) -> dict[str, Wheel]:
+        """The wheels beside the sprocket by name, in the order of wheels 1, 2, ... of a model."""
+        named = {"idler": self.idler, "road_wheel": self.road_wheel}
+        return {name: wheel for name, wheel in named.items() if wheel is not None} | self.wheels
+
+    @property
+    def contact_surfaces(self) -> dict[str, Surface]:
+        """All contact surfaces by name."""
+        return {name: getattr(self, name) for name in CONTACTS} | self.surfaces
+
+    @property
+    def ring_radius(self) -> float | None:
+        """Radius of the ring that the rig has (m), None where it has none."""
+        return self.sprocket.ring_radius if self.sprocket.ring == "present" else None
 
     @cached_property
     def pin_circle(self) -> float:
@@ -269,7 +244,9 @@ class Rig(Section):
 
     @cached_property
     def groove_profile(self) -> Groove:
-        """The ten arcs."""
+        """The arcs: the ten of the design, or those of a profile."""
+        if self.groove is None:
+            return profile_groove(self.profile, self.sprocket.teeth, self.chain.connector_radius)
         design = {name: radians(v) if name.startswith("slope") else v for name, v in self.groove.model_dump().items()}
         return build_groove(
             teeth=self.sprocket.teeth,
@@ -296,17 +273,19 @@ class Rig(Section):
 
         Examples
         --------
-        ``rig.changed(sprocket__ring_radius=0.305, idler__bearing_drag=0.0)``
+        ``rig.changed(sprocket__ring_radius=0.305, idler__bearing_drag=0.0)``; a wheel is a section by its name.
         """
         data = self.model_dump()
         for name, value in changes.items():
-            section, _, field = name.partition("__")
-            if section not in data or (field and not (isinstance(data[section], dict) and field in data[section])):
+            *sections, field = name.split("__")
+            at: Any = data.get("wheels", {}) if sections and sections[0] in self.wheels else data
+            known: Any = self.wheels if at is not data else self
+            for section in sections:
+                known = known.get(section) if isinstance(known, dict) else getattr(known, section, None)
+                at = at.get(section) if isinstance(at, dict) else None
+            if not isinstance(at, dict) or not (field in at or field in getattr(type(known), "model_fields", ())):
                 raise InputError(f"{name.replace('__', '.')} is not a parameter of the rig")
-            if field:
-                data[section][field] = value
-            else:
-                data[section] = value
+            at[field] = value
         return _validated(data, "rig")
 
 
@@ -319,15 +298,22 @@ def _validated(data: Any, name: str, context: str | None = None) -> Rig:
     return rig
 
 
-def load_rig(path: Path | str) -> Rig:
-    """Read and validate a rig.
+def load_rig(path: Path | str = DEFAULT) -> Rig:
+    """Read and validate a rig: a file, or a shipped rig by its name (`rig_file.shipped_rigs`).
 
     Raises
     ------
     InputError
         One sentence with file, field, value and what would be accepted.
     """
-    return _validated(read_yaml(path), str(path), FROM_FILE)
+    return _validated(read_rig(path), str(path), FROM_FILE)
+
+
+def _table_rows(name: str, part: dict) -> list[dict]:
+    """Rows of an entry, or of all entries of a section; a wheel is a section by its name."""
+    if "value" in part:
+        return [{"name": name, **part}]
+    return [row for key, item in part.items() for row in _table_rows(f"{name}.{key}".lstrip("."), item)]
 
 
 def parameter_table(path: Path | str) -> pd.DataFrame:
@@ -337,15 +323,12 @@ def parameter_table(path: Path | str) -> pd.DataFrame:
     """
     rig = load_rig(path)
     rows = []
-    for section, entries in read_yaml(path).items():
-        if "value" in entries:
-            rows.append({"name": section, **entries})
-        else:
-            rows += [{"name": f"{section}.{field}", **entry} for field, entry in entries.items()]
-    derived = "from the equal-pitch radius, " + "13 [asin(a/2r) + asin(b/2r)] = pi"
+    for section, entries in read_rig(path).items():
+        rows += _table_rows("" if section in ("wheels", "surfaces") else section, entries)
+    derived = f"from the equal-pitch radius, {rig.sprocket.teeth} [asin(a/2r) + asin(b/2r)] = pi"
     rows.append(dict(name="connector length", value=rig.connector_length, unit="m", kind="derived", source=derived))
     rows.append(dict(name="pin circle", value=rig.pin_circle, unit="m", kind="derived", source=derived))
     for row in rows:
-        value, low, high = (_number(row.get(key)) for key in ("value", "low", "high"))
+        value, low, high = (number_of(row.get(key)) for key in ("value", "low", "high"))
         row["outside"] = "below" if value < low else "above" if value > high else ""
     return pd.DataFrame(rows, columns=["name", "value", "unit", "kind", "low", "high", "outside", "source"])

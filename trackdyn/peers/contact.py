@@ -16,7 +16,6 @@ from trackdyn.parameters.layout import wheel_circles
 from trackdyn.parameters.rig import Rig, Surface
 from trackdyn.scene import Scene
 
-WHEELS = 3  # sprocket, idler, road wheel
 POSITION_NUDGE, RATE_NUDGE = 1e-8, 1e-6  # of the difference quotients: m or rad, m/s or rad/s
 
 
@@ -25,10 +24,10 @@ class Contacts(NamedTuple):
 
     Attributes
     ----------
-    circle : (3, 3) array
-        Centre x, y and radius of sprocket ring, idler and road wheel, m; radius 0: no ring.
-    law : (3, 7) array
-        A row each for tooth, ring and wheel: ``(pi / (2 sqrt 2)) L E*`` (N/m), ``3 (1 - c_r^2) / 4``,
+    circle : (w, 3) array
+        Centre x, y and radius of the sprocket's ring and of the other wheels, m; radius 0: no ring.
+    law : (1 + w, 7) array
+        A row each for tooth, ring and every other wheel: ``(pi / (2 sqrt 2)) L E*`` (N/m), ``3 (1 - c_r^2) / 4``,
         static and dynamic friction, transition velocity (m/s), least impact velocity (m/s), largest
         damping bracket.
     arc : (k, 6) array
@@ -55,7 +54,7 @@ class Contacts(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """What contacts remember: initial impact velocity of every arc (n,) and of link and wheel (n / 2, 3), m/s."""
+    """What contacts remember: initial impact velocity of every arc (n,) and of link and wheel (n / 2, w), m/s."""
 
     tooth: np.ndarray
     wheel: np.ndarray
@@ -68,12 +67,13 @@ def make_contacts(scene: Scene, shift: float, arcs: int = 10) -> Contacts:
     its ring.
     """
     rig, groove = scene.rig, scene.rig.groove_profile
-    flank = slice(0 if arcs == 10 else 1, 5)
+    flank = slice(0 if arcs == 10 else 1, len(groove.radius) // 2)
     circle = wheel_circles(rig, shift, surface=True)
     circle[0, 2] = scene.ring_radius or 0.0
     columns = (groove.centre, groove.radius, groove.direction, groove.half_angle)
     arc = np.column_stack([column[flank] for column in columns])
-    law = np.array([_law(rig, surface) for surface in (rig.tooth_contact, rig.ring_contact, rig.wheel_contact)])
+    surfaces = [rig.contact_surfaces[wheel.surface] for wheel in rig.rollers.values()]
+    law = np.array([_law(rig, surface) for surface in (rig.tooth_contact, rig.ring_contact, *surfaces)])
     sign, teeth = np.where(groove.convex[flank], 1.0, -1.0), rig.sprocket.teeth if arcs else 0
     arc_radius, half_thickness = rig.chain.connector_radius, rig.chain.link_thickness / 2
     return Contacts(circle, law, arc, sign, teeth, groove.addendum + arc_radius, arc_radius, half_thickness)
@@ -104,7 +104,7 @@ def _forces(law, depth, speed, slip, memory, radius):
 
 @kernel
 def _add(i, wheel, px, py, nx, ny, law, depth, speed, memory, radius, q, v, circle, spin, load, torque):
-    """Add the contact of body ``i`` at point p to its load (n, 3) and to the wheel's torque (n, 3)."""
+    """Add the contact of body ``i`` at point p to its load (n, 3) and to the wheel's torque (n, w)."""
     ax, ay = px - q[3 * i], py - q[3 * i + 1]
     ox, oy = px - circle[wheel, 0], py - circle[wheel, 1]
     # the two material points that touch; slip against the tangent that lies to the left of n
@@ -152,8 +152,8 @@ def contact_loads(c: Contacts, length, q, v, angle, spin, memory: Memory, update
         Constants.
     length : (n,) array
         Pin to pin lengths; the mass centre is in the middle, m.
-    q, v : (3 n + 2,) arrays
-        Mass centre x, y and angle of every body, angles of idler and road wheel; and their rates.
+    q, v : (3 n + w - 1,) arrays
+        Mass centre x, y and angle of every body, angles of the wheels but the sprocket; and their rates.
     angle, spin : float
         Angle (rad) and angular velocity (rad/s) of the sprocket.
     memory : Memory
@@ -162,7 +162,7 @@ def contact_loads(c: Contacts, length, q, v, angle, spin, memory: Memory, update
         The step is accepted: remember contacts that have begun and forget those that have ended.
     load : (n, 3) array
         Force x, y (N) and moment about the mass centre (N m) of every body.
-    torque : (n, 3) array
+    torque : (n, w) array
         Torque of every body's contacts on each wheel, N m.
     """
     load[:] = 0.0
@@ -186,8 +186,8 @@ def contact_loads(c: Contacts, length, q, v, angle, spin, memory: Memory, update
                 if update:
                     memory.tooth[arc] = _remembered(memory.tooth[arc], depth, speed, c.law[0, 5])
             continue
-        for wheel in range(WHEELS):
-            radius, law = c.circle[wheel, 2], c.law[min(wheel, 1) + 1]
+        for wheel in range(c.circle.shape[0]):
+            radius, law = c.circle[wheel, 2], c.law[wheel + 1]
             if radius == 0.0:
                 continue
             # the wheel's centre in the link's frame
@@ -218,49 +218,52 @@ def _remembered(stored, depth, speed, floor):
 
 @kernel
 def force_vector(c: Contacts, length, q, v, angle, spin, memory: Memory, load, torque, force):
-    """Generalised forces (3 n + 2,) of all contacts."""
+    """Generalised forces (3 n + w - 1,) of all contacts."""
     contact_loads(c, length, q, v, angle, spin, memory, False, load, torque)
     n = load.shape[0]
-    force[3 * n] = force[3 * n + 1] = 0.0
+    force[3 * n :] = 0.0
     for i in range(n):
         for k in range(3):
             force[3 * i + k] = load[i, k]
-        for k in range(2):
+        for k in range(c.circle.shape[0] - 1):
             force[3 * n + k] += torque[i, 1 + k]
 
 
 @kernel
-def jacobian_triplets(c: Contacts, length, q, v, angle, spin, memory: Memory, by_q, by_v, work, triplets):
+def jacobian_triplets(c: Contacts, length, q, v, angle, spin, memory: Memory, by_q, by_v, loads, torques, triplets):
     """Nonzero entries of ``-by_q dF/dq - by_v dF/dv`` as rows (row, column, value).
 
-    A body's loads depend on its own coordinates and on the wheel that it touches, so all bodies are
-    nudged at once: eight evaluations for the whole matrix.
+    A body's loads depend on its own coordinates and on the wheels that it touches, so all bodies are
+    nudged at once: six evaluations, and one a wheel, for the whole matrix. ``loads`` (2, n, 3) and ``torques``
+    (2, n, w) are overwritten.
 
     Returns
     -------
     count : int
         Rows written.
     """
-    n = work.shape[1]
+    n, free = loads.shape[1], c.circle.shape[0] - 1
     count = 0
-    contact_loads(c, length, q, v, angle, spin, memory, False, work[0], work[1])
-    for k in range(8):
+    contact_loads(c, length, q, v, angle, spin, memory, False, loads[0], torques[0])
+    for k in range(6 + free):
         nudge = POSITION_NUDGE if k < 3 else RATE_NUDGE
         factor = -by_q / nudge if k < 3 else -by_v / nudge
         changed = q if k < 3 else v
         first, stride, times = (k % 3, 3, n) if k < 6 else (3 * n + k - 6, 1, 1)
         for i in range(times):
             changed[first + stride * i] += nudge
-        contact_loads(c, length, q, v, angle, spin, memory, False, work[2], work[3])
+        contact_loads(c, length, q, v, angle, spin, memory, False, loads[1], torques[1])
         for i in range(times):
             changed[first + stride * i] -= nudge
         for i in range(n):
             column = 3 * i + k % 3 if k < 6 else first
-            # the body's three coordinates, then the angles of idler and road wheel
-            for j in range(2 + WHEELS):
-                row, of, at = (3 * i + j, 0, j) if j < 3 else (3 * n + j - 3, 1, j - 2)
-                value = factor * (work[2 + of, i, at] - work[of, i, at])
-                if value != 0.0:
-                    triplets[count, 0], triplets[count, 1], triplets[count, 2] = row, column, value
+            # the body's three coordinates, then the angles of the wheels
+            for j in range(3 + free):
+                if j < 3:
+                    row, change = 3 * i + j, loads[1, i, j] - loads[0, i, j]
+                else:
+                    row, change = 3 * n + j - 3, torques[1, i, j - 2] - torques[0, i, j - 2]
+                if change != 0.0:
+                    triplets[count, 0], triplets[count, 1], triplets[count, 2] = row, column, factor * change
                     count += 1
     return count

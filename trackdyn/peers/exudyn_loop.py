@@ -51,7 +51,7 @@ class Start:
         Of the bodies, rad (falling by one turn along the loop) and rad/s.
     sprocket_angle : float
         rad.
-    tooth_impact, wheel_impact : (n,), (n / 2, 3) arrays or None
+    tooth_impact, wheel_impact : (n,), (n / 2, w) arrays or None
         Initial impact velocities of the contacts that exist already, m/s.
     """
 
@@ -83,11 +83,10 @@ class Hanger:
 
 @dataclass(frozen=True)
 class Wheels:
-    """Idler and road wheel: moments of inertia (kg m2), bearing drag (N m s/rad), angular velocity at the start."""
+    """Wheels beside the sprocket: moments of inertia (kg m2), bearing drag (N m s/rad); they start at rest."""
 
-    inertia: tuple[float, float]
-    drag: tuple[float, float]
-    rate: tuple[float, float] = (0.0, 0.0)
+    inertia: tuple[float, ...]
+    drag: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -102,8 +101,8 @@ class PeerRun:
         Mass centres, m.
     angle : (s, n) array
         Angles of the bodies, rad.
-    wheel_rate : (s, 2) array
-        Angular velocities of idler and road wheel, rad/s.
+    wheel_rate : (s, w - 1) array
+        Angular velocities of the wheels but the sprocket, rad/s.
     gap : (s,) array
         Largest distance between the two pins of any joint, m.
     wall, cpu : float
@@ -212,9 +211,9 @@ def run_loop(
     if wheels is not None:
         floor = node(items.NodePointGround())
         fixed = marker(items.MarkerNodeCoordinate(nodeNumber=floor, coordinate=0))
-        for inertia, drag, rate in zip(wheels.inertia, wheels.drag, wheels.rate, strict=True):
-            at_rest = {"referenceCoordinates": [0.0], "initialCoordinates": [0.0]}
-            nodes.append(node(items.Node1D(**at_rest, initialVelocities=[rate])))
+        for inertia, drag in zip(wheels.inertia, wheels.drag, strict=True):
+            at_rest = {"referenceCoordinates": [0.0], "initialCoordinates": [0.0], "initialVelocities": [0.0]}
+            nodes.append(node(items.Node1D(**at_rest)))
             body(items.ObjectRotationalMass1D(inertia=inertia, nodeNumber=nodes[-1]))
             wheel = marker(items.MarkerNodeCoordinate(nodeNumber=nodes[-1], coordinate=0))
             body(spring(markerNumbers=[fixed, wheel], stiffness=0.0, damping=drag))
@@ -224,10 +223,8 @@ def run_loop(
         after_step = _add_contacts(exu, items, mbs, nodes, chain, start, contacts, drive)
 
     samples = round(duration / sample) + 1
-    kept, kept_rate = np.zeros((samples, 3 * n)), np.zeros((samples, 2))
+    kept, kept_rate = np.zeros((samples, 3 * n)), np.zeros((samples, len(nodes) - n))
     kept[0] = q.ravel()
-    if wheels is not None:
-        kept_rate[0] = wheels.rate
     taken = [1]
 
     def at_end_of_step(mbs, t):
@@ -283,13 +280,15 @@ def _gaps(chain: Chain, q: np.ndarray) -> np.ndarray:
 def _add_contacts(exu, items, mbs, nodes, chain, start, contacts, drive):
     """One object that carries the contact forces of all bodies and wheels; gives what to do after a step."""
     n = len(chain.length)
-    size = 3 * n + 2
+    count = len(contacts.circle)
+    size = 3 * n + count - 1
     memory = Memory(
         np.zeros(n) if start.tooth_impact is None else start.tooth_impact.copy(),
-        np.zeros((n // 2, 3)) if start.wheel_impact is None else start.wheel_impact.copy(),
+        np.zeros((n // 2, count)) if start.wheel_impact is None else start.wheel_impact.copy(),
     )
-    load, torque, force = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(size)
-    work, triplets = np.zeros((4, n, 3)), np.zeros((8 * n * 5, 3))
+    load, torque, force = np.zeros((n, 3)), np.zeros((n, count)), np.zeros(size)
+    loads, torques = np.zeros((2, n, 3)), np.zeros((2, n, count))
+    triplets = np.zeros(((5 + count) * n * (2 + count), 3))
 
     def sparse(rows):
         matrix = exu.MatrixContainer()
@@ -308,7 +307,7 @@ def _add_contacts(exu, items, mbs, nodes, chain, start, contacts, drive):
     def jacobian(mbs, t, item, q, v, by_q, by_v):
         angle, spin = sprocket(t)
         q, v = np.array(q), np.array(v)
-        count = jacobian_triplets(contacts, chain.length, q, v, angle, spin, memory, by_q, by_v, work, triplets)
+        count = jacobian_triplets(contacts, chain.length, q, v, angle, spin, memory, by_q, by_v, loads, torques, triplets)
         return sparse(triplets[:count])
 
     # the bodies carry the masses; matrices are asked for all the same

@@ -15,7 +15,7 @@ from matplotlib.patches import Circle, Polygon
 from matplotlib.patheffects import withStroke
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.layout import WHEEL_NAMES, assemble, wheel_circles
+from trackdyn.parameters.layout import assemble, wheel_circles
 from trackdyn.parameters.rig import Rig
 from trackdyn.recording import Recording
 from trackdyn.report.style import BLACK, SMALL
@@ -55,7 +55,10 @@ def chain_points(rig: Rig, frame) -> tuple[np.ndarray, np.ndarray, float]:
     """
     frame = np.asarray(frame, dtype=float)
     angles = frame[2:-1]
-    lengths = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
+    if len(angles) == rig.chain.pitches:
+        lengths = np.full(len(angles), rig.single_pin_pitch)
+    else:
+        lengths = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
     steps = lengths[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
     pins = frame[:2] + np.vstack([np.zeros(2), np.cumsum(steps, axis=0)])
     return pins, angles, float(frame[-1])
@@ -127,6 +130,9 @@ def draw_chain(ax: Axes, rig: Rig, frame, highlight: Highlight = (), opacity: fl
     through in close views.
     """
     pins, angles, _ = chain_points(rig, frame)
+    if len(angles) == rig.chain.pitches:
+        _draw_single_pins(ax, rig, pins, angles, opacity)
+        return
     looks = highlight if isinstance(highlight, Mapping) else dict.fromkeys(highlight, MARKED)
     for first, outline, face, z in (
         (0, link_outline(rig), LINK, Z_LINK),
@@ -142,6 +148,17 @@ def draw_chain(ax: Axes, rig: Rig, frame, highlight: Highlight = (), opacity: fl
                 ax.add_patch(Polygon(body, **look, linewidth=0, zorder=z + 0.1))  # an edge has its hatch's colour
                 ax.add_patch(Polygon(body, fill=False, edgecolor=BLACK, linewidth=0.9, zorder=z + 0.1))
     ax.plot(*pins.T, linestyle="none", marker=".", markersize=2.0, color=BLACK, zorder=Z_LINK + 0.5)
+
+
+def _draw_single_pins(ax: Axes, rig: Rig, pins: np.ndarray, angles: np.ndarray, opacity: float) -> None:
+    """Bodies of a single-pin chain: the link in the middle, both arcs that bear on the sprocket beside every pin."""
+    end = (rig.single_pin_pitch - rig.chain.link_length) / 2
+    link = link_outline(rig) + [end, 0.0]
+    ends = [circle_points((x, 0.0), rig.chain.connector_radius, 0.0, 2 * pi, 4 * POINTS_AN_ARC) for x in (end, end + rig.chain.link_length)]
+    for outlines, face, z in (([link], LINK, Z_LINK), (ends, CONNECTOR, Z_CONNECTOR)):
+        bodies = [placed(outline, pins[i], angles[i]) for i in range(len(angles)) for outline in outlines]
+        ax.add_collection(PolyCollection(bodies, facecolor=to_rgba(face, opacity), edgecolor=EDGE, linewidth=0.6, zorder=z))
+    ax.plot(*pins.T, linestyle="none", marker=".", markersize=3.0, color=BLACK, zorder=Z_LINK + 0.5)
 
 
 def groove_points(rig: Rig, sprocket_angle: float, groove: int, points) -> np.ndarray:
@@ -165,7 +182,7 @@ def draw_sprocket(ax: Axes, rig: Rig, angle: float, ring: float | None, number_a
     if ring is not None:  # the part of its edge that teeth hide
         look = {"fill": False, "edgecolor": RUBBER, "linestyle": (0, (4, 2)), "linewidth": 0.7}
         ax.add_patch(Circle(centre, ring, **look, zorder=Z_SPROCKET + 0.1))
-    _draw_hub(ax, *centre, Z_SPROCKET)
+    _draw_hub(ax, *centre, Z_SPROCKET, rig.groove_profile.addendum)
     axis = placed([[HUB, 0.0], [0.7 * rig.groove_profile.addendum, 0.0]], centre, angle)
     ax.plot(*axis.T, color=STEEL_EDGE, linestyle="-", linewidth=0.6, zorder=Z_SPROCKET + 0.1)
     if number_areas_of is not None:
@@ -193,13 +210,16 @@ def _number_areas(ax: Axes, rig: Rig, sprocket_angle: float, groove: int) -> Non
 
 
 def draw_wheels(ax: Axes, rig: Rig, layout_shift: float) -> None:
-    """Draw idler and road wheel, the tensioning wheel shifted by ``layout_shift`` (m)."""
-    for name, (x, y, radius) in zip(WHEEL_NAMES, wheel_circles(rig, layout_shift, surface=True), strict=True):
-        if name == "sprocket":
-            continue
+    """Draw the wheels beside the sprocket, the tensioning wheel shifted by ``layout_shift`` (m)."""
+    draw_discs(ax, wheel_circles(rig, layout_shift, surface=True)[1:])
+
+
+def draw_discs(ax: Axes, circles) -> None:
+    """Draw wheels with tyres: centres and radii (w, 3), m."""
+    for x, y, radius in circles:
         _draw_disc(ax, x, y, radius, RUBBER, BLACK)
         _draw_disc(ax, x, y, 0.9 * radius, STEEL, STEEL_EDGE)
-        _draw_hub(ax, x, y, Z_RING)
+        _draw_hub(ax, x, y, Z_RING, radius)
 
 
 def draw_loop(ax: Axes, rig: Rig, frame, shift: float, ring: float | None, groove: int | None = None, **chain) -> None:
@@ -230,8 +250,8 @@ def draw_force_bar(ax: Axes, bar: float, begin: float = 0.03) -> None:
     ax.annotate(f"{FORCE_BAR / 1000:g} kN", (x + 0.5 * bar, y), fontsize=7, **place, **look)
 
 
-def _draw_hub(ax: Axes, x: float, y: float, zorder: float) -> None:
-    _draw_disc(ax, x, y, HUB, "white", STEEL_EDGE, zorder + 0.1)
+def _draw_hub(ax: Axes, x: float, y: float, zorder: float, radius: float = 1.0) -> None:
+    _draw_disc(ax, x, y, min(HUB, 0.2 * radius), "white", STEEL_EDGE, zorder + 0.1)
     ax.plot([x], [y], linestyle="none", marker="+", markersize=5, color=BLACK, zorder=zorder + 0.2)
 
 

@@ -9,7 +9,7 @@ from matplotlib.patches import Circle, FancyBboxPatch, Polygon
 from matplotlib.path import Path
 
 from trackdyn.contact.wheel import foot
-from trackdyn.parameters.layout import WHEEL_NAMES, wheel_circles
+from trackdyn.parameters.layout import wheel_circles, wheel_names
 from trackdyn.parameters.rig import Rig
 from trackdyn.report import drawing, marks
 from trackdyn.report.style import BLACK, BLUE, ORANGE, VERMILION, new_figure, styled
@@ -30,7 +30,7 @@ def system_figure(rig: Rig) -> Figure:
     system, model = figure.subplots(2, 1, sharex=True, sharey=True)
     _draw_system(system, rig, frame, shift)
     names = {"sprocket": "sprocket\nwith ring", "idler": "idler", "road_wheel": "road wheel"}
-    for name, (x, y, _) in zip(WHEEL_NAMES, wheel_circles(rig, shift, surface=True), strict=True):
+    for name, (x, y, _) in zip(wheel_names(rig), wheel_circles(rig, shift, surface=True), strict=True):
         marks.write(system, (x, y + 0.13), names[name], bbox=BOX)
     pins, _, _ = drawing.chain_points(rig, frame)
     low = pins[:, 1].min() - GROUND
@@ -68,7 +68,7 @@ def _draw_base(ax: Axes, circles, pins) -> None:
 
 
 def touching_links(rig: Rig, frame, shift: float) -> list[tuple[int, int, np.ndarray]]:
-    """Body, wheel (index in ``WHEEL_NAMES``) and contact point Q (m) of every link that lies on a wheel."""
+    """Body, wheel (index in `wheel_names`) and contact point Q (m) of every link that lies on a wheel."""
     pins, _, _ = drawing.chain_points(rig, frame)
     found = []
     for body in range(0, len(pins) - 1, 2):
@@ -171,7 +171,7 @@ def setup_figure(rig: Rig) -> Figure:
     marks.line(ax, *shaft, linestyle=(0, (8, 2, 1, 2)), linewidth=1.4)
     marks.write(ax, (x, motor - half[1] - 0.12), f"transmission\n{rig.sprocket.transmission_ratio:g} : 1")
     low = pins[:, 1].min() - GROUND
-    for name, (wx, wy, _) in zip(WHEEL_NAMES, wheel_circles(rig, shift, surface=True), strict=True):
+    for name, (wx, wy, _) in zip(wheel_names(rig), wheel_circles(rig, shift, surface=True), strict=True):
         marks.write(ax, (wx, wy + 0.12), name.replace("_", " "), bbox=BOX)
     ax.set(xlim=(pins[:, 0].min() - 0.1, x + half[0] + 0.08), ylim=(low - 0.08, sensor[1] + 0.5))
     marks.bare(ax)

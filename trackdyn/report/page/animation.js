@@ -1,18 +1,29 @@
-// The loop in motion: recorded configurations on a canvas, with forces and touched areas.
+// The loop in motion: configurations on a canvas, with forces and touched areas. A picture holds the pins of a chain with
+// the forces on its teeth and its ring, or (of a stretch looked at again) every body, wheel, contact and joint.
+const FRAME = { index: 0, shown: [] }; // what else follows the picture
 (function animation() {
   const canvas = $("scene");
   if (!canvas) return;
   const G = DATA.geometry, context = canvas.getContext("2d");
   const AREA = ["#0072b2", "#d55e00", "#009e73", "#b8860b", "#aa4499"]; // of area j and of 11 - j
-  const SIDES = ["left", "right", "ring"];
+  const SIDES = ["left", "right", "ring"]; // then the other wheels
+  const NAMES = [...SIDES, ...(G.wheels ?? [])], tone = (side) => SIDES[side] ?? "wheel";
+  const AREAS = G.areas.length;
   // length of the arrow of the force of the scale bar, m; no arrow is longer than that of the largest force
-  const BAR = { loop: 0.15, sprocket: 0.13, follow: 0.07 };
+  const BAR = G.bars ?? { loop: 0.15, sprocket: 0.13, follow: 0.07 };
   const loaded = new Map();
   let run = null, index = 0, playing = false, last = 0, due = 0;
 
   function load(picture) {
-    if (!loaded.has(picture))
-      loaded.set(picture, { ...picture, frame: summed(picture) });
+    if (!loaded.has(picture)) {
+      const kept = { ...picture, frame: summed(picture) };
+      if (picture.contacts) kept.contacts = picture.contacts.map((flat) => // seven numbers a contact, lengths in units
+        Array.from({ length: flat.length / 7 }, (_, k) => {
+          const [side, x, y, u, v, area, groove] = flat.slice(7 * k, 7 * k + 7), force = Math.hypot(u, v);
+          return { side, foot: [x * picture.unit, y * picture.unit], n: [u / force, v / force], force, area, groove };
+        }));
+      loaded.set(picture, kept);
+    }
     return loaded.get(picture);
   }
 
@@ -30,14 +41,31 @@
   }
 
   function state(i) {
-    const width = run.bodies + 3, f = run.frame.subarray(i * width, (i + 1) * width);
+    const width = run.start.length, f = run.frame.subarray(i * width, (i + 1) * width), n = run.bodies;
+    if (run.contacts) { // x of all bodies, y, angles, x and y of the wheels, angle of the sprocket
+      const wheels = run.wheels.map(([r], k) => [f[3 * n + 2 * k], f[3 * n + 2 * k + 1], r]);
+      const pins = Array.from({ length: n + 1 }, (_, b) => [f[b % n], f[n + (b % n)]]);
+      return { pins, angle: (b) => f[2 * n + b], sprocket: f[width - 1], wheels };
+    }
     const pins = [[f[0], f[1]]];
-    for (let b = 0; b < run.bodies; b++) {
+    for (let b = 0; b < n; b++) {
       const length = b % 2 ? G.connector : G.link, [x, y] = pins[b];
       pins.push([x + length * Math.cos(f[2 + b]), y + length * Math.sin(f[2 + b])]);
     }
-    return { pins, angle: (b) => f[2 + b], sprocket: f[width - 1] };
+    return { pins, angle: (b) => f[2 + b], sprocket: f[width - 1], wheels: run.wheels };
   }
+
+  // A point of a body in the inertial frame
+  function ofBody(now, b, [u, v]) {
+    const a = now.angle(b), c = Math.cos(a), s = Math.sin(a), [x, y] = now.pins[b];
+    return [x + c * u - s * v, y + s * u + c * v];
+  }
+
+  // Link of a pitch: body, begin and end of its middle line; its connector's arcs: body and place of the left, of the right
+  const link = (p) => G.links?.[p] ?? [2 * p, 0, G.link];
+  const arcs = (p) => G.arcs?.[p] ?? [2 * p + 1, 0, 2 * p + 1, G.connector];
+  const pitches = () => G.links?.length ?? run.bodies / 2;
+  const arc = (now, p, side) => ofBody(now, arcs(p)[2 * side], [arcs(p)[2 * side + 1], 0]);
 
   // Points of the frame of groove k (1 to m) in the inertial frame
   function ofGroove(now, k, [x, y]) {
@@ -54,22 +82,23 @@
 
   // The connector that stands before the sprocket at the beginning: it passes while the run lasts.
   function followed() {
-    const pins = state(0).pins, before = [G.sprocket[0] - 0.5 * G.addendum, G.sprocket[1] + G.addendum];
-    const away = (b) => Math.hypot(pins[b][0] - before[0], pins[b][1] - before[1]);
-    let best = 1;
-    for (let b = 3; b < run.bodies; b += 2) if (away(b) < away(best)) best = b;
+    const now = state(0), before = [G.sprocket[0] - 0.5 * G.addendum, G.sprocket[1] + G.addendum];
+    const away = (p) => Math.hypot(arc(now, p, 0)[0] - before[0], arc(now, p, 0)[1] - before[1]);
+    let best = 0;
+    for (let p = 1; p < pitches(); p++) if (away(p) < away(best)) best = p;
     return best;
   }
 
   function window_of(now) {
-    if ($("view").value === "sprocket") return [G.sprocket[0], G.sprocket[1], 1.42 * G.addendum, 1.42 * G.addendum];
+    if ($("view").value === "sprocket" && G.teeth) return [G.sprocket[0], G.sprocket[1], 1.42 * G.addendum, 1.42 * G.addendum];
     if ($("view").value === "follow") {
-      const b = followed(), p = now.pins[b], q = now.pins[b + 1];
-      return [(p[0] + q[0]) / 2, (p[1] + q[1]) / 2, 0.16, 0.12];
+      const p = arc(now, followed(), 0), q = arc(now, followed(), 1), size = G.follow ?? 0.12;
+      return [(p[0] + q[0]) / 2, (p[1] + q[1]) / 2, 1.33 * size, size];
     }
     const xs = now.pins.map((p) => p[0]), ys = now.pins.map((p) => p[1]);
     const [l, r, b, t] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
-    return [(l + r) / 2, (b + t) / 2, (r - l) / 2 + 0.3, (t - b) / 2 + 0.3];
+    const margin = G.margin ?? 0.3;
+    return [(l + r) / 2, (b + t) / 2, (r - l) / 2 + margin, (t - b) / 2 + margin];
   }
 
   function draw() {
@@ -89,22 +118,26 @@
     };
     context.clearRect(0, 0, canvas.width, canvas.height);
     context.strokeStyle = colour("edge"); pen(0.8);
-    for (const [x, y, r] of run.wheels) { disc(x, y, r, colour("rubber")); disc(x, y, 0.9 * r, colour("steel")); }
+    for (const [x, y, r] of now.wheels) { disc(x, y, r, colour("rubber")); disc(x, y, 0.9 * r, colour("steel")); }
     if (run.radius !== null) disc(...G.sprocket, run.radius, colour("rubber"));
-    const outline = [];
-    for (let k = G.teeth; k >= 1; k--)
-      for (const arc of G.areas) for (const p of arc) outline.push(ofGroove(now, k, p));
-    path(outline, true); context.fillStyle = colour("steel"); context.fill(); context.stroke();
+    if (G.teeth) {
+      const outline = [];
+      for (let k = G.teeth; k >= 1; k--)
+        for (const p of G.outline ?? G.areas.flat()) outline.push(ofGroove(now, k, p));
+      path(outline, true); context.fillStyle = colour("steel"); context.fill(); context.stroke();
+    }
     if (run.radius !== null) {
       context.save(); context.setLineDash([5 * ratio, 3 * ratio]); context.strokeStyle = colour("rubber");
       context.beginPath(); context.arc(...at(G.sprocket), run.radius * scale, 0, 2 * Math.PI);
       context.stroke(); context.restore();
     }
-    path([G.sprocket, ofGroove(now, 1, [0, 0.8 * G.addendum])]); context.stroke();
-    disc(...G.sprocket, 0.03, colour("card"));
+    if (G.teeth) {
+      path([G.sprocket, ofGroove(now, 1, [0, 0.8 * G.addendum])]); context.stroke();
+      disc(...G.sprocket, 0.1 * G.addendum, colour("card"));
+    }
     chain(now, at, path, ratio, scale);
     forces(now, at, path, pen, ratio);
-    bar(ratio, BAR[$("view").value] * scale);
+    if (G.force_bar) bar(ratio, BAR[$("view").value] * scale);
   }
 
   function bar(ratio, length) {
@@ -113,71 +146,89 @@
     context.beginPath(); context.moveTo(x, y); context.lineTo(x + length, y);
     for (const end of [x, x + length]) { context.moveTo(end, y - 4 * ratio); context.lineTo(end, y + 4 * ratio); }
     context.stroke();
-    label(G.force_bar / 1000 + " kN", [x + length / 2, y - 11 * ratio], ratio);
+    label(G.force_bar < 1000 ? G.force_bar + " N" : G.force_bar / 1000 + " kN", [x + length / 2, y - 11 * ratio], ratio);
   }
 
   function chain(now, at, path, ratio, scale) {
     context.globalAlpha = $("view").value === "loop" ? 1 : 0.72;
-    for (const odd of [1, 0])
-      for (let b = odd; b < run.bodies; b += 2) {
-        const a = now.angle(b), c = Math.cos(a), s = Math.sin(a), [x, y] = now.pins[b], [px, py] = at([x, y]);
-        if (odd) {
-          const [qx, qy] = at(now.pins[b + 1]);
-          context.beginPath();
-          context.arc(px, py, G.arc * scale, Math.PI / 2 - a, 1.5 * Math.PI - a);
-          context.arc(qx, qy, G.arc * scale, -Math.PI / 2 - a, Math.PI / 2 - a);
-          context.closePath();
-        } else {
-          const h = G.thickness / 2, corner = (u, v) => [x + c * u - s * v, y + s * u + c * v];
-          path([corner(0, -h), corner(G.link, -h), corner(G.link, h), corner(0, h)], true);
-        }
-        const sensor = b === 2 * (G.sensor[0] - 1);
-        context.fillStyle = odd ? colour("connectors") : colour("links");
-        context.fill(); context.lineWidth = (sensor ? 2.6 : 0.8) * ratio; context.stroke();
-        if (sensor) {
-          const [u, v] = [G.sensor[1], G.sensor[2]], [sx, sy] = at([x + c * u - s * v, y + s * u + c * v]);
-          context.beginPath(); context.arc(sx, sy, 4 * ratio, 0, 2 * Math.PI);
-          context.fillStyle = colour("edge"); context.fill();
-        }
+    const inColours = run.tension && $("colours")?.value === "tension", tint = (b, plain) =>
+      inColours ? tensionColour((tensionOf(b) - run.low) / Math.max(run.high - run.low, 1)) : colour(plain);
+    for (let p = 0; p < pitches(); p++) {
+      const l = arc(now, p, 0), [px, py] = at(l), r = arc(now, p, 1), [qx, qy] = at(r);
+      const a = Math.atan2(r[1] - l[1], r[0] - l[0]);
+      context.beginPath();
+      context.arc(px, py, G.arc * scale, Math.PI / 2 - a, 1.5 * Math.PI - a);
+      context.arc(qx, qy, G.arc * scale, -Math.PI / 2 - a, Math.PI / 2 - a);
+      context.closePath();
+      context.fillStyle = tint(arcs(p)[0], "connectors"); context.fill(); context.lineWidth = 0.8 * ratio; context.stroke();
+    }
+    for (let p = 0; p < pitches(); p++) {
+      const [b, from, to] = link(p), h = G.thickness / 2, sensor = p === G.sensor[0] - 1;
+      path([[from, -h], [to, -h], [to, h], [from, h]].map((point) => ofBody(now, b, point)), true);
+      context.fillStyle = tint(b, "links");
+      context.fill(); context.lineWidth = (sensor ? 2.6 : 0.8) * ratio; context.stroke();
+      if (sensor) {
+        const [sx, sy] = at(ofBody(now, b, [from + G.sensor[1], G.sensor[2]]));
+        context.beginPath(); context.arc(sx, sy, 4 * ratio, 0, 2 * Math.PI);
+        context.fillStyle = colour("edge"); context.fill();
       }
+    }
     context.globalAlpha = 1;
   }
 
-  function forces(now, at, path, pen, ratio) {
-    const p = run.bodies / 2, counts = [0, 0, 0], most = [0, 0, 0], scale = BAR[$("view").value] / G.force_bar;
-    const loop = $("view").value === "loop";
-    for (let i = 0; i < p; i++)
+  const tensionOf = (b) => run.tension[index * run.bodies + b];
+
+  // Contacts of this instant: side, foot (m), direction, force (N), area and groove
+  function contacts(now) {
+    if (run.contacts) return run.contacts[index];
+    const found = [];
+    for (let p = 0; p < pitches(); p++)
       for (let side = 0; side < 3; side++) {
-        const force = run.force[(index * p + i) * 3 + side];
-        const area = side < 2 ? run.area[(index * p + i) * 2 + side] : 0;
+        const force = run.force[(index * pitches() + p) * 3 + side];
+        const area = side < 2 ? run.area[(index * pitches() + p) * 2 + side] : 0;
         if (!(side < 2 ? area : force)) continue;
-        counts[side]++; most[side] = Math.max(most[side], force);
-        let foot, n;
+        let foot, n, groove = 0;
         if (side < 2) {
-          const k = run.groove[(index * p + i) * 2 + side], pin = now.pins[2 * i + 1 + side];
-          const centre = ofGroove(now, k, G.centre[area - 1]), d = Math.hypot(pin[0] - centre[0], pin[1] - centre[1]);
-          const out = [(pin[0] - centre[0]) / d, (pin[1] - centre[1]) / d], sign = G.convex[area - 1] ? 1 : -1;
-          n = [sign * out[0], sign * out[1]];
+          groove = run.groove[(index * pitches() + p) * 2 + side];
+          const pin = arc(now, p, side), centre = ofGroove(now, groove, G.centre[area - 1]);
+          const d = Math.hypot(pin[0] - centre[0], pin[1] - centre[1]), sign = G.convex[area - 1] ? 1 : -1;
+          n = [(sign * (pin[0] - centre[0])) / d, (sign * (pin[1] - centre[1])) / d];
           foot = [pin[0] - G.arc * n[0], pin[1] - G.arc * n[1]];
-          path(G.areas[area - 1].map((q) => ofGroove(now, k, q)));
-          context.save(); context.strokeStyle = AREA[Math.min(area, 11 - area) - 1];
-          context.setLineDash(area > 5 ? [4 * ratio, 3 * ratio] : []);
-          pen(loop ? 3 : 5); context.stroke(); context.restore();
-          if (!loop) label(String(area), at([foot[0] - 0.022 * n[0], foot[1] - 0.022 * n[1]]), ratio);
         } else {
-          const [x, y] = now.pins[2 * i], a = now.angle(2 * i), c = Math.cos(a), s = Math.sin(a), [ox, oy] = G.sprocket;
-          const along = Math.min(Math.max((ox - x) * c + (oy - y) * s, 0), G.link);
+          const [b, from, to] = link(p), [x, y] = now.pins[b], a = now.angle(b), c = Math.cos(a), s = Math.sin(a);
+          const [ox, oy] = G.sprocket, along = Math.min(Math.max((ox - x) * c + (oy - y) * s, from), to);
           const q = [x + along * c, y + along * s], d = Math.hypot(q[0] - ox, q[1] - oy);
           n = [(q[0] - ox) / d, (q[1] - oy) / d];
           foot = [q[0] - (G.thickness / 2) * n[0], q[1] - (G.thickness / 2) * n[1]];
         }
-        const length = Math.min(force, G.force_most) * scale;
-        arrow(at(foot), at([foot[0] + length * n[0], foot[1] + length * n[1]]), side, ratio);
+        found.push({ side, foot, n, force, area, groove });
       }
-    const tell = SIDES.map((name, i) => `${name} ${counts[i]}` + (counts[i] ? ` (largest ${most[i]} N)` : ""));
-    $("readout").textContent = `Contacts at this instant: ${tell.join(", ")}. ` +
-      `The bar is ${G.force_bar} N in every run; forces above ${G.force_most} N are drawn no longer.`;
-    $("clock").textContent = (index * run.interval).toFixed(2) + " s";
+    return found;
+  }
+
+  function forces(now, at, path, pen, ratio) {
+    const counts = NAMES.map(() => 0), most = NAMES.map(() => 0), scale = BAR[$("view").value] / G.force_bar;
+    const loop = $("view").value === "loop";
+    for (const { side, foot, n, force, area, groove } of contacts(now)) {
+      counts[side]++; most[side] = Math.max(most[side], Math.round(force));
+      if (area) {
+        path(G.areas[area - 1].map((q) => ofGroove(now, groove, q)));
+        context.save(); context.strokeStyle = AREA[(Math.min(area, AREAS + 1 - area) - 1) % AREA.length];
+        context.setLineDash(2 * area > AREAS + 1 ? [4 * ratio, 3 * ratio] : []);
+        pen(loop ? 3 : 5); context.stroke(); context.restore();
+        if (!loop) {
+          const under = 0.17 * BAR.sprocket;
+          label(String(area), at([foot[0] - under * n[0], foot[1] - under * n[1]]), ratio);
+        }
+      }
+      const length = Math.min(force, G.force_most ?? Infinity) * scale;
+      arrow(at(foot), at([foot[0] + length * n[0], foot[1] + length * n[1]]), side, ratio);
+    }
+    const tell = NAMES.map((name, i) => `${name} ${counts[i]}` + (counts[i] ? ` (largest ${most[i]} N)` : ""));
+    $("readout").textContent = !G.force_bar ? "Nothing is touched." : `Contacts at this instant: ${tell.join(", ")}. ` +
+      (G.force_most ? `The bar is ${G.force_bar} N in every run; forces above ${G.force_most} N are drawn no longer.`
+        : `The bar is ${G.force_bar} N in all views.`);
+    $("clock").textContent = (index * run.interval + (run.begin ?? 0)).toFixed(2) + " s";
   }
 
   function label(text, [x, y], ratio) {
@@ -192,7 +243,7 @@
     const length = Math.hypot(u - x, v - y), turn = Math.atan2(v - y, u - x);
     const head = Math.min(9 * ratio, 0.6 * length), m = 4 * ratio;
     context.save();
-    context.strokeStyle = context.fillStyle = colour(SIDES[side]);
+    context.strokeStyle = context.fillStyle = colour(tone(side));
     context.lineWidth = 2.4 * ratio; context.beginPath(); context.moveTo(x, y);
     context.lineTo(u - 0.8 * head * Math.cos(turn), v - 0.8 * head * Math.sin(turn)); context.stroke();
     context.beginPath(); context.moveTo(u, v);
@@ -200,14 +251,20 @@
     context.fill(); context.beginPath();
     if (side === 0) context.arc(x, y, m, 0, 2 * Math.PI);
     else if (side === 1) context.rect(x - m, y - m, 2 * m, 2 * m);
-    else {
+    else if (side > 2) {
+      context.moveTo(x, y - 1.3 * m); context.lineTo(x + 1.3 * m, y); context.lineTo(x, y + 1.3 * m); context.lineTo(x - 1.3 * m, y);
+      context.closePath();
+    } else {
       context.moveTo(x, y - 1.2 * m); context.lineTo(x + m, y + m); context.lineTo(x - m, y + m); context.closePath();
     }
     context.fill(); context.lineWidth = ratio; context.strokeStyle = colour("card"); context.stroke();
     context.restore();
   }
 
-  function go(i) { index = i; $("scrub").value = i; draw(); }
+  function go(i) {
+    index = FRAME.index = i; $("scrub").value = i; draw();
+    for (const follow of FRAME.shown) follow(i, playing);
+  }
   function play(on) {
     playing = on; last = 0; due = 0;
     $("play").textContent = on ? "❚❚ Pause" : "▶ Play";
@@ -221,25 +278,38 @@
     if (due >= 1) { const steps = Math.floor(due); due -= steps; go((index + steps) % run.frames); }
     requestAnimationFrame(tick);
   }
+  function take(picture) {
+    run = load(picture);
+    $("scrub").max = run.frames - 1;
+    go(Math.min(index, run.frames - 1));
+  }
   function radii() {
     const here = DATA.pictures.filter((q) => String(q.rpm) === $("rpm").value);
     fill($("radius"), here.map((q) => [String(q.radius), radiusName(q.radius)]));
   }
   function choose() {
-    run = load(DATA.pictures.find((q) => String(q.rpm) === $("rpm").value && String(q.radius) === $("radius").value));
-    $("scrub").max = run.frames - 1;
-    go(Math.min(index, run.frames - 1));
+    take(DATA.pictures.find((q) => String(q.rpm) === $("rpm").value && String(q.radius) === $("radius").value));
   }
-  fill($("rpm"), [...new Set(DATA.pictures.map((q) => q.rpm))].map((rpm) => [rpm, rpm + " rpm"]));
-  radii();
-  const usual = [...$("radius").options].find((option) => option.value === "0.308");
-  if (usual) $("radius").value = usual.value;
-  $("rpm").addEventListener("input", () => { radii(); choose(); });
-  $("radius").addEventListener("input", choose);
-  $("view").addEventListener("input", draw);
+  if ($("rpm")) {
+    fill($("rpm"), [...new Set(DATA.pictures.map((q) => q.rpm))].map((rpm) => [rpm, rpm + " rpm"]));
+    radii();
+    const usual = [...$("radius").options].find((option) => option.value === "0.308");
+    if (usual) $("radius").value = usual.value;
+    $("rpm").addEventListener("input", () => { radii(); choose(); });
+    $("radius").addEventListener("input", choose);
+  }
+  for (const name of ["view", "colours"]) $(name)?.addEventListener("input", draw);
   $("scrub").addEventListener("input", () => { play(false); go(Number($("scrub").value)); });
   $("play").addEventListener("click", () => play(!playing));
   window.addEventListener("resize", draw);
   REDRAWS.push(draw);
-  choose();
+  if ($("rpm")) choose();
+  else take(DATA.pictures[0]);
 })();
+
+// From little (blue) to much (red), the same in both themes; also of a reader who sees no red
+function tensionColour(part) {
+  const stops = [[69, 117, 180], [171, 217, 233], [254, 224, 144], [244, 109, 67], [165, 0, 38]];
+  const x = Math.min(Math.max(part, 0), 1) * (stops.length - 1), k = Math.min(Math.floor(x), stops.length - 2);
+  return `rgb(${stops[k].map((value, i) => Math.round(value + (x - k) * (stops[k + 1][i] - value))).join(",")})`;
+}

@@ -33,7 +33,7 @@ KINDS = {
     "printed": "stands in the paper",
 }
 SYMBOLS = dict(zip(VERDICTS, ("●", "◐", "○", "◇", "–"), strict=True))
-SCRIPTS = ("page", "animation", "charts")  # one module, in this order
+SCRIPTS = ("shared", "page", "animation", "plots", "charts")  # one module, in this order
 FILTERS = ("cell", "change", "groups", "heading", "span", "words")
 FAILED = (NOT_REPRODUCED, IN_TREND)  # a claim of such a part did not come out
 COLOURS_OF_A_PICTURE = 13
@@ -99,18 +99,11 @@ def build_page(inputs: PageInputs) -> str:
         "trade": data.trade(_rows(results, "trade.csv")),
         "files": files,
     }
-    environment = Environment(
-        loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    environment.filters |= {name: getattr(words, name) for name in FILTERS}
     shown = [_entry(inputs, item) for item in (*PAPER, *(own for own in OWN if not own.table), *STUDIES)]
-    return environment.get_template("page.html.j2").render(
-        style=(HERE / "page.css").read_text(encoding="utf-8"),
-        script="\n".join((HERE / f"{name}.js").read_text(encoding="utf-8") for name in SCRIPTS),
-        plotly=_packed(get_plotlyjs()),
-        embedded=_packed(json.dumps(embedded, allow_nan=False, separators=(",", ":"))),
-        data=embedded,
-        files=files,
+    return render(
+        "page.html.j2",
+        SCRIPTS,
+        embedded,
         card=_card(results),
         symbols=SYMBOLS,
         synthetic=inputs.synthetic,
@@ -128,6 +121,26 @@ def build_page(inputs: PageInputs) -> str:
         folded=FOLDED,
         missing=missing(results),
         paper_items=len(PAPER),
+    )
+
+
+def render(template: str, scripts: tuple[str, ...], data: dict, **shown) -> str:
+    """A page as HTML text: template, style and scripts of this folder, its data and what draws them packed into it.
+
+    ``data["files"]`` are the texts that the page hands out by name.
+    """
+    environment = Environment(
+        loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters |= {name: getattr(words, name) for name in FILTERS}
+    return environment.get_template(template).render(
+        style=(HERE / "page.css").read_text(encoding="utf-8"),
+        script="\n".join((HERE / f"{name}.js").read_text(encoding="utf-8") for name in scripts),
+        plotly=_packed(get_plotlyjs()),
+        embedded=_packed(json.dumps(data, allow_nan=False, separators=(",", ":"))),
+        data=data,
+        files=data["files"],
+        **shown,
     )
 
 

@@ -124,13 +124,21 @@ def geometry(rig: Rig) -> dict:
     }
 
 
+def differences(columns: np.ndarray) -> dict:
+    """Columns of numbers over time in whole ``CONFIGURATION``: a start, and second differences, which make a small file."""
+    steps = np.rint(columns / CONFIGURATION).astype(int)
+    return {
+        "start": steps[0].tolist(),
+        "frame": np.diff(steps, 2, axis=0, prepend=np.repeat(steps[:1], 2, axis=0)).T.ravel().tolist(),
+    }
+
+
 def moving_picture(recording: Recording) -> dict:
     """Configurations of a run with the normal forces and areas of all pitches at these instants."""
     rig = Rig.model_validate(recording.meta["rig"])
     scene = recording.meta["scene"]
     # a configuration is taken at the end of a sample interval, and so is the sample
     samples = np.clip(np.rint(recording.frame_time * recording.rate).astype(int) - 1, 0, len(recording.time) - 1)
-    steps = np.rint(recording.frame / CONFIGURATION).astype(int)
     shift = recording.meta["layout"]["tensioner_shift_m"]
     return {
         "rpm": scene["motor_rpm"],
@@ -140,9 +148,7 @@ def moving_picture(recording: Recording) -> dict:
         "bodies": recording.frame.shape[1] - 3,
         "wheels": wheel_circles(rig, shift, surface=True)[1:].tolist(),
         "unit": CONFIGURATION,
-        "start": steps[0].tolist(),
-        # second differences in time of each number: small, and so a small file
-        "frame": np.diff(steps, 2, axis=0, prepend=np.repeat(steps[:1], 2, axis=0)).T.ravel().tolist(),
+        **differences(recording.frame),
         "force": np.rint(recording.force[samples]).astype(int).ravel().tolist(),
         "area": recording.area[samples].astype(int).ravel().tolist(),
         "groove": recording.groove[samples].astype(int).ravel().tolist(),

@@ -1,0 +1,36 @@
+"""Shipped rigs settled, and after a second of running, made once."""
+
+from math import ceil
+
+import pytest
+
+from trackdyn.limits import step_limits
+from trackdyn.loop import Loop
+from trackdyn.parameters.rig import load_rig
+from trackdyn.scene import Scene
+
+SPROCKET_RPM = 30.0
+NAMES = ("bench", "m113", "robot", "vehicle", "printed_equal_pitch")
+
+
+def scene_of(rig, sprocket_rpm=SPROCKET_RPM, **fields):
+    """A short scene with a step that the rig allows."""
+    rpm = sprocket_rpm * rig.sprocket.transmission_ratio
+    probe = Scene(rig, rpm, step=1e-6)
+    limit = min(step_limits(probe.model, 1.2 * rig.tension.pre_tension).values())
+    sample = 1.0 / rig.sensor.rate
+    step = sample / ceil(sample / min(0.8 * limit, 1e-4))
+    return Scene(rig, rpm, **{"duration": 0.5, "lead_in": 0.2, "ramp": 0.3, "step": step} | fields)
+
+
+@pytest.fixture(scope="session")
+def settled():
+    """Function that gives a shipped rig's loop at rest, as an own copy."""
+    kept = {}
+
+    def make(name):
+        if name not in kept:
+            kept[name] = Loop(scene_of(load_rig(name)))
+        return kept[name].copy()
+
+    return make

@@ -1,0 +1,138 @@
+"""Motors, ripple, release, and wheels on springs: closed forms of each, and one run with all of them."""
+
+from math import pi, sin
+
+import numpy as np
+import pytest
+
+from tests.rigs.conftest import scene_of
+from trackdyn.carrying import make_carriers
+from trackdyn.errors import InputError
+from trackdyn.integrate.carriers import given_force, slide
+from trackdyn.integrate.semi_implicit import driven_rate, rippled
+from trackdyn.loop import Loop
+from trackdyn.measure.energy import open_share
+from trackdyn.model.constants import SPROCKET, Drive, Motor, Ripple
+from trackdyn.model.record import SPROCKET_WORK
+from trackdyn.model.state import SLIDE, SLIDE_RATE
+from trackdyn.parameters.rig import load_rig
+
+STEP = 1e-4
+
+
+def turned(drive, torque, seconds):
+    rate = angle = 0.0
+    rates = []
+    for k in range(round(seconds / STEP)):
+        new = driven_rate(drive, rate, angle, torque, (k + 1) * STEP, STEP, drive.motor)
+        angle += 0.5 * STEP * (rate + new)
+        rate = new
+        rates.append(rate)
+    return np.array(rates)
+
+
+def test_a_motor_runs_up_along_its_line():
+    """``J w' = k (w_0 - w) + M``: an exponential to ``w_0 + M / k``."""
+    inertia, slope, load, wanted = 2.0, 8.0, 4.0, -10.0
+    drive = Drive(wanted, 1e-9, motor=Motor(inertia, slope, 1e9, np.inf, 0))
+    found, time = turned(drive, load, 1.0), STEP * np.arange(1, 10001)
+    expected = (wanted + load / slope) * (1 - np.exp(-slope / inertia * time))
+    # of order 1: half a step of the steepest slope
+    assert np.abs(found - expected).max() < STEP * abs(wanted) * slope / inertia
+
+
+def test_a_motor_gives_no_more_than_its_torque():
+    drive = Drive(-10.0, 1e-9, motor=Motor(2.0, 8.0, 5.0, np.inf, 0))
+    assert turned(drive, 0.0, 0.5)[-1] == pytest.approx(-5.0 / 2.0 * 0.5, rel=1e-9)
+    assert turned(drive, 5.0, 0.5)[-1] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_released_sprocket_is_on_its_own():
+    drive = Drive(-10.0, 1e-9, motor=Motor(2.0, 0.0, 0.0, 0.2, 1))
+    rates = turned(drive, 6.0, 0.5)
+    assert (rates[: round(0.2 / STEP) - 1] == -10.0).all()
+    assert rates[-1] == pytest.approx(-10.0 + 6.0 / 2.0 * 0.3, rel=1e-3)
+
+
+def test_ripple_belongs_to_the_angle():
+    """``w = w_0 (1 + a sin(k angle))`` is passed in the time of a closed form: a turn takes ``T / sqrt(1 - a^2)``."""
+    share, order, rate = 0.3, 5.0, 2 * pi
+    ripple = Ripple(share, order)
+    assert rippled(rate, 0.1, ripple) == rate * (1 + share * sin(order * 0.1))
+    assert rippled(rate, 0.1, None) == rate
+    drive = Drive(rate, 1e-9, ripple=ripple)
+    rates = turned(drive, 0.0, 1.3)
+    angle = np.cumsum(rates) * STEP
+    assert STEP * np.searchsorted(angle, 2 * pi) == pytest.approx(1 / np.sqrt(1 - share**2), rel=2e-3)
+
+
+def test_a_wheel_on_an_arm_swings_as_its_spring_says(settled):
+    """Without contacts: ``I q'' = -k q``, its weight held by the preload at rest."""
+    loop = settled("m113")
+    model, state, work = loop.model, loop.state, loop.work
+    work.count[0] = 0
+    carriers, k = model.carriers, 2
+    arm = loop.scene.rig.rollers["road_3"].arm
+    dx, dy = np.array([loop.scene.rig.rollers["road_3"].x - arm.x, loop.scene.rig.rollers["road_3"].y - arm.y])
+    weight = arm.mass * loop.scene.rig.gravity
+    carriers = carriers._replace(damping=0 * carriers.damping, preload=carriers.weight * carriers.along_y)
+    state.slide[:] = 0.0
+    state.slide[k, SLIDE] = 1e-3
+    crossings, before = [], 1e-3
+    for step in range(40_000):
+        slide(model, state, work, carriers)
+        if before < 0 <= state.slide[k, SLIDE]:
+            crossings.append(step)
+        before = state.slide[k, SLIDE]
+    period = np.diff(crossings).mean() * model.step
+    # the weight's lever arm changes with the turn: a stiffness of its own, -W y of the arm
+    stiffness = arm.stiffness - weight * dy
+    expected = 2 * pi * np.sqrt(arm.mass * (dx**2 + dy**2) / stiffness)
+    assert period == pytest.approx(expected, rel=1e-3)
+    assert abs(weight * dy / arm.stiffness) > 2e-3, "else the test says nothing of the weight"
+    assert state.slide[k, SLIDE_RATE] != 0.0
+
+
+def test_a_given_force_is_straight_between_its_rows(settled):
+    loop = settled("m113")
+    rig = loop.scene.rig.changed(tension__force=[[0.0, 100.0], [2.0, 300.0]])
+    carriers = make_carriers(rig, loop.model, "forced", 0.0)
+    k = carriers.tensioner
+    for time, force in ((-1.0, 100.0), (0.5, 150.0), (2.0, 300.0), (9.0, 300.0)):
+        assert given_force(carriers, k, time, carriers.force) == pytest.approx(force)
+    assert given_force(carriers, (k + 1) % len(carriers.wheel), 1.0, carriers.force) == 0.0
+
+
+def test_all_of_them_in_one_loop_keep_the_account():
+    """A sprocket that runs down, a tensioner under a given force, a wheel with a surface of its own, arms."""
+    rig = load_rig("robot")
+    soft = rig.wheel_contact.model_dump() | {"youngs_modulus": 2e7}
+    free = {"kind": "free", "inertia": 0.05, "release": 0.5}
+    pulled = 2.2 * rig.tension.pre_tension
+    changed = rig.changed(
+        surfaces={"soft": soft}, front__surface="soft", drive=free, tension__kept="forced", tension__force=[[0.0, pulled], [2.0, 1.2 * pulled]]
+    )
+    loop = Loop(scene_of(changed, 60.0))
+    assert loop.model.wheels.own_law is not None and loop.model.drive.motor is not None
+    assert loop.layout["settled_tension_n"] == pytest.approx(pulled / 2, rel=0.15)  # both strands pull
+    loop.advance(0.5)
+    before, work = loop.wheel_rates[SPROCKET], loop.state.work_done[SPROCKET_WORK]
+    recording = loop.record(0.4, spells=False)
+    after = loop.wheel_rates[SPROCKET]
+    given = 0.5 * free["inertia"] * (before**2 - after**2)
+    # what the sprocket loses the chain gets; both by quadratures of order 1
+    assert loop.state.work_done[SPROCKET_WORK] - work == pytest.approx(given, rel=0.02)
+    assert abs(after) < 0.99 * abs(before)
+    assert recording.gap.max() < 1.1e-10
+    assert abs(open_share(recording.energy, loop.model, 0.4)[0]) < 2e-2
+
+
+def test_springs_and_motors_move_in_the_plane_by_semi_implicit_euler_only():
+    robot, bench = load_rig("robot"), load_rig("bench")
+    with pytest.raises(InputError, match=r"integrator = 'linearly_implicit'.*wheel front stands on a spring"):
+        scene_of(robot, integrator="linearly_implicit")
+    driven = bench.changed(drive={"ripple": 0.05, "ripple_order": 3.0})
+    with pytest.raises(InputError, match=r"integrator = 'rk4'.*the rig's drive"):
+        scene_of(driven, integrator="rk4", step=1e-5)
+    with pytest.raises(InputError, match=r"tension = 'forced'.*no tension\.force"):
+        scene_of(bench, tension="forced")

@@ -1,0 +1,80 @@
+"""Tooth profiles from any list of arcs and from measured points."""
+
+import numpy as np
+import pytest
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.outline import distance_to, fit_outline, groove_of_arcs
+from trackdyn.parameters.rig import load_rig
+
+NOISE = 2e-5  # m, of a coordinate measuring machine in a workshop
+
+
+def arcs_of(groove):
+    half = len(groove.radius) // 2
+    sign = np.where(groove.convex, 1.0, -1.0)
+    return np.column_stack([groove.centre, groove.radius, sign])[:half]
+
+
+def test_the_arcs_of_the_design_give_the_design_back(rig):
+    """The list says nothing of slopes: joints and half angles follow from centres and radii alone."""
+    groove = rig.groove_profile
+    again = groove_of_arcs(arcs_of(groove), groove.teeth)
+    for name in ("centre", "radius", "direction", "half_angle"):
+        np.testing.assert_allclose(getattr(again, name), getattr(groove, name), rtol=0, atol=1e-12, err_msg=name)
+    assert (again.convex == groove.convex).all()
+    assert again.addendum == pytest.approx(groove.addendum, abs=1e-12)
+
+
+def test_measured_points_are_followed_to_their_noise(rig):
+    """Points of the shipped groove with noise: the residual is the noise, and the seat stands where it was."""
+    groove = rig.groove_profile
+    rng = np.random.default_rng(7)
+    points = groove.profile(12) + NOISE * rng.standard_normal((120, 2))
+    fitted, misses = fit_outline(points, "+--+-", groove.teeth)
+    assert np.sqrt((misses**2).mean()) == pytest.approx(NOISE, rel=0.2)
+    true = groove.profile(40)
+    inner = true[np.abs(true[:, 0]) < 0.9 * np.abs(true[:, 0]).max()]  # the ends of a fit lean on few points
+    assert np.abs(distance_to(fitted, inner)).max() < 3 * NOISE
+
+
+def test_a_rig_may_have_a_measured_outline(rig, tmp_path):
+    groove = rig.groove_profile
+    flank = groove.profile(20)
+    rows = "\n".join(f"{x:.7f},{y:.7f}" for x, y in flank)
+    (tmp_path / "tooth.csv").write_text(f"x_m,y_m\n{rows}\n", encoding="utf-8")
+    path = tmp_path / "mine.yaml"
+    path.write_text(
+        'like: paper\nprofile:\n  outline: {value: tooth.csv, unit: "m, m", kind: derived, source: "points of the design"}\n', encoding="utf-8"
+    )
+    mine = load_rig(path)
+    assert mine.groove is None and len(mine.profile.outline) == len(flank)
+    assert np.abs(distance_to(mine.groove_profile, flank[20:-20])).max() < 1e-5
+    (tmp_path / "tooth.csv").write_text("x_m,y_m\n0.1,nonsense\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"tooth\.csv: line 2 holds no two numbers"):
+        load_rig(path)
+    (tmp_path / "tooth.csv").unlink()
+    with pytest.raises(InputError, match=r"tooth\.csv: no such file"):
+        load_rig(path)
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        (lambda arcs: arcs.__setitem__((1, 2), arcs[1, 2] + 1e-3), "miss each other by 1 mm"),
+        (lambda arcs: arcs.__setitem__((0, 2), -1.0), "positive radii"),
+        (lambda arcs: arcs.__setitem__((slice(None), 0), arcs[:, 0] + 1e-3), "not centred"),
+    ],
+)
+def test_arcs_that_do_not_fit_are_refused(rig, change, word):
+    arcs = arcs_of(rig.groove_profile)
+    change(arcs)
+    with pytest.raises(InputError, match=word):
+        groove_of_arcs(arcs, rig.sprocket.teeth)
+
+
+def test_an_outline_that_is_none_is_refused(rig):
+    with pytest.raises(InputError, match="at least 15"):
+        fit_outline(rig.groove_profile.profile(1), "+--+-", 13)
+    with pytest.raises(InputError, match="leaves its groove"):
+        fit_outline(rig.groove_profile.profile(5)[:, ::-1], "+--+-", 13)

@@ -1,0 +1,157 @@
+"""Files of rigs: shipped ones by name, the short way of writing, what is taken from another file, and what is refused."""
+
+import numpy as np
+import pytest
+import yaml
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.layout import assemble, belt_around, run_order, wheel_names
+from trackdyn.parameters.rig import load_rig, parameter_table
+from trackdyn.parameters.rig_file import DEFAULT, read_rig, shipped_rigs
+
+OWN = ("bench", "m113", "robot", "vehicle")  # the others are the pipeline's files
+MOST_LINES = 62  # two of them the note of where the data are
+
+WHEEL = "{x: -1.05 m, y: 0.0 m, radius: 0.28 m, inertia: 3.0 kg m2}"
+
+
+def written(tmp_path, text):
+    path = tmp_path / "mine.yaml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def refusal(path):
+    with pytest.raises(InputError) as caught:
+        load_rig(path)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def test_the_package_has_the_pipelines_rigs_and_its_own(rig, rig_path):
+    assert set(shipped_rigs()) == {*OWN, "paper", "printed_equal_pitch"}
+    assert load_rig() == load_rig(DEFAULT) == rig
+    assert shipped_rigs()["paper"].read_bytes() == rig_path.read_bytes(), "one source of truth"
+
+
+@pytest.mark.parametrize("name", OWN)
+def test_a_shipped_file_is_short_and_every_value_has_a_source(name):
+    path = shipped_rigs()[name]
+    assert path.read_text(encoding="utf-8").count("\n") <= MOST_LINES
+    table = parameter_table(path)
+    assert table["source"].str.strip().ne("").all() and table["kind"].ne("").all()
+    assert not table["name"].duplicated().any()
+    # what a file states itself is what the rig has: the short form loses nothing
+    own = yaml.safe_load(path.read_text(encoding="utf-8"))
+    for wheel, part in own["wheels"].items():
+        if isinstance(part, dict):
+            assert float(part["radius"].split()[0]) == load_rig(name).rollers[wheel].radius
+
+
+def test_the_paper_is_dumped_as_before(rig):
+    """What a rig does not use is not in its data, and with it not in what is hashed and stored."""
+    data = rig.model_dump()
+    assert not {"wheels", "surfaces", "drive", "profile"} & set(data)
+    assert set(data["idler"]) == {
+        "x", "y", "axial_offset", "toe", "camber", "radius", "inertia", "bearing_drag", "bearing_torque"
+    }  # fmt: skip
+    assert "kept" not in data["tension"] and "kind" not in data["chain"] and "ring" not in data["sprocket"]
+
+
+def test_short_values_have_units_and_their_sections_source(tmp_path):
+    path = written(tmp_path, f"like: bench\nwheels:\n  source: my own\n  idler: {WHEEL}\nchain: {{source: counted, kind: derived, pitches: 26}}\n")
+    entries = read_rig(path)
+    assert entries["chain"]["pitches"] == {"value": 26, "unit": "1", "kind": "derived", "source": "counted"}
+    assert entries["idler"]["radius"] == {"value": 0.28, "unit": "m", "kind": "assumed", "source": "my own"}
+    assert load_rig(path).chain.pitches == 26
+    assert load_rig(path).idler.toe == 0.0
+
+
+def test_a_wheel_is_a_section_by_its_name():
+    rig = load_rig("m113")
+    assert wheel_names(rig)[:2] == ("sprocket", "idler")
+    assert rig.changed(road_3__radius=0.3).rollers["road_3"].radius == 0.3
+    assert rig.changed(road_3__arm__stiffness=3e4).rollers["road_3"].arm.stiffness == 3e4
+    assert rig.changed(road_3__arm=None).rollers["road_3"].carrier is None
+    with pytest.raises(InputError, match=r"road_9\.radius is not a parameter"):
+        rig.changed(road_9__radius=0.3)
+    with pytest.raises(InputError, match=r"road_3\.radius = -0\.3"):
+        rig.changed(road_3__radius=-0.3)
+    assert {"road_3.radius", "road_3.arm.stiffness"} <= set(parameter_table(shipped_rigs()["m113"])["name"])
+
+
+@pytest.mark.parametrize(
+    ("text", "fragments"),
+    [
+        (f"like: bench\nwheels:\n  idler: {WHEEL}\n", ["wheels.idler.x = '-1.05 m'", "has no source"]),
+        ("like: nowhere\n", ["rig = 'nowhere'", "bench, m113"]),
+        ("like: mine.yaml\n", ["like = 'mine.yaml'"]),
+        ("like: bench\nwheels: {source: s, idler: {x: 1 mm}}\n", ["idler.x", "must be given in 'm'"]),
+        ("like: bench\nwheels: {source: s, Big Wheel: " + WHEEL + "}\n", ["wheels", "Big Wheel", "small letters"]),
+        ("like: bench\nwheels: {source: s, chain: " + WHEEL + "}\n", ["wheels", "'chain'", "no section's name"]),
+        ("like: bench\nwheels: {source: s, rear: " + WHEEL + "}\n", ["tension.wheel = 'idler'", "'rear' would do"]),
+        (f"like: bench\nwheels: {{source: s, idler: {WHEEL[:-1]}, surface: soft}}}}\n", ["idler.surface = 'soft'", "wheel_contact"]),
+        ("like: bench\ntension: {source: s, kept: forced}\n", ["tension.force is missing"]),
+        ("like: bench\ntension: {source: s, kept: glued}\n", ["tension.kept = 'glued'", "'locked'"]),
+        ("like: bench\ndrive: {source: s, kind: motor}\n", ["drive.inertia is missing"]),
+        ("like: bench\ndrive: {source: s, ripple: 1.5 1}\n", ["drive.ripple = 1.5", "less than 1"]),
+        ("like: bench\nprofile: {source: s}\n", ["profile needs arcs or outline"]),
+        (
+            f"like: bench\nwheels: {{source: s, idler: {WHEEL[:-1]}, arm: {{x: 1.0 m, y: 0.0 m, mass: 1.0 kg, stiffness: 1.0 N m/rad, "
+            "damping: 0.0 N m s/rad, travel: 5.0 deg}}}\n",
+            ["tension.wheel = 'idler'", "a fixed wheel would do"],
+        ),
+    ],
+)
+def test_a_bad_file_is_refused_by_file_and_field(tmp_path, text, fragments):
+    path = written(tmp_path, text)
+    sentence = refusal(path)
+    for fragment in [*fragments, *([str(path)] if "nowhere" not in text else [])]:
+        assert fragment in sentence, sentence
+
+
+def hull_points(circles, per_circle=2000):
+    """Corners of the convex hull of many points of the circles, by an independent method, and the circle of each."""
+    from scipy.spatial import ConvexHull
+
+    turn = np.linspace(0, 2 * np.pi, per_circle, endpoint=False)
+    points = np.vstack([[x + r * np.cos(turn), y + r * np.sin(turn)] for x, y, r in circles]).reshape(-1, 2, per_circle)
+    points = points.transpose(0, 2, 1).reshape(-1, 2)
+    return np.unique(ConvexHull(points).vertices // per_circle)
+
+
+def test_the_order_of_the_wheels_is_that_of_a_rubber_band():
+    """Against the convex hull of points on the circles; wheels within are not in it."""
+    rng = np.random.default_rng(5)
+    for _ in range(300):
+        n = int(rng.integers(2, 9))
+        circles = np.column_stack([rng.uniform(-2, 2, (n, 2)), rng.uniform(0.05, 0.5, n)])
+        order = run_order(circles)
+        found = set(hull_points(circles).tolist())
+        # a wheel whose arc is shorter than the points are apart may be missing there
+        assert found <= set(order)
+        extra = set(order) - found
+        assert len(extra) <= 1, "points as dense as these miss no more"
+        if 0 in order:
+            assert order[0] == 0
+
+
+def test_a_large_wheel_between_small_ones_is_met_twice():
+    circles = np.array([[0.0, 0.0, 0.2], [-3.0, 0.0, 0.2], [-1.5, 0.0, 0.5]])
+    assert sorted(run_order(circles)) == [0, 1, 2, 2]
+
+
+def test_wheels_on_one_line_come_one_after_the_other():
+    circles = np.array([[0.0, 0.3, 0.3], *[[-x, 0.0, 0.3] for x in (0.7, 1.4, 2.1, 2.8)]])
+    assert run_order(circles) == [0, 1, 2, 3, 4]
+
+
+def test_a_wheel_far_within_is_refused_and_one_under_a_sagging_strand_is_not():
+    rig = load_rig("vehicle")
+    assert "carrier" not in [wheel_names(rig)[i] for i in belt_around(rig)[1]]
+    with pytest.raises(InputError, match=r"wheel carrier at .* would not touch the loop"):
+        belt_around(rig.changed(carrier__y=0.0))
+    with pytest.raises(InputError, match=r"wheels sprocket and road_1 are .* m apart and overlap"):
+        belt_around(rig.changed(road_1__x=-0.3))
+    with pytest.raises(InputError, match="too short"):
+        assemble(rig.changed(carrier__y=2.0))

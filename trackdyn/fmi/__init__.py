@@ -1,0 +1,1 @@
+"""A track as a unit for co-simulation by the FMI standard."""

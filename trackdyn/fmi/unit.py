@@ -1,0 +1,213 @@
+"""What crosses the border of a co-simulation unit: inputs that a rig has, outputs, and one exchange after another."""
+
+from collections.abc import Callable
+from math import inf, isfinite
+from typing import NamedTuple
+
+import numpy as np
+
+from trackdyn.carrying import CARRIED
+from trackdyn.errors import InputError
+from trackdyn.loop import Loop
+from trackdyn.measure.sensor import specific_force
+from trackdyn.measure.strands import Strands
+from trackdyn.model.constants import SPROCKET
+from trackdyn.parameters.layout import belt_around, wheel_circles, wheel_names
+from trackdyn.scene import LEAST_RAMP, Scene
+
+ROUNDING = 1e-12  # share of an input by which it may change and is the same
+
+
+class Signal(NamedTuple):
+    """A number that crosses the border: name, unit, what it is, and its value at the start."""
+
+    name: str
+    unit: str
+    text: str
+    start: float = 0.0
+
+
+class Steering(NamedTuple):
+    """An input: whether a scene has it, the signal, and what a new value does to a unit within an exchange (s)."""
+
+    present: Callable[[Scene], bool]
+    signal: Callable[[Scene], Signal]
+    apply: Callable[["Unit", float, float], None]
+
+
+def _limit(unit: "Unit", torque: float, exchange: float) -> None:
+    if not 0.0 <= torque < inf:
+        raise InputError(f"torque_limit = {torque:g} N m is not accepted: a finite number of at least 0 would do")
+    drive = unit.loop.model.drive
+    unit.loop.model = unit.loop.model._replace(drive=drive._replace(motor=drive.motor._replace(torque=float(torque))))
+
+
+def _push(unit: "Unit", force: float, exchange: float) -> None:
+    if not isfinite(force):
+        raise InputError(f"tensioner_force = {force:g} N is not accepted: a finite number would do")
+    unit.loop.model.carriers.force[:, 1] = force
+
+
+def _drive(unit: "Unit", motor_rpm: float, exchange: float) -> None:
+    unit.loop.drive(motor_rpm, max(unit.speed_ramp or exchange, LEAST_RAMP))
+
+
+def _shift(unit: "Unit", shift: float, exchange: float) -> None:
+    settled, travel = unit.settled_shift, unit.scene.rig.tension.travel
+    if not abs(settled + shift) <= travel:
+        raise InputError(
+            f"tensioner_shift = {shift:g} m is not accepted: at least {-travel - settled:.4g} and at most {travel - settled:.4g} m, "
+            "the tensioner's travel from where the loop settled, would do"
+        )
+    unit.loop.shift_tensioner(unit.settled_shift + shift)
+    unit.place_strands()
+
+
+# Every input that some rig has; a unit has those that its own does.
+STEERINGS = (
+    Steering(
+        lambda scene: True,
+        lambda scene: Signal(
+            "motor_rpm", "rev/min", "speed of the motor, at least 0; a new one is reached within the exchange or speed_ramp", scene.motor_rpm
+        ),
+        _drive,
+    ),
+    Steering(
+        lambda scene: scene.rig.drive is not None and scene.rig.drive.kind == "motor",
+        lambda scene: Signal(
+            "torque_limit", "N.m", "largest torque of the drive at the sprocket, which it gives while it is far from its speed", scene.rig.drive.torque
+        ),
+        _limit,
+    ),
+    Steering(
+        lambda scene: scene.tension == "forced",
+        lambda scene: Signal("tensioner_force", "N", "force that pushes the tensioning wheel along its line; taken at once", scene.rig.tension.force[0][1]),
+        _push,
+    ),
+    Steering(
+        lambda scene: scene.tension not in CARRIED,
+        lambda scene: Signal("tensioner_shift", "m", "way of the tensioning wheel along its line from where the loop settled; taken at once"),
+        _shift,
+    ),
+)
+
+
+class Unit:
+    """A loop that takes inputs and gives outputs from exchange to exchange.
+
+    Parameters
+    ----------
+    scene : Scene
+        A loop on its wheels, in the plane. With a lead-in it runs at speed at time 0, without one it rests.
+
+    Attributes
+    ----------
+    inputs, outputs : list of Signal
+    wanted : dict
+        Present value of every input by name; to be written between exchanges.
+    speed_ramp : float
+        Time in which a new speed is reached, s; 0: within the exchange.
+
+    Raises
+    ------
+    InputError
+        A belt, a free loop or motion in space has no such unit.
+    """
+
+    def __init__(self, scene: Scene):
+        for field, refused, would_do in (("chain", "belt", "double_pin"), ("loop", "free", "on_wheels")):
+            if getattr(scene, field) == refused:
+                raise InputError(f"scene: {field} = {refused!r} is not accepted: a unit needs a chain on wheels; {would_do!r} would do")
+        if scene.fidelity["space"].setting != "planar":
+            raise InputError("scene: space = 'spatial' is not accepted: a unit moves in the plane; wheels that are aligned would do")
+        self.scene = scene
+        self.names = wheel_names(scene.rig)
+        self.order = belt_around(scene.rig)[1]
+        self.steerings = [one for one in STEERINGS if one.present(scene)]
+        self.inputs = [one.signal(scene) for one in self.steerings]
+        self.wanted = {signal.name: signal.start for signal in self.inputs}
+        self.speed_ramp = 0.0
+        names = [self.names[i] for i in self.order]
+        strands = [f"{name}_to_{names[(i + 1) % len(names)]}" for i, name in enumerate(names)]
+        self.outputs = [
+            *(Signal(f"tension_{name}", "N", "force in the chain in the middle of this strand") for name in strands),
+            Signal("sprocket_torque", "N.m", "mean torque of the sprocket on the chain over the exchange: its work over the turn; 0 while it stands"),
+            *(Signal(f"rate_{name}", "rad/s", "angular velocity; negative is clockwise") for name in self.names),
+            Signal("sensor_ax", "g", "what the sensor reports along its link (Eq. 40), mean over the exchange"),
+            Signal("sensor_ay", "g", "what the sensor reports across its link (Eq. 40), mean over the exchange"),
+            Signal("gap", "m", "distance of the two pins of the cut joint"),
+        ]
+        self._applied = dict(self.wanted)
+        self.loop: Loop | None = None
+
+    def start(self) -> None:
+        """Lay, tension and settle the loop, and run up to speed if the scene has a lead-in."""
+        scene = self.scene.with_(motor_rpm=self.wanted["motor_rpm"])
+        self.loop = Loop(scene)
+        self._applied = self.wanted | {"motor_rpm": scene.motor_rpm}
+        self.settled_shift = self.loop.layout["tensioner_shift_m"]
+        self.place_strands()
+        if shift := self.wanted.get("tensioner_shift"):
+            _shift(self, shift, 0.0)
+        if scene.lead_in:
+            self.loop.advance(scene.ramp + scene.lead_in)
+        self._begin = self.loop.time
+        self._account(0.0)
+
+    def place_strands(self) -> None:
+        """Find the strands anew, where the wheels are now."""
+        wheels = self.loop.model.wheels
+        circles = wheel_circles(self.scene.rig, body=float(self.loop.model.chain.length[0]))[self.order]
+        circles[:, :2] = np.column_stack([wheels.x, wheels.y])[self.order]
+        self.strands = Strands(circles, [self.names[i] for i in self.order])
+
+    def step(self, time: float, exchange: float) -> None:
+        """Go on from ``time`` since the start of the unit by an exchange, both s, to the nearest step of the loop.
+
+        Raises
+        ------
+        InputError
+            An input is out of range, or the exchange is shorter than the loop's step.
+        DivergenceError
+            The loop left the physical range.
+        """
+        if not exchange >= self.loop.model.step / 2:
+            raise InputError(f"exchange = {exchange:g} s is not accepted: at least the step of the loop, {self.loop.model.step:g} s, would do")
+        for steering, signal in zip(self.steerings, self.inputs, strict=True):
+            value, applied = self.wanted[signal.name], self._applied[signal.name]
+            if not abs(value - applied) <= ROUNDING * abs(applied):  # importers interpolate a constant input, too
+                steering.apply(self, value, exchange)
+                self._applied[signal.name] = value
+        end = round((self._begin + time + exchange) / self.loop.model.step)
+        before = self.loop.energy["sprocket_work"], float(self.loop.state.wheel_angle[SPROCKET])
+        self.loop.step(max(end - int(self.loop.state.steps[0]), 1))
+        if self.loop.model.carriers is not None:
+            self.place_strands()
+        turned = float(self.loop.state.wheel_angle[SPROCKET]) - before[1]
+        self._account((self.loop.energy["sprocket_work"] - before[0]) / turned if turned else 0.0)
+
+    def _account(self, torque: float) -> None:
+        self.torque = torque
+        loop, rig = self.loop, self.scene.rig
+        tension = self.strands.tension(loop.pins[1:], loop.joint_forces)
+        ax, ay, angle = loop.felt
+        felt = specific_force([ax, ay], angle, rig.gravity) / (rig.gravity or 9.81)
+        limit = rig.sensor.range
+        values = [*tension, torque, *loop.wheel_rates, *np.clip(felt, -limit, limit), loop.gap]
+        self.values = dict(zip((signal.name for signal in self.outputs), map(float, values), strict=True))
+
+    # -- keeping -------------------------------------------------------------------------------------------------------
+
+    def keep(self) -> dict:
+        """The present state, to which `back` returns."""
+        return {
+            "loop": self.loop.copy(), "wanted": dict(self.wanted), "applied": dict(self._applied),
+            "torque": self.torque, "speed_ramp": self.speed_ramp,
+        }  # fmt: skip
+
+    def back(self, kept: dict) -> None:
+        """Return to a state that `keep` gave; it may be returned to again."""
+        self.loop, self.wanted, self._applied = kept["loop"].copy(), dict(kept["wanted"]), dict(kept["applied"])
+        self.speed_ramp = kept["speed_ramp"]
+        self.place_strands()
+        self._account(kept["torque"])

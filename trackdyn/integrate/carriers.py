@@ -1,0 +1,128 @@
+"""Wheels on springs: sliders and trailing arms that move under the contact forces of the chain.
+
+A carrier has one coordinate q from its place at rest: the way of a slider (m) or the turn of an arm (rad). The place of
+its wheel is ``P(q)``, and ``T = dP/dq`` takes forces to the coordinate.
+"""
+
+from math import cos, sin
+
+from trackdyn.jit import kernel
+from trackdyn.model.constants import Carriers, Model
+from trackdyn.model.record import BEARING
+from trackdyn.model.state import ALONG_X, ALONG_Y, BEFORE, SLIDE, SLIDE_RATE, State
+from trackdyn.model.work import FRICTION_X, FRICTION_Y, NORMAL_X, NORMAL_Y, WHEEL, Work
+
+
+@kernel
+def along(carriers: Carriers, k, q):
+    """``T``: x and y of the wheel's velocity at unit rate of carrier ``k``."""
+    if carriers.arm[k] == 0:
+        return carriers.along_x[k], carriers.along_y[k]
+    c, s = cos(q), sin(q)
+    return c * carriers.along_x[k] - s * carriers.along_y[k], s * carriers.along_x[k] + c * carriers.along_y[k]
+
+
+@kernel
+def put(model: Model, carriers: Carriers, k, q):
+    """Put the wheel of carrier ``k`` where its coordinate says."""
+    wheel = carriers.wheel[k]
+    tx, ty = along(carriers, k, q)
+    if carriers.arm[k] == 0:
+        model.wheels.x[wheel] = carriers.x[k] + tx * q
+        model.wheels.y[wheel] = carriers.y[k] + ty * q
+    else:  # the arm is T turned back by a right angle
+        model.wheels.x[wheel] = carriers.x[k] + ty
+        model.wheels.y[wheel] = carriers.y[k] - tx
+
+
+@kernel
+def push(work: Work, wheel):
+    """Force of the chain on a wheel, x and y, N."""
+    fx, fy, row = 0.0, 0.0, work.contact
+    for k in range(work.count[0]):
+        if work.contact_body[k, WHEEL] == wheel:
+            fx -= row[k, NORMAL_X] + row[k, FRICTION_X]
+            fy -= row[k, NORMAL_Y] + row[k, FRICTION_Y]
+    return fx, fy
+
+
+@kernel
+def given_force(carriers: Carriers, k, time, force):
+    """Force (N) on carrier ``k`` of the tensioner's table of times and forces, straight between its rows; None: 0."""
+    if force is None:
+        return 0.0
+    if k != carriers.tensioner:
+        return 0.0
+    last = force.shape[0] - 1
+    if time <= force[0, 0]:
+        return force[0, 1]
+    for i in range(last):
+        if time < force[i + 1, 0]:
+            share = (time - force[i, 0]) / (force[i + 1, 0] - force[i, 0])
+            return force[i, 1] + share * (force[i + 1, 1] - force[i, 1])
+    return force[last, 1]
+
+
+@kernel
+def slide(model: Model, state: State, work: Work, carriers):
+    """Advance the carriers by semi-implicit Euler, their dampers taken at the end of the step.
+
+    At a stop a carrier stays where it is and loses its velocity; that and the damper's work count as bearing losses, and
+    so does, with its sign, what a given force puts in.
+    """
+    if carriers is None:
+        return
+    h = model.step
+    for k in range(carriers.wheel.shape[0]):
+        moved, mass = state.slide[k], carriers.mass[k]
+        tx, ty = along(carriers, k, moved[SLIDE])
+        fx, fy = push(work, carriers.wheel[k])
+        force = tx * fx + ty * fy + carriers.preload[k] - carriers.stiffness[k] * moved[SLIDE]
+        force -= carriers.weight[k] * ty
+        given = given_force(carriers, k, state.steps[0] * h, carriers.force)
+        force += given
+        old = moved[SLIDE_RATE]
+        rate = (mass * old + h * force) / (mass + h * carriers.damping[k])
+        free = rate
+        place = moved[SLIDE] + h * rate
+        low, high = carriers.low[k], carriers.high[k]
+        if place < low or place > high:
+            place = min(max(place, low), high)
+            rate = (place - moved[SLIDE]) / h
+            if (place == low and rate < 0.0) or (place == high and rate > 0.0):
+                rate = 0.0
+        mean = 0.5 * (old + free)
+        lost = h * carriers.damping[k] * free * mean + 0.5 * mass * (free * free - rate * rate)
+        state.work_done[BEARING] += lost - h * given * mean
+        moved[SLIDE] = place
+        moved[SLIDE_RATE] = rate
+        moved[BEFORE] = old
+        moved[ALONG_X] = tx
+        moved[ALONG_Y] = ty
+        put(model, carriers, k, place)
+
+
+@kernel
+def mean_velocity(state: State, carriers, wheel):
+    """Mean velocity of a wheel's centre over the last step, m/s: 0 but for one on a carrier."""
+    if carriers is None:
+        return 0.0, 0.0
+    k = carriers.of_wheel[wheel]
+    if k < 0:
+        return 0.0, 0.0
+    mean = 0.5 * (state.slide[k, SLIDE_RATE] + state.slide[k, BEFORE])
+    return mean * state.slide[k, ALONG_X], mean * state.slide[k, ALONG_Y]
+
+
+@kernel
+def carrier_energy(model: Model, state: State, carriers):
+    """Kinetic energy of the carriers, energy of their springs, and of their weight, J."""
+    kinetic = spring = lifted = 0.0
+    if carriers is None:
+        return kinetic, spring, lifted
+    for k in range(carriers.wheel.shape[0]):
+        q, rate = state.slide[k, SLIDE], state.slide[k, SLIDE_RATE]
+        kinetic += 0.5 * carriers.mass[k] * rate * rate
+        spring += (0.5 * carriers.stiffness[k] * q - carriers.preload[k]) * q
+        lifted += carriers.weight[k] * model.wheels.y[carriers.wheel[k]]
+    return kinetic, spring, lifted

@@ -1,0 +1,41 @@
+"""What turns the sprocket."""
+
+from typing import Any, Literal
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.quantities import perhaps, quantity
+from trackdyn.parameters.wheels import Sparing
+
+
+class DriveParameters(Sparing):
+    """The drive of the sprocket; everything is as the sprocket sees it, behind the gear.
+
+    Attributes
+    ----------
+    kind : str
+        ``speed``: the scene's speed is prescribed. ``motor``: a torque that falls along a line from that speed, which is
+        the motor's without load: ``slope`` times what the sprocket lacks of it, at most ``torque``. ``free``: prescribed
+        until ``release``, then nothing drives it.
+    ripple, ripple_order : float
+        Amplitude of a speed that is prescribed, as a share of it, and its periods in a turn of the sprocket.
+    inertia, slope, torque : float or None
+        Of sprocket, gear and rotor (kg m2); of the line (N m s/rad); the largest torque (N m).
+    release : float or None
+        s after the start.
+    """
+
+    kind: quantity("name", Literal["speed", "motor", "free"]) = "speed"
+    ripple: quantity("1", ge=0, lt=1) = 0.0
+    ripple_order: quantity("1", gt=0, le=1000) = 1.0
+    inertia: perhaps("kg m2", gt=0) = None
+    slope: perhaps("N m s/rad", gt=0) = None
+    torque: perhaps("N m", gt=0) = None
+    release: perhaps("s", ge=0) = None
+
+    def model_post_init(self, context: Any) -> None:
+        needed = {"speed": (), "motor": ("inertia", "slope", "torque"), "free": ("inertia", "release")}[self.kind]
+        for name in needed:
+            if getattr(self, name) is None:
+                raise InputError(f"drive.{name} is missing; a drive of kind {self.kind!r} needs {', '.join(needed)}")
+        if self.ripple and self.kind == "motor":
+            raise InputError("drive.ripple is not accepted with kind 'motor', whose speed is not prescribed; 0 would do")

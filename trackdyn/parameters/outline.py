@@ -1,0 +1,223 @@
+"""Tooth grooves from any list of tangent arcs, and from a measured outline that such arcs are fitted to.
+
+Arcs are those of the left flank from the tip to the bottom, in the groove frame (`parameters.groove`); the right flank
+mirrors them. A sign is +1 for a convex arc and -1 for a concave one.
+"""
+
+import csv
+import io
+from functools import cached_property
+from math import atan2, cos, hypot, pi, sin, tan
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.groove import Groove, true_depth
+from trackdyn.parameters.quantities import quantity, table
+from trackdyn.parameters.wheels import Sparing
+from trackdyn.reading import read_text
+
+TANGENT = 1e-6  # m by which neighbouring arcs may miss each other: less than machining and more than rounding of a file
+LONGEST_OUTLINE = 20_000  # points
+LEAST_ARC = 1e-3  # m, a radius that a fit does not go below
+MOST_ARCS = 15  # of a flank: areas are kept as bits
+
+
+class ToothProfile(Sparing):
+    """A groove that is not the design of `groove`: a list of arcs, or a measured outline.
+
+    Attributes
+    ----------
+    arcs : table or None
+        Rows ``centre x, centre y, radius`` (m) and sign of the left flank's arcs, tip first.
+    outline : table or None
+        Measured points ``x, y`` (m) of the groove frame, of the left flank or of both.
+    pattern : str
+        Signs of the arcs that the outline is fitted with, tip first: ``+`` convex, ``-`` concave.
+    """
+
+    arcs: table("m, m, m, 1") = None
+    outline: table("m, m") = None
+    pattern: quantity("name", str) = "+--+-"
+
+    def model_post_init(self, context: Any) -> None:
+        if (self.arcs is None) == (self.outline is None):
+            raise InputError("profile needs arcs or outline, and one of them only")
+        if not 2 <= len(self.pattern) <= MOST_ARCS or set(self.pattern) - set("+-"):
+            raise InputError(f"profile.pattern = {self.pattern!r} is not accepted: 2 to {MOST_ARCS} signs such as +--+- would do")
+        if self.arcs is not None and not 2 <= len(self.arcs) <= MOST_ARCS:
+            raise InputError(f"profile.arcs has {len(self.arcs)} rows; 2 to {MOST_ARCS} would do")
+
+    @cached_property
+    def _fits(self) -> dict:
+        return {}
+
+    def fitted(self, teeth: int) -> tuple[Groove, np.ndarray]:
+        """The groove and the distances (m) of the measured points from it; none for a list of arcs."""
+        if teeth not in self._fits:
+            if self.arcs is not None:
+                self._fits[teeth] = groove_of_arcs(np.array(self.arcs), teeth), np.zeros(0)
+            else:
+                self._fits[teeth] = fit_outline(np.array(self.outline), self.pattern, teeth)
+        return self._fits[teeth]
+
+
+def profile_groove(profile: ToothProfile, teeth: int, arc_radius: float) -> Groove:
+    """Groove of a profile, refused where a concave area is narrower than the connector's arc (m)."""
+    groove, _ = profile.fitted(teeth)
+    narrow = groove.radius[~groove.convex].min()
+    if narrow <= arc_radius:
+        raise InputError(
+            f"profile gives a concave area of radius {narrow:.6g} m; it must be wider than chain.connector_radius = {arc_radius:g} m"
+        )
+    return groove
+
+
+def _nu(alpha):
+    return np.array([sin(alpha), cos(alpha)])
+
+
+def groove_of_arcs(arcs: np.ndarray, teeth: int) -> Groove:
+    """Groove of the left flank's arcs (k, 4): centre x, y, radius, sign; tip first.
+
+    With ``nu(alpha) = (sin alpha, cos alpha)`` a surface point is ``O + s r nu``; neighbours share point and slope, so
+    ``O_j - O_i = (s_i r_i - s_j r_j) nu(alpha)`` gives the slope of their joint. The first arc ends on the tooth line
+    with its centre on it, the last one in the middle of the groove.
+
+    Raises
+    ------
+    InputError
+        Neighbours are not tangent, arcs run backwards, or an end is not where it must be.
+    """
+    centre, radius, sign = arcs[:, :2], arcs[:, 2], arcs[:, 3]
+    if not (radius > 0).all() or not np.isin(sign, (-1.0, 1.0)).all():
+        raise InputError("profile.arcs needs positive radii and signs of 1 or -1")
+    half = pi / teeth
+    ends = [-half]
+    for i in range(len(arcs) - 1):
+        between, reach = centre[i + 1] - centre[i], sign[i] * radius[i] - sign[i + 1] * radius[i + 1]
+        if abs(hypot(*between) - abs(reach)) > TANGENT or reach == 0:
+            raise InputError(
+                f"profile.arcs: arcs {i + 1} and {i + 2} miss each other by {1e3 * abs(hypot(*between) - abs(reach)):.3g} mm; "
+                f"centres {abs(reach):.6g} m apart would be tangent"
+            )
+        ends.append(atan2(between[0] / reach, between[1] / reach))
+    ends.append(0.0)
+    for name, off in (
+        ("the first arc is not centred on the tooth line", abs(centre[0, 0] * cos(half) + centre[0, 1] * sin(half))),
+        ("the last arc is not centred in the middle of the groove", abs(centre[-1, 0])),
+    ):
+        if off > TANGENT:
+            raise InputError(f"profile.arcs: {name} but {1e3 * off:.3g} mm off; less than {1e3 * TANGENT:g} mm would do")
+    begin, end = np.array(ends[:-1]), np.array(ends[1:])
+    # along the flank a convex arc's slope rises from the tip on, a concave one's falls
+    turn = sign * (end - begin)
+    if (turn <= 0).any():
+        k = int(np.argmax(turn <= 0))
+        raise InputError(f"profile.arcs: arc {k + 1} runs backwards, by {abs(np.degrees(turn[k])):.3g} deg; other radii would leave it room")
+    middle = (begin + end) / 2
+    direction = sign[:, None] * np.column_stack([np.sin(middle), np.cos(middle)])
+    mirror = np.array([-1.0, 1.0])
+    two = [np.vstack([part, part[::-1] * mirror]) for part in (centre, direction)]
+    one = [np.append(part, part[::-1]) for part in (radius, turn / 2, sign > 0)]
+    addendum = float(hypot(*centre[0]) + sign[0] * radius[0])
+    return Groove(two[0], one[0], two[1], one[1], one[2].astype(bool), addendum, teeth)
+
+
+def flank_arcs(signs: np.ndarray, radii: np.ndarray, slopes: np.ndarray, bottom: float, teeth: int) -> np.ndarray:
+    """Arcs (k, 4) of a flank from all radii but the tip's (k - 1,), the slopes of its joints (k - 1,), rad, and the y of the last centre."""
+    k = len(signs)
+    arcs = np.zeros((k, 4))
+    arcs[:, 3], arcs[1:, 2], arcs[-1, 1] = signs, radii, bottom
+    for i in range(k - 2, 0, -1):
+        arcs[i, :2] = arcs[i + 1, :2] - (signs[i] * arcs[i, 2] - signs[i + 1] * arcs[i + 1, 2]) * _nu(slopes[i])
+    # O_1 = O_2 - (s_1 r_1 - s_2 r_2) nu on the tooth line x cos + y sin = 0
+    half = pi / teeth
+    across = sin(slopes[0]) * cos(half) + cos(slopes[0]) * sin(half)
+    reach = (arcs[1, 0] * cos(half) + arcs[1, 1] * sin(half)) / across
+    arcs[0, 2] = (reach + signs[1] * arcs[1, 2]) / signs[0]
+    arcs[0, :2] = arcs[1, :2] - reach * _nu(slopes[0])
+    return arcs
+
+
+def fit_outline(points: np.ndarray, pattern: str, teeth: int) -> tuple[Groove, np.ndarray]:
+    """Tangent arcs of least squared distance to measured points (n, 2) of a groove, and those distances (n,), m.
+
+    The start follows the outline: its slope at as many places as there are joints, equal lengths apart.
+
+    Raises
+    ------
+    InputError
+        Too few points, or none of the starts leads to arcs that are tangent and in order.
+    """
+    signs = np.array([1.0 if sign == "+" else -1.0 for sign in pattern])
+    k = len(signs)
+    if len(points) < 3 * k:
+        raise InputError(f"profile.outline has {len(points)} points; at least {3 * k} are needed for {k} arcs a flank")
+    if (np.abs(points[:, 0]) > points[:, 1] * tan(pi / teeth) + 5e-3).any():
+        raise InputError("profile.outline leaves its groove; x across and y outward from the sprocket's centre, in m, would do")
+    flank = points * np.where(points[:, :1] > 0, [-1.0, 1.0], [1.0, 1.0])
+    flank = flank[np.argsort(flank[:, 0])]
+    size = float(np.ptp(flank[:, 1]) + np.ptp(flank[:, 0]))
+
+    def groove(p):
+        # what makes the logarithm of a radius the unknown keeps it positive
+        return groove_of_arcs(flank_arcs(signs, LEAST_ARC + np.exp(p[: k - 1]), p[k - 1 : 2 * k - 2], p[-1], teeth), teeth)
+
+    def misses(p):
+        try:
+            return distance_to(groove(p), flank)
+        except (InputError, OverflowError, ZeroDivisionError):
+            return np.full(len(flank), size)
+
+    best = None
+    for scale in (0.1, 0.25, 0.5):
+        for rise in (0.4, 0.7, 1.0, 1.3):
+            start = _start(flank, signs, scale * size, rise, pi / teeth)
+            if misses(start)[0] == size:
+                continue
+            found = least_squares(misses, start, x_scale="jac", max_nfev=400)
+            if best is None or found.cost < best.cost:
+                best = found
+    if best is None:
+        raise InputError(f"profile.outline cannot be followed by the arcs {pattern}; another pattern of signs would do")
+    return groove(best.x), misses(best.x)
+
+
+def _start(flank: np.ndarray, signs: np.ndarray, radius: float, rise: float, half: float) -> np.ndarray:
+    """First guess: the slope rises by ``rise`` (rad) over every convex arc and falls evenly over the concave ones to 0."""
+    convex, concave = int((signs > 0).sum()), max(int((signs < 0).sum()), 1)
+    fall = (convex * rise - half) / concave
+    slopes = -half + np.cumsum(np.where(signs > 0, rise, -fall))[:-1]
+    radii = radius * (1 + 0.3 * np.arange(len(signs) - 1))  # neighbours of one radius and one sign would be one arc
+    return np.concatenate([np.log(radii), slopes, [flank[-1, 1] - signs[-1] * radii[-1]]])
+
+
+def distance_to(groove: Groove, points: np.ndarray) -> np.ndarray:
+    """Signed distance of points (n, 2) to the profile, positive in the open groove, m."""
+    return -true_depth(groove, 0.0, points)
+
+
+def read_outline(path: Path) -> list[list[float]]:
+    """Points of a CSV file with the columns ``x_m`` and ``y_m``.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, lacks a column or holds something that is no number.
+    """
+    rows = list(csv.reader(io.StringIO(read_text(path, "CSV file of points", 40 * LONGEST_OUTLINE))))
+    if not rows or rows[0][:2] != ["x_m", "y_m"]:
+        raise InputError(f"{path}: does not begin with the columns x_m,y_m; points in m under that header would do")
+    points = []
+    for number, row in enumerate(rows[1:], 2):
+        try:
+            points.append([float(item) for item in row[:2]])
+            if len(row) < 2 or not np.isfinite(points[-1]).all():
+                raise ValueError
+        except ValueError:
+            raise InputError(f"{path}: line {number} holds no two numbers; x and y in m would do") from None
+    return points

@@ -1,0 +1,126 @@
+"""What a parameter of a rig is: a value in a unit of its own, with its kind and its source.
+
+Each entry of a file is ``{value, unit, kind, source}``. The unit must be the one named here: units are never
+converted silently. The kind says where the number comes from: ``printed`` in the paper (or another publication that
+the source names), ``derived`` from printed numbers, ``assumed``, or ``fitted`` (its source says to what).
+"""
+
+import re
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field, ValidationInfo
+
+from trackdyn.parameters.validation import plain_count, plain_number, shown
+
+KINDS = ("printed", "derived", "assumed", "fitted")
+YAML_12_FLOAT = re.compile(r"[-+]?\d+(\.\d*)?[eE]\d+")
+ENTRY_KEYS = {"value", "unit", "kind", "source"}
+RANGE_KEYS = {"low", "high"}  # what the part can be, for what is assumed or fitted
+WORDS = ("name",)  # units of what is a word
+FROM_FILE = "from a file"  # there every entry states its unit, in Python none does
+# what pydantic puts into a schema behind a validator of our own, and how JSON Schema says it
+BOUNDS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
+LARGEST = 1e20  # of any value in its unit: squares and ratios of such values are still numbers
+
+
+def number_of(value: Any) -> float:
+    """A number or what YAML takes for text, such as 2e11; NaN for anything else."""
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return float("nan")
+
+
+def _rows(value: Any) -> tuple[tuple[float, ...], ...]:
+    """A table of finite numbers, its rows of one length."""
+    if not isinstance(value, (list, tuple)) or not all(isinstance(row, (list, tuple)) and row for row in value):
+        raise ValueError(f"= {shown(value)} is not accepted: a list of rows of numbers, such as [[0, 1], [2, 3]], would do")
+    rows = tuple(tuple(plain_number(item) for item in row) for row in value)
+    if len({len(row) for row in rows}) != 1:
+        raise ValueError(f"= {shown(value)} is not accepted: rows of one length would do")
+    return rows
+
+
+def _unwrap(unit: str, kind: type, absent: bool = False):
+    def unwrap(entry: Any, info: ValidationInfo) -> Any:
+        if absent and entry is None:
+            return None
+        if isinstance(entry, dict):
+            value = _value(entry, unit)
+        elif info.context is FROM_FILE:
+            raise ValueError(
+                f"= {shown(entry)} has no unit; write {{value: {shown(entry)}, unit: {unit}, kind: assumed, source: ...}}"
+            )
+        else:  # from Python, already in the right unit
+            value = entry
+        return {float: plain_number, int: plain_count, tuple: _rows}.get(kind, lambda name: name)(value)
+
+    return BeforeValidator(unwrap)
+
+
+def _value(entry: dict, unit: str) -> Any:
+    """Value of an entry of the file, whose other keys are checked."""
+    if missing := ENTRY_KEYS - entry.keys():
+        raise ValueError(f"lacks {', '.join(sorted(missing))}; every parameter has value, unit, kind and source")
+    if unknown := entry.keys() - ENTRY_KEYS - RANGE_KEYS:
+        raise ValueError(
+            f"has the unknown key {shown(next(iter(unknown)))}; known are value, unit, kind, low, high, source"
+        )
+    if RANGE_KEYS & entry.keys() and not number_of(entry.get("low")) <= number_of(entry.get("high")):
+        raise ValueError("needs low and high as rising numbers, or neither")
+    if str(entry["unit"]) != unit:
+        raise ValueError(f"has the unit {shown(entry['unit'])}; it must be given in {unit!r}")
+    if entry["kind"] not in KINDS:
+        raise ValueError(f"has the kind {shown(entry['kind'])}; known are {', '.join(KINDS)}")
+    if not isinstance(entry["source"], str) or not entry["source"].strip():
+        raise ValueError("has no source; say in words where the number comes from")
+    value = entry["value"]
+    if isinstance(value, str) and YAML_12_FLOAT.fullmatch(value):  # PyYAML reads 2e11 as text
+        value = float(value)
+    if isinstance(value, bool) or (isinstance(value, str) and unit not in WORDS):
+        raise ValueError(f"is {shown(value)}; a number in {unit} is needed")
+    return value
+
+
+class _Entry:
+    """In the schema for editors a parameter is what stands in the file: value, unit, kind and source."""
+
+    def __init__(self, unit: str):
+        self.unit = unit
+
+    def __get_pydantic_json_schema__(self, core_schema: Any, handler: Any) -> dict:
+        word, number = {"type": "string", "pattern": r"\S"}, {"type": "number"}
+        value = {BOUNDS.get(key, key): part for key, part in handler(core_schema).items()}
+        entry = {"value": value, "unit": {"const": self.unit}, "kind": {"enum": list(KINDS)}, "source": word}
+        together = {"low": ["high"], "high": ["low"]}
+        return {
+            "type": "object", "properties": entry | dict.fromkeys(sorted(RANGE_KEYS), number), "required": sorted(ENTRY_KEYS),
+            "dependentRequired": together, "additionalProperties": False,
+        }  # fmt: skip
+
+
+def quantity(unit: str, kind: type = float, **bounds) -> Any:
+    """Type of one parameter: its Python type, its unit and its bounds; a number is at most ``LARGEST``."""
+    if kind in (float, int):
+        bounds = {"le": LARGEST, "ge": -LARGEST} | bounds
+    return Annotated[kind, _unwrap(unit, kind), Field(**bounds), _Entry(unit)]
+
+
+def perhaps(unit: str, **bounds) -> Any:
+    """Type of a number that may be left out; its default is None."""
+    bounds = {"le": LARGEST, "ge": -LARGEST} | bounds
+    return Annotated[Annotated[float, Field(**bounds)] | None, _unwrap(unit, float, absent=True), _Entry(unit)]
+
+
+def table(unit: str) -> Any:
+    """Type of a table of numbers that may be left out; its columns have the units named in ``unit``."""
+    return Annotated[tuple[tuple[float, ...], ...] | None, _unwrap(unit, tuple, absent=True), _Entry(unit)]
+
+
+Length = quantity("m", gt=0, le=1000)
+Position = quantity("m")
+Mass = quantity("kg", gt=0)
+Inertia = quantity("kg m2", gt=0)
+Tilt = quantity("deg", ge=-10, le=10)
+Slope = quantity("deg", gt=-90, lt=90)
+Friction = quantity("1", ge=0, le=2)

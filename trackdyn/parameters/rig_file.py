@@ -1,0 +1,135 @@
+"""Files of rigs: shipped ones by name, what a file takes from another one, and its short way of writing.
+
+A file may begin with ``like: NAME`` (a shipped rig, or a file beside it) and then states only what differs; its
+``wheels`` replace all of the other's. A value may be written as text, ``radius: 0.305 m``, or as a bare number without
+unit if its section says ``source`` (and ``kind``, else assumed) once for all such values. What comes out has value, unit, kind and source of every parameter.
+"""
+
+import re
+from pathlib import Path
+from typing import Any
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.quantities import ENTRY_KEYS, KINDS
+from trackdyn.parameters.validation import read_yaml, shown
+
+SHIPPED = Path(__file__).parents[1] / "rigs"
+DEFAULT = "paper"
+MOST_LIKE = 5  # files that take from one another
+WHEELS_OF_OLD = ("idler", "road_wheel")  # sections that are wheels of their own
+NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s+(\S.*?)\s*")
+# what a wheel has if its file does not say so: aligned, and a bearing without loss
+PLAIN_WHEEL = {
+    name: {"value": 0.0, "unit": unit, "kind": "assumed", "source": "not stated in the file: aligned, no losses"}
+    for name, unit in {
+        "axial_offset": "m", "toe": "deg", "camber": "deg", "bearing_drag": "N m s/rad", "bearing_torque": "N m",
+    }.items()
+}  # fmt: skip
+
+
+def shipped_rigs() -> dict[str, Path]:
+    """Files of the rigs in the package by name."""
+    return {path.stem: path for path in sorted(SHIPPED.glob("*.yaml"))}
+
+
+def rig_path(name: Path | str) -> Path:
+    """The file of a rig that is given by its path or by the name of a shipped one.
+
+    Raises
+    ------
+    InputError
+        There is neither.
+    """
+    path = Path(name)
+    if path.suffix or path.exists() or len(path.parts) != 1:
+        return path
+    shipped = shipped_rigs()
+    if path.name not in shipped:
+        raise InputError(f"rig = {shown(str(name))} is neither a file nor a shipped rig; {', '.join(shipped)} are, see trackdyn rigs")
+    return shipped[path.name]
+
+
+def read_rig(name: Path | str) -> dict[str, Any]:
+    """Contents of a rig file with everything that it takes from others, every entry written out.
+
+    Raises
+    ------
+    InputError
+        In one sentence with file, field and value.
+    """
+    return _read(rig_path(name), MOST_LIKE)
+
+
+def _read(path: Path, depth: int) -> dict[str, Any]:
+    data = read_yaml(path)
+    if not isinstance(data, dict):
+        raise InputError(f"{path}: holds no sections; a mapping of names to values is needed")
+    like = data.pop("like", None)
+    data.pop("about", None)
+    try:
+        data = {str(key): _written_out(part, str(key), {}, path.parent) for key, part in data.items()}
+        own_wheels = isinstance(data.get("wheels"), dict)
+        if own_wheels:
+            wheels = {key: PLAIN_WHEEL | wheel if isinstance(wheel, dict) else wheel for key, wheel in data["wheels"].items()}
+            data |= {key: wheels.pop(key) for key in WHEELS_OF_OLD if key in wheels and key not in data}
+            data["wheels"] = wheels
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    if like is None:
+        return data
+    if not isinstance(like, str) or not like or depth == 0:
+        raise InputError(f"{path}: like = {shown(like)} is not accepted: the name of a shipped rig or of a file would do")
+    beside = path.parent / like
+    base = _read(beside if beside.is_file() else rig_path(like), depth - 1)
+    if own_wheels:
+        base = {key: part for key, part in base.items() if key not in ("wheels", *WHEELS_OF_OLD)}
+    for one, other in (("groove", "profile"), ("profile", "groove")):
+        if one in data:
+            base.pop(other, None)
+    return base | {
+        key: base[key] | part if isinstance(part, dict) and isinstance(base.get(key), dict) and key != "wheels" and "value" not in part
+        else part
+        for key, part in data.items()
+    }  # fmt: skip
+
+
+def _written_out(part: Any, name: str, about: dict, folder: Path) -> Any:
+    """A section, or an entry, with the entries of its short form written out."""
+    if isinstance(part, str):
+        return _entry(part, name, about)
+    if isinstance(part, (int, float)) and not isinstance(part, bool) and about.get("source"):
+        return {"value": part, "unit": "1", "kind": about.get("kind", "assumed"), "source": about["source"]}
+    if not isinstance(part, dict) or part.keys() & {"value", "unit"}:
+        return _with_points(part, name, folder)
+    about = about | {key: part[key] for key in ("kind", "source") if isinstance(part.get(key), str) and _says(key, part, about)}
+    return {
+        str(key): _written_out(value, f"{name}.{key}", about, folder)
+        for key, value in part.items()
+        if not (key in ("kind", "source") and about.get(key) is part[key])
+    }
+
+
+def _says(key: str, part: dict, about: dict) -> bool:
+    """Whether ``kind`` or ``source`` of a section speaks of its values, and is none of them (`drive.kind`)."""
+    return key == "source" or part["kind"] in KINDS
+
+
+def _entry(text: str, name: str, about: dict) -> Any:
+    """An entry written as a number with its unit, or as a word, with kind and source of its section."""
+    found = NUMBER.fullmatch(text)
+    if not about.get("source"):
+        raise InputError(f"{name} = {shown(text)} has no source; write source: in its section, or value, unit, kind and source")
+    value, unit = (float(found[1]), found[2]) if found else (text, "name")
+    if found and float(value).is_integer() and "." not in found[1] and "e" not in found[1].lower():
+        value = int(found[1])
+    return {"value": value, "unit": unit, "kind": about.get("kind", "assumed"), "source": about["source"]}
+
+
+def _with_points(part: Any, name: str, folder: Path) -> Any:
+    """An entry whose value is the name of a CSV file of points gets the points: a rig holds all that it is made of."""
+    if not (isinstance(part, dict) and part.keys() >= ENTRY_KEYS and name == "profile.outline" and isinstance(part["value"], str)):
+        return part
+    from trackdyn.parameters.outline import read_outline
+
+    path = folder / part["value"]
+    return part | {"value": read_outline(path), "source": f"{part['source']} ({path.name})"}

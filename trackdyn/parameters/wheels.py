@@ -1,0 +1,77 @@
+"""Wheels beside the sprocket: what one is, and what it may stand on."""
+
+from typing import Any, Literal
+
+from pydantic import model_serializer
+
+from trackdyn.parameters.quantities import Inertia, Length, Mass, Position, Tilt, perhaps, quantity
+from trackdyn.parameters.validation import Section
+
+# contact surfaces that every rig has, by the name under which a wheel may ask for one
+CONTACTS = ("wheel_contact", "ring_contact", "tooth_contact")
+
+
+class Sparing(Section):
+    """A section whose optional fields are left out of its data while they have their defaults."""
+
+    @model_serializer(mode="wrap")
+    def _without_defaults(self, handler: Any) -> dict:
+        fields = type(self).model_fields
+        return {
+            name: value
+            for name, value in handler(self).items()
+            if fields[name].is_required() or getattr(self, name) != fields[name].get_default(call_default_factory=True)
+        }
+
+
+class Arm(Sparing):
+    """A trailing arm with torsion spring and damper; the wheel is at its free end.
+
+    ``mass`` is that of wheel and arm as if it were at the wheel's axle, ``travel`` the turn to either side. Without
+    ``preload`` (torque on the arm at the wheel's place in the file, counter-clockwise positive) the spring holds what
+    lies on it when the loop has been tensioned.
+    """
+
+    x: Position
+    y: Position
+    mass: Mass
+    stiffness: quantity("N m/rad", gt=0)
+    damping: quantity("N m s/rad", ge=0)
+    travel: quantity("deg", gt=0, le=80)
+    preload: perhaps("N m") = None
+
+
+class Slider(Sparing):
+    """A straight guide with spring and damper along ``direction``; ``preload`` as of `Arm`, positive along it."""
+
+    direction: quantity("deg")
+    mass: Mass
+    stiffness: quantity("N/m", gt=0)
+    damping: quantity("N s/m", ge=0)
+    travel: Length
+    preload: perhaps("N") = None
+
+
+class Wheel(Sparing):
+    """A wheel that turns freely: where it stands, what it is, which surface links touch, and what it stands on."""
+
+    x: Position
+    y: Position
+    axial_offset: Position
+    toe: Tilt
+    camber: Tilt
+    radius: Length
+    inertia: Inertia
+    bearing_drag: quantity("N m s/rad", ge=0)
+    bearing_torque: quantity("N m", ge=0)
+    surface: quantity("name", str) = "wheel_contact"
+    arm: Arm | None = None
+    slider: Slider | None = None
+
+    @property
+    def carrier(self) -> Arm | Slider | None:
+        """What the wheel stands on, None where it is fixed."""
+        return self.arm or self.slider
+
+
+Kept = Literal["locked", "retensioned", "sprung", "forced"]

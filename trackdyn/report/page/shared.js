@@ -1,0 +1,110 @@
+// What pages share: small helpers, themes, paper, addresses, downloads, and the data that a page carries.
+const $ = (id) => document.getElementById(id);
+const root = document.documentElement;
+const REDRAWS = []; // what has to be drawn anew in other colours or on paper
+
+// What the page carries compressed
+async function opened(id) {
+  const packed = await fetch("data:application/gzip;base64," + $(id).textContent);
+  return new Response(packed.body.pipeThrough(new DecompressionStream("gzip"))).text();
+}
+
+// A colour of the style sheet as the present theme has it
+const probe = document.body.appendChild(document.createElement("i"));
+probe.hidden = true;
+function colour(name) {
+  probe.style.color = `var(--${name})`;
+  return getComputedStyle(probe).color;
+}
+
+function number(value, digits = 3) {
+  if (value === null || value === undefined) return "–";
+  if (value === 0) return "0";
+  const text = Math.abs(value) >= 100 ? value.toFixed(0) : value.toPrecision(digits);
+  return text.replace("-", "\u2212");
+}
+
+// a value as far as its standard error reaches, which has two digits: 44.2511 ± 0.0013; up to eight decimals
+function withError(value, error) {
+  if (value === null || !error) return number(value);
+  const decimals = Math.min(8, Math.max(0, 1 - Math.floor(Math.log10(error))));
+  return `${value.toFixed(decimals)} ± ${error.toFixed(decimals)}`.replace("-", "\u2212");
+}
+
+function radiusName(radius) {
+  return radius === null ? "no ring" : radius.toFixed(3) + " m";
+}
+
+function fill(select, pairs) {
+  const before = select.value;
+  select.replaceChildren(...pairs.map(([value, text]) => new Option(text, value)));
+  if (pairs.some(([value]) => String(value) === before)) select.value = before;
+}
+
+// one colour, one dash and one mark for each of several curves
+const LOOKS = [
+  { color: "ink", dash: "solid", symbol: "circle" },
+  { color: "#c07f00", dash: "dash", symbol: "square" },
+  { color: "left", dash: "dashdot", symbol: "triangle-up" },
+  { color: "right", dash: "dot", symbol: "diamond" },
+  { color: "#d55e00", dash: "longdash", symbol: "triangle-down" },
+  { color: "#009e73", dash: "longdashdot", symbol: "cross" },
+  { color: "#56b4e9", dash: "solid", symbol: "x" },
+];
+function look(i) {
+  const one = LOOKS[i % LOOKS.length], round = Math.floor(i / LOOKS.length);
+  return { color: one.color[0] === "#" ? one.color : colour(one.color), dash: LOOKS[(i + round) % LOOKS.length].dash,
+           symbol: one.symbol + (round % 2 ? "-open" : "") };
+}
+
+function redraw() { for (const draw of REDRAWS) draw(); }
+$("theme").addEventListener("input", () => { root.style.colorScheme = $("theme").value; redraw(); });
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
+
+// On paper everything is open and light
+let folded = [];
+addEventListener("beforeprint", () => {
+  folded = [...document.querySelectorAll("details:not([open])")];
+  for (const one of folded) one.open = true;
+  root.classList.add("printing");
+  redraw();
+});
+addEventListener("afterprint", () => {
+  for (const one of folded) one.open = false;
+  root.classList.remove("printing");
+  redraw();
+});
+
+// The place that the address names, also if it is folded or filtered away
+function land() {
+  const target = $(decodeURIComponent(location.hash.slice(1)) || "-");
+  if (!target) return;
+  target.hidden = false;
+  for (let fold = target.closest("details"); fold; fold = fold.parentElement.closest("details")) fold.open = true;
+  target.scrollIntoView();
+}
+addEventListener("hashchange", land);
+
+function download(name, text) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([text], { type: "text/csv" }));
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}
+
+const DATA = JSON.parse(await opened("data"));
+
+// A chart as rows: curve, what its axes are, and its points
+function csvOf(plot) {
+  const quoted = (text) => '"' + String(text ?? "").replaceAll('"', '""') + '"';
+  const title = (letter, at) => quoted(plot.layout[letter + "axis" + (at || letter).slice(1)].title.text);
+  const rows = plot.data.flatMap(({ name, x, y, xaxis, yaxis }) => Array.from(x, (value, i) =>
+    y[i] === null ? [] : [[quoted(name), title("x", xaxis), quoted(value), title("y", yaxis), y[i]].join(",")]).flat());
+  return ["curve,x_axis,x,y_axis,y", ...rows].join("\n") + "\n";
+}
+document.addEventListener("click", ({ target }) => {
+  const { file, chart } = target.closest("button.csv")?.dataset ?? {};
+  if (file) download(file.split("/").pop(), DATA.files[file]);
+  if (chart && $(chart).data) download(chart.replace("-plot", ".csv"), csvOf($(chart)));
+});

@@ -1,0 +1,11 @@
+import pandas as pd
+from _script import logged
+
+from trackdyn.replacing import write_csv
+from trackdyn.report.tables import write_table
+from trackdyn.study.layouts import outcome, summary
+
+with logged(snakemake):
+    table = pd.concat([pd.read_csv(path, keep_default_na=True) for path in snakemake.input.parts], ignore_index=True)
+    write_csv(snakemake.output.csv, table)
+    write_table(summary(table), snakemake.output.summary, outcome(table))
