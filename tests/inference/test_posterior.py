@@ -6,7 +6,7 @@ from scipy.stats import multivariate_normal, norm
 
 from trackdyn.inference.emulation import Prediction
 from trackdyn.inference.features import Feature
-from trackdyn.inference.posterior import MEDIANS, SHARED, SPREAD, Posterior, Records, predict, sample
+from trackdyn.inference.posterior import MEDIANS, SHARED, SPREAD, Posterior, Records, contradicted, predict, sample
 
 FEATURES = (Feature("line_1", "lines"), Feature("passing_1", "passing"))
 SLOPES = np.array([2.0, -1.0])
@@ -96,3 +96,10 @@ def test_a_held_out_record_is_predicted_with_what_the_others_share():
     # of 20,000 draws: four standard errors
     assert found.mean(axis=0) == pytest.approx(mean, abs=4 * sd.max() / np.sqrt(20_000))
     assert found.std(axis=0) == pytest.approx(sd, rel=0.02)
+
+
+def test_records_that_contradict_the_model_are_told_from_others():
+    """Passing of pitches that is off by three in the logarithm, and one that is not."""
+    for value, expected in ((-0.5, []), (2.5, ["passing"])):
+        posterior = Posterior(records([1.0, value] * 6, 6), linear(6), 1)
+        assert contradicted(posterior, sample(posterior, 600, seed=2).points) == expected

@@ -7,11 +7,10 @@ import pandas as pd
 import yaml
 
 from trackdyn.inference.identify import INTERVAL, Answer
+from trackdyn.inference.posterior import contradicted
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.validation import read_yaml
 from trackdyn.replacing import replacing, write_csv, write_text
-
-WIDER = 2.0  # times the prior's median: records that ask for so much more discrepancy are not explained
 
 
 def best_rig_text(answer: Answer, rig_path: Path | str, files: list[str]) -> str:
@@ -90,16 +89,17 @@ def correlations(answer: Answer) -> pd.DataFrame:
 def in_short(answer: Answer) -> pd.DataFrame:
     """A row an unknown and a group of discrepancies: ``of, name, before, q05, median, q95, verdict``.
 
-    Before: an unknown's range, or the prior's median of a discrepancy; a discrepancy of which even the 5 % quantile is above
-    `WIDER` of these is ``wider``.
+    Before: an unknown's range, or the prior's median of a discrepancy, which is ``wider`` if its 90 % interval lies above the
+    prior's (`posterior.contradicted`).
     """
     rows = [
         {"of": "unknown", "name": row["unknown"], "before": f"{row['low']:.4g} to {row['high']:.4g}"}
         | {name: row[name] for name in ("q05", "median", "q95", "verdict")}
         for row in answer.table.to_dict("records")
     ]
+    beyond = contradicted(answer.posterior, answer.draws.points)
     for row in discrepancies(answer).to_dict("records"):
-        word = "wider" if row["q05"] > WIDER * row["prior_median"] else "as expected"
+        word = "wider" if row["group"] in beyond else "as expected"
         sizes = {name: row[name] for name in ("q05", "median", "q95")}
         rows.append({"of": "discrepancy", "name": row["group"], "before": f"{row['prior_median']:.4g}"} | sizes | {"verdict": word})
     if answer.held_out is not None:

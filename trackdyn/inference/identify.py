@@ -12,9 +12,9 @@ from trackdyn.errors import InputError
 from trackdyn.inference.emulation import FeatureEmulator, Part
 from trackdyn.inference.experiment import Experiment, Simulated, run
 from trackdyn.inference.measured import Measured, joined
-from trackdyn.inference.posterior import STEPS, Draws, Posterior, Records, medians, predict, sample
+from trackdyn.inference.posterior import STEPS, Draws, Posterior, Records, contradicted, medians, predict, sample
 from trackdyn.inference.unknowns import Unknowns
-from trackdyn.inference.verdict import NOT_IDENTIFIED, verdict
+from trackdyn.inference.verdict import IN_DOUBT, NOT_IDENTIFIED, verdict
 
 LEAST_SPREAD = 1e-3  # of a feature over the ranges, relative: less says nothing
 MOST_FAILED = 0.25  # of the rigs
@@ -164,8 +164,11 @@ def identify(
     of_best = run(experiment, [changed(unknowns, best)], store)
     if of_best.reasons[0]:
         raise InputError(f"the rig of the best values cannot run: {of_best.reasons[0]}; narrower ranges would do")
+    beyond = contradicted(posterior, draws.points)
+    if beyond:
+        say(f"warning: no rig within the ranges explains these groups of features: {', '.join(beyond)}; all verdicts are in doubt")
     return Answer(
-        unknowns, list(measured), told, kept, summary(unknowns, draws.points, best), best, draws, thinned, posterior, predicted, mean,
+        unknowns, list(measured), told, kept, summary(unknowns, draws.points, best, bool(beyond)), best, draws, thinned, posterior, predicted, mean,
         held_out, of_best.features(experiment)[0, kept], emulator, failed,
     )  # fmt: skip
 
@@ -175,10 +178,11 @@ def changes_at(unknowns: Unknowns, points: np.ndarray) -> list[dict[str, float]]
     return [changed(unknowns, unknowns.values(point)) for point in points]
 
 
-def summary(unknowns: Unknowns, points: np.ndarray, best: dict[str, float]) -> pd.DataFrame:
+def summary(unknowns: Unknowns, points: np.ndarray, best: dict[str, float], doubt: bool = False) -> pd.DataFrame:
     """A row an unknown: ``unknown, verdict, excluded, best, q05, median, q95, low, high, scale, present, width``.
 
     ``width`` is that of the 90 % interval as a share of the prior's; ``present`` the value in the rig.
+    ``doubt``: the records contradict the model.
     """
     present = unknowns.of_rig(unknowns.rig)
     rows = []
@@ -187,7 +191,8 @@ def summary(unknowns: Unknowns, points: np.ndarray, best: dict[str, float]) -> p
         low, median, high = (unknown.value(q) for q in quantiles)
         values = {"best": best[unknown.label], "q05": low, "median": median, "q95": high}
         ends = {"low": unknown.low, "high": unknown.high, "scale": unknown.scale, "present": present[unknown.label]}
-        about = {"unknown": unknown.label, "verdict": found.word, "excluded": found.excluded}
+        word = IN_DOUBT if doubt and found.word != NOT_IDENTIFIED else found.word
+        about = {"unknown": unknown.label, "verdict": word, "excluded": found.excluded}
         rows.append(about | values | ends | {"width": (quantiles[2] - quantiles[0]) / 0.9})
     return pd.DataFrame(rows)
 

@@ -191,6 +191,13 @@ def _sample(posterior: Posterior, steps: int, seed: int, progress: str, walkers:
     )
 
 
+def contradicted(posterior: Posterior, points: np.ndarray) -> list[str]:
+    """Groups whose discrepancy's 90 % interval over (s, dimension) draws lies wholly above that of the prior."""
+    least = np.quantile(points[:, posterior.unknowns :], 0.05, axis=0)
+    most = posterior.prior_middle + 1.645 * SPREAD
+    return [group for group, low, high in zip(posterior.groups, least, most, strict=True) if low > high]
+
+
 def predict(posterior: Posterior, held: Records, emulator: Emulates, draws: np.ndarray, seed: int = 0) -> np.ndarray:
     """(draws, q) features of further records, given those of the posterior.
 

@@ -9,13 +9,17 @@ one-sided
     Not that, but an end of the range is excluded: the outer fifth there holds less than a tenth of what it held before, 2 %.
 not identified
     Neither.
+in doubt
+    In place of the first two, where the records contradict the model: of some group of features the discrepancy's 90 %
+    interval lies wholly above that of the prior. The interval is then one of a model that does not explain the records. This
+    part of the rule came last: without it, records that no rig had made were told a stiffness and a tension.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-IDENTIFIED, ONE_SIDED, NOT_IDENTIFIED = "identified", "one-sided", "not identified"
+IDENTIFIED, ONE_SIDED, NOT_IDENTIFIED, IN_DOUBT = "identified", "one-sided", "not identified", "in doubt"
 NARROW = 0.5 * 0.9
 EDGE, END, EXCLUDED = 0.05, 0.2, 0.02
 

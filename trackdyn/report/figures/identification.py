@@ -25,6 +25,7 @@ from trackdyn.report.style import (
 )
 
 CELLS = 30
+SMOOTHED, LEAST_CELLS = 1.3, 2.5  # cells: standard deviations of the smoothing, and of the draws that are smoothed
 MASSES = (0.9, 0.5)  # of the draws within the contours
 
 
@@ -70,33 +71,34 @@ def posterior_figure(unknowns: Sequence[Unknown], points: np.ndarray, best: np.n
 
 def _ticks(axis, unknown: Unknown, labelled: bool) -> None:
     places = [0.1, 0.5, 0.9]
-    axis.set_ticks(places, [f"{unknown.value(x):.3g}" for x in places] if labelled else [""] * 3)
+    values = [unknown.value(x) for x in places]
+    axis.set_ticks(places, [f"{one:.0f}" if 100 <= abs(one) < 1e5 else f"{one:.2g}" for one in values] if labelled else [""] * 3)
 
 
 def _contours(ax, x, y) -> None:
-    """Contours that hold `MASSES` of the draws."""
+    """Contours that hold `MASSES` of the draws; the draws themselves where contours would be as wide as their smoothing."""
+    if min(x.std(), y.std()) * CELLS < LEAST_CELLS:
+        ax.plot(x, y, ".", color=BLUE, markersize=1, alpha=0.3)
+        return
     heights, _, _ = np.histogram2d(x, y, bins=CELLS, range=[[0, 1], [0, 1]])
-    kernel = np.exp(-0.5 * (np.arange(-4, 5) / 1.3) ** 2)
+    kernel = np.exp(-0.5 * (np.arange(-4, 5) / SMOOTHED) ** 2)
     for axis in (0, 1):
         heights = np.apply_along_axis(np.convolve, axis, heights, kernel / kernel.sum(), "same")
     falling = np.sort(heights.ravel())[::-1]
     levels = [falling[np.searchsorted(np.cumsum(falling) / falling.sum(), mass)] for mass in MASSES]
     middle = (np.arange(CELLS) + 0.5) / CELLS
-    if levels[0] < levels[1] < falling[0]:
-        ax.contourf(middle, middle, heights.T, [*levels, falling[0]], colors=[BLUE, BLUE], alpha=0.35)
-        ax.contour(middle, middle, heights.T, levels, colors=BLUE, linestyles=["--", "-"], linewidths=0.8)
-    else:  # all draws in a cell or two
-        ax.plot(x, y, ",", color=BLUE)
+    ax.contourf(middle, middle, heights.T, [*levels, falling[0] * 1.001], colors=[BLUE, BLUE], alpha=0.35)
+    ax.contour(middle, middle, heights.T, levels, colors=BLUE, linestyles=["--", "-"], linewidths=0.8)
 
 
 @styled
 def features_figure(table: pd.DataFrame, sensor: str) -> Figure:
-    """Every feature of every record beside its 90 % interval.
+    """Every feature of every record beside its 90 % interval, over the median that is predicted of it.
 
     Parameters
     ----------
     table : DataFrame
-        Columns ``record, feature, measured, q05, q95``; with ``sim_q05, sim_q95`` what simulations alone show, too.
+        Columns ``record, feature, measured, q05, median, q95, inside``; with ``sim_q05, sim_q95`` what simulations alone show, too.
     sensor : str
         What the records are called in the legend.
     """
@@ -105,19 +107,22 @@ def features_figure(table: pd.DataFrame, sensor: str) -> Figure:
     axes = figure.subplots(len(records), 1, squeeze=False, sharex=False)[:, 0]
     for ax, name in zip(axes, records, strict=True):
         part = table[table["record"] == name]
-        place = np.arange(len(part))
-        ax.vlines(place, part["q05"], part["q95"], color=BLUE, alpha=0.35, linewidth=6, label="90 % predicted")
+        place, middle = np.arange(len(part)), part["median"]
+        ax.vlines(place, part["q05"] / middle, part["q95"] / middle, color=BLUE, alpha=0.35, linewidth=6, label="90 % predicted")
         if "sim_q05" in part:
-            ax.vlines(place, part["sim_q05"], part["sim_q95"], color=BLUE, linewidth=2, label="90 % of simulations at the draws")
-        inside = part["inside"].to_numpy()
-        ax.plot(place[inside], part["measured"][inside], "o", color=BLACK, markersize=3.5, label=sensor)
-        ax.plot(place[~inside], part["measured"][~inside], "X", color=VERMILION, markersize=6, label=f"{sensor}, outside")
+            sims = part["sim_q05"] / middle, part["sim_q95"] / middle
+            ax.vlines(place, *sims, color=BLUE, linewidth=2, label="90 % of simulations at the draws")
+        inside, seen = part["inside"].to_numpy(), (part["measured"] / middle).to_numpy()
+        ax.plot(place[inside], seen[inside], "o", color=BLACK, markersize=3.5, label=sensor)
+        ax.plot(place[~inside], seen[~inside], "X", color=VERMILION, markersize=6, label=f"{sensor}, outside")
         ax.set_yscale("log")
-        ax.set_ylabel("amplitude (g)")
+        ax.yaxis.set_major_formatter("{x:g}")
+        ax.yaxis.set_minor_formatter("{x:g}" if np.ptp(np.log10(ax.get_ylim())) < 0.7 else "")
+        ax.set_ylabel("over the median\npredicted")
         ax.set_title(f"{name}: {inside.sum()} of {len(part)} inside")
         last = name == records[-1]
         ax.set_xticks(place, [one.replace("_", " ") for one in part["feature"]] if last else [], rotation=60, ha="right")
-    axes[0].legend(ncols=2, loc="lower left")
+    figure.legend(*axes[0].get_legend_handles_labels(), ncols=4, loc="outside upper center")
     return figure
 
 

@@ -6,11 +6,12 @@ import numpy as np
 import pandas as pd
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from trackdyn.inference.answer import WIDER, discrepancies, features_table, tables
+from trackdyn.inference.answer import discrepancies, features_table, tables
 from trackdyn.inference.experiment import simulated_ay
 from trackdyn.inference.features import turns_of
 from trackdyn.inference.identify import Answer
-from trackdyn.inference.verdict import IDENTIFIED, ONE_SIDED
+from trackdyn.inference.posterior import contradicted
+from trackdyn.inference.verdict import IDENTIFIED, IN_DOUBT, ONE_SIDED
 from trackdyn.parameters.rig import Rig
 from trackdyn.replacing import write_text
 from trackdyn.report.figures.identification import features_figure, posterior_figure, spectra_figure
@@ -55,7 +56,6 @@ def write_page(answer: Answer, rig: Rig, out: Path, synthetic: str = "", tellabl
     )
     environment.filters |= {name: getattr(words, name) for name in ("cell", "heading")}
     sizes = discrepancies(answer)
-    more = sizes.loc[sizes["q05"] > WIDER * sizes["prior_median"], "group"]
     found = tables(answer)
     held = answer.held_out
     text = environment.get_template("identification.html.j2").render(
@@ -65,7 +65,7 @@ def write_page(answer: Answer, rig: Rig, out: Path, synthetic: str = "", tellabl
         unknowns=_rows(answer.table[COLUMNS]),
         correlations=_rows(found["correlations"]),
         discrepancies=_rows(sizes),
-        wider=", ".join(more),
+        wider=", ".join(contradicted(answer.posterior, answer.draws.points)),
         held=None if held is None else {"inside": int(held["inside"].sum()), "count": len(held)},
         records=_rows(_records(answer)),
         tellable=None if tellable is None else _rows(tellable),
@@ -89,6 +89,8 @@ def headline(answer: Answer) -> str:
         elif row["verdict"] == ONE_SIDED:
             side = f"above {row['q05']:.3g}" if row["excluded"] == "low" else f"below {row['q95']:.3g}"
             parts.append(f"{row['unknown']} is {interval if row['excluded'] in ('', 'both') else side}")
+        elif row["verdict"] == IN_DOUBT:
+            parts.append(f"{row['unknown']} is in doubt ({interval}): no rig explains the records")
         else:
             parts.append(f"{row['unknown']} is not identified")
     return "; ".join(parts) + "."
