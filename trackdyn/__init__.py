@@ -15,6 +15,7 @@ from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.recording import Recording, load_recording
 from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
+from trackdyn.version import __version__
 
 
 def __getattr__(name):
@@ -30,7 +31,6 @@ def __getattr__(name):
     return sweep
 
 
-__version__ = "0.1.0"
 __all__ = [
     "DivergenceError",
     "InputError",
@@ -39,6 +39,7 @@ __all__ = [
     "Rig",
     "Scene",
     "TrackdynError",
+    "__version__",
     "load_recording",
     "load_rig",
     "sense",

@@ -137,7 +137,7 @@ class Scene(Section):
     def __init__(self, rig: Rig, motor_rpm: float, ring_radius: Any = OF_THE_RIG, **fields: Any):
         if isinstance(rig, Rig):  # what a scene does not ask for is what the rig is
             fields = {"chain": rig.chain.kind, "tension": rig.tension.kept} | fields
-            ring_radius = rig.ring_radius if ring_radius is OF_THE_RIG and fields["chain"] != "belt" else ring_radius
+            ring_radius = rig.ring_radius if ring_radius is OF_THE_RIG else ring_radius
         try:
             super().__init__(rig=rig, motor_rpm=motor_rpm, ring_radius=ring_radius, **fields)
         except ValidationError as error:

@@ -220,6 +220,8 @@ class Settling:
         if carriers is None:
             return
         rest = np.zeros(len(carriers.wheel))
+        if carriers.force is not None:  # as it is when the run starts, however long settling takes
+            carriers = carriers._replace(force=carriers.force[:1].copy())
         self.model = self.model._replace(carriers=carriers._replace(preload=preloads(rig, carriers, self.work, rest)))
         self.state = self.state._replace(slide=np.zeros((len(rest), 5)))
 
@@ -325,7 +327,10 @@ def settle(scene: Scene, settling: Settling | None = None) -> tuple[Model, State
     layout |= {"settled_tension_n": settling.tension()}
     model = own_wheels(scene.model)
     shift_wheel(model, scene.rig, settling.wheel, settling.shift)
-    model = model._replace(carriers=settling.model.carriers)
+    carriers = settling.model.carriers
+    if carriers is not None and carriers.force is not None:
+        carriers = carriers._replace(force=np.array(scene.rig.tension.force, dtype=float))
+    model = model._replace(carriers=carriers)
     state = settling.state
     if state.slide is not None:
         refuse_stops(scene.rig, model.carriers, state.slide)

@@ -14,7 +14,6 @@ import pandas as pd
 from PIL import Image
 from pydantic import Field
 
-from trackdyn import __version__
 from trackdyn.certify.provenance import PACKAGES, file_hash, package_hash, package_version
 from trackdyn.errors import InputError
 from trackdyn.jit import source_hash, target_hash
@@ -22,6 +21,7 @@ from trackdyn.paper.contents import OWN, PAPER, STUDIES
 from trackdyn.parameters.validation import Section, shown, validated
 from trackdyn.reading import read_text
 from trackdyn.replacing import write_text
+from trackdyn.version import __version__
 
 FORMAT = 1
 NAME = "manifest.json"

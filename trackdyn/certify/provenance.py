@@ -6,10 +6,10 @@ from collections.abc import Iterable
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from trackdyn import __version__
 from trackdyn.errors import InputError
 from trackdyn.jit import source_hash
 from trackdyn.reading import read_npz
+from trackdyn.version import __version__
 
 PACKAGES = ("numpy", "scipy", "numba", "pandas", "matplotlib", "snakemake", "plotly")
 

@@ -1,11 +1,15 @@
 """Do the intervals hold the truth as often as they say? Simulation-based calibration (Talts et al., arXiv 1804.06788, 2018).
 
-Truths are drawn from the prior, sizes of discrepancies included; at each a record is simulated, noise and a discrepancy of
+Truths are drawn from the prior, sizes of discrepancies included; at each a record is simulated, scatter and a discrepancy of
 these sizes are added, and the unknowns are identified from it. If emulator, covariances and sampler are right, the truth's
 rank among the draws is uniform, and intervals of any level hold it that often. That shows that the procedure does what
 it says under its own assumptions; it is no validation of the simulator.
+
+One set of simulations serves twice: in turn each of `FOLDS` parts of it are truths, and the emulator learns from the others.
 """
 
+import hashlib
+import json
 from itertools import chain
 from typing import Annotated, NamedTuple
 
@@ -19,16 +23,20 @@ from tqdm import tqdm
 from trackdyn.errors import InputError
 from trackdyn.inference.emulation import FeatureEmulator
 from trackdyn.inference.experiment import Experiment, Speed, run
-from trackdyn.inference.features import Feature, covariance, features, features_of
+from trackdyn.inference.features import Feature, covariance, features_of
 from trackdyn.inference.identify import LEAST_SPREAD, changes_at
 from trackdyn.inference.posterior import Draws, Posterior, Records, medians, sample, shares
 from trackdyn.inference.unknowns import Unknown, Unknowns, file_ranges
 from trackdyn.inference.verdict import IDENTIFIED, verdict
+from trackdyn.jit import KERNEL_SOURCES, source_hash
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.validation import Section
+from trackdyn.sweeps.row import DONE, SOURCES
+from trackdyn.sweeps.store import Store
 
 LEVELS = (0.5, 0.8, 0.9, 0.95)
 PRIOR, NONE = "prior", "none"  # what discrepancy a truth's record has: drawn from the prior, or none at all
+FOLDS = 8
 RANKS = 99  # independent draws that a truth is ranked among: 100 ranks, five in each of the bins
 BINS = 20
 RATE = 1000
@@ -42,8 +50,8 @@ class CalibrationConfig(Section):
     ring_radius_m: float | None
     speeds_rpm: Annotated[list[Annotated[float, Field(gt=0)]], Field(min_length=1)]
     simulations: Annotated[int, Field(ge=16)]
-    truths: Annotated[int, Field(ge=4)]
     plain: Annotated[int, Field(ge=0)]
+    records: Annotated[int, Field(ge=1)]
     turns: Annotated[int, Field(ge=4)]
     noise_g: Annotated[float, Field(ge=0)]
     steps: Annotated[int, Field(ge=50)]
@@ -51,19 +59,34 @@ class CalibrationConfig(Section):
 
 
 class Data(NamedTuple):
-    """Simulations that a calibration is made of; all its truths share those that the emulator learns from."""
+    """Simulations that a calibration is made of.
+
+    Attributes
+    ----------
+    unknowns : Unknowns
+        What is identified.
+    speeds : tuple of Speed
+        Of every record.
+    points : (n, d) array
+        Of the unit cube: truths, and what emulators learn from.
+    simulated : (n, features) array
+        What the simulations gave there.
+    scatter : list of (features, features) arrays
+        Covariances of records of several turns with noise, simulated elsewhere.
+    failed : int
+        Rigs that could not run.
+    """
 
     unknowns: Unknowns
-    experiment: Experiment
+    speeds: tuple[Speed, ...]
     points: np.ndarray
     simulated: np.ndarray
-    truths: np.ndarray
-    statistics: list[list[np.ndarray]]
+    scatter: list[np.ndarray]
     failed: int
 
 
 def simulate_all(config: CalibrationConfig, store, jobs: int = 1, progress: bool = True) -> Data:
-    """Run the design and the truths; what the store has is not computed again.
+    """Run the design and the records; what the store has is not computed again.
 
     Raises
     ------
@@ -76,20 +99,25 @@ def simulate_all(config: CalibrationConfig, store, jobs: int = 1, progress: bool
     design = Experiment(rig, speeds)
     seeds = np.random.SeedSequence(config.seed).spawn(2)
     points = qmc.Sobol(len(unknowns), seed=np.random.default_rng(seeds[0])).random(config.simulations)
-    truths = np.random.default_rng(seeds[1]).uniform(size=(config.truths, len(unknowns)))
-    learnt = run(design, changes_at(unknowns, points), store, jobs, "simulations" if progress else "")
+    places = np.random.default_rng(seeds[1]).uniform(size=(config.records, len(unknowns)))
+    told = run(design, changes_at(unknowns, points), store, jobs, "simulations" if progress else "")
     played = run(
-        design._replace(turns=config.turns, noise=config.noise_g), changes_at(unknowns, truths), store, jobs,
-        "truths" if progress else "",
+        design._replace(turns=config.turns, noise=config.noise_g), changes_at(unknowns, places), store, jobs,
+        "records" if progress else "",
     )  # fmt: skip
-    failed = int((~learnt.ran).sum() + (~played.ran).sum())
-    if failed > 0.1 * (len(points) + len(truths)):
+    failed = int((~told.ran).sum() + (~played.ran).sum())
+    if failed > 0.1 * (len(points) + len(places)):
         raise InputError(
-            f"{failed} of {len(points) + len(truths)} rigs cannot run, the first one because of: "
-            f"{next(reason for reason in learnt.reasons + played.reasons if reason)}"
+            f"{failed} of {len(points) + len(places)} rigs cannot run, the first one because of: "
+            f"{next(reason for reason in told.reasons + played.reasons if reason)}"
         )
-    kept = [one for one in played.statistics if one is not None]
-    return Data(unknowns, design, points[learnt.ran], learnt.features(design), truths[played.ran], kept, failed)
+    rates = [speed.rate / speed.every for speed in speeds]
+    scatter = [
+        block_diag(*(covariance(one, rate) for one, rate in zip(found, rates, strict=True)))
+        for found in played.statistics
+        if found is not None
+    ]
+    return Data(unknowns, speeds, points[told.ran], told.features(design), scatter, failed)
 
 
 class Calibration(NamedTuple):
@@ -120,43 +148,68 @@ def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = 
         As `simulate_all`.
     """
     data = simulate_all(config, store, jobs, progress)
-    rates = [speed.rate / speed.every for speed in data.experiment.speeds]
-    listed = [features_of(rate) for rate in rates]
-    record = np.repeat(np.arange(len(rates)), [len(names) for names in listed])
+    listed = [features_of(speed.rate / speed.every) for speed in data.speeds]
+    record = np.repeat(np.arange(len(listed)), [len(names) for names in listed])
     names: tuple[Feature, ...] = tuple(chain.from_iterable(listed))
     kept = np.ptp(data.simulated, axis=0) > LEAST_SPREAD
-    emulator = FeatureEmulator(data.points, data.simulated[:, kept], medians(names)[kept])
-    rows, covered = [], []
-    due = [(truth, PRIOR) for truth in range(len(data.truths))]
-    due += [(truth, NONE) for truth in range(min(config.plain, len(data.truths)))]
-    for truth, discrepancy in tqdm(due, disable=not progress, unit="record", desc="calibration"):
-        rng = np.random.default_rng([config.seed, truth, discrepancy == PRIOR])
-        values = np.concatenate([features(one, rate) for one, rate in zip(data.statistics[truth], rates, strict=True)])
-        scatter = block_diag(*(covariance(one, rate) for one, rate in zip(data.statistics[truth], rates, strict=True)))
-        told = Records(names, record, values, scatter).part(kept)
-        posterior = Posterior(told, emulator, len(data.unknowns))
-        sizes = posterior.draw_prior(1, rng)[0, len(data.unknowns) :]
-        if discrepancy == PRIOR:
-            size = np.einsum("g,gpq->pq", np.exp(2 * sizes), shares(told.features, told.record))
-            told = told._replace(values=told.values + rng.multivariate_normal(np.zeros(len(size)), size, method="cholesky"))
-            posterior = Posterior(told, emulator, len(data.unknowns))
-        points = independent(sample(posterior, config.steps, seed=truth, rounds=1), rng)
-        true = np.concatenate([data.truths[truth], sizes])
-        labels = [*data.unknowns.labels, *(f"discrepancy.{group}" for group in posterior.groups)]
-        for k, label in enumerate(labels):
-            if discrepancy == NONE and k >= len(data.unknowns):
-                continue  # a size of zero has no logarithm
-            word = verdict(points[:, k]).word if k < len(data.unknowns) else ""
-            low, high = np.quantile(points[:, k], [0.05, 0.95])
-            rank = int((points[:, k] < true[k]).sum())
-            rows.append(
-                {"truth": truth, "discrepancy": discrepancy, "parameter": label, "value": true[k], "rank": rank}
-                | {"of": len(points), "verdict": word, "width": (high - low) / 0.9}
-            )
-            if discrepancy == PRIOR and k < len(data.unknowns):
-                covered += [{"truth": truth, "parameter": label, "level": level, "covered": held(rank, len(points), level)} for level in LEVELS]
+    fold = np.arange(len(data.points)) % FOLDS
+    emulators = [
+        FeatureEmulator(data.points[fold != one], data.simulated[fold != one][:, kept], medians(names)[kept]) for one in range(FOLDS)
+    ]
+    due = [(truth, PRIOR) for truth in range(len(data.points))]
+    due += [(truth, NONE) for truth in range(min(config.plain, len(data.points)))]
+    kept_rows = Store(store) if store else None
+    keys = {one: _key(config, *one) for one in due}
+    known = kept_rows.read(set(keys.values())) if kept_rows else {}
+    rows = []
+    for one in tqdm(due, disable=not progress, unit="record", desc="calibration"):
+        if keys[one] in known:
+            rows += known[keys[one]]["values"]["rows"]
+            continue
+        truth, discrepancy = one
+        told = Records(names, record, data.simulated[truth], np.zeros((len(names),) * 2)).part(kept)
+        found = _identified(config, data, emulators[fold[truth]], told, kept, truth, discrepancy)
+        if kept_rows:
+            kept_rows.keep({"key": keys[one], "state": DONE, "reason": "", "values": {"rows": found}, "cost": {}})
+        rows += found
     ranks = pd.DataFrame(rows)
+    told = ranks[(ranks["discrepancy"] == PRIOR) & (ranks["verdict"] != "")]
+    covered = [
+        {"truth": row["truth"], "parameter": row["parameter"], "level": level, "covered": held(row["rank"], row["of"], level)}
+        for row in told.to_dict("records")
+        for level in LEVELS
+    ]
     return Calibration(pd.DataFrame(covered), ranks, summarised(ranks))
+
+
+def _key(config: CalibrationConfig, truth: int, discrepancy: str) -> str:
+    """Hash of all that the answer to one truth depends on."""
+    content = [config.model_dump(exclude={"plain"}), truth, discrepancy, source_hash((*KERNEL_SOURCES, *SOURCES, "inference"))]
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:24]
+
+
+def _identified(config, data: Data, emulator, told: Records, kept, truth: int, discrepancy: str) -> list[dict]:
+    """Rows of `Calibration.ranks` of one truth."""
+    rng, count = np.random.default_rng([config.seed, truth, discrepancy == PRIOR]), len(data.unknowns)
+    scatter = data.scatter[rng.integers(len(data.scatter))][np.ix_(kept, kept)]
+    posterior = Posterior(told._replace(covariance=scatter), emulator, count)
+    sizes = posterior.draw_prior(1, rng)[0, count:]
+    added = scatter
+    if discrepancy == PRIOR:
+        added = added + np.einsum("g,gpq->pq", np.exp(2 * sizes), shares(told.features, told.record))
+    values = told.values + rng.multivariate_normal(np.zeros(len(added)), added, check_valid="ignore")
+    posterior = Posterior(told._replace(values=values, covariance=scatter), emulator, count)
+    points = independent(sample(posterior, config.steps, seed=truth, rounds=1), rng)
+    true = np.concatenate([data.points[truth], sizes])
+    labels = [*data.unknowns.labels, *(f"discrepancy.{group}" for group in posterior.groups)]
+    rows = []
+    for k, label in enumerate(labels if discrepancy == PRIOR else data.unknowns.labels):  # no size, no logarithm
+        low, high = np.quantile(points[:, k], [0.05, 0.95])
+        about = {"truth": truth, "discrepancy": discrepancy, "parameter": label, "value": float(true[k])}
+        ranked = {"rank": int((points[:, k] < true[k]).sum()), "of": len(points)}
+        word = verdict(points[:, k]).word if k < count else ""
+        rows.append(about | ranked | {"verdict": word, "width": float((high - low) / 0.9)})
+    return rows
 
 
 def independent(draws: Draws, rng: np.random.Generator) -> np.ndarray:

@@ -18,11 +18,12 @@ def identify(
     out: Annotated[Path, typer.Option(help="Folder to write.")] = Path("identified"),
     rig: Annotated[Path, typer.Option(help="Everything that is known of the rig, and the ranges of the rest.")] = Path("config/rig.yaml"),
     rpm: Annotated[
-        list[float] | None, typer.Option(help="Motor speed of each record, rev/min; by its main line by default.")
+        list[float] | None, typer.Option(help="Motor speed of each record, rev/min; what its main line says by default.")
     ] = None,
     ring_radius: Annotated[str | None, typer.Option(help="Radius of the rubber ring in m, or none; the rig's by default.")] = None,
     preset: Annotated[str, typer.Option(help="Fidelity of the simulations: fast, standard, paper or reference.")] = "standard",
     simulations: Annotated[int, typer.Option(help="Rigs of the first wave, a power of two; the second has half as many.")] = 128,
+    waves: Annotated[int, typer.Option(min=1, max=2, help="1: no rigs more where the first answer lies.")] = 2,
     steps: Annotated[int, typer.Option(help="Steps of the walkers that draw from the posterior.")] = 3000,
     jobs: Annotated[int | None, typer.Option("--jobs", "-j", help="Processes; all cores by default.")] = None,
     seed: Annotated[int, typer.Option(help="The same seed gives the same draws.")] = 0,
@@ -30,6 +31,7 @@ def identify(
     synthetic: Annotated[
         str, typer.Option(help="What the records are called where they were not measured, such as synthetic or simulated.")
     ] = "",
+    store: Annotated[Path | None, typer.Option(help="Folder in which simulations are kept; simulations in the output by default.")] = None,
     mapping: Annotated[Path | None, typer.Option(help="YAML file that says how to read the records, as for compare.")] = None,
     unit: Annotated[str | None, typer.Option(help="g, m/s2 or mg, where the header says none.")] = None,
     axis: Annotated[list[str] | None, typer.Option(help="Which column an axis is, such as ay=channel3; repeatable.")] = None,
@@ -37,6 +39,7 @@ def identify(
 ) -> None:
     """Identify parameters of the rig from records of the sensor, and say how sure that is."""
     from trackdyn.inference.answer import write_answer
+    from trackdyn.inference.experiment import scene_of
     from trackdyn.inference.identify import Settings
     from trackdyn.inference.identify import identify as run
     from trackdyn.inference.measured import read_records
@@ -59,12 +62,14 @@ def identify(
     base = load_rig(rig)
     axes = dict(pair.split("=", 1) for pair in axis or [])
     measured = read_records(records, base, load_mapping(mapping, unit=unit, axes=axes), rpm or [], _radius(ring_radius, base), preset)
+    for one in measured:
+        scene_of(base, one.speed, one.turn_s)  # what cannot be simulated is refused before all else
     unknowns = asked([unknown_of(text) for text in unknown or []], base, rig)
     refuse_unwritable(out / "index.html")
     if out.exists() and any(out.iterdir()) and not resume:
         raise InputError(f"--out {out} is there already; --resume to go on from its simulations, or another folder, would do")
-    store = out / "simulations"
-    settings = Settings(simulations, steps, jobs or cores(), seed, not quiet)
+    store = store or out / "simulations"
+    settings = Settings(simulations, waves, steps, jobs or cores(), seed, not quiet)
 
     def say(text: str) -> None:
         if not quiet:

@@ -7,6 +7,7 @@ import hashlib
 import json
 import multiprocessing
 import signal
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from math import ceil
@@ -123,7 +124,7 @@ class Experiment(NamedTuple):
     def compute(self, changes: dict) -> dict:
         """A row for the store: state, reason, and the statistics of turns of every speed (``section__field`` changes)."""
         state, reason, values = DONE, "", {}
-        key, starts = self.key(changes), Starts()
+        key, starts, began = self.key(changes), Starts(), time.process_time()
         rng = np.random.default_rng(int(key, 16))
         try:
             rig = self.rig.changed(**changes)
@@ -139,7 +140,8 @@ class Experiment(NamedTuple):
             state, reason, values = DIVERGED, str(error), {}
         except (MemoryError, TrackdynError) as error:
             state, reason = FAILED, shown(str(error)) or "the memory that is free does not suffice"
-        return {"key": key, "state": state, "reason": reason, "values": values, "cost": {}}
+        cost = {"cpu_s": time.process_time() - began}
+        return {"key": key, "state": state, "reason": reason, "values": values, "cost": cost}
 
 
 class Simulated(NamedTuple):

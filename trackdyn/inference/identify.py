@@ -30,6 +30,8 @@ class Settings(NamedTuple):
     ----------
     simulations : int
         Rigs of the first wave, a power of two; the second has half as many.
+    waves : int
+        1 or 2: whether more rigs are simulated where the first answer lies.
     steps : int
         Of the walkers.
     jobs : int
@@ -41,6 +43,7 @@ class Settings(NamedTuple):
     """
 
     simulations: int = 128
+    waves: int = 2
     steps: int = STEPS
     jobs: int = 1
     seed: int = 0
@@ -138,14 +141,15 @@ def identify(
     posterior = Posterior(told, FeatureEmulator(x, y[:, kept], scale), len(unknowns))
     draws = sample(posterior, settings.steps, settings.seed, "first posterior" if settings.progress else "")
     _refuse_nothing_told(unknowns, draws)
-
-    more = spread_out(draws.points[:, : len(unknowns)], settings.simulations // 2, np.random.default_rng(seeds[1]))
-    second = _ran(experiment, unknowns, more, store, settings, "second wave")
-    x = np.vstack([x, more[second.ran]])
-    y = np.vstack([y, second.features(experiment)]) if second.ran.any() else y
-    emulator = FeatureEmulator(x, y[:, kept], scale)
-    posterior = Posterior(told, emulator, len(unknowns))
-    draws = sample(posterior, settings.steps, settings.seed, "posterior" if settings.progress else "")
+    reasons = first.reasons
+    if settings.waves > 1:
+        more = spread_out(draws.points[:, : len(unknowns)], settings.simulations // 2, np.random.default_rng(seeds[1]))
+        second = _ran(experiment, unknowns, more, store, settings, "second wave")
+        reasons = reasons + second.reasons
+        x, y = np.vstack([x, more[second.ran]]), np.vstack([y, second.features(experiment)])
+        posterior = Posterior(told, FeatureEmulator(x, y[:, kept], scale), len(unknowns))
+        draws = sample(posterior, settings.steps, settings.seed, "posterior" if settings.progress else "")
+    emulator, failed = posterior.emulator, [reason for reason in reasons if reason]
     held_out = None
     if len(measured) > 1:
         parts = [_held_out(told, emulator, len(unknowns), number, settings, one.name) for number, one in enumerate(measured)]
@@ -156,13 +160,13 @@ def identify(
     lower = np.linalg.cholesky(covariance)
     predicted = mean + (lower @ rng.standard_normal((*mean.shape, 1)))[:, :, 0]
     best = unknowns.values(draws.points[np.argmax(draws.density)][: len(unknowns)])
-    say(f"{len(x)} rigs simulated, {len(points) + len(more) - len(x)} could not run")
+    say(f"{len(x)} rigs simulated, {len(failed)} could not run")
     of_best = run(experiment, [changed(unknowns, best)], store)
     if of_best.reasons[0]:
         raise InputError(f"the rig of the best values cannot run: {of_best.reasons[0]}; narrower ranges would do")
     return Answer(
         unknowns, list(measured), told, kept, summary(unknowns, draws.points, best), best, draws, thinned, posterior, predicted, mean,
-        held_out, of_best.features(experiment)[0, kept], emulator, [reason for reason in first.reasons + second.reasons if reason],
+        held_out, of_best.features(experiment)[0, kept], emulator, failed,
     )  # fmt: skip
 
 

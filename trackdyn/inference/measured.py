@@ -18,7 +18,6 @@ from trackdyn.measure.signals import HIGH_HZ, LOW_HZ, main_line, main_line_binfr
 from trackdyn.parameters.rig import Rig
 
 SAME_SPEED = 1e-3  # two records that are nearer have one speed
-FASTEST_HZ = 2 * HIGH_HZ  # of a loop whose speed is given
 
 
 @dataclass(frozen=True)
@@ -51,7 +50,9 @@ class Measured:
 def read_records(
     paths: Sequence[Path | str], rig: Rig, mapping: SensorMapping, rpm: Sequence[float], ring_radius: float | None, preset: str
 ) -> list[Measured]:
-    """Read sensors' files; a speed is that of the main line unless ``rpm`` gives one for each.
+    """Read sensors' files; a speed is that of the main line unless ``rpm`` gives the motor speed of each.
+
+    The turn of the loop is always that of the main line: near a given speed, or the highest one of all.
 
     Raises
     ------
@@ -101,7 +102,7 @@ def _measured(record: SensorRecord, rig: Rig, rpm: float | None, ring_radius: fl
     except InputError:  # the simulation takes the rate of the record
         faster, slower, rate = 1, 1, round(record.rate_hz)
     record = record.averaged(faster) if faster > 1 else record
-    speed = Speed(loop_hz * a_turn_at_1_rpm, ring_radius, rate, slower, preset)
+    speed = Speed(rpm or loop_hz * a_turn_at_1_rpm, ring_radius, rate, slower, preset)
     statistics = turn_statistics(record.ay_g, record.rate_hz, 1 / loop_hz, rig.chain.pitches)
     return Measured(record, speed, 1 / loop_hz, statistics)
 

@@ -300,10 +300,11 @@ def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
     if low * high > 0:
         nearest = min(low, high, key=abs)
         state = "long" if nearest > 0 else "short"
+        needed = round(rig.chain.pitches * belt_around(rig, 0.0, body)[0].length / float(lengths.sum()))
         raise InputError(
             f"the loop of {rig.chain.pitches} pitches (chain.pitches) is {abs(nearest):.4g} m too {state} for its "
-            f"wheels even at the end of tension.travel = {travel} m; another number of pitches, wheel positions or a "
-            "larger travel would do"
+            f"wheels even at the end of tension.travel = {travel} m; another number of pitches, about {needed}, wheel positions "
+            "or a larger travel would do"
         )
     shift = brentq(slack, -travel, travel, xtol=1e-13)
     path, _ = belt_around(rig, shift, body)

@@ -6,7 +6,6 @@ unit if its section says ``source`` (and ``kind``, else assumed) once for all su
 """
 
 import re
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ from trackdyn.errors import InputError
 from trackdyn.parameters.quantities import ENTRY_KEYS, KINDS
 from trackdyn.parameters.validation import read_yaml, shown
 
-SHIPPED = Path(str(files("trackdyn"))) / "rigs"
+SHIPPED = Path(__file__).parents[1] / "rigs"
 DEFAULT = "paper"
 MOST_LIKE = 5  # files that take from one another
 WHEELS_OF_OLD = ("idler", "road_wheel")  # sections that are wheels of their own

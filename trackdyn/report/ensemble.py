@@ -36,40 +36,50 @@ def write_tables(e: Ensemble, claims: Path | str, card: pd.DataFrame) -> str:
     for name, table in tables.items():
         write_table(table, e.folder / f"{name}.csv")
     found = _summary(e, tables)
-    write_table(pd.DataFrame({"finding": found}), e.folder / "summary.csv")
+    said = [(finding, "") for finding in found] + [(words, name) for name, words in SHOWN_FILES.items()]
+    write_table(pd.DataFrame(said, columns=["finding", "file"]), e.folder / "summary.csv")
     return "\n".join(found)
+
+
+# what the page on the ensemble shows beside the findings
+SHOWN_FILES = {
+    "claims.csv": "the share of rigs in which each claim is reproduced", "parameters.csv": "what is left of every range",
+    "conflicts.csv": "every pair of claims", "pareto.csv": "the rigs nearest to C16 and C17 at once",
+    "choices.csv": "every radius of the ring over the rigs", "conflicts.png": "How near the best rig comes to two claims at once",
+    "fig24_bands.png": "Figure 24 over the rigs", "choice.png": "Which radius is best, by four criteria",
+}  # fmt: skip
+
+
+def _are(count: int) -> str:
+    return f"{count} is" if count == 1 else f"{count} are"
 
 
 def _summary(e: Ensemble, tables: dict[str, pd.DataFrame]) -> list[str]:
     rigs, conflicts, shares = tables["rigs"], tables["conflicts"], tables["claims"]
     every = verdicts.all_judged(e)
-    allowed = int((every["excluded_by"] == 0).sum())
     best = every.sort_values(["excluded_by", "loss"]).iloc[0]
     lost = [target.name for target in e.targets if best[target.name] > e.config.cutoff]
-    alone = conflicts[conflicts["first"] == conflicts["second"]]
-    pairs = conflicts[(conflicts["first"] != conflicts["second"]) & conflicts["excluded"]]
-    single = set(alone.loc[alone["excluded"], "first"])
-    real = pairs[~pairs["first"].isin(single) & ~pairs["second"].isin(single)]
+    single = list(conflicts.loc[(conflicts["first"] == conflicts["second"]) & conflicts["excluded"], "first"])
+    alone = "No rig that was run shows " + ", ".join(single) if single else "Every claim is shown by some rig"
+    pairs = conflicts[conflicts["excluded"] & ~conflicts["first"].isin(single) & ~conflicts["second"].isin(single)]
+    couples = ", ".join(f"{a} and {b}" for a, b in zip(pairs["first"], pairs["second"], strict=True))
     both = conflicts[(conflicts["first"] == "C16") & (conflicts["second"] == "C17")]["least"].iloc[0]
-    parameters = tables["parameters"]
-    known = parameters.loc[parameters["identifiable"].astype(bool), "name"]
-    judged_claims = shares[shares["rigs"] > 0]
-    held = judged_claims[judged_claims["used"] == "held out"]
+    known = tables["parameters"].loc[tables["parameters"]["identifiable"].astype(bool), "name"]
+    held = shares[(shares["rigs"] > 0) & (shares["used"] == "held out")]
+    names = held["id"] + held["part"].fillna("")
     lines = [
-        f"Of {len(every)} rigs that came out in the waves {allowed} are excluded by no target (cutoff {e.config.cutoff:g}); "
-        f"{len(rigs)} were run at full fidelity, of which {int((rigs['excluded_by'] == 0).sum())} are excluded by none.",
+        f"Of {len(every)} rigs of which every run came out {_are(int((every['excluded_by'] == 0).sum()))} excluded by no target "
+        f"(cutoff {e.config.cutoff:g}). {len(rigs)} were run at full fidelity; of these {_are(int((rigs['excluded_by'] == 0).sum()))}.",
         f"The least excluded rig misses {int(best['excluded_by'])} of {len(e.targets)} targets: {', '.join(lost) or 'none'}.",
-        f"No rig shows {', '.join(sorted(single)) or 'any one claim less'} at all; pairs of claims that no rig shows together though "
-        f"rigs show each alone: {', '.join(f'{a} and {b}' for a, b in zip(real['first'], real['second'], strict=True)) or 'none'}.",
-        f"C16 against C17: the nearest any rig comes to both is an implausibility of {both:.3g}.",
-        f"Identifiable parameters: {', '.join(known) or 'none'}.",
+        f"{alone}. Pairs of claims that rigs show one by one, and no rig together: {couples or 'none'}.",
+        f"C16 against C17: the nearest that any rig comes to both is an implausibility of {both:.3g}.",
+        f"Parameters that the printed numbers identify: {', '.join(known) or 'none'}.",
         verdicts.position_of_shipped(e),
-        "Held-out claims that hold in every rig of the study: "
-        + (", ".join(held.loc[held["share"] == 1, "id"] + held.loc[held["share"] == 1, "part"].fillna("")) or "none")
-        + "; in none: " + (", ".join(held.loc[held["share"] == 0, "id"] + held.loc[held["share"] == 0, "part"].fillna("")) or "none") + ".",
-    ]  # fmt: skip
+        f"Held-out claims that hold in each of {int(held['rigs'].max()) if len(held) else 0} rigs: "
+        f"{', '.join(names[held['share'] == 1]) or 'none'}; in none of them: {', '.join(names[held['share'] == 0]) or 'none'}.",
+    ]
     for rpm, table in tables["choices"].groupby("rpm"):
-        lines += [f"{rpm:g} rpm, by {name}: {recommendation(table, name)}." for name in CRITERIA]
+        lines += [f"{rpm:g} rpm, by `{name}`: {recommendation(table, name)}." for name in CRITERIA]
     return lines
 
 

@@ -97,8 +97,15 @@ def identified(rows: pd.DataFrame) -> str:
 
 
 def findings(rows: pd.DataFrame) -> str:
-    """What an ensemble found, a line each."""
-    return "\n".join(f"- {text}" for text in rows["finding"]) + "\n"
+    """What an ensemble found, a line each; then its tables and pictures, where there are any."""
+
+    def line(row: pd.Series) -> str:
+        if row["file"] == "":
+            return f"- {row['finding']}"
+        picture = row["file"].endswith(".png")
+        return f"\n![{row['finding']}](pictures/ensemble_{row['file']})" if picture else f"- [{row['finding']}](measured/ensemble_{row['file']})"
+
+    return "\n".join(line(row) for _, row in rows.astype(object).fillna("").iterrows()) + "\n"
 
 
 def fill(page: Path, source: Path, write: Callable[[pd.DataFrame], str]) -> None:

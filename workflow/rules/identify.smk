@@ -13,7 +13,7 @@ rule calibration:
         figures=[f"{R}/identify/calibration.{ending}" for ending in ("png", "svg")],
         **table("calibration", "summary"),
     params: store=f"{R}/identify/calibration_rows"
-    threads: workflow.cores
+    threads: 64 # that is, all there are
     log: f"{R}/logs/calibration.log"
     benchmark: f"{R}/benchmarks/calibration.tsv"
     message: "Calibration of the identification: truths from the prior"
@@ -27,11 +27,12 @@ rule identify_synthetic:
         rig=CONFIG.rig,
         config="config/calibration.yaml",
         kernels=KERNELS,
-        records=[f"data/synthetic/{rpm}rpm.csv" for rpm in (115, 150, 180, 210)],
+        records=[f"data/synthetic/{rpm}rpm.csv" for rpm in (115, 210)], # the speeds of the calibration
     output:
         page=f"{R}/identify/synthetic/index.html",
         short=f"{R}/identify/synthetic/in_short.csv",
-    threads: workflow.cores
+    params: store=f"{R}/identify/calibration_rows" # whose simulations serve here, too
+    threads: 64 # that is, all there are
     log: f"{R}/logs/identify_synthetic.log"
     benchmark: f"{R}/benchmarks/identify_synthetic.tsv"
     message: "Identification from the synthetic records"

@@ -13,7 +13,13 @@ with logged(snakemake):
         unknown=[name for unknown in config.unknowns for name in unknown.names],
         out=Path(snakemake.output.page).parent,
         rig=Path(snakemake.input.rig),
+        rpm=config.speeds_rpm,
+        ring_radius=str(config.ring_radius_m),
+        simulations=config.simulations,
+        waves=1,
+        seed=config.seed,
         jobs=snakemake.threads,
+        store=Path(snakemake.params.store),
         resume=True,
         synthetic="synthetic",
     )

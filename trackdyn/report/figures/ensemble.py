@@ -10,6 +10,7 @@ from trackdyn.report.style import BLACK, BLUE, COLOURS, DASHES, MARKERS, ORANGE,
 
 SIDES = {"left": "left arc", "right": "right arc", "ring": "ring"}
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+LEAST_DRAWN = 0.3  # implausibilities below are drawn there: the axes are logarithmic
 CLAIM_MOST = 12.0  # implausibilities beyond share the last shade
 
 
@@ -51,7 +52,7 @@ def band_figure(runs: pd.DataFrame, column: str, unit: str, title: str, shipped:
             )
         ax.axvline(printed.RADIUS_CHOSEN.value, **PRINTED, linewidth=0.6, zorder=1)
         ax.set_ylabel(words)
-        ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
+        ax.set_ylim(min(0.0, ax.get_ylim()[0]), 1.05 * max(ax.get_ylim()[1], 1e-9))
     handles, labels = axes[0].get_legend_handles_labels()
     note = f"bands: half and 90 % of {runs['rig'].nunique()} rigs; broken line: 0.308 m, printed"
     figure.legend(handles, labels, loc="outside lower center", ncols=3, title=note, title_fontsize=7)
@@ -97,7 +98,8 @@ def pareto_figure(
     """Every rig by how far it is from two claims, and those of which none is nearer to both."""
     figure = new_figure(3.6)
     ax = figure.subplots()
-    seen = worst[np.isfinite(worst[[first, second]]).all(axis=1)]
+    seen = worst[np.isfinite(worst[[first, second]]).all(axis=1)].clip(lower=LEAST_DRAWN)
+    front = front[[first, second]].clip(lower=LEAST_DRAWN)
     ax.plot(
         seen[first],
         seen[second],
@@ -189,8 +191,8 @@ def choice_figure(table: pd.DataFrame, rpm: float) -> Figure:
             linestyle=DASHES[i % 4],
             label=name,
         )
-    best.set(ylabel="best radius (%)", ylim=(-5, 105))
-    best.legend(ncols=4, title="chance of being best, by")
+    best.set(ylabel="best radius (%)", ylim=(-5, 145), yticks=range(0, 101, 25))
+    best.legend(ncols=4, loc="upper center", title="chance of being best, by")
     for column, colour, words in (("sliding_teeth_j_km", BLUE, "teeth"), ("sliding_ring_j_km", ORANGE, "ring")):
         work.fill_between(
             radii, table[f"{column}_q05"] / 1e3, table[f"{column}_q95"] / 1e3, color=colour, alpha=0.25, linewidth=0

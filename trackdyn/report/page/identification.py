@@ -99,16 +99,16 @@ def _spectra(answer: Answer, rig: Rig) -> list[tuple[str, float, np.ndarray, np.
     found = []
     for one in answer.measured:
         rate = one.speed.rate / one.speed.every
-        simulated = simulated_ay(rig, one.speed, 1)
-        turns = turns_of(one.record.ay_g, rate, one.turn_s)
-        found.append((f"{one.name}: {one.speed.rpm:.4g} rev/min", rate, turns, turns_of(simulated, rate, one.turn_s)))
+        simulated = turns_of(simulated_ay(rig, one.speed, 1), rate, rig.loop_period(one.speed.rpm))
+        measured = turns_of(one.record.ay_g, rate, one.turn_s)
+        found.append((f"{one.name}: {one.speed.rpm:.4g} rev/min", rate, measured, simulated))
     return found
 
 
 def _records(answer: Answer) -> pd.DataFrame:
     rows = []
     for one in answer.measured:
-        about = {"record": one.record.path.name, "speed_rpm": one.speed.rpm, "turns": len(one.statistics)}
+        about = {"record": one.record.path.name, "speed_rpm": one.speed.rpm, "turn_s": one.turn_s, "turns": len(one.statistics)}
         rows.append(about | {"rate_hz": one.record.rate_hz, "seconds": one.record.seconds, "clipped": one.record.clipped})
     return pd.DataFrame(rows)
 

@@ -1,0 +1,66 @@
+"""The commands about rigs, as a user has them."""
+
+import subprocess
+import sys
+
+import pytest
+
+from trackdyn.parameters.rig import load_rig
+from trackdyn.parameters.rig_file import shipped_rigs
+
+COMMAND = [sys.executable, "-c", "from trackdyn.cli import main; main()"]
+
+
+def run(*words, cwd):
+    return subprocess.run([*COMMAND, *map(str, words)], cwd=cwd, capture_output=True, text=True, timeout=300)
+
+
+def test_rigs_are_listed(tmp_path):
+    done = run("rigs", cwd=tmp_path)
+    assert done.returncode == 0
+    for name in shipped_rigs():
+        assert name in done.stdout
+    assert "63 pitches (double-pin), 10 teeth, 7 wheels" in done.stdout
+
+
+@pytest.mark.parametrize("name", ["bench", "m113", "paper", "robot", "vehicle"])
+def test_a_new_file_is_the_rig_that_it_is_like(name, tmp_path):
+    done = run("new", "mine.yaml", "--like", name, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    mine, its = load_rig(tmp_path / "mine.yaml"), load_rig(name)
+    assert mine.rollers == its.rollers
+    assert mine == its
+    again = run("new", "mine.yaml", "--like", name, cwd=tmp_path)
+    assert again.returncode == 1 and "mine.yaml exists" in again.stderr and "Traceback" not in again.stderr
+
+
+def test_a_comment_of_a_new_file_can_be_taken_away(tmp_path):
+    run("new", "mine.yaml", "--like", "bench", cwd=tmp_path)
+    path = tmp_path / "mine.yaml"
+    text = path.read_text(encoding="utf-8")
+    begin = text.index("# bushing:")
+    rows = text[begin : text.index("\n\n", begin)].splitlines()
+    path.write_text(text.replace("\n".join(rows), "\n".join(row.removeprefix("# ").removeprefix("#") for row in rows)), encoding="utf-8")
+    assert load_rig(path).bushing == load_rig("bench").bushing
+
+
+def test_check_draws_and_says(tmp_path):
+    done = run("check", "m113", "--no-settle", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "m113.png").stat().st_size > 10_000
+    assert "wrap of sprocket  155 deg" in done.stdout and "idler and road_5 overlap" in done.stdout
+    (tmp_path / "bad.yaml").write_text("like: bench\nchain: {source: s, pitches: 30}\n", encoding="utf-8")
+    done = run("check", "bad.yaml", cwd=tmp_path)
+    assert done.returncode == 1 and "too long" in done.stderr and "about 26" in done.stderr
+    assert not (tmp_path / "bad.png").exists() and "Traceback" not in done.stderr
+
+
+def test_simulate_needs_no_file(tmp_path):
+    done = run("simulate", "run.npz", "--duration", "0.05", "--lead-in", "0", "-q", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    from trackdyn.recording import load_recording
+
+    meta = load_recording(tmp_path / "run.npz").meta
+    assert meta["scene"]["ring_radius"] == load_rig("paper").sprocket.ring_radius
+    done = run("simulate", "other.npz", "--rig", "nowhere", cwd=tmp_path)
+    assert done.returncode == 1 and "trackdyn rigs" in done.stderr
