@@ -47,7 +47,5 @@ class Strands:
         for k, (middle, along) in enumerate(zip(self.middle, self.along, strict=True)):
             away = pins - middle
             near = (np.argmin(np.hypot(*away.T)) + np.arange(-1, 2)) % n
-            places = away[near] @ along
-            order = np.argsort(places)
-            found[k] = np.interp(0.0, places[order], size[near][order])
+            found[k] = np.interp(0.0, away[near] @ along, size[near])  # joints are numbered along the run
         return found
