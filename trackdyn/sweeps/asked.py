@@ -4,7 +4,7 @@ import hashlib
 import json
 from functools import cache
 from math import isnan
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 import pandas as pd
@@ -12,8 +12,10 @@ import pandas as pd
 from trackdyn.errors import InputError
 from trackdyn.fidelity import CHOICES, preset
 from trackdyn.measure.whole_loop import RELATIVE, SHARES
+from trackdyn.parameters.rig import NAME as WHEEL_NAME
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.validation import Section, parse_tolerance, plain_number, shown
+from trackdyn.parameters.wheels import Wheel
 from trackdyn.scene import Scene
 from trackdyn.starts import LATER
 from trackdyn.sweeps.row import row_sources
@@ -63,10 +65,16 @@ def columns() -> tuple[str, ...]:
     """Every column that a design may have."""
     found = [name for name in Scene.model_fields if name != "rig"]
     for name, field in Rig.model_fields.items():
-        kind = field.annotation
-        inner = kind.model_fields if isinstance(kind, type) and issubclass(kind, Section) else {}
+        kinds = get_args(field.annotation) or (field.annotation,)  # a section, perhaps one that a rig may lack
+        inner = [part for kind in kinds if isinstance(kind, type) and issubclass(kind, Section) for part in kind.model_fields]
         found += [f"{name}.{part}" for part in inner] or [name]
     return (*OWN, *found, *UNTIL)
+
+
+def _of_a_wheel(name: str) -> bool:
+    """Whether a column may be one of a wheel by its name, which only the rig of a row knows."""
+    wheel, _, field = name.partition(".")
+    return bool(WHEEL_NAME.fullmatch(wheel)) and field in Wheel.model_fields
 
 
 def refuse_columns(table: pd.DataFrame, where: str) -> None:
@@ -78,7 +86,7 @@ def refuse_columns(table: pd.DataFrame, where: str) -> None:
         The first column that nothing is known of, or what is missing.
     """
     for name in table.columns:
-        if name not in columns():
+        if name not in columns() and not _of_a_wheel(name):
             raise InputError(
                 f"{where}: {shown(name)} is no column of a design; a field of the scene such as motor_rpm, one of the rig such as "
                 "sprocket.ring_radius, name, preset, rig or until.rms would do"
