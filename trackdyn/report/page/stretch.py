@@ -149,7 +149,7 @@ def _length(seconds: float, least: float) -> float:
 
 
 def _look(loop: Loop, recording: Recording, whole: bool, frames: int, stride: int, tick) -> Stretch:
-    scene, model, state, work = loop.scene, loop.model, loop.state, loop.work
+    scene, model, state, _work = loop.scene, loop.model, loop.state, loop.work
     n, wheels, pitches = len(state.angle), len(model.wheels.x), scene.rig.chain.pitches
     rate, begins = scene.rig.sensor.rate, loop.time
     record = loop.room(frames * stride, pitches=range(1, pitches + 1))
