@@ -14,7 +14,7 @@ sys.path.insert(0, str(workflow.basedir))
 from trackdyn.config import check_layers, read_layer, ring_name
 from trackdyn.errors import TrackdynError
 from trackdyn.imports import imported_files
-from trackdyn.inference.settings import load_ensemble
+from trackdyn.ensemble.settings import load_ensemble
 from trackdyn.jit import source_hash
 from trackdyn.study.accuracy.ladder import SETTINGS
 from trackdyn.study.accuracy.scenes import measured_scenes, promised_scenes

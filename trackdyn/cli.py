@@ -9,10 +9,10 @@ from typing import Annotated
 import typer
 
 from trackdyn import rig_commands
+from trackdyn.ensemble.choose_ring import choose_ring
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.fmi.commands import fmu
-from trackdyn.inference.choose_ring import choose_ring
-from trackdyn.inference.commands import identify
+from trackdyn.identification.commands import identify
 from trackdyn.parameters.validation import shown
 from trackdyn.report.commands import show
 from trackdyn.sweeps import commands

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from trackdyn.config import Config
-from trackdyn.inference.calibration import CalibrationConfig
-from trackdyn.inference.settings import EnsembleConfig
+from trackdyn.ensemble.settings import EnsembleConfig
+from trackdyn.identification.calibration import CalibrationConfig
 from trackdyn.measure.sensor_mapping import SensorMapping
 from trackdyn.paper.claims import Claims
 from trackdyn.parameters.rig import Rig

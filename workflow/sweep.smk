@@ -36,7 +36,7 @@ SWEEP = {name: type(usual)(config.get(name, usual)) if usual else str(config[nam
 BESIDE = str(Path(SWEEP["out"]).with_suffix(""))
 # What rows are known by, too; the package need not be imported for that.
 PACKAGE = Path(importlib.util.find_spec("trackdyn").submodule_search_locations[0])
-WITHOUT = ("report", "paper", "peers", "study", "cli.py", "synthetic.py")
+WITHOUT = ("report", "paper", "peers", "study", "ensemble", "identification", "inference", "fmi", "certify", "cli.py", "synthetic.py")
 SOURCES = hashlib.sha256()
 for path in sorted(PACKAGE.rglob("*.py")):
     if path.relative_to(PACKAGE).parts[0] not in WITHOUT:

@@ -1,1 +1,1 @@
-"""What records and printed numbers say about the rig: unknown parameters, emulators, history matching."""
+"""What ensemble and identification share: unknown parameters of a rig, and emulators of its runs."""

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from trackdyn.inference import verdicts
-from trackdyn.inference.ring_choice import CRITERIA, choice_table, recommendation, study_table
-from trackdyn.inference.stages import LAST, STUDY, Ensemble
+from trackdyn.ensemble import verdicts
+from trackdyn.ensemble.ring_choice import CRITERIA, choice_table, recommendation, study_table
+from trackdyn.ensemble.stages import LAST, STUDY, Ensemble
 from trackdyn.paper.claims import load_claims
 from trackdyn.report.figures.ensemble import band_figure, choice_figure, conflict_figure, pairs_figure, pareto_figure
 from trackdyn.report.style import save

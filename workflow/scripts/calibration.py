@@ -1,6 +1,6 @@
 from _script import logged
 
-from trackdyn.inference.calibration import PRIOR, CalibrationConfig, calibrate
+from trackdyn.identification.calibration import PRIOR, CalibrationConfig, calibrate
 from trackdyn.parameters.validation import read_yaml, validated
 from trackdyn.replacing import write_csv
 from trackdyn.report.figures.identification import calibration_figure

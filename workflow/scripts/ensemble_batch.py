@@ -1,7 +1,7 @@
 import pandas as pd
 from _script import logged
 
-from trackdyn.inference.stages import open_ensemble, part, run_stage
+from trackdyn.ensemble.stages import open_ensemble, part, run_stage
 from trackdyn.sweeps.table import write_table
 
 with logged(snakemake):

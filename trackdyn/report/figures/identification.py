@@ -155,7 +155,7 @@ def spectra_figure(pairs: Sequence[tuple[str, float, np.ndarray, np.ndarray]], s
 def calibration_figure(ranks: pd.DataFrame, discrepancy: str) -> Figure:
     """How often central intervals hold the truth, over their level, with what chance leaves open at 95 %.
 
-    ``ranks`` as `inference.calibration.Calibration.ranks`; one panel an unknown or size of a discrepancy.
+    ``ranks`` as `identification.calibration.Calibration.ranks`; one panel an unknown or size of a discrepancy.
     """
     part = ranks[ranks["discrepancy"] == discrepancy]
     names = list(dict.fromkeys(part["parameter"]))

@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from trackdyn.inference.answer import discrepancies, features_table, tables
-from trackdyn.inference.experiment import simulated_ay
-from trackdyn.inference.features import turns_of
-from trackdyn.inference.identify import Answer
-from trackdyn.inference.posterior import contradicted
-from trackdyn.inference.verdict import IDENTIFIED, IN_DOUBT, ONE_SIDED
+from trackdyn.identification.answer import discrepancies, features_table, tables
+from trackdyn.identification.experiment import simulated_ay
+from trackdyn.identification.features import turns_of
+from trackdyn.identification.identify import Answer
+from trackdyn.identification.posterior import contradicted
+from trackdyn.identification.verdict import IDENTIFIED, IN_DOUBT, ONE_SIDED
 from trackdyn.parameters.rig import Rig
 from trackdyn.replacing import write_text
 from trackdyn.report.figures.identification import features_figure, posterior_figure, spectra_figure

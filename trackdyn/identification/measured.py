@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from trackdyn.errors import InputError
-from trackdyn.inference.experiment import Speed
-from trackdyn.inference.features import LEAST_TURNS, covariance, features, features_of, turn_statistics
-from trackdyn.inference.posterior import Records
+from trackdyn.identification.experiment import Speed
+from trackdyn.identification.features import LEAST_TURNS, covariance, features, features_of, turn_statistics
+from trackdyn.identification.posterior import Records
 from trackdyn.measure.compare import whole_ratio
 from trackdyn.measure.sensor_csv import SensorRecord, read_sensor_csv
 from trackdyn.measure.sensor_mapping import SensorMapping

@@ -11,11 +11,11 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from trackdyn.ensemble.history import Search, errors, judged, outputs
+from trackdyn.ensemble.settings import Case, EnsembleConfig, Form, Target, load_ensemble, targets_of, unknowns_of
+from trackdyn.ensemble.waves import as_it_is, members, points_table, prior_points, run_rigs, study_cases, target_cases
 from trackdyn.errors import InputError
-from trackdyn.inference.history import Search, errors, judged, outputs
-from trackdyn.inference.settings import Case, EnsembleConfig, Form, Target, load_ensemble, targets_of, unknowns_of
 from trackdyn.inference.unknowns import Unknowns
-from trackdyn.inference.waves import as_it_is, members, points_table, prior_points, run_rigs, study_cases, target_cases
 from trackdyn.paper.claims import load_claims
 from trackdyn.sweeps.table import write_table
 

@@ -7,9 +7,8 @@ import pandas as pd
 import pytest
 from scipy.stats import qmc
 
-from trackdyn.errors import InputError
-from trackdyn.inference import waves
-from trackdyn.inference.history import (
+from trackdyn.ensemble import waves
+from trackdyn.ensemble.history import (
     LOST,
     Search,
     all_columns,
@@ -20,7 +19,8 @@ from trackdyn.inference.history import (
     loss,
     outputs,
 )
-from trackdyn.inference.settings import Case, EnsembleConfig, Fidelity, Target, load_ensemble, targets_of, unknowns_of
+from trackdyn.ensemble.settings import Case, EnsembleConfig, Fidelity, Target, load_ensemble, targets_of, unknowns_of
+from trackdyn.errors import InputError
 from trackdyn.inference.unknowns import Unknown, Unknowns, file_ranges
 from trackdyn.paper.claims import load_claims
 from trackdyn.parameters.layout import assemble

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal, norm
 
-from trackdyn.inference.emulation import Prediction
-from trackdyn.inference.features import Feature
-from trackdyn.inference.posterior import MEDIANS, SHARED, SPREAD, Posterior, Records, contradicted, predict, sample
+from trackdyn.identification.emulation import Prediction
+from trackdyn.identification.features import Feature
+from trackdyn.identification.posterior import MEDIANS, SHARED, SPREAD, Posterior, Records, contradicted, predict, sample
 
 FEATURES = (Feature("line_1", "lines"), Feature("passing_1", "passing"))
 SLOPES = np.array([2.0, -1.0])

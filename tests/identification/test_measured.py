@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.inference.experiment import Speed
-from trackdyn.inference.features import features_of
-from trackdyn.inference.measured import joined, read_records
+from trackdyn.identification.experiment import Speed
+from trackdyn.identification.features import features_of
+from trackdyn.identification.measured import joined, read_records
 from trackdyn.measure.sensor_csv import write_sensor_csv
 from trackdyn.measure.sensor_mapping import SensorMapping
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from sklearn.covariance import LedoitWolf
 
-from trackdyn.inference.emulation import ITERATIONS, FeatureEmulator, Part, _Process, _Stacked
+from trackdyn.identification.emulation import ITERATIONS, FeatureEmulator, Part, _Process, _Stacked
 from trackdyn.inference.emulator import Emulator
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trackdyn.inference import experiment
+from trackdyn.identification import experiment
 
 
 def closed_form_ay(rig, speed, turns, starts=None):

@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.inference.calibration import LEVELS, CalibrationConfig, calibrate, held, simulate_all, summarised
-from trackdyn.inference.emulation import FeatureEmulator, Prediction
+from trackdyn.identification.calibration import LEVELS, CalibrationConfig, calibrate, held, simulate_all, summarised
+from trackdyn.identification.emulation import FeatureEmulator, Prediction
 from trackdyn.inference.unknowns import Unknown
 from trackdyn.parameters.validation import read_yaml, validated
 

@@ -9,12 +9,12 @@ import pandas as pd
 from scipy.stats import qmc
 
 from trackdyn.errors import InputError
-from trackdyn.inference.emulation import FeatureEmulator, Part
-from trackdyn.inference.experiment import Experiment, Simulated, run
-from trackdyn.inference.measured import Measured, joined
-from trackdyn.inference.posterior import STEPS, Draws, Posterior, Records, contradicted, medians, predict, sample
+from trackdyn.identification.emulation import FeatureEmulator, Part
+from trackdyn.identification.experiment import Experiment, Simulated, run
+from trackdyn.identification.measured import Measured, joined
+from trackdyn.identification.posterior import STEPS, Draws, Posterior, Records, contradicted, medians, predict, sample
+from trackdyn.identification.verdict import IN_DOUBT, NOT_IDENTIFIED, verdict
 from trackdyn.inference.unknowns import Unknowns
-from trackdyn.inference.verdict import IN_DOUBT, NOT_IDENTIFIED, verdict
 
 LEAST_SPREAD = 1e-3  # of a feature over the ranges, relative: less says nothing
 MOST_FAILED = 0.25  # of the rigs

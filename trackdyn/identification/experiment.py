@@ -19,7 +19,7 @@ from tqdm import tqdm
 
 from trackdyn.errors import DivergenceError, InputError, TrackdynError
 from trackdyn.fidelity import preset
-from trackdyn.inference.features import features, features_of, turn_statistics
+from trackdyn.identification.features import features, features_of, turn_statistics
 from trackdyn.integrate.methods import METHODS
 from trackdyn.jit import KERNEL_SOURCES, source_hash
 from trackdyn.limits import step_limits
@@ -117,7 +117,7 @@ class Experiment(NamedTuple):
 
     def key(self, changes: dict) -> str:
         """Hash of all that the features depend on."""
-        sources = source_hash((*KERNEL_SOURCES, *SOURCES, "inference/features.py", "inference/experiment.py"))
+        sources = source_hash((*KERNEL_SOURCES, *SOURCES, "identification/features.py", "identification/experiment.py"))
         content = [self.rig.model_dump(), changes, self.speeds, self.turns, self.noise, sources]
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:24]
 

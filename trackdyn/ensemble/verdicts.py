@@ -7,10 +7,10 @@ import numpy as np
 import pandas as pd
 from scipy.stats import binomtest, kstest, spearmanr
 
-from trackdyn.inference.history import columns_of, events_of, judged
-from trackdyn.inference.settings import Case
-from trackdyn.inference.stages import COMPARED, LAST, STUDY, Ensemble, rank, read_errors
-from trackdyn.inference.waves import by_case, rig_at
+from trackdyn.ensemble.history import columns_of, events_of, judged
+from trackdyn.ensemble.settings import Case
+from trackdyn.ensemble.stages import COMPARED, LAST, STUDY, Ensemble, rank, read_errors
+from trackdyn.ensemble.waves import by_case, rig_at
 from trackdyn.paper.claims import JUDGED, REPRODUCED, Claim, judge
 from trackdyn.paper.evidence import Evidence
 from trackdyn.parameters.rig import Rig, load_rig

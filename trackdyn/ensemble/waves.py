@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 from scipy.stats import qmc
 
+from trackdyn.ensemble.settings import Case, EnsembleConfig, Fidelity, Target
 from trackdyn.errors import TrackdynError
-from trackdyn.inference.settings import Case, EnsembleConfig, Fidelity, Target
 from trackdyn.inference.unknowns import Unknowns
 from trackdyn.parameters.layout import can_close
 from trackdyn.parameters.rig import Rig

@@ -12,11 +12,11 @@ import emcee
 import numpy as np
 import pandas as pd
 
+from trackdyn.ensemble.settings import EnsembleConfig, Target
+from trackdyn.ensemble.waves import SPREAD_CLAIM, buildable, by_case
 from trackdyn.errors import TrackdynError
 from trackdyn.inference.emulator import Check, Emulator, held_out_check
-from trackdyn.inference.settings import EnsembleConfig, Target
 from trackdyn.inference.unknowns import Unknowns
-from trackdyn.inference.waves import SPREAD_CLAIM, buildable, by_case
 
 # The paper does not say which neighbour is the connector's link on the ring: the one that runs ahead of it, or behind.
 READINGS = ("ahead", "behind")

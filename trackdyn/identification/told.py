@@ -7,12 +7,12 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import InputError
-from trackdyn.inference.experiment import Experiment, run
-from trackdyn.inference.identify import changed
-from trackdyn.inference.measured import Measured, joined
-from trackdyn.inference.posterior import MEDIANS, groups_of, shares
+from trackdyn.identification.experiment import Experiment, run
+from trackdyn.identification.identify import changed
+from trackdyn.identification.measured import Measured, joined
+from trackdyn.identification.posterior import MEDIANS, groups_of, shares
+from trackdyn.identification.verdict import NARROW
 from trackdyn.inference.unknowns import Unknown, Unknowns, file_ranges
-from trackdyn.inference.verdict import NARROW
 from trackdyn.parameters.rig import Rig
 
 # What rulers and scales do not tell: rubber, tension, contact, drag, the fit of chain and sprocket.

@@ -21,13 +21,13 @@ from scipy.stats import beta, chisquare, qmc
 from tqdm import tqdm
 
 from trackdyn.errors import InputError
-from trackdyn.inference.emulation import FeatureEmulator
-from trackdyn.inference.experiment import Experiment, Speed, run
-from trackdyn.inference.features import Feature, covariance, features_of
-from trackdyn.inference.identify import LEAST_SPREAD, changes_at
-from trackdyn.inference.posterior import Draws, Posterior, Records, medians, sample, shares
+from trackdyn.identification.emulation import FeatureEmulator
+from trackdyn.identification.experiment import Experiment, Speed, run
+from trackdyn.identification.features import Feature, covariance, features_of
+from trackdyn.identification.identify import LEAST_SPREAD, changes_at
+from trackdyn.identification.posterior import Draws, Posterior, Records, medians, sample, shares
+from trackdyn.identification.verdict import IDENTIFIED, verdict
 from trackdyn.inference.unknowns import Unknown, Unknowns, file_ranges
-from trackdyn.inference.verdict import IDENTIFIED, verdict
 from trackdyn.jit import KERNEL_SOURCES, source_hash
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.validation import Section

@@ -6,8 +6,8 @@ import pytest
 from typer.testing import CliRunner
 
 from trackdyn.cli import app
+from trackdyn.ensemble.ring_choice import best_radius, choice_table, recommendation
 from trackdyn.errors import InputError
-from trackdyn.inference.ring_choice import best_radius, choice_table, recommendation
 from trackdyn.sweeps.table import write_table
 
 RADII = (0.303, 0.305, 0.308, 0.313)

@@ -15,8 +15,8 @@ from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
 from trackdyn.errors import TrackdynError
-from trackdyn.inference.emulation import Prediction
-from trackdyn.inference.features import Feature
+from trackdyn.identification.emulation import Prediction
+from trackdyn.identification.features import Feature
 
 # The prior of the discrepancies' sizes: log-normal with these medians, relative amplitudes. Judgement, written before any
 # fit: amplitudes of lines follow from speed and layout (mounting and gain of a sensor: some percent); a linear bushing and

@@ -8,9 +8,9 @@ import pytest
 
 from trackdyn import cli, load_rig
 from trackdyn.errors import InputError
-from trackdyn.inference import experiment
-from trackdyn.inference.experiment import Experiment, Speed, run, scene_of
-from trackdyn.inference.identify import spread_out
+from trackdyn.identification import experiment
+from trackdyn.identification.experiment import Experiment, Speed, run, scene_of
+from trackdyn.identification.identify import spread_out
 from trackdyn.measure.sensor_csv import write_sensor_csv
 
 TRUTH = {"bushing__stiffness": 700.0, "tension__pre_tension": 4000.0, "bushing__damping": 0.4}

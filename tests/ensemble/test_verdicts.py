@@ -6,10 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from trackdyn.inference import verdicts
-from trackdyn.inference.history import all_columns
-from trackdyn.inference.stages import EACH_WAVE, FIRST, Ensemble, open_ensemble, part, rank, stage_points
-from trackdyn.inference.waves import points_table, prior_points
+from trackdyn.ensemble import verdicts
+from trackdyn.ensemble.history import all_columns
+from trackdyn.ensemble.stages import EACH_WAVE, FIRST, Ensemble, open_ensemble, part, rank, stage_points
+from trackdyn.ensemble.waves import points_table, prior_points
 from trackdyn.paper.claims import load_claims
 from trackdyn.report.ensemble import write_figures, write_tables
 from trackdyn.sweeps.table import write_table

@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from trackdyn.inference.identify import INTERVAL, Answer
-from trackdyn.inference.posterior import contradicted
+from trackdyn.identification.identify import INTERVAL, Answer
+from trackdyn.identification.posterior import contradicted
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.validation import read_yaml
 from trackdyn.replacing import replacing, write_csv, write_text

@@ -38,12 +38,12 @@ def identify(
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bars and no summary.")] = False,
 ) -> None:
     """Identify parameters of the rig from records of the sensor, and say how sure that is."""
-    from trackdyn.inference.answer import write_answer
-    from trackdyn.inference.experiment import scene_of
-    from trackdyn.inference.identify import Settings
-    from trackdyn.inference.identify import identify as run
-    from trackdyn.inference.measured import read_records
-    from trackdyn.inference.told import asked, tellable, unknown_of
+    from trackdyn.identification.answer import write_answer
+    from trackdyn.identification.experiment import scene_of
+    from trackdyn.identification.identify import Settings
+    from trackdyn.identification.identify import identify as run
+    from trackdyn.identification.measured import read_records
+    from trackdyn.identification.told import asked, tellable, unknown_of
     from trackdyn.measure.sensor_mapping import load_mapping
     from trackdyn.parameters.rig import load_rig
     from trackdyn.replacing import refuse_unwritable, write_csv

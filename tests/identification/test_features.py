@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.inference.features import FLOOR_G, covariance, features, features_of, turn_statistics, turns_of
+from trackdyn.identification.features import FLOOR_G, covariance, features, features_of, turn_statistics, turns_of
 
 RATE, TURN, PITCHES = 1000.0, 4.2, 35
 NAMES = [one.name for one in features_of(RATE)]

@@ -18,8 +18,8 @@ def choose_ring(
     """The ring's radius to choose where the rig is not known: chance that it is the best one over an ensemble of rigs."""
     import pandas as pd
 
+    from trackdyn.ensemble.ring_choice import CRITERIA, STUDY_COLUMNS, choice_table, recommendation
     from trackdyn.errors import InputError
-    from trackdyn.inference.ring_choice import CRITERIA, STUDY_COLUMNS, choice_table, recommendation
     from trackdyn.parameters.validation import shown
     from trackdyn.replacing import refuse_unwritable
     from trackdyn.sweeps.table import read_table, refuse_ending, write_table

@@ -1,0 +1,1 @@
+"""What a record says about the track that made it: features, posterior, calibration."""
