@@ -28,6 +28,8 @@ DAMPING = 0.985
 # The tensioner closes the gap to the wanted tension with this time constant, s: slower than the
 # strands swing out.
 TENSIONER_TIME = 0.15
+# Of the wanted tension, by how much the mean may miss it when the wheel is locked; and further tries until then.
+REACHED, ROUNDS = 0.2, 6
 # The weight of the chain and so many times the tension on a single arc: more than any load at rest.
 MOST_LOAD = 4.0
 # Compliance of the contacts of one loop on its wheels, m/N: bounds the stiffness of a taut loop.
@@ -225,8 +227,8 @@ class Settling:
         self.model = self.model._replace(carriers=carriers._replace(preload=preloads(rig, carriers, self.work, rest)))
         self.state = self.state._replace(slide=np.zeros((len(rest), 5)))
 
-    def tighten(self, seconds: float) -> None:
-        """Move the tensioning wheel until the strand has the wanted tension."""
+    def tighten(self, seconds: float) -> float:
+        """Move the tensioning wheel until the strand has the wanted tension; its late mean, N."""
         mean = self.tension() or self.target
         for _ in range(round(seconds / CHUNK)):
             mean += 0.1 * (self.tension() - mean)
@@ -235,6 +237,7 @@ class Settling:
             self.shift += (self.target - mean) * compliance / self.lever * CHUNK / TENSIONER_TIME
             shift_wheel(self.model, self.scene.rig, self.wheel, self.shift)
             self.chunk()
+        return mean
 
     def without_teeth(self) -> None:
         self.model = self.model._replace(tooth=self.model.tooth._replace(present=0))
@@ -278,15 +281,29 @@ class Settling:
 
 
 def tensioned(scene: Scene) -> Settling:
-    """The first part of `settle`: the loop tensioned on the rig's own ring, which the scene's ring has no part in."""
+    """The first part of `settle`: the loop tensioned on the rig's own ring, which the scene's ring has no part in.
+
+    Raises
+    ------
+    InputError
+        The tension is not reached.
+    """
     settling = Settling(scene)
     teeth = settling.model.tooth.present
     settling.without_teeth()
     settling.tighten(0.6)
     if teeth:
         settling.engage(0.2)
-    settling.tighten(0.6)
-    return settling
+    reached = settling.tighten(0.6)
+    for _ in range(ROUNDS):
+        if abs(reached - settling.target) <= REACHED * settling.target:
+            return settling
+        settling.stretch *= 2  # springs and slack give way more than contacts
+        reached = settling.tighten(0.6)
+    raise InputError(
+        f"tension.pre_tension = {settling.target:g} N is not reached: the strand holds {reached:.3g} N with the "
+        f"{scene.rig.tension.wheel} shifted by {settling.shift:.3g} m; another pre-tension, or wheels in other places, would do"
+    )
 
 
 def settle(scene: Scene, settling: Settling | None = None) -> tuple[Model, State, Work, dict]:
