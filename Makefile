@@ -22,7 +22,7 @@ quick: $(READY)
 	$(BIN)/python workflow/run.py -j$(JOBS) --configfile config/quick.yaml
 
 test: $(READY)
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile
 
 lint: $(READY)
 	$(BIN)/ruff check .
