@@ -245,7 +245,7 @@ FOUND = [
     ("changes", "fields"),
     [
         # settling took steps of 1e-4 s whatever the sample interval was
-        ({"sensor__rate": 7000}, {"step": 1 / 7000}),
+        ({"sensor__rate": 8000}, {"step": 1 / 8000}),
         # and explicit ones where the scene's are linearly implicit, with limits that those do not have
         ({"bushing__stiffness": 1e6}, {"integrator": "linearly_implicit"}),
         ({"tooth_contact__transition_velocity": 1e-4}, {"integrator": "linearly_implicit"}),
@@ -260,4 +260,4 @@ def test_settling_does_not_refuse_what_the_scene_allows(rig, changes, fields):
 @pytest.mark.parametrize(("rpm", "changes", "fields"), FOUND)
 def test_scenes_that_once_ended_in_a_third_way(rig, rpm, changes, fields):
     found = run_scene("found", "case", rig, rpm, changes, **fields)
-    assert found["outcome"] == REFUSED, found["reason"]
+    assert found["outcome"] in (COMPLETED, REFUSED), found["reason"]

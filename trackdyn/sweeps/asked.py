@@ -74,7 +74,7 @@ def columns() -> tuple[str, ...]:
 def _of_a_wheel(name: str) -> bool:
     """Whether a column may be one of a wheel by its name, which only the rig of a row knows."""
     wheel, _, field = name.partition(".")
-    return bool(WHEEL_NAME.fullmatch(wheel)) and field in Wheel.model_fields
+    return bool(WHEEL_NAME.fullmatch(wheel)) and wheel not in Rig.model_fields and field in Wheel.model_fields
 
 
 def refuse_columns(table: pd.DataFrame, where: str) -> None:

@@ -25,7 +25,7 @@ from trackdyn.until import run_until
 DONE, REFUSED, DIVERGED, FAILED = "done", "refused", "diverged", "failed"
 # The package's files and folders that a row's numbers depend on, beside the kernels.
 SOURCES = (
-    "parameters", "measure", "sweeps/row.py", "belt.py", "build.py", "checkpoint.py", "errors.py", "fidelity.py",
+    "parameters", "measure", "sweeps/row.py", "belt.py", "build.py", "carrying.py", "checkpoint.py", "errors.py", "fidelity.py",
     "limits.py", "loop.py", "needs.py", "reading.py", "recording.py", "replacing.py", "scene.py", "settling.py",
     "simulate.py", "starts.py", "stepping.py", "until.py", "writer.py",
 )  # fmt: skip
@@ -114,7 +114,9 @@ def run_values(recording: Recording) -> dict:
     sources, versions = made_with()
     made = {"python": recording.meta["python"]} | versions
     if recording.meta["scene"]["pitches"]:  # where contacts are recorded pitch by pitch, more is known of them
-        values |= {f"event {name}": seconds for name, seconds in event_times(recording).items()} | area_shares(recording)
+        values |= {f"event {name}": seconds for name, seconds in event_times(recording).items()} | area_shares(
+            recording
+        )
     return values | sliding_per_km(recording) | recording.meta["layout"] | {
         "kernel_sources": sources, "row_sources": row_sources(), "processor": target_hash(),
         "versions": ", ".join(f"{name} {of}" for name, of in made.items()),
