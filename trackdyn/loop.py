@@ -16,7 +16,7 @@ from trackdyn.integrate.semi_implicit import sprocket_rate
 from trackdyn.model.record import ENERGY_NAMES, Record, make_record
 from trackdyn.parameters.layout import tensioner
 from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.validation import plain_number
+from trackdyn.parameters.validation import within
 from trackdyn.recording import Recording
 from trackdyn.scene import LONGEST, MOST_STEPS, Scene
 from trackdyn.settling import allocate, settle, with_sliding
@@ -61,12 +61,12 @@ class Loop:
 
     def step(self, count: int = 1) -> None:
         """Take ``count`` steps."""
-        count = int(_within("count", count, 1, MOST_STEPS))
+        count = int(within("count", count, 1, MOST_STEPS))
         march(self.model._replace(stride=count), self.state, self.work, self._scratch)
 
     def advance(self, seconds: float, tick: Callable[[float], object] = lambda seconds: None) -> None:
         """Go on for ``seconds``, to the nearest step; ``tick`` is called with what every sample interval adds."""
-        seconds = _within("seconds", seconds, 0.0, LONGEST)
+        seconds = within("seconds", seconds, 0.0, LONGEST)
         samples, steps = divmod(round(seconds / self.model.step), self.model.stride)
         interval = self.model.stride * self.model.step
         for _ in range(samples):
@@ -248,7 +248,7 @@ class Loop:
             raise InputError(
                 f"shift = {shift!r} m is not accepted: the tensioner slides on its spring; tension='locked' would do"
             )
-        shift = _within("shift", shift, -rig.tension.travel, rig.tension.travel, " m, the tensioner's travel,")
+        shift = within("shift", shift, -rig.tension.travel, rig.tension.travel, " m, the tensioner's travel,")
         shift_wheel(self.model, rig, tensioner(rig), shift)
         self.layout["tensioner_shift_m"] = float(shift)
 
@@ -323,17 +323,6 @@ class Loop:
         loop.model, loop.state, loop.work = (filled(part, data[name]) for part, name in zip(room, ("model", "state", "work"), strict=True))
         loop._scratch = make_record(1, loop.state)
         return loop
-
-
-def _within(name: str, value: float, least: float, most: float, what: str = "") -> float:
-    """A number between two, or one sentence."""
-    try:
-        number = plain_number(value)
-    except ValueError as error:
-        raise InputError(f"{name} {error}") from None
-    if not least <= number <= most:
-        raise InputError(f"{name} = {number:g} is not accepted: at least {least:g} and at most {most:g}{what} would do")
-    return number
 
 
 def _view(array: np.ndarray) -> np.ndarray:

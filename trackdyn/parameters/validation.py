@@ -166,3 +166,20 @@ def sentence(name: str, error: dict, missing: str) -> str:
     value = value.get("value", value) if isinstance(value, dict) else value
     problem = error["msg"][0].lower() + error["msg"][1:]
     return f"{name}: {where} = {shown(value)} is not accepted: {problem}"
+
+
+def within(name: str, value: float, least: float, most: float, what: str = "") -> float:
+    """A number between two.
+
+    Raises
+    ------
+    InputError
+        One sentence with name, value and range; ``what`` is what the bounds are of, with a unit.
+    """
+    try:
+        number = plain_number(value)
+    except ValueError as error:
+        raise InputError(f"{name} {error}") from None
+    if not least <= number <= most:
+        raise InputError(f"{name} = {number:g} is not accepted: at least {least:g} and at most {most:g}{what} would do")
+    return number

@@ -11,14 +11,13 @@ from math import pi
 import numpy as np
 from tqdm import tqdm
 
-from trackdyn.errors import InputError
 from trackdyn.loop import Loop
 from trackdyn.model.constants import SPROCKET
 from trackdyn.model.work import ARM_X, ARM_Y, BODY, FLANK, GUIDE, KIND, NORMAL_X, NORMAL_Y, RING, WHEEL
 from trackdyn.needs import BODY_STEP
 from trackdyn.parameters.layout import wheel_names
 from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.validation import plain_number
+from trackdyn.parameters.validation import within
 from trackdyn.recording import Recording
 from trackdyn.scene import Scene
 
@@ -123,7 +122,7 @@ def stretch_of(recording: Recording, seconds: float | None = None, progress: boo
         seconds = min(turn, LONGEST_STRETCH) if np.isfinite(turn) else STANDING
         seconds = max(min(seconds, len(recording.time) / rate), 1 / rate)
     else:
-        seconds = _length(seconds, 1 / rate)
+        seconds = within("seconds", seconds, 1 / rate, LONGEST_STRETCH, " s")
     frames = max(2, min(FRAMES, BODIES_IN_FRAMES // scene.bodies))
     stride = max(1, round(seconds * rate / frames))
     frames = max(1, int(seconds * rate / stride + 1e-6))
@@ -136,16 +135,6 @@ def stretch_of(recording: Recording, seconds: float | None = None, progress: boo
     with tqdm(total=begins + seconds + 1e-6, **bar) as shown:
         loop.advance(begins, shown.update)
         return _look(loop, recording, whole, frames, stride, shown.update)
-
-
-def _length(seconds: float, least: float) -> float:
-    try:
-        number = plain_number(seconds)
-    except ValueError as error:
-        raise InputError(f"seconds {error}") from None
-    if not least <= number <= LONGEST_STRETCH:
-        raise InputError(f"seconds = {number:g} is not accepted: at least {least:g} and at most {LONGEST_STRETCH:g} s would do")
-    return number
 
 
 def _look(loop: Loop, recording: Recording, whole: bool, frames: int, stride: int, tick) -> Stretch:
