@@ -74,8 +74,8 @@ class Fidelity(Section):
 
 class Form(Section):
     """How much is computed: rigs that show the errors of cheap runs and of laws, rigs of every wave, of the last one (at full
-    fidelity) and of the study of radii; the speeds of that study and its radii; steps of
-    the search between waves; jobs that a stage is cut into."""
+    fidelity) and of the study of radii; the speeds of that study, its radii, and the speeds at which it runs the paper's ring
+    alone, for what is said of records; steps of the search between waves; jobs that a stage is cut into."""
 
     compared: Annotated[int, Field(ge=2)]
     waves: Annotated[list[Annotated[int, Field(ge=8)]], Field(min_length=1)]
@@ -83,6 +83,7 @@ class Form(Section):
     studied: Annotated[int, Field(ge=1)]
     speeds_rpm: Annotated[list[Positive], Field(min_length=1)]
     radii_m: Annotated[list[Positive], Field(min_length=2)]
+    records_rpm: Annotated[list[Positive], Field(min_length=2)]
     search_steps: Annotated[int, Field(ge=10)]
     batches: Annotated[int, Field(ge=1)]
 

@@ -130,7 +130,7 @@ def rank(e: Ensemble) -> pd.DataFrame:
 
 def stage_cases(e: Ensemble, stage: str) -> list[Case]:
     """Scenes of every rig of a stage."""
-    return study_cases(e.form.speeds_rpm, e.form.radii_m) if stage == STUDY else target_cases(e.targets)
+    return study_cases(e.form, e.config.ring_radius_m) if stage == STUDY else target_cases(e.targets)
 
 
 def run_stage(
@@ -139,7 +139,7 @@ def run_stage(
     """Run a stage's scenes of some rigs; rows that were computed before come from the store."""
     kinds = {"full": (e.config.full, {})} if stage in (LAST, SHIPPED) else {"cheap": (e.config.cheap, {})}
     if stage == STUDY:
-        kinds = {"cheap": (e.config.cheap, {"sliding": True})}
+        kinds = {"cheap": (e.config.cheap, {"sliding": True, "every_link": True})}
     if stage == COMPARED:
         kinds |= {"full": (e.config.full, {})}
         kinds |= {"chain": (e.config.cheap, {"belts_as_chains": True})}

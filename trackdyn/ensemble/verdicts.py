@@ -9,7 +9,7 @@ from scipy.stats import binomtest, kstest, spearmanr
 
 from trackdyn.ensemble.history import columns_of, events_of, judged
 from trackdyn.ensemble.settings import Case
-from trackdyn.ensemble.stages import COMPARED, LAST, STUDY, Ensemble, rank, read_errors
+from trackdyn.ensemble.stages import COMPARED, LAST, STUDY, Ensemble, rank, read_errors, stage_cases
 from trackdyn.ensemble.waves import by_case, rig_at
 from trackdyn.paper.claims import JUDGED, REPRODUCED, Claim, judge
 from trackdyn.paper.evidence import Evidence
@@ -17,18 +17,31 @@ from trackdyn.parameters.rig import Rig, load_rig
 
 # a parameter is identifiable if the rigs leave less than half of its range and could hardly come from all of it
 NARROW, UNLIKELY = 0.5, 0.01
+# what a run with every link says in place of a record of 90 s, by the names of the latter
+RECORDED = {
+    "rpm": "rpm", "rms_g": "whole_rms", "sd_g": "whole_sd", "high_frequency_g": "whole_high_frequency",
+    "loop_gap_max_m": "loop_gap_max_m", "gap_before_projection_m": "gap_before_projection_m", "velocity_gap_m_s": "velocity_gap_m_s",
+}  # fmt: skip
 
 
 def evidence(e: Ensemble, rows: dict[str, pd.Series], rig: Rig, reading: str) -> Evidence:
-    """What a rig's runs of the study say, as claims are judged by it."""
+    """What a rig's runs of the study say, as claims are judged by it.
+
+    Records stand for those of 90 s: statistics over all links, and how well the loop stayed closed; no spectrum.
+    """
     passage = rig.loop_period(e.config.speed_rpm) / rig.chain.pitches
     metrics, events = [], []
     meshing = {
         Case(e.config.speed_rpm, None).name: "no_ring",
         Case(e.config.speed_rpm, e.config.ring_radius_m).name: "ring",
     }
+    records = {Case(rpm, e.config.ring_radius_m).name for rpm in e.form.records_rpm}
     for case, row in rows.items():
         speed, ring = case.split(" ")
+        if case in records:
+            metrics.append({"run": f"{speed}rpm", **{name: row.get(of) for name, of in RECORDED.items()}})
+        if float(speed) not in e.form.speeds_rpm:
+            continue
         metrics.append({"run": f"ring/{speed}rpm_{ring}", **row})
         if case in meshing:
             metrics.append({"run": f"meshing/{meshing[case]}", **row})
@@ -50,8 +63,8 @@ def claims_table(e: Ensemble, claims: Sequence[Claim]) -> pd.DataFrame:
         ``reproduced``, ``share``, ``share_low, share_high`` (exact 95 % interval for a draw of so many rigs).
     """
     readings, points = rank(e)["reading"], e.read(f"points_{STUDY}").set_index("rig")
-    runs = by_case(e.runs(STUDY))
-    whole = {rig: rows for rig, rows in runs.items() if len(rows) == len(e.form.speeds_rpm) * (1 + len(e.form.radii_m))}
+    runs, cases = by_case(e.runs(STUDY)), stage_cases(e, STUDY)
+    whole = {rig: rows for rig, rows in runs.items() if len(rows) == len(cases)}
     all_evidence = {
         rig: evidence(e, rows, rig_at(e.unknowns, points.loc[rig]), readings[rig]) for rig, rows in whole.items()
     }

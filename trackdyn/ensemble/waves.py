@@ -1,13 +1,13 @@
 """Waves of rigs: points of the unit cube become scenes of a sweep, and its rows the numbers of each rig."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from scipy.stats import qmc
 
-from trackdyn.ensemble.settings import Case, EnsembleConfig, Fidelity, Target
+from trackdyn.ensemble.settings import Case, EnsembleConfig, Fidelity, Form, Target
 from trackdyn.errors import TrackdynError
 from trackdyn.inference.unknowns import Unknowns
 from trackdyn.parameters.layout import can_close
@@ -26,9 +26,10 @@ def target_cases(targets: Sequence[Target]) -> list[Case]:
     return sorted({target.case for target in targets}, key=lambda case: (case.belt, case.rpm, case.ring or 0.0))
 
 
-def study_cases(speeds: Iterable[float], radii: Iterable[float]) -> list[Case]:
-    """Every ring and none at every speed."""
-    return [Case(rpm, ring) for rpm in speeds for ring in (None, *radii)]
+def study_cases(form: Form, ring: float) -> list[Case]:
+    """Every ring and none at every speed of the study, and the paper's ring at every speed of the records."""
+    cases = [Case(rpm, radius) for rpm in form.speeds_rpm for radius in (None, *form.radii_m)]
+    return list(dict.fromkeys([*cases, *(Case(rpm, ring) for rpm in form.records_rpm)]))
 
 
 def buildable(unknowns: Unknowns, x) -> bool:

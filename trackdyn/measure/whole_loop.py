@@ -16,6 +16,7 @@ from trackdyn.errors import InputError
 from trackdyn.measure.meshing import SIDES, spells, timing
 from trackdyn.measure.metrics import loop_frequency
 from trackdyn.measure.sensor import specific_force
+from trackdyn.measure.signals import high_frequency_rms
 from trackdyn.measure.uncertainty import batch_error
 from trackdyn.recording import Recording
 
@@ -211,6 +212,12 @@ def _peaks(recording: Recording, edges: np.ndarray) -> Series:
 def whole_loop(recording: Recording) -> dict[str, Estimate]:
     """Measures (`series`) over all links and the whole passages of a record in steady running."""
     return {name: found.estimate() for name, found in series(recording).items()}
+
+
+def high_frequency_of_all(recording: Recording) -> float:
+    """Root mean square over all links of the content at and above 20 Hz (`signals.high_frequency_rms`), g."""
+    each = [high_frequency_rms(ay, recording.rate) for ay in every_ay(recording).T]
+    return float(np.sqrt(np.mean(np.square(each))))
 
 
 def _line(revolution: np.ndarray) -> float:

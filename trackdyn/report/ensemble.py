@@ -25,7 +25,7 @@ def write_tables(e: Ensemble, claims: Path | str, card: pd.DataFrame) -> str:
         The scorecard of the shipped rig (``claims.csv`` of the results).
     """
     shares = verdicts.claims_table(e, load_claims(claims))
-    study = study_table(e.runs(STUDY))
+    study = study_table(_study(e))
     choices = pd.concat([choice_table(study, rpm).assign(rpm=rpm) for rpm in e.form.speeds_rpm], ignore_index=True)
     scorecard = verdicts.beside(card, shares)
     tables = {
@@ -83,9 +83,15 @@ def _summary(e: Ensemble, tables: dict[str, pd.DataFrame]) -> list[str]:
     return lines
 
 
+def _study(e: Ensemble) -> pd.DataFrame:
+    """Runs of the study at the speeds at which there is every radius."""
+    runs = e.runs(STUDY)
+    return runs[runs["rpm"].isin(e.form.speeds_rpm)]
+
+
 def write_figures(e: Ensemble, metrics: pd.DataFrame) -> None:
     """All figures into the folder of the ensemble; ``metrics`` is ``metrics.csv`` of the shipped rig."""
-    runs = e.runs(STUDY)
+    runs = _study(e)
     done = runs[runs["state"] == DONE]
     done = done.assign(rig=done["name"].str.partition(" ")[0].astype(int))
     shipped = metrics[metrics["run"].str.startswith("ring/")]

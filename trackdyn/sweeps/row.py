@@ -10,7 +10,7 @@ from trackdyn.jit import KERNEL_SOURCES, source_hash, target_hash
 from trackdyn.measure.meshing import area_shares, event_times
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.sliding import sliding_per_km
-from trackdyn.measure.whole_loop import Estimate, whole_loop
+from trackdyn.measure.whole_loop import Estimate, high_frequency_of_all, whole_loop
 from trackdyn.needs import needs
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import shown
@@ -90,6 +90,8 @@ class Rows:
         else:
             recording = simulate(asked, starts=self._starts)
             measures = whole_loop(recording) if asked.every_link else {}
+        if recording.link_mean.size:
+            found["whole_high_frequency"] = high_frequency_of_all(recording)
         return run_values(recording) | found | _flat(measures)
 
     def _rig_of(self, rig: dict, changes: dict) -> Rig:
