@@ -9,14 +9,14 @@ from trackdyn.carrying import CARRIED, make_carriers, preloads, refuse_stops
 from trackdyn.chain.kinematics import orient, place
 from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS, equip
-from trackdyn.limits import elastic_depth, step_limits
+from trackdyn.limits import step_limits
 from trackdyn.model.constants import SPROCKET, Drive, Model
 from trackdyn.model.record import TOOTH_AREAS, make_record
 from trackdyn.model.state import ALONG_X, SLIDE, SLIDE_RATE, Plane, State, make_state
 from trackdyn.model.work import Work, make_radial_work, make_space_work, make_work
-from trackdyn.parameters.groove import depths_on_sprocket
 from trackdyn.parameters.layout import Assembly, assemble, belt_around, free_loop, tensioner
 from trackdyn.scene import Scene
+from trackdyn.start_checks import arc_depths, refuse_start_in_steel, refuse_step
 from trackdyn.stepping import march
 
 # Settling: a chunk of this many seconds, then every velocity is multiplied by the factor.
@@ -29,9 +29,9 @@ DAMPING = 0.985
 # strands swing out.
 TENSIONER_TIME = 0.15
 # Of the wanted tension, by how much the mean may miss it when the wheel is locked; and further tries until then.
-REACHED, ROUNDS = 0.2, 6
-# The weight of the chain and so many times the tension on a single arc: more than any load at rest.
-MOST_LOAD = 4.0
+REACHED, ROUNDS = 0.2, 12
+# In them the strands even out for so long, in s, at most.
+EVENED, LONGEST_REST = 0.2, 4.0
 # Compliance of the contacts of one loop on its wheels, m/N: bounds the stiffness of a taut loop.
 CONTACT_COMPLIANCE = 1e-6
 
@@ -73,64 +73,6 @@ def start_state(assembly: Assembly, model: Model) -> State:
     return state
 
 
-def arc_depths(scene: Scene, model: Model, state: State, work: Work, angle: float) -> np.ndarray:
-    """(2 p,) true depths of the arcs in the ten-arc groove, the sprocket at ``angle`` (rad); -inf out of its reach, m.
-
-    Contact search (Eqs. 20 to 23) finds nothing deeper than r_C: an arc buried in a tooth would cost nothing.
-    """
-    orient(state.angle, work.cos, work.sin)
-    place(model.chain, state, work)
-    body, along, wheels = model.shoes.arc_body, model.shoes.arc_x, model.wheels
-    centres = np.column_stack([
-        work.pin_x[body] + along * work.cos[body] - wheels.x[SPROCKET],
-        work.pin_y[body] + along * work.sin[body] - wheels.y[SPROCKET],
-    ])  # fmt: skip
-    return depths_on_sprocket(scene.rig.groove_profile, scene.rig.chain.connector_radius, centres, angle)
-
-
-def explained_depth(model: Model, tension: float) -> float:
-    """Depth that elastic contact of a tooth can have at rest, m: that of ``MOST_LOAD`` times the tension on one arc."""
-    tooth = model.tooth
-    load = MOST_LOAD * (tension + model.chain.gravity * float(model.chain.mass.sum()))
-    widest = float(tooth.radius.max()) + tooth.arc_radius
-    return elastic_depth(tooth.law, load, widest)
-
-
-def refuse_start_in_steel(scene: Scene, model: Model, state: State, work: Work) -> None:
-    """Refuse a loop that would start with an arc deeper in a tooth than its load explains.
-
-    Raises
-    ------
-    InputError
-        How deep, and what decides it.
-    """
-    if not model.tooth.present:
-        return
-    depth = float(arc_depths(scene, model, state, work, float(state.wheel_angle[SPROCKET])).max())
-    if depth > explained_depth(model, scene.rig.tension.pre_tension):
-        raise InputError(
-            f"the chain does not mesh with the sprocket of this rig: at rest an arc lies {1e3 * depth:.3g} mm inside a tooth; "
-            "sprocket.equal_pitch_radius, groove.seat_depth or another ring_radius nearer to each other would do"
-        )
-
-
-def refuse_step(scene: Scene, model: Model, tension: float) -> None:
-    """Refuse a step that the loop as it has settled does not allow, though the pre-tension would.
-
-    Raises
-    ------
-    InputError
-        The tension reached, the cause and the step that would do.
-    """
-    limits = step_limits(model, tension, METHODS[scene.integrator])
-    name, limit = min(limits.items(), key=lambda item: item[1], default=("", np.inf))
-    if scene.step > limit:
-        raise InputError(
-            f"scene: step = {scene.step!r} is not accepted: the loop settles at a tension of {tension:.0f} N, for which that is "
-            f"too large for the {name}; at most {limit:.2g} s would do"
-        )
-
-
 def own_wheels(model: Model) -> Model:
     """The model with wheels that may be moved and a ring that may grow: copies of what a scene keeps."""
     wheels = model.wheels
@@ -164,6 +106,8 @@ class Settling:
         self.shift = assembly.shift
         self.wheel = tensioner(rig)
         self.target = rig.tension.pre_tension
+        # of a slack strand the compliance says too much: no shift of a chunk is longer than a tenth of a body
+        self.most = 0.1 * float(length.max())
         # at rest in the plane, with the reference ring and the step of the settling
         step = settling_step(scene)
         model = own_wheels(scene.model)
@@ -183,6 +127,10 @@ class Settling:
         path, order = belt_around(rig, self.shift, float(length[0]))
         chain = self.model.chain
         weight = chain.gravity * chain.mass.sum() / chain.length.sum()
+        orient(self.state.angle, self.work.cos, self.work.sin)
+        place(chain, self.state, self.work)
+        # what the strand with the cut joint carries at least: from its middle down to the lowest point of the loop
+        self.hanging = weight * float(self.work.pin_y[0] - self.work.pin_y.min())
         spans = np.diff(path.start)[1::2]
         self.sag = weight**2 * float((spans**3).sum()) / 24
         # compliance of contacts and joints, m/N
@@ -234,10 +182,45 @@ class Settling:
             mean += 0.1 * (self.tension() - mean)
             tension = max(mean, 0.1 * self.target, 50.0)
             compliance = 2 * self.sag / tension**3 + self.stretch
-            self.shift += (self.target - mean) * compliance / self.lever * CHUNK / TENSIONER_TIME
-            shift_wheel(self.model, self.scene.rig, self.wheel, self.shift)
-            self.chunk()
+            by = (self.target - mean) * compliance / self.lever * CHUNK / TENSIONER_TIME
+            self._move(min(max(by, -self.most), self.most))
         return mean
+
+    def _move(self, by: float) -> None:
+        """Shift the tensioning wheel and take a chunk, m."""
+        self.shift += by
+        shift_wheel(self.model, self.scene.rig, self.wheel, self.shift)
+        self.chunk()
+
+    def at_rest(self) -> float:
+        """Tension when the strands have evened out: a mean over `EVENED` that is that of the one before to a hundredth, N."""
+        before, mean = np.inf, self.target
+        for _ in range(round(LONGEST_REST / EVENED)):
+            loads = []
+            for _ in range(round(EVENED / CHUNK)):
+                self.chunk()
+                loads.append(self.tension())
+            before, mean = mean, float(np.mean(loads))
+            if abs(mean - before) < 0.01 * self.target:
+                break
+        return mean
+
+    def tighten_on(self) -> float:
+        """Tension at rest after secant steps of the tensioning wheel, for strands that are slow or give way more than contacts, N."""
+        reached = self.at_rest()
+        compliance = 2 * self.sag / max(reached, 0.1 * self.target) ** 3 + self.stretch
+        for _ in range(ROUNDS):
+            if abs(reached - self.target) <= REACHED * self.target:
+                break
+            chunks = round(TENSIONER_TIME / CHUNK)
+            by = (self.target - reached) * compliance / self.lever / chunks
+            by = min(max(by, -self.most / 10), self.most / 10)
+            for _ in range(chunks):
+                self._move(by)
+            before, reached = reached, self.at_rest()
+            change = (reached - before) / (self.lever * by * chunks)
+            compliance = min(max(1 / change, compliance / 3), 3 * compliance) if change > 0 else 2 * compliance
+        return reached
 
     def without_teeth(self) -> None:
         self.model = self.model._replace(tooth=self.model.tooth._replace(present=0))
@@ -295,11 +278,15 @@ def tensioned(scene: Scene) -> Settling:
     if teeth:
         settling.engage(0.2)
     reached = settling.tighten(0.6)
-    for _ in range(ROUNDS):
-        if abs(reached - settling.target) <= REACHED * settling.target:
-            return settling
-        settling.stretch *= 2  # springs and slack give way more than contacts
-        reached = settling.tighten(0.6)
+    if abs(reached - settling.target) > REACHED * settling.target:
+        reached = settling.tighten_on()
+    if abs(reached - settling.target) <= REACHED * settling.target:
+        return settling
+    if settling.target < settling.hanging <= reached:
+        raise InputError(
+            f"tension.pre_tension = {settling.target:g} N is not accepted: of the chain {settling.hanging:.4g} N hang below the strand "
+            f"that runs onto the sprocket, which holds {reached:.4g} N when the chain is let out; more than that would do"
+        )
     raise InputError(
         f"tension.pre_tension = {settling.target:g} N is not reached: the strand holds {reached:.3g} N with the "
         f"{scene.rig.tension.wheel} shifted by {settling.shift:.3g} m; another pre-tension, or wheels in other places, would do"

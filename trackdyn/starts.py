@@ -14,7 +14,8 @@ from trackdyn.model.constants import Model
 from trackdyn.model.state import State
 from trackdyn.model.work import Work
 from trackdyn.scene import Scene
-from trackdyn.settling import refuse_step, settle, settling_step, tensioned
+from trackdyn.settling import settle, settling_step, tensioned
+from trackdyn.start_checks import refuse_step
 
 # What a scene asks for that a loop at rest does not know yet.
 LATER = ("motor_rpm", "duration", "lead_in", "ramp", "pitches", "frame_interval", "spells", "every_link", "sliding")

@@ -6,7 +6,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from trackdyn.errors import InputError
+from trackdyn.limits import step_limits
 from trackdyn.parameters.layout import assemble, belt_around, wheel_circles
+from trackdyn.scene import Scene
+from trackdyn.settling import REACHED, settle
 from trackdyn.study.extremes.judge import COMPLETED, DEFECT, REFUSED
 from trackdyn.study.layouts import LEAST_COMPLETED, PITCHES, WHEELS, outcome, random_rig, run_layout
 
@@ -44,6 +48,29 @@ def test_a_drawn_layout_settles_and_runs(number):
     assert row["outcome"] == COMPLETED, row["reason"]
     assert row["depth_m"] <= row["depth_allowed_m"]
     assert row["loop_gap_max_m"] < 1.1e-10
+
+
+def at_an_allowed_step(rig) -> Scene:
+    """A scene of a rig with three quarters of the step that it allows."""
+    scene = Scene(rig, 100.0, step=1e-6, spells=False)
+    limit = min(step_limits(scene.model, 1.3 * rig.tension.pre_tension).values())
+    return scene.with_(step=1.0 / rig.sensor.rate / np.ceil(1.0 / rig.sensor.rate / (0.75 * min(limit, 1.25e-4))))
+
+
+@pytest.mark.parametrize("number", [137, 464, 710])
+def test_slow_and_slack_strands_are_tensioned(number):
+    """A strand that evens out in seconds, wheels on arms, and a slack one whose compliance once threw the wheel metres away."""
+    rig, _ = random_rig(number)
+    _, _, _, layout = settle(at_an_allowed_step(rig))
+    assert layout["tension_n"] == pytest.approx(rig.tension.pre_tension, rel=REACHED + 0.02)  # an even mean, not an instant
+    assert abs(layout["tensioner_shift_m"]) < rig.tension.travel
+
+
+def test_a_tension_that_the_hanging_chain_exceeds_is_refused():
+    """Layout 122 hangs 3.2 kN of its chain below the strand: a third of that cannot be its tension, whatever the wheel does."""
+    rig, _ = random_rig(122)
+    with pytest.raises(InputError, match=r"pre_tension = 1100 N is not accepted: of the chain 3\d+ N hang below"):
+        settle(at_an_allowed_step(rig.changed(tension__pre_tension=1100.0)))
 
 
 def test_the_sentence_says_what_was_missed():

@@ -13,7 +13,7 @@ from trackdyn.model.state import SLIDE
 from trackdyn.parameters.rig import load_rig
 from trackdyn.peers.comparison import require_exudyn
 from trackdyn.peers.rigs import TOLERANCE, rig_in_both
-from trackdyn.settling import arc_depths, explained_depth
+from trackdyn.start_checks import arc_depths, explained_depth
 
 GAP = 1.1e-10  # m: the paper's own, and what one projection a step leaves at these speeds
 ACCOUNT = 2e-2  # of the energy exchanged: the promise of the time loop

@@ -19,7 +19,7 @@ from trackdyn.loop import Loop
 from trackdyn.parameters.layout import belt_path, run_order
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.scene import Scene
-from trackdyn.settling import arc_depths, explained_depth
+from trackdyn.start_checks import arc_depths, explained_depth
 from trackdyn.study.extremes.judge import COMPLETED, DEFECT, OUTCOMES, REFUSED, invariants, judged
 
 SEED = 20261122
@@ -101,7 +101,10 @@ def random_rig(number: int, seed: int = SEED) -> tuple[Rig, dict]:
     c = base.chain
     weight = base.gravity * (c.link_mass + c.connector_mass) / drawn.pitch
     span = float(np.diff(path.start)[1::2].max())
-    tension = max(base.tension.pre_tension * rng.uniform(0.5, 1.5), weight * span * rng.uniform(1.0, 3.0))
+    # what hangs below the strand that is tensioned, and more, so that the lowest one is taut
+    low = float((circles[:, 1] - circles[:, 2]).min())
+    hanging = weight * (float(path.at(0.5 * (path.start[-2] + path.length))[0][1]) - low)
+    tension = max(base.tension.pre_tension * rng.uniform(0.5, 1.5), hanging + weight * span * rng.uniform(1.0, 3.0))
     # the wheel that takes up most, along the middle of its wrap
     k = max((k for k in range(len(order)) if order[k] != 0), key=lambda k: float(path.wrap[k]))
     direction = degrees(float(path.heading[k]) + float(path.wrap[k]) / 2 + pi / 2)

@@ -26,7 +26,7 @@ DONE, REFUSED, DIVERGED, FAILED = "done", "refused", "diverged", "failed"
 # The package's files and folders that a row's numbers depend on, beside the kernels.
 SOURCES = (
     "parameters", "measure", "sweeps/row.py", "belt.py", "build.py", "carrying.py", "checkpoint.py", "errors.py", "fidelity.py",
-    "limits.py", "loop.py", "needs.py", "reading.py", "recording.py", "replacing.py", "scene.py", "settling.py",
+    "limits.py", "loop.py", "needs.py", "reading.py", "recording.py", "replacing.py", "scene.py", "settling.py", "start_checks.py",
     "simulate.py", "starts.py", "stepping.py", "until.py", "writer.py",
 )  # fmt: skip
 # of a row of metrics: its name, which the design has, and its cost, which stands elsewhere

@@ -17,7 +17,7 @@ from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.normal_laws import delivered_restitution
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene import Scene
-from trackdyn.settling import arc_depths, explained_depth
+from trackdyn.start_checks import arc_depths, explained_depth
 from trackdyn.study.extremes.judge import FAST, below, gap_bound, gap_missed, judged, run_scene, within
 
 # Change of momentum in turns a step: it is that of the path between two configurations.
