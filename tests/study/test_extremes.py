@@ -233,11 +233,12 @@ def test_an_account_that_stays_open_is_refused(rig):
 
 FOUND = [
     # the ring tightens the loop far beyond its pre-tension: friction chatters from step to step
-    (115.0, {}, {"ring_radius": 0.325}),
+    (115.0, {}, {"ring_radius": 0.325}, REFUSED),
     # bushings that hardly turn press the links on the wheels
-    (210.0, {"bushing__damping": 1e6}, {}),
+    (210.0, {"bushing__damping": 1e6}, {}, REFUSED),
+    # a road wheel so soft that the tension was missed by a factor of three; it is reached now, and at it the step is small enough
     (227.471, {"wheel_contact__contact_length": 0.00181018}, {"chain": "single_pin", "integrator": "rk4", "step": 2e-4,
-                                                              "normal_law": "delivered"}),
+                                                              "normal_law": "delivered"}, COMPLETED),
 ]  # fmt: skip
 
 
@@ -257,7 +258,7 @@ def test_settling_does_not_refuse_what_the_scene_allows(rig, changes, fields):
     assert run_scene("found", "case", rig, 115.0, changes, **fields)["outcome"] == COMPLETED
 
 
-@pytest.mark.parametrize(("rpm", "changes", "fields"), FOUND)
-def test_scenes_that_once_ended_in_a_third_way(rig, rpm, changes, fields):
+@pytest.mark.parametrize(("rpm", "changes", "fields", "outcome"), FOUND)
+def test_scenes_that_once_ended_in_a_third_way(rig, rpm, changes, fields, outcome):
     found = run_scene("found", "case", rig, rpm, changes, **fields)
-    assert found["outcome"] in (COMPLETED, REFUSED), found["reason"]
+    assert found["outcome"] == outcome, found["reason"]
