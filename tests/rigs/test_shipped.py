@@ -23,7 +23,9 @@ ACCOUNT = 2e-2  # of the energy exchanged: the promise of the time loop
 def test_it_settles_with_its_tension_and_nothing_in_steel(name, settled):
     loop = settled(name)
     rig, depth = loop.scene.rig, arc_depths(loop.scene, loop.model, loop.state, loop.work, float(loop.state.wheel_angle[SPROCKET]))
-    assert loop.layout["tension_n"] == pytest.approx(rig.tension.pre_tension, rel=0.05)
+    # of the rig with the slackest strands these still swing when the tensioner stops
+    near = 0.05 if name == "printed_equal_pitch" else 0.03
+    assert loop.layout["tension_n"] == pytest.approx(rig.tension.pre_tension, rel=near)
     # a chain without its ring sits deeper, and its strands are slacker
     assert 0.85 < loop.layout["settled_tension_n"] / rig.tension.pre_tension < 1.15
     if loop.model.tooth.present:
@@ -91,10 +93,12 @@ def mirrored(rig):
     return rig.changed(**changes)
 
 
-@pytest.mark.parametrize("name", ["bench", "robot", "vehicle"])
+@pytest.mark.parametrize("name", NAMES)
 def test_its_mirror_image_bears_on_the_wheels_alike(name):
     """Smooth wheels and no weight: one tension everywhere, whichever strand it is set in."""
     rig = load_rig(name).changed(gravity=0.0, bushing__stiffness=0.0, tension__kept="locked")
+    if name == "m113":  # its carrier lies too low for the links: without teeth nothing would hold the chain
+        rig = rig.changed(sprocket__ring_radius=0.24)
     about = {"tooth_contact": "none", "friction": "none", "ring_radius": rig.sprocket.ring_radius}
     one, other = (Loop(scene_of(r, 0.0, **about)) for r in (rig, mirrored(rig)))
     sides = []
