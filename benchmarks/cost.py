@@ -32,6 +32,7 @@ STEADY_AFTER_S = 2.0
 MEMORY_RECORD_S = 90.0
 SPELL_ROWS = 40_000
 PITCHES = (35, 70, 175, 350, 700, 1750, 3500)
+LOOP_PITCHES = (63, 125, 250, 500, 1000)
 BODY_STEPS = 2_000_000  # of a repeat of the chain solver: a few tenths of a second
 
 COMPILE = """
@@ -219,6 +220,32 @@ def chain_alone(rig, repeats: int) -> list[dict]:
     return rows
 
 
+def long_loops(repeats: int) -> list[dict]:
+    """Nanoseconds of processor time a body and a whole step, of the two-wheel bench drawn out to more and more pitches.
+
+    Hardly any weight, so that strands of up to 78 m stand off the ground; wheels and contacts stay the same, so their share falls.
+    """
+    from trackdyn import Loop, Scene, load_rig
+
+    bench = load_rig("bench").changed(gravity=0.05, tension__travel=0.5)
+    pitch = bench.chain.link_length + bench.connector_length
+    rows = []
+    for pitches in LOOP_PITCHES:
+        out = 0.5 * (pitches - bench.chain.pitches) * pitch
+        rig = bench.changed(chain__pitches=pitches, idler__x=bench.idler.x - out)
+        loop = Loop(Scene(rig, 20.0 * rig.sprocket.transmission_ratio, step=5e-5, spells=False))
+        loop.advance(0.1)
+        steps = max(BODY_STEPS // loop.scene.bodies, 1)
+        values = []
+        for _ in range(repeats):
+            begin = time.process_time()
+            loop.advance(steps * loop.scene.step)
+            values.append((time.process_time() - begin) / steps / loop.scene.bodies * 1e9)
+        rows.append({"pitches": pitches, "bodies": loop.scene.bodies, "steps_a_repeat": steps, "ns_per_body_and_step": summary(values)})
+        print(f"loop of {pitches} pitches: {rows[-1]['ns_per_body_and_step']['median']:.1f} ns a body and step, gap {loop.gap:.1e} m")
+    return rows
+
+
 def cpu_model() -> str:
     """Name of the processor as the system gives it."""
     info = Path("/proc/cpuinfo")
@@ -262,6 +289,7 @@ def main() -> None:
     result["simulated_second"] = simulated_second(rig, arguments.repeats)
     result["features"] = features(rig, arguments.repeats)
     result["chain_alone"] = chain_alone(rig, arguments.repeats)
+    result["long_loops"] = long_loops(arguments.repeats)
     result["memory"] = in_subprocess(MEMORY, str(rig_path), str(MEMORY_RECORD_S))
     print(f"peak memory of a {MEMORY_RECORD_S:g} s record: {result['memory']['peak_mb']:.0f} MB")
     result["machine"]["load_average_after"] = os.getloadavg() if hasattr(os, "getloadavg") else None
