@@ -158,6 +158,13 @@ def test_a_row_is_tried_again_with_the_next_step_only_if_it_failed(monkeypatch, 
     assert found.loc[belts, "tension"].eq("locked").all() and not found.loc[~belts, "pitches"].eq("").any()
 
 
+def test_a_batch_without_rigs_is_a_table_without_rows():
+    assert SETTINGS.forms["full"].batches_of("compared") == 8, "there are 8 rigs for 16 batches"
+    assert SETTINGS.forms["full"].batches_of("2") == 16 and SETTINGS.forms["short"].batches_of("shipped") == 1
+    ladder = Fidelity(integrator="linearly_implicit", steps_s=[1e-4])
+    assert waves.run_rigs(SETTINGS, None, [], [NONE], ladder, "rig.yaml", "store").empty
+
+
 def test_points_are_rigs_whose_groove_can_be_cut_and_whose_loop_closes():
     every = unknowns_of(SETTINGS, CONFIG / "rig.yaml")
     points = waves.prior_points(every, 3, seed=4)

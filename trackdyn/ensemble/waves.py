@@ -155,6 +155,8 @@ def run_rigs(
     DataFrame
         The design with ``state``, ``reason`` and the numbers of each row (`trackdyn.sweeps.sweep.sweep`).
     """
+    if not rigs:  # a search may find fewer rigs than there are batches
+        return pd.DataFrame({"name": [], "state": []}, dtype=str)
     left = design(config, unknowns, rigs, cases, {"integrator": fidelity.integrator} | fields)
     if belts_as_chains:
         left = as_chains(config, left[left["chain"] == "belt"]).assign(integrator=fidelity.integrator)

@@ -26,8 +26,8 @@ def ensemble_before(wildcards):
 
 
 def ensemble_batches(wildcards):
-    stage, count = wildcards.stage, ensemble_form(wildcards).batches
-    return [f"{R}/{wildcards.place}/runs_{stage}/{batch}.parquet" for batch in range(1 if stage == "shipped" else count)]
+    stage, count = wildcards.stage, ensemble_form(wildcards).batches_of(wildcards.stage)
+    return [f"{R}/{wildcards.place}/runs_{stage}/{batch}.parquet" for batch in range(count)]
 
 
 def ensemble_stages(wildcards):
@@ -63,7 +63,7 @@ rule ensemble_batch:
         form=lambda wildcards: ENSEMBLE_FORMS[wildcards.place],
         folder=f"{R}/{{place}}",
         store=f"{R}/{{place}}/rows",
-        batches=lambda wildcards: 1 if wildcards.stage == "shipped" else ensemble_form(wildcards).batches,
+        batches=lambda wildcards: ensemble_form(wildcards).batches_of(wildcards.stage),
     wildcard_constraints: place="|".join(ENSEMBLE_FORMS), stage=r"\w+", batch=r"\d+"
     log: f"{R}/logs/{{place}}/{{stage}}_{{batch}}.log"
     benchmark: f"{R}/benchmarks/{{place}}/{{stage}}_{{batch}}.tsv"
