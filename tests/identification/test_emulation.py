@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from sklearn.covariance import LedoitWolf
 
-from trackdyn.identification.emulation import ITERATIONS, FeatureEmulator, Part, _Process, _Stacked
+from trackdyn.identification.emulation import ITERATIONS, FeatureEmulator, Part, _Process, _Stacked, tails
 from trackdyn.inference.emulator import Emulator
 
 
@@ -38,17 +38,28 @@ def test_stacked_processes_are_those_of_scikit_learn(design, noisy):
         assert variance[k] == pytest.approx(expected[1], rel=1e-6)
 
 
-def test_errors_of_left_out_points_are_those_of_leaving_them_out(design, noisy):
-    """The closed form of Rasmussen and Williams, Eq. 5.12, against a process without the point."""
-    process = _Process(design, noisy[:, 1])
-    kernel = np.linalg.inv(process.root.T @ process.root)
-    rest = (noisy[:, 1] - process.inputs @ process.slope - process.offset) / process.size
-    for k in (0, 17, 42):
-        others = np.arange(60) != k
-        gain = np.linalg.solve(kernel[np.ix_(others, others)], kernel[others, k])
-        assert process.left_out_error[k] == pytest.approx(process.size * (rest[k] - gain @ rest[others]), rel=1e-6)
-        sd = process.size * np.sqrt(kernel[k, k] - gain @ kernel[others, k])
-        assert process.left_out_sd[k] == pytest.approx(sd, rel=1e-6)
+@pytest.mark.parametrize("degrees", [4.0, 40.0])
+def test_tails_are_those_that_errors_were_drawn_with(degrees):
+    """Normal errors of three features over a common chi: twice as large as promised, with the degrees of freedom given."""
+    rng = np.random.default_rng(7)
+    factor = degrees / rng.chisquare(degrees, 4000)
+    distance = factor * (2.0**2) * (rng.standard_normal((4000, 3)) ** 2).sum(axis=1)
+    size, found = tails(distance, 3)
+    assert size == pytest.approx(2.0, rel=0.05) and found == pytest.approx(degrees, rel=0.2 if degrees < 10 else 0.6)
+
+
+def test_what_the_emulator_steps_over_makes_it_unsure(design):
+    """A narrow resonance at a corner: most points are predicted well, a few badly, and the tail says so."""
+    def peaked(x):
+        smooth = truth(x)
+        peak = np.exp(-((x[:, :1] - 0.9) ** 2 + (x[:, 1:] - 0.9) ** 2) / (2 * 0.03**2))
+        return smooth + peak * [1.0, -1.0, 0.5, 2.0, 2.0]
+
+    x = np.vstack([design, [[0.9, 0.9], [0.91, 0.87]]])
+    plain, resonant = FeatureEmulator(x, truth(x), np.full(5, 0.1)), FeatureEmulator(x, peaked(x), np.full(5, 0.1))
+    assert resonant.degrees < 0.5 * plain.degrees
+    far, near = resonant(np.array([[0.2, 0.2], [0.88, 0.88]])).covariance[:, 0, 0]
+    assert near >= far
 
 
 def test_new_points_lie_where_the_covariance_says(emulator):

@@ -47,7 +47,7 @@ def draws_table(answer: Answer) -> pd.DataFrame:
     count = len(answer.unknowns)
     values = [answer.unknowns.values(point[:count]) for point in answer.points[:, :count]]
     table = pd.DataFrame(values, columns=answer.unknowns.labels)
-    sizes = np.exp(answer.points[:, count:])
+    sizes = np.exp(answer.posterior.sizes(answer.points))
     return table.assign(**{f"discrepancy.{group}": sizes[:, k] for k, group in enumerate(answer.posterior.groups)})
 
 
@@ -72,8 +72,7 @@ def features_table(answer: Answer) -> pd.DataFrame:
 
 def discrepancies(answer: Answer) -> pd.DataFrame:
     """A row a group: ``group, prior_median, q05, median, q95`` of the size of the discrepancy, relative amplitudes."""
-    count = len(answer.unknowns)
-    sizes = np.quantile(np.exp(answer.draws.points[:, count:]), INTERVAL, axis=0).T
+    sizes = np.quantile(np.exp(answer.posterior.sizes(answer.draws.points)), INTERVAL, axis=0).T
     prior = np.exp(answer.posterior.prior_middle)
     rows = zip(answer.posterior.groups, prior, sizes, strict=True)
     return pd.DataFrame([{"group": group, "prior_median": at, "q05": q[0], "median": q[1], "q95": q[2]} for group, at, q in rows])

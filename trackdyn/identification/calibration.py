@@ -193,7 +193,7 @@ def _identified(config, data: Data, emulator, told: Records, kept, truth: int, d
     rng, count = np.random.default_rng([config.seed, truth, discrepancy == PRIOR]), len(data.unknowns)
     scatter = data.scatter[rng.integers(len(data.scatter))][np.ix_(kept, kept)]
     posterior = Posterior(told._replace(covariance=scatter), emulator, count)
-    sizes = posterior.draw_prior(1, rng)[0, count:]
+    sizes = posterior.sizes(posterior.draw_prior(1, rng))[0]
     added = scatter
     if discrepancy == PRIOR:
         added = added + np.einsum("g,gpq->pq", np.exp(2 * sizes), shares(told.features, told.record))

@@ -25,6 +25,7 @@ MEDIANS = {"lines": 0.03, "passing": 0.15, "low": 0.15, "high": 0.4, "crest": 0.
 SPREAD = 1.0  # standard deviation of the logarithm: a twentieth of the prior lies above 5 medians, another below a fifth
 SHARED = 0.5  # part of a discrepancy's variance that is the same at every speed
 WALKERS, STEPS, BURN = 32, 3000, 0.4
+LARGEST_FACTOR = 10.0  # logarithm of the factor on the emulator's errors, either way
 CHAIN_LENGTHS = 20  # autocorrelation times that the kept steps must hold
 
 Emulates = Callable[[np.ndarray], Prediction]
@@ -91,6 +92,9 @@ class Posterior:
     ----------
     groups : list of str
         Groups of features, each with a size of its discrepancies.
+    degrees : float or None
+        Of freedom of the emulator's errors. The factor that makes normal errors Student's is sampled, too: its logarithm is
+        the last coordinate of a point. None: the errors are normal, and there is no such coordinate.
     prior_middle : (groups,) array
         Logarithms of the medians of these sizes before.
     """
@@ -98,41 +102,56 @@ class Posterior:
     def __init__(self, records: Records, emulator: Emulates, unknowns: int):
         self.records, self.emulator, self.unknowns = records, emulator, unknowns
         self.groups = groups_of(records.features)
+        self.degrees: float | None = getattr(emulator, "degrees", None)
         self._shares = shares(records.features, records.record)
         self.prior_middle = np.log([MEDIANS[name] for name in self.groups])
         self._jitter = 1e-10 * np.eye(len(records.values))
 
     @property
     def dimension(self) -> int:
-        """Unknowns and sizes of discrepancies."""
-        return self.unknowns + len(self.groups)
+        """Unknowns, sizes of discrepancies, and the factor on the emulator's errors."""
+        return self.unknowns + len(self.groups) + (self.degrees is not None)
+
+    def sizes(self, points: np.ndarray) -> np.ndarray:
+        """(m, groups) logarithms of the discrepancies' sizes at points."""
+        return points[:, self.unknowns : self.unknowns + len(self.groups)]
 
     def model(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean (m, p) and covariance (m, p, p) of the measured features at points of unknowns and sizes."""
         predicted = self.emulator(points[:, : self.unknowns])
-        sizes = np.exp(2.0 * points[:, self.unknowns :])
-        discrepancy = np.einsum("mg,gpq->mpq", sizes, self._shares)
-        return predicted.mean, predicted.covariance + discrepancy + self.records.covariance + self._jitter
+        discrepancy = np.einsum("mg,gpq->mpq", np.exp(2.0 * self.sizes(points)), self._shares)
+        emulated = predicted.covariance
+        if self.degrees is not None:
+            emulated = emulated * np.exp(points[:, -1])[:, None, None]
+        return predicted.mean, emulated + discrepancy + self.records.covariance + self._jitter
 
     def density(self, points: np.ndarray) -> np.ndarray:
         """(m,) logarithm of the posterior at (m, dimension) points; minus infinity outside the unit cube."""
         points = np.atleast_2d(points)
         found = np.full(len(points), -np.inf)
-        position, sizes = points[:, : self.unknowns], points[:, self.unknowns :]
+        position, sizes = points[:, : self.unknowns], self.sizes(points)
         inside = ((position >= 0) & (position <= 1)).all(axis=1) & (np.abs(sizes - self.prior_middle) < 8 * SPREAD).all(axis=1)
+        if self.degrees is not None:
+            inside &= np.abs(points[:, -1]) < LARGEST_FACTOR
         if inside.any():
             mean, covariance = self.model(points[inside])
             lower = np.linalg.cholesky(covariance)
             off = np.linalg.solve(lower, (self.records.values - mean)[:, :, None])[:, :, 0]
             determinant = np.log(np.diagonal(lower, axis1=1, axis2=2)).sum(axis=1)
             prior = ((sizes[inside] - self.prior_middle) ** 2).sum(axis=1) / (2.0 * SPREAD**2)
+            if self.degrees is not None:  # the logarithm of an inverse gamma variate
+                factor = points[inside, -1]
+                prior = prior + 0.5 * self.degrees * (factor + np.exp(-factor))
             found[inside] = -0.5 * (off**2).sum(axis=1) - determinant - prior
         return found
 
     def draw_prior(self, count: int, rng: np.random.Generator) -> np.ndarray:
         """(count, dimension) points of the prior."""
         sizes = self.prior_middle + SPREAD * rng.standard_normal((count, len(self.groups)))
-        return np.column_stack([rng.uniform(size=(count, self.unknowns)), sizes])
+        points = np.column_stack([rng.uniform(size=(count, self.unknowns)), sizes])
+        if self.degrees is None:
+            return points
+        return np.column_stack([points, -np.log(rng.gamma(0.5 * self.degrees, 2.0 / self.degrees, count))])
 
 
 class Draws(NamedTuple):
@@ -193,7 +212,7 @@ def _sample(posterior: Posterior, steps: int, seed: int, progress: str, walkers:
 
 def contradicted(posterior: Posterior, points: np.ndarray) -> list[str]:
     """Groups whose discrepancy's 90 % interval over (s, dimension) draws lies wholly above that of the prior."""
-    least = np.quantile(points[:, posterior.unknowns :], 0.05, axis=0)
+    least = np.quantile(posterior.sizes(points), 0.05, axis=0)
     most = posterior.prior_middle + 1.645 * SPREAD
     return [group for group, low, high in zip(posterior.groups, least, most, strict=True) if low > high]
 
@@ -221,10 +240,11 @@ def predict(posterior: Posterior, held: Records, emulator: Emulates, draws: np.n
     )
     count, names = len(known.values), groups_of(both.features)
     joint = Posterior(both, emulator, posterior.unknowns)
-    sizes = dict(zip(posterior.groups, draws[:, posterior.unknowns :].T, strict=True))
+    sizes = dict(zip(posterior.groups, posterior.sizes(draws).T, strict=True))
     extra = [sizes.get(name, np.log(MEDIANS[name]) + SPREAD * rng.standard_normal(len(draws))) for name in names]
+    factor = [] if posterior.degrees is None else [draws[:, -1]]
     found = []
-    for part in np.array_split(np.column_stack([draws[:, : posterior.unknowns], *extra]), max(len(draws) // 64, 1)):
+    for part in np.array_split(np.column_stack([draws[:, : posterior.unknowns], *extra, *factor]), max(len(draws) // 64, 1)):
         mean, covariance = joint.model(part)
         gain = np.linalg.solve(covariance[:, :count, :count], covariance[:, :count, count:]).transpose(0, 2, 1)
         middle = mean[:, count:] + (gain @ (known.values - mean[:, :count])[:, :, None])[:, :, 0]
