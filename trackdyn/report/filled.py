@@ -108,6 +108,16 @@ def findings(rows: pd.DataFrame) -> str:
     return "\n".join(line(row) for _, row in rows.astype(object).fillna("").iterrows()) + "\n"
 
 
+def layouts(rows: pd.DataFrame) -> str:
+    """What became of random layouts, a line a chain, and of all."""
+    counted = ["layouts", "completed", "refused", "defect"]
+    table = rows.groupby(["chain", "teeth"], sort=False)[counted].sum().reset_index()
+    whole = pd.DataFrame([{"chain": "all", "teeth": "", **rows[counted].sum()}])
+    table = pd.concat([table.astype({"teeth": str}), whole], ignore_index=True)
+    table["completed, %"] = (100 * table["completed"] / table["layouts"]).map("{:.1f}".format)
+    return table.to_markdown(index=False, disable_numparse=True)
+
+
 def fill(page: Path, source: Path, write: Callable[[pd.DataFrame], str]) -> None:
     """Replace the measured part of a page by what ``write`` makes of a table.
 
@@ -133,6 +143,7 @@ PAGES = (
     ("docs/identify.md", "docs/measured/calibration.csv", calibration),
     ("docs/identify-synthetic.md", "docs/measured/identify_synthetic.csv", identified),
     ("docs/ensemble.md", "docs/measured/ensemble_summary.csv", findings),
+    ("docs/your-own-rig.md", "docs/measured/layouts.csv", layouts),
     ("README.md", "docs/measured/claims.csv", results),
 )
 

@@ -23,7 +23,7 @@ rule layouts_part:
 
 
 rule layouts:
-    """A thousand random layouts; by name, an hour and more."""
+    """A thousand random layouts; by name, some fifteen minutes of a core."""
     input:
         needs("layouts.py"),
         parts=layout_parts("full"),
