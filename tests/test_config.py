@@ -262,9 +262,9 @@ def test_too_large_a_step_is_refused_with_one_that_would_do(data, field):
     sentence = refusal(data)
     assert field.split(".")[0] in sentence
     assert "step = 0.001 is not accepted: too large for the " in sentence
-    remedy = float(sentence.rpartition("at most ")[2].removesuffix(" s would do"))
-    assert 2e-5 < remedy < 1e-3
-    ask(1e-3 / (int(1e-3 / remedy) + 1))  # the next whole fraction of the sample interval
+    limit, such = (float(part) for part in sentence.rpartition("at most ")[2].removesuffix(" s").split(" s would do, such as "))
+    assert 2e-5 < such <= 1.01 * limit < 1e-3
+    ask(such)
     check_config(data, "mine.yaml")
 
 
@@ -291,7 +291,7 @@ def test_a_step_that_does_not_divide_the_sample_interval_is_refused(data):
     put(data, "records.step_s", 3e-5)
     sentence = refusal(data)
     assert "step = 3e-05 is not accepted" in sentence
-    assert "a whole fraction of the sample interval 0.001 s and at least 1e-08 s would do, such as 5e-05 s" in sentence
+    assert "a whole fraction of the sample interval 0.001 s and at least 1e-08 s would do, such as 2.5e-05 s" in sentence
 
 
 def test_a_missing_rig_file_is_refused(data):

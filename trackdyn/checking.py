@@ -6,7 +6,7 @@ from math import degrees, gcd, hypot
 import numpy as np
 
 from trackdyn.errors import InputError
-from trackdyn.limits import step_limits
+from trackdyn.limits import accepted_step, step_limits
 from trackdyn.loop import Loop
 from trackdyn.parameters.layout import assemble, belt_around, wheel_circles, wheel_names
 from trackdyn.parameters.rig import Rig
@@ -66,18 +66,17 @@ def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
     names = wheel_names(rig)
     wraps = {names[wheel]: degrees(float(path.wrap[k])) for k, wheel in enumerate(order)}
     pitch = float(lengths.sum() / rig.chain.pitches)
-    step = _allowed_step(rig, rpm)
+    step, sample = _allowed_step(rig, rpm), 1.0 / rig.sensor.rate
     values = {
         "loop": f"{rig.chain.pitches} pitches of {1e3 * pitch:.4g} mm, {lengths.sum():.4g} m; {rig.chain.kind.replace('_', '-')}, {rig.sprocket.teeth} teeth",
         **{f"wrap of {name}": f"{wrap:.4g} deg" for name, wrap in wraps.items()},
         "tensioner": f"{rig.tension.wheel} shifted by {1e3 * laid.shift:.3g} mm of {1e3 * rig.tension.travel:.3g} mm, {rig.tension.kept}",
-        "step": f"at most {step:.2g} s at {rpm:g} rpm with the pre-tension of {rig.tension.pre_tension:.4g} N",
+        "step": f"--step {accepted_step(step, sample):.7g}: at most {step:.2g} s at a motor speed of {rpm:g} rev/min",
     }
     frame = np.concatenate([laid.pins[0], laid.angle, [laid.sprocket_angle]])
     wheels = wheel_circles(rig, laid.shift, surface=True)
     unusual = _unusual(rig, path, wraps, step, names)
     if settle:
-        sample = 1.0 / rig.sensor.rate
         loop = Loop(Scene(rig, 0.0, step=sample / np.ceil(sample / min(0.5 * step, 1e-4))))
         model, state = loop.model, loop.state
         frame = np.concatenate([state.pin[:2], state.angle, state.wheel_angle[:1]])
@@ -90,7 +89,7 @@ def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
             unusual.append(f"at rest nothing lies on {', '.join(idle)}")
         limit = min(step_limits(model, reached).values(), default=step)
         if limit < step:
-            values["step"] += f", {limit:.2g} s as settled"
+            values["step"] = f"--step {accepted_step(limit, sample):.7g}: at most {limit:.2g} s for the loop as settled, {step:.2g} s before"
     return Checked(wheels, frame, values, unusual)
 
 

@@ -1,6 +1,6 @@
 """Largest stable step of the explicit parts, predicted when a scene is made."""
 
-from math import isinf, pi, sin, sqrt
+from math import ceil, isinf, pi, sin, sqrt
 
 from scipy.optimize import brentq
 
@@ -13,6 +13,14 @@ from trackdyn.model.constants import Law
 # loop beyond the pre-tension that the limit is taken at; the shipped configuration halves its step there.
 DYNAMIC_FACTOR = 2.0
 LEAST_LOAD = 1e-3  # N: a loop without weight and tension touches its wheels, too
+
+
+def accepted_step(limit: float, sample: float) -> float:
+    """A step within a limit that divides the sample interval and has few digits, s: parts that only 2 and 5 divide."""
+    parts = max(ceil(sample / max(limit, 1e-9 * sample) * (1 - 1e-9)), 1)
+    while 10**12 % parts:
+        parts += 1
+    return sample / parts
 
 
 def elastic_depth(law, load, radius):

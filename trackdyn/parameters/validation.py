@@ -1,6 +1,7 @@
 """Reading YAML against a schema; every defect ends in one sentence."""
 
 import re
+from difflib import get_close_matches
 from math import isfinite
 from numbers import Real
 from pathlib import Path
@@ -103,7 +104,7 @@ def validated(
     try:
         return schema.model_validate(data, context=context)
     except ValidationError as error:
-        raise InputError(sentence(name, error.errors()[0], missing)) from None
+        raise InputError(sentence(name, _first(error.errors()), missing)) from None
     except InputError as error:
         raise InputError(f"{name}: {error}") from None
 
@@ -152,12 +153,23 @@ def parse_tolerance(text: str | float) -> float:
     return value
 
 
+def _first(errors: list[dict]) -> dict:
+    """What to say first: of a field that is missing and one that is not known beside it, the latter, and what it may be meant for."""
+    lacking = [error for error in errors if error["type"] == "missing"]
+    for error in errors if errors[0]["type"] == "missing" else []:
+        beside = [str(other["loc"][-1]) for other in lacking if other["loc"][:-1] == error["loc"][:-1]]
+        if error["type"] == "extra_forbidden" and beside:
+            return error | {"meant": get_close_matches(str(error["loc"][-1]), beside, 1)}
+    return errors[0]
+
+
 def sentence(name: str, error: dict, missing: str) -> str:
     """What pydantic found, as one sentence with the file, the field, the value and what would be accepted."""
     parts = [str(part) for part in error["loc"]]
     where = ".".join(part if re.fullmatch(r"\w{1,60}", part) else shown(part) for part in parts) or "the file"
     if error["type"] == "extra_forbidden":
-        return f"{name}: {where} is not a known parameter; remove it or correct its spelling"
+        meant = f" ({error['meant'][0]}?)" if error.get("meant") else ""
+        return f"{name}: {where} is not a known parameter; remove it or correct its spelling{meant}"
     if error["type"] == "missing":
         return f"{name}: {where} is missing; {missing}"
     if error["type"] == "value_error":

@@ -23,6 +23,7 @@ MEASURES = {
 }
 # what the rule of the units does not say well
 COLUMNS = {
+    "work_j": "work (J)",
     "rpm": "motor speed (rev/min)", "speed_rpm": "motor speed (rev/min)", "sensor_record": "record of the sensor",
     "wall_s_per_s": "wall time of a simulated second (s)", "cpu_s_per_s": "processor time of a simulated second (s)",
     "step_s": "time step (s)", "error_pct": "error (% of the range)", "u_x": "direction u, x", "u_y": "direction u, y",
