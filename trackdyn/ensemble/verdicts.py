@@ -18,16 +18,13 @@ from trackdyn.parameters.rig import Rig, load_rig
 # a parameter is identifiable if the rigs leave less than half of its range and could hardly come from all of it
 NARROW, UNLIKELY = 0.5, 0.01
 # what a run with every link says in place of a record of 90 s, by the names of the latter
-RECORDED = {
-    "rpm": "rpm", "rms_g": "whole_rms", "sd_g": "whole_sd", "high_frequency_g": "whole_high_frequency",
-    "loop_gap_max_m": "loop_gap_max_m", "gap_before_projection_m": "gap_before_projection_m", "velocity_gap_m_s": "velocity_gap_m_s",
-}  # fmt: skip
+RECORDED = {"rpm": "rpm", "rms_g": "whole_rms", "sd_g": "whole_sd", "high_frequency_g": "whole_high_frequency"}
 
 
 def evidence(e: Ensemble, rows: dict[str, pd.Series], rig: Rig, reading: str) -> Evidence:
     """What a rig's runs of the study say, as claims are judged by it.
 
-    Records stand for those of 90 s: statistics over all links, and how well the loop stayed closed; no spectrum.
+    Records stand for those of 90 s by statistics over all links; there is no spectrum, and how well a loop closes is the step's.
     """
     passage = rig.loop_period(e.config.speed_rpm) / rig.chain.pitches
     metrics, events = [], []
