@@ -322,8 +322,14 @@ def largest_growth_with_speed(e, speeds):
 
 
 def _steps(e: Evidence, speeds, column: str) -> list[float]:
-    values = (e.study(rpm)[column].to_numpy() for rpm in speeds)
-    return [float((_some(column[1:]) / column[:-1]).min()) for column in values]
+    found = []
+    for rpm in speeds:
+        values = e.study(rpm)[column].to_numpy()
+        before, after = values[:-1], _some(values[1:])
+        # a ring that nothing touches bears no force at one radius, and any at the next
+        none = np.where(after > 0, np.inf, 1.0)
+        found.append(float(np.divide(after, before, out=none, where=before != 0).min()))
+    return found
 
 
 @measure("study", by_speed=True)

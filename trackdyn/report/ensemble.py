@@ -63,7 +63,8 @@ def _summary(e: Ensemble, tables: dict[str, pd.DataFrame]) -> list[str]:
     alone = "No rig that was run shows " + ", ".join(single) if single else "Every claim is shown by some rig"
     pairs = conflicts[conflicts["excluded"] & ~conflicts["first"].isin(single) & ~conflicts["second"].isin(single)]
     couples = ", ".join(f"{a} and {b}" for a, b in zip(pairs["first"], pairs["second"], strict=True))
-    both = conflicts[(conflicts["first"] == "C16") & (conflicts["second"] == "C17")]["least"].iloc[0]
+    both = conflicts[(conflicts["first"] == "C16") & (conflicts["second"] == "C17")].iloc[0]
+    apart = "no rig shows both" if both["excluded"] else f"rig {both['rig']} of `rigs.csv` shows both"
     known = tables["parameters"].loc[tables["parameters"]["identifiable"].astype(bool), "name"]
     held = shares[(shares["rigs"] > 0) & (shares["used"] == "held out")]
     names = held["id"] + held["part"].fillna("")
@@ -72,7 +73,7 @@ def _summary(e: Ensemble, tables: dict[str, pd.DataFrame]) -> list[str]:
         f"(cutoff {e.config.cutoff:g}). {len(rigs)} were run at full fidelity; of these {_are(int((rigs['excluded_by'] == 0).sum()))}.",
         f"The least excluded rig misses {int(best['excluded_by'])} of {len(e.targets)} targets: {', '.join(lost) or 'none'}.",
         f"{alone}. Pairs of claims that rigs show one by one, and no rig together: {couples or 'none'}.",
-        f"C16 against C17: the nearest that any rig comes to both is an implausibility of {both:.3g}.",
+        f"C16 against C17: the nearest that any rig comes to both is an implausibility of {both['least']:.3g}: {apart}.",
         f"Parameters that the printed numbers identify: {', '.join(known) or 'none'}.",
         verdicts.position_of_shipped(e),
         f"Held-out claims that hold in each of {int(held['rigs'].max()) if len(held) else 0} rigs: "
