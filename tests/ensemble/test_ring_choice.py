@@ -49,7 +49,7 @@ def test_chances_are_shares_of_rigs_with_their_interval():
         [0.1941, 0.9937], abs=1e-4
     )
     assert table.loc[0.308, "left_share_pct"] == pytest.approx(12)
-    assert "in 25% no radius leaves the right arc free" in recommendation(table.reset_index(), "teeth")
+    assert "in 25% no radius is both free of the right arc and best" in recommendation(table.reset_index(), "teeth")
 
 
 def test_a_rig_that_did_not_come_out_everywhere_is_left_out():

@@ -38,7 +38,7 @@ CRITERIA = {
 
 
 def best_radius(rows: pd.DataFrame, criterion: str) -> float:
-    """Best radius of one rig at one speed, m; NaN if no radius leaves the right arc free.
+    """Best radius of one rig at one speed, m; NaN if no radius that leaves the right arc free meets the criterion.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def recommendation(table: pd.DataFrame, criterion: str) -> str:
     top = table.loc[chances.idxmax()]
     none = 1.0 - float(chances.sum())
     interval = binomtest(round(float(chances.max()) * count), count).proportion_ci(method="exact")
-    rest = f"; in {none:.0%} no radius leaves the right arc free" if none > SAME else ""
+    rest = f"; in {none:.0%} no radius is both free of the right arc and best" if none > SAME else ""
     return (
         f"{top['ring_radius_m']:g} m is best in {chances.max():.0%} of {count} rigs (95 % interval {interval.low:.0%} to "
         f"{interval.high:.0%}) by {CRITERIA[criterion].words}{rest}"
