@@ -40,12 +40,15 @@ def test_stacked_processes_are_those_of_scikit_learn(design, noisy):
 
 @pytest.mark.parametrize("degrees", [4.0, 40.0])
 def test_tails_are_those_that_errors_were_drawn_with(degrees):
-    """Normal errors of three features over a common chi: twice as large as promised, with the degrees of freedom given."""
+    """Normal errors of three features over a common chi: twice as large as promised, more so towards one end, with the degrees given."""
     rng = np.random.default_rng(7)
     factor = degrees / rng.chisquare(degrees, 4000)
     distance = factor * (2.0**2) * (rng.standard_normal((4000, 3)) ** 2).sum(axis=1)
-    size, found = tails(distance, 3)
-    assert size == pytest.approx(2.0, rel=0.05) and found == pytest.approx(degrees, rel=0.2 if degrees < 10 else 0.6)
+    place = np.linspace(-1, 1, 4000)
+    terms = np.column_stack([np.ones(4000), place])
+    (size, slope), found = tails(distance * np.exp(0.7 * place), 3, terms)
+    assert np.exp(0.5 * size) == pytest.approx(2.0, rel=0.05) and slope == pytest.approx(0.7, abs=0.1)
+    assert found == pytest.approx(degrees, rel=0.2 if degrees < 10 else 0.6)
 
 
 def test_what_the_emulator_steps_over_makes_it_unsure(design):

@@ -184,7 +184,7 @@ def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = 
 
 def _key(config: CalibrationConfig, truth: int, discrepancy: str) -> str:
     """Hash of all that the answer to one truth depends on."""
-    content = [config.model_dump(exclude={"plain"}), truth, discrepancy, source_hash((*KERNEL_SOURCES, *SOURCES, "inference"))]
+    content = [config.model_dump(exclude={"plain"}), truth, discrepancy, source_hash((*KERNEL_SOURCES, *SOURCES, "inference", "identification"))]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:24]
 
 

@@ -23,6 +23,7 @@ ITERATIONS = 40  # of the search for lengths and noise
 SEARCHED = 160  # simulations that it looks at: each evaluation costs their number cubed
 ROUNDING = 1e-8  # variance of every feature, over scale squared: two that are the same have a covariance, too
 FOLDS = 8  # of the cross-validation
+PRIOR_SLOPE = 0.5  # standard deviation of what the logarithm of the errors' variance changes by from the middle to an end
 LEAST_DEGREES, MOST_DEGREES = 2.0, 200.0  # of freedom: hardly a variance, hardly a tail
 
 
@@ -103,13 +104,16 @@ class FeatureEmulator:
             out = fold == one
             of = Spread(errors[~out], sd[~out], axes).covariance(sd[out])
             distance[out] = [row @ np.linalg.solve(known, row) for row, known in zip(errors[out], of, strict=True)]
-        size, self.degrees = tails(distance, y.shape[1])
-        self._spread, self._size = Spread(errors, sd, axes), size * scale
+        self._log_variance, self.degrees = tails(distance, y.shape[1], _quadratic(x))
+        self._spread = Spread(errors, sd, axes)
 
     def __call__(self, points) -> Prediction:
         """Features at (m, d) points of the unit cube."""
-        mean, sd = self._components(np.atleast_2d(points))
-        return Prediction(mean, self._spread.covariance(sd) * np.outer(self._size, self._size))
+        points = np.atleast_2d(points)
+        mean, sd = self._components(points)
+        variance = np.exp(_quadratic(points) @ self._log_variance)
+        scale = self._components.scale
+        return Prediction(mean, self._spread.covariance(sd) * variance[:, None, None] * np.outer(scale, scale))
 
 
 class Spread:
@@ -130,21 +134,36 @@ class Spread:
         return weighted.transpose(0, 2, 1) @ self._correlation @ weighted + self._rest + ROUNDING * np.eye(self._axes.shape[1])
 
 
-def tails(distance: np.ndarray, count: int) -> tuple[float, float]:
-    """Size and degrees of freedom of the Student distribution of ``count`` features whose errors have (n,) squared distances.
+def _quadratic(x: np.ndarray) -> np.ndarray:
+    """(n, 1 + 2 d) What the logarithm of a variance over the unit cube is made of: steeper towards an end, or both."""
+    centred = 2.0 * x - 1.0
+    return np.column_stack([np.ones(len(x)), centred, centred**2 - 1.0 / 3.0])
 
-    Resonances that the simulations step over make emulators err far more at some points than at others, and then in all
-    features. Squared distances of such errors, over their number, are distributed as F; the likelihood is largest at what is
-    given.
+
+def tails(distance: np.ndarray, count: int, terms: np.ndarray) -> tuple[np.ndarray, float]:
+    """How the variance of errors changes with the place, and the degrees of freedom of their Student distribution.
+
+    Emulators err far more in some places than in others (the stiffest bushings, the slackest strands), and resonances that the
+    simulations step over make them err far more at single points, then in all features. Squared distances of ``count`` features'
+    errors, (n,), are distributed as F over the local variance; what is given maximises the likelihood, with a normal prior on
+    all coefficients but the first.
+
+    Returns
+    -------
+    coefficients : (k,) array
+        Of ``terms`` (n, k), for the logarithm of the variance.
+    degrees : float
     """
 
-    def unlikely(logs):
-        size, degrees = np.exp(logs)
-        return -np.sum(stats.f.logpdf(distance / count / size**2, count, degrees) - 2.0 * np.log(size))
+    def unlikely(at):
+        local = terms @ at[:-1]
+        likelihood = stats.f.logpdf(distance / count * np.exp(-local), count, np.exp(at[-1])) - local
+        return 0.5 * np.sum((at[1:-1] / PRIOR_SLOPE) ** 2) - np.sum(likelihood)
 
-    bounds = np.log([[0.3, 3.0], [LEAST_DEGREES, MOST_DEGREES]])
-    size, degrees = np.exp(minimize(unlikely, np.log([1.0, 10.0]), method="L-BFGS-B", bounds=bounds).x)
-    return float(size), float(degrees)
+    start = np.append(np.zeros(terms.shape[1]), np.log(10.0))
+    bounds = [(-3.0, 3.0)] * terms.shape[1] + [tuple(np.log([LEAST_DEGREES, MOST_DEGREES]))]
+    found = minimize(unlikely, start, method="L-BFGS-B", bounds=bounds).x
+    return found[:-1], float(np.exp(found[-1]))
 
 
 class Part:
