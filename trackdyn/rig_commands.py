@@ -65,7 +65,7 @@ def rig_text(like: str, rig, entries: dict) -> str:
     def comments(name: str, part: dict) -> list[str]:
         rows = [f"# {name}:", "#   source: ..."]
         for key, item in part.items():
-            source = textwrap.shorten(str(item["source"]), 90, placeholder=" ...")
+            source = textwrap.shorten(str(item["source"]).removeprefix(f"{item['kind']}: "), 90, placeholder=" ...")
             rows.append(f"#   {key}: {short(item)}  # {item['kind']}: {source}")
         return rows
 

@@ -17,7 +17,10 @@ def show(
     pace: Annotated[float, typer.Option(help="Seconds of the run in a second of the film.")] = 0.25,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False,
 ) -> None:
-    """Show a run on one page: the loop moving, tension, sensor, contacts, work, decisions; on request as a film."""
+    """Show a run on one page: the loop moving, tension, sensor, contacts, work, decisions; on request as a film.
+
+    What moves is simulated again from the recording's scene, lead-in included.
+    """
     out = recording.with_suffix(".html") if out is None else out
     for name, path, ending in (("--out", out, ".html"), ("--video", video, ".mp4")):
         if path is not None and path.suffix != ending:
