@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 import trackdyn.scene
 import trackdyn.settling
+import trackdyn.start_checks
 from trackdyn.cli import app
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.loop import Loop
@@ -106,7 +107,7 @@ def test_a_recording_comes_back_as_it_was(make_scene, tmp_path):
 
 def forget_limits(monkeypatch):
     """Neither the scene nor the settled loop refuses a step."""
-    for module in (trackdyn.scene, trackdyn.settling):
+    for module in (trackdyn.scene, trackdyn.settling, trackdyn.start_checks):
         monkeypatch.setattr(module, "step_limits", lambda *_: {"none": 1.0})
 
 
