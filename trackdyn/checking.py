@@ -6,7 +6,7 @@ from math import degrees, gcd, hypot
 import numpy as np
 
 from trackdyn.errors import InputError
-from trackdyn.limits import accepted_step, step_limits
+from trackdyn.limits import round_step, step_limits
 from trackdyn.loop import Loop
 from trackdyn.parameters.layout import assemble, belt_around, wheel_circles, wheel_names
 from trackdyn.parameters.rig import Rig
@@ -71,7 +71,7 @@ def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
         "loop": f"{rig.chain.pitches} pitches of {1e3 * pitch:.4g} mm, {lengths.sum():.4g} m; {rig.chain.kind.replace('_', '-')}, {rig.sprocket.teeth} teeth",
         **{f"wrap of {name}": f"{wrap:.4g} deg" for name, wrap in wraps.items()},
         "tensioner": f"{rig.tension.wheel} shifted by {1e3 * laid.shift:.3g} mm of {1e3 * rig.tension.travel:.3g} mm, {rig.tension.kept}",
-        "step": f"--step {accepted_step(step, sample):.7g}: at most {step:.2g} s at a motor speed of {rpm:g} rev/min",
+        "step": f"--step {round_step(step, sample):.7g}: at most {step:.2g} s at a motor speed of {rpm:g} rev/min",
     }
     frame = np.concatenate([laid.pins[0], laid.angle, [laid.sprocket_angle]])
     wheels = wheel_circles(rig, laid.shift, surface=True)
@@ -89,7 +89,7 @@ def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
             unusual.append(f"at rest nothing lies on {', '.join(idle)}")
         limit = min(step_limits(model, reached).values(), default=step)
         if limit < step:
-            values["step"] = f"--step {accepted_step(limit, sample):.7g}: at most {limit:.2g} s for the loop as settled, {step:.2g} s before"
+            values["step"] = f"--step {round_step(limit, sample):.7g}: at most {limit:.2g} s for the loop as settled, {step:.2g} s before"
     return Checked(wheels, frame, values, unusual)
 
 

@@ -15,7 +15,7 @@ DYNAMIC_FACTOR = 2.0
 LEAST_LOAD = 1e-3  # N: a loop without weight and tension touches its wheels, too
 
 
-def accepted_step(limit: float, sample: float) -> float:
+def round_step(limit: float, sample: float) -> float:
     """A step within a limit that divides the sample interval and has few digits, s: parts that only 2 and 5 divide."""
     parts = max(ceil(sample / max(limit, 1e-9 * sample) * (1 - 1e-9)), 1)
     while 10**12 % parts:

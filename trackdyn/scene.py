@@ -11,7 +11,7 @@ from trackdyn.build import build_model
 from trackdyn.errors import InputError
 from trackdyn.fidelity import LITERAL_ERROR, Decision, decide, literal_error, refuse_nonsense
 from trackdyn.integrate.methods import METHODS
-from trackdyn.limits import accepted_step, step_limits
+from trackdyn.limits import round_step, step_limits
 from trackdyn.model.constants import Model
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import Section, plain_number, sentence, shown
@@ -169,7 +169,7 @@ class Scene(Section):
             self._refuse(
                 "step",
                 f"a whole fraction of the sample interval {sample} s and at least {LEAST_STEP:g} s would do, such as "
-                f"{accepted_step(self.step if LEAST_STEP < self.step < sample else sample / 20, sample):.7g} s",
+                f"{round_step(self.step if LEAST_STEP < self.step < sample else sample / 20, sample):.7g} s",
             )
         steps = (self.lead_in + self.ramp + self.duration) / self.step
         if steps > MOST_STEPS:
@@ -208,7 +208,7 @@ class Scene(Section):
         limits = step_limits(self.model, self.rig.tension.pre_tension, METHODS[self.integrator])
         name, limit = min(limits.items(), key=lambda item: item[1], default=("", np.inf))
         if self.step > limit:
-            such = accepted_step(limit, 1.0 / self.rig.sensor.rate)
+            such = round_step(limit, 1.0 / self.rig.sensor.rate)
             self._refuse("step", f"too large for the {name}; at most {limit:.2g} s would do, such as {such:.7g} s")
 
     @property

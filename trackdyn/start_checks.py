@@ -5,7 +5,7 @@ import numpy as np
 from trackdyn.chain.kinematics import orient, place
 from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS
-from trackdyn.limits import accepted_step, elastic_depth, step_limits
+from trackdyn.limits import elastic_depth, round_step, step_limits
 from trackdyn.model.constants import SPROCKET, Model
 from trackdyn.model.state import State
 from trackdyn.model.work import Work
@@ -70,5 +70,5 @@ def refuse_step(scene: Scene, model: Model, tension: float) -> None:
     if scene.step > limit:
         raise InputError(
             f"scene: step = {scene.step!r} is not accepted: the loop settles at a tension of {tension:.0f} N, for which that is "
-            f"too large for the {name}; at most {limit:.2g} s would do, such as {accepted_step(limit, 1.0 / scene.rig.sensor.rate):.7g} s"
+            f"too large for the {name}; at most {limit:.2g} s would do, such as {round_step(limit, 1.0 / scene.rig.sensor.rate):.7g} s"
         )

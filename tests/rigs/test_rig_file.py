@@ -5,6 +5,7 @@ import pytest
 import yaml
 
 from trackdyn.errors import InputError
+from trackdyn.limits import round_step
 from trackdyn.parameters.layout import assemble, belt_around, run_order, wheel_names
 from trackdyn.parameters.rig import load_rig, parameter_table
 from trackdyn.parameters.rig_file import DEFAULT, read_rig, shipped_rigs
@@ -155,3 +156,17 @@ def test_a_wheel_far_within_is_refused_and_one_under_a_sagging_strand_is_not():
         belt_around(rig.changed(road_1__x=-0.3))
     with pytest.raises(InputError, match="too short"):
         assemble(rig.changed(carrier__y=2.0))
+
+
+def test_a_misspelt_field_is_named_before_the_one_that_is_then_missing(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text("like: bench\nwheels:\n  source: a tape\n  idler: {x: -1.05 m, y: 0.0 m, raduis: 0.28 m, inertia: 3.0 kg m2}\n")
+    with pytest.raises(InputError, match=r"raduis is not a known parameter; remove it or correct its spelling \(radius\?\)"):
+        load_rig(path)
+
+
+@pytest.mark.parametrize(("limit", "step"), [(9.6e-5, 6.25e-5), (3.8e-5, 3.125e-5), (5e-5, 5e-5), (2.0, 1e-3)])
+def test_a_step_that_is_proposed_can_be_typed(limit, step):
+    """It divides the sample interval of 1 ms exactly as it is written, and lies within the limit."""
+    assert round_step(limit, 1e-3) == pytest.approx(step, rel=1e-12)
+    assert 1e-3 / float(f"{round_step(limit, 1e-3):.7g}") == pytest.approx(round(1e-3 / step), abs=1e-9)
