@@ -50,6 +50,7 @@ wildcard_constraints:
     run=r"\d[\w.]*rpm|(meshing|coarse)/[\w.]+",
     ring=r"none|\d[\w.]*",
     other="[a-z][a-z0-9_]*",
+    stage=r"\w+",
 
 
 include: "workflow/rules/common.smk"

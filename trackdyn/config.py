@@ -17,10 +17,10 @@ from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.validation import NotNegative, Positive, Section, parse_tolerance, read_yaml, shown, validated
 from trackdyn.peers.comparison import scene_of
 from trackdyn.scene import Scene
+from trackdyn.steady import Known, steady_fields
 from trackdyn.study.accuracy.ladder import REFERENCE, SETTINGS
 from trackdyn.study.fit import FitConfig
-from trackdyn.study.settings import Allowed, Known, StudiesFile, allowed_step, rising
-from trackdyn.study.steady import steady_fields
+from trackdyn.study.settings import Allowed, StudiesFile, allowed_step, rising
 
 FIT = "config/fit.yaml"
 

@@ -110,6 +110,18 @@ def _judge(recording: Recording, tolerances: Mapping[str, float]) -> Answer:
     return Answer(known, reached, first * passage(recording), recording)
 
 
+def refuse_undriven(scene: Scene) -> None:
+    """Refuse what has no passages of pitches.
+
+    Raises
+    ------
+    InputError
+        The scene has no chain that is driven on its wheels.
+    """
+    if scene.chain == "belt" or scene.loop == "free" or scene.motor_rpm == 0:
+        raise InputError("scene: only a chain that is driven on its wheels comes to an answer; chain='double_pin' would do")
+
+
 def _refuse(scene: Scene, tolerances: Mapping[str, float], longest: float) -> None:
     if not tolerances:
         raise InputError("tolerances is empty; name a measure and a tolerance, such as rms and 0.01")
@@ -118,8 +130,7 @@ def _refuse(scene: Scene, tolerances: Mapping[str, float], longest: float) -> No
             raise InputError(f"measure = {name!r} is not accepted: {', '.join(RELATIVE + SHARES)} would do")
         if not 0.0 < value < 1.0:
             raise InputError(f"tolerance = {value!r} of {name} is not accepted: a number between 0 and 1, such as 0.01, would do")
-    if scene.chain == "belt" or scene.loop == "free" or scene.motor_rpm == 0:
-        raise InputError("scene: only a chain that is driven on its wheels comes to an answer; chain='double_pin' would do")
+    refuse_undriven(scene)
     least = (LEAST + 1) / (scene.loop_frequency * scene.rig.chain.pitches)
     if not least < longest <= 36000.0:
         raise InputError(f"longest = {longest!r} s is not accepted: {least:.3g} s (ten passages of a pitch) to ten hours would do")

@@ -7,18 +7,27 @@ From a Snakefile of one's own:
         config: {"design": "design.csv", "out": "results.parquet"}
 
     use rule * from sweep as sweep_*
+
+Wildcards in ``design`` and ``out``, for words without dots and slashes, make one module serve many designs; leave out the
+rule `all` then.
 """
 
-import hashlib
 import importlib.util
+import os
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
+from snakemake.io import get_wildcard_names
+
+from trackdyn.imports import imported_files
 
 KNOWN = {
     "design": None, # a row a scene (.csv, .parquet)
     "out": None, # a row a result (.csv, .parquet); its folders lie beside it
     "rig": "config/rig.yaml", # of rows that name no other
+    "rigs": [], # files that rows name themselves
+    "kernels": [], # files that are there when the kernels are compiled; none: they are compiled here
+    "store": "", # folder of rows as they come; that beside `out`
     "batches": 10, # jobs; a minute or more of rows in each makes their start cheap
     "threads": 1, # of a job
     "mem_mb": 700, # of a job, and so much more with every try; measured: a benchmark of each batch
@@ -28,19 +37,28 @@ KNOWN = {
 for name in KNOWN:
     if config.get(name, KNOWN[name]) is None:
         raise WorkflowError(f"sweep: {name} is missing; --config {name}=... or the module's config would do")
+for name in ("rigs", "kernels"):
+    if not isinstance(config.get(name, []), list):
+        raise WorkflowError(f"sweep: {name} = {config[name]!r} is not accepted: a list of files would do")
 for name in ("batches", "threads", "mem_mb", "runtime", "tries"):
     if not str(config.get(name, KNOWN[name])).isdecimal() or int(config.get(name, KNOWN[name])) < 1:
         raise WorkflowError(f"sweep: {name} = {config[name]!r} is not accepted: a whole number of at least 1 would do")
-SWEEP = {name: type(usual)(config.get(name, usual)) if usual else str(config[name]) for name, usual in KNOWN.items()}
+SWEEP = {name: str(config[name]) if usual is None else type(usual)(config.get(name, usual)) for name, usual in KNOWN.items()}
 
 BESIDE = str(Path(SWEEP["out"]).with_suffix(""))
-# What rows are known by, too; the package need not be imported for that.
+STORE = SWEEP["store"] or f"{BESIDE}.rows"
+# Otherwise a batch's results would be one more sweep's.
+wildcard_constraints:
+    **{name: r"[^./]+" for name in get_wildcard_names(SWEEP["out"])},
+
+
 PACKAGE = Path(importlib.util.find_spec("trackdyn").submodule_search_locations[0])
-WITHOUT = ("report", "paper", "peers", "study", "ensemble", "identification", "inference", "fmi", "certify", "cli.py", "synthetic.py")
-SOURCES = hashlib.sha256()
-for path in sorted(PACKAGE.rglob("*.py")):
-    if path.relative_to(PACKAGE).parts[0] not in WITHOUT:
-        SOURCES.update(path.read_bytes())
+
+
+def sources(script):
+    """What a script of these rules imports of the package, so that an edit there makes its results due."""
+    files = imported_files(Path(str(workflow.current_basedir)) / "scripts" / script, PACKAGE.parent)
+    return [os.path.relpath(file) if file.is_relative_to(Path.cwd()) else str(file) for file in files]
 
 
 rule all:
@@ -51,43 +69,49 @@ rule all:
 rule split:
     """Rows that settle alike stand together, in batches of one size."""
     localrule: True
-    input: SWEEP["design"]
-    output: expand(f"{BESIDE}.batches/{{batch}}.parquet", batch=range(SWEEP["batches"]))
+    input:
+        sources("sweep_split.py"),
+        design=SWEEP["design"],
+    output: expand(f"{BESIDE}.batches/{{batch}}.parquet", batch=range(SWEEP["batches"]), allow_missing=True)
     params: rig=SWEEP["rig"]
     log: f"{BESIDE}.logs/split.log"
-    message: "Splitting {input}"
+    message: "Splitting {input.design}"
     script: "scripts/sweep_split.py"
 
 
-rule warm_up:
-    """Compile the kernels once, with a row of every kind: batches on a cold cache would each compile them."""
-    input:
-        design=SWEEP["design"],
-        rig=SWEEP["rig"],
-    output: f"{BESIDE}.batches/kernels.txt"
-    params:
-        store=f"{BESIDE}.rows",
-        sources=SOURCES.hexdigest(),
-    resources:
-        mem_mb=lambda wildcards, attempt: SWEEP["mem_mb"] * attempt,
-        runtime=lambda wildcards, attempt: SWEEP["runtime"] * attempt,
-    log: f"{BESIDE}.logs/warm_up.log"
-    benchmark: f"{BESIDE}.benchmarks/warm_up.tsv"
-    message: "Compiling the kernels"
-    script: "scripts/sweep_warm_up.py"
+if not SWEEP["kernels"]:
+
+    rule warm_up:
+        """Compile the kernels once, with a row of every kind: batches on a cold cache would each compile them."""
+        input:
+            sources("sweep_warm_up.py"),
+            design=SWEEP["design"],
+            rig=SWEEP["rig"],
+            rigs=SWEEP["rigs"],
+        output: f"{BESIDE}.batches/kernels.txt"
+        params: store=STORE
+        resources:
+            mem_mb=lambda wildcards, attempt: SWEEP["mem_mb"] * attempt,
+            runtime=lambda wildcards, attempt: SWEEP["runtime"] * attempt,
+        log: f"{BESIDE}.logs/warm_up.log"
+        benchmark: f"{BESIDE}.benchmarks/warm_up.tsv"
+        message: "Compiling the kernels"
+        script: "scripts/sweep_warm_up.py"
 
 
 rule batch:
     """Rows of one batch, kept as they come: a batch that is killed goes on where it was."""
     input:
-        kernels=rules.warm_up.output,
+        sources("sweep_batch.py"),
+        kernels=SWEEP["kernels"] or rules.warm_up.output,
         design=f"{BESIDE}.batches/{{batch}}.parquet",
         rig=SWEEP["rig"],
+        rigs=SWEEP["rigs"],
     output: f"{BESIDE}.batches/{{batch}}.results.parquet"
+    wildcard_constraints: batch=r"\d+"
     params:
-        store=f"{BESIDE}.rows",
+        store=STORE,
         tries=SWEEP["tries"],
-        sources=SOURCES.hexdigest(),
     threads: SWEEP["threads"]
     resources:
         mem_mb=lambda wildcards, attempt: SWEEP["mem_mb"] * attempt,
@@ -102,13 +126,15 @@ rule batch:
 rule gather:
     """All rows in the order of the design, known by now; what failed for a passing reason is tried once more."""
     input:
-        expand(f"{BESIDE}.batches/{{batch}}.results.parquet", batch=range(SWEEP["batches"])),
+        sources("sweep_gather.py"),
+        expand(f"{BESIDE}.batches/{{batch}}.results.parquet", batch=range(SWEEP["batches"]), allow_missing=True),
         design=SWEEP["design"],
         rig=SWEEP["rig"],
+        rigs=SWEEP["rigs"],
     output:
         SWEEP["out"],
         f"{BESIDE}.costs.csv",
-    params: store=f"{BESIDE}.rows"
+    params: store=STORE
     resources:
         mem_mb=lambda wildcards, attempt: SWEEP["mem_mb"] * attempt,
         runtime=lambda wildcards, attempt: SWEEP["runtime"] * attempt,

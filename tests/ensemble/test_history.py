@@ -139,30 +139,16 @@ def test_the_search_goes_where_the_targets_are_met(unknowns):
     assert min(check.coverage_95 for check in search.check().values()) > 0.7
 
 
-def test_a_row_is_tried_again_with_the_next_step_only_if_it_failed(monkeypatch, unknowns):
-    asked = []
-
-    def fake(design, rig, jobs, store, progress):
-        asked.append(design[["name", "step"]].values.tolist())
-        bad = design["name"].str.startswith("1 ") & (design["step"] > 1e-4)
-        return design.assign(state=np.where(bad, "refused", "done"), reason="")
-
-    monkeypatch.setattr(waves, "sweep", fake)
+def test_every_case_of_every_rig_is_a_row_with_the_steps_to_try(unknowns):
     points = waves.points_table(unknowns, np.full((2, 4), 0.5), 0)
     ladder = Fidelity(integrator="linearly_implicit", steps_s=[2.5e-4, 1e-4])
     cases = [NONE, Case(150, None, belt=True)]
-    found = waves.run_rigs(SETTINGS, unknowns, waves.members(unknowns, points), cases, ladder, "rig.yaml", "store")
-    assert asked[1] == [["1 115 none", 1e-4]]
-    assert found["state"].eq("done").sum() == 3 and len(found) == 4  # the belt of rig 1 failed for good
+    found = waves.rows_of_kind(SETTINGS, unknowns, waves.members(unknowns, points), cases, "law 0", ladder, sliding=True)
+    assert found["name"].tolist() == ["law 0: 0 115 none", f"law 0: 0 {cases[1].name}", "law 0: 1 115 none", f"law 0: 1 {cases[1].name}"]
+    assert found["step"].tolist() == ["0.00025 0.0001", "0.001"] * 2
     belts = found["chain"] == "belt"
     assert found.loc[belts, "tension"].eq("locked").all() and not found.loc[~belts, "pitches"].eq("").any()
-
-
-def test_a_batch_without_rigs_is_a_table_without_rows():
-    assert SETTINGS.forms["full"].batches_of("compared") == 8, "there are 8 rigs for 16 batches"
-    assert SETTINGS.forms["full"].batches_of("2") == 16 and SETTINGS.forms["short"].batches_of("shipped") == 1
-    ladder = Fidelity(integrator="linearly_implicit", steps_s=[1e-4])
-    assert waves.run_rigs(SETTINGS, None, [], [NONE], ladder, "rig.yaml", "store").empty
+    assert list(waves.kinds(found)) == ["law 0"] and list(waves.kinds(found)["law 0"]["name"])[2] == "1 115 none"
 
 
 def test_points_are_rigs_whose_groove_can_be_cut_and_whose_loop_closes():

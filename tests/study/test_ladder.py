@@ -3,8 +3,8 @@
 import pandas as pd
 import pytest
 
+from trackdyn.steady import Known
 from trackdyn.study.accuracy.ladder import FOUND, SETTINGS, compare_rungs, measure_setting
-from trackdyn.study.settings import Known
 
 
 def test_differences_are_those_from_the_papers_setting_in_the_same_scene():

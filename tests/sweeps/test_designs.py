@@ -190,6 +190,9 @@ def test_a_key_is_what_is_asked_and_not_how_it_is_said(rig_path, monkeypatch):
         ({"motor_rpm": "115", "rig": "no.yaml"}, "no.yaml: no such file"),
         ({"motor_rpm": "115", "until.rms": "2"}, "tolerance = '2' is not accepted"),
         ({"motor_rpm": "115", "until.rms": "1%", "until.longest": "long"}, "until.longest = 'long' is not accepted"),
+        ({"motor_rpm": "115", "known.force": "0.01"}, "known.share_pct"),
+        ({"motor_rpm": "115", "known.share_pct": 1, "known.force": "x", "known.passages": 13}, "known.force = 'x' is not accepted"),
+        ({"motor_rpm": "115", "known.share_pct": 1, "known.force": 1, "known.passages": 13, "until.rms": "1%"}, "known and until"),
     ],
 )
 def test_a_cell_that_says_nothing_is_the_rows_reason(cells, said, rig_path):

@@ -16,8 +16,12 @@ import trackdyn
 from trackdyn.errors import InputError
 from trackdyn.imports import imported_files
 from trackdyn.jit import KERNEL_SOURCES
+from trackdyn.loop import Loop
 from trackdyn.measure.metrics import run_metrics
+from trackdyn.parameters.rig import load_rig
+from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
+from trackdyn.steady import Known, run_steady
 from trackdyn.sweeps import row as rows
 from trackdyn.sweeps import workers
 from trackdyn.sweeps.asked import columns
@@ -190,6 +194,28 @@ def test_until_and_every_link_give_measures_with_errors(rig_path):
     assert found.until_known[0] in (True, 1.0) and pd.isna(found.until_known[1])
     assert found.simulated_s[0] < 4 and found.simulated_s[1] == 1.0
     assert (found.whole_rms > 0).all() and (found.whole_rms_error > 0).all()
+
+
+def test_a_row_takes_the_first_of_its_steps_that_comes_out(rig_path):
+    """1e-3 s is beyond what the contacts allow, and 2e-3 s beyond any step."""
+    table = design(3).assign(preset=None, step=["0.001 0.0001", "0.0001", "0.002; 0.001"])
+    found = sweep(table, rig=rig_path, jobs=1)
+    assert found.state.tolist() == ["done", "done", "refused"], found.reason.tolist()
+    alone = sweep(design(1).assign(preset=None, step=1e-4), rig=rig_path, jobs=1)
+    assert found.step_s[0] == 1e-4 and found.rms_g[0] == alone.rms_g[0]
+    assert found.reason[2] == sweep(design(3).assign(preset=None, step=1e-3), rig=rig_path, jobs=1).reason[2]
+
+
+def test_a_row_ends_when_its_contacts_are_known(rig_path):
+    """As `run_steady` does alone; and a belt has no contacts to be known."""
+    known = {"share_pct": 0.4, "force": 0.05, "passages": 13}
+    fields = {"motor_rpm": 210.0, "ring_radius": 0.308, "duration": 20.0, "lead_in": 0.0, "step": 1e-4}
+    row = fields | {f"known.{name}": value for name, value in known.items()}
+    found = sweep(pd.DataFrame([row, row | {"chain": "belt", "ring_radius": "none", "spells": False}]), rig=rig_path, jobs=1)
+    assert found.state.tolist() == ["done", "refused"] and "only a chain that is driven" in found.reason[1], found.reason
+    recording, answered = run_steady(Loop(Scene(load_rig(rig_path), **fields)), Known(**known, longest_turns=1))
+    assert answered and found.contacts_known[0] in (True, 1.0) and found.simulated_s[0] < 5
+    assert found.left_rms_n[0] == run_metrics("", recording)["left_rms_n"]
 
 
 def test_no_column_of_results_is_one_of_designs(rig_path):

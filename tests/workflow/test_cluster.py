@@ -11,7 +11,6 @@ import pandas as pd
 import pytest
 import yaml
 
-from trackdyn.errors import InputError
 from trackdyn.sweeps.sweep import batches, one_of_each_kind, sweep
 
 ROOT = Path(__file__).parents[2]
@@ -50,6 +49,32 @@ def snakemake(folder, *arguments):
         text=True,
         timeout=300,
     )
+
+
+FAMILY = """
+module sweep:
+    snakefile: "{root}/workflow/sweep.smk"
+    config: {{"design": "{{kind}}.csv", "out": "r/{{kind}}.parquet", "batches": 3, "rig": "{root}/config/rig.yaml", "kernels": ["Snakefile"]}}
+
+use rule * from sweep exclude all as sweep_*
+
+rule mine:
+    default_target: True
+    input: "r/slow.parquet", "r/fast.parquet"
+"""
+
+
+def test_a_module_with_wildcards_serves_several_designs(tmp_path, rig_path):
+    """With more batches than rows, and kernels that somebody else compiles."""
+    for kind, rpm in (("slow", 115), ("fast", 210)):
+        pd.DataFrame([{"motor_rpm": rpm + k, "ring_radius": 0.308, **SCENE} for k in range(2)]).to_csv(tmp_path / f"{kind}.csv", index=False)
+    (tmp_path / "Snakefile").write_text(FAMILY.format(root=ROOT), encoding="utf-8")
+    result = snakemake(tmp_path, "-j2", "--quiet")
+    assert result.returncode == 0, result.stdout + result.stderr
+    for kind in ("slow", "fast"):
+        sweep(tmp_path / f"{kind}.csv", tmp_path / "alone.parquet", rig_path, jobs=1)
+        assert (tmp_path / "alone.parquet").read_bytes() == (tmp_path / f"r/{kind}.parquet").read_bytes()
+    assert not list(tmp_path.rglob("kernels.txt"))
 
 
 def test_a_module_gives_the_bytes_of_one_sweep(tmp_path, rig_path):
@@ -91,8 +116,7 @@ def test_batches_hold_every_row_once_and_neighbours_alike(rig_path):
     assert [len(part) for part in parts] == [4, 4]
     assert sorted(pd.concat(parts).motor_rpm) == [115.0 + k for k in range(8)]
     assert [part.ring_radius.nunique() for part in parts] == [1, 1]
-    with pytest.raises(InputError, match="batches = 9 is not accepted: the design has 8 different rows"):
-        batches(design, rig_path, 9)
+    assert [len(part) for part in batches(design, rig_path, 9)] == [1] * 8 + [0]
 
 
 def test_a_row_of_each_kind_is_compiled_first():

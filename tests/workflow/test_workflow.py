@@ -28,6 +28,16 @@ SCRIPTS = {
 for path in RULE_FILES:  # the same rule with other outputs
     for rule, twin in re.findall(r"^use rule (\w+) as (\w+) with:", path.read_text(encoding="utf-8"), re.MULTILINE):
         SCRIPTS[twin] = SCRIPTS[rule]
+SWEEP = (ROOT / "workflow" / "sweep.smk").read_text(encoding="utf-8")
+OF_A_SWEEP = {  # the kernels are the pipeline's
+    name: found[1]
+    for _, name, body in RULE.findall(SWEEP)
+    if (found := re.search(r'^ +script: "scripts/(\w+\.py)"$', body, re.MULTILINE)) and name != "warm_up"
+}
+BY_NAME = {"ensemble"}  # the full form, whose rules the short one stands for
+for path in RULE_FILES:
+    for module in re.findall(r"^use rule \* from \w+ exclude all as (\w+)_\*$", path.read_text(encoding="utf-8"), re.MULTILINE):
+        SCRIPTS |= {f"{module}_{rule}": script for rule, script in OF_A_SWEEP.items() if module not in BY_NAME}
 SCRIPTED = sorted(SCRIPTS)
 ON_DEMAND = {"fit", "trade", "trade_data", "scaling", "extremes", "traction", "deviations", "whole_loop", "crate",
     "calibration", "identify_synthetic", "layouts", "layouts_short",
@@ -74,7 +84,7 @@ def test_dry_run_of_the_quick_configuration_plans_every_rule(tmp_path):
     assert set(SCRIPTED) - ON_DEMAND - OF_THESE - WITH_A_TOLERANCE <= planned.keys(), output
     # 4 records and again with the coarse tooth, 2 of meshing; 3 radii and no ring, each at both speeds in one job
     assert int(planned["simulate"]) == 2 * 4 + 2
-    assert int(planned["ring_runs"]) == 3 + 1
+    assert int(planned["ring_batch"]) == 4 + 3
     assert int(planned["warm_up"]) == 1
     assert not (tmp_path / "results").exists()
 
@@ -119,8 +129,7 @@ def test_every_rule_that_makes_something_leaves_traces():
 def test_every_script_exists_and_is_what_its_rule_needs():
     """And no script stands there unused."""
     folder = ROOT / "workflow" / "scripts"
-    module = (ROOT / "workflow" / "sweep.smk").read_text(encoding="utf-8")
-    of_the_module = re.findall(r'^ +script: "scripts/(\w+\.py)"$', module, re.MULTILINE)
+    of_the_module = re.findall(r'^ +script: "scripts/(\w+\.py)"$', SWEEP, re.MULTILINE)
     assert {path.name for path in folder.glob("[!_]*.py")} == {*SCRIPTS.values(), *of_the_module}
     for name, (_, body) in RULES.items():
         assert re.findall(r'needs\("(.*?)"\)', body) == ([SCRIPTS[name]] if name in SCRIPTS else []), name
@@ -215,7 +224,7 @@ def test_only_what_depends_on_a_change_is_planned_again(pretended, tmp_path):
     more = tmp_path / "more.yaml"
     more.write_text(yaml.safe_dump(data), encoding="utf-8")
     planned = pretended.planned(more)
-    assert planned["ring_runs"] == 1
+    assert planned["ring_design"] == planned["ring_gather"] == 1
     assert {"metrics", "ring_figures", "claims"} <= planned.keys()
     assert not {"simulate", "meshing_figures", "closure", "sensor_figures", "sensitivity", "warm_up"} & planned.keys()
 

@@ -87,11 +87,6 @@ class Form(Section):
     search_steps: Annotated[int, Field(ge=10)]
     batches: Annotated[int, Field(ge=1)]
 
-    def batches_of(self, stage: str) -> int:
-        """Jobs of a stage: no more than it has rigs."""
-        rigs = {"compared": self.compared, "last": self.last, "study": self.studied, "shipped": 1}
-        return min(self.batches, rigs[stage] if stage in rigs else self.waves[int(stage) - 1])
-
 
 class EnsembleConfig(Section):
     """Everything in ``config/ensemble.yaml``."""

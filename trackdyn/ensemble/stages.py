@@ -13,7 +13,16 @@ import pandas as pd
 
 from trackdyn.ensemble.history import Search, errors, judged, outputs
 from trackdyn.ensemble.settings import Case, EnsembleConfig, Form, Target, load_ensemble, targets_of, unknowns_of
-from trackdyn.ensemble.waves import as_it_is, members, points_table, prior_points, run_rigs, study_cases, target_cases
+from trackdyn.ensemble.waves import (
+    as_it_is,
+    kinds,
+    members,
+    points_table,
+    prior_points,
+    rows_of_kind,
+    study_cases,
+    target_cases,
+)
 from trackdyn.errors import InputError
 from trackdyn.inference.unknowns import Unknowns
 from trackdyn.paper.claims import load_claims
@@ -21,7 +30,7 @@ from trackdyn.sweeps.table import write_table
 
 COMPARED, LAST, STUDY, SHIPPED = "compared", "last", "study", "shipped"
 STAGES = (COMPARED, LAST, STUDY, SHIPPED)
-KIND = "kind"  # column of runs: cheap, full, law 0 and so on
+CHEAP, FULL, CHAIN, LAW = "cheap", "full", "chain", "law"  # kinds of rows
 FIRST = {COMPARED: 0, LAST: 900_000}  # number of the first rig of a stage; wave k begins at k times this
 EACH_WAVE = 10_000
 FROM_BEST = 0.5  # of the last wave: rigs of the waves before; the others are new
@@ -51,12 +60,9 @@ class Ensemble(NamedTuple):
         table = self.read(f"outputs_{stage}").set_index("rig")
         return table[table.pop("whole").astype(bool)]
 
-    def runs(self, stage: str) -> pd.DataFrame:
-        """Rows of a stage, of all batches."""
-        files = sorted((self.folder / f"runs_{stage}").glob("*.parquet"))
-        if not files:
-            raise InputError(f"{self.folder}: holds no runs of the stage {stage}; run it first")
-        return pd.concat([pd.read_parquet(file) for file in files], ignore_index=True)
+    def runs(self, stage: str) -> dict[str, pd.DataFrame]:
+        """Results of a stage by their kind: cheap, full, law 0 and so on."""
+        return kinds(pd.read_parquet(self.folder / f"runs_{stage}.parquet"))
 
 
 def open_ensemble(config: Path | str, form: str, rig: Path | str, claims: Path | str, folder: Path | str) -> Ensemble:
@@ -133,42 +139,30 @@ def stage_cases(e: Ensemble, stage: str) -> list[Case]:
     return study_cases(e.form, e.config.ring_radius_m) if stage == STUDY else target_cases(e.targets)
 
 
-def run_stage(
-    e: Ensemble, stage: str, points: pd.DataFrame, store: Path | str, jobs: int = 1, progress: bool = False
-) -> pd.DataFrame:
-    """Run a stage's scenes of some rigs; rows that were computed before come from the store."""
-    kinds = {"full": (e.config.full, {})} if stage in (LAST, SHIPPED) else {"cheap": (e.config.cheap, {})}
+def stage_rows(e: Ensemble, stage: str, points: pd.DataFrame) -> pd.DataFrame:
+    """A stage's scenes of some rigs, as a design of a sweep."""
+    asked = {FULL: (e.config.full, {})} if stage in (LAST, SHIPPED) else {CHEAP: (e.config.cheap, {})}
     if stage == STUDY:
-        kinds = {"cheap": (e.config.cheap, {"sliding": True, "every_link": True})}
+        asked = {CHEAP: (e.config.cheap, {"sliding": True, "every_link": True})}
     if stage == COMPARED:
-        kinds |= {"full": (e.config.full, {})}
-        kinds |= {"chain": (e.config.cheap, {"belts_as_chains": True})}
-        kinds |= {f"law {k}": (e.config.cheap, dict(law)) for k, law in enumerate(e.config.laws)}
-    cases, parts = stage_cases(e, stage), []
+        asked |= {FULL: (e.config.full, {})}
+        asked |= {CHAIN: (e.config.cheap, {"belts_as_chains": True})}
+        asked |= {f"{LAW} {k}": (e.config.cheap, dict(law)) for k, law in enumerate(e.config.laws)}
     rigs = as_it_is(e.unknowns, -1) if stage == SHIPPED else members(e.unknowns, points)
-    for kind, (fidelity, fields) in kinds.items():
-        found = run_rigs(e.config, e.unknowns, rigs, cases, fidelity, e.rig, store, jobs, progress, **fields)
-        parts.append(found.assign(**{KIND: kind}))
-    runs = pd.concat(parts, ignore_index=True)
-    words = runs.select_dtypes(object).columns  # words in some parts, numbers in others
-    return runs.assign(**{name: runs[name].fillna("").astype(str) for name in words})
+    parts = [
+        rows_of_kind(e.config, e.unknowns, rigs, stage_cases(e, stage), kind, fidelity, **fields)
+        for kind, (fidelity, fields) in asked.items()
+    ]
+    return pd.concat(parts, ignore_index=True)
 
 
 def gather_stage(e: Ensemble, stage: str) -> None:
     """Outputs of a stage's rigs, and after the first the errors of fidelity and laws, into the folder."""
-    runs = e.runs(stage)
-    of = {kind: outputs(e.config, e.unknowns, e.targets, rows) for kind, rows in runs.groupby(KIND)}
-    write_table(
-        (of["full"] if stage in (LAST, SHIPPED) else of["cheap"]).reset_index(), e.folder / f"outputs_{stage}.csv"
-    )
+    of = {kind: outputs(e.config, e.unknowns, e.targets, rows) for kind, rows in e.runs(stage).items()}
+    write_table(of[FULL if stage in (LAST, SHIPPED) else CHEAP].reset_index(), e.folder / f"outputs_{stage}.csv")
     if stage == COMPARED:
-        laws: Sequence[pd.DataFrame] = [of[kind] for kind in of if kind.startswith("law")]
+        laws: Sequence[pd.DataFrame] = [of[kind] for kind in of if kind.startswith(LAW)]
         belts = [target.name for target in e.targets if target.case.belt]
-        full = of["full"].assign(**{name: of["chain"][name] if "chain" in of else np.nan for name in belts})
-        known = errors(of["cheap"], full, of["cheap"], laws)
+        full = of[FULL].assign(**{name: of[CHAIN][name] if CHAIN in of else np.nan for name in belts})
+        known = errors(of[CHEAP], full, of[CHEAP], laws)
         write_table(known.rename_axis("output").reset_index(), e.folder / "errors.csv")
-
-
-def part(points: pd.DataFrame, batch: int, batches: int) -> pd.DataFrame:
-    """Rigs of a batch: neighbours apart, so that batches cost alike."""
-    return points.iloc[np.arange(batch, len(points), batches)]

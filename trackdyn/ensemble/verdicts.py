@@ -9,7 +9,7 @@ from scipy.stats import binomtest, kstest, spearmanr
 
 from trackdyn.ensemble.history import columns_of, events_of, judged
 from trackdyn.ensemble.settings import Case
-from trackdyn.ensemble.stages import COMPARED, LAST, STUDY, Ensemble, rank, read_errors, stage_cases
+from trackdyn.ensemble.stages import CHEAP, COMPARED, LAST, STUDY, Ensemble, rank, read_errors, stage_cases
 from trackdyn.ensemble.waves import by_case, rig_at
 from trackdyn.paper.claims import JUDGED, REPRODUCED, Claim, judge
 from trackdyn.paper.evidence import Evidence
@@ -60,7 +60,7 @@ def claims_table(e: Ensemble, claims: Sequence[Claim]) -> pd.DataFrame:
         ``reproduced``, ``share``, ``share_low, share_high`` (exact 95 % interval for a draw of so many rigs).
     """
     readings, points = rank(e)["reading"], e.read(f"points_{STUDY}").set_index("rig")
-    runs, cases = by_case(e.runs(STUDY)), stage_cases(e, STUDY)
+    runs, cases = by_case(e.runs(STUDY)[CHEAP]), stage_cases(e, STUDY)
     whole = {rig: rows for rig, rows in runs.items() if len(rows) == len(cases)}
     all_evidence = {
         rig: evidence(e, rows, rig_at(e.unknowns, points.loc[rig]), readings[rig]) for rig, rows in whole.items()

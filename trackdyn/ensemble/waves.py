@@ -1,7 +1,6 @@
 """Waves of rigs: points of the unit cube become scenes of a sweep, and its rows the numbers of each rig."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -13,12 +12,13 @@ from trackdyn.inference.unknowns import Unknowns
 from trackdyn.parameters.layout import can_close
 from trackdyn.parameters.rig import Rig
 from trackdyn.sweeps.row import DONE
-from trackdyn.sweeps.sweep import sweep
 
 # the radii over which C24 takes its mean
 SPREAD_CLAIM = "C24"
 # points that are drawn for one that is kept: half of all grooves cannot be cut, a third of all loops not closed
 DRAWN = 8
+BELT_STEP = "0.001"  # s between the samples of a path
+AFTER_KIND = ": "  # in the name of a row
 
 
 def target_cases(targets: Sequence[Target]) -> list[Case]:
@@ -94,7 +94,7 @@ def design(
     Returns
     -------
     DataFrame
-        ``name`` is ``<rig> <case>``.
+        ``name`` is ``<rig> <case>``; the step is missing.
     """
     pitches = " ".join(map(str, range(1, unknowns.rig.chain.pitches + 1)))
     turn = {
@@ -108,10 +108,10 @@ def design(
             row = {
                 "name": f"{rig} {case.name}",
                 "motor_rpm": case.rpm,
-                "ring_radius": "none" if case.ring is None else case.ring,
+                "ring_radius": "none" if case.ring is None else repr(case.ring),
             }
             if case.belt:  # a path: neither forces nor a tensioner
-                row |= {"chain": "belt", "spells": False, "duration": config.belt_s, "step": 1e-3, "tension": "locked"}
+                row |= {"chain": "belt", "spells": False, "duration": config.belt_s, "tension": "locked"}
             else:
                 row |= {
                     "chain": "double_pin",
@@ -126,52 +126,40 @@ def design(
 def as_chains(config: EnsembleConfig, belts: pd.DataFrame) -> pd.DataFrame:
     """Rows of belts as chains with the paper's ring, for as long: what the belt leaves out of the main line."""
     return belts.assign(
-        chain="double_pin", ring_radius=config.ring_radius_m, lead_in=config.lead_in_s, pitches="", spells=True
+        chain="double_pin", ring_radius=repr(config.ring_radius_m), lead_in=config.lead_in_s, pitches="", spells=True
     )
 
 
-def run_rigs(
+def rows_of_kind(
     config: EnsembleConfig,
     unknowns: Unknowns,
     rigs: Sequence[tuple[int, dict]],
     cases: Sequence[Case],
+    kind: str,
     fidelity: Fidelity,
-    rig: Path | str,
-    store: Path | str,
-    jobs: int = 1,
-    progress: bool = False,
     belts_as_chains: bool = False,
     **fields,
 ) -> pd.DataFrame:
-    """Run every case of every rig; a row that is refused or diverges with one step is tried again with the next.
+    """Rows of every case of every rig, each with the steps that are tried on it until it comes out.
 
     Parameters
     ----------
+    kind : str
+        Stands before the names of rows (`kinds`).
     belts_as_chains : bool
         Only the cases of belts, with all forces (`as_chains`).
-
-    Returns
-    -------
-    DataFrame
-        The design with ``state``, ``reason`` and the numbers of each row (`trackdyn.sweeps.sweep.sweep`).
     """
-    if not rigs:  # a search may find fewer rigs than there are batches
-        return pd.DataFrame({"name": [], "state": []}, dtype=str)
-    left = design(config, unknowns, rigs, cases, {"integrator": fidelity.integrator} | fields)
+    rows = design(config, unknowns, rigs, cases, {"integrator": fidelity.integrator} | fields)
     if belts_as_chains:
-        left = as_chains(config, left[left["chain"] == "belt"]).assign(integrator=fidelity.integrator)
-    found = []
-    for step in fidelity.steps_s:
-        belts = left["chain"] == "belt"
-        results = sweep(
-            left.assign(step=np.where(belts, 1e-3, step)), rig=rig, jobs=jobs, store=store, progress=progress
-        )
-        again = ((results["state"] != DONE) & ~belts.to_numpy() & (step != fidelity.steps_s[-1])).to_numpy()
-        found.append(results[~again])
-        left = left[again].reset_index(drop=True)
-        if left.empty:
-            break
-    return pd.concat(found, ignore_index=True)
+        rows = as_chains(config, rows[rows["chain"] == "belt"]).assign(integrator=fidelity.integrator)
+    steps = np.where(rows["chain"] == "belt", BELT_STEP, " ".join(map(repr, fidelity.steps_s)))
+    return rows.assign(name=f"{kind}{AFTER_KIND}" + rows["name"], step=steps)
+
+
+def kinds(results: pd.DataFrame) -> dict[str, pd.DataFrame]:
+    """Results of every kind of rows (`rows_of_kind`)."""
+    parts = results["name"].str.partition(AFTER_KIND)
+    return {kind: rows.assign(name=parts.loc[rows.index, 2]) for kind, rows in results.groupby(parts[0])}
 
 
 def by_case(results: pd.DataFrame) -> dict[int, dict[str, pd.Series]]:

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from scipy.ndimage import uniform_filter1d
+import scipy
 
 from trackdyn.errors import InputError
 from trackdyn.measure.uncertainty import batch_error, ratio_error
@@ -284,7 +284,7 @@ def smoothed_maxima(recording: Recording, window_s: float = 0.01) -> pd.DataFram
             column = columns.get(connector % count + 1 if side == "ring" else connector)
             if column is None or not rows.set_index("side").loc[side, "touching_s"]:
                 continue
-            smooth = uniform_filter1d(recording.force[:, column, i], window)[inside]
+            smooth = scipy.ndimage.uniform_filter1d(recording.force[:, column, i], window)[inside]
             event = f"{side} maximum, mean over {window_s:g} s"
             times.setdefault(event, []).append(float(recording.time[inside][np.argmax(smooth)] - first))
     return pd.DataFrame(

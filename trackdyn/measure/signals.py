@@ -9,10 +9,7 @@ import itertools
 from collections.abc import Callable
 
 import numpy as np
-import scipy.fft
-import scipy.optimize
-import scipy.signal
-import scipy.special
+import scipy  # its parts are loaded where they are used: together they take half a second
 
 from trackdyn.errors import InputError
 

@@ -7,7 +7,7 @@ import pandas as pd
 from trackdyn.ensemble import verdicts
 from trackdyn.ensemble.history import judged
 from trackdyn.ensemble.ring_choice import CRITERIA, choice_table, recommendation, study_table
-from trackdyn.ensemble.stages import LAST, STUDY, Ensemble, read_errors
+from trackdyn.ensemble.stages import CHEAP, LAST, STUDY, Ensemble, read_errors
 from trackdyn.paper.claims import load_claims
 from trackdyn.report.figures.ensemble import band_figure, choice_figure, conflict_figure, pairs_figure, pareto_figure
 from trackdyn.report.style import save
@@ -90,7 +90,7 @@ def _summary(e: Ensemble, tables: dict[str, pd.DataFrame]) -> list[str]:
 
 def _study(e: Ensemble) -> pd.DataFrame:
     """Runs of the study at the speeds at which there is every radius."""
-    runs = e.runs(STUDY)
+    runs = e.runs(STUDY)[CHEAP]
     return runs[runs["rpm"].isin(e.form.speeds_rpm)]
 
 

@@ -21,8 +21,7 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import Section
 from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
-from trackdyn.study.settings import Known
-from trackdyn.study.steady import run_steady, steady_fields
+from trackdyn.steady import Known, run_steady, steady_fields
 
 # residual of a measure that does not exist (no such contact) or of a rig that cannot run, in tolerances
 FAILED = 10.0

@@ -46,17 +46,6 @@ def _extrapolates(where: str, steps: Steps) -> None:
         raise InputError(f"{where} is not accepted: limits are extrapolated over the steps of semi_implicit; two or more would do")
 
 
-class Known(Section):
-    """When contacts are known: half of the 95 % intervals of shares (points of a turn) and of RMS forces (relative), passages
-    at least, and the revolutions of the loop after which a record ends with what it knows.
-    """
-
-    share_pct: Positive
-    force: Positive
-    passages: Count
-    longest_turns: Annotated[float, Field(ge=1)]  # fewer would hold no whole passage
-
-
 class StateErrors(Section):
     """Error of the state after a window: scenes, steps of each integrator, tolerances of the adaptive one."""
 

@@ -8,8 +8,7 @@ from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.recording import Recording
 from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
-from trackdyn.study.settings import Known
-from trackdyn.study.steady import run_steady
+from trackdyn.steady import Known, run_steady
 
 # Largest change that still counts as stable, fixed before the runs: a tenth of the narrowest tolerance
 # that the claims are judged with (2 % of an amplitude, 2 points of a turn) and of the 5 % by which the

@@ -14,17 +14,20 @@ from trackdyn.fidelity import CHOICES, preset
 from trackdyn.measure.whole_loop import RELATIVE, SHARES
 from trackdyn.parameters.rig import NAME as WHEEL_NAME
 from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.parameters.validation import Section, parse_tolerance, plain_number, shown
+from trackdyn.parameters.validation import Section, parse_tolerance, plain_number, shown, validated
 from trackdyn.parameters.wheels import Wheel
 from trackdyn.scene import Scene
 from trackdyn.starts import LATER
+from trackdyn.steady import Known
 from trackdyn.sweeps.row import row_sources
 
 FLAGS = ("spells", "every_link", "sliding")
 OPTIONAL = ("ring_radius", "tolerance")
 UNTIL = tuple(f"until.{measure}" for measure in RELATIVE + SHARES)
+KNOWN = tuple(f"known.{name}" for name in Known.model_fields if name != "longest_turns")  # the row's duration says that
 LONGEST = 60.0  # s of a row that stops by itself
 TRUTH = {"true": True, "false": False}
+DEFAULTS = {name: field.default for name, field in Scene.model_fields.items() if not field.is_required()}
 # of the columns that say nothing of the scene: the row's name; and what stands for several fields
 OWN = ("name", "preset", "rig", "until.longest")
 
@@ -41,9 +44,11 @@ class Asked(NamedTuple):
     rig, changes : dict
         Values of the rig's file, and those that the row replaces (``section__field``).
     scene : dict
-        Fields of the scene.
+        Fields of the scene; ``step`` may be several, of which the first counts that comes out.
     until : dict
         Measure and tolerance; empty: the row's duration is recorded.
+    known : dict
+        When contacts are known (`trackdyn.steady.Known`); empty: they do not end the run.
     longest : float
         Bound of a run that is to reach a tolerance, s.
     reason : str
@@ -56,6 +61,7 @@ class Asked(NamedTuple):
     changes: dict
     scene: dict
     until: dict
+    known: dict
     longest: float
     reason: str
 
@@ -68,7 +74,7 @@ def columns() -> tuple[str, ...]:
         kinds = get_args(field.annotation) or (field.annotation,)  # a section, perhaps one that a rig may lack
         inner = [part for kind in kinds if isinstance(kind, type) and issubclass(kind, Section) for part in kind.model_fields]
         found += [f"{name}.{part}" for part in inner] or [name]
-    return (*OWN, *found, *UNTIL)
+    return (*OWN, *found, *UNTIL, *KNOWN)
 
 
 def _of_a_wheel(name: str) -> bool:
@@ -112,51 +118,62 @@ def asked(table: pd.DataFrame, rig: str = "config/rig.yaml") -> list[Asked]:
     InputError
         All rows are of that rig, and it cannot be used.
     """
-    rigs: dict[str, dict | InputError] = {}
+    rigs: dict[str, tuple[dict, str] | InputError] = {}
     if "rig" not in table.columns:
         _rig(rig, rigs)
     named = [(name, table[name].tolist()) for name in table.columns]
     return [_row({name: values[k] for name, values in named}, rig, rigs) for k in range(len(table))]
 
 
-def _row(cells: dict[str, Any], rig: str, rigs: dict[str, dict | InputError]) -> Asked:
+def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | InputError]) -> Asked:
     given = {name: value for name, cell in cells.items() if (value := _plain(cell)) is not None}
     base: dict = {}
     fields: dict = {}
     changes: dict = {}
     until: dict = {}
-    longest, reason = LONGEST, ""
+    known: dict = {}
+    content, longest, reason = "", LONGEST, ""
     try:
         if "ring_radius" in cells and "ring_radius" not in given:
             raise InputError("ring_radius is empty; a radius in m or the word none would do")
-        base = _rig(str(given.get("rig", rig)), rigs)
+        base, content = _rig(str(given.get("rig", rig)), rigs)
         fields = preset(str(given["preset"])) if "preset" in given else {}
         for name, value in given.items():
             if name in Scene.model_fields and name != "rig":
                 fields[name] = _field(name, value)
             elif name in UNTIL:
                 until[name.removeprefix("until.")] = parse_tolerance(value)
+            elif name in KNOWN:
+                known[name.removeprefix("known.")] = _number(value)
             elif name not in OWN:
                 changes[name.replace(".", "__")] = _number(value)
         if "until.longest" in given:
             longest = _seconds(_number(given["until.longest"]))
+        if known:
+            _refuse_known(known, until)
     except InputError as error:
         reason = str(error)
-    defaults = {name: field.default for name, field in Scene.model_fields.items() if not field.is_required()}
     # what the row asks for, whether it says so or leaves it to the defaults
-    whole = {"rig": base | changes, "scene": defaults | fields, "until": [until, longest if until else None]}
-    if reason:
-        whole["cells"] = given
-    content = json.dumps([whole, row_sources()], sort_keys=True, default=str)
-    scene = {name: value for name, value in whole["scene"].items() if name not in (*LATER, "ring_radius")}
-    alike = (
-        _hash(json.dumps([base | changes, scene], sort_keys=True, default=str)) + f" {fields.get('ring_radius', '')}"
-    )
-    return Asked(_hash(content), alike, base, changes, fields, until, longest, reason)
+    scene = DEFAULTS | fields
+    end = [until, known, longest if until else None]
+    rig_is = [content, changes]
+    asks = [rig_is, scene, end, row_sources(), given if reason else None]
+    settles = {name: value for name, value in scene.items() if name not in (*LATER, "ring_radius")}
+    alike = f"{_hash([rig_is, settles])} {fields.get('ring_radius', '')}"
+    return Asked(_hash(asks), alike, base, changes, fields, until, known, longest, reason)
 
 
-def _hash(content: str) -> str:
-    return hashlib.sha256(content.encode()).hexdigest()[:24]
+def _refuse_known(known: dict, until: dict) -> None:
+    if until:
+        raise InputError("known and until stand in one row; one of them would do")
+    try:
+        validated(Known, known | {"longest_turns": 1}, "known")
+    except InputError as error:
+        raise InputError(str(error).replace("known: ", "known.", 1)) from None
+
+
+def _hash(content: Any) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()[:24]
 
 
 def _plain(cell: Any) -> Any:
@@ -170,11 +187,12 @@ def _plain(cell: Any) -> Any:
     return cell if isinstance(cell, (bool, int, float, list, tuple)) else str(cell)
 
 
-def _rig(path: str, rigs: dict[str, dict | InputError]) -> dict:
-    """Values of a rig's file, read once."""
+def _rig(path: str, rigs: dict[str, tuple[dict, str] | InputError]) -> tuple[dict, str]:
+    """Values of a rig's file and their hash, read once."""
     if path not in rigs:
         try:
-            rigs[path] = load_rig(path).model_dump()
+            values = load_rig(path).model_dump()
+            rigs[path] = values, _hash(values)
         except InputError as error:
             rigs[path] = error
     found = rigs[path]
@@ -208,4 +226,6 @@ def _field(name: str, value: Any) -> Any:
     if name == "pitches":
         parts = text.replace(";", " ").split() if text else [""]
         return [int(part) for part in parts] if all(part.isdecimal() for part in parts) else value
+    if name == "step" and text and len(parts := text.replace(";", " ").split()) > 1:
+        return [_number(part) for part in parts]
     return None if name in OPTIONAL and text == "none" else _number(value)

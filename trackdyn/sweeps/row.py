@@ -2,11 +2,13 @@
 
 import json
 import time
+from contextlib import suppress
 
 from psutil import virtual_memory
 
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.jit import KERNEL_SOURCES, source_hash, target_hash
+from trackdyn.loop import Loop
 from trackdyn.measure.meshing import area_shares, event_times
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.sliding import sliding_per_km
@@ -18,7 +20,8 @@ from trackdyn.recording import Recording, made_with
 from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
 from trackdyn.starts import Starts
-from trackdyn.until import run_until
+from trackdyn.steady import Known, run_steady
+from trackdyn.until import refuse_undriven, run_until
 
 # What came of a row: its numbers; input that is refused; a run that left the physical range; nothing, for a reason that
 # may pass.
@@ -27,7 +30,7 @@ DONE, REFUSED, DIVERGED, FAILED = "done", "refused", "diverged", "failed"
 SOURCES = (
     "parameters", "measure", "sweeps/row.py", "belt.py", "build.py", "carrying.py", "checkpoint.py", "errors.py", "fidelity.py",
     "limits.py", "loop.py", "needs.py", "reading.py", "recording.py", "replacing.py", "scene.py", "settling.py", "start_checks.py",
-    "simulate.py", "starts.py", "stepping.py", "until.py", "writer.py",
+    "simulate.py", "starts.py", "steady.py", "stepping.py", "until.py", "writer.py",
 )  # fmt: skip
 # of a row of metrics: its name, which the design has, and its cost, which stands elsewhere
 NOT_KEPT = ("run", "wall_s")
@@ -55,7 +58,9 @@ class Rows:
         self._starts = Starts()
         self._rig: tuple[dict, Rig] | None = None
 
-    def compute(self, key: str, rig: dict, changes: dict, scene: dict, until: dict, longest: float) -> dict:
+    def compute(
+        self, key: str, rig: dict, changes: dict, scene: dict, until: dict, known: dict, longest: float
+    ) -> dict:
         """The result of a row (`sweeps.asked.Asked`).
 
         Returns
@@ -66,7 +71,7 @@ class Rows:
         wall, cpu = time.perf_counter(), time.process_time()
         state, reason, values = DONE, "", {}
         try:
-            values = self._values(rig, changes, scene, until, longest)
+            values = self._first_of_steps(rig, changes, scene, until, known, longest)
         except InputError as error:
             state, reason = REFUSED, str(error)
         except DivergenceError as error:
@@ -79,14 +84,28 @@ class Rows:
         row = {"key": key, "state": state, "reason": reason, "values": values, "cost": cost}
         return json.loads(json.dumps(row, default=lambda number: number.item()))  # numpy's numbers become Python's
 
-    def _values(self, rig: dict, changes: dict, scene: dict, until: dict, longest: float) -> dict:
-        asked = Scene(self._rig_of(rig, changes), **scene)
+    def _first_of_steps(self, rig: dict, changes: dict, scene: dict, until: dict, known: dict, longest: float) -> dict:
+        """The row with the first of its steps that comes out; what the last one is refused for, if none does."""
+        if not isinstance(scene.get("step"), list):
+            return self._values(Scene(self._rig_of(rig, changes), **scene), until, known, longest)
+        *first, last = scene["step"]
+        for step in first:
+            with suppress(InputError, DivergenceError):
+                return self._values(Scene(self._rig_of(rig, changes), **scene | {"step": step}), until, known, longest)
+        return self._values(Scene(self._rig_of(rig, changes), **scene | {"step": last}), until, known, longest)
+
+    def _values(self, asked: Scene, until: dict, known: dict, longest: float) -> dict:
         self._refuse_memory(asked, longest if until else asked.duration, bool(until))
         found: dict = {}
+        measures: dict = {}
         if until:
             answer = run_until(asked, until, longest, starts=self._starts)
             recording, measures = answer.recording, answer.measures
             found |= {"until_known": answer.known, "until_transient_s": answer.transient}
+        elif known:
+            refuse_undriven(asked)
+            recording, answered = run_steady(Loop(asked, self._starts), Known(**known, longest_turns=1))
+            found |= {"contacts_known": answered}
         else:
             recording = simulate(asked, starts=self._starts)
             measures = whole_loop(recording) if asked.every_link else {}

@@ -38,8 +38,10 @@ def sweep(
     ----------
     design : DataFrame or path
         A row a scene: fields of `Scene`, parameters of the rig as ``section.field``, a ``preset``, a ``rig`` file, a
-        ``name``; ``until.rms`` and its like are tolerances that end the run when reached, or after ``until.longest`` s.
-        An empty cell leaves the field to its default.
+        ``name``; ``until.rms`` and its like are tolerances that end the run when reached, or after ``until.longest`` s;
+        ``known.share_pct``, ``known.force`` and ``known.passages`` end it when its contacts are known (`steady.Known`).
+        ``step`` may be several: the first counts that is neither refused nor diverges. An empty cell leaves the field to
+        its default.
     out : path or None
         Table to write (.csv, .parquet), with the cost of every row beside it (``.costs.csv``).
     rig : path
@@ -96,20 +98,10 @@ def read_design(design: pd.DataFrame | Path | str) -> pd.DataFrame:
 
 
 def batches(design: pd.DataFrame | Path | str, rig: Path | str, count: int) -> list[pd.DataFrame]:
-    """A design in parts of one size, each row once and neighbours alike.
-
-    Raises
-    ------
-    InputError
-        There are fewer rows than parts.
-    """
+    """A design in parts of one size, each row once and neighbours alike; what has fewer rows than parts has empty ones."""
     table = read_design(design)
     rows = asked(table, str(rig))
     first = {row.key: k for k, row in reversed(list(enumerate(rows)))}
-    if len(first) < count:
-        raise InputError(
-            f"batches = {count} is not accepted: the design has {len(first)} different rows; as many at most would do"
-        )
     order = sorted(first.values(), key=lambda k: rows[k].alike)
     return [table.iloc[sorted(part)] for part in np.array_split(np.array(order, dtype=int), count)]
 
@@ -117,7 +109,7 @@ def batches(design: pd.DataFrame | Path | str, rig: Path | str, count: int) -> l
 def one_of_each_kind(design: pd.DataFrame | Path | str) -> pd.DataFrame:
     """The first row of each fidelity in a design: what must be compiled before its other rows."""
     table = read_design(design)
-    kinds = [name for name in table.columns if name in (*CHOICES, "preset", "every_link", "sliding") or name.startswith("until.")]
+    kinds = [name for name in table.columns if name in (*CHOICES, "preset", "every_link", "sliding") or name.startswith(("until.", "known."))]
     return table.drop_duplicates(kinds) if kinds else table.head(1)
 
 
@@ -140,7 +132,7 @@ def _computed(rows: list[Asked], jobs: int, store: Path | str | None, progress: 
 
 def _plain(row: Asked) -> dict:
     """What `sweeps.row.Rows.compute` takes."""
-    return {name: getattr(row, name) for name in ("key", "rig", "changes", "scene", "until", "longest")}
+    return {name: getattr(row, name) for name in ("key", "rig", "changes", "scene", "until", "known", "longest")}
 
 
 def _refused(row: Asked) -> dict:
@@ -166,6 +158,21 @@ def result_table(design: pd.DataFrame, rows: list[Asked], found: dict[str, dict]
 def cost_table(rows: list[Asked], found: dict[str, dict]) -> pd.DataFrame:
     """What every row cost: s of the clock and of a core. It differs from run to run, and stands apart for that."""
     return pd.DataFrame([{"key": row.key, **{"wall_s": None, "cpu_s": None}, **found[row.key]["cost"]} for row in rows])
+
+
+def rows_of(results: Path | str, costs: Path | str, rig: str) -> pd.DataFrame:
+    """The rows of one rig in the tables of a sweep that must come out whole, each with its cost.
+
+    Raises
+    ------
+    InputError
+        A row did not come out: its name and reason.
+    """
+    table = pd.read_csv(results).merge(pd.read_csv(costs).drop_duplicates("key"), on="key")
+    table = table[table["rig"] == rig].reset_index(drop=True)
+    for row in table[table["state"] != DONE].itertuples():
+        raise InputError(f"{results}: {row.name} on {rig} did not come out: {row.reason}")
+    return table
 
 
 def _storable(column: pd.Series) -> pd.Series:

@@ -25,11 +25,6 @@ def ensemble_before(wildcards):
     return [f"{R}/{wildcards.place}/outputs_{name}.csv" for name in ["compared", *before]]
 
 
-def ensemble_batches(wildcards):
-    stage, count = wildcards.stage, ensemble_form(wildcards).batches_of(wildcards.stage)
-    return [f"{R}/{wildcards.place}/runs_{stage}/{batch}.parquet" for batch in range(count)]
-
-
 def ensemble_stages(wildcards):
     stages = ["compared", *ensemble_waves(wildcards), "last", "shipped"]
     return [f"{R}/{wildcards.place}/outputs_{stage}.csv" for stage in stages]
@@ -41,49 +36,58 @@ rule ensemble_points:
         needs("ensemble_points.py"),
         ensemble_before,
         **ENSEMBLE_INPUTS,
-    output: points=f"{R}/{{place}}/points_{{stage}}.csv"
+    output:
+        points=f"{R}/{{place}}/points_{{stage}}.csv",
+        design=f"{R}/{{place}}/design_{{stage}}.parquet",
     params: form=lambda wildcards: ENSEMBLE_FORMS[wildcards.place]
-    wildcard_constraints: place="|".join(ENSEMBLE_FORMS), stage=r"\w+"
+    wildcard_constraints: place="|".join(ENSEMBLE_FORMS)
     log: f"{R}/logs/{{place}}/points_{{stage}}.log"
     benchmark: f"{R}/benchmarks/{{place}}/points_{{stage}}.tsv"
     message: "Ensemble: rigs of the stage {wildcards.stage}"
     script: "../scripts/ensemble_points.py"
 
 
-rule ensemble_batch:
-    """Scenes of some rigs of a stage, as rows of a sweep."""
-    input:
-        needs("ensemble_batch.py"),
-        KERNELS,
-        method_kernels("linearly_implicit"),
-        points=f"{R}/{{place}}/points_{{stage}}.csv",
-        **ENSEMBLE_INPUTS,
-    output: f"{R}/{{place}}/runs_{{stage}}/{{batch}}.parquet"
-    params:
-        form=lambda wildcards: ENSEMBLE_FORMS[wildcards.place],
-        folder=f"{R}/{{place}}",
-        store=f"{R}/{{place}}/rows",
-        batches=lambda wildcards: ensemble_form(wildcards).batches_of(wildcards.stage),
-    wildcard_constraints: place="|".join(ENSEMBLE_FORMS), stage=r"\w+", batch=r"\d+"
-    log: f"{R}/logs/{{place}}/{{stage}}_{{batch}}.log"
-    benchmark: f"{R}/benchmarks/{{place}}/{{stage}}_{{batch}}.tsv"
-    message: "Ensemble: stage {wildcards.stage}, batch {wildcards.batch}"
-    script: "../scripts/ensemble_batch.py"
+def ensemble_sweep(place):
+    """What the stages of a form are run by."""
+    return {
+        "design": f"{R}/{place}/design_{{stage}}.parquet",
+        "out": f"{R}/{place}/runs_{{stage}}.parquet",
+        "store": f"{R}/{place}/rows", # of all stages: the last one has rigs of those before
+        "rig": CONFIG.rig,
+        "kernels": [KERNELS, method_kernels("linearly_implicit")],
+        "batches": ENSEMBLE.forms[ENSEMBLE_FORMS[place]].batches,
+    }
 
 
-rule ensemble_gather:
+module rigs:
+    snakefile: "../sweep.smk"
+    config: ensemble_sweep("ensemble")
+
+
+use rule * from rigs exclude all as ensemble_*
+
+
+module rigs_short:
+    snakefile: "../sweep.smk"
+    config: ensemble_sweep("short/ensemble")
+
+
+use rule * from rigs_short exclude all as ensemble_short_*
+
+
+rule ensemble_outputs:
     """Numbers of every rig of a stage that targets are compared with."""
     input:
-        needs("ensemble_gather.py"),
-        ensemble_batches,
+        needs("ensemble_outputs.py"),
+        f"{R}/{{place}}/runs_{{stage}}.parquet",
         **ENSEMBLE_INPUTS,
     output: f"{R}/{{place}}/outputs_{{stage}}.csv"
     params: form=lambda wildcards: ENSEMBLE_FORMS[wildcards.place]
     wildcard_constraints: place="|".join(ENSEMBLE_FORMS), stage=r"(?!study)\w+"
-    log: f"{R}/logs/{{place}}/gather_{{stage}}.log"
-    benchmark: f"{R}/benchmarks/{{place}}/gather_{{stage}}.tsv"
+    log: f"{R}/logs/{{place}}/outputs_{{stage}}.log"
+    benchmark: f"{R}/benchmarks/{{place}}/outputs_{{stage}}.tsv"
     message: "Ensemble: outputs of the stage {wildcards.stage}"
-    script: "../scripts/ensemble_gather.py"
+    script: "../scripts/ensemble_outputs.py"
 
 
 rule ensemble_verdicts:
@@ -91,7 +95,7 @@ rule ensemble_verdicts:
     input:
         needs("ensemble.py"),
         ensemble_stages,
-        lambda wildcards: ensemble_batches(type(wildcards)(fromdict={"place": wildcards.place, "stage": "study"})),
+        f"{R}/{{place}}/runs_study.parquet",
         card=f"{R}/claims.csv",
         metrics=f"{R}/metrics.csv",
         **ENSEMBLE_INPUTS,

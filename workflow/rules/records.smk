@@ -8,10 +8,13 @@ rule metrics:
     input:
         needs("metrics.py"),
         **runs_of(R, SCENES),
+        **RING_RUNS,
     output:
         csv=f"{R}/metrics.csv",
         schema=f"{R}/metrics.schema.json",
-    params: runs=list(SCENES)
+    params:
+        runs=[run for run in SCENES if not is_ring(run)],
+        rig=CONFIG.rig,
     log: f"{R}/logs/metrics.log"
     benchmark: f"{R}/benchmarks/metrics.tsv"
     message: "Measuring {output.csv}"
@@ -23,10 +26,13 @@ use rule metrics as metrics_other with:
         needs("metrics.py"),
         recordings=lambda wildcards: runs_of(f"{R}/rigs/{wildcards.other}", OTHERS[wildcards.other])["recordings"],
         costs=lambda wildcards: runs_of(f"{R}/rigs/{wildcards.other}", OTHERS[wildcards.other])["costs"],
+        **RING_RUNS,
     output:
         csv=f"{R}/rigs/{{other}}/metrics.csv",
         schema=f"{R}/rigs/{{other}}/metrics.schema.json",
-    params: runs=lambda wildcards: list(OTHERS[wildcards.other])
+    params:
+        runs=lambda wildcards: [run for run in OTHERS[wildcards.other] if not is_ring(run)],
+        rig=lambda wildcards: CONFIG.other_rigs[wildcards.other].rig,
     log: f"{R}/logs/rigs/{{other}}/metrics.log"
     benchmark: f"{R}/benchmarks/rigs/{{other}}/metrics.tsv"
 

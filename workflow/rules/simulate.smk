@@ -51,11 +51,17 @@ if PLANNED:
         script: "../scripts/plan.py"
 
 
+def is_ring(run):
+    """Whether a run belongs to the ring study, which is a sweep: its rows are numbers, no recordings."""
+    return run.startswith("ring/")
+
+
 def runs_of(folder, scenes):
-    """Recordings and costs of scenes below a folder, and their names."""
+    """Recordings and costs of scenes below a folder."""
+    recorded = [run for run in scenes if not is_ring(run)]
     return dict(
-        recordings=[f"{folder}/runs/{run}.npz" for run in scenes],
-        costs=[f"{folder}/runs/{run}.cost.json" for run in scenes],
+        recordings=[f"{folder}/runs/{run}.npz" for run in recorded],
+        costs=[f"{folder}/runs/{run}.cost.json" for run in recorded],
     )
 
 
@@ -93,44 +99,45 @@ use rule simulate as simulate_other with:
     message: "Simulating {wildcards.run} on {wildcards.other}"
 
 
-def ring_files(folder, ending):
-    """What the runs with one ring give, a file a speed."""
-    return [f"{folder}/runs/ring/{rpm:g}rpm_{{ring}}.{ending}" for rpm in CONFIG.ring_study.speeds_rpm]
+def sweep_row(run, rig, scene, known):
+    """A run of the ring study as a row of a design: what differs from the defaults."""
+    asked = {name: getattr(scene, name) for name in ("motor_rpm", "duration", "lead_in", "step")}
+    ends = {f"known.{name}": value for name, value in known.model_dump(exclude={"longest_turns"}).items()}
+    return {"name": run, "rig": rig, "ring_radius": scene.ring_radius or "none", **asked, **ends}
 
 
-def ring_scenes(scenes, ring):
-    return [plain_scene(scenes[f"ring/{rpm:g}rpm_{ring}"]) for rpm in CONFIG.ring_study.speeds_rpm]
+def ring_rows():
+    """The ring study of every rig, a row of a sweep a run."""
+    rigs = [(CONFIG.rig, SCENES, CONFIG.known)]
+    rigs += [(other.rig, OTHERS[name], CONFIG.known_of(name)) for name, other in CONFIG.other_rigs.items()]
+    return [sweep_row(run, rig, scene, known) for rig, scenes, known in rigs for run, scene in scenes.items() if is_ring(run)]
 
 
-rule ring_runs:
-    """One ring at every speed, from one settled loop, each until its contacts are known."""
-    input:
-        needs("ring_runs.py"),
-        rig=CONFIG.rig,
-        kernels=KERNELS,
-    output:
-        recordings=ring_files(R, "npz"),
-        costs=ring_files(R, "cost.json"),
-    params:
-        scenes=lambda wildcards: ring_scenes(SCENES, wildcards.ring),
-        known=CONFIG.known.model_dump(),
-    log: f"{R}/logs/ring/{{ring}}.log"
-    benchmark: f"{R}/benchmarks/ring/{{ring}}.tsv"
-    message: "Simulating the ring {wildcards.ring}"
-    script: "../scripts/ring_runs.py"
+rule ring_design:
+    """Every ring at every speed on every rig, each until its contacts are known."""
+    localrule: True
+    input: needs("ring_design.py")
+    output: f"{R}/ring/design.csv"
+    params: rows=ring_rows()
+    log: f"{R}/logs/ring/design.log"
+    benchmark: f"{R}/benchmarks/ring/design.tsv"
+    message: "The ring study's runs"
+    script: "../scripts/ring_design.py"
 
 
-use rule ring_runs as ring_runs_other with:
-    input:
-        needs("ring_runs.py"),
-        rig=lambda wildcards: CONFIG.other_rigs[wildcards.other].rig,
-        kernels=KERNELS,
-    output:
-        recordings=ring_files(f"{R}/rigs/{{other}}", "npz"),
-        costs=ring_files(f"{R}/rigs/{{other}}", "cost.json"),
-    params:
-        scenes=lambda wildcards: ring_scenes(OTHERS[wildcards.other], wildcards.ring),
-        known=lambda wildcards: CONFIG.known_of(wildcards.other).model_dump(),
-    log: f"{R}/logs/rigs/{{other}}/ring/{{ring}}.log"
-    benchmark: f"{R}/benchmarks/rigs/{{other}}/ring/{{ring}}.tsv"
-    message: "Simulating the ring {wildcards.ring} on {wildcards.other}"
+module ring:
+    snakefile: "../sweep.smk"
+    config:
+        {
+            "design": f"{R}/ring/design.csv",
+            "out": f"{R}/ring/runs.csv",
+            "rig": CONFIG.rig,
+            "rigs": [other.rig for other in CONFIG.other_rigs.values()],
+            "kernels": [KERNELS],
+            "batches": len({(row["rig"], row["ring_radius"]) for row in ring_rows()}),
+        }
+
+
+use rule * from ring exclude all as ring_*
+
+RING_RUNS = dict(ring=f"{R}/ring/runs.csv", ring_costs=f"{R}/ring/runs.costs.csv")

@@ -2,7 +2,7 @@ from pathlib import Path
 
 from _script import logged
 
-from trackdyn.ensemble.stages import open_ensemble, stage_points
+from trackdyn.ensemble.stages import open_ensemble, stage_points, stage_rows
 from trackdyn.sweeps.table import write_table
 
 with logged(snakemake):
@@ -13,4 +13,6 @@ with logged(snakemake):
         print(checks.to_string())
         write_table(checks, points.with_name(f"emulators_{snakemake.wildcards.stage}.csv"))
     write_table(table, points)
-    print(f"{len(table)} rigs")
+    rows = stage_rows(ensemble, snakemake.wildcards.stage, table)
+    write_table(rows, snakemake.output.design)
+    print(f"{len(table)} rigs, {len(rows)} rows")

@@ -2,8 +2,8 @@ from _script import logged
 
 from trackdyn import load_rig
 from trackdyn.replacing import write_csv
+from trackdyn.steady import Known
 from trackdyn.study.accuracy.ladder import measure_setting
-from trackdyn.study.settings import Known
 
 with logged(snakemake):
     params = snakemake.params

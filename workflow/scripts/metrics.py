@@ -9,14 +9,17 @@ from trackdyn import load_recording
 from trackdyn.measure.dictionary import table_schema
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.replacing import write_csv, write_text
+from trackdyn.sweeps.sweep import rows_of
 
 with logged(snakemake):
-    rows = []
-    for run, path, cost in zip(snakemake.params.runs, snakemake.input.recordings, snakemake.input.costs, strict=True):
+    given, rows = snakemake.input, []
+    for run, path, cost in zip(snakemake.params.runs, given.recordings, given.costs, strict=True):
         wall = json.loads(Path(cost).read_text())["wall_s"]
         rows.append(run_metrics(run, replace(load_recording(path), wall=wall)))
         print(rows[-1])
     table = pd.DataFrame(rows)
+    swept = rows_of(given.ring, given.ring_costs, snakemake.params.rig).rename(columns={"name": "run"})
+    table = pd.concat([table, swept[list(table.columns)]], ignore_index=True)
     write_csv(snakemake.output.csv, table, float_format="%.9g")  # errors reach the seventh digit
     schema = json.dumps(table_schema(table.columns), indent=1, ensure_ascii=False)
     write_text(snakemake.output.schema, schema + "\n")

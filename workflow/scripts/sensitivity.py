@@ -7,6 +7,7 @@ from trackdyn.parameters.validation import read_yaml, validated
 from trackdyn.report.figures.sensitivity import sensitivity_figure, sensitivity_matrix
 from trackdyn.report.style import save
 from trackdyn.report.tables import equal_pitch_by_ring, write_table
+from trackdyn.steady import Known
 from trackdyn.study.fit import (
     AS_IT_IS,
     FitConfig,
@@ -16,7 +17,6 @@ from trackdyn.study.fit import (
     sensitivity,
     summaries_of,
 )
-from trackdyn.study.settings import Known
 
 with logged(snakemake):
     params = snakemake.params

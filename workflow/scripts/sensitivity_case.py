@@ -3,8 +3,8 @@ from _script import logged
 from trackdyn import load_rig
 from trackdyn.parameters.validation import read_yaml, validated
 from trackdyn.replacing import write_csv
+from trackdyn.steady import Known
 from trackdyn.study.fit import FitConfig, measure_candidates
-from trackdyn.study.settings import Known
 
 with logged(snakemake):
     config = validated(FitConfig, read_yaml(snakemake.input.fit), snakemake.input.fit)

@@ -4,7 +4,7 @@ from _script import logged
 from trackdyn import Scene, load_rig
 from trackdyn.paper.contents import caption
 from trackdyn.report.tables import write_table
-from trackdyn.study.settings import Known
+from trackdyn.steady import Known
 from trackdyn.study.stability import stability
 
 with logged(snakemake):

@@ -14,9 +14,8 @@ from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
+from trackdyn.steady import Known, run_steady, steady_fields
 from trackdyn.study.accuracy.statistics import MEASURES, NAN, RELATIVE, SHARES, statistics_of
-from trackdyn.study.settings import Known
-from trackdyn.study.steady import run_steady, steady_fields
 
 REFERENCE = "paper"
 # setting -> fields of the scene that differ from the reference, which is among them

@@ -6,12 +6,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import trackdyn.study.steady as steady
+import trackdyn.steady as steady
 from trackdyn import Scene, simulate
 from trackdyn.loop import Loop
 from trackdyn.measure.meshing import meshing_summary, passages
-from trackdyn.study.settings import Known
-from trackdyn.study.steady import later, run_steady, steady_fields, steady_from
+from trackdyn.steady import Known, later, run_steady, steady_fields, steady_from
 
 KNOWN = Known(share_pct=0.2, force=0.006, passages=13, longest_turns=4)
 TURN = 2.0  # of the constructed records, s

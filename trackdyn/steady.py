@@ -7,16 +7,18 @@ well the mean is known (`measure.whole_loop`).
 
 from dataclasses import replace
 from math import ceil, pi
+from typing import Annotated
 
 import pandas as pd
+from pydantic import Field
 
 from trackdyn.loop import Loop
 from trackdyn.measure.meshing import LONGEST, SIDES, passages, timing
 from trackdyn.measure.whole_loop import Series
 from trackdyn.model.record import SPELL_COLUMNS
 from trackdyn.parameters.rig import Rig
+from trackdyn.parameters.validation import Positive, Section
 from trackdyn.recording import Recording
-from trackdyn.study.settings import Known
 from trackdyn.writer import SAMPLED, Writer
 
 # of a record from one judgement to the next
@@ -26,6 +28,17 @@ PASSAGE = 0.6
 # From this share of a turn on a force has an error of its own, %: what touches less counts as no contact in the claims.
 TOUCHING = 0.5
 START = SPELL_COLUMNS.index("start_s")
+
+
+class Known(Section):
+    """When contacts are known: half of the 95 % intervals of shares (points of a turn) and of RMS forces (relative), passages
+    at least, and the revolutions of the loop after which a record ends with what it knows.
+    """
+
+    share_pct: Positive
+    force: Positive
+    passages: Annotated[int, Field(ge=1)]
+    longest_turns: Annotated[float, Field(ge=1)]  # fewer would hold no whole passage
 
 
 def steady_fields(rig: Rig, rpm: float, known: Known) -> dict[str, float]:
