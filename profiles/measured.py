@@ -1,4 +1,4 @@
-"""Memory and time of every rule for the SLURM profile, from a run's benchmarks: `python profiles/measured.py results`.
+"""Memory and time of every rule for the SLURM profile, from what a run took: `python profiles/measured.py results`.
 
 Rules that take all the cores of a machine get as many as most nodes have.
 """
@@ -20,7 +20,7 @@ SNAKEMAKES, ROOM = 2, 1.3
 SLOWER, STALLS = 5, 5  # times, min
 NODE = 4  # cores of a rule that takes all there are
 RULE = re.compile(r"^\s*(?:rule (\w+):|use rule (\w+) as (\w+) with:)", re.MULTILINE)
-BENCHMARK = re.compile(r'^\s+benchmark: f"\{R\}/benchmarks/(.+)"', re.MULTILINE)
+LOG = re.compile(r'^\s+log: f"\{R\}/logs/(.+)\.log"', re.MULTILINE)
 THREADS = re.compile(r"^\s+threads: (\d+)", re.MULTILINE)
 
 
@@ -38,8 +38,8 @@ def blocks(folder: Path = ROOT / "workflow" / "rules") -> dict[str, str]:
 
 def patterns() -> dict[str, str]:
     """Rule and a regular expression of its benchmark files."""
-    found = {rule: BENCHMARK.search(text) for rule, text in blocks().items()}
-    return {rule: re.sub(r"\{\{\w+\}\}", ".+", match[1]) for rule, match in found.items() if match}
+    found = {rule: LOG.search(text) for rule, text in blocks().items()}
+    return {rule: re.sub(r"\{\{\w+\}\}", ".+", match[1]) + ".tsv" for rule, match in found.items() if match}
 
 
 def greedy() -> list[str]:
@@ -49,12 +49,12 @@ def greedy() -> list[str]:
 
 
 def measured(results: Path) -> dict[str, tuple[float, float]]:
-    """Largest memory (MB) and time (s) of every rule that has benchmarks."""
+    """Largest memory (MB) and time (s) of every rule that left them in a run's ``benchmarks``."""
     files = {str(file.relative_to(results / "benchmarks")): file for file in (results / "benchmarks").rglob("*.tsv")}
     found = {}
     for rule, pattern in patterns().items():
         if mine := [file for name, file in files.items() if re.fullmatch(pattern, name)]:
-            rows = pd.concat(pd.read_csv(file, sep="\t", na_values="-") for file in mine)
+            rows = pd.concat(pd.read_csv(file, sep="\t") for file in mine)
             found[rule] = float(rows.max_rss.max()), float(rows.s.max())
     return found
 

@@ -30,7 +30,7 @@ KNOWN = {
     "store": "", # folder of rows as they come; that beside `out`
     "batches": 10, # jobs; a minute or more of rows in each makes their start cheap
     "threads": 1, # of a job
-    "mem_mb": 700, # of a job, and so much more with every try; measured: a benchmark of each batch
+    "mem_mb": 700, # of a job, and so much more with every try; measured: a file of each batch in `.benchmarks`
     "runtime": 60, # min of a job, and so much more with every try
     "tries": 3, # after which rows that failed for a passing reason are taken as they are; Snakemake's --retries and one
 }
@@ -94,7 +94,6 @@ if not SWEEP["kernels"]:
             mem_mb=lambda wildcards, attempt: SWEEP["mem_mb"] * attempt,
             runtime=lambda wildcards, attempt: SWEEP["runtime"] * attempt,
         log: f"{BESIDE}.logs/warm_up.log"
-        benchmark: f"{BESIDE}.benchmarks/warm_up.tsv"
         message: "Compiling the kernels"
         script: "scripts/sweep_warm_up.py"
 
@@ -118,7 +117,6 @@ rule batch:
         runtime=lambda wildcards, attempt: SWEEP["runtime"] * attempt,
         attempt=lambda wildcards, attempt: attempt,
     log: f"{BESIDE}.logs/{{batch}}.log"
-    benchmark: f"{BESIDE}.benchmarks/{{batch}}.tsv"
     message: "Batch {wildcards.batch}"
     script: "scripts/sweep_batch.py"
 
@@ -139,6 +137,5 @@ rule gather:
         mem_mb=lambda wildcards, attempt: SWEEP["mem_mb"] * attempt,
         runtime=lambda wildcards, attempt: SWEEP["runtime"] * attempt,
     log: f"{BESIDE}.logs/gather.log"
-    benchmark: f"{BESIDE}.benchmarks/gather.tsv"
     message: "Gathering {output[0]}"
     script: "scripts/sweep_gather.py"

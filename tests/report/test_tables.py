@@ -65,7 +65,7 @@ def test_readings_of_equal_pitch_stand_by_ring():
 def benchmark(folder, name, wall):
     path = folder / f"{name}.tsv"
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(f"s\th:m:s\tmax_rss\tcpu_time\n{wall}\t0:00:01\t-\t{0.5 * wall}\n", encoding="utf-8")
+    path.write_text(f"s\tmax_rss\tcpu_time\n{wall}\t100\t{0.5 * wall}\n", encoding="utf-8")
 
 
 def test_costs_have_a_total_that_leaves_out_what_is_asked_for_by_name(tmp_path):

@@ -122,7 +122,7 @@ def test_a_wrong_number_on_the_command_line_is_refused_too(tmp_path):
 def test_every_rule_that_makes_something_leaves_traces():
     for name, (path, body) in RULES.items():
         if re.search(r"^ +(output|script|shell|run):", body, re.MULTILINE):
-            for directive in ("log", "benchmark", "message"):
+            for directive in ("log", "message"):
                 assert re.search(rf"^ +{directive}:", body, re.MULTILINE), f"{path.name}: {name} has no {directive}"
 
 
@@ -179,11 +179,6 @@ class Pretended:
             file = Path(row["output_file"])
             file.parent.mkdir(parents=True, exist_ok=True)
             file.touch()
-        for rule in ON_DEMAND:  # files that Snakemake misses where a rule is asked for by name
-            text = "".join(path.read_text(encoding="utf-8") for path in RULE_FILES)
-            benchmark = re.search(rf'^(?:rule|use rule \w+ as) {rule}\b.*?benchmark: f"{{R}}/(.*?)"', text, re.M | re.S)[1]
-            (folder / "results" / benchmark).parent.mkdir(parents=True, exist_ok=True)
-            (folder / "results" / benchmark).touch()
         arguments = ("--configfile", str(self.config), "-j1", "--forceall", "--", "all", *ON_DEMAND)
         result = snakemake(folder, *arguments, run="--touch", root=self.root)
         assert result.returncode == 0, result.stdout + result.stderr

@@ -78,7 +78,7 @@ class Form(Section):
     alone, for what is said of records; steps of the search between waves; jobs that a stage is cut into."""
 
     compared: Annotated[int, Field(ge=2)]
-    waves: Annotated[list[Annotated[int, Field(ge=8)]], Field(min_length=1)]
+    waves: Annotated[list[Annotated[int, Field(ge=4)]], Field(min_length=1)]
     last: Annotated[int, Field(ge=1)]
     studied: Annotated[int, Field(ge=1)]
     speeds_rpm: Annotated[list[Positive], Field(min_length=1)]

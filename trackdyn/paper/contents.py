@@ -332,7 +332,7 @@ OWN = (
         largest gap of the loop in m; wall seconds per simulated second of one run. The paper has no such table. All
         runs are simulations; no measured data enter.""", table=True),
     Item("costs", "What each rule cost", "costs", "", """
-        Wall time, processor time and largest memory of every rule, from the benchmark files of the workflow, with their
+        Wall time, processor time and largest memory of every rule, as each job wrote them at its end, with their
         total. Jobs share the machine, so wall times depend on what ran beside them. What is asked for by name stands
         below the total if it was run before.""", table=True),
     Item("traction", "Which flank carries drive", "traction", "trackdyn.report.figures.traction:traction_figure", """

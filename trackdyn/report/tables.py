@@ -121,14 +121,14 @@ def write_table(
 
 
 def cost_table(folder: Path | str) -> pd.DataFrame:
-    """What every rule cost, from the benchmark files of a folder: ``rule, jobs, wall_s, cpu_s, largest_memory_mb``.
+    """What every rule cost, from what each job wrote into a folder: ``rule, jobs, wall_s, cpu_s, largest_memory_mb``.
 
     Jobs of a kind share a row, the dearest stand first. Their total follows, and then what is asked for by name.
     """
     folder, rows = Path(folder), []
     for path in sorted(folder.rglob("*.tsv")):
         name = path.relative_to(folder).with_suffix("").as_posix()
-        row = pd.read_csv(path, sep="\t", na_values="-").iloc[-1]
+        row = pd.read_csv(path, sep="\t").iloc[-1]
         # one line for all runs of a kind: simulate/ring/..., simulate/meshing/..., simulate records
         kind = "/".join(name.split("/")[:-1]) or name
         rows.append({"rule": kind, "wall_s": row["s"], "cpu_s": row["cpu_time"], "memory_mb": row["max_rss"]})

@@ -20,8 +20,8 @@ from trackdyn.integrate.run import _run as time_loop
 from trackdyn.sweeps.row import FAILED, Rows
 from trackdyn.sweeps.worker import READY
 
-# Rows that a process takes in a piece: long enough to share what settling gives, short enough to end together.
-PIECES, LONGEST_PIECE = 8, 64
+# Pieces that a process takes one by one: long enough to share what settling gives, short enough to end together.
+PIECES = 8
 
 
 def compute(rows: Sequence[dict], jobs: int, memory: float) -> Iterator[dict]:
@@ -116,7 +116,7 @@ class _Workers:
     """Rows handed out piece by piece; who has none left takes half of what another still has."""
 
     def __init__(self, rows: list[dict], jobs: int, memory: float):
-        size = min(max(len(rows) // (PIECES * jobs), 1), LONGEST_PIECE)
+        size = max(len(rows) // (PIECES * jobs), 1)
         self.pieces = deque(rows[k : k + size] for k in range(0, len(rows), size))
         self.jobs, self.memory = jobs, memory / jobs
         self.workers: list[_Worker] = []

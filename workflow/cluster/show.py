@@ -21,7 +21,7 @@ from slurm import Slurm, missing
 ROOT = Path(__file__).parents[2]
 NOT_COPIED = ("results", ".venv", ".git", ".snakemake", ".pytest_cache", ".ruff_cache", ".hypothesis", "__pycache__")
 # the rows of the sweep, their jobs a core, the rows of a fault, the pipeline's targets
-FULL = (10_000, 2, 400, ["metrics.csv", "events.csv"])
+FULL = (10_000, 1, 400, ["metrics.csv", "events.csv"])
 SMALL = (120, 1, 60, [])
 SCENE = ("preset=fast", "ramp=0.1", "lead_in=0", "duration=0.2")
 RINGS = "none,0.303,0.304,0.305,0.306,0.307,0.308,0.309,0.31,0.311,0.312,0.313"
@@ -121,19 +121,24 @@ class Show:
         self.say("sweep: byte for byte what this machine gives", self.same("sweep", "long"))
         with contextlib.suppress(OSError):
             cpu = pd.read_csv(self.folder / "sweep/results.costs.csv").cpu_s.sum()
-            times = [os.stat(path) for path in (self.folder / "sweep/results.benchmarks").glob("[0-9]*.tsv")]
-            lasted = [
-                pd.read_csv(path, sep="\t").s[0]
-                for path in (self.folder / "sweep/results.benchmarks").glob("[0-9]*.tsv")
-            ]
-            span = max(one.st_mtime for one in times) - min(
-                one.st_mtime - s for one, s in zip(times, lasted, strict=True)
-            )
+            times = pd.DataFrame([self._times(job) for job in self._batches(before)]).sort_values("start")
+            span = times["end"].max() - times["start"].min()
             share = cpu / span / self.cores
             met = "at least" if share >= EFFICIENCY else "NOT"
             self.say(
-                f"sweep: {share:.3f} of the cores' time in rows while batches ran ({span:.0f} s), {met} the {EFFICIENCY} asked for"
+                f"sweep: {share:.3f} of the cores' time in rows from the first batch's start to the last one's end ({span:.0f} s by "
+                f"SLURM), {met} the {EFFICIENCY} asked for"
             )
+
+    def _batches(self, after: int) -> list[str]:
+        """Jobs of batches, as long as SLURM remembers them."""
+        lines = self.slurm.out("squeue", "--noheader", "--format=%i %k", "--states=all").splitlines()
+        return [line.split()[0] for line in lines if "rule_batch" in line and int(line.split()[0]) > after]
+
+    def _times(self, job: str) -> dict[str, float]:
+        """When a job began and ended, s."""
+        start, end = self.slurm.out("squeue", "--noheader", "--format=%S %e", "--states=all", f"--jobs={job}").split()
+        return {"start": pd.Timestamp(start).timestamp(), "end": pd.Timestamp(end).timestamp()}
 
     def _newest_job(self) -> int:
         ids = [int(job) for job in self.slurm.out("squeue", "--noheader", "--format=%i", "--states=all").split()]

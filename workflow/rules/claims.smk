@@ -21,7 +21,6 @@ rule claims:
         seconds=CONFIG.records.duration_s,
         rigs={other: f"{R}/rigs/{other}" for other in OTHERS},
     log: f"{R}/logs/claims.log"
-    benchmark: f"{R}/benchmarks/claims.tsv"
     message: "Judging the claims"
     script: "../scripts/claims.py"
 
@@ -43,7 +42,6 @@ rule sensitivity_case:
         step=lambda wildcards: allowed_step(CONFIG.ring_study.steps_s, CASES[wildcards.ring]),
         known=CONFIG.known.model_dump(),
     log: f"{R}/logs/sensitivity/{{ring}}.log"
-    benchmark: f"{R}/benchmarks/sensitivity/{{ring}}.tsv"
     message: "Sensitivity with the ring {wildcards.ring}"
     script: "../scripts/sensitivity_case.py"
 
@@ -68,7 +66,6 @@ rule sensitivity:
         step=allowed_step(CONFIG.ring_study.steps_s, RIG.sprocket.ring_radius),
         known=CONFIG.known.model_dump(),
     log: f"{R}/logs/sensitivity.log"
-    benchmark: f"{R}/benchmarks/sensitivity.tsv"
     message: "Sensitivity of the contact measures to every fitted parameter"
     script: "../scripts/sensitivity.py"
 
@@ -86,6 +83,5 @@ rule fit:
         targets=f"{R}/fit/targets.csv",
     threads: 2
     log: f"{R}/logs/fit.log"
-    benchmark: f"{R}/benchmarks/fit.tsv"
     message: "Fitting the rig"
     script: "../scripts/fit.py"

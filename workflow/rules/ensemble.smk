@@ -42,7 +42,6 @@ rule ensemble_points:
     params: form=lambda wildcards: ENSEMBLE_FORMS[wildcards.place]
     wildcard_constraints: place="|".join(ENSEMBLE_FORMS)
     log: f"{R}/logs/{{place}}/points_{{stage}}.log"
-    benchmark: f"{R}/benchmarks/{{place}}/points_{{stage}}.tsv"
     message: "Ensemble: rigs of the stage {wildcards.stage}"
     script: "../scripts/ensemble_points.py"
 
@@ -85,7 +84,6 @@ rule ensemble_outputs:
     params: form=lambda wildcards: ENSEMBLE_FORMS[wildcards.place]
     wildcard_constraints: place="|".join(ENSEMBLE_FORMS), stage=r"(?!study)\w+"
     log: f"{R}/logs/{{place}}/outputs_{{stage}}.log"
-    benchmark: f"{R}/benchmarks/{{place}}/outputs_{{stage}}.tsv"
     message: "Ensemble: outputs of the stage {wildcards.stage}"
     script: "../scripts/ensemble_outputs.py"
 
@@ -105,7 +103,6 @@ rule ensemble_verdicts:
     params: form=lambda wildcards: ENSEMBLE_FORMS[wildcards.place]
     wildcard_constraints: place="|".join(ENSEMBLE_FORMS)
     log: f"{R}/logs/{{place}}/verdicts.log"
-    benchmark: f"{R}/benchmarks/{{place}}/verdicts.tsv"
     message: "Ensemble: verdicts"
     script: "../scripts/ensemble.py"
 
@@ -128,7 +125,6 @@ rule ensemble_pages:
         tables=[f"{R}/ensemble/{name}.csv" for name in ("summary", "claims", "parameters", "conflicts", "choices", "pareto")],
         pictures=[f"{R}/ensemble/{name}.png" for name in ("conflicts", "fig24_bands", "choice")],
     log: f"{R}/logs/ensemble/pages.log"
-    benchmark: f"{R}/benchmarks/ensemble/pages.tsv"
     message: "Measured parts of the page on the ensemble"
     shell:
         "{sys.executable} -m trackdyn.report.filled {input.tables} {input.pictures} > {log} 2>&1"

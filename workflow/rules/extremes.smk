@@ -32,7 +32,6 @@ rule extremes_part:
     wildcard_constraints: form="full|short"
     priority: 30
     log: f"{R}/logs/extremes_{{form}}/{{part}}.log"
-    benchmark: f"{R}/benchmarks/extremes_{{form}}/{{part}}.tsv"
     message: "Extremes, {wildcards.form}: {wildcards.part}"
     script: "../scripts/extremes_part.py"
 
@@ -47,7 +46,6 @@ rule extremes:
     output: **extremes_outputs(R)
     params: form=CONFIG.studies.extremes.full.model_dump()
     log: f"{R}/logs/extremes.log"
-    benchmark: f"{R}/benchmarks/extremes.tsv"
     message: "Extremes: every case completes within bounds or is refused"
     script: "../scripts/extremes.py"
 
@@ -61,5 +59,4 @@ use rule extremes as extremes_short with:
     output: **extremes_outputs(f"{R}/short")
     params: form=CONFIG.studies.extremes.short.model_dump()
     log: f"{R}/logs/extremes_short.log"
-    benchmark: f"{R}/benchmarks/extremes_short.tsv"
     message: "Extremes in short"

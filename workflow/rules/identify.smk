@@ -15,7 +15,6 @@ rule calibration:
     params: store=f"{R}/identify/calibration_rows"
     threads: 64 # that is, all there are
     log: f"{R}/logs/calibration.log"
-    benchmark: f"{R}/benchmarks/calibration.tsv"
     message: "Calibration of the identification: truths from the prior"
     script: "../scripts/calibration.py"
 
@@ -34,6 +33,5 @@ rule identify_synthetic:
     params: store=f"{R}/identify/calibration_rows" # whose simulations serve here, too
     threads: 64 # that is, all there are
     log: f"{R}/logs/identify_synthetic.log"
-    benchmark: f"{R}/benchmarks/identify_synthetic.tsv"
     message: "Identification from the synthetic records"
     script: "../scripts/identify_synthetic.py"

@@ -17,7 +17,6 @@ rule layouts_part:
     output: f"{R}/layouts/{{first}}-{{last}}.csv"
     wildcard_constraints: first=r"\d+", last=r"\d+"
     log: f"{R}/logs/layouts/{{first}}-{{last}}.log"
-    benchmark: f"{R}/benchmarks/layouts/{{first}}-{{last}}.tsv"
     message: "Layouts {wildcards.first} to {wildcards.last}"
     script: "../scripts/layouts_part.py"
 
@@ -29,7 +28,6 @@ rule layouts:
         parts=layout_parts("full"),
     output: csv=f"{R}/layouts.csv", summary=f"{R}/tables/layouts.csv", md=f"{R}/tables/layouts.md"
     log: f"{R}/logs/layouts.log"
-    benchmark: f"{R}/benchmarks/layouts.tsv"
     message: "Layouts: how many of a thousand run within the invariants"
     script: "../scripts/layouts.py"
 
@@ -40,5 +38,4 @@ use rule layouts as layouts_short with:
         parts=layout_parts("short"),
     output: csv=f"{R}/short/layouts.csv", summary=f"{R}/short/tables/layouts.csv", md=f"{R}/short/tables/layouts.md"
     log: f"{R}/logs/layouts_short.log"
-    benchmark: f"{R}/benchmarks/layouts_short.tsv"
     message: "Layouts in short"

@@ -16,7 +16,6 @@ rule peer:
     params: options=CONFIG.peers.model_dump()
     priority: 50 # the longest job: it begins early
     log: f"{R}/logs/peer.log"
-    benchmark: f"{R}/benchmarks/peer.tsv"
     message: "Figures 13 and 14 and Table 2: the same loop in an independent code"
     script: "../scripts/peer.py"
 
@@ -30,6 +29,5 @@ rule peer_answers:
     output: **table("peer_answers")
     params: asked=CONFIG.studies.peer_answers.model_dump()
     log: f"{R}/logs/peer_answers.log"
-    benchmark: f"{R}/benchmarks/peer_answers.tsv"
     message: "The same answer in both codes"
     script: "../scripts/peer_answers.py"

@@ -16,7 +16,6 @@ rule metrics:
         runs=[run for run in SCENES if not is_ring(run)],
         rig=CONFIG.rig,
     log: f"{R}/logs/metrics.log"
-    benchmark: f"{R}/benchmarks/metrics.tsv"
     message: "Measuring {output.csv}"
     script: "../scripts/metrics.py"
 
@@ -34,7 +33,6 @@ use rule metrics as metrics_other with:
         runs=lambda wildcards: [run for run in OTHERS[wildcards.other] if not is_ring(run)],
         rig=lambda wildcards: CONFIG.other_rigs[wildcards.other].rig,
     log: f"{R}/logs/rigs/{{other}}/metrics.log"
-    benchmark: f"{R}/benchmarks/rigs/{{other}}/metrics.tsv"
 
 
 rule parameters:
@@ -46,7 +44,6 @@ rule parameters:
         **table("parameters"),
         **table("table1", "groove"),
     log: f"{R}/logs/parameters.log"
-    benchmark: f"{R}/benchmarks/parameters.tsv"
     message: "Table 1 and the list of parameters"
     script: "../scripts/parameters.py"
 
@@ -69,7 +66,6 @@ rule sensor_records:
         synthetic=CONFIG.sensor_is_synthetic,
     priority: 100 # what is wrong with a record is said before anything is simulated
     log: f"{R}/logs/sensor_records.log"
-    benchmark: f"{R}/benchmarks/sensor_records.tsv"
     message: "Reading the sensor's records"
     script: "../scripts/sensor_records.py"
 
@@ -88,7 +84,6 @@ rule statistics:
         speeds=CONFIG.records.speeds_rpm,
         synthetic=CONFIG.sensor_is_synthetic,
     log: f"{R}/logs/statistics.log"
-    benchmark: f"{R}/benchmarks/statistics.tsv"
     message: "Table 3"
     script: "../scripts/sensor_tables.py"
 
@@ -101,7 +96,6 @@ rule closure:
     output: figure("fig15")
     params: speeds=CONFIG.records.speeds_rpm
     log: f"{R}/logs/fig15.log"
-    benchmark: f"{R}/benchmarks/fig15.tsv"
     message: "Figure 15"
     script: "../scripts/closure.py"
 
@@ -117,7 +111,6 @@ rule sensor_figures:
         spectra=[file for letter in LETTERS for file in figure(f"fig18_{letter}")],
     params: synthetic=CONFIG.sensor_is_synthetic
     log: f"{R}/logs/fig17_18.log"
-    benchmark: f"{R}/benchmarks/fig17_18.tsv"
     message: "Figures 17 and 18"
     script: "../scripts/sensor_figures.py"
 
@@ -129,7 +122,6 @@ rule loop_figure:
         recording=recording(SPEEDS[0]),
     output: figure("loop")
     log: f"{R}/logs/loop.log"
-    benchmark: f"{R}/benchmarks/loop.tsv"
     message: "A picture of the loop"
     script: "../scripts/loop_figure.py"
 

@@ -26,7 +26,6 @@ rule animation_runs:
     output: [recording(run) for run in ANIMATION_SCENES]
     params: scenes=list(ANIMATION_SCENES.values())
     log: f"{R}/logs/animation_runs.log"
-    benchmark: f"{R}/benchmarks/animation_runs.tsv"
     message: "Runs for the moving picture"
     script: "../scripts/animation_runs.py"
 
@@ -43,7 +42,6 @@ rule animation:
         sprocket=figure("still_sprocket"),
         no_ring=figure("still_no_ring"),
     log: f"{R}/logs/animation.log"
-    benchmark: f"{R}/benchmarks/animation.tsv"
     message: "The loop in motion"
     script: "../scripts/animation.py"
 
@@ -76,7 +74,6 @@ rule page:
         runs=SPEEDS,
         synthetic=CONFIG.sensor_is_synthetic,
     log: f"{R}/logs/page.log"
-    benchmark: f"{R}/benchmarks/page.tsv"
     message: "The page"
     script: "../scripts/page.py"
 
@@ -88,7 +85,7 @@ rule report_page:
 
 
 rule costs:
-    """What each rule cost, from the benchmark files: all others, and the long studies if they were run before."""
+    """What each rule cost, from what each job wrote: all others, and the long studies if they were run before."""
     input:
         needs("costs.py"),
         rules.report_page.input,
@@ -98,7 +95,6 @@ rule costs:
     output: **table("costs")
     params: folder=f"{R}/benchmarks"
     log: f"{R}/logs/costs.log"
-    benchmark: f"{R}/benchmarks/costs.tsv"
     message: "Costs"
     script: "../scripts/costs.py"
 
@@ -122,7 +118,6 @@ rule manifest:
     output: f"{R}/manifest.json"
     params: inputs=RUN_INPUTS
     log: f"{R}/logs/manifest.log"
-    benchmark: f"{R}/benchmarks/manifest.tsv"
     message: "The manifest"
     script: "../scripts/manifest.py"
 
@@ -134,7 +129,6 @@ rule crate:
         manifest=f"{R}/manifest.json",
     output: f"{R}/crate.zip"
     log: f"{R}/logs/crate.log"
-    benchmark: f"{R}/benchmarks/crate.tsv"
     message: "The provenance crate"
     script: "../scripts/crate.py"
 
@@ -146,7 +140,6 @@ rule pictures:
         manifest=f"{R}/manifest.json",
         pictures=[f"{R}/figures/animation.gif", f"{R}/figures/fig24.png"],
     log: f"{R}/logs/pictures.log"
-    benchmark: f"{R}/benchmarks/pictures.tsv"
     message: "Pictures and measured parts of the pages"
     shell:
         "{sys.executable} -m trackdyn.report.filled {input.tables} {input.manifest} {input.pictures} > {log} 2>&1"

@@ -15,7 +15,6 @@ rule events:
         events=f"{R}/events.csv",
         spells=f"{R}/spells.csv",
     log: f"{R}/logs/events.log"
-    benchmark: f"{R}/benchmarks/events.tsv"
     message: "Events of the meshing process"
     script: "../scripts/events.py"
 
@@ -28,7 +27,6 @@ use rule events as events_other with:
         events=f"{R}/rigs/{{other}}/events.csv",
         spells=f"{R}/rigs/{{other}}/spells.csv",
     log: f"{R}/logs/rigs/{{other}}/events.log"
-    benchmark: f"{R}/benchmarks/rigs/{{other}}/events.tsv"
 
 
 rule meshing_figures:
@@ -39,7 +37,6 @@ rule meshing_figures:
         ring=recording("meshing/ring"),
     output: **{name: figure(name) for name in ("fig19", "fig20", "fig21", "fig22")}
     log: f"{R}/logs/meshing_figures.log"
-    benchmark: f"{R}/benchmarks/meshing_figures.tsv"
     message: "Figures 19 to 22"
     script: "../scripts/meshing_figures.py"
 
@@ -54,7 +51,6 @@ rule ring_figures:
         sd=figure("fig23_b"),
         duration=figure("fig24"),
     log: f"{R}/logs/ring_figures.log"
-    benchmark: f"{R}/benchmarks/ring_figures.tsv"
     message: "Figures 23 and 24"
     script: "../scripts/ring_figures.py"
 
@@ -67,7 +63,6 @@ rule coarse_table:
     output: **table("table4")
     params: speeds=CONFIG.records.speeds_rpm
     log: f"{R}/logs/table4.log"
-    benchmark: f"{R}/benchmarks/table4.tsv"
     message: "Table 4"
     script: "../scripts/coarse_table.py"
 
@@ -83,7 +78,6 @@ rule stability:
         scenes=[plain_scene(SCENES[run]) for run in STABILITY_RUNS if run in SCENES],
         known=CONFIG.known.model_dump(),
     log: f"{R}/logs/stability.log"
-    benchmark: f"{R}/benchmarks/stability.tsv"
     message: "Stability of the statistics"
     script: "../scripts/stability.py"
 

@@ -8,6 +8,5 @@ rule schematics:
         rig=CONFIG.rig,
     output: [figure(f"fig{number:02d}") for number in (*range(1, 13), 16)]
     log: f"{R}/logs/schematics.log"
-    benchmark: f"{R}/benchmarks/schematics.tsv"
     message: "Figures 1 to 12 and 16"
     script: "../scripts/schematics.py"

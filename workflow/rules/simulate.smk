@@ -12,7 +12,6 @@ rule warm_up:
         rig=CONFIG.rig,
         integrator="semi_implicit",
     log: f"{R}/logs/warm_up.log"
-    benchmark: f"{R}/benchmarks/warm_up.tsv"
     message: "Compiling the kernels"
     script: "../scripts/warm_up.py"
 
@@ -27,7 +26,6 @@ use rule warm_up as warm_up_method with:
         integrator=lambda wildcards: wildcards.integrator,
     wildcard_constraints: integrator="linearly_implicit|rk4"
     log: f"{R}/logs/warm_up/{{integrator}}.log"
-    benchmark: f"{R}/benchmarks/warm_up/{{integrator}}.tsv"
     message: "Compiling the kernels of {wildcards.integrator}"
 
 
@@ -46,7 +44,6 @@ if PLANNED:
             radius=CONFIG.records.ring_radius_m,
             least_s=CONFIG.records.duration_s,
         log: f"{R}/logs/plan.log"
-        benchmark: f"{R}/benchmarks/plan.tsv"
         message: "Planning the records"
         script: "../scripts/plan.py"
 
@@ -79,7 +76,6 @@ rule simulate:
         # what the run is asked to do: a change in the configuration reruns only the runs it touches
         scene=lambda wildcards: plain_scene(SCENES[wildcards.run]),
     log: f"{R}/logs/simulate/{{run}}.log"
-    benchmark: f"{R}/benchmarks/simulate/{{run}}.tsv"
     message: "Simulating {wildcards.run}"
     script: "../scripts/simulate.py"
 
@@ -95,7 +91,6 @@ use rule simulate as simulate_other with:
         cost=f"{R}/rigs/{{other}}/runs/{{run}}.cost.json",
     params: scene=lambda wildcards: plain_scene(OTHERS[wildcards.other][wildcards.run])
     log: f"{R}/logs/rigs/{{other}}/simulate/{{run}}.log"
-    benchmark: f"{R}/benchmarks/rigs/{{other}}/simulate/{{run}}.tsv"
     message: "Simulating {wildcards.run} on {wildcards.other}"
 
 
@@ -120,7 +115,6 @@ rule ring_design:
     output: f"{R}/ring/design.csv"
     params: rows=ring_rows()
     log: f"{R}/logs/ring/design.log"
-    benchmark: f"{R}/benchmarks/ring/design.tsv"
     message: "The ring study's runs"
     script: "../scripts/ring_design.py"
 

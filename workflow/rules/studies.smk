@@ -26,7 +26,6 @@ rule fidelity_setting:
     wildcard_constraints: setting=r"\w+=\w+"
     priority: 40
     log: f"{R}/logs/fidelity/{{setting}}.log"
-    benchmark: f"{R}/benchmarks/fidelity/{{setting}}.tsv"
     message: "The ladder of fidelities: {wildcards.setting}"
     script: "../scripts/fidelity_setting.py"
 
@@ -41,7 +40,6 @@ rule fidelity:
         md=f"{R}/tables/fidelity.md",
         wide=f"{R}/tables/fidelity.csv",
     log: f"{R}/logs/fidelity.log"
-    benchmark: f"{R}/benchmarks/fidelity.tsv"
     message: "The ladder of fidelities"
     script: "../scripts/fidelity.py"
 
@@ -81,7 +79,6 @@ rule trade_scene:
     wildcard_constraints: form="full|short"
     priority: 40 # data, promises and the study wait for it
     log: f"{R}/logs/trade_{{form}}/{{part}}.log"
-    benchmark: f"{R}/benchmarks/trade_{{form}}/{{part}}.tsv"
     message: "Accuracy against cost, {wildcards.form}: {wildcards.part}"
     script: "../scripts/trade_scene.py"
 
@@ -93,7 +90,6 @@ rule trade_data:
         **{name: [f"{R}/trade/full/{name}_{part}.csv" for part in measured_scenes(TRADE_FORMS["full"])] for name in TRADE_DATA},
     output: **{name: f"{R}/{file}.csv" for name, file in TRADE_DATA.items()}
     log: f"{R}/logs/trade_full/data.log"
-    benchmark: f"{R}/benchmarks/trade_full/data.tsv"
     message: "Accuracy against cost: the data"
     script: "../scripts/trade_data.py"
 
@@ -104,7 +100,6 @@ use rule trade_data as trade_data_short with:
         **{name: [f"{R}/trade/short/{name}_{part}.csv" for part in measured_scenes(TRADE_FORMS["short"])] for name in TRADE_DATA},
     output: **{name: f"{R}/short/{file}.csv" for name, file in TRADE_DATA.items()}
     log: f"{R}/logs/trade_short/data.log"
-    benchmark: f"{R}/benchmarks/trade_short/data.tsv"
 
 
 rule trade_promises:
@@ -119,7 +114,6 @@ rule trade_promises:
     wildcard_constraints: form="full|short"
     priority: 40
     log: f"{R}/logs/trade_{{form}}/promises_{{part}}.log"
-    benchmark: f"{R}/benchmarks/trade_{{form}}/promises_{{part}}.tsv"
     message: "The planner, {wildcards.form}: {wildcards.part}"
     script: "../scripts/trade_promises.py"
 
@@ -131,7 +125,6 @@ rule trade:
         **trade_inputs("full"),
     output: **trade_outputs(R)
     log: f"{R}/logs/trade.log"
-    benchmark: f"{R}/benchmarks/trade.tsv"
     message: "Accuracy against cost"
     script: "../scripts/trade.py"
 
@@ -142,7 +135,6 @@ use rule trade as trade_short with:
         **trade_inputs("short"),
     output: **trade_outputs(f"{R}/short")
     log: f"{R}/logs/trade_short.log"
-    benchmark: f"{R}/benchmarks/trade_short.tsv"
     message: "Accuracy against cost, the short form"
 
 
@@ -162,7 +154,6 @@ rule scaling:
     threads: 64 # that is, all there are
     priority: 90 # alone, and therefore before the others
     log: f"{R}/logs/scaling.log"
-    benchmark: f"{R}/benchmarks/scaling.tsv"
     message: "A sweep on one process and on two"
     script: "../scripts/scaling.py"
 
@@ -175,7 +166,6 @@ use rule scaling as scaling_short with:
         runs=CONFIG.studies.trade.short.scaling_runs,
         seconds=CONFIG.studies.trade.short.scaling_s,
     log: f"{R}/logs/scaling_short.log"
-    benchmark: f"{R}/benchmarks/scaling_short.tsv"
     message: "A sweep on one process and on two, the short form"
 
 
@@ -190,7 +180,6 @@ rule traction:
         figure=figure("traction"),
     params: form=CONFIG.studies.traction.full.model_dump()
     log: f"{R}/logs/traction.log"
-    benchmark: f"{R}/benchmarks/traction.tsv"
     message: "Traction of the ring"
     script: "../scripts/traction.py"
 
@@ -201,7 +190,6 @@ use rule traction as traction_short with:
         figure=[f"{R}/short/figures/traction.{ending}" for ending in ("png", "svg")],
     params: form=CONFIG.studies.traction.short.model_dump()
     log: f"{R}/logs/traction_short.log"
-    benchmark: f"{R}/benchmarks/traction_short.tsv"
 
 
 rule deviations:
@@ -213,7 +201,6 @@ rule deviations:
         kernels=KERNELS,
     output: f"{R}/deviations.csv"
     log: f"{R}/logs/deviations.log"
-    benchmark: f"{R}/benchmarks/deviations.tsv"
     message: "What the departures change"
     script: "../scripts/deviations.py"
 
@@ -229,7 +216,6 @@ rule whole_loop:
         form=CONFIG.studies.whole_loop.full.model_dump(),
         steps=CONFIG.ring_study.steps_s,
     log: f"{R}/logs/whole_loop.log"
-    benchmark: f"{R}/benchmarks/whole_loop.tsv"
     message: "Short answers beside long ones"
     script: "../scripts/whole_loop.py"
 
@@ -240,4 +226,3 @@ use rule whole_loop as whole_loop_short with:
         form=CONFIG.studies.whole_loop.short.model_dump(),
         steps=CONFIG.ring_study.steps_s,
     log: f"{R}/logs/whole_loop_short.log"
-    benchmark: f"{R}/benchmarks/whole_loop_short.tsv"

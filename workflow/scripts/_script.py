@@ -2,12 +2,17 @@
 
 import fcntl
 import os
+import resource
 import signal
 import sys
+import time
 from contextlib import contextmanager, redirect_stdout, suppress
+from pathlib import Path
+
+import psutil
 
 from trackdyn.errors import TrackdynError
-from trackdyn.replacing import broken_off
+from trackdyn.replacing import broken_off, write_text
 
 
 @contextmanager
@@ -23,6 +28,20 @@ def logged(snakemake):
             print(error)
             print(f"{snakemake.rule}: {error}", file=sys.stderr)
             sys.exit(1)
+    _spent(Path(snakemake.log[0]))
+
+
+def _spent(log):
+    """Write what the job took, `benchmarks/page.tsv` for `logs/page.log`: s of the clock and of a core, memory in MB.
+
+    Snakemake's own benchmarks sample: they miss up to half a minute of a core's time, and take some of it themselves.
+    """
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    seconds = time.time() - psutil.Process().create_time()
+    memory = sum(one.ru_maxrss for one in used) / (2**20 if sys.platform == "darwin" else 2**10)
+    cpu = sum(one.ru_utime + one.ru_stime for one in used)
+    before, _, after = str(log.with_suffix(".tsv")).rpartition("logs/")
+    write_text(f"{before}benchmarks/{after}", f"s\tmax_rss\tcpu_time\n{seconds:.2f}\t{memory:.1f}\t{cpu:.2f}\n")
 
 
 def _leave(number, _):
