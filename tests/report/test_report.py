@@ -431,7 +431,7 @@ def test_a_maximum_is_that_of_the_mean_and_the_spike_is_named_apart():
     found = {moment.title: moment for moment in moments(RUN, select_passage(RUN))}
     assert found["right maximum"].time == pytest.approx(0.083, abs=0.003)
     assert found["left maximum"].time == pytest.approx(0.231, abs=0.003)
-    assert found["right maximum"].peak == "largest step 6005 N at 0.000 s"
+    assert found["right maximum"].peak == "largest 6005 N at 0.000 s"
     assert found["out of engagement"].peak == ""
 
 

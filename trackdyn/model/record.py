@@ -21,8 +21,8 @@ ENERGY_NAMES = (
 )
 # entries of the account of sliding: friction of the arcs by area of the teeth, then of the links by wheel
 TOOTH_AREAS = 10
-# columns of a spell: one uninterrupted contact of an arc or a link with the sprocket
-PITCH, SIDE, GROOVE, AREAS, START, END, PEAK, PEAK_TIME, IMPULSE, SQUARE, ANGLE = range(11)
+# columns of a spell: one uninterrupted contact of an arc or a link with the sprocket; an open one has its last two forces, too
+PITCH, SIDE, GROOVE, AREAS, START, END, PEAK, PEAK_TIME, IMPULSE, SQUARE, ANGLE, LAST, BEFORE = range(13)
 SPELL_COLUMNS = (
     "pitch",  # 0-based
     "side",  # 0 left arc, 1 right arc, 2 ring
@@ -30,7 +30,7 @@ SPELL_COLUMNS = (
     "areas",  # bit j - 1 set: area j was visited
     "start_s",
     "end_s",
-    "peak_n",
+    "peak_n",  # between the steps, too
     "peak_s",
     "impulse_ns",
     "square_n2s",  # integral of the squared force
@@ -45,8 +45,8 @@ class Spells(NamedTuple):
     ----------
     enabled : int
         0: not logged.
-    open : (3 p, 11) array
-        Spells that have begun and not ended: left arc, right arc and ring of each pitch.
+    open : (3 p, 13) array
+        Spells that have begun and not ended: left arc, right arc and ring of each pitch; then their last two forces.
     rows : (m, 11) array
         Ended spells.
     count : (1,) integer array
@@ -164,7 +164,7 @@ def make_record(
         frame_stride,
         Spells(
             int(spells > 0),
-            np.zeros((3 * loop, len(SPELL_COLUMNS))),
+            np.zeros((3 * loop, BEFORE + 1)),
             np.zeros((spells, len(SPELL_COLUMNS))),
             np.zeros(1, np.int64),
         ),

@@ -88,7 +88,7 @@ def moments(recording: Recording, shown: Selected) -> list[Moment]:
         peak, frame = "", min(int(np.searchsorted(frames, time - 1e-9)), len(frames) - 1)
         if maximum:
             row, frame = shown.sides.loc[side], int(np.argmin(np.abs(frames - time)))
-            peak = f"largest step {row['peak_n']:.0f} N at {row['peak_s'] - shown.first:.3f} s"
+            peak = f"largest {row['peak_n']:.0f} N at {row['peak_s'] - shown.first:.3f} s"
         sample = round(recording.frame_time[frame] * recording.rate) - 1
         found.append(Moment(title, time, printed[place], frame, sample, peak))
     return sorted(found, key=lambda moment: moment.time)
