@@ -122,10 +122,16 @@ rule batch:
 
 
 rule gather:
-    """All rows in the order of the design, known by now; what failed for a passing reason is tried once more."""
+    """All rows in the order of the design, known by now; what failed for a passing reason is tried once more.
+
+    What would be one batch is computed here.
+    """
     input:
         sources("sweep_gather.py"),
-        expand(f"{BESIDE}.batches/{{batch}}.results.parquet", batch=range(SWEEP["batches"]), allow_missing=True),
+        expand(f"{BESIDE}.batches/{{batch}}.results.parquet", batch=range(SWEEP["batches"]), allow_missing=True)
+        if SWEEP["batches"] > 1
+        else [],
+        kernels=SWEEP["kernels"] or rules.warm_up.output,
         design=SWEEP["design"],
         rig=SWEEP["rig"],
         rigs=SWEEP["rigs"],
@@ -133,6 +139,7 @@ rule gather:
         SWEEP["out"],
         f"{BESIDE}.costs.csv",
     params: store=STORE
+    threads: SWEEP["threads"]
     resources:
         mem_mb=lambda wildcards, attempt: SWEEP["mem_mb"] * attempt,
         runtime=lambda wildcards, attempt: SWEEP["runtime"] * attempt,

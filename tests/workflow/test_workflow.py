@@ -34,10 +34,11 @@ OF_A_SWEEP = {  # the kernels are the pipeline's
     for _, name, body in RULE.findall(SWEEP)
     if (found := re.search(r'^ +script: "scripts/(\w+\.py)"$', body, re.MULTILINE)) and name != "warm_up"
 }
-BY_NAME = {"ensemble"}  # the full form, whose rules the short one stands for
+BY_NAME, ONE_BATCH = {"ensemble"}, {"ensemble_short"}  # the full form, and the short one, which is not cut into batches
 for path in RULE_FILES:
     for module in re.findall(r"^use rule \* from \w+ exclude all as (\w+)_\*$", path.read_text(encoding="utf-8"), re.MULTILINE):
-        SCRIPTS |= {f"{module}_{rule}": script for rule, script in OF_A_SWEEP.items() if module not in BY_NAME}
+        used = [] if module in BY_NAME else ["gather"] if module in ONE_BATCH else OF_A_SWEEP
+        SCRIPTS |= {f"{module}_{rule}": OF_A_SWEEP[rule] for rule in used}
 SCRIPTED = sorted(SCRIPTS)
 ON_DEMAND = {"fit", "trade", "trade_data", "scaling", "extremes", "traction", "deviations", "whole_loop", "crate",
     "calibration", "identify_synthetic", "layouts", "layouts_short",

@@ -66,7 +66,10 @@ def _summary(e: Ensemble, tables: dict[str, pd.DataFrame]) -> list[str]:
     couples = ", ".join(f"{a} and {b}" for a, b in zip(pairs["first"], pairs["second"], strict=True))
     both = conflicts[(conflicts["first"] == "C16") & (conflicts["second"] == "C17")].iloc[0]
     apart = "no rig shows both" if both["excluded"] else f"rig {both['rig']} of `rigs.csv` shows both"
-    fewest = [int(judged(e.config, e.targets, e.outputs(wave), read_errors(e), cheap=True)["excluded_by"].min()) for wave in e.waves]
+    fewest = []
+    for wave in e.waves:
+        ranked = judged(e.config, e.targets, e.outputs(wave), read_errors(e), cheap=True)
+        fewest.append(f"{ranked['excluded_by'].min():.0f}" if len(ranked) else "none that came out whole")
     known = tables["parameters"].loc[tables["parameters"]["identifiable"].astype(bool), "name"]
     held = shares[(shares["rigs"] > 0) & (shares["used"] == "held out")]
     names = held["id"] + held["part"].fillna("")
@@ -74,7 +77,7 @@ def _summary(e: Ensemble, tables: dict[str, pd.DataFrame]) -> list[str]:
         f"Of {len(every)} rigs of which every run came out {_are(int((every['excluded_by'] == 0).sum()))} excluded by no target "
         f"(cutoff {e.config.cutoff:g}). {len(rigs)} were run at full fidelity; of these {_are(int((rigs['excluded_by'] == 0).sum()))}.",
         f"The least excluded rig misses {int(best['excluded_by'])} of {len(e.targets)} targets: {', '.join(lost) or 'none'}.",
-        f"The fewest exclusions of a rig, wave by wave: {', '.join(map(str, fewest))}, and {int(rigs['excluded_by'].min())} in the last one; as long "
+        f"The fewest exclusions of a rig, wave by wave: {', '.join(fewest)}, and {int(rigs['excluded_by'].min())} in the last one; as long "
         "as that falls, more waves may find better rigs, and what no rig shows is said of the rigs that were run.",
         f"{alone}. Pairs of claims that rigs show one by one, and no rig together: {couples or 'none'}.",
         f"C16 against C17: the nearest that any rig comes to both is an implausibility of {both['least']:.3g}: {apart}.",

@@ -3,10 +3,6 @@ from _script import logged
 from trackdyn.sweeps.sweep import summary, sweep
 
 with logged(snakemake):
-    print(
-        summary(
-            sweep(
-                snakemake.input.design, snakemake.output[0], snakemake.input.rig, jobs=1, store=snakemake.params.store
-            )
-        )
-    )
+    given = snakemake.input
+    results = sweep(given.design, snakemake.output[0], given.rig, snakemake.threads, snakemake.params.store)
+    print(summary(results))

@@ -99,7 +99,7 @@ def pareto_figure(
     figure = new_figure(3.6)
     ax = figure.subplots()
     seen = worst[np.isfinite(worst[[first, second]]).all(axis=1)].clip(lower=LEAST_DRAWN)
-    front = front[[first, second]].clip(lower=LEAST_DRAWN)
+    front = front.reindex(columns=[first, second]).clip(lower=LEAST_DRAWN)
     ax.plot(
         seen[first],
         seen[second],
