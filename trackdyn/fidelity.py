@@ -180,15 +180,16 @@ def refuse_nonsense(scene) -> None:
             if getattr(scene, field) != only:
                 refuse(field, f"motion in space is solved with '{only}' only; or space='planar' would do")
     why = "motion in space" if spatial else f"integrator={scene.integrator!r}"
-    semi_implicit = scene.integrator == "semi_implicit" and not spatial
-    if scene.tension in ("sprung", "forced") and not semi_implicit:
-        refuse("tension", f"a {scene.tension} tensioner moves in the plane by semi-implicit Euler, not with {why}; 'locked' would do")
+    stepped = scene.integrator in ("semi_implicit", "linearly_implicit") and not spatial
+    if scene.tension in ("sprung", "forced") and not stepped:
+        refuse("tension", f"a {scene.tension} tensioner moves in the plane by semi- or linearly implicit steps, not with {why}; 'locked' would do")
     if scene.tension == "forced" and scene.rig.tension.force is None:
         refuse("tension", "the rig has no tension.force; 'locked' would do")
     carried = [name for name, wheel in scene.rig.rollers.items() if wheel.carrier is not None]
     driven = scene.rig.drive is not None and (scene.rig.drive.kind != "speed" or scene.rig.drive.ripple > 0)
-    if scene.loop == "on_wheels" and scene.chain != "belt" and not semi_implicit and (carried or driven):
-        what = f"wheel {carried[0]} stands on a spring and" if carried else "the rig's drive"
+    semi_implicit = stepped and scene.integrator == "semi_implicit"
+    if scene.loop == "on_wheels" and scene.chain != "belt" and ((driven and not semi_implicit) or (carried and not stepped)):
+        what = "the rig's drive" if driven and not semi_implicit else f"wheel {carried[0]} stands on a spring and"
         refuse("space" if spatial else "integrator", f"{what} moves in the plane by semi-implicit Euler, not with {why}; 'semi_implicit' would do")
     if scene.tooth_contact == "three_surfaces" and scene.rig.groove is None:
         refuse("tooth_contact", "three surfaces are made of the ten-arc design, which this rig's profile is not; 'ten_arcs' would do")
