@@ -27,7 +27,7 @@ from trackdyn.sweeps import workers
 from trackdyn.sweeps.asked import columns
 from trackdyn.sweeps.row import SOURCES
 from trackdyn.sweeps.store import Store
-from trackdyn.sweeps.sweep import sweep
+from trackdyn.sweeps.sweep import rows_of, sweep
 
 ROOT = Path(__file__).parents[2]
 SHORT = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.05, "preset": "fast"}
@@ -194,6 +194,17 @@ def test_until_and_every_link_give_measures_with_errors(rig_path):
     assert found.until_known[0] in (True, 1.0) and pd.isna(found.until_known[1])
     assert found.simulated_s[0] < 4 and found.simulated_s[1] == 1.0
     assert (found.whole_rms > 0).all() and (found.whole_rms_error > 0).all()
+
+
+def test_rows_of_a_rig_come_whole_or_not_at_all(tmp_path, rig_path):
+    table = design(2).assign(rig=str(rig_path), name=["a", "b"])
+    sweep(table, tmp_path / "r.parquet", jobs=1)
+    sweep(table.assign(step=[None, -1.0]), tmp_path / "bad.parquet", jobs=1)
+    found = rows_of(tmp_path / "r.parquet", tmp_path / "r.costs.csv", str(rig_path))
+    assert found.name.tolist() == ["a", "b"] and (found.wall_s > 0).all() and (found.rms_g > 0).all()
+    assert rows_of(tmp_path / "bad.parquet", tmp_path / "bad.costs.csv", "other.yaml").empty
+    with pytest.raises(InputError, match="bad.parquet: b on .* did not come out: scene: step = -1"):
+        rows_of(tmp_path / "bad.parquet", tmp_path / "bad.costs.csv", str(rig_path))
 
 
 def test_a_row_takes_the_first_of_its_steps_that_comes_out(rig_path):

@@ -161,14 +161,14 @@ def cost_table(rows: list[Asked], found: dict[str, dict]) -> pd.DataFrame:
 
 
 def rows_of(results: Path | str, costs: Path | str, rig: str) -> pd.DataFrame:
-    """The rows of one rig in the tables of a sweep that must come out whole, each with its cost.
+    """The rows of one rig in the tables (.parquet, and .csv of costs) of a sweep that must come out whole.
 
     Raises
     ------
     InputError
         A row did not come out: its name and reason.
     """
-    table = pd.read_csv(results).merge(pd.read_csv(costs).drop_duplicates("key"), on="key")
+    table = read_table(results).merge(pd.read_csv(costs).drop_duplicates("key"), on="key")
     table = table[table["rig"] == rig].reset_index(drop=True)
     for row in table[table["state"] != DONE].itertuples():
         raise InputError(f"{results}: {row.name} on {rig} did not come out: {row.reason}")

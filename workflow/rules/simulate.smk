@@ -124,7 +124,7 @@ module ring:
     config:
         {
             "design": f"{R}/ring/design.csv",
-            "out": f"{R}/ring/runs.csv",
+            "out": f"{R}/ring/runs.parquet",
             "rig": CONFIG.rig,
             "rigs": [other.rig for other in CONFIG.other_rigs.values()],
             "kernels": [KERNELS],
@@ -134,4 +134,4 @@ module ring:
 
 use rule * from ring exclude all as ring_*
 
-RING_RUNS = dict(ring=f"{R}/ring/runs.csv", ring_costs=f"{R}/ring/runs.costs.csv")
+RING_RUNS = dict(ring=f"{R}/ring/runs.parquet", ring_costs=f"{R}/ring/runs.costs.csv")
