@@ -55,6 +55,7 @@ def ensemble(tmp_path_factory) -> Ensemble:
     """Six rigs of the last wave. Rig 0 meets all targets, 1 to 3 miss C16 and 4, 5 miss C17; ring forces grow in 0 to 3."""
     folder = tmp_path_factory.mktemp("ensemble")
     e = open_ensemble(CONFIG / "ensemble.yaml", "short", CONFIG / "rig.yaml", CONFIG / "claims.yaml", folder)
+    e = e._replace(form=e.form.model_copy(update={"studied": 3, "radii_m": [0.303, 0.305, 0.308, 0.313]}))
     x = prior_points(e.unknowns, 8, seed=1)
     stiffness = e.unknowns.labels.index("bushing.stiffness")
     x[:LAST_RIGS, stiffness] = np.linspace(0.1, 0.15, LAST_RIGS)
