@@ -1,7 +1,7 @@
 """Kills the pipeline at random moments and lets the same command go on, until it has run through.
 
     python tests/workflow/killing.py --rounds 20                                  # a small graph
-    make kills CONFIG=config/quick.yaml ROUNDS=8 LONGEST=120                       # a whole one: half an hour and more
+    make kills CONFIG=config/quick.yaml ROUNDS=8 LONGEST=120                       # a whole one: half an hour
 
 The results must be those of a run that nobody disturbed, byte for byte, times of computing apart.
 """
@@ -20,7 +20,7 @@ from pathlib import Path
 import psutil
 import yaml
 
-from trackdyn.certify.comparison import EQUAL, compare
+from trackdyn.certify.comparison import EQUAL, WITHIN, compare
 from trackdyn.certify.manifest import describe
 
 ROOT = Path(__file__).parents[2]
@@ -78,9 +78,13 @@ def holds_times(name):
 
 
 def differences(found, whole):
-    """What two copies' results differ in, a line a file, as `trackdyn verify --exact` sees it: columns of times left out."""
+    """What two copies' results differ in, a line a file, as `trackdyn verify --exact` sees it: columns of times left out.
+
+    Of a page that shows times its table decides.
+    """
     findings = compare(describe(found.place, whole=True), describe(whole.place, whole=True))
-    return [f"{finding.status}: {finding.name} {finding.text}" for finding in findings if finding.status != EQUAL]
+    differ = [one for one in findings if one.status != EQUAL and not (one.status == WITHIN and one.name.endswith(".md"))]
+    return [f"{finding.status}: {finding.name} {finding.text}" for finding in differ]
 
 
 def kill(process, whom, chance):

@@ -29,13 +29,14 @@ LARGEST = 50_000_000  # bytes of a manifest that is read; that of the full run h
 # a longer text is known by its hash only
 LONGEST_TEXT = 120_000
 KINDS = {".png", ".svg", ".gif", ".csv", ".md", ".json", ".npz", ".html"}
-# Times of computing, which no two runs share, and what follows from them: the planner takes what was cheapest, the page
-# shows the costs.
+# Times of computing and memory, which no two runs share, and what follows from them: the planner takes what was cheapest, the
+# page shows the costs.
 TIMES = re.compile(
-    r"(.*/)?(tables/costs\.(csv|md)|tables/fidelity\.md|tables/trade\.md|figures/trade_\w+\.(png|svg)|planner\.csv|scaling\.csv)"
+    r"(.*/)?(tables/costs\.(csv|md)|tables/fidelity\.md|tables/trade\.md|figures/(trade_\w+|extremes_long_run)\.(png|svg)"
+    r"|planner\.csv|promises_[^/]+\.csv|scaling\.csv)"
     r"|.*\.cost\.json|report\.html|plan\.json"
 )
-TIMED_COLUMN = re.compile(r"(wall|cpu)_s(_per_s)?")
+TIMED_COLUMN = re.compile(r"(start_)?(wall|cpu)_s(_per_s)?|resident_mb")
 LOOK = 24  # squares of a picture, each way, whose mean grey is kept
 
 
