@@ -203,7 +203,7 @@ def test_rows_of_a_rig_come_whole_or_not_at_all(tmp_path, rig_path):
     found = rows_of(tmp_path / "r.parquet", tmp_path / "r.costs.csv", str(rig_path))
     assert found.name.tolist() == ["a", "b"] and (found.wall_s > 0).all() and (found.rms_g > 0).all()
     assert rows_of(tmp_path / "bad.parquet", tmp_path / "bad.costs.csv", "other.yaml").empty
-    with pytest.raises(InputError, match="bad.parquet: b on .* did not come out: scene: step = -1"):
+    with pytest.raises(InputError, match=r"bad\.parquet: b on .* did not come out: scene: step = -1"):
         rows_of(tmp_path / "bad.parquet", tmp_path / "bad.costs.csv", str(rig_path))
 
 
