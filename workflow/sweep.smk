@@ -28,9 +28,10 @@ KNOWN = {
     "rigs": [], # files that rows name themselves
     "kernels": [], # files that are there when the kernels are compiled; none: they are compiled here
     "store": "", # folder of rows as they come; that beside `out`
+    "logs": "", # where names of logs begin, in a folder logs; what jobs took goes into a folder benchmarks at its place
     "batches": 10, # jobs; a minute or more of rows in each makes their start cheap
     "threads": 1, # of a job
-    "mem_mb": 700, # of a job, and so much more with every try; measured: a file of each batch in `.benchmarks`
+    "mem_mb": 700, # of a job, and so much more with every try; measured: what a job took stands beside its log
     "runtime": 60, # min of a job, and so much more with every try
     "tries": 3, # after which rows that failed for a passing reason are taken as they are; Snakemake's --retries and one
 }
@@ -47,6 +48,7 @@ SWEEP = {name: str(config[name]) if usual is None else type(usual)(config.get(na
 
 BESIDE = str(Path(SWEEP["out"]).with_suffix(""))
 STORE = SWEEP["store"] or f"{BESIDE}.rows"
+LOGS = SWEEP["logs"] or f"{BESIDE}.logs/"
 # Otherwise a batch's results would be one more sweep's.
 wildcard_constraints:
     **{name: r"[^./]+" for name in get_wildcard_names(SWEEP["out"])},
@@ -74,7 +76,7 @@ rule split:
         design=SWEEP["design"],
     output: expand(f"{BESIDE}.batches/{{batch}}.parquet", batch=range(SWEEP["batches"]), allow_missing=True)
     params: rig=SWEEP["rig"]
-    log: f"{BESIDE}.logs/split.log"
+    log: f"{LOGS}split.log"
     message: "Splitting {input.design}"
     script: "scripts/sweep_split.py"
 
@@ -93,7 +95,7 @@ if not SWEEP["kernels"]:
         resources:
             mem_mb=lambda wildcards, attempt: SWEEP["mem_mb"] * attempt,
             runtime=lambda wildcards, attempt: SWEEP["runtime"] * attempt,
-        log: f"{BESIDE}.logs/warm_up.log"
+        log: f"{LOGS}warm_up.log"
         message: "Compiling the kernels"
         script: "scripts/sweep_warm_up.py"
 
@@ -116,7 +118,7 @@ rule batch:
         mem_mb=lambda wildcards, attempt: SWEEP["mem_mb"] * attempt,
         runtime=lambda wildcards, attempt: SWEEP["runtime"] * attempt,
         attempt=lambda wildcards, attempt: attempt,
-    log: f"{BESIDE}.logs/{{batch}}.log"
+    log: f"{LOGS}{{batch}}.log"
     message: "Batch {wildcards.batch}"
     script: "scripts/sweep_batch.py"
 
@@ -143,6 +145,6 @@ rule gather:
     resources:
         mem_mb=lambda wildcards, attempt: SWEEP["mem_mb"] * attempt,
         runtime=lambda wildcards, attempt: SWEEP["runtime"] * attempt,
-    log: f"{BESIDE}.logs/gather.log"
+    log: f"{LOGS}gather.log"
     message: "Gathering {output[0]}"
     script: "scripts/sweep_gather.py"

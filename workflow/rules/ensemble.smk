@@ -52,6 +52,7 @@ def ensemble_sweep(place):
         "design": f"{R}/{place}/design_{{stage}}.parquet",
         "out": f"{R}/{place}/runs_{{stage}}.parquet",
         "store": f"{R}/{place}/rows", # of all stages: the last one has rigs of those before
+        "logs": f"{R}/logs/{place}/{{stage}}_",
         "rig": CONFIG.rig,
         "kernels": [KERNELS, method_kernels("linearly_implicit")],
         "batches": ENSEMBLE.forms[ENSEMBLE_FORMS[place]].batches,

@@ -125,6 +125,7 @@ module ring:
         {
             "design": f"{R}/ring/design.csv",
             "out": f"{R}/ring/runs.parquet",
+            "logs": f"{R}/logs/ring/",
             "rig": CONFIG.rig,
             "rigs": [other.rig for other in CONFIG.other_rigs.values()],
             "kernels": [KERNELS],
