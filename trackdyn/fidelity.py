@@ -189,8 +189,11 @@ def refuse_nonsense(scene) -> None:
     driven = scene.rig.drive is not None and (scene.rig.drive.kind != "speed" or scene.rig.drive.ripple > 0)
     semi_implicit = stepped and scene.integrator == "semi_implicit"
     if scene.loop == "on_wheels" and scene.chain != "belt" and ((driven and not semi_implicit) or (carried and not stepped)):
-        what = "the rig's drive" if driven and not semi_implicit else f"wheel {carried[0]} stands on a spring and"
-        refuse("space" if spatial else "integrator", f"{what} moves in the plane by semi-implicit Euler, not with {why}; 'semi_implicit' would do")
+        drives = driven and not semi_implicit
+        what = "the rig's drive moves in the plane by semi-implicit Euler" if drives else (
+            f"wheel {carried[0]} stands on a spring and moves in the plane by semi- or linearly implicit steps"
+        )
+        refuse("space" if spatial else "integrator", f"{what}, not with {why}; 'semi_implicit' would do")
     if scene.tooth_contact == "three_surfaces" and scene.rig.groove is None:
         refuse("tooth_contact", "three surfaces are made of the ten-arc design, which this rig's profile is not; 'ten_arcs' would do")
     if scene.joint == "radial":
