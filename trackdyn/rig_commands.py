@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from trackdyn.errors import InputError
+from trackdyn.errors import InputError, TrackdynError
 from trackdyn.parameters.validation import read_yaml, shown
 
 
@@ -121,7 +121,10 @@ def check(
     refuse_unwritable(out)
     if settle:
         typer.echo("settling; kernels that are not compiled yet take a minute or two more", err=True)
-    found = checked(loaded, rpm, settle)
+    try:
+        found = checked(loaded, rpm, settle)
+    except TrackdynError as error:
+        raise type(error)(f"{rig}: {error}") from None
     save(draw_rig(loaded, found.frame, found.wheels), out)
     for text in found.lines():
         typer.echo(text)

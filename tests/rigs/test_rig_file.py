@@ -152,7 +152,7 @@ def test_a_wheel_far_within_is_refused_and_one_under_a_sagging_strand_is_not():
     assert "carrier" not in [wheel_names(rig)[i] for i in belt_around(rig)[1]]
     with pytest.raises(InputError, match=r"wheel carrier at .* would not touch the loop"):
         belt_around(rig.changed(carrier__y=0.0))
-    with pytest.raises(InputError, match=r"wheels sprocket and road_1 are .* m apart and overlap"):
+    with pytest.raises(InputError, match=r"wheels sprocket \(radius .* m\) and road_1 \(.* m\) are .* m apart and overlap"):
         belt_around(rig.changed(road_1__x=-0.3))
     with pytest.raises(InputError, match="too short"):
         assemble(rig.changed(carrier__y=2.0))

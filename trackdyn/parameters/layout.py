@@ -196,7 +196,8 @@ def _refuse_overlap(circles: np.ndarray, solid: np.ndarray, names: tuple[str, ..
             distance, needed = hypot(*(circles[i, :2] - circles[k, :2])), (solid[i] + solid[k] if i == 0 else max(solid[i], solid[k]))
             if distance <= needed:
                 raise InputError(
-                    f"wheels {names[i]} and {names[k]} are {distance:.4g} m apart and overlap; more than {needed:.4g} m would do"
+                    f"wheels {names[i]} (radius {solid[i]:.4g} m) and {names[k]} ({solid[k]:.4g} m) are {distance:.4g} m apart and overlap; "
+                    f"more than {needed:.4g} m would do"
                 )
 
 

@@ -119,6 +119,12 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
     context.clearRect(0, 0, canvas.width, canvas.height);
     context.strokeStyle = colour("edge"); pen(0.8);
     for (const [x, y, r] of now.wheels) { disc(x, y, r, colour("rubber")); disc(x, y, 0.9 * r, colour("steel")); }
+    for (const [wheel, x, y] of G.arms ?? []) { // from the pivot, in the hull, to the wheel's hub
+      const [u, v, r] = now.wheels[wheel];
+      context.save(); context.lineCap = "round"; context.strokeStyle = colour("soft"); context.lineWidth = 0.16 * r * scale;
+      path([[x, y], [u, v]]); context.stroke(); context.restore();
+      for (const end of [[x, y], [u, v]]) disc(...end, 0.06 * r, colour("card"));
+    }
     if (run.radius !== null) disc(...G.sprocket, run.radius, colour("rubber"));
     if (G.teeth) {
       const outline = [];
@@ -154,6 +160,7 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
     const inColours = run.tension && $("colours")?.value === "tension", tint = (b, plain) =>
       inColours ? tensionColour((tensionOf(b) - run.low) / Math.max(run.high - run.low, 1)) : colour(plain);
     for (let p = 0; p < pitches(); p++) {
+      if (arcs(p)[0] !== arcs(p)[2]) { shoe(now, p, at, path, ratio, scale, tint); continue; }
       const l = arc(now, p, 0), [px, py] = at(l), r = arc(now, p, 1), [qx, qy] = at(r);
       const a = Math.atan2(r[1] - l[1], r[0] - l[0]);
       context.beginPath();
@@ -174,6 +181,21 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
       }
     }
     context.globalAlpha = 1;
+  }
+
+  // A single-pin chain has no connectors: the two arcs at a joint belong to the bodies on either side of it, a half each.
+  function shoe(now, p, at, path, ratio, scale, tint) {
+    const pin = now.pins[arcs(p)[2]];
+    for (const side of [0, 1]) {
+      const centre = arc(now, p, side), [x, y] = at(centre), body = arcs(p)[2 * side];
+      const a = Math.atan2(centre[1] - pin[1], centre[0] - pin[0]), h = [-G.arc * Math.sin(a), G.arc * Math.cos(a)];
+      path([[centre[0] + h[0], centre[1] + h[1]], [pin[0] + h[0], pin[1] + h[1]], [pin[0] - h[0], pin[1] - h[1]], [centre[0] - h[0], centre[1] - h[1]]]);
+      context.arc(x, y, G.arc * scale, Math.PI / 2 - a, -Math.PI / 2 - a, true);
+      context.closePath();
+      context.fillStyle = tint(body, "links"); context.fill(); context.lineWidth = 0.8 * ratio; context.stroke();
+    }
+    context.beginPath(); context.arc(...at(pin), 0.35 * G.arc * scale, 0, 2 * Math.PI);
+    context.fillStyle = colour("card"); context.fill(); context.stroke();
   }
 
   const tensionOf = (b) => run.tension[index * run.bodies + b];

@@ -224,6 +224,11 @@ def geometry(recording: Recording, stretch: Stretch) -> dict:
     bar = _round(max(largest, 1.0) / 1.2) if largest else 0.0  # the largest arrow is 1.2 to 3 bars long, none is cut
     width = float(np.ptp(stretch.bodies[0, :, :2], axis=0).max())
     pitch = float(model.chain.length.sum()) / rig.chain.pitches
+    arms, carriers = [], model.carriers
+    if carriers is not None:
+        arms = [
+            [int(carriers.wheel[k]) - 1, float(carriers.x[k]), float(carriers.y[k])] for k in np.flatnonzero(carriers.arm)
+        ]
     return {
         "thickness": 2 * model.wheels.half_thickness,
         "arc": rig.chain.connector_radius,
@@ -241,6 +246,7 @@ def geometry(recording: Recording, stretch: Stretch) -> dict:
             [int(shoes.arc_body[k]), float(shoes.arc_x[k]), int(shoes.arc_body[k + 1]), float(shoes.arc_x[k + 1])]
             for k in range(0, len(shoes.arc_body), 2)
         ],
+        "arms": arms,
         "wheels": stretch.names[1:],
         "bars": {name: BARS[name] * size for name, size in zip(BARS, (width, groove.addendum, pitch), strict=True)},
         "follow": 0.85 * pitch,
