@@ -121,7 +121,7 @@ def test_penetration_velocity_on_a_tooth_is_the_rate_of_the_depth(driven_loop):
     loop = driven_loop(None)
     model, state, work = loop.model, loop.state, loop.work
     law = model.tooth.law._replace(speed_floor=1e-12, loss=0.25)
-    model = model._replace(tooth=model.tooth._replace(law=law))
+    model = model._replace(tooth=model.tooth._replace(law=law, mobility=0.0))
     state.rate[:] += np.random.default_rng(1).normal(0.0, 1.0, len(state.rate))
     for change in (work.com_dvx, work.com_dvy, work.turned):  # no step was taken from this state
         change[:] = 0.0

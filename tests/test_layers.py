@@ -25,7 +25,7 @@ LAYERS = {
 }
 # a library, and the folders that alone may import it
 CORNERS = {
-    "matplotlib": {"report"}, "jinja2": {"report"}, "exudyn": {"peers"}, "hypothesis": {"study"}, "rocrate": {"certify"},
+    "matplotlib": {"report"}, "jinja2": {"report"}, "exudyn": {"peers"}, "mujoco": {"peers"}, "hypothesis": {"study"}, "rocrate": {"certify"},
     "snakemake": set(),
 }  # fmt: skip
 

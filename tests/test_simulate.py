@@ -132,8 +132,9 @@ def test_stiffness_without_measure_diverges_too(make_scene, rig, monkeypatch, ri
     """Not the step but the rig is absurd: still no result, and nothing that is not a number comes back."""
     forget_limits(monkeypatch)
     absurd = rig.changed(steel__youngs_modulus=1e19, tooth_contact__youngs_modulus=1e19)
+    # without loss: steel that damps itself at the instant of its force would hold the bodies together
     with pytest.raises(DivergenceError, match=r"at t = [\d.e-]+ s of .*, first at (link|connector) \d+"):
-        simulate(make_scene(210.0, rig=absurd, ring_radius=ring))
+        simulate(make_scene(210.0, rig=absurd, ring_radius=ring, normal_law="elastic"))
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,9 @@ from math import cos, pi, radians, sin, sqrt, tan
 
 import numpy as np
 
+from trackdyn.chain.mobility import mobility_across
 from trackdyn.integrate.dynamics import SOLVERS
+from trackdyn.integrate.methods import METHODS
 from trackdyn.model.constants import (
     INDEPENDENT,
     ISOTROPIC,
@@ -50,7 +52,7 @@ def make_law(
     return Law(stiffness, loss, mu_s, mu_d, v_t, speed_floor, factor_limit)
 
 
-def make_tooth(groove, arc_radius: float, law: Law, present: bool = True) -> Tooth:
+def make_tooth(groove, arc_radius: float, law: Law, present: bool = True, mobility: float = 0.0) -> Tooth:
     """Precompute the constants of the area search from the groove's geometry."""
     beta = [(2 * k - 1) * pi / groove.teeth - pi / 2 for k in range(1, groove.teeth + 1)]  # Eq. 12
     return Tooth(
@@ -67,6 +69,7 @@ def make_tooth(groove, arc_radius: float, law: Law, present: bool = True) -> Too
         groove.addendum,
         arc_radius,
         law,
+        mobility,
     )
 
 
@@ -253,12 +256,15 @@ def build_model(scene) -> Model:
     profile = PROFILES.get(scene.tooth_contact, PROFILES["ten_arcs"])
     shoes = build_shoes(rig, scene.chain)
     body = int(shoes.link_body[rig.sensor.pitch - 1])
+    chain, mobility = build_chain(rig, scene.chain), 0.0
+    if METHODS[scene.integrator].staggered:
+        mobility = mobility_across(chain, shoes.arc_body[0], shoes.arc_x[0])
     tooth = make_tooth(
-        profile(rig), rig.chain.connector_radius, _law(rig, rig.tooth_contact, scene), toothed
+        profile(rig), rig.chain.connector_radius, _law(rig, rig.tooth_contact, scene), toothed, mobility
     )
     wheels = build_wheels(scene)
     return Model(
-        build_chain(rig, scene.chain),
+        chain,
         shoes,
         tooth,
         wheels,

@@ -111,7 +111,8 @@ def loop(request, driven_loop):
     model, state, work = loop.model, loop.state, loop.work
     chain = model.chain
     model = model._replace(
-        chain=chain._replace(com_x=0.45 * chain.length, com_y=np.full(len(chain.length), 0.004))
+        chain=chain._replace(com_x=0.45 * chain.length, com_y=np.full(len(chain.length), 0.004)),
+        tooth=model.tooth._replace(mobility=0.0),
     )
     close_velocities(model.chain, state)
     # the state is no longer the one of the last step: nothing is led ahead by what that step changed
@@ -355,3 +356,19 @@ def test_contacts_are_damped_with_velocities_half_a_step_ahead(loop):
     np.testing.assert_allclose(work.wheel_force, moving[0], rtol=1e-12)
     np.testing.assert_allclose(work.tooth_force, moving[1], rtol=1e-12)
     assert (moving[0] > 0).any()
+
+
+def test_a_force_of_the_teeth_slows_itself_only_while_it_grows(loop):
+    """A force as large as a step ago is that of the led velocity; one that begins now takes some of it away."""
+    model, state, work = loop
+    memory = state.tooth_impact.copy()
+    refresh(model, state, work)
+    led = work.tooth_force.copy()
+    yielding = model._replace(tooth=model.tooth._replace(mobility=0.2))
+    state.tooth_impact[:], work.tooth_before[:] = memory, led
+    refresh(yielding, state, work)
+    np.testing.assert_allclose(work.tooth_force, led, rtol=1e-12)
+    state.tooth_impact[:], work.tooth_before[:] = memory, 0.0
+    refresh(yielding, state, work)
+    touched = led > 0
+    assert (work.tooth_force[touched] < led[touched]).all() and (work.tooth_force[touched] > 0).any()

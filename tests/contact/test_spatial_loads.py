@@ -110,7 +110,9 @@ def test_overlap_of_two_lengths(make_spatial):
 
 def test_less_overlap_gives_less_force(make_spatial):
     model, state = make_spatial()
-    model = model._replace(space=model.space._replace(guide_reach=np.zeros_like(model.space.guide_reach)))
+    # each depth by itself: nothing of the force that was there before
+    tooth = model.tooth._replace(mobility=0.0)
+    model = model._replace(space=model.space._replace(guide_reach=np.zeros_like(model.space.guide_reach)), tooth=tooth)
     full = evaluate(model, copy.deepcopy(state))
     state.plane.motion[0] = 0.02
     part = evaluate(model, copy.deepcopy(state))

@@ -199,7 +199,8 @@ def parts(driven_loop):
     work = loop.work
     for change in (work.com_dvx, work.com_dvy, work.turned):  # nothing led ahead by the last step
         change[:] = 0.0
-    return loop.model, loop.state, work, work._replace(implicit=make_implicit(len(loop.angles), WHEELS))
+    model = loop.model._replace(tooth=loop.model.tooth._replace(mobility=0.0))
+    return model, loop.state, work, work._replace(implicit=make_implicit(len(loop.angles), WHEELS))
 
 
 def wrenches(model, work):

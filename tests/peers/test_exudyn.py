@@ -138,6 +138,7 @@ def both_contacts(rig, driven_loop):
         model, state, work = loop.model, loop.state, loop.work
         for change in (work.com_dvx, work.com_dvy, work.turned):  # velocities as they are, none led ahead
             change[:] = 0.0
+        model = model._replace(tooth=model.tooth._replace(mobility=0.0))
         w = model.wheels
         contacts = make_contacts(Scene(rig, 115.0, ring_radius=ring_radius), 0.0)
         radius = w.radius * w.present

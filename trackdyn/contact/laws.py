@@ -24,6 +24,23 @@ def normal_force(law: Law, depth, speed, impact_speed, radius):
 
 
 @kernel
+def impeded_speed(law: Law, elastic, speed, impact_speed, given):
+    """Penetration velocity (m/s) under the force of Eq. 8 that it makes itself: v with ``v + given F(v) = speed``.
+
+    ``elastic`` is the force's elastic part (N), ``given`` what a unit of the force takes from the velocity, m/s/N. F grows
+    with v, piece by piece in proportion: there is one v.
+    """
+    slope = law.loss / impact_speed
+    v = (speed - given * elastic) / (1.0 + given * elastic * slope)
+    factor = 1.0 + slope * v
+    if factor < 0.0:
+        return speed
+    if factor > law.factor_limit:
+        return speed - given * elastic * law.factor_limit
+    return v
+
+
+@kernel
 def normal_slopes(law: Law, depth, speed, impact_speed, radius):
     """Slopes of Eq. 8 with the penetration (N/m) and with its velocity (N s/m; 0 where the bracket is clipped)."""
     elastic = elastic_force(law.stiffness, depth, radius)

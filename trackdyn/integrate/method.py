@@ -40,6 +40,11 @@ class Method(NamedTuple):
         return self.tableau is not None and self.tableau.error is not None
 
     @property
+    def staggered(self) -> bool:
+        """Whether velocities belong to the middle of a step and forces to its ends."""
+        return self.tableau is None and not self.linearly_implicit
+
+    @property
     def implicit_damping(self) -> bool:
         """Whether bushing damping and a compliant cut are implicit in the sweep."""
         return self.tableau is None

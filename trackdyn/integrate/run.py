@@ -83,6 +83,9 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
             slide(model, state, work, model.carriers)
             place(model.chain, state, work)
             account(model, state, work, lead, space, model.carriers, sliding)
+            if implicit is None:
+                for arc in range(work.tooth_force.shape[0]):
+                    work.tooth_before[arc] = work.tooth_force[arc]
             evaluate_loads(model, state, work, space, implicit)
             if record.spells.enabled:
                 log_spells(record.spells, state, work, state.steps[0] * model.step, model.step)

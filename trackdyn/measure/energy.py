@@ -93,7 +93,7 @@ def refuse_open_account(energy, model, seconds: float) -> None:
     remedy = f"a step smaller than {model.step:g} s would do"
     if not abs(share) <= OPEN_SHARE:
         raise DivergenceError(
-            f"{abs(share):.1%} of the energy exchanged in the run is not accounted for, more than {OPEN_SHARE:.0%}: contacts "
+            f"{abs(share):.1%} of the energy exchanged in the run is not accounted for, more than {OPEN_SHARE:.1%}: contacts "
             f"are not resolved; {remedy}"
         )
     change = energy[-1] - energy[0]

@@ -125,6 +125,9 @@ class Tooth(NamedTuple):
         r_C of the connector's arcs, m.
     law : Law
         Steel on steel.
+    mobility : float
+        Of the chain across itself where an arc touches (`chain.mobility`), 1/kg; 0 where the method has forces and
+        velocities of the same instant.
     """
 
     present: int
@@ -142,6 +145,7 @@ class Tooth(NamedTuple):
     addendum: float
     arc_radius: float
     law: Law
+    mobility: float = 0.0
 
 
 class Wheels(NamedTuple):

@@ -234,6 +234,8 @@ class Work(NamedTuple):
         Torque of the contacts on the wheels, N m.
     tooth_force, tooth_area, tooth_groove : (2 p,) arrays
         Normal force (N), area and groove of every arc, 0 without contact.
+    tooth_before : (2 p,) array
+        Normal force of every arc one step ago, N.
     wheel_force : (p, w) array
         Normal force of every link on every wheel, N.
     contact : (c, 20) array
@@ -289,6 +291,7 @@ class Work(NamedTuple):
     tooth_force: np.ndarray
     tooth_area: np.ndarray
     tooth_groove: np.ndarray
+    tooth_before: np.ndarray
     wheel_force: np.ndarray
     contact: np.ndarray
     contact_body: np.ndarray
@@ -319,6 +322,7 @@ def make_work(n: int, pitches: int, wheels: int) -> Work:
         np.zeros(2 * pitches),
         np.zeros(2 * pitches, np.int64),
         np.zeros(2 * pitches, np.int64),
+        np.zeros(2 * pitches),
         np.zeros((pitches, wheels)),
         np.zeros((contacts, CONTACT_COLUMNS)),
         np.zeros((contacts, 4), np.int64),

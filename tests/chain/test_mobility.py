@@ -1,0 +1,64 @@
+"""How a straight chain meets a sudden force, against the mass matrix of its coordinates."""
+
+import numpy as np
+import pytest
+
+from trackdyn.build import build_chain
+from trackdyn.chain.mobility import mobility_across
+from trackdyn.model.constants import Chain
+
+
+def by_mass_matrix(chain, body, along):
+    """Of a chain that lies straight with both ends free: across itself it has one way and ``n`` angles."""
+    n = len(chain.mass)
+
+    def across(i, at):
+        row = np.zeros(n + 1)
+        row[0], row[1 : 1 + i], row[1 + i] = 1.0, chain.length[:i], at
+        return row
+
+    matrix = np.diag([0.0, *chain.inertia])
+    for i in range(n):
+        matrix += chain.mass[i] * np.outer(across(i, chain.com_x[i]), across(i, chain.com_x[i]))
+    return across(body, along) @ np.linalg.solve(matrix, across(body, along))
+
+
+def uneven(n, seed=4):
+    """Bodies that differ, with their mass centres off the middle."""
+    rng = np.random.default_rng(seed)
+    length, mass = rng.uniform(0.05, 0.2, n), rng.uniform(1, 12, n)
+    return Chain(length, mass, mass * length**2 / 9, rng.uniform(0.3, 0.7, n) * length, np.zeros(n), 0.0, 0.0, 0.0, 9.81)
+
+
+def test_a_body_alone_has_its_mass_and_inertia():
+    chain = uneven(1)
+    arm = 0.9 * chain.length[0] - chain.com_x[0]
+    assert mobility_across(chain, 0, 0.9 * chain.length[0]) == pytest.approx(
+        1 / chain.mass[0] + arm**2 / chain.inertia[0], rel=1e-12
+    )
+
+
+@pytest.mark.parametrize("part", [0.0, 0.4, 1.0])
+def test_mobility_is_that_of_the_mass_matrix(part):
+    # as long on either side as the loop is: what is beyond ten bodies weighs less than rounding
+    chain, middle = uneven(41), 20
+    ends = Chain(*(np.roll(values, -middle) for values in chain[:5]), *chain[5:])
+    assert mobility_across(ends, 0, part * chain.length[middle]) == pytest.approx(
+        by_mass_matrix(chain, middle, part * chain.length[middle]), rel=1e-9
+    )
+
+
+@pytest.mark.parametrize("kind", ["double_pin", "single_pin"])
+def test_arcs_of_a_pitch_meet_the_same_mass(make_scene, kind):
+    """Links and connectors are symmetric, so are the places of the two arcs of a connector."""
+    scene = make_scene(chain=kind)
+    model = scene.model
+    left, right = (mobility_across(model.chain, model.shoes.arc_body[k], model.shoes.arc_x[k]) for k in (0, 1))
+    assert left == pytest.approx(right, rel=1e-12) == pytest.approx(model.tooth.mobility, rel=1e-12)
+    chain = build_chain(scene.rig, kind)
+    assert 1 / chain.mass.sum() < left < 1 / chain.mass.min() + chain.length.max() ** 2 / chain.inertia.min()
+
+
+@pytest.mark.parametrize(("integrator", "yields"), [("semi_implicit", True), ("linearly_implicit", False), ("rk4", False)])
+def test_only_velocities_of_the_middle_of_a_step_are_led(make_scene, integrator, yields):
+    assert (make_scene(integrator=integrator).model.tooth.mobility > 0) == yields
