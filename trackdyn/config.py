@@ -122,7 +122,7 @@ class Config(Section):
 
     ``sensor_csv`` names the measured record of a speed; ``{rpm}`` stands for the motor speed. ``sensor_mapping`` names the
     file that says how these are read (:class:`trackdyn.measure.sensor_mapping.SensorMapping`). ``known`` ends the runs of
-    ring study, sensitivity, stability and ladder. ``compare_costs`` asks for what an answer costs in both codes, and a sweep
+    ring study, sensitivity, stability and ladder. ``compare_costs`` asks for what an answer costs in every code, and a sweep
     on one and two processes.
     """
 

@@ -49,13 +49,16 @@ def test_the_cheapest_setting_that_keeps_the_tolerance_is_chosen():
     assert rows.loc[1e-4, "cpu_s"] == pytest.approx(0.1 + 1.0 * (1.5 + 0.025 * rows.loc[1e-4, "passages"]))
 
 
-def test_without_the_other_code_our_side_stands_alone(rig, monkeypatch):
-    monkeypatch.setitem(__import__("sys").modules, "exudyn", None)
+def test_without_the_other_codes_our_side_stands_alone(rig, monkeypatch):
+    for module in ("exudyn", "mujoco"):
+        monkeypatch.setitem(__import__("sys").modules, module, None)
     asked = PeerAnswers(
         speed_rpm=210, ring_radius_m=0.308, tolerance=0.05, ramp_s=0.1, lead_in_s=0.05, passages=9,
         steps_s={"semi_implicit": [1e-4, 5e-5]}, exudyn_steps_s=[1e-3, 5e-4],
+        mujoco_steps_s={"euler": [1e-3, 5e-4]},
     )  # fmt: skip
     table = compare_answers(rig, asked)
-    assert list(table["code"]) == ["trackdyn", "trackdyn", "exudyn"]
-    assert table["note"].iloc[-1].startswith("not run: exudyn is not installed")
+    assert list(table["code"]) == ["trackdyn", "trackdyn", "exudyn", "mujoco, contact of its own"]
+    assert list(table["note"].iloc[2:]) == [f"not run: {code} is not installed; pip install 'trackdyn[peers]'" for code in ("exudyn", "mujoco")]
+    assert "mujoco, contact of its own does not reach it with these settings or was not run" in outcome(table, 0.05)
     assert table["rms_m_s2"][0] == pytest.approx(table["rms_m_s2"][1], rel=0.02)

@@ -360,13 +360,15 @@ STUDIES = (
         with its standard error: percent, of contact shares points of a sprocket turn. A dash: that step was refused or was not
         run. Whether the preset `standard` is within 2 % is undecided where two standard errors decide it. The paper
         has no such table.""", table=True),
-    Item("peer_answers", "An answer of equal error in both codes", "peer_answers", "trackdyn.peers.answers:compare_answers", """
+    Item("peer_answers", "An answer of equal error in every code", "peer_answers", "trackdyn.peers.answers:compare_answers", """
         Processor seconds until the RMS of the acceleration of all links is known to 1 %, with the ring of 0.308 m at 115 rpm, in
-        this simulator and in Exudyn, on one thread of one machine in one run: settling or assembling, starting, leaving half a
-        second out, and recording as many passages as the setting's error and scatter leave to be averaged. Each code's error is
-        taken against its own limit over steps, extrapolated with the order of its method, and each is chosen at its own cheapest setting of those tried; a dash: too
-        coarse for the tolerance. Both codes solve one model with the same contact laws, which Exudyn calls from Python,
-        compiled; it is general and three-dimensional, so the ratio is no verdict on it.""", table=True),
+        this simulator, in Exudyn and in MuJoCo, on one thread of one machine in one run: settling or assembling, starting, leaving
+        half a second out, and recording as many passages as the setting's error and scatter leave to be averaged. Each code's
+        error is taken against its own limit over steps, extrapolated with the order of its method, and each is chosen at its own
+        cheapest setting of those tried; a dash: too coarse for the tolerance. This simulator and Exudyn solve one model with the
+        same contact laws, which Exudyn calls from Python, compiled. MuJoCo has a contact of its own, matched to the rig's at one
+        load, so it solves another model of the same layout. Both are general and three-dimensional: ratios are no verdict on
+        them.""", table=True),
     Item("scaling", "A sweep on more processes", "scaling", "trackdyn.report.figures.trade:scaling_figure", """
         Wall time of equal runs on one and two processes, the least of three repetitions, beside a model that knows the time of
         one run alone."""),

@@ -1,11 +1,14 @@
-"""What an answer of equal error costs in either code: one scene, one measure, each code against its own limit.
+"""What an answer of equal error costs in every code: one scene, one measure, each code against its own limit.
 
-The measure is the RMS of the acceleration of all links' mass centres, from places a sample apart: what both codes give alike. Both
+The measure is the RMS of the acceleration of all links' mass centres, from places a sample apart: what all codes give alike. All
 start from the same settled loop, leave the same time out and are measured over the same passages; the loop is driven on
 one thread. The record that a tolerance needs follows from error and scatter of each setting, as the planner's does.
+MuJoCo has contacts of its own (`peers.mujoco_contact`), so its limit is that of another model.
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import partial
 from itertools import pairwise
 from time import process_time
 
@@ -17,7 +20,9 @@ from trackdyn.loop import Loop
 from trackdyn.measure.whole_loop import Series
 from trackdyn.parameters.rig import Rig
 from trackdyn.peers.comparison import OURS, PEER, run_peer
-from trackdyn.peers.exudyn_loop import require_exudyn
+from trackdyn.peers.extra import required
+from trackdyn.peers.exudyn_loop import PeerRun, require_exudyn
+from trackdyn.peers.mujoco_loop import run_mujoco
 from trackdyn.scene import Scene
 from trackdyn.study.accuracy.limit import SURE, difference, limit_of
 from trackdyn.study.accuracy.planner import record_error
@@ -29,8 +34,9 @@ COLUMNS = [
     "code", "method", "step_s", "rms_m_s2", "difference_pct", "uncertainty_pct", "scatter_pct", "cpu_s_per_s", "passages", "cpu_s",
     "chosen", "note",
 ]  # fmt: skip
-METHOD = "generalized alpha"  # of the other code
-ORDERS = {"semi_implicit": 1, METHOD: 2}  # as declared (`integrate.methods`; Chung and Hulbert, J. Appl. Mech. 60, 1993)
+METHOD = "generalized alpha"  # of Exudyn
+OWN = "mujoco, contact of its own"
+ORDERS = {"semi_implicit": 1, METHOD: 2, "euler": 1, "implicitfast": 1}  # as declared (`integrate.methods`; Chung and Hulbert, J. Appl. Mech. 60, 1993)
 MOST = 3000  # passages
 
 
@@ -66,17 +72,17 @@ def ours(scene: Scene) -> tuple[np.ndarray, float, float]:
     return (pins + arm)[:, ::2], settled - begin, spent / (scene.ramp + scene.lead_in + scene.duration)
 
 
-def theirs(scene: Scene, step: float) -> tuple[np.ndarray, float, float]:
-    """The same of Exudyn; to settle the loop, which is this simulator's part, and to assemble the system is counted as such."""
+def theirs(scene: Scene, run: Callable[[Scene], PeerRun]) -> tuple[np.ndarray, float, float]:
+    """The same of another code; to settle the loop, which is this simulator's part, and to assemble the system is counted as such."""
     begin = process_time()
-    run = run_peer(scene.with_(duration=scene.lead_in + scene.duration, lead_in=0.0), step)[0]
+    found = run(scene.with_(duration=scene.lead_in + scene.duration, lead_in=0.0))
     seconds = scene.ramp + scene.lead_in + scene.duration
     first = round((scene.ramp + scene.lead_in) * scene.rig.sensor.rate) + 1
-    return run.centre[first:, ::2], process_time() - begin - run.cpu, run.cpu / seconds
+    return found.centre[first:, ::2], process_time() - begin - found.cpu, found.cpu / seconds
 
 
 def compare_answers(rig: Rig, asked: PeerAnswers) -> pd.DataFrame:
-    """Processor seconds that every setting of both codes takes for one tolerance.
+    """Processor seconds that every setting of every code takes for one tolerance.
 
     Returns
     -------
@@ -89,14 +95,34 @@ def compare_answers(rig: Rig, asked: PeerAnswers) -> pd.DataFrame:
     span = rig.loop_period(asked.speed_rpm) / rig.chain.pitches
     about = {"duration": whole_samples(rig, asked.passages * span + 0.01), "lead_in": asked.lead_in_s, "spells": False}
     scene = Scene(rig, asked.speed_rpm, asked.ring_radius_m, ramp=asked.ramp_s, **about)
-    own = [(method, step) for method, steps in asked.steps_s.items() for step in steps]
-    tables = [_answers(OURS, own, "semi_implicit", asked, span, rig.sensor.rate, lambda m, h: ours(scene.with_(integrator=m, step=h)))]
-    try:
-        require_exudyn()
-        other = [(METHOD, step) for step in asked.exudyn_steps_s]
-        tables.append(_answers(PEER, other, METHOD, asked, span, rig.sensor.rate, lambda m, h: theirs(scene, h)))
-    except InputError as error:
-        tables.append([{"code": PEER, "note": f"not run: {error}"}])
+    brief = scene.with_(lead_in=0.0, duration=whole_samples(rig, 0.01))
+    first = next(iter(asked.mujoco_steps_s))
+
+    def exudyn(scene: Scene, method: str, step: float):
+        return theirs(scene, lambda scene: run_peer(scene, step)[0])
+
+    def mujoco(scene: Scene, method: str, step: float):
+        return theirs(scene, lambda scene: run_mujoco(scene, method, step))
+
+    def trackdyn(scene: Scene, method: str, step: float):
+        return ours(scene.with_(integrator=method, step=step))
+
+    tables = []
+    for code, there, steps, extrapolated, run in (
+        (OURS, lambda: None, asked.steps_s, "semi_implicit", trackdyn),
+        (PEER, require_exudyn, {METHOD: asked.exudyn_steps_s}, METHOD, exudyn),
+        (OWN, partial(required, "mujoco"), asked.mujoco_steps_s, first, mujoco),
+    ):
+        try:
+            there()
+        except InputError as error:
+            tables.append([{"code": code, "note": f"not run: {error}"}])
+            continue
+        for method, sizes in steps.items():  # what is compiled at the first run is there before anything is timed
+            with suppress(DivergenceError, InputError):
+                run(brief, method, max(sizes))
+        settings = [(method, step) for method, sizes in steps.items() for step in sizes]
+        tables.append(_answers(code, settings, extrapolated, asked, span, rig.sensor.rate, partial(run, scene)))
     return pd.DataFrame([row for rows in tables for row in rows], columns=COLUMNS)
 
 
@@ -104,7 +130,6 @@ def _answers(
     code: str, settings: Sequence[tuple[str, float]], extrapolated: str, asked: PeerAnswers, span: float, rate: float, run: Callable
 ) -> list[dict]:
     """Rows of a code."""
-    run(*settings[0])  # compiled before anything is timed
     found, spent, rows = {}, {}, []
     for setting in settings:
         try:
@@ -142,4 +167,9 @@ def outcome(table: pd.DataFrame, tolerance: float) -> str:
     parts = [f"{code} takes {seconds:.3g} s of processor time" for code, seconds in chosen.items()]
     missing = [code for code in table["code"].unique() if code not in chosen]
     parts += [f"{code} does not reach it with these settings or was not run" for code in missing]
-    return f"At an error of at most {100 * tolerance:g} %: {'; '.join(parts)}."
+    text = f"At an error of at most {100 * tolerance:g} %: {'; '.join(parts)}."
+    if {"rms_m_s2", "difference_pct"} <= set(table):
+        limits = (table["rms_m_s2"] / (1 + table["difference_pct"] / 100)).groupby(table["code"]).mean()
+        apart = {code: 100 * (limits[code] / limits[OURS] - 1) for code in (PEER, OWN) if np.isfinite(limits.get(code, np.nan))}
+        text += "".join(f" The RMS of {code} in the limit is {share:+.2g} % from ours." for code, share in apart.items())
+    return text

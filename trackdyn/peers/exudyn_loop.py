@@ -13,11 +13,11 @@ from math import pi
 
 import numpy as np
 
-from trackdyn.errors import DivergenceError, InputError
+from trackdyn.errors import DivergenceError
 from trackdyn.model.constants import Chain, Drive
 from trackdyn.peers.contact import Contacts, Memory, contact_loads, force_vector, jacobian_triplets
+from trackdyn.peers.extra import required
 
-MISSING = "exudyn is not installed; pip install 'trackdyn[peers]'"
 # Newton's iteration ends when the residual has fallen by the first or below the second: Exudyn's own defaults.
 RELATIVE_TOLERANCE = 1e-8
 ABSOLUTE_TOLERANCE = 1e-10
@@ -31,12 +31,8 @@ def require_exudyn():
     InputError
         If it is not installed; the sentence names the extra.
     """
-    try:
-        sys.exudynFast = True  # its build without range checks, where there is one
-        import exudyn
-    except ImportError:
-        raise InputError(MISSING) from None
-    return exudyn
+    sys.exudynFast = True  # its build without range checks, where there is one
+    return required("exudyn")
 
 
 @dataclass(frozen=True)

@@ -56,7 +56,7 @@ HEADS = {
         for name in ("fast", "standard", "paper", "reference") for column, words in {"_pct": "off by (%)", "_error_pct": "error (%)"}.items()
     } | {"standard_within_bound": "standard<br>within 2 %"},
     "peer_answers": {
-        "code": "code", "method": "method", "step_s": "step<br>(s)", "difference_pct": "error<br>(%)",
+        "code": "code", "method": "method", "step_s": "step<br>(s)", "rms_m_s2": "RMS<br>(m/s2)", "difference_pct": "error<br>(%)",
         "uncertainty_pct": "its standard error<br>(%)", "scatter_pct": "scatter of a passage<br>(%)",
         "cpu_s_per_s": "processor s<br>a second", "passages": "passages<br>needed", "cpu_s": "processor s<br>for the answer",
         "chosen": "chosen", "note": "note",

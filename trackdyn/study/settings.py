@@ -139,7 +139,7 @@ class WholeLoopForm(Section):
 
 
 class PeerAnswers(Section):
-    """One scene in both codes until its measure is known to a tolerance: settings that are tried, and the record of each."""
+    """One scene in every code until its measure is known to a tolerance: settings that are tried, and the record of each."""
 
     speed_rpm: Positive
     ring_radius_m: Positive
@@ -149,10 +149,14 @@ class PeerAnswers(Section):
     passages: Annotated[int, Field(ge=9)]
     steps_s: Steps
     exudyn_steps_s: Annotated[list[Positive], Field(min_length=2)]
+    mujoco_steps_s: Annotated[dict[Literal["euler", "implicitfast"], Values], Field(min_length=1)]
 
     @model_validator(mode="after")
     def _limit(self):
         _extrapolates("peer_answers: steps_s", self.steps_s)
+        method, steps = next(iter(self.mujoco_steps_s.items()))
+        if len(set(steps)) < 2:
+            raise InputError(f"peer_answers: mujoco_steps_s is not accepted: its limit is extrapolated over the steps of {method}; two or more would do")
         return self
 
 

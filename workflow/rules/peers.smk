@@ -21,7 +21,7 @@ rule peer:
 
 
 rule peer_answers:
-    """Processor seconds for an answer of equal error in both codes. Without Exudyn, our side alone."""
+    """Processor seconds for an answer of equal error in every code. One that is missing has a row that says so."""
     input:
         needs("peer_answers.py"),
         rig=CONFIG.rig,
@@ -29,5 +29,5 @@ rule peer_answers:
     output: **table("peer_answers")
     params: asked=CONFIG.studies.peer_answers.model_dump()
     log: f"{R}/logs/peer_answers.log"
-    message: "The same answer in both codes"
+    message: "The same answer in every code"
     script: "../scripts/peer_answers.py"
