@@ -253,6 +253,29 @@ def test_a_killed_worker_costs_its_row_only(rig_path, monkeypatch):
     assert "SIGKILL" in found.reason[1]
 
 
+def test_an_answer_before_the_process_is_heard_is_not_lost(rig_path, monkeypatch):
+    """Both come up and could refuse their first rows while whoever waits for them is held up."""
+    answer = workers._Worker.answer
+
+    def late(self):
+        if not self.ready:
+            time.sleep(3)
+        return answer(self)
+
+    def given_up(*_):
+        raise TimeoutError("rows are waited for that nobody computes")
+
+    monkeypatch.setattr(workers._Worker, "answer", late)
+    before = signal.signal(signal.SIGALRM, given_up)
+    signal.alarm(120)
+    try:
+        found = sweep(design(4, step=0.5), rig=rig_path, jobs=2)
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+    assert found.state.tolist() == ["refused"] * 4
+
+
 def test_workers_that_cannot_start_are_said_to(rig_path, monkeypatch):
     monkeypatch.setattr(sys, "executable", "/bin/false")
     with pytest.raises(trackdyn.TrackdynError, match="ended at its start"):

@@ -73,7 +73,11 @@ class _Worker:
         )
 
     def ask(self) -> None:
-        """Hand over the next row."""
+        """Hand over the next row.
+
+        There is one at a time, and none before it has come up: two lines that came at once would be read at once, and
+        nobody be told of the second.
+        """
         self.row = self.waiting.popleft() if self.waiting else None
         if self.row is not None:
             with contextlib.suppress(BrokenPipeError):  # its end is seen where its answer is awaited
@@ -82,8 +86,12 @@ class _Worker:
     def answer(self) -> dict | None:
         """The result of the row in hand; None: it has only come up."""
         line = self.process.stdout.readline()
-        if line.strip() == READY and not self.ready:
-            self.ready = True
+        if not self.ready:
+            self.ready = line.strip() == READY
+            if not self.ready:
+                raise TrackdynError(
+                    f"a process that is to compute rows ended at its start (exit code {self.process.wait()}); see what it printed above"
+                )
             return None
         try:
             return json.loads(line)
@@ -92,10 +100,6 @@ class _Worker:
 
     def _death(self) -> str:
         code = self.process.wait()
-        if not self.ready:
-            raise TrackdynError(
-                f"a process that is to compute rows ended at its start (exit code {code}); see what it printed above"
-            )
         how = signal.Signals(-code).name if code < 0 else f"exit code {code}"
         return f"the process that computed it ended ({how}), perhaps for want of memory; fewer jobs or more memory would do"
 
@@ -126,19 +130,20 @@ class _Workers:
             try:
                 for _ in range(self.jobs):
                     self._start(selector, deque())
-                while any(worker.row for worker in self.workers):
+                while self.workers:
                     for key, _ in selector.select():
                         worker: _Worker = key.data
-                        if (result := worker.answer()) is None:
-                            continue
-                        if worker.alive:
+                        result = worker.answer()
+                        if alive := worker.alive:
                             self._feed(worker)
-                        else:
+                        if not alive or worker.row is None:
                             selector.unregister(worker.process.stdout)
                             self.workers.remove(worker)
                             worker.end()
+                        if not alive:
                             self._start(selector, worker.waiting)
-                        yield result
+                        if result is not None:
+                            yield result
             finally:
                 for worker in self.workers:
                     worker.end()
@@ -148,7 +153,6 @@ class _Workers:
         worker.waiting = waiting
         self.workers.append(worker)
         selector.register(worker.process.stdout, selectors.EVENT_READ, worker)
-        self._feed(worker)
 
     def _feed(self, worker: _Worker) -> None:
         if not worker.waiting:
