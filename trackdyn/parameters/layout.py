@@ -4,7 +4,9 @@ The chain runs clockwise; bodies are numbered along the run, so the left arc of 
 input pin) trails and a link's y axis points outward.
 """
 
+from bisect import bisect_right
 from dataclasses import dataclass
+from functools import cached_property
 from math import asin, atan2, cos, hypot, pi, sin, sqrt
 
 import numpy as np
@@ -59,10 +61,23 @@ class BeltPath:
         )
         return point, heading, np.where(on_run, 0.0, 1.0 / r)
 
-    def at(self, s):
-        """Position (2,), heading (rad) and curvature (1/m, clockwise positive) at arc length ``s``."""
-        point, heading, curvature = self.along([s])
-        return point[0], float(heading[0]), float(curvature[0])
+    @cached_property
+    def _plain(self) -> tuple[list[float], list[tuple[float, ...]]]:
+        """Where the pieces begin, and circle, heading and wrap of each wheel: numbers of Python, which single places are found with."""
+        wheels = np.column_stack([self.circles, self.heading, self.wrap])
+        return self.start.tolist(), [tuple(wheel) for wheel in wheels.tolist()]
+
+    def at(self, s: float) -> tuple[tuple[float, float], float, float]:
+        """Position (x, y), heading (rad) and curvature (1/m, clockwise positive) at arc length ``s``: `along` for one place."""
+        start, wheels = self._plain
+        s %= start[-1]
+        piece = min(bisect_right(start, s) - 1, 2 * len(wheels) - 1)
+        x, y, r, heading, wrap = wheels[piece // 2]
+        further = s - start[piece]
+        curvature = 0.0
+        if piece % 2 == 0:
+            heading, further, curvature = heading + wrap - further / r, 0.0, 1.0 / r
+        return (x - r * sin(heading) + further * cos(heading), y + r * cos(heading) + further * sin(heading)), heading, curvature
 
 
 def belt_path(circles, names=None, overlap: bool = False) -> BeltPath:
@@ -222,13 +237,15 @@ def _lay(path: BeltPath, lengths: np.ndarray) -> np.ndarray:
     # the cut joint stands in the middle of the last run, where its load is the tension of that strand
     s[0] = 0.5 * (path.start[-2] + path.start[-1])
     for i, chord in enumerate(lengths):
-        start, _, _ = path.at(s[i])
+        here = float(s[i])
+        (x, y), _, _ = path.at(here)
 
-        def excess(ds, start=start, here=s[i], chord=chord):
-            return float(np.hypot(*(path.at(here + ds)[0] - start))) - chord
+        def excess(ds, here=here, x=x, y=y, chord=float(chord)):
+            (there_x, there_y), _, _ = path.at(here + ds)
+            return hypot(there_x - x, there_y - y) - chord
 
         try:
-            s[i + 1] = s[i] + brentq(excess, 0.5 * chord, 1.6 * chord, xtol=1e-14)
+            s[i + 1] = here + brentq(excess, 0.5 * chord, 1.6 * chord, xtol=1e-14)
         except ValueError:
             raise InputError(
                 f"a body of {chord:g} m from pin to pin (chain.link_length, or the connector that fits to it) cannot be laid "
@@ -309,7 +326,7 @@ def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
         )
     shift = brentq(slack, -travel, travel, xtol=1e-13)
     path, _ = belt_around(rig, shift, body)
-    pins = np.array([path.at(s)[0] for s in _lay(path, lengths)])
+    pins = path.along(_lay(path, lengths))[0]
     step = np.diff(pins, axis=0)
     angle = np.unwrap(np.arctan2(step[:, 1], step[:, 0]))
     middle = (pins[:-1] if single else 0.5 * (pins[:-1] + pins[1:])[1::2]) - [rig.sprocket.x, rig.sprocket.y]

@@ -8,6 +8,7 @@ from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.recording import Recording
 from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
+from trackdyn.starts import Starts
 from trackdyn.steady import Known, run_steady
 
 # Largest change that still counts as stable, fixed before the runs: a tenth of the narrowest tolerance
@@ -47,7 +48,8 @@ def stability(scene: Scene, known: Known) -> pd.DataFrame:
         ``rpm, ring_radius_m, variant, measure, base, changed, change, tolerance, stable``; the change of
         shares in points, of all else relative.
     """
-    recording, _ = run_steady(Loop(scene.with_(every_link=True)), known)
+    starts = Starts()
+    recording, _ = run_steady(Loop(scene.with_(every_link=True), starts), known)
     used = scene.with_(**{name: recording.meta["scene"][name] for name in ("duration", "lead_in")}, every_link=True)
     half_loop = round(0.5 / scene.loop_frequency * scene.rig.sensor.rate) / scene.rig.sensor.rate
     variants = {
@@ -58,7 +60,7 @@ def stability(scene: Scene, known: Known) -> pd.DataFrame:
     base = _measures(recording)
     rows = []
     for name, variant in variants.items():
-        changed = _measures(simulate(variant))
+        changed = _measures(simulate(variant, starts=starts))
         for measure, tolerance in TOLERANCES.items():
             before, after = base[measure], changed[measure]
             change = after - before

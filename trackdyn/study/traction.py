@@ -14,6 +14,7 @@ from trackdyn.measure.meshing import meshing_summary
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
+from trackdyn.starts import Starts
 
 HOLDS = ("friction", "transition_velocity")
 KEPT = ("left_share_pct", "right_share_pct", "ring_share_pct", "left_rms_n", "right_rms_n", "ring_rms_n", "passages")
@@ -64,12 +65,12 @@ def traction_scan(
     for hold in HOLDS:
         for slope in slopes:
             candidate = with_creep_slope(rig, slope, hold)
-            ring = candidate.ring_contact
+            ring, starts = candidate.ring_contact, Starts()
             for radius in radii:
                 row = [hold, slope, ring.friction_static, ring.transition_velocity, radius]
                 try:
                     scene = Scene(candidate, rpm, ring_radius=radius, duration=seconds, lead_in=2.0, **SETTINGS)
-                    summary = meshing_summary(simulate(scene))
+                    summary = meshing_summary(simulate(scene, starts=starts))
                     rows.append([*row, *(summary[name] for name in KEPT), ""])
                 except TrackdynError as error:
                     rows.append([*row, *[float("nan")] * len(KEPT), str(error)])

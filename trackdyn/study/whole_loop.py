@@ -8,6 +8,7 @@ from trackdyn.measure.whole_loop import RELATIVE, SHARES, whole_loop
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
+from trackdyn.starts import Starts
 from trackdyn.study.accuracy.statistics import scene_name
 from trackdyn.study.settings import Allowed, WholeLoopForm, allowed_step
 from trackdyn.until import run_until
@@ -28,12 +29,12 @@ def compare_answers(rig: Rig, form: WholeLoopForm, steps: Allowed) -> pd.DataFra
         and ``within``: do the values differ by no more than both intervals allow (root of the sum of squares)?
     """
     tolerances = dict.fromkeys(RELATIVE, form.relative_tolerance) | dict.fromkeys(SHARES, form.share_tolerance)
-    rows = []
+    rows, starts = [], Starts()
     for rpm, radius in product(form.speeds_rpm, form.radii_m):
         scene = Scene(rig, rpm, radius, step=allowed_step(steps, radius), lead_in=form.lead_in_s)
-        answer = run_until(scene, tolerances, form.longest_s)
+        answer = run_until(scene, tolerances, form.longest_s, starts=starts)
         seconds = round(form.loop_turns / scene.loop_frequency, 1)
-        truth = whole_loop(simulate(scene.with_(duration=seconds, every_link=True)))
+        truth = whole_loop(simulate(scene.with_(duration=seconds, every_link=True), starts=starts))
         used = len(answer.recording.time) / answer.recording.rate
         for name, tolerance in tolerances.items():
             if name in answer.measures and name in truth:

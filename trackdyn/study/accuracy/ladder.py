@@ -14,6 +14,7 @@ from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
+from trackdyn.starts import Starts
 from trackdyn.steady import Known, run_steady, steady_fields
 from trackdyn.study.accuracy.statistics import MEASURES, NAN, RELATIVE, SHARES, statistics_of
 
@@ -65,13 +66,13 @@ def measure_setting(rig: Rig, setting: str, speeds: list[float], radii: list[flo
     DataFrame
         ``FOUND``; wall seconds a simulated one. ``note`` says why a setting has no value.
     """
-    rows = []
+    rows, starts = [], Starts()
     for rpm, radius in product(speeds, radii):
         name = f"{rpm:g} rpm, {'no ring' if radius is None else f'ring {radius:g} m'}"
         try:
             fields = PRESETS[REFERENCE] | {"ring_radius": radius} | SETTINGS[setting]
             scene = Scene(rig, rpm, **steady_fields(rig, rpm, known) | {"lead_in": LEAD_IN} | fields)
-            found, wall, note = *(_belt if scene.chain == "belt" else _run)(scene, known), ""
+            found, wall, note = *(_belt(scene) if scene.chain == "belt" else _run(scene, known, starts)), ""
         except TrackdynError as error:
             found, wall, note = {}, NAN, str(error)
         rows += [[name, setting, measure, found.get(measure, NAN), wall, note] for measure in MEASURES]
@@ -79,10 +80,10 @@ def measure_setting(rig: Rig, setting: str, speeds: list[float], radii: list[flo
     return pd.DataFrame(rows, columns=FOUND)
 
 
-def _run(scene: Scene, known: Known) -> tuple[dict[str, float], float]:
+def _run(scene: Scene, known: Known, starts: Starts) -> tuple[dict[str, float], float]:
     """Statistics of a scene, and wall seconds a simulated one."""
-    simulate(scene.with_(duration=0.01, lead_in=0.0))  # compiled before anything is timed
-    recording, _ = run_steady(Loop(scene.with_(every_link=True)), known)
+    simulate(scene.with_(duration=0.01, lead_in=0.0), starts=starts)  # compiled before anything is timed
+    recording, _ = run_steady(Loop(scene.with_(every_link=True), starts), known)
     loop, contacts = whole_loop(recording), meshing_summary(recording)
     found = {name: loop[name].value for name in ("rms", "sd", "line")}
     found |= {name: contacts[f"{name}_pct"] for name in SHARES} | {"left_peak": contacts["left_peak_n"]}
@@ -90,7 +91,7 @@ def _run(scene: Scene, known: Known) -> tuple[dict[str, float], float]:
     return found, recording.wall / (len(recording.time) / recording.rate)
 
 
-def _belt(scene: Scene, known: Known) -> tuple[dict[str, float], float]:
+def _belt(scene: Scene) -> tuple[dict[str, float], float]:
     """The same of a belt, whose cost is that of the whole record: it has no time loop."""
     seconds = round(BELT_TURNS / scene.loop_frequency, 1)
     begin = time.perf_counter()

@@ -20,6 +20,7 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.recording import Recording
 from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
+from trackdyn.starts import Starts
 from trackdyn.study.accuracy.limit import LIMITS, Limit, difference, limit_of
 from trackdyn.study.accuracy.statistics import ABSOLUTE, answers_of, scale_of, scene_name, study_scene
 from trackdyn.study.settings import StateErrors, StatisticErrors, Steps
@@ -59,9 +60,9 @@ class Answer(NamedTuple):
     cpu_s_per_s: float
 
 
-def cost(scene: Scene) -> float:
+def cost(scene: Scene, starts: Starts | None = None) -> float:
     """Processor seconds per simulated second, median over bursts on one thread, compilation apart."""
-    loop = Loop(scene)
+    loop = Loop(scene, starts)
     record = loop.room(round(BURST_SECONDS * scene.rig.sensor.rate), pitches=(1,), spells=40000)
     spent = []
     for _ in range(BURSTS + 2):
@@ -116,6 +117,7 @@ def state_trade(rig: Rig, asked: StateErrors) -> tuple[pd.DataFrame, pd.DataFram
     cases = [(fields["integrator"], fields) for fields in _each_step(asked.steps_s)]
     cases += [(f"adaptive {t:g}", STATE_REFERENCE | {"tolerance": t}) for t in asked.tolerances]
     for name in asked.scenes:
+        starts = Starts()
         start = window_start(rig, name)
         reference, check = (_window(start, f)[0].mass_centres for f in (STATE_REFERENCE, STATE_CHECK))
         agreement.append([name, "state_m", float(np.abs(reference - check).max()), 0.0])
@@ -123,7 +125,7 @@ def state_trade(rig: Rig, asked: StateErrors) -> tuple[pd.DataFrame, pd.DataFram
             try:
                 loop, step = _window(start, fields)
                 error = float(np.hypot(*(loop.mass_centres - reference).T).max())
-                known = {"step_s": step, "cpu_s_per_s": cost(loop.scene), "error": error, "failed": False}
+                known = {"step_s": step, "cpu_s_per_s": cost(loop.scene, starts), "error": error, "failed": False}
             except TrackdynError:
                 known = {"step_s": fields["step"], "failed": True}
             rows.append({"scene": name, "fidelity": FULL_PHYSICS, "integrator": label, "measure": "state_m"} | known)

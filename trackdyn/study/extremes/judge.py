@@ -21,6 +21,7 @@ from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.recording import Recording
 from trackdyn.scene import Scene
 from trackdyn.simulate import simulate
+from trackdyn.starts import Starts
 
 COMPLETED, REFUSED, DEFECT = "completed", "refused", "defect"
 OUTCOMES = (COMPLETED, REFUSED, DEFECT)
@@ -40,6 +41,7 @@ TURN = 1e-3
 # Energy residual and dissipations: the promise of the time loop (`trackdyn.measure.energy`), 2 % of the
 # energy exchanged, whatever the method.
 
+STARTS = Starts()  # what differs in speed alone begins alike
 FAST = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.1, "spells": False}
 
 
@@ -134,7 +136,7 @@ def run_scene(family: str, case: str, rig, rpm: float = 210.0, changes: dict | N
         changed = rig.changed(**changes) if changes else rig
         rate = changed.sensor.rate * samples_a_sample(changed, settings["step"])
         scene = Scene(changed.changed(sensor__rate=rate), rpm, **settings, frame_interval=1.0 / rate)
-        return invariants(scene, simulate(scene))
+        return invariants(scene, simulate(scene, starts=STARTS))
 
     found = judged(family, case, attempt)
     if found["outcome"] == REFUSED and (blame := wrong_blame(found["reason"], settings)):
