@@ -8,7 +8,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from trackdyn.errors import InputError
-from trackdyn.measure import meshing
 from trackdyn.measure.meshing import (
     SIDES,
     events,
@@ -20,7 +19,6 @@ from trackdyn.measure.meshing import (
 )
 from trackdyn.parameters.rig import load_rig
 from trackdyn.recording import Recording
-from trackdyn.simulate import simulate
 
 RIG = load_rig(Path(__file__).parents[2] / "config" / "rig.yaml")
 PITCHES, TEETH = RIG.chain.pitches, RIG.sprocket.teeth
@@ -347,22 +345,3 @@ def test_any_log_is_conserved_by_merging(contacts):
     assert (whole["phase_start"] >= 0).all()
     assert whole.groupby("passage")["phase_start"].min().eq(0).all()
     meshing_summary(run)
-
-
-@pytest.mark.parametrize("rpm", [115.0, 0.0])
-def test_a_record_too_short_for_a_passage_is_told_so_at_once(rpm, make_scene, monkeypatch):
-    """Without a table of its spells, and with the answer that this would give."""
-    recording = simulate(make_scene(rpm, duration=0.3))
-    short, columns = meshing_summary(recording), list(passages(recording))
-    monkeypatch.setattr(meshing, "spells", lambda recording: pytest.fail("a table of spells"))
-    meshing_summary(recording)
-    monkeypatch.undo()
-    monkeypatch.setattr(meshing, "_may_hold_one", lambda period: True)
-    assert short["passages"] == 0 and list(passages(recording)) == columns
-    np.testing.assert_equal(short, meshing_summary(recording))
-
-
-def test_the_shortest_record_with_a_passage_is_looked_through():
-    least = 2 * meshing.LONGEST * TURN
-    assert meshing._may_hold_one(meshing.Timing(TURN, LOOP, least, PITCHES))
-    assert not meshing._may_hold_one(meshing.Timing(TURN, LOOP, least - 1e-6, PITCHES))

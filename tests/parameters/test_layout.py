@@ -1,6 +1,6 @@
 """The belt path around the wheels and the chain laid along it."""
 
-from math import acos, asin, hypot, pi, sqrt
+from math import acos, asin, dist, pi, sqrt
 
 import numpy as np
 import pytest
@@ -42,9 +42,9 @@ def test_wraps_are_one_turn_and_the_path_is_smooth(rig, circles):
         before, after = path.at(s - step), path.at(s + step)
         turn = (after[1] - before[1] + pi) % (2 * pi) - pi
         # position and heading change by the step alone, also across the ends of arcs
-        assert hypot(*(after[0] - before[0])) == pytest.approx(2 * step, rel=1e-6)
+        assert dist(after[0], before[0]) == pytest.approx(2 * step, rel=1e-6)
         assert abs(turn) <= 2 * step / 0.25 + 1e-12
-        heading = np.arctan2(*(after[0] - before[0])[::-1])
+        heading = np.arctan2(*np.subtract(after[0], before[0])[::-1])
         # differences of positions of 1 m over 2e-7 m carry 1e-9
         assert abs((heading - path.at(s)[1] + pi) % (2 * pi) - pi) < 1e-6
         inside = min(abs(s - end) for end in path.start) > 2 * step

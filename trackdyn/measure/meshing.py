@@ -118,23 +118,15 @@ def spells(recording: Recording, merge_gap_s: float = MERGE_GAP) -> pd.DataFrame
         - ``passage``: number of the complete passage, in order of first contact; -1 and NaN phases for one
           that the record may cut
     """
-    period = timing(recording)
-    rows = _merged(recording, merge_gap_s)
-    on_ring = rows["side"] == SIDES.index("ring")
-    rows["connector"] = np.where(on_ring, (rows["pitch"] - 1) % period.pitches, rows["pitch"])
-    rows = rows.sort_values(["connector", "start_s", "side"], kind="stable", ignore_index=True)
-    rows["passage"], first = _number_passages(rows, period)
-    ring = rows[(rows["side"] == SIDES.index("ring")) & (rows["passage"] >= 0)].groupby("passage")
-    ring_start = rows["passage"].map(ring["start_s"].min()).astype(float)
-    ring_length = rows["passage"].map(ring["end_s"].max()).astype(float) - ring_start
-    for end in ("start", "end"):
-        rows[f"phase_{end}"] = (rows[f"{end}_s"] - first) / period.turn
-        rows[f"ring_phase_{end}"] = (rows[f"{end}_s"] - ring_start) / ring_length
-    rows["share_pct"] = 100 * rows["touching_s"] / period.turn
+    rows = _contacts(recording, merge_gap_s)
+    rows["share_pct"] = 100 * rows["touching_s"] / timing(recording).turn
     rows["areas"] = [_area_names(bits) for bits in rows["areas"]]
     rows["side"] = [SIDES[side] for side in rows["side"]]
-    rows[["pitch", "connector"]] += 1
-    return rows[["pitch", "connector", "side", "groove", "areas", *EXTENT, "peak_n", "peak_s", *INTEGRALS, "passage"]]
+    for name in ("pitch", "connector"):
+        rows[name] = rows[name] + 1
+    columns = ["pitch", "connector", "side", "groove", "areas", *EXTENT, "peak_n", "peak_s", *INTEGRALS, "passage"]
+    texts = {"side": str, "areas": str}  # also where there is none
+    return pd.DataFrame({name: pd.Series(rows[name], dtype=texts.get(name)) for name in columns})
 
 
 def passages(recording: Recording) -> pd.DataFrame:
@@ -149,28 +141,34 @@ def passages(recording: Recording) -> pd.DataFrame:
         highest peak and sums over the spells, as in :func:`spells`. Without contact sums and ``peak_n``
         are 0, times and phases NaN.
     """
-    if not _may_hold_one(timing(recording)):  # the way through tables takes longer than a short run
-        texts = {"side": str, "areas": str}
-        return pd.DataFrame({name: pd.Series(dtype=texts.get(name, float)) for name in PASSAGE})
-    rows = spells(recording)
-    rows = rows[rows["passage"] >= 0]
-    groups = rows.groupby(["passage", "side"])
-    index = pd.MultiIndex.from_product([range(rows["passage"].nunique()), SIDES], names=["passage", "side"])
-    sums = groups[["touching_s", "share_pct", "impulse_ns", "square_n2s"]].sum()
-    starts = groups[["start_s", "phase_start", "ring_phase_start"]].min()
-    ends = groups[["end_s", "phase_end", "ring_phase_end"]].max()
-    table = pd.concat([starts, ends], axis=1).reindex(index).join(sums.reindex(index, fill_value=0.0))
-    table["count"] = groups.size().reindex(index, fill_value=0)
-    highest = rows.loc[groups["peak_n"].idxmax()].set_index(["passage", "side"])
-    table["peak_n"] = highest["peak_n"].reindex(index, fill_value=0.0)
-    table["peak_s"] = highest["peak_s"].reindex(index)
-    by_passage = rows.groupby("passage")
-    first = table.index.get_level_values("passage").map(by_passage["start_s"].min())
-    table["peak_phase"] = (table["peak_s"] - np.asarray(first, dtype=float)) / timing(recording).turn
-    table["areas"] = groups["areas"].agg(_joined).reindex(index, fill_value="")
-    table = table.reset_index()
-    table["connector"] = table["passage"].map(by_passage["connector"].first()).astype(int)
-    return table[PASSAGE]
+    period = timing(recording)
+    rows = _contacts(recording, MERGE_GAP)
+    rows = {name: column[rows["passage"] >= 0] for name, column in rows.items()}
+    number = rows["passage"]
+    count = int(number.max(initial=-1)) + 1
+    place = len(SIDES) * number + rows["side"]
+    size = len(SIDES) * count
+    table: dict = {"passage": np.repeat(np.arange(count), len(SIDES)), "side": np.tile(SIDES, count)}
+    for name in ("start_s", "phase_start", "ring_phase_start"):
+        table[name] = _extreme(np.fmin, rows[name], place, size)
+    for name in ("end_s", "phase_end", "ring_phase_end"):
+        table[name] = _extreme(np.fmax, rows[name], place, size)
+    for name in ("touching_s", *INTEGRALS):
+        table[name] = np.bincount(place, rows[name], size)
+    table["share_pct"] = 100 * table["touching_s"] / period.turn
+    table["count"] = np.bincount(place, minlength=size)
+    highest = _first_of_highest(rows["peak_n"], place)
+    table |= {"peak_n": np.zeros(size), "peak_s": np.full(size, NAN)}
+    for name in ("peak_n", "peak_s"):
+        table[name][place[highest]] = rows[name][highest]
+    first = _extreme(np.fmin, rows["start_s"], number, count)
+    table["peak_phase"] = (table["peak_s"] - np.repeat(first, len(SIDES))) / period.turn
+    areas, connector = np.zeros(size, int), np.zeros(count, int)
+    np.bitwise_or.at(areas, place, rows["areas"])
+    table["areas"] = np.array([_area_names(bits) for bits in areas], dtype=object)
+    connector[number] = rows["connector"] + 1
+    table["connector"] = np.repeat(connector, len(SIDES))
+    return pd.DataFrame(table, columns=PASSAGE).astype({"side": str, "areas": str})
 
 
 def meshing_summary(recording: Recording) -> dict:
@@ -293,54 +291,84 @@ def smoothed_maxima(recording: Recording, window_s: float = 0.01) -> pd.DataFram
     )
 
 
-def _merged(recording: Recording, gap: float) -> pd.DataFrame:
-    """Rows of the log that the record did not cut, chatter merged, times since its beginning."""
-    log = pd.DataFrame(recording.spells, columns=SPELL_COLUMNS)
-    integers = ["pitch", "side", "groove", "areas"]
-    log[integers] = log[integers].astype(int)
+def _contacts(recording: Recording, gap: float) -> dict[str, np.ndarray]:
+    """Columns of `spells` by connector and start; pitches and connectors from 0, sides by number, areas as bits."""
+    period = timing(recording)
+    rows = _merged(recording, gap)
+    ring = SIDES.index("ring")
+    rows["connector"] = np.where(rows["side"] == ring, (rows["pitch"] - 1) % period.pitches, rows["pitch"])
+    order = np.lexsort((rows["side"], rows["start_s"], rows["connector"]))
+    rows = {name: column[order] for name, column in rows.items()}
+    number, first = _number_passages(rows, period)
+    on_ring = (rows["side"] == ring) & (number >= 0)
+    size = number.max(initial=-1) + 2  # the last one is nobody's: that of the number -1
+    begin = _extreme(np.fmin, rows["start_s"][on_ring], number[on_ring], size)[number]
+    length = _extreme(np.fmax, rows["end_s"][on_ring], number[on_ring], size)[number] - begin
+    for end in ("start", "end"):
+        rows[f"phase_{end}"] = (rows[f"{end}_s"] - first) / period.turn
+        rows[f"ring_phase_{end}"] = (rows[f"{end}_s"] - begin) / length
+    return rows | {"passage": number}
+
+
+def _extreme(which: np.ufunc, values: np.ndarray, place: np.ndarray, size: int) -> np.ndarray:
+    """Smallest (``np.fmin``) or largest (``np.fmax``) of the values of every place, NaN where there is none."""
+    found = np.full(size, NAN)
+    which.at(found, place, values)
+    return found
+
+
+def _first_of_highest(values: np.ndarray, group: np.ndarray) -> np.ndarray:
+    """Index of the largest value of every group, the first one of equals."""
+    order = np.lexsort((-values, group))
+    return order[np.flatnonzero(np.diff(group[order], prepend=-1))]
+
+
+def _merged(recording: Recording, gap: float) -> dict[str, np.ndarray]:
+    """Columns of the log without what the record cut, chatter merged, times since its beginning."""
     # a contact that lasted already is logged from the first step of the record on
     step = recording.meta["scene"]["step"]
-    log = log[log["start_s"] > recording.begin + 1.5 * step]
-    log = log.sort_values(["pitch", "side", "groove", "start_s"], ignore_index=True)
+    spells = recording.spells[recording.spells[:, SPELL_COLUMNS.index("start_s")] > recording.begin + 1.5 * step]
+    log = dict(zip(SPELL_COLUMNS, spells.T, strict=True))
+    order = np.lexsort([log[name] for name in ("start_s", "groove", "side", "pitch")])
+    log = {name: column[order] for name, column in log.items()}
+    integers = ("pitch", "side", "groove", "areas")
+    log |= {name: log[name].astype(int) for name in integers}
+    begins = np.ones(len(order), bool)
+    same = np.all([np.diff(log[name]) == 0 for name in integers[:3]], axis=0)
+    begins[1:] = ~(same & (log["start_s"][1:] - log["end_s"][:-1] < gap))
+    first = np.flatnonzero(begins)
+    rows = {name: log[name][first] for name in ("pitch", "side", "groove", "start_s")}
+    rows["areas"] = np.bitwise_or.reduceat(log["areas"], first)
+    rows["end_s"] = log["end_s"][np.roll(begins, -1)]
     log["touching_s"] = log["end_s"] - log["start_s"]
-    same = (log[["pitch", "side", "groove"]].diff() == 0).all(axis=1)
-    near = log["start_s"] - log["end_s"].shift() < gap
-    groups = log.groupby((~(same & near)).cumsum())
-    rows = groups[["pitch", "side", "groove", "start_s"]].first()
-    rows["areas"] = groups["areas"].agg(lambda bits: int(np.bitwise_or.reduce(bits))) if len(log) else log["areas"]
-    rows["end_s"] = groups["end_s"].last()
-    sums = ["touching_s", "impulse_ns", "square_n2s"]
-    rows[sums] = groups[sums].sum()
-    peaks = ["peak_n", "peak_s"]
-    rows[peaks] = log.loc[groups["peak_n"].idxmax(), peaks].to_numpy()
-    rows[["start_s", "end_s", "peak_s"]] -= recording.begin
-    return rows.reset_index(drop=True)
+    rows |= {name: np.add.reduceat(log[name], first) for name in ("touching_s", *INTEGRALS)}
+    highest = _first_of_highest(log["peak_n"], np.cumsum(begins))
+    rows |= {name: log[name][highest] for name in ("peak_n", "peak_s")}
+    for name in ("start_s", "end_s", "peak_s"):
+        rows[name] = rows[name] - recording.begin
+    return rows
 
 
-def _number_passages(rows: pd.DataFrame, period: Timing) -> tuple[np.ndarray, np.ndarray]:
+def _number_passages(rows: dict[str, np.ndarray], period: Timing) -> tuple[np.ndarray, np.ndarray]:
     """Number of the complete passage (or -1) and its first contact (or NaN) of every row.
 
     Rows are sorted by connector and start. A pause of half of what a connector runs free in a loop
     revolution parts two passages.
     """
-    if rows.empty:
+    start, end, connector = rows["start_s"], rows["end_s"], rows["connector"]
+    if not len(start):
         return np.zeros(0, int), np.zeros(0)
     pause = 0.5 * (period.loop - 0.5 * period.turn)
-    last_end = rows.groupby("connector")["end_s"].cummax().shift()
-    begins = (rows["connector"].diff() != 0) | (rows["start_s"] - last_end > pause)
-    group = begins.cumsum()
-    first = rows.groupby(group)["start_s"].transform("min")
-    last = rows.groupby(group)["end_s"].transform("max")
+    apart = connector * 2 * (end.max() + pause)  # so that the latest end so far is one of the same connector
+    begins = np.ones(len(start), bool)
+    begins[1:] = (start + apart)[1:] - np.maximum.accumulate(end + apart)[:-1] > pause
+    group, index = np.cumsum(begins) - 1, np.flatnonzero(begins)
+    first, last = np.minimum.reduceat(start, index), np.maximum.reduceat(end, index)
     margin = LONGEST * period.turn
-    complete = (first >= margin) & (last <= period.record - margin)
-    order = pd.DataFrame({"first": first, "group": group})[complete].drop_duplicates().sort_values(["first", "group"])
-    number = pd.Series(np.arange(len(order)), index=order["group"])
-    return group.map(number).fillna(-1).astype(int).to_numpy(), first.where(complete).to_numpy()
-
-
-def _may_hold_one(period: Timing) -> bool:
-    """Whether a record is long enough for a passage that is complete by `_number_passages`."""
-    return period.record >= 2 * LONGEST * period.turn
+    complete = np.flatnonzero((first >= margin) & (last <= period.record - margin))
+    number = np.full(len(index), -1)
+    number[complete[np.argsort(first[complete], kind="stable")]] = np.arange(len(complete))
+    return number[group], np.where(number >= 0, first, NAN)[group]
 
 
 def _visited(recording: Recording, side: str) -> str:
@@ -398,8 +426,3 @@ def _events(rows: pd.DataFrame, places: dict[str, tuple[str, str]]) -> dict[str,
 def _area_names(bits: int) -> str:
     """``2,3`` for the bits of areas 2 and 3."""
     return ",".join(str(area) for area in range(1, 11) if bits >> (area - 1) & 1)
-
-
-def _joined(areas: pd.Series) -> str:
-    """All areas that occur in some strings of areas."""
-    return ",".join(sorted({area for text in areas for area in text.split(",") if area}, key=int))
