@@ -4,7 +4,7 @@ The way is kinematic: the chain as it lies around the wheels, moved along its pa
 """
 
 from dataclasses import dataclass
-from math import atan2, pi
+from math import atan2, dist, pi
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -76,7 +76,7 @@ def _pins_around(path: BeltPath, s: float, chord: float) -> np.ndarray:
     """(2, 2) pins of a body of a length in m whose middle is at arc length ``s`` of the path."""
 
     def excess(half):
-        return float(np.hypot(*(path.at(s + half)[0] - path.at(s - half)[0]))) - chord
+        return dist(path.at(s + half)[0], path.at(s - half)[0]) - chord
 
     half = brentq(excess, 0.25 * chord, chord)
     return np.array([path.at(s - half)[0], path.at(s + half)[0]])
