@@ -10,7 +10,7 @@ from trackdyn.study.accuracy.statistics import whole_samples
 from trackdyn.study.settings import StatisticErrors
 
 ASKED = {
-    "scenes": [[115.0, 0.308], [210.0, 0.308]], "loop_turns": 1, "second_reference": True,
+    "scenes": [[115.0, 0.308], [210.0, 0.308]], "loop_turns": 1, "loop_turns_without_ring": 1, "second_reference": True,
     "steps_s": {"semi_implicit": [1e-5, 2e-5, 5e-5, 1e-4], "linearly_implicit": [5e-4], "rk4": [5e-5]},
     "coarse_steps_s": {"semi_implicit": [1e-4]},
 }  # fmt: skip

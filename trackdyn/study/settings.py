@@ -57,12 +57,14 @@ class StateErrors(Section):
 class StatisticErrors(Section):
     """Error of the statistics of a record; ``coarse_steps_s`` for all but the full physics.
 
+    A record lasts ``loop_turns`` revolutions; without a ring, where motion scatters, ``loop_turns_without_ring``.
     The two or three finest steps of ``semi_implicit`` give the limit that errors are taken against, the finest of ``rk4``
     a ``second_reference``.
     """
 
     scenes: Annotated[list[SceneKey], Field(min_length=1)]
     loop_turns: Count
+    loop_turns_without_ring: Count
     steps_s: Steps
     coarse_steps_s: Steps
     second_reference: bool

@@ -177,7 +177,7 @@ def statistic_trade(rig: Rig, asked: StatisticErrors) -> tuple[pd.DataFrame, pd.
     ]
     for rpm, ring in asked.scenes:
         name = scene_name(rpm, ring)
-        base = study_scene(rig, rpm, ring, asked.loop_turns, every_link=True)
+        base = study_scene(rig, rpm, ring, asked.loop_turns_without_ring if ring is None else asked.loop_turns, every_link=True)
         runs: dict[tuple, Answer | None] = {}
         for fidelity, fields in cases:
             point = (fidelity, fields["integrator"], fields["step"])
