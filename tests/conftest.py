@@ -41,6 +41,18 @@ def _driven():
 
 
 @pytest.fixture(scope="session")
+def unled():
+    """Function that takes out of a model and a work what the last step left: no velocity is led ahead, no force was there before."""
+
+    def make(model, work):
+        for change in (work.com_dvx, work.com_dvy, work.turned):
+            change[:] = 0.0
+        return model._replace(tooth=model.tooth._replace(mobility=0.0))
+
+    return make
+
+
+@pytest.fixture(scope="session")
 def driven_loop(_driven, make_scene):
     """Function that gives the loop some time after the start, as an own copy.
 

@@ -116,15 +116,13 @@ def depth_after(model, state, arc, seconds):
     return area, depth, radius
 
 
-def test_penetration_velocity_on_a_tooth_is_the_rate_of_the_depth(driven_loop):
+def test_penetration_velocity_on_a_tooth_is_the_rate_of_the_depth(driven_loop, unled):
     """Central difference of the depth against the velocity that the damping force and its memory show."""
     loop = driven_loop(None)
     model, state, work = loop.model, loop.state, loop.work
     law = model.tooth.law._replace(speed_floor=1e-12, loss=0.25)
-    model = model._replace(tooth=model.tooth._replace(law=law, mobility=0.0))
+    model = unled(model._replace(tooth=model.tooth._replace(law=law)), work)
     state.rate[:] += np.random.default_rng(1).normal(0.0, 1.0, len(state.rate))
-    for change in (work.com_dvx, work.com_dvy, work.turned):  # no step was taken from this state
-        change[:] = 0.0
     start = state.wheel_angle[SPROCKET]
     h = 1e-6
     seen = dict.fromkeys(range(1, 11), 0)

@@ -22,7 +22,7 @@ from trackdyn.scene import LONGEST, MOST_STEPS, Scene
 from trackdyn.settling import allocate, settle, with_sliding
 from trackdyn.starts import Starts
 from trackdyn.stepping import march
-from trackdyn.writer import Writer
+from trackdyn.writer import CHUNK, Writer
 
 
 class Loop:
@@ -65,16 +65,13 @@ class Loop:
         march(self.model._replace(stride=count), self.state, self.work, self._scratch)
 
     def advance(self, seconds: float, tick: Callable[[float], object] = lambda seconds: None) -> None:
-        """Go on for ``seconds``, to the nearest step; ``tick`` is called with what every sample interval adds."""
-        seconds = within("seconds", seconds, 0.0, LONGEST)
-        samples, steps = divmod(round(seconds / self.model.step), self.model.stride)
-        interval = self.model.stride * self.model.step
-        for _ in range(samples):
-            march(self.model, self.state, self.work, self._scratch)
-            tick(interval)
-        if steps:
-            self.step(steps)
-            tick(steps * self.model.step)
+        """Go on for ``seconds``, to the nearest step; ``tick`` is called with the seconds that every chunk adds."""
+        left = round(within("seconds", seconds, 0.0, LONGEST) / self.model.step)
+        while left:
+            count = min(left, max(round(CHUNK / self.model.step), 1))
+            self.step(count)
+            tick(count * self.model.step)
+            left -= count
 
     def fill(self, record: Record, first: int = 0, last: int | None = None) -> None:
         """Go on and fill rows ``first`` to ``last - 1`` (all by default) of a record of one's own (`room`)."""

@@ -27,8 +27,8 @@ from trackdyn.model.work import (
 )
 
 RINGS = [None, 0.303, 0.308]
-# A depth of some 1e-5 m carries an error of 1e-16 m, a force one of 1e-11; two decades for sums.
-ROUNDING = 1e-9
+# Places are sums around a loop of some metres and carry 1e-15 m and more; of steel with 6e9 N/m that is 1e-5 N, of forces of 1e3 N.
+ROUNDING = 1e-8
 
 
 class Listed:
@@ -105,19 +105,14 @@ def mirrored(model, state, work):
 
 
 @pytest.fixture(params=RINGS)
-def loop(request, driven_loop):
+def loop(request, driven_loop, unled):
     """Model, state and work of a running loop, loads evaluated; mass centres off the line of the pins."""
     loop = driven_loop(request.param)
     model, state, work = loop.model, loop.state, loop.work
     chain = model.chain
-    model = model._replace(
-        chain=chain._replace(com_x=0.45 * chain.length, com_y=np.full(len(chain.length), 0.004)),
-        tooth=model.tooth._replace(mobility=0.0),
-    )
+    model = model._replace(chain=chain._replace(com_x=0.45 * chain.length, com_y=np.full(len(chain.length), 0.004)))
     close_velocities(model.chain, state)
-    # the state is no longer the one of the last step: nothing is led ahead by what that step changed
-    for change in (work.com_dvx, work.com_dvy, work.turned):
-        change[:] = 0.0
+    model = unled(model, work)  # the state is no longer the one of the last step
     refresh(model, state, work)
     # otherwise the tests below would look at nothing; without a ring both flanks of the teeth carry
     assert (work.tooth_force > 0).any()
@@ -163,7 +158,7 @@ def test_mirrored_loop_has_mirrored_accelerations(loop):
     # contact forces agree to ROUNDING; acting on the end of a connector they turn it
     force = np.abs(work.force_x).max() + np.abs(work.force_y).max()
     error = ROUNDING * force * (model.chain.length / model.chain.inertia).max()
-    assert error < 1e-5 * np.abs(alpha[0]).max()
+    assert error < 1e-4 * np.abs(alpha[0]).max()
     np.testing.assert_allclose(alpha[1], -alpha[0][body], rtol=0, atol=error)
 
 

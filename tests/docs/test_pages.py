@@ -18,6 +18,7 @@ import sys
 from functools import reduce
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from trackdyn import cli
@@ -119,6 +120,18 @@ def test_relative_links_lead_somewhere(path):
     for target in re.findall(r"\]\(([^)\s]+)\)", BLOCK.sub("", text_of(path))):
         if not re.match(r"[a-z]+:", target) and not target.startswith("#"):
             assert (path.parent / target.partition("#")[0]).exists(), target
+
+
+def test_the_advice_on_presets_is_what_was_measured():
+    text = " ".join((ROOT / "docs/choosing-a-fidelity.md").read_text(encoding="utf-8").split())
+    (bound,) = re.findall(r"main line and contact shares stay within ([\d.]+) % of their limit", text)
+    ((peak, error),) = re.findall(r"without a ring it is off by up to ([\d.]+) %, give or take ([\d.]+)\.", text)
+    rows = pd.read_csv(ROOT / "docs/measured/limits.csv")
+    peaks = rows["measure"] == "left_peak"
+    assert 0.5 * float(bound) < rows.loc[~peaks, "standard_pct"].abs().max() <= float(bound)
+    worst = rows.loc[rows.loc[peaks, "standard_pct"].abs().idxmax()]
+    assert worst["scene"].startswith("no ring")
+    assert (peak, error) == (f"{abs(worst['standard_pct']):.1f}", f"{worst['standard_error_pct']:.1f}")
 
 
 def test_the_index_lists_every_page():

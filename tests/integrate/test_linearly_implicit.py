@@ -193,14 +193,11 @@ def evaluate(model, state, work, step=STEP):
 
 
 @pytest.fixture
-def parts(driven_loop):
+def parts(driven_loop, unled):
     """Model and state of the running loop, its work without and with the terms of a linearly implicit step."""
     loop = driven_loop()
     work = loop.work
-    for change in (work.com_dvx, work.com_dvy, work.turned):  # nothing led ahead by the last step
-        change[:] = 0.0
-    model = loop.model._replace(tooth=loop.model.tooth._replace(mobility=0.0))
-    return model, loop.state, work, work._replace(implicit=make_implicit(len(loop.angles), WHEELS))
+    return unled(loop.model, work), loop.state, work, work._replace(implicit=make_implicit(len(loop.angles), WHEELS))
 
 
 def wrenches(model, work):

@@ -130,15 +130,13 @@ def test_running_on_plain_wheels_agrees(rig):
 
 
 @pytest.fixture
-def both_contacts(rig, driven_loop):
+def both_contacts(rig, driven_loop, unled):
     """Contacts of a driven loop: model, state, work, and the peer's constants, coordinates, rates and memory."""
 
     def make(ring_radius):
         loop = driven_loop(ring_radius)
         model, state, work = loop.model, loop.state, loop.work
-        for change in (work.com_dvx, work.com_dvy, work.turned):  # velocities as they are, none led ahead
-            change[:] = 0.0
-        model = model._replace(tooth=model.tooth._replace(mobility=0.0))
+        model = unled(model, work)
         w = model.wheels
         contacts = make_contacts(Scene(rig, 115.0, ring_radius=ring_radius), 0.0)
         radius = w.radius * w.present
