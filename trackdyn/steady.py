@@ -13,7 +13,8 @@ import pandas as pd
 from pydantic import Field
 
 from trackdyn.loop import Loop
-from trackdyn.measure.meshing import LONGEST, SIDES, passages, timing
+from trackdyn.measure.contact_log import LONGEST, SIDES, timing
+from trackdyn.measure.meshing import passages
 from trackdyn.measure.whole_loop import Series
 from trackdyn.model.record import SPELL_COLUMNS
 from trackdyn.parameters.rig import Rig

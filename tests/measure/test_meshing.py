@@ -8,15 +8,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from trackdyn.errors import InputError
-from trackdyn.measure.meshing import (
-    SIDES,
-    events,
-    mean_events,
-    meshing_summary,
-    passages,
-    spells,
-    timing,
-)
+from trackdyn.measure.contact_log import SIDES, timing
+from trackdyn.measure.meshing import events, mean_events, meshing_summary, passages, spells
 from trackdyn.parameters.rig import load_rig
 from trackdyn.recording import Recording
 

@@ -165,7 +165,9 @@ def test_an_empty_folder_gives_a_page_that_says_what_is_missing(tmp_path):
     text = build_page(PageInputs(results=tmp_path, rig=RIG_FILE))
     assert text.count("Not here yet:") == 11
     assert "<strong>0 of 28</strong>" in text
-    assert "snakemake -j2 trade" in text
+    assert "<code>snakemake -j2 trade</code>" in text
+    text = build_page(PageInputs(results=tmp_path, rig=RIG_FILE, layers=("config/quick.yaml", "own.yaml")))
+    assert "<code>snakemake -j2 trade --configfile config/quick.yaml own.yaml</code>" in text
 
 
 def test_the_same_results_give_the_same_page(inputs, page_file):

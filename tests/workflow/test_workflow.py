@@ -77,7 +77,7 @@ def test_the_rules_are_found():
 
 def test_dry_run_of_the_quick_configuration_plans_every_rule(tmp_path):
     """Planned from nothing: the results folder of the copy is empty."""
-    everything = quick_config(tmp_path, lambda data: data.update(compare_costs=True))
+    everything = quick_config(tmp_path, lambda data: data.update(compare_costs=True, short_studies=True))
     result = snakemake(tmp_path, "--configfile", str(everything))
     output = result.stdout + result.stderr
     assert result.returncode == 0, output
@@ -173,7 +173,7 @@ class Pretended:
         for name in ("config", "data", "trackdyn", "workflow"):
             shutil.copytree(ROOT / name, self.root / name, ignore=skipped)
         shutil.copy(ROOT / "Snakefile", self.root)
-        self.config = quick_config(folder, lambda data: data.update(compare_costs=True))
+        self.config = quick_config(folder, lambda data: data.update(compare_costs=True, short_studies=True))
         self.made = {}
         for row in self.summary("--summary"):
             self.made.setdefault(row["rule"], set()).add(row["output_file"])

@@ -14,30 +14,21 @@ revolution. So a share is a mean over passages, and a mean over a run is the sum
 their number and by the time of a revolution, which the prescribed sprocket speed gives exactly.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 import pandas as pd
 import scipy
 
 from trackdyn.errors import InputError
+from trackdyn.measure.contact_log import INTEGRALS, MERGE_GAP, NAN, SIDES, contacts, extreme, first_of_highest, timing
 from trackdyn.measure.uncertainty import batch_error, ratio_error
-from trackdyn.model.record import SPELL_COLUMNS
 from trackdyn.recording import Recording
 
-SIDES = ("left", "right", "ring")
-MERGE_GAP = 0.004
-# Turns of the sprocket. No contact of a passage, and no pause in it, lasts longer than this: the chain
-# leaves the sprocket after about half a turn. Passages nearer to an end of the record may lack a part.
-LONGEST = 2 / 3
 # Areas that an arc visits for less than this share of a turn a passage do not count in the summary, %.
 LEAST_SHARE = 0.1
-NAN = float("nan")
 # columns that both tables have
 EXTENT = (
     "start_s", "end_s", "touching_s", "share_pct", "phase_start", "phase_end", "ring_phase_start", "ring_phase_end",
 )  # fmt: skip
-INTEGRALS = ("impulse_ns", "square_n2s")
 PASSAGE = ["passage", "connector", "side", "areas", "count", *EXTENT, "peak_n", "peak_s", "peak_phase", *INTEGRALS]
 
 EVENTS_WITHOUT_RING = {
@@ -56,35 +47,6 @@ EVENTS_WITH_RING = {
     "ring left": ("ring", "end_s"),
     "out": ("arcs", "end_s"),
 }
-
-
-@dataclass(frozen=True)
-class Timing:
-    """Periods of a run, s; NaN while the motor stands.
-
-    Attributes
-    ----------
-    turn, loop : float
-        One turn of the sprocket and one revolution of the loop.
-    record : float
-        Length of the record.
-    pitches : int
-        Pitches of the loop.
-    """
-
-    turn: float
-    loop: float
-    record: float
-    pitches: int
-
-
-def timing(recording: Recording) -> Timing:
-    """Periods that the motor speed asks for."""
-    rig = recording.meta["rig"]
-    rpm = recording.meta["scene"]["motor_rpm"]
-    pitches = rig["chain"]["pitches"]
-    turn = 60 * rig["sprocket"]["transmission_ratio"] / rpm if rpm else NAN
-    return Timing(turn, turn * pitches / rig["sprocket"]["teeth"], len(recording.time) / recording.rate, pitches)
 
 
 def spells(recording: Recording, merge_gap_s: float = MERGE_GAP) -> pd.DataFrame:
@@ -118,7 +80,7 @@ def spells(recording: Recording, merge_gap_s: float = MERGE_GAP) -> pd.DataFrame
         - ``passage``: number of the complete passage, in order of first contact; -1 and NaN phases for one
           that the record may cut
     """
-    rows = _contacts(recording, merge_gap_s)
+    rows = contacts(recording, merge_gap_s)
     rows["share_pct"] = 100 * rows["touching_s"] / timing(recording).turn
     rows["areas"] = [_area_names(bits) for bits in rows["areas"]]
     rows["side"] = [SIDES[side] for side in rows["side"]]
@@ -142,7 +104,7 @@ def passages(recording: Recording) -> pd.DataFrame:
         are 0, times and phases NaN.
     """
     period = timing(recording)
-    rows = _contacts(recording, MERGE_GAP)
+    rows = contacts(recording, MERGE_GAP)
     rows = {name: column[rows["passage"] >= 0] for name, column in rows.items()}
     number = rows["passage"]
     count = int(number.max(initial=-1)) + 1
@@ -150,18 +112,18 @@ def passages(recording: Recording) -> pd.DataFrame:
     size = len(SIDES) * count
     table: dict = {"passage": np.repeat(np.arange(count), len(SIDES)), "side": np.tile(SIDES, count)}
     for name in ("start_s", "phase_start", "ring_phase_start"):
-        table[name] = _extreme(np.fmin, rows[name], place, size)
+        table[name] = extreme(np.fmin, rows[name], place, size)
     for name in ("end_s", "phase_end", "ring_phase_end"):
-        table[name] = _extreme(np.fmax, rows[name], place, size)
+        table[name] = extreme(np.fmax, rows[name], place, size)
     for name in ("touching_s", *INTEGRALS):
         table[name] = np.bincount(place, rows[name], size)
     table["share_pct"] = 100 * table["touching_s"] / period.turn
     table["count"] = np.bincount(place, minlength=size)
-    highest = _first_of_highest(rows["peak_n"], place)
+    highest = first_of_highest(rows["peak_n"], place)
     table |= {"peak_n": np.zeros(size), "peak_s": np.full(size, NAN)}
     for name in ("peak_n", "peak_s"):
         table[name][place[highest]] = rows[name][highest]
-    first = _extreme(np.fmin, rows["start_s"], number, count)
+    first = extreme(np.fmin, rows["start_s"], number, count)
     table["peak_phase"] = (table["peak_s"] - np.repeat(first, len(SIDES))) / period.turn
     areas, connector = np.zeros(size, int), np.zeros(count, int)
     np.bitwise_or.at(areas, place, rows["areas"])
@@ -289,86 +251,6 @@ def smoothed_maxima(recording: Recording, window_s: float = 0.01) -> pd.DataFram
         [{"event": event, "mean_s": np.mean(t), "sd_s": np.std(t), "passages": len(t)} for event, t in times.items()],
         columns=["event", "mean_s", "sd_s", "passages"],
     )
-
-
-def _contacts(recording: Recording, gap: float) -> dict[str, np.ndarray]:
-    """Columns of `spells` by connector and start; pitches and connectors from 0, sides by number, areas as bits."""
-    period = timing(recording)
-    rows = _merged(recording, gap)
-    ring = SIDES.index("ring")
-    rows["connector"] = np.where(rows["side"] == ring, (rows["pitch"] - 1) % period.pitches, rows["pitch"])
-    order = np.lexsort((rows["side"], rows["start_s"], rows["connector"]))
-    rows = {name: column[order] for name, column in rows.items()}
-    number, first = _number_passages(rows, period)
-    on_ring = (rows["side"] == ring) & (number >= 0)
-    size = number.max(initial=-1) + 2  # the last one is nobody's: that of the number -1
-    begin = _extreme(np.fmin, rows["start_s"][on_ring], number[on_ring], size)[number]
-    length = _extreme(np.fmax, rows["end_s"][on_ring], number[on_ring], size)[number] - begin
-    for end in ("start", "end"):
-        rows[f"phase_{end}"] = (rows[f"{end}_s"] - first) / period.turn
-        rows[f"ring_phase_{end}"] = (rows[f"{end}_s"] - begin) / length
-    return rows | {"passage": number}
-
-
-def _extreme(which: np.ufunc, values: np.ndarray, place: np.ndarray, size: int) -> np.ndarray:
-    """Smallest (``np.fmin``) or largest (``np.fmax``) of the values of every place, NaN where there is none."""
-    found = np.full(size, NAN)
-    which.at(found, place, values)
-    return found
-
-
-def _first_of_highest(values: np.ndarray, group: np.ndarray) -> np.ndarray:
-    """Index of the largest value of every group, the first one of equals."""
-    order = np.lexsort((-values, group))
-    return order[np.flatnonzero(np.diff(group[order], prepend=-1))]
-
-
-def _merged(recording: Recording, gap: float) -> dict[str, np.ndarray]:
-    """Columns of the log without what the record cut, chatter merged, times since its beginning."""
-    # a contact that lasted already is logged from the first step of the record on
-    step = recording.meta["scene"]["step"]
-    spells = recording.spells[recording.spells[:, SPELL_COLUMNS.index("start_s")] > recording.begin + 1.5 * step]
-    log = dict(zip(SPELL_COLUMNS, spells.T, strict=True))
-    order = np.lexsort([log[name] for name in ("start_s", "groove", "side", "pitch")])
-    log = {name: column[order] for name, column in log.items()}
-    integers = ("pitch", "side", "groove", "areas")
-    log |= {name: log[name].astype(int) for name in integers}
-    begins = np.ones(len(order), bool)
-    same = np.all([np.diff(log[name]) == 0 for name in integers[:3]], axis=0)
-    begins[1:] = ~(same & (log["start_s"][1:] - log["end_s"][:-1] < gap))
-    first = np.flatnonzero(begins)
-    rows = {name: log[name][first] for name in ("pitch", "side", "groove", "start_s")}
-    rows["areas"] = np.bitwise_or.reduceat(log["areas"], first)
-    rows["end_s"] = log["end_s"][np.roll(begins, -1)]
-    log["touching_s"] = log["end_s"] - log["start_s"]
-    rows |= {name: np.add.reduceat(log[name], first) for name in ("touching_s", *INTEGRALS)}
-    highest = _first_of_highest(log["peak_n"], np.cumsum(begins))
-    rows |= {name: log[name][highest] for name in ("peak_n", "peak_s")}
-    for name in ("start_s", "end_s", "peak_s"):
-        rows[name] = rows[name] - recording.begin
-    return rows
-
-
-def _number_passages(rows: dict[str, np.ndarray], period: Timing) -> tuple[np.ndarray, np.ndarray]:
-    """Number of the complete passage (or -1) and its first contact (or NaN) of every row.
-
-    Rows are sorted by connector and start. A pause of half of what a connector runs free in a loop
-    revolution parts two passages.
-    """
-    start, end, connector = rows["start_s"], rows["end_s"], rows["connector"]
-    if not len(start):
-        return np.zeros(0, int), np.zeros(0)
-    pause = 0.5 * (period.loop - 0.5 * period.turn)
-    apart = connector * 2 * (end.max() + pause)  # so that the latest end so far is one of the same connector
-    begins = np.ones(len(start), bool)
-    begins[1:] = (start + apart)[1:] - np.maximum.accumulate(end + apart)[:-1] > pause
-    group, index = np.cumsum(begins) - 1, np.flatnonzero(begins)
-    first, last = np.minimum.reduceat(start, index), np.maximum.reduceat(end, index)
-    margin = LONGEST * period.turn
-    complete = np.flatnonzero((first >= margin) & (last <= period.record - margin))
-    number = np.full(len(index), -1)
-    number[complete[np.argsort(first[complete], kind="stable")]] = np.arange(len(complete))
-    return number[group], np.where(number >= 0, first, NAN)[group]
 
 
 def _visited(recording: Recording, side: str) -> str:

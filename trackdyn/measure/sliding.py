@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from trackdyn.measure.meshing import timing
+from trackdyn.measure.contact_log import timing
 from trackdyn.model.record import TOOTH_AREAS
 from trackdyn.parameters.rig import Rig
 from trackdyn.recording import Recording

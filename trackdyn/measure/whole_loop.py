@@ -13,7 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from trackdyn.errors import InputError
-from trackdyn.measure.meshing import SIDES, spells, timing
+from trackdyn.measure.contact_log import SIDES, timing
+from trackdyn.measure.meshing import spells
 from trackdyn.measure.metrics import loop_frequency
 from trackdyn.measure.sensor import specific_force
 from trackdyn.measure.signals import high_frequency_rms

@@ -59,10 +59,8 @@ rule page:
         rules.peer.output,
         rules.peer_answers.output if CONFIG.compare_costs else [],
         rules.fidelity.output,
-        rules.trade_short.output,
         rules.scaling_short.output if CONFIG.compare_costs else [],
-        rules.extremes_short.output,
-        rules.traction_short.output,
+        [rules.trade_short.output, rules.extremes_short.output, rules.traction_short.output] if CONFIG.short_studies else [],
         rules.animation_runs.output,
         rig=CONFIG.rig,
         config=[str(path) for path in workflow.configfiles],
@@ -73,6 +71,7 @@ rule page:
         results=R,
         runs=SPEEDS,
         synthetic=CONFIG.sensor_is_synthetic,
+        layers=[str(path).removeprefix(f"{workflow.basedir}/") for path in workflow.configfiles[:-1]],
     log: f"{R}/logs/page.log"
     message: "The page"
     script: "../scripts/page.py"
@@ -89,9 +88,7 @@ rule costs:
     input:
         needs("costs.py"),
         rules.report_page.input,
-        rules.extremes_short.output,
-        rules.whole_loop_short.output,
-        rules.ensemble_short.input,
+        [rules.extremes_short.output, rules.whole_loop_short.output, rules.ensemble_short.input] if CONFIG.short_studies else [],
     output: **table("costs")
     params: folder=f"{R}/benchmarks"
     log: f"{R}/logs/costs.log"

@@ -10,7 +10,8 @@ from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
 
 from trackdyn.errors import InputError
-from trackdyn.measure.meshing import mean_events, passages, smoothed_maxima, spells, timing
+from trackdyn.measure.contact_log import timing
+from trackdyn.measure.meshing import mean_events, passages, smoothed_maxima, spells
 from trackdyn.paper import printed
 from trackdyn.recording import Recording
 from trackdyn.report.drawing import ring_words

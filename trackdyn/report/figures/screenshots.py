@@ -11,7 +11,8 @@ from matplotlib.patches import Circle, Patch
 from matplotlib.patheffects import withStroke
 from scipy.ndimage import uniform_filter1d
 
-from trackdyn.measure.meshing import SIDES, events
+from trackdyn.measure.contact_log import SIDES
+from trackdyn.measure.meshing import events
 from trackdyn.parameters.rig import Rig
 from trackdyn.recording import Recording
 from trackdyn.report import drawing, marks

@@ -62,6 +62,8 @@ class PageInputs:
         Whether these records are synthetic.
     files : tuple of path
         Configuration and data whose hashes are listed.
+    layers : tuple of str
+        Configurations on top of the base, which commands on the page must name.
     sources : str, optional
         Hash that every recording must carry; that of the present program if not given.
     """
@@ -71,6 +73,7 @@ class PageInputs:
     sensors: Mapping[str, Path] = field(default_factory=dict)
     synthetic: bool = True
     files: tuple[Path, ...] = ()
+    layers: tuple[str, ...] = ()
     sources: str | None = None
 
 
@@ -120,6 +123,7 @@ def build_page(inputs: PageInputs) -> str:
         extremes=[entry for entry in shown if entry["item"].key.startswith("extremes")],
         folded=FOLDED,
         missing=missing(results),
+        layers=" ".join(["", "--configfile", *inputs.layers]) if inputs.layers else "",
         paper_items=len(PAPER),
     )
 
