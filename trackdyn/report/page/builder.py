@@ -7,7 +7,9 @@ import io
 import json
 import re
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 
 import pandas as pd
@@ -102,7 +104,9 @@ def build_page(inputs: PageInputs) -> str:
         "trade": data.trade(_rows(results, "trade.csv")),
         "files": files,
     }
-    shown = [_entry(inputs, item) for item in (*PAPER, *(own for own in OWN if not own.table), *STUDIES)]
+    items = (*PAPER, *(own for own in OWN if not own.table), *STUDIES)
+    with ThreadPoolExecutor() as pool:  # most of the page's time is the packing of pictures, which leaves the interpreter alone
+        shown = list(pool.map(partial(_entry, inputs), items))
     return render(
         "page.html.j2",
         SCRIPTS,
