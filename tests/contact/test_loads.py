@@ -27,8 +27,6 @@ from trackdyn.model.work import (
 )
 
 RINGS = [None, 0.303, 0.308]
-# Places are sums around a loop of some metres and carry 1e-15 m and more; of steel with 6e9 N/m that is 1e-5 N, of forces of 1e3 N.
-ROUNDING = 1e-8
 
 
 class Listed:
@@ -123,6 +121,11 @@ def loop(request, driven_loop, unled):
     return model, state, work
 
 
+def rounding(model):
+    """What a force carries, N: places are sums around the loop, each rounded, and steel is the stiffest that they press."""
+    return np.finfo(float).eps * model.chain.length.sum() * model.tooth.law.stiffness
+
+
 def test_mirrored_loop_has_mirrored_contacts(loop):
     """A dead or wrongly placed right arc, or a wrong sign in a moment, breaks the symmetry."""
     model, state, work = loop
@@ -130,16 +133,16 @@ def test_mirrored_loop_has_mirrored_contacts(loop):
     seen = make_work(len(state.angle), len(state.wheel_impact), 3)
     refresh(image, image_state, seen)
 
-    size = np.abs(work.force_x).max() + np.abs(work.force_y).max()
-    np.testing.assert_allclose(seen.force_x, -work.force_x[body], rtol=0, atol=ROUNDING * size)
-    np.testing.assert_allclose(seen.force_y, work.force_y[body], rtol=0, atol=ROUNDING * size)
-    np.testing.assert_allclose(seen.moment, -work.moment[body], rtol=0, atol=ROUNDING * size)
-    np.testing.assert_allclose(seen.wheel_torque, -work.wheel_torque, rtol=0, atol=ROUNDING * size)
-    np.testing.assert_allclose(seen.wheel_force, work.wheel_force[link], rtol=0, atol=ROUNDING * size)
+    error = rounding(model)
+    np.testing.assert_allclose(seen.force_x, -work.force_x[body], rtol=0, atol=error)
+    np.testing.assert_allclose(seen.force_y, work.force_y[body], rtol=0, atol=error)
+    np.testing.assert_allclose(seen.moment, -work.moment[body], rtol=0, atol=error)
+    np.testing.assert_allclose(seen.wheel_torque, -work.wheel_torque, rtol=0, atol=error)
+    np.testing.assert_allclose(seen.wheel_force, work.wheel_force[link], rtol=0, atol=error)
     for connector in range(1, len(body), 2):
         for side in range(2):
             arc, other = connector - 1 + side, body[connector] - side
-            assert seen.tooth_force[arc] == pytest.approx(work.tooth_force[other], abs=ROUNDING * size)
+            assert seen.tooth_force[arc] == pytest.approx(work.tooth_force[other], abs=error)
             area, groove = work.tooth_area[other], work.tooth_groove[other]
             assert seen.tooth_area[arc] == (11 - area if area else 0)
             assert seen.tooth_groove[arc] == (14 - groove if groove else 0)
@@ -155,10 +158,9 @@ def test_mirrored_loop_has_mirrored_accelerations(loop):
     for m, s, w in ((model, state, work), (image, image_state, seen)):
         accelerations(m.chain, s, w, 1e-3, 0)
         alpha.append(w.sweep.response @ w.sweep.load)
-    # contact forces agree to ROUNDING; acting on the end of a connector they turn it
-    force = np.abs(work.force_x).max() + np.abs(work.force_y).max()
-    error = ROUNDING * force * (model.chain.length / model.chain.inertia).max()
-    assert error < 1e-4 * np.abs(alpha[0]).max()
+    # contact forces agree to rounding; acting on the end of a connector they turn it
+    error = rounding(model) * (model.chain.length / model.chain.inertia).max()
+    assert error < 1e-5 * np.abs(alpha[0]).max()
     np.testing.assert_allclose(alpha[1], -alpha[0][body], rtol=0, atol=error)
 
 
