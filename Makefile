@@ -31,7 +31,7 @@ benchmark: $(READY)
 	$(BIN)/python benchmarks/cost.py --out results/benchmarks/cost.json
 
 synthetic: $(READY)
-	$(BIN)/python -m trackdyn.synthetic
+	$(BIN)/python -m trackdyn.sensor.synthetic
 
 lock: $(READY)
 	$(BIN)/python .ci/lock.py $(NEW)

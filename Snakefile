@@ -11,13 +11,13 @@ from snakemake.utils import update_config
 # The workflow runs from its own folder, with or without the package installed elsewhere.
 sys.path.insert(0, str(workflow.basedir))
 
-from trackdyn.config import check_layers, read_layer, ring_name
+from trackdyn.pipeline.config import check_layers, read_layer, ring_name
 from trackdyn.errors import TrackdynError
-from trackdyn.imports import imported_files
-from trackdyn.ensemble.settings import load_ensemble
+from trackdyn.pipeline.sources import imported_files
+from trackdyn.inference.ensemble.settings import load_ensemble
 from trackdyn.jit import source_hash
 from trackdyn.study.accuracy.ladder import SETTINGS
-from trackdyn.study.accuracy.scenes import measured_scenes, promised_scenes
+from trackdyn.study.accuracy.statistics import measured_scenes, promised_scenes
 from trackdyn.study.extremes.run import parts_of
 from trackdyn.study.settings import allowed_step
 

@@ -12,7 +12,7 @@ import sys
 def leave(number: int, _) -> None:
     """End at once; what is being written is removed, what is kept is said. The exit code is the signal's, as in a shell."""
     # before that module is there nothing is written
-    end = getattr(sys.modules.get("trackdyn.replacing"), "broken_off", lambda: "no file is left half-written")
+    end = getattr(sys.modules.get("trackdyn.files"), "broken_off", lambda: "no file is left half-written")
     said = f"trackdyn: {'stopped' if number == signal.SIGTERM else 'interrupted'}; {end()}\n"
     os.write(2, b"\n" * (sys.stderr.isatty() or "tqdm" in sys.modules) + said.encode())  # a bar may stand on the line
     os._exit(128 + number)
@@ -22,6 +22,6 @@ def main() -> None:
     """Entry point."""
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, leave)
-    from trackdyn.cli import main as run
+    from trackdyn.commands.cli import main as run
 
     run()

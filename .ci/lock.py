@@ -14,7 +14,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from trackdyn.replacing import write_text
+from trackdyn.files import write_text
 
 ROOT = Path(__file__).parents[1]
 LOCK = ROOT / "requirements.lock"

@@ -183,10 +183,10 @@ def chain_alone(rig, repeats: int) -> list[dict]:
     import numba
     import numpy as np
 
-    from trackdyn.build import build_chain
     from trackdyn.chain.riccati import accelerations
     from trackdyn.model.state import make_state
     from trackdyn.model.work import make_work
+    from trackdyn.scene.build import build_chain
 
     @numba.njit
     def repeat(calls, chain, state, work, damping):
@@ -279,8 +279,8 @@ def main() -> None:
     if arguments.repeats < 1:
         parser.error(f"--repeats = {arguments.repeats} is not accepted: 1 or more would do")
 
+    from trackdyn.files import write_text
     from trackdyn.parameters.rig import load_rig
-    from trackdyn.replacing import write_text
 
     rig_path = ROOT / "config" / "rig.yaml"
     rig = load_rig(rig_path)

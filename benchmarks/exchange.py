@@ -72,8 +72,8 @@ def main() -> None:
     parser.add_argument("--exchanges", type=int, default=5000)
     given = parser.parse_args()
     from trackdyn import Scene, load_rig
-    from trackdyn.fidelity import preset as preset_fields
-    from trackdyn.replacing import refuse_unwritable, write_text
+    from trackdyn.files import refuse_unwritable, write_text
+    from trackdyn.scene.fidelity import preset as preset_fields
 
     refuse_unwritable(given.out)
     rig, rows = load_rig(given.rig), []

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from trackdyn.loop import Loop
 from trackdyn.parameters.rig import load_rig
-from trackdyn.scene import Scene
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
 
 RIG = Path(__file__).parents[1] / "config" / "rig.yaml"
 # long enough for a steady drive of the sprocket, short enough for a test

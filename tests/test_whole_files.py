@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.replacing import replacing, write_csv, write_text
+from trackdyn.files import replacing, write_csv, write_text
 
 ROOT = Path(__file__).parents[1]
 SOURCES = sorted(

@@ -9,12 +9,12 @@ Examples
 """
 
 from trackdyn.errors import DivergenceError, InputError, TrackdynError
-from trackdyn.loop import Loop
 from trackdyn.measure.sensor import sense
 from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.recording import Recording, load_recording
-from trackdyn.scene import Scene
-from trackdyn.simulate import simulate
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.recording import Recording, load_recording
+from trackdyn.simulation.simulate import simulate
 from trackdyn.version import __version__
 
 

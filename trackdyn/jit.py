@@ -12,10 +12,12 @@ import os
 import pickle
 import sys
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 import llvmlite
 import numba
+from numba.core import event
 from numba.core.registry import cpu_target
 from platformdirs import user_cache_dir
 
@@ -198,3 +200,22 @@ def allocating(function):
     That is said in so many words, or numba would hand on the setting of a kernel that calls it.
     """
     return _made(function, _nrt=True)
+
+
+class _Once(event.Listener):
+    """Calls a function when the first kernel is compiled; one that is taken from the cache is not."""
+
+    def __init__(self, say: Callable[[str], object]):
+        self.say = say
+
+    def on_start(self, event):
+        self.say("compiling kernels, about half a minute; the next run finds them")
+        self.say = lambda text: None
+
+    def on_end(self, event):
+        pass
+
+
+def announce(say: Callable[[str], object]) -> None:
+    """Have ``say`` called with one sentence when the first kernel of this process is compiled, if any is."""
+    event.register("numba:compile", _Once(say))

@@ -12,8 +12,8 @@ import sys
 import time
 from pathlib import Path
 
-from trackdyn.config import read_layer
 from trackdyn.errors import TrackdynError
+from trackdyn.pipeline.config import read_layer
 
 ROOT = Path(__file__).parents[1]
 

@@ -92,7 +92,7 @@ def test_what_stands_in_it(crate, results):
     assert {one["@id"] for one in run["object"]} == set(INPUTS)
     made = {one["@id"] for one in run["result"]}
     assert {"results/manifest.json", "results/metrics.csv", "results/report.html", "results/figures/fig24.png"} <= made
-    assert made <= names and {"Snakefile", "workflow/rules/ring.smk", "trackdyn/scene.py", "requirements.lock"} <= names
+    assert made <= names and {"Snakefile", "workflow/rules/ring.smk", "trackdyn/scene/scene.py", "requirements.lock"} <= names
     assert not any(name.endswith(".npz") or "__pycache__" in name or "quick" in name for name in names & made)
     manifest = json.loads((results / "manifest.json").read_text())
     assert found["results/figures/fig24.png"]["sha256"] == manifest["files"]["figures/fig24.png"]["sha256"]

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from trackdyn import cli
 from trackdyn.certify.comparison import BYTES, DIFFERS, EQUAL, EXTRA, MISSING, WITHIN, compare, failed, summary
 from trackdyn.certify.manifest import FORMAT, describe, load_manifest, write_manifest
+from trackdyn.commands import cli
 from trackdyn.errors import InputError
 from trackdyn.report.style import new_figure, save
 

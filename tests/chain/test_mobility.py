@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from trackdyn.build import build_chain
 from trackdyn.chain.mobility import mobility_across
 from trackdyn.model.constants import Chain
+from trackdyn.scene.build import build_chain
 
 
 def by_mass_matrix(chain, body, along):

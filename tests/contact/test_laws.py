@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from trackdyn.build import make_law
 from trackdyn.contact.laws import elastic_force, friction_coefficient, impeded_speed, normal_force, stored_impact_speed
+from trackdyn.scene.build import make_law
 
 STEEL, RUBBER = 1.154e11, 4.33e7
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from trackdyn.errors import TrackdynError
-from trackdyn.loop import Loop
 from trackdyn.model.constants import SPROCKET
 from trackdyn.model.state import OFFSET
+from trackdyn.simulation.loop import Loop
 
 
 def distances(loop):

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from trackdyn.build import make_law
 from trackdyn.contact.laws import friction_coefficient, normal_force, normal_slopes
 from trackdyn.parameters.normal_laws import NORMAL_LAWS, delivered_restitution, delivering_loss
-from trackdyn.scene import Scene
+from trackdyn.scene.build import make_law
+from trackdyn.scene.scene import Scene
 
 STEEL = 1.154e11
 RADIUS, MASS, SPEED = 0.05, 2.5, 0.5

@@ -5,7 +5,6 @@ import copy
 import numpy as np
 import pytest
 
-from trackdyn.build import build_space, start_plane
 from trackdyn.contact.axial import axial_friction, overlap
 from trackdyn.contact.laws import friction_coefficient
 from trackdyn.integrate.run import refresh
@@ -34,6 +33,7 @@ from trackdyn.model.work import (
     make_space_work,
     make_work,
 )
+from trackdyn.scene.build import build_space, start_plane
 
 FRICTION = {"tangential": TANGENTIAL, "independent": INDEPENDENT, "isotropic": ISOTROPIC}
 # Forces of some 1e4 N from depths of 1e-5 m that carry an error of 1e-16 m; two decades for sums.

@@ -5,10 +5,10 @@ from math import nextafter, pi
 import numpy as np
 import pytest
 
-from trackdyn.build import make_law, make_tooth
 from trackdyn.contact.tooth import find_area, groove_index
 from trackdyn.integrate.run import refresh
 from trackdyn.parameters.groove import coarse_groove
+from trackdyn.scene.build import make_law, make_tooth
 
 RADIUS = 0.030
 DEEPEST = 5e-4

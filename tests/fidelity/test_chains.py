@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from trackdyn.build import build_chain, build_shoes
 from trackdyn.chain.kinematics import bushing_torques
-from trackdyn.loop import Loop
 from trackdyn.measure.sensor import sense
 from trackdyn.model.record import SPELL_COLUMNS
 from trackdyn.model.work import make_work
 from trackdyn.parameters.layout import Assembly, belt_around
-from trackdyn.scene import Scene
-from trackdyn.settling import start_state
-from trackdyn.simulate import simulate
+from trackdyn.scene.build import build_chain, build_shoes
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.settling import start_state
+from trackdyn.simulation.simulate import simulate
 
 # --- single pin
 

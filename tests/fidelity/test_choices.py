@@ -3,9 +3,9 @@
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.fidelity import CHOICES, PRESETS, decide, preset
-from trackdyn.scene import Scene
-from trackdyn.simulate import simulate
+from trackdyn.scene.fidelity import CHOICES, PRESETS, decide, preset
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.simulate import simulate
 
 FREE = {"loop": "free", "ring_radius": None, "spells": False}
 BELT = {"chain": "belt", "ring_radius": None, "spells": False}

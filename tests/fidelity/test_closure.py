@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from trackdyn.loop import Loop
-from trackdyn.scene import Scene
-from trackdyn.simulate import simulate
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.simulate import simulate
 
 STIFFNESS = (1e7, 1e8, 1e9)
 

@@ -8,8 +8,8 @@ from trackdyn import Scene
 from trackdyn.chain.kinematics import bushing_lead, bushing_torques, orient, place
 from trackdyn.errors import InputError
 from trackdyn.integrate.dynamics import solve_chain
-from trackdyn.limits import step_limits
-from trackdyn.loop import Loop
+from trackdyn.scene.limits import step_limits
+from trackdyn.simulation.loop import Loop
 
 FREE = {"loop": "free", "ring_radius": None, "spells": False}
 PITCHES = 4

@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
-import trackdyn.scene
-import trackdyn.settling
-import trackdyn.start_checks
+import trackdyn.scene.scene
+import trackdyn.simulation.settling
+import trackdyn.simulation.start_checks
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.integrate.carriers import push
-from trackdyn.loop import Loop
-from trackdyn.measure.energy import open_share, refuse_unresolved
 from trackdyn.model.constants import SPROCKET
 from trackdyn.model.record import BEARING, ENERGY_NAMES
-from trackdyn.simulate import simulate
-from trackdyn.start_checks import arc_depths, explained_depth, refuse_start_in_steel
+from trackdyn.simulation.account import open_share, refuse_unresolved
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.simulate import simulate
+from trackdyn.simulation.start_checks import arc_depths, explained_depth, refuse_start_in_steel
 
 LARGE = 0.313
 
@@ -105,7 +105,7 @@ def test_the_step_is_judged_at_the_tension_that_the_loop_settles_at(make_scene):
 
 
 def test_contact_that_flips_from_step_to_step_is_seen(make_scene, monkeypatch):
-    for module in (trackdyn.scene, trackdyn.settling, trackdyn.start_checks):
+    for module in (trackdyn.scene.scene, trackdyn.simulation.settling, trackdyn.simulation.start_checks):
         monkeypatch.setattr(module, "step_limits", lambda *_: {"none": 1.0})
     with pytest.raises(DivergenceError, match="contacts are not resolved"):
         simulate(make_scene(115.0, ring_radius=LARGE, step=1e-4, duration=2.0, lead_in=1.0))

@@ -7,14 +7,13 @@ from math import nan
 import numpy as np
 import pytest
 
-from trackdyn import cli
+from trackdyn.commands import cli
 from trackdyn.errors import InputError
-from trackdyn.fidelity import preset
-from trackdyn.fmi.unit import Unit
-from trackdyn.loop import Loop
+from trackdyn.fmi.unit import Strands, Unit
 from trackdyn.measure.sensor import specific_force
-from trackdyn.measure.strands import Strands
 from trackdyn.parameters.rig import Rig
+from trackdyn.scene.fidelity import preset
+from trackdyn.simulation.loop import Loop
 
 EXCHANGE = 1e-3
 CHANGES = {0.0: (115.0, 0.0), 0.3: (140.0, 0.0), 0.45: (140.0, -1e-3)}  # time (s): motor (rev/min), shift (m)

@@ -13,15 +13,15 @@ import yaml
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from trackdyn import cli
-from trackdyn.belt import belt_recording
-from trackdyn.config import check_config, read_layer
+from trackdyn.commands import cli
 from trackdyn.errors import TrackdynError
-from trackdyn.measure.sensor_csv import read_sensor_csv
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.validation import read_yaml
-from trackdyn.recording import load_recording
-from trackdyn.scene import Scene
+from trackdyn.pipeline.config import check_config, read_layer
+from trackdyn.scene.scene import Scene
+from trackdyn.sensor.sensor_csv import read_sensor_csv
+from trackdyn.simulation.belt import belt_recording
+from trackdyn.simulation.recording import load_recording
 from trackdyn.study.accuracy.planner import load_trade, plan
 
 ROOT = Path(__file__).parents[2]
@@ -209,7 +209,7 @@ def test_commands(place, arguments):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(place)
         patch.setattr(sys, "argv", ["trackdyn", *arguments])
-        patch.setattr(sys.modules["trackdyn.simulate"], "simulate", accepted)
+        patch.setattr(sys.modules["trackdyn.simulation.simulate"], "simulate", accepted)
         try:
             cli.main()
         except SystemExit as end:

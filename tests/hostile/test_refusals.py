@@ -15,19 +15,20 @@ import numpy as np
 import pytest
 import yaml
 
-from trackdyn import cli, needs
-from trackdyn.belt import belt_recording
-from trackdyn.checkpoint import read_checkpoint
-from trackdyn.config import check_config, read_layer
+from trackdyn.commands import cli
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.loop import Loop
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.validation import read_yaml
-from trackdyn.recording import Recording, load_recording
-from trackdyn.scene import Scene
-from trackdyn.simulate import simulate
+from trackdyn.pipeline.config import check_config, read_layer
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation import cost as needs
+from trackdyn.simulation.belt import belt_recording
+from trackdyn.simulation.checkpoint import read_checkpoint
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.recorder import Writer
+from trackdyn.simulation.recording import Recording, load_recording
+from trackdyn.simulation.simulate import simulate
 from trackdyn.study.accuracy.planner import load_trade
-from trackdyn.writer import Writer
 
 ROOT = Path(__file__).parents[2]
 RIG = ROOT / "config" / "rig.yaml"
@@ -348,7 +349,7 @@ def test_a_configuration_is_refused_before_anything_runs(monkeypatch, row):
 def test_a_folder_that_cannot_be_written_is_refused_before_anything_runs(monkeypatch):
     monkeypatch.chdir(ROOT)
     data = read_yaml("config/config.yaml") | {"results": "mine/new"}
-    monkeypatch.setattr("trackdyn.config.os.access", lambda place, mode: False)  # root may write anywhere else
+    monkeypatch.setattr("trackdyn.pipeline.config.os.access", lambda place, mode: False)  # root may write anywhere else
     with pytest.raises(InputError) as caught:
         check_config(data, "mine.yaml")
     one_sentence(caught, "results = 'mine/new'", "cannot be written; another place would do")
@@ -466,7 +467,7 @@ def test_an_interruption_is_one_line(folder, monkeypatch, capsys):
     def stop(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(sys.modules["trackdyn.simulate"], "simulate", stop)
+    monkeypatch.setattr(sys.modules["trackdyn.simulation.simulate"], "simulate", stop)
     assert run_command(monkeypatch, "simulate", "run.npz", "-q") == 130
     assert capsys.readouterr().err.strip() == "trackdyn: interrupted; no file is left half-written"
 
@@ -507,7 +508,7 @@ def test_a_call_of_a_loop_is_refused(rig, row):
 def test_a_recording_that_does_not_fit_into_the_memory_is_refused_before_it_starts(rig, monkeypatch):
     """Each of the ways to ask for one: by scene, as a belt, of a loop that runs."""
     monkeypatch.setattr(needs, "virtual_memory", lambda: type("Memory", (), {"available": 1e6}))
-    monkeypatch.setattr(sys.modules["trackdyn.simulate"], "Loop", None)  # it must not come so far
+    monkeypatch.setattr(sys.modules["trackdyn.simulation.simulate"], "Loop", None)  # it must not come so far
     words = "duration = 90 s is not accepted", "MB of memory and 1 MB are free", "would do"
     for fields in ({}, BELT):
         with pytest.raises(InputError) as caught:
@@ -533,7 +534,7 @@ def test_a_full_disk_names_the_file_and_leaves_what_was_there(folder, belt_file,
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     one_sentence(caught, "short.npz: cannot be written (File too large)", "free space")
     assert Path("short.npz").read_bytes() == old and sorted(folder.rglob("*")) == before
-    monkeypatch.setattr("trackdyn.replacing.disk_usage", lambda place: type("Usage", (), {"free": 1000}))
+    monkeypatch.setattr("trackdyn.files.disk_usage", lambda place: type("Usage", (), {"free": 1000}))
     assert run_command(monkeypatch, "simulate", "run.npz") == 1
     assert sorted(folder.rglob("*")) == before
 
@@ -623,7 +624,7 @@ def test_a_small_file_that_unpacks_to_more_than_the_memory_is_refused(tmp_path, 
         arrays = dict(data)
     path = tmp_path / "run.npz"
     np.savez_compressed(path, **arrays | {"mean": np.zeros((1_000_000, 3))})
-    monkeypatch.setattr("trackdyn.recording.virtual_memory", lambda: type("Memory", (), {"available": 4e6}))
+    monkeypatch.setattr("trackdyn.simulation.recording.virtual_memory", lambda: type("Memory", (), {"available": 4e6}))
     with pytest.raises(InputError) as caught:
         load_recording(path)
     one_sentence(caught, "takes 24 MB of memory, more than the 2 MB")
@@ -647,7 +648,7 @@ def test_a_number_that_is_not_finite_never_leaves_a_run(belt_file):
     "change", [{}, {"parts": 1}, {"parts": {"scene": {}}}, {"parts": {"scene": 5, "layout": {}, "model": {}}}], ids=str
 )
 def test_a_damaged_checkpoint_is_refused(tmp_path, monkeypatch, change):
-    monkeypatch.setattr("trackdyn.checkpoint.source_hash", lambda: "here")
+    monkeypatch.setattr("trackdyn.simulation.checkpoint.source_hash", lambda: "here")
     path = tmp_path / "state"
     with path.open("wb") as file:
         np.savez(file, meta=np.array(json.dumps({"sources": "here"} | change)), **{"state.pin": np.zeros(4)})

@@ -5,9 +5,9 @@ import pytest
 
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.integrate.methods import METHODS
-from trackdyn.limits import step_limits
-from trackdyn.loop import Loop
-from trackdyn.scene import Scene
+from trackdyn.scene.limits import step_limits
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
 
 RK4 = METHODS["rk4"]
 

@@ -8,7 +8,6 @@ from trackdyn.contact.loads import AHEAD
 from trackdyn.errors import InputError
 from trackdyn.integrate.dynamics import solve_chain
 from trackdyn.integrate.run import refresh
-from trackdyn.loop import Loop
 from trackdyn.measure.sensor import sense
 from trackdyn.model.constants import Chain
 from trackdyn.model.state import make_state
@@ -28,7 +27,8 @@ from trackdyn.model.work import (
     make_implicit,
     make_work,
 )
-from trackdyn.simulate import simulate
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.simulate import simulate
 
 # as for the plain sweep: the end and closure matrices have condition numbers up to 1e5
 AGREEMENT = 1e-10

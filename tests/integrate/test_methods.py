@@ -11,18 +11,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from trackdyn.fidelity import CHOICES
 from trackdyn.integrate.methods import METHODS, equip
 from trackdyn.model.work import make_work
+from trackdyn.scene.fidelity import CHOICES
 
 ROOT = Path(__file__).parents[2]
 # as plain Python: what is asked is what is found, not how fast it is
 WITH_ANOTHER = """
 import json
 from trackdyn import Loop, Scene, load_rig
-from trackdyn.fidelity import CHOICES
+from trackdyn.scene.fidelity import CHOICES
 from trackdyn.integrate.methods import METHODS
-from trackdyn.limits import step_limits
+from trackdyn.scene.limits import step_limits
 
 rig = load_rig("config/rig.yaml").changed(chain__pitches=3, bushing__damping=0.5)
 free = {"loop": "free", "ring_radius": None, "spells": False, "step": 2e-4}

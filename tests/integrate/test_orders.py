@@ -7,11 +7,11 @@ from scipy.integrate import solve_ivp
 from trackdyn.chain.kinematics import bushing_torques, orient
 from trackdyn.chain.riccati import accelerations
 from trackdyn.integrate.methods import METHODS, equip
-from trackdyn.loop import Loop
 from trackdyn.model.record import BUSHING_LOSS, KINETIC
 from trackdyn.model.state import make_state
 from trackdyn.model.work import make_work
-from trackdyn.scene import Scene
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
 
 PITCHES = 5
 # long enough for the loop to change its shape by a third of a radian, short enough to stay smooth

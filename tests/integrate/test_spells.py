@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from trackdyn.integrate.spells import log_spells
-from trackdyn.loop import Loop
 from trackdyn.model.record import END, IMPULSE, PEAK, PEAK_TIME, START
+from trackdyn.simulation.loop import Loop
 
 STEP = 1e-4
 

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from trackdyn.cli import app
+from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
 from trackdyn.measure.compare import compare_with_sensor
 from trackdyn.measure.metrics import loop_frequency
 from trackdyn.measure.sensor import sense
-from trackdyn.measure.sensor_csv import SensorRecord
-from trackdyn.simulate import simulate
+from trackdyn.sensor.sensor_csv import SensorRecord
+from trackdyn.simulation.simulate import simulate
 
 
 def record(rate=1000.0, hz=0.253, seconds=30.0, amplitude=0.77):

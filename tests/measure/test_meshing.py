@@ -11,7 +11,7 @@ from trackdyn.errors import InputError
 from trackdyn.measure.contact_log import SIDES, timing
 from trackdyn.measure.meshing import events, mean_events, meshing_summary, passages, spells
 from trackdyn.parameters.rig import load_rig
-from trackdyn.recording import Recording
+from trackdyn.simulation.recording import Recording
 
 RIG = load_rig(Path(__file__).parents[2] / "config" / "rig.yaml")
 PITCHES, TEETH = RIG.chain.pitches, RIG.sprocket.teeth

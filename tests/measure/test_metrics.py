@@ -5,13 +5,13 @@ import copy
 import numpy as np
 import pytest
 
-from trackdyn.measure.dictionary import table_schema
+from trackdyn.measure.columns import table_schema
 from trackdyn.measure.metrics import lines_by_start, loop_frequency, run_metrics
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.sensor_metrics import sensor_metrics, whole_revolutions
-from trackdyn.measure.signals import main_line
-from trackdyn.scene import Scene
-from trackdyn.simulate import simulate
+from trackdyn.scene.scene import Scene
+from trackdyn.sensor.signals import main_line
+from trackdyn.simulation.simulate import simulate
 
 SECONDS = 20.0  # at 115 rpm two turns of the loop and a half, half way between two bins
 

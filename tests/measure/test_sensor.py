@@ -8,12 +8,12 @@ import pytest
 from trackdyn.chain.kinematics import bushing_torques, orient
 from trackdyn.chain.riccati import accelerations
 from trackdyn.integrate.run import refresh
-from trackdyn.loop import Loop
 from trackdyn.measure.sensor import sense, specific_force
 from trackdyn.model.constants import Chain, Sensor
 from trackdyn.model.work import make_work
-from trackdyn.scene import Scene
-from trackdyn.simulate import simulate
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.simulate import simulate
 from trackdyn.study.extremes import reference
 
 

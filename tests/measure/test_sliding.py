@@ -10,8 +10,8 @@ from trackdyn.errors import InputError
 from trackdyn.measure.sliding import sliding_per_km
 from trackdyn.model.record import ENERGY_NAMES, TOOTH_AREAS
 from trackdyn.model.work import AREA, BODY, FLANK, KIND, WHEEL
-from trackdyn.recording import load_recording
-from trackdyn.simulate import simulate
+from trackdyn.simulation.recording import load_recording
+from trackdyn.simulation.simulate import simulate
 
 RIG = load_rig(Path(__file__).parents[2] / "config" / "rig.yaml")
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.loop import Loop
 from trackdyn.measure.whole_loop import every_ay, passage, stitch, whole_loop
-from trackdyn.simulate import simulate
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.simulate import simulate
 
 RATE, LINKS, TEETH = 1000.0, 35, 13
 

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from trackdyn.loop import Loop
 from trackdyn.peers.answers import _answers, accelerations, compare_answers, ours, outcome
-from trackdyn.scene import Scene
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
 from trackdyn.study.settings import PeerAnswers
 
 

@@ -8,17 +8,17 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from trackdyn.build import build_chain
 from trackdyn.chain.riccati import accelerations
 from trackdyn.errors import InputError
 from trackdyn.integrate.run import refresh
-from trackdyn.loop import Loop
 from trackdyn.peers import exudyn_loop
 from trackdyn.peers.comparison import compare, percent_of_range, table2_outcome
 from trackdyn.peers.contact import Memory, contact_loads, force_vector, jacobian_triplets, make_contacts
 from trackdyn.peers.exudyn_loop import Hanger, Start, Wheels, drive_at, require_exudyn, run_loop, start_of
 from trackdyn.report.figures.peer import displacement_figure, model_figure
-from trackdyn.scene import Scene
+from trackdyn.scene.build import build_chain
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
 from trackdyn.study.extremes.solvers import Pose, posed
 
 # m, on paths of about a metre: with these steps the extrapolated result of the other code is good to 3e-7, the

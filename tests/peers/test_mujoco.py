@@ -7,10 +7,8 @@ from math import pi
 import numpy as np
 import pytest
 
-from trackdyn.build import build_chain
 from trackdyn.chain.riccati import accelerations as chain_accelerations
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.loop import Loop
 from trackdyn.parameters.groove import true_depth
 from trackdyn.peers import answers
 from trackdyn.peers.answers import OWN, accelerations, compare_answers, ours, outcome
@@ -18,7 +16,9 @@ from trackdyn.peers.contact import make_contacts
 from trackdyn.peers.exudyn_loop import PeerRun, Wheels, start_of
 from trackdyn.peers.mujoco_contact import ACROSS, FACET, RUBBER, cushion, groove_shapes, soft
 from trackdyn.peers.mujoco_loop import build, lay, places, run_loop, run_mujoco, working_load
-from trackdyn.scene import Scene
+from trackdyn.scene.build import build_chain
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
 from trackdyn.study.extremes.solvers import Pose, posed
 from trackdyn.study.settings import PeerAnswers
 

@@ -20,12 +20,12 @@ from trackdyn.jit import source_hash
 from trackdyn.paper.claims import VERDICTS
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import load_rig
-from trackdyn.recording import Recording, provenance
 from trackdyn.report.figures import animation
 from trackdyn.report.figures.animation import still_loop, still_sprocket, write_animation
 from trackdyn.report.page import words
 from trackdyn.report.page.builder import PageInputs, build_page, write_page
-from trackdyn.scene import Scene
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.recording import Recording, provenance
 
 ROOT = Path(__file__).parents[2]
 RIG_FILE = ROOT / "config" / "rig.yaml"

@@ -12,11 +12,9 @@ import pytest
 from matplotlib.figure import Figure
 
 from trackdyn.errors import InputError
-from trackdyn.measure.sensor_csv import SensorRecord
 from trackdyn.paper import printed
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import load_rig
-from trackdyn.recording import Recording
 from trackdyn.report.drawing import (
     MARKED,
     MARKED_TOO,
@@ -37,6 +35,8 @@ from trackdyn.report.figures.sensitivity import change_text, measure_words, sens
 from trackdyn.report.figures.spectra import spectrum_figure
 from trackdyn.report.style import new_figure, power_of_ten, save, thin
 from trackdyn.report.tables import lines_table, table1, table3, write_table
+from trackdyn.sensor.sensor_csv import SensorRecord
+from trackdyn.simulation.recording import Recording
 
 RIG = load_rig(Path(__file__).parents[2] / "config" / "rig.yaml")
 RATE = 1000

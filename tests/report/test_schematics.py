@@ -14,7 +14,6 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.patches import Circle, Polygon, Wedge
 from matplotlib.text import Text
 
-from trackdyn.build import build_chain, make_tooth
 from trackdyn.contact import loads
 from trackdyn.contact.tooth import find_area
 from trackdyn.contact.wheel import foot
@@ -24,6 +23,7 @@ from trackdyn.parameters.rig import load_rig
 from trackdyn.report.drawing import laid_frame
 from trackdyn.report.figures import contact_cases, engagement, flow, system, topology
 from trackdyn.report.style import save
+from trackdyn.scene.build import build_chain, make_tooth
 
 ROOT = Path(__file__).parents[2]
 RIG = load_rig(ROOT / "config" / "rig.yaml")

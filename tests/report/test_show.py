@@ -11,15 +11,15 @@ import pandas as pd
 import pytest
 
 import trackdyn
-from trackdyn import cli
+from trackdyn.commands import cli
 from trackdyn.errors import InputError
-from trackdyn.loop import Loop
 from trackdyn.measure.meshing import meshing_summary
 from trackdyn.report.figures import video
 from trackdyn.report.page import stretch as stretches
 from trackdyn.report.page.show import show, signal, work_of
-from trackdyn.report.page.stretch import stretch_of
-from trackdyn.simulate import simulate
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.replay import stretch_of
+from trackdyn.simulation.simulate import simulate
 
 MOST = 5e6  # bytes of a page
 PLOTS = ("tension-plot", "history-plot", "spectrum-plot", "shares-plot", "work-plot")

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.measure.dictionary import table_schema
+from trackdyn.measure.columns import table_schema
 from trackdyn.report.tables import (
     HEADS,
     cost_table,

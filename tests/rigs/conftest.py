@@ -4,10 +4,10 @@ from math import ceil
 
 import pytest
 
-from trackdyn.limits import step_limits
-from trackdyn.loop import Loop
 from trackdyn.parameters.rig import load_rig
-from trackdyn.scene import Scene
+from trackdyn.scene.limits import step_limits
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
 
 SPROCKET_RPM = 30.0
 NAMES = ("bench", "m113", "robot", "vehicle", "printed_equal_pitch")

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from tests.rigs.conftest import scene_of
-from trackdyn.loop import Loop
 from trackdyn.parameters.rig import load_rig
+from trackdyn.simulation.loop import Loop
 
 
 def test_a_running_loop_has_the_tension_of_a_belt():

@@ -8,7 +8,7 @@ import pytest
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.rig_file import shipped_rigs
 
-COMMAND = [sys.executable, "-c", "from trackdyn.cli import main; main()"]
+COMMAND = [sys.executable, "-c", "from trackdyn.commands.cli import main; main()"]
 
 
 def run(*words, cwd):
@@ -58,7 +58,7 @@ def test_check_draws_and_says(tmp_path):
 def test_simulate_needs_no_file(tmp_path):
     done = run("simulate", "run.npz", "--duration", "0.05", "--lead-in", "0", "-q", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    from trackdyn.recording import load_recording
+    from trackdyn.simulation.recording import load_recording
 
     meta = load_recording(tmp_path / "run.npz").meta
     assert meta["scene"]["ring_radius"] == load_rig("paper").sprocket.ring_radius

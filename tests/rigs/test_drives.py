@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from tests.rigs.conftest import scene_of
-from trackdyn.carrying import make_carriers
 from trackdyn.errors import InputError
 from trackdyn.integrate.carriers import given_force, slide
 from trackdyn.integrate.semi_implicit import driven_rate, rippled
-from trackdyn.loop import Loop
-from trackdyn.measure.energy import open_share
 from trackdyn.model.constants import SPROCKET, Drive, Motor, Ripple
 from trackdyn.model.record import SPROCKET_WORK
 from trackdyn.model.state import SLIDE, SLIDE_RATE
 from trackdyn.parameters.rig import load_rig
+from trackdyn.scene.build import make_carriers
+from trackdyn.simulation.account import open_share
+from trackdyn.simulation.loop import Loop
 
 STEP = 1e-4
 

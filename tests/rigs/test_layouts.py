@@ -7,10 +7,10 @@ import pandas as pd
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.limits import step_limits
 from trackdyn.parameters.layout import assemble, belt_around, wheel_circles
-from trackdyn.scene import Scene
-from trackdyn.settling import REACHED, settle
+from trackdyn.scene.limits import step_limits
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.settling import REACHED, settle
 from trackdyn.study.extremes.judge import COMPLETED, DEFECT, REFUSED
 from trackdyn.study.layouts import LEAST_COMPLETED, PITCHES, WHEELS, outcome, random_rig, run_layout
 

@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 
 from tests.rigs.conftest import NAMES, scene_of
-from trackdyn.carrying import refuse_stops
 from trackdyn.integrate.carriers import along, push
-from trackdyn.loop import Loop
-from trackdyn.measure.energy import open_share
 from trackdyn.model.constants import SPROCKET
 from trackdyn.model.state import SLIDE
 from trackdyn.parameters.rig import load_rig
 from trackdyn.peers.comparison import require_exudyn
 from trackdyn.peers.rigs import TOLERANCE, rig_in_both
-from trackdyn.start_checks import arc_depths, explained_depth
+from trackdyn.scene.build import refuse_stops
+from trackdyn.simulation.account import open_share
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.start_checks import arc_depths, explained_depth
 
 GAP = 1.1e-10  # m: the paper's own, and what one projection a step leaves at these speeds
 ACCOUNT = 2e-2  # of the energy exchanged: the promise of the time loop

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from trackdyn import DivergenceError, InputError, Scene, sense, simulate
-from trackdyn.build import build_chain
 from trackdyn.chain.transfer_matrices import growth
-from trackdyn.fidelity import literal_error
-from trackdyn.limits import turn_limit
-from trackdyn.measure.energy import refuse_open_account
-from trackdyn.measure.signals import rms
 from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.report.figures.extremes import FIGURES
+from trackdyn.scene.build import build_chain
+from trackdyn.scene.fidelity import literal_error
+from trackdyn.scene.limits import turn_limit
+from trackdyn.sensor.signals import rms
+from trackdyn.simulation.account import refuse_open_account
 from trackdyn.study.extremes import cases, random_scenes, solvers
 from trackdyn.study.extremes.judge import (
     COLUMNS,

@@ -3,7 +3,7 @@
 import pandas as pd
 import pytest
 
-from trackdyn.steady import Known
+from trackdyn.measure.until_known import Known
 from trackdyn.study.accuracy.ladder import FOUND, SETTINGS, compare_rungs, measure_setting
 
 

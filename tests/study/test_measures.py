@@ -6,7 +6,7 @@ import numpy as np
 
 from trackdyn.measure.meshing import meshing_summary
 from trackdyn.model.record import END, PEAK, SIDE, START
-from trackdyn.simulate import simulate
+from trackdyn.simulation.simulate import simulate
 from trackdyn.study.accuracy.statistics import statistics_of
 
 

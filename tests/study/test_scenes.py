@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from trackdyn.parameters.validation import read_yaml, validated
-from trackdyn.study.accuracy.scenes import measured_scenes, promised_scenes
+from trackdyn.study.accuracy.statistics import measured_scenes, promised_scenes
 from trackdyn.study.extremes import random_scenes
 from trackdyn.study.extremes.run import RANDOM_SCENES, parts_of
 from trackdyn.study.settings import StateErrors, Studies

@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.sweeps.asked import asked, columns, refuse_columns
 from trackdyn.sweeps.design import Span, make_design, parse_levels
+from trackdyn.sweeps.request import asked, columns, refuse_columns
 from trackdyn.sweeps.table import read_table, write_table
 
 
@@ -177,7 +177,7 @@ def test_a_key_is_what_is_asked_and_not_how_it_is_said(rig_path, monkeypatch):
         {"motor_rpm": 115, "duration": 2, "every_link": "true"},
     ):
         assert only(other, rig_path).key != one
-    monkeypatch.setattr("trackdyn.sweeps.asked.row_sources", lambda: "edited")
+    monkeypatch.setattr("trackdyn.sweeps.request.row_sources", lambda: "edited")
     assert only({"motor_rpm": 115, "duration": 2.0}, rig_path).key != one
 
 

@@ -14,17 +14,17 @@ import pytest
 
 import trackdyn
 from trackdyn.errors import InputError
-from trackdyn.imports import imported_files
 from trackdyn.jit import KERNEL_SOURCES
-from trackdyn.loop import Loop
 from trackdyn.measure.metrics import run_metrics
+from trackdyn.measure.until_known import Known, run_steady
 from trackdyn.parameters.rig import load_rig
-from trackdyn.scene import Scene
-from trackdyn.simulate import simulate
-from trackdyn.steady import Known, run_steady
+from trackdyn.pipeline.sources import imported_files
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.simulate import simulate
 from trackdyn.sweeps import row as rows
 from trackdyn.sweeps import workers
-from trackdyn.sweeps.asked import columns
+from trackdyn.sweeps.request import columns
 from trackdyn.sweeps.row import SOURCES
 from trackdyn.sweeps.store import Store
 from trackdyn.sweeps.sweep import rows_of, sweep
@@ -128,13 +128,14 @@ def test_nothing_is_computed_twice(tmp_path, rig_path, counted):
 
 def test_other_sources_compute_again(tmp_path, rig_path, counted, monkeypatch):
     sweep(design(1), tmp_path / "r.parquet", rig_path, jobs=1)
-    monkeypatch.setattr("trackdyn.sweeps.asked.row_sources", lambda: "edited")
+    monkeypatch.setattr("trackdyn.sweeps.request.row_sources", lambda: "edited")
     sweep(design(1), tmp_path / "r.parquet", rig_path, jobs=1)
     assert len(counted) == 2
 
 
 def test_sources_are_all_that_a_row_imports():
-    """Beside the package's own file, which computes nothing."""
+    """Beside the package's own file, which computes nothing; a source that is gone would count as never changed."""
+    assert all((ROOT / "trackdyn" / name).exists() for name in (*KERNEL_SOURCES, *SOURCES))
     covered = {
         path
         for name in ("jit.py", *KERNEL_SOURCES, *SOURCES)
@@ -336,7 +337,7 @@ def test_two_sweeps_on_one_folder_do_not_harm_each_other(tmp_path, rig_path):
 def test_the_command_says_what_came_of_it(tmp_path, rig_path, capsys):
     from typer.testing import CliRunner
 
-    from trackdyn.cli import app
+    from trackdyn.commands.cli import app
 
     runner = CliRunner()
     made, out = str(tmp_path / "d.csv"), str(tmp_path / "r.csv")

@@ -13,7 +13,7 @@ from trackdyn.certify.comparison import compare, failed, summary
 from trackdyn.certify.manifest import NAME, describe, load_manifest
 from trackdyn.certify.provenance import file_hash
 from trackdyn.errors import InputError
-from trackdyn.replacing import replacing
+from trackdyn.files import replacing
 
 ROOT = Path(__file__).parents[2]
 CRATE = "crate.zip"

@@ -16,11 +16,10 @@ from pydantic import Field
 
 from trackdyn.certify.provenance import PACKAGES, file_hash, package_hash, package_version
 from trackdyn.errors import InputError
+from trackdyn.files import read_text, write_text
 from trackdyn.jit import source_hash, target_hash
 from trackdyn.paper.contents import OWN, PAPER, STUDIES
 from trackdyn.parameters.validation import Section, shown, validated
-from trackdyn.reading import read_text
-from trackdyn.replacing import write_text
 from trackdyn.version import __version__
 
 FORMAT = 1

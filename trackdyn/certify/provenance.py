@@ -7,8 +7,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from trackdyn.errors import InputError
+from trackdyn.files import read_npz
 from trackdyn.jit import source_hash
-from trackdyn.reading import read_npz
 from trackdyn.version import __version__
 
 PACKAGES = ("numpy", "scipy", "numba", "pandas", "matplotlib", "snakemake", "plotly")

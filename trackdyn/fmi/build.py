@@ -7,10 +7,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from trackdyn.errors import InputError
+from trackdyn.files import replacing
 from trackdyn.fmi.unit import Unit
 from trackdyn.jit import source_hash
-from trackdyn.replacing import replacing
-from trackdyn.scene import Scene
+from trackdyn.scene.scene import Scene
 
 SCRIPT = Path(__file__).with_name("slave.py")
 

@@ -13,7 +13,7 @@ from trackdyn.errors import TrackdynError
 from trackdyn.fmi.unit import Unit
 from trackdyn.jit import source_hash
 from trackdyn.parameters.rig import Rig
-from trackdyn.scene import Scene
+from trackdyn.scene.scene import Scene
 
 UNITS = {
     "s": {"s": 1}, "m": {"m": 1}, "N": {"kg": 1, "m": 1, "s": -2}, "N.m": {"kg": 1, "m": 2, "s": -2},

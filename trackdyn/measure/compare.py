@@ -4,12 +4,12 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import InputError
-from trackdyn.measure.dictionary import error_of
+from trackdyn.measure.columns import error_of
 from trackdyn.measure.metrics import loop_frequency
 from trackdyn.measure.sensor import sense
-from trackdyn.measure.sensor_csv import SensorRecord
 from trackdyn.measure.sensor_metrics import LEAST_LOOPS, own_metrics, sensor_metrics
-from trackdyn.recording import Recording
+from trackdyn.sensor.sensor_csv import SensorRecord
+from trackdyn.simulation.recording import Recording
 
 COMPARED = ("rms_g", "sd_g", "line_hz", "line_g", "line_hz_binfree", "line_g_binfree", "high_frequency_g")
 SAME_RATE = 0.01  # changes what the mean over a sample leaves of 300 Hz by 0.3 %

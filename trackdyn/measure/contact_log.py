@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from trackdyn.model.record import SPELL_COLUMNS
-from trackdyn.recording import Recording
+from trackdyn.simulation.recording import Recording
 
 SIDES = ("left", "right", "ring")
 MERGE_GAP = 0.004  # s

@@ -21,7 +21,7 @@ import scipy
 from trackdyn.errors import InputError
 from trackdyn.measure.contact_log import INTEGRALS, MERGE_GAP, NAN, SIDES, contacts, extreme, first_of_highest, timing
 from trackdyn.measure.uncertainty import batch_error, ratio_error
-from trackdyn.recording import Recording
+from trackdyn.simulation.recording import Recording
 
 # Areas that an arc visits for less than this share of a turn a passage do not count in the summary, %.
 LEAST_SHARE = 0.1

@@ -3,13 +3,13 @@
 import numpy as np
 import pandas as pd
 
-from trackdyn.fidelity import label
 from trackdyn.measure.meshing import meshing_summary
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.sensor_metrics import LEAST_LOOPS, sensor_metrics
-from trackdyn.measure.signals import main_line
 from trackdyn.model.record import ENERGY_NAMES
-from trackdyn.recording import Recording
+from trackdyn.scene.fidelity import label
+from trackdyn.sensor.signals import main_line
+from trackdyn.simulation.recording import Recording
 
 NAN = float("nan")
 LOSSES = ("tooth_normal", "tooth_friction", "wheel_normal", "wheel_friction", "bearing", "bushing_loss")

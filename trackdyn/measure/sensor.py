@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trackdyn.recording import Recording
+from trackdyn.simulation.recording import Recording
 
 
 @dataclass(frozen=True)

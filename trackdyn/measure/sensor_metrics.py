@@ -4,7 +4,8 @@ from functools import partial
 
 import numpy as np
 
-from trackdyn.measure.signals import (
+from trackdyn.measure.uncertainty import LineError, line_error
+from trackdyn.sensor.signals import (
     high_frequency_rms,
     main_line,
     main_line_binfree,
@@ -12,7 +13,6 @@ from trackdyn.measure.signals import (
     standard_deviation,
     uncertainty,
 )
-from trackdyn.measure.uncertainty import LineError, line_error
 
 NAN = float("nan")
 # The bin-free line needs the record to hold a few revolutions of the loop.

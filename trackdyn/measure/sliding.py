@@ -5,7 +5,7 @@ import numpy as np
 from trackdyn.measure.contact_log import timing
 from trackdyn.model.record import TOOTH_AREAS
 from trackdyn.parameters.rig import Rig
-from trackdyn.recording import Recording
+from trackdyn.simulation.recording import Recording
 
 
 def sliding_per_km(recording: Recording) -> dict[str, float]:

@@ -17,9 +17,9 @@ from trackdyn.measure.contact_log import SIDES, timing
 from trackdyn.measure.meshing import spells
 from trackdyn.measure.metrics import loop_frequency
 from trackdyn.measure.sensor import specific_force
-from trackdyn.measure.signals import high_frequency_rms
 from trackdyn.measure.uncertainty import batch_error
-from trackdyn.recording import Recording
+from trackdyn.sensor.signals import high_frequency_rms
+from trackdyn.simulation.recording import Recording
 
 # measures whose tolerances are a share of the value, and a share of a sprocket turn
 RELATIVE = ("rms", "sd", "line", "left_peak")

@@ -326,7 +326,7 @@ class Radial(NamedTuple):
 
 
 class Model(NamedTuple):
-    """A scene as kernels see it (`trackdyn.build.build_model`).
+    """A scene as kernels see it (`trackdyn.scene.build.build_model`).
 
     ``step`` is in s, ``stride`` the number of steps in a sample. ``solver`` is None for the Riccati sweep or
     one of `integrate.dynamics`' numbers, ``space`` None for a planar scene, ``carriers`` None for fixed wheels, ``radial``

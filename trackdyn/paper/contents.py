@@ -273,7 +273,7 @@ OWN = (
 
         This picture is ours; the paper has none like it. The layout of the wheels is fitted to printed results and the
         shape of the groove is this replication's own."""),
-    Item("sensor_records", "The sensor's records", "sensor_records", "trackdyn.measure.sensor_csv:read_sensor_csv", """
+    Item("sensor_records", "The sensor's records", "sensor_records", "trackdyn.sensor.sensor_csv:read_sensor_csv", """
         What reading the sensor's files did: rows, columns with their units, time stamps, rate, and what was dropped, averaged,
         resampled or found at the end of the range. The records as they are compared stand in `sensor` of the results.""",
          table=True),
@@ -312,14 +312,14 @@ OWN = (
         Every parameter of the rig with its unit, kind and source. Printed: stands in the paper; derived:
         follows from printed numbers; assumed: not in the paper; fitted: chosen so that the model shows a
         printed result.""", table=True),
-    Item("fit_targets", "Targets of the fit", "sensitivity", "trackdyn.study.fit:report_targets", """
+    Item("fit_targets", "Targets of the fit", "sensitivity", "trackdyn.inference.fit:report_targets", """
         What the fit aimed at and what the rig gives, in units of each tolerance. Targets that were held out were not
         fitted.""", table=True),
-    Item("equal_pitch", "Two readings of equal pitch", "sensitivity", "trackdyn.study.fit:equal_pitch_readings", """
+    Item("equal_pitch", "Two readings of equal pitch", "sensitivity", "trackdyn.inference.fit:equal_pitch_readings", """
         The two readings of "equal pitch at 0.308 m" put into the rig, all else held, beside the fitted one: shares of
         the left and the right arc, % of a sprocket turn. A dash: the loop does not settle in that case.""", table=True),
     Item("run_direction", "Both ways in which the chain may run", "sensitivity",
-         "trackdyn.study.fit:run_directions", """
+         "trackdyn.inference.fit:run_directions", """
         Times of the events of one passage with the chain descending and climbing on the sprocket, all else held. The
         paper does not say which way its chain runs; it prints the ring's maximum at 0.22 s (C17) and the right arc's
         without a ring at 1.07 s (C16).""", table=True),

@@ -8,7 +8,7 @@ import pandas as pd
 
 from trackdyn.measure.metrics import lines_by_start
 from trackdyn.parameters.rig import Rig
-from trackdyn.recording import load_recording
+from trackdyn.simulation.recording import load_recording
 
 
 @dataclass(frozen=True)

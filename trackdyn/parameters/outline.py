@@ -15,10 +15,10 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from trackdyn.errors import InputError
+from trackdyn.files import read_text
 from trackdyn.parameters.groove import Groove, true_depth
 from trackdyn.parameters.quantities import quantity, table
 from trackdyn.parameters.wheels import Sparing
-from trackdyn.reading import read_text
 
 TANGENT = 1e-6  # m by which neighbouring arcs may miss each other: less than machining and more than rounding of a file
 LONGEST_OUTLINE = 20_000  # points

@@ -16,19 +16,19 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.loop import Loop
+from trackdyn.measure.until_known import LEAST
 from trackdyn.measure.whole_loop import Series
 from trackdyn.parameters.rig import Rig
 from trackdyn.peers.comparison import OURS, PEER, run_peer
 from trackdyn.peers.extra import required
 from trackdyn.peers.exudyn_loop import PeerRun, require_exudyn
 from trackdyn.peers.mujoco_loop import run_mujoco
-from trackdyn.scene import Scene
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
 from trackdyn.study.accuracy.limit import SURE, difference, limit_of
 from trackdyn.study.accuracy.planner import record_error
 from trackdyn.study.accuracy.statistics import whole_samples
 from trackdyn.study.settings import PeerAnswers
-from trackdyn.until import LEAST
 
 COLUMNS = [
     "code", "method", "step_s", "rms_m_s2", "difference_pct", "uncertainty_pct", "scatter_pct", "cpu_s_per_s", "passages", "cpu_s",

@@ -8,13 +8,13 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import InputError
-from trackdyn.loop import Loop
 from trackdyn.parameters.rig import Rig
 from trackdyn.peers.contact import make_contacts
 from trackdyn.peers.exudyn_loop import PeerRun, Wheels, require_exudyn, run_loop, start_of
-from trackdyn.recording import Recording
-from trackdyn.scene import Scene
-from trackdyn.simulate import simulate
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.simulate import simulate
 
 READINGS = ("sprocket", "motor")  # whose speed the paper's 180 r/min may be
 RAMP = 1.0  # start-up of the sprocket, s

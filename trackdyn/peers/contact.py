@@ -14,7 +14,7 @@ import numpy as np
 from trackdyn.jit import kernel
 from trackdyn.parameters.layout import wheel_circles
 from trackdyn.parameters.rig import Rig, Surface
-from trackdyn.scene import Scene
+from trackdyn.scene.scene import Scene
 
 POSITION_NUDGE, RATE_NUDGE = 1e-8, 1e-6  # of the difference quotients: m or rad, m/s or rad/s
 

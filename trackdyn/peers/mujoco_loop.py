@@ -12,13 +12,13 @@ from math import pi
 import numpy as np
 
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.loop import Loop
 from trackdyn.model.constants import Chain, Drive
 from trackdyn.peers.contact import Contacts, make_contacts
 from trackdyn.peers.extra import required
 from trackdyn.peers.exudyn_loop import PeerRun, Start, Wheels, drive_at, start_of
 from trackdyn.peers.mujoco_contact import ACROSS, RUBBER, STEEL, cushion, soft, sprocket_shapes
-from trackdyn.scene import Scene
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
 
 HEAVY = 1e4  # of the sprocket's hinge, kg m2
 # Time constant of the closing constraint, s, at least two steps long; and its impedance, next to rigid.

@@ -8,10 +8,10 @@ import time
 
 import numpy as np
 
-from trackdyn.loop import Loop
 from trackdyn.parameters.rig import Rig
 from trackdyn.peers.comparison import run_peer
-from trackdyn.scene import Scene
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
 
 RAMP = 0.4  # s
 STEP, PEER_STEP = 2e-5, 5e-4  # s, where the paper's rig agrees to 0.01 % of a link's way (Figure 14)

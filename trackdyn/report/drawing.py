@@ -17,8 +17,8 @@ from matplotlib.patheffects import withStroke
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import assemble, wheel_circles
 from trackdyn.parameters.rig import Rig
-from trackdyn.recording import Recording
 from trackdyn.report.style import BLACK, SMALL
+from trackdyn.simulation.recording import Recording
 
 STEEL, STEEL_EDGE = "#c9ced6", "#4d5560"
 RUBBER = "#5a5a5a"

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pandas as pd
 
-from trackdyn.ensemble import verdicts
-from trackdyn.ensemble.history import judged
-from trackdyn.ensemble.ring_choice import CRITERIA, choice_table, recommendation, study_table
-from trackdyn.ensemble.stages import CHEAP, LAST, STUDY, Ensemble, read_errors
+from trackdyn.inference.ensemble import verdicts
+from trackdyn.inference.ensemble.history import judged
+from trackdyn.inference.ensemble.ring_choice import CRITERIA, choice_table, recommendation, study_table
+from trackdyn.inference.ensemble.stages import CHEAP, LAST, STUDY, Ensemble, read_errors
 from trackdyn.paper.claims import load_claims
 from trackdyn.report.figures.ensemble import band_figure, choice_figure, conflict_figure, pairs_figure, pareto_figure
 from trackdyn.report.style import save

@@ -7,8 +7,8 @@ from pathlib import Path
 import pandas as pd
 
 from trackdyn.errors import InputError
+from trackdyn.files import replacing, write_text
 from trackdyn.paper.claims import JUDGED, REPRODUCED, headline
-from trackdyn.replacing import replacing, write_text
 from trackdyn.report.figures.scorecard import at_speeds
 from trackdyn.report.tables import ladder_table
 

@@ -11,7 +11,7 @@ from cycler import cycler
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from trackdyn.replacing import replacing
+from trackdyn.files import replacing
 
 WIDTH, PAGE = 4.8, 7.2  # of a figure, inch: legible in a column of 84 mm; of pictures that fill a page
 DPI = 270

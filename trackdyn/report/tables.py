@@ -8,12 +8,12 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import InputError
-from trackdyn.measure.dictionary import error_of
-from trackdyn.measure.sensor_csv import SensorRecord
+from trackdyn.files import replacing
+from trackdyn.measure.columns import error_of
 from trackdyn.measure.sensor_metrics import own_metrics
 from trackdyn.paper import printed
 from trackdyn.parameters.groove import Groove
-from trackdyn.replacing import replacing
+from trackdyn.sensor.sensor_csv import SensorRecord
 
 # headings of the Markdown tables, a group above what is in it; columns without one are left out there
 HEADS = {

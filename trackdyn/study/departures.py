@@ -17,14 +17,14 @@ import pandas as pd
 from pydantic import Field, model_validator
 
 from trackdyn.errors import InputError, TrackdynError
-from trackdyn.fidelity import PRESETS
 from trackdyn.measure.meshing import meshing_summary
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.sensor_metrics import whole_revolutions
-from trackdyn.measure.signals import high_frequency_rms, rms
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.validation import Positive, Section, read_yaml, validated
-from trackdyn.simulate import simulate
+from trackdyn.scene.fidelity import PRESETS
+from trackdyn.sensor.signals import high_frequency_rms, rms
+from trackdyn.simulation.simulate import simulate
 from trackdyn.study.accuracy.statistics import scene_name, study_scene
 
 MEASURES = ("rms_g", "high_frequency_g", "left_share_pct", "right_share_pct", "ring_share_pct", "ring_rms_n")

@@ -14,12 +14,12 @@ from scipy.optimize import brentq
 from tqdm import tqdm
 
 from trackdyn.errors import InputError
-from trackdyn.limits import step_limits
-from trackdyn.loop import Loop
 from trackdyn.parameters.layout import belt_path, run_order
 from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.scene import Scene
-from trackdyn.start_checks import arc_depths, explained_depth
+from trackdyn.scene.limits import step_limits
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.start_checks import arc_depths, explained_depth
 from trackdyn.study.extremes.judge import COMPLETED, DEFECT, OUTCOMES, REFUSED, invariants, judged
 
 SEED = 20261122

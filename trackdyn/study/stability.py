@@ -2,14 +2,14 @@
 
 import pandas as pd
 
-from trackdyn.loop import Loop
 from trackdyn.measure.meshing import meshing_summary
+from trackdyn.measure.until_known import Known, run_steady
 from trackdyn.measure.whole_loop import whole_loop
-from trackdyn.recording import Recording
-from trackdyn.scene import Scene
-from trackdyn.simulate import simulate
-from trackdyn.starts import Starts
-from trackdyn.steady import Known, run_steady
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.settled_loops import Starts
+from trackdyn.simulation.simulate import simulate
 
 # Largest change that still counts as stable, fixed before the runs: a tenth of the narrowest tolerance
 # that the claims are judged with (2 % of an amplitude, 2 points of a turn) and of the 5 % by which the

@@ -12,9 +12,9 @@ import pandas as pd
 from trackdyn.errors import TrackdynError
 from trackdyn.measure.meshing import meshing_summary
 from trackdyn.parameters.rig import Rig
-from trackdyn.scene import Scene
-from trackdyn.simulate import simulate
-from trackdyn.starts import Starts
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.settled_loops import Starts
+from trackdyn.simulation.simulate import simulate
 
 HOLDS = ("friction", "transition_velocity")
 KEPT = ("left_share_pct", "right_share_pct", "ring_share_pct", "left_rms_n", "right_rms_n", "ring_rms_n", "passages")

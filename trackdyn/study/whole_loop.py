@@ -4,14 +4,14 @@ from itertools import product
 
 import pandas as pd
 
+from trackdyn.measure.until_known import run_until
 from trackdyn.measure.whole_loop import RELATIVE, SHARES, whole_loop
 from trackdyn.parameters.rig import Rig
-from trackdyn.scene import Scene
-from trackdyn.simulate import simulate
-from trackdyn.starts import Starts
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.settled_loops import Starts
+from trackdyn.simulation.simulate import simulate
 from trackdyn.study.accuracy.statistics import scene_name
 from trackdyn.study.settings import Allowed, WholeLoopForm, allowed_step
-from trackdyn.until import run_until
 
 COLUMNS = [
     "scene", "measure", "tolerance", "known", "short", "short_half_width", "short_s", "long", "long_half_width", "long_s",

@@ -8,30 +8,25 @@ from psutil import virtual_memory
 
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.jit import KERNEL_SOURCES, source_hash, target_hash
-from trackdyn.loop import Loop
 from trackdyn.measure.meshing import area_shares, event_times
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.sliding import sliding_per_km
+from trackdyn.measure.until_known import Known, refuse_undriven, run_steady, run_until
 from trackdyn.measure.whole_loop import Estimate, high_frequency_of_all, whole_loop
-from trackdyn.needs import needs
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import shown
-from trackdyn.recording import Recording, made_with
-from trackdyn.scene import Scene
-from trackdyn.simulate import simulate
-from trackdyn.starts import Starts
-from trackdyn.steady import Known, run_steady
-from trackdyn.until import refuse_undriven, run_until
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.cost import needs
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.recording import Recording, made_with
+from trackdyn.simulation.settled_loops import Starts
+from trackdyn.simulation.simulate import simulate
 
 # What came of a row: its numbers; input that is refused; a run that left the physical range; nothing, for a reason that
 # may pass.
 DONE, REFUSED, DIVERGED, FAILED = "done", "refused", "diverged", "failed"
 # The package's files and folders that a row's numbers depend on, beside the kernels.
-SOURCES = (
-    "parameters", "measure", "sweeps/row.py", "belt.py", "build.py", "carrying.py", "checkpoint.py", "errors.py", "fidelity.py",
-    "limits.py", "loop.py", "needs.py", "reading.py", "recording.py", "replacing.py", "scene.py", "settling.py", "start_checks.py",
-    "simulate.py", "starts.py", "steady.py", "stepping.py", "until.py", "writer.py",
-)  # fmt: skip
+SOURCES = ("parameters", "scene", "simulation", "sensor", "measure", "errors.py", "files.py", "sweeps/row.py")
 # of a row of metrics: its name, which the design has, and its cost, which stands elsewhere
 NOT_KEPT = ("run", "wall_s")
 _known: dict[str, str] = {}

@@ -9,10 +9,10 @@ from psutil import virtual_memory
 from tqdm import tqdm
 
 from trackdyn.errors import InputError
-from trackdyn.fidelity import CHOICES
+from trackdyn.files import refuse_unwritable
 from trackdyn.parameters.validation import shown
-from trackdyn.replacing import refuse_unwritable
-from trackdyn.sweeps.asked import Asked, asked, refuse_columns
+from trackdyn.scene.fidelity import CHOICES
+from trackdyn.sweeps.request import Asked, asked, refuse_columns
 from trackdyn.sweeps.row import DONE, REFUSED
 from trackdyn.sweeps.store import Store
 from trackdyn.sweeps.table import read_table, refuse_ending, refuse_header, write_table

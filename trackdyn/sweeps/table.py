@@ -10,9 +10,8 @@ import pyarrow
 from pyarrow import parquet
 
 from trackdyn.errors import InputError
+from trackdyn.files import plain_file, read_text, replacing
 from trackdyn.parameters.validation import shown
-from trackdyn.reading import plain_file, read_text
-from trackdyn.replacing import replacing
 
 LARGEST = 500_000_000  # bytes of a CSV, and of a Parquet file as it unpacks
 ENDINGS = (".csv", ".parquet")

@@ -12,7 +12,7 @@ from pathlib import Path
 import psutil
 
 from trackdyn.errors import TrackdynError
-from trackdyn.replacing import broken_off, write_text
+from trackdyn.files import broken_off, write_text
 
 
 @contextmanager

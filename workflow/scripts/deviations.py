@@ -1,6 +1,6 @@
 from _script import logged
 
-from trackdyn.replacing import write_csv
+from trackdyn.files import write_csv
 from trackdyn.study.departures import compare_departures
 
 with logged(snakemake):

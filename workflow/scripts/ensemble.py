@@ -3,7 +3,7 @@ from pathlib import Path
 import pandas as pd
 from _script import logged
 
-from trackdyn.ensemble.stages import open_ensemble
+from trackdyn.inference.ensemble.stages import open_ensemble
 from trackdyn.report.ensemble import write_figures, write_tables
 
 with logged(snakemake):

@@ -2,7 +2,7 @@ from pathlib import Path
 
 from _script import logged
 
-from trackdyn.ensemble.stages import gather_stage, open_ensemble
+from trackdyn.inference.ensemble.stages import gather_stage, open_ensemble
 
 with logged(snakemake):
     given = snakemake.input

@@ -2,7 +2,7 @@ from pathlib import Path
 
 from _script import logged
 
-from trackdyn.ensemble.stages import open_ensemble, stage_points, stage_rows
+from trackdyn.inference.ensemble.stages import open_ensemble, stage_points, stage_rows
 from trackdyn.sweeps.table import write_table
 
 with logged(snakemake):

@@ -2,8 +2,8 @@ import pandas as pd
 from _script import logged
 
 from trackdyn import load_recording
+from trackdyn.files import write_csv
 from trackdyn.measure.meshing import mean_events, smoothed_maxima, spells
-from trackdyn.replacing import write_csv
 
 with logged(snakemake):
     tables, contacts = [], []

@@ -5,7 +5,7 @@ import pandas as pd
 from _script import logged
 
 from trackdyn import load_rig
-from trackdyn.replacing import write_csv, write_text
+from trackdyn.files import write_csv, write_text
 from trackdyn.report.figures.extremes import FIGURES
 from trackdyn.report.style import save
 from trackdyn.report.tables import write_table

@@ -1,8 +1,8 @@
 import pandas as pd
 from _script import logged
 
+from trackdyn.files import write_csv
 from trackdyn.paper.contents import caption
-from trackdyn.replacing import write_csv
 from trackdyn.report.tables import headed, ladder_table, write_table
 from trackdyn.study.accuracy.ladder import compare_rungs
 

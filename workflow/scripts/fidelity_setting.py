@@ -1,8 +1,8 @@
 from _script import logged
 
 from trackdyn import load_rig
-from trackdyn.replacing import write_csv
-from trackdyn.steady import Known
+from trackdyn.files import write_csv
+from trackdyn.measure.until_known import Known
 from trackdyn.study.accuracy.ladder import measure_setting
 
 with logged(snakemake):

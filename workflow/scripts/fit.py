@@ -2,9 +2,9 @@ import pandas as pd
 from _script import logged
 
 from trackdyn import load_rig
+from trackdyn.files import write_csv
+from trackdyn.inference.fit import FitConfig, fit_rig, measure_rigs, report_targets
 from trackdyn.parameters.validation import read_yaml, validated
-from trackdyn.replacing import write_csv
-from trackdyn.study.fit import FitConfig, fit_rig, measure_rigs, report_targets
 
 with logged(snakemake):
     config = validated(FitConfig, read_yaml(snakemake.input.fit), snakemake.input.fit)

@@ -2,8 +2,8 @@ from pathlib import Path
 
 from _script import logged
 
-from trackdyn.identification.calibration import CalibrationConfig
-from trackdyn.identification.commands import identify
+from trackdyn.commands.identify import identify
+from trackdyn.inference.identification.calibration import CalibrationConfig
 from trackdyn.parameters.validation import read_yaml, validated
 
 with logged(snakemake):

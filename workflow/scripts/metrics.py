@@ -6,9 +6,9 @@ import pandas as pd
 from _script import logged
 
 from trackdyn import load_recording
-from trackdyn.measure.dictionary import table_schema
+from trackdyn.files import write_csv, write_text
+from trackdyn.measure.columns import table_schema
 from trackdyn.measure.metrics import run_metrics
-from trackdyn.replacing import write_csv, write_text
 from trackdyn.sweeps.sweep import rows_of
 
 with logged(snakemake):

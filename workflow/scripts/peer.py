@@ -1,9 +1,9 @@
 from _script import logged
 
 from trackdyn import load_rig
+from trackdyn.files import write_csv
 from trackdyn.paper.contents import caption
 from trackdyn.peers.comparison import compare, table2_outcome
-from trackdyn.replacing import write_csv
 from trackdyn.report.figures.peer import displacement_figure, model_figure
 from trackdyn.report.style import save
 from trackdyn.report.tables import write_table

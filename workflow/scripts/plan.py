@@ -3,7 +3,7 @@ import json
 from _script import logged
 
 from trackdyn import load_rig
-from trackdyn.replacing import write_text
+from trackdyn.files import write_text
 from trackdyn.study.accuracy.planner import load_trade, plan
 
 with logged(snakemake):

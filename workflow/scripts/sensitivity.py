@@ -2,13 +2,7 @@ import pandas as pd
 from _script import logged
 
 from trackdyn import load_rig
-from trackdyn.paper.contents import caption
-from trackdyn.parameters.validation import read_yaml, validated
-from trackdyn.report.figures.sensitivity import sensitivity_figure, sensitivity_matrix
-from trackdyn.report.style import save
-from trackdyn.report.tables import equal_pitch_by_ring, write_table
-from trackdyn.steady import Known
-from trackdyn.study.fit import (
+from trackdyn.inference.fit import (
     AS_IT_IS,
     FitConfig,
     equal_pitch_readings,
@@ -17,6 +11,12 @@ from trackdyn.study.fit import (
     sensitivity,
     summaries_of,
 )
+from trackdyn.measure.until_known import Known
+from trackdyn.paper.contents import caption
+from trackdyn.parameters.validation import read_yaml, validated
+from trackdyn.report.figures.sensitivity import sensitivity_figure, sensitivity_matrix
+from trackdyn.report.style import save
+from trackdyn.report.tables import equal_pitch_by_ring, write_table
 
 with logged(snakemake):
     params = snakemake.params

@@ -1,10 +1,10 @@
 from _script import logged
 
 from trackdyn import load_rig
+from trackdyn.files import write_csv
+from trackdyn.inference.fit import FitConfig, measure_candidates
+from trackdyn.measure.until_known import Known
 from trackdyn.parameters.validation import read_yaml, validated
-from trackdyn.replacing import write_csv
-from trackdyn.steady import Known
-from trackdyn.study.fit import FitConfig, measure_candidates
 
 with logged(snakemake):
     config = validated(FitConfig, read_yaml(snakemake.input.fit), snakemake.input.fit)

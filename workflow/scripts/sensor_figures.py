@@ -3,10 +3,10 @@ from math import inf
 from _script import logged
 
 from trackdyn import load_recording
-from trackdyn.measure.sensor_csv import read_sensor_csv
 from trackdyn.report.figures.histories import history_figure
 from trackdyn.report.figures.spectra import spectrum_figure
 from trackdyn.report.style import save
+from trackdyn.sensor.sensor_csv import read_sensor_csv
 
 with logged(snakemake):
     given, out = snakemake.input, snakemake.output

@@ -3,9 +3,9 @@ from math import inf
 import pandas as pd
 from _script import logged
 
-from trackdyn.measure.sensor_csv import read_sensor_csv
 from trackdyn.paper.contents import caption
 from trackdyn.report.tables import headed, lines_table, table3, write_table
+from trackdyn.sensor.sensor_csv import read_sensor_csv
 
 with logged(snakemake):
     label = "synthetic sensor" if snakemake.params.synthetic else "sensor"

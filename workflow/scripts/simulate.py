@@ -5,7 +5,7 @@ from pathlib import Path
 from _script import logged
 
 from trackdyn import Scene, load_rig, simulate
-from trackdyn.replacing import write_text
+from trackdyn.files import write_text
 
 with logged(snakemake):
     fields = snakemake.params.scene | {"pitches": tuple(snakemake.params.scene["pitches"])}

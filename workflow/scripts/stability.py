@@ -2,9 +2,9 @@ import pandas as pd
 from _script import logged
 
 from trackdyn import Scene, load_rig
+from trackdyn.measure.until_known import Known
 from trackdyn.paper.contents import caption
 from trackdyn.report.tables import write_table
-from trackdyn.steady import Known
 from trackdyn.study.stability import stability
 
 with logged(snakemake):

@@ -1,7 +1,7 @@
 from _script import logged
 
+from trackdyn.files import write_text
 from trackdyn.jit import cache_folder
-from trackdyn.replacing import write_text
 from trackdyn.sweeps.sweep import one_of_each_kind, sweep
 
 with logged(snakemake):

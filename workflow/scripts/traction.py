@@ -1,7 +1,7 @@
 from _script import logged
 
 from trackdyn import load_rig
-from trackdyn.replacing import write_csv
+from trackdyn.files import write_csv
 from trackdyn.report.figures.traction import traction_figure
 from trackdyn.report.style import save
 from trackdyn.study.traction import traction_scan

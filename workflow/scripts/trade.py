@@ -1,8 +1,8 @@
 import pandas as pd
 from _script import logged
 
+from trackdyn.files import write_csv, write_text
 from trackdyn.paper.contents import caption
-from trackdyn.replacing import write_csv, write_text
 from trackdyn.report.figures.trade import answer_figure, planner_figure, work_precision
 from trackdyn.report.style import save
 from trackdyn.report.tables import headed, trade_summary, write_table

@@ -1,7 +1,7 @@
 import pandas as pd
 from _script import logged
 
-from trackdyn.replacing import write_csv
+from trackdyn.files import write_csv
 
 with logged(snakemake):
     for name, path in snakemake.output.items():

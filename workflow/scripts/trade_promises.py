@@ -1,9 +1,9 @@
 from _script import logged
 
 from trackdyn import load_rig
-from trackdyn.replacing import write_csv
+from trackdyn.files import write_csv
 from trackdyn.study.accuracy.planner import load_trade, verify
-from trackdyn.study.accuracy.scenes import promised_scenes
+from trackdyn.study.accuracy.statistics import promised_scenes
 from trackdyn.study.settings import TradeForm
 
 with logged(snakemake):

@@ -2,9 +2,9 @@ import pandas as pd
 from _script import logged
 
 from trackdyn import load_rig
-from trackdyn.replacing import write_csv
+from trackdyn.files import write_csv
 from trackdyn.study.accuracy.limit import LIMITS
-from trackdyn.study.accuracy.scenes import measured_scenes
+from trackdyn.study.accuracy.statistics import measured_scenes
 from trackdyn.study.accuracy.trade import state_trade, statistic_trade
 from trackdyn.study.settings import StateErrors, TradeForm
 

@@ -1,7 +1,7 @@
 from _script import logged
 
 from trackdyn import load_rig
-from trackdyn.replacing import write_csv
+from trackdyn.files import write_csv
 from trackdyn.study.settings import WholeLoopForm
 from trackdyn.study.whole_loop import compare_answers
 

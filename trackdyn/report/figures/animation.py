@@ -10,9 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from trackdyn.errors import InputError
+from trackdyn.files import replacing
 from trackdyn.parameters.rig import Rig
-from trackdyn.recording import Recording
-from trackdyn.replacing import replacing
 from trackdyn.report.drawing import (
     chain_points,
     draw_force_bar,
@@ -26,6 +25,7 @@ from trackdyn.report.drawing import (
 from trackdyn.report.figures.meshing import LOOKS
 from trackdyn.report.figures.screenshots import contacts, draw_force
 from trackdyn.report.style import styled
+from trackdyn.simulation.recording import Recording
 
 WIDTH, HEIGHT, DPI = 4.8, 6.4, 100  # of the GIF, inch and dots an inch: fits a phone held upright
 INTERVAL = 0.04  # between pictures, s of the run

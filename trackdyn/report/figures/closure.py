@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from trackdyn.paper import printed
-from trackdyn.recording import Recording
 from trackdyn.report.style import COLOURS, DASHES, PRINTED, new_figure, power_of_ten, styled, upper_edge
+from trackdyn.simulation.recording import Recording
 
 # A gap of exactly nothing has no place on a logarithmic axis; below the spacing of doubles near 1 m.
 LEAST_GAP = 1e-17

@@ -8,13 +8,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
-from trackdyn.build import make_tooth
 from trackdyn.contact.tooth import find_area
 from trackdyn.contact.wheel import foot
 from trackdyn.parameters.rig import Rig
 from trackdyn.report import drawing, marks
 from trackdyn.report.figures.groove import draw_groove
 from trackdyn.report.style import BLACK, PURPLE, new_figure, styled
+from trackdyn.scene.build import make_tooth
 
 SHOWN_DEPTH = 0.25  # of a connector's arc, in parts of its radius
 SHOWN_LINK_DEPTH = 0.5  # of a link, in parts of half its thickness

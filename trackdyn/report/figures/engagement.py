@@ -12,13 +12,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Patch
 from scipy.optimize import brentq
 
-from trackdyn.build import make_tooth
 from trackdyn.contact.tooth import find_area
 from trackdyn.parameters.layout import BeltPath, belt_around
 from trackdyn.parameters.rig import Rig
 from trackdyn.report import drawing, marks
 from trackdyn.report.figures import groove as section
 from trackdyn.report.style import BLACK, BLUE, GREEN, PURPLE, VERMILION, new_figure, styled
+from trackdyn.scene.build import make_tooth
 
 PINS = {
     "left": {"color": GREEN, "linestyle": "-", "linewidth": 1.4},

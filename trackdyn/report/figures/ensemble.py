@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from trackdyn.ensemble.ring_choice import CRITERIA
+from trackdyn.inference.ensemble.ring_choice import CRITERIA
 from trackdyn.paper import printed
 from trackdyn.report.style import BLACK, BLUE, COLOURS, DASHES, MARKERS, ORANGE, PRINTED, VERMILION, new_figure, styled
 

@@ -4,7 +4,6 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from trackdyn.measure.energy import OPEN_SHARE
 from trackdyn.report.style import (
     BLACK,
     BLUE,
@@ -16,6 +15,7 @@ from trackdyn.report.style import (
     new_figure,
     styled,
 )
+from trackdyn.simulation.account import OPEN_SHARE
 from trackdyn.study.extremes.judge import COMPLETED, DEFECT, GAP, OUTCOMES, REFUSED
 from trackdyn.study.extremes.judge import summary as count
 

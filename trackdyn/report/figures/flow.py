@@ -11,12 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch, Polygon
 
-from trackdyn.build import make_tooth
 from trackdyn.contact.tooth import find_area
 from trackdyn.parameters.rig import Rig
 from trackdyn.report import marks
 from trackdyn.report.drawing import CONNECTOR, Z_MARK
 from trackdyn.report.style import BLACK, SMALL, new_figure, styled
+from trackdyn.scene.build import make_tooth
 
 ACTION = "#dcebf5"
 MIDDLE = 5  # where the boxes of the main way stand

@@ -6,11 +6,11 @@ from matplotlib.figure import Figure
 
 from trackdyn.measure.metrics import loop_frequency
 from trackdyn.measure.sensor import sense
-from trackdyn.measure.sensor_csv import SensorRecord
-from trackdyn.measure.signals import main_line, main_line_binfree
 from trackdyn.paper import printed
-from trackdyn.recording import Recording
 from trackdyn.report.style import BLACK, SENSOR, SIMULATION, new_figure, styled
+from trackdyn.sensor.sensor_csv import SensorRecord
+from trackdyn.sensor.signals import main_line, main_line_binfree
+from trackdyn.simulation.recording import Recording
 
 REVOLUTIONS = 2.0
 CENTRAL = 0.999  # part of a sensor's samples that is always in view; the rest may be cut off

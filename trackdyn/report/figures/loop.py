@@ -9,9 +9,9 @@ from matplotlib.ticker import MaxNLocator
 
 from trackdyn.parameters.layout import wheel_circles
 from trackdyn.parameters.rig import Rig
-from trackdyn.recording import Recording
 from trackdyn.report import drawing
 from trackdyn.report.style import BLACK, new_figure, styled
+from trackdyn.simulation.recording import Recording
 
 SENSOR_PLACE = {"linestyle": "none", "marker": "D", "markersize": 5, "color": BLACK, "markeredgecolor": "white"}
 

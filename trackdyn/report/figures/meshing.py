@@ -13,10 +13,10 @@ from trackdyn.errors import InputError
 from trackdyn.measure.contact_log import timing
 from trackdyn.measure.meshing import mean_events, passages, smoothed_maxima, spells
 from trackdyn.paper import printed
-from trackdyn.recording import Recording
 from trackdyn.report.drawing import ring_words
 from trackdyn.report.marks import HALO
 from trackdyn.report.style import BLACK, BLUE, GREEN, PRINTED, PURPLE, SMALL, new_figure, styled
+from trackdyn.simulation.recording import Recording
 
 LOOKS = {
     "left": {"color": BLUE, "linestyle": "-", "marker": "o"},

@@ -14,10 +14,10 @@ from scipy.ndimage import uniform_filter1d
 from trackdyn.measure.contact_log import SIDES
 from trackdyn.measure.meshing import events
 from trackdyn.parameters.rig import Rig
-from trackdyn.recording import Recording
 from trackdyn.report import drawing, marks
 from trackdyn.report.figures.meshing import LOOKS, NAMES, Selected, printed_times, select_passage
 from trackdyn.report.style import BLACK, PAGE, new_figure, styled
+from trackdyn.simulation.recording import Recording
 
 HALF = 0.13  # of the side of a panel, m
 BAR = 0.085  # scale bar of the forces, m

@@ -10,12 +10,12 @@ from matplotlib.figure import Figure
 
 from trackdyn.measure.metrics import loop_frequency
 from trackdyn.measure.sensor import sense
-from trackdyn.measure.sensor_csv import SensorRecord
-from trackdyn.measure.signals import main_line, main_line_binfree, picket_fence, spectrum
 from trackdyn.paper import printed
-from trackdyn.recording import Recording
 from trackdyn.report.figures.histories import lettered
 from trackdyn.report.style import BLACK, SENSOR, SIMULATION, new_figure, styled
+from trackdyn.sensor.sensor_csv import SensorRecord
+from trackdyn.sensor.signals import main_line, main_line_binfree, picket_fence, spectrum
+from trackdyn.simulation.recording import Recording
 
 LOW_RANGE_HZ = 2.0
 BINS = 4.5  # of the FFT, to both sides of the main lines

@@ -7,13 +7,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
-from trackdyn.build import build_chain
 from trackdyn.model.constants import Chain
 from trackdyn.parameters.layout import belt_path
 from trackdyn.parameters.rig import Rig
 from trackdyn.report import marks
 from trackdyn.report.drawing import CONNECTOR, EDGE, LINK, Z_MARK, view
 from trackdyn.report.style import BLACK, SMALL, VERMILION, new_figure, styled
+from trackdyn.scene.build import build_chain
 
 # face of a body in the topology, its name in the legend
 FACES = {"link": LINK, "connector": CONNECTOR, "pitch": "#d9e7d3"}

@@ -14,12 +14,12 @@ from matplotlib.patches import Circle
 from tqdm import tqdm
 
 from trackdyn.errors import InputError
-from trackdyn.recording import Recording
-from trackdyn.replacing import replacing
+from trackdyn.files import replacing
 from trackdyn.report.drawing import EDGE, RUBBER, STEEL, STEEL_EDGE, placed, ring_words, stadium
 from trackdyn.report.page.show import geometry
-from trackdyn.report.page.stretch import SIDES, Stretch
 from trackdyn.report.style import BLACK, styled
+from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.replay import SIDES, Stretch
 
 WIDTH, HEIGHT, DPI = 12.8, 7.2, 100  # inch and dots an inch
 COLOURS = ("#0072b2", "#b0468f", "#00835f", "#8a5a00")  # of left arc, right arc, ring, other wheels

@@ -19,12 +19,12 @@ from plotly.offline import get_plotlyjs
 
 from trackdyn import load_recording, load_rig
 from trackdyn.certify.provenance import check_sources, provenance
-from trackdyn.measure.sensor_csv import read_sensor_csv
+from trackdyn.files import write_text
 from trackdyn.paper.claims import IN_TREND, NOT_REPRODUCED, ORIGINS, VERDICTS, counts, headline
 from trackdyn.paper.contents import OWN, PAPER, STUDIES, missing
-from trackdyn.replacing import write_text
 from trackdyn.report.page import data, words
 from trackdyn.report.tables import cost_table
+from trackdyn.sensor.sensor_csv import read_sensor_csv
 
 HERE = Path(__file__).parent
 # what is uncertain comes first

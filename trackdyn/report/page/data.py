@@ -5,20 +5,20 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from trackdyn.measure.dictionary import error_of
+from trackdyn.measure.columns import error_of
 from trackdyn.measure.metrics import loop_frequency
 from trackdyn.measure.sensor import sense
-from trackdyn.measure.sensor_csv import SensorRecord
-from trackdyn.measure.signals import main_line, main_line_binfree, spectrum
 from trackdyn.paper import printed
 from trackdyn.parameters.layout import wheel_circles
 from trackdyn.parameters.rig import Rig
-from trackdyn.recording import Recording
 from trackdyn.report.drawing import FORCE_BAR, FORCE_MOST
 from trackdyn.report.figures.histories import REVOLUTIONS, first_crest, own_frequency
 from trackdyn.report.figures.meshing import AFTER, BEFORE, printed_times, select_passage
 from trackdyn.report.figures.spectra import LOW_RANGE_HZ, in_bands
 from trackdyn.report.page.words import MEASURES, words
+from trackdyn.sensor.sensor_csv import SensorRecord
+from trackdyn.sensor.signals import main_line, main_line_binfree, spectrum
+from trackdyn.simulation.recording import Recording
 
 RING_COLUMNS = [
     f"{side}_{what}" for what in ("share_pct", "rms_n", "sd_n", "phase_start") for side in ("left", "right", "ring")

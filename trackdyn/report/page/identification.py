@@ -6,14 +6,14 @@ import numpy as np
 import pandas as pd
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from trackdyn.identification.answer import discrepancies, features_table, tables
-from trackdyn.identification.experiment import simulated_ay
-from trackdyn.identification.features import turns_of
-from trackdyn.identification.identify import Answer
-from trackdyn.identification.posterior import contradicted
-from trackdyn.identification.verdict import IDENTIFIED, IN_DOUBT, ONE_SIDED
+from trackdyn.files import write_text
+from trackdyn.inference.identification.answer import discrepancies, features_table, tables
+from trackdyn.inference.identification.experiment import simulated_ay
+from trackdyn.inference.identification.features import turns_of
+from trackdyn.inference.identification.identify import Answer
+from trackdyn.inference.identification.posterior import contradicted
+from trackdyn.inference.identification.verdict import IDENTIFIED, IN_DOUBT, ONE_SIDED
 from trackdyn.parameters.rig import Rig
-from trackdyn.replacing import write_text
 from trackdyn.report.figures.identification import features_figure, posterior_figure, spectra_figure
 from trackdyn.report.page import words
 from trackdyn.report.page.builder import picture

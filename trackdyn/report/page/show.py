@@ -9,21 +9,21 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from trackdyn.files import write_text
 from trackdyn.jit import source_hash
-from trackdyn.measure.dictionary import table_schema
+from trackdyn.measure.columns import table_schema
 from trackdyn.measure.metrics import LOSSES, STORED, loop_frequency, run_metrics
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.sensor_metrics import LEAST_LOOPS
-from trackdyn.measure.signals import main_line, main_line_binfree, spectrum
 from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.parameters.rig import Rig
-from trackdyn.recording import Recording, load_recording
-from trackdyn.replacing import write_text
 from trackdyn.report.figures.spectra import LOW_RANGE_HZ, in_bands
 from trackdyn.report.page.builder import render
 from trackdyn.report.page.data import CONFIGURATION, differences, short
-from trackdyn.report.page.stretch import SIDES, Stretch, stretch_of
 from trackdyn.report.page.words import words
+from trackdyn.sensor.signals import main_line, main_line_binfree, spectrum
+from trackdyn.simulation.recording import Recording, load_recording
+from trackdyn.simulation.replay import SIDES, Stretch, stretch_of
 
 SCRIPTS = ("shared", "animation", "plots", "show")  # one module, in this order
 LONG_HISTORY, INTERVALS = 20_000, 2_000  # samples of a history that is drawn whole; else its extremes in so many parts

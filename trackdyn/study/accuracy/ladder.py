@@ -6,16 +6,16 @@ from itertools import product
 import pandas as pd
 
 from trackdyn.errors import TrackdynError
-from trackdyn.fidelity import PRESETS
-from trackdyn.loop import Loop
 from trackdyn.measure.meshing import meshing_summary
 from trackdyn.measure.metrics import energy_residual
+from trackdyn.measure.until_known import Known, run_steady, steady_fields
 from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.parameters.rig import Rig
-from trackdyn.scene import Scene
-from trackdyn.simulate import simulate
-from trackdyn.starts import Starts
-from trackdyn.steady import Known, run_steady, steady_fields
+from trackdyn.scene.fidelity import PRESETS
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.settled_loops import Starts
+from trackdyn.simulation.simulate import simulate
 from trackdyn.study.accuracy.statistics import MEASURES, NAN, RELATIVE, SHARES, statistics_of
 
 REFERENCE = "paper"

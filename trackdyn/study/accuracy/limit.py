@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from trackdyn.fidelity import PRESETS
 from trackdyn.measure.uncertainty import batch_error
 from trackdyn.measure.whole_loop import RELATIVE, SHARES, Series
+from trackdyn.scene.fidelity import PRESETS
 from trackdyn.study.accuracy.statistics import scale_of
 
 LIMITS = ["scene", "measure", "limit", "limit_error", "finest", "finest_error", "finest_step_s"]

@@ -16,10 +16,11 @@ import pandas as pd
 from scipy.stats import t as student
 
 from trackdyn.errors import InputError, TrackdynError
+from trackdyn.files import read_text
 from trackdyn.measure.uncertainty import CONFIDENCE
+from trackdyn.measure.until_known import LEAST
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import parse_tolerance, shown
-from trackdyn.reading import read_text
 from trackdyn.study.accuracy.limit import SURE
 from trackdyn.study.accuracy.statistics import (
     LEAD_IN,
@@ -34,7 +35,6 @@ from trackdyn.study.accuracy.statistics import (
 )
 from trackdyn.study.accuracy.trade import COLUMNS, FIDELITIES, FULL_PHYSICS, limits_of, run_answer, timed_run
 from trackdyn.study.settings import SceneKey
-from trackdyn.until import LEAST
 
 PLANNED = (*RELATIVE, *SHARES)
 WORDS = {"scene", "fidelity", "integrator", "measure"}  # columns; the others hold numbers

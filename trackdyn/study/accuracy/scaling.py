@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.parameters.rig import Rig
-from trackdyn.scene import Scene
-from trackdyn.simulate import simulate
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.simulate import simulate
 
 PROCESSES, REPEATS = (1, 2), 3
 

@@ -6,10 +6,11 @@ from trackdyn.measure.meshing import meshing_summary
 from trackdyn.measure.metrics import energy_residual, loop_frequency
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.sensor_metrics import whole_revolutions
-from trackdyn.measure.signals import main_line_binfree, rms, standard_deviation
 from trackdyn.measure.whole_loop import RELATIVE, SHARES, Series, series
-from trackdyn.recording import Recording
-from trackdyn.scene import Scene
+from trackdyn.scene.scene import Scene
+from trackdyn.sensor.signals import main_line_binfree, rms, standard_deviation
+from trackdyn.simulation.recording import Recording
+from trackdyn.study.settings import SceneKey, StateErrors, StatisticErrors, TradeForm
 
 NAN = float("nan")
 LEAD_IN = 3.0  # s at constant speed before what is compared begins, after a second of starting
@@ -80,3 +81,21 @@ def error_of(measure: str, value: float, reference: float) -> float:
     if measure in SHARES:
         return abs(value - reference) / 100
     return abs(value - reference) / abs(reference) if reference else (0.0 if value == 0 else NAN)
+
+
+def measured_scenes(form: TradeForm) -> dict[str, StateErrors | StatisticErrors]:
+    """What is asked of each scene that is measured, by its name: its state errors, or those of its statistics."""
+    found = {f"state_{_file(name)}": form.state.model_copy(update={"scenes": [name]}) for name in form.state.scenes}
+    return found | {
+        f"statistics_{_file(scene_name(*key))}": form.statistics.model_copy(update={"scenes": [key]})
+        for key in form.statistics.scenes
+    }
+
+
+def promised_scenes(form: TradeForm) -> dict[str, SceneKey]:
+    """Scenes kept apart, on which the planner is judged, by their names."""
+    return {_file(scene_name(*key)): key for key in form.kept_apart}
+
+
+def _file(name: str) -> str:
+    return name.replace(" ", "_")

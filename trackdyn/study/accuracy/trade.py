@@ -13,14 +13,14 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import InputError, TrackdynError
-from trackdyn.fidelity import PRESETS
-from trackdyn.loop import Loop
 from trackdyn.measure.whole_loop import Series
 from trackdyn.parameters.rig import Rig
-from trackdyn.recording import Recording
-from trackdyn.scene import Scene
-from trackdyn.simulate import simulate
-from trackdyn.starts import Starts
+from trackdyn.scene.fidelity import PRESETS
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.settled_loops import Starts
+from trackdyn.simulation.simulate import simulate
 from trackdyn.study.accuracy.limit import LIMITS, Limit, difference, limit_of
 from trackdyn.study.accuracy.statistics import ABSOLUTE, answers_of, scale_of, scene_name, study_scene
 from trackdyn.study.settings import StateErrors, StatisticErrors, Steps

@@ -5,19 +5,19 @@ from math import ceil
 
 import numpy as np
 
-from trackdyn.build import make_law, make_tooth
 from trackdyn.contact.laws import friction_coefficient, normal_force
 from trackdyn.contact.tooth import find_area
 from trackdyn.jit import kernel
-from trackdyn.limits import step_limits
-from trackdyn.loop import Loop
-from trackdyn.measure.energy import open_share, refuse_open_account
 from trackdyn.model.constants import SPROCKET, Drive
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.normal_laws import delivered_restitution
 from trackdyn.parameters.rig import Rig
-from trackdyn.scene import Scene
-from trackdyn.start_checks import arc_depths, explained_depth
+from trackdyn.scene.build import make_law, make_tooth
+from trackdyn.scene.limits import step_limits
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.account import open_share, refuse_open_account
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.start_checks import arc_depths, explained_depth
 from trackdyn.study.extremes.judge import FAST, below, gap_bound, gap_missed, judged, run_scene, within
 
 # Change of momentum in turns a step: it is that of the path between two configurations.

@@ -16,12 +16,12 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.measure.energy import open_share, refuse_open_account
 from trackdyn.model.record import ENERGY_NAMES
-from trackdyn.recording import Recording
-from trackdyn.scene import Scene
-from trackdyn.simulate import simulate
-from trackdyn.starts import Starts
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.account import open_share, refuse_open_account
+from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.settled_loops import Starts
+from trackdyn.simulation.simulate import simulate
 
 COMPLETED, REFUSED, DEFECT = "completed", "refused", "defect"
 OUTCOMES = (COMPLETED, REFUSED, DEFECT)
@@ -38,7 +38,7 @@ COLUMNS = (
 # the turn seen: within a tenth of a millisecond it may have been larger.
 GAP = 1.1e-10
 TURN = 1e-3
-# Energy residual and dissipations: the promise of the time loop (`trackdyn.measure.energy`), 2 % of the
+# Energy residual and dissipations: the promise of the time loop (`trackdyn.simulation.account`), 2 % of the
 # energy exchanged, whatever the method.
 
 STARTS = Starts()  # what differs in speed alone begins alike

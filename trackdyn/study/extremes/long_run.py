@@ -6,12 +6,12 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
-from trackdyn.loop import Loop
-from trackdyn.measure.energy import OPEN_SHARE, open_share
 from trackdyn.measure.sensor import specific_force
-from trackdyn.measure.signals import rms
 from trackdyn.parameters.rig import Rig
-from trackdyn.scene import Scene
+from trackdyn.scene.scene import Scene
+from trackdyn.sensor.signals import rms
+from trackdyn.simulation.account import OPEN_SHARE, open_share
+from trackdyn.simulation.loop import Loop
 from trackdyn.study.extremes.judge import GAP, below, judged
 from trackdyn.study.stability import TOLERANCES
 

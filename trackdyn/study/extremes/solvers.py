@@ -5,14 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trackdyn.build import build_chain
 from trackdyn.chain import multipliers, riccati, transfer_matrices
 from trackdyn.errors import InputError
 from trackdyn.model.constants import Chain
 from trackdyn.model.state import State, make_state
 from trackdyn.model.work import Work, make_work
 from trackdyn.parameters.rig import Rig
-from trackdyn.scene import Scene
+from trackdyn.scene.build import build_chain
+from trackdyn.scene.scene import Scene
 from trackdyn.study.extremes import reference
 from trackdyn.study.extremes.judge import REFUSED, below, judged, within
 

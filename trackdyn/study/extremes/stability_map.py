@@ -5,11 +5,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.limits import step_limits
-from trackdyn.loop import Loop
 from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.parameters.rig import Rig
-from trackdyn.scene import Scene
+from trackdyn.scene.limits import step_limits
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
 from trackdyn.study.extremes.cases import STEEL_AND_TOOTH
 from trackdyn.study.extremes.judge import COMPLETED, FAST, REFUSED, judged
 

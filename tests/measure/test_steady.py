@@ -1,0 +1,115 @@
+"""Runs that end when their contacts are known: against long records, against single loops, and on constructed passages."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import trackdyn.measure.until_known as steady
+from trackdyn import Scene, simulate
+from trackdyn.measure.meshing import meshing_summary, passages
+from trackdyn.measure.until_known import Known, later, run_steady, steady_fields, steady_from
+from trackdyn.simulation.loop import Loop
+
+KNOWN = Known(share_pct=0.2, force=0.006, passages=13, longest_turns=4)
+TURN = 2.0  # of the constructed records, s
+
+
+@pytest.fixture(scope="module")
+def scene(rig):
+    return Scene(rig, 210, 0.308, **steady_fields(rig, 210, KNOWN))
+
+
+@pytest.fixture(scope="module")
+def short(scene):
+    recording, known = run_steady(Loop(scene), KNOWN)
+    assert known
+    return recording
+
+
+def test_a_short_answer_is_that_of_a_long_record(scene, short):
+    """Three revolutions of the loop, begun after five seconds, at half the step."""
+    long = meshing_summary(simulate(scene.with_(lead_in=5.0, duration=13.0, step=scene.step / 2)))
+    found = meshing_summary(short)
+    assert len(short.time) / short.rate < 0.5 * 13.0
+    assert 13 <= found["passages"] < 0.25 * long["passages"]
+    for name in ("left_share_pct", "right_share_pct", "ring_share_pct"):
+        assert found[name] == pytest.approx(long[name], abs=KNOWN.share_pct), name
+    for name in ("left_rms_n", "ring_rms_n", "left_sd_n", "ring_sd_n"):
+        assert found[name] == pytest.approx(long[name], rel=KNOWN.force), name
+
+
+def test_a_settled_loop_serves_every_speed(rig, scene, short):
+    """As a loop that was settled for its own speed, but for what the settling left in the workspace of its first step."""
+    settled = Loop(scene.with_(motor_rpm=115.0))
+    recording, _ = run_steady(settled.changed(motor_rpm=scene.motor_rpm, duration=scene.duration), KNOWN)
+    assert recording.meta == short.meta
+    found, own = meshing_summary(recording), meshing_summary(short)
+    for name in own:
+        if not name.endswith(("_areas", "_error_pct", "_error_n")):
+            assert found[name] == pytest.approx(own[name], rel=1e-5, nan_ok=True), name
+
+
+def test_a_record_without_its_beginning_has_the_same_later_passages(scene, short):
+    cut = later(short, 1.0)
+    assert cut.begin == pytest.approx(short.begin + 1.0)
+    assert cut.meta["scene"]["lead_in"] == pytest.approx(1.0)
+    assert len(cut.time) / cut.rate == pytest.approx(cut.meta["scene"]["duration"])
+    assert cut.fault() is None
+    whole, kept = passages(short), passages(cut)
+    expected = whole[whole["start_s"].groupby(whole["passage"]).transform("min") >= 1.0 + steady.LONGEST * 60 * 5.57 / 210]
+    assert 0 < kept["passage"].nunique() < whole["passage"].nunique()
+    assert kept["passage"].nunique() == expected["passage"].nunique()
+    for name in ("share_pct", "square_n2s", "peak_n"):
+        assert kept[name].tolist() == pytest.approx(expected[name].tolist(), rel=1e-12), name
+    assert later(short, 0.0) is short
+
+
+def seen(monkeypatch, left, square=None):
+    """Passages with these shares (%) of the left arc, a tenth of a second apart, as if a recording held them."""
+    rows = [
+        {"passage": i, "side": side, "start_s": 1.0 + 0.1 * i, "share_pct": share if side == "left" else 0.0,
+         "square_n2s": (share if square is None else square[i]) if side == "left" else 0.0}
+        for i, share in enumerate(left) for side in steady.SIDES
+    ]  # fmt: skip
+    monkeypatch.setattr(steady, "passages", lambda recording: pd.DataFrame(rows, columns=["passage", "side", "start_s", "share_pct", "square_n2s"]))
+    monkeypatch.setattr(steady, "timing", lambda recording: SimpleNamespace(turn=TURN))
+    return steady_from(None, KNOWN)
+
+
+def test_passages_that_are_alike_are_known_as_soon_as_there_are_enough(monkeypatch):
+    assert seen(monkeypatch, [10.0] * 13) == (0.0, True)
+    assert seen(monkeypatch, [10.0] * 12) == (0.0, False)
+
+
+def test_passages_that_scatter_are_known_when_there_are_many(monkeypatch):
+    """White noise of 1 point: half of the interval is about 2 points over the root of the number."""
+    noise = np.random.default_rng(1).normal(10.0, 1.0, 2000)
+    assert not seen(monkeypatch, noise[:40])[1]
+    assert seen(monkeypatch, noise)[1]
+    # a force that scatters by as much is held to its own tolerance
+    assert not seen(monkeypatch, [10.0] * 100, square=noise[:100])[1]
+    assert seen(monkeypatch, [0.1] * 100, square=noise[:100])[1]  # but not where it hardly touches
+
+
+def test_a_transient_is_left_out(monkeypatch):
+    """The record then begins two thirds of a turn before the first passage that counts."""
+    shares = [10.0 + 5.0 * np.exp(-i) for i in range(10)] + [10.0, 10.01] * 20
+    begin, known = seen(monkeypatch, shares)
+    first = round((begin + 2 / 3 * TURN - 1.0) / 0.1)
+    assert known
+    assert 4 <= first <= 12
+
+
+def test_a_loop_without_contact_is_not_known(monkeypatch):
+    assert seen(monkeypatch, []) == (0.0, False)
+
+
+def test_what_is_not_known_ends_with_its_scene(rig):
+    """An asked precision below the scatter: the record lasts as long as it may."""
+    known = KNOWN.model_copy(update={"share_pct": 1e-12, "longest_turns": 1.2})
+    scene = Scene(rig, 210, 0.308, **steady_fields(rig, 210, known))
+    recording, answered = run_steady(Loop(scene), known)
+    assert not answered
+    assert recording.begin + recording.time[-1] == pytest.approx(scene.ramp + 1.2 * rig.loop_period(210), abs=2e-3)

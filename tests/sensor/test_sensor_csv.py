@@ -1,0 +1,406 @@
+"""Sensor files: what is written comes back, what can be read in one way only is read, every defect is named."""
+
+import os
+
+import numpy as np
+import pytest
+
+from trackdyn.errors import InputError
+from trackdyn.sensor import logger_text
+from trackdyn.sensor.sensor_csv import read_sensor_csv, write_sensor_csv
+from trackdyn.sensor.sensor_mapping import SensorMapping, load_mapping
+
+HEADER = "t_s,ax_g,ay_g,az_g"
+
+
+def rows(n=6, step=0.001):
+    return [f"{k * step:.3f},0.1000,{1.0 + 0.01 * k:.4f},-0.2000" for k in range(n)]
+
+
+def changed(number, text):
+    """The clean file with the line of this number (the header is line 1) replaced."""
+    lines = [HEADER, *rows()]
+    lines[number - 1] = text
+    return "\n".join(lines) + "\n"
+
+
+def write(path, content):
+    path.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8"))
+    return path
+
+
+CLEAN = "\n".join([HEADER, *rows()]) + "\n"
+
+DEFECTS = {
+    "empty": ("", ("empty", HEADER)),
+    "blank": ("\n\n", ("empty", HEADER)),
+    "comments only": ("# made by hand\n", ("comments only", HEADER)),
+    "no rows": (HEADER + "\n", ("0 data rows", "at least 2")),
+    "one row": (HEADER + "\n0.000,0,1,0\n", ("1 data rows", "at least 2")),
+    "no header": ("\n".join(rows()) + "\n", ("line 1", "numbers", "--axis ay=3")),
+    "one name too few": (CLEAN.replace(",az_g", ""), ("line 2", "4 fields", "3 names", "'ay_g'")),
+    "one name too many": (changed(1, HEADER + ",temp_c"), ("line 2", "4 of 5 fields", "temp_c")),
+    "no unit": (changed(1, "t_s,ax_g,ay,az_g"), ("'ay'", "unit", "--unit m/s2")),
+    "another unit": (changed(1, "t_s,ax_g,ay (N),az_g"), ("'ay (N)'", "'n'", "m/s2")),
+    "another unit of time": (changed(1, "t (min),ax_g,ay_g,az_g"), ("'t (min)'", "'min'", "--time none --rate HZ")),
+    "no ay": (changed(1, "t_s,ax_g,channel2,az_g"), ("no column for ay", "'channel2'", "--axis ay=NAME")),
+    "gravity taken out": (changed(1, "t_s,ax_g,Linear Acceleration y (g),az_g"), ("no column for ay", "Linear")),
+    "two of a name": (changed(1, "t_s,ax_g,ay_g,AY (g)"), ("'ay_g', 'AY (g)'", "--axis ay=")),
+    "no time": (changed(1, "n,ax_g,ay_g,az_g"), ("no column of time", "'n'", "--time none --rate HZ")),
+    "truncated last line": (changed(7, "0.005,0.1"), ("line 7", "2 of 4 fields", "truncated", "ay_g")),
+    "short line inside": (changed(4, "0.002,0.1,1.0"), ("line 4", "3 of 4 fields", "incomplete", "az_g")),
+    "short and long line": (
+        changed(4, "0.002,0.1,1.0").replace("0.003,", "0.003,0.1,"), ("line 4", "3 of 4 fields", "incomplete"),
+    ),
+    "long line": (changed(4, "0.002,0.1,1.0,0.0,7"), ("line 4", "5 fields")),
+    "long line of quotes": (changed(4, '"0.002",0.1,1.0,0.0,7'), ("line 4", "5 fields")),
+    "empty line": (changed(4, ""), ("line 4", "empty")),
+    "empty field": (changed(4, "0.002,,1.0,0.0"), ("ax_g", "line 4", "empty")),
+    "text": (changed(5, "0.003,0.1,abc,0.0"), ("ay_g", "line 5", "'abc'", "not a number")),
+    "two points": (changed(5, "0.003,0.1.2,1.0,0.0"), ("ax_g", "line 5", "'0.1.2'")),
+    "exponent without digits": (changed(5, "0.003,1e,1.0,0.0"), ("ax_g", "line 5", "'1e'")),
+    "hexadecimal": (changed(5, "0.003,0x1,1.0,0.0"), ("ax_g", "line 5", "'0x1'")),
+    "comment among the rows": (changed(5, "# 0.003: shock"), ("line 5", "comment", "remove")),
+    "zero byte": (changed(5, "0.003,0.1\x00,1.0,0.0"), ("ax_g", "line 5", "not a number")),
+    "comment behind a row": (changed(5, "0.003,0.1,1.0,0.0 # shock"), ("az_g", "line 5", "not a number")),
+    "not available": (changed(5, "0.003,0.1,NA,0.0"), ("ay_g", "line 5", "'NA'")),
+    "nan": (changed(5, "0.003,0.1,1.0,NaN"), ("az_g", "line 5", "'NaN'", "finite")),
+    "inf": (changed(5, "0.003,-inf,1.0,0.0"), ("ax_g", "line 5", "'-inf'", "finite")),
+    "overflow": (changed(5, "0.003,1e999,1.0,0.0"), ("ax_g", "line 5", "'1e999'", "too large")),
+    "semicolons below a good header": (changed(2, "0.000;0.1;1.0;0.0"), ("line 2", "semicolons", "commas")),
+    "semicolons in one row": (changed(4, "0.002;0.1;1.0;0.0"), ("line 4", "semicolons", "commas")),
+    "decimal commas between commas": (
+        HEADER + "\n" + "".join(r.replace(".", ",") + "\n" for r in rows()), ("line 2", "8 fields", "decimal commas"),
+    ),
+    "points among decimal commas": (
+        changed(5, "0.003,0.1,1.0,0.0").replace(",", ";").replace(".", ",").replace("0,003;0,1", "0,003;0.1"),
+        ("ax_g", "line 5", "'0.1'", "decimal comma"),
+    ),
+    "thousands or decimals": (
+        "t_ms;ax_mg;ay_mg;az_mg\n" + "".join(f"{k};12;1,0{k}0;7\n" for k in range(6)), ("'1,000'", "thousands"),
+    ),
+    "gap": (HEADER + "\n" + "\n".join(rows()[:3] + rows()[4:]) + "\n", ("line 5", "0.002 s apart", "lost", "--from")),
+    "wide gap": (HEADER + "\n" + "\n".join(rows(60)[:30] + rows(60)[40:]) + "\n", ("gap", "line 32", "0.029", "0.04 s")),
+    "step too short": (changed(5, "0.0023,0.1,1.0,0.0"), ("line 6", "apart", "--resample")),
+    "too slow": ("\n".join([HEADER, *rows(step=0.02)]) + "\n", ("t_s", "50 rows a second", "100 to 20000", "--rate")),
+    "too coarse": (
+        HEADER + "\n" + "".join(f"{0.001 * (k // 4):.3f},0,{k},0\n" for k in range(16)), ("0.001 s", "coarse", "--time none"),
+    ),
+    "drifting rate": (
+        HEADER + "\n" + "".join(f"{0.001 * k + 4e-8 * k * k:.7f},0,{k % 9},0\n" for k in range(900)), ("s apart", "mean"),
+    ),
+    "time stands": (changed(5, "0.002,0.1,1.0,0.0"), ("line 5", "0 s apart", "no two are equal")),
+    "time falls": (changed(5, "0.001,0.1,1.0,0.0"), ("line 5", "0.001 s before", "sort")),
+    "beyond the range": (changed(5, "0.003,0.1,-20.5,0.0"), ("ay_g", "line 5", "-20.5", "20 g", "--range")),
+    "constant": (HEADER + "\n" + "".join(f"{0.001 * k:.3f},0.1,0.98,0\n" for k in range(9)), ("'ay_g'", "0.98 in every row")),
+    "clipped": (HEADER + "\n" + "".join(f"{0.001 * k:.3f},0,{20 if k % 2 else -20},0\n" for k in range(9)), ("9 of 9 rows", "20 g", "--range")),
+    "just beyond the range": (changed(5, "0.003,0.1,1.0,20.0021"), ("az_g", "line 5", "20.0021", "20 g")),
+    "late bad byte": (CLEAN.encode() + b"\x80", ("line 8", "1 of 4 fields")),
+    "half of a double byte": (CLEAN.encode("utf-16")[:-1], ("--axis ay=NAME",)),
+}
+
+
+def refused(path, words, **options):
+    with pytest.raises(InputError) as caught:
+        read_sensor_csv(path, **options)
+    text = str(caught.value)
+    assert text.startswith(str(path))
+    assert text.endswith(".") and ". " not in text and "\n" not in text
+    for word in words:
+        assert word in text
+    return text
+
+
+@pytest.mark.parametrize("name", DEFECTS)
+def test_defect_is_refused_in_one_sentence(name, tmp_path):
+    content, words = DEFECTS[name]
+    refused(write(tmp_path / "record.csv", content), words)
+
+
+@pytest.mark.parametrize("name", ["text", "nan", "gap", "beyond the range", "truncated last line"])
+def test_line_numbers_count_comments_and_survive_foreign_newlines(name, tmp_path):
+    content, words = DEFECTS[name]
+    number = next(word for word in words if word.startswith("line"))
+    below = f"line {int(number.split()[1]) + 2}"
+    words = [below if word == number else word for word in words]
+    content = "# made by hand\n# for a test\n" + content
+    refused(write(tmp_path / "unix.csv", content), words)
+    refused(write(tmp_path / "windows.csv", content.replace("\n", "\r\n")), words)
+
+
+def test_missing_file_and_folder_are_refused(tmp_path):
+    refused(tmp_path / "absent.csv", ["does not exist"])
+    refused(tmp_path, ["folder"])
+
+
+@pytest.mark.parametrize("options", [{"range_g": -1.0}, {"gravity": np.nan}])
+def test_senseless_options_are_refused(options, tmp_path):
+    refused(write(tmp_path / "record.csv", CLEAN), list(options), **options)
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        CLEAN,
+        CLEAN.rstrip("\n"),
+        CLEAN + "\n\n",
+        CLEAN.replace("\n", "\r\n"),
+        CLEAN.replace("\n", "\r"),
+        "# one\n# two, with commas; and more\n" + CLEAN,
+        b"\xef\xbb\xbf" + CLEAN.encode(),
+        CLEAN.replace("\n0.003,", "\n 0.003, "),
+        CLEAN.encode("utf-16"),
+        b"# B\xfcro\n" + CLEAN.encode(),
+        CLEAN.replace("0.003,0.1000", '0.003,"0.1"'),
+        CLEAN.replace(HEADER, "T_s, AX_G ,'ay_g',\"Az_g\""),
+        CLEAN.replace(HEADER, "# " + HEADER),
+        CLEAN.replace(HEADER, "Device;7\nRate;1000\n\n" + HEADER),
+        CLEAN.replace(HEADER, "t,ax,ay,az\ns,g,g,g"),
+        CLEAN.replace(HEADER, "Time (s),Acceleration x (g),Acceleration y (g),Acceleration z (g)"),
+        CLEAN.replace("\n", ",\n"),
+        CLEAN.replace("000\n", "000,\n"),
+        CLEAN + "# end of record\n\n#\n",
+        CLEAN + "\x1a",
+        CLEAN.replace(",", ";"),
+        CLEAN.replace(",", "\t"),
+        CLEAN.replace(",", " "),
+        CLEAN.replace(",", ";").replace(".", ","),
+        CLEAN.replace(",", "\t").replace(".", ","),
+        HEADER + "\n" + "".join('"' + r.replace(",", '","').replace(".", ",") + '"\n' for r in rows()),
+        "\n".join(",".join((f := r.split(","))[k] for k in (2, 0, 3, 1)) for r in [HEADER, *rows()]),
+        "\n".join(f"{r},{extra}" for r, extra in zip([HEADER, *rows()], ["note", *["shock, 2 m"[:5]] * 6], strict=True)),
+        "\n".join(f"{k}\t{r}" for k, r in zip(["", *range(6)], CLEAN.replace(",", "\t").splitlines(), strict=True)),
+        "t_ms,ax_m/s^2,ay [m/s\N{SUPERSCRIPT TWO}],az_mg\n"
+        + "".join(f"{k},0.981,{9.81 * (1.0 + 0.01 * k):.6f},-200\n" for k in range(6)),
+        CLEAN.replace("0.1000", "1e-1").replace("-0.2000", "-.2"),
+    ],
+)
+def test_harmless_variants_are_read(content, tmp_path):
+    record = read_sensor_csv(write(tmp_path / "record.csv", content))
+    np.testing.assert_array_equal(record.t_s, [0.0, 0.001, 0.002, 0.003, 0.004, 0.005])
+    np.testing.assert_allclose(record.ax_g, [0.1] * 6, rtol=1e-15)
+    np.testing.assert_allclose(record.ay_g, [1.0, 1.01, 1.02, 1.03, 1.04, 1.05], rtol=1e-15)
+    np.testing.assert_allclose(record.az_g, [-0.2] * 6, rtol=1e-15)
+    assert (record.rate_hz, record.clipped) == (1000.0, 0)
+    assert record.path == tmp_path / "record.csv"
+
+
+def test_clipped_rows_are_counted_and_kept(tmp_path):
+    lines = CLEAN.replace("0.001,0.1000", "0.001,20.0000").replace("0.004,0.1000,1.0400", "0.004,-20.0,20.0")
+    record = read_sensor_csv(write(tmp_path / "record.csv", lines))
+    assert record.clipped == 2
+    assert record.ax_g[1] == 20.0
+    assert read_sensor_csv(tmp_path / "record.csv", range_g=50.0).clipped == 0
+
+
+def test_round_trip_is_exact_and_deterministic(tmp_path):
+    rng = np.random.default_rng(11)
+    t = np.arange(5000) / 1000.0
+    axes = np.round(rng.uniform(-20.0, 20.0, (3, t.size)), 4)
+    comments = ["synthetic", "two\nlines", ""]
+    first, second = tmp_path / "a.csv", tmp_path / "b.csv"
+    write_sensor_csv(first, t, *axes, comments=comments)
+    write_sensor_csv(second, t, *axes, comments=comments)
+    assert first.read_bytes() == second.read_bytes()
+    lines = first.read_bytes().decode().split("\n")
+    first_row = ",".join(["0.000", *(f"{a:.4f}" for a in axes[:, 0])])
+    assert lines[:6] == ["# synthetic", "# two", "# lines", "#", HEADER, first_row]
+    assert lines[-1] == "" and "\r" not in "".join(lines)
+
+    record = read_sensor_csv(first)
+    np.testing.assert_array_equal(record.t_s, t)
+    np.testing.assert_array_equal([record.ax_g, record.ay_g, record.az_g], axes)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.csv", "b.csv"]
+
+
+@pytest.mark.parametrize(("rate", "decimals"), [(1000.0, 3), (100.0, 3), (10_000.0, 4), (1024.0, 9), (990.0, 9)])
+def test_time_has_as_many_digits_as_the_rate_needs(rate, decimals, tmp_path):
+    t = np.arange(3000) / rate
+    path = tmp_path / "record.csv"
+    write_sensor_csv(path, t, 0 * t, np.cos(t), 0 * t)
+    assert len(path.read_text().splitlines()[2].split(",")[0].split(".")[1]) == decimals
+    record = read_sensor_csv(path)
+    np.testing.assert_allclose(record.t_s, t, atol=1e-9)
+    assert record.rate_hz == rate
+    if rate != 1000.0:
+        refused(path, [f"{rate:g} Hz", "--rate 1000"], mapping=SensorMapping(rate=1000))
+
+
+@pytest.mark.parametrize(
+    ("columns", "word"),
+    [
+        (([0.0, 0.001], [0.0], [1.0, 1.0], [0.0, 0.0]), "ax_g"),
+        (([0.0], [0.0], [1.0], [0.0]), "t_s"),
+        (([0.0, 0.001], [0.0, 0.0], [1.0, np.nan], [0.0, 0.0]), "ay_g is nan in sample 1"),
+        (([0.0, 0.0], [0.0, 0.0], [1.0, 1.0], [0.0, 0.0]), "t_s does not increase in sample 1"),
+    ],
+)
+def test_unusable_arrays_are_not_written(columns, word, tmp_path):
+    with pytest.raises(InputError, match=word):
+        write_sensor_csv(tmp_path / "record.csv", *columns)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_failed_write_keeps_the_old_file_and_leaves_no_other(tmp_path, monkeypatch):
+    path = write(tmp_path / "record.csv", CLEAN)
+
+    def full_disk(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.replace", full_disk)
+    with pytest.raises(InputError, match="No space left"):
+        write_sensor_csv(path, [0.0, 0.001], [0, 0], [1, 1], [0, 0])
+    assert path.read_text() == CLEAN
+    assert [p.name for p in tmp_path.iterdir()] == ["record.csv"]
+
+
+def test_a_folder_that_cannot_be_is_refused_on_writing(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match="cannot be written"):
+        write_sensor_csv(tmp_path / "file" / "record.csv", [0.0, 0.001], [0, 0], [1, 1], [0, 0])
+
+
+@pytest.mark.parametrize("change", [str, lambda text: text.replace(",", ";").replace(".", ","), lambda text: text.replace("\n", ",\n")])
+def test_a_clean_record_is_not_read_line_by_line(change, tmp_path, monkeypatch):
+    """Minutes for an hour of samples, where pandas takes seconds."""
+    monkeypatch.setattr(logger_text, "_parse_by_line", None)
+    assert read_sensor_csv(write(tmp_path / "record.csv", change(CLEAN))).ay_g.size == 6
+
+
+def test_a_device_and_a_large_file_are_refused_at_once(tmp_path, monkeypatch):
+    refused(os.devnull.replace("null", "zero"), ["device"])
+    monkeypatch.setattr(logger_text, "MOST_BYTES", 100)
+    refused(write(tmp_path / "record.csv", CLEAN), ["more than 0 MB"])
+
+
+def test_columns_are_chosen_with_a_sign(tmp_path):
+    path = write(tmp_path / "record.csv", CLEAN.replace(HEADER, "Clock,ch1,ch2 (g),ch3 (m/s2)"))
+    mapping = SensorMapping(time="clock", axes={"ay": "-CH2", "az": "ch3 (m/s2)"})
+    record = read_sensor_csv(path, mapping)
+    np.testing.assert_array_equal(record.ay_g, [-1.0, -1.01, -1.02, -1.03, -1.04, -1.05])
+    np.testing.assert_allclose(record.az_g, -0.2 / 9.81)
+    assert record.ax_g is None
+    assert record.done["columns"] == "ay = -'ch2 (g)' in g, az = 'ch3 (m/s2)' in m/s2; not used: 'ch1'"
+    refused(path, ["no column 'ch9' for ay", "'ch1'"], mapping=SensorMapping(axes={"ay": "ch9"}))
+    refused(path, ["no column 'ch9' for ax", "'ch1'"], mapping=SensorMapping(axes={"ay": "ch2", "ax": "ch9"}))
+    refused(path, ["'ch2 (g)' is in g", "--unit m/s2"], mapping=mapping.model_copy(update={"unit": "m/s2"}))
+
+
+def test_columns_without_names_are_chosen_by_number(tmp_path):
+    path = write(tmp_path / "record.csv", CLEAN.replace(HEADER + "\n", ""))
+    record = read_sensor_csv(path, load_mapping(time="1", axes={"ay": "3"}, unit="g"))
+    np.testing.assert_array_equal(record.ay_g, [1.0, 1.01, 1.02, 1.03, 1.04, 1.05])
+
+
+def test_an_axis_that_is_mapped_is_not_found_twice(tmp_path):
+    path = write(tmp_path / "record.csv", CLEAN)
+    assert read_sensor_csv(path, SensorMapping(axes={"az": "ax_g"})).ax_g is None
+    refused(path, ["'az_g'", "every row"], mapping=SensorMapping(axes={"ay": "az_g"}))
+
+
+def stamped(path, t, decimals=None):
+    """A file whose ay is a sine of 7 Hz at the true times, with stamps of some decimals or in single precision."""
+    text = (str(x) for x in t.astype(np.float32)) if decimals is None else (f"{x:.{decimals}f}" for x in t)
+    rows = (f"{stamp},{y:.6f}" for stamp, y in zip(text, np.sin(2 * np.pi * 7 * t), strict=True))
+    return write(path, "t_s,ay_g\n" + "\n".join(rows) + "\n")
+
+
+@pytest.mark.parametrize(
+    ("rate", "start", "decimals"),
+    [(998.9, 0, 6), (1000.9, 0, 3), (999.5, 0, 3), (1000.9, 0, 5), (1000, 3600, None), (2048, 3600, 4), (100, 0, 2), (20000, 7, 6)],
+)
+def test_the_rate_is_found_from_rounded_stamps(rate, start, decimals, tmp_path):
+    t = start + np.arange(60_000 if rate > 500 else 3000) / rate
+    record = read_sensor_csv(stamped(tmp_path / "record.csv", t, decimals))
+    assert record.rate_hz == pytest.approx(rate, rel=2e-6)
+    assert record.ay_g.size == t.size
+
+
+@pytest.mark.parametrize("lost", [[5000], [2000, 2001], [700, 3100, 3200], [100, 2000, 4000, 6500]])
+@pytest.mark.parametrize(("rate", "decimals"), [(1000, 3), (1000, 6), (998.9, 6), (1000.9, 6)])
+def test_lost_rows_are_not_taken_for_rounding(lost, rate, decimals, tmp_path):
+    t = np.delete(np.arange(9000), lost) / rate
+    for mapping in (SensorMapping(), SensorMapping(rate=1000)):
+        refused(stamped(tmp_path / "record.csv", t, decimals), ["--"], mapping=mapping)
+
+
+def test_a_few_odd_stamps_are_decided_by_the_rate(tmp_path):
+    """One double step in whole milliseconds: 1000 Hz with a row lost, or 999.75 Hz rounded."""
+    path = stamped(tmp_path / "record.csv", np.arange(4000) / 999.75, 3)
+    refused(path, ["rows are lost or unevenly timed", "--time none --rate HZ"])
+    assert read_sensor_csv(path, SensorMapping(rate=999.75)).rate_hz == 999.75
+    assert read_sensor_csv(path, SensorMapping(rate=999.75, time="none")).ay_g.size == 4000
+    refused(path, ["lost"], mapping=SensorMapping(rate=1000))
+
+
+@pytest.mark.parametrize(("unit", "scale"), [("s", 1.0), ("ms", 1e3), ("us", 1e6), ("ns", 1e9)])
+@pytest.mark.parametrize("named", [True, False])
+@pytest.mark.parametrize("rate", [100, 1000, 20000])
+def test_the_unit_of_time_follows_from_the_rate(unit, scale, named, rate, tmp_path):
+    rows = "".join(f"{1.7e9 * (unit == 'ns') + k / rate * scale:.9g},{k % 7}\n" for k in range(40))
+    record = read_sensor_csv(write(tmp_path / "record.csv", f"time{f' ({unit})' * named},ay_g\n{rows}"))
+    assert record.rate_hz == pytest.approx(rate, rel=1e-3)
+
+
+def test_jitter_is_resampled_on_request_and_its_size_said(tmp_path):
+    rng = np.random.default_rng(3)
+    t = np.arange(5000) / 1000 + rng.uniform(-2e-4, 2e-4, 5000)
+    path = stamped(tmp_path / "record.csv", t - t[0], 6)
+    refused(path, ["--resample", "0.001 s is the mean"])
+    record = read_sensor_csv(path, SensorMapping(resample=True))
+    assert record.done["resampled"].startswith("5000 rows onto")
+    assert "steps 0.606 to 1.393 ms, 0.16 ms rms" in record.done["time"]
+    expected = np.sin(2 * np.pi * 7 * record.t_s)
+    # stamps rounded to 1 us twice, at 44 rad/s; taken as even, 0.2 ms would be 9e-3
+    assert np.abs(record.ay_g - expected).max() < 5e-5
+
+
+def test_the_rows_outside_are_dropped_and_what_is_wrong_there_with_them(tmp_path):
+    t = np.concatenate([np.arange(500) / 1000, [0.2], 2 + np.arange(4000) / 1000])
+    path = stamped(tmp_path / "record.csv", t, 3)
+    refused(path, ["line 502"])
+    record = read_sensor_csv(path, SensorMapping(**{"from": 2.5, "to": 4.0}))
+    assert record.ay_g.size == 1501 and record.t_s[0] == 0.0
+    assert record.ay_g[0] == pytest.approx(np.sin(2 * np.pi * 7 * 2.5), abs=1e-6)
+    assert record.done["dropped"].startswith("3000 rows")
+    refused(path, ["0 rows", "--from 9", "5.999 s"], mapping=SensorMapping(start=9))
+    counted = read_sensor_csv(path, SensorMapping(time="none", rate=1000, start=1.0, to=2.0))
+    assert counted.ay_g.size == 1001
+
+
+def test_options_stand_on_top_of_the_file(tmp_path):
+    path = write(tmp_path / "logger.yaml", "time: none\nrate: 2048\nunit: m/s2\naxes: {ax: 1, ay: -channel3}\nfrom: 2\n")
+    mapping = load_mapping(path, rate=1024.0, axes={"ax": "channel1"}, unit=None, resample=False)
+    assert (mapping.time, mapping.rate, mapping.unit, mapping.start) == ("none", 1024.0, "m/s2", 2.0)
+    assert mapping.axes == {"ax": "channel1", "ay": "-channel3"}
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("unit: ft/s2", ("unit = 'ft/s2'", "'m/s2'")),
+        ("rate: 50", ("rate = 50", "100")),
+        ("axis: {ay: 1}", ("axis", "spelling")),
+        ("axes: {y: ch1}", ("axes.y",)),
+        ("time: none", ("rate",)),
+        ("from: 5\nto: 5", ("to = 5", "after")),
+        ("- 1", ("mapping",)),
+        ("axes: [ay]", ("axes",)),
+    ],
+)
+def test_a_mapping_is_refused_in_one_sentence(text, words, tmp_path):
+    path = write(tmp_path / "logger.yaml", text + "\n")
+    with pytest.raises(InputError) as caught:
+        load_mapping(path)
+    sentence = str(caught.value)
+    assert sentence.startswith(str(path)) and "\n" not in sentence
+    assert all(word in sentence for word in words), sentence
+
+
+def test_stamps_under_another_name_are_not_passed_over(tmp_path):
+    """A rate that is given for them may contradict them."""
+    path = write(tmp_path / "record.csv", "Zeit [s];ay [g]\n0.000;1.0\n0.002;1.1\n0.004;1.0\n0.006;0.9\n")
+    with pytest.raises(InputError, match=r"'Zeit \[s\]' may be the time; say so with --time NAME"):
+        read_sensor_csv(path, SensorMapping(rate=1000))
+    assert read_sensor_csv(path, SensorMapping(time="Zeit [s]")).rate_hz == pytest.approx(500.0)
+    assert read_sensor_csv(path, SensorMapping(rate=1000, time="none")).rate_hz == 1000.0

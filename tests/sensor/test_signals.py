@@ -1,0 +1,210 @@
+"""Statistics and spectra against closed forms."""
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from trackdyn.errors import InputError
+from trackdyn.sensor import signals
+
+RATE = 1000.0
+RECORD = 90_000
+SIGNALS = arrays(float, st.integers(2, 300), elements=st.floats(-100.0, 100.0))
+ANY_MACHINE = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # a busy one is no failure
+
+
+def sine(hz, n=RECORD, amplitude=1.0, phase=0.0, offset=0.0, rate=RATE):
+    return offset + amplitude * np.cos(2.0 * np.pi * hz * np.arange(n) / rate + phase)
+
+
+def test_rms_and_standard_deviation_of_a_sine_with_offset():
+    a = sine(10.0, n=1000, amplitude=3.0, offset=2.0)
+    assert signals.rms(a) == pytest.approx(np.sqrt(4.0 + 4.5), rel=1e-13)
+    assert signals.standard_deviation(a) == pytest.approx(np.sqrt(4.5), rel=1e-13)
+
+
+def test_standard_deviation_divides_by_n():
+    assert signals.standard_deviation([0.0, 2.0]) == 1.0
+
+
+@ANY_MACHINE
+@given(SIGNALS)
+def test_rms_standard_deviation_and_mean_form_a_right_triangle(a):
+    left, right = signals.rms(a) ** 2, signals.standard_deviation(a) ** 2 + np.mean(a) ** 2
+    assert left == pytest.approx(right, rel=1e-9, abs=1e-12)
+
+
+@ANY_MACHINE
+@given(SIGNALS)
+def test_parseval(a):
+    assert signals.high_frequency_rms(a, RATE, 0.0) == pytest.approx(signals.rms(a), rel=1e-9, abs=1e-12)
+    above_mean = signals.high_frequency_rms(a, RATE, 1e-9)
+    assert above_mean == pytest.approx(signals.standard_deviation(a), rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.parametrize("n", [500, 501])
+def test_spectrum_of_a_sine_on_a_bin(n):
+    freq, amplitude = signals.spectrum(sine(40.0 * RATE / n, n=n, amplitude=1.7, offset=-0.6), RATE)
+    assert len(freq) == n // 2 + 1
+    assert freq[40] == pytest.approx(40.0 * RATE / n)
+    expected = np.zeros(n // 2 + 1)
+    expected[0], expected[40] = 0.6, 1.7
+    np.testing.assert_allclose(amplitude, expected, atol=1e-12)
+
+
+def test_nyquist_line_shows_its_true_amplitude():
+    a = 0.8 * (-1.0) ** np.arange(64)
+    freq, amplitude = signals.spectrum(a, RATE)
+    assert (freq[-1], amplitude[-1]) == pytest.approx((500.0, 0.8))
+
+
+def test_sine_half_way_between_bins_falls_to_two_over_pi_and_is_recovered():
+    hz = 11.5 * RATE / RECORD
+    a = sine(hz, amplitude=1.2, phase=0.4, offset=0.9)
+    bin_hz, bin_amplitude = signals.main_line(a, RATE)
+    assert round(bin_hz * RECORD / RATE) in (11, 12)
+    assert bin_amplitude / 1.2 == pytest.approx(2.0 / np.pi, abs=0.03)
+    found = signals.main_line_binfree(a, RATE)
+    assert found == pytest.approx((hz, 1.2, 0.4), rel=1e-6)
+
+
+@pytest.mark.parametrize("bins", [5.0, 5.5, 11.25, 11.5, 15.004, 21.5])
+@pytest.mark.parametrize("phase", [-2.0, 0.3, 3.0])
+def test_bin_free_estimate_of_a_periodic_signal_with_harmonics(bins, phase):
+    """The loop signal: a fundamental and eight harmonics with noise that the chain's contacts add."""
+    hz = bins * RATE / RECORD
+    a = sine(hz, amplitude=1.1, phase=phase, offset=1.0)
+    for h, amplitude in enumerate((0.3, 0.7, 0.1, 0.4, 0.2, 0.25, 0.05), start=2):
+        a += sine(h * hz, amplitude=amplitude, phase=h * 1.3)
+    found_hz, found_amplitude, found_phase = signals.main_line_binfree(a, RATE)
+    assert found_hz == pytest.approx(hz, rel=1e-6)
+    assert found_amplitude == pytest.approx(1.1, rel=1e-5)
+    assert np.angle(np.exp(1j * (found_phase - phase))) == pytest.approx(0.0, abs=1e-4)
+
+    noisy = a + np.random.default_rng(5).normal(0.0, 3.0, RECORD)
+    assert signals.main_line_binfree(noisy, RATE)[0] == pytest.approx(hz, rel=1e-3)
+
+
+def test_bin_free_estimate_survives_the_local_minima_of_strong_harmonics():
+    n, bin_hz = 9000, RATE / 9000
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        hz = rng.uniform(5.0, 24.0) * bin_hz
+        a = sine(hz, n=n, amplitude=1.1, phase=0.7)
+        for h in range(2, 9):
+            a += sine(h * hz, n=n, amplitude=6.0, phase=rng.uniform(-3.0, 3.0))
+        expected = hz + rng.uniform(-0.9, 0.9) * bin_hz
+        found = signals.main_line_binfree(a, RATE, expected_hz=expected)
+        assert found == pytest.approx((hz, 1.1, 0.7), rel=1e-5), seed
+
+
+def test_expected_frequency_leads_past_a_higher_harmonic():
+    hz = 11.5 * RATE / RECORD
+    a = sine(hz, amplitude=0.5, phase=1.0) + sine(2.0 * hz, amplitude=1.5)
+    assert signals.main_line(a, RATE)[0] == pytest.approx(2.0 * hz)
+    assert signals.main_line_binfree(a, RATE, expected_hz=1.02 * hz)[:2] == pytest.approx((hz, 0.5), rel=1e-6)
+
+
+def test_main_line_leaves_the_mean_and_everything_outside_the_band():
+    a = sine(0.5, amplitude=1.0, offset=50.0) + sine(5.0, amplitude=9.0)
+    assert signals.main_line(a, RATE) == pytest.approx((0.5, 1.0))
+    assert signals.main_line(a, RATE, low_hz=0.0, high_hz=10.0) == pytest.approx((5.0, 9.0))
+
+
+def test_high_frequency_rms_counts_from_the_corner_on():
+    a = sine(5.0, amplitude=2.0, offset=1.0) + sine(20.0, amplitude=1.0) + sine(100.0, amplitude=0.5)
+    assert signals.high_frequency_rms(a, RATE) == pytest.approx(np.sqrt(0.5 + 0.125), rel=1e-9)
+    assert signals.high_frequency_rms(a, RATE, 20.5) == pytest.approx(np.sqrt(0.125), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("rpm", "hz", "position"),
+    [(115, 0.1278, 11.503), (150, 0.1667, 15.004), (180, 0.2001, 18.005), (210, 0.2334, 21.005)],
+)
+def test_loop_frequencies_in_a_record_of_90_s(rpm, hz, position):
+    loop_hz = rpm / (60.0 * 5.57) * 13.0 / 35.0
+    assert loop_hz == pytest.approx(hz, abs=5e-5)
+    found, factor = signals.picket_fence(loop_hz, RATE, RECORD)
+    assert found == pytest.approx(position, abs=5e-4)
+    offset = position - round(position)
+    assert factor == pytest.approx(abs(np.sin(np.pi * offset) / (np.pi * offset)), abs=1e-3)
+    assert factor > 0.9999 or rpm == 115
+
+
+def test_picket_fence_is_what_the_spectrum_shows():
+    hz = 400.3 * RATE / RECORD
+    _, factor = signals.picket_fence(hz, RATE, RECORD)
+    assert signals.main_line(sine(hz), RATE, high_hz=10.0)[1] == pytest.approx(factor, rel=2e-3)
+
+
+def test_uncertainty_of_a_periodic_signal_vanishes_and_that_of_noise_falls_with_the_root():
+    value, error = signals.uncertainty(sine(0.5, n=10_500), RATE, 2.0, signals.rms)
+    assert value == signals.rms(sine(0.5, n=10_500))
+    assert error == pytest.approx(0.0, abs=1e-12)
+
+    noise = np.random.default_rng(7).normal(0.0, 1.0, 400_000)
+    _, error = signals.uncertainty(noise, RATE, 1.0, np.mean)
+    assert error == pytest.approx(1.0 / np.sqrt(noise.size), rel=0.15)
+
+
+def test_uncertainty_by_hand():
+    a = [1.0, 1.0, 3.0, 3.0, 8.0, 8.0, 100.0]
+    value, error = signals.uncertainty(a, 1.0, 2.0, np.mean)
+    assert value == pytest.approx(np.mean(a))
+    assert error == pytest.approx(np.std([1.0, 3.0, 8.0], ddof=1) / np.sqrt(3.0))
+
+
+FUNCTIONS = {
+    "rms": signals.rms,
+    "standard_deviation": signals.standard_deviation,
+    "spectrum": lambda a: signals.spectrum(a, RATE),
+    "main_line": lambda a: signals.main_line(a, RATE),
+    "main_line_binfree": lambda a: signals.main_line_binfree(a, RATE),
+    "high_frequency_rms": lambda a: signals.high_frequency_rms(a, RATE),
+    "uncertainty": lambda a: signals.uncertainty(a, RATE, 1.0, signals.rms),
+}
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+@pytest.mark.parametrize(
+    ("a", "word"),
+    [
+        ([1.0], "1 samples"),
+        ([], "0 samples"),
+        ([1.0, np.nan, 2.0], "sample 1 of the signal is nan"),
+        ([1.0, 2.0, np.inf], "sample 2 of the signal is inf"),
+        (np.zeros((3, 2)), "2 dimensions"),
+        (5.0, "0 dimensions"),
+        (["a", "b"], "real numbers"),
+        ([1j, 2.0], "real numbers"),
+        ([[1.0, 2.0], [3.0]], "real numbers"),
+    ],
+)
+def test_unusable_signals_are_refused_in_one_sentence(name, a, word):
+    with pytest.raises(InputError, match=word) as caught:
+        FUNCTIONS[name](a)
+    text = str(caught.value)
+    assert text.endswith(".") and ". " not in text and "\n" not in text
+
+
+@pytest.mark.parametrize(
+    ("call", "word"),
+    [
+        (lambda a: signals.spectrum(a, 0.0), "rate_hz"),
+        (lambda a: signals.spectrum(a, np.nan), "rate_hz"),
+        (lambda a: signals.main_line(a, RATE, 0.1, 0.2), "longer record"),
+        (lambda a: signals.main_line_binfree(np.ones(RECORD), RATE), "constant"),
+        (lambda a: signals.main_line_binfree(a, RATE, 1.5), "fewer than two periods"),
+        (lambda a: signals.main_line_binfree(a, RATE, 499.9), "too high"),
+        (lambda a: signals.high_frequency_rms(a, RATE, 501.0), "above_hz"),
+        (lambda a: signals.high_frequency_rms(a, RATE, -1.0), "above_hz"),
+        (lambda a: signals.uncertainty(a, RATE, 0.6, signals.rms), "two periods"),
+        (lambda a: signals.uncertainty(a, RATE, 0.0, signals.rms), "period_s"),
+        (lambda a: signals.picket_fence(-1.0, RATE, RECORD), "freq_hz"),
+    ],
+)
+def test_unusable_arguments_are_refused(call, word):
+    with pytest.raises(InputError, match=word):
+        call(sine(10.0, n=1000))

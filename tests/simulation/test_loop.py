@@ -1,0 +1,458 @@
+"""A loop that is stepped, looked at, recorded, steered, copied, saved and resumed."""
+
+from importlib import import_module
+
+import numpy as np
+import pytest
+
+from trackdyn.errors import InputError
+from trackdyn.integrate.methods import METHODS
+from trackdyn.model.record import ENERGY_NAMES
+from trackdyn.parameters.layout import belt_around
+from trackdyn.parameters.rig import Rig
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation import recorder as writer
+from trackdyn.simulation.account import open_share
+from trackdyn.simulation.belt import belt_recording
+from trackdyn.simulation.checkpoint import flat
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.simulate import simulate
+from trackdyn.study.extremes import reference
+
+# What exact cosines at the start of a call, in place of those carried on by their series, change in half a second
+# with contacts: rounding of 1e-16 in angles, grown by stiff contacts.
+ROUNDING = 1e-9
+simulation = import_module("trackdyn.simulation.simulate")  # the package shows the function of that name
+VIEWS = ("angles", "rates", "wheel_rates", "tooth_forces", "wheel_forces")
+
+
+def assert_same(one, other):
+    """The states of two loops are equal to the last bit."""
+    for name, array in flat(one.state).items():
+        np.testing.assert_array_equal(array, flat(other.state)[name], err_msg=name)
+
+
+@pytest.fixture
+def loop(driven_loop):
+    """The loop on its wheels and ring after one second."""
+    return driven_loop()
+
+
+@pytest.fixture(scope="module")
+def free_start(rig):
+    """A free loop of five pitches without gravity that spins and swings; bushings soft enough for every method."""
+    small = rig.changed(chain__pitches=5, sensor__pitch=1, gravity=0.0, bushing__stiffness=20.0, bushing__damping=0.05)
+    loop = Loop(Scene(small, 300.0, ring_radius=None, spells=False, loop="free", step=1e-4))
+    rows = loop.model.chain.length * np.array([-np.sin(loop.angles), np.cos(loop.angles)])
+    extra = np.random.default_rng(1).normal(0.0, 3.0, len(loop.angles))
+    loop.state.rate[:] += extra - rows.T @ np.linalg.solve(rows @ rows.T, rows @ extra)
+    loop.state.pin[2:] += 0.3, 0.8
+    return loop
+
+
+# --- stepping
+
+
+def test_steps_and_advance_are_the_same_motion(loop):
+    """To the last bit if the calls are the same, to rounding if they are cut in another way."""
+    advanced, again, cut = loop.copy(), loop.copy(), loop.copy()
+    advanced.advance(0.05)
+    again.step(500)
+    for _ in range(5):
+        cut.step(100)
+    assert advanced.time == again.time == cut.time == pytest.approx(loop.time + 0.05, abs=1e-12)
+    assert_same(advanced, again)
+    for name in VIEWS[:3]:
+        np.testing.assert_allclose(getattr(cut, name), getattr(advanced, name), rtol=0, atol=ROUNDING)
+    assert np.abs(advanced.angles - loop.angles).max() > 0.05  # it does move
+
+
+def test_advance_says_how_far_it_has_come_and_takes_what_is_left_of_a_sample_too(loop):
+    ticks = []
+    loop.advance(0.5123, ticks.append)
+    assert loop.time == pytest.approx(1.5123, abs=1e-12)
+    assert ticks == pytest.approx([0.25, 0.25, 0.0123], abs=1e-12)
+
+
+def test_looking_changes_nothing(loop):
+    silent = loop.copy()
+    for _ in range(20):
+        for name in (*VIEWS, "pins", "mass_centres", "momentum", "tension", "joint_forces", "energy", "gap", "time"):
+            getattr(loop, name)
+        loop.advance(1e-3)
+        silent.advance(1e-3)
+    assert_same(loop, silent)
+
+
+def test_a_copy_goes_its_own_way(loop):
+    other = loop.copy()
+    other.shift_tensioner(loop.layout["tensioner_shift_m"] + 1e-4)
+    other.drive(210.0)
+    other.advance(0.01)
+    kept = loop.copy()
+    assert loop.time == 1.0 and loop.model.drive.rate == pytest.approx(-115 / 5.57 * np.pi / 30)
+    assert loop.layout["tensioner_shift_m"] == other.layout["tensioner_shift_m"] - 1e-4
+    loop.advance(0.01)
+    kept.advance(0.01)
+    assert_same(loop, kept)
+    assert np.abs(loop.angles - other.angles).max() > 1e-6
+
+
+@pytest.mark.parametrize("name", VIEWS)
+def test_views_show_the_present_and_cannot_be_written(loop, name):
+    view = getattr(loop, name)
+    before = view.copy()
+    loop.advance(0.02)
+    assert (view != before).any()
+    with pytest.raises(ValueError, match="read-only"):
+        view[...] = 0.0
+
+
+def test_a_belt_cannot_be_stepped(rig):
+    with pytest.raises(InputError, match="chain = 'belt' is not accepted"):
+        Loop(Scene(rig, 115.0, chain="belt", ring_radius=None, spells=False))
+
+
+# --- looking
+
+
+def test_joint_forces_are_those_of_the_multipliers(free_start):
+    """Accelerations belong to the start of the last step, places to its end: an error of first order, none of sign."""
+    chain, none = free_start.model.chain, np.zeros(10)
+    errors = []
+    for step in (1e-6, 1e-7):
+        loop = free_start.copy()
+        loop.model = loop.model._replace(step=step)
+        angle, rate = loop.angles.copy(), loop.rates.copy()
+        expected = reference.accelerations(chain, angle, rate, none, none, none, implicit_step=0.5 * step).pin_force
+        loop.step()
+        errors.append(np.abs(loop.joint_forces - expected).max() / np.abs(expected).max())
+        np.testing.assert_allclose(np.hypot(*expected[-1]), loop.tension, rtol=1e-8)
+    assert errors[1] < 1e-4
+    assert errors[0] / errors[1] == pytest.approx(10.0, rel=0.02)
+
+
+def test_joint_forces_of_a_loop_at_rest_hang_on_its_wheels(make_scene):
+    """Across any strand force balances weight; on wheels the loop pulls them together with its pre-tension."""
+    loop = Loop(make_scene(0.0))
+    loop.advance(0.5)
+    free = ~((loop.wheel_forces > 0).any(axis=1).repeat(2) | np.roll((loop.tooth_forces > 0).any(axis=1).repeat(2), 1))
+    between = free & np.roll(free, -1)
+    change = np.diff(loop.joint_forces, axis=0)[between[1:]]
+    weight = loop.model.chain.mass[1:][between[1:]] * 9.81
+    assert len(weight) > 20
+    # what is left of the settling: a hundredth of the weight of a body
+    np.testing.assert_allclose(change, np.column_stack([0 * weight, -weight]), rtol=0, atol=2.0)
+    forces = np.hypot(*loop.joint_forces.T)
+    assert forces[-1] == pytest.approx(loop.tension, rel=1e-6)
+    assert forces.min() > 0.5 * loop.scene.rig.tension.pre_tension
+
+
+@pytest.mark.parametrize("integrator", METHODS)
+def test_momentum_of_a_free_loop_stays(free_start, integrator):
+    order = METHODS[integrator].order
+    loop = free_start.changed(integrator=integrator, tolerance=1e-9 if METHODS[integrator].adaptive else None)
+    before = loop.momentum
+    loop.advance(0.1)
+    allowed = (5e-3 if order == 1 else 1e-8) * np.abs(before).max()
+    np.testing.assert_allclose(loop.momentum, before, rtol=0, atol=allowed)
+
+
+def test_energy_account_of_a_running_loop_closes(loop):
+    """0.1 % of the energy exchanged, as for whole runs."""
+    rows = [list(loop.energy.values())]
+    loop.advance(1.0)
+    rows.append(list(loop.energy.values()))
+    assert tuple(loop.energy) == ENERGY_NAMES
+    assert abs(open_share(np.array(rows), loop.model, 1.0)[0]) < 1e-3
+    assert rows[1][0] - rows[0][0] > 10.0  # J: the sprocket does work
+
+
+def test_places_close_the_loop(loop):
+    pins, chain = loop.pins, loop.model.chain
+    assert np.hypot(*(pins[-1] - pins[0])) == pytest.approx(loop.gap, abs=1e-14) and loop.gap < 1.1e-10
+    np.testing.assert_allclose(np.hypot(*np.diff(pins, axis=0).T), chain.length, rtol=1e-12)
+    np.testing.assert_allclose(loop.mass_centres, 0.5 * (pins[1:] + pins[:-1]), rtol=0, atol=1e-12)
+
+
+# --- recording
+
+
+def test_a_recording_is_that_of_the_time_loop(loop):
+    other = loop.copy()
+    recording = loop.record(0.1, pitches=(3, 7), frame_interval=0.02)
+    record = other.room(100, pitches=(3, 7), frames=5, frame_stride=20, spells=1000)
+    other.fill(record)
+    assert_same(loop, other)
+    for name in ("raw", "mean", "gap", "cut", "place", "wheel_rate", "energy", "force", "area", "groove", "frame"):
+        np.testing.assert_array_equal(getattr(recording, name), getattr(record, name))
+    np.testing.assert_array_equal(recording.spells, record.spells.rows[: record.spells.count[0]])
+    assert recording.begin == 1.0 and list(recording.pitches) == [3, 7]
+
+
+def test_simulate_is_a_loop_that_waits_and_records(make_scene):
+    scene = make_scene(150.0, frame_interval=0.1)
+    expected = simulate(scene)
+    loop = Loop(scene)
+    loop.advance(scene.ramp + scene.lead_in)
+    seen = loop.record(scene.duration, frame_interval=0.1)
+    for name in Recording.ARRAYS:
+        np.testing.assert_array_equal(getattr(seen, name), getattr(expected, name), err_msg=name)
+    assert seen.meta == expected.meta
+
+
+# --- steering
+
+
+def smooth(x):
+    return x * x * (3 - 2 * x)
+
+
+def test_the_sprocket_follows_its_ramps_exactly(loop):
+    """From a speed on the ramp to another, from there to rest."""
+    per_rpm = -np.pi / 30 / loop.scene.rig.sprocket.transmission_ratio
+    for start, end, ramp in ((115.0, 210.0, 0.05), (210.0, 90.0, 0.02), (90.0, 0.0, 0.03)):
+        begin = loop.time
+        loop.drive(end, ramp)
+        assert loop.scene.motor_rpm == end
+        while loop.time < begin + 1.4 * ramp:
+            loop.step(7)
+            share = smooth(min((loop.time - begin) / ramp, 1.0))
+            assert loop.wheel_rates[0] == pytest.approx(per_rpm * (start + share * (end - start)), rel=1e-12, abs=1e-14)
+    assert loop.wheel_rates[0] == 0.0
+
+
+def test_a_ramp_is_taken_up_where_another_one_is(loop):
+    loop.drive(210.0, 0.1)
+    loop.advance(0.04)
+    rate = loop.wheel_rates[0]
+    loop.drive(115.0, 0.1)
+    loop.step()
+    assert loop.wheel_rates[0] == pytest.approx(rate, rel=1e-4)
+    assert loop.model.drive.start == pytest.approx(rate, rel=1e-12)
+
+
+@pytest.mark.parametrize(("speed", "ramp", "says"), [(-1.0, 0.1, "motor_rpm = -1.0"), (115.0, 0.0, "ramp = 0.0")])
+def test_a_drive_that_cannot_be_is_refused(loop, speed, ramp, says):
+    with pytest.raises(InputError, match=says):
+        loop.drive(speed, ramp)
+    assert loop.scene.motor_rpm == 115.0
+
+
+def test_the_tensioner_tightens_what_it_lengthens(make_scene):
+    """A loop at rest: the longer the way around the wheels, the tighter the chain."""
+    start = Loop(make_scene(0.0))
+    rig, here = start.scene.rig, start.layout["tensioner_shift_m"]
+    seen = []
+    for change in (-1e-3, 0.0, 1e-3):
+        loop = start.copy()
+        loop.shift_tensioner(here + change)
+        assert loop.layout["tensioner_shift_m"] == here + change
+        loop.advance(0.5)
+        seen.append((belt_around(rig, here + change)[0].length, loop.tension))
+    (_, tensions) = np.array(sorted(seen)).T
+    assert (np.diff(tensions) > 50.0).all()
+    assert tensions[1] == pytest.approx(rig.tension.pre_tension, rel=0.05)
+
+
+def test_the_tensioner_has_a_travel(loop):
+    travel = loop.scene.rig.tension.travel
+    loop.shift_tensioner(travel)
+    for shift in (1.01 * travel, -1.01 * travel, float("nan")):
+        with pytest.raises(InputError, match=r"shift = .* is not accepted"):
+            loop.shift_tensioner(shift)
+    assert loop.layout["tensioner_shift_m"] == travel
+
+
+def test_a_tensioner_on_its_spring_is_not_shifted_and_stays_where_it_hangs(make_scene):
+    """Also when the loop goes on with something changed: the spring keeps its preload."""
+    loop = Loop(make_scene(0.0, tension="sprung"))
+    with pytest.raises(InputError, match="the tensioner slides on its spring; tension='locked' would do"):
+        loop.shift_tensioner(0.0)
+    finer = loop.changed(step=5e-5)
+    for each in (loop, finer):
+        before = each.model.wheels.x.copy(), each.model.wheels.y.copy()
+        each.advance(0.05)
+        np.testing.assert_allclose([each.model.wheels.x, each.model.wheels.y], before, rtol=0, atol=1e-5)
+    assert finer.tension == pytest.approx(loop.tension, rel=1e-3)
+
+
+# --- going on with something changed
+
+
+def test_a_changed_loop_goes_on_in_the_same_state(loop):
+    finer = loop.changed(step=5e-5)
+    assert finer.time == loop.time and finer.scene.step == 5e-5 and finer.model.stride == 20
+    for name, array in flat(loop.state).items():
+        if name != "steps":
+            np.testing.assert_array_equal(flat(finer.state)[name], array, err_msg=name)
+    finer.advance(0.02)
+    loop.advance(0.02)
+    # two paths of order 1, a fiftieth of a second long
+    assert 0 < np.abs(finer.angles - loop.angles).max() < 1e-4
+    assert_same(loop.changed(), loop)
+
+
+def test_a_changed_loop_is_driven_on(loop):
+    loop.drive(180.0, 0.05)
+    loop.advance(0.03)
+    finer = loop.changed(step=5e-5)
+    finer.step()
+    loop.step()
+    assert finer.wheel_rates[0] == pytest.approx(loop.wheel_rates[0], rel=1e-2)
+    loop.advance(0.05)
+    faster = loop.changed(motor_rpm=210.0, ramp=0.05)
+    faster.step()
+    assert faster.wheel_rates[0] == pytest.approx(loop.wheel_rates[0], rel=1e-4)  # from the present speed on
+    faster.advance(0.06)
+    assert faster.wheel_rates[0] == pytest.approx(-210 * np.pi / 30 / loop.scene.rig.sprocket.transmission_ratio)
+
+
+@pytest.mark.parametrize(
+    ("fields", "says"),
+    [
+        ({"ring_radius": 0.303}, "ring_radius = 0.303 is not accepted: a loop keeps it"),
+        ({"chain": "single_pin"}, "chain = 'single_pin' is not accepted: a loop keeps it"),
+        ({"space": "spatial"}, "a loop keeps bodies, plane and joints"),
+        ({"joint": "radial"}, "a loop keeps bodies, plane and joints"),
+        ({"tension": "sprung"}, "a loop keeps bodies, plane and joints"),
+        ({"step": 3e-5}, "step = 3e-05 is not accepted"),
+    ],
+)
+def test_what_a_state_cannot_take_is_refused(loop, fields, says):
+    with pytest.raises(InputError, match=says) as caught:
+        loop.changed(**fields)
+    assert "\n" not in str(caught.value)
+
+
+def test_scenes_are_compared_by_their_fields(make_scene, rig_path):
+    scene = make_scene()
+    assert scene == make_scene() and scene == scene.with_(step=5e-5).with_(step=scene.step)
+    assert scene != scene.with_(step=5e-5) and scene != scene.with_(rig=scene.rig.changed(gravity=9.8))
+    assert scene.rig == Rig.model_validate(scene.rig.model_dump())
+
+
+# --- keeping
+
+
+def test_a_saved_loop_goes_on_bit_for_bit(loop, tmp_path):
+    loop.drive(150.0, 0.1)
+    loop.shift_tensioner(loop.layout["tensioner_shift_m"] + 1e-4)
+    loop.advance(0.03)
+    loop.save(tmp_path / "loop.npz")
+    other = Loop.load(tmp_path / "loop.npz")
+    assert [path.name for path in tmp_path.iterdir()] == ["loop.npz"]
+    assert other.scene == loop.scene and other.layout == loop.layout and other.time == loop.time
+    seen, expected = (each.record(0.2, frame_interval=0.05) for each in (other, loop))
+    for name in Recording.ARRAYS:
+        np.testing.assert_array_equal(getattr(seen, name), getattr(expected, name), err_msg=name)
+    assert seen.meta == expected.meta
+    assert_same(other, loop)
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"integrator": "linearly_implicit"},
+        {"integrator": "rk4"},
+        {"space": "spatial"},
+        {"chain": "single_pin"},
+        {"joint": "radial"},
+        {"tension": "sprung"},
+    ],
+    ids=lambda fields: next(iter(fields.values())),
+)
+def test_every_kind_of_loop_can_be_saved(make_scene, tmp_path, fields):
+    loop = Loop(make_scene(**fields))
+    loop.advance(0.02)
+    loop.save(tmp_path / "loop.npz")
+    other = Loop.load(tmp_path / "loop.npz")
+    for each in (loop, other):
+        each.advance(0.02)
+    assert_same(other, loop)
+
+
+def test_no_checkpoint_is_refused_in_one_sentence(tmp_path, loop, monkeypatch):
+    with pytest.raises(InputError, match="no such file; give the path of an existing checkpoint"):
+        Loop.load(tmp_path / "nothing.npz")
+    (tmp_path / "text.npz").write_text("text", encoding="utf-8")
+    with pytest.raises(InputError, match="is not a checkpoint"):
+        Loop.load(tmp_path / "text.npz")
+    loop.save(tmp_path / "loop.npz")
+    monkeypatch.setattr("trackdyn.simulation.checkpoint.source_hash", lambda: "0" * 16)
+    with pytest.raises(InputError, match="was written by sources") as caught:
+        Loop.load(tmp_path / "loop.npz")
+    assert "\n" not in str(caught.value)
+
+
+class Interrupting(simulation.Writer):
+    """A recording that is interrupted after its second chunk."""
+
+    def chunk(self):
+        if self.done > 500:
+            raise KeyboardInterrupt
+        return super().chunk()
+
+
+@pytest.fixture
+def interrupted(make_scene, tmp_path, monkeypatch):
+    """A scene, and the checkpoint that its interrupted run left."""
+    scene = make_scene(150.0, duration=1.0, frame_interval=0.1)
+    monkeypatch.setattr(simulation, "BETWEEN_CHECKPOINTS", 0.0)
+    checkpoint = tmp_path / "run.part"
+    with monkeypatch.context() as patch:
+        patch.setattr(simulation, "Writer", Interrupting)
+        with pytest.raises(KeyboardInterrupt):
+            simulate(scene, checkpoint=checkpoint)
+    assert [path.name for path in tmp_path.iterdir()] == ["run.part"]
+    return scene, checkpoint
+
+
+def test_an_interrupted_run_goes_on_and_gives_the_same_bytes(interrupted, tmp_path, monkeypatch):
+    scene, checkpoint = interrupted
+    simulate(scene).save(tmp_path / "whole.npz")
+    # neither settled nor waited for again
+    monkeypatch.setattr(simulation, "Loop", type("Loop", (Loop,), {"__init__": None}))
+    simulate(scene, checkpoint=checkpoint).save(tmp_path / "resumed.npz")
+    assert (tmp_path / "whole.npz").read_bytes() == (tmp_path / "resumed.npz").read_bytes()
+    assert not checkpoint.exists()
+
+
+def test_a_checkpoint_of_another_scene_is_refused_and_kept(interrupted):
+    scene, checkpoint = interrupted
+    for other in (scene.with_(duration=2.0), scene.with_(rig=scene.rig.changed(gravity=9.8))):
+        with pytest.raises(InputError, match="is the checkpoint of another scene; remove it to start anew"):
+            simulate(other, checkpoint=checkpoint)
+    assert checkpoint.exists()
+
+
+def test_a_checkpoint_of_other_sources_is_refused(interrupted, monkeypatch):
+    scene, checkpoint = interrupted
+    monkeypatch.setattr("trackdyn.simulation.checkpoint.source_hash", lambda: "0" * 16)
+    with pytest.raises(InputError, match="was written by sources"):
+        simulate(scene, checkpoint=checkpoint)
+
+
+def test_a_run_without_interruption_leaves_no_checkpoint(make_scene, tmp_path, monkeypatch):
+    monkeypatch.setattr(simulation, "BETWEEN_CHECKPOINTS", 0.0)
+    scene = make_scene(duration=0.3)
+    simulate(scene, checkpoint=tmp_path / "run.part").save(tmp_path / "a.npz")
+    simulate(scene).save(tmp_path / "b.npz")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.npz", "b.npz"]
+    assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
+
+
+def test_a_belt_needs_no_checkpoint(rig, tmp_path):
+    scene = Scene(rig, 115.0, chain="belt", ring_radius=None, spells=False, duration=0.1)
+    np.testing.assert_array_equal(simulate(scene, checkpoint=tmp_path / "x").raw, belt_recording(scene).raw)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_account_is_judged_while_a_run_goes_on(make_scene, monkeypatch):
+    """Every ten seconds of a record, not only at its end, also if the chunks do not end there."""
+    seen = []
+    monkeypatch.setattr(writer, "refuse_open_account", lambda energy, model, seconds: seen.append((len(energy), seconds)))
+    monkeypatch.setattr(writer, "CHUNK", 3.0)
+    Loop(make_scene(0.0, step=2e-4, integrator="linearly_implicit")).record(22.0)
+    assert seen == [(12000, 12.0), (21000, 21.0), (22000, 22.0)]

@@ -1,0 +1,78 @@
+"""Settled loops that are shared give every scene the bytes that it would get alone."""
+
+from itertools import product
+
+import numpy as np
+import pytest
+
+from trackdyn.errors import InputError
+from trackdyn.simulation.settled_loops import Starts
+from trackdyn.simulation.simulate import simulate
+
+SHORT = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.05, "integrator": "linearly_implicit", "step": 5e-4}
+
+
+def same(one, other):
+    """All arrays and the description, bit for bit."""
+    return one.meta == other.meta and all(
+        np.array_equal(np.asarray(getattr(one, name)), np.asarray(getattr(other, name)), equal_nan=True)
+        for name in one.ARRAYS
+    )
+
+
+def test_a_series_of_scenes_is_what_each_would_be_alone(make_scene):
+    starts = Starts()
+    for rpm, ring in product((115.0, 210.0), (0.308, 0.311, None)):
+        scene = make_scene(rpm, ring_radius=ring, **SHORT)
+        assert same(simulate(scene), simulate(scene, starts=starts)), (rpm, ring)
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [
+        {"integrator": "semi_implicit", "step": 1e-4},
+        {"chain": "single_pin"},
+        {"tension": "retensioned", "ring_radius": 0.311},
+        {"tension": "sprung", "integrator": "semi_implicit", "step": 1e-4},
+        {"space": "spatial", "integrator": "semi_implicit", "step": 1e-4},
+        {"loop": "free", "ring_radius": None},
+    ],
+    ids=lambda fields: ",".join(map(str, fields.values())),
+)
+def test_scenes_that_settle_otherwise_do_not_share(make_scene, fields):
+    """After a loop of the plain scene, which a wrong key would take for theirs."""
+    starts = Starts()
+    like = {name: value for name, value in fields.items() if name in ("integrator", "step", "ring_radius")}
+    plain = make_scene(115.0, **SHORT | (like if fields.get("loop") != "free" else {}))
+    simulate(plain, starts=starts)
+    scene = make_scene(130.0, **SHORT | fields)
+    assert same(simulate(scene), simulate(scene, starts=starts))
+    assert same(simulate(plain), simulate(plain, starts=starts))
+
+
+def test_another_rig_does_not_share(make_scene, rig):
+    starts = Starts()
+    for tension in (rig.tension.pre_tension, 0.9 * rig.tension.pre_tension):
+        scene = make_scene(115.0, rig=rig.changed(tension__pre_tension=tension), **SHORT)
+        assert same(simulate(scene), simulate(scene, starts=starts))
+
+
+def test_only_so_many_are_kept(make_scene):
+    starts = Starts(kept=1)
+    for ring in (0.308, 0.310, 0.308):
+        simulate(make_scene(115.0, ring_radius=ring, **SHORT), starts=starts)
+        assert len(starts._settled) == len(starts._tensioned) == 1
+
+
+def test_a_step_is_refused_with_a_shared_loop_as_alone(make_scene, monkeypatch):
+    """The limits of a step know the speed, which the loop that is shared does not."""
+    starts = Starts()
+    scene = make_scene(115.0, **SHORT)
+    simulate(scene, starts=starts)
+
+    def refuse(scene, model, tension):
+        raise InputError(f"{scene.motor_rpm:g} {tension:.0f}")
+
+    monkeypatch.setattr("trackdyn.simulation.settled_loops.refuse_step", refuse)
+    with pytest.raises(InputError, match=r"^130 \d{3,}$"):
+        simulate(scene.with_(motor_rpm=130.0), starts=starts)

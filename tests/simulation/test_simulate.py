@@ -1,0 +1,205 @@
+"""Whole runs: the loop stays closed, work is accounted for, runs repeat, bad runs leave nothing."""
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import trackdyn.scene.scene
+import trackdyn.simulation.settling
+import trackdyn.simulation.start_checks
+from trackdyn.commands.cli import app
+from trackdyn.errors import DivergenceError, InputError
+from trackdyn.measure.metrics import energy_residual
+from trackdyn.model.record import ENERGY_NAMES
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.recording import Recording, load_recording
+from trackdyn.simulation.simulate import simulate
+
+# printed in the paper (C01)
+GAP = 1.1e-10
+
+
+@pytest.mark.parametrize(
+    ("rpm", "ring", "step"), [(115.0, 0.308, 1e-4), (210.0, 0.308, 1e-4), (210.0, None, 1e-4), (210.0, 0.313, 5e-5)]
+)
+def test_the_loop_stays_closed_at_every_instant(make_scene, rpm, ring, step):
+    recording = simulate(make_scene(rpm, ring_radius=ring, step=step))
+    assert recording.gap.max() <= GAP
+    assert recording.gap.min() >= 0
+    # the gap in the record is that of the configuration
+    chain = recording.meta["rig"]["chain"]
+    assert recording.gap.shape == (500,) and chain["pitches"] == 35
+
+
+def test_the_recorded_configuration_closes(make_scene):
+    """Independent of the loop's own account: sum the bodies of a recorded configuration."""
+    recording = simulate(make_scene(210.0, frame_interval=0.05))
+    from trackdyn.parameters.rig import Rig
+
+    rig = Rig.model_validate(recording.meta["rig"])
+    length = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
+    angle = recording.frame[:, 2:-1]
+    gap = np.hypot((length * np.cos(angle)).sum(axis=1), (length * np.sin(angle)).sum(axis=1))
+    # angles of 10 rad are stored to 2e-15 rad; 70 of them
+    assert gap.max() <= GAP
+
+
+def test_work_is_accounted_for_and_better_with_a_smaller_step(make_scene):
+    """The residual is of first order, like the method; 0.1 % of the sprocket's work is asked for."""
+    residual = {
+        step: energy_residual(simulate(make_scene(210.0, duration=4.0, lead_in=1.0, step=step)))
+        for step in (1e-4, 5e-5)
+    }
+    assert abs(residual[1e-4]) < 1e-3
+    assert 1.5 < residual[1e-4] / residual[5e-5] < 3.0
+
+
+@pytest.mark.parametrize("ring", [None, 0.308])
+def test_open_work_halves_with_the_step(make_scene, ring):
+    """The work of the discrete motion is counted exactly: only the error of its path is left, of order 1."""
+    open_work = []
+    for step in (1e-4, 5e-5):
+        change = np.diff(
+            simulate(make_scene(210.0, ring_radius=ring, duration=3.0, step=step)).energy[[0, -1]], axis=0
+        )[0]
+        open_work.append(change[0] - change[1:].sum())
+    # the next order: the step, 1e-4 s, times the rate at which teeth mesh, 8 1/s, is 8e-4
+    assert open_work[0] / open_work[1] == pytest.approx(2.0, rel=2e-3)
+
+
+def test_every_dissipation_is_positive(make_scene):
+    recording = simulate(make_scene(115.0, duration=2.0))
+    change = dict(zip(ENERGY_NAMES, recording.energy[-1] - recording.energy[0], strict=True))
+    for name in ("sprocket_work", "tooth_friction", "wheel_friction", "bearing", "bushing_loss"):
+        assert change[name] > 0, name
+
+
+def test_the_loop_advances_thirteen_pitches_a_turn(make_scene):
+    """Kinematics: the link's speed along the belt is 13 pitches times the sprocket's frequency."""
+    scene = make_scene(150.0, duration=3.0, lead_in=2.0, frame_interval=0.5)
+    recording = simulate(scene)
+    # mean rate of all bodies: one turn a loop revolution
+    turns = np.diff(recording.frame[:, 2:-1].mean(axis=1)) / (2 * np.pi) / 0.5
+    # one tooth is taken or left within the window: 5 % of a turn, here spread over 0.5 s
+    assert np.mean(turns) == pytest.approx(-scene.loop_frequency, rel=0.02)
+
+
+def test_two_runs_are_the_same_bit_by_bit(make_scene, tmp_path):
+    scene = make_scene(180.0, frame_interval=0.01)
+    for name in ("a", "b"):
+        simulate(scene).save(tmp_path / f"{name}.npz")
+    assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
+
+
+def test_a_recording_comes_back_as_it_was(make_scene, tmp_path):
+    recording = simulate(make_scene(duration=0.05))
+    recording.save(tmp_path / "run.npz")
+    loaded = load_recording(tmp_path / "run.npz")
+    for name in Recording.ARRAYS:
+        np.testing.assert_array_equal(getattr(loaded, name), getattr(recording, name))
+    assert list(tmp_path.iterdir()) == [tmp_path / "run.npz"]
+
+
+def forget_limits(monkeypatch):
+    """Neither the scene nor the settled loop refuses a step."""
+    for module in (trackdyn.scene.scene, trackdyn.simulation.settling, trackdyn.simulation.start_checks):
+        monkeypatch.setattr(module, "step_limits", lambda *_: {"none": 1.0})
+
+
+def test_a_run_that_diverges_says_when_and_where(make_scene, monkeypatch):
+    """With the check of the step out of the way, far too large a step must not end in a result."""
+    forget_limits(monkeypatch)
+    with pytest.raises(DivergenceError, match=r"at t = [\d.]+ s of .*, first at (link|connector) \d+"):
+        simulate(make_scene(210.0, ring_radius=None, step=1e-3))
+
+
+def test_a_run_that_diverges_leaves_no_file(rig_path, tmp_path, monkeypatch):
+    forget_limits(monkeypatch)
+    arguments = ["simulate", str(tmp_path / "out" / "run.npz"), "--rig", str(rig_path), "--rpm", "210", "-q"]
+    result = CliRunner().invoke(app, [*arguments, "--ring-radius", "none", "--step", "1e-3"])
+    assert isinstance(result.exception, DivergenceError)
+    assert "\n" not in str(result.exception)
+    assert list(tmp_path.rglob("*.npz*")) == []
+
+
+@pytest.mark.parametrize("ring", [None, 0.308])
+def test_stiffness_without_measure_diverges_too(make_scene, rig, monkeypatch, ring):
+    """Not the step but the rig is absurd: still no result, and nothing that is not a number comes back."""
+    forget_limits(monkeypatch)
+    absurd = rig.changed(steel__youngs_modulus=1e19, tooth_contact__youngs_modulus=1e19)
+    # without loss: steel that damps itself at the instant of its force would hold the bodies together
+    with pytest.raises(DivergenceError, match=r"at t = [\d.e-]+ s of .*, first at (link|connector) \d+"):
+        simulate(make_scene(210.0, rig=absurd, ring_radius=ring, normal_law="elastic"))
+
+
+@pytest.mark.parametrize(
+    ("fields", "parts"),
+    [
+        ({"step": 5e-4}, ["step = 0.0005", "too large for the ", "at most"]),
+        ({"step": 3e-5}, ["step = 3e-05", "sample interval"]),
+        ({"step": 0.0}, ["step = 0.0"]),
+        ({"duration": 0.0}, ["duration = 0.0"]),
+        ({"duration": 1e9}, ["duration", "36000"]),
+        ({"duration": float("nan")}, ["duration = nan"]),
+        ({"ring_radius": 0.5}, ["ring_radius = 0.5", "overlaps the chain"]),
+        ({"ring_radius": -0.3}, ["ring_radius = -0.3"]),
+        ({"pitches": (99,)}, ["pitches = 99", "1 to 35"]),
+        ({"ramp": 0.0}, ["ramp = 0.0"]),
+        ({"frame_interval": 0.0015}, ["frame_interval = 0.0015"]),
+        ({"tooth_contact": "square"}, ["tooth_contact = 'square'", "three_surfaces or ten_arcs"]),
+    ],
+)
+def test_bad_scenes_are_refused_in_one_sentence(make_scene, fields, parts):
+    with pytest.raises(InputError) as caught:
+        make_scene(**fields)
+    text = str(caught.value)
+    assert "\n" not in text
+    for part in parts:
+        assert part in text
+
+
+def test_negative_motor_speed_is_refused(make_scene):
+    with pytest.raises(InputError, match="motor_rpm = -5"):
+        make_scene(-5.0)
+
+
+STEPS_WITHOUT_JIT = """
+import json, sys
+from trackdyn import Loop
+from trackdyn.chain.riccati import accelerations
+import numba
+loop = Loop.load(sys.argv[1])
+loop.pins  # places, contacts and bushings of the state
+model, state, work = loop.model, loop.state, loop.work
+accelerations(model.chain, state, work, model.step * model.chain.damping, 0)
+alpha = work.sweep.response @ work.sweep.load
+force = work.tooth_force.tolist() + work.wheel_force.ravel().tolist()
+print(json.dumps({"jit": not numba.config.DISABLE_JIT, "alpha": alpha.tolist(), "force": force}))
+"""
+
+
+def test_kernels_give_the_same_without_the_jit(make_scene, tmp_path):
+    """The kernels are plain Python too; only the order of rounding may differ."""
+    loop = Loop(make_scene(150.0))
+    loop.advance(0.3)
+    loop.save(tmp_path / "loop.npz")
+    seen = {}
+    for disabled in ("0", "1"):
+        result = subprocess.run(
+            [sys.executable, "-c", STEPS_WITHOUT_JIT, str(tmp_path / "loop.npz")],
+            env=os.environ | {"NUMBA_DISABLE_JIT": disabled},
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        seen[disabled] = json.loads(result.stdout)
+    assert seen["0"]["jit"] and not seen["1"]["jit"]
+    assert max(seen["1"]["force"]) > 100  # something touches
+    for name in ("alpha", "force"):
+        a, b = np.array(seen["0"][name]), np.array(seen["1"][name])
+        np.testing.assert_allclose(a, b, rtol=0, atol=1e-9 * np.abs(b).max())

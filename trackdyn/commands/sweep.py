@@ -1,0 +1,77 @@
+"""The commands ``trackdyn sweep`` and ``trackdyn design``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.validation import shown
+
+
+def sweep(
+    design: Annotated[Path, typer.Argument(help="Design: a row a scene (.csv, .parquet).")],
+    out: Annotated[Path, typer.Option(help="Results to write: a row a result (.csv, .parquet).")],
+    rig: Annotated[Path, typer.Option(help="Parameters of the rig, where a row names no other.")] = Path(
+        "config/rig.yaml"
+    ),
+    jobs: Annotated[int | None, typer.Option("--jobs", "-j", help="Processes; all cores by default.")] = None,
+    store: Annotated[
+        Path | None,
+        typer.Option(help="Folder in which rows are kept as they come; the results' name with .rows by default."),
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False,
+) -> None:
+    """Run a design of many scenes; what a killed run had computed is not computed again."""
+    from trackdyn.sweeps.row import DONE, FAILED
+    from trackdyn.sweeps.sweep import summary
+    from trackdyn.sweeps.sweep import sweep as run
+
+    results = run(design, out, rig, jobs, store, progress=not quiet)
+    if not quiet:
+        typer.echo(f"{summary(results)}; written to {out}")
+        for reason, count in results.loc[results["state"] != DONE, "reason"].value_counts().head(5).items():
+            typer.echo(f"{count:>7}  {reason}")
+    if not (results["state"] == DONE).any():
+        raise InputError(f"{out}: no row came out; the first one because of: {results['reason'].iloc[0]}")
+    if failed := int((results["state"] == FAILED).sum()):
+        raise InputError(
+            f"{out}: {failed} rows failed for reasons that may pass and stand there; the same command tries them again"
+        )
+
+
+def design(
+    out: Annotated[Path, typer.Argument(help="Design to write (.csv, .parquet).")],
+    vary: Annotated[
+        list[str],
+        typer.Option(
+            help="Column and what it takes: name=low:high, name=low:high:count for a grid, name=a,b,c. Repeatable."
+        ),
+    ],
+    method: Annotated[str, typer.Option(help="grid, sobol or latin.")] = "sobol",
+    rows: Annotated[int | None, typer.Option(help="Rows of a Sobol or Latin design.")] = None,
+    seed: Annotated[int, typer.Option(help="The same seed gives the same design.")] = 0,
+    fix: Annotated[
+        list[str] | None, typer.Option("--set", help="Column with one value, such as duration=20. Repeatable.")
+    ] = None,
+) -> None:
+    """Make a design: a grid, a Sobol sequence or a Latin hypercube over columns of a sweep."""
+    from trackdyn.sweeps.design import make_design, parse_levels
+    from trackdyn.sweeps.request import refuse_columns
+    from trackdyn.sweeps.table import refuse_ending, write_table
+
+    refuse_ending(out, "OUT")
+    varied, fixed = {}, {}
+    for pair in vary:
+        name, takes = parse_levels(pair)
+        if name in varied:
+            raise InputError(f"--vary {name} is given twice; keep one of them")
+        varied[name] = takes
+    for pair in fix or []:
+        name, _, value = pair.partition("=")
+        if not name or not value or name in fixed:
+            raise InputError(f"--set = {shown(pair)} is not accepted: name=value, each name once, would do")
+        fixed[name] = value
+    table = make_design(varied, method, rows, seed, fixed)
+    refuse_columns(table, "design")
+    write_table(table, out)

@@ -1,0 +1,216 @@
+"""Files: read whole within a bound, and written whole or not at all. Nothing that is read is ever run."""
+
+import json
+import os
+import stat
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from errno import EISDIR
+from pathlib import Path
+from shutil import disk_usage
+from tempfile import TemporaryFile
+
+import numpy as np
+
+from trackdyn.errors import InputError
+
+_OPEN: set[Path] = set()  # what a process that is stopped must take along
+_KEPT: set[Path] = set()  # what it leaves, to go on from
+
+
+@contextmanager
+def replacing(path: Path | str) -> Iterator[Path]:
+    """Another name to write to, which becomes ``path`` at the end, or is gone if the writing breaks off.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written; what stood there before is whole.
+    """
+    path = Path(path)
+    part = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        _OPEN.add(part)
+        yield part
+        with part.open("rb+") as file:
+            os.fsync(file.fileno())  # or a power cut could leave the name without what it names
+        os.replace(part, path)
+    except OSError as error:
+        reason = error.strerror or error
+        raise InputError(f"{path}: cannot be written ({reason}); free space or another place would do") from None
+    finally:
+        with suppress(OSError):  # a place where nothing could be made holds nothing to remove
+            part.unlink(missing_ok=True)
+        _OPEN.discard(part)
+
+
+def write_text(path: Path | str, text: str) -> None:
+    """Write a text as UTF-8, its newlines as they are, whole or not at all.
+
+    Raises
+    ------
+    InputError
+        As `replacing`.
+    """
+    with replacing(path) as part:
+        part.write_text(text, encoding="utf-8", newline="")
+
+
+def write_csv(path: Path | str, table, **options) -> None:
+    """Write a table as CSV without its index, whole or not at all; options as those of ``DataFrame.to_csv``.
+
+    Raises
+    ------
+    InputError
+        As `replacing`.
+    """
+    write_text(path, table.to_csv(index=False, lineterminator="\n", **options))
+
+
+def keep(path: Path | str) -> None:
+    """Name a file that a process which is stopped leaves, and from which the same command goes on."""
+    _KEPT.add(Path(path))
+
+
+def broken_off() -> str:
+    """Remove what is being written, for a process that is about to end, and say what is kept."""
+    for part in _OPEN:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+    kept = [f"{path} is kept, and the same command goes on from it" for path in sorted(_KEPT) if path.exists()]
+    return "; ".join(["no file is left half-written", *kept])
+
+
+def refuse_unwritable(path: Path | str, size: float = 0.0) -> None:
+    """Refuse a name that cannot be written, or a disk with less than ``size`` bytes free, before the work is done.
+
+    Raises
+    ------
+    InputError
+        As `replacing` would.
+    """
+    path = Path(path)
+    made = next((folder for folder in path.parents if folder.exists()), path.parent)
+    try:
+        if path.is_dir():
+            raise OSError(EISDIR, os.strerror(EISDIR))
+        path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}").exists()  # a name too long
+        TemporaryFile(dir=made).close()
+        free = disk_usage(made).free
+    except OSError as error:
+        reason = error.strerror or error
+        raise InputError(f"{path}: cannot be written ({reason}); another place would do") from None
+    if free < size:
+        raise InputError(
+            f"{path}: needs about {size / 1e6:.0f} MB and {free / 1e6:.0f} MB are free; free space or another place would do"
+        )
+
+
+LARGEST_META = 10_000_000  # bytes; a recording's description takes 70,000
+
+
+def read_bytes(path: Path | str, what: str, limit: int) -> bytes:
+    """Contents of a plain file of at most ``limit`` bytes.
+
+    Parameters
+    ----------
+    path : path-like
+        File.
+    what : str
+        What a refusal asks for, such as "YAML file".
+    limit : int
+        Most bytes that are read, whatever the file system says of the size.
+
+    Raises
+    ------
+    InputError
+        There is no such file, it is a folder or a device, cannot be read, or is larger.
+    """
+    path = plain_file(path, what)
+    try:
+        with open(path, "rb") as file:
+            data = file.read(limit + 1)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}); give a {what} that you may read") from None
+    if len(data) > limit:
+        raise InputError(f"{path}: is larger than {limit / 1e6:g} MB, the most that a {what} may have; give a shorter one")
+    return data
+
+
+def read_text(path: Path | str, what: str, limit: int) -> str:
+    """The same as text in UTF-8, with or without a byte order mark, its newlines plain.
+
+    Raises
+    ------
+    InputError
+        Also for the first byte that is no UTF-8.
+    """
+    data = read_bytes(path, what, limit)
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise InputError(
+            f"{path}: cannot be read as UTF-8 text, byte 0x{data[error.start]:02x} in line {line} is none; save it as UTF-8"
+        ) from None
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def read_npz(path: Path | str, what: str, limit: float, arrays: bool = True) -> tuple[dict, dict[str, np.ndarray]]:
+    """Description (``meta``, JSON) and arrays of an npz file, whatever they are packed into; nothing is unpickled.
+
+    Parameters
+    ----------
+    limit : float
+        Most bytes that the arrays may take in memory; the description may take `LARGEST_META`.
+    arrays : bool
+        Read the arrays, too.
+
+    Raises
+    ------
+    InputError
+        The file is missing, larger, or holds anything but a description and arrays of numbers and text.
+    """
+    path = plain_file(path, what)
+    try:
+        with zipfile.ZipFile(path) as archive:
+            size = sum(entry.file_size for entry in archive.infolist())
+            if archive.getinfo("meta.npy").file_size > LARGEST_META:
+                raise ValueError
+        if size <= limit:
+            with np.load(path, allow_pickle=False) as data:
+                meta = json.loads(str(data["meta"]))
+                if not isinstance(meta, dict):
+                    raise ValueError
+                return meta, {name: data[name] for name in data.files if arrays and name != "meta"}
+    except Exception:  # whatever a damaged file makes of zip, of JSON, of the header of an array or its size
+        raise InputError(f"{path}: is not a {what}, or is damaged; make it again") from None
+    raise InputError(
+        f"{path}: takes {size / 1e6:.0f} MB of memory, more than the {limit / 1e6:.0f} MB that a {what} may take here; a "
+        "shorter one would do"
+    )
+
+
+def plain_file(path: Path | str, what: str) -> Path:
+    """The path, if a plain file is there.
+
+    Raises
+    ------
+    InputError
+        Nothing is there, or a folder, a pipe or a device, which may never end.
+    """
+    try:
+        path = Path(path)
+        mode = os.stat(path).st_mode
+    except (TypeError, ValueError):  # no name at all; a name with a byte that no name has
+        raise InputError(f"path = {path!r} is not accepted: the name of a {what} would do") from None
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file; give the path of an existing {what}") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror}); give a {what} that you may read") from None
+    if not stat.S_ISREG(mode):
+        kind = "a folder" if stat.S_ISDIR(mode) else "no plain file but a pipe or a device"
+        raise InputError(f"{path}: is {kind}; give the path of a {what}")
+    return path

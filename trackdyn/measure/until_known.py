@@ -1,0 +1,272 @@
+"""Contacts with the sprocket in steady running: every pitch is a sample, and a run ends when its answer is known.
+
+The log of contacts holds those of all pitches. Where motion repeats from pitch to pitch the passages of one turn of the
+sprocket, each groove visited once, say as much as a long record does; where it scatters, their batch means say how
+well the mean is known (`measure.whole_loop`).
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from math import ceil, pi
+from typing import Annotated
+
+import pandas as pd
+from pydantic import Field
+
+from trackdyn.errors import InputError
+from trackdyn.measure.contact_log import LONGEST, SIDES, timing
+from trackdyn.measure.meshing import passages
+from trackdyn.measure.whole_loop import RELATIVE, SHARES, Estimate, Series, passage, series
+from trackdyn.model.record import SPELL_COLUMNS
+from trackdyn.parameters.rig import Rig
+from trackdyn.parameters.validation import Positive, Section
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.recorder import SAMPLED, Writer
+from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.settled_loops import Starts
+
+# of a record from one judgement to the next
+GROWTH = 1.1
+# turns of the sprocket from the first to the last contact of a passage, where a record is first looked at
+PASSAGE = 0.6
+# From this share of a turn on a force has an error of its own, %: what touches less counts as no contact in the claims.
+TOUCHING = 0.5
+START = SPELL_COLUMNS.index("start_s")
+
+
+class Known(Section):
+    """When contacts are known: half of the 95 % intervals of shares (points of a turn) and of RMS forces (relative), passages
+    at least, and the revolutions of the loop after which a record ends with what it knows.
+    """
+
+    share_pct: Positive
+    force: Positive
+    passages: Annotated[int, Field(ge=1)]
+    longest_turns: Annotated[float, Field(ge=1)]  # fewer would hold no whole passage
+
+
+def steady_fields(rig: Rig, rpm: float, known: Known) -> dict[str, float]:
+    """Fields of a scene that records from the end of its ramp on, for as long as ``known`` allows."""
+    return {"lead_in": 0.0, "duration": ceil(known.longest_turns * rig.loop_period(rpm) * rig.sensor.rate) / rig.sensor.rate}
+
+
+def contact_series(table: pd.DataFrame) -> dict[str, Series]:
+    """Shares (%) and RMS forces (N) of the three sides passage by passage, of a table of `meshing.passages`.
+
+    The RMS is that over the time in which a passage is on its way, which scales with that over the whole run.
+    """
+    found = {}
+    for side in SIDES:
+        rows = table[table["side"] == side]
+        number = rows["passage"].to_numpy()
+        found[f"{side}_share"] = Series(rows["share_pct"].to_numpy(), number)
+        found[f"{side}_force"] = Series(rows["square_n2s"].to_numpy(), number, root=True)
+    return found
+
+
+def half_widths(found: dict[str, Series]) -> tuple[float, float]:
+    """Largest half of a 95 % interval of a share (%), and of an RMS force that lasts (relative); NaN where there is none."""
+    known = {name: measure.estimate() for name, measure in found.items()}
+    forces = [
+        known[f"{side}_force"].half_width / known[f"{side}_force"].value
+        for side in SIDES
+        if known[f"{side}_share"].value >= TOUCHING
+    ]
+    return max(known[f"{side}_share"].half_width for side in SIDES), max(forces, default=0.0)
+
+
+def later(recording: Recording, seconds: float) -> Recording:
+    """The recording without its first ``seconds``, as if it had begun then; it may have no frames.
+
+    Contacts that last at that moment are not logged, as at every beginning.
+    """
+    first = int(seconds * recording.rate)
+    if not first:
+        return recording
+    begin = recording.begin + first / recording.rate
+    count = len(recording.time) - first
+    scene = recording.meta["scene"] | {
+        "duration": count / recording.rate, "lead_in": recording.meta["scene"]["lead_in"] + first / recording.rate,
+    }  # fmt: skip
+    cut = {name: getattr(recording, name)[first:] for name in SAMPLED if len(getattr(recording, name))}
+    return replace(
+        recording,
+        time=recording.time[:count],
+        spells=recording.spells[recording.spells[:, START] > begin],
+        begin=begin,
+        meta=recording.meta | {"scene": scene},
+        **cut,
+    )
+
+
+def run_steady(loop: Loop, known: Known) -> tuple[Recording, bool]:
+    """Start a loop and record it until shares and forces are known, or for the duration of its scene.
+
+    Passages that are alike within the tolerances need no cut: all of them count. Else the longest transient of all measures
+    is left out by the marginal standard error rule (`Series.transient`). The run ends when the passages that count are
+    enough and half of their 95 % intervals, by batch means, small enough.
+
+    Returns
+    -------
+    Recording
+        From two thirds of a turn of the sprocket before the first passage that counts.
+    bool
+        Both tolerances were reached.
+    """
+    scene = loop.scene
+    loop.advance(scene.ramp + scene.lead_in)
+    writer = Writer(loop, scene.duration, scene.pitches, scene.frame_interval, True, scene.every_link)
+    turns = 2 * LONGEST + PASSAGE + known.passages / scene.rig.sprocket.teeth
+    judged = turns * 2 * pi / abs(scene.sprocket_rate) * scene.rig.sensor.rate
+    while True:
+        writer.chunk()
+        if writer.finished or writer.done >= judged:
+            recording = writer.recording()
+            begin, answered = steady_from(recording, known)
+            if answered or writer.finished:
+                return later(recording, begin), answered
+            judged = GROWTH * writer.done
+
+
+def steady_from(recording: Recording, known: Known) -> tuple[float, bool]:
+    """Seconds at the beginning of a record that are left out, and whether what remains is known."""
+    table = passages(recording)
+    if table.empty:  # nothing has touched the sprocket so far
+        return 0.0, False
+    found = contact_series(table)
+    cut = max(measure.transient() for measure in found.values())
+    for first in (0, cut):
+        share, force = half_widths({name: measure.since(first) for name, measure in found.items()})
+        enough = table["passage"].nunique() - first >= known.passages
+        answered = bool(enough and share <= known.share_pct and force <= known.force)
+        if answered:
+            break
+    if not first:
+        return 0.0, answered
+    begins = table.loc[table["passage"] == first, "start_s"].min()
+    return float(begins) - LONGEST * timing(recording).turn, answered
+
+
+# Passages that must be left after the transient: fewer batches than three say little about their own scatter.
+LEAST = 9
+# of a record from one judgement to the next
+GROWTH = 1.1
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What is known at the end of a run.
+
+    Attributes
+    ----------
+    measures : dict of str to Estimate
+        All measures with their errors (`measure.whole_loop.series`).
+    reached : dict of str to bool
+        For each measure that was asked for: is its 95 % interval within the tolerance?
+    transient : float
+        Time at constant speed that was left out, s.
+    recording : Recording
+        All that was recorded, with every link.
+    """
+
+    measures: dict[str, Estimate]
+    reached: dict[str, bool]
+    transient: float
+    recording: Recording
+
+    @property
+    def known(self) -> bool:
+        """Every tolerance was reached."""
+        return all(self.reached.values())
+
+
+def run_until(
+    scene: Scene,
+    tolerances: Mapping[str, float],
+    longest: float = 60.0,
+    tick: Callable[[float], object] = lambda seconds: None,
+    starts: Starts | None = None,
+) -> Answer:
+    """Start the sprocket and record every link until all tolerances are reached, or for ``longest`` seconds.
+
+    After each chunk every measure's transient is cut off by the marginal standard error rule
+    (`measure.whole_loop.Series.transient`); the longest one counts for all. The run ends when half of the 95 % interval of
+    each asked measure, by batch means, is within its tolerance and at least nine passages are left.
+
+    Parameters
+    ----------
+    scene : Scene
+        Duration and lead-in are not used.
+    tolerances : mapping of str to float
+        Measure and tolerance: relative for ``rms, sd, line, left_peak``; a share of a sprocket turn (0.01 is one point)
+        for ``left_share, right_share, ring_share``.
+    longest : float
+        s at constant speed.
+    tick : function
+        Called with the seconds that every chunk adds.
+    starts : Starts or None
+        Loops that were settled before, for a series of scenes.
+
+    Raises
+    ------
+    InputError
+        A measure or tolerance is not accepted, or ``longest`` holds too few passages.
+    DivergenceError
+        As in `simulate`.
+    """
+    _refuse(scene, tolerances, longest)
+    rate = scene.rig.sensor.rate
+    scene = scene.with_(
+        duration=ceil(longest * rate) / rate, lead_in=0.0, pitches=(), frame_interval=0.0, spells=True, every_link=True
+    )
+    loop = Loop(scene, starts)
+    loop.advance(scene.ramp, tick)
+    writer = Writer(loop, scene.duration, (), 0.0, True, True)
+    judged = (LEAST + 1) / (scene.loop_frequency * scene.rig.chain.pitches) * rate
+    while True:
+        tick(writer.chunk())
+        if writer.finished or writer.done >= judged:
+            answer = _judge(writer.recording(), tolerances)
+            if writer.finished or answer.known:
+                return answer
+            judged = GROWTH * writer.done
+
+
+def _judge(recording: Recording, tolerances: Mapping[str, float]) -> Answer:
+    found = series(recording)
+    first = max((found[name].transient() for name in tolerances if name in found), default=0)
+    known = {name: measure.since(first).estimate() for name, measure in found.items()}
+    reached = {}
+    for name, tolerance in tolerances.items():
+        measure = known.get(name)
+        enough = measure is not None and len(found[name].since(first).values) >= LEAST
+        scale = 100.0 if name in SHARES else abs(measure.value) if enough else 0.0
+        reached[name] = bool(enough and measure.half_width <= tolerance * scale)
+    return Answer(known, reached, first * passage(recording), recording)
+
+
+def refuse_undriven(scene: Scene) -> None:
+    """Refuse what has no passages of pitches.
+
+    Raises
+    ------
+    InputError
+        The scene has no chain that is driven on its wheels.
+    """
+    if scene.chain == "belt" or scene.loop == "free" or scene.motor_rpm == 0:
+        raise InputError("scene: only a chain that is driven on its wheels comes to an answer; chain='double_pin' would do")
+
+
+def _refuse(scene: Scene, tolerances: Mapping[str, float], longest: float) -> None:
+    if not tolerances:
+        raise InputError("tolerances is empty; name a measure and a tolerance, such as rms and 0.01")
+    for name, value in tolerances.items():
+        if name not in RELATIVE + SHARES:
+            raise InputError(f"measure = {name!r} is not accepted: {', '.join(RELATIVE + SHARES)} would do")
+        if not 0.0 < value < 1.0:
+            raise InputError(f"tolerance = {value!r} of {name} is not accepted: a number between 0 and 1, such as 0.01, would do")
+    refuse_undriven(scene)
+    least = (LEAST + 1) / (scene.loop_frequency * scene.rig.chain.pitches)
+    if not least < longest <= 36000.0:
+        raise InputError(f"longest = {longest!r} s is not accepted: {least:.3g} s (ten passages of a pitch) to ten hours would do")

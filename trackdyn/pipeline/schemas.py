@@ -1,0 +1,50 @@
+"""JSON schemas of the YAML files, for editors: ``python -m trackdyn.pipeline.schemas`` writes them into ``config/schemas``.
+
+What is checked when a file is read is more: values that must fit each other, tolerances, names of files.
+"""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from trackdyn.files import write_text
+from trackdyn.inference.ensemble.settings import EnsembleConfig
+from trackdyn.inference.fit import FitConfig
+from trackdyn.inference.identification.calibration import CalibrationConfig
+from trackdyn.paper.claims import Claims
+from trackdyn.parameters.rig import Rig
+from trackdyn.pipeline.config import Config
+from trackdyn.sensor.sensor_mapping import SensorMapping
+from trackdyn.study.departures import Departures
+from trackdyn.study.settings import Studies
+
+FOLDER = Path(__file__).parents[2] / "config" / "schemas"
+MODELS = {
+    "rig": Rig, "config": Config, "studies": Studies, "mapping": SensorMapping, "fit": FitConfig, "claims": Claims,
+    "departures": Departures, "calibration": CalibrationConfig, "ensemble": EnsembleConfig,
+}  # fmt: skip
+
+
+def schema(name: str) -> dict[str, Any]:
+    """The schema of a kind of file; a configuration states only what differs from ``config/config.yaml``."""
+    found = MODELS[name].model_json_schema()
+    if name == "config":
+        found = _without_required(found)
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **found}
+
+
+def _without_required(part: Any) -> Any:
+    """A schema in which nothing must be there."""
+    if isinstance(part, dict):
+        return {key: _without_required(value) for key, value in part.items() if key != "required" or not isinstance(value, list)}
+    return [_without_required(value) for value in part] if isinstance(part, list) else part
+
+
+def text(name: str) -> str:
+    """The schema as its file has it."""
+    return json.dumps(schema(name), indent=1, ensure_ascii=False) + "\n"
+
+
+if __name__ == "__main__":
+    for name in MODELS:
+        write_text(FOLDER / f"{name}.schema.json", text(name))

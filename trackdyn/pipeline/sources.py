@@ -1,0 +1,76 @@
+"""Which files of the project a script needs: its imports and theirs, read from the sources without running them.
+
+Snakemake sees an edit in the script of a rule, but not one in what the script imports. Rules therefore name
+these files among their inputs, and this module finds them, so that no list can fall behind.
+"""
+
+import ast
+from functools import cache
+from pathlib import Path
+
+Module = tuple[str, ...]
+
+
+@cache
+def _locate(module: Module, places: tuple[Path, ...]) -> Path | None:
+    """File of a module or package; None if it is none of ours."""
+    for place in places:
+        path = place.joinpath(*module)
+        for file in (path / "__init__.py", path.parent / f"{path.name}.py"):
+            if module and file.is_file():
+                return file
+    return None
+
+
+@cache
+def _imports(file: Path, package: Module) -> list[tuple[Module, str | None, str]]:
+    """Module, name (None: all of it) and what it is called here, of every import in a file, also in its functions."""
+    found = []
+    for node in ast.walk(ast.parse(file.read_bytes())):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                parts = tuple(alias.name.split("."))
+                # the packages on the way are bound as well: whatever they offer may be used
+                found += [(parts[:n], None, alias.asname or parts[0]) for n in range(1, len(parts) + 1)]
+        elif isinstance(node, ast.ImportFrom):
+            above = package[: len(package) - node.level + 1] if node.level else ()
+            module = (*above, *(node.module.split(".") if node.module else ()))
+            found += [(module, None if a.name == "*" else a.name, a.asname or a.name) for a in node.names]
+    return found
+
+
+def imported_files(script: Path, root: Path) -> list[Path]:
+    """Files that a script needs from its own folder and from below ``root``, itself left out.
+
+    A package's ``__init__`` is one of them, but what it imports in its turn counts only as far as it is asked
+    for: ``from trackdyn import load_rig`` leads to the module that defines ``load_rig``. Python does run all of
+    ``__init__``; taken so, every result would depend on every module, although none of them can change it. Where
+    ``__init__`` itself defines what is asked for, all that it imports counts. Files that are not Python's
+    belong to whoever imports a module of their folder.
+    """
+    places = script.parent, root
+    found: set[Path] = set()
+    seen = set()
+
+    def need(module: Module, name: str | None) -> None:
+        file = _locate(module, places)
+        if file is None or (module, name) in seen:
+            return
+        seen.add((module, name))
+        found.update(filter(None, (_locate(module[:n], places) for n in range(1, len(module) + 1))))
+        is_package = file.name == "__init__.py"
+        imports = _imports(file, module if is_package else module[:-1])
+        if is_package and name:
+            # a name may be both: a module of the package, and what its __init__ took from there
+            asked = [one for one in imports if one[2] == name]
+            if _locate((*module, name), places):
+                asked.append(((*module, name), None, name))
+            imports = asked or imports
+        for source, what, _ in imports:
+            need(source, what)
+
+    for source, what, _ in _imports(script, ()):
+        need(source, what)
+    packages = {file.parent for file in found if file.name == "__init__.py"}
+    beside = {path for folder in packages for path in folder.iterdir() if path.is_file() and path.suffix != ".py"}
+    return sorted(found | beside)

@@ -1,0 +1,374 @@
+"""Rig and scene to arrays: the one place where names become numbers."""
+
+from math import cos, pi, radians, sin, sqrt, tan
+
+import numpy as np
+
+from trackdyn.chain.mobility import mobility_across
+from trackdyn.errors import InputError
+from trackdyn.integrate.carriers import along, push
+from trackdyn.integrate.dynamics import SOLVERS
+from trackdyn.integrate.methods import METHODS
+from trackdyn.model.constants import (
+    INDEPENDENT,
+    ISOTROPIC,
+    SPROCKET,
+    TANGENTIAL,
+    Carriers,
+    Chain,
+    Closure,
+    Drive,
+    Law,
+    Model,
+    Motor,
+    Radial,
+    Ripple,
+    Sensor,
+    Shoes,
+    Space,
+    Tooth,
+    Wheels,
+)
+from trackdyn.model.state import SLIDE, Plane, State
+from trackdyn.model.work import Work
+from trackdyn.parameters.groove import PROFILES
+from trackdyn.parameters.layout import tensioner, wheel_circles, wheel_names
+from trackdyn.parameters.normal_laws import NORMAL_LAWS
+from trackdyn.parameters.rig import Rig, Surface
+from trackdyn.parameters.wheels import Arm
+
+FRICTION = {"none": TANGENTIAL, "tangential": TANGENTIAL, "independent": INDEPENDENT, "isotropic": ISOTROPIC}
+
+
+def make_law(
+    contact_length, composite_modulus, restitution, mu_s, mu_d, v_t, speed_floor, factor_limit, normal_law="printed"
+) -> Law:
+    """Constants of Eqs. 8 and 10 from material data (SI units).
+
+    ``normal_law`` is one of ``NORMAL_LAWS``: Eq. 8 as printed, the same with the factor that delivers
+    ``restitution`` (its bracket then reaches 1 + chi in the first instant, so it is not clipped below
+    that), or without any loss.
+    """
+    stiffness = pi * contact_length * composite_modulus / (2 * sqrt(2.0))
+    chosen = NORMAL_LAWS[normal_law]
+    loss = chosen.loss(restitution)
+    if chosen.unclipped:
+        factor_limit = max(factor_limit, 1.0 + loss)
+    return Law(stiffness, loss, mu_s, mu_d, v_t, speed_floor, factor_limit)
+
+
+def make_tooth(groove, arc_radius: float, law: Law, present: bool = True, mobility: float = 0.0) -> Tooth:
+    """Precompute the constants of the area search from the groove's geometry."""
+    beta = [(2 * k - 1) * pi / groove.teeth - pi / 2 for k in range(1, groove.teeth + 1)]  # Eq. 12
+    return Tooth(
+        int(present),
+        *np.ascontiguousarray(groove.centre.T),
+        groove.radius.copy(),
+        *np.ascontiguousarray(groove.direction.T),
+        np.cos(groove.half_angle),
+        groove.convex.astype(np.int64),
+        np.array([cos(b) for b in beta]),
+        np.array([sin(b) for b in beta]),
+        groove.teeth,
+        tan(pi / groove.teeth),
+        groove.addendum,
+        arc_radius,
+        law,
+        mobility,
+    )
+
+
+def build_chain(rig: Rig, chain: str = "double_pin") -> Chain:
+    """Links and connectors in turn, or one body a pitch; mass centres in the middle of the pins."""
+    c, n = rig.chain, rig.chain.pitches
+    if chain == "single_pin":
+        # half a connector is fixed to each end of the link, its middle a quarter of a connector from the joint
+        pitch, half = rig.single_pin_pitch, c.connector_mass / 2
+        own = c.connector_inertia / 2 - half * (rig.connector_length / 4) ** 2
+        inertia = c.link_inertia + 2 * (own + half * (pitch / 2 - rig.connector_length / 4) ** 2)
+        length = np.full(n, pitch)
+        mass, inertia = np.full(n, c.link_mass + c.connector_mass), np.full(n, inertia)
+        in_series = 2  # two bushings behind one another
+    else:
+        length = np.tile([c.link_length, rig.connector_length], n)
+        mass = np.tile([c.link_mass, c.connector_mass], n)
+        inertia = np.tile([c.link_inertia, c.connector_inertia], n)
+        in_series = 1
+    return Chain(
+        length,
+        mass,
+        inertia,
+        length / 2,
+        np.zeros(len(length)),
+        rig.bushing.stiffness / in_series,
+        rig.bushing.damping / in_series,
+        rig.bushing.free_angle * in_series,
+        rig.gravity,
+    )
+
+
+def build_shoes(rig: Rig, chain: str = "double_pin") -> Shoes:
+    """Where the links and the connectors' arcs sit on the bodies.
+
+    A body of the single-pin chain is a link whose ends carry one arc each of the connectors beside it,
+    the joints where the middle lines of two links meet at equal pitch: arcs and links then stand in the
+    grooves and on the ring as those of the double-pin chain do.
+    """
+    n, a = rig.chain.pitches, rig.chain.link_length
+    pitch = np.arange(n)
+    if chain == "single_pin":
+        end = (rig.single_pin_pitch - a) / 2
+        return Shoes(
+            pitch,
+            np.full(n, end),
+            np.full(n, end + a),
+            np.column_stack([pitch, (pitch + 1) % n]).ravel(),
+            np.tile([end + a, end], n),
+        )
+    return Shoes(
+        2 * pitch, np.zeros(n), np.full(n, a), np.repeat(2 * pitch + 1, 2), np.tile([0.0, rig.connector_length], n)
+    )
+
+
+def _law(rig: Rig, surface: Surface, scene) -> Law:
+    sliding = scene.friction != "none"
+    return make_law(
+        surface.contact_length,
+        rig.composite_modulus(surface),
+        surface.restitution,
+        surface.friction_static if sliding else 0.0,
+        surface.friction_dynamic if sliding else 0.0,
+        surface.transition_velocity,
+        rig.impact.speed_floor,
+        rig.impact.factor_limit,
+        scene.normal_law,
+    )
+
+
+def build_wheels(scene) -> Wheels:
+    """The wheels that a scene has; a free loop has the sprocket alone, without ring."""
+    rig = scene.rig
+    circles = wheel_circles(rig, surface=True)
+    if scene.ring_radius is not None:
+        circles[SPROCKET, 2] = scene.ring_radius
+    rollers = list(rig.rollers.values()) if scene.loop == "on_wheels" else []
+    count = 1 + len(rollers)
+    ring, wheel = _law(rig, rig.ring_contact, scene), _law(rig, rig.wheel_contact, scene)
+    own = None
+    if any(roller.surface != "wheel_contact" for roller in rollers):
+        own = np.array([ring, *(_law(rig, rig.contact_surfaces[roller.surface], scene) for roller in rollers)])
+    return Wheels(
+        np.array([int(scene.ring_radius is not None)] + [1] * len(rollers)),
+        *np.ascontiguousarray(circles[:count].T),
+        np.array([0.0, *(roller.inertia for roller in rollers)]),
+        np.array([0.0, *(roller.bearing_drag * (scene.drag == "viscous") for roller in rollers)]),
+        np.array([0.0, *(roller.bearing_torque * (scene.drag == "coulomb") for roller in rollers)]),
+        rig.chain.link_thickness / 2,
+        ring,
+        wheel,
+        own,
+    )
+
+
+def build_drive(scene) -> Drive:
+    """The sprocket's speed as the scene asks for it, and what the rig's drive makes of it."""
+    given = scene.rig.drive
+    drive = Drive(float(scene.sprocket_rate), float(scene.ramp))
+    if given is None:
+        return drive
+    ripple = Ripple(given.ripple, given.ripple_order) if given.ripple else None
+    motor = None
+    if given.kind != "speed":
+        free = given.kind == "free"
+        release = given.release if given.release is not None else np.inf
+        motor = Motor(given.inertia, 0.0 if free else given.slope, 0.0 if free else given.torque, float(release), int(free))
+    return drive._replace(ripple=ripple, motor=motor)
+
+
+def wheel_frame(toe: float, camber: float) -> np.ndarray:
+    """``A_W``: the wheel's frame to the inertial one, ``A_y(toe) A_x(camber)``; angles in rad."""
+    ct, st, cc, sc = np.cos(toe), np.sin(toe), np.cos(camber), np.sin(camber)
+    about_y = np.array([[ct, 0.0, st], [0.0, 1.0, 0.0], [-st, 0.0, ct]])
+    about_x = np.array([[1.0, 0.0, 0.0], [0.0, cc, -sc], [0.0, sc, cc]])
+    return about_y @ about_x
+
+
+def wheel_centres(rig: Rig, wheels: Wheels) -> np.ndarray:
+    """(w, 3) inertial places of the wheels' middles, m."""
+    parts = (rig.sprocket, *rig.rollers.values())
+    return np.array([[x, y, part.axial_offset] for x, y, part in zip(wheels.x, wheels.y, parts, strict=False)])
+
+
+def build_space(scene, tooth: Tooth, wheels: Wheels) -> Space:
+    """Constants of the motion in space of the chain of links and connectors.
+
+    The guides are the connectors'. On the sprocket they are between flanges as far out as its teeth
+    reach (Eq. 18), on the others and on a sprocket without teeth while the connector is less than
+    half a link's thickness further out than where links lie.
+    """
+    rig = scene.rig
+    parts = (rig.sprocket, *rig.rollers.values())[: len(wheels.x)]
+    frame = np.array([wheel_frame(radians(part.toe), radians(part.camber)) for part in parts])
+    reach = np.where(wheels.present, wheels.radius + 2 * wheels.half_thickness, 0.0)
+    if tooth.present:
+        reach[SPROCKET] = tooth.addendum + tooth.arc_radius
+    surfaces = (rig.wheel_contact, rig.tooth_contact, rig.ring_contact)  # in the order of `model.work.SURFACE`
+    c, pitches = rig.chain, rig.chain.pitches
+    return Space(
+        np.tile([c.link_inertia_along, c.connector_inertia_along], pitches),
+        np.tile([c.link_inertia_across, c.connector_inertia_across], pitches),
+        frame,
+        np.einsum("wji,wj->wi", frame, wheel_centres(rig, wheels)),
+        np.array([surface.contact_length for surface in surfaces]),
+        np.array([surface.axial_overhang for surface in surfaces]),
+        reach,
+        float(rig.guide.clearance),
+        float(rig.guide.stiffness),
+        float(rig.guide.damping),
+        FRICTION[scene.fidelity["friction"].setting],
+    )
+
+
+def start_plane(rig: Rig, model: Model, state: State) -> Plane:
+    """The plane through the middles of the wheels, at rest; the loop is laid into it in ``state``.
+
+    Without axial offsets that is the plane of the planar model, exactly. The least turn takes one
+    plane to the other, and the loop is shifted in it so that it stays where it was on the sprocket.
+    """
+    place = wheel_centres(rig, model.wheels)
+    motion, attitude = np.zeros(4), np.array([1.0, 0.0, 0.0, 0.0])
+    if not place[:, 2].any():
+        return Plane(motion, attitude)
+    sides = np.column_stack([np.ones(len(place)), model.wheels.x, model.wheels.y])
+    z0, slope_x, slope_y = np.linalg.lstsq(sides, place[:, 2], rcond=None)[0]
+    normal = np.array([-slope_x, -slope_y, 1.0]) / np.sqrt(1.0 + slope_x**2 + slope_y**2)
+    # from e_z to the normal: Euler parameters (1 + e_z . n, e_z x n), normalised
+    attitude[:] = np.array([1.0 + normal[2], -normal[1], normal[0], 0.0]) / np.sqrt(2.0 * (1.0 + normal[2]))
+    motion[0] = z0 * normal[2]
+    # A_P^T R of the sprocket's centre; rows of A_P^T for a turn about an axis in the plane
+    h, k = normal, 1.0 / (1.0 + normal[2])
+    x_axis = np.array([1.0 - k * h[0] ** 2, -k * h[0] * h[1], -h[0]])
+    y_axis = np.array([-k * h[0] * h[1], 1.0 - k * h[1] ** 2, -h[1]])
+    state.pin[0] += x_axis @ place[SPROCKET] - model.wheels.x[SPROCKET]
+    state.pin[1] += y_axis @ place[SPROCKET] - model.wheels.y[SPROCKET]
+    return Plane(motion, attitude)
+
+
+def build_model(scene) -> Model:
+    """The model that a scene requires, the tensioning wheel at its nominal place; see ``Scene.model``."""
+    rig = scene.rig
+    toothed = scene.tooth_contact != "none" and scene.loop == "on_wheels"
+    profile = PROFILES.get(scene.tooth_contact, PROFILES["ten_arcs"])
+    shoes = build_shoes(rig, scene.chain)
+    body = int(shoes.link_body[rig.sensor.pitch - 1])
+    chain, mobility = build_chain(rig, scene.chain), 0.0
+    if METHODS[scene.integrator].staggered:
+        mobility = mobility_across(chain, shoes.arc_body[0], shoes.arc_x[0])
+    tooth = make_tooth(
+        profile(rig), rig.chain.connector_radius, _law(rig, rig.tooth_contact, scene), toothed, mobility
+    )
+    wheels = build_wheels(scene)
+    return Model(
+        chain,
+        shoes,
+        tooth,
+        wheels,
+        build_drive(scene),
+        Sensor(body, float(rig.sensor.x + shoes.link_start[rig.sensor.pitch - 1]), float(rig.sensor.y)),
+        Closure(int(scene.closure == "elastic_damping"), rig.closure.stiffness, rig.closure.damping),
+        float(scene.step),
+        scene.stride,
+        SOLVERS.index(scene.solver) or None,
+        build_space(scene, tooth, wheels) if scene.fidelity["space"].setting == "spatial" else None,
+        radial=Radial(rig.bushing.radial_stiffness, rig.bushing.radial_damping) if scene.joint == "radial" else None,
+    )
+
+
+def shift_wheel(model: Model, rig: Rig, wheel: int, shift: float) -> None:
+    """Move a wheel of the model by ``shift`` (m) along the tensioner's line, in place."""
+    model.wheels.x[wheel], model.wheels.y[wheel] = wheel_circles(rig, shift)[wheel, :2]
+    if model.space is not None:
+        model.space.centre[:] = np.einsum("wji,wj->wi", model.space.frame, wheel_centres(rig, model.wheels))
+
+
+CARRIED = ("sprung", "forced")  # how a tensioner that moves while the chain runs is kept
+
+
+def make_carriers(rig: Rig, model: Model, kept: str, shift: float) -> Carriers | None:
+    """Carriers at rest where the model's wheels stand, their springs without preload; None if all wheels are fixed.
+
+    ``kept`` is the scene's tension: with `CARRIED` the tensioning wheel, shifted by ``shift`` (m), is one of them.
+    """
+    rows, force = [], None
+    for wheel, name in enumerate(wheel_names(rig)):
+        x, y = float(model.wheels.x[wheel]), float(model.wheels.y[wheel])
+        if wheel == tensioner(rig) and kept in CARRIED:
+            t, direction = rig.tension, radians(rig.tension.direction)
+            spring = (t.stiffness, t.damping) if kept == "sprung" else (0.0, t.damping)
+            if kept == "forced":
+                force = np.array(t.force, dtype=float)
+            rows.append((wheel, 0, x, y, cos(direction), sin(direction), t.mass, *spring, 0.0, -t.travel - shift, t.travel - shift))
+        elif wheel and (carrier := rig.rollers[name].carrier) is not None:
+            if isinstance(carrier, Arm):
+                dx, dy, travel = x - carrier.x, y - carrier.y, radians(carrier.travel)
+                inertia, weight = carrier.mass * (dx**2 + dy**2), carrier.mass * rig.gravity
+                rows.append((wheel, 1, carrier.x, carrier.y, -dy, dx, inertia, carrier.stiffness, carrier.damping, weight, -travel, travel))
+            else:
+                direction, travel = radians(carrier.direction), carrier.travel
+                ends = -travel, travel
+                rows.append((wheel, 0, x, y, cos(direction), sin(direction), carrier.mass, carrier.stiffness, carrier.damping, 0.0, *ends))
+    if not rows:
+        return None
+    columns = [np.array(column) for column in zip(*rows, strict=True)]
+    wheel, arm, x, y, along_x, along_y, mass, stiffness, damping, weight, low, high = columns
+    of_wheel = np.full(len(model.wheels.x), -1)
+    of_wheel[wheel] = np.arange(len(wheel))
+    number = int(of_wheel[tensioner(rig)])
+    return Carriers(
+        wheel, of_wheel, arm, x, y, along_x, along_y, mass, stiffness, damping, np.zeros(len(rows)), weight, low, high, number, force
+    )
+
+
+def preloads(rig: Rig, carriers: Carriers, work: Work, q: np.ndarray) -> np.ndarray:
+    """(k,) preloads that hold the chain as it lies with the carriers at ``q``, or those that the rig gives.
+
+    Raises
+    ------
+    InputError
+        A spring could not hold what lies on it within its travel.
+    """
+    names, found = wheel_names(rig), np.zeros(len(carriers.wheel))
+    for k, wheel in enumerate(carriers.wheel):
+        forced = carriers.force is not None and k == carriers.tensioner
+        carrier = None if wheel == tensioner(rig) else rig.rollers[names[wheel]].carrier
+        given = None if carrier is None else carrier.preload
+        tx, ty = along(carriers, k, float(q[k]))
+        fx, fy = push(work, wheel)
+        if forced:
+            continue
+        if given is None:
+            found[k] = carriers.stiffness[k] * q[k] - (tx * fx + ty * fy) + carriers.weight[k] * ty
+        else:
+            slid = 0.0 if isinstance(carrier, Arm) else carrier.mass * rig.gravity * ty
+            found[k] = given - slid
+    return found
+
+
+def refuse_stops(rig: Rig, carriers: Carriers | None, slide: np.ndarray | None) -> None:
+    """Refuse a loop that has settled with a carrier at a stop: its spring holds nothing there.
+
+    Raises
+    ------
+    InputError
+        Which wheel, and what would do.
+    """
+    if carriers is None:
+        return
+    for k, wheel in enumerate(carriers.wheel):
+        q, name = float(slide[k, SLIDE]), wheel_names(rig)[wheel]
+        if not carriers.low[k] < q < carriers.high[k]:
+            kind = "tension" if wheel == tensioner(rig) else f"{name}.{'arm' if carriers.arm[k] else 'slider'}"
+            raise InputError(
+                f"{kind}.travel: wheel {name} stands at a stop of its {'arm' if carriers.arm[k] else 'slider'} once the loop has settled; "
+                "another preload or force, a stiffer spring or more travel would do"
+            )

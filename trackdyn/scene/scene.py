@@ -1,0 +1,267 @@
+"""A scene: the rig, what it is asked to do, and the model that this requires."""
+
+from functools import cached_property
+from math import ceil, floor, pi
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import BeforeValidator, ValidationError
+
+from trackdyn.errors import InputError
+from trackdyn.integrate.methods import METHODS
+from trackdyn.model.constants import Model
+from trackdyn.parameters.rig import Rig
+from trackdyn.parameters.validation import Section, plain_number, sentence, shown
+from trackdyn.scene.build import build_model
+from trackdyn.scene.fidelity import LITERAL_ERROR, Decision, decide, literal_error, refuse_nonsense
+from trackdyn.scene.limits import round_step, step_limits
+
+Number = Annotated[float, BeforeValidator(plain_number)]
+# Least step, s: rounding of the time counts from there on. Longest recording, lead-in or ramp, s; shortest ramp, s.
+LEAST_STEP = 1e-8
+LONGEST, LEAST_RAMP = 36000.0, 1e-6
+FASTEST = 1e5  # rev/min; the tests run 10,000
+LEAST_TOLERANCE = 1e-12  # rounding hides what is less, and a step that must reach it never ends
+MOST_STEPS = 1e10  # a day of computing
+
+
+OF_THE_RIG = "of the rig"
+
+
+def _pitches(value: Any) -> Any:
+    """A list, tuple or array of whole numbers; others are refused by name."""
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if not isinstance(value, (list, tuple)) or any(
+        isinstance(pitch, bool) or not isinstance(pitch, (int, np.integer)) for pitch in value
+    ):
+        raise ValueError(f"= {shown(value)} is not accepted: a list of whole numbers, such as (1, 2), would do")
+    return tuple(int(pitch) for pitch in value)
+
+
+def _flag(value: Any) -> Any:
+    if not isinstance(value, (bool, np.bool_)):
+        raise ValueError(f"= {shown(value)} is not accepted: True or False would do")
+    return bool(value)
+
+
+class Scene(Section):
+    """What a run is asked to do, and how faithfully (`trackdyn.scene.fidelity`).
+
+    Attributes
+    ----------
+    rig : Rig
+        Parameters.
+    motor_rpm : float
+        Motor speed, rev/min; the sprocket turns clockwise at ``motor_rpm / ratio``.
+    ring_radius : float or None
+        Radius of the sprocket's rubber ring, m; None: no ring; the rig's own by default.
+    duration : float
+        Recorded time, s.
+    lead_in : float
+        Time at constant speed before the record begins, s.
+    ramp : float
+        Start-up ramp of the sprocket speed, s.
+    step : float
+        Time step, s; the sample interval must be a multiple of it.
+    pitches : tuple of int
+        Pitches whose contacts are recorded (1-based); empty: the sensor's.
+    frame_interval : float
+        Time between recorded configurations, s; 0: none.
+    spells : bool
+        Log every contact with the sprocket.
+    every_link : bool
+        Record the acceleration of the sensor's place on every link, and the contacts of every pitch.
+    sliding : bool
+        Keep account of the work of friction by area of the teeth and by wheel.
+    loop : str
+        ``on_wheels``, or ``free``: an oblong loop without wheels that starts with the spin of the sprocket.
+    chain : str
+        ``double_pin`` (a link and a connector a pitch), ``single_pin`` (one rigid body a pitch, as the
+        paper counts) or ``belt`` (a kinematic path at constant speed).
+    space : str
+        ``planar``, ``spatial``, or ``auto``: spatial only if a wheel is out of the plane.
+    tooth_contact : str
+        ``ten_arcs``, ``three_surfaces`` (left, seating and right surface, of the kind in Ref. [2]) or
+        ``none``.
+    normal_law : str
+        ``printed`` (Eq. 8), ``delivered`` (its damping factor delivers the restitution) or ``elastic``.
+    friction : str
+        ``none``, ``tangential``, in space also ``independent`` (tangential and axial as printed) or
+        ``isotropic`` (one coefficient of the whole slip); ``auto``: what the space allows.
+    joint : str
+        ``revolute``, or ``radial``: the rubber of the pins lets them part against a spring and a damper.
+    closure : str
+        ``rigid``, or ``elastic_damping``: a spring and damper at the cut joint. With radial joints the cut is one of
+        them.
+    solver : str
+        ``riccati``, ``transfer_product`` (the literal product of Eqs. 2 to 5) or ``multipliers``.
+    integrator : str
+        ``semi_implicit``, ``linearly_implicit``, ``rk4`` or ``adaptive``.
+    tension : str
+        ``locked`` (the tensioning wheel stays where the reference ring put it), ``retensioned`` (the pre-tension is
+        set again with the scene's ring), ``sprung`` (it slides on a spring and a damper while the chain runs) or ``forced``
+        (the rig's force pushes it); the rig's own by default.
+    drag : str
+        ``viscous`` (bearing drag grows with the rate of a wheel) or ``coulomb`` (a torque that does not).
+    tolerance : float or None
+        Relative error a step of the adaptive integrator may make.
+    """
+
+    rig: Rig
+    motor_rpm: Number
+    ring_radius: Number | None = None
+    duration: Number = 90.0
+    lead_in: Number = 5.0
+    ramp: Number = 1.0
+    step: Number = 1e-4
+    pitches: Annotated[tuple[int, ...], BeforeValidator(_pitches)] = ()
+    frame_interval: Number = 0.0
+    spells: Annotated[bool, BeforeValidator(_flag)] = True
+    every_link: Annotated[bool, BeforeValidator(_flag)] = False
+    sliding: Annotated[bool, BeforeValidator(_flag)] = False
+    loop: Any = "on_wheels"
+    chain: Any = "double_pin"
+    space: Any = "auto"
+    tooth_contact: Any = "ten_arcs"
+    normal_law: Any = "printed"
+    friction: Any = "auto"
+    joint: Any = "revolute"
+    closure: Any = "rigid"
+    solver: Any = "riccati"
+    integrator: Any = "semi_implicit"
+    tension: Any = "locked"
+    drag: Any = "viscous"
+    tolerance: Number | None = None
+
+    def __init__(self, rig: Rig, motor_rpm: float, ring_radius: Any = OF_THE_RIG, **fields: Any):
+        if isinstance(rig, Rig):  # what a scene does not ask for is what the rig is
+            fields = {"chain": rig.chain.kind, "tension": rig.tension.kept} | fields
+            ring_radius = rig.ring_radius if ring_radius is OF_THE_RIG else ring_radius
+        try:
+            super().__init__(rig=rig, motor_rpm=motor_rpm, ring_radius=ring_radius, **fields)
+        except ValidationError as error:
+            raise InputError(sentence("scene", error.errors()[0], "add it")) from None
+
+    def model_post_init(self, context: Any) -> None:
+        """Refuse what is not possible, in one sentence."""
+        self._refuse_times()
+        refuse_nonsense(self)
+        self._refuse_loop()
+        self._refuse_step()
+
+    def _refuse(self, field: str, remedy: str):
+        raise InputError(f"scene: {field} = {shown(getattr(self, field))} is not accepted: {remedy}")
+
+    def _refuse_times(self) -> None:
+        sample = 1.0 / self.rig.sensor.rate
+        for field, least, most, unit in (
+            ("motor_rpm", 0.0, FASTEST, "rev/min, clockwise,"),
+            ("duration", sample, LONGEST, "s"),
+            ("lead_in", 0.0, LONGEST, "s"),
+            ("ramp", LEAST_RAMP, LONGEST, "s"),
+            ("tolerance", LEAST_TOLERANCE, 0.5, "of a step's error"),
+        ):
+            value = getattr(self, field)
+            if value is not None and not least <= value <= most:
+                self._refuse(field, f"at least {least:g} and at most {most:g} {unit} would do")
+        if not LEAST_STEP <= self.step <= sample * (1 + 1e-6) or abs(sample / self.step - self.stride) > 1e-6:
+            self._refuse(
+                "step",
+                f"a whole fraction of the sample interval {sample} s and at least {LEAST_STEP:g} s would do, such as "
+                f"{round_step(self.step if LEAST_STEP < self.step < sample else sample / 20, sample):.7g} s",
+            )
+        steps = (self.lead_in + self.ramp + self.duration) / self.step
+        if steps > MOST_STEPS:
+            self._refuse("step", f"that makes {steps:.2g} steps; a run of at most {MOST_STEPS:.0g} would do")
+        between = self.frame_interval / sample
+        whole = 0 < self.frame_interval <= self.duration and between > 0.5 and abs(between - round(between)) <= 1e-6
+        if self.frame_interval and not whole:
+            self._refuse("frame_interval", f"0, or a multiple of the sample interval {sample} s within the duration would do")
+
+    def _refuse_loop(self) -> None:
+        if self.ring_radius is not None:
+            if self.ring_radius <= 0:
+                self._refuse("ring_radius", "a radius in m or null for no ring would do")
+            low, high = self.ring_range(self.rig)
+            if not low - 1e-9 <= self.ring_radius <= high + 1e-9:  # the bounds themselves are allowed, rounded or not
+                self._refuse(
+                    "ring_radius",
+                    f"a ring of more than {high:.4f} m overlaps the chain of this loop and one of less than {low:.4f} m "
+                    "never touches it; null means no ring",
+                )
+        for pitch in self.pitches:
+            if not 1 <= pitch <= self.rig.chain.pitches:
+                raise InputError(f"scene: pitches = {pitch!r} is not accepted: pitches 1 to {self.rig.chain.pitches} exist")
+
+    def _refuse_step(self) -> None:
+        if self.chain == "belt":
+            return  # a path without equations
+        if self.solver == "transfer_product":
+            error = literal_error(self.model.chain)
+            if error > LITERAL_ERROR:
+                self._refuse(
+                    "solver",
+                    f"with the masses and inertias of this chain rounding grows to {error:.1g} of a result over "
+                    f"{self.bodies} bodies, at worst where its pins are mutual centres of percussion; 'riccati' would do",
+                )
+        limits = step_limits(self.model, self.rig.tension.pre_tension, METHODS[self.integrator])
+        name, limit = min(limits.items(), key=lambda item: item[1], default=("", np.inf))
+        if self.step > limit:
+            such = round_step(limit, 1.0 / self.rig.sensor.rate)
+            self._refuse("step", f"too large for the {name}; at most {limit:.2g} s would do, such as {such:.7g} s")
+
+    @property
+    def bodies(self) -> int:
+        """Rigid bodies of the chain."""
+        return self.rig.chain.pitches * (2 if self.chain == "double_pin" else 1)
+
+    @cached_property
+    def fidelity(self) -> dict[str, Decision]:
+        """Setting and reason of every choice."""
+        return decide(self)
+
+    @staticmethod
+    def ring_range(rig: Rig) -> tuple[float, float]:
+        """Least and greatest ring radius that the loop allows, m.
+
+        Below the least one the links ride on the teeth alone; above the greatest one the extra
+        length of the wrap exceeds what the tensioner's travel gave.
+        """
+        groove = rig.groove_profile
+        return float(groove.joints()[:, 1].min()), rig.sprocket.ring_radius + 0.4 * rig.tension.travel
+
+    @property
+    def sprocket_rate(self) -> float:
+        """Angular velocity of the sprocket, rad/s; negative is clockwise."""
+        return -self.motor_rpm / self.rig.sprocket.transmission_ratio * 2 * pi / 60
+
+    @property
+    def loop_frequency(self) -> float:
+        """Revolutions of the loop per second: ``n / (60 ratio) m / N``."""
+        sprocket = self.motor_rpm / self.rig.sprocket.transmission_ratio / 60
+        return sprocket * self.rig.sprocket.teeth / self.rig.chain.pitches
+
+    @property
+    def stride(self) -> int:
+        """Steps in a sample interval."""
+        return round(1.0 / self.rig.sensor.rate / self.step)
+
+    @cached_property
+    def model(self) -> Model:
+        """The model that the scene requires, built once; whoever changes its arrays copies it first."""
+        return build_model(self)
+
+    def with_(self, **changes) -> "Scene":
+        """A scene with some fields replaced."""
+        return Scene(**{name: getattr(self, name) for name in type(self).model_fields} | changes)
+
+    def sampled(self, rate: int) -> "Scene":
+        """The scene recorded at another rate (Hz); step and frame interval become the next smaller ones that fit it."""
+        rig = self.rig.changed(sensor__rate=rate)
+        frames = max(floor(self.frame_interval * rate + 1e-6), 1) / rate if self.frame_interval else 0.0
+        return self.with_(rig=rig, step=1.0 / rate / ceil(1.0 / rate / self.step - 1e-6), frame_interval=frames)
+
+    def describe(self) -> dict:
+        """Plain data for provenance."""
+        return self.model_dump(mode="json")

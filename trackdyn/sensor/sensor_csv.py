@@ -1,0 +1,263 @@
+"""Records of an acceleration sensor: what a logger wrote, as time in s and three axes in g.
+
+A file may come in many forms; what can be read in one way only is read, with a list of what was done, and what is
+doubtful is refused with the option that decides it, because a gap, a wrong rate or a wrong unit would quietly move
+everything derived from the record.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from trackdyn.errors import InputError
+from trackdyn.files import replacing
+from trackdyn.sensor import stamps
+from trackdyn.sensor.logger_text import find_layout, listed, parse, read_text, shown
+from trackdyn.sensor.sensor_mapping import AXES, SensorMapping, choose, time_unit_of, unit_of, with_time_units
+
+COLUMNS = ("t_s", "ax_g", "ay_g", "az_g")
+_CLIPPED = 0.5  # share of clipped rows from which on nothing is left of the motion
+
+@dataclass(frozen=True)
+class SensorRecord:
+    """One record of the sensor (Eq. 40), N samples.
+
+    Attributes
+    ----------
+    path : Path
+        File it was read from.
+    t_s : (N,) array
+        Time from its first sample on, s.
+    ax_g, ay_g, az_g : (N,) arrays or None
+        Specific force in the sensor's axes, g; None for an axis that the file lacks.
+    rate_hz : float
+        Sampling rate, Hz.
+    clipped : int
+        Number of rows with an axis at the end of the sensor's range.
+    done : mapping
+        What reading did, by name: rows, columns, time, rate, steps, dropped, clipped.
+    """
+
+    path: Path
+    t_s: np.ndarray
+    ax_g: np.ndarray | None
+    ay_g: np.ndarray
+    az_g: np.ndarray | None
+    rate_hz: float
+    clipped: int
+    done: Mapping[str, str] = field(default_factory=dict, compare=False)
+
+    @property
+    def seconds(self) -> float:
+        """Length of the record, s."""
+        return self.ay_g.size / self.rate_hz
+
+    def averaged(self, count: int) -> "SensorRecord":
+        """The record of a sensor that is slower by a whole factor: means of ``count`` samples each."""
+        whole = self.t_s.size // count * count
+
+        def mean(values):
+            return None if values is None else values[:whole].reshape(-1, count).mean(axis=1)
+
+        return SensorRecord(
+            self.path, self.t_s[:whole:count], mean(self.ax_g), mean(self.ay_g), mean(self.az_g), self.rate_hz / count,
+            self.clipped, {**self.done, "averaged": f"over {count} samples each, to {self.rate_hz / count:g} Hz"},
+        )  # fmt: skip
+
+    def require_turns(self, turn_s: float, turns: float = 1.0) -> None:
+        """Refuse a record that holds too little of the loop's turns of ``turn_s`` seconds."""
+        if self.seconds < turns * turn_s:
+            raise InputError(
+                f"{self.path}: the record of {self.seconds:.4g} s is shorter than {turns:g} turn{'s' * (turns != 1)} of the "
+                f"loop; {turns * turn_s:.4g} s or more would do."
+            )
+
+
+def read_sensor_csv(
+    path, mapping: SensorMapping | None = None, range_g: float = 20.0, gravity: float = 9.81
+) -> SensorRecord:
+    """Read a sensor's file and check every value of it.
+
+    Parameters
+    ----------
+    path : path-like
+        CSV file: a header, one row a sample.
+    mapping : SensorMapping, optional
+        What the file does not say itself.
+    range_g : float
+        Range of the sensor, g, unless the mapping has it; values beyond it cannot be measurements. Infinity: not known.
+    gravity : float
+        One g, m/s2, by which values in m/s2 are divided.
+
+    Returns
+    -------
+    SensorRecord
+
+    Raises
+    ------
+    InputError
+        What is doubtful or defective; the sentence names the file, the field and line, the value and the remedy.
+    """
+    path, mapping = Path(path), mapping or SensorMapping()
+    range_g = mapping.range or range_g
+    for name, value in (("range_g", range_g), ("gravity", gravity)):
+        if not value > 0:
+            raise InputError(f"{path}: {name} is {value!r}; give a number above zero.")
+    sought = f"column {mapping.axes['ay']!r} for ay" if "ay" in mapping.axes else "column for ay"
+    layout = find_layout(
+        path, read_text(path), lambda names: bool(choose(names, [""] * len(names), mapping).get("ay")), sought
+    )
+    chosen = choose(layout.names, layout.units, mapping)
+    for key, found in chosen.items():
+        option = "--time" if key == "time" else f"--axis {key}="
+        if len(found) > 1:
+            raise InputError(
+                f"{path}: {listed([column.name for column, _ in found])} may all be {key}; say which with {option}"
+                f"{' ' * (key == 'time')}NAME, by number if names repeat."
+            )
+        if not found and (key, mapping.time) != ("time", "none"):
+            raise InputError(f"{path}: no column {mapping.axes.get(key, mapping.time)!r} for {key}; there are {listed(layout.names)}.")
+    columns = {key: found[0] for key, found in chosen.items() if found}
+    if "time" not in columns and mapping.time != "none" and (timed := with_time_units(layout.names, layout.units)):
+        raise InputError(f"{path}: {listed(timed)} may be the time; say so with --time NAME, or that it is not with --time none.")
+    if "time" not in columns and mapping.rate is None:
+        raise InputError(
+            f"{path}: no column of time among {listed(layout.names)}; name it with --time NAME, or give --time none --rate HZ."
+        )
+    table = parse(layout, [column.index for column, _ in columns.values()])
+    values = dict(zip(columns, table.T, strict=True))
+    return _record(layout, mapping, columns, values, float(range_g), gravity)
+
+
+def _record(layout, mapping, columns, values, range_g, gravity) -> SensorRecord:
+    """The record of the columns' numbers: cropped, in s and g, checked, evenly timed."""
+    path, count, names = layout.path, values["ay"].size, {axis: column.name for axis, (column, _) in columns.items()}
+    if count < 2:
+        raise InputError(f"{path}: the file holds {count} data rows; give at least 2.")
+    units = {axis: unit_of(path, columns[axis][0], mapping.unit) for axis in AXES if axis in columns}
+    scale = {"g": 1.0, "mg": 1e-3, "m/s2": 1.0 / gravity}
+    used = {column.index for column, _ in columns.values()}
+    unused = [name for k, name in enumerate(layout.names) if k not in used and name]
+    said = [f"{axis} = {'-' * (columns[axis][1] < 0)}{shown(names[axis])} in {unit}" for axis, unit in units.items()]
+    done = {"rows": f"{count}, from line {layout.first_line} on"}
+    done["columns"] = ", ".join(said) + (f"; not used: {listed(unused)}" if unused else "")
+
+    seen = clock = None
+    if "time" in columns:
+        seen = stamps.in_seconds(path, names["time"], values["time"], time_unit_of(path, columns["time"][0]))
+    part = _part(path, np.arange(count) / mapping.rate if seen is None else seen.t, mapping)
+    line = layout.first_line + part.start
+    rate, done["time"] = mapping.rate, "rows counted, no stamps"
+    if seen is not None:
+        seen = seen._replace(t=seen.t[part] - seen.t[part.start])
+        clock = stamps.judge(path, seen, line, mapping.rate, mapping.resample)
+        rate, done["time"] = clock.rate_hz, f"{shown(names['time'])} in {seen.unit}, to {seen.rounding:.2g} s; {clock.steps}"
+    done["rate"] = f"{rate:.7g} Hz, {'given' if mapping.rate else 'found'}"
+    axes = {axis: columns[axis][1] * scale[unit] * values[axis][part] for axis, unit in units.items()}
+    rows = axes["ay"].size
+    done["dropped"] = f"{count - rows} rows outside of --from and --to"
+
+    size = np.abs(list(axes.values()))
+    if size.max() > range_g * 1.0001:
+        axis, k = np.argwhere(size > range_g * 1.0001)[0]
+        name = list(axes)[axis]
+        raise InputError(
+            f"{path}: field {names[name]} in line {line + k} is {axes[name][k]:.6g} g if it is in {units[name]}, beyond the "
+            f"sensor's range of +-{range_g:g} g; check the unit (--unit) or give the range of the sensor, --range G."
+        )
+    clipped = int(np.count_nonzero(size.max(axis=0) >= range_g * (1.0 - 1e-6)))
+    done["clipped"] = f"{clipped} of {rows} rows at the end of the range of {range_g:g} g"
+    if clipped > _CLIPPED * rows:
+        raise InputError(
+            f"{path}: {clipped} of {rows} rows stand at the end of the range of {range_g:g} g; record with a wider range, "
+            "or give the sensor's with --range."
+        )
+    if np.ptp(axes["ay"]) <= 1e-9 * max(1.0, np.abs(axes["ay"]).max()):
+        raise InputError(
+            f"{path}: column {shown(names['ay'])} is {values['ay'][part.start]:.6g} in every row; choose another one for ay "
+            "with --axis ay=NAME, or record the moving track."
+        )
+    if clock is not None and not clock.even:
+        even = np.arange(int(seen.t[-1] * rate * (1 + 1e-12)) + 1) / rate
+        axes = {axis: np.clip(CubicSpline(seen.t, one)(even), -range_g, range_g) for axis, one in axes.items()}
+        done["resampled"] = f"{rows} rows onto {even.size} even instants, by cubic splines"
+    time = np.arange(axes["ay"].size) / rate
+    return SensorRecord(path, time, axes.get("ax"), axes["ay"], axes.get("az"), float(rate), clipped, done)
+
+
+def _part(path: Path, t: np.ndarray, mapping: SensorMapping) -> slice:
+    """The rows from ``mapping.start`` to ``mapping.to``, s since the first row."""
+    since = t - t[0]
+    begun = np.flatnonzero(since >= mapping.start)
+    first = int(begun[0]) if begun.size else t.size
+    ended = np.flatnonzero(since[first:] > (np.inf if mapping.to is None else mapping.to))
+    last = first + int(ended[0]) if ended.size else t.size
+    if last - first < 2:
+        to = "the end" if mapping.to is None else f"--to {mapping.to:g}"
+        raise InputError(
+            f"{path}: {last - first} rows lie between --from {mapping.start:g} and {to}, in s since the first row; the file "
+            f"holds {since[-1]:.6g} s."
+        )
+    return slice(first, last)
+
+
+def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> None:
+    """Write a sensor file; equal input gives equal bytes, and a broken run leaves no half file.
+
+    Parameters
+    ----------
+    path : path-like
+        File, replaced if it exists.
+    t_s : (N,) array
+        Time, s, strictly increasing: written with 3 decimals, or with up to 9 where the samples do
+        not lie on whole milliseconds.
+    ax, ay, az : (N,) arrays
+        Specific force, g, written with 4 decimals; None leaves an axis out.
+    comments : iterable of str
+        Lines written above the header, each behind ``# ``.
+
+    Raises
+    ------
+    InputError
+        Arrays of unequal length, fewer than 2 samples, values that are not finite, or a folder that
+        cannot be written.
+    """
+    path = Path(path)
+    given = {name: one for name, one in zip(COLUMNS, (t_s, ax, ay, az), strict=True) if one is not None}
+    columns = [np.asarray(values, dtype=float) for values in given.values()]
+    for name, values in zip(given, columns, strict=True):
+        if values.ndim != 1 or values.size != columns[0].size or values.size < 2:
+            raise InputError(
+                f"{path}: {name} has the shape {values.shape}; give one-dimensional arrays of the "
+                "same length with at least 2 samples."
+            )
+        if not np.all(np.isfinite(values)):
+            k = int(np.flatnonzero(~np.isfinite(values))[0])
+            raise InputError(f"{path}: {name} is {values[k]} in sample {k}; give finite values only.")
+    if np.any(np.diff(columns[0]) <= 0.0):
+        k = int(np.flatnonzero(np.diff(columns[0]) <= 0.0)[0]) + 1
+        raise InputError(f"{path}: t_s does not increase in sample {k}; sort the samples by time.")
+
+    lines = [f"# {line}".rstrip() for comment in comments for line in str(comment).splitlines() or [""]]
+    lines.append(",".join(given))
+    row = f"%.{_time_decimals(columns[0])}f" + ",%.4f" * (len(columns) - 1)
+    lines.extend(row % values for values in zip(*(c.tolist() for c in columns), strict=True))
+    data = ("\n".join(lines) + "\n").encode("utf-8")
+
+    try:
+        with replacing(path) as part:
+            part.write_bytes(data)
+    except OSError as error:
+        reason = error.strerror or "unknown reason"
+        raise InputError(f"{path}: the file cannot be written ({reason}); choose another place.") from error
+
+
+def _time_decimals(t_s):
+    """Fewest decimals, 3 to 9, that give every time to a nanosecond."""
+    for decimals in range(3, 9):
+        if np.max(np.abs(t_s - np.round(t_s, decimals))) <= 1e-9:
+            return decimals
+    return 9

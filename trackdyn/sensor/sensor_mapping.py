@@ -1,0 +1,154 @@
+"""What the columns of a sensor's file mean: by their names, and by what the user says of them."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
+
+from pydantic import BeforeValidator, ConfigDict, Field, model_validator
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.validation import NotNegative, Positive, Section, read_yaml, validated
+from trackdyn.sensor.logger_text import shown
+from trackdyn.sensor.stamps import RATES, UNITS
+
+AXES = ("ax", "ay", "az")
+_ACCELERATION = {"g": "g", "gn": "g", "mg": "mg"} | dict.fromkeys(("m/s2", "m/s/s", "m_s2", "ms-2", "m.s-2", "ms2", "mps2"), "m/s2")
+_TIME = {unit: unit for unit in UNITS} | {"sec": "s", "seconds": "s", "msec": "ms", "\N{GREEK SMALL LETTER MU}s": "us"}
+_UNIT = "|".join(map(re.escape, sorted(_ACCELERATION | _TIME, key=len, reverse=True)))
+_IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]([^\])]*)[\])]")
+_AT_THE_END = re.compile(rf"(.+?)[\s_/,:]+({_UNIT})")
+_AXIS_NAME = re.compile(r"(?:a|acc|accel|acceleration|accelerometer)[\s_.-]*([xyz])")
+_TIME_NAME = re.compile(r"t|time|time[\s_-]?stamp|elapsed[\s_-]?time")
+
+Name = Annotated[str, BeforeValidator(lambda value: str(value) if type(value) is int else value), Field(min_length=1)]
+
+
+class SensorMapping(Section):
+    """What a sensor's file does not say itself: the options of ``trackdyn compare``, or a small YAML file.
+
+    Attributes
+    ----------
+    time : str, optional
+        Column of the time stamps, or ``none``: the rows are evenly timed at ``rate``.
+    rate : float, optional
+        Samples a second, Hz; without it the stamps tell.
+    unit : str, optional
+        ``g``, ``m/s2`` or ``mg``, of columns whose header names none.
+    axes : mapping
+        ``ax``, ``ay``, ``az`` to columns, a minus in front turns the sign. Others are found by their names.
+    range : float, optional
+        Range of the sensor, g; the rig's if not given.
+    resample : bool
+        Put samples whose stamps jitter onto even instants.
+    from, to : float, optional
+        Part to keep, s since the first row; ``start`` and ``to`` in Python.
+    """
+
+    model_config = ConfigDict(populate_by_name=True)
+
+    time: Name | None = None
+    rate: Annotated[float, Field(ge=RATES[0], le=RATES[1])] | None = None
+    unit: Literal["g", "m/s2", "mg"] | None = None
+    axes: dict[Literal[AXES], Name] = Field(default_factory=dict)
+    range: Positive | None = None
+    resample: bool = False
+    start: NotNegative = Field(0.0, alias="from")
+    to: Positive | None = None
+
+    @model_validator(mode="after")
+    def _consistent(self):
+        if self.to is not None and self.to <= self.start:
+            raise InputError(f"to = {self.to:g} is not accepted: it must lie after from = {self.start:g}")
+        if self.time == "none" and self.rate is None:
+            raise InputError("time = none is not accepted without a rate: give it in Hz, such as rate 1000")
+        return self
+
+
+def load_mapping(path: Path | str | None = None, **options: Any) -> SensorMapping:
+    """A mapping from a YAML file, with options that are not None or empty on top of it.
+
+    Raises
+    ------
+    InputError
+        The file or an option is not acceptable.
+    """
+    data = {} if path is None else read_yaml(path)
+    if isinstance(data, dict):
+        axes = data.get("axes") or {}
+        data = data | {name: value for name, value in options.items() if value not in (None, {}) and value is not False}
+        if isinstance(axes, dict) and options.get("axes"):
+            data["axes"] = axes | options["axes"]
+    return validated(SensorMapping, data, "the options of the sensor" if path is None else str(path))
+
+
+class Column(NamedTuple):
+    """A column of the file: its place, its name as it stands there, the same without unit, its unit."""
+
+    index: int
+    name: str
+    base: str
+    unit: str
+
+
+def _column(index: int, name: str, unit: str) -> Column:
+    plain = _plain(name)
+    found = _IN_BRACKETS.fullmatch(plain) or _AT_THE_END.fullmatch(plain.replace("^", "").replace("**", ""))
+    base, own = (found[1], found[2]) if found else (plain, "")
+    return Column(index, name, base, (own or _plain(unit).strip("[]()")).replace("^", "").replace("**", "").replace(" ", ""))
+
+
+def _plain(name: str) -> str:
+    return " ".join(name.strip("'\" ").casefold().replace("\N{SUPERSCRIPT TWO}", "2").split())
+
+
+def _named(columns: Sequence[Column], name: str) -> list[Column]:
+    """Columns of a name, with its unit or else without it."""
+    return [c for c in columns if _plain(c.name) == _plain(name)] or [c for c in columns if c.base == _plain(name)]
+
+
+def choose(names: Sequence[str], units: Sequence[str], mapping: SensorMapping) -> dict[str, list[tuple[Column, int]]]:
+    """Columns that may be meant by ``time``, ``ax``, ``ay`` and ``az``, each with a sign."""
+    columns = [_column(k, *both) for k, both in enumerate(zip(names, units, strict=True))]
+    chosen = {}
+    for axis, name in {**mapping.axes, **({"time": mapping.time} if mapping.time else {})}.items():
+        turned = name.startswith("-") and not _named(columns, name)
+        chosen[axis] = [(column, -1 if turned else 1) for column in _named(columns, name[1:] if turned else name)]
+    taken = {column.index for found in chosen.values() for column, _ in found}
+    for column in columns:
+        if column.index not in taken:
+            axis = _AXIS_NAME.fullmatch(column.base)
+            key = f"a{axis[1]}" if axis else "time" if _TIME_NAME.fullmatch(column.base) else None
+            if key and key not in (*mapping.axes, *(["time"] if mapping.time else [])):
+                chosen.setdefault(key, []).append((column, 1))
+    return chosen
+
+
+def unit_of(path: Path, column: Column, given: str | None) -> str:
+    """Unit of an axis, from its header or as given."""
+    own = _ACCELERATION.get(column.unit)
+    if column.unit and own is None:
+        raise InputError(
+            f"{path}: column {shown(column.name)} has the unit {shown(column.unit)}; g, m/s2 and mg are read, choose another "
+            "column with --axis."
+        )
+    if own and given and own != given:
+        raise InputError(f"{path}: column {shown(column.name)} is in {own} by its name, not in --unit {given}; leave --unit out.")
+    if not (own or given):
+        raise InputError(f"{path}: column {shown(column.name)} does not say its unit; give --unit g, --unit m/s2 or --unit mg.")
+    return own or given
+
+
+def with_time_units(names: list[str], units: list[str]) -> list[str]:
+    """Names of the columns whose unit is one of time."""
+    return [name for k, name in enumerate(names) if _column(k, name, units[k]).unit in _TIME]
+
+
+def time_unit_of(path: Path, column: Column) -> str | None:
+    """Unit of the time stamps by their header; None if it names none."""
+    if column.unit and column.unit not in _TIME:
+        raise InputError(
+            f"{path}: column {shown(column.name)} has the unit {shown(column.unit)}; {', '.join(UNITS)} are read, choose "
+            "another column with --time or give --time none --rate HZ."
+        )
+    return _TIME.get(column.unit)

@@ -1,0 +1,80 @@
+"""The kinematic path: links that run along the belt line at constant speed (no forces, no equations)."""
+
+import time
+
+import numpy as np
+
+from trackdyn.model.constants import SPROCKET
+from trackdyn.model.record import make_record
+from trackdyn.model.state import make_state
+from trackdyn.parameters.layout import belt_around
+from trackdyn.simulation.recording import Recording, provenance
+
+# parts of a sample interval over which the mean is taken
+PARTS = 8
+
+
+def belt_motion(scene, travel0: float, samples: int):
+    """Acceleration that the sensor would have on a belt, and where its link is.
+
+    Every pitch follows the path of the pins around the wheels, laid with the reference ring, at the speed
+    that the sprocket's teeth give. The link's middle is on the path, its x axis along it.
+
+    Parameters
+    ----------
+    scene : Scene
+        A scene with ``chain="belt"``.
+    travel0 : float
+        Way that the chain has gone when the record begins, as a share of the loop.
+    samples : int
+        Samples of the record.
+
+    Returns
+    -------
+    raw, mean : (s, 3) arrays
+        Acceleration in the link frame (m/s2) and angle of the link (rad) at the end of each sample
+        interval, and averaged over it.
+    place : (s, 2) array
+        Middle of the sensor's link, m.
+    length : float
+        Length of the path, m.
+    """
+    rig = scene.rig
+    path, _ = belt_around(rig)
+    speed = path.length * scene.loop_frequency
+    dx, dy = rig.sensor.x - rig.chain.link_length / 2, rig.sensor.y
+    # pitch 1 starts in the middle of the strand that runs onto the sprocket, as in the dynamic loop
+    start = 0.5 * (path.start[-2] + path.start[-1]) + path.length * (
+        travel0 + (rig.sensor.pitch - 0.5) / rig.chain.pitches
+    )
+    time = np.arange(1, samples * PARTS + 1) / (rig.sensor.rate * PARTS)
+    point, heading, curvature = path.along(start + speed * time)
+    turn = speed * curvature
+    motion = np.column_stack([-(turn**2) * dx, -speed * turn - turn**2 * dy, heading])
+    mean = motion.reshape(samples, PARTS, 3).mean(axis=1)
+    mean[:, 2] = motion[PARTS // 2 - 1 :: PARTS, 2]
+    return motion[PARTS - 1 :: PARTS], mean, point[PARTS - 1 :: PARTS], path.length
+
+
+def belt_recording(scene) -> Recording:
+    """A kinematic recording: the sensor on the path of the chain, nothing else."""
+    rate, pitches = scene.rig.sensor.rate, scene.rig.chain.pitches
+    samples = round(scene.duration * rate)
+    begin = time.perf_counter()
+    raw, mean, at, length = belt_motion(scene, (scene.lead_in + scene.ramp / 2) * scene.loop_frequency, samples)
+    wall = time.perf_counter() - begin
+    empty = make_record(samples, make_state(2 * pitches, pitches, 3))
+    empty.wheel_rate[:, SPROCKET] = scene.sprocket_rate
+    same = ("gap", "cut", "change", "wheel_rate", "energy", "force", "area", "groove", "pitches", "frame")
+    return Recording(
+        time=np.arange(1, samples + 1) / rate,
+        raw=raw,
+        mean=mean,
+        place=at,
+        spells=empty.spells.rows,
+        begin=scene.lead_in + scene.ramp,
+        frame_time=np.zeros(0),
+        meta=provenance(scene, {"path_m": length}),
+        wall=wall,
+        **{name: getattr(empty, name) for name in same},
+    ).checked()

@@ -1,0 +1,94 @@
+"""Nested tuples of arrays as a flat npz file and back: what a run needs to go on bit for bit."""
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from psutil import virtual_memory
+
+from trackdyn.errors import InputError
+from trackdyn.files import read_npz, replacing
+from trackdyn.jit import source_hash
+from trackdyn.parameters.validation import shown
+
+
+def flat(value: Any, name: str = "") -> dict[str, np.ndarray]:
+    """Arrays and numbers of nested named tuples by dotted name; None has no entry."""
+    if isinstance(value, tuple):
+        found = {}
+        for field in value._fields:
+            found |= flat(getattr(value, field), f"{name}.{field}" if name else field)
+        return found
+    return {} if value is None else {name: np.asarray(value)}
+
+
+def filled(room: Any, data: dict[str, np.ndarray], name: str = "") -> Any:
+    """``room`` with the arrays written in place and the numbers replaced by those of ``data``; see `flat`."""
+    if isinstance(room, tuple):
+        fields = {field: filled(getattr(room, field), data, f"{name}.{field}" if name else field) for field in room._fields}
+        return room._replace(**fields)
+    if isinstance(room, np.ndarray):
+        if room.shape != data[name].shape:
+            raise ValueError(f"{name} has the shape {data[name].shape}, not {room.shape}")
+        room[...] = data[name]
+        return room
+    return None if room is None else type(room)(data[name])
+
+
+def refuse_other_places(room: Any, data: dict[str, np.ndarray]) -> None:
+    """Raise `ValueError` if integers differ from those of ``room``: kernels look up places by them, unchecked."""
+    for name, array in flat(room).items():
+        if array.dtype.kind in "iub" and not np.array_equal(array, data[name]):
+            raise ValueError(f"{name} is not that of the scene")
+
+
+@contextmanager
+def whole(path: Path | str) -> Iterator[None]:
+    """What goes wrong within while a checkpoint's data are put in place ends in one sentence.
+
+    Raises
+    ------
+    InputError
+        The checkpoint is damaged.
+    """
+    try:
+        yield
+    except (KeyError, TypeError, ValueError, AttributeError, InputError):
+        raise InputError(f"{path}: is not a checkpoint, or is damaged; remove it to start anew") from None
+
+
+def write_checkpoint(path: Path | str, parts: dict[str, Any]) -> None:
+    """Write named parts, tuples of arrays and plain data, beside the place and rename."""
+    plain = {name: part for name, part in parts.items() if not isinstance(part, tuple)}
+    arrays = {}
+    for name, part in parts.items():
+        if isinstance(part, tuple):
+            arrays |= flat(part, name)
+    meta = np.array(json.dumps({"sources": source_hash(), "parts": plain}))
+    with replacing(path) as part, part.open("wb") as file:
+        np.savez(file, meta=meta, **arrays)
+
+
+def read_checkpoint(path: Path | str) -> dict[str, Any]:
+    """Parts of a checkpoint: plain data as it was, tuples as what `filled` reads.
+
+    Raises
+    ------
+    InputError
+        There is no such checkpoint, it cannot be read, or other sources wrote it.
+    """
+    meta, arrays = read_npz(path, "checkpoint", virtual_memory().available / 2)
+    parts, sources = meta.get("parts"), meta.get("sources")
+    if sources != source_hash():
+        raise InputError(
+            f"{path}: was written by sources {shown(sources)}, these are {source_hash()}, and would not go on as it began; remove it "
+            "to start anew"
+        )
+    with whole(path):
+        for key, array in arrays.items():
+            part, _, name = key.partition(".")
+            parts.setdefault(part, {})[name] = array
+    return parts

@@ -1,0 +1,71 @@
+"""What a scene needs in memory and time, known before it starts."""
+
+from typing import NamedTuple
+
+from psutil import virtual_memory
+
+from trackdyn.errors import InputError
+from trackdyn.integrate.methods import METHODS
+from trackdyn.model.record import make_record
+from trackdyn.model.state import Plane, make_state
+from trackdyn.simulation.checkpoint import flat
+
+# Time of a body's step with the Riccati sweep, s, on the machine of the benchmarks; settling takes so many seconds.
+BODY_STEP, SETTLING = 1e-7, 2.1
+# measures and the file take as much again as the record
+COPIES = 2
+# floats that a belt keeps of a sample while it is laid
+BELT_FLOATS = 160
+
+
+class Needs(NamedTuple):
+    """Bytes of memory, of which ``file`` are written, and seconds of computing, roughly."""
+
+    memory: float
+    file: float
+    seconds: float
+
+    def __str__(self) -> str:
+        return f"about {self.memory / 1e6:.0f} MB of memory, {self.file / 1e6:.0f} MB on disk and {self.seconds:.0f} s"
+
+
+def needs(scene, duration: float | None = None, pitches=None, frame_interval: float | None = None, every_link=None) -> Needs:
+    """What a scene needs, or another recording of its loop."""
+    duration = scene.duration if duration is None else duration
+    pitches = scene.pitches if pitches is None else pitches
+    frame_interval = scene.frame_interval if frame_interval is None else frame_interval
+    links = scene.rig.chain.pitches if (scene.every_link if every_link is None else every_link) else 0
+    samples = duration * scene.rig.sensor.rate
+    wheels = 3 if scene.loop == "on_wheels" else 1
+    state = make_state(scene.bodies, 1, wheels)
+    if scene.fidelity["space"].setting == "spatial":
+        state = state._replace(plane=Plane(None, None))
+    one, two = (
+        sum(array.nbytes for array in flat(make_record(count, state, pitches or range(links or 1), links=links)).values()) for count in (1, 2)
+    )
+    file = samples * (two - one + 8)
+    if frame_interval:
+        file += duration / frame_interval * (scene.bodies + 4) * 8
+    if scene.chain == "belt":
+        return Needs(COPIES * file + 8 * BELT_FLOATS * samples, file, 1e-5 * samples)
+    tableau = METHODS[scene.integrator].tableau
+    steps = (SETTLING + scene.lead_in + scene.ramp + duration) / scene.step * (len(tableau.b) if tableau else 1)
+    return Needs(COPIES * file, file, steps * scene.bodies * BODY_STEP)
+
+
+def refuse_too_large(scene, *recording) -> None:
+    """Refuse a recording that does not fit into the memory that is free; parameters as those of `needs`.
+
+    Raises
+    ------
+    InputError
+        What is needed and what is there.
+    """
+    memory, free = needs(scene, *recording).memory, virtual_memory().available
+    if memory > free:
+        duration = recording[0] if recording else scene.duration
+        raise InputError(
+            f"scene: duration = {duration:g} s is not accepted: its recording needs about {memory / 1e6:.0f} MB of memory and "
+            f"{free / 1e6:.0f} MB are free; {0.9 * duration * free / memory:.3g} s, fewer pitches or a longer frame_interval "
+            "would do"
+        )

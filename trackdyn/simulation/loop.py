@@ -1,0 +1,327 @@
+"""Loop: one chain, settled and ready to run, that can be stepped, looked at, recorded, steered, saved and resumed."""
+
+import copy
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from trackdyn.errors import InputError
+from trackdyn.integrate.energy import energies
+from trackdyn.integrate.run import refresh
+from trackdyn.integrate.semi_implicit import sprocket_rate
+from trackdyn.model.record import ENERGY_NAMES, Record, make_record
+from trackdyn.parameters.layout import tensioner
+from trackdyn.parameters.rig import Rig
+from trackdyn.parameters.validation import within
+from trackdyn.scene.build import CARRIED, shift_wheel
+from trackdyn.scene.scene import LONGEST, MOST_STEPS, Scene
+from trackdyn.simulation.checkpoint import filled, flat, read_checkpoint, refuse_other_places, whole, write_checkpoint
+from trackdyn.simulation.recorder import CHUNK, Writer
+from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.settled_loops import Starts
+from trackdyn.simulation.settling import allocate, settle, with_sliding
+from trackdyn.simulation.stepping import march
+
+
+class Loop:
+    """A chain on its wheels, or a free one.
+
+    Parameters
+    ----------
+    scene : Scene
+        What is asked for. The loop is laid, tensioned and settled; the sprocket rests until the first step.
+    starts : Starts or None
+        Loops that were settled before, among which this one may be.
+
+    Attributes
+    ----------
+    scene : Scene
+    model, state, work
+        What kernels read and write (`trackdyn.model`): to be looked at; the state may be changed between steps.
+    layout : dict
+        Shift of the tensioning wheel (m) and tension reached with the reference ring (N).
+
+    Raises
+    ------
+    DivergenceError
+        A body leaves the physical range, also in every method that takes steps.
+    """
+
+    def __init__(self, scene: Scene, starts: Starts | None = None):
+        if scene.chain == "belt":
+            raise InputError("scene: chain = 'belt' is not accepted: a path has no state to step; 'double_pin' would do")
+        self.scene = scene
+        self.model, self.state, work, self.layout = starts.settle(scene) if starts else settle(scene)
+        self.work = with_sliding(scene, work, len(self.model.wheels.x))
+        self._scratch = make_record(1, self.state)
+
+    # -- stepping ------------------------------------------------------------------------------------------------------
+
+    def step(self, count: int = 1) -> None:
+        """Take ``count`` steps."""
+        count = int(within("count", count, 1, MOST_STEPS))
+        march(self.model._replace(stride=count), self.state, self.work, self._scratch)
+
+    def advance(self, seconds: float, tick: Callable[[float], object] = lambda seconds: None) -> None:
+        """Go on for ``seconds``, to the nearest step; ``tick`` is called with the seconds that every chunk adds."""
+        left = round(within("seconds", seconds, 0.0, LONGEST) / self.model.step)
+        while left:
+            count = min(left, max(round(CHUNK / self.model.step), 1))
+            self.step(count)
+            tick(count * self.model.step)
+            left -= count
+
+    def fill(self, record: Record, first: int = 0, last: int | None = None) -> None:
+        """Go on and fill rows ``first`` to ``last - 1`` (all by default) of a record of one's own (`room`)."""
+        march(self.model, self.state, self.work, record, first, len(record.gap) if last is None else last)
+
+    def room(self, samples: int, **what) -> Record:
+        """An empty record of this loop (`model.record.make_record`)."""
+        return make_record(samples, self.state, **what)
+
+    def record(
+        self,
+        seconds: float,
+        pitches: tuple[int, ...] = (),
+        frame_interval: float = 0.0,
+        spells: bool = True,
+        every_link: bool = False,
+        tick: Callable[[float], object] = lambda seconds: None,
+    ) -> Recording:
+        """Go on for ``seconds`` and record.
+
+        Parameters
+        ----------
+        seconds : float
+            A whole number of sample intervals.
+        pitches : tuple of int
+            Pitches whose contacts are recorded (1-based); empty: the sensor's.
+        frame_interval : float
+            Time between recorded configurations, s; 0: none.
+        spells : bool
+            Log every contact with the sprocket.
+        every_link : bool
+            Record the sensor's place on every link, and the contacts of every pitch.
+        tick : function
+            Called with the seconds that every chunk adds.
+
+        Raises
+        ------
+        DivergenceError
+            Also if the contact chatters, or the account of work stays open (`measure.energy`).
+        """
+        asked = self.scene.with_(
+            duration=seconds, pitches=pitches, frame_interval=frame_interval, spells=spells, every_link=every_link
+        )
+        writer = Writer(self, asked.duration, asked.pitches, asked.frame_interval, asked.spells, asked.every_link)
+        while not writer.finished:
+            tick(writer.chunk())
+        return writer.recording()
+
+    # -- looking -------------------------------------------------------------------------------------------------------
+
+    @property
+    def time(self) -> float:
+        """Time since the sprocket began to turn, s."""
+        return float(self.state.steps[0] * self.model.step)
+
+    @property
+    def pins(self) -> np.ndarray:
+        """(n + 1, 2) input pins of the bodies and output pin of the last one, m."""
+        self._refresh()
+        return np.column_stack([self.work.pin_x, self.work.pin_y])
+
+    @property
+    def mass_centres(self) -> np.ndarray:
+        """(n, 2) mass centres of the bodies, m."""
+        chain, work, pins = self.model.chain, self.work, self.pins[:-1]
+        x = pins[:, 0] + chain.com_x * work.cos - chain.com_y * work.sin
+        y = pins[:, 1] + chain.com_x * work.sin + chain.com_y * work.cos
+        return np.column_stack([x, y])
+
+    @property
+    def momentum(self) -> np.ndarray:
+        """(3,) momentum (N s) and angular momentum about the inertial origin (N m s) of the chain."""
+        (x, y), work, chain = self.mass_centres.T, self.work, self.model.chain
+        px, py = chain.mass * work.com_vx, chain.mass * work.com_vy
+        return np.array([px.sum(), py.sum(), (chain.inertia * self.state.rate + x * py - y * px).sum()])
+
+    @property
+    def angles(self) -> np.ndarray:
+        """(n,) orientations of the bodies, rad; read-only view."""
+        return _view(self.state.angle)
+
+    @property
+    def rates(self) -> np.ndarray:
+        """(n,) angular velocities of the bodies, rad/s; read-only view."""
+        return _view(self.state.rate)
+
+    @property
+    def wheel_rates(self) -> np.ndarray:
+        """(w,) angular velocities of the sprocket and the other wheels, rad/s; read-only view."""
+        return _view(self.state.wheel_rate)
+
+    @property
+    def tooth_forces(self) -> np.ndarray:
+        """(p, 2) normal forces on the left and right arc of every connector, N; read-only view."""
+        return _view(self.work.tooth_force).reshape(-1, 2)
+
+    @property
+    def wheel_forces(self) -> np.ndarray:
+        """(p, w) normal forces of the ring and the other wheels on every link, N; read-only view."""
+        return _view(self.work.wheel_force)
+
+    @property
+    def felt(self) -> np.ndarray:
+        """(3,) acceleration of the sensor's place in the link frame, x and y (m/s2), and the link's angle (rad).
+
+        Means over the last `step`, or over the last sample interval of `advance`; at rest before the first.
+        """
+        if not self.state.steps[0]:
+            return np.array([0.0, 0.0, self.state.angle[self.model.sensor.body]])
+        return self._scratch.mean[0].copy()
+
+    @property
+    def tension(self) -> float:
+        """Tension of the chain at the cut joint in the last step, N."""
+        return float(np.hypot(*self.work.sweep.load[:2]))
+
+    @property
+    def joint_forces(self) -> np.ndarray:
+        """(n, 2) force of body i on body i + 1 through the joint between them at the last step taken, N.
+
+        Newton's law along the chain, from the cut (the last entry) on, with the accelerations of that step. Contacts
+        are those of the state as it is, one step later. Where pins part it is the force of their rubber.
+        """
+        if self.work.radial is not None:
+            return self.work.radial.force.copy()
+        chain, work, sweep = self.model.chain, self.work, self.work.sweep
+        alpha, acceleration = sweep.response @ sweep.load, sweep.base @ sweep.load
+        rate2 = self.state.rate**2
+        arm = np.column_stack([chain.com_x * work.cos - chain.com_y * work.sin, chain.com_x * work.sin + chain.com_y * work.cos])
+        across = chain.length[:, None] * np.column_stack([work.cos, work.sin])
+
+        def relative(r):
+            return alpha[:, None] * np.column_stack([-r[:, 1], r[:, 0]]) - rate2[:, None] * r
+
+        pins = acceleration + np.vstack([np.zeros(2), np.cumsum(relative(across), axis=0)[:-1]])
+        outer = np.column_stack([work.force_x, work.force_y - chain.mass * chain.gravity])
+        passed = outer - chain.mass[:, None] * (pins + relative(arm))
+        return np.asarray(sweep.load[:2]) + np.cumsum(passed, axis=0)
+
+    @property
+    def energy(self) -> dict[str, float]:
+        """Account of work and energies by name (`model.record.ENERGY_NAMES`), J."""
+        self._refresh()
+        out = np.zeros(len(ENERGY_NAMES))
+        energies(self.model, self.state, self.work, self.work.space, self.model.carriers, out)
+        return dict(zip(ENERGY_NAMES, out.tolist(), strict=True))
+
+    @property
+    def gap(self) -> float:
+        """Distance of the two pins of the cut joint, m."""
+        self._refresh()
+        return float(np.hypot(*self.work.cut[:2]))
+
+    def _refresh(self) -> None:
+        refresh(self.model, self.state, self.work)
+
+    # -- steering ------------------------------------------------------------------------------------------------------
+
+    def drive(self, motor_rpm: float, ramp: float = 1e-3) -> None:
+        """Take the motor from its present speed to another (rev/min) within ``ramp`` seconds."""
+        now = sprocket_rate(self.model.drive, self.time)
+        self.scene = self.scene.with_(motor_rpm=motor_rpm, ramp=ramp)
+        self.model = self.model._replace(
+            drive=self.model.drive._replace(rate=self.scene.sprocket_rate, ramp=self.scene.ramp, start=float(now), begin=self.time)
+        )
+
+    def shift_tensioner(self, shift: float) -> None:
+        """Put the tensioning wheel at ``shift`` (m) along its line; ``layout["tensioner_shift_m"]`` is where it stands."""
+        rig = self.scene.rig
+        if self.scene.tension in CARRIED:
+            raise InputError(
+                f"shift = {shift!r} m is not accepted: the tensioner slides on its spring; tension='locked' would do"
+            )
+        shift = within("shift", shift, -rig.tension.travel, rig.tension.travel, " m, the tensioner's travel,")
+        shift_wheel(self.model, rig, tensioner(rig), shift)
+        self.layout["tensioner_shift_m"] = float(shift)
+
+    # -- keeping -------------------------------------------------------------------------------------------------------
+
+    def copy(self) -> "Loop":
+        """An independent loop in the same state."""
+        return copy.deepcopy(self)
+
+    def changed(self, **fields) -> "Loop":
+        """An independent loop in the same state that goes on with some fields of its scene replaced.
+
+        Step, integrator, solver, motor speed, laws, the rig's weights and the like may change; bodies, joints and wheels stay.
+        The sprocket goes on as it is driven, or to another speed from the present one (`drive`).
+
+        Raises
+        ------
+        InputError
+            Another chain, ring, joints or plane of motion would need another state.
+        """
+        other = Loop.__new__(Loop)
+        other.scene, other.layout = self.scene.with_(**fields), dict(self.layout)
+        for name in ("loop", "chain", "ring_radius"):
+            if (asked := getattr(other.scene, name)) != getattr(self.scene, name):
+                raise InputError(f"scene: {name} = {asked!r} is not accepted: a loop keeps it; a new Loop would do")
+        other.model, other.state, other.work = allocate(other.scene)
+        if [part.shape for part in flat(other.state).values()] != [part.shape for part in flat(self.state).values()]:
+            raise InputError("scene: rig, space or joints are not accepted: a loop keeps bodies, plane and joints; a new Loop would do")
+        other.model = other.model._replace(drive=self.model.drive, carriers=self.model.carriers)
+        for name in ("x", "y", "radius"):
+            getattr(other.model.wheels, name)[:] = getattr(self.model.wheels, name)
+        filled(other.state, flat(self.state))
+        other.state.steps[0] = round(self.time / other.model.step)
+        other._scratch = make_record(1, other.state)
+        if fields.keys() & {"motor_rpm", "ramp"}:
+            other.drive(other.scene.motor_rpm, other.scene.ramp)
+        return other
+
+    def save(self, path: Path | str) -> None:
+        """Write a checkpoint that goes on bit for bit (`Loop.load`)."""
+        write_checkpoint(path, self.describe())
+
+    @classmethod
+    def load(cls, path: Path | str) -> "Loop":
+        """The loop that `save` wrote.
+
+        Raises
+        ------
+        InputError
+            There is no such checkpoint, or other sources wrote it.
+        """
+        data = read_checkpoint(path)
+        with whole(path):
+            return cls.restored(data)
+
+    def describe(self) -> dict:
+        """Everything that a checkpoint holds: the scene, where the wheels stand, all arrays."""
+        return {
+            "scene": self.scene.describe(), "layout": self.layout,
+            "model": self.model, "state": self.state, "work": self.work,
+        }  # fmt: skip
+
+    @classmethod
+    def restored(cls, data: dict) -> "Loop":
+        """The loop of a checkpoint's data."""
+        loop = cls.__new__(cls)
+        fields = data["scene"]
+        loop.scene = Scene(**fields | {"rig": Rig.model_validate(fields["rig"])})
+        loop.layout = data["layout"]
+        room = allocate(loop.scene)
+        refuse_other_places(room[0], data["model"])
+        loop.model, loop.state, loop.work = (filled(part, data[name]) for part, name in zip(room, ("model", "state", "work"), strict=True))
+        loop._scratch = make_record(1, loop.state)
+        return loop
+
+
+def _view(array: np.ndarray) -> np.ndarray:
+    view = array.view()
+    view.flags.writeable = False
+    return view

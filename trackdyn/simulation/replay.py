@@ -1,0 +1,232 @@
+"""A short stretch of a run, simulated again so that it can be looked at: every body, every contact, every joint.
+
+A recording keeps what measures need, the sensor's link before all. Where every body was, which forces it felt and
+what its joints carried is found by running the recording's own scene again; where both hold a number, they are
+compared.
+"""
+
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from tqdm import tqdm
+
+from trackdyn.model.constants import SPROCKET
+from trackdyn.model.work import ARM_X, ARM_Y, BODY, FLANK, GUIDE, KIND, NORMAL_X, NORMAL_Y, RING, WHEEL
+from trackdyn.parameters.layout import wheel_names
+from trackdyn.parameters.rig import Rig
+from trackdyn.parameters.validation import within
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.cost import BODY_STEP
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.recording import Recording
+
+FRAMES, BODIES_IN_FRAMES = 360, 60_000  # pictures of a stretch, fewer of a chain of many bodies: the page stays small
+STANDING = 3.0  # length of the stretch where no sprocket turns, s
+LONGEST_STRETCH = 60.0  # s
+# computing (s) that a lead-in may take; time at speed (s) that stands for a longer one
+LEAD_COST, SHORT_LEAD = 60.0, 5.0
+SIDES = ("left arc", "right arc", "ring")  # of a contact; then the wheels in their order, without the sprocket
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """What is seen of a loop; ``f`` pictures, ``n`` bodies, ``w`` wheels, ``s`` samples, ``p`` pitches, ``a`` areas.
+
+    Attributes
+    ----------
+    loop : Loop
+        At the end of the stretch.
+    time : (f,) array
+        Of the pictures, since the beginning of the record, s.
+    interval : float
+        Between two of them, s.
+    bodies : (f, n, 3) array
+        Input pin x, y (m) and angle (rad).
+    wheels : (f, w, 3) array
+        Centre x, y and radius of the sprocket's ring and the other wheels, m.
+    turned : (f,) array
+        Angle of the sprocket, rad.
+    contacts : list of f (k, 9) arrays
+        Side, place x, y (m), normal force x, y (N), area and groove (0 without), body, wheel.
+    tension : (f, n) array
+        Magnitude of the force in the joint behind each body, N.
+    place : (f, n) array
+        Where this joint is on its way around the loop, in pitches since the first touch of the sprocket.
+    spans : (w, 2) array
+        Where each wheel is touched on this way: begin and end, pitches; NaN without contact.
+    shares : (a + 1, 2) array
+        Time in contact of left and right arc with each area, and of the ring (last row, first column), % of a
+        sprocket turn a passage; NaN where the sprocket does not turn.
+    begins : float
+        Time since the start of the run at which the stretch begins, s.
+    apart : (2,) array or None
+        Largest difference from the recording of the sensor's place (m) and its mean acceleration (m/s2); None where
+        the stretch is not a part of the record.
+    """
+
+    loop: Loop
+    time: np.ndarray
+    interval: float
+    bodies: np.ndarray
+    wheels: np.ndarray
+    turned: np.ndarray
+    contacts: list[np.ndarray]
+    tension: np.ndarray
+    place: np.ndarray
+    spans: np.ndarray
+    shares: np.ndarray
+    begins: float
+    apart: np.ndarray | None
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the wheels, in words."""
+        return [name.replace("_", " ") for name in wheel_names(self.loop.scene.rig)[: self.wheels.shape[1]]]
+
+
+def scene_of(recording: Recording) -> Scene:
+    """The scene that a recording was made from."""
+    return Scene(Rig.model_validate(recording.meta["rig"]), **recording.meta["scene"])
+
+
+def turn_period(scene: Scene) -> float:
+    """Time of a turn of the sprocket, s; infinite while the motor stands."""
+    rate = abs(scene.sprocket_rate)
+    return 2 * pi / rate if rate else float("inf")
+
+
+def stretch_of(recording: Recording, seconds: float | None = None, progress: bool = False) -> Stretch:
+    """Run the scene of a recording again and look at its first ``seconds``; by default a turn of the sprocket.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of a chain with equations, not of a belt.
+    seconds : float or None
+        Length, s; at most 60.
+    progress : bool
+        Show a progress bar.
+
+    Raises
+    ------
+    InputError
+        ``seconds`` is out of range; a belt has no bodies to be looked at.
+    DivergenceError
+        The scene runs out of the physical range.
+    """
+    scene = scene_of(recording)
+    rate = scene.rig.sensor.rate
+    turn = turn_period(scene)
+    if seconds is None:
+        seconds = min(turn, LONGEST_STRETCH) if np.isfinite(turn) else STANDING
+        seconds = max(min(seconds, len(recording.time) / rate), 1 / rate)
+    else:
+        seconds = within("seconds", seconds, 1 / rate, LONGEST_STRETCH, " s")
+    frames = max(2, min(FRAMES, BODIES_IN_FRAMES // scene.bodies))
+    stride = max(1, round(seconds * rate / frames))
+    frames = max(1, int(seconds * rate / stride + 1e-6))
+    loop = Loop(scene)
+    begins, whole = recording.begin, True
+    if (begins - scene.ramp) / scene.step * scene.bodies * BODY_STEP > LEAD_COST:
+        begins, whole = scene.ramp + min(scene.lead_in, SHORT_LEAD), False
+    bar = {"disable": not progress, "unit": "s", "desc": "looking again",
+           "bar_format": "{desc} |{bar}| {n:.1f} of {total:.1f} s simulated"}  # fmt: skip
+    with tqdm(total=begins + seconds + 1e-6, **bar) as shown:
+        loop.advance(begins, shown.update)
+        return _look(loop, recording, whole, frames, stride, shown.update)
+
+
+def _look(loop: Loop, recording: Recording, whole: bool, frames: int, stride: int, tick) -> Stretch:
+    scene, model, state = loop.scene, loop.model, loop.state
+    n, wheels, pitches = len(state.angle), len(model.wheels.x), scene.rig.chain.pitches
+    rate, begins = scene.rig.sensor.rate, loop.time
+    record = loop.room(frames * stride, pitches=range(1, pitches + 1))
+    bodies, around, turned = np.zeros((frames, n, 3)), np.zeros((frames, wheels, 3)), np.zeros(frames)
+    tension, contacts = np.zeros((frames, n)), []
+    for k in range(frames):
+        loop.fill(record, k * stride, (k + 1) * stride)
+        pins = loop.pins  # makes all else that of this instant
+        bodies[k] = np.column_stack([pins[:n], state.angle])
+        around[k] = np.column_stack([model.wheels.x, model.wheels.y, model.wheels.radius])
+        turned[k] = state.wheel_angle[SPROCKET]
+        tension[k] = np.hypot(*loop.joint_forces.T)
+        contacts.append(_contacts(loop))
+        tick(stride / rate)
+    first = turned[0] - scene.sprocket_rate * stride / rate
+    moved = np.abs(turned - first) / (2 * pi) * model.tooth.teeth
+    length = np.cumsum(model.chain.length)
+    joints = length / length[-1] * pitches
+    middles = (length - model.chain.length / 2) / length[-1] * pitches
+    spans, origin = _spans(contacts, middles, moved, wheels, pitches)
+    return Stretch(
+        loop, np.arange(1, frames + 1) * stride / rate, stride / rate, bodies, around, turned, contacts, tension,
+        (joints[None, :] + moved[:, None] - origin) % pitches, spans, _shares(record, model, scene), begins,
+        _apart(record, recording) if whole else None,
+    )  # fmt: skip
+
+
+def _contacts(loop: Loop) -> np.ndarray:
+    """(k, 9) contacts of the present state; see `Stretch`."""
+    chain, shoes, tooth, work = loop.model.chain, loop.model.shoes, loop.model.tooth, loop.work
+    count = int(work.count[0])
+    rows, of = work.contact[:count], work.contact_body[:count]
+    keep = (of[:, KIND] != GUIDE) & (np.hypot(rows[:, NORMAL_X], rows[:, NORMAL_Y]) > 0)
+    rows, of = rows[keep], of[keep]
+    body = of[:, BODY]
+    c, s = work.cos[body], work.sin[body]
+    x = work.pin_x[body] + chain.com_x[body] * c - chain.com_y[body] * s + rows[:, ARM_X]
+    y = work.pin_y[body] + chain.com_x[body] * s + chain.com_y[body] * c + rows[:, ARM_Y]
+    found = np.zeros((len(rows), 9))
+    found[:, 0] = np.where(of[:, KIND] == RING, 2, 2 + of[:, WHEEL])
+    found[:, 1:5] = np.column_stack([x, y, rows[:, NORMAL_X], rows[:, NORMAL_Y]])
+    found[:, 7], found[:, 8] = body, of[:, WHEEL]
+    touching = np.flatnonzero(work.tooth_area)
+    centre = np.column_stack([
+        work.pin_x[shoes.arc_body] + shoes.arc_x * work.cos[shoes.arc_body],
+        work.pin_y[shoes.arc_body] + shoes.arc_x * work.sin[shoes.arc_body],
+    ])  # fmt: skip
+    for k in np.flatnonzero(of[:, KIND] == FLANK):
+        # of the arcs of this body that touch, the one around whose middle the point lies
+        arcs = touching[shoes.arc_body[touching] == body[k]]
+        arc = arcs[np.argmin(np.abs(np.hypot(*(centre[arcs] - found[k, 1:3]).T) - tooth.arc_radius))]
+        found[k, [0, 5, 6]] = arc % 2, work.tooth_area[arc], work.tooth_groove[arc]
+    return found
+
+
+def _spans(contacts, middles, moved, wheels: int, pitches: int) -> tuple[np.ndarray, float]:
+    """Where wheels are touched on the way around the loop, and the way's origin: the first touch of the sprocket."""
+    spans, origin = np.full((wheels, 2), np.nan), 0.0
+    for wheel in range(wheels):
+        ways = [
+            (middles[of[:, 7].astype(int)] + way)[of[:, 8] == wheel] for of, way in zip(contacts, moved, strict=True)
+        ]
+        ways = np.sort(np.concatenate(ways) % pitches)
+        if len(ways):
+            gaps = np.diff(np.append(ways, ways[0] + pitches))
+            begin = (np.argmax(gaps) + 1) % len(ways)
+            spans[wheel] = ways[begin], ways[begin] + pitches - gaps.max()
+    if wheels and np.isfinite(spans[SPROCKET, 0]):
+        origin = spans[SPROCKET, 0]
+    begins = (spans[:, 0] - origin) % pitches
+    return np.column_stack([begins, begins + np.diff(spans, axis=1)[:, 0]]), float(origin)
+
+
+def _shares(record, model, scene: Scene) -> np.ndarray:
+    """Time in contact by area, % of a sprocket turn a passage: every tooth that came by is a passage."""
+    areas, turn = len(model.tooth.radius), turn_period(scene)
+    shares = np.full((areas + 1, 2), np.nan)
+    if np.isfinite(turn) and scene.loop == "on_wheels":
+        samples = len(record.gap)
+        passages = samples / scene.rig.sensor.rate / turn * model.tooth.teeth
+        of_turn = 100.0 / scene.rig.sensor.rate / turn / passages
+        for area in range(1, areas + 1):
+            shares[area - 1] = of_turn * (record.area == area).sum(axis=(0, 1))
+        shares[-1, 0] = of_turn * (record.force[:, :, 2] > 0).sum()
+    return shares
+
+
+def _apart(record, recording: Recording) -> np.ndarray:
+    both = min(len(record.gap), len(recording.time))
+    place = np.abs(record.place[:both] - recording.place[:both]).max()
+    return np.array([place, np.abs(record.mean[:both, :2] - recording.mean[:both, :2]).max()])

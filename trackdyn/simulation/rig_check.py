@@ -1,0 +1,136 @@
+"""What a rig file amounts to, before anything runs: the loop that it gives, the steps that it allows, what is unusual."""
+
+from dataclasses import dataclass
+from math import degrees, gcd, hypot
+
+import numpy as np
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.layout import assemble, belt_around, wheel_circles, wheel_names
+from trackdyn.parameters.rig import Rig
+from trackdyn.scene.limits import round_step, step_limits
+from trackdyn.scene.scene import LEAST_STEP, Scene
+from trackdyn.simulation.loop import Loop
+
+SMALL_WRAP = 90.0  # deg of the sprocket below which few teeth share the load
+DEEP_SAG = 0.1  # of a span
+SHORT_STEP = 2e-5  # s
+ROUGH_OUTLINE = 2e-4  # m, RMS
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What `checked` finds.
+
+    Attributes
+    ----------
+    wheels : (w, 3) array
+        Centres and radii of the wheels' surfaces as the loop stands, m.
+    frame : (n + 3,) array
+        Configuration as a row of ``Recording.frame``.
+    values : dict
+        What there is to say, by name.
+    unusual : list of str
+        Sentences.
+    """
+
+    wheels: np.ndarray
+    frame: np.ndarray
+    values: dict[str, str]
+    unusual: list[str]
+
+    def lines(self) -> list[str]:
+        """Rows of a terminal."""
+        rows = [f"{name:>22}  {value}" for name, value in self.values.items()]
+        return rows + [f"{'unusual':>22}  {text}" for text in self.unusual or ["nothing"]]
+
+
+def body_lengths(rig: Rig) -> np.ndarray:
+    """Pin to pin lengths of the bodies of the chain that a rig has, m."""
+    if rig.chain.kind == "single_pin":
+        return np.full(rig.chain.pitches, rig.single_pin_pitch)
+    return np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
+
+
+def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
+    """Lay the loop of a rig, and with ``settle`` tension it, as a scene at ``rpm`` (rev/min) would.
+
+    Raises
+    ------
+    InputError
+        The rig gives no loop.
+    """
+    lengths = body_lengths(rig)
+    laid = assemble(rig, lengths)
+    path, order = belt_around(rig, laid.shift, float(lengths[0]))
+    names = wheel_names(rig)
+    wraps = {names[wheel]: degrees(float(path.wrap[k])) for k, wheel in enumerate(order)}
+    pitch = float(lengths.sum() / rig.chain.pitches)
+    step, sample = _allowed_step(rig, rpm), 1.0 / rig.sensor.rate
+    values = {
+        "loop": f"{rig.chain.pitches} pitches of {1e3 * pitch:.4g} mm, {lengths.sum():.4g} m; {rig.chain.kind.replace('_', '-')}, {rig.sprocket.teeth} teeth",
+        **{f"wrap of {name}": f"{wrap:.4g} deg" for name, wrap in wraps.items()},
+        "tensioner": f"{rig.tension.wheel} shifted by {1e3 * laid.shift:.3g} mm of {1e3 * rig.tension.travel:.3g} mm, {rig.tension.kept}",
+        "step": f"--step {round_step(step, sample):.7g}: at most {step:.2g} s at a motor speed of {rpm:g} rev/min",
+    }
+    frame = np.concatenate([laid.pins[0], laid.angle, [laid.sprocket_angle]])
+    wheels = wheel_circles(rig, laid.shift, surface=True)
+    unusual = _unusual(rig, path, wraps, step, names)
+    if settle:
+        loop = Loop(Scene(rig, 0.0, step=sample / np.ceil(sample / min(0.5 * step, 1e-4))))
+        model, state = loop.model, loop.state
+        frame = np.concatenate([state.pin[:2], state.angle, state.wheel_angle[:1]])
+        wheels[:, 0], wheels[:, 1] = model.wheels.x, model.wheels.y
+        reached = loop.layout["settled_tension_n"]
+        values["settled tension"] = f"{reached:.4g} N in the strand onto the sprocket"
+        load = loop.wheel_forces.sum(axis=0)
+        idle = [names[k] for k in range(1, len(names)) if load[k] == 0.0]
+        if idle:
+            unusual.append(f"at rest nothing lies on {', '.join(idle)}")
+        limit = min(step_limits(model, reached).values(), default=step)
+        if limit < step:
+            values["step"] = f"--step {round_step(limit, sample):.7g}: at most {limit:.2g} s for the loop as settled, {step:.2g} s before"
+    return Checked(wheels, frame, values, unusual)
+
+
+def _allowed_step(rig: Rig, rpm: float) -> float:
+    scene = Scene(rig, rpm, step=_sample_part(rig, LEAST_STEP))
+    return min(step_limits(scene.model, rig.tension.pre_tension).values(), default=np.inf)
+
+
+def _sample_part(rig: Rig, least: float) -> float:
+    sample = 1.0 / rig.sensor.rate
+    return sample / min(np.floor(sample / least), 1000)
+
+
+def _unusual(rig: Rig, path, wraps: dict[str, float], step: float, names: tuple[str, ...]) -> list[str]:
+    found = []
+    if wraps["sprocket"] < SMALL_WRAP:
+        found.append(f"the sprocket is wrapped by {wraps['sprocket']:.3g} deg only: few teeth share the load")
+    for name in names:
+        if name not in wraps:
+            found.append(f"the taut chain passes {name} by: only a sagging strand can lie on it")
+    circles = wheel_circles(rig, surface=True)
+    for i in range(1, len(names)):
+        for k in range(i + 1, len(names)):
+            if hypot(*(circles[i, :2] - circles[k, :2])) < circles[i, 2] + circles[k, 2]:
+                found.append(f"{names[i]} and {names[k]} overlap in the view from the side: they must stand beside each other")
+    common = gcd(rig.chain.pitches, rig.sprocket.teeth)
+    if common > 1:
+        found.append(f"pitches and teeth have the factor {common} in common: a tooth always meets the same pitches")
+    c = rig.chain
+    weight = rig.gravity * (c.link_mass + c.connector_mass) / (c.link_length + rig.connector_length)
+    span = float(np.diff(path.start)[1::2].max())
+    sag = weight * span / (8 * rig.tension.pre_tension) if rig.tension.pre_tension else np.inf
+    if sag > DEEP_SAG and rig.gravity:
+        found.append(f"the longest strand, {span:.3g} m, sags by {100 * sag:.3g} % of its span")
+    if step < SHORT_STEP:
+        found.append(f"the step must be {step:.2g} s or less: stiff surfaces, light bodies or much tension")
+    if rig.profile is not None and rig.profile.outline is not None:
+        _, misses = rig.profile.fitted(rig.sprocket.teeth)
+        rms, worst = 1e3 * np.sqrt((misses**2).mean()), 1e3 * np.abs(misses).max()
+        text = f"the measured outline of the tooth is followed to {rms:.3g} mm RMS, {worst:.3g} mm at most, by {len(rig.groove_profile.radius)} arcs"
+        found.append(text if rms > 1e3 * ROUGH_OUTLINE else text + ", which is fine")
+    if rig.sprocket.ring == "present" and abs(rig.sprocket.ring_radius - rig.sprocket.equal_pitch_radius) > 0.05 * rig.sprocket.equal_pitch_radius:
+        raise InputError("sprocket.ring_radius is more than 5 % off sprocket.equal_pitch_radius; links and grooves would not have one pitch")
+    return found

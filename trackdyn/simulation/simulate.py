@@ -1,0 +1,95 @@
+"""The one door: a scene in, a recording out."""
+
+import time
+from pathlib import Path
+
+from tqdm import tqdm
+
+from trackdyn.errors import InputError
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.belt import belt_recording
+from trackdyn.simulation.checkpoint import read_checkpoint, whole, write_checkpoint
+from trackdyn.simulation.cost import refuse_too_large
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.recorder import Writer
+from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.settled_loops import Starts
+
+# Time between two checkpoints, s of computing; writing one takes a small part of it.
+BETWEEN_CHECKPOINTS = 30.0
+
+
+def simulate(
+    scene: Scene, progress: bool = False, checkpoint: Path | str | None = None, starts: Starts | None = None
+) -> Recording:
+    """Settle the loop, start the sprocket, wait for steady running and record.
+
+    Parameters
+    ----------
+    scene : Scene
+        What to run.
+    progress : bool
+        Show a progress bar with simulated time, speed and remaining time.
+    checkpoint : path or None
+        File that is written from time to time while the run is recorded. If it is there, the run goes on from it
+        and gives the bytes that it would have given; it is removed at the end.
+    starts : Starts or None
+        Loops that were settled before, for a series of scenes: the same bytes, sooner.
+
+    Returns
+    -------
+    Recording
+
+    Raises
+    ------
+    DivergenceError
+        If a body leaves the physical range; nothing is returned or written then.
+    InputError
+        The checkpoint belongs to another scene or other sources; the recording does not fit into the memory.
+    """
+    refuse_too_large(scene)
+    if scene.chain == "belt":
+        return belt_recording(scene)
+    lead = scene.ramp + scene.lead_in
+    bar = tqdm(
+        total=lead + scene.duration + 1e-6,  # sums of parts may round beyond it
+        disable=not progress,
+        unit="s",
+        desc=f"{scene.motor_rpm:g} rpm",
+        bar_format="{desc} |{bar}| {n:.1f} of {total:.1f} s simulated, {rate_noinv_fmt}, {remaining} left",
+    )
+    with bar:
+        if checkpoint is not None and Path(checkpoint).exists():
+            writer = _resumed(checkpoint, scene)
+            bar.update(lead + writer.done / scene.rig.sensor.rate)
+        else:
+            loop = Loop(scene, starts)
+            loop.advance(lead, bar.update)
+            writer = _writer(loop)
+        saved = time.monotonic()
+        while not writer.finished:
+            bar.update(writer.chunk())
+            if checkpoint is not None and time.monotonic() - saved > BETWEEN_CHECKPOINTS:
+                write_checkpoint(checkpoint, writer.describe())
+                saved = time.monotonic()
+    recording = writer.recording()
+    if checkpoint is not None:
+        Path(checkpoint).unlink(missing_ok=True)
+    return recording
+
+
+def _writer(loop: Loop) -> Writer:
+    scene = loop.scene
+    return Writer(loop, scene.duration, scene.pitches, scene.frame_interval, scene.spells, scene.every_link)
+
+
+def _resumed(path: Path | str, scene: Scene) -> Writer:
+    data = read_checkpoint(path)
+    with whole(path):
+        loop = Loop.restored(data)
+    if loop.scene != scene:
+        raise InputError(f"{path}: is the checkpoint of another scene; remove it to start anew")
+    writer = _writer(loop)
+    with whole(path):
+        writer.restore(data)
+    return writer

@@ -1,0 +1,231 @@
+"""What the rows of a design ask for, each with a key by which its result is known again."""
+
+import hashlib
+import json
+from functools import cache
+from math import isnan
+from typing import Any, NamedTuple, get_args
+
+import numpy as np
+import pandas as pd
+
+from trackdyn.errors import InputError
+from trackdyn.measure.until_known import Known
+from trackdyn.measure.whole_loop import RELATIVE, SHARES
+from trackdyn.parameters.rig import NAME as WHEEL_NAME
+from trackdyn.parameters.rig import Rig, load_rig
+from trackdyn.parameters.validation import Section, parse_tolerance, plain_number, shown, validated
+from trackdyn.parameters.wheels import Wheel
+from trackdyn.scene.fidelity import CHOICES, preset
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.settled_loops import LATER
+from trackdyn.sweeps.row import row_sources
+
+FLAGS = ("spells", "every_link", "sliding")
+OPTIONAL = ("ring_radius", "tolerance")
+UNTIL = tuple(f"until.{measure}" for measure in RELATIVE + SHARES)
+KNOWN = tuple(f"known.{name}" for name in Known.model_fields if name != "longest_turns")  # the row's duration says that
+LONGEST = 60.0  # s of a row that stops by itself
+TRUTH = {"true": True, "false": False}
+DEFAULTS = {name: field.default for name, field in Scene.model_fields.items() if not field.is_required()}
+# of the columns that say nothing of the scene: the row's name; and what stands for several fields
+OWN = ("name", "preset", "rig", "until.longest")
+
+
+class Asked(NamedTuple):
+    """A row, ready to be computed.
+
+    Attributes
+    ----------
+    key : str
+        Hash of rig, scene, what ends the run, and the sources of all that computes a row.
+    alike : str
+        Rows that sort together share what settling gives.
+    rig, changes : dict
+        Values of the rig's file, and those that the row replaces (``section__field``).
+    scene : dict
+        Fields of the scene; ``step`` may be several, of which the first counts that comes out.
+    until : dict
+        Measure and tolerance; empty: the row's duration is recorded.
+    known : dict
+        When contacts are known (`trackdyn.measure.until_known.Known`); empty: they do not end the run.
+    longest : float
+        Bound of a run that is to reach a tolerance, s.
+    reason : str
+        Why the row is refused already, or nothing.
+    """
+
+    key: str
+    alike: str
+    rig: dict
+    changes: dict
+    scene: dict
+    until: dict
+    known: dict
+    longest: float
+    reason: str
+
+
+@cache
+def columns() -> tuple[str, ...]:
+    """Every column that a design may have."""
+    found = [name for name in Scene.model_fields if name != "rig"]
+    for name, field in Rig.model_fields.items():
+        kinds = get_args(field.annotation) or (field.annotation,)  # a section, perhaps one that a rig may lack
+        inner = [part for kind in kinds if isinstance(kind, type) and issubclass(kind, Section) for part in kind.model_fields]
+        found += [f"{name}.{part}" for part in inner] or [name]
+    return (*OWN, *found, *UNTIL, *KNOWN)
+
+
+def _of_a_wheel(name: str) -> bool:
+    """Whether a column may be one of a wheel by its name, which only the rig of a row knows."""
+    wheel, _, field = name.partition(".")
+    return bool(WHEEL_NAME.fullmatch(wheel)) and wheel not in Rig.model_fields and field in Wheel.model_fields
+
+
+def refuse_columns(table: pd.DataFrame, where: str) -> None:
+    """Refuse a design whose columns do not make scenes.
+
+    Raises
+    ------
+    InputError
+        The first column that nothing is known of, or what is missing.
+    """
+    for name in table.columns:
+        if name not in columns() and not _of_a_wheel(name):
+            raise InputError(
+                f"{where}: {shown(name)} is no column of a design; a field of the scene such as motor_rpm, one of the rig such as "
+                "sprocket.ring_radius, name, preset, rig or until.rms would do"
+            )
+    if "motor_rpm" not in table.columns:
+        raise InputError(f"{where}: has no column motor_rpm; add it")
+    if not len(table):
+        raise InputError(f"{where}: has no rows; a row a scene is needed")
+
+
+def asked(table: pd.DataFrame, rig: str = "config/rig.yaml") -> list[Asked]:
+    """What every row asks for; a value that cannot be read is the row's ``reason``.
+
+    Parameters
+    ----------
+    table : DataFrame
+        A design.
+    rig : str
+        File of the rig, where a row names no other.
+
+    Raises
+    ------
+    InputError
+        All rows are of that rig, and it cannot be used.
+    """
+    rigs: dict[str, tuple[dict, str] | InputError] = {}
+    if "rig" not in table.columns:
+        _rig(rig, rigs)
+    named = [(name, table[name].tolist()) for name in table.columns]
+    return [_row({name: values[k] for name, values in named}, rig, rigs) for k in range(len(table))]
+
+
+def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | InputError]) -> Asked:
+    given = {name: value for name, cell in cells.items() if (value := _plain(cell)) is not None}
+    base: dict = {}
+    fields: dict = {}
+    changes: dict = {}
+    until: dict = {}
+    known: dict = {}
+    content, longest, reason = "", LONGEST, ""
+    try:
+        if "ring_radius" in cells and "ring_radius" not in given:
+            raise InputError("ring_radius is empty; a radius in m or the word none would do")
+        base, content = _rig(str(given.get("rig", rig)), rigs)
+        fields = preset(str(given["preset"])) if "preset" in given else {}
+        for name, value in given.items():
+            if name in Scene.model_fields and name != "rig":
+                fields[name] = _field(name, value)
+            elif name in UNTIL:
+                until[name.removeprefix("until.")] = parse_tolerance(value)
+            elif name in KNOWN:
+                known[name.removeprefix("known.")] = _number(value)
+            elif name not in OWN:
+                changes[name.replace(".", "__")] = _number(value)
+        if "until.longest" in given:
+            longest = _seconds(_number(given["until.longest"]))
+        if known:
+            _refuse_known(known, until)
+    except InputError as error:
+        reason = str(error)
+    # what the row asks for, whether it says so or leaves it to the defaults
+    scene = DEFAULTS | fields
+    end = [until, known, longest if until else None]
+    rig_is = [content, changes]
+    asks = [rig_is, scene, end, row_sources(), given if reason else None]
+    settles = {name: value for name, value in scene.items() if name not in (*LATER, "ring_radius")}
+    alike = f"{_hash([rig_is, settles])} {fields.get('ring_radius', '')}"
+    return Asked(_hash(asks), alike, base, changes, fields, until, known, longest, reason)
+
+
+def _refuse_known(known: dict, until: dict) -> None:
+    if until:
+        raise InputError("known and until stand in one row; one of them would do")
+    try:
+        validated(Known, known | {"longest_turns": 1}, "known")
+    except InputError as error:
+        raise InputError(str(error).replace("known: ", "known.", 1)) from None
+
+
+def _hash(content: Any) -> str:
+    return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()[:24]
+
+
+def _plain(cell: Any) -> Any:
+    """A cell as Python's own value; None: nothing stands there."""
+    if isinstance(cell, (np.ndarray, np.generic)):
+        cell = cell.tolist()
+    if isinstance(cell, str):
+        return cell.strip() or None
+    if cell is None or cell is pd.NaT or (isinstance(cell, float) and isnan(cell)):
+        return None
+    return cell if isinstance(cell, (bool, int, float, list, tuple)) else str(cell)
+
+
+def _rig(path: str, rigs: dict[str, tuple[dict, str] | InputError]) -> tuple[dict, str]:
+    """Values of a rig's file and their hash, read once."""
+    if path not in rigs:
+        try:
+            values = load_rig(path).model_dump()
+            rigs[path] = values, _hash(values)
+        except InputError as error:
+            rigs[path] = error
+    found = rigs[path]
+    if isinstance(found, InputError):
+        raise found
+    return found
+
+
+def _number(value: Any) -> Any:
+    """A number where there is one, 115 like 115.0; what is none goes on to be refused by the field."""
+    try:
+        return value if isinstance(value, (bool, list, tuple)) else float(value)
+    except (ValueError, OverflowError):
+        return value
+
+
+def _seconds(value: Any) -> float:
+    try:
+        return plain_number(value)
+    except ValueError as error:
+        raise InputError(f"until.longest {error}") from None
+
+
+def _field(name: str, value: Any) -> Any:
+    """A field of a scene out of its cell."""
+    text = value.lower() if isinstance(value, str) else None
+    if name in CHOICES:
+        return value
+    if name in FLAGS:
+        return TRUTH.get(text, value)
+    if name == "pitches":
+        parts = text.replace(";", " ").split() if text else [""]
+        return [int(part) for part in parts] if all(part.isdecimal() for part in parts) else value
+    if name == "step" and text and len(parts := text.replace(";", " ").split()) > 1:
+        return [_number(part) for part in parts]
+    return None if name in OPTIONAL and text == "none" else _number(value)
