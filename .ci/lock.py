@@ -19,9 +19,9 @@ from trackdyn.files import write_text
 ROOT = Path(__file__).parents[1]
 LOCK = ROOT / "requirements.lock"
 HEAD = """\
-# For {python} on {machine} {system}: pip install --require-hashes -r requirements.lock. Each hash is of the one file that pip
-# takes there; `make` takes the versions alone elsewhere. Not covered: setuptools, with which pip builds what comes as
-# sources only (connection_pool, and trackdyn itself). Written by `make lock`.
+# For {python} on {machine} {system}: pip install --require-hashes -r requirements.lock.
+# Each hash is of the one file that pip takes there; `make` takes the versions alone elsewhere. Not covered: setuptools,
+# with which pip builds what comes as sources only (connection_pool, and trackdyn itself). Written by `make lock`.
 """
 
 
@@ -43,13 +43,17 @@ def main(named: list[str]) -> None:
         command = [sys.executable, "-m", "pip", "install", "--quiet", "--dry-run", "--ignore-installed"]
         command += ["--report", str(report), "--constraint", str(constraints), f"{ROOT}[test,peers,cluster]"]
         if subprocess.run(command, check=False).returncode:
-            sys.exit("requirements.lock stays as it was; name the packages that pip says must change: make lock NEW=rich")
+            sys.exit(
+                "requirements.lock stays as it was; name the packages that pip says must change: make lock NEW=rich"
+            )
         packages = json.loads(report.read_text(encoding="utf-8"))["install"]
     lines = []
     for package in packages:
         name, version = package["metadata"]["name"], package["metadata"]["version"]
         if plain(name) != "trackdyn":
-            lines.append(f"{name}=={version} --hash=sha256:{package['download_info']['archive_info']['hashes']['sha256']}\n")
+            lines.append(
+                f"{name}=={version} --hash=sha256:{package['download_info']['archive_info']['hashes']['sha256']}\n"
+            )
     python = f"{platform.python_implementation()} {'.'.join(platform.python_version_tuple()[:2])}"
     head = HEAD.format(python=python, machine=platform.machine().replace("_", "-"), system=platform.system())
     write_text(LOCK, head + "".join(sorted(lines, key=str.lower)))

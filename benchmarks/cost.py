@@ -106,7 +106,9 @@ def simulated_second(rig, repeats: int) -> list[dict]:
             for spells in (True, False):
                 walls = []
                 for _ in range(repeats):
-                    record = loop.room(round(SIMULATED_S * rate), pitches=(rig.sensor.pitch,), spells=SPELL_ROWS * spells)
+                    record = loop.room(
+                        round(SIMULATED_S * rate), pitches=(rig.sensor.pitch,), spells=SPELL_ROWS * spells
+                    )
                     begin = time.perf_counter()
                     loop.fill(record)
                     walls.append((time.perf_counter() - begin) / SIMULATED_S)
@@ -170,7 +172,8 @@ def features(rig, repeats: int) -> list[dict]:
         ratio = statistics.median(a / b for a, b in zip(values, walls["plain"], strict=True))
         rows.append({"feature": name, "us_per_step": cost, "difference_us": cost["median"] - plain, "ratio": ratio})
         print(
-            f"{name:>18}: {cost['median']:.2f} us a step, {cost['median'] - plain:+.2f} us, {ratio:.2f} times the plain scene"
+            f"{name:>18}: {cost['median']:.2f} us a step, {cost['median'] - plain:+.2f} us, "
+            f"{ratio:.2f} times the plain scene"
         )
     return rows
 
@@ -223,7 +226,8 @@ def chain_alone(rig, repeats: int) -> list[dict]:
 def long_loops(repeats: int) -> list[dict]:
     """Nanoseconds of processor time a body and a whole step, of the two-wheel bench drawn out to more and more pitches.
 
-    Hardly any weight, so that strands of up to 78 m stand off the ground; wheels and contacts stay the same, so their share falls.
+    Hardly any weight, so that strands of up to 78 m stand off the ground; wheels and contacts stay the same, so their
+    share falls.
     """
     from trackdyn import Loop, Scene, load_rig
 
@@ -241,8 +245,18 @@ def long_loops(repeats: int) -> list[dict]:
             begin = time.process_time()
             loop.advance(steps * loop.scene.step)
             values.append((time.process_time() - begin) / steps / loop.scene.bodies * 1e9)
-        rows.append({"pitches": pitches, "bodies": loop.scene.bodies, "steps_a_repeat": steps, "ns_per_body_and_step": summary(values)})
-        print(f"loop of {pitches} pitches: {rows[-1]['ns_per_body_and_step']['median']:.1f} ns a body and step, gap {loop.gap:.1e} m")
+        rows.append(
+            {
+                "pitches": pitches,
+                "bodies": loop.scene.bodies,
+                "steps_a_repeat": steps,
+                "ns_per_body_and_step": summary(values),
+            }
+        )
+        print(
+            f"loop of {pitches} pitches: {rows[-1]['ns_per_body_and_step']['median']:.1f} ns a body "
+            f"and step, gap {loop.gap:.1e} m"
+        )
     return rows
 
 

@@ -16,7 +16,12 @@ import numpy as np
 from tqdm import tqdm
 
 WARM, EXCHANGE = 200, 1e-3  # exchanges left out; length of one, s
-CASES = [(preset, changes, native) for preset in ("standard", "fast") for native in (True, False) for changes in (False, True)]
+CASES = [
+    (preset, changes, native)
+    for preset in ("standard", "fast")
+    for native in (True, False)
+    for changes in (False, True)
+]
 
 
 def speeds(count: int, changes: bool) -> np.ndarray:
@@ -83,11 +88,22 @@ def main() -> None:
         wanted = speeds(WARM + given.exchanges, changes)
         times = (native_times if native else imported_times)(scene, wanted)[WARM:]
         median, high = np.percentile(times, [50, 99.9])
-        rows.append({
-            "preset": preset, "through": "Python" if native else "FMPy", "speed": "new every exchange" if changes else "constant",
-            "median_ms": round(1e3 * median, 3), "p999_ms": round(1e3 * high, 3), "late": int((times > EXCHANGE).sum()),
-        })  # fmt: skip
-    result = {"exchange_s": EXCHANGE, "exchanges": given.exchanges, "processor": platform.processor() or platform.machine(), "rows": rows}
+        rows.append(
+            {
+                "preset": preset,
+                "through": "Python" if native else "FMPy",
+                "speed": "new every exchange" if changes else "constant",
+                "median_ms": round(1e3 * median, 3),
+                "p999_ms": round(1e3 * high, 3),
+                "late": int((times > EXCHANGE).sum()),
+            }
+        )
+    result = {
+        "exchange_s": EXCHANGE,
+        "exchanges": given.exchanges,
+        "processor": platform.processor() or platform.machine(),
+        "rows": rows,
+    }
     write_text(given.out, json.dumps(result, indent=2) + "\n")
     for row in rows:
         tqdm.write(", ".join(f"{name} {value}" for name, value in row.items()))

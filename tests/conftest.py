@@ -42,7 +42,9 @@ def _driven():
 
 @pytest.fixture(scope="session")
 def unled():
-    """Function that takes out of a model and a work what the last step left: no velocity is led ahead, no force was there before."""
+    """Function that takes out of a model and a work what the last step left: no velocity is led ahead, no force was
+    there before.
+    """
 
     def make(model, work):
         for change in (work.com_dvx, work.com_dvy, work.turned):

@@ -13,12 +13,48 @@ README = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
 # of the schema of version 1.2.0: fields of a file, of a person, of a group, of a reference as far as they are used
 REQUIRED = {"authors", "cff-version", "message", "title"}
 FIELDS = REQUIRED | {
-    "abstract", "commit", "contact", "date-released", "doi", "identifiers", "keywords", "license", "license-url",
-    "preferred-citation", "references", "repository", "repository-artifact", "repository-code", "type", "url", "version",
-}  # fmt: skip
-PERSON = {"address", "affiliation", "alias", "city", "country", "email", "family-names", "fax", "given-names", "name-particle",
-          "name-suffix", "orcid", "post-code", "region", "tel", "website"}  # fmt: skip
-GROUP = PERSON - {"affiliation", "family-names", "given-names", "name-particle", "name-suffix"} | {"name", "date-start", "date-end", "location"}
+    "abstract",
+    "commit",
+    "contact",
+    "date-released",
+    "doi",
+    "identifiers",
+    "keywords",
+    "license",
+    "license-url",
+    "preferred-citation",
+    "references",
+    "repository",
+    "repository-artifact",
+    "repository-code",
+    "type",
+    "url",
+    "version",
+}
+PERSON = {
+    "address",
+    "affiliation",
+    "alias",
+    "city",
+    "country",
+    "email",
+    "family-names",
+    "fax",
+    "given-names",
+    "name-particle",
+    "name-suffix",
+    "orcid",
+    "post-code",
+    "region",
+    "tel",
+    "website",
+}
+GROUP = PERSON - {"affiliation", "family-names", "given-names", "name-particle", "name-suffix"} | {
+    "name",
+    "date-start",
+    "date-end",
+    "location",
+}
 REFERENCE = {"authors", "doi", "journal", "notes", "scope", "title", "type", "year"}
 
 
@@ -31,7 +67,9 @@ def test_the_fields_are_those_of_the_format():
     for reference in CITATION["references"]:
         assert {"authors", "title", "type"} <= reference.keys() <= REFERENCE
         for author in [*reference["authors"], *CITATION["authors"]]:
-            assert ("name" in author and author.keys() <= GROUP) or ("family-names" in author and author.keys() <= PERSON)
+            assert ("name" in author and author.keys() <= GROUP) or (
+                "family-names" in author and author.keys() <= PERSON
+            )
 
 
 def test_the_paper_is_the_reference():

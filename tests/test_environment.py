@@ -13,7 +13,10 @@ from packaging.version import Version
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 LOCKED = re.compile(r"([\w.-]+)==(\S+) --hash=sha256:[0-9a-f]{64}")
-OTHER_NAMES = {"matplotlib-base": "matplotlib", "snakemake-minimal": "snakemake"}  # of conda, without what is not needed
+OTHER_NAMES = {
+    "matplotlib-base": "matplotlib",
+    "snakemake-minimal": "snakemake",
+}  # of conda, without what is not needed
 
 
 def asked():
@@ -63,4 +66,6 @@ def test_the_conda_file_has_the_bounds_of_the_project():
         found[OTHER_NAMES.get(name, name)] = bound
     assert found.pop("python") == PROJECT["requires-python"]
     assert {found.pop("make"), found.pop("pip")} == {""}
-    assert found == {requirement.name: str(requirement.specifier) for requirement in map(Requirement, PROJECT["dependencies"])}
+    assert found == {
+        requirement.name: str(requirement.specifier) for requirement in map(Requirement, PROJECT["dependencies"])
+    }

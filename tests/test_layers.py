@@ -15,19 +15,33 @@ FILES = sorted(PACKAGE.rglob("*.py"))
 LONGEST = 420  # lines
 # what a layer may import: modules of the package by their first part, then libraries; the standard library always
 LAYERS = {
+    "errors": (set(), set()),
+    "files": ({"errors"}, {"numpy"}),
     "model": ({"model"}, {"numpy"}),
     "contact": ({"model", "contact", "jit"}, {"numpy"}),
     "chain": ({"model", "chain", "jit"}, {"numpy"}),
     "integrate": ({"model", "contact", "chain", "integrate", "jit"}, {"numpy"}),
-    "parameters": ({"parameters", "errors", "reading"}, {"numpy", "scipy", "pandas", "pydantic", "yaml"}),
-    "reading": ({"errors"}, {"numpy"}),
-    "errors": (set(), set()),
+    "parameters": ({"parameters", "errors", "files"}, {"numpy", "scipy", "pandas", "pydantic", "yaml"}),
 }
+# From the ground up: what a room of the package may import is itself, the rooms before it in this list, and errors,
+# files, jit and version.
+ROOMS = (
+    "model", "contact", "chain", "integrate", "parameters", "scene", "sensor", "simulation", "measure", "fmi", "sweeps",
+    "paper", "study", "peers", "inference", "certify", "pipeline", "report", "commands",
+)  # fmt: skip
+GROUND = {"errors", "files", "jit", "version"}
+LOOSE = {"__init__.py", *(f"{name}.py" for name in GROUND)}  # files of no room
+
 # a library, and the folders that alone may import it
 CORNERS = {
-    "matplotlib": {"report"}, "jinja2": {"report"}, "exudyn": {"peers"}, "mujoco": {"peers"}, "hypothesis": {"study"}, "rocrate": {"certify"},
+    "matplotlib": {"report"},
+    "jinja2": {"report"},
+    "exudyn": {"peers"},
+    "mujoco": {"peers"},
+    "hypothesis": {"study"},
+    "rocrate": {"certify"},
     "snakemake": set(),
-}  # fmt: skip
+}
 
 
 def module_of(path):
@@ -65,6 +79,20 @@ def test_a_layer_imports_what_is_below_it(layer):
                 assert rest.split(".")[0] in inner, f"{module_of(path)} imports {name}"
             else:
                 assert first in libraries | sys.stdlib_module_names, f"{module_of(path)} imports {name}"
+
+
+def test_every_file_has_a_room():
+    assert {path.name for path in PACKAGE.glob("*.py")} == LOOSE
+    assert {path.parent.name for path in PACKAGE.glob("*/__init__.py")} == set(ROOMS)
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_a_room_imports_only_rooms_below_it(room):
+    below = {*ROOMS[: ROOMS.index(room) + 1], *GROUND}
+    for path in (PACKAGE / room).rglob("*.py"):
+        for name in imports_of(path):
+            first, _, rest = name.partition(".")
+            assert first != "trackdyn" or rest.split(".")[0] in below, f"{module_of(path)} imports {name}"
 
 
 @pytest.mark.parametrize("library", CORNERS)

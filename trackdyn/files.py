@@ -104,7 +104,8 @@ def refuse_unwritable(path: Path | str, size: float = 0.0) -> None:
         raise InputError(f"{path}: cannot be written ({reason}); another place would do") from None
     if free < size:
         raise InputError(
-            f"{path}: needs about {size / 1e6:.0f} MB and {free / 1e6:.0f} MB are free; free space or another place would do"
+            f"{path}: needs about {size / 1e6:.0f} MB and {free / 1e6:.0f} MB are free; free space or "
+            "another place would do"
         )
 
 
@@ -135,7 +136,9 @@ def read_bytes(path: Path | str, what: str, limit: int) -> bytes:
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror}); give a {what} that you may read") from None
     if len(data) > limit:
-        raise InputError(f"{path}: is larger than {limit / 1e6:g} MB, the most that a {what} may have; give a shorter one")
+        raise InputError(
+            f"{path}: is larger than {limit / 1e6:g} MB, the most that a {what} may have; give a shorter one"
+        )
     return data
 
 
@@ -153,7 +156,8 @@ def read_text(path: Path | str, what: str, limit: int) -> str:
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise InputError(
-            f"{path}: cannot be read as UTF-8 text, byte 0x{data[error.start]:02x} in line {line} is none; save it as UTF-8"
+            f"{path}: cannot be read as UTF-8 text, byte 0x{data[error.start]:02x} in line {line} is "
+            "none; save it as UTF-8"
         ) from None
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
@@ -188,7 +192,8 @@ def read_npz(path: Path | str, what: str, limit: float, arrays: bool = True) -> 
     except Exception:  # whatever a damaged file makes of zip, of JSON, of the header of an array or its size
         raise InputError(f"{path}: is not a {what}, or is damaged; make it again") from None
     raise InputError(
-        f"{path}: takes {size / 1e6:.0f} MB of memory, more than the {limit / 1e6:.0f} MB that a {what} may take here; a "
+        f"{path}: takes {size / 1e6:.0f} MB of memory, more than the {limit / 1e6:.0f} MB that a "
+        f"{what} may take here; a "
         "shorter one would do"
     )
 

@@ -32,7 +32,9 @@ def configurations(arguments: list[str]) -> list[str]:
 
 
 def wait_for_jobs() -> None:
-    """Wait for jobs that a killed run left behind; what has not begun yet ends by itself (`workflow/scripts/_script.py`)."""
+    """Wait for jobs that a killed run left behind; what has not begun yet ends by itself
+    (`workflow/scripts/_script.py`).
+    """
     jobs = os.open(ROOT / ".snakemake" / "jobs", os.O_RDWR | os.O_CREAT)
     try:
         fcntl.flock(jobs, fcntl.LOCK_EX | fcntl.LOCK_NB)

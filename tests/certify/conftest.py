@@ -15,10 +15,18 @@ def results(tmp_path):
     for name in ("figures", "tables", "runs", "logs", "benchmarks", "kernels", "quick/kernels", "quick/tables"):
         (folder / name).mkdir(parents=True)
     for name, text in {
-        "metrics.csv": TABLE, "tables/table3.csv": TABLE, "tables/table3.md": PAGE, "tables/costs.csv": "rule,wall_s\nall,3\n",
-        "report.html": "<p>6 s</p>", "runs/115rpm.cost.json": '{"wall_s": 6.4}', "logs/a.md": "log", "benchmarks/a.csv": "s\n1\n",
-        "quick/tables/table3.csv": "another run", "figures/fig24.svg": "<svg/>", "tables/.table4.77.part.csv": "half",
-    }.items():  # fmt: skip
+        "metrics.csv": TABLE,
+        "tables/table3.csv": TABLE,
+        "tables/table3.md": PAGE,
+        "tables/costs.csv": "rule,wall_s\nall,3\n",
+        "report.html": "<p>6 s</p>",
+        "runs/115rpm.cost.json": '{"wall_s": 6.4}',
+        "logs/a.md": "log",
+        "benchmarks/a.csv": "s\n1\n",
+        "quick/tables/table3.csv": "another run",
+        "figures/fig24.svg": "<svg/>",
+        "tables/.table4.77.part.csv": "half",
+    }.items():
         (folder / name).write_text(text, encoding="utf-8")
     (folder / "runs" / "115rpm.npz").write_bytes(b"recording")
     shades = np.linspace(0, 255, 100 * 160).reshape(100, 160).astype("uint8")

@@ -1,4 +1,6 @@
-"""The crate of a run conforms to the profile Workflow Run Crate, as the community's validator judges it, without a network."""
+"""The crate of a run conforms to the profile Workflow Run Crate, as the community's validator judges it, without a
+network.
+"""
 
 import json
 import sys
@@ -63,7 +65,10 @@ def validated(place, monkeypatch):
         rocrate_uri=str(place), profile_identifier="workflow-run-crate", offline=True, cache_path=place.parent / "http",
         requirement_severity=models.Severity.RECOMMENDED,
     )  # fmt: skip
-    return [(issue.severity.name, issue.check.identifier, issue.message) for issue in services.validate(settings).get_issues()]
+    return [
+        (issue.severity.name, issue.check.identifier, issue.message)
+        for issue in services.validate(settings).get_issues()
+    ]
 
 
 def test_the_crate_conforms_to_its_profile(crate, monkeypatch):
@@ -92,7 +97,10 @@ def test_what_stands_in_it(crate, results):
     assert {one["@id"] for one in run["object"]} == set(INPUTS)
     made = {one["@id"] for one in run["result"]}
     assert {"results/manifest.json", "results/metrics.csv", "results/report.html", "results/figures/fig24.png"} <= made
-    assert made <= names and {"Snakefile", "workflow/rules/ring.smk", "trackdyn/scene/scene.py", "requirements.lock"} <= names
+    assert (
+        made <= names
+        and {"Snakefile", "workflow/rules/ring.smk", "trackdyn/scene/scene.py", "requirements.lock"} <= names
+    )
     assert not any(name.endswith(".npz") or "__pycache__" in name or "quick" in name for name in names & made)
     manifest = json.loads((results / "manifest.json").read_text())
     assert found["results/figures/fig24.png"]["sha256"] == manifest["files"]["figures/fig24.png"]["sha256"]

@@ -28,8 +28,13 @@ def judged(results, expected, name):
 def test_what_a_run_has_made_is_in_it_and_nothing_else(results):
     found = describe(results)
     assert list(found["files"]) == [
-        "figures/fig24.png", "figures/fig24.svg", "metrics.csv", "runs/115rpm.npz", "tables/table3.csv", "tables/table3.md"
-    ]  # fmt: skip
+        "figures/fig24.png",
+        "figures/fig24.svg",
+        "metrics.csv",
+        "runs/115rpm.npz",
+        "tables/table3.csv",
+        "tables/table3.md",
+    ]
     assert found["hold_times"] == ["report.html", "runs/115rpm.cost.json", "tables/costs.csv"]
     assert {entry["shows"] for name, entry in found["files"].items() if "fig24" in name} == {"Figure 24"}
     assert found["files"]["tables/table3.csv"]["times"] == ["wall_s"]
@@ -173,7 +178,9 @@ def test_a_file_that_is_no_manifest_is_refused(tmp_path, text, said):
         load_manifest(tmp_path / "manifest.json")
 
 
-@pytest.mark.parametrize(("key", "value"), [("sha256", 1), ("sha256", "x"), ("bytes", "many"), ("look", "?"), ("text", 5), ("more", 1)])
+@pytest.mark.parametrize(
+    ("key", "value"), [("sha256", 1), ("sha256", "x"), ("bytes", "many"), ("look", "?"), ("text", 5), ("more", 1)]
+)
 def test_a_damaged_entry_is_refused(results, key, value):
     place = write_manifest(results)
     data = json.loads(place.read_text(encoding="utf-8"))

@@ -27,7 +27,9 @@ def uneven(n, seed=4):
     """Bodies that differ, with their mass centres off the middle."""
     rng = np.random.default_rng(seed)
     length, mass = rng.uniform(0.05, 0.2, n), rng.uniform(1, 12, n)
-    return Chain(length, mass, mass * length**2 / 9, rng.uniform(0.3, 0.7, n) * length, np.zeros(n), 0.0, 0.0, 0.0, 9.81)
+    return Chain(
+        length, mass, mass * length**2 / 9, rng.uniform(0.3, 0.7, n) * length, np.zeros(n), 0.0, 0.0, 0.0, 9.81
+    )
 
 
 def test_a_body_alone_has_its_mass_and_inertia():
@@ -60,6 +62,8 @@ def test_arcs_of_a_pitch_meet_the_same_mass(make_scene, kind):
     assert 1 / chain.mass.sum() < left < 1 / chain.mass.min() + chain.length.max() ** 2 / chain.inertia.min()
 
 
-@pytest.mark.parametrize(("integrator", "yields"), [("semi_implicit", True), ("linearly_implicit", False), ("rk4", False)])
+@pytest.mark.parametrize(
+    ("integrator", "yields"), [("semi_implicit", True), ("linearly_implicit", False), ("rk4", False)]
+)
 def test_only_velocities_of_the_middle_of_a_step_are_led(make_scene, integrator, yields):
     assert (make_scene(integrator=integrator).model.tooth.mobility > 0) == yields

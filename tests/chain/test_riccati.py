@@ -96,9 +96,7 @@ def test_closure_rows_are_satisfied(n, step):
     assert_close(normal @ (chain.length * alpha) - along @ (chain.length * rate**2), np.zeros(2), scale)
     # and the torque of the cut joint is its bushing's, with the damping at the end of the step
     bending = alpha[0] - alpha[-1]
-    assert_close(
-        seen["load"][2], seen["torque"][-1] - step * chain.damping * bending, np.abs(seen["torque"]).max()
-    )
+    assert_close(seen["load"][2], seen["torque"][-1] - step * chain.damping * bending, np.abs(seen["torque"]).max())
 
 
 @pytest.mark.parametrize("probe", [0, 1, 8, 12])
@@ -128,9 +126,7 @@ def test_implicit_damping_tends_to_the_explicit_one_with_the_step():
     chain, state, loads = make_ring(20, 6)
     explicit = sweep(chain, state, loads, 0.0)["alpha"]
     error = [np.abs(sweep(chain, state, loads, h)["alpha"] - explicit).max() for h in (2e-7, 1e-7)]
-    assert error[0] / error[1] == pytest.approx(
-        2.0, rel=0.05
-    )  # first order; next term of the order of h c / J
+    assert error[0] / error[1] == pytest.approx(2.0, rel=0.05)  # first order; next term of the order of h c / J
 
 
 def test_bushing_torques_are_those_of_the_joint_angles():
@@ -162,14 +158,14 @@ def test_pins_and_velocities_along_the_chain():
             other.pin_x[:-1] + chain.com_x * other.cos - chain.com_y * other.sin,
             other.pin_y[:-1] + chain.com_x * other.sin + chain.com_y * other.cos,
         ]))  # fmt: skip
-    np.testing.assert_allclose(
-        [work.com_vx, work.com_vy], (places[1] - places[0]) / (2 * eps), rtol=0, atol=1e-8
-    )
+    np.testing.assert_allclose([work.com_vx, work.com_vy], (places[1] - places[0]) / (2 * eps), rtol=0, atol=1e-8)
 
 
 @pytest.mark.parametrize("decay", [0.0, 1e-6, 0.1, 1.0, 1.999, 2.0, 2.001, 5.0, 1e3, 1e9])
 def test_damping_of_the_bushings_is_taken_half_way_and_never_overshoots(decay):
-    """One step leaves (1 - (1 - lead) x) / (1 + lead x) of the zigzag's joint rates: second order, and never below 0."""
+    """One step leaves (1 - (1 - lead) x) / (1 + lead x) of the zigzag's joint rates: second order, and never
+    below 0.
+    """
     length, inertia = np.array([0.1, 0.1]), np.array([0.01, 0.01])
     # equal bodies, mass centres at rest: both turn by half of the joint's rate, each against two bushings
     mobility = 2 * 2 / 0.01

@@ -98,9 +98,7 @@ IMPACTS = [(0.05, STEEL, 2.5, 0.5, 0.05), (0.25, RUBBER, 12.0, 0.2, 0.3), (0.01,
 
 @pytest.mark.parametrize("restitution", [0.05, 0.3, 0.5, 0.8, 0.95])
 @pytest.mark.parametrize(("length", "modulus", "mass", "speed", "radius"), IMPACTS)
-def test_impact_delivers_the_exact_restitution_of_its_factor(
-    restitution, length, modulus, mass, speed, radius
-):
+def test_impact_delivers_the_exact_restitution_of_its_factor(restitution, length, modulus, mass, speed, radius):
     contact = law(restitution, length=length, modulus=modulus)
     expected = exact_restitution(0.75 * (1 - restitution**2))
     # error of the method through the entry of the 3/2 power: below 1e-5 at 3000 steps
@@ -131,9 +129,7 @@ def test_contact_never_pulls_and_its_factor_is_limited():
     assert normal_force(contact, depth, -10.0, impact, radius) == 0.0
     assert normal_force(contact, depth, 10.0, impact, radius) == 2.0 * elastic
     # inside of the limits the factor is linear in the velocity
-    assert normal_force(contact, depth, -0.05, impact, radius) == pytest.approx(
-        (1 - 0.5625 / 2) * elastic, rel=1e-14
-    )
+    assert normal_force(contact, depth, -0.05, impact, radius) == pytest.approx((1 - 0.5625 / 2) * elastic, rel=1e-14)
 
 
 @pytest.mark.parametrize("given", [1e-8, 1e-5, 1e-2])
@@ -152,7 +148,9 @@ def test_impeded_speed_is_that_under_its_own_force(given):
 
 
 def impact_by_steps(contact, steps, impeded, mass=5.0, speed=0.35, radius=8e-4):
-    """Mean peak (N) and rebound of a mass that meets a tooth, with velocities half a step behind; ``steps`` a contact."""
+    """Mean peak (N) and rebound of a mass that meets a tooth, with velocities half a step behind; ``steps`` a
+    contact.
+    """
     deepest = (1.25 * mass * speed**2 * sqrt(radius) / contact.stiffness) ** 0.4
     h = 3.2 * deepest / speed / steps
     given, found = 0.5 * h / mass, []
@@ -203,6 +201,4 @@ def test_composite_modulus_is_equation_9(rig):
     alone = 5e7 / (1 - 0.49**2)
     steel = 2.1e11 / (1 - 0.3**2)
     # steel is 3500 times stiffer and takes that share of the rubber's modulus away
-    assert rubber.composite_modulus(rubber.ring_contact) == pytest.approx(
-        alone / (1 + alone / steel), rel=1e-14
-    )
+    assert rubber.composite_modulus(rubber.ring_contact) == pytest.approx(alone / (1 + alone / steel), rel=1e-14)

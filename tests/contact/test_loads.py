@@ -122,7 +122,9 @@ def loop(request, driven_loop, unled):
 
 
 def rounding(model):
-    """What a force carries, N: places are sums around the loop, each rounded, and steel is the stiffest that they press."""
+    """What a force carries, N: places are sums around the loop, each rounded, and steel is the stiffest that they
+    press.
+    """
     return np.finfo(float).eps * model.chain.length.sum() * model.tooth.law.stiffness
 
 

@@ -10,7 +10,9 @@ from trackdyn.simulation.loop import Loop
 
 
 def distances(loop):
-    """Of every arc's centre from the sprocket's axis, (2 p,), and of every link's middle line from every wheel's, (p, w); m."""
+    """Of every arc's centre from the sprocket's axis, (2 p,), and of every link's middle line from every wheel's, (p,
+    w); m.
+    """
     model, state, work = loop.model, loop.state, loop.work
     shoes, space = model.shoes, work.space
     height = 0.0 if space is None else state.plane.motion[OFFSET]

@@ -84,7 +84,9 @@ def test_elastic_law_returns_all():
 @pytest.mark.parametrize("normal_law", NORMAL_LAWS)
 @pytest.mark.parametrize("radius", [8e-4, 0.05, 0.3])
 def test_slopes_are_those_of_the_force(normal_law, radius):
-    """Central differences, also where the bracket is clipped at 0 and at its limit: no slope with the velocity there."""
+    """Central differences, also where the bracket is clipped at 0 and at its limit: no slope with the velocity
+    there.
+    """
     contact = law(normal_law, 0.3, limit=1.4)
     impact, zones = 0.2, set()
     for depth in (1e-6, 1e-4, 3e-3):

@@ -54,9 +54,7 @@ def points_over_the_profile(groove, gap, seed, count=5000):
 
 
 def test_penetrating_arcs_are_found_with_area_depth_and_normal(groove, tooth):
-    points, area, normal, share = points_over_the_profile(
-        groove, lambda rng, k: -rng.uniform(0, DEEPEST, k), 1
-    )
+    points, area, normal, share = points_over_the_profile(groove, lambda rng, k: -rng.uniform(0, DEEPEST, k), 1)
     true_depth = RADIUS - distance_to_arcs(groove, points).min(axis=1)
     for i, (x, y) in enumerate(points):
         found, depth, nx, ny, radius = find_area(tooth, x, y)

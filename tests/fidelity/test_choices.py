@@ -52,8 +52,18 @@ def refusal(rig):
         ({}, {"solver": "transfer_product"}, "solver = 'transfer_product'", "'riccati' would do"),
         ({}, {"solver": "transfer_product"}, "solver = 'transfer_product'", "70 bodies"),
         ({}, {"solver": "transfer_product", "chain": "single_pin"}, "solver = 'transfer_product'", "35 bodies"),
-        ({}, {"solver": "multipliers", "closure": "elastic_damping"}, "closure = 'elastic_damping'", "'rigid' would do"),
-        ({}, {"solver": "multipliers", "integrator": "linearly_implicit"}, "integrator = ", "solver='riccati' would do"),
+        (
+            {},
+            {"solver": "multipliers", "closure": "elastic_damping"},
+            "closure = 'elastic_damping'",
+            "'rigid' would do",
+        ),
+        (
+            {},
+            {"solver": "multipliers", "integrator": "linearly_implicit"},
+            "integrator = ",
+            "solver='riccati' would do",
+        ),
         # tolerance
         ({}, {"integrator": "adaptive"}, "tolerance = None", "1e-6 would do"),
         ({}, {"tolerance": 1e-6}, "tolerance = 1e-06", "None would do"),
@@ -61,7 +71,7 @@ def refusal(rig):
         ({}, {"integrator": "adaptive", "tolerance": 0.0}, "tolerance = 0.0", "at least 1e-12 and at most 0.5"),
         ({}, {"integrator": "adaptive", "tolerance": float("nan")}, "tolerance = nan", "a finite number is needed"),
     ],
-)  # fmt: skip
+)
 def test_nonsense_is_refused_by_name_with_what_would_do(refusal, changes, fields, field, remedy):
     sentence = refusal(changes, **fields)
     assert f"scene: {field}" in sentence

@@ -1,4 +1,6 @@
-"""Tension locked, retensioned or sprung; drag viscous or Coulomb; where a loop may start; contact that is not resolved."""
+"""Tension locked, retensioned or sprung; drag viscous or Coulomb; where a loop may start; contact that is not
+resolved.
+"""
 
 import numpy as np
 import pytest

@@ -115,7 +115,9 @@ def test_an_importer_runs_the_unit(unit_file):
         [(0.0, 115.0, 0.0), (0.07, 115.0, 0.0), (0.3, 115.0, 0.0)],
         dtype=[("time", float), ("motor_rpm", float), ("tensioner_shift", float)],
     )
-    result = fmpy.simulate_fmu(str(unit_file), stop_time=0.3, step_size=EXCHANGE, output_interval=EXCHANGE, input=signals, output=NAMES)
+    result = fmpy.simulate_fmu(
+        str(unit_file), stop_time=0.3, step_size=EXCHANGE, output_interval=EXCHANGE, input=signals, output=NAMES
+    )
     rates = np.abs(result["rate_sprocket"])
     assert np.diff(rates).max() < 0.02 * rates[-1] and rates[-1] > 1
 
@@ -144,9 +146,13 @@ def test_a_refused_input_ends_in_one_sentence(unit_file):
     said = []
     with pytest.raises(fmpy.fmi1.FMICallException):
         fmpy.simulate_fmu(
-            str(unit_file), stop_time=0.1, step_size=EXCHANGE, start_values={"motor_rpm": 115.0, "tensioner_shift": 0.4},
-            logger=lambda *parts: said.append(str(parts)), debug_logging=True,
-        )  # fmt: skip
+            str(unit_file),
+            stop_time=0.1,
+            step_size=EXCHANGE,
+            start_values={"motor_rpm": 115.0, "tensioner_shift": 0.4},
+            logger=lambda *parts: said.append(str(parts)),
+            debug_logging=True,
+        )
     assert "tensioner_shift = 0.4 m is not accepted: at least" in "".join(said)
 
 

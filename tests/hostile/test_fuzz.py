@@ -1,4 +1,6 @@
-"""Random damage to what a user gives: success or one sentence, never anything else. Seeds are fixed, time is bounded."""
+"""Random damage to what a user gives: success or one sentence, never anything else. Seeds are fixed, time is
+bounded.
+"""
 
 import copy
 import json
@@ -34,11 +36,17 @@ fuzz = settings(
 )  # fmt: skip
 
 anything = st.one_of(
-    st.none(), st.booleans(), st.integers(-3, 300), st.integers(), st.floats(), st.text(max_size=8), st.binary(max_size=3),
+    st.none(),
+    st.booleans(),
+    st.integers(-3, 300),
+    st.integers(),
+    st.floats(),
+    st.text(max_size=8),
+    st.binary(max_size=3),
     st.sampled_from([0, 1e-300, 1e308, 10**400, "2e11", "auto", "rk4", "none", "spatial", "free", "radial", "sprung"]),
     st.lists(st.one_of(st.integers(-2, 40), st.floats(), st.text(max_size=3)), max_size=3),
     st.dictionaries(st.one_of(st.text(max_size=4), st.sampled_from(["value", "unit"])), st.floats(), max_size=2),
-)  # fmt: skip
+)
 
 
 def ends_well(function, *arguments, **keywords):
@@ -152,11 +160,16 @@ def test_configurations(data):
 
 
 SENSOR = "# made up\nt_s,ax_g,ay_g,az_g\n" + "".join(f"{k / 1000:.3f},0.0,{k % 7 / 7:.4f},0.0\n" for k in range(200))
-TRADE = "scene,fidelity,integrator,step_s,start_cpu_s,cpu_s_per_s,record_s,passage_s,measure,value,value_error,error,uncertainty,scatter,unused,failed\n" + "".join(
-    f"ring {radius} m {rpm} rpm,{fidelity},semi_implicit,{step},1,1,4,0.2,rms,1,0.001,{step},0,0,0,{failed}\n"
-    for radius in (0.303, 0.308) for rpm in (115, 210) for fidelity in ("ten_arcs", "single_pin")
-    for step, failed in ((1e-4, False), (5e-5, True))
-)  # fmt: skip
+TRADE = (
+    "scene,fidelity,integrator,step_s,start_cpu_s,cpu_s_per_s,record_s,passage_s,measure,value,value_error,error,uncertainty,scatter,unused,failed\n"
+    + "".join(
+        f"ring {radius} m {rpm} rpm,{fidelity},semi_implicit,{step},1,1,4,0.2,rms,1,0.001,{step},0,0,0,{failed}\n"
+        for radius in (0.303, 0.308)
+        for rpm in (115, 210)
+        for fidelity in ("ten_arcs", "single_pin")
+        for step, failed in ((1e-4, False), (5e-5, True))
+    )
+)
 
 
 @fuzz
@@ -193,9 +206,46 @@ def test_recordings(place, seed, changes):
 
 
 words = st.one_of(
-    st.sampled_from(["simulate", "compare", "plan", "--rpm", "--step", "--choose", "chain=belt", "chain=rope", "tolerance=1", "--tolerance", "2%", "--data", "trade.csv", "--ring-radius", "none", "0.308", "--duration", "1e999", "-1", "-q", "--quiet", "--rig", "config/rig.yaml", "belt.npz", "x.csv", "--preset", "fast", "--help", "--checkpoint", ".", "--measure", "rms", "--frame-interval", "0"]),
+    st.sampled_from(
+        [
+            "simulate",
+            "compare",
+            "plan",
+            "--rpm",
+            "--step",
+            "--choose",
+            "chain=belt",
+            "chain=rope",
+            "tolerance=1",
+            "--tolerance",
+            "2%",
+            "--data",
+            "trade.csv",
+            "--ring-radius",
+            "none",
+            "0.308",
+            "--duration",
+            "1e999",
+            "-1",
+            "-q",
+            "--quiet",
+            "--rig",
+            "config/rig.yaml",
+            "belt.npz",
+            "x.csv",
+            "--preset",
+            "fast",
+            "--help",
+            "--checkpoint",
+            ".",
+            "--measure",
+            "rms",
+            "--frame-interval",
+            "0",
+        ]
+    ),
     st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=6),
-)  # fmt: skip
+)
 
 
 @fuzz

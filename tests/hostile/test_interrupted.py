@@ -38,10 +38,14 @@ def ended(process):
     return process.returncode, err
 
 
-@pytest.mark.parametrize(("number", "code", "word"), [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "stopped")])
+@pytest.mark.parametrize(
+    ("number", "code", "word"), [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "stopped")]
+)
 def test_the_first_compilation_is_said_and_can_be_stopped(tmp_path, number, code, word):
     place = tmp_path / "out"
-    process = start(tmp_path, "simulate", place / "run.npz", "--rig", RIG, environment={"TRACKDYN_CACHE": str(tmp_path / "k")})
+    process = start(
+        tmp_path, "simulate", place / "run.npz", "--rig", RIG, environment={"TRACKDYN_CACHE": str(tmp_path / "k")}
+    )
     said = next(line for line in process.stderr if "compiling" in line)
     assert said.endswith("trackdyn: compiling kernels, about half a minute; the next run finds them\n")
     process.send_signal(number)
@@ -52,9 +56,20 @@ def test_the_first_compilation_is_said_and_can_be_stopped(tmp_path, number, code
 
 def test_a_checkpoint_that_is_kept_is_named(tmp_path):
     process = start(
-        tmp_path, "simulate", "run.npz", "--rig", RIG, "--duration", "3000", "--lead-in", "0", "-q", "--checkpoint", "run.checkpoint",
+        tmp_path,
+        "simulate",
+        "run.npz",
+        "--rig",
+        RIG,
+        "--duration",
+        "3000",
+        "--lead-in",
+        "0",
+        "-q",
+        "--checkpoint",
+        "run.checkpoint",
         prelude="import trackdyn.simulation.simulate; trackdyn.simulation.simulate.BETWEEN_CHECKPOINTS = 0.0",
-    )  # fmt: skip
+    )
     begin = time.monotonic()
     while not (tmp_path / "run.checkpoint").exists() and time.monotonic() - begin < 200 and process.poll() is None:
         time.sleep(0.05)
@@ -97,15 +112,26 @@ def test_a_file_that_is_replaced_is_said_and_kept_until_then(tmp_path):
 def test_a_disk_that_fills_up_leaves_what_was_there(tmp_path):
     """A bound of the size of files in place of a full disk."""
     (tmp_path / "run.npz").write_bytes(b"mine")
-    limited = start(tmp_path, "simulate", "run.npz", *BELT, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (9999, 9999)))
+    limited = start(
+        tmp_path,
+        "simulate",
+        "run.npz",
+        *BELT,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (9999, 9999)),
+    )
     code, err = ended(limited)
     assert code == 1
-    assert err.splitlines()[-1] == "trackdyn: run.npz: cannot be written (File too large); free space or another place would do"
+    assert (
+        err.splitlines()[-1]
+        == "trackdyn: run.npz: cannot be written (File too large); free space or another place would do"
+    )
     assert [path.name for path in tmp_path.iterdir()] == ["run.npz"] and (tmp_path / "run.npz").read_bytes() == b"mine"
 
 
 def test_names_with_accents_and_blanks_and_no_home(tmp_path):
-    environment = {name: value for name, value in os.environ.items() if name not in ("HOME", "TRACKDYN_CACHE", "XDG_CACHE_HOME")}
+    environment = {
+        name: value for name, value in os.environ.items() if name not in ("HOME", "TRACKDYN_CACHE", "XDG_CACHE_HOME")
+    }
     place = tmp_path / "un été à Zürich" / "línk 1.npz"
     command = [sys.executable, "-c", ENTRY, "simulate", str(place), *BELT]
     done = subprocess.run(

@@ -71,7 +71,10 @@ NO_NUMBERS = (
 )
 SCENES = [
     *[({"motor_rpm": value}, "motor_rpm", NUMBER) for value in NO_NUMBERS],
-    *[({name: HUGE}, name, NUMBER) for name in ("ring_radius", "duration", "lead_in", "ramp", "step", "frame_interval")],
+    *[
+        ({name: HUGE}, name, NUMBER)
+        for name in ("ring_radius", "duration", "lead_in", "ramp", "step", "frame_interval")
+    ],
     *[({name: "long"}, f"{name} = 'long'", NUMBER) for name in ("ring_radius", "duration", "step", "tolerance")],
     ({"motor_rpm": -1}, "motor_rpm = -1.0", "at least 0 and at most 100000 rev/min"),
     ({"motor_rpm": 1e300, **BELT}, "motor_rpm = 1e+300", "at most 100000"),
@@ -97,14 +100,27 @@ SCENES = [
     ({"integrator": "adaptive", "tolerance": 5e-324}, "tolerance = 5e-324", "at least 1e-12"),
     ({"integrator": "adaptive", "tolerance": 1e300}, "tolerance = 1e+300", "at most 0.5"),
     ({"integrator": "adaptive"}, "tolerance = None", "1e-6 would do"),
-    *[({"pitches": value}, "pitches", "a list of whole numbers") for value in ("12", 3, None, LONGER, [1.5], [True], {1, 2}, [[1]], iter([1]))],
+    *[
+        ({"pitches": value}, "pitches", "a list of whole numbers")
+        for value in ("12", 3, None, LONGER, [1.5], [True], {1, 2}, [[1]], iter([1]))
+    ],
     ({"pitches": [HUGE]}, "pitches", "exist"),
     ({"pitches": [0]}, "pitches = 0", "1 to 35 exist"),
     ({"pitches": [36]}, "pitches = 36", "1 to 35 exist"),
     *[({"spells": value}, "spells", "True or False") for value in (1, "yes", None, b"1", np.array([True, False]))],
     *[
         ({name: value}, name, "would do")
-        for name in ("loop", "chain", "space", "solver", "integrator", "friction", "closure", "tooth_contact", "normal_law")
+        for name in (
+            "loop",
+            "chain",
+            "space",
+            "solver",
+            "integrator",
+            "friction",
+            "closure",
+            "tooth_contact",
+            "normal_law",
+        )
         for value in (np.array(["a", "b"]), None)
     ],
     ({"integrator": HUGE}, "integrator", "semi_implicit"),
@@ -112,7 +128,7 @@ SCENES = [
     ({"rig": "config/rig.yaml"}, "rig = 'config/rig.yaml'", "dictionary"),
     ({"rig": Scene}, "rig", "dictionary"),
     ({"speed": 3}, "speed is not a known parameter", "spelling"),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize("row", SCENES, ids=lambda row: shown(row[0]))
@@ -190,7 +206,10 @@ def entry(value, unit="m/s2", **more):
 
 
 RIGS = [
-    *[({"gravity": value}, f"gravity = {value!r} has no unit", "unit: m/s2") for value in (9.81, "9.81", True, None, [1])],
+    *[
+        ({"gravity": value}, f"gravity = {value!r} has no unit", "unit: m/s2")
+        for value in (9.81, "9.81", True, None, [1])
+    ],
     ({"gravity": entry(True)}, "gravity is True", "a number in m/s2"),
     ({"gravity": entry("fast")}, "gravity is 'fast'", "a number in m/s2"),
     ({"gravity": entry(None)}, "gravity = None", NUMBER),
@@ -209,7 +228,7 @@ RIGS = [
     ({"chain": None}, "chain = None", "dictionary"),
     ({"a\nb": 1}, "'a\\nb' is not a known parameter"),
     ({5: 1}, "5", "string"),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize("row", RIGS, ids=lambda row: shown(row[0]))
@@ -403,7 +422,10 @@ COMMANDS = [
     ("plan --tolerance 2% --data words.csv", "words.csv: Unable to parse string"),
     ("plan --tolerance 2% --data other.csv", "other.csv: names the unknown fidelity 'guess'"),
 ]
-TRADE = "scene,fidelity,integrator,step_s,start_cpu_s,cpu_s_per_s,record_s,passage_s,measure,value,value_error,error,uncertainty,scatter,unused,failed\n"
+TRADE = (
+    "scene,fidelity,integrator,step_s,start_cpu_s,cpu_s_per_s,record_s,passage_s,"
+    "measure,value,value_error,error,uncertainty,scatter,unused,failed\n"
+)
 
 
 @pytest.fixture(scope="module")
@@ -425,9 +447,20 @@ def folder(tmp_path, monkeypatch, belt_file):
         ("plain", b"text\n"),
         ("empty", b""),
         ("binary", bytes(range(256))),
-        ("trade.csv", TRADE.encode() + b"ring 0.308 m 115 rpm,ten_arcs,semi_implicit,1e-4,1,1,4,0.2,rms,1,0.001,0.001,0,0,0,False\n"),
-        ("words.csv", TRADE.encode() + b"ring 0.308 m 115 rpm,ten_arcs,semi_implicit,soon,1,1,4,0.2,rms,1,0.001,0.001,0,0,0,False\n"),
-        ("other.csv", TRADE.encode() + b"ring 0.308 m 115 rpm,guess,semi_implicit,1e-4,1,1,4,0.2,rms,1,0.001,0.001,0,0,0,False\n"),
+        (
+            "trade.csv",
+            TRADE.encode()
+            + b"ring 0.308 m 115 rpm,ten_arcs,semi_implicit,1e-4,1,1,4,0.2,rms,1,0.001,0.001,0,0,0,False\n",
+        ),
+        (
+            "words.csv",
+            TRADE.encode()
+            + b"ring 0.308 m 115 rpm,ten_arcs,semi_implicit,soon,1,1,4,0.2,rms,1,0.001,0.001,0,0,0,False\n",
+        ),
+        (
+            "other.csv",
+            TRADE.encode() + b"ring 0.308 m 115 rpm,guess,semi_implicit,1e-4,1,1,4,0.2,rms,1,0.001,0.001,0,0,0,False\n",
+        ),
     ):
         (tmp_path / name).write_bytes(content)
     return tmp_path

@@ -7,7 +7,9 @@ from trackdyn.inference.identification import experiment
 
 
 def closed_form_ay(rig, speed, turns, starts=None):
-    """ay in g: the turn of the loop, pitches whose first and second harmonic tell stiffness and tension, a ring that tells damping."""
+    """ay in g: the turn of the loop, pitches whose first and second harmonic tell stiffness and tension, a ring that
+    tells damping.
+    """
     turn = rig.loop_period(speed.rpm)
     rate = speed.rate / speed.every
     phase = 2 * np.pi * np.arange(int(turns * turn * rate) + 2) / rate / turn
@@ -15,9 +17,12 @@ def closed_form_ay(rig, speed, turns, starts=None):
     damped = np.log(rig.bushing.damping / 0.4)
     high = round(70 * turn)  # order of a line at 70 Hz
     return (
-        1.1 * np.cos(phase) + 0.3 * np.cos(3 * phase) + 0.5 * np.exp(0.5 * stiff) * np.cos(35 * phase)
-        + 0.2 * np.exp(0.7 * tight + 0.1 * stiff) * np.cos(70 * phase) + 0.1 * np.exp(-0.6 * damped) * np.cos(high * phase)
-    )  # fmt: skip
+        1.1 * np.cos(phase)
+        + 0.3 * np.cos(3 * phase)
+        + 0.5 * np.exp(0.5 * stiff) * np.cos(35 * phase)
+        + 0.2 * np.exp(0.7 * tight + 0.1 * stiff) * np.cos(70 * phase)
+        + 0.1 * np.exp(-0.6 * damped) * np.cos(high * phase)
+    )
 
 
 @pytest.fixture

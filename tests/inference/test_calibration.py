@@ -22,9 +22,18 @@ from trackdyn.parameters.validation import read_yaml, validated
 def config(rig_path):
     unknowns = [Unknown(names=[name], scale="log") for name in ("bushing.stiffness", "tension.pre_tension")]
     return CalibrationConfig(
-        rig=str(rig_path), unknowns=unknowns, ring_radius_m=0.308, speeds_rpm=[210], simulations=64, plain=12, records=6, turns=4,
-        noise_g=0.005, steps=150, seed=1,
-    )  # fmt: skip
+        rig=str(rig_path),
+        unknowns=unknowns,
+        ring_radius_m=0.308,
+        speeds_rpm=[210],
+        simulations=64,
+        plain=12,
+        records=6,
+        turns=4,
+        noise_g=0.005,
+        steps=150,
+        seed=1,
+    )
 
 
 def test_calibrated_intervals_hold_the_truth_as_often_as_they_say(config, closed_form, tmp_path):
@@ -51,7 +60,9 @@ def test_an_emulator_that_promises_too_much_is_found_out(config, closed_form, tm
 
     whole = FeatureEmulator.__call__
     monkeypatch.setattr(FeatureEmulator, "__call__", off)
-    found = calibrate(config.model_copy(update={"simulations": 32, "plain": 0}), tmp_path, progress=False).summary.set_index("parameter")
+    found = calibrate(
+        config.model_copy(update={"simulations": 32, "plain": 0}), tmp_path, progress=False
+    ).summary.set_index("parameter")
     assert found.loc["bushing.stiffness", "covered_90"] < 0.8 or found.loc["bushing.stiffness", "p_uniform"] < 1e-3
 
 
@@ -65,13 +76,24 @@ def test_simulations_do_not_depend_on_what_is_kept(config, closed_form, tmp_path
     assert np.ptp(one.simulated, axis=0).max() > 0.5
 
 
-@pytest.mark.parametrize(("rank", "level", "inside"), [(0, 0.95, False), (49, 0.5, True), (99, 0.9, False), (5, 0.9, True), (4, 0.9, False)])
+@pytest.mark.parametrize(
+    ("rank", "level", "inside"), [(0, 0.95, False), (49, 0.5, True), (99, 0.9, False), (5, 0.9, True), (4, 0.9, False)]
+)
 def test_a_rank_is_within_the_central_interval(rank, level, inside):
     assert held(rank, 99, level) is inside
 
 
 def test_summary_of_constructed_ranks():
-    uniform = pd.DataFrame({"truth": range(100), "discrepancy": "prior", "parameter": "a", "rank": range(100), "of": 99, "verdict": "identified"})
+    uniform = pd.DataFrame(
+        {
+            "truth": range(100),
+            "discrepancy": "prior",
+            "parameter": "a",
+            "rank": range(100),
+            "of": 99,
+            "verdict": "identified",
+        }
+    )
     piled = uniform.assign(parameter="b", rank=0, verdict="not identified")
     found = summarised(pd.concat([uniform, piled])).set_index("parameter")
     assert found.loc["a", "covered_90"] == 0.9 and found.loc["a", "covered_90_identified"] == 0.9

@@ -1,4 +1,6 @@
-"""The emulator of all features: against scikit-learn, against leaving points out one by one, and on points of its own."""
+"""The emulator of all features: against scikit-learn, against leaving points out one by one, and on points of
+its own.
+"""
 
 import numpy as np
 import pytest
@@ -40,7 +42,9 @@ def test_stacked_processes_are_those_of_scikit_learn(design, noisy):
 
 @pytest.mark.parametrize("degrees", [4.0, 40.0])
 def test_tails_are_those_that_errors_were_drawn_with(degrees):
-    """Normal errors of three features over a common chi: twice as large as promised, more so towards one end, with the degrees given."""
+    """Normal errors of three features over a common chi: twice as large as promised, more so towards one end, with the
+    degrees given.
+    """
     rng = np.random.default_rng(7)
     factor = degrees / rng.chisquare(degrees, 4000)
     distance = factor * (2.0**2) * (rng.standard_normal((4000, 3)) ** 2).sum(axis=1)
@@ -53,6 +57,7 @@ def test_tails_are_those_that_errors_were_drawn_with(degrees):
 
 def test_what_the_emulator_steps_over_makes_it_unsure(design):
     """A narrow resonance at a corner: most points are predicted well, a few badly, and the tail says so."""
+
     def peaked(x):
         smooth = truth(x)
         peak = np.exp(-((x[:, :1] - 0.9) ** 2 + (x[:, 1:] - 0.9) ** 2) / (2 * 0.03**2))
@@ -71,7 +76,8 @@ def test_new_points_lie_where_the_covariance_says(emulator):
     mean, covariance = emulator(points)
     off = truth(points) + 0.05 * rng.standard_normal((200, 5)) - mean
     distance = np.array([one @ np.linalg.solve(c, one) for one, c in zip(off, covariance, strict=True)])
-    # chi-squared with 5 degrees: mean 5; the share beyond its 90 % quantile 9.24 is 10 %. Lengths and noise of a process are
+    # chi-squared with 5 degrees: mean 5; the share beyond its 90 % quantile 9.24 is 10 %. Lengths and noise of a
+    # process are
     # estimates from 60 points: twice as often is allowed for, and so is half
     assert 2.5 < distance.mean() < 8
     assert 0.02 < (distance > 9.24).mean() < 0.25

@@ -56,21 +56,31 @@ def test_turns_are_cut_without_drift():
 
 
 def test_covariance_is_the_scatter_of_records():
-    """Features of 300 noisy records scatter as the covariance that one of them gives, the smallest records allowed aside."""
+    """Features of 300 noisy records scatter as the covariance that one of them gives, the smallest records allowed
+    aside.
+    """
     noise, turns = 0.3, 24
-    all_of = np.array([features(turn_statistics(played(turns, 0, noise, seed), RATE, TURN, PITCHES), RATE) for seed in range(300)])
+    all_of = np.array(
+        [features(turn_statistics(played(turns, 0, noise, seed), RATE, TURN, PITCHES), RATE) for seed in range(300)]
+    )
     own = np.mean(
-        [np.diag(covariance(turn_statistics(played(turns, 0, noise, seed), RATE, TURN, PITCHES), RATE)) for seed in range(8)], axis=0
+        [
+            np.diag(covariance(turn_statistics(played(turns, 0, noise, seed), RATE, TURN, PITCHES), RATE))
+            for seed in range(8)
+        ],
+        axis=0,
     )
     ratio = own / all_of.var(axis=0)
-    # 8 records of 24 turns each know a variance to 1/sqrt(96) = 10 %, 300 records theirs to 8 %; Student's factor is 1.095
+    # 8 records of 24 turns each know a variance to 1/sqrt(96) = 10 %, 300 records theirs to 8 %; Student's factor is
+    # 1.095
     assert (ratio > 1.095 * 0.6).all() and (ratio < 1.095 * 1.6).all(), dict(zip(NAMES, ratio.round(2), strict=True))
 
 
 def test_few_turns_widen_the_covariance():
     statistics = turn_statistics(played(5, 0, 0.3), RATE, TURN, PITCHES)
     wide, twice = covariance(statistics, RATE), covariance(np.concatenate([statistics] * 2), RATE)
-    # the same scatter from twice the turns: half the variance by 1/n, (4/2)/(9/7) by Student, 5/4 over 10/9 by the sample's own
+    # the same scatter from twice the turns: half the variance by 1/n, (4/2)/(9/7) by Student, 5/4 over 10/9 by the
+    # sample's own
     expected = 2 * (4 / 2) / (9 / 7) * (5 / 4) / (10 / 9)
     assert np.median(np.diag(wide) / np.diag(twice)) == pytest.approx(expected, rel=0.15)
 

@@ -104,7 +104,13 @@ def measured_as(table):
 
 def cases(config, rig, share):
     rows = [
-        {"candidate": name, "ring_radius_m": radius, "failed": "", "left_share_pct": share(candidate), "right_share_pct": 2.0}
+        {
+            "candidate": name,
+            "ring_radius_m": radius,
+            "failed": "",
+            "left_share_pct": share(candidate),
+            "right_share_pct": 2.0,
+        }
         for radius in (0.308, None)
         for name, candidate in fit.candidates(rig, config).items()
     ]
@@ -140,4 +146,6 @@ def test_a_candidate_that_cannot_run_has_no_measure(config, rig):
     summaries = measured_as(rows)
     assert summaries["polygonal"] == {0.308: None, None: None}
     assert np.isnan(fit.measured(target(), summaries["polygonal"]))
-    assert np.isnan(fit.equal_pitch_readings(rig, summaries).set_index("reading").loc["polygonal", "left_share_pct_none"])
+    assert np.isnan(
+        fit.equal_pitch_readings(rig, summaries).set_index("reading").loc["polygonal", "left_share_pct_none"]
+    )

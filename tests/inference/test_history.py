@@ -53,7 +53,9 @@ def known(targets, **sd):
 
 
 def test_a_tolerance_is_three_standard_deviations():
-    """At the edge of the tolerance the implausibility is 3, beyond a one-sided bound only; other errors add in square."""
+    """At the edge of the tolerance the implausibility is 3, beyond a one-sided bound only; other errors add in
+    square.
+    """
     values = np.array([[12.0, 0.0], [10.0, 1.0], [np.nan, 0.5]])
     found = implausibility([SHARE, FREE], values, known([SHARE, FREE]), cheap=False)
     np.testing.assert_allclose(found[0], [[3, 0], [0, 3], [np.inf, 0]])
@@ -91,11 +93,25 @@ def test_the_link_behind_does_everything_a_pitch_later():
 def test_the_better_reading_of_the_neighbour_counts():
     """A pitch passes in 0.22 s: 1.47 s with the link ahead is 1.25 s with the one behind."""
     passage = RIG.loop_period(115) / RIG.chain.pitches
-    rows = pd.DataFrame([
-        {"name": "7 115 0.308", "state": "done", "event ring touched": 0.0, "event left touches": 1.25 + passage, "left_share_pct": 10.0},
-        {"name": "8 115 0.308", "state": "done", "event ring touched": 0.0, "event left touches": 1.25, "left_share_pct": 10.0},
-        {"name": "9 115 0.308", "state": "refused"},
-    ])  # fmt: skip
+    rows = pd.DataFrame(
+        [
+            {
+                "name": "7 115 0.308",
+                "state": "done",
+                "event ring touched": 0.0,
+                "event left touches": 1.25 + passage,
+                "left_share_pct": 10.0,
+            },
+            {
+                "name": "8 115 0.308",
+                "state": "done",
+                "event ring touched": 0.0,
+                "event left touches": 1.25,
+                "left_share_pct": 10.0,
+            },
+            {"name": "9 115 0.308", "state": "refused"},
+        ]
+    )
     table = judged(
         SETTINGS, [SHARE, TOUCH], outputs(SETTINGS, one(), [SHARE, TOUCH], rows), known([SHARE, TOUCH]), cheap=True
     )
@@ -151,8 +167,15 @@ def test_every_case_of_every_rig_is_a_row_with_the_steps_to_try(unknowns):
     points = waves.points_table(unknowns, np.full((2, 4), 0.5), 0)
     ladder = Fidelity(integrator="linearly_implicit", steps_s=[2.5e-4, 1e-4])
     cases = [NONE, Case(150, None, belt=True)]
-    found = waves.rows_of_kind(SETTINGS, unknowns, waves.members(unknowns, points), cases, "law 0", ladder, sliding=True)
-    assert found["name"].tolist() == ["law 0: 0 115 none", f"law 0: 0 {cases[1].name}", "law 0: 1 115 none", f"law 0: 1 {cases[1].name}"]
+    found = waves.rows_of_kind(
+        SETTINGS, unknowns, waves.members(unknowns, points), cases, "law 0", ladder, sliding=True
+    )
+    assert found["name"].tolist() == [
+        "law 0: 0 115 none",
+        f"law 0: 0 {cases[1].name}",
+        "law 0: 1 115 none",
+        f"law 0: 1 {cases[1].name}",
+    ]
     assert found["step"].tolist() == ["0.00025 0.0001", "0.001"] * 2
     belts = found["chain"] == "belt"
     assert found.loc[belts, "tension"].eq("locked").all() and not found.loc[~belts, "pitches"].eq("").any()

@@ -42,7 +42,9 @@ def test_a_given_motor_speed_is_simulated_and_the_turn_stays_that_of_the_record(
     assert one.turn_s == pytest.approx(rig.loop_period(187.0), rel=1e-4)
 
 
-@pytest.mark.parametrize(("rate", "simulated", "every", "kept"), [(2000, 1000, 1, 1000), (500, 1000, 2, 500), (1024, 1024, 1, 1024)])
+@pytest.mark.parametrize(
+    ("rate", "simulated", "every", "kept"), [(2000, 1000, 1, 1000), (500, 1000, 2, 500), (1024, 1024, 1, 1024)]
+)
 def test_rates_that_do_not_fit_are_simulated(rig, written, rate, simulated, every, kept):
     (one,) = read(rig, written(rate=rate))
     assert (one.speed.rate, one.speed.every) == (simulated, every)

@@ -52,7 +52,9 @@ def test_density_is_that_of_the_normal_distribution():
 
 
 class Doubtful:
-    """An emulator that errs by Student's distribution, with four degrees of freedom and a unit of relative amplitude."""
+    """An emulator that errs by Student's distribution, with four degrees of freedom and a unit of relative
+    amplitude.
+    """
 
     degrees = 4.0
 
@@ -61,7 +63,9 @@ class Doubtful:
 
 
 def test_the_factor_on_the_emulators_errors_makes_them_students():
-    """Summed over the factor, the density of two features is that of Student's distribution; discrepancies of 1e-6 add nothing."""
+    """Summed over the factor, the density of two features is that of Student's distribution; discrepancies of 1e-6 add
+    nothing.
+    """
     factors = np.linspace(-8, 8, 4001)
     points = np.column_stack([np.full(4001, 0.5), np.full((4001, 2), np.log(1e-4)), factors])
     found, expected = [], []
@@ -72,7 +76,9 @@ def test_the_factor_on_the_emulators_errors_makes_them_students():
         found.append(np.exp(posterior.density(points)).sum())
         expected.append(multivariate_t(SLOPES * 0.5, np.eye(2), df=4).pdf(values))
     assert np.array(found) / found[0] == pytest.approx(np.array(expected) / expected[0], rel=1e-5)
-    drawn = np.exp(-posterior.draw_prior(20000, np.random.default_rng(1))[:, -1])  # gamma with mean 1 and variance 2 / degrees
+    drawn = np.exp(
+        -posterior.draw_prior(20000, np.random.default_rng(1))[:, -1]
+    )  # gamma with mean 1 and variance 2 / degrees
     assert drawn.mean() == pytest.approx(1.0, abs=0.03) and drawn.var() == pytest.approx(0.5, rel=0.1)
 
 
@@ -87,7 +93,9 @@ def test_draws_have_the_quantiles_of_the_density():
     points = sample(posterior, 1500, seed=1).points[:, 0]
     for level in (0.05, 0.5, 0.95):
         # quantiles of some thousand draws with an autocorrelation of tens of steps: a tenth of the standard deviation
-        assert np.quantile(points, level) == pytest.approx(np.interp(level, cumulative, axes[0]), abs=0.1 * points.std() + 0.005)
+        assert np.quantile(points, level) == pytest.approx(
+            np.interp(level, cumulative, axes[0]), abs=0.1 * points.std() + 0.005
+        )
 
 
 def test_the_same_seed_gives_the_same_draws():

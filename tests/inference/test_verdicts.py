@@ -52,7 +52,9 @@ def study_row(rig, rpm, radius, share, right, growth):
 
 @pytest.fixture(scope="module")
 def ensemble(tmp_path_factory) -> Ensemble:
-    """Six rigs of the last wave. Rig 0 meets all targets, 1 to 3 miss C16 and 4, 5 miss C17; ring forces grow in 0 to 3."""
+    """Six rigs of the last wave. Rig 0 meets all targets, 1 to 3 miss C16 and 4, 5 miss C17; ring forces grow in 0 to
+    3.
+    """
     folder = tmp_path_factory.mktemp("ensemble")
     e = open_ensemble(CONFIG / "ensemble.yaml", "short", CONFIG / "rig.yaml", CONFIG / "claims.yaml", folder)
     e = e._replace(form=e.form.model_copy(update={"studied": 3, "radii_m": [0.303, 0.305, 0.308, 0.313]}))
@@ -81,11 +83,20 @@ def ensemble(tmp_path_factory) -> Ensemble:
             write_table(points_table(e.unknowns, x[: len(rows)], number), folder / f"points_{stage}.csv")
     write_table(points_table(e.unknowns, x[:LAST_RIGS], FIRST["last"]), folder / "points_study.csv")
     runs = [
-        study_row(FIRST["last"] + k, 115.0, radius, 45.0 if radius is None else 20.0 if radius < 0.308 else 9.0 + k, 2.0 * (radius == 0.303), 1.1 if k < 4 else 0.9)
+        study_row(
+            FIRST["last"] + k,
+            115.0,
+            radius,
+            45.0 if radius is None else 20.0 if radius < 0.308 else 9.0 + k,
+            2.0 * (radius == 0.303),
+            1.1 if k < 4 else 0.9,
+        )
         for k in range(LAST_RIGS)
         for radius in (None, *e.form.radii_m)
-    ]  # fmt: skip
-    for k in range(LAST_RIGS):  # records: RMS over all links rises with speed in rigs 0 to 4, what is above 20 Hz in 0 and 1
+    ]
+    for k in range(
+        LAST_RIGS
+    ):  # records: RMS over all links rises with speed in rigs 0 to 4, what is above 20 Hz in 0 and 1
         slow = next(row for row in runs if row["name"] == f"{FIRST['last'] + k} 115 0.308")
         fast = study_row(FIRST["last"] + k, 210.0, 0.308, 9.0, 0.0, 1.0)
         slow |= {"whole_rms": 1.0, "whole_sd": 0.5, "whole_high_frequency": 0.1, "line_hz": 5.0}
@@ -103,7 +114,9 @@ def test_the_rig_that_no_target_excludes_comes_first(ensemble):
 
 
 def test_a_claim_holds_in_the_share_of_rigs_that_show_it(ensemble):
-    """Ring RMS rises with the radius in 4 of 6 rigs; no ring at another speed can judge C21 or C23b, no record of 90 s C07."""
+    """Ring RMS rises with the radius in 4 of 6 rigs; no ring at another speed can judge C21 or C23b, no record of 90 s
+    C07.
+    """
     table = verdicts.claims_table(ensemble, CLAIMS).set_index(["id", "part"])
     rising = table.loc["C22", "a"]
     assert (rising["rigs"], rising["reproduced"], rising["used"]) == (6, 4, "held out")
@@ -141,10 +154,20 @@ def test_two_claims_exclude_each_other_where_no_rig_shows_both(ensemble):
 
 
 def test_everything_is_written_and_said(ensemble):
-    card = pd.DataFrame([
-        {"rig": "shipped", "id": claim.id, "part": claim.part, "claim": claim.claim, "origin": "", "measured": "", "verdict": "x"}
-        for claim in CLAIMS
-    ])  # fmt: skip
+    card = pd.DataFrame(
+        [
+            {
+                "rig": "shipped",
+                "id": claim.id,
+                "part": claim.part,
+                "claim": claim.claim,
+                "origin": "",
+                "measured": "",
+                "verdict": "x",
+            }
+            for claim in CLAIMS
+        ]
+    )
     said = write_tables(ensemble, CONFIG / "claims.yaml", card)
     assert "6 were run at full fidelity; of these 1 is." in said
     assert f"any rig comes to both is an implausibility of 0: rig {FIRST['last']} of `rigs.csv` shows both." in said

@@ -30,7 +30,9 @@ def logged(make_scene):
 
 
 def test_a_peak_between_two_steps_is_found(logged):
-    """A half sine of nine steps to the period, wherever the steps fall: 0.7 % are left of what they miss, 6 % at worst."""
+    """A half sine of nine steps to the period, wherever the steps fall: 0.7 % are left of what they miss, 6 %
+    at worst.
+    """
     omega = 2 * np.pi / (9 * STEP)
     missed = []
     for phase in np.linspace(0.02, 0.98, 13):
@@ -40,11 +42,15 @@ def test_a_peak_between_two_steps_is_found(logged):
         missed.append(1 - forces.max() / 800.0)
         assert spell[PEAK] == pytest.approx(800.0, rel=0.007) and spell[PEAK] >= forces.max()
         assert spell[PEAK_TIME] == pytest.approx(2.0 + 2.25 * STEP - phase * STEP, abs=0.03 * STEP)
-        assert spell[IMPULSE] == pytest.approx(forces.sum() * STEP) and spell[END] - spell[START] == pytest.approx(len(forces) * STEP)
+        assert spell[IMPULSE] == pytest.approx(forces.sum() * STEP) and spell[END] - spell[START] == pytest.approx(
+            len(forces) * STEP
+        )
     assert max(missed) > 0.05 and np.mean(missed) == pytest.approx((omega * STEP) ** 2 / 24, rel=0.1)
 
 
-@pytest.mark.parametrize("forces", [[900.0, 400.0, 300.0], [100.0, 900.0, 800.0], [300.0, 500.0, 900.0], [700.0, 700.0, 700.0], [900.0]])
+@pytest.mark.parametrize(
+    "forces", [[900.0, 400.0, 300.0], [100.0, 900.0, 800.0], [300.0, 500.0, 900.0], [700.0, 700.0, 700.0], [900.0]]
+)
 def test_a_peak_that_the_steps_do_not_resolve_is_the_largest_step(logged, forces):
     spell = logged(forces)
     assert spell[PEAK] == max(forces) and spell[PEAK_TIME] == 2.0 + forces.index(max(forces)) * STEP

@@ -100,7 +100,13 @@ def test_the_command_says_what_reading_did(recording, tmp_path):
     files = [str(tmp_path / name) for name in ("run.npz", "mine.csv")]
     run = CliRunner().invoke(app, ["compare", *files, "--axis", "ay=-channel 3", "--unit", "m/s2", "--to", "20"])
     assert run.exit_code == 0, run.output
-    for words in ("30000, from line 3 on", "ay = -'Channel 3' in m/s2", "1000 Hz, found", "9999 rows outside", "0 of 20001 rows at"):
+    for words in (
+        "30000, from line 3 on",
+        "ay = -'Channel 3' in m/s2",
+        "1000 Hz, found",
+        "9999 rows outside",
+        "0 of 20001 rows at",
+    ):
         assert words in run.output, words
     rms = float(re.search(r"rms_g +[\d.]+ +[\de.-]+ +([\d.]+)", run.output)[1])
     assert rms == pytest.approx(0.77 / 2**0.5, rel=0.02)

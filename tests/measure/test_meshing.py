@@ -237,9 +237,7 @@ def test_standard_errors_over_passages():
     rms = square.mean() ** 0.5
     assert summary["left_rms_error_n"] == pytest.approx(square.std(ddof=1) / 3**0.5 / (2 * rms))
     assert summary["left_sd_error_n"] > 0
-    assert (
-        summary["right_rms_error_n"] == summary["right_sd_error_n"] == summary["right_share_error_pct"] == 0
-    )
+    assert summary["right_rms_error_n"] == summary["right_sd_error_n"] == summary["right_share_error_pct"] == 0
 
 
 def test_passages_without_a_contact_count_as_zero_in_shares_but_not_in_phases():

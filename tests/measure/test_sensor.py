@@ -169,6 +169,4 @@ def test_reading_is_in_g_and_cut_at_both_ends_of_the_range(make_scene):
     assert signal.ay[0] == 1.0
     weightless = dict(recording.meta, rig=dict(recording.meta["rig"], gravity=0.0))
     # without gravity the unit is still 9.81 m/s2
-    assert sense(replace(recording, mean=mean, raw=mean, meta=weightless)).ay[7] == pytest.approx(
-        18.5, rel=1e-15
-    )
+    assert sense(replace(recording, mean=mean, raw=mean, meta=weightless)).ay[7] == pytest.approx(18.5, rel=1e-15)

@@ -22,7 +22,9 @@ def recording():
 
 
 def test_it_adds_up_to_the_friction_in_the_account_of_work(recording):
-    """Teeth over areas, links over wheels, to 1e-6 of the work; a term booked twice or nowhere would be a part of it."""
+    """Teeth over areas, links over wheels, to 1e-6 of the work; a term booked twice or nowhere would be a part
+    of it.
+    """
     change = dict(zip(ENERGY_NAMES, recording.energy[-1] - recording.energy[0], strict=True))
     slid = recording.sliding[-1] - recording.sliding[0]
     assert change["tooth_friction"] > 1.0 and change["wheel_friction"] > 1.0

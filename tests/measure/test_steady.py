@@ -1,4 +1,6 @@
-"""Runs that end when their contacts are known: against long records, against single loops, and on constructed passages."""
+"""Runs that end when their contacts are known: against long records, against single loops, and on constructed
+passages.
+"""
 
 from types import SimpleNamespace
 
@@ -41,7 +43,9 @@ def test_a_short_answer_is_that_of_a_long_record(scene, short):
 
 
 def test_a_settled_loop_serves_every_speed(rig, scene, short):
-    """As a loop that was settled for its own speed, but for what the settling left in the workspace of its first step."""
+    """As a loop that was settled for its own speed, but for what the settling left in the workspace of its
+    first step.
+    """
     settled = Loop(scene.with_(motor_rpm=115.0))
     recording, _ = run_steady(settled.changed(motor_rpm=scene.motor_rpm, duration=scene.duration), KNOWN)
     assert recording.meta == short.meta
@@ -58,7 +62,9 @@ def test_a_record_without_its_beginning_has_the_same_later_passages(scene, short
     assert len(cut.time) / cut.rate == pytest.approx(cut.meta["scene"]["duration"])
     assert cut.fault() is None
     whole, kept = passages(short), passages(cut)
-    expected = whole[whole["start_s"].groupby(whole["passage"]).transform("min") >= 1.0 + steady.LONGEST * 60 * 5.57 / 210]
+    expected = whole[
+        whole["start_s"].groupby(whole["passage"]).transform("min") >= 1.0 + steady.LONGEST * 60 * 5.57 / 210
+    ]
     assert 0 < kept["passage"].nunique() < whole["passage"].nunique()
     assert kept["passage"].nunique() == expected["passage"].nunique()
     for name in ("share_pct", "square_n2s", "peak_n"):
@@ -73,7 +79,11 @@ def seen(monkeypatch, left, square=None):
          "square_n2s": (share if square is None else square[i]) if side == "left" else 0.0}
         for i, share in enumerate(left) for side in steady.SIDES
     ]  # fmt: skip
-    monkeypatch.setattr(steady, "passages", lambda recording: pd.DataFrame(rows, columns=["passage", "side", "start_s", "share_pct", "square_n2s"]))
+    monkeypatch.setattr(
+        steady,
+        "passages",
+        lambda recording: pd.DataFrame(rows, columns=["passage", "side", "start_s", "share_pct", "square_n2s"]),
+    )
     monkeypatch.setattr(steady, "timing", lambda recording: SimpleNamespace(turn=TURN))
     return steady_from(None, KNOWN)
 

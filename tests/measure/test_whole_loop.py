@@ -70,7 +70,9 @@ def test_a_signal_that_repeats_is_stitched_to_its_whole_period():
     turn = 2 * np.pi / period
     fake, _ = made_up(lambda t: 1.2 * np.sin(turn * t + 0.4) + 0.1 * np.sin(12 * turn * t))
     revolution = stitch(fake, 5)
-    expected = 1.2 * np.sin(turn * (revolution.time + 0.006) + 0.4) + 0.1 * np.sin(12 * turn * (revolution.time + 0.006))
+    expected = 1.2 * np.sin(turn * (revolution.time + 0.006) + 0.4) + 0.1 * np.sin(
+        12 * turn * (revolution.time + 0.006)
+    )
     # half a sample of the steepest slope, which the nearest sample of a passage can be off
     slope = turn * (1.2 + 1.2)
     assert np.abs(revolution.ay - expected).max() <= 0.5 / RATE * slope

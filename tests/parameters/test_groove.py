@@ -37,9 +37,7 @@ def free_side(groove, area, point):
 def test_neighbouring_arcs_meet_with_a_common_tangent(groove, area):
     end, start = groove.arc(area)[-1], groove.arc(area + 1)[0]
     np.testing.assert_allclose(end, start, rtol=0, atol=EXACT)
-    np.testing.assert_allclose(
-        free_side(groove, area, end), free_side(groove, area + 1, start), rtol=0, atol=EXACT
-    )
+    np.testing.assert_allclose(free_side(groove, area, end), free_side(groove, area + 1, start), rtol=0, atol=EXACT)
 
 
 def test_every_arc_has_an_extent_and_runs_from_left_to_right(groove):
@@ -69,9 +67,7 @@ def test_bottom_arcs_are_one_circle_and_lowest_in_the_middle(groove):
 def test_tip_lies_on_the_addendum_circle_and_on_the_tooth_line(groove):
     profile = groove.profile(400)
     half = pi / groove.teeth
-    np.testing.assert_allclose(
-        profile[0], groove.addendum * np.array([-sin(half), cos(half)]), rtol=0, atol=EXACT
-    )
+    np.testing.assert_allclose(profile[0], groove.addendum * np.array([-sin(half), cos(half)]), rtol=0, atol=EXACT)
     assert np.hypot(*profile.T).max() <= groove.addendum + EXACT
 
 
@@ -102,9 +98,7 @@ def test_groove_worked_out_in_another_order_is_reproduced():
     centre = [(-76.902, 312.002), (-23.105, 344.448), (-30.0, 335.622), (-35.519, 283.112), (0, 365.806)]
     np.testing.assert_allclose(groove.centre[:5], np.array(centre) / 1e3, rtol=0, atol=2e-6)
     np.testing.assert_allclose(groove.radius[:5] * 1e3, [28.8241, 34.0, 22.8, 30.0, 60.0], rtol=0, atol=2e-3)
-    np.testing.assert_allclose(
-        np.degrees(groove.half_angle[:5]), [36.376, 10.452, 16.0, 8.622, 11.622], atol=1e-2
-    )
+    np.testing.assert_allclose(np.degrees(groove.half_angle[:5]), [36.376, 10.452, 16.0, 8.622, 11.622], atol=1e-2)
     direction = [
         (0.38316, 0.92368),
         (-0.74841, -0.66324),
@@ -126,16 +120,12 @@ def test_coarse_groove_keeps_the_ends_of_the_flanks_and_their_symmetry(groove):
     np.testing.assert_allclose(coarse.centre[1], 0.0, rtol=0, atol=EXACT)
 
 
-@pytest.mark.parametrize(
-    ("teeth", "link", "radius"), [(13, 0.1, 0.3273), (13, 0.102, 0.336164), (10, 0.0984, 0.25)]
-)
+@pytest.mark.parametrize(("teeth", "link", "radius"), [(13, 0.1, 0.3273), (13, 0.102, 0.336164), (10, 0.0984, 0.25)])
 def test_connector_length_solves_the_equal_pitch_equation(teeth, link, radius):
     connector = connector_length(teeth, link, radius)
     assert connector > 0
     # pi in double precision
-    assert teeth * (asin(link / (2 * radius)) + asin(connector / (2 * radius))) == pytest.approx(
-        pi, abs=1e-14
-    )
+    assert teeth * (asin(link / (2 * radius)) + asin(connector / (2 * radius))) == pytest.approx(pi, abs=1e-14)
 
 
 @pytest.mark.parametrize(("link", "radius"), [(0.16, 0.3273), (0.7, 0.3273), (0.1, 0.15)])
@@ -285,9 +275,7 @@ def test_unknown_and_missing_parameters_are_refused(rig_path, tmp_path):
     assert "bushing is missing" in refusal(broken(rig_path, tmp_path, lambda data: data.pop("bushing")))
     no_wheels = broken(rig_path, tmp_path, lambda data: (data.pop("idler"), data.pop("road_wheel")))
     assert "wheels is missing" in refusal(no_wheels)
-    assert "motor is not a known parameter" in refusal(
-        broken(rig_path, tmp_path, lambda data: data.update(motor={}))
-    )
+    assert "motor is not a known parameter" in refusal(broken(rig_path, tmp_path, lambda data: data.update(motor={})))
 
 
 def test_unreadable_files_are_refused(tmp_path):
@@ -330,7 +318,11 @@ def test_parameter_table_lists_every_parameter_with_kind_and_source(rig_path, ri
     assert len(table) == parameters + len(derived)
     assert derived <= set(table["name"])
     assert set(table.loc[table["unit"] == "deg", "name"].str.split(".").str[0]) == {
-        "groove", "tension", "sprocket", "idler", "road_wheel"
+        "groove",
+        "tension",
+        "sprocket",
+        "idler",
+        "road_wheel",
     }
 
 

@@ -13,7 +13,9 @@ from trackdyn.study.settings import PeerAnswers
 
 
 def test_accelerations_of_a_known_motion_are_averaged_by_passage():
-    """Links on circles of 1 m at 2 rad/s have 4 m/s2 each, whatever their phase; second differences see it to (w T)^2 / 12."""
+    """Links on circles of 1 m at 2 rad/s have 4 m/s2 each, whatever their phase; second differences see it to (w T)^2 /
+    12.
+    """
     time, phases = np.arange(1001) / 1000, np.linspace(0, 6, 35)
     angle = 2 * time[:, None] + phases
     found = accelerations(np.stack([np.cos(angle), np.sin(angle)], axis=2), 1000.0, 0.2)
@@ -37,7 +39,14 @@ def test_the_cheapest_setting_that_keeps_the_tolerance_is_chosen():
     def run(method, step):
         size = np.repeat(np.sqrt(1 + noise), 25)[:, None] * (1 + 40 * step)
         turn = np.cumsum(np.ones(1000)) * 0.5
-        return np.cumsum(np.cumsum(np.stack([size * np.cos(turn)[:, None], size * np.sin(turn)[:, None]], axis=2), axis=0), axis=0), 0.1, 1e-4 / step
+        return (
+            np.cumsum(
+                np.cumsum(np.stack([size * np.cos(turn)[:, None], size * np.sin(turn)[:, None]], axis=2), axis=0),
+                axis=0,
+            ),
+            0.1,
+            1e-4 / step,
+        )
 
     asked = SimpleNamespace(tolerance=0.01, ramp_s=1.0, lead_in_s=0.5)
     settings = [("made", 1e-5), ("made", 2e-5), ("made", 1e-4), ("made", 1e-3)]
@@ -45,7 +54,9 @@ def test_the_cheapest_setting_that_keeps_the_tolerance_is_chosen():
     assert rows.loc[1e-4, "difference_pct"] == pytest.approx(0.4, abs=0.01) and rows.loc[1e-4, "chosen"] == "yes"
     assert rows.loc[1e-3, "difference_pct"] == pytest.approx(4.0, abs=0.1) and np.isnan(rows.loc[1e-3, "cpu_s"])
     assert rows["chosen"].eq("yes").sum() == 1
-    assert "exudyn does not reach it" in outcome(pd.concat([rows.assign(code="trackdyn"), pd.DataFrame([{"code": "exudyn"}])]), 0.01)
+    assert "exudyn does not reach it" in outcome(
+        pd.concat([rows.assign(code="trackdyn"), pd.DataFrame([{"code": "exudyn"}])]), 0.01
+    )
     assert rows.loc[1e-4, "cpu_s"] == pytest.approx(0.1 + 1.0 * (1.5 + 0.025 * rows.loc[1e-4, "passages"]))
 
 
@@ -59,6 +70,8 @@ def test_without_the_other_codes_our_side_stands_alone(rig, monkeypatch):
     )  # fmt: skip
     table = compare_answers(rig, asked)
     assert list(table["code"]) == ["trackdyn", "trackdyn", "exudyn", "mujoco, contact of its own"]
-    assert list(table["note"].iloc[2:]) == [f"not run: {code} is not installed; pip install 'trackdyn[peers]'" for code in ("exudyn", "mujoco")]
+    assert list(table["note"].iloc[2:]) == [
+        f"not run: {code} is not installed; pip install 'trackdyn[peers]'" for code in ("exudyn", "mujoco")
+    ]
     assert "mujoco, contact of its own does not reach it with these settings or was not run" in outcome(table, 0.05)
     assert table["rms_m_s2"][0] == pytest.approx(table["rms_m_s2"][1], rel=0.02)

@@ -214,8 +214,10 @@ def test_comparison_without_the_extra_keeps_our_side(rig, without_exudyn):
     assert result.missing == "not run: exudyn is not installed; pip install 'trackdyn[peers]'"
     assert list(result.curves) == ["reading", "time_s", "trackdyn_m", "belt_m"]
     # a belt without forces moves the link as the chain does, within the few percent that the paper prints
-    assert 0 < result.summary["difference_belt_pct"].iloc[0] == percent_of_range(
-        result.curves["belt_m"] - result.curves["trackdyn_m"], result.curves["trackdyn_m"]
+    assert (
+        0
+        < result.summary["difference_belt_pct"].iloc[0]
+        == percent_of_range(result.curves["belt_m"] - result.curves["trackdyn_m"], result.curves["trackdyn_m"])
     )
     assert len(result.curves) == 200
     assert list(result.table["code"]) == ["trackdyn", "trackdyn", f"exudyn, {result.missing}"]

@@ -1,4 +1,6 @@
-"""The chain in MuJoCo with contacts of its own: what it must share with the simulator, and what happens where it is missing."""
+"""The chain in MuJoCo with contacts of its own: what it must share with the simulator, and what happens where it is
+missing.
+"""
 
 import sys
 from dataclasses import replace
@@ -156,7 +158,9 @@ def test_the_joint_that_closes_the_loop_stays_closed(driven):
 
 
 def test_the_loop_goes_round_at_the_rigs_pace(rig, scene, driven):
-    """Thirteen pitches a turn of the sprocket, whatever slides: the chain's angle about its middle, over the last half second."""
+    """Thirteen pitches a turn of the sprocket, whatever slides: the chain's angle about its middle, over the last half
+    second.
+    """
     centre = driven.centre[-501:]
     speed = np.hypot(*np.diff(centre, axis=0).transpose(2, 0, 1)).mean(axis=0) * rig.sensor.rate
     length = rig.chain.link_length + rig.connector_length
@@ -247,8 +251,12 @@ def test_a_contact_is_a_spring_damper_and_inertance_of_the_given_size():
         body = spec.worldbody.add_body(pos=[0, 0.32 - depth, 0], mass=10.0, inertia=[1, 1, 1], explicitinertial=True)
         for axis in ([1, 0, 0], [0, 1, 0]):
             body.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
-        body.add_geom(name="link", type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=[-0.05, 0, 0, 0.05, 0, 0], size=[0.02, 0, 0])
-        spec.add_pair(geomname1="rim", geomname2="link", condim=3, friction=[given.friction] * 2 + [0] * 3, **soft(given))
+        body.add_geom(
+            name="link", type=mujoco.mjtGeom.mjGEOM_CAPSULE, fromto=[-0.05, 0, 0, 0.05, 0, 0], size=[0.02, 0, 0]
+        )
+        spec.add_pair(
+            geomname1="rim", geomname2="link", condim=3, friction=[given.friction] * 2 + [0] * 3, **soft(given)
+        )
         model = spec.compile()
         model.body_invweight0[:] = [[0, 0], [1, 1]]
         model.opt.tolerance = 0.0
@@ -289,9 +297,16 @@ def test_a_step_that_is_no_part_of_the_sample_is_refused(built):
 
 
 ASKED = {
-    "speed_rpm": 210, "ring_radius_m": 0.308, "tolerance": 0.05, "ramp_s": 0.1, "lead_in_s": 0.05, "passages": 9,
-    "steps_s": {"semi_implicit": [1e-4, 5e-5]}, "exudyn_steps_s": [1e-3, 5e-4], "mujoco_steps_s": {"euler": [5e-4, 2.5e-4]},
-}  # fmt: skip
+    "speed_rpm": 210,
+    "ring_radius_m": 0.308,
+    "tolerance": 0.05,
+    "ramp_s": 0.1,
+    "lead_in_s": 0.05,
+    "passages": 9,
+    "steps_s": {"semi_implicit": [1e-4, 5e-5]},
+    "exudyn_steps_s": [1e-3, 5e-4],
+    "mujoco_steps_s": {"euler": [5e-4, 2.5e-4]},
+}
 
 
 def test_its_rows_stand_beside_ours(rig, monkeypatch):

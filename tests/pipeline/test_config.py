@@ -81,7 +81,11 @@ def test_the_full_configuration_is_the_papers_matrix():
 def test_the_quick_configuration_states_only_what_differs(data):
     for name, value in read_yaml(QUICK).items():
         for field in value if isinstance(value, dict) else [None]:
-            ours, base = (value[field], data[name][field]) if field else (value, data.get(name, Config.model_fields[name].default))
+            ours, base = (
+                (value[field], data[name][field])
+                if field
+                else (value, data.get(name, Config.model_fields[name].default))
+            )
             assert ours != base, f"{name} {field or ''}"
 
 
@@ -262,7 +266,9 @@ def test_too_large_a_step_is_refused_with_one_that_would_do(data, field):
     sentence = refusal(data)
     assert field.split(".")[0] in sentence
     assert "step = 0.001 is not accepted: too large for the " in sentence
-    limit, such = (float(part) for part in sentence.rpartition("at most ")[2].removesuffix(" s").split(" s would do, such as "))
+    limit, such = (
+        float(part) for part in sentence.rpartition("at most ")[2].removesuffix(" s").split(" s would do, such as ")
+    )
     assert 2e-5 < such <= 1.01 * limit < 1e-3
     ask(such)
     check_config(data, "mine.yaml")
@@ -271,10 +277,23 @@ def test_too_large_a_step_is_refused_with_one_that_would_do(data, field):
 def test_a_ring_takes_the_longest_step_that_is_allowed_up_to_its_radius(data):
     put(data, "ring_study.steps_s", [[0.305, 1e-4], [0.309, 5e-5], [0.31, 4e-5]])
     _, _, scenes = check_config(data, "mine.yaml")
-    found = {name: scenes[f"ring/115rpm_{name}"].step for name in ("none", "0.303", "0.305", "0.306", "0.309", "0.31", "0.313")}
-    assert found == {"none": 1e-4, "0.303": 1e-4, "0.305": 1e-4, "0.306": 5e-5, "0.309": 5e-5, "0.31": 4e-5, "0.313": 4e-5}
+    found = {
+        name: scenes[f"ring/115rpm_{name}"].step
+        for name in ("none", "0.303", "0.305", "0.306", "0.309", "0.31", "0.313")
+    }
+    assert found == {
+        "none": 1e-4,
+        "0.303": 1e-4,
+        "0.305": 1e-4,
+        "0.306": 5e-5,
+        "0.309": 5e-5,
+        "0.31": 4e-5,
+        "0.313": 4e-5,
+    }
     put(data, "ring_study.steps_s", [[0.309, 5e-5], [0.305, 1e-4]])
-    assert "ring_study.steps_s = [[0.309, 5e-05], [0.305, 0.0001]] is not accepted: 0.305 comes after 0.309" in refusal(data)
+    assert "ring_study.steps_s = [[0.309, 5e-05], [0.305, 0.0001]] is not accepted: 0.305 comes after 0.309" in refusal(
+        data
+    )
 
 
 def test_another_rig_runs_what_claims_are_judged_by_at_steps_of_its_own(data):
@@ -291,7 +310,9 @@ def test_a_step_that_does_not_divide_the_sample_interval_is_refused(data):
     put(data, "records.step_s", 3e-5)
     sentence = refusal(data)
     assert "step = 3e-05 is not accepted" in sentence
-    assert "a whole fraction of the sample interval 0.001 s and at least 1e-08 s would do, such as 2.5e-05 s" in sentence
+    assert (
+        "a whole fraction of the sample interval 0.001 s and at least 1e-08 s would do, such as 2.5e-05 s" in sentence
+    )
 
 
 def test_a_missing_rig_file_is_refused(data):

@@ -65,7 +65,9 @@ def test_open_claims_lead_and_those_that_failed_first():
 def test_the_table_has_eight_lines_at_most():
     rows = [(f"C{i:02}", "some claim", "reproduced", "predicted") for i in range(20)]
     rows.append(("C30", "fitted", "reproduced", "fitted"))
-    assert sum(line.startswith("| C") or line.startswith("|  ") for line in results(scorecard(rows)).splitlines()) == LINES
+    assert (
+        sum(line.startswith("| C") or line.startswith("|  ") for line in results(scorecard(rows)).splitlines()) == LINES
+    )
 
 
 def test_a_departure_has_a_line_and_a_scene_a_column():

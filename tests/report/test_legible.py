@@ -60,7 +60,10 @@ def trade(errors=(1e-3, 2e-4, 1e-1, 0.0)):
         for scene in ("ring 0.308 m 115 rpm", "no ring 115 rpm", "ring 0.304 m 150 rpm")
         for i, (kind, error) in enumerate(zip(kinds, errors, strict=True))
     ]
-    rows.append(dict(zip(KEY, ("no ring 115 rpm", "ten_arcs", "rk4"), strict=True)) | {"step_s": 5e-4, "measure": "all", "failed": True})
+    rows.append(
+        dict(zip(KEY, ("no ring 115 rpm", "ten_arcs", "rk4"), strict=True))
+        | {"step_s": 5e-4, "measure": "all", "failed": True}
+    )
     return pd.DataFrame(rows, columns=COLUMNS)
 
 

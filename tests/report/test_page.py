@@ -109,8 +109,7 @@ def inputs(tmp_path_factory):
     pd.DataFrame(kinds).to_csv(results / "tables" / "parameters.csv", index=False)
     trade = {"scene": "ring", "fidelity": "planar", "integrator": "euler", "measure": "rms", "uncertainty": 1e-6}
     steps = [
-        trade | {"step_s": s, "cpu_s_per_s": 1e-5 / s, "error": 100 * s, "failed": s > 5e-4}
-        for s in (1e-4, 2e-4, 1e-3)
+        trade | {"step_s": s, "cpu_s_per_s": 1e-5 / s, "error": 100 * s, "failed": s > 5e-4} for s in (1e-4, 2e-4, 1e-3)
     ]
     pd.DataFrame(steps).to_csv(results / "trade.csv", index=False)
     promise = {"scene": "no ring 210 rpm", "measure": "left_share", "tolerance": 0.005}

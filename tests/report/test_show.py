@@ -60,7 +60,10 @@ def test_what_moves_is_the_run(recording, stretch):
     half = recording.meta["rig"]["chain"]["link_length"] / 2
     middle = link[:, :2] + half * np.column_stack([np.cos(link[:, 2]), np.sin(link[:, 2])])
     assert np.abs(middle - recording.place[samples]).max() < 1e-9
-    seen, touched = np.zeros((len(samples), *recording.force.shape[1:])), np.zeros((len(samples), *recording.area.shape[1:], 2))
+    seen, touched = (
+        np.zeros((len(samples), *recording.force.shape[1:])),
+        np.zeros((len(samples), *recording.area.shape[1:], 2)),
+    )
     for k, of in enumerate(stretch.contacts):
         for side, _, _, u, v, area, groove, body, _ in of[of[:, 8] == 0]:
             seen[k, int(body) // 2, int(side)] = np.hypot(u, v)
@@ -73,9 +76,14 @@ def test_what_moves_is_the_run(recording, stretch):
     assert np.array_equal(touched[arcs], np.stack([recording.area[samples], recording.groove[samples]], axis=-1)[arcs])
 
 
-@pytest.mark.parametrize("fields", [{}, {"ring_radius": None}, {"chain": "single_pin"}, {"tooth_contact": "three_surfaces", "ring_radius": None}])
+@pytest.mark.parametrize(
+    "fields",
+    [{}, {"ring_radius": None}, {"chain": "single_pin"}, {"tooth_contact": "three_surfaces", "ring_radius": None}],
+)
 def test_contacts_and_weight_are_what_accelerates_the_chain(make_scene, fields):
-    """Momentum and angular momentum change by the drawn forces at their drawn places; without friction nothing else acts."""
+    """Momentum and angular momentum change by the drawn forces at their drawn places; without friction nothing else
+    acts.
+    """
     loop = Loop(make_scene(210.0, friction="none", **fields))
     loop.advance(0.6)
     chain, h = loop.model.chain, loop.model.step
@@ -94,7 +102,9 @@ def test_contacts_and_weight_are_what_accelerates_the_chain(make_scene, fields):
 
 
 def test_shares_are_those_of_the_record(recording, stretch):
-    """A turn of all pitches, sampled, against whole passages, logged step by step: two ends known to a sample, twice."""
+    """A turn of all pitches, sampled, against whole passages, logged step by step: two ends known to a sample,
+    twice.
+    """
     summary = meshing_summary(recording)
     turn = stretches.turn_period(stretches.scene_of(recording)) * recording.rate
     assert stretch.shares[:-1, 0].sum() == pytest.approx(summary["left_share_pct"], abs=100 * 4 / turn)
@@ -104,7 +114,9 @@ def test_shares_are_those_of_the_record(recording, stretch):
 
 
 def test_places_go_around_the_loop(stretch, rig):
-    """In a turn of the sprocket every joint goes on by as many pitches as there are teeth; wheels stand in the chain's order."""
+    """In a turn of the sprocket every joint goes on by as many pitches as there are teeth; wheels stand in the chain's
+    order.
+    """
     gone = np.diff(stretch.place, axis=0) % rig.chain.pitches
     steps = len(stretch.time) - 1
     assert gone.sum(axis=0) == pytest.approx(rig.sprocket.teeth * steps / (steps + 1), rel=0.01)
@@ -149,7 +161,9 @@ def test_a_long_history_keeps_its_extremes(recording):
     whole = signal(longer, None)["whole"]
     g = recording.meta["rig"]["gravity"]
     assert len(whole["low"]) == 2000 < len(ay)
-    assert max(whole["high"]) == pytest.approx(1 + 5 / g, rel=1e-3) and min(whole["low"]) == pytest.approx(1 - 7 / g, rel=1e-3)
+    assert max(whole["high"]) == pytest.approx(1 + 5 / g, rel=1e-3) and min(whole["low"]) == pytest.approx(
+        1 - 7 / g, rel=1e-3
+    )
 
 
 SCENES = {
@@ -203,7 +217,10 @@ def test_nothing_overflows(open_page, width):
 
 def test_the_loop_plays_pauses_and_scrubs_and_the_tension_follows(open_page, stretch):
     page = open_page()
-    picture, joints = "document.getElementById('scene').toDataURL()", "document.getElementById('tension-plot').data[2].y"
+    picture, joints = (
+        "document.getElementById('scene').toDataURL()",
+        "document.getElementById('tension-plot').data[2].y",
+    )
     page.select_option("#pace", "1")
     first, forces = page.evaluate(picture), page.evaluate(joints)
     page.click("#play")
@@ -216,7 +233,9 @@ def test_the_loop_plays_pauses_and_scrubs_and_the_tension_follows(open_page, str
     page.fill("#scrub", "30")
     assert page.inner_text("#clock") == f"{stretch.time[30]:.2f} s"
     order = np.argsort(stretch.place[30])
-    assert page.evaluate(joints) == pytest.approx(stretch.tension[30][order], abs=0.51) and page.evaluate(joints) != forces
+    assert (
+        page.evaluate(joints) == pytest.approx(stretch.tension[30][order], abs=0.51) and page.evaluate(joints) != forces
+    )
     side = stretch.contacts[30][:, 0]
     assert f"road wheel {(side == 4).sum()} (largest" in page.inner_text("#readout")
     assert re.search(r"The bar is \d+ N in all views", page.inner_text("#readout"))
@@ -241,7 +260,9 @@ def test_tables_and_charts_can_be_taken_along(open_page):
 def test_a_notebook_shows_the_page_in_a_frame(recording, open_file, tmp_path):
     shown = trackdyn.show(recording, seconds=0.05)
     frame = tmp_path / "frame.html"
-    frame.write_text(f"<!doctype html><html data-drawn=1><title>t</title>{shown._repr_html_()}</html>", encoding="utf-8")
+    frame.write_text(
+        f"<!doctype html><html data-drawn=1><title>t</title>{shown._repr_html_()}</html>", encoding="utf-8"
+    )
     page = open_file(frame)
     page.frames[1].wait_for_function("document.documentElement.dataset.drawn")
     assert html.escape(shown.text) in frame.read_text(encoding="utf-8")
@@ -266,7 +287,11 @@ def command(monkeypatch, capsys, *arguments):
 
 def test_the_command_writes_the_page_beside_the_run(page_file, monkeypatch, capsys):
     code, said = command(monkeypatch, capsys, page_file.with_suffix(".npz"), "--seconds", 0.05)
-    assert code == 0 and said.out.startswith(f"{page_file}: ") and "the sensor's place differs from the record's by" in said.out
+    assert (
+        code == 0
+        and said.out.startswith(f"{page_file}: ")
+        and "the sensor's place differs from the record's by" in said.out
+    )
 
 
 @pytest.mark.parametrize(

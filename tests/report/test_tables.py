@@ -47,7 +47,14 @@ def test_headings_have_two_lines_and_name_columns_that_exist():
     assert set(HEADS["table4"]) == set(frame)
     assert list(headed(frame, "table4"))[1:7] == [
         f"RMS (g)<br>{words}"
-        for words in ("ten arcs", "error, ten arcs", "three surfaces", "error, three surfaces", "change (%)", "error, change (%)")
+        for words in (
+            "ten arcs",
+            "error, ten arcs",
+            "three surfaces",
+            "error, three surfaces",
+            "change (%)",
+            "error, change (%)",
+        )
     ]
 
 
@@ -81,11 +88,24 @@ def test_costs_have_a_total_that_leaves_out_what_is_asked_for_by_name(tmp_path):
 
 
 def test_a_setting_that_was_refused_everywhere_says_so():
-    rows = pd.DataFrame([
-        {"scene": "a", "fidelity": "ten_arcs", "integrator": "semi_implicit", "step_s": step, "cpu_s_per_s": cost, "measure": "rms", "error": error, "failed": failed}
-        for step, cost, error, failed in ((1e-4, 0.1, 1e-3, False), (5e-4, np.nan, np.nan, True))
-    ])  # fmt: skip
-    promises = pd.DataFrame({"measure": "rms", "achieved_error": [1e-3, np.nan], "met": [True, None], "reason": [None, "too coarse"]})
+    rows = pd.DataFrame(
+        [
+            {
+                "scene": "a",
+                "fidelity": "ten_arcs",
+                "integrator": "semi_implicit",
+                "step_s": step,
+                "cpu_s_per_s": cost,
+                "measure": "rms",
+                "error": error,
+                "failed": failed,
+            }
+            for step, cost, error, failed in ((1e-4, 0.1, 1e-3, False), (5e-4, np.nan, np.nan, True))
+        ]
+    )
+    promises = pd.DataFrame(
+        {"measure": "rms", "achieved_error": [1e-3, np.nan], "met": [True, None], "reason": [None, "too coarse"]}
+    )
     text = trade_summary(rows, pd.DataFrame(), promises)
     assert re.search(r"rms +\| too coarse +\| +1", text)
     assert "nan" not in text

@@ -15,7 +15,9 @@ def test_a_running_loop_has_the_tension_of_a_belt():
     the joints, ``m v^2`` comes from masses and the sprocket's speed, the force from the spring. A slow motion of the
     strands across and a record of some thirty pitches are left: a twentieth of ``m v^2``.
     """
-    rig = load_rig("bench").changed(gravity=0.0, bushing__stiffness=0.0, tension__pre_tension=8000.0, tension__kept="sprung")
+    rig = load_rig("bench").changed(
+        gravity=0.0, bushing__stiffness=0.0, tension__pre_tension=8000.0, tension__kept="sprung"
+    )
     missing = {}
     for rpm in (4.0, 150.0):
         loop = Loop(scene_of(rig, rpm, step=4e-5))
@@ -40,9 +42,12 @@ def test_a_strand_at_rest_hangs_as_a_catenary():
     """The longest free strand against ``y = c cosh((x - x0) / c)`` with c the horizontal force over the weight a metre.
 
     The force is taken from the joints, the shape from the pins: the curve through both ends and the lowest slope. Links
-    and connectors differ in weight a metre, which makes the strand's slope step by some weight of a body over the force.
+    and connectors differ in weight a metre, which makes the strand's slope step by some weight of a body over the
+    force.
     """
-    rig = load_rig("bench").changed(bushing__stiffness=0.0, tension__pre_tension=2500.0, chain__pitches=34, idler__x=-1.70)
+    rig = load_rig("bench").changed(
+        bushing__stiffness=0.0, tension__pre_tension=2500.0, chain__pitches=34, idler__x=-1.70
+    )
     loop = Loop(scene_of(rig, 0.0, duration=0.5))
     loop.step(1)
     loop.energy  # noqa: B018
@@ -50,7 +55,9 @@ def test_a_strand_at_rest_hangs_as_a_catenary():
     touched = np.unique(work.contact_body[: work.count[0], 0])
     pins = loop.pins
     middles = 0.5 * (pins[:-1] + pins[1:])
-    free = [i for i in range(len(chain.length)) if i not in touched and -1.5 < middles[i, 0] < -0.2 and middles[i, 1] < 0.0]
+    free = [
+        i for i in range(len(chain.length)) if i not in touched and -1.5 < middles[i, 0] < -0.2 and middles[i, 1] < 0.0
+    ]
     low = list(range(free[0], free[-1] + 1))
     assert low == free and len(low) > 10
     strand = slice(low[0] + 1, low[-1] + 1)  # joints within it

@@ -40,7 +40,10 @@ def test_a_comment_of_a_new_file_can_be_taken_away(tmp_path):
     text = path.read_text(encoding="utf-8")
     begin = text.index("# bushing:")
     rows = text[begin : text.index("\n\n", begin)].splitlines()
-    path.write_text(text.replace("\n".join(rows), "\n".join(row.removeprefix("# ").removeprefix("#") for row in rows)), encoding="utf-8")
+    path.write_text(
+        text.replace("\n".join(rows), "\n".join(row.removeprefix("# ").removeprefix("#") for row in rows)),
+        encoding="utf-8",
+    )
     assert load_rig(path).bushing == load_rig("bench").bushing
 
 

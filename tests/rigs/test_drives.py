@@ -13,7 +13,7 @@ from trackdyn.model.constants import SPROCKET, Drive, Motor, Ripple
 from trackdyn.model.record import SPROCKET_WORK
 from trackdyn.model.state import SLIDE, SLIDE_RATE
 from trackdyn.parameters.rig import load_rig
-from trackdyn.scene.build import make_carriers
+from trackdyn.scene.carriers import make_carriers
 from trackdyn.simulation.account import open_share
 from trackdyn.simulation.loop import Loop
 
@@ -110,7 +110,11 @@ def test_all_of_them_in_one_loop_keep_the_account():
     free = {"kind": "free", "inertia": 0.05, "release": 0.5}
     pulled = 2.2 * rig.tension.pre_tension
     changed = rig.changed(
-        surfaces={"soft": soft}, front__surface="soft", drive=free, tension__kept="forced", tension__force=[[0.0, pulled], [2.0, 1.2 * pulled]]
+        surfaces={"soft": soft},
+        front__surface="soft",
+        drive=free,
+        tension__kept="forced",
+        tension__force=[[0.0, pulled], [2.0, 1.2 * pulled]],
     )
     loop = Loop(scene_of(changed, 60.0))
     assert loop.model.wheels.own_law is not None and loop.model.drive.motor is not None

@@ -38,7 +38,11 @@ def test_a_drawn_layout_is_laid_exactly(number):
     closed = np.array([np.cos(laid.angle), np.sin(laid.angle)]) @ lengths
     assert np.abs(closed).max() < 1e-10
     circles = wheel_circles(rig, laid.shift, surface=True)
-    apart = [hypot(*(circles[i, :2] - circles[k, :2])) - circles[i, 2] - circles[k, 2] for i in range(len(circles)) for k in range(i)]
+    apart = [
+        hypot(*(circles[i, :2] - circles[k, :2])) - circles[i, 2] - circles[k, 2]
+        for i in range(len(circles))
+        for k in range(i)
+    ]
     assert min(apart) > 0
 
 
@@ -59,15 +63,21 @@ def at_an_allowed_step(rig) -> Scene:
 
 @pytest.mark.parametrize("number", [137, 464, 710])
 def test_slow_and_slack_strands_are_tensioned(number):
-    """A strand that evens out in seconds, wheels on arms, and a slack one whose compliance once threw the wheel metres away."""
+    """A strand that evens out in seconds, wheels on arms, and a slack one whose compliance once threw the wheel metres
+    away.
+    """
     rig, _ = random_rig(number)
     _, _, _, layout = settle(at_an_allowed_step(rig))
-    assert layout["tension_n"] == pytest.approx(rig.tension.pre_tension, rel=REACHED + 0.02)  # an even mean, not an instant
+    assert layout["tension_n"] == pytest.approx(
+        rig.tension.pre_tension, rel=REACHED + 0.02
+    )  # an even mean, not an instant
     assert abs(layout["tensioner_shift_m"]) < rig.tension.travel
 
 
 def test_a_tension_that_the_hanging_chain_exceeds_is_refused():
-    """Layout 122 hangs 3.2 kN of its chain below the strand: a third of that cannot be its tension, whatever the wheel does."""
+    """Layout 122 hangs 3.2 kN of its chain below the strand: a third of that cannot be its tension, whatever the wheel
+    does.
+    """
     rig, _ = random_rig(122)
     with pytest.raises(InputError, match=r"pre_tension = 1100 N is not accepted: of the chain 3\d+ N hang below"):
         settle(at_an_allowed_step(rig.changed(tension__pre_tension=1100.0)))

@@ -45,7 +45,9 @@ def test_a_rig_may_have_a_measured_outline(rig, tmp_path):
     (tmp_path / "tooth.csv").write_text(f"x_m,y_m\n{rows}\n", encoding="utf-8")
     path = tmp_path / "mine.yaml"
     path.write_text(
-        'like: paper\nprofile:\n  outline: {value: tooth.csv, unit: "m, m", kind: derived, source: "points of the design"}\n', encoding="utf-8"
+        'like: paper\nprofile:\n  outline: {value: tooth.csv, unit: "m, m", kind: derived, source: '
+        '"points of the design"}\n',
+        encoding="utf-8",
     )
     mine = load_rig(path)
     assert mine.groove is None and len(mine.profile.outline) == len(flank)

@@ -1,4 +1,6 @@
-"""Files of rigs: shipped ones by name, the short way of writing, what is taken from another file, and what is refused."""
+"""Files of rigs: shipped ones by name, the short way of writing, what is taken from another file, and what is
+refused.
+"""
 
 import numpy as np
 import pytest
@@ -60,7 +62,11 @@ def test_the_paper_is_dumped_as_before(rig):
 
 
 def test_short_values_have_units_and_their_sections_source(tmp_path):
-    path = written(tmp_path, f"like: bench\nwheels:\n  source: my own\n  idler: {WHEEL}\nchain: {{source: counted, kind: derived, pitches: 26}}\n")
+    path = written(
+        tmp_path,
+        f"like: bench\nwheels:\n  source: my own\n  idler: {WHEEL}\nchain: {{source: counted, kind: "
+        f"derived, pitches: 26}}\n",
+    )
     entries = read_rig(path)
     assert entries["chain"]["pitches"] == {"value": 26, "unit": "1", "kind": "derived", "source": "counted"}
     assert entries["idler"]["radius"] == {"value": 0.28, "unit": "m", "kind": "assumed", "source": "my own"}
@@ -91,14 +97,18 @@ def test_a_wheel_is_a_section_by_its_name():
         ("like: bench\nwheels: {source: s, Big Wheel: " + WHEEL + "}\n", ["wheels", "Big Wheel", "small letters"]),
         ("like: bench\nwheels: {source: s, chain: " + WHEEL + "}\n", ["wheels", "'chain'", "no section's name"]),
         ("like: bench\nwheels: {source: s, rear: " + WHEEL + "}\n", ["tension.wheel = 'idler'", "'rear' would do"]),
-        (f"like: bench\nwheels: {{source: s, idler: {WHEEL[:-1]}, surface: soft}}}}\n", ["idler.surface = 'soft'", "wheel_contact"]),
+        (
+            f"like: bench\nwheels: {{source: s, idler: {WHEEL[:-1]}, surface: soft}}}}\n",
+            ["idler.surface = 'soft'", "wheel_contact"],
+        ),
         ("like: bench\ntension: {source: s, kept: forced}\n", ["tension.force is missing"]),
         ("like: bench\ntension: {source: s, kept: glued}\n", ["tension.kept = 'glued'", "'locked'"]),
         ("like: bench\ndrive: {source: s, kind: motor}\n", ["drive.inertia is missing"]),
         ("like: bench\ndrive: {source: s, ripple: 1.5 1}\n", ["drive.ripple = 1.5", "less than 1"]),
         ("like: bench\nprofile: {source: s}\n", ["profile needs arcs or outline"]),
         (
-            f"like: bench\nwheels: {{source: s, idler: {WHEEL[:-1]}, arm: {{x: 1.0 m, y: 0.0 m, mass: 1.0 kg, stiffness: 1.0 N m/rad, "
+            f"like: bench\nwheels: {{source: s, idler: {WHEEL[:-1]}, arm: {{x: 1.0 m, y: 0.0 m, mass: "
+            "1.0 kg, stiffness: 1.0 N m/rad, "
             "damping: 0.0 N m s/rad, travel: 5.0 deg}}}\n",
             ["tension.wheel = 'idler'", "a fixed wheel would do"],
         ),
@@ -152,7 +162,9 @@ def test_a_wheel_far_within_is_refused_and_one_under_a_sagging_strand_is_not():
     assert "carrier" not in [wheel_names(rig)[i] for i in belt_around(rig)[1]]
     with pytest.raises(InputError, match=r"wheel carrier at .* would not touch the loop"):
         belt_around(rig.changed(carrier__y=0.0))
-    with pytest.raises(InputError, match=r"wheels sprocket \(radius .* m\) and road_1 \(.* m\) are .* m apart and overlap"):
+    with pytest.raises(
+        InputError, match=r"wheels sprocket \(radius .* m\) and road_1 \(.* m\) are .* m apart and overlap"
+    ):
         belt_around(rig.changed(road_1__x=-0.3))
     with pytest.raises(InputError, match="too short"):
         assemble(rig.changed(carrier__y=2.0))
@@ -160,8 +172,12 @@ def test_a_wheel_far_within_is_refused_and_one_under_a_sagging_strand_is_not():
 
 def test_a_misspelt_field_is_named_before_the_one_that_is_then_missing(tmp_path):
     path = tmp_path / "mine.yaml"
-    path.write_text("like: bench\nwheels:\n  source: a tape\n  idler: {x: -1.05 m, y: 0.0 m, raduis: 0.28 m, inertia: 3.0 kg m2}\n")
-    with pytest.raises(InputError, match=r"raduis is not a known parameter; remove it or correct its spelling \(radius\?\)"):
+    path.write_text(
+        "like: bench\nwheels:\n  source: a tape\n  idler: {x: -1.05 m, y: 0.0 m, raduis: 0.28 m, inertia: 3.0 kg m2}\n"
+    )
+    with pytest.raises(
+        InputError, match=r"raduis is not a known parameter; remove it or correct its spelling \(radius\?\)"
+    ):
         load_rig(path)
 
 

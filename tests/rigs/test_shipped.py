@@ -10,7 +10,7 @@ from trackdyn.model.state import SLIDE
 from trackdyn.parameters.rig import load_rig
 from trackdyn.peers.comparison import require_exudyn
 from trackdyn.peers.rigs import TOLERANCE, rig_in_both
-from trackdyn.scene.build import refuse_stops
+from trackdyn.scene.carriers import refuse_stops
 from trackdyn.simulation.account import open_share
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.start_checks import arc_depths, explained_depth
@@ -22,7 +22,10 @@ ACCOUNT = 2e-2  # of the energy exchanged: the promise of the time loop
 @pytest.mark.parametrize("name", NAMES)
 def test_it_settles_with_its_tension_and_nothing_in_steel(name, settled):
     loop = settled(name)
-    rig, depth = loop.scene.rig, arc_depths(loop.scene, loop.model, loop.state, loop.work, float(loop.state.wheel_angle[SPROCKET]))
+    rig, depth = (
+        loop.scene.rig,
+        arc_depths(loop.scene, loop.model, loop.state, loop.work, float(loop.state.wheel_angle[SPROCKET])),
+    )
     # of the rig with the slackest strands these still swing when the tensioner stops
     near = 0.05 if name == "printed_equal_pitch" else 0.03
     assert loop.layout["tension_n"] == pytest.approx(rig.tension.pre_tension, rel=near)
@@ -40,7 +43,8 @@ def test_the_wheels_carry_the_chain(name, settled):
     loop.energy  # noqa: B018 -- forces of the state as it is
     total = -sum(np.array(push(loop.work, wheel)) for wheel in range(len(loop.model.wheels.x)))
     weight = loop.model.chain.gravity * loop.model.chain.mass.sum()
-    # the loop is damped to rest, not solved for it: what swings on is a few per cent of the weight, against tensions of several
+    # the loop is damped to rest, not solved for it: what swings on is a few per cent of the weight, against tensions of
+    # several
     assert total[1] == pytest.approx(weight, rel=0.05)
     assert abs(total[0]) < 0.05 * weight
 

@@ -50,7 +50,8 @@ DEFECTS = {
     "truncated last line": (changed(7, "0.005,0.1"), ("line 7", "2 of 4 fields", "truncated", "ay_g")),
     "short line inside": (changed(4, "0.002,0.1,1.0"), ("line 4", "3 of 4 fields", "incomplete", "az_g")),
     "short and long line": (
-        changed(4, "0.002,0.1,1.0").replace("0.003,", "0.003,0.1,"), ("line 4", "3 of 4 fields", "incomplete"),
+        changed(4, "0.002,0.1,1.0").replace("0.003,", "0.003,0.1,"),
+        ("line 4", "3 of 4 fields", "incomplete"),
     ),
     "long line": (changed(4, "0.002,0.1,1.0,0.0,7"), ("line 4", "5 fields")),
     "long line of quotes": (changed(4, '"0.002",0.1,1.0,0.0,7'), ("line 4", "5 fields")),
@@ -70,30 +71,43 @@ DEFECTS = {
     "semicolons below a good header": (changed(2, "0.000;0.1;1.0;0.0"), ("line 2", "semicolons", "commas")),
     "semicolons in one row": (changed(4, "0.002;0.1;1.0;0.0"), ("line 4", "semicolons", "commas")),
     "decimal commas between commas": (
-        HEADER + "\n" + "".join(r.replace(".", ",") + "\n" for r in rows()), ("line 2", "8 fields", "decimal commas"),
+        HEADER + "\n" + "".join(r.replace(".", ",") + "\n" for r in rows()),
+        ("line 2", "8 fields", "decimal commas"),
     ),
     "points among decimal commas": (
         changed(5, "0.003,0.1,1.0,0.0").replace(",", ";").replace(".", ",").replace("0,003;0,1", "0,003;0.1"),
         ("ax_g", "line 5", "'0.1'", "decimal comma"),
     ),
     "thousands or decimals": (
-        "t_ms;ax_mg;ay_mg;az_mg\n" + "".join(f"{k};12;1,0{k}0;7\n" for k in range(6)), ("'1,000'", "thousands"),
+        "t_ms;ax_mg;ay_mg;az_mg\n" + "".join(f"{k};12;1,0{k}0;7\n" for k in range(6)),
+        ("'1,000'", "thousands"),
     ),
     "gap": (HEADER + "\n" + "\n".join(rows()[:3] + rows()[4:]) + "\n", ("line 5", "0.002 s apart", "lost", "--from")),
-    "wide gap": (HEADER + "\n" + "\n".join(rows(60)[:30] + rows(60)[40:]) + "\n", ("gap", "line 32", "0.029", "0.04 s")),
+    "wide gap": (
+        HEADER + "\n" + "\n".join(rows(60)[:30] + rows(60)[40:]) + "\n",
+        ("gap", "line 32", "0.029", "0.04 s"),
+    ),
     "step too short": (changed(5, "0.0023,0.1,1.0,0.0"), ("line 6", "apart", "--resample")),
     "too slow": ("\n".join([HEADER, *rows(step=0.02)]) + "\n", ("t_s", "50 rows a second", "100 to 20000", "--rate")),
     "too coarse": (
-        HEADER + "\n" + "".join(f"{0.001 * (k // 4):.3f},0,{k},0\n" for k in range(16)), ("0.001 s", "coarse", "--time none"),
+        HEADER + "\n" + "".join(f"{0.001 * (k // 4):.3f},0,{k},0\n" for k in range(16)),
+        ("0.001 s", "coarse", "--time none"),
     ),
     "drifting rate": (
-        HEADER + "\n" + "".join(f"{0.001 * k + 4e-8 * k * k:.7f},0,{k % 9},0\n" for k in range(900)), ("s apart", "mean"),
+        HEADER + "\n" + "".join(f"{0.001 * k + 4e-8 * k * k:.7f},0,{k % 9},0\n" for k in range(900)),
+        ("s apart", "mean"),
     ),
     "time stands": (changed(5, "0.002,0.1,1.0,0.0"), ("line 5", "0 s apart", "no two are equal")),
     "time falls": (changed(5, "0.001,0.1,1.0,0.0"), ("line 5", "0.001 s before", "sort")),
     "beyond the range": (changed(5, "0.003,0.1,-20.5,0.0"), ("ay_g", "line 5", "-20.5", "20 g", "--range")),
-    "constant": (HEADER + "\n" + "".join(f"{0.001 * k:.3f},0.1,0.98,0\n" for k in range(9)), ("'ay_g'", "0.98 in every row")),
-    "clipped": (HEADER + "\n" + "".join(f"{0.001 * k:.3f},0,{20 if k % 2 else -20},0\n" for k in range(9)), ("9 of 9 rows", "20 g", "--range")),
+    "constant": (
+        HEADER + "\n" + "".join(f"{0.001 * k:.3f},0.1,0.98,0\n" for k in range(9)),
+        ("'ay_g'", "0.98 in every row"),
+    ),
+    "clipped": (
+        HEADER + "\n" + "".join(f"{0.001 * k:.3f},0,{20 if k % 2 else -20},0\n" for k in range(9)),
+        ("9 of 9 rows", "20 g", "--range"),
+    ),
     "just beyond the range": (changed(5, "0.003,0.1,1.0,20.0021"), ("az_g", "line 5", "20.0021", "20 g")),
     "late bad byte": (CLEAN.encode() + b"\x80", ("line 8", "1 of 4 fields")),
     "half of a double byte": (CLEAN.encode("utf-16")[:-1], ("--axis ay=NAME",)),
@@ -168,7 +182,9 @@ def test_senseless_options_are_refused(options, tmp_path):
         CLEAN.replace(",", "\t").replace(".", ","),
         HEADER + "\n" + "".join('"' + r.replace(",", '","').replace(".", ",") + '"\n' for r in rows()),
         "\n".join(",".join((f := r.split(","))[k] for k in (2, 0, 3, 1)) for r in [HEADER, *rows()]),
-        "\n".join(f"{r},{extra}" for r, extra in zip([HEADER, *rows()], ["note", *["shock, 2 m"[:5]] * 6], strict=True)),
+        "\n".join(
+            f"{r},{extra}" for r, extra in zip([HEADER, *rows()], ["note", *["shock, 2 m"[:5]] * 6], strict=True)
+        ),
         "\n".join(f"{k}\t{r}" for k, r in zip(["", *range(6)], CLEAN.replace(",", "\t").splitlines(), strict=True)),
         "t_ms,ax_m/s^2,ay [m/s\N{SUPERSCRIPT TWO}],az_mg\n"
         + "".join(f"{k},0.981,{9.81 * (1.0 + 0.01 * k):.6f},-200\n" for k in range(6)),
@@ -260,7 +276,9 @@ def test_a_folder_that_cannot_be_is_refused_on_writing(tmp_path):
         write_sensor_csv(tmp_path / "file" / "record.csv", [0.0, 0.001], [0, 0], [1, 1], [0, 0])
 
 
-@pytest.mark.parametrize("change", [str, lambda text: text.replace(",", ";").replace(".", ","), lambda text: text.replace("\n", ",\n")])
+@pytest.mark.parametrize(
+    "change", [str, lambda text: text.replace(",", ";").replace(".", ","), lambda text: text.replace("\n", ",\n")]
+)
 def test_a_clean_record_is_not_read_line_by_line(change, tmp_path, monkeypatch):
     """Minutes for an hour of samples, where pandas takes seconds."""
     monkeypatch.setattr(logger_text, "_parse_by_line", None)
@@ -307,7 +325,16 @@ def stamped(path, t, decimals=None):
 
 @pytest.mark.parametrize(
     ("rate", "start", "decimals"),
-    [(998.9, 0, 6), (1000.9, 0, 3), (999.5, 0, 3), (1000.9, 0, 5), (1000, 3600, None), (2048, 3600, 4), (100, 0, 2), (20000, 7, 6)],
+    [
+        (998.9, 0, 6),
+        (1000.9, 0, 3),
+        (999.5, 0, 3),
+        (1000.9, 0, 5),
+        (1000, 3600, None),
+        (2048, 3600, 4),
+        (100, 0, 2),
+        (20000, 7, 6),
+    ],
 )
 def test_the_rate_is_found_from_rounded_stamps(rate, start, decimals, tmp_path):
     t = start + np.arange(60_000 if rate > 500 else 3000) / rate
@@ -369,7 +396,9 @@ def test_the_rows_outside_are_dropped_and_what_is_wrong_there_with_them(tmp_path
 
 
 def test_options_stand_on_top_of_the_file(tmp_path):
-    path = write(tmp_path / "logger.yaml", "time: none\nrate: 2048\nunit: m/s2\naxes: {ax: 1, ay: -channel3}\nfrom: 2\n")
+    path = write(
+        tmp_path / "logger.yaml", "time: none\nrate: 2048\nunit: m/s2\naxes: {ax: 1, ay: -channel3}\nfrom: 2\n"
+    )
     mapping = load_mapping(path, rate=1024.0, axes={"ax": "channel1"}, unit=None, resample=False)
     assert (mapping.time, mapping.rate, mapping.unit, mapping.start) == ("none", 1024.0, "m/s2", 2.0)
     assert mapping.axes == {"ax": "channel1", "ay": "-channel3"}

@@ -30,7 +30,9 @@ def test_every_departure_has_its_scenes(study, rig):
     for name, departure in study.departures.items():
         scenes = study.scenes(rig, departure)
         assert len(scenes) == len(study.speeds_rpm) * len(study.ring_radii_m), name
-        assert departure.lines is not None or any(scenes[key] != same for key, same in study.scenes(rig, type(departure)()).items())
+        assert departure.lines is not None or any(
+            scenes[key] != same for key, same in study.scenes(rig, type(departure)()).items()
+        )
 
 
 def test_lines_are_added_behind_a_line_that_stands_once(study, package):

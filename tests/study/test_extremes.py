@@ -236,7 +236,8 @@ FOUND = [
     (115.0, {}, {"ring_radius": 0.325}, REFUSED),
     # bushings that hardly turn press the links on the wheels
     (210.0, {"bushing__damping": 1e6}, {}, REFUSED),
-    # a road wheel so soft that the tension was missed by a factor of three; it is reached now, and at it the step is small enough
+    # a road wheel so soft that the tension was missed by a factor of three; it is reached now, and at it the step is
+    # small enough
     (227.471, {"wheel_contact__contact_length": 0.00181018}, {"chain": "single_pin", "integrator": "rk4", "step": 2e-4,
                                                               "normal_law": "delivered"}, COMPLETED),
 ]  # fmt: skip

@@ -40,7 +40,9 @@ def test_the_reference_is_a_setting_like_the_others():
 def test_a_setting_that_is_refused_says_why(rig, monkeypatch):
     """No step of half a second divides the sample interval."""
     monkeypatch.setitem(SETTINGS, "preset=paper", {"step": 0.5})
-    rows = measure_setting(rig, "preset=paper", [115.0], [None], Known(share_pct=0.2, force=0.006, passages=13, longest_turns=4))
+    rows = measure_setting(
+        rig, "preset=paper", [115.0], [None], Known(share_pct=0.2, force=0.006, passages=13, longest_turns=4)
+    )
     assert set(rows["scene"]) == {"115 rpm, no ring"}
     assert rows["value"].isna().all() and rows["wall_s_per_s"].isna().all()
     assert rows["note"].str.contains("step = 0.5 is not accepted").all()

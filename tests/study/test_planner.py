@@ -20,7 +20,14 @@ def row(scene, integrator, step, cpu, error, **more):
     """A setting that was measured, without scatter."""
     span = SPAN * 115 / float(scene.split()[-2])
     known = {"scene": scene, "fidelity": "ten_arcs", "integrator": integrator, "step_s": step, "start_cpu_s": 0.3}
-    known |= {"cpu_s_per_s": cpu, "record_s": 8.0, "passage_s": span, "measure": "rms", "value": 1.0, "value_error": 0.0}
+    known |= {
+        "cpu_s_per_s": cpu,
+        "record_s": 8.0,
+        "passage_s": span,
+        "measure": "rms",
+        "value": 1.0,
+        "value_error": 0.0,
+    }
     return known | {"error": error, "uncertainty": 0.0, "scatter": 0.0, "unused": 0, "failed": False} | more
 
 
@@ -87,9 +94,12 @@ def test_scatter_asks_for_passages_and_the_rest_of_the_tolerance(trade):
 def test_the_dear_setting_wins_where_the_cheap_one_would_have_to_run_for_long():
     """Duration is a lever like the step: little room beside the error of the setting makes a record long."""
     scene = "ring 0.308 m 115 rpm"
-    both = table([
-        row(scene, "semi_implicit", 1e-4, 0.1, 9.5e-3, scatter=0.02), row(scene, "semi_implicit", 5e-5, 0.2, 1e-3, scatter=0.02)
-    ])  # fmt: skip
+    both = table(
+        [
+            row(scene, "semi_implicit", 1e-4, 0.1, 9.5e-3, scatter=0.02),
+            row(scene, "semi_implicit", 5e-5, 0.2, 1e-3, scatter=0.02),
+        ]
+    )
     near = plan(both, 0.0101, "rms", 115, 0.308)
     assert near.step == 5e-5
     assert plan(both, 0.05, "rms", 115, 0.308).step == 1e-4
@@ -129,7 +139,9 @@ def test_tolerances_that_are_none(bad):
 
 
 def test_what_cannot_be_promised_is_refused_with_the_reason(trade):
-    with pytest.raises(InputError, match=r"tolerance = 1e-07 is not accepted for rms \(ring\): the finest setting .* leaves 4e-05"):
+    with pytest.raises(
+        InputError, match=r"tolerance = 1e-07 is not accepted for rms \(ring\): the finest setting .* leaves 4e-05"
+    ):
         plan(trade, 1e-7, "rms", 150, 0.308)
     with pytest.raises(InputError, match=r"600 s of record still scatter by 0\.0\d+; a larger"):
         plan(trade.assign(scatter=1.0), 1e-2, "rms", 150, 0.308)
@@ -194,12 +206,16 @@ def test_a_curve_shows_in_the_error_of_its_limit():
     assert two.error == pytest.approx(abs(two.value - curved[1e-5].values[0]))
 
 
-@pytest.mark.parametrize(("value", "error", "said"), [(0.99, 1e-3, "yes"), (0.97, 1e-3, "no"), (0.981, 1e-3, "undecided")])
+@pytest.mark.parametrize(
+    ("value", "error", "said"), [(0.99, 1e-3, "yes"), (0.97, 1e-3, "no"), (0.981, 1e-3, "undecided")]
+)
 def test_presets_stand_beside_the_limit(value, error, said):
     scene = "no ring 115 rpm"
     rows = table([row(scene, "semi_implicit", 1e-4, 0.1, abs(1 - value), value=value, uncertainty=error)])
     limits = pd.DataFrame([{"scene": scene, "measure": "rms", "limit": 1.0, "limit_error": 0.0}])
     found = presets_beside_limits(rows, limits).iloc[0]
-    assert found["standard_pct"] == pytest.approx(100 * (value - 1)) and found["standard_error_pct"] == pytest.approx(100 * error)
+    assert found["standard_pct"] == pytest.approx(100 * (value - 1)) and found["standard_error_pct"] == pytest.approx(
+        100 * error
+    )
     assert found["standard_within_bound"] == said
     assert np.isnan(found["paper_pct"])  # its step was not run

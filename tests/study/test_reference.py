@@ -59,6 +59,7 @@ def replay(chain, angle, rate, result):
     centres, centre_accs, pins, pin_accs = [], [], [pin], [pin_acc]
     centre_arm, link = turn(angle, chain.com_x, chain.com_y), turn(angle, chain.length, 0.0 * chain.length)
     for i in range(len(angle)):
+
         def moved(arm, i=i, start=pin_acc):
             return start + result.alpha[i] * np.array([-arm[1], arm[0]]) - rate[i] ** 2 * arm
 
@@ -153,9 +154,7 @@ def test_every_body_satisfies_newton_and_euler(n, closed, implicit_step):
     result = accelerations(chain, angle, rate, force_x, force_y, moment, implicit_step, closed)
     joints = n if closed else n - 1
     assert result.pin_force.shape == (joints, 2)
-    force, torque = residual_forces(
-        chain, angle, rate, force_x, force_y, moment, result, joints, implicit_step
-    )
+    force, torque = residual_forces(chain, angle, rate, force_x, force_y, moment, result, joints, implicit_step)
     size = max(1.0, np.abs(result.pin_force).max())
     np.testing.assert_allclose(force / size, 0.0, atol=1e-12)
     np.testing.assert_allclose(torque / size, 0.0, atol=1e-12)
@@ -209,8 +208,11 @@ def test_spinning_regular_ring_carries_the_centrifugal_tension():
     n, side, mass, speed = 12, 0.1, 4.0, 6.0
     chain = make_chain(n, stiffness=0.0, damping=0.0, gravity=0.0)
     chain = chain._replace(
-        length=np.full(n, side), mass=np.full(n, mass), inertia=np.full(n, 0.01),
-        com_x=np.full(n, side / 2), com_y=np.zeros(n),
+        length=np.full(n, side),
+        mass=np.full(n, mass),
+        inertia=np.full(n, 0.01),
+        com_x=np.full(n, side / 2),
+        com_y=np.zeros(n),
     )
     angle, zero = -2.0 * np.pi * np.arange(n) / n, np.zeros(n)
     result = accelerations(chain, angle, np.full(n, speed), zero, zero, zero)

@@ -38,7 +38,9 @@ def test_random_scenes_are_split_into_parts_of_one_drawing(studies, form, rig, m
     monkeypatch.setattr(random_scenes, "run_drawn", lambda rig, drawn: drawn)
     parts = [part for part in parts_of(form) if part.startswith("random_")]
     whole = list(random_scenes.random_scenes(rig, form.random_scenes))
-    split = [list(random_scenes.random_scenes(rig, form.random_scenes, part=k, parts=len(parts))) for k in range(len(parts))]
+    split = [
+        list(random_scenes.random_scenes(rig, form.random_scenes, part=k, parts=len(parts))) for k in range(len(parts))
+    ]
     assert [scene for part in split for scene in part] == whole
     assert max(map(len, split)) <= RANDOM_SCENES
     assert len(set(parts_of(form))) == len(parts_of(form))

@@ -44,8 +44,19 @@ def test_every_window_that_may_be_asked_for_has_a_start(rig, monkeypatch):
     ("form", "field", "value", "says"),
     [
         ("trade", "kept_apart", [[210, 0.308]], "kept_apart = [210.0, 0.308] is not accepted: statistics.scenes holds"),
-        ("trade", "statistics", {"scenes": [[210, 0.308]], "loop_turns": 1, "loop_turns_without_ring": 1, "steps_s": {"rk4": [1e-4]}, "coarse_steps_s": {},
-                                 "second_reference": False}, "steps_s is not accepted: limits are extrapolated"),
+        (
+            "trade",
+            "statistics",
+            {
+                "scenes": [[210, 0.308]],
+                "loop_turns": 1,
+                "loop_turns_without_ring": 1,
+                "steps_s": {"rk4": [1e-4]},
+                "coarse_steps_s": {},
+                "second_reference": False,
+            },
+            "steps_s is not accepted: limits are extrapolated",
+        ),
         ("trade", "kept_apart", [[210, -0.308]], "trade.short.kept_apart.0.1 = -0.308 is not accepted"),
         ("extremes", "random_scenes", 0, "extremes.short.random_scenes = 0 is not accepted"),
         ("extremes", "bodies", [7], "extremes.short.bodies.0 = 7 is not accepted"),

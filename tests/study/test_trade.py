@@ -26,10 +26,12 @@ def made_up(scene, count):
     noise = np.random.default_rng(4).standard_normal(count)
     number = np.arange(count)
     return {
-        "rms": Series(factor**2 * (1 + 0.002 * noise) ** 2, number, root=True), "left_peak": Series(1000 * factor * (1 + 0.01 * noise), number),
-        "ring_share": Series(np.full(count, 48.0), number), "right_share": Series(np.zeros(count), number),
+        "rms": Series(factor**2 * (1 + 0.002 * noise) ** 2, number, root=True),
+        "left_peak": Series(1000 * factor * (1 + 0.01 * noise), number),
+        "ring_share": Series(np.full(count, 48.0), number),
+        "right_share": Series(np.zeros(count), number),
         "loop_gap": Series(np.array([1e-14]), np.array([0])),
-    }  # fmt: skip
+    }
 
 
 @pytest.fixture
@@ -81,7 +83,10 @@ def test_what_fails_is_a_row_and_a_scene_without_a_limit_is_refused(study, rig):
             raise DivergenceError("made to fail")
         return trade_run(scene)
 
-    with pytest.MonkeyPatch.context() as patch, pytest.raises(InputError, match="fewer than two steps of semi_implicit ran"):
+    with (
+        pytest.MonkeyPatch.context() as patch,
+        pytest.raises(InputError, match="fewer than two steps of semi_implicit ran"),
+    ):
         patch.setattr(trade, "run_answer", refuses)
         trade.statistic_trade(rig, asked)
 
@@ -103,7 +108,9 @@ def test_promises_on_scenes_kept_apart_are_judged_and_reasons_given(study, rig):
 
 def test_a_broken_promise_is_one(study, rig, monkeypatch):
     """A scene kept apart in which the step does more than the data say."""
-    monkeypatch.setattr(planner, "answers_of", lambda scene, count: made_up(scene.with_(tooth_contact="three_surfaces"), count))
+    monkeypatch.setattr(
+        planner, "answers_of", lambda scene, count: made_up(scene.with_(tooth_contact="three_surfaces"), count)
+    )
     promises = planner.verify(rig, study[0], [(150.0, 0.309)], 1, [1e-5, 2e-5, 5e-5])
     rms = promises[promises["measure"] == "rms"].set_index("tolerance")["met"]
     assert not rms.loc[0.005] and not rms.loc[0.01] and rms.loc[0.05]

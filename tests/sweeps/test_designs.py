@@ -148,16 +148,31 @@ def only(cells, rig_path):
 def test_cells_mean_what_they_say(rig_path):
     row = only(
         {
-            "motor_rpm": "115", "ring_radius": "none", "pitches": "1 2", "spells": "False", "friction": "none", "ramp": "",
-            "tension.wheel": "idler", "gravity": "9.8", "until.rms": "1%", "until.longest": "20", "preset": "fast", "name": "a",
+            "motor_rpm": "115",
+            "ring_radius": "none",
+            "pitches": "1 2",
+            "spells": "False",
+            "friction": "none",
+            "ramp": "",
+            "tension.wheel": "idler",
+            "gravity": "9.8",
+            "until.rms": "1%",
+            "until.longest": "20",
+            "preset": "fast",
+            "name": "a",
         },
         rig_path,
-    )  # fmt: skip
+    )
     assert row.reason == ""
     assert row.scene == {
-        "integrator": "linearly_implicit", "step": 5e-4, "motor_rpm": 115.0, "ring_radius": None, "pitches": [1, 2],
-        "spells": False, "friction": "none",
-    }  # fmt: skip
+        "integrator": "linearly_implicit",
+        "step": 5e-4,
+        "motor_rpm": 115.0,
+        "ring_radius": None,
+        "pitches": [1, 2],
+        "spells": False,
+        "friction": "none",
+    }
     assert row.changes == {"tension__wheel": "idler", "gravity": 9.8}
     assert (row.until, row.longest) == ({"rms": 0.01}, 20.0)
 
@@ -191,8 +206,14 @@ def test_a_key_is_what_is_asked_and_not_how_it_is_said(rig_path, monkeypatch):
         ({"motor_rpm": "115", "until.rms": "2"}, "tolerance = '2' is not accepted"),
         ({"motor_rpm": "115", "until.rms": "1%", "until.longest": "long"}, "until.longest = 'long' is not accepted"),
         ({"motor_rpm": "115", "known.force": "0.01"}, "known.share_pct"),
-        ({"motor_rpm": "115", "known.share_pct": 1, "known.force": "x", "known.passages": 13}, "known.force = 'x' is not accepted"),
-        ({"motor_rpm": "115", "known.share_pct": 1, "known.force": 1, "known.passages": 13, "until.rms": "1%"}, "known and until"),
+        (
+            {"motor_rpm": "115", "known.share_pct": 1, "known.force": "x", "known.passages": 13},
+            "known.force = 'x' is not accepted",
+        ),
+        (
+            {"motor_rpm": "115", "known.share_pct": 1, "known.force": 1, "known.passages": 13, "until.rms": "1%"},
+            "known and until",
+        ),
     ],
 )
 def test_a_cell_that_says_nothing_is_the_rows_reason(cells, said, rig_path):

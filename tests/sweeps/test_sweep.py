@@ -90,10 +90,19 @@ def test_broken_rows_say_why_and_stop_nobody(tmp_path, rig_path):
         table[name] = [cell or str(value) for cell in table.get(name, [""] * len(table))]
     found = sweep(table, tmp_path / "r.csv", rig_path, jobs=2)
     assert found.state.tolist() == ["done"] + ["refused"] * 7 + ["done"]
-    for k, said in enumerate((
-        "", "motor_rpm = 'fast' is not accepted: a finite number", "chain.link_mass = -1", "", "friction = 'some'", "step = 0.5",
-        "longest = 0.1 s is not accepted", "step = 0.0005 is not accepted", "",
-    )):  # fmt: skip
+    for k, said in enumerate(
+        (
+            "",
+            "motor_rpm = 'fast' is not accepted: a finite number",
+            "chain.link_mass = -1",
+            "",
+            "friction = 'some'",
+            "step = 0.5",
+            "longest = 0.1 s is not accepted",
+            "step = 0.0005 is not accepted",
+            "",
+        )
+    ):
         assert said in found.reason[k] and (k in (0, 8)) == (found.reason[k] == ""), (k, found.reason[k])
         assert "\n" not in found.reason[k]
     pd.testing.assert_series_equal(
@@ -223,8 +232,12 @@ def test_a_row_ends_when_its_contacts_are_known(rig_path):
     known = {"share_pct": 0.4, "force": 0.05, "passages": 13}
     fields = {"motor_rpm": 210.0, "ring_radius": 0.308, "duration": 20.0, "lead_in": 0.0, "step": 1e-4}
     row = fields | {f"known.{name}": value for name, value in known.items()}
-    found = sweep(pd.DataFrame([row, row | {"chain": "belt", "ring_radius": "none", "spells": False}]), rig=rig_path, jobs=1)
-    assert found.state.tolist() == ["done", "refused"] and "only a chain that is driven" in found.reason[1], found.reason
+    found = sweep(
+        pd.DataFrame([row, row | {"chain": "belt", "ring_radius": "none", "spells": False}]), rig=rig_path, jobs=1
+    )
+    assert found.state.tolist() == ["done", "refused"] and "only a chain that is driven" in found.reason[1], (
+        found.reason
+    )
     recording, answered = run_steady(Loop(Scene(load_rig(rig_path), **fields)), Known(**known, longest_turns=1))
     assert answered and found.contacts_known[0] in (True, 1.0) and found.simulated_s[0] < 5
     assert found.left_rms_n[0] == run_metrics("", recording)["left_rms_n"]
@@ -287,9 +300,24 @@ def command(out, designed):
     """The command in a process of its own, its group included."""
     run = "from trackdyn_command import main; main()"
     return subprocess.Popen(
-        [sys.executable, "-c", run, "sweep", str(designed), "--out", str(out), "--rig", str(ROOT / "config/rig.yaml"), "-j2", "-q"],
-        cwd=ROOT, start_new_session=True, stderr=subprocess.PIPE, env=os.environ | {"PYTHONPATH": str(ROOT)},
-    )  # fmt: skip
+        [
+            sys.executable,
+            "-c",
+            run,
+            "sweep",
+            str(designed),
+            "--out",
+            str(out),
+            "--rig",
+            str(ROOT / "config/rig.yaml"),
+            "-j2",
+            "-q",
+        ],
+        cwd=ROOT,
+        start_new_session=True,
+        stderr=subprocess.PIPE,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+    )
 
 
 def kept(store):

@@ -65,7 +65,9 @@ class Copy:
         return self.results()
 
     def results(self):
-        """Contents of every file that holds no times, by name; what a killed job left half written has a dot in front."""
+        """Contents of every file that holds no times, by name; what a killed job left half written has a dot
+        in front.
+        """
         place = self.root / "results"
         files = [path for path in place.rglob("*") if path.is_file() and not path.name.startswith(".")]
         names = {path.relative_to(place).as_posix(): path for path in files}
@@ -78,12 +80,15 @@ def holds_times(name):
 
 
 def differences(found, whole):
-    """What two copies' results differ in, a line a file, as `trackdyn verify --exact` sees it: columns of times left out.
+    """What two copies' results differ in, a line a file, as `trackdyn verify --exact` sees it: columns of times left
+    out.
 
     Of a page that shows times its table decides.
     """
     findings = compare(describe(found.place, whole=True), describe(whole.place, whole=True))
-    differ = [one for one in findings if one.status != EQUAL and not (one.status == WITHIN and one.name.endswith(".md"))]
+    differ = [
+        one for one in findings if one.status != EQUAL and not (one.status == WITHIN and one.name.endswith(".md"))
+    ]
     return [f"{finding.status}: {finding.name} {finding.text}" for finding in differ]
 
 
@@ -106,7 +111,9 @@ def kill(process, whom, chance):
 
 
 def disturb(copy, rounds, longest, seed):
-    """Start and kill, a number of times; begins anew if it ran through in between. Returns what was done, a line a round."""
+    """Start and kill, a number of times; begins anew if it ran through in between. Returns what was done, a line a
+    round.
+    """
     chance, done = random.Random(seed), []
     for k in range(rounds):
         process, moment = copy.start(), chance.uniform(0.1, longest)

@@ -54,7 +54,8 @@ def snakemake(folder, *arguments):
 FAMILY = """
 module sweep:
     snakefile: "{root}/workflow/sweep.smk"
-    config: {{"design": "{{kind}}.csv", "out": "r/{{kind}}.parquet", "batches": 3, "rig": "{root}/config/rig.yaml", "kernels": ["Snakefile"]}}
+    config: {{"design": "{{kind}}.csv", "out": "r/{{kind}}.parquet", "batches": 3, "rig": "{root}/config/rig.yaml",
+    "kernels": ["Snakefile"]}}
 
 use rule * from sweep exclude all as sweep_*
 
@@ -67,7 +68,9 @@ rule mine:
 def test_a_module_with_wildcards_serves_several_designs(tmp_path, rig_path):
     """With more batches than rows, and kernels that somebody else compiles."""
     for kind, rpm in (("slow", 115), ("fast", 210)):
-        pd.DataFrame([{"motor_rpm": rpm + k, "ring_radius": 0.308, **SCENE} for k in range(2)]).to_csv(tmp_path / f"{kind}.csv", index=False)
+        pd.DataFrame([{"motor_rpm": rpm + k, "ring_radius": 0.308, **SCENE} for k in range(2)]).to_csv(
+            tmp_path / f"{kind}.csv", index=False
+        )
     (tmp_path / "Snakefile").write_text(FAMILY.format(root=ROOT), encoding="utf-8")
     result = snakemake(tmp_path, "-j2", "--quiet")
     assert result.returncode == 0, result.stdout + result.stderr
@@ -149,7 +152,8 @@ def test_the_profile_asks_for_what_was_measured(tmp_path, monkeypatch):
     measured.main(tmp_path)
     written = yaml.safe_load(profile.read_text(encoding="utf-8"))
     assert written["jobs"] == 3 and written["set-resources"].keys() == {"claims", "simulate"}
-    # the two Snakemakes of a job beside the rule, a third more than that, in hundreds; five times the time, and five minutes
+    # the two Snakemakes of a job beside the rule, a third more than that, in hundreds; five times the time, and five
+    # minutes
     assert written["set-resources"]["claims"] == {"mem_mb": "800 * attempt", "runtime": "10 * attempt"}
     assert written["set-resources"]["simulate"] == {"mem_mb": "1100 * attempt", "runtime": "56 * attempt"}
 
@@ -164,9 +168,20 @@ def test_snakemake_takes_the_profile(tmp_path):
     pytest.importorskip("snakemake_executor_plugin_slurm")
     (tmp_path / "d.csv").write_text("motor_rpm\n115\n", encoding="utf-8")
     result = snakemake(
-        tmp_path, "-s", f"{ROOT}/workflow/sweep.smk", "--workflow-profile", f"{ROOT}/profiles/slurm", "-n", "--quiet", "rules",
-        "--config", "design=d.csv", "out=r.parquet", "batches=1", f"rig={ROOT}/config/rig.yaml",
-    )  # fmt: skip
+        tmp_path,
+        "-s",
+        f"{ROOT}/workflow/sweep.smk",
+        "--workflow-profile",
+        f"{ROOT}/profiles/slurm",
+        "-n",
+        "--quiet",
+        "rules",
+        "--config",
+        "design=d.csv",
+        "out=r.parquet",
+        "batches=1",
+        f"rig={ROOT}/config/rig.yaml",
+    )
     assert result.returncode == 0, result.stdout + result.stderr
     assert "gather" in result.stdout + result.stderr
 

@@ -1,4 +1,6 @@
-"""A pipeline that was killed goes on by the same command and ends in the same bytes (`killing.py` has the long form)."""
+"""A pipeline that was killed goes on by the same command and ends in the same bytes (`killing.py` has the long
+form).
+"""
 
 import sys
 from pathlib import Path

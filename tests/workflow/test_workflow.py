@@ -36,12 +36,26 @@ OF_A_SWEEP = {  # the kernels are the pipeline's
 }
 BY_NAME, ONE_BATCH = {"ensemble"}, {"ensemble_short"}  # the full form, and the short one, which is not cut into batches
 for path in RULE_FILES:
-    for module in re.findall(r"^use rule \* from \w+ exclude all as (\w+)_\*$", path.read_text(encoding="utf-8"), re.MULTILINE):
+    for module in re.findall(
+        r"^use rule \* from \w+ exclude all as (\w+)_\*$", path.read_text(encoding="utf-8"), re.MULTILINE
+    ):
         used = [] if module in BY_NAME else ["gather"] if module in ONE_BATCH else OF_A_SWEEP
         SCRIPTS |= {f"{module}_{rule}": OF_A_SWEEP[rule] for rule in used}
 SCRIPTED = sorted(SCRIPTS)
-ON_DEMAND = {"fit", "trade", "trade_data", "scaling", "extremes", "traction", "deviations", "whole_loop", "crate",
-    "calibration", "identify_synthetic", "layouts", "layouts_short",
+ON_DEMAND = {
+    "fit",
+    "trade",
+    "trade_data",
+    "scaling",
+    "extremes",
+    "traction",
+    "deviations",
+    "whole_loop",
+    "crate",
+    "calibration",
+    "identify_synthetic",
+    "layouts",
+    "layouts_short",
 }
 OF_THESE = {"layouts_part"}  # done for one of them
 PAGES = {"page", "identify_synthetic"}  # of HTML
@@ -83,7 +97,8 @@ def test_dry_run_of_the_quick_configuration_plans_every_rule(tmp_path):
     assert result.returncode == 0, output
     planned = dict(re.findall(r"^(\w+) +(\d+)$", output, re.MULTILINE))
     assert set(SCRIPTED) - ON_DEMAND - OF_THESE - WITH_A_TOLERANCE <= planned.keys(), output
-    # 4 records and again with the coarse tooth, 2 of meshing; 4 rings of one rig and 3 of the other, three of them a job
+    # 4 records and again with the coarse tooth, 2 of meshing; 4 rings of one rig and 3 of the other, three of them a
+    # job
     assert int(planned["simulate"]) == 2 * 4 + 2
     assert int(planned["ring_batch"]) == 3
     assert int(planned["warm_up"]) == 1
@@ -103,17 +118,14 @@ def test_a_broken_configuration_ends_in_one_sentence(tmp_path):
     output = result.stdout + result.stderr
     assert result.returncode != 0
     sentence = (
-        "copy.yaml: ring_study.radii_m = [0.303, 0.308, 0.308] is not accepted: 0.308 stands twice; "
-        "give rising values"
+        "copy.yaml: ring_study.radii_m = [0.303, 0.308, 0.308] is not accepted: 0.308 stands twice; give rising values"
     )
     assert output.count(sentence) == 1, output
     assert "Traceback (most recent call last)" not in output
 
 
 def test_a_wrong_number_on_the_command_line_is_refused_too(tmp_path):
-    result = snakemake(
-        tmp_path, "--configfile", str(quick_config(tmp_path)), "--config", 'records={"duration_s": -1}'
-    )
+    result = snakemake(tmp_path, "--configfile", str(quick_config(tmp_path)), "--config", 'records={"duration_s": -1}')
     output = result.stdout + result.stderr
     assert result.returncode != 0
     assert re.search(r"copy.yaml: records.duration_s = '?-1'? is not accepted", output), output

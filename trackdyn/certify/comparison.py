@@ -43,8 +43,10 @@ class Finding:
     name, shows : str
         The file below the results, and the figure or table that it shows, or nothing.
     status : str
-        ``equal`` byte for byte (columns of times left out); ``within`` the tolerance between processors; ``bytes``: no more is known than
-        that bytes differ, and other files tell whether it matters; ``differs``; ``missing``; ``extra``: not in the manifest.
+        ``equal`` byte for byte (columns of times left out); ``within`` the tolerance between processors; ``bytes``: no
+        more is known than
+        that bytes differ, and other files tell whether it matters; ``differs``; ``missing``; ``extra``: not in the
+        manifest.
     text : str
         By how much, and where.
     """
@@ -56,7 +58,9 @@ class Finding:
 
 
 def compare(found: dict[str, Any], expected: dict[str, Any]) -> list[Finding]:
-    """What became of every file of two manifests (`manifest.describe`, `manifest.load_manifest`), in the order of their names."""
+    """What became of every file of two manifests (`manifest.describe`, `manifest.load_manifest`), in the order of their
+    names.
+    """
     result = {}
     ours, theirs = found["files"], expected["files"]
     timed = {*found["hold_times"], *expected["hold_times"]}
@@ -71,11 +75,16 @@ def compare(found: dict[str, Any], expected: dict[str, Any]) -> list[Finding]:
         else:
             status, text = _judge(name, ours[name], theirs[name])
             result[name] = Finding(name, label, status, text)
-    for name, finding in result.items():  # a drawing in vectors is a picture once more, a page a table with fewer digits
+    for (
+        name,
+        finding,
+    ) in result.items():  # a drawing in vectors is a picture once more, a page a table with fewer digits
         place, _, ending = name.rpartition(".")
         twin = result.get(f"{place}.{TWINS.get(ending)}")
         if twin and (finding.status == BYTES or (finding.status == DIFFERS and finding.text != WORDS)):
-            result[name] = Finding(name, finding.shows, WITHIN if twin.status == EQUAL else twin.status, f"as {twin.name}")
+            result[name] = Finding(
+                name, finding.shows, WITHIN if twin.status == EQUAL else twin.status, f"as {twin.name}"
+            )
     return list(result.values())
 
 
@@ -83,9 +92,13 @@ def summary(findings: Iterable[Finding]) -> str:
     """How many files ended how."""
     counts = Counter(finding.status for finding in findings)
     words = {
-        EQUAL: "equal", WITHIN: "within the tolerance between processors", BYTES: "known by their bytes alone, which differ",
-        DIFFERS: "different", MISSING: "missing", EXTRA: "not in the manifest",
-    }  # fmt: skip
+        EQUAL: "equal",
+        WITHIN: "within the tolerance between processors",
+        BYTES: "known by their bytes alone, which differ",
+        DIFFERS: "different",
+        MISSING: "missing",
+        EXTRA: "not in the manifest",
+    }
     return ", ".join(f"{counts[status]} {word}" for status, word in words.items() if counts[status])
 
 

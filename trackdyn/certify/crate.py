@@ -23,12 +23,36 @@ PROFILES = {
     "https://w3id.org/workflowhub/workflow-ro-crate/1.0": "Workflow RO-Crate",
 }
 # what runs: the workflow and the program, as they stand beside each other in the repository
-PROGRAM = ("workflow", "trackdyn", "trackdyn_command.py", "profiles", "pyproject.toml", "requirements.lock", "LICENSE", "CITATION.cff")
+PROGRAM = (
+    "workflow",
+    "trackdyn",
+    "trackdyn_command.py",
+    "profiles",
+    "pyproject.toml",
+    "requirements.lock",
+    "LICENSE",
+    "CITATION.cff",
+)
 FORMATS = {
-    ".py": "text/x-python", ".smk": "text/x-python", ".js": "text/javascript", ".css": "text/css", ".toml": "application/toml",
-    ".j2": "text/plain", ".lock": "text/plain", ".cff": "application/yaml", "": "text/plain", ".csv": "text/csv", ".md": "text/markdown", ".json": "application/json", ".png": "image/png", ".svg": "image/svg+xml",
-    ".gif": "image/gif", ".html": "text/html", ".yaml": "application/yaml", ".npz": "application/zip",
-}  # fmt: skip
+    ".py": "text/x-python",
+    ".smk": "text/x-python",
+    ".js": "text/javascript",
+    ".css": "text/css",
+    ".toml": "application/toml",
+    ".j2": "text/plain",
+    ".lock": "text/plain",
+    ".cff": "application/yaml",
+    "": "text/plain",
+    ".csv": "text/csv",
+    ".md": "text/markdown",
+    ".json": "application/json",
+    ".png": "image/png",
+    ".svg": "image/svg+xml",
+    ".gif": "image/gif",
+    ".html": "text/html",
+    ".yaml": "application/yaml",
+    ".npz": "application/zip",
+}
 
 
 def write_crate(
@@ -55,7 +79,8 @@ def write_crate(
     Raises
     ------
     InputError
-        The manifest is missing, results or inputs are no longer those of the manifest, or the package rocrate is not installed.
+        The manifest is missing, results or inputs are no longer those of the manifest, or the package rocrate is not
+        installed.
     """
     try:
         from rocrate.rocrate import ROCrate
@@ -70,7 +95,9 @@ def write_crate(
     findings = compare(present, manifest)
     changed = [finding.name for finding in failed(findings, exact=True)]
     if changed:
-        raise InputError(f"{results}: {summary(findings)} ({changed[0]}); `snakemake -j2 --forcerun manifest` after a look at them")
+        raise InputError(
+            f"{results}: {summary(findings)} ({changed[0]}); `snakemake -j2 --forcerun manifest` after a look at them"
+        )
     crate = ROCrate(version="1.1")
     _fill(crate, results, manifest | {"hold_times": present["hold_times"]}, recordings, agent)
     place = results / CRATE if out is None else Path(out)
@@ -90,11 +117,14 @@ def _fill(crate: Any, results: Path, manifest: dict[str, Any], recordings: bool,
     made = datetime.fromtimestamp((results / NAME).stat().st_mtime, UTC).isoformat(timespec="seconds")
     root = crate.root_dataset
     root["conformsTo"] = [
-        context(place, "CreativeWork", name=title, version=place.rpartition("/")[2]) for place, title in PROFILES.items()
+        context(place, "CreativeWork", name=title, version=place.rpartition("/")[2])
+        for place, title in PROFILES.items()
     ]
     paper = cited["references"][0]
     root["name"] = "A run of trackdyn"
-    root["description"] = f"{cited['abstract']} Figures, tables and claims of one run, with the workflow and its inputs."
+    root["description"] = (
+        f"{cited['abstract']} Figures, tables and claims of one run, with the workflow and its inputs."
+    )
     root["datePublished"] = made
     root["license"] = context("https://spdx.org/licenses/MIT", "CreativeWork", name="MIT License")
     root["citation"] = context(f"https://doi.org/{paper['doi']}", "ScholarlyArticle", name=paper["title"])
@@ -102,12 +132,19 @@ def _fill(crate: Any, results: Path, manifest: dict[str, Any], recordings: bool,
     crate.metadata.extra_terms["sha256"] = "http://schema.org/sha256"  # younger than the context of RO-Crate 1.1
 
     workflow = crate.add_workflow(
-        ROOT / "Snakefile", "Snakefile", main=True, lang="snakemake", lang_version=manifest["made_with"]["versions"]["snakemake"],
+        ROOT / "Snakefile",
+        "Snakefile",
+        main=True,
+        lang="snakemake",
+        lang_version=manifest["made_with"]["versions"]["snakemake"],
         properties={
-            "name": cited["title"], "version": manifest["made_with"]["trackdyn"], "author": author, "license": root["license"],
+            "name": cited["title"],
+            "version": manifest["made_with"]["trackdyn"],
+            "author": author,
+            "license": root["license"],
             "encodingFormat": FORMATS[".smk"],
         },
-    )  # fmt: skip
+    )
     for place in PROGRAM:
         for path in [ROOT / place] if (ROOT / place).is_file() else sorted((ROOT / place).rglob("*")):
             if path.is_file() and path.suffix in FORMATS:
@@ -118,20 +155,28 @@ def _fill(crate: Any, results: Path, manifest: dict[str, Any], recordings: bool,
     for name, digest in manifest["inputs"].items():
         dest = f"inputs/{Path(name).name}" if Path(name).is_absolute() else name
         inputs.append(_file(crate, ROOT / name, dest, digest, f"input: {name}"))
-        parameter = context(f"#input-{len(inputs)}", "FormalParameter", name=name, additionalType="File", workExample=inputs[-1])
+        parameter = context(
+            f"#input-{len(inputs)}", "FormalParameter", name=name, additionalType="File", workExample=inputs[-1]
+        )
         inputs[-1]["exampleOfWork"] = parameter
         workflow.append_to("input", parameter)
 
-    outcome = [_file(crate, results / NAME, f"results/{NAME}", None, "hashes of all results, and the numbers of the tables")]
+    outcome = [
+        _file(crate, results / NAME, f"results/{NAME}", None, "hashes of all results, and the numbers of the tables")
+    ]
     for name, entry in manifest["files"].items():
         if recordings or not name.endswith(".npz"):
             digest = None if "times" in entry else entry["sha256"]
             outcome.append(_file(crate, results / name, f"results/{name}", digest, entry.get("shows", name)))
     for name in manifest["hold_times"]:
         if recordings or not name.endswith(".cost.json"):
-            outcome.append(_file(crate, results / name, f"results/{name}", None, f"{name}; holds times, which no two runs share"))
+            outcome.append(
+                _file(crate, results / name, f"results/{name}", None, f"{name}; holds times, which no two runs share")
+            )
 
-    run = context("#run", "CreateAction", name="The run", instrument=workflow, object=inputs, result=outcome, endTime=made)
+    run = context(
+        "#run", "CreateAction", name="The run", instrument=workflow, object=inputs, result=outcome, endTime=made
+    )
     run["description"] = "snakemake, from the inputs to the results; endTime is when the manifest was written"
     if agent:
         run["agent"] = context("#agent", "Person", name=agent)

@@ -28,7 +28,8 @@ LARGEST = 50_000_000  # bytes of a manifest that is read; that of the full run h
 # a longer text is known by its hash only
 LONGEST_TEXT = 120_000
 KINDS = {".png", ".svg", ".gif", ".csv", ".md", ".json", ".npz", ".html"}
-# Times of computing and memory, which no two runs share, and what follows from them: the planner takes what was cheapest, the
+# Times of computing and memory, which no two runs share, and what follows from them: the planner takes what was
+# cheapest, the
 # page shows the costs.
 TIMES = re.compile(
     r"(.*/)?(tables/costs\.(csv|md)|tables/fidelity\.md|tables/trade\.md|figures/(trade_\w+|extremes_long_run)\.(png|svg)"
@@ -117,7 +118,8 @@ def describe(results: Path | str, inputs: Iterable[Path | str] = (), whole: bool
     Returns
     -------
     dict
-        ``made_with``, ``inputs`` with their hashes, ``files`` by name, each with ``bytes``, ``sha256`` and, as it has them, ``shows`` (the figure or table),
+        ``made_with``, ``inputs`` with their hashes, ``files`` by name, each with ``bytes``, ``sha256`` and, as it has
+        them, ``shows`` (the figure or table),
         ``times`` (columns that were left out of the hash), ``text``, ``look`` (mean grey of 24 times 24 squares), and
         ``hold_times``, the files that are not compared.
 
@@ -160,7 +162,9 @@ def load_manifest(path: Path | str) -> dict[str, Any]:
     except (ValueError, RecursionError):
         raise InputError(f"{path}: is not a manifest of trackdyn, or is damaged; `snakemake -j2` makes one") from None
     if isinstance(data, dict) and data.get("format", FORMAT) != FORMAT:
-        raise InputError(f"{path}: has manifest format {shown(data['format'])}, this version reads {FORMAT}; make it again")
+        raise InputError(
+            f"{path}: has manifest format {shown(data['format'])}, this version reads {FORMAT}; make it again"
+        )
     validated(Manifest, data, str(path), "`snakemake -j2` makes a manifest")
     return data
 

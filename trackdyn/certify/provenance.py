@@ -89,7 +89,9 @@ def provenance(metas: dict[str, dict], files: Iterable[Path | str]) -> dict:
         for name, value in {"Python": meta.get("python"), **meta.get("versions", {})}.items():
             if value is not None:
                 made_with.setdefault(name, set()).add(str(value))
-    now = {"Python": platform.python_version(), "trackdyn": __version__} | {name: package_version(name) for name in PACKAGES}
+    now = {"Python": platform.python_version(), "trackdyn": __version__} | {
+        name: package_version(name) for name in PACKAGES
+    }
     rows = [
         {"software": name, "at_the_runs": ", ".join(sorted(made_with.get(name, ()))), "at_this_page": now.get(name, "")}
         for name in dict.fromkeys([*now, *made_with])

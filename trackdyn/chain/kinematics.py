@@ -61,7 +61,8 @@ def _place(chain: Chain, state, work, part):
 
 @kernel
 def bushing_lead(chain: Chain, step):
-    """Part of a step at which the damping torque of the bushings is taken: half, for its error is of second order there.
+    """Part of a step at which the damping torque of the bushings is taken: half, for its error is of second order
+    there.
 
     Later where the fastest decay, links and connectors in zigzag with their mass centres at rest, would overshoot:
     it ends at zero then (`limits.step_limits`).
@@ -85,6 +86,4 @@ def bushing_torques(chain: Chain, state, work, ahead=0.0):
     work.torque[last] = state.angle[0] - state.angle[last] - 2.0 * np.pi
     for i in range(last + 1):
         rate = work.joint_rate[i]
-        work.torque[i] = (
-            -chain.stiffness * (work.torque[i] + ahead * rate - chain.free_angle) - chain.damping * rate
-        )
+        work.torque[i] = -chain.stiffness * (work.torque[i] + ahead * rate - chain.free_angle) - chain.damping * rate

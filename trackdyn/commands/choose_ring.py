@@ -15,7 +15,9 @@ def choose_ring(
     out: Annotated[Path | None, typer.Option(help="Table to write: a row a radius (.csv, .parquet).")] = None,
     figure: Annotated[Path | None, typer.Option(help="Figure to write (.png, and .svg beside it).")] = None,
 ) -> None:
-    """The ring's radius to choose where the rig is not known: chance that it is the best one over an ensemble of rigs."""
+    """The ring's radius to choose where the rig is not known: chance that it is the best one over an ensemble
+    of rigs.
+    """
     import pandas as pd
 
     from trackdyn.errors import InputError
@@ -53,7 +55,8 @@ def choose_ring(
         save(choice_figure(table, speed), figure)
     for row in table.itertuples():
         typer.echo(
-            f"{row.ring_radius_m:.4f} m  right arc free in {row.p_right_free:4.0%}  best in {getattr(row, f'p_best_{criterion}'):4.0%}  "
+            f"{row.ring_radius_m:.4f} m  right arc free in {row.p_right_free:4.0%}  best in "
+            f"{getattr(row, f'p_best_{criterion}'):4.0%}  "
             f"left share {row.left_share_pct:5.1f} %  sliding on teeth {row.sliding_teeth_j_km / 1e3:6.1f} kJ/km"
         )
     typer.echo(f"{speed:g} rpm: {recommendation(table, criterion)}")

@@ -24,7 +24,17 @@ app = typer.Typer(
 )
 
 
-for command in (commands.sweep, commands.design, rig_commands.rigs, rig_commands.new, rig_commands.check, show, fmu, choose_ring, identify):
+for command in (
+    commands.sweep,
+    commands.design,
+    rig_commands.rigs,
+    rig_commands.new,
+    rig_commands.check,
+    show,
+    fmu,
+    choose_ring,
+    identify,
+):
     app.command()(command)
 
 
@@ -65,7 +75,9 @@ def simulate(
     out: Annotated[Path, typer.Argument(help="Recording to write (.npz).")],
     rig: Annotated[str, typer.Option(help="Rig: a file, or the name of a shipped one (trackdyn rigs).")] = "paper",
     rpm: Annotated[str, typer.Option(metavar="NUMBER", help="Motor speed, rev/min.")] = "115",
-    ring_radius: Annotated[str | None, typer.Option(help="Radius of the rubber ring in m, or none; the rig's by default.")] = None,
+    ring_radius: Annotated[
+        str | None, typer.Option(help="Radius of the rubber ring in m, or none; the rig's by default.")
+    ] = None,
     duration: Annotated[str, typer.Option(metavar="NUMBER", help="Recorded time, s.")] = "20",
     lead_in: Annotated[str, typer.Option(metavar="NUMBER", help="Time at constant speed before the record, s.")] = "5",
     preset: Annotated[str, typer.Option(help="Bundle of choices: fast, standard, paper or reference.")] = "standard",
@@ -78,14 +90,24 @@ def simulate(
         str, typer.Option(metavar="NUMBER", help="Time between recorded configurations, s; 0: none.")
     ] = "0.05",
     tolerance: Annotated[
-        str | None, typer.Option(help="Record until every --measure is known to so much, whatever --duration: 1% of it, of a sprocket turn for shares.")
+        str | None,
+        typer.Option(
+            help=(
+                "Record until every --measure is known to so much, whatever --duration: 1% of it, of a "
+                "sprocket turn for shares."
+            )
+        ),
     ] = None,
     measure: Annotated[
-        list[str] | None, typer.Option(help="rms, sd, line, left_peak, left_share, right_share or ring_share; may be repeated.")
+        list[str] | None,
+        typer.Option(help="rms, sd, line, left_peak, left_share, right_share or ring_share; may be repeated."),
     ] = None,
     longest: Annotated[str, typer.Option(metavar="NUMBER", help="Bound of a run with a --tolerance, s.")] = "60",
     rate: Annotated[
-        str | None, typer.Option(metavar="NUMBER", help="Samples a second, Hz, such as your sensor's; the rig's by default. The step adapts.")
+        str | None,
+        typer.Option(
+            metavar="NUMBER", help="Samples a second, Hz, such as your sensor's; the rig's by default. The step adapts."
+        ),
     ] = None,
     checkpoint: Annotated[
         Path | None, typer.Option(help="File kept while a long run records; the same command goes on from it.")
@@ -130,24 +152,37 @@ def simulate(
         raise InputError("--measure is not accepted without --tolerance: --tolerance 1% would do")
     if checkpoint is not None:
         if tolerance is not None:
-            raise InputError("--checkpoint is not accepted with --tolerance: such a run ends by itself; leave one of them out")
+            raise InputError(
+                "--checkpoint is not accepted with --tolerance: such a run ends by itself; leave one of them out"
+            )
         keep(checkpoint)
     if out.exists():
-        typer.echo(f"trackdyn: warning: {out} exists and is replaced when the run is done; until then Ctrl-C keeps it", err=True)
+        typer.echo(
+            f"trackdyn: warning: {out} exists and is replaced when the run is done; until then Ctrl-C keeps it",
+            err=True,
+        )
     if not quiet:
         announce(lambda text: tqdm.write(f"trackdyn: {text}", file=sys.stderr))  # above a bar
     if tolerance is not None:
         from trackdyn.measure.until_known import run_until
         from trackdyn.parameters.validation import parse_tolerance
 
-        answer = run_until(scene, dict.fromkeys(measure or ["rms"], parse_tolerance(tolerance)), _number("--longest", longest))
+        answer = run_until(
+            scene, dict.fromkeys(measure or ["rms"], parse_tolerance(tolerance)), _number("--longest", longest)
+        )
         answer.recording.save(out)
         for name, found in answer.measures.items():
             said = "" if name not in answer.reached else "known" if answer.reached[name] else "tolerance not reached"
             typer.echo(f"{name:>22}  {found.value:.6g} +- {found.half_width:.2g}  {said}")
-        typer.echo(f"{'left out, recorded (s)':>22}  {answer.transient:.3g}, {len(answer.recording.time) / answer.recording.rate:.4g}")
+        typer.echo(
+            f"{'left out, recorded (s)':>22}  {answer.transient:.3g}, "
+            f"{len(answer.recording.time) / answer.recording.rate:.4g}"
+        )
         if not answer.known:
-            raise InputError(f"--longest = {longest} s is too short for --tolerance {tolerance}; what was reached is written to {out}")
+            raise InputError(
+                f"--longest = {longest} s is too short for --tolerance {tolerance}; what was reached "
+                f"is written to {out}"
+            )
         return
     recording = run(scene, progress=not quiet, checkpoint=checkpoint)
     # measured before it is written: what has no measures leaves no file
@@ -169,8 +204,12 @@ def compare(
     axis: Annotated[
         list[str] | None, typer.Option(help="Which column an axis is, such as ay=channel3 or ay=-channel3; repeatable.")
     ] = None,
-    sensor_range: Annotated[float | None, typer.Option("--range", help="Range of the sensor, g; the rig's by default.")] = None,
-    resample: Annotated[bool, typer.Option("--resample", help="Put samples whose stamps jitter onto even instants.")] = False,
+    sensor_range: Annotated[
+        float | None, typer.Option("--range", help="Range of the sensor, g; the rig's by default.")
+    ] = None,
+    resample: Annotated[
+        bool, typer.Option("--resample", help="Put samples whose stamps jitter onto even instants.")
+    ] = False,
     start: Annotated[float | None, typer.Option("--from", help="First instant to keep, s since the first row.")] = None,
     to: Annotated[float | None, typer.Option("--to", help="Last instant to keep, s since the first row.")] = None,
 ) -> None:
@@ -185,7 +224,15 @@ def compare(
             raise InputError(f"--axis {pair} is not accepted: an axis and its column, such as ay=channel3, would do")
     axes = dict(pair.split("=", 1) for pair in axis or [])
     chosen = load_mapping(
-        mapping, time=time, rate=rate, unit=unit, axes=axes, range=sensor_range, resample=resample, to=to, **{"from": start}
+        mapping,
+        time=time,
+        rate=rate,
+        unit=unit,
+        axes=axes,
+        range=sensor_range,
+        resample=resample,
+        to=to,
+        **{"from": start},
     )
     loaded = load_recording(recording)
     rig = loaded.meta["rig"]
@@ -215,8 +262,13 @@ def plan(
     chosen = choose(load_trade(data), tolerance, measure, _number("--rpm", rpm), _ring(ring_radius))
     for name, value in chosen.fields.items():
         typer.echo(f"{name:>22}  {value}")
-    typer.echo(f"{'duration':>22}  {chosen.duration:g} s of every link, after {LEAD_IN:g} s at constant speed: {chosen.passages} passages")
-    typer.echo(f"{'expected error':>22}  {chosen.of_setting:.2g} of the setting, {chosen.of_record:.2g} of the record at most")
+    typer.echo(
+        f"{'duration':>22}  {chosen.duration:g} s of every link, after {LEAD_IN:g} s at constant "
+        f"speed: {chosen.passages} passages"
+    )
+    typer.echo(
+        f"{'expected error':>22}  {chosen.of_setting:.2g} of the setting, {chosen.of_record:.2g} of the record at most"
+    )
     typer.echo(f"{'expected cost':>22}  {chosen.cpu_s:.3g} processor seconds on the machine that measured")
     for warning in chosen.warnings:
         typer.echo(f"trackdyn: warning: {warning}; the plan is a guess there", err=True)
@@ -239,7 +291,9 @@ def verify(
     findings = compare(describe(results, whole=place.is_dir()), expected)
     for finding in findings:
         if finding.status != EQUAL:
-            typer.echo(f"{finding.status:>8}  {finding.name}  {finding.shows and f'({finding.shows}) '}{finding.text}".rstrip())
+            typer.echo(
+                f"{finding.status:>8}  {finding.name}  {finding.shows and f'({finding.shows}) '}{finding.text}".rstrip()
+            )
     typer.echo(summary(findings))
     if bad := failed(findings, exact):
         raise InputError(f"{results}: {len(bad)} of {len(findings)} files are not those of {place}")
@@ -249,7 +303,9 @@ def verify(
 def crate(
     results: Annotated[Path, typer.Argument(help="Results of a run, with their manifest.json.")],
     out: Annotated[Path | None, typer.Option(help="Zip file to write; crate.zip among the results by default.")] = None,
-    recordings: Annotated[bool, typer.Option("--recordings", help="With the recordings, which are most of a run.")] = False,
+    recordings: Annotated[
+        bool, typer.Option("--recordings", help="With the recordings, which are most of a run.")
+    ] = False,
     agent: Annotated[str | None, typer.Option(help="Who ran it, to be named in the crate.")] = None,
 ) -> None:
     """Pack a run with workflow and inputs into a provenance crate (Workflow Run RO-Crate)."""

@@ -13,11 +13,15 @@ def fmu(
     rig: Annotated[str, typer.Argument(help="Rig: a file, or the name of a shipped one (trackdyn rigs).")],
     out: Annotated[Path, typer.Option(help="Unit to write (.fmu).")] = Path("track.fmu"),
     rpm: Annotated[float, typer.Option(help="Motor speed at the start, rev/min.")] = 115.0,
-    ring_radius: Annotated[str | None, typer.Option(help="Radius of the rubber ring in m, or none; the rig's by default.")] = None,
+    ring_radius: Annotated[
+        str | None, typer.Option(help="Radius of the rubber ring in m, or none; the rig's by default.")
+    ] = None,
     lead_in: Annotated[float, typer.Option(help="Time at speed before time 0, s; 0: the loop rests at time 0.")] = 0.0,
     preset: Annotated[str, typer.Option(help="Bundle of choices: fast, standard, paper or reference.")] = "standard",
     step: Annotated[float | None, typer.Option(help="Time step, s; the preset's by default.")] = None,
-    tension: Annotated[str | None, typer.Option(help="locked, retensioned, sprung or forced; the rig's by default.")] = None,
+    tension: Annotated[
+        str | None, typer.Option(help="locked, retensioned, sprung or forced; the rig's by default.")
+    ] = None,
 ) -> None:
     """Write a track as a unit for co-simulation (FMI 3.0)."""
     from trackdyn.files import refuse_unwritable
@@ -35,7 +39,9 @@ def fmu(
         try:
             fields["ring_radius"] = None if ring_radius == "none" else float(ring_radius)
         except ValueError:
-            raise InputError(f"--ring-radius = {shown(ring_radius)} is not accepted: a radius in m or the word none would do") from None
+            raise InputError(
+                f"--ring-radius = {shown(ring_radius)} is not accepted: a radius in m or the word none would do"
+            ) from None
     scene = Scene(load_rig(rig), rpm, lead_in=lead_in, **fields)
     unit = write_fmu(scene, out)
     for kind, signals in (("in", unit.inputs), ("out", unit.outputs)):

@@ -18,13 +18,18 @@ def rigs() -> None:
     for name, path in shipped_rigs().items():
         rig = load_rig(path)
         about = read_yaml(path).get("about", ABOUT.get(name, ""))
-        what = f"{rig.chain.pitches} pitches ({rig.chain.kind.replace('_', '-')}), {rig.sprocket.teeth} teeth, {1 + len(rig.rollers)} wheels"
+        what = (
+            f"{rig.chain.pitches} pitches ({rig.chain.kind.replace('_', '-')}), {rig.sprocket.teeth} "
+            f"teeth, {1 + len(rig.rollers)} wheels"
+        )
         typer.echo(f"{name:>22}  {what}{', used where none is named' if name == DEFAULT else ''}\n{'':>22}  {about}")
 
 
 # the paper's two rigs are the pipeline's files, which say in their own words what they are
 ABOUT = {
-    "paper": "the rig of the paper: 35 links and connectors on a sprocket with a rubber ring, an idler and a road wheel",
+    "paper": (
+        "the rig of the paper: 35 links and connectors on a sprocket with a rubber ring, an idler and a road wheel"
+    ),
     "printed_equal_pitch": "a second rig of the paper with the equal pitch as printed, docs/second-rig.md",
 }
 
@@ -60,7 +65,9 @@ def rig_text(like: str, rig, entries: dict) -> str:
 
     def flow(part: dict) -> str:
         items = ((key, item) for key, item in part.items() if item not in PLAIN)
-        return "{" + ", ".join(f"{key}: {flow(item) if 'value' not in item else short(item)}" for key, item in items) + "}"
+        return (
+            "{" + ", ".join(f"{key}: {flow(item) if 'value' not in item else short(item)}" for key, item in items) + "}"
+        )
 
     def comments(name: str, part: dict) -> list[str]:
         rows = [f"# {name}:", "#   source: ..."]
@@ -76,20 +83,33 @@ def rig_text(like: str, rig, entries: dict) -> str:
     rows = [
         'about: "a rig of my own"',
         f"like: {like} # everything that this file does not say",
-        "# A value is written with its unit; the source of a section says where its values come from, kind what they are:",
-        "# printed, derived, assumed (if nothing is said) or fitted. What is behind # is as in the rig above: take the sign",
+        "# A value is written with its unit; the source of a section says where its values come "
+        "from, kind what they are:",
+        "# printed, derived, assumed (if nothing is said) or fitted. What is behind # is as in the "
+        "rig above: take the sign",
         "# away, with the section's name and its source, to change it.",
-        "wheels: # in any order and number; the chain runs clockwise around them, the sprocket at its own place: x = y = 0.",
-        "  # A vehicle with such a track drives towards +x: with the other wheels at x < 0 the sprocket is in front, at x > 0 behind",
+        "wheels: # in any order and number; the chain runs clockwise around them, the sprocket at "
+        "its own place: x = y = 0.",
+        "  # A vehicle with such a track drives towards +x: with the other wheels at x < 0 the "
+        "sprocket is in front, at x > 0 behind",
         '  source: "assumed"',
         *(f"  {name}: {flow(part)}" for name, part in wheels.items()),
-        "  # a wheel may stand on a trailing arm or a slider with a spring, held where it stands once the loop is tensioned:",
-        "  #   arm: {x: 0.3 m, y: 0.1 m, mass: 50.0 kg, stiffness: 2.0e4 N m/rad, damping: 500.0 N m s/rad, travel: 15.0 deg}",
-        "  #   slider: {direction: 180.0 deg, mass: 50.0 kg, stiffness: 1.0e5 N/m, damping: 500.0 N s/m, travel: 0.05 m}",
-        "tension: # the wheel that is shifted until the strand onto the sprocket has the pre-tension, along the direction from the x axis,",
-        "  # counterclockwise. Then it is kept: locked (if nothing is said), retensioned, sprung (on mass, stiffness, damping), forced",
+        "  # a wheel may stand on a trailing arm or a slider with a spring, held where it stands "
+        "once the loop is tensioned:",
+        "  #   arm: {x: 0.3 m, y: 0.1 m, mass: 50.0 kg, stiffness: 2.0e4 N m/rad, damping: 500.0 N m "
+        "s/rad, travel: 15.0 deg}",
+        "  #   slider: {direction: 180.0 deg, mass: 50.0 kg, stiffness: 1.0e5 N/m, damping: 500.0 N "
+        "s/m, travel: 0.05 m}",
+        "tension: # the wheel that is shifted until the strand onto the sprocket has the "
+        "pre-tension, along the direction from the x axis,",
+        "  # counterclockwise. Then it is kept: locked (if nothing is said), retensioned, sprung (on "
+        "mass, stiffness, damping), forced",
         '  source: "assumed"',
-        *(f"  {key}: {short(item)}" for key, item in entries["tension"].items() if not isinstance(item["value"], (list, tuple))),
+        *(
+            f"  {key}: {short(item)}"
+            for key, item in entries["tension"].items()
+            if not isinstance(item["value"], (list, tuple))
+        ),
         "# drive: a motor's line in place of a speed that is kept exactly, as the sprocket sees it",
         "# drive: {source: assumed, kind: motor, inertia: 5.0 kg m2, slope: 500.0 N m s/rad, torque: 2000.0 N m}",
         "",
@@ -97,15 +117,23 @@ def rig_text(like: str, rig, entries: dict) -> str:
     for name, part in entries.items():
         if name in ("wheels", "tension", "surfaces", *rig.rollers) or "value" in part:
             continue
-        rows += [*comments(name, {key: item for key, item in part.items() if not isinstance(item["value"], (list, tuple))}), ""]
+        rows += [
+            *comments(name, {key: item for key, item in part.items() if not isinstance(item["value"], (list, tuple))}),
+            "",
+        ]
     return "\n".join(rows)
 
 
 def check(
     rig: Annotated[str, typer.Argument(help="Rig: a file, or the name of a shipped one.")],
-    out: Annotated[Path | None, typer.Option(help="Picture to write (.png, with an .svg beside it); by default named like the rig.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Picture to write (.png, with an .svg beside it); by default named like the rig."),
+    ] = None,
     rpm: Annotated[float, typer.Option(help="Motor speed for which steps are judged, rev/min.")] = 115.0,
-    settle: Annotated[bool, typer.Option("--settle/--no-settle", help="Tension the loop and let it come to rest.")] = True,
+    settle: Annotated[
+        bool, typer.Option("--settle/--no-settle", help="Tension the loop and let it come to rest.")
+    ] = True,
 ) -> None:
     """Lay a rig's loop, draw it, and say how the chain wraps, which step it allows and what is unusual."""
     from trackdyn.files import refuse_unwritable

@@ -12,7 +12,9 @@ from trackdyn.parameters.validation import shown
 def show(
     recording: Annotated[Path, typer.Argument(help="Recording made by `trackdyn simulate` (.npz).")],
     out: Annotated[Path | None, typer.Option(help="Page to write (.html); the recording's name by default.")] = None,
-    seconds: Annotated[float | None, typer.Option(help="Length of what moves, s; a turn of the sprocket by default.")] = None,
+    seconds: Annotated[
+        float | None, typer.Option(help="Length of what moves, s; a turn of the sprocket by default.")
+    ] = None,
     video: Annotated[Path | None, typer.Option(help="Film to write, too (.mp4); needs ffmpeg.")] = None,
     pace: Annotated[float, typer.Option(help="Seconds of the run in a second of the film.")] = 0.25,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False,

@@ -1,6 +1,7 @@
 """Who may touch whom: lists of the arcs and links close to a wheel, kept until something has moved too far.
 
-A loop of 35 pitches has 175 pairs of a surface and a wheel, of which some 30 are ever close. The lists hold all pairs closer than
+A loop of 35 pitches has 175 pairs of a surface and a wheel, of which some 30 are ever close. The lists hold all pairs
+closer than
 ``MARGIN`` to their contact and are made anew as soon as pins, wheels or the chain's plane have moved as far as that
 together could use it up (Verlet, Phys. Rev. 159, 1967, 98): no contact can be missed, at any speed.
 """
@@ -15,7 +16,8 @@ from trackdyn.model.work import Work
 
 # m; a link moves as far in a hundred steps
 MARGIN = 8e-3
-# Parts of it that pins, wheels and the plane may use up. Arcs and ends of links stand at most half a body's length beyond
+# Parts of it that pins, wheels and the plane may use up. Arcs and ends of links stand at most half a body's length
+# beyond
 # its pins, so that they move at most twice as far as the pins do.
 PINS, WHEELS, PLANE = 0.25, 0.25, 0.25
 
@@ -98,5 +100,7 @@ def _hold(model: Model, state: State, work: Work, space):
         for r in range(3):
             for k in range(3):
                 turned += (space.attitude[r, k] - near.plane[r, k]) ** 2
-        far += not sqrt(turned) * near.plane[3, 1] + abs(state.plane.motion[OFFSET] - near.plane[3, 0]) <= PLANE * MARGIN
+        far += (
+            not sqrt(turned) * near.plane[3, 1] + abs(state.plane.motion[OFFSET] - near.plane[3, 0]) <= PLANE * MARGIN
+        )
     return far == 0

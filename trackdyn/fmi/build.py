@@ -34,13 +34,18 @@ def write_fmu(scene: Scene, path: Path | str) -> Unit:
     try:
         from pythonfmu3 import FmuBuilder
     except ImportError:
-        raise InputError("PythonFMU3 is not installed, which writes the unit: pip install 'trackdyn[fmu]' would do") from None
+        raise InputError(
+            "PythonFMU3 is not installed, which writes the unit: pip install 'trackdyn[fmu]' would do"
+        ) from None
     if not FmuBuilder.has_binary():
         raise InputError("PythonFMU3 has no library for this system; x86-64 Linux or Windows would do")
     path, unit = Path(path), Unit(scene)
     described = {
         "name": re.sub(r"\W", "_", path.stem).lstrip("0123456789_") or "track",
-        "text": f"{scene.rig.chain.pitches} pitches on {len(unit.order)} wheels, step {scene.step:g} s; runs in the Python in which trackdyn is installed",
+        "text": (
+            f"{scene.rig.chain.pitches} pitches on {len(unit.order)} wheels, step {scene.step:g} s; runs "
+            "in the Python in which trackdyn is installed"
+        ),
         "sources": source_hash(),
         "scene": scene.describe(),
     }

@@ -48,11 +48,19 @@ class Track(Fmi3Slave):
 
     def _register(self, signal, values, causality) -> None:
         taken = causality == Fmi3Causality.input
-        self.register_variable(Float64(
-            signal.name, start=signal.start if taken else None, unit=signal.unit, description=signal.text,
-            causality=causality, variability=Fmi3Variability.continuous, initial=None if taken else Fmi3Initial.calculated,
-            getter=lambda: values[signal.name], setter=lambda value: values.__setitem__(signal.name, value),
-        ))  # fmt: skip
+        self.register_variable(
+            Float64(
+                signal.name,
+                start=signal.start if taken else None,
+                unit=signal.unit,
+                description=signal.text,
+                causality=causality,
+                variability=Fmi3Variability.continuous,
+                initial=None if taken else Fmi3Initial.calculated,
+                getter=lambda: values[signal.name],
+                setter=lambda value: values.__setitem__(signal.name, value),
+            )
+        )
 
     def exit_initialization_mode(self):
         """Settle the loop with the inputs as they are."""

@@ -10,7 +10,7 @@ from trackdyn.errors import InputError
 from trackdyn.measure.sensor import specific_force
 from trackdyn.model.constants import SPROCKET
 from trackdyn.parameters.layout import belt_around, belt_path, wheel_circles, wheel_names
-from trackdyn.scene.build import CARRIED
+from trackdyn.scene.carriers import CARRIED
 from trackdyn.scene.scene import LEAST_RAMP, Scene
 from trackdyn.simulation.loop import Loop
 
@@ -55,7 +55,8 @@ def _shift(unit: "Unit", shift: float, exchange: float) -> None:
     settled, travel = unit.settled_shift, unit.scene.rig.tension.travel
     if not abs(settled + shift) <= travel:
         raise InputError(
-            f"tensioner_shift = {shift:g} m is not accepted: at least {-travel - settled:.4g} and at most {travel - settled:.4g} m, "
+            f"tensioner_shift = {shift:g} m is not accepted: at least {-travel - settled:.4g} and at "
+            f"most {travel - settled:.4g} m, "
             "the tensioner's travel from where the loop settled, would do"
         )
     unit.loop.shift_tensioner(unit.settled_shift + shift)
@@ -67,25 +68,40 @@ STEERINGS = (
     Steering(
         lambda scene: True,
         lambda scene: Signal(
-            "motor_rpm", "rev/min", "speed of the motor, at least 0; a new one is reached within the exchange or speed_ramp", scene.motor_rpm
+            "motor_rpm",
+            "rev/min",
+            "speed of the motor, at least 0; a new one is reached within the exchange or speed_ramp",
+            scene.motor_rpm,
         ),
         _drive,
     ),
     Steering(
         lambda scene: scene.rig.drive is not None and scene.rig.drive.kind == "motor",
         lambda scene: Signal(
-            "torque_limit", "N.m", "largest torque of the drive at the sprocket, which it gives while it is far from its speed", scene.rig.drive.torque
+            "torque_limit",
+            "N.m",
+            "largest torque of the drive at the sprocket, which it gives while it is far from its speed",
+            scene.rig.drive.torque,
         ),
         _limit,
     ),
     Steering(
         lambda scene: scene.tension == "forced",
-        lambda scene: Signal("tensioner_force", "N", "force that pushes the tensioning wheel along its line; taken at once", scene.rig.tension.force[0][1]),
+        lambda scene: Signal(
+            "tensioner_force",
+            "N",
+            "force that pushes the tensioning wheel along its line; taken at once",
+            scene.rig.tension.force[0][1],
+        ),
         _push,
     ),
     Steering(
         lambda scene: scene.tension not in CARRIED,
-        lambda scene: Signal("tensioner_shift", "m", "way of the tensioning wheel along its line from where the loop settled; taken at once"),
+        lambda scene: Signal(
+            "tensioner_shift",
+            "m",
+            "way of the tensioning wheel along its line from where the loop settled; taken at once",
+        ),
         _shift,
     ),
 )
@@ -116,9 +132,14 @@ class Unit:
     def __init__(self, scene: Scene):
         for field, refused, would_do in (("chain", "belt", "double_pin"), ("loop", "free", "on_wheels")):
             if getattr(scene, field) == refused:
-                raise InputError(f"scene: {field} = {refused!r} is not accepted: a unit needs a chain on wheels; {would_do!r} would do")
+                raise InputError(
+                    f"scene: {field} = {refused!r} is not accepted: a unit needs a chain on wheels; "
+                    f"{would_do!r} would do"
+                )
         if scene.fidelity["space"].setting != "planar":
-            raise InputError("scene: space = 'spatial' is not accepted: a unit moves in the plane; wheels that are aligned would do")
+            raise InputError(
+                "scene: space = 'spatial' is not accepted: a unit moves in the plane; wheels that are aligned would do"
+            )
         self.scene = scene
         self.names = wheel_names(scene.rig)
         self.order = belt_around(scene.rig)[1]
@@ -130,7 +151,11 @@ class Unit:
         strands = [f"{name}_to_{names[(i + 1) % len(names)]}" for i, name in enumerate(names)]
         self.outputs = [
             *(Signal(f"tension_{name}", "N", "force in the chain in the middle of this strand") for name in strands),
-            Signal("sprocket_torque", "N.m", "mean torque of the sprocket on the chain over the exchange: its work over the turn; 0 while it stands"),
+            Signal(
+                "sprocket_torque",
+                "N.m",
+                "mean torque of the sprocket on the chain over the exchange: its work over the turn; 0 while it stands",
+            ),
             *(Signal(f"rate_{name}", "rad/s", "angular velocity; negative is clockwise") for name in self.names),
             Signal("sensor_ax", "g", "what the sensor reports along its link (Eq. 40), mean over the exchange"),
             Signal("sensor_ay", "g", "what the sensor reports across its link (Eq. 40), mean over the exchange"),
@@ -171,7 +196,10 @@ class Unit:
             The loop left the physical range.
         """
         if not exchange >= self.loop.model.step / 2:
-            raise InputError(f"exchange = {exchange:g} s is not accepted: at least the step of the loop, {self.loop.model.step:g} s, would do")
+            raise InputError(
+                f"exchange = {exchange:g} s is not accepted: at least the step of the loop, "
+                f"{self.loop.model.step:g} s, would do"
+            )
         for steering, signal in zip(self.steerings, self.inputs, strict=True):
             value, applied = self.wanted[signal.name], self._applied[signal.name]
             if not abs(value - applied) <= ROUNDING * abs(applied):  # importers interpolate a constant input, too

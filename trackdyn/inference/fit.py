@@ -292,7 +292,8 @@ def candidates(rig: Rig, config: FitConfig) -> dict[str, Rig]:
 
 
 def measure_candidates(rig: Rig, config: FitConfig, radius: float | None, step: float, known: Known) -> pd.DataFrame:
-    """Meshing summary of every candidate in one case of the fit, run until it is known; ``failed`` says why there is none.
+    """Meshing summary of every candidate in one case of the fit, run until it is known; ``failed`` says why there is
+    none.
 
     Columns ``candidate, ring_radius_m, failed`` and those of `meshing_summary`.
     """
@@ -379,7 +380,9 @@ def run_directions(rig: Rig, config: FitConfig, step: float, known: Known) -> pd
         for radius in (None, rig.sprocket.ring_radius):
             pitches = tuple(range(1, rig.chain.pitches + 1))
             fields = steady_fields(candidate, config.speed_rpm, known)
-            recording, _ = run_steady(Loop(Scene(candidate, config.speed_rpm, radius, step=step, pitches=pitches, **fields)), known)
+            recording, _ = run_steady(
+                Loop(Scene(candidate, config.speed_rpm, radius, step=step, pitches=pitches, **fields)), known
+            )
             events = pd.concat([mean_events(recording), smoothed_maxima(recording)])
             events.insert(0, "ring", "none" if radius is None else f"{radius:g} m")
             events.insert(0, "chain", "descends" if descends else "climbs")

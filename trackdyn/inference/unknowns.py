@@ -1,4 +1,6 @@
-"""Unknown parameters of a rig: what each can be and where that range comes from, and the way from the unit cube to rigs."""
+"""Unknown parameters of a rig: what each can be and where that range comes from, and the way from the unit cube to
+rigs.
+"""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -245,7 +247,8 @@ def _field(rig: Rig, name: str, label: str) -> float:
     fields = getattr(type(part), "model_fields", {})
     if field not in fields:
         raise InputError(
-            f"unknown {shown(label)}: {shown(name)} is not a parameter of the rig; section.field such as bushing.stiffness would do"
+            f"unknown {shown(label)}: {shown(name)} is not a parameter of the rig; section.field such "
+            "as bushing.stiffness would do"
         )
     try:
         return plain_number(getattr(part, field))

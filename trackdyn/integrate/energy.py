@@ -166,7 +166,9 @@ def powers(model: Model, state: State, work: Work, out, first):
         sx = ww * row[k, TURN_X]
         sy = ww * row[k, TURN_Y]
         if wheel == SPROCKET:
-            out[first + SPROCKET_WORK] += (row[k, NORMAL_X] + row[k, FRICTION_X]) * sx + (row[k, NORMAL_Y] + row[k, FRICTION_Y]) * sy
+            out[first + SPROCKET_WORK] += (row[k, NORMAL_X] + row[k, FRICTION_X]) * sx + (
+                row[k, NORMAL_Y] + row[k, FRICTION_Y]
+            ) * sy
         normal = -(row[k, NORMAL_X] * (row[k, SPEED_X] - sx) + row[k, NORMAL_Y] * (row[k, SPEED_Y] - sy))
         friction = -(row[k, FRICTION_X] * (row[k, SPEED_X] - sx) + row[k, FRICTION_Y] * (row[k, SPEED_Y] - sy))
         if work.contact_body[k, KIND] == FLANK:

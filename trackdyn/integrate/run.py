@@ -40,7 +40,9 @@ def run(model: Model, state: State, work: Work, record: Record, first, last):
 
 def refresh(model: Model, state: State, work: Work):
     """Places, velocities and loads of a state, whoever made it."""
-    _refresh(model, state, work._replace(stages=None, space=None, implicit=None, sliding=None), work.space, work.implicit)
+    _refresh(
+        model, state, work._replace(stages=None, space=None, implicit=None, sliding=None), work.space, work.implicit
+    )
 
 
 @kernel

@@ -9,7 +9,8 @@ without damping gains about 7e-4 of it in 20 s, steadily.
 
 Velocities so belong to the middle of a step, and there damping is taken: that of the bushings by the sweep
 (`chain.kinematics.bushing_lead`), that of contacts with velocities led ahead by half of what the last step changed
-them (`contact.loads.approach`), on the teeth also by what the force itself adds in this one (`contact.laws.impeded_speed`).
+them (`contact.loads.approach`), on the teeth also by what the force itself adds in this one
+(`contact.laws.impeded_speed`).
 Without that, forces that last a few steps come out a tenth too high.
 """
 

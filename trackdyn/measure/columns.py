@@ -8,7 +8,8 @@ SETTING = "a setting of the run"
 CHECK = "the largest value of a check over the record, no estimate of a mean"
 REVOLUTIONS = "over revolutions of the loop"
 
-# column: type, unit, description, and the column of its standard error or why it has none; errors themselves have neither
+# column: type, unit, description, and the column of its standard error or why it has none; errors themselves have
+# neither
 COLUMNS = {
     "run": ("string", "", "name of the run: a record, meshing/, ring/ or coarse/ and what it varies", SETTING),
     "rpm": ("number", "rev/min", "speed of the motor", SETTING),
@@ -23,27 +24,61 @@ COLUMNS = {
     "sd_whole_g": ("number", "g", "standard deviation over whole revolutions of the loop", "sd_whole_error_g"),
     "line_hz": ("number", "Hz", "frequency of the highest line of the FFT", "line_error_hz"),
     "line_g": ("number", "g", "amplitude of the highest line of the FFT", "line_error_g"),
-    "line_hz_binfree": ("number", "Hz", "frequency of the main line, free of the picket fence", "line_error_hz_binfree"),
+    "line_hz_binfree": (
+        "number",
+        "Hz",
+        "frequency of the main line, free of the picket fence",
+        "line_error_hz_binfree",
+    ),
     "line_g_binfree": ("number", "g", "amplitude of the main line, free of the picket fence", "line_error_g_binfree"),
     "rms_error_g": ("number", "g", f"standard error of the root mean square {REVOLUTIONS}", None),
     "sd_error_g": ("number", "g", f"standard error of the standard deviation {REVOLUTIONS}", None),
-    "rms_whole_error_g": ("number", "g", f"standard error of the root mean square of whole revolutions, {REVOLUTIONS}", None),
-    "sd_whole_error_g": ("number", "g", f"standard error of the standard deviation of whole revolutions, {REVOLUTIONS}", None),
-    "line_error_hz": ("number", "Hz", "standard uncertainty of a frequency that is known to the width of a bin: width over root 12", None),
-    "line_error_g": ("number", "g", f"standard error of the amplitude of the highest line {REVOLUTIONS}, for a record that begins "
-                     "at the same place of a revolution", None),
-    "line_error_hz_binfree": ("number", "Hz", f"standard error of the bin-free frequency {REVOLUTIONS}; empty for fewer than three", None),
+    "rms_whole_error_g": (
+        "number",
+        "g",
+        f"standard error of the root mean square of whole revolutions, {REVOLUTIONS}",
+        None,
+    ),
+    "sd_whole_error_g": (
+        "number",
+        "g",
+        f"standard error of the standard deviation of whole revolutions, {REVOLUTIONS}",
+        None,
+    ),
+    "line_error_hz": (
+        "number",
+        "Hz",
+        "standard uncertainty of a frequency that is known to the width of a bin: width over root 12",
+        None,
+    ),
+    "line_error_g": (
+        "number",
+        "g",
+        f"standard error of the amplitude of the highest line {REVOLUTIONS}, for a record that begins "
+        "at the same place of a revolution",
+        None,
+    ),
+    "line_error_hz_binfree": (
+        "number",
+        "Hz",
+        f"standard error of the bin-free frequency {REVOLUTIONS}; empty for fewer than three",
+        None,
+    ),
     "line_error_g_binfree": ("number", "g", f"standard error of the bin-free amplitude {REVOLUTIONS}", None),
     "high_frequency_g": ("number", "g", "root mean square of the content at and above 20 Hz", "high_frequency_error_g"),
     "high_frequency_error_g": ("number", "g", f"standard error of the content at and above 20 Hz {REVOLUTIONS}", None),
     "loop_gap_max_m": ("number", "m", "largest distance of the two ends of the loop after projection", CHECK),
     "gap_before_projection_m": ("number", "m", "largest distance of the two ends that a step opens", CHECK),
     "velocity_gap_m_s": ("number", "m/s", "largest velocity of the two ends relative to each other", CHECK),
-    "energy_residual": ("number", "1", "open part of the account of work over the work of the sprocket",
-                        "what the step leaves open in this very record, no estimate of a mean"),
+    "energy_residual": (
+        "number",
+        "1",
+        "open part of the account of work over the work of the sprocket",
+        "what the step leaves open in this very record, no estimate of a mean",
+    ),
     "clipped_samples": ("integer", "1", "samples that the range of the sensor cut", "a count in this very record"),
     "passages": ("integer", "1", "complete passages of connectors over the sprocket", "a count in this very record"),
-}  # fmt: skip
+}
 PLACES = {"left": "the left arc", "right": "the right arc", "ring": "a link on the ring"}
 PASSAGES = "by batch means over passages"
 OF_A_SIDE = {
@@ -53,17 +88,24 @@ OF_A_SIDE = {
     "rms_error_n": ("N", f"standard error of the root mean square of the force on {{}} {PASSAGES}", None),
     "sd_n": ("N", "standard deviation of the normal force on {} over the run", "sd_error_n"),
     "sd_error_n": ("N", f"standard error of the standard deviation of the force on {{}} {PASSAGES}", None),
-    "rms_contact_n": ("N", "root mean square of the normal force on {} over the time in contact", "rms_contact_error_n"),
+    "rms_contact_n": (
+        "N",
+        "root mean square of the normal force on {} over the time in contact",
+        "rms_contact_error_n",
+    ),
     "rms_contact_error_n": ("N", f"standard error of the root mean square in contact of {{}} {PASSAGES}", None),
     "peak_n": ("N", "largest normal force on {} in a passage, mean over passages", "peak_error_n"),
     "peak_error_n": ("N", f"standard error of the mean largest force on {{}} {PASSAGES}", None),
-    "peak_largest_n": ("N", "largest normal force on {} in all passages",
-                       "the largest of a sample, which grows with the record; compare peak_n"),
+    "peak_largest_n": (
+        "N",
+        "largest normal force on {} in all passages",
+        "the largest of a sample, which grows with the record; compare peak_n",
+    ),
     "phase_start": ("turns", "first touch of {} after the first contact of the passage, mean", "phase_start_error"),
     "phase_start_error": ("turns", f"standard error of the first touch of {{}} {PASSAGES}", None),
     "phase_end": ("turns", "last release of {} after the first contact of the passage, mean", "phase_end_error"),
     "phase_end_error": ("turns", f"standard error of the last release of {{}} {PASSAGES}", None),
-}  # fmt: skip
+}
 
 
 def error_of(name: str) -> str | None:

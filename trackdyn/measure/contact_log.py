@@ -1,4 +1,5 @@
-"""The log of contacts in order: what the record cut left out, chatter merged, and which passage of a connector each belongs to.
+"""The log of contacts in order: what the record cut left out, chatter merged, and which passage of a connector each
+belongs to.
 
 Arrays, a column each: judging a run as it goes on asks for them again and again.
 """
@@ -49,7 +50,9 @@ def timing(recording: Recording) -> Timing:
 
 
 def contacts(recording: Recording, gap: float) -> dict[str, np.ndarray]:
-    """Columns of `meshing.spells` by connector and start; pitches and connectors from 0, sides by number, areas as bits."""
+    """Columns of `meshing.spells` by connector and start; pitches and connectors from 0, sides by number, areas as
+    bits.
+    """
     period = timing(recording)
     rows = _merged(recording, gap)
     ring = SIDES.index("ring")

@@ -154,7 +154,8 @@ def meshing_summary(recording: Recording) -> dict:
 
         and ``left_areas, right_areas``: visited by the recorded connectors for 0.1 % of a turn or more a
         passage, such as ``2,3`` or ``none``; ``passages``: number of complete passages. Errors are
-        standard errors by batch means over passages (`uncertainty`). Without a complete passage all other numbers are NaN and areas
+        standard errors by batch means over passages (`uncertainty`). Without a complete passage all other numbers are
+        NaN and areas
         empty; without a contact of the kind shares and forces are 0 and phases NaN.
     """
     table = passages(recording)
@@ -214,7 +215,9 @@ def mean_events(recording: Recording) -> pd.DataFrame:
 
 
 def event_times(recording: Recording) -> dict[str, float]:
-    """Mean time of every event of `mean_events` and `smoothed_maxima` after the first contact, s; NaN if it never happens."""
+    """Mean time of every event of `mean_events` and `smoothed_maxima` after the first contact, s; NaN if it never
+    happens.
+    """
     tables = (mean_events(recording), smoothed_maxima(recording))
     return {row["event"]: float(row["mean_s"]) for table in tables for _, row in table.iterrows()}
 
@@ -264,9 +267,13 @@ def _visited(recording: Recording, side: str) -> str:
 
 
 def area_shares(recording: Recording) -> dict[str, float]:
-    """Time that an arc of a recorded connector spends in each area, % of a sprocket turn a passage: ``left_area_2_pct``."""
+    """Time that an arc of a recorded connector spends in each area, % of a sprocket turn a passage:
+    ``left_area_2_pct``.
+    """
     period = timing(recording)
-    turns = len(recording.pitches) * period.record / period.loop * period.turn * recording.rate  # samples of a turn a passage
+    turns = (
+        len(recording.pitches) * period.record / period.loop * period.turn * recording.rate
+    )  # samples of a turn a passage
     found = {}
     for k, side in enumerate(SIDES[:2]):
         samples = np.bincount(recording.area[:, :, k].ravel(), minlength=11)
@@ -290,7 +297,10 @@ def _run_statistics(mean: pd.Series, square: pd.Series) -> dict[str, float]:
 def _contact_rms(rows: pd.DataFrame) -> dict[str, float]:
     """RMS of a force over the time in contact, and its standard error to first order."""
     rms = float((rows["square_n2s"].sum() / rows["touching_s"].sum()) ** 0.5)
-    return {"rms_contact_n": rms, "rms_contact_error_n": ratio_error(rows["square_n2s"], rows["touching_s"]) / (2 * rms)}
+    return {
+        "rms_contact_n": rms,
+        "rms_contact_error_n": ratio_error(rows["square_n2s"], rows["touching_s"]) / (2 * rms),
+    }
 
 
 def _event_places(recording: Recording) -> dict[str, tuple[str, str]]:

@@ -28,8 +28,10 @@ def whole_revolutions(count: int, rate: float, loop_hz: float) -> int:
 def sensor_metrics(ay, rate: float, loop_hz: float) -> dict:
     """RMS and SD, of the record and of its whole loop revolutions, main line and high-frequency content of ay in g.
 
-    Each stands before its standard error over revolutions of the loop (`signals.uncertainty`, `uncertainty.line_error`).
-    The whole revolutions are those that the errors of the record are taken from, too. Lines and errors are NaN where the
+    Each stands before its standard error over revolutions of the loop (`signals.uncertainty`,
+    `uncertainty.line_error`).
+    The whole revolutions are those that the errors of the record are taken from, too. Lines and errors are NaN where
+    the
     record holds fewer than two revolutions.
     """
     ay = np.asarray(ay)

@@ -2,7 +2,8 @@
 
 A record in steady running is one realisation of a process that repeats with every passage of a pitch and with every
 revolution of the loop. What differs from one to the next is its scatter, and an error here is what that scatter leaves
-in a mean. In motion that repeats exactly it is next to nothing. The step, the physics and the start of a record have errors
+in a mean. In motion that repeats exactly it is next to nothing. The step, the physics and the start of a record have
+errors
 of their own that no scatter shows.
 """
 
@@ -65,9 +66,12 @@ class LineError(NamedTuple):
 def line_error(a, rate_hz: float, bin_hz: float, loop_hz: float) -> LineError:
     """Standard errors of the main line of a record, from the line in each whole revolution of the loop.
 
-    The complex amplitude of the line is taken revolution by revolution (complex demodulation: Bloomfield, Fourier Analysis
-    of Time Series, 2nd edition, 2000, ch. 7). The scatter of its length gives the error of the amplitude, the scatter of its
-    phase about a straight line that of the frequency. The amplitude of a bin is the mean of the same numbers, each turned
+    The complex amplitude of the line is taken revolution by revolution (complex demodulation: Bloomfield, Fourier
+    Analysis
+    of Time Series, 2nd edition, 2000, ch. 7). The scatter of its length gives the error of the amplitude, the scatter
+    of its
+    phase about a straight line that of the frequency. The amplitude of a bin is the mean of the same numbers, each
+    turned
     by as much as the bin is off the line. The frequency of a bin is known to its width: as of an even distribution,
     its standard uncertainty is the width over the root of 12 (JCGM 100:2008, 4.3.7).
 
@@ -116,6 +120,8 @@ def line_error(a, rate_hz: float, bin_hz: float, loop_hz: float) -> LineError:
 
 
 def _demodulated(a: np.ndarray, rate_hz: float, edges: np.ndarray, hz: float) -> np.ndarray:
-    """(n,) complex amplitude of a frequency in each of n parts of a signal, its phase counted from the signal's start."""
+    """(n,) complex amplitude of a frequency in each of n parts of a signal, its phase counted from the
+    signal's start.
+    """
     products = a * np.exp(-2j * np.pi * hz / rate_hz * np.arange(a.size))
     return 2.0 * np.add.reduceat(products[: edges[-1]], edges[:-1]) / np.diff(edges)

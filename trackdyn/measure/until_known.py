@@ -36,7 +36,8 @@ START = SPELL_COLUMNS.index("start_s")
 
 
 class Known(Section):
-    """When contacts are known: half of the 95 % intervals of shares (points of a turn) and of RMS forces (relative), passages
+    """When contacts are known: half of the 95 % intervals of shares (points of a turn) and of RMS forces (relative),
+    passages
     at least, and the revolutions of the loop after which a record ends with what it knows.
     """
 
@@ -48,7 +49,10 @@ class Known(Section):
 
 def steady_fields(rig: Rig, rpm: float, known: Known) -> dict[str, float]:
     """Fields of a scene that records from the end of its ramp on, for as long as ``known`` allows."""
-    return {"lead_in": 0.0, "duration": ceil(known.longest_turns * rig.loop_period(rpm) * rig.sensor.rate) / rig.sensor.rate}
+    return {
+        "lead_in": 0.0,
+        "duration": ceil(known.longest_turns * rig.loop_period(rpm) * rig.sensor.rate) / rig.sensor.rate,
+    }
 
 
 def contact_series(table: pd.DataFrame) -> dict[str, Series]:
@@ -66,7 +70,9 @@ def contact_series(table: pd.DataFrame) -> dict[str, Series]:
 
 
 def half_widths(found: dict[str, Series]) -> tuple[float, float]:
-    """Largest half of a 95 % interval of a share (%), and of an RMS force that lasts (relative); NaN where there is none."""
+    """Largest half of a 95 % interval of a share (%), and of an RMS force that lasts (relative); NaN where there is
+    none.
+    """
     known = {name: measure.estimate() for name, measure in found.items()}
     forces = [
         known[f"{side}_force"].half_width / known[f"{side}_force"].value
@@ -103,7 +109,8 @@ def later(recording: Recording, seconds: float) -> Recording:
 def run_steady(loop: Loop, known: Known) -> tuple[Recording, bool]:
     """Start a loop and record it until shares and forces are known, or for the duration of its scene.
 
-    Passages that are alike within the tolerances need no cut: all of them count. Else the longest transient of all measures
+    Passages that are alike within the tolerances need no cut: all of them count. Else the longest transient of all
+    measures
     is left out by the marginal standard error rule (`Series.transient`). The run ends when the passages that count are
     enough and half of their 95 % intervals, by batch means, small enough.
 
@@ -191,7 +198,8 @@ def run_until(
     """Start the sprocket and record every link until all tolerances are reached, or for ``longest`` seconds.
 
     After each chunk every measure's transient is cut off by the marginal standard error rule
-    (`measure.whole_loop.Series.transient`); the longest one counts for all. The run ends when half of the 95 % interval of
+    (`measure.whole_loop.Series.transient`); the longest one counts for all. The run ends when half of the 95 % interval
+    of
     each asked measure, by batch means, is within its tolerance and at least nine passages are left.
 
     Parameters
@@ -255,7 +263,9 @@ def refuse_undriven(scene: Scene) -> None:
         The scene has no chain that is driven on its wheels.
     """
     if scene.chain == "belt" or scene.loop == "free" or scene.motor_rpm == 0:
-        raise InputError("scene: only a chain that is driven on its wheels comes to an answer; chain='double_pin' would do")
+        raise InputError(
+            "scene: only a chain that is driven on its wheels comes to an answer; chain='double_pin' would do"
+        )
 
 
 def _refuse(scene: Scene, tolerances: Mapping[str, float], longest: float) -> None:
@@ -265,8 +275,12 @@ def _refuse(scene: Scene, tolerances: Mapping[str, float], longest: float) -> No
         if name not in RELATIVE + SHARES:
             raise InputError(f"measure = {name!r} is not accepted: {', '.join(RELATIVE + SHARES)} would do")
         if not 0.0 < value < 1.0:
-            raise InputError(f"tolerance = {value!r} of {name} is not accepted: a number between 0 and 1, such as 0.01, would do")
+            raise InputError(
+                f"tolerance = {value!r} of {name} is not accepted: a number between 0 and 1, such as 0.01, would do"
+            )
     refuse_undriven(scene)
     least = (LEAST + 1) / (scene.loop_frequency * scene.rig.chain.pitches)
     if not least < longest <= 36000.0:
-        raise InputError(f"longest = {longest!r} s is not accepted: {least:.3g} s (ten passages of a pitch) to ten hours would do")
+        raise InputError(
+            f"longest = {longest!r} s is not accepted: {least:.3g} s (ten passages of a pitch) to ten hours would do"
+        )

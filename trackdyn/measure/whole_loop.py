@@ -1,7 +1,9 @@
 """The whole loop as the sensor: what every link feels within one pitch passage stands for a revolution of one link.
 
-In steady motion each link does what the link ahead of it did one pitch passage before. If that were exact, the record of one
-link over a revolution of the loop would be the records of all links over one passage, end to end (`stitch`). Where motion
+In steady motion each link does what the link ahead of it did one pitch passage before. If that were exact, the record
+of one
+link over a revolution of the loop would be the records of all links over one passage, end to end (`stitch`). Where
+motion
 does not repeat, links and passages are samples: means over all links within a passage are formed first, so that the
 correlation between links does not matter, and the means of successive passages are joined in batches whose scatter
 gives the standard error of the whole mean (`uncertainty.batch_error`).
@@ -78,7 +80,9 @@ def _windows(recording: Recording) -> np.ndarray:
     """Edges of the whole passages of a record, in samples."""
     count = int(len(recording.time) / recording.rate / passage(recording) + 1e-6)
     if count < 1:
-        raise InputError(f"recording: {len(recording.time) / recording.rate:g} s hold no passage of {passage(recording):.4g} s")
+        raise InputError(
+            f"recording: {len(recording.time) / recording.rate:g} s hold no passage of {passage(recording):.4g} s"
+        )
     return np.rint(np.arange(count + 1) * passage(recording) * recording.rate).astype(int)
 
 
@@ -157,7 +161,8 @@ class Series(NamedTuple):
     def transient(self) -> int:
         """Passages to leave out at the beginning, by the marginal standard error rule.
 
-        MSER (White, Simulation 69, 1997, 323-334): the beginning is cut where the standard error of what is left would be
+        MSER (White, Simulation 69, 1997, 323-334): the beginning is cut where the standard error of what is left would
+        be
         least. More than half of the values is never cut.
         """
         values, count = self.values, len(self.values)
@@ -185,10 +190,15 @@ def series(recording: Recording) -> dict[str, Series]:
     number = np.arange(len(parts))
     mean = np.array([felt[part].mean() for part in parts])
     square = np.array([(felt[part] ** 2).mean() for part in parts])
-    found = {"rms": Series(square, number, True), "sd": Series((square - 2 * mean.mean() * mean) + mean.mean() ** 2, number, True)}
+    found = {
+        "rms": Series(square, number, True),
+        "sd": Series((square - 2 * mean.mean() * mean) + mean.mean() ** 2, number, True),
+    }
     room = len(felt) - int(np.ceil(passage(recording) * recording.rate)) - 1
     starts = [first for first in edges[:-1] if first < room]
-    found["line"] = Series(np.array([_line(stitch(recording, first, felt).ay) for first in starts]), number[: len(starts)])
+    found["line"] = Series(
+        np.array([_line(stitch(recording, first, felt).ay) for first in starts]), number[: len(starts)]
+    )
     for k, side in enumerate(SIDES):
         # arcs that touch at an instant, over teeth, is the part of a sprocket turn that each of them touches
         touching = (recording.force[:, :, k] > 0.0).sum(axis=1) * (100.0 / rig["sprocket"]["teeth"])

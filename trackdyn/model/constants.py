@@ -260,7 +260,8 @@ class Motor(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """Prescribed rate of the sprocket: from ``start`` to ``rate`` (rad/s) in ``ramp`` seconds from ``begin``, then constant.
+    """Prescribed rate of the sprocket: from ``start`` to ``rate`` (rad/s) in ``ramp`` seconds from ``begin``, then
+    constant.
 
     ``ripple`` and ``motor`` are None where the speed is plain and prescribed.
     """
@@ -329,8 +330,10 @@ class Model(NamedTuple):
     """A scene as kernels see it (`trackdyn.scene.build.build_model`).
 
     ``step`` is in s, ``stride`` the number of steps in a sample. ``solver`` is None for the Riccati sweep or
-    one of `integrate.dynamics`' numbers, ``space`` None for a planar scene, ``carriers`` None for fixed wheels, ``radial``
-    None for joints whose pins do not part; ``closure`` then says what the cut joint is, otherwise it is a joint like all
+    one of `integrate.dynamics`' numbers, ``space`` None for a planar scene, ``carriers`` None for fixed wheels,
+    ``radial``
+    None for joints whose pins do not part; ``closure`` then says what the cut joint is, otherwise it is a joint like
+    all
     others.
     """
 

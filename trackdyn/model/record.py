@@ -21,7 +21,8 @@ ENERGY_NAMES = (
 )
 # entries of the account of sliding: friction of the arcs by area of the teeth, then of the links by wheel
 TOOTH_AREAS = 10
-# columns of a spell: one uninterrupted contact of an arc or a link with the sprocket; an open one has its last two forces, too
+# columns of a spell: one uninterrupted contact of an arc or a link with the sprocket; an open one has its last two
+# forces, too
 PITCH, SIDE, GROOVE, AREAS, START, END, PEAK, PEAK_TIME, IMPULSE, SQUARE, ANGLE, LAST, BEFORE = range(13)
 SPELL_COLUMNS = (
     "pitch",  # 0-based
@@ -122,7 +123,14 @@ class Record(NamedTuple):
 
 
 def make_record(
-    samples: int, state, pitches=(), frames: int = 0, frame_stride: int = 0, spells: int = 0, links: int = 0, sliding: int = 0
+    samples: int,
+    state,
+    pitches=(),
+    frames: int = 0,
+    frame_stride: int = 0,
+    spells: int = 0,
+    links: int = 0,
+    sliding: int = 0,
 ) -> Record:
     """Allocate the record of a run.
 

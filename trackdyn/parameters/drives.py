@@ -13,8 +13,10 @@ class DriveParameters(Sparing):
     Attributes
     ----------
     kind : str
-        ``speed``: the scene's speed is prescribed. ``motor``: a torque that falls along a line from that speed, which is
-        the motor's without load: ``slope`` times what the sprocket lacks of it, at most ``torque``. ``free``: prescribed
+        ``speed``: the scene's speed is prescribed. ``motor``: a torque that falls along a line from that speed, which
+        is
+        the motor's without load: ``slope`` times what the sprocket lacks of it, at most ``torque``. ``free``:
+        prescribed
         until ``release``, then nothing drives it.
     ripple, ripple_order : float
         Amplitude of a speed that is prescribed, as a share of it, and its periods in a turn of the sprocket.
@@ -38,4 +40,6 @@ class DriveParameters(Sparing):
             if getattr(self, name) is None:
                 raise InputError(f"drive.{name} is missing; a drive of kind {self.kind!r} needs {', '.join(needed)}")
         if self.ripple and self.kind == "motor":
-            raise InputError("drive.ripple is not accepted with kind 'motor', whose speed is not prescribed; 0 would do")
+            raise InputError(
+                "drive.ripple is not accepted with kind 'motor', whose speed is not prescribed; 0 would do"
+            )

@@ -63,12 +63,16 @@ class BeltPath:
 
     @cached_property
     def _plain(self) -> tuple[list[float], list[tuple[float, ...]]]:
-        """Where the pieces begin, and circle, heading and wrap of each wheel: numbers of Python, which single places are found with."""
+        """Where the pieces begin, and circle, heading and wrap of each wheel: numbers of Python, which single places
+        are found with.
+        """
         wheels = np.column_stack([self.circles, self.heading, self.wrap])
         return self.start.tolist(), [tuple(wheel) for wheel in wheels.tolist()]
 
     def at(self, s: float) -> tuple[tuple[float, float], float, float]:
-        """Position (x, y), heading (rad) and curvature (1/m, clockwise positive) at arc length ``s``: `along` for one place."""
+        """Position (x, y), heading (rad) and curvature (1/m, clockwise positive) at arc length ``s``: `along` for one
+        place.
+        """
         start, wheels = self._plain
         s %= start[-1]
         piece = min(bisect_right(start, s) - 1, 2 * len(wheels) - 1)
@@ -77,7 +81,11 @@ class BeltPath:
         curvature = 0.0
         if piece % 2 == 0:
             heading, further, curvature = heading + wrap - further / r, 0.0, 1.0 / r
-        return (x - r * sin(heading) + further * cos(heading), y + r * cos(heading) + further * sin(heading)), heading, curvature
+        return (
+            (x - r * sin(heading) + further * cos(heading), y + r * cos(heading) + further * sin(heading)),
+            heading,
+            curvature,
+        )
 
 
 def belt_path(circles, names=None, overlap: bool = False) -> BeltPath:
@@ -188,14 +196,18 @@ def belt_around(rig: Rig, shift: float = 0.0, body: float | None = None) -> tupl
     _refuse_overlap(circles, solid, names)
     order = run_order(circles)
     if order[0] != 0:
-        raise InputError("sprocket: the taut chain does not touch it; the other wheels must leave it on the outline of the loop")
+        raise InputError(
+            "sprocket: the taut chain does not touch it; the other wheels must leave it on the outline of the loop"
+        )
     path = belt_path(circles[order], [names[i] for i in order], overlap=True)
     for i in set(range(len(circles))) - set(order):
         clear, allowed = _clearance(rig, path, circles[i])
         if clear > allowed:
             raise InputError(
-                f"wheel {names[i]} at ({circles[i, 0]:.4g}, {circles[i, 1]:.4g}) m would not touch the loop: the taut chain passes it "
-                f"by at {clear:.4g} m and sags by no more than {allowed:.3g} m; the wheels must stand in clockwise order on a convex path"
+                f"wheel {names[i]} at ({circles[i, 0]:.4g}, {circles[i, 1]:.4g}) m would not touch "
+                "the loop: the taut chain passes it "
+                f"by at {clear:.4g} m and sags by no more than {allowed:.3g} m; the wheels must stand "
+                "in clockwise order on a convex path"
             )
     return path, order
 
@@ -208,10 +220,14 @@ def _refuse_overlap(circles: np.ndarray, solid: np.ndarray, names: tuple[str, ..
     """
     for i in range(len(circles)):
         for k in range(i + 1, len(circles)):
-            distance, needed = hypot(*(circles[i, :2] - circles[k, :2])), (solid[i] + solid[k] if i == 0 else max(solid[i], solid[k]))
+            distance, needed = (
+                hypot(*(circles[i, :2] - circles[k, :2])),
+                (solid[i] + solid[k] if i == 0 else max(solid[i], solid[k])),
+            )
             if distance <= needed:
                 raise InputError(
-                    f"wheels {names[i]} (radius {solid[i]:.4g} m) and {names[k]} ({solid[k]:.4g} m) are {distance:.4g} m apart and overlap; "
+                    f"wheels {names[i]} (radius {solid[i]:.4g} m) and {names[k]} ({solid[k]:.4g} m) "
+                    f"are {distance:.4g} m apart and overlap; "
                     f"more than {needed:.4g} m would do"
                 )
 
@@ -248,7 +264,8 @@ def _lay(path: BeltPath, lengths: np.ndarray) -> np.ndarray:
             s[i + 1] = here + brentq(excess, 0.5 * chord, 1.6 * chord, xtol=1e-14)
         except ValueError:
             raise InputError(
-                f"a body of {chord:g} m from pin to pin (chain.link_length, or the connector that fits to it) cannot be laid "
+                f"a body of {chord:g} m from pin to pin (chain.link_length, or the connector that "
+                "fits to it) cannot be laid "
                 f"around these wheels; a part of their smallest radius, {path.circles[:, 2].min():.4g} m, would do"
             ) from None
     return s
@@ -321,7 +338,8 @@ def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
         needed = round(rig.chain.pitches * belt_around(rig, 0.0, body)[0].length / float(lengths.sum()))
         raise InputError(
             f"the loop of {rig.chain.pitches} pitches (chain.pitches) is {abs(nearest):.4g} m too {state} for its "
-            f"wheels even at the end of tension.travel = {travel} m; another number of pitches, about {needed}, wheel positions "
+            f"wheels even at the end of tension.travel = {travel} m; another number of pitches, about "
+            f"{needed}, wheel positions "
             "or a larger travel would do"
         )
     shift = brentq(slack, -travel, travel, xtol=1e-13)

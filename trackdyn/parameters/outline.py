@@ -47,7 +47,9 @@ class ToothProfile(Sparing):
         if (self.arcs is None) == (self.outline is None):
             raise InputError("profile needs arcs or outline, and one of them only")
         if not 2 <= len(self.pattern) <= MOST_ARCS or set(self.pattern) - set("+-"):
-            raise InputError(f"profile.pattern = {self.pattern!r} is not accepted: 2 to {MOST_ARCS} signs such as +--+- would do")
+            raise InputError(
+                f"profile.pattern = {self.pattern!r} is not accepted: 2 to {MOST_ARCS} signs such as +--+- would do"
+            )
         if self.arcs is not None and not 2 <= len(self.arcs) <= MOST_ARCS:
             raise InputError(f"profile.arcs has {len(self.arcs)} rows; 2 to {MOST_ARCS} would do")
 
@@ -71,7 +73,8 @@ def profile_groove(profile: ToothProfile, teeth: int, arc_radius: float) -> Groo
     narrow = groove.radius[~groove.convex].min()
     if narrow <= arc_radius:
         raise InputError(
-            f"profile gives a concave area of radius {narrow:.6g} m; it must be wider than chain.connector_radius = {arc_radius:g} m"
+            f"profile gives a concave area of radius {narrow:.6g} m; it must be wider than "
+            f"chain.connector_radius = {arc_radius:g} m"
         )
     return groove
 
@@ -101,7 +104,8 @@ def groove_of_arcs(arcs: np.ndarray, teeth: int) -> Groove:
         between, reach = centre[i + 1] - centre[i], sign[i] * radius[i] - sign[i + 1] * radius[i + 1]
         if abs(hypot(*between) - abs(reach)) > TANGENT or reach == 0:
             raise InputError(
-                f"profile.arcs: arcs {i + 1} and {i + 2} miss each other by {1e3 * abs(hypot(*between) - abs(reach)):.3g} mm; "
+                f"profile.arcs: arcs {i + 1} and {i + 2} miss each other by "
+                f"{1e3 * abs(hypot(*between) - abs(reach)):.3g} mm; "
                 f"centres {abs(reach):.6g} m apart would be tangent"
             )
         ends.append(atan2(between[0] / reach, between[1] / reach))
@@ -111,13 +115,18 @@ def groove_of_arcs(arcs: np.ndarray, teeth: int) -> Groove:
         ("the last arc is not centred in the middle of the groove", abs(centre[-1, 0])),
     ):
         if off > TANGENT:
-            raise InputError(f"profile.arcs: {name} but {1e3 * off:.3g} mm off; less than {1e3 * TANGENT:g} mm would do")
+            raise InputError(
+                f"profile.arcs: {name} but {1e3 * off:.3g} mm off; less than {1e3 * TANGENT:g} mm would do"
+            )
     begin, end = np.array(ends[:-1]), np.array(ends[1:])
     # along the flank a convex arc's slope rises from the tip on, a concave one's falls
     turn = sign * (end - begin)
     if (turn <= 0).any():
         k = int(np.argmax(turn <= 0))
-        raise InputError(f"profile.arcs: arc {k + 1} runs backwards, by {abs(np.degrees(turn[k])):.3g} deg; other radii would leave it room")
+        raise InputError(
+            f"profile.arcs: arc {k + 1} runs backwards, by {abs(np.degrees(turn[k])):.3g} deg; other "
+            "radii would leave it room"
+        )
     middle = (begin + end) / 2
     direction = sign[:, None] * np.column_stack([np.sin(middle), np.cos(middle)])
     mirror = np.array([-1.0, 1.0])
@@ -128,7 +137,9 @@ def groove_of_arcs(arcs: np.ndarray, teeth: int) -> Groove:
 
 
 def flank_arcs(signs: np.ndarray, radii: np.ndarray, slopes: np.ndarray, bottom: float, teeth: int) -> np.ndarray:
-    """Arcs (k, 4) of a flank from all radii but the tip's (k - 1,), the slopes of its joints (k - 1,), rad, and the y of the last centre."""
+    """Arcs (k, 4) of a flank from all radii but the tip's (k - 1,), the slopes of its joints (k - 1,), rad, and the y
+    of the last centre.
+    """
     k = len(signs)
     arcs = np.zeros((k, 4))
     arcs[:, 3], arcs[1:, 2], arcs[-1, 1] = signs, radii, bottom
@@ -158,14 +169,18 @@ def fit_outline(points: np.ndarray, pattern: str, teeth: int) -> tuple[Groove, n
     if len(points) < 3 * k:
         raise InputError(f"profile.outline has {len(points)} points; at least {3 * k} are needed for {k} arcs a flank")
     if (np.abs(points[:, 0]) > points[:, 1] * tan(pi / teeth) + 5e-3).any():
-        raise InputError("profile.outline leaves its groove; x across and y outward from the sprocket's centre, in m, would do")
+        raise InputError(
+            "profile.outline leaves its groove; x across and y outward from the sprocket's centre, in m, would do"
+        )
     flank = points * np.where(points[:, :1] > 0, [-1.0, 1.0], [1.0, 1.0])
     flank = flank[np.argsort(flank[:, 0])]
     size = float(np.ptp(flank[:, 1]) + np.ptp(flank[:, 0]))
 
     def groove(p):
         # what makes the logarithm of a radius the unknown keeps it positive
-        return groove_of_arcs(flank_arcs(signs, LEAST_ARC + np.exp(p[: k - 1]), p[k - 1 : 2 * k - 2], p[-1], teeth), teeth)
+        return groove_of_arcs(
+            flank_arcs(signs, LEAST_ARC + np.exp(p[: k - 1]), p[k - 1 : 2 * k - 2], p[-1], teeth), teeth
+        )
 
     def misses(p):
         try:
@@ -188,7 +203,9 @@ def fit_outline(points: np.ndarray, pattern: str, teeth: int) -> tuple[Groove, n
 
 
 def _start(flank: np.ndarray, signs: np.ndarray, radius: float, rise: float, half: float) -> np.ndarray:
-    """First guess: the slope rises by ``rise`` (rad) over every convex arc and falls evenly over the concave ones to 0."""
+    """First guess: the slope rises by ``rise`` (rad) over every convex arc and falls evenly over the concave
+    ones to 0.
+    """
     convex, concave = int((signs > 0).sum()), max(int((signs < 0).sum()), 1)
     fall = (convex * rise - half) / concave
     slopes = -half + np.cumsum(np.where(signs > 0, rise, -fall))[:-1]

@@ -34,7 +34,9 @@ def number_of(value: Any) -> float:
 def _rows(value: Any) -> tuple[tuple[float, ...], ...]:
     """A table of finite numbers, its rows of one length."""
     if not isinstance(value, (list, tuple)) or not all(isinstance(row, (list, tuple)) and row for row in value):
-        raise ValueError(f"= {shown(value)} is not accepted: a list of rows of numbers, such as [[0, 1], [2, 3]], would do")
+        raise ValueError(
+            f"= {shown(value)} is not accepted: a list of rows of numbers, such as [[0, 1], [2, 3]], would do"
+        )
     rows = tuple(tuple(plain_number(item) for item in row) for row in value)
     if len({len(row) for row in rows}) != 1:
         raise ValueError(f"= {shown(value)} is not accepted: rows of one length would do")
@@ -49,7 +51,8 @@ def _unwrap(unit: str, kind: type, absent: bool = False):
             value = _value(entry, unit)
         elif info.context is FROM_FILE:
             raise ValueError(
-                f"= {shown(entry)} has no unit; write {{value: {shown(entry)}, unit: {unit}, kind: assumed, source: ...}}"
+                f"= {shown(entry)} has no unit; write {{value: {shown(entry)}, unit: {unit}, kind: "
+                f"assumed, source: ...}}"
             )
         else:  # from Python, already in the right unit
             value = entry
@@ -94,9 +97,12 @@ class _Entry:
         entry = {"value": value, "unit": {"const": self.unit}, "kind": {"enum": list(KINDS)}, "source": word}
         together = {"low": ["high"], "high": ["low"]}
         return {
-            "type": "object", "properties": entry | dict.fromkeys(sorted(RANGE_KEYS), number), "required": sorted(ENTRY_KEYS),
-            "dependentRequired": together, "additionalProperties": False,
-        }  # fmt: skip
+            "type": "object",
+            "properties": entry | dict.fromkeys(sorted(RANGE_KEYS), number),
+            "required": sorted(ENTRY_KEYS),
+            "dependentRequired": together,
+            "additionalProperties": False,
+        }
 
 
 def quantity(unit: str, kind: type = float, **bounds) -> Any:

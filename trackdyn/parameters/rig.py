@@ -183,15 +183,24 @@ class Rig(Sparing):
             raise InputError("wheels is missing; a loop needs at least one wheel beside its sprocket, such as idler")
         for name, wheel in self.rollers.items():
             if not NAME.fullmatch(name) or (name in self.wheels and name in type(self).model_fields):
-                raise InputError(f"wheels.{shown(name)} is not accepted as a name: small letters, digits and _ would do, and no section's name")
+                raise InputError(
+                    f"wheels.{shown(name)} is not accepted as a name: small letters, digits and _ "
+                    "would do, and no section's name"
+                )
             if wheel.surface not in self.contact_surfaces:
                 raise InputError(
-                    f"{name}.surface = {shown(wheel.surface)} is not a surface of this rig; {', '.join(self.contact_surfaces)} would do"
+                    f"{name}.surface = {shown(wheel.surface)} is not a surface of this rig; "
+                    f"{', '.join(self.contact_surfaces)} would do"
                 )
             if wheel.arm is not None and wheel.slider is not None:
-                raise InputError(f"{name}.slider is not accepted beside {name}.arm; a wheel stands on one of them or is fixed")
+                raise InputError(
+                    f"{name}.slider is not accepted beside {name}.arm; a wheel stands on one of them or is fixed"
+                )
             if wheel.arm is not None and (wheel.arm.x, wheel.arm.y) == (wheel.x, wheel.y):
-                raise InputError(f"{name}.arm.x = {wheel.arm.x:g} m, and its y, are the wheel's own place; a pivot elsewhere would do")
+                raise InputError(
+                    f"{name}.arm.x = {wheel.arm.x:g} m, and its y, are the wheel's own place; a pivot "
+                    "elsewhere would do"
+                )
 
     def _refuse_tension(self) -> None:
         tension = self.tension
@@ -200,14 +209,17 @@ class Rig(Sparing):
             raise InputError(f"tension.wheel = {shown(tension.wheel)} is not a wheel of this rig; {names} would do")
         if self.rollers[tension.wheel].carrier is not None:
             raise InputError(
-                f"tension.wheel = {tension.wheel!r} stands on an arm or a slider of its own, and tension.kept = sprung is that of the "
+                f"tension.wheel = {tension.wheel!r} stands on an arm or a slider of its own, and "
+                "tension.kept = sprung is that of the "
                 "tensioner; a fixed wheel would do"
             )
         if tension.kept == "forced" and tension.force is None:
             raise InputError("tension.force is missing; kept = forced needs it: rows of time (s) and force (N)")
         rows = tension.force or ()
         if any(len(row) != 2 for row in rows) or any(a[0] >= b[0] for a, b in pairwise(rows)):
-            raise InputError(f"tension.force = {shown(rows)} is not accepted: rows of time (s, rising) and force (N) would do")
+            raise InputError(
+                f"tension.force = {shown(rows)} is not accepted: rows of time (s, rising) and force (N) would do"
+            )
 
     @cached_property
     def rollers(self) -> dict[str, Wheel]:

@@ -2,7 +2,8 @@
 
 A file may begin with ``like: NAME`` (a shipped rig, or a file beside it) and then states only what differs; its
 ``wheels`` replace all of the other's. A value may be written as text, ``radius: 0.305 m``, or as a bare number without
-unit if its section says ``source`` (and ``kind``, else assumed) once for all such values. What comes out has value, unit, kind and source of every parameter.
+unit if its section says ``source`` (and ``kind``, else assumed) once for all such values. What comes out has value,
+unit, kind and source of every parameter.
 """
 
 import re
@@ -45,7 +46,10 @@ def rig_path(name: Path | str) -> Path | str:
         return name
     shipped = shipped_rigs()
     if name not in shipped:
-        raise InputError(f"rig = {name!r}: no such file, and no shipped rig of that name; {', '.join(shipped)} would do, see trackdyn rigs")
+        raise InputError(
+            f"rig = {name!r}: no such file, and no shipped rig of that name; {', '.join(shipped)} "
+            "would do, see trackdyn rigs"
+        )
     return shipped[name]
 
 
@@ -71,7 +75,9 @@ def _read(path: Path | str, depth: int) -> dict[str, Any]:
         data = {key: _written_out(part, str(key), {}, path.parent) for key, part in data.items()}
         own_wheels = isinstance(data.get("wheels"), dict)
         if own_wheels:
-            wheels = {key: PLAIN_WHEEL | wheel if isinstance(wheel, dict) else wheel for key, wheel in data["wheels"].items()}
+            wheels = {
+                key: PLAIN_WHEEL | wheel if isinstance(wheel, dict) else wheel for key, wheel in data["wheels"].items()
+            }
             data |= {key: wheels.pop(key) for key in WHEELS_OF_OLD if key in wheels and key not in data}
             data["wheels"] = wheels
     except InputError as error:
@@ -79,7 +85,9 @@ def _read(path: Path | str, depth: int) -> dict[str, Any]:
     if like is None:
         return data
     if not isinstance(like, str) or not like or depth == 0:
-        raise InputError(f"{path}: like = {shown(like)} is not accepted: the name of a shipped rig or of a file would do")
+        raise InputError(
+            f"{path}: like = {shown(like)} is not accepted: the name of a shipped rig or of a file would do"
+        )
     beside = path.parent / like
     base = _read(beside if beside.is_file() else rig_path(like), depth - 1)
     if own_wheels:
@@ -88,10 +96,11 @@ def _read(path: Path | str, depth: int) -> dict[str, Any]:
         if one in data:
             base.pop(other, None)
     return base | {
-        key: base[key] | part if isinstance(part, dict) and isinstance(base.get(key), dict) and key != "wheels" and "value" not in part
+        key: base[key] | part
+        if isinstance(part, dict) and isinstance(base.get(key), dict) and key != "wheels" and "value" not in part
         else part
         for key, part in data.items()
-    }  # fmt: skip
+    }
 
 
 def _written_out(part: Any, name: str, about: dict, folder: Path) -> Any:
@@ -102,7 +111,9 @@ def _written_out(part: Any, name: str, about: dict, folder: Path) -> Any:
         return {"value": part, "unit": "1", "kind": about.get("kind", "assumed"), "source": about["source"]}
     if not isinstance(part, dict) or part.keys() & {"value", "unit"}:
         return _with_points(part, name, folder)
-    about = about | {key: part[key] for key in ("kind", "source") if isinstance(part.get(key), str) and _says(key, part, about)}
+    about = about | {
+        key: part[key] for key in ("kind", "source") if isinstance(part.get(key), str) and _says(key, part, about)
+    }
     return {
         key: _written_out(value, f"{name}.{key}", about, folder)
         for key, value in part.items()
@@ -121,7 +132,9 @@ def _entry(text: str, name: str, about: dict) -> Any:
     if not about.get("source"):
         if found is None:
             return text  # nothing of the short form: refused where the entry is read
-        raise InputError(f"{name} = {shown(text)} has no source; write source: in its section, or value, unit, kind and source")
+        raise InputError(
+            f"{name} = {shown(text)} has no source; write source: in its section, or value, unit, kind and source"
+        )
     value, unit = (float(found[1]), found[2]) if found else (text, "name")
     if found and float(value).is_integer() and "." not in found[1] and "e" not in found[1].lower():
         value = int(found[1])
@@ -130,7 +143,12 @@ def _entry(text: str, name: str, about: dict) -> Any:
 
 def _with_points(part: Any, name: str, folder: Path) -> Any:
     """An entry whose value is the name of a CSV file of points gets the points: a rig holds all that it is made of."""
-    if not (isinstance(part, dict) and part.keys() >= ENTRY_KEYS and name == "profile.outline" and isinstance(part["value"], str)):
+    if not (
+        isinstance(part, dict)
+        and part.keys() >= ENTRY_KEYS
+        and name == "profile.outline"
+        and isinstance(part["value"], str)
+    ):
         return part
     from trackdyn.parameters.outline import read_outline
 

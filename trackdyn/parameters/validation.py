@@ -28,7 +28,9 @@ class Section(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     def __eq__(self, other: Any) -> bool:
-        """Whether all fields are equal; what was worked out from them and kept, arrays for the most part, is not asked."""
+        """Whether all fields are equal; what was worked out from them and kept, arrays for the most part, is
+        not asked.
+        """
         return type(self) is type(other) and all(
             getattr(self, name) == getattr(other, name) for name in type(self).model_fields
         )
@@ -46,7 +48,9 @@ class _PlainLoader(yaml.SafeLoader):
         if self.check_event(yaml.AliasEvent):
             self._refuse(self.peek_event(), "holds an alias (*); write the value out")
         if self.depth == DEEPEST:
-            self._refuse(self.peek_event(), f"is nested more than {DEEPEST} deep; name, value and list in value would do")
+            self._refuse(
+                self.peek_event(), f"is nested more than {DEEPEST} deep; name, value and list in value would do"
+            )
         self.depth += 1
         node = super().compose_node(parent, index)
         self.depth -= 1
@@ -149,12 +153,16 @@ def parse_tolerance(text: str | float) -> float:
     except (TypeError, ValueError):
         value = float("nan")
     if not 0 < value < 1:
-        raise InputError(f"tolerance = {shown(text)} is not accepted: a share between 0 and 1, such as 2% or 0.02, would do")
+        raise InputError(
+            f"tolerance = {shown(text)} is not accepted: a share between 0 and 1, such as 2% or 0.02, would do"
+        )
     return value
 
 
 def _first(errors: list[dict]) -> dict:
-    """What to say first: of a field that is missing and one that is not known beside it, the latter, and what it may be meant for."""
+    """What to say first: of a field that is missing and one that is not known beside it, the latter, and what it may be
+    meant for.
+    """
     lacking = [error for error in errors if error["type"] == "missing"]
     for error in errors if errors[0]["type"] == "missing" else []:
         beside = [str(other["loc"][-1]) for other in lacking if other["loc"][:-1] == error["loc"][:-1]]

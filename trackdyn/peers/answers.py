@@ -1,6 +1,7 @@
 """What an answer of equal error costs in every code: one scene, one measure, each code against its own limit.
 
-The measure is the RMS of the acceleration of all links' mass centres, from places a sample apart: what all codes give alike. All
+The measure is the RMS of the acceleration of all links' mass centres, from places a sample apart: what all codes give
+alike. All
 start from the same settled loop, leave the same time out and are measured over the same passages; the loop is driven on
 one thread. The record that a tolerance needs follows from error and scatter of each setting, as the planner's does.
 MuJoCo has contacts of its own (`peers.mujoco_contact`), so its limit is that of another model.
@@ -31,12 +32,27 @@ from trackdyn.study.accuracy.statistics import whole_samples
 from trackdyn.study.settings import PeerAnswers
 
 COLUMNS = [
-    "code", "method", "step_s", "rms_m_s2", "difference_pct", "uncertainty_pct", "scatter_pct", "cpu_s_per_s", "passages", "cpu_s",
-    "chosen", "note",
-]  # fmt: skip
+    "code",
+    "method",
+    "step_s",
+    "rms_m_s2",
+    "difference_pct",
+    "uncertainty_pct",
+    "scatter_pct",
+    "cpu_s_per_s",
+    "passages",
+    "cpu_s",
+    "chosen",
+    "note",
+]
 METHOD = "generalized alpha"  # of Exudyn
 OWN = "mujoco, contact of its own"
-ORDERS = {"semi_implicit": 1, METHOD: 2, "euler": 1, "implicitfast": 1}  # as declared (`integrate.methods`; Chung and Hulbert, J. Appl. Mech. 60, 1993)
+ORDERS = {
+    "semi_implicit": 1,
+    METHOD: 2,
+    "euler": 1,
+    "implicitfast": 1,
+}  # as declared (`integrate.methods`; Chung and Hulbert, J. Appl. Mech. 60, 1993)
 MOST = 3000  # passages
 
 
@@ -73,7 +89,9 @@ def ours(scene: Scene) -> tuple[np.ndarray, float, float]:
 
 
 def theirs(scene: Scene, run: Callable[[Scene], PeerRun]) -> tuple[np.ndarray, float, float]:
-    """The same of another code; to settle the loop, which is this simulator's part, and to assemble the system is counted as such."""
+    """The same of another code; to settle the loop, which is this simulator's part, and to assemble the system is
+    counted as such.
+    """
     begin = process_time()
     found = run(scene.with_(duration=scene.lead_in + scene.duration, lead_in=0.0))
     seconds = scene.ramp + scene.lead_in + scene.duration
@@ -87,7 +105,8 @@ def compare_answers(rig: Rig, asked: PeerAnswers) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        ``COLUMNS``. The error of a setting is that against the limit over steps of its own code, ``uncertainty_pct`` its
+        ``COLUMNS``. The error of a setting is that against the limit over steps of its own code, ``uncertainty_pct``
+        its
         standard error, ``scatter_pct`` that of a single passage; ``passages`` are those that the tolerance needs and
         ``cpu_s`` is what the whole answer takes then, both empty where the setting is too coarse. The cheapest of a
         code is ``chosen``.
@@ -127,7 +146,13 @@ def compare_answers(rig: Rig, asked: PeerAnswers) -> pd.DataFrame:
 
 
 def _answers(
-    code: str, settings: Sequence[tuple[str, float]], extrapolated: str, asked: PeerAnswers, span: float, rate: float, run: Callable
+    code: str,
+    settings: Sequence[tuple[str, float]],
+    extrapolated: str,
+    asked: PeerAnswers,
+    span: float,
+    rate: float,
+    run: Callable,
 ) -> list[dict]:
     """Rows of a code."""
     found, spent, rows = {}, {}, []
@@ -170,6 +195,12 @@ def outcome(table: pd.DataFrame, tolerance: float) -> str:
     text = f"At an error of at most {100 * tolerance:g} %: {'; '.join(parts)}."
     if {"rms_m_s2", "difference_pct"} <= set(table):
         limits = (table["rms_m_s2"] / (1 + table["difference_pct"] / 100)).groupby(table["code"]).mean()
-        apart = {code: 100 * (limits[code] / limits[OURS] - 1) for code in (PEER, OWN) if np.isfinite(limits.get(code, np.nan))}
-        text += "".join(f" The RMS of {code} in the limit is {share:+.2g} % from ours." for code, share in apart.items())
+        apart = {
+            code: 100 * (limits[code] / limits[OURS] - 1)
+            for code in (PEER, OWN)
+            if np.isfinite(limits.get(code, np.nan))
+        }
+        text += "".join(
+            f" The RMS of {code} in the limit is {share:+.2g} % from ours." for code, share in apart.items()
+        )
     return text

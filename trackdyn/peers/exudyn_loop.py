@@ -303,7 +303,9 @@ def _add_contacts(exu, items, mbs, nodes, chain, start, contacts, drive):
     def jacobian(mbs, t, item, q, v, by_q, by_v):
         angle, spin = sprocket(t)
         q, v = np.array(q), np.array(v)
-        count = jacobian_triplets(contacts, chain.length, q, v, angle, spin, memory, by_q, by_v, loads, torques, triplets)
+        count = jacobian_triplets(
+            contacts, chain.length, q, v, angle, spin, memory, by_q, by_v, loads, torques, triplets
+        )
         return sparse(triplets[:count])
 
     # the bodies carry the masses; matrices are asked for all the same

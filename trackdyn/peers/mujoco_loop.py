@@ -1,8 +1,10 @@
 """The same loop in MuJoCo, with contacts of its own: another model of the same layout, masses, bushings and drive.
 
-The bodies are one tree of hinges from the one in the middle of the chain to both sides, closed by a constraint (``connect``);
+The bodies are one tree of hinges from the one in the middle of the chain to both sides, closed by a constraint
+(``connect``);
 the bushing of that joint is a tendon over all hinges, whose length is the turn that they make together. The sprocket's
-hinge is so heavy that nothing turns it, and its angle and rate are written before every step. What touches, and how, is in
+hinge is so heavy that nothing turns it, and its angle and rate are written before every step. What touches, and how, is
+in
 `peers.mujoco_contact`: places and working loads are the rig's, the law is MuJoCo's.
 """
 
@@ -29,7 +31,8 @@ PLANE = [0.0, 0.0, 1.0]  # axis of all hinges
 def working_load(scene: Scene) -> tuple[float, float]:
     """Load of a link on the ring under the pre-tension (N), and the speed at which links meet it (m/s).
 
-    A strand of tension T on a circle of radius r bears T / r on every metre of it; a link that tips onto a circle turning at
+    A strand of tension T on a circle of radius r bears T / r on every metre of it; a link that tips onto a circle
+    turning at
     some rate does so about a point half a pitch away.
     """
     rig = scene.rig
@@ -86,7 +89,12 @@ def build(
 def _plain(parent, name: str, place, mass: float, inertia: float, centre=(0.0, 0.0)):
     """A body whose mass is given; what stands across the plane never turns."""
     return parent.add_body(
-        name=name, pos=[*place, 0.0], mass=float(mass), inertia=[float(inertia)] * 3, ipos=[*centre, 0.0], explicitinertial=True
+        name=name,
+        pos=[*place, 0.0],
+        mass=float(mass),
+        inertia=[float(inertia)] * 3,
+        ipos=[*centre, 0.0],
+        explicitinertial=True,
     )
 
 
@@ -98,7 +106,9 @@ def _add_chain(mj, spec, chain: Chain, contacts: Contacts | None) -> list:
         later = i > middle
         parent = spec.worldbody if i == middle else bodies[i - 1 if later else i + 1]
         place = (0.0, 0.0) if i == middle else (chain.length[i - 1] if later else -chain.length[i], 0.0)
-        body = bodies[i] = _plain(parent, f"body{i}", place, chain.mass[i], chain.inertia[i], (chain.com_x[i], chain.com_y[i]))
+        body = bodies[i] = _plain(
+            parent, f"body{i}", place, chain.mass[i], chain.inertia[i], (chain.com_x[i], chain.com_y[i])
+        )
         if i == middle:
             for name, axis in (("x", [1.0, 0.0, 0.0]), ("y", [0.0, 1.0, 0.0])):
                 body.add_joint(name=name, type=mj.mjtJoint.mjJNT_SLIDE, axis=axis)
@@ -107,7 +117,11 @@ def _add_chain(mj, spec, chain: Chain, contacts: Contacts | None) -> list:
             body.add_joint(name=f"joint{i}", type=mj.mjtJoint.mjJNT_HINGE, axis=PLANE, **bushing)
         else:  # its output pin is the hinge; the angle is again that of the later body against the earlier one
             body.add_joint(
-                name=f"joint{i + 1}", type=mj.mjtJoint.mjJNT_HINGE, axis=[0.0, 0.0, -1.0], pos=[chain.length[i], 0.0, 0.0], **bushing
+                name=f"joint{i + 1}",
+                type=mj.mjtJoint.mjJNT_HINGE,
+                axis=[0.0, 0.0, -1.0],
+                pos=[chain.length[i], 0.0, 0.0],
+                **bushing,
             )
         if contacts is not None:
             _add_shape(mj, body, i, chain.length[i], contacts)
@@ -133,7 +147,9 @@ def _first(value: float) -> list[float]:
 
 
 def _add_shape(mj, body, i: int, length: float, contacts: Contacts) -> None:
-    """A link's bar, which wheels name themselves (pairs), or a connector's two arcs, which meet the sprocket's steel."""
+    """A link's bar, which wheels name themselves (pairs), or a connector's two arcs, which meet the sprocket's
+    steel.
+    """
     if i % 2 == 0:
         ends = [0.0, 0.0, 0.0, length, 0.0, 0.0]
         size = [contacts.half_thickness, 0.0, 0.0]
@@ -141,7 +157,9 @@ def _add_shape(mj, body, i: int, length: float, contacts: Contacts) -> None:
         return
     for side, x in enumerate((0.0, length)):
         size = [contacts.arc_radius, 0.0, 0.0]
-        body.add_geom(name=f"arc{i}_{side}", type=mj.mjtGeom.mjGEOM_SPHERE, pos=[x, 0.0, 0.0], size=size, contype=1, conaffinity=0)
+        body.add_geom(
+            name=f"arc{i}_{side}", type=mj.mjtGeom.mjGEOM_SPHERE, pos=[x, 0.0, 0.0], size=size, contype=1, conaffinity=0
+        )
 
 
 def _add_wheels(mj, spec, bodies: list, contacts: Contacts, wheels: Wheels, load: float, speed: float) -> None:
@@ -158,9 +176,13 @@ def _add_wheels(mj, spec, bodies: list, contacts: Contacts, wheels: Wheels, load
         given = cushion(contacts.law[k + 1], radius, load, speed, RUBBER)
         for i in range(0, len(bodies), 2):
             spec.add_pair(
-                name=f"pair{k}_{i}", geomname1=f"rim{k}", geomname2=f"link{i}", condim=3, friction=[given.friction] * 2 + [0.0] * 3,
+                name=f"pair{k}_{i}",
+                geomname1=f"rim{k}",
+                geomname2=f"link{i}",
+                condim=3,
+                friction=[given.friction] * 2 + [0.0] * 3,
                 **soft(given),
-            )  # fmt: skip
+            )
 
 
 def _add_teeth(mj, wheel, contacts: Contacts, load: float, speed: float) -> None:
@@ -172,7 +194,9 @@ def _add_teeth(mj, wheel, contacts: Contacts, load: float, speed: float) -> None
     about = {"contype": 0, "conaffinity": 1, "condim": 3, "priority": 1, "friction": [given.friction, 0.0, 0.0], **law}
     discs, facets = sprocket_shapes(contacts)
     for k, (centre, radius) in enumerate(discs):
-        wheel.add_geom(name=f"disc{k}", type=mj.mjtGeom.mjGEOM_SPHERE, pos=[*centre, 0.0], size=[radius, 0.0, 0.0], **about)
+        wheel.add_geom(
+            name=f"disc{k}", type=mj.mjtGeom.mjGEOM_SPHERE, pos=[*centre, 0.0], size=[radius, 0.0, 0.0], **about
+        )
     for k, (first, second, radius) in enumerate(facets):
         ends = [*first, 0.0, *second, 0.0]
         wheel.add_geom(name=f"facet{k}", type=mj.mjtGeom.mjGEOM_CAPSULE, fromto=ends, size=[radius, 0.0, 0.0], **about)
@@ -215,7 +239,9 @@ def places(model, chain: Chain, kept: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return pins + arm, angle, np.hypot(*ends[:, -1].T)
 
 
-def run_loop(model, chain: Chain, start: Start, duration: float, sample: float, drive: Drive = Drive(0.0, 1.0)) -> PeerRun:
+def run_loop(
+    model, chain: Chain, start: Start, duration: float, sample: float, drive: Drive = Drive(0.0, 1.0)
+) -> PeerRun:
     """Integrate with MuJoCo.
 
     Parameters
@@ -242,7 +268,10 @@ def run_loop(model, chain: Chain, start: Start, duration: float, sample: float, 
     step, samples = float(model.opt.timestep), round(duration / sample) + 1
     every = round(sample / step)
     if every < 1 or abs(every * step - sample) > 1e-9:
-        raise InputError(f"mujoco: a step of {step:g} s is not accepted: a whole fraction of the sample interval {sample:g} s would do")
+        raise InputError(
+            f"mujoco: a step of {step:g} s is not accepted: a whole fraction of the sample interval "
+            f"{sample:g} s would do"
+        )
     rims = [model.joint(f"wheel{k}") for k in range(model.nbody - 1 - len(chain.length))]
     kept, rate = np.zeros((samples, model.nq)), np.zeros((samples, max(len(rims) - 1, 0)))
     kept[0] = data.qpos
@@ -274,4 +303,6 @@ def run_mujoco(scene: Scene, integrator: str, step: float) -> PeerRun:
     free = Wheels(tuple(map(float, model.wheels.inertia[1:])), tuple(map(float, model.wheels.drag[1:])))
     contacts = make_contacts(scene, loop.layout["tensioner_shift_m"])
     built = build(model.chain, step, contacts, free, *working_load(scene), integrator)
-    return run_loop(built, model.chain, start_of(loop.state), scene.ramp + scene.duration, 1.0 / scene.rig.sensor.rate, model.drive)
+    return run_loop(
+        built, model.chain, start_of(loop.state), scene.ramp + scene.duration, 1.0 / scene.rig.sensor.rate, model.drive
+    )

@@ -22,8 +22,17 @@ TOLERANCE = 5e-4
 
 def fixed(rig: Rig) -> Rig:
     """The rig with every wheel fixed where its file has it, and a prescribed speed without ripple."""
-    changes = {f"{name}__{part}": None for name, wheel in rig.rollers.items() for part in ("arm", "slider") if getattr(wheel, part)}
-    return rig.changed(**changes, drive=None, tension__kept="locked") if changes or rig.drive else rig.changed(tension__kept="locked")
+    changes = {
+        f"{name}__{part}": None
+        for name, wheel in rig.rollers.items()
+        for part in ("arm", "slider")
+        if getattr(wheel, part)
+    }
+    return (
+        rig.changed(**changes, drive=None, tension__kept="locked")
+        if changes or rig.drive
+        else rig.changed(tension__kept="locked")
+    )
 
 
 def rig_in_both(rig: Rig, sprocket_rpm: float, duration: float) -> dict:
@@ -45,7 +54,9 @@ def rig_in_both(rig: Rig, sprocket_rpm: float, duration: float) -> dict:
         sample; ``share``: one over the other; ``gap_m``: of the other code; ``wall_s``, ``peer_wall_s``.
     """
     motor = sprocket_rpm * rig.sprocket.transmission_ratio
-    scene = Scene(fixed(rig), motor, duration=duration, lead_in=0.0, ramp=RAMP, step=STEP, spells=False, tension="locked")
+    scene = Scene(
+        fixed(rig), motor, duration=duration, lead_in=0.0, ramp=RAMP, step=STEP, spells=False, tension="locked"
+    )
     run, _ = run_peer(scene, PEER_STEP)
     loop = Loop(scene)
     begin = time.perf_counter()
@@ -57,6 +68,11 @@ def rig_in_both(rig: Rig, sprocket_rpm: float, duration: float) -> dict:
     apart = np.hypot(*(np.array(places) - run.centre).transpose(2, 0, 1))
     way = abs(scene.sprocket_rate) * rig.pin_circle * (RAMP / 2 + duration)
     return {
-        "way_m": way, "distance_m": float(apart.max()), "share": float(apart.max() / way), "gap_m": float(run.gap.max()),
-        "wall_s": wall, "peer_wall_s": run.wall, "range_m": float(np.ptp(np.array(places)[:, :, 1])),
-    }  # fmt: skip
+        "way_m": way,
+        "distance_m": float(apart.max()),
+        "share": float(apart.max() / way),
+        "gap_m": float(run.gap.max()),
+        "wall_s": wall,
+        "peer_wall_s": run.wall,
+        "range_m": float(np.ptp(np.array(places)[:, :, 1])),
+    }

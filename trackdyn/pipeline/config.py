@@ -107,7 +107,8 @@ class FidelityStudy(Section):
 
 
 class OtherRig(Section):
-    """A further rig that the scorecard judges beside the first, and the longest steps that it is run with by motor speed.
+    """A further rig that the scorecard judges beside the first, and the longest steps that it is run with by motor
+    speed.
 
     ``known`` takes the place of the first rig's where contacts need longer to tell what they do.
     """
@@ -120,10 +121,14 @@ class OtherRig(Section):
 class Config(Section):
     """Everything in ``config/config.yaml``.
 
-    ``sensor_csv`` names the measured record of a speed; ``{rpm}`` stands for the motor speed. ``sensor_mapping`` names the
-    file that says how these are read (:class:`trackdyn.sensor.sensor_mapping.SensorMapping`). ``known`` ends the runs of
-    ring study, sensitivity, stability and ladder. ``compare_costs`` asks for what an answer costs in every code, and a sweep
-    on one and two processes; ``short_studies`` for the short forms of accuracy against cost, extremes, traction, the whole loop as
+    ``sensor_csv`` names the measured record of a speed; ``{rpm}`` stands for the motor speed. ``sensor_mapping`` names
+    the
+    file that says how these are read (:class:`trackdyn.sensor.sensor_mapping.SensorMapping`). ``known`` ends the runs
+    of
+    ring study, sensitivity, stability and ladder. ``compare_costs`` asks for what an answer costs in every code, and a
+    sweep
+    on one and two processes; ``short_studies`` for the short forms of accuracy against cost, extremes, traction, the
+    whole loop as
     the sensor, and the ensemble.
     """
 
@@ -148,17 +153,25 @@ class Config(Section):
     def _consistent(self):
         folder = Path(self.results)
         # what Snakemake or a shell would read as something else, and what no file system takes
-        if not re.fullmatch(r"[^~{}\s][^{}\s]*", self.results) or len(max(folder.parts, key=len, default="").encode()) > 200:
+        if (
+            not re.fullmatch(r"[^~{}\s][^{}\s]*", self.results)
+            or len(max(folder.parts, key=len, default="").encode()) > 200
+        ):
             raise InputError(
-                f"results = {shown(self.results)} is not accepted: the name of a folder without blanks, braces and ~ would do, "
+                f"results = {shown(self.results)} is not accepted: the name of a folder without "
+                "blanks, braces and ~ would do, "
                 "such as results/mine"
             )
         for place in (folder, *folder.parents):
             if place.exists() and not place.is_dir():
-                raise InputError(f"results = {shown(self.results)} is not accepted: {place} is a file; another name would do")
+                raise InputError(
+                    f"results = {shown(self.results)} is not accepted: {place} is a file; another name would do"
+                )
         above = next(place for place in (folder, *folder.parents) if place.exists())
         if not os.access(above, os.W_OK):
-            raise InputError(f"results = {shown(self.results)} is not accepted: {above} cannot be written; another place would do")
+            raise InputError(
+                f"results = {shown(self.results)} is not accepted: {above} cannot be written; another place would do"
+            )
         if self.records.plan:
             try:
                 parse_tolerance(self.records.plan.tolerance)
@@ -252,7 +265,8 @@ class Config(Section):
             )
             if r.duration_s * runs[f"{rpm:g}rpm"].loop_frequency < 2:
                 raise InputError(
-                    f"records.duration_s = {r.duration_s:g} s is not accepted: at {rpm:g} rpm it is shorter than two loop "
+                    f"records.duration_s = {r.duration_s:g} s is not accepted: at {rpm:g} rpm it is "
+                    "shorter than two loop "
                     f"revolutions; {2 / runs[f'{rpm:g}rpm'].loop_frequency:.1f} s or more would do"
                 )
             runs[f"coarse/{rpm:g}rpm"] = runs[f"{rpm:g}rpm"].with_(tooth_contact="three_surfaces", frame_interval=0.0)
@@ -305,7 +319,9 @@ class Config(Section):
         return self.other_rigs[name].known or self.known
 
     def other_scenes(self, name: str, scenes: dict[str, Scene]) -> dict[str, Scene]:
-        """The scenes of the first rig that claims are judged by on another one: none of Table 4, no ring study without a ring."""
+        """The scenes of the first rig that claims are judged by on another one: none of Table 4, no ring study without
+        a ring.
+        """
         other = self.other_rigs[name]
         rig = load_rig(other.rig)
 
@@ -371,7 +387,9 @@ def read_layer(path: Path | str) -> dict:
     return data
 
 
-def check_layers(data: Any, files: Sequence[Path | str], update: Callable[[dict, dict], None]) -> tuple[Config, Rig, dict[str, Scene]]:
+def check_layers(
+    data: Any, files: Sequence[Path | str], update: Callable[[dict, dict], None]
+) -> tuple[Config, Rig, dict[str, Scene]]:
     """Validate a configuration that was merged from files by ``update``, the later on top of the earlier.
 
     Raises

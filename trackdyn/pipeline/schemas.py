@@ -1,4 +1,5 @@
-"""JSON schemas of the YAML files, for editors: ``python -m trackdyn.pipeline.schemas`` writes them into ``config/schemas``.
+"""JSON schemas of the YAML files, for editors: ``python -m trackdyn.pipeline.schemas`` writes them into
+``config/schemas``.
 
 What is checked when a file is read is more: values that must fit each other, tolerances, names of files.
 """
@@ -36,7 +37,11 @@ def schema(name: str) -> dict[str, Any]:
 def _without_required(part: Any) -> Any:
     """A schema in which nothing must be there."""
     if isinstance(part, dict):
-        return {key: _without_required(value) for key, value in part.items() if key != "required" or not isinstance(value, list)}
+        return {
+            key: _without_required(value)
+            for key, value in part.items()
+            if key != "required" or not isinstance(value, list)
+        }
     return [_without_required(value) for value in part] if isinstance(part, list) else part
 
 

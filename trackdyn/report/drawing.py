@@ -154,10 +154,15 @@ def _draw_single_pins(ax: Axes, rig: Rig, pins: np.ndarray, angles: np.ndarray, 
     """Bodies of a single-pin chain: the link in the middle, both arcs that bear on the sprocket beside every pin."""
     end = (rig.single_pin_pitch - rig.chain.link_length) / 2
     link = link_outline(rig) + [end, 0.0]
-    ends = [circle_points((x, 0.0), rig.chain.connector_radius, 0.0, 2 * pi, 4 * POINTS_AN_ARC) for x in (end, end + rig.chain.link_length)]
+    ends = [
+        circle_points((x, 0.0), rig.chain.connector_radius, 0.0, 2 * pi, 4 * POINTS_AN_ARC)
+        for x in (end, end + rig.chain.link_length)
+    ]
     for outlines, face, z in (([link], LINK, Z_LINK), (ends, CONNECTOR, Z_CONNECTOR)):
         bodies = [placed(outline, pins[i], angles[i]) for i in range(len(angles)) for outline in outlines]
-        ax.add_collection(PolyCollection(bodies, facecolor=to_rgba(face, opacity), edgecolor=EDGE, linewidth=0.6, zorder=z))
+        ax.add_collection(
+            PolyCollection(bodies, facecolor=to_rgba(face, opacity), edgecolor=EDGE, linewidth=0.6, zorder=z)
+        )
     ax.plot(*pins.T, linestyle="none", marker=".", markersize=3.0, color=BLACK, zorder=Z_LINK + 0.5)
 
 

@@ -30,10 +30,16 @@ def write_tables(e: Ensemble, claims: Path | str, card: pd.DataFrame) -> str:
     choices = pd.concat([choice_table(study, rpm).assign(rpm=rpm) for rpm in e.form.speeds_rpm], ignore_index=True)
     scorecard = verdicts.beside(card, shares)
     tables = {
-        "rigs": verdicts.rigs_table(e), "parameters": verdicts.parameters_table(e), "claims": shares,
-        "conflicts": verdicts.conflicts(e), "pareto": verdicts.pareto(e), "ranks": verdicts.rank_indices(e), "study": study,
-        "choices": choices, "scorecard": scorecard,
-    }  # fmt: skip
+        "rigs": verdicts.rigs_table(e),
+        "parameters": verdicts.parameters_table(e),
+        "claims": shares,
+        "conflicts": verdicts.conflicts(e),
+        "pareto": verdicts.pareto(e),
+        "ranks": verdicts.rank_indices(e),
+        "study": study,
+        "choices": choices,
+        "scorecard": scorecard,
+    }
     for name, table in tables.items():
         write_table(table, e.folder / f"{name}.csv")
     found = _summary(e, tables)
@@ -44,11 +50,15 @@ def write_tables(e: Ensemble, claims: Path | str, card: pd.DataFrame) -> str:
 
 # what the page on the ensemble shows beside the findings
 SHOWN_FILES = {
-    "claims.csv": "the share of rigs in which each claim is reproduced", "parameters.csv": "what is left of every range",
-    "conflicts.csv": "every pair of claims", "pareto.csv": "the rigs nearest to C16 and C17 at once",
-    "choices.csv": "every radius of the ring over the rigs", "conflicts.png": "How near the best rig comes to two claims at once",
-    "fig24_bands.png": "Figure 24 over the rigs", "choice.png": "Which radius is best, by four criteria",
-}  # fmt: skip
+    "claims.csv": "the share of rigs in which each claim is reproduced",
+    "parameters.csv": "what is left of every range",
+    "conflicts.csv": "every pair of claims",
+    "pareto.csv": "the rigs nearest to C16 and C17 at once",
+    "choices.csv": "every radius of the ring over the rigs",
+    "conflicts.png": "How near the best rig comes to two claims at once",
+    "fig24_bands.png": "Figure 24 over the rigs",
+    "choice.png": "Which radius is best, by four criteria",
+}
 
 
 def _are(count: int) -> str:
@@ -74,17 +84,23 @@ def _summary(e: Ensemble, tables: dict[str, pd.DataFrame]) -> list[str]:
     held = shares[(shares["rigs"] > 0) & (shares["used"] == "held out")]
     names = held["id"] + held["part"].fillna("")
     lines = [
-        f"Of {len(every)} rigs of which every run came out {_are(int((every['excluded_by'] == 0).sum()))} excluded by no target "
-        f"(cutoff {e.config.cutoff:g}). {len(rigs)} were run at full fidelity; of these {_are(int((rigs['excluded_by'] == 0).sum()))}.",
-        f"The least excluded rig misses {int(best['excluded_by'])} of {len(e.targets)} targets: {', '.join(lost) or 'none'}.",
-        f"The fewest exclusions of a rig, wave by wave: {', '.join(fewest)}, and {int(rigs['excluded_by'].min())} in the last one; as long "
+        f"Of {len(every)} rigs of which every run came out "
+        f"{_are(int((every['excluded_by'] == 0).sum()))} excluded by no target "
+        f"(cutoff {e.config.cutoff:g}). {len(rigs)} were run at full fidelity; of these "
+        f"{_are(int((rigs['excluded_by'] == 0).sum()))}.",
+        f"The least excluded rig misses {int(best['excluded_by'])} of {len(e.targets)} targets: "
+        f"{', '.join(lost) or 'none'}.",
+        f"The fewest exclusions of a rig, wave by wave: {', '.join(fewest)}, and "
+        f"{int(rigs['excluded_by'].min())} in the last one; as long "
         "as that falls, more waves may find better rigs, and what no rig shows is said of the rigs that were run.",
         f"{alone}. Pairs of claims that rigs show one by one, and no rig together: {couples or 'none'}.",
-        f"C16 against C17: the nearest that any rig comes to both is an implausibility of {both['least']:.3g}: {apart}.",
+        "C16 against C17: the nearest that any rig comes to both is an implausibility of "
+        f"{both['least']:.3g}: {apart}.",
         f"Parameters that the printed numbers identify: {', '.join(known) or 'none'}.",
         verdicts.position_of_shipped(e),
         f"Held-out claims that hold in each of {int(held['rigs'].max()) if len(held) else 0} rigs: "
-        f"{', '.join(names[held['share'] == 1]) or 'none'}; in none of them: {', '.join(names[held['share'] == 0]) or 'none'}.",
+        f"{', '.join(names[held['share'] == 1]) or 'none'}; in none of them: "
+        f"{', '.join(names[held['share'] == 0]) or 'none'}.",
     ]
     for rpm, table in tables["choices"].groupby("rpm"):
         lines += [f"{rpm:g} rpm, by `{name}`: {recommendation(table, name)}." for name in CRITERIA]

@@ -40,7 +40,9 @@ def limits(rows: pd.DataFrame) -> str:
         return "–" if pd.isna(off) else f"{off:+.3f} ± {error:.3f}"
 
     shown = rows[["scene", "measure"]].copy()
-    shown["limit"] = [f"{value:.6g} ± {error:.1g}" for value, error in zip(rows["limit"], rows["limit_error"], strict=True)]
+    shown["limit"] = [
+        f"{value:.6g} ± {error:.1g}" for value, error in zip(rows["limit"], rows["limit_error"], strict=True)
+    ]
     for name in presets:
         shown[name] = [cell(row, name) for _, row in rows.iterrows()]
     shown["standard within 2 %"] = rows["standard_within_bound"].fillna("–")
@@ -48,7 +50,9 @@ def limits(rows: pd.DataFrame) -> str:
 
 
 def results(card: pd.DataFrame) -> str:
-    """The headlines, and the first rig's open claims in eight lines at most, failures first, each by a part that failed."""
+    """The headlines, and the first rig's open claims in eight lines at most, failures first, each by a part that
+    failed.
+    """
     own = card[(card["rig"] == card["rig"].iloc[0]) & card["verdict"].isin(JUDGED)].astype(object).fillna("")
     failed, came = [], []
     for claim_id, parts in own[own["origin"] == "predicted"].groupby("id", sort=False):
@@ -57,7 +61,9 @@ def results(card: pd.DataFrame) -> str:
         verdict = REPRODUCED if lost.empty else f"{row['verdict']} ({len(lost)} of {len(parts)} parts)"
         line = [claim_id, row["claim"], row["printed"], at_speeds(row), row["unit"], verdict, "predicted"]
         (came if lost.empty else failed).append(line)
-    fitted = own[own["origin"] == "fitted"].groupby("id")["verdict"].agg(lambda verdicts: (verdicts == REPRODUCED).all())
+    fitted = (
+        own[own["origin"] == "fitted"].groupby("id")["verdict"].agg(lambda verdicts: (verdicts == REPRODUCED).all())
+    )
     said = f"{fitted.sum()} of {len(fitted)} claims that the rig was fitted to: {', '.join(fitted.index[fitted])}"
     lines = [*(failed + came)[: LINES - 1], ["", said, "", "", "", REPRODUCED, "fitted"]]
     table = pd.DataFrame(lines, columns=["id", "claim", "printed", "here", "unit", "verdict", "origin"])
@@ -85,7 +91,9 @@ def calibration(rows: pd.DataFrame) -> str:
     shown["in 50 % intervals"] = [f"{100 * one:.0f} %" for one in rows["covered_50"]]
     spans = zip(rows["covered_90"], rows["low_90"], rows["high_90"], strict=True)
     shown["in 90 % intervals"] = [f"{100 * at:.1f} % ({100 * low:.0f} to {100 * high:.0f})" for at, low, high in spans]
-    shown["of those identified"] = ["–" if pd.isna(one) else f"{100 * one:.1f} %" for one in rows["covered_90_identified"]]
+    shown["of those identified"] = [
+        "–" if pd.isna(one) else f"{100 * one:.1f} %" for one in rows["covered_90_identified"]
+    ]
     shown["p_uniform"] = [f"{one:.2g}" for one in rows["p_uniform"]]
     return shown.to_markdown(index=False, disable_numparse=True)
 
@@ -103,7 +111,11 @@ def findings(rows: pd.DataFrame) -> str:
         if row["file"] == "":
             return f"- {row['finding']}"
         picture = row["file"].endswith(".png")
-        return f"\n![{row['finding']}](pictures/ensemble_{row['file']})" if picture else f"- [{row['finding']}](measured/ensemble_{row['file']})"
+        return (
+            f"\n![{row['finding']}](pictures/ensemble_{row['file']})"
+            if picture
+            else f"- [{row['finding']}](measured/ensemble_{row['file']})"
+        )
 
     return "\n".join(line(row) for _, row in rows.astype(object).fillna("").iterrows()) + "\n"
 

@@ -17,57 +17,107 @@ from trackdyn.sensor.sensor_csv import SensorRecord
 
 # headings of the Markdown tables, a group above what is in it; columns without one are left out there
 HEADS = {
-    "table3": {"speed_rpm": "speed<br>(rpm)"} | {
+    "table3": {"speed_rpm": "speed<br>(rpm)"}
+    | {
         f"{name}_{column}": f"{name.upper()}<br>{words}"
         for name in ("rms", "sd")
         for column, words in {
-            "simulation_g": "simulation (g)", "standard_error_g": "error, simulation (g)", "sensor_g": "sensor (g)",
-            "sensor_error_g": "error, sensor (g)", "difference_pct": "difference (%)",
+            "simulation_g": "simulation (g)",
+            "standard_error_g": "error, simulation (g)",
+            "sensor_g": "sensor (g)",
+            "sensor_error_g": "error, sensor (g)",
+            "difference_pct": "difference (%)",
             "difference_error_pct": "error, difference (%)",
             "difference_printed_against_papers_own_data_pct": "printed, against other data (%)",
         }.items()
     },
-    "table4": {"rpm": "speed<br>(rpm)"} | {
+    "table4": {"rpm": "speed<br>(rpm)"}
+    | {
         f"{name}_{column}": f"{group}<br>{words}"
         for name, group in {"rms_g": "RMS (g)", "sd_g": "SD (g)", "left_rms_n": "left arc, RMS (N)"}.items()
         for column, words in {
-            "ten_arcs": "ten arcs", "ten_arcs_error": "error, ten arcs", "three_surfaces": "three surfaces",
-            "three_surfaces_error": "error, three surfaces", "difference_pct": "change (%)",
+            "ten_arcs": "ten arcs",
+            "ten_arcs_error": "error, ten arcs",
+            "three_surfaces": "three surfaces",
+            "three_surfaces_error": "error, three surfaces",
+            "difference_pct": "change (%)",
             "difference_error_pct": "error, change (%)",
         }.items()
     },
     "lines": {
-        "speed_rpm": "speed<br>(rpm)", "source": "source", "line_hz": "FFT<br>(Hz)", "line_error_hz": "FFT<br>error (Hz)",
-        "line_g": "FFT<br>(g)", "line_error_g": "FFT<br>error (g)", "line_binfree_hz": "bin-free<br>(Hz)",
-        "line_binfree_error_hz": "bin-free<br>error (Hz)", "line_binfree_g": "bin-free<br>(g)",
+        "speed_rpm": "speed<br>(rpm)",
+        "source": "source",
+        "line_hz": "FFT<br>(Hz)",
+        "line_error_hz": "FFT<br>error (Hz)",
+        "line_g": "FFT<br>(g)",
+        "line_error_g": "FFT<br>error (g)",
+        "line_binfree_hz": "bin-free<br>(Hz)",
+        "line_binfree_error_hz": "bin-free<br>error (Hz)",
+        "line_binfree_g": "bin-free<br>(g)",
         "line_binfree_error_g": "bin-free<br>error (g)",
-        "line_printed_hz": "printed<br>(Hz)", "line_printed_g": "printed<br>(g)",
+        "line_printed_hz": "printed<br>(Hz)",
+        "line_printed_g": "printed<br>(g)",
     },
     "fidelity": {
-        "scene": "scene", "setting": "setting", "rms": "RMS<br>(%)", "sd": "SD<br>(%)", "line": "main line<br>(%)",
-        "left_share": "left share<br>(points)", "right_share": "right share<br>(points)",
-        "ring_share": "ring share<br>(points)", "left_peak": "left peak<br>(%)", "loop_gap_m": "loop gap<br>(m)",
+        "scene": "scene",
+        "setting": "setting",
+        "rms": "RMS<br>(%)",
+        "sd": "SD<br>(%)",
+        "line": "main line<br>(%)",
+        "left_share": "left share<br>(points)",
+        "right_share": "right share<br>(points)",
+        "ring_share": "ring share<br>(points)",
+        "left_peak": "left peak<br>(%)",
+        "loop_gap_m": "loop gap<br>(m)",
         "wall_s_per_s": "cost<br>(s/s)",
     },
     "limits": {
-        "scene": "scene", "measure": "measure", "limit": "limit<br>(g, %, N)", "limit_error": "limit<br>error",
-    } | {
+        "scene": "scene",
+        "measure": "measure",
+        "limit": "limit<br>(g, %, N)",
+        "limit_error": "limit<br>error",
+    }
+    | {
         f"{name}{column}": f"{name}<br>{words}"
-        for name in ("fast", "standard", "paper", "reference") for column, words in {"_pct": "off by (%)", "_error_pct": "error (%)"}.items()
-    } | {"standard_within_bound": "standard<br>within 2 %"},
+        for name in ("fast", "standard", "paper", "reference")
+        for column, words in {"_pct": "off by (%)", "_error_pct": "error (%)"}.items()
+    }
+    | {"standard_within_bound": "standard<br>within 2 %"},
     "peer_answers": {
-        "code": "code", "method": "method", "step_s": "step<br>(s)", "rms_m_s2": "RMS<br>(m/s2)", "difference_pct": "error<br>(%)",
-        "uncertainty_pct": "its standard error<br>(%)", "scatter_pct": "scatter of a passage<br>(%)",
-        "cpu_s_per_s": "processor s<br>a second", "passages": "passages<br>needed", "cpu_s": "processor s<br>for the answer",
-        "chosen": "chosen", "note": "note",
+        "code": "code",
+        "method": "method",
+        "step_s": "step<br>(s)",
+        "rms_m_s2": "RMS<br>(m/s2)",
+        "difference_pct": "error<br>(%)",
+        "uncertainty_pct": "its standard error<br>(%)",
+        "scatter_pct": "scatter of a passage<br>(%)",
+        "cpu_s_per_s": "processor s<br>a second",
+        "passages": "passages<br>needed",
+        "cpu_s": "processor s<br>for the answer",
+        "chosen": "chosen",
+        "note": "note",
     },
     "costs": {
-        "rule": "rule", "jobs": "jobs", "wall_s": "wall<br>(s)", "cpu_s": "processor<br>(s)",
+        "rule": "rule",
+        "jobs": "jobs",
+        "wall_s": "wall<br>(s)",
+        "cpu_s": "processor<br>(s)",
         "largest_memory_mb": "memory<br>(MB)",
     },
-}  # fmt: skip
+}
 # made on demand: not part of what a run costs
-BY_NAME = ("trade", "trade_full", "scaling", "extremes", "extremes_full", "traction", "whole_loop", "fit", "deviations", "pictures")
+BY_NAME = (
+    "trade",
+    "trade_full",
+    "scaling",
+    "extremes",
+    "extremes_full",
+    "traction",
+    "whole_loop",
+    "fit",
+    "deviations",
+    "pictures",
+)
 
 
 def headed(frame: pd.DataFrame, key: str) -> pd.DataFrame:
@@ -136,8 +186,11 @@ def cost_table(folder: Path | str) -> pd.DataFrame:
         return pd.DataFrame(columns=["rule", "jobs", "wall_s", "cpu_s", "largest_memory_mb"])
     table = pd.DataFrame(rows).groupby("rule", as_index=False)
     table = table.agg(
-        jobs=("wall_s", "size"), wall_s=("wall_s", "sum"), cpu_s=("cpu_s", "sum"), largest_memory_mb=("memory_mb", "max")
-    ).sort_values("wall_s", ascending=False)  # fmt: skip
+        jobs=("wall_s", "size"),
+        wall_s=("wall_s", "sum"),
+        cpu_s=("cpu_s", "sum"),
+        largest_memory_mb=("memory_mb", "max"),
+    ).sort_values("wall_s", ascending=False)
     named = table["rule"].isin(BY_NAME)
     run, own = table[~named], table[named]
     total = run.agg({"jobs": "sum", "wall_s": "sum", "cpu_s": "sum", "largest_memory_mb": "max"})
@@ -233,7 +286,8 @@ def lines_table(
 
 
 def table4(metrics: pd.DataFrame, speeds: Iterable[float]) -> pd.DataFrame:
-    """RMS and SD with three tooth surfaces beside the ten arcs, each with its standard error: Table 4 without the lost comparison.
+    """RMS and SD with three tooth surfaces beside the ten arcs, each with its standard error: Table 4 without the lost
+    comparison.
 
     ``metrics`` holds the runs ``115rpm`` and ``coarse/115rpm`` of every speed (rev/min).
     """

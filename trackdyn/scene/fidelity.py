@@ -116,7 +116,11 @@ def decide(scene) -> dict[str, Decision]:
     if on_wheels:
         names = [name.replace("_", " ") for name in scene.rig.rollers]
         listed = " and ".join(names) if len(names) < 3 else f"{len(names)} wheels"
-        drive = "the sprocket's speed is prescribed" if scene.rig.drive is None else f"the drive is a {scene.rig.drive.kind}"
+        drive = (
+            "the sprocket's speed is prescribed"
+            if scene.rig.drive is None
+            else f"the drive is a {scene.rig.drive.kind}"
+        )
         found["wheels"] = Decision("turning", f"{listed} turn{'s' * (len(names) == 1)} freely; {drive}")
     else:
         found["wheels"] = Decision("none", "no wheel is touched")
@@ -163,7 +167,10 @@ def refuse_nonsense(scene) -> None:
     if scene.sliding and (scene.chain == "belt" or scene.loop == "free"):
         refuse("sliding", "without contacts nothing slides (chain='belt' or loop='free'); False would do")
     if scene.sliding and METHODS[scene.integrator].tableau:
-        refuse("sliding", f"the stages of integrator={scene.integrator!r} keep no account by area; 'semi_implicit' would do")
+        refuse(
+            "sliding",
+            f"the stages of integrator={scene.integrator!r} keep no account by area; 'semi_implicit' would do",
+        )
     if scene.loop == "free" and scene.ring_radius is not None:
         refuse("ring_radius", "a free loop touches no ring (loop='free'); None would do")
     if scene.space == "planar" and tilted and scene.loop == "on_wheels":
@@ -182,20 +189,33 @@ def refuse_nonsense(scene) -> None:
     why = "motion in space" if spatial else f"integrator={scene.integrator!r}"
     stepped = scene.integrator in ("semi_implicit", "linearly_implicit") and not spatial
     if scene.tension in ("sprung", "forced") and not stepped:
-        refuse("tension", f"a {scene.tension} tensioner moves in the plane by semi- or linearly implicit steps, not with {why}; 'locked' would do")
+        refuse(
+            "tension",
+            f"a {scene.tension} tensioner moves in the plane by semi- or linearly implicit steps, not "
+            f"with {why}; 'locked' would do",
+        )
     if scene.tension == "forced" and scene.rig.tension.force is None:
         refuse("tension", "the rig has no tension.force; 'locked' would do")
     carried = [name for name, wheel in scene.rig.rollers.items() if wheel.carrier is not None]
     driven = scene.rig.drive is not None and (scene.rig.drive.kind != "speed" or scene.rig.drive.ripple > 0)
     semi_implicit = stepped and scene.integrator == "semi_implicit"
-    if scene.loop == "on_wheels" and scene.chain != "belt" and ((driven and not semi_implicit) or (carried and not stepped)):
+    if (
+        scene.loop == "on_wheels"
+        and scene.chain != "belt"
+        and ((driven and not semi_implicit) or (carried and not stepped))
+    ):
         drives = driven and not semi_implicit
-        what = "the rig's drive moves in the plane by semi-implicit Euler" if drives else (
-            f"wheel {carried[0]} stands on a spring and moves in the plane by semi- or linearly implicit steps"
+        what = (
+            "the rig's drive moves in the plane by semi-implicit Euler"
+            if drives
+            else (f"wheel {carried[0]} stands on a spring and moves in the plane by semi- or linearly implicit steps")
         )
         refuse("space" if spatial else "integrator", f"{what}, not with {why}; 'semi_implicit' would do")
     if scene.tooth_contact == "three_surfaces" and scene.rig.groove is None:
-        refuse("tooth_contact", "three surfaces are made of the ten-arc design, which this rig's profile is not; 'ten_arcs' would do")
+        refuse(
+            "tooth_contact",
+            "three surfaces are made of the ten-arc design, which this rig's profile is not; 'ten_arcs' would do",
+        )
     if scene.joint == "radial":
         if spatial:
             refuse("joint", "pins part in the plane only; 'revolute' would do, or space='planar'")

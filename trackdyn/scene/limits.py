@@ -49,8 +49,10 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
 
     A contact of stiffness k on a mass m oscillates stably for ``h < 2 sqrt(m / k)``; friction with
     the slope c of Eq. 10 decays for ``h < 2 m / c`` (for RK4 2.82 and 2.78 in place of 2). Both are
-    taken at the load of one pitch on a wheel, ``2 T sin(pi / m)`` with T the pre-tension plus the weight of a metre of chain, times
-    ``DYNAMIC_FACTOR``, and more on a wheel around which a pitch turns by more than on the sprocket. Bushing damping and a compliant cut are implicit in the sweep of semi-implicit Euler
+    taken at the load of one pitch on a wheel, ``2 T sin(pi / m)`` with T the pre-tension plus the weight of a metre of
+    chain, times
+    ``DYNAMIC_FACTOR``, and more on a wheel around which a pitch turns by more than on the sprocket. Bushing damping and
+    a compliant cut are implicit in the sweep of semi-implicit Euler
     and set no limit there; for RK4 they do. Bushing stiffness acts on the smaller rotational inertia.
     """
     limits = turn_limit(model.drive.rate) if method.order == 1 else {}
@@ -104,7 +106,9 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
     for k in range(1, len(own)):
         law, name = Law(*(float(part) for part in own[k])), f"surface of wheel {k}"
         bears = on(float(wheels.radius[k]))
-        limits[f"contact stiffness of the {name}"] = oscillation * sqrt(link / _stiffness_at(law, bears, float(wheels.radius[k])))
+        limits[f"contact stiffness of the {name}"] = oscillation * sqrt(
+            link / _stiffness_at(law, bears, float(wheels.radius[k]))
+        )
         limits[f"friction of the {name}"] = friction(law, link, bears)
     if chain.stiffness:
         # two neighbours turn against each other; each angle feels the bushings at both of its ends

@@ -100,7 +100,8 @@ class Scene(Section):
         ``semi_implicit``, ``linearly_implicit``, ``rk4`` or ``adaptive``.
     tension : str
         ``locked`` (the tensioning wheel stays where the reference ring put it), ``retensioned`` (the pre-tension is
-        set again with the scene's ring), ``sprung`` (it slides on a spring and a damper while the chain runs) or ``forced``
+        set again with the scene's ring), ``sprung`` (it slides on a spring and a damper while the chain runs) or
+        ``forced``
         (the rig's force pushes it); the rig's own by default.
     drag : str
         ``viscous`` (bearing drag grows with the rate of a wheel) or ``coulomb`` (a torque that does not).
@@ -177,7 +178,9 @@ class Scene(Section):
         between = self.frame_interval / sample
         whole = 0 < self.frame_interval <= self.duration and between > 0.5 and abs(between - round(between)) <= 1e-6
         if self.frame_interval and not whole:
-            self._refuse("frame_interval", f"0, or a multiple of the sample interval {sample} s within the duration would do")
+            self._refuse(
+                "frame_interval", f"0, or a multiple of the sample interval {sample} s within the duration would do"
+            )
 
     def _refuse_loop(self) -> None:
         if self.ring_radius is not None:
@@ -187,12 +190,15 @@ class Scene(Section):
             if not low - 1e-9 <= self.ring_radius <= high + 1e-9:  # the bounds themselves are allowed, rounded or not
                 self._refuse(
                     "ring_radius",
-                    f"a ring of more than {high:.4f} m overlaps the chain of this loop and one of less than {low:.4f} m "
+                    f"a ring of more than {high:.4f} m overlaps the chain of this loop and one of "
+                    f"less than {low:.4f} m "
                     "never touches it; null means no ring",
                 )
         for pitch in self.pitches:
             if not 1 <= pitch <= self.rig.chain.pitches:
-                raise InputError(f"scene: pitches = {pitch!r} is not accepted: pitches 1 to {self.rig.chain.pitches} exist")
+                raise InputError(
+                    f"scene: pitches = {pitch!r} is not accepted: pitches 1 to {self.rig.chain.pitches} exist"
+                )
 
     def _refuse_step(self) -> None:
         if self.chain == "belt":
@@ -203,7 +209,8 @@ class Scene(Section):
                 self._refuse(
                     "solver",
                     f"with the masses and inertias of this chain rounding grows to {error:.1g} of a result over "
-                    f"{self.bodies} bodies, at worst where its pins are mutual centres of percussion; 'riccati' would do",
+                    f"{self.bodies} bodies, at worst where its pins are mutual centres of percussion; "
+                    "'riccati' would do",
                 )
         limits = step_limits(self.model, self.rig.tension.pre_tension, METHODS[self.integrator])
         name, limit = min(limits.items(), key=lambda item: item[1], default=("", np.inf))

@@ -78,7 +78,9 @@ def read_text(path: Path) -> str:
 def fields_of(line: str, separator: str, count: int = 0) -> list[str]:
     """Fields of a line without quotes and blanks around them; empty ones at the end beyond ``count`` are dropped."""
     try:
-        found = [f.strip(" \t'") for f in next(csv.reader([line.strip(" ")], delimiter=separator, skipinitialspace=True), [])]
+        found = [
+            f.strip(" \t'") for f in next(csv.reader([line.strip(" ")], delimiter=separator, skipinitialspace=True), [])
+        ]
     except csv.Error:
         found = [line]
     while len(found) > count and not found[-1]:
@@ -94,7 +96,8 @@ def find_layout(path: Path, text: str, recognised: Callable[[Sequence[str]], boo
     """Find header and rows.
 
     The header is the first line, perhaps behind a ``#``, whose names are ``recognised`` and are as many as the fields
-    of the row that follows. Where a file begins with numbers its columns are named "1", "2" and so on. ``sought`` says in a
+    of the row that follows. Where a file begins with numbers its columns are named "1", "2" and so on. ``sought`` says
+    in a
     refusal what was not found.
 
     Raises
@@ -137,7 +140,8 @@ def find_layout(path: Path, text: str, recognised: Callable[[Sequence[str]], boo
         if recognised(names):
             return Layout(path, names, [""] * len(names), separator, rows[0] + 1, _body(text, rows[0]))
         raise InputError(
-            f"{path}: line {rows[0] + 1} holds numbers ({shown(head[rows[0]])}) where the names of the columns must be; "
+            f"{path}: line {rows[0] + 1} holds numbers ({shown(head[rows[0]])}) where the names of "
+            "the columns must be; "
             "write them above, or give columns by number, such as --time 1 --axis ay=3 --unit g."
         )
     # what looks most like a header is shown: the line above the first row of numbers
@@ -163,7 +167,9 @@ def parse(layout: Layout, columns: Sequence[int]) -> np.ndarray:
 
 
 def _body(text: str, first: int) -> str:
-    """Text from line ``first`` (from 0) on, without blank and comment lines at its end and what old editors put there."""
+    """Text from line ``first`` (from 0) on, without blank and comment lines at its end and what old editors
+    put there.
+    """
     position = 0
     for _ in range(first):
         position = text.find("\n", position) + 1 or len(text)
@@ -178,7 +184,8 @@ def _decimal_sign(layout: Layout, columns: Sequence[int]) -> str:
     commas = [field for fields in head for k, field in enumerate(fields) if k in columns and "," in field]
     if commas and all(map(_GROUPED.fullmatch, commas)):
         raise InputError(
-            f"{layout.path}: the comma in {shown(commas[0])} may mark decimals or thousands; save the file with decimal points."
+            f"{layout.path}: the comma in {shown(commas[0])} may mark decimals or thousands; save the "
+            "file with decimal points."
         )
     return "," if commas else "."
 
@@ -197,10 +204,16 @@ def _parse_fast(layout: Layout, columns: list[int], decimal: str) -> np.ndarray 
         with warnings.catch_warnings():
             warnings.simplefilter("error", pd.errors.ParserWarning)  # of fields that would be lost
             table = pd.read_csv(
-                io.BytesIO(body.encode()), header=None, names=range(width), usecols=some,
-                sep=r"\s+" if separator == " " else separator, dtype=dict.fromkeys(columns, np.float64), decimal=decimal,
-                skipinitialspace=True, index_col=False,
-            )[columns].to_numpy()  # fmt: skip
+                io.BytesIO(body.encode()),
+                header=None,
+                names=range(width),
+                usecols=some,
+                sep=r"\s+" if separator == " " else separator,
+                dtype=dict.fromkeys(columns, np.float64),
+                decimal=decimal,
+                skipinitialspace=True,
+                index_col=False,
+            )[columns].to_numpy()
     except (ValueError, pd.errors.ParserError, pd.errors.ParserWarning):
         return None
     return table if len(table) == rows and np.all(np.isfinite(table)) else None
@@ -241,16 +254,21 @@ def _refuse_fields(path, line, number, names, separator, what, last=False):
     found = len(fields_of(line, separator, len(names)))
     for other, name in _SEPARATORS.items():
         if other not in (separator, " ") and other in line and len(fields_of(line, other)) == len(names):
-            raise InputError(f"{where} has {name} where {what} has {_SEPARATORS[separator]}; write the same everywhere.")
+            raise InputError(
+                f"{where} has {name} where {what} has {_SEPARATORS[separator]}; write the same everywhere."
+            )
     if separator == "," and found == 2 * len(names):
         raise InputError(
-            f"{where} has {found} fields for {len(names)} names, these look like decimal commas; separate the fields by "
+            f"{where} has {found} fields for {len(names)} names, these look like decimal commas; "
+            "separate the fields by "
             "semicolons or write decimal points."
         )
     if found > len(names):
         raise InputError(f"{where} has {found} fields for the {len(names)} names {listed(names)}; remove the rest.")
     kind = "the last line is truncated" if last else "the line is incomplete"
-    raise InputError(f"{where} has {found} of {len(names)} fields and ends before {names[found]}, {kind}; complete or remove it.")
+    raise InputError(
+        f"{where} has {found} of {len(names)} fields and ends before {names[found]}, {kind}; complete or remove it."
+    )
 
 
 def shown(value: str) -> str:

@@ -21,6 +21,7 @@ from trackdyn.sensor.sensor_mapping import AXES, SensorMapping, choose, time_uni
 COLUMNS = ("t_s", "ax_g", "ay_g", "az_g")
 _CLIPPED = 0.5  # share of clipped rows from which on nothing is left of the motion
 
+
 @dataclass(frozen=True)
 class SensorRecord:
     """One record of the sensor (Eq. 40), N samples.
@@ -71,7 +72,8 @@ class SensorRecord:
         """Refuse a record that holds too little of the loop's turns of ``turn_s`` seconds."""
         if self.seconds < turns * turn_s:
             raise InputError(
-                f"{self.path}: the record of {self.seconds:.4g} s is shorter than {turns:g} turn{'s' * (turns != 1)} of the "
+                f"{self.path}: the record of {self.seconds:.4g} s is shorter than {turns:g} "
+                f"turn{'s' * (turns != 1)} of the "
                 f"loop; {turns * turn_s:.4g} s or more would do."
             )
 
@@ -119,13 +121,19 @@ def read_sensor_csv(
                 f"{' ' * (key == 'time')}NAME, by number if names repeat."
             )
         if not found and (key, mapping.time) != ("time", "none"):
-            raise InputError(f"{path}: no column {mapping.axes.get(key, mapping.time)!r} for {key}; there are {listed(layout.names)}.")
+            raise InputError(
+                f"{path}: no column {mapping.axes.get(key, mapping.time)!r} for {key}; there are "
+                f"{listed(layout.names)}."
+            )
     columns = {key: found[0] for key, found in chosen.items() if found}
     if "time" not in columns and mapping.time != "none" and (timed := with_time_units(layout.names, layout.units)):
-        raise InputError(f"{path}: {listed(timed)} may be the time; say so with --time NAME, or that it is not with --time none.")
+        raise InputError(
+            f"{path}: {listed(timed)} may be the time; say so with --time NAME, or that it is not with --time none."
+        )
     if "time" not in columns and mapping.rate is None:
         raise InputError(
-            f"{path}: no column of time among {listed(layout.names)}; name it with --time NAME, or give --time none --rate HZ."
+            f"{path}: no column of time among {listed(layout.names)}; name it with --time NAME, or "
+            "give --time none --rate HZ."
         )
     table = parse(layout, [column.index for column, _ in columns.values()])
     values = dict(zip(columns, table.T, strict=True))
@@ -154,7 +162,10 @@ def _record(layout, mapping, columns, values, range_g, gravity) -> SensorRecord:
     if seen is not None:
         seen = seen._replace(t=seen.t[part] - seen.t[part.start])
         clock = stamps.judge(path, seen, line, mapping.rate, mapping.resample)
-        rate, done["time"] = clock.rate_hz, f"{shown(names['time'])} in {seen.unit}, to {seen.rounding:.2g} s; {clock.steps}"
+        rate, done["time"] = (
+            clock.rate_hz,
+            f"{shown(names['time'])} in {seen.unit}, to {seen.rounding:.2g} s; {clock.steps}",
+        )
     done["rate"] = f"{rate:.7g} Hz, {'given' if mapping.rate else 'found'}"
     axes = {axis: columns[axis][1] * scale[unit] * values[axis][part] for axis, unit in units.items()}
     rows = axes["ay"].size
@@ -165,19 +176,22 @@ def _record(layout, mapping, columns, values, range_g, gravity) -> SensorRecord:
         axis, k = np.argwhere(size > range_g * 1.0001)[0]
         name = list(axes)[axis]
         raise InputError(
-            f"{path}: field {names[name]} in line {line + k} is {axes[name][k]:.6g} g if it is in {units[name]}, beyond the "
+            f"{path}: field {names[name]} in line {line + k} is {axes[name][k]:.6g} g if it is in "
+            f"{units[name]}, beyond the "
             f"sensor's range of +-{range_g:g} g; check the unit (--unit) or give the range of the sensor, --range G."
         )
     clipped = int(np.count_nonzero(size.max(axis=0) >= range_g * (1.0 - 1e-6)))
     done["clipped"] = f"{clipped} of {rows} rows at the end of the range of {range_g:g} g"
     if clipped > _CLIPPED * rows:
         raise InputError(
-            f"{path}: {clipped} of {rows} rows stand at the end of the range of {range_g:g} g; record with a wider range, "
+            f"{path}: {clipped} of {rows} rows stand at the end of the range of {range_g:g} g; record "
+            "with a wider range, "
             "or give the sensor's with --range."
         )
     if np.ptp(axes["ay"]) <= 1e-9 * max(1.0, np.abs(axes["ay"]).max()):
         raise InputError(
-            f"{path}: column {shown(names['ay'])} is {values['ay'][part.start]:.6g} in every row; choose another one for ay "
+            f"{path}: column {shown(names['ay'])} is {values['ay'][part.start]:.6g} in every row; "
+            "choose another one for ay "
             "with --axis ay=NAME, or record the moving track."
         )
     if clock is not None and not clock.even:
@@ -198,7 +212,8 @@ def _part(path: Path, t: np.ndarray, mapping: SensorMapping) -> slice:
     if last - first < 2:
         to = "the end" if mapping.to is None else f"--to {mapping.to:g}"
         raise InputError(
-            f"{path}: {last - first} rows lie between --from {mapping.start:g} and {to}, in s since the first row; the file "
+            f"{path}: {last - first} rows lie between --from {mapping.start:g} and {to}, in s since "
+            "the first row; the file "
             f"holds {since[-1]:.6g} s."
         )
     return slice(first, last)

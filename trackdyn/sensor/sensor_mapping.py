@@ -13,7 +13,9 @@ from trackdyn.sensor.logger_text import shown
 from trackdyn.sensor.stamps import RATES, UNITS
 
 AXES = ("ax", "ay", "az")
-_ACCELERATION = {"g": "g", "gn": "g", "mg": "mg"} | dict.fromkeys(("m/s2", "m/s/s", "m_s2", "ms-2", "m.s-2", "ms2", "mps2"), "m/s2")
+_ACCELERATION = {"g": "g", "gn": "g", "mg": "mg"} | dict.fromkeys(
+    ("m/s2", "m/s/s", "m_s2", "ms-2", "m.s-2", "ms2", "mps2"), "m/s2"
+)
 _TIME = {unit: unit for unit in UNITS} | {"sec": "s", "seconds": "s", "msec": "ms", "\N{GREEK SMALL LETTER MU}s": "us"}
 _UNIT = "|".join(map(re.escape, sorted(_ACCELERATION | _TIME, key=len, reverse=True)))
 _IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]([^\])]*)[\])]")
@@ -95,7 +97,9 @@ def _column(index: int, name: str, unit: str) -> Column:
     plain = _plain(name)
     found = _IN_BRACKETS.fullmatch(plain) or _AT_THE_END.fullmatch(plain.replace("^", "").replace("**", ""))
     base, own = (found[1], found[2]) if found else (plain, "")
-    return Column(index, name, base, (own or _plain(unit).strip("[]()")).replace("^", "").replace("**", "").replace(" ", ""))
+    return Column(
+        index, name, base, (own or _plain(unit).strip("[]()")).replace("^", "").replace("**", "").replace(" ", "")
+    )
 
 
 def _plain(name: str) -> str:
@@ -129,13 +133,18 @@ def unit_of(path: Path, column: Column, given: str | None) -> str:
     own = _ACCELERATION.get(column.unit)
     if column.unit and own is None:
         raise InputError(
-            f"{path}: column {shown(column.name)} has the unit {shown(column.unit)}; g, m/s2 and mg are read, choose another "
+            f"{path}: column {shown(column.name)} has the unit {shown(column.unit)}; g, m/s2 and mg "
+            "are read, choose another "
             "column with --axis."
         )
     if own and given and own != given:
-        raise InputError(f"{path}: column {shown(column.name)} is in {own} by its name, not in --unit {given}; leave --unit out.")
+        raise InputError(
+            f"{path}: column {shown(column.name)} is in {own} by its name, not in --unit {given}; leave --unit out."
+        )
     if not (own or given):
-        raise InputError(f"{path}: column {shown(column.name)} does not say its unit; give --unit g, --unit m/s2 or --unit mg.")
+        raise InputError(
+            f"{path}: column {shown(column.name)} does not say its unit; give --unit g, --unit m/s2 or --unit mg."
+        )
     return own or given
 
 
@@ -148,7 +157,8 @@ def time_unit_of(path: Path, column: Column) -> str | None:
     """Unit of the time stamps by their header; None if it names none."""
     if column.unit and column.unit not in _TIME:
         raise InputError(
-            f"{path}: column {shown(column.name)} has the unit {shown(column.unit)}; {', '.join(UNITS)} are read, choose "
+            f"{path}: column {shown(column.name)} has the unit {shown(column.unit)}; "
+            f"{', '.join(UNITS)} are read, choose "
             "another column with --time or give --time none --rate HZ."
         )
     return _TIME.get(column.unit)

@@ -16,7 +16,9 @@ UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 _EVEN = 0.1  # of an interval, by which a step may differ beyond rounding
 _SAME_RATE = 1e-3
 _GAP = 2.5  # intervals; what lies between is no longer interpolated
-_REMEDY = "cut the record with --from and --to, or read it without stamps, --time none --rate HZ, if only these are at fault"
+_REMEDY = (
+    "cut the record with --from and --to, or read it without stamps, --time none --rate HZ, if only these are at fault"
+)
 
 
 class Stamps(NamedTuple):
@@ -49,7 +51,8 @@ def in_seconds(path: Path, name: str, values: np.ndarray, unit: str | None) -> S
     fits = [u for u, hz in rates.items() if RATES[0] / 1.01 <= hz <= RATES[1] * 1.01 and u == (unit or u)]
     if not fits:
         raise InputError(
-            f"{path}: field {name} gives {rates[unit or 's']:.6g} rows a second if it is in {unit or 's'}, {RATES[0]:g} to "
+            f"{path}: field {name} gives {rates[unit or 's']:.6g} rows a second if it is in "
+            f"{unit or 's'}, {RATES[0]:g} to "
             f"{RATES[1]:g} are accepted; name another column with --time, or give --time none --rate HZ."
         )
     return Stamps((values - values[0]) * UNITS[fits[0]], fits[0], _rounding(values) * UNITS[fits[0]])
@@ -79,14 +82,16 @@ def judge(path: Path, stamps: Stamps, first_line: int, rate: float | None, resam
     if step.min() < 0.0:
         k = int(np.argmax(step < 0.0))
         raise InputError(
-            f"{path}: the time in line {first_line + k + 1} is {-step[k]:.6g} s before that of the row above; sort the rows or "
+            f"{path}: the time in line {first_line + k + 1} is {-step[k]:.6g} s before that of the "
+            "row above; sort the rows or "
             "cut the record with --from and --to."
         )
     gaps = np.flatnonzero(step > _GAP * max(np.median(step), np.mean(step)) + q)
     if gaps.size:
         k = int(gaps[0])
         raise InputError(
-            f"{path}: a gap from {t[k]:.9g} to {t[k + 1]:.9g} s (since the first row) before line {first_line + k + 1}, "
+            f"{path}: a gap from {t[k]:.9g} to {t[k + 1]:.9g} s (since the first row) before line "
+            f"{first_line + k + 1}, "
             f"{np.median(step):.6g} s is usual; {_REMEDY}."
         )
     row = np.arange(n)
@@ -94,17 +99,21 @@ def judge(path: Path, stamps: Stamps, first_line: int, rate: float | None, resam
     found = float(round(found)) if abs(found / round(found) - 1.0) < 1e-6 else float(found)
     if rate is not None and abs(found / rate - 1.0) > (10 if resample else 1) * _SAME_RATE + q / t[-1]:
         raise InputError(
-            f"{path}: the stamps run at {found:.6g} Hz, not at --rate {rate:g}; leave it out, or give --time none if the "
+            f"{path}: the stamps run at {found:.6g} Hz, not at --rate {rate:g}; leave it out, or give "
+            "--time none if the "
             "stamps are wrong."
         )
     hz = rate or found
     odd = np.abs(step * hz - 1.0)
-    line = f"steps {step.min() * 1e3:.4g} to {step.max() * 1e3:.4g} ms, {np.std(step) * 1e3:.2g} ms rms about their mean"
+    line = (
+        f"steps {step.min() * 1e3:.4g} to {step.max() * 1e3:.4g} ms, {np.std(step) * 1e3:.2g} ms rms about their mean"
+    )
     if np.ptp(step) * hz < 1e-6:
         line = "equal steps"
     if q * hz > 1.5:
         raise InputError(
-            f"{path}: stamps of {q:.2g} s are too coarse for {hz:.5g} rows a second; read it without them, --time none --rate HZ."
+            f"{path}: stamps of {q:.2g} s are too coarse for {hz:.5g} rows a second; read it without "
+            "them, --time none --rate HZ."
         )
     if q * hz >= 0.4:
         # a step cannot tell a lost row from rounding; a few odd ones cannot either, many at even distances can
@@ -119,6 +128,7 @@ def judge(path: Path, stamps: Stamps, first_line: int, rate: float | None, resam
         return Clock(hz, bool(even), line)
     k = int(np.argmin(step) if step.min() == 0.0 else np.argmax(odd))
     raise InputError(
-        f"{path}: the stamps before line {first_line + k + 1} are {step[k]:.6g} s apart, {1.0 / hz:.6g} s is the mean ({line}), "
+        f"{path}: the stamps before line {first_line + k + 1} are {step[k]:.6g} s apart, "
+        f"{1.0 / hz:.6g} s is the mean ({line}), "
         f"rows are lost or unevenly timed; --resample puts them onto even instants if no two are equal, else {_REMEDY}."
     )

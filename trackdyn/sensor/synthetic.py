@@ -44,6 +44,7 @@ from trackdyn.parameters.layout import BeltPath, belt_path
 from trackdyn.sensor.sensor_csv import COLUMNS, write_sensor_csv
 from trackdyn.sensor.signals import main_line, rms, standard_deviation
 
+COMMAND = "python -m trackdyn.sensor.synthetic"
 GENERATOR_VERSION = "1.0.0"
 
 # printed: the sensor and the record of Sect. 5, and the number of links of Sect. 2
@@ -234,7 +235,8 @@ def write_dataset(folder) -> pd.DataFrame:
     except OSError as error:
         raise InputError(f"{folder}: the folder cannot be made ({error.strerror}); take another.") from error
     table = closeness({rpm: write_record(folder, rpm) for rpm in SPEEDS})
-    write_text(folder / "datapackage.json", json.dumps(_datapackage(folder, table), indent=2, ensure_ascii=False) + "\n")
+    package = json.dumps(_datapackage(folder, table), indent=2, ensure_ascii=False)
+    write_text(folder / "datapackage.json", package + "\n")
     return table
 
 
@@ -337,9 +339,8 @@ def _glue(a):
     """Response (3, n) of a mass on a spring and damper to the acceleration of its base, bilinear."""
     w, w0 = 2.0 * RATE_HZ * OVERSAMPLING, 2.0 * np.pi * GLUE_HZ
     damping = 2.0 * GLUE_DAMPING * w0 * w
-    b = [w0**2 + damping, 2.0 * w0**2, w0**2 - damping]
-    a1 = [w**2 + damping + w0**2, 2.0 * (w0**2 - w**2), w**2 - damping + w0**2]
-    return lfilter(b, a1, a, axis=1)
+    below = [w**2 + damping + w0**2, 2.0 * (w0**2 - w**2), w**2 - damping + w0**2]
+    return lfilter([w0**2 + damping, 2.0 * w0**2, w0**2 - damping], below, a, axis=1)
 
 
 def _digitise(a):
@@ -366,14 +367,13 @@ def _datapackage(folder, table):
     fields = [{"name": COLUMNS[0], "type": "number", "unit": "s", "description": "Time."}]
     for name, axis in zip(COLUMNS[1:], AXES, strict=True):
         what = f"Synthetic specific force {axis}; 1 g = {GRAVITY} m/s2."
-        field = {"name": name, "type": "number", "unit": "g", "description": what, "constraints": limits}
-        fields.append(field)
+        fields.append({"name": name, "type": "number", "unit": "g", "description": what, "constraints": limits})
     resources = []
     for rpm, row in table.iterrows():
         speed, data = SPEEDS[rpm], (folder / f"{rpm}rpm.csv").read_bytes()
+        title = f"Synthetic record at a motor speed of {rpm} rev/min"
         resource = {"name": f"synthetic-{rpm}rpm", "path": f"{rpm}rpm.csv", "profile": "tabular-data-resource"}
-        resource["title"] = f"Synthetic record at a motor speed of {rpm} rev/min"
-        resource |= {"format": "csv", "mediatype": "text/csv", "encoding": "utf-8"}
+        resource |= {"title": title, "format": "csv", "mediatype": "text/csv", "encoding": "utf-8"}
         resource |= {"dialect": {"commentChar": "#", "header": True}, "bytes": len(data)}
         resource |= {"hash": f"sha256:{hashlib.sha256(data).hexdigest()}", "seed": speed.seed}
         resource["fitted"] = {"loop_hz": speed.loop_hz, "fluctuation": speed.fluctuation}
@@ -389,7 +389,7 @@ def _datapackage(folder, table):
         }
         resources.append(resource | {"schema": {"fields": fields}})
     licence = {"path": "https://creativecommons.org/publicdomain/zero/1.0/", "title": "CC0 1.0 Universal"}
-    made = {"command": "python -m trackdyn.sensor.synthetic", "version": GENERATOR_VERSION, "random_numbers": "numpy PCG64"}
+    made = {"command": COMMAND, "version": GENERATOR_VERSION, "random_numbers": "numpy PCG64"}
     return {
         "profile": "tabular-data-package",
         "name": "trackdyn-synthetic-link-acceleration",
@@ -405,7 +405,7 @@ def _datapackage(folder, table):
 
 def main(argv=None) -> None:
     """Write the data set, or print what :func:`fit` gives for every speed."""
-    parser = argparse.ArgumentParser(prog="python -m trackdyn.sensor.synthetic", description=main.__doc__)
+    parser = argparse.ArgumentParser(prog=COMMAND, description=main.__doc__)
     parser.add_argument("--out", default="data/synthetic", help="folder to write (default: %(default)s)")
     parser.add_argument("--fit", action="store_true", help="print the fitted constants, write nothing")
     arguments = parser.parse_args(argv)

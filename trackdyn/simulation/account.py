@@ -19,9 +19,11 @@ LOSSES = ("tooth_friction", "wheel_friction", "bearing", "bushing_loss")
 # length (s) it takes more than that.
 NORMAL_LOSSES, LONG_RECORD = ("tooth_normal", "wheel_normal"), 10.0
 # A resolved acceleration changes from one step to the next much as it did before: the mean product of two changes in a
-# row is 0.8 to 1.0 of their mean square. Where contact flips from step to step it is -1; 0 lies between. A flip of c adds
+# row is 0.8 to 1.0 of their mean square. Where contact flips from step to step it is -1; 0 lies between. A flip of c
+# adds
 # c^2 / 8 to the mean square: below this size (m/s2) less than 0.5 % to a link's RMS of 9 m/s2, as much as the account
-# may leave open. It was 1.0, set for 0.2 %, until linearly implicit runs at 0.5 ms were seen to flip by 1.04. It takes a second to tell it from a single impact.
+# may leave open. It was 1.0, set for 0.2 %, until linearly implicit runs at 0.5 ms were seen to flip by 1.04. It takes
+# a second to tell it from a single impact.
 LEAST_CHANGE, LEAST_RECORD = 1.8, 1.0
 
 
@@ -47,7 +49,8 @@ def refuse_unresolved(change, rate: float, step: float) -> None:
     square, product = change.mean(axis=0)
     if len(change) >= LEAST_RECORD * rate and product < 0.0 and square > LEAST_CHANGE**2:
         raise DivergenceError(
-            f"contacts are not resolved: the sensor's acceleration flips by {square**0.5:.3g} m/s2 from step to step; a step "
+            f"contacts are not resolved: the sensor's acceleration flips by {square**0.5:.3g} m/s2 "
+            "from step to step; a step "
             f"smaller than {step:g} s would do"
         )
 
@@ -93,7 +96,8 @@ def refuse_open_account(energy, model, seconds: float) -> None:
     remedy = f"a step smaller than {model.step:g} s would do"
     if not abs(share) <= OPEN_SHARE:
         raise DivergenceError(
-            f"{abs(share):.1%} of the energy exchanged in the run is not accounted for, more than {OPEN_SHARE:.1%}: contacts "
+            f"{abs(share):.1%} of the energy exchanged in the run is not accounted for, more than "
+            f"{OPEN_SHARE:.1%}: contacts "
             f"are not resolved; {remedy}"
         )
     change = energy[-1] - energy[0]
@@ -101,6 +105,7 @@ def refuse_open_account(energy, model, seconds: float) -> None:
         gained = -float(change[ENERGY_NAMES.index(name)])
         if gained > GAINED_SHARE * exchanged:
             raise DivergenceError(
-                f"{name.replace('_', ' ')} gave {gained:.3g} J back over the run where it should take energy: contacts are "
+                f"{name.replace('_', ' ')} gave {gained:.3g} J back over the run where it should take "
+                "energy: contacts are "
                 f"heavier than the step limits reckon with and chatter from step to step; {remedy}"
             )

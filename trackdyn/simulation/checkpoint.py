@@ -28,7 +28,9 @@ def flat(value: Any, name: str = "") -> dict[str, np.ndarray]:
 def filled(room: Any, data: dict[str, np.ndarray], name: str = "") -> Any:
     """``room`` with the arrays written in place and the numbers replaced by those of ``data``; see `flat`."""
     if isinstance(room, tuple):
-        fields = {field: filled(getattr(room, field), data, f"{name}.{field}" if name else field) for field in room._fields}
+        fields = {
+            field: filled(getattr(room, field), data, f"{name}.{field}" if name else field) for field in room._fields
+        }
         return room._replace(**fields)
     if isinstance(room, np.ndarray):
         if room.shape != data[name].shape:
@@ -84,7 +86,8 @@ def read_checkpoint(path: Path | str) -> dict[str, Any]:
     parts, sources = meta.get("parts"), meta.get("sources")
     if sources != source_hash():
         raise InputError(
-            f"{path}: was written by sources {shown(sources)}, these are {source_hash()}, and would not go on as it began; remove it "
+            f"{path}: was written by sources {shown(sources)}, these are {source_hash()}, and would "
+            "not go on as it began; remove it "
             "to start anew"
         )
     with whole(path):

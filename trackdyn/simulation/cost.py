@@ -29,7 +29,9 @@ class Needs(NamedTuple):
         return f"about {self.memory / 1e6:.0f} MB of memory, {self.file / 1e6:.0f} MB on disk and {self.seconds:.0f} s"
 
 
-def needs(scene, duration: float | None = None, pitches=None, frame_interval: float | None = None, every_link=None) -> Needs:
+def needs(
+    scene, duration: float | None = None, pitches=None, frame_interval: float | None = None, every_link=None
+) -> Needs:
     """What a scene needs, or another recording of its loop."""
     duration = scene.duration if duration is None else duration
     pitches = scene.pitches if pitches is None else pitches
@@ -41,7 +43,11 @@ def needs(scene, duration: float | None = None, pitches=None, frame_interval: fl
     if scene.fidelity["space"].setting == "spatial":
         state = state._replace(plane=Plane(None, None))
     one, two = (
-        sum(array.nbytes for array in flat(make_record(count, state, pitches or range(links or 1), links=links)).values()) for count in (1, 2)
+        sum(
+            array.nbytes
+            for array in flat(make_record(count, state, pitches or range(links or 1), links=links)).values()
+        )
+        for count in (1, 2)
     )
     file = samples * (two - one + 8)
     if frame_interval:
@@ -65,7 +71,9 @@ def refuse_too_large(scene, *recording) -> None:
     if memory > free:
         duration = recording[0] if recording else scene.duration
         raise InputError(
-            f"scene: duration = {duration:g} s is not accepted: its recording needs about {memory / 1e6:.0f} MB of memory and "
-            f"{free / 1e6:.0f} MB are free; {0.9 * duration * free / memory:.3g} s, fewer pitches or a longer frame_interval "
+            f"scene: duration = {duration:g} s is not accepted: its recording needs about "
+            f"{memory / 1e6:.0f} MB of memory and "
+            f"{free / 1e6:.0f} MB are free; {0.9 * duration * free / memory:.3g} s, fewer pitches or "
+            "a longer frame_interval "
             "would do"
         )

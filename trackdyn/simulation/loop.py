@@ -14,7 +14,8 @@ from trackdyn.model.record import ENERGY_NAMES, Record, make_record
 from trackdyn.parameters.layout import tensioner
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import within
-from trackdyn.scene.build import CARRIED, shift_wheel
+from trackdyn.scene.build import shift_wheel
+from trackdyn.scene.carriers import CARRIED
 from trackdyn.scene.scene import LONGEST, MOST_STEPS, Scene
 from trackdyn.simulation.checkpoint import filled, flat, read_checkpoint, refuse_other_places, whole, write_checkpoint
 from trackdyn.simulation.recorder import CHUNK, Writer
@@ -50,7 +51,9 @@ class Loop:
 
     def __init__(self, scene: Scene, starts: Starts | None = None):
         if scene.chain == "belt":
-            raise InputError("scene: chain = 'belt' is not accepted: a path has no state to step; 'double_pin' would do")
+            raise InputError(
+                "scene: chain = 'belt' is not accepted: a path has no state to step; 'double_pin' would do"
+            )
         self.scene = scene
         self.model, self.state, work, self.layout = starts.settle(scene) if starts else settle(scene)
         self.work = with_sliding(scene, work, len(self.model.wheels.x))
@@ -199,7 +202,9 @@ class Loop:
         chain, work, sweep = self.model.chain, self.work, self.work.sweep
         alpha, acceleration = sweep.response @ sweep.load, sweep.base @ sweep.load
         rate2 = self.state.rate**2
-        arm = np.column_stack([chain.com_x * work.cos - chain.com_y * work.sin, chain.com_x * work.sin + chain.com_y * work.cos])
+        arm = np.column_stack(
+            [chain.com_x * work.cos - chain.com_y * work.sin, chain.com_x * work.sin + chain.com_y * work.cos]
+        )
         across = chain.length[:, None] * np.column_stack([work.cos, work.sin])
 
         def relative(r):
@@ -234,11 +239,15 @@ class Loop:
         now = sprocket_rate(self.model.drive, self.time)
         self.scene = self.scene.with_(motor_rpm=motor_rpm, ramp=ramp)
         self.model = self.model._replace(
-            drive=self.model.drive._replace(rate=self.scene.sprocket_rate, ramp=self.scene.ramp, start=float(now), begin=self.time)
+            drive=self.model.drive._replace(
+                rate=self.scene.sprocket_rate, ramp=self.scene.ramp, start=float(now), begin=self.time
+            )
         )
 
     def shift_tensioner(self, shift: float) -> None:
-        """Put the tensioning wheel at ``shift`` (m) along its line; ``layout["tensioner_shift_m"]`` is where it stands."""
+        """Put the tensioning wheel at ``shift`` (m) along its line; ``layout["tensioner_shift_m"]`` is where
+        it stands.
+        """
         rig = self.scene.rig
         if self.scene.tension in CARRIED:
             raise InputError(
@@ -257,7 +266,8 @@ class Loop:
     def changed(self, **fields) -> "Loop":
         """An independent loop in the same state that goes on with some fields of its scene replaced.
 
-        Step, integrator, solver, motor speed, laws, the rig's weights and the like may change; bodies, joints and wheels stay.
+        Step, integrator, solver, motor speed, laws, the rig's weights and the like may change; bodies, joints and
+        wheels stay.
         The sprocket goes on as it is driven, or to another speed from the present one (`drive`).
 
         Raises
@@ -272,7 +282,10 @@ class Loop:
                 raise InputError(f"scene: {name} = {asked!r} is not accepted: a loop keeps it; a new Loop would do")
         other.model, other.state, other.work = allocate(other.scene)
         if [part.shape for part in flat(other.state).values()] != [part.shape for part in flat(self.state).values()]:
-            raise InputError("scene: rig, space or joints are not accepted: a loop keeps bodies, plane and joints; a new Loop would do")
+            raise InputError(
+                "scene: rig, space or joints are not accepted: a loop keeps bodies, plane and "
+                "joints; a new Loop would do"
+            )
         other.model = other.model._replace(drive=self.model.drive, carriers=self.model.carriers)
         for name in ("x", "y", "radius"):
             getattr(other.model.wheels, name)[:] = getattr(self.model.wheels, name)
@@ -316,7 +329,9 @@ class Loop:
         loop.layout = data["layout"]
         room = allocate(loop.scene)
         refuse_other_places(room[0], data["model"])
-        loop.model, loop.state, loop.work = (filled(part, data[name]) for part, name in zip(room, ("model", "state", "work"), strict=True))
+        loop.model, loop.state, loop.work = (
+            filled(part, data[name]) for part, name in zip(room, ("model", "state", "work"), strict=True)
+        )
         loop._scratch = make_record(1, loop.state)
         return loop
 

@@ -19,14 +19,29 @@ SPELLS_A_CHUNK = 40000
 JUDGED = 10.0  # s of a record between two judgements of its account of work
 # arrays with a row a sample
 SAMPLED = (
-    "raw", "mean", "gap", "cut", "change", "place", "wheel_rate", "energy", "force", "area", "groove", "link_raw", "link_mean", "sliding",
-)  # fmt: skip
+    "raw",
+    "mean",
+    "gap",
+    "cut",
+    "change",
+    "place",
+    "wheel_rate",
+    "energy",
+    "force",
+    "area",
+    "groove",
+    "link_raw",
+    "link_mean",
+    "sliding",
+)
 
 
 class Writer:
     """Records a loop; parameters as in `Loop.record`."""
 
-    def __init__(self, loop, seconds: float, pitches: tuple[int, ...], frame_interval: float, spells: bool, every_link: bool):
+    def __init__(
+        self, loop, seconds: float, pitches: tuple[int, ...], frame_interval: float, spells: bool, every_link: bool
+    ):
         rate = loop.scene.rig.sensor.rate
         refuse_too_large(loop.scene, seconds, pitches, frame_interval, every_link)
         self.loop = loop
@@ -40,10 +55,15 @@ class Writer:
         on_wheels = loop.scene.loop == "on_wheels"
         count = loop.scene.rig.chain.pitches
         self.record: Record = make_record(
-            self.samples, loop.state, pitches or (range(1, count + 1) if every_link else (loop.scene.rig.sensor.pitch,)),
-            frames, stride, SPELLS_A_CHUNK if spells and on_wheels else 0, count if every_link else 0,
+            self.samples,
+            loop.state,
+            pitches or (range(1, count + 1) if every_link else (loop.scene.rig.sensor.pitch,)),
+            frames,
+            stride,
+            SPELLS_A_CHUNK if spells and on_wheels else 0,
+            count if every_link else 0,
             0 if loop.work.sliding is None else len(loop.work.sliding),
-        )  # fmt: skip
+        )
 
     @property
     def finished(self) -> bool:
@@ -80,14 +100,18 @@ class Writer:
             raise ValueError(f"done = {self.done}")
 
     def recording(self) -> Recording:
-        """What was recorded so far, if it is finite and its account of work closed (`measure.energy.refuse_open_account`)."""
+        """What was recorded so far, if it is finite and its account of work closed
+        (`measure.energy.refuse_open_account`).
+        """
         loop, record, scene = self.loop, self.record, self.loop.scene
         rate, stride = scene.rig.sensor.rate, record.frame_stride
         if self.done < self.samples:
             record, scene = _rows(record, self.done), scene.with_(duration=self.done / rate)
         refuse_open_account(record.energy, loop.model, self.done / rate)
         plane = record.plane
-        space = {} if plane is None else {"plane": plane.motion, "wheel_offset": plane.offset, "axial_force": plane.axial}
+        space = (
+            {} if plane is None else {"plane": plane.motion, "wheel_offset": plane.offset, "axial_force": plane.axial}
+        )
         same = (*SAMPLED, "frame")
         return Recording(
             time=np.arange(1, self.done + 1) / rate,
@@ -119,7 +143,8 @@ def _take(spells: Spells) -> np.ndarray:
     count = int(spells.count[0])
     if count > len(spells.rows):
         raise DivergenceError(
-            f"{count} contacts ended within one chunk of {CHUNK} s, more than {len(spells.rows)}: the contact chatters from "
+            f"{count} contacts ended within one chunk of {CHUNK} s, more than {len(spells.rows)}: the "
+            "contact chatters from "
             "step to step; a smaller step would do"
         )
     spells.count[0] = 0

@@ -212,10 +212,16 @@ def load_recording(path: Path | str) -> Recording:
 
 
 def _fault_of_meta(meta: dict) -> str | None:
-    """What is wrong with the description of a run; a mistake in its scene raises `InputError`, a missing part `KeyError`."""
+    """What is wrong with the description of a run; a mistake in its scene raises `InputError`, a missing part
+    `KeyError`.
+    """
     scene = Scene(Rig.model_validate(meta["rig"]), **meta["scene"])
-    if {name: of["setting"] for name, of in meta["fidelity"].items()} != {n: d.setting for n, d in scene.fidelity.items()}:
+    if {name: of["setting"] for name, of in meta["fidelity"].items()} != {
+        n: d.setting for n, d in scene.fidelity.items()
+    }:
         return "fidelity is not that of its scene"
     if not all(isinstance(meta[name], kind) for name, kind in (("sources", str), ("python", str), ("versions", dict))):
         return "sources, python or versions are not what they were"
-    return None if np.isfinite(list(meta["layout"].values())).all() else "layout holds a value that is not a finite number"
+    return (
+        None if np.isfinite(list(meta["layout"].values())).all() else "layout holds a value that is not a finite number"
+    )

@@ -1,4 +1,6 @@
-"""What a rig file amounts to, before anything runs: the loop that it gives, the steps that it allows, what is unusual."""
+"""What a rig file amounts to, before anything runs: the loop that it gives, the steps that it allows, what is
+unusual.
+"""
 
 from dataclasses import dataclass
 from math import degrees, gcd, hypot
@@ -68,9 +70,15 @@ def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
     pitch = float(lengths.sum() / rig.chain.pitches)
     step, sample = _allowed_step(rig, rpm), 1.0 / rig.sensor.rate
     values = {
-        "loop": f"{rig.chain.pitches} pitches of {1e3 * pitch:.4g} mm, {lengths.sum():.4g} m; {rig.chain.kind.replace('_', '-')}, {rig.sprocket.teeth} teeth",
+        "loop": (
+            f"{rig.chain.pitches} pitches of {1e3 * pitch:.4g} mm, {lengths.sum():.4g} m; "
+            f"{rig.chain.kind.replace('_', '-')}, {rig.sprocket.teeth} teeth"
+        ),
         **{f"wrap of {name}": f"{wrap:.4g} deg" for name, wrap in wraps.items()},
-        "tensioner": f"{rig.tension.wheel} shifted by {1e3 * laid.shift:.3g} mm of {1e3 * rig.tension.travel:.3g} mm, {rig.tension.kept}",
+        "tensioner": (
+            f"{rig.tension.wheel} shifted by {1e3 * laid.shift:.3g} mm of {1e3 * rig.tension.travel:.3g} "
+            f"mm, {rig.tension.kept}"
+        ),
         "step": f"--step {round_step(step, sample):.7g}: at most {step:.2g} s at a motor speed of {rpm:g} rev/min",
     }
     frame = np.concatenate([laid.pins[0], laid.angle, [laid.sprocket_angle]])
@@ -89,7 +97,10 @@ def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
             unusual.append(f"at rest nothing lies on {', '.join(idle)}")
         limit = min(step_limits(model, reached).values(), default=step)
         if limit < step:
-            values["step"] = f"--step {round_step(limit, sample):.7g}: at most {limit:.2g} s for the loop as settled, {step:.2g} s before"
+            values["step"] = (
+                f"--step {round_step(limit, sample):.7g}: at most {limit:.2g} s for the loop as "
+                f"settled, {step:.2g} s before"
+            )
     return Checked(wheels, frame, values, unusual)
 
 
@@ -114,7 +125,9 @@ def _unusual(rig: Rig, path, wraps: dict[str, float], step: float, names: tuple[
     for i in range(1, len(names)):
         for k in range(i + 1, len(names)):
             if hypot(*(circles[i, :2] - circles[k, :2])) < circles[i, 2] + circles[k, 2]:
-                found.append(f"{names[i]} and {names[k]} overlap in the view from the side: they must stand beside each other")
+                found.append(
+                    f"{names[i]} and {names[k]} overlap in the view from the side: they must stand beside each other"
+                )
     common = gcd(rig.chain.pitches, rig.sprocket.teeth)
     if common > 1:
         found.append(f"pitches and teeth have the factor {common} in common: a tooth always meets the same pitches")
@@ -129,8 +142,17 @@ def _unusual(rig: Rig, path, wraps: dict[str, float], step: float, names: tuple[
     if rig.profile is not None and rig.profile.outline is not None:
         _, misses = rig.profile.fitted(rig.sprocket.teeth)
         rms, worst = 1e3 * np.sqrt((misses**2).mean()), 1e3 * np.abs(misses).max()
-        text = f"the measured outline of the tooth is followed to {rms:.3g} mm RMS, {worst:.3g} mm at most, by {len(rig.groove_profile.radius)} arcs"
+        text = (
+            f"the measured outline of the tooth is followed to {rms:.3g} mm RMS, {worst:.3g} mm at most, "
+            f"by {len(rig.groove_profile.radius)} arcs"
+        )
         found.append(text if rms > 1e3 * ROUGH_OUTLINE else text + ", which is fine")
-    if rig.sprocket.ring == "present" and abs(rig.sprocket.ring_radius - rig.sprocket.equal_pitch_radius) > 0.05 * rig.sprocket.equal_pitch_radius:
-        raise InputError("sprocket.ring_radius is more than 5 % off sprocket.equal_pitch_radius; links and grooves would not have one pitch")
+    if (
+        rig.sprocket.ring == "present"
+        and abs(rig.sprocket.ring_radius - rig.sprocket.equal_pitch_radius) > 0.05 * rig.sprocket.equal_pitch_radius
+    ):
+        raise InputError(
+            "sprocket.ring_radius is more than 5 % off sprocket.equal_pitch_radius; links and "
+            "grooves would not have one pitch"
+        )
     return found

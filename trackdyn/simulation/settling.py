@@ -12,7 +12,8 @@ from trackdyn.model.record import TOOTH_AREAS, make_record
 from trackdyn.model.state import ALONG_X, SLIDE, SLIDE_RATE, Plane, State, make_state
 from trackdyn.model.work import Work, make_radial_work, make_space_work, make_work
 from trackdyn.parameters.layout import Assembly, assemble, belt_around, free_loop, tensioner
-from trackdyn.scene.build import CARRIED, make_carriers, preloads, refuse_stops, shift_wheel, start_plane
+from trackdyn.scene.build import shift_wheel, start_plane
+from trackdyn.scene.carriers import CARRIED, make_carriers, preloads, refuse_stops
 from trackdyn.scene.limits import step_limits
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.start_checks import arc_depths, refuse_start_in_steel, refuse_step
@@ -81,7 +82,8 @@ def own_wheels(model: Model) -> Model:
 
 
 def settling_step(scene: Scene) -> float:
-    """Step of the settling, s: a whole fraction of the sample interval, no longer than the scene's or ``SETTLING_STEP``.
+    """Step of the settling, s: a whole fraction of the sample interval, no longer than the scene's or
+    ``SETTLING_STEP``.
 
     What limits the scene's own step must not be refused under another name here, so the step limit of an
     explicit settling is kept too.
@@ -144,7 +146,8 @@ class Settling:
                 self.lever += cos(d) * (cos(enter) - cos(leave)) + sin(d) * (sin(enter) - sin(leave))
         if abs(self.lever) < 0.05:
             raise InputError(
-                f"tension.direction = {rig.tension.direction:g} deg moves the {rig.tension.wheel} along its chain and cannot "
+                f"tension.direction = {rig.tension.direction:g} deg moves the {rig.tension.wheel} "
+                "along its chain and cannot "
                 "tension it; a direction near the middle of its wrap would do"
             )
 
@@ -163,7 +166,9 @@ class Settling:
             self.state.slide[:, SLIDE_RATE:ALONG_X] *= damping
 
     def release(self) -> None:
-        """Let the wheels go that stand on carriers, on springs that hold the chain as it lies unless the rig says how hard."""
+        """Let the wheels go that stand on carriers, on springs that hold the chain as it lies unless the rig says how
+        hard.
+        """
         rig = self.scene.rig
         carriers = make_carriers(rig, self.model, self.scene.tension, self.shift)
         if carriers is None:
@@ -192,7 +197,9 @@ class Settling:
         self.chunk()
 
     def at_rest(self) -> float:
-        """Tension when the strands have evened out: a mean over `EVENED` that is that of the one before to a hundredth, N."""
+        """Tension when the strands have evened out: a mean over `EVENED` that is that of the one before to a hundredth,
+        N.
+        """
         before, mean = np.inf, self.target
         for _ in range(round(LONGEST_REST / EVENED)):
             loads = []
@@ -205,7 +212,9 @@ class Settling:
         return mean
 
     def tighten_on(self) -> float:
-        """Tension at rest after secant steps of the tensioning wheel, for strands that are slow or give way more than contacts, N."""
+        """Tension at rest after secant steps of the tensioning wheel, for strands that are slow or give way more than
+        contacts, N.
+        """
         reached = self.at_rest()
         compliance = 2 * self.sag / max(reached, 0.1 * self.target) ** 3 + self.stretch
         for _ in range(ROUNDS):
@@ -283,12 +292,15 @@ def tensioned(scene: Scene) -> Settling:
         return settling
     if settling.target < settling.hanging <= reached:
         raise InputError(
-            f"tension.pre_tension = {settling.target:g} N is not accepted: of the chain {settling.hanging:.4g} N hang below the strand "
-            f"that runs onto the sprocket, which holds {reached:.4g} N when the chain is let out; more than that would do"
+            f"tension.pre_tension = {settling.target:g} N is not accepted: of the chain "
+            f"{settling.hanging:.4g} N hang below the strand "
+            f"that runs onto the sprocket, which holds {reached:.4g} N when the chain is let out; "
+            "more than that would do"
         )
     raise InputError(
         f"tension.pre_tension = {settling.target:g} N is not reached: the strand holds {reached:.3g} N with the "
-        f"{scene.rig.tension.wheel} shifted by {settling.shift:.3g} m; another pre-tension, or wheels in other places, would do"
+        f"{scene.rig.tension.wheel} shifted by {settling.shift:.3g} m; another pre-tension, or wheels "
+        "in other places, would do"
     )
 
 

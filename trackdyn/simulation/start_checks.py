@@ -52,7 +52,8 @@ def refuse_start_in_steel(scene: Scene, model: Model, state: State, work: Work) 
     depth = float(arc_depths(scene, model, state, work, float(state.wheel_angle[SPROCKET])).max())
     if depth > explained_depth(model, scene.rig.tension.pre_tension):
         raise InputError(
-            f"the chain does not mesh with the sprocket of this rig: at rest an arc lies {1e3 * depth:.3g} mm inside a tooth; "
+            "the chain does not mesh with the sprocket of this rig: at rest an arc lies "
+            f"{1e3 * depth:.3g} mm inside a tooth; "
             "sprocket.equal_pitch_radius, groove.seat_depth or another ring_radius nearer to each other would do"
         )
 
@@ -69,6 +70,8 @@ def refuse_step(scene: Scene, model: Model, tension: float) -> None:
     name, limit = min(limits.items(), key=lambda item: item[1], default=("", np.inf))
     if scene.step > limit:
         raise InputError(
-            f"scene: step = {scene.step!r} is not accepted: the loop settles at a tension of {tension:.0f} N, for which that is "
-            f"too large for the {name}; at most {limit:.2g} s would do, such as {round_step(limit, 1.0 / scene.rig.sensor.rate):.7g} s"
+            f"scene: step = {scene.step!r} is not accepted: the loop settles at a tension of "
+            f"{tension:.0f} N, for which that is "
+            f"too large for the {name}; at most {limit:.2g} s would do, such as "
+            f"{round_step(limit, 1.0 / scene.rig.sensor.rate):.7g} s"
         )

@@ -113,9 +113,16 @@ def random_rig(number: int, seed: int = SEED) -> tuple[Rig, dict]:
     for i, name in enumerate(names, 1):
         x, y, radius = (float(part) for part in placed[i])
         wheels[name] = {
-            "x": x, "y": y, "radius": radius, "inertia": 0.5 * 4 * c.link_mass * radius**2, "axial_offset": 0.0, "toe": 0.0,
-            "camber": 0.0, "bearing_drag": float(base.rollers["idler"].bearing_drag), "bearing_torque": 0.0,
-        }  # fmt: skip
+            "x": x,
+            "y": y,
+            "radius": radius,
+            "inertia": 0.5 * 4 * c.link_mass * radius**2,
+            "axial_offset": 0.0,
+            "toe": 0.0,
+            "camber": 0.0,
+            "bearing_drag": float(base.rollers["idler"].bearing_drag),
+            "bearing_torque": 0.0,
+        }
         if i != order[k] and rng.random() < 0.15:
             wheels[name]["arm"] = _arm(rng, x, y, radius, 4 * c.link_mass, tension)
             carried += 1
@@ -123,12 +130,29 @@ def random_rig(number: int, seed: int = SEED) -> tuple[Rig, dict]:
     mass = 4 * c.link_mass
     stiffness = tension / (0.1 * placed[order[k], 2])
     changes = {
-        "wheels": wheels, "idler": None, "road_wheel": None, "chain__pitches": pitches, "tension__wheel": names[order[k] - 1],
-        "tension__direction": direction, "tension__travel": 0.7 * drawn.pitch, "tension__pre_tension": tension, "tension__kept": kept,
-        "tension__mass": mass, "tension__stiffness": stiffness, "tension__damping": 0.2 * sqrt(stiffness * mass),
-    }  # fmt: skip
+        "wheels": wheels,
+        "idler": None,
+        "road_wheel": None,
+        "chain__pitches": pitches,
+        "tension__wheel": names[order[k] - 1],
+        "tension__direction": direction,
+        "tension__travel": 0.7 * drawn.pitch,
+        "tension__pre_tension": tension,
+        "tension__kept": kept,
+        "tension__mass": mass,
+        "tension__stiffness": stiffness,
+        "tension__damping": 0.2 * sqrt(stiffness * mass),
+    }
     rig = base.changed(**changes)
-    words = {"number": number, "chain": c.kind, "teeth": base.sprocket.teeth, "pitches": pitches, "wheels": len(placed), "arms": carried, "kept": kept}
+    words = {
+        "number": number,
+        "chain": c.kind,
+        "teeth": base.sprocket.teeth,
+        "pitches": pitches,
+        "wheels": len(placed),
+        "arms": carried,
+        "kept": kept,
+    }
     return rig, words
 
 
@@ -137,13 +161,20 @@ def _arm(rng, x: float, y: float, radius: float, mass: float, tension: float) ->
     turn = rng.uniform(0, 2 * pi)
     stiffness = 10.0 * tension * radius
     return {
-        "x": x + radius * cos(turn), "y": y + radius * sin(turn), "mass": mass, "stiffness": stiffness,
-        "damping": 0.2 * radius * sqrt(stiffness * mass), "travel": 25.0, "preload": None,
-    }  # fmt: skip
+        "x": x + radius * cos(turn),
+        "y": y + radius * sin(turn),
+        "mass": mass,
+        "stiffness": stiffness,
+        "damping": 0.2 * radius * sqrt(stiffness * mass),
+        "travel": 25.0,
+        "preload": None,
+    }
 
 
 def run_layout(number: int, seconds: float = 1.0, seed: int = SEED) -> dict:
-    """Row of a layout: how it ended with the longest of `STEPS` that resolves its contacts, its invariants, and how deep the deepest arc starts in a tooth."""
+    """Row of a layout: how it ended with the longest of `STEPS` that resolves its contacts, its invariants, and how
+    deep the deepest arc starts in a tooth.
+    """
     rig, words = random_rig(number, seed)
     rpm = float(np.random.default_rng([seed, number, 1]).uniform(10, 60)) * rig.sprocket.transmission_ratio
     seen = {}
@@ -156,7 +187,9 @@ def run_layout(number: int, seconds: float = 1.0, seed: int = SEED) -> dict:
         scene = Scene(rig, rpm, duration=seconds, lead_in=0.0, ramp=0.3, step=step, spells=False, frame_interval=sample)
         loop = Loop(scene)
         depth = float(arc_depths(scene, loop.model, loop.state, loop.work, float(loop.state.wheel_angle[0])).max())
-        seen.update(depth_m=max(depth, 0.0), depth_allowed_m=explained_depth(loop.model, rig.tension.pre_tension), step_s=step)
+        seen.update(
+            depth_m=max(depth, 0.0), depth_allowed_m=explained_depth(loop.model, rig.tension.pre_tension), step_s=step
+        )
         loop.advance(scene.ramp)
         found = invariants(scene, loop.record(seconds, frame_interval=sample, spells=False))
         if seen["depth_m"] > seen["depth_allowed_m"]:
@@ -191,8 +224,9 @@ def outcome(table: pd.DataFrame) -> str:
     defects = int((table["outcome"] == DEFECT).sum())
     verdict = "kept" if share >= LEAST_COMPLETED and not defects else "missed"
     return (
-        f"{len(table)} layouts of {table['wheels'].min()} to {table['wheels'].max()} wheels and {table['pitches'].min()} to "
-        f"{table['pitches'].max()} pitches: {100 * share:.4g} % completed, {int((table['outcome'] == 'refused').sum())} refused, {defects} "
+        f"{len(table)} layouts of {table['wheels'].min()} to {table['wheels'].max()} wheels and "
+        f"{table['pitches'].min()} to "
+        f"{table['pitches'].max()} pitches: {100 * share:.4g} % completed, "
+        f"{int((table['outcome'] == 'refused').sum())} refused, {defects} "
         f"defects; the bound of {100 * LEAST_COMPLETED:g} % is {verdict}."
     )
-

@@ -18,7 +18,8 @@ SceneKey = tuple[Positive, Positive | None]
 Window = Literal["ring 115 rpm", "ring 210 rpm", "no ring 115 rpm", "one impact", "settling under gravity"]
 
 
-# steps (s) with what they are allowed up to: the radius of a ring (m), or a motor speed (rev/min); the last holds beyond
+# steps (s) with what they are allowed up to: the radius of a ring (m), or a motor speed (rev/min); the last holds
+# beyond
 Allowed = Annotated[list[tuple[Positive, Positive]], Field(min_length=1)]
 
 
@@ -32,7 +33,10 @@ def rising(where: str, steps: Allowed) -> None:
     """
     for (before, _), (after, _) in pairwise(steps):
         if after <= before:
-            raise InputError(f"{where} = {[list(pair) for pair in steps]} is not accepted: {after:g} comes after {before:g}; give rising values")
+            raise InputError(
+                f"{where} = {[list(pair) for pair in steps]} is not accepted: {after:g} comes after "
+                f"{before:g}; give rising values"
+            )
 
 
 def allowed_step(steps: Allowed, value: float | None) -> float:
@@ -43,7 +47,9 @@ def allowed_step(steps: Allowed, value: float | None) -> float:
 def _extrapolates(where: str, steps: Steps) -> None:
     """Refuse steps over which no limit can be extrapolated."""
     if len(set(steps.get("semi_implicit", []))) < 2:
-        raise InputError(f"{where} is not accepted: limits are extrapolated over the steps of semi_implicit; two or more would do")
+        raise InputError(
+            f"{where} is not accepted: limits are extrapolated over the steps of semi_implicit; two or more would do"
+        )
 
 
 class StateErrors(Section):
@@ -58,7 +64,8 @@ class StatisticErrors(Section):
     """Error of the statistics of a record; ``coarse_steps_s`` for all but the full physics.
 
     A record lasts ``loop_turns`` revolutions; without a ring, where motion scatters, ``loop_turns_without_ring``.
-    The two or three finest steps of ``semi_implicit`` give the limit that errors are taken against, the finest of ``rk4``
+    The two or three finest steps of ``semi_implicit`` give the limit that errors are taken against, the finest of
+    ``rk4``
     a ``second_reference``.
     """
 
@@ -141,7 +148,9 @@ class WholeLoopForm(Section):
 
 
 class PeerAnswers(Section):
-    """One scene in every code until its measure is known to a tolerance: settings that are tried, and the record of each."""
+    """One scene in every code until its measure is known to a tolerance: settings that are tried, and the record of
+    each.
+    """
 
     speed_rpm: Positive
     ring_radius_m: Positive
@@ -158,7 +167,10 @@ class PeerAnswers(Section):
         _extrapolates("peer_answers: steps_s", self.steps_s)
         method, steps = next(iter(self.mujoco_steps_s.items()))
         if len(set(steps)) < 2:
-            raise InputError(f"peer_answers: mujoco_steps_s is not accepted: its limit is extrapolated over the steps of {method}; two or more would do")
+            raise InputError(
+                "peer_answers: mujoco_steps_s is not accepted: its limit is extrapolated over the "
+                f"steps of {method}; two or more would do"
+            )
         return self
 
 

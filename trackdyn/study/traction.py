@@ -26,7 +26,9 @@ SETTINGS = {"integrator": "linearly_implicit", "step": 1e-4}
 
 
 def with_creep_slope(rig: Rig, slope: float, hold: str) -> Rig:
-    """The rig with a creep slope (s/m) of the ring's friction, the coefficient or the velocity that of the other wheels."""
+    """The rig with a creep slope (s/m) of the ring's friction, the coefficient or the velocity that of the other
+    wheels.
+    """
     wheel = rig.wheel_contact
     friction, velocity = wheel.friction_static, wheel.transition_velocity
     if hold == "friction":

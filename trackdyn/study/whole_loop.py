@@ -14,9 +14,19 @@ from trackdyn.study.accuracy.statistics import scene_name
 from trackdyn.study.settings import Allowed, WholeLoopForm, allowed_step
 
 COLUMNS = [
-    "scene", "measure", "tolerance", "known", "short", "short_half_width", "short_s", "long", "long_half_width", "long_s",
-    "difference", "within",
-]  # fmt: skip
+    "scene",
+    "measure",
+    "tolerance",
+    "known",
+    "short",
+    "short_half_width",
+    "short_s",
+    "long",
+    "long_half_width",
+    "long_s",
+    "difference",
+    "within",
+]
 
 
 def compare_answers(rig: Rig, form: WholeLoopForm, steps: Allowed) -> pd.DataFrame:
@@ -42,8 +52,20 @@ def compare_answers(rig: Rig, form: WholeLoopForm, steps: Allowed) -> pd.DataFra
                 off = short.value - long.value
                 within = abs(off) <= (short.half_width**2 + long.half_width**2) ** 0.5
                 rows.append(
-                    [scene_name(rpm, radius), name, tolerance, answer.reached[name], short.value, short.half_width, used,
-                     long.value, long.half_width, seconds + form.lead_in_s, off, within]
-                )  # fmt: skip
+                    [
+                        scene_name(rpm, radius),
+                        name,
+                        tolerance,
+                        answer.reached[name],
+                        short.value,
+                        short.half_width,
+                        used,
+                        long.value,
+                        long.half_width,
+                        seconds + form.lead_in_s,
+                        off,
+                        within,
+                    ]
+                )
         print(rows[-1][0], flush=True)
     return pd.DataFrame(rows, columns=COLUMNS)

@@ -127,10 +127,14 @@ def make_design(
             raise InputError(f"rows is missing; a {method} design needs a number of rows, such as 64")
         _refuse_rows(rows)
         shares = _shares(method, len(spans), rows, seed)
-        table = pd.DataFrame({
-            name: takes.at(share) if isinstance(takes, Span) else np.array(takes, dtype=object)[(share * len(takes)).astype(int)]
-            for (name, takes), share in zip(spans.items(), shares.T, strict=True)
-        })  # fmt: skip
+        table = pd.DataFrame(
+            {
+                name: takes.at(share)
+                if isinstance(takes, Span)
+                else np.array(takes, dtype=object)[(share * len(takes)).astype(int)]
+                for (name, takes), share in zip(spans.items(), shares.T, strict=True)
+            }
+        )
     else:
         raise InputError(f"method = {shown(method)} is not accepted: {', '.join(METHODS)} would do")
     return table.assign(**fixed)

@@ -72,7 +72,9 @@ def columns() -> tuple[str, ...]:
     found = [name for name in Scene.model_fields if name != "rig"]
     for name, field in Rig.model_fields.items():
         kinds = get_args(field.annotation) or (field.annotation,)  # a section, perhaps one that a rig may lack
-        inner = [part for kind in kinds if isinstance(kind, type) and issubclass(kind, Section) for part in kind.model_fields]
+        inner = [
+            part for kind in kinds if isinstance(kind, type) and issubclass(kind, Section) for part in kind.model_fields
+        ]
         found += [f"{name}.{part}" for part in inner] or [name]
     return (*OWN, *found, *UNTIL, *KNOWN)
 
@@ -94,7 +96,8 @@ def refuse_columns(table: pd.DataFrame, where: str) -> None:
     for name in table.columns:
         if name not in columns() and not _of_a_wheel(name):
             raise InputError(
-                f"{where}: {shown(name)} is no column of a design; a field of the scene such as motor_rpm, one of the rig such as "
+                f"{where}: {shown(name)} is no column of a design; a field of the scene such as "
+                "motor_rpm, one of the rig such as "
                 "sprocket.ring_radius, name, preset, rig or until.rms would do"
             )
     if "motor_rpm" not in table.columns:

@@ -40,7 +40,8 @@ def sweep(
         A row a scene: fields of `Scene`, parameters of the rig as ``section.field``, a ``preset``, a ``rig`` file, a
         ``name``; ``until.rms`` and its like are tolerances that end the run when reached, or after ``until.longest`` s;
         ``known.share_pct``, ``known.force`` and ``known.passages`` end it when its contacts are known (`steady.Known`).
-        ``step`` may be several: the first counts that is neither refused nor diverges. An empty cell leaves the field to
+        ``step`` may be several: the first counts that is neither refused nor diverges. An empty cell leaves the field
+        to
         its default.
     out : path or None
         Table to write (.csv, .parquet), with the cost of every row beside it (``.costs.csv``).
@@ -58,7 +59,8 @@ def sweep(
     -------
     DataFrame
         The design, then ``key``, ``state`` (done, refused, diverged or failed), ``reason``, the columns of
-        ``metrics.csv``, how the loop stands, measures of the whole loop where every link is recorded, and what computed it.
+        ``metrics.csv``, how the loop stands, measures of the whole loop where every link is recorded, and what computed
+        it.
 
     Raises
     ------
@@ -98,7 +100,9 @@ def read_design(design: pd.DataFrame | Path | str) -> pd.DataFrame:
 
 
 def batches(design: pd.DataFrame | Path | str, rig: Path | str, count: int) -> list[pd.DataFrame]:
-    """A design in parts of one size, each row once and neighbours alike; what has fewer rows than parts has empty ones."""
+    """A design in parts of one size, each row once and neighbours alike; what has fewer rows than parts has
+    empty ones.
+    """
     table = read_design(design)
     rows = asked(table, str(rig))
     first = {row.key: k for k, row in reversed(list(enumerate(rows)))}
@@ -109,7 +113,11 @@ def batches(design: pd.DataFrame | Path | str, rig: Path | str, count: int) -> l
 def one_of_each_kind(design: pd.DataFrame | Path | str) -> pd.DataFrame:
     """The first row of each fidelity in a design: what must be compiled before its other rows."""
     table = read_design(design)
-    kinds = [name for name in table.columns if name in (*CHOICES, "preset", "every_link", "sliding") or name.startswith(("until.", "known."))]
+    kinds = [
+        name
+        for name in table.columns
+        if name in (*CHOICES, "preset", "every_link", "sliding") or name.startswith(("until.", "known."))
+    ]
     return table.drop_duplicates(kinds) if kinds else table.head(1)
 
 

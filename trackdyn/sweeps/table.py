@@ -49,7 +49,8 @@ def read_table(path: Path | str) -> pd.DataFrame:
         for line, row in rows:
             if len(row) != len(header):
                 raise InputError(
-                    f"{path}: line {line} has {len(row)} cells and the header {len(header)}; put text with a comma into quotes"
+                    f"{path}: line {line} has {len(row)} cells and the header {len(header)}; put text "
+                    "with a comma into quotes"
                 )
             cells.append([cell.strip() for cell in row])
         return pd.DataFrame(cells, columns=header, dtype=str)

@@ -90,7 +90,8 @@ class _Worker:
             self.ready = line.strip() == READY
             if not self.ready:
                 raise TrackdynError(
-                    f"a process that is to compute rows ended at its start (exit code {self.process.wait()}); see what it printed above"
+                    "a process that is to compute rows ended at its start (exit code "
+                    f"{self.process.wait()}); see what it printed above"
                 )
             return None
         try:
@@ -101,7 +102,10 @@ class _Worker:
     def _death(self) -> str:
         code = self.process.wait()
         how = signal.Signals(-code).name if code < 0 else f"exit code {code}"
-        return f"the process that computed it ended ({how}), perhaps for want of memory; fewer jobs or more memory would do"
+        return (
+            f"the process that computed it ended ({how}), perhaps for want of memory; fewer jobs or more "
+            "memory would do"
+        )
 
     @property
     def alive(self) -> bool:

@@ -24,7 +24,8 @@ NOT_COPIED = ("results", ".venv", ".git", ".snakemake", ".pytest_cache", ".ruff_
 FULL = (10_000, 1, 400, ["metrics.csv", "events.csv"])
 SMALL = (120, 1, 60, [])
 SCENE = ("preset=fast", "ramp=0.1", "lead_in=0", "duration=1")
-RINGS = "0.308,0.309,0.31,0.311,0.312,0.313"  # without one, or with smaller ones, so quick a start is too much for this step
+# without one, or with smaller ones, so quick a start is too much for this step
+RINGS = "0.308,0.309,0.31,0.311,0.312,0.313"
 EFFICIENCY = 0.9  # of the cores' time, computing rows; asked for before it was measured
 PATIENCE = 1800.0  # s for any one command
 # Polling every ten seconds is for one node; the profile's own is kinder to a cluster.
@@ -80,10 +81,20 @@ class Show:
     def driver(self, name: str, design: str, batches: int, *more: str) -> tuple[str, ...]:
         """The plain command of a sweep on SLURM."""
         return (
-            "-m", "snakemake", "-s", f"{ROOT}/workflow/sweep.smk", "--workflow-profile", f"{ROOT}/profiles/slurm", *EAGER, "--config",
-            f"rig={ROOT}/config/rig.yaml", f"design={self.folder}/{design}.parquet",
-            f"out={self.folder}/{name}/results.parquet", f"batches={batches}", *more,
-        )  # fmt: skip
+            "-m",
+            "snakemake",
+            "-s",
+            f"{ROOT}/workflow/sweep.smk",
+            "--workflow-profile",
+            f"{ROOT}/profiles/slurm",
+            *EAGER,
+            "--config",
+            f"rig={ROOT}/config/rig.yaml",
+            f"design={self.folder}/{design}.parquet",
+            f"out={self.folder}/{name}/results.parquet",
+            f"batches={batches}",
+            *more,
+        )
 
     def same(self, name: str, design: str) -> bool:
         """Whether a sweep on SLURM gave the bytes that this machine gives."""
@@ -103,13 +114,23 @@ class Show:
                       "--vary", "motor_rpm=100:210", "--vary", f"ring_radius={RINGS}", *fixed)  # fmt: skip
         began = time.monotonic()
         out = self.folder / f"local_{name}" / "results.parquet"
-        code = self.trackdyn("local", "sweep", f"{self.folder}/{name}.parquet", "--out", str(out), "-q", f"-j{self.cores}",
-                             "--rig", f"{ROOT}/config/rig.yaml")  # fmt: skip
+        code = self.trackdyn(
+            "local",
+            "sweep",
+            f"{self.folder}/{name}.parquet",
+            "--out",
+            str(out),
+            "-q",
+            f"-j{self.cores}",
+            "--rig",
+            f"{ROOT}/config/rig.yaml",
+        )
         wall = time.monotonic() - began
         states = pd.read_parquet(out).state.value_counts().to_dict() if out.exists() else {}
         cpu = pd.read_csv(out.with_suffix(".costs.csv")).cpu_s.sum() if out.exists() else 0.0
         self.say(
-            f"{name}: {rows} rows here in {wall:.0f} s, {cpu / wall / self.cores:.3f} of the cores' time in rows: {states}",
+            f"{name}: {rows} rows here in {wall:.0f} s, {cpu / wall / self.cores:.3f} of the cores' "
+            f"time in rows: {states}",
             code == 0 and sum(states.values()) == rows,
         )
 
@@ -126,7 +147,8 @@ class Show:
             share = cpu / span / self.cores
             met = "at least" if share >= EFFICIENCY else "NOT"
             self.say(
-                f"sweep: {share:.3f} of the cores' time in rows from the first batch's start to the last one's end ({span:.0f} s by "
+                f"sweep: {share:.3f} of the cores' time in rows from the first batch's start to the "
+                f"last one's end ({span:.0f} s by "
                 f"SLURM), {met} the {EFFICIENCY} asked for"
             )
 
@@ -216,7 +238,8 @@ class Show:
         code = self.run(name, *command)
         twice = self.kept(name) - pd.read_parquet(self.folder / "short.parquet").shape[0]
         self.say(
-            f"{name}: the plain command again: {code}, byte for byte, {twice} rows computed twice, {time.monotonic() - began:.0f} s in all",
+            f"{name}: the plain command again: {code}, byte for byte, {twice} rows computed twice, "
+            f"{time.monotonic() - began:.0f} s in all",
             code == 0 and self.same(name, "short"),
         )
 
@@ -237,7 +260,9 @@ class Show:
         return f"scancel of a batch with {self.kept(name)} rows kept"
 
     def overtime(self, name: str, process: subprocess.Popen) -> str:
-        """Limits of time are looked at twice a minute, by when a short batch would be done: it is stopped until then."""
+        """Limits of time are looked at twice a minute, by when a short batch would be done: it is stopped
+        until then.
+        """
         job = self.running(name, process)
         self.slurm.run("scancel", "--signal=STOP", job)
         self.slurm.run("scontrol", "update", f"JobId={job}", "EndTime=now")
@@ -294,7 +319,8 @@ def main(small: bool) -> int:
             failed = show.failed
     finally:
         print(
-            f"{time.monotonic() - began:.0f} s; {f'{failed} parts failed, see {folder}' if failed else 'all as it should be'}"
+            f"{time.monotonic() - began:.0f} s; "
+            f"{f'{failed} parts failed, see {folder}' if failed else 'all as it should be'}"
         )
         if not failed:
             shutil.rmtree(folder, ignore_errors=True)

@@ -111,8 +111,16 @@ class Slurm:
     def __enter__(self) -> "Slurm":
         try:
             f = self.folder
-            self.start("munged", "--foreground", "--force", f"--socket={f}/munge.socket", f"--key-file={f}/munge.key",
-                       f"--pid-file={f}/munged.pid", f"--log-file={f}/munged.log", f"--seed-file={f}/munged.seed")  # fmt: skip
+            self.start(
+                "munged",
+                "--foreground",
+                "--force",
+                f"--socket={f}/munge.socket",
+                f"--key-file={f}/munge.key",
+                f"--pid-file={f}/munged.pid",
+                f"--log-file={f}/munged.log",
+                f"--seed-file={f}/munged.seed",
+            )
             self._wait(lambda: (f / "munge.socket").exists(), "munged")
             self.start("slurmctld", "-D")
             self._wait(lambda: not self.run("scontrol", "ping", check=False).returncode, "slurmctld")

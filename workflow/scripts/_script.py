@@ -1,4 +1,6 @@
-"""What every script shares: its output goes to the rule's log, a mistake ends in one sentence, a stop leaves no half file."""
+"""What every script shares: its output goes to the rule's log, a mistake ends in one sentence, a stop leaves no half
+file.
+"""
 
 import fcntl
 import os

@@ -11,7 +11,14 @@ with logged(snakemake):
     rig = load_rig(snakemake.input.rig)
     fitted, history = fit_rig(rig, config, jobs=snakemake.threads)
     rows = [
-        {"parameter": name, "start": p.start, "fitted": p.value(fitted), "shipped": p.value(rig), "low": p.low, "high": p.high}
+        {
+            "parameter": name,
+            "start": p.start,
+            "fitted": p.value(fitted),
+            "shipped": p.value(rig),
+            "low": p.low,
+            "high": p.high,
+        }
         for p in config.parameters
         for name in p.names
     ]

@@ -8,5 +8,7 @@ from trackdyn.report.tables import table1, write_table
 with logged(snakemake):
     table = parameter_table(snakemake.input.rig)
     write_table(table, snakemake.output.csv, caption("parameters"), digits=9)  # as they were given
-    write_table(table1(load_rig(snakemake.input.rig).groove_profile), snakemake.output.groove, caption("table1"), digits=4)
+    write_table(
+        table1(load_rig(snakemake.input.rig).groove_profile), snakemake.output.groove, caption("table1"), digits=4
+    )
     print(table["kind"].value_counts())

@@ -10,7 +10,8 @@ from trackdyn.study.stability import stability
 with logged(snakemake):
     rig, known = load_rig(snakemake.input.rig), Known(**snakemake.params.known)
     tables = [
-        stability(Scene(rig, **fields | {"pitches": tuple(fields["pitches"])}), known) for fields in snakemake.params.scenes
+        stability(Scene(rig, **fields | {"pitches": tuple(fields["pitches"])}), known)
+        for fields in snakemake.params.scenes
     ]
     table = pd.concat(tables, ignore_index=True)
     moved = int((~table["stable"]).sum())

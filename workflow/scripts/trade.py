@@ -18,5 +18,7 @@ with logged(snakemake):
     beside = presets_beside_limits(rows, limits)
     write_table(beside, out.limits, caption("limits"), digits=5, shown=headed(beside, "limits"))
     figures = [work_precision(rows, name) for name in ("state_m", "rms", "left_share")]
-    for figure, path in zip([*figures, answer_figure(rows, "left_peak"), planner_figure(promises)], out.figures, strict=True):
+    for figure, path in zip(
+        [*figures, answer_figure(rows, "left_peak"), planner_figure(promises)], out.figures, strict=True
+    ):
         save(figure, path)

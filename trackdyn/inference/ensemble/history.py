@@ -45,7 +45,8 @@ def _row_output(output: str, row: pd.Series, events: Mapping[str, float]) -> flo
 
 
 def events_of(row: pd.Series, reading: str, passage: float) -> dict[str, float]:
-    """Events of a row in s after the first contact, the link on the ring being the one ahead of the connector or behind.
+    """Events of a row in s after the first contact, the link on the ring being the one ahead of the connector or
+    behind.
 
     Parameters
     ----------
@@ -112,12 +113,14 @@ def all_columns(targets: Sequence[Target]) -> list[str]:
 
 
 def errors(cheap: pd.DataFrame, full: pd.DataFrame, plain: pd.DataFrame, laws: Sequence[pd.DataFrame]) -> pd.DataFrame:
-    """What cheap runs and other laws change, from the outputs of the same rigs; ``plain`` is what the laws are compared with.
+    """What cheap runs and other laws change, from the outputs of the same rigs; ``plain`` is what the laws are compared
+    with.
 
     Returns
     -------
     DataFrame
-        Index the columns of outputs; ``fidelity_sd`` and ``discrepancy_sd``: within so much lie 68 % of the differences; 0
+        Index the columns of outputs; ``fidelity_sd`` and ``discrepancy_sd``: within so much lie 68 % of the
+        differences; 0
         where nothing could be compared. ``fidelity_rigs``, ``discrepancy_rigs``: how many differences.
     """
 
@@ -191,7 +194,8 @@ def judged(
     Returns
     -------
     DataFrame
-        Index ``rig``; a column a target, then ``loss``, ``reading``, ``worst`` (largest implausibility), ``excluded_by``
+        Index ``rig``; a column a target, then ``loss``, ``reading``, ``worst`` (largest implausibility),
+        ``excluded_by``
         (number of targets beyond the cutoff).
     """
     implausible = implausibility(targets, values[all_columns(targets)].to_numpy(dtype=float), errors, cheap=cheap)
@@ -229,7 +233,9 @@ class Search:
     ):
         self.config, self.unknowns, self.targets, self.errors = config, unknowns, targets, errors
         if values.empty:
-            raise TrackdynError("no rig of the waves before came out with all its runs; more rigs a wave or smaller steps would do")
+            raise TrackdynError(
+                "no rig of the waves before came out with all its runs; more rigs a wave or smaller steps would do"
+            )
         at = points.set_index("rig").loc[values.index, unknowns.labels].to_numpy(dtype=float)
         self.x = self._centred(at)
         self.columns = all_columns(targets)

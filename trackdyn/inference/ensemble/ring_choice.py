@@ -96,7 +96,8 @@ def choice_table(study: pd.DataFrame, rpm: float) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        ``ring_radius_m, rigs``; ``p_right_free`` with its exact 95 % interval; median and 5 to 95 % of what ``KEPT`` names;
+        ``ring_radius_m, rigs``; ``p_right_free`` with its exact 95 % interval; median and 5 to 95 % of what ``KEPT``
+        names;
         ``p_best_<criterion>``: share of rigs in which the radius is the best one.
     """
     rows = whole_rigs(study, rpm)
@@ -127,7 +128,8 @@ def recommendation(table: pd.DataFrame, criterion: str) -> str:
     interval = binomtest(round(float(chances.max()) * count), count).proportion_ci(method="exact")
     rest = f"; in {none:.0%} no radius is both free of the right arc and best" if none > SAME else ""
     return (
-        f"{top['ring_radius_m']:g} m is best in {chances.max():.0%} of {count} rigs (95 % interval {interval.low:.0%} to "
+        f"{top['ring_radius_m']:g} m is best in {chances.max():.0%} of {count} rigs (95 % interval "
+        f"{interval.low:.0%} to "
         f"{interval.high:.0%}) by {CRITERIA[criterion].words}{rest}"
     )
 

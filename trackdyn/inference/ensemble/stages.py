@@ -1,7 +1,10 @@
-"""The stages of an ensemble, each from files to files: rigs compared in all fidelities, waves, the last wave, the study of radii.
+"""The stages of an ensemble, each from files to files: rigs compared in all fidelities, waves, the last wave, the study
+of radii.
 
-``compared`` shows what cheap runs and other laws change, ``1`` is drawn from the prior ranges, every later wave from the
-search between the waves, ``last`` runs the least excluded rigs at full fidelity, ``study`` runs rings and speeds with them, ``shipped`` is the rig as it ships, for comparison.
+``compared`` shows what cheap runs and other laws change, ``1`` is drawn from the prior ranges, every later wave from
+the
+search between the waves, ``last`` runs the least excluded rigs at full fidelity, ``study`` runs rings and speeds with
+them, ``shipped`` is the rig as it ships, for comparison.
 """
 
 from collections.abc import Sequence
@@ -102,7 +105,9 @@ def read_errors(e: Ensemble) -> pd.DataFrame:
 
 
 def stage_points(e: Ensemble, stage: str, progress: bool = False) -> tuple[pd.DataFrame, pd.DataFrame | None]:
-    """Points of a stage and, where emulators chose them, what held-out points say of these; the shipped rig is no point."""
+    """Points of a stage and, where emulators chose them, what held-out points say of these; the shipped rig is no
+    point.
+    """
     seed = e.config.seed
     if stage == SHIPPED:
         return points_table(e.unknowns, np.zeros((0, len(e.unknowns))), 0), None
@@ -116,9 +121,17 @@ def stage_points(e: Ensemble, stage: str, progress: bool = False) -> tuple[pd.Da
     known = read_errors(e)
     search = Search(e.config, e.unknowns, e.targets, points, values, known)
     said = pd.DataFrame(
-        [{"output": name, "rmse": check.rmse, "r2": check.r2, "coverage_95": check.coverage_95, "held_out": len(check.standard_error)}
-         for name, check in search.check().items()]
-    )  # fmt: skip
+        [
+            {
+                "output": name,
+                "rmse": check.rmse,
+                "r2": check.r2,
+                "coverage_95": check.coverage_95,
+                "held_out": len(check.standard_error),
+            }
+            for name, check in search.check().items()
+        ]
+    )
     if stage == LAST:
         ranked = judged(e.config, e.targets, values, known, cheap=True).sort_values("loss")
         old = points.set_index("rig").loc[ranked.index[: round(FROM_BEST * e.form.last)]].reset_index()

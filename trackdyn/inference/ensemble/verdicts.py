@@ -24,7 +24,8 @@ RECORDED = {"rpm": "rpm", "rms_g": "whole_rms", "sd_g": "whole_sd", "high_freque
 def evidence(e: Ensemble, rows: dict[str, pd.Series], rig: Rig, reading: str) -> Evidence:
     """What a rig's runs of the study say, as claims are judged by it.
 
-    Records stand for those of 90 s by statistics over all links; there is no spectrum, and how well a loop closes is the step's.
+    Records stand for those of 90 s by statistics over all links; there is no spectrum, and how well a loop closes is
+    the step's.
     """
     passage = rig.loop_period(e.config.speed_rpm) / rig.chain.pitches
     metrics, events = [], []
@@ -99,8 +100,10 @@ def parameters_table(e: Ensemble) -> pd.DataFrame:
     -------
     DataFrame
         ``name, low, high, source``; ``q05, median, q95`` of the rigs (for a choice the share of each alternative in
-        ``alternatives``); ``remaining``: width from 5 to 95 % over 0.9 of the range in the scale of the unknown; ``p_value`` of
-        the hypothesis that the rigs are drawn from the whole range (Kolmogorov, Smirnov); ``identifiable``; ``shipped`` and
+        ``alternatives``); ``remaining``: width from 5 to 95 % over 0.9 of the range in the scale of the unknown;
+        ``p_value`` of
+        the hypothesis that the rigs are drawn from the whole range (Kolmogorov, Smirnov); ``identifiable``; ``shipped``
+        and
         whether the shipped rig's value is ``outside`` the range.
     """
     x = e.read(f"points_{STUDY}")[e.unknowns.labels]
@@ -159,7 +162,8 @@ def conflicts(e: Ensemble) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        ``first, second`` (the same: the claim alone), ``least``: the least over all rigs of the larger implausibility of the
+        ``first, second`` (the same: the claim alone), ``least``: the least over all rigs of the larger implausibility
+        of the
         two, ``rig``: which one that is, ``excluded``: it is beyond the cutoff, so that no rig that was run shows both.
     """
     worst = group_worst(e, all_judged(e))
@@ -177,7 +181,8 @@ def pareto(e: Ensemble, first: str = "C16", second: str = "C17") -> pd.DataFrame
     Returns
     -------
     DataFrame
-        Sorted by ``first``; with seat depth, clearance of the seat (r3 less the arc's radius), ring radius less equal-pitch
+        Sorted by ``first``; with seat depth, clearance of the seat (r3 less the arc's radius), ring radius less
+        equal-pitch
         radius (m), and every choice.
     """
     worst = group_worst(e, all_judged(e))[[first, second]].sort_values([first, second])
@@ -230,14 +235,17 @@ def position_of_shipped(e: Ensemble) -> str:
     outside = table.loc[table["outside"].fillna(False).astype(bool), "name"]
     others = rank(e)["excluded_by"]
     return (
-        f"The shipped rig is excluded by {len(lost)} of {len(e.targets)} targets ({', '.join(lost) or 'none'}); rigs of the last wave by "
-        f"{others.min()} to {others.max()}. {len(outside)} of its values lie outside what the part can be ({', '.join(outside) or 'none'}), "
+        f"The shipped rig is excluded by {len(lost)} of {len(e.targets)} targets "
+        f"({', '.join(lost) or 'none'}); rigs of the last wave by "
+        f"{others.min()} to {others.max()}. {len(outside)} of its values lie outside what the part "
+        f"can be ({', '.join(outside) or 'none'}), "
         + ("so it is no member of the ensemble." if len(outside) else "so it may be a member of the ensemble.")
     )
 
 
 def rank_indices(e: Ensemble) -> pd.DataFrame:
-    """Spearman's rank correlation of every target's output with every unknown over the first wave, which fills the prior range.
+    """Spearman's rank correlation of every target's output with every unknown over the first wave, which fills the
+    prior range.
 
     Returns
     -------

@@ -17,7 +17,11 @@ def best_rig_text(answer: Answer, rig_path: Path | str, files: list[str]) -> str
     """The rig's file with the best values; each says what it was identified from and how sure that is."""
     data = read_yaml(rig_path)
     fields, _ = answer.unknowns.changes(answer.best)
-    of = {name: row for row, one in zip(answer.table.to_dict("records"), answer.unknowns.unknowns, strict=True) for name in one.names}
+    of = {
+        name: row
+        for row, one in zip(answer.table.to_dict("records"), answer.unknowns.unknowns, strict=True)
+        for name in one.names
+    }
     for name, value in fields.items():
         section, _, field = name.partition(".")
         row, entry = of[name], data[section][field]
@@ -52,9 +56,11 @@ def draws_table(answer: Answer) -> pd.DataFrame:
 
 
 def features_table(answer: Answer) -> pd.DataFrame:
-    """A row a feature: ``record, feature, group, measured, scatter, best, sim_q05, sim_median, sim_q95, q05, median, q95, inside``.
+    """A row a feature: ``record, feature, group, measured, scatter, best, sim_q05, sim_median, sim_q95, q05, median,
+    q95, inside``.
 
-    Amplitudes in g; ``scatter`` is relative. ``sim_`` is what simulations at the draws show, without it with discrepancy and
+    Amplitudes in g; ``scatter`` is relative. ``sim_`` is what simulations at the draws show, without it with
+    discrepancy and
     scatter; ``best`` is a simulation of the best rig itself.
     """
     records = answer.records
@@ -75,7 +81,9 @@ def discrepancies(answer: Answer) -> pd.DataFrame:
     sizes = np.quantile(np.exp(answer.posterior.sizes(answer.draws.points)), INTERVAL, axis=0).T
     prior = np.exp(answer.posterior.prior_middle)
     rows = zip(answer.posterior.groups, prior, sizes, strict=True)
-    return pd.DataFrame([{"group": group, "prior_median": at, "q05": q[0], "median": q[1], "q95": q[2]} for group, at, q in rows])
+    return pd.DataFrame(
+        [{"group": group, "prior_median": at, "q05": q[0], "median": q[1], "q95": q[2]} for group, at, q in rows]
+    )
 
 
 def correlations(answer: Answer) -> pd.DataFrame:
@@ -88,7 +96,8 @@ def correlations(answer: Answer) -> pd.DataFrame:
 def in_short(answer: Answer) -> pd.DataFrame:
     """A row an unknown and a group of discrepancies: ``of, name, before, q05, median, q95, verdict``.
 
-    Before: an unknown's range, or the prior's median of a discrepancy, which is ``wider`` if its 90 % interval lies above the
+    Before: an unknown's range, or the prior's median of a discrepancy, which is ``wider`` if its 90 % interval lies
+    above the
     prior's (`posterior.contradicted`).
     """
     rows = [
@@ -100,10 +109,16 @@ def in_short(answer: Answer) -> pd.DataFrame:
     for row in discrepancies(answer).to_dict("records"):
         word = "wider" if row["group"] in beyond else "as expected"
         sizes = {name: row[name] for name in ("q05", "median", "q95")}
-        rows.append({"of": "discrepancy", "name": row["group"], "before": f"{row['prior_median']:.4g}"} | sizes | {"verdict": word})
+        rows.append(
+            {"of": "discrepancy", "name": row["group"], "before": f"{row['prior_median']:.4g}"}
+            | sizes
+            | {"verdict": word}
+        )
     if answer.held_out is not None:
         for name, part in answer.held_out.groupby("record", sort=False):
-            rows.append({"of": "held out", "name": name, "verdict": f"{part['inside'].sum()} of {len(part)} features inside"})
+            rows.append(
+                {"of": "held out", "name": name, "verdict": f"{part['inside'].sum()} of {len(part)} features inside"}
+            )
     return pd.DataFrame(rows)
 
 

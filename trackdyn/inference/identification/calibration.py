@@ -1,11 +1,15 @@
-"""Do the intervals hold the truth as often as they say? Simulation-based calibration (Talts et al., arXiv 1804.06788, 2018).
+"""Do the intervals hold the truth as often as they say? Simulation-based calibration (Talts et al., arXiv 1804.06788,
+2018).
 
-Truths are drawn from the prior, sizes of discrepancies included; at each a record is simulated, scatter and a discrepancy of
-these sizes are added, and the unknowns are identified from it. If emulator, covariances and sampler are right, the truth's
+Truths are drawn from the prior, sizes of discrepancies included; at each a record is simulated, scatter and a
+discrepancy of
+these sizes are added, and the unknowns are identified from it. If emulator, covariances and sampler are right, the
+truth's
 rank among the draws is uniform, and intervals of any level hold it that often. That shows that the procedure does what
 it says under its own assumptions; it is no validation of the simulator.
 
-One set of simulations serves twice: in turn each of `FOLDS` parts of it are truths, and the emulator learns from the others.
+One set of simulations serves twice: in turn each of `FOLDS` parts of it are truths, and the emulator learns from the
+others.
 """
 
 import hashlib
@@ -126,12 +130,15 @@ class Calibration(NamedTuple):
     Attributes
     ----------
     covered : DataFrame
-        ``truth, parameter, level, covered``: whether the central interval of a level holds the truth; a discrepancy is drawn.
+        ``truth, parameter, level, covered``: whether the central interval of a level holds the truth; a discrepancy is
+        drawn.
     ranks : DataFrame
-        ``truth, discrepancy, parameter, value, rank, of, verdict, width``: of the truth among independent draws; ``value`` is
+        ``truth, discrepancy, parameter, value, rank, of, verdict, width``: of the truth among independent draws;
+        ``value`` is
         its position between 0 and 1, for sizes of discrepancies their logarithm.
     summary : DataFrame
-        A row a discrepancy and parameter: coverages with their 95 % intervals, test of uniform ranks, how often identified.
+        A row a discrepancy and parameter: coverages with their 95 % intervals, test of uniform ranks, how often
+        identified.
     """
 
     covered: pd.DataFrame
@@ -154,7 +161,8 @@ def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = 
     kept = np.ptp(data.simulated, axis=0) > LEAST_SPREAD
     fold = np.arange(len(data.points)) % FOLDS
     emulators = [
-        FeatureEmulator(data.points[fold != one], data.simulated[fold != one][:, kept], medians(names)[kept]) for one in range(FOLDS)
+        FeatureEmulator(data.points[fold != one], data.simulated[fold != one][:, kept], medians(names)[kept])
+        for one in range(FOLDS)
     ]
     due = [(truth, PRIOR) for truth in range(len(data.points))]
     due += [(truth, NONE) for truth in range(min(config.plain, len(data.points)))]
@@ -175,7 +183,12 @@ def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = 
     ranks = pd.DataFrame(rows)
     told = ranks[(ranks["discrepancy"] == PRIOR) & (ranks["verdict"] != "")]
     covered = [
-        {"truth": row["truth"], "parameter": row["parameter"], "level": level, "covered": held(row["rank"], row["of"], level)}
+        {
+            "truth": row["truth"],
+            "parameter": row["parameter"],
+            "level": level,
+            "covered": held(row["rank"], row["of"], level),
+        }
         for row in told.to_dict("records")
         for level in LEVELS
     ]
@@ -184,7 +197,12 @@ def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = 
 
 def _key(config: CalibrationConfig, truth: int, discrepancy: str) -> str:
     """Hash of all that the answer to one truth depends on."""
-    content = [config.model_dump(exclude={"plain"}), truth, discrepancy, source_hash((*KERNEL_SOURCES, *SOURCES, "inference"))]
+    content = [
+        config.model_dump(exclude={"plain"}),
+        truth,
+        discrepancy,
+        source_hash((*KERNEL_SOURCES, *SOURCES, "inference")),
+    ]
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:24]
 
 
@@ -213,7 +231,9 @@ def _identified(config, data: Data, emulator, told: Records, kept, truth: int, d
 
 
 def independent(draws: Draws, rng: np.random.Generator) -> np.ndarray:
-    """(RANKS, dimension) draws so far apart that their walkers have forgotten each other, as nearly as the chain allows."""
+    """(RANKS, dimension) draws so far apart that their walkers have forgotten each other, as nearly as the chain
+    allows.
+    """
     return draws.points[rng.choice(len(draws.points), RANKS, replace=len(draws.points) < RANKS)]
 
 
@@ -223,17 +243,20 @@ def held(rank: int, of: int, level: float) -> bool:
 
 
 def summarised(ranks: pd.DataFrame) -> pd.DataFrame:
-    """A row a discrepancy and parameter: ``truths, identified, covered_50, covered_90, low_90, high_90, covered_90_identified,
+    """A row a discrepancy and parameter: ``truths, identified, covered_50, covered_90, low_90, high_90,
+    covered_90_identified,
     p_uniform``.
 
-    ``low_90`` to ``high_90`` is the 95 % interval of the coverage (Clopper and Pearson); ``p_uniform`` is the probability of
+    ``low_90`` to ``high_90`` is the 95 % interval of the coverage (Clopper and Pearson); ``p_uniform`` is the
+    probability of
     ranks at least as uneven as these (chi-squared over `BINS` bins, or as many as hold five truths each).
     """
     rows = []
     for (discrepancy, parameter), part in ranks.groupby(["discrepancy", "parameter"], sort=False):
         count = len(part)
         level = {
-            share: np.array([held(rank, of, share) for rank, of in zip(part["rank"], part["of"], strict=True)]) for share in LEVELS
+            share: np.array([held(rank, of, share) for rank, of in zip(part["rank"], part["of"], strict=True)])
+            for share in LEVELS
         }
         inside, told = int(level[0.9].sum()), (part["verdict"] == IDENTIFIED).to_numpy()
         bins = max(min(BINS, count // 5), 2)

@@ -1,8 +1,10 @@
 """All features of all records at a point of the unit cube, with the covariance of what the emulator does not know.
 
 Features move together, and so do an emulator's errors in them: principal components are emulated (Higdon et al., J. Am.
-Stat. Assoc. 103, 2008). How far they err is learnt by cross-validation: all is fitted anew without a part of the simulations,
-and compared with these. Leaving points out of a fit that had seen them promised half of the errors, and none of the outliers.
+Stat. Assoc. 103, 2008). How far they err is learnt by cross-validation: all is fitted anew without a part of the
+simulations,
+and compared with these. Leaving points out of a fit that had seen them promised half of the errors, and none of the
+outliers.
 """
 
 from typing import NamedTuple
@@ -23,7 +25,9 @@ ITERATIONS = 40  # of the search for lengths and noise
 SEARCHED = 160  # simulations that it looks at: each evaluation costs their number cubed
 ROUNDING = 1e-8  # variance of every feature, over scale squared: two that are the same have a covariance, too
 FOLDS = 8  # of the cross-validation
-PRIOR_SLOPE = 0.5  # standard deviation of what the logarithm of the errors' variance changes by from the middle to an end
+PRIOR_SLOPE = (
+    0.5  # standard deviation of what the logarithm of the errors' variance changes by from the middle to an end
+)
 LEAST_DEGREES, MOST_DEGREES = 2.0, 200.0  # of freedom: hardly a variance, hardly a tail
 
 
@@ -74,7 +78,8 @@ class FeatureEmulator:
     x : (n, d) array
         As given.
     degrees : float
-        Of freedom of the Student distribution of the errors (`tails`), whose covariance matrix a prediction gives up to a
+        Of freedom of the Student distribution of the errors (`tails`), whose covariance matrix a prediction gives up to
+        a
         factor: inverse gamma with half of these degrees as shape and rate, the same for all features at a point.
     """
 
@@ -117,7 +122,9 @@ class FeatureEmulator:
 
 
 class Spread:
-    """Covariance of (n, p) errors in features where (n, k) standard deviations were promised for components with such axes."""
+    """Covariance of (n, p) errors in features where (n, k) standard deviations were promised for components with such
+    axes.
+    """
 
     def __init__(self, errors: np.ndarray, sd: np.ndarray, axes: np.ndarray):
         standard = errors @ axes.T / sd
@@ -131,7 +138,11 @@ class Spread:
     def covariance(self, sd: np.ndarray) -> np.ndarray:
         """(m, p, p) of the errors where the components have (m, k) standard deviations."""
         weighted = (sd * self._widen)[:, :, None] * self._axes
-        return weighted.transpose(0, 2, 1) @ self._correlation @ weighted + self._rest + ROUNDING * np.eye(self._axes.shape[1])
+        return (
+            weighted.transpose(0, 2, 1) @ self._correlation @ weighted
+            + self._rest
+            + ROUNDING * np.eye(self._axes.shape[1])
+        )
 
 
 def _quadratic(x: np.ndarray) -> np.ndarray:
@@ -143,9 +154,12 @@ def _quadratic(x: np.ndarray) -> np.ndarray:
 def tails(distance: np.ndarray, count: int, terms: np.ndarray) -> tuple[np.ndarray, float]:
     """How the variance of errors changes with the place, and the degrees of freedom of their Student distribution.
 
-    Emulators err far more in some places than in others (the stiffest bushings, the slackest strands), and resonances that the
-    simulations step over make them err far more at single points, then in all features. Squared distances of ``count`` features'
-    errors, (n,), are distributed as F over the local variance; what is given maximises the likelihood, with a normal prior on
+    Emulators err far more in some places than in others (the stiffest bushings, the slackest strands), and resonances
+    that the
+    simulations step over make them err far more at single points, then in all features. Squared distances of ``count``
+    features'
+    errors, (n,), are distributed as F over the local variance; what is given maximises the likelihood, with a normal
+    prior on
     all coefficients but the first.
 
     Returns

@@ -32,9 +32,13 @@ from trackdyn.simulation.simulate import simulate
 from trackdyn.sweeps.row import DIVERGED, DONE, FAILED, REFUSED, SOURCES
 from trackdyn.sweeps.store import Store
 
-LEAD_IN = 3.0  # s at constant speed: turns of the shipped rig then differ from later ones no more than those from each other
+LEAD_IN = (
+    3.0  # s at constant speed: turns of the shipped rig then differ from later ones no more than those from each other
+)
 MARGIN = 0.5  # of the step limit, which is one of stability: hard rings on tight loops ring beyond what it resolves
-HALVINGS = 2  # of the step, where a run finds that its contacts are not resolved; where motion repeats, resolved runs agree to 1 % in all features
+# of the step, where a run finds that its contacts are not resolved; where motion repeats, resolved runs agree to 1 % in
+# all features
+HALVINGS = 2
 
 
 class Speed(NamedTuple):
@@ -62,7 +66,9 @@ class Speed(NamedTuple):
 
 
 def scene_of(rig: Rig, speed: Speed, seconds: float) -> Scene:
-    """The scene of a speed whose record holds ``seconds``, with the largest step up to the preset's that the rig allows."""
+    """The scene of a speed whose record holds ``seconds``, with the largest step up to the preset's that the rig
+    allows.
+    """
     fields = preset(speed.preset)
     rig = rig.changed(sensor__rate=speed.rate)
     duration = ceil(seconds * speed.rate + 1) / speed.rate
@@ -117,12 +123,21 @@ class Experiment(NamedTuple):
 
     def key(self, changes: dict) -> str:
         """Hash of all that the features depend on."""
-        sources = source_hash((*KERNEL_SOURCES, *SOURCES, "inference/identification/features.py", "inference/identification/experiment.py"))
+        sources = source_hash(
+            (
+                *KERNEL_SOURCES,
+                *SOURCES,
+                "inference/identification/features.py",
+                "inference/identification/experiment.py",
+            )
+        )
         content = [self.rig.model_dump(), changes, self.speeds, self.turns, self.noise, sources]
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:24]
 
     def compute(self, changes: dict) -> dict:
-        """A row for the store: state, reason, and the statistics of turns of every speed (``section__field`` changes)."""
+        """A row for the store: state, reason, and the statistics of turns of every speed (``section__field``
+        changes).
+        """
         state, reason, values = DONE, "", {}
         key, starts, began = self.key(changes), Starts(), time.process_time()
         rng = np.random.default_rng(int(key, 16))
@@ -192,7 +207,9 @@ def run(
     rows = [found[key] for key in keys]
     for row in rows:
         if row["state"] == FAILED:
-            raise TrackdynError(f"a simulation failed for a reason that may pass ({row['reason']}); --resume goes on from there")
+            raise TrackdynError(
+                f"a simulation failed for a reason that may pass ({row['reason']}); --resume goes on from there"
+            )
     statistics = [
         [np.array(row["values"][str(k)]) for k in range(len(experiment.speeds))] if row["state"] == DONE else None
         for row in rows

@@ -60,7 +60,8 @@ def turns_of(ay, rate: float, turn_s: float) -> np.ndarray:
 
 
 def turn_statistics(ay, rate: float, turn_s: float, pitches: int) -> np.ndarray:
-    """(turns, features) What is averaged over turns: powers of lines, orders and bands (g2), widths of tails and peak (g).
+    """(turns, features) What is averaged over turns: powers of lines, orders and bands (g2), widths of tails and peak
+    (g).
 
     Parameters
     ----------
@@ -111,8 +112,10 @@ def features(statistics: np.ndarray, rate: float, weights: np.ndarray | None = N
 def covariance(statistics: np.ndarray, rate: float, seed: int = 0) -> np.ndarray:
     """(features, features) Covariance of `features` from the record itself: a bootstrap whose blocks are turns.
 
-    There are more features than turns: correlations are shrunk towards none by the weight that Ledoit and Wolf (2004) give
-    for this many turns, and all is widened to the variance of Student's distribution with one degree of freedom less than
+    There are more features than turns: correlations are shrunk towards none by the weight that Ledoit and Wolf (2004)
+    give
+    for this many turns, and all is widened to the variance of Student's distribution with one degree of freedom less
+    than
     turns.
 
     Raises

@@ -1,4 +1,6 @@
-"""From records to parameters: simulations over the unknowns' ranges, emulators, a posterior, more simulations where it lies."""
+"""From records to parameters: simulations over the unknowns' ranges, emulators, a posterior, more simulations where it
+lies.
+"""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -114,7 +116,11 @@ class Answer(NamedTuple):
 
 
 def identify(
-    measured: Sequence[Measured], unknowns: Unknowns, store: Path | str | None, settings: Settings, say: Callable[[str], None] = print
+    measured: Sequence[Measured],
+    unknowns: Unknowns,
+    store: Path | str | None,
+    settings: Settings,
+    say: Callable[[str], None] = print,
 ) -> Answer:
     """Identify unknowns of a rig from records.
 
@@ -144,7 +150,9 @@ def identify(
     x, y = points[first.ran], first.features(experiment)
     kept = np.ptp(y, axis=0) > LEAST_SPREAD
     if not kept.any():
-        raise InputError(f"{', '.join(unknowns.labels)}: no feature of a record depends on what is unknown; another unknown would do")
+        raise InputError(
+            f"{', '.join(unknowns.labels)}: no feature of a record depends on what is unknown; another unknown would do"
+        )
     told = records.part(kept)
     scale = medians(told.features)
     posterior = Posterior(told, FeatureEmulator(x, y[:, kept], scale), len(unknowns))
@@ -161,7 +169,9 @@ def identify(
     emulator, failed = posterior.emulator, [reason for reason in reasons if reason]
     held_out = None
     if len(measured) > 1:
-        parts = [_held_out(told, emulator, len(unknowns), number, settings, one.name) for number, one in enumerate(measured)]
+        parts = [
+            _held_out(told, emulator, len(unknowns), number, settings, one.name) for number, one in enumerate(measured)
+        ]
         held_out = pd.concat(parts, ignore_index=True)
     thinned = draws.points[np.linspace(0, len(draws.points) - 1, min(DRAWS, len(draws.points))).astype(int)]
     mean, covariance = (np.concatenate(part) for part in zip(*_in_parts(posterior, thinned), strict=True))
@@ -175,11 +185,27 @@ def identify(
         raise InputError(f"the rig of the best values cannot run: {of_best.reasons[0]}; narrower ranges would do")
     beyond = contradicted(posterior, draws.points)
     if beyond:
-        say(f"warning: no rig within the ranges explains these groups of features: {', '.join(beyond)}; all verdicts are in doubt")
+        say(
+            "warning: no rig within the ranges explains these groups of features: "
+            f"{', '.join(beyond)}; all verdicts are in doubt"
+        )
     return Answer(
-        unknowns, list(measured), told, kept, summary(unknowns, draws.points, best, bool(beyond)), best, draws, thinned, posterior, predicted, mean,
-        held_out, of_best.features(experiment)[0, kept], emulator, failed,
-    )  # fmt: skip
+        unknowns,
+        list(measured),
+        told,
+        kept,
+        summary(unknowns, draws.points, best, bool(beyond)),
+        best,
+        draws,
+        thinned,
+        posterior,
+        predicted,
+        mean,
+        held_out,
+        of_best.features(experiment)[0, kept],
+        emulator,
+        failed,
+    )
 
 
 def changes_at(unknowns: Unknowns, points: np.ndarray) -> list[dict[str, float]]:
@@ -238,13 +264,16 @@ def _refuse_nothing_told(unknowns: Unknowns, draws: Draws) -> None:
         widths = np.ptp(np.quantile(draws.points[:, : len(unknowns)], [0.05, 0.95], axis=0), axis=0) / 0.9
         said = ", ".join(f"{name} {100 * width:.0f} %" for name, width in zip(unknowns.labels, widths, strict=True))
         raise InputError(
-            f"the records tell nothing about any unknown: their 90 % intervals are as wide as these parts of what was possible "
+            "the records tell nothing about any unknown: their 90 % intervals are as wide as these "
+            "parts of what was possible "
             f"before, {said}; other unknowns, more speeds or longer records would do"
         )
 
 
 def _held_out(records: Records, emulator, unknowns: int, number: int, settings: Settings, name: str) -> pd.DataFrame:
-    """One record beside what the others predict of it: ``record, feature, group, measured, q05, median, q95, inside``."""
+    """One record beside what the others predict of it: ``record, feature, group, measured, q05, median, q95,
+    inside``.
+    """
     held = records.record == number
     known, order = records.part(~held), np.concatenate([np.flatnonzero(~held), np.flatnonzero(held)])
     posterior = Posterior(known, Part(emulator, np.flatnonzero(~held)), unknowns)
@@ -255,11 +284,16 @@ def _held_out(records: Records, emulator, unknowns: int, number: int, settings: 
     low, median, high = np.quantile(predict(posterior, asked, Part(emulator, order), draws), INTERVAL, axis=0)
     return pd.DataFrame(
         {
-            "record": name, "feature": [one.name for one in asked.features], "group": [one.group for one in asked.features],
-            "measured": np.exp(asked.values), "q05": np.exp(low), "median": np.exp(median), "q95": np.exp(high),
+            "record": name,
+            "feature": [one.name for one in asked.features],
+            "group": [one.group for one in asked.features],
+            "measured": np.exp(asked.values),
+            "q05": np.exp(low),
+            "median": np.exp(median),
+            "q95": np.exp(high),
             "inside": (low <= asked.values) & (asked.values <= high),
         }
-    )  # fmt: skip
+    )
 
 
 def _in_parts(posterior: Posterior, points: np.ndarray):

@@ -43,7 +43,9 @@ def unknown_of(text: str) -> Unknown:
         if not (np.isfinite([low, high]).all() and low < high):
             raise ValueError
     except ValueError:
-        raise InputError(f"--unknown {text} is not accepted: section.field=LOW:HIGH with rising numbers would do") from None
+        raise InputError(
+            f"--unknown {text} is not accepted: section.field=LOW:HIGH with rising numbers would do"
+        ) from None
     return Unknown(names=[name], low=low, high=high, source="given with --unknown")
 
 
@@ -58,13 +60,22 @@ def _scale(unknown: Unknown) -> str:
 
 
 def tellable(
-    measured: Sequence[Measured], rig: Rig, path: Path | str, store, jobs: int = 1, progress: bool = True, most: int = MOST
+    measured: Sequence[Measured],
+    rig: Rig,
+    path: Path | str,
+    store,
+    jobs: int = 1,
+    progress: bool = True,
+    most: int = MOST,
 ) -> tuple[list[Unknown], pd.DataFrame]:
     """The unknowns that the records can tell side by side, the best told first.
 
-    Each candidate is moved alone from a quarter to three quarters of its range. With features that change in proportion, a
-    discrepancy of the prior's median and the scatter of the records, that gives the standard deviation which each would keep
-    beside those that are chosen already. One is chosen as long as its 90 % interval would be at most half as wide as before.
+    Each candidate is moved alone from a quarter to three quarters of its range. With features that change in
+    proportion, a
+    discrepancy of the prior's median and the scatter of the records, that gives the standard deviation which each would
+    keep
+    beside those that are chosen already. One is chosen as long as its 90 % interval would be at most half as wide as
+    before.
 
     Returns
     -------
@@ -111,7 +122,8 @@ def tellable(
         best = table.loc[table["alone"].idxmin()]
         raise InputError(
             f"the records can tell none of {', '.join(candidates.labels)}: the best one, {best['unknown']}, would keep "
-            f"{100 * best['alone']:.0f} % of its range; longer records or more speeds would do, or --unknown with wider ranges"
+            f"{100 * best['alone']:.0f} % of its range; longer records or more speeds would do, or "
+            "--unknown with wider ranges"
         )
     return [candidates.unknowns[k] for k in chosen], table.sort_values("alone", ignore_index=True)
 

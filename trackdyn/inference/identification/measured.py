@@ -48,7 +48,12 @@ class Measured:
 
 
 def read_records(
-    paths: Sequence[Path | str], rig: Rig, mapping: SensorMapping, rpm: Sequence[float], ring_radius: float | None, preset: str
+    paths: Sequence[Path | str],
+    rig: Rig,
+    mapping: SensorMapping,
+    rpm: Sequence[float],
+    ring_radius: float | None,
+    preset: str,
 ) -> list[Measured]:
     """Read sensors' files; a speed is that of the main line unless ``rpm`` gives the motor speed of each.
 
@@ -60,9 +65,13 @@ def read_records(
         A file cannot be used, a record is too short, or two have one name or one speed.
     """
     if rpm and len(rpm) != len(paths):
-        raise InputError(f"--rpm is given {len(rpm)} times for {len(paths)} records; once for each would do, or not at all")
+        raise InputError(
+            f"--rpm is given {len(rpm)} times for {len(paths)} records; once for each would do, or not at all"
+        )
     found = [
-        _measured(read_sensor_csv(path, mapping, rig.sensor.range, rig.gravity or 9.81), rig, given, ring_radius, preset)
+        _measured(
+            read_sensor_csv(path, mapping, rig.sensor.range, rig.gravity or 9.81), rig, given, ring_radius, preset
+        )
         for path, given in zip(paths, rpm or [None] * len(paths), strict=True)
     ]
     for k, one in enumerate(found):
@@ -71,7 +80,8 @@ def read_records(
                 raise InputError(f"{one.record.path}: has the name of {other.record.path}; another name would do")
             if abs(one.speed.rpm / other.speed.rpm - 1) < SAME_SPEED:
                 raise InputError(
-                    f"{one.record.path}: has the speed of {other.record.path}, {one.speed.rpm:.5g} rev/min; one of them, or one file "
+                    f"{one.record.path}: has the speed of {other.record.path}, {one.speed.rpm:.5g} "
+                    "rev/min; one of them, or one file "
                     "of both, would do"
                 )
     return found
@@ -87,7 +97,9 @@ def _measured(record: SensorRecord, rig: Rig, rpm: float | None, ring_radius: fl
         record.require_turns(1 / expected, LEAST_TURNS)
     low, high = (LOW_HZ, HIGH_HZ) if expected is None else (0.9 * expected, 1.1 * expected)
     if record.seconds < LEAST_TURNS / high:
-        raise InputError(f"{record.path}: the record of {record.seconds:.4g} s is too short to tell {LEAST_TURNS} turns of the loop")
+        raise InputError(
+            f"{record.path}: the record of {record.seconds:.4g} s is too short to tell {LEAST_TURNS} turns of the loop"
+        )
     try:
         line = main_line(record.ay_g, record.rate_hz, low, high)[0]
         record.require_turns(1 / line, LEAST_TURNS)

@@ -1,8 +1,11 @@
 """The posterior of unknowns given the features of records, with discrepancies whose sizes are unknown, too.
 
-``features of a record = simulation at the unknowns + discrepancy + scatter of the record``. The discrepancy stands for what
-a model of rigid links with smooth contact cannot have: glue that rings, bending, a speed that fluctuates, wear. It is normal,
-independent from feature to feature, of one size for each group of features, and a part `SHARED` of its variance is the same
+``features of a record = simulation at the unknowns + discrepancy + scatter of the record``. The discrepancy stands for
+what
+a model of rigid links with smooth contact cannot have: glue that rings, bending, a speed that fluctuates, wear. It is
+normal,
+independent from feature to feature, of one size for each group of features, and a part `SHARED` of its variance is the
+same
 at every speed: more speeds do not average it away.
 """
 
@@ -18,11 +21,16 @@ from trackdyn.errors import TrackdynError
 from trackdyn.inference.identification.emulation import Prediction
 from trackdyn.inference.identification.features import Feature
 
-# The prior of the discrepancies' sizes: log-normal with these medians, relative amplitudes. Judgement, written before any
-# fit: amplitudes of lines follow from speed and layout (mounting and gain of a sensor: some percent); a linear bushing and
-# rigid links give low orders and bands to a tenth or two; contact, glue and bending make high bands a matter of a factor.
+# The prior of the discrepancies' sizes: log-normal with these medians, relative amplitudes. Judgement, written before
+# any
+# fit: amplitudes of lines follow from speed and layout (mounting and gain of a sensor: some percent); a linear bushing
+# and
+# rigid links give low orders and bands to a tenth or two; contact, glue and bending make high bands a matter of a
+# factor.
 MEDIANS = {"lines": 0.03, "passing": 0.15, "low": 0.15, "high": 0.4, "crest": 0.2}
-SPREAD = 1.0  # standard deviation of the logarithm: a twentieth of the prior lies above 5 medians, another below a fifth
+SPREAD = (
+    1.0  # standard deviation of the logarithm: a twentieth of the prior lies above 5 medians, another below a fifth
+)
 SHARED = 0.5  # part of a discrepancy's variance that is the same at every speed
 WALKERS, STEPS, BURN = 32, 3000, 0.4
 LARGEST_FACTOR = 10.0  # logarithm of the factor on the emulator's errors, either way
@@ -93,7 +101,8 @@ class Posterior:
     groups : list of str
         Groups of features, each with a size of its discrepancies.
     degrees : float or None
-        Of freedom of the emulator's errors. The factor that makes normal errors Student's is sampled, too: its logarithm is
+        Of freedom of the emulator's errors. The factor that makes normal errors Student's is sampled, too: its
+        logarithm is
         the last coordinate of a point. None: the errors are normal, and there is no such coordinate.
     prior_middle : (groups,) array
         Logarithms of the medians of these sizes before.
@@ -130,7 +139,9 @@ class Posterior:
         points = np.atleast_2d(points)
         found = np.full(len(points), -np.inf)
         position, sizes = points[:, : self.unknowns], self.sizes(points)
-        inside = ((position >= 0) & (position <= 1)).all(axis=1) & (np.abs(sizes - self.prior_middle) < 8 * SPREAD).all(axis=1)
+        inside = ((position >= 0) & (position <= 1)).all(axis=1) & (np.abs(sizes - self.prior_middle) < 8 * SPREAD).all(
+            axis=1
+        )
         if self.degrees is not None:
             inside &= np.abs(points[:, -1]) < LARGEST_FACTOR
         if inside.any():
@@ -206,7 +217,10 @@ def _sample(posterior: Posterior, steps: int, seed: int, progress: str, walkers:
     thin = max(int(np.min(times) / 2), 1)
     points = sampler.get_chain(discard=discard, thin=thin, flat=True)
     return Draws(
-        points, sampler.get_log_prob(discard=discard, thin=thin, flat=True), times, float(sampler.acceptance_fraction.mean())
+        points,
+        sampler.get_log_prob(discard=discard, thin=thin, flat=True),
+        times,
+        float(sampler.acceptance_fraction.mean()),
     )
 
 
@@ -244,7 +258,9 @@ def predict(posterior: Posterior, held: Records, emulator: Emulates, draws: np.n
     extra = [sizes.get(name, np.log(MEDIANS[name]) + SPREAD * rng.standard_normal(len(draws))) for name in names]
     factor = [] if posterior.degrees is None else [draws[:, -1]]
     found = []
-    for part in np.array_split(np.column_stack([draws[:, : posterior.unknowns], *extra, *factor]), max(len(draws) // 64, 1)):
+    for part in np.array_split(
+        np.column_stack([draws[:, : posterior.unknowns], *extra, *factor]), max(len(draws) // 64, 1)
+    ):
         mean, covariance = joint.model(part)
         gain = np.linalg.solve(covariance[:, :count, :count], covariance[:, :count, count:]).transpose(0, 2, 1)
         middle = mean[:, count:] + (gain @ (known.values - mean[:, :count])[:, :, None])[:, :, 0]

@@ -6,12 +6,14 @@ identified
     The 90 % interval is at most half as wide as the prior's, and neither bound is as likely as it was before: the outer
     twentieth of the range at either end holds less than a twentieth of the draws.
 one-sided
-    Not that, but an end of the range is excluded: the outer fifth there holds less than a tenth of what it held before, 2 %.
+    Not that, but an end of the range is excluded: the outer fifth there holds less than a tenth of what it held before,
+    2 %.
 not identified
     Neither.
 in doubt
     In place of the first two, where the records contradict the model: of some group of features the discrepancy's 90 %
-    interval lies wholly above that of the prior. The interval is then one of a model that does not explain the records. This
+    interval lies wholly above that of the prior. The interval is then one of a model that does not explain the records.
+    This
     part of the rule came last: without it, records that no rig had made were told a stiffness and a tension.
 """
 

@@ -86,7 +86,8 @@ def conflict_figure(conflicts: pd.DataFrame, cutoff: float) -> Figure:
     ax.set_yticks(range(len(names)), names)
     ax.grid(False)
     ax.set_title(
-        f"How near the best rig comes to two claims at once\n(implausibility; bold beyond {cutoff:g}: no rig that was run shows both)"
+        f"How near the best rig comes to two claims at once\n(implausibility; bold beyond {cutoff:g}: "
+        "no rig that was run shows both)"
     )
     return figure
 
@@ -133,7 +134,9 @@ def pareto_figure(
 
 @styled
 def pairs_figure(points: pd.DataFrame, prior: pd.DataFrame, names: list[str]) -> Figure:
-    """Positions of the rigs in the ranges of some unknowns, pair by pair, and their distributions; 0 to 1 is the range."""
+    """Positions of the rigs in the ranges of some unknowns, pair by pair, and their distributions; 0 to 1 is
+    the range.
+    """
     count = len(names)
     figure = new_figure(0.95 * count + 0.6, 0.95 * count + 0.9)
     axes = figure.subplots(count, count, sharex=True, squeeze=False)

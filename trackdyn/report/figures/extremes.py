@@ -55,7 +55,9 @@ def solvers_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
     residuals.set(xscale="log", yscale="log", xlabel="bodies of the chain (1)")
     errors.set_ylabel("relative error (1)")
     residuals.set_ylabel("relative residual (1)")
-    errors.set_title("(a) error of the accelerations, median of three poses;\ngrey: a scene refuses the literal product")
+    errors.set_title(
+        "(a) error of the accelerations, median of three poses;\ngrey: a scene refuses the literal product"
+    )
     residuals.set_title("(b) longer chains: residual of the equations of motion")
     figure.legend(loc="outside lower center", ncols=2)
     return figure

@@ -119,7 +119,9 @@ def section_figure(rig: Rig) -> Figure:
             marks.arrow(section, centre, end, linewidth=0.9)
             marks.leader(section, 0.5 * (centre + end), text, centre + [0.002, 0.024])
         else:
-            marks.radius(section, centre, end, text, 0.38 if area == 4 else 0.55, side=-1 if area == 4 else 1, fontsize=SMALL)
+            marks.radius(
+                section, centre, end, text, 0.38 if area == 4 else 0.55, side=-1 if area == 4 else 1, fontsize=SMALL
+            )
     for area, side in {7: "below", 8: "right", 9: "right", 10: "below"}.items():
         marks.point(section, groove.centre[area - 1], f"$O_{{{area}}}$", side, gap=4)
     ends = (pi / 2 + sign * 1.15 * pi / rig.sprocket.teeth for sign in (-1, 1))
@@ -187,5 +189,7 @@ def detection_figure(rig: Rig) -> Figure:
         kind, bounds = ("concave", r"$r_j - r_C \leq |e_j| \leq r_j$")
         if convex:
             kind, bounds = ("convex", r"$r_j \leq |e_j| \leq r_j + r_C$")
-        ax.set_title(f"({letter}) {kind}, area $j$ = {area}:\n{bounds}\n" r"and $e_j \cdot u_j \geq |e_j| \cos\theta_j$")
+        ax.set_title(
+            f"({letter}) {kind}, area $j$ = {area}:\n{bounds}\n" r"and $e_j \cdot u_j \geq |e_j| \cos\theta_j$"
+        )
     return figure

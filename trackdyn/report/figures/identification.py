@@ -30,7 +30,9 @@ MASSES = (0.9, 0.5)  # of the draws within the contours
 
 
 @styled
-def posterior_figure(unknowns: Sequence[Unknown], points: np.ndarray, best: np.ndarray, verdicts: Sequence[str]) -> Figure:
+def posterior_figure(
+    unknowns: Sequence[Unknown], points: np.ndarray, best: np.ndarray, verdicts: Sequence[str]
+) -> Figure:
     """Every unknown over its range, and every two of them.
 
     Parameters
@@ -72,11 +74,15 @@ def posterior_figure(unknowns: Sequence[Unknown], points: np.ndarray, best: np.n
 def _ticks(axis, unknown: Unknown, labelled: bool) -> None:
     places = [0.1, 0.5, 0.9]
     values = [unknown.value(x) for x in places]
-    axis.set_ticks(places, [f"{one:.0f}" if 100 <= abs(one) < 1e5 else f"{one:.2g}" for one in values] if labelled else [""] * 3)
+    axis.set_ticks(
+        places, [f"{one:.0f}" if 100 <= abs(one) < 1e5 else f"{one:.2g}" for one in values] if labelled else [""] * 3
+    )
 
 
 def _contours(ax, x, y) -> None:
-    """Contours that hold `MASSES` of the draws; the draws themselves where contours would be as wide as their smoothing."""
+    """Contours that hold `MASSES` of the draws; the draws themselves where contours would be as wide as their
+    smoothing.
+    """
     if min(x.std(), y.std()) * CELLS < LEAST_CELLS:
         ax.plot(x, y, ".", color=BLUE, markersize=1, alpha=0.3)
         return
@@ -98,7 +104,8 @@ def features_figure(table: pd.DataFrame, sensor: str) -> Figure:
     Parameters
     ----------
     table : DataFrame
-        Columns ``record, feature, measured, q05, median, q95, inside``; with ``sim_q05, sim_q95`` what simulations alone show, too.
+        Columns ``record, feature, measured, q05, median, q95, inside``; with ``sim_q05, sim_q95`` what simulations
+        alone show, too.
     sensor : str
         What the records are called in the legend.
     """
@@ -108,7 +115,15 @@ def features_figure(table: pd.DataFrame, sensor: str) -> Figure:
     for ax, name in zip(axes, records, strict=True):
         part = table[table["record"] == name]
         place, middle = np.arange(len(part)), part["median"]
-        ax.vlines(place, part["q05"] / middle, part["q95"] / middle, color=BLUE, alpha=0.35, linewidth=6, label="90 % predicted")
+        ax.vlines(
+            place,
+            part["q05"] / middle,
+            part["q95"] / middle,
+            color=BLUE,
+            alpha=0.35,
+            linewidth=6,
+            label="90 % predicted",
+        )
         if "sim_q05" in part:
             sims = part["sim_q05"] / middle, part["sim_q95"] / middle
             ax.vlines(place, *sims, color=BLUE, linewidth=2, label="90 % of simulations at the draws")
@@ -121,7 +136,9 @@ def features_figure(table: pd.DataFrame, sensor: str) -> Figure:
         ax.set_ylabel("over the median\npredicted")
         ax.set_title(f"{name}: {inside.sum()} of {len(part)} inside")
         last = name == records[-1]
-        ax.set_xticks(place, [one.replace("_", " ") for one in part["feature"]] if last else [], rotation=60, ha="right")
+        ax.set_xticks(
+            place, [one.replace("_", " ") for one in part["feature"]] if last else [], rotation=60, ha="right"
+        )
     figure.legend(*axes[0].get_legend_handles_labels(), ncols=4, loc="outside upper center")
     return figure
 

@@ -27,7 +27,15 @@ def draw_rig(rig: Rig, frame, wheels) -> Figure:
     for name, (x, y, radius) in zip(wheel_names(rig), wheels, strict=True):
         carrier = None if name == "sprocket" else rig.rollers[name].carrier
         if isinstance(carrier, Arm):
-            ax.plot([carrier.x, x], [carrier.y, y], color=BLUE, linestyle="-", linewidth=2.0, zorder=drawing.Z_MARK, solid_capstyle="round")
+            ax.plot(
+                [carrier.x, x],
+                [carrier.y, y],
+                color=BLUE,
+                linestyle="-",
+                linewidth=2.0,
+                zorder=drawing.Z_MARK,
+                solid_capstyle="round",
+            )
             ax.plot([carrier.x], [carrier.y], marker="o", color=BLUE, markersize=4, zorder=drawing.Z_MARK)
         if name == rig.tension.wheel or (carrier is not None and not isinstance(carrier, Arm)):
             turn = np.radians(rig.tension.direction if name == rig.tension.wheel else carrier.direction)
@@ -35,7 +43,17 @@ def draw_rig(rig: Rig, frame, wheels) -> Figure:
             ax.annotate("", (x + along[0], y + along[1]), (x - along[0], y - along[1]), zorder=drawing.Z_MARK,
                         arrowprops={"arrowstyle": "<->", "color": VERMILION, "linewidth": 1.4})  # fmt: skip
         words = name.replace("_", " ") + (", tensioner" if name == rig.tension.wheel else "")
-        ax.text(x, y - 0.5 * radius, words, ha="center", va="center", fontsize=SMALL, color=BLACK, bbox=box, zorder=drawing.Z_MARK + 1)
+        ax.text(
+            x,
+            y - 0.5 * radius,
+            words,
+            ha="center",
+            va="center",
+            fontsize=SMALL,
+            color=BLACK,
+            bbox=box,
+            zorder=drawing.Z_MARK + 1,
+        )
     drawing.view(ax, middle, half)
     ax.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")
     return figure

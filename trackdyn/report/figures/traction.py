@@ -32,7 +32,9 @@ def traction_figure(table, own: float, wheels: float):
             )  # fmt: skip
             for (y, x), value in np.ndenumerate(values):
                 text = "–" if np.isnan(value) else f"{value:.0f}"
-                panel.text(x, y, text, ha="center", va="center", fontsize=SMALL, color="white" if value <= 25 else "black")
+                panel.text(
+                    x, y, text, ha="center", va="center", fontsize=SMALL, color="white" if value <= 25 else "black"
+                )
             panel.set_xticks(range(values.shape[1]), [f"{slope:g}" for slope in shares.columns], rotation=45)
             panel.set_yticks(range(values.shape[0]), [f"{1e3 * radius:g}" for radius in shares.index])
             panel.set_title(f"{side} arc,\n{title}")

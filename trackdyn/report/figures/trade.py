@@ -1,4 +1,6 @@
-"""Accuracy against cost: work-precision figures, what an answer costs, the scaling of the sweep, the planner's honesty."""
+"""Accuracy against cost: work-precision figures, what an answer costs, the scaling of the sweep, the planner's
+honesty.
+"""
 
 import numpy as np
 import pandas as pd
@@ -38,7 +40,9 @@ def spoken(measure: str) -> str:
 
 def drawn_errors(errors: pd.Series) -> tuple[pd.Series, float]:
     """Errors as they are drawn on a logarithmic axis, and the floor at which those that are next to nothing stand."""
-    floor = NEGLIGIBLE * float(np.quantile(errors[errors > 0], 0.05, method="lower")) if (errors > 0).any() else NEGLIGIBLE
+    floor = (
+        NEGLIGIBLE * float(np.quantile(errors[errors > 0], 0.05, method="lower")) if (errors > 0).any() else NEGLIGIBLE
+    )
     return errors.clip(lower=floor), floor
 
 
@@ -93,7 +97,11 @@ def work_precision(rows: pd.DataFrame, measure: str) -> Figure:
 
 def _methods(used: set[str], **look) -> list[Line2D]:
     """An entry of the legend for every method that is used."""
-    return [Line2D([], [], color=COLOURS[k], label=name, **look) for k, (method, name) in enumerate(METHODS.items()) if method in used]
+    return [
+        Line2D([], [], color=COLOURS[k], label=name, **look)
+        for k, (method, name) in enumerate(METHODS.items())
+        if method in used
+    ]
 
 
 @styled
@@ -116,7 +124,14 @@ def answer_figure(rows: pd.DataFrame, measure: str) -> Figure:
             colour = COLOURS[list(METHODS).index(row["integrator"])]
             full = row["fidelity"] == "ten_arcs"
             axis.loglog(cost, error, "-" if full else ":", color=colour, lw=0.8)
-            axis.plot(cost[[0, -1]], error[[0, -1]], PHYSICS[row["fidelity"]], color=colour, ms=3, mfc=colour if full else "none")
+            axis.plot(
+                cost[[0, -1]],
+                error[[0, -1]],
+                PHYSICS[row["fidelity"]],
+                color=colour,
+                ms=3,
+                mfc=colour if full else "none",
+            )
             costs.append(cost)
             errors.append(error)
         order = np.argsort(np.concatenate(costs))

@@ -42,7 +42,9 @@ def find_ffmpeg() -> str:
 
         return get_ffmpeg_exe()
     except (ImportError, RuntimeError):
-        raise InputError("no ffmpeg is found, which makes the film: pip install 'trackdyn[video]' or ffmpeg of your system would do") from None
+        raise InputError(
+            "no ffmpeg is found, which makes the film: pip install 'trackdyn[video]' or ffmpeg of your system would do"
+        ) from None
 
 
 def refuse_no_film(recording: Recording, pace: float) -> None:
@@ -55,9 +57,14 @@ def refuse_no_film(recording: Recording, pace: float) -> None:
     """
     find_ffmpeg()
     if recording.meta["scene"]["chain"] == "belt":
-        raise InputError("a belt has no bodies that a film could show (chain = 'belt'); a run with chain='double_pin' would do")
+        raise InputError(
+            "a belt has no bodies that a film could show (chain = 'belt'); a run with chain='double_pin' would do"
+        )
     if not 1e-4 <= pace <= 100:
-        raise InputError(f"pace = {pace:g} is not accepted: seconds of the run in a second of the film, at least 0.0001 and at most 100, would do")
+        raise InputError(
+            f"pace = {pace:g} is not accepted: seconds of the run in a second of the film, at least "
+            "0.0001 and at most 100, would do"
+        )
 
 
 class Film:
@@ -88,7 +95,9 @@ class Film:
         self.views = [self._view((0.005, 0.29, 0.6, 0.66), (low + high) / 2, (high - low) / 2 + margin, "loop")]
         if self.shape["teeth"]:
             reach = 1.42 * self.shape["addendum"] * np.ones(2)
-            self.views.append(self._view((0.61, 0.29, 0.385, 0.66), np.array(self.shape["sprocket"]), reach, "sprocket"))
+            self.views.append(
+                self._view((0.61, 0.29, 0.385, 0.66), np.array(self.shape["sprocket"]), reach, "sprocket")
+            )
         self._tension()
         self._legend()
 
@@ -101,7 +110,10 @@ class Film:
         bar, shape = self.shape["bars"][name], self.shape
         edge = {"edgecolor": BLACK, "linewidth": 0.6}
         discs = [
-            [ax.add_patch(Circle((x, y), part * radius, facecolor=face, **edge)) for part, face in ((1, RUBBER), (0.9, STEEL))]
+            [
+                ax.add_patch(Circle((x, y), part * radius, facecolor=face, **edge))
+                for part, face in ((1, RUBBER), (0.9, STEEL))
+            ]
             for x, y, radius in self.stretch.wheels[0][1:]
         ]
         if self.ring is not None and len(self.stretch.wheels[0]):

@@ -17,14 +17,15 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from PIL import Image
 from plotly.offline import get_plotlyjs
 
-from trackdyn import load_recording, load_rig
 from trackdyn.certify.provenance import check_sources, provenance
 from trackdyn.files import write_text
 from trackdyn.paper.claims import IN_TREND, NOT_REPRODUCED, ORIGINS, VERDICTS, counts, headline
 from trackdyn.paper.contents import OWN, PAPER, STUDIES, missing
+from trackdyn.parameters.rig import load_rig
 from trackdyn.report.page import data, words
 from trackdyn.report.tables import cost_table
 from trackdyn.sensor.sensor_csv import read_sensor_csv
+from trackdyn.simulation.recording import load_recording
 
 HERE = Path(__file__).parent
 # what is uncertain comes first
@@ -43,9 +44,19 @@ FOLDED = tuple(f"fig{number:02d}" for number in range(1, 14))  # drawings of the
 ACCURACY = ("trade_answer", "limits", "peer_answers")  # of the studies, beside the chart of cost and error
 # tables whose files the page hands out; the first folder that has one
 TABLES = (
-    "claims.csv", "metrics.csv", "trade.csv", "planner.csv", "extremes.csv", "tables/fidelity.csv", "tables/costs.csv",
-    "tables/parameters.csv", "tables/extremes.csv", "tables/limits.csv", "tables/peer_answers.csv", *(f"tables/{item.key}.csv" for item in PAPER if item.table),
-)  # fmt: skip
+    "claims.csv",
+    "metrics.csv",
+    "trade.csv",
+    "planner.csv",
+    "extremes.csv",
+    "tables/fidelity.csv",
+    "tables/costs.csv",
+    "tables/parameters.csv",
+    "tables/extremes.csv",
+    "tables/limits.csv",
+    "tables/peer_answers.csv",
+    *(f"tables/{item.key}.csv" for item in PAPER if item.table),
+)
 
 
 @dataclass(frozen=True)
@@ -105,7 +116,9 @@ def build_page(inputs: PageInputs) -> str:
         "files": files,
     }
     items = (*PAPER, *(own for own in OWN if not own.table), *STUDIES)
-    with ThreadPoolExecutor() as pool:  # most of the page's time is the packing of pictures, which leaves the interpreter alone
+    with (
+        ThreadPoolExecutor() as pool
+    ):  # most of the page's time is the packing of pictures, which leaves the interpreter alone
         shown = list(pool.map(partial(_entry, inputs), items))
     return render(
         "page.html.j2",

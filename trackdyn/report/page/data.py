@@ -84,7 +84,9 @@ def passage(recording: Recording) -> dict:
 
 
 def ring_study(metrics: pd.DataFrame) -> dict | None:
-    """Shares, forces and phases of the ring study by radius and speed, and their standard errors; None without such a run."""
+    """Shares, forces and phases of the ring study by radius and speed, and their standard errors; None without such a
+    run.
+    """
     study = metrics[metrics["run"].astype(str).str.startswith("ring/")]
     if study.empty:
         return None
@@ -93,14 +95,24 @@ def ring_study(metrics: pd.DataFrame) -> dict | None:
         radii = [None, *radii]
     speeds = [float(s) for s in sorted(study["rpm"].unique())]
     shown = [column for column in RING_COLUMNS if column in study]
-    cells = {column: [[None] * len(radii) for _ in speeds] for name in shown for column in (name, error_of(name)) if column in study}
+    cells = {
+        column: [[None] * len(radii) for _ in speeds]
+        for name in shown
+        for column in (name, error_of(name))
+        if column in study
+    }
     for _, row in study.iterrows():
         radius = None if pd.isna(row["ring_radius_m"]) else float(row["ring_radius_m"])
         i, j = speeds.index(float(row["rpm"])), radii.index(radius)
         for column, table in cells.items():
             table[i][j] = None if pd.isna(row[column]) else float(row[column])
     values = {name: cells[name] for name in shown}
-    return {"speeds": speeds, "radii": radii, "values": values, "errors": {name: cells.get(error_of(name)) for name in shown}}
+    return {
+        "speeds": speeds,
+        "radii": radii,
+        "values": values,
+        "errors": {name: cells.get(error_of(name)) for name in shown},
+    }
 
 
 def geometry(rig: Rig) -> dict:
@@ -125,7 +137,9 @@ def geometry(rig: Rig) -> dict:
 
 
 def differences(columns: np.ndarray) -> dict:
-    """Columns of numbers over time in whole ``CONFIGURATION``: a start, and second differences, which make a small file."""
+    """Columns of numbers over time in whole ``CONFIGURATION``: a start, and second differences, which make a small
+    file.
+    """
     steps = np.rint(columns / CONFIGURATION).astype(int)
     return {
         "start": steps[0].tolist(),

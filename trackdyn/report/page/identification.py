@@ -43,7 +43,9 @@ def write_page(answer: Answer, rig: Rig, out: Path, synthetic: str = "", tellabl
     draws, features = answer.draws, features_table(answer)
     best = draws.points[np.argmax(draws.density), :count]
     figures = {
-        "posterior": posterior_figure(answer.unknowns.unknowns, draws.points[:, :count], best, list(answer.table["verdict"])),
+        "posterior": posterior_figure(
+            answer.unknowns.unknowns, draws.points[:, :count], best, list(answer.table["verdict"])
+        ),
         "features": features_figure(features, called),
         "spectra": spectra_figure(_spectra(answer, rig), called),
     }
@@ -73,7 +75,8 @@ def write_page(answer: Answer, rig: Rig, out: Path, synthetic: str = "", tellabl
             f"{len(answer.emulator.x)} rigs were simulated at every speed, {len(answer.failed)} more could not run. "
             f"The chain of {len(draws.points)} draws moved in {100 * draws.acceptance:.0f} % of its steps."
         ),
-        pictures={name: picture(out / f"{name}.png") for name in figures} | ({"held_out": None} if held is None else {}),
+        pictures={name: picture(out / f"{name}.png") for name in figures}
+        | ({"held_out": None} if held is None else {}),
     )
     write_text(out / "index.html", text)
     return out / "index.html"
@@ -110,8 +113,15 @@ def _spectra(answer: Answer, rig: Rig) -> list[tuple[str, float, np.ndarray, np.
 def _records(answer: Answer) -> pd.DataFrame:
     rows = []
     for one in answer.measured:
-        about = {"record": one.record.path.name, "speed_rpm": one.speed.rpm, "turn_s": one.turn_s, "turns": len(one.statistics)}
-        rows.append(about | {"rate_hz": one.record.rate_hz, "seconds": one.record.seconds, "clipped": one.record.clipped})
+        about = {
+            "record": one.record.path.name,
+            "speed_rpm": one.speed.rpm,
+            "turn_s": one.turn_s,
+            "turns": len(one.statistics),
+        }
+        rows.append(
+            about | {"rate_hz": one.record.rate_hz, "seconds": one.record.seconds, "clipped": one.record.clipped}
+        )
     return pd.DataFrame(rows)
 
 

@@ -227,7 +227,8 @@ def geometry(recording: Recording, stretch: Stretch) -> dict:
     arms, carriers = [], model.carriers
     if carriers is not None:
         arms = [
-            [int(carriers.wheel[k]) - 1, float(carriers.x[k]), float(carriers.y[k])] for k in np.flatnonzero(carriers.arm)
+            [int(carriers.wheel[k]) - 1, float(carriers.x[k]), float(carriers.y[k])]
+            for k in np.flatnonzero(carriers.arm)
         ]
     return {
         "thickness": 2 * model.wheels.half_thickness,

@@ -20,7 +20,9 @@ from trackdyn.study.accuracy.statistics import MEASURES, NAN, RELATIVE, SHARES, 
 
 REFERENCE = "paper"
 # setting -> fields of the scene that differ from the reference, which is among them
-SETTINGS = {f"preset={name}": PRESETS[name] for name in (REFERENCE, *(name for name in PRESETS if name != REFERENCE))} | {
+SETTINGS = {
+    f"preset={name}": PRESETS[name] for name in (REFERENCE, *(name for name in PRESETS if name != REFERENCE))
+} | {
     "chain=belt": {"chain": "belt", "spells": False, "ring_radius": None},
     "chain=single_pin": {"chain": "single_pin"},
     "space=spatial": {"space": "spatial"},
@@ -45,7 +47,9 @@ COLUMNS = [
 ]  # fmt: skip
 
 
-def measure_setting(rig: Rig, setting: str, speeds: list[float], radii: list[float | None], known: Known) -> pd.DataFrame:
+def measure_setting(
+    rig: Rig, setting: str, speeds: list[float], radii: list[float | None], known: Known
+) -> pd.DataFrame:
     """Statistics of one setting for every speed and ring, the whole loop as the sensor.
 
     Parameters
@@ -118,6 +122,16 @@ def compare_rungs(found: pd.DataFrame) -> pd.DataFrame:
         if row["measure"] in RELATIVE and expected:
             difference = 100 * (value - expected) / expected
         rows.append(
-            [row["scene"], row["setting"], REFERENCE, row["measure"], value, expected, difference, row["wall_s_per_s"], row["note"]]
+            [
+                row["scene"],
+                row["setting"],
+                REFERENCE,
+                row["measure"],
+                value,
+                expected,
+                difference,
+                row["wall_s_per_s"],
+                row["note"],
+            ]
         )
     return pd.DataFrame(rows, columns=COLUMNS)

@@ -39,8 +39,10 @@ class Limit(NamedTuple):
 def limit_of(runs: Mapping[float, Series], order: int = 1) -> Limit:
     """The limit of a measure that converges with a power of the step.
 
-    From the two finest steps (Richardson extrapolation: Roache, Journal of Fluids Engineering 116, 1994, 405-413). Its error joins the scatter of passages of this combination of both runs, and how far the next coarser
-    pair of steps would extrapolate to, without which convergence is taken on trust; of two steps alone, the whole extrapolation.
+    From the two finest steps (Richardson extrapolation: Roache, Journal of Fluids Engineering 116, 1994, 405-413). Its
+    error joins the scatter of passages of this combination of both runs, and how far the next coarser
+    pair of steps would extrapolate to, without which convergence is taken on trust; of two steps alone, the whole
+    extrapolation.
 
     Parameters
     ----------
@@ -65,7 +67,8 @@ def _extrapolated(runs: Mapping[float, Series], fine: float, coarse: float, orde
 
 def _paired(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Two series of the same passages: runs that start alike scatter alike, and their difference scatters less (common
-    random numbers: Law, Simulation Modeling and Analysis, 5th edition, 2015, ch. 11.2). Where one has passages that the other
+    random numbers: Law, Simulation Modeling and Analysis, 5th edition, 2015, ch. 11.2). Where one has passages that the
+    other
     lacks, these are left out at the beginning."""
     count = min(len(one), len(other))
     return one[len(one) - count :], other[len(other) - count :]
@@ -89,7 +92,8 @@ def presets_beside_limits(rows: pd.DataFrame, limits: pd.DataFrame) -> pd.DataFr
     -------
     DataFrame
         A row a scene and measure: ``limit, limit_error`` (g, % of a turn, N); for each preset whose step was run
-        ``<preset>_pct, <preset>_error_pct``: relative, shares in points of a turn; ``standard_within_bound``: yes and no
+        ``<preset>_pct, <preset>_error_pct``: relative, shares in points of a turn; ``standard_within_bound``: yes and
+        no
         if two standard errors do not change the answer, undecided otherwise.
     """
     full = rows[(rows["fidelity"] == "ten_arcs") & ~rows["failed"].astype(bool)]
@@ -99,12 +103,19 @@ def presets_beside_limits(rows: pd.DataFrame, limits: pd.DataFrame) -> pd.DataFr
         line = {name: row[name] for name in ("scene", "measure", "limit", "limit_error")}
         for name, fields in PRESETS.items():
             here = full[(full["scene"] == row["scene"]) & (full["measure"] == row["measure"])]
-            here = here[(here["integrator"] == fields["integrator"]) & np.isclose(here["step_s"], fields["step"], rtol=1e-9)]
+            here = here[
+                (here["integrator"] == fields["integrator"]) & np.isclose(here["step_s"], fields["step"], rtol=1e-9)
+            ]
             line |= {f"{name}_pct": np.nan, f"{name}_error_pct": np.nan}
             if len(here):
                 run = here.iloc[0]
-                line |= {f"{name}_pct": (run["value"] - row["limit"]) / scale, f"{name}_error_pct": 100 * run["uncertainty"]}
-        line["standard_within_bound"] = _verdict(abs(line["standard_pct"]), SURE * line["standard_error_pct"], 100 * BOUND)
+                line |= {
+                    f"{name}_pct": (run["value"] - row["limit"]) / scale,
+                    f"{name}_error_pct": 100 * run["uncertainty"],
+                }
+        line["standard_within_bound"] = _verdict(
+            abs(line["standard_pct"]), SURE * line["standard_error_pct"], 100 * BOUND
+        )
         found.append(line)
     return pd.DataFrame(found)
 

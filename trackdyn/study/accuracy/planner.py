@@ -1,7 +1,9 @@
 """The planner: the cheapest fidelity, step and duration that keep a tolerance, by what was measured.
 
-The error of an answer has two parts. That of the setting was measured against the limit over steps; it is taken at its upper
-end, two standard errors higher. That of the record falls as one over the root of its passages where motion scatters, and is
+The error of an answer has two parts. That of the setting was measured against the limit over steps; it is taken at its
+upper
+end, two standard errors higher. That of the record falls as one over the root of its passages where motion scatters,
+and is
 nothing where it repeats; it is taken as half of the 95 % interval that the record will show. Their sum must keep the
 tolerance. Between scenes that were measured both are taken twice as large as in the worst of them.
 """
@@ -48,9 +50,20 @@ LONGEST = 600.0  # s: no record is planned longer
 STARTING = 1.0  # s, the ramp of the scenes that were measured
 TOLERANCES = (0.005, 0.01, 0.02, 0.05)
 PROMISES = [
-    "scene", "measure", "tolerance", "achieved_error", "limit_error", "met", "fidelity", "integrator", "step_s", "duration_s",
-    "expected_error", "cpu_s", "reason",
-]  # fmt: skip
+    "scene",
+    "measure",
+    "tolerance",
+    "achieved_error",
+    "limit_error",
+    "met",
+    "fidelity",
+    "integrator",
+    "step_s",
+    "duration_s",
+    "expected_error",
+    "cpu_s",
+    "reason",
+]
 
 
 class Plan(NamedTuple):
@@ -183,8 +196,10 @@ def plan(trade: pd.DataFrame, tolerance, measure: str, rpm: float, ring_radius: 
         raise InputError(f"measure = {measure!r} is not accepted: {', '.join(PLANNED)} would do")
     kind = "no ring" if ring_radius is None else "ring"
     here = trade[trade["scene"].str.startswith(f"{kind} ")]
-    measured = here["scene"].str.extract(r"^(?:no ring|ring (?P<ring>\S+) m) (?P<rpm>\S+) rpm$").apply(
-        pd.to_numeric, errors="coerce"
+    measured = (
+        here["scene"]
+        .str.extract(r"^(?:no ring|ring (?P<ring>\S+) m) (?P<rpm>\S+) rpm$")
+        .apply(pd.to_numeric, errors="coerce")
     )
     # the chain moves by a pitch in a time that is inverse to the speed, the same on every scene of a rig
     span = float((here["passage_s"] * measured["rpm"]).median()) / rpm if rpm > 0 else np.nan
@@ -196,7 +211,8 @@ def plan(trade: pd.DataFrame, tolerance, measure: str, rpm: float, ring_radius: 
     if not (left > 0).any():
         least = margin * found["upper"].min()
         raise InputError(
-            f"{refused}the finest setting of the data leaves {least:.2g}, with a margin of {margin:g}; a larger tolerance or a "
+            f"{refused}the finest setting of the data leaves {least:.2g}, with a margin of "
+            f"{margin:g}; a larger tolerance or a "
             "finer step in the data would do"
         )
     passages = np.arange(LEAST, max(int(LONGEST / span), LEAST) + 1)
@@ -231,7 +247,8 @@ def verify(rig: Rig, trade: pd.DataFrame, kept_apart: list[SceneKey], turns: int
     Returns
     -------
     DataFrame
-        ``PROMISES``: ``achieved_error`` against the limit of that very scene, whose own standard error is ``limit_error``.
+        ``PROMISES``: ``achieved_error`` against the limit of that very scene, whose own standard error is
+        ``limit_error``.
         A tolerance that cannot be promised is a row with an empty error, an empty ``met``, and its ``reason``.
     """
     rows = []
@@ -252,7 +269,9 @@ def verify(rig: Rig, trade: pd.DataFrame, kept_apart: list[SceneKey], turns: int
         print(f"planner: {name}", flush=True)
     table = pd.DataFrame(rows, columns=PROMISES)
     order = {measure: k for k, measure in enumerate(PLANNED)}
-    return table.sort_values(["scene", "measure", "tolerance"], key=lambda c: c.map(order) if c.name == "measure" else c, ignore_index=True)
+    return table.sort_values(
+        ["scene", "measure", "tolerance"], key=lambda c: c.map(order) if c.name == "measure" else c, ignore_index=True
+    )
 
 
 def _kept(rig: Rig, base, limits: dict, name: str, asked: list) -> list[dict]:
@@ -269,10 +288,20 @@ def _kept(rig: Rig, base, limits: dict, name: str, asked: list) -> list[dict]:
             span = rig.loop_period(base.motor_rpm) / rig.chain.pitches
             found = answers_of(recording, int(chosen.duration / span + 1e-6)).get(measure)
             error = error_of(measure, found.estimate().value, limit.value) if found else np.nan
-        rows.append({
-            "scene": name, "measure": measure, "tolerance": tolerance, "achieved_error": error,
-            "limit_error": limit.error / scale_of(measure, limit.value), "met": bool(np.isfinite(error) and error <= tolerance),
-            "fidelity": chosen.fidelity, "integrator": chosen.integrator, "step_s": chosen.step, "duration_s": chosen.duration,
-            "expected_error": chosen.of_setting + chosen.of_record, "cpu_s": chosen.cpu_s,
-        })  # fmt: skip
+        rows.append(
+            {
+                "scene": name,
+                "measure": measure,
+                "tolerance": tolerance,
+                "achieved_error": error,
+                "limit_error": limit.error / scale_of(measure, limit.value),
+                "met": bool(np.isfinite(error) and error <= tolerance),
+                "fidelity": chosen.fidelity,
+                "integrator": chosen.integrator,
+                "step_s": chosen.step,
+                "duration_s": chosen.duration,
+                "expected_error": chosen.of_setting + chosen.of_record,
+                "cpu_s": chosen.cpu_s,
+            }
+        )
     return rows

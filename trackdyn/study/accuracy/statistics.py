@@ -21,7 +21,9 @@ MEASURES = RELATIVE + SHARES + ABSOLUTE
 
 def study_scene(rig, rpm: float, ring: float | None, turns: int, **fields) -> Scene:
     """A record of whole revolutions of the loop after four seconds of running."""
-    return Scene(rig, rpm, ring, duration=whole_samples(rig, turns * rig.loop_period(rpm) + 0.01), lead_in=LEAD_IN, **fields)
+    return Scene(
+        rig, rpm, ring, duration=whole_samples(rig, turns * rig.loop_period(rpm) + 0.01), lead_in=LEAD_IN, **fields
+    )
 
 
 def whole_samples(rig, seconds: float) -> float:
@@ -37,7 +39,8 @@ def scene_name(rpm: float, ring: float | None) -> str:
 def statistics_of(recording: Recording) -> dict[str, float]:
     """RMS, SD and main line (g), contact shares (%), peak of the left arc (N), loop gap (m), energy residual.
 
-    RMS and SD are taken over whole revolutions of the loop, the peak is the mean over the passages of the largest force.
+    RMS and SD are taken over whole revolutions of the loop, the peak is the mean over the passages of the largest
+    force.
     """
     loop_hz = loop_frequency(recording)
     ay = sense(recording).ay
@@ -57,7 +60,8 @@ def statistics_of(recording: Recording) -> dict[str, float]:
 def answers_of(recording: Recording, passages: int | None = None) -> dict[str, Series]:
     """Measures over all links of a recording made with ``every_link``, passage by passage.
 
-    As `statistics_of`, but with what standard errors are made of (`measure.whole_loop`). Only the first ``passages`` of the record count, if
+    As `statistics_of`, but with what standard errors are made of (`measure.whole_loop`). Only the first ``passages`` of
+    the record count, if
     that is given. Loop gap and energy residual belong to the whole record and have none.
     """
     found = series(recording)
@@ -68,7 +72,9 @@ def answers_of(recording: Recording, passages: int | None = None) -> dict[str, S
 
 
 def scale_of(measure: str, reference: float) -> float:
-    """What an error is a part of: the reference, a turn of the sprocket (shares are in %), or nothing; NaN for no reference."""
+    """What an error is a part of: the reference, a turn of the sprocket (shares are in %), or nothing; NaN for no
+    reference.
+    """
     if measure in RELATIVE:
         return abs(reference) or NAN
     return 100.0 if measure in SHARES else 1.0

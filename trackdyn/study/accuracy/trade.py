@@ -1,8 +1,10 @@
 """Accuracy against cost: work-precision data over fidelity, integrator and step.
 
-Two kinds of error: the state after a short window, started from one and the same state, against a run of many digits, and
+Two kinds of error: the state after a short window, started from one and the same state, against a run of many digits,
+and
 the statistics of a record, against their limit over steps; a second method confirms both. Statistics are taken over
-all links and have standard errors, so that what the step adds can be told from scatter. What is refused or diverges is a
+all links and have standard errors, so that what the step adds can be told from scatter. What is refused or diverges is
+a
 point too. Cost is the processor time of the process: other jobs may run beside.
 """
 
@@ -25,12 +27,27 @@ from trackdyn.study.accuracy.limit import LIMITS, Limit, difference, limit_of
 from trackdyn.study.accuracy.statistics import ABSOLUTE, answers_of, scale_of, scene_name, study_scene
 from trackdyn.study.settings import StateErrors, StatisticErrors, Steps
 
-# error: against the limit; uncertainty: its standard error; scatter: standard error that one passage would leave, all three
+# error: against the limit; uncertainty: its standard error; scatter: standard error that one passage would leave, all
+# three
 # relative, in turns of the sprocket for shares; unused: passages of the record that give no value
 COLUMNS = [
-    "scene", "fidelity", "integrator", "step_s", "start_cpu_s", "cpu_s_per_s", "record_s", "passage_s", "measure", "value",
-    "value_error", "error", "uncertainty", "scatter", "unused", "failed",
-]  # fmt: skip
+    "scene",
+    "fidelity",
+    "integrator",
+    "step_s",
+    "start_cpu_s",
+    "cpu_s_per_s",
+    "record_s",
+    "passage_s",
+    "measure",
+    "value",
+    "value_error",
+    "error",
+    "uncertainty",
+    "scatter",
+    "unused",
+    "failed",
+]
 AGREEMENT = ["scene", "measure", "difference", "uncertainty"]
 # fidelity -> fields; the first is the physics that errors of the others are taken against
 FIDELITIES = {
@@ -53,7 +70,9 @@ STEADY = {"ring 115 rpm": (115.0, 0.308), "ring 210 rpm": (210.0, 0.308), "no ri
 
 
 class Answer(NamedTuple):
-    """What a record of every link gave (`answers_of`), the processor seconds to settle its loop, and those of a simulated one."""
+    """What a record of every link gave (`answers_of`), the processor seconds to settle its loop, and those of a
+    simulated one.
+    """
 
     found: dict[str, Series]
     start_cpu_s: float
@@ -177,12 +196,16 @@ def statistic_trade(rig: Rig, asked: StatisticErrors) -> tuple[pd.DataFrame, pd.
     ]
     for rpm, ring in asked.scenes:
         name = scene_name(rpm, ring)
-        base = study_scene(rig, rpm, ring, asked.loop_turns_without_ring if ring is None else asked.loop_turns, every_link=True)
+        base = study_scene(
+            rig, rpm, ring, asked.loop_turns_without_ring if ring is None else asked.loop_turns, every_link=True
+        )
         runs: dict[tuple, Answer | None] = {}
         for fidelity, fields in cases:
             point = (fidelity, fields["integrator"], fields["step"])
             try:
-                if (kind := (*point[:2], ring is None)) not in compiled:  # kernels are compiled before anything is timed
+                if (
+                    kind := (*point[:2], ring is None)
+                ) not in compiled:  # kernels are compiled before anything is timed
                     simulate(base.with_(**fields, duration=0.01, lead_in=0.0, ramp=0.01))
                     compiled.add(kind)
                 runs[point] = run_answer(base.with_(**fields))
@@ -190,11 +213,17 @@ def statistic_trade(rig: Rig, asked: StatisticErrors) -> tuple[pd.DataFrame, pd.
                 runs[point] = None
             print(f"{name}, {', '.join(map(str, point))} s", flush=True)
         fine, second = (
-            {step: run for (physics, method, step), run in runs.items() if (physics, method) == (FULL_PHYSICS, which) and run}
+            {
+                step: run
+                for (physics, method, step), run in runs.items()
+                if (physics, method) == (FULL_PHYSICS, which) and run
+            }
             for which in (EXTRAPOLATED, SECOND)
         )
         if len(fine) < 2:
-            raise InputError(f"trade: {name}: fewer than two steps of {EXTRAPOLATED} ran in this scene; finer ones would do")
+            raise InputError(
+                f"trade: {name}: fewer than two steps of {EXTRAPOLATED} ran in this scene; finer ones would do"
+            )
         known = limits_of(fine)
         for point, run in runs.items():
             rows += _rows_of([name, *point], run, known, base.duration, rig.loop_period(rpm) / rig.chain.pitches)
@@ -206,7 +235,11 @@ def statistic_trade(rig: Rig, asked: StatisticErrors) -> tuple[pd.DataFrame, pd.
                     off, noise = difference(second[min(second)].found[measure], limit)
                     scale = scale_of(measure, limit.value)
                     agreement.append([name, measure, abs(off) / scale, noise / scale])
-    return pd.DataFrame(rows, columns=COLUMNS), pd.DataFrame(agreement, columns=AGREEMENT), pd.DataFrame(limits, columns=LIMITS)
+    return (
+        pd.DataFrame(rows, columns=COLUMNS),
+        pd.DataFrame(agreement, columns=AGREEMENT),
+        pd.DataFrame(limits, columns=LIMITS),
+    )
 
 
 def _rows_of(point: list, run: Answer | None, limits: dict[str, Limit], seconds: float, span: float) -> list[list]:

@@ -40,7 +40,8 @@ def forced_run(start: Loop, step: float) -> float:
 
 
 def stability_map(rig: Rig, moduli: list[float], steps_per_ms: list[float]) -> Iterator[dict]:
-    """Stiffness of the teeth against step, without ring, friction and loss: only the stiffness of contacts limits the step.
+    """Stiffness of the teeth against step, without ring, friction and loss: only the stiffness of contacts limits the
+    step.
 
     The finest step of the reference is 1e-5 s; shorter ones run for as many steps.
     With their loss, which is damped at the instant of the force, teeth stay stable at a few times the limit.
@@ -48,7 +49,12 @@ def stability_map(rig: Rig, moduli: list[float], steps_per_ms: list[float]) -> I
     steps = [1e-3 / count for count in steps_per_ms]
     for modulus in moduli:
         changed = rig.changed(**dict.fromkeys(STEEL_AND_TOOTH, modulus))
-        scene = Scene(changed, 210.0, step=2e-5, **(FAST | {"ring_radius": None, "friction": "none", "normal_law": "elastic", "ramp": 0.05}))
+        scene = Scene(
+            changed,
+            210.0,
+            step=2e-5,
+            **(FAST | {"ring_radius": None, "friction": "none", "normal_law": "elastic", "ramp": 0.05}),
+        )
         start = Loop(scene)
         limits = step_limits(start.model, rig.tension.pre_tension)
         limit = min(value for name, value in limits.items() if "stiffness" in name)
