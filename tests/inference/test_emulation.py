@@ -77,8 +77,7 @@ def test_new_points_lie_where_the_covariance_says(emulator):
     off = truth(points) + 0.05 * rng.standard_normal((200, 5)) - mean
     distance = np.array([one @ np.linalg.solve(c, one) for one, c in zip(off, covariance, strict=True)])
     # chi-squared with 5 degrees: mean 5; the share beyond its 90 % quantile 9.24 is 10 %. Lengths and noise of a
-    # process are
-    # estimates from 60 points: twice as often is allowed for, and so is half
+    # process are estimates from 60 points: twice as often is allowed for, and so is half
     assert 2.5 < distance.mean() < 8
     assert 0.02 < (distance > 9.24).mean() < 0.25
 

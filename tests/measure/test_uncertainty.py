@@ -1,8 +1,7 @@
 """Standard errors against independent replicas of processes whose truth is known.
 
 The ranges of coverage were written before the first run: of 400 intervals of 95 % between 90 and 98 % shall hold the
-truth
-(three standard errors of the count are 3.3 %, and batches of finite length are a little too sure). Correlated
+truth (three standard errors of the count are 3.3 %, and batches of finite length are a little too sure). Correlated
 passages have 85 to 99 %.
 """
 

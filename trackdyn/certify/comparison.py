@@ -44,9 +44,8 @@ class Finding:
         The file below the results, and the figure or table that it shows, or nothing.
     status : str
         ``equal`` byte for byte (columns of times left out); ``within`` the tolerance between processors; ``bytes``: no
-        more is known than
-        that bytes differ, and other files tell whether it matters; ``differs``; ``missing``; ``extra``: not in the
-        manifest.
+        more is known than that bytes differ, and other files tell whether it matters; ``differs``; ``missing``;
+        ``extra``: not in the manifest.
     text : str
         By how much, and where.
     """

@@ -29,8 +29,7 @@ LARGEST = 50_000_000  # bytes of a manifest that is read; that of the full run h
 LONGEST_TEXT = 120_000
 KINDS = {".png", ".svg", ".gif", ".csv", ".md", ".json", ".npz", ".html"}
 # Times of computing and memory, which no two runs share, and what follows from them: the planner takes what was
-# cheapest, the
-# page shows the costs.
+# cheapest, the page shows the costs.
 TIMES = re.compile(
     r"(.*/)?(tables/costs\.(csv|md)|tables/fidelity\.md|tables/trade\.md|figures/(trade_\w+|extremes_long_run)\.(png|svg)"
     r"|planner\.csv|promises_[^/]+\.csv|scaling\.csv)"
@@ -119,9 +118,8 @@ def describe(results: Path | str, inputs: Iterable[Path | str] = (), whole: bool
     -------
     dict
         ``made_with``, ``inputs`` with their hashes, ``files`` by name, each with ``bytes``, ``sha256`` and, as it has
-        them, ``shows`` (the figure or table),
-        ``times`` (columns that were left out of the hash), ``text``, ``look`` (mean grey of 24 times 24 squares), and
-        ``hold_times``, the files that are not compared.
+        them, ``shows`` (the figure or table), ``times`` (columns that were left out of the hash), ``text``, ``look``
+        (mean grey of 24 times 24 squares), and ``hold_times``, the files that are not compared.
 
     Raises
     ------

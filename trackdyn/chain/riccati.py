@@ -68,8 +68,7 @@ def sweep(chain: Chain, state, work: Work, implicit_damping, probe_body, implici
     -----
     A body hands on to the next one what only a chain of some twenty dependent operations gives, which is what a sweep
     costs. Two sweeps, from both ends of the chain to its middle, share no operand, and a processor works on both at
-    once.
-    With ``implicit`` or ``radial`` one sweep takes all bodies.
+    once. With ``implicit`` or ``radial`` one sweep takes all bodies.
     """
     n = state.rate.shape[0]
     middle = (n + 1) // 2 if implicit is None and radial is None else n

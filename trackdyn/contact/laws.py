@@ -28,8 +28,7 @@ def impeded_speed(law: Law, elastic, speed, impact_speed, given):
     """Penetration velocity (m/s) under the force of Eq. 8 that it makes itself: v with ``v + given F(v) = speed``.
 
     ``elastic`` is the force's elastic part (N), ``given`` what a unit of the force takes from the velocity, m/s/N. F
-    grows
-    with v, piece by piece in proportion: there is one v.
+    grows with v, piece by piece in proportion: there is one v.
     """
     slope = law.loss / impact_speed
     v = (speed - given * elastic) / (1.0 + given * elastic * slope)

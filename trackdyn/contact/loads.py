@@ -220,8 +220,7 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
     """Contact of every arc near the sprocket with its groove (Fig. 11).
 
     Steel on steel the force rises within a few steps, and what the last step changed says little of this one:
-    velocities
-    are led by it less what the force has grown since, which the chain meets with its own mass alone.
+    velocities are led by it less what the force has grown since, which the chain meets with its own mass alone.
     """
     chain, shoes, tooth = model.chain, model.shoes, model.tooth
     cs = cosine(state.wheel_angle[SPROCKET])

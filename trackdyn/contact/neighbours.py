@@ -1,9 +1,8 @@
 """Who may touch whom: lists of the arcs and links close to a wheel, kept until something has moved too far.
 
 A loop of 35 pitches has 175 pairs of a surface and a wheel, of which some 30 are ever close. The lists hold all pairs
-closer than
-``MARGIN`` to their contact and are made anew as soon as pins, wheels or the chain's plane have moved as far as that
-together could use it up (Verlet, Phys. Rev. 159, 1967, 98): no contact can be missed, at any speed.
+closer than ``MARGIN`` to their contact and are made anew as soon as pins, wheels or the chain's plane have moved as
+far as that together could use it up (Verlet, Phys. Rev. 159, 1967, 98): no contact can be missed, at any speed.
 """
 
 from math import sqrt
@@ -17,8 +16,7 @@ from trackdyn.model.work import Work
 # m; a link moves as far in a hundred steps
 MARGIN = 8e-3
 # Parts of it that pins, wheels and the plane may use up. Arcs and ends of links stand at most half a body's length
-# beyond
-# its pins, so that they move at most twice as far as the pins do.
+# beyond its pins, so that they move at most twice as far as the pins do.
 PINS, WHEELS, PLANE = 0.25, 0.25, 0.25
 
 

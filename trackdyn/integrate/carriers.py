@@ -68,8 +68,7 @@ def slide(model: Model, state: State, work: Work, carriers):
     """Advance the carriers by semi-implicit Euler, their dampers taken at the end of the step.
 
     At a stop a carrier stays where it is and loses its velocity; that and the damper's work count as bearing losses,
-    and
-    so does, with its sign, what a given force puts in.
+    and so does, with its sign, what a given force puts in.
     """
     if carriers is None:
         return

@@ -94,8 +94,7 @@ def _peak_between(entries, i, force, when):
     """The top of the parabola through the last three forces, if the one in the middle is their largest.
 
     A peak passes between two steps: of a sine whose period is nine steps the largest step misses 2 % on average. Where
-    a
-    neighbour is less than half of the middle one the steps do not resolve the peak, and the largest step stands.
+    a neighbour is less than half of the middle one the steps do not resolve the peak, and the largest step stands.
     """
     time, step = when
     before, middle = entries[i, BEFORE], entries[i, LAST]

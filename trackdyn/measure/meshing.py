@@ -155,8 +155,7 @@ def meshing_summary(recording: Recording) -> dict:
         and ``left_areas, right_areas``: visited by the recorded connectors for 0.1 % of a turn or more a
         passage, such as ``2,3`` or ``none``; ``passages``: number of complete passages. Errors are
         standard errors by batch means over passages (`uncertainty`). Without a complete passage all other numbers are
-        NaN and areas
-        empty; without a contact of the kind shares and forces are 0 and phases NaN.
+        NaN and areas empty; without a contact of the kind shares and forces are 0 and phases NaN.
     """
     table = passages(recording)
     loop = timing(recording).loop

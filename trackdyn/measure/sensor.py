@@ -57,8 +57,7 @@ def sense(recording: Recording, every: int = 1) -> SensorSignal:
     """Apply Eq. (40), the unit g and the range to a recording.
 
     ``every`` samples of the recording make one of the sensor. A sample is the mean over its interval, so their mean is
-    what
-    a sensor of a rate that is lower by this factor reports.
+    what a sensor of a rate that is lower by this factor reports.
     """
     g = recording.meta["rig"]["gravity"] or 9.81
     limit = recording.meta["rig"]["sensor"]["range"]

@@ -31,8 +31,7 @@ def sensor_metrics(ay, rate: float, loop_hz: float) -> dict:
     Each stands before its standard error over revolutions of the loop (`signals.uncertainty`,
     `uncertainty.line_error`).
     The whole revolutions are those that the errors of the record are taken from, too. Lines and errors are NaN where
-    the
-    record holds fewer than two revolutions.
+    the record holds fewer than two revolutions.
     """
     ay = np.asarray(ay)
     loops = len(ay) / rate * loop_hz

@@ -19,8 +19,7 @@ def sliding_per_km(recording: Recording) -> dict[str, float]:
     dict
         ``sliding_area_1_j_km`` to ``..._10_...`` (all connectors, by area), their sum ``sliding_teeth_j_km``,
         ``sliding_ring_j_km`` (links on the sprocket's ring) and ``sliding_wheels_j_km`` (on the other wheels); nothing
-        of a
-        recording without an account of sliding, or shorter than a passage.
+        of a recording without an account of sliding, or shorter than a passage.
     """
     rows, period = recording.sliding, timing(recording)
     if not rows.size or not np.isfinite(period.loop):

@@ -3,8 +3,7 @@
 A record in steady running is one realisation of a process that repeats with every passage of a pitch and with every
 revolution of the loop. What differs from one to the next is its scatter, and an error here is what that scatter leaves
 in a mean. In motion that repeats exactly it is next to nothing. The step, the physics and the start of a record have
-errors
-of their own that no scatter shows.
+errors of their own that no scatter shows.
 """
 
 from typing import NamedTuple
@@ -67,13 +66,10 @@ def line_error(a, rate_hz: float, bin_hz: float, loop_hz: float) -> LineError:
     """Standard errors of the main line of a record, from the line in each whole revolution of the loop.
 
     The complex amplitude of the line is taken revolution by revolution (complex demodulation: Bloomfield, Fourier
-    Analysis
-    of Time Series, 2nd edition, 2000, ch. 7). The scatter of its length gives the error of the amplitude, the scatter
-    of its
-    phase about a straight line that of the frequency. The amplitude of a bin is the mean of the same numbers, each
-    turned
-    by as much as the bin is off the line. The frequency of a bin is known to its width: as of an even distribution,
-    its standard uncertainty is the width over the root of 12 (JCGM 100:2008, 4.3.7).
+    Analysis of Time Series, 2nd edition, 2000, ch. 7). The scatter of its length gives the error of the amplitude, the
+    scatter of its phase about a straight line that of the frequency. The amplitude of a bin is the mean of the same
+    numbers, each turned by as much as the bin is off the line. The frequency of a bin is known to its width: as of an
+    even distribution, its standard uncertainty is the width over the root of 12 (JCGM 100:2008, 4.3.7).
 
     Parameters
     ----------

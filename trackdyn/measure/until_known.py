@@ -37,8 +37,7 @@ START = SPELL_COLUMNS.index("start_s")
 
 class Known(Section):
     """When contacts are known: half of the 95 % intervals of shares (points of a turn) and of RMS forces (relative),
-    passages
-    at least, and the revolutions of the loop after which a record ends with what it knows.
+    passages at least, and the revolutions of the loop after which a record ends with what it knows.
     """
 
     share_pct: Positive
@@ -110,9 +109,8 @@ def run_steady(loop: Loop, known: Known) -> tuple[Recording, bool]:
     """Start a loop and record it until shares and forces are known, or for the duration of its scene.
 
     Passages that are alike within the tolerances need no cut: all of them count. Else the longest transient of all
-    measures
-    is left out by the marginal standard error rule (`Series.transient`). The run ends when the passages that count are
-    enough and half of their 95 % intervals, by batch means, small enough.
+    measures is left out by the marginal standard error rule (`Series.transient`). The run ends when the passages that
+    count are enough and half of their 95 % intervals, by batch means, small enough.
 
     Returns
     -------
@@ -198,9 +196,8 @@ def run_until(
     """Start the sprocket and record every link until all tolerances are reached, or for ``longest`` seconds.
 
     After each chunk every measure's transient is cut off by the marginal standard error rule
-    (`measure.whole_loop.Series.transient`); the longest one counts for all. The run ends when half of the 95 % interval
-    of
-    each asked measure, by batch means, is within its tolerance and at least nine passages are left.
+    (`measure.whole_loop.Series.transient`); the longest one counts for all. The run ends when half of the 95 %
+    interval of each asked measure, by batch means, is within its tolerance and at least nine passages are left.
 
     Parameters
     ----------

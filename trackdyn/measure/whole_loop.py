@@ -1,12 +1,10 @@
 """The whole loop as the sensor: what every link feels within one pitch passage stands for a revolution of one link.
 
 In steady motion each link does what the link ahead of it did one pitch passage before. If that were exact, the record
-of one
-link over a revolution of the loop would be the records of all links over one passage, end to end (`stitch`). Where
-motion
-does not repeat, links and passages are samples: means over all links within a passage are formed first, so that the
-correlation between links does not matter, and the means of successive passages are joined in batches whose scatter
-gives the standard error of the whole mean (`uncertainty.batch_error`).
+of one link over a revolution of the loop would be the records of all links over one passage, end to end (`stitch`).
+Where motion does not repeat, links and passages are samples: means over all links within a passage are formed first,
+so that the correlation between links does not matter, and the means of successive passages are joined in batches whose
+scatter gives the standard error of the whole mean (`uncertainty.batch_error`).
 """
 
 from itertools import pairwise
@@ -162,8 +160,7 @@ class Series(NamedTuple):
         """Passages to leave out at the beginning, by the marginal standard error rule.
 
         MSER (White, Simulation 69, 1997, 323-334): the beginning is cut where the standard error of what is left would
-        be
-        least. More than half of the values is never cut.
+        be least. More than half of the values is never cut.
         """
         values, count = self.values, len(self.values)
         if count < 2:

@@ -331,10 +331,8 @@ class Model(NamedTuple):
 
     ``step`` is in s, ``stride`` the number of steps in a sample. ``solver`` is None for the Riccati sweep or
     one of `integrate.dynamics`' numbers, ``space`` None for a planar scene, ``carriers`` None for fixed wheels,
-    ``radial``
-    None for joints whose pins do not part; ``closure`` then says what the cut joint is, otherwise it is a joint like
-    all
-    others.
+    ``radial`` None for joints whose pins do not part; ``closure`` then says what the cut joint is, otherwise it is a
+    joint like all others.
     """
 
     chain: Chain

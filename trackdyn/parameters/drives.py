@@ -14,10 +14,8 @@ class DriveParameters(Sparing):
     ----------
     kind : str
         ``speed``: the scene's speed is prescribed. ``motor``: a torque that falls along a line from that speed, which
-        is
-        the motor's without load: ``slope`` times what the sprocket lacks of it, at most ``torque``. ``free``:
-        prescribed
-        until ``release``, then nothing drives it.
+        is the motor's without load: ``slope`` times what the sprocket lacks of it, at most ``torque``. ``free``:
+        prescribed until ``release``, then nothing drives it.
     ripple, ripple_order : float
         Amplitude of a speed that is prescribed, as a share of it, and its periods in a turn of the sprocket.
     inertia, slope, torque : float or None

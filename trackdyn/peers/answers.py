@@ -1,10 +1,9 @@
 """What an answer of equal error costs in every code: one scene, one measure, each code against its own limit.
 
 The measure is the RMS of the acceleration of all links' mass centres, from places a sample apart: what all codes give
-alike. All
-start from the same settled loop, leave the same time out and are measured over the same passages; the loop is driven on
-one thread. The record that a tolerance needs follows from error and scatter of each setting, as the planner's does.
-MuJoCo has contacts of its own (`peers.mujoco_contact`), so its limit is that of another model.
+alike. All start from the same settled loop, leave the same time out and are measured over the same passages; the loop
+is driven on one thread. The record that a tolerance needs follows from error and scatter of each setting, as the
+planner's does. MuJoCo has contacts of its own (`peers.mujoco_contact`), so its limit is that of another model.
 """
 
 from collections.abc import Callable, Sequence
@@ -106,10 +105,9 @@ def compare_answers(rig: Rig, asked: PeerAnswers) -> pd.DataFrame:
     -------
     DataFrame
         ``COLUMNS``. The error of a setting is that against the limit over steps of its own code, ``uncertainty_pct``
-        its
-        standard error, ``scatter_pct`` that of a single passage; ``passages`` are those that the tolerance needs and
-        ``cpu_s`` is what the whole answer takes then, both empty where the setting is too coarse. The cheapest of a
-        code is ``chosen``.
+        its standard error, ``scatter_pct`` that of a single passage; ``passages`` are those that the tolerance needs
+        and ``cpu_s`` is what the whole answer takes then, both empty where the setting is too coarse. The cheapest of
+        a code is ``chosen``.
     """
     span = rig.loop_period(asked.speed_rpm) / rig.chain.pitches
     about = {"duration": whole_samples(rig, asked.passages * span + 0.01), "lead_in": asked.lead_in_s, "spells": False}

@@ -1,16 +1,14 @@
 """Contacts of the loop by MuJoCo's own primitives: discs as spheres, links as capsules, and MuJoCo's own law.
 
 All centres lie in the plane of the chain, so a sphere is a disc there and a capsule a bar with round ends: both pairs
-that
-occur (sphere and capsule, sphere and sphere) have closed solutions in MuJoCo. A link on a wheel is then the geometry of
-Eq. 35. The concave areas of a groove are tangents to their arcs, each the side of a capsule in the steel.
+that occur (sphere and capsule, sphere and sphere) have closed solutions in MuJoCo. A link on a wheel is then the
+geometry of Eq. 35. The concave areas of a groove are tangents to their arcs, each the side of a capsule in the steel.
 
 MuJoCo's contact is a constraint with a force ``f = -(k r + b v + a) / R`` from depth ``r``, its rate and the
-acceleration ``a``
-that the step ends with: spring, damper and inertance 1 / R. With the impedance d, ``R = (1 - d) A / d``; ``A`` is set
-to
-1 / kg by the caller. Springs and dampers are matched to the rig's laws at one working load, in force and slope; the
-inertance has no counterpart in the rig. It is what lets coarse steps run, and it is small beside a link.
+acceleration ``a`` that the step ends with: spring, damper and inertance 1 / R. With the impedance d, ``R = (1 - d) A /
+d``; ``A`` is set to 1 / kg by the caller. Springs and dampers are matched to the rig's laws at one working load, in
+force and slope; the inertance has no counterpart in the rig. It is what lets coarse steps run, and it is small beside
+a link.
 """
 
 from math import cos, pi, sin, sqrt, tan
@@ -94,8 +92,7 @@ def soft(given: Cushion) -> dict[str, list[float]]:
     """MuJoCo's ``solref``, ``solimp`` and ``solreffriction`` of a cushion for ``A`` = 1 / kg.
 
     The impedance grows in line with the depth so that the force, which goes with ``d^2 r / (1 - d)``, has one and a
-    half times
-    its secant as its slope at the working depth: the slope of Eq. 8.
+    half times its secant as its slope at the working depth: the slope of Eq. 8.
     """
     d = given.inertance / (1 + given.inertance)
     lean = 0.5 / (2 + d / (1 - d))

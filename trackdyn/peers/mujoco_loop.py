@@ -1,11 +1,9 @@
 """The same loop in MuJoCo, with contacts of its own: another model of the same layout, masses, bushings and drive.
 
 The bodies are one tree of hinges from the one in the middle of the chain to both sides, closed by a constraint
-(``connect``);
-the bushing of that joint is a tendon over all hinges, whose length is the turn that they make together. The sprocket's
-hinge is so heavy that nothing turns it, and its angle and rate are written before every step. What touches, and how, is
-in
-`peers.mujoco_contact`: places and working loads are the rig's, the law is MuJoCo's.
+(``connect``); the bushing of that joint is a tendon over all hinges, whose length is the turn that they make together.
+The sprocket's hinge is so heavy that nothing turns it, and its angle and rate are written before every step. What
+touches, and how, is in `peers.mujoco_contact`: places and working loads are the rig's, the law is MuJoCo's.
 """
 
 import time
@@ -32,8 +30,7 @@ def working_load(scene: Scene) -> tuple[float, float]:
     """Load of a link on the ring under the pre-tension (N), and the speed at which links meet it (m/s).
 
     A strand of tension T on a circle of radius r bears T / r on every metre of it; a link that tips onto a circle
-    turning at
-    some rate does so about a point half a pitch away.
+    turning at some rate does so about a point half a pitch away.
     """
     rig = scene.rig
     pitch = rig.chain.link_length + rig.connector_length

@@ -122,14 +122,10 @@ class Config(Section):
     """Everything in ``config/config.yaml``.
 
     ``sensor_csv`` names the measured record of a speed; ``{rpm}`` stands for the motor speed. ``sensor_mapping`` names
-    the
-    file that says how these are read (:class:`trackdyn.sensor.sensor_mapping.SensorMapping`). ``known`` ends the runs
-    of
-    ring study, sensitivity, stability and ladder. ``compare_costs`` asks for what an answer costs in every code, and a
-    sweep
-    on one and two processes; ``short_studies`` for the short forms of accuracy against cost, extremes, traction, the
-    whole loop as
-    the sensor, and the ensemble.
+    the file that says how these are read (:class:`trackdyn.sensor.sensor_mapping.SensorMapping`). ``known`` ends the
+    runs of ring study, sensitivity, stability and ladder. ``compare_costs`` asks for what an answer costs in every
+    code, and a sweep on one and two processes; ``short_studies`` for the short forms of accuracy against cost,
+    extremes, traction, the whole loop as the sensor, and the ensemble.
     """
 
     rig: str

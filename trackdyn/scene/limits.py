@@ -50,10 +50,9 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
     A contact of stiffness k on a mass m oscillates stably for ``h < 2 sqrt(m / k)``; friction with
     the slope c of Eq. 10 decays for ``h < 2 m / c`` (for RK4 2.82 and 2.78 in place of 2). Both are
     taken at the load of one pitch on a wheel, ``2 T sin(pi / m)`` with T the pre-tension plus the weight of a metre of
-    chain, times
-    ``DYNAMIC_FACTOR``, and more on a wheel around which a pitch turns by more than on the sprocket. Bushing damping and
-    a compliant cut are implicit in the sweep of semi-implicit Euler
-    and set no limit there; for RK4 they do. Bushing stiffness acts on the smaller rotational inertia.
+    chain, times ``DYNAMIC_FACTOR``, and more on a wheel around which a pitch turns by more than on the sprocket.
+    Bushing damping and a compliant cut are implicit in the sweep of semi-implicit Euler and set no limit there; for
+    RK4 they do. Bushing stiffness acts on the smaller rotational inertia.
     """
     limits = turn_limit(model.drive.rate) if method.order == 1 else {}
     oscillation, decay = method.oscillation, method.decay

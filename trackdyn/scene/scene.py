@@ -101,8 +101,7 @@ class Scene(Section):
     tension : str
         ``locked`` (the tensioning wheel stays where the reference ring put it), ``retensioned`` (the pre-tension is
         set again with the scene's ring), ``sprung`` (it slides on a spring and a damper while the chain runs) or
-        ``forced``
-        (the rig's force pushes it); the rig's own by default.
+        ``forced`` (the rig's force pushes it); the rig's own by default.
     drag : str
         ``viscous`` (bearing drag grows with the rate of a wheel) or ``coulomb`` (a torque that does not).
     tolerance : float or None

@@ -97,8 +97,7 @@ def find_layout(path: Path, text: str, recognised: Callable[[Sequence[str]], boo
 
     The header is the first line, perhaps behind a ``#``, whose names are ``recognised`` and are as many as the fields
     of the row that follows. Where a file begins with numbers its columns are named "1", "2" and so on. ``sought`` says
-    in a
-    refusal what was not found.
+    in a refusal what was not found.
 
     Raises
     ------

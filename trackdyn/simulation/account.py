@@ -20,10 +20,9 @@ LOSSES = ("tooth_friction", "wheel_friction", "bearing", "bushing_loss")
 NORMAL_LOSSES, LONG_RECORD = ("tooth_normal", "wheel_normal"), 10.0
 # A resolved acceleration changes from one step to the next much as it did before: the mean product of two changes in a
 # row is 0.8 to 1.0 of their mean square. Where contact flips from step to step it is -1; 0 lies between. A flip of c
-# adds
-# c^2 / 8 to the mean square: below this size (m/s2) less than 0.5 % to a link's RMS of 9 m/s2, as much as the account
-# may leave open. It was 1.0, set for 0.2 %, until linearly implicit runs at 0.5 ms were seen to flip by 1.04. It takes
-# a second to tell it from a single impact.
+# adds c^2 / 8 to the mean square: below this size (m/s2) less than 0.5 % to a link's RMS of 9 m/s2, as much as the
+# account may leave open. It was 1.0, set for 0.2 %, until linearly implicit runs at 0.5 ms were seen to flip by 1.04.
+# It takes a second to tell it from a single impact.
 LEAST_CHANGE, LEAST_RECORD = 1.8, 1.0
 
 

@@ -267,8 +267,7 @@ class Loop:
         """An independent loop in the same state that goes on with some fields of its scene replaced.
 
         Step, integrator, solver, motor speed, laws, the rig's weights and the like may change; bodies, joints and
-        wheels stay.
-        The sprocket goes on as it is driven, or to another speed from the present one (`drive`).
+        wheels stay. The sprocket goes on as it is driven, or to another speed from the present one (`drive`).
 
         Raises
         ------

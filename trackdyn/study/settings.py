@@ -65,8 +65,7 @@ class StatisticErrors(Section):
 
     A record lasts ``loop_turns`` revolutions; without a ring, where motion scatters, ``loop_turns_without_ring``.
     The two or three finest steps of ``semi_implicit`` give the limit that errors are taken against, the finest of
-    ``rk4``
-    a ``second_reference``.
+    ``rk4`` a ``second_reference``.
     """
 
     scenes: Annotated[list[SceneKey], Field(min_length=1)]

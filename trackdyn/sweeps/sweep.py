@@ -41,8 +41,7 @@ def sweep(
         ``name``; ``until.rms`` and its like are tolerances that end the run when reached, or after ``until.longest`` s;
         ``known.share_pct``, ``known.force`` and ``known.passages`` end it when its contacts are known (`steady.Known`).
         ``step`` may be several: the first counts that is neither refused nor diverges. An empty cell leaves the field
-        to
-        its default.
+        to its default.
     out : path or None
         Table to write (.csv, .parquet), with the cost of every row beside it (``.costs.csv``).
     rig : path

@@ -120,8 +120,7 @@ def errors(cheap: pd.DataFrame, full: pd.DataFrame, plain: pd.DataFrame, laws: S
     -------
     DataFrame
         Index the columns of outputs; ``fidelity_sd`` and ``discrepancy_sd``: within so much lie 68 % of the
-        differences; 0
-        where nothing could be compared. ``fidelity_rigs``, ``discrepancy_rigs``: how many differences.
+        differences; 0 where nothing could be compared. ``fidelity_rigs``, ``discrepancy_rigs``: how many differences.
     """
 
     cheap, full, plain = (table.drop(columns="whole", errors="ignore") for table in (cheap, full, plain))
@@ -195,8 +194,7 @@ def judged(
     -------
     DataFrame
         Index ``rig``; a column a target, then ``loss``, ``reading``, ``worst`` (largest implausibility),
-        ``excluded_by``
-        (number of targets beyond the cutoff).
+        ``excluded_by`` (number of targets beyond the cutoff).
     """
     implausible = implausibility(targets, values[all_columns(targets)].to_numpy(dtype=float), errors, cheap=cheap)
     lost, reading = loss(implausible)

@@ -97,8 +97,7 @@ def choice_table(study: pd.DataFrame, rpm: float) -> pd.DataFrame:
     -------
     DataFrame
         ``ring_radius_m, rigs``; ``p_right_free`` with its exact 95 % interval; median and 5 to 95 % of what ``KEPT``
-        names;
-        ``p_best_<criterion>``: share of rigs in which the radius is the best one.
+        names; ``p_best_<criterion>``: share of rigs in which the radius is the best one.
     """
     rows = whole_rigs(study, rpm)
     count = rows["rig"].nunique()

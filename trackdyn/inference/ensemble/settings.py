@@ -74,10 +74,9 @@ class Fidelity(Section):
 
 class Form(Section):
     """How much is computed: rigs that show the errors of cheap runs and of laws, rigs of every wave, of the last one
-    (at full
-    fidelity) and of the study of radii; the speeds of that study, its radii, and the speeds at which it runs the
-    paper's ring
-    alone, for what is said of records; steps of the search between waves; jobs that a stage is cut into."""
+    (at full fidelity) and of the study of radii; the speeds of that study, its radii, and the speeds at which it
+    runs the paper's ring alone, for what is said of records; steps of the search between waves; jobs that a stage
+    is cut into."""
 
     compared: Annotated[int, Field(ge=2)]
     waves: Annotated[list[Annotated[int, Field(ge=4)]], Field(min_length=1)]

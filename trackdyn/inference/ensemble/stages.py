@@ -2,9 +2,8 @@
 of radii.
 
 ``compared`` shows what cheap runs and other laws change, ``1`` is drawn from the prior ranges, every later wave from
-the
-search between the waves, ``last`` runs the least excluded rigs at full fidelity, ``study`` runs rings and speeds with
-them, ``shipped`` is the rig as it ships, for comparison.
+the search between the waves, ``last`` runs the least excluded rigs at full fidelity, ``study`` runs rings and speeds
+with them, ``shipped`` is the rig as it ships, for comparison.
 """
 
 from collections.abc import Sequence

@@ -101,10 +101,8 @@ def parameters_table(e: Ensemble) -> pd.DataFrame:
     DataFrame
         ``name, low, high, source``; ``q05, median, q95`` of the rigs (for a choice the share of each alternative in
         ``alternatives``); ``remaining``: width from 5 to 95 % over 0.9 of the range in the scale of the unknown;
-        ``p_value`` of
-        the hypothesis that the rigs are drawn from the whole range (Kolmogorov, Smirnov); ``identifiable``; ``shipped``
-        and
-        whether the shipped rig's value is ``outside`` the range.
+        ``p_value`` of the hypothesis that the rigs are drawn from the whole range (Kolmogorov, Smirnov);
+        ``identifiable``; ``shipped`` and whether the shipped rig's value is ``outside`` the range.
     """
     x = e.read(f"points_{STUDY}")[e.unknowns.labels]
     shipped = e.unknowns.of_rig(load_rig(e.rig))
@@ -163,8 +161,8 @@ def conflicts(e: Ensemble) -> pd.DataFrame:
     -------
     DataFrame
         ``first, second`` (the same: the claim alone), ``least``: the least over all rigs of the larger implausibility
-        of the
-        two, ``rig``: which one that is, ``excluded``: it is beyond the cutoff, so that no rig that was run shows both.
+        of the two, ``rig``: which one that is, ``excluded``: it is beyond the cutoff, so that no rig that was run
+        shows both.
     """
     worst = group_worst(e, all_judged(e))
     rows = []
@@ -182,8 +180,7 @@ def pareto(e: Ensemble, first: str = "C16", second: str = "C17") -> pd.DataFrame
     -------
     DataFrame
         Sorted by ``first``; with seat depth, clearance of the seat (r3 less the arc's radius), ring radius less
-        equal-pitch
-        radius (m), and every choice.
+        equal-pitch radius (m), and every choice.
     """
     worst = group_worst(e, all_judged(e))[[first, second]].sort_values([first, second])
     best = worst[second].cummin().shift(fill_value=np.inf)

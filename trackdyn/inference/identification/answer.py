@@ -60,8 +60,7 @@ def features_table(answer: Answer) -> pd.DataFrame:
     q95, inside``.
 
     Amplitudes in g; ``scatter`` is relative. ``sim_`` is what simulations at the draws show, without it with
-    discrepancy and
-    scatter; ``best`` is a simulation of the best rig itself.
+    discrepancy and scatter; ``best`` is a simulation of the best rig itself.
     """
     records = answer.records
     table = pd.DataFrame({"record": [answer.measured[k].name for k in records.record]})
@@ -97,8 +96,7 @@ def in_short(answer: Answer) -> pd.DataFrame:
     """A row an unknown and a group of discrepancies: ``of, name, before, q05, median, q95, verdict``.
 
     Before: an unknown's range, or the prior's median of a discrepancy, which is ``wider`` if its 90 % interval lies
-    above the
-    prior's (`posterior.contradicted`).
+    above the prior's (`posterior.contradicted`).
     """
     rows = [
         {"of": "unknown", "name": row["unknown"], "before": f"{row['low']:.4g} to {row['high']:.4g}"}

@@ -2,11 +2,9 @@
 2018).
 
 Truths are drawn from the prior, sizes of discrepancies included; at each a record is simulated, scatter and a
-discrepancy of
-these sizes are added, and the unknowns are identified from it. If emulator, covariances and sampler are right, the
-truth's
-rank among the draws is uniform, and intervals of any level hold it that often. That shows that the procedure does what
-it says under its own assumptions; it is no validation of the simulator.
+discrepancy of these sizes are added, and the unknowns are identified from it. If emulator, covariances and sampler are
+right, the truth's rank among the draws is uniform, and intervals of any level hold it that often. That shows that the
+procedure does what it says under its own assumptions; it is no validation of the simulator.
 
 One set of simulations serves twice: in turn each of `FOLDS` parts of it are truths, and the emulator learns from the
 others.
@@ -134,8 +132,7 @@ class Calibration(NamedTuple):
         drawn.
     ranks : DataFrame
         ``truth, discrepancy, parameter, value, rank, of, verdict, width``: of the truth among independent draws;
-        ``value`` is
-        its position between 0 and 1, for sizes of discrepancies their logarithm.
+        ``value`` is its position between 0 and 1, for sizes of discrepancies their logarithm.
     summary : DataFrame
         A row a discrepancy and parameter: coverages with their 95 % intervals, test of uniform ranks, how often
         identified.
@@ -248,8 +245,8 @@ def summarised(ranks: pd.DataFrame) -> pd.DataFrame:
     p_uniform``.
 
     ``low_90`` to ``high_90`` is the 95 % interval of the coverage (Clopper and Pearson); ``p_uniform`` is the
-    probability of
-    ranks at least as uneven as these (chi-squared over `BINS` bins, or as many as hold five truths each).
+    probability of ranks at least as uneven as these (chi-squared over `BINS` bins, or as many as hold five truths
+    each).
     """
     rows = []
     for (discrepancy, parameter), part in ranks.groupby(["discrepancy", "parameter"], sort=False):

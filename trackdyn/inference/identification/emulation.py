@@ -2,9 +2,8 @@
 
 Features move together, and so do an emulator's errors in them: principal components are emulated (Higdon et al., J. Am.
 Stat. Assoc. 103, 2008). How far they err is learnt by cross-validation: all is fitted anew without a part of the
-simulations,
-and compared with these. Leaving points out of a fit that had seen them promised half of the errors, and none of the
-outliers.
+simulations, and compared with these. Leaving points out of a fit that had seen them promised half of the errors, and
+none of the outliers.
 """
 
 from typing import NamedTuple
@@ -78,9 +77,8 @@ class FeatureEmulator:
     x : (n, d) array
         As given.
     degrees : float
-        Of freedom of the Student distribution of the errors (`tails`), whose covariance matrix a prediction gives up to
-        a
-        factor: inverse gamma with half of these degrees as shape and rate, the same for all features at a point.
+        Of freedom of the Student distribution of the errors (`tails`), whose covariance matrix a prediction gives up
+        to a factor: inverse gamma with half of these degrees as shape and rate, the same for all features at a point.
     """
 
     def __init__(self, x, features, scale):
@@ -155,12 +153,9 @@ def tails(distance: np.ndarray, count: int, terms: np.ndarray) -> tuple[np.ndarr
     """How the variance of errors changes with the place, and the degrees of freedom of their Student distribution.
 
     Emulators err far more in some places than in others (the stiffest bushings, the slackest strands), and resonances
-    that the
-    simulations step over make them err far more at single points, then in all features. Squared distances of ``count``
-    features'
-    errors, (n,), are distributed as F over the local variance; what is given maximises the likelihood, with a normal
-    prior on
-    all coefficients but the first.
+    that the simulations step over make them err far more at single points, then in all features. Squared distances of
+    ``count`` features' errors, (n,), are distributed as F over the local variance; what is given maximises the
+    likelihood, with a normal prior on all coefficients but the first.
 
     Returns
     -------

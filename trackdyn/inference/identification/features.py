@@ -113,10 +113,8 @@ def covariance(statistics: np.ndarray, rate: float, seed: int = 0) -> np.ndarray
     """(features, features) Covariance of `features` from the record itself: a bootstrap whose blocks are turns.
 
     There are more features than turns: correlations are shrunk towards none by the weight that Ledoit and Wolf (2004)
-    give
-    for this many turns, and all is widened to the variance of Student's distribution with one degree of freedom less
-    than
-    turns.
+    give for this many turns, and all is widened to the variance of Student's distribution with one degree of freedom
+    less than turns.
 
     Raises
     ------

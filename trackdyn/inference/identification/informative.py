@@ -71,11 +71,9 @@ def tellable(
     """The unknowns that the records can tell side by side, the best told first.
 
     Each candidate is moved alone from a quarter to three quarters of its range. With features that change in
-    proportion, a
-    discrepancy of the prior's median and the scatter of the records, that gives the standard deviation which each would
-    keep
-    beside those that are chosen already. One is chosen as long as its 90 % interval would be at most half as wide as
-    before.
+    proportion, a discrepancy of the prior's median and the scatter of the records, that gives the standard deviation
+    which each would keep beside those that are chosen already. One is chosen as long as its 90 % interval would be at
+    most half as wide as before.
 
     Returns
     -------

@@ -1,12 +1,9 @@
 """The posterior of unknowns given the features of records, with discrepancies whose sizes are unknown, too.
 
 ``features of a record = simulation at the unknowns + discrepancy + scatter of the record``. The discrepancy stands for
-what
-a model of rigid links with smooth contact cannot have: glue that rings, bending, a speed that fluctuates, wear. It is
-normal,
-independent from feature to feature, of one size for each group of features, and a part `SHARED` of its variance is the
-same
-at every speed: more speeds do not average it away.
+what a model of rigid links with smooth contact cannot have: glue that rings, bending, a speed that fluctuates, wear.
+It is normal, independent from feature to feature, of one size for each group of features, and a part `SHARED` of its
+variance is the same at every speed: more speeds do not average it away.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,11 +19,9 @@ from trackdyn.inference.identification.emulation import Prediction
 from trackdyn.inference.identification.features import Feature
 
 # The prior of the discrepancies' sizes: log-normal with these medians, relative amplitudes. Judgement, written before
-# any
-# fit: amplitudes of lines follow from speed and layout (mounting and gain of a sensor: some percent); a linear bushing
-# and
-# rigid links give low orders and bands to a tenth or two; contact, glue and bending make high bands a matter of a
-# factor.
+# any fit: amplitudes of lines follow from speed and layout (mounting and gain of a sensor: some percent); a linear
+# bushing and rigid links give low orders and bands to a tenth or two; contact, glue and bending make high bands a
+# matter of a factor.
 MEDIANS = {"lines": 0.03, "passing": 0.15, "low": 0.15, "high": 0.4, "crest": 0.2}
 SPREAD = (
     1.0  # standard deviation of the logarithm: a twentieth of the prior lies above 5 medians, another below a fifth
@@ -102,8 +97,7 @@ class Posterior:
         Groups of features, each with a size of its discrepancies.
     degrees : float or None
         Of freedom of the emulator's errors. The factor that makes normal errors Student's is sampled, too: its
-        logarithm is
-        the last coordinate of a point. None: the errors are normal, and there is no such coordinate.
+        logarithm is the last coordinate of a point. None: the errors are normal, and there is no such coordinate.
     prior_middle : (groups,) array
         Logarithms of the medians of these sizes before.
     """

@@ -67,9 +67,8 @@ def _extrapolated(runs: Mapping[float, Series], fine: float, coarse: float, orde
 
 def _paired(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Two series of the same passages: runs that start alike scatter alike, and their difference scatters less (common
-    random numbers: Law, Simulation Modeling and Analysis, 5th edition, 2015, ch. 11.2). Where one has passages that the
-    other
-    lacks, these are left out at the beginning."""
+    random numbers: Law, Simulation Modeling and Analysis, 5th edition, 2015, ch. 11.2). Where one has passages that
+    the other lacks, these are left out at the beginning."""
     count = min(len(one), len(other))
     return one[len(one) - count :], other[len(other) - count :]
 
@@ -93,8 +92,7 @@ def presets_beside_limits(rows: pd.DataFrame, limits: pd.DataFrame) -> pd.DataFr
     DataFrame
         A row a scene and measure: ``limit, limit_error`` (g, % of a turn, N); for each preset whose step was run
         ``<preset>_pct, <preset>_error_pct``: relative, shares in points of a turn; ``standard_within_bound``: yes and
-        no
-        if two standard errors do not change the answer, undecided otherwise.
+        no if two standard errors do not change the answer, undecided otherwise.
     """
     full = rows[(rows["fidelity"] == "ten_arcs") & ~rows["failed"].astype(bool)]
     found = []

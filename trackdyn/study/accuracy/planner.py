@@ -1,11 +1,9 @@
 """The planner: the cheapest fidelity, step and duration that keep a tolerance, by what was measured.
 
 The error of an answer has two parts. That of the setting was measured against the limit over steps; it is taken at its
-upper
-end, two standard errors higher. That of the record falls as one over the root of its passages where motion scatters,
-and is
-nothing where it repeats; it is taken as half of the 95 % interval that the record will show. Their sum must keep the
-tolerance. Between scenes that were measured both are taken twice as large as in the worst of them.
+upper end, two standard errors higher. That of the record falls as one over the root of its passages where motion
+scatters, and is nothing where it repeats; it is taken as half of the 95 % interval that the record will show. Their
+sum must keep the tolerance. Between scenes that were measured both are taken twice as large as in the worst of them.
 """
 
 import io
@@ -248,8 +246,8 @@ def verify(rig: Rig, trade: pd.DataFrame, kept_apart: list[SceneKey], turns: int
     -------
     DataFrame
         ``PROMISES``: ``achieved_error`` against the limit of that very scene, whose own standard error is
-        ``limit_error``.
-        A tolerance that cannot be promised is a row with an empty error, an empty ``met``, and its ``reason``.
+        ``limit_error``. A tolerance that cannot be promised is a row with an empty error, an empty ``met``, and its
+        ``reason``.
     """
     rows = []
     for rpm, ring in kept_apart:

@@ -60,9 +60,8 @@ def statistics_of(recording: Recording) -> dict[str, float]:
 def answers_of(recording: Recording, passages: int | None = None) -> dict[str, Series]:
     """Measures over all links of a recording made with ``every_link``, passage by passage.
 
-    As `statistics_of`, but with what standard errors are made of (`measure.whole_loop`). Only the first ``passages`` of
-    the record count, if
-    that is given. Loop gap and energy residual belong to the whole record and have none.
+    As `statistics_of`, but with what standard errors are made of (`measure.whole_loop`). Only the first ``passages``
+    of the record count, if that is given. Loop gap and energy residual belong to the whole record and have none.
     """
     found = series(recording)
     if passages is not None:

@@ -1,11 +1,9 @@
 """Accuracy against cost: work-precision data over fidelity, integrator and step.
 
 Two kinds of error: the state after a short window, started from one and the same state, against a run of many digits,
-and
-the statistics of a record, against their limit over steps; a second method confirms both. Statistics are taken over
-all links and have standard errors, so that what the step adds can be told from scatter. What is refused or diverges is
-a
-point too. Cost is the processor time of the process: other jobs may run beside.
+and the statistics of a record, against their limit over steps; a second method confirms both. Statistics are taken
+over all links and have standard errors, so that what the step adds can be told from scatter. What is refused or
+diverges is a point too. Cost is the processor time of the process: other jobs may run beside.
 """
 
 from time import process_time
@@ -28,8 +26,7 @@ from trackdyn.study.accuracy.statistics import ABSOLUTE, answers_of, scale_of, s
 from trackdyn.study.settings import StateErrors, StatisticErrors, Steps
 
 # error: against the limit; uncertainty: its standard error; scatter: standard error that one passage would leave, all
-# three
-# relative, in turns of the sprocket for shares; unused: passages of the record that give no value
+# three relative, in turns of the sprocket for shares; unused: passages of the record that give no value
 COLUMNS = [
     "scene",
     "fidelity",
