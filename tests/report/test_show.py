@@ -14,9 +14,8 @@ import trackdyn
 from trackdyn.commands import cli
 from trackdyn.errors import InputError
 from trackdyn.measure.meshing import meshing_summary
-from trackdyn.report.figures import video
-from trackdyn.report.page import stretch as stretches
 from trackdyn.report.page.show import show, signal, work_of
+from trackdyn.simulation import replay as stretches
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.replay import stretch_of
 from trackdyn.simulation.simulate import simulate
@@ -300,44 +299,14 @@ def test_the_command_writes_the_page_beside_the_run(page_file, monkeypatch, caps
         (["none.npz"], "none.npz"),
         (["broken.npz"], "broken.npz"),
         (["run.npz", "--out", "run.pdf"], "a name that ends in .html would do"),
-        (["run.npz", "--video", "run.gif"], "a name that ends in .mp4 would do"),
         (["run.npz", "--seconds", "0"], "at least 0.001 and at most 60 s would do"),
         (["run.npz", "--out", "run.npz/run.html"], "run.npz/run.html: cannot be written"),
-        (["run.npz", "--video", "run.mp4"], "pip install 'trackdyn[video]' or ffmpeg of your system would do"),
     ],
 )
 def test_the_command_refuses_in_one_sentence(arguments, sentence, recording, monkeypatch, capsys, tmp_path):
     recording.save(tmp_path / "run.npz")
     (tmp_path / "broken.npz").write_bytes((tmp_path / "run.npz").read_bytes()[:5000])
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(video.FFMpegWriter, "isAvailable", lambda: False)
-    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     code, said = command(monkeypatch, capsys, *arguments)
     assert code == 1 and sentence in said.err and said.err.count("\n") == 1 and "Traceback" not in said.err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["broken.npz", "run.npz"]
-
-
-def test_a_picture_of_the_film_holds_every_contact(recording, stretch):
-    film = video.Film(recording, stretch)
-    for index in (0, 50):
-        film.draw(index)
-        for view in film.views:
-            assert len(view["arrows"].get_segments()) == len(stretch.contacts[index])
-            assert len(view["links"].get_paths()) == len(view["connectors"].get_paths()) == stretch.bodies.shape[1] / 2
-    lengths = [np.hypot(*np.diff(segment, axis=0)[0]) for segment in film.views[0]["arrows"].get_segments()]
-    bar = film.shape["bars"]["loop"]
-    assert max(lengths) <= 3.1 * bar  # the largest of the whole stretch is at most three bars long
-    assert np.array(lengths) == pytest.approx(np.hypot(*stretch.contacts[50][:, 3:5].T) / film.shape["force_bar"] * bar)
-
-
-def test_a_film_is_written(recording, tmp_path):
-    try:
-        video.find_ffmpeg()
-    except InputError as error:
-        pytest.skip(str(error))
-    short = stretch_of(recording, 0.01)
-    assert video.write_video(recording, short, tmp_path / "run.mp4", pace=0.05) == len(short.time)
-    # a quarter of real time would be 250 pictures a second: every fifth will do
-    assert video.write_video(recording, short, tmp_path / "run.mp4") == len(short.time) / 5
-    assert (tmp_path / "run.mp4").read_bytes()[4:8] == b"ftyp"
-    assert [path.name for path in tmp_path.iterdir()] == ["run.mp4"]
