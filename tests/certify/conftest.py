@@ -1,8 +1,6 @@
 """A small results folder."""
 
-import numpy as np
 import pytest
-from PIL import Image
 
 TABLE = "run,rms_g,wall_s,loop_gap_max_m,note\n115rpm,0.924182,6.4,2.8e-14,\n150rpm,1.08251,7.1,3.1e-14,loose\n"
 PAGE = "Table 3. Root mean square.\n\n| rpm | rms |\n|---|---|\n| 115 | 0.924 |\n| 150 | −1.08 |\n"
@@ -29,6 +27,5 @@ def results(tmp_path):
     }.items():
         (folder / name).write_text(text, encoding="utf-8")
     (folder / "runs" / "115rpm.npz").write_bytes(b"recording")
-    shades = np.linspace(0, 255, 100 * 160).reshape(100, 160).astype("uint8")
-    Image.fromarray(shades).save(folder / "figures" / "fig24.png")
+    (folder / "figures" / "fig24.png").write_bytes(b"picture")
     return folder

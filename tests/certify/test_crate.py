@@ -120,7 +120,7 @@ def test_recordings_and_agent_come_if_they_are_asked_for(results):
 def test_results_that_are_not_those_of_the_manifest_are_not_packed(results):
     write_manifest(results, INPUTS)
     (results / "tables" / "table3.md").write_text("changed")
-    with pytest.raises(InputError, match=r"1 different \(tables/table3\.md\)"):
+    with pytest.raises(InputError, match=r"1 known by their bytes alone, which differ \(tables/table3\.md\)"):
         write_crate(results)
     assert not (results / "crate.zip").exists()
 

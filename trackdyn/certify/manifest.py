@@ -1,6 +1,5 @@
 """The manifest of a results folder: a hash of every file that a run makes, and the numbers of its tables."""
 
-import base64
 import hashlib
 import io
 import json
@@ -11,7 +10,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import pandas as pd
-from PIL import Image
 from pydantic import Field
 
 from trackdyn.certify.provenance import PACKAGES, file_hash, package_hash, package_version
@@ -22,10 +20,10 @@ from trackdyn.paper.contents import OWN, PAPER, STUDIES
 from trackdyn.parameters.validation import Section, shown, validated
 from trackdyn.version import __version__
 
-FORMAT = 1
+FORMAT = 2
 NAME = "manifest.json"
 LARGEST = 50_000_000  # bytes of a manifest that is read; that of the full run has less than one million
-# a longer text is known by its hash only
+# a longer table is known by its hash only
 LONGEST_TEXT = 120_000
 KINDS = {".png", ".svg", ".gif", ".csv", ".md", ".json", ".npz", ".html"}
 # Times of computing and memory, which no two runs share, and what follows from them: the planner takes what was
@@ -36,7 +34,6 @@ TIMES = re.compile(
     r"|.*\.cost\.json|report\.html|plan\.json"
 )
 TIMED_COLUMN = re.compile(r"(start_)?(wall|cpu)_s(_per_s)?|resident_mb")
-LOOK = 24  # squares of a picture, each way, whose mean grey is kept
 
 
 Hash = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
@@ -50,7 +47,6 @@ class File(Section):
     shows: str = ""
     times: list[str] = Field(default_factory=list)
     text: str = ""
-    look: Annotated[str, Field(pattern=f"^[A-Za-z0-9+/]{{{LOOK * LOOK * 4 // 3}}}$")] = ""
 
 
 class MadeWith(Section):
@@ -112,14 +108,14 @@ def describe(results: Path | str, inputs: Iterable[Path | str] = (), whole: bool
     inputs : iterable of path
         What the run was made from.
     whole : bool
-        Keep the text of long files, too: for a comparison of two folders.
+        Keep the text of long tables, too: for a comparison of two folders.
 
     Returns
     -------
     dict
         ``made_with``, ``inputs`` with their hashes, ``files`` by name, each with ``bytes``, ``sha256`` and, as it has
-        them, ``shows`` (the figure or table), ``times`` (columns that were left out of the hash), ``text``, ``look``
-        (mean grey of 24 times 24 squares), and ``hold_times``, the files that are not compared.
+        them, ``shows`` (the figure or table), ``times`` (columns that were left out of the hash) and ``text`` (of a
+        table), and ``hold_times``, the files that are not compared.
 
     Raises
     ------
@@ -186,23 +182,13 @@ def _shows(results: Path) -> dict[str, str]:
 def _entry(path: Path, whole: bool) -> dict[str, Any]:
     data = path.read_bytes()
     entry: dict[str, Any] = {"bytes": len(data)}
-    if path.suffix in (".csv", ".md", ".json"):
+    if path.suffix == ".csv" and not data.startswith(b"#"):
         text = data.decode("utf-8")
-        if path.suffix == ".csv" and not text.startswith("#"):
-            times = [name for name in text.partition("\n")[0].split(",") if TIMED_COLUMN.fullmatch(name)]
-            if times:
-                text = read_table(text).drop(columns=times).to_csv(index=False, lineterminator="\n")
-                data = text.encode("utf-8")
-                entry = {"bytes": len(data), "times": times}
+        times = [name for name in text.partition("\n")[0].split(",") if TIMED_COLUMN.fullmatch(name)]
+        if times:
+            text = read_table(text).drop(columns=times).to_csv(index=False, lineterminator="\n")
+            data = text.encode("utf-8")
+            entry = {"bytes": len(data), "times": times}
         if whole or len(data) <= LONGEST_TEXT:
             entry["text"] = text
-    elif path.suffix in (".png", ".gif"):
-        entry["look"] = _look(path)
     return {"sha256": hashlib.sha256(data).hexdigest(), **entry}
-
-
-def _look(path: Path) -> str:
-    """Mean grey of the squares of a picture, one byte each, in base64; of a moving one the first picture."""
-    with Image.open(path) as image:
-        grey = image.convert("RGBA").convert("L").resize((LOOK, LOOK), Image.Resampling.BOX)
-        return base64.b64encode(grey.tobytes()).decode("ascii")
