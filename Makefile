@@ -37,7 +37,7 @@ lock: $(READY)
 	$(BIN)/python .ci/lock.py $(NEW)
 
 cluster: $(READY)
-	$(BIN)/python workflow/cluster/show.py $(SIZE)
+	$(BIN)/python tests/workflow/cluster/show.py $(SIZE)
 
 kills: $(READY)
 	$(BIN)/python tests/workflow/killing.py --config $(CONFIG) --rounds $(ROUNDS) --longest $(LONGEST) --all

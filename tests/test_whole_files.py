@@ -25,11 +25,6 @@ ALLOWED = {
     ("trackdyn/report/page/builder.py", "few.save"): "into memory",
     (".ci/lock.py", "write_text"): "in a temporary folder",
     ("trackdyn/fmi/build.py", "write_text"): "in a temporary folder",
-    **{
-        (f"workflow/cluster/{file}.py", name): "in the folder of a demonstration, which ends with it"
-        for file, names in (("show", ("open", "shutil.copytree")), ("slurm", ("open", "write_text", "write_bytes")))
-        for name in names
-    },
 }
 
 

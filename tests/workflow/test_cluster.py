@@ -187,7 +187,7 @@ def test_snakemake_takes_the_profile(tmp_path):
 
 
 def test_what_a_slurm_lacks_is_said_in_one_sentence(monkeypatch):
-    slurm = load("slurm", "workflow/cluster/slurm.py")
+    slurm = load("slurm", "tests/workflow/cluster/slurm.py")
     monkeypatch.setenv("PATH", "/nowhere")
     monkeypatch.setattr(slurm, "PROGRAMS", ("munged", "no_such_daemon"))
     assert "no_such_daemon" in slurm.missing() and "apt-get install slurm-wlm munge" in slurm.missing()

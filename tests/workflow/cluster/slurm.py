@@ -1,16 +1,16 @@
 """A SLURM of one node in a folder of its own, on this machine and its loopback alone."""
 
-import contextlib
 import os
 import shutil
 import signal
 import socket
 import subprocess
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 PROGRAMS = ("munged", "slurmctld", "slurmd", "sbatch", "srun", "squeue", "scontrol", "scancel")
-UP = 30.0  # s until every daemon answers
+UP = 30.0  # s until a daemon answers, and until its jobs have ended
 CONF = """\
 ClusterName=one
 SlurmctldHost={host}(127.0.0.1)
@@ -63,13 +63,19 @@ def _found(program: str) -> str | None:
     return shutil.which(program, path=f"{os.environ.get('PATH', '')}:/usr/sbin:/sbin")
 
 
-def _free_ports(count: int) -> list[int]:
-    """Ports that nobody listens on."""
-    with contextlib.ExitStack() as held:
-        sockets = [held.enter_context(socket.socket()) for _ in range(count)]
-        for one in sockets:
-            one.bind(("127.0.0.1", 0))
-        return [one.getsockname()[1] for one in sockets]
+def wait_until(true: Callable[[], object], seconds: float, what: str) -> None:
+    """Wait for a condition.
+
+    Raises
+    ------
+    RuntimeError
+        It did not come true.
+    """
+    end = time.monotonic() + seconds
+    while not true():
+        if time.monotonic() > end:
+            raise RuntimeError(f"{what}: not within {seconds:g} s")
+        time.sleep(0.1)
 
 
 class Slurm:
@@ -90,42 +96,33 @@ class Slurm:
 
     def __init__(self, folder: Path, cores: int, memory: int):
         self.folder = folder
-        conf = str(folder / "slurm.conf")
+        conf = folder / "slurm.conf"
+        for name in ("bin", "state", "spool"):
+            (folder / name).mkdir(parents=True)
         # within a job the plugin hands no SLURM_CONF on to srun, as if every SLURM had its file in /etc
-        (folder / "bin").mkdir(parents=True)
         srun = folder / "bin" / "srun"
         srun.write_text(f'#!/bin/sh\nSLURM_CONF={conf} exec {_found("srun")} "$@"\n', encoding="utf-8")
         srun.chmod(0o755)
-        self.environment = os.environ | {"SLURM_CONF": conf, "PATH": f"{srun.parent}:{os.environ['PATH']}"}
+        self.environment = os.environ | {"SLURM_CONF": str(conf), "PATH": f"{srun.parent}:{os.environ['PATH']}"}
         self.daemons: dict[str, subprocess.Popen] = {}
-        for name in ("state", "spool"):
-            (folder / name).mkdir(parents=True)
         key = folder / "munge.key"
         key.write_bytes(os.urandom(1024))
         key.chmod(0o400)
+        with socket.socket() as one, socket.socket() as other:  # ports that nobody listens on
+            for free in (one, other):
+                free.bind(("127.0.0.1", 0))
+            ports = one.getsockname()[1], other.getsockname()[1]
         host = socket.gethostname().split(".")[0]
-        (folder / "slurm.conf").write_text(
-            CONF.format(folder=folder, host=host, ports=_free_ports(2), cores=cores, memory=memory), encoding="utf-8"
-        )
+        conf.write_text(CONF.format(folder=folder, host=host, ports=ports, cores=cores, memory=memory), "utf-8")
 
     def __enter__(self) -> "Slurm":
+        munge = {"socket": "munge.socket", "key-file": "munge.key", "pid-file": "munged.pid"}
+        munge |= {"log-file": "munged.log", "seed-file": "munged.seed"}
+        places = [f"--{name}={self.folder / file}" for name, file in munge.items()]
         try:
-            f = self.folder
-            self.start(
-                "munged",
-                "--foreground",
-                "--force",
-                f"--socket={f}/munge.socket",
-                f"--key-file={f}/munge.key",
-                f"--pid-file={f}/munged.pid",
-                f"--log-file={f}/munged.log",
-                f"--seed-file={f}/munged.seed",
-            )
-            self._wait(lambda: (f / "munge.socket").exists(), "munged")
-            self.start("slurmctld", "-D")
-            self._wait(lambda: not self.run("scontrol", "ping", check=False).returncode, "slurmctld")
-            self.start("slurmd", "-D")
-            self._wait(lambda: "idle" in self.out("sinfo", "--noheader", "--format=%T"), "slurmd")
+            self.start("munged", (self.folder / "munge.socket").exists, "--foreground", "--force", *places)
+            self.start("slurmctld", lambda: "is UP" in self.out("scontrol", "ping"), "-D")
+            self.start("slurmd", lambda: "idle" in self.out("sinfo", "--noheader", "--format=%T"), "-D")
         except BaseException:
             self.__exit__()
             raise
@@ -133,29 +130,22 @@ class Slurm:
 
     def __exit__(self, *_) -> None:
         if "slurmd" in self.daemons:  # its jobs would go on without it
-            self.run("scancel", "--user=root", check=False)
-            self._settled()
+            self.out("scancel", "--user=root")
+            wait_until(lambda: not self.jobs("%i", "PENDING,RUNNING,COMPLETING"), UP, "an end of all jobs")
         for name in [*reversed(self.daemons)]:
             self.stop(name)
 
-    def _settled(self) -> None:
-        """Wait until no job is left, as long as it takes to kill one."""
-        for _ in range(100):
-            if not self.jobs():
-                return
-            time.sleep(0.1)
-
-    def start(self, name: str, *arguments: str) -> None:
-        """Start a daemon in the foreground, so that its end can be seen to; it also ends with this process."""
+    def start(self, name: str, up: Callable[[], object], *arguments: str) -> None:
+        """Start a daemon in the foreground and wait until it is up; it also ends with this process."""
         leash = ["setpriv", "--pdeathsig", "KILL"] if shutil.which("setpriv") else []
+        command, quiet = [*leash, _found(name), *arguments], subprocess.DEVNULL
         with (self.folder / f"{name}.out").open("ab") as out:
-            self.daemons[name] = subprocess.Popen(
-                [*leash, _found(name), *arguments],
-                env=self.environment,
-                stdout=out,
-                stderr=out,
-                stdin=subprocess.DEVNULL,
-            )
+            self.daemons[name] = subprocess.Popen(command, env=self.environment, stdout=out, stderr=out, stdin=quiet)
+        try:
+            wait_until(up, UP, f"{name} is up")
+        except RuntimeError as error:
+            logs = [path.read_text(errors="replace") for path in self.folder.glob(f"{name}.[lo]*")]
+            raise RuntimeError(f"{error}: {' '.join(' '.join(logs).split())[-600:]}") from None
 
     def stop(self, name: str, how: int = signal.SIGTERM) -> None:
         """End a daemon that was started here."""
@@ -167,27 +157,10 @@ class Slurm:
             process.kill()
             process.wait()
 
-    def run(self, *command: str, check: bool = True) -> subprocess.CompletedProcess:
-        """A command of SLURM."""
-        return subprocess.run(command, env=self.environment, check=check, capture_output=True, text=True)
-
     def out(self, *command: str) -> str:
         """What a command of SLURM prints, nothing if it fails."""
-        return self.run(*command, check=False).stdout
+        return subprocess.run(command, env=self.environment, capture_output=True, text=True).stdout
 
-    def jobs(self, states: str = "PENDING,RUNNING,COMPLETING") -> list[str]:
-        """Ids of the jobs in some states."""
-        return self.out("squeue", "--noheader", "--format=%i", f"--states={states}").split()
-
-    def _wait(self, up, name: str) -> None:
-        end = time.monotonic() + UP
-        while not up():
-            process = self.daemons[name]
-            if process.poll() is not None or time.monotonic() > end:
-                words = "".join(
-                    path.read_text(errors="replace")
-                    for path in self.folder.glob(f"{name}.*")
-                    if path.suffix in (".log", ".out")
-                )
-                raise RuntimeError(f"{name} does not come up: {' '.join(words.split())[-600:]}")
-            time.sleep(0.1)
+    def jobs(self, form: str, states: str = "all") -> list[str]:
+        """Jobs in some states, a line each (`squeue --format`)."""
+        return self.out("squeue", "--noheader", f"--format={form}", f"--states={states}").splitlines()

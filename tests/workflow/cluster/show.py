@@ -1,0 +1,207 @@
+"""A sweep on a real SLURM of one node, against the same on this machine, and what faults do to it.
+
+`python tests/workflow/cluster/show.py` takes about half an hour on two cores, with ``--small`` some minutes. Everything
+lies in a folder of its own, which is removed at the end unless something went wrong.
+"""
+
+import filecmp
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pandas as pd
+from slurm import Slurm, missing, wait_until
+
+ROOT = Path(__file__).parents[3]
+FULL, SMALL = (10_000, 400), (120, 60)  # rows of the sweep, and of one with a fault
+SCENE = ("preset=fast", "ramp=0.1", "lead_in=0", "duration=1")
+# without one, or with smaller ones, so quick a start is too much for this step
+RINGS = "0.308,0.309,0.31,0.311,0.312,0.313"
+PATIENCE = 1800.0  # s for any one command
+# Polling every ten seconds is for one node; the profile's own is kinder to a cluster.
+EAGER = ("--slurm-init-seconds-before-status-checks", "10")
+
+
+class Show:
+    """A folder, a SLURM beside it, and what came out."""
+
+    def __init__(self, folder: Path, slurm: Slurm, cores: int):
+        self.folder, self.slurm, self.cores, self.failed = folder, slurm, cores, 0
+
+    def say(self, text: str, good: bool = True) -> None:
+        """A line of the report; one that is not good fails the whole."""
+        self.failed += not good
+        print(f"{'' if good else 'FAILED: '}{text}", flush=True)
+
+    def start(self, name: str, *command: str) -> subprocess.Popen:
+        """A command of Python, its words in a file."""
+        with (self.folder / f"{name}.log").open("ab") as log:
+            return subprocess.Popen(
+                [sys.executable, "-P", *command],
+                cwd=self.folder,
+                env=self.slurm.environment | {"PYTHONPATH": str(ROOT)},
+                stdout=log,
+                stderr=log,
+            )
+
+    def run(self, name: str, *command: str) -> int:
+        """The same to its end."""
+        process = self.start(name, *command)
+        try:
+            return process.wait(PATIENCE)
+        finally:
+            process.kill()
+            process.wait()
+
+    def driver(self, name: str, design: str) -> tuple[str, ...]:
+        """The plain command of a sweep on SLURM, a batch a core."""
+        profile = ("--workflow-profile", f"{ROOT}/profiles/slurm", *EAGER)
+        config = {"design": f"{design}.parquet", "out": f"{name}/results.parquet", "batches": self.cores}
+        words = [f"{key}={value}" for key, value in {"rig": f"{ROOT}/config/rig.yaml", **config}.items()]
+        return ("-m", "snakemake", "-s", f"{ROOT}/workflow/sweep.smk", *profile, "--config", *words)
+
+    def same(self, name: str, design: str) -> bool:
+        """Whether a sweep on SLURM gave the bytes that this machine gives."""
+        files = [self.folder / path / "results.parquet" for path in (name, f"local_{design}")]
+        return all(file.exists() for file in files) and filecmp.cmp(*files, shallow=False)
+
+    def kept(self, name: str) -> int:
+        """Rows that are computed so far."""
+        return sum(path.read_bytes().count(b"\n") for path in (self.folder / name / "results.rows").glob("*.jsonl"))
+
+    def design(self, name: str, rows: int) -> None:
+        """A design of short scenes, and what this machine makes of it."""
+        trackdyn = ("-c", "from trackdyn_command import main; main()")
+        fixed = [part for field in SCENE for part in ("--set", field)]
+        vary = ("--vary", "motor_rpm=100:210", "--vary", f"ring_radius={RINGS}")
+        out = self.folder / f"local_{name}" / "results.parquet"
+        how = ("--out", str(out), "-q", f"-j{self.cores}", "--rig", f"{ROOT}/config/rig.yaml")
+        file, began = f"{name}.parquet", time.monotonic()
+        code = self.run("design", *trackdyn, "design", file, "--method", "latin", "--rows", str(rows), *vary, *fixed)
+        code = code or self.run("local", *trackdyn, "sweep", file, *how)
+        states = pd.read_parquet(out).state.value_counts().to_dict() if out.exists() else {}
+        good = code == 0 and sum(states.values()) == rows
+        self.say(f"{name}: {rows} rows here in {time.monotonic() - began:.0f} s: {states}", good)
+
+    def sweep(self) -> None:
+        """The same on SLURM."""
+        began = time.monotonic()
+        code = self.run("sweep", *self.driver("sweep", "long"))
+        took = f"{time.monotonic() - began:.0f} s and {len(self.slurm.jobs('%i'))} jobs"
+        self.say(f"sweep on SLURM in {took}, byte for byte", code == 0 and self.same("sweep", "long"))
+
+    def fault(self, strike: Callable[[str, subprocess.Popen], None], *more: str, code: int = 0) -> None:
+        """A driver that meets a fault, then the plain command again.
+
+        Parameters
+        ----------
+        strike : function
+            Called with the name of the sweep and its running driver; does the harm.
+        more : str
+            Added to the first command only.
+        code : int
+            With which the first driver ends.
+        """
+        name = strike.__name__
+        command, began = self.driver(name, "short"), time.monotonic()
+        process = self.start(name, *command, *more)
+        try:
+            strike(name, process)
+            kept = self.kept(name)
+            ended = process.wait(PATIENCE)
+        except (RuntimeError, subprocess.TimeoutExpired) as error:
+            self.say(f"{name}: {' '.join(str(error).split())[:300]}", False)
+            return
+        finally:
+            process.kill()
+            process.wait()
+        self.say(f"{name}: {kept} rows kept; the driver ended with {ended}", ended == code)
+        self.run(name, *command, "--unlock")  # a driver that was killed leaves its lock
+        ended = self.run(name, *command)
+        twice = self.kept(name) - len(pd.read_parquet(self.folder / "short.parquet"))
+        took = f"{twice} rows computed twice, {time.monotonic() - began:.0f} s in all"
+        self.say(f"{name}: the plain command again, byte for byte; {took}", ended == 0 and self.same(name, "short"))
+
+    def batch(self, name: str) -> str:
+        """A batch that is running and has rows; its id."""
+        found: list[str] = []
+
+        def running() -> bool:
+            found[:] = [line.split()[0] for line in self.slurm.jobs("%i %k", "RUNNING") if "rule_batch" in line]
+            return bool(found) and self.kept(name) > 2
+
+        wait_until(running, 240, "a batch that runs")
+        return found[0]
+
+    # -- faults --------------------------------------------------------------------------------------------------------
+
+    def scancel(self, name: str, process: subprocess.Popen) -> None:
+        """A batch is cancelled."""
+        self.slurm.out("scancel", self.batch(name))
+
+    def driver_killed(self, name: str, process: subprocess.Popen) -> None:
+        """The driver is killed; its jobs go on."""
+        self.batch(name)
+        process.kill()
+
+    def overtime(self, name: str, process: subprocess.Popen) -> None:
+        """A batch runs out of time, stopped until the limits, which are looked at twice a minute, have been."""
+        job = self.batch(name)
+        self.slurm.out("scancel", "--signal=STOP", job)
+        self.slurm.out("scontrol", "update", f"JobId={job}", "EndTime=now")
+        wait_until(lambda: f"{job} TIMEOUT" in self.slurm.jobs("%i %T"), 120, "a batch over its time")
+
+    def overmemory(self, name: str, process: subprocess.Popen) -> None:
+        """Jobs take more memory than they asked for."""
+        process.wait(PATIENCE)
+        logs = (self.folder / ".snakemake" / "slurm_logs").rglob("*.log")
+        if not any("exceeded memory limit" in path.read_text(errors="replace") for path in logs):
+            raise RuntimeError("no job was killed for its memory")
+
+    def node_killed(self, name: str, process: subprocess.Popen) -> None:
+        """The daemon of the node is killed and comes back."""
+        self.batch(name)
+        self.slurm.stop("slurmd", signal.SIGKILL)
+        time.sleep(2)
+        self.slurm.start("slurmd", lambda: True, "-D")
+
+
+def main(small: bool) -> int:
+    """Everything, and how many parts of it failed."""
+    rows, few = SMALL if small else FULL
+    cores = len(os.sched_getaffinity(0))
+    folder = Path(tempfile.mkdtemp(prefix="trackdyn-cluster-"))
+    began, failed = time.monotonic(), 1
+    try:
+        with Slurm(folder / "slurm", cores, 4000 * cores) as slurm:
+            show = Show(folder, slurm, cores)
+            show.say(f"SLURM is up with {cores} cores; load of the machine {os.getloadavg()[0]:.2f}; {folder}")
+            show.design("long", rows)
+            show.sweep()
+            show.design("short", few)
+            show.fault(show.scancel)
+            show.fault(show.driver_killed, code=-signal.SIGKILL)
+            if not small:
+                show.fault(show.overtime)
+                show.fault(show.overmemory, "mem_mb=300")
+                show.fault(show.node_killed)
+            failed = show.failed
+    finally:
+        outcome = f"{failed} parts failed, see {folder}" if failed else "all as it should be"
+        print(f"{time.monotonic() - began:.0f} s; {outcome}")
+        if not failed:
+            shutil.rmtree(folder, ignore_errors=True)
+    return failed
+
+
+if __name__ == "__main__":
+    if lacking := missing():
+        sys.exit(f"no SLURM can be brought up: {lacking}")
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # the daemons end with it
+    sys.exit(bool(main("--small" in sys.argv[1:])))
