@@ -1,15 +1,17 @@
 """Snakemake in this folder, also after a run that was killed: its arguments are Snakemake's.
 
-A killed Snakemake leaves its lock behind and every later run ends at it. Here a lock of the operating system, which
-dies with its holder, says whether somebody still runs; if nobody does, Snakemake's own is removed. Configurations
-are read here first: Snakemake's loader ends in tracebacks where they are no UTF-8, and may run what stands in them.
+A killed Snakemake leaves its lock behind, and cannot tell it from that of one that runs. Here a lock of the operating
+system, which dies with its holder, says whether somebody still runs; if nobody does, Snakemake's own is removed.
+Configurations are read here first: Snakemake's loader ends in tracebacks where they are no UTF-8, and may run what
+stands in them.
 """
 
 import fcntl
 import os
-import subprocess
+import shutil
 import sys
 import time
+from argparse import ArgumentParser
 from pathlib import Path
 
 from trackdyn.errors import TrackdynError
@@ -20,15 +22,9 @@ ROOT = Path(__file__).parents[1]
 
 def configurations(arguments: list[str]) -> list[str]:
     """Files behind ``--configfile``, up to the next option."""
-    found, taking = [], False
-    for argument in arguments:
-        if argument.startswith("-"):
-            option, _, value = argument.partition("=")
-            taking = option in ("--configfile", "--configfiles") and not value
-            found += [value] if value and option in ("--configfile", "--configfiles") else []
-        elif taking:
-            found.append(argument)
-    return found
+    parser = ArgumentParser(add_help=False, allow_abbrev=False)
+    parser.add_argument("--configfile", "--configfiles", nargs="+", action="extend", default=[])
+    return parser.parse_known_args(arguments)[0].configfile
 
 
 def wait_for_jobs() -> None:
@@ -59,12 +55,9 @@ def main(arguments: list[str]) -> None:
     os.write(lock, (token := f"{os.getpid()} {time.time()}").encode())
     os.environ["TRACKDYN_RUN"] = token
     wait_for_jobs()
-    snakemake = [sys.executable, "-m", "snakemake"]
-    if any((ROOT / ".snakemake" / "locks").glob("*")):
-        files = [part for file in configurations(arguments) for part in ("--configfile", file)]
-        subprocess.run([*snakemake, "--unlock", "--quiet", "all", *files], check=True)
+    shutil.rmtree(ROOT / ".snakemake" / "locks", ignore_errors=True)
     os.set_inheritable(lock, True)
-    os.execv(sys.executable, [*snakemake, *arguments])
+    os.execv(sys.executable, [sys.executable, "-m", "snakemake", *arguments])
 
 
 if __name__ == "__main__":
