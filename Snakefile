@@ -51,6 +51,7 @@ wildcard_constraints:
     ring=r"none|\d[\w.]*",
     other="[a-z][a-z0-9_]*",
     stage=r"\w+",
+    short="(short/)?",
 
 
 include: "workflow/rules/common.smk"

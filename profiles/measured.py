@@ -39,7 +39,8 @@ def blocks(folder: Path = ROOT / "workflow" / "rules") -> dict[str, str]:
 def patterns() -> dict[str, str]:
     """Rule and a regular expression of its benchmark files."""
     found = {rule: LOG.search(text) for rule, text in blocks().items()}
-    return {rule: re.sub(r"\{\{\w+\}\}", ".+", match[1]) + ".tsv" for rule, match in found.items() if match}
+    names = {rule: match[1].replace("{{short}}", "(short/)?") for rule, match in found.items() if match}
+    return {rule: re.sub(r"\{\{\w+\}\}", ".+", name) + ".tsv" for rule, name in names.items()}
 
 
 def greedy() -> list[str]:

@@ -1,6 +1,7 @@
 """Tables as they are read: three digits, headings of two lines, units; and what they add up to."""
 
 import re
+import shutil
 
 import numpy as np
 import pandas as pd
@@ -76,14 +77,16 @@ def benchmark(folder, name, wall):
 
 
 def test_costs_have_a_total_that_leaves_out_what_is_asked_for_by_name(tmp_path):
-    for name, wall in (("simulate/115rpm", 2.0), ("simulate/210rpm", 3.0), ("page", 9.0), ("trade", 900.0)):
+    took = {"simulate/115rpm": 2.0, "simulate/210rpm": 3.0, "page": 9.0, "trade": 900.0, "trade/data": 1.0}
+    for name, wall in (took | {"short/trade": 1.0, "short/trade/data": 2.0}).items():
         benchmark(tmp_path, name, wall)
     table = cost_table(tmp_path)
-    assert list(table["rule"]) == ["page", "simulate", "all of a run", "trade, by name"]
-    assert list(table["jobs"]) == [1, 2, 3, 1]
-    assert list(table["wall_s"]) == [9.0, 5.0, 14.0, 900.0]
+    assert list(table["rule"]) == ["page", "simulate", "short/trade", "all of a run", "trade, by name"]
+    assert list(table["jobs"]) == [1, 2, 2, 5, 2]
+    assert list(table["wall_s"]) == [9.0, 5.0, 3.0, 17.0, 901.0]
+    shutil.rmtree(tmp_path / "trade")
     (tmp_path / "trade.tsv").unlink()
-    assert list(cost_table(tmp_path)["rule"]) == ["page", "simulate", "all of a run"]
+    assert list(cost_table(tmp_path)["rule"]) == ["page", "simulate", "short/trade", "all of a run"]
     assert cost_table(tmp_path / "nothing").empty
 
 

@@ -42,22 +42,17 @@ for path in RULE_FILES:
         used = [] if module in BY_NAME else ["gather"] if module in ONE_BATCH else OF_A_SWEEP
         SCRIPTS |= {f"{module}_{rule}": OF_A_SWEEP[rule] for rule in used}
 SCRIPTED = sorted(SCRIPTS)
-ON_DEMAND = {
-    "fit",
+ON_DEMAND = {"fit", "deviations", "crate", "calibration", "identify_synthetic"}
+FULL_FORMS = {
     "trade",
-    "trade_data",
     "scaling",
     "extremes",
     "traction",
-    "deviations",
     "whole_loop",
-    "crate",
-    "calibration",
-    "identify_synthetic",
     "layouts",
-    "layouts_short",
-}
-OF_THESE = {"layouts_part"}  # done for one of them
+}  # their rules make the short ones, too
+BY_DEMAND = ON_DEMAND | FULL_FORMS
+OF_THESE = {"layouts_part", "layouts_form"}  # done for one of them
 PAGES = {"page", "identify_synthetic"}  # of HTML
 WITH_A_TOLERANCE = {"plan"}  # exists only where the configuration asks for it
 
@@ -192,13 +187,13 @@ class Pretended:
             file = Path(row["output_file"])
             file.parent.mkdir(parents=True, exist_ok=True)
             file.touch()
-        arguments = ("--configfile", str(self.config), "-j1", "--forceall", "--", "all", *ON_DEMAND)
+        arguments = ("--configfile", str(self.config), "-j1", "--forceall", "--", "all", *BY_DEMAND)
         result = snakemake(folder, *arguments, run="--touch", root=self.root)
         assert result.returncode == 0, result.stdout + result.stderr
 
     def summary(self, kind):
         """Snakemake's table of every file that the workflow can make."""
-        arguments = ("--configfile", str(self.config), "--", "all", *ON_DEMAND)
+        arguments = ("--configfile", str(self.config), "--", "all", *BY_DEMAND)
         result = snakemake(self.folder, *arguments, run=kind, root=self.root)
         assert result.returncode == 0, result.stdout + result.stderr
         head, *rows = (line.split("\t") for line in result.stdout.splitlines() if "\t" in line)

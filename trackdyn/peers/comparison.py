@@ -15,9 +15,9 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.simulate import simulate
+from trackdyn.study.settings import peer_scene
 
 READINGS = ("sprocket", "motor")  # whose speed the paper's 180 r/min may be
-RAMP = 1.0  # start-up of the sprocket, s
 OURS, PEER = "trackdyn", "exudyn"
 
 
@@ -50,12 +50,6 @@ class Result:
     missing: str
     frame: np.ndarray = field(repr=False)
     shift: float = 0.0
-
-
-def scene_of(rig: Rig, reading: str, speed_rpm: float, duration: float, step: float) -> Scene:
-    """Scene of Figure 14: ``speed_rpm`` of the sprocket or of the motor, recorded from the end of the ramp."""
-    motor = speed_rpm * (rig.sprocket.transmission_ratio if reading == "sprocket" else 1.0)
-    return Scene(rig, motor, duration=duration, lead_in=0.0, ramp=RAMP, step=step, frame_interval=duration)
 
 
 def belt_of(scene: Scene) -> Scene:
@@ -131,7 +125,7 @@ def compare(
         require_exudyn()
     except InputError as error:
         missing = f"not run: {error}"
-    first = scene_of(rig, readings[0], speed_rpm, duration_s, steps_s[0])
+    first = peer_scene(rig, readings[0], speed_rpm, duration_s, steps_s[0])
     simulate(first.with_(duration=0.01, frame_interval=0.0))  # compile before the clock runs
 
     ours = {step: run_ours(first.with_(step=step)) for step in steps_s}
@@ -150,9 +144,9 @@ def compare(
     curves, summary = [], []
     frame, shift = None, 0.0
     for reading in readings:
-        scene = scene_of(rig, reading, speed_rpm, duration_s, step)
+        scene = peer_scene(rig, reading, speed_rpm, duration_s, step)
         turns = first.loop_frequency / scene.loop_frequency
-        scene = scene_of(rig, reading, speed_rpm, round(duration_s * turns * rig.sensor.rate) / rig.sensor.rate, step)
+        scene = peer_scene(rig, reading, speed_rpm, round(duration_s * turns * rig.sensor.rate) / rig.sensor.rate, step)
         recording = ours[step][0] if reading == readings[0] else simulate(scene)
         if frame is None:
             frame, shift = recording.frame[0], float(recording.meta["layout"]["tensioner_shift_m"])

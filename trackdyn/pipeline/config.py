@@ -15,12 +15,11 @@ from trackdyn.inference.fit import FitConfig
 from trackdyn.measure.until_known import Known, steady_fields
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.validation import NotNegative, Positive, Section, parse_tolerance, read_yaml, shown, validated
-from trackdyn.peers.comparison import scene_of
 from trackdyn.scene.fidelity import PRESETS
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.sensor_mapping import load_mapping
 from trackdyn.study.accuracy.ladder import REFERENCE, SETTINGS
-from trackdyn.study.settings import Allowed, StudiesFile, allowed_step, rising
+from trackdyn.study.settings import Allowed, StudiesFile, allowed_step, peer_scene, rising
 
 FIT = "config/fit.yaml"
 
@@ -303,7 +302,7 @@ class Config(Section):
                 if len(set(values := getattr(p, name))) < len(values):
                     raise InputError(f"{name} = {shown(values)} is not accepted: a value stands twice; give each once")
             for reading, step in product(p.readings, p.steps_s):
-                scene_of(rig, reading, p.speed_rpm, p.duration_s, step)
+                peer_scene(rig, reading, p.speed_rpm, p.duration_s, step)
         with _section("fidelity"):
             f = self.fidelity
             for rpm, radius in product(f.speeds_rpm, self.ladder_radii):

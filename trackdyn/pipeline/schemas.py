@@ -31,7 +31,24 @@ def schema(name: str) -> dict[str, Any]:
     found = MODELS[name].model_json_schema()
     if name == "config":
         found = _without_required(found)
+    shared: dict[str, Any] = {}
+    found = _shared(found, shared)
+    found.setdefault("$defs", {}).update(shared)
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **found}
+
+
+def _shared(part: Any, shared: dict[str, Any]) -> Any:
+    """A schema in which every kind of parameter, with a unit and bounds of its own, stands once among ``$defs``."""
+    if isinstance(part, list):
+        return [_shared(value, shared) for value in part]
+    if not isinstance(part, dict):
+        return part
+    entry = {key: value for key, value in part.items() if key not in ("title", "default")}
+    if "const" not in part.get("properties", {}).get("unit", {}):
+        return {key: _shared(value, shared) for key, value in part.items()}
+    name = next((name for name, other in shared.items() if other == entry), f"Parameter{len(shared) + 1}")
+    shared[name] = entry
+    return {"$ref": f"#/$defs/{name}", **{key: part[key] for key in ("title", "default") if key in part}}
 
 
 def _without_required(part: Any) -> Any:

@@ -108,12 +108,12 @@ HEADS = {
 # made on demand: not part of what a run costs
 BY_NAME = (
     "trade",
-    "trade_full",
     "scaling",
     "extremes",
-    "extremes_full",
     "traction",
     "whole_loop",
+    "layouts",
+    "ensemble",
     "fit",
     "deviations",
     "pictures",
@@ -180,7 +180,8 @@ def cost_table(folder: Path | str) -> pd.DataFrame:
         name = path.relative_to(folder).with_suffix("").as_posix()
         row = pd.read_csv(path, sep="\t").iloc[-1]
         # one line for all runs of a kind: simulate/ring/..., simulate/meshing/..., simulate records
-        kind = "/".join(name.split("/")[:-1]) or name
+        kind = name.rpartition("/")[0]
+        kind = name if kind in ("", "short") else kind  # short forms of the studies stand in a folder
         rows.append({"rule": kind, "wall_s": row["s"], "cpu_s": row["cpu_time"], "memory_mb": row["max_rss"]})
     if not rows:
         return pd.DataFrame(columns=["rule", "jobs", "wall_s", "cpu_s", "largest_memory_mb"])

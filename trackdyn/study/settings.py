@@ -6,7 +6,9 @@ from typing import Annotated, Any, Generic, Literal, TypeVar
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from trackdyn.errors import InputError
+from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import NotNegative, Positive, Section, read_yaml, validated
+from trackdyn.scene.scene import Scene
 
 Values = Annotated[list[Positive], Field(min_length=1)]
 ValuesOrZero = Annotated[list[NotNegative], Field(min_length=1)]
@@ -42,6 +44,12 @@ def rising(where: str, steps: Allowed) -> None:
 def allowed_step(steps: Allowed, value: float | None) -> float:
     """Step up to a value, s; the first one for None, which is no ring."""
     return next((step for most, step in steps if value is None or value <= most * (1 + 1e-9)), steps[-1][1])
+
+
+def peer_scene(rig: Rig, reading: str, speed_rpm: float, duration: float, step: float) -> Scene:
+    """Scene of Figure 14: ``speed_rpm`` of the sprocket or of the motor, recorded from the end of the ramp."""
+    motor = speed_rpm * (rig.sprocket.transmission_ratio if reading == "sprocket" else 1.0)
+    return Scene(rig, motor, duration=duration, lead_in=0.0, ramp=1.0, step=step, frame_interval=duration)
 
 
 def _extrapolates(where: str, steps: Steps) -> None:
@@ -146,6 +154,12 @@ class WholeLoopForm(Section):
     loop_turns: Count
 
 
+class LayoutsForm(Section):
+    """How many random layouts."""
+
+    count: Count
+
+
 class PeerAnswers(Section):
     """One scene in every code until its measure is known to a tolerance: settings that are tried, and the record of
     each.
@@ -173,7 +187,7 @@ class PeerAnswers(Section):
         return self
 
 
-Form = TypeVar("Form", TradeForm, ExtremesForm, TractionForm, WholeLoopForm)
+Form = TypeVar("Form", TradeForm, ExtremesForm, TractionForm, WholeLoopForm, LayoutsForm)
 
 
 class Forms(Section, Generic[Form]):
@@ -190,6 +204,7 @@ class Studies(Section):
     extremes: Forms[ExtremesForm]
     traction: Forms[TractionForm]
     whole_loop: Forms[WholeLoopForm]
+    layouts: Forms[LayoutsForm]
     peer_answers: PeerAnswers
 
 

@@ -16,14 +16,40 @@ onstart:
             part.unlink(missing_ok=True)
 
 
-def figure(name):
+def figure(name, place=""):
     """PNG and SVG of a figure; scripts name the first, the other is saved beside it."""
-    return [f"{R}/figures/{name}.{ending}" for ending in ("png", "svg")]
+    return [f"{R}/{place}figures/{name}.{ending}" for ending in ("png", "svg")]
 
 
 def table(name, key="csv"):
     """CSV of a table by its key, and the same in Markdown, which is written beside it."""
     return {key: f"{R}/tables/{name}.csv", "md" if key == "csv" else f"{key}_md": f"{R}/tables/{name}.md"}
+
+
+# A long study has two forms (config/studies.yaml): its short one lies in the folder `short` of the results and belongs to
+# every run, the full one is asked for by name. One rule makes both; the wildcard `short` tells them apart.
+
+
+def form_name(wildcards):
+    return "short" if wildcards.short else "full"
+
+
+def form_of(study, wildcards):
+    """What a study runs in the form that is asked for."""
+    return getattr(getattr(CONFIG.studies, study), form_name(wildcards))
+
+
+def form(study):
+    """The same as plain data, for the parameters of a rule."""
+    return lambda wildcards: form_of(study, wildcards).model_dump()
+
+
+def full(rule):
+    return expand(rule.output, short="")
+
+
+def short(rule):
+    return expand(rule.output, short="short/")
 
 
 def recording(run):

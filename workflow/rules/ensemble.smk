@@ -1,7 +1,6 @@
 # Rigs that the printed numbers allow, wave by wave (docs/ensemble.md): `ensemble` is asked for by name, its short form
 # belongs to the default target. Rows are kept as they come, so that a wave that is killed goes on where it was.
 
-ENSEMBLE_FORMS = {"ensemble": "full", "short/ensemble": "short"}
 ENSEMBLE = load_ensemble("config/ensemble.yaml")
 ENSEMBLE_INPUTS = dict(config="config/ensemble.yaml", rig=CONFIG.rig, claims="config/claims.yaml")
 ENSEMBLE_TABLES = ("rigs", "parameters", "claims", "conflicts", "pareto", "ranks", "study", "choices", "scorecard", "summary")
@@ -9,7 +8,7 @@ ENSEMBLE_FIGURES = ("fig23_bands", "fig24_bands", "conflicts", "pareto", "pairs"
 
 
 def ensemble_form(wildcards):
-    return ENSEMBLE.forms[ENSEMBLE_FORMS[wildcards.place]]
+    return ENSEMBLE.forms[form_name(wildcards)]
 
 
 def ensemble_waves(wildcards):
@@ -22,12 +21,12 @@ def ensemble_before(wildcards):
     if stage in ("compared", "1", "shipped"):
         return []
     before = ["last"] if stage == "study" else waves if stage == "last" else waves[: int(stage) - 1]
-    return [f"{R}/{wildcards.place}/outputs_{name}.csv" for name in ["compared", *before]]
+    return [f"{R}/{wildcards.short}ensemble/outputs_{name}.csv" for name in ["compared", *before]]
 
 
 def ensemble_stages(wildcards):
     stages = ["compared", *ensemble_waves(wildcards), "last", "shipped"]
-    return [f"{R}/{wildcards.place}/outputs_{stage}.csv" for stage in stages]
+    return [f"{R}/{wildcards.short}ensemble/outputs_{stage}.csv" for stage in stages]
 
 
 rule ensemble_points:
@@ -37,16 +36,15 @@ rule ensemble_points:
         ensemble_before,
         **ENSEMBLE_INPUTS,
     output:
-        points=f"{R}/{{place}}/points_{{stage}}.csv",
-        design=f"{R}/{{place}}/design_{{stage}}.parquet",
-    params: form=lambda wildcards: ENSEMBLE_FORMS[wildcards.place]
-    wildcard_constraints: place="|".join(ENSEMBLE_FORMS)
-    log: f"{R}/logs/{{place}}/points_{{stage}}.log"
+        points=f"{R}/{{short}}ensemble/points_{{stage}}.csv",
+        design=f"{R}/{{short}}ensemble/design_{{stage}}.parquet",
+    params: form=form_name
+    log: f"{R}/logs/{{short}}ensemble/points_{{stage}}.log"
     message: "Ensemble: rigs of the stage {wildcards.stage}"
     script: "../scripts/ensemble_points.py"
 
 
-def ensemble_sweep(place):
+def ensemble_sweep(place, form):
     """What the stages of a form are run by."""
     return {
         "design": f"{R}/{place}/design_{{stage}}.parquet",
@@ -55,13 +53,13 @@ def ensemble_sweep(place):
         "logs": f"{R}/logs/{place}/{{stage}}_",
         "rig": CONFIG.rig,
         "kernels": [KERNELS, method_kernels("linearly_implicit")],
-        "batches": ENSEMBLE.forms[ENSEMBLE_FORMS[place]].batches,
+        "batches": ENSEMBLE.forms[form].batches,
     }
 
 
 module rigs:
     snakefile: "../sweep.smk"
-    config: ensemble_sweep("ensemble")
+    config: ensemble_sweep("ensemble", "full")
 
 
 use rule * from rigs exclude all as ensemble_*
@@ -69,7 +67,7 @@ use rule * from rigs exclude all as ensemble_*
 
 module rigs_short:
     snakefile: "../sweep.smk"
-    config: ensemble_sweep("short/ensemble")
+    config: ensemble_sweep("short/ensemble", "short")
 
 
 use rule * from rigs_short exclude all as ensemble_short_*
@@ -79,12 +77,12 @@ rule ensemble_outputs:
     """Numbers of every rig of a stage that targets are compared with."""
     input:
         needs("ensemble_outputs.py"),
-        f"{R}/{{place}}/runs_{{stage}}.parquet",
+        f"{R}/{{short}}ensemble/runs_{{stage}}.parquet",
         **ENSEMBLE_INPUTS,
-    output: f"{R}/{{place}}/outputs_{{stage}}.csv"
-    params: form=lambda wildcards: ENSEMBLE_FORMS[wildcards.place]
-    wildcard_constraints: place="|".join(ENSEMBLE_FORMS), stage=r"(?!study)\w+"
-    log: f"{R}/logs/{{place}}/outputs_{{stage}}.log"
+    output: f"{R}/{{short}}ensemble/outputs_{{stage}}.csv"
+    params: form=form_name
+    wildcard_constraints: stage=r"(?!study)\w+"
+    log: f"{R}/logs/{{short}}ensemble/outputs_{{stage}}.log"
     message: "Ensemble: outputs of the stage {wildcards.stage}"
     script: "../scripts/ensemble_outputs.py"
 
@@ -94,30 +92,23 @@ rule ensemble_verdicts:
     input:
         needs("ensemble.py"),
         ensemble_stages,
-        f"{R}/{{place}}/runs_study.parquet",
+        f"{R}/{{short}}ensemble/runs_study.parquet",
         card=f"{R}/claims.csv",
         metrics=f"{R}/metrics.csv",
         **ENSEMBLE_INPUTS,
     output:
-        **{name: f"{R}/{{place}}/{name}.csv" for name in ENSEMBLE_TABLES},
-        figures=[f"{R}/{{place}}/{name}.{ending}" for name in ENSEMBLE_FIGURES for ending in ("png", "svg")],
-    params: form=lambda wildcards: ENSEMBLE_FORMS[wildcards.place]
-    wildcard_constraints: place="|".join(ENSEMBLE_FORMS)
-    log: f"{R}/logs/{{place}}/verdicts.log"
+        **{name: f"{R}/{{short}}ensemble/{name}.csv" for name in ENSEMBLE_TABLES},
+        figures=[f"{R}/{{short}}ensemble/{name}.{ending}" for name in ENSEMBLE_FIGURES for ending in ("png", "svg")],
+    params: form=form_name
+    log: f"{R}/logs/{{short}}ensemble/verdicts.log"
     message: "Ensemble: verdicts"
     script: "../scripts/ensemble.py"
 
 
 rule ensemble:
-    """Every rig that the printed numbers allow; asked for by name."""
+    """Every rig that the printed numbers allow; asked for by name. The short form's numbers say nothing."""
     input:
         f"{R}/ensemble/rigs.csv",
-
-
-rule ensemble_short:
-    """The same with a few rigs: it shows that the study runs, its numbers say nothing."""
-    input:
-        f"{R}/short/ensemble/rigs.csv",
 
 
 rule ensemble_pages:

@@ -1,24 +1,6 @@
 # Extremes of parameters, steps and states: every case completes with its invariants in bounds or is refused.
 
 EXTREMES = ("solvers", "stability", "restitution", "outcomes", "long_run")
-EXTREMES_FORMS = {"full": CONFIG.studies.extremes.full, "short": CONFIG.studies.extremes.short}
-
-
-def extremes_outputs(folder):
-    """Files of one form of the extremes."""
-    return dict(
-        csv=f"{folder}/extremes.csv",
-        chunks=f"{folder}/extremes_long_run.csv",
-        seeds=f"{folder}/extremes_seeds.json",
-        md=f"{folder}/tables/extremes.md",
-        summary=f"{folder}/tables/extremes.csv",
-        figures=[f"{folder}/figures/extremes_{name}.{ending}" for name in EXTREMES for ending in ("png", "svg")],
-    )
-
-
-def extremes_parts(form):
-    """Files of the parts that run side by side."""
-    return [f"{R}/extremes/{form}/{part}.csv" for part in parts_of(EXTREMES_FORMS[form])]
 
 
 rule extremes_part:
@@ -27,36 +9,36 @@ rule extremes_part:
         needs("extremes_part.py"),
         rig=CONFIG.rig,
         kernels=SEVERAL_METHODS,
-    output: f"{R}/extremes/{{form}}/{{part}}.csv"
-    params: form=lambda wildcards: EXTREMES_FORMS[wildcards.form].model_dump()
-    wildcard_constraints: form="full|short"
+    output: f"{R}/{{short}}extremes/{{part}}.csv"
+    params: form=form("extremes")
     priority: 30
-    log: f"{R}/logs/extremes_{{form}}/{{part}}.log"
-    message: "Extremes, {wildcards.form}: {wildcards.part}"
+    log: f"{R}/logs/{{short}}extremes/{{part}}.log"
+    message: "Extremes: {wildcards.short}{wildcards.part}"
     script: "../scripts/extremes_part.py"
 
 
-rule extremes:
-    """The edges of every parameter; by name an hour of simulated running and a thousand random scenes, else the short form."""
+rule extremes_form:
+    """The edges of every parameter: all parts together."""
     input:
         needs("extremes.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
-        parts=extremes_parts("full"),
-    output: **extremes_outputs(R)
-    params: form=CONFIG.studies.extremes.full.model_dump()
-    log: f"{R}/logs/extremes.log"
+        parts=lambda wildcards: [
+            f"{R}/{wildcards.short}extremes/{part}.csv" for part in parts_of(form_of("extremes", wildcards))
+        ],
+    output:
+        csv=f"{R}/{{short}}extremes.csv",
+        chunks=f"{R}/{{short}}extremes_long_run.csv",
+        seeds=f"{R}/{{short}}extremes_seeds.json",
+        md=f"{R}/{{short}}tables/extremes.md",
+        summary=f"{R}/{{short}}tables/extremes.csv",
+        figures=[file for name in EXTREMES for file in figure(f"extremes_{name}", "{short}")],
+    params: form=form("extremes")
+    log: f"{R}/logs/{{short}}extremes.log"
     message: "Extremes: every case completes within bounds or is refused"
     script: "../scripts/extremes.py"
 
 
-use rule extremes as extremes_short with:
-    input:
-        needs("extremes.py"),
-        rig=CONFIG.rig,
-        kernels=KERNELS,
-        parts=extremes_parts("short"),
-    output: **extremes_outputs(f"{R}/short")
-    params: form=CONFIG.studies.extremes.short.model_dump()
-    log: f"{R}/logs/extremes_short.log"
-    message: "Extremes in short"
+rule extremes:
+    """An hour of simulated running and a thousand random scenes; by name."""
+    input: full(rules.extremes_form)

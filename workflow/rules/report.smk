@@ -59,8 +59,8 @@ rule page:
         rules.peer.output,
         rules.peer_answers.output if CONFIG.compare_costs else [],
         rules.fidelity.output,
-        rules.scaling_short.output if CONFIG.compare_costs else [],
-        [rules.trade_short.output, rules.extremes_short.output, rules.traction_short.output] if CONFIG.short_studies else [],
+        short(rules.scaling_form) if CONFIG.compare_costs else [],
+        [short(rule) for rule in (rules.trade_form, rules.extremes_form, rules.traction_form)] if CONFIG.short_studies else [],
         rules.animation_runs.output,
         rig=CONFIG.rig,
         config=[str(path) for path in workflow.configfiles],
@@ -88,7 +88,7 @@ rule costs:
     input:
         needs("costs.py"),
         rules.report_page.input,
-        [rules.extremes_short.output, rules.whole_loop_short.output, rules.ensemble_short.input] if CONFIG.short_studies else [],
+        [short(rules.whole_loop_form), f"{R}/short/ensemble/rigs.csv"] if CONFIG.short_studies else [],
     output: **table("costs")
     params: folder=f"{R}/benchmarks"
     log: f"{R}/logs/costs.log"

@@ -44,28 +44,8 @@ rule fidelity:
     script: "../scripts/fidelity.py"
 
 
-TRADE_FORMS = {"full": CONFIG.studies.trade.full, "short": CONFIG.studies.trade.short}
-FOLDERS = {"full": R, "short": f"{R}/short"}
 # names of what is measured, and their files
 TRADE_DATA = {"trade": "trade", "agreement": "trade_references", "limits": "trade_limits"}
-
-
-def trade_outputs(folder):
-    return dict(
-        planner=f"{folder}/planner.csv",
-        limits=f"{folder}/tables/limits.csv",
-        limits_md=f"{folder}/tables/limits.md",
-        summary=f"{folder}/tables/trade.md",
-        figures=[f"{folder}/figures/trade_{name}.png" for name in TRADE_FIGURES],
-        vectors=[f"{folder}/figures/trade_{name}.svg" for name in TRADE_FIGURES],
-    )
-
-
-def trade_inputs(form):
-    """What the study is made of: data, references and limits, and the planner's promises for each scene kept apart."""
-    folder, apart = FOLDERS[form], promised_scenes(TRADE_FORMS[form])
-    data = {name: f"{folder}/{file}.csv" for name, file in TRADE_DATA.items()}
-    return data | dict(promises=[f"{R}/trade/{form}/promises_{name}.csv" for name in apart])
 
 
 rule trade_scene:
@@ -74,32 +54,30 @@ rule trade_scene:
         needs("trade_scene.py"),
         rig=CONFIG.rig,
         kernels=SEVERAL_METHODS,
-    output: **{name: f"{R}/trade/{{form}}/{name}_{{part}}.csv" for name in TRADE_DATA}
-    params: form=lambda wildcards: TRADE_FORMS[wildcards.form].model_dump()
-    wildcard_constraints: form="full|short"
+    output: **{name: f"{R}/{{short}}trade/{name}_{{part}}.csv" for name in TRADE_DATA}
+    params: form=form("trade")
     priority: 40 # data, promises and the study wait for it
-    log: f"{R}/logs/trade_{{form}}/{{part}}.log"
-    message: "Accuracy against cost, {wildcards.form}: {wildcards.part}"
+    log: f"{R}/logs/{{short}}trade/{{part}}.log"
+    message: "Accuracy against cost: {wildcards.short}{wildcards.part}"
     script: "../scripts/trade_scene.py"
+
+
+def trade_parts(name):
+    """Data of one name, a file a scene."""
+    return lambda wildcards: [
+        f"{R}/{wildcards.short}trade/{name}_{part}.csv" for part in measured_scenes(form_of("trade", wildcards))
+    ]
 
 
 rule trade_data:
     """Work-precision data of all scenes."""
     input:
         needs("trade_data.py"),
-        **{name: [f"{R}/trade/full/{name}_{part}.csv" for part in measured_scenes(TRADE_FORMS["full"])] for name in TRADE_DATA},
-    output: **{name: f"{R}/{file}.csv" for name, file in TRADE_DATA.items()}
-    log: f"{R}/logs/trade_full/data.log"
+        **{name: trade_parts(name) for name in TRADE_DATA},
+    output: **{name: f"{R}/{{short}}{file}.csv" for name, file in TRADE_DATA.items()}
+    log: f"{R}/logs/{{short}}trade/data.log"
     message: "Accuracy against cost: the data"
     script: "../scripts/trade_data.py"
-
-
-use rule trade_data as trade_data_short with:
-    input:
-        needs("trade_data.py"),
-        **{name: [f"{R}/trade/short/{name}_{part}.csv" for part in measured_scenes(TRADE_FORMS["short"])] for name in TRADE_DATA},
-    output: **{name: f"{R}/short/{file}.csv" for name, file in TRADE_DATA.items()}
-    log: f"{R}/logs/trade_short/data.log"
 
 
 rule trade_promises:
@@ -108,88 +86,102 @@ rule trade_promises:
         needs("trade_promises.py"),
         rig=CONFIG.rig,
         kernels=SEVERAL_METHODS,
-        trade=lambda wildcards: f"{FOLDERS[wildcards.form]}/trade.csv",
-    output: f"{R}/trade/{{form}}/promises_{{part}}.csv"
-    params: form=lambda wildcards: TRADE_FORMS[wildcards.form].model_dump()
-    wildcard_constraints: form="full|short"
+        trade=f"{R}/{{short}}trade.csv",
+    output: f"{R}/{{short}}trade/promises_{{part}}.csv"
+    params: form=form("trade")
     priority: 40
-    log: f"{R}/logs/trade_{{form}}/promises_{{part}}.log"
-    message: "The planner, {wildcards.form}: {wildcards.part}"
+    log: f"{R}/logs/{{short}}trade/promises_{{part}}.log"
+    message: "The planner: {wildcards.short}{wildcards.part}"
     script: "../scripts/trade_promises.py"
 
 
-rule trade:
-    """Work-precision data, limits over steps, the planner on scenes kept apart. Costs are processor time: others may run beside."""
+rule trade_form:
+    """Data, limits over steps, the planner on scenes kept apart. Costs are processor time: others may run beside."""
     input:
         needs("trade.py"),
-        **trade_inputs("full"),
-    output: **trade_outputs(R)
-    log: f"{R}/logs/trade.log"
+        **{name: f"{R}/{{short}}{file}.csv" for name, file in TRADE_DATA.items()},
+        promises=lambda wildcards: [
+            f"{R}/{wildcards.short}trade/promises_{name}.csv" for name in promised_scenes(form_of("trade", wildcards))
+        ],
+    output:
+        planner=f"{R}/{{short}}planner.csv",
+        limits=f"{R}/{{short}}tables/limits.csv",
+        limits_md=f"{R}/{{short}}tables/limits.md",
+        summary=f"{R}/{{short}}tables/trade.md",
+        figures=[f"{R}/{{short}}figures/trade_{name}.png" for name in TRADE_FIGURES],
+        vectors=[f"{R}/{{short}}figures/trade_{name}.svg" for name in TRADE_FIGURES],
+    log: f"{R}/logs/{{short}}trade.log"
     message: "Accuracy against cost"
     script: "../scripts/trade.py"
 
 
-use rule trade as trade_short with:
-    input:
-        needs("trade.py"),
-        **trade_inputs("short"),
-    output: **trade_outputs(f"{R}/short")
-    log: f"{R}/logs/trade_short.log"
-    message: "Accuracy against cost, the short form"
-
-
-rule scaling:
-    """A sweep of equal runs on one process and on two."""
+rule scaling_form:
+    """A sweep of equal runs on one process and on more."""
     input:
         needs("scaling.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
     output:
-        csv=f"{R}/scaling.csv",
-        figure=figure("scaling"),
+        csv=f"{R}/{{short}}scaling.csv",
+        figure=figure("scaling", "{short}"),
     params:
-        runs=CONFIG.studies.trade.full.scaling_runs,
-        seconds=CONFIG.studies.trade.full.scaling_s,
+        runs=lambda wildcards: form_of("trade", wildcards).scaling_runs,
+        seconds=lambda wildcards: form_of("trade", wildcards).scaling_s,
     # measured by the clock on the wall: nothing else of the pipeline may run beside
     threads: 64 # that is, all there are
     priority: 90 # alone, and therefore before the others
-    log: f"{R}/logs/scaling.log"
-    message: "A sweep on one process and on two"
+    log: f"{R}/logs/{{short}}scaling.log"
+    message: "A sweep on one process and on more"
     script: "../scripts/scaling.py"
 
 
-use rule scaling as scaling_short with:
-    output:
-        csv=f"{R}/short/scaling.csv",
-        figure=[f"{R}/short/figures/scaling.{ending}" for ending in ("png", "svg")],
-    params:
-        runs=CONFIG.studies.trade.short.scaling_runs,
-        seconds=CONFIG.studies.trade.short.scaling_s,
-    log: f"{R}/logs/scaling_short.log"
-    message: "A sweep on one process and on two, the short form"
-
-
-rule traction:
-    """Which flank carries drive, over creep slope and radius of the ring (asked for by name, a minute or two)."""
+rule traction_form:
+    """Which flank carries drive, over creep slope and radius of the ring."""
     input:
         needs("traction.py"),
         rig=CONFIG.rig,
         kernels=method_kernels("linearly_implicit"),
     output:
-        csv=f"{R}/traction.csv",
-        figure=figure("traction"),
-    params: form=CONFIG.studies.traction.full.model_dump()
-    log: f"{R}/logs/traction.log"
+        csv=f"{R}/{{short}}traction.csv",
+        figure=figure("traction", "{short}"),
+    params: form=form("traction")
+    log: f"{R}/logs/{{short}}traction.log"
     message: "Traction of the ring"
     script: "../scripts/traction.py"
 
 
-use rule traction as traction_short with:
-    output:
-        csv=f"{R}/short/traction.csv",
-        figure=[f"{R}/short/figures/traction.{ending}" for ending in ("png", "svg")],
-    params: form=CONFIG.studies.traction.short.model_dump()
-    log: f"{R}/logs/traction_short.log"
+rule whole_loop_form:
+    """Short answers of the whole loop beside long records."""
+    input:
+        needs("whole_loop.py"),
+        rig=CONFIG.rig,
+        kernels=KERNELS,
+    output: f"{R}/{{short}}whole_loop.csv"
+    params:
+        form=form("whole_loop"),
+        steps=CONFIG.ring_study.steps_s,
+    log: f"{R}/logs/{{short}}whole_loop.log"
+    message: "Short answers beside long ones"
+    script: "../scripts/whole_loop.py"
+
+
+# The full forms, by name: some minutes each.
+
+
+rule trade:
+    input: full(rules.trade_form)
+
+
+rule scaling:
+    input: full(rules.scaling_form)
+
+
+rule traction:
+    input: full(rules.traction_form)
+
+
+rule whole_loop:
+    input: full(rules.whole_loop_form)
 
 
 rule deviations:
@@ -203,26 +195,3 @@ rule deviations:
     log: f"{R}/logs/deviations.log"
     message: "What the departures change"
     script: "../scripts/deviations.py"
-
-
-rule whole_loop:
-    """Short answers of the whole loop beside records of twenty revolutions (asked for by name, some minutes)."""
-    input:
-        needs("whole_loop.py"),
-        rig=CONFIG.rig,
-        kernels=KERNELS,
-    output: f"{R}/whole_loop.csv"
-    params:
-        form=CONFIG.studies.whole_loop.full.model_dump(),
-        steps=CONFIG.ring_study.steps_s,
-    log: f"{R}/logs/whole_loop.log"
-    message: "Short answers beside long ones"
-    script: "../scripts/whole_loop.py"
-
-
-use rule whole_loop as whole_loop_short with:
-    output: f"{R}/short/whole_loop.csv"
-    params:
-        form=CONFIG.studies.whole_loop.short.model_dump(),
-        steps=CONFIG.ring_study.steps_s,
-    log: f"{R}/logs/whole_loop_short.log"

@@ -2,24 +2,21 @@ from pathlib import Path
 
 from _script import logged
 
-from trackdyn.commands.identify import identify
+from trackdyn import load_rig
+from trackdyn.inference.identification.answer import write_answer
 from trackdyn.inference.identification.calibration import CalibrationConfig
+from trackdyn.inference.identification.identify import Settings, identify
+from trackdyn.inference.identification.informative import asked, unknown_of
+from trackdyn.inference.identification.measured import read_records
 from trackdyn.parameters.validation import read_yaml, validated
+from trackdyn.report.page.identification import write_page
+from trackdyn.sensor.sensor_mapping import load_mapping
 
 with logged(snakemake):
-    config = validated(CalibrationConfig, read_yaml(snakemake.input.config), snakemake.input.config)
-    identify(
-        [Path(path) for path in snakemake.input.records],
-        unknown=[name for unknown in config.unknowns for name in unknown.names],
-        out=Path(snakemake.output.page).parent,
-        rig=Path(snakemake.input.rig),
-        rpm=config.speeds_rpm,
-        ring_radius=str(config.ring_radius_m),
-        simulations=config.simulations,
-        waves=1,
-        seed=config.seed,
-        jobs=snakemake.threads,
-        store=Path(snakemake.params.store),
-        resume=True,
-        synthetic="synthetic",
-    )
+    given, out = snakemake.input, Path(snakemake.output.page).parent
+    config, rig = validated(CalibrationConfig, read_yaml(given.config), given.config), load_rig(given.rig)
+    unknowns = asked([unknown_of(name) for unknown in config.unknowns for name in unknown.names], rig, given.rig)
+    measured = read_records(given.records, rig, load_mapping(), config.speeds_rpm, config.ring_radius_m, "standard")
+    settings = Settings(config.simulations, 1, 3000, snakemake.threads, config.seed, False)
+    answer = identify(measured, unknowns, Path(snakemake.params.store), settings, print)
+    write_page(answer, write_answer(answer, given.rig, out), out, "synthetic")
