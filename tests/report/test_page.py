@@ -21,7 +21,7 @@ from trackdyn.paper.claims import VERDICTS
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import load_rig
 from trackdyn.report.figures import animation
-from trackdyn.report.figures.animation import still_loop, still_sprocket, write_animation
+from trackdyn.report.figures.animation import draw_moment, write_animation
 from trackdyn.report.page import words
 from trackdyn.report.page.builder import PageInputs, build_page, write_page
 from trackdyn.scene.scene import Scene
@@ -233,15 +233,14 @@ def test_captions_speak_of_synthetic_records_only_where_they_are(inputs):
     assert "fig18" in measured and sentence not in measured
 
 
-def test_animation_and_stills(tmp_path):
+def test_an_animation_is_written(tmp_path):
     every = tuple(range(1, RIG.chain.pitches + 1))
     recording = turning(210.0, 0.308, 0.2, every, interval=0.04)
     assert write_animation(recording, tmp_path / "loop.gif") == len(recording.frame)
     assert [p.name for p in tmp_path.iterdir()] == ["loop.gif"]
     assert (tmp_path / "loop.gif").read_bytes()[:3] == b"GIF"
-    assert still_loop(recording).axes and still_sprocket(recording).axes
     with pytest.raises(InputError, match="forces of 1 pitches"):
-        still_loop(turning(210.0, 0.308, 0.2))
+        write_animation(turning(210.0, 0.308, 0.2), tmp_path / "other.gif")
 
 
 def test_all_pictures_have_one_scale_of_force(monkeypatch):
@@ -250,8 +249,9 @@ def test_all_pictures_have_one_scale_of_force(monkeypatch):
     monkeypatch.setattr(animation, "draw_force", lambda ax, side, point, end, **look: drawn.append(end - point))
     for factor in (1.0, 3.0):
         recording = turning(210.0, None, 0.2, every, interval=0.04)
-        figure = still_sprocket(replace(recording, force=factor * recording.force))
-        assert any(text.get_text() == "4 kN" for text in figure.axes[0].texts)
+        ax = Figure().add_axes((0.0, 0.0, 1.0, 1.0))
+        draw_moment(ax, RIG, replace(recording, force=factor * recording.force), 0, near=True)
+        assert any(text.get_text() == "4 kN" for text in ax.texts)
     first, second = np.linalg.norm(drawn, axis=1)
     assert second == pytest.approx(3 * first)
     assert first > 0

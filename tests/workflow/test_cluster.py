@@ -37,9 +37,6 @@ def load(name, path):
     return module
 
 
-measured = load("measured", "profiles/measured.py")
-
-
 def snakemake(folder, *arguments):
     return subprocess.run(
         [sys.executable, "-m", "snakemake", "--nocolor", *arguments],
@@ -128,40 +125,10 @@ def test_a_row_of_each_kind_is_compiled_first():
     assert one_of_each_kind(design[["motor_rpm"]]).motor_rpm.tolist() == [1]
 
 
-def test_every_rule_with_a_log_is_found():
-    """By the script that measures, in all the files of rules."""
+def test_no_node_is_asked_for_all_there_is():
     text = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "workflow/rules").glob("*.smk"))
-    assert len(measured.patterns()) == len(re.findall(r"^\s+log:", text, re.MULTILINE))
-
-
-def test_the_profile_asks_for_what_was_measured(tmp_path, monkeypatch):
-    header = "s\tmax_rss\tcpu_time\n"
-    for name, row in (
-        ("claims", "60.0\t200.0\t1\n"),
-        ("simulate/ring/a", "12.0\t400.0\t1\n"),
-        ("simulate/b", "601.0\t100.0\t1\n"),
-    ):
-        path = tmp_path / "benchmarks" / f"{name}.tsv"
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(header + row, encoding="utf-8")
-    found = measured.measured(tmp_path)
-    assert found == {"claims": (200.0, 60.0), "simulate": (400.0, 601.0)}
-    profile = tmp_path / "config.yaml"
-    profile.write_text(f"jobs: 3\n{measured.MARK}set-resources:\n  old: 1\n", encoding="utf-8")
-    monkeypatch.setattr(measured, "PROFILE", profile)
-    measured.main(tmp_path)
-    written = yaml.safe_load(profile.read_text(encoding="utf-8"))
-    assert written["jobs"] == 3 and written["set-resources"].keys() == {"claims", "simulate"}
-    # the two Snakemakes of a job beside the rule, a third more than that, in hundreds; five times the time, and five
-    # minutes
-    assert written["set-resources"]["claims"] == {"mem_mb": "800 * attempt", "runtime": "10 * attempt"}
-    assert written["set-resources"]["simulate"] == {"mem_mb": "1100 * attempt", "runtime": "56 * attempt"}
-
-
-def test_the_profile_names_rules_that_exist_and_no_node_is_asked_for_all_there_is():
-    rules = measured.blocks()
-    assert SLURM["set-resources"].keys() <= rules.keys()
-    assert sorted(SLURM["set-threads"]) == measured.greedy()
+    rules = re.findall(r"^rule (\w+):(.*?)(?=^\S|\Z)", text, re.MULTILINE | re.DOTALL)
+    assert SLURM["set-threads"].keys() == {name for name, body in rules if "threads: 64" in body}
 
 
 def test_snakemake_takes_the_profile(tmp_path):

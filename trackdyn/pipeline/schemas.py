@@ -33,7 +33,8 @@ def schema(name: str) -> dict[str, Any]:
         found = _without_required(found)
     shared: dict[str, Any] = {}
     found = _shared(found, shared)
-    found.setdefault("$defs", {}).update(shared)
+    if shared:
+        found["$defs"] |= shared
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **found}
 
 

@@ -14,7 +14,6 @@ ANIMATION_SCENES = {
     for rpm in CONFIG.ring_study.speeds_rpm
     for radius in ANIMATION_RADII
 }
-ANIMATED = f"animation/{CONFIG.ring_study.speeds_rpm[0]:g}rpm"
 
 
 rule animation_runs:
@@ -31,16 +30,11 @@ rule animation_runs:
 
 
 rule animation:
-    """One turn of the sprocket as a GIF, and still pictures."""
+    """One turn of the sprocket as a GIF."""
     input:
         needs("animation.py"),
-        ring=recording(f"{ANIMATED}_{ring_name(CONFIG.records.ring_radius_m)}"),
-        no_ring=recording(f"{ANIMATED}_none"),
-    output:
-        gif=f"{R}/figures/animation.gif",
-        loop=figure("still_loop"),
-        sprocket=figure("still_sprocket"),
-        no_ring=figure("still_no_ring"),
+        ring=recording(f"animation/{CONFIG.ring_study.speeds_rpm[0]:g}rpm_{ring_name(CONFIG.records.ring_radius_m)}"),
+    output: f"{R}/figures/animation.gif"
     log: f"{R}/logs/animation.log"
     message: "The loop in motion"
     script: "../scripts/animation.py"

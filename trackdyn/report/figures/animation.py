@@ -1,4 +1,4 @@
-"""The loop in motion as a small GIF, and still pictures of it, with the normal forces on every pitch."""
+"""The loop in motion as a small GIF, with the normal forces on every pitch."""
 
 from pathlib import Path
 
@@ -43,11 +43,11 @@ def _rig(recording: Recording) -> Rig:
     return rig
 
 
-def draw_moment(ax: Axes, rig: Rig, recording: Recording, index: int, near: bool, highlight=()) -> None:
+def draw_moment(ax: Axes, rig: Rig, recording: Recording, index: int, near: bool) -> None:
     """Wheels, chain and forces at one recorded configuration: ``near`` the sprocket, or the whole loop."""
     frame, scene = recording.frame[index], recording.meta["scene"]
     shift = recording.meta["layout"]["tensioner_shift_m"]
-    draw_loop(ax, rig, frame, shift, scene["ring_radius"], highlight=highlight)
+    draw_loop(ax, rig, frame, shift, scene["ring_radius"])
     # a configuration and a sample are both taken at the end of their interval
     sample = int(np.clip(round(recording.frame_time[index] * recording.rate) - 1, 0, len(recording.time) - 1))
     bar, chain = BAR if near else BAR_IN_LOOP, chain_points(rig, frame)
@@ -71,10 +71,10 @@ def draw_moment(ax: Axes, rig: Rig, recording: Recording, index: int, near: bool
     draw_force_bar(ax, bar)
 
 
-def _canvas(recording: Recording, width: float, height: float) -> Figure:
-    """A figure of a size in inch that says what runs and what the arrows are."""
+def _canvas(recording: Recording) -> Figure:
+    """A figure that says what runs and what the arrows are."""
     # axes are placed by hand; the style's layout engine has to be put aside, or saving would bring it back
-    figure = Figure(figsize=(width, height), layout="constrained")
+    figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
     figure.set_layout_engine("none")
     FigureCanvasAgg(figure)
     scene = recording.meta["scene"]
@@ -84,24 +84,6 @@ def _canvas(recording: Recording, width: float, height: float) -> Figure:
     if handles:
         where = {"loc": "upper right", "bbox_to_anchor": (0.995, 0.995), "ncols": len(handles), "frameon": False}
         figure.legend(handles=handles, fontsize=7, handlelength=1.0, columnspacing=1.0, **where)
-    return figure
-
-
-@styled
-def still_loop(recording: Recording, index: int = 0) -> Figure:
-    """The whole loop at one recorded configuration."""
-    rig = _rig(recording)
-    figure = _canvas(recording, 7.2, 4.1)
-    ax = figure.add_axes((0.0, 0.0, 1.0, 0.93))
-    draw_moment(ax, rig, recording, index, near=False, highlight=(2 * (rig.sensor.pitch - 1),))
-    return figure
-
-
-@styled
-def still_sprocket(recording: Recording, index: int = 0) -> Figure:
-    """The sprocket and the chain on it at one recorded configuration."""
-    figure = _canvas(recording, 4.8, 5.1)
-    draw_moment(figure.add_axes((0.0, 0.0, 1.0, 0.94)), _rig(recording), recording, index, near=True)
     return figure
 
 
@@ -118,7 +100,7 @@ def write_animation(recording: Recording, path: Path | str) -> int:
     stride = max(1, round(INTERVAL / scene["frame_interval"]))
     step = stride * scene["frame_interval"]
     indices = [i * stride for i in range(round(turn / step)) if i * stride < len(recording.frame)]
-    figure = _canvas(recording, WIDTH, HEIGHT)
+    figure = _canvas(recording)
     near = figure.add_axes((0.0, 0.35, 1.0, 0.615))
     whole = figure.add_axes((0.0, 0.0, 1.0, 0.36))
     writer = PillowWriter(fps=round(1 / (step * PACE)))
