@@ -51,8 +51,9 @@ def snakemake(folder, *arguments):
 FAMILY = """
 module sweep:
     snakefile: "{root}/workflow/sweep.smk"
-    config: {{"design": "{{kind}}.csv", "out": "r/{{kind}}.parquet", "batches": 3, "rig": "{root}/config/rig.yaml",
-    "kernels": ["Snakefile"]}}
+    config:
+        {{"design": "{{kind}}.csv", "out": "r/{{kind}}.parquet", "batches": 3, "rig": "{root}/config/rig.yaml",
+        "kernels": ["Snakefile"]}}
 
 use rule * from sweep exclude all as sweep_*
 
