@@ -1,5 +1,6 @@
 """Contact spells, passages and their statistics on made-up logs with known answers."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ from hypothesis import strategies as st
 
 from trackdyn.errors import InputError
 from trackdyn.measure.contact_log import SIDES, timing
-from trackdyn.measure.meshing import events, mean_events, meshing_summary, passages, spells
+from trackdyn.measure.meshing import events, mean_events, meshing_summary, passages, smoothed_maxima, spells
 from trackdyn.parameters.rig import load_rig
 from trackdyn.simulation.recording import Recording
 
@@ -297,6 +298,19 @@ def test_events_without_a_ring():
         "out": 0.85,
     }
     assert events(recording(without_ring(3.0), ring_radius=None), 0) == pytest.approx(expected)
+
+
+def test_a_maximum_after_the_touch_is_not_the_spike_of_the_touch():
+    """A touch of 900 N for a millisecond, 300 N for another later, 150 N for 50 ms at the end of 100 N for 0.2 s."""
+    run = recording([spell(1, LEFT, 3.0, 3.2)], ring_radius=None)
+    force = np.zeros_like(run.force)
+    force[3000:3201, 0, LEFT] = 100.0
+    force[3150:3201, 0, LEFT] = 150.0
+    force[3001, 0, LEFT], force[3060, 0, LEFT] = 900.0, 300.0
+    table = smoothed_maxima(replace(run, force=force)).set_index("event")["mean_s"]
+    assert table["left maximum, after the touch"] == pytest.approx(0.060)
+    # the mean over 0.01 s of the spike, (900 + 9 * 100) / 10 N, is above 150 N as well
+    assert table["left maximum, mean over 0.01 s"] == pytest.approx(0.001, abs=0.01)
 
 
 def test_mean_events_and_their_scatter():

@@ -95,7 +95,8 @@ def inputs(tmp_path_factory):
         {"rig": rig, "id": f"C{i:02d}", "part": "", "place": "Fig. 1", "claim": f"Statement {i} </script> (of a kind)",
          "printed": "ours: at most 1.5", "measured": "1.4, 1.61234, 1.5", "unit": "m", "tolerance": 0.2,
          "verdict": VERDICTS[0] if rig == "other_rig" and i == 3 else verdict,
-         "origin": "predicted" if i < 4 else "", "speeds": "115, 150", "fails_if": "something else came",
+         "origin": "predicted" if i < 4 else "",
+         "counts_as": f"C{i + 1:02d}", "speeds": "115, 150", "fails_if": "something else came",
          "reason": "Because of a test."}
         for rig in ("shipped", "other_rig") for i, verdict in enumerate(VERDICTS, 1)
     ]  # fmt: skip

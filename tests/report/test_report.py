@@ -488,7 +488,8 @@ def test_the_three_panels_share_the_name_of_their_axis():
 def scorecard(rig="shipped"):
     return [
         {"rig": rig, "id": f"C{i:02d}", "part": "a", "claim": "A claim of 10 % " + "word " * 15, "printed": "1.102e-10",
-         "measured": "", "unit": "%", "verdict": verdict, "origin": "predicted" if i < 3 else "", "speeds": "115, 150"}
+         "measured": "", "unit": "%", "verdict": verdict, "counts_as": f"C{i:02d}",
+         "origin": "predicted" if i < 3 else "", "speeds": "115, 150"}
         for i, verdict in enumerate(LOOKS)
     ]  # fmt: skip
 

@@ -31,6 +31,8 @@ EXTENT = (
 )  # fmt: skip
 PASSAGE = ["passage", "connector", "side", "areas", "count", *EXTENT, "peak_n", "peak_s", "peak_phase", *INTEGRALS]
 
+RESOLUTION = 0.01  # to which the paper prints the times of events, s
+AFTER_TOUCH = "after the touch"
 EVENTS_WITHOUT_RING = {
     "first left": ("left", "start_s"),
     "first right": ("right", "start_s"),
@@ -221,16 +223,18 @@ def event_times(recording: Recording) -> dict[str, float]:
     return {row["event"]: float(row["mean_s"]) for table in tables for _, row in table.iterrows()}
 
 
-def smoothed_maxima(recording: Recording, window_s: float = 0.01) -> pd.DataFrame:
-    """Times of the largest force after a moving mean, of the recorded connectors.
+def smoothed_maxima(recording: Recording, window_s: float = RESOLUTION) -> pd.DataFrame:
+    """Times of the largest force in two readings that leave out the spike of a touch-down, of the recorded connectors.
 
-    The largest force of all steps may be the spike of a touch-down that lasts less than a millisecond. The
-    paper prints times to 0.01 s; a mean over that window shows the maximum of what carries load.
+    The largest force of all steps may be that spike, which lasts less than a millisecond. The paper prints times to
+    0.01 s and draws its forces every millisecond: a mean over ``window_s`` shows the maximum of what carries load, and
+    so do the samples of the record from ``window_s`` after the touch of that side on.
 
     Returns
     -------
     DataFrame
-        ``event`` (``left maximum, mean``, ...), ``mean_s, sd_s`` after the first contact, ``passages``.
+        ``event`` (``left maximum, mean over 0.01 s``, ``left maximum, after the touch``, ...), ``mean_s, sd_s`` after
+        the first contact, ``passages``.
     """
     count = timing(recording).pitches
     columns = {int(pitch): i for i, pitch in enumerate(recording.pitches)}
@@ -240,15 +244,19 @@ def smoothed_maxima(recording: Recording, window_s: float = 0.01) -> pd.DataFram
     times: dict[str, list[float]] = {}
     for _, rows in table.groupby("passage"):
         first, last = rows["start_s"].min(), rows["end_s"].max()
-        inside = (recording.time >= first) & (recording.time <= last)
-        connector = int(rows["connector"].iloc[0])
+        connector, of_side = int(rows["connector"].iloc[0]), rows.set_index("side")
         for i, side in enumerate(SIDES):
             column = columns.get(connector % count + 1 if side == "ring" else connector)
-            if column is None or not rows.set_index("side").loc[side, "touching_s"]:
+            if column is None or not of_side.loc[side, "touching_s"]:
                 continue
-            smooth = scipy.ndimage.uniform_filter1d(recording.force[:, column, i], window)[inside]
-            event = f"{side} maximum, mean over {window_s:g} s"
-            times.setdefault(event, []).append(float(recording.time[inside][np.argmax(smooth)] - first))
+            force = recording.force[:, column, i]
+            smooth = scipy.ndimage.uniform_filter1d(force, window)
+            touch = of_side.loc[side, "start_s"] + window_s
+            for name, values, begin in ((f"mean over {window_s:g} s", smooth, first), (AFTER_TOUCH, force, touch)):
+                inside = (recording.time >= begin) & (recording.time <= last)
+                if inside.any():
+                    at = recording.time[inside][np.argmax(values[inside])] - first
+                    times.setdefault(f"{side} maximum, {name}", []).append(float(at))
     return pd.DataFrame(
         [{"event": event, "mean_s": np.mean(t), "sd_s": np.std(t), "passages": len(t)} for event, t in times.items()],
         columns=["event", "mean_s", "sd_s", "passages"],

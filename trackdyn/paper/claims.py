@@ -20,11 +20,17 @@ NO_TEST = "no test"
 NOT_COMPARABLE = "not comparable"
 JUDGED = (REPRODUCED, IN_TREND, NOT_REPRODUCED)
 VERDICTS = (*JUDGED, NO_TEST, NOT_COMPARABLE)
-ORIGINS = ("predicted", "follows", "fitted")
+ORIGIN_WORDS = {
+    "predicted": "open claims",
+    "transfer": "claims that carry a fit at one speed to the others",
+    "follows": "claims that follow from the fit or from kinematics",
+    "fitted": "claims that the rig was fitted to",
+}
+ORIGINS = tuple(ORIGIN_WORDS)
 SLACK = 1 + 1e-9  # on a tolerance: 0.309 - 0.308 is more than 0.001 in binary
 COLUMNS = (
-    "rig", "id", "part", "place", "claim", "printed", "measured", "unit", "tolerance", "verdict", "origin", "speeds",
-    "by_speed", "fails_if", "reason",
+    "rig", "id", "part", "place", "claim", "printed", "measured", "unit", "tolerance", "verdict", "origin", "counts_as",
+    "speeds", "by_speed", "fails_if", "reason",
 )  # fmt: skip
 
 
@@ -32,14 +38,16 @@ class Claim(Section):
     """One row of ``config/claims.yaml``, whose head explains the fields.
 
     ``printed`` by motor speed stands for the numbers at the speeds that are judged. ``trend_tolerance`` is the
-    wider one within which a value still counts as the trend.
+    wider one within which a value still counts as the trend. ``same_data`` names a claim that is judged by the same
+    data: both count as one.
     """
 
     id: Annotated[str, Field(pattern=r"^C\d\d$")]
     part: Annotated[str, Field(pattern=r"^[a-z]?$")] = ""
     place: str
     claim: str
-    origin: Literal["fitted", "follows", "predicted"] | None = None
+    origin: Literal["fitted", "follows", "transfer", "predicted"] | None = None
+    same_data: Annotated[str, Field(pattern=r"^(C\d\d)?$")] = ""
     printed: Any = None
     ours: bool = False
     unit: str = "1"
@@ -188,6 +196,7 @@ def _row(rig: str, claim: Claim, e: Evidence) -> dict:
         "tolerance": _text(claim.tolerance),
         "verdict": verdict,
         "origin": claim.origin or "",
+        "counts_as": claim.same_data or claim.id,
         "speeds": ", ".join(f"{rpm:g}" for rpm in speeds),
         "by_speed": verdict != NOT_COMPARABLE and MEASURES[claim.measure].by_speed,
         "reason": " ".join(filter(None, reasons)),
@@ -207,10 +216,10 @@ def counts(card: pd.DataFrame) -> pd.DataFrame:
     -------
     DataFrame
         A row for every rig and origin: ``rig, origin, claims, came_out``. A claim without a judged part counts
-        nowhere; one whose parts have two origins counts once for each.
+        nowhere, one whose parts have two origins once for each, and claims that share their data as one.
     """
     judged = card[card["verdict"].isin(JUDGED)]
-    whole = (judged["verdict"] == REPRODUCED).groupby([judged["rig"], judged["origin"], judged["id"]]).all()
+    whole = (judged["verdict"] == REPRODUCED).groupby([judged["rig"], judged["origin"], judged["counts_as"]]).all()
     rows = [
         {"rig": rig, "origin": origin, "claims": len(found), "came_out": int(found.sum())}
         for rig in dict.fromkeys(card["rig"])
@@ -222,14 +231,8 @@ def counts(card: pd.DataFrame) -> pd.DataFrame:
 
 def headline(card: pd.DataFrame, rig: str) -> str:
     """What came out for a rig in one sentence, open tests first."""
-    found = counts(card).query("rig == @rig").set_index("origin")
-    said = [
-        f"of {found.claims[origin]} {words} {found.came_out[origin]} came out"
-        for origin, words in (
-            ("predicted", "open claims"), ("follows", "claims that follow from the fit or from kinematics"),
-            ("fitted", "claims that the rig was fitted to"),
-        )
-    ]  # fmt: skip
+    found = counts(card).query("rig == @rig and claims > 0")
+    said = [f"of {row.claims} {ORIGIN_WORDS[row.origin]} {row.came_out} came out" for row in found.itertuples()]
     return "; ".join(said).capitalize() + "."
 
 

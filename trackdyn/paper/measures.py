@@ -8,9 +8,8 @@ import numpy as np
 from trackdyn.paper.evidence import Evidence
 from trackdyn.parameters.groove import equal_pitch_radius
 
-# Two readings of a maximum: of the force after a mean over the resolution of the printed times, and of the largest
-# single step, which may be the spike of a touch-down.
-READINGS = ("maximum, mean over 0.01 s", "maximum")
+# Two readings of a maximum, neither of which is the spike of a touch-down (`measure.meshing.smoothed_maxima`).
+READINGS = ("maximum, mean over 0.01 s", "maximum, after the touch")
 # From this share of a turn on an arc counts as touching, %.
 TOUCHING = 0.5
 SAME = 1e-9  # radii are compared with printed ones, m
@@ -151,6 +150,15 @@ def high_frequency(e, speeds):
     return _column(e, speeds, "high_frequency_g").tolist()
 
 
+@measure("records", by_speed=True)
+def coarse_rms_difference(e, speeds):
+    """RMS of the y acceleration with three surfaces a groove over that with ten arcs, less one, %, at every speed."""
+    coarse = e.metrics.set_index("run")["rms_g"].reindex([f"coarse/{rpm:g}rpm" for rpm in speeds])
+    if coarse.isna().any():
+        raise NotThere("not run")
+    return (100 * (coarse.to_numpy() / _column(e, speeds, "rms_g").to_numpy() - 1)).tolist()
+
+
 # The independent code (Fig. 14)
 
 
@@ -236,6 +244,15 @@ def left_share_ratio(e, speeds):
 def left_force_ratio(e, speeds):
     """RMS of the left-arc force with the ring over that without."""
     return float(e.meshing("ring")["left_rms_n"] / e.meshing("no_ring")["left_rms_n"])
+
+
+@measure("meshing")
+def left_contact_force_ratio(e, speeds):
+    """RMS of the left-arc force over the time in contact, with the ring over that without."""
+    ring, without = (e.meshing(run).get("left_rms_contact_n") for run in ("ring", "no_ring"))
+    if ring is None or without is None:
+        raise NotThere("not recorded")
+    return float(ring / without)
 
 
 @measure("meshing")
@@ -357,11 +374,10 @@ def right_share_from_0305(e, speeds):
     return [_range(_from(e.study(rpm)["right_share_pct"], 0.305)).high for rpm in speeds]
 
 
-@measure("study")
+@measure("study", by_speed=True)
 def right_share_below_0305(e, speeds):
-    """Share of right-arc contact at the largest radius below 0.305 m, largest over the speeds, % of a turn."""
-    shares = (e.study(rpm)["right_share_pct"] for rpm in speeds)
-    return max(float(_below(column, 0.305).iloc[-1]) for column in shares)
+    """Share of right-arc contact at the largest radius below 0.305 m, % of a turn, at every speed."""
+    return [float(_below(e.study(rpm)["right_share_pct"], 0.305).iloc[-1]) for rpm in speeds]
 
 
 def _spread(values) -> float:

@@ -12,7 +12,6 @@ from trackdyn.paper.claims import JUDGED, REPRODUCED, headline
 from trackdyn.report.figures.scorecard import at_speeds
 from trackdyn.report.tables import ladder_table
 
-LINES = 8  # of the README's table
 BEGIN, END = "<!-- measured -->", "<!-- end -->"
 
 
@@ -50,22 +49,25 @@ def limits(rows: pd.DataFrame) -> str:
 
 
 def results(card: pd.DataFrame) -> str:
-    """The headlines, and the first rig's open claims in eight lines at most, failures first, each by a part that
-    failed.
+    """The headlines, and the first rig's predicted and transferred claims, failures first, each by a part that failed;
+    then a line for the claims that it was fitted to.
     """
     own = card[(card["rig"] == card["rig"].iloc[0]) & card["verdict"].isin(JUDGED)].astype(object).fillna("")
-    failed, came = [], []
-    for claim_id, parts in own[own["origin"] == "predicted"].groupby("id", sort=False):
-        lost = parts[parts["verdict"] != REPRODUCED]
-        row = (parts if lost.empty else lost).iloc[0]
-        verdict = REPRODUCED if lost.empty else f"{row['verdict']} ({len(lost)} of {len(parts)} parts)"
-        line = [claim_id, row["claim"], row["printed"], at_speeds(row), row["unit"], verdict, "predicted"]
-        (came if lost.empty else failed).append(line)
+    lines = []
+    for origin in ("predicted", "transfer"):
+        failed, came = [], []
+        for claim_id, parts in own[own["origin"] == origin].groupby("id", sort=False):
+            lost = parts[parts["verdict"] != REPRODUCED]
+            row = (parts if lost.empty else lost).iloc[0]
+            verdict = REPRODUCED if lost.empty else f"{row['verdict']} ({len(lost)} of {len(parts)} parts)"
+            line = [claim_id, row["claim"], row["printed"], at_speeds(row), row["unit"], verdict, origin]
+            (came if lost.empty else failed).append(line)
+        lines += failed + came
     fitted = (
         own[own["origin"] == "fitted"].groupby("id")["verdict"].agg(lambda verdicts: (verdicts == REPRODUCED).all())
     )
     said = f"{fitted.sum()} of {len(fitted)} claims that the rig was fitted to: {', '.join(fitted.index[fitted])}"
-    lines = [*(failed + came)[: LINES - 1], ["", said, "", "", "", REPRODUCED, "fitted"]]
+    lines += [["", said, "", "", "", REPRODUCED, "fitted"]]
     table = pd.DataFrame(lines, columns=["id", "claim", "printed", "here", "unit", "verdict", "origin"])
     headlines = [f"**{name}**: {headline(card, name)}" for name in dict.fromkeys(card["rig"])]
     return "\n\n".join([*headlines, table.to_markdown(index=False, disable_numparse=True)])

@@ -17,11 +17,12 @@ from trackdyn.inference.emulator import Check, Emulator, held_out_check
 from trackdyn.inference.ensemble.settings import EnsembleConfig, Target
 from trackdyn.inference.ensemble.waves import SPREAD_CLAIM, buildable, by_case
 from trackdyn.inference.unknowns import Unknowns
+from trackdyn.paper.measures import READINGS as MAXIMA
 
 # The paper does not say which neighbour is the connector's link on the ring: the one that runs ahead of it, or behind.
 READINGS = ("ahead", "behind")
-RING_EVENTS = ("ring touched", "ring maximum", "ring maximum, mean over 0.01 s", "ring left")
-ARC_EVENTS = ("left touches", "left maximum", "left maximum, mean over 0.01 s", "out")
+RING_EVENTS = ("ring touched", "ring maximum", *(f"ring {reading}" for reading in MAXIMA), "ring left")
+ARC_EVENTS = ("left touches", "left maximum", *(f"left {reading}" for reading in MAXIMA), "out")
 TOLERANCE_SD = 3.0  # standard deviations that a tolerance stands for
 ONE_SIGMA = (
     68.27  # % of differences within a standard deviation, whatever the tails: a maximum that jumps has long ones

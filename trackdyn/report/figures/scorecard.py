@@ -20,6 +20,7 @@ LOOKS = {
 }
 HEADS = {
     "predicted": "Predicted: open tests",
+    "transfer": "Transfer: fitted at one speed, judged at the others",
     "follows": "Follows from the fit or from kinematics",
     "fitted": "Fitted: targets, or a parameter was chosen by them",
     "": "Nothing to compare with",

@@ -1,0 +1,112 @@
+"""What a user waits for, as ratios to an earlier commit: both run in turn on one machine, so that its drift cancels.
+
+    python benchmarks/latency.py COMMIT [--turns 5] [--only help,show] [--pipeline] [--tests]
+
+Each row is the processor time (user and system, children included) of a whole process: the median over the turns here
+and there, and the median, least and largest ratio of the pairs. "first run" begins with an empty cache of kernels in
+every turn; all other rows are warm. The pipeline and the tests take minutes a turn and are run once.
+"""
+
+import argparse
+import os
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+
+COMMAND = [sys.executable, "-c", "from trackdyn_command import main; main()"]
+SIMULATE = [*COMMAND, "simulate", "{folder}/run.npz", "-q", "--rpm", "115"]
+STEPS = """
+import time
+from trackdyn import Loop, Scene, load_rig
+rig = load_rig("config/rig.yaml")
+loop = Loop(Scene(rig, 115.0, **{fields}))
+loop.advance(20.0)
+"""
+ROWS = {
+    "help": [*COMMAND, "--help"],
+    "rigs": [*COMMAND, "rigs"],
+    "import": [sys.executable, "-c", "import trackdyn; trackdyn.simulate"],
+    "check": [*COMMAND, "check", "m113", "--rpm", "50"],
+    "simulate 20 s": [*SIMULATE, "--duration", "20"],
+    "show": [*COMMAND, "show", "{folder}/run.npz", "--out", "{folder}/run.html"],
+    "planar step": [sys.executable, "-c", STEPS.replace("{fields}", "{}")],
+    "step without ring": [sys.executable, "-c", STEPS.replace("{fields}", "{'ring_radius': None, 'step': 5e-5}")],
+    "spatial step": [sys.executable, "-c", STEPS.replace("{fields}", "{'space': 'spatial', 'step': 5e-5}")],
+    "first run": [*SIMULATE, "--duration", "0.1", "--lead-in", "0"],
+}
+SLOW = {
+    "pipeline": [sys.executable, "workflow/run.py", "-j2", "--forceall"],
+    "quick": [sys.executable, "workflow/run.py", "-j2", "--forceall", "--configfile", "config/quick.yaml"],
+    "tests": [sys.executable, "-m", "pytest", "-n", "2", "--dist", "loadfile"],
+}
+COLUMNS = ("measure", "here_cpu_s", "there_cpu_s", "ratio", "ratio_min", "ratio_max", "turns")
+
+
+def processor_seconds(command: list[str], checkout: Path, folder: Path, cache: Path) -> float:
+    """User and system seconds of a process and its children; it must succeed."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run(
+        [part.replace("{folder}", str(folder)) for part in command],
+        cwd=checkout,
+        env=os.environ | {"PYTHONPATH": str(checkout), "TRACKDYN_CACHE": str(cache), "OPENBLAS_NUM_THREADS": "1"},
+        check=True,
+        capture_output=True,
+    )
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def compare(name: str, command: list[str], checkouts: tuple[Path, Path], folder: Path, turns: int) -> dict:
+    """A row: both checkouts in turn, after one run of each that is not counted."""
+    warm = tuple(folder / f"cache{k}" for k in range(2))
+    taken: list[list[float]] = [[], []]
+    for turn in range(-1 if command in ROWS.values() and name != "first run" else 0, turns):
+        for k, checkout in enumerate(checkouts):
+            with tempfile.TemporaryDirectory(dir=folder) as empty:
+                cache = Path(empty) if name == "first run" else warm[k]
+                seconds = processor_seconds(command, checkout, folder, cache)
+            if turn >= 0:
+                taken[k].append(seconds)
+    ratios = [here / there for here, there in zip(*taken, strict=True)]
+    middles = [statistics.median(values) for values in (*taken, ratios)]
+    return dict(zip(COLUMNS, (name, *middles, min(ratios), max(ratios), len(ratios)), strict=True))
+
+
+def main() -> None:
+    """Measure and write the table."""
+    import pandas as pd
+
+    from trackdyn.files import write_csv
+
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("commit", help="what is compared with")
+    parser.add_argument("--out", type=Path, default=ROOT / "results/benchmarks/latency.csv")
+    parser.add_argument("--turns", type=int, default=5)
+    parser.add_argument("--only", default="", help=f"some of {', '.join(ROWS)}, with commas between them")
+    parser.add_argument("--pipeline", action="store_true", help="also the default and the quick run of the pipeline")
+    parser.add_argument("--tests", action="store_true", help="also the tests")
+    given = parser.parse_args()
+    asked = [name for name in ROWS if not given.only or name in given.only.split(",")]
+    if "show" in asked and "simulate 20 s" not in asked:
+        parser.error("show needs the run that 'simulate 20 s' leaves: --only 'simulate 20 s,show'")
+    slow = ["pipeline", "quick"] * given.pipeline + ["tests"] * given.tests
+    with tempfile.TemporaryDirectory() as place:
+        there = Path(place, "there")
+        subprocess.run(["git", "clone", "--quiet", str(ROOT), str(there)], check=True)
+        subprocess.run(["git", "checkout", "--quiet", given.commit], cwd=there, check=True)
+        rows = []
+        for name in (*asked, *slow):
+            turns = 1 if name in slow else min(given.turns, 2) if name == "first run" else given.turns
+            rows.append(compare(name, (ROWS | SLOW)[name], (ROOT, there), Path(place), turns))
+            print(pd.DataFrame(rows[-1:]).round(3).to_string(index=False, header=len(rows) == 1), flush=True)
+    write_csv(given.out, pd.DataFrame(rows))
+
+
+if __name__ == "__main__":
+    main()
