@@ -18,7 +18,7 @@ import yaml
 from trackdyn.commands import cli
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.parameters.rig import load_rig
-from trackdyn.parameters.validation import read_yaml
+from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.pipeline.config import check_config, read_layer
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation import cost as needs

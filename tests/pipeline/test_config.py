@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import load_rig
-from trackdyn.parameters.validation import read_yaml
+from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.pipeline.config import Config, check_config, check_layers
 from trackdyn.study.accuracy.planner import PLANNED
 

@@ -6,7 +6,8 @@ from typing import Annotated, Any, Generic, Literal, TypeVar
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.validation import NotNegative, Positive, Section, read_yaml, validated
+from trackdyn.parameters.validation import NotNegative, Positive, Section, validated
+from trackdyn.parameters.yaml_file import read_yaml
 
 Values = Annotated[list[Positive], Field(min_length=1)]
 ValuesOrZero = Annotated[list[NotNegative], Field(min_length=1)]
