@@ -241,7 +241,7 @@ def test_a_radius_that_the_loop_does_not_allow_is_refused(data, field, value, sh
     sentence = refusal(data)
     assert shown in sentence
     assert f"ring_radius = {value[-1] if isinstance(value, list) else value}" in sentence
-    assert "null means no ring" in sentence
+    assert "or no ring" in sentence
 
 
 def test_a_record_shorter_than_two_loop_revolutions_is_refused(data):
