@@ -152,7 +152,7 @@ def _for_its_duration(scene, out: Path, checkpoint: Path | None, quiet: bool) ->
             typer.echo(f"{name:>22}  {value:.6g}" if isinstance(value, float) else f"{name:>22}  {value}")
     if not quiet:
         for what, seconds in needed_lengths(recording).items():
-            typer.echo(f"{'left out':>22}  {what}: needs a record of {seconds:.3g} s or more")
+            typer.echo(f"{'left out':>22}  {what} need a record of {seconds:.3g} s or more")
 
 
 def _until_known(scene, tolerances: dict[str, float], longest: float, out: Path) -> None:
