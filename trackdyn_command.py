@@ -1,7 +1,7 @@
 """The ``trackdyn`` command from its first instant on: an interruption is one line, also amid imports and compilation.
 
-It stands beside the package because importing any part of that imports the compiler, which an exception in its midst
-can bring down.
+It imports nothing of the package before the signals are handled: an exception amid the compiler's imports can bring it
+down.
 """
 
 import os

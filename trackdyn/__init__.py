@@ -1,34 +1,57 @@
 """trackdyn: dynamics of a double-pin caterpillar track, a replication of Wang et al. (2023).
 
+What is listed here is imported with its first use (SPEC 1 of Scientific Python).
+
 Examples
 --------
 >>> from trackdyn import Scene, load_rig, sense, simulate
->>> scene = Scene(load_rig("config/rig.yaml"), motor_rpm=115, duration=20)
+>>> scene = Scene(load_rig("paper"), motor_rpm=115, duration=20)
 >>> recording = simulate(scene)
 >>> signal = sense(recording)
 """
 
-from trackdyn.errors import DivergenceError, InputError, TrackdynError
-from trackdyn.measure.sensor import sense
-from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.scene.scene import Scene
-from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.recording import Recording, load_recording
-from trackdyn.simulation.simulate import simulate
-from trackdyn.version import __version__
+from importlib import import_module
+from typing import TYPE_CHECKING
 
-
-def __getattr__(name):
-    """`trackdyn.show` and `trackdyn.sweep`, whose libraries are loaded with the first use."""
-    if name == "show":
-        from trackdyn.report.page.show import show
-
-        return show
-    if name != "sweep":
-        raise AttributeError(f"module 'trackdyn' has no attribute {name!r}")
+if TYPE_CHECKING:
+    from trackdyn.errors import DivergenceError, InputError, TrackdynError
+    from trackdyn.measure.sensor import sense
+    from trackdyn.parameters.rig import Rig, load_rig
+    from trackdyn.report.page.show import show
+    from trackdyn.scene.scene import Scene
+    from trackdyn.simulation.loop import Loop
+    from trackdyn.simulation.recording import Recording, load_recording
+    from trackdyn.simulation.simulate import simulate
     from trackdyn.sweeps.sweep import sweep
+    from trackdyn.version import __version__
 
-    return sweep
+_MODULES = {
+    "DivergenceError": "errors",
+    "InputError": "errors",
+    "Loop": "simulation.loop",
+    "Recording": "simulation.recording",
+    "Rig": "parameters.rig",
+    "Scene": "scene.scene",
+    "TrackdynError": "errors",
+    "__version__": "version",
+    "load_recording": "simulation.recording",
+    "load_rig": "parameters.rig",
+    "sense": "measure.sensor",
+    "show": "report.page.show",
+    "simulate": "simulation.simulate",
+    "sweep": "sweeps.sweep",
+}
+
+
+def __getattr__(name: str):
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = value = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
 
 
 __all__ = [

@@ -1,5 +1,9 @@
 """The two ways a run can end without a result, each said in one sentence."""
 
+from typing import Any
+
+LONGEST_SHOWN = 120  # characters of a value in a sentence
+
 
 class TrackdynError(Exception):
     """Base class: its text is one sentence meant for the user."""
@@ -11,3 +15,13 @@ class InputError(TrackdynError):
 
 class DivergenceError(TrackdynError):
     """The integration left the physical range: the sentence names the time and the body."""
+
+
+def shown(value: Any) -> str:
+    """A value as it may stand in a sentence: on one line and not too long."""
+    try:
+        text = repr(value)
+    except ValueError:  # an integer of thousands of digits
+        return "an integer of thousands of digits"
+    text = " ".join(text.split())
+    return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}..."

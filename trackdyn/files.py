@@ -10,10 +10,12 @@ from errno import EISDIR
 from pathlib import Path
 from shutil import disk_usage
 from tempfile import TemporaryFile
-
-import numpy as np
+from typing import TYPE_CHECKING
 
 from trackdyn.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
 
 _OPEN: set[Path] = set()  # what a process that is stopped must take along
 _KEPT: set[Path] = set()  # what it leaves, to go on from
@@ -162,7 +164,7 @@ def read_text(path: Path | str, what: str, limit: int) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def read_npz(path: Path | str, what: str, limit: float, arrays: bool = True) -> tuple[dict, dict[str, np.ndarray]]:
+def read_npz(path: Path | str, what: str, limit: float, arrays: bool = True) -> "tuple[dict, dict[str, np.ndarray]]":
     """Description (``meta``, JSON) and arrays of an npz file, whatever they are packed into; nothing is unpickled.
 
     Parameters
@@ -177,6 +179,8 @@ def read_npz(path: Path | str, what: str, limit: float, arrays: bool = True) -> 
     InputError
         The file is missing, larger, or holds anything but a description and arrays of numbers and text.
     """
+    import numpy as np  # by those alone who read arrays: what lists the rigs reads text
+
     path = plain_file(path, what)
     try:
         with zipfile.ZipFile(path) as archive:

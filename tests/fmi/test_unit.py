@@ -252,7 +252,7 @@ def test_an_exchange_shorter_than_a_step_is_refused(scene, exchange):
         (["config/rig.yaml", "--out", "track.zip"], "a name that ends in .fmu would do"),
         (["no_rig.yaml"], "no_rig.yaml"),
         (["config/rig.yaml", "--ring-radius", "wide"], "a radius in m or the word none would do"),
-        (["config/rig.yaml", "--rpm", "nan"], "motor_rpm"),
+        (["config/rig.yaml", "--rpm", "nan"], "--rpm = 'nan' is not accepted"),
     ],
 )
 def test_the_command_refuses_in_one_sentence(arguments, sentence, monkeypatch, capsys, tmp_path, rig_path):

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from trackdyn.commands import cli
 from trackdyn.errors import TrackdynError
 from trackdyn.parameters.rig import load_rig
-from trackdyn.parameters.validation import read_yaml
+from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.pipeline.config import check_config, read_layer
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.sensor_csv import read_sensor_csv

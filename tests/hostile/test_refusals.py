@@ -18,7 +18,7 @@ import yaml
 from trackdyn.commands import cli
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.parameters.rig import load_rig
-from trackdyn.parameters.validation import read_yaml
+from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.pipeline.config import check_config, read_layer
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation import cost as needs
@@ -78,8 +78,8 @@ SCENES = [
     *[({name: "long"}, f"{name} = 'long'", NUMBER) for name in ("ring_radius", "duration", "step", "tolerance")],
     ({"motor_rpm": -1}, "motor_rpm = -1.0", "at least 0 and at most 100000 rev/min"),
     ({"motor_rpm": 1e300, **BELT}, "motor_rpm = 1e+300", "at most 100000"),
-    ({"ring_radius": 1e300}, "ring_radius = 1e+300", "null means no ring"),
-    ({"ring_radius": -0.3}, "ring_radius = -0.3", "a radius in m or null"),
+    ({"ring_radius": 1e300}, "ring_radius = 1e+300", "give a radius between, or no ring"),
+    ({"ring_radius": -0.3}, "ring_radius = -0.3", "a radius in m would do, or no ring"),
     ({"duration": 1e-300}, "duration = 1e-300", "at least 0.001"),
     ({"duration": 1e9}, "duration", "at most 36000 s"),
     ({"lead_in": 1e9}, "lead_in = 1000000000.0", "at most 36000 s"),
@@ -399,6 +399,13 @@ COMMANDS = [
     ("simulate run.npz --choose integrator=adaptive --choose tolerance=small", "tolerance = 'small'", "1e-6"),
     ("simulate run.npz --choose integrator=adaptive --choose tolerance=1e-6 --step 1e6 -q", "step = 1000000.0"),
     ("simulate run.npz --choose chain=belt --rpm 1e300", "motor_rpm = 1e+300"),
+    ("simulate run.npz --tolerance much", "--tolerance = 'much' is not accepted: a share"),
+    ("simulate run.npz --tolerance 1% --measure speed", "--measure = 'speed' is not accepted: rms, sd"),
+    ("simulate run.npz --tolerance 1% --longest 1e-3", "longest = 0.001 s is not accepted"),
+    ("simulate run.npz --measure rms", "--measure is not accepted without --tolerance"),
+    ("simulate run.npz --tolerance 1% --checkpoint kept", "--checkpoint is not accepted with --tolerance"),
+    ("simulate run.npz --speed 115", "No such option: --speed, --rpm may be meant; see trackdyn simulate --help"),
+    ("simulate run.npz --setp 1e-4", "--step may be meant"),
     ("simulate run.csv", "OUT = 'run.csv' is not accepted: a name that ends in .npz"),
     ("simulate /proc/run.npz", "/proc/run.npz: cannot be written"),
     ("simulate plain/run.npz", "plain/run.npz: cannot be written (Not a directory)"),
@@ -410,7 +417,8 @@ COMMANDS = [
     ("compare plain plain", "plain: is not a trackdyn recording, or is damaged"),
     ("compare absent.npz plain", "absent.npz: no such file"),
     ("compare short.npz plain", "plain: no column for ay", "--axis ay=NAME"),
-    ("plan --tolerance 2", "trade.csv: no measured data"),
+    ("plan --tolerance 2%", "trade.csv: no measured data"),
+    ("plan --tolerance 2 --data trade.csv", "tolerance = '2' is not accepted: a share"),
     ("plan --tolerance 2% --data plain", "plain: lacks the column scene"),
     ("plan --tolerance 2% --data empty", "empty: No columns to parse"),
     ("plan --tolerance 2% --data binary", "binary: cannot be read as UTF-8"),

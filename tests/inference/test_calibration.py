@@ -15,7 +15,8 @@ from trackdyn.inference.identification.calibration import (
 )
 from trackdyn.inference.identification.emulation import FeatureEmulator, Prediction
 from trackdyn.inference.unknowns import Unknown
-from trackdyn.parameters.validation import read_yaml, validated
+from trackdyn.parameters.validation import validated
+from trackdyn.parameters.yaml_file import read_yaml
 
 
 @pytest.fixture

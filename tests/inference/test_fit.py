@@ -9,7 +9,8 @@ import pytest
 
 import trackdyn.inference.fit as fit
 from trackdyn.errors import InputError
-from trackdyn.parameters.validation import read_yaml, validated
+from trackdyn.parameters.validation import validated
+from trackdyn.parameters.yaml_file import read_yaml
 
 FILE = Path(__file__).parents[2] / "config" / "fit.yaml"
 

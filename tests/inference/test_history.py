@@ -33,7 +33,8 @@ from trackdyn.inference.unknowns import Unknown, Unknowns, file_ranges
 from trackdyn.paper.claims import load_claims
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import load_rig
-from trackdyn.parameters.validation import read_yaml, validated
+from trackdyn.parameters.validation import validated
+from trackdyn.parameters.yaml_file import read_yaml
 
 CONFIG = Path(__file__).parents[2] / "config"
 SETTINGS = load_ensemble(CONFIG / "ensemble.yaml")

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import load_rig
-from trackdyn.parameters.validation import read_yaml
+from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.pipeline.config import Config, check_config, check_layers
 from trackdyn.study.accuracy.planner import PLANNED
 
@@ -241,7 +241,7 @@ def test_a_radius_that_the_loop_does_not_allow_is_refused(data, field, value, sh
     sentence = refusal(data)
     assert shown in sentence
     assert f"ring_radius = {value[-1] if isinstance(value, list) else value}" in sentence
-    assert "null means no ring" in sentence
+    assert "or no ring" in sentence
 
 
 def test_a_record_shorter_than_two_loop_revolutions_is_refused(data):

@@ -9,7 +9,7 @@ import jsonschema
 import pytest
 
 from trackdyn.parameters.quantities import YAML_12_FLOAT
-from trackdyn.parameters.validation import read_yaml
+from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.pipeline.schemas import FOLDER, MODELS, schema, text
 
 ROOT = Path(__file__).parents[2]

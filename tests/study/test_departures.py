@@ -7,7 +7,8 @@ import pytest
 
 import trackdyn
 from trackdyn.errors import InputError
-from trackdyn.parameters.validation import read_yaml, validated
+from trackdyn.parameters.validation import validated
+from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.study.departures import Departures, Lines
 
 FILE = Path(__file__).parents[2] / "config" / "departures.yaml"

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from trackdyn.parameters.validation import read_yaml, validated
+from trackdyn.parameters.validation import validated
+from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.study.accuracy.statistics import measured_scenes, promised_scenes
 from trackdyn.study.extremes import random_scenes
 from trackdyn.study.extremes.run import RANDOM_SCENES, parts_of

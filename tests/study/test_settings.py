@@ -8,7 +8,8 @@ import pytest
 from pydantic import TypeAdapter
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.validation import read_yaml, validated
+from trackdyn.parameters.validation import validated
+from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.study.accuracy import trade
 from trackdyn.study.settings import Studies, StudiesFile, Window
 

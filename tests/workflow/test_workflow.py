@@ -257,7 +257,7 @@ class Package(types.ModuleType):
         if (inner := sys.modules.get(f"{self.__name__}.{name}")) is not None:
             return inner
         asked.add(self.__file__)
-        offered = re.findall(r"^from (\S+) import (?:\(([^)]*)\)|(.*))$", self.text, re.M)
+        offered = re.findall(r"^ *from (\S+) import (?:\(([^)]*)\)|(.*))$", self.text, re.M)
         for module, block, line in offered:
             if name in re.findall(r"\w+", block + line):
                 return getattr(importlib.import_module(module), name)

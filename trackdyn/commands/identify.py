@@ -5,8 +5,20 @@ from typing import Annotated
 
 import typer
 
+from trackdyn.commands.options import (
+    DEFAULT_RIG,
+    Axis,
+    Jobs,
+    Mapping,
+    Preset,
+    Quiet,
+    RigName,
+    RingRadius,
+    Unit,
+    number,
+    parse_axes,
+)
 from trackdyn.errors import InputError
-from trackdyn.parameters.validation import shown
 
 
 def identify(
@@ -21,25 +33,18 @@ def identify(
         ),
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder to write.")] = Path("identified"),
-    rig: Annotated[Path, typer.Option(help="Everything that is known of the rig, and the ranges of the rest.")] = Path(
-        "config/rig.yaml"
-    ),
+    rig: RigName = DEFAULT_RIG,
     rpm: Annotated[
-        list[float] | None,
-        typer.Option(help="Motor speed of each record, rev/min; what its main line says by default."),
+        list[float] | None, number("--rpm", "Motor speed of each record, rev/min; what its main line says by default.")
     ] = None,
-    ring_radius: Annotated[
-        str | None, typer.Option(help="Radius of the rubber ring in m, or none; the rig's by default.")
-    ] = None,
-    preset: Annotated[
-        str, typer.Option(help="Fidelity of the simulations: fast, standard, paper or reference.")
-    ] = "standard",
+    ring_radius: RingRadius = None,
+    preset: Preset = "standard",
     simulations: Annotated[
         int, typer.Option(help="Rigs of the first wave, a power of two; the second has half as many.")
     ] = 128,
     waves: Annotated[int, typer.Option(min=1, max=2, help="1: no rigs more where the first answer lies.")] = 2,
     steps: Annotated[int, typer.Option(help="Steps of the walkers that draw from the posterior.")] = 3000,
-    jobs: Annotated[int | None, typer.Option("--jobs", "-j", help="Processes; all cores by default.")] = None,
+    jobs: Jobs = None,
     seed: Annotated[int, typer.Option(help="The same seed gives the same draws.")] = 0,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on in a folder that is there: what was simulated is kept.")
@@ -51,14 +56,10 @@ def identify(
     store: Annotated[
         Path | None, typer.Option(help="Folder in which simulations are kept; simulations in the output by default.")
     ] = None,
-    mapping: Annotated[
-        Path | None, typer.Option(help="YAML file that says how to read the records, as for compare.")
-    ] = None,
-    unit: Annotated[str | None, typer.Option(help="g, m/s2 or mg, where the header says none.")] = None,
-    axis: Annotated[
-        list[str] | None, typer.Option(help="Which column an axis is, such as ay=channel3; repeatable.")
-    ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bars and no summary.")] = False,
+    mapping: Mapping = None,
+    unit: Unit = None,
+    axis: Axis = None,
+    quiet: Quiet = False,
 ) -> None:
     """Identify parameters of the rig from records of the sensor, and say how sure that is."""
     from trackdyn.files import refuse_unwritable, write_csv
@@ -79,16 +80,10 @@ def identify(
         )
     if steps < 100:
         raise InputError(f"--steps = {steps} is not accepted: 100 or more would do")
-    if jobs is not None and not 1 <= jobs <= 1024:
-        raise InputError(f"--jobs = {jobs} is not accepted: a whole number of 1 to 1024 would do")
-    for pair in axis or []:
-        if not all(pair.partition("=")):
-            raise InputError(f"--axis {pair} is not accepted: an axis and its column, such as ay=channel3, would do")
+    axes = parse_axes(axis)
     base = load_rig(rig)
-    axes = dict(pair.split("=", 1) for pair in axis or [])
-    measured = read_records(
-        records, base, load_mapping(mapping, unit=unit, axes=axes), rpm or [], _radius(ring_radius, base), preset
-    )
+    radius = base.ring_radius if ring_radius is None else ring_radius.radius
+    measured = read_records(records, base, load_mapping(mapping, unit=unit, axes=axes), rpm or [], radius, preset)
     for one in measured:
         scene_of(base, one.speed, one.turn_s)  # what cannot be simulated is refused before all else
     unknowns = asked([unknown_of(text) for text in unknown or []], base, rig)
@@ -123,16 +118,3 @@ def identify(
     say(answer.table.drop(columns=["scale"]).to_string(index=False, float_format=lambda value: f"{value:.4g}"))
     say(headline(answer))
     say(f"written: {page}")
-
-
-def _radius(text: str | None, rig) -> float | None:
-    if text is None:
-        return rig.sprocket.ring_radius
-    if text == "none":
-        return None
-    try:
-        return float(text)
-    except ValueError:
-        raise InputError(
-            f"--ring-radius = {shown(text)} is not accepted: a radius in m or the word none would do"
-        ) from None

@@ -5,28 +5,42 @@ from typing import Annotated
 
 import typer
 
-from trackdyn.errors import InputError
-from trackdyn.parameters.validation import shown
+from trackdyn.commands.options import (
+    DEFAULT_RIG,
+    Jobs,
+    Overwrite,
+    Quiet,
+    RigName,
+    file_argument,
+    file_option,
+    refuse_existing,
+)
+from trackdyn.errors import InputError, shown
 
 
 def sweep(
     design: Annotated[Path, typer.Argument(help="Design: a row a scene (.csv, .parquet).")],
-    out: Annotated[Path, typer.Option(help="Results to write: a row a result (.csv, .parquet).")],
-    rig: Annotated[Path, typer.Option(help="Parameters of the rig, where a row names no other.")] = Path(
-        "config/rig.yaml"
-    ),
-    jobs: Annotated[int | None, typer.Option("--jobs", "-j", help="Processes; all cores by default.")] = None,
+    out: Annotated[Path, file_option("--out", "Results to write: a row a result", ".csv", ".parquet")],
+    rig: RigName = DEFAULT_RIG,
+    jobs: Jobs = None,
     store: Annotated[
         Path | None,
         typer.Option(help="Folder in which rows are kept as they come; the results' name with .rows by default."),
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False,
+    overwrite: Overwrite = False,
+    quiet: Quiet = False,
 ) -> None:
-    """Run a design of many scenes; what a killed run had computed is not computed again."""
+    """Run a design of many scenes; what a killed run had computed is not computed again.
+
+    Results that a sweep has written are replaced where the store still holds their rows; any other file needs
+    --overwrite.
+    """
     from trackdyn.sweeps.row import DONE, FAILED
-    from trackdyn.sweeps.sweep import summary
+    from trackdyn.sweeps.sweep import refuse_foreign, summary
     from trackdyn.sweeps.sweep import sweep as run
 
+    if not overwrite:
+        refuse_foreign(out, store)
     results = run(design, out, rig, jobs, store, progress=not quiet)
     if not quiet:
         typer.echo(f"{summary(results)}; written to {out}")
@@ -41,7 +55,7 @@ def sweep(
 
 
 def design(
-    out: Annotated[Path, typer.Argument(help="Design to write (.csv, .parquet).")],
+    out: Annotated[Path, file_argument("Design to write", ".csv", ".parquet")],
     vary: Annotated[
         list[str],
         typer.Option(
@@ -54,13 +68,13 @@ def design(
     fix: Annotated[
         list[str] | None, typer.Option("--set", help="Column with one value, such as duration=20. Repeatable.")
     ] = None,
+    overwrite: Overwrite = False,
 ) -> None:
     """Make a design: a grid, a Sobol sequence or a Latin hypercube over columns of a sweep."""
     from trackdyn.sweeps.design import make_design, parse_levels
     from trackdyn.sweeps.request import refuse_columns
-    from trackdyn.sweeps.table import refuse_ending, write_table
+    from trackdyn.sweeps.table import write_table
 
-    refuse_ending(out, "OUT")
     varied, fixed = {}, {}
     for pair in vary:
         name, takes = parse_levels(pair)
@@ -74,4 +88,5 @@ def design(
         fixed[name] = value
     table = make_design(varied, method, rows, seed, fixed)
     refuse_columns(table, "design")
+    refuse_existing(out, overwrite)
     write_table(table, out)

@@ -16,6 +16,8 @@ MERGE_GAP = 0.004  # s
 # Turns of the sprocket. No contact of a passage, and no pause in it, lasts longer than this: the chain
 # leaves the sprocket after about half a turn. Passages nearer to an end of the record may lack a part.
 LONGEST = 2 / 3
+# turns of the sprocket from the first to the last contact of a passage
+PASSAGE = 0.6
 NAN = float("nan")
 INTEGRALS = ("impulse_ns", "square_n2s")
 

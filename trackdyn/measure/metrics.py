@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 
+from trackdyn.measure.contact_log import LONGEST, PASSAGE, timing
 from trackdyn.measure.meshing import meshing_summary
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.sensor_metrics import LEAST_LOOPS, sensor_metrics
@@ -84,3 +85,13 @@ def run_metrics(name: str, recording: Recording) -> dict:
         "clipped_samples": signal.clipped,
         **meshing_summary(recording),
     }
+
+
+def needed_lengths(recording: Recording) -> dict[str, float]:
+    """What the recording is too short for, with the record (s) that holds it wherever it begins."""
+    period, scene = timing(recording), recording.meta["scene"]
+    passage = period.loop + (2 * LONGEST + PASSAGE) * period.turn
+    needed = {"main line and standard errors": LEAST_LOOPS * period.loop}
+    if len(recording.spells) or scene["spells"]:
+        needed["contacts of the recorded pitches"] = passage
+    return {what: seconds for what, seconds in needed.items() if period.record < seconds}

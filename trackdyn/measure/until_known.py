@@ -14,7 +14,7 @@ import pandas as pd
 from pydantic import Field
 
 from trackdyn.errors import InputError
-from trackdyn.measure.contact_log import LONGEST, SIDES, timing
+from trackdyn.measure.contact_log import LONGEST, PASSAGE, SIDES, timing
 from trackdyn.measure.meshing import passages
 from trackdyn.measure.whole_loop import RELATIVE, SHARES, Estimate, Series, passage, series
 from trackdyn.model.record import SPELL_COLUMNS
@@ -28,8 +28,6 @@ from trackdyn.simulation.settled_loops import Starts
 
 # of a record from one judgement to the next
 GROWTH = 1.1
-# turns of the sprocket from the first to the last contact of a passage, where a record is first looked at
-PASSAGE = 0.6
 # From this share of a turn on a force has an error of its own, %: what touches less counts as no contact in the claims.
 TOUCHING = 0.5
 START = SPELL_COLUMNS.index("start_s")
@@ -220,7 +218,7 @@ def run_until(
     DivergenceError
         As in `simulate`.
     """
-    _refuse(scene, tolerances, longest)
+    refuse_until(scene, tolerances, longest)
     rate = scene.rig.sensor.rate
     scene = scene.with_(
         duration=ceil(longest * rate) / rate, lead_in=0.0, pitches=(), frame_interval=0.0, spells=True, every_link=True
@@ -265,7 +263,14 @@ def refuse_undriven(scene: Scene) -> None:
         )
 
 
-def _refuse(scene: Scene, tolerances: Mapping[str, float], longest: float) -> None:
+def refuse_until(scene: Scene, tolerances: Mapping[str, float], longest: float) -> None:
+    """Refuse what `run_until` cannot answer, before anything runs; parameters as there.
+
+    Raises
+    ------
+    InputError
+        A measure or tolerance is not accepted, or ``longest`` holds too few passages.
+    """
     if not tolerances:
         raise InputError("tolerances is empty; name a measure and a tolerance, such as rms and 0.01")
     for name, value in tolerances.items():

@@ -11,7 +11,8 @@ from pydantic import Field, model_validator
 from trackdyn.errors import InputError
 from trackdyn.paper.evidence import Evidence
 from trackdyn.paper.measures import MEASURES, NotThere, Range
-from trackdyn.parameters.validation import Section, read_yaml, validated
+from trackdyn.parameters.validation import Section, validated
+from trackdyn.parameters.yaml_file import read_yaml
 
 REPRODUCED = "reproduced"
 IN_TREND = "in trend"

@@ -10,11 +10,11 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, ValidationInfo
 
-from trackdyn.parameters.validation import plain_count, plain_number, shown
+from trackdyn.errors import shown
+from trackdyn.parameters.rig_file import ENTRY_KEYS, KINDS
+from trackdyn.parameters.validation import plain_count, plain_number
 
-KINDS = ("printed", "derived", "assumed", "fitted")
 YAML_12_FLOAT = re.compile(r"[-+]?\d+(\.\d*)?[eE]\d+")
-ENTRY_KEYS = {"value", "unit", "kind", "source"}
 RANGE_KEYS = {"low", "high"}  # what the part can be, for what is assumed or fitted
 WORDS = ("name",)  # units of what is a word
 FROM_FILE = "from a file"  # there every entry states its unit, in Python none does

@@ -7,18 +7,28 @@ unit, kind and source of every parameter.
 """
 
 import re
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any
 
-from trackdyn.errors import InputError
-from trackdyn.parameters.quantities import ENTRY_KEYS, KINDS
-from trackdyn.parameters.validation import read_yaml, shown
+from trackdyn.errors import InputError, shown
+from trackdyn.parameters.yaml_file import read_yaml
 
 SHIPPED = Path(__file__).parents[1] / "rigs"
 DEFAULT = "paper"
+ENTRY_KEYS = {"value", "unit", "kind", "source"}
+KINDS = ("printed", "derived", "assumed", "fitted")
 MOST_LIKE = 5  # files that take from one another
 WHEELS_OF_OLD = ("idler", "road_wheel")  # sections that are wheels of their own
 NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s+(\S.*?)\s*")
+# the paper's two rigs are the pipeline's files, which say in their own words what they are
+ABOUT = {
+    "paper": (
+        "the rig of the paper: 35 links and connectors on a sprocket with a rubber ring, an idler and a road wheel"
+    ),
+    "printed_equal_pitch": "a second rig of the paper with the equal pitch as printed, docs/second-rig.md",
+}
 PLAIN_WORD = re.compile(r"[A-Za-z0-9_]{1,40}")
 # what a wheel has if its file does not say so: aligned, and a bearing without loss
 PLAIN_WHEEL = {
@@ -32,6 +42,20 @@ PLAIN_WHEEL = {
 def shipped_rigs() -> dict[str, Path]:
     """Files of the rigs in the package by name."""
     return {path.stem: path for path in sorted(SHIPPED.glob("*.yaml"))}
+
+
+def shipped_summaries() -> dict[str, tuple[str, str]]:
+    """What each shipped rig is, by name: its counts, and what its file says about it. Its values are not judged."""
+    found, read = {}, cache(read_yaml)  # most are like the first one
+    for name, path in shipped_rigs().items():
+        rig = _read(path, MOST_LIKE, read)
+        chain = {key: rig["chain"].get(key, {}).get("value") for key in ("pitches", "kind")}
+        kind = (chain["kind"] or "double_pin").replace("_", "-")
+        wheels = 1 + len(rig.get("wheels", {})) + sum(old in rig for old in WHEELS_OF_OLD)
+        teeth = rig["sprocket"]["teeth"]["value"]
+        counts = f"{chain['pitches']} pitches ({kind}), {teeth} teeth, {wheels} wheels"
+        found[name] = counts, read(path).get("about", ABOUT.get(name, ""))
+    return found
 
 
 def rig_path(name: Path | str) -> Path | str:
@@ -61,18 +85,21 @@ def read_rig(name: Path | str) -> dict[str, Any]:
     InputError
         In one sentence with file, field and value.
     """
-    return _read(rig_path(name), MOST_LIKE)
+    return _read(rig_path(name), MOST_LIKE, read_yaml)
 
 
-def _read(path: Path | str, depth: int) -> dict[str, Any]:
-    data = read_yaml(path)
+def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> dict[str, Any]:
+    data = read(path)
     path = Path(path)
     if not isinstance(data, dict):
         raise InputError(f"{path}: holds no sections; a mapping of names to values is needed")
-    like = data.pop("like", None)
-    data.pop("about", None)
+    like = data.get("like")
     try:
-        data = {key: _written_out(part, str(key), {}, path.parent) for key, part in data.items()}
+        data = {
+            key: _written_out(part, str(key), {}, path.parent)
+            for key, part in data.items()
+            if key not in ("like", "about")
+        }
         own_wheels = isinstance(data.get("wheels"), dict)
         if own_wheels:
             wheels = {
@@ -89,7 +116,7 @@ def _read(path: Path | str, depth: int) -> dict[str, Any]:
             f"{path}: like = {shown(like)} is not accepted: the name of a shipped rig or of a file would do"
         )
     beside = path.parent / like
-    base = _read(beside if beside.is_file() else rig_path(like), depth - 1)
+    base = _read(beside if beside.is_file() else rig_path(like), depth - 1, read)
     if own_wheels:
         base = {key: part for key, part in base.items() if key not in ("wheels", *WHEELS_OF_OLD)}
     for one, other in (("groove", "profile"), ("profile", "groove")):

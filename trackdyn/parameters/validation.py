@@ -1,22 +1,15 @@
-"""Reading YAML against a schema; every defect ends in one sentence."""
+"""Data against a schema; every defect ends in one sentence."""
 
 import re
 from difflib import get_close_matches
 from math import isfinite
 from numbers import Real
-from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 import numpy as np
-import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from trackdyn.errors import InputError
-from trackdyn.files import read_text
-
-LARGEST_YAML = 1_000_000  # bytes; the longest that is shipped has 24,000
-DEEPEST = 20
-LONGEST_SHOWN = 120  # characters of a value in a sentence
+from trackdyn.errors import InputError, shown
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -37,60 +30,6 @@ class Section(BaseModel):
 
 
 SectionType = TypeVar("SectionType", bound=Section)
-
-
-class _PlainLoader(yaml.SafeLoader):
-    """YAML that means what it shows: nothing run, no key twice, no aliases, no nesting without end."""
-
-    depth = 0
-
-    def compose_node(self, parent, index):
-        if self.check_event(yaml.AliasEvent):
-            self._refuse(self.peek_event(), "holds an alias (*); write the value out")
-        if self.depth == DEEPEST:
-            self._refuse(
-                self.peek_event(), f"is nested more than {DEEPEST} deep; name, value and list in value would do"
-            )
-        self.depth += 1
-        node = super().compose_node(parent, index)
-        self.depth -= 1
-        return node
-
-    def compose_mapping_node(self, anchor):
-        node = super().compose_mapping_node(anchor)
-        seen = set()
-        for key, _ in node.value:
-            if isinstance(key, yaml.ScalarNode) and key.value in seen:
-                self._refuse(key, f"gives {shown(key.value)} a second time; keep one of them")
-            seen.add(str(key.value))
-        return node
-
-    def _refuse(self, what, sentence):
-        raise InputError(f"line {what.start_mark.line + 1} {sentence}")
-
-
-def read_yaml(path: Path | str) -> Any:
-    """Contents of a YAML file of at most `LARGEST_YAML` bytes, or one sentence about why it cannot be used."""
-    text = read_text(path, "YAML file", LARGEST_YAML)
-    try:
-        return yaml.load(text, _PlainLoader)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
-    # a date or a number that is none is a ValueError of its own
-    except (yaml.YAMLError, ValueError) as error:
-        mark = getattr(error, "problem_mark", None)
-        line = f" at line {mark.line + 1}" if mark else ""
-        raise InputError(f"{path}: is not valid YAML{line}; correct the syntax there") from None
-
-
-def shown(value: Any) -> str:
-    """A value as it may stand in a sentence: on one line and not too long."""
-    try:
-        text = repr(value)
-    except ValueError:  # an integer of thousands of digits
-        return "an integer of thousands of digits"
-    text = " ".join(text.split())
-    return text if len(text) <= LONGEST_SHOWN else f"{text[:LONGEST_SHOWN]}..."
 
 
 def validated(

@@ -14,7 +14,8 @@ from trackdyn.errors import InputError, TrackdynError
 from trackdyn.inference.fit import FitConfig
 from trackdyn.measure.until_known import Known, steady_fields
 from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.parameters.validation import NotNegative, Positive, Section, parse_tolerance, read_yaml, shown, validated
+from trackdyn.parameters.validation import NotNegative, Positive, Section, parse_tolerance, shown, validated
+from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.scene.fidelity import PRESETS
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.sensor_mapping import load_mapping

@@ -45,6 +45,8 @@ PRESETS = {
     "reference": {"integrator": "semi_implicit", "step": 1e-5},
 }
 
+ASKED = "as the scene asks"  # reason of a choice that the scene did not leave open
+
 
 class Decision(NamedTuple):
     """What was chosen for one choice, and why."""
@@ -83,8 +85,7 @@ def wheel_out_of_plane(rig) -> str | None:
 
 def decide(scene) -> dict[str, Decision]:
     """Setting and reason of every choice of a scene, the sprocket's ring and the wheels included."""
-    asked = "as the scene asks"
-    found = {name: Decision(getattr(scene, name), asked) for name in CHOICES}
+    found = {name: Decision(getattr(scene, name), ASKED) for name in CHOICES}
     tilted = wheel_out_of_plane(scene.rig)
     on_wheels = scene.loop == "on_wheels" and scene.chain != "belt"
     if scene.space == "auto":

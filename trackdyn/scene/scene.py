@@ -184,14 +184,14 @@ class Scene(Section):
     def _refuse_loop(self) -> None:
         if self.ring_radius is not None:
             if self.ring_radius <= 0:
-                self._refuse("ring_radius", "a radius in m or null for no ring would do")
+                self._refuse("ring_radius", "a radius in m would do, or no ring")
             low, high = self.ring_range(self.rig)
             if not low - 1e-9 <= self.ring_radius <= high + 1e-9:  # the bounds themselves are allowed, rounded or not
                 self._refuse(
                     "ring_radius",
                     f"a ring of more than {high:.4f} m overlaps the chain of this loop and one of "
                     f"less than {low:.4f} m "
-                    "never touches it; null means no ring",
+                    "never touches it; give a radius between, or no ring",
                 )
         for pitch in self.pitches:
             if not 1 <= pitch <= self.rig.chain.pitches:

@@ -8,7 +8,8 @@ from typing import Annotated, Any, Literal, NamedTuple
 from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.validation import NotNegative, Positive, Section, read_yaml, validated
+from trackdyn.parameters.validation import NotNegative, Positive, Section, validated
+from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.sensor.logger_text import shown
 from trackdyn.sensor.stamps import RATES, UNITS
 

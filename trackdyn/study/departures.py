@@ -21,7 +21,8 @@ from trackdyn.measure.meshing import meshing_summary
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.sensor_metrics import whole_revolutions
 from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.parameters.validation import Positive, Section, read_yaml, validated
+from trackdyn.parameters.validation import Positive, Section, validated
+from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.scene.fidelity import PRESETS
 from trackdyn.sensor.signals import high_frequency_rms, rms
 from trackdyn.simulation.simulate import simulate

@@ -7,7 +7,8 @@ from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.validation import NotNegative, Positive, Section, read_yaml, validated
+from trackdyn.parameters.validation import NotNegative, Positive, Section, validated
+from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.scene.scene import Scene
 
 Values = Annotated[list[Positive], Field(min_length=1)]

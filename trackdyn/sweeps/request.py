@@ -14,6 +14,7 @@ from trackdyn.measure.until_known import Known
 from trackdyn.measure.whole_loop import RELATIVE, SHARES
 from trackdyn.parameters.rig import NAME as WHEEL_NAME
 from trackdyn.parameters.rig import Rig, load_rig
+from trackdyn.parameters.rig_file import DEFAULT
 from trackdyn.parameters.validation import Section, parse_tolerance, plain_number, shown, validated
 from trackdyn.parameters.wheels import Wheel
 from trackdyn.scene.fidelity import CHOICES, preset
@@ -106,7 +107,7 @@ def refuse_columns(table: pd.DataFrame, where: str) -> None:
         raise InputError(f"{where}: has no rows; a row a scene is needed")
 
 
-def asked(table: pd.DataFrame, rig: str = "config/rig.yaml") -> list[Asked]:
+def asked(table: pd.DataFrame, rig: str = DEFAULT) -> list[Asked]:
     """What every row asks for; a value that cannot be read is the row's ``reason``.
 
     Parameters
@@ -114,7 +115,7 @@ def asked(table: pd.DataFrame, rig: str = "config/rig.yaml") -> list[Asked]:
     table : DataFrame
         A design.
     rig : str
-        File of the rig, where a row names no other.
+        File of the rig, or the name of a shipped one, where a row names no other.
 
     Raises
     ------

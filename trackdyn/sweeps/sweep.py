@@ -10,10 +10,11 @@ from tqdm import tqdm
 
 from trackdyn.errors import InputError
 from trackdyn.files import refuse_unwritable
+from trackdyn.parameters.rig_file import DEFAULT
 from trackdyn.parameters.validation import shown
 from trackdyn.scene.fidelity import CHOICES
 from trackdyn.sweeps.request import Asked, asked, refuse_columns
-from trackdyn.sweeps.row import DONE, REFUSED
+from trackdyn.sweeps.row import DIVERGED, DONE, REFUSED
 from trackdyn.sweeps.store import Store
 from trackdyn.sweeps.table import read_table, refuse_ending, refuse_header, write_table
 from trackdyn.sweeps.workers import compute
@@ -27,7 +28,7 @@ def cores() -> int:
 def sweep(
     design: pd.DataFrame | Path | str,
     out: Path | str | None = None,
-    rig: Path | str = "config/rig.yaml",
+    rig: Path | str = DEFAULT,
     jobs: int | None = None,
     store: Path | str | None = None,
     progress: bool = False,
@@ -44,8 +45,8 @@ def sweep(
         to its default.
     out : path or None
         Table to write (.csv, .parquet), with the cost of every row beside it (``.costs.csv``).
-    rig : path
-        The rig of every row that names no other.
+    rig : path or str
+        The rig of every row that names no other: a file, or the name of a shipped one.
     jobs : int or None
         Processes; all cores by default.
     store : path or None
@@ -71,15 +72,67 @@ def sweep(
     if out is not None:
         refuse_ending(out, "--out")
         refuse_unwritable(out)
-        store = store or Path(out).with_suffix(".rows")
+        if isinstance(design, (Path, str)):
+            _refuse_itself(design, out)
+        store = store or store_of(out)
     table = read_design(design)
     rows = asked(table, str(rig))
     found = _computed(rows, jobs or cores(), store, progress)
     results = result_table(table, rows, found)
     if out is not None:
-        write_table(cost_table(rows, found), Path(out).with_suffix(".costs.csv"))
+        write_table(cost_table(rows, found), costs_of(out))
         write_table(results, out)
     return results
+
+
+def store_of(out: Path | str) -> Path:
+    """The folder in which a sweep keeps its rows if no other is named."""
+    return Path(out).with_suffix(".rows")
+
+
+def costs_of(out: Path | str) -> Path:
+    """The table of costs beside the results."""
+    return Path(out).with_suffix(".costs.csv")
+
+
+def _refuse_itself(design: Path | str, out: Path | str) -> None:
+    """Refuse to write the results, or their costs, over the design that they are of."""
+    for path in (Path(out), costs_of(out)):
+        if path.resolve() == Path(design).resolve():
+            raise InputError(
+                f"--out = {shown(str(out))} is not accepted: {path} is the design itself; give another name"
+            )
+
+
+def refuse_foreign(out: Path | str, store: Path | str | None = None) -> None:
+    """Refuse to replace a file unless it is what a sweep has written from this store, so that nothing is lost.
+
+    A sweep goes on from its store, and its results may be replaced: whatever was computed for them is kept there.
+
+    Parameters
+    ----------
+    out : path
+        Results to write; it need not exist.
+    store : path or None
+        As for `sweep`.
+
+    Raises
+    ------
+    InputError
+        The file is no result of a sweep, or the store does not hold a row that it was computed for.
+    """
+    if not Path(out).exists():
+        return
+    refuse_ending(out, "--out")
+    remedy = "give another name, or --overwrite to replace it"
+    folder = Path(store or store_of(out))
+    try:
+        table = read_table(out)
+        computed = set(table.loc[table["state"].isin((DONE, DIVERGED)), "key"])
+    except (InputError, KeyError):
+        raise InputError(f"{out} exists and is no result of a sweep; {remedy}") from None
+    if missing := len(computed - (Store(folder).read(computed).keys() if folder.is_dir() else set())):
+        raise InputError(f"{out} exists, and {folder} does not hold {missing} of its rows; {remedy}")
 
 
 def read_design(design: pd.DataFrame | Path | str) -> pd.DataFrame:

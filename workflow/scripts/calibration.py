@@ -2,7 +2,8 @@ from _script import logged
 
 from trackdyn.files import write_csv
 from trackdyn.inference.identification.calibration import PRIOR, CalibrationConfig, calibrate
-from trackdyn.parameters.validation import read_yaml, validated
+from trackdyn.parameters.validation import validated
+from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.report.figures.identification import calibration_figure
 from trackdyn.report.style import save
 from trackdyn.report.tables import write_table

@@ -4,7 +4,8 @@ from _script import logged
 from trackdyn import load_rig
 from trackdyn.files import write_csv
 from trackdyn.inference.fit import FitConfig, fit_rig, measure_rigs, report_targets
-from trackdyn.parameters.validation import read_yaml, validated
+from trackdyn.parameters.validation import validated
+from trackdyn.parameters.yaml_file import read_yaml
 
 with logged(snakemake):
     config = validated(FitConfig, read_yaml(snakemake.input.fit), snakemake.input.fit)

@@ -8,7 +8,8 @@ from trackdyn.inference.identification.calibration import CalibrationConfig
 from trackdyn.inference.identification.identify import Settings, identify
 from trackdyn.inference.identification.informative import asked, unknown_of
 from trackdyn.inference.identification.measured import read_records
-from trackdyn.parameters.validation import read_yaml, validated
+from trackdyn.parameters.validation import validated
+from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.report.page.identification import write_page
 from trackdyn.sensor.sensor_mapping import load_mapping
 

@@ -13,7 +13,8 @@ from trackdyn.inference.fit import (
 )
 from trackdyn.measure.until_known import Known
 from trackdyn.paper.contents import caption
-from trackdyn.parameters.validation import read_yaml, validated
+from trackdyn.parameters.validation import validated
+from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.report.figures.sensitivity import sensitivity_figure, sensitivity_matrix
 from trackdyn.report.style import save
 from trackdyn.report.tables import equal_pitch_by_ring, write_table

@@ -1,12 +1,14 @@
 """Choosing the radius of the ring where the rig is not known: every radius with every rig of an ensemble."""
 
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 from scipy.stats import binomtest
 
-from trackdyn.errors import InputError
+from trackdyn.errors import InputError, shown
+from trackdyn.sweeps.table import read_table
 
 # Columns of a study that are kept, and their names in a table of radii.
 KEPT = {
@@ -35,6 +37,27 @@ CRITERIA = {
     "sliding": Criterion("least sliding work on teeth and ring together", "sliding_j_km"),
     "force": Criterion("least RMS force of the left arc", "left_rms_n"),
 }
+
+
+def read_study(path: Path | str) -> pd.DataFrame:
+    """A study of an ensemble with its columns as numbers.
+
+    Raises
+    ------
+    InputError
+        It is no such study: which column is missing, or holds what is no number.
+    """
+    rows = read_table(path)
+    for name in STUDY_COLUMNS:
+        if name not in rows.columns:
+            raise InputError(f"{path}: has no column {name}; a table study.csv of an ensemble would do")
+        numbers = pd.to_numeric(rows[name].replace("", None), errors="coerce")
+        if (wrong := rows[name].notna() & (rows[name] != "") & numbers.isna()).any():
+            raise InputError(
+                f"{path}: {name} = {shown(rows.loc[wrong, name].iloc[0])} is not accepted: a number would do"
+            )
+        rows[name] = numbers
+    return rows
 
 
 def best_radius(rows: pd.DataFrame, criterion: str) -> float:

@@ -10,7 +10,8 @@ from trackdyn.errors import InputError
 from trackdyn.inference.unknowns import Unknown, Unknowns, file_ranges
 from trackdyn.paper.claims import Claim
 from trackdyn.parameters.rig import load_rig
-from trackdyn.parameters.validation import Positive, Section, read_yaml, validated
+from trackdyn.parameters.validation import Positive, Section, validated
+from trackdyn.parameters.yaml_file import read_yaml
 
 Count = Annotated[int, Field(ge=0)]
 RULES = ("equal", "at_most", "at_least")

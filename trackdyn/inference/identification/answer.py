@@ -9,13 +9,14 @@ import yaml
 from trackdyn.files import replacing, write_csv, write_text
 from trackdyn.inference.identification.identify import INTERVAL, Answer
 from trackdyn.inference.identification.posterior import contradicted
+from trackdyn.parameters import rig_file
 from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.parameters.validation import read_yaml
+from trackdyn.parameters.yaml_file import read_yaml
 
 
 def best_rig_text(answer: Answer, rig_path: Path | str, files: list[str]) -> str:
     """The rig's file with the best values; each says what it was identified from and how sure that is."""
-    data = read_yaml(rig_path)
+    data = read_yaml(rig_file.rig_path(rig_path))
     fields, _ = answer.unknowns.changes(answer.best)
     of = {
         name: row

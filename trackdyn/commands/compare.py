@@ -1,0 +1,43 @@
+"""The command ``trackdyn compare``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from trackdyn.commands.options import Axis, Mapping, RecordingFile, Unit, number, parse_axes
+
+
+def compare(
+    recording: RecordingFile,
+    sensor: Annotated[Path, typer.Argument(help="CSV of the sensor: columns of time, ax, ay and az by name.")],
+    mapping: Mapping = None,
+    time: Annotated[str | None, typer.Option(help="Column of the time stamps, or none (with --rate).")] = None,
+    rate: Annotated[float | None, number("--rate", "Samples a second, Hz; found from the stamps by default.")] = None,
+    unit: Unit = None,
+    axis: Axis = None,
+    sensor_range: Annotated[float | None, number("--range", "Range of the sensor, g; the rig's by default.")] = None,
+    resample: Annotated[
+        bool, typer.Option("--resample", help="Put samples whose stamps jitter onto even instants.")
+    ] = False,
+    start: Annotated[float | None, number("--from", "First instant to keep, s since the first row.")] = None,
+    to: Annotated[float | None, number("--to", "Last instant to keep, s since the first row.")] = None,
+) -> None:
+    """Compare the simulated y acceleration with a sensor's: RMS, SD and main line."""
+    axes = parse_axes(axis)
+    from trackdyn.measure.compare import compare_with_sensor
+    from trackdyn.sensor.sensor_csv import read_sensor_csv
+    from trackdyn.sensor.sensor_mapping import load_mapping
+    from trackdyn.simulation.recording import load_recording
+
+    asked = {"time": time, "rate": rate, "unit": unit, "axes": axes, "range": sensor_range, "resample": resample}
+    chosen = load_mapping(mapping, **asked | {"from": start, "to": to})
+    loaded = load_recording(recording)
+    rig = loaded.meta["rig"]
+    record = read_sensor_csv(sensor, chosen, range_g=rig["sensor"]["range"], gravity=rig["gravity"] or 9.81)
+    for name, text in record.done.items():
+        typer.echo(f"{name:>10}  {text}")
+    table = compare_with_sensor(loaded, record, str(recording))
+    typer.echo("\n" + table.to_string(index=False, float_format=lambda v: f"{v:.4g}", na_rep="-"))
+    if "line_hz" not in set(table.measure):
+        typer.echo("trackdyn: warning: no line, for which both records must hold two turns of the loop", err=True)

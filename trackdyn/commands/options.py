@@ -1,0 +1,153 @@
+"""Options that several commands have: each is read, and what it cannot be is refused, before a command begins."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import isfinite
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from trackdyn.errors import InputError, shown
+
+DEFAULT_RIG = "paper"
+MEASURES = "rms, sd, line, left_peak, left_share, right_share or ring_share"
+
+
+@dataclass(frozen=True)
+class Ring:
+    """The rubber ring that an option asks for: its radius in m, or None for no ring."""
+
+    radius: float | None
+
+    def __str__(self) -> str:
+        return "none" if self.radius is None else f"{self.radius:g}"
+
+
+def ring_fields(ring: Ring | None) -> dict[str, float | None]:
+    """Field of a scene; none where the option is not given, and the ring is the rig's."""
+    return {} if ring is None else {"ring_radius": ring.radius}
+
+
+def parse_number(name: str, text: str | float, accepted: str = "a finite number would do") -> float:
+    """A finite number.
+
+    Raises
+    ------
+    InputError
+        The text is none; ``name`` is the option.
+    """
+    try:
+        if isfinite(number := float(text)):
+            return number
+    except ValueError:
+        pass
+    raise InputError(f"{name} = {shown(text)} is not accepted: {accepted}")
+
+
+def number(name: str, help: str) -> Any:
+    """Option of a finite number."""
+    return typer.Option(name, parser=lambda text: parse_number(name, text), metavar="NUMBER", help=help)
+
+
+def _parse_ring(text: str | Ring) -> Ring:
+    if isinstance(text, Ring):
+        return text
+    accepted = "a radius in m or the word none would do"
+    return Ring(None if text == "none" else parse_number("--ring-radius", text, accepted))
+
+
+def _parse_measure(name: str) -> str:
+    from trackdyn.measure.whole_loop import RELATIVE, SHARES
+
+    if name not in RELATIVE + SHARES:
+        raise InputError(f"--measure = {shown(name)} is not accepted: {', '.join(RELATIVE + SHARES)} would do")
+    return name
+
+
+def _parse_tolerance(text: str | float) -> float:
+    from trackdyn.parameters.validation import parse_tolerance
+
+    try:
+        return parse_tolerance(text)
+    except InputError as error:
+        raise InputError(f"--{error}") from None
+
+
+def _parse_file(name: str, endings: tuple[str, ...]) -> Callable[[str | Path], Path]:
+    def parse(text: str | Path) -> Path:
+        if (path := Path(text)).suffix not in endings:
+            accepted = f"a name that ends in {' or '.join(endings)} would do"
+            raise InputError(f"{name} = {shown(str(path))} is not accepted: {accepted}")
+        return path
+
+    return parse
+
+
+def file_argument(help: str, *endings: str) -> Any:
+    """Argument OUT: a file to write with one of some endings."""
+    return typer.Argument(parser=_parse_file("OUT", endings), metavar="OUT", help=f"{help} ({', '.join(endings)}).")
+
+
+def file_option(name: str, help: str, *endings: str) -> Any:
+    """Option of a file to write with one of some endings."""
+    return typer.Option(name, parser=_parse_file(name, endings), metavar="FILE", help=f"{help} ({', '.join(endings)}).")
+
+
+def refuse_existing(path: Path, overwrite: bool) -> None:
+    """Refuse to replace a file unless that is asked for.
+
+    Raises
+    ------
+    InputError
+        The file exists.
+    """
+    if path.exists() and not overwrite:
+        raise InputError(f"{path} exists; give another name, or --overwrite to replace it")
+
+
+def parse_axes(pairs: list[str] | None) -> dict[str, str]:
+    """Columns by axis.
+
+    Raises
+    ------
+    InputError
+        A pair is not ``axis=column``.
+    """
+    for pair in pairs or []:
+        if not all(pair.partition("=")):
+            raise InputError(f"--axis {pair} is not accepted: an axis and its column, such as ay=channel3, would do")
+    return dict(pair.split("=", 1) for pair in pairs or [])
+
+
+RigName = Annotated[str, typer.Option("--rig", help="Rig: a file, or the name of a shipped one (trackdyn rigs).")]
+RigArgument = Annotated[str, typer.Argument(help="Rig: a file, or the name of a shipped one (trackdyn rigs).")]
+Speed = Annotated[float, number("--rpm", "Motor speed, rev/min.")]
+RingRadius = Annotated[
+    Ring | None,
+    typer.Option(
+        "--ring-radius",
+        parser=_parse_ring,
+        metavar="NUMBER|none",
+        help="Radius of the rubber ring in m, or none; the rig's by default.",
+    ),
+]
+Preset = Annotated[str, typer.Option("--preset", help="Bundle of choices: fast, standard, paper or reference.")]
+Step = Annotated[float | None, number("--step", "Time step, s; the preset's by default.")]
+Tolerance = Annotated[
+    float | None,
+    typer.Option(
+        "--tolerance", parser=_parse_tolerance, metavar="SHARE", help="Error of a measure, such as 2% or 0.02."
+    ),
+]
+MEASURE = typer.Option("--measure", parser=_parse_measure, metavar="NAME", help=f"{MEASURES}.")
+Jobs = Annotated[int | None, typer.Option("--jobs", "-j", min=1, max=1024, help="Processes; all cores by default.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a file that exists.")]
+RecordingFile = Annotated[Path, typer.Argument(help="Recording made by `trackdyn simulate` (.npz).")]
+Mapping = Annotated[Path | None, typer.Option("--mapping", help="YAML file that says how to read the sensor's file.")]
+Unit = Annotated[str | None, typer.Option("--unit", help="g, m/s2 or mg, where the header says none.")]
+Axis = Annotated[
+    list[str] | None,
+    typer.Option("--axis", help="Which column an axis is, such as ay=channel3 or ay=-channel3; repeatable."),
+]

@@ -1,0 +1,174 @@
+"""The command ``trackdyn simulate``."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from trackdyn.commands.options import (
+    DEFAULT_RIG,
+    MEASURE,
+    Preset,
+    Quiet,
+    RigName,
+    RingRadius,
+    Speed,
+    Step,
+    Tolerance,
+    file_argument,
+    number,
+    parse_number,
+    ring_fields,
+)
+from trackdyn.errors import InputError, shown
+
+
+def _choices(pairs: list[str]) -> dict:
+    from trackdyn.scene.fidelity import CHOICES
+
+    found = {}
+    for pair in pairs:
+        name, _, value = pair.partition("=")
+        if name == "tolerance":
+            found[name] = parse_number("--choose tolerance", value, "a number such as 1e-6 would do")
+        elif name not in CHOICES or not value:
+            raise InputError(
+                f"--choose = {shown(pair)} is not accepted: name=setting with one of {', '.join(CHOICES)} would do"
+            )
+        else:
+            found[name] = value
+        if (name, value) in (("chain", "belt"), ("loop", "free")):
+            found |= {"ring_radius": None, "spells": False}
+    return found
+
+
+def simulate(
+    out: Annotated[Path, file_argument("Recording to write", ".npz")],
+    rig: RigName = DEFAULT_RIG,
+    rpm: Speed = 115.0,
+    ring_radius: RingRadius = None,
+    duration: Annotated[float, number("--duration", "Recorded time, s.")] = 20.0,
+    lead_in: Annotated[float, number("--lead-in", "Time at constant speed before the record, s.")] = 5.0,
+    preset: Preset = "standard",
+    step: Step = None,
+    choose: Annotated[
+        list[str] | None,
+        typer.Option("--choose", help="One choice of fidelity, such as chain=single_pin; may be given several times."),
+    ] = None,
+    frame_interval: Annotated[
+        float, number("--frame-interval", "Time between recorded configurations, s; 0: none.")
+    ] = 0.05,
+    tolerance: Tolerance = None,
+    measure: Annotated[list[str] | None, MEASURE] = None,
+    longest: Annotated[float, number("--longest", "Bound of a run with a --tolerance, s.")] = 60.0,
+    rate: Annotated[
+        float | None,
+        number("--rate", "Samples a second, Hz, such as your sensor's; the rig's by default. The step adapts."),
+    ] = None,
+    checkpoint: Annotated[
+        Path | None, typer.Option(help="File kept while a long run records; the same command goes on from it.")
+    ] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Run one scene and write its recording; a file of that name is replaced when the run is done.
+
+    With --tolerance the run ends when every --measure has an error of at most that share, whatever --duration: of its
+    own value, or of a sprocket turn for shares.
+    """
+    from tqdm import tqdm
+
+    from trackdyn.files import keep, refuse_unwritable
+    from trackdyn.jit import announce
+    from trackdyn.measure.until_known import refuse_until
+    from trackdyn.parameters.rig import load_rig
+    from trackdyn.scene.fidelity import preset as preset_fields
+    from trackdyn.scene.scene import Scene
+    from trackdyn.simulation.cost import needs
+
+    if measure and tolerance is None:
+        raise InputError("--measure is not accepted without --tolerance: --tolerance 1% would do")
+    if checkpoint is not None and tolerance is not None:
+        raise InputError(
+            "--checkpoint is not accepted with --tolerance: such a run ends by itself; leave one of them out"
+        )
+    fields = ring_fields(ring_radius) | preset_fields(preset) | ({} if step is None else {"step": step})
+    scene = Scene(
+        load_rig(rig),
+        motor_rpm=rpm,
+        duration=duration,
+        lead_in=lead_in,
+        frame_interval=frame_interval,
+        **fields | _choices(choose or []),
+    )
+    if rate is not None:
+        scene = scene.sampled(rate)
+    tolerances = {} if tolerance is None else dict.fromkeys(measure or ["rms"], tolerance)
+    if tolerances:
+        refuse_until(scene, tolerances, longest)
+    needed = needs(scene)
+    for path in filter(None, (out, checkpoint)):
+        refuse_unwritable(path, needed.file)
+    if not quiet:
+        _say_decisions(scene)
+        typer.echo(f"{'needs':>22}  {needed}, more if kernels must be compiled")
+    if checkpoint is not None:
+        keep(checkpoint)
+    if out.exists():
+        typer.echo(
+            f"trackdyn: warning: {out} exists and is replaced when the run is done; until then Ctrl-C keeps it",
+            err=True,
+        )
+    if not quiet:
+        announce(lambda text: tqdm.write(f"trackdyn: {text}", file=sys.stderr))  # above a bar
+    if tolerances:
+        _until_known(scene, tolerances, longest, out)
+    else:
+        _for_its_duration(scene, out, checkpoint, quiet)
+
+
+def _say_decisions(scene) -> None:
+    """What the scene left open, with the reason; then what it asked for, on one line."""
+    from trackdyn.scene.fidelity import ASKED
+
+    for name, decision in scene.fidelity.items():
+        if decision.reason != ASKED:
+            typer.echo(f"{name:>22}  {decision.setting}: {decision.reason}")
+    asked = [f"{name} {found.setting}" for name, found in scene.fidelity.items() if found.reason == ASKED]
+    if asked:
+        typer.echo(f"{ASKED:>22}  {', '.join(asked)}")
+
+
+def _for_its_duration(scene, out: Path, checkpoint: Path | None, quiet: bool) -> None:
+    from trackdyn.measure.metrics import needed_lengths, run_metrics
+    from trackdyn.simulation.simulate import simulate as run
+
+    recording = run(scene, progress=not quiet, checkpoint=checkpoint)
+    # measured before it is written: what has no measures leaves no file
+    measures = {} if quiet else run_metrics(out.stem, recording)
+    recording.save(out)
+    for name, value in measures.items():
+        if value == value:  # what a run cannot have is left out
+            typer.echo(f"{name:>22}  {value:.6g}" if isinstance(value, float) else f"{name:>22}  {value}")
+    if not quiet:
+        for what, seconds in needed_lengths(recording).items():
+            typer.echo(f"{'left out':>22}  {what} need a record of {seconds:.3g} s or more")
+
+
+def _until_known(scene, tolerances: dict[str, float], longest: float, out: Path) -> None:
+    from trackdyn.measure.until_known import run_until
+
+    answer = run_until(scene, tolerances, longest)
+    answer.recording.save(out)
+    for name, found in answer.measures.items():
+        said = "" if name not in answer.reached else "known" if answer.reached[name] else "tolerance not reached"
+        typer.echo(f"{name:>22}  {found.value:.6g} +- {found.half_width:.2g}  {said}")
+    typer.echo(
+        f"{'left out, recorded (s)':>22}  {answer.transient:.3g}, "
+        f"{len(answer.recording.time) / answer.recording.rate:.4g}"
+    )
+    if not answer.known:
+        raise InputError(
+            f"--longest = {longest:g} s is too short for --tolerance {max(tolerances.values()):g}; what was reached is "
+            f"written to {out}"
+        )
