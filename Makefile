@@ -26,6 +26,8 @@ test: $(READY)
 
 lint: $(READY)
 	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
 
 benchmark: $(READY)
 	$(BIN)/python benchmarks/cost.py --out results/benchmarks/cost.json
