@@ -8,9 +8,9 @@ import pandas as pd
 from scipy.stats import binomtest, kstest, spearmanr
 
 from trackdyn.inference.ensemble.history import columns_of, events_of, judged
-from trackdyn.inference.ensemble.settings import Case
 from trackdyn.inference.ensemble.stages import CHEAP, COMPARED, LAST, STUDY, Ensemble, rank, read_errors, stage_cases
 from trackdyn.inference.ensemble.waves import by_case, rig_at
+from trackdyn.inference.targets import Case
 from trackdyn.inference.verdict import CHOSEN, IDENTIFIED, verdict
 from trackdyn.paper.claims import JUDGED, REPRODUCED, Claim, judge
 from trackdyn.paper.evidence import Evidence
