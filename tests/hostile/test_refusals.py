@@ -155,7 +155,7 @@ CHANGES = [
     *[({"gravity": value}, "gravity", NUMBER) for value in NO_NUMBERS if not isinstance(value, dict)],
     ({"gravity": -1}, "gravity = -1", "greater than or equal to 0"),
     ({"gravity": 1e300}, "gravity = 1e+300", "less than or equal to"),
-    ({"gravity__x": 1}, "gravity.x is not a parameter"),
+    ({"gravity__x": 1}, "'gravity.x' is not a parameter"),
     ({"chain": 5}, "chain = 5", "dictionary"),
     ({"chain__pitches": 10**8}, "chain.pitches = 100000000", "20000"),
     ({"chain__pitches": 35.5}, "chain.pitches = 35.5", "a whole number is needed"),

@@ -7,7 +7,7 @@ import pytest
 from sklearn.covariance import LedoitWolf
 
 from trackdyn.inference.emulator import Emulator
-from trackdyn.inference.identification.emulation import ITERATIONS, FeatureEmulator, Part, _Process, _Stacked, tails
+from trackdyn.inference.identification.emulation import ITERATIONS, FeatureEmulator, Part, Processes, tails
 
 
 def truth(x):
@@ -31,9 +31,9 @@ def emulator(design, noisy):
     return FeatureEmulator(design, noisy, np.full(5, 0.1))
 
 
-def test_stacked_processes_are_those_of_scikit_learn(design, noisy):
+def test_processes_at_once_are_those_of_scikit_learn(design, noisy):
     points = np.random.default_rng(3).uniform(size=(7, 2))
-    mean, variance = _Stacked([_Process(design, one) for one in noisy.T[:3]])(points)
+    mean, variance = Processes(design, noisy.T[:3])(points)
     for k in range(3):
         expected = Emulator(design, noisy[:, k], ITERATIONS).predict(points)
         assert mean[k] == pytest.approx(expected[0], abs=1e-8)

@@ -21,9 +21,9 @@ def config():
 
 
 def target(**fields):
-    base = {"claim": "C25", "ring_radius_m": 0.308, "measure": "left_share_pct", "value": 10.0, "tolerance": 2.0,
+    base = {"claim": "C25", "ring_radius_m": 0.308, "output": "left_share_pct", "printed": 10.0, "tolerance": 2.0,
             "reason": "why"}  # fmt: skip
-    return fit.Target.model_validate(base | fields)
+    return fit.FitTarget.model_validate(base | fields)
 
 
 def summaries(share=10.0, other=5.0):
@@ -35,14 +35,14 @@ def summaries(share=10.0, other=5.0):
     [
         ({}, 13.0, 1.5),
         ({}, 7.0, -1.5),
-        ({"kind": "at_most"}, 7.0, 0.0),
-        ({"kind": "at_most"}, 12.0, 1.0),
-        ({"kind": "at_least"}, 12.0, 0.0),
-        ({"kind": "at_least"}, 8.0, -1.0),
+        ({"rule": "at_most"}, 7.0, 0.0),
+        ({"rule": "at_most"}, 12.0, 1.0),
+        ({"rule": "at_least"}, 12.0, 0.0),
+        ({"rule": "at_least"}, 8.0, -1.0),
         ({}, 1e6, fit.FAILED),
         ({}, float("nan"), fit.FAILED),
         ({"ring_radius_m": None}, 10.0, fit.FAILED),
-        ({"relative_to": 0.313, "value": 1.0, "tolerance": 0.5}, 10.0, 2.0),
+        ({"relative_to": 0.313, "printed": 1.0, "tolerance": 0.5}, 10.0, 2.0),
     ],
 )
 def test_residuals_are_in_tolerances(fields, share, expected):
@@ -51,17 +51,22 @@ def test_residuals_are_in_tolerances(fields, share, expected):
 
 def test_every_parameter_of_the_shipped_fit_exists_and_lies_within_its_bounds(config, rig):
     for parameter in config.parameters:
-        value = parameter.value(rig)
-        assert parameter.low < value < parameter.high, parameter.names
-        x = parameter.to_unit(value)
-        assert parameter.from_unit(x) == pytest.approx(value, rel=1e-12)
-    same = fit.with_values(rig, config, [p.to_unit(p.value(rig)) for p in config.parameters])
+        assert parameter.low < rig.value(parameter.label) < parameter.high, parameter.names
+    same = fit.with_values(rig, config, [p.position(rig.value(p.label)) for p in config.parameters])
     for parameter in config.parameters:
-        assert parameter.value(same) == pytest.approx(parameter.value(rig), rel=1e-12)
+        for name in parameter.names:
+            assert same.value(name) == pytest.approx(rig.value(name), rel=1e-12)
+
+
+@pytest.mark.parametrize("fields", [{"start": 3}, {"low": None}, {"names": [], "name": "way"}])
+def test_a_fit_begins_between_bounds(fields):
+    choices = {"choices": {"one": {}, "other": {}}} if "name" in fields else {}
+    with pytest.raises(InputError, match="low < high and a start between them"):
+        fit.Fitted(**({"names": ["bushing.stiffness"], "low": 1, "high": 2, "start": 1} | fields | choices))
 
 
 def test_held_out_targets_do_not_enter_the_fit(config):
-    results = {radius: dict.fromkeys({t.measure for t in config.targets}, 1.0) for radius in config.cases()}
+    results = {radius: dict.fromkeys({t.output for t in config.targets}, 1.0) for radius in config.cases()}
     held = [t for t in config.targets if t.held_out]
     assert held
     assert len(fit.residuals(config, results)) + len(held) == len(config.targets)
@@ -72,7 +77,10 @@ def test_a_known_value_is_found_again(config, rig, monkeypatch):
     small = config.model_copy(
         update={
             "parameters": [p for p in config.parameters if p.names[0] in ("tension.pre_tension", "groove.seat_depth")],
-            "targets": [target(value=3.0, tolerance=0.1), target(measure="ring_share_pct", value=2.0, tolerance=0.1)],
+            "targets": [
+                target(printed=3.0, tolerance=0.1),
+                target(output="ring_share_pct", printed=2.0, tolerance=0.1),
+            ],
         }
     )
 

@@ -20,15 +20,8 @@ from trackdyn.inference.ensemble.history import (
     loss,
     outputs,
 )
-from trackdyn.inference.ensemble.settings import (
-    Case,
-    EnsembleConfig,
-    Fidelity,
-    Target,
-    load_ensemble,
-    targets_of,
-    unknowns_of,
-)
+from trackdyn.inference.ensemble.settings import EnsembleConfig, Fidelity, load_ensemble, targets_of, unknowns_of
+from trackdyn.inference.targets import Case, CaseTarget
 from trackdyn.inference.unknowns import Unknown, Unknowns, file_ranges
 from trackdyn.paper.claims import load_claims
 from trackdyn.parameters.layout import assemble
@@ -41,9 +34,9 @@ SETTINGS = load_ensemble(CONFIG / "ensemble.yaml")
 CLAIMS = load_claims(CONFIG / "claims.yaml")
 RIG = load_rig(CONFIG / "rig.yaml")
 NONE, RING = Case(115, None), Case(115, 0.308)
-SHARE = Target("C25a share", "C25", "left_share_pct", RING, 10.0, 2.0, "equal")
-FREE = Target("C23a right", "C23", "right_share_pct", RING, 0.5, 0.5, "at_most")
-TOUCH = Target("C17a left touches", "C17", "left touches", RING, 1.25, 0.15, "equal")
+SHARE = CaseTarget(claim="C25a", output="left_share_pct", case=RING, printed=10.0, tolerance=2.0, rule="equal")
+FREE = CaseTarget(claim="C23a", output="right_share_pct", case=RING, printed=0.5, tolerance=0.5, rule="at_most")
+TOUCH = CaseTarget(claim="C17a", output="left touches", case=RING, printed=1.25, tolerance=0.15, rule="equal")
 
 
 def known(targets, **sd):
@@ -145,7 +138,10 @@ def unknowns():
 
 def test_the_search_goes_where_the_targets_are_met(unknowns):
     """Two linear outputs allow a strip of 1 in 60 of the cube; of the new points at least a third must lie in it."""
-    targets = [SHARE, Target("C28a ring", "C28", "ring_share_pct", RING, 49.0, 2.0, "equal")]
+    targets = [
+        SHARE,
+        CaseTarget(claim="C28a", output="ring_share_pct", case=RING, printed=49.0, tolerance=2.0, rule="equal"),
+    ]
     x = qmc.LatinHypercube(4, seed=1).random(60)
 
     def simulated(x):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trackdyn.inference.identification.verdict import verdict
+from trackdyn.inference.verdict import verdict
 
 U = (np.arange(10_000) + 0.5) / 10_000
 

@@ -129,6 +129,14 @@ def test_a_claim_holds_in_the_share_of_rigs_that_show_it(ensemble):
     assert table.loc["C12"]["reproduced"].tolist() == [2] and table.loc["C12"]["rigs"].tolist() == [6]
 
 
+def test_rigs_piled_up_at_a_bound_identify_nothing(ensemble, tmp_path):
+    """As of a posterior: within a twentieth of the range and never from all of it, but the bound is not excluded."""
+    points = ensemble.read("points_study").assign(**{"bushing.stiffness": np.linspace(0.0, 0.04, LAST_RIGS)})
+    write_table(points, tmp_path / "points_study.csv")
+    table = verdicts.parameters_table(ensemble._replace(folder=tmp_path)).set_index("name").loc["bushing.stiffness"]
+    assert table["remaining"] < 0.05 and table["p_value"] < 0.01 and not table["identifiable"]
+
+
 def test_a_narrow_range_is_identifiable_and_the_shipped_value_outside_is_named(ensemble):
     table = verdicts.parameters_table(ensemble).set_index("name")
     assert table.loc["bushing.stiffness", "identifiable"] and table.loc["bushing.stiffness", "remaining"] < 0.06

@@ -305,7 +305,7 @@ def test_changed_rig_is_validated_too(rig):
     assert rig.sprocket.ring_radius == 0.308
     with pytest.raises(InputError, match=r"chain\.link_mass = -1"):
         rig.changed(chain__link_mass=-1.0)
-    with pytest.raises(InputError, match=r"chain\.weight is not a parameter"):
+    with pytest.raises(InputError, match=r"'chain\.weight' is not a parameter"):
         rig.changed(chain__weight=1.0)
 
 

@@ -6,7 +6,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from trackdyn.errors import InputError
 from trackdyn.peers.answers import _answers, accelerations, compare_answers, ours, outcome
+from trackdyn.peers.comparison import run_peer
+from trackdyn.peers.rigs import fixed
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.study.settings import PeerAnswers
@@ -75,3 +78,12 @@ def test_without_the_other_codes_our_side_stands_alone(rig, monkeypatch):
     ]
     assert "mujoco, contact of its own does not reach it with these settings or was not run" in outcome(table, 0.05)
     assert table["rms_m_s2"][0] == pytest.approx(table["rms_m_s2"][1], rel=0.02)
+
+
+def test_a_loop_that_the_other_code_has_not_is_refused_with_one_that_it_has(rig):
+    """What the refusal advises exists."""
+    with pytest.raises(
+        InputError, match=r"peers\.rigs\.fixed with chain = double_pin, tension = locked, space = planar"
+    ):
+        run_peer(Scene(rig, 115.0, tension="sprung", duration=0.01, spells=False), 5e-4)
+    Scene(fixed(rig), 115.0, chain="double_pin", tension="locked", space="planar")

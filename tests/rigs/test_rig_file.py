@@ -80,7 +80,7 @@ def test_a_wheel_is_a_section_by_its_name():
     assert rig.changed(road_3__radius=0.3).rollers["road_3"].radius == 0.3
     assert rig.changed(road_3__arm__stiffness=3e4).rollers["road_3"].arm.stiffness == 3e4
     assert rig.changed(road_3__arm=None).rollers["road_3"].carrier is None
-    with pytest.raises(InputError, match=r"road_9\.radius is not a parameter"):
+    with pytest.raises(InputError, match=r"'road_9\.radius' is not a parameter"):
         rig.changed(road_9__radius=0.3)
     with pytest.raises(InputError, match=r"road_3\.radius = -0\.3"):
         rig.changed(road_3__radius=-0.3)

@@ -127,12 +127,13 @@ def test_cells_may_hold_what_other_programs_take_for_the_end_of_a_line(tmp_path)
 
 
 def test_columns_are_known_or_refused():
-    assert {"motor_rpm", "every_link", "sprocket.ring_radius", "gravity", "until.rms", "preset", "name"} <= set(
-        columns()
-    )
+    assert {"motor_rpm", "every_link", "until.rms", "preset", "name"} <= set(columns())
+    of_rigs = ("sprocket.ring_radius", "gravity", "drive.kind", "road_1.bearing_drag", "road_1.arm.stiffness")
+    refuse_columns(pd.DataFrame({name: [1] for name in ("motor_rpm", *of_rigs)}), "d.csv")
     for table, said in (
         ({"motor_rpm": [1], "speed": [2]}, "'speed' is no column of a design"),
         ({"motor_rpm": [1], "sprocket.radius": [2]}, "'sprocket.radius' is no column"),
+        ({"motor_rpm": [1], "road_1.arm": [2]}, "'road_1.arm' is no column"),
         ({"ramp": [1]}, "no column motor_rpm"),
         ({"motor_rpm": []}, "has no rows"),
     ):

@@ -41,6 +41,33 @@ class Check(NamedTuple):
     coverage_95: float
 
 
+class Terms(NamedTuple):
+    """Numbers of a trained process; ``u`` are the inputs less ``input_mean`` over ``input_scale``.
+
+    Attributes
+    ----------
+    input_mean, input_scale : (d,) arrays
+        Of the inputs.
+    slope, offset : (d,) array, float
+        Of the trend ``slope . u + offset``.
+    size : float
+        Standard deviation of what the trend leaves; the numbers below are of that over ``size``.
+    amplitude, noise : float
+        Variances of the Matern process (nu = 5/2) and of the noise.
+    lengths : (d,) array
+        Of the Matern process, in ``u``.
+    """
+
+    input_mean: np.ndarray
+    input_scale: np.ndarray
+    slope: np.ndarray
+    offset: float
+    size: float
+    amplitude: float
+    noise: float
+    lengths: np.ndarray
+
+
 class Emulator:
     """One output as a function of ``d`` inputs.
 
@@ -103,6 +130,28 @@ class Emulator:
             return mean, np.zeros(len(mean))
         rest, sd = self._process.predict(inputs, return_std=True)
         return mean + self._scale * rest, (self._scale * sd) ** 2
+
+    def terms(self) -> Terms:
+        """What the process was found to be, for predictions of many at once.
+
+        Raises
+        ------
+        InputError
+            The output never changes.
+        """
+        if self._process is None:
+            raise InputError("emulator: the output never changes, so that it has no process")
+        product, noise = self._process.kernel_.k1, self._process.kernel_.k2
+        return Terms(
+            self._inputs.mean_,
+            self._inputs.scale_,
+            self._trend.coef_,
+            float(self._trend.intercept_),
+            self._scale,
+            float(product.k1.constant_value),
+            float(noise.noise_level) + self._process.alpha,
+            np.broadcast_to(product.k2.length_scale, self._inputs.mean_.shape),
+        )
 
 
 def held_out_check(x, y, share: float = 0.2, seed: int = 0, iterations: int = 25) -> Check:

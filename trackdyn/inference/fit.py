@@ -6,7 +6,7 @@ shows the printed behaviour; it does not measure the paper's.
 """
 
 from concurrent.futures import ProcessPoolExecutor
-from typing import Annotated, Literal
+from typing import Annotated
 
 import numpy as np
 import pandas as pd
@@ -14,6 +14,8 @@ from pydantic import Field, model_validator
 from scipy.optimize import brentq, least_squares
 
 from trackdyn.errors import InputError, TrackdynError
+from trackdyn.inference.targets import Target
+from trackdyn.inference.unknowns import Unknown, Unknowns
 from trackdyn.measure.meshing import mean_events, meshing_summary, smoothed_maxima
 from trackdyn.measure.until_known import Known, run_steady, steady_fields
 from trackdyn.parameters.groove import equal_pitch_radius
@@ -27,48 +29,22 @@ from trackdyn.simulation.simulate import simulate
 FAILED = 10.0
 
 
-class Parameter(Section):
-    """One fitted value; several rig parameters may share it.
+class Fitted(Unknown):
+    """An unknown that is fitted, and the value at which its fit begins."""
 
-    ``scale`` says how it is stepped: ``log`` for positive values, ``linear`` otherwise. The fit begins at ``start``.
-    """
-
-    names: Annotated[list[str], Field(min_length=1)]
     start: float
-    low: float
-    high: float
-    scale: Literal["log", "linear"]
 
-    def value(self, rig: Rig) -> float:
-        """Present value in a rig."""
-        section, field = self.names[0].split(".")
-        return float(getattr(getattr(rig, section), field))
-
-    def to_unit(self, value: float) -> float:
-        """Position of a value between the bounds, 0 to 1."""
-        scaled = np.log if self.scale == "log" else np.asarray
-        low, high, value = scaled([self.low, self.high, value])
-        return float((value - low) / (high - low))
-
-    def from_unit(self, x: float) -> float:
-        """Value at a position between the bounds."""
-        if self.scale == "log":
-            return float(np.exp(np.log(self.low) + x * (np.log(self.high) - np.log(self.low))))
-        return float(self.low + x * (self.high - self.low))
+    @model_validator(mode="after")
+    def _starts_inside(self):
+        if not self.intervals or np.isnan(self.position(self.start)):
+            raise InputError(f"parameters: {self.label or '?'} needs low < high and a start between them")
+        return self
 
 
-class Target(Section):
-    """A printed result: what is measured in which case, and how near is near enough.
+class FitTarget(Target):
+    """A target in a case of the fit; ``relative_to`` makes it a ratio to the same output at another ring radius."""
 
-    ``relative_to`` makes the measure a ratio to the same measure at another ring radius.
-    """
-
-    claim: str
     ring_radius_m: float | None
-    measure: str
-    value: float
-    tolerance: Annotated[float, Field(gt=0)]
-    kind: Literal["equal", "at_most", "at_least"] = "equal"
     relative_to: float | None = None
     held_out: bool = False
     reason: Annotated[str, Field(min_length=1)]
@@ -76,7 +52,7 @@ class Target(Section):
     @property
     def key(self) -> dict:
         """Columns that say which target it is."""
-        return {"claim": self.claim, "ring_radius_m": self.ring_radius_m, "measure": self.measure}
+        return {"claim": self.claim, "ring_radius_m": self.ring_radius_m, "measure": self.output}
 
 
 class FitConfig(Section):
@@ -88,15 +64,8 @@ class FitConfig(Section):
     step_s: Annotated[float, Field(gt=0)]
     max_iterations: Annotated[int, Field(ge=1)]
     difference: Annotated[float, Field(gt=0, lt=0.5)]
-    parameters: Annotated[list[Parameter], Field(min_length=1)]
-    targets: Annotated[list[Target], Field(min_length=1)]
-
-    @model_validator(mode="after")
-    def _consistent(self):
-        for parameter in self.parameters:
-            if not parameter.low <= parameter.start <= parameter.high or parameter.low == parameter.high:
-                raise InputError(f"parameters: {parameter.names[0]} needs low < high and a start between them")
-        return self
+    parameters: Annotated[list[Fitted], Field(min_length=1)]
+    targets: Annotated[list[FitTarget], Field(min_length=1)]
 
     def restricted(self, radii: list[float], without_ring: bool) -> "FitConfig":
         """The same with the targets of some ring radii only; no radii: all of them."""
@@ -120,13 +89,7 @@ class FitConfig(Section):
 
 def with_values(rig: Rig, config: FitConfig, x) -> Rig:
     """The rig with every fitted parameter at a position ``x`` (0 to 1) between its bounds."""
-    return rig.changed(
-        **{
-            name.replace(".", "__"): parameter.from_unit(float(position))
-            for parameter, position in zip(config.parameters, x, strict=True)
-            for name in parameter.names
-        }
-    )
+    return Unknowns(config.parameters, rig).to_rig(x)[0]
 
 
 def _case(job) -> dict | None:
@@ -154,29 +117,24 @@ def measure_rigs(rigs: list[Rig | None], config: FitConfig, jobs: int = 1) -> li
     return [dict(zip(cases, done[i : i + len(cases)], strict=True)) for i in range(0, len(done), len(cases))]
 
 
-def measured(target: Target, summaries: dict) -> float:
+def measured(target: FitTarget, summaries: dict) -> float:
     """What a target's measure came out as; NaN if the case failed or has no such contact."""
     summary = summaries[target.ring_radius_m]
     if summary is None:
         return float("nan")
-    value = summary[target.measure]
+    value = summary[target.output]
     if target.relative_to is not None:
         reference = summaries[target.relative_to]
-        value = value / reference[target.measure] if reference and reference[target.measure] else float("nan")
+        value = value / reference[target.output] if reference and reference[target.output] else float("nan")
     return float(value)
 
 
-def residual(target: Target, summaries: dict) -> float:
+def residual(target: FitTarget, summaries: dict) -> float:
     """Distance from the target in tolerances; 0 beyond a one-sided target."""
     value = measured(target, summaries)
     if not np.isfinite(value):
         return FAILED
-    distance = (value - target.value) / target.tolerance
-    if target.kind == "at_most":
-        distance = max(distance, 0.0)
-    if target.kind == "at_least":
-        distance = min(distance, 0.0)
-    return float(np.clip(distance, -FAILED, FAILED))
+    return float(np.clip(target.departure(value) / target.tolerance, -FAILED, FAILED))
 
 
 def residuals(config: FitConfig, summaries: dict) -> np.ndarray:
@@ -205,7 +163,7 @@ def fit_rig(rig: Rig, config: FitConfig, jobs: int = 1, log=print) -> tuple[Rig,
     def evaluate(points):
         out = [residuals(config, found) for found in measure_rigs(list(map(candidate, points)), config, jobs)]
         for x, found in zip(points, out, strict=True):
-            values = {p.names[0]: p.from_unit(v) for p, v in zip(config.parameters, x, strict=True)}
+            values = {p.label: p.value(v) for p, v in zip(config.parameters, x, strict=True)}
             history.append({"cost": 0.5 * float(found @ found)} | values)
         log(f"{len(history)} evaluations, best cost {min(row['cost'] for row in history):.3f}")
         return out
@@ -222,7 +180,7 @@ def fit_rig(rig: Rig, config: FitConfig, jobs: int = 1, log=print) -> tuple[Rig,
                 (moved[i],) = evaluate([other])
         return np.column_stack([(m - base) / step for m, step in zip(moved, steps, strict=True)])
 
-    start = np.clip([p.to_unit(p.start) for p in config.parameters], 0.001, 0.999)
+    start = np.clip([p.position(p.start) for p in config.parameters], 0.001, 0.999)
     result = least_squares(
         lambda x: evaluate([x])[0],
         start,
@@ -240,7 +198,7 @@ def report_targets(config: FitConfig, summaries: dict) -> pd.DataFrame:
     """Every target with what came out: ``claim, ring_radius_m, measure, target, ..., in tolerances``."""
     rows = []
     for t in config.targets:
-        asked = {"relative_to": t.relative_to, "kind": t.kind, "target": t.value, "tolerance": t.tolerance}
+        asked = {"relative_to": t.relative_to, "kind": t.rule, "target": t.printed, "tolerance": t.tolerance}
         came = {"measured": measured(t, summaries), "in_tolerances": residual(t, summaries), "held_out": t.held_out}
         rows.append(t.key | asked | came)
     return pd.DataFrame(rows)
@@ -254,11 +212,12 @@ def changes(rig: Rig, config: FitConfig, factor: float = 1.2) -> dict[str, tuple
 
     A parameter stepped by ``log`` is multiplied by ``factor``, a linear one moved by a tenth of its range.
     """
+    present = Unknowns(config.parameters, rig).of_rig(rig)
     found = {}
     for parameter in config.parameters:
-        base = parameter.value(rig)
-        moved = base * factor if parameter.scale == "log" else base + 0.1 * (parameter.high - parameter.low)
-        found[parameter.names[0]] = base, moved
+        base, ends = present[parameter.label], parameter.intervals
+        moved = base * factor if parameter.scale == "log" else base + 0.1 * (ends[-1][1] - ends[0][0])
+        found[parameter.label] = base, moved
     return found
 
 
@@ -281,12 +240,11 @@ def equal_pitches(rig: Rig, printed: float = 0.308) -> dict[str, tuple[float, fl
 
 def candidates(rig: Rig, config: FitConfig) -> dict[str, Rig]:
     """The rig as it is, with every fitted parameter changed alone, and with each other reading of its equal pitch."""
-    start = np.array([p.to_unit(p.value(rig)) for p in config.parameters])
+    unknowns = Unknowns(config.parameters, rig)
+    present = unknowns.of_rig(rig)
     rigs = {AS_IT_IS: rig}
-    for i, (name, (_, moved)) in enumerate(changes(rig, config).items()):
-        position = start.copy()
-        position[i] = config.parameters[i].to_unit(moved)
-        rigs[name] = with_values(rig, config, position)
+    for name, (_, moved) in changes(rig, config).items():
+        rigs[name] = rig.changed(**unknowns.changes(present | {name: moved})[0])
     readings = {name: value for name, (value, _) in equal_pitches(rig).items() if name != "fitted"}
     return rigs | {name: rig.changed(sprocket__equal_pitch_radius=value) for name, value in readings.items()}
 

@@ -23,7 +23,7 @@ class Unknown(Section):
     Attributes
     ----------
     names : list of str
-        Fields of the rig (``section.field``) that share the value.
+        Fields of the rig by dotted name (`Rig.value`) that share the value.
     low, high : float or None
         Its range; the one in the rig's file where it is not given.
     ranges : list of pairs
@@ -142,11 +142,11 @@ class Unknowns:
         seen: set[str] = set()
         for unknown in unknowns:
             for name in (*unknown.names, *filter(None, [unknown.of])):
-                _field(rig, name, unknown.label)
+                _number(rig, name, unknown.label)
             for changes in unknown.choices.values():
                 for name in changes:
                     if "." in name:
-                        _field(rig, name, unknown.label)
+                        _number(rig, name, unknown.label)
             for name in unknown.names or [unknown.label]:
                 if name in seen:
                     raise InputError(f"unknown {name}: stands twice; keep one of them")
@@ -184,7 +184,7 @@ class Unknowns:
         scene: dict[str, str] = {}
 
         def present(name: str) -> float:
-            return fields[name] if name in fields else _field(self.rig, name, name)
+            return fields[name] if name in fields else _number(self.rig, name, name)
 
         for unknown in self.unknowns:
             value = values[unknown.label]
@@ -209,15 +209,15 @@ class Unknowns:
             There is no such rig: the sentence of `Rig`.
         """
         fields, scene = self.changes(self.values(x))
-        return self.rig.changed(**{name.replace(".", "__"): value for name, value in fields.items()}), scene
+        return self.rig.changed(**fields), scene
 
     def of_rig(self, rig: Rig) -> dict[str, Any]:
         """Value of every number in a rig, by label; a choice is not to be seen in a rig and is left out."""
         found = {}
         for unknown in self.unknowns:
             if not unknown.discrete:
-                value = _field(rig, unknown.names[0], unknown.label)
-                found[unknown.label] = value / _field(rig, unknown.of, unknown.label) if unknown.of else value
+                value = _number(rig, unknown.names[0], unknown.label)
+                found[unknown.label] = value / _number(rig, unknown.of, unknown.label) if unknown.of else value
         return found
 
 
@@ -240,19 +240,12 @@ def _ranged(unknown: Unknown, ranges: Mapping[str, tuple[float, float, str]]) ->
     return Unknown(**given)
 
 
-def _field(rig: Rig, name: str, label: str) -> float:
-    """Value of ``section.field``."""
-    section, _, field = name.partition(".")
-    part = getattr(rig, section, None) if section in Rig.model_fields else None
-    fields = getattr(type(part), "model_fields", {})
-    if field not in fields:
-        raise InputError(
-            f"unknown {shown(label)}: {shown(name)} is not a parameter of the rig; section.field such "
-            "as bushing.stiffness would do"
-        )
+def _number(rig: Rig, name: str, label: str) -> float:
+    """Value of a field that is a number."""
     try:
-        return plain_number(getattr(part, field))
+        value = rig.value(name)
+        return plain_number(value)
+    except InputError as error:
+        raise InputError(f"unknown {shown(label)}: {error}") from None
     except ValueError:
-        raise InputError(
-            f"unknown {label}: {name} = {shown(getattr(part, field))} is no number; a choice would do"
-        ) from None
+        raise InputError(f"unknown {label}: {name} = {shown(value)} is no number; a choice would do") from None

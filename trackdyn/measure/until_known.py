@@ -15,7 +15,7 @@ from pydantic import Field
 
 from trackdyn.errors import InputError
 from trackdyn.measure.contact_log import LONGEST, PASSAGE, SIDES, timing
-from trackdyn.measure.meshing import passages
+from trackdyn.measure.meshing import TOUCHING, passages
 from trackdyn.measure.whole_loop import RELATIVE, SHARES, Estimate, Series, passage, series
 from trackdyn.model.record import SPELL_COLUMNS
 from trackdyn.parameters.rig import Rig
@@ -28,8 +28,6 @@ from trackdyn.simulation.settled_loops import Starts
 
 # of a record from one judgement to the next
 GROWTH = 1.1
-# From this share of a turn on a force has an error of its own, %: what touches less counts as no contact in the claims.
-TOUCHING = 0.5
 START = SPELL_COLUMNS.index("start_s")
 
 

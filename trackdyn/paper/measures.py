@@ -5,13 +5,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from trackdyn.measure.meshing import serving_radius
 from trackdyn.paper.evidence import Evidence
 from trackdyn.parameters.groove import equal_pitch_radius
 
 # Two readings of a maximum, neither of which is the spike of a touch-down (`measure.meshing.smoothed_maxima`).
 READINGS = ("maximum, mean over 0.01 s", "maximum, after the touch")
-# From this share of a turn on an arc counts as touching, %.
-TOUCHING = 0.5
 SAME = 1e-9  # radii are compared with printed ones, m
 
 
@@ -407,12 +406,8 @@ def left_shares_from_0307(e, speeds):
 @measure("study", by_speed=True)
 def radius_that_serves(e, speeds):
     """Smallest radius without right contact whose left share is within 2 points of the least, m, at every speed."""
-    found = []
-    for rpm in speeds:
-        left, right = (e.study(rpm)[f"{side}_share_pct"] for side in ("left", "right"))
-        good = left.index[(right < TOUCHING) & (left <= left.min() + 2.0)]
-        found.append(float(good.min()) if len(good) else float("nan"))
-    return found
+    studies = (e.study(rpm) for rpm in speeds)
+    return [serving_radius(study["left_share_pct"], study["right_share_pct"]) for study in studies]
 
 
 @measure("study", by_speed=True)

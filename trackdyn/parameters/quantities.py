@@ -85,7 +85,7 @@ def _value(entry: dict, unit: str) -> Any:
     return value
 
 
-class _Entry:
+class Entry:
     """In the schema for editors a parameter is what stands in the file: value, unit, kind and source."""
 
     def __init__(self, unit: str):
@@ -109,18 +109,18 @@ def quantity(unit: str, kind: type = float, **bounds) -> Any:
     """Type of one parameter: its Python type, its unit and its bounds; a number is at most ``LARGEST``."""
     if kind in (float, int):
         bounds = {"le": LARGEST, "ge": -LARGEST} | bounds
-    return Annotated[kind, _unwrap(unit, kind), Field(**bounds), _Entry(unit)]
+    return Annotated[kind, _unwrap(unit, kind), Field(**bounds), Entry(unit)]
 
 
 def perhaps(unit: str, **bounds) -> Any:
     """Type of a number that may be left out; its default is None."""
     bounds = {"le": LARGEST, "ge": -LARGEST} | bounds
-    return Annotated[Annotated[float, Field(**bounds)] | None, _unwrap(unit, float, absent=True), _Entry(unit)]
+    return Annotated[Annotated[float, Field(**bounds)] | None, _unwrap(unit, float, absent=True), Entry(unit)]
 
 
 def table(unit: str) -> Any:
     """Type of a table of numbers that may be left out; its columns have the units named in ``unit``."""
-    return Annotated[tuple[tuple[float, ...], ...] | None, _unwrap(unit, tuple, absent=True), _Entry(unit)]
+    return Annotated[tuple[tuple[float, ...], ...] | None, _unwrap(unit, tuple, absent=True), Entry(unit)]
 
 
 Length = quantity("m", gt=0, le=1000)

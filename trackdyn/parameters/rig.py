@@ -1,9 +1,9 @@
 """Every parameter of the rig with value, unit, kind and source, read from YAML (`rig_file`) and validated."""
 
-import re
-from functools import cached_property
+from functools import cached_property, reduce
 from itertools import pairwise
 from math import pi, radians, tan
+from operator import getitem
 from pathlib import Path
 from typing import Any, Literal
 
@@ -12,6 +12,7 @@ from pydantic import Field
 
 from trackdyn.errors import InputError
 from trackdyn.parameters.drives import DriveParameters
+from trackdyn.parameters.fields import NAME, FieldValue, entries_of, fields_of, keys_of, may_have, no_field
 from trackdyn.parameters.groove import Groove, build_groove, connector_length
 from trackdyn.parameters.outline import ToothProfile, profile_groove
 from trackdyn.parameters.quantities import (
@@ -30,8 +31,6 @@ from trackdyn.parameters.quantities import (
 from trackdyn.parameters.rig_file import DEFAULT, read_rig
 from trackdyn.parameters.validation import Section, shown, validated
 from trackdyn.parameters.wheels import CONTACTS, Kept, Sparing, Wheel
-
-NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
 
 
 class ChainParameters(Sparing):
@@ -280,24 +279,50 @@ class Rig(Sparing):
             + (1 - steel.poisson_ratio**2) / steel.youngs_modulus
         )
 
-    def changed(self, **changes: float) -> "Rig":
-        """A rig with some values replaced, by dotted name written with two underscores.
+    @cached_property
+    def fields(self) -> dict[str, FieldValue]:
+        """Value and unit of every field by its dotted name; a wheel or a surface is a section by its name."""
+        return dict(fields_of(self))
+
+    @classmethod
+    def may_have(cls, name: str) -> bool:
+        """Whether some rig has a field of this dotted name."""
+        return may_have(cls, name)
+
+    def value(self, name: str) -> Any:
+        """Value of a field by its dotted name.
+
+        Raises
+        ------
+        InputError
+            There is no such field.
 
         Examples
         --------
-        ``rig.changed(sprocket__ring_radius=0.305, idler__bearing_drag=0.0)``; a wheel is a section by its name.
+        ``rig.value("sprocket.ring_radius")``, ``rig.value("road_1.arm.stiffness")``.
+        """
+        if name not in self.fields:
+            raise no_field(self, name)
+        return self.fields[name].value
+
+    def changed(self, **changes: Any) -> "Rig":
+        """A rig with some values replaced, by dotted name; a dot may be written as two underscores.
+
+        A section that the rig may lack is taken away by None.
+
+        Raises
+        ------
+        InputError
+            There is no such field, or no such rig.
+
+        Examples
+        --------
+        ``rig.changed(sprocket__ring_radius=0.305, idler__bearing_drag=0.0)``, ``rig.changed(**{"road_1.arm": None})``.
         """
         data = self.model_dump()
         for name, value in changes.items():
-            *sections, field = name.split("__")
-            at: Any = data.get("wheels", {}) if sections and sections[0] in self.wheels else data
-            known: Any = self.wheels if at is not data else self
-            for section in sections:
-                known = known.get(section) if isinstance(known, dict) else getattr(known, section, None)
-                at = at.get(section) if isinstance(at, dict) else None
-            if not isinstance(at, dict) or not (field in at or field in getattr(type(known), "model_fields", ())):
-                raise InputError(f"{name.replace('__', '.')} is not a parameter of the rig")
-            at[field] = value
+            *sections, field = keys_of(self, name.replace("__", "."))
+            reduce(getitem, sections, data)[field] = value
         return _validated(data, "rig")
 
 
@@ -321,22 +346,13 @@ def load_rig(path: Path | str = DEFAULT) -> Rig:
     return _validated(read_rig(path), str(path), FROM_FILE)
 
 
-def _table_rows(name: str, part: dict) -> list[dict]:
-    """Rows of an entry, or of all entries of a section; a wheel is a section by its name."""
-    if "value" in part:
-        return [{"name": name, **part}]
-    return [row for key, item in part.items() for row in _table_rows(f"{name}.{key}".lstrip("."), item)]
-
-
 def parameter_table(path: Path | str) -> pd.DataFrame:
     """Every parameter of a rig file: ``name, value, unit, kind, low, high, outside, source``, and the derived ones.
 
     ``outside`` says on which side a value leaves what the part can be.
     """
     rig = load_rig(path)
-    rows = []
-    for section, entries in read_rig(path).items():
-        rows += _table_rows("" if section in ("wheels", "surfaces") else section, entries)
+    rows = [{"name": name, **entry} for name, entry in entries_of(read_rig(path)).items()]
     derived = f"from the equal-pitch radius, {rig.sprocket.teeth} [asin(a/2r) + asin(b/2r)] = pi"
     rows.append(dict(name="connector length", value=rig.connector_length, unit="m", kind="derived", source=derived))
     rows.append(dict(name="pin circle", value=rig.pin_circle, unit="m", kind="derived", source=derived))

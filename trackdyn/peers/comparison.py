@@ -83,7 +83,7 @@ def run_peer(scene: Scene, step: float, arcs: int = 10) -> tuple[PeerRun, np.nda
     if model.carriers is not None or not plain or scene.chain != "double_pin" or model.space is not None:
         raise InputError(
             "the loop in Exudyn has fixed wheels, a prescribed speed and double pins in the plane; "
-            "locked = True of this rig would do"
+            "a rig from peers.rigs.fixed with chain = double_pin, tension = locked, space = planar is accepted"
         )
     free = Wheels(tuple(map(float, model.wheels.inertia[1:])), tuple(map(float, model.wheels.drag[1:])))
     contacts = make_contacts(scene, loop.layout["tensioner_shift_m"], arcs)

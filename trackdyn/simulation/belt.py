@@ -63,7 +63,7 @@ def belt_recording(scene) -> Recording:
     begin = time.perf_counter()
     raw, mean, at, length = belt_motion(scene, (scene.lead_in + scene.ramp / 2) * scene.loop_frequency, samples)
     wall = time.perf_counter() - begin
-    empty = make_record(samples, make_state(2 * pitches, pitches, 3))
+    empty = make_record(samples, make_state(2 * pitches, pitches, 1 + len(scene.rig.rollers)))
     empty.wheel_rate[:, SPROCKET] = scene.sprocket_rate
     same = ("gap", "cut", "change", "wheel_rate", "energy", "force", "area", "groove", "pitches", "frame")
     return Recording(

@@ -38,7 +38,7 @@ def needs(
     frame_interval = scene.frame_interval if frame_interval is None else frame_interval
     links = scene.rig.chain.pitches if (scene.every_link if every_link is None else every_link) else 0
     samples = duration * scene.rig.sensor.rate
-    wheels = 3 if scene.loop == "on_wheels" else 1
+    wheels = 1 + len(scene.rig.rollers) if scene.loop == "on_wheels" else 1
     state = make_state(scene.bodies, 1, wheels)
     if scene.fidelity["space"].setting == "spatial":
         state = state._replace(plane=Plane(None, None))

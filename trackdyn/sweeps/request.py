@@ -4,7 +4,7 @@ import hashlib
 import json
 from functools import cache
 from math import isnan
-from typing import Any, NamedTuple, get_args
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -12,11 +12,9 @@ import pandas as pd
 from trackdyn.errors import InputError
 from trackdyn.measure.until_known import Known
 from trackdyn.measure.whole_loop import RELATIVE, SHARES
-from trackdyn.parameters.rig import NAME as WHEEL_NAME
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.rig_file import DEFAULT
-from trackdyn.parameters.validation import Section, parse_tolerance, plain_number, shown, validated
-from trackdyn.parameters.wheels import Wheel
+from trackdyn.parameters.validation import parse_tolerance, plain_number, shown, validated
 from trackdyn.scene.fidelity import CHOICES, preset
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.settled_loops import LATER
@@ -69,21 +67,8 @@ class Asked(NamedTuple):
 
 @cache
 def columns() -> tuple[str, ...]:
-    """Every column that a design may have."""
-    found = [name for name in Scene.model_fields if name != "rig"]
-    for name, field in Rig.model_fields.items():
-        kinds = get_args(field.annotation) or (field.annotation,)  # a section, perhaps one that a rig may lack
-        inner = [
-            part for kind in kinds if isinstance(kind, type) and issubclass(kind, Section) for part in kind.model_fields
-        ]
-        found += [f"{name}.{part}" for part in inner] or [name]
-    return (*OWN, *found, *UNTIL, *KNOWN)
-
-
-def _of_a_wheel(name: str) -> bool:
-    """Whether a column may be one of a wheel by its name, which only the rig of a row knows."""
-    wheel, _, field = name.partition(".")
-    return bool(WHEEL_NAME.fullmatch(wheel)) and wheel not in Rig.model_fields and field in Wheel.model_fields
+    """Every column that a design may have beside the fields of a rig."""
+    return (*OWN, *(name for name in Scene.model_fields if name != "rig"), *UNTIL, *KNOWN)
 
 
 def refuse_columns(table: pd.DataFrame, where: str) -> None:
@@ -95,7 +80,7 @@ def refuse_columns(table: pd.DataFrame, where: str) -> None:
         The first column that nothing is known of, or what is missing.
     """
     for name in table.columns:
-        if name not in columns() and not _of_a_wheel(name):
+        if name not in columns() and not Rig.may_have(name):
             raise InputError(
                 f"{where}: {shown(name)} is no column of a design; a field of the scene such as "
                 "motor_rpm, one of the rig such as "

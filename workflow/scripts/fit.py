@@ -15,8 +15,8 @@ with logged(snakemake):
         {
             "parameter": name,
             "start": p.start,
-            "fitted": p.value(fitted),
-            "shipped": p.value(rig),
+            "fitted": fitted.value(name),
+            "shipped": rig.value(name),
             "low": p.low,
             "high": p.high,
         }

@@ -14,8 +14,9 @@ import pandas as pd
 
 from trackdyn.errors import TrackdynError
 from trackdyn.inference.emulator import Check, Emulator, held_out_check
-from trackdyn.inference.ensemble.settings import EnsembleConfig, Target
+from trackdyn.inference.ensemble.settings import EnsembleConfig
 from trackdyn.inference.ensemble.waves import SPREAD_CLAIM, buildable, by_case
+from trackdyn.inference.targets import CaseTarget
 from trackdyn.inference.unknowns import Unknowns
 from trackdyn.paper.measures import READINGS as MAXIMA
 
@@ -67,7 +68,7 @@ def events_of(row: pd.Series, reading: str, passage: float) -> dict[str, float]:
 
 
 def outputs(
-    config: EnsembleConfig, unknowns: Unknowns, targets: Sequence[Target], results: pd.DataFrame
+    config: EnsembleConfig, unknowns: Unknowns, targets: Sequence[CaseTarget], results: pd.DataFrame
 ) -> pd.DataFrame:
     """Value of every target's output for every rig of some results, one column a target and reading.
 
@@ -102,13 +103,13 @@ def outputs(
     return pd.DataFrame.from_dict(found, orient="index", columns=columns).rename_axis("rig")
 
 
-def columns_of(target: Target) -> list[str]:
+def columns_of(target: CaseTarget) -> list[str]:
     """Columns of a target in `outputs`: one, or one a reading of the neighbour."""
     event = target.case.ring is not None and target.output in RING_EVENTS + ARC_EVENTS
     return [target.name, f"{target.name} (behind)"] if event else [target.name]
 
 
-def all_columns(targets: Sequence[Target]) -> list[str]:
+def all_columns(targets: Sequence[CaseTarget]) -> list[str]:
     """Columns of all targets."""
     return [name for target in targets for name in columns_of(target)]
 
@@ -139,7 +140,7 @@ def errors(cheap: pd.DataFrame, full: pd.DataFrame, plain: pd.DataFrame, laws: S
 
 
 def implausibility(
-    targets: Sequence[Target],
+    targets: Sequence[CaseTarget],
     values: np.ndarray,
     errors: pd.DataFrame,
     variance: np.ndarray | float = 0.0,
@@ -170,10 +171,7 @@ def implausibility(
         for r in range(len(READINGS)):
             name = names[min(r, len(names) - 1)]
             k, known = place[name], errors.loc[name]
-            off = values[:, k] - target.printed
-            off = {"equal": np.abs(off), "at_most": np.maximum(off, 0.0), "at_least": np.maximum(-off, 0.0)}[
-                target.rule
-            ]
+            off = np.abs(target.departure(values[:, k]))
             square = (target.tolerance / TOLERANCE_SD) ** 2 + known["discrepancy_sd"] ** 2 + variance[:, k]
             square = square + (known["fidelity_sd"] ** 2 if cheap else 0.0)
             found[r, :, m] = np.where(np.isnan(off), np.inf, off / np.sqrt(square))
@@ -187,7 +185,7 @@ def loss(implausible: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def judged(
-    config: EnsembleConfig, targets: Sequence[Target], values: pd.DataFrame, errors: pd.DataFrame, cheap: bool
+    config: EnsembleConfig, targets: Sequence[CaseTarget], values: pd.DataFrame, errors: pd.DataFrame, cheap: bool
 ) -> pd.DataFrame:
     """Every rig's implausibility by every target, by its better reading.
 
@@ -224,7 +222,7 @@ class Search:
         self,
         config: EnsembleConfig,
         unknowns: Unknowns,
-        targets: Sequence[Target],
+        targets: Sequence[CaseTarget],
         points,
         values,
         errors,

@@ -8,6 +8,7 @@ import pandas as pd
 from scipy.stats import binomtest
 
 from trackdyn.errors import InputError, shown
+from trackdyn.measure.meshing import TOUCHING, serving_radius
 from trackdyn.sweeps.table import read_table
 
 # Columns of a study that are kept, and their names in a table of radii.
@@ -17,8 +18,6 @@ KEPT = {
     "sliding_ring_j_km": "sliding on ring, J/km",
 }  # fmt: skip
 STUDY_COLUMNS = ("rig", "rpm", "ring_radius_m", "right_share_pct", *KEPT)
-TOUCHING = 0.5  # % of a turn from which on an arc counts as touching, as in the claims
-NEAR_LEAST = 2.0  # points of a turn: the rule of C26
 SAME = 1e-9  # m
 
 
@@ -77,12 +76,12 @@ def best_radius(rows: pd.DataFrame, criterion: str) -> float:
     """
     if criterion not in CRITERIA:
         raise InputError(f"criterion = {criterion!r} is not accepted: {', '.join(CRITERIA)} would do")
+    if criterion == "rule":
+        by_radius = rows.set_index("ring_radius_m")
+        return serving_radius(by_radius["left_share_pct"], by_radius["right_share_pct"])
     free = rows[rows["right_share_pct"] < TOUCHING].sort_values("ring_radius_m")
     if free.empty:
         return float("nan")
-    if criterion == "rule":
-        near = free[free["left_share_pct"] <= rows["left_share_pct"].min() + NEAR_LEAST]
-        return float(near["ring_radius_m"].min()) if len(near) else float("nan")
     value = (
         free["sliding_teeth_j_km"] + free["sliding_ring_j_km"]
         if criterion == "sliding"

@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Field, model_validator
 
 from trackdyn.errors import InputError
+from trackdyn.inference.targets import Case, CaseTarget, Rule
 from trackdyn.inference.unknowns import Unknown, Unknowns, file_ranges
 from trackdyn.paper.claims import Claim
 from trackdyn.parameters.rig import load_rig
@@ -14,20 +15,6 @@ from trackdyn.parameters.validation import Positive, Section, validated
 from trackdyn.parameters.yaml_file import read_yaml
 
 Count = Annotated[int, Field(ge=0)]
-RULES = ("equal", "at_most", "at_least")
-
-
-class Case(NamedTuple):
-    """A scene of a rig: motor speed (rev/min), ring radius (m; None: none), and whether forces are left out of it."""
-
-    rpm: float
-    ring: float | None
-    belt: bool = False
-
-    @property
-    def name(self) -> str:
-        """``115 none``, ``115 0.308``, ``150 belt``."""
-        return f"{self.rpm:g} {'belt' if self.belt else 'none' if self.ring is None else format(self.ring, 'g')}"
 
 
 class TargetEntry(Section):
@@ -44,7 +31,7 @@ class TargetEntry(Section):
     item: int | None = None
     printed: float | None = None
     tolerance: Positive | None = None
-    rule: Literal["equal", "at_most", "at_least"] | None = None
+    rule: Rule | None = None
     reason: str = ""
 
     @model_validator(mode="after")
@@ -52,18 +39,6 @@ class TargetEntry(Section):
         if {self.printed, self.tolerance, self.rule} != {None} and len(self.reason) < 10:
             raise InputError(f"targets: {self.claim} {self.output} departs from the claim; give the reason")
         return self
-
-
-class Target(NamedTuple):
-    """A target with everything known: ``name`` is unique, ``group`` the claim without its part."""
-
-    name: str
-    group: str
-    output: str
-    case: Case
-    printed: float
-    tolerance: float
-    rule: str
 
 
 class Fidelity(Section):
@@ -138,7 +113,7 @@ def _one(value: Any, item: int | None) -> float | None:
     return None if isinstance(value, (str, dict)) or value is None else float(value)
 
 
-def targets_of(config: EnsembleConfig, claims: list[Claim]) -> list[Target]:
+def targets_of(config: EnsembleConfig, claims: list[Claim]) -> list[CaseTarget]:
     """The targets with printed values, tolerances and rules of the claims they stand for.
 
     Raises
@@ -158,20 +133,11 @@ def targets_of(config: EnsembleConfig, claims: list[Claim]) -> list[Target]:
         own = claim.printed.get(int(rpm)) if isinstance(claim.printed, dict) else _one(claim.printed, entry.item)
         printed = own if entry.printed is None else entry.printed
         tolerance, rule = entry.tolerance or claim.tolerance, entry.rule or claim.rule
-        if printed is None or tolerance is None or rule not in RULES:
+        if printed is None or tolerance is None or rule not in get_args(Rule):
             raise InputError(
                 f"targets: {entry.claim} {entry.output} has no number, tolerance or rule; give them with a reason"
             )
         case = Case(rpm, entry.ring_radius_m, entry.belt)
-        found.append(
-            Target(
-                f"{entry.claim} {entry.output} {case.name}",
-                entry.claim[:3],
-                entry.output,
-                case,
-                printed,
-                tolerance,
-                rule,
-            )
-        )
+        numbers = {"printed": printed, "tolerance": tolerance, "rule": rule}
+        found.append(CaseTarget(claim=entry.claim, output=entry.output, case=case, **numbers))
     return found

@@ -15,15 +15,7 @@ import pandas as pd
 
 from trackdyn.errors import InputError
 from trackdyn.inference.ensemble.history import Search, errors, judged, outputs
-from trackdyn.inference.ensemble.settings import (
-    Case,
-    EnsembleConfig,
-    Form,
-    Target,
-    load_ensemble,
-    targets_of,
-    unknowns_of,
-)
+from trackdyn.inference.ensemble.settings import EnsembleConfig, Form, load_ensemble, targets_of, unknowns_of
 from trackdyn.inference.ensemble.waves import (
     as_it_is,
     kinds,
@@ -34,6 +26,7 @@ from trackdyn.inference.ensemble.waves import (
     study_cases,
     target_cases,
 )
+from trackdyn.inference.targets import Case, CaseTarget
 from trackdyn.inference.unknowns import Unknowns
 from trackdyn.paper.claims import load_claims
 from trackdyn.sweeps.table import write_table
@@ -52,7 +45,7 @@ class Ensemble(NamedTuple):
     config: EnsembleConfig
     form: Form
     unknowns: Unknowns
-    targets: list[Target]
+    targets: list[CaseTarget]
     rig: str
     folder: Path
 

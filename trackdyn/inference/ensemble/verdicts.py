@@ -8,15 +8,14 @@ import pandas as pd
 from scipy.stats import binomtest, kstest, spearmanr
 
 from trackdyn.inference.ensemble.history import columns_of, events_of, judged
-from trackdyn.inference.ensemble.settings import Case
 from trackdyn.inference.ensemble.stages import CHEAP, COMPARED, LAST, STUDY, Ensemble, rank, read_errors, stage_cases
 from trackdyn.inference.ensemble.waves import by_case, rig_at
+from trackdyn.inference.targets import Case
+from trackdyn.inference.verdict import CHOSEN, IDENTIFIED, verdict
 from trackdyn.paper.claims import JUDGED, REPRODUCED, Claim, judge
 from trackdyn.paper.evidence import Evidence
 from trackdyn.parameters.rig import Rig, load_rig
 
-# a parameter is identifiable if the rigs leave less than half of its range and could hardly come from all of it
-NARROW, UNLIKELY = 0.5, 0.01
 # what a run with every link says in place of a record of 90 s, by the names of the latter
 RECORDED = {"rpm": "rpm", "rms_g": "whole_rms", "sd_g": "whole_sd", "high_frequency_g": "whole_high_frequency"}
 
@@ -70,8 +69,8 @@ def claims_table(e: Ensemble, claims: Sequence[Claim]) -> pd.DataFrame:
     rows = []
     for claim in claims:
         found = [judge(claim, one).verdict for one in all_evidence.values()]
-        counted = [verdict for verdict in found if verdict in JUDGED]
-        good = sum(verdict == REPRODUCED for verdict in counted)
+        counted = [one for one in found if one in JUDGED]
+        good = sum(one == REPRODUCED for one in counted)
         held = any(claim.name.startswith(name) for name in e.config.held_out)
         row = {"id": claim.id, "part": claim.part, "claim": claim.claim, "origin": claim.origin or ""}
         row |= {
@@ -102,7 +101,7 @@ def parameters_table(e: Ensemble) -> pd.DataFrame:
         ``name, low, high, source``; ``q05, median, q95`` of the rigs (for a choice the share of each alternative in
         ``alternatives``); ``remaining``: width from 5 to 95 % over 0.9 of the range in the scale of the unknown;
         ``p_value`` of the hypothesis that the rigs are drawn from the whole range (Kolmogorov, Smirnov);
-        ``identifiable``; ``shipped`` and whether the shipped rig's value is ``outside`` the range.
+        ``identifiable`` (`inference.verdict`); ``shipped`` and whether the shipped rig's is ``outside`` the range.
     """
     x = e.read(f"points_{STUDY}")[e.unknowns.labels]
     shipped = e.unknowns.of_rig(load_rig(e.rig))
@@ -113,13 +112,13 @@ def parameters_table(e: Ensemble) -> pd.DataFrame:
         if unknown.discrete:
             counts = pd.Series([unknown.value(one) for one in at]).value_counts(normalize=True)
             row["alternatives"] = ", ".join(f"{name} {counts.get(name, 0.0):.2f}" for name in unknown.choices)
-            row["identifiable"] = bool(counts.max() > 0.95)
+            row["identifiable"] = bool(counts.max() > CHOSEN)
         else:
             q = np.quantile(at, [0.05, 0.5, 0.95])
             row |= {"low": unknown.intervals[0][0], "high": unknown.intervals[-1][1]}
             row |= dict(zip(("q05", "median", "q95"), map(unknown.value, q), strict=True))
             row |= {"remaining": min((q[2] - q[0]) / 0.9, 1.0), "shipped": shipped[unknown.label]}
-            row["identifiable"] = bool(row["remaining"] < NARROW and row["p_value"] < UNLIKELY)
+            row["identifiable"] = verdict(at).word == IDENTIFIED
             row["outside"] = bool(np.isnan(unknown.position(shipped[unknown.label])))
         rows.append(row)
     columns = [

@@ -7,7 +7,8 @@ import pandas as pd
 from scipy.stats import qmc
 
 from trackdyn.errors import TrackdynError
-from trackdyn.inference.ensemble.settings import Case, EnsembleConfig, Fidelity, Form, Target
+from trackdyn.inference.ensemble.settings import EnsembleConfig, Fidelity, Form
+from trackdyn.inference.targets import Case, CaseTarget
 from trackdyn.inference.unknowns import Unknowns
 from trackdyn.parameters.layout import can_close
 from trackdyn.parameters.rig import Rig
@@ -21,7 +22,7 @@ BELT_STEP = "0.001"  # s between the samples of a path
 AFTER_KIND = ": "  # in the name of a row
 
 
-def target_cases(targets: Sequence[Target]) -> list[Case]:
+def target_cases(targets: Sequence[CaseTarget]) -> list[Case]:
     """Cases that the targets need, in a fixed order."""
     return sorted({target.case for target in targets}, key=lambda case: (case.belt, case.rpm, case.ring or 0.0))
 

@@ -1,5 +1,8 @@
 """Files of an identification: the rig of the best values, draws, tables."""
 
+from collections.abc import Iterator
+from functools import reduce
+from operator import getitem
 from pathlib import Path
 
 import numpy as np
@@ -9,42 +12,45 @@ import yaml
 from trackdyn.files import replacing, write_csv, write_text
 from trackdyn.inference.identification.identify import INTERVAL, Answer
 from trackdyn.inference.identification.posterior import contradicted
-from trackdyn.parameters import rig_file
+from trackdyn.parameters.fields import entries_of, keys_of
 from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.parameters.yaml_file import read_yaml
+from trackdyn.parameters.rig_file import read_rig
 
 
 def best_rig_text(answer: Answer, rig_path: Path | str, files: list[str]) -> str:
     """The rig's file with the best values; each says what it was identified from and how sure that is."""
-    data = read_yaml(rig_file.rig_path(rig_path))
-    fields, _ = answer.unknowns.changes(answer.best)
-    of = {
-        name: row
-        for row, one in zip(answer.table.to_dict("records"), answer.unknowns.unknowns, strict=True)
-        for name in one.names
-    }
-    for name, value in fields.items():
-        section, _, field = name.partition(".")
-        row, entry = of[name], data[section][field]
+    data = read_rig(rig_path)
+    entries, rig = entries_of(data), answer.unknowns.rig
+    rows = zip(answer.table.to_dict("records"), answer.unknowns.unknowns, strict=True)
+    of = {name: row for row, one in rows for name in one.names}
+    for name, value in answer.unknowns.changes(answer.best)[0].items():
+        if name not in entries:  # its default
+            *sections, field = keys_of(rig, name)
+            entries[name] = reduce(getitem, sections, data)[field] = {
+                "unit": rig.fields[name].unit,
+                "source": "default",
+            }
+        row, entry = of[name], entries[name]
         entry["value"] = float(f"{value:.6g}")
         entry["kind"] = "fitted"
         entry["source"] = (
             f"identified from {', '.join(files)}: {row['verdict']}, 90 % interval {row['q05']:.4g} to {row['q95']:.4g} "
             f"within {row['low']:.4g} to {row['high']:.4g}; before: {entry['source']}"
         )
-    lines = [f"# {rig_path} with values identified by `trackdyn identify`.", ""]
-    for section, entries in data.items():
-        if "value" in entries:
-            lines.append(f"{section}: {_inline(entries)}")
-        else:
-            lines += [f"{section}:", *(f"  {field}: {_inline(entry)}" for field, entry in entries.items())]
-        lines.append("")
-    return "\n".join(lines)
+    return "\n".join([f"# {rig_path} with values identified by `trackdyn identify`.", *_lines(data)]) + "\n"
 
 
-def _inline(entry: dict) -> str:
-    """A mapping on one line, as rig files have it."""
-    return yaml.safe_dump(entry, default_flow_style=True, sort_keys=False, width=10**6, allow_unicode=True).strip()
+def _lines(part: dict, indent: str = "") -> Iterator[str]:
+    """Sections below each other, an entry on a line of its own, as rig files have it."""
+    for name, item in part.items():
+        if not indent:
+            yield ""
+        if "value" in item:
+            flow = yaml.safe_dump(item, default_flow_style=True, sort_keys=False, width=10**6, allow_unicode=True)
+            yield f"{indent}{name}: {flow.strip()}"
+        elif item:
+            yield f"{indent}{name}:"
+            yield from _lines(item, f"{indent}  ")
 
 
 def draws_table(answer: Answer) -> pd.DataFrame:

@@ -28,8 +28,8 @@ from trackdyn.inference.identification.experiment import Experiment, Speed, run
 from trackdyn.inference.identification.features import Feature, covariance, features_of
 from trackdyn.inference.identification.identify import LEAST_SPREAD, changes_at
 from trackdyn.inference.identification.posterior import Draws, Posterior, Records, medians, sample, shares
-from trackdyn.inference.identification.verdict import IDENTIFIED, verdict
 from trackdyn.inference.unknowns import Unknown, Unknowns, file_ranges
+from trackdyn.inference.verdict import IDENTIFIED, verdict
 from trackdyn.jit import KERNEL_SOURCES, source_hash
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.validation import Section

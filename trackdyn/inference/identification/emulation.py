@@ -16,7 +16,7 @@ from sklearn.covariance import LedoitWolf
 from threadpoolctl import threadpool_limits
 
 from trackdyn.errors import InputError
-from trackdyn.inference.emulator import Emulator
+from trackdyn.inference.emulator import Emulator, Terms
 
 KEPT = 0.995  # part of the variance, in discrepancies squared, that the components keep
 MOST = 14  # components
@@ -52,7 +52,7 @@ class Components:
         _, size, axes = np.linalg.svd(scaled, full_matrices=False)
         share = np.cumsum(size**2) / np.sum(size**2)
         self.axes = axes[: min(int(np.searchsorted(share, KEPT)) + 1, MOST, len(size))]
-        self._processes = _Stacked([_Process(x, one) for one in (scaled @ self.axes.T).T])
+        self._processes = Processes(x, (scaled @ self.axes.T).T)
 
     def __call__(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Features (m, p) at (m, d) points, and standard deviations (m, k) of the components."""
@@ -188,52 +188,37 @@ class Part:
         return Prediction(mean[:, self._which], covariance[:, self._which[:, None], self._which])
 
 
-class _Process:
-    """A component: lengths and noise from some simulations, then all of them."""
+class Processes:
+    """Processes of k outputs over the same inputs: lengths and noise from some simulations, then all of them.
 
-    def __init__(self, x: np.ndarray, y: np.ndarray):
-        found = Emulator(x[:SEARCHED], y[:SEARCHED], ITERATIONS)
-        process = found._process
-        self.input_mean, self.input_scale = found._inputs.mean_, found._inputs.scale_
-        inputs = (x - self.input_mean) / self.input_scale
-        self.slope, self.offset = found._trend.coef_, float(found._trend.intercept_)
-        self.size = found._scale
-        self.amplitude = float(process.kernel_.k1.k1.constant_value)
-        self.lengths = np.broadcast_to(process.kernel_.k1.k2.length_scale, (x.shape[1],))
-        self.noise = float(process.kernel_.k2.noise_level) + process.alpha
-        self.inputs = inputs
-        rest = (y - inputs @ self.slope - self.offset) / self.size
-        kernel = process.kernel_(inputs) + process.alpha * np.eye(len(x))
-        lower = np.linalg.cholesky(kernel)
-        self.root = solve_triangular(lower, np.eye(len(x)), lower=True)
-        self.weights = self.root.T @ (self.root @ rest)
+    Predictions are those of `Emulator.predict` for each; one by one they take several times as long.
+    """
 
+    def __init__(self, x: np.ndarray, outputs: np.ndarray):
+        found = [Emulator(x[:SEARCHED], y[:SEARCHED], ITERATIONS).terms() for y in outputs]
+        self._terms = Terms(*map(np.stack, zip(*found, strict=True)))
+        t = self._terms
+        inputs = (x - t.input_mean[0]) / t.input_scale[0]
+        self._trained = inputs / t.lengths[:, None, :]
+        rest = (outputs - t.slope @ inputs.T - t.offset[:, None]) / t.size[:, None]
+        lower = np.linalg.cholesky(self._kernel(self._trained) + t.noise[:, None, None] * np.eye(len(x)))
+        self._root = np.stack([solve_triangular(one, np.eye(len(x)), lower=True) for one in lower])
+        self._weights = np.einsum("knm,kn->km", self._root, np.einsum("knm,km->kn", self._root, rest))
 
-class _Stacked:
-    """Predictions of k processes at once: what scikit-learn gives for each, without a call for each."""
-
-    def __init__(self, processes: list[_Process]):
-        first = processes[0]
-        self.input_mean, self.input_scale = first.input_mean, first.input_scale
-
-        def gathered(name):
-            return np.stack([getattr(process, name) for process in processes])
-
-        self.slope, self.offset, self.size = gathered("slope"), gathered("offset"), gathered("size")
-        self.amplitude, self.noise, self.lengths = gathered("amplitude"), gathered("noise"), gathered("lengths")
-        self.trained = first.inputs / self.lengths[:, None, :]
-        self.root, self.weights = gathered("root"), gathered("weights")
+    def _kernel(self, scaled: np.ndarray) -> np.ndarray:
+        """(k, m, n) covariance of the processes at (k, m, d) inputs over lengths with those at the simulations."""
+        squared = (scaled**2).sum(-1)[:, :, None] + (self._trained**2).sum(-1)[:, None, :]
+        squared -= 2.0 * scaled @ self._trained.transpose(0, 2, 1)
+        far = np.sqrt(5.0 * np.maximum(squared, 0.0))
+        return self._terms.amplitude[:, None, None] * (1.0 + far + far**2 / 3.0) * np.exp(-far)
 
     def __call__(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean and variance (k, m) of components, noise included."""
-        inputs = (points - self.input_mean) / self.input_scale
-        scaled = inputs / self.lengths[:, None, :]
-        squared = (scaled**2).sum(-1)[:, :, None] + (self.trained**2).sum(-1)[:, None, :]
-        squared -= 2.0 * scaled @ self.trained.transpose(0, 2, 1)
-        far = np.sqrt(5.0 * np.maximum(squared, 0.0))
-        kernel = self.amplitude[:, None, None] * (1.0 + far + far**2 / 3.0) * np.exp(-far)
-        mean = np.einsum("kmn,kn->km", kernel, self.weights)
-        known = self.root @ kernel.transpose(0, 2, 1)
-        variance = (self.amplitude + self.noise)[:, None] - np.einsum("knm,knm->km", known, known)
-        trend = inputs @ self.slope.T + self.offset
-        return trend.T + self.size[:, None] * mean, self.size[:, None] ** 2 * np.maximum(variance, 1e-12)
+        """Mean and variance (k, m) of outputs at (m, d) points, noise included."""
+        t = self._terms
+        inputs = (points - t.input_mean[0]) / t.input_scale[0]
+        kernel = self._kernel(inputs / t.lengths[:, None, :])
+        mean = np.einsum("kmn,kn->km", kernel, self._weights)
+        known = self._root @ kernel.transpose(0, 2, 1)
+        variance = (t.amplitude + t.noise)[:, None] - np.einsum("knm,knm->km", known, known)
+        trend = t.slope @ inputs.T + t.offset[:, None]
+        return trend + t.size[:, None] * mean, t.size[:, None] ** 2 * np.maximum(variance, 1e-12)

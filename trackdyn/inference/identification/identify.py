@@ -24,8 +24,8 @@ from trackdyn.inference.identification.posterior import (
     predict,
     sample,
 )
-from trackdyn.inference.identification.verdict import IN_DOUBT, NOT_IDENTIFIED, verdict
 from trackdyn.inference.unknowns import Unknowns
+from trackdyn.inference.verdict import IN_DOUBT, NOT_IDENTIFIED, verdict
 
 LEAST_SPREAD = 1e-3  # of a feature over the ranges, relative: less says nothing
 MOST_FAILED = 0.25  # of the rigs

@@ -11,8 +11,8 @@ from trackdyn.inference.identification.experiment import Experiment, run
 from trackdyn.inference.identification.identify import changed
 from trackdyn.inference.identification.measured import Measured, joined
 from trackdyn.inference.identification.posterior import MEDIANS, groups_of, shares
-from trackdyn.inference.identification.verdict import NARROW
 from trackdyn.inference.unknowns import Unknown, Unknowns, file_ranges
+from trackdyn.inference.verdict import NARROW
 from trackdyn.parameters.rig import Rig
 
 # What rulers and scales do not tell: rubber, tension, contact, drag, the fit of chain and sprocket.

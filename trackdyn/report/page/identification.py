@@ -12,7 +12,7 @@ from trackdyn.inference.identification.experiment import simulated_ay
 from trackdyn.inference.identification.features import turns_of
 from trackdyn.inference.identification.identify import Answer
 from trackdyn.inference.identification.posterior import contradicted
-from trackdyn.inference.identification.verdict import IDENTIFIED, IN_DOUBT, ONE_SIDED
+from trackdyn.inference.verdict import IDENTIFIED, IN_DOUBT, ONE_SIDED
 from trackdyn.parameters.rig import Rig
 from trackdyn.report.figures.identification import features_figure, posterior_figure, spectra_figure
 from trackdyn.report.page import words

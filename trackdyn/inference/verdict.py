@@ -1,4 +1,5 @@
-"""What draws of a posterior say about each unknown, by a rule that was written before any fit.
+"""What draws of a posterior, or the rigs of an ensemble, say about each unknown, by a rule that was written before any
+fit.
 
 Positions are those of the unit cube, over which the prior is even: its 90 % interval is 0.9 wide.
 
@@ -24,6 +25,7 @@ import numpy as np
 IDENTIFIED, ONE_SIDED, NOT_IDENTIFIED, IN_DOUBT = "identified", "one-sided", "not identified", "in doubt"
 NARROW = 0.5 * 0.9
 EDGE, END, EXCLUDED = 0.05, 0.2, 0.02
+CHOSEN = 0.95  # share of the draws from which on an alternative of a choice is identified
 
 
 class Verdict(NamedTuple):

@@ -1,0 +1,54 @@
+"""Fields of a rig by dotted name: one way to list, read and set them, on every shipped rig."""
+
+import pytest
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.rig import Rig, load_rig, parameter_table
+from trackdyn.parameters.rig_file import shipped_rigs
+
+
+@pytest.mark.parametrize("name", shipped_rigs())
+def test_fields_are_those_of_the_file_and_can_be_read_and_set(name):
+    rig, table = load_rig(name), parameter_table(shipped_rigs()[name])
+    entries = table[table["kind"] != "derived"].set_index("name")
+    for field, unit in entries["unit"].items():
+        assert rig.fields[field].unit == unit and Rig.may_have(field), field
+    assert all(Rig.may_have(field) for field in rig.fields)
+    for field in entries.index:
+        value = rig.value(field)
+        assert rig.changed(**{field: value}) == rig, field
+    for wheel, part in rig.rollers.items():
+        drag = f"{wheel}.bearing_drag"
+        assert rig.value(drag) == part.bearing_drag
+        assert rig.changed(**{drag: part.bearing_drag + 1.0}).value(drag) == part.bearing_drag + 1.0
+
+
+def test_a_surface_is_a_section_by_its_name():
+    rig = load_rig("bench")
+    steel = rig.wheel_contact.model_dump()
+    rig = rig.changed(surfaces={"bare": steel}, idler__surface="bare")
+    assert rig.changed(bare__restitution=0.25).value("bare.restitution") == 0.25
+    assert rig.value("wheel_contact.restitution") == steel["restitution"]
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [
+        ("bushing.stifness", "did you mean bushing.stiffness"),
+        ("road_7.bearing_drag", "did you mean road_"),
+        ("tension", "did you mean tension."),
+        ("drive.kind", "did you mean "),  # the rig has no drive
+        ("rollers.idler.x", "did you mean idler.x"),
+        ("", "a name such as"),
+        ("no\nsuch", "a name such as"),
+    ],
+)
+def test_what_is_no_field_is_refused_with_what_is_close(name, hint):
+    with pytest.raises(InputError, match="is not a parameter of the rig") as refusal:
+        load_rig("m113").value(name)
+    assert hint in str(refusal.value) and "\n" not in str(refusal.value)
+
+
+@pytest.mark.parametrize("name", ["idler", "wheels.x", "road_1.arm", "road_1.arm.colour", "Big Wheel.x", "x.y.z", ""])
+def test_what_no_rig_may_have(name):
+    assert not Rig.may_have(name)

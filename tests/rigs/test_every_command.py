@@ -1,0 +1,130 @@
+"""Every command that takes a rig, on every shipped rig and on a new file like each of them."""
+
+import sys
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from tests.rigs.conftest import scene_of
+from trackdyn.commands import cli
+from trackdyn.inference.identification.answer import best_rig_text
+from trackdyn.inference.identification.identify import summary
+from trackdyn.inference.identification.informative import asked, unknown_of
+from trackdyn.parameters.rig import load_rig
+from trackdyn.parameters.rig_file import shipped_rigs
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.cost import needs
+from trackdyn.simulation.recording import load_recording
+
+
+@pytest.fixture
+def command(tmp_path, monkeypatch, capsys):
+    """Function that runs a command in an empty folder: exit code 0, and what was printed."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*words):
+        monkeypatch.setattr(sys, "argv", ["trackdyn", *map(str, words)])
+        try:
+            cli.main()
+        except SystemExit as end:
+            assert not end.code, (words, capsys.readouterr().err)
+        return capsys.readouterr().out
+
+    return run
+
+
+@pytest.fixture(params=[(name, fresh) for name in shipped_rigs() for fresh in (False, True)],
+                ids=lambda one: f"{'new-like-' if one[1] else ''}{one[0]}")  # fmt: skip
+def file(request, command, tmp_path):
+    """A shipped rig's file, or one that ``trackdyn new`` has just written."""
+    name, fresh = request.param
+    if not fresh:
+        return shipped_rigs()[name]
+    command("new", "mine.yaml", "--like", name)
+    return tmp_path / "mine.yaml"
+
+
+def held(recording):
+    """Bytes of all arrays whose length is the number of samples."""
+    arrays = (getattr(recording, name) for name in recording.ARRAYS if name not in ("begin", "spells", "pitches"))
+    return sum(array.nbytes for array in arrays)
+
+
+def test_it_is_checked_and_simulated_as_a_belt_as_large_as_forecast(file, command, tmp_path):
+    rig = load_rig(file)
+    assert "wrap of sprocket" in command("check", file, "--no-settle", "--out", "it.png")
+    belt = ("--choose", "chain=belt", "--ring-radius", "none", "--duration", 2)
+    command("simulate", "it.npz", "--rig", file, "--rpm", 115, *belt, "--quiet")
+    recording = load_recording(tmp_path / "it.npz")
+    assert recording.wheel_rate.shape == (2 * rig.sensor.rate, 1 + len(rig.rollers))
+    scene = Scene(rig, 115.0, ring_radius=None, duration=2.0, frame_interval=0.0, spells=False, chain="belt")
+    # a belt records no pitch where one is forecast
+    assert held(recording) <= needs(scene).file < 1.2 * held(recording)
+
+
+def test_a_sweep_changes_a_wheel_by_its_name(file, command):
+    wheel = f"{list(load_rig(file).rollers)[-1]}.bearing_drag"
+    row = {"motor_rpm": 115, "chain": "belt", "ring_radius": "none", "spells": False, "duration": 4, wheel: 5.0}
+    pd.DataFrame([row]).to_csv("design.csv", index=False)
+    command("sweep", "design.csv", "--out", "results.csv", "--rig", file, "--jobs", 1, "--quiet")
+    assert pd.read_csv("results.csv")["state"].tolist() == ["done"]
+
+
+def test_identified_values_become_a_rig(file, tmp_path):
+    """Stiffness and tension that both have a range, the drag of the last wheel, and a ripple that the file may lack."""
+    rig = load_rig(file)
+    wheel = list(rig.rollers)[-1]
+    options = ["bushing.stiffness=5:5000", "tension.pre_tension=100:50000", f"{wheel}.bearing_drag=1:100"]
+    unknowns = asked([unknown_of(text) for text in options], rig, file)
+    best = unknowns.values([0.25, 0.5, 0.75])
+    table = summary(unknowns, np.random.default_rng(0).uniform(size=(200, 3)), best)
+    text = best_rig_text(SimpleNamespace(unknowns=unknowns, best=best, table=table), file, ["210.csv"])
+    (tmp_path / "best.yaml").write_text(text, encoding="utf-8")
+    again = load_rig(tmp_path / "best.yaml")
+    rounded = {name: float(f"{value:.6g}") for name, value in best.items()}
+    assert again == rig.changed(**rounded) != rig
+    assert "identified from 210.csv: not identified" in text
+
+
+def test_an_identified_default_is_written(tmp_path):
+    """The file does not say what the ripple is."""
+    path = tmp_path / "mine.yaml"
+    path.write_text("like: bench\ndrive: {source: s, kind: speed}\n", encoding="utf-8")
+    rig = load_rig(path)
+    unknowns = asked([unknown_of("drive.ripple=0:0.5")], rig, path)
+    table = summary(unknowns, np.full((9, 1), 0.5), {"drive.ripple": 0.25})
+    answer = SimpleNamespace(unknowns=unknowns, best={"drive.ripple": 0.25}, table=table)
+    path.write_text(best_rig_text(answer, path, ["210.csv"]), encoding="utf-8")
+    assert load_rig(path) == rig.changed(drive__ripple=0.25)
+
+
+@pytest.mark.parametrize("name", shipped_rigs())
+def test_a_shipped_rig_runs_on_its_chain(name, command, tmp_path):
+    rig = load_rig(name)
+    scene = scene_of(rig)
+    words = (
+        "--rpm",
+        scene.motor_rpm,
+        "--step",
+        scene.step,
+        "--lead-in",
+        0,
+        "--duration",
+        0.01,
+        "--frame-interval",
+        0,
+        "--quiet",
+    )
+    command("simulate", "it.npz", "--rig", name, *words)
+    recording = load_recording(tmp_path / "it.npz")
+    assert recording.wheel_rate.shape[1] == 1 + len(rig.rollers)
+    scene = scene.with_(duration=0.01, lead_in=0.0, frame_interval=0.0)
+    assert needs(scene).file == pytest.approx(held(recording), rel=1e-9)
+    command("fmu", name, "--rpm", scene.motor_rpm, "--step", scene.step)
+    assert (tmp_path / "track.fmu").stat().st_size > 1000
+
+
+def test_all_are_listed(command):
+    assert all(name in command("rigs") for name in shipped_rigs())
