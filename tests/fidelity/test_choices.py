@@ -1,8 +1,14 @@
 """The choices of a scene: what is refused and how it is said, what is decided and why, what is kept of it."""
 
+import re
+
 import pytest
 
 from trackdyn.errors import InputError
+from trackdyn.integrate.dynamics import SOLVERS
+from trackdyn.integrate.methods import METHODS
+from trackdyn.parameters.groove import PROFILES
+from trackdyn.parameters.normal_laws import NORMAL_LAWS
 from trackdyn.scene.fidelity import CHOICES, PRESETS, decide, preset
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.simulate import simulate
@@ -30,49 +36,49 @@ def refusal(rig):
     ("changes", "fields", "field", "remedy"),
     [
         # no motion along the axes
-        ({}, {"friction": "independent"}, "friction = 'independent'", "'tangential' would do"),
+        ({}, {"friction": "independent"}, "friction = 'independent'", "use 'tangential'"),
         ({}, {"friction": "isotropic", "space": "planar"}, "friction = 'isotropic'", "space='spatial'"),
         (TOE, {"space": "planar"}, "space = 'planar'", "idler.toe = 0.5"),
-        (TOE, {"space": "planar"}, "space = 'planar'", "'spatial' or 'auto' would do"),
+        (TOE, {"space": "planar"}, "space = 'planar'", "use 'spatial' or 'auto'"),
         ({"sprocket__camber": -1.0}, {"space": "planar"}, "space = 'planar'", "sprocket.camber = -1"),
         ({"road_wheel__axial_offset": 0.01}, {"space": "planar"}, "space = 'planar'", "road_wheel.axial_offset = 0.01"),
         # what motion in space cannot
         (TOE, {"chain": "single_pin"}, "chain = 'single_pin'", "'double_pin' only"),
-        ({}, {"space": "spatial", **FREE}, "loop = 'free'", "space='planar' or 'auto' would do"),
+        ({}, {"space": "spatial", **FREE}, "loop = 'free'", "use space='planar' or space='auto'"),
         ({}, {"space": "spatial", "closure": "elastic_damping"}, "closure = 'elastic_damping'", "'rigid' only"),
         ({}, {"space": "spatial", "solver": "multipliers"}, "solver = 'multipliers'", "'riccati' only"),
         (TOE, {"integrator": "rk4"}, "integrator = 'rk4'", "'semi_implicit' only"),
         # a path without contact
-        ({}, {"chain": "belt", "spells": False}, "ring_radius = 0.308", "None would do"),
+        ({}, {"chain": "belt", "spells": False}, "ring_radius = 0.308", "use None"),
         ({}, {"chain": "belt", "ring_radius": None}, "spells = True", "spells=False"),
         ({}, BELT | {"pitches": (3,)}, "pitches = (3,)", "pitches=()"),
-        ({}, BELT | {"loop": "free"}, "loop = 'free'", "'on_wheels' would do"),
-        ({}, FREE | {"ring_radius": 0.308}, "ring_radius = 0.308", "None would do"),
+        ({}, BELT | {"loop": "free"}, "loop = 'free'", "use 'on_wheels'"),
+        ({}, FREE | {"ring_radius": 0.308}, "ring_radius = 0.308", "use None"),
         # solvers
-        ({}, {"solver": "transfer_product"}, "solver = 'transfer_product'", "'riccati' would do"),
+        ({}, {"solver": "transfer_product"}, "solver = 'transfer_product'", "use 'riccati'"),
         ({}, {"solver": "transfer_product"}, "solver = 'transfer_product'", "70 bodies"),
         ({}, {"solver": "transfer_product", "chain": "single_pin"}, "solver = 'transfer_product'", "35 bodies"),
         (
             {},
             {"solver": "multipliers", "closure": "elastic_damping"},
             "closure = 'elastic_damping'",
-            "'rigid' would do",
+            "use 'rigid'",
         ),
         (
             {},
             {"solver": "multipliers", "integrator": "linearly_implicit"},
             "integrator = ",
-            "solver='riccati' would do",
+            "use solver='riccati'",
         ),
         # tolerance
-        ({}, {"integrator": "adaptive"}, "tolerance = None", "1e-6 would do"),
-        ({}, {"tolerance": 1e-6}, "tolerance = 1e-06", "None would do"),
+        ({}, {"integrator": "adaptive"}, "tolerance = None", "use 1e-6"),
+        ({}, {"tolerance": 1e-6}, "tolerance = 1e-06", "use None"),
         ({}, {"integrator": "rk4", "tolerance": 1e-6}, "tolerance = 1e-06", "integrator='rk4' has a fixed step"),
         ({}, {"integrator": "adaptive", "tolerance": 0.0}, "tolerance = 0.0", "at least 1e-12 and at most 0.5"),
         ({}, {"integrator": "adaptive", "tolerance": float("nan")}, "tolerance = nan", "a finite number is needed"),
     ],
 )
-def test_nonsense_is_refused_by_name_with_what_would_do(refusal, changes, fields, field, remedy):
+def test_nonsense_is_refused_by_name_with_what_to_use(refusal, changes, fields, field, remedy):
     sentence = refusal(changes, **fields)
     assert f"scene: {field}" in sentence
     assert remedy in sentence
@@ -84,6 +90,34 @@ def test_a_setting_that_does_not_exist_is_refused_with_those_that_do(refusal, na
     assert f"{name} = 'square' is not accepted" in sentence
     for setting in CHOICES[name]:
         assert setting in sentence
+
+
+@pytest.mark.parametrize("name", CHOICES)
+def test_the_setting_that_is_nearly_meant_is_named(refusal, name):
+    for setting in CHOICES[name]:
+        assert refusal(**{name: setting[:-1] + "x"}).endswith(f"did you mean {setting!r}?")
+
+
+def test_the_names_that_are_shipped_are_those_of_the_registries():
+    """An entry that is added to a registry belongs into the `Literal`, too."""
+    assert set(CHOICES["integrator"]) == METHODS.keys()
+    assert set(CHOICES["normal_law"]) == NORMAL_LAWS.keys()
+    assert set(CHOICES["tooth_contact"]) == {"none", *PROFILES}
+    assert set(CHOICES["solver"]) == set(SOLVERS)
+
+
+@pytest.mark.parametrize(
+    ("field", "registry", "like"),
+    [("normal_law", NORMAL_LAWS, "elastic"), ("tooth_contact", PROFILES, "ten_arcs"), ("integrator", METHODS, "rk4")],
+)
+def test_an_entry_that_is_added_from_outside_is_a_setting(rig, refusal, monkeypatch, field, registry, like):
+    monkeypatch.setitem(registry, "mine", registry[like])
+    fields = FREE | {"step": 1e-5, field: "mine"}
+    scene = Scene(rig, 115.0, **fields)
+    assert scene.describe()[field] == getattr(scene, field) == "mine" and scene.model is not None
+    assert refusal(**{field: "min"}).endswith("'mine'; did you mean 'mine'?")
+    monkeypatch.undo()
+    assert "did you mean" not in refusal(**fields)
 
 
 @pytest.mark.parametrize(
@@ -190,7 +224,8 @@ def test_presets_are_ordered_from_cheap_to_dear():
 
 
 def test_unknown_preset_is_refused_with_those_that_exist():
-    with pytest.raises(InputError, match="preset = 'fats' is not accepted: fast, standard, paper, reference would do"):
+    sentence = "preset = 'fats' is not accepted: use 'fast', 'standard', 'paper' or 'reference'; did you mean 'fast'?"
+    with pytest.raises(InputError, match=f"^{re.escape(sentence)}$"):
         preset("fats")
 
 

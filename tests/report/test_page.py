@@ -17,12 +17,13 @@ from matplotlib.figure import Figure
 
 from trackdyn.errors import InputError
 from trackdyn.jit import source_hash
+from trackdyn.measure import columns
 from trackdyn.paper.claims import VERDICTS
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import load_rig
 from trackdyn.report.figures import animation
 from trackdyn.report.figures.animation import draw_moment, write_animation
-from trackdyn.report.page import words
+from trackdyn.report.page import cells
 from trackdyn.report.page.builder import PageInputs, build_page, write_page
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.recording import Recording, provenance
@@ -207,24 +208,24 @@ def test_no_id_stands_twice_and_every_picture_has_its_size(page_file):
 
 
 @pytest.mark.parametrize(("value", "text"), [
-    (1.0961, "1.10"), (0.05, "0.0500"), (115.0, "115"), (0.0, "0"), (-5.2667e-05, "−5.27e-5"), (12345.6, "12346"),
+    (1.0961, "1.10"), (0.05, "0.05"), (115.0, "115"), (0.0, "0"), (-5.2667e-05, "−5.27e-5"), (12345.6, "12346"),
     (3.1e-14, "3.10e-14"), (None, "–"), (True, "yes"), (7, "7"), ("ten", "ten"),
 ])  # fmt: skip
 def test_cells_have_three_digits(value, text):
-    assert words.cell(value) == text.replace("e-", "e\N{MINUS SIGN}")
+    assert cells.cell(value) == text.replace("e-", "e\N{MINUS SIGN}")
 
 
 def test_columns_have_words_and_units():
-    assert words.heading("rms_sensor_g") == "RMS sensor (g)"
-    assert words.heading("rms_g_ten_arcs") == "RMS, ten arcs (g)"
-    assert words.heading("left_peak", change=True) == "mean peak force, left arc (%)"
-    assert words.heading("wall_s_per_s") == "wall time of a simulated second (s)"
-    assert words.groups(["rpm", "rms_a", "rms_b", "rms_c", "sd_a"]) == [("", 1), ("rms", 3), ("", 1)]
-    assert words.span("1.4, 1.61234, 1.5") == "1.40 to 1.61"
-    assert words.span("0.308 at 115, 0.3 at 150, 0.313 at 210 rpm") == "0.300 to 0.313"
-    assert words.span("7.741 to 12.78 at 150, 6.495 to 16.48 at 210 rpm") == "6.50 to 16.5"
-    assert words.span("7.7 to 13.23; 6.499 to -16.46") == "−16.5 to 13.2"
-    assert words.change(-0.0004) == "0" and words.change(-29.196) == "−29.2"
+    assert columns.heading("rms_sensor_g") == "RMS sensor (g)"
+    assert columns.heading("rms_g_ten_arcs") == "RMS, ten arcs (g)"
+    assert columns.heading("left_peak", change=True) == "mean peak force, left arc (%)"
+    assert columns.heading("wall_s_per_s") == "wall time of a simulated second (s)"
+    assert columns.groups(["rpm", "rms_a", "rms_b", "rms_c", "sd_a"]) == [("", 1), ("rms", 3), ("", 1)]
+    assert cells.span("1.4, 1.61234, 1.5") == "1.4 to 1.61"
+    assert cells.span("0.308 at 115, 0.3 at 150, 0.313 at 210 rpm") == "0.3 to 0.313"
+    assert cells.span("7.741 to 12.78 at 150, 6.495 to 16.48 at 210 rpm") == "6.50 to 16.5"
+    assert cells.span("7.7 to 13.23; 6.499 to -16.46") == "−16.5 to 13.2"
+    assert cells.change(-0.0004) == "0" and cells.change(-29.196) == "−29.2"
 
 
 def test_captions_speak_of_synthetic_records_only_where_they_are(inputs):

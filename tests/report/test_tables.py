@@ -8,9 +8,9 @@ import pandas as pd
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.measure.columns import table_schema
+from trackdyn.measure.columns import COLUMNS, heading, table_schema
 from trackdyn.report.tables import (
-    HEADS,
+    COLUMNS_OF,
     cost_table,
     equal_pitch_by_ring,
     headed,
@@ -23,8 +23,8 @@ from trackdyn.report.tables import (
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(1 / 3, "0.333"), (1.0161, "1.02"), (0.99961, "1.00"), (1.1, "1.1"), (0.0001, "0.0001"), (-5.2667e-5, "-5.27e-05"),
-     (1234.56, "1230"), (99.96, "100"), (0.0, "0"), (7, "7"), (np.nan, "–"), (True, "yes"), ("left 2", "left 2")],
+    [(1 / 3, "0.333"), (1.0161, "1.02"), (0.99961, "1.00"), (1.1, "1.1"), (0.0001, "0.0001"), (-5.2667e-5, "-5.27e-5"),
+     (1234.56, "1235"), (99.96, "100"), (0.0, "0"), (7, "7"), (np.nan, "–"), (True, "yes"), ("left 2", "left 2")],
 )  # fmt: skip
 def test_three_digits_without_an_exponent_where_none_is_needed(value, text):
     assert significant(value) == text
@@ -39,24 +39,33 @@ def test_percent_has_two_decimals_and_large_ones_three_digits(tmp_path):
 
 
 def test_headings_have_two_lines_and_name_columns_that_exist():
-    assert all(heading.count("<br>") <= 1 for heads in HEADS.values() for heading in heads.values())
     row = {name: 1.0 for name in ("rms_g", "sd_g", "left_rms_n")}
     row |= {name: 0.03 for name in ("rms_error_g", "sd_error_g", "left_rms_error_n")}
     coarse = {"run": "coarse/115rpm", "rms_g": 2.0, "rms_error_g": 0.08}
     frame = table4(pd.DataFrame([row | {"run": "115rpm"}, row | coarse]), [115.0])
     assert frame.loc[0, ["rms_g_difference_pct", "rms_g_difference_error_pct"]].tolist() == pytest.approx([100.0, 10.0])
-    assert set(HEADS["table4"]) == set(frame)
-    assert list(headed(frame, "table4"))[1:7] == [
-        f"RMS (g)<br>{words}"
-        for words in (
-            "ten arcs",
-            "error, ten arcs",
-            "three surfaces",
-            "error, three surfaces",
-            "change (%)",
-            "error, change (%)",
-        )
-    ]
+    assert set(COLUMNS_OF["table4"]) == set(frame)
+    ends = "ten arcs", "ten arcs error", "three surfaces", "three surfaces error"
+    assert list(headed(frame, "table4")) == [
+        "motor speed (rev/min)",
+        *(f"{name}<br>{end}" for name in ("RMS", "SD") for end in (
+            *(f"{end} (g)" for end in ends), "difference (%)", "difference error (%)"
+        )),
+        *(f"left<br>RMS, {end} (N)" for end in ends), "left<br>RMS difference (%)", "left<br>RMS difference error (%)",
+    ]  # fmt: skip
+
+
+def test_a_heading_has_the_unit_of_the_dictionary():
+    for column, (_, unit, *_) in COLUMNS.items():
+        assert heading(column).endswith(f"({unit})") or unit in ("", "1"), column
+
+
+@pytest.mark.parametrize("key", COLUMNS_OF)
+def test_every_heading_is_a_single_one_with_words_and_no_names_of_the_program(key):
+    heads = list(headed(pd.DataFrame(columns=COLUMNS_OF[key]), key))
+    assert len(set(heads)) == len(heads) == len(COLUMNS_OF[key])
+    for head in heads:
+        assert "_" not in head and head.count("<br>") <= 1 and not re.search(r"\b(pct|hz|mb|rms|sd)\b", head), head
 
 
 def test_readings_of_equal_pitch_stand_by_ring():

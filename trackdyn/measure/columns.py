@@ -1,5 +1,8 @@
-"""What the columns of ``metrics.csv`` are: a data dictionary after the Table Schema of Frictionless Data."""
+"""The dictionary of columns: what those of ``metrics.csv`` are, after the Table Schema of Frictionless Data, and words
+and units of all columns that tables, page and figures show.
+"""
 
+import re
 from collections.abc import Iterable
 
 from trackdyn.errors import InputError
@@ -107,6 +110,62 @@ OF_A_SIDE = {
     "phase_end_error": ("turns", f"standard error of the last release of {{}} {PASSAGES}", None),
 }
 
+# endings of column names, and units that stand within one
+UNITS = {
+    "s_per_s": "s/s", "m_s2": "m/s2", "m_s": "m/s", "pct": "%", "rpm": "rev/min", "deg": "deg", "hz": "Hz", "mm": "mm",
+    "mb": "MB", "us": "µs", "ms": "ms", "s": "s", "g": "g", "n": "N", "m": "m",
+}  # fmt: skip
+# a measure of the studies: its words, and the unit of an error in it
+MEASURES = {
+    "state_m": ("place of the chain after a short window", "m"),
+    "rms": ("RMS of the acceleration", "relative"),
+    "sd": ("SD of the acceleration", "relative"),
+    "line": ("main line of the spectrum", "relative"),
+    "left_peak": ("mean peak force, left arc", "relative"),
+    "left_share": ("time in contact, left arc", "turns"),
+    "right_share": ("time in contact, right arc", "turns"),
+    "ring_share": ("time in contact, ring", "turns"),
+    "loop_gap": ("largest gap of the loop", "m"),
+    "energy_residual": ("open part of the account of work", "relative"),
+    "all": ("every measure", "relative"),
+}
+# headings that the rule of the units does not say well
+HEADINGS = {
+    "work_j": "work (J)",
+    "rpm": "motor speed (rev/min)",
+    "speed_rpm": "motor speed (rev/min)",
+    "sensor_record": "record of the sensor",
+    "wall_s_per_s": "wall time of a simulated second (s)",
+    "cpu_s_per_s": "processor time of a simulated second (s)",
+    "step_s": "time step (s)",
+    "error_pct": "error (% of the range)",
+    "u_x": "direction u, x",
+    "u_y": "direction u, y",
+    "O_x_mm": "centre, x (mm)",
+    "O_y_mm": "centre, y (mm)",
+    "r_mm": "radius (mm)",
+    "theta_deg": "half its angle (deg)",
+    "wall_s": "wall time (s)",
+    "cpu_s": "processor time (s)",
+    "achieved_error": "error it had",
+    "met": "kept",
+    "limit_error": "error of the limit",
+    "expected_error": "error expected at most",
+    "duration_s": "recorded (s)",
+    "loop_gap_m": "largest gap of the loop (m)",
+    "printed_in_the_paper": "printed in the paper",
+    "rows": "cases",
+    "share_pct": "share of a turn (%)",
+    "phase_start": "first touch (turns)",
+    "phase_end": "last touch (turns)",
+    "rms_n": "RMS force (N)",
+    "sd_n": "SD of the force (N)",
+}
+WORDS = {
+    "rms": "RMS", "sd": "SD", "rk4": "Runge-Kutta, 4th order", "semi_implicit": "semi-implicit Euler",
+    "papers": "paper's", "binfree": "bin-free",
+}  # fmt: skip
+
 
 def error_of(name: str) -> str | None:
     """Column with the standard error of a column, or the reason why it has none; None for an error itself.
@@ -157,3 +216,43 @@ def table_schema(columns: Iterable[str]) -> dict:
         "missingValues": [""],
         "primaryKey": ["run"],
     }
+
+
+def words(name: str) -> str:
+    """A name of the program in words: ``ten_arcs`` becomes ``ten arcs``."""
+    return WORDS.get(name) or re.sub(r"\w+", lambda part: WORDS.get(part[0], part[0]), name.replace("_", " "))
+
+
+def heading(column: str, change: bool = False) -> str:
+    """Name of a column in words with its unit in brackets; ``change`` if measures of it are differences."""
+    side, _, rest = column.partition("_")
+    if column in HEADINGS:
+        return HEADINGS[column]
+    if side in PLACES and rest in HEADINGS:
+        return f"{side}{' arc' * (side != 'ring')}, {HEADINGS[rest]}"
+    if column in MEASURES:
+        unit = "% of a turn" if column.endswith("share") else "%"
+        return MEASURES[column][0] + (f" ({unit})" if change else "")
+    for ending, unit in UNITS.items():
+        before, found, after = f"_{column}_".partition(f"_{ending}_")
+        if found:
+            parts = (
+                re.sub(rf"(^|_)({'|'.join(UNITS)})(?=_|$)", "", part.strip("_")).strip("_") for part in (before, after)
+            )
+            return f"{words(', '.join(filter(None, parts)))} ({unit})".lstrip()
+    return words(column)
+
+
+def groups(columns) -> list[tuple[str, int]]:
+    """Head of a table in two lines: first words that three or more neighbours share, each with its number of columns.
+
+    Columns of no group stand alone, under an empty word.
+    """
+    found: list[tuple[str, int]] = []
+    for column in columns:
+        first = column.partition("_")[0]
+        if found and found[-1][0] == first:
+            found[-1] = (first, found[-1][1] + 1)
+        else:
+            found.append((first, 1))
+    return [part for first, n in found for part in ([(first, n)] if n > 2 else [("", 1)] * n)]

@@ -10,11 +10,10 @@ from trackdyn.measure.sensor_metrics import LEAST_LOOPS, sensor_metrics
 from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.scene.fidelity import label
 from trackdyn.sensor.signals import main_line
+from trackdyn.simulation.account import LOSSES, STORED
 from trackdyn.simulation.recording import Recording
 
 NAN = float("nan")
-LOSSES = ("tooth_normal", "tooth_friction", "wheel_normal", "wheel_friction", "bearing", "bushing_loss")
-STORED = ("kinetic", "gravity", "bushing_elastic")
 STARTS = 16  # of a record in a turn of the loop
 
 

@@ -1,13 +1,15 @@
 """Data against a schema; every defect ends in one sentence."""
 
 import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from math import isfinite
 from numbers import Real
-from typing import Annotated, Any, TypeVar
+from typing import Annotated, Any, TypeVar, get_args
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, PlainSerializer, ValidationError, WrapValidator
 
 from trackdyn.errors import InputError, shown
 
@@ -30,6 +32,31 @@ class Section(BaseModel):
 
 
 SectionType = TypeVar("SectionType", bound=Section)
+
+
+def not_one_of(value: Any, accepted: Iterable[str]) -> str:
+    """Why a value that should be one of some names is not accepted: all of them, and the one that may be meant."""
+    *others, last = map(repr, accepted)
+    meant = get_close_matches(value[:100], accepted, 1) if isinstance(value, str) else []
+    did = f"; did you mean {meant[0]!r}?" if meant else ""
+    return f"= {shown(value)} is not accepted: use {' or '.join(filter(None, (', '.join(others), last)))}{did}"
+
+
+@dataclass(frozen=True)
+class OneOf:
+    """Mark of a `Literal`: its names and those of a registry are accepted, and `not_one_of` says so of others."""
+
+    registry: Mapping[str, Any] = field(default_factory=dict)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> Any:
+        def accept(value: Any, _: Any) -> str:
+            accepted = tuple(dict.fromkeys((*get_args(source), *self.registry)))
+            if not isinstance(value, str) or value not in accepted:
+                raise ValueError(not_one_of(value, accepted))
+            return str(value)
+
+        # a name of the registry alone is none of the literal's: written as text, it is no surprise
+        return handler.generate_schema(Annotated[source, WrapValidator(accept), PlainSerializer(str, str)])
 
 
 def validated(

@@ -9,102 +9,56 @@ import pandas as pd
 
 from trackdyn.errors import InputError
 from trackdyn.files import replacing
-from trackdyn.measure.columns import error_of
+from trackdyn.measure.columns import error_of, groups, heading, words
 from trackdyn.measure.sensor_metrics import own_metrics
 from trackdyn.paper import printed
 from trackdyn.parameters.groove import Groove
+from trackdyn.scene.fidelity import PRESETS
 from trackdyn.sensor.sensor_csv import SensorRecord
 
-# headings of the Markdown tables, a group above what is in it; columns without one are left out there
-HEADS = {
-    "table3": {"speed_rpm": "speed<br>(rpm)"}
-    | {
-        f"{name}_{column}": f"{name.upper()}<br>{words}"
-        for name in ("rms", "sd")
-        for column, words in {
-            "simulation_g": "simulation (g)",
-            "standard_error_g": "error, simulation (g)",
-            "sensor_g": "sensor (g)",
-            "sensor_error_g": "error, sensor (g)",
-            "difference_pct": "difference (%)",
-            "difference_error_pct": "error, difference (%)",
-            "difference_printed_against_papers_own_data_pct": "printed, against other data (%)",
-        }.items()
-    },
-    "table4": {"rpm": "speed<br>(rpm)"}
-    | {
-        f"{name}_{column}": f"{group}<br>{words}"
-        for name, group in {"rms_g": "RMS (g)", "sd_g": "SD (g)", "left_rms_n": "left arc, RMS (N)"}.items()
-        for column, words in {
-            "ten_arcs": "ten arcs",
-            "ten_arcs_error": "error, ten arcs",
-            "three_surfaces": "three surfaces",
-            "three_surfaces_error": "error, three surfaces",
-            "difference_pct": "change (%)",
-            "difference_error_pct": "error, change (%)",
-        }.items()
-    },
-    "lines": {
-        "speed_rpm": "speed<br>(rpm)",
-        "source": "source",
-        "line_hz": "FFT<br>(Hz)",
-        "line_error_hz": "FFT<br>error (Hz)",
-        "line_g": "FFT<br>(g)",
-        "line_error_g": "FFT<br>error (g)",
-        "line_binfree_hz": "bin-free<br>(Hz)",
-        "line_binfree_error_hz": "bin-free<br>error (Hz)",
-        "line_binfree_g": "bin-free<br>(g)",
-        "line_binfree_error_g": "bin-free<br>error (g)",
-        "line_printed_hz": "printed<br>(Hz)",
-        "line_printed_g": "printed<br>(g)",
-    },
-    "fidelity": {
-        "scene": "scene",
-        "setting": "setting",
-        "rms": "RMS<br>(%)",
-        "sd": "SD<br>(%)",
-        "line": "main line<br>(%)",
-        "left_share": "left share<br>(points)",
-        "right_share": "right share<br>(points)",
-        "ring_share": "ring share<br>(points)",
-        "left_peak": "left peak<br>(%)",
-        "loop_gap_m": "loop gap<br>(m)",
-        "wall_s_per_s": "cost<br>(s/s)",
-    },
-    "limits": {
-        "scene": "scene",
-        "measure": "measure",
-        "limit": "limit<br>(g, %, N)",
-        "limit_error": "limit<br>error",
-    }
-    | {
-        f"{name}{column}": f"{name}<br>{words}"
-        for name in ("fast", "standard", "paper", "reference")
-        for column, words in {"_pct": "off by (%)", "_error_pct": "error (%)"}.items()
-    }
-    | {"standard_within_bound": "standard<br>within 2 %"},
-    "peer_answers": {
-        "code": "code",
-        "method": "method",
-        "step_s": "step<br>(s)",
-        "rms_m_s2": "RMS<br>(m/s2)",
-        "difference_pct": "error<br>(%)",
-        "uncertainty_pct": "its standard error<br>(%)",
-        "scatter_pct": "scatter of a passage<br>(%)",
-        "cpu_s_per_s": "processor s<br>a second",
-        "passages": "passages<br>needed",
-        "cpu_s": "processor s<br>for the answer",
-        "chosen": "chosen",
-        "note": "note",
-    },
-    "costs": {
-        "rule": "rule",
-        "jobs": "jobs",
-        "wall_s": "wall<br>(s)",
-        "cpu_s": "processor<br>(s)",
-        "largest_memory_mb": "memory<br>(MB)",
-    },
-}
+# columns of the Markdown tables; others are left out there
+COLUMNS_OF = {
+    "table3": (
+        "speed_rpm",
+        *(
+            f"{name}_{what}"
+            for name in ("rms", "sd")
+            for what in (
+                "simulation_g", "standard_error_g", "sensor_g", "sensor_error_g", "difference_pct",
+                "difference_error_pct", "difference_printed_against_papers_own_data_pct",
+            )
+        ),
+    ),
+    "table4": (
+        "rpm",
+        *(
+            f"{name}_{what}"
+            for name in ("rms_g", "sd_g", "left_rms_n")
+            for what in (
+                "ten_arcs", "ten_arcs_error", "three_surfaces", "three_surfaces_error", "difference_pct",
+                "difference_error_pct",
+            )
+        ),
+    ),
+    "lines": (
+        "speed_rpm", "source",
+        *(f"line_{kind}{what}" for what in ("hz", "error_hz", "g", "error_g") for kind in ("", "binfree_")),
+        "line_printed_hz", "line_printed_g",
+    ),
+    "fidelity": (
+        "scene", "setting", "rms", "sd", "line", "left_share", "right_share", "ring_share", "left_peak", "loop_gap_m",
+        "wall_s_per_s",
+    ),
+    "limits": (
+        "scene", "measure", "limit", "limit_error",
+        *(f"{name}_{what}" for name in PRESETS for what in ("pct", "error_pct")), "standard_within_bound",
+    ),
+    "peer_answers": (
+        "code", "method", "step_s", "rms_m_s2", "difference_pct", "uncertainty_pct", "scatter_pct", "cpu_s_per_s",
+        "passages", "cpu_s", "chosen", "note",
+    ),
+    "costs": ("rule", "jobs", "wall_s", "cpu_s", "largest_memory_mb"),
+}  # fmt: skip
 # made on demand: not part of what a run costs
 BY_NAME = (
     "trade",
@@ -121,33 +75,39 @@ BY_NAME = (
 
 
 def headed(frame: pd.DataFrame, key: str) -> pd.DataFrame:
-    """A table with the headings of ``HEADS`` and the columns that they name."""
-    return frame[[column for column in HEADS[key] if column in frame]].rename(columns=HEADS[key])
+    """A table with the columns of ``COLUMNS_OF`` and headings in words, a group above what is in it."""
+    shown = frame[[column for column in COLUMNS_OF[key] if column in frame]]
+    heads = []
+    for group, count in groups(shown):
+        for column in shown.columns[len(heads) : len(heads) + count]:
+            name = heading(column.partition("_")[2] if group else column, change=key == "fidelity")
+            heads.append(f"{words(group)}<br>{name}" if group else name)
+    return shown.set_axis(heads, axis=1)
 
 
 def significant(value, digits: int = 3) -> str:
     """A cell as text: so many significant digits, zeros among them; an exponent for the very small and large only.
 
-    Numbers that need fewer digits have no more, text stays as it is, nothing is a dash.
+    Numbers that need fewer digits have no more, whole numbers keep theirs, text stays as it is, nothing is a dash.
     """
     if isinstance(value, bool | np.bool_):
         return "yes" if value else "no"
-    if pd.isna(value):
+    if pd.isna(value) or value == "":
         return "–"
     if not isinstance(value, float) or not np.isfinite(value):
         return str(value)
+    if value and not 1e-4 <= abs(value) < 1e6:
+        mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
+        return f"{mantissa}e{int(exponent)}"
+    if abs(value) >= 10 ** (digits - 1):
+        return f"{value:.0f}"
     short = f"{value:.{digits}g}"
-    if value != 0 and not 1e-4 <= abs(value) < 1e6:
-        return short
-    exact = float(short) == value
-    return np.format_float_positional(
-        float(short), digits, fractional=False, trim="-" if exact else "k", min_digits=None if exact else digits
-    ).rstrip(".")
+    return short if float(short) == value else f"{value:#.{digits}g}".rstrip(".")
 
 
 def _cell(column: str, value, digits: int) -> str:
     """A cell of a column: percent and points have no more than two decimals."""
-    if re.search(r"pct$|\((%|points)\)$", column) and isinstance(value, float) and abs(value) < 10:
+    if re.search(r"pct$|\(%[^)]*\)$", column) and isinstance(value, float) and abs(value) < 10:
         return f"{value:.2f}".replace("-0.00", "0.00")
     return significant(value, digits)
 

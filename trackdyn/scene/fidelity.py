@@ -1,41 +1,54 @@
 """The ladder of fidelities: independent choices, cheap to dear, and what a scene requires of each.
 
 A scene states its choices, or leaves those that its physics can decide to ``auto``. `decide` settles
-them and says why; `refuse_nonsense` names the combinations that make no sense and the setting that
-would do. The presets are bundles of choices with a step, measured in ``docs/choosing-a-fidelity.md``.
+them and says why; `refuse_nonsense` names the combinations that make no sense and what to use
+instead. The presets are bundles of choices with a step, measured in ``docs/choosing-a-fidelity.md``.
 """
 
-from typing import NamedTuple
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Annotated, Literal, NamedTuple, get_args
 
 import numpy as np
 
 from trackdyn.chain.transfer_matrices import growth
-from trackdyn.errors import InputError
-from trackdyn.integrate.dynamics import SOLVERS
+from trackdyn.errors import InputError, shown
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.constants import Chain
 from trackdyn.parameters.groove import PROFILES
 from trackdyn.parameters.normal_laws import NORMAL_LAWS
+from trackdyn.parameters.validation import OneOf, Section, not_one_of
 
-CHOICES = {
-    "loop": ("on_wheels", "free"),
-    "chain": ("belt", "single_pin", "double_pin"),
-    "space": ("auto", "planar", "spatial"),
-    "tooth_contact": ("none", *PROFILES),
-    "normal_law": tuple(NORMAL_LAWS),
-    "friction": ("auto", "none", "tangential", "independent", "isotropic"),
-    "joint": ("revolute", "radial"),
-    "closure": ("elastic_damping", "rigid"),
-    "solver": SOLVERS,
-    "integrator": tuple(sorted(METHODS, key=lambda name: METHODS[name].order)),
-    "tension": ("locked", "retensioned", "sprung", "forced"),
-    "drag": ("viscous", "coulomb"),
-}
+
+class Choices(Section):
+    """The choices of a scene, documented there: the settings of each, of the cheapest first.
+
+    Entries of a registry that were added from outside are accepted as well.
+    """
+
+    loop: Annotated[Literal["on_wheels", "free"], OneOf()] = "on_wheels"
+    chain: Annotated[Literal["belt", "single_pin", "double_pin"], OneOf()] = "double_pin"
+    space: Annotated[Literal["auto", "planar", "spatial"], OneOf()] = "auto"
+    tooth_contact: Annotated[Literal["none", "three_surfaces", "ten_arcs"], OneOf(PROFILES)] = "ten_arcs"
+    normal_law: Annotated[Literal["elastic", "printed", "delivered"], OneOf(NORMAL_LAWS)] = "printed"
+    friction: Annotated[Literal["auto", "none", "tangential", "independent", "isotropic"], OneOf()] = "auto"
+    joint: Annotated[Literal["revolute", "radial"], OneOf()] = "revolute"
+    closure: Annotated[Literal["elastic_damping", "rigid"], OneOf()] = "rigid"
+    solver: Annotated[Literal["riccati", "transfer_product", "multipliers"], OneOf()] = "riccati"
+    integrator: Annotated[Literal["linearly_implicit", "semi_implicit", "rk4", "adaptive"], OneOf(METHODS)] = (
+        "semi_implicit"
+    )
+    tension: Annotated[Literal["locked", "retensioned", "sprung", "forced"], OneOf()] = "locked"
+    drag: Annotated[Literal["viscous", "coulomb"], OneOf()] = "viscous"
+
+
+CHOICES = {name: get_args(field.annotation) for name, field in Choices.model_fields.items()}
 # bodies of this chain over which the literal product still keeps about half of its digits
 LITERAL_BODIES = 8
 # half of the digits of any other chain
 LITERAL_ERROR = 1e-8
 AXIAL_FRICTION = ("independent", "isotropic")
+OF_CONTACTS = ("tooth_contact", "normal_law", "friction", "tension", "drag")
 
 # name -> choices and step; each measured against the next one up (rule `fidelity`)
 PRESETS = {
@@ -64,7 +77,7 @@ def preset(name: str) -> dict:
         There is no such preset.
     """
     if name not in PRESETS:
-        raise InputError(f"preset = {name!r} is not accepted: {', '.join(PRESETS)} would do")
+        raise InputError(f"preset {not_one_of(name, PRESETS)}")
     return dict(PRESETS[name])
 
 
@@ -103,13 +116,10 @@ def decide(scene) -> dict[str, Decision]:
         found["joint"] = Decision("radial", "the scene asks for pins in rubber that part under load")
         found["closure"] = Decision("radial", "as every other joint: no joint of the loop is rigid")
     if scene.chain == "belt":
-        for name in (
-            "tooth_contact", "normal_law", "friction", "joint", "closure", "solver", "integrator", "tension", "drag",
-        ):  # fmt: skip
-            found[name] = Decision("none", "a kinematic path has no forces and no equations to solve")
+        nothing = Decision("none", "a kinematic path has no forces and no equations to solve")
+        found |= dict.fromkeys((*OF_CONTACTS, "joint", "closure", "solver", "integrator"), nothing)
     elif scene.loop == "free":
-        for name in ("tooth_contact", "normal_law", "friction", "tension", "drag"):
-            found[name] = Decision("none", "a free loop touches nothing")
+        found |= dict.fromkeys(OF_CONTACTS, Decision("none", "a free loop touches nothing"))
     if on_wheels and scene.ring_radius is not None:
         found["ring"] = Decision("present", f"ring_radius = {scene.ring_radius:g} m")
     else:
@@ -134,113 +144,120 @@ def label(decisions: dict) -> str:
     return "/".join(decisions[name]["setting"] for name in names if decisions[name]["setting"] != "none")
 
 
+# Combinations that make no sense: the field to name, when it is refused, asked of `_facts`, and why and what to use
+# instead, formatted with them.
+Refusal = tuple[str, Callable[[SimpleNamespace], object], str]
+# A row may rely on those above it.
+REFUSALS: tuple[Refusal, ...] = (
+    # a belt, and what else has no contacts
+    ("ring_radius", lambda s: s.belt and s.ring_radius is not None,
+     "a belt is a path without contact (chain='belt'); use None, or chain='double_pin'"),
+    ("loop", lambda s: s.belt and s.free, "a belt lies on its wheels (chain='belt'); use 'on_wheels'"),
+    ("spells", lambda s: s.belt and s.spells,
+     "a belt has no contacts to log (chain='belt'); use spells=False and pitches=()"),
+    ("pitches", lambda s: s.belt and s.pitches,
+     "a belt has no contacts to log (chain='belt'); use spells=False and pitches=()"),
+    ("every_link", lambda s: s.belt and s.every_link,
+     "on a belt every link does the same one pitch later (chain='belt'); use False"),
+    ("sliding", lambda s: s.sliding and (s.belt or s.free),
+     "without contacts nothing slides (chain='belt' or loop='free'); use False"),
+    ("sliding", lambda s: s.sliding and s.method.tableau,
+     "the stages of integrator={integrator!r} do not record sliding by area; use integrator='semi_implicit'"),
+    ("ring_radius", lambda s: s.free and s.ring_radius is not None,
+     "a free loop touches no ring (loop='free'); use None"),
+    # motion in space
+    ("space", lambda s: s.space == "planar" and s.tilted and not s.free,
+     "{tilted} moves the chain out of its plane; use 'spatial' or 'auto'"),
+    ("friction", lambda s: s.friction in AXIAL_FRICTION and not s.spatial,
+     "axial friction needs motion in space; use 'tangential', or space='spatial'"),
+    ("chain", lambda s: s.spatial and s.chain != "double_pin",
+     "motion in space is modelled for 'double_pin' only"),
+    ("loop", lambda s: s.spatial and s.free,
+     "a free loop is mirror-symmetric; use space='planar' or space='auto'"),
+    ("closure", lambda s: s.spatial and s.closure != "rigid",
+     "motion in space is solved with 'rigid' only; use it, or space='planar'"),
+    ("solver", lambda s: s.spatial and s.solver != "riccati",
+     "motion in space is solved with 'riccati' only; use it, or space='planar'"),
+    ("integrator", lambda s: s.spatial and s.integrator != "semi_implicit",
+     "motion in space is solved with 'semi_implicit' only; use it, or space='planar'"),
+    # tensioners, drives and wheels that move
+    ("tension", lambda s: s.tension in ("sprung", "forced") and not s.stepped,
+     "a {tension} tensioner moves in the plane by semi- or linearly implicit steps, not with {how}; use 'locked'"),
+    ("tension", lambda s: s.tension == "forced" and s.rig.tension.force is None,
+     "the rig has no tension.force; use 'locked'"),
+    ("space", lambda s: s.driven and s.spatial,
+     "the rig's drive moves in the plane by semi-implicit Euler, not with {how}; "
+     "use wheels in the plane and 'planar'"),
+    ("integrator", lambda s: s.driven and s.integrator != "semi_implicit",
+     "the rig's drive moves in the plane by semi-implicit Euler, not with {how}; use 'semi_implicit'"),
+    ("space", lambda s: s.carried and s.spatial,
+     "wheel {carried} stands on a spring and moves in the plane by semi- or linearly implicit steps, not with "
+     "{how}; use wheels in the plane and 'planar'"),
+    ("integrator", lambda s: s.carried and not s.stepped,
+     "wheel {carried} stands on a spring and moves in the plane by semi- or linearly implicit steps, not with "
+     "{how}; use 'semi_implicit'"),
+    ("tooth_contact", lambda s: s.tooth_contact == "three_surfaces" and s.rig.groove is None,
+     "three surfaces are made of the ten-arc design, which this rig's profile is not; use 'ten_arcs'"),
+    # joints with rubber
+    ("joint", lambda s: s.radial and s.spatial, "pins part in the plane only; use 'revolute', or space='planar'"),
+    ("chain", lambda s: s.radial and s.chain != "double_pin",
+     "joint='radial' is modelled with 'double_pin' only; use it, or joint='revolute'"),
+    ("closure", lambda s: s.radial and s.closure != "rigid",
+     "joint='radial' is modelled with 'rigid' only, the cut is then a joint like all others; use it, or "
+     "joint='revolute'"),
+    ("solver", lambda s: s.radial and s.solver != "riccati",
+     "joint='radial' is modelled with 'riccati' only; use it, or joint='revolute'"),
+    ("integrator", lambda s: s.radial and s.integrator != "semi_implicit",
+     "joint='radial' is modelled with 'semi_implicit' only; use it, or joint='revolute'"),
+    ("frame_interval", lambda s: s.radial and s.frame_interval,
+     "configurations hold no parted pins; use 0, or joint='revolute'"),
+    # solvers and their steps
+    ("solver", lambda s: s.solver == "transfer_product" and s.bodies > LITERAL_BODIES,
+     "the literal product of transfer matrices (Eqs. 2 to 5) keeps no digit over {bodies} bodies, errors grow "
+     f"about eightfold a body; use 'riccati', or at most {LITERAL_BODIES} bodies"),
+    ("closure", lambda s: s.solver != "riccati" and s.closure != "rigid",
+     "solver={solver!r} closes the loop exactly; use 'rigid', or solver='riccati'"),
+    ("integrator", lambda s: s.solver != "riccati" and s.method.linearly_implicit,
+     "the linearly implicit step is part of the Riccati sweep; use solver='riccati'"),
+    ("tolerance", lambda s: s.method.adaptive and s.tolerance is None,
+     "the adaptive integrator needs one; use 1e-6, for example"),
+    ("tolerance", lambda s: not s.method.adaptive and s.tolerance is not None,
+     "integrator={integrator!r} has a fixed step; use None"),
+)  # fmt: skip
+
+
+def _facts(scene) -> SimpleNamespace:
+    """The fields of a scene, and what `REFUSALS` asks beyond them."""
+    rig, integrator = scene.rig, scene.integrator
+    spatial = decide(scene)["space"].setting == "spatial"
+    on_wheels = scene.loop == "on_wheels" and scene.chain != "belt"
+    carried = [name for name, wheel in rig.rollers.items() if wheel.carrier is not None]
+    return SimpleNamespace(
+        **{name: getattr(scene, name) for name in type(scene).model_fields},
+        bodies=scene.bodies,
+        belt=scene.chain == "belt",
+        free=scene.loop == "free",
+        radial=scene.joint == "radial",
+        method=METHODS[integrator],
+        tilted=wheel_out_of_plane(rig),
+        spatial=spatial,
+        stepped=integrator in ("semi_implicit", "linearly_implicit") and not spatial,
+        how="motion in space" if spatial else f"integrator={integrator!r}",
+        driven=on_wheels and rig.drive is not None and (rig.drive.kind != "speed" or rig.drive.ripple > 0),
+        carried=carried[0] if on_wheels and carried else None,
+    )
+
+
 def refuse_nonsense(scene) -> None:
-    """Refuse combinations of choices that make no sense.
+    """Refuse combinations of choices that make no sense (`REFUSALS`).
 
     Raises
     ------
     InputError
-        Names the field, its value and the setting that would do.
+        Names the field, its value and what to use instead.
     """
-
-    def refuse(field, why):
-        raise InputError(f"scene: {field} = {getattr(scene, field)!r} is not accepted: {why}")
-
-    for name, settings in CHOICES.items():
-        if not isinstance(getattr(scene, name), str) or getattr(scene, name) not in settings:
-            refuse(name, f"{' or '.join(settings)} would do")
-    tilted = wheel_out_of_plane(scene.rig)
-    bodies = scene.bodies
-    if scene.chain == "belt":
-        if scene.ring_radius is not None:
-            refuse(
-                "ring_radius", "a belt is a path without contact (chain='belt'); None would do, or chain='double_pin'"
-            )
-        if scene.loop == "free":
-            refuse("loop", "a belt lies on its wheels (chain='belt'); 'on_wheels' would do")
-        if scene.spells or scene.pitches:
-            refuse(
-                "spells" if scene.spells else "pitches",
-                "a belt has no contacts to log (chain='belt'); spells=False and pitches=() would do",
-            )
-        if scene.every_link:
-            refuse("every_link", "on a belt every link does the same one pitch later (chain='belt'); False would do")
-    if scene.sliding and (scene.chain == "belt" or scene.loop == "free"):
-        refuse("sliding", "without contacts nothing slides (chain='belt' or loop='free'); False would do")
-    if scene.sliding and METHODS[scene.integrator].tableau:
-        refuse(
-            "sliding",
-            f"the stages of integrator={scene.integrator!r} keep no account by area; 'semi_implicit' would do",
-        )
-    if scene.loop == "free" and scene.ring_radius is not None:
-        refuse("ring_radius", "a free loop touches no ring (loop='free'); None would do")
-    if scene.space == "planar" and tilted and scene.loop == "on_wheels":
-        refuse("space", f"{tilted} moves the chain out of its plane; 'spatial' or 'auto' would do")
-    spatial = decide(scene)["space"].setting == "spatial"
-    if scene.friction in AXIAL_FRICTION and not spatial:
-        refuse("friction", "axial friction needs motion in space; 'tangential' would do, or space='spatial'")
-    if spatial:
-        if scene.chain != "double_pin":
-            refuse("chain", "motion in space is modelled for 'double_pin' only")
-        if scene.loop == "free":
-            refuse("loop", "a free loop is mirror-symmetric; space='planar' or 'auto' would do")
-        for field, only in (("closure", "rigid"), ("solver", "riccati"), ("integrator", "semi_implicit")):
-            if getattr(scene, field) != only:
-                refuse(field, f"motion in space is solved with '{only}' only; or space='planar' would do")
-    why = "motion in space" if spatial else f"integrator={scene.integrator!r}"
-    stepped = scene.integrator in ("semi_implicit", "linearly_implicit") and not spatial
-    if scene.tension in ("sprung", "forced") and not stepped:
-        refuse(
-            "tension",
-            f"a {scene.tension} tensioner moves in the plane by semi- or linearly implicit steps, not "
-            f"with {why}; 'locked' would do",
-        )
-    if scene.tension == "forced" and scene.rig.tension.force is None:
-        refuse("tension", "the rig has no tension.force; 'locked' would do")
-    carried = [name for name, wheel in scene.rig.rollers.items() if wheel.carrier is not None]
-    driven = scene.rig.drive is not None and (scene.rig.drive.kind != "speed" or scene.rig.drive.ripple > 0)
-    semi_implicit = stepped and scene.integrator == "semi_implicit"
-    if (
-        scene.loop == "on_wheels"
-        and scene.chain != "belt"
-        and ((driven and not semi_implicit) or (carried and not stepped))
-    ):
-        drives = driven and not semi_implicit
-        what = (
-            "the rig's drive moves in the plane by semi-implicit Euler"
-            if drives
-            else (f"wheel {carried[0]} stands on a spring and moves in the plane by semi- or linearly implicit steps")
-        )
-        refuse("space" if spatial else "integrator", f"{what}, not with {why}; 'semi_implicit' would do")
-    if scene.tooth_contact == "three_surfaces" and scene.rig.groove is None:
-        refuse(
-            "tooth_contact",
-            "three surfaces are made of the ten-arc design, which this rig's profile is not; 'ten_arcs' would do",
-        )
-    if scene.joint == "radial":
-        if spatial:
-            refuse("joint", "pins part in the plane only; 'revolute' would do, or space='planar'")
-        for field, only in (
-            ("chain", "double_pin"), ("closure", "rigid"), ("solver", "riccati"), ("integrator", "semi_implicit"),
-        ):  # fmt: skip
-            if getattr(scene, field) != only:
-                why = "; the cut is then a joint like all others" if field == "closure" else ""
-                refuse(field, f"joint='radial' is modelled with '{only}' only{why}; or joint='revolute' would do")
-        if scene.frame_interval:
-            refuse("frame_interval", "configurations hold no parted pins; 0 would do, or joint='revolute'")
-    if scene.solver == "transfer_product" and bodies > LITERAL_BODIES:
-        refuse(
-            "solver",
-            f"the literal product of transfer matrices (Eqs. 2 to 5) keeps no digit over {bodies} bodies, errors grow "
-            f"about eightfold a body; 'riccati' would do, or at most {LITERAL_BODIES} bodies",
-        )
-    if scene.solver != "riccati":
-        if scene.closure != "rigid":
-            refuse("closure", f"solver={scene.solver!r} closes the loop exactly; 'rigid' would do, or solver='riccati'")
-        if METHODS[scene.integrator].linearly_implicit:
-            refuse("integrator", "the linearly implicit step is part of the Riccati sweep; solver='riccati' would do")
-    adaptive = METHODS[scene.integrator].adaptive
-    if adaptive and scene.tolerance is None:
-        refuse("tolerance", "the adaptive integrator needs one; 1e-6 would do")
-    if not adaptive and scene.tolerance is not None:
-        refuse("tolerance", f"integrator={scene.integrator!r} has a fixed step; None would do")
+    facts = _facts(scene)
+    for field, when, remedy in REFUSALS:
+        if when(facts):
+            value = shown(getattr(scene, field))
+            raise InputError(f"scene: {field} = {value} is not accepted: {remedy.format(**vars(facts))}")

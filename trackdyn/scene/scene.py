@@ -11,9 +11,9 @@ from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.constants import Model
 from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.validation import Section, plain_number, sentence, shown
+from trackdyn.parameters.validation import plain_number, sentence, shown
 from trackdyn.scene.build import build_model
-from trackdyn.scene.fidelity import LITERAL_ERROR, Decision, decide, literal_error, refuse_nonsense
+from trackdyn.scene.fidelity import LITERAL_ERROR, Choices, Decision, decide, literal_error, refuse_nonsense
 from trackdyn.scene.limits import round_step, step_limits
 
 Number = Annotated[float, BeforeValidator(plain_number)]
@@ -45,7 +45,7 @@ def _flag(value: Any) -> Any:
     return bool(value)
 
 
-class Scene(Section):
+class Scene(Choices):
     """What a run is asked to do, and how faithfully (`trackdyn.scene.fidelity`).
 
     Attributes
@@ -120,18 +120,6 @@ class Scene(Section):
     spells: Annotated[bool, BeforeValidator(_flag)] = True
     every_link: Annotated[bool, BeforeValidator(_flag)] = False
     sliding: Annotated[bool, BeforeValidator(_flag)] = False
-    loop: Any = "on_wheels"
-    chain: Any = "double_pin"
-    space: Any = "auto"
-    tooth_contact: Any = "ten_arcs"
-    normal_law: Any = "printed"
-    friction: Any = "auto"
-    joint: Any = "revolute"
-    closure: Any = "rigid"
-    solver: Any = "riccati"
-    integrator: Any = "semi_implicit"
-    tension: Any = "locked"
-    drag: Any = "viscous"
     tolerance: Number | None = None
 
     def __init__(self, rig: Rig, motor_rpm: float, ring_radius: Any = OF_THE_RIG, **fields: Any):
@@ -209,7 +197,7 @@ class Scene(Section):
                     "solver",
                     f"with the masses and inertias of this chain rounding grows to {error:.1g} of a result over "
                     f"{self.bodies} bodies, at worst where its pins are mutual centres of percussion; "
-                    "'riccati' would do",
+                    "use 'riccati'",
                 )
         limits = step_limits(self.model, self.rig.tension.pre_tension, METHODS[self.integrator])
         name, limit = min(limits.items(), key=lambda item: item[1], default=("", np.inf))

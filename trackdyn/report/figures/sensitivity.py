@@ -4,19 +4,11 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from trackdyn.measure.columns import heading
 from trackdyn.report.style import new_figure, styled
 
 # changes beyond this many tolerances share the last shade
 LIMIT = 3.0
-SIDES = {"left": "left arc", "right": "right arc", "ring": "ring"}
-# forces may be targets as such or as ratios to those of another radius, which the table does not tell
-MEASURES = {
-    "share_pct": "share of a turn (%)",
-    "phase_start": "first touch (turns)",
-    "phase_end": "last touch (turns)",
-    "rms_n": "RMS force",
-    "sd_n": "SD of the force",
-}
 PARAMETERS = {
     "sprocket.equal_pitch_radius": "equal-pitch radius (m)",
     "groove.seat_depth": "depth of the seats (m)",
@@ -38,9 +30,11 @@ def parameter_words(path: str) -> str:
 
 
 def measure_words(name: str) -> str:
-    """A measure of the runs, such as ``left_share_pct``, in words with its unit."""
-    side, _, kind = name.partition("_")
-    return f"{SIDES.get(side, side)}, {MEASURES.get(kind, kind.replace('_', ' '))}"
+    """A measure of the runs, such as ``left_share_pct``, in words; forces without a unit.
+
+    They may be targets as such or as ratios to those of another radius, which the table does not tell.
+    """
+    return heading(name).removesuffix(" (N)")
 
 
 def change_text(value: float) -> str:

@@ -22,7 +22,8 @@ from trackdyn.files import write_text
 from trackdyn.paper.claims import IN_TREND, NOT_REPRODUCED, ORIGINS, VERDICTS, counts, headline
 from trackdyn.paper.contents import OWN, PAPER, STUDIES, missing
 from trackdyn.parameters.rig import load_rig
-from trackdyn.report.page import data, words
+from trackdyn.report.page import data
+from trackdyn.report.page.cells import FILTERS
 from trackdyn.report.tables import cost_table
 from trackdyn.sensor.sensor_csv import read_sensor_csv
 from trackdyn.simulation.recording import load_recording
@@ -37,7 +38,6 @@ KINDS = {
 }
 SYMBOLS = dict(zip(VERDICTS, ("●", "◐", "○", "◇", "–"), strict=True))
 SCRIPTS = ("shared", "page", "animation", "plots", "charts")  # one module, in this order
-FILTERS = ("cell", "change", "groups", "heading", "span", "words")
 FAILED = (NOT_REPRODUCED, IN_TREND)  # a claim of such a part did not come out
 COLOURS_OF_A_PICTURE = 13
 FOLDED = tuple(f"fig{number:02d}" for number in range(1, 14))  # drawings of the model: no result
@@ -153,7 +153,7 @@ def render(template: str, scripts: tuple[str, ...], data: dict, **shown) -> str:
     environment = Environment(
         loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    environment.filters |= {name: getattr(words, name) for name in FILTERS}
+    environment.filters |= FILTERS
     return environment.get_template(template).render(
         style=(HERE / "page.css").read_text(encoding="utf-8"),
         script="\n".join((HERE / f"{name}.js").read_text(encoding="utf-8") for name in scripts),

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from trackdyn.measure.columns import error_of
+from trackdyn.measure.columns import MEASURES, error_of, words
 from trackdyn.measure.metrics import loop_frequency
 from trackdyn.measure.sensor import sense
 from trackdyn.paper import printed
@@ -15,7 +15,6 @@ from trackdyn.report.drawing import FORCE_BAR, FORCE_MOST
 from trackdyn.report.figures.histories import REVOLUTIONS, first_crest, own_frequency
 from trackdyn.report.figures.meshing import AFTER, BEFORE, printed_times, select_passage
 from trackdyn.report.figures.spectra import LOW_RANGE_HZ, in_bands
-from trackdyn.report.page.words import MEASURES, words
 from trackdyn.sensor.sensor_csv import SensorRecord
 from trackdyn.sensor.signals import main_line, main_line_binfree, spectrum
 from trackdyn.simulation.recording import Recording

@@ -15,8 +15,8 @@ from trackdyn.inference.identification.posterior import contradicted
 from trackdyn.inference.verdict import IDENTIFIED, IN_DOUBT, ONE_SIDED
 from trackdyn.parameters.rig import Rig
 from trackdyn.report.figures.identification import features_figure, posterior_figure, spectra_figure
-from trackdyn.report.page import words
 from trackdyn.report.page.builder import picture
+from trackdyn.report.page.cells import FILTERS
 from trackdyn.report.style import save
 
 HERE = Path(__file__).parent
@@ -56,7 +56,7 @@ def write_page(answer: Answer, rig: Rig, out: Path, synthetic: str = "", tellabl
     environment = Environment(
         loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    environment.filters |= {name: getattr(words, name) for name in ("cell", "heading")}
+    environment.filters |= FILTERS
     sizes = discrepancies(answer)
     found = tables(answer)
     held = answer.held_out

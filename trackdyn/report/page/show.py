@@ -11,8 +11,8 @@ import pandas as pd
 
 from trackdyn.files import write_text
 from trackdyn.jit import source_hash
-from trackdyn.measure.columns import table_schema
-from trackdyn.measure.metrics import LOSSES, STORED, loop_frequency, run_metrics
+from trackdyn.measure.columns import table_schema, words
+from trackdyn.measure.metrics import loop_frequency, run_metrics
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.sensor_metrics import LEAST_LOOPS
 from trackdyn.model.record import ENERGY_NAMES
@@ -20,8 +20,8 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.report.figures.spectra import LOW_RANGE_HZ, in_bands
 from trackdyn.report.page.builder import render
 from trackdyn.report.page.data import CONFIGURATION, differences, short
-from trackdyn.report.page.words import words
 from trackdyn.sensor.signals import main_line, main_line_binfree, spectrum
+from trackdyn.simulation.account import LOSSES, STORED
 from trackdyn.simulation.recording import Recording, load_recording
 from trackdyn.simulation.replay import SIDES, Stretch, stretch_of
 
