@@ -1,9 +1,9 @@
 """What turns the sprocket."""
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.quantities import perhaps, quantity
+from trackdyn.parameters.quantities import Quantity
 from trackdyn.parameters.wheels import Sparing
 
 
@@ -24,13 +24,13 @@ class DriveParameters(Sparing):
         s after the start.
     """
 
-    kind: quantity("name", Literal["speed", "motor", "free"]) = "speed"
-    ripple: quantity("1", ge=0, lt=1) = 0.0
-    ripple_order: quantity("1", gt=0, le=1000) = 1.0
-    inertia: perhaps("kg m2", gt=0) = None
-    slope: perhaps("N m s/rad", gt=0) = None
-    torque: perhaps("N m", gt=0) = None
-    release: perhaps("s", ge=0) = None
+    kind: Annotated[Literal["speed", "motor", "free"], Quantity("name")] = "speed"
+    ripple: Annotated[float, Quantity("1", ge=0, lt=1)] = 0.0
+    ripple_order: Annotated[float, Quantity("1", gt=0, le=1000)] = 1.0
+    inertia: Annotated[float | None, Quantity("kg m2", gt=0)] = None
+    slope: Annotated[float | None, Quantity("N m s/rad", gt=0)] = None
+    torque: Annotated[float | None, Quantity("N m", gt=0)] = None
+    release: Annotated[float | None, Quantity("s", ge=0)] = None
 
     def model_post_init(self, context: Any) -> None:
         needed = {"speed": (), "motor": ("inertia", "slope", "torque"), "free": ("inertia", "release")}[self.kind]

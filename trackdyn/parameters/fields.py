@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, get_args, get_origin
 from pydantic.fields import FieldInfo
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.quantities import Entry
+from trackdyn.parameters.quantities import Quantity
 from trackdyn.parameters.validation import Section, shown
 
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")  # of a wheel
@@ -26,7 +26,7 @@ class FieldValue(NamedTuple):
 
 def _unit(info: FieldInfo) -> str | None:
     """Unit of a field; None for a section."""
-    return next((part.unit for part in info.metadata if isinstance(part, Entry)), None)
+    return next((part.unit for part in info.metadata if isinstance(part, Quantity)), None)
 
 
 def fields_of(section: Section, prefix: str = "") -> Iterator[tuple[str, FieldValue]]:

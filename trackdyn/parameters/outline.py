@@ -9,7 +9,7 @@ import io
 from functools import cached_property
 from math import atan2, cos, hypot, pi, sin, tan
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -17,7 +17,7 @@ from scipy.optimize import least_squares
 from trackdyn.errors import InputError
 from trackdyn.files import read_text
 from trackdyn.parameters.groove import Groove, true_depth
-from trackdyn.parameters.quantities import quantity, table
+from trackdyn.parameters.quantities import Quantity, Table
 from trackdyn.parameters.wheels import Sparing
 
 TANGENT = 1e-6  # m by which neighbouring arcs may miss each other: less than machining and more than rounding of a file
@@ -39,9 +39,9 @@ class ToothProfile(Sparing):
         Signs of the arcs that the outline is fitted with, tip first: ``+`` convex, ``-`` concave.
     """
 
-    arcs: table("m, m, m, 1") = None
-    outline: table("m, m") = None
-    pattern: quantity("name", str) = "+--+-"
+    arcs: Annotated[Table | None, Quantity("m, m, m, 1")] = None
+    outline: Annotated[Table | None, Quantity("m, m")] = None
+    pattern: Annotated[str, Quantity("name")] = "+--+-"
 
     def model_post_init(self, context: Any) -> None:
         if (self.arcs is None) == (self.outline is None):

@@ -6,9 +6,11 @@ the source names), ``derived`` from printed numbers, ``assumed``, or ``fitted`` 
 """
 
 import re
-from typing import Annotated, Any
+from types import NoneType
+from typing import Annotated, Any, get_args, get_origin
 
-from pydantic import BeforeValidator, Field, ValidationInfo
+from pydantic import BeforeValidator, Field, GetCoreSchemaHandler, ValidationInfo
+from pydantic_core import CoreSchema
 
 from trackdyn.errors import shown
 from trackdyn.parameters.rig_file import ENTRY_KEYS, KINDS
@@ -105,28 +107,32 @@ class Entry:
         }
 
 
-def quantity(unit: str, kind: type = float, **bounds) -> Any:
-    """Type of one parameter: its Python type, its unit and its bounds; a number is at most ``LARGEST``."""
-    if kind in (float, int):
-        bounds = {"le": LARGEST, "ge": -LARGEST} | bounds
-    return Annotated[kind, _unwrap(unit, kind), Field(**bounds), Entry(unit)]
+class Quantity:
+    """What stands behind the Python type of a parameter: its unit and its bounds; a number is at most ``LARGEST``.
+
+    ``Annotated[float, Quantity("N/m", gt=0)]`` is a number that must be there, ``Annotated[float | None, ...]`` one
+    that may be left out, ``Annotated[Table | None, Quantity("s, N")]`` a table whose columns have these units.
+    """
+
+    def __init__(self, unit: str, **bounds: float):
+        self.unit, self.bounds = unit, bounds
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        absent = NoneType in get_args(source)
+        kind = next(part for part in get_args(source) if part is not NoneType) if absent else source
+        unwrap, entry = _unwrap(self.unit, get_origin(kind) or kind, absent), Entry(self.unit)
+        bounds: dict[str, Any] = {"le": LARGEST, "ge": -LARGEST} if kind in (float, int) else {}
+        field = Field(**bounds | self.bounds)
+        if absent:
+            return handler.generate_schema(Annotated[Annotated[kind, field] | None, unwrap, entry])
+        return handler.generate_schema(Annotated[kind, unwrap, field, entry])
 
 
-def perhaps(unit: str, **bounds) -> Any:
-    """Type of a number that may be left out; its default is None."""
-    bounds = {"le": LARGEST, "ge": -LARGEST} | bounds
-    return Annotated[Annotated[float, Field(**bounds)] | None, _unwrap(unit, float, absent=True), Entry(unit)]
-
-
-def table(unit: str) -> Any:
-    """Type of a table of numbers that may be left out; its columns have the units named in ``unit``."""
-    return Annotated[tuple[tuple[float, ...], ...] | None, _unwrap(unit, tuple, absent=True), Entry(unit)]
-
-
-Length = quantity("m", gt=0, le=1000)
-Position = quantity("m")
-Mass = quantity("kg", gt=0)
-Inertia = quantity("kg m2", gt=0)
-Tilt = quantity("deg", ge=-10, le=10)
-Slope = quantity("deg", gt=-90, lt=90)
-Friction = quantity("1", ge=0, le=2)
+Table = tuple[tuple[float, ...], ...]
+Length = Annotated[float, Quantity("m", gt=0, le=1000)]
+Position = Annotated[float, Quantity("m")]
+Mass = Annotated[float, Quantity("kg", gt=0)]
+Inertia = Annotated[float, Quantity("kg m2", gt=0)]
+Tilt = Annotated[float, Quantity("deg", ge=-10, le=10)]
+Slope = Annotated[float, Quantity("deg", gt=-90, lt=90)]
+Friction = Annotated[float, Quantity("1", ge=0, le=2)]

@@ -5,7 +5,7 @@ from itertools import pairwise
 from math import pi, radians, tan
 from operator import getitem
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import pandas as pd
 from pydantic import Field
@@ -22,11 +22,11 @@ from trackdyn.parameters.quantities import (
     Length,
     Mass,
     Position,
+    Quantity,
     Slope,
+    Table,
     Tilt,
     number_of,
-    quantity,
-    table,
 )
 from trackdyn.parameters.rig_file import DEFAULT, read_rig
 from trackdyn.parameters.validation import Section, shown, validated
@@ -34,8 +34,8 @@ from trackdyn.parameters.wheels import CONTACTS, Kept, Sparing, Wheel
 
 
 class ChainParameters(Sparing):
-    kind: quantity("name", Literal["double_pin", "single_pin"]) = "double_pin"
-    pitches: quantity("1", int, ge=3, le=20_000)  # twice what the scaling was measured to
+    kind: Annotated[Literal["double_pin", "single_pin"], Quantity("name")] = "double_pin"
+    pitches: Annotated[int, Quantity("1", ge=3, le=20_000)]  # twice what the scaling was measured to
     link_length: Length
     link_thickness: Length
     link_mass: Mass
@@ -50,16 +50,16 @@ class ChainParameters(Sparing):
 
 
 class ClosureParameters(Section):
-    stiffness: quantity("N/m", gt=0)
-    damping: quantity("N s/m", ge=0)
+    stiffness: Annotated[float, Quantity("N/m", gt=0)]
+    damping: Annotated[float, Quantity("N s/m", ge=0)]
 
 
 class Bushing(Section):
-    stiffness: quantity("N m/rad", ge=0)
-    damping: quantity("N m s/rad", ge=0)
-    free_angle: quantity("rad", gt=-1.6, lt=1.6)
-    radial_stiffness: quantity("N/m", gt=0)
-    radial_damping: quantity("N s/m", ge=0)
+    stiffness: Annotated[float, Quantity("N m/rad", ge=0)]
+    damping: Annotated[float, Quantity("N m s/rad", ge=0)]
+    free_angle: Annotated[float, Quantity("rad", gt=-1.6, lt=1.6)]
+    radial_stiffness: Annotated[float, Quantity("N/m", gt=0)]
+    radial_damping: Annotated[float, Quantity("N s/m", ge=0)]
 
 
 class GrooveParameters(Section):
@@ -75,63 +75,65 @@ class GrooveParameters(Section):
 
 
 class Sprocket(Sparing):
-    teeth: quantity("1", int, ge=5, le=127)  # a groove's number is kept in a byte
-    transmission_ratio: quantity("1", gt=0)
+    teeth: Annotated[int, Quantity("1", ge=5, le=127)]  # a groove's number is kept in a byte
+    transmission_ratio: Annotated[float, Quantity("1", gt=0)]
     x: Position
     y: Position
     equal_pitch_radius: Length
     ring_radius: Length
-    ring: quantity("name", Literal["present", "none"]) = "present"
+    ring: Annotated[Literal["present", "none"], Quantity("name")] = "present"
     axial_offset: Position
     toe: Tilt
     camber: Tilt
 
 
 class Tension(Sparing):
-    wheel: quantity("name", Any)
-    pre_tension: quantity("N", ge=0)
-    direction: quantity("deg")
+    wheel: Annotated[Any, Quantity("name")]
+    pre_tension: Annotated[float, Quantity("N", ge=0)]
+    direction: Annotated[float, Quantity("deg")]
     travel: Length
     mass: Mass
-    stiffness: quantity("N/m", gt=0)
-    damping: quantity("N s/m", ge=0)
-    kept: quantity("name", Kept) = "locked"
-    force: table("s, N") = None
+    stiffness: Annotated[float, Quantity("N/m", gt=0)]
+    damping: Annotated[float, Quantity("N s/m", ge=0)]
+    kept: Annotated[Kept, Quantity("name")] = "locked"
+    force: Annotated[Table | None, Quantity("s, N")] = None
 
 
 class Guide(Section):
-    clearance: quantity("m", ge=0)
-    stiffness: quantity("N/m", gt=0)
-    damping: quantity("N s/m", ge=0)
+    clearance: Annotated[float, Quantity("m", ge=0)]
+    stiffness: Annotated[float, Quantity("N/m", gt=0)]
+    damping: Annotated[float, Quantity("N s/m", ge=0)]
 
 
 class Surface(Section):
     contact_length: Length
-    axial_overhang: quantity("m", ge=0)
-    youngs_modulus: quantity("Pa", gt=0)
-    poisson_ratio: quantity("1", ge=0, lt=0.5)
-    restitution: quantity("1", ge=1e-3, le=1)  # a loss factor of 1000: less is no contact law but a wall of glue
+    axial_overhang: Annotated[float, Quantity("m", ge=0)]
+    youngs_modulus: Annotated[float, Quantity("Pa", gt=0)]
+    poisson_ratio: Annotated[float, Quantity("1", ge=0, lt=0.5)]
+    restitution: Annotated[
+        float, Quantity("1", ge=1e-3, le=1)
+    ]  # a loss factor of 1000: less is no contact law but a wall of glue
     friction_static: Friction
     friction_dynamic: Friction
-    transition_velocity: quantity("m/s", gt=0)
+    transition_velocity: Annotated[float, Quantity("m/s", gt=0)]
 
 
 class ImpactParameters(Section):
-    speed_floor: quantity("m/s", gt=0)
-    factor_limit: quantity("1", ge=1)
+    speed_floor: Annotated[float, Quantity("m/s", gt=0)]
+    factor_limit: Annotated[float, Quantity("1", ge=1)]
 
 
 class Steel(Section):
-    youngs_modulus: quantity("Pa", gt=0)
-    poisson_ratio: quantity("1", ge=0, lt=0.5)
+    youngs_modulus: Annotated[float, Quantity("Pa", gt=0)]
+    poisson_ratio: Annotated[float, Quantity("1", ge=0, lt=0.5)]
 
 
 class SensorParameters(Section):
-    pitch: quantity("1", int, ge=1)
+    pitch: Annotated[int, Quantity("1", ge=1)]
     x: Position
     y: Position
-    rate: quantity("Hz", int, gt=0, le=10**8)
-    range: quantity("g", gt=0)
+    rate: Annotated[int, Quantity("Hz", gt=0, le=10**8)]
+    range: Annotated[float, Quantity("g", gt=0)]
 
 
 class Rig(Sparing):
@@ -140,7 +142,7 @@ class Rig(Sparing):
     ``idler``, ``road_wheel`` and all of ``wheels`` are wheels alike; ``rollers`` has them by name.
     """
 
-    gravity: quantity("m/s2", ge=0)
+    gravity: Annotated[float, Quantity("m/s2", ge=0)]
     chain: ChainParameters
     bushing: Bushing
     closure: ClosureParameters

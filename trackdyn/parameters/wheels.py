@@ -1,10 +1,10 @@
 """Wheels beside the sprocket: what one is, and what it may stand on."""
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import model_serializer
 
-from trackdyn.parameters.quantities import Inertia, Length, Mass, Position, Tilt, perhaps, quantity
+from trackdyn.parameters.quantities import Inertia, Length, Mass, Position, Quantity, Tilt
 from trackdyn.parameters.validation import Section
 
 # contact surfaces that every rig has, by the name under which a wheel may ask for one
@@ -35,21 +35,21 @@ class Arm(Sparing):
     x: Position
     y: Position
     mass: Mass
-    stiffness: quantity("N m/rad", gt=0)
-    damping: quantity("N m s/rad", ge=0)
-    travel: quantity("deg", gt=0, le=80)
-    preload: perhaps("N m") = None
+    stiffness: Annotated[float, Quantity("N m/rad", gt=0)]
+    damping: Annotated[float, Quantity("N m s/rad", ge=0)]
+    travel: Annotated[float, Quantity("deg", gt=0, le=80)]
+    preload: Annotated[float | None, Quantity("N m")] = None
 
 
 class Slider(Sparing):
     """A straight guide with spring and damper along ``direction``; ``preload`` as of `Arm`, positive along it."""
 
-    direction: quantity("deg")
+    direction: Annotated[float, Quantity("deg")]
     mass: Mass
-    stiffness: quantity("N/m", gt=0)
-    damping: quantity("N s/m", ge=0)
+    stiffness: Annotated[float, Quantity("N/m", gt=0)]
+    damping: Annotated[float, Quantity("N s/m", ge=0)]
     travel: Length
-    preload: perhaps("N") = None
+    preload: Annotated[float | None, Quantity("N")] = None
 
 
 class Wheel(Sparing):
@@ -62,9 +62,9 @@ class Wheel(Sparing):
     camber: Tilt
     radius: Length
     inertia: Inertia
-    bearing_drag: quantity("N m s/rad", ge=0)
-    bearing_torque: quantity("N m", ge=0)
-    surface: quantity("name", str) = "wheel_contact"
+    bearing_drag: Annotated[float, Quantity("N m s/rad", ge=0)]
+    bearing_torque: Annotated[float, Quantity("N m", ge=0)]
+    surface: Annotated[str, Quantity("name")] = "wheel_contact"
     arm: Arm | None = None
     slider: Slider | None = None
 
