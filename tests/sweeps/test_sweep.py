@@ -1,5 +1,6 @@
 """A sweep: what comes of every row, and that nothing is lost or computed twice."""
 
+import hashlib
 import json
 import os
 import signal
@@ -24,7 +25,7 @@ from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sweeps import row as rows
 from trackdyn.sweeps import workers
-from trackdyn.sweeps.request import columns
+from trackdyn.sweeps.request import asked, columns
 from trackdyn.sweeps.row import SOURCES
 from trackdyn.sweeps.store import Store
 from trackdyn.sweeps.sweep import rows_of, sweep
@@ -43,9 +44,9 @@ def counted(monkeypatch):
     computed = []
     compute = rows.Rows.compute
 
-    def count(self, key, **asked):
+    def count(self, key, **task):
         computed.append(key)
-        return compute(self, key, **asked)
+        return compute(self, key, **task)
 
     monkeypatch.setattr(rows.Rows, "compute", count)
     return computed
@@ -154,15 +155,69 @@ def test_sources_are_all_that_a_row_imports():
     assert needed - covered == {ROOT / "trackdyn/__init__.py"}
 
 
-def test_torn_and_foreign_lines_of_a_store_count_as_missing(tmp_path, rig_path, counted):
+def lines_of(store):
+    """The only file of a store, and its lines."""
+    (file,) = store.glob("*.jsonl")
+    return file, file.read_bytes().splitlines(keepends=True)
+
+
+def with_checksum(content):
+    return b'["%s", %s]\n' % (hashlib.sha256(content).hexdigest()[:16].encode(), content)
+
+
+def test_damaged_and_foreign_lines_of_a_store_are_counted_and_computed_again(tmp_path, rig_path, counted, capsys):
+    """A torn line, lines without a checksum, those of an earlier form, and sound checksums of what is no row."""
     out = tmp_path / "r.parquet"
     whole = sweep(design(3), out, rig_path, jobs=1)
-    (file,) = (tmp_path / "r.rows").glob("*.jsonl")
-    lines = file.read_bytes().splitlines(keepends=True)
-    file.write_bytes(lines[0] + b"\x00\x00[1]\nnull\n{}\n" + lines[1] + lines[2][: len(lines[2]) // 2])
+    file, lines = lines_of(tmp_path / "r.rows")
+    row = json.loads(lines[2])[1]
+    foreign = [b"\x00\x00[1]\n", b"null\n", b"{}\n", b"[" * 200_000 + b"\n", json.dumps(row).encode() + b"\n"]
+    wrong = [{"values": "x"}, {"values": [1, 2]}, {"values": None}, {"values": {}}, {"cost": None}, {"cost": "abc"},
+             {"cost": {"wall_s": -1}}, {"state": 7}, {"state": "failed"}, {"state": "refused"}, {"key": 1},
+             {"more": 1}]  # fmt: skip
+    foreign += [with_checksum(json.dumps(row | fields).encode()) for fields in wrong]
+    foreign += [with_checksum(content) for content in (b"[" * 200_000, b"null", b"[]", b"{", b"\xff")]
+    file.write_bytes(lines[0] + b"".join(foreign) + lines[1] + lines[2][: len(lines[2]) // 2])
+    capsys.readouterr()
     again = sweep(design(3), out, rig_path, jobs=1)
-    assert counted[3:] == [json.loads(lines[2])["key"]]
+    assert counted[3:] == [row["key"]]
     pd.testing.assert_frame_equal(whole, again)
+    assert capsys.readouterr().err == (
+        f"trackdyn: {file.parent}: {len(foreign) + 1} damaged lines were ignored; rows that are missing are computed "
+        "again\n"
+    )
+
+
+def test_a_flipped_bit_of_a_store_changes_no_result(tmp_path, rig_path, monkeypatch, capsys):
+    """300 of them, one at a time: its row is computed again, and the one behind it where two lines become one."""
+    out, table = tmp_path / "r.parquet", design(3)
+    whole = sweep(table, out, rig_path, jobs=1)
+    file, lines = lines_of(tmp_path / "r.rows")
+    known = {row["key"]: row for _, row in map(json.loads, lines)}
+    again, the_same = [], asked(table, str(rig_path))
+    monkeypatch.setattr("trackdyn.sweeps.sweep.asked", lambda *_: the_same)
+    monkeypatch.setattr(rows.Rows, "compute", lambda self, key, **_: again.append(key) or known[key])
+    content, rng = b"".join(lines), np.random.default_rng(20)
+    for place, bit in zip(rng.integers(len(content), size=300), rng.integers(8, size=300), strict=True):
+        for other in file.parent.glob("*.jsonl"):
+            other.unlink()
+        flipped = bytearray(content)
+        flipped[place] ^= 1 << bit
+        file.write_bytes(flipped)
+        again.clear()
+        found = sweep(table, rig=rig_path, jobs=1, store=file.parent)
+        pd.testing.assert_frame_equal(found, whole)
+        assert len(again) == (2 if content[place] == ord("\n") and place < len(content) - 1 else 1), (place, bit)
+    assert capsys.readouterr().err.count("ignored") == 300
+
+
+def test_only_plain_files_of_a_store_are_read(tmp_path, rig_path, capsys):
+    os.mkfifo(tmp_path / "a.jsonl")
+    (tmp_path / "b.jsonl").symlink_to("/dev/zero")
+    (tmp_path / "c.jsonl").mkdir()
+    (tmp_path / "d.jsonl").symlink_to(tmp_path / "gone")
+    assert Store(tmp_path).read({"k"}) == {}
+    assert "4 damaged lines were ignored" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -292,7 +347,19 @@ def test_an_answer_before_the_process_is_heard_is_not_lost(rig_path, monkeypatch
 
 def test_workers_that_cannot_start_are_said_to(rig_path, monkeypatch):
     monkeypatch.setattr(sys, "executable", "/bin/false")
-    with pytest.raises(trackdyn.TrackdynError, match="ended at its start"):
+    with pytest.raises(trackdyn.TrackdynError, match="ended at its start with exit code 1; what it printed, if any"):
+        sweep(design(4), rig=rig_path, jobs=2)
+
+
+def test_a_worker_that_is_killed_at_its_start_is_said_to_be(rig_path, monkeypatch):
+    start = workers._Worker.__init__
+
+    def killed(self, memory):
+        start(self, memory)
+        self.process.kill()
+
+    monkeypatch.setattr(workers._Worker, "__init__", killed)
+    with pytest.raises(trackdyn.TrackdynError, match=r"ended at its start \(SIGKILL\), perhaps for want of memory"):
         sweep(design(4), rig=rig_path, jobs=2)
 
 

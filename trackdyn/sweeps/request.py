@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import re
 from functools import cache
 from math import isnan
 from typing import Any, NamedTuple
@@ -14,9 +15,9 @@ from trackdyn.measure.until_known import Known
 from trackdyn.measure.whole_loop import RELATIVE, SHARES
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.rig_file import DEFAULT
-from trackdyn.parameters.validation import parse_tolerance, plain_number, shown, validated
+from trackdyn.parameters.validation import parse_number, parse_tolerance, shown, validated, within
 from trackdyn.scene.fidelity import CHOICES, preset
-from trackdyn.scene.scene import Scene
+from trackdyn.scene.scene import LEAST_STEP, LONGEST, Scene
 from trackdyn.simulation.settled_loops import LATER
 from trackdyn.sweeps.row import row_sources
 
@@ -24,7 +25,7 @@ FLAGS = ("spells", "every_link", "sliding")
 OPTIONAL = ("ring_radius", "tolerance")
 UNTIL = tuple(f"until.{measure}" for measure in RELATIVE + SHARES)
 KNOWN = tuple(f"known.{name}" for name in Known.model_fields if name != "longest_turns")  # the row's duration says that
-LONGEST = 60.0  # s of a row that stops by itself
+LONGEST_USUAL = 60.0  # s of a row that stops by itself
 TRUTH = {"true": True, "false": False}
 DEFAULTS = {name: field.default for name, field in Scene.model_fields.items() if not field.is_required()}
 # of the columns that say nothing of the scene: the row's name; and what stands for several fields
@@ -121,10 +122,12 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | Inp
     changes: dict = {}
     until: dict = {}
     known: dict = {}
-    content, longest, reason = "", LONGEST, ""
+    content, longest, reason = "", LONGEST_USUAL, ""
     try:
         if "ring_radius" in cells and "ring_radius" not in given:
             raise InputError("ring_radius is empty; a radius in m or the word none would do")
+        if "motor_rpm" not in given:
+            raise InputError("motor_rpm is empty; a speed in rev/min is needed")
         base, content = _rig(str(given.get("rig", rig)), rigs)
         fields = preset(str(given["preset"])) if "preset" in given else {}
         for name, value in given.items():
@@ -137,7 +140,7 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | Inp
             elif name not in OWN:
                 changes[name.replace(".", "__")] = _number(value)
         if "until.longest" in given:
-            longest = _seconds(_number(given["until.longest"]))
+            longest = within("until.longest", _number(given["until.longest"]), 0.0, LONGEST, " s")
         if known:
             _refuse_known(known, until)
     except InputError as error:
@@ -193,16 +196,9 @@ def _rig(path: str, rigs: dict[str, tuple[dict, str] | InputError]) -> tuple[dic
 def _number(value: Any) -> Any:
     """A number where there is one, 115 like 115.0; what is none goes on to be refused by the field."""
     try:
-        return value if isinstance(value, (bool, list, tuple)) else float(value)
+        return value if isinstance(value, (bool, list, tuple)) else parse_number(value)
     except (ValueError, OverflowError):
         return value
-
-
-def _seconds(value: Any) -> float:
-    try:
-        return plain_number(value)
-    except ValueError as error:
-        raise InputError(f"until.longest {error}") from None
 
 
 def _field(name: str, value: Any) -> Any:
@@ -214,7 +210,9 @@ def _field(name: str, value: Any) -> Any:
         return TRUTH.get(text, value)
     if name == "pitches":
         parts = text.replace(";", " ").split() if text else [""]
-        return [int(part) for part in parts] if all(part.isdecimal() for part in parts) else value
-    if name == "step" and text and len(parts := text.replace(";", " ").split()) > 1:
-        return [_number(part) for part in parts]
+        return [int(part) for part in parts] if all(re.fullmatch("[0-9]+", part) for part in parts) else value
+    if name == "step":
+        parts = value if isinstance(value, (list, tuple)) else (text or "").replace(";", " ").split()
+        if len(parts) > 1:
+            return [within("step", _number(part), LEAST_STEP, LONGEST, " s") for part in parts]
     return None if name in OPTIONAL and text == "none" else _number(value)

@@ -89,23 +89,24 @@ class _Worker:
         if not self.ready:
             self.ready = line.strip() == READY
             if not self.ready:
-                raise TrackdynError(
-                    "a process that is to compute rows ended at its start (exit code "
-                    f"{self.process.wait()}); see what it printed above"
-                )
+                raise TrackdynError(f"a process that is to compute rows ended at its start {self._how()}")
             return None
         try:
             return json.loads(line)
         except ValueError:  # it is dead, perhaps amid its answer
-            return {"key": self.row["key"], "state": FAILED, "reason": self._death(), "values": {}, "cost": {}}
+            return {
+                "key": self.row["key"],
+                "state": FAILED,
+                "reason": f"the process that computed it ended {self._how()}",
+                "values": {},
+                "cost": {},
+            }
 
-    def _death(self) -> str:
+    def _how(self) -> str:
         code = self.process.wait()
-        how = signal.Signals(-code).name if code < 0 else f"exit code {code}"
-        return (
-            f"the process that computed it ended ({how}), perhaps for want of memory; fewer jobs or more "
-            "memory would do"
-        )
+        if code >= 0:
+            return f"with exit code {code}; what it printed, if anything, stands above"
+        return f"({signal.Signals(-code).name}), perhaps for want of memory; fewer jobs or more memory would do"
 
     @property
     def alive(self) -> bool:
