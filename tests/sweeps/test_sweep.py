@@ -17,7 +17,7 @@ import trackdyn
 from trackdyn.errors import InputError
 from trackdyn.jit import KERNEL_SOURCES
 from trackdyn.measure.metrics import run_metrics
-from trackdyn.measure.until_known import Known, run_steady
+from trackdyn.measure.stopping import StopRule, run_steady
 from trackdyn.parameters.rig import load_rig
 from trackdyn.pipeline.sources import imported_files
 from trackdyn.scene.scene import Scene
@@ -293,7 +293,7 @@ def test_a_row_ends_when_its_contacts_are_known(rig_path):
     assert found.state.tolist() == ["done", "refused"] and "only a chain that is driven" in found.reason[1], (
         found.reason
     )
-    recording, answered = run_steady(Loop(Scene(load_rig(rig_path), **fields)), Known(**known, longest_turns=1))
+    recording, answered = run_steady(Loop(Scene(load_rig(rig_path), **fields)), StopRule(**known, longest_turns=1))
     assert answered and found.contacts_known[0] in (True, 1.0) and found.simulated_s[0] < 5
     assert found.left_rms_n[0] == run_metrics("", recording)["left_rms_n"]
 

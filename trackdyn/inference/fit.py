@@ -17,7 +17,7 @@ from trackdyn.errors import InputError, TrackdynError
 from trackdyn.inference.targets import Target
 from trackdyn.inference.unknowns import Unknown, Unknowns
 from trackdyn.measure.meshing import mean_events, meshing_summary, smoothed_maxima
-from trackdyn.measure.until_known import Known, run_steady, steady_fields
+from trackdyn.measure.stopping import StopRule, run_steady, steady_fields
 from trackdyn.parameters.groove import equal_pitch_radius
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import Section
@@ -249,18 +249,17 @@ def candidates(rig: Rig, config: FitConfig) -> dict[str, Rig]:
     return rigs | {name: rig.changed(sprocket__equal_pitch_radius=value) for name, value in readings.items()}
 
 
-def measure_candidates(rig: Rig, config: FitConfig, radius: float | None, step: float, known: Known) -> pd.DataFrame:
-    """Meshing summary of every candidate in one case of the fit, run until it is known; ``failed`` says why there is
-    none.
+def measure_candidates(rig: Rig, config: FitConfig, radius: float | None, step: float, rule: StopRule) -> pd.DataFrame:
+    """Meshing summary of every candidate in one case of the fit, run until it has converged.
 
-    Columns ``candidate, ring_radius_m, failed`` and those of `meshing_summary`.
+    Columns ``candidate, ring_radius_m, failed`` (why there is none) and those of `meshing_summary`.
     """
     rows = []
     for name, candidate in candidates(rig, config).items():
         row = {"candidate": name, "ring_radius_m": radius, "failed": ""}
         try:
-            fields = steady_fields(candidate, config.speed_rpm, known)
-            recording, _ = run_steady(Loop(Scene(candidate, config.speed_rpm, radius, step=step, **fields)), known)
+            fields = steady_fields(candidate, config.speed_rpm, rule)
+            recording, _ = run_steady(Loop(Scene(candidate, config.speed_rpm, radius, step=step, **fields)), rule)
             rows.append(row | meshing_summary(recording))
         except TrackdynError as error:
             rows.append(row | {"failed": str(error)})
@@ -315,7 +314,7 @@ def equal_pitch_readings(rig: Rig, summaries: dict[str, dict]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def run_directions(rig: Rig, config: FitConfig, step: float, known: Known) -> pd.DataFrame:
+def run_directions(rig: Rig, config: FitConfig, step: float, rule: StopRule) -> pd.DataFrame:
     """Events of C16 and C17 for the chain descending and climbing on the sprocket.
 
     The paper does not say which way its chain runs. The mirrored rig (idler and road wheel on the other
@@ -337,9 +336,9 @@ def run_directions(rig: Rig, config: FitConfig, step: float, known: Known) -> pd
         descends = candidate.road_wheel.x < candidate.sprocket.x
         for radius in (None, rig.sprocket.ring_radius):
             pitches = tuple(range(1, rig.chain.pitches + 1))
-            fields = steady_fields(candidate, config.speed_rpm, known)
+            fields = steady_fields(candidate, config.speed_rpm, rule)
             recording, _ = run_steady(
-                Loop(Scene(candidate, config.speed_rpm, radius, step=step, pitches=pitches, **fields)), known
+                Loop(Scene(candidate, config.speed_rpm, radius, step=step, pitches=pitches, **fields)), rule
             )
             events = pd.concat([mean_events(recording), smoothed_maxima(recording)])
             events.insert(0, "ring", "none" if radius is None else f"{radius:g} m")

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import InputError
-from trackdyn.measure.until_known import Known
+from trackdyn.measure.stopping import StopRule
 from trackdyn.measure.whole_loop import RELATIVE, SHARES
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.rig_file import DEFAULT
@@ -24,7 +24,9 @@ from trackdyn.sweeps.row import row_sources
 FLAGS = ("spells", "every_link", "sliding")
 OPTIONAL = ("ring_radius", "tolerance")
 UNTIL = tuple(f"until.{measure}" for measure in RELATIVE + SHARES)
-KNOWN = tuple(f"known.{name}" for name in Known.model_fields if name != "longest_turns")  # the row's duration says that
+KNOWN = tuple(
+    f"known.{name}" for name in StopRule.model_fields if name != "longest_turns"
+)  # the row's duration says that
 LONGEST_USUAL = 60.0  # s of a row that stops by itself
 TRUTH = {"true": True, "false": False}
 DEFAULTS = {name: field.default for name, field in Scene.model_fields.items() if not field.is_required()}
@@ -48,7 +50,7 @@ class Asked(NamedTuple):
     until : dict
         Measure and tolerance; empty: the row's duration is recorded.
     known : dict
-        When contacts are known (`trackdyn.measure.until_known.Known`); empty: they do not end the run.
+        When contacts have converged (`trackdyn.measure.stopping.StopRule`); empty: they do not end the run.
     longest : float
         Bound of a run that is to reach a tolerance, s.
     reason : str
@@ -159,7 +161,7 @@ def _refuse_known(known: dict, until: dict) -> None:
     if until:
         raise InputError("known and until stand in one row; one of them would do")
     try:
-        validated(Known, known | {"longest_turns": 1}, "known")
+        validated(StopRule, known | {"longest_turns": 1}, "known")
     except InputError as error:
         raise InputError(str(error).replace("known: ", "known.", 1)) from None
 

@@ -11,7 +11,7 @@ from trackdyn.jit import KERNEL_SOURCES, source_hash, target_hash
 from trackdyn.measure.meshing import area_shares, event_times
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.sliding import sliding_per_km
-from trackdyn.measure.until_known import Known, refuse_undriven, run_steady, run_until
+from trackdyn.measure.stopping import StopRule, refuse_undriven, refuse_until, run_steady, run_until
 from trackdyn.measure.whole_loop import Estimate, high_frequency_of_all, whole_loop
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import shown
@@ -90,17 +90,19 @@ class Rows:
         return self._values(Scene(self._rig_of(rig, changes), **scene | {"step": last}), until, known, longest)
 
     def _values(self, asked: Scene, until: dict, known: dict, longest: float) -> dict:
+        if until:
+            refuse_until(asked, until, longest)
         self._refuse_memory(asked, longest if until else asked.duration, bool(until))
         found: dict = {}
         measures: dict = {}
         if until:
             answer = run_until(asked, until, longest, starts=self._starts)
             recording, measures = answer.recording, answer.measures
-            found |= {"until_known": answer.known, "until_transient_s": answer.transient}
+            found |= {"until_known": answer.converged, "until_transient_s": answer.transient}
         elif known:
             refuse_undriven(asked)
-            recording, answered = run_steady(Loop(asked, self._starts), Known(**known, longest_turns=1))
-            found |= {"contacts_known": answered}
+            recording, converged = run_steady(Loop(asked, self._starts), StopRule(**known, longest_turns=1))
+            found |= {"contacts_known": converged}
         else:
             recording = simulate(asked, starts=self._starts)
             measures = whole_loop(recording) if asked.every_link else {}

@@ -40,7 +40,8 @@ def sweep(
     design : DataFrame or path
         A row a scene: fields of `Scene`, parameters of the rig as ``section.field``, a ``preset``, a ``rig`` file, a
         ``name``; ``until.rms`` and its like are tolerances that end the run when reached, or after ``until.longest`` s;
-        ``known.share_pct``, ``known.force`` and ``known.passages`` end it when its contacts are known (`steady.Known`).
+        ``known.share_pct``, ``known.force`` and ``known.passages`` end it when its contacts have converged
+        (`measure.stopping.StopRule`).
         ``step`` may be several: the first counts that is neither refused nor diverges. An empty cell leaves the field
         to its default.
     out : path or None
