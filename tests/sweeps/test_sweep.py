@@ -23,8 +23,8 @@ from trackdyn.pipeline.sources import imported_files
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.simulate import simulate
+from trackdyn.sweeps import engine
 from trackdyn.sweeps import row as rows
-from trackdyn.sweeps import workers
 from trackdyn.sweeps.request import asked, columns
 from trackdyn.sweeps.row import SOURCES
 from trackdyn.sweeps.store import Store
@@ -41,14 +41,8 @@ def design(rows=4, **fields):
 @pytest.fixture
 def counted(monkeypatch):
     """Rows that are computed in this process, by key."""
-    computed = []
-    compute = rows.Rows.compute
-
-    def count(self, key, **task):
-        computed.append(key)
-        return compute(self, key, **task)
-
-    monkeypatch.setattr(rows.Rows, "compute", count)
+    computed, outcome = [], engine.outcome
+    monkeypatch.setattr(engine, "outcome", lambda compute, *row: computed.append(row[0]) or outcome(compute, *row))
     return computed
 
 
@@ -113,17 +107,17 @@ def test_broken_rows_say_why_and_stop_nobody(tmp_path, rig_path):
 
 def test_a_row_beyond_the_memory_fails_for_now(tmp_path, rig_path, monkeypatch):
     with monkeypatch.context() as little:
-        little.setattr("trackdyn.sweeps.sweep._memory", lambda: 1000.0)
+        little.setattr("trackdyn.sweeps.engine.free_memory", lambda: 1000.0)
         found = sweep(design(1), rig=rig_path, jobs=1, store=tmp_path)
     assert found.state[0] == "failed" and "the row may take 0 MB" in found.reason[0]
     assert sweep(design(1), rig=rig_path, jobs=1, store=tmp_path).state[0] == "done"
 
 
 def test_what_slurm_gave_bounds_the_memory(monkeypatch):
-    from trackdyn.sweeps.sweep import _memory
+    from trackdyn.sweeps.engine import free_memory
 
     monkeypatch.setenv("SLURM_MEM_PER_NODE", "100")
-    assert _memory() == 50 * 2**20
+    assert free_memory() == 50 * 2**20
 
 
 def test_nothing_is_computed_twice(tmp_path, rig_path, counted):
@@ -196,7 +190,7 @@ def test_a_flipped_bit_of_a_store_changes_no_result(tmp_path, rig_path, monkeypa
     known = {row["key"]: row for _, row in map(json.loads, lines)}
     again, the_same = [], asked(table, str(rig_path))
     monkeypatch.setattr("trackdyn.sweeps.sweep.asked", lambda *_: the_same)
-    monkeypatch.setattr(rows.Rows, "compute", lambda self, key, **_: again.append(key) or known[key])
+    monkeypatch.setattr(engine, "outcome", lambda compute, key, task: again.append(key) or known[key])
     content, rng = b"".join(lines), np.random.default_rng(20)
     for place, bit in zip(rng.integers(len(content), size=300), rng.integers(8, size=300), strict=True):
         for other in file.parent.glob("*.jsonl"):
@@ -306,17 +300,17 @@ def test_no_column_of_results_is_one_of_designs(rig_path):
 
 def test_a_killed_worker_costs_its_row_only(rig_path, monkeypatch):
     """The process with the row in hand is killed as the kernel's out-of-memory killer would."""
-    ask = workers._Worker.ask
+    ask = engine._Worker.ask
     killed = []
 
     def kill_one(self):
         ask(self)
-        if self.row and self.row["scene"]["motor_rpm"] == 120.0:
-            killed.append(self.row["key"])
+        if self.row and self.row[1]["scene"]["motor_rpm"] == 120.0:
+            killed.append(self.row[0])
             self.process.kill()
 
-    monkeypatch.setattr(workers, "PIECES", 1)  # so that others wait behind it
-    monkeypatch.setattr(workers._Worker, "ask", kill_one)
+    monkeypatch.setattr(engine, "PIECES", 1)  # so that others wait behind it
+    monkeypatch.setattr(engine._Worker, "ask", kill_one)
     found = sweep(design(6), rig=rig_path, jobs=2)
     assert killed and found.state.tolist() == ["done", "failed", "done", "done", "done", "done"]
     assert "SIGKILL" in found.reason[1]
@@ -324,7 +318,7 @@ def test_a_killed_worker_costs_its_row_only(rig_path, monkeypatch):
 
 def test_an_answer_before_the_process_is_heard_is_not_lost(rig_path, monkeypatch):
     """Both come up and could refuse their first rows while whoever waits for them is held up."""
-    answer = workers._Worker.answer
+    answer = engine._Worker.answer
 
     def late(self):
         if not self.ready:
@@ -334,7 +328,7 @@ def test_an_answer_before_the_process_is_heard_is_not_lost(rig_path, monkeypatch
     def given_up(*_):
         raise TimeoutError("rows are waited for that nobody computes")
 
-    monkeypatch.setattr(workers._Worker, "answer", late)
+    monkeypatch.setattr(engine._Worker, "answer", late)
     before = signal.signal(signal.SIGALRM, given_up)
     signal.alarm(120)
     try:
@@ -352,13 +346,13 @@ def test_workers_that_cannot_start_are_said_to(rig_path, monkeypatch):
 
 
 def test_a_worker_that_is_killed_at_its_start_is_said_to_be(rig_path, monkeypatch):
-    start = workers._Worker.__init__
+    start = engine._Worker.__init__
 
-    def killed(self, memory):
-        start(self, memory)
+    def killed(self, *given):
+        start(self, *given)
         self.process.kill()
 
-    monkeypatch.setattr(workers._Worker, "__init__", killed)
+    monkeypatch.setattr(engine._Worker, "__init__", killed)
     with pytest.raises(trackdyn.TrackdynError, match=r"ended at its start \(SIGKILL\), perhaps for want of memory"):
         sweep(design(4), rig=rig_path, jobs=2)
 

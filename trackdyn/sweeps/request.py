@@ -1,7 +1,5 @@
 """What the rows of a design ask for, each with a key by which its result is known again."""
 
-import hashlib
-import json
 import re
 from functools import cache
 from math import isnan
@@ -20,6 +18,7 @@ from trackdyn.scene.fidelity import CHOICES, preset
 from trackdyn.scene.scene import LEAST_STEP, LONGEST, Scene
 from trackdyn.simulation.settled_loops import LATER
 from trackdyn.sweeps.row import row_sources
+from trackdyn.sweeps.store import key_of
 
 FLAGS = ("spells", "every_link", "sliding")
 OPTIONAL = ("ring_radius", "tolerance")
@@ -66,6 +65,11 @@ class Asked(NamedTuple):
     known: dict
     longest: float
     reason: str
+
+    @property
+    def task(self) -> dict:
+        """What `sweeps.row.Rows` takes."""
+        return {name: getattr(self, name) for name in ("rig", "changes", "scene", "until", "known", "longest")}
 
 
 @cache
@@ -153,8 +157,8 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | Inp
     rig_is = [content, changes]
     asks = [rig_is, scene, end, row_sources(), given if reason else None]
     settles = {name: value for name, value in scene.items() if name not in (*LATER, "ring_radius")}
-    alike = f"{_hash([rig_is, settles])} {fields.get('ring_radius', '')}"
-    return Asked(_hash(asks), alike, base, changes, fields, until, known, longest, reason)
+    alike = f"{key_of(rig_is, settles)} {fields.get('ring_radius', '')}"
+    return Asked(key_of(*asks), alike, base, changes, fields, until, known, longest, reason)
 
 
 def _refuse_known(known: dict, until: dict) -> None:
@@ -164,10 +168,6 @@ def _refuse_known(known: dict, until: dict) -> None:
         validated(StopRule, known | {"longest_turns": 1}, "known")
     except InputError as error:
         raise InputError(str(error).replace("known: ", "known.", 1)) from None
-
-
-def _hash(content: Any) -> str:
-    return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()[:24]
 
 
 def _plain(cell: Any) -> Any:
@@ -186,7 +186,7 @@ def _rig(path: str, rigs: dict[str, tuple[dict, str] | InputError]) -> tuple[dic
     if path not in rigs:
         try:
             values = load_rig(path).model_dump()
-            rigs[path] = values, _hash(values)
+            rigs[path] = values, key_of(values)
         except InputError as error:
             rigs[path] = error
     found = rigs[path]

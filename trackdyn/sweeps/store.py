@@ -20,10 +20,22 @@ from pydantic import ConfigDict, JsonValue, ValidationError, model_validator
 from trackdyn.errors import InputError
 from trackdyn.files import plain_file
 from trackdyn.parameters.validation import NotNegative, Section
-from trackdyn.sweeps.row import DONE, FAILED
 
+# What came of a row: its numbers; input that is refused; a run that left the physical range; nothing, for a reason that
+# may pass.
+DONE, REFUSED, DIVERGED, FAILED = "done", "refused", "diverged", "failed"
 LONGEST_LINE = 100_000_000  # bytes; a row of a sweep takes 4,000
 _LINE = re.compile(rb'\["([0-9a-f]{16})", (.*)\]\n')
+
+
+def key_of(*content: Any) -> str:
+    """Key of a row: a hash of all that it depends on, plain data."""
+    return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()[:24]
+
+
+def without_values(key: str, state: str, reason: str) -> dict:
+    """A row that was not computed."""
+    return {"key": key, "state": state, "reason": reason, "values": {}, "cost": {}}
 
 
 class _Kept(Section):
@@ -32,7 +44,7 @@ class _Kept(Section):
     model_config = ConfigDict(strict=True)
 
     key: str
-    state: Literal["done", "refused", "diverged"]
+    state: Literal[DONE, REFUSED, DIVERGED]
     reason: str
     values: dict[str, JsonValue]
     cost: dict[Literal["wall_s", "cpu_s"], NotNegative]
