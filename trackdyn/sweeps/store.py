@@ -78,10 +78,11 @@ class Store:
         except OSError as error:
             raise self._refusal(error) from None
 
-    def read(self, keys: Collection[str]) -> dict[str, dict]:
+    def read(self, keys: Collection[str], say: bool = True) -> dict[str, dict]:
         """Results of these keys, as far as they are there.
 
-        Damaged and foreign lines, and files that are no plain ones, are left out; standard error says how many.
+        Damaged and foreign lines, and files that are no plain ones, are left out; standard error says how many, unless
+        ``say`` is false.
         """
         found, damaged = {}, 0
         for path in sorted(self.folder.glob("*.jsonl")):
@@ -94,7 +95,7 @@ class Store:
                             found[row["key"]] = row
             except (InputError, OSError):
                 damaged += 1
-        if damaged:
+        if damaged and say:
             what = "1 damaged line was" if damaged == 1 else f"{damaged} damaged lines were"
             print(f"trackdyn: {self.folder}: {what} ignored; rows that are missing are computed again", file=sys.stderr)
         return found

@@ -132,7 +132,7 @@ def refuse_foreign(out: Path | str, store: Path | str | None = None) -> None:
         computed = set(table.loc[table["state"].isin((DONE, DIVERGED)), "key"])
     except (InputError, KeyError):
         raise InputError(f"{out} exists and is no result of a sweep; {remedy}") from None
-    if missing := len(computed - (Store(folder).read(computed).keys() if folder.is_dir() else set())):
+    if missing := len(computed - (Store(folder).read(computed, say=False).keys() if folder.is_dir() else set())):
         raise InputError(f"{out} exists, and {folder} does not hold {missing} of its rows; {remedy}")
 
 
