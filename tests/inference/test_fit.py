@@ -84,8 +84,8 @@ def test_a_known_value_is_found_again(config, rig, monkeypatch):
         }
     )
 
-    def summary(job):
-        tension, depth = job[0].tension.pre_tension / 1000, job[0].groove.seat_depth * 1000
+    def summary(rig, **case):
+        tension, depth = rig["tension"]["pre_tension"] / 1000, rig["groove"]["seat_depth"] * 1000
         return {"left_share_pct": tension**0.5 + depth, "ring_share_pct": tension - depth}
 
     monkeypatch.setattr(fit, "_case", summary)

@@ -77,8 +77,8 @@ def test_resuming_simulates_nothing_twice_and_says_the_same(folder, monkeypatch,
     code, said = command(monkeypatch, capsys, *words)
     assert code == 1 and "--out identified is there already; --resume to go on" in said.err
     counted = []
-    compute = Experiment.compute
-    monkeypatch.setattr(Experiment, "compute", lambda self, changes: counted.append(changes) or compute(self, changes))
+    compute = experiment._statistics
+    monkeypatch.setattr(experiment, "_statistics", lambda **task: counted.append(task) or compute(**task))
     assert command(monkeypatch, capsys, *words, "--resume")[0] == 0
     assert not counted
     assert (folder / "identified" / "draws.csv").read_bytes() == first

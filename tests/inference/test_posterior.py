@@ -104,6 +104,12 @@ def test_the_same_seed_gives_the_same_draws():
     assert (one.points == other.points).all()
 
 
+def test_walkers_that_stay_where_they_are_leave_the_times_finite():
+    """In a chain of a few steps some are never moved, and a constant has no autocorrelation."""
+    draws = sample(Posterior(records([1.0, -0.5], 1), linear(1), 1), 8, seed=3, rounds=1)
+    assert np.isfinite(draws.times).all() and len(draws.points)
+
+
 def test_records_that_no_unknown_explains_ask_for_discrepancy():
     """Features that contradict each other widen the interval and the size of the discrepancy."""
     agreed = sample(Posterior(records([1.0, -0.5], 1), linear(1), 1), 800, seed=2).points

@@ -8,24 +8,24 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import trackdyn.measure.until_known as steady
+import trackdyn.measure.stopping as steady
 from trackdyn import Scene, simulate
 from trackdyn.measure.meshing import meshing_summary, passages
-from trackdyn.measure.until_known import Known, later, run_steady, steady_fields, steady_from
+from trackdyn.measure.stopping import StopRule, later, run_steady, steady_fields, steady_from
 from trackdyn.simulation.loop import Loop
 
-KNOWN = Known(share_pct=0.2, force=0.006, passages=13, longest_turns=4)
+RULE = StopRule(share_pct=0.2, force=0.006, passages=13, longest_turns=4)
 TURN = 2.0  # of the constructed records, s
 
 
 @pytest.fixture(scope="module")
 def scene(rig):
-    return Scene(rig, 210, 0.308, **steady_fields(rig, 210, KNOWN))
+    return Scene(rig, 210, 0.308, **steady_fields(rig, 210, RULE))
 
 
 @pytest.fixture(scope="module")
 def short(scene):
-    recording, known = run_steady(Loop(scene), KNOWN)
+    recording, known = run_steady(Loop(scene), RULE)
     assert known
     return recording
 
@@ -37,9 +37,9 @@ def test_a_short_answer_is_that_of_a_long_record(scene, short):
     assert len(short.time) / short.rate < 0.5 * 13.0
     assert 13 <= found["passages"] < 0.25 * long["passages"]
     for name in ("left_share_pct", "right_share_pct", "ring_share_pct"):
-        assert found[name] == pytest.approx(long[name], abs=KNOWN.share_pct), name
+        assert found[name] == pytest.approx(long[name], abs=RULE.share_pct), name
     for name in ("left_rms_n", "ring_rms_n", "left_sd_n", "ring_sd_n"):
-        assert found[name] == pytest.approx(long[name], rel=KNOWN.force), name
+        assert found[name] == pytest.approx(long[name], rel=RULE.force), name
 
 
 def test_a_settled_loop_serves_every_speed(rig, scene, short):
@@ -47,7 +47,7 @@ def test_a_settled_loop_serves_every_speed(rig, scene, short):
     first step.
     """
     settled = Loop(scene.with_(motor_rpm=115.0))
-    recording, _ = run_steady(settled.changed(motor_rpm=scene.motor_rpm, duration=scene.duration), KNOWN)
+    recording, _ = run_steady(settled.changed(motor_rpm=scene.motor_rpm, duration=scene.duration), RULE)
     assert recording.meta == short.meta
     found, own = meshing_summary(recording), meshing_summary(short)
     for name in own:
@@ -85,7 +85,7 @@ def seen(monkeypatch, left, square=None):
         lambda recording: pd.DataFrame(rows, columns=["passage", "side", "start_s", "share_pct", "square_n2s"]),
     )
     monkeypatch.setattr(steady, "timing", lambda recording: SimpleNamespace(turn=TURN))
-    return steady_from(None, KNOWN)
+    return steady_from(None, RULE)
 
 
 def test_passages_that_are_alike_are_known_as_soon_as_there_are_enough(monkeypatch):
@@ -118,7 +118,7 @@ def test_a_loop_without_contact_is_not_known(monkeypatch):
 
 def test_what_is_not_known_ends_with_its_scene(rig):
     """An asked precision below the scatter: the record lasts as long as it may."""
-    known = KNOWN.model_copy(update={"share_pct": 1e-12, "longest_turns": 1.2})
+    known = RULE.model_copy(update={"share_pct": 1e-12, "longest_turns": 1.2})
     scene = Scene(rig, 210, 0.308, **steady_fields(rig, 210, known))
     recording, answered = run_steady(Loop(scene), known)
     assert not answered

@@ -3,7 +3,7 @@
 import pandas as pd
 import pytest
 
-from trackdyn.measure.until_known import Known
+from trackdyn.measure.stopping import StopRule
 from trackdyn.study.accuracy.ladder import FOUND, SETTINGS, compare_rungs, measure_setting
 
 
@@ -41,7 +41,7 @@ def test_a_setting_that_is_refused_says_why(rig, monkeypatch):
     """No step of half a second divides the sample interval."""
     monkeypatch.setitem(SETTINGS, "preset=paper", {"step": 0.5})
     rows = measure_setting(
-        rig, "preset=paper", [115.0], [None], Known(share_pct=0.2, force=0.006, passages=13, longest_turns=4)
+        rig, "preset=paper", [115.0], [None], StopRule(share_pct=0.2, force=0.006, passages=13, longest_turns=4)
     )
     assert set(rows["scene"]) == {"115 rpm, no ring"}
     assert rows["value"].isna().all() and rows["wall_s_per_s"].isna().all()

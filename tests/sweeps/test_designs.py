@@ -49,6 +49,7 @@ def test_fewer_rows_of_a_sobol_sequence_begin_it():
         ("motor_rpm=a:b", "two finite numbers"),
         ("motor_rpm=1:inf", "two finite numbers"),
         ("motor_rpm=1:2:1", "a count of 2 to"),
+        ("motor_rpm=1_15:210", "two finite numbers"),
     ],
 )
 def test_what_is_no_range_is_refused(pair, said):
@@ -178,6 +179,12 @@ def test_cells_mean_what_they_say(rig_path):
     assert (row.until, row.longest) == ({"rms": 0.01}, 20.0)
 
 
+@pytest.mark.parametrize("text", ["1_15", "\u0661\u0661\u0665"])
+def test_what_only_python_reads_as_a_number_is_none(rig_path, text):
+    row = only({"motor_rpm": text, "pitches": text, "gravity": text}, rig_path)
+    assert row.scene == {"motor_rpm": text, "pitches": text} and row.changes == {"gravity": text}
+
+
 def test_a_key_is_what_is_asked_and_not_how_it_is_said(rig_path, monkeypatch):
     one = only({"motor_rpm": 115, "duration": 2.0}, rig_path).key
     for same in (
@@ -202,6 +209,11 @@ def test_a_key_is_what_is_asked_and_not_how_it_is_said(rig_path, monkeypatch):
     [
         ({"motor_rpm": "115", "ring_radius": ""}, "ring_radius is empty"),
         ({"motor_rpm": 115, "ring_radius": np.nan}, "ring_radius is empty"),
+        ({"motor_rpm": " "}, "motor_rpm is empty; a speed in rev/min is needed"),
+        ({"motor_rpm": "115", "step": "abc 1e-4"}, "step = 'abc' is not accepted: a finite number"),
+        ({"motor_rpm": "115", "step": "-1e-4; 1e-4"}, "step = -0.0001 is not accepted: at least"),
+        ({"motor_rpm": "115", "step": [1e-4, "1_0"]}, "step = '1_0' is not accepted: a finite number"),
+        ({"motor_rpm": "115", "until.rms": "1%", "until.longest": "1e9"}, "until.longest = 1e+09 is not accepted"),
         ({"motor_rpm": "115", "preset": "quick"}, "preset = 'quick' is not accepted"),
         ({"motor_rpm": "115", "rig": "no.yaml"}, "no.yaml: no such file"),
         ({"motor_rpm": "115", "until.rms": "2"}, "tolerance = '2' is not accepted"),

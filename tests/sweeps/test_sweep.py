@@ -1,5 +1,6 @@
 """A sweep: what comes of every row, and that nothing is lost or computed twice."""
 
+import hashlib
 import json
 import os
 import signal
@@ -16,15 +17,15 @@ import trackdyn
 from trackdyn.errors import InputError
 from trackdyn.jit import KERNEL_SOURCES
 from trackdyn.measure.metrics import run_metrics
-from trackdyn.measure.until_known import Known, run_steady
+from trackdyn.measure.stopping import StopRule, run_steady
 from trackdyn.parameters.rig import load_rig
 from trackdyn.pipeline.sources import imported_files
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.simulate import simulate
+from trackdyn.sweeps import engine
 from trackdyn.sweeps import row as rows
-from trackdyn.sweeps import workers
-from trackdyn.sweeps.request import columns
+from trackdyn.sweeps.request import asked, columns
 from trackdyn.sweeps.row import SOURCES
 from trackdyn.sweeps.store import Store
 from trackdyn.sweeps.sweep import rows_of, sweep
@@ -40,14 +41,8 @@ def design(rows=4, **fields):
 @pytest.fixture
 def counted(monkeypatch):
     """Rows that are computed in this process, by key."""
-    computed = []
-    compute = rows.Rows.compute
-
-    def count(self, key, **asked):
-        computed.append(key)
-        return compute(self, key, **asked)
-
-    monkeypatch.setattr(rows.Rows, "compute", count)
+    computed, outcome = [], engine.outcome
+    monkeypatch.setattr(engine, "outcome", lambda compute, *row: computed.append(row[0]) or outcome(compute, *row))
     return computed
 
 
@@ -112,17 +107,17 @@ def test_broken_rows_say_why_and_stop_nobody(tmp_path, rig_path):
 
 def test_a_row_beyond_the_memory_fails_for_now(tmp_path, rig_path, monkeypatch):
     with monkeypatch.context() as little:
-        little.setattr("trackdyn.sweeps.sweep._memory", lambda: 1000.0)
+        little.setattr("trackdyn.sweeps.engine.free_memory", lambda: 1000.0)
         found = sweep(design(1), rig=rig_path, jobs=1, store=tmp_path)
     assert found.state[0] == "failed" and "the row may take 0 MB" in found.reason[0]
     assert sweep(design(1), rig=rig_path, jobs=1, store=tmp_path).state[0] == "done"
 
 
 def test_what_slurm_gave_bounds_the_memory(monkeypatch):
-    from trackdyn.sweeps.sweep import _memory
+    from trackdyn.sweeps.engine import free_memory
 
     monkeypatch.setenv("SLURM_MEM_PER_NODE", "100")
-    assert _memory() == 50 * 2**20
+    assert free_memory() == 50 * 2**20
 
 
 def test_nothing_is_computed_twice(tmp_path, rig_path, counted):
@@ -154,15 +149,69 @@ def test_sources_are_all_that_a_row_imports():
     assert needed - covered == {ROOT / "trackdyn/__init__.py"}
 
 
-def test_torn_and_foreign_lines_of_a_store_count_as_missing(tmp_path, rig_path, counted):
+def lines_of(store):
+    """The only file of a store, and its lines."""
+    (file,) = store.glob("*.jsonl")
+    return file, file.read_bytes().splitlines(keepends=True)
+
+
+def with_checksum(content):
+    return b'["%s", %s]\n' % (hashlib.sha256(content).hexdigest()[:16].encode(), content)
+
+
+def test_damaged_and_foreign_lines_of_a_store_are_counted_and_computed_again(tmp_path, rig_path, counted, capsys):
+    """A torn line, lines without a checksum, those of an earlier form, and sound checksums of what is no row."""
     out = tmp_path / "r.parquet"
     whole = sweep(design(3), out, rig_path, jobs=1)
-    (file,) = (tmp_path / "r.rows").glob("*.jsonl")
-    lines = file.read_bytes().splitlines(keepends=True)
-    file.write_bytes(lines[0] + b"\x00\x00[1]\nnull\n{}\n" + lines[1] + lines[2][: len(lines[2]) // 2])
+    file, lines = lines_of(tmp_path / "r.rows")
+    row = json.loads(lines[2])[1]
+    foreign = [b"\x00\x00[1]\n", b"null\n", b"{}\n", b"[" * 200_000 + b"\n", json.dumps(row).encode() + b"\n"]
+    wrong = [{"values": "x"}, {"values": [1, 2]}, {"values": None}, {"values": {}}, {"cost": None}, {"cost": "abc"},
+             {"cost": {"wall_s": -1}}, {"state": 7}, {"state": "failed"}, {"state": "refused"}, {"key": 1},
+             {"more": 1}]  # fmt: skip
+    foreign += [with_checksum(json.dumps(row | fields).encode()) for fields in wrong]
+    foreign += [with_checksum(content) for content in (b"[" * 200_000, b"null", b"[]", b"{", b"\xff")]
+    file.write_bytes(lines[0] + b"".join(foreign) + lines[1] + lines[2][: len(lines[2]) // 2])
+    capsys.readouterr()
     again = sweep(design(3), out, rig_path, jobs=1)
-    assert counted[3:] == [json.loads(lines[2])["key"]]
+    assert counted[3:] == [row["key"]]
     pd.testing.assert_frame_equal(whole, again)
+    assert capsys.readouterr().err == (
+        f"trackdyn: {file.parent}: {len(foreign) + 1} damaged lines were ignored; rows that are missing are computed "
+        "again\n"
+    )
+
+
+def test_a_flipped_bit_of_a_store_changes_no_result(tmp_path, rig_path, monkeypatch, capsys):
+    """300 of them, one at a time: its row is computed again, and the one behind it where two lines become one."""
+    out, table = tmp_path / "r.parquet", design(3)
+    whole = sweep(table, out, rig_path, jobs=1)
+    file, lines = lines_of(tmp_path / "r.rows")
+    known = {row["key"]: row for _, row in map(json.loads, lines)}
+    again, the_same = [], asked(table, str(rig_path))
+    monkeypatch.setattr("trackdyn.sweeps.sweep.asked", lambda *_: the_same)
+    monkeypatch.setattr(engine, "outcome", lambda compute, key, task: again.append(key) or known[key])
+    content, rng = b"".join(lines), np.random.default_rng(20)
+    for place, bit in zip(rng.integers(len(content), size=300), rng.integers(8, size=300), strict=True):
+        for other in file.parent.glob("*.jsonl"):
+            other.unlink()
+        flipped = bytearray(content)
+        flipped[place] ^= 1 << bit
+        file.write_bytes(flipped)
+        again.clear()
+        found = sweep(table, rig=rig_path, jobs=1, store=file.parent)
+        pd.testing.assert_frame_equal(found, whole)
+        assert len(again) == (2 if content[place] == ord("\n") and place < len(content) - 1 else 1), (place, bit)
+    assert capsys.readouterr().err.count("ignored") == 300
+
+
+def test_only_plain_files_of_a_store_are_read(tmp_path, rig_path, capsys):
+    os.mkfifo(tmp_path / "a.jsonl")
+    (tmp_path / "b.jsonl").symlink_to("/dev/zero")
+    (tmp_path / "c.jsonl").mkdir()
+    (tmp_path / "d.jsonl").symlink_to(tmp_path / "gone")
+    assert Store(tmp_path).read({"k"}) == {}
+    assert "4 damaged lines were ignored" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -238,7 +287,7 @@ def test_a_row_ends_when_its_contacts_are_known(rig_path):
     assert found.state.tolist() == ["done", "refused"] and "only a chain that is driven" in found.reason[1], (
         found.reason
     )
-    recording, answered = run_steady(Loop(Scene(load_rig(rig_path), **fields)), Known(**known, longest_turns=1))
+    recording, answered = run_steady(Loop(Scene(load_rig(rig_path), **fields)), StopRule(**known, longest_turns=1))
     assert answered and found.contacts_known[0] in (True, 1.0) and found.simulated_s[0] < 5
     assert found.left_rms_n[0] == run_metrics("", recording)["left_rms_n"]
 
@@ -251,17 +300,17 @@ def test_no_column_of_results_is_one_of_designs(rig_path):
 
 def test_a_killed_worker_costs_its_row_only(rig_path, monkeypatch):
     """The process with the row in hand is killed as the kernel's out-of-memory killer would."""
-    ask = workers._Worker.ask
+    ask = engine._Worker.ask
     killed = []
 
     def kill_one(self):
         ask(self)
-        if self.row and self.row["scene"]["motor_rpm"] == 120.0:
-            killed.append(self.row["key"])
+        if self.row and self.row[1]["scene"]["motor_rpm"] == 120.0:
+            killed.append(self.row[0])
             self.process.kill()
 
-    monkeypatch.setattr(workers, "PIECES", 1)  # so that others wait behind it
-    monkeypatch.setattr(workers._Worker, "ask", kill_one)
+    monkeypatch.setattr(engine, "PIECES", 1)  # so that others wait behind it
+    monkeypatch.setattr(engine._Worker, "ask", kill_one)
     found = sweep(design(6), rig=rig_path, jobs=2)
     assert killed and found.state.tolist() == ["done", "failed", "done", "done", "done", "done"]
     assert "SIGKILL" in found.reason[1]
@@ -269,7 +318,7 @@ def test_a_killed_worker_costs_its_row_only(rig_path, monkeypatch):
 
 def test_an_answer_before_the_process_is_heard_is_not_lost(rig_path, monkeypatch):
     """Both come up and could refuse their first rows while whoever waits for them is held up."""
-    answer = workers._Worker.answer
+    answer = engine._Worker.answer
 
     def late(self):
         if not self.ready:
@@ -279,7 +328,7 @@ def test_an_answer_before_the_process_is_heard_is_not_lost(rig_path, monkeypatch
     def given_up(*_):
         raise TimeoutError("rows are waited for that nobody computes")
 
-    monkeypatch.setattr(workers._Worker, "answer", late)
+    monkeypatch.setattr(engine._Worker, "answer", late)
     before = signal.signal(signal.SIGALRM, given_up)
     signal.alarm(120)
     try:
@@ -292,7 +341,19 @@ def test_an_answer_before_the_process_is_heard_is_not_lost(rig_path, monkeypatch
 
 def test_workers_that_cannot_start_are_said_to(rig_path, monkeypatch):
     monkeypatch.setattr(sys, "executable", "/bin/false")
-    with pytest.raises(trackdyn.TrackdynError, match="ended at its start"):
+    with pytest.raises(trackdyn.TrackdynError, match="ended at its start with exit code 1; what it printed, if any"):
+        sweep(design(4), rig=rig_path, jobs=2)
+
+
+def test_a_worker_that_is_killed_at_its_start_is_said_to_be(rig_path, monkeypatch):
+    start = engine._Worker.__init__
+
+    def killed(self, *given):
+        start(self, *given)
+        self.process.kill()
+
+    monkeypatch.setattr(engine._Worker, "__init__", killed)
+    with pytest.raises(trackdyn.TrackdynError, match=r"ended at its start \(SIGKILL\), perhaps for want of memory"):
         sweep(design(4), rig=rig_path, jobs=2)
 
 

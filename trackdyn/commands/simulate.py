@@ -80,7 +80,7 @@ def simulate(
 
     from trackdyn.files import keep, refuse_unwritable
     from trackdyn.jit import announce
-    from trackdyn.measure.until_known import refuse_until
+    from trackdyn.measure.stopping import refuse_until
     from trackdyn.parameters.rig import load_rig
     from trackdyn.scene.fidelity import preset as preset_fields
     from trackdyn.scene.scene import Scene
@@ -122,7 +122,7 @@ def simulate(
     if not quiet:
         announce(lambda text: tqdm.write(f"trackdyn: {text}", file=sys.stderr))  # above a bar
     if tolerances:
-        _until_known(scene, tolerances, longest, out)
+        _until_converged(scene, tolerances, longest, out)
     else:
         _for_its_duration(scene, out, checkpoint, quiet)
 
@@ -155,19 +155,19 @@ def _for_its_duration(scene, out: Path, checkpoint: Path | None, quiet: bool) ->
             typer.echo(f"{'left out':>22}  {what} need a record of {seconds:.3g} s or more")
 
 
-def _until_known(scene, tolerances: dict[str, float], longest: float, out: Path) -> None:
-    from trackdyn.measure.until_known import run_until
+def _until_converged(scene, tolerances: dict[str, float], longest: float, out: Path) -> None:
+    from trackdyn.measure.stopping import run_until
 
     answer = run_until(scene, tolerances, longest)
     answer.recording.save(out)
     for name, found in answer.measures.items():
-        said = "" if name not in answer.reached else "known" if answer.reached[name] else "tolerance not reached"
+        said = "" if name not in answer.reached else "converged" if answer.reached[name] else "tolerance not reached"
         typer.echo(f"{name:>22}  {found.value:.6g} +- {found.half_width:.2g}  {said}")
     typer.echo(
         f"{'left out, recorded (s)':>22}  {answer.transient:.3g}, "
         f"{len(answer.recording.time) / answer.recording.rate:.4g}"
     )
-    if not answer.known:
+    if not answer.converged:
         raise InputError(
             f"--longest = {longest:g} s is too short for --tolerance {max(tolerances.values()):g}; what was reached is "
             f"written to {out}"

@@ -35,7 +35,7 @@ def sweep(
     Results that a sweep has written are replaced where the store still holds their rows; any other file needs
     --overwrite.
     """
-    from trackdyn.sweeps.row import DONE, FAILED
+    from trackdyn.sweeps.store import DONE, FAILED
     from trackdyn.sweeps.sweep import refuse_foreign, summary
     from trackdyn.sweeps.sweep import sweep as run
 

@@ -5,7 +5,9 @@ stands in ``config/fit.yaml``; some claims are held out and only reported. A fit
 shows the printed behaviour; it does not measure the paper's.
 """
 
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable
+from itertools import zip_longest
+from pathlib import Path
 from typing import Annotated
 
 import numpy as np
@@ -17,13 +19,16 @@ from trackdyn.errors import InputError, TrackdynError
 from trackdyn.inference.targets import Target
 from trackdyn.inference.unknowns import Unknown, Unknowns
 from trackdyn.measure.meshing import mean_events, meshing_summary, smoothed_maxima
-from trackdyn.measure.until_known import Known, run_steady, steady_fields
+from trackdyn.measure.stopping import StopRule, run_steady, steady_fields
 from trackdyn.parameters.groove import equal_pitch_radius
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import Section
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.simulate import simulate
+from trackdyn.sweeps.engine import refuse_failed, results
+from trackdyn.sweeps.row import row_sources
+from trackdyn.sweeps.store import DONE, key_of
 
 # residual of a measure that does not exist (no such contact) or of a rig that cannot run, in tolerances
 FAILED = 10.0
@@ -92,29 +97,35 @@ def with_values(rig: Rig, config: FitConfig, x) -> Rig:
     return Unknowns(config.parameters, rig).to_rig(x)[0]
 
 
-def _case(job) -> dict | None:
-    rig, radius, config = job
-    if rig is None:
-        return None
-    turn = rig.loop_period(config.speed_rpm)
-    duration = round((config.loop_turns + 1) * turn * rig.sensor.rate) / rig.sensor.rate
-    try:
-        scene = Scene(rig, config.speed_rpm, radius, duration=duration, lead_in=config.lead_in_s, step=config.step_s)
-        return meshing_summary(simulate(scene))
-    except TrackdynError:
-        return None
+def rows_of_cases(memory: float) -> Callable[..., dict]:
+    """What computes the rows of `measure_rigs`; none takes much memory."""
+    return _case
 
 
-def measure_rigs(rigs: list[Rig | None], config: FitConfig, jobs: int = 1) -> list[dict]:
-    """Meshing summaries in every case, one dict ``radius -> summary or None`` a rig; None for one that cannot be."""
-    cases = config.cases()
-    work = [(rig, radius, config) for rig in rigs for radius in cases]
-    if jobs == 1:
-        done = list(map(_case, work))
-    else:
-        with ProcessPoolExecutor(jobs) as pool:
-            done = list(pool.map(_case, work))
-    return [dict(zip(cases, done[i : i + len(cases)], strict=True)) for i in range(0, len(done), len(cases))]
+def _case(rig: dict, radius: float | None, speed_rpm: float, loop_turns: int, lead_in_s: float, step_s: float) -> dict:
+    made = Rig.model_validate(rig)
+    duration = round((loop_turns + 1) * made.loop_period(speed_rpm) * made.sensor.rate) / made.sensor.rate
+    return meshing_summary(simulate(Scene(made, speed_rpm, radius, duration=duration, lead_in=lead_in_s, step=step_s)))
+
+
+def measure_rigs(rigs: list[Rig | None], config: FitConfig, jobs: int = 1, store: Path | str | None = None):
+    """Meshing summaries in every case, one dict ``radius -> summary or None`` a rig; None for one that cannot be.
+
+    Raises
+    ------
+    TrackdynError
+        A case failed for a reason that may pass; what ``store`` holds is not computed again.
+    """
+    fields = config.model_dump(include={"speed_rpm", "loop_turns", "lead_in_s", "step_s"})
+    tasks, keys, sources = {}, [], row_sources("inference/fit.py")
+    for rig in rigs:
+        of_rig = [fields | {"rig": rig.model_dump(), "radius": radius} for radius in config.cases()] if rig else []
+        keys.append([key_of(task, sources) for task in of_rig])
+        tasks |= zip(keys[-1], of_rig, strict=True)
+    found = results(rows_of_cases, tasks, jobs, store)
+    refuse_failed(found.values(), "the same command goes on from there")
+    summaries = {key: row["values"] if row["state"] == DONE else None for key, row in found.items()}
+    return [dict(zip_longest(config.cases(), [summaries[key] for key in of_rig])) for of_rig in keys]
 
 
 def measured(target: FitTarget, summaries: dict) -> float:
@@ -142,7 +153,9 @@ def residuals(config: FitConfig, summaries: dict) -> np.ndarray:
     return np.array([residual(t, summaries) for t in config.targets if not t.held_out])
 
 
-def fit_rig(rig: Rig, config: FitConfig, jobs: int = 1, log=print) -> tuple[Rig, pd.DataFrame]:
+def fit_rig(
+    rig: Rig, config: FitConfig, jobs: int = 1, log=print, store: Path | str | None = None
+) -> tuple[Rig, pd.DataFrame]:
     """Bounded nonlinear least squares (``scipy.optimize.least_squares``) from the values ``start``.
 
     Returns
@@ -161,7 +174,7 @@ def fit_rig(rig: Rig, config: FitConfig, jobs: int = 1, log=print) -> tuple[Rig,
             return None
 
     def evaluate(points):
-        out = [residuals(config, found) for found in measure_rigs(list(map(candidate, points)), config, jobs)]
+        out = [residuals(config, found) for found in measure_rigs(list(map(candidate, points)), config, jobs, store)]
         for x, found in zip(points, out, strict=True):
             values = {p.label: p.value(v) for p, v in zip(config.parameters, x, strict=True)}
             history.append({"cost": 0.5 * float(found @ found)} | values)
@@ -249,18 +262,17 @@ def candidates(rig: Rig, config: FitConfig) -> dict[str, Rig]:
     return rigs | {name: rig.changed(sprocket__equal_pitch_radius=value) for name, value in readings.items()}
 
 
-def measure_candidates(rig: Rig, config: FitConfig, radius: float | None, step: float, known: Known) -> pd.DataFrame:
-    """Meshing summary of every candidate in one case of the fit, run until it is known; ``failed`` says why there is
-    none.
+def measure_candidates(rig: Rig, config: FitConfig, radius: float | None, step: float, rule: StopRule) -> pd.DataFrame:
+    """Meshing summary of every candidate in one case of the fit, run until it has converged.
 
-    Columns ``candidate, ring_radius_m, failed`` and those of `meshing_summary`.
+    Columns ``candidate, ring_radius_m, failed`` (why there is none) and those of `meshing_summary`.
     """
     rows = []
     for name, candidate in candidates(rig, config).items():
         row = {"candidate": name, "ring_radius_m": radius, "failed": ""}
         try:
-            fields = steady_fields(candidate, config.speed_rpm, known)
-            recording, _ = run_steady(Loop(Scene(candidate, config.speed_rpm, radius, step=step, **fields)), known)
+            fields = steady_fields(candidate, config.speed_rpm, rule)
+            recording, _ = run_steady(Loop(Scene(candidate, config.speed_rpm, radius, step=step, **fields)), rule)
             rows.append(row | meshing_summary(recording))
         except TrackdynError as error:
             rows.append(row | {"failed": str(error)})
@@ -315,7 +327,7 @@ def equal_pitch_readings(rig: Rig, summaries: dict[str, dict]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def run_directions(rig: Rig, config: FitConfig, step: float, known: Known) -> pd.DataFrame:
+def run_directions(rig: Rig, config: FitConfig, step: float, rule: StopRule) -> pd.DataFrame:
     """Events of C16 and C17 for the chain descending and climbing on the sprocket.
 
     The paper does not say which way its chain runs. The mirrored rig (idler and road wheel on the other
@@ -337,9 +349,9 @@ def run_directions(rig: Rig, config: FitConfig, step: float, known: Known) -> pd
         descends = candidate.road_wheel.x < candidate.sprocket.x
         for radius in (None, rig.sprocket.ring_radius):
             pitches = tuple(range(1, rig.chain.pitches + 1))
-            fields = steady_fields(candidate, config.speed_rpm, known)
+            fields = steady_fields(candidate, config.speed_rpm, rule)
             recording, _ = run_steady(
-                Loop(Scene(candidate, config.speed_rpm, radius, step=step, pitches=pitches, **fields)), known
+                Loop(Scene(candidate, config.speed_rpm, radius, step=step, pitches=pitches, **fields)), rule
             )
             events = pd.concat([mean_events(recording), smoothed_maxima(recording)])
             events.insert(0, "ring", "none" if radius is None else f"{radius:g} m")

@@ -105,6 +105,19 @@ def plain_count(value: Any) -> Any:
     return int(number)
 
 
+def parse_number(text: str | float) -> float:
+    """A number as tables write it; Python's ``float`` would also read ``1_15`` and the digits of every script.
+
+    Raises
+    ------
+    ValueError
+        It is none.
+    """
+    if isinstance(text, str) and ("_" in text or not text.isascii()):
+        raise ValueError(text)
+    return float(text)
+
+
 def parse_tolerance(text: str | float) -> float:
     """``2%``, ``0.02`` or 0.02 as a share.
 

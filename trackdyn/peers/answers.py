@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.measure.until_known import LEAST
+from trackdyn.measure.stopping import LEAST
 from trackdyn.measure.whole_loop import Series
 from trackdyn.parameters.rig import Rig
 from trackdyn.peers.comparison import OURS, PEER, run_peer

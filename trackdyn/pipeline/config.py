@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.inference.fit import FitConfig
-from trackdyn.measure.until_known import Known, steady_fields
+from trackdyn.measure.stopping import StopRule, steady_fields
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.validation import NotNegative, Positive, Section, parse_tolerance, shown, validated
 from trackdyn.parameters.yaml_file import read_yaml
@@ -115,7 +115,7 @@ class OtherRig(Section):
 
     rig: str
     steps_s: Allowed
-    known: Known | None = None
+    known: StopRule | None = None
 
 
 class Config(Section):
@@ -136,7 +136,7 @@ class Config(Section):
     other_rigs: dict[Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")], OtherRig] = Field(default_factory=dict)
     records: Records
     meshing: Meshing
-    known: Known
+    known: StopRule
     ring_study: RingStudy
     sensitivity: Sensitivity
     peers: Peers
@@ -310,8 +310,8 @@ class Config(Section):
                 Scene(rig, rpm, radius, **steady_fields(rig, rpm, self.known), **PRESETS[REFERENCE])
         self.fit_cases()
 
-    def known_of(self, name: str) -> Known:
-        """When contacts of another rig are known."""
+    def known_of(self, name: str) -> StopRule:
+        """When contacts of another rig have converged."""
         return self.other_rigs[name].known or self.known
 
     def other_scenes(self, name: str, scenes: dict[str, Scene]) -> dict[str, Scene]:

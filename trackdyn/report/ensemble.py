@@ -11,7 +11,7 @@ from trackdyn.inference.ensemble.stages import CHEAP, LAST, STUDY, Ensemble, rea
 from trackdyn.paper.claims import load_claims
 from trackdyn.report.figures.ensemble import band_figure, choice_figure, conflict_figure, pairs_figure, pareto_figure
 from trackdyn.report.style import save
-from trackdyn.sweeps.row import DONE
+from trackdyn.sweeps.store import DONE
 from trackdyn.sweeps.table import write_table
 
 SHOWN_PAIRS = 6  # unknowns of the pair plot: those that are left least of their ranges

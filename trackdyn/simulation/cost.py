@@ -6,6 +6,7 @@ from psutil import virtual_memory
 
 from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS
+from trackdyn.jit import FOLDER
 from trackdyn.model.record import make_record
 from trackdyn.model.state import Plane, make_state
 from trackdyn.simulation.checkpoint import flat
@@ -77,3 +78,8 @@ def refuse_too_large(scene, *recording) -> None:
             "a longer frame_interval "
             "would do"
         )
+
+
+def compiled() -> bool:
+    """Whether a time loop was compiled before, from these sources and for this processor."""
+    return FOLDER is not None and any(FOLDER.glob("called/integrate_*/run.*.nbc"))

@@ -3,7 +3,7 @@
 import pandas as pd
 
 from trackdyn.measure.meshing import meshing_summary
-from trackdyn.measure.until_known import Known, run_steady
+from trackdyn.measure.stopping import StopRule, run_steady
 from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
@@ -32,14 +32,14 @@ def _measures(recording: Recording) -> dict[str, float]:
     return {f"{name}_g": loop[name].value for name in ("rms", "sd")} | meshing_summary(recording)
 
 
-def stability(scene: Scene, known: Known) -> pd.DataFrame:
+def stability(scene: Scene, rule: StopRule) -> pd.DataFrame:
     """Change of every statistic under half the step, twice the record and a start half a loop later.
 
     Parameters
     ----------
     scene : Scene
         The scene as it is used; its duration is the longest.
-    known : Known
+    rule : StopRule
         When its record ends. The variants are as long, but for the one of twice the record.
 
     Returns
@@ -49,7 +49,7 @@ def stability(scene: Scene, known: Known) -> pd.DataFrame:
         shares in points, of all else relative.
     """
     starts = Starts()
-    recording, _ = run_steady(Loop(scene.with_(every_link=True), starts), known)
+    recording, _ = run_steady(Loop(scene.with_(every_link=True), starts), rule)
     used = scene.with_(**{name: recording.meta["scene"][name] for name in ("duration", "lead_in")}, every_link=True)
     half_loop = round(0.5 / scene.loop_frequency * scene.rig.sensor.rate) / scene.rig.sensor.rate
     variants = {

@@ -4,7 +4,7 @@ from itertools import product
 
 import pandas as pd
 
-from trackdyn.measure.until_known import run_until
+from trackdyn.measure.stopping import run_until
 from trackdyn.measure.whole_loop import RELATIVE, SHARES, whole_loop
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Scene

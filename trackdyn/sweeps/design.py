@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.validation import plain_number, shown
+from trackdyn.parameters.validation import parse_number, plain_number, shown
 
 METHODS = ("grid", "sobol", "latin")
 MOST_ROWS = 1_000_000
@@ -63,7 +63,7 @@ def parse_levels(pair: str) -> tuple[str, Span | list[str]]:
         )
     if match := _RANGE.fullmatch(text):
         try:
-            low, high = (plain_number(float(part)) for part in match.groups()[:2])
+            low, high = (plain_number(parse_number(part)) for part in match.groups()[:2])
         except ValueError:
             raise InputError(
                 f"--vary = {shown(pair)} is not accepted: two finite numbers such as 115:210 would do"

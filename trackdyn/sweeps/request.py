@@ -1,7 +1,6 @@
 """What the rows of a design ask for, each with a key by which its result is known again."""
 
-import hashlib
-import json
+import re
 from functools import cache
 from math import isnan
 from typing import Any, NamedTuple
@@ -10,21 +9,24 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import InputError
-from trackdyn.measure.until_known import Known
+from trackdyn.measure.stopping import StopRule
 from trackdyn.measure.whole_loop import RELATIVE, SHARES
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.rig_file import DEFAULT
-from trackdyn.parameters.validation import parse_tolerance, plain_number, shown, validated
+from trackdyn.parameters.validation import parse_number, parse_tolerance, shown, validated, within
 from trackdyn.scene.fidelity import CHOICES, preset
-from trackdyn.scene.scene import Scene
+from trackdyn.scene.scene import LEAST_STEP, LONGEST, Scene
 from trackdyn.simulation.settled_loops import LATER
 from trackdyn.sweeps.row import row_sources
+from trackdyn.sweeps.store import key_of
 
 FLAGS = ("spells", "every_link", "sliding")
 OPTIONAL = ("ring_radius", "tolerance")
 UNTIL = tuple(f"until.{measure}" for measure in RELATIVE + SHARES)
-KNOWN = tuple(f"known.{name}" for name in Known.model_fields if name != "longest_turns")  # the row's duration says that
-LONGEST = 60.0  # s of a row that stops by itself
+KNOWN = tuple(
+    f"known.{name}" for name in StopRule.model_fields if name != "longest_turns"
+)  # the row's duration says that
+LONGEST_USUAL = 60.0  # s of a row that stops by itself
 TRUTH = {"true": True, "false": False}
 DEFAULTS = {name: field.default for name, field in Scene.model_fields.items() if not field.is_required()}
 # of the columns that say nothing of the scene: the row's name; and what stands for several fields
@@ -47,7 +49,7 @@ class Asked(NamedTuple):
     until : dict
         Measure and tolerance; empty: the row's duration is recorded.
     known : dict
-        When contacts are known (`trackdyn.measure.until_known.Known`); empty: they do not end the run.
+        When contacts have converged (`trackdyn.measure.stopping.StopRule`); empty: they do not end the run.
     longest : float
         Bound of a run that is to reach a tolerance, s.
     reason : str
@@ -63,6 +65,11 @@ class Asked(NamedTuple):
     known: dict
     longest: float
     reason: str
+
+    @property
+    def task(self) -> dict:
+        """What `sweeps.row.Rows` takes."""
+        return {name: getattr(self, name) for name in ("rig", "changes", "scene", "until", "known", "longest")}
 
 
 @cache
@@ -121,10 +128,12 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | Inp
     changes: dict = {}
     until: dict = {}
     known: dict = {}
-    content, longest, reason = "", LONGEST, ""
+    content, longest, reason = "", LONGEST_USUAL, ""
     try:
         if "ring_radius" in cells and "ring_radius" not in given:
             raise InputError("ring_radius is empty; a radius in m or the word none would do")
+        if "motor_rpm" not in given:
+            raise InputError("motor_rpm is empty; a speed in rev/min is needed")
         base, content = _rig(str(given.get("rig", rig)), rigs)
         fields = preset(str(given["preset"])) if "preset" in given else {}
         for name, value in given.items():
@@ -137,7 +146,7 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | Inp
             elif name not in OWN:
                 changes[name.replace(".", "__")] = _number(value)
         if "until.longest" in given:
-            longest = _seconds(_number(given["until.longest"]))
+            longest = within("until.longest", _number(given["until.longest"]), 0.0, LONGEST, " s")
         if known:
             _refuse_known(known, until)
     except InputError as error:
@@ -148,21 +157,17 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | Inp
     rig_is = [content, changes]
     asks = [rig_is, scene, end, row_sources(), given if reason else None]
     settles = {name: value for name, value in scene.items() if name not in (*LATER, "ring_radius")}
-    alike = f"{_hash([rig_is, settles])} {fields.get('ring_radius', '')}"
-    return Asked(_hash(asks), alike, base, changes, fields, until, known, longest, reason)
+    alike = f"{key_of(rig_is, settles)} {fields.get('ring_radius', '')}"
+    return Asked(key_of(*asks), alike, base, changes, fields, until, known, longest, reason)
 
 
 def _refuse_known(known: dict, until: dict) -> None:
     if until:
         raise InputError("known and until stand in one row; one of them would do")
     try:
-        validated(Known, known | {"longest_turns": 1}, "known")
+        validated(StopRule, known | {"longest_turns": 1}, "known")
     except InputError as error:
         raise InputError(str(error).replace("known: ", "known.", 1)) from None
-
-
-def _hash(content: Any) -> str:
-    return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()[:24]
 
 
 def _plain(cell: Any) -> Any:
@@ -181,7 +186,7 @@ def _rig(path: str, rigs: dict[str, tuple[dict, str] | InputError]) -> tuple[dic
     if path not in rigs:
         try:
             values = load_rig(path).model_dump()
-            rigs[path] = values, _hash(values)
+            rigs[path] = values, key_of(values)
         except InputError as error:
             rigs[path] = error
     found = rigs[path]
@@ -193,16 +198,9 @@ def _rig(path: str, rigs: dict[str, tuple[dict, str] | InputError]) -> tuple[dic
 def _number(value: Any) -> Any:
     """A number where there is one, 115 like 115.0; what is none goes on to be refused by the field."""
     try:
-        return value if isinstance(value, (bool, list, tuple)) else float(value)
+        return value if isinstance(value, (bool, list, tuple)) else parse_number(value)
     except (ValueError, OverflowError):
         return value
-
-
-def _seconds(value: Any) -> float:
-    try:
-        return plain_number(value)
-    except ValueError as error:
-        raise InputError(f"until.longest {error}") from None
 
 
 def _field(name: str, value: Any) -> Any:
@@ -214,7 +212,9 @@ def _field(name: str, value: Any) -> Any:
         return TRUTH.get(text, value)
     if name == "pitches":
         parts = text.replace(";", " ").split() if text else [""]
-        return [int(part) for part in parts] if all(part.isdecimal() for part in parts) else value
-    if name == "step" and text and len(parts := text.replace(";", " ").split()) > 1:
-        return [_number(part) for part in parts]
+        return [int(part) for part in parts] if all(re.fullmatch("[0-9]+", part) for part in parts) else value
+    if name == "step":
+        parts = value if isinstance(value, (list, tuple)) else (text or "").replace(";", " ").split()
+        if len(parts) > 1:
+            return [within("step", _number(part), LEAST_STEP, LONGEST, " s") for part in parts]
     return None if name in OPTIONAL and text == "none" else _number(value)

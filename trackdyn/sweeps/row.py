@@ -1,8 +1,7 @@
 """One row: a scene in, numbers or a reason out."""
 
-import json
-import time
 from contextlib import suppress
+from functools import cache
 
 from psutil import virtual_memory
 
@@ -11,10 +10,9 @@ from trackdyn.jit import KERNEL_SOURCES, source_hash, target_hash
 from trackdyn.measure.meshing import area_shares, event_times
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.sliding import sliding_per_km
-from trackdyn.measure.until_known import Known, refuse_undriven, run_steady, run_until
+from trackdyn.measure.stopping import StopRule, refuse_undriven, refuse_until, run_steady, run_until
 from trackdyn.measure.whole_loop import Estimate, high_frequency_of_all, whole_loop
 from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.validation import shown
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.cost import needs
 from trackdyn.simulation.loop import Loop
@@ -22,21 +20,18 @@ from trackdyn.simulation.recording import Recording, made_with
 from trackdyn.simulation.settled_loops import Starts
 from trackdyn.simulation.simulate import simulate
 
-# What came of a row: its numbers; input that is refused; a run that left the physical range; nothing, for a reason that
-# may pass.
-DONE, REFUSED, DIVERGED, FAILED = "done", "refused", "diverged", "failed"
 # The package's files and folders that a row's numbers depend on, beside the kernels.
 SOURCES = ("parameters", "scene", "simulation", "sensor", "measure", "errors.py", "files.py", "sweeps/row.py")
 # of a row of metrics: its name, which the design has, and its cost, which stands elsewhere
 NOT_KEPT = ("run", "wall_s")
-_known: dict[str, str] = {}
 
 
-def row_sources() -> str:
-    """Hash of everything that a row's numbers depend on; with other sources a row is computed again."""
-    if "sources" not in _known:
-        _known["sources"] = source_hash((*KERNEL_SOURCES, *SOURCES))
-    return _known["sources"]
+@cache
+def row_sources(*more: str) -> str:
+    """Hash of everything that a row's numbers depend on, and of more files and folders; with other sources a row is
+    computed again.
+    """
+    return source_hash((*KERNEL_SOURCES, *SOURCES, *more))
 
 
 class Rows:
@@ -53,34 +48,14 @@ class Rows:
         self._starts = Starts()
         self._rig: tuple[dict, Rig] | None = None
 
-    def compute(
-        self, key: str, rig: dict, changes: dict, scene: dict, until: dict, known: dict, longest: float
-    ) -> dict:
-        """The result of a row (`sweeps.asked.Asked`).
+    def __call__(self, rig: dict, changes: dict, scene: dict, until: dict, known: dict, longest: float) -> dict:
+        """Values of a row (`sweeps.request.Asked`) with the first of its steps that comes out.
 
-        Returns
-        -------
-        dict
-            ``key``, ``state``, ``reason``, ``values`` by name, ``cost``: plain data.
+        Raises
+        ------
+        InputError, DivergenceError, MemoryError
+            What the last one is refused for, if none does.
         """
-        wall, cpu = time.perf_counter(), time.process_time()
-        state, reason, values = DONE, "", {}
-        try:
-            values = self._first_of_steps(rig, changes, scene, until, known, longest)
-        except InputError as error:
-            state, reason = REFUSED, str(error)
-        except DivergenceError as error:
-            state, reason = DIVERGED, str(error)
-        except MemoryError as error:
-            state, reason = FAILED, str(error) or "the memory that is free does not suffice"
-        except Exception as error:  # a row never stops the others
-            state, reason = FAILED, f"{type(error).__name__}: {shown(str(error))}"
-        cost = {"wall_s": time.perf_counter() - wall, "cpu_s": time.process_time() - cpu}
-        row = {"key": key, "state": state, "reason": reason, "values": values, "cost": cost}
-        return json.loads(json.dumps(row, default=lambda number: number.item()))  # numpy's numbers become Python's
-
-    def _first_of_steps(self, rig: dict, changes: dict, scene: dict, until: dict, known: dict, longest: float) -> dict:
-        """The row with the first of its steps that comes out; what the last one is refused for, if none does."""
         if not isinstance(scene.get("step"), list):
             return self._values(Scene(self._rig_of(rig, changes), **scene), until, known, longest)
         *first, last = scene["step"]
@@ -90,17 +65,19 @@ class Rows:
         return self._values(Scene(self._rig_of(rig, changes), **scene | {"step": last}), until, known, longest)
 
     def _values(self, asked: Scene, until: dict, known: dict, longest: float) -> dict:
+        if until:
+            refuse_until(asked, until, longest)
         self._refuse_memory(asked, longest if until else asked.duration, bool(until))
         found: dict = {}
         measures: dict = {}
         if until:
             answer = run_until(asked, until, longest, starts=self._starts)
             recording, measures = answer.recording, answer.measures
-            found |= {"until_known": answer.known, "until_transient_s": answer.transient}
+            found |= {"until_known": answer.converged, "until_transient_s": answer.transient}
         elif known:
             refuse_undriven(asked)
-            recording, answered = run_steady(Loop(asked, self._starts), Known(**known, longest_turns=1))
-            found |= {"contacts_known": answered}
+            recording, converged = run_steady(Loop(asked, self._starts), StopRule(**known, longest_turns=1))
+            found |= {"contacts_known": converged}
         else:
             recording = simulate(asked, starts=self._starts)
             measures = whole_loop(recording) if asked.every_link else {}

@@ -1,17 +1,59 @@
 """Rows that were computed, kept one a line: a sweep that is killed loses no more than the rows in hand.
 
 Every process writes a file of its own in the store's folder and reads all of them, so that sweeps beside each other
-need no lock.
+need no lock. A line is a list of JSON: the SHA-256 of the row's bytes, cut to 64 bits, and the row. What has no such
+checksum, or another one, is not read as a row.
 """
 
+import hashlib
 import json
 import os
+import re
+import sys
 from collections.abc import Collection
 from pathlib import Path
+from typing import Any, Literal
 from uuid import uuid4
 
+from pydantic import ConfigDict, JsonValue, ValidationError, model_validator
+
 from trackdyn.errors import InputError
-from trackdyn.sweeps.row import FAILED
+from trackdyn.files import plain_file
+from trackdyn.parameters.validation import NotNegative, Section
+
+# What came of a row: its numbers; input that is refused; a run that left the physical range; nothing, for a reason that
+# may pass.
+DONE, REFUSED, DIVERGED, FAILED = "done", "refused", "diverged", "failed"
+LONGEST_LINE = 100_000_000  # bytes; a row of a sweep takes 4,000
+_LINE = re.compile(rb'\["([0-9a-f]{16})", (.*)\]\n')
+
+
+def key_of(*content: Any) -> str:
+    """Key of a row: a hash of all that it depends on, plain data."""
+    return hashlib.sha256(json.dumps(content, sort_keys=True, default=str).encode()).hexdigest()[:24]
+
+
+def without_values(key: str, state: str, reason: str) -> dict:
+    """A row that was not computed."""
+    return {"key": key, "state": state, "reason": reason, "values": {}, "cost": {}}
+
+
+class _Kept(Section):
+    """What a line must hold."""
+
+    model_config = ConfigDict(strict=True)
+
+    key: str
+    state: Literal[DONE, REFUSED, DIVERGED]
+    reason: str
+    values: dict[str, JsonValue]
+    cost: dict[Literal["wall_s", "cpu_s"], NotNegative]
+
+    @model_validator(mode="after")
+    def _whole(self):
+        if not (self.state == DONE) == bool(self.values) == (not self.reason):
+            raise ValueError
+        return self
 
 
 class Store:
@@ -36,17 +78,26 @@ class Store:
         except OSError as error:
             raise self._refusal(error) from None
 
-    def read(self, keys: Collection[str]) -> dict[str, dict]:
-        """Results of these keys, as far as they are there; a line that a kill has torn counts as missing."""
-        found = {}
+    def read(self, keys: Collection[str], say: bool = True) -> dict[str, dict]:
+        """Results of these keys, as far as they are there.
+
+        Damaged and foreign lines, and files that are no plain ones, are left out; standard error says how many, unless
+        ``say`` is false.
+        """
+        found, damaged = {}, 0
         for path in sorted(self.folder.glob("*.jsonl")):
-            for line in path.read_bytes().splitlines():
-                try:
-                    row = json.loads(line)
-                    if row["key"] in keys:
-                        found[row["key"]] = {name: row[name] for name in ("key", "state", "reason", "values", "cost")}
-                except (ValueError, TypeError, KeyError):
-                    continue
+            try:
+                with plain_file(path, "store").open("rb") as file:
+                    while line := file.readline(LONGEST_LINE):
+                        if (row := _row(line)) is None:
+                            damaged += 1
+                        elif row["key"] in keys:
+                            found[row["key"]] = row
+            except (InputError, OSError):
+                damaged += 1
+        if damaged and say:
+            what = "1 damaged line was" if damaged == 1 else f"{damaged} damaged lines were"
+            print(f"trackdyn: {self.folder}: {what} ignored; rows that are missing are computed again", file=sys.stderr)
         return found
 
     def keep(self, row: dict) -> None:
@@ -59,7 +110,8 @@ class Store:
         """
         if row["state"] == FAILED:
             return
-        line = json.dumps(row).encode() + b"\n"
+        content = json.dumps(row).encode()
+        line = b'["%s", %s]\n' % (_checksum(content), content)
         try:
             if self._file is None:
                 path = self.folder / f"{uuid4().hex}.jsonl"
@@ -72,3 +124,18 @@ class Store:
     def _refusal(self, error: OSError) -> InputError:
         reason = error.strerror or error
         return InputError(f"{self.folder}: cannot be written ({reason}); free space or another --store would do")
+
+
+def _checksum(content: bytes) -> bytes:
+    return hashlib.sha256(content).hexdigest()[:16].encode()
+
+
+def _row(line: bytes) -> dict[str, Any] | None:
+    """The row of a line; None: it is damaged, or no line of a store."""
+    whole = _LINE.fullmatch(line)
+    if not whole or whole[1] != _checksum(whole[2]):
+        return None
+    try:
+        return dict(_Kept.model_validate_json(whole[2]))
+    except ValidationError:
+        return None

@@ -5,19 +5,17 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from psutil import virtual_memory
-from tqdm import tqdm
 
 from trackdyn.errors import InputError
 from trackdyn.files import refuse_unwritable
 from trackdyn.parameters.rig_file import DEFAULT
 from trackdyn.parameters.validation import shown
 from trackdyn.scene.fidelity import CHOICES
+from trackdyn.sweeps.engine import results as computed
 from trackdyn.sweeps.request import Asked, asked, refuse_columns
-from trackdyn.sweeps.row import DIVERGED, DONE, REFUSED
-from trackdyn.sweeps.store import Store
+from trackdyn.sweeps.row import Rows
+from trackdyn.sweeps.store import DIVERGED, DONE, REFUSED, Store, without_values
 from trackdyn.sweeps.table import read_table, refuse_ending, refuse_header, write_table
-from trackdyn.sweeps.workers import compute
 
 
 def cores() -> int:
@@ -40,7 +38,8 @@ def sweep(
     design : DataFrame or path
         A row a scene: fields of `Scene`, parameters of the rig as ``section.field``, a ``preset``, a ``rig`` file, a
         ``name``; ``until.rms`` and its like are tolerances that end the run when reached, or after ``until.longest`` s;
-        ``known.share_pct``, ``known.force`` and ``known.passages`` end it when its contacts are known (`steady.Known`).
+        ``known.share_pct``, ``known.force`` and ``known.passages`` end it when its contacts have converged
+        (`measure.stopping.StopRule`).
         ``step`` may be several: the first counts that is neither refused nor diverges. An empty cell leaves the field
         to its default.
     out : path or None
@@ -77,7 +76,9 @@ def sweep(
         store = store or store_of(out)
     table = read_design(design)
     rows = asked(table, str(rig))
-    found = _computed(rows, jobs or cores(), store, progress)
+    found = {row.key: without_values(row.key, REFUSED, row.reason) for row in rows if row.reason}
+    due = {row.key: row.task for row in sorted(rows, key=lambda row: row.alike) if not row.reason}
+    found |= computed(Rows, due, jobs or cores(), store, "sweep" if progress else "")
     results = result_table(table, rows, found)
     if out is not None:
         write_table(cost_table(rows, found), costs_of(out))
@@ -131,7 +132,7 @@ def refuse_foreign(out: Path | str, store: Path | str | None = None) -> None:
         computed = set(table.loc[table["state"].isin((DONE, DIVERGED)), "key"])
     except (InputError, KeyError):
         raise InputError(f"{out} exists and is no result of a sweep; {remedy}") from None
-    if missing := len(computed - (Store(folder).read(computed).keys() if folder.is_dir() else set())):
+    if missing := len(computed - (Store(folder).read(computed, say=False).keys() if folder.is_dir() else set())):
         raise InputError(f"{out} exists, and {folder} does not hold {missing} of its rows; {remedy}")
 
 
@@ -171,39 +172,6 @@ def one_of_each_kind(design: pd.DataFrame | Path | str) -> pd.DataFrame:
         if name in (*CHOICES, "preset", "every_link", "sliding") or name.startswith(("until.", "known."))
     ]
     return table.drop_duplicates(kinds) if kinds else table.head(1)
-
-
-def _computed(rows: list[Asked], jobs: int, store: Path | str | None, progress: bool) -> dict[str, dict]:
-    """Result of every row by its key."""
-    found = {row.key: _refused(row) for row in rows if row.reason}
-    wanted = {row.key: row for row in rows if not row.reason}
-    kept = Store(store) if store else None
-    if kept:
-        found |= kept.read(wanted.keys())
-    due = sorted((row for key, row in wanted.items() if key not in found), key=lambda row: row.alike)
-    with tqdm(total=len(due), disable=not progress, unit="row", desc="sweep", smoothing=0.05) as bar:
-        for result in compute([_plain(row) for row in due], jobs, _memory()):
-            if kept:
-                kept.keep(result)
-            found[result["key"]] = result
-            bar.update()
-    return found
-
-
-def _plain(row: Asked) -> dict:
-    """What `sweeps.row.Rows.compute` takes."""
-    return {name: getattr(row, name) for name in ("key", "rig", "changes", "scene", "until", "known", "longest")}
-
-
-def _refused(row: Asked) -> dict:
-    return {"key": row.key, "state": REFUSED, "reason": row.reason, "values": {}, "cost": {}}
-
-
-def _memory() -> float:
-    """Bytes that rows may take: what is free, or half of what SLURM gave the job, since the program is there, too."""
-    given = os.environ.get("SLURM_MEM_PER_NODE", "")
-    free = virtual_memory().available
-    return min(free, float(given) * 2**20 / 2) if given.isdecimal() and int(given) else float(free)
 
 
 def result_table(design: pd.DataFrame, rows: list[Asked], found: dict[str, dict]) -> pd.DataFrame:

@@ -3,10 +3,9 @@
 import json
 import os
 import sys
+from importlib import import_module
 from queue import SimpleQueue
 from threading import Thread
-
-READY = "ready"
 
 
 def _read(lines: SimpleQueue) -> None:
@@ -22,12 +21,13 @@ def main() -> None:
     os.dup2(2, 1)  # whatever else is printed must not mix with the answers
     lines: SimpleQueue = SimpleQueue()
     Thread(target=_read, args=(lines,), daemon=True).start()
-    from trackdyn.sweeps.row import Rows
+    from trackdyn.sweeps.engine import READY, outcome
 
-    rows = Rows(float(sys.argv[1]))
+    module, maker, memory = sys.argv[1:]
+    compute = getattr(import_module(module), maker)(float(memory))
     print(READY, file=answers, flush=True)
     while True:
-        print(json.dumps(rows.compute(**json.loads(lines.get()))), file=answers, flush=True)
+        print(json.dumps(outcome(compute, *json.loads(lines.get()))), file=answers, flush=True)
 
 
 if __name__ == "__main__":

@@ -81,6 +81,7 @@ rule fit:
         values=f"{R}/fit/values.csv",
         history=f"{R}/fit/history.csv",
         targets=f"{R}/fit/targets.csv",
+    params: store=f"{R}/fit/rows"
     threads: 2
     log: f"{R}/logs/fit.log"
     message: "Fitting the rig"

@@ -2,11 +2,11 @@ from _script import logged
 
 from trackdyn import load_rig
 from trackdyn.files import write_csv
-from trackdyn.measure.until_known import Known
+from trackdyn.measure.stopping import StopRule
 from trackdyn.study.accuracy.ladder import measure_setting
 
 with logged(snakemake):
     params = snakemake.params
     rig, setting = load_rig(snakemake.input.rig), snakemake.wildcards.setting
-    rows = measure_setting(rig, setting, params.speeds, params.radii, Known(**params.known))
+    rows = measure_setting(rig, setting, params.speeds, params.radii, StopRule(**params.known))
     write_csv(snakemake.output[0], rows)

@@ -10,7 +10,8 @@ from trackdyn.parameters.yaml_file import read_yaml
 with logged(snakemake):
     config = validated(FitConfig, read_yaml(snakemake.input.fit), snakemake.input.fit)
     rig = load_rig(snakemake.input.rig)
-    fitted, history = fit_rig(rig, config, jobs=snakemake.threads)
+    jobs, store = snakemake.threads, snakemake.params.store
+    fitted, history = fit_rig(rig, config, jobs, store=store)
     rows = [
         {
             "parameter": name,
@@ -25,5 +26,5 @@ with logged(snakemake):
     ]
     write_csv(snakemake.output.values, pd.DataFrame(rows))
     write_csv(snakemake.output.history, history)
-    (summaries,) = measure_rigs([fitted], config, jobs=snakemake.threads)
+    (summaries,) = measure_rigs([fitted], config, jobs, store)
     write_csv(snakemake.output.targets, report_targets(config, summaries))

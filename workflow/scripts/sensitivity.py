@@ -11,7 +11,7 @@ from trackdyn.inference.fit import (
     sensitivity,
     summaries_of,
 )
-from trackdyn.measure.until_known import Known
+from trackdyn.measure.stopping import StopRule
 from trackdyn.paper.contents import caption
 from trackdyn.parameters.validation import validated
 from trackdyn.parameters.yaml_file import read_yaml
@@ -33,5 +33,5 @@ with logged(snakemake):
     save(sensitivity_figure(table), snakemake.output.figure[0])
     readings = equal_pitch_readings(rig, summaries)
     write_table(readings, snakemake.output.readings, caption("equal_pitch"), shown=equal_pitch_by_ring(readings))
-    directions = run_directions(rig, config, params.step, Known(**params.known))
+    directions = run_directions(rig, config, params.step, StopRule(**params.known))
     write_table(directions, snakemake.output.directions, caption("run_direction"))

@@ -2,13 +2,13 @@ import pandas as pd
 from _script import logged
 
 from trackdyn import Scene, load_rig
-from trackdyn.measure.until_known import Known
+from trackdyn.measure.stopping import StopRule
 from trackdyn.paper.contents import caption
 from trackdyn.report.tables import write_table
 from trackdyn.study.stability import stability
 
 with logged(snakemake):
-    rig, known = load_rig(snakemake.input.rig), Known(**snakemake.params.known)
+    rig, rule = load_rig(snakemake.input.rig), StopRule(**snakemake.params.known)
     tables = [
         stability(Scene(rig, **fields | {"pitches": tuple(fields["pitches"])}), known)
         for fields in snakemake.params.scenes

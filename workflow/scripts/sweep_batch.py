@@ -1,7 +1,7 @@
 from _script import logged
 
 from trackdyn.errors import TrackdynError
-from trackdyn.sweeps.row import FAILED
+from trackdyn.sweeps.store import FAILED
 from trackdyn.sweeps.sweep import summary, sweep
 from trackdyn.sweeps.table import read_table, write_table
 

@@ -12,7 +12,7 @@ from trackdyn.inference.targets import Case, CaseTarget
 from trackdyn.inference.unknowns import Unknowns
 from trackdyn.parameters.layout import can_close
 from trackdyn.parameters.rig import Rig
-from trackdyn.sweeps.row import DONE
+from trackdyn.sweeps.store import DONE
 
 # the radii over which C24 takes its mean
 SPREAD_CLAIM = "C24"

@@ -10,8 +10,6 @@ One set of simulations serves twice: in turn each of `FOLDS` parts of it are tru
 others.
 """
 
-import hashlib
-import json
 from itertools import chain
 from typing import Annotated, NamedTuple
 
@@ -20,7 +18,6 @@ import pandas as pd
 from pydantic import Field
 from scipy.linalg import block_diag
 from scipy.stats import beta, chisquare, qmc
-from tqdm import tqdm
 
 from trackdyn.errors import InputError
 from trackdyn.inference.identification.emulation import FeatureEmulator
@@ -30,11 +27,11 @@ from trackdyn.inference.identification.identify import LEAST_SPREAD, changes_at
 from trackdyn.inference.identification.posterior import Draws, Posterior, Records, medians, sample, shares
 from trackdyn.inference.unknowns import Unknown, Unknowns, file_ranges
 from trackdyn.inference.verdict import IDENTIFIED, verdict
-from trackdyn.jit import KERNEL_SOURCES, source_hash
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.validation import Section
-from trackdyn.sweeps.row import DONE, SOURCES
-from trackdyn.sweeps.store import Store
+from trackdyn.sweeps.engine import refuse_failed, results
+from trackdyn.sweeps.row import row_sources
+from trackdyn.sweeps.store import key_of
 
 LEVELS = (0.5, 0.8, 0.9, 0.95)
 PRIOR, NONE = "prior", "none"  # what discrepancy a truth's record has: drawn from the prior, or none at all
@@ -163,21 +160,16 @@ def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = 
     ]
     due = [(truth, PRIOR) for truth in range(len(data.points))]
     due += [(truth, NONE) for truth in range(min(config.plain, len(data.points)))]
-    kept_rows = Store(store) if store else None
-    keys = {one: _key(config, *one) for one in due}
-    known = kept_rows.read(set(keys.values())) if kept_rows else {}
-    rows = []
-    for one in tqdm(due, disable=not progress, unit="record", desc="calibration"):
-        if keys[one] in known:
-            rows += known[keys[one]]["values"]["rows"]
-            continue
-        truth, discrepancy = one
+
+    def one(truth: int, discrepancy: str) -> dict:
         told = Records(names, record, data.simulated[truth], np.zeros((len(names),) * 2)).part(kept)
-        found = _identified(config, data, emulators[fold[truth]], told, kept, truth, discrepancy)
-        if kept_rows:
-            kept_rows.keep({"key": keys[one], "state": DONE, "reason": "", "values": {"rows": found}, "cost": {}})
-        rows += found
-    ranks = pd.DataFrame(rows)
+        return {"rows": _identified(config, data, emulators[fold[truth]], told, kept, truth, discrepancy)}
+
+    content = [config.model_dump(exclude={"plain"}), row_sources("inference")]
+    tasks = {key_of(*content, *each): dict(zip(("truth", "discrepancy"), each, strict=True)) for each in due}
+    found = results(lambda memory: one, tasks, 1, store, "calibration" if progress else "", "record")
+    refuse_failed(found.values(), "the same command goes on from there")
+    ranks = pd.DataFrame([row for key in tasks for row in found[key]["values"]["rows"]])
     told = ranks[(ranks["discrepancy"] == PRIOR) & (ranks["verdict"] != "")]
     covered = [
         {
@@ -190,17 +182,6 @@ def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = 
         for level in LEVELS
     ]
     return Calibration(pd.DataFrame(covered), ranks, summarised(ranks))
-
-
-def _key(config: CalibrationConfig, truth: int, discrepancy: str) -> str:
-    """Hash of all that the answer to one truth depends on."""
-    content = [
-        config.model_dump(exclude={"plain"}),
-        truth,
-        discrepancy,
-        source_hash((*KERNEL_SOURCES, *SOURCES, "inference")),
-    ]
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:24]
 
 
 def _identified(config, data: Data, emulator, told: Records, kept, truth: int, discrepancy: str) -> list[dict]:

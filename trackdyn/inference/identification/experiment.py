@@ -3,34 +3,26 @@
 What is computed is kept on disk at once, and known again by rig, scenes and sources.
 """
 
-import hashlib
-import json
-import multiprocessing
-import signal
-import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from math import ceil
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from tqdm import tqdm
 
-from trackdyn.errors import DivergenceError, InputError, TrackdynError
+from trackdyn.errors import DivergenceError
 from trackdyn.inference.identification.features import features, features_of, turn_statistics
 from trackdyn.integrate.methods import METHODS
-from trackdyn.jit import KERNEL_SOURCES, source_hash
 from trackdyn.measure.sensor import sense
 from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.validation import shown
 from trackdyn.scene.fidelity import preset
 from trackdyn.scene.limits import step_limits
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.settled_loops import Starts
 from trackdyn.simulation.simulate import simulate
-from trackdyn.sweeps.row import DIVERGED, DONE, FAILED, REFUSED, SOURCES
-from trackdyn.sweeps.store import Store
+from trackdyn.sweeps.engine import refuse_failed, results
+from trackdyn.sweeps.row import row_sources
+from trackdyn.sweeps.store import DONE, key_of
 
 LEAD_IN = (
     3.0  # s at constant speed: turns of the shipped rig then differ from later ones no more than those from each other
@@ -121,42 +113,29 @@ class Experiment(NamedTuple):
         """Numbers of features of the speeds."""
         return [len(features_of(speed.rate / speed.every)) for speed in self.speeds]
 
-    def key(self, changes: dict) -> str:
-        """Hash of all that the features depend on."""
-        sources = source_hash(
-            (
-                *KERNEL_SOURCES,
-                *SOURCES,
-                "inference/identification/features.py",
-                "inference/identification/experiment.py",
-            )
-        )
-        content = [self.rig.model_dump(), changes, self.speeds, self.turns, self.noise, sources]
-        return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:24]
+    def tasks(self, changes: Sequence[dict]) -> list[tuple[str, dict]]:
+        """Keys and arguments of rows (`sweeps.engine.results`), one a rig (``section__field`` changes)."""
+        content = self._asdict() | {"rig": self.rig.model_dump()}
+        sources = row_sources(*(f"inference/identification/{name}.py" for name in ("features", "experiment")))
+        tasks = [content | {"changes": change} for change in changes]
+        return [(key_of(task, sources), task | {"seed": int(key_of(task), 16)}) for task in tasks]
 
-    def compute(self, changes: dict) -> dict:
-        """A row for the store: state, reason, and the statistics of turns of every speed (``section__field``
-        changes).
-        """
-        state, reason, values = DONE, "", {}
-        key, starts, began = self.key(changes), Starts(), time.process_time()
-        rng = np.random.default_rng(int(key, 16))
-        try:
-            rig = self.rig.changed(**changes)
-            for k, speed in enumerate(self.speeds):
-                ay = simulated_ay(rig, speed, self.turns, starts)
-                ay = ay + self.noise * rng.standard_normal(ay.shape)
-                rate = speed.rate / speed.every
-                found = turn_statistics(ay, rate, rig.loop_period(speed.rpm), rig.chain.pitches)
-                values[str(k)] = found.tolist()
-        except InputError as error:
-            state, reason, values = REFUSED, str(error), {}
-        except DivergenceError as error:
-            state, reason, values = DIVERGED, str(error), {}
-        except (MemoryError, TrackdynError) as error:
-            state, reason = FAILED, shown(str(error)) or "the memory that is free does not suffice"
-        cost = {"cpu_s": time.process_time() - began}
-        return {"key": key, "state": state, "reason": reason, "values": values, "cost": cost}
+
+def rows_of_rigs(memory: float) -> Callable[..., dict]:
+    """What computes the rows of `run`; none takes much memory."""
+    return _statistics
+
+
+def _statistics(rig: dict, changes: dict, speeds: list, turns: int, noise: float, seed: int) -> dict:
+    """`turn_statistics` of every speed."""
+    changed, starts, rng = Rig.model_validate(rig).changed(**changes), Starts(), np.random.default_rng(seed)
+    values = {}
+    for k, speed in enumerate(Speed(*fields) for fields in speeds):
+        ay = simulated_ay(changed, speed, turns, starts)
+        ay = ay + noise * rng.standard_normal(ay.shape)
+        period = changed.loop_period(speed.rpm)
+        values[str(k)] = turn_statistics(ay, speed.rate / speed.every, period, changed.chain.pitches).tolist()
+    return values
 
 
 class Simulated(NamedTuple):
@@ -194,44 +173,12 @@ def run(
     experiment: Experiment, changes: Sequence[dict], store: Path | str | None, jobs: int = 1, progress: str = ""
 ) -> Simulated:
     """Simulate rigs, those that the store does not know; ``progress`` is what the bar is called, none if empty."""
-    kept = Store(store) if store else None
-    keys = [experiment.key(change) for change in changes]
-    found = kept.read(set(keys)) if kept else {}
-    due = [change for change, key in zip(changes, keys, strict=True) if key not in found]
-    with tqdm(total=len(due), disable=not progress, unit="rig", desc=progress, smoothing=0.05) as bar:
-        for row in _computed(experiment, due, jobs):
-            if kept:
-                kept.keep(row)
-            found[row["key"]] = row
-            bar.update()
-    rows = [found[key] for key in keys]
-    for row in rows:
-        if row["state"] == FAILED:
-            raise TrackdynError(
-                f"a simulation failed for a reason that may pass ({row['reason']}); --resume goes on from there"
-            )
+    tasks = experiment.tasks(changes)
+    found = results(rows_of_rigs, dict(tasks), jobs, store, progress, "rig")
+    refuse_failed(found.values(), "--resume goes on from there")
+    rows = [found[key] for key, _ in tasks]
     statistics = [
         [np.array(row["values"][str(k)]) for k in range(len(experiment.speeds))] if row["state"] == DONE else None
         for row in rows
     ]
     return Simulated(statistics, [row["reason"] for row in rows])
-
-
-def _computed(experiment: Experiment, due: list[dict], jobs: int) -> Iterator[dict]:
-    if jobs == 1 or len(due) < 2:
-        yield from map(experiment.compute, due)
-        return
-    yield experiment.compute(due[0])  # compiles what the processes would compile side by side
-    with _pool(jobs) as pool:
-        yield from pool.imap_unordered(experiment.compute, due[1:])
-
-
-@contextmanager
-def _pool(jobs: int):
-    """Processes that leave an interruption to the one that started them."""
-    pool = multiprocessing.Pool(jobs, initializer=signal.signal, initargs=(signal.SIGINT, signal.SIG_IGN))
-    try:
-        yield pool
-    finally:
-        pool.terminate()
-        pool.join()

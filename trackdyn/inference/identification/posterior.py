@@ -205,8 +205,12 @@ def _sample(posterior: Posterior, steps: int, seed: int, progress: str, walkers:
                 last = state
                 bar.update()
             discard = int(BURN * sampler.iteration)
-            times = sampler.get_autocorr_time(discard=discard, tol=0)
-            if sampler.iteration - discard >= CHAIN_LENGTHS * times.max():
+            chain = sampler.get_chain(discard=discard)
+            moved = np.ptp(chain, axis=0).all(axis=1)  # a walker that stays has no autocorrelation
+            if not moved.any():
+                raise TrackdynError(f"no walker has moved in {len(chain)} steps; more steps would do")
+            times = emcee.autocorr.integrated_time(chain[:, moved], tol=0)
+            if moved.all() and len(chain) >= CHAIN_LENGTHS * times.max():
                 break
     thin = max(int(np.min(times) / 2), 1)
     points = sampler.get_chain(discard=discard, thin=thin, flat=True)

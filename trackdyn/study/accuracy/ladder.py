@@ -8,7 +8,7 @@ import pandas as pd
 from trackdyn.errors import TrackdynError
 from trackdyn.measure.meshing import meshing_summary
 from trackdyn.measure.metrics import energy_residual
-from trackdyn.measure.until_known import Known, run_steady, steady_fields
+from trackdyn.measure.stopping import StopRule, run_steady, steady_fields
 from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.fidelity import PRESETS
@@ -48,7 +48,7 @@ COLUMNS = [
 
 
 def measure_setting(
-    rig: Rig, setting: str, speeds: list[float], radii: list[float | None], known: Known
+    rig: Rig, setting: str, speeds: list[float], radii: list[float | None], rule: StopRule
 ) -> pd.DataFrame:
     """Statistics of one setting for every speed and ring, the whole loop as the sensor.
 
@@ -62,7 +62,7 @@ def measure_setting(
         Motor speeds, rev/min.
     radii : list of float or None
         Ring radii, m; None: no ring.
-    known : Known
+    rule : StopRule
         When a record ends.
 
     Returns
@@ -75,8 +75,8 @@ def measure_setting(
         name = f"{rpm:g} rpm, {'no ring' if radius is None else f'ring {radius:g} m'}"
         try:
             fields = PRESETS[REFERENCE] | {"ring_radius": radius} | SETTINGS[setting]
-            scene = Scene(rig, rpm, **steady_fields(rig, rpm, known) | {"lead_in": LEAD_IN} | fields)
-            found, wall, note = *(_belt(scene) if scene.chain == "belt" else _run(scene, known, starts)), ""
+            scene = Scene(rig, rpm, **steady_fields(rig, rpm, rule) | {"lead_in": LEAD_IN} | fields)
+            found, wall, note = *(_belt(scene) if scene.chain == "belt" else _run(scene, rule, starts)), ""
         except TrackdynError as error:
             found, wall, note = {}, NAN, str(error)
         rows += [[name, setting, measure, found.get(measure, NAN), wall, note] for measure in MEASURES]
@@ -84,10 +84,10 @@ def measure_setting(
     return pd.DataFrame(rows, columns=FOUND)
 
 
-def _run(scene: Scene, known: Known, starts: Starts) -> tuple[dict[str, float], float]:
+def _run(scene: Scene, rule: StopRule, starts: Starts) -> tuple[dict[str, float], float]:
     """Statistics of a scene, and wall seconds a simulated one."""
     simulate(scene.with_(duration=0.01, lead_in=0.0), starts=starts)  # compiled before anything is timed
-    recording, _ = run_steady(Loop(scene.with_(every_link=True), starts), known)
+    recording, _ = run_steady(Loop(scene.with_(every_link=True), starts), rule)
     loop, contacts = whole_loop(recording), meshing_summary(recording)
     found = {name: loop[name].value for name in ("rms", "sd", "line")}
     found |= {name: contacts[f"{name}_pct"] for name in SHARES} | {"left_peak": contacts["left_peak_n"]}

@@ -17,8 +17,8 @@ from scipy.stats import t as student
 
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.files import read_text
+from trackdyn.measure.stopping import LEAST
 from trackdyn.measure.uncertainty import CONFIDENCE
-from trackdyn.measure.until_known import LEAST
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import parse_tolerance, shown
 from trackdyn.study.accuracy.limit import SURE

@@ -1,16 +1,16 @@
-"""Runs that stop when the answer is known."""
+"""Runs that stop when the answer has converged."""
 
 import numpy as np
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.measure.until_known import run_until
+from trackdyn.measure.stopping import run_until
 from trackdyn.measure.whole_loop import Series
 
 
-def test_the_run_stops_when_every_asked_measure_is_known(make_scene):
+def test_the_run_stops_when_every_asked_measure_has_converged(make_scene):
     answer = run_until(make_scene(210.0), {"rms": 0.01, "left_share": 0.005}, longest=20.0)
-    assert answer.known
+    assert answer.converged
     seconds = len(answer.recording.time) / answer.recording.rate
     assert seconds < 10.0
     assert answer.transient <= seconds / 2
@@ -23,7 +23,7 @@ def test_the_run_stops_when_every_asked_measure_is_known(make_scene):
 
 def test_a_bound_that_is_hit_is_said(make_scene):
     answer = run_until(make_scene(210.0), {"rms": 1e-9, "left_peak": 0.5}, longest=2.0)
-    assert not answer.known
+    assert not answer.converged
     assert answer.reached == {"rms": False, "left_peak": False}  # no arc passes whole within two seconds
     assert len(answer.recording.time) == 2000
 

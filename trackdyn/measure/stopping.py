@@ -1,14 +1,16 @@
-"""Contacts with the sprocket in steady running: every pitch is a sample, and a run ends when its answer is known.
+"""Runs that end when their answer has converged.
 
-The log of contacts holds those of all pitches. Where motion repeats from pitch to pitch the passages of one turn of the
-sprocket, each groove visited once, say as much as a long record does; where it scatters, their batch means say how
-well the mean is known (`measure.whole_loop`).
+A run is recorded in chunks and judged from time to time. Two judges say when it has converged: the measures that every
+link gives as a sensor (`run_until`), and the contacts with the sprocket, of which every pitch is a sample
+(`run_steady`). Where motion repeats from pitch to pitch the passages of one turn of the sprocket, each groove visited
+once, say as much as a long record does; where it scatters, their batch means say how well the mean is determined
+(`measure.whole_loop`).
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from math import ceil, pi
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 import pandas as pd
 from pydantic import Field
@@ -20,6 +22,7 @@ from trackdyn.measure.whole_loop import RELATIVE, SHARES, Estimate, Series, pass
 from trackdyn.model.record import SPELL_COLUMNS
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import Positive, Section
+from trackdyn.scene.scene import LONGEST as LONGEST_RUN
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import SAMPLED, Writer
@@ -28,12 +31,38 @@ from trackdyn.simulation.settled_loops import Starts
 
 # of a record from one judgement to the next
 GROWTH = 1.1
+# Passages that must be left after the transient: fewer batches than three say little about their own scatter.
+LEAST = 9
 START = SPELL_COLUMNS.index("start_s")
+Judged = TypeVar("Judged")
 
 
-class Known(Section):
-    """When contacts are known: half of the 95 % intervals of shares (points of a turn) and of RMS forces (relative),
-    passages at least, and the revolutions of the loop after which a record ends with what it knows.
+def _record(
+    loop: Loop,
+    first: float,
+    judge: Callable[[Recording], tuple[Judged, bool]],
+    tick: Callable[[float], object] = lambda seconds: None,
+) -> tuple[Judged, bool]:
+    """Start a loop and record it until ``judge`` says that its answer has converged, or for its scene's duration.
+
+    The first judgement is after ``first`` seconds. Returns what the last one said.
+    """
+    scene = loop.scene
+    loop.advance(scene.ramp + scene.lead_in, tick)
+    writer = Writer(loop, scene.duration, scene.pitches, scene.frame_interval, True, scene.every_link)
+    judged = first * scene.rig.sensor.rate
+    while True:
+        tick(writer.chunk())
+        if writer.finished or writer.done >= judged:
+            answer, converged = judge(writer.recording())
+            if converged or writer.finished:
+                return answer, converged
+            judged = GROWTH * writer.done
+
+
+class StopRule(Section):
+    """Tolerances of contacts: half of the 95 % intervals of shares (points of a turn) and of RMS forces (relative),
+    passages at least, and the revolutions of the loop after which a record ends in any case.
     """
 
     share_pct: Positive
@@ -42,11 +71,11 @@ class Known(Section):
     longest_turns: Annotated[float, Field(ge=1)]  # fewer would hold no whole passage
 
 
-def steady_fields(rig: Rig, rpm: float, known: Known) -> dict[str, float]:
-    """Fields of a scene that records from the end of its ramp on, for as long as ``known`` allows."""
+def steady_fields(rig: Rig, rpm: float, rule: StopRule) -> dict[str, float]:
+    """Fields of a scene that records from the end of its ramp on, for as long as ``rule`` allows."""
     return {
         "lead_in": 0.0,
-        "duration": ceil(known.longest_turns * rig.loop_period(rpm) * rig.sensor.rate) / rig.sensor.rate,
+        "duration": ceil(rule.longest_turns * rig.loop_period(rpm) * rig.sensor.rate) / rig.sensor.rate,
     }
 
 
@@ -68,13 +97,13 @@ def half_widths(found: dict[str, Series]) -> tuple[float, float]:
     """Largest half of a 95 % interval of a share (%), and of an RMS force that lasts (relative); NaN where there is
     none.
     """
-    known = {name: measure.estimate() for name, measure in found.items()}
+    means = {name: measure.estimate() for name, measure in found.items()}
     forces = [
-        known[f"{side}_force"].half_width / known[f"{side}_force"].value
+        means[f"{side}_force"].half_width / means[f"{side}_force"].value
         for side in SIDES
-        if known[f"{side}_share"].value >= TOUCHING
+        if means[f"{side}_share"].value >= TOUCHING
     ]
-    return max(known[f"{side}_share"].half_width for side in SIDES), max(forces, default=0.0)
+    return max(means[f"{side}_share"].half_width for side in SIDES), max(forces, default=0.0)
 
 
 def later(recording: Recording, seconds: float) -> Recording:
@@ -101,8 +130,8 @@ def later(recording: Recording, seconds: float) -> Recording:
     )
 
 
-def run_steady(loop: Loop, known: Known) -> tuple[Recording, bool]:
-    """Start a loop and record it until shares and forces are known, or for the duration of its scene.
+def run_steady(loop: Loop, rule: StopRule) -> tuple[Recording, bool]:
+    """Start a loop and record it until its contacts have converged, or for the duration of its scene.
 
     Passages that are alike within the tolerances need no cut: all of them count. Else the longest transient of all
     measures is left out by the marginal standard error rule (`Series.transient`). The run ends when the passages that
@@ -113,25 +142,19 @@ def run_steady(loop: Loop, known: Known) -> tuple[Recording, bool]:
     Recording
         From two thirds of a turn of the sprocket before the first passage that counts.
     bool
-        Both tolerances were reached.
+        It has converged.
     """
-    scene = loop.scene
-    loop.advance(scene.ramp + scene.lead_in)
-    writer = Writer(loop, scene.duration, scene.pitches, scene.frame_interval, True, scene.every_link)
-    turns = 2 * LONGEST + PASSAGE + known.passages / scene.rig.sprocket.teeth
-    judged = turns * 2 * pi / abs(scene.sprocket_rate) * scene.rig.sensor.rate
-    while True:
-        writer.chunk()
-        if writer.finished or writer.done >= judged:
-            recording = writer.recording()
-            begin, answered = steady_from(recording, known)
-            if answered or writer.finished:
-                return later(recording, begin), answered
-            judged = GROWTH * writer.done
+
+    def judge(recording: Recording) -> tuple[Recording, bool]:
+        begin, converged = steady_from(recording, rule)
+        return later(recording, begin), converged
+
+    turns = 2 * LONGEST + PASSAGE + rule.passages / loop.scene.rig.sprocket.teeth
+    return _record(loop, turns * 2 * pi / abs(loop.scene.sprocket_rate), judge)
 
 
-def steady_from(recording: Recording, known: Known) -> tuple[float, bool]:
-    """Seconds at the beginning of a record that are left out, and whether what remains is known."""
+def steady_from(recording: Recording, rule: StopRule) -> tuple[float, bool]:
+    """Seconds at the beginning of a record that are left out, and whether the contacts of the rest have converged."""
     table = passages(recording)
     if table.empty:  # nothing has touched the sprocket so far
         return 0.0, False
@@ -139,25 +162,19 @@ def steady_from(recording: Recording, known: Known) -> tuple[float, bool]:
     cut = max(measure.transient() for measure in found.values())
     for first in (0, cut):
         share, force = half_widths({name: measure.since(first) for name, measure in found.items()})
-        enough = table["passage"].nunique() - first >= known.passages
-        answered = bool(enough and share <= known.share_pct and force <= known.force)
-        if answered:
+        enough = table["passage"].nunique() - first >= rule.passages
+        converged = bool(enough and share <= rule.share_pct and force <= rule.force)
+        if converged:
             break
     if not first:
-        return 0.0, answered
+        return 0.0, converged
     begins = table.loc[table["passage"] == first, "start_s"].min()
-    return float(begins) - LONGEST * timing(recording).turn, answered
-
-
-# Passages that must be left after the transient: fewer batches than three say little about their own scatter.
-LEAST = 9
-# of a record from one judgement to the next
-GROWTH = 1.1
+    return float(begins) - LONGEST * timing(recording).turn, converged
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What is known at the end of a run.
+    """What a run gives at its end.
 
     Attributes
     ----------
@@ -177,7 +194,7 @@ class Answer:
     recording: Recording
 
     @property
-    def known(self) -> bool:
+    def converged(self) -> bool:
         """Every tolerance was reached."""
         return all(self.reached.values())
 
@@ -212,7 +229,7 @@ def run_until(
     Raises
     ------
     InputError
-        A measure or tolerance is not accepted, or ``longest`` holds too few passages.
+        As `refuse_until`.
     DivergenceError
         As in `simulate`.
     """
@@ -221,30 +238,27 @@ def run_until(
     scene = scene.with_(
         duration=ceil(longest * rate) / rate, lead_in=0.0, pitches=(), frame_interval=0.0, spells=True, every_link=True
     )
-    loop = Loop(scene, starts)
-    loop.advance(scene.ramp, tick)
-    writer = Writer(loop, scene.duration, (), 0.0, True, True)
-    judged = (LEAST + 1) / (scene.loop_frequency * scene.rig.chain.pitches) * rate
-    while True:
-        tick(writer.chunk())
-        if writer.finished or writer.done >= judged:
-            answer = _judge(writer.recording(), tolerances)
-            if writer.finished or answer.known:
-                return answer
-            judged = GROWTH * writer.done
+    answer, _ = _record(Loop(scene, starts), _least(scene), lambda recording: _judged(recording, tolerances), tick)
+    return answer
 
 
-def _judge(recording: Recording, tolerances: Mapping[str, float]) -> Answer:
+def _least(scene: Scene) -> float:
+    """Seconds of the passages that an answer takes, the first one being cut."""
+    return (LEAST + 1) / (scene.loop_frequency * scene.rig.chain.pitches)
+
+
+def _judged(recording: Recording, tolerances: Mapping[str, float]) -> tuple[Answer, bool]:
     found = series(recording)
     first = max((found[name].transient() for name in tolerances if name in found), default=0)
-    known = {name: measure.since(first).estimate() for name, measure in found.items()}
+    means = {name: measure.since(first).estimate() for name, measure in found.items()}
     reached = {}
     for name, tolerance in tolerances.items():
-        measure = known.get(name)
+        measure = means.get(name)
         enough = measure is not None and len(found[name].since(first).values) >= LEAST
         scale = 100.0 if name in SHARES else abs(measure.value) if enough else 0.0
         reached[name] = bool(enough and measure.half_width <= tolerance * scale)
-    return Answer(known, reached, first * passage(recording), recording)
+    answer = Answer(means, reached, first * passage(recording), recording)
+    return answer, answer.converged
 
 
 def refuse_undriven(scene: Scene) -> None:
@@ -262,12 +276,12 @@ def refuse_undriven(scene: Scene) -> None:
 
 
 def refuse_until(scene: Scene, tolerances: Mapping[str, float], longest: float) -> None:
-    """Refuse what `run_until` cannot answer, before anything runs; parameters as there.
+    """Refuse what `run_until` cannot be asked for.
 
     Raises
     ------
     InputError
-        A measure or tolerance is not accepted, or ``longest`` holds too few passages.
+        A measure or tolerance is not accepted, or ``longest`` holds too few passages or is beyond ten hours.
     """
     if not tolerances:
         raise InputError("tolerances is empty; name a measure and a tolerance, such as rms and 0.01")
@@ -279,8 +293,8 @@ def refuse_until(scene: Scene, tolerances: Mapping[str, float], longest: float) 
                 f"tolerance = {value!r} of {name} is not accepted: a number between 0 and 1, such as 0.01, would do"
             )
     refuse_undriven(scene)
-    least = (LEAST + 1) / (scene.loop_frequency * scene.rig.chain.pitches)
-    if not least < longest <= 36000.0:
+    least = _least(scene)
+    if not least < longest <= LONGEST_RUN:
         raise InputError(
             f"longest = {longest!r} s is not accepted: {least:.3g} s (ten passages of a pitch) to ten hours would do"
         )
