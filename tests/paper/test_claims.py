@@ -51,7 +51,7 @@ def good() -> Evidence:
                      "high_frequency_g": 0.1 + 0.1 * i, "loop_gap_max_m": 1e-13, "gap_before_projection_m": 1e-11,
                      "velocity_gap_m_s": 1e-5})  # fmt: skip
         for j, radius in enumerate(RADII):
-            left, ring = 200 * (1 + 0.1 * i), 500 * 1.25**j * (1 + 0.02 * i)
+            left, ring = (199 if radius == 0.308 else 200) * (1 + 0.1 * i), 500 * 1.25**j * (1 + 0.02 * i)
             rows.append({"run": f"ring/{rpm:g}rpm_{radius}", "rpm": rpm, "ring_radius_m": radius,
                          "left_share_pct": 30.0 if radius < 0.307 else 11.9 if radius < 0.308 else 9.0,
                          "right_share_pct": 20.0 if radius < 0.305 else 0.0, "left_rms_n": left, "left_sd_n": left,
@@ -148,7 +148,10 @@ SPOILT = {
     "C24c": lambda e: changed(e, "left_rms_n", 270.0, "ring/.*", [115.0], [0.303]),
     "C25a": lambda e: changed(e, "left_share_pct", 15.1, "ring/.*", [115.0], [0.307]),
     "C25b": lambda e: changed(e, "left_share_pct", 4.9, "ring/.*", [180.0], [0.313]),
-    "C26a": lambda e: changed(e, "left_share_pct", 12.1, "ring/.*", [210.0], [0.307, 0.308]),
+    "C26a": lambda e: changed(
+        changed(e, "left_share_pct", 12.1, "ring/.*", [210.0], [0.307, 0.308]),
+        "left_rms_n", 198.0, "ring/.*", [115.0], [0.313],
+    ),
     "C26b": lambda e: replace(e, rig=RIG.changed(sprocket__equal_pitch_radius=0.3035)),
     "C27": lambda e: changed(e, "right_phase_start", -0.03, NO_RING),
     "C28a": lambda e: changed(e, "ring_share_pct", 44.1, RING),
@@ -278,6 +281,13 @@ def test_bounds(rule, bound, verdict):
 def test_some_starts_of_a_record_are_a_trend():
     found = judge(CLAIMS["C07b"], starts(good(), line_hz=[0.1222, 0.1333, 0.1333, 0.1222]))
     assert found == ("0.1222 to 0.1333; 2 of 4 starts", IN_TREND, [115.0])
+
+
+def test_one_reading_of_several_is_a_trend():
+    e = changed(good(), "left_rms_n", 190.0, "ring/.*", [115.0], [0.313])
+    found = judge(CLAIMS["C26a"], e)
+    assert found.verdict == IN_TREND
+    assert found.measured.endswith("least left force: 0.313, 0.308, 0.308, 0.308")
 
 
 def test_a_step_of_the_grid_is_within_a_tolerance_of_one_step():

@@ -54,7 +54,9 @@ class Claim(Section):
     unit: str = "1"
     speeds: Literal["all", "sect_6_1", "others"] = "all"
     measure: str | None = None
-    rule: Literal["equal", "at_most", "at_least", "rising", "same", "every_start", "no_test", "not_comparable"]
+    rule: Literal[
+        "equal", "at_most", "at_least", "rising", "same", "every_start", "readings", "no_test", "not_comparable"
+    ]
     tolerance: float | None = None
     trend_tolerance: float | None = None
     fails_if: str = ""
@@ -74,7 +76,7 @@ class Claim(Section):
             raise InputError(
                 f"claim {self.name}: measure = {self.measure!r} is unknown; known are {', '.join(sorted(MEASURES))}"
             )
-        if self.rule in ("equal", "every_start") and self.tolerance is None:
+        if self.rule in ("equal", "every_start", "readings") and self.tolerance is None:
             raise InputError(
                 f"claim {self.name}: tolerance is missing; the rule {self.rule} needs one, with its reason"
             )
@@ -129,6 +131,10 @@ def _bounds(claim: Claim, speeds) -> np.ndarray:
 def _verdict(claim: Claim, measured, speeds) -> str:
     if claim.rule == "same":
         return REPRODUCED if measured == claim.printed else NOT_REPRODUCED
+    if claim.rule == "readings":
+        off = np.abs(np.array(list(measured.values()), dtype=float) - claim.printed)
+        holds = (off <= SLACK * claim.tolerance).all(axis=1)  # of each reading at every speed
+        return REPRODUCED if holds.all() else IN_TREND if holds.any() else NOT_REPRODUCED
     values = np.asarray(measured, dtype=float)
     if not np.isfinite(values).all():
         return NOT_REPRODUCED
@@ -167,6 +173,8 @@ def judge(claim: Claim, e: Evidence) -> Judgement:
 def _text(value) -> str:
     if value is None:
         return ""
+    if isinstance(value, dict):
+        return "; ".join(f"{name}: {_text(one)}" for name, one in value.items())
     if isinstance(value, Range):
         return f"{_text(value.low)} to {_text(value.high)}"
     if isinstance(value, list | tuple):

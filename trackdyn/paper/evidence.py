@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -9,6 +10,17 @@ import pandas as pd
 from trackdyn.measure.metrics import lines_by_start
 from trackdyn.parameters.rig import Rig
 from trackdyn.simulation.recording import load_recording
+
+
+class NotThere(Exception):
+    """What a measure needs was not run or not recorded; the message says which."""
+
+
+class Range(NamedTuple):
+    """Least and largest of several values."""
+
+    low: float
+    high: float
 
 
 @dataclass(frozen=True)

@@ -5,24 +5,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from trackdyn.measure.meshing import serving_radius
-from trackdyn.paper.evidence import Evidence
+from trackdyn.measure.meshing import TOUCHING, serving_radius
+from trackdyn.paper.evidence import Evidence, NotThere, Range
 from trackdyn.parameters.groove import equal_pitch_radius
 
 # Two readings of a maximum, neither of which is the spike of a touch-down (`measure.meshing.smoothed_maxima`).
 READINGS = ("maximum, mean over 0.01 s", "maximum, after the touch")
 SAME = 1e-9  # radii are compared with printed ones, m
-
-
-class NotThere(Exception):
-    """What a measure needs was not run or not recorded; the message says which."""
-
-
-class Range(NamedTuple):
-    """Least and largest of several values."""
-
-    low: float
-    high: float
 
 
 class Measure(NamedTuple):
@@ -403,18 +392,25 @@ def left_shares_from_0307(e, speeds):
     return [_range(_from(e.study(rpm)["left_share_pct"], 0.307)) for rpm in speeds]
 
 
-@measure("study", by_speed=True)
-def radius_that_serves(e, speeds):
-    """Smallest radius without right contact whose left share is within 2 points of the least, m, at every speed."""
+def _serving(e: Evidence, speeds) -> list[float]:
     studies = (e.study(rpm) for rpm in speeds)
     return [serving_radius(study["left_share_pct"], study["right_share_pct"]) for study in studies]
 
 
+@measure("study")
+def radius_by_readings(e, speeds):
+    """Radius to choose (m) at every speed, by two readings of what is good where the right arc is free."""
+    studies = (e.study(rpm) for rpm in speeds)
+    forces = (study.loc[study["right_share_pct"] < TOUCHING, "left_rms_n"] for study in studies)
+    least = [float(force.idxmin()) if force.notna().any() else float("nan") for force in forces]
+    return {"smallest with the left share within 2 points of the least": _serving(e, speeds), "least left force": least}
+
+
 @measure("study", by_speed=True)
 def excess_over_equal_pitch(e, speeds):
-    """That radius less the nearest reading of the rig's equal-pitch radius, m, at every speed."""
+    """Smallest radius of the first reading less the nearest reading of the rig's equal-pitch radius, m, by speed."""
     chain = e.rig.chain
     readings = equal_pitch_radius(
         e.rig.sprocket.teeth, chain.link_length, e.rig.connector_length, chain.link_thickness
     ).values()
-    return [min((radius - reading for reading in readings), key=abs) for radius in radius_that_serves(e, speeds)]
+    return [min((radius - reading for reading in readings), key=abs) for radius in _serving(e, speeds)]
