@@ -11,7 +11,6 @@ from trackdyn.simulation.account import refuse_open_account, refuse_unresolved
 from trackdyn.simulation.checkpoint import filled, refuse_other_places
 from trackdyn.simulation.cost import refuse_too_large
 from trackdyn.simulation.recording import Recording, provenance
-from trackdyn.simulation.stepping import march
 
 # Length of a chunk, s, and spells that may end within it.
 CHUNK = 0.25
@@ -74,7 +73,7 @@ class Writer:
         loop, rate = self.loop, self.loop.scene.rig.sensor.rate
         last = min(self.done + max(round(CHUNK * rate), 1), self.samples)
         start = time.perf_counter()
-        march(loop.model, loop.state, loop.work, self.record, self.done, last)
+        loop.fill(self.record, self.done, last)
         self.wall += time.perf_counter() - start
         self.ended.append(_take(self.record.spells))
         first, self.done = self.done, last
