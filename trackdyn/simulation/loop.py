@@ -19,7 +19,15 @@ from trackdyn.parameters.validation import within
 from trackdyn.scene.build import shift_wheel
 from trackdyn.scene.carriers import CARRIED
 from trackdyn.scene.scene import LONGEST, MOST_STEPS, Scene
-from trackdyn.simulation.checkpoint import filled, flat, read_checkpoint, refuse_other_places, whole, write_checkpoint
+from trackdyn.simulation.checkpoint import (
+    filled,
+    flat,
+    read_checkpoint,
+    refuse_other_model,
+    refuse_other_places,
+    whole,
+    write_checkpoint,
+)
 from trackdyn.simulation.recorder import CHUNK, Writer
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settled_loops import Starts
@@ -379,12 +387,18 @@ class Loop:
         fields = data["scene"]
         loop.scene = Scene(**fields | {"rig": Rig.model_validate(fields["rig"])})
         loop.layout = data["layout"]
+        if not np.isfinite(list(loop.layout.values())).all():
+            raise ValueError("layout holds a value that is not a finite number")
         room = allocate(loop.scene)
         refuse_other_places(room[0], data["model"])
+        if "tensioner_shift_m" in loop.layout:
+            shift_wheel(room[0], loop.scene.rig, tensioner(loop.scene.rig), loop.layout["tensioner_shift_m"])
+        refuse_other_model(room[0], data["model"])
         loop.model, loop.state, loop.work = (
             filled(part, data[name]) for part, name in zip(room, ("model", "state", "work"), strict=True)
         )
         loop._made()
+        loop._sound()
         return loop
 
 
