@@ -132,8 +132,10 @@ class Loop:
         if last is None:
             last = len(record.gap) if isinstance(record, Record) else 0
         first, last = (int(within(name, row, 0, MOST_STEPS)) for name, row in (("first", first), ("last", last)))
-        refuse_other_record(record, self.state, self.work, first, last)
-        self._march(record, first, last)
+        with self._alone():
+            self._sound()
+            refuse_other_record(record, self.state, self.work, first, last)
+            self._march(record, first, last)
 
     def room(self, samples: int, **what) -> Record:
         """An empty record of this loop (`model.record.make_record`)."""

@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.model.constants import Model
+from trackdyn.model.constants import Drive, Model, Motor, Ripple
 from trackdyn.model.record import TOOTH_AREAS, Record, make_record
 from trackdyn.model.state import State
 from trackdyn.model.work import Work
 from trackdyn.parameters.validation import shown
+from trackdyn.scene.limits import LEAST_STEP
+from trackdyn.scene.scene import LONGEST, MOST_STEPS
 
 # Largest value of a state in SI units, and how far from the origin a chain may be (m) or how fast (m/s): further out
 # rounding is no longer small beside the depth of a contact.
@@ -132,8 +134,10 @@ class Door:
         for name, place in zip(self.names, self.places, strict=True):
             if _content(attrgetter(name)(model)) != place:
                 return f"model.{name} is not that of the scene, which is not accepted: places as they were"
-        if not model.step > 0 or not model.stride >= 1 or not isinstance(model.stride, (int, np.integer)):
-            return f"model has the step {model.step!r} s and the stride {model.stride!r}: more than 0 and at least 1"
+        if not LEAST_STEP <= model.step <= LONGEST:
+            return f"model.step = {model.step!r} s is not accepted: at least {LEAST_STEP:g} and at most {LONGEST:g}"
+        if not (isinstance(model.stride, (int, np.integer)) and 1 <= model.stride <= MOST_STEPS):
+            return f"model.stride = {model.stride!r} is not accepted: a whole number of 1 to {MOST_STEPS:g}"
         for name, array, most in (
             ("near.groove", work.near.groove, model.tooth.teeth),
             ("tooth_area", work.tooth_area, TOOTH_AREAS),
@@ -144,15 +148,19 @@ class Door:
 
 
 def _fault_of_drive(model: Model) -> str | None:
-    if type(model.drive) is not Model.__annotations__["drive"]:
-        return f"model.drive = {shown(model.drive)} is not accepted: a Drive"
-    for name, part in (
-        ("drive", model.drive),
-        ("drive.ripple", model.drive.ripple),
-        ("drive.motor", model.drive.motor),
+    """What is no number in a drive, which may be steered: ripple and motor may be there or not."""
+    drive = model.drive
+    for name, part, kind in (
+        ("drive", drive, Drive),
+        ("drive.ripple", getattr(drive, "ripple", None), Ripple),
+        ("drive.motor", getattr(drive, "motor", None), Motor),
     ):
-        for field, value in _parts(part) if part is not None else ():
-            if value is not None and not isinstance(value, tuple) and not _number(value):
+        if part is None and kind is not Drive:
+            continue
+        if type(part) is not kind:
+            return f"model.{name} = {shown(part)} is not accepted: a {kind.__name__}"
+        for field, value in _parts(part):
+            if field not in ("ripple", "motor") and not _number(value):
                 return f"model.{name}.{field} = {shown(value)} is not accepted: a number"
     return None
 
