@@ -98,7 +98,7 @@ def test_calls_out_of_order_are_refused_and_the_importer_lives(make_scene, tmp_p
         "time = 99 s is not accepted: the unit stands at 5.002 s",
         "exchange = inf s is not accepted",
         "a step is not accepted while the unit is terminated",
-        "gap cannot be written: inputs and parameters would do",
+        "gap cannot be written; only inputs and parameters can",
         "cannot be written to a file",
     ):
         assert sentence in said, sentence

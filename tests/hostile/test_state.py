@@ -58,7 +58,7 @@ CHANGES = {
     "one more": (replaced("rate", lambda a: np.append(a, 0.0)), "loop.state.rate has float64 of the shape (71,)"),
     "cut": (replaced("wheel_rate", lambda a: a[:1]), "loop.state.wheel_rate has float64 of the shape (1,)"),
     "2-D": (replaced("rate", lambda a: a[None]), "loop.state.rate has"),
-    "list": (replaced("rate", list), "loop.state.rate = [", "an array would do"),
+    "list": (replaced("rate", list), "loop.state.rate = [", "an array is needed"),
     "None": (replaced("rate", lambda a: None), "loop.state.rate = None"),
     "single": (replaced("rate", lambda a: a.astype("f4")), "float32"),
     "integers": (replaced("rate", lambda a: a.astype(int)), "int64"),
@@ -76,8 +76,8 @@ CHANGES = {
     "teeth": (model_part("tooth", teeth=10**6), "loop.model.tooth.teeth is not that of the scene"),
     "drive": (model_part("drive", rate=np.nan), "loop.model.drive.rate = nan"),
     "step": (lambda loop: setattr(loop, "model", loop.model._replace(step=1e-300)), "loop.model.step = 1e-300"),
-    "stride": (lambda loop: setattr(loop, "model", loop.model._replace(stride=10**400)), "loop.model.stride = 1000"),
-    "no state": (lambda loop: setattr(loop, "state", None), "loop.state = None is not accepted: a State would do"),
+    "stride": (lambda loop: setattr(loop, "model", loop.model._replace(stride=10**400)), "loop.model.stride = "),
+    "no state": (lambda loop: setattr(loop, "state", None), "loop.state = None is not accepted: a State is needed"),
 }
 CALLS = {
     "step": lambda loop: loop.step(),
@@ -158,7 +158,7 @@ def test_a_second_thread_is_refused_and_the_first_one_has_its_record(loop):
     first.start()
     assert inside.wait(60)
     for call in (loop.step, lambda: loop.advance(0.1), lambda: loop.record(0.1)):
-        with pytest.raises(InputError, match="another thread steps this loop; a copy of it for each thread would do"):
+        with pytest.raises(InputError, match="another thread steps this loop; give each thread a copy"):
             call()
     go_on.set()
     first.join(60)

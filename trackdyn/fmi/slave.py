@@ -51,7 +51,7 @@ def refusing(method, *modes: str):
         try:
             if modes and self.mode not in modes:
                 raise InputError(
-                    f"{method.__name__} is not accepted while the unit is {self.mode}: {' or '.join(modes)} would do"
+                    f"{method.__name__} is not accepted while the unit is {self.mode}: {' or '.join(modes)} is needed"
                 )
             return method(self, *arguments)
         except Exception as error:
@@ -123,9 +123,7 @@ class Track(Fmi3Slave):
         """One exchange; what is refused ends the simulation with one sentence in the log."""
         try:
             if self.mode != "stepping":
-                raise InputError(
-                    f"a step is not accepted while the unit is {self.mode}: after the initialisation would do"
-                )
+                raise InputError(f"a step is not accepted while the unit is {self.mode}; initialise it first")
             self.unit.step(current_time, step_size)
         except Exception as error:
             self.log(_sentence(error), Fmi3Status.error)
@@ -143,7 +141,7 @@ class Track(Fmi3Slave):
             variable = self.vars.get(vr)
             if variable is None or variable.causality not in (Fmi3Causality.input, Fmi3Causality.parameter):
                 name = f"value reference {vr}" if variable is None else variable.name
-                raise InputError(f"{name} cannot be written: inputs and parameters would do")
+                raise InputError(f"{name} cannot be written; only inputs and parameters can")
         super().set_float64(vrs, values)
 
     def _get_fmu_state(self):

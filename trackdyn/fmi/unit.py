@@ -206,11 +206,11 @@ class Unit:
         step = self.loop.model.step
         within("time", time, -LONGEST, LATEST, " s")
         if self.now is not None and not abs(time - self.now) < step / 2:
-            raise InputError(f"time = {time:.9g} s is not accepted: the unit stands at {self.now:.9g} s; that would do")
+            raise InputError(f"time = {time:.9g} s is not accepted: the unit stands at {self.now:.9g} s")
         if not step / 2 <= exchange <= LONGEST:
             raise InputError(
                 f"exchange = {exchange:g} s is not accepted: at least the step of the loop, {step:g} s, and at most "
-                f"{LONGEST:g} s would do"
+                f"{LONGEST:g} s is needed"
             )
         if self.now is None:
             self._origin = time - self.loop.time

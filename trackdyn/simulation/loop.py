@@ -109,7 +109,7 @@ class Loop:
     def _alone(self) -> Iterator[None]:
         """Hold the loop for this thread until the end of a call."""
         if not self._lock.acquire(blocking=False):
-            raise InputError("another thread steps this loop; a copy of it for each thread would do")
+            raise InputError("another thread steps this loop; give each thread a copy")
         try:
             yield
         finally:

@@ -29,7 +29,7 @@ def form(value: Any) -> Any:
         return type(value), tuple(form(part) for part in value)
     if isinstance(value, np.ndarray):
         return type(value), value.shape, value.dtype, value.flags.carray
-    return None if value is None else float
+    return None if value is None else int if isinstance(value, (int, np.integer)) else float
 
 
 def _parts(value: Any) -> tuple:
@@ -40,8 +40,13 @@ def fault_of_form(value: Any, wanted: Any, name: str) -> str | None:
     """Where ``value`` is not of a `form`, as the beginning of a sentence; None if it is."""
     if wanted is None:
         return None if value is None else f"{name} is not accepted: None"
-    if wanted is float:
-        return None if _number(value) else f"{name} = {shown(value)} is not accepted: a number"
+    if wanted in (int, float):
+        kinds = (int, np.integer) if wanted is int else float
+        return (
+            None
+            if _number(value) and isinstance(value, kinds)
+            else f"{name} = {shown(value)} is not accepted: a number"
+        )
     if type(value) is not wanted[0]:
         what = "an array" if wanted[0] is np.ndarray else f"a {wanted[0].__name__}"
         return f"{name} = {shown(value)} is not accepted: {what}"
@@ -62,7 +67,9 @@ def fault_of_form(value: Any, wanted: Any, name: str) -> str | None:
 
 def _number(value: Any) -> bool:
     """Whether a kernel can take it as a number that is one."""
-    return isinstance(value, (int, float, np.integer, np.floating)) and (-1e308 < value < 1e308 or value == np.inf)
+    if isinstance(value, (int, np.integer)):
+        return not isinstance(value, bool) and -(2**63) < value < 2**63
+    return isinstance(value, (float, np.float64)) and (-1e308 < value < 1e308 or value == np.inf)
 
 
 def _looked_up(value: Any, name: str = "") -> list[str]:
@@ -113,7 +120,7 @@ class Door:
         """
         fault = self._fault_of_forms(model, state, work) or self._fault_of_places(model, work) or fault_of_state(state)
         if fault:
-            raise InputError(f"loop.{fault} would do")
+            raise InputError(f"loop.{fault} is needed")
 
     def _fault_of_forms(self, model: Model, state: State, work: Work) -> str | None:
         parts = model, state, work
@@ -191,7 +198,7 @@ def refuse_diverged(state: State, step: float) -> None:
     if fault := fault_of_state(state):
         raise DivergenceError(
             f"the run left the physical range before t = {state.steps[0] * step:.6g} s: "
-            f"{fault.split(',')[0]}; a smaller step or a milder rig would do"
+            f"{fault.split(',')[0]}; use a smaller step or a milder rig"
         )
 
 
@@ -209,7 +216,7 @@ def refuse_other_record(record: Record, state: State, work: Work, first: int, la
     if fault is None and record.frame_stride and -(-last // record.frame_stride) > len(record.frame):
         fault = f"frame has {len(record.frame)} rows, which is not accepted: one every {record.frame_stride} samples"
     if fault:
-        raise InputError(f"record: {fault} would do")
+        raise InputError(f"record: {fault} is needed")
 
 
 def _fault_of_record(record: Any, state: State, work: Work) -> str | None:
