@@ -168,7 +168,7 @@ def test_a_second_thread_is_refused_and_the_first_one_has_its_record(loop):
 
 def leaves(value, path=()):
     for name, part in zip(value._fields, value, strict=True):
-        if isinstance(part, tuple):
+        if hasattr(part, "_fields"):
             yield from leaves(part, (*path, name))
         elif part is not None:
             yield (*path, name), part
