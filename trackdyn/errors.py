@@ -3,10 +3,16 @@
 from typing import Any
 
 LONGEST_SHOWN = 120  # characters of a value in a sentence
+LONGEST = 640  # characters of a sentence: whatever a name or a value holds, problem and remedy can be read
 
 
 class TrackdynError(Exception):
-    """Base class: its text is one sentence meant for the user."""
+    """Base class: its text is one sentence meant for the user, on one line, the middle of a longer one left out."""
+
+    def __str__(self) -> str:
+        text = " ".join(super().__str__().splitlines())
+        half = LONGEST // 2
+        return text if len(text) <= LONGEST else f"{text[:half]} ... {text[-half:]}"
 
 
 class InputError(TrackdynError):

@@ -3,13 +3,16 @@
 It runs in the Python of whoever imports the unit, in which trackdyn must be installed.
 """
 
+import ctypes
+import functools
 import json
 from pathlib import Path
+from weakref import WeakSet
 
 from pythonfmu3 import Float64, Fmi3Causality, Fmi3Initial, Fmi3Slave, Fmi3Status, Fmi3StepResult, Fmi3Variability
 from pythonfmu3.unit import Unit as FmiUnit
 
-from trackdyn.errors import TrackdynError
+from trackdyn.errors import InputError, TrackdynError
 from trackdyn.fmi.unit import Unit
 from trackdyn.jit import source_hash
 from trackdyn.parameters.rig import Rig
@@ -22,11 +25,53 @@ UNITS = {
 }  # fmt: skip
 
 
+_ALIVE = WeakSet()
+
+
+def _hold(instance) -> None:
+    """Keep an instance whole beyond an exception.
+
+    With every exception PythonFMU3 gives back its references to instance, class and log, and goes on using them: the
+    next call would find freed memory.
+    """
+    for one in (type(instance), instance, instance.log_queue):
+        ctypes.pythonapi.Py_IncRef(ctypes.py_object(one))
+
+
+def _sentence(error: Exception) -> str:
+    text = str(error) if isinstance(error, TrackdynError) else f"{type(error).__name__}: {error}"
+    return " ".join(text.split())
+
+
+def refusing(method, *modes: str):
+    """A method that is called in some modes only, if any are given, and says in the log why it refuses."""
+
+    @functools.wraps(method)
+    def call(self, *arguments):
+        try:
+            if modes and self.mode not in modes:
+                raise InputError(
+                    f"{method.__name__} is not accepted while the unit is {self.mode}: {' or '.join(modes)} is needed"
+                )
+            return method(self, *arguments)
+        except Exception as error:
+            self.log(_sentence(error), Fmi3Status.error)
+            _hold(self)
+            raise InputError(_sentence(error)) from None
+
+    return call
+
+
 class Track(Fmi3Slave):
-    """A double-pin track drive."""
+    """A double-pin track drive.
+
+    ``mode`` is instantiated, initialising, stepping, failed or terminated.
+    """
 
     def __init__(self, **kwargs):
         super().__init__(**kwargs)
+        self.mode = "instantiated"
+        _ALIVE.add(self)
         described = json.loads(Path(self.resources, "scene.json").read_text(encoding="utf-8"))
         fields, self.sources = described["scene"], described["sources"]
         self.modelName, self.description = described["name"], described["text"]
@@ -62,23 +107,42 @@ class Track(Fmi3Slave):
             )
         )
 
+    def enter_initialization_mode(self):
+        self.mode = "initialising"
+
     def exit_initialization_mode(self):
         """Settle the loop with the inputs as they are."""
         if self.sources != source_hash():
             self.log("this trackdyn is not the version that made the unit", Fmi3Status.warning)
+        self.mode = "failed"
         self.unit.start()
+        self.mode = "stepping"
         self.values.update(self.unit.values)
 
     def do_step(self, current_time, step_size):
         """One exchange; what is refused ends the simulation with one sentence in the log."""
         try:
+            if self.mode != "stepping":
+                raise InputError(f"a step is not accepted while the unit is {self.mode}; initialise it first")
             self.unit.step(current_time, step_size)
-        except TrackdynError as error:
-            self.log(str(error), Fmi3Status.error)
+        except Exception as error:
+            self.log(_sentence(error), Fmi3Status.error)
             return Fmi3StepResult(status=Fmi3Status.error)
         self.time = current_time + step_size
         self.values.update(self.unit.values)
         return Fmi3StepResult(status=Fmi3Status.ok)
+
+    def terminate(self):
+        self.mode = "terminated"
+
+    def set_float64(self, vrs, values):
+        """Take inputs and parameters."""
+        for vr in vrs:
+            variable = self.vars.get(vr)
+            if variable is None or variable.causality not in (Fmi3Causality.input, Fmi3Causality.parameter):
+                name = f"value reference {vr}" if variable is None else variable.name
+                raise InputError(f"{name} cannot be written; only inputs and parameters can")
+        super().set_float64(vrs, values)
 
     def _get_fmu_state(self):
         return {"unit": self.unit.keep(), "time": self.time}
@@ -87,5 +151,33 @@ class Track(Fmi3Slave):
         wanted = self.unit.wanted
         self.unit.back(state["unit"])
         wanted.update(self.unit.wanted)  # the one that the variables write to
-        self.unit.wanted, self.time = wanted, state["time"]
+        self.unit.wanted, self.time, self.mode = wanted, state["time"], "stepping"
         self.values.update(self.unit.values)
+
+    @staticmethod
+    def _fmu_state_to_bytes(state):
+        for instance in _ALIVE:  # the call does not say whose state it is
+            instance.log("a state of this unit cannot be written to a file (canSerializeFMUState)", Fmi3Status.error)
+            _hold(instance)
+        raise InputError("a state of this unit cannot be written to a file (canSerializeFMUState)")
+
+    _fmu_state_from_bytes = _fmu_state_to_bytes
+
+    enter_initialization_mode = refusing(enter_initialization_mode, "instantiated")
+    exit_initialization_mode = refusing(exit_initialization_mode, "initialising")
+    terminate = refusing(terminate, "instantiated", "initialising", "stepping", "failed")
+    set_float64 = refusing(set_float64, "instantiated", "initialising", "stepping")
+    _get_fmu_state = refusing(_get_fmu_state, "stepping")
+    _set_fmu_state = refusing(_set_fmu_state, "stepping", "failed")
+
+
+def _refuse_other_types():
+    """Every variable is a Float64: whoever asks for another kind is told so."""
+    for kind in ("float64", "int32", "int64", "uint64", "boolean", "string"):
+        for verb in ("get", "set"):
+            name = f"{verb}_{kind}"
+            if name not in vars(Track):
+                setattr(Track, name, refusing(getattr(Fmi3Slave, name)))
+
+
+_refuse_other_types()

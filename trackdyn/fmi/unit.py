@@ -10,10 +10,12 @@ from trackdyn.errors import InputError
 from trackdyn.measure.sensor import specific_force
 from trackdyn.model.constants import SPROCKET
 from trackdyn.parameters.layout import belt_around, belt_path, wheel_circles, wheel_names
+from trackdyn.parameters.validation import within
 from trackdyn.scene.carriers import CARRIED
-from trackdyn.scene.scene import LEAST_RAMP, Scene
+from trackdyn.scene.scene import LEAST_RAMP, LONGEST, Scene
 from trackdyn.simulation.loop import Loop
 
+LATEST = 1e9  # s; an importer's clock, whose rounding must stay far below a step
 ROUNDING = 1e-12  # share of an input by which it may change and is the same
 
 
@@ -122,6 +124,8 @@ class Unit:
         Present value of every input by name; to be written between exchanges.
     speed_ramp : float
         Time in which a new speed is reached, s; 0: within the exchange.
+    now : float or None
+        Time of the importer, s; None until the first exchange, which says when the unit starts.
 
     Raises
     ------
@@ -147,6 +151,7 @@ class Unit:
         self.inputs = [one.signal(scene) for one in self.steerings]
         self.wanted = {signal.name: signal.start for signal in self.inputs}
         self.speed_ramp = 0.0
+        self.now: float | None = None
         names = [self.names[i] for i in self.order]
         strands = [f"{name}_to_{names[(i + 1) % len(names)]}" for i, name in enumerate(names)]
         self.outputs = [
@@ -175,7 +180,7 @@ class Unit:
             _shift(self, shift, 0.0)
         if scene.lead_in:
             self.loop.advance(scene.ramp + scene.lead_in)
-        self._begin = self.loop.time
+        self.now = None
         self._account(0.0)
 
     def place_strands(self) -> None:
@@ -186,30 +191,41 @@ class Unit:
         self.strands = Strands(circles, [self.names[i] for i in self.order])
 
     def step(self, time: float, exchange: float) -> None:
-        """Go on from ``time`` since the start of the unit by an exchange, both s, to the nearest step of the loop.
+        """Go on from ``time`` of the importer by an exchange, both s, to the nearest step of the loop.
 
         Raises
         ------
         InputError
-            An input is out of range, or the exchange is shorter than the loop's step.
+            The unit has not started or stands at another time, an input is out of range, or the exchange is shorter
+            than the loop's step.
         DivergenceError
             The loop left the physical range.
         """
-        if not exchange >= self.loop.model.step / 2:
+        if self.loop is None:
+            raise InputError("a step before the initialisation is not accepted; enter and exit its mode first")
+        step = self.loop.model.step
+        within("time", time, -LONGEST, LATEST, " s")
+        if self.now is not None and not abs(time - self.now) < step / 2:
+            raise InputError(f"time = {time:.9g} s is not accepted: the unit stands at {self.now:.9g} s")
+        if not step / 2 <= exchange <= LONGEST:
             raise InputError(
-                f"exchange = {exchange:g} s is not accepted: at least the step of the loop, "
-                f"{self.loop.model.step:g} s, would do"
+                f"exchange = {exchange:g} s is not accepted: at least the step of the loop, {step:g} s, and at most "
+                f"{LONGEST:g} s is needed"
             )
+        if self.now is None:
+            self._origin = time - self.loop.time
+        within("speed_ramp", self.speed_ramp, 0.0, LONGEST, " s")
         for steering, signal in zip(self.steerings, self.inputs, strict=True):
             value, applied = self.wanted[signal.name], self._applied[signal.name]
             if not abs(value - applied) <= ROUNDING * abs(applied):  # importers interpolate a constant input, too
                 steering.apply(self, value, exchange)
                 self._applied[signal.name] = value
-        end = round((self._begin + time + exchange) / self.loop.model.step)
+        end = round((time + exchange - self._origin) / step)
         before = self.loop.energy["sprocket_work"], float(self.loop.state.wheel_angle[SPROCKET])
         self.loop.step(max(end - int(self.loop.state.steps[0]), 1))
         if self.loop.model.carriers is not None:
             self.place_strands()
+        self.now = time + exchange
         turned = float(self.loop.state.wheel_angle[SPROCKET]) - before[1]
         self._account((self.loop.energy["sprocket_work"] - before[0]) / turned if turned else 0.0)
 
@@ -229,13 +245,14 @@ class Unit:
         """The present state, to which `back` returns."""
         return {
             "loop": self.loop.copy(), "wanted": dict(self.wanted), "applied": dict(self._applied),
-            "torque": self.torque, "speed_ramp": self.speed_ramp,
+            "torque": self.torque, "speed_ramp": self.speed_ramp, "now": self.now,
+            "origin": None if self.now is None else self._origin,
         }  # fmt: skip
 
     def back(self, kept: dict) -> None:
         """Return to a state that `keep` gave; it may be returned to again."""
         self.loop, self.wanted, self._applied = kept["loop"].copy(), dict(kept["wanted"]), dict(kept["applied"])
-        self.speed_ramp = kept["speed_ramp"]
+        self.speed_ramp, self.now, self._origin = (kept[name] for name in ("speed_ramp", "now", "origin"))
         self.place_strands()
         self._account(kept["torque"])
 

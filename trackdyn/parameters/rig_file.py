@@ -9,6 +9,7 @@ unit, kind and source of every parameter.
 import re
 from collections.abc import Callable
 from functools import cache
+from os.path import exists, isfile
 from pathlib import Path
 from typing import Any
 
@@ -66,12 +67,12 @@ def rig_path(name: Path | str) -> Path | str:
     InputError
         A plain word is neither.
     """
-    if not isinstance(name, str) or not PLAIN_WORD.fullmatch(name) or Path(name).exists():
+    if not isinstance(name, str) or not PLAIN_WORD.fullmatch(name) or exists(name):
         return name
     shipped = shipped_rigs()
     if name not in shipped:
         raise InputError(
-            f"rig = {name!r}: no such file, and no shipped rig of that name; {', '.join(shipped)} "
+            f"rig = {shown(name)}: no such file, and no shipped rig of that name; {', '.join(shipped)} "
             "would do, see trackdyn rigs"
         )
     return shipped[name]
@@ -111,12 +112,12 @@ def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> di
         raise InputError(f"{path}: {error}") from None
     if like is None:
         return data
-    if not isinstance(like, str) or not like or depth == 0:
+    if not isinstance(like, str) or not 0 < len(like) < 256 or depth == 0:
         raise InputError(
             f"{path}: like = {shown(like)} is not accepted: the name of a shipped rig or of a file would do"
         )
     beside = path.parent / like
-    base = _read(beside if beside.is_file() else rig_path(like), depth - 1, read)
+    base = _read(beside if isfile(beside) else rig_path(like), depth - 1, read)
     if own_wheels:
         base = {key: part for key, part in base.items() if key not in ("wheels", *WHEELS_OF_OLD)}
     for one, other in (("groove", "profile"), ("profile", "groove")):

@@ -92,7 +92,7 @@ def plain_number(value: Any) -> Any:
         number = float(value)
         if not isfinite(number):
             raise ValueError
-    except (ValueError, OverflowError):
+    except (TypeError, ValueError, OverflowError):  # NumPy counts a span of time among numbers
         raise ValueError(f"= {shown(value)} is not accepted: a finite number is needed") from None
     return number
 

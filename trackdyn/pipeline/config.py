@@ -150,7 +150,7 @@ class Config(Section):
         folder = Path(self.results)
         # what Snakemake or a shell would read as something else, and what no file system takes
         if (
-            not re.fullmatch(r"[^~{}\s][^{}\s]*", self.results)
+            not re.fullmatch(r"[^~{}\s\0][^{}\s\0]*", self.results)
             or len(max(folder.parts, key=len, default="").encode()) > 200
         ):
             raise InputError(

@@ -13,6 +13,8 @@ from trackdyn.model.constants import Law
 # loop beyond the pre-tension that the limit is taken at; the shipped configuration halves its step there.
 DYNAMIC_FACTOR = 2.0
 LEAST_LOAD = 1e-3  # N: a loop without weight and tension touches its wheels, too
+# Least step, s: rounding of the time counts from there on.
+LEAST_STEP = 1e-8
 
 
 def round_step(limit: float, sample: float) -> float:
@@ -21,6 +23,13 @@ def round_step(limit: float, sample: float) -> float:
     while 10**12 % parts:
         parts += 1
     return sample / parts
+
+
+def advised_step(limit: float, sample: float) -> str:
+    """What would do in place of a step beyond its limit, in words; a limit may lie below any step that is accepted."""
+    if limit < LEAST_STEP:
+        return f"no step of {LEAST_STEP:g} s or more would do; less tension, softer contacts or heavier bodies would"
+    return f"at most {limit:.2g} s would do, such as {round_step(limit, sample):.7g} s"
 
 
 def elastic_depth(law, load, radius):

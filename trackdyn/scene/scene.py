@@ -14,11 +14,10 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import plain_number, sentence, shown
 from trackdyn.scene.build import build_model
 from trackdyn.scene.fidelity import LITERAL_ERROR, Choices, Decision, decide, literal_error, refuse_nonsense
-from trackdyn.scene.limits import round_step, step_limits
+from trackdyn.scene.limits import LEAST_STEP, advised_step, round_step, step_limits
 
 Number = Annotated[float, BeforeValidator(plain_number)]
-# Least step, s: rounding of the time counts from there on. Longest recording, lead-in or ramp, s; shortest ramp, s.
-LEAST_STEP = 1e-8
+# Longest recording, lead-in or ramp, s; shortest ramp, s.
 LONGEST, LEAST_RAMP = 36000.0, 1e-6
 FASTEST = 1e5  # rev/min; the tests run 10,000
 LEAST_TOLERANCE = 1e-12  # rounding hides what is less, and a step that must reach it never ends
@@ -202,8 +201,7 @@ class Scene(Choices):
         limits = step_limits(self.model, self.rig.tension.pre_tension, METHODS[self.integrator])
         name, limit = min(limits.items(), key=lambda item: item[1], default=("", np.inf))
         if self.step > limit:
-            such = round_step(limit, 1.0 / self.rig.sensor.rate)
-            self._refuse("step", f"too large for the {name}; at most {limit:.2g} s would do, such as {such:.7g} s")
+            self._refuse("step", f"too large for the {name}; {advised_step(limit, 1.0 / self.rig.sensor.rate)}")
 
     @property
     def bodies(self) -> int:

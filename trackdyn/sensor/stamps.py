@@ -61,10 +61,17 @@ def in_seconds(path: Path, name: str, values: np.ndarray, unit: str | None) -> S
 def _rounding(values: np.ndarray) -> float:
     """What stamps are rounded to: a power of ten, or the spacing of single precision."""
     noise = 4 * np.spacing(np.abs(values).max())
-    found = next((10.0**-d for d in range(10) if np.abs(values - np.round(values, d)).max() <= noise), noise)
-    some = values[:: max(values.size // 2000, 1)].astype(np.float32)
-    kept = some.astype(float), some.astype(str).astype(float)
-    if any(np.array_equal(one, values[:: max(values.size // 2000, 1)]) for one in kept):
+    decimals = next((d for d in range(10) if np.abs(values - np.round(values, d)).max() <= noise), None)
+    found = noise if decimals is None else 10.0**-decimals
+    seen = values[:: max(values.size // 2000, 1)]
+    some = seen.astype(np.float32)
+    # written in full, as short as single precision allows, or with so many decimals
+    kept = (
+        some.astype(float),
+        some.astype(str).astype(float),
+        np.round(some.astype(float), 9 if decimals is None else decimals),
+    )
+    if any(np.abs(one - seen).max() <= noise for one in kept):
         found = max(found, float(np.spacing(np.abs(some).max())))
     return float(found)
 

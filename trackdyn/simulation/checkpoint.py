@@ -1,6 +1,7 @@
 """Nested tuples of arrays as a flat npz file and back: what a run needs to go on bit for bit."""
 
 import json
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -33,11 +34,27 @@ def filled(room: Any, data: dict[str, np.ndarray], name: str = "") -> Any:
         }
         return room._replace(**fields)
     if isinstance(room, np.ndarray):
-        if room.shape != data[name].shape:
-            raise ValueError(f"{name} has the shape {data[name].shape}, not {room.shape}")
+        if (room.shape, room.dtype) != (data[name].shape, data[name].dtype):
+            raise ValueError(f"{name} has {data[name].dtype} of the shape {data[name].shape}, not {room.shape}")
         room[...] = data[name]
         return room
     return None if room is None else type(room)(data[name])
+
+
+# what a model has of its own once it was steered, and once its wheels move on springs
+STEERED = re.compile(r"drive\..*|carriers\.force")
+CARRIED = re.compile(STEERED.pattern + r"|space\.centre|wheels\.[xy]|carriers\.(x|y|preload|low|high|weight)")
+SAME = 1e-9  # of a number that a scene gives, here and on another machine
+
+
+def refuse_other_model(room: Any, data: dict[str, np.ndarray]) -> None:
+    """Raise `ValueError` if a model is not ``room``, that of its scene, but for what it has of its own."""
+    own = STEERED if room.carriers is None else CARRIED
+    for name, array in flat(room).items():
+        found = data[name]
+        same = np.isclose(found, array, SAME, SAME**2)
+        if not (same | np.isfinite(found) if own.fullmatch(name) else same).all():
+            raise ValueError(f"{name} is not that of the scene")
 
 
 def refuse_other_places(room: Any, data: dict[str, np.ndarray]) -> None:

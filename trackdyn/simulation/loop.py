@@ -1,8 +1,10 @@
 """Loop: one chain, settled and ready to run, that can be stepped, looked at, recorded, steered, saved and resumed."""
 
 import copy
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from threading import RLock
 
 import numpy as np
 
@@ -17,11 +19,20 @@ from trackdyn.parameters.validation import within
 from trackdyn.scene.build import shift_wheel
 from trackdyn.scene.carriers import CARRIED
 from trackdyn.scene.scene import LONGEST, MOST_STEPS, Scene
-from trackdyn.simulation.checkpoint import filled, flat, read_checkpoint, refuse_other_places, whole, write_checkpoint
+from trackdyn.simulation.checkpoint import (
+    filled,
+    flat,
+    read_checkpoint,
+    refuse_other_model,
+    refuse_other_places,
+    whole,
+    write_checkpoint,
+)
 from trackdyn.simulation.recorder import CHUNK, Writer
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settled_loops import Starts
 from trackdyn.simulation.settling import allocate, settle, with_sliding
+from trackdyn.simulation.state_checks import Door, refuse_diverged, refuse_other_record
 from trackdyn.simulation.stepping import march
 
 
@@ -39,7 +50,8 @@ class Loop:
     ----------
     scene : Scene
     model, state, work
-        What kernels read and write (`trackdyn.model`): to be looked at; the state may be changed between steps.
+        What kernels read and write (`trackdyn.model`): to be looked at; the numbers of the state may be changed in
+        place between steps.
     layout : dict
         Shift of the tensioning wheel (m) and tension reached with the reference ring (N).
 
@@ -47,6 +59,9 @@ class Loop:
     ------
     DivergenceError
         A body leaves the physical range, also in every method that takes steps.
+    InputError
+        In every method that takes steps: an array was changed to one that the kernels cannot take, or another thread
+        steps this loop.
     """
 
     def __init__(self, scene: Scene, starts: Starts | None = None):
@@ -57,27 +72,70 @@ class Loop:
         self.scene = scene
         self.model, self.state, work, self.layout = starts.settle(scene) if starts else settle(scene)
         self.work = with_sliding(scene, work, len(self.model.wheels.x))
+        self._made()
+
+    def _made(self) -> None:
+        """Remember what kernels were made for, once model, state and work are there."""
         self._scratch = make_record(1, self.state)
+        self._door, self._lock = Door(self.model, self.state, self.work), RLock()
+
+    def __getstate__(self) -> dict:
+        """What a copy has: all but the lock."""
+        return {name: value for name, value in vars(self).items() if name != "_lock"}
+
+    def __setstate__(self, state: dict) -> None:
+        vars(self).update(state)
+        self._lock = RLock()
 
     # -- stepping ------------------------------------------------------------------------------------------------------
 
     def step(self, count: int = 1) -> None:
         """Take ``count`` steps."""
         count = int(within("count", count, 1, MOST_STEPS))
-        march(self.model._replace(stride=count), self.state, self.work, self._scratch)
+        self._march(self._scratch, 0, 1, stride=count)
+
+    def _march(self, record: Record, first: int, last: int, **changed) -> None:
+        """Fill rows of a record, with some fields of the model changed, if kernels can take what is there."""
+        with self._alone():
+            self._sound()
+            model = self.model._replace(**changed)
+            march(model, self.state, self.work, record, first, last)
+            refuse_diverged(self.state, model.step)
+
+    def _sound(self) -> None:
+        self._door.refuse(self.model, self.state, self.work)
+
+    @contextmanager
+    def _alone(self) -> Iterator[None]:
+        """Hold the loop for this thread until the end of a call."""
+        if not self._lock.acquire(blocking=False):
+            raise InputError("another thread steps this loop; give each thread a copy")
+        try:
+            yield
+        finally:
+            self._lock.release()
 
     def advance(self, seconds: float, tick: Callable[[float], object] = lambda seconds: None) -> None:
         """Go on for ``seconds``, to the nearest step; ``tick`` is called with the seconds that every chunk adds."""
-        left = round(within("seconds", seconds, 0.0, LONGEST) / self.model.step)
-        while left:
-            count = min(left, max(round(CHUNK / self.model.step), 1))
-            self.step(count)
-            tick(count * self.model.step)
-            left -= count
+        seconds = within("seconds", seconds, 0.0, LONGEST)
+        with self._alone():
+            self._sound()
+            left = round(seconds / self.model.step)
+            while left:
+                count = min(left, max(round(CHUNK / self.model.step), 1))
+                self.step(count)
+                tick(count * self.model.step)
+                left -= count
 
     def fill(self, record: Record, first: int = 0, last: int | None = None) -> None:
         """Go on and fill rows ``first`` to ``last - 1`` (all by default) of a record of one's own (`room`)."""
-        march(self.model, self.state, self.work, record, first, len(record.gap) if last is None else last)
+        if last is None:
+            last = len(record.gap) if isinstance(record, Record) else 0
+        first, last = (int(within(name, row, 0, MOST_STEPS)) for name, row in (("first", first), ("last", last)))
+        with self._alone():
+            self._sound()
+            refuse_other_record(record, self.state, self.work, first, last)
+            self._march(record, first, last)
 
     def room(self, samples: int, **what) -> Record:
         """An empty record of this loop (`model.record.make_record`)."""
@@ -117,10 +175,12 @@ class Loop:
         asked = self.scene.with_(
             duration=seconds, pitches=pitches, frame_interval=frame_interval, spells=spells, every_link=every_link
         )
-        writer = Writer(self, asked.duration, asked.pitches, asked.frame_interval, asked.spells, asked.every_link)
-        while not writer.finished:
-            tick(writer.chunk())
-        return writer.recording()
+        with self._alone():
+            self._sound()
+            writer = Writer(self, asked.duration, asked.pitches, asked.frame_interval, asked.spells, asked.every_link)
+            while not writer.finished:
+                tick(writer.chunk())
+            return writer.recording()
 
     # -- looking -------------------------------------------------------------------------------------------------------
 
@@ -230,6 +290,7 @@ class Loop:
         return float(np.hypot(*self.work.cut[:2]))
 
     def _refresh(self) -> None:
+        self._sound()
         refresh(self.model, self.state, self.work)
 
     # -- steering ------------------------------------------------------------------------------------------------------
@@ -274,6 +335,7 @@ class Loop:
         InputError
             Another chain, ring, joints or plane of motion would need another state.
         """
+        self._sound()
         other = Loop.__new__(Loop)
         other.scene, other.layout = self.scene.with_(**fields), dict(self.layout)
         for name in ("loop", "chain", "ring_radius"):
@@ -290,13 +352,14 @@ class Loop:
             getattr(other.model.wheels, name)[:] = getattr(self.model.wheels, name)
         filled(other.state, flat(self.state))
         other.state.steps[0] = round(self.time / other.model.step)
-        other._scratch = make_record(1, other.state)
+        other._made()
         if fields.keys() & {"motor_rpm", "ramp"}:
             other.drive(other.scene.motor_rpm, other.scene.ramp)
         return other
 
     def save(self, path: Path | str) -> None:
         """Write a checkpoint that goes on bit for bit (`Loop.load`)."""
+        self._sound()
         write_checkpoint(path, self.describe())
 
     @classmethod
@@ -326,12 +389,18 @@ class Loop:
         fields = data["scene"]
         loop.scene = Scene(**fields | {"rig": Rig.model_validate(fields["rig"])})
         loop.layout = data["layout"]
+        if not np.isfinite(list(loop.layout.values())).all():
+            raise ValueError("layout holds a value that is not a finite number")
         room = allocate(loop.scene)
         refuse_other_places(room[0], data["model"])
+        if "tensioner_shift_m" in loop.layout:
+            shift_wheel(room[0], loop.scene.rig, tensioner(loop.scene.rig), loop.layout["tensioner_shift_m"])
+        refuse_other_model(room[0], data["model"])
         loop.model, loop.state, loop.work = (
             filled(part, data[name]) for part, name in zip(room, ("model", "state", "work"), strict=True)
         )
-        loop._scratch = make_record(1, loop.state)
+        loop._made()
+        loop._sound()
         return loop
 
 

@@ -7,11 +7,11 @@ import numpy as np
 
 from trackdyn.errors import DivergenceError
 from trackdyn.model.record import SPELL_COLUMNS, Record, Spells, make_record
+from trackdyn.scene.scene import Scene
 from trackdyn.simulation.account import refuse_open_account, refuse_unresolved
 from trackdyn.simulation.checkpoint import filled, refuse_other_places
 from trackdyn.simulation.cost import refuse_too_large
 from trackdyn.simulation.recording import Recording, provenance
-from trackdyn.simulation.stepping import march
 
 # Length of a chunk, s, and spells that may end within it.
 CHUNK = 0.25
@@ -45,6 +45,10 @@ class Writer:
         rate = loop.scene.rig.sensor.rate
         refuse_too_large(loop.scene, seconds, pitches, frame_interval, every_link)
         self.loop = loop
+        self.asked = {
+            "duration": seconds, "pitches": pitches, "frame_interval": frame_interval, "spells": spells,
+            "every_link": every_link,
+        }  # fmt: skip
         self.samples = round(seconds * rate)
         self.done = 0
         self.begin = loop.time
@@ -74,7 +78,7 @@ class Writer:
         loop, rate = self.loop, self.loop.scene.rig.sensor.rate
         last = min(self.done + max(round(CHUNK * rate), 1), self.samples)
         start = time.perf_counter()
-        march(loop.model, loop.state, loop.work, self.record, self.done, last)
+        loop.fill(self.record, self.done, last)
         self.wall += time.perf_counter() - start
         self.ended.append(_take(self.record.spells))
         first, self.done = self.done, last
@@ -95,19 +99,35 @@ class Writer:
         refuse_other_places(self.record._replace(area=None, groove=None, spells=None), data["record"])
         self.record = filled(self.record, data["record"])
         self.ended = [data["ended"]["rows"]]
-        self.done, self.begin, self.wall = (data["progress"][name] for name in ("done", "begin", "wall"))
-        if not (isinstance(self.done, int) and 0 <= self.done <= self.samples):
-            raise ValueError(f"done = {self.done}")
+        done, begin, self.wall = (data["progress"][name] for name in ("done", "begin", "wall"))
+        if not (isinstance(done, int) and 0 <= done <= self.samples):
+            raise ValueError(f"done = {done}")
+        rate = self.loop.scene.rig.sensor.rate
+        if not (abs(begin + done / rate - self.loop.time) < 0.5 / rate and self.wall >= 0.0):
+            raise ValueError(f"begin = {begin}")
+        self.done, self.begin = done, begin
+        if done:
+            recording, scene = self._so_far()
+            if fault := recording.fault() or recording.fault_of_scene(scene):
+                raise ValueError(fault)
 
     def recording(self) -> Recording:
         """What was recorded so far, if it is finite and its account of work closed
         (`measure.energy.refuse_open_account`).
         """
-        loop, record, scene = self.loop, self.record, self.loop.scene
+        refuse_open_account(
+            self.record.energy[: self.done], self.loop.model, self.done / self.loop.scene.rig.sensor.rate
+        )
+        return self._so_far()[0].checked()
+
+    def _so_far(self) -> tuple[Recording, Scene]:
+        """What was recorded so far, and the scene that asks for just that."""
+        record, scene = self.record, self.loop.scene.with_(**self.asked)
         rate, stride = scene.rig.sensor.rate, record.frame_stride
         if self.done < self.samples:
-            record, scene = _rows(record, self.done), scene.with_(duration=self.done / rate)
-        refuse_open_account(record.energy, loop.model, self.done / rate)
+            frames = -(-self.done // stride) if 0 < stride <= self.done else 0
+            record = _rows(record, self.done)._replace(frame=record.frame[:frames])
+            scene = scene.with_(duration=self.done / rate, frame_interval=scene.frame_interval if frames else 0.0)
         plane = record.plane
         space = (
             {} if plane is None else {"plane": plane.motion, "wheel_offset": plane.offset, "axial_force": plane.axial}
@@ -119,15 +139,15 @@ class Writer:
             spells=np.vstack(self.ended) if self.ended else np.zeros((0, len(SPELL_COLUMNS))),
             begin=float(self.begin),
             frame_time=(np.arange(len(record.frame)) * stride + 1) / rate,
-            meta=provenance(scene, loop.layout),
+            meta=provenance(scene, self.loop.layout),
             wall=self.wall,
             **{name: getattr(record, name) for name in same},
             **space,
-        ).checked()
+        ), scene
 
 
 def _rows(record: Record, count: int) -> Record:
-    """The first ``count`` samples of a record without frames."""
+    """The first ``count`` samples of a record; its frames are left."""
     plane = record.plane and record.plane._make(array[:count] for array in record.plane)
     return record._replace(**{name: getattr(record, name)[:count] for name in SAMPLED}, plane=plane)
 

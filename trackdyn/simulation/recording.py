@@ -14,15 +14,27 @@ from psutil import virtual_memory
 from trackdyn.errors import DivergenceError, InputError, TrackdynError
 from trackdyn.files import read_npz, replacing
 from trackdyn.jit import source_hash
+from trackdyn.model.record import SPELL_COLUMNS, TOOTH_AREAS
+from trackdyn.parameters.layout import wheel_names
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import shown
 from trackdyn.scene.scene import Scene
+from trackdyn.simulation.state_checks import LARGEST
 
 FORMAT = 5
 
 
 def _nothing() -> np.ndarray:
     return np.zeros((0, 0))
+
+
+def _apart(one: np.ndarray, other: np.ndarray) -> float:
+    return float(np.abs(one - other).max(initial=0.0))
+
+
+def _beyond(array: np.ndarray, most: float = np.inf) -> bool:
+    """Whether some value is below 0 or above ``most``."""
+    return bool(array.min(initial=0) < 0 or array.max(initial=0) > most)
 
 
 @dataclass(frozen=True)
@@ -141,7 +153,55 @@ class Recording:
                 return f"{name} has {array.dtype} of the shape {array.shape}, which does not fit ({', '.join(parts)})"
             if not np.isfinite(array).all():
                 return f"{name} holds a value that is not a finite number"
+            if array.size and not np.abs(array).max() <= LARGEST:
+                return f"{name} holds a value beyond {LARGEST:g}"
         return None
+
+    def fault_of_scene(self, scene: Scene) -> str | None:
+        """What is in the arrays that a run of ``scene`` cannot give, their shapes being right."""
+        rate, count = scene.rig.sensor.rate, len(self.time)
+        belt, pitches, teeth = scene.chain == "belt", scene.rig.chain.pitches, scene.rig.sprocket.teeth
+        stride = 0 if belt else round(scene.frame_interval * rate)
+        recorded = scene.pitches or (range(1, pitches + 1) if scene.every_link else (scene.rig.sensor.pitch,))
+        spells = dict(zip(SPELL_COLUMNS, self.spells.T, strict=True))
+        # times are sums; where a spell ends is a step after its last force
+        begins, ends, near = self.begin - 1.0 / rate, self.begin + (count + 1) / rate, 1e-3 / rate
+        faults = (
+            (count < 1 or count != round(scene.duration * rate), f"{count} samples are not the duration of the scene"),
+            (_apart(self.time, np.arange(1, count + 1) / rate) > near, f"time is not that of {rate} Hz"),
+            (self.begin < 0.0, f"begin = {self.begin} is before the start"),
+            (not np.array_equal(self.pitches, () if belt else recorded), "pitches are not those of the scene"),
+            (self.wheel_rate.shape[1] != len(wheel_names(scene.rig)), "wheel_rate is not of the wheels of the rig"),
+            (len(self.frame) != (-(-count // stride) if stride else 0), "frame is not one every frame_interval"),
+            (stride and self.frame.shape[1] != scene.bodies + 3, "frame is not of the bodies of the scene"),
+            (
+                len(self.frame_time) != len(self.frame)
+                or _apart(self.frame_time, (np.arange(len(self.frame)) * stride + 1) / rate) > near,
+                "frame_time is not one every frame_interval",
+            ),
+            (_beyond(self.area, TOOTH_AREAS), f"area is not 0 to {TOOTH_AREAS}"),
+            (_beyond(self.groove, teeth), f"groove is not 0 to {teeth}"),
+            (((self.area > 0) != (self.groove > 0)).any(), "area and groove are not of the same contacts"),
+            (_beyond(self.force), "force is negative"),
+            (_beyond(self.gap) or _beyond(self.cut) or _beyond(self.change[:, 0]), "gap, cut or change is negative"),
+            (_beyond(spells["pitch"], pitches - 1), f"spells have pitches other than 0 to {pitches - 1}"),
+            (_beyond(spells["side"], 2), "spells have sides other than 0 to 2"),
+            (_beyond(spells["groove"], teeth), f"spells have grooves other than 0 to {teeth}"),
+            (_beyond(spells["areas"], 2**TOOTH_AREAS - 1), "spells have areas that a groove has not"),
+            (
+                _beyond(spells["start_s"] - begins) or _beyond(ends - spells["end_s"])
+                or _beyond(spells["end_s"] - spells["start_s"]),
+                "spells are not within the record",
+            ),
+            (_beyond(spells["peak_n"]), "spells have negative peaks"),
+            (bool(self.plane.size) != (scene.fidelity["space"].setting == "spatial"), "plane is not that of the scene"),
+            (
+                self.link_mean.shape[1:2] != (pitches,) if scene.every_link and not belt else self.link_mean.size,
+                "link_mean is not of every link as the scene asks",
+            ),
+            (bool(self.sliding.size) != (scene.sliding and not belt), "sliding is not that of the scene"),
+        )  # fmt: skip
+        return next((text for wrong, text in faults if wrong), None)
 
     def checked(self) -> "Recording":
         """This recording, if every number in it is one.
@@ -203,7 +263,7 @@ def load_recording(path: Path | str) -> Recording:
         )
     try:
         recording = Recording(meta=meta, **{name: arrays[name] for name in Recording.ARRAYS})
-        fault = recording.fault() or _fault_of_meta(meta)
+        fault = recording.fault() or _fault_of_meta(meta) or recording.fault_of_scene(_scene_of(meta))
     except (KeyError, TypeError, ValueError, AttributeError, TrackdynError) as error:
         fault = " ".join(str(error).split())
     if fault:
@@ -211,11 +271,15 @@ def load_recording(path: Path | str) -> Recording:
     return recording
 
 
+def _scene_of(meta: dict) -> Scene:
+    return Scene(Rig.model_validate(meta["rig"]), **meta["scene"])
+
+
 def _fault_of_meta(meta: dict) -> str | None:
     """What is wrong with the description of a run; a mistake in its scene raises `InputError`, a missing part
     `KeyError`.
     """
-    scene = Scene(Rig.model_validate(meta["rig"]), **meta["scene"])
+    scene = _scene_of(meta)
     if {name: of["setting"] for name, of in meta["fidelity"].items()} != {
         n: d.setting for n, d in scene.fidelity.items()
     }:

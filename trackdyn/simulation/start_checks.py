@@ -9,7 +9,7 @@ from trackdyn.model.constants import SPROCKET, Model
 from trackdyn.model.state import State
 from trackdyn.model.work import Work
 from trackdyn.parameters.groove import depths_on_sprocket
-from trackdyn.scene.limits import elastic_depth, round_step, step_limits
+from trackdyn.scene.limits import advised_step, elastic_depth, step_limits
 from trackdyn.scene.scene import Scene
 
 # The weight of the chain and so many times the tension on a single arc: more than any load at rest.
@@ -72,6 +72,5 @@ def refuse_step(scene: Scene, model: Model, tension: float) -> None:
         raise InputError(
             f"scene: step = {scene.step!r} is not accepted: the loop settles at a tension of "
             f"{tension:.0f} N, for which that is "
-            f"too large for the {name}; at most {limit:.2g} s would do, such as "
-            f"{round_step(limit, 1.0 / scene.rig.sensor.rate):.7g} s"
+            f"too large for the {name}; {advised_step(limit, 1.0 / scene.rig.sensor.rate)}"
         )
