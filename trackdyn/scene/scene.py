@@ -203,7 +203,11 @@ class Scene(Choices):
         name, limit = min(limits.items(), key=lambda item: item[1], default=("", np.inf))
         if self.step > limit:
             such = round_step(limit, 1.0 / self.rig.sensor.rate)
-            self._refuse("step", f"too large for the {name}; at most {limit:.2g} s would do, such as {such:.7g} s")
+            self._refuse(
+                "step",
+                f"too large for the {name}, a bound that was not tried on this rig (trackdyn check tries); "
+                f"at most {limit:.2g} s would do, such as {such:.7g} s",
+            )
 
     @property
     def bodies(self) -> int:

@@ -73,5 +73,5 @@ def refuse_step(scene: Scene, model: Model, tension: float) -> None:
             f"scene: step = {scene.step!r} is not accepted: the loop settles at a tension of "
             f"{tension:.0f} N, for which that is "
             f"too large for the {name}; at most {limit:.2g} s would do, such as "
-            f"{round_step(limit, 1.0 / scene.rig.sensor.rate):.7g} s"
+            f"{round_step(limit, 1.0 / scene.rig.sensor.rate):.7g} s, not tried (trackdyn check tries)"
         )
