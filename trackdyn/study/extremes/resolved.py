@@ -88,11 +88,11 @@ def run_drawn(number: int, seed: int = SEED) -> dict:
         probe = Scene(rig, of["rpm"], step=sample / 1000, every_link=True, **fields)
         limit = largest_step(probe.model, rig.tension.pre_tension)
         loop = Loop(probe.with_(step=float(sample / np.ceil(sample / (0.5 * limit)))))
-        limit = largest_step(loop.model, loop.layout["settled_tension_n"])
+        limit = min(limit, largest_step(loop.model, loop.layout["settled_tension_n"]))
         step = float(sample / np.ceil(sample / (of["part"] * limit)))
         fine, _ = _run(loop, step / FINER, of["seconds"], False)
     except (InputError, DivergenceError) as error:
-        return row(FAMILY, name, REFUSED, str(error), measure="no loop, or no truth")
+        return row(FAMILY, name, REFUSED, str(error), measure="no loop, or no limit")
     more = {"measure": "error of RMS, of mean peak", "bound": RMS, "at": step / limit}
     try:
         found, told = _run(loop, step, of["seconds"], True)
