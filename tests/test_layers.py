@@ -21,7 +21,10 @@ LAYERS = {
     "contact": ({"model", "contact", "jit"}, {"numpy"}),
     "chain": ({"model", "chain", "jit"}, {"numpy"}),
     "integrate": ({"model", "contact", "chain", "integrate", "jit"}, {"numpy"}),
-    "parameters": ({"parameters", "errors", "files"}, {"numpy", "scipy", "pandas", "pydantic", "yaml"}),
+    "parameters": (
+        {"parameters", "errors", "files"},
+        {"numpy", "scipy", "pandas", "pydantic", "pydantic_core", "yaml"},
+    ),
 }
 # From the ground up: what a room of the package may import is itself, the rooms before it in this list, and errors,
 # files, jit and version.

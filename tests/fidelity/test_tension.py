@@ -12,7 +12,7 @@ from trackdyn.errors import DivergenceError, InputError
 from trackdyn.integrate.carriers import push
 from trackdyn.model.constants import SPROCKET
 from trackdyn.model.record import BEARING, ENERGY_NAMES
-from trackdyn.simulation.account import open_share, refuse_unresolved
+from trackdyn.simulation.account import open_share
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.simulate import simulate
 from trackdyn.simulation.start_checks import arc_depths, explained_depth, refuse_start_in_steel
@@ -111,13 +111,3 @@ def test_contact_that_flips_from_step_to_step_is_seen(make_scene, monkeypatch):
         monkeypatch.setattr(module, "step_limits", lambda *_: {"none": 1.0})
     with pytest.raises(DivergenceError, match="contacts are not resolved"):
         simulate(make_scene(115.0, ring_radius=LARGE, step=1e-4, duration=2.0, lead_in=1.0))
-
-
-def test_what_counts_as_resolved():
-    samples = 2000
-    flips, waves = np.tile([9.0, -9.0], (samples, 1)), np.tile([9.0, 8.0], (samples, 1))
-    refuse_unresolved(waves, 1000, 1e-4)
-    refuse_unresolved(1e-3 * flips, 1000, 1e-4)  # rounding
-    refuse_unresolved(flips[:500], 1000, 1e-4)  # one impact
-    with pytest.raises(DivergenceError, match=r"smaller than 0\.0001 s"):
-        refuse_unresolved(flips, 1000, 1e-4)

@@ -19,7 +19,7 @@ def scene_of(rig, sprocket_rpm=SPROCKET_RPM, **fields):
     probe = Scene(rig, rpm, step=1e-6)
     limit = min(step_limits(probe.model, 1.2 * rig.tension.pre_tension).values())
     sample = 1.0 / rig.sensor.rate
-    step = sample / ceil(sample / min(0.8 * limit, 1e-4))
+    step = sample / ceil(sample / min(0.3 * limit, 1e-4))  # beyond, contacts of the M113 and the robot flip
     return Scene(rig, rpm, **{"duration": 0.5, "lead_in": 0.2, "ramp": 0.3, "step": step} | fields)
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.rigs.conftest import NAMES, scene_of
+from trackdyn.errors import DivergenceError
 from trackdyn.integrate.carriers import along, push
 from trackdyn.model.constants import SPROCKET
 from trackdyn.model.state import SLIDE
@@ -65,6 +66,16 @@ def test_it_runs_with_a_closed_loop_and_a_closed_account(name, settled):
     for k in pressed:
         rim = -recording.wheel_rate[-50:, k].mean() * (wheels.radius[k] + wheels.half_thickness)
         assert rim == pytest.approx(speed, rel=0.1), k
+
+
+def test_a_step_that_flips_is_refused_within_the_first_contacts(settled):
+    """At the largest step that its tension allows the M113 completed with wrong forces, refused after seconds only."""
+    loop = settled("m113").changed(motor_rpm=50.0, step=6.25e-5)
+    loop.advance(loop.scene.ramp)
+    before = loop.time
+    with pytest.raises(DivergenceError, match="contacts are not resolved"):
+        loop.record(5.0)
+    assert loop.time - before <= 0.5 + 1e-9
 
 
 def test_springs_of_arms_hold_what_lies_on_them(settled):

@@ -93,13 +93,20 @@ def simulate(
             "--checkpoint is not accepted with --tolerance: such a run ends by itself; leave one of them out"
         )
     fields = ring_fields(ring_radius) | preset_fields(preset) | ({} if step is None else {"step": step})
+    fields |= _choices(choose or [])
+    if step is None and (tried := _tried(rig, rpm, fields)):
+        fields["step"], speed = tried
+        if not quiet:
+            typer.echo(
+                f"{'step':>22}  {tried[0]:g} s: tried on this rig at {speed:g} rev/min; {preset} has a larger one"
+            )
     scene = Scene(
         load_rig(rig),
         motor_rpm=rpm,
         duration=duration,
         lead_in=lead_in,
         frame_interval=frame_interval,
-        **fields | _choices(choose or []),
+        **fields,
     )
     if rate is not None:
         scene = scene.sampled(rate)
@@ -127,6 +134,20 @@ def simulate(
         _for_its_duration(scene, out, checkpoint, quiet)
 
 
+def _tried(rig: str, rpm: float, fields: dict) -> tuple[float, float] | None:
+    """Step that was tried on the rig and its motor speed, if it is smaller than that of the preset."""
+    from trackdyn.parameters.rig_file import tried_step
+
+    found = tried_step(rig, rpm) if fields["integrator"] == "semi_implicit" else None
+    return found if found is not None and found[0] < fields["step"] else None
+
+
+def _warn_of_resolution(recording) -> None:
+    """Say on standard error what is not resolved, or could not be judged."""
+    if reason := recording.meta.get("resolved", {}).get("reason"):
+        typer.echo(f"trackdyn: warning: {reason}", err=True)
+
+
 def _say_decisions(scene) -> None:
     """What the scene left open, with the reason; then what it asked for, on one line."""
     from trackdyn.scene.fidelity import ASKED
@@ -147,6 +168,7 @@ def _for_its_duration(scene, out: Path, checkpoint: Path | None, quiet: bool) ->
     # measured before it is written: what has no measures leaves no file
     measures = {} if quiet else run_metrics(out.stem, recording)
     recording.save(out)
+    _warn_of_resolution(recording)
     for name, value in measures.items():
         if value == value:  # what a run cannot have is left out
             typer.echo(f"{name:>22}  {value:.6g}" if isinstance(value, float) else f"{name:>22}  {value}")
@@ -160,6 +182,7 @@ def _until_converged(scene, tolerances: dict[str, float], longest: float, out: P
 
     answer = run_until(scene, tolerances, longest)
     answer.recording.save(out)
+    _warn_of_resolution(answer.recording)
     for name, found in answer.measures.items():
         said = "" if name not in answer.reached else "converged" if answer.reached[name] else "tolerance not reached"
         typer.echo(f"{name:>22}  {found.value:.6g} +- {found.half_width:.2g}  {said}")

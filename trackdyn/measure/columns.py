@@ -79,6 +79,12 @@ COLUMNS = {
         "open part of the account of work over the work of the sprocket",
         "what the step leaves open in this very record, no estimate of a mean",
     ),
+    "resolved": (
+        "string",
+        "",
+        "whether the step resolves the contacts: yes, no, or not judged",
+        "a verdict on this very record",
+    ),
     "clipped_samples": ("integer", "1", "samples that the range of the sensor cut", "a count in this very record"),
     "passages": ("integer", "1", "complete passages of connectors over the sprocket", "a count in this very record"),
 }

@@ -81,6 +81,7 @@ def run_metrics(name: str, recording: Recording) -> dict:
         "gap_before_projection_m": float(gaps[0]),
         "velocity_gap_m_s": float(gaps[1]),
         "energy_residual": energy_residual(recording),
+        "resolved": recording.meta.get("resolved", {}).get("state", "not judged"),
         "clipped_samples": signal.clipped,
         **meshing_summary(recording),
     }

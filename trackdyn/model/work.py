@@ -254,6 +254,11 @@ class Work(NamedTuple):
     change : (4,) array
         y acceleration of the sensor one step ago and its change in that step; sums over the sample of the squared
         change and of the product of two changes in a row.
+    lately : (2, 2, n) array
+        ``com_dvx, com_dvy`` of the last two steps that were looked at, the older first (`integrate.run`), m/s.
+    alternating : (2,) array
+        Sum over the looks so far of the mean square of what alternates in the bodies' changes of velocity, weighted
+        with their masses (m2/s2), and the number of looks.
     links : (p, 6) array
         ``sensed`` of every link, where a record asks for it.
     sweep : SweepWork
@@ -300,6 +305,8 @@ class Work(NamedTuple):
     worst: np.ndarray
     sensed: np.ndarray
     change: np.ndarray
+    lately: np.ndarray
+    alternating: np.ndarray
     links: np.ndarray
     sweep: SweepWork
     near: Near
@@ -331,6 +338,8 @@ def make_work(n: int, pitches: int, wheels: int) -> Work:
         np.zeros(3),
         np.zeros(6),
         np.zeros(4),
+        np.zeros((2, 2, n)),
+        np.zeros(2),
         np.zeros((pitches, 6)),
         sweep,
         Near(

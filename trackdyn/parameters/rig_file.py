@@ -78,6 +78,31 @@ def rig_path(name: Path | str) -> Path | str:
     return shipped[name]
 
 
+def tried_step(name: Path | str, rpm: float) -> tuple[float, float] | None:
+    """Step (s) that was tried on a rig, and the motor speed (rev/min) that it was tried at; None if its file has none.
+
+    The speed is the next one at or above ``rpm``; the fastest, if ``rpm`` is faster than all that were tried.
+
+    Raises
+    ------
+    InputError
+        ``tried`` of the file is not a list of speeds and steps.
+    """
+    path = rig_path(name)
+    data = read_yaml(path)
+    tried = data.get("tried") if isinstance(data, dict) else None
+    if tried is None:
+        return None
+    try:
+        pairs = sorted((float(row["rpm"]), float(row["step"])) for row in tried)
+        speed, step = next((pair for pair in pairs if pair[0] >= rpm), pairs[-1])
+    except (TypeError, ValueError, KeyError, IndexError):
+        raise InputError(
+            f"{path}: tried = {shown(tried)} is not accepted: rows such as {{rpm: 115, step: 5.0e-5}} are needed"
+        ) from None
+    return step, speed
+
+
 def read_rig(name: Path | str) -> dict[str, Any]:
     """Contents of a rig file with everything that it takes from others, every entry written out.
 
@@ -99,7 +124,7 @@ def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> di
         data = {
             key: _written_out(part, str(key), {}, path.parent)
             for key, part in data.items()
-            if key not in ("like", "about")
+            if key not in ("like", "about", "tried")  # words of this file alone
         }
         own_wheels = isinstance(data.get("wheels"), dict)
         if own_wheels:

@@ -201,7 +201,8 @@ class Scene(Choices):
         limits = step_limits(self.model, self.rig.tension.pre_tension, METHODS[self.integrator])
         name, limit = min(limits.items(), key=lambda item: item[1], default=("", np.inf))
         if self.step > limit:
-            self._refuse("step", f"too large for the {name}; {advised_step(limit, 1.0 / self.rig.sensor.rate)}")
+            advice = advised_step(limit, 1.0 / self.rig.sensor.rate)
+            self._refuse("step", f"too large for the {name}; {advice}; not tried on this rig (trackdyn check tries)")
 
     @property
     def bodies(self) -> int:

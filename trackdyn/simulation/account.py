@@ -18,40 +18,6 @@ LOSSES, STORED = ENERGY_NAMES[1:7], ENERGY_NAMES[7:]
 # Normal contact gives back what it has stored, some joules of rubber that relaxes after the start; in a record of this
 # length (s) it takes more than that.
 NORMAL_LOSSES, LONG_RECORD = ("tooth_normal", "wheel_normal"), 10.0
-# A resolved acceleration changes from one step to the next much as it did before: the mean product of two changes in a
-# row is 0.8 to 1.0 of their mean square. Where contact flips from step to step it is -1; 0 lies between. A flip of c
-# adds c^2 / 8 to the mean square: below this size (m/s2) less than 0.5 % to a link's RMS of 9 m/s2, as much as the
-# account may leave open. It was 1.0, set for 0.2 %, until linearly implicit runs at 0.5 ms were seen to flip by 1.04.
-# It takes a second to tell it from a single impact.
-LEAST_CHANGE, LEAST_RECORD = 1.8, 1.0
-
-
-def refuse_unresolved(change, rate: float, step: float) -> None:
-    """Refuse a record in which the sensor's acceleration alternates from step to step: a contact is not resolved.
-
-    The account of work closes by construction and does not see that; means over samples hide it.
-
-    Parameters
-    ----------
-    change : (s, 2) array
-        `recording.Recording.change`.
-    rate : float
-        Samples a second.
-    step : float
-        What would have to be smaller, s.
-
-    Raises
-    ------
-    DivergenceError
-        Says how large the alternation is.
-    """
-    square, product = change.mean(axis=0)
-    if len(change) >= LEAST_RECORD * rate and product < 0.0 and square > LEAST_CHANGE**2:
-        raise DivergenceError(
-            f"contacts are not resolved: the sensor's acceleration flips by {square**0.5:.3g} m/s2 "
-            "from step to step; a step "
-            f"smaller than {step:g} s would do"
-        )
 
 
 def open_share(energy, model, seconds: float) -> tuple[float, float]:

@@ -8,10 +8,11 @@ import numpy as np
 from trackdyn.errors import DivergenceError
 from trackdyn.model.record import SPELL_COLUMNS, Record, Spells, make_record
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.account import refuse_open_account, refuse_unresolved
+from trackdyn.simulation.account import refuse_open_account
 from trackdyn.simulation.checkpoint import filled, refuse_other_places
 from trackdyn.simulation.cost import refuse_too_large
 from trackdyn.simulation.recording import Recording, provenance
+from trackdyn.simulation.resolution import refuse_unresolved, resolution
 
 # Length of a chunk, s, and spells that may end within it.
 CHUNK = 0.25
@@ -37,11 +38,12 @@ SAMPLED = (
 
 
 class Writer:
-    """Records a loop; parameters as in `Loop.record`."""
+    """Records a loop; parameters as in `Loop.record`. One that is not ``watched`` goes on with unresolved contacts."""
 
     def __init__(
-        self, loop, seconds: float, pitches: tuple[int, ...], frame_interval: float, spells: bool, every_link: bool
-    ):
+        self, loop, seconds: float, pitches: tuple[int, ...], frame_interval: float, spells: bool, every_link: bool,
+        watched: bool = True,
+    ):  # fmt: skip
         rate = loop.scene.rig.sensor.rate
         refuse_too_large(loop.scene, seconds, pitches, frame_interval, every_link)
         self.loop = loop
@@ -54,6 +56,9 @@ class Writer:
         self.begin = loop.time
         self.wall = 0.0
         self.ended: list[np.ndarray] = []
+        self.watched = watched
+        self.alternating = np.zeros(2)
+        loop.work.alternating[:] = 0.0
         stride = round(frame_interval * rate)
         frames = -(-self.samples // stride) if stride else 0
         on_wheels = loop.scene.loop == "on_wheels"
@@ -81,16 +86,18 @@ class Writer:
         loop.fill(self.record, self.done, last)
         self.wall += time.perf_counter() - start
         self.ended.append(_take(self.record.spells))
+        self.alternating += loop.work.alternating
+        loop.work.alternating[:] = 0.0
         first, self.done = self.done, last
         if last // (JUDGED * rate) > first // (JUDGED * rate):  # not only after hours
             refuse_open_account(self.record.energy[:last], loop.model, last / rate)
-        if self.loop.work.stages is None:  # the stages of a Runge-Kutta step are not in the record
-            refuse_unresolved(self.record.change[:last], rate, loop.model.step)
+        if self.watched:
+            refuse_unresolved(self.alternating, loop.model, self.record.mean[:last], last / rate)
         return (last - first) / rate
 
     def describe(self) -> dict:
         """What a checkpoint holds of it, the loop included."""
-        progress = {"done": self.done, "begin": self.begin, "wall": self.wall}
+        progress = {"done": self.done, "begin": self.begin, "wall": self.wall, "alternating": self.alternating.tolist()}
         parts = {"progress": progress, "record": self.record, "ended": Ended(np.vstack(self.ended))}
         return self.loop.describe() | parts
 
@@ -100,6 +107,7 @@ class Writer:
         self.record = filled(self.record, data["record"])
         self.ended = [data["ended"]["rows"]]
         done, begin, self.wall = (data["progress"][name] for name in ("done", "begin", "wall"))
+        self.alternating = np.array(data["progress"]["alternating"], float).reshape(2)
         if not (isinstance(done, int) and 0 <= done <= self.samples):
             raise ValueError(f"done = {done}")
         rate = self.loop.scene.rig.sensor.rate
@@ -133,13 +141,15 @@ class Writer:
             {} if plane is None else {"plane": plane.motion, "wheel_offset": plane.offset, "axial_force": plane.axial}
         )
         same = (*SAMPLED, "frame")
+        found = resolution(self.alternating, self.loop.model, record.mean, self.done / rate)
+        share = None if np.isnan(found.share) else found.share
         return Recording(
             time=np.arange(1, self.done + 1) / rate,
             pitches=record.pitches + 1,
             spells=np.vstack(self.ended) if self.ended else np.zeros((0, len(SPELL_COLUMNS))),
             begin=float(self.begin),
             frame_time=(np.arange(len(record.frame)) * stride + 1) / rate,
-            meta=provenance(scene, self.loop.layout),
+            meta=provenance(scene, self.loop.layout) | {"resolved": found._asdict() | {"share": share}},
             wall=self.wall,
             **{name: getattr(record, name) for name in same},
             **space,

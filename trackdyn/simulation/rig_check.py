@@ -13,6 +13,7 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.scene.limits import round_step, step_limits
 from trackdyn.scene.scene import LEAST_STEP, Scene
 from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.trial import try_steps
 
 SMALL_WRAP = 90.0  # deg of the sprocket below which few teeth share the load
 DEEP_SAG = 0.1  # of a span
@@ -55,7 +56,7 @@ def body_lengths(rig: Rig) -> np.ndarray:
 
 
 def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
-    """Lay the loop of a rig, and with ``settle`` tension it, as a scene at ``rpm`` (rev/min) would.
+    """Lay the loop of a rig, and with ``settle`` tension it and try steps, as a scene at ``rpm`` (rev/min) would.
 
     Raises
     ------
@@ -79,7 +80,7 @@ def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
             f"{rig.tension.wheel} shifted by {1e3 * laid.shift:.3g} mm of {1e3 * rig.tension.travel:.3g} "
             f"mm, {rig.tension.kept}"
         ),
-        "step": f"--step {round_step(step, sample):.7g}: at most {step:.2g} s at a motor speed of {rpm:g} rev/min",
+        "step": f"--step {round_step(step, sample):.7g}: not tried; at most {step:.2g} s at {rpm:g} rev/min",
     }
     frame = np.concatenate([laid.pins[0], laid.angle, [laid.sprocket_angle]])
     wheels = wheel_circles(rig, laid.shift, surface=True)
@@ -95,12 +96,8 @@ def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
         idle = [names[k] for k in range(1, len(names)) if load[k] == 0.0]
         if idle:
             unusual.append(f"at rest nothing lies on {', '.join(idle)}")
-        limit = min(step_limits(model, reached).values(), default=step)
-        if limit < step:
-            values["step"] = (
-                f"--step {round_step(limit, sample):.7g}: at most {limit:.2g} s for the loop as "
-                f"settled, {step:.2g} s before"
-            )
+        limit = min(step, *step_limits(model, reached).values())
+        values["step"] = f"{try_steps(loop, rpm)}; at most {limit:.2g} s at {rpm:g} rev/min"
     return Checked(wheels, frame, values, unusual)
 
 

@@ -13,12 +13,14 @@ from trackdyn.study.extremes import cases, solvers
 from trackdyn.study.extremes.judge import DEFECT, as_table
 from trackdyn.study.extremes.long_run import long_run, run_long
 from trackdyn.study.extremes.random_scenes import SEED, random_scenes, smallest
+from trackdyn.study.extremes.resolved import short_runs
 from trackdyn.study.extremes.stability_map import stability_map
 from trackdyn.study.settings import ExtremesForm
 
 # The long run has a process of its own: growth of the memory is then its own, too.
 LONG_RUN = "long_run"
 RANDOM_SCENES = 250  # in a part, at most
+SHORT_RUNS = 50
 
 
 class Extremes(NamedTuple):
@@ -31,7 +33,13 @@ class Extremes(NamedTuple):
 
 def parts_of(form: ExtremesForm) -> list[str]:
     """Names of the parts of a form, in the order of their families."""
-    return [LONG_RUN, "chain", "motion", *(f"random_{k}" for k in range(_random_parts(form)))]
+    return [
+        LONG_RUN,
+        "chain",
+        "motion",
+        *(f"random_{k}" for k in range(_random_parts(form))),
+        *(f"short_runs_{k}" for k in range(_short_parts(form))),
+    ]
 
 
 def run_part(rig: Rig, form: ExtremesForm, part: str, say: Callable[[str], None] = print) -> pd.DataFrame:
@@ -82,6 +90,9 @@ def _families(rig: Rig, form: ExtremesForm, part: str) -> dict[str, tuple[Iterat
             "initial state": (cases.states(rig, form.depths_m), cases.laws(rig), cases.momentum(rig)),
             "step and stiffness": (stability_map(rig, form.map_moduli_pa, form.map_steps_per_ms),),
         }
+    if part.startswith("short_runs_"):
+        number = int(part.removeprefix("short_runs_"))
+        return {"short runs": (short_runs(form.short_runs, part=number, parts=_short_parts(form)),)}
     number = int(part.removeprefix("random_"))
     scenes = random_scenes(rig, form.random_scenes, part=number, parts=_random_parts(form))
     return {"random scenes": (scenes,)}
@@ -89,6 +100,10 @@ def _families(rig: Rig, form: ExtremesForm, part: str) -> dict[str, tuple[Iterat
 
 def _random_parts(form: ExtremesForm) -> int:
     return ceil(form.random_scenes / RANDOM_SCENES)
+
+
+def _short_parts(form: ExtremesForm) -> int:
+    return ceil(form.short_runs / SHORT_RUNS)
 
 
 def _version(package: str) -> str:
