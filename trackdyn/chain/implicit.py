@@ -75,7 +75,7 @@ def accelerations(model: Model, state: State, work: Work, implicit: ImplicitWork
     matrix[2, 2] += 1.0
     matrix[2, last] += work.torque[n - 1]
     for wheel in range(1, wheels):
-        drag = bearing_drag(model.wheels, wheel, state.wheel_rate[wheel])
+        drag = bearing_drag(model.wheels, wheel, state.wheel_rate[wheel], work.carried)
         matrix[2 + wheel, 2 + wheel] += inertia[wheel] + implicit.wheel_inertia[wheel] + step * drag
         matrix[2 + wheel, last] += work.wheel_torque[wheel] - drag * state.wheel_rate[wheel]
     _eliminate(matrix)

@@ -165,6 +165,8 @@ class Wheels(NamedTuple):
         Links on the sprocket's ring; links on the other wheels.
     own_law : (w, 7) array or None
         Law of every wheel, the entries of a `Law`; None where ``wheel_law`` serves all.
+    rolling : (w,) array or None
+        Lever arm of the rolling resistance of links on every wheel, m; None where nothing depends on the load.
     """
 
     present: np.ndarray
@@ -178,6 +180,7 @@ class Wheels(NamedTuple):
     ring_law: Law
     wheel_law: Law
     own_law: np.ndarray | None = None
+    rolling: np.ndarray | None = None
 
 
 class Closure(NamedTuple):

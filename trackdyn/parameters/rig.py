@@ -23,6 +23,7 @@ from trackdyn.parameters.quantities import (
     Mass,
     Position,
     Quantity,
+    RollingArm,
     Slope,
     Table,
     Tilt,
@@ -82,6 +83,7 @@ class Sprocket(Sparing):
     equal_pitch_radius: Length
     ring_radius: Length
     ring: Annotated[Literal["present", "none"], Quantity("name")] = "present"
+    rolling_arm: RollingArm = 0.0
     axial_offset: Position
     toe: Tilt
     camber: Tilt

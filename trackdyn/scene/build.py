@@ -149,19 +149,24 @@ def build_wheels(scene) -> Wheels:
     rollers = list(rig.rollers.values()) if scene.loop == "on_wheels" else []
     count = 1 + len(rollers)
     ring, wheel = _law(rig, rig.ring_contact, scene), _law(rig, rig.wheel_contact, scene)
-    own = None
+    own = rolling = None
+    drag = [roller.bearing_drag * (scene.drag == "viscous") for roller in rollers]
+    if scene.drag == "rolling" and rollers:
+        drag = [roller.seal_drag for roller in rollers]
+        rolling = np.array([rig.sprocket.rolling_arm, *(roller.rolling_arm for roller in rollers)])
     if any(roller.surface != "wheel_contact" for roller in rollers):
         own = np.array([ring, *(_law(rig, rig.contact_surfaces[roller.surface], scene) for roller in rollers)])
     return Wheels(
         np.array([int(scene.ring_radius is not None)] + [1] * len(rollers)),
         *np.ascontiguousarray(circles[:count].T),
         np.array([0.0, *(roller.inertia for roller in rollers)]),
-        np.array([0.0, *(roller.bearing_drag * (scene.drag == "viscous") for roller in rollers)]),
+        np.array([0.0, *drag]),
         np.array([0.0, *(roller.bearing_torque * (scene.drag == "coulomb") for roller in rollers)]),
         rig.chain.link_thickness / 2,
         ring,
         wheel,
         own,
+        rolling,
     )
 
 

@@ -39,7 +39,7 @@ class Choices(Section):
         "semi_implicit"
     )
     tension: Annotated[Literal["locked", "retensioned", "sprung", "forced"], OneOf()] = "locked"
-    drag: Annotated[Literal["viscous", "coulomb"], OneOf()] = "viscous"
+    drag: Annotated[Literal["viscous", "coulomb", "rolling"], OneOf()] = "viscous"
 
 
 CHOICES = {name: get_args(field.annotation) for name, field in Choices.model_fields.items()}
@@ -196,6 +196,8 @@ REFUSALS: tuple[Refusal, ...] = (
     ("integrator", lambda s: s.carried and not s.stepped,
      "wheel {carried} stands on a spring and moves in the plane by semi- or linearly implicit steps, not with "
      "{how}; use 'semi_implicit'"),
+    ("drag", lambda s: s.drag == "rolling" and not any(wheel.rolling_arm for wheel in s.rig.rollers.values()),
+     "no wheel of the rig has a rolling_arm; use 'viscous'"),
     ("tooth_contact", lambda s: s.tooth_contact == "three_surfaces" and s.rig.groove is None,
      "three surfaces are made of the ten-arc design, which this rig's profile is not; use 'ten_arcs'"),
     # joints with rubber

@@ -102,7 +102,8 @@ class Scene(Choices):
         set again with the scene's ring), ``sprung`` (it slides on a spring and a damper while the chain runs) or
         ``forced`` (the rig's force pushes it); the rig's own by default.
     drag : str
-        ``viscous`` (bearing drag grows with the rate of a wheel) or ``coulomb`` (a torque that does not).
+        ``viscous`` (bearing drag grows with the rate of a wheel), ``coulomb`` (a torque that does not) or ``rolling``
+        (rolling resistance in proportion to the load of a wheel, beside the viscous drag of its seals).
     tolerance : float or None
         Relative error a step of the adaptive integrator may make.
     """
