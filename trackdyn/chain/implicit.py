@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from trackdyn.chain.bearings import bearing_drag
 from trackdyn.chain.closure import invert_closure
+from trackdyn.chain.maxwell import added_damping
 from trackdyn.chain.riccati import sweep
 from trackdyn.jit import kernel
 from trackdyn.model.constants import Model
@@ -49,7 +50,7 @@ def accelerations(model: Model, state: State, work: Work, implicit: ImplicitWork
     chain, step, swept = model.chain, model.step, work.sweep
     inertia = model.wheels.inertia
     n, wheels = state.rate.shape[0], inertia.shape[0]
-    damping = step * chain.damping + step * step * chain.stiffness
+    damping = step * chain.damping + step * step * chain.stiffness + step * added_damping(step, model.branches)
     compliance = cut.compliance
     sweep(chain, state, work, damping, model.sensor.body, implicit, None)
     matrix, load = implicit.matrix, implicit.load

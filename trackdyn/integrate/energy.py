@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from trackdyn.chain import radial
+from trackdyn.chain import maxwell, radial
 from trackdyn.chain.bearings import bearing_drag, sprocket_drag
 from trackdyn.integrate.carriers import carrier_energy, mean_velocity
 from trackdyn.jit import kernel
@@ -209,7 +209,7 @@ def energies(model: Model, state: State, work: Work, space, carriers, out):
     sliding, spring, lifted = carrier_energy(model, state, carriers)
     out[KINETIC] = kinetic + sliding
     out[GRAVITY] = gravity + lifted
-    out[BUSHING_ELASTIC] = elastic + spring
+    out[BUSHING_ELASTIC] = elastic + spring + maxwell.stored(state, model.branches)
     # turned and radially parted, a bushing is one piece of rubber: one entry holds what both springs store
     radial.add_energy(state, out, BUSHING_ELASTIC, model.radial)
     if space is not None:

@@ -40,6 +40,7 @@ class Choices(Section):
     )
     tension: Annotated[Literal["locked", "retensioned", "sprung", "forced"], OneOf()] = "locked"
     drag: Annotated[Literal["viscous", "coulomb", "rolling"], OneOf()] = "viscous"
+    bushing_law: Annotated[Literal["viscous", "hysteretic"], OneOf()] = "viscous"
 
 
 CHOICES = {name: get_args(field.annotation) for name, field in Choices.model_fields.items()}
@@ -117,7 +118,7 @@ def decide(scene) -> dict[str, Decision]:
         found["closure"] = Decision("radial", "as every other joint: no joint of the loop is rigid")
     if scene.chain == "belt":
         nothing = Decision("none", "a kinematic path has no forces and no equations to solve")
-        found |= dict.fromkeys((*OF_CONTACTS, "joint", "closure", "solver", "integrator"), nothing)
+        found |= dict.fromkeys((*OF_CONTACTS, "joint", "bushing_law", "closure", "solver", "integrator"), nothing)
     elif scene.loop == "free":
         found |= dict.fromkeys(OF_CONTACTS, Decision("none", "a free loop touches nothing"))
     if on_wheels and scene.ring_radius is not None:
@@ -211,6 +212,11 @@ REFUSALS: tuple[Refusal, ...] = (
      "joint='radial' is modelled with 'riccati' only; use it, or joint='revolute'"),
     ("integrator", lambda s: s.radial and s.integrator != "semi_implicit",
      "joint='radial' is modelled with 'semi_implicit' only; use it, or joint='revolute'"),
+    ("bushing_law", lambda s: s.bushing_law == "hysteretic" and s.method.tableau,
+     "the stages of integrator={integrator!r} do not carry the branches; use 'viscous', or "
+     "integrator='semi_implicit'"),
+    ("bushing_law", lambda s: s.bushing_law == "hysteretic" and not s.rig.bushing.loss_factor * s.rig.bushing.stiffness,
+     "bushing.loss_factor or bushing.stiffness of the rig is 0; use 'viscous'"),
     ("frame_interval", lambda s: s.radial and s.frame_interval,
      "configurations hold no parted pins; use 0, or joint='revolute'"),
     # solvers and their steps

@@ -57,12 +57,14 @@ def with_sliding(scene: Scene, work: Work, wheels: int) -> Work:
 
 
 def with_own(model: Model, state: State, work: Work) -> tuple[State, Work]:
-    """State and work with room for what only some models have: pins that part, rolling resistance."""
+    """State and work with room for what only some models have: rolling resistance, Maxwell branches, pins that part."""
     if model.wheels.rolling is not None:
         work = work._replace(carried=np.zeros(len(model.wheels.x)))
+    n = len(state.angle)
+    if model.branches is not None:
+        state = state._replace(branch=np.zeros((len(model.branches.time), n)))
     if model.radial is None:
         return state, work
-    n = len(state.angle)
     return state._replace(part=np.zeros((n, 4))), work._replace(radial=make_radial_work(n))
 
 
