@@ -56,7 +56,7 @@ def test_the_paper_is_dumped_as_before(rig):
     data = rig.model_dump()
     assert not {"wheels", "surfaces", "drive", "profile"} & set(data)
     assert set(data["idler"]) == {
-        "x", "y", "axial_offset", "toe", "camber", "radius", "inertia", "bearing_drag", "bearing_torque"
+        "x", "y", "axial_offset", "toe", "camber", "radius", "inertia", "bearing_drag", "bearing_torque", "rolling_arm",
     }  # fmt: skip
     assert "kept" not in data["tension"] and "kind" not in data["chain"] and "ring" not in data["sprocket"]
 

@@ -1,22 +1,36 @@
-"""Bearings of the wheels that turn freely."""
+"""Bearings of the wheels, and the rolling resistance of the links on them."""
 
 from math import tanh
 
 from trackdyn.jit import kernel
-from trackdyn.model.constants import Wheels
+from trackdyn.model.constants import SPROCKET, Wheels
 
-# rate below which a torque of Coulomb friction fades, rad/s: a twentieth of the slowest running
+# rate below which a torque of Coulomb friction or rolling resistance fades, rad/s: a twentieth of the slowest running
 SLOW = 0.1
 
 
 @kernel
-def bearing_drag(wheels: Wheels, wheel, rate):
-    """Torque of a wheel's bearing over its rate (rad/s), N m s/rad: viscous, and the secant of a constant torque.
+def bearing_drag(wheels: Wheels, wheel, rate, carried):
+    """Torque against a wheel's rotation over its rate (rad/s), N m s/rad.
 
-    The constant torque fades below ``SLOW``.
+    A viscous part, and the secant of a torque that fades below ``SLOW``: a constant one, and that of rolling
+    resistance, ``rolling`` times the sum of the links' normal forces (Wheels.rolling, Work.carried).
+
+    Parameters
+    ----------
+    carried : (w,) array or None
+        ``work.carried``, N; None: no rolling resistance.
     """
-    drag = wheels.drag[wheel]
-    if wheels.torque[wheel] > 0.0:
+    drag, torque = wheels.drag[wheel], wheels.torque[wheel]
+    if carried is not None:
+        torque += wheels.rolling[wheel] * carried[wheel]
+    if torque > 0.0:
         turning = max(abs(rate), 1e-6 * SLOW)
-        drag += wheels.torque[wheel] * tanh(turning / SLOW) / turning
+        drag += torque * tanh(turning / SLOW) / turning
     return drag
+
+
+@kernel
+def sprocket_drag(wheels: Wheels, rate, carried):
+    """The same of the sprocket, whose bearings belong to its drive: rolling resistance of the links on its ring."""
+    return 0.0 if carried is None else bearing_drag(wheels, SPROCKET, rate, carried)

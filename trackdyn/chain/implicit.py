@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from trackdyn.chain.bearings import bearing_drag
 from trackdyn.chain.closure import invert_closure
+from trackdyn.chain.maxwell import added_damping
 from trackdyn.chain.riccati import sweep
 from trackdyn.jit import kernel
 from trackdyn.model.constants import Model
@@ -49,7 +50,7 @@ def accelerations(model: Model, state: State, work: Work, implicit: ImplicitWork
     chain, step, swept = model.chain, model.step, work.sweep
     inertia = model.wheels.inertia
     n, wheels = state.rate.shape[0], inertia.shape[0]
-    damping = step * chain.damping + step * step * chain.stiffness
+    damping = step * chain.damping + step * step * chain.stiffness + step * added_damping(step, model.branches)
     compliance = cut.compliance
     sweep(chain, state, work, damping, model.sensor.body, implicit, None)
     matrix, load = implicit.matrix, implicit.load
@@ -75,7 +76,7 @@ def accelerations(model: Model, state: State, work: Work, implicit: ImplicitWork
     matrix[2, 2] += 1.0
     matrix[2, last] += work.torque[n - 1]
     for wheel in range(1, wheels):
-        drag = bearing_drag(model.wheels, wheel, state.wheel_rate[wheel])
+        drag = bearing_drag(model.wheels, wheel, state.wheel_rate[wheel], work.carried)
         matrix[2 + wheel, 2 + wheel] += inertia[wheel] + implicit.wheel_inertia[wheel] + step * drag
         matrix[2 + wheel, last] += work.wheel_torque[wheel] - drag * state.wheel_rate[wheel]
     _eliminate(matrix)

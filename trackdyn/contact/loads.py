@@ -22,7 +22,7 @@ from trackdyn.contact.axial import (
 )
 from trackdyn.contact.laws import elastic_force, impeded_speed, normal_force, normal_slopes, stored_impact_speed
 from trackdyn.contact.tooth import find_area, groove_index, in_groove
-from trackdyn.contact.wheel import foot, wheel_law, wheel_velocity
+from trackdyn.contact.wheel import carry, foot, unload, wheel_law, wheel_velocity
 from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET, Law, Model
 from trackdyn.model.state import OFFSET, P, Q, State
@@ -331,6 +331,7 @@ def wheel_loads(model: Model, state: State, work: Work, space, implicit):
             nx, ny, depth, speed, impact, wheels.radius[wheel], share, 0.0, law,
         )  # fmt: skip
         work.wheel_force[link, wheel] = apply(model, state, work, touch, space, implicit)
+        carry(work.carried, wheel, work.wheel_force[link, wheel])
 
 
 @kernel
@@ -378,6 +379,7 @@ def contact_loads(model: Model, state: State, work: Work, space=None, implicit=N
     work.force_y[:] = 0.0
     work.moment[:] = 0.0
     work.wheel_torque[:] = 0.0
+    unload(work.carried)
     work.count[0] = 0
     if implicit is not None:
         implicit.inertia[:] = 0.0

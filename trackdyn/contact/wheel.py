@@ -49,3 +49,17 @@ def wheel_velocity(state: State, carriers, wheel):
         return 0.0, 0.0
     # the direction is that of the step before: a turn of an arm in one step is lost in rounding of the velocity
     return state.slide[k, SLIDE_RATE] * state.slide[k, ALONG_X], state.slide[k, SLIDE_RATE] * state.slide[k, ALONG_Y]
+
+
+@kernel
+def carry(carried, wheel, force):
+    """Add a link's normal force (N) to what its wheel carries; ``carried`` is None without rolling resistance."""
+    if carried is not None:
+        carried[wheel] += force
+
+
+@kernel
+def unload(carried):
+    """Begin the sums of `carry` anew."""
+    if carried is not None:
+        carried[:] = 0.0

@@ -5,6 +5,7 @@ from trackdyn.chain import multipliers, riccati, transfer_matrices
 from trackdyn.chain import radial as parting
 from trackdyn.chain.closure import close, close_compliant
 from trackdyn.chain.kinematics import bushing_lead, bushing_torques
+from trackdyn.chain.maxwell import add_moments
 from trackdyn.chain.plane import aim
 from trackdyn.contact.loads import contact_loads
 from trackdyn.jit import kernel
@@ -23,7 +24,9 @@ def evaluate_loads(model: Model, state: State, work: Work, space, implicit):
     if space is not None:
         aim(model, state, space)
     contact_loads(model, state, work, space, implicit)
-    bushing_torques(model.chain, state, work, 0.0 if implicit is None else model.step)
+    ahead = 0.0 if implicit is None else model.step
+    bushing_torques(model.chain, state, work, ahead)
+    add_moments(state, work, ahead, model.branches)
 
 
 @kernel

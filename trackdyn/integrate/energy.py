@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from trackdyn.chain import radial
-from trackdyn.chain.bearings import bearing_drag
+from trackdyn.chain import maxwell, radial
+from trackdyn.chain.bearings import bearing_drag, sprocket_drag
 from trackdyn.integrate.carriers import carrier_energy, mean_velocity
 from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET, Model
@@ -180,9 +180,13 @@ def powers(model: Model, state: State, work: Work, out, first):
     n = state.rate.shape[0]
     for i in range(n):
         out[first + BUSHING_LOSS] += model.chain.damping * work.joint_rate[i] * work.joint_rate[i]
+    rate = state.wheel_rate[SPROCKET]
+    rolling = sprocket_drag(model.wheels, rate, work.carried) * rate * rate
+    out[first + SPROCKET_WORK] += rolling
+    out[first + BEARING] += rolling
     for wheel in range(1, model.wheels.x.shape[0]):
         rate = state.wheel_rate[wheel]
-        out[first + BEARING] += bearing_drag(model.wheels, wheel, rate) * rate * rate
+        out[first + BEARING] += bearing_drag(model.wheels, wheel, rate, work.carried) * rate * rate
 
 
 @kernel
@@ -205,7 +209,7 @@ def energies(model: Model, state: State, work: Work, space, carriers, out):
     sliding, spring, lifted = carrier_energy(model, state, carriers)
     out[KINETIC] = kinetic + sliding
     out[GRAVITY] = gravity + lifted
-    out[BUSHING_ELASTIC] = elastic + spring
+    out[BUSHING_ELASTIC] = elastic + spring + maxwell.stored(state, model.branches)
     # turned and radially parted, a bushing is one piece of rubber: one entry holds what both springs store
     radial.add_energy(state, out, BUSHING_ELASTIC, model.radial)
     if space is not None:

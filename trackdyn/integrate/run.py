@@ -7,6 +7,7 @@ nothing of motion in space, of the other integrators and solvers.
 from math import sqrt
 
 from trackdyn.chain.kinematics import bushing_lead, orient, place
+from trackdyn.chain.maxwell import relax
 from trackdyn.chain.plane import plane_dynamics, turn_plane
 from trackdyn.integrate.carriers import slide
 from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, sense_links, solve_chain
@@ -16,7 +17,7 @@ from trackdyn.integrate.semi_implicit import RATE_LIMIT, advance
 from trackdyn.integrate.spells import log_spells
 from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET, Model
-from trackdyn.model.record import Record
+from trackdyn.model.record import BUSHING_LOSS, Record
 from trackdyn.model.state import OFFSET, P, Q, State
 from trackdyn.model.work import Work
 
@@ -90,6 +91,7 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
             slide(model, state, work, model.carriers)
             place(model.chain, state, work)
             account(model, state, work, lead, space, model.carriers, sliding)
+            relax(model, state, work, BUSHING_LOSS, model.branches)
             if implicit is None:
                 for arc in range(work.tooth_force.shape[0]):
                     work.tooth_before[arc] = work.tooth_force[arc]

@@ -89,7 +89,7 @@ def _derivative(model: Model, state: State, work: Work, time, out):
             out[4 + 2 * n + w] = sprocket_acceleration(model.drive, time)
         else:
             rate = state.wheel_rate[wheel]
-            torque = work.wheel_torque[wheel] - bearing_drag(wheels, wheel, rate) * rate
+            torque = work.wheel_torque[wheel] - bearing_drag(wheels, wheel, rate, work.carried) * rate
             out[4 + 2 * n + w + wheel] = torque / wheels.inertia[wheel]
     powers(model, state, work, out, 4 + 2 * n + 2 * w)
 

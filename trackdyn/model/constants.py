@@ -165,6 +165,8 @@ class Wheels(NamedTuple):
         Links on the sprocket's ring; links on the other wheels.
     own_law : (w, 7) array or None
         Law of every wheel, the entries of a `Law`; None where ``wheel_law`` serves all.
+    rolling : (w,) array or None
+        Lever arm of the rolling resistance of links on every wheel, m; None where nothing depends on the load.
     """
 
     present: np.ndarray
@@ -178,6 +180,7 @@ class Wheels(NamedTuple):
     ring_law: Law
     wheel_law: Law
     own_law: np.ndarray | None = None
+    rolling: np.ndarray | None = None
 
 
 class Closure(NamedTuple):
@@ -326,13 +329,20 @@ class Radial(NamedTuple):
     damping: float
 
 
+class Branches(NamedTuple):
+    """Maxwell branches of every bushing (`chain.maxwell`): stiffness (N m/rad) and relaxation time (s), (b,) arrays."""
+
+    stiffness: np.ndarray
+    time: np.ndarray
+
+
 class Model(NamedTuple):
     """A scene as kernels see it (`trackdyn.scene.build.build_model`).
 
     ``step`` is in s, ``stride`` the number of steps in a sample. ``solver`` is None for the Riccati sweep or
     one of `integrate.dynamics`' numbers, ``space`` None for a planar scene, ``carriers`` None for fixed wheels,
     ``radial`` None for joints whose pins do not part; ``closure`` then says what the cut joint is, otherwise it is a
-    joint like all others.
+    joint like all others. ``branches`` is None for bushings with a viscous damper.
     """
 
     chain: Chain
@@ -348,3 +358,4 @@ class Model(NamedTuple):
     space: Space | None = None
     carriers: Carriers | None = None
     radial: Radial | None = None
+    branches: Branches | None = None

@@ -52,6 +52,8 @@ class State(NamedTuple):
     part : (n, 4) array or None
         Input pin of body i + 1 less the output pin of body i, and its rate, m and m/s; the last row, of the cut
         joint, follows from all others (`chain.kinematics.place`). None where pins do not part.
+    branch : (b, n) array or None
+        Moment of every Maxwell branch of every bushing, N m; None where bushings have none.
     """
 
     steps: np.ndarray
@@ -66,6 +68,7 @@ class State(NamedTuple):
     plane: Plane | None = None
     slide: np.ndarray | None = None
     part: np.ndarray | None = None
+    branch: np.ndarray | None = None
 
 
 def make_state(n: int, pitches: int, wheels: int) -> State:

@@ -273,6 +273,8 @@ class Work(NamedTuple):
         Of motion in space.
     radial : RadialWork or None
         Of joints whose pins part.
+    carried : (w,) array or None
+        Sum of the normal forces of the links on every wheel, where rolling resistance depends on it, N.
     sliding : (10 + w,) array or None
         Work of friction since the start, where a record asks for it: of the arcs by area, of the links by wheel, J.
     """
@@ -314,6 +316,7 @@ class Work(NamedTuple):
     stages: Stages | None = None
     space: SpaceWork | None = None
     radial: RadialWork | None = None
+    carried: np.ndarray | None = None
     sliding: np.ndarray | None = None
 
 

@@ -13,8 +13,8 @@ from pydantic import BeforeValidator, Field, GetCoreSchemaHandler, ValidationInf
 from pydantic_core import CoreSchema
 
 from trackdyn.errors import shown
-from trackdyn.parameters.rig_file import ENTRY_KEYS, KINDS
 from trackdyn.parameters.validation import plain_count, plain_number
+from trackdyn.parameters.yaml_file import ENTRY_KEYS, KINDS
 
 YAML_12_FLOAT = re.compile(r"[-+]?\d+(\.\d*)?[eE]\d+")
 RANGE_KEYS = {"low", "high"}  # what the part can be, for what is assumed or fitted
@@ -136,3 +136,4 @@ Inertia = Annotated[float, Quantity("kg m2", gt=0)]
 Tilt = Annotated[float, Quantity("deg", ge=-10, le=10)]
 Slope = Annotated[float, Quantity("deg", gt=-90, lt=90)]
 Friction = Annotated[float, Quantity("1", ge=0, le=2)]
+RollingArm = Annotated[float, Quantity("m", ge=0, le=1)]

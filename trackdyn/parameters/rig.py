@@ -23,6 +23,7 @@ from trackdyn.parameters.quantities import (
     Mass,
     Position,
     Quantity,
+    RollingArm,
     Slope,
     Table,
     Tilt,
@@ -54,12 +55,13 @@ class ClosureParameters(Section):
     damping: Annotated[float, Quantity("N s/m", ge=0)]
 
 
-class Bushing(Section):
+class Bushing(Sparing):
     stiffness: Annotated[float, Quantity("N m/rad", ge=0)]
     damping: Annotated[float, Quantity("N m s/rad", ge=0)]
     free_angle: Annotated[float, Quantity("rad", gt=-1.6, lt=1.6)]
     radial_stiffness: Annotated[float, Quantity("N/m", gt=0)]
     radial_damping: Annotated[float, Quantity("N s/m", ge=0)]
+    loss_factor: Annotated[float, Quantity("1", ge=0, le=0.5)] = 0.0
 
 
 class GrooveParameters(Section):
@@ -82,6 +84,7 @@ class Sprocket(Sparing):
     equal_pitch_radius: Length
     ring_radius: Length
     ring: Annotated[Literal["present", "none"], Quantity("name")] = "present"
+    rolling_arm: RollingArm = 0.0
     axial_offset: Position
     toe: Tilt
     camber: Tilt

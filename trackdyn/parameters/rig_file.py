@@ -14,12 +14,10 @@ from pathlib import Path
 from typing import Any
 
 from trackdyn.errors import InputError, shown
-from trackdyn.parameters.yaml_file import read_yaml
+from trackdyn.parameters.yaml_file import ENTRY_KEYS, KINDS, read_yaml
 
 SHIPPED = Path(__file__).parents[1] / "rigs"
 DEFAULT = "paper"
-ENTRY_KEYS = {"value", "unit", "kind", "source"}
-KINDS = ("printed", "derived", "assumed", "fitted")
 MOST_LIKE = 5  # files that take from one another
 WHEELS_OF_OLD = ("idler", "road_wheel")  # sections that are wheels of their own
 NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s+(\S.*?)\s*")

@@ -4,7 +4,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import model_serializer
 
-from trackdyn.parameters.quantities import Inertia, Length, Mass, Position, Quantity, Tilt
+from trackdyn.parameters.quantities import Inertia, Length, Mass, Position, Quantity, RollingArm, Tilt
 from trackdyn.parameters.validation import Section
 
 # contact surfaces that every rig has, by the name under which a wheel may ask for one
@@ -53,7 +53,11 @@ class Slider(Sparing):
 
 
 class Wheel(Sparing):
-    """A wheel that turns freely: where it stands, what it is, which surface links touch, and what it stands on."""
+    """A wheel that turns freely: where it stands, what it is, which surface links touch, and what it stands on.
+
+    A scene takes one of three laws of its drag: ``bearing_drag`` alone, ``bearing_torque`` alone, or ``rolling_arm``
+    times the links' normal forces beside ``seal_drag`` of seals and bearings.
+    """
 
     x: Position
     y: Position
@@ -64,6 +68,8 @@ class Wheel(Sparing):
     inertia: Inertia
     bearing_drag: Annotated[float, Quantity("N m s/rad", ge=0)]
     bearing_torque: Annotated[float, Quantity("N m", ge=0)]
+    rolling_arm: RollingArm = 0.0
+    seal_drag: Annotated[float, Quantity("N m s/rad", ge=0)] = 0.0
     surface: Annotated[str, Quantity("name")] = "wheel_contact"
     arm: Arm | None = None
     slider: Slider | None = None

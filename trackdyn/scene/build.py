@@ -12,6 +12,7 @@ from trackdyn.model.constants import (
     ISOTROPIC,
     SPROCKET,
     TANGENTIAL,
+    Branches,
     Chain,
     Closure,
     Drive,
@@ -31,6 +32,7 @@ from trackdyn.parameters.groove import PROFILES
 from trackdyn.parameters.layout import wheel_circles
 from trackdyn.parameters.normal_laws import NORMAL_LAWS
 from trackdyn.parameters.rig import Rig, Surface
+from trackdyn.parameters.rubber import loss_branches
 
 FRICTION = {"none": TANGENTIAL, "tangential": TANGENTIAL, "independent": INDEPENDENT, "isotropic": ISOTROPIC}
 
@@ -73,8 +75,11 @@ def make_tooth(groove, arc_radius: float, law: Law, present: bool = True, mobili
     )
 
 
-def build_chain(rig: Rig, chain: str = "double_pin") -> Chain:
-    """Links and connectors in turn, or one body a pitch; mass centres in the middle of the pins."""
+def build_chain(rig: Rig, chain: str = "double_pin", viscous: bool = True) -> Chain:
+    """Links and connectors in turn, or one body a pitch; mass centres in the middle of the pins.
+
+    ``viscous`` False leaves out the damper of the bushings.
+    """
     c, n = rig.chain, rig.chain.pitches
     if chain == "single_pin":
         # half a connector is fixed to each end of the link, its middle a quarter of a connector from the joint
@@ -96,7 +101,7 @@ def build_chain(rig: Rig, chain: str = "double_pin") -> Chain:
         length / 2,
         np.zeros(len(length)),
         rig.bushing.stiffness / in_series,
-        rig.bushing.damping / in_series,
+        rig.bushing.damping / in_series if viscous else 0.0,
         rig.bushing.free_angle * in_series,
         rig.gravity,
     )
@@ -149,19 +154,24 @@ def build_wheels(scene) -> Wheels:
     rollers = list(rig.rollers.values()) if scene.loop == "on_wheels" else []
     count = 1 + len(rollers)
     ring, wheel = _law(rig, rig.ring_contact, scene), _law(rig, rig.wheel_contact, scene)
-    own = None
+    own = rolling = None
+    drag = [roller.bearing_drag * (scene.drag == "viscous") for roller in rollers]
+    if scene.drag == "rolling" and rollers:
+        drag = [roller.seal_drag for roller in rollers]
+        rolling = np.array([rig.sprocket.rolling_arm, *(roller.rolling_arm for roller in rollers)])
     if any(roller.surface != "wheel_contact" for roller in rollers):
         own = np.array([ring, *(_law(rig, rig.contact_surfaces[roller.surface], scene) for roller in rollers)])
     return Wheels(
         np.array([int(scene.ring_radius is not None)] + [1] * len(rollers)),
         *np.ascontiguousarray(circles[:count].T),
         np.array([0.0, *(roller.inertia for roller in rollers)]),
-        np.array([0.0, *(roller.bearing_drag * (scene.drag == "viscous") for roller in rollers)]),
+        np.array([0.0, *drag]),
         np.array([0.0, *(roller.bearing_torque * (scene.drag == "coulomb") for roller in rollers)]),
         rig.chain.link_thickness / 2,
         ring,
         wheel,
         own,
+        rolling,
     )
 
 
@@ -258,7 +268,12 @@ def build_model(scene) -> Model:
     profile = PROFILES.get(scene.tooth_contact, PROFILES["ten_arcs"])
     shoes = build_shoes(rig, scene.chain)
     body = int(shoes.link_body[rig.sensor.pitch - 1])
-    chain, mobility = build_chain(rig, scene.chain), 0.0
+    hysteretic = scene.bushing_law == "hysteretic"
+    chain, mobility = build_chain(rig, scene.chain, not hysteretic), 0.0
+    branches = None
+    if hysteretic:
+        share, time = loss_branches(rig.bushing.loss_factor)
+        branches = Branches(chain.stiffness * share, time)
     if METHODS[scene.integrator].staggered:
         mobility = mobility_across(chain, shoes.arc_body[0], shoes.arc_x[0])
     tooth = make_tooth(profile(rig), rig.chain.connector_radius, _law(rig, rig.tooth_contact, scene), toothed, mobility)
@@ -276,6 +291,7 @@ def build_model(scene) -> Model:
         SOLVERS.index(scene.solver) or None,
         build_space(scene, tooth, wheels) if scene.fidelity["space"].setting == "spatial" else None,
         radial=Radial(rig.bushing.radial_stiffness, rig.bushing.radial_damping) if scene.joint == "radial" else None,
+        branches=branches,
     )
 
 

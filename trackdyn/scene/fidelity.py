@@ -39,7 +39,8 @@ class Choices(Section):
         "semi_implicit"
     )
     tension: Annotated[Literal["locked", "retensioned", "sprung", "forced"], OneOf()] = "locked"
-    drag: Annotated[Literal["viscous", "coulomb"], OneOf()] = "viscous"
+    drag: Annotated[Literal["viscous", "coulomb", "rolling"], OneOf()] = "viscous"
+    bushing_law: Annotated[Literal["viscous", "hysteretic"], OneOf()] = "viscous"
 
 
 CHOICES = {name: get_args(field.annotation) for name, field in Choices.model_fields.items()}
@@ -117,7 +118,7 @@ def decide(scene) -> dict[str, Decision]:
         found["closure"] = Decision("radial", "as every other joint: no joint of the loop is rigid")
     if scene.chain == "belt":
         nothing = Decision("none", "a kinematic path has no forces and no equations to solve")
-        found |= dict.fromkeys((*OF_CONTACTS, "joint", "closure", "solver", "integrator"), nothing)
+        found |= dict.fromkeys((*OF_CONTACTS, "joint", "bushing_law", "closure", "solver", "integrator"), nothing)
     elif scene.loop == "free":
         found |= dict.fromkeys(OF_CONTACTS, Decision("none", "a free loop touches nothing"))
     if on_wheels and scene.ring_radius is not None:
@@ -196,6 +197,8 @@ REFUSALS: tuple[Refusal, ...] = (
     ("integrator", lambda s: s.carried and not s.stepped,
      "wheel {carried} stands on a spring and moves in the plane by semi- or linearly implicit steps, not with "
      "{how}; use 'semi_implicit'"),
+    ("drag", lambda s: s.drag == "rolling" and not any(wheel.rolling_arm for wheel in s.rig.rollers.values()),
+     "no wheel of the rig has a rolling_arm; use 'viscous'"),
     ("tooth_contact", lambda s: s.tooth_contact == "three_surfaces" and s.rig.groove is None,
      "three surfaces are made of the ten-arc design, which this rig's profile is not; use 'ten_arcs'"),
     # joints with rubber
@@ -209,6 +212,11 @@ REFUSALS: tuple[Refusal, ...] = (
      "joint='radial' is modelled with 'riccati' only; use it, or joint='revolute'"),
     ("integrator", lambda s: s.radial and s.integrator != "semi_implicit",
      "joint='radial' is modelled with 'semi_implicit' only; use it, or joint='revolute'"),
+    ("bushing_law", lambda s: s.bushing_law == "hysteretic" and s.method.tableau,
+     "the stages of integrator={integrator!r} do not carry the branches; use 'viscous', or "
+     "integrator='semi_implicit'"),
+    ("bushing_law", lambda s: s.bushing_law == "hysteretic" and not s.rig.bushing.loss_factor * s.rig.bushing.stiffness,
+     "bushing.loss_factor or bushing.stiffness of the rig is 0; use 'viscous'"),
     ("frame_interval", lambda s: s.radial and s.frame_interval,
      "configurations hold no parted pins; use 0, or joint='revolute'"),
     # solvers and their steps

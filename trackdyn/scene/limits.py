@@ -119,9 +119,11 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
         )
         limits[f"friction of the {name}"] = friction(law, link, bears)
     if chain.stiffness:
-        # two neighbours turn against each other; each angle feels the bushings at both of its ends
+        # two neighbours turn against each other; each angle feels the bushings at both of its ends, of which the
+        # branches are as stiff as can be when nothing has time to relax
         inertia = float(min(chain.inertia))
-        limits["stiffness of the bushing"] = oscillation * sqrt(inertia / (4 * chain.stiffness))
+        stiffness = chain.stiffness + (0.0 if model.branches is None else float(model.branches.stiffness.sum()))
+        limits["stiffness of the bushing"] = oscillation * sqrt(inertia / (4 * stiffness))
     if chain.damping and not method.implicit_damping:
         # links and connectors in zigzag, their mass centres at rest: both share the way of the pin between them
         (a, b), (own, other) = (tuple(float(v) for v in part[:2]) for part in (chain.length, chain.inertia))

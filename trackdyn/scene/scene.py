@@ -102,7 +102,11 @@ class Scene(Choices):
         set again with the scene's ring), ``sprung`` (it slides on a spring and a damper while the chain runs) or
         ``forced`` (the rig's force pushes it); the rig's own by default.
     drag : str
-        ``viscous`` (bearing drag grows with the rate of a wheel) or ``coulomb`` (a torque that does not).
+        ``viscous`` (bearing drag grows with the rate of a wheel), ``coulomb`` (a torque that does not) or ``rolling``
+        (rolling resistance in proportion to the load of a wheel, beside the viscous drag of its seals).
+    bushing_law : str
+        ``viscous`` (a damper beside the spring of every bushing) or ``hysteretic`` (Maxwell branches: nearly the same
+        share of its energy is lost in a cycle of any frequency from 0.5 to 50 Hz).
     tolerance : float or None
         Relative error a step of the adaptive integrator may make.
     """

@@ -48,7 +48,7 @@ def allocate(scene: Scene) -> tuple[Model, State, Work]:
     if model.space is not None:
         state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))
         work = work._replace(space=make_space_work(n, wheels))
-    return model, *with_parting(model, state, with_sliding(scene, work, wheels))
+    return model, *with_own(model, state, with_sliding(scene, work, wheels))
 
 
 def with_sliding(scene: Scene, work: Work, wheels: int) -> Work:
@@ -56,11 +56,15 @@ def with_sliding(scene: Scene, work: Work, wheels: int) -> Work:
     return work._replace(sliding=np.zeros(TOOTH_AREAS + wheels)) if scene.sliding else work
 
 
-def with_parting(model: Model, state: State, work: Work) -> tuple[State, Work]:
-    """State and work with room for pins that part where the model's do."""
+def with_own(model: Model, state: State, work: Work) -> tuple[State, Work]:
+    """State and work with room for what only some models have: rolling resistance, Maxwell branches, pins that part."""
+    if model.wheels.rolling is not None:
+        work = work._replace(carried=np.zeros(len(model.wheels.x)))
+    n = len(state.angle)
+    if model.branches is not None:
+        state = state._replace(branch=np.zeros((len(model.branches.time), n)))
     if model.radial is None:
         return state, work
-    n = len(state.angle)
     return state._replace(part=np.zeros((n, 4))), work._replace(radial=make_radial_work(n))
 
 
@@ -120,7 +124,7 @@ class Settling:
         shift_wheel(self.model, rig, self.wheel, self.shift)
         self.state = start_state(assembly, self.model)
         work = make_work(len(length), rig.chain.pitches, len(model.wheels.x))
-        self.state, work = with_parting(self.model, self.state, work)
+        self.state, work = with_own(self.model, self.state, work)
         linearly = METHODS[scene.integrator].linearly_implicit
         self.work = equip(work, "linearly_implicit" if linearly else "semi_implicit", rig.chain.pitches)
         self.record = make_record(1, self.state)
@@ -379,5 +383,5 @@ def _spinning_loop(scene: Scene) -> tuple[Model, State, Work, dict]:
     state.rate[:] = spin
     state.pin[2:] = [-spin * state.pin[1], spin * state.pin[0]]
     work = make_work(len(state.angle), scene.rig.chain.pitches, len(model.wheels.x))
-    state, work = with_parting(model, state, work)
+    state, work = with_own(model, state, work)
     return model, state, equip(work, scene.integrator, scene.rig.chain.pitches, scene.tolerance or 0.0), {}

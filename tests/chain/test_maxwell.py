@@ -1,0 +1,141 @@
+"""Maxwell branches of the bushings: the loss of a sinusoid, the exact step, and whole loops that keep their account."""
+
+import numpy as np
+import pytest
+
+from trackdyn.chain.maxwell import add_moments, relax, stored
+from trackdyn.errors import InputError
+from trackdyn.model.constants import Branches
+from trackdyn.model.record import BUSHING_LOSS
+from trackdyn.parameters.rubber import BAND, RIPPLE, loss_branches
+from trackdyn.scene.limits import step_limits
+from trackdyn.simulation.account import open_share
+from trackdyn.simulation.loop import Loop
+
+
+def moduli(share, time, frequency):
+    """Storage and loss modulus over the stiffness at rest."""
+    x = 2 * np.pi * np.asarray(frequency)[:, None] * time
+    return 1 + (share * x**2 / (1 + x**2)).sum(axis=1), (share * x / (1 + x**2)).sum(axis=1)
+
+
+@pytest.mark.parametrize("loss_factor", [0.05, 0.15, 0.3])
+def test_branches_have_the_loss_factor_over_the_band(loss_factor):
+    share, time = loss_branches(loss_factor)
+    frequency = np.geomspace(*BAND, 300)
+    storage, loss = moduli(share, time, frequency)
+    assert (share > 0).all()
+    np.testing.assert_allclose(loss / storage, loss_factor, rtol=RIPPLE)
+    # a damper beside a spring would have a hundred times the loss at the one end that it has at the other
+    assert storage[-1] / storage[0] == pytest.approx(100 ** (2 * loss_factor / np.pi), rel=0.1)
+
+
+@pytest.fixture
+def hysteretic(make_scene):
+    """A free loop with Maxwell branches at rest, its moments 0."""
+    loop = Loop(make_scene(0.0, loop="free", ring_radius=None, spells=False, bushing_law="hysteretic"))
+    loop.state.rate[:] = 0.0
+    return loop
+
+
+@pytest.mark.parametrize("frequency", [0.5, 4.47, 17.0, 50.0])
+def test_a_sinusoid_loses_what_the_law_says(hysteretic, rig, frequency):
+    """Body 1 swings alone, so that the joints on both of its sides are bent, by opposite angles."""
+    model, state, work = hysteretic.model, hysteretic.state, hysteretic.work
+    share, time = loss_branches(rig.bushing.loss_factor)
+    steps, omega, size = 4000, 2 * np.pi * frequency, 0.05
+    h = 1.0 / frequency / steps
+    model = model._replace(step=h)
+    marks = np.arange(8 * steps + 1)
+    angle = size * np.sin(omega * h * marks)
+    for k in range(len(marks) - 1):
+        if k == 7 * steps:  # what the start left has died away
+            before, work_in = state.work_done[BUSHING_LOSS], 0.0
+            held = stored(state, model.branches)
+        state.rate[1] = (angle[k + 1] - angle[k]) / h
+        old = state.branch[:, 0].sum()
+        relax(model, state, work, BUSHING_LOSS, model.branches)
+        if k >= 7 * steps:
+            work_in += 2 * h * state.rate[1] * 0.5 * (old + state.branch[:, 0].sum())
+    lost = state.work_done[BUSHING_LOSS] - before
+    storage, loss = moduli(share, time, [frequency])
+    # both joints, and a cycle of steps of 1/4000: the sine of half a step
+    assert lost == pytest.approx(2 * np.pi * rig.bushing.stiffness * loss[0] * size**2, rel=1e-4)
+    assert lost == pytest.approx(
+        2 * np.pi * rig.bushing.loss_factor * rig.bushing.stiffness * storage[0] * size**2, rel=RIPPLE
+    )
+    assert lost + stored(state, model.branches) - held == pytest.approx(work_in, rel=1e-6)
+    np.testing.assert_array_equal(state.branch[:, 0], -state.branch[:, 1])
+    assert not state.branch[:, 2:].any()
+
+
+def test_a_step_is_exact_however_long(hysteretic):
+    """Ten steps at one rate or one of ten times their length: the same moments, loss and energy."""
+    model, work = hysteretic.model._replace(branches=Branches(np.array([30.0, 200.0]), np.array([1e-4, 0.3]))), None
+    found = []
+    for h, count in ((1e-3, 10), (1e-2, 1)):
+        loop = hysteretic.copy()
+        state, work = loop.state._replace(branch=np.array([[1.0], [-4.0]]) * np.ones(len(loop.angles))), loop.work
+        state.rate[::2] = 0.7
+        held = stored(state, model.branches)
+        ahead = np.zeros(len(loop.angles))
+        if count == 1:
+            work.torque[:] = 0.0
+            work.joint_rate[:] = np.roll(state.rate, -1) - state.rate
+            add_moments(state, work, h, model.branches)
+            ahead = work.torque.copy()
+        for _ in range(count):
+            relax(model._replace(step=h), state, work, BUSHING_LOSS, model.branches)
+        found.append([*state.branch.ravel(), state.work_done[BUSHING_LOSS], stored(state, model.branches) - held])
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-9)
+    np.testing.assert_allclose(ahead, -state.branch.sum(axis=0), rtol=1e-12)
+    work.torque[:] = 0.0
+    add_moments(state, work, 0.0, model.branches)
+    np.testing.assert_allclose(work.torque, -state.branch.sum(axis=0), rtol=1e-12)
+
+
+@pytest.mark.parametrize(("integrator", "step"), [("semi_implicit", 1e-4), ("linearly_implicit", 2e-4)])
+def test_the_account_of_a_loop_closes_and_a_checkpoint_goes_on_bit_for_bit(make_scene, tmp_path, integrator, step):
+    loop = Loop(make_scene(115.0, bushing_law="hysteretic", drag="rolling", integrator=integrator, step=step))
+    assert loop.model.chain.damping == 0.0
+    loop.advance(0.8)
+    assert np.abs(loop.state.branch).max() > 1.0
+    loop.save(tmp_path / "kept.npz")
+    other = Loop.load(tmp_path / "kept.npz")
+    copied = loop.copy()
+    recording = loop.record(0.5)
+    change = recording.energy[-1] - recording.energy[0]
+    assert abs(open_share(recording.energy, loop.model, 0.5)[0]) < 1e-3
+    assert change[BUSHING_LOSS] > 0.01 * change[0]
+    for again in (other, copied):
+        np.testing.assert_array_equal(again.record(0.5).energy, recording.energy)
+        np.testing.assert_array_equal(again.state.branch, loop.state.branch)
+
+
+def test_methods_agree_on_what_a_free_loop_loses(make_scene):
+    """A chain that hangs together and falls: its bushings take the same by both methods of first order."""
+    found = []
+    for integrator, step in (("semi_implicit", 2e-5), ("linearly_implicit", 2e-5)):
+        scene = make_scene(
+            115.0, loop="free", ring_radius=None, spells=False, bushing_law="hysteretic", integrator=integrator,
+            step=step,
+        )  # fmt: skip
+        loop = Loop(scene)
+        loop.advance(0.3)
+        found.append(loop.energy["bushing_loss"])
+    assert found[0] > 0.0
+    assert found[0] == pytest.approx(found[1], rel=0.01)
+
+
+def test_stiff_branches_limit_the_step_and_what_lacks_is_refused(make_scene, rig):
+    soft = rig.changed(bushing__stiffness=2000.0)
+    limits = [
+        step_limits(make_scene(115.0, rig=soft, bushing_law=law, step=1e-5).model, 1000.0)["stiffness of the bushing"]
+        for law in ("viscous", "hysteretic")
+    ]
+    share, _ = loss_branches(rig.bushing.loss_factor)
+    assert limits[0] / limits[1] == pytest.approx((1 + share.sum()) ** 0.5)
+    with pytest.raises(InputError, match=r"bushing_law = 'hysteretic' is not accepted: .*'rk4'.*'semi_implicit'"):
+        make_scene(115.0, bushing_law="hysteretic", integrator="rk4")
+    with pytest.raises(InputError, match=r"bushing_law = 'hysteretic' is not accepted: bushing\.loss_factor"):
+        make_scene(115.0, rig=rig.changed(bushing__loss_factor=0.0), bushing_law="hysteretic")

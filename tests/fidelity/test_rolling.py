@@ -1,0 +1,177 @@
+"""Rolling resistance in proportion to the load of a wheel: closed forms, and the account of work of every method."""
+
+import numpy as np
+import pytest
+
+from tests.contact.test_loads import close_velocities, mirrored, rounding
+from tests.rigs.conftest import scene_of
+from trackdyn.chain.bearings import SLOW, bearing_drag
+from trackdyn.errors import InputError
+from trackdyn.integrate.run import refresh
+from trackdyn.integrate.semi_implicit import advance, driven_rate
+from trackdyn.model.constants import SPROCKET, Drive, Motor
+from trackdyn.model.record import BEARING, SPROCKET_WORK
+from trackdyn.model.work import make_work
+from trackdyn.parameters.rig import load_rig
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.account import open_share
+from trackdyn.simulation.loop import Loop
+
+ARM, IDLER = 0.01, 1
+
+
+@pytest.fixture(scope="module")
+def bench():
+    """The bench rig, without weight, whose idler rolls with a lever arm; the links on its ring do not."""
+    return load_rig("bench").changed(gravity=0.0, idler__rolling_arm=ARM, sprocket__rolling_arm=0.0)
+
+
+def test_drag_of_a_load_is_odd_bounded_and_steepest_at_rest(bench):
+    wheels, carried = Loop(scene_of(bench, drag="rolling")).model.wheels, np.array([0.0, 5000.0])
+    rates = np.linspace(-3.0, 3.0, 301)
+    torque = np.array([rate * bearing_drag(wheels, IDLER, rate, carried) for rate in rates])
+    np.testing.assert_allclose(torque, -torque[::-1], rtol=0, atol=1e-12 * torque.max())
+    np.testing.assert_allclose(torque, ARM * carried[IDLER] * np.tanh(rates / SLOW), rtol=1e-9, atol=1e-9)
+    assert bearing_drag(wheels, IDLER, 0.0, carried) == pytest.approx(ARM * carried[IDLER] / SLOW)
+    assert bearing_drag(wheels, SPROCKET, 1.0, carried) == 0.0
+
+
+def test_a_wheel_rolled_by_hand_slows_down_as_its_closed_form(bench):
+    """``J w' = -a N tanh(w / s)``: ``sinh(w / s)`` decays exponentially, far from rest w falls by ``a N t / J``."""
+    loop = Loop(scene_of(bench, drag="rolling"))
+    model, state, work = loop.model, loop.state, loop.work
+    for array in work.sweep:
+        array[...] = 0.0
+    state.rate[:] = 0.0
+    work.wheel_torque[:] = 0.0
+    load, inertia, first = 6000.0, model.wheels.inertia[IDLER], 2.0
+    work.carried[IDLER] = load
+    state.wheel_rate[IDLER] = first
+    slowing, rates = ARM * load / inertia, []
+    for _ in range(2000):
+        advance(model, state, work, None)
+        rates.append(state.wheel_rate[IDLER])
+    time, rates = model.step * np.arange(1, 2001), np.array(rates)
+    expected = SLOW * np.arcsinh(np.sinh(first / SLOW) * np.exp(-slowing / SLOW * time))
+    # the secant at a rate w misses d^2 / w of the change d of a step, which adds up to d ln(w_0 / w) until tanh fades
+    np.testing.assert_allclose(rates, expected, rtol=0, atol=slowing * model.step * np.log(first / SLOW))
+    early = time < 0.8 * first / slowing
+    np.testing.assert_allclose(rates[early], first - slowing * time[early], rtol=0, atol=2e-3 * first)
+    assert 0.0 <= rates[-1] < 1e-3 * SLOW
+    # every step takes from the wheel what the account says
+    assert state.work_done[BEARING] == pytest.approx(0.5 * inertia * (first**2 - rates[-1] ** 2), rel=1e-9)
+
+
+def test_a_motor_runs_at_the_speed_that_its_drag_leaves():
+    """``k (w_0 - w) = d w``, and a drive of too little torque runs at M / d; without drag nothing changes."""
+    slope, drag, wanted = 8.0, 2.0, -10.0
+    for most, expected in ((1e9, slope * wanted / (slope + drag)), (5.0, -5.0 / drag)):
+        motor, rate = Motor(2.0, slope, most, np.inf, 0), 0.0
+        for k in range(100_000):
+            rate = driven_rate(Drive(wanted, 1e-9, motor=motor), rate, 0.0, 0.0, (k + 1) * 1e-4, 1e-4, motor, drag)
+        assert rate == pytest.approx(expected, rel=1e-4)  # ten time constants: e^-10 is left
+    released = Motor(2.0, 0.0, 0.0, 0.0, 1)
+    assert driven_rate(Drive(wanted, 1e-9), 3.0, 0.0, 0.0, 1.0, 1e-4, released, drag) == pytest.approx(
+        3.0 / (1.0 + 1e-4 * drag / 2.0)
+    )
+
+
+def tensions(loop, steps):
+    """Means of the tension in the middle of the upper and the lower strand (N), of the idler's load (N) and of its
+    rate (rad/s).
+    """
+    rows = []
+    for _ in range(steps):
+        loop.step(5)
+        force, ends = np.hypot(*loop.joint_forces.T), loop.pins[1:]
+        middle = np.abs(ends[:, 0] - loop.model.wheels.x[IDLER] / 2) < 0.12
+        upper, lower = (force[middle & side].mean() for side in (ends[:, 1] > 0, ends[:, 1] < 0))
+        rows.append((upper, lower, loop.work.carried[IDLER], abs(loop.wheel_rates[IDLER])))
+    return np.mean(rows, axis=0)
+
+
+def test_a_belt_over_a_wheel_pulls_harder_by_the_arm_times_the_load_over_the_radius(bench):
+    """At constant speed ``(T_1 - T_2) v = a N w``: what the lever arm adds to the difference that friction makes."""
+    found = {}
+    pitch = bench.chain.link_length + bench.connector_length
+    passing = 60 / (30.0 * bench.sprocket.teeth)  # of a pitch, s: the sprocket turns at 30 rev/min
+    for arm in (1e-9, ARM):
+        loop = Loop(scene_of(bench.changed(idler__rolling_arm=arm), drag="rolling"))
+        loop.advance(1.5)
+        found[arm] = tensions(loop, round(6 * passing / loop.model.step / 5))
+    upper, lower, load, rate = found[ARM]
+    added = (upper - lower) - (found[1e-9][0] - found[1e-9][1])
+    assert added > 400.0
+    # strands swing by some newtons between the pitches that the mean is taken over, and other losses change with T
+    assert added == pytest.approx(ARM * load * rate * passing / pitch, rel=0.01)
+    # the radius at which the middle of the links runs, of a polygon around the wheel
+    radius = bench.rollers["idler"].radius + bench.chain.link_thickness / 2
+    assert added == pytest.approx(ARM * load / radius, rel=0.02)
+
+
+@pytest.mark.parametrize(("integrator", "step"), [("semi_implicit", 1e-4), ("linearly_implicit", 2e-4), ("rk4", 1e-4)])
+def test_the_account_has_the_work_of_every_arm(make_scene, rig, integrator, step):
+    """On the way to speed and behind, ring included: the arms times loads and turns, and nothing stays open."""
+    loop = Loop(make_scene(150.0, drag="rolling", integrator=integrator, step=step))
+    arms = np.array([rig.sprocket.rolling_arm, rig.idler.rolling_arm, rig.road_wheel.rolling_arm])
+    np.testing.assert_array_equal(loop.model.wheels.rolling, arms)
+    assert not loop.model.wheels.drag.any()
+    taken = np.zeros(3)
+    loop.advance(0.3)
+    before = loop.state.work_done.copy()
+    for _ in range(round(0.3 / step)):
+        carried, rate = loop.work.carried.copy(), np.abs(loop.wheel_rates)
+        loop.step()
+        rate = (rate + np.abs(loop.wheel_rates)) / 2
+        taken += step * arms * carried * np.tanh(rate / SLOW) * rate
+    done = loop.state.work_done - before
+    # order 1: loads are of the start of a step
+    assert done[BEARING] == pytest.approx(taken.sum(), rel=1e-3)
+    assert taken[SPROCKET] > 0.1 * taken.sum()
+    recording = loop.record(0.3)
+    assert abs(open_share(recording.energy, loop.model, 0.3)[0]) < 1e-3
+    # what links on the ring take is given by the drive, beside what the chain gets
+    assert done[SPROCKET_WORK] > taken[SPROCKET]
+
+
+def test_methods_agree_on_the_speed_of_the_wheels(make_scene):
+    found = []
+    for integrator, step in (("semi_implicit", 5e-5), ("linearly_implicit", 1e-4)):
+        loop = Loop(make_scene(150.0, drag="rolling", integrator=integrator, step=step))
+        loop.advance(0.8)
+        found.append(loop.record(0.5).wheel_rate[:, 1:].mean(axis=0))
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-3)  # of a whole motion of order 1
+
+
+def test_a_mirrored_loop_has_the_mirrored_resistance(make_scene, unled):
+    """Loads are the same and torques the opposite."""
+    loop = Loop(make_scene(115.0, drag="rolling"))
+    loop.advance(0.5)
+    state, work = loop.state, loop.work
+    close_velocities(loop.model.chain, state)
+    model = unled(loop.model, work)
+    refresh(model, state, work)
+    image, image_state, _, _ = mirrored(model, state, work)
+    seen = make_work(len(state.angle), len(state.wheel_impact), 3)._replace(carried=np.zeros(3))
+    refresh(image, image_state, seen)
+    assert (work.carried > 1e3).all()
+    np.testing.assert_allclose(work.carried, work.wheel_force.sum(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(seen.carried, work.carried, rtol=0, atol=10 * rounding(model))
+    for wheel in range(3):
+        one, other = (
+            w * bearing_drag(model.wheels, wheel, w, c.carried)
+            for w, c in ((state.wheel_rate[wheel], work), (image_state.wheel_rate[wheel], seen))
+        )
+        assert one == pytest.approx(-other, rel=1e-6) and one != 0.0
+
+
+def test_a_rig_without_arms_has_no_rolling_resistance(rig):
+    """Old files have none, and say nothing of it when they are written; asking for it is refused by name."""
+    old = load_rig("robot")
+    assert old.sprocket.rolling_arm == rig.sprocket.rolling_arm  # of the rig that it is like
+    assert all(wheel.rolling_arm == 0.0 == wheel.seal_drag for wheel in old.rollers.values())
+    assert not any("rolling_arm" in wheel for wheel in old.model_dump()["wheels"].values())
+    with pytest.raises(InputError, match=r"drag = 'rolling' is not accepted: .*rolling_arm.*'viscous'"):
+        Scene(old, 30.0, drag="rolling", step=1e-6)
+    with pytest.raises(InputError, match=r"idler\.rolling_arm"):
+        rig.changed(idler__rolling_arm=-0.001)

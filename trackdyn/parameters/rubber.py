@@ -1,0 +1,40 @@
+"""Maxwell branches of rubber whose loss factor hardly depends on the frequency."""
+
+from math import pi
+
+import numpy as np
+from scipy.optimize import nnls
+
+# Frequencies at which the branches lose most, Hz: the ends and the middle of the band that the law is meant for.
+BAND = (0.5, 50.0)
+BRANCHES = 3
+# Of the loss factor, by how much the branches miss it within the band (0.05 to 0.3; `tests/chain/test_maxwell.py`).
+RIPPLE = 0.07
+
+
+def loss_branches(loss_factor: float) -> tuple[np.ndarray, np.ndarray]:
+    """Stiffnesses and relaxation times of branches that give a loss factor over ``BAND``.
+
+    Parameters
+    ----------
+    loss_factor : float
+        Loss modulus over storage modulus, which is the energy lost in a cycle over 2 pi times the largest stored.
+
+    Returns
+    -------
+    stiffness : (b,) array
+        As shares of the stiffness at rest.
+    time : (b,) array
+        s.
+
+    Notes
+    -----
+    With ``x = w T``, a branch of the share g adds ``g x / (1 + x^2)`` to the loss modulus and ``g x^2 / (1 + x^2)`` to
+    the storage modulus 1 at rest. The loss modulus less the loss factor times the storage modulus is linear in the
+    shares; least squares over the band, none negative. A constant loss factor means a stiffness that grows with the
+    frequency (Kramers-Kronig): across the band by about ``w^(2 loss_factor / pi)``.
+    """
+    time = 1.0 / (2 * pi * np.geomspace(*BAND, BRANCHES))
+    x2 = (2 * pi * np.geomspace(*BAND, 40 * BRANCHES)[:, None] * time) ** 2
+    share, _ = nnls((np.sqrt(x2) / loss_factor - x2) / (1 + x2), np.ones(len(x2)))
+    return share, time
