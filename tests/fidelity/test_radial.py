@@ -367,7 +367,7 @@ def test_copy_and_checkpoint_go_on_alike(settled, tmp_path):
     ],
 )
 def test_refused_by_name_with_what_would_do(rig, fields, field):
-    with pytest.raises(InputError, match=f"scene: {field} = .* would do") as caught:
+    with pytest.raises(InputError, match=f"scene: {field} = .* use ") as caught:
         Scene(rig, 115.0, **{"joint": "radial"} | fields)
     assert "\n" not in str(caught.value)
 
