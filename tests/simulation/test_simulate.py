@@ -151,7 +151,7 @@ def test_stiffness_without_measure_diverges_too(make_scene, rig, monkeypatch, ri
         ({"pitches": (99,)}, ["pitches = 99", "1 to 35"]),
         ({"ramp": 0.0}, ["ramp = 0.0"]),
         ({"frame_interval": 0.0015}, ["frame_interval = 0.0015"]),
-        ({"tooth_contact": "square"}, ["tooth_contact = 'square'", "three_surfaces or ten_arcs"]),
+        ({"tooth_contact": "square"}, ["tooth_contact = 'square'", "'three_surfaces' or 'ten_arcs'"]),
     ],
 )
 def test_bad_scenes_are_refused_in_one_sentence(make_scene, fields, parts):

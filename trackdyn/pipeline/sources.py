@@ -72,5 +72,10 @@ def imported_files(script: Path, root: Path) -> list[Path]:
     for source, what, _ in _imports(script, ()):
         need(source, what)
     packages = {file.parent for file in found if file.name == "__init__.py"}
-    beside = {path for folder in packages for path in folder.iterdir() if path.is_file() and path.suffix != ".py"}
+    beside = {
+        path
+        for folder in packages
+        for path in folder.iterdir()
+        if path.is_file() and path.suffix not in (".py", ".typed")
+    }
     return sorted(found | beside)
