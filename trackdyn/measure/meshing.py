@@ -14,6 +14,8 @@ revolution. So a share is a mean over passages, and a mean over a run is the sum
 their number and by the time of a revolution, which the prescribed sprocket speed gives exactly.
 """
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 import scipy
@@ -85,7 +87,7 @@ def spells(recording: Recording, merge_gap_s: float = MERGE_GAP) -> pd.DataFrame
         - ``passage``: number of the complete passage, in order of first contact; -1 and NaN phases for one
           that the record may cut
     """
-    rows = contacts(recording, merge_gap_s)
+    rows: dict[str, Any] = contacts(recording, merge_gap_s)
     rows["share_pct"] = 100 * rows["touching_s"] / timing(recording).turn
     rows["areas"] = [_area_names(bits) for bits in rows["areas"]]
     rows["side"] = [SIDES[side] for side in rows["side"]]
@@ -170,7 +172,7 @@ def meshing_summary(recording: Recording) -> dict:
         touching = rows["touching_s"].sum()
         quiet = 0.0 if len(rows) else NAN
         share = rows["share_pct"]
-        values = {"share_pct": float(share.mean()), "share_error_pct": batch_error(share)[0]}
+        values: dict[str, float | str] = {"share_pct": float(share.mean()), "share_error_pct": batch_error(share)[0]}
         values |= _run_statistics(rows["impulse_ns"] / loop, rows["square_n2s"] / loop)
         values |= _contact_rms(rows) if touching else {"rms_contact_n": quiet, "rms_contact_error_n": quiet}
         values |= {"peak_n": float(rows["peak_n"].mean()), "peak_error_n": batch_error(rows["peak_n"])[0]}
@@ -284,7 +286,7 @@ def area_shares(recording: Recording) -> dict[str, float]:
     turns = (
         len(recording.pitches) * period.record / period.loop * period.turn * recording.rate
     )  # samples of a turn a passage
-    found = {}
+    found: dict[str, float] = {}
     for k, side in enumerate(SIDES[:2]):
         samples = np.bincount(recording.area[:, :, k].ravel(), minlength=11)
         found |= {f"{side}_area_{area}_pct": float(100 * samples[area] / turns) for area in range(1, 11)}

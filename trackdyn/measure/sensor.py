@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from trackdyn.simulation.recording import Recording
 
@@ -33,7 +34,7 @@ class SensorSignal:
     clipped: int
 
 
-def specific_force(acceleration, angle, gravity: float = 9.81):
+def specific_force(acceleration: ArrayLike, angle: ArrayLike, gravity: float = 9.81) -> np.ndarray:
     """Eq. (40): ``a_t = a_s + A_t^T G`` in the link frame, m/s2.
 
     Parameters
@@ -48,9 +49,8 @@ def specific_force(acceleration, angle, gravity: float = 9.81):
     (..., 2) array
         +gravity along y at rest on a level link, zero in free fall.
     """
-    acceleration = np.asarray(acceleration, dtype=float)
     projection = np.stack([np.sin(angle), np.cos(angle)], axis=-1) * gravity
-    return acceleration + projection
+    return np.asarray(acceleration, dtype=float) + projection
 
 
 def sense(recording: Recording, every: int = 1) -> SensorSignal:

@@ -254,9 +254,11 @@ def _judged(recording: Recording, tolerances: Mapping[str, float]) -> tuple[Answ
     reached = {}
     for name, tolerance in tolerances.items():
         measure = means.get(name)
-        enough = measure is not None and len(found[name].since(first).values) >= LEAST
-        scale = 100.0 if name in SHARES else abs(measure.value) if enough else 0.0
-        reached[name] = bool(enough and measure.half_width <= tolerance * scale)
+        if measure is None or len(found[name].since(first).values) < LEAST:
+            reached[name] = False
+            continue
+        scale = 100.0 if name in SHARES else abs(measure.value)
+        reached[name] = bool(measure.half_width <= tolerance * scale)
     answer = Answer(means, reached, first * passage(recording), recording)
     return answer, answer.converged
 

@@ -160,8 +160,8 @@ def build_groove(
     sign = np.where(convex[:5], 1.0, -1.0)
     direction = np.column_stack([sign * np.sin((low + high) / 2), sign * np.cos((low + high) / 2)])
     centre, direction = (_mirrored(flank) for flank in (np.array([o1, o2, o3, o4, o5]), direction))
-    radius, half_angle = (np.append(flank, flank[::-1]) for flank in (np.array([r1, r2, r3, r4, r5]), (high - low) / 2))
-    return Groove(centre, radius, direction, half_angle, convex, addendum, teeth)
+    radii, half_angle = (np.append(flank, flank[::-1]) for flank in (np.array([r1, r2, r3, r4, r5]), (high - low) / 2))
+    return Groove(centre, radii, direction, half_angle, convex, addendum, teeth)
 
 
 def _mirrored(flank: np.ndarray) -> np.ndarray:

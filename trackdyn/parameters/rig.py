@@ -262,6 +262,7 @@ class Rig(Sparing):
     def groove_profile(self) -> Groove:
         """The arcs: the ten of the design, or those of a profile."""
         if self.groove is None:
+            assert self.profile is not None, "a tooth has groove or profile"
             return profile_groove(self.profile, self.sprocket.teeth, self.chain.connector_radius)
         design = {name: radians(v) if name.startswith("slope") else v for name, v in self.groove.model_dump().items()}
         return build_groove(

@@ -1,7 +1,7 @@
 """Data against a schema; every defect ends in one sentence."""
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from math import isfinite
@@ -128,8 +128,8 @@ def parse_tolerance(text: str | float) -> float:
     """
     match = re.fullmatch(r"\s*([0-9.eE+-]+)\s*(%?)\s*", str(text))
     try:
-        value = float(match[1]) / (100 if match[2] else 1)
-    except (TypeError, ValueError):
+        value = float(match[1]) / (100 if match[2] else 1) if match else float("nan")
+    except ValueError:
         value = float("nan")
     if not 0 < value < 1:
         raise InputError(
@@ -138,7 +138,7 @@ def parse_tolerance(text: str | float) -> float:
     return value
 
 
-def _first(errors: list[dict]) -> dict:
+def _first(errors: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
     """What to say first: of a field that is missing and one that is not known beside it, the latter, and what it may be
     meant for.
     """
@@ -146,11 +146,11 @@ def _first(errors: list[dict]) -> dict:
     for error in errors if errors[0]["type"] == "missing" else []:
         beside = [str(other["loc"][-1]) for other in lacking if other["loc"][:-1] == error["loc"][:-1]]
         if error["type"] == "extra_forbidden" and beside:
-            return error | {"meant": get_close_matches(str(error["loc"][-1]), beside, 1)}
+            return {**error, "meant": get_close_matches(str(error["loc"][-1]), beside, 1)}
     return errors[0]
 
 
-def sentence(name: str, error: dict, missing: str) -> str:
+def sentence(name: str, error: Mapping[str, Any], missing: str) -> str:
     """What pydantic found, as one sentence with the file, the field, the value and what would be accepted."""
     parts = [str(part) for part in error["loc"]]
     where = ".".join(part if re.fullmatch(r"\w{1,60}", part) else shown(part) for part in parts) or "the file"

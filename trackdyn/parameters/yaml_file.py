@@ -18,7 +18,7 @@ KINDS = ("printed", "derived", "assumed", "fitted")
 _BASES = (Composer, yaml.CSafeLoader) if yaml.__with_libyaml__ else (yaml.SafeLoader,)
 
 
-class _PlainLoader(*_BASES):
+class _PlainLoader(*_BASES):  # type: ignore[misc]  # which bases there are depends on the yaml that is installed
     """YAML that means what it shows: nothing run, no key twice, no aliases, no nesting without end."""
 
     depth = 0

@@ -31,8 +31,9 @@ from trackdyn.model.state import Plane, State
 from trackdyn.parameters.groove import PROFILES
 from trackdyn.parameters.layout import wheel_circles
 from trackdyn.parameters.normal_laws import NORMAL_LAWS
-from trackdyn.parameters.rig import Rig, Surface
+from trackdyn.parameters.rig import Rig, Sprocket, Surface
 from trackdyn.parameters.rubber import loss_branches
+from trackdyn.parameters.wheels import Wheel
 
 FRICTION = {"none": TANGENTIAL, "tangential": TANGENTIAL, "independent": INDEPENDENT, "isotropic": ISOTROPIC}
 
@@ -57,11 +58,15 @@ def make_law(
 def make_tooth(groove, arc_radius: float, law: Law, present: bool = True, mobility: float = 0.0) -> Tooth:
     """Precompute the constants of the area search from the groove's geometry."""
     beta = [(2 * k - 1) * pi / groove.teeth - pi / 2 for k in range(1, groove.teeth + 1)]  # Eq. 12
+    centre_x, centre_y = np.ascontiguousarray(groove.centre.T)
+    direction_x, direction_y = np.ascontiguousarray(groove.direction.T)
     return Tooth(
         int(present),
-        *np.ascontiguousarray(groove.centre.T),
+        centre_x,
+        centre_y,
         groove.radius.copy(),
-        *np.ascontiguousarray(groove.direction.T),
+        direction_x,
+        direction_y,
         np.cos(groove.half_angle),
         groove.convex.astype(np.int64),
         np.array([cos(b) for b in beta]),
@@ -85,9 +90,9 @@ def build_chain(rig: Rig, chain: str = "double_pin", viscous: bool = True) -> Ch
         # half a connector is fixed to each end of the link, its middle a quarter of a connector from the joint
         pitch, half = rig.single_pin_pitch, c.connector_mass / 2
         own = c.connector_inertia / 2 - half * (rig.connector_length / 4) ** 2
-        inertia = c.link_inertia + 2 * (own + half * (pitch / 2 - rig.connector_length / 4) ** 2)
+        whole = c.link_inertia + 2 * (own + half * (pitch / 2 - rig.connector_length / 4) ** 2)
         length = np.full(n, pitch)
-        mass, inertia = np.full(n, c.link_mass + c.connector_mass), np.full(n, inertia)
+        mass, inertia = np.full(n, c.link_mass + c.connector_mass), np.full(n, whole)
         in_series = 2  # two bushings behind one another
     else:
         length = np.tile([c.link_length, rig.connector_length], n)
@@ -161,9 +166,12 @@ def build_wheels(scene) -> Wheels:
         rolling = np.array([rig.sprocket.rolling_arm, *(roller.rolling_arm for roller in rollers)])
     if any(roller.surface != "wheel_contact" for roller in rollers):
         own = np.array([ring, *(_law(rig, rig.contact_surfaces[roller.surface], scene) for roller in rollers)])
+    x, y, radius = np.ascontiguousarray(circles[:count].T)
     return Wheels(
         np.array([int(scene.ring_radius is not None)] + [1] * len(rollers)),
-        *np.ascontiguousarray(circles[:count].T),
+        x,
+        y,
+        radius,
         np.array([0.0, *(roller.inertia for roller in rollers)]),
         np.array([0.0, *drag]),
         np.array([0.0, *(roller.bearing_torque * (scene.drag == "coulomb") for roller in rollers)]),
@@ -202,7 +210,7 @@ def wheel_frame(toe: float, camber: float) -> np.ndarray:
 
 def wheel_centres(rig: Rig, wheels: Wheels) -> np.ndarray:
     """(w, 3) inertial places of the wheels' middles, m."""
-    parts = (rig.sprocket, *rig.rollers.values())
+    parts: list[Sprocket | Wheel] = [rig.sprocket, *rig.rollers.values()]
     return np.array([[x, y, part.axial_offset] for x, y, part in zip(wheels.x, wheels.y, parts, strict=False)])
 
 

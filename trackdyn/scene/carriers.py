@@ -22,19 +22,19 @@ def make_carriers(rig: Rig, model: Model, kept: str, shift: float) -> Carriers |
     ``kept`` is the scene's tension: with `CARRIED` the tensioning wheel, shifted by ``shift`` (m), is one of them.
     """
     rows, force = [], None
-    for wheel, name in enumerate(wheel_names(rig)):
-        x, y = float(model.wheels.x[wheel]), float(model.wheels.y[wheel])
-        if wheel == tensioner(rig) and kept in CARRIED:
+    for k, name in enumerate(wheel_names(rig)):
+        at_x, at_y = float(model.wheels.x[k]), float(model.wheels.y[k])
+        if k == tensioner(rig) and kept in CARRIED:
             t, direction = rig.tension, radians(rig.tension.direction)
             spring = (t.stiffness, t.damping) if kept == "sprung" else (0.0, t.damping)
             if kept == "forced":
                 force = np.array(t.force, dtype=float)
             rows.append(
                 (
-                    wheel,
+                    k,
                     0,
-                    x,
-                    y,
+                    at_x,
+                    at_y,
                     cos(direction),
                     sin(direction),
                     t.mass,
@@ -44,13 +44,13 @@ def make_carriers(rig: Rig, model: Model, kept: str, shift: float) -> Carriers |
                     t.travel - shift,
                 )
             )
-        elif wheel and (carrier := rig.rollers[name].carrier) is not None:
+        elif k and (carrier := rig.rollers[name].carrier) is not None:
             if isinstance(carrier, Arm):
-                dx, dy, travel = x - carrier.x, y - carrier.y, radians(carrier.travel)
-                inertia, weight = carrier.mass * (dx**2 + dy**2), carrier.mass * rig.gravity
+                dx, dy, travel = at_x - carrier.x, at_y - carrier.y, radians(carrier.travel)
+                inertia, lifted = carrier.mass * (dx**2 + dy**2), carrier.mass * rig.gravity
                 rows.append(
                     (
-                        wheel,
+                        k,
                         1,
                         carrier.x,
                         carrier.y,
@@ -59,7 +59,7 @@ def make_carriers(rig: Rig, model: Model, kept: str, shift: float) -> Carriers |
                         inertia,
                         carrier.stiffness,
                         carrier.damping,
-                        weight,
+                        lifted,
                         -travel,
                         travel,
                     )
@@ -69,10 +69,10 @@ def make_carriers(rig: Rig, model: Model, kept: str, shift: float) -> Carriers |
                 ends = -travel, travel
                 rows.append(
                     (
-                        wheel,
+                        k,
                         0,
-                        x,
-                        y,
+                        at_x,
+                        at_y,
                         cos(direction),
                         sin(direction),
                         carrier.mass,
@@ -121,16 +121,15 @@ def preloads(rig: Rig, carriers: Carriers, work: Work, q: np.ndarray) -> np.ndar
     for k, wheel in enumerate(carriers.wheel):
         forced = carriers.force is not None and k == carriers.tensioner
         carrier = None if wheel == tensioner(rig) else rig.rollers[names[wheel]].carrier
-        given = None if carrier is None else carrier.preload
         tx, ty = along(carriers, k, float(q[k]))
         fx, fy = push(work, wheel)
         if forced:
             continue
-        if given is None:
+        if carrier is None or carrier.preload is None:
             found[k] = carriers.stiffness[k] * q[k] - (tx * fx + ty * fy) + carriers.weight[k] * ty
         else:
             slid = 0.0 if isinstance(carrier, Arm) else carrier.mass * rig.gravity * ty
-            found[k] = given - slid
+            found[k] = carrier.preload - slid
     return found
 
 
@@ -142,7 +141,7 @@ def refuse_stops(rig: Rig, carriers: Carriers | None, slide: np.ndarray | None) 
     InputError
         Which wheel, and what would do.
     """
-    if carriers is None:
+    if carriers is None or slide is None:
         return
     for k, wheel in enumerate(carriers.wheel):
         q, name = float(slide[k, SLIDE]), wheel_names(rig)[wheel]

@@ -2,7 +2,7 @@
 
 from functools import cached_property
 from math import ceil, floor, pi
-from typing import Annotated, Any
+from typing import Annotated, Any, NoReturn
 
 import numpy as np
 from pydantic import BeforeValidator, ValidationError
@@ -129,8 +129,9 @@ class Scene(Choices):
         if isinstance(rig, Rig):  # what a scene does not ask for is what the rig is
             fields = {"chain": rig.chain.kind, "tension": rig.tension.kept} | fields
             ring_radius = rig.ring_radius if ring_radius is OF_THE_RIG else ring_radius
+        given: dict[str, Any] = {"rig": rig, "motor_rpm": motor_rpm, "ring_radius": ring_radius} | fields
         try:
-            super().__init__(rig=rig, motor_rpm=motor_rpm, ring_radius=ring_radius, **fields)
+            super().__init__(**given)
         except ValidationError as error:
             raise InputError(sentence("scene", error.errors()[0], "add it")) from None
 
@@ -141,7 +142,7 @@ class Scene(Choices):
         self._refuse_loop()
         self._refuse_step()
 
-    def _refuse(self, field: str, remedy: str):
+    def _refuse(self, field: str, remedy: str) -> NoReturn:
         raise InputError(f"scene: {field} = {shown(getattr(self, field))} is not accepted: {remedy}")
 
     def _refuse_times(self) -> None:
@@ -249,7 +250,7 @@ class Scene(Choices):
         """The model that the scene requires, built once; whoever changes its arrays copies it first."""
         return build_model(self)
 
-    def with_(self, **changes) -> "Scene":
+    def with_(self, **changes: Any) -> "Scene":
         """A scene with some fields replaced."""
         return Scene(**{name: getattr(self, name) for name in type(self).model_fields} | changes)
 

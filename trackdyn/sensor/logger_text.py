@@ -130,8 +130,8 @@ def find_layout(path: Path, text: str, recognised: Callable[[Sequence[str]], boo
             if i in rows:
                 unequal = unequal or (i, names, separator, below[0])
     if unequal:
-        i, names, separator, below = unequal
-        _refuse_fields(path, head[below], below + 1, names, separator, f"the header in line {i + 1}")
+        i, names, separator, first = unequal
+        _refuse_fields(path, head[first], first + 1, names, separator, f"the header in line {i + 1}")
     separator = next((one for one in _SEPARATORS if one in head[rows[0]]), " ")
     found = fields_of(head[rows[0]], separator)
     if all(map(_is_number, found)):
@@ -145,9 +145,9 @@ def find_layout(path: Path, text: str, recognised: Callable[[Sequence[str]], boo
         )
     # what looks most like a header is shown: the line above the first row of numbers
     first = next((k for k, j in enumerate(rows) if k and all(map(_is_number, fields_of(head[j], separator)))), 1)
-    line = rows[first - 1]
+    above = rows[first - 1]
     raise InputError(
-        f"{path}: no {sought} in line {line + 1} ({listed(fields_of(head[line], separator))}); say which it "
+        f"{path}: no {sought} in line {above + 1} ({listed(fields_of(head[above], separator))}); say which it "
         "is with --axis ay=NAME, or --axis ay=-NAME to turn its sign."
     )
 

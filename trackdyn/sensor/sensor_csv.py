@@ -121,10 +121,7 @@ def read_sensor_csv(
                 f"{' ' * (key == 'time')}NAME, by number if names repeat."
             )
         if not found and (key, mapping.time) != ("time", "none"):
-            raise InputError(
-                f"{path}: no column {mapping.axes.get(key, mapping.time)!r} for {key}; there are "
-                f"{listed(layout.names)}."
-            )
+            raise InputError(f"{path}: no column {mapping.named[key]!r} for {key}; there are {listed(layout.names)}.")
     columns = {key: found[0] for key, found in chosen.items() if found}
     if "time" not in columns and mapping.time != "none" and (timed := with_time_units(layout.names, layout.units)):
         raise InputError(
@@ -135,7 +132,7 @@ def read_sensor_csv(
             f"{path}: no column of time among {listed(layout.names)}; name it with --time NAME, or "
             "give --time none --rate HZ."
         )
-    table = parse(layout, [column.index for column, _ in columns.values()])
+    table = parse(layout, [column.place for column, _ in columns.values()])
     values = dict(zip(columns, table.T, strict=True))
     return _record(layout, mapping, columns, values, float(range_g), gravity)
 
@@ -147,7 +144,7 @@ def _record(layout, mapping, columns, values, range_g, gravity) -> SensorRecord:
         raise InputError(f"{path}: the file holds {count} data rows; give at least 2.")
     units = {axis: unit_of(path, columns[axis][0], mapping.unit) for axis in AXES if axis in columns}
     scale = {"g": 1.0, "mg": 1e-3, "m/s2": 1.0 / gravity}
-    used = {column.index for column, _ in columns.values()}
+    used = {column.place for column, _ in columns.values()}
     unused = [name for k, name in enumerate(layout.names) if k not in used and name]
     said = [f"{axis} = {'-' * (columns[axis][1] < 0)}{shown(names[axis])} in {unit}" for axis, unit in units.items()]
     done = {"rows": f"{count}, from line {layout.first_line} on"}
@@ -194,7 +191,7 @@ def _record(layout, mapping, columns, values, range_g, gravity) -> SensorRecord:
             "choose another one for ay "
             "with --axis ay=NAME, or record the moving track."
         )
-    if clock is not None and not clock.even:
+    if seen is not None and clock is not None and not clock.even:
         even = np.arange(int(seen.t[-1] * rate * (1 + 1e-12)) + 1) / rate
         axes = {axis: np.clip(CubicSpline(seen.t, one)(even), -range_g, range_g) for axis, one in axes.items()}
         done["resampled"] = f"{rows} rows onto {even.size} even instants, by cubic splines"

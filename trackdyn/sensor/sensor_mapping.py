@@ -3,7 +3,7 @@
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple, get_args
 
 from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 
@@ -13,7 +13,8 @@ from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.sensor.logger_text import shown
 from trackdyn.sensor.stamps import RATES, UNITS
 
-AXES = ("ax", "ay", "az")
+Axis = Literal["ax", "ay", "az"]
+AXES: tuple[str, ...] = get_args(Axis)
 _ACCELERATION = {"g": "g", "gn": "g", "mg": "mg"} | dict.fromkeys(
     ("m/s2", "m/s/s", "m_s2", "ms-2", "m.s-2", "ms2", "mps2"), "m/s2"
 )
@@ -53,11 +54,17 @@ class SensorMapping(Section):
     time: Name | None = None
     rate: Annotated[float, Field(ge=RATES[0], le=RATES[1])] | None = None
     unit: Literal["g", "m/s2", "mg"] | None = None
-    axes: dict[Literal[AXES], Name] = Field(default_factory=dict)
+    axes: dict[Axis, Name] = Field(default_factory=dict)
     range: Positive | None = None
     resample: bool = False
-    start: NotNegative = Field(0.0, alias="from")
+    start: NotNegative = Field(default=0.0, alias="from")
     to: Positive | None = None
+
+    @property
+    def named(self) -> dict[str, str]:
+        """Columns that are named: of axes and of ``time``."""
+        named: dict[str, str] = dict(self.axes.items())
+        return named | {"time": self.time} if self.time else named
 
     @model_validator(mode="after")
     def _consistent(self):
@@ -88,7 +95,7 @@ def load_mapping(path: Path | str | None = None, **options: Any) -> SensorMappin
 class Column(NamedTuple):
     """A column of the file: its place, its name as it stands there, the same without unit, its unit."""
 
-    index: int
+    place: int
     name: str
     base: str
     unit: str
@@ -116,15 +123,15 @@ def choose(names: Sequence[str], units: Sequence[str], mapping: SensorMapping) -
     """Columns that may be meant by ``time``, ``ax``, ``ay`` and ``az``, each with a sign."""
     columns = [_column(k, *both) for k, both in enumerate(zip(names, units, strict=True))]
     chosen = {}
-    for axis, name in {**mapping.axes, **({"time": mapping.time} if mapping.time else {})}.items():
+    for axis, name in mapping.named.items():
         turned = name.startswith("-") and not _named(columns, name)
         chosen[axis] = [(column, -1 if turned else 1) for column in _named(columns, name[1:] if turned else name)]
-    taken = {column.index for found in chosen.values() for column, _ in found}
+    taken = {column.place for found in chosen.values() for column, _ in found}
     for column in columns:
-        if column.index not in taken:
-            axis = _AXIS_NAME.fullmatch(column.base)
-            key = f"a{axis[1]}" if axis else "time" if _TIME_NAME.fullmatch(column.base) else None
-            if key and key not in (*mapping.axes, *(["time"] if mapping.time else [])):
+        if column.place not in taken:
+            letter = _AXIS_NAME.fullmatch(column.base)
+            key = f"a{letter[1]}" if letter else "time" if _TIME_NAME.fullmatch(column.base) else None
+            if key and key not in mapping.named:
                 chosen.setdefault(key, []).append((column, 1))
     return chosen
 
@@ -142,11 +149,11 @@ def unit_of(path: Path, column: Column, given: str | None) -> str:
         raise InputError(
             f"{path}: column {shown(column.name)} is in {own} by its name, not in --unit {given}; leave --unit out."
         )
-    if not (own or given):
+    if not (unit := own or given):
         raise InputError(
             f"{path}: column {shown(column.name)} does not say its unit; give --unit g, --unit m/s2 or --unit mg."
         )
-    return own or given
+    return unit
 
 
 def with_time_units(names: list[str], units: list[str]) -> list[str]:

@@ -18,8 +18,8 @@ from trackdyn.parameters.validation import shown
 
 def flat(value: Any, name: str = "") -> dict[str, np.ndarray]:
     """Arrays and numbers of nested named tuples by dotted name; None has no entry."""
-    if isinstance(value, tuple):
-        found = {}
+    if hasattr(value, "_fields"):
+        found: dict[str, np.ndarray] = {}
         for field in value._fields:
             found |= flat(getattr(value, field), f"{name}.{field}" if name else field)
         return found
@@ -28,7 +28,7 @@ def flat(value: Any, name: str = "") -> dict[str, np.ndarray]:
 
 def filled(room: Any, data: dict[str, np.ndarray], name: str = "") -> Any:
     """``room`` with the arrays written in place and the numbers replaced by those of ``data``; see `flat`."""
-    if isinstance(room, tuple):
+    if hasattr(room, "_fields"):
         fields = {
             field: filled(getattr(room, field), data, f"{name}.{field}" if name else field) for field in room._fields
         }
@@ -57,10 +57,13 @@ def refuse_other_model(room: Any, data: dict[str, np.ndarray]) -> None:
             raise ValueError(f"{name} is not that of the scene")
 
 
-def refuse_other_places(room: Any, data: dict[str, np.ndarray]) -> None:
-    """Raise `ValueError` if integers differ from those of ``room``: kernels look up places by them, unchecked."""
+def refuse_other_places(room: Any, data: dict[str, np.ndarray], but: tuple[str, ...] = ()) -> None:
+    """Raise `ValueError` if integers differ from those of ``room``: kernels look up places by them, unchecked.
+
+    Fields named in ``but`` are not asked.
+    """
     for name, array in flat(room).items():
-        if array.dtype.kind in "iub" and not np.array_equal(array, data[name]):
+        if name.partition(".")[0] not in but and array.dtype.kind in "iub" and not np.array_equal(array, data[name]):
             raise ValueError(f"{name} is not that of the scene")
 
 
@@ -82,7 +85,7 @@ def whole(path: Path | str) -> Iterator[None]:
 def write_checkpoint(path: Path | str, parts: dict[str, Any]) -> None:
     """Write named parts, tuples of arrays and plain data, beside the place and rename."""
     plain = {name: part for name, part in parts.items() if not isinstance(part, tuple)}
-    arrays = {}
+    arrays: dict[str, Any] = {}
     for name, part in parts.items():
         if isinstance(part, tuple):
             arrays |= flat(part, name)
@@ -100,7 +103,8 @@ def read_checkpoint(path: Path | str) -> dict[str, Any]:
         There is no such checkpoint, it cannot be read, or other sources wrote it.
     """
     meta, arrays = read_npz(path, "checkpoint", virtual_memory().available / 2)
-    parts, sources = meta.get("parts"), meta.get("sources")
+    parts: Any = meta.get("parts")
+    sources = meta.get("sources")
     if sources != source_hash():
         raise InputError(
             f"{path}: was written by sources {shown(sources)}, these are {source_hash()}, and would "

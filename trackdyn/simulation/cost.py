@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+import numpy as np
 from psutil import virtual_memory
 
 from trackdyn.errors import InputError
@@ -42,7 +43,7 @@ def needs(
     wheels = 1 + len(scene.rig.rollers) if scene.loop == "on_wheels" else 1
     state = make_state(scene.bodies, 1, wheels)
     if scene.fidelity["space"].setting == "spatial":
-        state = state._replace(plane=Plane(None, None))
+        state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))
     one, two = (
         sum(
             array.nbytes

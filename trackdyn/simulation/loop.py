@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from threading import RLock
+from typing import Any
 
 import numpy as np
 
@@ -94,7 +95,7 @@ class Loop:
         count = int(within("count", count, 1, MOST_STEPS))
         self._march(self._scratch, 0, 1, stride=count)
 
-    def _march(self, record: Record, first: int, last: int, **changed) -> None:
+    def _march(self, record: Record, first: int, last: int, **changed: Any) -> None:
         """Fill rows of a record, with some fields of the model changed, if kernels can take what is there."""
         with self._alone():
             self._sound()
@@ -137,7 +138,7 @@ class Loop:
             refuse_other_record(record, self.state, self.work, first, last)
             self._march(record, first, last)
 
-    def room(self, samples: int, **what) -> Record:
+    def room(self, samples: int, **what: Any) -> Record:
         """An empty record of this loop (`model.record.make_record`)."""
         return make_record(samples, self.state, **what)
 
@@ -267,7 +268,7 @@ class Loop:
         )
         across = chain.length[:, None] * np.column_stack([work.cos, work.sin])
 
-        def relative(r):
+        def relative(r: np.ndarray) -> np.ndarray:
             return alpha[:, None] * np.column_stack([-r[:, 1], r[:, 0]]) - rate2[:, None] * r
 
         pins = acceleration + np.vstack([np.zeros(2), np.cumsum(relative(across), axis=0)[:-1]])
@@ -324,7 +325,7 @@ class Loop:
         """An independent loop in the same state."""
         return copy.deepcopy(self)
 
-    def changed(self, **fields) -> "Loop":
+    def changed(self, **fields: Any) -> "Loop":
         """An independent loop in the same state that goes on with some fields of its scene replaced.
 
         Step, integrator, solver, motor speed, laws, the rig's weights and the like may change; bodies, joints and

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from trackdyn.errors import DivergenceError
-from trackdyn.model.record import SPELL_COLUMNS, Record, Spells, make_record
+from trackdyn.model.record import SPELL_COLUMNS, PlaneRecord, Record, Spells, make_record
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.account import refuse_open_account
 from trackdyn.simulation.checkpoint import filled, refuse_other_places
@@ -103,7 +103,7 @@ class Writer:
 
     def restore(self, data: dict) -> None:
         """Go on from a checkpoint's data, the loop being its loop."""
-        refuse_other_places(self.record._replace(area=None, groove=None, spells=None), data["record"])
+        refuse_other_places(self.record, data["record"], ("area", "groove", "spells"))
         self.record = filled(self.record, data["record"])
         self.ended = [data["ended"]["rows"]]
         done, begin, self.wall = (data["progress"][name] for name in ("done", "begin", "wall"))
@@ -158,7 +158,7 @@ class Writer:
 
 def _rows(record: Record, count: int) -> Record:
     """The first ``count`` samples of a record; its frames are left."""
-    plane = record.plane and record.plane._make(array[:count] for array in record.plane)
+    plane = record.plane and PlaneRecord._make(array[:count] for array in record.plane)
     return record._replace(**{name: getattr(record, name)[:count] for name in SAMPLED}, plane=plane)
 
 

@@ -7,6 +7,7 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from psutil import virtual_memory
@@ -234,7 +235,7 @@ def made_with() -> tuple[str, dict[str, str]]:
     return source_hash(), {name: version(name) for name in ("numpy", "numba", "scipy")}
 
 
-def provenance(scene, layout: dict) -> dict:
+def provenance(scene: Scene, layout: dict) -> dict:
     """Scene, rig, layout, decisions with their reasons, versions and sources."""
     described, (sources, versions) = scene.describe(), made_with()
     return {
@@ -262,7 +263,8 @@ def load_recording(path: Path | str) -> Recording:
             f"{path}: has recording format {shown(meta.get('format'))}, this version reads {FORMAT}; run it again"
         )
     try:
-        recording = Recording(meta=meta, **{name: arrays[name] for name in Recording.ARRAYS})
+        fields: dict[str, Any] = {name: arrays[name] for name in Recording.ARRAYS}
+        recording = Recording(meta=meta, **fields)
         fault = recording.fault() or _fault_of_meta(meta) or recording.fault_of_scene(_scene_of(meta))
     except (KeyError, TypeError, ValueError, AttributeError, TrackdynError) as error:
         fault = " ".join(str(error).split())

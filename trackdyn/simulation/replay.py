@@ -198,10 +198,10 @@ def _spans(contacts, middles, moved, wheels: int, pitches: int) -> tuple[np.ndar
     """Where wheels are touched on the way around the loop, and the way's origin: the first touch of the sprocket."""
     spans, origin = np.full((wheels, 2), np.nan), 0.0
     for wheel in range(wheels):
-        ways = [
+        touched = [
             (middles[of[:, 7].astype(int)] + way)[of[:, 8] == wheel] for of, way in zip(contacts, moved, strict=True)
         ]
-        ways = np.sort(np.concatenate(ways) % pitches)
+        ways = np.sort(np.concatenate(touched) % pitches)
         if len(ways):
             gaps = np.diff(np.append(ways, ways[0] + pitches))
             begin = (np.argmax(gaps) + 1) % len(ways)

@@ -14,7 +14,7 @@ from trackdyn.model.state import State
 from trackdyn.model.work import Work
 from trackdyn.scene.build import build_drive
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.settling import settle, settling_step, tensioned
+from trackdyn.simulation.settling import Settling, settle, settling_step, tensioned
 from trackdyn.simulation.start_checks import refuse_step
 
 # What a scene asks for that a loop at rest does not know yet.
@@ -33,8 +33,8 @@ class Starts:
 
     def __init__(self, kept: int = 8):
         self.kept = kept
-        self._tensioned: dict[str, object] = {}
-        self._settled: dict[str, object] = {}
+        self._tensioned: dict[str, Settling] = {}
+        self._settled: dict[str, tuple[Model, State, Work, dict]] = {}
 
     def settle(self, scene: Scene) -> tuple[Model, State, Work, dict]:
         """As `settling.settle`."""

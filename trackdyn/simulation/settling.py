@@ -335,7 +335,8 @@ def settle(scene: Scene, settling: Settling | None = None) -> tuple[Model, State
     if scene.tension in CARRIED or any(wheel.carrier for wheel in scene.rig.rollers.values()):
         settling.rest(0.2)
         settling.release()
-        if scene.tension != "sprung" or len(settling.state.slide) > 1:
+        slide = settling.state.slide
+        if scene.tension != "sprung" or (slide is not None and len(slide) > 1):
             settling.rest(0.4)
     if scene.ring_radius != scene.rig.sprocket.ring_radius:
         settling.change_ring(0.3)
@@ -356,8 +357,8 @@ def settle(scene: Scene, settling: Settling | None = None) -> tuple[Model, State
         for name in ("x", "y"):
             getattr(model.wheels, name)[:] = getattr(settling.model.wheels, name)
         state.slide[:, SLIDE_RATE:] = 0.0
-        if scene.tension in CARRIED:
-            layout |= {"tensioner_slide_m": float(state.slide[model.carriers.tensioner, SLIDE])}
+        if carriers is not None and scene.tension in CARRIED:
+            layout |= {"tensioner_slide_m": float(state.slide[carriers.tensioner, SLIDE])}
     state.steps[0] = 0
     state.rate[:] = 0.0
     state.pin[2:] = 0.0

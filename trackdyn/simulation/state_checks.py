@@ -68,8 +68,8 @@ def fault_of_form(value: Any, wanted: Any, name: str) -> str | None:
 def _number(value: Any) -> bool:
     """Whether a kernel can take it as a number that is one."""
     if isinstance(value, (int, np.integer)):
-        return not isinstance(value, bool) and -(2**63) < value < 2**63
-    return isinstance(value, (float, np.float64)) and (-1e308 < value < 1e308 or value == np.inf)
+        return not isinstance(value, bool) and bool(-(2**63) < value < 2**63)
+    return isinstance(value, (float, np.float64)) and bool(-1e308 < value < 1e308 or value == np.inf)
 
 
 def _looked_up(value: Any, name: str = "") -> list[str]:
@@ -108,7 +108,9 @@ class Door:
         self.forms = form((model, state, work))[1]
         self.names = _looked_up(model)
         self.places = [_content(attrgetter(name)(model)) for name in self.names]
-        self._passed = self._arrays = self._looks = None
+        self._passed: tuple[Model, State, Work] | None = None
+        self._arrays: list[np.ndarray] = []
+        self._looks: list[tuple] = []
 
     def refuse(self, model: Model, state: State, work: Work) -> None:
         """Refuse what kernels cannot take.

@@ -68,7 +68,7 @@ def parse_levels(pair: str) -> tuple[str, Span | list[str]]:
             raise InputError(
                 f"--vary = {shown(pair)} is not accepted: two finite numbers such as 115:210 would do"
             ) from None
-        return name, Span(low, high, match[3] and int(match[3]))
+        return name, Span(low, high, int(match[3]) if match[3] else None)
     return name, [part.strip() for part in text.split(",")]
 
 

@@ -142,6 +142,8 @@ class _Worker:
             env=os.environ | {"PYTHONPATH": path},
             process_group=0,  # a Ctrl-C is for the one who started it
         )
+        assert self.process.stdin is not None and self.process.stdout is not None  # both are pipes
+        self.rows, self.answers = self.process.stdin, self.process.stdout
 
     def ask(self) -> None:
         """Hand over the next row.
@@ -152,11 +154,11 @@ class _Worker:
         self.row = self.waiting.popleft() if self.waiting else None
         if self.row is not None:
             with contextlib.suppress(BrokenPipeError):  # its end is seen where its answer is awaited
-                print(json.dumps(self.row), file=self.process.stdin, flush=True)
+                print(json.dumps(self.row), file=self.rows, flush=True)
 
     def answer(self) -> dict | None:
         """The result of the row in hand; None: it has only come up."""
-        line = self.process.stdout.readline()
+        line = self.answers.readline()
         if not self.ready:
             self.ready = line.strip() == READY
             if not self.ready:
@@ -165,6 +167,7 @@ class _Worker:
         try:
             return json.loads(line)
         except ValueError:  # it is dead, perhaps amid its answer
+            assert self.row is not None, "who has no row in hand is not listened to"
             return without_values(self.row[0], FAILED, f"the process that computed it ended {self._how()}")
 
     def _how(self) -> str:
@@ -181,9 +184,9 @@ class _Worker:
         """Kill it; it writes nothing."""
         self.process.kill()
         self.process.wait()
-        self.process.stdout.close()
+        self.answers.close()
         with contextlib.suppress(BrokenPipeError):
-            self.process.stdin.close()
+            self.rows.close()
 
 
 class _Workers:
@@ -207,7 +210,7 @@ class _Workers:
                         if alive := worker.alive:
                             self._feed(worker)
                         if not alive or worker.row is None:
-                            selector.unregister(worker.process.stdout)
+                            selector.unregister(worker.answers)
                             self.workers.remove(worker)
                             worker.end()
                         if not alive:
@@ -222,7 +225,7 @@ class _Workers:
         worker = _Worker(self.maker, self.memory)
         worker.waiting = waiting
         self.workers.append(worker)
-        selector.register(worker.process.stdout, selectors.EVENT_READ, worker)
+        selector.register(worker.answers, selectors.EVENT_READ, worker)
 
     def _feed(self, worker: _Worker) -> None:
         if not worker.waiting:

@@ -205,7 +205,7 @@ def _number(value: Any) -> Any:
 
 def _field(name: str, value: Any) -> Any:
     """A field of a scene out of its cell."""
-    text = value.lower() if isinstance(value, str) else None
+    text = value.lower() if isinstance(value, str) else ""
     if name in CHOICES:
         return value
     if name in FLAGS:
@@ -214,7 +214,7 @@ def _field(name: str, value: Any) -> Any:
         parts = text.replace(";", " ").split() if text else [""]
         return [int(part) for part in parts] if all(re.fullmatch("[0-9]+", part) for part in parts) else value
     if name == "step":
-        parts = value if isinstance(value, (list, tuple)) else (text or "").replace(";", " ").split()
-        if len(parts) > 1:
-            return [within("step", _number(part), LEAST_STEP, LONGEST, " s") for part in parts]
+        steps = value if isinstance(value, (list, tuple)) else text.replace(";", " ").split()
+        if len(steps) > 1:
+            return [within("step", _number(step), LEAST_STEP, LONGEST, " s") for step in steps]
     return None if name in OPTIONAL and text == "none" else _number(value)

@@ -12,7 +12,7 @@ import re
 import sys
 from collections.abc import Collection
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 from uuid import uuid4
 
 from pydantic import ConfigDict, JsonValue, ValidationError, model_validator
@@ -23,7 +23,9 @@ from trackdyn.parameters.validation import NotNegative, Section
 
 # What came of a row: its numbers; input that is refused; a run that left the physical range; nothing, for a reason that
 # may pass.
-DONE, REFUSED, DIVERGED, FAILED = "done", "refused", "diverged", "failed"
+Lasting = Literal["done", "refused", "diverged"]
+DONE, REFUSED, DIVERGED = get_args(Lasting)
+FAILED = "failed"
 LONGEST_LINE = 100_000_000  # bytes; a row of a sweep takes 4,000
 _LINE = re.compile(rb'\["([0-9a-f]{16})", (.*)\]\n')
 
@@ -44,7 +46,7 @@ class _Kept(Section):
     model_config = ConfigDict(strict=True)
 
     key: str
-    state: Literal[DONE, REFUSED, DIVERGED]
+    state: Lasting
     reason: str
     values: dict[str, JsonValue]
     cost: dict[Literal["wall_s", "cpu_s"], NotNegative]

@@ -43,7 +43,7 @@ def read_table(path: Path | str) -> pd.DataFrame:
     refuse_ending(path, "table")
     if Path(path).suffix == ".csv":
         rows = _csv_rows(path)
-        header = next(rows, [])
+        header: list[str] = next(rows, [])
         refuse_header(header, str(path))
         cells = []
         for line, row in rows:

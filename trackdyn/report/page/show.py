@@ -5,6 +5,7 @@ import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,6 +16,7 @@ from trackdyn.measure.columns import table_schema, words
 from trackdyn.measure.metrics import loop_frequency, run_metrics
 from trackdyn.measure.sensor import sense
 from trackdyn.measure.sensor_metrics import LEAST_LOOPS
+from trackdyn.model.constants import Tooth
 from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.parameters.rig import Rig
 from trackdyn.report.figures.spectra import LOW_RANGE_HZ, in_bands
@@ -186,7 +188,7 @@ def work_of(recording: Recording) -> list[dict]:
 def signal(recording: Recording, stretch: float | None) -> dict:
     """The sensor's y acceleration (g): history of the stretch and of the record, and its spectrum."""
     ay, rate = sense(recording).ay, recording.rate
-    shown = {"rate": rate, "stretch": None, "whole": None, "low": None, "band": None, "line": None}
+    shown: dict[str, Any] = {"rate": rate, "stretch": None, "whole": None, "low": None, "band": None, "line": None}
     if stretch is not None:
         shown["stretch"] = short(ay[: round(stretch * rate)])
     if len(ay) <= LONG_HISTORY:
@@ -256,7 +258,7 @@ def geometry(recording: Recording, stretch: Stretch) -> dict:
     }
 
 
-def _arcs(tooth) -> np.ndarray:
+def _arcs(tooth: Tooth) -> np.ndarray:
     """(k, 9, 2) points of the arcs of a groove in its own frame, m."""
     half = np.arccos(tooth.cos_half_angle)
     middle = np.arctan2(tooth.direction_y, tooth.direction_x)

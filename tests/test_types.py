@@ -1,0 +1,48 @@
+"""A type checker sees the types of the public functions in a user's script, and what does not fit them."""
+
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+SCRIPT = """
+import numpy as np
+
+from trackdyn import Loop, Recording, Rig, Scene, load_recording, load_rig, sense, simulate
+
+rig: Rig = load_rig("paper")
+scene: Scene = Scene(rig, motor_rpm=115, duration=20.0).with_(ramp=0.5)
+recording: Recording = simulate(scene)
+recording.save("run.npz")
+ay: np.ndarray = sense(load_recording("run.npz"), every=2).ay
+step: float = scene.step
+pitches: tuple[int, ...] = scene.pitches
+teeth: int = rig.sprocket.teeth
+energy: dict[str, float] = Loop(scene).energy
+"""
+WRONG = (
+    'from trackdyn import Scen',
+    'load_rig(3)',
+    'simulate(rig)',
+    'Scene(scene, motor_rpm=115)',
+    'text: str = scene.step',
+    'name: str = rig.sprocket.teeth',
+    'sense(recording, every="2")',
+    'signal: float = sense(recording)',
+    'energies: float = Loop(scene).energy',
+    'recording.rates',
+)  # fmt: skip
+
+
+def test_a_users_script_is_checked_against_the_package(tmp_path, monkeypatch):
+    api = pytest.importorskip("mypy.api")
+    assert (ROOT / "trackdyn" / "py.typed").is_file()
+    monkeypatch.setenv("MYPYPATH", str(ROOT))
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT + "\n".join(WRONG) + "\n", encoding="utf-8")
+    options = ["--config-file", str(ROOT / "pyproject.toml"), "--cache-dir", str(tmp_path / "cache"), "--no-pretty"]
+    said, failure, _ = api.run([*options, str(script)])
+    assert not failure, failure
+    first = 1 + SCRIPT.count("\n")
+    lines = {int(line.split(":")[1]) for line in said.splitlines() if "script.py" in line and ": error:" in line}
+    assert lines == set(range(first, first + len(WRONG))), said
