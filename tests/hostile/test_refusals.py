@@ -26,7 +26,7 @@ from trackdyn.simulation import cost as needs
 from trackdyn.simulation.belt import belt_recording
 from trackdyn.simulation.checkpoint import read_checkpoint
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.recorder import Writer
+from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.recording import Recording, load_recording
 from trackdyn.simulation.simulate import simulate
 from trackdyn.study.accuracy.planner import load_trade
@@ -554,7 +554,7 @@ def test_a_recording_that_does_not_fit_into_the_memory_is_refused_before_it_star
         one_sentence(caught, *words)
     loop = type("Loop", (), {"scene": Scene(rig, 115.0)})
     with pytest.raises(InputError) as caught:
-        Writer(loop, 90.0, (), 0.0, True, False)
+        Recorder(loop, 90.0, (), 0.0, True, False)
     one_sentence(caught, *words)
 
 

@@ -15,7 +15,7 @@ from test_report import FIGURES, RUN, study
 
 from trackdyn.paper.contents import PAPER
 from trackdyn.report.figures.extremes import long_run_figure, solvers_figure, stability_figure
-from trackdyn.report.figures.meshing import event_times, passage_figure
+from trackdyn.report.figures.meshing import passage_figure, printed_and_measured_times
 from trackdyn.report.figures.ring_study import duration_figure, force_figure
 from trackdyn.report.figures.trade import answer_figure, drawn_errors, planner_figure, scaling_figure, work_precision
 from trackdyn.report.style import COLOURS, WIDTH
@@ -206,7 +206,7 @@ def test_no_label_covers_a_mark_or_another_label(name):
 
 
 def test_events_of_a_passage_stand_beside_the_printed_ones():
-    times = event_times(RUN)
+    times = printed_and_measured_times(RUN)
     assert times.loc["first contact of the left arc", ["printed", "here"]].tolist() == pytest.approx(
         [0.0, 0.098], abs=2e-3
     )

@@ -15,7 +15,7 @@ from trackdyn.inference.identification.informative import asked, unknown_of
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.rig_file import shipped_rigs
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.cost import needs
+from trackdyn.simulation.cost import cost
 from trackdyn.simulation.recording import load_recording
 
 
@@ -61,7 +61,7 @@ def test_it_is_checked_and_simulated_as_a_belt_as_large_as_forecast(file, comman
     assert recording.wheel_rate.shape == (2 * rig.sensor.rate, 1 + len(rig.rollers))
     scene = Scene(rig, 115.0, ring_radius=None, duration=2.0, frame_interval=0.0, spells=False, chain="belt")
     # a belt records no pitch where one is forecast
-    assert held(recording) <= needs(scene).file < 1.2 * held(recording)
+    assert held(recording) <= cost(scene).file < 1.2 * held(recording)
 
 
 def test_a_sweep_changes_a_wheel_by_its_name(file, command):
@@ -121,7 +121,7 @@ def test_a_shipped_rig_runs_on_its_chain(name, command, tmp_path):
     recording = load_recording(tmp_path / "it.npz")
     assert recording.wheel_rate.shape[1] == 1 + len(rig.rollers)
     scene = scene.with_(duration=0.01, lead_in=0.0, frame_interval=0.0)
-    assert needs(scene).file == pytest.approx(held(recording), rel=1e-9)
+    assert cost(scene).file == pytest.approx(held(recording), rel=1e-9)
     command("fmu", name, "--rpm", scene.motor_rpm, "--step", scene.step)
     assert (tmp_path / "track.fmu").stat().st_size > 1000
 

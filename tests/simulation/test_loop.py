@@ -386,7 +386,7 @@ def test_no_checkpoint_is_refused_in_one_sentence(tmp_path, loop, monkeypatch):
     assert "\n" not in str(caught.value)
 
 
-class Interrupting(simulation.Writer):
+class Interrupting(simulation.Recorder):
     """A recording that is interrupted after its second chunk."""
 
     def chunk(self):
@@ -402,7 +402,7 @@ def interrupted(make_scene, tmp_path, monkeypatch):
     monkeypatch.setattr(simulation, "BETWEEN_CHECKPOINTS", 0.0)
     checkpoint = tmp_path / "run.part"
     with monkeypatch.context() as patch:
-        patch.setattr(simulation, "Writer", Interrupting)
+        patch.setattr(simulation, "Recorder", Interrupting)
         with pytest.raises(KeyboardInterrupt):
             simulate(scene, checkpoint=checkpoint)
     assert [path.name for path in tmp_path.iterdir()] == ["run.part"]

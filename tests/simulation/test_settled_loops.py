@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.simulation.settled_loops import Starts
+from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.simulate import simulate
 
 SHORT = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.05, "integrator": "linearly_implicit", "step": 5e-4}
@@ -21,7 +21,7 @@ def same(one, other):
 
 
 def test_a_series_of_scenes_is_what_each_would_be_alone(make_scene):
-    starts = Starts()
+    starts = SettledLoops()
     for rpm, ring in product((115.0, 210.0), (0.308, 0.311, None)):
         scene = make_scene(rpm, ring_radius=ring, **SHORT)
         assert same(simulate(scene), simulate(scene, starts=starts)), (rpm, ring)
@@ -41,7 +41,7 @@ def test_a_series_of_scenes_is_what_each_would_be_alone(make_scene):
 )
 def test_scenes_that_settle_otherwise_do_not_share(make_scene, fields):
     """After a loop of the plain scene, which a wrong key would take for theirs."""
-    starts = Starts()
+    starts = SettledLoops()
     like = {name: value for name, value in fields.items() if name in ("integrator", "step", "ring_radius")}
     plain = make_scene(115.0, **SHORT | (like if fields.get("loop") != "free" else {}))
     simulate(plain, starts=starts)
@@ -51,14 +51,14 @@ def test_scenes_that_settle_otherwise_do_not_share(make_scene, fields):
 
 
 def test_another_rig_does_not_share(make_scene, rig):
-    starts = Starts()
+    starts = SettledLoops()
     for tension in (rig.tension.pre_tension, 0.9 * rig.tension.pre_tension):
         scene = make_scene(115.0, rig=rig.changed(tension__pre_tension=tension), **SHORT)
         assert same(simulate(scene), simulate(scene, starts=starts))
 
 
 def test_only_so_many_are_kept(make_scene):
-    starts = Starts(kept=1)
+    starts = SettledLoops(kept=1)
     for ring in (0.308, 0.310, 0.308):
         simulate(make_scene(115.0, ring_radius=ring, **SHORT), starts=starts)
         assert len(starts._settled) == len(starts._tensioned) == 1
@@ -66,7 +66,7 @@ def test_only_so_many_are_kept(make_scene):
 
 def test_a_step_is_refused_with_a_shared_loop_as_alone(make_scene, monkeypatch):
     """The limits of a step know the speed, which the loop that is shared does not."""
-    starts = Starts()
+    starts = SettledLoops()
     scene = make_scene(115.0, **SHORT)
     simulate(scene, starts=starts)
 

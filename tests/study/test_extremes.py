@@ -23,12 +23,12 @@ from trackdyn.study.extremes.judge import (
     GAP,
     REFUSED,
     as_table,
+    attempted,
+    extremes_summary,
     gap_bound,
-    judged,
     row,
     run_scene,
     samples_a_sample,
-    summary,
     wrong_blame,
 )
 from trackdyn.study.extremes.long_run import long_run, run_long
@@ -65,7 +65,7 @@ def fail(error):
     ],
 )
 def test_an_attempt_ends_in_one_of_three_ways(attempt, outcome):
-    found = judged("family", "case", attempt)
+    found = attempted("family", "case", attempt)
     assert found["outcome"] == outcome and set(found) == set(COLUMNS)
     assert bool(found["reason"]) == (outcome != COMPLETED)
 
@@ -87,7 +87,7 @@ def test_a_refusal_must_blame_the_step_that_was_asked_for():
 
 def test_summary_counts_every_row():
     table = as_table([row("a", "1", COMPLETED), row("a", "2", DEFECT, "why"), row("b", "3", REFUSED, "why")])
-    counts = summary(table).set_index("family")
+    counts = extremes_summary(table).set_index("family")
     assert counts.loc["all"].to_list() == [3, 1, 1, 1]
     assert counts.loc["a"].to_list() == [2, 1, 0, 1]
 

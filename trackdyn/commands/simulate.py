@@ -84,7 +84,7 @@ def simulate(
     from trackdyn.parameters.rig import load_rig
     from trackdyn.scene.fidelity import preset as preset_fields
     from trackdyn.scene.scene import Scene
-    from trackdyn.simulation.cost import needs
+    from trackdyn.simulation.cost import cost
 
     if measure and tolerance is None:
         raise InputError("--measure is not accepted without --tolerance: --tolerance 1% would do")
@@ -113,7 +113,7 @@ def simulate(
     tolerances = {} if tolerance is None else dict.fromkeys(measure or ["rms"], tolerance)
     if tolerances:
         refuse_until(scene, tolerances, longest)
-    needed = needs(scene)
+    needed = cost(scene)
     for path in filter(None, (out, checkpoint)):
         refuse_unwritable(path, needed.file)
     if not quiet:

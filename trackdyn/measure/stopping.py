@@ -25,9 +25,9 @@ from trackdyn.parameters.validation import Positive, Section
 from trackdyn.scene.scene import LONGEST as LONGEST_RUN
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.recorder import SAMPLED, Writer
+from trackdyn.simulation.recorder import SAMPLED, Recorder
 from trackdyn.simulation.recording import Recording
-from trackdyn.simulation.settled_loops import Starts
+from trackdyn.simulation.settled_loops import SettledLoops
 
 # of a record from one judgement to the next
 GROWTH = 1.1
@@ -49,7 +49,7 @@ def _record(
     """
     scene = loop.scene
     loop.advance(scene.ramp + scene.lead_in, tick)
-    writer = Writer(loop, scene.duration, scene.pitches, scene.frame_interval, True, scene.every_link)
+    writer = Recorder(loop, scene.duration, scene.pitches, scene.frame_interval, True, scene.every_link)
     judged = first * scene.rig.sensor.rate
     while True:
         tick(writer.chunk())
@@ -204,7 +204,7 @@ def run_until(
     tolerances: Mapping[str, float],
     longest: float = 60.0,
     tick: Callable[[float], object] = lambda seconds: None,
-    starts: Starts | None = None,
+    starts: SettledLoops | None = None,
 ) -> Answer:
     """Start the sprocket and record every link until all tolerances are reached, or for ``longest`` seconds.
 
@@ -223,7 +223,7 @@ def run_until(
         s at constant speed.
     tick : function
         Called with the seconds that every chunk adds.
-    starts : Starts or None
+    starts : SettledLoops or None
         Loops that were settled before, for a series of scenes.
 
     Raises

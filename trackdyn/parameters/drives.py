@@ -4,10 +4,10 @@ from typing import Annotated, Any, Literal
 
 from trackdyn.errors import InputError
 from trackdyn.parameters.quantities import Quantity
-from trackdyn.parameters.wheels import Sparing
+from trackdyn.parameters.wheels import OmitsDefaults
 
 
-class DriveParameters(Sparing):
+class DriveParameters(OmitsDefaults):
     """The drive of the sprocket; everything is as the sprocket sees it, behind the gear.
 
     Attributes

@@ -18,7 +18,7 @@ from trackdyn.errors import InputError
 from trackdyn.files import read_text
 from trackdyn.parameters.groove import Groove, true_depth
 from trackdyn.parameters.quantities import Quantity, Table
-from trackdyn.parameters.wheels import Sparing
+from trackdyn.parameters.wheels import OmitsDefaults
 
 TANGENT = 1e-6  # m by which neighbouring arcs may miss each other: less than machining and more than rounding of a file
 LONGEST_OUTLINE = 20_000  # points
@@ -26,7 +26,7 @@ LEAST_ARC = 1e-3  # m, a radius that a fit does not go below
 MOST_ARCS = 15  # of a flank: areas are kept as bits
 
 
-class ToothProfile(Sparing):
+class ToothProfile(OmitsDefaults):
     """A groove that is not the design of `groove`: a list of arcs, or a measured outline.
 
     Attributes

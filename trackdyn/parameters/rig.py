@@ -31,10 +31,10 @@ from trackdyn.parameters.quantities import (
 )
 from trackdyn.parameters.rig_file import DEFAULT, read_rig
 from trackdyn.parameters.validation import Section, shown, validated
-from trackdyn.parameters.wheels import CONTACTS, Kept, Sparing, Wheel
+from trackdyn.parameters.wheels import CONTACTS, Kept, OmitsDefaults, Wheel
 
 
-class ChainParameters(Sparing):
+class ChainParameters(OmitsDefaults):
     kind: Annotated[Literal["double_pin", "single_pin"], Quantity("name")] = "double_pin"
     pitches: Annotated[int, Quantity("1", ge=3, le=20_000)]  # twice what the scaling was measured to
     link_length: Length
@@ -55,7 +55,7 @@ class ClosureParameters(Section):
     damping: Annotated[float, Quantity("N s/m", ge=0)]
 
 
-class Bushing(Sparing):
+class Bushing(OmitsDefaults):
     stiffness: Annotated[float, Quantity("N m/rad", ge=0)]
     damping: Annotated[float, Quantity("N m s/rad", ge=0)]
     free_angle: Annotated[float, Quantity("rad", gt=-1.6, lt=1.6)]
@@ -76,7 +76,7 @@ class GrooveParameters(Section):
     r5: Length
 
 
-class Sprocket(Sparing):
+class Sprocket(OmitsDefaults):
     teeth: Annotated[int, Quantity("1", ge=5, le=127)]  # a groove's number is kept in a byte
     transmission_ratio: Annotated[float, Quantity("1", gt=0)]
     x: Position
@@ -90,7 +90,7 @@ class Sprocket(Sparing):
     camber: Tilt
 
 
-class Tension(Sparing):
+class Tension(OmitsDefaults):
     wheel: Annotated[Any, Quantity("name")]
     pre_tension: Annotated[float, Quantity("N", ge=0)]
     direction: Annotated[float, Quantity("deg")]
@@ -139,7 +139,7 @@ class SensorParameters(Section):
     range: Annotated[float, Quantity("g", gt=0)]
 
 
-class Rig(Sparing):
+class Rig(OmitsDefaults):
     """The rig: sections of parameters in SI units (angles of the groove in degrees).
 
     ``idler``, ``road_wheel`` and all of ``wheels`` are wheels alike; ``rollers`` has them by name.

@@ -11,7 +11,7 @@ from trackdyn.parameters.validation import Section
 CONTACTS = ("wheel_contact", "ring_contact", "tooth_contact")
 
 
-class Sparing(Section):
+class OmitsDefaults(Section):
     """A section whose optional fields are left out of its data while they have their defaults."""
 
     @model_serializer(mode="wrap")
@@ -24,7 +24,7 @@ class Sparing(Section):
         }
 
 
-class Arm(Sparing):
+class Arm(OmitsDefaults):
     """A trailing arm with torsion spring and damper; the wheel is at its free end.
 
     ``mass`` is that of wheel and arm as if it were at the wheel's axle, ``travel`` the turn to either side. Without
@@ -41,7 +41,7 @@ class Arm(Sparing):
     preload: Annotated[float | None, Quantity("N m")] = None
 
 
-class Slider(Sparing):
+class Slider(OmitsDefaults):
     """A straight guide with spring and damper along ``direction``; ``preload`` as of `Arm`, positive along it."""
 
     direction: Annotated[float, Quantity("deg")]
@@ -52,7 +52,7 @@ class Slider(Sparing):
     preload: Annotated[float | None, Quantity("N")] = None
 
 
-class Wheel(Sparing):
+class Wheel(OmitsDefaults):
     """A wheel that turns freely: where it stands, what it is, which surface links touch, and what it stands on.
 
     A scene takes one of three laws of its drag: ``bearing_drag`` alone, ``bearing_torque`` alone, or ``rolling_arm``

@@ -20,7 +20,7 @@ COPIES = 2
 BELT_FLOATS = 160
 
 
-class Needs(NamedTuple):
+class Cost(NamedTuple):
     """Bytes of memory, of which ``file`` are written, and seconds of computing, roughly."""
 
     memory: float
@@ -31,9 +31,9 @@ class Needs(NamedTuple):
         return f"about {self.memory / 1e6:.0f} MB of memory, {self.file / 1e6:.0f} MB on disk and {self.seconds:.0f} s"
 
 
-def needs(
+def cost(
     scene, duration: float | None = None, pitches=None, frame_interval: float | None = None, every_link=None
-) -> Needs:
+) -> Cost:
     """What a scene needs, or another recording of its loop."""
     duration = scene.duration if duration is None else duration
     pitches = scene.pitches if pitches is None else pitches
@@ -55,21 +55,21 @@ def needs(
     if frame_interval:
         file += duration / frame_interval * (scene.bodies + 4) * 8
     if scene.chain == "belt":
-        return Needs(COPIES * file + 8 * BELT_FLOATS * samples, file, 1e-5 * samples)
+        return Cost(COPIES * file + 8 * BELT_FLOATS * samples, file, 1e-5 * samples)
     tableau = METHODS[scene.integrator].tableau
     steps = (SETTLING + scene.lead_in + scene.ramp + duration) / scene.step * (len(tableau.b) if tableau else 1)
-    return Needs(COPIES * file, file, steps * scene.bodies * BODY_STEP)
+    return Cost(COPIES * file, file, steps * scene.bodies * BODY_STEP)
 
 
 def refuse_too_large(scene, *recording) -> None:
-    """Refuse a recording that does not fit into the memory that is free; parameters as those of `needs`.
+    """Refuse a recording that does not fit into the memory that is free; parameters as those of `cost`.
 
     Raises
     ------
     InputError
         What is needed and what is there.
     """
-    memory, free = needs(scene, *recording).memory, virtual_memory().available
+    memory, free = cost(scene, *recording).memory, virtual_memory().available
     if memory > free:
         duration = recording[0] if recording else scene.duration
         raise InputError(

@@ -29,9 +29,9 @@ from trackdyn.simulation.checkpoint import (
     whole,
     write_checkpoint,
 )
-from trackdyn.simulation.recorder import CHUNK, Writer
+from trackdyn.simulation.recorder import CHUNK, Recorder
 from trackdyn.simulation.recording import Recording
-from trackdyn.simulation.settled_loops import Starts
+from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.settling import allocate, settle, with_sliding
 from trackdyn.simulation.state_checks import Door, refuse_diverged, refuse_other_record
 from trackdyn.simulation.stepping import march
@@ -44,7 +44,7 @@ class Loop:
     ----------
     scene : Scene
         What is asked for. The loop is laid, tensioned and settled; the sprocket rests until the first step.
-    starts : Starts or None
+    starts : SettledLoops or None
         Loops that were settled before, among which this one may be.
 
     Attributes
@@ -65,7 +65,7 @@ class Loop:
         steps this loop.
     """
 
-    def __init__(self, scene: Scene, starts: Starts | None = None):
+    def __init__(self, scene: Scene, starts: SettledLoops | None = None):
         if scene.chain == "belt":
             raise InputError(
                 "scene: chain = 'belt' is not accepted: a path has no state to step; 'double_pin' would do"
@@ -178,7 +178,7 @@ class Loop:
         )
         with self._alone():
             self._sound()
-            writer = Writer(self, asked.duration, asked.pitches, asked.frame_interval, asked.spells, asked.every_link)
+            writer = Recorder(self, asked.duration, asked.pitches, asked.frame_interval, asked.spells, asked.every_link)
             while not writer.finished:
                 tick(writer.chunk())
             return writer.recording()

@@ -37,7 +37,7 @@ SAMPLED = (
 )
 
 
-class Writer:
+class Recorder:
     """Records a loop; parameters as in `Loop.record`. One that is not ``watched`` goes on with unresolved contacts."""
 
     def __init__(

@@ -22,7 +22,7 @@ LATER = ("motor_rpm", "duration", "lead_in", "ramp", "pitches", "frame_interval"
 Kept = TypeVar("Kept")
 
 
-class Starts:
+class SettledLoops:
     """Settled loops for a series of scenes; every scene gets the bytes that it would get alone.
 
     Parameters

@@ -11,16 +11,16 @@ from trackdyn.simulation.belt import belt_recording
 from trackdyn.simulation.checkpoint import read_checkpoint, whole, write_checkpoint
 from trackdyn.simulation.cost import refuse_too_large
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.recorder import Writer
+from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.recording import Recording
-from trackdyn.simulation.settled_loops import Starts
+from trackdyn.simulation.settled_loops import SettledLoops
 
 # Time between two checkpoints, s of computing; writing one takes a small part of it.
 BETWEEN_CHECKPOINTS = 30.0
 
 
 def simulate(
-    scene: Scene, progress: bool = False, checkpoint: Path | str | None = None, starts: Starts | None = None
+    scene: Scene, progress: bool = False, checkpoint: Path | str | None = None, starts: SettledLoops | None = None
 ) -> Recording:
     """Settle the loop, start the sprocket, wait for steady running and record.
 
@@ -33,7 +33,7 @@ def simulate(
     checkpoint : path or None
         File that is written from time to time while the run is recorded. If it is there, the run goes on from it
         and gives the bytes that it would have given; it is removed at the end.
-    starts : Starts or None
+    starts : SettledLoops or None
         Loops that were settled before, for a series of scenes: the same bytes, sooner.
 
     Returns
@@ -78,12 +78,12 @@ def simulate(
     return recording
 
 
-def _writer(loop: Loop) -> Writer:
+def _writer(loop: Loop) -> Recorder:
     scene = loop.scene
-    return Writer(loop, scene.duration, scene.pitches, scene.frame_interval, scene.spells, scene.every_link)
+    return Recorder(loop, scene.duration, scene.pitches, scene.frame_interval, scene.spells, scene.every_link)
 
 
-def _resumed(path: Path | str, scene: Scene) -> Writer:
+def _resumed(path: Path | str, scene: Scene) -> Recorder:
     data = read_checkpoint(path)
     with whole(path):
         loop = Loop.restored(data)

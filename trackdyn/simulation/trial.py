@@ -8,7 +8,7 @@ from trackdyn.errors import DivergenceError
 from trackdyn.model.record import END, PEAK, PITCH, SIDE
 from trackdyn.scene.limits import round_step, step_limits, turn_limit
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.recorder import Writer
+from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.resolution import NOTICED, alternating_share
 
 HOLDS = 0.01  # of RMS and mean peak, from a step to half of it
@@ -39,13 +39,13 @@ class Trial(NamedTuple):
         return f"--step {self.step:.7g}: tried, RMS and mean peak hold to {HOLDS:.0%} with half of it"
 
 
-def short_run(loop: Loop, seconds: float, watched: bool = True) -> tuple[np.ndarray, "Writer"]:
+def short_run(loop: Loop, seconds: float, watched: bool = True) -> tuple[np.ndarray, "Recorder"]:
     """RMS of all links (m/s2) and mean peaks of left arcs, right arcs and ring (N) of a record from here on.
 
     A mean peak is that of the largest forces of all pitches that touch; contacts that are still open count. A run that
     is not ``watched`` goes on where its contacts are not resolved.
     """
-    writer = Writer(loop, seconds, (), 0.0, True, True, watched)
+    writer = Recorder(loop, seconds, (), 0.0, True, True, watched)
     while not writer.finished:
         writer.chunk()
     of = writer.record.link_mean

@@ -20,7 +20,7 @@ from trackdyn.scene.limits import step_limits
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.start_checks import arc_depths, explained_depth
-from trackdyn.study.extremes.judge import COMPLETED, DEFECT, OUTCOMES, REFUSED, invariants, judged
+from trackdyn.study.extremes.judge import COMPLETED, DEFECT, OUTCOMES, REFUSED, attempted, invariants
 
 SEED = 20261122
 CHAINS = ("paper", "m113", "robot")
@@ -197,7 +197,7 @@ def run_layout(number: int, seconds: float = 1.0, seed: int = SEED) -> dict:
         return found
 
     for part in STEPS:
-        row = judged("layouts", str(number), attempt, part)
+        row = attempted("layouts", str(number), attempt, part)
         if row["outcome"] != REFUSED or not re.search(r"step.*would do", row["reason"]):
             break
     kept = {name: row[name] for name in ("outcome", "reason", "loop_gap_max_m", "energy_residual")}
@@ -210,7 +210,7 @@ def layouts(numbers: range, seconds: float = 1.0, progress: bool = True) -> Iter
         yield run_layout(number, seconds)
 
 
-def summary(table: pd.DataFrame) -> pd.DataFrame:
+def layouts_summary(table: pd.DataFrame) -> pd.DataFrame:
     """Layouts, and what became of them, by chain and number of wheels."""
     counts = table.groupby(["chain", "teeth", "wheels"])["outcome"].value_counts().unstack(fill_value=0)
     counts = counts.reindex(columns=list(OUTCOMES), fill_value=0)

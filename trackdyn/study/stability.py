@@ -8,7 +8,7 @@ from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording
-from trackdyn.simulation.settled_loops import Starts
+from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.simulate import simulate
 
 # Largest change that still counts as stable, fixed before the runs: a tenth of the narrowest tolerance
@@ -48,7 +48,7 @@ def stability(scene: Scene, rule: StopRule) -> pd.DataFrame:
         ``rpm, ring_radius_m, variant, measure, base, changed, change, tolerance, stable``; the change of
         shares in points, of all else relative.
     """
-    starts = Starts()
+    starts = SettledLoops()
     recording, _ = run_steady(Loop(scene.with_(every_link=True), starts), rule)
     used = scene.with_(**{name: recording.meta["scene"][name] for name in ("duration", "lead_in")}, every_link=True)
     half_loop = round(0.5 / scene.loop_frequency * scene.rig.sensor.rate) / scene.rig.sensor.rate

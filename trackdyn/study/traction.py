@@ -13,7 +13,7 @@ from trackdyn.errors import TrackdynError
 from trackdyn.measure.meshing import meshing_summary
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.settled_loops import Starts
+from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.simulate import simulate
 
 HOLDS = ("friction", "transition_velocity")
@@ -67,7 +67,7 @@ def traction_scan(
     for hold in HOLDS:
         for slope in slopes:
             candidate = with_creep_slope(rig, slope, hold)
-            ring, starts = candidate.ring_contact, Starts()
+            ring, starts = candidate.ring_contact, SettledLoops()
             for radius in radii:
                 row = [hold, slope, ring.friction_static, ring.transition_velocity, radius]
                 try:

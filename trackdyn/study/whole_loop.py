@@ -8,7 +8,7 @@ from trackdyn.measure.stopping import run_until
 from trackdyn.measure.whole_loop import RELATIVE, SHARES, whole_loop
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.settled_loops import Starts
+from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.simulate import simulate
 from trackdyn.study.accuracy.statistics import scene_name
 from trackdyn.study.settings import Allowed, WholeLoopForm, allowed_step
@@ -39,7 +39,7 @@ def compare_answers(rig: Rig, form: WholeLoopForm, steps: Allowed) -> pd.DataFra
         and ``within``: do the values differ by no more than both intervals allow (root of the sum of squares)?
     """
     tolerances = dict.fromkeys(RELATIVE, form.relative_tolerance) | dict.fromkeys(SHARES, form.share_tolerance)
-    rows, starts = [], Starts()
+    rows, starts = [], SettledLoops()
     for rpm, radius in product(form.speeds_rpm, form.radii_m):
         scene = Scene(rig, rpm, radius, step=allowed_step(steps, radius), lead_in=form.lead_in_s)
         answer = run_until(scene, tolerances, form.longest_s, starts=starts)

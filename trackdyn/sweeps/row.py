@@ -14,10 +14,10 @@ from trackdyn.measure.stopping import StopRule, refuse_undriven, refuse_until, r
 from trackdyn.measure.whole_loop import Estimate, high_frequency_of_all, whole_loop
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.cost import needs
+from trackdyn.simulation.cost import cost
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording, made_with
-from trackdyn.simulation.settled_loops import Starts
+from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.simulate import simulate
 
 # The package's files and folders that a row's numbers depend on, beside the kernels.
@@ -45,7 +45,7 @@ class Rows:
 
     def __init__(self, memory: float):
         self.memory = memory
-        self._starts = Starts()
+        self._starts = SettledLoops()
         self._rig: tuple[dict, Rig] | None = None
 
     def __call__(self, rig: dict, changes: dict, scene: dict, until: dict, known: dict, longest: float) -> dict:
@@ -93,7 +93,7 @@ class Rows:
 
     def _refuse_memory(self, scene: Scene, duration: float, every_link: bool) -> None:
         """That a row does not fit may be otherwise with other neighbours or on another machine: no refusal for good."""
-        needed = needs(scene, duration, every_link=every_link or scene.every_link).memory
+        needed = cost(scene, duration, every_link=every_link or scene.every_link).memory
         if needed > (allowed := min(self.memory, virtual_memory().available)):
             raise MemoryError(
                 f"a recording of {duration:g} s needs about {needed / 1e6:.0f} MB of memory and the row may take "

@@ -9,7 +9,7 @@ from trackdyn.files import write_csv, write_text
 from trackdyn.report.figures.extremes import FIGURES
 from trackdyn.report.style import save
 from trackdyn.report.tables import write_table
-from trackdyn.study.extremes.judge import summary
+from trackdyn.study.extremes.judge import extremes_summary
 from trackdyn.study.extremes.run import gathered, parts_of
 from trackdyn.study.settings import ExtremesForm
 
@@ -23,7 +23,7 @@ with logged(snakemake):
     for path, table in ((snakemake.output.csv, result.rows), (snakemake.output.chunks, result.chunks)):
         write_csv(path, table)
     write_text(snakemake.output.seeds, json.dumps(result.seeds, indent=1) + "\n")
-    counts = summary(result.rows)
+    counts = extremes_summary(result.rows)
     last = counts.iloc[-1]
     write_table(
         counts,

@@ -3,9 +3,9 @@ from _script import logged
 
 from trackdyn.files import write_csv
 from trackdyn.report.tables import write_table
-from trackdyn.study.layouts import outcome, summary
+from trackdyn.study.layouts import layouts_summary, outcome
 
 with logged(snakemake):
     table = pd.concat([pd.read_csv(path, keep_default_na=True) for path in snakemake.input.parts], ignore_index=True)
     write_csv(snakemake.output.csv, table)
-    write_table(summary(table), snakemake.output.summary, outcome(table))
+    write_table(layouts_summary(table), snakemake.output.summary, outcome(table))

@@ -18,7 +18,7 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.scene.fidelity import preset
 from trackdyn.scene.limits import step_limits
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.settled_loops import Starts
+from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sweeps.engine import refuse_failed, results
 from trackdyn.sweeps.row import row_sources
@@ -71,7 +71,7 @@ def scene_of(rig: Rig, speed: Speed, seconds: float) -> Scene:
     return fine.with_(step=1.0 / speed.rate / ceil(1.0 / speed.rate / step - 1e-6))
 
 
-def simulated_ay(rig: Rig, speed: Speed, turns: int, starts: Starts | None = None) -> np.ndarray:
+def simulated_ay(rig: Rig, speed: Speed, turns: int, starts: SettledLoops | None = None) -> np.ndarray:
     """(samples,) y acceleration that a sensor reports over so many turns of the loop, g.
 
     Raises
@@ -128,7 +128,7 @@ def rows_of_rigs(memory: float) -> Callable[..., dict]:
 
 def _statistics(rig: dict, changes: dict, speeds: list, turns: int, noise: float, seed: int) -> dict:
     """`turn_statistics` of every speed."""
-    changed, starts, rng = Rig.model_validate(rig).changed(**changes), Starts(), np.random.default_rng(seed)
+    changed, starts, rng = Rig.model_validate(rig).changed(**changes), SettledLoops(), np.random.default_rng(seed)
     values = {}
     for k, speed in enumerate(Speed(*fields) for fields in speeds):
         ay = simulated_ay(changed, speed, turns, starts)

@@ -16,8 +16,7 @@ from trackdyn.report.style import (
     styled,
 )
 from trackdyn.simulation.account import OPEN_SHARE
-from trackdyn.study.extremes.judge import COMPLETED, DEFECT, GAP, OUTCOMES, REFUSED
-from trackdyn.study.extremes.judge import summary as count
+from trackdyn.study.extremes.judge import COMPLETED, DEFECT, GAP, OUTCOMES, REFUSED, extremes_summary
 
 LOOKS = {COMPLETED: (BLUE, ""), REFUSED: (ORANGE, "//"), DEFECT: (VERMILION, "xx")}
 SOLVERS = {"riccati": BLUE, "multipliers": GREEN, "transfer_product": VERMILION}
@@ -111,7 +110,7 @@ def restitution_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
 @styled
 def outcomes_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
     """Completed, refused and faulty cases of every family."""
-    table = count(rows).iloc[:-1].rename(columns={"defects": DEFECT})
+    table = extremes_summary(rows).iloc[:-1].rename(columns={"defects": DEFECT})
     figure = new_figure(0.32 * len(table) + 1.4)
     ax = figure.subplots()
     place = np.arange(len(table))[::-1]

@@ -121,7 +121,7 @@ def printed_times(ring: bool, turn: float) -> dict[str, float]:
     return {event: (time - first) * scale for event, time in times.items()}
 
 
-def event_times(recording: Recording) -> pd.DataFrame:
+def printed_and_measured_times(recording: Recording) -> pd.DataFrame:
     """The events of the paper beside those of the run: what decides C16 and C17.
 
     Returns
@@ -176,7 +176,7 @@ def passage_figure(recording: Recording) -> Figure:
             area = shown.area[inside, i]
             areas.plot(time[area > 0], area[area > 0], **look | {"linestyle": "none", "markersize": 2.5})
     times.set_xlim(low, high)
-    _draw_events(times, event_times(recording), (forces, areas))
+    _draw_events(times, printed_and_measured_times(recording), (forces, areas))
     what = f"Connector {shown.connector} in groove {shown.groove}, {ring_words(scene['ring_radius'])}"
     figure.suptitle(f"{what}, {scene['motor_rpm']:g} rpm; a sprocket turn takes {shown.turn:.3f} s", x=0.01, ha="left")
     for ax, title in ((forces, "(a) forces"), (areas, "(b) areas of the groove"), (times, "(c) events")):

@@ -14,7 +14,7 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.scene.fidelity import PRESETS
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.settled_loops import Starts
+from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.simulate import simulate
 from trackdyn.study.accuracy.statistics import MEASURES, NAN, RELATIVE, SHARES, statistics_of
 
@@ -70,7 +70,7 @@ def measure_setting(
     DataFrame
         ``FOUND``; wall seconds a simulated one. ``note`` says why a setting has no value.
     """
-    rows, starts = [], Starts()
+    rows, starts = [], SettledLoops()
     for rpm, radius in product(speeds, radii):
         name = f"{rpm:g} rpm, {'no ring' if radius is None else f'ring {radius:g} m'}"
         try:
@@ -84,7 +84,7 @@ def measure_setting(
     return pd.DataFrame(rows, columns=FOUND)
 
 
-def _run(scene: Scene, rule: StopRule, starts: Starts) -> tuple[dict[str, float], float]:
+def _run(scene: Scene, rule: StopRule, starts: SettledLoops) -> tuple[dict[str, float], float]:
     """Statistics of a scene, and wall seconds a simulated one."""
     simulate(scene.with_(duration=0.01, lead_in=0.0), starts=starts)  # compiled before anything is timed
     recording, _ = run_steady(Loop(scene.with_(every_link=True), starts), rule)

@@ -27,9 +27,9 @@ from trackdyn.study.accuracy.statistics import (
     RELATIVE,
     SHARES,
     answers_of,
-    error_of,
     scale_of,
     scene_name,
+    statistic_error,
     study_scene,
     whole_samples,
 )
@@ -285,7 +285,7 @@ def _kept(rig: Rig, base, limits: dict, name: str, asked: list) -> list[dict]:
         if recording is not None:
             span = rig.loop_period(base.motor_rpm) / rig.chain.pitches
             found = answers_of(recording, int(chosen.duration / span + 1e-6)).get(measure)
-            error = error_of(measure, found.estimate().value, limit.value) if found else np.nan
+            error = statistic_error(measure, found.estimate().value, limit.value) if found else np.nan
         rows.append(
             {
                 "scene": name,

@@ -79,7 +79,7 @@ def scale_of(measure: str, reference: float) -> float:
     return 100.0 if measure in SHARES else 1.0
 
 
-def error_of(measure: str, value: float, reference: float) -> float:
+def statistic_error(measure: str, value: float, reference: float) -> float:
     """Error of a statistic: relative, in turns of the sprocket for shares, in its own unit for gap and residual."""
     if measure in ABSOLUTE:
         return abs(value)

@@ -19,7 +19,7 @@ from trackdyn.scene.fidelity import PRESETS
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording
-from trackdyn.simulation.settled_loops import Starts
+from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.simulate import simulate
 from trackdyn.study.accuracy.limit import LIMITS, Limit, difference, limit_of
 from trackdyn.study.accuracy.statistics import ABSOLUTE, answers_of, scale_of, scene_name, study_scene
@@ -76,7 +76,7 @@ class Answer(NamedTuple):
     cpu_s_per_s: float
 
 
-def cost(scene: Scene, starts: Starts | None = None) -> float:
+def cost(scene: Scene, starts: SettledLoops | None = None) -> float:
     """Processor seconds per simulated second, median over bursts on one thread, compilation apart."""
     loop = Loop(scene, starts)
     record = loop.room(round(BURST_SECONDS * scene.rig.sensor.rate), pitches=(1,), spells=40000)
@@ -133,7 +133,7 @@ def state_trade(rig: Rig, asked: StateErrors) -> tuple[pd.DataFrame, pd.DataFram
     cases = [(fields["integrator"], fields) for fields in _each_step(asked.steps_s)]
     cases += [(f"adaptive {t:g}", STATE_REFERENCE | {"tolerance": t}) for t in asked.tolerances]
     for name in asked.scenes:
-        starts = Starts()
+        starts = SettledLoops()
         start = window_start(rig, name)
         reference, check = (_window(start, f)[0].mass_centres for f in (STATE_REFERENCE, STATE_CHECK))
         agreement.append([name, "state_m", float(np.abs(reference - check).max()), 0.0])

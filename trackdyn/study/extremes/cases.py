@@ -18,7 +18,7 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation.account import open_share, refuse_open_account
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.start_checks import arc_depths, explained_depth
-from trackdyn.study.extremes.judge import FAST, below, gap_bound, gap_missed, judged, run_scene, within
+from trackdyn.study.extremes.judge import FAST, attempted, below, gap_bound, gap_missed, run_scene, within
 
 # Change of momentum in turns a step: it is that of the path between two configurations.
 MOMENTUM = 10.0
@@ -129,7 +129,7 @@ def restitution(
     """What an impact gives back against what it should, for both normal laws; the same in a running loop."""
     for law in ("printed", "delivered"):
         for value in nominal:
-            yield judged("restitution", f"one impact, {law}, {value:g}", _impact, rig, law, value)
+            yield attempted("restitution", f"one impact, {law}, {value:g}", _impact, rig, law, value)
     for law in ("printed", "delivered", "elastic"):
         for value in (0.0, 5e-324, 1e-300, 0.01, 0.1, 0.5, 1.0, 1.01):
             changes = {f"{name}__restitution": value for name in SURFACES}
@@ -169,7 +169,7 @@ def speed(rig: Rig, speeds: list[float]) -> Iterator[dict]:
     for rpm in (-5.0, float("nan"), float("inf"), 1e9):
         yield run_scene("speed", f"{rpm:g} rpm", rig, rpm)
     for rpm in (115.0, 210.0, 500.0):
-        yield judged("speed", f"sudden stop from {rpm:g} rpm", _stopped, rig, rpm)
+        yield attempted("speed", f"sudden stop from {rpm:g} rpm", _stopped, rig, rpm)
 
 
 def _stopped(rig: Rig, rpm: float) -> dict:
@@ -206,7 +206,7 @@ def starts(rig: Rig, radii: list[float], equal_pitches: list[float]) -> Iterator
             for tension in ("locked", "retensioned"):
                 ring = "no ring" if radius is None else f"ring {radius:g} m"
                 case = f"equal pitch {equal_pitch:g} m, {ring}, {tension}"
-                yield judged("start", case, _started, changed, radius, tension)
+                yield attempted("start", case, _started, changed, radius, tension)
 
 
 def _started(rig: Rig, radius: float | None, tension: str) -> dict:
@@ -221,12 +221,12 @@ def states(rig: Rig, depths: list[float]) -> Iterator[dict]:
     """Loops let go from where no run would start: deep in a tooth or a ring, on a tip, at almost no speed."""
     for name, wheel in (("sprocket", SPROCKET), ("idler", 1)):
         for depth in depths:
-            yield judged(STATES, f"{name} pushed {1e3 * depth:g} mm into the chain", _pushed, rig, wheel, depth)
+            yield attempted(STATES, f"{name} pushed {1e3 * depth:g} mm into the chain", _pushed, rig, wheel, depth)
     for share in (0.05, 0.25, 0.5):
-        yield judged(STATES, f"sprocket turned by {share:g} of a pitch under the chain", _turned, rig, share)
-    yield judged(STATES, "an arc exactly at a tooth tip", _on_tip, rig)
+        yield attempted(STATES, f"sprocket turned by {share:g} of a pitch under the chain", _turned, rig, share)
+    yield attempted(STATES, "an arc exactly at a tooth tip", _on_tip, rig)
     for name, value in (("zero", 0.0), ("denormal", 5e-324), ("1e-160", 1e-160), ("denormal, reversed", -5e-324)):
-        yield judged(STATES, f"all rates and stored impact velocities {name}", _crept, rig, value)
+        yield attempted(STATES, f"all rates and stored impact velocities {name}", _crept, rig, value)
 
 
 def _pushed(rig: Rig, wheel: int, depth: float) -> dict:
@@ -269,12 +269,12 @@ def _crept(rig: Rig, value: float) -> dict:
 def laws(rig: Rig) -> Iterator[dict]:
     """The laws at the ends of their arguments, the joints of the areas and the symmetry of the groove."""
     law = Scene(rig, 0.0).model.tooth.law
-    yield judged(STATES, "normal force and friction from denormal to huge arguments", _finite, law)
+    yield attempted(STATES, "normal force and friction from denormal to huge arguments", _finite, law)
     tooth = make_tooth(rig.groove_profile, rig.chain.connector_radius, law)
     for joint in range(1, 10):
         case = f"an arc on the line between areas {joint} and {joint + 1}"
-        yield judged(STATES, case, _continuous, rig.groove_profile, tooth, joint)
-    yield judged(STATES, "20,000 arcs and their mirror images in a groove", _mirrored, tooth)
+        yield attempted(STATES, case, _continuous, rig.groove_profile, tooth, joint)
+    yield attempted(STATES, "20,000 arcs and their mirror images in a groove", _mirrored, tooth)
 
 
 def _finite(law) -> dict:
@@ -319,7 +319,9 @@ def momentum(rig: Rig, pitches=(3, 5, 35, 200)) -> Iterator[dict]:
     """
     for count in pitches:
         for damping in (0.0, 12.4):
-            yield judged("momentum", f"free loop of {count} pitches, damping {damping:g}", _free, rig, count, damping)
+            yield attempted(
+                "momentum", f"free loop of {count} pitches, damping {damping:g}", _free, rig, count, damping
+            )
 
 
 def _free(rig: Rig, count: int, damping: float) -> dict:

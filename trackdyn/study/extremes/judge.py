@@ -20,7 +20,7 @@ from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.account import open_share, refuse_open_account
 from trackdyn.simulation.recording import Recording
-from trackdyn.simulation.settled_loops import Starts
+from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.simulate import simulate
 
 COMPLETED, REFUSED, DEFECT = "completed", "refused", "defect"
@@ -41,7 +41,7 @@ TURN = 1e-3
 # Energy residual and dissipations: the promise of the time loop (`trackdyn.simulation.account`), 2 % of the
 # energy exchanged, whatever the method.
 
-STARTS = Starts()  # what differs in speed alone begins alike
+STARTS = SettledLoops()  # what differs in speed alone begins alike
 FAST = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.1, "spells": False}
 
 
@@ -52,7 +52,7 @@ def row(family: str, case: str, outcome: str, reason: str = "", **more) -> dict:
     }  # fmt: skip
 
 
-def judged(family: str, case: str, attempt: Callable[..., dict], *given) -> dict:
+def attempted(family: str, case: str, attempt: Callable[..., dict], *given) -> dict:
     """The row of an attempt: ``attempt(*given)`` returns the columns it fills, ``reason`` if a bound is missed.
 
     Warnings about numbers count as defects, as does every error that is not one of ours in one sentence.
@@ -138,7 +138,7 @@ def run_scene(family: str, case: str, rig, rpm: float = 210.0, changes: dict | N
         scene = Scene(changed.changed(sensor__rate=rate), rpm, **settings, frame_interval=1.0 / rate)
         return invariants(scene, simulate(scene, starts=STARTS))
 
-    found = judged(family, case, attempt)
+    found = attempted(family, case, attempt)
     if found["outcome"] == REFUSED and (blame := wrong_blame(found["reason"], settings)):
         found |= {"outcome": DEFECT, "reason": f"{blame}: {found['reason']}"}
     return found
@@ -161,7 +161,7 @@ def as_table(rows: Iterable[dict]) -> pd.DataFrame:
     return pd.DataFrame(list(rows), columns=list(COLUMNS))
 
 
-def summary(table: pd.DataFrame) -> pd.DataFrame:
+def extremes_summary(table: pd.DataFrame) -> pd.DataFrame:
     """Rows, completed, refused and defects of each family, and of all."""
     counts = table.groupby("family", sort=False)["outcome"].value_counts().unstack(fill_value=0)
     counts = counts.reindex(columns=list(OUTCOMES), fill_value=0)

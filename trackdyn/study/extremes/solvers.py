@@ -14,7 +14,7 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.scene.build import build_chain
 from trackdyn.scene.scene import Scene
 from trackdyn.study.extremes import reference
-from trackdyn.study.extremes.judge import REFUSED, below, judged, within
+from trackdyn.study.extremes.judge import REFUSED, attempted, below, within
 
 FAMILY = "length of the chain"
 LONGEST_REFERENCE = 70
@@ -139,7 +139,7 @@ def newton_euler_residual(chain: Chain, pose: Pose, alpha, base) -> float:
     return float(max(euler, newton, closure))
 
 
-def error_of(solver: str, chain: Chain) -> float:
+def solver_error(solver: str, chain: Chain) -> float:
     """Median over poses of the error against extended precision, or of the residual where the chain is longer."""
     errors = []
     for seed in range(SEEDS):
@@ -172,7 +172,7 @@ def digits(rig: Rig, bodies: list[int]) -> Iterator[dict]:
             chain = make_chain(rig, kind, n)
             for solver in ("riccati", "multipliers", "transfer_product"):
                 if n <= LONGEST.get(solver, n):
-                    yield judged(FAMILY, f"{solver}, {n} bodies, {kind}", _digits, rig, solver, chain, kind)
+                    yield attempted(FAMILY, f"{solver}, {n} bodies, {kind}", _digits, rig, solver, chain, kind)
 
 
 def _digits(rig: Rig, solver: str, chain: Chain, kind: str) -> dict:
@@ -181,7 +181,7 @@ def _digits(rig: Rig, solver: str, chain: Chain, kind: str) -> dict:
     if solver == "transfer_product":
         return _product(rig, chain, kind, marks)
     measure = "error" if n <= LONGEST_REFERENCE else "residual"
-    return below(error_of(solver, chain), max(LEAST_ERROR, EPS * n**2), measure, **marks)
+    return below(solver_error(solver, chain), max(LEAST_ERROR, EPS * n**2), measure, **marks)
 
 
 def _product(rig: Rig, chain: Chain, kind: str, marks: dict) -> dict:
@@ -189,7 +189,7 @@ def _product(rig: Rig, chain: Chain, kind: str, marks: dict) -> dict:
     n = len(chain.length)
     if kind != KINDS[2]:  # there the prediction is infinite but for rounding
         marks = marks | {"expected": predicted_error(chain)}
-    error = error_of("transfer_product", chain)
+    error = solver_error("transfer_product", chain)
     changes = {"chain__pitches": n // 2, "sensor__pitch": 1}
     if kind != "link and connector":
         mass, inertia = chain.mass, chain.inertia
@@ -206,11 +206,11 @@ def _product(rig: Rig, chain: Chain, kind: str, marks: dict) -> dict:
 def growth_rates(rig: Rig) -> Iterator[dict]:
     """Growth of the literal product's error a body, between six bodies and the last that keeps a digit."""
     for kind in KINDS[:2]:
-        yield judged(FAMILY, f"growth of the literal product, {kind}", _growth, rig, kind)
+        yield attempted(FAMILY, f"growth of the literal product, {kind}", _growth, rig, kind)
 
 
 def _growth(rig: Rig, kind: str) -> dict:
-    seen = {n: error_of("transfer_product", make_chain(rig, kind, n)) for n in range(6, 30, 2)}
+    seen = {n: solver_error("transfer_product", make_chain(rig, kind, n)) for n in range(6, 30, 2)}
     kept = [n for n, error in seen.items() if error < 1e-2]
     rate = np.exp(np.polyfit(kept, np.log([seen[n] for n in kept]), 1)[0])
     closed = transfer_matrices.growth(make_chain(rig, kind, 6)).pitch ** 0.5
@@ -224,7 +224,7 @@ def light_connectors(rig: Rig, ratios=(1, 10, 1e2, 1e3, 1e4, 1e5, 1e6)) -> Itera
     The condition of the equations grows with the ratio of the masses, and what the error may be with it.
     """
     for ratio in ratios:
-        yield judged("mass ratio", f"riccati, link to connector {ratio:g}, 70 bodies", _light, rig, ratio)
+        yield attempted("mass ratio", f"riccati, link to connector {ratio:g}, 70 bodies", _light, rig, ratio)
 
 
 def _light(rig: Rig, ratio: float) -> dict:
@@ -232,4 +232,4 @@ def _light(rig: Rig, ratio: float) -> dict:
     changes |= {"chain__connector_inertia": rig.chain.link_inertia / ratio}
     chain = make_chain(rig.changed(**changes), KINDS[0], 70)
     bound = max(LEAST_ERROR, EPS * ratio * len(chain.length))
-    return below(error_of("riccati", chain), bound, "error", group="riccati", at=ratio)
+    return below(solver_error("riccati", chain), bound, "error", group="riccati", at=ratio)

@@ -11,7 +11,7 @@ from trackdyn.scene.limits import step_limits
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.study.extremes.cases import STEEL_AND_TOOTH
-from trackdyn.study.extremes.judge import COMPLETED, FAST, REFUSED, judged
+from trackdyn.study.extremes.judge import COMPLETED, FAST, REFUSED, attempted
 
 SECONDS = 0.2
 MOST_STEPS = 200_000
@@ -62,7 +62,7 @@ def stability_map(rig: Rig, moduli: list[float], steps_per_ms: list[float]) -> I
         for step in steps:
             case = f"E = {modulus:g} Pa, step {step:.4g} s"
             marks = {"expected": limit, "group": f"{modulus:g}", "at": step}
-            yield judged("step and stiffness", case, _forced, start, scene, step, finest, marks)
+            yield attempted("step and stiffness", case, _forced, start, scene, step, finest, marks)
 
 
 def _forced(start: Loop, scene: Scene, step: float, finest: float, marks: dict) -> dict:
