@@ -72,7 +72,7 @@ CHANGES = {
     "steps": (written("state.steps", 0, -9), "loop.state.steps = -9"),
     "groove": (written("work.near.groove", 0, 999), "loop.work.near.groove is out of range"),
     "link's body": (written("model.shoes.link_body", 0, 999), "loop.model.shoes.link_body is not that of the scene"),
-    "sensor's body": (model_part("sensor", body=10**6), "loop.model.sensor.body is not that of the scene"),
+    "sensor's body": (model_part("sensor", body=10**6), "loop.model.sensor.body = 1000000 is not accepted"),
     "teeth": (model_part("tooth", teeth=10**6), "loop.model.tooth.teeth is not that of the scene"),
     "drive": (model_part("drive", rate=np.nan), "loop.model.drive.rate = nan"),
     "step": (lambda loop: setattr(loop, "model", loop.model._replace(step=1e-300)), "loop.model.step = 1e-300"),

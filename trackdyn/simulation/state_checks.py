@@ -106,7 +106,7 @@ class Door:
 
     def __init__(self, model: Model, state: State, work: Work):
         self.forms = form((model, state, work))[1]
-        self.names = _looked_up(model)
+        self.names = [name for name in _looked_up(model) if name != "sensor.body"]  # a sensor may be put elsewhere
         self.places = [_content(attrgetter(name)(model)) for name in self.names]
         self._passed: tuple[Model, State, Work] | None = None
         self._arrays: list[np.ndarray] = []
@@ -142,7 +142,9 @@ class Door:
     def _fault_of_places(self, model: Model, work: Work) -> str | None:
         for name, place in zip(self.names, self.places, strict=True):
             if _content(attrgetter(name)(model)) != place:
-                return f"model.{name} is not that of the scene, which is not accepted: places as they were"
+                return f"model.{name} is not that of the scene, which is not accepted: what the scene made of it"
+        if not 0 <= model.sensor.body < (bodies := len(model.chain.length)):
+            return f"model.sensor.body = {model.sensor.body!r} is not accepted: a body, 0 to {bodies - 1},"
         if not LEAST_STEP <= model.step <= LONGEST:
             return f"model.step = {model.step!r} s is not accepted: at least {LEAST_STEP:g} and at most {LONGEST:g}"
         if not (isinstance(model.stride, (int, np.integer)) and 1 <= model.stride <= MOST_STEPS):
