@@ -1,5 +1,11 @@
 """The shipped rig and loops that run on it, made once for all tests."""
 
+import os
+
+# Before numpy is loaded, and handed on to child processes: the threads of BLAS share out matrices of a few dozen rows,
+# and spin in between. That cost more than a hundred times the processor time of one thread.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
 from pathlib import Path
 
 import pytest
