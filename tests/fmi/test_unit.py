@@ -15,6 +15,7 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.scene.fidelity import preset
 from trackdyn.simulation.loop import Loop
 
+pytestmark = pytest.mark.slow  # an importer turns what a unit raises into a status
 EXCHANGE = 1e-3
 CHANGES = {0.0: (115.0, 0.0), 0.3: (140.0, 0.0), 0.45: (140.0, -1e-3)}  # time (s): motor (rev/min), shift (m)
 UNTIL = 0.6
