@@ -13,7 +13,7 @@ ifneq ($(word 2,$(abspath $(VENV))),)
 $(error the environment in "$(CURDIR)" would have a blank in its name, which Snakemake does not survive; put it elsewhere: make VENV=/a/place)
 endif
 
-.PHONY: replicate quick test lint benchmark synthetic lock cluster kills clean
+.PHONY: replicate quick test check lint benchmark synthetic lock cluster kills clean
 
 replicate: $(READY)
 	$(BIN)/python workflow/run.py -j$(JOBS)
@@ -23,6 +23,9 @@ quick: $(READY)
 
 test: $(READY)
 	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile
+
+check: lint
+	$(BIN)/python -m pytest -n auto --dist loadfile --no-kernels -m "not slow"
 
 lint: $(READY)
 	$(BIN)/ruff check .

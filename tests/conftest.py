@@ -1,9 +1,19 @@
 """The shipped rig and loops that run on it, made once for all tests."""
 
+import os
+
+# Before numpy is loaded, and handed on to child processes: the threads of BLAS share out matrices of a few dozen rows,
+# and spin in between. That cost more than a hundred times the processor time of one thread.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import multiprocessing.process
+import subprocess
+from collections import Counter
 from pathlib import Path
 
 import pytest
 
+from trackdyn import jit
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
@@ -11,6 +21,34 @@ from trackdyn.simulation.loop import Loop
 RIG = Path(__file__).parents[1] / "config" / "rig.yaml"
 # long enough for a steady drive of the sprocket, short enough for a test
 SHORT = {"duration": 0.5, "lead_in": 0.2, "ramp": 0.4}
+
+
+def pytest_addoption(parser):
+    parser.addoption("--no-kernels", action="store_true", help="skip what calls a kernel or starts a process")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _no_kernels(pytestconfig):
+    """With ``--no-kernels`` a test ends where it first calls a kernel, compiled before or not, or starts a process."""
+    with pytest.MonkeyPatch.context() as patch:
+        if pytestconfig.getoption("--no-kernels"):
+            patch.setattr(jit._Kernel, "__call__", lambda *_: pytest.skip("calls a kernel"))
+            patch.setattr(subprocess.Popen, "_execute_child", lambda *_: pytest.skip("starts a process"))
+            patch.setattr(multiprocessing.process.BaseProcess, "start", lambda *_: pytest.skip("starts a process"))
+        yield
+
+
+def pytest_collection_modifyitems(items):
+    for item in items:
+        if "browser" in item.fixturenames:
+            item.add_marker("browser")
+
+
+def pytest_terminal_summary(terminalreporter):
+    """How many tests were skipped, by reason."""
+    skipped = Counter(report.longrepr[2] for report in terminalreporter.stats.get("skipped", []))
+    for reason, count in skipped.most_common():
+        terminalreporter.write_line(f"{count} skipped: {reason.removeprefix('Skipped: ')}")
 
 
 @pytest.fixture(scope="session")

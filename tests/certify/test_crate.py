@@ -13,6 +13,8 @@ from trackdyn.certify.crate import PROFILES, write_crate
 from trackdyn.certify.manifest import write_manifest
 from trackdyn.errors import InputError
 
+pytestmark = pytest.mark.slow
+
 INPUTS = ("config/config.yaml", "config/rig.yaml", "data/synthetic/datapackage.json")
 # what the profiles recommend and a run cannot say without inventing somebody
 OPEN = {

@@ -103,6 +103,7 @@ def run_console(text, where):
             assert code == 0, f"{where}: {line}: {printed}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", RUN, ids=name_of)
 def test_page_does_what_it_shows(path, folder):
     namespace = {"__name__": "page"}

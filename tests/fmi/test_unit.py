@@ -15,6 +15,7 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.scene.fidelity import preset
 from trackdyn.simulation.loop import Loop
 
+pytestmark = pytest.mark.slow  # an importer turns what a unit raises into a status
 EXCHANGE = 1e-3
 CHANGES = {0.0: (115.0, 0.0), 0.3: (140.0, 0.0), 0.45: (140.0, -1e-3)}  # time (s): motor (rev/min), shift (m)
 UNTIL = 0.6
@@ -278,8 +279,12 @@ def test_without_the_library_one_sentence_says_what_to_install(monkeypatch, scen
 
 @pytest.fixture(scope="module")
 def driven_rig(rig):
-    """The shipped rig with a motor of a line and a tensioner that is pushed."""
+    """The shipped rig with a motor of a line and a tensioner that is pushed.
+
+    The surface of its own, equal to that of the others, makes its kernels those of `tests/rigs/test_drives.py`.
+    """
     data = rig.model_dump(mode="json")
+    data["surfaces"], data["idler"]["surface"] = {"same": data["wheel_contact"]}, "same"
     data["drive"] = {"kind": "motor", "inertia": 40.0, "slope": 2000.0, "torque": 900.0}
     data["tension"] |= {"kept": "forced", "force": [[0.0, 9000.0]], "damping": 2e4}
     return Rig.model_validate(data)

@@ -18,6 +18,8 @@ from trackdyn.inference.unknowns import Unknown
 from trackdyn.parameters.validation import validated
 from trackdyn.parameters.yaml_file import read_yaml
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def config(rig_path):

@@ -12,7 +12,10 @@ from trackdyn.errors import InputError
 from trackdyn.inference.identification import experiment
 from trackdyn.inference.identification.experiment import Experiment, Speed, run, scene_of
 from trackdyn.inference.identification.identify import spread_out
+from trackdyn.report.page import identification
 from trackdyn.sensor.sensor_csv import write_sensor_csv
+
+pytestmark = pytest.mark.slow
 
 TRUTH = {"bushing__stiffness": 700.0, "tension__pre_tension": 4000.0, "bushing__damping": 0.4}
 
@@ -28,6 +31,12 @@ def folder(tmp_path, monkeypatch, rig, rig_path, closed_form):
         ay = closed_form(rig.changed(**TRUTH), Speed(rpm, 0.308, 1000), 7)
         write_sensor_csv(f"{rpm}.csv", np.arange(ay.size) / 1000, None, ay + 0.005 * rng.standard_normal(ay.size), None)
     return tmp_path
+
+
+@pytest.fixture
+def unpainted(monkeypatch):
+    """No page is written."""
+    monkeypatch.setattr(identification, "write_page", lambda answer, rig, out, *_: out / "index.html")
 
 
 def command(monkeypatch, capsys, *words):
@@ -70,8 +79,8 @@ def test_an_answer_holds_the_truth_and_every_file(folder, monkeypatch, capsys):
     assert not list(out.rglob("*.part*"))
 
 
-def test_resuming_simulates_nothing_twice_and_says_the_same(folder, monkeypatch, capsys):
-    words = ("210.csv", "--unknown", "bushing.stiffness", *SHORT)
+def test_resuming_simulates_nothing_twice_and_says_the_same(folder, unpainted, monkeypatch, capsys):
+    words = ("210.csv", "--unknown", "bushing.stiffness", *SHORT, "--steps", "100")
     assert command(monkeypatch, capsys, *words)[0] == 0
     first = (folder / "identified" / "draws.csv").read_bytes()
     code, said = command(monkeypatch, capsys, *words)
@@ -84,9 +93,9 @@ def test_resuming_simulates_nothing_twice_and_says_the_same(folder, monkeypatch,
     assert (folder / "identified" / "draws.csv").read_bytes() == first
 
 
-def test_what_the_records_can_tell_is_chosen(folder, monkeypatch, capsys):
+def test_what_the_records_can_tell_is_chosen(folder, unpainted, monkeypatch, capsys):
     """The closed form knows of stiffness, damping and tension only."""
-    code, said = command(monkeypatch, capsys, "150.csv", "210.csv", *SHORT)
+    code, said = command(monkeypatch, capsys, "150.csv", "210.csv", "--waves", "1", *SHORT)
     assert code == 0, said
     told = pd.read_csv(folder / "identified" / "tellable.csv").set_index("unknown")
     assert set(told.index[told["chosen"]]) <= {"bushing.stiffness", "bushing.damping", "tension.pre_tension"}

@@ -14,6 +14,8 @@ from trackdyn.paper.claims import load_claims
 from trackdyn.report.ensemble import write_figures, write_tables
 from trackdyn.sweeps.table import write_table
 
+pytestmark = pytest.mark.slow
+
 CONFIG = Path(__file__).parents[2] / "config"
 CLAIMS = load_claims(CONFIG / "claims.yaml")
 LAST_RIGS = 6

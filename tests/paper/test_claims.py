@@ -181,6 +181,7 @@ def test_every_claim_comes_out_by_good_evidence_and_fails_by_bad(name):
     assert judge(CLAIMS[name], SPOILT[name](good())).verdict == NOT_REPRODUCED
 
 
+@pytest.mark.slow
 def test_what_fails_a_claim_fails_no_other_part_that_is_not_about_it():
     """The evidence of each failure is small: most of the scorecard stays as it was."""
     assert set(SPOILT) == set(TESTS)

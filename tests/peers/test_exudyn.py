@@ -21,6 +21,7 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.study.extremes.solvers import Pose, posed
 
+pytestmark = pytest.mark.peer
 # m, on paths of about a metre: with these steps the extrapolated result of the other code is good to 3e-7, the
 # reference made of this package's accelerations to 1e-8. A mass, inertia, stiffness, damping or gravity that is
 # one part in a thousand off breaks it: it makes 4e-6 to 2e-3 in the free swing, 1.2e-6 to 1e-4 on the wheels.

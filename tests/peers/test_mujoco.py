@@ -24,6 +24,7 @@ from trackdyn.simulation.loop import Loop
 from trackdyn.study.extremes.solvers import Pose, posed
 from trackdyn.study.settings import PeerAnswers
 
+pytestmark = pytest.mark.peer
 STEP = 5e-4  # s
 
 

@@ -38,6 +38,8 @@ from trackdyn.report.tables import lines_table, table1, table3, write_table
 from trackdyn.sensor.sensor_csv import SensorRecord
 from trackdyn.simulation.recording import Recording
 
+pytestmark = pytest.mark.slow
+
 RIG = load_rig(Path(__file__).parents[2] / "config" / "rig.yaml")
 RATE = 1000
 RPM = 210.0

@@ -1,21 +1,34 @@
 """The commands about rigs, as a user has them."""
 
-import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 
+from trackdyn.commands import cli
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.rig_file import shipped_rigs
 
-COMMAND = [sys.executable, "-c", "from trackdyn.commands.cli import main; main()"]
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    """Function that runs a command in a folder and gives its exit code and what it printed."""
+
+    def command(*words, cwd):
+        monkeypatch.chdir(cwd)
+        monkeypatch.setattr(sys, "argv", ["trackdyn", *map(str, words)])
+        code = 0
+        try:
+            cli.main()
+        except SystemExit as end:
+            code = end.code or 0
+        said = capsys.readouterr()
+        return SimpleNamespace(returncode=code, stdout=said.out, stderr=said.err)
+
+    return command
 
 
-def run(*words, cwd):
-    return subprocess.run([*COMMAND, *map(str, words)], cwd=cwd, capture_output=True, text=True, timeout=300)
-
-
-def test_rigs_are_listed(tmp_path):
+def test_rigs_are_listed(tmp_path, run):
     done = run("rigs", cwd=tmp_path)
     assert done.returncode == 0
     for name in shipped_rigs():
@@ -24,7 +37,7 @@ def test_rigs_are_listed(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["bench", "m113", "paper", "robot", "vehicle"])
-def test_a_new_file_is_the_rig_that_it_is_like(name, tmp_path):
+def test_a_new_file_is_the_rig_that_it_is_like(name, tmp_path, run):
     done = run("new", "mine.yaml", "--like", name, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     mine, its = load_rig(tmp_path / "mine.yaml"), load_rig(name)
@@ -34,7 +47,7 @@ def test_a_new_file_is_the_rig_that_it_is_like(name, tmp_path):
     assert again.returncode == 1 and "mine.yaml exists" in again.stderr and "Traceback" not in again.stderr
 
 
-def test_a_comment_of_a_new_file_can_be_taken_away(tmp_path):
+def test_a_comment_of_a_new_file_can_be_taken_away(tmp_path, run):
     run("new", "mine.yaml", "--like", "bench", cwd=tmp_path)
     path = tmp_path / "mine.yaml"
     text = path.read_text(encoding="utf-8")
@@ -47,7 +60,7 @@ def test_a_comment_of_a_new_file_can_be_taken_away(tmp_path):
     assert load_rig(path).bushing == load_rig("bench").bushing
 
 
-def test_check_draws_and_says(tmp_path):
+def test_check_draws_and_says(tmp_path, run):
     done = run("check", "m113", "--no-settle", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "m113.png").stat().st_size > 10_000
@@ -58,7 +71,7 @@ def test_check_draws_and_says(tmp_path):
     assert not (tmp_path / "bad.png").exists() and "Traceback" not in done.stderr
 
 
-def test_simulate_needs_no_file(tmp_path):
+def test_simulate_needs_no_file(tmp_path, run):
     done = run("simulate", "run.npz", "--duration", "0.05", "--lead-in", "0", "-q", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     from trackdyn.simulation.recording import load_recording

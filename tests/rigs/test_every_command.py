@@ -18,6 +18,8 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation.cost import cost
 from trackdyn.simulation.recording import load_recording
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def command(tmp_path, monkeypatch, capsys):

@@ -141,6 +141,7 @@ def test_a_free_loop_of_its_chain_keeps_its_momentum(name):
     assert lost[1] < 0.05 * carried and carried > 0
 
 
+@pytest.mark.peer
 @pytest.mark.parametrize("name", ["vehicle", "m113"])
 def test_exudyn_says_the_same(name):
     """From rest over the ramp and 0.8 s, for which `peers.rigs.TOLERANCE` is: a shorter way is a smaller whole.

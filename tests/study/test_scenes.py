@@ -7,8 +7,7 @@ import pytest
 from trackdyn.parameters.validation import validated
 from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.study.accuracy.statistics import measured_scenes, promised_scenes
-from trackdyn.study.extremes import random_scenes
-from trackdyn.study.extremes.run import RANDOM_SCENES, parts_of
+from trackdyn.study.extremes import random_scenes, run
 from trackdyn.study.settings import StateErrors, Studies
 
 FILE = Path(__file__).parents[2] / "config" / "studies.yaml"
@@ -33,15 +32,21 @@ def test_every_scene_of_the_trade_is_one_part(studies, form):
     assert all(" " not in name and "/" not in name for name in (*parts, *promised_scenes(form)))
 
 
-@pytest.mark.parametrize("form", ["short", "full"])
-def test_random_scenes_are_split_into_parts_of_one_drawing(studies, form, rig, monkeypatch):
-    form = getattr(studies.extremes, form)
+def test_random_scenes_are_split_into_parts_of_one_drawing(studies, rig, monkeypatch):
+    form, limit = studies.extremes.short, 15
+    monkeypatch.setattr(run, "RANDOM_SCENES", limit)
     monkeypatch.setattr(random_scenes, "run_drawn", lambda rig, drawn: drawn)
-    parts = [part for part in parts_of(form) if part.startswith("random_")]
+    parts = [part for part in run.parts_of(form) if part.startswith("random_")]
+    assert len(parts) > 1
     whole = list(random_scenes.random_scenes(rig, form.random_scenes))
     split = [
         list(random_scenes.random_scenes(rig, form.random_scenes, part=k, parts=len(parts))) for k in range(len(parts))
     ]
     assert [scene for part in split for scene in part] == whole
-    assert max(map(len, split)) <= RANDOM_SCENES
-    assert len(set(parts_of(form))) == len(parts_of(form))
+    assert max(map(len, split)) <= limit
+
+
+@pytest.mark.parametrize("form", ["short", "full"])
+def test_parts_have_names_of_their_own(studies, form):
+    parts = run.parts_of(getattr(studies.extremes, form))
+    assert len(set(parts)) == len(parts)

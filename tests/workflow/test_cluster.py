@@ -132,6 +132,7 @@ def test_no_node_is_asked_for_all_there_is():
     assert SLURM["set-threads"].keys() == {name for name, body in rules if "threads: 64" in body}
 
 
+@pytest.mark.slurm
 def test_snakemake_takes_the_profile(tmp_path):
     pytest.importorskip("snakemake_executor_plugin_slurm")
     (tmp_path / "d.csv").write_text("motor_rpm\n115\n", encoding="utf-8")
