@@ -64,7 +64,9 @@ def results(card: pd.DataFrame) -> str:
             (came if lost.empty else failed).append(line)
         lines += failed + came
     fitted = (
-        own[own["origin"] == "fitted"].groupby("id")["verdict"].agg(lambda verdicts: (verdicts == REPRODUCED).all())
+        own[own["origin"] == "fitted"]
+        .groupby("counts_as")["verdict"]
+        .agg(lambda verdicts: (verdicts == REPRODUCED).all())
     )
     said = f"{fitted.sum()} of {len(fitted)} claims that the rig was fitted to: {', '.join(fitted.index[fitted])}"
     lines += [["", said, "", "", "", REPRODUCED, "fitted"]]
