@@ -73,7 +73,7 @@ def test_the_package_is_imported_without_its_libraries():
 
 def test_editors_see_the_names_that_the_package_hands_out():
     tree = ast.parse((ROOT / "trackdyn/__init__.py").read_text(encoding="utf-8"))
-    (block,) = (node for node in tree.body if isinstance(node, ast.If))
+    block = next(node for node in tree.body if isinstance(node, ast.If))  # what type checkers see
     seen = {alias.name: node.module for node in block.body for alias in node.names}
     assert seen == {name: f"trackdyn.{module}" for name, module in trackdyn._MODULES.items()}
     assert sorted(seen) == trackdyn.__all__ and set(seen) <= set(dir(trackdyn))

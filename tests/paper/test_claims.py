@@ -351,7 +351,8 @@ def test_what_was_fitted_at_one_speed_and_is_judged_at_others_is_a_transfer():
 @pytest.mark.parametrize(
     ("change", "parts"),
     [
-        ({"measure": "no_such"}, ["C01a", "measure = 'no_such' is unknown", "gap_after_projection"]),
+        ({"measure": "no_such"}, ["C01a", "measure = 'no_such' is not a measure", "measures.py has them all"]),
+        ({"measure": "gap_after_projektion"}, ["C01a", "did you mean 'gap_after_projection'?"]),
         ({"reason": ...}, ["reason is missing"]),
         ({"reason": "short"}, ["reason = 'short'"]),
         ({"rule": "equal"}, ["C01a", "tolerance is missing"]),

@@ -40,7 +40,7 @@ def turning(rpm, ring_radius, seconds, pitches=(1,), interval=0.01, sources=None
     samples = round(seconds * RATE)
     time = np.arange(1, samples + 1) / RATE
     laid = assemble(RIG)
-    frames = min(FRAMES, round(seconds / interval))
+    frames = round(seconds / interval)
     frame = np.tile(np.concatenate([laid.pins[0], laid.angle, [laid.sprocket_angle]]), (frames, 1))
     frame_time = np.arange(frames) * interval + 1 / RATE
     rate = -2 * np.pi * rpm / RIG.sprocket.transmission_ratio / 60
@@ -50,13 +50,14 @@ def turning(rpm, ring_radius, seconds, pitches=(1,), interval=0.01, sources=None
     force, area = np.zeros((samples, len(pitches), 3)), np.zeros((samples, len(pitches), 2), np.int8)
     force[:, 0, 0], area[:, 0, 0] = 1000 + 500 * np.sin(9 * time), 2
     force[:, -1, 2] = 0.0 if ring_radius is None else 2000.0
+    scene = Scene(RIG, rpm, ring_radius, duration=seconds, pitches=pitches, frame_interval=interval)
     return Recording(
         time=time, raw=mean, mean=mean, gap=np.zeros(samples),
         **dict.fromkeys(("cut", "change", "place"), np.zeros((samples, 2))),
         wheel_rate=np.full((samples, 3), rate), energy=np.zeros((samples, 10)), force=force, area=area,
         groove=(area > 0).astype(np.int8), pitches=np.array(pitches), spells=np.zeros((0, 11)), begin=1.0,
         frame=frame, frame_time=frame_time,
-        meta=provenance(Scene(RIG, rpm, ring_radius, frame_interval=interval), {"tensioner_shift_m": laid.shift})
+        meta=provenance(scene, {"tensioner_shift_m": laid.shift})
         | {"sources": sources or source_hash(), "versions": {"numpy": np.__version__}},
     )  # fmt: skip
 
@@ -85,7 +86,7 @@ def metrics():
 def inputs(tmp_path_factory):
     """A small results folder with something for most sections of the page."""
     results = tmp_path_factory.mktemp("results")
-    turning(210.0, 0.308, 20.0).save(results / "runs" / "210rpm.npz")
+    turning(210.0, 0.308, 20.0, interval=0.1).save(results / "runs" / "210rpm.npz")
     every = tuple(range(1, RIG.chain.pitches + 1))
     passage().save(results / "runs" / "meshing" / "no_ring.npz")
     for radius in (None, 0.308):

@@ -58,7 +58,6 @@ def fail(error):
         (lambda: {"reason": "a bound is missed"}, DEFECT),
         (lambda: fail(InputError("scene: step")), REFUSED),
         (lambda: fail(DivergenceError("left the range")), REFUSED),
-        (lambda: fail(InputError("two\nlines")), DEFECT),
         (lambda: fail(ValueError("math domain error")), DEFECT),
         (lambda: fail(KeyError()), DEFECT),
         (lambda: {"value": float(np.float64(1.0) / np.zeros(1)[0])}, DEFECT),  # a warning about numbers

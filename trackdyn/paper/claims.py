@@ -1,6 +1,7 @@
 """Every claim of the paper judged by what the runs gave, for one rig or several."""
 
 from collections.abc import Mapping
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
 
@@ -73,9 +74,9 @@ class Claim(Section):
         if self.rule == "not_comparable":
             return self
         if self.measure not in MEASURES:
-            raise InputError(
-                f"claim {self.name}: measure = {self.measure!r} is unknown; known are {', '.join(sorted(MEASURES))}"
-            )
+            near = get_close_matches(self.measure or "", MEASURES, 1)
+            meant = f"; did you mean {near[0]!r}?" if near else "; trackdyn/paper/measures.py has them all"
+            raise InputError(f"claim {self.name}: measure = {self.measure!r} is not a measure{meant}")
         if self.rule in ("equal", "every_start", "readings") and self.tolerance is None:
             raise InputError(
                 f"claim {self.name}: tolerance is missing; the rule {self.rule} needs one, with its reason"

@@ -207,7 +207,10 @@ class Scene(Choices):
         name, limit = min(limits.items(), key=lambda item: item[1], default=("", np.inf))
         if self.step > limit:
             advice = advised_step(limit, 1.0 / self.rig.sensor.rate)
-            self._refuse("step", f"too large for the {name}; {advice}; not tried on this rig (trackdyn check tries)")
+            self._refuse(
+                "step",
+                f"too large for the {name}, a bound that was not tried on this rig (trackdyn check tries); {advice}",
+            )
 
     @property
     def bodies(self) -> int:

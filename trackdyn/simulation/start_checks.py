@@ -72,6 +72,6 @@ def refuse_step(scene: Scene, model: Model, tension: float) -> None:
         raise InputError(
             f"scene: step = {scene.step!r} is not accepted: the loop settles at a tension of "
             f"{tension:.0f} N, for which that is "
-            f"too large for the {name}; {advised_step(limit, 1.0 / scene.rig.sensor.rate)}; "
-            "not tried on this rig (trackdyn check tries)"
+            f"too large for the {name}, a bound that was not tried on this rig (trackdyn check tries); "
+            f"{advised_step(limit, 1.0 / scene.rig.sensor.rate)}"
         )

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from trackdyn.errors import DivergenceError, InputError
+from trackdyn.integrate.methods import METHODS, equip
 from trackdyn.model.constants import Drive, Model, Motor, Ripple
 from trackdyn.model.record import TOOTH_AREAS, Record, make_record
 from trackdyn.model.state import State
@@ -105,7 +106,9 @@ class Door:
     """What model, state and work of a loop were when it was made, to be compared before kernels see them."""
 
     def __init__(self, model: Model, state: State, work: Work):
-        self.forms = form((model, state, work))[1]
+        self.plain = work._replace(stages=None, implicit=None)
+        self.forms = form((model, state, self.plain))[1]
+        self.pitches, self.method = len(state.tooth_impact) // 2, form((work.stages, work.implicit))
         self.names = [name for name in _looked_up(model) if name != "sensor.body"]  # a sensor may be put elsewhere
         self.places = [_content(attrgetter(name)(model)) for name in self.names]
         self._passed: tuple[Model, State, Work] | None = None
@@ -130,14 +133,28 @@ class Door:
         same = self._passed is not None and all(one is other for one, other in zip(parts, self._passed, strict=True))
         if same and [_look(array) for array in self._arrays] == self._looks:
             return None
-        for name, part, one in zip(("model", "state", "work"), parts, self.forms, strict=True):
+        # arrays of another integrator may have taken the place of the scene's
+        plain = work._replace(stages=None, implicit=None) if type(work) is Work else work
+        for name, part, one in zip(("model", "state", "work"), (model, state, plain), self.forms, strict=True):
             if fault := fault_of_form(part, one, name):
                 return fault
+        if fault := self._fault_of_method(work):
+            return fault
         if fault := _fault_of_drive(model):
             return fault
         self._passed, self._arrays = parts, list(_leaves(parts))
         self._looks = [_look(array) for array in self._arrays]
         return None
+
+    def _fault_of_method(self, work: Work) -> str | None:
+        given = form((work.stages, work.implicit))
+        if given == self.method:
+            return None
+        for name in METHODS:
+            other = equip(self.plain, name, self.pitches)
+            if given == form((other.stages, other.implicit)):
+                return None
+        return "work.stages is not that of an integrator, which is not accepted: what integrate.methods.equip makes"
 
     def _fault_of_places(self, model: Model, work: Work) -> str | None:
         for name, place in zip(self.names, self.places, strict=True):
