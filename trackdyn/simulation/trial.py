@@ -77,9 +77,11 @@ def try_steps(settled: Loop, rpm: float) -> Trial:
     """
     sample = 1.0 / settled.scene.rig.sensor.rate
     scene = {"motor_rpm": rpm, "ramp": RAMP, "every_link": True, "duration": SECONDS}
-    tension = settled.layout["settled_tension_n"]
-    limits = step_limits(settled.model, tension) | turn_limit(settled.scene.with_(motor_rpm=rpm).sprocket_rate)
-    step = round_step(min(LARGEST, *limits.values()), sample)
+    # a scene is judged at the pre-tension, a loop at the tension that it settles at
+    tensions = settled.layout["settled_tension_n"], settled.scene.rig.tension.pre_tension
+    limits = [limit for tension in tensions for limit in step_limits(settled.model, tension).values()]
+    limits += turn_limit(settled.scene.with_(motor_rpm=rpm).sprocket_rate).values()
+    step = round_step(min(LARGEST, *limits), sample)
     before, tried = None, []
     for _ in range(HALVINGS + 1):
         try:

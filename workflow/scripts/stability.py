@@ -10,7 +10,7 @@ from trackdyn.study.stability import stability
 with logged(snakemake):
     rig, rule = load_rig(snakemake.input.rig), StopRule(**snakemake.params.known)
     tables = [
-        stability(Scene(rig, **fields | {"pitches": tuple(fields["pitches"])}), known)
+        stability(Scene(rig, **fields | {"pitches": tuple(fields["pitches"])}), rule)
         for fields in snakemake.params.scenes
     ]
     table = pd.concat(tables, ignore_index=True)
