@@ -278,7 +278,7 @@ def test_the_first_screen_answers(open_page, width, height):
     )
     failed = page.inner_text("#failed").split("Statement")[1:]
     assert [text.split()[0] for text in failed] == ["2", "3"]
-    assert "our bound at most 1.5 m" in failed[0] and "shipped 1.40 to 1.61" in failed[0]
+    assert "our bound at most 1.5 m" in failed[0] and "shipped 1.4 to 1.61" in failed[0]
     assert page.evaluate("document.getElementById('failed').getBoundingClientRect().bottom") < height
     order = page.eval_on_selector_all("#answer, #failed, .note, nav, main", "all => all.map(e => e.id || e.tagName)")
     assert order == ["answer", "failed", "P", "NAV", "MAIN"]
