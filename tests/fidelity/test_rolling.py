@@ -1,4 +1,4 @@
-"""Rolling resistance in proportion to the load of a wheel: closed forms, and the account of work of every method."""
+"""Rolling resistance in proportion to the load of a wheel: closed forms, and the energy balance of every method."""
 
 import numpy as np
 import pytest
