@@ -2,6 +2,7 @@
 passages.
 """
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -63,6 +64,9 @@ def test_a_record_without_its_beginning_has_the_same_later_passages(scene, short
     assert cut.meta["scene"]["lead_in"] == pytest.approx(1.0)
     assert len(cut.time) / cut.rate == pytest.approx(cut.meta["scene"]["duration"])
     assert cut.fault() is None
+    samples, wheels = len(short.time), short.wheel_rate.shape[1]
+    space = {"plane": np.zeros((samples, 8)), "wheel_offset": np.zeros((samples, wheels))}
+    assert later(replace(short, **space, axial_force=np.zeros((samples, wheels))), 1.0).fault() is None
     whole, kept = passages(short), passages(cut)
     expected = whole[
         whole["start_s"].groupby(whole["passage"]).transform("min") >= 1.0 + steady.LONGEST * 60 * 5.57 / 210

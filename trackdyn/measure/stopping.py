@@ -119,7 +119,8 @@ def later(recording: Recording, seconds: float) -> Recording:
     scene = recording.meta["scene"] | {
         "duration": count / recording.rate, "lead_in": recording.meta["scene"]["lead_in"] + first / recording.rate,
     }  # fmt: skip
-    cut = {name: getattr(recording, name)[first:] for name in SAMPLED if len(getattr(recording, name))}
+    rows = (*SAMPLED, "plane", "wheel_offset", "axial_force")  # the latter of a run in space
+    cut = {name: getattr(recording, name)[first:] for name in rows if len(getattr(recording, name))}
     return replace(
         recording,
         time=recording.time[:count],
