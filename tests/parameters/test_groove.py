@@ -8,8 +8,9 @@ import yaml
 
 from trackdyn.errors import InputError
 from trackdyn.parameters.groove import build_groove, coarse_groove, connector_length, equal_pitch_radius, true_depth
-from trackdyn.parameters.rig import load_rig, parameter_table
+from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.rig_file import KINDS
+from trackdyn.parameters.table import parameter_table
 
 EXACT = 1e-12  # m or a unit vector: coordinates below 1 m carry about 1e-16 through ten operations
 

@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 from trackdyn.paper.claims import COLUMNS, load_claims, printed_text
-from trackdyn.parameters.rig import parameter_table
+from trackdyn.parameters.table import parameter_table
 from trackdyn.report.filled import BEGIN, END, PAGES, departures, fill, results
 
 ROOT = Path(__file__).parents[2]

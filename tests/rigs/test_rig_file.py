@@ -8,8 +8,9 @@ import yaml
 
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import assemble, belt_around, run_order, wheel_names
-from trackdyn.parameters.rig import load_rig, parameter_table
+from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.rig_file import DEFAULT, read_rig, shipped_rigs
+from trackdyn.parameters.table import parameter_table
 from trackdyn.scene.limits import round_step
 
 OWN = ("bench", "m113", "robot", "vehicle")  # the others are the pipeline's files

@@ -10,7 +10,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.rig import Rig, parameter_table
+from trackdyn.parameters.rig import Rig
+from trackdyn.parameters.table import parameter_table
 from trackdyn.parameters.validation import Section, plain_number, shown
 
 # how far from its bounds a value may be rounded, as a share of the range

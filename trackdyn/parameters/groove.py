@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from math import acos, asin, atan2, cos, degrees, hypot, pi, sin, sqrt, tan
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy  # loads its parts when they are used
 
 from trackdyn.errors import InputError
 
@@ -255,7 +255,7 @@ def equal_pitch_radius(teeth: int, link_length: float, connector_length: float, 
     def excess(rp):
         return asin(link_length / (2 * rp)) + asin(connector_length / (2 * rp)) - pi / teeth
 
-    rp = brentq(excess, max(link_length, connector_length) / 2 * 1.0001, 100 * link_length, xtol=1e-15)
+    rp = scipy.optimize.brentq(excess, max(link_length, connector_length) / 2 * 1.0001, 100 * link_length, xtol=1e-15)
     return {
         "polygonal": sqrt(rp**2 - link_length**2 / 4) - thickness / 2,
         "arc": teeth * (link_length + connector_length) / (2 * pi) - thickness / 2,

@@ -10,7 +10,7 @@ from functools import cached_property
 from math import asin, atan2, cos, hypot, pi, sin, sqrt
 
 import numpy as np
-from scipy.optimize import brentq, fsolve
+import scipy  # loads its parts when they are used
 
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import Rig
@@ -261,7 +261,7 @@ def _lay(path: BeltPath, lengths: np.ndarray) -> np.ndarray:
             return hypot(there_x - x, there_y - y) - chord
 
         try:
-            s[i + 1] = here + brentq(excess, 0.5 * chord, 1.6 * chord, xtol=1e-14)
+            s[i + 1] = here + scipy.optimize.brentq(excess, 0.5 * chord, 1.6 * chord, xtol=1e-14)
         except ValueError:
             raise InputError(
                 f"a body of {chord:g} m from pin to pin (chain.link_length, or the connector that "
@@ -342,7 +342,7 @@ def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
             f"{needed}, wheel positions "
             "or a larger travel would do"
         )
-    shift = brentq(slack, -travel, travel, xtol=1e-13)
+    shift = scipy.optimize.brentq(slack, -travel, travel, xtol=1e-13)
     path, _ = belt_around(rig, shift, body)
     pins = path.along(_lay(path, lengths))[0]
     step = np.diff(pins, axis=0)
@@ -380,7 +380,7 @@ def free_loop(lengths: np.ndarray) -> Assembly:
         a = angles(first)
         return [lengths @ np.cos(a), lengths @ np.sin(a)]
 
-    first, _, success, _ = fsolve(gap, [0.0, 0.0], xtol=1e-15, full_output=True)
+    first, _, success, _ = scipy.optimize.fsolve(gap, [0.0, 0.0], xtol=1e-15, full_output=True)
     if success != 1 and np.hypot(*gap(first)) > 1e-12 * lengths.sum():
         raise InputError(f"a free loop of {n} bodies does not close; three or more bodies of similar length would do")
     angle = angles(first)

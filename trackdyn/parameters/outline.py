@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from scipy.optimize import least_squares
+import scipy  # loads its parts when they are used
 
 from trackdyn.errors import InputError
 from trackdyn.files import read_text
@@ -194,7 +194,7 @@ def fit_outline(points: np.ndarray, pattern: str, teeth: int) -> tuple[Groove, n
             start = _start(flank, signs, scale * size, rise, pi / teeth)
             if misses(start)[0] == size:
                 continue
-            found = least_squares(misses, start, x_scale="jac", max_nfev=400)
+            found = scipy.optimize.least_squares(misses, start, x_scale="jac", max_nfev=400)
             if best is None or found.cost < best.cost:
                 best = found
     if best is None:

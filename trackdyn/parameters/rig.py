@@ -7,12 +7,11 @@ from operator import getitem
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import pandas as pd
 from pydantic import Field
 
 from trackdyn.errors import InputError
 from trackdyn.parameters.drives import DriveParameters
-from trackdyn.parameters.fields import NAME, FieldValue, entries_of, fields_of, keys_of, may_have, no_field
+from trackdyn.parameters.fields import NAME, FieldValue, fields_of, keys_of, may_have, no_field
 from trackdyn.parameters.groove import Groove, build_groove, connector_length
 from trackdyn.parameters.outline import ToothProfile, profile_groove
 from trackdyn.parameters.quantities import (
@@ -27,7 +26,6 @@ from trackdyn.parameters.quantities import (
     Slope,
     Table,
     Tilt,
-    number_of,
 )
 from trackdyn.parameters.rig_file import DEFAULT, read_rig
 from trackdyn.parameters.validation import Section, shown, validated
@@ -350,19 +348,3 @@ def load_rig(path: Path | str = DEFAULT) -> Rig:
         One sentence with file, field, value and what would be accepted.
     """
     return _validated(read_rig(path), str(path), FROM_FILE)
-
-
-def parameter_table(path: Path | str) -> pd.DataFrame:
-    """Every parameter of a rig file: ``name, value, unit, kind, low, high, outside, source``, and the derived ones.
-
-    ``outside`` says on which side a value leaves what the part can be.
-    """
-    rig = load_rig(path)
-    rows = [{"name": name, **entry} for name, entry in entries_of(read_rig(path)).items()]
-    derived = f"from the equal-pitch radius, {rig.sprocket.teeth} [asin(a/2r) + asin(b/2r)] = pi"
-    rows.append(dict(name="connector length", value=rig.connector_length, unit="m", kind="derived", source=derived))
-    rows.append(dict(name="pin circle", value=rig.pin_circle, unit="m", kind="derived", source=derived))
-    for row in rows:
-        value, low, high = (number_of(row.get(key)) for key in ("value", "low", "high"))
-        row["outside"] = "below" if value < low else "above" if value > high else ""
-    return pd.DataFrame(rows, columns=["name", "value", "unit", "kind", "low", "high", "outside", "source"])

@@ -3,7 +3,7 @@
 from math import pi
 
 import numpy as np
-from scipy.optimize import nnls
+import scipy  # loads its parts when they are used
 
 # Frequencies at which the branches lose most, Hz: the ends and the middle of the band that the law is meant for.
 BAND = (0.5, 50.0)
@@ -36,5 +36,5 @@ def loss_branches(loss_factor: float) -> tuple[np.ndarray, np.ndarray]:
     """
     time = 1.0 / (2 * pi * np.geomspace(*BAND, BRANCHES))
     x2 = (2 * pi * np.geomspace(*BAND, 40 * BRANCHES)[:, None] * time) ** 2
-    share, _ = nnls((np.sqrt(x2) / loss_factor - x2) / (1 + x2), np.ones(len(x2)))
+    share, _ = scipy.optimize.nnls((np.sqrt(x2) / loss_factor - x2) / (1 + x2), np.ones(len(x2)))
     return share, time

@@ -2,7 +2,7 @@
 
 from math import ceil, isinf, pi, sin, sqrt
 
-from scipy.optimize import brentq
+import scipy  # loads its parts when they are used
 
 from trackdyn.integrate.methods import METHODS, Method
 from trackdyn.model.constants import Law
@@ -39,7 +39,7 @@ def elastic_depth(law, load, radius):
         return law.stiffness * depth * sqrt(depth / (radius + depth)) - load
 
     # for depths far beyond the radius the force grows with the depth alone, so that this is an upper end
-    return brentq(excess, 0.0, 1.0 + 2.0 * (load / law.stiffness) + radius)
+    return scipy.optimize.brentq(excess, 0.0, 1.0 + 2.0 * (load / law.stiffness) + radius)
 
 
 def _stiffness_at(law, load, radius):

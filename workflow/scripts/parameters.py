@@ -2,7 +2,7 @@ from _script import logged
 
 from trackdyn import load_rig
 from trackdyn.paper.contents import caption
-from trackdyn.parameters.rig import parameter_table
+from trackdyn.parameters.table import parameter_table
 from trackdyn.report.tables import table1, write_table
 
 with logged(snakemake):
