@@ -7,9 +7,12 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import get_args
 
 import pytest
 import yaml
+
+from trackdyn.pipeline.config import StudyName
 
 ROOT = Path(__file__).parents[2]
 RULE_FILES = sorted((ROOT / "workflow" / "rules").glob("*.smk"))
@@ -52,7 +55,6 @@ FULL_FORMS = {
     "layouts",
 }  # their rules make the short ones, too
 BY_DEMAND = ON_DEMAND | FULL_FORMS
-OF_THESE = {"layouts_part", "layouts_form"}  # done for one of them
 PAGES = {"page", "identify_synthetic"}  # of HTML
 WITH_A_TOLERANCE = {"plan"}  # exists only where the configuration asks for it
 
@@ -86,12 +88,11 @@ def test_the_rules_are_found():
 
 def test_dry_run_of_the_quick_configuration_plans_every_rule(tmp_path):
     """Planned from nothing: the results folder of the copy is empty."""
-    everything = quick_config(tmp_path, lambda data: data.update(compare_costs=True, short_studies=True))
-    result = snakemake(tmp_path, "--configfile", str(everything))
+    result = snakemake(tmp_path, "studies", "--configfile", str(quick_config(tmp_path)))
     output = result.stdout + result.stderr
     assert result.returncode == 0, output
     planned = dict(re.findall(r"^(\w+) +(\d+)$", output, re.MULTILINE))
-    assert set(SCRIPTED) - ON_DEMAND - OF_THESE - WITH_A_TOLERANCE <= planned.keys(), output
+    assert set(SCRIPTED) - ON_DEMAND - WITH_A_TOLERANCE <= planned.keys(), output
     # 4 records and again with the coarse tooth, 2 of meshing; 4 rings of one rig and 3 of the other, three of them a
     # job
     assert int(planned["simulate"]) == 2 * 4 + 2
@@ -180,7 +181,7 @@ class Pretended:
         for name in ("config", "data", "trackdyn", "workflow"):
             shutil.copytree(ROOT / name, self.root / name, ignore=skipped)
         shutil.copy(ROOT / "Snakefile", self.root)
-        self.config = quick_config(folder, lambda data: data.update(compare_costs=True, short_studies=True))
+        self.config = quick_config(folder, lambda data: data.update(short_studies=list(get_args(StudyName))))
         self.made = {}
         for row in self.summary("--summary"):
             self.made.setdefault(row["rule"], set()).add(row["output_file"])
@@ -238,6 +239,7 @@ def test_only_what_depends_on_a_change_is_planned_again(pretended, tmp_path):
 LOADER = r"""
 import importlib, json, os, re, runpy, sys, types
 from pathlib import Path
+from typing import get_args
 
 import jinja2, matplotlib.figure, numba, numpy, pandas, PIL, plotly, pydantic, scipy.optimize
 

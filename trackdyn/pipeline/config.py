@@ -78,6 +78,12 @@ def ring_name(radius: float | None) -> str:
     return "none" if radius is None else f"{radius:.4g}"
 
 
+StudyName = Literal[
+    "trade", "extremes", "traction", "scaling", "whole_loop", "layouts", "ensemble", "sensitivity", "fidelity",
+    "peer_answers",
+]  # fmt: skip
+
+
 class Sensitivity(Section):
     """Which cases of ``config/fit.yaml`` the sensitivity is taken in; no radii: all of them."""
 
@@ -123,9 +129,8 @@ class Config(Section):
 
     ``sensor_csv`` names the measured record of a speed; ``{rpm}`` stands for the motor speed. ``sensor_mapping`` names
     the file that says how these are read (:class:`trackdyn.sensor.sensor_mapping.SensorMapping`). ``known`` ends the
-    runs of ring study, sensitivity, stability and ladder. ``compare_costs`` asks for what an answer costs in every
-    code, and a sweep on one and two processes; ``short_studies`` for the short forms of accuracy against cost,
-    extremes, traction, the whole loop as the sensor, and the ensemble.
+    runs of ring study, sensitivity, stability and ladder. ``short_studies`` are the studies that belong to every
+    run; the target ``studies`` runs all of them.
     """
 
     rig: str
@@ -141,8 +146,7 @@ class Config(Section):
     sensitivity: Sensitivity
     peers: Peers
     fidelity: FidelityStudy
-    compare_costs: bool
-    short_studies: bool
+    short_studies: list[StudyName]
     studies: StudiesFile
 
     @model_validator(mode="after")

@@ -40,7 +40,27 @@ rule animation:
     script: "../scripts/animation.py"
 
 
-# What is asked for by name is no input: the page shows a full study in place of its short form if it lies there.
+# A study lies on the page if every run has it (`short_studies`), if all are asked for, or if it was made before: then it is
+# kept up to date with the rest. Of a full form nothing is input: it takes the place of the short one if it lies there.
+STUDIES = {
+    "trade": short(rules.trade_form),
+    "extremes": short(rules.extremes_form),
+    "traction": short(rules.traction_form),
+    "scaling": short(rules.scaling_form),
+    "whole_loop": short(rules.whole_loop_form),
+    "layouts": short(rules.layouts_form),
+    "ensemble": [f"{R}/short/ensemble/rigs.csv"],
+    "sensitivity": rules.sensitivity.output,
+    "fidelity": rules.fidelity.output,
+    "peer_answers": rules.peer_answers.output,
+}
+ALL_STUDIES = workflow.dag_settings is not None and "studies" in workflow.dag_settings.targets
+
+
+def in_this_run(name):
+    return ALL_STUDIES or name in CONFIG.short_studies or all(Path(file).is_file() for file in STUDIES[name])
+
+
 rule page:
     """One page with what came out, charts, the moving loop, all figures and tables, and where they come from."""
     input:
@@ -48,13 +68,9 @@ rule page:
         rules.records.input,
         rules.ring.input,
         rules.claims.output,
-        rules.sensitivity.output,
         rules.schematics.output,
         rules.peer.output,
-        rules.peer_answers.output if CONFIG.compare_costs else [],
-        rules.fidelity.output,
-        short(rules.scaling_form) if CONFIG.compare_costs else [],
-        [short(rule) for rule in (rules.trade_form, rules.extremes_form, rules.traction_form)] if CONFIG.short_studies else [],
+        [files for name, files in STUDIES.items() if in_this_run(name)],
         rules.animation_runs.output,
         rig=CONFIG.rig,
         config=[str(path) for path in workflow.configfiles],
@@ -82,7 +98,6 @@ rule costs:
     input:
         needs("costs.py"),
         rules.report_page.input,
-        [short(rules.whole_loop_form), f"{R}/short/ensemble/rigs.csv"] if CONFIG.short_studies else [],
     output: **table("costs")
     params: folder=f"{R}/benchmarks"
     log: f"{R}/logs/costs.log"
@@ -111,6 +126,13 @@ rule manifest:
     log: f"{R}/logs/manifest.log"
     message: "The manifest"
     script: "../scripts/manifest.py"
+
+
+rule studies:
+    """Every study in its short form, and the page with them; asked for by name."""
+    input:
+        list(STUDIES.values()),
+        rules.manifest.output,
 
 
 rule crate:

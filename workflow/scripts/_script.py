@@ -11,10 +11,11 @@ import time
 from contextlib import contextmanager, redirect_stdout, suppress
 from pathlib import Path
 
-import psutil
-
 from trackdyn.errors import TrackdynError
 from trackdyn.files import broken_off, write_text
+
+# when this process began: loading what stands above took no longer than its processor time
+BEGAN = time.perf_counter() - time.process_time()
 
 
 @contextmanager
@@ -39,7 +40,7 @@ def _spent(log):
     Snakemake's own benchmarks sample: they miss up to half a minute of a core's time, and take some of it themselves.
     """
     used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
-    seconds = time.time() - psutil.Process().create_time()
+    seconds = time.perf_counter() - BEGAN
     memory = sum(one.ru_maxrss for one in used) / (2**20 if sys.platform == "darwin" else 2**10)
     cpu = sum(one.ru_utime + one.ru_stime for one in used)
     before, _, after = str(log.with_suffix(".tsv")).rpartition("logs/")

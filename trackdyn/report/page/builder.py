@@ -42,6 +42,19 @@ FAILED = (NOT_REPRODUCED, IN_TREND)  # a claim of such a part did not come out
 COLOURS_OF_A_PICTURE = 13
 FOLDED = tuple(f"fig{number:02d}" for number in range(1, 14))  # drawings of the model: no result
 ACCURACY = ("trade_answer", "limits", "peer_answers")  # of the studies, beside the chart of cost and error
+# studies beside the replication: words, and a file that only a run of them makes; the rule has their name
+BESIDE = {
+    "trade": ("accuracy against cost, and the planner", "planner.csv"),
+    "fidelity": ("what each setting of the model changes", "fidelity.csv"),
+    "peer_answers": ("an answer of equal error in every code", "tables/peer_answers.csv"),
+    "extremes": ("extremes of parameters, steps and states", "extremes.csv"),
+    "traction": ("which flank carries the drive", "traction.csv"),
+    "sensitivity": ("sensitivity to every fitted parameter", "tables/sensitivity.csv"),
+    "whole_loop": ("short answers beside long records", "whole_loop.csv"),
+    "scaling": ("a sweep on more processes", "scaling.csv"),
+    "layouts": ("random layouts", "layouts.csv"),
+    "ensemble": ("rigs within the ranges of their parts", "ensemble/rigs.csv"),
+}
 # tables whose files the page hands out; the first folder that has one
 TABLES = (
     "claims.csv",
@@ -140,6 +153,7 @@ def build_page(inputs: PageInputs) -> str:
         extremes=[entry for entry in shown if entry["item"].key.startswith("extremes")],
         folded=FOLDED,
         missing=missing(results),
+        studies=[(name, words, _form(results, file)) for name, (words, file) in BESIDE.items()],
         layers=" ".join(["", "--configfile", *inputs.layers]) if inputs.layers else "",
         paper_items=len(PAPER),
     )
@@ -221,6 +235,12 @@ def _ring(results: Path) -> dict | None:
 def _first(results: Path, name: str) -> Path | None:
     """A file of a full study, else of its short form."""
     return next((path for folder in (results, results / "short") if (path := folder / name).is_file()), None)
+
+
+def _form(results: Path, name: str) -> str:
+    """Form of the study that a file is of: full, short or not here."""
+    path = _first(results, name)
+    return "not here" if path is None else "short" if path.is_relative_to(results / "short") else "full"
 
 
 def _rows(results: Path, name: str) -> list[dict] | None:
