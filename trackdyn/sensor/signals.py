@@ -235,7 +235,7 @@ def _correlate(a, hz, rate_hz, harmonics):
     sums, power = [], np.ones_like(turn)
     for _ in range(harmonics):
         power = power * turn
-        sums.append(power @ a)
+        sums.append((power * a).sum())  # a product by BLAS would wake a thread a core, every time
     return np.array([sums])
 
 
