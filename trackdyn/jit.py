@@ -194,6 +194,11 @@ def fused(function):
     return _made(function, forceinline=True, _nrt=False, fastmath={"contract"})
 
 
+def summed(function):
+    """Compile a `fused` kernel whose sums may also be taken in another order: several at once, lane by lane."""
+    return _made(function, forceinline=True, _nrt=False, fastmath={"contract", "reassoc", "nsz"})
+
+
 def allocating(function):
     """Compile a function that may allocate: the dense solvers.
 

@@ -27,7 +27,7 @@ the sums of the z forces and of the moments about the pin's x and y axes give ``
 from math import sin as sine
 from math import sqrt
 
-from trackdyn.jit import fused, kernel
+from trackdyn.jit import fused, kernel, summed
 from trackdyn.model.constants import Model
 from trackdyn.model.state import OFFSET, SPEED, P, Q, State
 from trackdyn.model.work import SpaceWork, Work
@@ -58,6 +58,43 @@ def aim(model: Model, state: State, space: SpaceWork):
         space.gravity[j] = -model.chain.gravity * a[1, j]
 
 
+@summed
+def plane_sums(model: Model, state: State, work: Work, space: SpaceWork):
+    """Sums over all bodies of the plane's inertia and of the loads on it (`plane_dynamics`)."""
+    chain, p, q = model.chain, state.plane.motion[P], state.plane.motion[Q]
+    along, across, mass, inertia = model.space.along, model.space.across, chain.mass, chain.inertia
+    cos, sin, rate, pin_x, pin_y, com_x, com_y = (
+        work.cos, work.sin, state.rate, work.pin_x, work.pin_y, chain.com_x, chain.com_y,
+    )  # fmt: skip
+    vx, vy, force_z, moment_x, moment_y = work.com_vx, work.com_vy, space.force_z, space.moment_x, space.moment_y
+    px, py, pvx, pvy = state.pin[0], state.pin[1], state.pin[2], state.pin[3]
+    gz = space.gravity[2]
+    m00 = m01 = m02 = m11 = m12 = m22 = 0.0
+    f0 = f1 = f2 = 0.0
+    for i in range(rate.shape[0]):
+        c, s, w, m = cos[i], sin[i], rate[i], mass[i]
+        x = pin_x[i] - px + (com_x[i] * c - com_y[i] * s)
+        y = pin_y[i] - py + (com_x[i] * s + com_y[i] * c)
+        ixx = along[i] * c * c + across[i] * s * s
+        iyy = along[i] * s * s + across[i] * c * c
+        ixy = (along[i] - across[i]) * s * c
+        lz = inertia[i] * w
+        # I_perp' = w (A_z' diag A_z^T + ...): I_xx' = -2 w I_xy, I_yy' = 2 w I_xy, I_xy' = w (I_xx - I_yy)
+        turn_x = w * (-2.0 * ixy * p + (ixx - iyy) * q)
+        turn_y = w * ((ixx - iyy) * p + 2.0 * ixy * q)
+        fz = force_z[i] + m * gz - 2.0 * m * (p * (vy[i] - pvy) - q * (vx[i] - pvx))
+        f0 += fz
+        f1 += moment_x[i] + y * fz - turn_x - q * lz
+        f2 += moment_y[i] - x * fz - turn_y + p * lz
+        m00 += m
+        m01 += m * y
+        m02 -= m * x
+        m11 += m * y * y + ixx
+        m12 += ixy - m * x * y
+        m22 += m * x * x + iyy
+    return m00, m01, m02, m11, m12, m22, f0, f1, f2
+
+
 @fused
 def plane_dynamics(model: Model, state: State, work: Work, space: SpaceWork):
     """Add the loads that the moving plane puts on the planar chain, and solve for the plane's accelerations.
@@ -69,39 +106,19 @@ def plane_dynamics(model: Model, state: State, work: Work, space: SpaceWork):
     loads less Coriolis forces, less the change of ``I_perp`` as the bodies turn in the plane and less the
     turn of their angular momentum with the plane.
     """
+    m00, m01, m02, m11, m12, m22, f0, f1, f2 = plane_sums(model, state, work, space)
     chain, p, q = model.chain, state.plane.motion[P], state.plane.motion[Q]
-    gx, gz = space.gravity[0], space.gravity[2]
-    gy = space.gravity[1] + chain.gravity  # the planar chain has its own gravity
-    m00 = m01 = m02 = m11 = m12 = m22 = 0.0
-    f0 = f1 = f2 = 0.0
+    gx, gy = space.gravity[0], space.gravity[1] + chain.gravity  # the planar chain has its own gravity
     for i in range(state.rate.shape[0]):
-        c, s, w, m = work.cos[i], work.sin[i], state.rate[i], chain.mass[i]
+        c, s, m = work.cos[i], work.sin[i], chain.mass[i]
         x = work.pin_x[i] - state.pin[0] + (chain.com_x[i] * c - chain.com_y[i] * s)
         y = work.pin_y[i] - state.pin[1] + (chain.com_x[i] * s + chain.com_y[i] * c)
-        ixx = model.space.along[i] * c * c + model.space.across[i] * s * s
-        iyy = model.space.along[i] * s * s + model.space.across[i] * c * c
-        ixy = (model.space.along[i] - model.space.across[i]) * s * c
-        lx = ixx * p + ixy * q
-        ly = ixy * p + iyy * q
-        lz = chain.inertia[i] * w
         u = p * y - q * x
         work.force_x[i] += m * (gx - q * u)
         work.force_y[i] += m * (gy + p * u)
-        work.moment[i] -= p * ly - q * lx
-        # I_perp' = w (A_z' diag A_z^T + ...): I_xx' = -2 w I_xy, I_yy' = 2 w I_xy, I_xy' = w (I_xx - I_yy)
-        turn_x = w * (-2.0 * ixy * p + (ixx - iyy) * q)
-        turn_y = w * ((ixx - iyy) * p + 2.0 * ixy * q)
-        fz = space.force_z[i] + m * gz
-        fz -= 2.0 * m * (p * (work.com_vy[i] - state.pin[3]) - q * (work.com_vx[i] - state.pin[2]))
-        f0 += fz
-        f1 += space.moment_x[i] + y * fz - turn_x - q * lz
-        f2 += space.moment_y[i] - x * fz - turn_y + p * lz
-        m00 += m
-        m01 += m * y
-        m02 -= m * x
-        m11 += m * y * y + ixx
-        m12 += ixy - m * x * y
-        m22 += m * x * x + iyy
+        # p L_y - q L_x
+        a, b = model.space.along[i], model.space.across[i]
+        work.moment[i] -= (a - b) * (s * c * (p * p - q * q) + (s * s - c * c) * p * q)
     l00 = sqrt(m00)
     l10 = m01 / l00
     l20 = m02 / l00
