@@ -6,6 +6,7 @@ from difflib import get_close_matches
 from typing import Annotated
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
 from trackdyn.commands.choose_ring import choose_ring
 from trackdyn.commands.compare import compare
@@ -27,10 +28,32 @@ COMMANDS = {
     "Parameters and co-simulation": (identify, fmu),
     "Results of the pipeline": (verify, crate, choose_ring),
 }
-app = typer.Typer(pretty_exceptions_enable=False, context_settings={"help_option_names": ["-h", "--help"]})
+OF_TYPER = ("help", "install_completion", "show_completion")  # flags that it adds itself
+
+
+class _OffByDefault:
+    """typer's own flags are off if not given: to turn their default, None, into a boolean it would import pydantic."""
+
+    def get_params(self, ctx):
+        params = super().get_params(ctx)
+        for param in params:
+            if param.name in OF_TYPER and param.default is None:
+                param.default = False
+        return params
+
+
+class _Command(_OffByDefault, TyperCommand):
+    pass
+
+
+class _Group(_OffByDefault, TyperGroup):
+    pass
+
+
+app = typer.Typer(cls=_Group, pretty_exceptions_enable=False, context_settings={"help_option_names": ["-h", "--help"]})
 for panel, commands in COMMANDS.items():
     for command in commands:
-        app.command(rich_help_panel=panel)(command)
+        app.command(cls=_Command, rich_help_panel=panel)(command)
 
 
 def _say_version(asked: bool) -> None:
