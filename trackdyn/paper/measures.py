@@ -1,6 +1,7 @@
 """Named measures of the evidence: what each claim compares with what is printed."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -36,6 +37,12 @@ def measure(table: str, by_speed: bool = False):
     return register
 
 
+def alike(function, table: str, by_speed: bool = False, **of) -> None:
+    """Register measures that are one function of something (a column, a run, events), by their names."""
+    for name, what in of.items():
+        MEASURES[name] = Measure(partial(function, what), table, by_speed)
+
+
 def _range(values) -> Range:
     values = np.asarray(values, dtype=float)
     return Range(float(values.min()), float(values.max()))
@@ -68,74 +75,27 @@ def _column(e: Evidence, speeds, name: str, missing: str = "not recorded"):
     return rows[name]
 
 
-@measure("records")
-def gap_after_projection(e, speeds):
-    """Largest gap of the cut joint over the records, m."""
-    return float(_column(e, speeds, "loop_gap_max_m").max())
+def _values(column, e, speeds):
+    """A column of the long records (`measure.columns`), at every speed."""
+    return _column(e, speeds, column).tolist()
 
 
-@measure("records")
-def gap_before_projection(e, speeds):
-    """Largest gap that a step opens before it is projected, over the records, m."""
-    return float(_column(e, speeds, "gap_before_projection_m").max())
+def _largest(column, e, speeds):
+    """Its largest value."""
+    return float(_column(e, speeds, column).max())
 
 
-@measure("records")
-def velocity_gap(e, speeds):
-    """Largest velocity of the two ends of the cut joint relative to each other, m/s."""
-    return float(_column(e, speeds, "velocity_gap_m_s").max())
+def _by_start(column, e, speeds):
+    """A column of records that begin anywhere in a turn of the loop."""
+    return _some(e.starts[e.starts["rpm"].isin(speeds)] if len(e.starts) else e.starts)[column].tolist()
 
 
-@measure("records", by_speed=True)
-def rms(e, speeds):
-    """RMS of the y acceleration at every speed, g."""
-    return _column(e, speeds, "rms_g").tolist()
-
-
-@measure("records", by_speed=True)
-def sd(e, speeds):
-    """Standard deviation of the y acceleration at every speed, g."""
-    return _column(e, speeds, "sd_g").tolist()
-
-
-@measure("records", by_speed=True)
-def line_frequencies(e, speeds):
-    """Main line of the paper's own FFT, Hz."""
-    return _column(e, speeds, "line_hz").tolist()
-
-
-@measure("records", by_speed=True)
-def line_amplitudes(e, speeds):
-    """Amplitude of that line, g."""
-    return _column(e, speeds, "line_g").tolist()
-
-
-def _by_start(e: Evidence, speeds, name: str):
-    return _some(e.starts[e.starts["rpm"].isin(speeds)] if len(e.starts) else e.starts)[name].tolist()
-
-
-@measure("records")
-def line_frequencies_by_start(e, speeds):
-    """Main line of records that begin anywhere in a turn of the loop, Hz."""
-    return _by_start(e, speeds, "line_hz")
-
-
-@measure("records")
-def line_amplitudes_by_start(e, speeds):
-    """Amplitude of that line, g."""
-    return _by_start(e, speeds, "line_g")
-
-
-@measure("records", by_speed=True)
-def line_frequencies_binfree(e, speeds):
-    """Main line free of the picket fence, Hz."""
-    return _column(e, speeds, "line_hz_binfree").tolist()
-
-
-@measure("records", by_speed=True)
-def high_frequency(e, speeds):
-    """RMS of the content at and above 20 Hz, g."""
-    return _column(e, speeds, "high_frequency_g").tolist()
+alike(_values, "records", by_speed=True, rms="rms_g", sd="sd_g", high_frequency="high_frequency_g")
+alike(_values, "records", by_speed=True, line_frequencies="line_hz", line_amplitudes="line_g")
+alike(_values, "records", by_speed=True, line_frequencies_binfree="line_hz_binfree")
+alike(_largest, "records", gap_after_projection="loop_gap_max_m", gap_before_projection="gap_before_projection_m")
+alike(_largest, "records", velocity_gap="velocity_gap_m_s")
+alike(_by_start, "records", line_frequencies_by_start="line_hz", line_amplitudes_by_start="line_g")
 
 
 @measure("records", by_speed=True)
@@ -150,39 +110,61 @@ def coarse_rms_difference(e, speeds):
 # The independent code (Fig. 14)
 
 
-def _peer(e: Evidence, name: str):
-    if name not in e.peer or e.peer[name].isna().all():
+def _peer(column, e, speeds):
+    """Largest difference of the vertical displacement from another code's, % of its range."""
+    if column not in e.peer or e.peer[column].isna().all():
         raise NotThere("not run")
-    return e.peer[name].tolist()
+    return e.peer[column].tolist()
 
 
-@measure("peer")
-def peer_difference(e, speeds):
-    """Largest difference of the vertical displacement from the independent code's, % of its range."""
-    return _peer(e, "difference_pct")
-
-
-@measure("peer")
-def peer_difference_of_a_belt(e, speeds):
-    """The same of a belt without forces from this simulator, % of its range."""
-    return _peer(e, "difference_belt_pct")
+alike(_peer, "peer", peer_difference="difference_pct", peer_difference_of_a_belt="difference_belt_pct")
 
 
 # The meshing process (Sect. 6.1)
 
 
-@measure("meshing")
-def areas_without_ring(e, speeds):
-    """Areas that the left and the right arc visit without a ring."""
-    row = e.meshing("no_ring")
+def _areas(run, e, speeds):
+    """Areas that the left and the right arc visit."""
+    row = e.meshing(run)
     return f"left {row['left_areas']}, right {row['right_areas']}"
 
 
-@measure("meshing")
-def areas_with_ring(e, speeds):
-    """Areas that the left and the right arc visit with the ring."""
-    row = e.meshing("ring")
-    return f"left {row['left_areas']}, right {row['right_areas']}"
+def _times(events, e, speeds):
+    """Times of events after the first contact, s; without a ring that of an arc, else the ring's first touch."""
+    run, *names = events
+    return e.event_times(run, names)
+
+
+def _share(side, e, speeds):
+    """Time in contact with the ring, % of a turn."""
+    return float(e.meshing("ring")[f"{side}_share_pct"])
+
+
+def _ratio(column, e, speeds):
+    """A measure of the left arc with the ring over that without."""
+    return float(e.meshing("ring")[column] / e.meshing("no_ring")[column])
+
+
+def _variation(sides, e, speeds):
+    """SD of the force that varies most with the ring, of some, over that of the arcs without."""
+    without = e.meshing("no_ring")[["left_sd_n", "right_sd_n"]].max()
+    return float(e.meshing("ring")[[f"{side}_sd_n" for side in sides]].max() / without)
+
+
+alike(_areas, "meshing", areas_without_ring="no_ring", areas_with_ring="ring")
+alike(
+    _times,
+    "meshing",
+    left_maximum_without_ring=("no_ring", *(f"left {reading}" for reading in READINGS)),
+    right_maximum_without_ring=("no_ring", *(f"right {reading}" for reading in READINGS)),
+    ends_without_ring=("no_ring", "right gone", "out"),
+    contacts_with_ring=("ring", "left touches", "ring left", "out"),
+    maxima_with_ring=("ring", *(f"{side} {reading}" for side in ("ring", "left") for reading in READINGS)),
+)
+alike(_share, "meshing", ring_share="ring", left_share="left")
+alike(_ratio, "meshing", left_share_ratio="left_share_pct", left_force_ratio="left_rms_n")
+alike(_variation, "meshing", variation_of_all_forces=("left", "right", "ring"))
+alike(_variation, "meshing", variation_of_tooth_forces=("left", "right"))
 
 
 @measure("meshing")
@@ -190,48 +172,6 @@ def first_contacts_apart(e, speeds):
     """Time between the first contacts of the two arcs without a ring, s."""
     left, right = e.event_times("no_ring", ["first left", "first right"])
     return abs(left - right)
-
-
-@measure("meshing")
-def left_maximum_without_ring(e, speeds):
-    """Left maximum after the first contact without a ring, in both readings, s."""
-    return e.event_times("no_ring", [f"left {reading}" for reading in READINGS])
-
-
-@measure("meshing")
-def right_maximum_without_ring(e, speeds):
-    """Right maximum after the first contact without a ring, in both readings, s."""
-    return e.event_times("no_ring", [f"right {reading}" for reading in READINGS])
-
-
-@measure("meshing")
-def ends_without_ring(e, speeds):
-    """Right gone and out after the first contact without a ring, s."""
-    return e.event_times("no_ring", ["right gone", "out"])
-
-
-@measure("meshing")
-def contacts_with_ring(e, speeds):
-    """Left touches, ring left and out after the ring's first touch, s."""
-    return e.event_times("ring", ["left touches", "ring left", "out"])
-
-
-@measure("meshing")
-def maxima_with_ring(e, speeds):
-    """Ring maximum and left maximum after the ring's first touch, each in both readings, s."""
-    return e.event_times("ring", [f"{side} {reading}" for side in ("ring", "left") for reading in READINGS])
-
-
-@measure("meshing")
-def left_share_ratio(e, speeds):
-    """Left-arc share with the ring over that without."""
-    return float(e.meshing("ring")["left_share_pct"] / e.meshing("no_ring")["left_share_pct"])
-
-
-@measure("meshing")
-def left_force_ratio(e, speeds):
-    """RMS of the left-arc force with the ring over that without."""
-    return float(e.meshing("ring")["left_rms_n"] / e.meshing("no_ring")["left_rms_n"])
 
 
 @measure("meshing")
@@ -253,42 +193,12 @@ def ring_over_arcs(e, speeds):
     return float(mean["ring"] / (mean["left"] + mean["right"]))
 
 
-def _variation(e: Evidence, sides) -> float:
-    """Largest SD of some forces with the ring over the largest of the arcs' without."""
-    without = e.meshing("no_ring")[["left_sd_n", "right_sd_n"]].max()
-    return float(e.meshing("ring")[[f"{side}_sd_n" for side in sides]].max() / without)
-
-
-@measure("meshing")
-def variation_of_all_forces(e, speeds):
-    """SD of the force that varies most with the ring over that without."""
-    return _variation(e, ("left", "right", "ring"))
-
-
-@measure("meshing")
-def variation_of_tooth_forces(e, speeds):
-    """SD of the arc's force that varies most with the ring over that without."""
-    return _variation(e, ("left", "right"))
-
-
 @measure("meshing")
 def engaged_without_ring(e, speeds):
     """From the first contact of either arc to the last without a ring, % of a turn."""
     row = e.meshing("no_ring")
     first, last = (row[[f"left_phase_{end}", f"right_phase_{end}"]] for end in ("start", "end"))
     return float(100 * (last.max() - first.min()))
-
-
-@measure("meshing")
-def ring_share(e, speeds):
-    """Share of ring contact, % of a turn."""
-    return float(e.meshing("ring")["ring_share_pct"])
-
-
-@measure("meshing")
-def left_share(e, speeds):
-    """Share of left-arc contact with the ring, % of a turn."""
-    return float(e.meshing("ring")["left_share_pct"])
 
 
 # The ring study (Sect. 6.2)
@@ -301,16 +211,25 @@ def _growth(e: Evidence, speeds, side: str) -> list:
     return [(high[f"{side}_{name}"] / low[f"{side}_{name}"]).to_numpy() for name in ("rms_n", "sd_n")]
 
 
-@measure("study")
-def left_growth_with_speed(e, speeds):
-    """Left-arc RMS and SD, fastest over slowest, over all radii."""
-    return [_range(growth) for growth in _growth(e, speeds, "left")]
+def _growths(side, e, speeds):
+    """Range of both over all radii."""
+    return [_range(growth) for growth in _growth(e, speeds, side)]
 
 
-@measure("study")
-def ring_growth_with_speed(e, speeds):
-    """Ring RMS and SD, fastest over slowest, over all radii."""
-    return [_range(growth) for growth in _growth(e, speeds, "ring")]
+def _steps(column, e, speeds):
+    """Least ratio of a force at neighbouring radii, larger over smaller, at every speed."""
+    found = []
+    for rpm in speeds:
+        values = e.study(rpm)[column].to_numpy()
+        before, after = values[:-1], _some(values[1:])
+        # a ring that nothing touches bears no force at one radius, and any at the next
+        none = np.where(after > 0, np.inf, 1.0)
+        found.append(float(np.divide(after, before, out=none, where=before != 0).min()))
+    return found
+
+
+alike(_growths, "study", left_growth_with_speed="left", ring_growth_with_speed="ring")
+alike(_steps, "study", by_speed=True, ring_rms_steps="ring_rms_n", ring_sd_steps="ring_sd_n")
 
 
 @measure("study")
@@ -324,29 +243,6 @@ def left_growth_over_ring_growth(e, speeds):
 def largest_growth_with_speed(e, speeds):
     """Largest growth of RMS or SD with speed over all radii: left arc, ring."""
     return [max(float(growth.max()) for growth in _growth(e, speeds, side)) for side in ("left", "ring")]
-
-
-def _steps(e: Evidence, speeds, column: str) -> list[float]:
-    found = []
-    for rpm in speeds:
-        values = e.study(rpm)[column].to_numpy()
-        before, after = values[:-1], _some(values[1:])
-        # a ring that nothing touches bears no force at one radius, and any at the next
-        none = np.where(after > 0, np.inf, 1.0)
-        found.append(float(np.divide(after, before, out=none, where=before != 0).min()))
-    return found
-
-
-@measure("study", by_speed=True)
-def ring_rms_steps(e, speeds):
-    """Least ratio of the ring force's RMS at neighbouring radii, larger over smaller, at every speed."""
-    return _steps(e, speeds, "ring_rms_n")
-
-
-@measure("study", by_speed=True)
-def ring_sd_steps(e, speeds):
-    """Least ratio of the ring force's SD at neighbouring radii, larger over smaller, at every speed."""
-    return _steps(e, speeds, "ring_sd_n")
 
 
 @measure("study", by_speed=True)
