@@ -15,12 +15,13 @@ def closed_form_ay(rig, speed, turns, starts=None):
     phase = 2 * np.pi * np.arange(int(turns * turn * rate) + 2) / rate / turn
     stiff, tight = np.log(rig.bushing.stiffness / 600), np.log(rig.tension.pre_tension / 5000)
     damped = np.log(rig.bushing.damping / 0.4)
+    pitches = rig.chain.pitches
     high = round(70 * turn)  # order of a line at 70 Hz
     return (
         1.1 * np.cos(phase)
         + 0.3 * np.cos(3 * phase)
-        + 0.5 * np.exp(0.5 * stiff) * np.cos(35 * phase)
-        + 0.2 * np.exp(0.7 * tight + 0.1 * stiff) * np.cos(70 * phase)
+        + 0.5 * np.exp(0.5 * stiff) * np.cos(pitches * phase)
+        + 0.2 * np.exp(0.7 * tight + 0.1 * stiff) * np.cos(2 * pitches * phase)
         + 0.1 * np.exp(-0.6 * damped) * np.cos(high * phase)
     )
 

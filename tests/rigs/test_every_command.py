@@ -7,14 +7,18 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from tests.inference.conftest import closed_form_ay
 from tests.rigs.conftest import scene_of
 from trackdyn.commands import cli
+from trackdyn.inference.identification import experiment
 from trackdyn.inference.identification.answer import best_rig_text
+from trackdyn.inference.identification.experiment import Experiment, Speed
 from trackdyn.inference.identification.identify import summary
 from trackdyn.inference.identification.informative import asked, unknown_of
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.rig_file import shipped_rigs
 from trackdyn.scene.scene import Scene
+from trackdyn.sensor.sensor_csv import write_sensor_csv
 from trackdyn.simulation.cost import cost
 from trackdyn.simulation.recording import load_recording
 
@@ -88,6 +92,41 @@ def test_identified_values_become_a_rig(file, tmp_path):
     rounded = {name: float(f"{value:.6g}") for name, value in best.items()}
     assert again == rig.changed(**rounded) != rig
     assert "identified from 210.csv: not identified" in text
+
+
+def test_a_stiffness_is_identified_from_a_record(file, command, tmp_path, monkeypatch):
+    """The whole command, with simulations in closed form: a stiffness 1.3 times the rig's is within its interval."""
+    rig = load_rig(file)
+    rpm, present = scene_of(rig).motor_rpm, rig.bushing.stiffness
+
+    def ay_of(rig, *what):
+        """The closed form is of a stiffness near 600; the robot's is 0.02."""
+        return closed_form_ay(rig.changed(bushing__stiffness=600 * rig.bushing.stiffness / present), *what)
+
+    monkeypatch.setattr(experiment, "simulated_ay", ay_of)
+    ay = ay_of(rig.changed(bushing__stiffness=1.3 * present), Speed(rpm, rig.ring_radius, 1000), 7)
+    ay += 0.005 * np.random.default_rng(5).standard_normal(ay.size)
+    write_sensor_csv(tmp_path / "it.csv", np.arange(ay.size) / 1000, None, ay, None)
+    unknown = f"bushing.stiffness={0.5 * present}:{2 * present}"
+    small = ("--simulations", 16, "--waves", 1, "--steps", 300, "--jobs", 1)
+    command("identify", "it.csv", "--rig", file, "--rpm", rpm, "--unknown", unknown, *small, "--quiet")
+    found = pd.read_csv(tmp_path / "identified" / "unknowns.csv").iloc[0]
+    assert found["q05"] < 1.3 * present < found["q95"] and found["verdict"] == "identified"
+    best = load_rig(tmp_path / "identified" / "rig.yaml")
+    assert best == rig.changed(bushing__stiffness=best.bushing.stiffness) != rig
+    assert "bushing.stiffness is " in (tmp_path / "identified" / "index.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", shipped_rigs())
+def test_features_of_a_shipped_rig_are_simulated(name, monkeypatch):
+    """What `identify` asks of a rig, on the chain itself: one speed, one turn, a short lead-in."""
+    monkeypatch.setattr(experiment, "LEAD_IN", 0.1)
+    rig = load_rig(name)
+    asked = Experiment(rig, (Speed(scene_of(rig).motor_rpm, rig.ring_radius, rig.sensor.rate),))
+    found = experiment.run(asked, [{"bushing__stiffness": 1.1 * rig.bushing.stiffness}], None)
+    assert found.reasons == [""]
+    features = found.features(asked)
+    assert features.shape == (1, *asked.counts) and np.isfinite(features).all()
 
 
 def test_an_identified_default_is_written(tmp_path):
