@@ -13,7 +13,7 @@ REVOLUTIONS = "over revolutions of the loop"
 
 # column: type, unit, description, and the column of its standard error or why it has none; errors themselves have
 # neither
-COLUMNS = {
+COLUMNS: dict[str, tuple[str, str, str, str | None]] = {
     "run": ("string", "", "name of the run: a record, meshing/, ring/ or coarse/ and what it varies", SETTING),
     "rpm": ("number", "rev/min", "speed of the motor", SETTING),
     "ring_radius_m": ("number", "m", "radius of the rubber ring; empty: no ring", SETTING),
@@ -34,20 +34,6 @@ COLUMNS = {
         "line_error_hz_binfree",
     ),
     "line_g_binfree": ("number", "g", "amplitude of the main line, free of the picket fence", "line_error_g_binfree"),
-    "rms_error_g": ("number", "g", f"standard error of the root mean square {REVOLUTIONS}", None),
-    "sd_error_g": ("number", "g", f"standard error of the standard deviation {REVOLUTIONS}", None),
-    "rms_whole_error_g": (
-        "number",
-        "g",
-        f"standard error of the root mean square of whole revolutions, {REVOLUTIONS}",
-        None,
-    ),
-    "sd_whole_error_g": (
-        "number",
-        "g",
-        f"standard error of the standard deviation of whole revolutions, {REVOLUTIONS}",
-        None,
-    ),
     "line_error_hz": (
         "number",
         "Hz",
@@ -67,9 +53,7 @@ COLUMNS = {
         f"standard error of the bin-free frequency {REVOLUTIONS}; empty for fewer than three",
         None,
     ),
-    "line_error_g_binfree": ("number", "g", f"standard error of the bin-free amplitude {REVOLUTIONS}", None),
     "high_frequency_g": ("number", "g", "root mean square of the content at and above 20 Hz", "high_frequency_error_g"),
-    "high_frequency_error_g": ("number", "g", f"standard error of the content at and above 20 Hz {REVOLUTIONS}", None),
     "loop_gap_max_m": ("number", "m", "largest distance of the two ends of the loop after projection", CHECK),
     "gap_before_projection_m": ("number", "m", "largest distance of the two ends that a step opens", CHECK),
     "velocity_gap_m_s": ("number", "m/s", "largest velocity of the two ends relative to each other", CHECK),
@@ -88,32 +72,35 @@ COLUMNS = {
     "clipped_samples": ("integer", "1", "samples that the range of the sensor cut", "a count in this very record"),
     "passages": ("integer", "1", "complete passages of connectors over the sprocket", "a count in this very record"),
 }
+COLUMNS |= {
+    error: ("number", unit, f"standard error {REVOLUTIONS}: {text}", None)
+    for _, unit, text, error in COLUMNS.values()
+    if error and " " not in error and error not in COLUMNS
+}
 PLACES = {"left": "the left arc", "right": "the right arc", "ring": "a link on the ring"}
 PASSAGES = "by batch means over passages"
-OF_A_SIDE = {
+OF_A_SIDE: dict[str, tuple[str, str, str | None]] = {
     "share_pct": ("%", "time in contact of {}, of a sprocket turn, mean over passages", "share_error_pct"),
-    "share_error_pct": ("%", f"standard error of the time in contact of {{}} {PASSAGES}", None),
     "rms_n": ("N", "root mean square of the normal force on {} over the run", "rms_error_n"),
-    "rms_error_n": ("N", f"standard error of the root mean square of the force on {{}} {PASSAGES}", None),
     "sd_n": ("N", "standard deviation of the normal force on {} over the run", "sd_error_n"),
-    "sd_error_n": ("N", f"standard error of the standard deviation of the force on {{}} {PASSAGES}", None),
     "rms_contact_n": (
         "N",
         "root mean square of the normal force on {} over the time in contact",
         "rms_contact_error_n",
     ),
-    "rms_contact_error_n": ("N", f"standard error of the root mean square in contact of {{}} {PASSAGES}", None),
     "peak_n": ("N", "largest normal force on {} in a passage, mean over passages", "peak_error_n"),
-    "peak_error_n": ("N", f"standard error of the mean largest force on {{}} {PASSAGES}", None),
     "peak_largest_n": (
         "N",
         "largest normal force on {} in all passages",
         "the largest of a sample, which grows with the record; compare peak_n",
     ),
     "phase_start": ("turns", "first touch of {} after the first contact of the passage, mean", "phase_start_error"),
-    "phase_start_error": ("turns", f"standard error of the first touch of {{}} {PASSAGES}", None),
     "phase_end": ("turns", "last release of {} after the first contact of the passage, mean", "phase_end_error"),
-    "phase_end_error": ("turns", f"standard error of the last release of {{}} {PASSAGES}", None),
+}
+OF_A_SIDE |= {
+    error: (unit, f"standard error {PASSAGES}: {text}", None)
+    for unit, text, error in OF_A_SIDE.values()
+    if error and " " not in error
 }
 
 # endings of column names, and units that stand within one
