@@ -189,6 +189,8 @@ def test_the_page_carries_everything_and_is_small(page_file):
     assert not re.search(r"(src|href)=[\"']?(https?:)?//", text)
     ring = json.loads(carried(text, "data"))["ring"]
     assert ring["radii"] == [None, 0.303, 0.308]
+    assert ring["rings"] == ["no ring", "0.303 m", "0.308 m"]
+    assert ring["texts"]["right_share_pct"][0][0].endswith(" ± 0.020")
     assert ring["errors"]["right_share_pct"] == [[0.02] * 3] * 2
     assert ring["errors"]["right_rms_n"] == [[None] * 3] * 2 and ring["errors"]["right_sd_n"] is None
     assert carried(text, "plotly").startswith("/**")

@@ -43,9 +43,14 @@ def require_frames(recording: Recording) -> None:
         raise InputError("the recording holds no configurations: simulate with a frame interval above 0")
 
 
+def radius_words(radius: float | None) -> str:
+    """A ring's radius (m) as text; None or NaN: no ring."""
+    return "no ring" if radius is None or np.isnan(radius) else f"{radius:.3f} m"
+
+
 def ring_words(radius: float | None) -> str:
     """A ring (m) in words."""
-    return "no ring" if radius is None else f"ring {radius:.3f} m"
+    return "no ring" if radius is None else f"ring {radius_words(radius)}"
 
 
 def chain_points(rig: Rig, frame) -> tuple[np.ndarray, np.ndarray, float]:

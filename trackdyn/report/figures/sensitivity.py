@@ -5,6 +5,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from trackdyn.measure.columns import heading
+from trackdyn.report.drawing import radius_words
 from trackdyn.report.style import new_figure, styled
 
 # changes beyond this many tolerances share the last shade
@@ -47,7 +48,7 @@ def change_text(value: float) -> str:
 
 def sensitivity_matrix(table: pd.DataFrame) -> pd.DataFrame:
     """Changes in tolerances, a row a measure and a column a parameter, in words; a table of ``fit.sensitivity``."""
-    where = table["ring_radius_m"].map(lambda r: "no ring" if pd.isna(r) else f"{r:.3f} m")
+    where = table["ring_radius_m"].map(radius_words)
     table = table.assign(name=table["claim"] + " " + table["measure"].map(measure_words) + ", " + where)
     cells = table.drop_duplicates(["parameter", "name"])
     grid = cells.pivot(index="name", columns="parameter", values="change_in_tolerances")

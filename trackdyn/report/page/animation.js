@@ -250,6 +250,7 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
     $("readout").textContent = !G.force_bar ? "Nothing is touched." : `Contacts at this instant: ${tell.join(", ")}. ` +
       (G.force_most ? `The bar is ${G.force_bar} N in every run; forces above ${G.force_most} N are drawn no longer.`
         : `The bar is ${G.force_bar} N in all views.`);
+    // formatted here, and so are the forces above: the reader chooses the instant
     $("clock").textContent = (index * run.interval + (run.begin ?? 0)).toFixed(2) + " s";
   }
 
@@ -307,7 +308,7 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
   }
   function radii() {
     const here = DATA.pictures.filter((q) => String(q.rpm) === $("rpm").value);
-    fill($("radius"), here.map((q) => [String(q.radius), radiusName(q.radius)]));
+    fill($("radius"), here.map((q) => [String(q.radius), q.ring]));
   }
   function choose() {
     take(DATA.pictures.find((q) => String(q.rpm) === $("rpm").value && String(q.radius) === $("radius").value));

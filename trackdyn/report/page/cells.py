@@ -1,6 +1,7 @@
 """Cells of the page's tables as text."""
 
 import re
+from math import floor, log10
 
 from trackdyn.measure.columns import groups, heading, words
 from trackdyn.report.tables import significant
@@ -10,6 +11,14 @@ def cell(value, digits: int = 3) -> str:
     """A cell as text, as in the Markdown tables (`tables.significant`), with a proper minus."""
     text = significant(value, digits)
     return text.replace("-", "\N{MINUS SIGN}") if isinstance(value, float) else text
+
+
+def with_error(value: float | None, error: float | None) -> str:
+    """A value as far as its standard error reaches, which has two digits, up to eight decimals: 44.2511 ± 0.0013."""
+    if value is None or not error:
+        return cell(value)
+    decimals = min(8, max(0, 1 - floor(log10(error))))
+    return f"{value:.{decimals}f} ± {error:.{decimals}f}".replace("-", "\N{MINUS SIGN}")
 
 
 def change(value: float | None) -> str:

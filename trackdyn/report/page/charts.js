@@ -41,7 +41,7 @@ if ($("signal-speed")) {
 }
 
 if ($("passage")) {
-  fill($("passage"), DATA.passages.map((p, i) => [i, radiusName(p.radius) + ", " + p.rpm + " rpm"]));
+  fill($("passage"), DATA.passages.map((p, i) => [i, p.ring + ", " + p.rpm + " rpm"]));
   $("passage").value = DATA.passages.length - 1;
   const looks = [
     ["left arc", "left", "solid", "circle"], ["right arc", "right", "dash", "square"],
@@ -77,7 +77,7 @@ if ($("passage")) {
 
 if (DATA.ring) await chart("ring-plot", () => {
   const ring = DATA.ring, what = $("ring-what").value;
-  const ticks = ring.radii.map((r) => (r === null ? "none" : r.toFixed(3)));
+  const ticks = ring.rings.map((name) => name.replace(" m", ""));
   const traces = [];
   ["left", "right", "ring"].forEach((side, k) => ring.speeds.forEach((rpm, i) => {
     const { color, dash, symbol } = look(i);

@@ -11,10 +11,11 @@ from trackdyn.measure.sensor import sense
 from trackdyn.paper import printed
 from trackdyn.parameters.layout import wheel_circles
 from trackdyn.parameters.rig import Rig
-from trackdyn.report.drawing import FORCE_BAR, FORCE_MOST
+from trackdyn.report.drawing import FORCE_BAR, FORCE_MOST, radius_words
 from trackdyn.report.figures.histories import REVOLUTIONS, first_crest, own_frequency
 from trackdyn.report.figures.meshing import AFTER, BEFORE, printed_times, select_passage
 from trackdyn.report.figures.spectra import LOW_RANGE_HZ, in_bands
+from trackdyn.report.page.cells import with_error
 from trackdyn.sensor.sensor_csv import SensorRecord
 from trackdyn.sensor.signals import main_line, main_line_binfree, spectrum
 from trackdyn.simulation.recording import Recording
@@ -75,6 +76,7 @@ def passage(recording: Recording) -> dict:
         "connector": shown.connector,
         "rpm": recording.meta["scene"]["motor_rpm"],
         "radius": recording.meta["scene"]["ring_radius"],
+        "ring": radius_words(recording.meta["scene"]["ring_radius"]),
         "time": short(shown.time[inside], 6),
         "force": [short(column) for column in shown.force[inside].T],
         "area": shown.area[inside].T.tolist(),
@@ -93,7 +95,7 @@ def ring_study(metrics: pd.DataFrame) -> dict | None:
     if study["ring_radius_m"].isna().any():
         radii = [None, *radii]
     speeds = [float(s) for s in sorted(study["rpm"].unique())]
-    shown = [column for column in RING_COLUMNS if column in study]
+    shown, nothing = [column for column in RING_COLUMNS if column in study], [[None] * len(radii)] * len(speeds)
     cells = {
         column: [[None] * len(radii) for _ in speeds]
         for name in shown
@@ -105,12 +107,17 @@ def ring_study(metrics: pd.DataFrame) -> dict | None:
         i, j = speeds.index(float(row["rpm"])), radii.index(radius)
         for column, table in cells.items():
             table[i][j] = None if pd.isna(row[column]) else float(row[column])
-    values = {name: cells[name] for name in shown}
+    values, errors = ({name: cells.get(of(name)) for name in shown} for of in (str, error_of))
     return {
         "speeds": speeds,
         "radii": radii,
+        "rings": [radius_words(radius) for radius in radii],
         "values": values,
-        "errors": {name: cells.get(error_of(name)) for name in shown},
+        "errors": errors,
+        "texts": {
+            name: [list(map(with_error, *pair)) for pair in zip(values[name], errors[name] or nothing, strict=True)]
+            for name in shown
+        },
     }
 
 
@@ -156,6 +163,7 @@ def moving_picture(recording: Recording) -> dict:
     return {
         "rpm": scene["motor_rpm"],
         "radius": scene["ring_radius"],
+        "ring": radius_words(scene["ring_radius"]),
         "frames": len(recording.frame),
         "interval": scene["frame_interval"],
         "bodies": recording.frame.shape[1] - 3,

@@ -54,11 +54,11 @@ if ($("ladder-scene")) {
   }
   function show() {
     const j = Number($("ring-slider").value);
-    $("ring-radius").textContent = radiusName(ring.radii[j]);
+    $("ring-radius").textContent = ring.rings[j];
     $("ring-table").tHead.replaceChildren(row(["motor", ...columns.map(([, title]) => title)], "th"));
     $("ring-table").tBodies[0].replaceChildren(
       ...ring.speeds.map((rpm, i) =>
-        row([rpm + " rpm", ...columns.map(([name]) => withError(ring.values[name][i][j], ring.errors[name]?.[i][j]))], "td")),
+        row([rpm + " rpm", ...columns.map(([name]) => ring.texts[name][i][j])], "td")),
     );
   }
   $("ring-slider").addEventListener("input", show);

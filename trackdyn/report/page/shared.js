@@ -17,24 +17,6 @@ function colour(name) {
   return getComputedStyle(probe).color;
 }
 
-function number(value, digits = 3) {
-  if (value === null || value === undefined) return "–";
-  if (value === 0) return "0";
-  const text = Math.abs(value) >= 100 ? value.toFixed(0) : value.toPrecision(digits);
-  return text.replace("-", "\u2212");
-}
-
-// a value as far as its standard error reaches, which has two digits: 44.2511 ± 0.0013; up to eight decimals
-function withError(value, error) {
-  if (value === null || !error) return number(value);
-  const decimals = Math.min(8, Math.max(0, 1 - Math.floor(Math.log10(error))));
-  return `${value.toFixed(decimals)} ± ${error.toFixed(decimals)}`.replace("-", "\u2212");
-}
-
-function radiusName(radius) {
-  return radius === null ? "no ring" : radius.toFixed(3) + " m";
-}
-
 function fill(select, pairs) {
   const before = select.value;
   select.replaceChildren(...pairs.map(([value, text]) => new Option(text, value)));

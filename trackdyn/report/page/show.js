@@ -3,8 +3,8 @@ if (DATA.tension) {
   const run = DATA.pictures[0], shown = DATA.tension, count = shown.pitches;
   $("scale").style.background =
     `linear-gradient(to right, ${[0, 0.25, 0.5, 0.75, 1].map(tensionColour).join(",")})`;
-  $("scale-low").textContent = run.low.toFixed(0);
-  $("scale-high").textContent = run.high.toFixed(0);
+  $("scale-low").textContent = run.ends[0];
+  $("scale-high").textContent = run.ends[1];
   const now = (i) => {
     const joints = shown.first.map((place, b) => [(place + shown.moved[i]) % count, run.tension[i * run.bodies + b]]);
     joints.sort((a, b) => a[0] - b[0]);

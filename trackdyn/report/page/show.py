@@ -289,6 +289,7 @@ def picture(recording: Recording, stretch: Stretch) -> dict:
         "tension": np.rint(stretch.tension).astype(int).ravel().tolist(),
         "low": float(low),
         "high": float(high),
+        "ends": [f"{low:.0f}", f"{high:.0f}"],
     }
 
 
