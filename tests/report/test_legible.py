@@ -17,7 +17,7 @@ from trackdyn.paper.contents import PAPER
 from trackdyn.report.figures.extremes import long_run_figure, solvers_figure, stability_figure
 from trackdyn.report.figures.meshing import passage_figure, printed_and_measured_times
 from trackdyn.report.figures.ring_study import duration_figure, force_figure
-from trackdyn.report.figures.trade import answer_figure, drawn_errors, planner_figure, scaling_figure, work_precision
+from trackdyn.report.figures.trade import answer_figure, drawn_errors, planner_figure, work_precision
 from trackdyn.report.style import COLOURS, WIDTH
 from trackdyn.study.accuracy.trade import COLUMNS
 
@@ -107,8 +107,6 @@ def chains():
 
 CHUNKS = pd.DataFrame({"time_s": [10.0, 20.0], "loop_gap_max_m": 1e-13, "energy_residual": -1e-4, "rms_g": 1.1,
                        "resident_mb": 280.0})  # fmt: skip
-SCALING = pd.DataFrame({"jobs": [1, 2, 1, 2], "processes": [1, 1, 2, 2], "wall_s": [3.0, 6.0, 3.1, 3.2],
-                        "model_s": [3.0, 6.0, 3.0, 3.0]})  # fmt: skip
 DRAW = FIGURES | {
     "passage": lambda: passage_figure(RUN),
     "force": lambda: force_figure(study(), "rms"),
@@ -116,7 +114,6 @@ DRAW = FIGURES | {
     "trade": lambda: work_precision(trade(), "left_share"),
     "planner": lambda: planner_figure(promises()),
     "answers": lambda: answer_figure(answers(), "left_peak"),
-    "scaling": lambda: scaling_figure(SCALING),
     "solvers": lambda: solvers_figure(chains(), CHUNKS),
     "stable steps": lambda: stability_figure(chains(), CHUNKS),
     "long run": lambda: long_run_figure(chains(), CHUNKS),

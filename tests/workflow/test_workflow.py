@@ -48,7 +48,6 @@ SCRIPTED = sorted(SCRIPTS)
 ON_DEMAND = {"fit", "deviations", "crate", "calibration", "identify_synthetic"}
 FULL_FORMS = {
     "trade",
-    "scaling",
     "extremes",
     "traction",
     "whole_loop",

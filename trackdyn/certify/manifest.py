@@ -30,7 +30,7 @@ KINDS = {".png", ".svg", ".gif", ".csv", ".md", ".json", ".npz", ".html"}
 # cheapest, the page shows the costs.
 TIMES = re.compile(
     r"(.*/)?(tables/costs\.(csv|md)|tables/fidelity\.md|tables/trade\.md|figures/(trade_\w+|extremes_long_run)\.(png|svg)"
-    r"|planner\.csv|promises_[^/]+\.csv|scaling\.csv)"
+    r"|planner\.csv|promises_[^/]+\.csv)"
     r"|.*\.cost\.json|report\.html|plan\.json"
 )
 TIMED_COLUMN = re.compile(r"(start_)?(wall|cpu)_s(_per_s)?|resident_mb")

@@ -79,7 +79,7 @@ def ring_name(radius: float | None) -> str:
 
 
 StudyName = Literal[
-    "trade", "extremes", "traction", "scaling", "whole_loop", "layouts", "ensemble", "sensitivity", "fidelity",
+    "trade", "extremes", "traction", "whole_loop", "layouts", "ensemble", "sensitivity", "fidelity",
     "peer_answers",
 ]  # fmt: skip
 

@@ -63,7 +63,6 @@ COLUMNS_OF = {
 # made on demand: not part of what a run costs
 BY_NAME = (
     "trade",
-    "scaling",
     "extremes",
     "traction",
     "whole_loop",

@@ -91,7 +91,7 @@ class StatisticErrors(Section):
 
 
 class TradeForm(Section):
-    """One form of the study of accuracy against cost; ``scaling_runs`` are counts of equal runs of ``scaling_s``.
+    """One form of the study of accuracy against cost.
 
     The planner is judged on scenes ``kept_apart``, against limits over the steps ``limit_steps_s`` of semi_implicit.
     """
@@ -100,8 +100,6 @@ class TradeForm(Section):
     statistics: StatisticErrors
     kept_apart: Annotated[list[SceneKey], Field(min_length=1)]
     limit_steps_s: Annotated[list[Positive], Field(min_length=2)]
-    scaling_runs: Annotated[list[Count], Field(min_length=1)]
-    scaling_s: Positive
 
     @model_validator(mode="after")
     def _apart(self):

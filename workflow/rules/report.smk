@@ -46,7 +46,6 @@ STUDIES = {
     "trade": short(rules.trade_form),
     "extremes": short(rules.extremes_form),
     "traction": short(rules.traction_form),
-    "scaling": short(rules.scaling_form),
     "whole_loop": short(rules.whole_loop_form),
     "layouts": short(rules.layouts_form),
     "ensemble": [f"{R}/short/ensemble/rigs.csv"],

@@ -115,26 +115,6 @@ rule trade_form:
     script: "../scripts/trade.py"
 
 
-rule scaling_form:
-    """A sweep of equal runs on one process and on more."""
-    input:
-        needs("scaling.py"),
-        rig=CONFIG.rig,
-        kernels=KERNELS,
-    output:
-        csv=f"{R}/{{short}}scaling.csv",
-        figure=figure("scaling", "{short}"),
-    params:
-        runs=lambda wildcards: form_of("trade", wildcards).scaling_runs,
-        seconds=lambda wildcards: form_of("trade", wildcards).scaling_s,
-    # measured by the clock on the wall: nothing else of the pipeline may run beside
-    threads: 64 # that is, all there are
-    priority: 90 # alone, and therefore before the others
-    log: f"{R}/logs/{{short}}scaling.log"
-    message: "A sweep on one process and on more"
-    script: "../scripts/scaling.py"
-
-
 rule traction_form:
     """Which flank carries drive, over creep slope and radius of the ring."""
     input:
@@ -170,10 +150,6 @@ rule whole_loop_form:
 
 rule trade:
     input: full(rules.trade_form)
-
-
-rule scaling:
-    input: full(rules.scaling_form)
 
 
 rule traction:

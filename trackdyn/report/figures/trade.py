@@ -1,6 +1,4 @@
-"""Accuracy against cost: work-precision figures, what an answer costs, the scaling of the sweep, the planner's
-honesty.
-"""
+"""Accuracy against cost: work-precision figures, what an answer costs, the planner's honesty."""
 
 import numpy as np
 import pandas as pd
@@ -9,10 +7,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
-from trackdyn.report.style import BLUE, COLOURS, ORANGE, SMALL, VERMILION, new_figure, styled
+from trackdyn.report.style import BLUE, COLOURS, SMALL, VERMILION, new_figure, styled
 from trackdyn.study.accuracy.limit import SURE
 from trackdyn.study.accuracy.planner import LEAST, LONGEST, record_error, seconds_of
-from trackdyn.study.accuracy.scaling import REPEATS
 from trackdyn.study.accuracy.trade import pareto
 
 LABELS = {
@@ -148,22 +145,6 @@ def answer_figure(rows: pd.DataFrame, measure: str) -> Figure:
         handles.append(Line2D([], [], color="0.4", linestyle=":", label="coarser physics"))
     handles.append(Line2D([], [], **FRONT, label="nothing is better in both"))
     figure.legend(handles=handles, loc="outside lower center", ncols=3)
-    return figure
-
-
-@styled
-def scaling_figure(table: pd.DataFrame) -> Figure:
-    """Wall time of equal runs on one and two processes beside the model."""
-    figure = new_figure(3.2)
-    axis = figure.subplots()
-    for k, (processes, group) in enumerate(table.groupby("processes")):
-        name, colour = f"{processes} process{'es' if processes > 1 else ''}", (BLUE, ORANGE)[k % 2]
-        axis.plot(group["jobs"], group["wall_s"], "os"[k % 2], color=colour, label=f"{name}, least of {REPEATS}")
-        axis.plot(group["jobs"], group["model_s"], ("-", "--")[k % 2], color=colour, lw=1, label=f"{name}, model")
-    axis.set(xlabel="equal runs (1)", ylabel="wall time (s)", xticks=sorted(table["jobs"].unique()))
-    axis.set_ylim(bottom=0)
-    figure.legend(loc="outside lower center", ncols=2)
-    axis.grid(True, lw=0.3)
     return figure
 
 

@@ -51,7 +51,6 @@ BESIDE = {
     "traction": ("which flank carries the drive", "traction.csv"),
     "sensitivity": ("sensitivity to every fitted parameter", "tables/sensitivity.csv"),
     "whole_loop": ("short answers beside long records", "whole_loop.csv"),
-    "scaling": ("a sweep on more processes", "scaling.csv"),
     "layouts": ("random layouts", "layouts.csv"),
     "ensemble": ("rigs within the ranges of their parts", "ensemble/rigs.csv"),
 }
