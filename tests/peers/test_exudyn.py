@@ -14,7 +14,7 @@ from trackdyn.integrate.run import refresh
 from trackdyn.peers import exudyn_loop
 from trackdyn.peers.comparison import compare, percent_of_range, table2_outcome
 from trackdyn.peers.contact import Memory, contact_loads, force_vector, jacobian_triplets, make_contacts
-from trackdyn.peers.exudyn_loop import Hanger, Start, Wheels, drive_at, require_exudyn, run_loop, start_of
+from trackdyn.peers.exudyn_loop import Hanger, PeerWheels, Start, drive_at, require_exudyn, run_loop, start_of
 from trackdyn.report.figures.peer import displacement_figure, model_figure
 from trackdyn.scene.build import build_chain
 from trackdyn.scene.scene import Scene
@@ -119,7 +119,7 @@ def test_running_on_plain_wheels_agrees(rig):
     solution = solve_ivp(slope, (0, duration), begin, method="DOP853", rtol=1e-7, atol=1e-8, t_eval=times)
     ours = np.array([centres(chain, y[:2], y[2 : n + 2]) for y in solution.y.T])
 
-    free = Wheels(tuple(wheels.inertia[1:]), tuple(wheels.drag[1:]))
+    free = PeerWheels(tuple(wheels.inertia[1:]), tuple(wheels.drag[1:]))
     contacts = make_contacts(scene, loop.layout["tensioner_shift_m"], arcs=0)
     theirs = extrapolated(
         lambda h: run_loop(

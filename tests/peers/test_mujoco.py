@@ -15,7 +15,7 @@ from trackdyn.parameters.groove import true_depth
 from trackdyn.peers import answers
 from trackdyn.peers.answers import OWN, accelerations, compare_answers, ours, outcome
 from trackdyn.peers.contact import make_contacts
-from trackdyn.peers.exudyn_loop import PeerRun, Wheels, start_of
+from trackdyn.peers.exudyn_loop import PeerRun, PeerWheels, start_of
 from trackdyn.peers.mujoco_contact import ACROSS, FACET, RUBBER, cushion, groove_shapes, soft
 from trackdyn.peers.mujoco_loop import build, lay, places, run_loop, run_mujoco, working_load
 from trackdyn.scene.build import build_chain
@@ -47,7 +47,7 @@ def built(scene):
     pytest.importorskip("mujoco")
     loop = Loop(scene)
     wheels = loop.model.wheels
-    free = Wheels(tuple(map(float, wheels.inertia[1:])), tuple(map(float, wheels.drag[1:])))
+    free = PeerWheels(tuple(map(float, wheels.inertia[1:])), tuple(map(float, wheels.drag[1:])))
     contacts = make_contacts(scene, loop.layout["tensioner_shift_m"])
     model = build(loop.model.chain, STEP, contacts, free, *working_load(scene))
     return model, loop.model.chain, start_of(loop.state), contacts, free

@@ -7,7 +7,7 @@ import pytest
 
 from trackdyn.paper.claims import COLUMNS, load_claims, printed_text
 from trackdyn.parameters.table import parameter_table
-from trackdyn.report.filled import BEGIN, END, PAGES, departures, fill, results
+from trackdyn.report.filled import BEGIN, END, PAGES, claims_text, departures, fill
 
 ROOT = Path(__file__).parents[2]
 
@@ -53,7 +53,7 @@ def test_open_claims_lead_and_those_that_failed_first():
         ("C04", "the fit missed it", "not reproduced", "fitted"),
         ("C05", "was not judged", "no test", "predicted"),
     ]
-    text = results(scorecard(rows))
+    text = claims_text(scorecard(rows))
     lines = [line for line in text.splitlines() if line.startswith("|")][2:]
     assert "half of it failed" in lines[0]
     assert "(1 of 2 parts)" in lines[0]
@@ -67,7 +67,7 @@ def test_no_predicted_or_transferred_claim_is_dropped():
     """Failures first, predicted before transferred, and every claim has its line."""
     rows = [(f"C{i:02}", "some claim", "reproduced" if i % 2 else "not reproduced", "predicted") for i in range(20)]
     rows += [("C21", "at other speeds", "reproduced", "transfer"), ("C30", "fitted", "reproduced", "fitted")]
-    lines = [line for line in results(scorecard(rows)).splitlines() if line.startswith("| C")][0:]
+    lines = [line for line in claims_text(scorecard(rows)).splitlines() if line.startswith("| C")][0:]
     named = [line.split()[1] for line in lines]
     assert named == [*(f"C{i:02}" for i in range(0, 20, 2)), *(f"C{i:02}" for i in range(1, 20, 2)), "C21"]
 

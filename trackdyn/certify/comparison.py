@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from trackdyn.certify.manifest import read_table
+from trackdyn.certify.manifest import read_cells
 from trackdyn.parameters.validation import shown
 
 # Written before the runs that test it: tables are written with six digits or more, a last digit that turns over is at
@@ -88,7 +88,7 @@ def _judge(ours: dict | None, theirs: dict | None) -> tuple[str, str]:
     if "text" not in ours or "text" not in theirs:
         return BYTES, "bytes differ; the manifest holds no numbers of it"
     try:
-        return _tables(read_table(ours["text"]), read_table(theirs["text"]))
+        return _tables(read_cells(ours["text"]), read_cells(theirs["text"]))
     except ValueError:  # pandas' own are such, too
         return DIFFERS, "is no table"
 

@@ -163,7 +163,7 @@ def load_manifest(path: Path | str) -> dict[str, Any]:
     return data
 
 
-def read_table(text: str) -> pd.DataFrame:
+def read_cells(text: str) -> pd.DataFrame:
     """A CSV as it is written, every cell a text."""
     return pd.read_csv(io.StringIO(text), dtype=str, keep_default_na=False)
 
@@ -186,7 +186,7 @@ def _entry(path: Path, whole: bool) -> dict[str, Any]:
         text = data.decode("utf-8")
         times = [name for name in text.partition("\n")[0].split(",") if TIMED_COLUMN.fullmatch(name)]
         if times:
-            text = read_table(text).drop(columns=times).to_csv(index=False, lineterminator="\n")
+            text = read_cells(text).drop(columns=times).to_csv(index=False, lineterminator="\n")
             data = text.encode("utf-8")
             entry = {"bytes": len(data), "times": times}
         if whole or len(data) <= LONGEST_TEXT:

@@ -78,7 +78,7 @@ class Hanger:
 
 
 @dataclass(frozen=True)
-class Wheels:
+class PeerWheels:
     """Wheels beside the sprocket: moments of inertia (kg m2), bearing drag (N m s/rad); they start at rest."""
 
     inertia: tuple[float, ...]
@@ -143,7 +143,7 @@ def run_loop(
     sample: float,
     hanger: Hanger | None = None,
     contacts: Contacts | None = None,
-    wheels: Wheels | None = None,
+    wheels: PeerWheels | None = None,
     drive: Drive = Drive(0.0, 1.0),
     spectral_radius: float = 0.9,
 ) -> PeerRun:

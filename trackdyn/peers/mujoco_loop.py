@@ -15,7 +15,7 @@ from trackdyn.errors import DivergenceError, InputError
 from trackdyn.model.constants import Chain, Drive
 from trackdyn.peers.contact import Contacts, make_contacts
 from trackdyn.peers.extra import required
-from trackdyn.peers.exudyn_loop import PeerRun, Start, Wheels, drive_at, start_of
+from trackdyn.peers.exudyn_loop import PeerRun, PeerWheels, Start, drive_at, start_of
 from trackdyn.peers.mujoco_contact import ACROSS, RUBBER, STEEL, cushion, soft, sprocket_shapes
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
@@ -42,7 +42,7 @@ def build(
     chain: Chain,
     step: float,
     contacts: Contacts | None = None,
-    wheels: Wheels | None = None,
+    wheels: PeerWheels | None = None,
     load: float = 1.0,
     speed: float = 1.0,
     integrator: str = "euler",
@@ -159,7 +159,7 @@ def _add_shape(mj, body, i: int, length: float, contacts: Contacts) -> None:
         )
 
 
-def _add_wheels(mj, spec, bodies: list, contacts: Contacts, wheels: Wheels, load: float, speed: float) -> None:
+def _add_wheels(mj, spec, bodies: list, contacts: Contacts, wheels: PeerWheels, load: float, speed: float) -> None:
     sphere, hinge = mj.mjtGeom.mjGEOM_SPHERE, mj.mjtJoint.mjJNT_HINGE
     for k, (x, y, radius) in enumerate(contacts.circle):
         wheel = _plain(spec.worldbody, f"wheel{k}", (x, y), 1.0, wheels.inertia[k - 1] if k else 1.0)
@@ -297,7 +297,7 @@ def run_mujoco(scene: Scene, integrator: str, step: float) -> PeerRun:
     """A scene's ramp and duration from the simulator's own settled start."""
     loop = Loop(scene)
     model = loop.model
-    free = Wheels(tuple(map(float, model.wheels.inertia[1:])), tuple(map(float, model.wheels.drag[1:])))
+    free = PeerWheels(tuple(map(float, model.wheels.inertia[1:])), tuple(map(float, model.wheels.drag[1:])))
     contacts = make_contacts(scene, loop.layout["tensioner_shift_m"])
     built = build(model.chain, step, contacts, free, *working_load(scene), integrator)
     return run_loop(

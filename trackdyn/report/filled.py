@@ -15,7 +15,7 @@ from trackdyn.report.tables import ladder_table
 BEGIN, END = "<!-- measured -->", "<!-- end -->"
 
 
-def measured(rows: pd.DataFrame) -> str:
+def ladder_text(rows: pd.DataFrame) -> str:
     """Markdown tables, one a scene, of the ladder's long table."""
     wide = ladder_table(rows)
     parts = []
@@ -48,7 +48,7 @@ def limits(rows: pd.DataFrame) -> str:
     return shown.to_markdown(index=False, disable_numparse=True)
 
 
-def results(card: pd.DataFrame) -> str:
+def claims_text(card: pd.DataFrame) -> str:
     """The headlines, and the first rig's predicted and transferred claims, failures first, each by a part that failed;
     then a line for the claims that it was fitted to.
     """
@@ -124,7 +124,7 @@ def findings(rows: pd.DataFrame) -> str:
     return "\n".join(line(row) for _, row in rows.astype(object).fillna("").iterrows()) + "\n"
 
 
-def layouts(rows: pd.DataFrame) -> str:
+def layouts_text(rows: pd.DataFrame) -> str:
     """What became of random layouts, a line a chain, and of all."""
     counted = ["layouts", "completed", "refused", "defect"]
     table = rows.groupby(["chain", "teeth"], sort=False)[counted].sum().reset_index()
@@ -153,14 +153,14 @@ def fill(page: Path, source: Path, write: Callable[[pd.DataFrame], str]) -> None
 
 
 PAGES = (
-    ("docs/choosing-a-fidelity.md", "docs/measured/fidelity.csv", measured),
+    ("docs/choosing-a-fidelity.md", "docs/measured/fidelity.csv", ladder_text),
     ("docs/what-an-answer-costs.md", "docs/measured/limits.csv", limits),
     ("docs/deviations.md", "docs/measured/deviations.csv", departures),
     ("docs/identify.md", "docs/measured/calibration.csv", calibration),
     ("docs/identify-synthetic.md", "docs/measured/identify_synthetic.csv", identified),
     ("docs/ensemble.md", "docs/measured/ensemble_summary.csv", findings),
-    ("docs/your-own-rig.md", "docs/measured/layouts.csv", layouts),
-    ("README.md", "docs/measured/claims.csv", results),
+    ("docs/your-own-rig.md", "docs/measured/layouts.csv", layouts_text),
+    ("README.md", "docs/measured/claims.csv", claims_text),
 )
 
 if __name__ == "__main__":

@@ -50,7 +50,7 @@ class Layout(NamedTuple):
     body: str
 
 
-def read_text(path: Path) -> str:
+def read_logger_text(path: Path) -> str:
     """A whole text file of at most ``MOST_BYTES``, with plain newlines.
 
     UTF-8, UTF-16 with its mark, or Latin-1: numbers are the same in all of them, units may hold other letters.
@@ -75,7 +75,7 @@ def read_text(path: Path) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def fields_of(line: str, separator: str, count: int = 0) -> list[str]:
+def split_fields(line: str, separator: str, count: int = 0) -> list[str]:
     """Fields of a line without quotes and blanks around them; empty ones at the end beyond ``count`` are dropped."""
     try:
         found = [
@@ -115,16 +115,16 @@ def find_layout(path: Path, text: str, recognised: Callable[[Sequence[str]], boo
         if line.startswith("#"):
             line = line.lstrip("#").strip()
         for separator in [one for one in _SEPARATORS if one in line] or [" "]:
-            names, below = fields_of(line, separator), [j for j in rows if j > i]
+            names, below = split_fields(line, separator), [j for j in rows if j > i]
             if not recognised(names):
                 continue
             units = [""] * len(names)
             if len(below) > 1:
-                row = fields_of(head[below[0]], separator)
+                row = split_fields(head[below[0]], separator)
                 if len(row) == len(names) and not any(map(_is_number, row)):
                     units = row
                     del below[0]
-            if not below or len(fields_of(head[below[0]], separator, len(names))) == len(names):
+            if not below or len(split_fields(head[below[0]], separator, len(names))) == len(names):
                 first = below[0] if below else len(head)
                 return Layout(path, names, units, separator, first + 1, _body(text, first))
             if i in rows:
@@ -133,21 +133,21 @@ def find_layout(path: Path, text: str, recognised: Callable[[Sequence[str]], boo
         i, names, separator, first = unequal
         _refuse_fields(path, head[first], first + 1, names, separator, f"the header in line {i + 1}")
     separator = next((one for one in _SEPARATORS if one in head[rows[0]]), " ")
-    found = fields_of(head[rows[0]], separator)
+    found = split_fields(head[rows[0]], separator)
     if all(map(_is_number, found)):
         names = [str(k + 1) for k in range(len(found))]
         if recognised(names):
             return Layout(path, names, [""] * len(names), separator, rows[0] + 1, _body(text, rows[0]))
         raise InputError(
-            f"{path}: line {rows[0] + 1} holds numbers ({shown(head[rows[0]])}) where the names of "
+            f"{path}: line {rows[0] + 1} holds numbers ({quoted(head[rows[0]])}) where the names of "
             "the columns must be; "
             "write them above, or give columns by number, such as --time 1 --axis ay=3 --unit g."
         )
     # what looks most like a header is shown: the line above the first row of numbers
-    first = next((k for k, j in enumerate(rows) if k and all(map(_is_number, fields_of(head[j], separator)))), 1)
+    first = next((k for k, j in enumerate(rows) if k and all(map(_is_number, split_fields(head[j], separator)))), 1)
     above = rows[first - 1]
     raise InputError(
-        f"{path}: no {sought} in line {above + 1} ({listed(fields_of(head[above], separator))}); say which it "
+        f"{path}: no {sought} in line {above + 1} ({listed(split_fields(head[above], separator))}); say which it "
         "is with --axis ay=NAME, or --axis ay=-NAME to turn its sign."
     )
 
@@ -179,11 +179,11 @@ def _body(text: str, first: int) -> str:
 
 
 def _decimal_sign(layout: Layout, columns: Sequence[int]) -> str:
-    head = (fields_of(line, layout.separator) for line in layout.body.split("\n", 100)[:100])
+    head = (split_fields(line, layout.separator) for line in layout.body.split("\n", 100)[:100])
     commas = [field for fields in head for k, field in enumerate(fields) if k in columns and "," in field]
     if commas and all(map(_GROUPED.fullmatch, commas)):
         raise InputError(
-            f"{layout.path}: the comma in {shown(commas[0])} may mark decimals or thousands; save the "
+            f"{layout.path}: the comma in {quoted(commas[0])} may mark decimals or thousands; save the "
             "file with decimal points."
         )
     return "," if commas else "."
@@ -225,34 +225,34 @@ def _parse_by_line(layout: Layout, columns: Sequence[int], decimal: str) -> np.n
     table = np.empty((len(lines), len(columns)))
     for k, line in enumerate(lines):
         number = layout.first_line + k
-        fields = fields_of(line, separator, len(names))
+        fields = split_fields(line, separator, len(names))
         if len(fields) != len(names):
             _refuse_fields(path, line, number, names, separator, "the file", last=k == len(lines) - 1)
         for column, index in enumerate(columns):
             where, value = f"{path}: field {names[index]} in line {number}", fields[index]
             if not value:
-                raise InputError(f"{where} is empty ({shown(line)}); supply the number.")
+                raise InputError(f"{where} is empty ({quoted(line)}); supply the number.")
             if _NOT_FINITE.fullmatch(value):
-                raise InputError(f"{where} is {shown(value)}, not a finite number; record the sample again.")
+                raise InputError(f"{where} is {quoted(value)}, not a finite number; record the sample again.")
             if not _NUMBER.fullmatch(value.replace(".", "?").replace(",", ".") if decimal == "," else value):
                 kind = "decimal comma, as the first rows have it" if decimal == "," else "decimal point"
-                raise InputError(f"{where} is {shown(value)}, not a number; write it with a {kind}.")
+                raise InputError(f"{where} is {quoted(value)}, not a number; write it with a {kind}.")
             table[k, column] = float(value.replace(",", "."))
             if not np.isfinite(table[k, column]):
-                raise InputError(f"{where} is {shown(value)}, too large for a number; correct it.")
+                raise InputError(f"{where} is {quoted(value)}, too large for a number; correct it.")
     return table
 
 
 def _refuse_fields(path, line, number, names, separator, what, last=False):
     """Say why a row has not as many fields as the header has names."""
-    where = f"{path}: line {number} ({shown(line)})"
+    where = f"{path}: line {number} ({quoted(line)})"
     if not line.strip():
         raise InputError(f"{where} is empty where a row must be; remove the line.")
     if line.lstrip().startswith("#"):
         raise InputError(f"{where} is a comment among the rows; remove it.")
-    found = len(fields_of(line, separator, len(names)))
+    found = len(split_fields(line, separator, len(names)))
     for other, name in _SEPARATORS.items():
-        if other not in (separator, " ") and other in line and len(fields_of(line, other)) == len(names):
+        if other not in (separator, " ") and other in line and len(split_fields(line, other)) == len(names):
             raise InputError(
                 f"{where} has {name} where {what} has {_SEPARATORS[separator]}; write the same everywhere."
             )
@@ -270,11 +270,11 @@ def _refuse_fields(path, line, number, names, separator, what, last=False):
     )
 
 
-def shown(value: str) -> str:
+def quoted(value: str) -> str:
     """A value of the file as it may stand in a sentence: quoted, on one line, not too long."""
     return repr(value if len(value) <= 40 else value[:37] + "...")
 
 
 def listed(names: Sequence[str]) -> str:
     """Names of columns as they may stand in a sentence."""
-    return ", ".join(map(shown, names[:8])) + (", ..." if len(names) > 8 else "")
+    return ", ".join(map(quoted, names[:8])) + (", ..." if len(names) > 8 else "")

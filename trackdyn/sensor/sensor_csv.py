@@ -15,7 +15,7 @@ from scipy.interpolate import CubicSpline
 from trackdyn.errors import InputError
 from trackdyn.files import replacing
 from trackdyn.sensor import stamps
-from trackdyn.sensor.logger_text import find_layout, listed, parse, read_text, shown
+from trackdyn.sensor.logger_text import find_layout, listed, parse, quoted, read_logger_text
 from trackdyn.sensor.sensor_mapping import AXES, SensorMapping, choose, time_unit_of, unit_of, with_time_units
 
 COLUMNS = ("t_s", "ax_g", "ay_g", "az_g")
@@ -110,7 +110,7 @@ def read_sensor_csv(
             raise InputError(f"{path}: {name} is {value!r}; give a number above zero.")
     sought = f"column {mapping.axes['ay']!r} for ay" if "ay" in mapping.axes else "column for ay"
     layout = find_layout(
-        path, read_text(path), lambda names: bool(choose(names, [""] * len(names), mapping).get("ay")), sought
+        path, read_logger_text(path), lambda names: bool(choose(names, [""] * len(names), mapping).get("ay")), sought
     )
     chosen = choose(layout.names, layout.units, mapping)
     for key, found in chosen.items():
@@ -146,7 +146,7 @@ def _record(layout, mapping, columns, values, range_g, gravity) -> SensorRecord:
     scale = {"g": 1.0, "mg": 1e-3, "m/s2": 1.0 / gravity}
     used = {column.place for column, _ in columns.values()}
     unused = [name for k, name in enumerate(layout.names) if k not in used and name]
-    said = [f"{axis} = {'-' * (columns[axis][1] < 0)}{shown(names[axis])} in {unit}" for axis, unit in units.items()]
+    said = [f"{axis} = {'-' * (columns[axis][1] < 0)}{quoted(names[axis])} in {unit}" for axis, unit in units.items()]
     done = {"rows": f"{count}, from line {layout.first_line} on"}
     done["columns"] = ", ".join(said) + (f"; not used: {listed(unused)}" if unused else "")
 
@@ -161,7 +161,7 @@ def _record(layout, mapping, columns, values, range_g, gravity) -> SensorRecord:
         clock = stamps.judge(path, seen, line, mapping.rate, mapping.resample)
         rate, done["time"] = (
             clock.rate_hz,
-            f"{shown(names['time'])} in {seen.unit}, to {seen.rounding:.2g} s; {clock.steps}",
+            f"{quoted(names['time'])} in {seen.unit}, to {seen.rounding:.2g} s; {clock.steps}",
         )
     done["rate"] = f"{rate:.7g} Hz, {'given' if mapping.rate else 'found'}"
     axes = {axis: columns[axis][1] * scale[unit] * values[axis][part] for axis, unit in units.items()}
@@ -187,7 +187,7 @@ def _record(layout, mapping, columns, values, range_g, gravity) -> SensorRecord:
         )
     if np.ptp(axes["ay"]) <= 1e-9 * max(1.0, np.abs(axes["ay"]).max()):
         raise InputError(
-            f"{path}: column {shown(names['ay'])} is {values['ay'][part.start]:.6g} in every row; "
+            f"{path}: column {quoted(names['ay'])} is {values['ay'][part.start]:.6g} in every row; "
             "choose another one for ay "
             "with --axis ay=NAME, or record the moving track."
         )

@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 from trackdyn.errors import InputError
 from trackdyn.parameters.validation import NotNegative, Positive, Section, validated
 from trackdyn.parameters.yaml_file import read_yaml
-from trackdyn.sensor.logger_text import shown
+from trackdyn.sensor.logger_text import quoted
 from trackdyn.sensor.stamps import RATES, UNITS
 
 Axis = Literal["ax", "ay", "az"]
@@ -141,17 +141,17 @@ def unit_of(path: Path, column: Column, given: str | None) -> str:
     own = _ACCELERATION.get(column.unit)
     if column.unit and own is None:
         raise InputError(
-            f"{path}: column {shown(column.name)} has the unit {shown(column.unit)}; g, m/s2 and mg "
+            f"{path}: column {quoted(column.name)} has the unit {quoted(column.unit)}; g, m/s2 and mg "
             "are read, choose another "
             "column with --axis."
         )
     if own and given and own != given:
         raise InputError(
-            f"{path}: column {shown(column.name)} is in {own} by its name, not in --unit {given}; leave --unit out."
+            f"{path}: column {quoted(column.name)} is in {own} by its name, not in --unit {given}; leave --unit out."
         )
     if not (unit := own or given):
         raise InputError(
-            f"{path}: column {shown(column.name)} does not say its unit; give --unit g, --unit m/s2 or --unit mg."
+            f"{path}: column {quoted(column.name)} does not say its unit; give --unit g, --unit m/s2 or --unit mg."
         )
     return unit
 
@@ -165,7 +165,7 @@ def time_unit_of(path: Path, column: Column) -> str | None:
     """Unit of the time stamps by their header; None if it names none."""
     if column.unit and column.unit not in _TIME:
         raise InputError(
-            f"{path}: column {shown(column.name)} has the unit {shown(column.unit)}; "
+            f"{path}: column {quoted(column.name)} has the unit {quoted(column.unit)}; "
             f"{', '.join(UNITS)} are read, choose "
             "another column with --time or give --time none --rate HZ."
         )

@@ -19,22 +19,7 @@ CHUNK = 0.25
 SPELLS_A_CHUNK = 40000
 JUDGED = 10.0  # s of a record between two judgements of its account of work
 # arrays with a row a sample
-SAMPLED = (
-    "raw",
-    "mean",
-    "gap",
-    "cut",
-    "change",
-    "place",
-    "wheel_rate",
-    "energy",
-    "force",
-    "area",
-    "groove",
-    "link_raw",
-    "link_mean",
-    "sliding",
-)
+SAMPLED = tuple(name for name in Record._fields if name not in ("pitches", "frame", "frame_stride", "spells", "plane"))
 
 
 class Recorder:

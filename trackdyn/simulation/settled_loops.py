@@ -19,7 +19,7 @@ from trackdyn.simulation.start_checks import refuse_step
 
 # What a scene asks for that a loop at rest does not know yet.
 LATER = ("motor_rpm", "duration", "lead_in", "ramp", "pitches", "frame_interval", "spells", "every_link", "sliding")
-Kept = TypeVar("Kept")
+KeptLoop = TypeVar("Kept")
 
 
 class SettledLoops:
@@ -53,7 +53,7 @@ class SettledLoops:
         refuse_step(scene, model, layout["settled_tension_n"])
         return model._replace(drive=build_drive(scene)), state, work, layout
 
-    def _copy(self, kept: dict[str, Kept], key: str, make: Callable[[], Kept]) -> Kept:
+    def _copy(self, kept: dict[str, KeptLoop], key: str, make: Callable[[], KeptLoop]) -> KeptLoop:
         found = kept.pop(key) if key in kept else make()
         kept[key] = found  # the last one used is the last to go
         if len(kept) > self.kept:

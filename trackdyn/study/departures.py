@@ -82,7 +82,7 @@ class Departures(Section):
         return found
 
 
-def measured(scene) -> dict[str, float | str]:
+def departure_measures(scene) -> dict[str, float | str]:
     """RMS and content above 20 Hz over whole revolutions (g), shares (%), RMS force of the ring (N)."""
     try:
         recording = simulate(scene)
@@ -121,13 +121,13 @@ def compare_departures(rig_file: str | Path, study_file: str | Path) -> pd.DataF
     path, study_path = Path(rig_file), Path(study_file)
     rig = load_rig(path)
     study = validated(Departures, read_yaml(study_path), study_path)
-    shipped = {name: measured(scene) for name, scene in study.scenes(rig, Departure()).items()}
+    shipped = {name: departure_measures(scene) for name, scene in study.scenes(rig, Departure()).items()}
     rows = []
     for name, departure in study.departures.items():
         if departure.lines is not None:
             found = _in_a_copy(path, study_path, name, departure.lines)
         else:
-            found = {key: measured(scene) for key, scene in study.scenes(rig, departure).items()}
+            found = {key: departure_measures(scene) for key, scene in study.scenes(rig, departure).items()}
         for scene, values in found.items():
             for measure in MEASURES:
                 base, value = shipped[scene].get(measure, float("nan")), values.get(measure, float("nan"))
@@ -142,4 +142,4 @@ def compare_departures(rig_file: str | Path, study_file: str | Path) -> pd.DataF
 if __name__ == "__main__":
     asked = validated(Departures, read_yaml(sys.argv[2]), sys.argv[2])
     scenes = asked.scenes(load_rig(sys.argv[1]), asked.departures[sys.argv[3]])
-    print(json.dumps({name: measured(scene) for name, scene in scenes.items()}))
+    print(json.dumps({name: departure_measures(scene) for name, scene in scenes.items()}))

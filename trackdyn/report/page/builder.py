@@ -244,7 +244,7 @@ def _form(results: Path, name: str) -> str:
 
 def _rows(results: Path, name: str) -> list[dict] | None:
     path = _first(results, name)
-    return path and data.rows_of(path)
+    return path and data.csv_rows(path)
 
 
 def _parameters(results: Path) -> dict[str, list[dict]] | None:
@@ -259,7 +259,7 @@ def _entry(inputs: PageInputs, item) -> dict:
         "id": item.key if item.label else f"our-{item.key}",
         "caption": _caption_html(item.caption(inputs.synthetic)),
         "pictures": [] if item.table else [picture(file) for file in files],
-        "rows": data.rows_of(files[0]) if item.table and files else None,
+        "rows": data.csv_rows(files[0]) if item.table and files else None,
     }
 
 

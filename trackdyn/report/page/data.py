@@ -176,7 +176,7 @@ def moving_picture(recording: Recording) -> dict:
     }
 
 
-def rows_of(path: Path) -> list[dict] | None:
+def csv_rows(path: Path) -> list[dict] | None:
     """Rows of a CSV file with None for empty cells; None if the file does not exist."""
     if not path.is_file():
         return None
