@@ -19,7 +19,7 @@ from trackdyn.simulation.start_checks import refuse_step
 
 # What a scene asks for that a loop at rest does not know yet.
 LATER = ("motor_rpm", "duration", "lead_in", "ramp", "pitches", "frame_interval", "spells", "every_link", "sliding")
-KeptLoop = TypeVar("Kept")
+KeptLoop = TypeVar("KeptLoop")
 
 
 class SettledLoops:
