@@ -166,13 +166,21 @@ def test_a_mirrored_loop_has_the_mirrored_resistance(make_scene, unled):
         assert one == pytest.approx(-other, rel=1e-6) and one != 0.0
 
 
-def test_a_rig_without_arms_has_no_rolling_resistance(rig):
-    """Old files have none, and say nothing of it when they are written; asking for it is refused by name."""
-    old = load_rig("robot")
+def test_a_rig_of_before_says_what_it_lacks_or_which_law_it_has(rig, tmp_path):
+    """A wheel with a bearing drag alone is not left without any; a rig that says viscous is, and so is its scene."""
+    wheels = "wheels:\n  source: measured\n  idler: {x: -1.05 m, y: 0.0 m, radius: 0.28 m, inertia: 3.0 kg m2%s}\n"
+    law = "drag: {value: viscous, unit: name, kind: assumed, source: as it was}\n"
+    path = tmp_path / "old.yaml"
+    path.write_text("like: bench\n" + wheels % ", bearing_drag: 10.0 N m s/rad", encoding="utf-8")
+    old = load_rig(path)
     assert old.sprocket.rolling_arm == rig.sprocket.rolling_arm  # of the rig that it is like
-    assert all(wheel.rolling_arm == 0.0 == wheel.seal_drag for wheel in old.rollers.values())
-    assert not any("rolling_arm" in wheel for wheel in old.model_dump()["wheels"].values())
-    with pytest.raises(InputError, match=r"drag = 'rolling' is not accepted: .*rolling_arm.*'viscous'"):
-        Scene(old, 30.0, drag="rolling", step=1e-6)
+    assert not {"rolling_arm", "seal_drag"} & set(old.model_dump()["idler"])
+    with pytest.raises(InputError, match=r"drag = 'rolling' is not accepted: wheel idler .*rolling_arm.*'viscous'"):
+        Scene(old, 30.0, step=1e-6)
+    assert Scene(old, 30.0, drag="viscous", step=1e-6).model.wheels.drag[IDLER] == 10.0
+    path.write_text(path.read_text(encoding="utf-8") + law, encoding="utf-8")
+    assert Scene(load_rig(path), 30.0, step=1e-6).drag == "viscous"
+    path.write_text("like: bench\n" + wheels % "", encoding="utf-8")  # a wheel without any loss is one
+    assert not Scene(load_rig(path), 30.0, step=1e-6).model.wheels.rolling[IDLER]
     with pytest.raises(InputError, match=r"idler\.rolling_arm"):
         rig.changed(idler__rolling_arm=-0.001)

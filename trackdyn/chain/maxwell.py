@@ -65,6 +65,19 @@ def relax(model: Model, state: State, work: Work, row, branches):
 
 
 @kernel
+def add_rates(state: State, work: Work, out, first, row, branches):
+    """Rates of the moments behind the seven powers in ``out`` from ``first`` on; what is lost, to that of ``row``."""
+    if branches is not None:
+        n = state.branch.shape[1]
+        for b in range(branches.time.shape[0]):
+            k, time = branches.stiffness[b], branches.time[b]
+            for i in range(n):
+                moment = state.branch[b, i]
+                out[first + 7 + b * n + i] = k * work.joint_rate[i] - moment / time
+                out[first + row] += moment * moment / (k * time)
+
+
+@kernel
 def stored(state: State, branches):
     """Energy in the springs of the branches, J."""
     total = 0.0

@@ -88,12 +88,13 @@ METHODS = {
 }
 
 
-def equip(work: Work, integrator: str, pitches: int, tolerance: float = 0.0) -> Work:
-    """``work`` with the arrays of an integrator and without those of any other."""
+def equip(work: Work, integrator: str, pitches: int, tolerance: float = 0.0, branches: int = 0) -> Work:
+    """``work`` with the arrays of an integrator and of no other; for bushings that have ``branches`` branches."""
     method, n, wheels = METHODS[integrator], len(work.cos), len(work.wheel_torque)
     tableau = method.tableau
     stages = None
     if tableau is not None:
         error = tableau.error if method.adaptive else [0.0] * len(tableau.b)
-        stages = make_stages(tableau.a, tableau.b, error, tolerance if method.adaptive else 0.0, n, pitches, wheels)
+        controlled = tolerance if method.adaptive else 0.0
+        stages = make_stages(tableau.a, tableau.b, error, controlled, n, pitches, wheels, branches)
     return work._replace(stages=stages, implicit=make_implicit(n, wheels) if method.linearly_implicit else None)

@@ -10,13 +10,14 @@ from math import isfinite
 
 from trackdyn.chain.bearings import bearing_drag
 from trackdyn.chain.kinematics import orient, place
+from trackdyn.chain.maxwell import add_rates
 from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, sense_links, solve_chain
 from trackdyn.integrate.energy import powers
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, sprocket_acceleration
 from trackdyn.integrate.spells import log_spells
 from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET, Model
-from trackdyn.model.record import Record
+from trackdyn.model.record import BUSHING_LOSS, Record
 from trackdyn.model.state import State
 from trackdyn.model.work import Stages, Work
 
@@ -25,7 +26,7 @@ LEAST_FRACTION = 1e-7
 
 
 @kernel
-def _pack(state: State, out):
+def _pack(state: State, out, branch):
     n, w = state.angle.shape[0], state.wheel_rate.shape[0]
     for j in range(4):
         out[j] = state.pin[j]
@@ -37,6 +38,11 @@ def _pack(state: State, out):
         out[4 + 2 * n + w + j] = state.wheel_rate[j]
     for j in range(state.work_done.shape[0]):
         out[4 + 2 * n + 2 * w + j] = state.work_done[j]
+    if branch is not None:
+        first = 4 + 2 * n + 2 * w + state.work_done.shape[0]
+        for b in range(branch.shape[0]):
+            for j in range(n):
+                out[first + b * n + j] = branch[b, j]
 
 
 @kernel
@@ -50,7 +56,7 @@ def _copy_memory(tooth, wheel, to_tooth, to_wheel):
 
 
 @kernel
-def _unpack(state: State, start, slope, weight, last, step):
+def _unpack(state: State, start, slope, weight, last, step, branch):
     """State at ``start + step * sum(weight * slope)`` over the first ``last`` stages."""
     n, w = state.angle.shape[0], state.wheel_rate.shape[0]
     for j in range(start.shape[0]):
@@ -68,8 +74,11 @@ def _unpack(state: State, start, slope, weight, last, step):
             state.wheel_angle[j - 4 - 2 * n] = value
         elif j < 4 + 2 * n + 2 * w:
             state.wheel_rate[j - 4 - 2 * n - w] = value
-        else:
+        elif j < 4 + 2 * n + 2 * w + state.work_done.shape[0]:
             state.work_done[j - 4 - 2 * n - 2 * w] = value
+        elif branch is not None:
+            i = j - 4 - 2 * n - 2 * w - state.work_done.shape[0]
+            branch[i // n, i % n] = value
 
 
 @kernel
@@ -92,6 +101,7 @@ def _derivative(model: Model, state: State, work: Work, time, out):
             torque = work.wheel_torque[wheel] - bearing_drag(wheels, wheel, rate, work.carried) * rate
             out[4 + 2 * n + w + wheel] = torque / wheels.inertia[wheel]
     powers(model, state, work, out, 4 + 2 * n + 2 * w)
+    add_rates(state, work, out, 4 + 2 * n + 2 * w, BUSHING_LOSS, model.branches)
 
 
 @kernel
@@ -101,7 +111,7 @@ def _evaluate(model: Model, state: State, work: Work, stages: Stages, time, step
         offset = 0.0
         for k in range(s):
             offset += stages.a[s, k]
-        _unpack(state, stages.start, stages.slope, stages.a[s], s, step)
+        _unpack(state, stages.start, stages.slope, stages.a[s], s, step, state.branch)
         orient(state.angle, work.cos, work.sin)
         place(model.chain, state, work)
         _copy_memory(stages.tooth_impact, stages.wheel_impact, state.tooth_impact, state.wheel_impact)
@@ -111,10 +121,10 @@ def _evaluate(model: Model, state: State, work: Work, stages: Stages, time, step
 
 
 @kernel
-def _error(state: State, stages: Stages, step):
+def _error(stages: Stages, step):
     """Largest estimated error of the step over what the tolerance allows."""
     worst = 0.0
-    for j in range(stages.start.shape[0] - state.work_done.shape[0]):
+    for j in range(stages.start.shape[0]):
         value = 0.0
         for k in range(stages.b.shape[0]):
             value += stages.error[k] * stages.slope[k, j]
@@ -166,7 +176,7 @@ def march(model: Model, state: State, work: Work, record: Record, stages: Stages
             # two equal parts rather than a long and a very short one
             parts = max(1.0, -(-step // stages.next_step[0]))
             step /= parts
-        _pack(state, stages.start)
+        _pack(state, stages.start, state.branch)
         _copy_memory(state.tooth_impact, state.wheel_impact, stages.tooth_impact, stages.wheel_impact)
         solve_chain(model, state, work, 0.0, None, model.solver)
         sense(model, state, work, None)
@@ -177,7 +187,7 @@ def march(model: Model, state: State, work: Work, record: Record, stages: Stages
             _evaluate(model, state, work, stages, begin + done, step)
             if stages.tolerance == 0.0:
                 break
-            error = _error(state, stages, step)
+            error = _error(stages, step)
             factor = min(4.0, max(0.2, 0.9 * error**-0.2 if error > 0.0 else 4.0))
             if error <= 1.0 or step < LEAST_FRACTION * whole:
                 stages.next_step[0] = min(factor * step, whole)
@@ -185,7 +195,7 @@ def march(model: Model, state: State, work: Work, record: Record, stages: Stages
             stages.counts[1] += 1
             step *= min(factor, 0.9)
         stages.counts[0] += 1
-        _unpack(state, stages.start, stages.slope, stages.b, stages.b.shape[0], step)
+        _unpack(state, stages.start, stages.slope, stages.b, stages.b.shape[0], step, state.branch)
         for i in range(state.rate.shape[0]):
             if not abs(state.rate[i]) < RATE_LIMIT:
                 return i

@@ -365,13 +365,14 @@ def make_implicit(n: int, wheels: int) -> ImplicitWork:
     return ImplicitWork(*(np.zeros(shape) for shape in shapes))
 
 
-def make_stages(a, b, error, tolerance: float, n: int, pitches: int, wheels: int) -> Stages:
+def make_stages(a, b, error, tolerance: float, n: int, pitches: int, wheels: int, branches: int = 0) -> Stages:
     """Allocate the stages of an explicit Runge-Kutta method."""
-    size = 4 + 2 * n + 2 * wheels + 7
+    work = 4 + 2 * n + 2 * wheels
+    size = work + 7 + branches * n
     scale = np.ones(size)
     scale[4 + n : 4 + 2 * n] = 10.0  # angular velocities are of the order of 10 rad/s
     scale[4 + 2 * n + wheels : 4 + 2 * n + 2 * wheels] = 10.0
-    scale[-7:] = np.inf  # the account of work does not steer the step
+    scale[work : work + 7] = np.inf  # the account of work does not steer the step
     a, b, error = (np.array(part, dtype=float) for part in (a, b, error))
     return Stages(
         a, b, error, tolerance, np.zeros(size), scale, np.zeros((len(b), size)),

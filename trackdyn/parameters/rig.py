@@ -28,8 +28,9 @@ from trackdyn.parameters.quantities import (
     Tilt,
 )
 from trackdyn.parameters.rig_file import DEFAULT, read_rig
+from trackdyn.parameters.rubber import BushingLaw
 from trackdyn.parameters.validation import Section, shown, validated
-from trackdyn.parameters.wheels import CONTACTS, Kept, OmitsDefaults, Wheel
+from trackdyn.parameters.wheels import CONTACTS, Drag, Kept, OmitsDefaults, Wheel
 
 
 class ChainParameters(OmitsDefaults):
@@ -60,6 +61,7 @@ class Bushing(OmitsDefaults):
     radial_stiffness: Annotated[float, Quantity("N/m", gt=0)]
     radial_damping: Annotated[float, Quantity("N s/m", ge=0)]
     loss_factor: Annotated[float, Quantity("1", ge=0, le=0.5)] = 0.0
+    law: Annotated[BushingLaw, Quantity("name")] = "hysteretic"
 
 
 class GrooveParameters(Section):
@@ -153,6 +155,7 @@ class Rig(OmitsDefaults):
     idler: Wheel | None = None
     road_wheel: Wheel | None = None
     wheels: dict[str, Wheel] = Field(default_factory=dict)
+    drag: Annotated[Drag, Quantity("name")] = "rolling"
     drive: DriveParameters | None = None
     tension: Tension
     steel: Steel

@@ -21,10 +21,14 @@ DEFAULT = "paper"
 MOST_LIKE = 5  # files that take from one another
 WHEELS_OF_OLD = ("idler", "road_wheel")  # sections that are wheels of their own
 NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s+(\S.*?)\s*")
-# the paper's two rigs are the pipeline's files, which say in their own words what they are
+# the paper's rigs are the pipeline's files, which say in their own words what they are
 ABOUT = {
     "paper": (
         "the rig of the paper: 35 links and connectors on a sprocket with a rubber ring, an idler and a road wheel"
+    ),
+    "first_fit": (
+        "the paper's rig as first fitted, with viscous drag and bushings; six of its values no part can have: equal "
+        "pitch, slope of the seat, stiffness and damping of the bushing, friction and transition velocity of the ring"
     ),
     "printed_equal_pitch": "a second rig of the paper with the equal pitch as printed, docs/second-rig.md",
 }

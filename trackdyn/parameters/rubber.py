@@ -1,10 +1,12 @@
 """Maxwell branches of rubber whose loss factor hardly depends on the frequency."""
 
 from math import pi
+from typing import Literal
 
 import numpy as np
 import scipy  # loads its parts when they are used
 
+BushingLaw = Literal["viscous", "hysteretic"]
 # Frequencies at which the branches lose most, Hz: the ends and the middle of the band that the law is meant for.
 BAND = (0.5, 50.0)
 BRANCHES = 3

@@ -55,8 +55,8 @@ class Slider(OmitsDefaults):
 class Wheel(OmitsDefaults):
     """A wheel that turns freely: where it stands, what it is, which surface links touch, and what it stands on.
 
-    A scene takes one of three laws of its drag: ``bearing_drag`` alone, ``bearing_torque`` alone, or ``rolling_arm``
-    times the links' normal forces beside ``seal_drag`` of seals and bearings.
+    A rig or a scene takes one of three laws of its drag: ``rolling_arm`` times the links' normal forces beside
+    ``seal_drag`` of seals and bearings, ``bearing_drag`` alone, or ``bearing_torque`` alone.
     """
 
     x: Position
@@ -81,3 +81,4 @@ class Wheel(OmitsDefaults):
 
 
 Kept = Literal["locked", "retensioned", "sprung", "forced"]
+Drag = Literal["viscous", "coulomb", "rolling"]

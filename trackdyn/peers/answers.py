@@ -28,7 +28,7 @@ from trackdyn.simulation.loop import Loop
 from trackdyn.study.accuracy.limit import SURE, difference, limit_of
 from trackdyn.study.accuracy.planner import record_error
 from trackdyn.study.accuracy.statistics import whole_samples
-from trackdyn.study.settings import PeerAnswers
+from trackdyn.study.settings import PEER_LAWS, PeerAnswers
 
 COLUMNS = [
     "code",
@@ -111,6 +111,7 @@ def compare_answers(rig: Rig, asked: PeerAnswers) -> pd.DataFrame:
     """
     span = rig.loop_period(asked.speed_rpm) / rig.chain.pitches
     about = {"duration": whole_samples(rig, asked.passages * span + 0.01), "lead_in": asked.lead_in_s, "spells": False}
+    about |= PEER_LAWS | {"tension": "locked"}
     scene = Scene(rig, asked.speed_rpm, asked.ring_radius_m, ramp=asked.ramp_s, **about)
     brief = scene.with_(lead_in=0.0, duration=whole_samples(rig, 0.01))
     first = next(iter(asked.mujoco_steps_s))

@@ -10,7 +10,7 @@ import pandas as pd
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import Rig
 from trackdyn.peers.contact import make_contacts
-from trackdyn.peers.exudyn_loop import PeerRun, PeerWheels, require_exudyn, run_loop, start_of
+from trackdyn.peers.exudyn_loop import PeerRun, free_wheels, require_exudyn, run_loop, start_of
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording
@@ -79,13 +79,7 @@ def run_peer(scene: Scene, step: float, arcs: int = 10) -> tuple[PeerRun, np.nda
     """The other code from the same settled start, and the vertical displacement at the recording's samples, m."""
     loop = Loop(scene)
     model = loop.model
-    plain = model.drive.ripple is None and model.drive.motor is None
-    if model.carriers is not None or not plain or scene.chain != "double_pin" or model.space is not None:
-        raise InputError(
-            "the loop in Exudyn has fixed wheels, a prescribed speed and double pins in the plane; "
-            "a rig from peers.rigs.fixed with chain = double_pin, tension = locked, space = planar is accepted"
-        )
-    free = PeerWheels(tuple(map(float, model.wheels.inertia[1:])), tuple(map(float, model.wheels.drag[1:])))
+    free = free_wheels(scene, model)
     contacts = make_contacts(scene, loop.layout["tensioner_shift_m"], arcs)
     times = scene.ramp + scene.duration, step, 1.0 / scene.rig.sensor.rate
     about = {"contacts": contacts, "wheels": free, "drive": model.drive}

@@ -13,10 +13,12 @@ from math import pi
 
 import numpy as np
 
-from trackdyn.errors import DivergenceError
-from trackdyn.model.constants import Chain, Drive
+from trackdyn.errors import DivergenceError, InputError
+from trackdyn.model.constants import Chain, Drive, Model
 from trackdyn.peers.contact import Contacts, Memory, contact_loads, force_vector, jacobian_triplets
 from trackdyn.peers.extra import required
+from trackdyn.scene.scene import Scene
+from trackdyn.study.settings import PEER_LAWS
 
 # Newton's iteration ends when the residual has fallen by the first or below the second: Exudyn's own defaults.
 RELATIVE_TOLERANCE = 1e-8
@@ -112,6 +114,25 @@ class PeerRun:
     gap: np.ndarray
     wall: float
     cpu: float
+
+
+def free_wheels(scene: Scene, model: Model) -> PeerWheels:
+    """The wheels of a loop that the other codes have, as its model has them.
+
+    Raises
+    ------
+    InputError
+        The loop has what they have not.
+    """
+    plain = model.drive.ripple is None and model.drive.motor is None and scene.chain == "double_pin"
+    laws = {name: getattr(scene, name) for name in PEER_LAWS}
+    if model.carriers is not None or model.space is not None or not plain or laws != PEER_LAWS:
+        raise InputError(
+            "the loop in the other codes has fixed wheels, a prescribed speed, viscous drag and bushings, and double "
+            "pins in the plane; a rig from peers.rigs.fixed with chain = double_pin, tension = locked, "
+            "space = planar, drag = viscous, bushing_law = viscous is accepted"
+        )
+    return PeerWheels(tuple(map(float, model.wheels.inertia[1:])), tuple(map(float, model.wheels.drag[1:])))
 
 
 def drive_at(drive: Drive, t: float) -> tuple[float, float]:

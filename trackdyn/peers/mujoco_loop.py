@@ -15,7 +15,7 @@ from trackdyn.errors import DivergenceError, InputError
 from trackdyn.model.constants import Chain, Drive
 from trackdyn.peers.contact import Contacts, make_contacts
 from trackdyn.peers.extra import required
-from trackdyn.peers.exudyn_loop import PeerRun, PeerWheels, Start, drive_at, start_of
+from trackdyn.peers.exudyn_loop import PeerRun, PeerWheels, Start, drive_at, free_wheels, start_of
 from trackdyn.peers.mujoco_contact import ACROSS, RUBBER, STEEL, cushion, soft, sprocket_shapes
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
@@ -297,7 +297,7 @@ def run_mujoco(scene: Scene, integrator: str, step: float) -> PeerRun:
     """A scene's ramp and duration from the simulator's own settled start."""
     loop = Loop(scene)
     model = loop.model
-    free = PeerWheels(tuple(map(float, model.wheels.inertia[1:])), tuple(map(float, model.wheels.drag[1:])))
+    free = free_wheels(scene, model)
     contacts = make_contacts(scene, loop.layout["tensioner_shift_m"])
     built = build(model.chain, step, contacts, free, *working_load(scene), integrator)
     return run_loop(

@@ -1,7 +1,7 @@
 """Any rig's loop in both codes, from one settled start: how far every body is from itself.
 
-Wheels are fixed (arms and sliders stand still, the tensioner is locked) and the speed is prescribed: that is what the
-other code's model has.
+Wheels are fixed (arms and sliders stand still, the tensioner is locked), the speed is prescribed, drag and bushings are
+viscous: that is what the other code's model has.
 """
 
 import time
@@ -12,6 +12,7 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.peers.comparison import run_peer
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
+from trackdyn.study.settings import PEER_LAWS
 
 RAMP = 0.4  # s
 STEP, PEER_STEP = 2e-5, 5e-4  # s, where the paper's rig agrees to 0.01 % of a link's way (Figure 14)
@@ -55,8 +56,9 @@ def rig_in_both(rig: Rig, sprocket_rpm: float, duration: float) -> dict:
     """
     motor = sprocket_rpm * rig.sprocket.transmission_ratio
     scene = Scene(
-        fixed(rig), motor, duration=duration, lead_in=0.0, ramp=RAMP, step=STEP, spells=False, tension="locked"
-    )
+        fixed(rig), motor, duration=duration, lead_in=0.0, ramp=RAMP, step=STEP, spells=False, tension="locked",
+        **PEER_LAWS,
+    )  # fmt: skip
     run, _ = run_peer(scene, PEER_STEP)
     loop = Loop(scene)
     begin = time.perf_counter()

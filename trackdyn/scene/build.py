@@ -279,7 +279,7 @@ def build_model(scene) -> Model:
     hysteretic = scene.bushing_law == "hysteretic"
     chain, mobility = build_chain(rig, scene.chain, not hysteretic), 0.0
     branches = None
-    if hysteretic:
+    if hysteretic and rig.bushing.loss_factor * rig.bushing.stiffness > 0:
         share, time = loss_branches(rig.bushing.loss_factor)
         branches = Branches(chain.stiffness * share, time)
     if METHODS[scene.integrator].staggered:

@@ -17,7 +17,9 @@ from trackdyn.integrate.methods import METHODS
 from trackdyn.model.constants import Chain
 from trackdyn.parameters.groove import PROFILES
 from trackdyn.parameters.normal_laws import NORMAL_LAWS
+from trackdyn.parameters.rubber import BushingLaw
 from trackdyn.parameters.validation import OneOf, Section, not_one_of
+from trackdyn.parameters.wheels import Drag
 
 
 class Choices(Section):
@@ -39,8 +41,8 @@ class Choices(Section):
         "semi_implicit"
     )
     tension: Annotated[Literal["locked", "retensioned", "sprung", "forced"], OneOf()] = "locked"
-    drag: Annotated[Literal["viscous", "coulomb", "rolling"], OneOf()] = "viscous"
-    bushing_law: Annotated[Literal["viscous", "hysteretic"], OneOf()] = "viscous"
+    drag: Annotated[Drag, OneOf()] = "rolling"
+    bushing_law: Annotated[BushingLaw, OneOf()] = "hysteretic"
 
 
 CHOICES = {name: get_args(field.annotation) for name, field in Choices.model_fields.items()}
@@ -197,8 +199,8 @@ REFUSALS: tuple[Refusal, ...] = (
     ("integrator", lambda s: s.carried and not s.stepped,
      "wheel {carried} stands on a spring and moves in the plane by semi- or linearly implicit steps, not with "
      "{how}; use 'semi_implicit'"),
-    ("drag", lambda s: s.drag == "rolling" and not any(wheel.rolling_arm for wheel in s.rig.rollers.values()),
-     "no wheel of the rig has a rolling_arm; use 'viscous'"),
+    ("drag", lambda s: s.drag == "rolling" and s.armless,
+     "wheel {armless} has a bearing_drag or bearing_torque and no rolling_arm; use 'viscous', or give it one"),
     ("tooth_contact", lambda s: s.tooth_contact == "three_surfaces" and s.rig.groove is None,
      "three surfaces are made of the ten-arc design, which this rig's profile is not; use 'ten_arcs'"),
     # joints with rubber
@@ -212,11 +214,8 @@ REFUSALS: tuple[Refusal, ...] = (
      "joint='radial' is modelled with 'riccati' only; use it, or joint='revolute'"),
     ("integrator", lambda s: s.radial and s.integrator != "semi_implicit",
      "joint='radial' is modelled with 'semi_implicit' only; use it, or joint='revolute'"),
-    ("bushing_law", lambda s: s.bushing_law == "hysteretic" and s.method.tableau,
-     "the stages of integrator={integrator!r} do not carry the branches; use 'viscous', or "
-     "integrator='semi_implicit'"),
-    ("bushing_law", lambda s: s.bushing_law == "hysteretic" and not s.rig.bushing.loss_factor * s.rig.bushing.stiffness,
-     "bushing.loss_factor or bushing.stiffness of the rig is 0; use 'viscous'"),
+    ("bushing_law", lambda s: s.bushing_law == "hysteretic" and s.rig.bushing.damping > 0 == s.rig.bushing.loss_factor,
+     "bushing.damping of the rig is {rig.bushing.damping:g} and its loss_factor is 0; use 'viscous', or give it one"),
     ("frame_interval", lambda s: s.radial and s.frame_interval,
      "configurations hold no parted pins; use 0, or joint='revolute'"),
     # solvers and their steps
@@ -240,6 +239,12 @@ def _facts(scene) -> SimpleNamespace:
     spatial = decide(scene)["space"].setting == "spatial"
     on_wheels = scene.loop == "on_wheels" and scene.chain != "belt"
     carried = [name for name, wheel in rig.rollers.items() if wheel.carrier is not None]
+    # what slows a wheel by another law is not left out unsaid
+    armless = [
+        name
+        for name, wheel in rig.rollers.items()
+        if wheel.bearing_drag + wheel.bearing_torque > 0 == wheel.rolling_arm + wheel.seal_drag
+    ]
     return SimpleNamespace(
         **{name: getattr(scene, name) for name in type(scene).model_fields},
         bodies=scene.bodies,
@@ -253,6 +258,7 @@ def _facts(scene) -> SimpleNamespace:
         how="motion in space" if spatial else f"integrator={integrator!r}",
         driven=on_wheels and rig.drive is not None and (rig.drive.kind != "speed" or rig.drive.ripple > 0),
         carried=carried[0] if on_wheels and carried else None,
+        armless=armless[0] if on_wheels and armless else None,
     )
 
 

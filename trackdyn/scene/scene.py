@@ -102,11 +102,12 @@ class Scene(Choices):
         set again with the scene's ring), ``sprung`` (it slides on a spring and a damper while the chain runs) or
         ``forced`` (the rig's force pushes it); the rig's own by default.
     drag : str
-        ``viscous`` (bearing drag grows with the rate of a wheel), ``coulomb`` (a torque that does not) or ``rolling``
-        (rolling resistance in proportion to the load of a wheel, beside the viscous drag of its seals).
+        ``rolling`` (rolling resistance in proportion to the load of a wheel, beside the viscous drag of its seals),
+        ``viscous`` (bearing drag grows with the rate of a wheel) or ``coulomb`` (a torque that does not); the rig's
+        own by default.
     bushing_law : str
-        ``viscous`` (a damper beside the spring of every bushing) or ``hysteretic`` (Maxwell branches: nearly the same
-        share of its energy is lost in a cycle of any frequency from 0.5 to 50 Hz).
+        ``hysteretic`` (Maxwell branches: nearly the same share of its energy is lost in a cycle of any frequency from
+        0.5 to 50 Hz) or ``viscous`` (a damper beside the spring of every bushing); the rig's own by default.
     tolerance : float or None
         Relative error a step of the adaptive integrator may make.
     """
@@ -127,13 +128,18 @@ class Scene(Choices):
 
     def __init__(self, rig: Rig, motor_rpm: float, ring_radius: Any = OF_THE_RIG, **fields: Any):
         if isinstance(rig, Rig):  # what a scene does not ask for is what the rig is
-            fields = {"chain": rig.chain.kind, "tension": rig.tension.kept} | fields
+            fields = self._of_the_rig(rig) | fields
             ring_radius = rig.ring_radius if ring_radius is OF_THE_RIG else ring_radius
         given: dict[str, Any] = {"rig": rig, "motor_rpm": motor_rpm, "ring_radius": ring_radius} | fields
         try:
             super().__init__(**given)
         except ValidationError as error:
             raise InputError(sentence("scene", error.errors()[0], "add it")) from None
+
+    @staticmethod
+    def _of_the_rig(rig: Rig) -> dict[str, str]:
+        laws = {"drag": rig.drag, "bushing_law": rig.bushing.law}
+        return {"chain": rig.chain.kind, "tension": rig.tension.kept} | laws
 
     def model_post_init(self, context: Any) -> None:
         """Refuse what is not possible, in one sentence."""

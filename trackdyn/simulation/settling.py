@@ -41,7 +41,7 @@ def allocate(scene: Scene) -> tuple[Model, State, Work]:
     model, pitches = own_wheels(scene.model), scene.rig.chain.pitches
     n, wheels = scene.bodies, len(model.wheels.x)
     state = make_state(n, pitches, wheels)
-    work = equip(make_work(n, pitches, wheels), scene.integrator, pitches, scene.tolerance or 0.0)
+    work = equipped(scene, make_work(n, pitches, wheels))
     if scene.loop == "on_wheels" and (carriers := make_carriers(scene.rig, model, scene.tension, 0.0)) is not None:
         model = model._replace(carriers=carriers)
         state = state._replace(slide=np.zeros((len(carriers.wheel), 5)))
@@ -49,6 +49,13 @@ def allocate(scene: Scene) -> tuple[Model, State, Work]:
         state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))
         work = work._replace(space=make_space_work(n, wheels))
     return model, *with_own(model, state, with_sliding(scene, work, wheels))
+
+
+def equipped(scene: Scene, work: Work) -> Work:
+    """Work with the arrays of the scene's integrator."""
+    branches = scene.model.branches
+    count = 0 if branches is None else len(branches.time)
+    return equip(work, scene.integrator, scene.rig.chain.pitches, scene.tolerance or 0.0, count)
 
 
 def with_sliding(scene: Scene, work: Work, wheels: int) -> Work:
@@ -368,7 +375,7 @@ def settle(scene: Scene, settling: Settling | None = None) -> tuple[Model, State
     state.work_done[:] = 0.0
     refuse_start_in_steel(scene, model, state, settling.work)
     refuse_step(scene, model, layout["settled_tension_n"])
-    work = equip(settling.work, scene.integrator, scene.rig.chain.pitches, scene.tolerance or 0.0)
+    work = equipped(scene, settling.work)
     if model.space is not None:
         state = state._replace(plane=start_plane(scene.rig, model, state))
         work = work._replace(space=make_space_work(len(state.angle), len(model.wheels.x)))
@@ -385,4 +392,4 @@ def _spinning_loop(scene: Scene) -> tuple[Model, State, Work, dict]:
     state.pin[2:] = [-spin * state.pin[1], spin * state.pin[0]]
     work = make_work(len(state.angle), scene.rig.chain.pitches, len(model.wheels.x))
     state, work = with_own(model, state, work)
-    return model, state, equip(work, scene.integrator, scene.rig.chain.pitches, scene.tolerance or 0.0), {}
+    return model, state, equipped(scene, work), {}

@@ -109,6 +109,7 @@ class Door:
         self.plain = work._replace(stages=None, implicit=None)
         self.forms = form((model, state, self.plain))[1]
         self.pitches, self.method = len(state.tooth_impact) // 2, form((work.stages, work.implicit))
+        self.branches = 0 if state.branch is None else len(state.branch)
         self.names = [name for name in _looked_up(model) if name != "sensor.body"]  # a sensor may be put elsewhere
         self.places = [_content(attrgetter(name)(model)) for name in self.names]
         self._passed: tuple[Model, State, Work] | None = None
@@ -151,7 +152,7 @@ class Door:
         if given == self.method:
             return None
         for name in METHODS:
-            other = equip(self.plain, name, self.pitches)
+            other = equip(self.plain, name, self.pitches, branches=self.branches)
             if given == form((other.stages, other.implicit)):
                 return None
         return "work.stages is not that of an integrator, which is not accepted: what integrate.methods.equip makes"

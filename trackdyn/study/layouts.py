@@ -122,6 +122,7 @@ def random_rig(number: int, seed: int = SEED) -> tuple[Rig, dict]:
             "camber": 0.0,
             "bearing_drag": float(base.rollers["idler"].bearing_drag),
             "bearing_torque": 0.0,
+            "rolling_arm": float(base.rollers["idler"].rolling_arm),
         }
         if i != order[k] and rng.random() < 0.15:
             wheels[name]["arm"] = _arm(rng, x, y, radius, 4 * c.link_mass, tension)

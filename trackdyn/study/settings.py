@@ -21,6 +21,9 @@ SceneKey = tuple[Positive, Positive | None]
 Window = Literal["ring 115 rpm", "ring 210 rpm", "no ring 115 rpm", "one impact", "settling under gravity"]
 
 
+# What the other codes' own elements have: a damper beside a spring in a joint, and one on an axle. Rolling resistance
+# would need the contacts' forces there, and rubber a state a joint.
+PEER_LAWS = {"drag": "viscous", "bushing_law": "viscous"}
 # steps (s) with what they are allowed up to: the radius of a ring (m), or a motor speed (rev/min); the last holds
 # beyond
 Allowed = Annotated[list[tuple[Positive, Positive]], Field(min_length=1)]
@@ -48,9 +51,13 @@ def allowed_step(steps: Allowed, value: float | None) -> float:
 
 
 def peer_scene(rig: Rig, reading: str, speed_rpm: float, duration: float, step: float) -> Scene:
-    """Scene of Figure 14: ``speed_rpm`` of the sprocket or of the motor, recorded from the end of the ramp."""
+    """Scene of Figure 14: ``speed_rpm`` of the sprocket or of the motor, recorded from the end of the ramp.
+
+    Wheels of the other codes stand still: the tensioner is locked.
+    """
     motor = speed_rpm * (rig.sprocket.transmission_ratio if reading == "sprocket" else 1.0)
-    return Scene(rig, motor, duration=duration, lead_in=0.0, ramp=1.0, step=step, frame_interval=duration)
+    about = {"duration": duration, "lead_in": 0.0, "ramp": 1.0, "step": step, "frame_interval": duration}
+    return Scene(rig, motor, tension="locked", **PEER_LAWS, **about)
 
 
 def _extrapolates(where: str, steps: Steps) -> None:

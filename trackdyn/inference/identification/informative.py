@@ -17,10 +17,10 @@ from trackdyn.parameters.rig import Rig
 
 # What rulers and scales do not tell: rubber, tension, contact, drag, the fit of chain and sprocket.
 CANDIDATES = (
-    "bushing.stiffness", "bushing.damping", "tension.pre_tension", "sprocket.equal_pitch_radius", "groove.seat_depth",
+    "bushing.stiffness", "bushing.loss_factor", "tension.pre_tension", "sprocket.equal_pitch_radius", "groove.seat_depth",
     "ring_contact.youngs_modulus", "ring_contact.restitution", "ring_contact.transition_velocity",
     "wheel_contact.youngs_modulus", "wheel_contact.restitution", "wheel_contact.transition_velocity",
-    "tooth_contact.restitution", "tooth_contact.friction_dynamic", "idler.bearing_drag", "road_wheel.bearing_drag",
+    "tooth_contact.restitution", "tooth_contact.friction_dynamic", "idler.rolling_arm", "road_wheel.rolling_arm",
 )  # fmt: skip
 LOG_FROM = 4.0  # ratio of the bounds from which on an unknown is spread evenly in its logarithm
 MOST = 4

@@ -34,7 +34,9 @@ SETTINGS = {
     "joint=radial": {"joint": "radial"},
     "closure=elastic_damping": {"closure": "elastic_damping"},
     "tension=sprung": {"tension": "sprung"},
+    "drag=viscous": {"drag": "viscous"},
     "drag=coulomb": {"drag": "coulomb"},
+    "bushing_law=viscous": {"bushing_law": "viscous"},
     "integrator=linearly_implicit": {"integrator": "linearly_implicit"},
     "integrator=rk4": {"integrator": "rk4"},
 }

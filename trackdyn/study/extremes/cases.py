@@ -151,11 +151,12 @@ def friction(rig: Rig, coefficients: list[float], velocities: list[float]) -> It
 
 
 def bushing(rig: Rig, dampings: list[float], integrators: list[str]) -> Iterator[dict]:
-    """Bushings without damping to such as never turn; critical damping is of the order of 2 N m s/rad."""
+    """Viscous bushings without damping to such as never turn; critical damping is of the order of 2 N m s/rad."""
     for damping in dampings:
         for integrator in integrators:
             case = f"damping {damping:g} N m s/rad, {integrator}"
-            yield run_scene("bushing", case, rig, changes={"bushing__damping": damping}, integrator=integrator)
+            fields = {"integrator": integrator, "bushing_law": "viscous"}
+            yield run_scene("bushing", case, rig, changes={"bushing__damping": damping}, **fields)
 
 
 def speed(rig: Rig, speeds: list[float]) -> Iterator[dict]:
@@ -326,7 +327,7 @@ def momentum(rig: Rig, pitches=(3, 5, 35, 200)) -> Iterator[dict]:
 
 def _free(rig: Rig, count: int, damping: float) -> dict:
     free = rig.changed(gravity=0.0, chain__pitches=count, bushing__damping=damping)
-    started = restart(free, 210.0, loop="free", ring_radius=None)
+    started = restart(free, 210.0, loop="free", ring_radius=None, bushing_law="viscous")
     begin = started.momentum
     # linear momentum is zero: its scale is that of the bodies' own
     own = float(started.model.chain.mass @ np.hypot(started.work.com_vx, started.work.com_vy))

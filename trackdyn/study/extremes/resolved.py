@@ -55,8 +55,10 @@ def drawn(number: int, seed: int = SEED) -> tuple[str, Rig, dict]:
     if kind == "odd":
         case = str(rng.choice(["paper", "paper", "m113", "robot"]))
         base = load_rig(case)
+        viscous = base.bushing.law == "viscous"
+        loss = ("bushing__damping", 0.1, 30.0) if viscous else ("bushing__loss_factor", 0.3, 3.0)
         name, low, high = [
-            ("bushing__stiffness", 0.3, 300.0), ("bushing__damping", 0.1, 30.0),
+            ("bushing__stiffness", 0.3, 300.0), loss,
             ("tooth_contact__youngs_modulus", 0.1, 30.0), ("wheel_contact__youngs_modulus", 0.1, 10.0),
             ("tension__pre_tension", 0.4, 2.0), ("chain__link_mass", 0.3, 3.0),
         ][int(rng.integers(6))]  # fmt: skip
