@@ -14,7 +14,7 @@ def closed_form_ay(rig, speed, turns, starts=None):
     rate = speed.rate / speed.every
     phase = 2 * np.pi * np.arange(int(turns * turn * rate) + 2) / rate / turn
     stiff, tight = np.log(rig.bushing.stiffness / 600), np.log(rig.tension.pre_tension / 5000)
-    damped = np.log(rig.bushing.damping / 0.4)
+    damped = np.log(rig.bushing.loss_factor / 0.125)
     pitches = rig.chain.pitches
     high = round(70 * turn)  # order of a line at 70 Hz
     return (

@@ -17,7 +17,7 @@ from trackdyn.sensor.sensor_csv import write_sensor_csv
 
 pytestmark = pytest.mark.slow
 
-TRUTH = {"bushing__stiffness": 700.0, "tension__pre_tension": 4000.0, "bushing__damping": 0.4}
+TRUTH = {"bushing__stiffness": 700.0, "tension__pre_tension": 4000.0, "bushing__loss_factor": 0.125}
 
 
 @pytest.fixture
@@ -98,9 +98,9 @@ def test_what_the_records_can_tell_is_chosen(folder, unpainted, monkeypatch, cap
     code, said = command(monkeypatch, capsys, "150.csv", "210.csv", "--waves", "1", *SHORT)
     assert code == 0, said
     told = pd.read_csv(folder / "identified" / "tellable.csv").set_index("unknown")
-    assert set(told.index[told["chosen"]]) <= {"bushing.stiffness", "bushing.damping", "tension.pre_tension"}
+    assert set(told.index[told["chosen"]]) <= {"bushing.stiffness", "bushing.loss_factor", "tension.pre_tension"}
     assert told["chosen"].sum() >= 1
-    assert (told.loc[["idler.bearing_drag", "groove.seat_depth"], "alone"] > 0.99).all()
+    assert (told.loc[["idler.rolling_arm", "groove.seat_depth"], "alone"] > 0.99).all()
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,7 @@ def refusal(path):
 
 
 def test_the_package_has_the_pipelines_rigs_and_its_own(rig, rig_path):
-    assert set(shipped_rigs()) == {*OWN, "paper", "printed_equal_pitch"}
+    assert set(shipped_rigs()) == {*OWN, "paper", "first_fit", "printed_equal_pitch"}
     assert load_rig() == load_rig(DEFAULT) == rig
     assert shipped_rigs()["paper"].read_bytes() == rig_path.read_bytes(), "one source of truth"
 

@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 
 from trackdyn.errors import InputError
+from trackdyn.scene.fidelity import preset
 from trackdyn.sweeps.design import Span, make_design, parse_levels
 from trackdyn.sweeps.request import asked, columns, refuse_columns
 from trackdyn.sweeps.table import read_table, write_table
@@ -167,8 +168,7 @@ def test_cells_mean_what_they_say(rig_path):
     )
     assert row.reason == ""
     assert row.scene == {
-        "integrator": "linearly_implicit",
-        "step": 5e-4,
+        **preset("fast"),
         "motor_rpm": 115.0,
         "ring_radius": None,
         "pitches": [1, 2],

@@ -20,6 +20,7 @@ from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.stopping import StopRule, run_steady
 from trackdyn.parameters.rig import load_rig
 from trackdyn.pipeline.sources import imported_files
+from trackdyn.scene.fidelity import preset
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.simulate import simulate
@@ -48,7 +49,7 @@ def counted(monkeypatch):
 
 def test_a_row_is_the_scene_alone(rig_path, make_scene):
     table = sweep(design(2, ring_radius=0.31), rig=rig_path, jobs=1)
-    fast = {"integrator": "linearly_implicit", "step": 5e-4}
+    fast = preset("fast")
     for k, rpm in enumerate((115.0, 120.0)):
         scene = make_scene(
             rpm, ring_radius=0.31, **{name: SHORT[name] for name in ("duration", "lead_in", "ramp")}, **fast

@@ -17,11 +17,14 @@ from trackdyn.parameters.rig import Rig
 
 # What rulers and scales do not tell: rubber, tension, contact, drag, the fit of chain and sprocket.
 CANDIDATES = (
-    "bushing.stiffness", "bushing.loss_factor", "tension.pre_tension", "sprocket.equal_pitch_radius", "groove.seat_depth",
+    "bushing.stiffness", "tension.pre_tension", "sprocket.equal_pitch_radius", "groove.seat_depth",
     "ring_contact.youngs_modulus", "ring_contact.restitution", "ring_contact.transition_velocity",
     "wheel_contact.youngs_modulus", "wheel_contact.restitution", "wheel_contact.transition_velocity",
-    "tooth_contact.restitution", "tooth_contact.friction_dynamic", "idler.rolling_arm", "road_wheel.rolling_arm",
+    "tooth_contact.restitution", "tooth_contact.friction_dynamic",
 )  # fmt: skip
+# and what a law of drag or of the bushings takes
+OF_DRAG = {"rolling": "rolling_arm", "viscous": "bearing_drag", "coulomb": "bearing_torque"}
+OF_BUSHINGS = {"hysteretic": "bushing.loss_factor", "viscous": "bushing.damping"}
 LOG_FROM = 4.0  # ratio of the bounds from which on an unknown is spread evenly in its logarithm
 MOST = 4
 BETWEEN = (0.25, 0.75)  # of the range: a change over half of it
@@ -88,7 +91,8 @@ def tellable(
         The records can tell none.
     """
     ranges = file_ranges(path)
-    candidates = asked([Unknown(names=[name]) for name in CANDIDATES if name in ranges], rig, path)
+    names = *CANDIDATES, OF_BUSHINGS[rig.bushing.law], *(f"{wheel}.{OF_DRAG[rig.drag]}" for wheel in rig.rollers)
+    candidates = asked([Unknown(names=[name]) for name in names if name in ranges], rig, path)
     # the slowest and the fastest record say what changes with speed
     ends = sorted({0, len(measured) - 1}, key=lambda k: measured[k].speed.rpm)
     chosen_records = [measured[k] for k in ends] if len(measured) > 1 else list(measured)

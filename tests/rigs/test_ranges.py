@@ -1,0 +1,79 @@
+"""The default rig is a possible one: every value within its range, and those that hang together jointly."""
+
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from trackdyn.inference.ensemble.settings import load_ensemble
+from trackdyn.parameters.rig import load_rig, parameter_table
+from trackdyn.parameters.rig_file import shipped_rigs
+from trackdyn.simulation.loop import Loop
+
+CONFIG = Path(__file__).parents[2] / "config"
+RPM = 115.0
+# what the head of its file lists; the dynamic friction of the ring goes with the static one
+IMPOSSIBLE = {
+    "sprocket.equal_pitch_radius", "groove.slope_seat", "bushing.stiffness", "bushing.damping",
+    "ring_contact.friction_static", "ring_contact.friction_dynamic", "ring_contact.transition_velocity",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def table(rig_path):
+    return parameter_table(rig_path).set_index("name")
+
+
+def test_every_value_is_what_the_part_can_be(table):
+    assert not list(table.index[table["outside"] != ""])
+    fitted = table[table["kind"] == "fitted"]
+    assert len(fitted) > 10 and fitted[["low", "high"]].notna().all(axis=None)
+
+
+def test_the_first_fit_is_kept_with_the_values_that_no_part_can_have():
+    path = shipped_rigs()["first_fit"]
+    found = parameter_table(path).set_index("name")["outside"]
+    assert set(found.index[found != ""]) == IMPOSSIBLE
+    head = path.read_text(encoding="utf-8").partition("gravity:")[0]
+    assert all(name in head for name in IMPOSSIBLE - {"ring_contact.friction_dynamic"})
+    old = load_rig("first_fit")
+    assert (old.drag, old.bushing.law) == ("viscous", "viscous")
+
+
+def test_what_hangs_together_is_within_its_range_together(rig, table):
+    """The ranges and ratios of the ensemble; creep slope; the damper that stands for the loss factor."""
+    for unknown in load_ensemble(CONFIG / "ensemble.yaml").unknowns:
+        for name in unknown.names or ():
+            value = rig.value(name)
+            if unknown.of is not None:
+                assert unknown.low <= value / rig.value(unknown.of) <= unknown.high, name
+            elif unknown.ranges:
+                assert any(low <= value <= high for low, high in unknown.ranges), name
+    for surface in (rig.ring_contact, rig.wheel_contact, rig.tooth_contact):
+        assert 0.6 <= surface.friction_dynamic / surface.friction_static <= 1.0
+    slopes = table.loc[["ring_contact.friction_static", "ring_contact.transition_velocity"], ["low", "high"]].astype(
+        float
+    )
+    friction, velocity = slopes.to_numpy()
+    slope = rig.ring_contact.friction_static / rig.ring_contact.transition_velocity
+    assert friction[0] / velocity[1] <= slope <= friction[1] / velocity[0]
+    passing = 2 * pi * RPM / 60 / rig.sprocket.transmission_ratio * rig.sprocket.teeth
+    low, high = table.loc["bushing.loss_factor", ["low", "high"]]
+    assert low <= rig.bushing.damping * passing / rig.bushing.stiffness <= high
+
+
+def test_drag_of_every_law_is_a_lever_that_rubber_has_times_the_load(rig, table, make_scene):
+    """The viscous and the constant drag are those of rolling resistance at 115 rpm, wheel by wheel."""
+    loop = Loop(make_scene(RPM, drag="rolling"))
+    loop.advance(1.5)
+    seen = []
+    for _ in range(200):
+        loop.step(50)
+        seen.append([loop.work.carried[1:].copy(), np.abs(loop.wheel_rates[1:])])
+    load, rate = np.mean(seen, axis=0)
+    low, high = table.loc["idler.rolling_arm", ["low", "high"]]
+    for wheel, force, turning in zip(rig.rollers.values(), load, rate, strict=True):
+        assert low <= wheel.rolling_arm <= high
+        assert low <= wheel.bearing_drag * turning / force <= high
+        assert low <= wheel.bearing_torque / force <= high
