@@ -98,6 +98,7 @@ def mirrored(model, state, work):
     image_state = state._replace(
         pin=pin, angle=angle, rate=-state.rate[body], wheel_angle=wheel_angle, wheel_rate=-state.wheel_rate,
         tooth_impact=impact, wheel_impact=state.wheel_impact[link].copy(),
+        branch=None if state.branch is None else np.ascontiguousarray(state.branch[:, body - 1]),
     )  # fmt: skip
     return image, image_state, body, link
 

@@ -142,7 +142,7 @@ def dense_solution(chain, angle, rate, loads, torque, contacts, wheel_torque, in
 @pytest.mark.parametrize("carried", [None, np.array([9e3, 4e3, 0.0])], ids=["viscous", "rolling"])
 @pytest.mark.parametrize("n", [6, 13, 35, 70])
 def test_sweep_solves_the_dense_system_of_the_step(make_scene, n, carried, cut):
-    model, pitches = make_scene().model._replace(step=STEP), max(n // 2, 1)
+    model, pitches = make_scene(bushing_law="viscous").model._replace(step=STEP), max(n // 2, 1)
     work, terms = make_work(n, pitches, WHEELS)._replace(carried=carried), make_implicit(n, WHEELS)
     rolling = None if carried is None else np.array([0.0, 0.007, 0.009])
     for array in work.sweep:

@@ -117,7 +117,7 @@ class Settling:
         assembly = assemble(rig, length)
         self.shift = assembly.shift
         self.wheel = tensioner(rig)
-        self.target = rig.tension.pre_tension
+        self.target = self.reached = rig.tension.pre_tension
         # of a slack strand the compliance says too much: no shift of a chunk is longer than a tenth of a body
         self.most = 0.1 * float(length.max())
         # at rest in the plane, with the reference ring and the step of the settling
@@ -125,6 +125,8 @@ class Settling:
         model = own_wheels(scene.model)
         model.wheels.present[SPROCKET] = 1
         model.wheels.radius[SPROCKET] = rig.sprocket.ring_radius
+        if model.wheels.rolling is not None:  # at rest it would keep the strands' tensions apart for seconds
+            model = model._replace(wheels=model.wheels._replace(rolling=np.zeros_like(model.wheels.rolling)))
         self.model = model._replace(
             drive=Drive(0.0, scene.ramp), step=step, stride=max(round(CHUNK / step), 1), solver=None, space=None
         )
@@ -300,6 +302,7 @@ def tensioned(scene: Scene) -> Settling:
     if abs(reached - settling.target) > REACHED * settling.target:
         reached = settling.tighten_on()
     if abs(reached - settling.target) <= REACHED * settling.target:
+        settling.reached = reached
         return settling
     if settling.target < settling.hanging <= reached:
         raise InputError(
@@ -338,7 +341,7 @@ def settle(scene: Scene, settling: Settling | None = None) -> tuple[Model, State
         return _spinning_loop(scene)
     settling = settling or tensioned(scene)
     settling.scene = scene
-    layout = {"tensioner_shift_m": float(settling.shift), "tension_n": settling.tension()}
+    layout = {"tensioner_shift_m": float(settling.shift), "tension_n": settling.reached}
     if scene.tension in CARRIED or any(wheel.carrier for wheel in scene.rig.rollers.values()):
         settling.rest(0.2)
         settling.release()
