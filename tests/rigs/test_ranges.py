@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from trackdyn.inference.ensemble.settings import load_ensemble
-from trackdyn.parameters.rig import load_rig, parameter_table
+from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.rig_file import shipped_rigs
+from trackdyn.parameters.table import parameter_table
 from trackdyn.simulation.loop import Loop
 
 CONFIG = Path(__file__).parents[2] / "config"
