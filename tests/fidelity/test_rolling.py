@@ -110,7 +110,7 @@ def test_a_belt_over_a_wheel_pulls_harder_by_the_arm_times_the_load_over_the_rad
     assert added == pytest.approx(ARM * load / radius, rel=0.02)
 
 
-@pytest.mark.parametrize(("integrator", "step"), [("semi_implicit", 1e-4), ("linearly_implicit", 2e-4), ("rk4", 1e-4)])
+@pytest.mark.parametrize(("integrator", "step"), [("semi_implicit", 1e-4), ("linearly_implicit", 1e-4), ("rk4", 1e-4)])
 def test_the_account_has_the_work_of_every_arm(make_scene, rig, integrator, step):
     """On the way to speed and behind, ring included: the arms times loads and turns, and nothing stays open."""
     loop = Loop(make_scene(150.0, drag="rolling", integrator=integrator, step=step))
