@@ -9,10 +9,11 @@ import pytest
 from trackdyn.errors import InputError
 from trackdyn.peers.answers import _answers, accelerations, compare_answers, ours, outcome
 from trackdyn.peers.comparison import run_peer
+from trackdyn.peers.exudyn_loop import free_wheels
 from trackdyn.peers.rigs import fixed
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
-from trackdyn.study.settings import PeerAnswers
+from trackdyn.study.settings import PEER_LAWS, PeerAnswers
 
 
 def test_accelerations_of_a_known_motion_are_averaged_by_passage():
@@ -28,7 +29,7 @@ def test_accelerations_of_a_known_motion_are_averaged_by_passage():
 
 def test_our_links_move_as_the_loop_says(rig):
     """Places from recorded configurations beside those of a loop that is stepped."""
-    scene = Scene(rig, 115.0, 0.308, duration=0.02, lead_in=0.01, ramp=0.1, spells=False)
+    scene = Scene(rig, 115.0, 0.308, duration=0.02, lead_in=0.01, ramp=0.1, spells=False, **PEER_LAWS)
     centre, _, _ = ours(scene)
     loop = Loop(scene)
     loop.advance(0.13)
@@ -83,7 +84,16 @@ def test_without_the_other_codes_our_side_stands_alone(rig, monkeypatch):
 def test_a_loop_that_the_other_code_has_not_is_refused_with_one_that_it_has(rig):
     """What the refusal advises exists."""
     with pytest.raises(
-        InputError, match=r"peers\.rigs\.fixed with chain = double_pin, tension = locked, space = planar"
+        InputError, match=r"peers\.rigs\.fixed with chain = double_pin, tension = locked, .* bushing_law = viscous"
     ):
-        run_peer(Scene(rig, 115.0, tension="sprung", duration=0.01, spells=False), 5e-4)
-    Scene(fixed(rig), 115.0, chain="double_pin", tension="locked", space="planar")
+        run_peer(Scene(rig, 115.0, tension="sprung", duration=0.01, spells=False, **PEER_LAWS), 5e-4)
+    scene = Scene(fixed(rig), 115.0, chain="double_pin", tension="locked", space="planar", **PEER_LAWS)
+    assert free_wheels(scene, scene.model).drag == tuple(wheel.bearing_drag for wheel in rig.rollers.values())
+
+
+@pytest.mark.parametrize("other", [{"drag": "rolling"}, {"drag": "coulomb"}, {"bushing_law": "hysteretic"}])
+def test_a_law_that_the_other_codes_have_not_is_refused(rig, other):
+    """It was left out unsaid."""
+    scene = Scene(rig, 115.0, **PEER_LAWS | other)
+    with pytest.raises(InputError, match="viscous drag and bushings"):
+        free_wheels(scene, scene.model)

@@ -19,6 +19,7 @@ from trackdyn.report.figures.peer import displacement_figure, model_figure
 from trackdyn.scene.build import build_chain
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
+from trackdyn.study.settings import PEER_LAWS
 from trackdyn.study.extremes.solvers import Pose, posed
 
 pytestmark = pytest.mark.peer
@@ -95,7 +96,7 @@ def test_running_on_plain_wheels_agrees(rig):
     # high-order method resolves. Bushings are less damped for the reference's sake, which is explicit.
     rig = rig.changed(bushing__damping=1.0, ring_contact__restitution=1.0, wheel_contact__restitution=1.0)
     rig = rig.changed(ring_contact__friction_static=0.3, ring_contact__friction_dynamic=0.3)
-    scene = Scene(rig, 115.0, ramp=0.4)
+    scene = Scene(rig, 115.0, ramp=0.4, **PEER_LAWS)
     loop = Loop(scene)
     model, state, work = loop.model, loop.state, loop.work
     model = model._replace(tooth=model.tooth._replace(present=0))

@@ -22,7 +22,7 @@ from trackdyn.scene.build import build_chain
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.study.extremes.solvers import Pose, posed
-from trackdyn.study.settings import PeerAnswers
+from trackdyn.study.settings import PEER_LAWS, PeerAnswers
 
 pytestmark = pytest.mark.peer
 STEP = 5e-4  # s
@@ -31,7 +31,7 @@ STEP = 5e-4  # s
 @pytest.fixture(scope="module")
 def scene(rig):
     """The scene of the table, short."""
-    return Scene(rig, 115.0, 0.308, duration=1.0, lead_in=0.0, ramp=0.4, spells=False)
+    return Scene(rig, 115.0, 0.308, duration=1.0, lead_in=0.0, ramp=0.4, spells=False, **PEER_LAWS)
 
 
 @pytest.fixture(scope="module")
@@ -137,7 +137,9 @@ def test_every_bushing_resists_bend_and_rate(built):
 def test_a_free_loop_swings_as_the_simulators_does(rig):
     """An oblong, spinning loop without wheels: bushings' damping and the terms of the rates, in the air."""
     pytest.importorskip("mujoco")
-    scene = Scene(rig, 115.0, None, loop="free", duration=0.4, lead_in=0.0, ramp=0.1, step=2e-5, spells=False)
+    scene = Scene(
+        rig, 115.0, None, loop="free", duration=0.4, lead_in=0.0, ramp=0.1, step=2e-5, spells=False, **PEER_LAWS
+    )
     loop = Loop(scene)
     chain, start = loop.model.chain, start_of(loop.state)
     runs = [run_loop(build(chain, step), chain, start, 0.4, 0.1) for step in (2.5e-4, 1.25e-4)]
