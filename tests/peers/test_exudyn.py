@@ -19,8 +19,8 @@ from trackdyn.report.figures.peer import displacement_figure, model_figure
 from trackdyn.scene.build import build_chain
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
-from trackdyn.study.settings import PEER_LAWS
 from trackdyn.study.extremes.solvers import Pose, posed
+from trackdyn.study.settings import PEER_LAWS
 
 pytestmark = pytest.mark.peer
 # m, on paths of about a metre: with these steps the extrapolated result of the other code is good to 3e-7, the
