@@ -246,7 +246,7 @@ FOUND = [
     ("changes", "fields"),
     [
         # settling took steps of 1e-4 s whatever the sample interval was
-        ({"sensor__rate": 8000}, {"step": 1 / 8000}),
+        ({"sensor__rate": 12000}, {"step": 1 / 12000}),
         # and explicit ones where the scene's are linearly implicit, with limits that those do not have
         ({"bushing__stiffness": 1e6}, {"integrator": "linearly_implicit"}),
         ({"tooth_contact__transition_velocity": 1e-4}, {"integrator": "linearly_implicit"}),
