@@ -94,3 +94,31 @@ def test_a_configuration_that_would_be_run_is_refused_before_it_is(started, tmp_
     with pytest.raises(InputError, match="__use_yte__ is not a known parameter"):
         run.main(["-j2", "--configfile", "mine.yaml"])
     assert started == []
+
+
+STOPPED = "interrupted; nothing had begun\n"
+
+
+@pytest.mark.parametrize(
+    ("code", "module", "exit_code", "said"),
+    [
+        ("import runpy; runpy.run_path('workflow/run.py', run_name='__main__')", "trackdyn.errors", 1, STOPPED),
+        ("import run; exec(run.SNAKEMAKE)", "snakemake.cli", 1, STOPPED),
+        ("snakemake = 1; from _script import logged", "trackdyn.errors", 130, ""),
+    ],
+)
+def test_an_interruption_of_imports_leaves_no_traceback(code, module, exit_code, said):
+    """Ctrl-C while a run or one of its jobs still imports."""
+    find = f"""
+import os, signal, sys
+sys.path[:0] = ["workflow", "workflow/scripts"]
+class Struck:
+    def find_spec(self, name, *_):
+        if name == {module!r}:
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Struck())
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", find + code], cwd=Path(__file__).parents[2], capture_output=True, text=True
+    )
+    assert (done.returncode, done.stderr) == (exit_code, said)
