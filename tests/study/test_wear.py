@@ -12,7 +12,7 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.study.wear.contour import ARC_NODES, contours, fit_flank, worn_rig
 from trackdyn.study.wear.law import Depths, depth, load_coefficients
-from trackdyn.study.wear.life import Found, Limits, Until, Walk, Worn, crossing, live, parse_until
+from trackdyn.study.wear.life import SHARES, Found, Limits, Until, Walk, Worn, crossing, live, parse_until
 from trackdyn.study.wear.work import distribute
 
 COEFFICIENTS = load_coefficients()
@@ -95,7 +95,7 @@ def test_where_a_step_reaches_a_bound():
 
 @pytest.mark.parametrize(
     ("text", "found"),
-    [("ring 0.303 m", ("ring", 0.303)), ("tooth 1 mm", ("tooth", 1e-3)), ("distance 5000 km", ("distance", 5e6))],
+    [("ring 0.303 m", ("ring", 0.303)), ("ring 303 mm", ("ring", 0.303)), ("distance 5000 km", ("distance", 5e6))],
 )
 def test_bounds_are_read(text, found):
     what, value = parse_until(text)
@@ -229,26 +229,32 @@ def test_every_groove_is_worn_alike(rig):
 
 
 def test_what_is_removed_is_the_integral_of_the_work(rig, worked):
-    depths = Depths(contours(rig.groove_profile))
-    rates = depths.rates(rig, 0.304, worked, COEFFICIENTS)
-    removed = depths.removed(rig, 0.304, rates * worked.distance)
+    of = contours(rig.groove_profile)
+    depths = Depths(of)
+    gone = worked.distance * depths.rates(rig, 0.304, worked, COEFFICIENTS)
+    width, turn = rig.tooth_contact.contact_length, 2 * np.pi / ARC_NODES
+    removed = {
+        "ring": gone[depths.ring] * 2 * np.pi * 0.304 * rig.ring_contact.contact_length,
+        "arc": gone[depths.arcs].sum() * turn * rig.chain.connector_radius * width * rig.chain.pitches,
+        "tooth": sum(gone[f] @ c.length for f, c in zip(depths.flanks, of, strict=True)) * width * rig.sprocket.teeth,
+    }
     for part, work in (("ring", worked.ring), ("arc", worked.areas.sum()), ("tooth", worked.areas.sum())):
         assert removed[part] * getattr(COEFFICIENTS, part) == pytest.approx(work, rel=1e-6), part
 
 
 def test_a_rig_without_friction_does_not_wear(rig):
-    worn = Worn(rig, 150.0, 0.308, COEFFICIENTS, FIELDS | {"friction": "none"}, QUICK)
+    worn = Worn(rig, 150.0, COEFFICIENTS, FIELDS | {"friction": "none"}, QUICK)
     found = worn(np.zeros(worn.depths.size))
     assert found.told["left_share_pct"] + found.told["ring_share_pct"] > 10.0  # it touches
     assert found.rate[worn.depths.bushing] > 0  # lost within the rubber, not by friction
-    assert not np.delete(found.rate, worn.depths.bushing).any()
+    assert not np.delete(found.rate, [worn.depths.bushing, worn.depths.distance]).any()
 
 
 def test_a_worn_rig_started_anew_takes_the_same_step(rig, tmp_path):
     until, limits, out = parse_until("distance 3000 km"), Limits(share=100.0, ring=2e-4), tmp_path / "life.parquet"
 
     def new():
-        return Worn(rig, 150.0, 0.308, COEFFICIENTS, FIELDS, QUICK)
+        return Worn(rig, 150.0, COEFFICIENTS, FIELDS, QUICK)
 
     def stop(row):
         if row["distance_km"] > 0:
@@ -274,18 +280,20 @@ class Known(Worn):
 
     def __call__(self, y):
         d, rate = self.depths, np.zeros(self.depths.size)
-        over = self.ring_radius - y[d.ring] - 0.302
+        over = self.rig.ring_radius - y[d.ring] - 0.302
         if over < self.least:
             raise DivergenceError("no such rig")
         rate[d.ring] = self.decay * over
-        rate[d.flanks[0]] = 1e-12
-        return Found(rate, np.array([10 - 1e3 * over, 0.0, 45.0]), {"left_share_pct": 10 - 1e3 * over,
-                     "right_share_pct": 0.0, "ring_share_pct": 45.0})  # fmt: skip
+        rate[d.flanks[0]], rate[d.distance] = 1e-12, 1.0
+        shares = (10 - 1e3 * over, 0.0, 45.0)
+        radius = self.rig.ring_radius - float(y[d.ring])
+        return Found(rate, np.array(shares), dict(zip(SHARES, shares, strict=True)) | {"ring_radius_m": radius})
 
 
 @pytest.fixture
 def known(rig):
-    worn = Known(rig, 115.0, 0.308, COEFFICIENTS, {})
+    rig = rig.changed(sprocket__ring_radius=0.308)
+    worn = Known(rig, 115.0, COEFFICIENTS, {})
     worn.least = 0.0
     return worn
 
@@ -309,7 +317,7 @@ def test_a_life_ends_where_the_model_ends(known):
 
 
 def test_a_bound_behind_the_new_rig_is_refused(known):
-    with pytest.raises(InputError, match="is behind the new rig"):
+    with pytest.raises(InputError, match="is not below the new ring"):
         live(known, Until("ring", 0.309))
 
 

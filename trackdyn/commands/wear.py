@@ -14,16 +14,13 @@ from trackdyn.commands.options import (
     Speed,
     Step,
     file_option,
-    ring_fields,
 )
 
 
 def wear(
     rig: RigArgument,
     out: Annotated[Path, file_option("--out", "Table to write: a row a state of the worn rig", ".parquet")],
-    until: Annotated[
-        str, typer.Option("--until", help="'ring 0.303 m', 'tooth 1 mm', 'pitch 2 mm' or 'distance 5000 km'.")
-    ],
+    until: Annotated[str, typer.Option("--until", help="'ring 0.303 m' or 'distance 5000 km'.")],
     rpm: Speed = 115.0,
     ring_radius: RingRadius = None,
     tension: Annotated[
@@ -47,10 +44,14 @@ def wear(
     from trackdyn.study.wear.life import Worn, live, parse_until
 
     loaded, bound = load_rig(rig), parse_until(until)
-    radius = ring_fields(ring_radius).get("ring_radius", loaded.ring_radius)
+    if ring_radius is not None:
+        ring = (
+            {"sprocket__ring": "none"} if ring_radius.radius is None else {"sprocket__ring_radius": ring_radius.radius}
+        )
+        loaded = loaded.changed(**ring)
     fields = preset_fields(preset) | ({} if step is None else {"step": step})
     fields |= {} if tension is None else {"tension": tension}
-    worn = Worn(loaded, rpm, radius, load_coefficients(coefficients or DEFAULT), fields)
+    worn = Worn(loaded, rpm, load_coefficients(coefficients or DEFAULT), fields)
 
     def say(row: dict) -> None:
         if not quiet:

@@ -3,6 +3,7 @@
 Archard's law with a constant coefficient of friction is the same: the energy density is ``mu H / K``.
 """
 
+from itertools import pairwise
 from math import pi
 from pathlib import Path
 from typing import Annotated
@@ -32,10 +33,6 @@ class Coefficients(Section):
     bushing_area: Annotated[float, Quantity("m2", gt=0)]
     scatter: Annotated[float, Quantity("m", ge=0, le=0.01)]
 
-    def scaled(self, **factors: float) -> "Coefficients":
-        """With some energy densities multiplied."""
-        return Coefficients(**self.model_dump() | {name: getattr(self, name) * by for name, by in factors.items()})
-
 
 def load_coefficients(path: Path | str = DEFAULT) -> Coefficients:
     """Read and validate a file of coefficients; every one has value, unit, kind and source.
@@ -54,7 +51,7 @@ def depth(work, energy_density: float, area):
 
 
 class Depths:
-    """Names of the parts of a vector of depths (m) of a worn rig: where each begins and ends.
+    """Where the parts of the state of a worn rig stand: depths in m, and the distance that the chain ran in m.
 
     ``ring`` and ``bushing`` are single depths, ``arcs`` those of left and right arc over the angle, ``flanks`` those
     of left and right flank over the nodes of the contour.
@@ -62,14 +59,12 @@ class Depths:
 
     def __init__(self, contours: tuple[Contour, Contour]):
         self.contours = contours
-        ends = np.cumsum([1, 1, 2 * ARC_NODES, *(len(contour.points) for contour in contours)])
-        self.size = int(ends[-1])
-        self.ring, self.bushing = 0, 1
-        self.arcs = slice(2, int(ends[2]))
-        self.flanks = slice(int(ends[2]), int(ends[3])), slice(int(ends[3]), int(ends[4]))
+        ends = np.cumsum([2, 2 * ARC_NODES, *(len(contour.points) for contour in contours)])
+        self.ring, self.bushing, self.distance, self.size = 0, 1, int(ends[3]), int(ends[3]) + 1
+        self.arcs, *self.flanks = (slice(int(a), int(b)) for a, b in pairwise(ends))
 
     def rates(self, rig: Rig, ring_radius: float | None, worked: Worked, coefficients: Coefficients) -> np.ndarray:
-        """Depths (m) for each metre that the chain runs, of the work over a stretch."""
+        """Change of the state for each metre that the chain runs, of the work over a stretch."""
         c, chain, found = coefficients, rig.chain, np.zeros(self.size)
         if ring_radius is not None:
             found[self.ring] = depth(worked.ring, c.ring, 2 * pi * ring_radius * rig.ring_contact.contact_length)
@@ -80,15 +75,5 @@ class Depths:
         for flank, contour, work in zip(self.flanks, self.contours, worked.flanks, strict=True):
             spread = contour.spread(c.scatter) @ work.sum(axis=0)
             found[flank] = depth(spread, c.tooth, rig.sprocket.teeth * width * contour.length)
+        found[self.distance] = worked.distance
         return found / worked.distance
-
-    def removed(self, rig: Rig, ring_radius: float | None, depths: np.ndarray) -> dict[str, float]:
-        """Volumes (m3) that depths are, of ``ring``, ``arc`` and ``tooth``: the other way around."""
-        width, strip = rig.tooth_contact.contact_length, 2 * pi / ARC_NODES * rig.chain.connector_radius
-        ring = 0.0 if ring_radius is None else 2 * pi * ring_radius * rig.ring_contact.contact_length
-        lengths = zip(self.flanks, self.contours, strict=True)
-        return {
-            "ring": float(depths[self.ring]) * ring,
-            "arc": float(depths[self.arcs].sum()) * strip * width * rig.chain.pitches,
-            "tooth": sum(float(depths[f] @ c.length) for f, c in lengths) * width * rig.sprocket.teeth,
-        }

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from trackdyn.errors import DivergenceError, InputError
+from trackdyn.errors import DivergenceError, InputError, shown
 from trackdyn.files import keep, refuse_unwritable
 from trackdyn.measure.meshing import meshing_summary
 from trackdyn.measure.stopping import StopRule, refuse_undriven, run_steady, steady_fields
@@ -44,7 +44,7 @@ class Limits(NamedTuple):
     and the error of it, relative to that change.
     """
 
-    ring: float = 8e-4
+    ring: float = 5e-4
     depth: float = 1.5e-4
     share: float = 6.0
     error: float = 0.2
@@ -55,35 +55,31 @@ class Limits(NamedTuple):
 
 
 class Until(NamedTuple):
-    """Where a life ends: at a radius of the ring, a depth of a flank, a longer pitch (m), or a distance (m)."""
+    """Where a life ends: at a radius of the ring, or at a distance (m)."""
 
     what: str
     value: float
 
 
-UNITS = {"ring": {"m": 1.0, "mm": 1e-3}, "tooth": {"m": 1.0, "mm": 1e-3}, "pitch": {"m": 1.0, "mm": 1e-3},
-         "distance": {"m": 1.0, "km": 1e3}}  # fmt: skip
+UNITS = {"ring": {"m": 1.0, "mm": 1e-3}, "distance": {"m": 1.0, "km": 1e3}}
 
 
 def parse_until(text: str) -> Until:
-    """Read a bound such as ``ring 0.303 m``, ``tooth 1 mm``, ``pitch 2 mm`` or ``distance 5000 km``.
+    """Read a bound such as ``ring 0.303 m`` or ``distance 5000 km``.
 
     Raises
     ------
     InputError
-        It is none of these.
+        It is neither of these.
     """
     try:
         what, value, unit = str(text).split()
-        return Until(what, float(value) * UNITS[what][unit]) if 0 < float(value) < 1e9 else _no_bound(text)
+        if 0 < (number := float(value)) < 1e9:
+            return Until(what, number * UNITS[what][unit])
     except (ValueError, KeyError):
-        return _no_bound(text)
-
-
-def _no_bound(text: str) -> Until:
+        pass
     raise InputError(
-        f"until = {text!r} is not accepted: a bound such as 'ring 0.303 m', 'tooth 1 mm', 'pitch 2 mm' or "
-        "'distance 5000 km' is needed"
+        f"until = {shown(text)} is not accepted: a bound such as 'ring 0.303 m' or 'distance 5000 km' is needed"
     )
 
 
@@ -170,11 +166,9 @@ class Worn:
     Attributes
     ----------
     rig : Rig
-        As new.
+        As new; the tension is set with its new ring.
     rpm : float
         Motor speed, rev/min.
-    ring_radius : float or None
-        Of the new ring, m.
     coefficients : Coefficients
     fields : dict
         Of the scene: tension, step, integrator and the like.
@@ -184,7 +178,6 @@ class Worn:
 
     rig: Rig
     rpm: float
-    ring_radius: float | None
     coefficients: Coefficients
     fields: dict
     rule: StopRule = RULE
@@ -193,72 +186,45 @@ class Worn:
         self.depths = Depths(contours(self.rig.groove_profile))
         self._shift: float | None = None
 
-    def worn(self, y: np.ndarray) -> tuple[Rig, float | None, float]:
-        """The worn rig, the radius of its ring (m), and how far its arcs miss its flanks (m)."""
+    def __call__(self, y: np.ndarray) -> Found:
         d = self.depths
         rig, missed = worn_rig(self.rig, d.contours, [y[f] for f in d.flanks], y[d.arcs], float(y[d.bushing]))
-        return rig, None if self.ring_radius is None else self.ring_radius - float(y[d.ring]), missed
-
-    def __call__(self, y: np.ndarray) -> Found:
-        rig, radius, missed = self.worn(y)
         if missed > FOLLOW:
             raise InputError(f"the arcs miss the worn flank by {1e3 * missed:.2g} mm, more than {1e3 * FOLLOW:g} mm")
-        scene = Scene(
-            rig, self.rpm, radius, sliding=True, every_link=True, **steady_fields(rig, self.rpm, self.rule),
-            **self.fields,
-        )  # fmt: skip
+        radius = None if self.rig.ring_radius is None else self.rig.ring_radius - float(y[d.ring])
+        steady = steady_fields(rig, self.rpm, self.rule)
+        scene = Scene(rig, self.rpm, radius, sliding=True, every_link=True, **steady, **self.fields)
         refuse_undriven(scene)
         loop = Loop(scene)
-        if scene.tension == "locked":  # the wheel stays where it was for the new chain
-            self._shift = self._first_shift(loop, y)
+        if scene.tension == "locked":  # the wheel stays where the new chain put it
+            if self._shift is None:
+                new = loop if not y.any() else Loop(Scene(self.rig, self.rpm, **self.fields))
+                self._shift = float(new.layout["tensioner_shift_m"])
             loop.shift_tensioner(self._shift)
-        recording, steady = run_steady(loop, self.rule)
-        of = self.depths.contours
-        worked = distribute(loop, of, [c.worn(y[f]) for c, f in zip(of, self.depths.flanks, strict=True)])
-        rate = self.depths.rates(rig, radius, worked, self.coefficients)
+        recording, converged = run_steady(loop, self.rule)
+        worked = distribute(loop, d.contours, [c.worn(y[f]) for c, f in zip(d.contours, d.flanks, strict=True)])
         summary, felt = meshing_summary(recording), whole_loop(recording)
-        told = {name: summary[name] for name in SUMMARY} | {"steady": steady}
+        per_km = 1e3 / worked.distance
+        told = {name: summary[name] for name in SUMMARY} | {
+            "ring_radius_m": float("nan") if radius is None else radius, "longer_pitch_m": 2 * float(y[d.bushing]),
+            "left_depth_m": float(y[d.flanks[0]].max()), "right_depth_m": float(y[d.flanks[1]].max()),
+            "arc_depth_m": float(y[d.arcs].max()), "misfit_m": missed, "steady": converged,
+            "work_teeth_j_km": float(worked.areas.sum()) * per_km, "work_ring_j_km": worked.ring * per_km,
+            "work_bushings_j_km": worked.bushing * per_km,
+        }  # fmt: skip
         for name in SENSED:
             told |= {f"{name}_g": felt[name].value, f"{name}_half_width_g": felt[name].half_width}
-        per_km = 1e3 / worked.distance
-        told |= {
-            "work_teeth_j_km": float(worked.areas.sum()) * per_km, "work_ring_j_km": worked.ring * per_km,
-            "work_bushings_j_km": worked.bushing * per_km, "misfit_m": missed,
-        }  # fmt: skip
-        return Found(rate, np.array([summary[name] for name in SHARES]), told)
+        return Found(d.rates(rig, radius, worked, self.coefficients), np.array([told[name] for name in SHARES]), told)
 
-    def _first_shift(self, loop: Loop, y: np.ndarray) -> float:
-        if self._shift is not None:
-            return self._shift
-        if not y.any():
-            return float(loop.layout["tensioner_shift_m"])
-        new = Scene(self.rig, self.rpm, self.ring_radius, **self.fields)
-        return float(Loop(new).layout["tensioner_shift_m"])
-
-    def goal(self, until: Until, y: np.ndarray) -> tuple[float, int]:
-        """What is left to a bound (m), and the entry of the state that reaches it (-1: distance)."""
-        d = self.depths
-        if until.what == "ring":
-            if self.ring_radius is None:
-                raise InputError("until = 'ring ...' is not accepted: the rig has no ring; another bound is needed")
-            return self.ring_radius - until.value - float(y[d.ring]), d.ring
-        if until.what == "pitch":
-            return until.value / 2 - float(y[d.bushing]), d.bushing
-        if until.what == "tooth":
-            entry = d.flanks[0].start + int(np.argmax(y[d.flanks[0].start : d.flanks[1].stop]))
-            return until.value - float(y[entry]), entry
-        return float("inf"), -1
-
-    def row(self, x: float, y: np.ndarray) -> dict[str, Any]:
-        """What a state is in words of the rig."""
-        d = self.depths
-        radius = float("nan") if self.ring_radius is None else self.ring_radius - float(y[d.ring])
-        left, right = (y[f] for f in d.flanks)
-        return {
-            "distance_km": x / 1e3, "ring_radius_m": radius, "left_depth_m": float(left.max()),
-            "right_depth_m": float(right.max()), "arc_depth_m": float(y[d.arcs].max()),
-            "longer_pitch_m": 2 * float(y[d.bushing]),
-        }  # fmt: skip
+    def goal(self, until: Until) -> tuple[int, float]:
+        """The entry of the state that reaches a bound, and the value at which it does."""
+        if until.what == "distance":
+            return self.depths.distance, until.value
+        if self.rig.ring_radius is None:
+            raise InputError("until = 'ring ...' is not accepted: the rig has no ring; a distance is needed")
+        if (loss := self.rig.ring_radius - until.value) > 0:
+            return self.depths.ring, loss
+        raise InputError(f"until = ring {until.value:g} m is not below the new ring, {self.rig.ring_radius:g} m")
 
 
 def live(
@@ -292,7 +258,7 @@ def live(
         The new rig cannot run, ``until`` lies behind it, or ``out`` holds another life.
     """
     request = key_of(
-        row_sources("study/wear"), worn.rig.model_dump(), worn.rpm, worn.ring_radius, worn.coefficients.model_dump(),
+        row_sources("study/wear"), worn.rig.model_dump(), worn.rpm, worn.coefficients.model_dump(),
         worn.fields, worn.rule.model_dump(), until, limits,
     )  # fmt: skip
     rows: list[dict] = []
@@ -323,71 +289,43 @@ def _begun(out: Path, request: str, overwrite: bool) -> list[dict]:
 
 
 def _rows(worn: Worn, until: Until, limits: Limits, rows: list[dict]) -> Iterator[dict]:
-    d = worn.depths
+    """Rows from the first one or from those that are there; the list grows with what is yielded."""
+    d, (entry, goal) = worn.depths, worn.goal(until)
     scale = np.full(d.size, limits.depth)
-    scale[d.ring] = limits.ring
+    scale[d.ring], scale[d.distance] = limits.ring, np.inf
     walk = Walk(worn, scale, np.full(len(SHARES), limits.share), limits.error)
-    x, y = 0.0, np.zeros(d.size)
+
+    def row(length: float, end: str) -> dict:
+        """The present state; rates without work of friction end the life."""
+        if not found.rate[: d.distance].any():
+            end = end or "nothing wears: there is no work of friction"
+        elif not found.rate[entry]:
+            end = end or "the links no longer touch the ring"
+        told = {"distance_km": float(y[d.distance]) / 1e3} | dict(found.told)
+        return told | {"depths": y.tolist(), "rates": found.rate.tolist(), "next_m": length, "end": end}
+
     if rows:
-        x, y = 1e3 * rows[-1]["distance_km"], np.array(rows[-1]["depths"])
-        if rows[-1]["end"]:
-            return
+        y, length = np.array(rows[-1]["depths"]), rows[-1]["next_m"]
         found = Found(np.array(rows[-1]["rates"]), np.array([rows[-1][name] for name in SHARES]))
-        length = rows[-1]["next_m"]
     else:
-        if worn.goal(until, y)[0] <= 0:
-            raise InputError(f"until = {until.what} {until.value:g} m is behind the new rig; a bound ahead is needed")
+        y = np.zeros(d.size)
         found = walk.look(y)
         length = walk.longest(found)
-        yield _row(worn, x, y, found, length, _still(worn, found, until))
-        if _still(worn, found, until):
-            return
-    for _ in range(len(rows), MOST_STEPS):
-        left, entry = worn.goal(until, y)
-        speed = float(found.rate[entry]) if entry >= 0 else 1.0
-        left = left if entry >= 0 else until.value - x
-        # a tenth beyond a bound, so that the step that reaches it is the last one
-        asked = min(length, (1.1 if entry >= 0 else 1.0) * left / speed) if speed > 0 else length
+        yield row(length, "")
+    while not rows[-1]["end"]:
+        # a tenth beyond the bound, so that the step that reaches it is the last one
+        asked = min(length, 1.1 * (goal - y[entry]) / found.rate[entry])
         try:
             taken, new, there, ahead = walk.step(y, found, asked)
         except (InputError, DivergenceError) as error:
             yield rows[-1] | {"end": f"left the model: {' '.join(str(error).split())}"}
             return
-        at = _reached(worn, until, (x, y, new), (found, ahead), taken)
-        end = ""
-        if at is not None:
-            new = y + at * found.rate + at**2 * (ahead.rate - found.rate) / (2 * taken)
-            there, taken, end = walk.look(new), at, f"reached {until.what} {until.value:g} m"
-        x, y, found = x + taken, new, there
+        end = f"more than {MOST_STEPS} steps" if len(rows) >= MOST_STEPS else ""
+        if new[entry] >= goal:
+            at = crossing(goal - y[entry], found.rate[entry], ahead.rate[entry], taken)
+            taken, bend = (taken if at is None else at), (ahead.rate - found.rate) / (2 * taken)
+            new, end = y + taken * found.rate + taken**2 * bend, f"reached {until.what} {until.value:g} m"
+            there = walk.look(new)
         # not more than twice the step before; the shares ask for short steps where they change
-        length = min(walk.longest(found), 2.0 * taken)
-        end = end or _still(worn, found, until)
-        yield _row(worn, x, y, found, length, end)
-        if end:
-            return
-
-
-def _reached(worn: Worn, until: Until, states, rates: tuple[Found, Found], taken: float) -> float | None:
-    """Where within a step from one state to another (m) the bound is reached, if it is."""
-    x, y, new = states
-    left, entry = worn.goal(until, new)
-    if entry < 0:
-        return taken if x + taken >= until.value * (1 - 1e-12) else None
-    if left > 0:
-        return None
-    at = crossing(left + float(new[entry] - y[entry]), *(float(found.rate[entry]) for found in rates), taken)
-    return taken if at is None else at
-
-
-def _still(worn: Worn, found: Found, until: Until) -> str:
-    """Why nothing more will happen; empty if something does."""
-    if not found.rate.any():
-        return "nothing wears: there is no work of friction"
-    if until.what == "ring" and not found.rate[worn.depths.ring]:
-        return "the links no longer touch the ring"
-    return ""
-
-
-def _row(worn: Worn, x: float, y: np.ndarray, found: Found, length: float, end: str) -> dict[str, Any]:
-    told = {"depths": y.tolist(), "rates": found.rate.tolist(), "next_m": length, "end": end}
-    return worn.row(x, y) | dict(found.told) | told
+        y, found, length = new, there, min(walk.longest(there), 2.0 * taken)
+        yield row(length, end)
