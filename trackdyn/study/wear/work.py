@@ -48,24 +48,13 @@ class Worked(NamedTuple):
     estimate: float
 
 
-class _Rows(NamedTuple):
-    """What a stretch is made of, a row a step."""
-
-    force: np.ndarray
-    area: np.ndarray
-    groove: np.ndarray
-    frame: np.ndarray
-    sliding: np.ndarray
-    loss: np.ndarray
-
-
-def _rows(loop: Loop, count: int) -> _Rows:
+def _rows(loop: Loop, count: int) -> dict[str, np.ndarray]:
+    """Contacts of all arcs, configurations, account of sliding and loss in the bushings, a row a step."""
     pitches = range(1, loop.scene.rig.chain.pitches + 1)
     record = loop.room(count, pitches=pitches, frames=count, frame_stride=1, sliding=len(loop.work.sliding))
     loop.fill(record)
-    return _Rows(
-        record.force[:, :, :2], record.area, record.groove, record.frame, record.sliding, record.energy[:, BUSHING_LOSS]
-    )
+    rows = {name: getattr(record, name) for name in ("force", "area", "groove", "frame", "sliding")}
+    return rows | {"loss": record.energy[:, BUSHING_LOSS]}
 
 
 def distribute(loop: Loop, of: tuple[Contour, Contour], points: list[np.ndarray], turns: float = 1.0) -> Worked:
@@ -98,57 +87,57 @@ def distribute(loop: Loop, of: tuple[Contour, Contour], points: list[np.ndarray]
     first, left = before, round(turns * 2 * pi / abs(scene.sprocket_rate) / step)
     while left:
         rows = _rows(loop, count := min(left, CHUNK))
-        both = _Rows(*(np.concatenate([a, b]) for a, b in zip(before, rows, strict=True)))
+        both = {name: np.concatenate([before[name], part]) for name, part in rows.items()}
         estimate += _deposit(loop, both, points, flanks, arcs)
-        before, left = _Rows(*(part[-1:] for part in rows)), left - count
-    done = before.sliding[0] - first.sliding[0]
-    turned = abs(before.frame[0, -1] - first.frame[0, -1]) / (2 * pi)
+        before, left = {name: part[-1:] for name, part in rows.items()}, left - count
+    change = {name: before[name][0] - first[name][0] for name in ("sliding", "loss", "frame")}
+    done, turned = change["sliding"], abs(change["frame"][-1]) / (2 * pi)
     rig = scene.rig
     pitch = rig.single_pin_pitch if scene.chain == "single_pin" else rig.chain.link_length + rig.connector_length
     return Worked(
-        flanks, arcs, done[:TOOTH_AREAS], float(done[TOOTH_AREAS]), float(before.loss[0] - first.loss[0]),
+        flanks, arcs, done[:TOOTH_AREAS], float(done[TOOTH_AREAS]), float(change["loss"]),
         turned * rig.sprocket.teeth * pitch, estimate,
     )  # fmt: skip
 
 
-def _deposit(loop: Loop, rows: _Rows, points, flanks, arcs) -> float:
+def _deposit(loop: Loop, rows: dict, points, flanks, arcs) -> float:
     """Add the work of every step to the nodes; returns its sum by the law of friction alone, J."""
     tooth, shoes, chain, step = loop.model.tooth, loop.model.shoes, loop.model.chain, loop.model.step
-    row, pitch, side = np.nonzero(rows.area[:-1])  # contacts at the beginning of each step
+    row, pitch, side = np.nonzero(rows["area"][:-1])  # contacts at the beginning of each step
     if not len(row):
         return 0.0
-    area, groove = (part[row, pitch, side].astype(int) for part in (rows.area, rows.groove))
-    force, arc, j = rows.force[row, pitch, side], 2 * pitch + side, area - 1
+    area, groove = (part[row, pitch, side].astype(int) for part in (rows["area"], rows["groove"]))
+    force, arc, j = rows["force"][row, pitch, side], 2 * pitch + side, area - 1
     body = shoes.arc_body[arc]
-    local, angle = [], []
-    for k in (row, row + 1):
-        centre = _centres(rows.frame[k], chain.length, body, shoes.arc_x[arc])
-        turn = rows.frame[k, -1]
-        # frame of the groove (`contact.tooth.in_groove`)
-        c, s = np.cos(turn), np.sin(turn)
-        gc, gs = tooth.groove_cos[groove - 1], tooth.groove_sin[groove - 1]
-        ck, sk = c * gc - s * gs, s * gc + c * gs
-        x, y = centre[:, 0] - loop.model.wheels.x[0], centre[:, 1] - loop.model.wheels.y[0]
+    gc, gs = tooth.groove_cos[groove - 1], tooth.groove_sin[groove - 1]
+    local, angle, turned, hub = [], [], [], (loop.model.wheels.x[0], loop.model.wheels.y[0])
+    for frame in (rows["frame"][row], rows["frame"][row + 1]):
+        # frame of the groove (`contact.tooth.in_groove`), at both ends of the step
+        c, s = np.cos(frame[:, -1]), np.sin(frame[:, -1])
+        turned.append((c * gc - s * gs, s * gc + c * gs))
+        x, y = (_centres(frame, chain.length, body, shoes.arc_x[arc]) - hub).T
+        ck, sk = turned[-1]
         local.append(np.column_stack([ck * x + sk * y, ck * y - sk * x]))
-        angle.append(rows.frame[k, 2 + body])
-        if k is row:
-            frame = ck, sk
-    out = local[0] - np.column_stack([tooth.centre_x[j], tooth.centre_y[j]])
+        angle.append(np.column_stack([frame[np.arange(len(row)), 2 + body], frame[:, -1]]))
+    middle = np.column_stack([tooth.centre_x[j], tooth.centre_y[j]])
+    out = local[0] - middle
     out /= np.hypot(*out.T)[:, None]
-    touch = np.column_stack([tooth.centre_x[j], tooth.centre_y[j]]) + tooth.radius[j, None] * out
+    touch = middle + tooth.radius[j, None] * out
     normal = out * np.where(tooth.convex[j], 1.0, -1.0)[:, None]  # of the force on the connector
     moved = local[1] - local[0]
-    turned = (angle[1] - angle[0]) - (rows.frame[row + 1, -1] - rows.frame[row, -1])
-    slip = np.abs(normal[:, 0] * moved[:, 1] - normal[:, 1] * moved[:, 0] - tooth.arc_radius * turned)
+    spin = (angle[1] - angle[0]) @ (1.0, -1.0)  # of the connector against the sprocket
+    slip = np.abs(normal[:, 0] * moved[:, 1] - normal[:, 1] * moved[:, 0] - tooth.arc_radius * spin)
     own = force * _coefficient(tooth.law, slip / step) * slip
     # the account of each area in each step, divided among its contacts
-    done = np.diff(rows.sliding[:, :TOOTH_AREAS], axis=0)[row, j]
+    done = np.diff(rows["sliding"][:, :TOOTH_AREAS], axis=0)[row, j]
     group = row * TOOTH_AREAS + j
     total, count = np.bincount(group, own)[group], np.bincount(group)[group]
     work = done * np.divide(own, total, out=1.0 / count, where=total > 0)
     _add_flanks(points, flanks, touch, groove, area > TOOTH_AREAS // 2, work)
-    ck, sk = frame
-    toward = np.arctan2(-(sk * normal[:, 0] + ck * normal[:, 1]), -(ck * normal[:, 0] - sk * normal[:, 1])) - angle[0]
+    ck, sk = turned[0]
+    toward = (
+        np.arctan2(-(sk * normal[:, 0] + ck * normal[:, 1]), -(ck * normal[:, 0] - sk * normal[:, 1])) - angle[0][:, 0]
+    )
     place = np.rint(toward / (2 * pi) * ARC_NODES).astype(int) % ARC_NODES
     arcs += np.bincount(side * ARC_NODES + place, work, 2 * ARC_NODES).reshape(2, ARC_NODES)
     return float(own.sum())
@@ -156,14 +145,10 @@ def _deposit(loop: Loop, rows: _Rows, points, flanks, arcs) -> float:
 
 def _centres(frame: np.ndarray, length: np.ndarray, body: np.ndarray, along: np.ndarray) -> np.ndarray:
     """(k, 2) centres of arcs on bodies (k,) of configurations (k, n + 3), m."""
+    reach = np.arange(len(length)) < body[:, None]
+    far = np.where(reach, length, 0.0) + np.where(np.arange(len(length)) == body[:, None], along[:, None], 0.0)
     angles = frame[:, 2:-1]
-    across = np.column_stack([np.zeros(len(frame)), np.cumsum(length * np.cos(angles), axis=1)])
-    up = np.column_stack([np.zeros(len(frame)), np.cumsum(length * np.sin(angles), axis=1)])
-    k = np.arange(len(frame))
-    own = angles[k, body]
-    return np.column_stack(
-        [frame[:, 0] + across[k, body] + along * np.cos(own), frame[:, 1] + up[k, body] + along * np.sin(own)]
-    )
+    return frame[:, :2] + np.column_stack([(far * np.cos(angles)).sum(axis=1), (far * np.sin(angles)).sum(axis=1)])
 
 
 def _coefficient(law: Law, slip: np.ndarray) -> np.ndarray:
