@@ -206,12 +206,25 @@ def test_the_account_says_what_the_law_of_friction_says(worked):
 
 
 def test_work_lies_where_arcs_touch(rig, worked):
-    of = contours(rig.groove_profile)[0]
-    joints = rig.groove_profile.joints()[:, 0]
-    at = of.points[worked.flanks[0].sum(axis=0) > 1e-6 * worked.flanks[0].sum(), 0]
-    touched = [k for k in range(5) if worked.areas[k] > 0]
-    ends = [-np.inf, *joints[:4], 0.0]
-    assert ends[touched[0]] - 5e-4 <= at.min() and at.max() <= ends[touched[-1] + 1] + 5e-4
+    """Within the areas that the account names, on both flanks, the right one mirrored."""
+    joints = [-np.inf, *rig.groove_profile.joints()[:4, 0], 0.0]
+    for contour, work, areas in zip(
+        contours(rig.groove_profile), worked.flanks, (worked.areas[:5], worked.areas[:4:-1]), strict=True
+    ):
+        assert areas.sum() > 0
+        at = contour.points[work.sum(axis=0) > 1e-6 * work.sum(), 0]
+        touched = np.flatnonzero(areas)
+        assert joints[touched[0]] - 5e-4 <= at.min() and at.max() <= joints[touched[-1] + 1] + 5e-4
+
+
+@pytest.mark.parametrize("deviation", [0.0, 2e-3])
+def test_scatter_spreads_work_and_loses_none(rig, deviation):
+    contour = contours(rig.groove_profile)[0]
+    spread = contour.spread(deviation)
+    np.testing.assert_allclose(spread.sum(axis=0), 1.0, rtol=1e-12)
+    place = np.cumsum(contour.length)
+    middle = len(place) // 2
+    assert np.sqrt(spread[:, middle] @ (place - place[middle]) ** 2) == pytest.approx(deviation, rel=0.01, abs=1e-9)
 
 
 def test_every_groove_is_worn_alike(rig):
