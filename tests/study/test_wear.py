@@ -3,6 +3,7 @@
 from math import gcd, log
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from trackdyn.errors import DivergenceError, InputError
@@ -13,6 +14,7 @@ from trackdyn.simulation.loop import Loop
 from trackdyn.study.wear.contour import ARC_NODES, contours, fit_flank, worn_rig
 from trackdyn.study.wear.law import Depths, depth, load_coefficients
 from trackdyn.study.wear.life import SHARES, Found, Limits, Until, Walk, Worn, crossing, live, parse_until
+from trackdyn.study.wear.study import answer, sensed, summarize
 from trackdyn.study.wear.work import distribute
 
 COEFFICIENTS = load_coefficients()
@@ -351,3 +353,50 @@ def test_a_killed_life_goes_on_to_the_same_bytes(known, tmp_path):
     assert killed.read_bytes() == whole.read_bytes()
     with pytest.raises(InputError, match="holds another life"):
         live(known, Until("ring", 0.304), out=killed)
+
+
+# -- many lives ----------------------------------------------------------------------------------------------------
+
+
+def table_of(first, left, right, rig="shipped"):
+    """A life of 5 states, a thousand kilometres and half a millimetre of the ring each."""
+    k = np.arange(len(left))
+    return pd.DataFrame(
+        {
+            "rig": rig, "rpm": 115.0, "tension": "locked", "first_radius_m": first, "distance_km": 1e3 * k,
+            "ring_radius_m": first - 5e-4 * k, "left_share_pct": left, "right_share_pct": right,
+            "left_rms_n": 400.0 + 30.0 * k, "left_depth_m": 1e-6 * k, "right_depth_m": 0.0, "rms_g": 0.9 + 0.01 * k, "rms_half_width_g": 0.001, "sd_g": 0.9,
+            "sd_half_width_g": 0.001, "line_g": 1.2, "line_half_width_g": 0.001, "cpu_s": 1.0,
+            "end": ["", "", "", "", "reached ring 0.303 m"],
+        }
+    )  # fmt: skip
+
+
+@pytest.fixture
+def lives():
+    return pd.concat([
+        table_of(0.308, [9.0, 9.5, 10.5, 20.0, 30.0], [0.0, 0.0, 0.0, 0.0, 1.0]),
+        table_of(0.306, [10.0, 15.0, 20.0, 25.0, 30.0], [0.0, 0.0, 2.0, 4.0, 8.0]),
+        pd.DataFrame({"rig": ["ensemble 0"], "rpm": 115.0, "tension": "sprung", "first_radius_m": 0.308,
+                      "distance_km": 0.0, "end": "does not run new: no"}),
+    ], ignore_index=True)  # fmt: skip
+
+
+def test_the_good_window_of_a_life(lives):
+    summary = summarize(lives).set_index("first_radius_m")
+    ran = summary[summary["rig"] == "shipped"]
+    # states 0 to 2 of the first life, within 2 points of 9 %: until the fourth begins; state 0 of the second
+    assert list(ran["good_km"]) == [3000.0, 1000.0]
+    assert list(ran["right_begins_m"]) == pytest.approx([0.306, 0.305])
+    assert list(ran["left_leaves_m"]) == pytest.approx([0.307, 0.305])  # 460 N are more than 10 % above 400 N
+    assert summary[summary["rig"] == "ensemble 0"]["end"].item() == "does not run new: no"
+    words = answer(summarize(lives))
+    assert "in 1 of 1 cases of 1 rigs (2 were run)" in words and "0.308 m stays longest" in words
+
+
+def test_what_a_sensor_sees_of_the_ring(lives):
+    rows = sensed(lives).set_index(["first_radius_m", "measure"])
+    row = rows.loc[(0.308, "rms")]
+    assert row["change_g"] == pytest.approx(0.04)
+    assert row["detectable_mm"] == pytest.approx(2**0.5 * 0.001 / (0.04 / 2.0))
+    assert rows.loc[(0.308, "sd"), "detectable_mm"] == np.inf

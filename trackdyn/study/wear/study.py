@@ -19,6 +19,7 @@ from trackdyn.sweeps.store import key_of
 
 OF_A_LIFE = ["rig", "rpm", "tension", "first_radius_m"]
 SAME = 1e-6  # m
+BAND = 0.1  # of the RMS force of the left arc
 PROFILES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of the life
 
 
@@ -88,8 +89,9 @@ def summarize(lives: pd.DataFrame) -> pd.DataFrame:
     """A row a life: kilometres, why it ended, and until when the window was good.
 
     The window is that of C26: right arc free, left share within 2 points of the least that the rig shows at this speed
-    with this tension. ``right_begins_m`` is the radius at which the right arc begins to touch, ``good_km`` what the
-    chain ran in the window, from its first state in it.
+    with this tension. ``right_begins_m`` is the radius at which the right arc begins to touch, ``left_leaves_m`` that
+    at which the RMS force of the left arc leaves its band about that of the new ring, ``good_km`` what the chain ran in
+    the window.
     """
     rows = []
     ran = lives.dropna(subset=["left_share_pct"]) if "left_share_pct" in lives else lives.iloc[:0]
@@ -100,9 +102,11 @@ def summarize(lives: pd.DataFrame) -> pd.DataFrame:
             touches = table["right_share_pct"] >= TOUCHING
             good = ~touches & (table["left_share_pct"] <= least[life[:3]] + NEAR_LEAST)
             step = table["distance_km"].diff().shift(-1).fillna(0.0)
+            leaves = (table["left_rms_n"] / table["left_rms_n"].iloc[0] - 1.0).abs() > BAND
             row |= {
                 "life_km": table["distance_km"].iloc[-1], "last_radius_m": table["ring_radius_m"].iloc[-1],
-                "right_begins_m": table.loc[touches, "ring_radius_m"].max(), "good_km": float(step[good].sum()),
+                "right_begins_m": table.loc[touches, "ring_radius_m"].max(),
+                "left_leaves_m": table.loc[leaves, "ring_radius_m"].max(), "good_km": float(step[good].sum()),
                 "good_share": float(step[good].sum() / (step.sum() or 1.0)), "cpu_s": table["cpu_s"].iloc[0],
                 "left_depth_m": table["left_depth_m"].iloc[-1], "right_depth_m": table["right_depth_m"].iloc[-1],
             }  # fmt: skip
