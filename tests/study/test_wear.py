@@ -365,8 +365,9 @@ def table_of(first, left, right, rig="shipped"):
         {
             "rig": rig, "rpm": 115.0, "tension": "locked", "first_radius_m": first, "distance_km": 1e3 * k,
             "ring_radius_m": first - 5e-4 * k, "left_share_pct": left, "right_share_pct": right,
-            "left_rms_n": 400.0 + 30.0 * k, "left_depth_m": 1e-6 * k, "right_depth_m": 0.0, "rms_g": 0.9 + 0.01 * k, "rms_half_width_g": 0.001, "sd_g": 0.9,
-            "sd_half_width_g": 0.001, "line_g": 1.2, "line_half_width_g": 0.001, "cpu_s": 1.0,
+            "left_rms_n": 400.0 + 30.0 * k, "left_depth_m": 1e-6 * k, "right_depth_m": 0.0, "rms_g": 0.9 + 0.01 * k,
+            "rms_half_width_g": 0.001, "sd_g": 0.9, "sd_half_width_g": 0.001, "line_g": 1.2, "line_half_width_g": 0.001,
+            "cpu_s": 1.0,
             "end": ["", "", "", "", "reached ring 0.303 m"],
         }
     )  # fmt: skip
@@ -388,7 +389,7 @@ def test_the_good_window_of_a_life(lives):
     # states 0 to 2 of the first life, within 2 points of 9 %: until the fourth begins; state 0 of the second
     assert list(ran["good_km"]) == [3000.0, 1000.0]
     assert list(ran["right_begins_m"]) == pytest.approx([0.306, 0.305])
-    assert list(ran["left_leaves_m"]) == pytest.approx([0.307, 0.305])  # 460 N are more than 10 % above 400 N
+    assert list(ran["left_leaves_m"]) == pytest.approx([0.3065, 0.3045])  # 490 N are more than 15 % above 400 N
     assert summary[summary["rig"] == "ensemble 0"]["end"].item() == "does not run new: no"
     words = answer(summarize(lives))
     assert "in 1 of 1 cases of 1 rigs (2 were run)" in words and "0.308 m stays longest" in words

@@ -19,7 +19,7 @@ from trackdyn.sweeps.store import key_of
 
 OF_A_LIFE = ["rig", "rpm", "tension", "first_radius_m"]
 SAME = 1e-6  # m
-BAND = 0.1  # of the RMS force of the left arc
+BAND = 0.15  # of the RMS force of the left arc, as C24 has it
 PROFILES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of the life
 
 
@@ -140,8 +140,8 @@ def sensed(lives: pd.DataFrame) -> pd.DataFrame:
     interval of a difference of two records.
     """
     rows = []
-    for life, table in lives.dropna(subset=["ring_radius_m"]).groupby(OF_A_LIFE, sort=False):
-        if len(table) < 2:
+    for life, table in lives.groupby(OF_A_LIFE, sort=False):
+        if len(table) < 2:  # it does not run, or leaves the model at once
             continue
         fall = table["ring_radius_m"].iloc[0] - table["ring_radius_m"].iloc[-1]
         for name in SENSED:
