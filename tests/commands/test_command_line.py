@@ -24,8 +24,8 @@ from trackdyn.simulation.simulate import simulate
 ROOT = Path(__file__).parents[2]
 ENTRY = "from trackdyn_command import main; main()"
 ORDER = (
-    "simulate", "compare", "show", "check", "new", "rigs", "plan", "sweep", "design", "identify", "fmu", "verify",
-    "crate", "choose-ring",
+    "simulate", "compare", "show", "check", "new", "rigs", "plan", "sweep", "design", "wear", "identify", "fmu",
+    "verify", "crate", "choose-ring",
 )  # fmt: skip
 HEAVY = ("numba", "pandas", "matplotlib", "scipy")
 COMMANDS = typer.main.get_command(app).commands
@@ -118,10 +118,10 @@ def test_every_number_is_finite_and_named_by_its_option(name, option, text):
 
 def test_rigs_rings_and_speeds_are_the_same_in_every_command():
     asked = {(name, param.name): param for name, command in COMMANDS.items() for param in command.params}
-    assert len([option for _, option in NUMBERS if option == "--ring-radius"]) == 4
+    assert len([option for _, option in NUMBERS if option == "--ring-radius"]) == 5
     assert {name for name, option in NUMBERS if option == "--rpm"} == {
         name for name, param in asked if param == "rpm"
-    } == {"simulate", "check", "plan", "identify", "fmu", "choose-ring"}  # fmt: skip
+    } == {"simulate", "check", "plan", "identify", "fmu", "choose-ring", "wear"}  # fmt: skip
     rigs = [param for (_, name), param in asked.items() if name == "rig" and "--rig" in param.opts]
     assert len(rigs) == 3 and {param.default for param in rigs} == {"paper"}
     for _, param in asked.items():

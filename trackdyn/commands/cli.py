@@ -18,13 +18,14 @@ from trackdyn.commands.rig import check, new, rigs
 from trackdyn.commands.show import show
 from trackdyn.commands.simulate import simulate
 from trackdyn.commands.sweep import design, sweep
+from trackdyn.commands.wear import wear
 from trackdyn.errors import TrackdynError
 from trackdyn.version import __version__
 
 COMMANDS = {
     "Runs": (simulate, compare, show),
     "Rigs": (check, new, rigs),
-    "Many runs": (plan, sweep, design),
+    "Many runs": (plan, sweep, design, wear),
     "Parameters and co-simulation": (identify, fmu),
     "Results of the pipeline": (verify, crate, choose_ring),
 }

@@ -33,6 +33,8 @@ class ToothProfile(OmitsDefaults):
     ----------
     arcs : table or None
         Rows ``centre x, centre y, radius`` (m) and sign of the left flank's arcs, tip first.
+    right : table or None
+        The same of the right flank, mirrored to the left, where it is not the left one's mirror image.
     outline : table or None
         Measured points ``x, y`` (m) of the groove frame, of the left flank or of both.
     pattern : str
@@ -40,6 +42,7 @@ class ToothProfile(OmitsDefaults):
     """
 
     arcs: Annotated[Table | None, Quantity("m, m, m, 1")] = None
+    right: Annotated[Table | None, Quantity("m, m, m, 1")] = None
     outline: Annotated[Table | None, Quantity("m, m")] = None
     pattern: Annotated[str, Quantity("name")] = "+--+-"
 
@@ -52,6 +55,8 @@ class ToothProfile(OmitsDefaults):
             )
         if self.arcs is not None and not 2 <= len(self.arcs) <= MOST_ARCS:
             raise InputError(f"profile.arcs has {len(self.arcs)} rows; 2 to {MOST_ARCS} would do")
+        if self.right is not None and (self.arcs is None or len(self.right) != len(self.arcs)):
+            raise InputError(f"profile.right has {len(self.right)} rows; it needs as many as profile.arcs has")
 
     @cached_property
     def _fits(self) -> dict:
@@ -61,7 +66,8 @@ class ToothProfile(OmitsDefaults):
         """The groove and the distances (m) of the measured points from it; none for a list of arcs."""
         if teeth not in self._fits:
             if self.arcs is not None:
-                self._fits[teeth] = groove_of_arcs(np.array(self.arcs), teeth), np.zeros(0)
+                right = None if self.right is None else np.array(self.right)
+                self._fits[teeth] = groove_of_arcs(np.array(self.arcs), teeth, right), np.zeros(0)
             else:
                 self._fits[teeth] = fit_outline(np.array(self.outline), self.pattern, teeth)
         return self._fits[teeth]
@@ -83,18 +89,35 @@ def _nu(alpha):
     return np.array([sin(alpha), cos(alpha)])
 
 
-def groove_of_arcs(arcs: np.ndarray, teeth: int) -> Groove:
+def groove_of_arcs(arcs: np.ndarray, teeth: int, right: np.ndarray | None = None) -> Groove:
     """Groove of the left flank's arcs (k, 4): centre x, y, radius, sign; tip first.
 
     With ``nu(alpha) = (sin alpha, cos alpha)`` a surface point is ``O + s r nu``; neighbours share point and slope, so
     ``O_j - O_i = (s_i r_i - s_j r_j) nu(alpha)`` gives the slope of their joint. The first arc ends on the tooth line
-    with its centre on it, the last one in the middle of the groove.
+    with its centre on it, the last one in the middle of the groove. ``right`` holds the arcs of the right flank,
+    mirrored to the left; by default they are the left ones.
 
     Raises
     ------
     InputError
         Neighbours are not tangent, arcs run backwards, or an end is not where it must be.
     """
+    right = arcs if right is None else right
+    bottoms = [flank[-1, 1] + flank[-1, 3] * flank[-1, 2] for flank in (arcs, right)]
+    if abs(bottoms[0] - bottoms[1]) > TANGENT:
+        raise InputError(
+            f"profile.right: its bottom is {1e3 * abs(bottoms[0] - bottoms[1]):.3g} mm off that of profile.arcs; less "
+            f"than {1e3 * TANGENT:g} mm is accepted"
+        )
+    left, other = _flank(arcs, teeth), _flank(right, teeth)
+    mirror = np.array([-1.0, 1.0])
+    centre, direction = (np.vstack([left[k], other[k][::-1] * mirror]) for k in (0, 1))
+    radius, half_angle, convex = (np.append(left[k], other[k][::-1]) for k in (2, 3, 4))
+    return Groove(centre, radius, direction, half_angle, convex.astype(bool), max(left[5], other[5]), teeth)
+
+
+def _flank(arcs: np.ndarray, teeth: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, float]:
+    """Centres, directions, radii, half angles, signs and addendum of a flank's arcs."""
     centre, radius, sign = arcs[:, :2], arcs[:, 2], arcs[:, 3]
     if not (radius > 0).all() or not np.isin(sign, (-1.0, 1.0)).all():
         raise InputError("profile.arcs needs positive radii and signs of 1 or -1")
@@ -129,11 +152,7 @@ def groove_of_arcs(arcs: np.ndarray, teeth: int) -> Groove:
         )
     middle = (begin + end) / 2
     direction = sign[:, None] * np.column_stack([np.sin(middle), np.cos(middle)])
-    mirror = np.array([-1.0, 1.0])
-    two = [np.vstack([part, part[::-1] * mirror]) for part in (centre, direction)]
-    one = [np.append(part, part[::-1]) for part in (radius, turn / 2, sign > 0)]
-    addendum = float(hypot(*centre[0]) + sign[0] * radius[0])
-    return Groove(two[0], one[0], two[1], one[1], one[2].astype(bool), addendum, teeth)
+    return centre, direction, radius, turn / 2, sign > 0, float(hypot(*centre[0]) + sign[0] * radius[0])
 
 
 def flank_arcs(signs: np.ndarray, radii: np.ndarray, slopes: np.ndarray, bottom: float, teeth: int) -> np.ndarray:

@@ -67,6 +67,7 @@ BY_NAME = (
     "traction",
     "whole_loop",
     "layouts",
+    "wear",
     "ensemble",
     "fit",
     "deviations",

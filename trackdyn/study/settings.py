@@ -167,6 +167,28 @@ class LayoutsForm(Section):
     count: Count
 
 
+class WearPlan(Section):
+    """Speeds, tensions and radii of new rings that lives begin with, and the step of the scenes."""
+
+    speeds_rpm: Values
+    tensions: Annotated[list[Literal["locked", "retensioned", "sprung"]], Field(min_length=1)]
+    first_radii_m: Values
+    integrator: Method
+    step_s: Positive
+
+
+class WearForm(Section):
+    """Lives of the rigs that have a name and of so many within the ranges of the ensemble: until which radius, and how
+    long the steps of the wear are.
+    """
+
+    named: WearPlan
+    ensemble: WearPlan
+    ensemble_rigs: Annotated[int, Field(ge=0)]
+    until_radius_m: Positive
+    step_factor: Positive
+
+
 class PeerAnswers(Section):
     """One scene in every code until its measure is known to a tolerance: settings that are tried, and the record of
     each.
@@ -194,7 +216,7 @@ class PeerAnswers(Section):
         return self
 
 
-Form = TypeVar("Form", TradeForm, ExtremesForm, TractionForm, WholeLoopForm, LayoutsForm)
+Form = TypeVar("Form", TradeForm, ExtremesForm, TractionForm, WholeLoopForm, LayoutsForm, WearForm)
 
 
 class Forms(Section, Generic[Form]):
@@ -212,6 +234,7 @@ class Studies(Section):
     traction: Forms[TractionForm]
     whole_loop: Forms[WholeLoopForm]
     layouts: Forms[LayoutsForm]
+    wear: Forms[WearForm]
     peer_answers: PeerAnswers
 
 

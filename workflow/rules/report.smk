@@ -48,6 +48,7 @@ STUDIES = {
     "traction": short(rules.traction_form),
     "whole_loop": short(rules.whole_loop_form),
     "layouts": short(rules.layouts_form),
+    "wear": short(rules.wear_form),
     "ensemble": [f"{R}/short/ensemble/rigs.csv"],
     "sensitivity": rules.sensitivity.output,
     "fidelity": rules.fidelity.output,

@@ -52,6 +52,7 @@ BESIDE = {
     "sensitivity": ("sensitivity to every fitted parameter", "tables/sensitivity.csv"),
     "whole_loop": ("short answers beside long records", "whole_loop.csv"),
     "layouts": ("random layouts", "layouts.csv"),
+    "wear": ("how long the ring stays right", "wear_lives.csv"),
     "ensemble": ("rigs within the ranges of their parts", "ensemble/rigs.csv"),
 }
 # tables whose files the page hands out; the first folder that has one

@@ -1,0 +1,33 @@
+# How long the ring stays right (docs/wear.md). Lives are kept as they come: a study that is killed goes on where it was.
+
+WEAR_FIGURES = ("life", "profile", "first_radius")
+
+
+rule wear_form:
+    """Lives of the rigs with a name and of rigs of the ensemble, from a new ring to a worn one."""
+    input:
+        needs("wear.py"),
+        rig=CONFIG.rig,
+        others=[other.rig for other in CONFIG.other_rigs.values()],
+        ensemble="config/ensemble.yaml",
+        coefficients="trackdyn/study/wear/coefficients.yaml",
+        kernels=method_kernels("linearly_implicit"),
+    output:
+        csv=f"{R}/{{short}}wear_lives.csv",
+        summary=f"{R}/{{short}}tables/wear.csv",
+        md=f"{R}/{{short}}tables/wear.md",
+        sensed=f"{R}/{{short}}wear_sensed.csv",
+        figures=[file for name in WEAR_FIGURES for file in figure(f"wear_{name}", "{short}")],
+    params:
+        form=form("wear"),
+        names=list(CONFIG.other_rigs),
+        store=f"{R}/{{short}}wear",
+    threads: 2
+    log: f"{R}/logs/{{short}}wear.log"
+    message: "Wear: how long the ring stays right"
+    script: "../scripts/wear.py"
+
+
+rule wear:
+    """Lives in full; by name, an hour of two cores."""
+    input: full(rules.wear_form)

@@ -1,0 +1,32 @@
+from _script import logged
+
+from trackdyn import load_rig
+from trackdyn.files import write_csv
+from trackdyn.inference.ensemble.settings import load_ensemble, unknowns_of
+from trackdyn.inference.ensemble.waves import prior_points
+from trackdyn.report.figures.wear import life_figure, profile_figure, radius_figure
+from trackdyn.report.style import save
+from trackdyn.report.tables import write_table
+from trackdyn.study.settings import WearForm
+from trackdyn.study.wear.study import answer, run_lives, sensed, summarize
+
+with logged(snakemake):
+    given, form = snakemake.input, WearForm.model_validate(snakemake.params.form)
+    named = {"shipped": load_rig(given.rig)}
+    named |= {name: load_rig(path) for name, path in zip(snakemake.params.names, given.others, strict=True)}
+    rigs = [(name, rig, {}, form.named) for name, rig in named.items()]
+    if form.ensemble_rigs:
+        config = load_ensemble(given.ensemble)
+        unknowns = unknowns_of(config, given.rig)
+        points = prior_points(unknowns, form.ensemble_rigs, config.seed)
+        drawn = [unknowns.to_rig(x) for x in points]
+        rigs += [(f"ensemble {k}", rig, own, form.ensemble) for k, (rig, own) in enumerate(drawn)]
+    lives, flanks = run_lives(rigs, form, snakemake.params.store, snakemake.threads)
+    summary = summarize(lives)
+    write_csv(snakemake.output.csv, lives)
+    write_csv(snakemake.output.sensed, sensed(lives))
+    write_table(summary, snakemake.output.summary, answer(summary))
+    pictures = life_figure(lives), profile_figure(named["shipped"], lives, flanks), radius_figure(summary)
+    for picture, path in zip(pictures, snakemake.output.figures[::2], strict=True):
+        save(picture, path)
+    print(answer(summary))
