@@ -16,7 +16,8 @@ from trackdyn.errors import TrackdynError
 from trackdyn.inference.emulator import Check, Emulator, held_out_check
 from trackdyn.inference.ensemble.settings import EnsembleConfig
 from trackdyn.inference.ensemble.waves import SPREAD_CLAIM, buildable, by_case
-from trackdyn.inference.targets import CaseTarget
+from trackdyn.inference.search import bent
+from trackdyn.inference.targets import CaseTarget, outside
 from trackdyn.inference.unknowns import Unknowns
 from trackdyn.paper.measures import READINGS as MAXIMA
 
@@ -28,8 +29,8 @@ TOLERANCE_SD = 3.0  # standard deviations that a tolerance stands for
 ONE_SIGMA = (
     68.27  # % of differences within a standard deviation, whatever the tails: a maximum that jumps has long ones
 )
-# beyond this implausibility a target is lost, and how far no longer counts
-LOST = 6.0
+# implausibility that a missing contact counts as, which has no number
+LOST = 30.0
 
 
 def _row_output(output: str, row: pd.Series, events: Mapping[str, float]) -> float:
@@ -40,10 +41,8 @@ def _row_output(output: str, row: pd.Series, events: Mapping[str, float]) -> flo
     if output == "engaged_pct":
         ends = [row[f"{side}_phase_{end}"] for end in ("start", "end") for side in ("left", "right")]
         return 100 * (max(ends[2:]) - min(ends[:2]))
-    if output.endswith("_pct") and "_outside_" in output:
-        side, area = output.removesuffix("_pct").split("_outside_")
-        return float(sum(row[f"{side}_area_{k}_pct"] for k in range(1, 11) if str(k) != area))
-    return float(row[output])
+    share = outside(row, output)
+    return float(row[output]) if share is None else share
 
 
 def events_of(row: pd.Series, reading: str, passage: float) -> dict[str, float]:
@@ -78,29 +77,34 @@ def outputs(
         Index ``rig``; columns are the names of targets, events with the ring once a reading (``... (behind)``), and
         ``whole``: every run of the rig came out. NaN where a run did not come out or has no such contact.
     """
-    passage = unknowns.rig.loop_period(config.speed_rpm) / unknowns.rig.chain.pitches
-    radii = [target.case for target in targets if target.group == SPREAD_CLAIM]
-    found = {}
-    for rig, rows in by_case(results).items():
-        values = {}
-        forces = [float(rows[case.name]["left_rms_n"]) for case in radii if case.name in rows]
-        for target in targets:
-            row = rows.get(target.case.name)
-            for reading, name in zip(READINGS, columns_of(target), strict=False):
-                try:
-                    if row is None:
-                        raise KeyError
-                    if target.output == "left_rms_deviation_pct":
-                        mean = np.mean(forces) if len(forces) == len(radii) else np.nan
-                        value = 100 * (float(row["left_rms_n"]) / mean - 1)
-                    else:
-                        value = _row_output(target.output, row, events_of(row, reading, passage))
-                except KeyError:
-                    value = np.nan
-                values[name] = value
-        found[rig] = values | {"whole": {target.case.name for target in targets} <= rows.keys()}
+    found = {rig: one_rig(config, unknowns, targets, rows) for rig, rows in by_case(results).items()}
     columns = [*all_columns(targets), "whole"]
     return pd.DataFrame.from_dict(found, orient="index", columns=columns).rename_axis("rig")
+
+
+def one_rig(
+    config: EnsembleConfig, unknowns: Unknowns, targets: Sequence[CaseTarget], rows: Mapping[str, pd.Series]
+) -> dict[str, float]:
+    """A row of `outputs`, from the rows of a rig by the name of the case."""
+    passage = unknowns.rig.loop_period(config.speed_rpm) / unknowns.rig.chain.pitches
+    radii = [target.case for target in targets if target.group == SPREAD_CLAIM]
+    forces = [float(rows[case.name]["left_rms_n"]) for case in radii if case.name in rows]
+    values: dict[str, float] = {}
+    for target in targets:
+        row = rows.get(target.case.name)
+        for reading, name in zip(READINGS, columns_of(target), strict=False):
+            try:
+                if row is None:
+                    raise KeyError
+                if target.output == "left_rms_deviation_pct":
+                    mean = np.mean(forces) if len(forces) == len(radii) and any(forces) else np.nan
+                    value = 100 * (float(row["left_rms_n"]) / mean - 1)
+                else:
+                    value = _row_output(target.output, row, events_of(row, reading, passage))
+            except KeyError:
+                value = np.nan
+            values[name] = value
+    return values | {"whole": {target.case.name for target in targets} <= rows.keys()}
 
 
 def columns_of(target: CaseTarget) -> list[str]:
@@ -179,8 +183,11 @@ def implausibility(
 
 
 def loss(implausible: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) half sum of squares up to ``LOST`` by the better reading, and which one that is."""
-    each = 0.5 * (np.minimum(implausible, LOST) ** 2).sum(axis=2)
+    """(n,) half sum of squares, large ones bent (`search.bent`), by the better reading, and which one that is.
+
+    How far a target is off counts as far as ``LOST``, and less the further.
+    """
+    each = 0.5 * (bent(np.minimum(implausible, LOST)) ** 2).sum(axis=2)
     return each.min(axis=0), each.argmin(axis=0)
 
 
