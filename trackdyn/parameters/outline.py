@@ -109,11 +109,12 @@ def groove_of_arcs(arcs: np.ndarray, teeth: int, right: np.ndarray | None = None
             f"profile.right: its bottom is {1e3 * abs(bottoms[0] - bottoms[1]):.3g} mm off that of profile.arcs; less "
             f"than {1e3 * TANGENT:g} mm is accepted"
         )
-    left, other = _flank(arcs, teeth), _flank(right, teeth)
+    *left, addendum = _flank(arcs, teeth)
+    *other, other_addendum = _flank(right, teeth)
     mirror = np.array([-1.0, 1.0])
     centre, direction = (np.vstack([left[k], other[k][::-1] * mirror]) for k in (0, 1))
     radius, half_angle, convex = (np.append(left[k], other[k][::-1]) for k in (2, 3, 4))
-    return Groove(centre, radius, direction, half_angle, convex.astype(bool), max(left[5], other[5]), teeth)
+    return Groove(centre, radius, direction, half_angle, convex.astype(bool), max(addendum, other_addendum), teeth)
 
 
 def _flank(arcs: np.ndarray, teeth: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, float]:

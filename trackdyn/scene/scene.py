@@ -138,8 +138,12 @@ class Scene(Choices):
 
     @staticmethod
     def _of_the_rig(rig: Rig) -> dict[str, str]:
-        laws = {"drag": rig.drag, "bushing_law": rig.bushing.law}
-        return {"chain": rig.chain.kind, "tension": rig.tension.kept} | laws
+        return {
+            "chain": rig.chain.kind,
+            "tension": rig.tension.kept,
+            "drag": rig.drag,
+            "bushing_law": rig.bushing.law,
+        }
 
     def model_post_init(self, context: Any) -> None:
         """Refuse what is not possible, in one sentence."""

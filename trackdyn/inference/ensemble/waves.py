@@ -139,7 +139,7 @@ def design(
 
 
 def scene_fields(config: EnsembleConfig, unknowns: Unknowns, case: Case, fields: Mapping[str, Any]) -> dict[str, Any]:
-    """Fields of the scene of a case; ``fields`` are those of the rig's choices and of laws, which a belt does without."""
+    """Fields of the scene of a case; ``fields``: of the rig's choices and of laws, which a belt lacks."""
     row: dict[str, Any] = {"motor_rpm": case.rpm, "ring_radius": case.ring}
     if case.belt:  # a path: neither forces nor a tensioner
         return row | {"chain": "belt", "spells": False, "duration": config.belt_s, "tension": "locked"}
