@@ -64,12 +64,6 @@ def rig():
 
 
 @pytest.fixture(scope="session")
-def first_fit():
-    """The rig of before, with viscous drag and bushings: what is compared with results of other programs."""
-    return load_rig("first_fit")
-
-
-@pytest.fixture(scope="session")
 def make_scene(rig):
     """Function that makes a short scene: ``make_scene(115, ring_radius=None)``."""
 

@@ -138,8 +138,8 @@ def test_what_a_refusal_recommends_is_accepted(rig, fields):
     Scene(rig, 115.0, **fields)
 
 
-def test_small_loops_may_use_the_literal_product(first_fit):
-    small = first_fit.changed(chain__pitches=4, sensor__pitch=1)
+def test_small_loops_may_use_the_literal_product(rig):
+    small = rig.changed(chain__pitches=4, sensor__pitch=1)
     assert Scene(small, 115.0, solver="transfer_product", **FREE).bodies == 8
     with pytest.raises(InputError, match="10 bodies"):
         Scene(small.changed(chain__pitches=5), 115.0, solver="transfer_product", **FREE)

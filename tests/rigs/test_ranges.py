@@ -1,4 +1,4 @@
-"""The default rig is a possible one: every value within its range, and those that hang together jointly."""
+"""The possible rig: every value within its range, and those that hang together jointly."""
 
 from math import pi
 from pathlib import Path
@@ -10,6 +10,7 @@ from trackdyn.inference.ensemble.settings import load_ensemble
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.rig_file import shipped_rigs
 from trackdyn.parameters.table import parameter_table
+from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 
 CONFIG = Path(__file__).parents[2] / "config"
@@ -22,8 +23,13 @@ IMPOSSIBLE = {
 
 
 @pytest.fixture(scope="module")
-def table(rig_path):
-    return parameter_table(rig_path).set_index("name")
+def rig():
+    return load_rig("possible")
+
+
+@pytest.fixture(scope="module")
+def table():
+    return parameter_table(shipped_rigs()["possible"]).set_index("name")
 
 
 def test_every_value_is_what_the_part_can_be(table):
@@ -32,14 +38,14 @@ def test_every_value_is_what_the_part_can_be(table):
     assert len(fitted) > 10 and fitted[["low", "high"]].notna().all(axis=None)
 
 
-def test_the_first_fit_is_kept_with_the_values_that_no_part_can_have():
-    path = shipped_rigs()["first_fit"]
+def test_the_head_of_the_default_rig_lists_the_values_that_no_part_can_have():
+    path = shipped_rigs()["paper"]
     found = parameter_table(path).set_index("name")["outside"]
     assert set(found.index[found != ""]) == IMPOSSIBLE
     head = path.read_text(encoding="utf-8").partition("gravity:")[0]
     assert all(name in head for name in IMPOSSIBLE - {"ring_contact.friction_dynamic"})
-    old = load_rig("first_fit")
-    assert (old.drag, old.bushing.law) == ("viscous", "viscous")
+    shipped = load_rig("paper")
+    assert (shipped.drag, shipped.bushing.law) == ("viscous", "viscous")
 
 
 def test_what_hangs_together_is_within_its_range_together(rig, table):
@@ -64,9 +70,9 @@ def test_what_hangs_together_is_within_its_range_together(rig, table):
     assert low <= rig.bushing.damping * passing / rig.bushing.stiffness <= high
 
 
-def test_drag_of_every_law_is_a_lever_that_rubber_has_times_the_load(rig, table, make_scene):
+def test_drag_of_every_law_is_a_lever_that_rubber_has_times_the_load(rig, table):
     """The viscous and the constant drag are those of rolling resistance at 115 rpm, wheel by wheel."""
-    loop = Loop(make_scene(RPM, drag="rolling"))
+    loop = Loop(Scene(rig, RPM, step=1e-4))
     loop.advance(1.5)
     seen = []
     for _ in range(200):

@@ -33,7 +33,7 @@ def refusal(path):
 
 
 def test_the_package_has_the_pipelines_rigs_and_its_own(rig, rig_path):
-    assert set(shipped_rigs()) == {*OWN, "paper", "first_fit", "printed_equal_pitch"}
+    assert set(shipped_rigs()) == {*OWN, "paper", "possible", "printed_equal_pitch"}
     assert load_rig() == load_rig(DEFAULT) == rig
     assert shipped_rigs()["paper"].read_bytes() == rig_path.read_bytes(), "one source of truth"
 
@@ -92,7 +92,7 @@ def test_a_wheel_is_a_section_by_its_name():
     ("text", "fragments"),
     [
         (f"like: bench\nwheels:\n  idler: {WHEEL}\n", ["wheels.idler.x = '-1.05 m'", "has no source"]),
-        ("like: nowhere\n", ["rig = 'nowhere'", "no such file", "bench, first_fit, m113"]),
+        ("like: nowhere\n", ["rig = 'nowhere'", "no such file", "bench, m113, paper"]),
         ("like: mine.yaml\n", ["like = 'mine.yaml'"]),
         ("like: bench\nwheels: {source: s, idler: {x: 1 mm}}\n", ["idler.x", "must be given in 'm'"]),
         ("like: bench\nwheels: {source: s, Big Wheel: " + WHEEL + "}\n", ["wheels", "Big Wheel", "small letters"]),

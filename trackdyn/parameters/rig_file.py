@@ -27,11 +27,12 @@ NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s+(\S.*?)\s
 # the paper's rigs are the pipeline's files, which say in their own words what they are
 ABOUT = {
     "paper": (
-        "the rig of the paper: 35 links and connectors on a sprocket with a rubber ring, an idler and a road wheel"
-    ),
-    "first_fit": (
-        "the paper's rig as first fitted, with viscous drag and bushings; six of its values no part can have: equal "
+        "the rig of the paper, fitted with viscous drag and bushings; six of its properties no part can have: equal "
         "pitch, slope of the seat, stiffness and damping of the bushing, friction and transition velocity of the ring"
+    ),
+    "possible": (
+        "the rig of the paper with every value within what the part can be, rolling resistance and rubber with a loss "
+        "factor"
     ),
     "printed_equal_pitch": "a second rig of the paper with the equal pitch as printed, docs/second-rig.md",
 }
