@@ -1,0 +1,43 @@
+"""What the tests of refusals share: odd values, and what a sentence must be."""
+
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).parents[2]
+RIG = ROOT / "config" / "rig.yaml"
+HUGE, LONGER = 10**400, 10**5000  # beyond a float; beyond what Python writes as text
+NUMBER = "a finite number is needed"
+BELT = {"chain": "belt", "ring_radius": None, "spells": False}
+
+
+def shown(value):
+    """Name of a row."""
+    try:
+        return repr(value)[:40]
+    except ValueError:
+        return "10**5000"
+
+
+def one_sentence(caught, *words):
+    sentence = str(caught.value)
+    assert "\n" not in sentence and len(sentence) < 700, sentence
+    for word in words:
+        assert word in sentence, sentence
+    return sentence
+
+
+NO_NUMBERS = (
+    HUGE,
+    LONGER,
+    "115",
+    None,
+    [115],
+    {},
+    True,
+    1 + 2j,
+    float("nan"),
+    float("inf"),
+    np.array([1.0, 2.0]),
+    b"1",
+)

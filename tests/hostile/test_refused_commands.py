@@ -1,0 +1,125 @@
+"""A command that is refused ends with one line and code 1, and writes nothing."""
+
+import resource
+import sys
+from pathlib import Path
+
+import pytest
+from sentences import one_sentence
+
+from trackdyn.commands import cli
+from trackdyn.errors import InputError
+from trackdyn.simulation.recording import load_recording
+
+COMMANDS = [
+    ("", "Missing command"),
+    ("--nope", "No such option: --nope"),
+    ("nope", "No such command 'nope'"),
+    ("simulate", "Missing argument"),
+    ("simulate run.npz more.npz", "unexpected extra argument"),
+    ("simulate run.npz --rpm", "--rpm"),
+    ("simulate run.npz --rpm fast", "--rpm = 'fast' is not accepted: a finite number would do"),
+    ("simulate run.npz --rpm nan", "--rpm = 'nan' is not accepted"),
+    ("simulate run.npz --rpm 1e999", "--rpm = '1e999' is not accepted"),
+    ("simulate run.npz --duration 1e9", "at most 36000 s"),
+    ("simulate run.npz --lead-in 1e9", "lead_in = 1000000000.0"),
+    ("simulate run.npz --step 1e-300", "step = 1e-300"),
+    ("simulate run.npz --step x", "--step = 'x' is not accepted"),
+    ("simulate run.npz --frame-interval 1e308", "frame_interval = 1e+308"),
+    ("simulate run.npz --ring-radius big", "--ring-radius = 'big' is not accepted: a radius in m or the word none"),
+    ("simulate run.npz --ring-radius inf", "--ring-radius = 'inf' is not accepted"),
+    ("simulate run.npz --preset best", "preset = 'best'", "standard"),
+    ("simulate run.npz --choose chain", "--choose = 'chain' is not accepted: name=setting"),
+    ("simulate run.npz --choose chain=rope", "chain = 'rope'", "double_pin"),
+    ("simulate run.npz --choose integrator=adaptive --choose tolerance=small", "tolerance = 'small'", "1e-6"),
+    ("simulate run.npz --choose integrator=adaptive --choose tolerance=1e-6 --step 1e6 -q", "step = 1000000.0"),
+    ("simulate run.npz --choose chain=belt --rpm 1e300", "motor_rpm = 1e+300"),
+    ("simulate run.npz --tolerance much", "--tolerance = 'much' is not accepted: a share"),
+    ("simulate run.npz --tolerance 1% --measure speed", "--measure = 'speed' is not accepted: rms, sd"),
+    ("simulate run.npz --tolerance 1% --longest 1e-3", "longest = 0.001 s is not accepted"),
+    ("simulate run.npz --measure rms", "--measure is not accepted without --tolerance"),
+    ("simulate run.npz --tolerance 1% --checkpoint kept", "--checkpoint is not accepted with --tolerance"),
+    ("simulate run.npz --speed 115", "No such option: --speed, --rpm may be meant; see trackdyn simulate --help"),
+    ("simulate run.npz --setp 1e-4", "--step may be meant"),
+    ("simulate run.csv", "OUT = 'run.csv' is not accepted: a name that ends in .npz"),
+    ("simulate /proc/run.npz", "/proc/run.npz: cannot be written"),
+    ("simulate plain/run.npz", "plain/run.npz: cannot be written (Not a directory)"),
+    ("simulate folder.npz", "folder.npz: cannot be written (Is a directory)"),
+    (f"simulate {'x' * 300}.npz", "cannot be written (File name too long)"),
+    ("simulate run.npz --checkpoint /proc/state", "/proc/state: cannot be written"),
+    ("simulate run.npz --rig /dev/zero", "/dev/zero: is no plain file"),
+    ("simulate run.npz --rig plain", "plain: holds no sections"),
+    ("compare plain plain", "plain: is not a trackdyn recording, or is damaged"),
+    ("compare absent.npz plain", "absent.npz: no such file"),
+    ("compare short.npz plain", "plain: no column for ay", "--axis ay=NAME"),
+    ("plan --tolerance 2%", "trade.csv: no measured data"),
+    ("plan --tolerance 2 --data trade.csv", "tolerance = '2' is not accepted: a share"),
+    ("plan --tolerance 2% --data plain", "plain: lacks the column scene"),
+    ("plan --tolerance 2% --data empty", "empty: No columns to parse"),
+    ("plan --tolerance 2% --data binary", "binary: cannot be read as UTF-8"),
+    ("plan --tolerance 2% --data /dev/zero", "/dev/zero: is no plain file"),
+    ("plan --tolerance 2% --data .", ".: is a folder"),
+    ("plan --tolerance much --data trade.csv", "tolerance = 'much' is not accepted: a share"),
+    ("plan --tolerance 2% --measure speed --data trade.csv", "measure = 'speed' is not accepted"),
+    ("plan --tolerance 2% --rpm nan --data trade.csv", "--rpm = 'nan'"),
+    ("plan --tolerance 2% --data words.csv", "words.csv: Unable to parse string"),
+    ("plan --tolerance 2% --data other.csv", "other.csv: names the unknown fidelity 'guess'"),
+]
+
+
+def run_command(monkeypatch, *arguments):
+    """Exit code of the command, run within this process."""
+    monkeypatch.setattr(sys, "argv", ["trackdyn", *arguments])
+    try:
+        cli.main()
+    except SystemExit as end:
+        return end.code
+    return 0
+
+
+@pytest.mark.parametrize("row", COMMANDS, ids=lambda row: row[0][:60])
+def test_a_command_ends_with_one_line_and_code_1(folder, monkeypatch, capsys, row):
+    line, *words = row
+    before = sorted(folder.rglob("*"))
+    assert run_command(monkeypatch, *line.split()) == 1
+    out, err = capsys.readouterr()
+    assert err.startswith("trackdyn: ") and len(err.splitlines()) == 1, err
+    for word in words:
+        assert word in err
+    assert out == "" and sorted(folder.rglob("*")) == before
+
+
+def test_a_command_that_is_right_ends_with_code_0(folder, monkeypatch, capsys):
+    """The plan that the rows above are refused for, and a belt from start to end: what it needs stands at the top."""
+    assert run_command(monkeypatch, "plan", "--tolerance", "2%", "--data", "trade.csv") == 0
+    assert run_command(monkeypatch, "simulate", "belt.npz", "--choose", "chain=belt", "--frame-interval", "0") == 0
+    out = capsys.readouterr().out
+    assert "needs  about" in out and "rms_g" in out and (folder / "belt.npz").exists()
+
+
+def test_an_interruption_is_one_line(folder, monkeypatch, capsys):
+    def stop(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(sys.modules["trackdyn.simulation.simulate"], "simulate", stop)
+    assert run_command(monkeypatch, "simulate", "run.npz", "-q") == 130
+    assert capsys.readouterr().err.strip() == "trackdyn: interrupted; no file is left half-written"
+
+
+def test_a_full_disk_names_the_file_and_leaves_what_was_there(folder, belt_file, monkeypatch):
+    """Whether that is found before the run or while the file is written."""
+    recording = load_recording(belt_file)
+    old = Path("short.npz").read_bytes()
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    before = sorted(folder.rglob("*"))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, limits[1]))
+    try:
+        with pytest.raises(InputError) as caught:
+            recording.save("short.npz")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    one_sentence(caught, "short.npz: cannot be written (File too large)", "free space")
+    assert Path("short.npz").read_bytes() == old and sorted(folder.rglob("*")) == before
+    monkeypatch.setattr("trackdyn.files.disk_usage", lambda place: type("Usage", (), {"free": 1000}))
+    assert run_command(monkeypatch, "simulate", "run.npz") == 1
+    assert sorted(folder.rglob("*")) == before

@@ -1,0 +1,68 @@
+"""A configuration is refused in one sentence before anything runs."""
+
+import pytest
+from sentences import HUGE, ROOT, one_sentence, shown
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.yaml_file import read_yaml
+from trackdyn.pipeline.config import check_config
+
+SETTINGS = [
+    ("results", "", "results = ''", "the name of a folder"),
+    ("results", "~/x", "results = '~/x'", "without blanks, braces and ~"),
+    ("results", "a b", "results = 'a b'"),
+    ("results", "x{run}", "results = 'x{run}'"),
+    ("results", "README.md", "README.md is a file"),
+    ("results", "README.md/x", "README.md is a file"),
+    ("results", "x" * 300, "the name of a folder"),
+    ("results", 5, "valid string"),
+    ("records.speeds_rpm", [HUGE], "records.speeds_rpm.0"),
+    ("records.speeds_rpm", [1e9], "records.speeds_rpm.0 = 1000000000.0", "less than 100000"),
+    ("records.duration_s", HUGE, "records.duration_s"),
+    ("records.duration_s", 1e300, "records (run 115rpm): scene: duration = 1e+300", "at most 36000 s"),
+    ("records.lead_in_s", 1e9, "lead_in = 1000000000.0", "at most 36000 s"),
+    ("records.step_s", 5e-324, "step = 5e-324"),
+    ("records.frame_interval_s", 1e308, "frame_interval = 1e+308"),
+    ("known.longest_turns", 10**30, "ring_study"),
+    ("ring_study.without_ring", 5, "ring_study.without_ring = 5"),
+    ("peers.steps_s", [1e-4, 1e-4], "peers: steps_s = [0.0001, 0.0001]", "stands twice"),
+    ("peers.steps_s", [1e-4, 3e-5], "peers: scene: step = 3e-05", "a whole fraction"),
+    ("peers.readings", ["motor", "motor"], "peers: readings", "stands twice"),
+    ("peers.readings", ["wheel"], "peers.readings.0 = 'wheel'", "'sprocket' or 'motor'"),
+    ("peers.duration_s", 1e9, "peers: scene: duration", "at most 36000 s"),
+    ("peers.speed_rpm", 9e4, "peers: scene: motor_rpm = 501300.0"),
+    ("fidelity.speeds_rpm", [210, 115], "fidelity.speeds_rpm", "give rising values"),
+    ("fidelity.settings", ["preset=best"], "fidelity.settings", "preset=paper"),
+    ("sensitivity.radii_m", [0.5], "sensitivity.radii_m = [0.5]", "no target of the fit"),
+    ("sensor_csv", "nowhere/{rpm}.csv", "nowhere/115.csv does not exist"),
+    ("sensor_csv", "{0.__class__}", "the only field in braces may be {rpm}"),
+    ("sensor_csv", "/dev/zero", "it names one file for several speeds"),
+    ("rig", "/dev/zero", "no plain file"),
+    ("rig", "absent.yaml", "absent.yaml: no such file"),
+    ("studies", "absent.yaml", "absent.yaml: no such file"),
+    ("other_rigs", {"../x": {"rig": "config/rig.yaml", "steps_s": [[210, 1e-4]]}}, "other_rigs", "pattern"),
+]
+
+
+@pytest.mark.parametrize("row", SETTINGS, ids=lambda row: f"{row[0]}={shown(row[1])}")
+def test_a_configuration_is_refused_before_anything_runs(monkeypatch, row):
+    place, value, *words = row
+    monkeypatch.chdir(ROOT)
+    data = read_yaml("config/config.yaml")
+    *sections, field = place.split(".")
+    part = data
+    for name in sections:
+        part = part[name]
+    part[field] = value
+    with pytest.raises(InputError) as caught:
+        check_config(data, "mine.yaml")
+    one_sentence(caught, *words)
+
+
+def test_a_folder_that_cannot_be_written_is_refused_before_anything_runs(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    data = read_yaml("config/config.yaml") | {"results": "mine/new"}
+    monkeypatch.setattr("trackdyn.pipeline.config.os.access", lambda place, mode: False)  # root may write anywhere else
+    with pytest.raises(InputError) as caught:
+        check_config(data, "mine.yaml")
+    one_sentence(caught, "results = 'mine/new'", "cannot be written; another place would do")

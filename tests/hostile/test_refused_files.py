@@ -1,0 +1,77 @@
+"""A file that cannot be read is refused in one sentence, whoever reads it, and nothing in it is run."""
+
+from pathlib import Path
+
+import pytest
+from sentences import one_sentence, shown
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.rig import load_rig
+from trackdyn.parameters.yaml_file import read_yaml
+from trackdyn.pipeline.config import read_layer
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.recording import load_recording
+from trackdyn.study.accuracy.planner import load_trade
+
+FILES = [
+    (b"", "holds no sections"),
+    (b"- 1\n", "holds no sections"),
+    (b"a: [1\n", "is not valid YAML at line 2"),
+    ("a: \u00b5\n".encode("latin-1"), "cannot be read as UTF-8 text, byte 0xb5 in line 1"),
+    ("a: 1\n".encode("utf-16"), "cannot be read as UTF-8"),
+    (b"\0\1\2", "is not valid YAML"),
+    (b"a: &x [*x]\n", "line 1 holds an alias (*)"),
+    (b"a: &x 1\nb: *x\n", "line 2 holds an alias (*)", "write the value out"),
+    (b"a: " + b"[" * 5000, "line 1 is nested more than 20 deep"),
+    (b"a: 1\nb: 2\na: 3\n", "line 3 gives 'a' a second time"),
+    (b"a: {b: 1, b: 2}\n", "line 1 gives 'b' a second time"),
+    (b"a: !!python/object/apply:os.system ['touch ran']\n", "is not valid YAML at line 1"),
+    (b"a: !!python/name:os.system\n", "is not valid YAML"),
+    (b"a: 2024-99-99\n", "is not valid YAML"),
+    (b"a: " + b"9" * 5000, "is not valid YAML"),
+    (b"#" * 1_000_001, "is larger than 1 MB"),
+]
+
+
+@pytest.mark.parametrize("row", FILES, ids=lambda row: shown(row[0]))
+def test_a_yaml_file_is_refused(tmp_path, monkeypatch, row):
+    content, *words = row
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.yaml").write_bytes(content)
+    for read in (read_layer, load_rig):
+        with pytest.raises(InputError) as caught:
+            read(Path("mine.yaml"))
+        assert one_sentence(caught, *words).startswith("mine.yaml: ")
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.yaml"]
+
+
+def test_a_template_is_refused_before_it_is_run(tmp_path):
+    """Snakemake's own loader would run it."""
+    path = tmp_path / "mine.yaml"
+    path.write_text("__use_yte__: true\n?if True:\n  results: x\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"^mine\.yaml: __use_yte__ is not a known parameter"):
+        read_layer(path)
+
+
+PLACES = [
+    ("/dev/zero", "no plain file but a pipe or a device"),
+    ("/dev/stdin", "a"),
+    (".", "is a folder"),
+    ("absent", "no such file"),
+    ("a\0b", "is not accepted"),
+    ("x" * 300, "File name too long"),
+    (None, "path = None is not accepted"),
+    (b"rig.yaml", "path = b'rig.yaml' is not accepted"),
+]
+
+
+@pytest.mark.parametrize("reader", [load_rig, load_recording, Loop.load, load_trade, read_yaml])
+@pytest.mark.parametrize("row", PLACES, ids=lambda row: shown(row[0]))
+def test_a_place_that_holds_no_file_is_refused(tmp_path, monkeypatch, reader, row):
+    place, *words = row
+    if reader is load_trade and place in (None, "/dev/stdin"):
+        pytest.skip("None stands for the pipeline's own results")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError) as caught:
+        reader(place)
+    one_sentence(caught, *words)

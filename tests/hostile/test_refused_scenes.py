@@ -1,0 +1,87 @@
+"""A scene that cannot be is refused in one sentence: its fields, and rigs that lead nowhere. No kernel is compiled."""
+
+import json
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from sentences import BELT, HUGE, LONGER, NO_NUMBERS, NUMBER, one_sentence, shown
+
+from trackdyn.errors import InputError
+from trackdyn.scene.fidelity import CHOICES
+from trackdyn.scene.scene import Scene
+
+NO_CHOICES = (
+    np.array(["a", "b"]), None, np.timedelta64(1), np.ma.array(["free"], mask=[True]), np.ma.masked, ["free"], b"free",
+    LONGER,
+)  # fmt: skip
+SCENES = [
+    *[({"motor_rpm": value}, "motor_rpm", NUMBER) for value in NO_NUMBERS],
+    *[
+        ({name: HUGE}, name, NUMBER)
+        for name in ("ring_radius", "duration", "lead_in", "ramp", "step", "frame_interval")
+    ],
+    *[({name: "long"}, f"{name} = 'long'", NUMBER) for name in ("ring_radius", "duration", "step", "tolerance")],
+    ({"motor_rpm": -1}, "motor_rpm = -1.0", "at least 0 and at most 100000 rev/min"),
+    ({"motor_rpm": 1e300, **BELT}, "motor_rpm = 1e+300", "at most 100000"),
+    ({"ring_radius": 1e300}, "ring_radius = 1e+300", "give a radius between, or no ring"),
+    ({"ring_radius": -0.3}, "ring_radius = -0.3", "a radius in m would do, or no ring"),
+    ({"duration": 1e-300}, "duration = 1e-300", "at least 0.001"),
+    ({"duration": 1e9}, "duration", "at most 36000 s"),
+    ({"lead_in": 1e9}, "lead_in = 1000000000.0", "at most 36000 s"),
+    ({"lead_in": -1}, "lead_in = -1.0", "at least 0"),
+    ({"ramp": 1e300}, "ramp = 1e+300", "at most 36000 s"),
+    ({"ramp": 5e-324}, "ramp = 5e-324", "at least 1e-06"),
+    ({"step": 5e-324}, "step = 5e-324", "a whole fraction of the sample interval"),
+    ({"step": 1e-12}, "step = 1e-12", "at least 1e-08 s"),
+    ({"step": 1e300}, "step = 1e+300", "a whole fraction"),
+    ({"step": 0.0}, "step = 0.0", "such as 5e-05"),
+    ({"step": -1e-4}, "step = -0.0001", "a whole fraction"),
+    ({"step": 1e6, "integrator": "adaptive", "tolerance": 1e-6}, "step = 1000000.0", "a whole fraction"),
+    ({"step": 1e-8, "duration": 36000}, "step = 1e-08", "3.6e+12 steps"),
+    ({"frame_interval": 1e308}, "frame_interval = 1e+308", "within the duration"),
+    ({"frame_interval": 1e-16}, "frame_interval = 1e-16", "a multiple of the sample interval"),
+    ({"frame_interval": -0.1}, "frame_interval = -0.1", "a multiple"),
+    ({"integrator": "adaptive", "tolerance": 1e-16}, "tolerance = 1e-16", "at least 1e-12"),
+    ({"integrator": "adaptive", "tolerance": 5e-324}, "tolerance = 5e-324", "at least 1e-12"),
+    ({"integrator": "adaptive", "tolerance": 1e300}, "tolerance = 1e+300", "at most 0.5"),
+    ({"integrator": "adaptive"}, "tolerance = None", "use 1e-6"),
+    *[
+        ({"pitches": value}, "pitches", "a list of whole numbers")
+        for value in ("12", 3, None, LONGER, [1.5], [True], {1, 2}, [[1]], iter([1]))
+    ],
+    ({"pitches": [HUGE]}, "pitches", "exist"),
+    ({"pitches": [0]}, "pitches = 0", "1 to 35 exist"),
+    ({"pitches": [36]}, "pitches = 36", "1 to 35 exist"),
+    *[({"spells": value}, "spells", "True or False") for value in (1, "yes", None, b"1", np.array([True, False]))],
+    *[({name: value}, f"{name} = ", "is not accepted: use ") for name in CHOICES for value in NO_CHOICES],
+    ({"integrator": HUGE}, "integrator", "semi_implicit"),
+    ({"motor_rpm": np.timedelta64(5, "s")}, "motor_rpm", NUMBER),
+    ({"duration": np.timedelta64(5, "s")}, "duration", NUMBER),
+    ({"chain": "x" * 2000}, "chain = 'xxx", "double_pin"),
+    ({"integrator": np.ma.masked_array([1, 2], mask=[0, 1])}, "integrator", "semi_implicit"),
+    ({"motor_rpm": np.ma.array(115.0, mask=True), "solver": "x" * 2000}, "scene: "),
+    ({"rig": None}, "rig = None", "dictionary"),
+    ({"rig": "config/rig.yaml"}, "rig = 'config/rig.yaml'", "dictionary"),
+    ({"rig": Scene}, "rig", "dictionary"),
+    ({"speed": 3}, "speed is not a known parameter", "spelling"),
+]
+
+
+@pytest.mark.parametrize("row", SCENES, ids=lambda row: shown(row[0]))
+def test_a_scene_is_refused(rig, row):
+    fields, *words = row
+    with pytest.raises(InputError) as caught:
+        Scene(**{"rig": rig, "motor_rpm": 115.0} | fields)
+    assert one_sentence(caught, *words).startswith("scene: ")
+
+
+@pytest.mark.parametrize(
+    "value", [150, np.float32(150), np.int64(150), np.array(150.0), np.array(150), Fraction(300, 2)], ids=shown
+)
+def test_a_number_is_a_number_whichever_library_it_comes_from(rig, value):
+    """The same scene, the same bytes of its description."""
+    described = Scene(rig, value, **BELT, pitches=()).describe()
+    assert json.dumps(described) == json.dumps(Scene(rig, 150.0, **BELT).describe())
+    assert type(Scene(rig, 150.0, **BELT | {"chain": np.str_("belt")}).chain) is str
+    assert Scene(rig, 115.0, pitches=np.array([1, 2]), spells=np.bool_(True)).describe()["pitches"] == [1, 2]
