@@ -1,6 +1,4 @@
-"""Random damage to what a user gives: success or one sentence, never anything else. Seeds are fixed, time is
-bounded.
-"""
+"""Random damage to what a user gives: success or one sentence, never anything else (`fuzzing`)."""
 
 import copy
 import json
@@ -12,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from hypothesis import HealthCheck, Phase, given, settings
+from fuzzing import fuzz
 from hypothesis import strategies as st
 
 from trackdyn.commands import cli
@@ -29,11 +27,6 @@ from trackdyn.study.accuracy.planner import load_trade, plan
 ROOT = Path(__file__).parents[2]
 RIG, CONFIG = ROOT / "config" / "rig.yaml", ROOT / "config" / "config.yaml"
 BELT = {"chain": "belt", "ring_radius": None, "spells": False}
-# no search for a smaller failure: what is drawn is small, and a search has no bound in time
-fuzz = settings(
-    max_examples=40, deadline=None, database=None, derandomize=True, phases=[Phase.generate],
-    suppress_health_check=list(HealthCheck),
-)  # fmt: skip
 
 anything = st.one_of(
     st.none(),
@@ -116,22 +109,19 @@ def place(tmp_path_factory):
     return folder
 
 
-@fuzz
-@given(fields=st.dictionaries(st.sampled_from(sorted(set(Scene.model_fields) - {"rig"})), anything, max_size=3))
+@fuzz(fields=st.dictionaries(st.sampled_from(sorted(set(Scene.model_fields) - {"rig"})), anything, max_size=3))
 def test_scenes(rig, fields):
     ends_well(Scene, **{"rig": rig, "motor_rpm": 115.0} | fields)
 
 
-@fuzz
-@given(data=damaged(load_rig(RIG).model_dump()))
+@fuzz(data=damaged(load_rig(RIG).model_dump()))
 def test_rigs_from_python(rig, data):
     changed = ends_well(lambda: rig.changed(**{name: data[name] for name in data if isinstance(name, str)}))
     if changed is not None:
         ends_well(Scene, changed, 115.0)
 
 
-@fuzz
-@given(data=damaged(yaml.safe_load(RIG.read_text(encoding="utf-8"))))
+@fuzz(data=damaged(yaml.safe_load(RIG.read_text(encoding="utf-8"))))
 def test_rigs_from_files(place, data):
     path = place / "mine.yaml"
     try:
@@ -142,8 +132,7 @@ def test_rigs_from_files(place, data):
     ends_well(load_rig, path)
 
 
-@fuzz
-@given(content=mangled(RIG.read_bytes()[:4000]))
+@fuzz(content=mangled(RIG.read_bytes()[:4000]))
 def test_bytes_of_yaml(place, content):
     path = place / "mine.yaml"
     path.write_bytes(content)
@@ -151,8 +140,7 @@ def test_bytes_of_yaml(place, content):
     ends_well(read_layer, path)
 
 
-@settings(fuzz, max_examples=15)  # each of them makes sixty scenes
-@given(data=damaged(yaml.safe_load(CONFIG.read_text(encoding="utf-8"))))
+@fuzz(data=damaged(yaml.safe_load(CONFIG.read_text(encoding="utf-8"))))
 def test_configurations(data):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(ROOT)
@@ -172,8 +160,7 @@ TRADE = (
 )
 
 
-@fuzz
-@given(sensor=mangled(SENSOR.encode()), trade=mangled(TRADE.encode()))
+@fuzz(sensor=mangled(SENSOR.encode()), trade=mangled(TRADE.encode()))
 def test_tables(place, sensor, trade):
     (place / "sensor.csv").write_bytes(sensor)
     ends_well(read_sensor_csv, place / "sensor.csv")
@@ -183,8 +170,7 @@ def test_tables(place, sensor, trade):
         ends_well(plan, table, 0.05, "rms", 120.0, 0.305)
 
 
-@fuzz
-@given(seed=st.integers(0, 10**6), changes=st.data())
+@fuzz(seed=st.integers(0, 10**6), changes=st.data())
 def test_recordings(place, seed, changes):
     """Bytes of the file, then its arrays and description: whole again, but other than they were."""
     content, path = (place / "belt.npz").read_bytes(), place / "mine.npz"
@@ -248,8 +234,7 @@ words = st.one_of(
 )
 
 
-@fuzz
-@given(arguments=st.lists(words, max_size=8))
+@fuzz(arguments=st.lists(words, max_size=8))
 def test_commands(place, arguments):
     """Nothing is simulated: what would run stops there."""
 

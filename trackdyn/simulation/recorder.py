@@ -12,7 +12,7 @@ from trackdyn.simulation.account import refuse_open_account
 from trackdyn.simulation.checkpoint import filled, refuse_other_places
 from trackdyn.simulation.cost import refuse_too_large
 from trackdyn.simulation.recording import Recording, provenance
-from trackdyn.simulation.resolution import refuse_unresolved, resolution
+from trackdyn.simulation.watch import Watch
 
 # Length of a chunk, s, and spells that may end within it.
 CHUNK = 0.25
@@ -23,11 +23,14 @@ SAMPLED = tuple(name for name in Record._fields if name not in ("pitches", "fram
 
 
 class Recorder:
-    """Records a loop; parameters as in `Loop.record`. One that is not ``watched`` goes on with unresolved contacts."""
+    """Records a loop; parameters as in `Loop.record`.
+
+    One that is not ``watched`` goes on with unresolved contacts; ``origin`` as in `simulation.watch.Watch`.
+    """
 
     def __init__(
         self, loop, seconds: float, pitches: tuple[int, ...], frame_interval: float, spells: bool, every_link: bool,
-        watched: bool = True,
+        watched: bool = True, origin=None,
     ):  # fmt: skip
         rate = loop.scene.rig.sensor.rate
         refuse_too_large(loop.scene, seconds, pitches, frame_interval, every_link)
@@ -58,6 +61,7 @@ class Recorder:
             count if every_link else 0,
             0 if loop.work.sliding is None else len(loop.work.sliding),
         )
+        self.watch = Watch(self, origin)
 
     @property
     def finished(self) -> bool:
@@ -77,12 +81,15 @@ class Recorder:
         if last // (JUDGED * rate) > first // (JUDGED * rate):  # not only after hours
             refuse_open_account(self.record.energy[:last], loop.model, last / rate)
         if self.watched:
-            refuse_unresolved(self.alternating, loop.model, self.record.mean[:last], last / rate)
+            self.watch.look()
         return (last - first) / rate
 
     def describe(self) -> dict:
         """What a checkpoint holds of it, the loop included."""
-        progress = {"done": self.done, "begin": self.begin, "wall": self.wall, "alternating": self.alternating.tolist()}
+        progress = {
+            "done": self.done, "begin": self.begin, "wall": self.wall, "alternating": self.alternating.tolist(),
+            "found": self.watch.found, "off": self.watch.off,
+        }  # fmt: skip
         parts = {"progress": progress, "record": self.record, "ended": Ended(np.vstack(self.ended))}
         return self.loop.describe() | parts
 
@@ -99,6 +106,11 @@ class Recorder:
         if not (abs(begin + done / rate - self.loop.time) < 0.5 / rate and self.wall >= 0.0):
             raise ValueError(f"begin = {begin}")
         self.done, self.begin = done, begin
+        self.watch = Watch(self)
+        found, off = (data["progress"][name] for name in ("found", "off"))
+        if not (isinstance(found, str) and len(off) == 2 and all(isinstance(part, float) for part in off)):
+            raise ValueError(f"off = {off}")
+        self.watch.found, self.watch.off = found, tuple(off)
         if done:
             recording, scene = self._so_far()
             if fault := recording.fault() or recording.fault_of_scene(scene):
@@ -126,7 +138,7 @@ class Recorder:
             {} if plane is None else {"plane": plane.motion, "wheel_offset": plane.offset, "axial_force": plane.axial}
         )
         same = (*SAMPLED, "frame")
-        found = resolution(self.alternating, self.loop.model, record.mean, self.done / rate)
+        found = self.watch.resolution()
         share = None if np.isnan(found.share) else found.share
         return Recording(
             time=np.arange(1, self.done + 1) / rate,

@@ -1,7 +1,9 @@
-"""Is the motion of a record resolved by its step? Judged from what alternates from step to step, and while it runs.
+"""Is the motion of a record resolved by its step? Judged from what its contacts show, and while it runs.
 
 Where a contact is too stiff for the step, forces flip from one step to the next. All bodies are looked at
 (`integrate.run`), so that a few pitches on the sprocket tell what one sensor's link shows after a turn of the loop.
+Where a force stands for one step alone, its peak is not resolved (`integrate.spells`). Neither says how wrong a record
+is: a doubtful one is run again with a finer step (`simulation.watch`).
 """
 
 from math import pi
@@ -9,16 +11,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trackdyn.errors import DivergenceError
 from trackdyn.model.constants import Model
+from trackdyn.model.record import END, PEAK, PEAK_TIME, PITCH, SIDE, Record
 
+# Most that RMS and mean peak may differ with a finer step; half of it counts as resolved.
+RMS, PEAKS = 0.02, 0.05
 # What alternates, as a share of the mean square that the sensor reads. Set on a pilot (docs/choosing-a-fidelity.md) in
-# which no run below ``MOST`` was 2 % off in RMS, and nearly all above it were off in RMS or peaks.
-MOST, NOTICED = 1.0, 0.1
+# which no run below it was 2 % off in RMS.
+NOTICED = 0.01
+# Share of the mean peak in peaks that stand for one step, with a neighbour below half: the true one may be as much as
+# twice as large, so that a tenth of the mean peak may be half off, which is ``PEAKS``.
+ONE_STEP = 0.1
 # Pitches that must have come onto the sprocket before a record can count as resolved, and looks that must have been
 # taken; one pitch shows enough of a record that is not, for it is no longer the first impact.
 LEAST_PITCHES, LEAST_LOOKS = 3.0, 10
 YES, NO, OPEN = "yes", "no", "not judged"
+SIDES = 3  # left arcs, right arcs, ring
 
 
 class Resolution(NamedTuple):
@@ -27,7 +35,7 @@ class Resolution(NamedTuple):
     Attributes
     ----------
     state : str
-        ``yes``; ``no``: what alternates is more than ``NOTICED`` of what the sensor reads; ``not judged``.
+        ``yes``; ``no``: doubtful, and not within half of ``RMS`` and ``PEAKS`` with a finer step; ``not judged``.
     share : float
         What alternates as a share of the mean square that the sensor reads; NaN if it was not looked at.
     reason : str
@@ -65,20 +73,116 @@ def passed_pitches(model: Model, seconds: float) -> float:
     return seconds * abs(model.drive.rate) / (2 * pi) * model.tooth.teeth
 
 
-def resolution(alternating, model: Model, mean, seconds: float) -> Resolution:
-    """State of the resolution of a record; see `alternating_share` for the parameters."""
+def largest_forces(rows, pitches: int, step: float) -> tuple[np.ndarray, np.ndarray]:
+    """Largest force of every pitch on each side (p, 3), N, and the ones among them that stand for one step (0 if not).
+
+    ``rows`` are contacts, ended or open (`model.record.SPELL_COLUMNS`): a peak whose neighbours are more than half of
+    it lies between two steps.
+    """
+    largest, alone = np.zeros((2, pitches, SIDES))
+    for row in rows:
+        place = int(row[PITCH]), int(row[SIDE])
+        if row[PEAK] > largest[place]:
+            steps = row[PEAK_TIME] / step
+            largest[place], alone[place] = row[PEAK], row[PEAK] * (abs(steps - round(steps)) < 1e-5)
+    return largest, alone
+
+
+class Answer(NamedTuple):
+    """What is compared of two runs.
+
+    Attributes
+    ----------
+    rms : (1,) or (2,) array
+        Of the sensor, and of all links where they are recorded, m/s2.
+    peaks : (3,) array
+        Sums of the largest forces of all pitches: left arcs, right arcs, ring; N.
+    alone : float
+        Share of ``peaks`` in forces that stand for one step, the largest of the sides.
+    """
+
+    rms: np.ndarray
+    peaks: np.ndarray
+    alone: float
+
+    def differs(self, finer: "Answer") -> tuple[float, float]:
+        """Largest relative differences from a finer answer: of RMS, and of peaks on sides that carry.
+
+        Of sums, and so of mean peaks over the same pitches: one that is only just touched moves the mean of those
+        that touch, not what they carry.
+        """
+        carries = _carries(finer.peaks)
+        return (
+            float(np.abs(self.rms / np.where(finer.rms > 0, finer.rms, 1.0) - 1)[finer.rms > 0].max(initial=0.0)),
+            float(np.abs(self.peaks[carries] / finer.peaks[carries] - 1).max(initial=0.0)),
+        )
+
+
+def _carries(peaks):
+    """Sides above a third of the largest."""
+    return (peaks > 0) & (peaks > peaks.max() / 3)
+
+
+def answer(record: Record, first: int, last: int, ended: list[np.ndarray], model: Model) -> Answer:
+    """Answer of samples ``first`` to ``last - 1``, of contacts that ended in them and of those that are open."""
+    chain = model.chain
+
+    def rms(of):
+        felt = of[..., 1] + chain.gravity * np.cos(of[..., 2])
+        return np.sqrt((felt**2).mean())
+
+    still = record.spells.open[record.spells.open[:, END] > 0][:, : record.spells.rows.shape[1]]
+    largest, alone = largest_forces(np.vstack([*ended, still]), len(model.shoes.link_body), model.step)
+    peaks = largest.sum(axis=0)
+    carries = _carries(peaks)
+    return Answer(
+        np.array([rms(of[first:last]) for of in (record.mean, record.link_mean) if of[first:last].size]),
+        peaks,
+        float((alone.sum(axis=0)[carries] / peaks[carries]).max(initial=0.0)),
+    )
+
+
+def doubt(alternating, model: Model, mean, seconds: float, alone: float) -> str:
+    """Why a record, or a piece of one, may not be resolved: words, or none.
+
+    Parameters as in `alternating_share`; ``alone`` as in `Answer`.
+    """
+    if passed_pitches(model, seconds) < 1.0 or alternating[1] < LEAST_LOOKS:
+        return ""
+    if (share := alternating_share(alternating, model, mean)) > NOTICED:
+        return f"what flips from step to step is {share:.2g} of the mean square that the sensor reads"
+    if alone > ONE_STEP:
+        return f"{alone:.0%} of the mean peak are forces that stand for one step"
+    return ""
+
+
+def resolution(alternating, model: Model, mean, seconds: float, found: str, off: tuple[float, float]) -> Resolution:
+    """State of the resolution of a record.
+
+    Parameters
+    ----------
+    alternating, model, mean
+        As in `alternating_share`.
+    seconds : float
+        Length of the record.
+    found : str
+        Doubts about it.
+    off : (2,) tuple of float
+        Largest differences with a finer step; NaN where none was tried.
+    """
     share = alternating_share(alternating, model, mean)
     if not alternating[1]:
         return Resolution(OPEN, share, "steps of this integrator are not watched")
     if len(model.wheels.x) < 2:
         return Resolution(YES, share, "")  # a free loop touches nothing
+    if found and not (off[0] <= RMS / 2 and off[1] <= PEAKS / 2):
+        if not np.isnan(off[0]):
+            found += f", and with a finer step RMS differs by {off[0]:.2g} and the mean peak by {off[1]:.2g} of it"
+        reason = f"contacts are hardly resolved: {found}; compare with a step smaller than {model.step:g} s"
+        return Resolution(NO, share, reason)
+    if found:
+        return Resolution(YES, share, "")
     pitches = passed_pitches(model, seconds)
-    if share > NOTICED and _seen(alternating, pitches):
-        return Resolution(
-            NO, share,
-            f"contacts are hardly resolved: what flips from step to step is {share:.2g} of the mean square that the "
-            f"sensor reads, more than {NOTICED:g}; compare with a step smaller than {model.step:g} s",
-        )  # fmt: skip
     if pitches < LEAST_PITCHES or alternating[1] < LEAST_LOOKS:
         return Resolution(
             OPEN, share,
@@ -86,26 +190,3 @@ def resolution(alternating, model: Model, mean, seconds: float) -> Resolution:
             f"{LEAST_PITCHES:g} are needed",
         )  # fmt: skip
     return Resolution(YES, share, "")
-
-
-def _seen(alternating, pitches: float) -> bool:
-    """Enough was seen to find a fault."""
-    return pitches >= 1.0 and alternating[1] >= LEAST_LOOKS
-
-
-def refuse_unresolved(alternating, model: Model, mean, seconds: float) -> None:
-    """Refuse a record whose contacts flip from step to step; parameters as in `resolution`.
-
-    The account of work closes by construction and does not see that; means over samples hide it.
-
-    Raises
-    ------
-    DivergenceError
-        Says how much alternates.
-    """
-    share = alternating_share(alternating, model, mean)
-    if share > MOST and _seen(alternating, passed_pitches(model, seconds)):
-        raise DivergenceError(
-            f"contacts are not resolved: after {seconds:.3g} s what flips from step to step is {share:.3g} times the "
-            f"mean square that the sensor reads; a step smaller than {model.step:g} s would do, trackdyn check tries it"
-        )

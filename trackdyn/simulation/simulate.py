@@ -64,8 +64,9 @@ def simulate(
             bar.update(lead + writer.done / scene.rig.sensor.rate)
         else:
             loop = Loop(scene, starts)
+            origin = loop.copy()
             loop.advance(lead, bar.update)
-            writer = _writer(loop)
+            writer = _writer(loop, origin)
         saved = time.monotonic()
         while not writer.finished:
             bar.update(writer.chunk())
@@ -78,9 +79,11 @@ def simulate(
     return recording
 
 
-def _writer(loop: Loop) -> Recorder:
+def _writer(loop: Loop, origin: Loop | None = None) -> Recorder:
     scene = loop.scene
-    return Recorder(loop, scene.duration, scene.pitches, scene.frame_interval, scene.spells, scene.every_link)
+    return Recorder(
+        loop, scene.duration, scene.pitches, scene.frame_interval, scene.spells, scene.every_link, origin=origin
+    )
 
 
 def _resumed(path: Path | str, scene: Scene) -> Recorder:

@@ -2,14 +2,11 @@
 
 from typing import NamedTuple
 
-import numpy as np
-
 from trackdyn.errors import DivergenceError
-from trackdyn.model.record import END, PEAK, PITCH, SIDE
 from trackdyn.scene.limits import round_step, step_limits, turn_limit
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
-from trackdyn.simulation.resolution import NOTICED, alternating_share
+from trackdyn.simulation.resolution import NO, Answer, answer
 
 HOLDS = 0.01  # of RMS and mean peak, from a step to half of it
 SECONDS, RAMP = 1.0, 0.3  # s at speed, and until then
@@ -39,30 +36,12 @@ class Trial(NamedTuple):
         return f"--step {self.step:.7g}: tried, RMS and mean peak hold to {HOLDS:.0%} with half of it"
 
 
-def short_run(loop: Loop, seconds: float, watched: bool = True) -> tuple[np.ndarray, "Recorder"]:
-    """RMS of all links (m/s2) and mean peaks of left arcs, right arcs and ring (N) of a record from here on.
-
-    A mean peak is that of the largest forces of all pitches that touch; contacts that are still open count. A run that
-    is not ``watched`` goes on where its contacts are not resolved.
-    """
-    writer = Recorder(loop, seconds, (), 0.0, True, True, watched)
+def short_run(loop: Loop, seconds: float, watched: bool, origin: Loop | None = None) -> tuple[Answer, Recorder]:
+    """What is compared of a record of all links from here on; ``watched`` and ``origin`` as in `Recorder`."""
+    writer = Recorder(loop, seconds, (), 0.0, True, True, watched, origin)
     while not writer.finished:
         writer.chunk()
-    of = writer.record.link_mean
-    felt = of[:, :, 1] + loop.model.chain.gravity * np.cos(of[:, :, 2])
-    still = writer.record.spells.open
-    rows = np.vstack([*writer.ended, still[still[:, END] > 0][:, : writer.record.spells.rows.shape[1]]])
-    largest = np.zeros((loop.scene.rig.chain.pitches, 3))
-    np.maximum.at(largest, (rows[:, PITCH].astype(int), rows[:, SIDE].astype(int)), rows[:, PEAK])
-    touched = (largest > 0).sum(axis=0)
-    return np.array([np.sqrt((felt**2).mean()), *largest.sum(axis=0) / np.maximum(touched, 1)]), writer
-
-
-def differs(found: np.ndarray, finer: np.ndarray) -> tuple[float, float]:
-    """Relative differences of two answers of `short_run`: of the RMS, and of peaks above a third of the largest."""
-    counts = finer[1:] > finer[1:].max() / 3
-    peaks = np.abs(found[1:][counts] / finer[1:][counts] - 1)
-    return float(abs(found[0] / finer[0] - 1)) if finer[0] else 0.0, float(peaks.max(initial=0.0))
+    return answer(writer.record, 0, writer.done, writer.ended, loop.model), writer
 
 
 def try_steps(settled: Loop, rpm: float) -> Trial:
@@ -87,11 +66,11 @@ def try_steps(settled: Loop, rpm: float) -> Trial:
         try:
             loop = settled.changed(step=step, **scene)
             loop.advance(RAMP)
-            found, writer = short_run(loop, SECONDS)
+            found, writer = short_run(loop, SECONDS, False)
             tried.append(step)
-            if before is not None and max(differs(before[0], found)) <= HOLDS and not before[1] > NOTICED:
+            if before is not None and max(before[0].differs(found)) <= HOLDS and before[1] != NO:
                 return Trial(tried[-2], tuple(tried))
-            before = found, alternating_share(writer.alternating, loop.model, writer.record.mean)
+            before = found, writer.watch.resolution().state
         except DivergenceError:
             before = None
         step = round_step(step / 2, sample)

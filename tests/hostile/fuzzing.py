@@ -1,0 +1,50 @@
+"""How long a fuzzer goes on, and from which seed.
+
+`TRACKDYN_FUZZ_SECONDS` is the time of each of them (1 s by default), `TRACKDYN_FUZZ_SEED` repeats a run that failed;
+its seed stands in what the test printed.
+"""
+
+import inspect
+import os
+import time
+from itertools import count
+
+import hypothesis
+from hypothesis import HealthCheck, Phase, given
+
+SECONDS = float(os.environ.get("TRACKDYN_FUZZ_SECONDS", "1"))
+SEED = int(os.environ.get("TRACKDYN_FUZZ_SEED", time.time_ns() % 2**32))
+# no search for a smaller failure: what is drawn is small, and a search has no bound in time
+BATCH = hypothesis.settings(
+    max_examples=10, deadline=None, database=None, phases=[Phase.generate], suppress_health_check=list(HealthCheck)
+)
+
+
+def batches():
+    """Seeds, one after the other and each of them printed, until the time is over; at least one."""
+    end = time.monotonic() + SECONDS
+    for seed in count(SEED):
+        print(f"TRACKDYN_FUZZ_SEED={seed}")
+        yield seed
+        if time.monotonic() > end:
+            return
+
+
+def fuzz(**drawn):
+    """A test whose parameters named here are drawn by Hypothesis, batch after batch; the others are fixtures."""
+
+    def decorate(test):
+        fixtures = [part for part in inspect.signature(test).parameters.values() if part.name not in drawn]
+
+        def repeated(**found):
+            def once(**values):
+                test(**found, **values)
+
+            for seed in batches():
+                hypothesis.seed(seed)(BATCH(given(**drawn)(once)))()
+
+        repeated.__name__, repeated.__doc__ = test.__name__, test.__doc__
+        repeated.__signature__ = inspect.Signature(fixtures)
+        return repeated
+
+    return decorate

@@ -1,0 +1,100 @@
+"""Pieces of a record that are doubtful are run again with a finer step, and what differs decides."""
+
+from math import nan
+
+import numpy as np
+
+from trackdyn.errors import DivergenceError, InputError
+from trackdyn.simulation.resolution import PEAKS, RMS, Answer, Resolution, answer, doubt, resolution
+
+FINER = 4  # times
+LEAD = 5.0  # s before a record that are at most run again with it
+PIECE, BETWEEN = 2.0, 20.0  # s that are run again, and from the beginning of one piece to that of the next
+
+
+class Watch:
+    """Watches a recorder (`Recorder`): the first two seconds of a record, and two in every twenty from there on.
+
+    Parameters
+    ----------
+    recorder : Recorder
+    origin : Loop or None
+        The loop before it came to where the record begins, so that the way there is run again, too: what a step that is
+        too large has done until then is part of its record.
+
+    Attributes
+    ----------
+    found : str
+        Doubts about the record so far.
+    off : tuple of float
+        Largest differences of RMS and mean peak in the pieces that were run again; NaN if none was.
+    """
+
+    def __init__(self, recorder, origin=None):
+        self.recorder, self.found, self.off = recorder, "", (nan, nan)
+        self.begin()
+        if origin is not None and recorder.begin - origin.time <= LEAD:
+            self.origin = origin
+
+    def begin(self) -> None:
+        """Begin a piece."""
+        of = self.recorder
+        self.origin = of.loop.copy()
+        self.first, self.ended, self.alternating = of.done, len(of.ended), of.alternating.copy()
+        self.open, self.time = of.record.spells.open.copy(), of.loop.time
+
+    def look(self) -> None:
+        """Judge a piece when it is over.
+
+        Raises
+        ------
+        DivergenceError
+            It is doubtful, and differs with a finer step by more than `resolution.RMS` or `resolution.PEAKS`.
+        """
+        of, rate = self.recorder, self.recorder.loop.scene.rig.sensor.rate
+        seconds = (of.done - self.first) / rate
+        if self.origin is not None and (seconds >= PIECE or of.finished):
+            self._judge(seconds)
+            self.origin = None
+        if seconds >= BETWEEN and not of.finished:
+            self.begin()
+
+    def _judge(self, seconds: float) -> None:
+        of = self.recorder
+        model, rows = of.loop.model, of.record.mean[self.first : of.done]
+        coarse = answer(of.record, self.first, of.done, of.ended[self.ended :], model)
+        found = doubt(of.alternating - self.alternating, model, rows, seconds, coarse.alone)
+        self.found = self.found or found
+        # where somebody steered in between, another run would be another motion
+        if not found or model.drive != self.origin.model.drive:
+            return
+        try:
+            off = coarse.differs(self._finer(seconds))
+        except InputError:  # no finer step is allowed
+            return
+        self.off = tuple(float(np.fmax(*pair)) for pair in zip(self.off, off, strict=True))
+        if off[0] > RMS or off[1] > PEAKS:
+            raise DivergenceError(
+                f"contacts are not resolved: {found}, and with a step {FINER} times smaller RMS over {seconds:.3g} s "
+                f"differs by {off[0]:.2g} and the mean peak by {off[1]:.2g} of it, more than {RMS:g} and {PEAKS:g}; "
+                f"a step smaller than {model.step:g} s would do, trackdyn check tries it"
+            )
+
+    def _finer(self, seconds: float) -> Answer:
+        """The piece with a finer step."""
+        loop, asked = self.origin, self.recorder.asked
+        finer = loop.changed(step=loop.model.step / FINER)
+        finer.advance(self.time - loop.time)
+        again = type(self.recorder)(finer, seconds, (), 0.0, asked["spells"], asked["every_link"], False)
+        again.record.spells.open[:] = self.open
+        while not again.finished:
+            again.chunk()
+        return answer(again.record, 0, again.done, again.ended, finer.model)
+
+    def resolution(self) -> Resolution:
+        """State of the resolution of the record so far."""
+        of = self.recorder
+        seconds = of.done / of.loop.scene.rig.sensor.rate
+        mean = of.record.mean[: of.done]
+        found = self.found or doubt(of.alternating, of.loop.model, mean, seconds, 0.0)
+        return resolution(of.alternating, of.loop.model, mean, seconds, found, self.off)
