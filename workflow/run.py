@@ -14,10 +14,15 @@ import time
 from argparse import ArgumentParser
 from pathlib import Path
 
-from trackdyn.errors import TrackdynError
-from trackdyn.pipeline.config import read_layer
-
 ROOT = Path(__file__).parents[1]
+# its own `__main__`, and no traceback of what it imports when it is stopped there
+SNAKEMAKE = """
+try:
+    from snakemake.cli import main
+except KeyboardInterrupt:
+    raise SystemExit("interrupted; nothing had begun") from None
+main()
+"""
 
 
 def configurations(arguments: list[str]) -> list[str]:
@@ -42,6 +47,8 @@ def wait_for_jobs() -> None:
 
 def main(arguments: list[str]) -> None:
     """Read the configurations, take the lock, become Snakemake."""
+    from trackdyn.pipeline.config import read_layer
+
     for file in configurations(arguments):
         read_layer(file)
     os.chdir(ROOT)
@@ -57,13 +64,16 @@ def main(arguments: list[str]) -> None:
     wait_for_jobs()
     shutil.rmtree(ROOT / ".snakemake" / "locks", ignore_errors=True)
     os.set_inheritable(lock, True)
-    os.execv(sys.executable, [sys.executable, "-m", "snakemake", *arguments])
+    os.execv(sys.executable, [sys.executable, "-c", SNAKEMAKE, *arguments])
 
 
 if __name__ == "__main__":
     try:
-        main(sys.argv[1:])
-    except TrackdynError as error:
-        sys.exit(str(error))
+        from trackdyn.errors import TrackdynError
+
+        try:
+            main(sys.argv[1:])
+        except TrackdynError as error:
+            sys.exit(str(error))
     except KeyboardInterrupt:
-        sys.exit(130)
+        sys.exit("interrupted; nothing had begun")

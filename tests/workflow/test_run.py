@@ -94,3 +94,33 @@ def test_a_configuration_that_would_be_run_is_refused_before_it_is(started, tmp_
     with pytest.raises(InputError, match="__use_yte__ is not a known parameter"):
         run.main(["-j2", "--configfile", "mine.yaml"])
     assert started == []
+
+
+@pytest.mark.parametrize(
+    ("code", "module", "ends"),
+    [
+        (
+            "import runpy; runpy.run_path('workflow/run.py', run_name='__main__')",
+            "trackdyn.errors",
+            "nothing had begun",
+        ),
+        ("import run; exec(run.SNAKEMAKE)", "snakemake.cli", "nothing"),
+        ("snakemake = 1; from _script import logged", "trackdyn.errors", None),
+    ],
+)
+def test_an_interruption_of_imports_leaves_no_traceback(code, module, ends):
+    """Ctrl-C while a run or one of its jobs still imports."""
+    find = f"""
+import os, signal, sys
+sys.path[:0] = ["workflow", "workflow/scripts"]
+class Struck:
+    def find_spec(self, name, *_):
+        if name == {module!r}:
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Struck())
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", find + code], cwd=Path(__file__).parents[2], capture_output=True, text=True
+    )
+    assert done.returncode == (130 if ends is None else 1)
+    assert done.stderr == ("" if ends is None else f"interrupted; {ends} had begun\n")

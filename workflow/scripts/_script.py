@@ -5,14 +5,15 @@ file.
 import fcntl
 import os
 import resource
-import signal
 import sys
 import time
 from contextlib import contextmanager, redirect_stdout, suppress
 from pathlib import Path
 
+from _stop import leave_when_stopped
+
 from trackdyn.errors import TrackdynError
-from trackdyn.files import broken_off, write_text
+from trackdyn.files import write_text
 
 # when this process began: loading what stands above took no longer than its processor time
 BEGAN = time.perf_counter() - time.process_time()
@@ -21,8 +22,7 @@ BEGAN = time.perf_counter() - time.process_time()
 @contextmanager
 def logged(snakemake):
     """Send standard output to the log; end with one sentence there and on the screen."""
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, _leave)
+    leave_when_stopped()
     _join()
     with open(snakemake.log[0], "w", encoding="utf-8") as log, redirect_stdout(log):
         try:
@@ -45,12 +45,6 @@ def _spent(log):
     cpu = sum(one.ru_utime + one.ru_stime for one in used)
     before, _, after = str(log.with_suffix(".tsv")).rpartition("logs/")
     write_text(f"{before}benchmarks/{after}", f"s\tmax_rss\tcpu_time\n{seconds:.2f}\t{memory:.1f}\t{cpu:.2f}\n")
-
-
-def _leave(number, _):
-    """End at once, as Snakemake asks; what is being written is removed."""
-    broken_off()
-    os._exit(128 + number)
 
 
 def _join():
