@@ -8,7 +8,7 @@ import pytest
 import trackdyn.scene.scene
 import trackdyn.simulation.settling
 import trackdyn.simulation.start_checks
-from trackdyn.errors import DivergenceError, InputError
+from trackdyn.errors import InputError
 from trackdyn.integrate.carriers import push
 from trackdyn.model.constants import SPROCKET
 from trackdyn.model.record import BEARING, ENERGY_NAMES
@@ -109,5 +109,5 @@ def test_the_step_is_judged_at_the_tension_that_the_loop_settles_at(make_scene):
 def test_contact_that_flips_from_step_to_step_is_seen(make_scene, monkeypatch):
     for module in (trackdyn.scene.scene, trackdyn.simulation.settling, trackdyn.simulation.start_checks):
         monkeypatch.setattr(module, "step_limits", lambda *_: {"none": 1.0})
-    with pytest.raises(DivergenceError, match="contacts are not resolved"):
-        simulate(make_scene(115.0, ring_radius=LARGE, step=1e-4, duration=2.0, lead_in=1.0))
+    found = simulate(make_scene(115.0, ring_radius=LARGE, step=1e-4, duration=2.0, lead_in=1.0)).meta["resolved"]
+    assert found["share"] > 10.0 and found["state"] == "no" and "flips from step to step" in found["reason"]

@@ -9,6 +9,7 @@ from trackdyn.model.record import PEAK, PEAK_TIME, PITCH
 from trackdyn.parameters.rig_file import shipped_rigs, tried_step
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.resolution import (
+    FLIPS,
     LEAST_PITCHES,
     NO,
     NOTICED,
@@ -55,9 +56,11 @@ def test_what_alternates_and_peaks_of_one_step_are_doubted_at_every_length(runni
     ("off", "state"), [((np.nan, np.nan), NO), ((0.0, 0.0), YES), ((0.6 * RMS, 0.0), NO), ((0.0, 0.6 * PEAKS), NO)]
 )
 def test_a_finer_step_decides_what_is_doubtful(running, off, state):
-    found = resolution(sums(running.model, 0.5), running.model, level(1000), 1.0, "it flips", off)
-    assert found.state == state and found.share == pytest.approx(0.5)
+    found = resolution(sums(running.model, 0.9 * FLIPS), running.model, level(1000), 1.0, "it flips", off)
+    assert found.state == state and found.share == pytest.approx(0.9 * FLIPS)
     assert bool(found.reason) == (state != YES)
+    # steps that flip are never called resolved: their samples are not
+    assert resolution(sums(running.model, 1.1 * FLIPS), running.model, level(1000), 1.0, "it flips", off).state == NO
 
 
 def test_too_few_contacts_are_not_judged(running):
@@ -104,11 +107,11 @@ def test_a_very_short_run_says_that_it_was_not_judged(make_scene, tmp_path):
     assert recording.meta["resolved"]["state"] == OPEN and run_metrics("x", recording)["resolved"] == OPEN
 
 
-def test_a_doubtful_record_that_holds_with_a_finer_step_is_resolved(rig, make_scene):
+def test_a_record_that_flips_and_holds_with_a_finer_step_completes_and_says_so(rig, make_scene):
     """Stiff bushings flip at 1e-4 s, and RMS is right within a thousandth."""
     stiff = rig.changed(bushing__stiffness=1e5)
     found = simulate(make_scene(150.0, rig=stiff, step=1e-4, ramp=1.0, lead_in=0.5, duration=1.0)).meta["resolved"]
-    assert found["share"] > NOTICED and found["state"] == YES and not found["reason"]
+    assert found["share"] > FLIPS and found["state"] == NO and "with a finer step RMS differs by 0.0" in found["reason"]
 
 
 def test_a_doubtful_record_that_was_steered_is_not_run_again(make_scene, monkeypatch):

@@ -230,6 +230,18 @@ def test_an_account_that_stays_open_is_refused(rig):
         refuse_open_account(energy, model, 0.05)
 
 
+def test_normal_contact_gives_back_what_it_stored_until_the_loop_has_turned(rig):
+    """A slow rig was refused after 20 s: its contacts gave back the same 3 mJ at any step."""
+    energy = np.zeros((2, len(ENERGY_NAMES)))
+    for name, change in (("sprocket_work", 100.0), ("bearing", 120.0), ("tooth_normal", -20.0)):
+        energy[1, ENERGY_NAMES.index(name)] = change
+    slow, fast = (Scene(rig, rpm).model for rpm in (20.0, 210.0))
+    refuse_open_account(energy, fast, 5.0)
+    refuse_open_account(energy, slow, 20.0)
+    with pytest.raises(DivergenceError, match="tooth normal gave 20 J back"):
+        refuse_open_account(energy, fast, 20.0)
+
+
 FOUND = [
     # the ring tightens the loop far beyond its pre-tension: friction chatters from step to step
     (115.0, {}, {"ring_radius": 0.325}, REFUSED),

@@ -28,7 +28,7 @@ from trackdyn.sweeps import row as rows
 from trackdyn.sweeps.request import asked, columns
 from trackdyn.sweeps.row import SOURCES
 from trackdyn.sweeps.store import Store
-from trackdyn.sweeps.sweep import rows_of, sweep
+from trackdyn.sweeps.sweep import ROW_MEMORY, rows_of, sweep
 
 ROOT = Path(__file__).parents[2]
 SHORT = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.05, "preset": "fast"}
@@ -113,6 +113,13 @@ def test_a_row_beyond_the_memory_fails_for_now(tmp_path, rig_path, monkeypatch):
     assert sweep(design(1), rig=rig_path, jobs=1, store=tmp_path).state[0] == "done"
 
 
+def test_a_design_beyond_the_memory_is_refused_before_anything_is_read(monkeypatch):
+    monkeypatch.setattr("trackdyn.sweeps.sweep.free_memory", lambda: 2.5 * ROW_MEMORY)
+    monkeypatch.setattr("trackdyn.sweeps.sweep.asked", None)
+    with pytest.raises(InputError, match=r"design: 3 rows take about .* parts of at most 2 rows would do"):
+        sweep(design(3))
+
+
 def test_what_slurm_gave_bounds_the_memory(monkeypatch):
     from trackdyn.sweeps.engine import free_memory
 
@@ -130,11 +137,25 @@ def test_nothing_is_computed_twice(tmp_path, rig_path, counted):
     assert len(counted) == 5
 
 
-def test_other_sources_compute_again(tmp_path, rig_path, counted, monkeypatch):
-    sweep(design(1), tmp_path / "r.parquet", rig_path, jobs=1)
-    monkeypatch.setattr("trackdyn.sweeps.request.row_sources", lambda: "edited")
-    sweep(design(1), tmp_path / "r.parquet", rig_path, jobs=1)
-    assert len(counted) == 2
+def test_other_sources_compute_again(tmp_path, rig_path, counted, monkeypatch, capsys):
+    """A store of another version of the program: a sentence, everything computed, nothing lost."""
+    out = tmp_path / "r.parquet"
+    first = sweep(design(2), out, rig_path, jobs=1)
+    old = {path: path.read_bytes() for path in (tmp_path / "r.rows").iterdir()}
+    assert capsys.readouterr().err == ""
+    with monkeypatch.context() as patch:
+        patch.setattr("trackdyn.sweeps.request.row_sources", lambda: "edited")
+        sweep(design(2), out, rig_path, jobs=1)
+        assert len(counted) == 4
+        assert capsys.readouterr().err == (
+            f"trackdyn: {tmp_path / 'r.rows'}: none of its 2 rows is of this design by this version of the program; "
+            "they stay there, and all rows are computed\n"
+        )
+        sweep(design(3), out, rig_path, jobs=1)  # some are there
+        assert len(counted) == 5 and capsys.readouterr().err == ""
+    assert all(path.read_bytes() == content for path, content in old.items())
+    pd.testing.assert_frame_equal(sweep(design(2), out, rig_path, jobs=1), first)
+    assert len(counted) == 5
 
 
 def test_sources_are_all_that_a_row_imports():

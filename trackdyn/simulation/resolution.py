@@ -19,6 +19,8 @@ RMS, PEAKS = 0.02, 0.05
 # What alternates, as a share of the mean square that the sensor reads. Set on a pilot (docs/choosing-a-fidelity.md) in
 # which no run below it was 2 % off in RMS.
 NOTICED = 0.01
+# The same in what single steps read (``Recording.raw``), whose mean square it adds to: ``RMS`` of theirs.
+FLIPS = 2 * RMS
 # Share of the mean peak in peaks that stand for one step, with a neighbour below half: the true one may be as much as
 # twice as large, so that a tenth of the mean peak may be half off, which is ``PEAKS``.
 ONE_STEP = 0.1
@@ -35,7 +37,8 @@ class Resolution(NamedTuple):
     Attributes
     ----------
     state : str
-        ``yes``; ``no``: doubtful, and not within half of ``RMS`` and ``PEAKS`` with a finer step; ``not judged``.
+        ``yes``; ``no``: doubtful, and beyond half of ``RMS`` or ``PEAKS`` with a finer step, or more than ``FLIPS``
+        alternates; ``not judged``.
     share : float
         What alternates as a share of the mean square that the sensor reads; NaN if it was not looked at.
     reason : str
@@ -175,7 +178,7 @@ def resolution(alternating, model: Model, mean, seconds: float, found: str, off:
         return Resolution(OPEN, share, "steps of this integrator are not watched")
     if len(model.wheels.x) < 2:
         return Resolution(YES, share, "")  # a free loop touches nothing
-    if found and not (off[0] <= RMS / 2 and off[1] <= PEAKS / 2):
+    if found and not (off[0] <= RMS / 2 and off[1] <= PEAKS / 2 and share <= FLIPS):
         if not np.isnan(off[0]):
             found += f", and with a finer step RMS differs by {off[0]:.2g} and the mean peak by {off[1]:.2g} of it"
         reason = f"contacts are hardly resolved: {found}; compare with a step smaller than {model.step:g} s"

@@ -40,6 +40,7 @@ def results(
     store: Path | str | None = None,
     progress: str = "",
     unit: str = "row",
+    alone: bool = False,
 ) -> dict[str, dict]:
     """Rows by their keys, those that the store does not have computed.
 
@@ -55,6 +56,9 @@ def results(
         Folder in which rows are kept as they come.
     progress, unit : str
         What the bar is called and counts; none if empty.
+    alone : bool
+        The store is for these rows alone: standard error says so where it has others and none of these, as after a
+        change of the program, whose sources are part of every key.
 
     Returns
     -------
@@ -62,15 +66,26 @@ def results(
         ``key``, ``state``, ``reason``, ``values`` by name, ``cost``.
     """
     kept = Store(store) if store else None
-    found = kept.read(tasks.keys()) if kept else {}
+    found = {key: _shared(row) for key, row in kept.read(tasks.keys()).items()} if kept else {}
+    if alone and kept and kept.others and not found:
+        print(
+            f"trackdyn: {kept.folder}: none of its {kept.others} rows is of this design by this version of the "
+            "program; they stay there, and all rows are computed",
+            file=sys.stderr,
+        )
     due = [(key, task) for key, task in tasks.items() if key not in found]
     with tqdm(total=len(due), disable=not progress, unit=unit, desc=progress, smoothing=0.05) as bar:
         for row in _computed(maker, due, jobs, free_memory()):
             if kept:
                 kept.keep(row)
-            found[row["key"]] = row
+            found[row["key"]] = _shared(row)
             bar.update()
     return found
+
+
+def _shared(row: dict) -> dict:
+    """A row whose names are those of all rows: half of its memory."""
+    return row | {"values": {sys.intern(name): value for name, value in row["values"].items()}}
 
 
 def refuse_failed(rows: Iterable[dict], advice: str) -> None:

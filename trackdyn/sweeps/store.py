@@ -66,6 +66,11 @@ class Store:
     folder : path
         Made if it is not there.
 
+    Attributes
+    ----------
+    others : int
+        Rows that the last reading found and was not asked for.
+
     Raises
     ------
     InputError
@@ -75,6 +80,7 @@ class Store:
     def __init__(self, folder: Path | str):
         self.folder = Path(folder)
         self._file: int | None = None
+        self.others = 0
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -83,10 +89,10 @@ class Store:
     def read(self, keys: Collection[str], say: bool = True) -> dict[str, dict]:
         """Results of these keys, as far as they are there.
 
-        Damaged and foreign lines, and files that are no plain ones, are left out; standard error says how many, unless
-        ``say`` is false.
+        Damaged lines, and files that are no plain ones, are left out; standard error says how many, unless ``say`` is
+        false.
         """
-        found, damaged = {}, 0
+        found, damaged, self.others = {}, 0, 0
         for path in sorted(self.folder.glob("*.jsonl")):
             try:
                 with plain_file(path, "store").open("rb") as file:
@@ -95,6 +101,8 @@ class Store:
                             damaged += 1
                         elif row["key"] in keys:
                             found[row["key"]] = row
+                        else:
+                            self.others += 1
             except (InputError, OSError):
                 damaged += 1
         if damaged and say:

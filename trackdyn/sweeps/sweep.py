@@ -11,11 +11,16 @@ from trackdyn.files import refuse_unwritable
 from trackdyn.parameters.rig_file import DEFAULT
 from trackdyn.parameters.validation import shown
 from trackdyn.scene.fidelity import CHOICES
+from trackdyn.sweeps.engine import free_memory
 from trackdyn.sweeps.engine import results as computed
 from trackdyn.sweeps.request import Asked, asked, refuse_columns
 from trackdyn.sweeps.row import Rows
 from trackdyn.sweeps.store import DIVERGED, DONE, REFUSED, Store, without_values
 from trackdyn.sweeps.table import read_table, refuse_ending, refuse_header, write_table
+
+# Bytes of a row with 82 values, from what it asks for to its line of the table. Measured on 30,000 rows: 7,000 where
+# they are computed, 9,000 where they are read from a store.
+ROW_MEMORY = 10_000
 
 
 def cores() -> int:
@@ -75,15 +80,31 @@ def sweep(
             _refuse_itself(design, out)
         store = store or store_of(out)
     table = read_design(design)
+    refuse_too_many(len(table))
     rows = asked(table, str(rig))
     found = {row.key: without_values(row.key, REFUSED, row.reason) for row in rows if row.reason}
     due = {row.key: row.task for row in sorted(rows, key=lambda row: row.alike) if not row.reason}
-    found |= computed(Rows, due, jobs or cores(), store, "sweep" if progress else "")
+    found |= computed(Rows, due, jobs or cores(), store, "sweep" if progress else "", alone=True)
     results = result_table(table, rows, found)
     if out is not None:
         write_table(cost_table(rows, found), costs_of(out))
         write_table(results, out)
     return results
+
+
+def refuse_too_many(rows: int) -> None:
+    """Refuse a design whose results do not fit into the memory that is free, before anything is computed.
+
+    Raises
+    ------
+    InputError
+        Says how many rows would fit.
+    """
+    if rows * ROW_MEMORY > (free := free_memory()):
+        raise InputError(
+            f"design: {rows} rows take about {rows * ROW_MEMORY / 1e9:.2g} GB of memory and {free / 1e9:.2g} GB are "
+            f"free; parts of at most {int(free / ROW_MEMORY)} rows would do"
+        )
 
 
 def store_of(out: Path | str) -> Path:
