@@ -3,6 +3,7 @@
 import signal
 import sys
 import time
+from hashlib import sha256
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
@@ -16,6 +17,8 @@ from trackdyn.errors import TrackdynError
 from trackdyn.pipeline.sources import imported_files
 from trackdyn.inference.ensemble.settings import load_ensemble
 from trackdyn.jit import source_hash
+from trackdyn.parameters.paper_tables import rig_cells
+from trackdyn.parameters.rig_file import cells_path
 from trackdyn.study.accuracy.ladder import SETTINGS
 from trackdyn.study.accuracy.statistics import measured_scenes, promised_scenes
 from trackdyn.study.extremes.run import parts_of

@@ -11,6 +11,7 @@ import pytest
 import yaml
 
 from trackdyn.errors import InputError
+from trackdyn.paper.article import load_article
 from trackdyn.paper.claims import (
     COLUMNS,
     IN_TREND,
@@ -29,6 +30,7 @@ from trackdyn.paper.claims import (
     side_by_side,
 )
 from trackdyn.paper.evidence import Evidence
+from trackdyn.parameters.paper_tables import PaperTables
 from trackdyn.parameters.rig import load_rig
 
 CONFIG = Path(__file__).parents[2] / "config"
@@ -41,6 +43,30 @@ RIG = load_rig(CONFIG / "rig.yaml").changed(sprocket__equal_pitch_radius=0.3051)
 MEAN, AFTER = ", mean over 0.01 s", ", after the touch"
 
 
+def invented() -> dict:
+    """The article's cells, invented: its simulation within 1 % of `good`, its experiment as far off as it prints."""
+    data = yaml.safe_load((CONFIG / "paper" / "tables.yaml").read_text(encoding="utf-8"))
+    data["table2"] |= {"proposed": 100.0, "recurdyn": 110.0}
+    differences = zip((4.96, 8.53, 12.73, 7.02), (5.14, 8.40, 12.09, 8.05), strict=True)
+    for i, (rpm, (rms, sd)) in enumerate(zip(data["table3"]["speeds"], differences, strict=True)):
+        cells = {"rms_simulation": 0.995 * (0.9 + 0.1 * i), "sd_simulation": 0.995 * (0.8 + 0.1 * i)}
+        cells |= {"rms_experiment": cells["rms_simulation"] / (1 - rms / 100)}
+        data["table3"]["speeds"][rpm] = cells | {"sd_experiment": cells["sd_simulation"] / (1 - sd / 100)}
+        data["table4"]["speeds"][rpm] = {"rms": 0.985 * cells["rms_simulation"]}
+    return data
+
+
+def article(data: dict) -> PaperTables:
+    return PaperTables.model_validate(data)
+
+
+def experiment(e: Evidence, name: str, factor: float) -> Evidence:
+    """Evidence beside an experiment of another size at 150 rpm."""
+    data = e.tables.model_dump()
+    data["table3"]["speeds"][150][name] *= factor
+    return replace(e, tables=article(data))
+
+
 def good() -> Evidence:
     """Evidence by which every claim comes out."""
     rows = []
@@ -50,6 +76,7 @@ def good() -> Evidence:
                      "line_hz": lines[rpm][0], "line_g": lines[rpm][1], "line_hz_binfree": lines[rpm][0],
                      "high_frequency_g": 0.1 + 0.1 * i, "loop_gap_max_m": 1e-13, "gap_before_projection_m": 1e-11,
                      "velocity_gap_m_s": 1e-5})  # fmt: skip
+        rows.append({"run": f"coarse/{rpm:g}rpm", "rpm": rpm, "rms_g": 0.99 * (0.9 + 0.1 * i)})
         for j, radius in enumerate(RADII):
             left, ring = (199 if radius == 0.308 else 200) * (1 + 0.1 * i), 500 * 1.25**j * (1 + 0.02 * i)
             rows.append({"run": f"ring/{rpm:g}rpm_{radius}", "rpm": rpm, "ring_radius_m": radius,
@@ -83,6 +110,10 @@ def good() -> Evidence:
         radius=0.308,
         starts=pd.DataFrame({"rpm": 115.0, "line_hz": [0.122] * 4, "line_g": [0.793] * 4}),
         peer=pd.DataFrame({"speed_rpm": 180.0, "difference_pct": [0.01], "difference_belt_pct": [5.0]}),
+        costs=pd.DataFrame(
+            {"code": ["trackdyn", "exudyn", "exudyn"], "chosen": ["yes", "", "yes"], "cpu_s_per_s": [0.1, 0.01, 2.0]}
+        ),
+        tables=article(invented()),
     )
 
 
@@ -111,6 +142,15 @@ def starts(e: Evidence, **columns) -> Evidence:
 RECORDS, RING, NO_RING = r"[\d.]+rpm", "meshing/ring", "meshing/no_ring"
 # What must fail each claim: the least change that its `fails_if` names.
 SPOILT = {
+    "C03": lambda e: replace(e, costs=e.costs.assign(cpu_s_per_s=[0.1, 9.0, 0.109])),
+    "C04a": lambda e: experiment(e, "rms_experiment", 1.02),
+    "C04b": lambda e: experiment(e, "rms_experiment", 1.2),
+    "C04c": lambda e: experiment(e, "rms_simulation", 0.98),
+    "C05a": lambda e: experiment(e, "sd_experiment", 1.02),
+    "C05b": lambda e: experiment(e, "sd_experiment", 1.2),
+    "C05c": lambda e: experiment(e, "sd_simulation", 1.05),
+    "C13a": lambda e: changed(e, "rms_g", 1.02, "coarse/.*", [150.0]),
+    "C13c": lambda e: changed(e, "rms_g", 0.96, "coarse/.*", [150.0]),
     "C06a": lambda e: changed(e, "rms_g", 0.9, RECORDS, [150.0]),
     "C06b": lambda e: changed(e, "sd_g", 1.2, RECORDS, [180.0]),
     "C07a": lambda e: changed(e, "line_hz", 0.179, RECORDS, [150.0]),
@@ -169,10 +209,42 @@ def test_all_28_claims_are_there_in_order_and_every_part_says_what_would_have_fa
 
 
 def test_no_number_stands_for_a_lost_one():
-    """Claims whose printed cells are lost must not be judged."""
-    for name in ("C03", "C04", "C05", "C13a"):
-        assert CLAIMS[name].rule == "not_comparable"
-    assert CLAIMS["C03"].printed is None and CLAIMS["C13a"].printed is None
+    """Claims whose printed cells are lost are judged only when a reader fills them in; the shipped ones are empty."""
+    empty = load_article(CONFIG / "paper" / "tables.yaml")
+    for name in ("C03", "C04a", "C04b", "C04c", "C05a", "C05b", "C05c", "C13a", "C13c"):
+        for tables in (None, empty):
+            found = judge(CLAIMS[name], replace(good(), tables=tables))
+            assert found.verdict == NOT_COMPARABLE and "is not filled in" in found.measured, name
+
+
+def test_one_cell_that_lacks_is_named():
+    data = invented()
+    data["table3"]["speeds"][150]["rms_experiment"] = None
+    found = judge(CLAIMS["C04a"], replace(good(), tables=article(data)))
+    assert found.verdict == NOT_COMPARABLE
+    assert found.measured == "Table 3 is not filled in: rms_experiment at 150 rpm"
+
+
+def test_cells_in_metres_per_second_squared_say_the_same():
+    data = invented()
+    data["table3"]["unit"] = "m/s2"
+    for row in data["table3"]["speeds"].values():
+        row |= {name: 9.81 * value for name, value in row.items()}
+    measured = [judge(CLAIMS["C04a"], replace(good(), tables=article(one))).measured for one in (data, invented())]
+    assert measured[0] == measured[1]
+
+
+def test_cells_that_contradict_the_text_are_refused_in_one_sentence(tmp_path):
+    data, path = invented(), tmp_path / "tables.yaml"
+    path.write_text(yaml.safe_dump(data), encoding="utf-8")
+    assert load_article(path) == article(data)
+    data["table3"]["speeds"][180]["sd_experiment"] *= 1.03
+    path.write_text(yaml.safe_dump(data), encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        load_article(path)
+    said = str(caught.value)
+    for part in (str(path), "table3.speeds.180.sd_simulation", "the text prints 12.09 %", "accepted"):
+        assert part in said and "\n" not in said
 
 
 @pytest.mark.parametrize("name", TESTS)
@@ -188,7 +260,7 @@ def test_what_fails_a_claim_fails_no_other_part_that_is_not_about_it():
     for name, spoil in SPOILT.items():
         e = spoil(good())
         failed = [other for other in TESTS if judge(CLAIMS[other], e).verdict != REPRODUCED]
-        assert name in failed and len(failed) <= 4, (name, failed)
+        assert name in failed and len({CLAIMS[other].id for other in failed}) <= 4, (name, failed)
 
 
 @pytest.mark.parametrize("name", TESTS)
@@ -200,6 +272,7 @@ def test_a_nan_is_never_a_success(name):
         metrics=e.metrics.assign(**dict.fromkeys([*numbers, "left_areas", "right_areas"], np.nan)),
         events=e.events.assign(mean_s=np.nan),
         starts=e.starts.assign(line_hz=np.nan, line_g=np.nan),
+        costs=e.costs.assign(cpu_s_per_s=np.nan),
     )
     assert judge(CLAIMS[name], lost).verdict in (NOT_REPRODUCED, NOT_COMPARABLE)
 
@@ -229,7 +302,8 @@ def test_what_was_not_run_or_not_recorded_is_not_comparable():
     e = replace(e, metrics=e.metrics.drop(columns=["gap_before_projection_m", "velocity_gap_m_s"]))
     assert judge(CLAIMS["C01b"], e).measured == judge(CLAIMS["C01c"], e).measured == "not recorded"
     assert judge(CLAIMS["C01b"], e).verdict == NOT_COMPARABLE
-    assert judge(CLAIMS["C13b"], e) == ("not run", NOT_COMPARABLE, SPEEDS)  # no record with the coarse groove
+    e = replace(e, metrics=e.metrics[~e.metrics["run"].str.startswith("coarse/")])
+    assert judge(CLAIMS["C13b"], e) == ("not run", NOT_COMPARABLE, SPEEDS)
 
 
 def test_a_study_that_lacks_speeds_or_radii_shows_nothing_rather_than_success():
@@ -247,7 +321,8 @@ def test_a_study_that_lacks_speeds_or_radii_shows_nothing_rather_than_success():
 def test_claims_that_a_parameter_was_chosen_by_are_fitted():
     """The sources in the rig's file and the origins of the claims say the same."""
     rig = yaml.safe_load((CONFIG / "rig.yaml").read_text(encoding="utf-8"))
-    entries = [entry for section in rig.values() for entry in section.values() if isinstance(entry, dict)]
+    entries = [entry for section in rig.values() if isinstance(section, dict) for entry in section.values()]
+    entries = [entry for entry in entries if isinstance(entry, dict)]
     named = set(re.findall(r"C\d\d", " ".join(entry["source"] for entry in entries if entry["kind"] == "fitted")))
     assert named == {claim.id for claim in CLAIMS.values() if claim.origin == "fitted"}
     fit = yaml.safe_load((CONFIG / "fit.yaml").read_text(encoding="utf-8"))
@@ -308,9 +383,9 @@ def test_what_is_printed_is_told_from_what_we_ask():
     assert printed_text(CLAIMS["C24a"]) == "ours: at most 15"
     assert printed_text(CLAIMS["C01b"]) == "1.102e-10"
     assert printed_text(CLAIMS["C06a"]) == "in words"
-    assert printed_text(CLAIMS["C03"]) == ""
+    assert printed_text(CLAIMS["C09"], [115.0]) == "0.131"
     for item in CLAIMS.values():
-        if item.rule in ("at_most", "at_least") and item.id != "C01":
+        if item.rule in ("at_most", "at_least") and item.name not in ("C04a", "C04b", "C05a", "C05b"):
             assert item.ours, item.name
 
 

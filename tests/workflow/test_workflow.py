@@ -232,6 +232,26 @@ def test_only_what_depends_on_a_change_is_planned_again(pretended, tmp_path):
     assert not {"simulate", "meshing_figures", "closure", "sensor_figures", "sensitivity", "warm_up"} & planned.keys()
 
 
+@pytest.mark.parametrize(
+    "cell, rerun",
+    [("chain.link_mass: {value: null", True), ("115: {rms_simulation: null", False)],
+    ids=["of the rig", "of Table 3"],
+)
+def test_a_cell_of_the_article_makes_due_what_it_concerns(pretended, cell, rerun):
+    """The invented cell of a rig reruns what reads a rig; one of Table 3 the scorecard and the page."""
+    file = pretended.root / "config" / "paper" / "tables.yaml"
+    text, before = file.read_bytes(), file.stat()
+    try:
+        file.write_text(text.decode("utf-8").replace(cell, cell.replace("null", "1.0")), encoding="utf-8")
+        planned = pretended.planned()
+    finally:
+        file.write_bytes(text)
+        os.utime(file, ns=(before.st_atime_ns, before.st_mtime_ns))
+    assert {"claims", "page", "manifest"} <= planned.keys()
+    reading = {"article", "warm_up", "simulate", "parameters", "schematics", "ring_batch", "sensitivity_case", "peer"}
+    assert reading <= planned.keys() if rerun else not reading & planned.keys(), planned
+
+
 # Run once, forked for every script: what is loaded when it is run up to the name `snakemake`, which it lacks, and
 # when what its modules import within functions is imported, too. A package hands out what is asked for; it does not
 # import at once all that it offers.

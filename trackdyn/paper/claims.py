@@ -10,6 +10,7 @@ import pandas as pd
 from pydantic import Field, model_validator
 
 from trackdyn.errors import InputError
+from trackdyn.paper import article  # noqa: F401 -- registers its measures
 from trackdyn.paper.evidence import Evidence
 from trackdyn.paper.measures import MEASURES, NotThere, Range
 from trackdyn.parameters.validation import Section, validated

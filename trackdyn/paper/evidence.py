@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.measure.metrics import lines_by_start
+from trackdyn.parameters.paper_tables import PaperTables
 from trackdyn.parameters.rig import Rig
 from trackdyn.simulation.recording import load_recording
 
@@ -43,6 +44,10 @@ class Evidence:
         ``rpm, start_s, line_hz, line_g``: main line of records that begin anywhere in a turn of the loop.
     peer : DataFrame
         ``peers/summary.csv``: the comparison with an independent code and with a belt.
+    costs : DataFrame
+        ``tables/table2.csv``: what a simulated second costs in both codes.
+    tables : PaperTables, optional
+        The cells of the article that a reader filled in.
     """
 
     metrics: pd.DataFrame
@@ -52,6 +57,8 @@ class Evidence:
     radius: float
     starts: pd.DataFrame = field(default_factory=pd.DataFrame)
     peer: pd.DataFrame = field(default_factory=pd.DataFrame)
+    costs: pd.DataFrame = field(default_factory=pd.DataFrame)
+    tables: PaperTables | None = None
 
     def records(self, speeds) -> pd.DataFrame:
         """The long records of Sect. 5 at some speeds, in their order."""
@@ -82,7 +89,7 @@ class Evidence:
         return sorted(self.metrics[self.metrics["run"].str.fullmatch(pattern)]["rpm"].unique())
 
 
-def collect(results: Path | str, rpm: float, radius: float) -> Evidence:
+def collect(results: Path | str, rpm: float, radius: float, tables: PaperTables | None = None) -> Evidence:
     """The evidence that lies in a folder of results.
 
     Parameters
@@ -91,9 +98,12 @@ def collect(results: Path | str, rpm: float, radius: float) -> Evidence:
         With ``metrics.csv``, ``events.csv``, the long records in ``runs`` and, if it was run, ``peers/summary.csv``.
     rpm, radius : float
         Speed (rev/min) and ring radius (m) of the meshing process.
+    tables : PaperTables, optional
+        The cells of the article that a reader filled in.
     """
     results = Path(results)
-    metrics, peer = pd.read_csv(results / "metrics.csv"), results / "peers" / "summary.csv"
+    metrics = pd.read_csv(results / "metrics.csv")
+    peer, costs = results / "peers" / "summary.csv", results / "tables" / "table2.csv"
     starts = []
     for run in metrics["run"][metrics["run"].str.fullmatch(r"[\d.]+rpm")]:
         recording = load_recording(results / "runs" / f"{run}.npz")
@@ -106,4 +116,6 @@ def collect(results: Path | str, rpm: float, radius: float) -> Evidence:
         radius=radius,
         starts=pd.concat(starts, ignore_index=True),
         peer=pd.read_csv(peer) if peer.is_file() else pd.DataFrame(),
+        costs=pd.read_csv(costs) if costs.is_file() else pd.DataFrame(),
+        tables=tables,
     )

@@ -14,6 +14,7 @@ from trackdyn.parameters.drives import DriveParameters
 from trackdyn.parameters.fields import NAME, FieldValue, fields_of, keys_of, may_have, no_field
 from trackdyn.parameters.groove import Groove, build_groove, connector_length
 from trackdyn.parameters.outline import ToothProfile, profile_groove
+from trackdyn.parameters.paper_tables import rig_cells
 from trackdyn.parameters.quantities import (
     FROM_FILE,
     Friction,
@@ -27,7 +28,7 @@ from trackdyn.parameters.quantities import (
     Table,
     Tilt,
 )
-from trackdyn.parameters.rig_file import DEFAULT, read_rig
+from trackdyn.parameters.rig_file import DEFAULT, cells_path, read_rig
 from trackdyn.parameters.validation import Section, shown, validated
 from trackdyn.parameters.wheels import CONTACTS, Kept, OmitsDefaults, Wheel
 
@@ -347,4 +348,7 @@ def load_rig(path: Path | str = DEFAULT) -> Rig:
     InputError
         One sentence with file, field, value and what would be accepted.
     """
-    return _validated(read_rig(path), str(path), FROM_FILE)
+    data, cells = read_rig(path), cells_path(path)
+    if cells is not None and rig_cells(cells):
+        return _validated(data, f"{path} with the cells of {cells}", FROM_FILE)
+    return _validated(data, str(path), FROM_FILE)

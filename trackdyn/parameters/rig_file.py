@@ -14,11 +14,14 @@ from pathlib import Path
 from typing import Any
 
 from trackdyn.errors import InputError, shown
+from trackdyn.parameters.paper_tables import load_paper_tables
+from trackdyn.parameters.printed_rig import with_cells
 from trackdyn.parameters.yaml_file import ENTRY_KEYS, KINDS, read_yaml
 
 SHIPPED = Path(__file__).parents[1] / "rigs"
 DEFAULT = "paper"
 MOST_LIKE = 5  # files that take from one another
+CELLS = "paper_tables"  # names the file of the article's cells
 WHEELS_OF_OLD = ("idler", "road_wheel")  # sections that are wheels of their own
 NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s+(\S.*?)\s*")
 # the paper's two rigs are the pipeline's files, which say in their own words what they are
@@ -101,6 +104,31 @@ def tried_step(name: Path | str, rpm: float) -> tuple[float, float] | None:
     return step, speed
 
 
+def cells_path(name: Path | str) -> Path | None:
+    """The file of the article's cells that a rig file names; None if it names none.
+
+    Raises
+    ------
+    InputError
+        What it names is no file.
+    """
+    path = rig_path(name)
+    return _cells_path(path, read_yaml(path))
+
+
+def _cells_path(path: Path | str, data: Any) -> Path | None:
+    named = data.get(CELLS) if isinstance(data, dict) else None
+    if named is None:
+        return None
+    word = isinstance(named, str) and 0 < len(named) < 256
+    # a copy of a shipped rig finds the shipped file
+    found = [file for folder in (Path(path).resolve().parent, SHIPPED) if word and isfile(file := folder / named)]
+    if not found:
+        raise InputError(f"{path}: {CELLS} = {shown(named)} is not accepted: the name of a file beside it would do")
+    file, here = found[0].resolve(), Path.cwd()
+    return file.relative_to(here) if file.is_relative_to(here) else file
+
+
 def read_rig(name: Path | str) -> dict[str, Any]:
     """Contents of a rig file with everything that it takes from others, every entry written out.
 
@@ -117,12 +145,12 @@ def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> di
     path = Path(path)
     if not isinstance(data, dict):
         raise InputError(f"{path}: holds no sections; a mapping of names to values is needed")
-    like = data.get("like")
+    like, cells = data.get("like"), _cells_path(path, data)
     try:
         data = {
             key: _written_out(part, str(key), {}, path.parent)
             for key, part in data.items()
-            if key not in ("like", "about", "tried")  # words of this file alone
+            if key not in ("like", "about", "tried", CELLS)  # words of this file alone
         }
         own_wheels = isinstance(data.get("wheels"), dict)
         if own_wheels:
@@ -134,7 +162,7 @@ def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> di
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     if like is None:
-        return data
+        return data if cells is None else with_cells(data, load_paper_tables(cells), str(cells))
     if not isinstance(like, str) or not 0 < len(like) < 256 or depth == 0:
         raise InputError(
             f"{path}: like = {shown(like)} is not accepted: the name of a shipped rig or of a file would do"
@@ -146,12 +174,13 @@ def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> di
     for one, other in (("groove", "profile"), ("profile", "groove")):
         if one in data:
             base.pop(other, None)
-    return base | {
+    merged = base | {
         key: base[key] | part
         if isinstance(part, dict) and isinstance(base.get(key), dict) and key != "wheels" and "value" not in part
         else part
         for key, part in data.items()
     }
+    return merged if cells is None else with_cells(merged, load_paper_tables(cells), str(cells))
 
 
 def _written_out(part: Any, name: str, about: dict, folder: Path) -> Any:

@@ -13,7 +13,9 @@ from pydantic import Field, model_validator
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.inference.fit import FitConfig
 from trackdyn.measure.stopping import StopRule, steady_fields
+from trackdyn.paper.article import load_article
 from trackdyn.parameters.rig import Rig, load_rig
+from trackdyn.parameters.rig_file import cells_path
 from trackdyn.parameters.validation import NotNegative, Positive, Section, parse_tolerance, shown, validated
 from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.scene.fidelity import PRESETS
@@ -360,6 +362,8 @@ def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
     rig = load_rig(config.rig)
     try:
         config.check_sensor_files()
+        if cells := cells_path(config.rig):
+            load_article(cells)
         scenes = config.scenes(rig)
         config.refuse_studies(rig)
         for other in config.other_rigs:

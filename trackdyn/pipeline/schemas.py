@@ -13,7 +13,9 @@ from trackdyn.inference.ensemble.settings import EnsembleConfig
 from trackdyn.inference.fit import FitConfig
 from trackdyn.inference.identification.calibration import CalibrationConfig
 from trackdyn.paper.claims import Claims
+from trackdyn.parameters.paper_tables import PaperTables
 from trackdyn.parameters.rig import Rig
+from trackdyn.parameters.rig_file import CELLS
 from trackdyn.pipeline.config import Config
 from trackdyn.sensor.sensor_mapping import SensorMapping
 from trackdyn.study.departures import Departures
@@ -23,6 +25,7 @@ FOLDER = Path(__file__).parents[2] / "config" / "schemas"
 MODELS = {
     "rig": Rig, "config": Config, "studies": Studies, "mapping": SensorMapping, "fit": FitConfig, "claims": Claims,
     "departures": Departures, "calibration": CalibrationConfig, "ensemble": EnsembleConfig,
+    "paper_tables": PaperTables,
 }  # fmt: skip
 
 
@@ -44,7 +47,10 @@ def schema(name: str) -> dict[str, Any]:
     """The schema of a kind of file; a configuration states only what differs from ``config/config.yaml``."""
     found = MODELS[name].model_json_schema()
     if name == "rig":
-        found["properties"]["tried"] = TRIED
+        found["properties"] |= {
+            "tried": TRIED,
+            CELLS: {"description": "The file of the article's cells.", "type": "string"},
+        }
     if name == "config":
         found = _without_required(found)
     shared: dict[str, Any] = {}

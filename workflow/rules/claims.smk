@@ -9,6 +9,8 @@ rule claims:
         metrics=f"{R}/metrics.csv",
         events=f"{R}/events.csv",
         peer=f"{R}/peers/summary.csv",
+        costs=f"{R}/tables/table2.csv",
+        tables=ARTICLE,
         records=[recording(run) for run in SPEEDS],
         others=[f"{R}/rigs/{other}/{name}.csv" for other in OTHERS for name in ("metrics", "events")],
     output:

@@ -4,7 +4,25 @@
 def needs(script):
     """Sources that a script imports: Snakemake sees an edit of the script, but not one of these."""
     root = Path(workflow.basedir)
-    return [str(file.relative_to(root)) for file in imported_files(root / "workflow" / "scripts" / script, root)]
+    files = [str(file.relative_to(root)) for file in imported_files(root / "workflow" / "scripts" / script, root)]
+    return files + ([CELLS] if "trackdyn/parameters/rig_file.py" in files else [])
+
+
+# The article's cells that a reader filled in (docs/article-in-hand.md). Those that a rig is made from are named by their
+# hash: other cells, another file, and whatever reads a rig runs. Tables 2 to 4 concern the scorecard and the page.
+ARTICLE = [str(path) for path in [cells_path(CONFIG.rig)] if path]
+RIG_CELLS = [cell._asdict() for path in ARTICLE for cell in rig_cells(path)]
+CELLS = f"{R}/article/{sha256(repr(RIG_CELLS).encode()).hexdigest()[:16]}.csv"
+
+
+rule article:
+    """What a reader of the article filled in of the rig."""
+    input: needs("article.py")
+    output: CELLS
+    params: cells=RIG_CELLS
+    log: f"{R}/logs/article.log"
+    message: "What a reader filled in of the rig"
+    script: "../scripts/article.py"
 
 
 onstart:

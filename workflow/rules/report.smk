@@ -74,6 +74,7 @@ rule page:
         rig=CONFIG.rig,
         config=[str(path) for path in workflow.configfiles],
         settings=["config/claims.yaml", "config/fit.yaml"],
+        article=ARTICLE,
         sensors=RECORDS,
     output: f"{R}/report.html"
     params:
@@ -108,6 +109,7 @@ rule costs:
 RUN_INPUTS = [
     *(str(path).removeprefix(f"{workflow.basedir}/") for path in reversed(workflow.configfiles)),
     *("config/claims.yaml", "config/fit.yaml", "config/ensemble.yaml", config["studies"], CONFIG.rig),
+    *ARTICLE,
     *(other.rig for other in CONFIG.other_rigs.values()),
     *(CONFIG.sensor_path(rpm) for rpm in CONFIG.records.speeds_rpm),
     *([CONFIG.sensor_mapping] if CONFIG.sensor_mapping else []),

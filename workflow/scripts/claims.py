@@ -2,6 +2,7 @@ from pathlib import Path
 
 from _script import logged
 
+from trackdyn.paper.article import load_article
 from trackdyn.paper.claims import headline, judge_all, load_claims, side_by_side
 from trackdyn.paper.contents import caption
 from trackdyn.paper.evidence import collect
@@ -16,7 +17,8 @@ with logged(snakemake):
     params = snakemake.params
     # folder of the results of each rig; further rigs stand beside the first
     folders = {"shipped": Path(snakemake.input.metrics).parent} | dict(params.get("rigs", {}))
-    rigs = {name: collect(folder, params.rpm, params.radius) for name, folder in folders.items()}
+    tables = load_article(snakemake.input.tables) if snakemake.input.get("tables") else None
+    rigs = {name: collect(folder, params.rpm, params.radius, tables) for name, folder in folders.items()}
     card = judge_all(load_claims(snakemake.input.claims), rigs)
     said = [f"{name}: {headline(card, name)}" if len(rigs) > 1 else headline(card, name) for name in rigs]
     if params.seconds < PAPER_SECONDS:

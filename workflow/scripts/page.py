@@ -13,7 +13,7 @@ with logged(snakemake):
         sensors=dict(zip(params.runs, map(Path, snakemake.input.sensors), strict=True)),
         synthetic=params.synthetic,
         layers=tuple(params.layers),
-        files=tuple(map(Path, [*snakemake.input.config, *snakemake.input.settings])),
+        files=tuple(map(Path, [*snakemake.input.config, *snakemake.input.settings, *snakemake.input.article])),
     )
     write_page(inputs, snakemake.output[0])
     for item in missing(params.results):

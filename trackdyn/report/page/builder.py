@@ -21,7 +21,9 @@ from trackdyn.certify.provenance import check_sources, provenance
 from trackdyn.files import write_text
 from trackdyn.paper.claims import IN_TREND, NOT_REPRODUCED, ORIGINS, VERDICTS, counts, headline
 from trackdyn.paper.contents import OWN, PAPER, STUDIES, missing
+from trackdyn.parameters.paper_tables import filled_cells, load_paper_tables
 from trackdyn.parameters.rig import load_rig
+from trackdyn.parameters.rig_file import cells_path
 from trackdyn.report.page import data
 from trackdyn.report.page.cells import FILTERS
 from trackdyn.report.tables import cost_table
@@ -140,6 +142,7 @@ def build_page(inputs: PageInputs) -> str:
         symbols=SYMBOLS,
         synthetic=inputs.synthetic,
         parameters=_parameters(results),
+        cells=_cells(inputs.rig),
         kinds=KINDS,
         # counted here: the table of the costs is written after the page, whose own cost it holds
         costs=costs.astype(object).where(costs.notna(), None).to_dict("records"),
@@ -250,6 +253,12 @@ def _rows(results: Path, name: str) -> list[dict] | None:
 def _parameters(results: Path) -> dict[str, list[dict]] | None:
     rows = _rows(results, "tables/parameters.csv")
     return None if rows is None else {kind: [row for row in rows if row["kind"] == kind] for kind in KINDS}
+
+
+def _cells(rig: Path) -> list[dict]:
+    """The article's cells that a reader filled in."""
+    path = cells_path(rig)
+    return [] if path is None else [cell._asdict() for cell in filled_cells(load_paper_tables(path))]
 
 
 def _entry(inputs: PageInputs, item) -> dict:

@@ -1,0 +1,274 @@
+"""The article in a reader's hand. Every number that is filled in here is invented."""
+
+import re
+from copy import deepcopy
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.groove import equal_pitch_radius
+from trackdyn.parameters.paper_tables import filled_cells, load_paper_tables, rig_cells
+from trackdyn.parameters.printed_rig import written_out
+from trackdyn.parameters.rig import load_rig, parameter_table
+from trackdyn.parameters.rig_file import cells_path
+
+ROOT = Path(__file__).parents[2]
+SHIPPED = ROOT / "config" / "paper" / "tables.yaml"
+RIG = load_rig(ROOT / "config" / "rig.yaml")
+GROOVE = RIG.groove_profile
+PRINTED = {"O": "mm", "r": "mm", "theta": "deg"}
+
+
+@pytest.fixture
+def fill(tmp_path):
+    """Write a rig beside a table with invented cells by their dotted place; returns the rig's file."""
+
+    def write(cells=None, areas=None, units=None):
+        data = yaml.safe_load(SHIPPED.read_text(encoding="utf-8"))
+        if areas is not None:
+            data["table1"]["areas"] = areas
+        data["table1"]["units"] |= units or {}
+        for place, value in (cells or {}).items():
+            part = data
+            *sections, last = place
+            for key in sections:
+                part = part.setdefault(key, {}) if key in part or len(sections) > 2 else part[key]
+            part[last] = value
+        (tmp_path / "paper").mkdir(exist_ok=True)
+        (tmp_path / "paper" / "tables.yaml").write_text(yaml.safe_dump(data), encoding="utf-8")
+        rig = tmp_path / "rig.yaml"
+        rig.write_text((ROOT / "config" / "rig.yaml").read_text(encoding="utf-8"), encoding="utf-8")
+        return rig
+
+    return write
+
+
+def parameter(name, value):
+    return {("parameters", name, "value"): value}
+
+
+def rounded(areas, decimals=2):
+    """A groove in mm and degrees with so many decimals, as an article would print it."""
+    scale = {"O_x": 1e3, "O_y": 1e3, "r": 1e3, "theta": 180 / np.pi}
+    return {
+        area: {
+            name: round(value * scale.get(name, 1.0), decimals + (name[0] == "u") * 2) for name, value in row.items()
+        }
+        for area, row in areas.items()
+    }
+
+
+def short(areas, keep, columns=("O_x", "O_y", "r")):
+    return {area: {name: row[name] for name in columns} for area, row in areas.items() if area in keep}
+
+
+def test_every_shipped_cell_is_empty_and_says_what_it_is_and_where_it_stands():
+    tables = load_paper_tables(SHIPPED)
+    assert filled_cells(tables) == [] and rig_cells(SHIPPED) == []
+    assert sorted(tables.table1.areas) == list(range(1, 11))
+    assert list(tables.table3.speeds) == list(tables.table4.speeds) == [115, 150, 180, 210]
+    assert all(entry.name and entry.place and entry.unit for entry in tables.parameters.values())
+    assert len(re.findall(r"\bnull\b", SHIPPED.read_text(encoding="utf-8").partition("\ntable1:")[2])) == (
+        60 + 2 + 16 + 4 + len(tables.parameters)
+    )
+
+
+def test_no_cell_changes_nothing(fill):
+    assert load_rig(fill()) == RIG
+
+
+@pytest.mark.parametrize("keep", [range(1, 11), range(1, 6), range(6, 11)])
+def test_our_groove_written_out_as_table_1_is_read_back_as_the_same_contour(fill, keep):
+    areas = written_out(GROOVE)
+    areas = areas if len(keep) == 10 else short(areas, keep)
+    found = load_rig(fill(areas=areas)).groove_profile
+    assert np.abs(found.profile() - GROOVE.profile()).max() < 1e-12
+    assert np.abs(found.half_angle - GROOVE.half_angle).max() < 1e-12
+    assert abs(found.addendum - GROOVE.addendum) < 1e-12
+
+
+def test_another_groove_of_table_1_becomes_the_groove_whatever_the_rig_had(fill):
+    """The contour stays where it is printed although pins and arcs of the connector are others."""
+    other = RIG.changed(groove__r2=0.06, groove__slope_tip=50.0, groove__seat_depth=0.003).groove_profile
+    cells = (
+        parameter("chain.connector_radius", 0.025) | parameter("L_C", 0.0599) | parameter("r_a", float(other.addendum))
+    )
+    found = load_rig(fill(cells, areas=written_out(other)))
+    assert found.chain.connector_radius == 0.025
+    assert np.abs(found.groove_profile.profile() - other.profile()).max() < 1e-12
+    assert np.abs(found.groove_profile.profile() - GROOVE.profile()).max() > 1e-3
+    kinds = parameter_table(fill(cells, areas=written_out(other))).set_index("name")
+    assert kinds.loc["groove.r2", "kind"] == "printed" and kinds.loc["groove.slope_tip", "kind"] == "derived"
+    assert "Table 1" in kinds.loc["groove.r2", "source"] and "tables.yaml" in kinds.loc["groove.r2", "source"]
+
+
+def test_a_table_that_is_printed_with_two_decimals_joins_exactly(fill):
+    areas = rounded(written_out(GROOVE))
+    found = load_rig(fill(areas=areas, units=PRINTED)).groove_profile
+    gap = np.abs([found.arc(j, 2)[-1] - found.arc(j + 1, 2)[0] for j in range(1, 10)]).max()
+    assert gap < 1e-15
+    assert 1e-9 < np.abs(found.centre - GROOVE.centre).max() < 2e-5  # of cells that are rounded to 1e-5 m
+    assert np.abs(found.radius[1:9] - GROOVE.radius[1:9]).max() <= 5.0001e-6
+
+
+@pytest.mark.parametrize(
+    "name, value, unit",
+    [("bushing.stiffness", 321.0, "N m/rad"), ("chain.link_mass", 11.5, "kg"), ("idler.x", -1.2, "m")],
+)
+def test_a_filled_parameter_replaces_ours_and_says_that_it_is_printed(fill, name, value, unit):
+    path = fill(parameter(name, value))
+    row = parameter_table(path).set_index("name").loc[name]
+    assert load_rig(path).value(name) == value != RIG.value(name)
+    assert (row["value"], row["unit"], row["kind"]) == (value, unit, "printed") and "tables.yaml" in row["source"]
+    (cell,) = rig_cells(path.parent / "paper" / "tables.yaml")
+    assert (cell.table, cell.cell, cell.value) == ("parameters", name, value)
+
+
+def test_lengths_of_link_and_connector_become_the_equal_pitch(fill):
+    for cells in (
+        parameter("chain.link_length", 0.098) | parameter("L_C", 0.0605),
+        parameter("pitch", 0.1585) | parameter("L_C", 0.0605),
+        parameter("chain.link_length", 0.098) | parameter("pitch", 0.1585),
+    ):
+        rig = load_rig(fill(cells))
+        assert rig.chain.link_length == pytest.approx(0.098, abs=1e-15)
+        assert rig.connector_length == pytest.approx(0.0605, abs=1e-12)
+        polygonal = equal_pitch_radius(13, 0.098, 0.0605, rig.chain.link_thickness)["polygonal"]
+        assert rig.sprocket.equal_pitch_radius == pytest.approx(polygonal, abs=1e-12)
+    circle = load_rig(fill(parameter("r_p", 0.331)))
+    assert circle.pin_circle == pytest.approx(0.331, abs=1e-12) and circle.chain.link_length == RIG.chain.link_length
+    both = load_rig(fill(parameter("r_p", circle.pin_circle) | parameter("L_C", circle.connector_length)))
+    assert both.chain.link_length == pytest.approx(RIG.chain.link_length, abs=1e-9)
+
+
+def test_axial_lengths_are_those_of_eq_19(fill):
+    contact = load_rig(fill(parameter("t_S", 0.044) | parameter("t_C", 0.06))).tooth_contact
+    assert (contact.contact_length, contact.axial_overhang) == pytest.approx((0.044, 0.008))
+    assert (0.044 + 0.06) / 2 - contact.axial_overhang == pytest.approx(contact.contact_length)
+
+
+def areas_with(area, name, value, decimals=None):
+    areas = deepcopy(written_out(GROOVE) if decimals is None else rounded(written_out(GROOVE), decimals))
+    areas[area][name] = value
+    return areas
+
+
+WRONG = {
+    "one radius alone": (
+        dict(areas={3: {"r": 0.03}}),
+        ["table1.areas.1.O_x = null", "areas 1 to 5", "all are accepted"],
+    ),
+    "a left flank without one cell": (
+        dict(areas=short(written_out(GROOVE), (1, 2, 3, 4))),
+        ["table1.areas.5.O_x = null", "areas 6 to 10"],
+    ),
+    "a right flank without one cell": (
+        dict(areas=areas_with(8, "O_y", None)),
+        ["table1.areas.8.O_y = null", "are accepted"],
+    ),
+    "angles without centres": (
+        dict(areas={3: {"theta": 0.2}}),
+        ["table1.areas.6.O_x = null", "u_y and theta may stay"],
+    ),
+    "arcs that do not join": (
+        dict(areas=short(areas_with(2, "r", 51.0, 2), range(1, 6)), units=PRINTED),
+        ["areas 1 and 2 do not join", "1.03 mm", "mm apart for these radii"],
+    ),
+    "flanks that are no mirror images": (
+        dict(areas=areas_with(9, "r", 0.06)),
+        ["table1.areas.9.r = 0.06", "area 2", "mirror"],
+    ),
+    "another spread angle": (
+        dict(areas=areas_with(3, "theta", 0.3)),
+        ["table1.areas.3.theta = 0.3", "centres and radii"],
+    ),
+    "metres read as millimetres": (
+        dict(areas=written_out(GROOVE), units={"O": "mm"}),
+        ["areas 1 and 2 do not join", "accepted"],
+    ),
+    "a unit of its own": (dict(units={"O": "cm"}), ["table1.units.O = 'cm'", "'m' or 'mm'"]),
+    "another addendum": (
+        dict(cells=parameter("r_a", 0.4), areas=written_out(GROOVE)),
+        ["parameters.r_a = 0.4 m", "Table 1, 0.329"],
+    ),
+    "an addendum alone": (dict(cells=parameter("r_a", 0.33)), ["parameters.r_a", "says nothing alone"]),
+    "a groove too narrow for the connector": (
+        dict(cells=parameter("chain.connector_radius", 0.0335), areas=written_out(GROOVE)),
+        ["table1: a concave area has the radius 0.0327 m", "chain.connector_radius = 0.0335 m"],
+    ),
+    "a pitch that is not link and connector": (
+        dict(cells=parameter("pitch", 0.17) | parameter("chain.link_length", 0.1) | parameter("L_C", 0.062)),
+        ["parameters.pitch = 0.17 m is not link and connector, 0.1 + 0.062 m", "accepted"],
+    ),
+    "a pitch shorter than the link": (
+        dict(cells=parameter("pitch", 0.09)),
+        ["parameters.pitch = 0.09 m leaves no length"],
+    ),
+    "a pitch circle of another chain": (
+        dict(cells=parameter("r_p", 0.35) | parameter("chain.link_length", 0.1) | parameter("L_C", 0.062)),
+        ["parameters.r_p = 0.35 m", "0.1 + 0.062 m"],
+    ),
+    "one axial length": (dict(cells=parameter("t_S", 0.05)), ["parameters.t_C = null", "Eq. 19"]),
+    "one computing time": (dict(cells={("table2", "proposed"): 5.0}), ["table2.recurdyn = null", "accepted"]),
+    "a negative length": (dict(cells=parameter("L_C", -0.06)), ["parameters.L_C = -0.06 m is not accepted"]),
+    "a negative RMS": (
+        dict(cells={("table3", "speeds", 115, "rms_experiment"): -1.0}),
+        ["table3.speeds.115.rms_experiment = -1.0"],
+    ),
+    "a misspelt cell": (
+        dict(cells={("table3", "speeds", 115, "rms_experimental"): 1.0}),
+        ["table3.speeds.115.rms_experimental is not a known parameter"],
+    ),
+    "a misspelt area": (dict(areas={11: {}}), ["table1.areas.11"]),
+    "a misspelt parameter": (
+        dict(cells={("parameters", "chain.link_mas"): {"value": 1.0, "unit": "kg", "name": "m", "place": "Fig. 2"}}),
+        ["'chain.link_mas' is not a parameter of this rig", "'chain.link_mass'"],
+    ),
+    "another unit": (
+        dict(cells=parameter("chain.link_mass", 9.0) | {("parameters", "chain.link_mass", "unit"): "g"}),
+        ["parameters.chain.link_mass has the unit 'g'", "'kg'"],
+    ),
+    "a word": (dict(cells=parameter("chain.link_mass", "ten")), ["chain.link_mass is 'ten'", "a number in kg"]),
+    "yes for a number": (dict(cells=parameter("chain.link_mass", True)), ["True is not accepted", "finite number"]),
+    "no number": (dict(cells=parameter("chain.link_mass", float("nan"))), ["nan is not accepted", "finite number"]),
+    "what no rig can be": (
+        dict(cells=parameter("tooth_contact.friction_dynamic", 0.9)),
+        ["friction_dynamic = 0.9", "exceeds"],
+    ),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_tables_that_cannot_be_used_end_in_one_sentence(fill, case):
+    given, parts = WRONG[case]
+    path = fill(**given)
+    with pytest.raises(InputError) as caught:
+        load_rig(path)
+    said = str(caught.value)
+    assert str(path.parent / "paper" / "tables.yaml") in said and "\n" not in said
+    for part in parts:
+        assert part in said, said
+
+
+def test_a_rig_that_names_no_file_of_cells_is_refused(fill):
+    path = fill()
+    text = path.read_text(encoding="utf-8").replace("paper/tables.yaml", "paper/table.yaml")
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=r"paper_tables = 'paper/table.yaml' is not accepted"):
+        load_rig(path)
+
+
+def test_a_copy_of_the_rig_finds_the_shipped_cells(fill):
+    path = fill(parameter("chain.link_mass", 11.5))
+    (path.parent / "paper" / "tables.yaml").unlink()
+    assert cells_path(path) == cells_path("paper") and load_rig(path) == RIG
+
+
+def test_what_is_like_the_paper_takes_the_cells_too(fill):
+    path = fill(parameter("chain.link_mass", 11.5))
+    like = path.parent / "mine.yaml"
+    like.write_text("like: rig.yaml\nsprocket: {source: invented, ring_radius: 0.305 m}\n", encoding="utf-8")
+    assert load_rig(like).chain.link_mass == 11.5 and load_rig(like).ring_radius == 0.305

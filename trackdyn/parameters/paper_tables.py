@@ -1,0 +1,270 @@
+"""The cells of the article that our text of it lacks (``config/paper/tables.yaml``), as a reader fills them in.
+
+Every cell may be null. What is filled in replaces what was assumed or fitted: a parameter by itself, Table 1 as the
+groove, the lengths of link and connector as the equal pitch.
+"""
+
+from collections.abc import Iterator
+from decimal import Decimal
+from math import pi, sqrt
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
+
+import numpy as np
+from pydantic import BeforeValidator, Field
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.groove import CONVEX
+from trackdyn.parameters.outline import TANGENT
+from trackdyn.parameters.validation import Section, plain_number, shown, validated
+from trackdyn.parameters.yaml_file import read_yaml
+
+AREAS = range(1, 11)
+SIGNS = np.array([1.0 if area in CONVEX else -1.0 for area in range(1, 6)])
+FACTORS = {"m": 1.0, "mm": 1e-3, "rad": 1.0, "deg": pi / 180}
+G = 9.81  # m/s2, as the article takes it (Eq. 40)
+LENGTHS = ("chain.link_length", "L_C", "pitch", "r_p")  # of which two give all
+AXIAL = ("t_S", "t_C")
+OWN = ("r_a", "r_p", "L_C", "pitch", *AXIAL)  # what the article names and a rig has no field for
+
+
+def _or_null(cell: Any) -> Any:
+    return None if cell is None else plain_number(cell)
+
+
+def _or_word(cell: Any) -> Any:
+    return cell if isinstance(cell, str) else _or_null(cell)
+
+
+Number = Annotated[float | None, BeforeValidator(_or_null)]
+Above = Annotated[Annotated[float, Field(gt=0)] | None, BeforeValidator(_or_null)]
+Word = Annotated[float | str | None, BeforeValidator(_or_word)]
+
+
+class Area(Section):
+    """A row of Table 1: centre, radius, direction to the middle and spread angle of an area."""
+
+    O_x: Number = None
+    O_y: Number = None
+    r: Above = None
+    u_x: Number = None
+    u_y: Number = None
+    theta: Above = None
+
+
+class UnitsOfTable1(Section):
+    O: Literal["m", "mm"]  # noqa: E741 -- the article's name
+    r: Literal["m", "mm"]
+    theta: Literal["rad", "deg"]
+
+
+class Table1(Section):
+    place: str
+    units: UnitsOfTable1
+    areas: dict[Annotated[int, Field(ge=1, le=10)], Area]
+
+
+class Table2(Section):
+    place: str
+    unit: Literal["s"]
+    proposed: Above = None
+    recurdyn: Above = None
+
+
+class Statistics(Section):
+    """A row of Table 3."""
+
+    rms_simulation: Above = None
+    rms_experiment: Above = None
+    sd_simulation: Above = None
+    sd_experiment: Above = None
+
+
+class Coarse(Section):
+    """A row of Table 4."""
+
+    rms: Above = None
+
+
+class Table3(Section):
+    place: str
+    unit: Literal["g", "m/s2"]
+    speeds: dict[Annotated[int, Field(gt=0)], Statistics]
+
+
+class Table4(Section):
+    place: str
+    unit: Literal["g", "m/s2"]
+    speeds: dict[Annotated[int, Field(gt=0)], Coarse]
+
+
+class Parameter(Section):
+    """A number outside the tables, under the name of a rig's field or one of ``OWN``."""
+
+    value: Word = None
+    unit: str
+    name: str
+    place: str
+
+
+class PaperTables(Section):
+    """``config/paper/tables.yaml``: the cells of Tables 1 to 4, and parameters."""
+
+    table1: Table1
+    table2: Table2
+    table3: Table3
+    table4: Table4
+    parameters: dict[str, Parameter]
+
+    def statistics(self, name: str) -> dict[int, float]:
+        """Filled cells of a column of Table 3 or, as ``coarse_rms``, of Table 4 by motor speed (rev/min), g."""
+        table, column = (self.table4, "rms") if name == "coarse_rms" else (self.table3, name)
+        scale = 1.0 if table.unit == "g" else 1 / G
+        cells = {rpm: getattr(row, column) for rpm, row in table.speeds.items()}
+        return {rpm: scale * value for rpm, value in cells.items() if value is not None}
+
+
+class Cell(NamedTuple):
+    """A cell that is filled in: its table and name, its value and unit as they stand there, and what it is used for."""
+
+    table: str
+    cell: str
+    value: float | str
+    unit: str
+    used_for: str
+
+
+def load_paper_tables(path: Path | str) -> PaperTables:
+    """Read the cells and refuse what is half filled or contradicts itself.
+
+    Raises
+    ------
+    InputError
+        One sentence with file, field, value and what is accepted.
+    """
+    tables = validated(PaperTables, read_yaml(path), str(path), "leave the cell at null if the article has none")
+    try:
+        groove_rows(tables.table1)
+        _refuse_halves(tables)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return tables
+
+
+def filled_cells(tables: PaperTables) -> list[Cell]:
+    """All cells that are filled in, in the order of the file."""
+    return list(_cells(tables))
+
+
+def _cells(tables: PaperTables) -> Iterator[Cell]:
+    one, two = tables.table1, tables.table2
+    units = {"O_x": one.units.O, "O_y": one.units.O, "r": one.units.r, "theta": one.units.theta}
+    for number, area in one.areas.items():
+        for name, value in area.model_dump(exclude_none=True).items():
+            use = "the groove" if name in ("O_x", "O_y", "r") else "checked against centres and radii"
+            yield Cell("Table 1", f"area {number}, {name}", value, units.get(name, "1"), use)
+    for name in ("proposed", "recurdyn"):
+        if (value := getattr(two, name)) is not None:
+            yield Cell("Table 2", name, value, two.unit, "C03")
+    uses = {"rms_experiment": "C04, C13", "rms_simulation": "C04", "sd_experiment": "C05", "sd_simulation": "C05"}
+    for rpm, row in tables.table3.speeds.items():
+        for name, value in row.model_dump(exclude_none=True).items():
+            yield Cell("Table 3", f"{rpm} rpm, {name}", value, tables.table3.unit, uses[name])
+    for rpm, coarse in tables.table4.speeds.items():
+        if coarse.rms is not None:
+            yield Cell("Table 4", f"{rpm} rpm, rms", coarse.rms, tables.table4.unit, "C13")
+    for name, entry in tables.parameters.items():
+        if entry.value is not None:
+            uses = {"r_a": "checked against Table 1"} | dict.fromkeys(AXIAL, "tooth_contact.contact_length")
+            uses |= dict.fromkeys(LENGTHS[1:], "sprocket.equal_pitch_radius")
+            yield Cell("parameters", name, entry.value, entry.unit, uses.get(name, name))
+
+
+def rig_cells(path: Path | str) -> list[Cell]:
+    """The filled cells of a file that a rig is made from."""
+    return [cell for cell in _cells(load_paper_tables(path)) if cell.table in ("Table 1", "parameters")]
+
+
+def half_unit(values: Any) -> float:
+    """Half a unit of the last decimal that any of some numbers is written with."""
+    decimals = [-Decimal(repr(float(value))).as_tuple().exponent for value in values]
+    return 0.5 * 10.0 ** -max(decimals)
+
+
+class _Rows(NamedTuple):
+    """Centres (5, 2) and radii (5,) of the left flank, m, and by how much rounding may have moved each of them."""
+
+    centre: np.ndarray
+    radius: np.ndarray
+    off: float
+
+
+def groove_rows(table: Table1) -> _Rows | None:
+    """Areas 1 to 5 of Table 1 in m, or None if the table is empty; the right flank mirrors the left one."""
+    rows = {area: table.areas.get(area, Area()) for area in AREAS}
+    if not any(row.model_dump(exclude_none=True) for row in rows.values()):
+        return None
+    flanks = {}
+    for name, areas in (("1 to 5", range(1, 6)), ("10 to 6", range(10, 5, -1))):
+        lacking = {(area, key) for area in areas for key in ("O_x", "O_y", "r") if getattr(rows[area], key) is None}
+        if not lacking:
+            flanks[name] = np.array([(rows[area].O_x, rows[area].O_y, rows[area].r) for area in areas])
+        elif (name == "10 to 6" and not flanks) or len(lacking) < 15:
+            area, key = min(lacking)
+            raise InputError(
+                f"table1.areas.{area}.{key} = null is not accepted beside cells that are filled in: O_x, O_y and r of "
+                "areas 1 to 5, of areas 6 to 10 or of all are accepted, u_x, u_y and theta may stay null"
+            )
+    scale = np.array([FACTORS[table.units.O]] * 2 + [FACTORS[table.units.r]])
+    written = np.concatenate([*flanks.values()])
+    off_centre, off_radius = (
+        scale[i] * half_unit(column) for i, column in ((0, written[:, :2].ravel()), (2, written[:, 2]))
+    )
+    off = 2 * sqrt(2) * off_centre + 2 * off_radius + TANGENT
+    sides = {name: part * scale for name, part in flanks.items()}
+    if "10 to 6" in sides:
+        sides["10 to 6"][:, 0] *= -1
+    if len(sides) == 2:
+        apart = np.abs(sides["1 to 5"] - sides["10 to 6"])
+        if apart.max() > off:
+            j, k = np.unravel_index(apart.argmax(), apart.shape)
+            raise InputError(
+                f"table1.areas.{10 - j}.{('O_x', 'O_y', 'r')[k]} = {rows[10 - j].model_dump()[('O_x', 'O_y', 'r')[k]]}"
+                f" is not the mirror image of that of area {1 + j}, by {1e3 * apart.max():.3g} mm; areas 10 to 6 "
+                "mirror areas 1 to 5"
+            )
+    flank = next(iter(sides.values()))
+    return _Rows(flank[:, :2], flank[:, 2], off)
+
+
+def _refuse_halves(tables: PaperTables) -> None:
+    two = tables.table2
+    if (two.proposed is None) != (two.recurdyn is None):
+        lacking = "proposed" if two.proposed is None else "recurdyn"
+        raise InputError(
+            f"table2.{lacking} = null is not accepted beside the other time: both times of a row, or none, are accepted"
+        )
+    for name, other in (AXIAL, AXIAL[::-1]):
+        if value_of(tables, name) is not None and value_of(tables, other) is None:
+            raise InputError(
+                f"parameters.{other} = null is not accepted beside {name}: both lengths, whose mean is L of Eq. 19, "
+                "or none are accepted"
+            )
+    if value_of(tables, "r_a") is not None and groove_rows(tables.table1) is None:
+        raise InputError(
+            "parameters.r_a is filled in and says nothing alone: the groove follows from Table 1, whose tips it is "
+            "compared with; Table 1, or null, is accepted"
+        )
+    for name in OWN:
+        entry = tables.parameters.get(name)
+        if entry is None or entry.value is None:
+            continue
+        if entry.unit != "m" or isinstance(entry.value, str) or not entry.value > 0:
+            raise InputError(
+                f"parameters.{name} = {shown(entry.value)} {entry.unit} is not accepted: a positive number in m is"
+            )
+
+
+def value_of(tables: PaperTables, name: str) -> Any:
+    entry = tables.parameters.get(name)
+    return None if entry is None else entry.value
