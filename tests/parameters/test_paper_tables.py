@@ -12,8 +12,9 @@ from trackdyn.errors import InputError
 from trackdyn.parameters.groove import equal_pitch_radius
 from trackdyn.parameters.paper_tables import filled_cells, load_paper_tables, rig_cells
 from trackdyn.parameters.printed_rig import written_out
-from trackdyn.parameters.rig import load_rig, parameter_table
+from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.rig_file import cells_path
+from trackdyn.parameters.table import parameter_table
 
 ROOT = Path(__file__).parents[2]
 SHIPPED = ROOT / "config" / "paper" / "tables.yaml"
