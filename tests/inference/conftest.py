@@ -6,13 +6,13 @@ import pytest
 from trackdyn.inference.identification import experiment
 
 
-def closed_form_ay(rig, speed, turns, starts=None):
+def closed_form_ay(rig, speed, turns, starts=None, begin=0.0):
     """ay in g: the turn of the loop, pitches whose first and second harmonic tell stiffness and tension, a ring that
     tells damping.
     """
     turn = rig.loop_period(speed.rpm)
     rate = speed.rate / speed.every
-    phase = 2 * np.pi * np.arange(int(turns * turn * rate) + 2) / rate / turn
+    phase = 2 * np.pi * np.arange(int(turns * turn * rate) + 2) / rate / turn + 2 * np.pi * begin
     stiff, tight = np.log(rig.bushing.stiffness / 600), np.log(rig.tension.pre_tension / 5000)
     damped = np.log(rig.bushing.loss_factor / 0.125)
     pitches = rig.chain.pitches

@@ -188,6 +188,8 @@ def test_everything_is_written_and_said(ensemble):
     said = write_tables(ensemble, CONFIG / "claims.yaml", card)
     assert "6 were run at full fidelity; of these 1 is." in said
     assert f"any rig comes to both is an implausibility of 0: rig {FIRST['last']} of `rigs.csv` shows both." in said
+    assert "6 are too few to say which parameters the printed numbers identify." in said
+    assert "the printed numbers identify:" not in said
     metrics = pd.DataFrame(
         [study_row(0, 115.0, radius, 9.0, 0.0, 1.0) | {"run": f"ring/{radius}"} for radius in ensemble.form.radii_m]
     )

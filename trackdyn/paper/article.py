@@ -7,7 +7,7 @@ import numpy as np
 from trackdyn.errors import InputError
 from trackdyn.paper import printed
 from trackdyn.paper.evidence import Evidence, NotThere
-from trackdyn.paper.measures import MEASURES, coarse_rms_difference, measure
+from trackdyn.paper.measures import alike, coarse_rms_difference, measure
 from trackdyn.parameters.paper_tables import PaperTables, load_paper_tables
 
 # points by which printed cells may miss a printed difference: two cells near 1 g with two decimals, 0.005 g off each
@@ -49,34 +49,23 @@ def _cells(e: Evidence, name: str, speeds) -> np.ndarray:
     return np.array([found[rpm] for rpm in speeds])
 
 
-@measure("records", by_speed=True)
-def rms_against_experiment(e, speeds):
-    """Difference of the RMS from the article's measured one, % of this."""
-    return _difference(MEASURES["rms"].of(e, speeds), _cells(e, "rms_experiment", speeds)).tolist()
+def _against(what, e, speeds):
+    """Difference of a column of our records from a column of Table 3, % of the latter."""
+    ours, cells = what
+    return _difference(e.records(speeds)[ours], _cells(e, cells, speeds)).tolist()
 
 
-@measure("records", by_speed=True)
-def sd_against_experiment(e, speeds):
-    """Difference of the standard deviation from the article's measured one, % of this."""
-    return _difference(MEASURES["sd"].of(e, speeds), _cells(e, "sd_experiment", speeds)).tolist()
-
-
-@measure("records", by_speed=True)
-def rms_against_simulation(e, speeds):
-    """Difference of the RMS from that of the article's simulation, % of this."""
-    return _difference(MEASURES["rms"].of(e, speeds), _cells(e, "rms_simulation", speeds)).tolist()
-
-
-@measure("records", by_speed=True)
-def sd_against_simulation(e, speeds):
-    """Difference of the standard deviation from that of the article's simulation, % of this."""
-    return _difference(MEASURES["sd"].of(e, speeds), _cells(e, "sd_simulation", speeds)).tolist()
+alike(
+    _against, "records", by_speed=True,
+    rms_against_experiment=("rms_g", "rms_experiment"), sd_against_experiment=("sd_g", "sd_experiment"),
+    rms_against_simulation=("rms_g", "rms_simulation"), sd_against_simulation=("sd_g", "sd_simulation"),
+)  # fmt: skip
 
 
 @measure("records", by_speed=True)
 def coarse_less_accurate(e, speeds):
     """How much farther from the article's measured RMS three surfaces are than ten arcs, points."""
-    measured, fine = _cells(e, "rms_experiment", speeds), np.array(MEASURES["rms"].of(e, speeds))
+    measured, fine = _cells(e, "rms_experiment", speeds), e.records(speeds)["rms_g"].to_numpy()
     coarse = fine * (1 + np.array(coarse_rms_difference(e, speeds)) / 100)
     return (_difference(coarse, measured) - _difference(fine, measured)).tolist()
 

@@ -187,8 +187,8 @@ def rig_cells(path: Path | str) -> list[Cell]:
 
 def half_unit(values: Any) -> float:
     """Half a unit of the last decimal that any of some numbers is written with."""
-    decimals = [-int(Decimal(repr(float(value))).as_tuple().exponent) for value in values]
-    return 0.5 * 10.0 ** -max(decimals)
+    last = [int(Decimal(repr(float(value))).as_tuple().exponent) for value in values]
+    return 0.5 * 10.0 ** min(last)
 
 
 class _Rows(NamedTuple):

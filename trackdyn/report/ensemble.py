@@ -8,6 +8,7 @@ from trackdyn.inference.ensemble import verdicts
 from trackdyn.inference.ensemble.history import judged
 from trackdyn.inference.ensemble.ring_choice import CRITERIA, choice_table, recommendation, study_table
 from trackdyn.inference.ensemble.stages import CHEAP, LAST, STUDY, Ensemble, read_errors
+from trackdyn.inference.verdict import EDGE
 from trackdyn.paper.claims import load_claims
 from trackdyn.report.figures.ensemble import band_figure, choice_figure, conflict_figure, pairs_figure, pareto_figure
 from trackdyn.report.style import save
@@ -81,6 +82,8 @@ def _summary(e: Ensemble, tables: dict[str, pd.DataFrame]) -> list[str]:
         ranked = judged(e.config, e.targets, e.outputs(wave), read_errors(e), cheap=True)
         fewest.append(f"{ranked['excluded_by'].min():.0f}" if len(ranked) else "none that came out whole")
     known = tables["parameters"].loc[tables["parameters"]["identifiable"].astype(bool), "name"]
+    few = f"{_are(len(rigs))} too few to say which parameters the printed numbers identify"
+    told = f"Parameters that the printed numbers identify: {', '.join(known) or 'none'}"
     held = shares[(shares["rigs"] > 0) & (shares["used"] == "held out")]
     names = held["id"] + held["part"].fillna("")
     lines = [
@@ -96,7 +99,7 @@ def _summary(e: Ensemble, tables: dict[str, pd.DataFrame]) -> list[str]:
         f"{alone}. Pairs of claims that rigs show one by one, and no rig together: {couples or 'none'}.",
         "C16 against C17: the nearest that any rig comes to both is an implausibility of "
         f"{both['least']:.3g}: {apart}.",
-        f"Parameters that the printed numbers identify: {', '.join(known) or 'none'}.",
+        f"{few if len(rigs) < 1 / EDGE else told}.",  # a twentieth of fewer rigs is none
         verdicts.position_of_shipped(e),
         f"Held-out claims that hold in each of {int(held['rigs'].max()) if len(held) else 0} rigs: "
         f"{', '.join(names[held['share'] == 1]) or 'none'}; in none of them: "

@@ -90,15 +90,17 @@ def departures(rows: pd.DataFrame) -> str:
 
 
 def calibration(rows: pd.DataFrame) -> str:
-    """Coverage of the 90 % intervals with its own 95 % interval, and how even ranks are."""
+    """Coverage of the 50 and 90 % intervals with their own 95 % intervals, and how even ranks are."""
     shown = rows[["discrepancy", "parameter", "truths", "identified"]].copy()
-    shown["in 50 % intervals"] = [f"{100 * one:.0f} %" for one in rows["covered_50"]]
-    spans = zip(rows["covered_90"], rows["low_90"], rows["high_90"], strict=True)
-    shown["in 90 % intervals"] = [f"{100 * at:.1f} % ({100 * low:.0f} to {100 * high:.0f})" for at, low, high in spans]
+    for level in ("50", "90"):
+        spans = zip(*(rows[f"{name}_{level}"] for name in ("covered", "low", "high")), strict=True)
+        cells = [f"{100 * at:.1f} % ({100 * low:.0f} to {100 * high:.0f})" for at, low, high in spans]
+        shown[f"in {level} % intervals"] = cells
     shown["of those identified"] = [
         "–" if pd.isna(one) else f"{100 * one:.1f} %" for one in rows["covered_90_identified"]
     ]
-    shown["p_uniform"] = [f"{one:.2g}" for one in rows["p_uniform"]]
+    shown["p_uniform"] = ["–" if pd.isna(one) else f"{one:.2g}" for one in rows["p_uniform"]]
+    shown["bins outside"] = ["–" if pd.isna(one) else f"{one:.0f}" for one in rows["bins_outside"]]
     return shown.to_markdown(index=False, disable_numparse=True)
 
 

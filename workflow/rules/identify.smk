@@ -11,7 +11,9 @@ rule calibration:
         csv=f"{R}/identify/calibration.csv",
         ranks=f"{R}/identify/ranks.csv",
         figures=[f"{R}/identify/calibration.{ending}" for ending in ("png", "svg")],
+        rank_figures=[f"{R}/identify/ranks.{ending}" for ending in ("png", "svg")],
         **table("calibration", "summary"),
+        **table("repeated_records", "repeated"),
     params: store=f"{R}/identify/calibration_rows"
     threads: 64 # that is, all there are
     log: f"{R}/logs/calibration.log"

@@ -1,10 +1,10 @@
 from _script import logged
 
 from trackdyn.files import write_csv
-from trackdyn.inference.identification.calibration import PRIOR, CalibrationConfig, calibrate
+from trackdyn.inference.identification.calibration import PRIOR, CalibrationConfig, calibrate, repeated
 from trackdyn.parameters.validation import validated
 from trackdyn.parameters.yaml_file import read_yaml
-from trackdyn.report.figures.identification import calibration_figure
+from trackdyn.report.figures.identification import calibration_figure, rank_figure
 from trackdyn.report.style import save
 from trackdyn.report.tables import write_table
 
@@ -14,4 +14,10 @@ with logged(snakemake):
     write_csv(snakemake.output.csv, found.covered)
     write_csv(snakemake.output.ranks, found.ranks)
     write_table(found.summary, snakemake.output.summary, "How often intervals of `trackdyn identify` hold the truth.")
+    write_table(
+        repeated(config, snakemake.params.store, snakemake.threads),
+        snakemake.output.repeated,
+        "Variances of features among repeated records over those of the bootstrap.",
+    )
     save(calibration_figure(found.ranks, PRIOR), snakemake.output.figures[0])
+    save(rank_figure(found.ranks, PRIOR), snakemake.output.rank_figures[0])

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from pathlib import Path
 
 from _script import logged
@@ -18,6 +19,8 @@ with logged(snakemake):
     config, rig = validated(CalibrationConfig, read_yaml(given.config), given.config), load_rig(given.rig)
     unknowns = asked([unknown_of(name) for unknown in config.unknowns for name in unknown.names], rig, given.rig)
     measured = read_records(given.records, rig, load_mapping(), config.speeds_rpm, config.ring_radius_m, "standard")
+    choices = tuple(config.choices.items())
+    measured = [replace(one, speed=one.speed._replace(choices=choices)) for one in measured]
     settings = Settings(config.simulations, 1, 3000, snakemake.threads, config.seed, False)
     answer = identify(measured, unknowns, Path(snakemake.params.store), settings, print)
     write_page(answer, write_answer(answer, given.rig, out), out, "synthetic")

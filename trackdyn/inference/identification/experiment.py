@@ -48,6 +48,8 @@ class Speed(NamedTuple):
         Samples of the simulation that make one of the sensor.
     preset : str
         Bundle of choices of fidelity.
+    choices : tuple of pairs of str
+        Choices in place of the preset's, such as ``("drag", "rolling")``.
     """
 
     rpm: float
@@ -55,31 +57,35 @@ class Speed(NamedTuple):
     rate: int
     every: int = 1
     preset: str = "standard"
+    choices: tuple[tuple[str, str], ...] = ()
 
 
-def scene_of(rig: Rig, speed: Speed, seconds: float) -> Scene:
+def scene_of(rig: Rig, speed: Speed, seconds: float, later: float = 0.0) -> Scene:
     """The scene of a speed whose record holds ``seconds``, with the largest step up to the preset's that the rig
-    allows.
+    allows; it begins ``later`` than others, s.
     """
-    fields = preset(speed.preset)
+    fields = preset(speed.preset) | dict(speed.choices)
     rig = rig.changed(sensor__rate=speed.rate)
     duration = ceil(seconds * speed.rate + 1) / speed.rate
-    made = {"duration": duration, "lead_in": LEAD_IN, "spells": False}
+    made = {"duration": duration, "lead_in": LEAD_IN + later, "spells": False}
     fine = Scene(rig, speed.rpm, speed.ring_radius, **fields | made | {"step": 1.0 / speed.rate / 1000})
     limits = step_limits(fine.model, rig.tension.pre_tension, METHODS[fine.integrator])
     step = min([fields["step"], *(MARGIN * limit for limit in limits.values())])
     return fine.with_(step=1.0 / speed.rate / ceil(1.0 / speed.rate / step - 1e-6))
 
 
-def simulated_ay(rig: Rig, speed: Speed, turns: int, starts: SettledLoops | None = None) -> np.ndarray:
-    """(samples,) y acceleration that a sensor reports over so many turns of the loop, g.
+def simulated_ay(
+    rig: Rig, speed: Speed, turns: int, starts: SettledLoops | None = None, begin: float = 0.0
+) -> np.ndarray:
+    """(samples,) y acceleration that a sensor reports over so many turns of the loop, g; from a part of a turn on.
 
     Raises
     ------
     InputError, DivergenceError
         The rig cannot run so.
     """
-    scene = scene_of(rig, speed, turns * rig.loop_period(speed.rpm))
+    turn = rig.loop_period(speed.rpm)
+    scene = scene_of(rig, speed, turns * turn, begin * turn)
     for _ in range(HALVINGS):
         try:
             return sense(simulate(scene, starts=starts), speed.every).ay
@@ -101,12 +107,15 @@ class Experiment(NamedTuple):
         Of the loop in each; where motion repeats, one says it all.
     noise : float
         White noise that is added to the records, g: for records that play a sensor's.
+    begin : float
+        Part of a turn by which the records begin later.
     """
 
     rig: Rig
     speeds: tuple[Speed, ...]
     turns: int = 1
     noise: float = 0.0
+    begin: float = 0.0
 
     @property
     def counts(self) -> list[int]:
@@ -126,12 +135,12 @@ def rows_of_rigs(memory: float) -> Callable[..., dict]:
     return _statistics
 
 
-def _statistics(rig: dict, changes: dict, speeds: list, turns: int, noise: float, seed: int) -> dict:
+def _statistics(rig: dict, changes: dict, speeds: list, turns: int, noise: float, begin: float, seed: int) -> dict:
     """`turn_statistics` of every speed."""
     changed, starts, rng = Rig.model_validate(rig).changed(**changes), SettledLoops(), np.random.default_rng(seed)
     values = {}
     for k, speed in enumerate(Speed(*fields) for fields in speeds):
-        ay = simulated_ay(changed, speed, turns, starts)
+        ay = simulated_ay(changed, speed, turns, starts, begin)
         ay = ay + noise * rng.standard_normal(ay.shape)
         period = changed.loop_period(speed.rpm)
         values[str(k)] = turn_statistics(ay, speed.rate / speed.every, period, changed.chain.pitches).tolist()

@@ -7,6 +7,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from trackdyn.inference.identification.calibration import histogram, rank_band
 from trackdyn.inference.unknowns import Unknown
 from trackdyn.report.style import (
     BLACK,
@@ -169,6 +170,44 @@ def spectra_figure(pairs: Sequence[tuple[str, float, np.ndarray, np.ndarray]], s
 
 
 @styled
+def _panels(names: list[str]) -> tuple[Figure, np.ndarray]:
+    """A figure with a panel a name, and its axes."""
+    columns = min(len(names), 3)
+    rows = -(-len(names) // columns)
+    figure = new_figure(1.9 * rows, PAGE)
+    axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    for ax, name in zip(axes.flat, names, strict=False):
+        ax.set_title(name, fontsize=SMALL)
+        ax.xaxis.set_major_locator(MaxNLocator(3))
+    for ax in list(axes.flat)[len(names) :]:
+        ax.set_axis_off()
+    return figure, axes
+
+
+def rank_figure(ranks: pd.DataFrame, discrepancy: str) -> Figure:
+    """Truths by their ranks among the draws, with the band in which all bins lie at 95 % if ranks are uniform.
+
+    ``ranks`` as `identification.calibration.Calibration.ranks`; one panel an unknown or size of a discrepancy.
+    """
+    part = ranks[ranks["discrepancy"] == discrepancy]
+    names = list(dict.fromkeys(part["parameter"]))
+    figure, axes = _panels(names)
+    for ax, name in zip(axes.flat, names, strict=False):
+        own = part[part["parameter"] == name]
+        counts = histogram(own)
+        low, high = rank_band(len(own), len(counts))
+        edges = np.linspace(0, 1, len(counts) + 1)
+        ax.fill_between([0, 1], low, high, color=ORANGE, alpha=0.3, linewidth=0)
+        ax.axhline(len(own) / len(counts), color=BLACK, linewidth=0.6, linestyle="-")
+        ax.stairs(counts, edges, color=BLUE)
+        ax.set_ylim(bottom=0)
+    for ax in axes[-1]:
+        ax.set_xlabel("rank of the truth")
+    for ax in axes[:, 0]:
+        ax.set_ylabel("truths")
+    return figure
+
+
 def calibration_figure(ranks: pd.DataFrame, discrepancy: str) -> Figure:
     """How often central intervals hold the truth, over their level, with what chance leaves open at 95 %.
 
@@ -176,10 +215,7 @@ def calibration_figure(ranks: pd.DataFrame, discrepancy: str) -> Figure:
     """
     part = ranks[ranks["discrepancy"] == discrepancy]
     names = list(dict.fromkeys(part["parameter"]))
-    columns = min(len(names), 3)
-    rows = -(-len(names) // columns)
-    figure = new_figure(1.9 * rows, PAGE)
-    axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    figure, axes = _panels(names)
     level = np.linspace(0, 1, 101)
     for ax, name in zip(axes.flat, names, strict=False):
         own = part[part["parameter"] == name]
@@ -188,10 +224,6 @@ def calibration_figure(ranks: pd.DataFrame, discrepancy: str) -> Figure:
         sd = np.sqrt(level * (1 - level) / len(own))
         ax.fill_between(level, level - 1.96 * sd, level + 1.96 * sd, color=ORANGE, alpha=0.3, linewidth=0)
         ax.plot(level, level, color=BLACK, linewidth=0.6, linestyle="-")
-        ax.set_title(name, fontsize=SMALL)
-        ax.xaxis.set_major_locator(MaxNLocator(3))
-    for ax in list(axes.flat)[len(names) :]:
-        ax.set_axis_off()
     for ax in axes[-1]:
         ax.set_xlabel("level")
     for ax in axes[:, 0]:
