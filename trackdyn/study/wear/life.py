@@ -30,7 +30,8 @@ from trackdyn.sweeps.row import row_sources
 from trackdyn.sweeps.store import key_of
 from trackdyn.sweeps.table import read_table, write_table
 
-RULE = StopRule(share_pct=0.3, force=0.01, passages=13, longest_turns=4)
+# one turn of the sprocket; rates and forces of worn rigs scatter by some per cent, and a step of the wear spans several
+RULE = StopRule(share_pct=0.5, force=0.03, passages=13, longest_turns=2)
 FOLLOW = 2.5e-4  # m by which the arcs may miss a worn flank where it is worn
 SMALLEST = 1 / 256  # of the step that a change asks for: what changes more within it is a jump, and is stepped over
 MOST_STEPS = 400
