@@ -184,6 +184,10 @@ class Worn:
     rule: StopRule = RULE
 
     def __post_init__(self):
+        if not self.rpm > 0:
+            raise InputError(
+                f"rpm = {self.rpm!r} is not accepted: a chain that stands does not wear; above 0 is needed"
+            )
         self.depths = Depths(contours(self.rig.groove_profile))
         self._shift: float | None = None
 
@@ -196,6 +200,8 @@ class Worn:
         steady = steady_fields(rig, self.rpm, self.rule)
         scene = Scene(rig, self.rpm, radius, sliding=True, every_link=True, **steady, **self.fields)
         refuse_undriven(scene)
+        if scene.fidelity["space"].setting == "spatial":
+            raise InputError("scene: space = 'spatial' is not accepted: wear needs wheels in the plane of the chain")
         loop = Loop(scene)
         if scene.tension == "locked":  # the wheel stays where the new chain put it
             if self._shift is None:
