@@ -5,7 +5,9 @@ from math import gcd, log
 import numpy as np
 import pandas as pd
 import pytest
+from typer.testing import CliRunner
 
+from trackdyn.commands.cli import app
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.measure.stopping import StopRule
 from trackdyn.parameters.outline import distance_to, flank_arcs, groove_of_arcs
@@ -286,6 +288,43 @@ def test_a_worn_rig_started_anew_takes_the_same_step(rig, tmp_path):
 
 
 # -- a life --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"rpm": 0.0}, "a chain that stands does not wear"),
+        ({"fields": {"step": 3e-4}}, "step"),
+        ({"fields": {"space": "spatial"}}, "wear needs wheels in the plane"),
+        ({"fields": {"chain": "belt"}}, "belt"),
+        ({"fields": {"tooth_contact": "three_surfaces"}}, "ten-arc design"),
+    ],
+)
+def test_what_cannot_wear_is_refused(rig, changes, words):
+    with pytest.raises(InputError, match=words):
+        worn = Worn(
+            **{"rig": rig, "rpm": 150.0, "coefficients": COEFFICIENTS, "fields": FIELDS, "rule": QUICK} | changes
+        )
+        worn(np.zeros(worn.depths.size))
+
+
+def test_the_command_writes_a_life_and_refuses_another_one(tmp_path):
+    out = tmp_path / "life.parquet"
+    words = ["wear", "paper", "--rpm", "210", "--preset", "fast", "--tension", "locked", "--out", str(out), "--until"]
+    result = CliRunner().invoke(app, [*words, "distance 1 km"])
+    assert result.exit_code == 0, result.output
+    assert result.output.splitlines()[-1] == "1 km: reached distance 1000 m"
+    table = pd.read_parquet(out)
+    assert list(table["distance_km"]) == pytest.approx([0.0, 1.0])
+    assert table["ring_radius_m"].iloc[1] < table["ring_radius_m"].iloc[0]
+    result = CliRunner().invoke(app, [*words, "ring 0.5 m"])
+    assert isinstance(result.exception, InputError)
+
+
+def test_a_rig_without_a_ring_has_no_radius_to_reach(rig):
+    worn = Worn(rig.changed(sprocket__ring="none"), 150.0, COEFFICIENTS, FIELDS)
+    with pytest.raises(InputError, match="the rig has no ring"):
+        worn.goal(Until("ring", 0.303))
 
 
 class Known(Worn):

@@ -40,8 +40,8 @@ def life_figure(lives, radius: float = 0.308):
                 axes[-1][column].set_xlabel(words)
             axes[row][0].set_ylabel(label)
         axes[0][0].plot([], [], style, color=BLUE, label=f"{life[1]:g} rpm, {life[2]}")
-    axes[1][0].plot([], [], color=BLUE, label="left arc")
-    axes[1][0].plot([], [], color=ORANGE, label="right arc")
+    axes[1][0].plot([], [], "-", color=BLUE, label="left arc")
+    axes[1][0].plot([], [], "-", color=ORANGE, label="right arc")
     for panel in axes[:2, 0]:
         panel.legend(fontsize=SMALL)
     return figure
@@ -57,8 +57,8 @@ def profile_figure(rig: Rig, lives, flanks: dict, radius: float = 0.308):
         Depths by life (`study.wear.study.run_lives`); the first life of the shipped rig with this first radius (m) is
         drawn.
     """
-    figure = new_figure(5.5)
-    shape, over = figure.subplots(2, 1, height_ratios=[1.4, 1])
+    figure = new_figure(4.0)
+    shape, over = figure.subplots(2, 1, height_ratios=[1, 2])
     life = next((one for one in flanks if one[0] == "shipped" and np.isclose(one[3], radius)), None)
     if life is None:
         shape.set_title("no life of the shipped rig")
@@ -70,10 +70,10 @@ def profile_figure(rig: Rig, lives, flanks: dict, radius: float = 0.308):
             worn = contour.worn(ENLARGED * depth)
             along = np.cumsum(contour.length) - contour.length.sum()
             label = f"{share:.0%}, {share * end:.0f} km" if side > 0 else None
-            shape.plot(1e3 * side * worn[:, 0], 1e3 * worn[:, 1], color=colour, lw=0.6 + 0.2 * k, label=label)
-            over.plot(1e3 * side * along, 1e3 * depth, color=colour, lw=0.6 + 0.2 * k)
+            shape.plot(1e3 * side * worn[:, 0], 1e3 * worn[:, 1], "-", color=colour, lw=0.6 + 0.2 * k)
+            over.plot(1e3 * side * along, 1e3 * depth, "-", color=colour, lw=0.6 + 0.2 * k, label=label)
     shape.set(aspect="equal", xlabel="x (mm)", ylabel="y (mm)", title=f"groove, wear enlarged {ENLARGED} times")
-    shape.legend(fontsize=SMALL)
+    over.legend(fontsize=SMALL)
     over.set(xlabel="along the contour from the bottom: left flank, right flank (mm)", ylabel="depth (mm)")
     figure.suptitle(f"{life[1]:g} rpm, {life[2]}, first radius {life[3]:g} m", fontsize=8)
     return figure
@@ -97,8 +97,8 @@ def radius_figure(summary):
                 colour = BLUE if rig == "shipped" else VERMILION
                 style = STYLES[2 * (rpm > 150) + (tension != "locked")]
                 label = f"{rig}, {rpm:g} rpm, {tension}"
-                panel.plot(1e3 * table["first_radius_m"], scale * table[column], style, color=colour, label=label)
-        panel.axvline(308, color=ORANGE, lw=0.8)
+                panel.plot(1e3 * table["first_radius_m"], scale * table[column], "o" + style, color=colour, label=label)
+        panel.axvline(308, color=ORANGE, lw=0.8, zorder=0)
         panel.set(xlabel="first radius of the ring (mm)", ylabel=words, ylim=(0, None))
     figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2, fontsize=SMALL)
     return figure

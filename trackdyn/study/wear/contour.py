@@ -88,6 +88,7 @@ def fit_flank(flank: Contour, depth: np.ndarray, teeth: int, arc_radius: float) 
     InputError
         The arcs cannot follow the flank.
     """
+    depth = np.maximum(depth, 0.0)  # a step in which slip turns may give friction work that is less than nothing
     arcs, points = flank.arcs, flank.worn(depth)
     k, signs = len(arcs), arcs[:, 3]
     weight = np.sqrt(depth / depth.max() + 0.1)
@@ -139,7 +140,7 @@ def worn_rig(rig: Rig, of: tuple[Contour, Contour], flanks, arcs: np.ndarray, bu
     chain, teeth, half = rig.chain, rig.sprocket.teeth, rig.chain.link_thickness / 2
     radius = chain.connector_radius - (float((arcs**2).sum() / arcs.sum()) if arcs.any() else 0.0)
     fits = [
-        fit_flank(contour, depth, teeth, radius) if depth.any() else (contour.arcs, 0.0)
+        fit_flank(contour, depth, teeth, radius) if depth.max() > 0 else (contour.arcs, 0.0)
         for contour, depth in zip(of, flanks, strict=True)
     ]
     link = chain.link_length + 2 * bushing

@@ -30,7 +30,8 @@ from trackdyn.sweeps.row import row_sources
 from trackdyn.sweeps.store import key_of
 from trackdyn.sweeps.table import read_table, write_table
 
-RULE = StopRule(share_pct=0.3, force=0.01, passages=13, longest_turns=4)
+# one turn of the sprocket; rates and forces of worn rigs scatter by some per cent, and a step of the wear spans several
+RULE = StopRule(share_pct=0.5, force=0.03, passages=13, longest_turns=2)
 FOLLOW = 2.5e-4  # m by which the arcs may miss a worn flank where it is worn
 SMALLEST = 1 / 256  # of the step that a change asks for: what changes more within it is a jump, and is stepped over
 MOST_STEPS = 400
@@ -183,6 +184,10 @@ class Worn:
     rule: StopRule = RULE
 
     def __post_init__(self):
+        if not self.rpm > 0:
+            raise InputError(
+                f"rpm = {self.rpm!r} is not accepted: a chain that stands does not wear; above 0 is needed"
+            )
         self.depths = Depths(contours(self.rig.groove_profile))
         self._shift: float | None = None
 
@@ -195,6 +200,8 @@ class Worn:
         steady = steady_fields(rig, self.rpm, self.rule)
         scene = Scene(rig, self.rpm, radius, sliding=True, every_link=True, **steady, **self.fields)
         refuse_undriven(scene)
+        if scene.fidelity["space"].setting == "spatial":
+            raise InputError("scene: space = 'spatial' is not accepted: wear needs wheels in the plane of the chain")
         loop = Loop(scene)
         if scene.tension == "locked":  # the wheel stays where the new chain put it
             if self._shift is None:
