@@ -94,7 +94,7 @@ def test_resuming_simulates_nothing_twice_and_says_the_same(folder, unpainted, m
 
 
 def test_what_the_records_can_tell_is_chosen(folder, unpainted, monkeypatch, capsys):
-    """The closed form knows of stiffness, loss factor and tension only, and the viscous rig has no loss factor to vary."""
+    """The closed form knows of stiffness, loss factor and tension; a viscous rig has no loss factor to vary."""
     code, said = command(monkeypatch, capsys, "150.csv", "210.csv", "--waves", "1", *SHORT)
     assert code == 0, said
     told = pd.read_csv(folder / "identified" / "tellable.csv").set_index("unknown")
