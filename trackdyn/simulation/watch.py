@@ -49,7 +49,8 @@ class Watch:
         Raises
         ------
         DivergenceError
-            It is doubtful, and differs with a finer step by more than `resolution.RMS` or `resolution.PEAKS`.
+            It is doubtful, and with a finer step RMS differs by more than `resolution.RMS`, or peaks by more than
+            `resolution.PEAKS` where contacts flip.
         """
         of, rate = self.recorder, self.recorder.loop.scene.rig.sensor.rate
         seconds = (of.done - self.first) / rate
@@ -73,9 +74,10 @@ class Watch:
         except InputError:  # no finer step is allowed
             return
         self.off = tuple(float(np.fmax(*pair)) for pair in zip(self.off, off, strict=True))
-        # an implicit step is coarse on purpose: what it misses is said, and refused only where contacts flip
-        coarse_step = of.loop.work.implicit is not None
-        if (off[0] > RMS or off[1] > PEAKS) and not (coarse_step and self._share(rows) <= 1.0):
+        # An implicit step is coarse on purpose, and single impacts need steps that nothing else needs: what is missed is
+        # said, and refused only where contacts flip.
+        missed = off[0] > RMS and of.loop.work.implicit is None
+        if missed or ((off[0] > RMS or off[1] > PEAKS) and self._share(rows) > 1.0):
             raise DivergenceError(
                 f"contacts are not resolved: {found}, and with a step {FINER} times smaller RMS over {seconds:.3g} s "
                 f"differs by {off[0]:.2g} and the mean peak by {off[1]:.2g} of it, more than {RMS:g} and {PEAKS:g}; "
