@@ -176,11 +176,11 @@ def test_a_rig_of_before_says_what_it_lacks_or_which_law_it_has(rig, tmp_path):
     assert old.sprocket.rolling_arm == rig.sprocket.rolling_arm  # of the rig that it is like
     assert not {"rolling_arm", "seal_drag"} & set(old.model_dump()["idler"])
     with pytest.raises(InputError, match=r"drag = 'rolling' is not accepted: wheel idler .*rolling_arm.*'viscous'"):
-        Scene(old, 30.0, step=1e-6)
+        Scene(old, 30.0, drag="rolling", step=1e-6)
     assert Scene(old, 30.0, drag="viscous", step=1e-6).model.wheels.drag[IDLER] == 10.0
     path.write_text(path.read_text(encoding="utf-8") + law, encoding="utf-8")
     assert Scene(load_rig(path), 30.0, step=1e-6).drag == "viscous"
     path.write_text("like: bench\n" + wheels % "", encoding="utf-8")  # a wheel without any loss is one
-    assert not Scene(load_rig(path), 30.0, step=1e-6).model.wheels.rolling[IDLER]
+    assert not Scene(load_rig(path), 30.0, drag="rolling", step=1e-6).model.wheels.rolling[IDLER]
     with pytest.raises(InputError, match=r"idler\.rolling_arm"):
         rig.changed(idler__rolling_arm=-0.001)

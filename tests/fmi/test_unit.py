@@ -245,7 +245,8 @@ def test_scenes_without_a_unit_are_refused(make_scene, fields, sentence):
 def test_an_exchange_shorter_than_a_step_is_refused(scene, exchange):
     unit = Unit(scene)
     unit.loop = Loop(scene)
-    with pytest.raises(InputError, match=r"exchange = .* is not accepted: at least the step of the loop, 0\.0005 s"):
+    wanted = rf"exchange = .* is not accepted: at least the step of the loop, {scene.step:g} s"
+    with pytest.raises(InputError, match=wanted):
         unit.step(0.0, exchange)
 
 

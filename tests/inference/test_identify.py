@@ -164,7 +164,7 @@ def test_records_that_tell_nothing_are_refused(folder, monkeypatch, capsys):
 
 
 def test_rigs_that_cannot_run_are_left_out_or_refused(rig, monkeypatch, closed_form):
-    def fails(rig, speed, turns, starts=None):
+    def fails(rig, speed, turns, *_):
         if rig.bushing.stiffness > 1000:
             raise InputError("too stiff")
         return closed_form(rig, speed, turns)

@@ -142,7 +142,7 @@ def _with_cells(data: dict, tables: PaperTables, file: str) -> dict:
 
     def number(name: str) -> float:
         section, field = name.split(".")
-        entry = data.get(section, {}).get(field)
+        entry = (data.get(section) or {}).get(field) if isinstance(data.get(section) or {}, dict) else None
         return number_of(entry.get("value") if isinstance(entry, dict) else None)
 
     thick, thin = (

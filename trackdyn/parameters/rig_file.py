@@ -14,8 +14,6 @@ from pathlib import Path
 from typing import Any
 
 from trackdyn.errors import InputError, shown
-from trackdyn.parameters.paper_tables import load_paper_tables
-from trackdyn.parameters.printed_rig import with_cells
 from trackdyn.parameters.yaml_file import ENTRY_KEYS, KINDS, read_yaml
 
 SHIPPED = Path(__file__).parents[1] / "rigs"
@@ -167,7 +165,7 @@ def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> di
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     if like is None:
-        return data if cells is None else with_cells(data, load_paper_tables(cells), str(cells))
+        return _filled_in(data, cells)
     if not isinstance(like, str) or not 0 < len(like) < 256 or depth == 0:
         raise InputError(
             f"{path}: like = {shown(like)} is not accepted: the name of a shipped rig or of a file would do"
@@ -185,7 +183,7 @@ def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> di
         else part
         for key, part in data.items()
     }
-    return merged if cells is None else with_cells(merged, load_paper_tables(cells), str(cells))
+    return _filled_in(merged, cells)
 
 
 def _written_out(part: Any, name: str, about: dict, folder: Path) -> Any:
@@ -239,3 +237,13 @@ def _with_points(part: Any, name: str, folder: Path) -> Any:
 
     path = folder / part["value"]
     return part | {"value": read_outline(path), "source": f"{part['source']} ({path.name})"}
+
+
+def _filled_in(data: dict, cells: Path | None) -> dict:
+    """The data with the cells that a reader filled in; a list of rigs needs none of what reads them."""
+    if cells is None:
+        return data
+    from trackdyn.parameters.paper_tables import load_paper_tables
+    from trackdyn.parameters.printed_rig import with_cells
+
+    return with_cells(data, load_paper_tables(cells), str(cells))

@@ -17,7 +17,7 @@ with logged(snakemake):
     params = snakemake.params
     # folder of the results of each rig; further rigs stand beside the first
     folders = {"shipped": Path(snakemake.input.metrics).parent} | dict(params.get("rigs", {}))
-    tables = load_article(snakemake.input.tables) if snakemake.input.get("tables") else None
+    tables = load_article(snakemake.input.tables[0]) if snakemake.input.get("tables") else None
     rigs = {name: collect(folder, params.rpm, params.radius, tables) for name, folder in folders.items()}
     card = judge_all(load_claims(snakemake.input.claims), rigs)
     said = [f"{name}: {headline(card, name)}" if len(rigs) > 1 else headline(card, name) for name in rigs]
