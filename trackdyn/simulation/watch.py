@@ -74,8 +74,8 @@ class Watch:
         except InputError:  # no finer step is allowed
             return
         self.off = tuple(float(np.fmax(*pair)) for pair in zip(self.off, off, strict=True))
-        # An implicit step is coarse on purpose, and single impacts need steps that nothing else needs: what is missed is
-        # said, and refused only where contacts flip.
+        # An implicit step is coarse on purpose, and single impacts need steps that nothing else needs: what is missed
+        # is said, and refused only where contacts flip.
         missed = off[0] > RMS and of.loop.work.implicit is None
         if missed or ((off[0] > RMS or off[1] > PEAKS) and self._share(rows) > 1.0):
             raise DivergenceError(
