@@ -51,7 +51,14 @@ def shipped_rigs() -> dict[str, Path]:
 
 def shipped_summaries() -> dict[str, tuple[str, str]]:
     """What each shipped rig is, by name: its counts, and what its file says about it. Its values are not judged."""
-    found, read = {}, cache(read_yaml)  # most are like the first one
+    found = {}
+
+    @cache  # most are like the first one
+    def read(path):
+        data = read_yaml(path)
+        data.pop(CELLS, None)  # no count is a reader's, and what reads them takes long to load
+        return data
+
     for name, path in shipped_rigs().items():
         rig = _read(path, MOST_LIKE, read)
         chain = {key: rig["chain"].get(key, {}).get("value") for key in ("pitches", "kind")}
