@@ -5,45 +5,38 @@ stands in ``config/fit.yaml``; some claims are held out and only reported. A fit
 shows the printed behaviour; it does not measure the paper's.
 """
 
-from collections.abc import Callable
-from itertools import zip_longest
+from collections.abc import Callable, Sequence
+from itertools import product
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import pandas as pd
 from pydantic import Field, model_validator
-from scipy.optimize import brentq, least_squares
+from scipy.stats import qmc
 
-from trackdyn.errors import InputError, TrackdynError
+from trackdyn.errors import DivergenceError, InputError, TrackdynError
+from trackdyn.inference.search import End, Method, Round, Start, bent, search
 from trackdyn.inference.targets import Target
 from trackdyn.inference.unknowns import Unknown, Unknowns
-from trackdyn.measure.meshing import mean_events, meshing_summary, smoothed_maxima
-from trackdyn.measure.stopping import StopRule, run_steady, steady_fields
-from trackdyn.parameters.groove import equal_pitch_radius
+from trackdyn.measure.clearance import arc_gaps
+from trackdyn.measure.meshing import area_shares, meshing_summary
+from trackdyn.parameters.layout import can_close
 from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.validation import Section
+from trackdyn.parameters.validation import Positive, Section
 from trackdyn.scene.scene import Scene
-from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sweeps.engine import refuse_failed, results
 from trackdyn.sweeps.row import row_sources
 from trackdyn.sweeps.store import DONE, key_of
 
-# residual of a measure that does not exist (no such contact) or of a rig that cannot run, in tolerances
-FAILED = 10.0
-
-
-class Fitted(Unknown):
-    """An unknown that is fitted, and the value at which its fit begins."""
-
-    start: float
-
-    @model_validator(mode="after")
-    def _starts_inside(self):
-        if not self.intervals or np.isnan(self.position(self.start)):
-            raise InputError(f"parameters: {self.label or '?'} needs low < high and a start between them")
-        return self
+# A contact that is asked for and does not occur: so many tolerances for what has no number then, such as its time.
+MISSING = 3.0
+# By so much an arc must come nearer to its groove for another tolerance, m: neighbouring rings of the paper differ by it.
+GAP = 1e-3
+FRAMES = 0.02  # s between the configurations that gaps are taken from: 2.5 degrees of the sprocket at 115 rpm
 
 
 class FitTarget(Target):
@@ -60,17 +53,54 @@ class FitTarget(Target):
         return {"claim": self.claim, "ring_radius_m": self.ring_radius_m, "measure": self.output}
 
 
+class Run(Section):
+    """How a rig is run: fields of the scene, and steps that are tried one after the other until it comes out (s)."""
+
+    scene: dict[str, float | str]
+    steps_s: Annotated[list[Positive], Field(min_length=1)]
+
+
+class Stage(Section):
+    """A search: rings that are run (none: all of the targets), how, and the rounds of the starts."""
+
+    run: str
+    radii_m: list[Positive] = Field(default_factory=list)
+    radius: Positive = 0.1
+    directions: Annotated[int, Field(ge=2)] | None = None
+    rounds: Annotated[list[Round], Field(min_length=1)]
+
+
+class Form(Section):
+    """How much is computed: starts for each combination of the choices, and the stages."""
+
+    starts: Annotated[int, Field(ge=0)]
+    stages: Annotated[list[Stage], Field(min_length=1)]
+
+
 class FitConfig(Section):
-    """Everything in ``config/fit.yaml``."""
+    """Everything in ``config/fit.yaml``, whose head explains the fields."""
 
     speed_rpm: Annotated[float, Field(gt=0)]
-    loop_turns: Annotated[int, Field(ge=0)]
-    lead_in_s: Annotated[float, Field(ge=0)]
-    step_s: Annotated[float, Field(gt=0)]
-    max_iterations: Annotated[int, Field(ge=1)]
-    difference: Annotated[float, Field(gt=0, lt=0.5)]
-    parameters: Annotated[list[Fitted], Field(min_length=1)]
+    seed: Annotated[int, Field(ge=0)]
+    method: Method
+    laws: dict[str, str]
+    runs: dict[str, Run]
+    full: str
+    forms: dict[Literal["full", "short"], Form]
+    parameters: Annotated[list[Unknown], Field(min_length=1)]
+    choices: list[Unknown] = Field(default_factory=list)
+    rigs: dict[str, dict[str, float | str]] = Field(default_factory=dict)
     targets: Annotated[list[FitTarget], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _consistent(self):
+        for unknown in self.parameters:
+            if unknown.discrete or not unknown.intervals:
+                raise InputError(f"parameters: {unknown.label or '?'} needs a range; what is chosen stands in choices")
+        asked = {self.full, *(stage.run for form in self.forms.values() for stage in form.stages)}
+        if asked - set(self.runs):
+            raise InputError(f"runs: {', '.join(sorted(asked - set(self.runs)))} is asked for and not there")
+        return self
 
     def restricted(self, radii: list[float], without_ring: bool) -> "FitConfig":
         """The same with the targets of some ring radii only; no radii: all of them."""
@@ -91,41 +121,104 @@ class FitConfig(Section):
         radii = {t.ring_radius_m for t in self.targets} | {t.relative_to for t in self.targets if t.relative_to}
         return sorted(radii, key=lambda r: -1.0 if r is None else r)
 
-
-def with_values(rig: Rig, config: FitConfig, x) -> Rig:
-    """The rig with every fitted parameter at a position ``x`` (0 to 1) between its bounds."""
-    return Unknowns(config.parameters, rig).to_rig(x)[0]
-
-
-def rows_of_cases(memory: float) -> Callable[..., dict]:
-    """What computes the rows of `measure_rigs`; none takes much memory."""
-    return _case
+    def unknowns(self, rig: Rig) -> Unknowns:
+        """Parameters and choices of a rig."""
+        return Unknowns([*self.parameters, *self.choices], rig)
 
 
-def _case(rig: dict, radius: float | None, speed_rpm: float, loop_turns: int, lead_in_s: float, step_s: float) -> dict:
-    made = Rig.model_validate(rig)
-    duration = round((loop_turns + 1) * made.loop_period(speed_rpm) * made.sensor.rate) / made.sensor.rate
-    return meshing_summary(simulate(Scene(made, speed_rpm, radius, duration=duration, lead_in=lead_in_s, step=step_s)))
+def rows_of_rigs(memory: float) -> Callable[..., dict]:
+    """What computes the rows of `measure_rigs` and of the fit; none takes much memory."""
+    return _rig
 
 
-def measure_rigs(rigs: list[Rig | None], config: FitConfig, jobs: int = 1, store: Path | str | None = None):
-    """Meshing summaries in every case, one dict ``radius -> summary or None`` a rig; None for one that cannot be.
+def _rig(rig: dict, radii: list[float | None], scene: dict, steps: list[float]) -> dict:
+    """Summaries of a rig by the name of the case."""
+    made, starts = Rig.model_validate(rig), SettledLoops()
+    found: dict[str, dict] = {}
+    least = Scene.ring_range(made)[0]
+    for radius in radii:
+        if radius is not None and radius < least and "none" in found:  # it never touches the chain: no ring
+            found[f"{radius:g}"] = found["none"]
+        else:
+            found[name_of(radius)] = _case(made, radius, scene, steps, starts)
+    return found
+
+
+def name_of(radius: float | None) -> str:
+    """Name of a case."""
+    return "none" if radius is None else f"{radius:g}"
+
+
+def _case(rig: Rig, radius: float | None, scene: dict, steps: Sequence[float], starts: SettledLoops) -> dict:
+    for number, step in enumerate(steps, 1):
+        try:
+            asked = Scene(rig, ring_radius=radius, step=step, frame_interval=FRAMES, **scene)
+            recording = simulate(asked, starts=starts)
+        except (InputError, DivergenceError):
+            if number == len(steps):
+                raise
+        else:
+            return case_summary(recording) | arc_gaps(recording, asked)
+    raise AssertionError("there is a step")
+
+
+def case_summary(recording: Recording) -> dict:
+    """Numbers of a case that targets are compared with."""
+    return meshing_summary(recording) | area_shares(recording)
+
+
+def task_of(config: FitConfig, rig: Rig, run: str, scene: dict[str, Any]) -> dict:
+    """Arguments of the row of a rig.
 
     Raises
     ------
+    InputError
+        Its loop does not close.
+    """
+    if not can_close(rig):
+        raise InputError("the loop does not close within the travel of the tensioner")
+    how = config.runs[run]
+    pitches = list(range(1, rig.chain.pitches + 1))
+    fields = {"motor_rpm": config.speed_rpm, "pitches": pitches} | config.laws | how.scene | scene
+    return {"rig": rig.model_dump(), "radii": config.cases(), "scene": fields, "steps": how.steps_s}
+
+
+def summaries_by_radius(config: FitConfig, values: dict) -> dict:
+    """Summaries of a row by ring radius."""
+    return {radius: values[name_of(radius)] for radius in config.cases()}
+
+
+def measure_rigs(
+    rigs: Sequence[tuple[Rig, dict[str, Any]]],
+    config: FitConfig,
+    jobs: int = 1,
+    store: Path | str | None = None,
+    run: str | None = None,
+):
+    """Summaries of rigs with fields of their scenes in every case, one dict ``radius -> summary or None`` a rig.
+
+    Raises
+    ------
+    InputError
+        A loop does not close.
     TrackdynError
         A case failed for a reason that may pass; what ``store`` holds is not computed again.
     """
-    fields = config.model_dump(include={"speed_rpm", "loop_turns", "lead_in_s", "step_s"})
-    tasks, keys, sources = {}, [], row_sources("inference/fit.py")
-    for rig in rigs:
-        of_rig = [fields | {"rig": rig.model_dump(), "radius": radius} for radius in config.cases()] if rig else []
-        keys.append([key_of(task, sources) for task in of_rig])
-        tasks |= zip(keys[-1], of_rig, strict=True)
-    found = results(rows_of_cases, tasks, jobs, store)
+    sources = row_sources("inference/fit.py")
+    tasks = [task_of(config, rig, run or config.full, scene) for rig, scene in rigs]
+    keys = [key_of(task, sources) for task in tasks]
+    found = results(rows_of_rigs, dict(zip(keys, tasks, strict=True)), jobs, store)
     refuse_failed(found.values(), "the same command goes on from there")
-    summaries = {key: row["values"] if row["state"] == DONE else None for key, row in found.items()}
-    return [dict(zip_longest(config.cases(), [summaries[key] for key in of_rig])) for of_rig in keys]
+    lost = dict.fromkeys(config.cases())
+    return [summaries_by_radius(config, found[k]["values"]) if found[k]["state"] == DONE else lost for k in keys]
+
+
+def _output(name: str, summary: dict) -> float:
+    """A number of a summary; ``left_outside_2_pct``: time in every other area."""
+    if "_outside_" in name:
+        side, area = name.removesuffix("_pct").split("_outside_")
+        return float(sum(summary[f"{side}_area_{k}_pct"] for k in range(1, 11) if str(k) != area))
+    return float(summary[name])
 
 
 def measured(target: FitTarget, summaries: dict) -> float:
@@ -133,7 +226,7 @@ def measured(target: FitTarget, summaries: dict) -> float:
     summary = summaries[target.ring_radius_m]
     if summary is None:
         return float("nan")
-    value = summary[target.output]
+    value = _output(target.output, summary)
     if target.relative_to is not None:
         reference = summaries[target.relative_to]
         value = value / reference[target.output] if reference and reference[target.output] else float("nan")
@@ -141,70 +234,141 @@ def measured(target: FitTarget, summaries: dict) -> float:
 
 
 def residual(target: FitTarget, summaries: dict) -> float:
-    """Distance from the target in tolerances; 0 beyond a one-sided target."""
+    """Signed distance from the target in tolerances; 0 beyond a one-sided target; NaN if the case failed.
+
+    Notes
+    -----
+    A contact that is asked for and does not occur is further off by the gap that is left, in units of `GAP`; what has
+    no number without it counts as `MISSING` tolerances and that gap.
+    """
+    summary = summaries[target.ring_radius_m]
+    if summary is None:
+        return float("nan")
     value = measured(target, summaries)
-    if not np.isfinite(value):
-        return FAILED
-    return float(np.clip(target.departure(value) / target.tolerance, -FAILED, FAILED))
+    off = float(target.departure(value) / target.tolerance) if np.isfinite(value) else -MISSING
+    gap = summary.get(f"{target.output.partition('_')[0]}_gap_m", 0.0)
+    if off < 0 and np.isfinite(gap):
+        off -= gap / GAP
+    return off
 
 
 def residuals(config: FitConfig, summaries: dict) -> np.ndarray:
-    """Residuals of the targets that are fitted."""
-    return np.array([residual(t, summaries) for t in config.targets if not t.held_out])
+    """Residuals of the targets that are fitted, large ones bent (`search.bent`)."""
+    return bent([residual(t, summaries) for t in config.targets if not t.held_out])
+
+
+class FitProblem:
+    """The fit as a problem of `inference.search`."""
+
+    def __init__(self, config: FitConfig, rig: Rig, run: str, held: dict[str, str]):
+        self.config, self.run, self.held = config, run, held
+        self.unknowns = config.unknowns(rig)
+        self.rows, self.sources = rows_of_rigs, row_sources("inference/fit.py", "inference/unknowns.py")
+
+    def task(self, x: np.ndarray) -> dict:
+        """Arguments of the row of a point."""
+        rig, scene = self.unknowns.to_rig(x)
+        return task_of(self.config, rig, self.run, scene | self.held)
+
+    def residuals(self, values: dict) -> np.ndarray:
+        """Of the fitted targets."""
+        return residuals(self.config, summaries_by_radius(self.config, values))
+
+
+def fit_problem(config: dict, rig: dict, run: str, held: dict[str, str]) -> FitProblem:
+    """A problem from plain data; ``held``: fields of the scene that no choice changes."""
+    return FitProblem(FitConfig.model_validate(config), Rig.model_validate(rig), run, held)
+
+
+def starts_of(config: FitConfig, rig: Rig, count: int) -> list[Start]:
+    """Where the fit begins: Sobol points that can be built, so many a combination of choices, and the named rigs.
+
+    Raises
+    ------
+    InputError
+        A named rig that lies outside a range, or lacks a choice.
+    TrackdynError
+        Hardly any point gives a rig.
+    """
+    unknowns = config.unknowns(rig)
+    d, free = len(config.parameters), [True] * len(config.parameters) + [False] * len(config.choices)
+    choices = list(product(*(one.choices for one in config.choices)))
+    found = []
+    if count:
+        drawn = iter(qmc.Sobol(d, seed=config.seed).random_base2(int(np.ceil(np.log2(40 * count * len(choices))))))
+        for number, chosen in product(range(count), choices):
+            places = [one.position(name) for one, name in zip(config.choices, chosen, strict=True)]
+            for point in drawn:
+                x = [*np.round(point, 6).tolist(), *places]
+                if _buildable(unknowns, x):
+                    found.append(Start(" ".join([*chosen, str(number + 1)]), x, free))
+                    break
+            else:
+                raise TrackdynError("hardly any point of the ranges gives a rig; other ranges of the parameters are needed")
+    base = unknowns.of_rig(rig)
+    for name, values in config.rigs.items():
+        x = unknowns.position(base | values)
+        for place, label in zip(x, unknowns.labels, strict=True):
+            if np.isnan(place):
+                raise InputError(f"rigs: {name}: {label} = {(base | values)[label]} lies outside its range")
+        found.append(Start(name, x.tolist(), free))
+    return found
+
+
+def _buildable(unknowns: Unknowns, x) -> bool:
+    try:
+        return can_close(unknowns.to_rig(x)[0])
+    except TrackdynError:
+        return False
 
 
 def fit_rig(
-    rig: Rig, config: FitConfig, jobs: int = 1, log=print, store: Path | str | None = None
-) -> tuple[Rig, pd.DataFrame]:
-    """Bounded nonlinear least squares (``scipy.optimize.least_squares``) from the values ``start``.
+    rig: Rig, config: FitConfig, form: str = "full", jobs: int = 1, log=print, store: Path | str | None = None,
+    held: dict[str, str] | None = None, starts: Sequence[Start] | None = None,
+) -> tuple[Rig, dict[str, str], list[list[End]]]:
+    """Least squares from many starts (`inference.search`), stage by stage.
+
+    Parameters
+    ----------
+    form : str
+        ``full`` or ``short``.
+    held : dict or None
+        Fields of the scene that no choice changes: other laws than ``laws``.
+    starts : sequence of Start or None
+        In place of those of the configuration, such as the rig that was found before under another law.
 
     Returns
     -------
     rig : Rig
-        The rig with the fitted values.
-    history : DataFrame
-        Cost and values of every evaluation, in order.
+        The best rig of the last stage.
+    scene : dict
+        Fields of the scene that its choices ask for.
+    ends : list of list of End
+        Every start of every stage. A stage begins at the ends of those that the last round of the one before kept.
+
+    Raises
+    ------
+    TrackdynError
+        No start runs.
     """
-    history = []
-
-    def candidate(x):
-        try:
-            return with_values(rig, config, x)
-        except TrackdynError:
-            return None
-
-    def evaluate(points):
-        out = [residuals(config, found) for found in measure_rigs(list(map(candidate, points)), config, jobs, store)]
-        for x, found in zip(points, out, strict=True):
-            values = {p.label: p.value(v) for p, v in zip(config.parameters, x, strict=True)}
-            history.append({"cost": 0.5 * float(found @ found)} | values)
-        log(f"{len(history)} evaluations, best cost {min(row['cost'] for row in history):.3f}")
-        return out
-
-    def jacobian(x):
-        steps = np.where(x + config.difference <= 1.0, config.difference, -config.difference)
-        points = [x] + [x + step * unit for step, unit in zip(steps, np.eye(len(x)), strict=True)]
-        base, *moved = evaluate(points)
-        # a difference across a refusal is no derivative: it is taken to the other side
-        for i, found in enumerate(moved):
-            other = x - steps[i] * np.eye(len(x))[i]
-            if (np.abs(found) >= FAILED).any() and not (np.abs(base) >= FAILED).any() and 0.0 <= other[i] <= 1.0:
-                steps[i] = -steps[i]
-                (moved[i],) = evaluate([other])
-        return np.column_stack([(m - base) / step for m, step in zip(moved, steps, strict=True)])
-
-    start = np.clip([p.position(p.start) for p in config.parameters], 0.001, 0.999)
-    result = least_squares(
-        lambda x: evaluate([x])[0],
-        start,
-        jac=jacobian,
-        bounds=(0.0, 1.0),
-        loss="soft_l1",
-        max_nfev=config.max_iterations,
-        xtol=1e-3,
-        ftol=1e-3,
-    )
-    return with_values(rig, config, result.x), pd.DataFrame(history)
+    chosen = config.forms[form]
+    begins = list(starts) if starts is not None else starts_of(config, rig, chosen.starts)
+    stages: list[list[End]] = []
+    for number, stage in enumerate(chosen.stages, 1):
+        small = config.restricted(stage.radii_m, without_ring=True)
+        asked = {"config": small.model_dump(), "rig": rig.model_dump(), "run": stage.run, "held": held or {}}
+        log(f"stage {number}: {len(begins)} starts, {len(small.cases())} cases, run {stage.run}")
+        ends = search(
+            fit_problem, asked, begins, stage.rounds, config.method, stage.radius, stage.directions, jobs, store, log
+        )
+        stages.append(ends)
+        going = [end for end in ends if end.round == ends[0].round and np.isfinite(end.cost)][: stage.rounds[-1].keep]
+        free = {start.name: start.free for start in begins}
+        begins = [Start(end.start, end.x, free[end.start]) for end in going]
+        if not begins:
+            raise TrackdynError(f"no start of stage {number} runs: {ends[0].ended}")
+    found, scene = config.unknowns(rig).to_rig(begins[0].x)
+    return found, scene, stages
 
 
 def report_targets(config: FitConfig, summaries: dict) -> pd.DataFrame:
@@ -215,146 +379,3 @@ def report_targets(config: FitConfig, summaries: dict) -> pd.DataFrame:
         came = {"measured": measured(t, summaries), "in_tolerances": residual(t, summaries), "held_out": t.held_out}
         rows.append(t.key | asked | came)
     return pd.DataFrame(rows)
-
-
-AS_IT_IS = "as it is"
-
-
-def changes(rig: Rig, config: FitConfig, factor: float = 1.2) -> dict[str, tuple[float, float]]:
-    """Value of every fitted parameter, and the one that its sensitivity is taken with.
-
-    A parameter stepped by ``log`` is multiplied by ``factor``, a linear one moved by a tenth of its range.
-    """
-    present = Unknowns(config.parameters, rig).of_rig(rig)
-    found = {}
-    for parameter in config.parameters:
-        base, ends = present[parameter.label], parameter.intervals
-        moved = base * factor if parameter.scale == "log" else base + 0.1 * (ends[-1][1] - ends[0][0])
-        found[parameter.label] = base, moved
-    return found
-
-
-def equal_pitches(rig: Rig, printed: float = 0.308) -> dict[str, tuple[float, float]]:
-    """Polygonal and arc radius (m) of the fitted equal pitch and of the two readings of "equal pitch at ``printed``".
-
-    Polygonal: pins on a circle, links touching the ring at their middle. Arc: the centre line of the
-    links bent to a circle of the same length; the polygonal radius that gives it is found here.
-    """
-
-    def arc(polygonal: float) -> float:
-        candidate = rig.changed(sprocket__equal_pitch_radius=polygonal)
-        c, teeth = candidate.chain, rig.sprocket.teeth
-        return equal_pitch_radius(teeth, c.link_length, candidate.connector_length, c.link_thickness)["arc"]
-
-    for_arc = float(brentq(lambda r: arc(r) - printed, printed - 0.01, printed, xtol=1e-7))
-    readings = {"fitted": rig.sprocket.equal_pitch_radius, "arc length": for_arc, "polygonal": printed}
-    return {name: (value, arc(value)) for name, value in readings.items()}
-
-
-def candidates(rig: Rig, config: FitConfig) -> dict[str, Rig]:
-    """The rig as it is, with every fitted parameter changed alone, and with each other reading of its equal pitch."""
-    unknowns = Unknowns(config.parameters, rig)
-    present = unknowns.of_rig(rig)
-    rigs = {AS_IT_IS: rig}
-    for name, (_, moved) in changes(rig, config).items():
-        rigs[name] = rig.changed(**unknowns.changes(present | {name: moved})[0])
-    readings = {name: value for name, (value, _) in equal_pitches(rig).items() if name != "fitted"}
-    return rigs | {name: rig.changed(sprocket__equal_pitch_radius=value) for name, value in readings.items()}
-
-
-def measure_candidates(rig: Rig, config: FitConfig, radius: float | None, step: float, rule: StopRule) -> pd.DataFrame:
-    """Meshing summary of every candidate in one case of the fit, run until it has converged.
-
-    Columns ``candidate, ring_radius_m, failed`` (why there is none) and those of `meshing_summary`.
-    """
-    rows = []
-    for name, candidate in candidates(rig, config).items():
-        row = {"candidate": name, "ring_radius_m": radius, "failed": ""}
-        try:
-            fields = steady_fields(candidate, config.speed_rpm, rule)
-            recording, _ = run_steady(Loop(Scene(candidate, config.speed_rpm, radius, step=step, **fields)), rule)
-            rows.append(row | meshing_summary(recording))
-        except TrackdynError as error:
-            rows.append(row | {"failed": str(error)})
-    return pd.DataFrame(rows)
-
-
-def summaries_of(table: pd.DataFrame) -> dict[str, dict]:
-    """Rows of `measure_candidates` of all cases as ``candidate -> radius -> summary or None``."""
-    found: dict[str, dict] = {}
-    for row in table.to_dict("records"):
-        radius = None if pd.isna(row["ring_radius_m"]) else row["ring_radius_m"]
-        failed = isinstance(row["failed"], str) and row["failed"]
-        found.setdefault(row["candidate"], {})[radius] = None if failed else row
-    return found
-
-
-def sensitivity(rig: Rig, config: FitConfig, summaries: dict[str, dict]) -> pd.DataFrame:
-    """Change of every target's measure when one fitted parameter changes (`changes`), the others held.
-
-    Returns
-    -------
-    DataFrame
-        ``parameter, base_value, changed_value, claim, ring_radius_m, measure, base, changed, change,
-        change_in_tolerances``.
-    """
-    rows = []
-    for name, (value, moved) in changes(rig, config).items():
-        for t in config.targets:
-            base, changed = measured(t, summaries[AS_IT_IS]), measured(t, summaries[name])
-            seen = {"base": base, "changed": changed, "change": changed - base}
-            about = {"parameter": name, "base_value": value, "changed_value": moved} | t.key
-            rows.append(about | seen | {"change_in_tolerances": (changed - base) / t.tolerance})
-    return pd.DataFrame(rows)
-
-
-def equal_pitch_readings(rig: Rig, summaries: dict[str, dict]) -> pd.DataFrame:
-    """Both readings of the printed equal pitch (`equal_pitches`) put into the rig, beside the fitted value.
-
-    Returns
-    -------
-    DataFrame
-        ``reading, polygonal_m, arc_m`` and, for each case of the fit, the shares of left and right arc.
-    """
-    rows = []
-    for reading, (polygonal, arc) in equal_pitches(rig).items():
-        row = {"reading": reading, "polygonal_m": polygonal, "arc_m": arc}
-        for radius, summary in summaries[AS_IT_IS if reading == "fitted" else reading].items():
-            name = "none" if radius is None else f"{radius:g}"
-            for side in ("left", "right"):
-                row[f"{side}_share_pct_{name}"] = summary[f"{side}_share_pct"] if summary else float("nan")
-        rows.append(row)
-    return pd.DataFrame(rows)
-
-
-def run_directions(rig: Rig, config: FitConfig, step: float, rule: StopRule) -> pd.DataFrame:
-    """Events of C16 and C17 for the chain descending and climbing on the sprocket.
-
-    The paper does not say which way its chain runs. The mirrored rig (idler and road wheel on the other
-    side of the sprocket) runs the other way; belt kinematics give it the same main line.
-
-    Returns
-    -------
-    DataFrame
-        ``chain, ring, event, mean_s, sd_s`` for both readings of a maximum.
-    """
-    mirrored = rig.changed(
-        idler__x=2 * rig.sprocket.x - rig.idler.x,
-        road_wheel__x=2 * rig.sprocket.x - rig.road_wheel.x,
-        tension__direction=180.0 - rig.tension.direction,
-    )
-    tables = []
-    for candidate in (rig, mirrored):
-        # clockwise, so the sprocket's outer side descends if the other wheels stand to its left
-        descends = candidate.road_wheel.x < candidate.sprocket.x
-        for radius in (None, rig.sprocket.ring_radius):
-            pitches = tuple(range(1, rig.chain.pitches + 1))
-            fields = steady_fields(candidate, config.speed_rpm, rule)
-            recording, _ = run_steady(
-                Loop(Scene(candidate, config.speed_rpm, radius, step=step, pitches=pitches, **fields)), rule
-            )
-            events = pd.concat([mean_events(recording), smoothed_maxima(recording)])
-            events.insert(0, "ring", "none" if radius is None else f"{radius:g} m")
-            events.insert(0, "chain", "descends" if descends else "climbs")
-            tables.append(events)
-    return pd.concat(tables, ignore_index=True)

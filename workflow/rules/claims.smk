@@ -70,19 +70,27 @@ rule sensitivity:
     script: "../scripts/sensitivity.py"
 
 
-rule fit:
-    """Fit the rig to the targets of config/fit.yaml (ten minutes; ask for it by name)."""
+rule fit_form:
+    """Fit the rig to the targets of config/fit.yaml from many starts; rows are kept, so that a fit goes on where it was."""
     input:
         needs("fit.py"),
         rig=CONFIG.rig,
         fit="config/fit.yaml",
-        kernels=KERNELS,
+        kernels=[KERNELS, method_kernels("linearly_implicit")],
     output:
-        values=f"{R}/fit/values.csv",
-        history=f"{R}/fit/history.csv",
-        targets=f"{R}/fit/targets.csv",
-    params: store=f"{R}/fit/rows"
+        starts=f"{R}/{{short}}fit/starts.csv",
+        values=f"{R}/{{short}}fit/values.csv",
+        targets=f"{R}/{{short}}fit/targets.csv",
+    params:
+        form=form_name,
+        store=f"{R}/fit/rows",
     threads: 2
-    log: f"{R}/logs/fit.log"
+    log: f"{R}/logs/{{short}}fit.log"
     message: "Fitting the rig"
     script: "../scripts/fit.py"
+
+
+rule fit:
+    """The fit in full (an hour on two cores; ask for it by name)."""
+    input:
+        f"{R}/fit/starts.csv",

@@ -2,11 +2,10 @@ import pandas as pd
 from _script import logged
 
 from trackdyn import load_rig
-from trackdyn.inference.fit import (
+from trackdyn.inference.fit import FitConfig, report_targets
+from trackdyn.inference.sensitivity import (
     AS_IT_IS,
-    FitConfig,
     equal_pitch_readings,
-    report_targets,
     run_directions,
     sensitivity,
     summaries_of,

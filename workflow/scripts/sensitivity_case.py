@@ -2,7 +2,8 @@ from _script import logged
 
 from trackdyn import load_rig
 from trackdyn.files import write_csv
-from trackdyn.inference.fit import FitConfig, measure_candidates
+from trackdyn.inference.fit import FitConfig
+from trackdyn.inference.sensitivity import measure_candidates
 from trackdyn.measure.stopping import StopRule
 from trackdyn.parameters.validation import validated
 from trackdyn.parameters.yaml_file import read_yaml

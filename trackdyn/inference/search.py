@@ -1,0 +1,340 @@
+"""Least squares from many starts: local searches in the unit cube, all their runs rows of the sweep engine.
+
+A local search is a row, and so is every evaluation that it makes: searches run beside each other, a search that is
+killed goes on where it was, and one that is given more evaluations repeats the first ones out of its store. Starts are
+dropped by successive halving (Jamieson, Talwalkar, AISTATS 2016): after each round only the best go on.
+"""
+
+import importlib
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple, Protocol, get_args
+
+import numpy as np
+import pandas as pd
+from pydantic import Field
+from scipy.optimize import least_squares
+
+from trackdyn.errors import InputError, TrackdynError
+from trackdyn.parameters.validation import Section, shown
+from trackdyn.sweeps.engine import Maker, refuse_failed, results
+from trackdyn.sweeps.row import row_sources
+from trackdyn.sweeps.store import DONE, key_of
+
+Method = Literal["dfols", "trf"]
+# A residual grows as it is up to about so many tolerances and with its logarithm beyond: one target that is far off
+# outweighs no ten that are near, and still has a gradient. Three tolerances: what is further off is lost either way.
+BEND = 3.0
+# What cannot run is worse than the nearest point that can, in every residual: by this at once, and this much more
+# across the cube. So the model of a search slopes back to where rigs run.
+REFUSED, SLOPE = 1.0, 10.0
+DIFFERENCE = 0.03  # of the cube, for the derivatives of the second method
+LEAST_RADIUS = 1e-3  # of the cube: trust region or step at which a search has converged
+ENDLESS = 100_000  # evaluations that a method is given: what stops it is the budget, whose size it must not see
+
+
+class Problem(Protocol):
+    """What is searched: a point of the unit cube is a row of the sweep engine, and its values are residuals."""
+
+    rows: Maker
+    sources: str
+
+    def task(self, x: np.ndarray) -> dict:
+        """Arguments of the row at a point; an `InputError` if there is none."""
+
+    def residuals(self, values: dict) -> np.ndarray:
+        """Signed residuals of a row that came out, in tolerances; none is NaN."""
+
+
+class Round(Section):
+    """Evaluations that a start has made at the end of a round, and how many starts go on into the next one."""
+
+    evaluations: Annotated[int, Field(ge=2)]
+    keep: Annotated[int, Field(ge=1)] = 1
+
+
+class Start(NamedTuple):
+    """Where a search begins: its name, a point of the unit cube, and which coordinates it may change."""
+
+    name: str
+    x: list[float]
+    free: list[bool]
+
+
+class End(NamedTuple):
+    """Where a search ended.
+
+    Attributes
+    ----------
+    start : str
+        Its name.
+    x : list of float
+        The best point.
+    cost : float
+        Half the sum of the squared residuals there; infinite if the start itself does not run.
+    first_cost : float
+        At the start.
+    evaluations : int
+        Made in all.
+    ended : str
+        ``converged``, ``budget``, or why the start does not run.
+    round : int
+        The last one that it took part in, from 1.
+    residuals : list of float
+        At the best point.
+    """
+
+    start: str
+    x: list[float]
+    cost: float
+    first_cost: float
+    evaluations: int
+    ended: str
+    round: int
+    residuals: list[float]
+
+
+def bent(off) -> np.ndarray:
+    """Residuals of which large ones grow with their logarithm (`BEND`); monotone, so that none lacks a gradient."""
+    return BEND * np.arcsinh(np.asarray(off, dtype=float) / BEND)
+
+
+class _SpentError(Exception):
+    """The budget is spent."""
+
+
+class _Evaluated:
+    """Residuals at points, every one a row; keeps the best."""
+
+    def __init__(self, problem: Problem, store: str | None, budget: int):
+        self.problem, self.store, self.budget = problem, store, budget
+        self.points: list[np.ndarray] = []  # that came out
+        self.found: list[np.ndarray] = []
+        self.count = 0
+        self.refusal = ""
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        x = np.clip(np.round(np.asarray(x, dtype=float), 12), 0.0, 1.0)
+        for known, found in zip(self.points, self.found, strict=True):
+            if np.array_equal(known, x):
+                return found
+        if self.count >= self.budget:
+            raise _SpentError
+        self.count += 1
+        values = self._values(x)
+        if values is not None:
+            self.points.append(x)
+            self.found.append(np.asarray(self.problem.residuals(values), dtype=float))
+            return self.found[-1]
+        if not self.points:
+            raise _SpentError
+        far = np.linalg.norm(np.array(self.points) - x, axis=1)
+        near = self.found[int(far.argmin())]
+        return near + np.where(near < 0, -1.0, 1.0) * (REFUSED + SLOPE * far.min())
+
+    def _values(self, x: np.ndarray) -> dict | None:
+        try:
+            task = self.problem.task(x)
+        except InputError as error:
+            self.refusal = str(error)
+            return None
+        key = key_of(task, self.problem.sources)
+        row = results(self.problem.rows, {key: task}, 1, self.store)[key]
+        refuse_failed([row], "the same command goes on from there")
+        self.refusal = row["reason"]
+        return row["values"] if row["state"] == DONE else None
+
+
+def _dfols(evaluate: Callable, x: np.ndarray, radius: float, directions: int | None) -> None:
+    try:
+        import dfols
+    except ImportError:
+        raise InputError("the method dfols needs the package DFO-LS: pip install 'trackdyn[fit]'; or method: trf") from None
+    params: dict[str, Any] = {
+        "restarts.use_restarts": False,
+        "init.random_initial_directions": False,
+        "logging.save_diagnostic_info": False,
+    }
+    if directions is not None and directions < len(x):
+        params["growing.ndirs_initial"] = directions
+    dfols.solve(
+        evaluate, np.clip(x, 0.0, 1.0), bounds=(np.zeros(len(x)), np.ones(len(x))), rhobeg=radius, rhoend=min(LEAST_RADIUS, radius / 2),
+        maxfun=ENDLESS, objfun_has_noise=True, user_params=params, do_logging=False, print_progress=False,
+    )  # fmt: skip
+
+
+def _trf(evaluate: Callable, x: np.ndarray, radius: float, directions: int | None) -> None:
+    def jacobian(at):
+        base = evaluate(at)
+        steps = np.where(at + DIFFERENCE <= 1.0, DIFFERENCE, -DIFFERENCE)
+        moved = [evaluate(at + step * unit) for step, unit in zip(steps, np.eye(len(at)), strict=True)]
+        return np.column_stack([(m - base) / step for m, step in zip(moved, steps, strict=True)])
+
+    inside = np.clip(x, 1e-6, 1 - 1e-6)
+    least_squares(evaluate, inside, jac=jacobian, bounds=(0.0, 1.0), xtol=LEAST_RADIUS, ftol=LEAST_RADIUS, max_nfev=ENDLESS)
+
+
+METHODS = {"dfols": _dfols, "trf": _trf}
+
+
+def minimise(
+    problem: Problem,
+    start: Start,
+    evaluations: int,
+    method: Method = "dfols",
+    radius: float = 0.1,
+    directions: int | None = None,
+    store: Path | str | None = None,
+) -> dict:
+    """One local search in the unit cube.
+
+    Parameters
+    ----------
+    problem : Problem
+        What is searched.
+    start : Start
+        Where it begins, and which coordinates are free.
+    evaluations : int
+        At most so many rows. The way to a point does not depend on them, so that a longer search begins as a shorter.
+    method : str
+        ``dfols`` (DFO-LS: a model of the residuals over a trust region, one evaluation a step; Cartis, Fiala, Marteau,
+        Roberts, ACM TOMS 45, 2019) or ``trf`` (scipy.optimize.least_squares with differences).
+    radius : float
+        First trust region of ``dfols``.
+    directions : int or None
+        In how many directions ``dfols`` begins; None: in all of them.
+    store : path or None
+        Folder in which rows are kept.
+
+    Returns
+    -------
+    dict
+        ``x, cost, first_cost, evaluations, ended, residuals, costs`` (of each evaluation that came out).
+
+    Raises
+    ------
+    InputError
+        A method that there is not, or whose package is missing.
+    TrackdynError
+        A row failed for a reason that may pass.
+    """
+    if method not in get_args(Method):
+        raise InputError(f"method = {shown(method)} is not accepted: {' or '.join(get_args(Method))}")
+    free = np.array(start.free, dtype=bool)
+    whole = np.array(start.x, dtype=float)
+    evaluated = _Evaluated(problem, None if store is None else str(store), evaluations)
+
+    def at(part: np.ndarray) -> np.ndarray:
+        x = whole.copy()
+        x[free] = part
+        return evaluated(x)
+
+    ended = "converged"
+    try:
+        METHODS[method](at, whole[free], radius, directions)
+    except _SpentError:
+        ended = "budget"
+    if not evaluated.points:
+        lost = {"x": whole.tolist(), "cost": None, "first_cost": None, "residuals": [], "costs": []}
+        return lost | {"evaluations": evaluated.count, "ended": f"the start does not run: {evaluated.refusal}"}
+    costs = [0.5 * float(found @ found) for found in evaluated.found]
+    best = int(np.argmin(costs))
+    return {
+        "x": evaluated.points[best].tolist(),
+        "cost": costs[best],
+        "first_cost": costs[0],
+        "evaluations": evaluated.count,
+        "ended": ended,
+        "residuals": evaluated.found[best].tolist(),
+        "costs": costs,
+    }
+
+
+def _local(problem: str, asked: dict, start: list, store: str | None, **fields: Any) -> dict:
+    module, _, name = problem.partition(":")
+    made = getattr(importlib.import_module(module), name)(**asked)
+    return minimise(made, Start(*start), store=store, **fields)
+
+
+def rows_of_searches(memory: float) -> Callable[..., dict]:
+    """What computes a local search as a row."""
+    return _local
+
+
+def search(
+    problem: Callable[..., Problem],
+    asked: dict,
+    starts: Sequence[Start],
+    rounds: Sequence[Round],
+    method: Method = "dfols",
+    radius: float = 0.1,
+    directions: int | None = None,
+    jobs: int = 1,
+    store: Path | str | None = None,
+    log: Callable[[str], None] = print,
+) -> list[End]:
+    """Local searches from many starts; after each round the best go on.
+
+    Parameters
+    ----------
+    problem : function
+        Makes the `Problem` of ``asked``; it is looked up by its name in other processes.
+    asked : dict
+        Plain data.
+    starts : sequence of Start
+        Names differ.
+    rounds : sequence of Round
+        Evaluations in all, not in addition: a search that goes on repeats what it has from its store.
+    method, radius, directions
+        As `minimise`.
+    jobs : int
+        Processes, each with a search of its own.
+    store : path or None
+        Folder of all rows; without one every round begins anew.
+
+    Returns
+    -------
+    list of End
+        Sorted by the last round, then by cost.
+
+    Raises
+    ------
+    InputError
+        Names that stand twice.
+    TrackdynError
+        A row failed for a reason that may pass.
+    """
+    if len({start.name for start in starts}) < len(starts):
+        raise InputError("starts: a name stands twice; names differ")
+    sources = row_sources("inference")
+    name = f"{problem.__module__}:{problem.__qualname__}"
+    alive, ends = {start.name: start for start in starts}, {}
+    for number, one in enumerate(rounds, 1):
+        fields = {"evaluations": one.evaluations, "method": method, "radius": radius, "directions": directions}
+        tasks, keys = {}, {}
+        for start in alive.values():
+            plain = {"problem": name, "asked": asked, "start": [start.name, list(start.x), list(start.free)]}
+            keys[start.name] = key_of(plain | fields, sources)
+            own = None if store is None else str(Path(store) / key_of(plain, method, radius, directions, sources))
+            tasks[keys[start.name]] = plain | fields | {"store": own}
+        found = results(rows_of_searches, tasks, jobs, None if store is None else Path(store) / "searches")
+        refuse_failed(found.values(), "the same command goes on from there")
+        for start in alive.values():
+            row = found[keys[start.name]]
+            if row["state"] != DONE:
+                raise TrackdynError(f"start {start.name}: {row['reason']}")
+            values = {k: v for k, v in row["values"].items() if k != "costs"}
+            for cost in ("cost", "first_cost"):
+                values[cost] = float("inf") if values[cost] is None else values[cost]
+            ends[start.name] = End(start=start.name, round=number, **values)
+        order = sorted(alive, key=lambda of: ends[of].cost)  # of equals the first start
+        log(f"round {number}: {len(alive)} starts to {one.evaluations} evaluations, best cost {ends[order[0]].cost:.3f}")
+        if number < len(rounds):
+            alive = {of: alive[of] for of in order[: one.keep] if np.isfinite(ends[of].cost)}
+    return sorted(ends.values(), key=lambda end: (-end.round, end.cost))
+
+
+def ends_table(ends: Sequence[End]) -> pd.DataFrame:
+    """A row a start: ``start, round, evaluations, first_cost, cost, ended``."""
+    columns = ["start", "round", "evaluations", "first_cost", "cost", "ended"]
+    return pd.DataFrame([end._asdict() for end in ends], columns=columns)
