@@ -17,7 +17,7 @@ from scipy.stats import qmc
 
 from trackdyn.errors import DivergenceError, InputError, TrackdynError
 from trackdyn.inference.search import End, Method, Round, Start, bent, search
-from trackdyn.inference.targets import Target
+from trackdyn.inference.targets import Target, outside
 from trackdyn.inference.unknowns import Unknown, Unknowns
 from trackdyn.measure.clearance import arc_gaps
 from trackdyn.measure.meshing import area_shares, meshing_summary
@@ -34,7 +34,7 @@ from trackdyn.sweeps.store import DONE, key_of
 
 # A contact that is asked for and does not occur: so many tolerances for what has no number then, such as its time.
 MISSING = 3.0
-# By so much an arc must come nearer to its groove for another tolerance, m: neighbouring rings of the paper differ by it.
+# m: an arc that must come so much nearer to its groove is a tolerance further off; rings of the paper differ by it.
 GAP = 1e-3
 FRAMES = 0.02  # s between the configurations that gaps are taken from: 2.5 degrees of the sprocket at 115 rpm
 
@@ -213,20 +213,13 @@ def measure_rigs(
     return [summaries_by_radius(config, found[k]["values"]) if found[k]["state"] == DONE else lost for k in keys]
 
 
-def _output(name: str, summary: dict) -> float:
-    """A number of a summary; ``left_outside_2_pct``: time in every other area."""
-    if "_outside_" in name:
-        side, area = name.removesuffix("_pct").split("_outside_")
-        return float(sum(summary[f"{side}_area_{k}_pct"] for k in range(1, 11) if str(k) != area))
-    return float(summary[name])
-
-
 def measured(target: FitTarget, summaries: dict) -> float:
     """What a target's measure came out as; NaN if the case failed or has no such contact."""
     summary = summaries[target.ring_radius_m]
     if summary is None:
         return float("nan")
-    value = _output(target.output, summary)
+    share = outside(summary, target.output)
+    value = summary[target.output] if share is None else share
     if target.relative_to is not None:
         reference = summaries[target.relative_to]
         value = value / reference[target.output] if reference and reference[target.output] else float("nan")
@@ -304,7 +297,9 @@ def starts_of(config: FitConfig, rig: Rig, count: int) -> list[Start]:
                     found.append(Start(" ".join([*chosen, str(number + 1)]), x, free))
                     break
             else:
-                raise TrackdynError("hardly any point of the ranges gives a rig; other ranges of the parameters are needed")
+                raise TrackdynError(
+                    "hardly any point of the ranges gives a rig; other ranges of the parameters are needed"
+                )
     base = unknowns.of_rig(rig)
     for name, values in config.rigs.items():
         x = unknowns.position(base | values)
@@ -323,8 +318,14 @@ def _buildable(unknowns: Unknowns, x) -> bool:
 
 
 def fit_rig(
-    rig: Rig, config: FitConfig, form: str = "full", jobs: int = 1, log=print, store: Path | str | None = None,
-    held: dict[str, str] | None = None, starts: Sequence[Start] | None = None,
+    rig: Rig,
+    config: FitConfig,
+    form: str = "full",
+    jobs: int = 1,
+    log=print,
+    store: Path | str | None = None,
+    held: dict[str, str] | None = None,
+    starts: Sequence[Start] | None = None,
 ) -> tuple[Rig, dict[str, str], list[list[End]]]:
     """Least squares from many starts (`inference.search`), stage by stage.
 
@@ -356,7 +357,9 @@ def fit_rig(
     stages: list[list[End]] = []
     for number, stage in enumerate(chosen.stages, 1):
         small = config.restricted(stage.radii_m, without_ring=True)
-        asked = {"config": small.model_dump(), "rig": rig.model_dump(), "run": stage.run, "held": held or {}}
+        # without what says how long is searched: a longer search has the rows of a shorter
+        plain = small.model_copy(update={"forms": {}, "rigs": {}}).model_dump()
+        asked = {"config": plain, "rig": rig.model_dump(), "run": stage.run, "held": held or {}}
         log(f"stage {number}: {len(begins)} starts, {len(small.cases())} cases, run {stage.run}")
         ends = search(
             fit_problem, asked, begins, stage.rounds, config.method, stage.radius, stage.directions, jobs, store, log

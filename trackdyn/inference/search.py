@@ -149,7 +149,9 @@ def _dfols(evaluate: Callable, x: np.ndarray, radius: float, directions: int | N
     try:
         import dfols
     except ImportError:
-        raise InputError("the method dfols needs the package DFO-LS: pip install 'trackdyn[fit]'; or method: trf") from None
+        raise InputError(
+            "the method dfols needs the package DFO-LS: pip install 'trackdyn[fit]'; or method: trf"
+        ) from None
     params: dict[str, Any] = {
         "restarts.use_restarts": False,
         "init.random_initial_directions": False,
@@ -158,9 +160,17 @@ def _dfols(evaluate: Callable, x: np.ndarray, radius: float, directions: int | N
     if directions is not None and directions < len(x):
         params["growing.ndirs_initial"] = directions
     dfols.solve(
-        evaluate, np.clip(x, 0.0, 1.0), bounds=(np.zeros(len(x)), np.ones(len(x))), rhobeg=radius, rhoend=min(LEAST_RADIUS, radius / 2),
-        maxfun=ENDLESS, objfun_has_noise=True, user_params=params, do_logging=False, print_progress=False,
-    )  # fmt: skip
+        evaluate,
+        np.clip(x, 0.0, 1.0),
+        bounds=(np.zeros(len(x)), np.ones(len(x))),
+        rhobeg=radius,
+        rhoend=min(LEAST_RADIUS, radius / 2),
+        maxfun=ENDLESS,
+        objfun_has_noise=True,
+        user_params=params,
+        do_logging=False,
+        print_progress=False,
+    )
 
 
 def _trf(evaluate: Callable, x: np.ndarray, radius: float, directions: int | None) -> None:
@@ -171,7 +181,9 @@ def _trf(evaluate: Callable, x: np.ndarray, radius: float, directions: int | Non
         return np.column_stack([(m - base) / step for m, step in zip(moved, steps, strict=True)])
 
     inside = np.clip(x, 1e-6, 1 - 1e-6)
-    least_squares(evaluate, inside, jac=jacobian, bounds=(0.0, 1.0), xtol=LEAST_RADIUS, ftol=LEAST_RADIUS, max_nfev=ENDLESS)
+    least_squares(
+        evaluate, inside, jac=jacobian, bounds=(0.0, 1.0), xtol=LEAST_RADIUS, ftol=LEAST_RADIUS, max_nfev=ENDLESS
+    )
 
 
 METHODS = {"dfols": _dfols, "trf": _trf}
@@ -328,7 +340,9 @@ def search(
                 values[cost] = float("inf") if values[cost] is None else values[cost]
             ends[start.name] = End(start=start.name, round=number, **values)
         order = sorted(alive, key=lambda of: ends[of].cost)  # of equals the first start
-        log(f"round {number}: {len(alive)} starts to {one.evaluations} evaluations, best cost {ends[order[0]].cost:.3f}")
+        log(
+            f"round {number}: {len(alive)} starts to {one.evaluations} evaluations, best cost {ends[order[0]].cost:.3f}"
+        )
         if number < len(rounds):
             alive = {of: alive[of] for of in order[: one.keep] if np.isfinite(ends[of].cost)}
     return sorted(ends.values(), key=lambda end: (-end.round, end.cost))

@@ -2,7 +2,6 @@
 chain runs the other way.
 """
 
-import numpy as np
 import pandas as pd
 from scipy.optimize import brentq
 

@@ -1,5 +1,6 @@
 """What a rig must show: a printed number of a run, and how near is near enough."""
 
+from collections.abc import Mapping
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -47,6 +48,14 @@ class Target(Section):
         """Values less the printed one, 0 where a one-sided target is met; NaN where a value is missing."""
         off = np.asarray(values) - self.printed
         return {"equal": off, "at_most": np.maximum(off, 0.0), "at_least": np.minimum(off, 0.0)}[self.rule]
+
+
+def outside(row: Mapping[str, float], output: str) -> float | None:
+    """Time that an arc spends in every area but one, % of a turn, for ``left_outside_2_pct``; None: another output."""
+    side, found, area = output.removesuffix("_pct").partition("_outside_")
+    if not found:
+        return None
+    return float(sum(row[f"{side}_area_{k}_pct"] for k in range(1, 11) if str(k) != area))
 
 
 class CaseTarget(Target):

@@ -16,7 +16,7 @@ from trackdyn.errors import TrackdynError
 from trackdyn.inference.emulator import Check, Emulator, held_out_check
 from trackdyn.inference.ensemble.settings import EnsembleConfig
 from trackdyn.inference.ensemble.waves import SPREAD_CLAIM, buildable, by_case
-from trackdyn.inference.targets import CaseTarget
+from trackdyn.inference.targets import CaseTarget, outside
 from trackdyn.inference.unknowns import Unknowns
 from trackdyn.paper.measures import READINGS as MAXIMA
 
@@ -40,10 +40,8 @@ def _row_output(output: str, row: pd.Series, events: Mapping[str, float]) -> flo
     if output == "engaged_pct":
         ends = [row[f"{side}_phase_{end}"] for end in ("start", "end") for side in ("left", "right")]
         return 100 * (max(ends[2:]) - min(ends[:2]))
-    if output.endswith("_pct") and "_outside_" in output:
-        side, area = output.removesuffix("_pct").split("_outside_")
-        return float(sum(row[f"{side}_area_{k}_pct"] for k in range(1, 11) if str(k) != area))
-    return float(row[output])
+    share = outside(row, output)
+    return float(row[output]) if share is None else share
 
 
 def events_of(row: pd.Series, reading: str, passage: float) -> dict[str, float]:
