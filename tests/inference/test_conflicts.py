@@ -19,7 +19,7 @@ class Square:
     """
 
     rows, sources = staticmethod(rows), "invented"
-    groups = ["A", "B", "C", "D"]
+    groups = ("A", "B", "C", "D")
 
     def task(self, x):
         return {"x": float(x[0]), "y": float(x[1])}

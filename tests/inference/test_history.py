@@ -62,12 +62,14 @@ def test_a_tolerance_is_three_standard_deviations():
     assert full[0, 0, 0] == pytest.approx(3)
 
 
-def test_a_target_that_is_lost_is_lost_once():
-    """How far beyond does not count, so that one hopeless target does not steer the search."""
-    each = np.zeros((2, 2, 3))
-    each[:, 0, 0], each[:, 1, 0] = 50.0, np.inf
+def test_how_far_a_target_is_lost_counts_less_and_less():
+    """So that one hopeless target neither governs the search nor has no gradient; a missing contact is the worst."""
+    each = np.zeros((2, 4, 3))
+    each[:, :, 0] = [5.0, 10.0, 15.0, np.inf]
     lost, _ = loss(each)
-    assert lost.tolist() == [LOST**2 / 2] * 2
+    assert np.all(np.diff(lost) > 0)
+    assert lost[1] < 10**2 / 4
+    assert lost[3] == loss(np.full((2, 1, 1), LOST))[0][0]
 
 
 def events(**times):
@@ -223,3 +225,19 @@ def test_what_makes_no_ensemble_is_refused_in_a_sentence(change, said):
     with pytest.raises(InputError, match=said) as refusal:
         targets_of(validated(EnsembleConfig, data, "ensemble.yaml"), CLAIMS)
     assert "\n" not in str(refusal.value)
+
+
+def test_another_law_of_drag_loses_as_much(unknowns):
+    """A wheel bears the tension times the angle of wrap; both other laws give its torque at the rate."""
+    rig = unknowns.rig.changed(idler__rolling_arm=0.006, idler__seal_drag=3.0, bushing__loss_factor=0.2)
+    viscous, coulomb = (waves.same_loss(rig, 115, {"drag": law}) for law in ("viscous", "coulomb"))
+    assert viscous.keys() == {"idler.bearing_drag", "road_wheel.bearing_drag"}
+    pitch = rig.chain.link_length + rig.connector_length
+    rate = pitch * rig.chain.pitches / rig.loop_period(115) / rig.idler.radius
+    assert coulomb["idler.bearing_torque"] == pytest.approx(viscous["idler.bearing_drag"] * rate)
+    angle = (coulomb["idler.bearing_torque"] - 3.0 * rate) / (0.006 * rig.tension.pre_tension)
+    assert 0.2 < angle < np.pi
+    damping = waves.same_loss(rig, 115, {"bushing_law": "viscous"})["bushing.damping"]
+    passing = 2 * np.pi * rig.chain.pitches / rig.loop_period(115)
+    assert damping * passing == pytest.approx(0.2 * rig.bushing.stiffness)
+    assert waves.same_loss(rig, 115, {"normal_law": "delivered"}) == {}

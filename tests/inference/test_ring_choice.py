@@ -40,7 +40,7 @@ def test_the_best_radius_leaves_the_right_arc_free():
 
 
 def test_chances_are_shares_of_rigs_with_their_interval():
-    table = choice_table(STUDY, 115).set_index("ring_radius_m")
+    table = choice_table(STUDY.assign(excluded_by=0), 115).set_index("ring_radius_m")
     assert table["rigs"].eq(4).all()
     assert table["p_right_free"].tolist() == [0.25, 0.5, 0.75, 0.75]
     assert table["p_best_teeth"].tolist() == [0.25, 0, 0.25, 0.25]
@@ -49,7 +49,18 @@ def test_chances_are_shares_of_rigs_with_their_interval():
         [0.1941, 0.9937], abs=1e-4
     )
     assert table.loc[0.308, "left_share_pct"] == pytest.approx(12)
-    assert "in 25% no radius is both free of the right arc and best" in recommendation(table.reset_index(), "teeth")
+    said = recommendation(table.reset_index(), "teeth")
+    assert said.startswith("0.303 m is best in 1 of 4 rigs (95 % interval 1% to 81%)")
+    assert said.endswith("in 1 no radius is both free of the right arc and best")
+
+
+@pytest.mark.parametrize("excluded", [{}, {"excluded_by": [0] * 12 + [1] * 4}])
+def test_rigs_that_a_target_excludes_are_counted_and_estimate_nothing(excluded):
+    """One of them is enough, and so is a table that does not say."""
+    table = choice_table(STUDY.assign(**excluded), 115)
+    assert table["p_right_free"].tolist() == [0.25, 0.5, 0.75, 0.75]
+    assert table[["p_right_free_low", "p_right_free_high"]].isna().all(axis=None)
+    assert "interval" not in recommendation(table, "teeth")
 
 
 def test_a_rig_that_did_not_come_out_everywhere_is_left_out():
@@ -66,7 +77,7 @@ def test_the_command_says_which_and_writes_both(tmp_path):
         app, ["choose-ring", names[0], "--out", names[1], "--figure", names[2], "--criterion", "rule"]
     )
     assert said.exit_code == 0, said.output
-    assert said.output.splitlines()[-1].startswith("115 rpm: 0.303 m is best in 25% of 4 rigs")
+    assert said.output.splitlines()[-1].startswith("115 rpm: 0.303 m is best in 1 of 4 rigs by the smallest radius")
     assert len(pd.read_csv(names[1])) == 4 and (tmp_path / "choice.png").stat().st_size > 10_000
 
 

@@ -1,7 +1,7 @@
 """Which claims cannot be shown together: for every set of them a search aimed at that set alone.
 
-A set is a conflict if no rig that its search finds shows all of its claims, and minimal if every smaller one in it can be
-shown. That is said of the searches: each approach is an upper bound of the nearest one.
+A set is a conflict if no rig that its search finds shows all of its claims, and minimal if every smaller one in it can
+be shown. That is said of the searches: each approach is an upper bound of the nearest one.
 """
 
 import importlib
@@ -20,7 +20,7 @@ from trackdyn.parameters.validation import shown
 class GroupedProblem(Problem):
     """A problem that knows of each residual which claim it belongs to."""
 
-    groups: list[str]
+    groups: Sequence[str]
 
 
 class _Aimed:
@@ -29,7 +29,7 @@ class _Aimed:
     def __init__(self, problem: GroupedProblem, groups: Sequence[str]):
         self.problem = problem
         self.rows, self.sources, self.task = problem.rows, problem.sources, problem.task
-        self.kept = np.isin(problem.groups, list(groups))
+        self.kept = np.isin(list(problem.groups), list(groups))
 
     def residuals(self, values: dict) -> np.ndarray:
         return np.asarray(self.problem.residuals(values))[self.kept]

@@ -26,7 +26,7 @@ def write_tables(e: Ensemble, claims: Path | str, card: pd.DataFrame) -> str:
         The scorecard of the shipped rig (``claims.csv`` of the results).
     """
     shares = verdicts.claims_table(e, load_claims(claims))
-    study = study_table(_study(e))
+    study = study_table(_study(e), verdicts.rank(e)["excluded_by"])
     choices = pd.concat([choice_table(study, rpm).assign(rpm=rpm) for rpm in e.form.speeds_rpm], ignore_index=True)
     scorecard = verdicts.beside(card, shares)
     tables = {
@@ -50,7 +50,7 @@ def write_tables(e: Ensemble, claims: Path | str, card: pd.DataFrame) -> str:
 
 # what the page on the ensemble shows beside the findings
 SHOWN_FILES = {
-    "claims.csv": "the share of rigs in which each claim is reproduced",
+    "claims.csv": "in how many rigs each claim is reproduced",
     "parameters.csv": "what is left of every range",
     "conflicts.csv": "every pair of claims",
     "pareto.csv": "the rigs nearest to C16 and C17 at once",
@@ -134,4 +134,7 @@ def write_figures(e: Ensemble, metrics: pd.DataFrame) -> None:
     names = list(parameters["name"].head(SHOWN_PAIRS))
     save(pairs_figure(e.read(f"points_{LAST}"), e.read("points_1"), names), e.folder / "pairs.png")
     rpm = min(e.form.speeds_rpm)
-    save(choice_figure(choice_table(study_table(runs), rpm), rpm), e.folder / "choice.png")
+    save(
+        choice_figure(choice_table(study_table(runs, verdicts.rank(e)["excluded_by"]), rpm), rpm),
+        e.folder / "choice.png",
+    )

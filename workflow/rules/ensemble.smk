@@ -1,4 +1,4 @@
-# Rigs that the printed numbers allow, wave by wave (docs/ensemble.md): `ensemble` is asked for by name, its short form
+# Rigs that the printed numbers exclude, wave by wave (docs/ensemble.md): `ensemble` is asked for by name, its short form
 # belongs to the default target. Rows are kept as they come, so that a wave that is killed goes on where it was.
 
 ENSEMBLE = load_ensemble("config/ensemble.yaml")
@@ -106,7 +106,7 @@ rule ensemble_verdicts:
 
 
 rule ensemble:
-    """Every rig that the printed numbers allow; asked for by name. The short form's numbers say nothing."""
+    """Which rigs the printed numbers exclude; asked for by name. The short form's numbers say nothing."""
     input:
         f"{R}/ensemble/rigs.csv",
 

@@ -1,1 +1,1 @@
-"""Every rig that the printed numbers allow: history matching, what holds in all of them, the choice of a ring."""
+"""Which rigs the printed numbers exclude: history matching, what the least excluded show, the choice of a ring."""

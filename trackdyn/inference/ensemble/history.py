@@ -16,6 +16,7 @@ from trackdyn.errors import TrackdynError
 from trackdyn.inference.emulator import Check, Emulator, held_out_check
 from trackdyn.inference.ensemble.settings import EnsembleConfig
 from trackdyn.inference.ensemble.waves import SPREAD_CLAIM, buildable, by_case
+from trackdyn.inference.search import bent
 from trackdyn.inference.targets import CaseTarget, outside
 from trackdyn.inference.unknowns import Unknowns
 from trackdyn.paper.measures import READINGS as MAXIMA
@@ -28,8 +29,8 @@ TOLERANCE_SD = 3.0  # standard deviations that a tolerance stands for
 ONE_SIGMA = (
     68.27  # % of differences within a standard deviation, whatever the tails: a maximum that jumps has long ones
 )
-# beyond this implausibility a target is lost, and how far no longer counts
-LOST = 6.0
+# implausibility that a missing contact counts as, which has no number
+LOST = 30.0
 
 
 def _row_output(output: str, row: pd.Series, events: Mapping[str, float]) -> float:
@@ -177,8 +178,11 @@ def implausibility(
 
 
 def loss(implausible: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) half sum of squares up to ``LOST`` by the better reading, and which one that is."""
-    each = 0.5 * (np.minimum(implausible, LOST) ** 2).sum(axis=2)
+    """(n,) half sum of squares, large ones bent (`search.bent`), by the better reading, and which one that is.
+
+    How far a target is off counts as far as ``LOST``, and less the further.
+    """
+    each = 0.5 * (bent(np.minimum(implausible, LOST)) ** 2).sum(axis=2)
     return each.min(axis=0), each.argmin(axis=0)
 
 

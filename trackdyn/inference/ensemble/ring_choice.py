@@ -19,6 +19,7 @@ KEPT = {
 }  # fmt: skip
 STUDY_COLUMNS = ("rig", "rpm", "ring_radius_m", "right_share_pct", *KEPT)
 SAME = 1e-9  # m
+PASSING = "excluded_by"
 
 
 class Criterion(NamedTuple):
@@ -118,18 +119,20 @@ def choice_table(study: pd.DataFrame, rpm: float) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        ``ring_radius_m, rigs``; ``p_right_free`` with its exact 95 % interval; median and 5 to 95 % of what ``KEPT``
-        names; ``p_best_<criterion>``: share of rigs in which the radius is the best one.
+        ``ring_radius_m, rigs``; ``passing``: no target excludes any of them; ``p_right_free``, if so with its exact
+        95 % interval; median and 5 to 95 % of what ``KEPT`` names; ``p_best_<criterion>``: share of rigs in which the
+        radius is the best one.
     """
     rows = whole_rigs(study, rpm)
     count = rows["rig"].nunique()
     best = {name: rows.groupby("rig")[list(STUDY_COLUMNS)].apply(best_radius, name) for name in CRITERIA}
+    passing = PASSING in rows.columns and bool((rows[PASSING] == 0).all())
     found = []
     for radius, of in rows.groupby("ring_radius_m"):
         free = int((of["right_share_pct"] < TOUCHING).sum())
-        interval = binomtest(free, count).proportion_ci(method="exact")
-        row = {"ring_radius_m": radius, "rigs": count, "p_right_free": free / count}
-        row |= {"p_right_free_low": interval.low, "p_right_free_high": interval.high}
+        interval = binomtest(free, count).proportion_ci(method="exact") if passing else None
+        row = {"ring_radius_m": radius, "rigs": count, "passing": passing, "p_right_free": free / count}
+        row |= {f"p_right_free_{end}": getattr(interval, end) if interval else np.nan for end in ("low", "high")}
         for column in KEPT:
             row |= dict(
                 zip((f"{column}_q05", column, f"{column}_q95"), np.quantile(of[column], [0.05, 0.5, 0.95]), strict=True)
@@ -140,26 +143,27 @@ def choice_table(study: pd.DataFrame, rpm: float) -> pd.DataFrame:
 
 
 def recommendation(table: pd.DataFrame, criterion: str) -> str:
-    """The radius that is best most often, in a sentence."""
+    """The radius that is best most often, in a sentence; an interval only if no target excludes any of the rigs."""
     if criterion not in CRITERIA:
         raise InputError(f"criterion = {criterion!r} is not accepted: {', '.join(CRITERIA)} would do")
     chances, count = table[f"p_best_{criterion}"], int(table["rigs"].iloc[0])
     top = table.loc[chances.idxmax()]
     none = 1.0 - float(chances.sum())
-    interval = binomtest(round(float(chances.max()) * count), count).proportion_ci(method="exact")
-    rest = f"; in {none:.0%} no radius is both free of the right arc and best" if none > SAME else ""
-    return (
-        f"{top['ring_radius_m']:g} m is best in {chances.max():.0%} of {count} rigs (95 % interval "
-        f"{interval.low:.0%} to "
-        f"{interval.high:.0%}) by {CRITERIA[criterion].words}{rest}"
-    )
+    best = round(float(chances.max()) * count)
+    within = ""
+    if table["passing"].iloc[0]:
+        interval = binomtest(best, count).proportion_ci(method="exact")
+        within = f" (95 % interval {interval.low:.0%} to {interval.high:.0%})"
+    rest = f"; in {round(none * count)} no radius is both free of the right arc and best" if none > SAME else ""
+    return f"{top['ring_radius_m']:g} m is best in {best} of {count} rigs{within} by {CRITERIA[criterion].words}{rest}"
 
 
-def study_table(runs: pd.DataFrame) -> pd.DataFrame:
-    """Rows of the stage ``study`` that came out, with the columns that a choice needs."""
+def study_table(runs: pd.DataFrame, excluded_by: pd.Series | None = None) -> pd.DataFrame:
+    """Rows of the stage ``study`` that came out, with the columns that a choice needs; ``excluded_by``: how many
+    targets exclude a rig.
+    """
     done = runs[runs["state"] == "done"]
-    return (
-        done.assign(rig=done["name"].str.partition(" ")[0].astype(int))
-        .reindex(columns=STUDY_COLUMNS)
-        .reset_index(drop=True)
-    )
+    table = done.assign(rig=done["name"].str.partition(" ")[0].astype(int)).reindex(columns=STUDY_COLUMNS)
+    if excluded_by is not None:
+        table[PASSING] = table["rig"].map(excluded_by)
+    return table.reset_index(drop=True)

@@ -77,6 +77,7 @@ class EnsembleConfig(Section):
     cutoff: Positive
     cheap: Fidelity
     full: Fidelity
+    own_laws: dict[str, str]
     laws: Annotated[list[dict[str, str]], Field(min_length=1)]
     held_out: list[str]
     unknowns: Annotated[list[Unknown], Field(min_length=2)]

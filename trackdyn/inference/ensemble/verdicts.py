@@ -57,14 +57,17 @@ def claims_table(e: Ensemble, claims: Sequence[Claim]) -> pd.DataFrame:
     -------
     DataFrame
         ``id, part, claim, origin, used`` (target, held out, or neither), ``rigs`` (in which it could be judged),
-        ``reproduced``, ``share``, ``share_low, share_high`` (exact 95 % interval for a draw of so many rigs).
+        ``reproduced``, ``share``, and where no target excludes any of these rigs ``share_low, share_high`` (exact 95 %
+        interval for a draw of so many rigs); a share of excluded rigs is a count and estimates nothing.
     """
-    readings, points = rank(e)["reading"], e.read(f"points_{STUDY}").set_index("rig")
+    ranked = rank(e)
+    readings, points = ranked["reading"], e.read(f"points_{STUDY}").set_index("rig")
     runs, cases = by_case(e.runs(STUDY)[CHEAP]), stage_cases(e, STUDY)
     whole = {rig: rows for rig, rows in runs.items() if len(rows) == len(cases)}
     all_evidence = {
         rig: evidence(e, rows, rig_at(e.unknowns, points.loc[rig]), readings[rig]) for rig, rows in whole.items()
     }
+    passing = bool(whole) and bool((ranked.loc[list(whole), "excluded_by"] == 0).all())
     targets = {target.claim for target in e.config.targets}
     rows = []
     for claim in claims:
@@ -78,9 +81,10 @@ def claims_table(e: Ensemble, claims: Sequence[Claim]) -> pd.DataFrame:
             "rigs": len(counted),
             "reproduced": good,
         }
-        if counted:
+        row |= {"share": good / len(counted) if counted else np.nan, "share_low": np.nan, "share_high": np.nan}
+        if counted and passing:
             interval = binomtest(good, len(counted)).proportion_ci(method="exact")
-            row |= {"share": good / len(counted), "share_low": interval.low, "share_high": interval.high}
+            row |= {"share_low": interval.low, "share_high": interval.high}
         rows.append(row)
     return pd.DataFrame(rows)
 
@@ -204,20 +208,21 @@ def pareto(e: Ensemble, first: str = "C16", second: str = "C17") -> pd.DataFrame
 
 
 def beside(card: pd.DataFrame, shares: pd.DataFrame, rig: str = "shipped") -> pd.DataFrame:
-    """The scorecard of one rig with the share of the ensemble's rigs beside each verdict."""
+    """The scorecard of one rig with the number of the ensemble's rigs beside each verdict."""
     own = card[card["rig"] == rig].astype(object).fillna("")
     of = shares.astype({"part": object}).fillna({"part": ""}).set_index(["id", "part"])
     rows = of.reindex(pd.MultiIndex.from_frame(own[["id", "part"]]))
     text = [
         ""
         if pd.isna(row["share"])
-        else f"{row['share']:.0%} of {row['rigs']:.0f} ({row['share_low']:.0%} to {row['share_high']:.0%})"
+        else f"{row['reproduced']:.0f} of {row['rigs']:.0f}"
+        + ("" if pd.isna(row["share_low"]) else f" ({row['share_low']:.0%} to {row['share_high']:.0%})")
         for _, row in rows.iterrows()
     ]
     table = own[["id", "part", "claim", "origin", "measured", "verdict"]].rename(
         columns={"verdict": f"verdict of {rig}"}
     )
-    return table.assign(used=rows["used"].to_numpy(), **{"share of rigs in which it is reproduced": text})
+    return table.assign(used=rows["used"].to_numpy(), **{"rigs in which it is reproduced": text})
 
 
 def position_of_shipped(e: Ensemble) -> str:

@@ -1,6 +1,7 @@
 """Waves of rigs: points of the unit cube become scenes of a sweep, and its rows the numbers of each rig."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -10,7 +11,7 @@ from trackdyn.errors import TrackdynError
 from trackdyn.inference.ensemble.settings import EnsembleConfig, Fidelity, Form
 from trackdyn.inference.targets import Case, CaseTarget
 from trackdyn.inference.unknowns import Unknowns
-from trackdyn.parameters.layout import can_close
+from trackdyn.parameters.layout import belt_around, can_close, wheel_names
 from trackdyn.parameters.rig import Rig
 from trackdyn.sweeps.store import DONE
 
@@ -80,6 +81,32 @@ def as_it_is(unknowns: Unknowns, number: int) -> list[tuple[int, dict]]:
     return [(number, unknowns.of_rig(unknowns.rig) | choices)]
 
 
+def same_loss(rig: Rig, rpm: float, fields: Mapping[str, Any]) -> dict[str, float]:
+    """Parameters of another law of drag or of bushings with which it loses what the rig's own law loses at a speed.
+
+    A wheel bears the tension times the angle that the chain wraps, as a belt does: its rolling resistance is that
+    load times the lever arm. A bushing is turned at the frequency at which pitches pass.
+    """
+    found: dict[str, float] = {}
+    period = rig.loop_period(rpm) / rig.chain.pitches
+    speed = (rig.chain.link_length + rig.connector_length) / period
+    if fields.get("drag") in ("viscous", "coulomb"):
+        path, order = belt_around(rig)
+        for circle, which in enumerate(order):
+            if which:  # not the sprocket
+                name = wheel_names(rig)[which]
+                wheel = getattr(rig, name)
+                rate = speed / wheel.radius
+                torque = wheel.rolling_arm * rig.tension.pre_tension * float(path.wrap[circle]) + wheel.seal_drag * rate
+                if fields["drag"] == "viscous":
+                    found[f"{name}.bearing_drag"] = torque / rate
+                else:
+                    found[f"{name}.bearing_torque"] = torque
+    if fields.get("bushing_law") == "viscous":
+        found["bushing.damping"] = rig.bushing.loss_factor * rig.bushing.stiffness * period / (2 * np.pi)
+    return found
+
+
 def design(
     config: EnsembleConfig, unknowns: Unknowns, rigs: Sequence[tuple[int, dict]], cases: Sequence[Case], fields: dict
 ):
@@ -105,6 +132,8 @@ def design(
     rows = []
     for rig, values in rigs:
         changes, scene = unknowns.changes(values)
+        if {"drag", "bushing_law"} & fields.keys():
+            changes = changes | same_loss(unknowns.rig.changed(**changes), config.speed_rpm, fields)
         for case in cases:
             row = {
                 "name": f"{rig} {case.name}",
@@ -119,7 +148,7 @@ def design(
                     "spells": True,
                     "duration": round(config.record_turns * turn[case.rpm], 3),
                 }
-                row |= {"lead_in": config.lead_in_s, "pitches": pitches} | scene | fields
+                row |= {"lead_in": config.lead_in_s, "pitches": pitches} | config.own_laws | scene | fields
             rows.append(row | changes)
     return pd.DataFrame(rows)
 

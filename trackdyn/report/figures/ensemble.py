@@ -173,7 +173,7 @@ def pairs_figure(points: pd.DataFrame, prior: pd.DataFrame, names: list[str]) ->
 
 @styled
 def choice_figure(table: pd.DataFrame, rpm: float) -> Figure:
-    """Chance that a radius leaves the right arc free, chance that it is the best one, and sliding work."""
+    """Share of rigs in which a radius leaves the right arc free and in which it is the best one, and sliding work."""
     figure = new_figure(6.0)
     free, best, work = figure.subplots(3, 1, sharex=True)
     radii = table["ring_radius_m"]
@@ -181,9 +181,8 @@ def choice_figure(table: pd.DataFrame, rpm: float) -> Figure:
         (table["p_right_free"] - table["p_right_free_low"]).clip(lower=0),
         (table["p_right_free_high"] - table["p_right_free"]).clip(lower=0),
     ]
-    free.errorbar(
-        radii, 100 * table["p_right_free"], 100 * np.array(ends), color=BLACK, marker="o", capsize=2, linestyle="-"
-    )
+    bars = 100 * np.array(ends) if table["passing"].all() else None
+    free.errorbar(radii, 100 * table["p_right_free"], bars, color=BLACK, marker="o", capsize=2, linestyle="-")
     free.set(ylabel="right arc free (%)", ylim=(-5, 105))
     for i, name in enumerate(CRITERIA):
         best.plot(
@@ -195,7 +194,7 @@ def choice_figure(table: pd.DataFrame, rpm: float) -> Figure:
             label=name,
         )
     best.set(ylabel="best radius (%)", ylim=(-5, 145), yticks=range(0, 101, 25))
-    best.legend(ncols=4, loc="upper center", title="chance of being best, by")
+    best.legend(ncols=4, loc="upper center", title="share of rigs in which it is best, by")
     for column, colour, words in (("sliding_teeth_j_km", BLUE, "teeth"), ("sliding_ring_j_km", ORANGE, "ring")):
         work.fill_between(
             radii, table[f"{column}_q05"] / 1e3, table[f"{column}_q95"] / 1e3, color=colour, alpha=0.25, linewidth=0
