@@ -77,29 +77,34 @@ def outputs(
         Index ``rig``; columns are the names of targets, events with the ring once a reading (``... (behind)``), and
         ``whole``: every run of the rig came out. NaN where a run did not come out or has no such contact.
     """
-    passage = unknowns.rig.loop_period(config.speed_rpm) / unknowns.rig.chain.pitches
-    radii = [target.case for target in targets if target.group == SPREAD_CLAIM]
-    found = {}
-    for rig, rows in by_case(results).items():
-        values = {}
-        forces = [float(rows[case.name]["left_rms_n"]) for case in radii if case.name in rows]
-        for target in targets:
-            row = rows.get(target.case.name)
-            for reading, name in zip(READINGS, columns_of(target), strict=False):
-                try:
-                    if row is None:
-                        raise KeyError
-                    if target.output == "left_rms_deviation_pct":
-                        mean = np.mean(forces) if len(forces) == len(radii) else np.nan
-                        value = 100 * (float(row["left_rms_n"]) / mean - 1)
-                    else:
-                        value = _row_output(target.output, row, events_of(row, reading, passage))
-                except KeyError:
-                    value = np.nan
-                values[name] = value
-        found[rig] = values | {"whole": {target.case.name for target in targets} <= rows.keys()}
+    found = {rig: one_rig(config, unknowns, targets, rows) for rig, rows in by_case(results).items()}
     columns = [*all_columns(targets), "whole"]
     return pd.DataFrame.from_dict(found, orient="index", columns=columns).rename_axis("rig")
+
+
+def one_rig(
+    config: EnsembleConfig, unknowns: Unknowns, targets: Sequence[CaseTarget], rows: Mapping[str, pd.Series]
+) -> dict[str, float]:
+    """A row of `outputs`, from the rows of a rig by the name of the case."""
+    passage = unknowns.rig.loop_period(config.speed_rpm) / unknowns.rig.chain.pitches
+    radii = [target.case for target in targets if target.group == SPREAD_CLAIM]
+    forces = [float(rows[case.name]["left_rms_n"]) for case in radii if case.name in rows]
+    values: dict[str, float] = {}
+    for target in targets:
+        row = rows.get(target.case.name)
+        for reading, name in zip(READINGS, columns_of(target), strict=False):
+            try:
+                if row is None:
+                    raise KeyError
+                if target.output == "left_rms_deviation_pct":
+                    mean = np.mean(forces) if len(forces) == len(radii) and any(forces) else np.nan
+                    value = 100 * (float(row["left_rms_n"]) / mean - 1)
+                else:
+                    value = _row_output(target.output, row, events_of(row, reading, passage))
+            except KeyError:
+                value = np.nan
+            values[name] = value
+    return values | {"whole": {target.case.name for target in targets} <= rows.keys()}
 
 
 def columns_of(target: CaseTarget) -> list[str]:

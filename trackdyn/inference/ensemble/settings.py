@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import Field, model_validator
 
 from trackdyn.errors import InputError
+from trackdyn.inference.search import Method, Round
 from trackdyn.inference.targets import Case, CaseTarget, Rule
 from trackdyn.inference.unknowns import Unknown, Unknowns, file_ranges
 from trackdyn.paper.claims import Claim
@@ -51,8 +52,9 @@ class Fidelity(Section):
 class Form(Section):
     """How much is computed: rigs that show the errors of cheap runs and of laws, rigs of every wave, of the last one
     (at full fidelity) and of the study of radii; the speeds of that study, its radii, and the speeds at which it
-    runs the paper's ring alone, for what is said of records; steps of the search between waves; jobs that a stage
-    is cut into."""
+    runs the paper's ring alone, for what is said of records; steps of the walk between waves; rigs of the waves
+    from which local searches start, their first directions and rounds (`inference.search`); jobs that a stage is cut
+    into."""
 
     compared: Annotated[int, Field(ge=2)]
     waves: Annotated[list[Annotated[int, Field(ge=4)]], Field(min_length=1)]
@@ -62,6 +64,9 @@ class Form(Section):
     radii_m: Annotated[list[Positive], Field(min_length=2)]
     records_rpm: Annotated[list[Positive], Field(min_length=2)]
     search_steps: Annotated[int, Field(ge=10)]
+    local_starts: Count
+    local_directions: Annotated[int, Field(ge=2)] | None = None
+    local_rounds: Annotated[list[Round], Field(min_length=1)]
     batches: Annotated[int, Field(ge=1)]
 
 
@@ -74,6 +79,8 @@ class EnsembleConfig(Section):
     record_turns: Positive
     belt_s: Positive
     seed: Count
+    method: Method
+    radius: Positive
     cutoff: Positive
     cheap: Fidelity
     full: Fidelity

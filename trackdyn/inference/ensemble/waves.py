@@ -19,7 +19,7 @@ from trackdyn.sweeps.store import DONE
 SPREAD_CLAIM = "C24"
 # points that are drawn for one that is kept: half of all grooves cannot be cut, a third of all loops not closed
 DRAWN = 8
-BELT_STEP = "0.001"  # s between the samples of a path
+BELT_STEP = 0.001  # s between the samples of a path
 AFTER_KIND = ": "  # in the name of a row
 
 
@@ -124,33 +124,29 @@ def design(
     DataFrame
         ``name`` is ``<rig> <case>``; the step is missing.
     """
-    pitches = " ".join(map(str, range(1, unknowns.rig.chain.pitches + 1)))
-    turn = {
-        rpm: unknowns.rig.loop_period(rpm) * unknowns.rig.sprocket.teeth / unknowns.rig.chain.pitches
-        for rpm in {c.rpm for c in cases}
-    }
     rows = []
     for rig, values in rigs:
         changes, scene = unknowns.changes(values)
         if {"drag", "bushing_law"} & fields.keys():
             changes = changes | same_loss(unknowns.rig.changed(**changes), config.speed_rpm, fields)
         for case in cases:
-            row = {
-                "name": f"{rig} {case.name}",
-                "motor_rpm": case.rpm,
-                "ring_radius": "none" if case.ring is None else repr(case.ring),
-            }
-            if case.belt:  # a path: neither forces nor a tensioner
-                row |= {"chain": "belt", "spells": False, "duration": config.belt_s, "tension": "locked"}
-            else:
-                row |= {
-                    "chain": "double_pin",
-                    "spells": True,
-                    "duration": round(config.record_turns * turn[case.rpm], 3),
-                }
-                row |= {"lead_in": config.lead_in_s, "pitches": pitches} | config.own_laws | scene | fields
-            rows.append(row | changes)
+            row = scene_fields(config, unknowns, case, scene | fields)
+            row["ring_radius"] = "none" if case.ring is None else repr(case.ring)
+            if "pitches" in row:
+                row["pitches"] = " ".join(map(str, row["pitches"]))
+            rows.append({"name": f"{rig} {case.name}"} | row | changes)
     return pd.DataFrame(rows)
+
+
+def scene_fields(config: EnsembleConfig, unknowns: Unknowns, case: Case, fields: Mapping[str, Any]) -> dict[str, Any]:
+    """Fields of the scene of a case; ``fields`` are those of the rig's choices and of laws, which a belt does without."""
+    row: dict[str, Any] = {"motor_rpm": case.rpm, "ring_radius": case.ring}
+    if case.belt:  # a path: neither forces nor a tensioner
+        return row | {"chain": "belt", "spells": False, "duration": config.belt_s, "tension": "locked"}
+    turn = unknowns.rig.loop_period(case.rpm) * unknowns.rig.sprocket.teeth / unknowns.rig.chain.pitches
+    row |= {"chain": "double_pin", "spells": True, "duration": round(config.record_turns * turn, 3)}
+    row |= {"lead_in": config.lead_in_s, "pitches": list(range(1, unknowns.rig.chain.pitches + 1))}
+    return row | config.own_laws | fields
 
 
 def as_chains(config: EnsembleConfig, belts: pd.DataFrame) -> pd.DataFrame:
@@ -182,7 +178,7 @@ def rows_of_kind(
     rows = design(config, unknowns, rigs, cases, {"integrator": fidelity.integrator} | fields)
     if belts_as_chains:
         rows = as_chains(config, rows[rows["chain"] == "belt"]).assign(integrator=fidelity.integrator)
-    steps = np.where(rows["chain"] == "belt", BELT_STEP, " ".join(map(repr, fidelity.steps_s)))
+    steps = np.where(rows["chain"] == "belt", repr(BELT_STEP), " ".join(map(repr, fidelity.steps_s)))
     return rows.assign(name=f"{kind}{AFTER_KIND}" + rows["name"], step=steps)
 
 
