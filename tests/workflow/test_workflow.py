@@ -52,6 +52,7 @@ FULL_FORMS = {
     "traction",
     "whole_loop",
     "layouts",
+    "assumptions",
 }  # their rules make the short ones, too
 BY_DEMAND = ON_DEMAND | FULL_FORMS
 PAGES = {"page", "identify_synthetic"}  # of HTML

@@ -80,7 +80,7 @@ def ring_name(radius: float | None) -> str:
 
 StudyName = Literal[
     "trade", "extremes", "traction", "whole_loop", "layouts", "ensemble", "sensitivity", "fidelity",
-    "peer_answers",
+    "peer_answers", "assumptions",
 ]  # fmt: skip
 
 

@@ -53,6 +53,7 @@ BESIDE = {
     "whole_loop": ("short answers beside long records", "whole_loop.csv"),
     "layouts": ("random layouts", "layouts.csv"),
     "ensemble": ("rigs within the ranges of their parts", "ensemble/rigs.csv"),
+    "assumptions": ("which assumption makes which claim come out", "assumptions.csv"),
 }
 # tables whose files the page hands out; the first folder that has one
 TABLES = (
