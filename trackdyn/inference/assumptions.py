@@ -16,6 +16,7 @@ import pandas as pd
 from pydantic import Field, model_validator
 
 from trackdyn.errors import InputError, TrackdynError
+from trackdyn.files import write_text
 from trackdyn.inference.fit import FitConfig, Form, Stage, fit_rig
 from trackdyn.inference.search import Round, Start
 from trackdyn.inference.unknowns import Unknown, Unknowns
@@ -373,7 +374,7 @@ def main(arguments: list[str]) -> None:
     targets = validated(FitConfig, read_yaml(fit), fit)
     one = named(config, form, slug)
     found = run_assumption(load_rig(rig), one, config, targets, config.forms[form], store=store, log=_to_screen)
-    Path(out).write_text(json.dumps(found, default=lambda number: number.item()), encoding="utf-8")
+    write_text(out, json.dumps(found, default=lambda number: number.item()))
 
 
 def _to_screen(line: str) -> None:
