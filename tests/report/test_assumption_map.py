@@ -79,6 +79,14 @@ def test_sentences_say_what_is_won_lost_and_never_together(rows):
     assert len(said) == 6
 
 
+def test_what_the_refit_alone_gives_is_no_merit_of_a_law(rows):
+    again = rows.copy()
+    again.loc[(again["group"] == YARDSTICK) & (again["claim"] == "C24a"), ["verdict", "distance"]] = [YES, 0.8]
+    said = sentences(again)
+    assert "viscous** in place of rolling costs C26a (0.50 to 1.50); C24a comes out as with the refit alone" in said[2]
+    assert not any("gives both" in sentence for sentence in said)
+
+
 def test_one_law_that_gives_both_is_no_conflict(rows):
     both = rows.copy()
     both.loc[(both["assumption"] == "coulomb") & (both["claim"] == "C24a"), ["verdict", "distance"]] = [YES, 0.9]

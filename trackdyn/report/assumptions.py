@@ -92,9 +92,15 @@ def _of_assumption(rows: pd.DataFrame, column: str, verdict: pd.DataFrame, dista
     judged = verdict[BASE].isin(JUDGED) & verdict[column].isin(JUDGED)
     won = list(verdict.index[judged & (verdict[column] == REPRODUCED) & (verdict[BASE] != REPRODUCED)])
     lost = list(verdict.index[judged & (verdict[column] != REPRODUCED) & (verdict[BASE] == REPRODUCED)])
+    both = []
+    if first["group"] != YARDSTICK:
+        for other in [one for one in verdict if one.startswith(f"{YARDSTICK}:")]:
+            both = [claim for claim in won if verdict.loc[claim, other] == REPRODUCED]
+            won = [claim for claim in won if claim not in both]
     parts = [f"makes {_moved(won, distance[BASE], distance[column])} come out"] if won else []
     parts += [f"costs {_moved(lost, distance[BASE], distance[column])}"] if lost else []
     said = " and ".join(parts) or "changes no verdict"
+    said += f"; {_listed(both)} {'comes' if len(both) == 1 else 'come'} out as with the refit alone" if both else ""
     failed = list(verdict.index[verdict[column] == FAILED])
     if failed:
         reason = whole(own).set_index("claim")["reason"][failed[0]]
@@ -115,6 +121,10 @@ def _of_group(rows: pd.DataFrame, group: str, verdict: pd.DataFrame, distance: p
     judged = verdict[list(options.values())].isin(JUDGED).all(axis=1)
     came = verdict[list(options.values())] == REPRODUCED
     may = came | (distance[list(options.values())] <= 1 + RESOLUTION)
+    for column in [one for one in verdict if one.startswith(f"{YARDSTICK}:")]:  # the base, as the others are fitted
+        again = verdict[column] == REPRODUCED
+        came[BASE] |= again
+        may[BASE] |= again | (distance[column] <= 1 + RESOLUTION)
     asked: dict[tuple[tuple[str, ...], tuple[str, ...]], list[str]] = {}
     for claim in verdict.index[judged & came.any(axis=1) & ~came.all(axis=1)]:
         true, near = (
