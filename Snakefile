@@ -15,6 +15,7 @@ sys.path.insert(0, str(workflow.basedir))
 from trackdyn.pipeline.config import check_layers, read_layer, ring_name
 from trackdyn.errors import TrackdynError
 from trackdyn.pipeline.sources import imported_files
+from trackdyn.inference.assumptions import load_assumptions
 from trackdyn.inference.ensemble.settings import load_ensemble
 from trackdyn.jit import source_hash
 from trackdyn.parameters.paper_tables import rig_cells
@@ -70,6 +71,7 @@ include: "workflow/rules/identify.smk"
 include: "workflow/rules/ensemble.smk"
 include: "workflow/rules/layouts.smk"
 include: "workflow/rules/wear.smk"
+include: "workflow/rules/assumptions.smk"
 include: "workflow/rules/report.smk"
 
 

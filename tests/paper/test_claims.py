@@ -22,6 +22,7 @@ from trackdyn.paper.claims import (
     REPRODUCED,
     Claim,
     counts,
+    distance,
     headline,
     judge,
     judge_all,
@@ -456,3 +457,55 @@ def test_bad_claims_are_refused_in_one_sentence(tmp_path, change, parts):
     assert text.startswith(str(path)) and "\n" not in text
     for part in parts:
         assert part in text
+
+
+def test_a_distance_is_one_where_the_verdict_turns():
+    """For every rule that has one, on the good evidence and on values put about each bound."""
+    for name, claim in CLAIMS.items():
+        far = distance(claim, good())
+        if claim.rule in ("same", "rising", "no_test", "not_comparable") or far != far:
+            assert far != far, name
+        else:
+            assert far <= 1 + 1e-9, name
+            assert judge(claim, good()).verdict == REPRODUCED, name
+
+
+@pytest.mark.parametrize(
+    ("name", "share", "expected"),
+    [
+        ("C28b", 8.9, 0.0),  # equal within 2
+        ("C28b", 10.9, 1.0),
+        ("C28b", 12.9, 2.0),
+        ("C23a", 0.0, 0.0),  # at most 0.5, a scale of 0.5
+        ("C23a", 0.5, 1.0),
+        ("C23a", 1.5, 3.0),
+        ("C23c", 3.0, 0.0),  # at least 0.5
+        ("C23c", 0.0, 2.0),
+        ("C28b", float("nan"), float("inf")),
+    ],
+)
+def test_distances_of_each_rule(name, share, expected):
+    side = "left" if name == "C28b" else "right"
+    e = good()
+    here = e.metrics["run"] == "meshing/ring" if name == "C28b" else (
+        (e.metrics["rpm"] == 115) & (e.metrics["ring_radius_m"] == (0.304 if name == "C23c" else 0.305))
+    )  # fmt: skip
+    e.metrics.loc[here, f"{side}_share_pct"] = share
+    assert distance(CLAIMS[name], e) == pytest.approx(expected)
+    assert (judge(CLAIMS[name], e).verdict == REPRODUCED) == (expected <= 1)
+
+
+def test_the_worst_speed_and_the_worst_reading_are_the_distance():
+    e = good()
+    e.metrics.loc[(e.metrics["rpm"] == 180) & (e.metrics["ring_radius_m"] == 0.313), "left_share_pct"] = 15.0
+    assert distance(CLAIMS["C25b"], e) == pytest.approx(2.5)
+    assert distance(CLAIMS["C26a"], e) == pytest.approx(0.0)
+    e.metrics.loc[(e.metrics["rpm"] == 180) & (e.metrics["ring_radius_m"] == 0.313), "left_rms_n"] = 1.0
+    assert distance(CLAIMS["C26a"], e) == pytest.approx(5.0)  # the least force alone is 0.005 m off
+
+
+def test_a_scale_belongs_to_one_sided_rules():
+    row = CLAIMS["C25a"].model_dump() | {"scale": 1.0}
+    with pytest.raises(InputError, match=r"C25a: scale belongs to at_most and at_least; equal has none"):
+        Claim.model_validate(row)
+    assert all(claim.scale for claim in CLAIMS.values() if claim.rule in ("at_most", "at_least"))

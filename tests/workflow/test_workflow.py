@@ -55,6 +55,7 @@ FULL_FORMS = {
     "layouts",
     "wear",
     "fit",
+    "assumptions",
 }  # their rules make the short ones, too
 BY_DEMAND = ON_DEMAND | FULL_FORMS
 PAGES = {"page", "identify_synthetic"}  # of HTML

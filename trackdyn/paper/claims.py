@@ -13,7 +13,7 @@ from trackdyn.errors import InputError
 from trackdyn.paper import article  # noqa: F401 -- registers its measures
 from trackdyn.paper.evidence import Evidence
 from trackdyn.paper.measures import MEASURES, NotThere, Range
-from trackdyn.parameters.validation import Section, validated
+from trackdyn.parameters.validation import Positive, Section, validated
 from trackdyn.parameters.yaml_file import read_yaml
 
 REPRODUCED = "reproduced"
@@ -41,7 +41,8 @@ class Claim(Section):
     """One row of ``config/claims.yaml``, whose head explains the fields.
 
     ``printed`` by motor speed stands for the numbers at the speeds that are judged. ``trend_tolerance`` is the
-    wider one within which a value still counts as the trend. ``same_data`` names a claim that is judged by the same
+    wider one within which a value still counts as the trend. ``scale`` is what counts as one tolerance in the distance
+    of a one-sided claim (`distance`); no verdict depends on it. ``same_data`` names a claim that is judged by the same
     data: both count as one.
     """
 
@@ -61,6 +62,7 @@ class Claim(Section):
     ]
     tolerance: float | None = None
     trend_tolerance: float | None = None
+    scale: Positive | None = None
     fails_if: str = ""
     reason: Annotated[str, Field(min_length=10)]
     otherwise: str = ""
@@ -82,6 +84,8 @@ class Claim(Section):
             raise InputError(
                 f"claim {self.name}: tolerance is missing; the rule {self.rule} needs one, with its reason"
             )
+        if self.scale is not None and self.rule not in ("at_most", "at_least"):
+            raise InputError(f"claim {self.name}: scale belongs to at_most and at_least; {self.rule} has none")
         if not self.origin or not self.fails_if:
             raise InputError(f"claim {self.name}: origin or fails_if is missing; say what would have failed the claim")
         return self
@@ -170,6 +174,36 @@ def judge(claim: Claim, e: Evidence) -> Judgement:
         near = np.abs(np.asarray(measured) - _bounds(claim, speeds)) <= SLACK * claim.tolerance
         text = f"{_text(Range(min(measured), max(measured)))}; {near.sum()} of {near.size} starts"
     return Judgement(text, NO_TEST if claim.rule == "no_test" else _verdict(claim, measured, speeds), speeds)
+
+
+def distance(claim: Claim, e: Evidence) -> float:
+    """How far from its bound a claim is, in tolerances: it is reproduced where the distance is at most 1.
+
+    The largest difference from what is printed over the tolerance, over all values that are judged. A one-sided claim
+    is at 1 on its bound, one `Claim.scale` beyond it at 2, one or more on the good side of it at 0.
+
+    Returns
+    -------
+    float
+        Infinite where something that is asked for never happens; NaN where there is no distance: text, a trend, a
+        one-sided claim without a scale, what is no test or was not run.
+    """
+    one_sided = claim.rule in ("at_most", "at_least")
+    if claim.rule not in ("equal", "every_start", "readings") and not (one_sided and claim.scale):
+        return float("nan")
+    try:
+        if not (speeds := _speeds(claim, e)):
+            return float("nan")
+        measured = MEASURES[claim.measure].of(e, speeds)
+    except NotThere:
+        return float("nan")
+    values = np.asarray(list(measured.values()) if claim.rule == "readings" else measured, dtype=float)
+    off = values - _bounds(claim, speeds)
+    if not np.isfinite(off).all():
+        return float("inf")
+    if one_sided:
+        return float(max(0.0, 1 + (off if claim.rule == "at_most" else -off).max() / claim.scale))
+    return float(np.abs(off).max() / claim.tolerance)
 
 
 def _text(value) -> str:

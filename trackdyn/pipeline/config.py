@@ -82,7 +82,7 @@ def ring_name(radius: float | None) -> str:
 
 StudyName = Literal[
     "trade", "extremes", "traction", "whole_loop", "layouts", "ensemble", "sensitivity", "fidelity",
-    "peer_answers", "wear",
+    "peer_answers", "wear", "assumptions",
 ]  # fmt: skip
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from trackdyn.files import write_text
+from trackdyn.inference.assumptions import AssumptionsConfig
 from trackdyn.inference.ensemble.settings import EnsembleConfig
 from trackdyn.inference.fit import FitConfig
 from trackdyn.inference.identification.calibration import CalibrationConfig
@@ -25,7 +26,7 @@ FOLDER = Path(__file__).parents[2] / "config" / "schemas"
 MODELS = {
     "rig": Rig, "config": Config, "studies": Studies, "mapping": SensorMapping, "fit": FitConfig, "claims": Claims,
     "departures": Departures, "calibration": CalibrationConfig, "ensemble": EnsembleConfig,
-    "paper_tables": PaperTables,
+    "paper_tables": PaperTables, "assumptions": AssumptionsConfig,
 }  # fmt: skip
 
 

@@ -9,6 +9,7 @@ import pandas as pd
 from trackdyn.errors import InputError
 from trackdyn.files import replacing, write_text
 from trackdyn.paper.claims import JUDGED, REPRODUCED, headline
+from trackdyn.report.assumptions import assumptions_text
 from trackdyn.report.figures.scorecard import at_speeds
 from trackdyn.report.tables import ladder_table
 
@@ -161,6 +162,7 @@ PAGES = (
     ("docs/identify.md", "docs/measured/calibration.csv", calibration),
     ("docs/identify-synthetic.md", "docs/measured/identify_synthetic.csv", identified),
     ("docs/ensemble.md", "docs/measured/ensemble_summary.csv", findings),
+    ("docs/assumptions.md", "docs/measured/assumptions.csv", assumptions_text),
     ("docs/your-own-rig.md", "docs/measured/layouts.csv", layouts_text),
     ("README.md", "docs/measured/claims.csv", claims_text),
 )

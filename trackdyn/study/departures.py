@@ -95,18 +95,26 @@ def departure_measures(scene) -> dict[str, float | str]:
     return signal | {name: float(summary[name]) for name in MEASURES[2:]}
 
 
-def _in_a_copy(path: Path, study: Path, name: str, lines: Lines) -> dict:
-    """What the copy of the package with some lines more measures."""
+def run_in_a_copy(lines: Lines, module: str, arguments: list[str]) -> str:
+    """What a module prints in a copy of the package with some lines more, in a process of its own.
+
+    Raises
+    ------
+    InputError
+        The lines have no place.
+    TrackdynError
+        The module failed: the last line that it said.
+    """
     with TemporaryDirectory() as folder:
         copy = Path(folder) / "trackdyn"
         shutil.copytree(Path(__file__).parents[1], copy, ignore=shutil.ignore_patterns("__pycache__"))
         lines.apply(copy)
-        command = [sys.executable, "-m", "trackdyn.study.departures", path.resolve(), study.resolve(), name]
         own = {"PYTHONPATH": folder, "TRACKDYN_CACHE": f"{folder}/cache"}
+        command = [sys.executable, "-m", module, *arguments]
         done = subprocess.run(command, cwd=folder, env=os.environ | own, capture_output=True, text=True, check=False)
     if done.returncode:
-        raise TrackdynError(f"{study}: {name}: {done.stderr.strip().splitlines()[-1]}")
-    return json.loads(done.stdout)
+        raise TrackdynError(f"{module}: {(done.stderr.strip().splitlines() or ['nothing said'])[-1]}")
+    return done.stdout
 
 
 def compare_departures(rig_file: str | Path, study_file: str | Path) -> pd.DataFrame:
@@ -125,7 +133,8 @@ def compare_departures(rig_file: str | Path, study_file: str | Path) -> pd.DataF
     rows = []
     for name, departure in study.departures.items():
         if departure.lines is not None:
-            found = _in_a_copy(path, study_path, name, departure.lines)
+            arguments = [str(path.resolve()), str(study_path.resolve()), name]
+            found = json.loads(run_in_a_copy(departure.lines, __name__, arguments))
         else:
             found = {key: departure_measures(scene) for key, scene in study.scenes(rig, departure).items()}
         for scene, values in found.items():

@@ -49,6 +49,7 @@ STUDIES = {
     "whole_loop": short(rules.whole_loop_form),
     "layouts": short(rules.layouts_form),
     "wear": short(rules.wear_form),
+    "assumptions": short(rules.assumptions_form),
     "ensemble": [f"{R}/short/ensemble/rigs.csv"],
     "sensitivity": rules.sensitivity.output,
     "fidelity": rules.fidelity.output,
@@ -109,7 +110,7 @@ rule costs:
 # all that the results are made from, but for the program
 RUN_INPUTS = [
     *(str(path).removeprefix(f"{workflow.basedir}/") for path in reversed(workflow.configfiles)),
-    *("config/claims.yaml", "config/fit.yaml", "config/ensemble.yaml", config["studies"], CONFIG.rig),
+    *("config/claims.yaml", "config/fit.yaml", "config/ensemble.yaml", "config/assumptions.yaml", config["studies"], CONFIG.rig),
     *ARTICLE,
     *(other.rig for other in CONFIG.other_rigs.values()),
     *(CONFIG.sensor_path(rpm) for rpm in CONFIG.records.speeds_rpm),

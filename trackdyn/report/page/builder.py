@@ -56,6 +56,7 @@ BESIDE = {
     "layouts": ("random layouts", "layouts.csv"),
     "wear": ("how long the ring stays right", "wear_lives.csv"),
     "ensemble": ("rigs within the ranges of their parts", "ensemble/rigs.csv"),
+    "assumptions": ("which assumption makes which claim come out", "assumptions.csv"),
 }
 # tables whose files the page hands out; the first folder that has one
 TABLES = (
