@@ -26,7 +26,7 @@ def fresh(name: str, integrator: str, step: float, tolerance: float = 0.0):
     return said, model, state, work, make_record(samples, state, frames=samples, frame_stride=1, spells=200_000)
 
 
-def spend(name: str, integrator: str, step: float, tolerance: float = 0.0, most: float = np.inf) -> float:
+def spend(name: str, integrator: str, step: float, tolerance: float = 0.0) -> float:
     """Processor time of a run, s."""
     _, model, state, work, record = fresh(name, integrator, step, tolerance)
     begin = process_time()
