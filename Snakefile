@@ -66,6 +66,7 @@ include: "workflow/rules/extremes.smk"
 include: "workflow/rules/identify.smk"
 include: "workflow/rules/ensemble.smk"
 include: "workflow/rules/layouts.smk"
+include: "workflow/rules/benchmark.smk"
 include: "workflow/rules/report.smk"
 
 

@@ -2,26 +2,31 @@
 
     python measure.py teeth out/teeth.csv out/teeth.png [--short]
 
-The first run of a setting is scored, three more are timed (the first is warm-up: kernels are compiled); a code whose run
-takes long is scored in the runs that are timed. One thread.
+The first run of a setting is scored and warms up, three more are timed; a run of another code that takes longer than
+``LONG`` is timed itself, once. One thread.
 """
 
 import csv
 import os
 import sys
+from io import StringIO
+from textwrap import fill
 
 os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 import numpy as np
-
 import run_exudyn
 import run_mujoco
 import run_trackdyn
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
+
 from trackdyn.benchmark.score import HEADLINE, score
 from trackdyn.errors import TrackdynError
 from trackdyn.files import write_text
+from trackdyn.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SMALL, VERMILION, new_figure, save, styled
 
-REPETITIONS = 3
+REPETITIONS, LONG = 3, 5.0  # s
 OWN, EXUDYN, MUJOCO = "trackdyn", "exudyn", "mujoco"
 # steps (s), of the adaptive method tolerances; presets: linearly implicit 5e-4, semi-implicit 1e-4, 5e-5 and 1e-5 s
 SETTINGS = {
@@ -31,10 +36,29 @@ SETTINGS = {
     (OWN, "adaptive"): (1e-2, 1e-3, 1e-4, 1e-5, 1e-6),
     (EXUDYN, "generalized_alpha"): (1e-3, 5e-4, 2e-4),
     (MUJOCO, "euler"): (1e-3, 5e-4, 2e-4),
-    (MUJOCO, "implicitfast"): (1e-3, 5e-4, 2e-4),
+    (MUJOCO, "implicitfast"): (1e-3, 5e-4),
 }
 SHORT = {(OWN, "semi_implicit"): (2e-4, 1e-4), (OWN, "rk4"): (2e-4, 1e-4)}
-COLUMNS = ("problem", "code", "method", "step", "cpu_s", "least_cpu_s", "most_cpu_s", "quantity", "error", "bar", "failure")
+COLUMNS = (
+    "problem",
+    "code",
+    "method",
+    "step",
+    "cpu_s",
+    "least_cpu_s",
+    "most_cpu_s",
+    "quantity",
+    "error",
+    "bar",
+    "failure",
+)
+LOOKS = list(zip("os^DvXP", (BLUE, BLACK, VERMILION, ORANGE, PURPLE, GREEN, "0.5"), strict=True))
+WORDS = {
+    "place": "place of body 1",
+    "acceleration": "acceleration of body 1",
+    "left_peak_n": "mean peak, left arcs",
+    "right_peak_n": "mean peak, right arcs",
+}
 REPORTS = 1e-3  # s: the step of the adaptive method is where it reports
 
 
@@ -49,8 +73,9 @@ def peer(run):
     """The same of another code, whose runs give their own time."""
 
     def answers(name: str, method: str, step: float, repetitions: int):
-        runs = [run(name, method, step) for _ in range(repetitions)]
-        return *runs[0][:2], [one[2] for one in runs]
+        series, contacts, first = run(name, method, step)
+        more = repetitions if first < LONG else 0
+        return series, contacts, [run(name, method, step)[2] for _ in range(more)] or [first]
 
     return answers
 
@@ -79,60 +104,57 @@ def measure(name: str, settings: dict, repetitions: int = REPETITIONS) -> list[d
                 else row | {"failure": f"{one.quantity} is not finite"}
                 for one in found
             ]
-            print(code, method, step, f"{row['cpu_s']:.3g} s", [f"{o.quantity} {o.error:.1e}" for o in found], flush=True)
+            print(
+                code, method, step, f"{row['cpu_s']:.3g} s", [f"{o.quantity} {o.error:.1e}" for o in found], flush=True
+            )
     return rows
 
 
-def draw(rows: list[dict], name: str, path: str) -> None:
+@styled
+def draw(rows: list[dict], name: str) -> Figure:
     """Work-precision diagram: a panel a quantity, a line a method, failures by name below."""
-    import matplotlib.pyplot as plt
-
-    from trackdyn.report.style import save
-
     quantities = [q for q in HEADLINE[name] if any(row.get("quantity") == q for row in rows)]
-    figure, panels = plt.subplots(1, len(quantities), figsize=(5.6 + 3.4 * (len(quantities) - 1), 4.8), squeeze=False)
-    looks = dict(zip(SETTINGS, zip("os^vDPX", ["C0", "C1", "C2", "C3", "C4", "C5", "C6"]), strict=True))
-    for panel, quantity in zip(panels[0], quantities, strict=True):
-        for key, (marker, colour) in looks.items():
-            own = [r for r in rows if (r["code"], r["method"]) == key and r.get("quantity") == quantity]
+    figure = new_figure(4.0, 4.8 if len(quantities) == 1 else 7.2)
+    panels = figure.subplots(1, len(quantities), squeeze=False, sharey=True)[0]
+    for panel, quantity in zip(panels, quantities, strict=True):
+        here = [row for row in rows if row.get("quantity") == quantity]
+        for key, (marker, colour) in zip(SETTINGS, LOOKS, strict=True):
+            own = [row for row in here if (row["code"], row["method"]) == key]
             if not own:
                 continue
-            x, y = np.array([r["error"] for r in own]), np.array([[r[k] for k in COLUMNS[4:7]] for r in own]).T
-            label = f"{key[0]}, {key[1].replace('_', ' ')}" + (", contact of its own" if key[0] == MUJOCO and name != "free_chain" else "")
-            panel.errorbar(x, y[0], yerr=[y[0] - y[1], y[2] - y[0]], marker=marker, color=colour, label=label, capsize=2, ms=5)
-        bar = next(r["bar"] for r in rows if r.get("quantity") == quantity)
-        low, high = panel.get_xlim()
-        panel.axvspan(bar / 1e3, bar, color="0.9", zorder=0, label="error bar of the reference")
-        panel.set(xscale="log", yscale="log", xlabel=f"relative error, {quantity.replace('_', ' ')}")
-        values = [r["error"] for r in rows if r.get("quantity") == quantity]
-        panel.set_xlim(min([*values, bar]) / 2, max(values) * 2)
-        panel.grid(True, which="major", alpha=0.3)
-    panels[0, 0].set_ylabel("processor time (s), one thread")
-    failed = {}
+            error = [row["error"] for row in own]
+            middle, least, most = np.array([[row[k] for k in COLUMNS[4:7]] for row in own]).T
+            label = f"{key[0]}, {key[1].replace('_', ' ')}"
+            if key[0] == MUJOCO and name != "free_chain":
+                label += " (own contact)"
+            look = {"marker": marker, "color": colour, "linestyle": "-", "capsize": 2}
+            panel.errorbar(error, middle, yerr=[middle - least, most - middle], label=label, **look)
+        bar = here[0]["bar"]
+        panel.set(xscale="log", yscale="log", xlabel=f"relative error: {WORDS[quantity]}")
+        panel.set_xlim(min(*(row["error"] for row in here), bar) / 2, max(row["error"] for row in here) * 2)
+        panel.axvspan(panel.get_xlim()[0], bar, color="0.9", zorder=0, label="within the reference's error bar")
+        panel.yaxis.set_minor_formatter(NullFormatter())
+    panels[0].set_ylabel("processor time (s), one thread")
+    failed: dict[str, set] = {}
     for row in rows:
         if row.get("failure"):
             failed.setdefault(f"{row['code']}, {row['method'].replace('_', ' ')}", set()).add(row["step"])
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper center", ncols=2 + (len(quantities) > 1))
     text = "; ".join(f"{key} at {', '.join(f'{s:g}' for s in sorted(steps))}" for key, steps in failed.items())
-    handles, labels = panels[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=2 + (len(quantities) > 1), frameon=False, fontsize=8)
-    if text:
-        figure.supxlabel(f"failed: {text}", fontsize=8, wrap=True)
-    figure.set_layout_engine("constrained")
-    save(figure, path)
+    figure.supxlabel(fill(f"failed: {text}" if text else "failed: none", 75 * len(quantities)), fontsize=SMALL)
+    return figure
 
 
 def main(name: str, table: str, picture: str, short: str = "") -> None:
     """Measure a problem and write both files."""
     rows = measure(name, SHORT if short else SETTINGS, 1 if short else REPETITIONS)
     lines = [COLUMNS, *([row.get(key, "") for key in COLUMNS] for row in rows)]
-    from io import StringIO
-
     text = StringIO()
     csv.writer(text, lineterminator="\n").writerows(
         [f"{v:.4g}" if isinstance(v, float) else v for v in line] for line in lines
     )
     write_text(table, text.getvalue())
-    draw(rows, name, picture)
+    save(draw(rows, name), picture)
 
 
 if __name__ == "__main__":

@@ -32,7 +32,7 @@ LAWS = {"drag": "viscous", "bushing_law": "viscous", "tension": "locked", "integ
 MOTOR_RPM = 180.0
 FREE_DAMPING = 1.0  # N m s/rad: an explicit step of a millisecond is then stable
 RING_DRAG = 2.0  # N m s/rad: what the ring can carry by friction, so that links roll and creep but do not slide
-ENDS = {"free_chain": (4.0, 0.0), "ring": (2.0, 0.8), "teeth": (2.0, 0.8)}  # s: end, begin of the window
+ENDS = {"free_chain": (4.0, 0.0), "ring": (2.0, 0.8), "teeth": (3.0, 0.8)}  # s: end, begin of the window
 
 
 def scene_of(name: str) -> Scene:
@@ -51,7 +51,10 @@ def scene_of(name: str) -> Scene:
 def problem_of(name: str, model: Model, sprocket_angle: float) -> dict:
     """Statement of a problem."""
     chain, wheels, tooth = model.chain, model.wheels, model.tooth
-    parts = [dict(zip(BODIES, map(float, row), strict=True)) for row in zip(chain.length, chain.mass, chain.inertia)]
+    parts = [
+        dict(zip(BODIES, map(float, row), strict=True))
+        for row in np.column_stack([chain.length, chain.mass, chain.inertia])[:2]
+    ]
     end, begin = ENDS[name]
     said = {
         "format": 1,
@@ -77,7 +80,9 @@ def problem_of(name: str, model: Model, sprocket_angle: float) -> dict:
     said["wheels"] = [
         {"name": label, "x_m": x, "y_m": y, "radius_m": r, "inertia_kg_m2": inertia, "drag_n_m_s_rad": drag}
         for label, x, y, r, inertia, drag in zip(
-            ("ring", "idler", "road_wheel"), *(map(float, getattr(wheels, k)) for k in ("x", "y", "radius", "inertia", "drag"))
+            ("ring", "idler", "road_wheel"),
+            *(map(float, getattr(wheels, k)) for k in ("x", "y", "radius", "inertia", "drag")),
+            strict=False,  # without a ring the free chain has one wheel
         )
         if label != "ring" or name == "ring"
     ]
@@ -140,9 +145,7 @@ def chain_of(said: dict) -> Chain:
     length, mass, inertia = (
         np.tile([said["chain"]["link"][key], said["chain"]["connector"][key]], half) for key in BODIES
     )
-    return Chain(
-        length, mass, inertia, length / 2, np.zeros(2 * half), *said["bushing"].values(), said["gravity_m_s2"]
-    )
+    return Chain(length, mass, inertia, length / 2, np.zeros(2 * half), *said["bushing"].values(), said["gravity_m_s2"])
 
 
 def law_of(said: dict, name: str) -> Law:
@@ -157,7 +160,11 @@ def model_of(said: dict, integrator: str, step: float) -> Model:
     n = len(chain.length)
     even = 2 * np.arange(n // 2)
     shoes = Shoes(
-        even, np.zeros(n // 2), chain.length[even].copy(), np.repeat(even + 1, 2), np.tile([0.0, chain.length[1]], n // 2)
+        even,
+        np.zeros(n // 2),
+        chain.length[even].copy(),
+        np.repeat(even + 1, 2),
+        np.tile([0.0, chain.length[1]], n // 2),
     )
     sprocket, wheels = said.get("sprocket"), {w["name"]: w for w in said.get("wheels", [])}
     order = [wheels.get(name) for name in ("ring", "idler", "road_wheel")] if wheels else []

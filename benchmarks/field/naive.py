@@ -50,7 +50,10 @@ class ClosedChain:
         closing[0, 2:], closing[1, 2:] = -self.length * s, self.length * c
         matrix[n + 2 :, : n + 2], matrix[: n + 2, n + 2 :] = closing, closing.T
         right = np.concatenate(
-            [-weighted_x @ ax - weighted_y @ (ay + self.gravity), [self.length @ (c * w * w), self.length @ (s * w * w)]]
+            [
+                -weighted_x @ ax - weighted_y @ (ay + self.gravity),
+                [self.length @ (c * w * w), self.length @ (s * w * w)],
+            ]
         )
         right[2 : n + 2] += self.torques(q[2:], w)
         found = np.linalg.solve(matrix, right)

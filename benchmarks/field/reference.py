@@ -8,8 +8,10 @@ reference and of that of RK4 at the next coarser step.
 import json
 import sys
 
+import numpy as np
 from run_exudyn import answer as exudyn
 from run_trackdyn import answer
+
 from trackdyn.benchmark.problems import FOLDER, NAMES, read_problem
 from trackdyn.benchmark.score import apart, series_of, statistics_of
 from trackdyn.files import write_text
@@ -18,7 +20,7 @@ from trackdyn.files import write_text
 STEPS = {
     "free_chain": ((5e-5, 1e-4), (2e-5, 1e-5), (5e-4, 2.5e-4), 2),
     "ring": ((2e-5, 5e-5), (2e-5, 1e-5), (2e-4, 1e-4), 2),
-    "teeth": ((2e-6, 5e-6), (4e-6, 2e-6), (1e-4, 5e-5), 1),
+    "teeth": ((2e-6, 5e-6), (4e-6, 2e-6), (5e-5, 2.5e-5), 1),
 }
 DIGITS = {"time_s": 3, "force_x_n": 4, "force_y_n": 4, "idler_rad_s": 9, "road_wheel_rad_s": 9}
 
@@ -64,7 +66,10 @@ def make(name: str, folder=FOLDER) -> dict:
     }
     names = [key for key in series if key in DIGITS or key in ("x_m", "y_m")]
     lines = [",".join(names)]
-    lines += [",".join(f"{v:.{DIGITS.get(k, 13)}f}" for k, v in zip(names, row)) for row in zip(*(series[k] for k in names))]
+    lines += [
+        ",".join(f"{v:.{DIGITS.get(k, 13)}f}" for k, v in zip(names, row, strict=True))
+        for row in np.column_stack([series[key] for key in names])
+    ]
     write_text(folder / f"{name}_reference.csv", "\n".join(lines) + "\n")
     write_text(folder / f"{name}_reference.json", json.dumps(said, indent=1) + "\n")
     return off

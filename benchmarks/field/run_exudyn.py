@@ -3,8 +3,8 @@
 from math import hypot
 
 import numpy as np
-
 from models import chain_of, contacts_of
+
 from trackdyn.benchmark.problems import read_problem, read_start
 from trackdyn.jit import kernel
 from trackdyn.model.constants import Drive
@@ -50,7 +50,7 @@ def answer(name: str, method: str, step: float):
         first = Start(pin, first.angle, first.rate, said["drive"]["start_angle_rad"])
         more = {"contacts": contacts, "wheels": wheels, "drive": drive}
     samples = round(end / interval) + 1
-    force, spin, place = np.zeros((samples, 2)), np.zeros(samples), np.zeros(n)
+    force, spin = np.zeros((samples, 2)), np.zeros(samples)
     now, began, peak, events = np.zeros(n), np.zeros(n), np.zeros(n), []
 
     def watch(t, q, v, multipliers, memory):

@@ -3,8 +3,8 @@
 from math import cos, sin
 
 import numpy as np
-
 from models import chain_of, contacts_of
+
 from trackdyn.benchmark.problems import read_problem, read_reference, read_start
 from trackdyn.model.constants import Drive
 from trackdyn.peers.exudyn_loop import Start, Wheels

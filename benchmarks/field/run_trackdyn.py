@@ -3,12 +3,12 @@
 from time import process_time
 
 import numpy as np
-
 from models import chain_of, model_of, state_of
+
 from trackdyn.benchmark.problems import read_problem, read_start
 from trackdyn.integrate.dynamics import solve_chain
 from trackdyn.integrate.energy import energies
-from trackdyn.integrate.methods import METHODS, equip
+from trackdyn.integrate.methods import equip
 from trackdyn.integrate.run import refresh
 from trackdyn.model.record import BUSHING_LOSS, END, KINETIC, PEAK, PITCH, SIDE, START, make_record
 from trackdyn.model.work import make_work
@@ -71,10 +71,14 @@ def answer(name: str, integrator: str, step: float, tolerance: float = 0.0, nudg
         del series["idler_rad_s"], series["road_wheel_rad_s"]
     else:
         del series["angular_momentum_n_m_s"]
-    spells = np.vstack([record.spells.rows[: record.spells.count[0]], record.spells.open[:, : record.spells.rows.shape[1]]])
+    return series, contacts_of_record(record)
+
+
+def contacts_of_record(record) -> np.ndarray:
+    """Contacts (k, 4) of a record: arc, begin and end (s), highest force (N)."""
+    columns = record.spells.rows.shape[1]
+    spells = np.vstack([record.spells.rows[: record.spells.count[0]], record.spells.open[:, :columns]])
     spells = spells[(spells[:, END] > 0) & (spells[:, SIDE] < 2)]
-    contacts = np.column_stack([2 * spells[:, PITCH] + spells[:, SIDE] + 1, spells[:, START], spells[:, END], spells[:, PEAK]])
-    return series, contacts[np.argsort(contacts[:, 1], kind="stable")]
-
-
-ORDERS = {name: method.order for name, method in METHODS.items()}
+    arc = 2 * spells[:, PITCH] + spells[:, SIDE] + 1
+    contacts = np.column_stack([arc, spells[:, START], spells[:, END], spells[:, PEAK]])
+    return contacts[np.argsort(contacts[:, 1], kind="stable")]

@@ -16,7 +16,11 @@ OPTIONAL = ("force_x_n", "force_y_n", "idler_rad_s", "road_wheel_rad_s", "gap_m"
 CONTACTS = ("arc", "begin_s", "end_s", "peak_n")
 APART = 0.1  # s without contact after which an arc's next contact is another engagement
 # what a diagram shows
-HEADLINE = {"free_chain": ("place",), "ring": ("acceleration",), "teeth": ("acceleration", "left_peak_n", "right_peak_n")}
+HEADLINE = {
+    "free_chain": ("place",),
+    "ring": ("acceleration",),
+    "teeth": ("acceleration", "left_peak_n", "right_peak_n"),
+}
 
 
 class Score(NamedTuple):
@@ -61,7 +65,7 @@ def read_table(path: Path | str, columns: tuple[str, ...], optional: tuple[str, 
                 values[line - 2, k] = np.nan
             if not np.isfinite(values[line - 2, k]):
                 raise InputError(
-                    f"{path}: {names[k]} in line {line} is {shown(text)}; a finite number with a decimal point is accepted"
+                    f"{path}: {names[k]} in line {line} is {shown(text)}; a finite number with a point is accepted"
                 )
     return dict(zip(names, values.T, strict=True))
 
@@ -84,7 +88,9 @@ def read_answer(path: Path | str, problem: str) -> dict[str, np.ndarray]:
     off = np.abs(found["time_s"] - wanted)
     if off.max() > 1e-6 * asked["interval_s"]:
         line = int(off.argmax()) + 2
-        raise InputError(f"{path}: time_s in line {line} is {found['time_s'][line - 2]:.9g}; {wanted[line - 2]:g} is accepted")
+        raise InputError(
+            f"{path}: time_s in line {line} is {found['time_s'][line - 2]:.9g}; {wanted[line - 2]:g} is accepted"
+        )
     for one, other in (("force_x_n", "force_y_n"), ("force_y_n", "force_x_n")):
         if one in found and other not in found:
             raise InputError(f"{path}: column {one} is there without {other}; both or none are accepted")
@@ -109,7 +115,7 @@ def read_contacts(path: Path | str, problem: str) -> np.ndarray:
     if not fits.all():
         line = int(np.argmin(fits)) + 2
         raise InputError(
-            f"{path}: line {line} is not accepted; arc 1 to {arcs}, 0 <= begin_s <= end_s <= {end:g} and peak_n >= 0 are"
+            f"{path}: line {line} is not accepted; arcs 1 to {arcs}, 0 <= begin_s <= end_s <= {end:g}, peak_n >= 0 are"
         )
     return table
 
