@@ -215,7 +215,7 @@ def contacts_of(said: dict) -> Contacts:
     arc = np.array([[*a["centre_m"], a["radius_m"], *a["direction"], a["half_angle_rad"]] for a in areas])
     sign = np.array([1.0 if a["kind"] == "convex" else -1.0 for a in areas])
     reach = sprocket["addendum_m"] + sprocket["connector_arc_m"] if sprocket else 0.0
-    radius = sprocket["connector_arc_m"] if sprocket else 0.0
+    radius = sprocket["connector_arc_m"] if sprocket else said["link_half_thickness_m"]  # touches nothing then
     return Contacts(
         circle, laws, arc.reshape(-1, 6), sign, sprocket["teeth"] if sprocket else 0, reach, radius,
         said["link_half_thickness_m"],

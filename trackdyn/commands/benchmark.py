@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+
 def score(
     answers: Annotated[Path, typer.Argument(help="CSV of the time series: docs/benchmark.md has its columns.")],
     problem: Annotated[str, typer.Option(help="free_chain, ring or teeth.")],

@@ -58,9 +58,7 @@ for panel, commands in COMMANDS.items():
 of_the_benchmark = typer.Typer(cls=_Group, help="Problems for every multibody code: their files, score of an answer.")
 for command in BENCHMARK:
     of_the_benchmark.command(cls=_Command)(command)
-app.add_typer(
-    of_the_benchmark, name="benchmark", rich_help_panel="Results of the pipeline", no_args_is_help=True
-)
+app.add_typer(of_the_benchmark, name="benchmark", rich_help_panel="Results of the pipeline", no_args_is_help=True)
 
 
 def _say_version(asked: bool) -> None:
