@@ -9,7 +9,7 @@ from trackdyn.benchmark.problems import read_problem, read_start
 from trackdyn.jit import kernel
 from trackdyn.model.constants import Drive
 from trackdyn.peers.contact import Contacts, _forces, _groove_contact
-from trackdyn.peers.exudyn_loop import Start, Wheels, drive_at, run_loop
+from trackdyn.peers.exudyn_loop import PeerWheels, Start, drive_at, run_loop
 
 
 @kernel
@@ -46,7 +46,7 @@ def answer(name: str, method: str, step: float):
         contacts = contacts_of(said)
         free = [wheel for wheel in said["wheels"] if wheel["name"] != "ring"]
         drive = Drive(said["drive"]["rate_rad_s"], said["drive"]["ramp_s"])
-        wheels = Wheels(*(tuple(wheel[key] for wheel in free) for key in ("inertia_kg_m2", "drag_n_m_s_rad")))
+        wheels = PeerWheels(*(tuple(wheel[key] for wheel in free) for key in ("inertia_kg_m2", "drag_n_m_s_rad")))
         first = Start(pin, first.angle, first.rate, said["drive"]["start_angle_rad"])
         more = {"contacts": contacts, "wheels": wheels, "drive": drive}
     samples = round(end / interval) + 1

@@ -7,7 +7,7 @@ from models import chain_of, contacts_of
 
 from trackdyn.benchmark.problems import read_problem, read_reference, read_start
 from trackdyn.model.constants import Drive
-from trackdyn.peers.exudyn_loop import Start, Wheels
+from trackdyn.peers.exudyn_loop import PeerWheels, Start
 from trackdyn.peers.mujoco_loop import build, run_loop
 
 
@@ -26,7 +26,7 @@ def answer(name: str, method: str, step: float):
         tension, pitch = read_reference(name)[0]["statistics"]["mean_force_n"]["value"], chain.length[:2].sum()
         more = {
             "contacts": contacts_of(said),
-            "wheels": Wheels(*(tuple(wheel[key] for wheel in free) for key in ("inertia_kg_m2", "drag_n_m_s_rad"))),
+            "wheels": PeerWheels(*(tuple(wheel[key] for wheel in free) for key in ("inertia_kg_m2", "drag_n_m_s_rad"))),
             "load": tension * pitch / free[0]["radius_m"],  # what its compliant contacts are matched at
             "speed": max(abs(drive.rate) * pitch / 2, said["laws"]["wheel"]["speed_floor_m_s"]),
         }

@@ -258,3 +258,15 @@ def test_no_way_through_impacts_halves_the_time():
     cheapest = plain.loc[plain["cpu_s"].idxmin()]
     assert (cheapest["way"], cheapest["step_s"]) == ("semi_implicit", 5e-5)  # as the page says
     assert enough["cpu_s"].min() > 0.5 * cheapest["cpu_s"]
+
+
+def test_runners_load_and_a_code_that_is_missing_fails_by_name(models, monkeypatch):
+    """No code runs here: one that is not installed has a row that says so."""
+    import measure
+
+    def missing(*_):
+        raise InputError("exudyn is not installed")
+
+    monkeypatch.setitem(measure.CODES, "exudyn", missing)
+    (row,) = measure.measure("ring", {("exudyn", "generalized_alpha"): (1e-3,)})
+    assert row["failure"] == "exudyn is not installed" and "error" not in row
