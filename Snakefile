@@ -72,6 +72,7 @@ include: "workflow/rules/ensemble.smk"
 include: "workflow/rules/layouts.smk"
 include: "workflow/rules/wear.smk"
 include: "workflow/rules/assumptions.smk"
+include: "workflow/rules/benchmark.smk"
 include: "workflow/rules/report.smk"
 
 

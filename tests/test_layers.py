@@ -30,7 +30,7 @@ LAYERS = {
 # files, jit and version.
 ROOMS = (
     "model", "contact", "chain", "integrate", "parameters", "scene", "sensor", "simulation", "measure", "fmi", "sweeps",
-    "paper", "study", "peers", "inference", "certify", "pipeline", "report", "commands",
+    "paper", "study", "peers", "benchmark", "inference", "certify", "pipeline", "report", "commands",
 )  # fmt: skip
 GROUND = {"errors", "files", "jit", "version"}
 LOOSE = {"__init__.py", *(f"{name}.py" for name in GROUND)}  # files of no room

@@ -25,7 +25,7 @@ ROOT = Path(__file__).parents[2]
 ENTRY = "from trackdyn_command import main; main()"
 ORDER = (
     "simulate", "compare", "show", "check", "new", "rigs", "plan", "sweep", "design", "wear", "identify", "fmu",
-    "verify", "crate", "choose-ring",
+    "verify", "crate", "choose-ring", "benchmark",
 )  # fmt: skip
 HEAVY = ("numba", "pandas", "matplotlib", "scipy")
 COMMANDS = typer.main.get_command(app).commands

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 from typer.core import TyperCommand, TyperGroup
 
+from trackdyn.commands.benchmark import BENCHMARK
 from trackdyn.commands.choose_ring import choose_ring
 from trackdyn.commands.compare import compare
 from trackdyn.commands.fmu import fmu
@@ -55,6 +56,10 @@ app = typer.Typer(cls=_Group, pretty_exceptions_enable=False, context_settings={
 for panel, commands in COMMANDS.items():
     for command in commands:
         app.command(cls=_Command, rich_help_panel=panel)(command)
+of_the_benchmark = typer.Typer(cls=_Group, help="Problems for every multibody code: their files, score of an answer.")
+for command in BENCHMARK:
+    of_the_benchmark.command(cls=_Command)(command)
+app.add_typer(of_the_benchmark, name="benchmark", rich_help_panel="Results of the pipeline", no_args_is_help=True)
 
 
 def _say_version(asked: bool) -> None:

@@ -8,6 +8,7 @@ are one user-defined force (``peers.contact``), because Exudyn's own elements ha
 
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import pi
 
@@ -167,6 +168,7 @@ def run_loop(
     wheels: PeerWheels | None = None,
     drive: Drive = Drive(0.0, 1.0),
     spectral_radius: float = 0.9,
+    watch: Callable | None = None,
 ) -> PeerRun:
     """Integrate the closed chain with Exudyn.
 
@@ -184,6 +186,9 @@ def run_loop(
         Contacts with the wheels, the free wheels, and the sprocket's motion.
     spectral_radius : float
         Of the generalized-alpha method: below 1 it damps what the step does not resolve.
+    watch : function, optional
+        Called after every step with time (s), coordinates, their rates, the joints' multipliers (2 n,) in N and the
+        memory of the contacts.
 
     Raises
     ------
@@ -235,9 +240,9 @@ def run_loop(
             wheel = marker(items.MarkerNodeCoordinate(nodeNumber=nodes[-1], coordinate=0))
             body(spring(markerNumbers=[fixed, wheel], stiffness=0.0, damping=drag))
 
-    after_step = None
+    after_step = memory = None
     if contacts is not None:
-        after_step = _add_contacts(exu, items, mbs, nodes, chain, start, contacts, drive)
+        after_step, memory = _add_contacts(exu, items, mbs, nodes, chain, start, contacts, drive)
 
     samples = round(duration / sample) + 1
     kept, kept_rate = np.zeros((samples, 3 * n)), np.zeros((samples, len(nodes) - n))
@@ -247,6 +252,10 @@ def run_loop(
     def at_end_of_step(mbs, t):
         if after_step is not None:
             after_step(t, mbs)
+        if watch is not None:
+            system = mbs.systemData
+            places, rates = np.array(system.GetODE2Coordinates()), np.array(system.GetODE2Coordinates_t())
+            watch(t, places, rates, np.array(system.GetAECoordinates()), memory)
         if taken[0] < samples and t > taken[0] * sample - 1e-9:
             kept[taken[0]] = mbs.systemData.GetODE2Coordinates()[: 3 * n]
             if wheels is not None:
@@ -340,4 +349,4 @@ def _add_contacts(exu, items, mbs, nodes, chain, start, contacts, drive):
         q, v = np.array(mbs.systemData.GetODE2Coordinates()), np.array(mbs.systemData.GetODE2Coordinates_t())
         contact_loads(contacts, chain.length, q, v, angle, spin, memory, True, load, torque)
 
-    return after_step
+    return after_step, memory

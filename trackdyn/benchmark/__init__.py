@@ -1,0 +1,1 @@
+"""A benchmark for multibody codes: closed chains, rolling contact, impacts on teeth."""
