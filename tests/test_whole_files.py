@@ -19,6 +19,7 @@ COPIES = {"shutil.copy", "shutil.copy2", "shutil.copyfile", "shutil.copytree", "
 EXPORTS = {"to_csv", "to_json", "to_html", "to_markdown", "to_pickle", "to_parquet"}  # give a text if they get no name
 # writes that no reader waits for, each with its reason
 ALLOWED = {
+    ("benchmarks/field/naive.py", "np.savetxt"): "an example that has nothing but numpy",
     ("workflow/scripts/_script.py", "open"): "a log grows while the rule runs",
     ("trackdyn/study/departures.py", "write_text"): "in a copy of the package in a temporary folder",
     ("trackdyn/study/departures.py", "shutil.copytree"): "that copy",

@@ -1,7 +1,8 @@
 """How long a fuzzer goes on, and from which seed.
 
-`TRACKDYN_FUZZ_SECONDS` is the time of each of them (1 s by default), `TRACKDYN_FUZZ_SEED` repeats a run that failed;
-its seed stands in what the test printed.
+`TRACKDYN_FUZZ_SECONDS` is the time of each of them (1 s by default). Seeds count up from 0, so that a run fails or
+passes twice; `TRACKDYN_FUZZ_SEED=new` starts where no run has been, a number there repeats a run that failed, whose seed
+the test printed.
 """
 
 import inspect
@@ -13,7 +14,8 @@ import hypothesis
 from hypothesis import HealthCheck, Phase, given
 
 SECONDS = float(os.environ.get("TRACKDYN_FUZZ_SECONDS", "1"))
-SEED = int(os.environ.get("TRACKDYN_FUZZ_SEED", time.time_ns() % 2**32))
+ASKED = os.environ.get("TRACKDYN_FUZZ_SEED", "0")
+SEED = time.time_ns() % 2**32 if ASKED == "new" else int(ASKED)
 # no search for a smaller failure: what is drawn is small, and a search has no bound in time
 BATCH = hypothesis.settings(
     max_examples=10, deadline=None, database=None, phases=[Phase.generate], suppress_health_check=list(HealthCheck)

@@ -11,7 +11,7 @@ from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.pipeline.config import read_layer
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import load_recording
-from trackdyn.study.accuracy.planner import load_trade
+from trackdyn.study.accuracy.planner import COLUMNS, load_trade
 
 FILES = [
     (b"", "holds no sections"),
@@ -75,3 +75,14 @@ def test_a_place_that_holds_no_file_is_refused(tmp_path, monkeypatch, reader, ro
     with pytest.raises(InputError) as caught:
         reader(place)
     one_sentence(caught, *words)
+
+
+@pytest.mark.parametrize("number", ["1e999", "-1e13"])
+def test_measured_data_with_a_number_out_of_range_are_refused(tmp_path, number):
+    """Such a number once ended the planner with an overflow."""
+    columns = {name: "1" for name in COLUMNS} | {"fidelity": "ten_arcs", "unused": number}
+    path = tmp_path / "trade.csv"
+    path.write_text(f"{','.join(columns)}\n{','.join(columns.values())}\n", encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        load_trade(path)
+    one_sentence(caught, "trade.csv", "unused", "at most 1e+12")

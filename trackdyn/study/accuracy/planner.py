@@ -39,6 +39,7 @@ from trackdyn.study.settings import SceneKey
 PLANNED = (*RELATIVE, *SHARES)
 WORDS = {"scene", "fidelity", "integrator", "measure"}  # columns; the others hold numbers
 LARGEST_TABLE = 20_000_000  # bytes; the full study's has 300,000
+LARGEST_NUMBER = 1e12  # no column's values come near it, and no product of three of them overflows
 KEY = ["fidelity", "integrator", "step_s"]
 # A scene nearby may be this much worse than the worst one measured: an error of first order in the step
 # changes with the speed as the forces do, and these double from 115 to 210 rpm. (The margin was 1.5 until
@@ -127,6 +128,8 @@ def load_trade(path: Path | str | None = None) -> pd.DataFrame:
             if name not in table:
                 raise ValueError(f"lacks the column {name}")
             table[name] = table[name].astype(str) if name in WORDS else pd.to_numeric(table[name])
+            if name not in WORDS and (table[name].abs() > LARGEST_NUMBER).any():
+                raise ValueError(f"{name} = {table[name].abs().max():g} is not accepted: at most {LARGEST_NUMBER:g}")
         table["failed"] = table["failed"].astype(bool)
         if unknown := set(table["fidelity"]) - FIDELITIES.keys():
             raise ValueError(f"names the unknown fidelity {shown(min(unknown))}")
