@@ -21,12 +21,36 @@ def ensemble_before(wildcards):
     if stage in ("compared", "1", "shipped"):
         return []
     before = ["last"] if stage == "study" else waves if stage == "last" else waves[: int(stage) - 1]
-    return [f"{R}/{wildcards.short}ensemble/outputs_{name}.csv" for name in ["compared", *before]]
+    local = [f"{R}/{wildcards.short}ensemble/points_local.csv"] if stage == "last" else []
+    return [f"{R}/{wildcards.short}ensemble/outputs_{name}.csv" for name in ["compared", *before]] + local
+
+
+def ensemble_all_waves(wildcards):
+    return [f"{R}/{wildcards.short}ensemble/outputs_{name}.csv" for name in ["compared", *ensemble_waves(wildcards)]]
 
 
 def ensemble_stages(wildcards):
     stages = ["compared", *ensemble_waves(wildcards), "last", "shipped"]
     return [f"{R}/{wildcards.short}ensemble/outputs_{stage}.csv" for stage in stages]
+
+
+rule ensemble_local:
+    """Least squares from the least excluded rigs of all waves; rows are kept, so that a search goes on where it was."""
+    input:
+        needs("ensemble_local.py"),
+        ensemble_all_waves,
+        kernels=[KERNELS, method_kernels("linearly_implicit")],
+        **ENSEMBLE_INPUTS,
+    output:
+        points=f"{R}/{{short}}ensemble/points_local.csv",
+        ends=f"{R}/{{short}}ensemble/local.csv",
+    params:
+        form=form_name,
+        store=lambda wildcards: f"{R}/{wildcards.short}ensemble/searches",
+    threads: 2
+    log: f"{R}/logs/{{short}}ensemble/local.log"
+    message: "Ensemble: local searches"
+    script: "../scripts/ensemble_local.py"
 
 
 rule ensemble_points:
@@ -39,6 +63,7 @@ rule ensemble_points:
         points=f"{R}/{{short}}ensemble/points_{{stage}}.csv",
         design=f"{R}/{{short}}ensemble/design_{{stage}}.parquet",
     params: form=form_name
+    wildcard_constraints: stage=r"(?!local)\w+"
     log: f"{R}/logs/{{short}}ensemble/points_{{stage}}.log"
     message: "Ensemble: rigs of the stage {wildcards.stage}"
     script: "../scripts/ensemble_points.py"
@@ -81,7 +106,7 @@ rule ensemble_outputs:
         **ENSEMBLE_INPUTS,
     output: f"{R}/{{short}}ensemble/outputs_{{stage}}.csv"
     params: form=form_name
-    wildcard_constraints: stage=r"(?!study)\w+"
+    wildcard_constraints: stage=r"(?!study|local)\w+"
     log: f"{R}/logs/{{short}}ensemble/outputs_{{stage}}.log"
     message: "Ensemble: outputs of the stage {wildcards.stage}"
     script: "../scripts/ensemble_outputs.py"

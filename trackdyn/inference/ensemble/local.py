@@ -11,8 +11,8 @@ import pandas as pd
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.inference.ensemble.history import READINGS, TOLERANCE_SD, columns_of, judged, one_rig
 from trackdyn.inference.ensemble.settings import EnsembleConfig
-from trackdyn.inference.ensemble.stages import Ensemble, known_waves, read_errors
-from trackdyn.inference.ensemble.waves import BELT_STEP, scene_fields, target_cases
+from trackdyn.inference.ensemble.stages import FIRST, LAST, LOCAL, Ensemble, known_waves, read_errors
+from trackdyn.inference.ensemble.waves import BELT_STEP, points_table, scene_fields, target_cases
 from trackdyn.inference.fit import FRAMES, GAP
 from trackdyn.inference.search import End, Start, bent, search
 from trackdyn.inference.targets import Case, CaseTarget
@@ -24,8 +24,6 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sweeps.row import row_sources, run_values
-
-LOCAL = "local"
 
 
 def rows_of_cases(memory: float) -> Callable[..., dict]:
@@ -130,7 +128,7 @@ def plain(e: Ensemble, errors: pd.DataFrame) -> dict:
 
 def local_starts(e: Ensemble) -> list[Start]:
     """The least excluded rigs of all waves; a choice stays what it is in each."""
-    points, values = known_waves(e, "last")
+    points, values = known_waves(e, LAST)
     ranked = judged(e.config, e.targets, values, read_errors(e), cheap=True).sort_values("loss")
     at = points.set_index("rig").loc[ranked.index[: e.form.local_starts], e.unknowns.labels]
     free = [not unknown.discrete for unknown in e.unknowns.unknowns]
@@ -144,3 +142,9 @@ def local_ends(e: Ensemble, jobs: int, store: Path | str, log=print) -> list[End
         ensemble_problem, plain(e, read_errors(e)), local_starts(e), form.local_rounds, e.config.method,
         e.config.radius, form.local_directions, jobs, store, log,
     )  # fmt: skip
+
+
+def local_points(e: Ensemble, ends: Sequence[End]) -> pd.DataFrame:
+    """Points of the ends of all searches that ran, for the last wave."""
+    ran = np.array([end.x for end in ends if np.isfinite(end.cost)]).reshape(-1, len(e.unknowns))
+    return points_table(e.unknowns, ran, FIRST[LOCAL])

@@ -2,7 +2,8 @@
 of radii.
 
 ``compared`` shows what cheap runs and other laws change, ``1`` is drawn from the prior ranges, every later wave from
-the search between the waves, ``last`` runs the least excluded rigs at full fidelity, ``study`` runs rings and speeds
+the search between the waves, ``local`` is where searches from the least excluded of these end (`local`), ``last`` runs
+those and the least excluded rigs at full fidelity, ``study`` runs rings and speeds
 with them, ``shipped`` is the rig as it ships, for comparison.
 """
 
@@ -31,10 +32,14 @@ from trackdyn.inference.unknowns import Unknowns
 from trackdyn.paper.claims import load_claims
 from trackdyn.sweeps.table import write_table
 
-COMPARED, LAST, STUDY, SHIPPED = "compared", "last", "study", "shipped"
+COMPARED, LOCAL, LAST, STUDY, SHIPPED = "compared", "local", "last", "study", "shipped"
 STAGES = (COMPARED, LAST, STUDY, SHIPPED)
 CHEAP, FULL, CHAIN, LAW = "cheap", "full", "chain", "law"  # kinds of rows
-FIRST = {COMPARED: 0, LAST: 900_000}  # number of the first rig of a stage; wave k begins at k times this
+FIRST = {
+    COMPARED: 0,
+    LOCAL: 800_000,
+    LAST: 900_000,
+}  # number of the first rig of a stage; wave k begins at k times this
 EACH_WAVE = 10_000
 FROM_BEST = 0.5  # of the last wave: rigs of the waves before; the others are new
 
@@ -127,8 +132,10 @@ def stage_points(e: Ensemble, stage: str, progress: bool = False) -> tuple[pd.Da
     if stage == LAST:
         ranked = judged(e.config, e.targets, values, known, cheap=True).sort_values("loss")
         old = points.set_index("rig").loc[ranked.index[: round(FROM_BEST * e.form.last)]].reset_index()
-        new = search.next_points(e.form.last - len(old), e.form.search_steps, seed + 99, progress)
-        return pd.concat([old, points_table(e.unknowns, new, FIRST[LAST])], ignore_index=True), said
+        local = e.read(f"points_{LOCAL}")
+        count = max(e.form.last - len(old) - len(local), 1)
+        new = search.next_points(count, e.form.search_steps, seed + 99, progress)
+        return pd.concat([old, local, points_table(e.unknowns, new, FIRST[LAST])], ignore_index=True), said
     k = int(stage)
     found = search.next_points(e.form.waves[k - 1], e.form.search_steps, seed + k, progress)
     return points_table(e.unknowns, found, k * EACH_WAVE), said
