@@ -1,8 +1,8 @@
 """How long a fuzzer goes on, and from which seed.
 
 `TRACKDYN_FUZZ_SECONDS` is the time of each of them (1 s by default). Seeds count up from 0, so that a run fails or
-passes twice; `TRACKDYN_FUZZ_SEED=new` starts where no run has been, a number there repeats a run that failed, whose seed
-the test printed.
+passes twice; `TRACKDYN_FUZZ_SEED=new` starts where no run has been, a number there repeats a run that failed, whose
+seed the test printed.
 """
 
 import inspect
