@@ -1,6 +1,8 @@
 """What is installed: the lock holds every package with its hash, and keeps to pyproject.toml as the conda file does."""
 
 import re
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -16,13 +18,17 @@ LOCKED = re.compile(r"([\w.-]+)==(\S+) --hash=sha256:[0-9a-f]{64}")
 OTHER_NAMES = {
     "matplotlib-base": "matplotlib",
     "snakemake-minimal": "snakemake",
+    "dfo-ls": "DFO-LS",
 }  # of conda, without what is not needed
 
 
-def asked():
-    """All that the project and its extras ask for."""
-    texts = [*PROJECT["dependencies"], *(text for extra in PROJECT["optional-dependencies"].values() for text in extra)]
-    return [Requirement(text) for text in texts]
+def asked(*extras):
+    """All that the project asks for with some extras and with those that they name."""
+    found = [Requirement(text) for text in PROJECT["dependencies"]]
+    for extra in extras:
+        for requirement in map(Requirement, PROJECT["optional-dependencies"][extra]):
+            found += asked(*requirement.extras) if requirement.name == "trackdyn" else [requirement]
+    return list({str(requirement): requirement for requirement in found}.values())
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +45,7 @@ def locked():
 
 
 def test_the_lock_keeps_to_the_project(locked):
-    for requirement in asked():
+    for requirement in asked(*PROJECT["optional-dependencies"]):
         version = locked.get(canonicalize_name(requirement.name))
         assert version in requirement.specifier if version else False, f"{requirement}: {version}; make lock"
 
@@ -66,6 +72,65 @@ def test_the_conda_file_has_the_bounds_of_the_project():
         found[OTHER_NAMES.get(name, name)] = bound
     assert found.pop("python") == PROJECT["requires-python"]
     assert {found.pop("make"), found.pop("pip")} == {""}
-    assert found == {
-        requirement.name: str(requirement.specifier) for requirement in map(Requirement, PROJECT["dependencies"])
-    }
+    assert found == {requirement.name: str(requirement.specifier) for requirement in asked("pipeline")}
+
+
+WITHOUT_EXTRAS = """
+import sys
+
+class Missing:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in {modules}:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+
+sys.meta_path.insert(0, Missing())
+sys.argv = ["trackdyn", *{arguments}]
+from trackdyn.commands.cli import main
+main()
+"""
+MODULES = {"pillow": "PIL", "scikit-learn": "sklearn", "DFO-LS": "dfols"}
+
+
+def without_extras(*arguments):
+    """A command where nothing is installed but what the simulator itself asks for."""
+    core = {requirement.name for requirement in asked()}
+    extras = {requirement.name for requirement in asked(*PROJECT["optional-dependencies"])} - core
+    modules = {MODULES.get(name, name.replace("-", "_")) for name in extras}
+    code = WITHOUT_EXTRAS.format(modules=modules, arguments=list(arguments))
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """A short run by the simulator alone."""
+    out = tmp_path_factory.mktemp("core") / "run.npz"
+    ended = without_extras("simulate", str(out), "--duration", "0.1", "--lead-in", "0")
+    assert ended.returncode == 0, ended.stderr
+    return out
+
+
+def test_the_simulator_needs_no_extra(run):
+    assert run.exists()
+    ended = without_extras("rigs")
+    assert ended.returncode == 0 and "paper" in ended.stdout, ended.stderr
+
+
+@pytest.mark.parametrize(
+    ("command", "extra"),
+    [("show {}", "report"), ("identify {} --unknown tension.pre_tension", "identify")],
+)
+def test_a_command_whose_extra_is_missing_names_it(run, command, extra):
+    ended = without_extras(*command.format(run).split())
+    assert ended.returncode == 1
+    assert ended.stderr.startswith("trackdyn: ") and f"pip install 'trackdyn[{extra}]'" in ended.stderr, ended.stderr
+    assert ended.stderr.count("\n") == 1
+
+
+def test_the_workflows_call_targets_that_exist():
+    targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
+    jobs = yaml.safe_load((ROOT / ".github" / "workflows" / "tests.yml").read_text(encoding="utf-8"))["jobs"]
+    runs = [step["run"] for job in jobs.values() for step in job["steps"] if "run" in step]
+    called = {match[1] for run in runs if (match := re.match(r"make (\w+)", run))}
+    assert {"lint", "check", "test", "quick"} <= called <= targets
+    pythons = jobs["fast"]["strategy"]["matrix"]["python"]
+    assert pythons == [text.rpartition(" ")[2] for text in PROJECT["classifiers"] if ":: 3." in text]

@@ -27,12 +27,12 @@ LAYERS = {
     ),
 }
 # From the ground up: what a room of the package may import is itself, the rooms before it in this list, and errors,
-# files, jit and version.
+# extras, files, jit and version.
 ROOMS = (
     "model", "contact", "chain", "integrate", "parameters", "scene", "sensor", "simulation", "measure", "fmi", "sweeps",
     "paper", "study", "peers", "benchmark", "inference", "certify", "pipeline", "report", "commands",
 )  # fmt: skip
-GROUND = {"errors", "files", "jit", "version"}
+GROUND = {"errors", "extras", "files", "jit", "version"}
 LOOSE = {"__init__.py", *(f"{name}.py" for name in GROUND)}  # files of no room
 
 # a library, and the folders that alone may import it

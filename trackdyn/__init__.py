@@ -48,7 +48,12 @@ if not TYPE_CHECKING:  # to a type checker every name would then be one of the p
     def __getattr__(name: str):
         if name not in _MODULES:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        globals()[name] = value = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+        try:
+            globals()[name] = value = getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
+        except ModuleNotFoundError as error:
+            from trackdyn.extras import missing
+
+            raise missing(error) from None
         return value
 
 

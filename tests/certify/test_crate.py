@@ -145,5 +145,5 @@ def test_without_manifest_or_package_it_says_so(results, monkeypatch):
     with pytest.raises(InputError, match=r"manifest\.json: no such file"):
         write_crate(results)
     monkeypatch.setitem(sys.modules, "rocrate.rocrate", None)
-    with pytest.raises(InputError, match=r"pip install 'trackdyn\[crate\]' would do"):
+    with pytest.raises(InputError, match=r"pip install 'trackdyn\[crate\]'"):
         write_crate(results)

@@ -13,6 +13,7 @@ from trackdyn.certify.comparison import compare, failed, summary
 from trackdyn.certify.manifest import NAME, describe, load_manifest
 from trackdyn.certify.provenance import file_hash
 from trackdyn.errors import InputError
+from trackdyn.extras import required
 from trackdyn.files import replacing
 
 ROOT = Path(__file__).parents[2]
@@ -82,10 +83,7 @@ def write_crate(
         The manifest is missing, results or inputs are no longer those of the manifest, or the package rocrate is not
         installed.
     """
-    try:
-        from rocrate.rocrate import ROCrate
-    except ImportError:
-        raise InputError("the package rocrate is missing; pip install 'trackdyn[crate]' would do") from None
+    ROCrate = required("rocrate.rocrate").ROCrate
     results = Path(results)
     manifest = load_manifest(results / NAME)
     for name, digest in manifest["inputs"].items():

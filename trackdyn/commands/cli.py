@@ -21,6 +21,7 @@ from trackdyn.commands.simulate import simulate
 from trackdyn.commands.sweep import design, sweep
 from trackdyn.commands.wear import wear
 from trackdyn.errors import TrackdynError
+from trackdyn.extras import missing
 from trackdyn.version import __version__
 
 COMMANDS = {
@@ -111,6 +112,8 @@ def main() -> None:
         sentence, code = f"interrupted; {broken_off()}", 130
     except TrackdynError as error:
         sentence, code = str(error), 1
+    except ModuleNotFoundError as error:
+        sentence, code = str(missing(error)), 1
     except MemoryError:
         sentence, code = "the memory that is free does not suffice; a shorter duration or fewer pitches would do", 1
     except OSError as error:

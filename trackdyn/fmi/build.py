@@ -7,6 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from trackdyn.errors import InputError
+from trackdyn.extras import required
 from trackdyn.files import replacing
 from trackdyn.fmi.unit import Unit
 from trackdyn.jit import source_hash
@@ -31,12 +32,7 @@ def write_fmu(scene: Scene, path: Path | str) -> Unit:
         PythonFMU3 is not installed or has no library for this system, the scene has no such unit, or the file cannot
         be written.
     """
-    try:
-        from pythonfmu3 import FmuBuilder
-    except ImportError:
-        raise InputError(
-            "PythonFMU3 is not installed, which writes the unit: pip install 'trackdyn[fmu]' would do"
-        ) from None
+    FmuBuilder = required("pythonfmu3").FmuBuilder
     if not FmuBuilder.has_binary():
         raise InputError("PythonFMU3 has no library for this system; x86-64 Linux or Windows would do")
     path, unit = Path(path), Unit(scene)

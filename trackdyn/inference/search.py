@@ -16,6 +16,7 @@ from pydantic import Field
 from scipy.optimize import least_squares
 
 from trackdyn.errors import InputError, TrackdynError
+from trackdyn.extras import required
 from trackdyn.parameters.validation import Section, shown
 from trackdyn.sweeps.engine import Maker, refuse_failed, results
 from trackdyn.sweeps.row import row_sources
@@ -146,12 +147,7 @@ class _Evaluated:
 
 
 def _dfols(evaluate: Callable, x: np.ndarray, radius: float, directions: int | None) -> None:
-    try:
-        import dfols
-    except ImportError:
-        raise InputError(
-            "the method dfols needs the package DFO-LS: pip install 'trackdyn[fit]'; or method: trf"
-        ) from None
+    dfols = required("dfols")
     params: dict[str, Any] = {
         "restarts.use_restarts": False,
         "init.random_initial_directions": False,

@@ -16,11 +16,11 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import DivergenceError, InputError
+from trackdyn.extras import required
 from trackdyn.measure.stopping import LEAST
 from trackdyn.measure.whole_loop import Series
 from trackdyn.parameters.rig import Rig
 from trackdyn.peers.comparison import OURS, PEER, run_peer
-from trackdyn.peers.extra import required
 from trackdyn.peers.exudyn_loop import PeerRun, require_exudyn
 from trackdyn.peers.mujoco_loop import run_mujoco
 from trackdyn.scene.scene import Scene

@@ -15,9 +15,9 @@ from math import pi
 import numpy as np
 
 from trackdyn.errors import DivergenceError, InputError
+from trackdyn.extras import required
 from trackdyn.model.constants import Chain, Drive, Model
 from trackdyn.peers.contact import Contacts, Memory, contact_loads, force_vector, jacobian_triplets
-from trackdyn.peers.extra import required
 from trackdyn.scene.scene import Scene
 from trackdyn.study.settings import PEER_LAWS
 

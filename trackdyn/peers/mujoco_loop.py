@@ -12,9 +12,9 @@ from math import pi
 import numpy as np
 
 from trackdyn.errors import DivergenceError, InputError
+from trackdyn.extras import required
 from trackdyn.model.constants import Chain, Drive
 from trackdyn.peers.contact import Contacts, make_contacts
-from trackdyn.peers.extra import required
 from trackdyn.peers.exudyn_loop import PeerRun, PeerWheels, Start, drive_at, free_wheels, start_of
 from trackdyn.peers.mujoco_contact import ACROSS, RUBBER, STEEL, cushion, soft, sprocket_shapes
 from trackdyn.scene.scene import Scene

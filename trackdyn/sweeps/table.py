@@ -6,10 +6,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pandas as pd
-import pyarrow
-from pyarrow import parquet
 
 from trackdyn.errors import InputError
+from trackdyn.extras import required
 from trackdyn.files import plain_file, read_text, replacing
 from trackdyn.parameters.validation import shown
 
@@ -55,6 +54,7 @@ def read_table(path: Path | str) -> pd.DataFrame:
             cells.append([cell.strip() for cell in row])
         return pd.DataFrame(cells, columns=header, dtype=str)
     plain_file(path, "Parquet file")
+    pyarrow, parquet = required("pyarrow"), required("pyarrow.parquet")
     try:
         described = parquet.read_metadata(path)
         size = sum(described.row_group(k).total_byte_size for k in range(described.num_row_groups))
@@ -116,4 +116,5 @@ def write_table(table: pd.DataFrame, path: Path | str) -> None:
         if Path(path).suffix == ".csv":
             table.to_csv(part, index=False)
         else:
+            required("pyarrow")
             table.to_parquet(part, index=False, engine="pyarrow")

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from trackdyn.errors import InputError
+from trackdyn.extras import required
 from trackdyn.parameters.rig import Rig
 from trackdyn.study.extremes.judge import DEFECT, run_scene
 
@@ -18,12 +18,7 @@ PATIENCE = 300.0
 
 def _strategy():
     """What a random scene is drawn from: a dictionary of scene fields, rig values under ``changes``."""
-    try:
-        from hypothesis import strategies as st
-    except ImportError:
-        raise InputError(
-            "random scenes need the package hypothesis, which is not installed; 'pip install trackdyn[test]' would do"
-        ) from None
+    st = required("hypothesis.strategies")
 
     def power(low, high):
         return st.floats(low, high).map(lambda e: float(f"{10**e:.6g}"))

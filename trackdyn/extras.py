@@ -1,0 +1,47 @@
+"""Packages beyond the simulator's own: an extra of trackdyn brings each, and who lacks one is told which."""
+
+import re
+from importlib import import_module
+from importlib.metadata import PackageNotFoundError, requires
+from types import ModuleType
+
+from trackdyn.errors import InputError
+
+# modules whose package has another name
+PACKAGES = {"PIL": "pillow", "sklearn": "scikit-learn", "dfols": "DFO-LS"}
+
+
+def required(name: str) -> ModuleType:
+    """A module of a package that not everybody has.
+
+    Raises
+    ------
+    InputError
+        The package is not installed; the sentence names the extra that brings it.
+    """
+    try:
+        return import_module(name)
+    except ModuleNotFoundError as error:
+        raise missing(error) from None
+
+
+def missing(error: ModuleNotFoundError) -> InputError:
+    """What is said of a package that is not installed; an error within trackdyn itself stays as it is."""
+    module = (error.name or "").partition(".")[0]
+    if module in ("", "trackdyn"):
+        raise error
+    package = PACKAGES.get(module, module)
+    return InputError(f"{package} is not installed; pip install '{_place(package)}'")
+
+
+def _place(package: str) -> str:
+    """The extra that brings a package, or else the package itself."""
+    try:
+        found = requires("trackdyn") or []
+    except PackageNotFoundError:  # a copy that was never installed
+        found = []
+    for text in found:
+        name, extra = re.match(r"[\w.-]+", text), re.search(r"extra == ['\"](\w+)['\"]", text)
+        if name and extra and name[0].lower() == package.lower():
+            return f"trackdyn[{extra[1]}]"
+    return package
