@@ -13,7 +13,7 @@ ifneq ($(word 2,$(abspath $(VENV))),)
 $(error the environment in "$(CURDIR)" would have a blank in its name, which Snakemake does not survive; put it elsewhere: make VENV=/a/place)
 endif
 
-.PHONY: replicate quick test check lint benchmark synthetic lock cluster kills clean
+.PHONY: replicate quick test check lint docs benchmark synthetic lock cluster kills clean
 
 replicate: $(READY)
 	$(BIN)/python workflow/run.py -j$(JOBS)
@@ -31,6 +31,9 @@ lint: $(READY)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+docs: $(READY)
+	$(BIN)/python -m sphinx -q -W --keep-going -b html docs docs/_site
 
 benchmark: $(READY)
 	$(BIN)/python benchmarks/cost.py --out results/benchmarks/cost.json
@@ -56,7 +59,7 @@ $(READY): requirements.lock pyproject.toml
 	else \
 	    echo "requirements.lock has the hashes for CPython 3.11 on x86-64 Linux; here its versions are taken, unverified" && \
 	    sed -n 's/ --hash.*//p' requirements.lock > $(VENV)/versions.txt && \
-	    $(BIN)/python -m pip install --quiet --constraint $(VENV)/versions.txt --editable '.[test,peers,cluster]'; \
+	    $(BIN)/python -m pip install --quiet --constraint $(VENV)/versions.txt --editable '.[test,docs,peers,cluster]'; \
 	fi
 	touch $(READY)
 

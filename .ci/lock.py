@@ -41,7 +41,7 @@ def main(named: list[str]) -> None:
         constraints, report = Path(folder, "constraints.txt"), Path(folder, "report.json")
         constraints.write_text(kept(LOCK.read_text(encoding="utf-8"), named) if LOCK.exists() else "", encoding="utf-8")
         command = [sys.executable, "-m", "pip", "install", "--quiet", "--dry-run", "--ignore-installed"]
-        command += ["--report", str(report), "--constraint", str(constraints), f"{ROOT}[test,peers,cluster]"]
+        command += ["--report", str(report), "--constraint", str(constraints), f"{ROOT}[test,docs,peers,cluster]"]
         if subprocess.run(command, check=False).returncode:
             sys.exit(
                 "requirements.lock stays as it was; name the packages that pip says must change: make lock NEW=rich"

@@ -38,10 +38,12 @@ def _no_kernels(pytestconfig):
         yield
 
 
-def pytest_collection_modifyitems(items):
+def pytest_collection_modifyitems(config, items):
     for item in items:
         if "browser" in item.fixturenames:
             item.add_marker("browser")
+            if config.getoption("--no-kernels"):  # playwright does not survive that its process is refused
+                item.add_marker(pytest.mark.skip(reason="starts a process"))
 
 
 def pytest_terminal_summary(terminalreporter):

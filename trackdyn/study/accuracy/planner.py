@@ -124,11 +124,11 @@ def load_trade(path: Path | str | None = None) -> pd.DataFrame:
     text = read_text(place, "table of measured data", LARGEST_TABLE)
     try:
         table = pd.read_csv(io.StringIO(text))
+        if lacking := [name for name in COLUMNS if name not in table]:
+            raise ValueError(f"lacks the column {lacking[0]}")
         if table.empty:
             raise ValueError("holds no rows")
         for name in COLUMNS:
-            if name not in table:
-                raise ValueError(f"lacks the column {name}")
             table[name] = table[name].map(str) if name in WORDS else pd.to_numeric(table[name]).astype(float)
             if name not in WORDS and (table[name].abs() > LARGEST_NUMBER).any():
                 raise ValueError(f"{name} = {table[name].abs().max():g} is not accepted: at most {LARGEST_NUMBER:g}")

@@ -1,0 +1,69 @@
+"""The site: `make docs` builds it from these pages, the docstrings and what the command says of itself."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from trackdyn import __version__
+from trackdyn.commands.cli import COMMANDS
+from trackdyn.measure.columns import COLUMNS
+
+ROOT = Path(__file__).parents[1]
+project = "trackdyn"
+author = "trackdyn contributors"
+release = version = __version__
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.napoleon",
+    "sphinx-mathjax-offline",
+]
+root_doc = "index"
+exclude_patterns = ["README.md", "_site", "measured/*"]
+myst_enable_extensions = ["dollarmath", "amsmath"]
+myst_heading_anchors = 3
+# files of the repository that pages link to are no pages of the site
+suppress_warnings = ["myst.xref_missing"]
+html_theme = "pydata_sphinx_theme"
+html_title = "trackdyn"
+html_theme_options = {"show_nav_level": 2, "secondary_sidebar_items": ["page-toc"], "use_edit_page_button": False}
+html_copy_source = False
+napoleon_google_docstring = False
+autodoc_typehints = "none"
+autodoc_member_order = "bysource"
+
+
+def commands() -> str:
+    """The help of every command, as it is printed."""
+    environment = os.environ | {"COLUMNS": "100", "NO_COLOR": "1", "TERM": "dumb"}
+    parts = ["# Commands\n"]
+    for name in (
+        "",
+        *(command.__name__.replace("_", "-") for row in COMMANDS.values() for command in row),
+        "benchmark",
+    ):
+        line = [sys.executable, str(ROOT / "trackdyn_command.py"), *([name] if name else []), "--help"]
+        said = subprocess.run(line, capture_output=True, text=True, check=True, env=environment, cwd=ROOT).stdout
+        heading = f"trackdyn {name}".strip()
+        parts.append(f"## {heading}\n\n```text\n{said.strip()}\n```\n")
+    return "\n".join(parts)
+
+
+def columns() -> str:
+    """The columns of ``metrics.csv``."""
+    rows = [f"| `{name}` | {unit} | {text} |" for name, (_, unit, text, _) in COLUMNS.items()]
+    return "\n".join(["# Columns of metrics.csv", "", "| column | unit | what it is |", "|---|---|---|", *rows, ""])
+
+
+def write_pages(_) -> None:
+    """Pages that the program writes about itself."""
+    place = ROOT / "docs" / "_generated"
+    place.mkdir(exist_ok=True)
+    for make in (commands, columns):
+        (place / f"{make.__name__}.md").write_text(make(), encoding="utf-8")
+
+
+def setup(app) -> None:
+    app.connect("builder-inited", write_pages)
