@@ -15,9 +15,11 @@ from scipy.interpolate import CubicSpline
 from trackdyn.errors import InputError
 from trackdyn.files import replacing
 from trackdyn.sensor import stamps
+from trackdyn.sensor.logger_binary import Channels, read_channels
 from trackdyn.sensor.logger_text import find_layout, listed, parse, quoted, read_logger_text
 from trackdyn.sensor.sensor_mapping import AXES, SensorMapping, choose, time_unit_of, unit_of, with_time_units
 
+BINARY = (".mf4", ".tdms")  # endings of files that are no text
 COLUMNS = ("t_s", "ax_g", "ay_g", "az_g")
 _CLIPPED = 0.5  # share of clipped rows from which on nothing is left of the motion
 
@@ -86,7 +88,7 @@ def read_sensor_csv(
     Parameters
     ----------
     path : path-like
-        CSV file: a header, one row a sample.
+        CSV file: a header, one row a sample; or MDF 4 (.mf4) and TDMS (.tdms) files, by the extra ``loggers``.
     mapping : SensorMapping, optional
         What the file does not say itself.
     range_g : float
@@ -109,8 +111,14 @@ def read_sensor_csv(
         if not value > 0:
             raise InputError(f"{path}: {name} is {value!r}; give a number above zero.")
     sought = f"column {mapping.axes['ay']!r} for ay" if "ay" in mapping.axes else "column for ay"
-    layout = find_layout(
-        path, read_logger_text(path), lambda names: bool(choose(names, [""] * len(names), mapping).get("ay")), sought
+
+    def recognised(names):
+        return bool(choose(names, [""] * len(names), mapping).get("ay"))
+
+    layout = (
+        read_channels(path, recognised, sought)
+        if path.suffix.lower() in BINARY
+        else find_layout(path, read_logger_text(path), recognised, sought)
     )
     chosen = choose(layout.names, layout.units, mapping)
     for key, found in chosen.items():
@@ -132,7 +140,8 @@ def read_sensor_csv(
             f"{path}: no column of time among {listed(layout.names)}; name it with --time NAME, or "
             "give --time none --rate HZ."
         )
-    table = parse(layout, [column.place for column, _ in columns.values()])
+    places = [column.place for column, _ in columns.values()]
+    table = layout.table(places) if isinstance(layout, Channels) else parse(layout, places)
     values = dict(zip(columns, table.T, strict=True))
     return _record(layout, mapping, columns, values, float(range_g), gravity)
 
