@@ -107,7 +107,8 @@ def inputs(tmp_path_factory):
     (results / "tables").mkdir()
     pd.DataFrame({"area": [1, 2], "r_mm": [30.0, 40.0]}).to_csv(results / "tables" / "table1.csv", index=False)
     kinds = [
-        {"name": f"x.{kind}", "value": 1, "unit": "m", "kind": kind, "source": "here"} for kind in ("printed", "fitted")
+        {"name": f"x.{kind}", "value": 1, "unit": "m", "kind": kind, "outside": outside, "source": "here"}
+        for kind, outside in (("printed", ""), ("fitted", "above"))
     ]
     pd.DataFrame(kinds).to_csv(results / "tables" / "parameters.csv", index=False)
     trade = {"scene": "ring", "fidelity": "planar", "integrator": "euler", "measure": "rms", "uncertainty": 1e-6}
@@ -132,7 +133,7 @@ def inputs(tmp_path_factory):
     figure = Figure(figsize=(7, 3))
     figure.subplots().plot([0, 1])
     figure.savefig(results / "figures" / "fig15.png", dpi=150)
-    for name in ("fig05", "fig18_a", "extremes_solvers"):
+    for name in ("fig05", "fig18_a", "fig24", "extremes_solvers"):
         (results / "figures" / f"{name}.png").write_bytes((results / "figures" / "fig15.png").read_bytes())
     return PageInputs(results=results, rig=RIG_FILE, sensors={"210rpm": results / "sensor.csv"})
 
@@ -219,7 +220,7 @@ def test_no_id_stands_twice_and_every_picture_has_its_size(page_file):
     assert [name for name, count in ids.items() if count > 1] == []
     assert not set(re.findall(r'(?:href="#|describedby=")([^"]+)"', text)) - ids.keys()
     pictures = re.findall(r"<img [^>]*>", text)
-    assert len(pictures) == 4
+    assert len(pictures) == 5
     for picture in pictures:
         # 7 by 3 inch at 150 dots
         assert 'width="1050" height="450"' in picture
@@ -289,17 +290,45 @@ PLOTS = ("history-plot", "spectrum-plot", "ring-plot", "passage-plot", "trade-pl
 
 @pytest.mark.parametrize(("width", "height"), [(1400, 900), (390, 844)])
 def test_the_first_screen_answers(open_page, width, height):
-    """How many predictions came out with each rig; then what failed, and by how much."""
+    """How many open claims came out with each rig; a square for every part that was judged; Fig. 24."""
     page = open_page(width, height)
-    assert "1 of 3 open predictions of the paper came out with the rig shipped, 2 of 3 with other rig" in (
-        page.inner_text("#answer")
+    answer = page.inner_text("#answer")
+    assert answer.startswith("Of 3 open claims") and "1 is reproduced with the rig shipped" in answer
+    assert "2 are reproduced with the rig other rig" in answer
+    squares = page.eval_on_selector_all("#strip .square", "all => all.map(e => e.getAttribute('aria-label'))")
+    assert squares == [
+        *("C02, shipped: in trend", "C03, shipped: not reproduced", "C01, shipped: reproduced"),
+        *("C02, other rig: in trend", "C03, other rig: reproduced", "C01, other rig: reproduced"),
+    ]
+    assert "1 lies outside the range of what the part can be: x.fitted." in page.inner_text(".note")
+    assert page.evaluate("document.getElementById('strip').getBoundingClientRect().bottom") < height
+    order = page.eval_on_selector_all(
+        "#answer, #strip, .note, .front, nav, main", "all => all.map(e => e.id || e.tagName)"
     )
-    failed = page.inner_text("#failed").split("Statement")[1:]
-    assert [text.split()[0] for text in failed] == ["2", "3"]
-    assert "our bound at most 1.5 m" in failed[0] and "shipped 1.4 to 1.61" in failed[0]
-    assert page.evaluate("document.getElementById('failed').getBoundingClientRect().bottom") < height
-    order = page.eval_on_selector_all("#answer, #failed, .note, nav, main", "all => all.map(e => e.id || e.tagName)")
-    assert order == ["answer", "failed", "P", "NAV", "MAIN"]
+    assert order == ["answer", "strip", "P", "fig24", "NAV", "MAIN"]
+    assert page.evaluate("document.getElementById('fig24').getBoundingClientRect().top") < 2 * height
+
+
+def test_little_stands_open(open_page):
+    """What a reader sees before anything is opened, of a page that holds everything."""
+    page = open_page()
+    seen, held = (page.evaluate(f"document.body.{text}.split(/\\s+/).length") for text in ("innerText", "textContent"))
+    assert seen < 0.7 * held
+    assert page.locator("#card dl:visible").count() == 0
+    page.click("#C02 summary")
+    assert page.locator("#card dl:visible").count() == 1
+    page.goto(page.url.partition("#")[0] + "#C03")
+    assert page.locator("#C03 dl").is_visible()
+
+
+def test_a_table_is_sorted_by_a_click(open_page):
+    page = open_page(1400, 900, "#table1")
+    cells = "#table1 tbody td:first-child"
+    assert page.locator(cells).all_inner_texts() == ["1", "2"]
+    for _ in range(2):
+        page.locator("#table1 thead button").first.click()
+    assert page.locator(cells).all_inner_texts() == ["2", "1"]
+    assert page.locator("#table1 th").first.get_attribute("aria-sort") == "descending"
 
 
 ADDRESSES = (
@@ -349,18 +378,20 @@ def test_no_rule_of_accessibility_is_broken(open_page, width, scheme):
     assert [(rule["id"], node["html"][:100]) for rule in broken for node in rule["nodes"]] == []
 
 
-def test_paper_holds_every_chart_and_column(open_page):
-    """Folded parts open, scenes that were not chosen, charts at the paper's width, and all of it in light colours."""
-    page = open_page(color_scheme="dark")
+def test_paper_holds_every_chart_and_what_is_open(open_page):
+    """Folded parts stay so; scenes that were not chosen, charts at the width of the paper, all in light colours."""
+    page = open_page(1400, 900, "#table1", color_scheme="dark")
     page.evaluate("""() => addEventListener("beforeprint", () => {
-      window.shown = { folded: document.querySelectorAll("details:not([open])").length,
+      window.shown = { open: document.querySelectorAll("details[open]").length,
         widths: [...document.querySelectorAll(".plot")].map((e) => e.querySelector(".main-svg").getAttribute("width")),
         back: getComputedStyle(document.body).backgroundColor };
     })""")
     paper = page.pdf(tagged=True, format="A4")
-    assert page.evaluate("shown") == {"folded": 0, "widths": ["670"] * len(PLOTS), "back": "rgb(251, 250, 247)"}
+    assert page.evaluate("shown") == {"open": 1, "widths": ["670"] * len(PLOTS), "back": "rgb(251, 250, 247)"}
     for kind in ("td", "th"):
-        cells = page.eval_on_selector_all(kind, "all => all.filter(e => e.textContent.trim()).length")
+        cells = page.eval_on_selector_all(
+            kind, "all => all.filter(e => e.innerText.trim() && !e.closest('details:not([open])')).length"
+        )
         assert len(re.findall(rf"/S\s*/{kind.upper()}\b".encode(), paper)) == cells
     described = [text.encode("utf-16-be").hex().upper().encode() for text in ("Chart: ", "Chain on its wheels")]
     assert paper.count(b"/Alt <FEFF" + described[0]) + paper.count(b"/Alt (Chart: ") == len(PLOTS)
@@ -407,6 +438,7 @@ def test_the_theme_can_be_chosen(open_page):
 
 def test_settings_are_shown_scene_by_scene(open_page):
     page = open_page()
+    page.evaluate("document.getElementById('ladder').closest('details').open = true")
     text = page.inner_text("#ladder")
     assert "tooth contact: three surfaces" in text and "preset: paper, the reference" in text and "−29.2" in text
     assert page.locator("#ladder tbody:visible").count() == 1

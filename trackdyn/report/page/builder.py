@@ -19,7 +19,7 @@ from plotly.offline import get_plotlyjs
 
 from trackdyn.certify.provenance import check_sources, provenance
 from trackdyn.files import write_text
-from trackdyn.paper.claims import IN_TREND, NOT_REPRODUCED, ORIGINS, VERDICTS, counts, headline
+from trackdyn.paper.claims import IN_TREND, JUDGED, NOT_REPRODUCED, ORIGIN_WORDS, ORIGINS, VERDICTS, counts, headline
 from trackdyn.paper.contents import OWN, PAPER, STUDIES, missing
 from trackdyn.parameters.paper_tables import filled_cells, load_paper_tables
 from trackdyn.parameters.rig import load_rig
@@ -42,7 +42,9 @@ SYMBOLS = dict(zip(VERDICTS, ("●", "◐", "○", "◇", "–"), strict=True))
 SCRIPTS = ("shared", "page", "animation", "plots", "charts")  # one module, in this order
 FAILED = (NOT_REPRODUCED, IN_TREND)  # a claim of such a part did not come out
 COLOURS_OF_A_PICTURE = 13
-FOLDED = tuple(f"fig{number:02d}" for number in range(1, 14))  # drawings of the model: no result
+FRONT = "fig24"  # on the first screen
+MODEL = tuple(f"fig{number:02d}" for number in range(1, 14))
+RESULTS = tuple(f"fig{number:02d}" for number in range(14, 25))
 ACCURACY = ("trade_answer", "limits", "peer_answers")  # of the studies, beside the chart of cost and error
 # studies beside the replication: words, and a file that only a run of them makes; the rule has their name
 BESIDE = {
@@ -152,10 +154,15 @@ def build_page(inputs: PageInputs) -> str:
         planner=data.promises(_rows(results, "planner.csv")),
         provenance=origin,
         # the scorecard stands on the page as a list
-        gallery=[entry for entry in shown if entry["item"] not in STUDIES and entry["item"].key != "claims"],
+        gallery=[
+            entry for entry in shown if entry["item"] not in STUDIES and entry["item"].key not in ("claims", FRONT)
+        ],
         accuracy=[entry for entry in shown if entry["item"].key in ACCURACY],
         extremes=[entry for entry in shown if entry["item"].key.startswith("extremes")],
-        folded=FOLDED,
+        front=next((entry for entry in shown if entry["item"].key == FRONT), None),
+        origins=ORIGIN_WORDS,
+        judged=JUDGED,
+        groups=_groups(shown),
         missing=missing(results),
         studies=[(name, words, _form(results, file)) for name, (words, file) in BESIDE.items()],
         layers=" ".join(["", "--configfile", *inputs.layers]) if inputs.layers else "",
@@ -218,7 +225,19 @@ def _card(results: Path) -> dict | None:
         "headlines": {rig: headline(card, rig) for rig in rigs},
         "counts": {one: " / ".join(str(found.get((one, rig), 0)) for rig in rigs) for one in VERDICTS},
         "parts": parts,
-        "failed": [part for part in parts if part["origin"] == "predicted" and _failed(part)],
+        "strip": [part for part in parts if any(one["verdict"] in JUDGED for one in part["rigs"])],
+    }
+
+
+def _groups(shown: list[dict]) -> dict[tuple[str, ...], str]:
+    """Figures and tables of the gallery, each group folded under its title."""
+    others = [entry["item"].key for entry in shown if entry["item"].key not in (*MODEL, *RESULTS)]
+    tables = tuple(key for key in others if key.startswith("table"))
+    return {
+        MODEL: "Figures 1 to 13: the model in drawings",
+        RESULTS: "Figures 14 to 23: results",
+        tables: "Tables",
+        tuple(key for key in others if key not in tables): "Figures that the paper does not have",
     }
 
 

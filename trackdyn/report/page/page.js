@@ -66,3 +66,22 @@ if ($("ladder-scene")) {
   if (usual >= 0) $("ring-slider").value = usual;
   show();
 })();
+
+// A click on a column's name sorts the table by it, a second one the other way round
+for (const head of document.querySelectorAll(".sortable thead tr:last-child th")) {
+  const button = Object.assign(document.createElement("button"), { type: "button", className: "sort" });
+  button.append(...head.childNodes);
+  head.append(button);
+  button.addEventListener("click", () => {
+    const body = head.closest("table").tBodies[0], at = head.cellIndex;
+    const up = head.getAttribute("aria-sort") !== "ascending";
+    for (const other of head.parentElement.cells) other.removeAttribute("aria-sort");
+    head.setAttribute("aria-sort", up ? "ascending" : "descending");
+    const value = (row) => {
+      const text = row.cells[at].textContent.replace("\u2212", "-");
+      return text.trim() && !Number.isNaN(parseFloat(text)) ? parseFloat(text) : text;
+    };
+    const compare = (a, b) => (typeof a === "number" && typeof b === "number" ? a - b : String(a).localeCompare(String(b)));
+    body.append(...[...body.rows].sort((a, b) => (up ? 1 : -1) * compare(value(a), value(b))));
+  });
+}

@@ -43,16 +43,12 @@ function redraw() { for (const draw of REDRAWS) draw(); }
 $("theme").addEventListener("input", () => { root.style.colorScheme = $("theme").value; redraw(); });
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
 
-// On paper everything is open and light
-let folded = [];
+// Paper is light, and holds what is open
 addEventListener("beforeprint", () => {
-  folded = [...document.querySelectorAll("details:not([open])")];
-  for (const one of folded) one.open = true;
   root.classList.add("printing");
   redraw();
 });
 addEventListener("afterprint", () => {
-  for (const one of folded) one.open = false;
   root.classList.remove("printing");
   redraw();
 });
@@ -62,6 +58,7 @@ function land() {
   const target = $(decodeURIComponent(location.hash.slice(1)) || "-");
   if (!target) return;
   target.hidden = false;
+  for (const fold of target.querySelectorAll(":scope > details")) fold.open = true;
   for (let fold = target.closest("details"); fold; fold = fold.parentElement.closest("details")) fold.open = true;
   target.scrollIntoView();
 }
