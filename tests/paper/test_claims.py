@@ -320,7 +320,7 @@ def test_a_study_that_lacks_speeds_or_radii_shows_nothing_rather_than_success():
 
 
 def test_claims_that_a_parameter_was_chosen_by_are_fitted():
-    """The sources in the rig's file, the targets of the fit that they name and the origins of the claims say the same."""
+    """Sources in the rig's file, the targets of the fit that they name and the origins of the claims say the same."""
     rig = yaml.safe_load((CONFIG / "rig.yaml").read_text(encoding="utf-8"))
     entries = [entry for section in rig.values() if isinstance(section, dict) for entry in section.values()]
     entries = [entry for entry in entries if isinstance(entry, dict)]
