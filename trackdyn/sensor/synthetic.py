@@ -68,8 +68,7 @@ points at 1000 Hz.
 AXES = ("along the link, in the direction of travel", "along the outward normal of the link", "lateral")
 
 # assumed: centre x, y and radius under the pins (wheel or ring and half a link's thickness), m, of
-# sprocket, idler and road wheel: those of config/rigs/first_fit.yaml on the other side of the sprocket, before its
-# tensioner is shifted. A copy on purpose: the data must not follow a refit.
+# sprocket, idler and road wheel: nominal places of `first_fit`, mirrored. A copy: the data must not follow a refit.
 CIRCLES = ((0.0, 0.0, 0.308 + 0.02), (1.05, -0.05, 0.28 + 0.02), (1.65, -0.50, 0.28 + 0.02))
 LINK_LENGTH = 0.100  # pin to pin, m
 
