@@ -155,7 +155,9 @@ def features(rig, repeats: int) -> list[dict]:
     samples = round(0.2 * rig.sensor.rate)
     runs, walls = {}, {name: [] for name in FEATURES}
     for name, fields in FEATURES.items():
-        loop = Loop(Scene(rig, **({"motor_rpm": 150.0, "ring_radius": RING_RADIUS_M, "step": STEP_S} | fields)))
+        # a tensioner that every feature can have
+        same = {"motor_rpm": 150.0, "ring_radius": RING_RADIUS_M, "step": STEP_S, "tension": "locked"}
+        loop = Loop(Scene(rig, **(same | fields)))
         record = loop.room(samples, pitches=(1,), spells=SPELL_ROWS if loop.scene.spells else 0)
         loop.advance(loop.scene.ramp + 1.0)
         runs[name] = loop, record

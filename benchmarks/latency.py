@@ -28,6 +28,7 @@ rig = load_rig("config/rig.yaml")
 loop = Loop(Scene(rig, 115.0, **{fields}))
 loop.advance(20.0)
 """
+SPATIAL = "{'space': 'spatial', 'tension': 'locked', 'step': 5e-5}"
 ROWS = {
     "help": [*COMMAND, "--help"],
     "rigs": [*COMMAND, "rigs"],
@@ -37,7 +38,7 @@ ROWS = {
     "show": [*COMMAND, "show", "{folder}/run.npz", "--out", "{folder}/run.html"],
     "planar step": [sys.executable, "-c", STEPS.replace("{fields}", "{}")],
     "step without ring": [sys.executable, "-c", STEPS.replace("{fields}", "{'ring_radius': None, 'step': 5e-5}")],
-    "spatial step": [sys.executable, "-c", STEPS.replace("{fields}", "{'space': 'spatial', 'step': 5e-5}")],
+    "spatial step": [sys.executable, "-c", STEPS.replace("{fields}", SPATIAL)],
     "first run": [*SIMULATE, "--duration", "0.1", "--lead-in", "0"],
 }
 SLOW = {

@@ -1,4 +1,4 @@
-"""The shipped rig and loops that run on it, made once for all tests."""
+"""The rigs and loops that run on one of them, made once for all tests."""
 
 import os
 
@@ -18,7 +18,9 @@ from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 
-RIG = Path(__file__).parents[1] / "config" / "rig.yaml"
+CONFIG = Path(__file__).parents[1] / "config"
+# what tests assert of motion was written with this rig; a new default does not change it
+RIG = CONFIG / "rigs" / "first_fit.yaml"
 # long enough for a steady drive of the sprocket, short enough for a test
 SHORT = {"duration": 0.5, "lead_in": 0.2, "ramp": 0.4}
 
@@ -55,13 +57,19 @@ def pytest_terminal_summary(terminalreporter):
 
 @pytest.fixture(scope="session")
 def rig_path():
-    """File of the shipped rig."""
+    """File of the rig that tests run, not of the default one."""
     return RIG
 
 
 @pytest.fixture(scope="session")
+def default_rig_path():
+    """File of the default rig."""
+    return CONFIG / "rig.yaml"
+
+
+@pytest.fixture(scope="session")
 def rig():
-    """The shipped rig."""
+    """The rig that tests run, not the default one."""
     return load_rig(RIG)
 
 

@@ -259,8 +259,8 @@ def test_an_exchange_shorter_than_a_step_is_refused(scene, exchange):
         (["config/rig.yaml", "--rpm", "nan"], "--rpm = 'nan' is not accepted"),
     ],
 )
-def test_the_command_refuses_in_one_sentence(arguments, sentence, monkeypatch, capsys, tmp_path, rig_path):
-    (tmp_path / "config").symlink_to(rig_path.parent)
+def test_the_command_refuses_in_one_sentence(arguments, sentence, monkeypatch, capsys, tmp_path, default_rig_path):
+    (tmp_path / "config").symlink_to(default_rig_path.parent)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", ["trackdyn", "fmu", *arguments])
     with pytest.raises(SystemExit) as end:

@@ -35,7 +35,7 @@ from trackdyn.study.departures import run_in_a_copy
 from trackdyn.sweeps.store import DIVERGED, DONE
 
 CONFIG = Path(__file__).parents[2] / "config"
-RIG = load_rig(CONFIG / "rigs" / "possible.yaml")
+RIG = load_rig(CONFIG / "rig.yaml")
 SPEEDS, RADII = [115.0, 210.0], [0.304, 0.305, 0.308, 0.313]
 BASE_OF_ALL = Named(BASE, "", "", Alternative())
 
@@ -118,7 +118,7 @@ def test_what_an_alternative_sets_or_replaces_is_not_fitted(config, fit):
 
 def test_a_value_outside_its_range_says_so(config):
     """And no other stands in the map: what a group sets or lets vary is what the part can be."""
-    ranges = file_ranges(CONFIG / "rigs" / "possible.yaml")
+    ranges = file_ranges(CONFIG / "rig.yaml")
     for one in config.assumptions("full"):
         set_to = {name: (v, v) for name, v in one.alternative.rig.items() if not isinstance(v, list)}
         free = {u.names[0]: (u.low, u.high) for u in one.alternative.unknowns if u.of is None}

@@ -12,11 +12,18 @@ import trackdyn.inference.sensitivity as sensitivity
 from trackdyn.errors import InputError
 from trackdyn.inference.search import Round
 from trackdyn.inference.unknowns import file_ranges
+from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.validation import validated
 from trackdyn.parameters.yaml_file import read_yaml
 
 FILE = Path(__file__).parents[2] / "config" / "fit.yaml"
 RIG = FILE.with_name("rig.yaml")
+
+
+@pytest.fixture(scope="module")
+def rig():
+    """The default rig, which the choices of the file start from."""
+    return load_rig(RIG)
 
 
 @pytest.fixture
@@ -74,16 +81,16 @@ def test_ranges_are_no_wider_than_what_the_parts_can_be(config):
 def test_starts_can_be_built_and_are_the_same_each_time(config, rig):
     starts = fit.starts_of(config, rig, 1)
     assert [start.name for start in starts][:4] == [
-        "descends locked 1",
-        "descends sprung 1",
-        "climbs locked 1",
         "climbs sprung 1",
+        "climbs locked 1",
+        "descends sprung 1",
+        "descends locked 1",
     ]
     assert {start.name for start in starts[4:]} == set(config.rigs)
     assert starts == fit.starts_of(config, rig, 1)
     unknowns = config.unknowns(rig)
     for start, (sign, tension) in zip(
-        starts, [(-1, "locked"), (-1, "sprung"), (1, "locked"), (1, "sprung")], strict=False
+        starts, [(1, "sprung"), (1, "locked"), (-1, "sprung"), (-1, "locked")], strict=False
     ):
         made, scene = unknowns.to_rig(start.x)
         assert (np.sign(made.idler.x), scene) == (sign, {"tension": tension})

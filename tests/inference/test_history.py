@@ -32,7 +32,7 @@ from trackdyn.parameters.yaml_file import read_yaml
 CONFIG = Path(__file__).parents[2] / "config"
 SETTINGS = load_ensemble(CONFIG / "ensemble.yaml")
 CLAIMS = load_claims(CONFIG / "claims.yaml")
-RIG = load_rig(CONFIG / "rig.yaml")
+RIG = load_rig(CONFIG / "rigs" / "first_fit.yaml")
 NONE, RING = Case(115, None), Case(115, 0.308)
 SHARE = CaseTarget(claim="C25a", output="left_share_pct", case=RING, printed=10.0, tolerance=2.0, rule="equal")
 FREE = CaseTarget(claim="C23a", output="right_share_pct", case=RING, printed=0.5, tolerance=0.5, rule="at_most")
@@ -116,7 +116,9 @@ def test_the_better_reading_of_the_neighbour_counts():
 
 
 def one():
-    return Unknowns([Unknown(names=["bushing.stiffness"], scale="log")], RIG, file_ranges(CONFIG / "rig.yaml"))
+    return Unknowns(
+        [Unknown(names=["bushing.stiffness"], scale="log")], RIG, file_ranges(CONFIG / "rigs" / "first_fit.yaml")
+    )
 
 
 def test_errors_are_where_two_thirds_of_the_differences_lie():
@@ -135,7 +137,9 @@ def unknowns():
         ["idler.bearing_drag", "road_wheel.bearing_drag"],
         ["chain.link_mass"],
     ]
-    return Unknowns([Unknown(names=of, scale="log") for of in names], RIG, file_ranges(CONFIG / "rig.yaml"))
+    return Unknowns(
+        [Unknown(names=of, scale="log") for of in names], RIG, file_ranges(CONFIG / "rigs" / "first_fit.yaml")
+    )
 
 
 def test_the_search_goes_where_the_targets_are_met(unknowns):
@@ -182,7 +186,7 @@ def test_every_case_of_every_rig_is_a_row_with_the_steps_to_try(unknowns):
 
 
 def test_points_are_rigs_whose_groove_can_be_cut_and_whose_loop_closes():
-    every = unknowns_of(SETTINGS, CONFIG / "rig.yaml")
+    every = unknowns_of(SETTINGS, CONFIG / "rigs" / "first_fit.yaml")
     points = waves.prior_points(every, 3, seed=4)
     assert points.shape == (3, len(every))
     for x in points:

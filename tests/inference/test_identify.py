@@ -22,7 +22,7 @@ TRUTH = {"bushing__stiffness": 700.0, "tension__pre_tension": 4000.0, "bushing__
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch, rig, rig_path, closed_form):
-    """A working directory with the shipped rig and records of the closed form at 150 and 210 rev/min."""
+    """A working directory with a rig and records of the closed form at 150 and 210 rev/min."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "config").mkdir()
     (tmp_path / "config" / "rig.yaml").write_bytes(rig_path.read_bytes())
@@ -50,7 +50,7 @@ def command(monkeypatch, capsys, *words):
     return code, capsys.readouterr()
 
 
-SHORT = ("--simulations", "16", "--steps", "300", "--jobs", "1", "--quiet")
+SHORT = ("--rig", "config/rig.yaml", "--simulations", "16", "--steps", "300", "--jobs", "1", "--quiet")
 UNKNOWN = ("--unknown", "bushing.stiffness", "--unknown", "tension.pre_tension=2000:10000")
 
 

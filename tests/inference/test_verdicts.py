@@ -58,7 +58,7 @@ def ensemble(tmp_path_factory) -> Ensemble:
     3.
     """
     folder = tmp_path_factory.mktemp("ensemble")
-    rig = CONFIG / "rig.yaml"  # has values outside their ranges
+    rig = CONFIG / "rigs" / "first_fit.yaml"  # has values outside their ranges
     e = open_ensemble(CONFIG / "ensemble.yaml", "short", rig, CONFIG / "claims.yaml", folder)
     e = e._replace(form=e.form.model_copy(update={"studied": 3, "radii_m": [0.303, 0.305, 0.308, 0.313]}))
     x = prior_points(e.unknowns, 8, seed=1)

@@ -1,7 +1,6 @@
 """Contact spells, passages and their statistics on made-up logs with known answers."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ from trackdyn.measure.meshing import events, mean_events, meshing_summary, passa
 from trackdyn.parameters.rig import load_rig
 from trackdyn.simulation.recording import Recording
 
-RIG = load_rig(Path(__file__).parents[2] / "config" / "rig.yaml")
+RIG = load_rig("first_fit")
 PITCHES, TEETH = RIG.chain.pitches, RIG.sprocket.teeth
 # a sprocket turn of exactly 2 s
 TURN = 2.0

@@ -1,7 +1,5 @@
 """The account of sliding against the account of work, and against Eq. 10 written anew."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -13,7 +11,7 @@ from trackdyn.model.work import AREA, BODY, FLANK, KIND, WHEEL
 from trackdyn.simulation.recording import load_recording
 from trackdyn.simulation.simulate import simulate
 
-RIG = load_rig(Path(__file__).parents[2] / "config" / "rig.yaml")
+RIG = load_rig("first_fit")
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from trackdyn.parameters.table import parameter_table
 
 ROOT = Path(__file__).parents[2]
 SHIPPED = ROOT / "config" / "paper" / "tables.yaml"
-RIG = load_rig(ROOT / "config" / "rig.yaml")
+RIG = load_rig(ROOT / "config" / "rigs" / "first_fit.yaml")
 GROOVE = RIG.groove_profile
 PRINTED = {"O": "mm", "r": "mm", "theta": "deg"}
 
@@ -41,7 +41,7 @@ def fill(tmp_path):
         (tmp_path / "paper").mkdir(exist_ok=True)
         (tmp_path / "paper" / "tables.yaml").write_text(yaml.safe_dump(data), encoding="utf-8")
         rig = tmp_path / "rig.yaml"
-        rig.write_text((ROOT / "config" / "rig.yaml").read_text(encoding="utf-8"), encoding="utf-8")
+        rig.write_text((ROOT / "config" / "rigs" / "first_fit.yaml").read_text(encoding="utf-8"), encoding="utf-8")
         return rig
 
     return write

@@ -1,4 +1,4 @@
-"""The possible rig: every value within its range, and those that hang together jointly."""
+"""Ranges: the default rig has every value within its own, and jointly; the first fit says which it has outside."""
 
 from math import pi
 from pathlib import Path
@@ -15,7 +15,7 @@ from trackdyn.simulation.loop import Loop
 
 CONFIG = Path(__file__).parents[2] / "config"
 RPM = 115.0
-# what the head of its file lists; the dynamic friction of the ring goes with the static one
+# what the head of the first fit lists; the dynamic friction of the ring goes with the static one
 IMPOSSIBLE = {
     "sprocket.equal_pitch_radius", "groove.slope_seat", "bushing.stiffness", "bushing.damping",
     "ring_contact.friction_static", "ring_contact.friction_dynamic", "ring_contact.transition_velocity",
@@ -24,12 +24,12 @@ IMPOSSIBLE = {
 
 @pytest.fixture(scope="module")
 def rig():
-    return load_rig("possible")
+    return load_rig("paper")
 
 
 @pytest.fixture(scope="module")
 def table():
-    return parameter_table(shipped_rigs()["possible"]).set_index("name")
+    return parameter_table(shipped_rigs()["paper"]).set_index("name")
 
 
 def test_every_value_is_what_the_part_can_be(table):
@@ -38,14 +38,18 @@ def test_every_value_is_what_the_part_can_be(table):
     assert len(fitted) > 10 and fitted[["low", "high"]].notna().all(axis=None)
 
 
-def test_the_head_of_the_default_rig_lists_the_values_that_no_part_can_have():
-    path = shipped_rigs()["paper"]
+def test_the_head_of_the_first_fit_lists_the_values_that_no_part_can_have():
+    path = shipped_rigs()["first_fit"]
     found = parameter_table(path).set_index("name")["outside"]
     assert set(found.index[found != ""]) == IMPOSSIBLE
     head = path.read_text(encoding="utf-8").partition("gravity:")[0]
     assert all(name in head for name in IMPOSSIBLE - {"ring_contact.friction_dynamic"})
-    shipped = load_rig("paper")
-    assert (shipped.drag, shipped.bushing.law) == ("viscous", "viscous")
+    first = load_rig(path)
+    assert (first.drag, first.bushing.law) == ("viscous", "viscous")
+
+
+def test_the_default_rig_has_the_laws_of_the_default(rig):
+    assert (rig.drag, rig.bushing.law) == ("rolling", "hysteretic")
 
 
 def test_what_hangs_together_is_within_its_range_together(rig, table):

@@ -32,10 +32,11 @@ def refusal(path):
     return str(caught.value)
 
 
-def test_the_package_has_the_pipelines_rigs_and_its_own(rig, rig_path):
-    assert set(shipped_rigs()) == {*OWN, "paper", "possible", "printed_equal_pitch"}
-    assert load_rig() == load_rig(DEFAULT) == rig
-    assert shipped_rigs()["paper"].read_bytes() == rig_path.read_bytes(), "one source of truth"
+def test_the_package_has_the_pipelines_rigs_and_its_own(rig, rig_path, default_rig_path):
+    assert set(shipped_rigs()) == {*OWN, "first_fit", "paper", "printed_equal_pitch"}
+    assert load_rig() == load_rig(DEFAULT) == load_rig(default_rig_path) != rig == load_rig("first_fit")
+    for name, path in (("paper", default_rig_path), ("first_fit", rig_path)):
+        assert shipped_rigs()[name].read_bytes() == path.read_bytes(), "one source of truth"
 
 
 @pytest.mark.parametrize("name", OWN)
@@ -92,7 +93,7 @@ def test_a_wheel_is_a_section_by_its_name():
     ("text", "fragments"),
     [
         (f"like: bench\nwheels:\n  idler: {WHEEL}\n", ["wheels.idler.x = '-1.05 m'", "has no source"]),
-        ("like: nowhere\n", ["rig = 'nowhere'", "no such file", "bench, m113, paper"]),
+        ("like: nowhere\n", ["rig = 'nowhere'", "no such file", "bench, first_fit, m113, paper"]),
         ("like: mine.yaml\n", ["like = 'mine.yaml'"]),
         ("like: bench\nwheels: {source: s, idler: {x: 1 mm}}\n", ["idler.x", "must be given in 'm'"]),
         ("like: bench\nwheels: {source: s, Big Wheel: " + WHEEL + "}\n", ["wheels", "Big Wheel", "small letters"]),

@@ -392,7 +392,7 @@ def command(out, designed):
             "--out",
             str(out),
             "--rig",
-            str(ROOT / "config/rig.yaml"),
+            str(ROOT / "config/rigs/first_fit.yaml"),
             "-j2",
             "-q",
         ],

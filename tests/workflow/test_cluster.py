@@ -19,7 +19,7 @@ SCENE = {"preset": "fast", "duration": 0.05, "lead_in": 0.0, "ramp": 0.05}
 MODULE = """
 module sweep:
     snakefile: "{root}/workflow/sweep.smk"
-    config: {{"design": "d.csv", "out": "r/s.parquet", "batches": 2, "rig": "{root}/config/rig.yaml"}}
+    config: {{"design": "d.csv", "out": "r/s.parquet", "batches": 2, "rig": "{root}/config/rigs/first_fit.yaml"}}
 
 use rule * from sweep as sweep_*
 
@@ -52,8 +52,8 @@ FAMILY = """
 module sweep:
     snakefile: "{root}/workflow/sweep.smk"
     config:
-        {{"design": "{{kind}}.csv", "out": "r/{{kind}}.parquet", "batches": 3, "rig": "{root}/config/rig.yaml",
-        "kernels": ["Snakefile"]}}
+        {{"design": "{{kind}}.csv", "out": "r/{{kind}}.parquet", "batches": 3,
+        "rig": "{root}/config/rigs/first_fit.yaml", "kernels": ["Snakefile"]}}
 
 use rule * from sweep exclude all as sweep_*
 
@@ -149,7 +149,7 @@ def test_snakemake_takes_the_profile(tmp_path):
         "design=d.csv",
         "out=r.parquet",
         "batches=1",
-        f"rig={ROOT}/config/rig.yaml",
+        f"rig={ROOT}/config/rigs/first_fit.yaml",
     )
     assert result.returncode == 0, result.stdout + result.stderr
     assert "gather" in result.stdout + result.stderr

@@ -24,13 +24,10 @@ WHEELS_OF_OLD = ("idler", "road_wheel")  # sections that are wheels of their own
 NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s+(\S.*?)\s*")
 # the paper's rigs are the pipeline's files, which say in their own words what they are
 ABOUT = {
-    "paper": (
-        "the rig of the paper, fitted with viscous drag and bushings; six of its properties no part can have: equal "
-        "pitch, slope of the seat, stiffness and damping of the bushing, friction and transition velocity of the ring"
-    ),
-    "possible": (
-        "the rig of the paper with every value within what the part can be, rolling resistance and rubber with a loss "
-        "factor"
+    "paper": "the rig of the paper: values that the parts can have, rolling resistance, rubber with a loss factor",
+    "first_fit": (
+        "a first fit of that rig, with viscous drag and bushings; six of its properties no part can have: equal pitch, "
+        "slope of the seat, stiffness and damping of the bushing, friction and transition velocity of the ring"
     ),
     "printed_equal_pitch": "a second rig of the paper with the equal pitch as printed, docs/second-rig.md",
 }

@@ -14,7 +14,7 @@ Noise, 16 bit and the range of +-20 g complete the sensor.
 Printed, and the only tie to the experiment, are main frequency and amplitude at four motor speeds. One
 number a speed is fitted to them (:func:`fit`): the mean loop frequency or, at 210 rpm, the size of the
 fluctuation. The rest is assumed. RMS, standard deviation and impacts are therefore no evidence of
-anything. Nor is the shape of the slow part: the layout of the wheels is that of the simulated rig, where it
+anything. Nor is the shape of the slow part: the layout of the wheels is that of the rig `first_fit`, where it
 was fitted to the amplitudes that the paper prints for its simulation.
 
 How a frequency can be fitted to an amplitude: the printed one is that of the highest line of 90,000
@@ -58,17 +58,17 @@ GRAVITY = 9.81  # m/s2
 DESCRIPTION = """
 SYNTHETIC, not measured. The paper's measured records are not published; these stand in for them, and agreement of a
 simulation with them is no validation. Made without simulated dynamics: a link on an ideal belt around three wheels
-(assumed layout, the same as the simulated rig had), a slowly fluctuating speed, half-sine impacts at every pitch that
-runs on or off a wheel, a sensor that rings on its glue, noise, 16 bit and a range of +-20 g. Fitted to the paper's
-printed main frequency and amplitude is the mean loop frequency, at 210 rpm the size of the fluctuation instead;
-everything else is assumed, RMS, SD and impacts included. 'achieved' is taken as in the paper: the highest line of a
-rectangular-window spectrum of 90,000 points at 1000 Hz.
+(assumed layout: that of the rig first_fit, config/rigs/first_fit.yaml, on the other side of the sprocket; not that of
+config/rig.yaml), a slowly fluctuating speed, half-sine impacts at every pitch that runs on or off a wheel, a sensor
+that rings on its glue, noise, 16 bit and a range of +-20 g. Fitted to the paper's printed main frequency and amplitude
+is the mean loop frequency, at 210 rpm the size of the fluctuation instead; everything else is assumed, RMS, SD and
+impacts included. 'achieved' is taken as in the paper: the highest line of a rectangular-window spectrum of 90,000
+points at 1000 Hz.
 """
 AXES = ("along the link, in the direction of travel", "along the outward normal of the link", "lateral")
 
 # assumed: centre x, y and radius under the pins (wheel or ring and half a link's thickness), m, of
-# sprocket, idler and road wheel, as the simulated rig had them when the data were made. A copy on purpose:
-# the data must not follow a refit of the rig.
+# sprocket, idler and road wheel: nominal places of `first_fit`, mirrored. A copy: the data must not follow a refit.
 CIRCLES = ((0.0, 0.0, 0.308 + 0.02), (1.05, -0.05, 0.28 + 0.02), (1.65, -0.50, 0.28 + 0.02))
 LINK_LENGTH = 0.100  # pin to pin, m
 

@@ -34,13 +34,14 @@ def system_figure(rig: Rig) -> Figure:
         marks.write(system, (x, y + 0.13), names[name], bbox=BOX)
     pins, _, _ = drawing.chain_points(rig, frame)
     low = pins[:, 1].min() - GROUND
-    top = int(np.argmax(pins[:-1, 1])) // 2 * 2
-    for steps, name, offset in ((8, "track link", (-0.12, 0.14)), (5, "connector", (0.14, 0.14))):
-        body = (top - steps) % (len(pins) - 1)
+    side = _side(rig)
+    for first, part, name, offset in ((0, 0.6, "track link", -0.12), (1, 0.25, "connector", 0.14)):
+        body = _above(rig, pins, first, part)
         middle = 0.5 * (pins[body] + pins[body + 1])
-        marks.leader(system, middle, name, middle + offset)
+        marks.leader(system, middle, name, middle + [side * offset, 0.14])
     marks.write(system, (pins[:, 0].mean(), low - 0.1), "base")
-    marks.axes_cross(system, (pins[:, 0].min(), pins[:, 1].max() - 0.1), 0.2, 0.0, ("$X$", "$Y$"))
+    corner = pins[:, 0].min() if side > 0 else pins[:, 0].max() - 0.2  # above the wheels, which stand lower
+    marks.axes_cross(system, (corner, pins[:, 1].max() - 0.1), 0.2, 0.0, ("$X$", "$Y$"))
     system.set_title(f"(a) system: {rig.chain.pitches} links and connectors on three wheels")
     _draw_model(model, rig, frame, shift)
     for ax in (system, model):
@@ -48,6 +49,22 @@ def system_figure(rig: Rig) -> Figure:
         marks.bare(ax)
     model.set_title("(b) model: bodies, joints, contacts")
     return figure
+
+
+def _side(rig: Rig) -> int:
+    """1 where the sprocket stands to the right of the wheels, else -1."""
+    return 1 if rig.sprocket.x > np.mean([wheel.x for wheel in rig.rollers.values()]) else -1
+
+
+def _above(rig: Rig, pins, first: int, part: float) -> int:
+    """The link (``first`` 0) or connector (1) of the upper strand at a part of the way from the sprocket to the next
+    wheel.
+    """
+    middles = 0.5 * (pins[:-1] + pins[1:])
+    nearest = min((wheel.x for wheel in rig.rollers.values()), key=lambda x: abs(x - rig.sprocket.x))
+    away = np.abs(middles[:, 0] - rig.sprocket.x - part * (nearest - rig.sprocket.x))
+    away[middles[:, 1] < rig.sprocket.y] = np.inf
+    return 2 * int(np.argmin(away[first::2])) + first
 
 
 def _draw_system(ax: Axes, rig: Rig, frame, shift: float, sensor_body: tuple[int, ...] = ()) -> None:
@@ -68,14 +85,19 @@ def _draw_base(ax: Axes, circles, pins) -> None:
 
 
 def touching_links(rig: Rig, frame, shift: float) -> list[tuple[int, int, np.ndarray]]:
-    """Body, wheel (index in `wheel_names`) and contact point Q (m) of every link that lies on a wheel."""
+    """Body, wheel (index in `wheel_names`) and contact point Q (m) of every link that lies on a wheel.
+
+    Of a wheel that none touches before the loop has settled it is the nearest one.
+    """
     pins, _, _ = drawing.chain_points(rig, frame)
     found = []
-    for body in range(0, len(pins) - 1, 2):
-        for wheel, (x, y, r) in enumerate(wheel_circles(rig, shift, surface=True)):
+    for wheel, (x, y, r) in enumerate(wheel_circles(rig, shift, surface=True)):
+        near = []
+        for body in range(0, len(pins) - 1, 2):
             _, qx, qy, distance = foot(*map(float, (*pins[body], *pins[body + 1], x, y)))
-            if distance <= r + rig.chain.link_thickness / 2 + TOUCH:
-                found.append((body, wheel, np.array([qx, qy])))
+            near.append((distance - r - rig.chain.link_thickness / 2, body, np.array([qx, qy])))
+        gap = max(TOUCH, min(gap for gap, *_ in near))
+        found += [(body, wheel, q) for distance, body, q in near if distance <= gap]
     return found
 
 
@@ -139,11 +161,12 @@ def _spring(centre, end, start: float) -> np.ndarray:
 def setup_figure(rig: Rig) -> Figure:
     """Figure 16: motor, rig, sensor on the selected link, signal collection and computer."""
     frame, shift = drawing.laid_frame(rig)
-    body = 2 * (rig.sensor.pitch - 1)
+    side, pins = _side(rig), drawing.chain_points(rig, frame)[0]
+    body = _above(rig, pins, 0, 0.5)  # where the selected link may be seen
     figure = new_figure(3.5)
     ax = figure.subplots()
     _draw_system(ax, rig, frame, shift, (body,))
-    pins, angles, _ = drawing.chain_points(rig, frame)
+    angles = drawing.chain_points(rig, frame)[1]
     sensor = drawing.placed([[rig.sensor.x, rig.sensor.y]], pins[body], angles[body])[0]
     up = marks.polar(angles[body] + pi / 2)
     box = drawing.placed([[-0.025, 0.0], [0.025, 0.0], [0.025, 0.04], [-0.025, 0.04]], sensor, angles[body])
@@ -154,25 +177,27 @@ def setup_figure(rig: Rig) -> Figure:
         marks.write(ax, end + 0.03 * marks.polar(angles[body] + start), f"${name}$")
     text = f"wireless acceleration sensor on link {rig.sensor.pitch}\n"
     text += f"{rig.sensor.rate} Hz, \N{PLUS-MINUS SIGN}{rig.sensor.range:g} g"
-    marks.leader(ax, sensor + 0.04 * up - [0.02, 0.0], text, sensor + [-0.55, 0.36])
-    x, half = pins[:, 0].max() + 0.36, np.array([0.22, 0.12])
+    marks.leader(ax, sensor + 0.04 * up - [0.02 * side, 0.0], text, sensor + [-0.55 * side, 0.36])
+    half, ends = np.array([0.22, 0.12]), (pins[:, 0].min(), pins[:, 0].max())
+    x = ends[side > 0] + 0.36 * side  # of the boxes, beside the sprocket
     motor, collection, computer = rig.sprocket.y - 0.15, sensor[1] + 0.36, sensor[1]
     for name, y in (("motor", motor), ("signal\ncollection", collection), ("computer", computer)):
         look = {"boxstyle": "square,pad=0", "facecolor": "#dcebf5", "edgecolor": BLACK, "zorder": drawing.Z_MARK}
         ax.add_patch(FancyBboxPatch([x, y] - half, *(2 * half), **look))
         marks.write(ax, (x, y), name)
-    wave = np.linspace(sensor + 0.06 * up + [0.05, 0.03], [x - half[0], collection], 90)
+    wave = np.linspace(sensor + 0.06 * up + [0.05 * side, 0.03], [x - side * half[0], collection], 90)
     wave[:, 1] += 0.012 * np.sin(np.linspace(0, 30 * pi, 90)) * (np.arange(90) < 84)
     ax.plot(*wave.T, "-", color=BLUE, linewidth=0.8, label="radio")
     marks.arrow(ax, wave[-4], wave[-1], color=BLUE)
     marks.write(ax, wave[45] + [0, 0.06], "radio", color=BLUE)
     marks.arrow(ax, (x, collection - half[1]), (x, computer + half[1]))
-    shaft = [[x - half[0], motor], [rig.sprocket.x, motor], [rig.sprocket.x, rig.sprocket.y]]
+    shaft = [[x - side * half[0], motor], [rig.sprocket.x, motor], [rig.sprocket.x, rig.sprocket.y]]
     marks.line(ax, *shaft, linestyle=(0, (8, 2, 1, 2)), linewidth=1.4)
     marks.write(ax, (x, motor - half[1] - 0.12), f"transmission\n{rig.sprocket.transmission_ratio:g} : 1")
     low = pins[:, 1].min() - GROUND
     for name, (wx, wy, _) in zip(wheel_names(rig), wheel_circles(rig, shift, surface=True), strict=True):
         marks.write(ax, (wx, wy + 0.12), name.replace("_", " "), bbox=BOX)
-    ax.set(xlim=(pins[:, 0].min() - 0.1, x + half[0] + 0.08), ylim=(low - 0.08, sensor[1] + 0.5))
+    left, right = sorted((ends[side < 0] - 0.1 * side, x + side * (half[0] + 0.08)))
+    ax.set(xlim=(left, right), ylim=(low - 0.08, sensor[1] + 0.5))
     marks.bare(ax)
     return figure

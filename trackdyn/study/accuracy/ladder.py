@@ -16,7 +16,7 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.simulate import simulate
-from trackdyn.study.accuracy.statistics import MEASURES, NAN, RELATIVE, SHARES, statistics_of
+from trackdyn.study.accuracy.statistics import MEASURES, NAN, RELATIVE, SHARES, TENSION, statistics_of
 
 REFERENCE = "paper"
 # setting -> fields of the scene that differ from the reference, which is among them
@@ -76,7 +76,7 @@ def measure_setting(
     for rpm, radius in product(speeds, radii):
         name = f"{rpm:g} rpm, {'no ring' if radius is None else f'ring {radius:g} m'}"
         try:
-            fields = PRESETS[REFERENCE] | {"ring_radius": radius} | SETTINGS[setting]
+            fields = PRESETS[REFERENCE] | TENSION | {"ring_radius": radius} | SETTINGS[setting]
             scene = Scene(rig, rpm, **steady_fields(rig, rpm, rule) | {"lead_in": LEAD_IN} | fields)
             found, wall, note = *(_belt(scene) if scene.chain == "belt" else _run(scene, rule, starts)), ""
         except TrackdynError as error:

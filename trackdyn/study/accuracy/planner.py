@@ -26,6 +26,7 @@ from trackdyn.study.accuracy.statistics import (
     LEAD_IN,
     RELATIVE,
     SHARES,
+    TENSION,
     answers_of,
     scale_of,
     scene_name,
@@ -256,7 +257,7 @@ def verify(rig: Rig, trade: pd.DataFrame, kept_apart: list[SceneKey], turns: int
     """
     rows = []
     for rpm, ring in kept_apart:
-        name, base = scene_name(rpm, ring), study_scene(rig, rpm, ring, turns, every_link=True)
+        name, base = scene_name(rpm, ring), study_scene(rig, rpm, ring, turns, every_link=True, **TENSION)
         limits = limits_of({step: run_answer(base.with_(step=step)) for step in steps})
         plans: dict[tuple, list] = {}
         for measure in (m for m in PLANNED if m in limits and (m in RELATIVE or limits[m].value)):

@@ -13,6 +13,8 @@ from trackdyn.simulation.recording import Recording
 from trackdyn.study.settings import SceneKey, StateErrors, StatisticErrors, TradeForm
 
 NAN = float("nan")
+# of the ladder and of accuracy against cost: motion in space, rk4 and adaptive have no tensioner on its spring
+TENSION = {"tension": "locked"}
 LEAD_IN = 3.0  # s at constant speed before what is compared begins, after a second of starting
 # compared as they are
 ABSOLUTE = ("loop_gap", "energy_residual")

@@ -22,7 +22,7 @@ from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.simulate import simulate
 from trackdyn.study.accuracy.limit import LIMITS, Limit, difference, limit_of
-from trackdyn.study.accuracy.statistics import ABSOLUTE, answers_of, scale_of, scene_name, study_scene
+from trackdyn.study.accuracy.statistics import ABSOLUTE, TENSION, answers_of, scale_of, scene_name, study_scene
 from trackdyn.study.settings import StateErrors, StatisticErrors, Steps
 
 # error: against the limit; uncertainty: its standard error; scatter: standard error that one passage would leave, all
@@ -91,7 +91,7 @@ def cost(scene: Scene, starts: SettledLoops | None = None) -> float:
 
 def window_start(rig: Rig, name: str) -> Loop:
     """The loop that a state error starts from, its scene that of the window."""
-    short = {"duration": WINDOW, "spells": False}
+    short = {"duration": WINDOW, "spells": False} | TENSION
     if name == "one impact":  # the motor jerks a resting loop without ring: its teeth strike the connectors
         scene = Scene(rig, motor_rpm=115.0, ring_radius=None, ramp=0.01, lead_in=0.0, **short)
         return Loop(scene)
@@ -193,9 +193,8 @@ def statistic_trade(rig: Rig, asked: StatisticErrors) -> tuple[pd.DataFrame, pd.
     ]
     for rpm, ring in asked.scenes:
         name = scene_name(rpm, ring)
-        base = study_scene(
-            rig, rpm, ring, asked.loop_turns_without_ring if ring is None else asked.loop_turns, every_link=True
-        )
+        turns = asked.loop_turns_without_ring if ring is None else asked.loop_turns
+        base = study_scene(rig, rpm, ring, turns, every_link=True, **TENSION)
         runs: dict[tuple, Answer | None] = {}
         for fidelity, fields in cases:
             point = (fidelity, fields["integrator"], fields["step"])
