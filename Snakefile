@@ -27,7 +27,7 @@ from trackdyn.study.settings import allowed_step
 
 
 if " " in sys.executable:  # Snakemake does not quote it
-    raise WorkflowError(f"{sys.executable} has a blank in its name; an environment in another place would do")
+    raise WorkflowError(f"{sys.executable}: the path contains a space; put the environment elsewhere")
 try:
     read_layer("config/config.yaml")  # before Snakemake's own loader, which would run templates
 except TrackdynError as error:

@@ -226,7 +226,7 @@ def chain_alone(rig, repeats: int) -> list[dict]:
 
 
 def long_loops(repeats: int) -> list[dict]:
-    """Nanoseconds of processor time a body and a whole step, of the two-wheel bench drawn out to more and more pitches.
+    """Nanoseconds of CPU time a body and a whole step, of the two-wheel bench drawn out to more and more pitches.
 
     Hardly any weight, so that strands of up to 78 m stand off the ground; wheels and contacts stay the same, so their
     share falls.
@@ -293,7 +293,7 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=5, help="repeats of every timing (default 5)")
     arguments = parser.parse_args()
     if arguments.repeats < 1:
-        parser.error(f"--repeats = {arguments.repeats} is not accepted: 1 or more would do")
+        parser.error(f"--repeats = {arguments.repeats}: must be at least 1")
 
     from trackdyn.files import write_text
     from trackdyn.parameters.rig import load_rig

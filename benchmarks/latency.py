@@ -2,7 +2,7 @@
 
     python benchmarks/latency.py COMMIT [--turns 5] [--only help,show] [--pipeline] [--tests]
 
-Each row is the processor time (user and system, children included) of a whole process: the median over the turns here
+Each row is the CPU time (user and system, children included) of a whole process: the median over the turns here
 and there, and the median, least and largest ratio of the pairs. "first run" begins with an empty cache of kernels in
 every turn; all other rows are warm. The pipeline and the tests take minutes a turn and are run once.
 """

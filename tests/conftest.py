@@ -3,7 +3,7 @@
 import os
 
 # Before numpy is loaded, and handed on to child processes: the threads of BLAS share out matrices of a few dozen rows,
-# and spin in between. That cost more than a hundred times the processor time of one thread.
+# and spin in between. That cost more than a hundred times the CPU time of one thread.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import multiprocessing.process

@@ -159,7 +159,7 @@ def test_what_breaks_off_leaves_what_was_there(tmp_path, size):
 def test_a_file_in_place_of_a_folder_is_said(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(
-        InputError, match=r"file/a\.txt: cannot be written \(.*\); free space or another place would do"
+        InputError, match=r"file/a\.txt: cannot be written \(.*\); free disk space or choose another folder"
     ):
         write_text(tmp_path / "file" / "a.txt", "x")
 

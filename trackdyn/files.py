@@ -41,7 +41,7 @@ def replacing(path: Path | str) -> Iterator[Path]:
         os.replace(part, path)
     except OSError as error:
         reason = error.strerror or error
-        raise InputError(f"{path}: cannot be written ({reason}); free space or another place would do") from None
+        raise InputError(f"{path}: cannot be written ({reason}); free disk space or choose another folder") from None
     finally:
         with suppress(OSError):  # a place where nothing could be made holds nothing to remove
             part.unlink(missing_ok=True)
@@ -103,11 +103,11 @@ def refuse_unwritable(path: Path | str, size: float = 0.0) -> None:
         free = disk_usage(made).free
     except OSError as error:
         reason = error.strerror or error
-        raise InputError(f"{path}: cannot be written ({reason}); another place would do") from None
+        raise InputError(f"{path}: cannot be written ({reason}); choose another folder") from None
     if free < size:
         raise InputError(
-            f"{path}: needs about {size / 1e6:.0f} MB and {free / 1e6:.0f} MB are free; free space or "
-            "another place would do"
+            f"{path}: needs about {size / 1e6:.0f} MB and {free / 1e6:.0f} MB are free; free disk space or "
+            "choose another folder"
         )
 
 
@@ -194,11 +194,10 @@ def read_npz(path: Path | str, what: str, limit: float, arrays: bool = True) -> 
                     raise ValueError
                 return meta, {name: data[name] for name in data.files if arrays and name != "meta"}
     except Exception:  # whatever a damaged file makes of zip, of JSON, of the header of an array or its size
-        raise InputError(f"{path}: is not a {what}, or is damaged; make it again") from None
+        raise InputError(f"{path}: not a {what}, or damaged") from None
     raise InputError(
-        f"{path}: takes {size / 1e6:.0f} MB of memory, more than the {limit / 1e6:.0f} MB that a "
-        f"{what} may take here; a "
-        "shorter one would do"
+        f"{path}: takes {size / 1e6:.0f} MB of memory, more than the {limit / 1e6:.0f} MB available "
+        f"for a {what}; use a shorter one"
     )
 
 
@@ -214,7 +213,7 @@ def plain_file(path: Path | str, what: str) -> Path:
         path = Path(path)
         mode = os.stat(path).st_mode
     except (TypeError, ValueError):  # no name at all; a name with a byte that no name has
-        raise InputError(f"path = {path!r} is not accepted: the name of a {what} would do") from None
+        raise InputError(f"path = {path!r}: must be the name of a {what}") from None
     except FileNotFoundError:
         raise InputError(f"{path}: no such file; give the path of an existing {what}") from None
     except OSError as error:

@@ -37,13 +37,13 @@ KNOWN = {
 }
 for name in KNOWN:
     if config.get(name, KNOWN[name]) is None:
-        raise WorkflowError(f"sweep: {name} is missing; --config {name}=... or the module's config would do")
+        raise WorkflowError(f"sweep: {name} is missing; set it by --config {name}=... or in the module's config")
 for name in ("rigs", "kernels"):
     if not isinstance(config.get(name, []), list):
-        raise WorkflowError(f"sweep: {name} = {config[name]!r} is not accepted: a list of files would do")
+        raise WorkflowError(f"sweep: {name} = {config[name]!r}: must be a list of files")
 for name in ("batches", "threads", "mem_mb", "runtime", "tries"):
     if not str(config.get(name, KNOWN[name])).isdecimal() or int(config.get(name, KNOWN[name])) < 1:
-        raise WorkflowError(f"sweep: {name} = {config[name]!r} is not accepted: a whole number of at least 1 would do")
+        raise WorkflowError(f"sweep: {name} = {config[name]!r}: must be a whole number of at least 1")
 SWEEP = {name: str(config[name]) if usual is None else type(usual)(config.get(name, usual)) for name, usual in KNOWN.items()}
 
 BESIDE = str(Path(SWEEP["out"]).with_suffix(""))

@@ -33,7 +33,7 @@ def flat(*parts):
 def refined(step: float, parts: int) -> tuple[np.ndarray, float, float]:
     """Contacts of a semi-implicit run whose samples with a new tooth contact are taken with ``step / parts``.
 
-    Returns the contacts, the processor time (s) and the share of samples that were taken again.
+    Returns the contacts, the CPU time (s) and the share of samples that were taken again.
     """
     _, model, state, work, record = fresh("teeth", "semi_implicit", step)
     fine = model._replace(step=model.step / parts, stride=model.stride * parts)

@@ -1,4 +1,4 @@
-"""Error and processor time of every code, method and step on one problem: a CSV and a diagram.
+"""Error and CPU time of every code, method and step on one problem: a CSV and a diagram.
 
     python measure.py teeth out/teeth.csv out/teeth.png [--short]
 
@@ -134,7 +134,7 @@ def draw(rows: list[dict], name: str) -> Figure:
         panel.set_xlim(min(*(row["error"] for row in here), bar) / 2, max(row["error"] for row in here) * 2)
         panel.axvspan(panel.get_xlim()[0], bar, color="0.9", zorder=0, label="within the reference's error bar")
         panel.yaxis.set_minor_formatter(NullFormatter())
-    panels[0].set_ylabel("processor time (s), one thread")
+    panels[0].set_ylabel("CPU time (s), one thread")
     failed: dict[str, set] = {}
     for row in rows:
         if row.get("failure"):

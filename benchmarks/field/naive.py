@@ -102,7 +102,7 @@ def main(problem, state, out, step=1e-3):
             q = q + h / 6 * (v + 2 * v2 + 2 * v3 + v4)
             v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
         rows.append(chain.report(k * interval, q, v))
-    print(f"{time.process_time() - begin:.3g} s of processor time")
+    print(f"{time.process_time() - begin:.3g} s of CPU time")
     header = "time_s,x_m,y_m,force_x_n,force_y_n,gap_m,angular_momentum_n_m_s"
     np.savetxt(out, rows, delimiter=",", header=header, comments="", fmt="%.13g")
 

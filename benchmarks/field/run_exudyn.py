@@ -31,7 +31,7 @@ def arc_forces(c: Contacts, length, q, v, angle, spin, memory, force):
 
 
 def answer(name: str, method: str, step: float):
-    """Time series, contacts and processor time (s) of a run."""
+    """Time series, contacts and CPU time (s) of a run."""
     said, start = read_problem(name), read_start(name)
     chain = chain_of(said)
     n, end, interval = len(chain.length), said["report"]["end_s"], said["report"]["interval_s"]

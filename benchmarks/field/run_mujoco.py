@@ -12,7 +12,7 @@ from trackdyn.peers.mujoco_loop import build, run_loop
 
 
 def answer(name: str, method: str, step: float):
-    """Time series, no contacts, and processor time (s) of a run."""
+    """Time series, no contacts, and CPU time (s) of a run."""
     said, start = read_problem(name), read_start(name)
     chain, asked = chain_of(said), said["report"]
     half, (c, s), omega = chain.com_x[0], (cos(start[0, 3]), sin(start[0, 3])), start[0, 6]

@@ -27,7 +27,7 @@ def fresh(name: str, integrator: str, step: float, tolerance: float = 0.0):
 
 
 def spend(name: str, integrator: str, step: float, tolerance: float = 0.0) -> float:
-    """Processor time of a run, s."""
+    """CPU time of a run, s."""
     _, model, state, work, record = fresh(name, integrator, step, tolerance)
     begin = process_time()
     march(model, state, work, record, 0, len(record.gap))

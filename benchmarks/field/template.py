@@ -20,6 +20,6 @@ def answer(name: str, method: str, step: float):
     contacts : (k, 4) array or None
         Arc, begin (s), end (s) and highest normal force (N) of every contact of an arc with the teeth.
     seconds : float
-        Processor time of the integration on one thread, s.
+        CPU time of the integration on one thread, s.
     """
     raise NotImplementedError

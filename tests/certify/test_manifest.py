@@ -137,9 +137,9 @@ def test_two_folders_are_compared_without_a_manifest(results, tmp_path, monkeypa
     ("text", "said"),
     [
         ("", "is not a manifest of trackdyn, or is damaged"),
-        ("[]", "holds no sections"),
+        ("[]", "must hold sections"),
         ('{"format": 2}', "made_with is missing; `snakemake -j2` makes a manifest"),
-        ('{"format": 99}', f"has manifest format 99, this version reads {FORMAT}; make it again"),
+        ('{"format": 99}', f"has manifest format 99, this version reads {FORMAT}; write it again"),
     ],
 )
 def test_a_file_that_is_no_manifest_is_refused(tmp_path, text, said):

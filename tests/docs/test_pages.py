@@ -125,8 +125,8 @@ def test_relative_links_lead_somewhere(path):
 
 def test_the_advice_on_presets_is_what_was_measured():
     text = " ".join((ROOT / "docs/choosing-a-fidelity.md").read_text(encoding="utf-8").split())
-    (bound,) = re.findall(r"main line and contact shares stay within ([\d.]+) % of their limit", text)
-    ((peak, error),) = re.findall(r"without a ring it is off by up to ([\d.]+) %, give or take ([\d.]+)\.", text)
+    (bound,) = re.findall(r"dominant peak and contact durations stay within ([\d.]+) % of their limit", text)
+    ((peak, error),) = re.findall(r"without a ring it is off by up to ([\d.]+) ± ([\d.]+) %\.", text)
     rows = pd.read_csv(ROOT / "docs/measured/limits.csv")
     peaks = rows["measure"] == "left_peak"
     assert 0.5 * float(bound) < rows.loc[~peaks, "standard_pct"].abs().max() <= float(bound)

@@ -74,8 +74,8 @@ def refusal(rig):
         ({}, {"integrator": "adaptive"}, "tolerance = None", "use 1e-6"),
         ({}, {"tolerance": 1e-6}, "tolerance = 1e-06", "use None"),
         ({}, {"integrator": "rk4", "tolerance": 1e-6}, "tolerance = 1e-06", "integrator='rk4' has a fixed step"),
-        ({}, {"integrator": "adaptive", "tolerance": 0.0}, "tolerance = 0.0", "at least 1e-12 and at most 0.5"),
-        ({}, {"integrator": "adaptive", "tolerance": float("nan")}, "tolerance = nan", "a finite number is needed"),
+        ({}, {"integrator": "adaptive", "tolerance": 0.0}, "tolerance = 0.0", "between 1e-12 and 0.5"),
+        ({}, {"integrator": "adaptive", "tolerance": float("nan")}, "tolerance = nan", "must be a finite number"),
     ],
 )
 def test_nonsense_is_refused_by_name_with_what_to_use(refusal, changes, fields, field, remedy):
@@ -87,7 +87,7 @@ def test_nonsense_is_refused_by_name_with_what_to_use(refusal, changes, fields, 
 @pytest.mark.parametrize("name", CHOICES)
 def test_a_setting_that_does_not_exist_is_refused_with_those_that_do(refusal, name):
     sentence = refusal(**{name: "square"})
-    assert f"{name} = 'square' is not accepted" in sentence
+    assert f"{name} = 'square':" in sentence
     for setting in CHOICES[name]:
         assert setting in sentence
 
@@ -224,7 +224,7 @@ def test_presets_are_ordered_from_cheap_to_dear():
 
 
 def test_unknown_preset_is_refused_with_those_that_exist():
-    sentence = "preset = 'fats' is not accepted: use 'fast', 'standard', 'paper' or 'reference'; did you mean 'fast'?"
+    sentence = "preset = 'fats': use 'fast', 'standard', 'paper' or 'reference'; did you mean 'fast'?"
     with pytest.raises(InputError, match=f"^{re.escape(sentence)}$"):
         preset("fats")
 

@@ -65,7 +65,7 @@ def test_coulomb_drag_takes_its_torque_at_any_speed(make_scene, rig):
 
 
 def test_a_sprung_tensioner_is_where_either_integrator_puts_it(make_scene):
-    """The same place and the same felt, and the account of work closes; the wheel has moved in between."""
+    """The same place and the same felt, and the energy balance closes; the wheel has moved in between."""
     found = {}
     for integrator, step in (("semi_implicit", 5e-5), ("linearly_implicit", 1e-4)):
         loop = Loop(make_scene(150.0, tension="sprung", integrator=integrator, step=step, ramp=1.0))

@@ -154,7 +154,7 @@ def test_a_refused_input_ends_in_one_sentence(unit_file):
             logger=lambda *parts: said.append(str(parts)),
             debug_logging=True,
         )
-    assert "tensioner_shift = 0.4 m is not accepted: at least" in "".join(said)
+    assert "tensioner_shift = 0.4 m: at least" in "".join(said)
 
 
 def test_a_refused_speed_is_logged(imported, capfd):
@@ -162,7 +162,7 @@ def test_a_refused_speed_is_logged(imported, capfd):
     unit.setFloat64([numbers["motor_rpm"]], [nan])
     with pytest.raises(Exception, match="status 3"):
         exchange(unit, 0.0)
-    assert "motor_rpm = nan is not accepted" in "".join(capfd.readouterr())
+    assert "motor_rpm = nan:" in "".join(capfd.readouterr())
 
 
 def test_torque_and_turn_are_the_work_of_the_drive_and_it_is_lost(scene):
@@ -231,9 +231,9 @@ def test_a_shift_of_the_tensioner_tightens_the_loop(scene):
 @pytest.mark.parametrize(
     ("fields", "sentence"),
     [
-        ({"chain": "belt", "ring_radius": None, "spells": False}, "chain = 'belt' is not accepted"),
-        ({"loop": "free", "ring_radius": None}, "loop = 'free' is not accepted"),
-        ({"space": "spatial"}, "space = 'spatial' is not accepted"),
+        ({"chain": "belt", "ring_radius": None, "spells": False}, "chain = 'belt':"),
+        ({"loop": "free", "ring_radius": None}, "loop = 'free':"),
+        ({"space": "spatial"}, "space = 'spatial':"),
     ],
 )
 def test_scenes_without_a_unit_are_refused(make_scene, fields, sentence):
@@ -245,7 +245,7 @@ def test_scenes_without_a_unit_are_refused(make_scene, fields, sentence):
 def test_an_exchange_shorter_than_a_step_is_refused(scene, exchange):
     unit = Unit(scene)
     unit.loop = Loop(scene)
-    wanted = rf"exchange = .* is not accepted: at least the step of the loop, {scene.step:g} s"
+    wanted = rf"exchange = .*: at least the step of the loop, {scene.step:g} s"
     with pytest.raises(InputError, match=wanted):
         unit.step(0.0, exchange)
 
@@ -253,10 +253,10 @@ def test_an_exchange_shorter_than_a_step_is_refused(scene, exchange):
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (["config/rig.yaml", "--out", "track.zip"], "a name that ends in .fmu would do"),
+        (["config/rig.yaml", "--out", "track.zip"], "the name must end in .fmu"),
         (["no_rig.yaml"], "no_rig.yaml"),
-        (["config/rig.yaml", "--ring-radius", "wide"], "a radius in m or the word none would do"),
-        (["config/rig.yaml", "--rpm", "nan"], "--rpm = 'nan' is not accepted"),
+        (["config/rig.yaml", "--ring-radius", "wide"], "must be a radius in m, or none"),
+        (["config/rig.yaml", "--rpm", "nan"], "--rpm = 'nan':"),
     ],
 )
 def test_the_command_refuses_in_one_sentence(arguments, sentence, monkeypatch, capsys, tmp_path, default_rig_path):
@@ -325,5 +325,5 @@ def test_the_tensioner_force_tightens_the_loop_at_rest(make_scene, driven_rig):
     # force and tension are in proportion but for the chain's weight, which tightens the loop by itself
     assert means[1] / means[0] == pytest.approx(11 / 9, rel=0.1)
     unit.wanted["tensioner_force"] = nan
-    with pytest.raises(InputError, match="tensioner_force = nan N is not accepted"):
+    with pytest.raises(InputError, match="tensioner_force = nan N:"):
         unit.step(unit.loop.time, EXCHANGE)

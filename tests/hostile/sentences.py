@@ -7,7 +7,7 @@ import numpy as np
 ROOT = Path(__file__).parents[2]
 RIG = ROOT / "config" / "rigs" / "first_fit.yaml"
 HUGE, LONGER = 10**400, 10**5000  # beyond a float; beyond what Python writes as text
-NUMBER = "a finite number is needed"
+NUMBER = "must be a finite number"
 BELT = {"chain": "belt", "ring_radius": None, "spells": False}
 
 

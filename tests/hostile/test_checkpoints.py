@@ -52,7 +52,7 @@ def test_a_forged_checkpoint_is_refused(files, tmp_path, name):
     path = forged(files, tmp_path, "loop.npz", CHECKPOINTS[name])
     if name == "nothing":
         return Loop.load(path).step()
-    with pytest.raises(InputError, match="is not a checkpoint, or is damaged; remove it to start anew"):
+    with pytest.raises(InputError, match="not a checkpoint, or damaged; remove it to start again"):
         Loop.load(path)
 
 

@@ -123,7 +123,7 @@ def test_a_disk_that_fills_up_leaves_what_was_there(tmp_path):
     assert code == 1
     assert (
         err.splitlines()[-1]
-        == "trackdyn: run.npz: cannot be written (File too large); free space or another place would do"
+        == "trackdyn: run.npz: cannot be written (File too large); free disk space or choose another folder"
     )
     assert [path.name for path in tmp_path.iterdir()] == ["run.npz"] and (tmp_path / "run.npz").read_bytes() == b"mine"
 

@@ -9,7 +9,7 @@ from trackdyn.pipeline.config import check_config
 
 SETTINGS = [
     ("results", "", "results = ''", "the name of a folder"),
-    ("results", "~/x", "results = '~/x'", "without blanks, braces and ~"),
+    ("results", "~/x", "results = '~/x'", "without spaces, braces or ~"),
     ("results", "a b", "results = 'a b'"),
     ("results", "x{run}", "results = 'x{run}'"),
     ("results", "README.md", "README.md is a file"),
@@ -19,23 +19,23 @@ SETTINGS = [
     ("records.speeds_rpm", [HUGE], "records.speeds_rpm.0"),
     ("records.speeds_rpm", [1e9], "records.speeds_rpm.0 = 1000000000.0", "less than 100000"),
     ("records.duration_s", HUGE, "records.duration_s"),
-    ("records.duration_s", 1e300, "records (run 115rpm): scene: duration = 1e+300", "at most 36000 s"),
-    ("records.lead_in_s", 1e9, "lead_in = 1000000000.0", "at most 36000 s"),
+    ("records.duration_s", 1e300, "records (run 115rpm): scene: duration = 1e+300", "and 36000 s"),
+    ("records.lead_in_s", 1e9, "lead_in = 1000000000.0", "and 36000 s"),
     ("records.step_s", 5e-324, "step = 5e-324"),
     ("records.frame_interval_s", 1e308, "frame_interval = 1e+308"),
     ("known.longest_turns", 10**30, "ring_study"),
     ("ring_study.without_ring", 5, "ring_study.without_ring = 5"),
-    ("peers.steps_s", [1e-4, 1e-4], "peers: steps_s = [0.0001, 0.0001]", "stands twice"),
-    ("peers.steps_s", [1e-4, 3e-5], "peers: scene: step = 3e-05", "a whole fraction"),
-    ("peers.readings", ["motor", "motor"], "peers: readings", "stands twice"),
+    ("peers.steps_s", [1e-4, 1e-4], "peers: steps_s = [0.0001, 0.0001]", "occurs twice"),
+    ("peers.steps_s", [1e-4, 3e-5], "peers: scene: step = 3e-05", "must divide"),
+    ("peers.readings", ["motor", "motor"], "peers: readings", "occurs twice"),
     ("peers.readings", ["wheel"], "peers.readings.0 = 'wheel'", "'sprocket' or 'motor'"),
-    ("peers.duration_s", 1e9, "peers: scene: duration", "at most 36000 s"),
+    ("peers.duration_s", 1e9, "peers: scene: duration", "and 36000 s"),
     ("peers.speed_rpm", 9e4, "peers: scene: motor_rpm = 501300.0"),
     ("fidelity.speeds_rpm", [210, 115], "fidelity.speeds_rpm", "give rising values"),
     ("fidelity.settings", ["preset=best"], "fidelity.settings", "preset=paper"),
     ("sensitivity.radii_m", [0.5], "sensitivity.radii_m = [0.5]", "no target of the fit"),
     ("sensor_csv", "nowhere/{rpm}.csv", "nowhere/115.csv does not exist"),
-    ("sensor_csv", "{0.__class__}", "the only field in braces may be {rpm}"),
+    ("sensor_csv", "{0.__class__}", "the only field in braces is {rpm}"),
     ("sensor_csv", "/dev/zero", "it names one file for several speeds"),
     ("rig", "/dev/zero", "no plain file"),
     ("rig", "absent.yaml", "absent.yaml: no such file"),
@@ -65,4 +65,4 @@ def test_a_folder_that_cannot_be_written_is_refused_before_anything_runs(monkeyp
     monkeypatch.setattr("trackdyn.pipeline.config.os.access", lambda place, mode: False)  # root may write anywhere else
     with pytest.raises(InputError) as caught:
         check_config(data, "mine.yaml")
-    one_sentence(caught, "results = 'mine/new'", "cannot be written; another place would do")
+    one_sentence(caught, "results = 'mine/new'", "is not writable; choose another folder")

@@ -13,18 +13,18 @@ from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.simulate import simulate
 
 CALLS = [
-    (lambda loop: loop.step(0), "count = 0 is not accepted: at least 1"),
+    (lambda loop: loop.step(0), "count = 0: must be between 1 and"),
     (lambda loop: loop.step("ten"), "count = 'ten'", NUMBER),
     (lambda loop: loop.advance(float("nan")), "seconds = nan", NUMBER),
-    (lambda loop: loop.advance(-1), "seconds = -1", "at least 0"),
-    (lambda loop: loop.advance(1e300), "seconds = 1e+300", "at most 36000"),
-    (lambda loop: loop.record(0), "duration = 0.0", "at least 0.001"),
-    (lambda loop: loop.record(1e9), "duration = 1000000000.0", "at most 36000"),
+    (lambda loop: loop.advance(-1), "seconds = -1", "between 0 and"),
+    (lambda loop: loop.advance(1e300), "seconds = 1e+300", "and 36000"),
+    (lambda loop: loop.record(0), "duration = 0.0", "between 0.001 and"),
+    (lambda loop: loop.record(1e9), "duration = 1000000000.0", "and 36000"),
     (lambda loop: loop.record(0.1, pitches=[99]), "pitches = 99"),
     (lambda loop: loop.record(0.1, frame_interval=1e-9), "frame_interval = 1e-09"),
     (lambda loop: loop.drive("fast"), "motor_rpm = 'fast'", NUMBER),
     (lambda loop: loop.drive(115, ramp=0), "ramp = 0.0"),
-    (lambda loop: loop.shift_tensioner(1), "shift = 1 is not accepted", "the tensioner's travel, would do"),
+    (lambda loop: loop.shift_tensioner(1), "shift = 1:", "the tensioner's travel"),
     (lambda loop: loop.shift_tensioner(None), "shift = None", NUMBER),
     (lambda loop: loop.save("/proc/state"), "/proc/state: cannot be written"),
 ]
@@ -44,7 +44,7 @@ def test_a_recording_that_does_not_fit_into_the_memory_is_refused_before_it_star
     """Each of the ways to ask for one: by scene, as a belt, of a loop that runs."""
     monkeypatch.setattr(needs, "virtual_memory", lambda: type("Memory", (), {"available": 1e6}))
     monkeypatch.setattr(sys.modules["trackdyn.simulation.simulate"], "Loop", None)  # it must not come so far
-    words = "duration = 90 s is not accepted", "MB of memory and 1 MB are free", "would do"
+    words = "duration = 90 s:", "MB of memory and 1 MB are free", "use at most"
     for fields in ({}, BELT):
         with pytest.raises(InputError) as caught:
             simulate(Scene(rig, 115.0, **fields))

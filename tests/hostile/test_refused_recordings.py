@@ -39,11 +39,11 @@ def spoiled(array):
 
 DAMAGES = [
     ("no array", lambda arrays: arrays.pop("gap"), "gap"),
-    ("no description", lambda arrays: arrays.pop("meta"), "is damaged"),
-    ("empty description", changed("meta", np.array("")), "is damaged"),
-    ("a list as description", changed("meta", np.array("[1]")), "is damaged"),
-    ("nested description", changed("meta", np.array("[" * 100_000)), "is damaged"),
-    ("a number as description", changed("meta", np.arange(3.0)), "is damaged"),
+    ("no description", lambda arrays: arrays.pop("meta"), "not a trackdyn recording, or damaged"),
+    ("empty description", changed("meta", np.array("")), "not a trackdyn recording, or damaged"),
+    ("a list as description", changed("meta", np.array("[1]")), "not a trackdyn recording, or damaged"),
+    ("nested description", changed("meta", np.array("[" * 100_000)), "not a trackdyn recording, or damaged"),
+    ("a number as description", changed("meta", np.arange(3.0)), "not a trackdyn recording, or damaged"),
     ("short array", changed("gap", lambda a: a[:-1]), "gap has float64 of the shape (499,)"),
     ("wide array", changed("mean", lambda a: np.hstack([a, a])), "mean has float64 of the shape (500, 6)"),
     ("flat array", changed("raw", np.ravel), "raw has float64 of the shape (1500,)"),
@@ -51,17 +51,21 @@ DAMAGES = [
     ("complex", changed("time", lambda a: a + 1j), "time has complex128"),
     ("not a number", changed("mean", spoiled), "mean holds a value that is not a finite number"),
     ("begin as list", changed("begin", np.zeros(2)), "begin has"),
-    ("pickled", changed("time", np.array([{}], dtype=object)), "is damaged"),
+    ("pickled", changed("time", np.array([{}], dtype=object)), "not a trackdyn recording, or damaged"),
     ("another format", described(lambda meta: meta.update(format=2)), "has recording format 2, this version reads"),
     ("format as text", described(lambda meta: meta.update(format="a\nb")), "has recording format 'a\\nb'"),
     ("no rig", described(lambda meta: meta.pop("rig")), "rig"),
     ("half a rig", described(lambda meta: meta["rig"].pop("sensor")), "sensor"),
-    ("rig as list", described(lambda meta: meta.update(rig=[1])), "is damaged"),
+    ("rig as list", described(lambda meta: meta.update(rig=[1])), "not a trackdyn recording, or damaged"),
     ("no scene", described(lambda meta: meta.pop("scene")), "scene"),
     ("a field of the scene", described(lambda meta: meta["scene"].update(speed=1)), "speed is not a known parameter"),
     ("speed as text", described(lambda meta: meta["scene"].update(motor_rpm="fast")), "motor_rpm = 'fast'"),
     ("another fidelity", described(lambda meta: meta["fidelity"].update(chain={"setting": "rope"})), "fidelity"),
-    ("layout as text", described(lambda meta: meta.update(layout={"path_m": "far"})), "is damaged"),
+    (
+        "layout as text",
+        described(lambda meta: meta.update(layout={"path_m": "far"})),
+        "not a trackdyn recording, or damaged",
+    ),
     ("versions as list", described(lambda meta: meta.update(versions=[1])), "versions"),
 ]
 
@@ -121,7 +125,7 @@ def test_a_recording_that_was_cut_off_is_refused(tmp_path, belt_file, share):
     path.write_bytes((content := belt_file.read_bytes())[: int(share * len(content))])
     with pytest.raises(InputError) as caught:
         load_recording(path)
-    one_sentence(caught, "is not a trackdyn recording, or is damaged")
+    one_sentence(caught, "not a trackdyn recording, or damaged")
 
 
 def test_a_small_file_that_unpacks_to_more_than_the_memory_is_refused(tmp_path, belt_file, monkeypatch):
@@ -136,7 +140,7 @@ def test_a_small_file_that_unpacks_to_more_than_the_memory_is_refused(tmp_path, 
     monkeypatch.undo()
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("meta.npy", b" " * 20_000_000)
-    with pytest.raises(InputError, match="is damaged"):
+    with pytest.raises(InputError, match="not a trackdyn recording, or damaged"):
         load_recording(path)
 
 
@@ -160,7 +164,7 @@ def test_a_damaged_checkpoint_is_refused(tmp_path, monkeypatch, change):
     for read in (Loop.load, lambda name: simulate(Scene(load_rig(RIG), 115.0), checkpoint=name)):
         with pytest.raises(InputError) as caught:
             read(path)
-        one_sentence(caught, "is not a checkpoint, or is damaged; remove it to start anew")
+        one_sentence(caught, "not a checkpoint, or damaged; remove it to start again")
     assert path.exists()
 
 
@@ -170,4 +174,4 @@ def test_a_checkpoint_of_other_sources_says_so(tmp_path):
         np.savez(file, meta=np.array(json.dumps({"sources": "a\nb", "parts": {}})))
     with pytest.raises(InputError) as caught:
         read_checkpoint(path)
-    one_sentence(caught, "remove it to start anew")
+    one_sentence(caught, "remove it to start again")

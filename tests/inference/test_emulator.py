@@ -53,5 +53,5 @@ def test_points_without_an_output_are_left_out_and_too_few_are_refused():
     assert len(Emulator(x, y).y) == 15
     with pytest.raises(InputError, match="7 points have an output"):
         Emulator(x[:7], bent(x[:7]))
-    with pytest.raises(InputError, match="do not fit"):
+    with pytest.raises(InputError, match="do not match"):
         Emulator(x, y[:5])

@@ -87,7 +87,7 @@ def test_few_turns_widen_the_covariance():
 
 def test_a_short_record_is_refused():
     statistics = turn_statistics(played(3), RATE, TURN, PITCHES)
-    with pytest.raises(InputError, match="3 whole turns of the loop; 4 or more would do"):
+    with pytest.raises(InputError, match="3 whole turns of the loop; at least 4 are needed"):
         covariance(statistics, RATE)
     with pytest.raises(InputError, match="holds no turn"):
         turns_of(np.zeros(100), RATE, TURN)

@@ -62,5 +62,5 @@ def test_records_are_joined_without_scatter_between_them(rig, written):
 
 @pytest.mark.parametrize("rpm", [0.0, -5.0, float("nan")])
 def test_a_speed_that_is_none_is_refused(rig, written, rpm):
-    with pytest.raises(InputError, match="a motor speed above 0 rev/min would do"):
+    with pytest.raises(InputError, match="must be a motor speed above 0 rev/min"):
         read(rig, written(), rpm=[rpm])

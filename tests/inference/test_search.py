@@ -130,7 +130,7 @@ def test_a_start_that_does_not_run_says_why_and_is_dropped():
 
 
 def test_refusals():
-    with pytest.raises(InputError, match="a name stands twice"):
+    with pytest.raises(InputError, match="a name occurs twice"):
         search(walled, {}, [free("a", 0.5, 0.5)] * 2, [Round(evaluations=2)])
     with pytest.raises(InputError, match="dfols or trf"):
         minimise(Invented(), free("a", 0.5, 0.5), 4, "newton")

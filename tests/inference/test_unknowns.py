@@ -53,11 +53,11 @@ def test_a_choice_may_change_the_scene():
     [
         ([{"names": ["bushing.stifness"], "low": 1, "high": 2}], "'bushing.stifness' is not a parameter of the rig"),
         ([{"names": ["nothing"], "low": 1, "high": 2}], "'nothing' is not a parameter of the rig"),
-        ([{"names": ["tension.wheel"], "low": 1, "high": 2}], "tension.wheel = 'road_wheel' is no number"),
-        ([{"names": ["bushing.stiffness"], "low": 2, "high": 1}], "range 2 to 1 is not accepted"),
-        ([{"names": ["bushing.stiffness"], "low": 0, "high": 1, "scale": "log"}], "rising bounds above 0"),
+        ([{"names": ["tension.wheel"], "low": 1, "high": 2}], "tension.wheel = 'road_wheel' is not a number"),
+        ([{"names": ["bushing.stiffness"], "low": 2, "high": 1}], "range 2 to 1: bounds must be rising"),
+        ([{"names": ["bushing.stiffness"], "low": 0, "high": 1, "scale": "log"}], "bounds must be rising and above 0"),
         ([{"names": ["sprocket.ring_radius"]}], "has no range"),
-        ([{"names": ["bushing.stiffness"]}, {"names": ["bushing.stiffness"]}], "stands twice"),
+        ([{"names": ["bushing.stiffness"]}, {"names": ["bushing.stiffness"]}], "occurs twice"),
         ([{"name": "way", "choices": {"one": {}}}], "two alternatives or more"),
         ([{"low": 1, "high": 2}], "needs names"),
     ],
@@ -69,5 +69,5 @@ def test_what_makes_no_unknown_is_refused_in_a_sentence(entries, said):
 
 
 def test_a_point_outside_the_cube_is_refused():
-    with pytest.raises(InputError, match="1 numbers of 0 to 1"):
+    with pytest.raises(InputError, match="1 numbers between 0 and 1"):
         Unknowns([STIFFNESS], RIG, RANGES).to_rig([1.2])

@@ -375,7 +375,7 @@ def test_step_tends_to_the_semi_implicit_one(parts):
 def long_and_short(make_scene):
     """Three seconds on the ring: linearly implicit at a step that the explicit method refuses, and explicit."""
     long = make_scene(150.0, duration=3.0, lead_in=1.0, integrator="linearly_implicit", step=STEP)
-    with pytest.raises(InputError, match=r"step = 0\.0005 is not accepted: too large"):
+    with pytest.raises(InputError, match=r"step = 0\.0005: too large"):
         long.with_(integrator="semi_implicit")
     return simulate(long), simulate(make_scene(150.0, duration=3.0, lead_in=1.0))
 

@@ -1,4 +1,4 @@
-"""The account of sliding against the account of work, and against Eq. 10 written anew."""
+"""The account of sliding against the energy balance, and against Eq. 10 written anew."""
 
 import numpy as np
 import pytest
@@ -101,5 +101,5 @@ def test_it_is_kept_only_where_it_is_asked_for_and_changes_nothing(recording):
     ],
 )
 def test_what_keeps_no_such_account_is_refused(fields):
-    with pytest.raises(InputError, match="sliding = True is not accepted"):
+    with pytest.raises(InputError, match="sliding = True:"):
         Scene(RIG, 115, **{"sliding": True} | fields)

@@ -402,7 +402,7 @@ def test_two_rigs_stand_side_by_side_and_are_counted_apart():
         assert found.loc[("one", origin), "claims"] == found.loc[("one", origin), "came_out"]
         assert found.loc[("one", origin), "claims"] - found.loc[("other", origin), "came_out"] == lost
     predicted = {claim.id for claim in CLAIMS.values() if claim.origin == "predicted"}
-    assert headline(card, "other").startswith(f"Of {len(predicted)} open claims {len(predicted) - 1} came out; ")
+    assert headline(card, "other").startswith(f"Reproduced: {len(predicted) - 1} of {len(predicted)} predictions, ")
     # C16d and C27, and C17 and C28, are judged by the same events
     fitted = {claim.id for claim in CLAIMS.values() if claim.origin == "fitted"}
     assert found.loc[("one", "fitted"), "claims"] == len(fitted) - 2
@@ -439,7 +439,7 @@ def test_what_was_fitted_at_one_speed_and_is_judged_at_others_is_a_transfer():
         ({"origin": "guessed"}, ["origin = 'guessed'"]),
         ({"id": "X1"}, ["id = 'X1'"]),
         ({"colour": 1}, ["colour is not a known parameter"]),
-        ({"part": "b"}, ["C01b stands twice"]),
+        ({"part": "b"}, ["C01b occurs twice"]),
     ],
 )
 def test_bad_claims_are_refused_in_one_sentence(tmp_path, change, parts):

@@ -284,8 +284,8 @@ def test_unreadable_files_are_refused(tmp_path):
     path = tmp_path / "broken.yaml"
     cases = {
         b"chain: {a: 1": "not valid YAML",
-        b"- 1\n": "holds no sections",
-        b"": "holds no sections",
+        b"- 1\n": "must hold sections",
+        b"": "must hold sections",
         b"\xff\xfe\x00": "UTF-8",
     }
     for content, fragment in cases.items():

@@ -160,7 +160,7 @@ def areas_with(area, name, value, decimals=None):
 WRONG = {
     "one radius alone": (
         dict(areas={3: {"r": 0.03}}),
-        ["table1.areas.1.O_x = null", "areas 1 to 5", "all are accepted"],
+        ["table1.areas.1.O_x = null", "areas 1 to 5", "or of all"],
     ),
     "a left flank without one cell": (
         dict(areas=short(written_out(GROOVE), (1, 2, 3, 4))),
@@ -168,7 +168,7 @@ WRONG = {
     ),
     "a right flank without one cell": (
         dict(areas=areas_with(8, "O_y", None)),
-        ["table1.areas.8.O_y = null", "are accepted"],
+        ["table1.areas.8.O_y = null", "of areas 6 to 10"],
     ),
     "angles without centres": (
         dict(areas={3: {"theta": 0.2}}),
@@ -195,7 +195,7 @@ WRONG = {
         dict(cells=parameter("r_a", 0.4), areas=written_out(GROOVE)),
         ["parameters.r_a = 0.4 m", "Table 1, 0.329"],
     ),
-    "an addendum alone": (dict(cells=parameter("r_a", 0.33)), ["parameters.r_a", "says nothing alone"]),
+    "an addendum alone": (dict(cells=parameter("r_a", 0.33)), ["parameters.r_a", "without Table 1"]),
     "a groove too narrow for the connector": (
         dict(cells=parameter("chain.connector_radius", 0.0335), areas=written_out(GROOVE)),
         ["table1: a concave area has the radius 0.0327 m", "chain.connector_radius = 0.0335 m"],
@@ -213,8 +213,8 @@ WRONG = {
         ["parameters.r_p = 0.35 m", "0.1 + 0.062 m"],
     ),
     "one axial length": (dict(cells=parameter("t_S", 0.05)), ["parameters.t_C = null", "Eq. 19"]),
-    "one computing time": (dict(cells={("table2", "proposed"): 5.0}), ["table2.recurdyn = null", "accepted"]),
-    "a negative length": (dict(cells=parameter("L_C", -0.06)), ["parameters.L_C = -0.06 m is not accepted"]),
+    "one computing time": (dict(cells={("table2", "proposed"): 5.0}), ["table2.recurdyn = null", "both times"]),
+    "a negative length": (dict(cells=parameter("L_C", -0.06)), ["parameters.L_C = -0.06 m:"]),
     "a negative RMS": (
         dict(cells={("table3", "speeds", 115, "rms_experiment"): -1.0}),
         ["table3.speeds.115.rms_experiment = -1.0"],
@@ -232,9 +232,9 @@ WRONG = {
         dict(cells=parameter("chain.link_mass", 9.0) | {("parameters", "chain.link_mass", "unit"): "g"}),
         ["parameters.chain.link_mass has the unit 'g'", "'kg'"],
     ),
-    "a word": (dict(cells=parameter("chain.link_mass", "ten")), ["chain.link_mass is 'ten'", "a number in kg"]),
-    "yes for a number": (dict(cells=parameter("chain.link_mass", True)), ["True is not accepted", "finite number"]),
-    "no number": (dict(cells=parameter("chain.link_mass", float("nan"))), ["nan is not accepted", "finite number"]),
+    "a word": (dict(cells=parameter("chain.link_mass", "ten")), ["chain.link_mass = 'ten'", "a number in kg"]),
+    "yes for a number": (dict(cells=parameter("chain.link_mass", True)), ["True: must be", "finite number"]),
+    "no number": (dict(cells=parameter("chain.link_mass", float("nan"))), ["nan: must be", "finite number"]),
     "what no rig can be": (
         dict(cells=parameter("tooth_contact.friction_dynamic", 0.9)),
         ["friction_dynamic = 0.9", "exceeds"],
@@ -258,7 +258,7 @@ def test_a_rig_that_names_no_file_of_cells_is_refused(fill):
     path = fill()
     text = path.read_text(encoding="utf-8").replace("paper/tables.yaml", "paper/table.yaml")
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(InputError, match=r"paper_tables = 'paper/table.yaml' is not accepted"):
+    with pytest.raises(InputError, match=r"paper_tables = 'paper/table.yaml':"):
         load_rig(path)
 
 

@@ -295,7 +295,7 @@ def test_a_run_that_blows_up_ends_in_a_sentence(built, tmp_path, monkeypatch):
 
 def test_a_step_that_is_no_part_of_the_sample_is_refused(built):
     _, chain, start, _, _ = built
-    with pytest.raises(InputError, match=r"a whole fraction of the sample interval 0.001 s would do"):
+    with pytest.raises(InputError, match=r"must divide the sample interval, 0.001 s"):
         run_loop(build(chain, 3e-4), chain, start, 0.1, 1e-3)
 
 

@@ -101,7 +101,7 @@ def test_a_refusal_names_the_file_that_is_to_blame(tmp_path):
     base.write_bytes(Path(BASE).read_bytes())
     mine.write_text("records: {duration_s: 1}\n", encoding="utf-8")
     files = [base, QUICK, mine]
-    with pytest.raises(InputError, match=r"^mine\.yaml: records\.duration_s = 1 s is not accepted"):
+    with pytest.raises(InputError, match=r"^mine\.yaml: records\.duration_s = 1 s:"):
         check_layers(merged(*files), files, update_config)
     base.write_text(base.read_text(encoding="utf-8") + "more: 1\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"^base\.yaml: more is not a known parameter"):
@@ -110,7 +110,7 @@ def test_a_refusal_names_the_file_that_is_to_blame(tmp_path):
 
 def test_a_mistake_of_no_file_is_said_with_the_last_one(data):
     put(data, "records.duration_s", -1)  # on the command line
-    with pytest.raises(InputError, match=r"^quick\.yaml: records\.duration_s = -1 is not accepted"):
+    with pytest.raises(InputError, match=r"^quick\.yaml: records\.duration_s = -1:"):
         check_layers(data, SHIPPED, update_config)
 
 
@@ -120,9 +120,9 @@ def test_a_tolerance_in_place_of_a_step(data):
         put(data, "records.plan", {"tolerance": "2%", "measure": measure, "data": "absent.csv"})
         check_config(data, "mine.yaml")
     put(data, "records.plan.measure", "speed")
-    assert "records.plan.measure = 'speed' is not accepted: input should be 'rms'" in refusal(data)
+    assert "records.plan.measure = 'speed': input should be 'rms'" in refusal(data)
     put(data, "records.plan", {"tolerance": "2", "measure": "rms", "data": "absent.csv"})
-    assert "records.plan.tolerance = '2' is not accepted: a share between 0 and 1" in refusal(data)
+    assert "records.plan.tolerance = '2': must be between 0 and 1" in refusal(data)
 
 
 @pytest.mark.parametrize("path", SHIPPED)
@@ -211,14 +211,14 @@ def test_a_value_out_of_range_is_refused(data, field, value, says):
 @pytest.mark.parametrize("field", ["records.speeds_rpm", "ring_study.speeds_rpm"])
 def test_speeds_must_rise(data, field):
     put(data, field, [115, 150, 150])
-    assert f"{field} = [115.0, 150.0, 150.0] is not accepted: 150 stands twice; give rising" in refusal(data)
+    assert f"{field} = [115.0, 150.0, 150.0]: 150 occurs twice; give rising" in refusal(data)
     put(data, field, [150, 115])
-    assert f"{field} = [150.0, 115.0] is not accepted: 115 comes after 150; give rising" in refusal(data)
+    assert f"{field} = [150.0, 115.0]: 115 comes after 150; give rising" in refusal(data)
 
 
 def test_radii_must_rise(data):
     put(data, "ring_study.radii_m", [0.303, 0.308, 0.308])
-    assert "ring_study.radii_m = [0.303, 0.308, 0.308] is not accepted: 0.308 stands twice" in refusal(data)
+    assert "ring_study.radii_m = [0.303, 0.308, 0.308]: 0.308 occurs twice" in refusal(data)
     put(data, "ring_study.radii_m", [0.308, 0.303])
     assert "0.303 comes after 0.308; give rising values" in refusal(data)
 
@@ -248,13 +248,13 @@ def test_a_record_shorter_than_two_loop_revolutions_is_refused(data):
     """Two revolutions at 115 rpm take 2 * 60 * 5.57 / 115 * 35 / 13 = 15.65 s."""
     put(data, "records.duration_s", 15.5)
     sentence = refusal(data)
-    assert "records.duration_s = 15.5 s is not accepted" in sentence
-    assert "at 115 rpm it is shorter than two loop revolutions" in sentence
-    assert "15.6 s or more would do" in sentence
+    assert "records.duration_s = 15.5 s:" in sentence
+    assert "two loop revolutions at 115 rpm" in sentence
+    assert "must be at least 15.6 s" in sentence
     put(data, "records.duration_s", 15.7)
     check_config(data, "mine.yaml")
     put(data, "meshing.duration_s", 10)
-    assert "meshing.duration_s = 10 s is not accepted" in refusal(data)
+    assert "meshing.duration_s = 10 s:" in refusal(data)
 
 
 @pytest.mark.parametrize("field", ["records.step_s", "meshing.step_s", "ring_study.steps_s"])
@@ -265,10 +265,8 @@ def test_too_large_a_step_is_refused_with_one_that_would_do(data, field):
     ask(1e-3)
     sentence = refusal(data)
     assert field.split(".")[0] in sentence
-    assert "step = 0.001 is not accepted: too large for the " in sentence
-    limit, such = (
-        float(part) for part in sentence.rpartition("at most ")[2].removesuffix(" s").split(" s would do, such as ")
-    )
+    assert "step = 0.001: too large for the " in sentence
+    limit, such = (float(part) for part in sentence.rpartition("at most ")[2].removesuffix(" s").split(" s, such as "))
     assert 2e-5 < such <= 1.01 * limit < 1e-3
     ask(such)
     check_config(data, "mine.yaml")
@@ -291,9 +289,7 @@ def test_a_ring_takes_the_longest_step_that_is_allowed_up_to_its_radius(data):
         "0.313": 4e-5,
     }
     put(data, "ring_study.steps_s", [[0.309, 5e-5], [0.305, 1e-4]])
-    assert "ring_study.steps_s = [[0.309, 5e-05], [0.305, 0.0001]] is not accepted: 0.305 comes after 0.309" in refusal(
-        data
-    )
+    assert "ring_study.steps_s = [[0.309, 5e-05], [0.305, 0.0001]]: 0.305 comes after 0.309" in refusal(data)
 
 
 def test_another_rig_runs_what_claims_are_judged_by_at_steps_of_its_own(data):
@@ -309,10 +305,8 @@ def test_another_rig_runs_what_claims_are_judged_by_at_steps_of_its_own(data):
 def test_a_step_that_does_not_divide_the_sample_interval_is_refused(data):
     put(data, "records.step_s", 3e-5)
     sentence = refusal(data)
-    assert "step = 3e-05 is not accepted" in sentence
-    assert (
-        "a whole fraction of the sample interval 0.001 s and at least 1e-08 s would do, such as 2.5e-05 s" in sentence
-    )
+    assert "step = 3e-05:" in sentence
+    assert "must divide the sample interval, 0.001 s, and be at least 1e-08 s, such as 2.5e-05 s" in sentence
 
 
 def test_a_missing_rig_file_is_refused(data):
@@ -329,7 +323,7 @@ def test_sensor_files_and_their_mapping_must_be_there(data, tmp_path):
     put(data, "sensor_mapping", str(tmp_path / "logger.yaml"))
     assert "logger.yaml: no such file" in refusal(data)
     (tmp_path / "logger.yaml").write_text("unit: inch/s2\n", encoding="utf-8")
-    assert "logger.yaml: unit = 'inch/s2' is not accepted" in refusal(data)
+    assert "logger.yaml: unit = 'inch/s2':" in refusal(data)
     (tmp_path / "logger.yaml").write_text("axes: {ay: -ax}\n", encoding="utf-8")
     check_config(data, "mine.yaml")
 
@@ -337,11 +331,11 @@ def test_sensor_files_and_their_mapping_must_be_there(data, tmp_path):
 def test_one_sensor_file_for_several_speeds_is_refused(data):
     put(data, "sensor_csv", "data/synthetic/115rpm.csv")
     sentence = refusal(data)
-    assert "sensor_csv = 'data/synthetic/115rpm.csv' is not accepted" in sentence
+    assert "sensor_csv = 'data/synthetic/115rpm.csv':" in sentence
     assert "write {rpm} where the motor speed belongs" in sentence
     put(data, "records.speeds_rpm", [115])
     put(data, "sensor_csv", "data/mine.csv")
-    assert "sensor_csv = 'data/mine.csv' is not accepted: data/mine.csv does not exist" in refusal(data)
+    assert "sensor_csv = 'data/mine.csv': data/mine.csv does not exist" in refusal(data)
     put(data, "sensor_csv", "data/synthetic/115rpm.csv")
     check_config(data, "mine.yaml")  # a single speed needs no placeholder
 
@@ -349,8 +343,8 @@ def test_one_sensor_file_for_several_speeds_is_refused(data):
 @pytest.mark.parametrize(
     ("content", "says"),
     [
-        ("", "holds no sections"),
-        ("- 1\n- 2\n", "holds no sections"),
+        ("", "must hold sections"),
+        ("- 1\n- 2\n", "must hold sections"),
         ("rig: [1\n", "is not valid YAML at line 2"),
         (b"\xff\xfe\x00", "cannot be read as UTF-8"),
     ],
@@ -387,7 +381,7 @@ def trackdyn(*arguments, cwd):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["--ring-radius", "0.6"], "ring_radius = 0.6 is not accepted"),
+        (["--ring-radius", "0.6"], "ring_radius = 0.6:"),
         (["--rig", "absent.yaml"], "absent.yaml: no such file"),
     ],
 )
@@ -405,15 +399,15 @@ def test_command_ends_with_one_line_and_code_1(tmp_path, arguments, says):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["out.csv"], "OUT = 'out.csv' is not accepted"),
-        (["out.npz", "--ring-radius", "big"], "--ring-radius = 'big' is not accepted"),
-        (["out.npz", "--ring-radius", "nan"], "--ring-radius = 'nan' is not accepted"),
-        (["out.npz", "--rpm", "-115"], "motor_rpm = -115.0 is not accepted"),
-        (["out.npz", "--rpm", "inf"], "--rpm = 'inf' is not accepted: a finite number would do"),
-        (["out.npz", "--duration", "0"], "duration = 0.0 is not accepted"),
-        (["out.npz", "--duration", "1e9"], "at most 36000 s"),
-        (["out.npz", "--lead-in", "-1"], "lead_in = -1.0 is not accepted"),
-        (["out.npz", "--step", "7e-4"], "step = 0.0007 is not accepted"),
+        (["out.csv"], "OUT = 'out.csv':"),
+        (["out.npz", "--ring-radius", "big"], "--ring-radius = 'big':"),
+        (["out.npz", "--ring-radius", "nan"], "--ring-radius = 'nan':"),
+        (["out.npz", "--rpm", "-115"], "motor_rpm = -115.0:"),
+        (["out.npz", "--rpm", "inf"], "--rpm = 'inf': must be a finite number"),
+        (["out.npz", "--duration", "0"], "duration = 0.0:"),
+        (["out.npz", "--duration", "1e9"], "and 36000 s"),
+        (["out.npz", "--lead-in", "-1"], "lead_in = -1.0:"),
+        (["out.npz", "--step", "7e-4"], "step = 0.0007:"),
         (["out.npz", "--step", "1e-3"], "too large for the"),
     ],
 )
@@ -430,7 +424,7 @@ def test_compare_refuses_what_is_no_recording(tmp_path):
     foreign = tmp_path / "foreign.npz"
     foreign.write_bytes(b"not a zip file")
     absent = tmp_path / "absent.npz"
-    for path, says in ((absent, "no such file"), (foreign, "is not a trackdyn recording")):
+    for path, says in ((absent, "no such file"), (foreign, "not a trackdyn recording")):
         result = CliRunner().invoke(app, ["compare", str(path), "data/synthetic/115rpm.csv"])
         assert isinstance(result.exception, InputError), result.output
         assert says in str(result.exception)

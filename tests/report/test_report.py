@@ -321,7 +321,7 @@ def metrics(**changes):
 
 
 def test_table3_takes_the_value_difference_of_the_paper():
-    # ten turns of a loop whose mean is 1 and whose SD is 1, give or take 0.02 in turn
+    # ten turns of a loop whose mean is 1 and whose SD is 1, by turns 0.02 more and less
     time = np.arange(20000) / 1000
     swing = 1 + 0.02 * np.tile(np.repeat([1.0, -1.0], 2000), 5)
     record = SimpleNamespace(ay_g=1 + 2**0.5 * swing * np.cos(np.pi * time), rate_hz=1000.0)
@@ -501,7 +501,7 @@ def test_scorecard_reads_at_page_width():
     shown = texts(figure)
     assert "1.10 × 10⁻¹⁰" in shown and "e-10" not in shown
     assert "(%" not in shown and "(115, 150 rpm)" in shown  # the claim says its unit
-    assert "Of 3 open claims 1 came out" in shown
+    assert "Reproduced: 1 of 3 predictions" in shown
     assert shown.index("Predicted: open tests") < shown.index("C00a") < shown.index("Nothing to compare with")
     renderer = figure.canvas.get_renderer()
     (ax,) = figure.axes

@@ -298,8 +298,8 @@ def test_the_command_writes_the_page_beside_the_run(page_file, monkeypatch, caps
     [
         (["none.npz"], "none.npz"),
         (["broken.npz"], "broken.npz"),
-        (["run.npz", "--out", "run.pdf"], "a name that ends in .html would do"),
-        (["run.npz", "--seconds", "0"], "at least 0.001 and at most 60 s would do"),
+        (["run.npz", "--out", "run.pdf"], "the name must end in .html"),
+        (["run.npz", "--seconds", "0"], "must be between 0.001 and 60 s"),
         (["run.npz", "--out", "run.npz/run.html"], "run.npz/run.html: cannot be written"),
     ],
 )

@@ -96,9 +96,12 @@ def test_a_wheel_is_a_section_by_its_name():
         ("like: nowhere\n", ["rig = 'nowhere'", "no such file", "bench, first_fit, m113, paper"]),
         ("like: mine.yaml\n", ["like = 'mine.yaml'"]),
         ("like: bench\nwheels: {source: s, idler: {x: 1 mm}}\n", ["idler.x", "must be given in 'm'"]),
-        ("like: bench\nwheels: {source: s, Big Wheel: " + WHEEL + "}\n", ["wheels", "Big Wheel", "small letters"]),
-        ("like: bench\nwheels: {source: s, chain: " + WHEEL + "}\n", ["wheels", "'chain'", "no section's name"]),
-        ("like: bench\nwheels: {source: s, rear: " + WHEEL + "}\n", ["tension.wheel = 'idler'", "'rear' would do"]),
+        ("like: bench\nwheels: {source: s, Big Wheel: " + WHEEL + "}\n", ["wheels", "Big Wheel", "lower-case letters"]),
+        (
+            "like: bench\nwheels: {source: s, chain: " + WHEEL + "}\n",
+            ["wheels", "'chain'", "not the name of a section"],
+        ),
+        ("like: bench\nwheels: {source: s, rear: " + WHEEL + "}\n", ["tension.wheel = 'idler'", "choose 'rear'"]),
         (
             f"like: bench\nwheels: {{source: s, idler: {WHEEL[:-1]}, surface: soft}}}}\n",
             ["idler.surface = 'soft'", "wheel_contact"],
@@ -112,7 +115,7 @@ def test_a_wheel_is_a_section_by_its_name():
             f"like: bench\nwheels: {{source: s, idler: {WHEEL[:-1]}, arm: {{x: 1.0 m, y: 0.0 m, mass: "
             "1.0 kg, stiffness: 1.0 N m/rad, "
             "damping: 0.0 N m s/rad, travel: 5.0 deg}}}\n",
-            ["tension.wheel = 'idler'", "a fixed wheel would do"],
+            ["tension.wheel = 'idler'", "choose a fixed wheel"],
         ),
     ],
 )

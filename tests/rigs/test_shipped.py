@@ -1,4 +1,4 @@
-"""Every shipped rig settles, runs, keeps its loop closed and its account of work, and is what its mirror image is."""
+"""Every shipped rig settles, runs, keeps its loop closed and its energy balance, and is what its mirror image is."""
 
 import numpy as np
 import pytest

@@ -82,7 +82,10 @@ DEFECTS = {
         "t_ms;ax_mg;ay_mg;az_mg\n" + "".join(f"{k};12;1,0{k}0;7\n" for k in range(6)),
         ("'1,000'", "thousands"),
     ),
-    "gap": (HEADER + "\n" + "\n".join(rows()[:3] + rows()[4:]) + "\n", ("line 5", "0.002 s apart", "lost", "--from")),
+    "gap": (
+        HEADER + "\n" + "\n".join(rows()[:3] + rows()[4:]) + "\n",
+        ("line 5", "0.002 s apart", "missing", "--from"),
+    ),
     "wide gap": (
         HEADER + "\n" + "\n".join(rows(60)[:30] + rows(60)[40:]) + "\n",
         ("gap", "line 32", "0.029", "0.04 s"),
@@ -354,10 +357,10 @@ def test_lost_rows_are_not_taken_for_rounding(lost, rate, decimals, tmp_path):
 def test_a_few_odd_stamps_are_decided_by_the_rate(tmp_path):
     """One double step in whole milliseconds: 1000 Hz with a row lost, or 999.75 Hz rounded."""
     path = stamped(tmp_path / "record.csv", np.arange(4000) / 999.75, 3)
-    refused(path, ["rows are lost or unevenly timed", "--time none --rate HZ"])
+    refused(path, ["rows are missing or unevenly timed", "--time none --rate HZ"])
     assert read_sensor_csv(path, SensorMapping(rate=999.75)).rate_hz == 999.75
     assert read_sensor_csv(path, SensorMapping(rate=999.75, time="none")).ay_g.size == 4000
-    refused(path, ["lost"], mapping=SensorMapping(rate=1000))
+    refused(path, ["missing"], mapping=SensorMapping(rate=1000))
 
 
 @pytest.mark.parametrize(("unit", "scale"), [("s", 1.0), ("ms", 1e3), ("us", 1e6), ("ns", 1e9)])

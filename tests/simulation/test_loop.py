@@ -110,7 +110,7 @@ def test_views_show_the_present_and_cannot_be_written(loop, name):
 
 
 def test_a_belt_cannot_be_stepped(rig):
-    with pytest.raises(InputError, match="chain = 'belt' is not accepted"):
+    with pytest.raises(InputError, match="chain = 'belt':"):
         Loop(Scene(rig, 115.0, chain="belt", ring_radius=None, spells=False))
 
 
@@ -260,7 +260,7 @@ def test_the_tensioner_has_a_travel(loop):
     travel = loop.scene.rig.tension.travel
     loop.shift_tensioner(travel)
     for shift in (1.01 * travel, -1.01 * travel, float("nan")):
-        with pytest.raises(InputError, match=r"shift = .* is not accepted"):
+        with pytest.raises(InputError, match=r"shift = .*: must be between"):
             loop.shift_tensioner(shift)
     assert loop.layout["tensioner_shift_m"] == travel
 
@@ -268,7 +268,7 @@ def test_the_tensioner_has_a_travel(loop):
 def test_a_tensioner_on_its_spring_is_not_shifted_and_stays_where_it_hangs(make_scene):
     """Also when the loop goes on with something changed: the spring keeps its preload."""
     loop = Loop(make_scene(0.0, tension="sprung"))
-    with pytest.raises(InputError, match="the tensioner slides on its spring; tension='locked' would do"):
+    with pytest.raises(InputError, match="the tensioner slides on its spring; use tension='locked'"):
         loop.shift_tensioner(0.0)
     finer = loop.changed(step=5e-5)
     for each in (loop, finer):
@@ -312,12 +312,12 @@ def test_a_changed_loop_is_driven_on(loop):
 @pytest.mark.parametrize(
     ("fields", "says"),
     [
-        ({"ring_radius": 0.303}, "ring_radius = 0.303 is not accepted: a loop keeps it"),
-        ({"chain": "single_pin"}, "chain = 'single_pin' is not accepted: a loop keeps it"),
+        ({"ring_radius": 0.303}, "ring_radius = 0.303: a loop keeps it"),
+        ({"chain": "single_pin"}, "chain = 'single_pin': a loop keeps it"),
         ({"space": "spatial"}, "a loop keeps bodies, plane and joints"),
         ({"joint": "radial"}, "a loop keeps bodies, plane and joints"),
         ({"tension": "sprung"}, "a loop keeps bodies, plane and joints"),
-        ({"step": 3e-5}, "step = 3e-05 is not accepted"),
+        ({"step": 3e-5}, "step = 3e-05:"),
     ],
 )
 def test_what_a_state_cannot_take_is_refused(loop, fields, says):
@@ -422,7 +422,7 @@ def test_an_interrupted_run_goes_on_and_gives_the_same_bytes(interrupted, tmp_pa
 def test_a_checkpoint_of_another_scene_is_refused_and_kept(interrupted):
     scene, checkpoint = interrupted
     for other in (scene.with_(duration=2.0), scene.with_(rig=scene.rig.changed(gravity=9.8))):
-        with pytest.raises(InputError, match="is the checkpoint of another scene; remove it to start anew"):
+        with pytest.raises(InputError, match="is the checkpoint of another scene; remove it to start again"):
             simulate(other, checkpoint=checkpoint)
     assert checkpoint.exists()
 

@@ -148,7 +148,7 @@ def test_stiffness_without_measure_diverges_too(make_scene, rig, monkeypatch, ri
         ({"duration": float("nan")}, ["duration = nan"]),
         ({"ring_radius": 0.5}, ["ring_radius = 0.5", "overlaps the chain"]),
         ({"ring_radius": -0.3}, ["ring_radius = -0.3"]),
-        ({"pitches": (99,)}, ["pitches = 99", "1 to 35"]),
+        ({"pitches": (99,)}, ["pitches = 99", "1 and 35"]),
         ({"ramp": 0.0}, ["ramp = 0.0"]),
         ({"frame_interval": 0.0015}, ["frame_interval = 0.0015"]),
         ({"tooth_contact": "square"}, ["tooth_contact = 'square'", "'three_surfaces' or 'ten_arcs'"]),

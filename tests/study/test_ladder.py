@@ -45,4 +45,4 @@ def test_a_setting_that_is_refused_says_why(rig, monkeypatch):
     )
     assert set(rows["scene"]) == {"115 rpm, no ring"}
     assert rows["value"].isna().all() and rows["wall_s_per_s"].isna().all()
-    assert rows["note"].str.contains("step = 0.5 is not accepted").all()
+    assert rows["note"].str.contains("step = 0.5:").all()

@@ -49,7 +49,7 @@ def test_fewer_rows_of_a_sobol_sequence_begin_it():
         ("motor_rpm=210:115", "the second number must be the larger one"),
         ("motor_rpm=a:b", "two finite numbers"),
         ("motor_rpm=1:inf", "two finite numbers"),
-        ("motor_rpm=1:2:1", "a count of 2 to"),
+        ("motor_rpm=1:2:1", "the count must be between 2 and"),
         ("motor_rpm=1_15:210", "two finite numbers"),
     ],
 )
@@ -61,15 +61,15 @@ def test_what_is_no_range_is_refused(pair, said):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (({},), "a design varies something"),
+        (({},), "a design must vary something"),
         (({"motor_rpm": (1, 2)},), "needs a number of rows"),
-        (({"motor_rpm": (1, 2)}, "sobol", 0), "rows = 0 is not accepted"),
-        (({"motor_rpm": (1, 2)}, "sobol", 10**9), "rows = 1000000000 is not accepted"),
-        (({"motor_rpm": (1, 2)}, "sobol", 4, -1), "seed = -1 is not accepted"),
-        (({"motor_rpm": (1, 2)}, "grid"), "has no count for a grid; 1:2:5 would do"),
-        (({"motor_rpm": Span(1, 2, 5)}, "grid", 4), "a grid has as many as its levels make"),
-        (({"motor_rpm": Span(1, 2, 10**5), "ramp": Span(1, 2, 10**5)}, "grid"), "rows = 10000000000 is not accepted"),
-        (({"motor_rpm": (1, 2)}, "random", 4), "grid, sobol, latin would do"),
+        (({"motor_rpm": (1, 2)}, "sobol", 0), "rows = 0:"),
+        (({"motor_rpm": (1, 2)}, "sobol", 10**9), "rows = 1000000000:"),
+        (({"motor_rpm": (1, 2)}, "sobol", 4, -1), "seed = -1:"),
+        (({"motor_rpm": (1, 2)}, "grid"), "needs a count for a grid, such as 1:2:5"),
+        (({"motor_rpm": Span(1, 2, 5)}, "grid", 4), "the levels of a grid give its rows"),
+        (({"motor_rpm": Span(1, 2, 10**5), "ramp": Span(1, 2, 10**5)}, "grid"), "rows = 10000000000:"),
+        (({"motor_rpm": (1, 2)}, "random", 4), "choose grid, sobol, latin"),
         (({"motor_rpm": (1, 2)}, "sobol", 4, 0, {"motor_rpm": 3}), "motor_rpm is varied and fixed"),
     ],
 )
@@ -111,11 +111,11 @@ def test_a_damaged_parquet_file_is_refused(tmp_path):
     whole = path.read_bytes()
     for content in (b"", b"PAR1", whole[: len(whole) // 2], b"x" * len(whole)):
         path.write_bytes(content)
-        with pytest.raises(InputError, match="is not a Parquet file, or is damaged"):
+        with pytest.raises(InputError, match="not a Parquet file, or damaged"):
             read_table(path)
     with pytest.raises(InputError, match="no such file"):
         read_table(tmp_path / "no.parquet")
-    with pytest.raises(InputError, match=r"ends in \.csv or \.parquet"):
+    with pytest.raises(InputError, match=r"end in \.csv or \.parquet"):
         read_table(tmp_path / "d.xlsx")
 
 
@@ -133,9 +133,9 @@ def test_columns_are_known_or_refused():
     of_rigs = ("sprocket.ring_radius", "gravity", "drive.kind", "road_1.bearing_drag", "road_1.arm.stiffness")
     refuse_columns(pd.DataFrame({name: [1] for name in ("motor_rpm", *of_rigs)}), "d.csv")
     for table, said in (
-        ({"motor_rpm": [1], "speed": [2]}, "'speed' is no column of a design"),
-        ({"motor_rpm": [1], "sprocket.radius": [2]}, "'sprocket.radius' is no column"),
-        ({"motor_rpm": [1], "road_1.arm": [2]}, "'road_1.arm' is no column"),
+        ({"motor_rpm": [1], "speed": [2]}, "'speed' is not a column of a design"),
+        ({"motor_rpm": [1], "sprocket.radius": [2]}, "'sprocket.radius' is not a column"),
+        ({"motor_rpm": [1], "road_1.arm": [2]}, "'road_1.arm' is not a column"),
         ({"ramp": [1]}, "no column motor_rpm"),
         ({"motor_rpm": []}, "has no rows"),
     ):
@@ -210,18 +210,18 @@ def test_a_key_is_what_is_asked_and_not_how_it_is_said(rig_path, monkeypatch):
         ({"motor_rpm": "115", "ring_radius": ""}, "ring_radius is empty"),
         ({"motor_rpm": 115, "ring_radius": np.nan}, "ring_radius is empty"),
         ({"motor_rpm": " "}, "motor_rpm is empty; a speed in rev/min is needed"),
-        ({"motor_rpm": "115", "step": "abc 1e-4"}, "step = 'abc' is not accepted: a finite number"),
-        ({"motor_rpm": "115", "step": "-1e-4; 1e-4"}, "step = -0.0001 is not accepted: at least"),
-        ({"motor_rpm": "115", "step": [1e-4, "1_0"]}, "step = '1_0' is not accepted: a finite number"),
-        ({"motor_rpm": "115", "until.rms": "1%", "until.longest": "1e9"}, "until.longest = 1e+09 is not accepted"),
-        ({"motor_rpm": "115", "preset": "quick"}, "preset = 'quick' is not accepted"),
+        ({"motor_rpm": "115", "step": "abc 1e-4"}, "step = 'abc': must be a finite number"),
+        ({"motor_rpm": "115", "step": "-1e-4; 1e-4"}, "step = -0.0001: must be between"),
+        ({"motor_rpm": "115", "step": [1e-4, "1_0"]}, "step = '1_0': must be a finite number"),
+        ({"motor_rpm": "115", "until.rms": "1%", "until.longest": "1e9"}, "until.longest = 1e+09:"),
+        ({"motor_rpm": "115", "preset": "quick"}, "preset = 'quick':"),
         ({"motor_rpm": "115", "rig": "no.yaml"}, "no.yaml: no such file"),
-        ({"motor_rpm": "115", "until.rms": "2"}, "tolerance = '2' is not accepted"),
-        ({"motor_rpm": "115", "until.rms": "1%", "until.longest": "long"}, "until.longest = 'long' is not accepted"),
+        ({"motor_rpm": "115", "until.rms": "2"}, "tolerance = '2':"),
+        ({"motor_rpm": "115", "until.rms": "1%", "until.longest": "long"}, "until.longest = 'long':"),
         ({"motor_rpm": "115", "known.force": "0.01"}, "known.share_pct"),
         (
             {"motor_rpm": "115", "known.share_pct": 1, "known.force": "x", "known.passages": 13},
-            "known.force = 'x' is not accepted",
+            "known.force = 'x':",
         ),
         (
             {"motor_rpm": "115", "known.share_pct": 1, "known.force": 1, "known.passages": 13, "until.rms": "1%"},

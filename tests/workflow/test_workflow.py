@@ -116,9 +116,7 @@ def test_a_broken_configuration_ends_in_one_sentence(tmp_path):
     result = snakemake(tmp_path, "--configfile", str(quick_config(tmp_path, repeat_a_radius)))
     output = result.stdout + result.stderr
     assert result.returncode != 0
-    sentence = (
-        "copy.yaml: ring_study.radii_m = [0.303, 0.308, 0.308] is not accepted: 0.308 stands twice; give rising values"
-    )
+    sentence = "copy.yaml: ring_study.radii_m = [0.303, 0.308, 0.308]: 0.308 occurs twice; give rising values"
     assert output.count(sentence) == 1, output
     assert "Traceback (most recent call last)" not in output
 
@@ -127,7 +125,7 @@ def test_a_wrong_number_on_the_command_line_is_refused_too(tmp_path):
     result = snakemake(tmp_path, "--configfile", str(quick_config(tmp_path)), "--config", 'records={"duration_s": -1}')
     output = result.stdout + result.stderr
     assert result.returncode != 0
-    assert re.search(r"copy.yaml: records.duration_s = '?-1'? is not accepted", output), output
+    assert re.search(r"copy.yaml: records.duration_s = '?-1'?:", output), output
     assert "Traceback (most recent call last)" not in output
 
 

@@ -50,10 +50,10 @@ def read_table(path: Path | str, columns: tuple[str, ...], optional: tuple[str, 
     accepted = f"a header with {', '.join(columns)}" + (f" and any of {', '.join(optional)}" if optional else "")
     for name in columns:
         if names.count(name) != 1:
-            raise InputError(f"{path}: column {name} is there {names.count(name)} times; {accepted} is accepted")
+            raise InputError(f"{path}: column {name} occurs {names.count(name)} times; expected {accepted}")
     for name in names:
         if name not in columns + optional or names.count(name) > 1:
-            raise InputError(f"{path}: column {shown(name)} is not accepted; {accepted} is")
+            raise InputError(f"{path}: column {shown(name)} is unknown; expected {accepted}")
     values = np.empty((len(rows) - 1, len(names)))
     for line, row in enumerate(rows[1:], start=2):
         if len(row) != len(names):
@@ -82,7 +82,7 @@ def read_answer(path: Path | str, problem: str) -> dict[str, np.ndarray]:
     wanted = np.arange(round(asked["end_s"] / asked["interval_s"]) + 1) * asked["interval_s"]
     if len(found["time_s"]) != len(wanted):
         raise InputError(
-            f"{path}: {len(found['time_s'])} rows are not accepted; {problem} has {len(wanted)}, every "
+            f"{path}: {len(found['time_s'])} rows; {problem} needs {len(wanted)}, every "
             f"{asked['interval_s']:g} s from 0 to {asked['end_s']:g} s"
         )
     off = np.abs(found["time_s"] - wanted)
@@ -93,7 +93,7 @@ def read_answer(path: Path | str, problem: str) -> dict[str, np.ndarray]:
         )
     for one, other in (("force_x_n", "force_y_n"), ("force_y_n", "force_x_n")):
         if one in found and other not in found:
-            raise InputError(f"{path}: column {one} is there without {other}; both or none are accepted")
+            raise InputError(f"{path}: column {one} is given without {other}; give both or none")
     return found
 
 
@@ -115,7 +115,7 @@ def read_contacts(path: Path | str, problem: str) -> np.ndarray:
     if not fits.all():
         line = int(np.argmin(fits)) + 2
         raise InputError(
-            f"{path}: line {line} is not accepted; arcs 1 to {arcs}, 0 <= begin_s <= end_s <= {end:g}, peak_n >= 0 are"
+            f"{path}: line {line} is invalid; expected arcs 1 to {arcs}, 0 <= begin_s <= end_s <= {end:g}, peak_n >= 0"
         )
     return table
 

@@ -157,7 +157,7 @@ def load_manifest(path: Path | str) -> dict[str, Any]:
         raise InputError(f"{path}: is not a manifest of trackdyn, or is damaged; `snakemake -j2` makes one") from None
     if isinstance(data, dict) and data.get("format", FORMAT) != FORMAT:
         raise InputError(
-            f"{path}: has manifest format {shown(data['format'])}, this version reads {FORMAT}; make it again"
+            f"{path}: has manifest format {shown(data['format'])}, this version reads {FORMAT}; write it again"
         )
     validated(Manifest, data, str(path), "`snakemake -j2` makes a manifest")
     return data

@@ -24,7 +24,7 @@ def choose_ring(
     from trackdyn.sweeps.table import write_table
 
     if criterion not in CRITERIA:
-        raise InputError(f"--criterion = {shown(criterion)} is not accepted: {', '.join(CRITERIA)} would do")
+        raise InputError(f"--criterion = {shown(criterion)}: choose {', '.join(CRITERIA)}")
     for path in filter(None, (out, figure)):
         refuse_unwritable(path)
     rows = read_study(study)

@@ -115,7 +115,7 @@ def main() -> None:
     except ModuleNotFoundError as error:
         sentence, code = str(missing(error)), 1
     except MemoryError:
-        sentence, code = "the memory that is free does not suffice; a shorter duration or fewer pitches would do", 1
+        sentence, code = "out of memory; use a shorter duration or fewer pitches", 1
     except OSError as error:
         if error.filename is None:  # standard output is closed or full: nothing more goes there
             os.dup2(os.open(os.devnull, os.O_WRONLY), 1)

@@ -23,7 +23,7 @@ def compare(
     start: Annotated[float | None, number("--from", "First instant to keep, s since the first row.")] = None,
     to: Annotated[float | None, number("--to", "Last instant to keep, s since the first row.")] = None,
 ) -> None:
-    """Compare the simulated y acceleration with a sensor's: RMS, SD and main line."""
+    """Compare the simulated y acceleration with a sensor's: RMS, SD and dominant peak."""
     axes = parse_axes(axis)
     from trackdyn.measure.compare import compare_with_sensor
     from trackdyn.sensor.sensor_csv import read_sensor_csv

@@ -35,7 +35,8 @@ def identify(
     out: Annotated[Path, typer.Option(help="Folder to write.")] = Path("identified"),
     rig: RigName = DEFAULT_RIG,
     rpm: Annotated[
-        list[float] | None, number("--rpm", "Motor speed of each record, rev/min; what its main line says by default.")
+        list[float] | None,
+        number("--rpm", "Motor speed of each record, rev/min; what its dominant peak says by default."),
     ] = None,
     ring_radius: RingRadius = None,
     preset: Preset = "standard",
@@ -75,11 +76,9 @@ def identify(
     from trackdyn.sweeps.sweep import cores
 
     if simulations < 16 or simulations & (simulations - 1):
-        raise InputError(
-            f"--simulations = {simulations} is not accepted: a power of two from 16 on would do, such as 128"
-        )
+        raise InputError(f"--simulations = {simulations}: must be a power of two of at least 16, such as 128")
     if steps < 100:
-        raise InputError(f"--steps = {steps} is not accepted: 100 or more would do")
+        raise InputError(f"--steps = {steps}: must be at least 100")
     axes = parse_axes(axis)
     base = load_rig(rig)
     radius = base.ring_radius if ring_radius is None else ring_radius.radius
@@ -90,7 +89,7 @@ def identify(
     refuse_unwritable(out / "index.html")
     if out.exists() and any(out.iterdir()) and not resume:
         raise InputError(
-            f"--out {out} is there already; --resume to go on from its simulations, or another folder, would do"
+            f"--out {out} already exists; use --resume to go on from its simulations, or choose another folder"
         )
     store = store or out / "simulations"
     settings = Settings(simulations, waves, steps, jobs or cores(), seed, not quiet)

@@ -29,7 +29,7 @@ def ring_fields(ring: Ring | None) -> dict[str, float | None]:
     return {} if ring is None else {"ring_radius": ring.radius}
 
 
-def parse_number(name: str, text: str | float, accepted: str = "a finite number would do") -> float:
+def parse_number(name: str, text: str | float, accepted: str = "must be a finite number") -> float:
     """A finite number.
 
     Raises
@@ -42,7 +42,7 @@ def parse_number(name: str, text: str | float, accepted: str = "a finite number 
             return number
     except ValueError:
         pass
-    raise InputError(f"{name} = {shown(text)} is not accepted: {accepted}")
+    raise InputError(f"{name} = {shown(text)}: {accepted}")
 
 
 def number(name: str, help: str) -> Any:
@@ -53,7 +53,7 @@ def number(name: str, help: str) -> Any:
 def _parse_ring(text: str | Ring) -> Ring:
     if isinstance(text, Ring):
         return text
-    accepted = "a radius in m or the word none would do"
+    accepted = "must be a radius in m, or none"
     return Ring(None if text == "none" else parse_number("--ring-radius", text, accepted))
 
 
@@ -61,7 +61,7 @@ def _parse_measure(name: str) -> str:
     from trackdyn.measure.whole_loop import RELATIVE, SHARES
 
     if name not in RELATIVE + SHARES:
-        raise InputError(f"--measure = {shown(name)} is not accepted: {', '.join(RELATIVE + SHARES)} would do")
+        raise InputError(f"--measure = {shown(name)}: choose {', '.join(RELATIVE + SHARES)}")
     return name
 
 
@@ -77,8 +77,8 @@ def _parse_tolerance(text: str | float) -> float:
 def _parse_file(name: str, endings: tuple[str, ...]) -> Callable[[str | Path], Path]:
     def parse(text: str | Path) -> Path:
         if (path := Path(text)).suffix not in endings:
-            accepted = f"a name that ends in {' or '.join(endings)} would do"
-            raise InputError(f"{name} = {shown(str(path))} is not accepted: {accepted}")
+            accepted = f"the name must end in {' or '.join(endings)}"
+            raise InputError(f"{name} = {shown(str(path))}: {accepted}")
         return path
 
     return parse
@@ -116,7 +116,7 @@ def parse_axes(pairs: list[str] | None) -> dict[str, str]:
     """
     for pair in pairs or []:
         if not all(pair.partition("=")):
-            raise InputError(f"--axis {pair} is not accepted: an axis and its column, such as ay=channel3, would do")
+            raise InputError(f"--axis {pair}: expected an axis and its column, such as ay=channel3")
     return dict(pair.split("=", 1) for pair in pairs or [])
 
 

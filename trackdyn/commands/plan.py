@@ -29,6 +29,6 @@ def plan(
     typer.echo(
         f"{'expected error':>22}  {chosen.of_setting:.2g} of the setting, {chosen.of_record:.2g} of the record at most"
     )
-    typer.echo(f"{'expected cost':>22}  {chosen.cpu_s:.3g} processor seconds on the machine that measured")
+    typer.echo(f"{'expected cost':>22}  {chosen.cpu_s:.3g} CPU seconds on the machine that measured")
     for warning in chosen.warnings:
         typer.echo(f"trackdyn: warning: {warning}; the plan is a guess there", err=True)

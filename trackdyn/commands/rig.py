@@ -26,7 +26,7 @@ def new(
     from trackdyn.parameters.rig_template import rig_text
 
     if out.exists():
-        raise InputError(f"{out} exists; another name would do")
+        raise InputError(f"{out} already exists; choose another name")
     text = rig_text(like)
     refuse_unwritable(out)
     write_text(out, text)

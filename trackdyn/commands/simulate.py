@@ -31,10 +31,10 @@ def _choices(pairs: list[str]) -> dict:
     for pair in pairs:
         name, _, value = pair.partition("=")
         if name == "tolerance":
-            found[name] = parse_number("--choose tolerance", value, "a number such as 1e-6 would do")
+            found[name] = parse_number("--choose tolerance", value, "must be a number, such as 1e-6")
         elif name not in CHOICES or not value:
             raise InputError(
-                f"--choose = {shown(pair)} is not accepted: name=setting with one of {', '.join(CHOICES)} would do"
+                f"--choose = {shown(pair)}: expected name=setting with one of the names {', '.join(CHOICES)}"
             )
         else:
             found[name] = value
@@ -87,10 +87,10 @@ def simulate(
     from trackdyn.simulation.cost import cost
 
     if measure and tolerance is None:
-        raise InputError("--measure is not accepted without --tolerance: --tolerance 1% would do")
+        raise InputError("--measure needs --tolerance, such as --tolerance 1%")
     if checkpoint is not None and tolerance is not None:
         raise InputError(
-            "--checkpoint is not accepted with --tolerance: such a run ends by itself; leave one of them out"
+            "--checkpoint cannot be combined with --tolerance, whose runs end by themselves; leave one of them out"
         )
     fields = ring_fields(ring_radius) | preset_fields(preset) | ({} if step is None else {"step": step})
     fields |= _choices(choose or [])

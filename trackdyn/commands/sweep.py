@@ -47,7 +47,7 @@ def sweep(
         for reason, count in results.loc[results["state"] != DONE, "reason"].value_counts().head(5).items():
             typer.echo(f"{count:>7}  {reason}")
     if not (results["state"] == DONE).any():
-        raise InputError(f"{out}: no row came out; the first one because of: {results['reason'].iloc[0]}")
+        raise InputError(f"{out}: no row completed; the reason of the first one: {results['reason'].iloc[0]}")
     if failed := int((results["state"] == FAILED).sum()):
         raise InputError(
             f"{out}: {failed} rows failed for reasons that may pass and stand there; the same command tries them again"
@@ -84,7 +84,7 @@ def design(
     for pair in fix or []:
         name, _, value = pair.partition("=")
         if not name or not value or name in fixed:
-            raise InputError(f"--set = {shown(pair)} is not accepted: name=value, each name once, would do")
+            raise InputError(f"--set = {shown(pair)}: expected name=value, each name once")
         fixed[name] = value
     table = make_design(varied, method, rows, seed, fixed)
     refuse_columns(table, "design")

@@ -34,7 +34,7 @@ def write_fmu(scene: Scene, path: Path | str) -> Unit:
     """
     FmuBuilder = required("pythonfmu3").FmuBuilder
     if not FmuBuilder.has_binary():
-        raise InputError("PythonFMU3 has no library for this system; x86-64 Linux or Windows would do")
+        raise InputError("PythonFMU3 has no library for this system; use x86-64 Linux or Windows")
     path, unit = Path(path), Unit(scene)
     described = {
         "name": re.sub(r"\W", "_", path.stem).lstrip("0123456789_") or "track",

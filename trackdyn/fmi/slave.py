@@ -51,7 +51,7 @@ def refusing(method, *modes: str):
         try:
             if modes and self.mode not in modes:
                 raise InputError(
-                    f"{method.__name__} is not accepted while the unit is {self.mode}: {' or '.join(modes)} is needed"
+                    f"{method.__name__} cannot be called while the unit is {self.mode}; it must be {' or '.join(modes)}"
                 )
             return method(self, *arguments)
         except Exception as error:
@@ -123,7 +123,7 @@ class Track(Fmi3Slave):
         """One exchange; what is refused ends the simulation with one sentence in the log."""
         try:
             if self.mode != "stepping":
-                raise InputError(f"a step is not accepted while the unit is {self.mode}; initialise it first")
+                raise InputError(f"the unit cannot step while it is {self.mode}; initialise it first")
             self.unit.step(current_time, step_size)
         except Exception as error:
             self.log(_sentence(error), Fmi3Status.error)

@@ -38,14 +38,14 @@ class Steering(NamedTuple):
 
 def _limit(unit: "Unit", torque: float, exchange: float) -> None:
     if not 0.0 <= torque < inf:
-        raise InputError(f"torque_limit = {torque:g} N m is not accepted: a finite number of at least 0 would do")
+        raise InputError(f"torque_limit = {torque:g} N m: must be finite and at least 0")
     drive = unit.loop.model.drive
     unit.loop.model = unit.loop.model._replace(drive=drive._replace(motor=drive.motor._replace(torque=float(torque))))
 
 
 def _push(unit: "Unit", force: float, exchange: float) -> None:
     if not isfinite(force):
-        raise InputError(f"tensioner_force = {force:g} N is not accepted: a finite number would do")
+        raise InputError(f"tensioner_force = {force:g} N: must be finite")
     unit.loop.model.carriers.force[:, 1] = force
 
 
@@ -57,9 +57,8 @@ def _shift(unit: "Unit", shift: float, exchange: float) -> None:
     settled, travel = unit.settled_shift, unit.scene.rig.tension.travel
     if not abs(settled + shift) <= travel:
         raise InputError(
-            f"tensioner_shift = {shift:g} m is not accepted: at least {-travel - settled:.4g} and at "
-            f"most {travel - settled:.4g} m, "
-            "the tensioner's travel from where the loop settled, would do"
+            f"tensioner_shift = {shift:g} m: must be between {-travel - settled:.4g} and "
+            f"{travel - settled:.4g} m, the tensioner's travel from where the loop settled"
         )
     unit.loop.shift_tensioner(unit.settled_shift + shift)
     unit.place_strands()
@@ -134,16 +133,11 @@ class Unit:
     """
 
     def __init__(self, scene: Scene):
-        for field, refused, would_do in (("chain", "belt", "double_pin"), ("loop", "free", "on_wheels")):
+        for field, refused, accepted in (("chain", "belt", "double_pin"), ("loop", "free", "on_wheels")):
             if getattr(scene, field) == refused:
-                raise InputError(
-                    f"scene: {field} = {refused!r} is not accepted: a unit needs a chain on wheels; "
-                    f"{would_do!r} would do"
-                )
+                raise InputError(f"scene: {field} = {refused!r}: a unit needs a chain on wheels; use {accepted!r}")
         if scene.fidelity["space"].setting != "planar":
-            raise InputError(
-                "scene: space = 'spatial' is not accepted: a unit moves in the plane; wheels that are aligned would do"
-            )
+            raise InputError("scene: space = 'spatial': a unit moves in the plane; align the wheels")
         self.scene = scene
         self.names = wheel_names(scene.rig)
         self.order = belt_around(scene.rig)[1]
@@ -184,7 +178,7 @@ class Unit:
         self._account(0.0)
 
     def place_strands(self) -> None:
-        """Find the strands anew, where the wheels are now."""
+        """Find the strands again, where the wheels are now."""
         wheels = self.loop.model.wheels
         circles = wheel_circles(self.scene.rig, body=float(self.loop.model.chain.length[0]))[self.order]
         circles[:, :2] = np.column_stack([wheels.x, wheels.y])[self.order]
@@ -202,15 +196,14 @@ class Unit:
             The loop left the physical range.
         """
         if self.loop is None:
-            raise InputError("a step before the initialisation is not accepted; enter and exit its mode first")
+            raise InputError("the unit cannot step before its initialisation; enter and exit that mode first")
         step = self.loop.model.step
         within("time", time, -LONGEST, LATEST, " s")
         if self.now is not None and not abs(time - self.now) < step / 2:
-            raise InputError(f"time = {time:.9g} s is not accepted: the unit stands at {self.now:.9g} s")
+            raise InputError(f"time = {time:.9g} s: must be the time of the unit, {self.now:.9g} s")
         if not step / 2 <= exchange <= LONGEST:
             raise InputError(
-                f"exchange = {exchange:g} s is not accepted: at least the step of the loop, {step:g} s, and at most "
-                f"{LONGEST:g} s is needed"
+                f"exchange = {exchange:g} s: must be between the step of the loop, {step:g} s, and {LONGEST:g} s"
             )
         if self.now is None:
             self._origin = time - self.loop.time

@@ -1,8 +1,8 @@
-"""The map from assumptions to claims: the rig with one assumption changed, fitted anew, and judged by the ring study
+"""The map from assumptions to claims: the rig with one assumption changed, fitted again, and judged by the ring study
 and the meshing process.
 
 What a law or a reading makes true or costs is seen only where everything else may follow: a change that is not fitted
-anew says how far the base was fitted to its own choices.
+again says how far the base was fitted to its own choices.
 """
 
 import json
@@ -33,7 +33,7 @@ from trackdyn.sweeps.row import Rows, row_sources
 from trackdyn.sweeps.store import DONE, key_of
 
 BASE = "base"
-YARDSTICK = "refit alone"  # the base fitted anew as the alternatives are: what the refit itself moves
+YARDSTICK = "refit alone"  # the base fitted again as the alternatives are: what the refit itself moves
 FAILED = "failed"  # in place of a verdict: a run that the claim needs did not come out
 EVENT = "event "  # before the names of events in a row
 COLUMNS = [
@@ -121,7 +121,7 @@ class AssumptionsConfig(Section):
                 raise InputError(f"groups: {group.name}: {group.base} is the base's; it is no alternative")
         for form in self.forms.values():
             if form.only and form.only not in [[one.group, one.name] for one in self._all()]:
-                raise InputError(f"forms: only = {form.only} is not accepted: a group and one of its others")
+                raise InputError(f"forms: only = {form.only}: a group and one of its others")
             if self.speed_rpm not in form.speeds_rpm or self.ring_radius_m not in form.radii_m:
                 raise InputError("forms: speeds_rpm and radii_m hold speed_rpm and ring_radius_m")
         return self
@@ -130,7 +130,7 @@ class AssumptionsConfig(Section):
         return [Named(g.name, name, g.base, other) for g in self.groups for name, other in g.others.items()]
 
     def assumptions(self, form: str) -> list[Named]:
-        """The base, the base fitted anew if alternatives are, and the alternatives of a form."""
+        """The base, the base fitted again if alternatives are, and the alternatives of a form."""
         asked = self.forms[form]
         first = [Named(BASE, "", "", Alternative())]
         if asked.evaluations:
@@ -253,7 +253,7 @@ def run_assumption(
     rig: Rig, one: Named, config: AssumptionsConfig, fit: FitConfig, form: MapForm, jobs: int = 1,
     store: Path | str | None = None, log=print,
 ) -> dict:  # fmt: skip
-    """The rig that an assumption leads to, its scene, its rows, and why it was not fitted anew, if so.
+    """The rig that an assumption leads to, its scene, its rows, and why it was not fitted again, if so.
 
     Returns
     -------

@@ -112,11 +112,11 @@ def minimal_conflicts(
     Raises
     ------
     InputError
-        A group that the problem does not have, or one that stands twice.
+        A group that the problem does not have, or one that occurs twice.
     """
     known = set(problem(**asked).groups)
     if set(groups) - known or len(set(groups)) < len(groups):
-        raise InputError(f"groups = {shown(list(groups))} is not accepted: each of {', '.join(sorted(known))} once")
+        raise InputError(f"groups = {shown(list(groups))}: each of {', '.join(sorted(known))} once")
     rows: list[dict] = []
     conflicts: list[set] = []
     for count in range(1, size + 1):

@@ -90,11 +90,11 @@ class Emulator:
         x, y = np.atleast_2d(np.asarray(x, dtype=float)), np.asarray(y, dtype=float)
         if y.shape != (len(x),):
             raise InputError(
-                f"emulator: {len(x)} points and outputs of the shape {y.shape} do not fit; one output a point would do"
+                f"emulator: {len(x)} points and outputs of shape {y.shape} do not match; expected one output per point"
             )
         known = np.isfinite(y) & np.isfinite(x).all(axis=1)
         if known.sum() < LEAST_POINTS:
-            raise InputError(f"emulator: {known.sum()} points have an output; at least {LEAST_POINTS} would do")
+            raise InputError(f"emulator: {known.sum()} points have an output; at least {LEAST_POINTS} are needed")
         self.x, self.y, self.iterations = x[known], y[known], iterations
         self._inputs = StandardScaler().fit(self.x)
         inputs = self._inputs.transform(self.x)

@@ -96,10 +96,10 @@ class FitConfig(Section):
     def _consistent(self):
         for unknown in self.parameters:
             if unknown.discrete or not unknown.intervals:
-                raise InputError(f"parameters: {unknown.label or '?'} needs a range; what is chosen stands in choices")
+                raise InputError(f"parameters: {unknown.label or '?'} needs a range; fixed values belong in choices")
         asked = {self.full, *(stage.run for form in self.forms.values() for stage in form.stages)}
         if asked - set(self.runs):
-            raise InputError(f"runs: {', '.join(sorted(asked - set(self.runs)))} is asked for and not there")
+            raise InputError(f"runs: {', '.join(sorted(asked - set(self.runs)))} is missing")
         return self
 
     def restricted(self, radii: list[float], without_ring: bool) -> "FitConfig":
@@ -107,7 +107,7 @@ class FitConfig(Section):
         if not radii:
             return self
         if set(radii) - {t.ring_radius_m for t in self.targets}:
-            raise InputError(f"sensitivity.radii_m = {radii} is not accepted: no target of the fit has such a radius")
+            raise InputError(f"sensitivity.radii_m = {radii}: no target of the fit has such a radius")
         kept = [
             t
             for t in self.targets

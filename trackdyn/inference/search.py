@@ -227,7 +227,7 @@ def minimise(
         A row failed for a reason that may pass.
     """
     if method not in get_args(Method):
-        raise InputError(f"method = {shown(method)} is not accepted: {' or '.join(get_args(Method))}")
+        raise InputError(f"method = {shown(method)}: {' or '.join(get_args(Method))}")
     free = np.array(start.free, dtype=bool)
     whole = np.array(start.x, dtype=float)
     evaluated = _Evaluated(problem, None if store is None else str(store), evaluations)
@@ -298,7 +298,7 @@ def search(
     jobs : int
         Processes, each with a search of its own.
     store : path or None
-        Folder of all rows; without one every round begins anew.
+        Folder of all rows; without one every round begins again.
 
     Returns
     -------
@@ -313,7 +313,7 @@ def search(
         A row failed for a reason that may pass.
     """
     if len({start.name for start in starts}) < len(starts):
-        raise InputError("starts: a name stands twice; names differ")
+        raise InputError("starts: a name occurs twice; names must differ")
     sources = row_sources("inference")
     name = f"{problem.__module__}:{problem.__qualname__}"
     alive, ends = {start.name: start for start in starts}, {}

@@ -129,7 +129,7 @@ def run_directions(rig: Rig, config: FitConfig, step: float, rule: StopRule) -> 
     """Events of C16 and C17 for the chain descending and climbing on the sprocket.
 
     The paper does not say which way its chain runs. The mirrored rig (idler and road wheel on the other
-    side of the sprocket) runs the other way; belt kinematics give it the same main line.
+    side of the sprocket) runs the other way; belt kinematics give it the same dominant peak.
 
     Returns
     -------

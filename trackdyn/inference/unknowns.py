@@ -62,10 +62,8 @@ class Unknown(Section):
             raise InputError(f"unknown {self.label or '?'}: a choice has a name and two alternatives or more")
         for low, high in self.intervals:
             if not low < high or (self.scale == "log" and not low > 0):
-                positive = " above 0" if self.scale == "log" else ""
-                raise InputError(
-                    f"unknown {self.label}: range {low:g} to {high:g} is not accepted: rising bounds{positive} would do"
-                )
+                positive = " and above 0" if self.scale == "log" else ""
+                raise InputError(f"unknown {self.label}: range {low:g} to {high:g}: bounds must be rising{positive}")
         return self
 
     @property
@@ -133,7 +131,7 @@ class Unknowns:
     Raises
     ------
     InputError
-        One sentence: a field that the rig does not have, one that stands twice, one without a range.
+        One sentence: a field that the rig does not have, one that occurs twice, one without a range.
     """
 
     def __init__(self, unknowns, rig: Rig, ranges: Mapping[str, tuple[float, float, str]] | None = None):
@@ -150,7 +148,7 @@ class Unknowns:
                         _number(rig, name, unknown.label)
             for name in unknown.names or [unknown.label]:
                 if name in seen:
-                    raise InputError(f"unknown {name}: stands twice; keep one of them")
+                    raise InputError(f"unknown {name}: occurs twice; keep one of them")
                 seen.add(name)
             self.unknowns.append(_ranged(unknown, ranges))
 
@@ -172,7 +170,7 @@ class Unknowns:
         """
         x = np.asarray(x, dtype=float)
         if x.shape != (len(self),) or not ((x >= 0) & (x <= 1)).all():
-            raise InputError(f"x = {shown(x.tolist())} is not accepted: {len(self)} numbers of 0 to 1 would do")
+            raise InputError(f"x = {shown(x.tolist())}: must be {len(self)} numbers between 0 and 1")
         return {unknown.label: unknown.value(float(part)) for unknown, part in zip(self.unknowns, x, strict=True)}
 
     def position(self, values: Mapping[str, Any]) -> np.ndarray:
@@ -249,4 +247,4 @@ def _number(rig: Rig, name: str, label: str) -> float:
     except InputError as error:
         raise InputError(f"unknown {shown(label)}: {error}") from None
     except ValueError:
-        raise InputError(f"unknown {label}: {name} = {shown(value)} is no number; a choice would do") from None
+        raise InputError(f"unknown {label}: {name} = {shown(value)} is not a number; name a choice") from None

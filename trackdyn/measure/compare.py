@@ -82,7 +82,7 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     loop_hz = loop_frequency(recording)
     seconds = len(recording.time) / recording.rate
     if seconds * loop_hz < 1:
-        need = f"{1 / loop_hz:.4g} s or more would do" if loop_hz else "the motor must run"
+        need = f"record at least {1 / loop_hz:.4g} s" if loop_hz else "the motor must run"
         raise InputError(f"{name}: the record of {seconds:.4g} s is shorter than one turn of the loop; {need}")
     record.require_turns(1 / loop_hz)
     faster, slower = whole_ratio(record, recording.rate)

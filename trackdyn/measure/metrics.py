@@ -25,7 +25,7 @@ def loop_frequency(recording: Recording) -> float:
 
 
 def energy_residual(recording: Recording) -> float:
-    """What the account of work leaves open, as a share of the sprocket's work over the record.
+    """What the energy balance leaves open, as a share of the sprocket's work over the record.
 
     Work of the sprocket minus every dissipation minus the change of kinetic, gravitational and
     bushing energy. The work absorbed by normal contact counts as one term: what Eq. 8 stores comes
@@ -38,7 +38,7 @@ def energy_residual(recording: Recording) -> float:
 
 
 def lines_by_start(recording: Recording, starts: int = STARTS) -> pd.DataFrame:
-    """Main line of the FFT, had the record begun elsewhere in a turn of the loop.
+    """Dominant peak of the FFT, had the record begun elsewhere in a turn of the loop.
 
     What a later start needs beyond the end of the record is taken one turn earlier: in steady running every turn
     is like the one before. Windows of a longer run show the same amplitudes to 5e-6 g (115 rpm, 90 s).
@@ -91,7 +91,7 @@ def needed_lengths(recording: Recording) -> dict[str, float]:
     """What the recording is too short for, with the record (s) that holds it wherever it begins."""
     period, scene = timing(recording), recording.meta["scene"]
     passage = period.loop + (2 * LONGEST + PASSAGE) * period.turn
-    needed = {"main line and standard errors": LEAST_LOOPS * period.loop}
+    needed = {"dominant peak and standard errors": LEAST_LOOPS * period.loop}
     if len(recording.spells) or scene["spells"]:
         needed["contacts of the recorded pitches"] = passage
     return {what: seconds for what, seconds in needed.items() if period.record < seconds}

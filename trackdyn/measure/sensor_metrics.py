@@ -26,7 +26,7 @@ def whole_revolutions(count: int, rate: float, loop_hz: float) -> int:
 
 
 def sensor_metrics(ay, rate: float, loop_hz: float) -> dict:
-    """RMS and SD, of the record and of its whole loop revolutions, main line and high-frequency content of ay in g.
+    """RMS and SD, of the record and of its whole loop revolutions, dominant peak and high-frequency content of ay in g.
 
     Each stands before its standard error over revolutions of the loop (`signals.uncertainty`,
     `uncertainty.line_error`).
@@ -68,6 +68,6 @@ def sensor_metrics(ay, rate: float, loop_hz: float) -> dict:
 
 
 def own_metrics(ay, rate: float) -> dict:
-    """`sensor_metrics` of a record whose loop turns at a speed of its own, which its main line shows."""
+    """`sensor_metrics` of a record whose loop turns at a speed of its own, which its dominant peak shows."""
     hz = main_line(ay, rate)[0]
     return sensor_metrics(ay, rate, main_line_binfree(ay, rate, hz)[0] if len(ay) / rate * hz >= LEAST_LOOPS else hz)

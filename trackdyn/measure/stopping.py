@@ -273,9 +273,7 @@ def refuse_undriven(scene: Scene) -> None:
         The scene has no chain that is driven on its wheels.
     """
     if scene.chain == "belt" or scene.loop == "free" or scene.motor_rpm == 0:
-        raise InputError(
-            "scene: only a chain that is driven on its wheels comes to an answer; chain='double_pin' would do"
-        )
+        raise InputError("scene: a tolerance needs a chain that is driven on its wheels; use chain='double_pin'")
 
 
 def refuse_until(scene: Scene, tolerances: Mapping[str, float], longest: float) -> None:
@@ -284,20 +282,18 @@ def refuse_until(scene: Scene, tolerances: Mapping[str, float], longest: float) 
     Raises
     ------
     InputError
-        A measure or tolerance is not accepted, or ``longest`` holds too few passages or is beyond ten hours.
+        A measure or tolerance is invalid, or ``longest`` holds too few passages or is beyond ten hours.
     """
     if not tolerances:
         raise InputError("tolerances is empty; name a measure and a tolerance, such as rms and 0.01")
     for name, value in tolerances.items():
         if name not in RELATIVE + SHARES:
-            raise InputError(f"measure = {name!r} is not accepted: {', '.join(RELATIVE + SHARES)} would do")
+            raise InputError(f"measure = {name!r}: choose {', '.join(RELATIVE + SHARES)}")
         if not 0.0 < value < 1.0:
-            raise InputError(
-                f"tolerance = {value!r} of {name} is not accepted: a number between 0 and 1, such as 0.01, would do"
-            )
+            raise InputError(f"tolerance = {value!r} of {name}: must be between 0 and 1, such as 0.01")
     refuse_undriven(scene)
     least = _least(scene)
     if not least < longest <= LONGEST_RUN:
         raise InputError(
-            f"longest = {longest!r} s is not accepted: {least:.3g} s (ten passages of a pitch) to ten hours would do"
+            f"longest = {longest!r} s: must be between {least:.3g} s (ten passages of a pitch) and 36000 s"
         )

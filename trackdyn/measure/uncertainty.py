@@ -1,4 +1,4 @@
-"""Standard errors of measures: batch means over passages, ratios, and the main line over revolutions of the loop.
+"""Standard errors of measures: batch means over passages, ratios, and the dominant peak over revolutions of the loop.
 
 A record in steady running is one realisation of a process that repeats with every passage of a pitch and with every
 revolution of the loop. What differs from one to the next is its scatter, and an error here is what that scatter leaves
@@ -63,7 +63,7 @@ class LineError(NamedTuple):
 
 
 def line_error(a, rate_hz: float, bin_hz: float, loop_hz: float) -> LineError:
-    """Standard errors of the main line of a record, from the line in each whole revolution of the loop.
+    """Standard errors of the dominant peak of a record, from the line in each whole revolution of the loop.
 
     The complex amplitude of the line is taken revolution by revolution (complex demodulation: Bloomfield, Fourier
     Analysis of Time Series, 2nd edition, 2000, ch. 7). The scatter of its length gives the error of the amplitude, the

@@ -79,7 +79,7 @@ def coarse_change_over_printed(e, speeds):
 
 @measure("peer")
 def speed_over_printed(e, speeds):
-    """Processor time of the independent code over ours at equal accuracy, over Recurdyn's over the article's."""
+    """CPU time of the independent code over ours at equal accuracy, over Recurdyn's over the article's."""
     times = None if e.tables is None else e.tables.table2
     if times is None or times.proposed is None or times.recurdyn is None:
         raise NotThere("Table 2 is not filled in")

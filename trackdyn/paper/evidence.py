@@ -41,7 +41,7 @@ class Evidence:
     radius : float
         Its ring radius, m.
     starts : DataFrame
-        ``rpm, start_s, line_hz, line_g``: main line of records that begin anywhere in a turn of the loop.
+        ``rpm, start_s, line_hz, line_g``: dominant peak of records that begin anywhere in a turn of the loop.
     peer : DataFrame
         ``peers/summary.csv``: the comparison with an independent code and with a belt.
     costs : DataFrame

@@ -38,6 +38,4 @@ class DriveParameters(OmitsDefaults):
             if getattr(self, name) is None:
                 raise InputError(f"drive.{name} is missing; a drive of kind {self.kind!r} needs {', '.join(needed)}")
         if self.ripple and self.kind == "motor":
-            raise InputError(
-                "drive.ripple is not accepted with kind 'motor', whose speed is not prescribed; 0 would do"
-            )
+            raise InputError("drive.ripple must be 0 with kind 'motor', whose speed is not prescribed")

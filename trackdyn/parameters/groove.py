@@ -25,7 +25,7 @@ def connector_length(teeth: int, link_length: float, pin_circle: float) -> float
     if link_length >= 2 * pin_circle or (rest := pi / teeth - asin(link_length / (2 * pin_circle))) <= 0:
         raise InputError(
             f"chain.link_length = {link_length} m leaves no room for a connector on a pin circle of radius "
-            f"{pin_circle:.5g} m with {teeth} teeth; a shorter link or a larger equal-pitch radius would do"
+            f"{pin_circle:.5g} m with {teeth} teeth; shorten the link or enlarge the equal-pitch radius"
         )
     return 2 * pin_circle * sin(rest)
 

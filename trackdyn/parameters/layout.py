@@ -111,7 +111,7 @@ def belt_path(circles, names=None, overlap: bool = False) -> BeltPath:
         if distance <= needed:
             raise InputError(
                 f"wheels {names[i]} and {names[j]} are {distance:.4g} m apart and overlap with the chain on "
-                f"them; more than {needed:.4g} m would do"
+                f"them; the distance must exceed {needed:.4g} m"
             )
         heading[i] = atan2(dy, dx) - asin(difference / distance)
         run[i] = sqrt(distance**2 - difference**2)
@@ -228,7 +228,7 @@ def _refuse_overlap(circles: np.ndarray, solid: np.ndarray, names: tuple[str, ..
                 raise InputError(
                     f"wheels {names[i]} (radius {solid[i]:.4g} m) and {names[k]} ({solid[k]:.4g} m) "
                     f"are {distance:.4g} m apart and overlap; "
-                    f"more than {needed:.4g} m would do"
+                    f"the distance must exceed {needed:.4g} m"
                 )
 
 
@@ -266,7 +266,7 @@ def _lay(path: BeltPath, lengths: np.ndarray) -> np.ndarray:
             raise InputError(
                 f"a body of {chord:g} m from pin to pin (chain.link_length, or the connector that "
                 "fits to it) cannot be laid "
-                f"around these wheels; a part of their smallest radius, {path.circles[:, 2].min():.4g} m, would do"
+                f"around these wheels; it must be a fraction of their smallest radius, {path.circles[:, 2].min():.4g} m"
             ) from None
     return s
 
@@ -338,9 +338,8 @@ def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
         needed = round(rig.chain.pitches * belt_around(rig, 0.0, body)[0].length / float(lengths.sum()))
         raise InputError(
             f"the loop of {rig.chain.pitches} pitches (chain.pitches) is {abs(nearest):.4g} m too {state} for its "
-            f"wheels even at the end of tension.travel = {travel} m; another number of pitches, about "
-            f"{needed}, wheel positions "
-            "or a larger travel would do"
+            f"wheels even at the end of tension.travel = {travel} m; use about {needed} "
+            "pitches, move the wheels or enlarge the travel"
         )
     shift = scipy.optimize.brentq(slack, -travel, travel, xtol=1e-13)
     path, _ = belt_around(rig, shift, body)
@@ -382,7 +381,7 @@ def free_loop(lengths: np.ndarray) -> Assembly:
 
     first, _, success, _ = scipy.optimize.fsolve(gap, [0.0, 0.0], xtol=1e-15, full_output=True)
     if success != 1 and np.hypot(*gap(first)) > 1e-12 * lengths.sum():
-        raise InputError(f"a free loop of {n} bodies does not close; three or more bodies of similar length would do")
+        raise InputError(f"a free loop of {n} bodies does not close; it needs at least three bodies of similar length")
     angle = angles(first)
     step = np.column_stack([np.cos(angle), np.sin(angle)]) * lengths[:, None]
     pins = np.vstack([np.zeros(2), np.cumsum(step, axis=0)[:-1]])

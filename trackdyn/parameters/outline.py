@@ -50,11 +50,9 @@ class ToothProfile(OmitsDefaults):
         if (self.arcs is None) == (self.outline is None):
             raise InputError("profile needs arcs or outline, and one of them only")
         if not 2 <= len(self.pattern) <= MOST_ARCS or set(self.pattern) - set("+-"):
-            raise InputError(
-                f"profile.pattern = {self.pattern!r} is not accepted: 2 to {MOST_ARCS} signs such as +--+- would do"
-            )
+            raise InputError(f"profile.pattern = {self.pattern!r}: must be 2 to {MOST_ARCS} signs, such as +--+-")
         if self.arcs is not None and not 2 <= len(self.arcs) <= MOST_ARCS:
-            raise InputError(f"profile.arcs has {len(self.arcs)} rows; 2 to {MOST_ARCS} would do")
+            raise InputError(f"profile.arcs has {len(self.arcs)} rows; it must have 2 to {MOST_ARCS}")
         if self.right is not None and (self.arcs is None or len(self.right) != len(self.arcs)):
             raise InputError(f"profile.right has {len(self.right)} rows; it needs as many as profile.arcs has")
 
@@ -140,7 +138,7 @@ def _flank(arcs: np.ndarray, teeth: int) -> tuple[np.ndarray, np.ndarray, np.nda
     ):
         if off > TANGENT:
             raise InputError(
-                f"profile.arcs: {name} but {1e3 * off:.3g} mm off; less than {1e3 * TANGENT:g} mm would do"
+                f"profile.arcs: {name} but {1e3 * off:.3g} mm off; at most {1e3 * TANGENT:g} mm is allowed"
             )
     begin, end = np.array(ends[:-1]), np.array(ends[1:])
     # along the flank a convex arc's slope rises from the tip on, a concave one's falls
@@ -190,7 +188,7 @@ def fit_outline(points: np.ndarray, pattern: str, teeth: int) -> tuple[Groove, n
         raise InputError(f"profile.outline has {len(points)} points; at least {3 * k} are needed for {k} arcs a flank")
     if (np.abs(points[:, 0]) > points[:, 1] * tan(pi / teeth) + 5e-3).any():
         raise InputError(
-            "profile.outline leaves its groove; x across and y outward from the sprocket's centre, in m, would do"
+            "profile.outline leaves its groove; expected x across and y outward from the sprocket's centre, in m"
         )
     flank = points * np.where(points[:, :1] > 0, [-1.0, 1.0], [1.0, 1.0])
     flank = flank[np.argsort(flank[:, 0])]
@@ -218,7 +216,7 @@ def fit_outline(points: np.ndarray, pattern: str, teeth: int) -> tuple[Groove, n
             if best is None or found.cost < best.cost:
                 best = found
     if best is None:
-        raise InputError(f"profile.outline cannot be followed by the arcs {pattern}; another pattern of signs would do")
+        raise InputError(f"profile.outline cannot be followed by the arcs {pattern}; try another pattern of signs")
     return groove(best.x), misses(best.x)
 
 
@@ -248,7 +246,7 @@ def read_outline(path: Path) -> list[list[float]]:
     """
     rows = list(csv.reader(io.StringIO(read_text(path, "CSV file of points", 40 * LONGEST_OUTLINE))))
     if not rows or rows[0][:2] != ["x_m", "y_m"]:
-        raise InputError(f"{path}: does not begin with the columns x_m,y_m; points in m under that header would do")
+        raise InputError(f"{path}: does not begin with the columns x_m,y_m; expected that header, then points in m")
     points = []
     for number, row in enumerate(rows[1:], 2):
         try:
@@ -256,5 +254,5 @@ def read_outline(path: Path) -> list[list[float]]:
             if len(row) < 2 or not np.isfinite(points[-1]).all():
                 raise ValueError
         except ValueError:
-            raise InputError(f"{path}: line {number} holds no two numbers; x and y in m would do") from None
+            raise InputError(f"{path}: line {number} must hold two numbers, x and y in m") from None
     return points

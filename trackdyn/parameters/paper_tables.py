@@ -212,8 +212,8 @@ def groove_rows(table: Table1) -> _Rows | None:
         elif (name == "10 to 6" and not flanks) or len(lacking) < 15:
             area, key = min(lacking)
             raise InputError(
-                f"table1.areas.{area}.{key} = null is not accepted beside cells that are filled in: O_x, O_y and r of "
-                "areas 1 to 5, of areas 6 to 10 or of all are accepted, u_x, u_y and theta may stay null"
+                f"table1.areas.{area}.{key} = null beside cells that are filled in: give O_x, O_y and r of "
+                "areas 1 to 5, of areas 6 to 10 or of all; u_x, u_y and theta may stay null"
             )
     scale = np.array([FACTORS[table.units.O]] * 2 + [FACTORS[table.units.r]])
     written = np.concatenate([*flanks.values()])
@@ -241,28 +241,23 @@ def _refuse_halves(tables: PaperTables) -> None:
     two = tables.table2
     if (two.proposed is None) != (two.recurdyn is None):
         lacking = "proposed" if two.proposed is None else "recurdyn"
-        raise InputError(
-            f"table2.{lacking} = null is not accepted beside the other time: both times of a row, or none, are accepted"
-        )
+        raise InputError(f"table2.{lacking} = null without the other time: give both times of a row, or none")
     for name, other in (AXIAL, AXIAL[::-1]):
         if value_of(tables, name) is not None and value_of(tables, other) is None:
             raise InputError(
-                f"parameters.{other} = null is not accepted beside {name}: both lengths, whose mean is L of Eq. 19, "
-                "or none are accepted"
+                f"parameters.{other} = null but {name} is given: give both lengths, whose mean is L of Eq. 19, or none"
             )
     if value_of(tables, "r_a") is not None and groove_rows(tables.table1) is None:
         raise InputError(
-            "parameters.r_a is filled in and says nothing alone: the groove follows from Table 1, whose tips it is "
-            "compared with; Table 1, or null, is accepted"
+            "parameters.r_a is given without Table 1: the groove follows from Table 1, whose tips it is "
+            "compared with; fill in Table 1, or use null"
         )
     for name in OWN:
         entry = tables.parameters.get(name)
         if entry is None or entry.value is None:
             continue
         if entry.unit != "m" or isinstance(entry.value, str) or not entry.value > 0:
-            raise InputError(
-                f"parameters.{name} = {shown(entry.value)} {entry.unit} is not accepted: a positive number in m is"
-            )
+            raise InputError(f"parameters.{name} = {shown(entry.value)} {entry.unit}: must be a positive number in m")
 
 
 def value_of(tables: PaperTables, name: str) -> Any:

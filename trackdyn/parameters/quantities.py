@@ -36,12 +36,10 @@ def number_of(value: Any) -> float:
 def _rows(value: Any) -> tuple[tuple[float, ...], ...]:
     """A table of finite numbers, its rows of one length."""
     if not isinstance(value, (list, tuple)) or not all(isinstance(row, (list, tuple)) and row for row in value):
-        raise ValueError(
-            f"= {shown(value)} is not accepted: a list of rows of numbers, such as [[0, 1], [2, 3]], would do"
-        )
+        raise ValueError(f"= {shown(value)}: must be a list of rows of numbers, such as [[0, 1], [2, 3]]")
     rows = tuple(tuple(plain_number(item) for item in row) for row in value)
     if len({len(row) for row in rows}) != 1:
-        raise ValueError(f"= {shown(value)} is not accepted: rows of one length would do")
+        raise ValueError(f"= {shown(value)}: rows must have equal lengths")
     return rows
 
 
@@ -69,21 +67,21 @@ def _value(entry: dict, unit: str) -> Any:
         raise ValueError(f"lacks {', '.join(sorted(missing))}; every parameter has value, unit, kind and source")
     if unknown := entry.keys() - ENTRY_KEYS - RANGE_KEYS:
         raise ValueError(
-            f"has the unknown key {shown(next(iter(unknown)))}; known are value, unit, kind, low, high, source"
+            f"has the unknown key {shown(next(iter(unknown)))}; expected value, unit, kind, low, high, source"
         )
     if RANGE_KEYS & entry.keys() and not number_of(entry.get("low")) <= number_of(entry.get("high")):
         raise ValueError("needs low and high as rising numbers, or neither")
     if str(entry["unit"]) != unit:
         raise ValueError(f"has the unit {shown(entry['unit'])}; it must be given in {unit!r}")
     if entry["kind"] not in KINDS:
-        raise ValueError(f"has the kind {shown(entry['kind'])}; known are {', '.join(KINDS)}")
+        raise ValueError(f"has the kind {shown(entry['kind'])}; expected {', '.join(KINDS)}")
     if not isinstance(entry["source"], str) or not entry["source"].strip():
         raise ValueError("has no source; say in words where the number comes from")
     value = entry["value"]
     if isinstance(value, str) and YAML_12_FLOAT.fullmatch(value):  # PyYAML reads 2e11 as text
         value = float(value)
     if isinstance(value, bool) or (isinstance(value, str) and unit not in WORDS):
-        raise ValueError(f"is {shown(value)}; a number in {unit} is needed")
+        raise ValueError(f"= {shown(value)}: must be a number in {unit}")
     return value
 
 

@@ -190,42 +190,38 @@ class Rig(OmitsDefaults):
         for name, wheel in self.rollers.items():
             if not NAME.fullmatch(name) or (name in self.wheels and name in type(self).model_fields):
                 raise InputError(
-                    f"wheels.{shown(name)} is not accepted as a name: small letters, digits and _ "
-                    "would do, and no section's name"
+                    f"wheels.{shown(name)} is not a valid name: use lower-case letters, digits and _, "
+                    "and not the name of a section"
                 )
             if wheel.surface not in self.contact_surfaces:
                 raise InputError(
                     f"{name}.surface = {shown(wheel.surface)} is not a surface of this rig; "
-                    f"{', '.join(self.contact_surfaces)} would do"
+                    f"choose {', '.join(self.contact_surfaces)}"
                 )
             if wheel.arm is not None and wheel.slider is not None:
                 raise InputError(
-                    f"{name}.slider is not accepted beside {name}.arm; a wheel stands on one of them or is fixed"
+                    f"{name}.slider is not allowed together with {name}.arm; a wheel has one of them or is fixed"
                 )
             if wheel.arm is not None and (wheel.arm.x, wheel.arm.y) == (wheel.x, wheel.y):
                 raise InputError(
-                    f"{name}.arm.x = {wheel.arm.x:g} m, and its y, are the wheel's own place; a pivot "
-                    "elsewhere would do"
+                    f"{name}.arm.x = {wheel.arm.x:g} m, and its y, are the wheel's own position; move the pivot"
                 )
 
     def _refuse_tension(self) -> None:
         tension = self.tension
         if not isinstance(tension.wheel, str) or tension.wheel not in self.rollers:
             names = " or ".join(repr(name) for name in self.rollers)
-            raise InputError(f"tension.wheel = {shown(tension.wheel)} is not a wheel of this rig; {names} would do")
+            raise InputError(f"tension.wheel = {shown(tension.wheel)} is not a wheel of this rig; choose {names}")
         if self.rollers[tension.wheel].carrier is not None:
             raise InputError(
-                f"tension.wheel = {tension.wheel!r} stands on an arm or a slider of its own, and "
-                "tension.kept = sprung is that of the "
-                "tensioner; a fixed wheel would do"
+                f"tension.wheel = {tension.wheel!r} has an arm or a slider of its own, which "
+                "tension.kept = sprung gives to the tensioner; choose a fixed wheel"
             )
         if tension.kept == "forced" and tension.force is None:
             raise InputError("tension.force is missing; kept = forced needs it: rows of time (s) and force (N)")
         rows = tension.force or ()
         if any(len(row) != 2 for row in rows) or any(a[0] >= b[0] for a, b in pairwise(rows)):
-            raise InputError(
-                f"tension.force = {shown(rows)} is not accepted: rows of time (s, rising) and force (N) would do"
-            )
+            raise InputError(f"tension.force = {shown(rows)}: must be rows of time (s, rising) and force (N)")
 
     @cached_property
     def rollers(self) -> dict[str, Wheel]:

@@ -80,8 +80,8 @@ def rig_path(name: Path | str) -> Path | str:
     shipped = shipped_rigs()
     if name not in shipped:
         raise InputError(
-            f"rig = {shown(name)}: no such file, and no shipped rig of that name; {', '.join(shipped)} "
-            "would do, see trackdyn rigs"
+            f"rig = {shown(name)}: no such file, and no shipped rig of that name; the shipped "
+            f"ones are {', '.join(shipped)}, see trackdyn rigs"
         )
     return shipped[name]
 
@@ -105,9 +105,7 @@ def tried_step(name: Path | str, rpm: float) -> tuple[float, float] | None:
         pairs = sorted((float(row["rpm"]), float(row["step"])) for row in tried)
         speed, step = next((pair for pair in pairs if pair[0] >= rpm), pairs[-1])
     except (TypeError, ValueError, KeyError, IndexError):
-        raise InputError(
-            f"{path}: tried = {shown(tried)} is not accepted: rows such as {{rpm: 115, step: 5.0e-5}} are needed"
-        ) from None
+        raise InputError(f"{path}: tried = {shown(tried)}: must be rows such as {{rpm: 115, step: 5.0e-5}}") from None
     return step, speed
 
 
@@ -131,7 +129,7 @@ def _cells_path(path: Path | str, data: Any) -> Path | None:
     # a copy of a shipped rig finds the shipped file
     found = [file for folder in (Path(path).resolve().parent, SHIPPED) if word and isfile(file := folder / named)]
     if not found:
-        raise InputError(f"{path}: {CELLS} = {shown(named)} is not accepted: the name of a file beside it would do")
+        raise InputError(f"{path}: {CELLS} = {shown(named)}: must be the name of a file in the same folder")
     file, here = found[0].resolve(), Path.cwd()
     return file.relative_to(here) if file.is_relative_to(here) else file
 
@@ -151,7 +149,7 @@ def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> di
     data = read(path)
     path = Path(path)
     if not isinstance(data, dict):
-        raise InputError(f"{path}: holds no sections; a mapping of names to values is needed")
+        raise InputError(f"{path}: must hold sections, a mapping of names to values")
     like, cells = data.get("like"), _cells_path(path, data)
     try:
         data = {
@@ -171,9 +169,7 @@ def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> di
     if like is None:
         return _filled_in(data, cells)
     if not isinstance(like, str) or not 0 < len(like) < 256 or depth == 0:
-        raise InputError(
-            f"{path}: like = {shown(like)} is not accepted: the name of a shipped rig or of a file would do"
-        )
+        raise InputError(f"{path}: like = {shown(like)}: must be the name of a shipped rig or of a file")
     beside = path.parent / like
     base = _read(beside if isfile(beside) else rig_path(like), depth - 1, read)
     if own_wheels:

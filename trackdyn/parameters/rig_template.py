@@ -16,7 +16,7 @@ def rig_text(like: str) -> str:
         No rig of that name is shipped.
     """
     if like not in shipped_rigs():
-        raise InputError(f"--like = {shown(like)} is not a shipped rig; {', '.join(shipped_rigs())} would do")
+        raise InputError(f"--like = {shown(like)} is not a shipped rig; choose {', '.join(shipped_rigs())}")
     rig, entries = load_rig(like), read_rig(rig_path(like))
     plain = [*PLAIN_WHEEL.values(), *({**entry, "value": 0.0} for entry in PLAIN_WHEEL.values())]
 

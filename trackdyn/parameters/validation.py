@@ -35,11 +35,11 @@ SectionType = TypeVar("SectionType", bound=Section)
 
 
 def not_one_of(value: Any, accepted: Iterable[str]) -> str:
-    """Why a value that should be one of some names is not accepted: all of them, and the one that may be meant."""
+    """Why a value that should be one of some names is rejected: all of them, and the one that may be meant."""
     *others, last = map(repr, accepted)
     meant = get_close_matches(value[:100], accepted, 1) if isinstance(value, str) else []
     did = f"; did you mean {meant[0]!r}?" if meant else ""
-    return f"= {shown(value)} is not accepted: use {' or '.join(filter(None, (', '.join(others), last)))}{did}"
+    return f"= {shown(value)}: use {' or '.join(filter(None, (', '.join(others), last)))}{did}"
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ def validated(
         One sentence with the file ``name``, the field, the value and what would be accepted.
     """
     if not isinstance(data, dict):
-        raise InputError(f"{name}: holds no sections; a mapping of names to values is needed")
+        raise InputError(f"{name}: must hold sections, a mapping of names to values")
     try:
         return schema.model_validate(data, context=context)
     except ValidationError as error:
@@ -93,7 +93,7 @@ def plain_number(value: Any) -> Any:
         if not isfinite(number):
             raise ValueError
     except (TypeError, ValueError, OverflowError):  # NumPy counts a span of time among numbers
-        raise ValueError(f"= {shown(value)} is not accepted: a finite number is needed") from None
+        raise ValueError(f"= {shown(value)}: must be a finite number") from None
     return number
 
 
@@ -101,7 +101,7 @@ def plain_count(value: Any) -> Any:
     """A whole number as Python's own int; see `plain_number`."""
     number = plain_number(value)
     if number != int(number):
-        raise ValueError(f"= {shown(value)} is not accepted: a whole number is needed")
+        raise ValueError(f"= {shown(value)}: must be a whole number")
     return int(number)
 
 
@@ -132,9 +132,7 @@ def parse_tolerance(text: str | float) -> float:
     except ValueError:
         value = float("nan")
     if not 0 < value < 1:
-        raise InputError(
-            f"tolerance = {shown(text)} is not accepted: a share between 0 and 1, such as 2% or 0.02, would do"
-        )
+        raise InputError(f"tolerance = {shown(text)}: must be between 0 and 1, such as 2% or 0.02")
     return value
 
 
@@ -164,7 +162,7 @@ def sentence(name: str, error: Mapping[str, Any], missing: str) -> str:
     value = error["input"]
     value = value.get("value", value) if isinstance(value, dict) else value
     problem = error["msg"][0].lower() + error["msg"][1:]
-    return f"{name}: {where} = {shown(value)} is not accepted: {problem}"
+    return f"{name}: {where} = {shown(value)}: {problem}"
 
 
 def within(name: str, value: float, least: float, most: float, what: str = "") -> float:
@@ -180,5 +178,5 @@ def within(name: str, value: float, least: float, most: float, what: str = "") -
     except ValueError as error:
         raise InputError(f"{name} {error}") from None
     if not least <= number <= most:
-        raise InputError(f"{name} = {number:g} is not accepted: at least {least:g} and at most {most:g}{what} would do")
+        raise InputError(f"{name} = {number:g}: must be between {least:g} and {most:g}{what}")
     return number

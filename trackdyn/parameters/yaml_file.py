@@ -31,9 +31,7 @@ class _PlainLoader(*_BASES):  # type: ignore[misc]  # which bases there are depe
         if self.check_event(yaml.AliasEvent):
             self._refuse(self.peek_event(), "holds an alias (*); write the value out")
         if self.depth == DEEPEST:
-            self._refuse(
-                self.peek_event(), f"is nested more than {DEEPEST} deep; name, value and list in value would do"
-            )
+            self._refuse(self.peek_event(), f"is nested more than {DEEPEST} levels deep")
         self.depth += 1
         node = super().compose_node(parent, index)
         self.depth -= 1

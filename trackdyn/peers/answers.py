@@ -72,7 +72,7 @@ def accelerations(centre: np.ndarray, rate: float, span: float) -> Series:
 
 
 def ours(scene: Scene) -> tuple[np.ndarray, float, float]:
-    """Mass centres of the links at every sample of a record; processor seconds to settle, and of a simulated second."""
+    """Mass centres of the links at every sample of a record; CPU seconds to settle, and of a simulated second."""
     begin = process_time()
     loop = Loop(scene)
     settled = process_time()
@@ -99,7 +99,7 @@ def theirs(scene: Scene, run: Callable[[Scene], PeerRun]) -> tuple[np.ndarray, f
 
 
 def compare_answers(rig: Rig, asked: PeerAnswers) -> pd.DataFrame:
-    """Processor seconds that every setting of every code takes for one tolerance.
+    """CPU seconds that every setting of every code takes for one tolerance.
 
     Returns
     -------
@@ -164,7 +164,7 @@ def _answers(
         print(f"{code}, {setting[0]}, {setting[1]:g} s", flush=True)
     fine = {step: series for (method, step), series in found.items() if method == extrapolated}
     if len(fine) < 2:
-        raise InputError(f"peer_answers: fewer than two steps of {code} ran; finer ones would do")
+        raise InputError(f"peer_answers: fewer than two steps of {code} ran; add finer steps")
     limit = limit_of(fine, ORDERS.get(extrapolated, 1))
     passages = np.arange(LEAST, MOST)
     for (method, step), series in found.items():
@@ -188,7 +188,7 @@ def _answers(
 def outcome(table: pd.DataFrame, tolerance: float) -> str:
     """What came out, in a sentence below the caption."""
     chosen = table[table["chosen"] == "yes"].set_index("code")["cpu_s"]
-    parts = [f"{code} takes {seconds:.3g} s of processor time" for code, seconds in chosen.items()]
+    parts = [f"{code} takes {seconds:.3g} s of CPU time" for code, seconds in chosen.items()]
     missing = [code for code in table["code"].unique() if code not in chosen]
     parts += [f"{code} does not reach it with these settings or was not run" for code in missing]
     text = f"At an error of at most {100 * tolerance:g} %: {'; '.join(parts)}."

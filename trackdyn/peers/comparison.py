@@ -65,7 +65,7 @@ def percent_of_range(difference, reference) -> float:
 
 
 def run_ours(scene: Scene) -> tuple[Recording, float, float]:
-    """A recording, and wall and processor seconds per simulated second of its integration."""
+    """A recording, and wall and CPU seconds per simulated second of its integration."""
     loop = Loop(scene)
     begin = time.perf_counter(), time.process_time()
     loop.advance(scene.ramp + scene.lead_in)
@@ -196,7 +196,7 @@ def _frame(scene: Scene, run: PeerRun, sprocket_angle: float) -> np.ndarray:
 
 
 def cost_ratio(table: pd.DataFrame) -> float:
-    """Processor time of the other code over ours, both with the chosen step; not a number where it did not run."""
+    """CPU time of the other code over ours, both with the chosen step; not a number where it did not run."""
     chosen = table[table["chosen"] == "yes"].set_index("code")["cpu_s_per_s"]
     return float(chosen[PEER] / chosen[OURS]) if PEER in chosen else float("nan")
 
@@ -205,4 +205,4 @@ def table2_outcome(result: Result, accuracy_pct: float) -> str:
     """What came out, in a sentence below the caption of Table 2."""
     if result.missing:
         return f"Exudyn: {result.missing}."
-    return f"At an error below {accuracy_pct:g} % Exudyn takes {cost_ratio(result.table):.3g} times the processor time."
+    return f"At an error below {accuracy_pct:g} % Exudyn takes {cost_ratio(result.table):.3g} times the CPU time."

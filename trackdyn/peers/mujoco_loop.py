@@ -265,10 +265,7 @@ def run_loop(
     step, samples = float(model.opt.timestep), round(duration / sample) + 1
     every = round(sample / step)
     if every < 1 or abs(every * step - sample) > 1e-9:
-        raise InputError(
-            f"mujoco: a step of {step:g} s is not accepted: a whole fraction of the sample interval "
-            f"{sample:g} s would do"
-        )
+        raise InputError(f"mujoco: step = {step:g} s: must divide the sample interval, {sample:g} s")
     rims = [model.joint(f"wheel{k}") for k in range(model.nbody - 1 - len(chain.length))]
     kept, rate = np.zeros((samples, model.nq)), np.zeros((samples, max(len(rims) - 1, 0)))
     kept[0] = data.qpos

@@ -160,20 +160,15 @@ class Config(Section):
             or len(max(folder.parts, key=len, default="").encode()) > 200
         ):
             raise InputError(
-                f"results = {shown(self.results)} is not accepted: the name of a folder without "
-                "blanks, braces and ~ would do, "
-                "such as results/mine"
+                f"results = {shown(self.results)}: must be the name of a folder "
+                "without spaces, braces or ~, such as results/mine"
             )
         for place in (folder, *folder.parents):
             if place.exists() and not place.is_dir():
-                raise InputError(
-                    f"results = {shown(self.results)} is not accepted: {place} is a file; another name would do"
-                )
+                raise InputError(f"results = {shown(self.results)}: {place} is a file; choose another name")
         above = next(place for place in (folder, *folder.parents) if place.exists())
         if not os.access(above, os.W_OK):
-            raise InputError(
-                f"results = {shown(self.results)} is not accepted: {above} cannot be written; another place would do"
-            )
+            raise InputError(f"results = {shown(self.results)}: {above} is not writable; choose another folder")
         if self.records.plan:
             try:
                 parse_tolerance(self.records.plan.tolerance)
@@ -187,20 +182,18 @@ class Config(Section):
         ):
             for before, after in pairwise(values):
                 if after <= before:
-                    problem = "stands twice" if after == before else f"comes after {before:g}"
-                    raise InputError(f"{where} = {values} is not accepted: {after:g} {problem}; give rising values")
+                    problem = "occurs twice" if after == before else f"comes after {before:g}"
+                    raise InputError(f"{where} = {values}: {after:g} {problem}; give rising values")
         rising("ring_study.steps_s", self.ring_study.steps_s)
         for name, other in self.other_rigs.items():
             rising(f"other_rigs.{name}.steps_s", other.steps_s)
         try:
             self.sensor_path(1.0)
         except (KeyError, IndexError, ValueError, AttributeError):
-            raise InputError(
-                f"sensor_csv = {self.sensor_csv!r} is not accepted: the only field in braces may be {{rpm}}"
-            ) from None
+            raise InputError(f"sensor_csv = {self.sensor_csv!r}: the only field in braces is {{rpm}}") from None
         if "{rpm}" not in self.sensor_csv and len(self.records.speeds_rpm) > 1:
             raise InputError(
-                f"sensor_csv = {self.sensor_csv!r} is not accepted: it names one file for several speeds; "
+                f"sensor_csv = {self.sensor_csv!r}: it names one file for several speeds; "
                 "write {rpm} where the motor speed belongs"
             )
         return self
@@ -226,7 +219,7 @@ class Config(Section):
         for rpm in self.records.speeds_rpm:
             if not Path(path := self.sensor_path(rpm)).is_file():
                 raise InputError(
-                    f"sensor_csv = {self.sensor_csv!r} is not accepted: {path} does not exist; every speed of "
+                    f"sensor_csv = {self.sensor_csv!r}: {path} does not exist; every speed of "
                     "records.speeds_rpm needs its file"
                 )
 
@@ -267,9 +260,8 @@ class Config(Section):
             )
             if r.duration_s * runs[f"{rpm:g}rpm"].loop_frequency < 2:
                 raise InputError(
-                    f"records.duration_s = {r.duration_s:g} s is not accepted: at {rpm:g} rpm it is "
-                    "shorter than two loop "
-                    f"revolutions; {2 / runs[f'{rpm:g}rpm'].loop_frequency:.1f} s or more would do"
+                    f"records.duration_s = {r.duration_s:g} s: must be at least "
+                    f"{2 / runs[f'{rpm:g}rpm'].loop_frequency:.1f} s, two loop revolutions at {rpm:g} rpm"
                 )
             runs[f"coarse/{rpm:g}rpm"] = runs[f"{rpm:g}rpm"].with_(tooth_contact="three_surfaces", frame_interval=0.0)
         for name, radius in (("meshing/no_ring", None), ("meshing/ring", m.ring_radius_m)):
@@ -286,8 +278,8 @@ class Config(Section):
             )
             if m.duration_s * runs[name].loop_frequency < 2:
                 raise InputError(
-                    f"meshing.duration_s = {m.duration_s:g} s is not accepted: it may hold no whole passage; two loop "
-                    f"revolutions, {2 / runs[name].loop_frequency:.1f} s, or more would do"
+                    f"meshing.duration_s = {m.duration_s:g} s: must be at least "
+                    f"{2 / runs[name].loop_frequency:.1f} s, two loop revolutions, to hold a whole passage"
                 )
         for rpm in s.speeds_rpm:
             for radius in s.rings:
@@ -307,7 +299,7 @@ class Config(Section):
             p = self.peers
             for name in ("readings", "steps_s", "exudyn_steps_s"):
                 if len(set(values := getattr(p, name))) < len(values):
-                    raise InputError(f"{name} = {shown(values)} is not accepted: a value stands twice; give each once")
+                    raise InputError(f"{name} = {shown(values)}: a value occurs twice; give each once")
             for reading, step in product(p.readings, p.steps_s):
                 peer_scene(rig, reading, p.speed_rpm, p.duration_s, step)
         with _section("fidelity"):
@@ -383,7 +375,7 @@ def read_layer(path: Path | str) -> dict:
     """
     data, name = read_yaml(path), Path(path).name
     if not isinstance(data, dict):
-        raise InputError(f"{name}: holds no sections; a mapping of names to values is needed")
+        raise InputError(f"{name}: must hold sections, a mapping of names to values")
     for key in data:
         if key not in Config.model_fields:
             word = key if isinstance(key, str) and key.isidentifier() else shown(key)

@@ -164,6 +164,56 @@ def sentences(rows: pd.DataFrame) -> list[str]:
     return said
 
 
+def best_assumption(rows: pd.DataFrame, names: list[str]) -> tuple[str, str]:
+    """The assumption that reproduces most failed parts of a claim, and what it costs.
+
+    Ties go to an assumption within what parts can be, then to the one that costs least. What the refit alone
+    reproduces counts for the refit.
+
+    Parameters
+    ----------
+    rows : DataFrame
+        Map from assumptions to claims.
+    names : list of str
+        Parts of the claim, such as ``C21a``.
+
+    Returns
+    -------
+    tuple of str
+        The assumption with the parts that it reproduces, and the parts of claims that it costs.
+    """
+    verdict = matrix(rows, "verdict")
+    failed = [name for name in names if name in verdict.index and verdict.loc[name, BASE] in (IN_TREND, NOT_REPRODUCED)]
+    if not failed:
+        return "holds in the base", ""
+    first = whole(rows).drop_duplicates(["group", "assumption"])
+    outside = {
+        column_name(row.group, row.assumption): isinstance(row.outside, str) and row.outside != ""
+        for row in first.itertuples()
+    }
+    others = [column for column in verdict if column != BASE]
+    again = {
+        name
+        for name in failed
+        for column in others
+        if column.startswith(YARDSTICK) and verdict.loc[name, column] == REPRODUCED
+    }
+    found = []
+    for column in others:
+        refit = column.startswith(YARDSTICK)
+        won = [name for name in failed if verdict.loc[name, column] == REPRODUCED and (refit or name not in again)]
+        judged = verdict[column].isin(JUDGED) & (verdict[BASE] == REPRODUCED)
+        lost = list(verdict.index[judged & (verdict[column] != REPRODUCED)])
+        found.append((-len(won), outside[column], len(lost), column, won, lost))
+    best = min(found, key=lambda one: one[:3])
+    if not best[4]:
+        return "none of those tried", ""
+    _, impossible, _, column, won, lost = best
+    parts = f" ({', '.join(won)})" if len(won) < len(names) else ""
+    price = (["a value no part can have"] if impossible else []) + ([", ".join(lost)] if lost else [])
+    return column.removesuffix(": refitted") + parts, "; ".join(price) or "nothing"
+
+
 def speeds_table(rows: pd.DataFrame) -> pd.DataFrame:
     """Distance of the base at every speed, claims down; nothing where a claim is not judged at a speed."""
     base = rows[(rows["group"] == BASE) & rows["rpm"].notna()]

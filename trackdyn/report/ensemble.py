@@ -127,7 +127,7 @@ def write_figures(e: Ensemble, metrics: pd.DataFrame) -> None:
         e.folder / "fig23_bands.png",
     )
     save(
-        band_figure(done, "share_pct", "share of a sprocket turn (%)", "Figure 24 over the rigs", shipped),
+        band_figure(done, "share_pct", "contact duration (% of a turn)", "Figure 24 over the rigs", shipped),
         e.folder / "fig24_bands.png",
     )
     every = verdicts.all_judged(e)

@@ -1,16 +1,15 @@
 """Writes the measured parts of the README and of pages in docs/ from the results of a full run."""
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pandas as pd
 
 from trackdyn.errors import InputError
 from trackdyn.files import replacing, write_text
-from trackdyn.paper.claims import JUDGED, REPRODUCED, headline
-from trackdyn.report.assumptions import assumptions_text
-from trackdyn.report.figures.scorecard import at_speeds
+from trackdyn.paper.claims import JUDGED, REPRODUCED, SHORT, headline
+from trackdyn.report.assumptions import assumptions_text, best_assumption
 from trackdyn.report.tables import ladder_table
 
 BEGIN, END = "<!-- measured -->", "<!-- end -->"
@@ -24,7 +23,7 @@ def ladder_text(rows: pd.DataFrame) -> str:
         standard = group.loc[group["setting"] == "preset=standard", "wall_s_per_s"].iloc[0]
         table = group.drop(columns=["scene", "wall_s_per_s", "loop_gap_m"])
         table = table.map(lambda v: v if isinstance(v, str) else (f"{v:+.2f}" if pd.notna(v) else "–"))
-        table["loop gap (m)"] = [f"{v:.1e}" if pd.notna(v) else "–" for v in group["loop_gap_m"]]
+        table["closure error (m)"] = [f"{v:.1e}" if pd.notna(v) else "–" for v in group["loop_gap_m"]]
         ratio = group["wall_s_per_s"] / standard
         table["cost"] = [f"{v:.2g}" if pd.notna(v) else "–" for v in ratio]
         parts.append(f"**{scene}**\n\n{table.to_markdown(index=False, disable_numparse=True)}\n")
@@ -49,29 +48,43 @@ def limits(rows: pd.DataFrame) -> str:
     return shown.to_markdown(index=False, disable_numparse=True)
 
 
-def claims_text(card: pd.DataFrame) -> str:
-    """The headlines, and the first rig's predicted and transferred claims, failures first, each by a part that failed;
-    then a line for the claims that it was fitted to.
+def claims_text(card: pd.DataFrame, rows: pd.DataFrame) -> str:
+    """Headlines of the rigs, then the first rig's claims beside the map from assumptions to claims.
+
+    Predictions come first, then claims that transfer a fit to other speeds, failures at the top of each; a line each
+    counts the claims that follow from the fit and those that were fitted.
+
+    Parameters
+    ----------
+    card : DataFrame
+        Scorecard, columns `paper.claims.COLUMNS`.
+    rows : DataFrame
+        Map from assumptions to claims (``docs/measured/assumptions.csv``).
     """
     own = card[(card["rig"] == card["rig"].iloc[0]) & card["verdict"].isin(JUDGED)].astype(object).fillna("")
     lines = []
     for origin in ("predicted", "transfer"):
-        failed, came = [], []
+        failed, met = [], []
         for claim_id, parts in own[own["origin"] == origin].groupby("id", sort=False):
-            lost = parts[parts["verdict"] != REPRODUCED]
-            row = (parts if lost.empty else lost).iloc[0]
-            verdict = REPRODUCED if lost.empty else f"{row['verdict']} ({len(lost)} of {len(parts)} parts)"
-            line = [claim_id, row["claim"], row["printed"], at_speeds(row), row["unit"], verdict, origin]
-            (came if lost.empty else failed).append(line)
-        lines += failed + came
-    fitted = (
-        own[own["origin"] == "fitted"]
-        .groupby("counts_as")["verdict"]
-        .agg(lambda verdicts: (verdicts == REPRODUCED).all())
-    )
-    said = f"{fitted.sum()} of {len(fitted)} claims that the rig was fitted to: {', '.join(fitted.index[fitted])}"
-    lines += [["", said, "", "", "", REPRODUCED, "fitted"]]
-    table = pd.DataFrame(lines, columns=["id", "claim", "printed", "here", "unit", "verdict", "origin"])
+            lost = list(parts.loc[parts["verdict"] != REPRODUCED, "part"])
+            verdict = f"○ {len(lost)} of {len(parts)} parts fail" if lost else "● reproduced"
+            names = [f"{claim_id}{part}" for part in parts["part"]]
+            line = [
+                claim_id,
+                SHORT.get(claim_id, parts["claim"].iloc[0]),
+                origin,
+                verdict,
+                *best_assumption(rows, names),
+            ]
+            (failed if lost else met).append(line)
+        lines += failed + met
+    for origin in ("follows", "fitted"):
+        met = own[own["origin"] == origin].groupby("counts_as")["verdict"].agg(lambda v: (v == REPRODUCED).all())
+        if len(met):
+            named = ", ".join(met.index[met]) or "none"
+            lines.append(["", f"{met.sum()} of {len(met)}: {named}", origin, "● reproduced", "", ""])
+    heads = ["id", "claim", "origin", "default rig", "assumption that reproduces it", "price"]
+    table = pd.DataFrame(lines, columns=heads)
     headlines = [f"**{name}**: {headline(card, name)}" for name in dict.fromkeys(card["rig"])]
     return "\n\n".join([*headlines, table.to_markdown(index=False, disable_numparse=True)])
 
@@ -82,7 +95,7 @@ def departures(rows: pd.DataFrame) -> str:
 
     def cell(group: pd.DataFrame) -> str:
         if (why := group["failed"].fillna("").iloc[0]) != "":
-            return "refused" if "not accepted" in why else "fails"
+            return "refused" if why.startswith("scene: ") else "fails"
         found = group.set_index("measure")["difference"]
         return ", ".join(f"{found[name]:+.1f}".replace("-0.0", "0").replace("+0.0", "0") for name in shown)
 
@@ -128,7 +141,7 @@ def findings(rows: pd.DataFrame) -> str:
 
 
 def layouts_text(rows: pd.DataFrame) -> str:
-    """What became of random layouts, a line a chain, and of all."""
+    """Outcomes of random layouts, one line per chain, and of all."""
     counted = ["layouts", "completed", "refused", "defect"]
     table = rows.groupby(["chain", "teeth"], sort=False)[counted].sum().reset_index()
     whole = pd.DataFrame([{"chain": "all", "teeth": "", **rows[counted].sum()}])
@@ -137,34 +150,35 @@ def layouts_text(rows: pd.DataFrame) -> str:
     return table.to_markdown(index=False, disable_numparse=True)
 
 
-def fill(page: Path, source: Path, write: Callable[[pd.DataFrame], str]) -> None:
-    """Replace the measured part of a page by what ``write`` makes of a table.
+def fill(page: Path, sources: Sequence[Path], write: Callable[..., str]) -> None:
+    """Replace the measured part of a page by what ``write`` makes of one or more tables.
 
     Raises
     ------
     InputError
         A file is missing, or the page lacks its marks.
     """
-    if not source.exists():
-        raise InputError(f"{source}: no measured data; make them with `snakemake -j2`")
+    for source in sources:
+        if not source.exists():
+            raise InputError(f"{source}: no measured data; make them with `snakemake -j2`")
     text = page.read_text(encoding="utf-8")
     if text.count(BEGIN) != 1 or text.count(END) != 1:
-        raise InputError(f"{page}: the marks {BEGIN} and {END} must stand once each")
+        raise InputError(f"{page}: the marks {BEGIN} and {END} must occur once each")
     before, rest = text.split(BEGIN)
-    written = write(pd.read_csv(source, keep_default_na=True))
+    written = write(*[pd.read_csv(source, keep_default_na=True) for source in sources])
     write_text(page, f"{before}{BEGIN}\n\n{written}\n{END}{rest.split(END)[1]}")
 
 
 PAGES = (
-    ("docs/choosing-a-fidelity.md", "docs/measured/fidelity.csv", ladder_text),
-    ("docs/what-an-answer-costs.md", "docs/measured/limits.csv", limits),
-    ("docs/deviations.md", "docs/measured/deviations.csv", departures),
-    ("docs/identify.md", "docs/measured/calibration.csv", calibration),
-    ("docs/identify-synthetic.md", "docs/measured/identify_synthetic.csv", identified),
-    ("docs/ensemble.md", "docs/measured/ensemble_summary.csv", findings),
-    ("docs/assumptions.md", "docs/measured/assumptions.csv", assumptions_text),
-    ("docs/your-own-rig.md", "docs/measured/layouts.csv", layouts_text),
-    ("README.md", "docs/measured/claims.csv", claims_text),
+    ("docs/choosing-a-fidelity.md", ("docs/measured/fidelity.csv",), ladder_text),
+    ("docs/what-an-answer-costs.md", ("docs/measured/limits.csv",), limits),
+    ("docs/deviations.md", ("docs/measured/deviations.csv",), departures),
+    ("docs/identify.md", ("docs/measured/calibration.csv",), calibration),
+    ("docs/identify-synthetic.md", ("docs/measured/identify_synthetic.csv",), identified),
+    ("docs/ensemble.md", ("docs/measured/ensemble_summary.csv",), findings),
+    ("docs/assumptions.md", ("docs/measured/assumptions.csv",), assumptions_text),
+    ("docs/your-own-rig.md", ("docs/measured/layouts.csv",), layouts_text),
+    ("README.md", ("docs/measured/claims.csv", "docs/measured/assumptions.csv"), claims_text),
 )
 
 if __name__ == "__main__":
@@ -174,7 +188,7 @@ if __name__ == "__main__":
             place = Path("docs", "pictures" if file.suffix in (".gif", ".png") else "measured", name)
             with replacing(place) as part:
                 part.write_bytes(file.read_bytes())
-        for page, source, write in PAGES:
-            fill(Path(page), Path(source), write)
+        for page, sources, write in PAGES:
+            fill(Path(page), [Path(source) for source in sources], write)
     except InputError as error:
         sys.exit(f"trackdyn: {error}")

@@ -226,7 +226,7 @@ def ratio_of_runs(value: float, error: float, base: float, base_error: float) ->
 def lines_table(
     metrics: pd.DataFrame, sensors: Mapping[float, SensorRecord], label: str = "synthetic sensor"
 ) -> pd.DataFrame:
-    """Main lines of the spectra, two rows a speed: simulation and sensor, each beside its printed value.
+    """Dominant peaks of the spectra, two rows a speed: simulation and sensor, each beside its printed value.
 
     Parameters are those of :func:`table3`.
     """

@@ -139,7 +139,7 @@ def refuse_stops(rig: Rig, carriers: Carriers | None, slide: np.ndarray | None) 
     Raises
     ------
     InputError
-        Which wheel, and what would do.
+        Which wheel, and what to change.
     """
     if carriers is None or slide is None:
         return
@@ -148,7 +148,7 @@ def refuse_stops(rig: Rig, carriers: Carriers | None, slide: np.ndarray | None) 
         if not carriers.low[k] < q < carriers.high[k]:
             kind = "tension" if wheel == tensioner(rig) else f"{name}.{'arm' if carriers.arm[k] else 'slider'}"
             raise InputError(
-                f"{kind}.travel: wheel {name} stands at a stop of its "
+                f"{kind}.travel: wheel {name} rests on a stop of its "
                 f"{'arm' if carriers.arm[k] else 'slider'} once the loop has settled; "
-                "another preload or force, a stiffer spring or more travel would do"
+                "change the preload or force, stiffen the spring or allow more travel"
             )

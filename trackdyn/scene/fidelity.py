@@ -274,4 +274,4 @@ def refuse_nonsense(scene) -> None:
     for field, when, remedy in REFUSALS:
         if when(facts):
             value = shown(getattr(scene, field))
-            raise InputError(f"scene: {field} = {value} is not accepted: {remedy.format(**vars(facts))}")
+            raise InputError(f"scene: {field} = {value}: {remedy.format(**vars(facts))}")

@@ -26,10 +26,12 @@ def round_step(limit: float, sample: float) -> float:
 
 
 def advised_step(limit: float, sample: float) -> str:
-    """What would do in place of a step beyond its limit, in words; a limit may lie below any step that is accepted."""
+    """The largest step below a limit, in words; no accepted step may be small enough."""
     if limit < LEAST_STEP:
-        return f"no step of {LEAST_STEP:g} s or more would do; less tension, softer contacts or heavier bodies would"
-    return f"at most {limit:.2g} s would do, such as {round_step(limit, sample):.7g} s"
+        return (
+            f"no step of {LEAST_STEP:g} s or more is small enough; use less tension, softer contacts or heavier bodies"
+        )
+    return f"must be at most {limit:.2g} s, such as {round_step(limit, sample):.7g} s"
 
 
 def elastic_depth(law, load, radius):

@@ -34,13 +34,13 @@ def _pitches(value: Any) -> Any:
     if not isinstance(value, (list, tuple)) or any(
         isinstance(pitch, bool) or not isinstance(pitch, (int, np.integer)) for pitch in value
     ):
-        raise ValueError(f"= {shown(value)} is not accepted: a list of whole numbers, such as (1, 2), would do")
+        raise ValueError(f"= {shown(value)}: must be a list of whole numbers, such as (1, 2)")
     return tuple(int(pitch) for pitch in value)
 
 
 def _flag(value: Any) -> Any:
     if not isinstance(value, (bool, np.bool_)):
-        raise ValueError(f"= {shown(value)} is not accepted: True or False would do")
+        raise ValueError(f"= {shown(value)}: must be True or False")
     return bool(value)
 
 
@@ -153,12 +153,12 @@ class Scene(Choices):
         self._refuse_step()
 
     def _refuse(self, field: str, remedy: str) -> NoReturn:
-        raise InputError(f"scene: {field} = {shown(getattr(self, field))} is not accepted: {remedy}")
+        raise InputError(f"scene: {field} = {shown(getattr(self, field))}: {remedy}")
 
     def _refuse_times(self) -> None:
         sample = 1.0 / self.rig.sensor.rate
         for field, least, most, unit in (
-            ("motor_rpm", 0.0, FASTEST, "rev/min, clockwise,"),
+            ("motor_rpm", 0.0, FASTEST, "rev/min (clockwise)"),
             ("duration", sample, LONGEST, "s"),
             ("lead_in", 0.0, LONGEST, "s"),
             ("ramp", LEAST_RAMP, LONGEST, "s"),
@@ -166,40 +166,38 @@ class Scene(Choices):
         ):
             value = getattr(self, field)
             if value is not None and not least <= value <= most:
-                self._refuse(field, f"at least {least:g} and at most {most:g} {unit} would do")
+                self._refuse(field, f"must be between {least:g} and {most:g} {unit}")
         if not LEAST_STEP <= self.step <= sample * (1 + 1e-6) or abs(sample / self.step - self.stride) > 1e-6:
             self._refuse(
                 "step",
-                f"a whole fraction of the sample interval {sample} s and at least {LEAST_STEP:g} s would do, such as "
+                f"must divide the sample interval, {sample} s, and be at least {LEAST_STEP:g} s, such as "
                 f"{round_step(self.step if LEAST_STEP < self.step < sample else sample / 20, sample):.7g} s",
             )
         steps = (self.lead_in + self.ramp + self.duration) / self.step
         if steps > MOST_STEPS:
-            self._refuse("step", f"that makes {steps:.2g} steps; a run of at most {MOST_STEPS:.0g} would do")
+            self._refuse("step", f"makes {steps:.2g} steps; a run may have at most {MOST_STEPS:.0g}")
         between = self.frame_interval / sample
         whole = 0 < self.frame_interval <= self.duration and between > 0.5 and abs(between - round(between)) <= 1e-6
         if self.frame_interval and not whole:
             self._refuse(
-                "frame_interval", f"0, or a multiple of the sample interval {sample} s within the duration would do"
+                "frame_interval",
+                f"must be 0 or a multiple of the sample interval, {sample} s, no longer than the duration",
             )
 
     def _refuse_loop(self) -> None:
         if self.ring_radius is not None:
             if self.ring_radius <= 0:
-                self._refuse("ring_radius", "a radius in m would do, or no ring")
+                self._refuse("ring_radius", "must be a radius in m, or null (command line: none) for no ring")
             low, high = self.ring_range(self.rig)
             if not low - 1e-9 <= self.ring_radius <= high + 1e-9:  # the bounds themselves are allowed, rounded or not
                 self._refuse(
                     "ring_radius",
-                    f"a ring of more than {high:.4f} m overlaps the chain of this loop and one of "
-                    f"less than {low:.4f} m "
-                    "never touches it; give a radius between, or no ring",
+                    f"must be between {low:.4f} m (touches no link) and {high:.4f} m "
+                    "(overlaps the chain), or null (command line: none) for no ring",
                 )
         for pitch in self.pitches:
             if not 1 <= pitch <= self.rig.chain.pitches:
-                raise InputError(
-                    f"scene: pitches = {pitch!r} is not accepted: pitches 1 to {self.rig.chain.pitches} exist"
-                )
+                raise InputError(f"scene: pitches = {pitch!r}: must be between 1 and {self.rig.chain.pitches}")
 
     def _refuse_step(self) -> None:
         if self.chain == "belt":

@@ -75,8 +75,7 @@ class SensorRecord:
         if self.seconds < turns * turn_s:
             raise InputError(
                 f"{self.path}: the record of {self.seconds:.4g} s is shorter than {turns:g} "
-                f"turn{'s' * (turns != 1)} of the "
-                f"loop; {turns * turn_s:.4g} s or more would do."
+                f"turn{'s' * (turns != 1)} of the loop; record at least {turns * turn_s:.4g} s."
             )
 
 

@@ -69,9 +69,9 @@ class SensorMapping(Section):
     @model_validator(mode="after")
     def _consistent(self):
         if self.to is not None and self.to <= self.start:
-            raise InputError(f"to = {self.to:g} is not accepted: it must lie after from = {self.start:g}")
+            raise InputError(f"to = {self.to:g}: must be after from = {self.start:g}")
         if self.time == "none" and self.rate is None:
-            raise InputError("time = none is not accepted without a rate: give it in Hz, such as rate 1000")
+            raise InputError("time = none needs a rate in Hz, such as rate 1000")
         return self
 
 

@@ -50,7 +50,7 @@ def spectrum(a, rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
 def main_line(a, rate_hz: float, low_hz: float = LOW_HZ, high_hz: float = HIGH_HZ) -> tuple[float, float]:
     """Frequency (Hz) and amplitude of the highest bin of :func:`spectrum` in a band, the mean excluded.
 
-    Both suffer from the picket fence; see :func:`main_line_binfree`.
+    Both suffer from scalloping loss; see :func:`main_line_binfree`.
 
     Raises
     ------
@@ -69,7 +69,7 @@ def main_line(a, rate_hz: float, low_hz: float = LOW_HZ, high_hz: float = HIGH_H
 
 
 def main_line_binfree(a, rate_hz: float, expected_hz: float | None = None) -> tuple[float, float, float]:
-    """Frequency, amplitude and phase of the main line, free of picket fence and leakage.
+    """Frequency, amplitude and phase of the dominant peak, free of scalloping loss and leakage.
 
     Least-squares fit of an offset, a sine and its harmonics up to the eighth; the frequency is
     searched on a fine grid first, for the harmonics give the misfit many local minima, and then

@@ -136,6 +136,6 @@ def judge(path: Path, stamps: Stamps, first_line: int, rate: float | None, resam
     k = int(np.argmin(step) if step.min() == 0.0 else np.argmax(odd))
     raise InputError(
         f"{path}: the stamps before line {first_line + k + 1} are {step[k]:.6g} s apart, "
-        f"{1.0 / hz:.6g} s is the mean ({line}), "
-        f"rows are lost or unevenly timed; --resample puts them onto even instants if no two are equal, else {_REMEDY}."
+        f"{1.0 / hz:.6g} s is the mean ({line}), rows are missing or unevenly timed; "
+        f"--resample interpolates onto an even grid if no two are equal, else {_REMEDY}."
     )

@@ -187,7 +187,7 @@ def fit(speed: SyntheticSpeed, seed: int | None = None) -> SyntheticSpeed:
 
 
 def closeness(records: Mapping[int, np.ndarray] | None = None) -> pd.DataFrame:
-    """Printed and achieved main line at each speed, as the paper takes it (rectangular window).
+    """Printed and achieved dominant peak at each speed, as the paper takes it (rectangular window).
 
     ``records`` are y accelerations (g, sampled at 1000 Hz) by motor speed; generated if left out. Differences are in
     lines of the spectrum and in percent, ``clipped`` counts samples.

@@ -1,4 +1,4 @@
-"""What the account of work leaves open, and what it shows of a step that was too large."""
+"""What the energy balance leaves open, and what it shows of a step that was too large."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from trackdyn.errors import DivergenceError
 from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.simulation.resolution import passed_pitches
 
-# What the account of work may leave open, as a share of the energy exchanged: about four times what the coarsest
+# What the energy balance may leave open, as a share of the energy exchanged: about four times what the coarsest
 # preset leaves (0.13 % at 0.5 ms, linearly implicit); explicit runs leave 0.01 to 0.03 %.
 OPEN_SHARE = 0.005
 # Friction, bearings and bushings may give this share back: rounding and the path of a step.
@@ -20,7 +20,7 @@ NORMAL_LOSSES, LONG_RECORD = ("tooth_normal", "wheel_normal"), 10.0
 
 
 def open_share(energy, model, seconds: float) -> tuple[float, float]:
-    """Open rest of the account of work over a record as a share of the energy exchanged, and that energy (J).
+    """Open rest of the energy balance over a record as a share of the energy exchanged, and that energy (J).
 
     Energy exchanged is the sum of all changes in the account and the kinetic energy of the bodies that
     pass the sprocket, all of them in a loop without wheels. The sprocket's work alone would not do: it
@@ -50,7 +50,7 @@ def _turns(model, seconds: float) -> float:
 
 
 def refuse_open_account(energy, model, seconds: float) -> None:
-    """Refuse a run whose account of work shows that its step was too large, though nothing diverged.
+    """Refuse a run whose energy balance shows that its step was too large, though nothing diverged.
 
     Contacts heavier than `limits.step_limits` reckons with (a very tight loop, bushings that hardly turn) make
     friction chatter from step to step until it drives what it should brake.
@@ -61,7 +61,7 @@ def refuse_open_account(energy, model, seconds: float) -> None:
         Names what the account shows.
     """
     share, exchanged = open_share(energy, model, seconds)
-    remedy = f"a step smaller than {model.step:g} s would do"
+    remedy = f"use a step smaller than {model.step:g} s"
     if not abs(share) <= OPEN_SHARE:
         raise DivergenceError(
             f"{abs(share):.1%} of the energy exchanged in the run is not accounted for, more than "

@@ -79,7 +79,7 @@ def whole(path: Path | str) -> Iterator[None]:
     try:
         yield
     except (KeyError, TypeError, ValueError, AttributeError, InputError):
-        raise InputError(f"{path}: is not a checkpoint, or is damaged; remove it to start anew") from None
+        raise InputError(f"{path}: not a checkpoint, or damaged; remove it to start again") from None
 
 
 def write_checkpoint(path: Path | str, parts: dict[str, Any]) -> None:
@@ -107,9 +107,8 @@ def read_checkpoint(path: Path | str) -> dict[str, Any]:
     sources = meta.get("sources")
     if sources != source_hash():
         raise InputError(
-            f"{path}: was written by sources {shown(sources)}, these are {source_hash()}, and would "
-            "not go on as it began; remove it "
-            "to start anew"
+            f"{path}: was written by another version (sources {shown(sources)}, now {source_hash()}); "
+            "remove it to start again"
         )
     with whole(path):
         for key, array in arrays.items():

@@ -73,11 +73,9 @@ def refuse_too_large(scene, *recording) -> None:
     if memory > free:
         duration = recording[0] if recording else scene.duration
         raise InputError(
-            f"scene: duration = {duration:g} s is not accepted: its recording needs about "
-            f"{memory / 1e6:.0f} MB of memory and "
-            f"{free / 1e6:.0f} MB are free; {0.9 * duration * free / memory:.3g} s, fewer pitches or "
-            "a longer frame_interval "
-            "would do"
+            f"scene: duration = {duration:g} s: its recording needs about "
+            f"{memory / 1e6:.0f} MB of memory and {free / 1e6:.0f} MB are free; use at most "
+            f"{0.9 * duration * free / memory:.3g} s, fewer pitches or a longer frame_interval"
         )
 
 

@@ -67,9 +67,7 @@ class Loop:
 
     def __init__(self, scene: Scene, starts: SettledLoops | None = None):
         if scene.chain == "belt":
-            raise InputError(
-                "scene: chain = 'belt' is not accepted: a path has no state to step; 'double_pin' would do"
-            )
+            raise InputError("scene: chain = 'belt': a path has no state to step; use 'double_pin'")
         self.scene = scene
         self.model, self.state, work, self.layout = starts.settle(scene) if starts else settle(scene)
         self.work = with_sliding(scene, work, len(self.model.wheels.x))
@@ -171,7 +169,7 @@ class Loop:
         Raises
         ------
         DivergenceError
-            Also if the contact chatters, or the account of work stays open (`measure.energy`).
+            Also if the contact chatters, or the energy balance stays open (`measure.energy`).
         """
         asked = self.scene.with_(
             duration=seconds, pitches=pitches, frame_interval=frame_interval, spells=spells, every_link=every_link
@@ -278,7 +276,7 @@ class Loop:
 
     @property
     def energy(self) -> dict[str, float]:
-        """Account of work and energies by name (`model.record.ENERGY_NAMES`), J."""
+        """Energy balance and energies by name (`model.record.ENERGY_NAMES`), J."""
         self._refresh()
         out = np.zeros(len(ENERGY_NAMES))
         energies(self.model, self.state, self.work, self.work.space, self.model.carriers, out)
@@ -312,9 +310,7 @@ class Loop:
         """
         rig = self.scene.rig
         if self.scene.tension in CARRIED:
-            raise InputError(
-                f"shift = {shift!r} m is not accepted: the tensioner slides on its spring; tension='locked' would do"
-            )
+            raise InputError(f"shift = {shift!r} m: the tensioner slides on its spring; use tension='locked'")
         shift = within("shift", shift, -rig.tension.travel, rig.tension.travel, " m, the tensioner's travel,")
         shift_wheel(self.model, rig, tensioner(rig), shift)
         self.layout["tensioner_shift_m"] = float(shift)
@@ -341,12 +337,11 @@ class Loop:
         other.scene, other.layout = self.scene.with_(**fields), dict(self.layout)
         for name in ("loop", "chain", "ring_radius"):
             if (asked := getattr(other.scene, name)) != getattr(self.scene, name):
-                raise InputError(f"scene: {name} = {asked!r} is not accepted: a loop keeps it; a new Loop would do")
+                raise InputError(f"scene: {name} = {asked!r}: cannot change in a loop; make a new Loop")
         other.model, other.state, other.work = allocate(other.scene)
         if [part.shape for part in flat(other.state).values()] != [part.shape for part in flat(self.state).values()]:
             raise InputError(
-                "scene: rig, space or joints are not accepted: a loop keeps bodies, plane and "
-                "joints; a new Loop would do"
+                "scene: rig, space or joints differ: a loop keeps bodies, plane and joints; make a new Loop"
             )
         other.model = other.model._replace(drive=self.model.drive, carriers=self.model.carriers)
         for name in ("x", "y", "radius"):

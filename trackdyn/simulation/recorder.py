@@ -17,7 +17,7 @@ from trackdyn.simulation.watch import Watch
 # Length of a chunk, s, and spells that may end within it.
 CHUNK = 0.25
 SPELLS_A_CHUNK = 40000
-JUDGED = 10.0  # s of a record between two judgements of its account of work
+JUDGED = 10.0  # s of a record between two judgements of its energy balance
 # arrays with a row a sample
 SAMPLED = tuple(name for name in Record._fields if name not in ("pitches", "frame", "frame_stride", "spells", "plane"))
 
@@ -117,7 +117,7 @@ class Recorder:
                 raise ValueError(fault)
 
     def recording(self) -> Recording:
-        """What was recorded so far, if it is finite and its account of work closed
+        """What was recorded so far, if it is finite and its energy balance closed
         (`measure.energy.refuse_open_account`).
         """
         refuse_open_account(
@@ -171,8 +171,7 @@ def _take(spells: Spells) -> np.ndarray:
     if count > len(spells.rows):
         raise DivergenceError(
             f"{count} contacts ended within one chunk of {CHUNK} s, more than {len(spells.rows)}: the "
-            "contact chatters from "
-            "step to step; a smaller step would do"
+            "contact chatters from step to step; use a smaller step"
         )
     spells.count[0] = 0
     return spells.rows[:count].copy()

@@ -62,7 +62,7 @@ class Recording:
     wheel_rate : (s, w) array
         Angular velocities of the sprocket and the other wheels, rad/s.
     energy : (s, 10) array
-        Account of work and energies, J (``model.record.ENERGY_NAMES``).
+        Energy balance and energies, J (``model.record.ENERGY_NAMES``).
     force : (s, p, 3) array
         Normal force of left arc, right arc and ring, N.
     area, groove : (s, p, 2) integer arrays
@@ -213,7 +213,7 @@ class Recording:
             Names the array that holds one that is not finite.
         """
         if fault := self.fault():
-            raise DivergenceError(f"the run left the physical range: {fault}; a smaller step or a milder rig would do")
+            raise DivergenceError(f"the run left the physical range: {fault}; use a smaller step or a milder rig")
         return self
 
     def save(self, path: Path | str) -> None:

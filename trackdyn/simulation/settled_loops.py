@@ -1,4 +1,4 @@
-"""Settled loops that are kept: scenes that differ in what settling does not see need not settle anew.
+"""Settled loops that are kept: scenes that differ in what settling does not see need not settle again.
 
 Settling takes most of the time of a short scene. Of what a scene asks for, the speed and all that concerns the record
 matter only afterwards, and the ring only in the last quarter of it.

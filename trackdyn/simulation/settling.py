@@ -160,8 +160,7 @@ class Settling:
         if abs(self.lever) < 0.05:
             raise InputError(
                 f"tension.direction = {rig.tension.direction:g} deg moves the {rig.tension.wheel} "
-                "along its chain and cannot "
-                "tension it; a direction near the middle of its wrap would do"
+                "along its chain and cannot tension it; choose a direction near the middle of its wrap"
             )
 
     def tension(self) -> float:
@@ -306,15 +305,13 @@ def tensioned(scene: Scene) -> Settling:
         return settling
     if settling.target < settling.hanging <= reached:
         raise InputError(
-            f"tension.pre_tension = {settling.target:g} N is not accepted: of the chain "
-            f"{settling.hanging:.4g} N hang below the strand "
-            f"that runs onto the sprocket, which holds {reached:.4g} N when the chain is let out; "
-            "more than that would do"
+            f"tension.pre_tension = {settling.target:g} N: must exceed "
+            f"{reached:.4g} N, which the strand that runs onto the sprocket holds when the chain is let out "
+            f"({settling.hanging:.4g} N of chain hang below it)"
         )
     raise InputError(
-        f"tension.pre_tension = {settling.target:g} N is not reached: the strand holds {reached:.3g} N with the "
-        f"{scene.rig.tension.wheel} shifted by {settling.shift:.3g} m; another pre-tension, or wheels "
-        "in other places, would do"
+        f"tension.pre_tension = {settling.target:g} N: cannot be reached; the strand holds {reached:.3g} N with the "
+        f"{scene.rig.tension.wheel} shifted by {settling.shift:.3g} m; change the pre-tension or move the wheels"
     )
 
 
@@ -333,7 +330,7 @@ def settle(scene: Scene, settling: Settling | None = None) -> tuple[Model, State
     Returns
     -------
     model, state, work
-        Ready to run, the sprocket at rest and the account of work at zero.
+        Ready to run, the sprocket at rest and the energy balance at zero.
     layout : dict
         Derived values: the tensioning wheel's shift (m) and the tension (N) reached with the reference ring.
     """

@@ -91,7 +91,7 @@ def _resumed(path: Path | str, scene: Scene) -> Recorder:
     with whole(path):
         loop = Loop.restored(data)
     if loop.scene != scene:
-        raise InputError(f"{path}: is the checkpoint of another scene; remove it to start anew")
+        raise InputError(f"{path}: is the checkpoint of another scene; remove it to start again")
     writer = _writer(loop)
     with whole(path):
         writer.restore(data)

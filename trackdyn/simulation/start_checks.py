@@ -54,7 +54,7 @@ def refuse_start_in_steel(scene: Scene, model: Model, state: State, work: Work) 
         raise InputError(
             "the chain does not mesh with the sprocket of this rig: at rest an arc lies "
             f"{1e3 * depth:.3g} mm inside a tooth; "
-            "sprocket.equal_pitch_radius, groove.seat_depth or another ring_radius nearer to each other would do"
+            "bring sprocket.equal_pitch_radius, groove.seat_depth and ring_radius nearer to each other"
         )
 
 
@@ -64,13 +64,13 @@ def refuse_step(scene: Scene, model: Model, tension: float) -> None:
     Raises
     ------
     InputError
-        The tension reached, the cause and the step that would do.
+        The tension reached, the cause and a step that is small enough.
     """
     limits = step_limits(model, tension, METHODS[scene.integrator])
     name, limit = min(limits.items(), key=lambda item: item[1], default=("", np.inf))
     if scene.step > limit:
         raise InputError(
-            f"scene: step = {scene.step!r} is not accepted: the loop settles at a tension of "
+            f"scene: step = {scene.step!r}: the loop settles at a tension of "
             f"{tension:.0f} N, for which that is "
             f"too large for the {name}, a bound that was not tried on this rig (trackdyn check tries); "
             f"{advised_step(limit, 1.0 / scene.rig.sensor.rate)}"

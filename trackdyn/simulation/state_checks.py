@@ -38,27 +38,23 @@ def _parts(value: Any) -> tuple:
 
 
 def fault_of_form(value: Any, wanted: Any, name: str) -> str | None:
-    """Where ``value`` is not of a `form`, as the beginning of a sentence; None if it is."""
+    """Where ``value`` is not of a `form`, as a sentence; None if it is."""
     if wanted is None:
-        return None if value is None else f"{name} is not accepted: None"
+        return None if value is None else f"{name}: must be None"
     if wanted in (int, float):
         kinds = (int, np.integer) if wanted is int else float
-        return (
-            None
-            if _number(value) and isinstance(value, kinds)
-            else f"{name} = {shown(value)} is not accepted: a number"
-        )
+        return None if _number(value) and isinstance(value, kinds) else f"{name} = {shown(value)}: must be a number"
     if type(value) is not wanted[0]:
         what = "an array" if wanted[0] is np.ndarray else f"a {wanted[0].__name__}"
-        return f"{name} = {shown(value)} is not accepted: {what}"
+        return f"{name} = {shown(value)}: must be {what}"
     if wanted[0] is np.ndarray:
         _, shape, dtype, plain = wanted
         if value.shape == shape and value.dtype == dtype and value.flags.carray >= plain:
             return None
         found = "" if value.flags.carray else " that is read-only or not contiguous"
         return (
-            f"{name} has {value.dtype} of the shape {shown(value.shape)}{found}, which is not accepted: "
-            f"{dtype} of the shape {shape}, changed in place,"
+            f"{name} has {value.dtype} of the shape {shown(value.shape)}{found}; it must be "
+            f"{dtype} of the shape {shape}, changed in place"
         )
     for (field, part), inner in zip(_parts(value), wanted[1], strict=True):
         if field not in STEERED and (fault := fault_of_form(part, inner, f"{name}.{field}")):
@@ -126,7 +122,7 @@ class Door:
         """
         fault = self._fault_of_forms(model, state, work) or self._fault_of_places(model, work) or fault_of_state(state)
         if fault:
-            raise InputError(f"loop.{fault} is needed")
+            raise InputError(f"loop.{fault}")
 
     def _fault_of_forms(self, model: Model, state: State, work: Work) -> str | None:
         parts = model, state, work
@@ -155,24 +151,24 @@ class Door:
             other = equip(self.plain, name, self.pitches, branches=self.branches)
             if given == form((other.stages, other.implicit)):
                 return None
-        return "work.stages is not that of an integrator, which is not accepted: what integrate.methods.equip makes"
+        return "work.stages: must be what integrate.methods.equip makes for an integrator"
 
     def _fault_of_places(self, model: Model, work: Work) -> str | None:
         for name, place in zip(self.names, self.places, strict=True):
             if _content(attrgetter(name)(model)) != place:
-                return f"model.{name} is not that of the scene, which is not accepted: what the scene made of it"
+                return f"model.{name}: must be what the scene made of it"
         if not 0 <= model.sensor.body < (bodies := len(model.chain.length)):
-            return f"model.sensor.body = {model.sensor.body!r} is not accepted: a body, 0 to {bodies - 1},"
+            return f"model.sensor.body = {model.sensor.body!r}: must be a body, 0 to {bodies - 1}"
         if not LEAST_STEP <= model.step <= LONGEST:
-            return f"model.step = {model.step!r} s is not accepted: at least {LEAST_STEP:g} and at most {LONGEST:g}"
+            return f"model.step = {model.step!r} s: must be between {LEAST_STEP:g} and {LONGEST:g}"
         if not (isinstance(model.stride, (int, np.integer)) and 1 <= model.stride <= MOST_STEPS):
-            return f"model.stride = {model.stride!r} is not accepted: a whole number of 1 to {MOST_STEPS:g}"
+            return f"model.stride = {model.stride!r}: must be a whole number between 1 and {MOST_STEPS:g}"
         for name, array, most in (
             ("near.groove", work.near.groove, model.tooth.teeth),
             ("tooth_area", work.tooth_area, TOOTH_AREAS),
         ):
             if not 0 <= array.min() <= array.max() <= most:
-                return f"work.{name} is out of range, which is not accepted: at least 0 and at most {most}"
+                return f"work.{name}: must be between 0 and {most}"
         return None
 
 
@@ -187,17 +183,17 @@ def _fault_of_drive(model: Model) -> str | None:
         if part is None and kind is not Drive:
             continue
         if type(part) is not kind:
-            return f"model.{name} = {shown(part)} is not accepted: a {kind.__name__}"
+            return f"model.{name} = {shown(part)}: must be a {kind.__name__}"
         for field, value in _parts(part):
             if field not in ("ripple", "motor") and not _number(value):
-                return f"model.{name}.{field} = {shown(value)} is not accepted: a number"
+                return f"model.{name}.{field} = {shown(value)}: must be a number"
     return None
 
 
 def fault_of_state(state: State) -> str | None:
     """Which number of a state is none, or larger than any that a track has; None if all are in range."""
     if not 0 <= state.steps[0] < LARGEST:
-        return f"state.steps = {state.steps[0]} is not accepted: at least 0"
+        return f"state.steps = {state.steps[0]}: must be at least 0"
     with np.errstate(over="ignore", invalid="ignore"):
         for name, array in (*_parts(state), *(_parts(state.plane) if state.plane is not None else ())):
             if isinstance(array, np.ndarray):
@@ -205,7 +201,7 @@ def fault_of_state(state: State) -> str | None:
                 every = array.reshape(-1)
                 if not every.dot(every) <= most * most:  # all of them in one call
                     worst = np.abs(every).max()
-                    return f"state.{name} holds {worst:g}, which is not accepted: a number of at most {most:g}"
+                    return f"state.{name} holds {worst:g}: must be a number of at most {most:g}"
     return None
 
 
@@ -220,7 +216,7 @@ def refuse_diverged(state: State, step: float) -> None:
     if fault := fault_of_state(state):
         raise DivergenceError(
             f"the run left the physical range before t = {state.steps[0] * step:.6g} s: "
-            f"{fault.split(',')[0]}; use a smaller step or a milder rig"
+            f"{fault.partition(':')[0]}; use a smaller step or a milder rig"
         )
 
 
@@ -234,26 +230,26 @@ def refuse_other_record(record: Record, state: State, work: Work, first: int, la
     """
     fault = _fault_of_record(record, state, work)
     if fault is None and not 0 <= first <= last <= len(record.gap):
-        fault = f"rows {first} to {last} are not accepted: at least 0 and at most {len(record.gap)}, rising,"
+        fault = f"rows {first} to {last}: must be rising and between 0 and {len(record.gap)}"
     if fault is None and record.frame_stride and -(-last // record.frame_stride) > len(record.frame):
-        fault = f"frame has {len(record.frame)} rows, which is not accepted: one every {record.frame_stride} samples"
+        fault = f"frame has {len(record.frame)} rows: must have one every {record.frame_stride} samples"
     if fault:
-        raise InputError(f"record: {fault} is needed")
+        raise InputError(f"record: {fault}")
 
 
 def _fault_of_record(record: Any, state: State, work: Work) -> str | None:
     if not isinstance(record, Record) or not isinstance(record.pitches, np.ndarray) or record.pitches.dtype != np.int64:
-        return "is not accepted: one that `room` makes"
+        return "must be one that `room` makes"
     loop = len(state.wheel_impact)
     if record.pitches.ndim != 1 or not ((record.pitches >= 0) & (record.pitches < loop)).all():
-        return f"pitches are not accepted: at least 0 and at most {loop - 1}"
+        return f"pitches: must be between 0 and {loop - 1}"
     try:
         links, sliding = record.link_mean.shape[1], record.sliding.shape[1]
         sizes = len(record.gap), len(record.frame), len(record.spells.rows)
     except (AttributeError, TypeError, IndexError):
-        return "is not accepted: one that `room` makes"
+        return "must be one that `room` makes"
     if links not in (0, loop) or sliding not in (0, 0 if work.sliding is None else len(work.sliding)):
-        return "links or sliding are not those of the loop: one that `room` makes"
+        return "links or sliding are not those of the loop; must be one that `room` makes"
     empty = make_record(0, state, record.pitches + 1, 0, int(record.frame_stride), 0, links, sliding)
     return fault_of_form(record, _with_rows(form(empty), sizes), "record")
 

@@ -30,5 +30,5 @@ def march(
         raise DivergenceError(
             f"the run left the physical range at t = {state.steps[0] * model.step:.6g} s of {phase}, first at "
             f"{body_name(bad, len(state.angle) == len(state.wheel_impact))}; "
-            f"a step smaller than {model.step:g} s would do if the rig is meant to be so"
+            f"use a step smaller than {model.step:g} s, or check the rig"
         )

@@ -81,7 +81,7 @@ class Watch:
             raise DivergenceError(
                 f"contacts are not resolved: {found}, and with a step {FINER} times smaller RMS over {seconds:.3g} s "
                 f"differs by {off[0]:.2g} and the mean peak by {off[1]:.2g} of it, more than {RMS:g} and {PEAKS:g}; "
-                f"a step smaller than {model.step:g} s would do, trackdyn check tries it"
+                f"use a step smaller than {model.step:g} s (trackdyn check finds one)"
             )
 
     def _share(self, rows) -> float:

@@ -30,7 +30,7 @@ WHEELS, PITCHES = (2, 9), (20, 120)
 LEAST_COMPLETED = 0.99
 ATTEMPTS = 400  # draws of wheels for one layout; most sets of nine do not fit into a short loop
 GAP = 1.05  # of two wheels, in sums of their radii
-# Steps tried, as parts of the limit at the pre-tension: a run that says that a smaller one would do gets it.
+# Steps tried, as parts of the limit at the pre-tension: a run that asks for a smaller one gets it.
 STEPS = (0.8, 0.4, 0.2)
 
 
@@ -199,7 +199,7 @@ def run_layout(number: int, seconds: float = 1.0, seed: int = SEED) -> dict:
 
     for part in STEPS:
         row = attempted("layouts", str(number), attempt, part)
-        if row["outcome"] != REFUSED or not re.search(r"step.*would do", row["reason"]):
+        if row["outcome"] != REFUSED or not re.search(r"step.*must be at most|use a (smaller )?step", row["reason"]):
             break
     kept = {name: row[name] for name in ("outcome", "reason", "loop_gap_max_m", "energy_residual")}
     return words | {"sprocket_rpm": rpm / rig.sprocket.transmission_ratio} | kept | seen

@@ -40,8 +40,7 @@ def rising(where: str, steps: Allowed) -> None:
     for (before, _), (after, _) in pairwise(steps):
         if after <= before:
             raise InputError(
-                f"{where} = {[list(pair) for pair in steps]} is not accepted: {after:g} comes after "
-                f"{before:g}; give rising values"
+                f"{where} = {[list(pair) for pair in steps]}: {after:g} comes after {before:g}; give rising values"
             )
 
 
@@ -63,9 +62,7 @@ def peer_scene(rig: Rig, reading: str, speed_rpm: float, duration: float, step: 
 def _extrapolates(where: str, steps: Steps) -> None:
     """Refuse steps over which no limit can be extrapolated."""
     if len(set(steps.get("semi_implicit", []))) < 2:
-        raise InputError(
-            f"{where} is not accepted: limits are extrapolated over the steps of semi_implicit; two or more would do"
-        )
+        raise InputError(f"{where}: needs at least two steps of semi_implicit, over which limits are extrapolated")
 
 
 class StateErrors(Section):
@@ -112,8 +109,7 @@ class TradeForm(Section):
     def _apart(self):
         if both := [list(key) for key in self.kept_apart if key in self.statistics.scenes]:
             raise InputError(
-                f"trade: kept_apart = {both[0]} is not accepted: statistics.scenes holds it too; a scene that is not "
-                "measured would do"
+                f"trade: kept_apart = {both[0]}: statistics.scenes holds it too; choose a scene that is not measured"
             )
         return self
 
@@ -210,8 +206,8 @@ class PeerAnswers(Section):
         method, steps = next(iter(self.mujoco_steps_s.items()))
         if len(set(steps)) < 2:
             raise InputError(
-                "peer_answers: mujoco_steps_s is not accepted: its limit is extrapolated over the "
-                f"steps of {method}; two or more would do"
+                "peer_answers: mujoco_steps_s: needs at least two steps of "
+                f"{method}, over which its limit is extrapolated"
             )
         return self
 

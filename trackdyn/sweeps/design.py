@@ -30,9 +30,9 @@ class Span:
     def __init__(self, low: float, high: float, count: int | None = None):
         self.low, self.high, self.count = float(low), float(high), count
         if not self.low < self.high:
-            raise InputError(f"range {low:g}:{high:g} is not accepted: the second number must be the larger one")
+            raise InputError(f"range {low:g}:{high:g}: the second number must be the larger one")
         if count is not None and not 2 <= count <= MOST_ROWS:
-            raise InputError(f"range {low:g}:{high:g}:{count} is not accepted: a count of 2 to {MOST_ROWS} would do")
+            raise InputError(f"range {low:g}:{high:g}:{count}: the count must be between 2 and {MOST_ROWS}")
 
     def at(self, share: np.ndarray) -> np.ndarray:
         """Values at shares of the range."""
@@ -42,7 +42,7 @@ class Span:
         """The values of a grid."""
         if self.count is None:
             raise InputError(
-                f"{name} = {self.low:g}:{self.high:g} has no count for a grid; {self.low:g}:{self.high:g}:5 would do"
+                f"{name} = {self.low:g}:{self.high:g} needs a count for a grid, such as {self.low:g}:{self.high:g}:5"
             )
         return np.linspace(self.low, self.high, self.count).tolist()
 
@@ -58,16 +58,12 @@ def parse_levels(pair: str) -> tuple[str, Span | list[str]]:
     name, _, text = pair.partition("=")
     name, text = name.strip(), text.strip()
     if not name or not text:
-        raise InputError(
-            f"--vary = {shown(pair)} is not accepted: name=low:high, name=low:high:count or name=a,b would do"
-        )
+        raise InputError(f"--vary = {shown(pair)}: expected name=low:high, name=low:high:count or name=a,b")
     if match := _RANGE.fullmatch(text):
         try:
             low, high = (plain_number(parse_number(part)) for part in match.groups()[:2])
         except ValueError:
-            raise InputError(
-                f"--vary = {shown(pair)} is not accepted: two finite numbers such as 115:210 would do"
-            ) from None
+            raise InputError(f"--vary = {shown(pair)}: expected two finite numbers, such as 115:210") from None
         return name, Span(low, high, int(match[3]) if match[3] else None)
     return name, [part.strip() for part in text.split(",")]
 
@@ -109,7 +105,7 @@ def make_design(
     ``make_design({"motor_rpm": (115, 210), "ring_radius": (0.303, 0.313)}, rows=64, fixed={"duration": 20})``
     """
     if not vary:
-        raise InputError("a design varies something; --vary motor_rpm=115:210 would do")
+        raise InputError("a design must vary something, such as --vary motor_rpm=115:210")
     fixed = dict(fixed or {})
     if both := vary.keys() & fixed.keys():
         raise InputError(f"{min(both)} is varied and fixed; keep one of them")
@@ -117,7 +113,7 @@ def make_design(
     if method == "grid":
         if rows is not None:
             raise InputError(
-                f"rows = {rows} is not accepted: a grid has as many as its levels make; another method would do"
+                f"rows = {rows}: the levels of a grid give its rows; leave rows out or choose another method"
             )
         levels = [takes.levels(name) if isinstance(takes, Span) else list(takes) for name, takes in spans.items()]
         _refuse_rows(int(np.prod([len(one) for one in levels], dtype=float)))
@@ -136,13 +132,13 @@ def make_design(
             }
         )
     else:
-        raise InputError(f"method = {shown(method)} is not accepted: {', '.join(METHODS)} would do")
+        raise InputError(f"method = {shown(method)}: choose {', '.join(METHODS)}")
     return table.assign(**fixed)
 
 
 def _refuse_rows(rows: int) -> None:
     if isinstance(rows, bool) or not isinstance(rows, (int, np.integer)) or not 1 <= rows <= MOST_ROWS:
-        raise InputError(f"rows = {shown(rows)} is not accepted: a whole number of 1 to {MOST_ROWS} would do")
+        raise InputError(f"rows = {shown(rows)}: must be a whole number between 1 and {MOST_ROWS}")
 
 
 def _shares(method: str, columns: int, rows: int, seed: int) -> np.ndarray:
@@ -150,7 +146,7 @@ def _shares(method: str, columns: int, rows: int, seed: int) -> np.ndarray:
     from scipy.stats import qmc  # takes half a second
 
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
-        raise InputError(f"seed = {shown(seed)} is not accepted: a whole number of at least 0 would do")
+        raise InputError(f"seed = {shown(seed)}: must be a whole number of at least 0")
     if method == "latin":
         return qmc.LatinHypercube(columns, seed=seed).random(rows)
     sampler = qmc.Sobol(columns, seed=seed)

@@ -189,7 +189,7 @@ class _Worker:
         code = self.process.wait()
         if code >= 0:
             return f"with exit code {code}; what it printed, if anything, stands above"
-        return f"({signal.Signals(-code).name}), perhaps for want of memory; fewer jobs or more memory would do"
+        return f"({signal.Signals(-code).name}), perhaps out of memory; use fewer jobs or more memory"
 
     @property
     def alive(self) -> bool:

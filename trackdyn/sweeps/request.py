@@ -89,9 +89,8 @@ def refuse_columns(table: pd.DataFrame, where: str) -> None:
     for name in table.columns:
         if name not in columns() and not Rig.may_have(name):
             raise InputError(
-                f"{where}: {shown(name)} is no column of a design; a field of the scene such as "
-                "motor_rpm, one of the rig such as "
-                "sprocket.ring_radius, name, preset, rig or until.rms would do"
+                f"{where}: {shown(name)} is not a column of a design; expected a field of the scene such as "
+                "motor_rpm, one of the rig such as sprocket.ring_radius, name, preset, rig or until.rms"
             )
     if "motor_rpm" not in table.columns:
         raise InputError(f"{where}: has no column motor_rpm; add it")
@@ -131,7 +130,7 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | Inp
     content, longest, reason = "", LONGEST_USUAL, ""
     try:
         if "ring_radius" in cells and "ring_radius" not in given:
-            raise InputError("ring_radius is empty; a radius in m or the word none would do")
+            raise InputError("ring_radius is empty; expected a radius in m, or none")
         if "motor_rpm" not in given:
             raise InputError("motor_rpm is empty; a speed in rev/min is needed")
         base, content = _rig(str(given.get("rig", rig)), rigs)
@@ -163,7 +162,7 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | Inp
 
 def _refuse_known(known: dict, until: dict) -> None:
     if until:
-        raise InputError("known and until stand in one row; one of them would do")
+        raise InputError("known and until exclude each other; give one of them")
     try:
         validated(StopRule, known | {"longest_turns": 1}, "known")
     except InputError as error:

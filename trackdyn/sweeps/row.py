@@ -97,7 +97,7 @@ class Rows:
         if needed > (allowed := min(self.memory, virtual_memory().available)):
             raise MemoryError(
                 f"a recording of {duration:g} s needs about {needed / 1e6:.0f} MB of memory and the row may take "
-                f"{allowed / 1e6:.0f} MB; fewer jobs, more memory or a shorter duration would do"
+                f"{allowed / 1e6:.0f} MB; use fewer jobs, more memory or a shorter duration"
             )
 
 

@@ -133,7 +133,7 @@ class Store:
 
     def _refusal(self, error: OSError) -> InputError:
         reason = error.strerror or error
-        return InputError(f"{self.folder}: cannot be written ({reason}); free space or another --store would do")
+        return InputError(f"{self.folder}: cannot be written ({reason}); free disk space or choose another --store")
 
 
 def _checksum(content: bytes) -> bytes:

@@ -72,7 +72,7 @@ def sweep(
         The design, ``out`` or ``store`` cannot be used. What is wrong with one row is its ``reason``.
     """
     if jobs is not None and (isinstance(jobs, bool) or not isinstance(jobs, int) or not 1 <= jobs <= 1024):
-        raise InputError(f"jobs = {jobs!r} is not accepted: a whole number of 1 to 1024 would do")
+        raise InputError(f"jobs = {jobs!r}: must be a whole number between 1 and 1024")
     if out is not None:
         refuse_ending(out, "--out")
         refuse_unwritable(out)
@@ -103,7 +103,7 @@ def refuse_too_many(rows: int) -> None:
     if rows * ROW_MEMORY > (free := free_memory()):
         raise InputError(
             f"design: {rows} rows take about {rows * ROW_MEMORY / 1e9:.2g} GB of memory and {free / 1e9:.2g} GB are "
-            f"free; parts of at most {int(free / ROW_MEMORY)} rows would do"
+            f"free; split it into parts of at most {int(free / ROW_MEMORY)} rows"
         )
 
 
@@ -121,9 +121,7 @@ def _refuse_itself(design: Path | str, out: Path | str) -> None:
     """Refuse to write the results, or their costs, over the design that they are of."""
     for path in (Path(out), costs_of(out)):
         if path.resolve() == Path(design).resolve():
-            raise InputError(
-                f"--out = {shown(str(out))} is not accepted: {path} is the design itself; give another name"
-            )
+            raise InputError(f"--out = {shown(str(out))}: {path} is the design itself; give another name")
 
 
 def refuse_foreign(out: Path | str, store: Path | str | None = None) -> None:
@@ -166,7 +164,7 @@ def read_design(design: pd.DataFrame | Path | str) -> pd.DataFrame:
         It is no table, or no design.
     """
     if not isinstance(design, (pd.DataFrame, Path, str)):
-        raise InputError(f"design = {shown(design)} is not accepted: a table of pandas or the name of a file would do")
+        raise InputError(f"design = {shown(design)}: must be a pandas table or the name of a file")
     table, where = (design, "design") if isinstance(design, pd.DataFrame) else (read_table(design), str(design))
     refuse_header(list(table.columns), where)
     refuse_columns(table, where)

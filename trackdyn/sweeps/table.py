@@ -25,9 +25,7 @@ def refuse_ending(path: Path | str, option: str) -> None:
         The name ends in something else than .csv or .parquet.
     """
     if Path(path).suffix not in ENDINGS:
-        raise InputError(
-            f"{option} = {shown(str(path))} is not accepted: a name that ends in {' or '.join(ENDINGS)} would do"
-        )
+        raise InputError(f"{option} = {shown(str(path))}: the name must end in {' or '.join(ENDINGS)}")
 
 
 def read_table(path: Path | str) -> pd.DataFrame:
@@ -61,7 +59,7 @@ def read_table(path: Path | str) -> pd.DataFrame:
         names = parquet.read_schema(path).names
         table = pd.read_parquet(path) if size <= LARGEST else None
     except (pyarrow.ArrowException, OSError, ValueError, TypeError, KeyError):
-        raise InputError(f"{path}: is not a Parquet file, or is damaged; make it again") from None
+        raise InputError(f"{path}: not a Parquet file, or damaged") from None
     if table is None:
         raise InputError(f"{path}: takes {size / 1e6:.0f} MB as it unpacks, more than {LARGEST / 1e6:.0f} MB; split it")
     refuse_header([name for name in names if name in table.columns], str(path))

@@ -1,4 +1,4 @@
-# The benchmark for every multibody code (docs/benchmark.md): error and processor time of each method on each problem.
+# The benchmark for every multibody code (docs/benchmark.md): error and CPU time of each method on each problem.
 # `benchmark` is asked for by name; its short form, our own methods alone, as `benchmark_short`.
 
 FIELD = Path(workflow.basedir) / "benchmarks" / "field"

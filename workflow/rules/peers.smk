@@ -21,7 +21,7 @@ rule peer:
 
 
 rule peer_answers:
-    """Processor seconds for an answer of equal error in every code. One that is missing has a row that says so."""
+    """CPU seconds for an answer of equal error in every code. One that is missing has a row that says so."""
     input:
         needs("peer_answers.py"),
         rig=CONFIG.rig,

@@ -71,7 +71,7 @@ rule sensor_records:
 
 
 rule statistics:
-    """Table 3 and the main lines, beside the sensor's."""
+    """Table 3 and the dominant peaks, beside the sensor's."""
     input:
         needs("sensor_tables.py"),
         metrics=f"{R}/metrics.csv",
@@ -89,7 +89,7 @@ rule statistics:
 
 
 rule closure:
-    """Figure 15: the gap of the loop."""
+    """Figure 15: the closure error."""
     input:
         needs("closure.py"),
         recordings=[recording(run) for run in SPEEDS],

@@ -1,5 +1,5 @@
 # What accuracy costs: the ladder of fidelities, work-precision data, the planner. `trade` is asked for by
-# name; a short form of it belongs to the default target. Costs are processor time: jobs may run side by side.
+# name; a short form of it belongs to the default target. Costs are CPU time: jobs may run side by side.
 
 TRADE_FIGURES = ("state", "rms", "left_share", "answer", "planner")
 
@@ -96,7 +96,7 @@ rule trade_promises:
 
 
 rule trade_form:
-    """Data, limits over steps, the planner on scenes kept apart. Costs are processor time: others may run beside."""
+    """Data, limits over steps, the planner on scenes kept apart. Costs are CPU time: others may run beside."""
     input:
         needs("trade.py"),
         **{name: f"{R}/{{short}}{file}.csv" for name, file in TRADE_DATA.items()},

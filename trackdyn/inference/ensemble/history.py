@@ -238,7 +238,7 @@ class Search:
         self.config, self.unknowns, self.targets, self.errors = config, unknowns, targets, errors
         if values.empty:
             raise TrackdynError(
-                "no rig of the waves before came out with all its runs; more rigs a wave or smaller steps would do"
+                "no rig of the previous waves completed all its runs; use more rigs per wave or smaller steps"
             )
         at = points.set_index("rig").loc[values.index, unknowns.labels].to_numpy(dtype=float)
         self.x = self._centred(at)
@@ -313,7 +313,5 @@ class Search:
             if buildable(self.unknowns, pool[k]):
                 kept.append(pool[k])
         if not kept:
-            raise TrackdynError(
-                "the search between two waves found no rig that can be built; more of search_steps would do"
-            )
+            raise TrackdynError("the search between two waves found no rig that can be built; increase search_steps")
         return np.array(kept)

@@ -50,12 +50,10 @@ def read_study(path: Path | str) -> pd.DataFrame:
     rows = read_table(path)
     for name in STUDY_COLUMNS:
         if name not in rows.columns:
-            raise InputError(f"{path}: has no column {name}; a table study.csv of an ensemble would do")
+            raise InputError(f"{path}: has no column {name}; expected the table study.csv of an ensemble")
         numbers = pd.to_numeric(rows[name].replace("", None), errors="coerce")
         if (wrong := rows[name].notna() & (rows[name] != "") & numbers.isna()).any():
-            raise InputError(
-                f"{path}: {name} = {shown(rows.loc[wrong, name].iloc[0])} is not accepted: a number would do"
-            )
+            raise InputError(f"{path}: {name} = {shown(rows.loc[wrong, name].iloc[0])}: must be a number")
         rows[name] = numbers
     return rows
 
@@ -76,7 +74,7 @@ def best_radius(rows: pd.DataFrame, criterion: str) -> float:
         There is no such criterion.
     """
     if criterion not in CRITERIA:
-        raise InputError(f"criterion = {criterion!r} is not accepted: {', '.join(CRITERIA)} would do")
+        raise InputError(f"criterion = {criterion!r}: choose {', '.join(CRITERIA)}")
     if criterion == "rule":
         by_radius = rows.set_index("ring_radius_m")
         return serving_radius(by_radius["left_share_pct"], by_radius["right_share_pct"])
@@ -101,15 +99,15 @@ def whole_rigs(study: pd.DataFrame, rpm: float) -> pd.DataFrame:
     """
     for name in STUDY_COLUMNS:
         if name not in study.columns:
-            raise InputError(f"study: has no column {name}; a table of the stage study (study.csv) would do")
+            raise InputError(f"study: has no column {name}; expected the table of the stage study (study.csv)")
     rows = study[(study["rpm"] == rpm) & study["ring_radius_m"].notna()].dropna(subset=list(STUDY_COLUMNS))
     if rows.empty:
         speeds = ", ".join(f"{speed:g}" for speed in sorted(study["rpm"].unique()))
-        raise InputError(f"study: holds no ring at {rpm:g} rpm; {speeds} would do")
+        raise InputError(f"study: holds no ring at {rpm:g} rpm; choose {speeds}")
     radii = rows["ring_radius_m"].nunique()
     whole = rows.groupby("rig")["ring_radius_m"].transform("nunique") == radii
     if not whole.any():
-        raise InputError(f"study: no rig came out at all {radii} radii at {rpm:g} rpm; more rigs would do")
+        raise InputError(f"study: no rig completed all {radii} radii at {rpm:g} rpm; use more rigs")
     return rows[whole]
 
 
@@ -145,7 +143,7 @@ def choice_table(study: pd.DataFrame, rpm: float) -> pd.DataFrame:
 def recommendation(table: pd.DataFrame, criterion: str) -> str:
     """The radius that is best most often, in a sentence; an interval only if no target excludes any of the rigs."""
     if criterion not in CRITERIA:
-        raise InputError(f"criterion = {criterion!r} is not accepted: {', '.join(CRITERIA)} would do")
+        raise InputError(f"criterion = {criterion!r}: choose {', '.join(CRITERIA)}")
     chances, count = table[f"p_best_{criterion}"], int(table["rigs"].iloc[0])
     top = table.loc[chances.idxmax()]
     none = 1.0 - float(chances.sum())

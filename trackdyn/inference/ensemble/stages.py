@@ -83,7 +83,7 @@ def open_ensemble(config: Path | str, form: str, rig: Path | str, claims: Path |
     """
     settings = load_ensemble(config)
     if form not in settings.forms:
-        raise InputError(f"{config}: form = {form!r} is not accepted: {', '.join(settings.forms)} would do")
+        raise InputError(f"{config}: form = {form!r}: choose {', '.join(settings.forms)}")
     targets = targets_of(settings, load_claims(claims))
     return Ensemble(settings, settings.forms[form], unknowns_of(settings, rig), targets, str(rig), Path(folder))
 

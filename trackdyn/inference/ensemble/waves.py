@@ -65,7 +65,7 @@ def prior_points(unknowns: Unknowns, count: int, seed: int) -> np.ndarray:
             kept.append(x)
     if len(kept) < count:
         raise TrackdynError(
-            f"of {len(drawn)} points of the unknowns' ranges only {len(kept)} give a groove; other ranges would do"
+            f"of {len(drawn)} points of the unknowns' ranges only {len(kept)} give a groove; change the ranges"
         )
     return np.array(kept)
 
@@ -150,7 +150,7 @@ def scene_fields(config: EnsembleConfig, unknowns: Unknowns, case: Case, fields:
 
 
 def as_chains(config: EnsembleConfig, belts: pd.DataFrame) -> pd.DataFrame:
-    """Rows of belts as chains with the paper's ring, for as long: what the belt leaves out of the main line."""
+    """Rows of belts as chains with the paper's ring, for as long: what the belt leaves out of the dominant peak."""
     return belts.assign(
         chain="double_pin", ring_radius=repr(config.ring_radius_m), lead_in=config.lead_in_s, pitches="", spells=True
     )

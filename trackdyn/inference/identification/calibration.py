@@ -133,7 +133,7 @@ def simulate_all(config: CalibrationConfig, store, jobs: int = 1, progress: bool
     failed = int((~told.ran).sum() + (~played.ran).sum())
     if failed > 0.1 * (len(points) + len(truths)):
         raise InputError(
-            f"{failed} of {len(points) + len(truths)} rigs cannot run, the first one because of: "
+            f"{failed} of {len(points) + len(truths)} rigs cannot run; the reason of the first one: "
             f"{next(reason for reason in told.reasons + played.reasons if reason)}"
         )
     scatter = list(_covariances(played, design))

@@ -1,7 +1,7 @@
 """All features of all records at a point of the unit cube, with the covariance of what the emulator does not know.
 
 Features move together, and so do an emulator's errors in them: principal components are emulated (Higdon et al., J. Am.
-Stat. Assoc. 103, 2008). How far they err is learnt by cross-validation: all is fitted anew without a part of the
+Stat. Assoc. 103, 2008). How far they err is learnt by cross-validation: all is fitted again without a part of the
 simulations, and compared with these. Leaving points out of a fit that had seen them promised half of the errors, and
 none of the outliers.
 """

@@ -14,7 +14,7 @@ from sklearn.covariance import LedoitWolf
 
 from trackdyn.errors import InputError
 
-LINES = 5  # harmonics of the main line
+LINES = 5  # harmonics of the dominant peak
 PASSING = 3  # of the order at which pitches pass
 BESIDE = 2  # loop orders to either side that belong to such an order: what turns with the loop modulates it
 BANDS_HZ = (1.0, 3.0, 6.0, 12.0, 25.0, 50.0, 100.0, 200.0)
@@ -123,7 +123,7 @@ def covariance(statistics: np.ndarray, rate: float, seed: int = 0) -> np.ndarray
     """
     turns = len(statistics)
     if turns < LEAST_TURNS:
-        raise InputError(f"the record holds {turns} whole turns of the loop; {LEAST_TURNS} or more would do")
+        raise InputError(f"the record holds {turns} whole turns of the loop; at least {LEAST_TURNS} are needed")
     rng = np.random.default_rng(seed)
     resampled = features(statistics, rate, rng.multinomial(turns, np.full(turns, 1.0 / turns), size=RESAMPLED))
     found = np.cov(resampled.T) * turns / (turns - 1)

@@ -151,7 +151,7 @@ def identify(
     kept = np.ptp(y, axis=0) > LEAST_SPREAD
     if not kept.any():
         raise InputError(
-            f"{', '.join(unknowns.labels)}: no feature of a record depends on what is unknown; another unknown would do"
+            f"{', '.join(unknowns.labels)}: no feature of a record depends on the unknown; choose another one"
         )
     told = records.part(kept)
     scale = medians(told.features)
@@ -182,7 +182,7 @@ def identify(
     say(f"{len(x)} rigs simulated, {len(failed)} could not run")
     of_best = run(experiment, [changed(unknowns, best)], store)
     if of_best.reasons[0]:
-        raise InputError(f"the rig of the best values cannot run: {of_best.reasons[0]}; narrower ranges would do")
+        raise InputError(f"the rig of the best values cannot run: {of_best.reasons[0]}; use narrower ranges")
     beyond = contradicted(posterior, draws.points)
     if beyond:
         say(
@@ -252,8 +252,8 @@ def _ran(experiment, unknowns, points, store, settings, name) -> Simulated:
     failed = int((~found.ran).sum())
     if failed > MOST_FAILED * len(points):
         raise InputError(
-            f"{failed} of {len(points)} rigs within the ranges cannot run, the first one because of: "
-            f"{next(filter(None, found.reasons))}; narrower ranges would do (--unknown NAME=LOW:HIGH)"
+            f"{failed} of {len(points)} rigs within the ranges cannot run; the reason of the first one: "
+            f"{next(filter(None, found.reasons))}; use narrower ranges (--unknown NAME=LOW:HIGH)"
         )
     return found
 
@@ -264,9 +264,8 @@ def _refuse_nothing_told(unknowns: Unknowns, draws: Draws) -> None:
         widths = np.ptp(np.quantile(draws.points[:, : len(unknowns)], [0.05, 0.95], axis=0), axis=0) / 0.9
         said = ", ".join(f"{name} {100 * width:.0f} %" for name, width in zip(unknowns.labels, widths, strict=True))
         raise InputError(
-            "the records tell nothing about any unknown: their 90 % intervals are as wide as these "
-            "parts of what was possible "
-            f"before, {said}; other unknowns, more speeds or longer records would do"
+            "the records are not informative about any unknown: the 90 % intervals span these fractions of the "
+            f"prior ranges, {said}; use other unknowns, more speeds or longer records"
         )
 
 

@@ -46,9 +46,7 @@ def unknown_of(text: str) -> Unknown:
         if not (np.isfinite([low, high]).all() and low < high):
             raise ValueError
     except ValueError:
-        raise InputError(
-            f"--unknown {text} is not accepted: section.field=LOW:HIGH with rising numbers would do"
-        ) from None
+        raise InputError(f"--unknown {text}: expected section.field=LOW:HIGH with LOW below HIGH") from None
     return Unknown(names=[name], low=low, high=high, source="given with --unknown")
 
 
@@ -123,8 +121,8 @@ def tellable(
     if not chosen:
         best = table.loc[table["alone"].idxmin()]
         raise InputError(
-            f"the records can tell none of {', '.join(candidates.labels)}: the best one, {best['unknown']}, would keep "
-            f"{100 * best['alone']:.0f} % of its range; longer records or more speeds would do, or "
+            f"the records are not informative about any of {', '.join(candidates.labels)}: the best one, "
+            f"{best['unknown']}, keeps {100 * best['alone']:.0f} % of its range; use longer records, more speeds or "
             "--unknown with wider ranges"
         )
     return [candidates.unknowns[k] for k in chosen], table.sort_values("alone", ignore_index=True)

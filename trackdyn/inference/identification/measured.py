@@ -55,9 +55,9 @@ def read_records(
     ring_radius: float | None,
     preset: str,
 ) -> list[Measured]:
-    """Read sensors' files; a speed is that of the main line unless ``rpm`` gives the motor speed of each.
+    """Read sensors' files; a speed is that of the dominant peak unless ``rpm`` gives the motor speed of each.
 
-    The turn of the loop is always that of the main line: near a given speed, or the highest one of all.
+    The turn of the loop is always that of the dominant peak: near a given speed, or the highest one of all.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def read_records(
     """
     if rpm and len(rpm) != len(paths):
         raise InputError(
-            f"--rpm is given {len(rpm)} times for {len(paths)} records; once for each would do, or not at all"
+            f"--rpm is given {len(rpm)} times for {len(paths)} records; give it once per record, or not at all"
         )
     found = [
         _measured(
@@ -77,12 +77,11 @@ def read_records(
     for k, one in enumerate(found):
         for other in found[:k]:
             if one.name == other.name:
-                raise InputError(f"{one.record.path}: has the name of {other.record.path}; another name would do")
+                raise InputError(f"{one.record.path}: has the same name as {other.record.path}; rename it")
             if abs(one.speed.rpm / other.speed.rpm - 1) < SAME_SPEED:
                 raise InputError(
-                    f"{one.record.path}: has the speed of {other.record.path}, {one.speed.rpm:.5g} "
-                    "rev/min; one of them, or one file "
-                    "of both, would do"
+                    f"{one.record.path}: has the same speed as {other.record.path}, {one.speed.rpm:.5g} "
+                    "rev/min; leave one out, or join them in one file"
                 )
     return found
 
@@ -92,7 +91,7 @@ def _measured(record: SensorRecord, rig: Rig, rpm: float | None, ring_radius: fl
     expected = None
     if rpm is not None:
         if not (np.isfinite(rpm) and rpm > 0):
-            raise InputError(f"--rpm {rpm:g} is not accepted: a motor speed above 0 rev/min would do")
+            raise InputError(f"--rpm {rpm:g}: must be a motor speed above 0 rev/min")
         expected = rpm / a_turn_at_1_rpm
         record.require_turns(1 / expected, LEAST_TURNS)
     low, high = (LOW_HZ, HIGH_HZ) if expected is None else (0.9 * expected, 1.1 * expected)

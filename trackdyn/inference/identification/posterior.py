@@ -208,7 +208,7 @@ def _sample(posterior: Posterior, steps: int, seed: int, progress: str, walkers:
             chain = sampler.get_chain(discard=discard)
             moved = np.ptp(chain, axis=0).all(axis=1)  # a walker that stays has no autocorrelation
             if not moved.any():
-                raise TrackdynError(f"no walker has moved in {len(chain)} steps; more steps would do")
+                raise TrackdynError(f"no walker has moved in {len(chain)} steps; use more steps")
             times = emcee.autocorr.integrated_time(chain[:, moved], tol=0)
             if moved.all() and len(chain) >= CHAIN_LENGTHS * times.max():
                 break

@@ -51,12 +51,10 @@ def solvers_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
     errors.axvspan(9, 1.2 * lengths.max(), color="0.93", zorder=0)
     short = lengths[table["measure"] != "residual"]
     errors.set(xscale="log", yscale="log", xlim=(5, 1.2 * short.max()), ylim=(3e-17, ALL_LOST))
-    residuals.set(xscale="log", yscale="log", xlabel="bodies of the chain (1)")
-    errors.set_ylabel("relative error (1)")
-    residuals.set_ylabel("relative residual (1)")
-    errors.set_title(
-        "(a) error of the accelerations, median of three poses;\ngrey: a scene refuses the literal product"
-    )
+    residuals.set(xscale="log", yscale="log", xlabel="bodies of the chain")
+    errors.set_ylabel("relative error")
+    residuals.set_ylabel("relative residual")
+    errors.set_title("(a) error of the accelerations, median of three poses;\ngrey: rejected for the literal product")
     residuals.set_title("(b) longer chains: residual of the equations of motion")
     figure.legend(loc="outside lower center", ncols=2)
     return figure
@@ -135,13 +133,13 @@ def outcomes_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
 
 @styled
 def long_run_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
-    """Loop gap, energy residual, RMS of the sensor and memory over a long run."""
+    """Closure error, energy residual, RMS of the sensor and memory over a long run."""
     figure = new_figure(5.6)
     axes = figure.subplots(4, 1, sharex=True)
     minutes = chunks["time_s"] / 60
     labels = {
-        "loop_gap_max_m": "largest loop\ngap (m)",
-        "energy_residual": "open share of\nthe energy (1)",
+        "loop_gap_max_m": "largest closure\nerror (m)",
+        "energy_residual": "relative energy\nresidual",
         "rms_g": "RMS of the sensor's\ny acceleration (g)",
         "resident_mb": "largest resident\nmemory (MB)",
     }

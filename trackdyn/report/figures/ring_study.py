@@ -32,7 +32,7 @@ def force_figure(study: pd.DataFrame, statistic: str) -> Figure:
 def duration_figure(study: pd.DataFrame) -> Figure:
     """Time in contact, in percent of a sprocket turn (Figure 24); parameters as in :func:`force_figure`."""
     columns = {side: (f"{side}_share_pct", f"{side}_share_error_pct") for side in SIDES}
-    figure, axes, positions = _panels(study, columns, "share of a sprocket turn (%)", "Time in contact")
+    figure, axes, positions = _panels(study, columns, "contact duration (% of a turn)", "Contact duration")
     left, steady = axes[0], printed.STEADY_LEFT_SHARE.value
     radii = [radius for radius in positions if radius >= printed.RADIUS_OF_STEADY_LEFT_SHARE.value - 1e-9]
     if radii:

@@ -18,10 +18,10 @@ from trackdyn.sensor.signals import main_line, main_line_binfree, picket_fence, 
 from trackdyn.simulation.recording import Recording
 
 LOW_RANGE_HZ = 2.0
-BINS = 4.5  # of the FFT, to both sides of the main lines
+BINS = 4.5  # of the FFT, to both sides of the dominant peaks
 DENSE = 500  # points of the continuous spectrum
 BAND_HZ = 2.0  # of the smoothed curves over the whole range
-# printed main lines, with their marks
+# printed dominant peaks, with their marks
 PAPERS = (
     ("simulation", printed.SIMULATED_LINE_HZ, printed.SIMULATED_LINE_G, "D"),
     ("experiment", printed.MEASURED_LINE_HZ, printed.MEASURED_LINE_G, "X"),
@@ -31,7 +31,7 @@ MARK_EVERY_HZ = 25.0  # on the smoothed curves
 
 @dataclass(frozen=True)
 class _Curve:
-    """A spectrum with its main line: as the FFT shows it, and free of the picket fence."""
+    """A spectrum with its dominant peak: as the FFT shows it, and free of scalloping loss."""
 
     label: str
     ay: np.ndarray
@@ -65,8 +65,8 @@ def in_bands(freq: np.ndarray, amplitude: np.ndarray) -> tuple[np.ndarray, np.nd
 def spectrum_figure(recording: Recording, record: SensorRecord, title="", sensor_label="synthetic sensor") -> Figure:
     """Single-sided amplitude spectra of the whole records.
 
-    Above: lines around the loop frequency on the curve that they sample, with the main line as the paper takes it
-    (highest line of the FFT, filled mark), its value free of the picket fence (hollow) and the printed one. Middle: 0
+    Above: lines around the loop frequency on the curve that they sample, with the dominant peak as the paper takes it
+    (highest line of the FFT, filled mark), its value free of scalloping loss (hollow) and the printed one. Middle: 0
     to 2 Hz. Below: root mean square of the lines in bands of 2 Hz over the whole range. Parameters are those of
     :func:`trackdyn.report.figures.histories.history_figure`.
     """
@@ -106,7 +106,7 @@ def spectrum_figure(recording: Recording, record: SensorRecord, title="", sensor
 
 
 def _draw_main(ax: Axes, curve: _Curve, near: tuple[float, float]) -> None:
-    """Lines of the FFT in a range of frequencies, the continuous spectrum that they sample, and the main line."""
+    """Lines of the FFT in a range of frequencies, the continuous spectrum that they sample, and the dominant peak."""
     ay, colour = curve.ay - np.mean(curve.ay), curve.look["color"]
     sums = scipy.signal.zoom_fft(ay, near, m=DENSE, fs=curve.rate, endpoint=True)
     look = curve.look | {"marker": curve.marker, "markersize": 3.5, "linewidth": 0.8, "label": curve.label}

@@ -1,4 +1,4 @@
-"""Accuracy against cost: work-precision figures, what an answer costs, the planner's honesty."""
+"""Accuracy against cost: work-precision figures, cost of an answer, test of the planner."""
 
 import numpy as np
 import pandas as pd
@@ -13,12 +13,12 @@ from trackdyn.study.accuracy.planner import LEAST, LONGEST, record_error, second
 from trackdyn.study.accuracy.trade import pareto
 
 LABELS = {
-    "state_m": "largest error of a mass centre after 0.1 s (m)",
-    "rms": "error of RMS (1)",
-    "sd": "error of SD (1)",
-    "left_share": "error of the left arc's share (turns)",
-    "ring_share": "error of the ring's share (turns)",
-    "left_peak": "error of the left arc's mean peak (1)",
+    "state_m": "largest position error of a mass centre after 0.1 s (m)",
+    "rms": "relative error of the RMS",
+    "sd": "relative error of the SD",
+    "left_share": "error of the left contact duration (turns)",
+    "ring_share": "error of the ring contact duration (turns)",
+    "left_peak": "relative error of the mean left-arc peak force",
 }
 METHODS = {
     "semi_implicit": "semi-implicit Euler", "linearly_implicit": "linearly implicit",
@@ -57,7 +57,7 @@ def _panels(rows: pd.DataFrame) -> tuple[Figure, dict[str, Axes]]:
 
 @styled
 def work_precision(rows: pd.DataFrame, measure: str) -> Figure:
-    """One panel a scene: error of a measure against processor seconds per simulated second, with the Pareto front."""
+    """Error of a measure against CPU time per simulated second, one panel per scene, with the Pareto front."""
     chosen = rows[rows["measure"] == measure]
     figure, panels = _panels(chosen)
     error, floor = drawn_errors(chosen["error"])
@@ -73,7 +73,7 @@ def work_precision(rows: pd.DataFrame, measure: str) -> Figure:
         axis.step(front["cpu_s_per_s"], error[front.index], where="post", color="0.4", lw=0.8, zorder=0)
         refused = int((rows["failed"].astype(bool) & (rows["scene"] == scene)).sum())
         axis.set_title(scene + (f"\nrefused or diverged: {refused}" if refused else ""))
-        axis.set_xlabel("processor s per simulated s")
+        axis.set_xlabel("CPU time per simulated second (s)")
         axis.tick_params(labelbottom=True)
         axis.xaxis.set_minor_formatter(NullFormatter())
         axis.grid(True, which="major", lw=0.3)
@@ -85,7 +85,7 @@ def work_precision(rows: pd.DataFrame, measure: str) -> Figure:
         for name, mark in PHYSICS.items()
         if name != "ten_arcs" and name in set(chosen["fidelity"])
     ]
-    handles.append(Line2D([], [], color="0.4", lw=0.8, label="nothing is better in both"))
+    handles.append(Line2D([], [], color="0.4", lw=0.8, label="Pareto front"))
     if (chosen["error"] < floor).any():
         handles.append(Line2D([], [], **TINY, label=f"below {floor:.0e}"))
     figure.legend(handles=handles, loc="outside lower center", ncols=3)
@@ -103,10 +103,10 @@ def _methods(used: set[str], **look) -> list[Line2D]:
 
 @styled
 def answer_figure(rows: pd.DataFrame, measure: str) -> Figure:
-    """One panel a scene: what the error of an answer can be at most against the processor seconds for all of it.
+    """Upper bound of the error of an answer against its CPU time, one panel per scene.
 
-    A curve a setting: its error and the scatter of a record that grows from nine passages to ten minutes. The lowest
-    ends of all are the front.
+    One curve per setting: its error and the scatter of a record that grows from nine passages to ten minutes. The
+    lower envelope is the Pareto front.
     """
     chosen = rows[(rows["measure"] == measure) & ~rows["failed"].astype(bool) & rows["scatter"].notna()]
     figure, panels = _panels(chosen)
@@ -135,22 +135,22 @@ def answer_figure(rows: pd.DataFrame, measure: str) -> Figure:
         best = np.minimum.accumulate(np.concatenate(errors)[order])
         axis.step(np.concatenate(costs)[order], best, where="post", **FRONT, zorder=0)
         axis.set_title(scene)
-        axis.set_xlabel("processor s for the answer")
+        axis.set_xlabel("CPU time (s)")
         axis.tick_params(labelbottom=True)
         axis.xaxis.set_minor_formatter(NullFormatter())
         axis.grid(True, which="major", lw=0.3)
-    figure.supylabel(LABELS.get(measure, measure).replace("error of", "error at most of"), fontsize=8)
+    figure.supylabel("upper bound, " + LABELS.get(measure, measure), fontsize=8)
     handles = _methods(set(chosen["integrator"]))
     if set(chosen["fidelity"]) - {"ten_arcs"}:
         handles.append(Line2D([], [], color="0.4", linestyle=":", label="coarser physics"))
-    handles.append(Line2D([], [], **FRONT, label="nothing is better in both"))
+    handles.append(Line2D([], [], **FRONT, label="Pareto front"))
     figure.legend(handles=handles, loc="outside lower center", ncols=3)
     return figure
 
 
 @styled
 def planner_figure(table: pd.DataFrame) -> Figure:
-    """Achieved error against promised tolerance on scenes that the data do not hold; broken promises are named."""
+    """Achieved error against tolerance on scenes outside the data; missed tolerances are labelled."""
     figure = new_figure(4.2)
     axis = figure.subplots()
     known = table[table["achieved_error"].notna()]
@@ -165,17 +165,17 @@ def planner_figure(table: pd.DataFrame) -> Figure:
             label = spoken(measure) if kept else None
             axis.loglog(place[here], error[here], **look, color=colour, label=label)
     for index, row in known[~met].iterrows():
-        text = f"broken: {spoken(row['measure'])}\n{row['achieved_error']:.2g} at {row['tolerance']:g}"
+        text = f"missed: {spoken(row['measure'])}\n{row['achieved_error']:.2g} at {row['tolerance']:g}"
         look = {"textcoords": "offset points", "ha": "left", "fontsize": SMALL, "color": VERMILION}
         axis.annotate(text, (place[index], error[index]), (-4, 9), **look)
     tolerances = sorted(known["tolerance"].unique())
     ends = np.array([known["tolerance"].min() * 0.7, known["tolerance"].max() * 1.4])
-    axis.loglog(ends, ends, "k-", lw=1, label="promised")
+    axis.loglog(ends, ends, "k-", lw=1, label="tolerance")
     axis.set_xticks(tolerances, [f"{t:g}" for t in tolerances])
     axis.xaxis.set_minor_formatter(NullFormatter())
-    axis.set(xlabel="tolerance (1, or turns for shares)", ylabel="achieved error (1, or turns)")
-    tiny = f"; errors below {floor:.0e} stand there" if (known["achieved_error"] < floor).any() else ""
-    axis.set_title(f"{int(met.sum())} of {len(known)} promises kept{tiny}")
+    axis.set(xlabel="tolerance (relative; turns for contact durations)", ylabel="achieved error (same unit)")
+    tiny = f"; errors below {floor:.0e} are drawn at that value" if (known["achieved_error"] < floor).any() else ""
+    axis.set_title(f"{int(met.sum())} of {len(known)} tolerances met{tiny}")
     figure.legend(loc="outside lower center", ncols=4)
     axis.grid(True, lw=0.3)
     return figure

@@ -7,12 +7,12 @@ from trackdyn.report.style import BLUE, ORANGE, SMALL, VERMILION, new_figure, st
 from trackdyn.study.wear.contour import contours
 from trackdyn.study.wear.study import OF_A_LIFE, PROFILES
 
-ACROSS = (("distance_km", 1e-3, "distance (1000 km)"), ("life", 100.0, "share of the life (%)"))
+ACROSS = (("distance_km", 1e-3, "distance (1000 km)"), ("life", 100.0, "fraction of the life (%)"))
 DOWN = (
     ("ring radius (mm)", ("ring_radius_m",), 1e3),
     ("contact\n(% of a turn)", ("left_share_pct", "right_share_pct"), 1.0),
     ("peak force (kN)", ("left_peak_n", "right_peak_n"), 1e-3), ("RMS (g)", ("rms_g",), 1.0),
-    ("main line (g)", ("line_g",), 1.0),
+    ("dominant\npeak (g)", ("line_g",), 1.0),
 )  # fmt: skip
 ENLARGED = 10  # depths in the drawing of a profile
 STYLES = ("-", "--", ":", "-.")

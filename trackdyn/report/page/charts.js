@@ -116,7 +116,7 @@ if (DATA.trade) {
         marker: { color, symbol, size: 8 }, ...hover("%{text}<br>%{x:.3g} s a second<br>error %{y:.3g}", name) };
     });
     const log = { type: "log", exponentformat: "power", dtick: 1 };
-    return [traces, { xaxis: axis("processor time of a simulated second (s)", log),
+    return [traces, { xaxis: axis("CPU time per simulated second (s)", log),
                       yaxis: axis(`error (${rows[0].unit})`, log) }];
   }, "trade-measure");
 }

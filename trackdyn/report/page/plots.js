@@ -1,4 +1,4 @@
-// How charts are drawn: each has a function that draws it anew from the choices made above it.
+// How charts are drawn: each has a function that redraws it from the choices made above it.
 const touch = matchMedia("(pointer: coarse)").matches; // there a drag scrolls the page
 const later = () => new Promise((done) => (window.requestIdleCallback ?? setTimeout)(done, { timeout: 200 }));
 land();

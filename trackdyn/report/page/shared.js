@@ -1,7 +1,7 @@
 // What pages share: small helpers, themes, paper, addresses, downloads, and the data that a page carries.
 const $ = (id) => document.getElementById(id);
 const root = document.documentElement;
-const REDRAWS = []; // what has to be drawn anew in other colours or on paper
+const REDRAWS = []; // what has to be redrawn in other colours or on paper
 
 // What the page carries compressed
 async function opened(id) {

@@ -55,7 +55,7 @@ if ($("spectrum-plot")) await chart("spectrum-plot", () => {
   const traces = [{ name: "y acceleration", x, y, mode: "lines", line: { color, width: 1.4 }, ...told }];
   const line = DATA.signal.line;
   if (range === "low" && line)
-    traces.push({ name: "main line", x: line.map(([hz]) => hz), y: line.map(([, g]) => g), mode: "markers",
+    traces.push({ name: "dominant peak", x: line.map(([hz]) => hz), y: line.map(([, g]) => g), mode: "markers",
                   marker: { symbol: ["circle", "circle-open"], size: [8, 13], color, line: { width: 2 } }, ...told });
   return [traces, { showlegend: false, xaxis: axis("frequency (Hz)"), uirevision: range,
                     yaxis: axis("amplitude (g)", { type: range === "low" ? "linear" : "log" }) }];
@@ -67,7 +67,7 @@ if (DATA.shares) await chart("shares-plot", () => {
   const bars = [[areas, s.left], [areas, s.right], [["ring"], [s.ring]]];
   return [bars.map(([x, y], i) => ({ type: "bar", name: s.names[i], x, y, ...hover("%{x}: %{y:.3g} % of a turn", s.names[i]),
     marker: { color: colour(looks[i][0]), pattern: { shape: looks[i][1], fgcolor: colour("card"), fillmode: "overlay" } } })),
-  { barmode: "group", xaxis: axis("", { type: "category" }), yaxis: axis("time in contact (% of a turn)", { rangemode: "tozero" }) }];
+  { barmode: "group", xaxis: axis("", { type: "category" }), yaxis: axis("contact duration (% of a turn)", { rangemode: "tozero" }) }];
 });
 
 if (DATA.work) await chart("work-plot", () => {

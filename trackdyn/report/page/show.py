@@ -1,4 +1,4 @@
-"""One page that shows a run: the loop moving, tension, sensor, contacts, the account of work, what was decided."""
+"""One page that shows a run: the loop moving, tension, sensor, contacts, the energy balance, what was decided."""
 
 import html
 import json
@@ -173,7 +173,7 @@ def measures_of(recording: Recording) -> list[dict]:
 
 
 def work_of(recording: Recording) -> list[dict]:
-    """Change of every entry of the account of work over the record (J), and what it leaves open."""
+    """Change of every entry of the energy balance over the record (J), and what it leaves open."""
     change = dict(zip(ENERGY_NAMES, (recording.energy[-1] - recording.energy[0]).tolist(), strict=True))
     put_in = change["sprocket_work"]
     rows = [("put in", "sprocket_work", put_in)]

@@ -112,7 +112,7 @@ def compare_rungs(found: pd.DataFrame) -> pd.DataFrame:
     -------
     DataFrame
         ``COLUMNS``, by scene and then as the settings stand. ``difference_pct`` is relative for RMS, SD, line and peak,
-        in points of a sprocket turn for shares, and empty for loop gap and energy residual.
+        in points of a sprocket turn for shares, and empty for closure error and energy residual.
     """
     key = ["scene", "measure"]
     reference = found.loc[found["setting"] == f"preset={REFERENCE}"].set_index(key)["value"]

@@ -82,7 +82,7 @@ class Plan(NamedTuple):
     of_setting, of_record : float
         Both parts of the error that is expected at most, relative or in turns of the sprocket.
     cpu_s : float
-        Expected processor time of the whole answer on the machine that measured.
+        Expected CPU time of the whole answer on the machine that measured.
     warnings : tuple of str
         Where the scene lies outside what was measured.
     """
@@ -132,7 +132,7 @@ def load_trade(path: Path | str | None = None) -> pd.DataFrame:
         for name in COLUMNS:
             table[name] = table[name].map(str) if name in WORDS else pd.to_numeric(table[name]).astype(float)
             if name not in WORDS and (table[name].abs() > LARGEST_NUMBER).any():
-                raise ValueError(f"{name} = {table[name].abs().max():g} is not accepted: at most {LARGEST_NUMBER:g}")
+                raise ValueError(f"{name} = {table[name].abs().max():g}: at most {LARGEST_NUMBER:g}")
         table["failed"] = table["failed"].astype(bool)
         if unknown := set(table["fidelity"]) - FIDELITIES.keys():
             raise ValueError(f"names the unknown fidelity {shown(min(unknown))}")
@@ -149,7 +149,7 @@ def record_error(scatter: float, passages) -> np.ndarray:
 
 
 def seconds_of(start, cpu_per_s, duration):
-    """Processor seconds of an answer: to settle the loop, to start it, to leave the lead-in out, and to record."""
+    """CPU seconds of an answer: to settle the loop, to start it, to leave the lead-in out, and to record."""
     return start + cpu_per_s * (STARTING + LEAD_IN + duration)
 
 
@@ -197,7 +197,7 @@ def plan(trade: pd.DataFrame, tolerance, measure: str, rpm: float, ring_radius: 
     """
     tolerance = parse_tolerance(tolerance)
     if measure not in PLANNED:
-        raise InputError(f"measure = {measure!r} is not accepted: {', '.join(PLANNED)} would do")
+        raise InputError(f"measure = {measure!r}: choose {', '.join(PLANNED)}")
     kind = "no ring" if ring_radius is None else "ring"
     here = trade[trade["scene"].str.startswith(f"{kind} ")]
     measured = (
@@ -208,16 +208,16 @@ def plan(trade: pd.DataFrame, tolerance, measure: str, rpm: float, ring_radius: 
     # the chain moves by a pitch in a time that is inverse to the speed, the same on every scene of a rig
     span = float((here["passage_s"] * measured["rpm"]).median()) / rpm if rpm > 0 else np.nan
     found, margin = _candidates(here, measure, scene_name(rpm, ring_radius))
-    refused = f"tolerance = {tolerance:g} is not accepted for {measure} ({kind}): "
+    refused = f"tolerance = {tolerance:g} for {measure} ({kind}): "
     if found.empty or not span > 0:
-        raise InputError(refused + "no setting ran in every scene of the data; another measure or more data would do")
+        raise InputError(refused + "no setting ran in every scene of the data; choose another measure or add data")
     left = tolerance - margin * found["upper"]
     if not (left > 0).any():
         least = margin * found["upper"].min()
         raise InputError(
             f"{refused}the finest setting of the data leaves {least:.2g}, with a margin of "
-            f"{margin:g}; a larger tolerance or a "
-            "finer step in the data would do"
+            f"{margin:g}; use a larger tolerance or add a "
+            "finer step to the data"
         )
     passages = np.arange(LEAST, max(int(LONGEST / span), LEAST) + 1)
     best, needed = None, np.inf
@@ -233,7 +233,7 @@ def plan(trade: pd.DataFrame, tolerance, measure: str, rpm: float, ring_radius: 
             of_record = float(record_error(margin * row["scatter"], count))
             best = Plan(*row[KEY], count, duration, margin * row["upper"], of_record, float(cpu), ())
     if best is None:
-        raise InputError(f"{refused}{LONGEST:g} s of record still scatter by {needed:.2g}; a larger tolerance would do")
+        raise InputError(f"{refused}{LONGEST:g} s of record still scatter by {needed:.2g}; use a larger tolerance")
     warnings = []
     for name, what, value, unit in (("rpm", "", rpm, "rpm"), ("ring", "a ring of ", ring_radius, "m")):
         low, high = measured[name].min(), measured[name].max()

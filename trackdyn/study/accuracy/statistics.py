@@ -39,7 +39,7 @@ def scene_name(rpm: float, ring: float | None) -> str:
 
 
 def statistics_of(recording: Recording) -> dict[str, float]:
-    """RMS, SD and main line (g), contact shares (%), peak of the left arc (N), loop gap (m), energy residual.
+    """RMS, SD, dominant peak (g), contact durations (%), left-arc peak (N), closure error (m), energy residual.
 
     RMS and SD are taken over whole revolutions of the loop, the peak is the mean over the passages of the largest
     force.
@@ -63,7 +63,7 @@ def answers_of(recording: Recording, passages: int | None = None) -> dict[str, S
     """Measures over all links of a recording made with ``every_link``, passage by passage.
 
     As `statistics_of`, but with what standard errors are made of (`measure.whole_loop`). Only the first ``passages``
-    of the record count, if that is given. Loop gap and energy residual belong to the whole record and have none.
+    of the record count, if that is given. Closure error and energy residual belong to the whole record and have none.
     """
     found = series(recording)
     if passages is not None:

@@ -3,7 +3,7 @@
 Two kinds of error: the state after a short window, started from one and the same state, against a run of many digits,
 and the statistics of a record, against their limit over steps; a second method confirms both. Statistics are taken
 over all links and have standard errors, so that what the step adds can be told from scatter. What is refused or
-diverges is a point too. Cost is the processor time of the process: other jobs may run beside.
+diverges is a point too. Cost is the CPU time of the process: other jobs may run beside.
 """
 
 from time import process_time
@@ -67,7 +67,7 @@ STEADY = {"ring 115 rpm": (115.0, 0.308), "ring 210 rpm": (210.0, 0.308), "no ri
 
 
 class Answer(NamedTuple):
-    """What a record of every link gave (`answers_of`), the processor seconds to settle its loop, and those of a
+    """What a record of every link gave (`answers_of`), the CPU seconds to settle its loop, and those of a
     simulated one.
     """
 
@@ -77,7 +77,7 @@ class Answer(NamedTuple):
 
 
 def cost(scene: Scene, starts: SettledLoops | None = None) -> float:
-    """Processor seconds per simulated second, median over bursts on one thread, compilation apart."""
+    """CPU seconds per simulated second, median over bursts on one thread, compilation apart."""
     loop = Loop(scene, starts)
     record = loop.room(round(BURST_SECONDS * scene.rig.sensor.rate), pitches=(1,), spells=40000)
     spent = []
@@ -150,7 +150,7 @@ def state_trade(rig: Rig, asked: StateErrors) -> tuple[pd.DataFrame, pd.DataFram
 
 
 def timed_run(scene: Scene) -> tuple[Recording, float, float]:
-    """A recording of every link, and the processor seconds to settle its loop and of a simulated one."""
+    """A recording of every link, and the CPU seconds to settle its loop and of a simulated one."""
     begin = process_time()
     loop = Loop(scene)
     started = process_time()
@@ -218,7 +218,7 @@ def statistic_trade(rig: Rig, asked: StatisticErrors) -> tuple[pd.DataFrame, pd.
         )
         if len(fine) < 2:
             raise InputError(
-                f"trade: {name}: fewer than two steps of {EXTRAPOLATED} ran in this scene; finer ones would do"
+                f"trade: {name}: fewer than two steps of {EXTRAPOLATED} ran in this scene; add finer steps"
             )
         known = limits_of(fine)
         for point, run in runs.items():

@@ -32,7 +32,7 @@ COLUMNS = (
 
 # The bounds, fixed before the runs.
 #
-# Loop gap of a rigid cut: the largest gap that the paper prints, at turns of a body of up to 1e-3 rad a
+# Closure error of a rigid cut: the largest gap that the paper prints, at turns of a body of up to 1e-3 rad a
 # step. The closure is projected by one Newton step, which leaves a body's length (0.1 m) times the third
 # power of the turn; 1.1e-10 m is that at 1e-3 rad, and larger turns are allowed what follows from twice
 # the turn seen: within a tenth of a millisecond it may have been larger.
@@ -91,12 +91,12 @@ def gap_bound(turn: float) -> float:
 
 
 def gap_missed(gap: float, allowed: float) -> str:
-    """What is said of a loop gap (m) that is more than allowed; nothing else."""
-    return "" if gap <= allowed else f"the loop gap is {gap:.3g} m, more than {allowed:.2g} m"
+    """What is said of a closure error (m) that is more than allowed; nothing else."""
+    return "" if gap <= allowed else f"the closure error is {gap:.3g} m, more than {allowed:.2g} m"
 
 
 def invariants(scene: Scene, recording: Recording) -> dict:
-    """Loop gap and energy residual of a recording, and the last bound that it misses.
+    """Closure error and energy residual of a recording, and the last bound that it misses.
 
     The turn of the bodies a step is taken from the recorded configurations, a sample apart.
     """
@@ -147,7 +147,7 @@ def run_scene(family: str, case: str, rig, rpm: float = 210.0, changes: dict | N
 
 def wrong_blame(reason: str, fields: dict) -> str:
     """What is wrong with a refusal of the step: it must be the one asked for, and the limit one of its integrator."""
-    if not (cited := re.match(r"scene: step = (\S+) is not accepted", reason)):
+    if not (cited := re.match(r"scene: step = (\S+):", reason)):
         return ""
     if float(cited[1]) != fields["step"]:
         return "refuses a step that was not asked for"

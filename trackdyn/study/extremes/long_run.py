@@ -72,7 +72,7 @@ def long_run(chunks: pd.DataFrame) -> Iterator[dict]:
     grown = float(chunks["resident_mb"].iloc[-1] - chunks["resident_mb"].iloc[0])
     change = float(abs(last.mean() - first.mean()))
     for name, *measured in (
-        ("loop gap", gap, GAP, "loop gap in m"),
+        ("closure error", gap, GAP, "closure error in m"),
         ("energy residual", share, OPEN_SHARE, "energy residual of a chunk"),
         ("statistics of the first and last quarter", change, drift, "change of the RMS in g"),
         ("memory", 0.0 if np.isnan(grown) else max(round(grown), 0), MEMORY_MB, "growth of the memory in MB"),

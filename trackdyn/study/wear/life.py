@@ -79,9 +79,7 @@ def parse_until(text: str) -> Until:
             return Until(what, number * UNITS[what][unit])
     except (ValueError, KeyError):
         pass
-    raise InputError(
-        f"until = {shown(text)} is not accepted: a bound such as 'ring 0.303 m' or 'distance 5000 km' is needed"
-    )
+    raise InputError(f"until = {shown(text)}: expected a bound such as 'ring 0.303 m' or 'distance 5000 km'")
 
 
 class Found(NamedTuple):
@@ -185,9 +183,7 @@ class Worn:
 
     def __post_init__(self):
         if not self.rpm > 0:
-            raise InputError(
-                f"rpm = {self.rpm!r} is not accepted: a chain that stands does not wear; above 0 is needed"
-            )
+            raise InputError(f"rpm = {self.rpm!r}: must be above 0, a chain at rest does not wear")
         self.depths = Depths(contours(self.rig.groove_profile))
         self._shift: float | None = None
 
@@ -201,7 +197,7 @@ class Worn:
         scene = Scene(rig, self.rpm, radius, sliding=True, every_link=True, **steady, **self.fields)
         refuse_undriven(scene)
         if scene.fidelity["space"].setting == "spatial":
-            raise InputError("scene: space = 'spatial' is not accepted: wear needs wheels in the plane of the chain")
+            raise InputError("scene: space = 'spatial': wear needs wheels in the plane of the chain")
         loop = Loop(scene)
         if scene.tension == "locked":  # the wheel stays where the new chain put it
             if self._shift is None:
@@ -228,7 +224,7 @@ class Worn:
         if until.what == "distance":
             return self.depths.distance, until.value
         if self.rig.ring_radius is None:
-            raise InputError("until = 'ring ...' is not accepted: the rig has no ring; a distance is needed")
+            raise InputError("until = 'ring ...': the rig has no ring; give a distance")
         if (loss := self.rig.ring_radius - until.value) > 0:
             return self.depths.ring, loss
         raise InputError(f"until = ring {until.value:g} m is not below the new ring, {self.rig.ring_radius:g} m")
@@ -249,7 +245,7 @@ def live(
     out : path or None
         Table (.parquet) that is written after every step; the same call goes on from what is there.
     overwrite : bool
-        Begin anew if the table holds another life.
+        Begin again if the table holds another result of trackdyn wear.
     tick : function
         Called with every new row.
 
@@ -262,7 +258,7 @@ def live(
     Raises
     ------
     InputError
-        The new rig cannot run, ``until`` lies behind it, or ``out`` holds another life.
+        The new rig cannot run, ``until`` lies behind it, or ``out`` holds another result of trackdyn wear.
     """
     request = key_of(
         row_sources("study/wear"), worn.rig.model_dump(), worn.rpm, worn.coefficients.model_dump(),
@@ -292,7 +288,7 @@ def _begun(out: Path, request: str, overwrite: bool) -> list[dict]:
         return table.to_dict("records")
     if overwrite:
         return []
-    raise InputError(f"{out}: holds another life; give another name, or --overwrite to begin anew")
+    raise InputError(f"{out}: holds another result of trackdyn wear; give another name, or --overwrite to start again")
 
 
 def _rows(worn: Worn, until: Until, limits: Limits, rows: list[dict]) -> Iterator[dict]:

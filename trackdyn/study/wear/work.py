@@ -77,9 +77,9 @@ def distribute(loop: Loop, of: tuple[Contour, Contour], points: list[np.ndarray]
     scene, step = loop.scene, loop.model.step
     rate = round(1.0 / step)
     if abs(rate * step - 1.0) > 1e-9:
-        raise InputError(f"step = {step!r} s is not accepted: wear needs a whole number of steps a second, as 1e-4")
+        raise InputError(f"step = {step!r} s: wear needs a whole number of steps a second, as 1e-4")
     if len(loop.model.tooth.radius) != TOOTH_AREAS:
-        raise InputError(f"tooth_contact = {scene.tooth_contact!r} is not accepted: wear needs ten arcs")
+        raise InputError(f"tooth_contact = {scene.tooth_contact!r}: wear needs ten arcs")
     loop = loop.changed(rig=scene.rig.changed(sensor__rate=rate), sliding=True)
     flanks = tuple(np.zeros((scene.rig.sprocket.teeth, len(contour.points))) for contour in of)
     arcs, estimate = np.zeros((2, ARC_NODES)), 0.0
