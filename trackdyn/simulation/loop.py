@@ -72,7 +72,7 @@ class Loop:
             )
         self.scene = scene
         self.model, self.state, work, self.layout = starts.settle(scene) if starts else settle(scene)
-        self.work = with_sliding(scene, work, len(self.model.wheels.x))
+        self.work = with_sliding(scene, self.model, work)
         self._made()
 
     def _made(self) -> None:
