@@ -38,7 +38,7 @@ SETTINGS = {
     (MUJOCO, "euler"): (1e-3, 5e-4, 2e-4),
     (MUJOCO, "implicitfast"): (1e-3, 5e-4),
 }
-SHORT = {(OWN, "semi_implicit"): (2e-4, 1e-4), (OWN, "rk4"): (2e-4, 1e-4)}
+SHORT = {(OWN, "semi_implicit"): (2e-4, 1e-4)}
 COLUMNS = (
     "problem",
     "code",
