@@ -6,12 +6,14 @@ import pytest
 from trackdyn import Loop, Scene, load_rig
 from trackdyn.errors import InputError
 from trackdyn.measure.sliding import sliding_per_km
-from trackdyn.model.record import ENERGY_NAMES, TOOTH_AREAS
+from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.model.work import AREA, BODY, FLANK, KIND, WHEEL
+from trackdyn.parameters.outline import ToothProfile
 from trackdyn.simulation.recording import load_recording
 from trackdyn.simulation.simulate import simulate
 
 RIG = load_rig("first_fit")
+TOOTH_AREAS = len(RIG.groove_profile.radius)
 
 
 @pytest.fixture(scope="module")
@@ -103,3 +105,40 @@ def test_it_is_kept_only_where_it_is_asked_for_and_changes_nothing(recording):
 def test_what_keeps_no_such_account_is_refused(fields):
     with pytest.raises(InputError, match="sliding = True:"):
         Scene(RIG, 115, **{"sliding": True} | fields)
+
+
+PARTS = 7  # of area 2, and so of its mirror image
+DESIGN = np.repeat(np.arange(TOOTH_AREAS), [1, PARTS, 1, 1, 1, 1, 1, 1, PARTS, 1])  # area of the design of each arc
+
+
+def more_arcs():
+    """The rig with area 2 in parts: every other one is wider by 0.1 um, without which joints have no slope."""
+    groove, wider = RIG.groove_profile, 1e-7
+    tip, seat, *rest = np.column_stack([groove.centre, groove.radius, np.where(groove.convex, 1.0, -1.0)])[:5]
+    parts = [seat]
+    for k in range(1, PARTS):
+        turn, change = groove.half_angle[1] * (2 * k / PARTS - 1), wider if k % 2 else -wider
+        joint = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]) @ groove.direction[1]
+        parts.append(parts[-1] + [*(-change * joint), change, 0.0])
+    return RIG.changed(groove=None, profile=ToothProfile(arcs=[list(row) for row in (tip, *parts, *rest)]))
+
+
+def test_a_groove_of_more_arcs_has_an_entry_for_each(tmp_path):
+    """Eleven arcs a flank, the same surface to 0.1 um: what slides on the parts of an area is what slides on it, and on
+    the wheels, too, and the recording can be read. Differences of the surface change it by 1e-5 (measured).
+    """
+    fields = {"ring_radius": None, "lead_in": 0.5, "duration": 0.6, "ramp": 0.4, "sliding": True}
+    split, plain = (simulate(Scene(rig, 115, **fields)) for rig in (more_arcs(), RIG))
+    found, expected = (run.sliding[-1] - run.sliding[0] for run in (split, plain))
+    areas = len(DESIGN)
+    assert len(found) == areas + plain.wheel_rate.shape[1]
+    assert found[TOOTH_AREAS:areas].sum() > 1.0, "areas are touched that a groove of ten arcs has not"
+    close = {"rtol": 1e-3, "atol": 1e-4 * expected.max()}
+    np.testing.assert_allclose(np.bincount(DESIGN, found[:areas]), expected[:TOOTH_AREAS], **close)
+    np.testing.assert_allclose(found[areas:], expected[TOOTH_AREAS:], **close)
+    split.save(tmp_path / "run.npz")
+    row = sliding_per_km(load_recording(tmp_path / "run.npz"))
+    assert row["sliding_teeth_j_km"] == pytest.approx(sum(row[f"sliding_area_{k}_j_km"] for k in range(1, areas + 1)))
+    other = sliding_per_km(plain)
+    for place in ("teeth", "ring", "wheels"):
+        assert row[f"sliding_{place}_j_km"] == pytest.approx(other[f"sliding_{place}_j_km"], rel=1e-3, abs=1e-6)

@@ -26,8 +26,8 @@ from trackdyn.simulation.resolution import (
 )
 from trackdyn.simulation.simulate import simulate
 from trackdyn.simulation.trial import Trial, try_steps
-from trackdyn.study.extremes.judge import COMPLETED, DEFECT, REFUSED
-from trackdyn.study.extremes.resolved import FAMILY, drawn, run_drawn, verdict
+from trackdyn.study.extremes.judge import COMPLETED, DEFECT, REFUSED, as_table, row
+from trackdyn.study.extremes.resolved import FAMILY, by_kind, drawn, run_drawn, verdict
 
 
 @pytest.fixture(scope="module")
@@ -162,9 +162,19 @@ def test_scenes_of_short_runs_are_drawn_alike_and_judged():
     found = run_drawn(2)  # a scene of the accuracy study
     assert found["family"] == FAMILY and found["outcome"] == COMPLETED and found["group"] == YES
     assert 0 < found["value"] < 0.02
-    rows = [found, found | {"outcome": DEFECT, "value": 0.5}, found | {"outcome": REFUSED, "group": "refused"}]
-    said = verdict(rows)
-    assert "3 scenes, 2 completed" in said and "50 %" in said and "1 beyond" in said and "1 of 2 good" in said
+    lost = row(FAMILY, "9: odd: never ran", REFUSED, "no loop")
+    rows = [found, lost, found | {"outcome": REFUSED, "group": "refused", "value": 0.5}]
+    table = by_kind(as_table(rows * 20))
+    assert list(table["kind"]) == ["odd", "trade", "all"]
+    last = table.iloc[-1]
+    assert (last["scenes"], last["no_loop"], last["resolved"], last["refused"], last["good"]) == (60, 20, 20, 20, 20)
+    assert verdict(table).endswith("0 of 20 good ones were refused, of 3 %. The bounds hold.")
+    silent = found | {"outcome": DEFECT, "value": 0.5}
+    for more in (silent, found | {"outcome": REFUSED, "group": "refused"}):
+        assert verdict(by_kind(as_table([*rows, more]))).endswith("The bounds do not hold.")
+    assert by_kind(as_table([silent])).iloc[-1]["beyond"] == "2 (yes)"
+    # a run that says so itself is no silent error
+    assert "do not" not in verdict(by_kind(as_table([*rows, silent | {"group": NO}])))
 
 
 def test_every_shipped_rig_has_a_step_that_its_loop_allows():

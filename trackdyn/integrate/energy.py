@@ -14,7 +14,6 @@ from trackdyn.model.record import (
     GRAVITY,
     KINETIC,
     SPROCKET_WORK,
-    TOOTH_AREAS,
     TOOTH_FRICTION,
     TOOTH_NORMAL,
     WHEEL_FRICTION,
@@ -99,7 +98,7 @@ def account(model: Model, state: State, work: Work, lead, space, carriers, slidi
             done[WHEEL_NORMAL] += normal
             done[WHEEL_FRICTION] += friction
             if sliding is not None:
-                sliding[TOOTH_AREAS + wheel] += friction
+                sliding[model.tooth.radius.shape[0] + wheel] += friction
     last = state.rate.shape[0] - 1
     before = work.joint_rate[last]
     after = state.rate[0] - state.rate[last]

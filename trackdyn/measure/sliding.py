@@ -3,7 +3,6 @@
 import numpy as np
 
 from trackdyn.measure.contact_log import timing
-from trackdyn.model.record import TOOTH_AREAS
 from trackdyn.parameters.rig import Rig
 from trackdyn.simulation.recording import Recording
 
@@ -17,7 +16,7 @@ def sliding_per_km(recording: Recording) -> dict[str, float]:
     Returns
     -------
     dict
-        ``sliding_area_1_j_km`` to ``..._10_...`` (all connectors, by area), their sum ``sliding_teeth_j_km``,
+        ``sliding_area_1_j_km`` and so on (all connectors, by area of the groove), their sum ``sliding_teeth_j_km``,
         ``sliding_ring_j_km`` (links on the sprocket's ring) and ``sliding_wheels_j_km`` (on the other wheels); nothing
         of a recording without an account of sliding, or shorter than a passage.
     """
@@ -34,8 +33,9 @@ def sliding_per_km(recording: Recording) -> dict[str, float]:
     single = recording.meta["scene"]["chain"] == "single_pin"
     pitch = rig.single_pin_pitch if single else rig.chain.link_length + rig.connector_length
     by_km = work * (1000.0 / (count * pitch))
-    found = {f"sliding_area_{area}_j_km": float(by_km[area - 1]) for area in range(1, TOOTH_AREAS + 1)}
-    found["sliding_teeth_j_km"] = float(by_km[:TOOTH_AREAS].sum())
-    found["sliding_ring_j_km"] = float(by_km[TOOTH_AREAS])
-    found["sliding_wheels_j_km"] = float(by_km[TOOTH_AREAS + 1 :].sum())
+    areas = rows.shape[1] - recording.wheel_rate.shape[1]
+    found = {f"sliding_area_{area}_j_km": float(by_km[area - 1]) for area in range(1, areas + 1)}
+    found["sliding_teeth_j_km"] = float(by_km[:areas].sum())
+    found["sliding_ring_j_km"] = float(by_km[areas])
+    found["sliding_wheels_j_km"] = float(by_km[areas + 1 :].sum())
     return found

@@ -19,8 +19,6 @@ ENERGY_NAMES = (
     "gravity",
     "bushing_elastic",
 )
-# entries of the account of sliding: friction of the arcs by area of the teeth, then of the links by wheel
-TOOTH_AREAS = 10
 # columns of a spell: one uninterrupted contact of an arc or a link with the sprocket; an open one has its last two
 # forces, too
 PITCH, SIDE, GROOVE, AREAS, START, END, PEAK, PEAK_TIME, IMPULSE, SQUARE, ANGLE, LAST, BEFORE = range(13)

@@ -275,8 +275,9 @@ class Work(NamedTuple):
         Of joints whose pins part.
     carried : (w,) array or None
         Sum of the normal forces of the links on every wheel, where rolling resistance depends on it, N.
-    sliding : (10 + w,) array or None
-        Work of friction since the start, where a record asks for it: of the arcs by area, of the links by wheel, J.
+    sliding : (a + w,) array or None
+        Work of friction since the start, where a record asks for it: of the arcs by area of the groove, of the links
+        by wheel, J.
     """
 
     cos: np.ndarray

@@ -11,6 +11,7 @@ from trackdyn.files import replacing, write_text
 from trackdyn.paper.claims import JUDGED, REPRODUCED, SHORT, headline
 from trackdyn.report.assumptions import assumptions_text, best_assumption
 from trackdyn.report.tables import ladder_table
+from trackdyn.study.extremes.resolved import verdict
 
 BEGIN, END = "<!-- measured -->", "<!-- end -->"
 
@@ -150,6 +151,29 @@ def layouts_text(rows: pd.DataFrame) -> str:
     return table.to_markdown(index=False, disable_numparse=True)
 
 
+def short_runs_text(rows: pd.DataFrame) -> str:
+    """Short runs by kind of scene (`study.extremes.resolved.by_kind`), and what they come to."""
+    shown = rows.rename(columns=lambda name: name.replace("_pct", ", %").replace("_", " ")).astype({"beyond": object})
+    for name in ("rms off, %", "peak off, %"):
+        shown[name] = ["–" if pd.isna(value) else f"{value:.2g}" for value in shown[name]]
+    shown["beyond"] = shown["beyond"].fillna("–")
+    return f"{shown.to_markdown(index=False, disable_numparse=True)}\n\n{verdict(rows)}"
+
+
+def promises_text(rows: pd.DataFrame) -> str:
+    """Promises of the planner on the problems of the benchmark, a line a problem and tolerance."""
+    lines = []
+    for (problem, tolerance), group in rows.groupby(["problem", "tolerance"]):
+        made = group[group["met"].notna()]
+        worst = (made["achieved_error"] / made["tolerance"]).max()
+        lines.append({
+            "problem": problem, "tolerance": f"{100 * tolerance:g} %", "measures": len(group), "promised": len(made),
+            "kept": int(made["met"].astype(bool).sum()), "largest error, of its tolerance": f"{100 * worst:.0f} %",
+            "not promised": ", ".join(group.loc[group["met"].isna(), "measure"]) or "–",
+        })  # fmt: skip
+    return pd.DataFrame(lines).to_markdown(index=False, disable_numparse=True)
+
+
 def fill(page: Path, sources: Sequence[Path], write: Callable[..., str]) -> None:
     """Replace the measured part of a page by what ``write`` makes of one or more tables.
 
@@ -177,6 +201,8 @@ PAGES = (
     ("docs/identify-synthetic.md", ("docs/measured/identify_synthetic.csv",), identified),
     ("docs/ensemble.md", ("docs/measured/ensemble_summary.csv",), findings),
     ("docs/assumptions.md", ("docs/measured/assumptions.csv",), assumptions_text),
+    ("docs/benchmark.md", ("docs/measured/benchmark_planner.csv",), promises_text),
+    ("docs/resolution.md", ("docs/measured/extremes_short_runs.csv",), short_runs_text),
     ("docs/your-own-rig.md", ("docs/measured/layouts.csv",), layouts_text),
     ("README.md", ("docs/measured/claims.csv", "docs/measured/assumptions.csv"), claims_text),
 )

@@ -28,7 +28,6 @@ from trackdyn.model.constants import (
     Wheels,
 )
 from trackdyn.model.state import Plane, State
-from trackdyn.parameters.groove import PROFILES
 from trackdyn.parameters.layout import wheel_circles
 from trackdyn.parameters.normal_laws import NORMAL_LAWS
 from trackdyn.parameters.rig import Rig, Sprocket, Surface
@@ -273,7 +272,6 @@ def build_model(scene) -> Model:
     """The model that a scene requires, the tensioning wheel at its nominal place; see ``Scene.model``."""
     rig = scene.rig
     toothed = scene.tooth_contact != "none" and scene.loop == "on_wheels"
-    profile = PROFILES.get(scene.tooth_contact, PROFILES["ten_arcs"])
     shoes = build_shoes(rig, scene.chain)
     body = int(shoes.link_body[rig.sensor.pitch - 1])
     hysteretic = scene.bushing_law == "hysteretic"
@@ -284,7 +282,7 @@ def build_model(scene) -> Model:
         branches = Branches(chain.stiffness * share, time)
     if METHODS[scene.integrator].staggered:
         mobility = mobility_across(chain, shoes.arc_body[0], shoes.arc_x[0])
-    tooth = make_tooth(profile(rig), rig.chain.connector_radius, _law(rig, rig.tooth_contact, scene), toothed, mobility)
+    tooth = make_tooth(scene.groove, rig.chain.connector_radius, _law(rig, rig.tooth_contact, scene), toothed, mobility)
     wheels = build_wheels(scene)
     return Model(
         chain,

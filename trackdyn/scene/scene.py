@@ -10,6 +10,7 @@ from pydantic import BeforeValidator, ValidationError
 from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.constants import Model
+from trackdyn.parameters.groove import PROFILES, Groove
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import plain_number, sentence, shown
 from trackdyn.scene.build import build_model
@@ -229,6 +230,11 @@ class Scene(Choices):
     def fidelity(self) -> dict[str, Decision]:
         """Setting and reason of every choice."""
         return decide(self)
+
+    @cached_property
+    def groove(self) -> Groove:
+        """Arcs of a groove: with ``tooth_contact``, or the rig's own where there is none."""
+        return PROFILES.get(self.tooth_contact, PROFILES["ten_arcs"])(self.rig)
 
     @staticmethod
     def ring_range(rig: Rig) -> tuple[float, float]:

@@ -70,7 +70,7 @@ class Loop:
             raise InputError("scene: chain = 'belt': a path has no state to step; use 'double_pin'")
         self.scene = scene
         self.model, self.state, work, self.layout = starts.settle(scene) if starts else settle(scene)
-        self.work = with_sliding(scene, work, len(self.model.wheels.x))
+        self.work = with_sliding(scene, self.model, work)
         self._made()
 
     def _made(self) -> None:

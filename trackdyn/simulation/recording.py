@@ -15,7 +15,7 @@ from psutil import virtual_memory
 from trackdyn.errors import DivergenceError, InputError, TrackdynError
 from trackdyn.files import read_npz, replacing
 from trackdyn.jit import source_hash
-from trackdyn.model.record import SPELL_COLUMNS, TOOTH_AREAS
+from trackdyn.model.record import SPELL_COLUMNS
 from trackdyn.parameters.layout import wheel_names
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import shown
@@ -87,7 +87,7 @@ class Recording:
         chain on each wheel along its axis, mean over the sample interval, N. Empty for a planar run.
     link_raw, link_mean : (s, l, 3) arrays
         ``raw`` and ``mean`` of the sensor's place on every link, if the scene asks for them (``every_link``).
-    sliding : (s, 10 + w) array
+    sliding : (s, a + w) array
         Work of friction since the start of the run, if the scene asks for it (``sliding``): of connectors on teeth by
         area, then of links on each wheel, the sprocket's ring first, J.
     meta : dict
@@ -162,6 +162,7 @@ class Recording:
         """What is in the arrays that a run of ``scene`` cannot give, their shapes being right."""
         rate, count = scene.rig.sensor.rate, len(self.time)
         belt, pitches, teeth = scene.chain == "belt", scene.rig.chain.pitches, scene.rig.sprocket.teeth
+        areas, wheels = len(scene.groove.radius), len(wheel_names(scene.rig))
         stride = 0 if belt else round(scene.frame_interval * rate)
         recorded = scene.pitches or (range(1, pitches + 1) if scene.every_link else (scene.rig.sensor.pitch,))
         spells = dict(zip(SPELL_COLUMNS, self.spells.T, strict=True))
@@ -172,7 +173,7 @@ class Recording:
             (_apart(self.time, np.arange(1, count + 1) / rate) > near, f"time is not that of {rate} Hz"),
             (self.begin < 0.0, f"begin = {self.begin} is before the start"),
             (not np.array_equal(self.pitches, () if belt else recorded), "pitches are not those of the scene"),
-            (self.wheel_rate.shape[1] != len(wheel_names(scene.rig)), "wheel_rate is not of the wheels of the rig"),
+            (self.wheel_rate.shape[1] != wheels, "wheel_rate is not of the wheels of the rig"),
             (len(self.frame) != (-(-count // stride) if stride else 0), "frame is not one every frame_interval"),
             (stride and self.frame.shape[1] != scene.bodies + 3, "frame is not of the bodies of the scene"),
             (
@@ -180,7 +181,7 @@ class Recording:
                 or _apart(self.frame_time, (np.arange(len(self.frame)) * stride + 1) / rate) > near,
                 "frame_time is not one every frame_interval",
             ),
-            (_beyond(self.area, TOOTH_AREAS), f"area is not 0 to {TOOTH_AREAS}"),
+            (_beyond(self.area, areas), f"area is not 0 to {areas}"),
             (_beyond(self.groove, teeth), f"groove is not 0 to {teeth}"),
             (((self.area > 0) != (self.groove > 0)).any(), "area and groove are not of the same contacts"),
             (_beyond(self.force), "force is negative"),
@@ -188,7 +189,7 @@ class Recording:
             (_beyond(spells["pitch"], pitches - 1), f"spells have pitches other than 0 to {pitches - 1}"),
             (_beyond(spells["side"], 2), "spells have sides other than 0 to 2"),
             (_beyond(spells["groove"], teeth), f"spells have grooves other than 0 to {teeth}"),
-            (_beyond(spells["areas"], 2**TOOTH_AREAS - 1), "spells have areas that a groove has not"),
+            (_beyond(spells["areas"], 2**areas - 1), "spells have areas that a groove has not"),
             (
                 _beyond(spells["start_s"] - begins) or _beyond(ends - spells["end_s"])
                 or _beyond(spells["end_s"] - spells["start_s"]),
@@ -200,7 +201,10 @@ class Recording:
                 self.link_mean.shape[1:2] != (pitches,) if scene.every_link and not belt else self.link_mean.size,
                 "link_mean is not of every link as the scene asks",
             ),
-            (bool(self.sliding.size) != (scene.sliding and not belt), "sliding is not that of the scene"),
+            (
+                self.sliding.shape[1:] != (areas + wheels,) if scene.sliding and not belt else self.sliding.size,
+                "sliding is not that of the scene",
+            ),
         )  # fmt: skip
         return next((text for wrong, text in faults if wrong), None)
 

@@ -8,7 +8,7 @@ from trackdyn.chain.kinematics import orient, place
 from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS, equip
 from trackdyn.model.constants import SPROCKET, Drive, Model
-from trackdyn.model.record import TOOTH_AREAS, make_record
+from trackdyn.model.record import make_record
 from trackdyn.model.state import ALONG_X, SLIDE, SLIDE_RATE, Plane, State, make_state
 from trackdyn.model.work import Work, make_radial_work, make_space_work, make_work
 from trackdyn.parameters.layout import Assembly, assemble, belt_around, free_loop, tensioner
@@ -48,7 +48,7 @@ def allocate(scene: Scene) -> tuple[Model, State, Work]:
     if model.space is not None:
         state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))
         work = work._replace(space=make_space_work(n, wheels))
-    return model, *with_own(model, state, with_sliding(scene, work, wheels))
+    return model, *with_own(model, state, with_sliding(scene, model, work))
 
 
 def equipped(scene: Scene, work: Work) -> Work:
@@ -58,9 +58,10 @@ def equipped(scene: Scene, work: Work) -> Work:
     return equip(work, scene.integrator, scene.rig.chain.pitches, scene.tolerance or 0.0, count)
 
 
-def with_sliding(scene: Scene, work: Work, wheels: int) -> Work:
+def with_sliding(scene: Scene, model: Model, work: Work) -> Work:
     """Work with room for the account of sliding where the scene asks for it."""
-    return work._replace(sliding=np.zeros(TOOTH_AREAS + wheels)) if scene.sliding else work
+    entries = len(model.tooth.radius) + len(model.wheels.x)
+    return work._replace(sliding=np.zeros(entries)) if scene.sliding else work
 
 
 def with_own(model: Model, state: State, work: Work) -> tuple[State, Work]:

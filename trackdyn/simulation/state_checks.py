@@ -9,7 +9,7 @@ import numpy as np
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.integrate.methods import METHODS, equip
 from trackdyn.model.constants import Drive, Model, Motor, Ripple
-from trackdyn.model.record import TOOTH_AREAS, Record, make_record
+from trackdyn.model.record import Record, make_record
 from trackdyn.model.state import State
 from trackdyn.model.work import Work
 from trackdyn.parameters.validation import shown
@@ -165,7 +165,7 @@ class Door:
             return f"model.stride = {model.stride!r}: must be a whole number between 1 and {MOST_STEPS:g}"
         for name, array, most in (
             ("near.groove", work.near.groove, model.tooth.teeth),
-            ("tooth_area", work.tooth_area, TOOTH_AREAS),
+            ("tooth_area", work.tooth_area, len(model.tooth.radius)),
         ):
             if not 0 <= array.min() <= array.max() <= most:
                 return f"work.{name}: must be between 0 and {most}"

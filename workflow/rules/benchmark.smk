@@ -1,5 +1,6 @@
-# The benchmark for every multibody code (docs/benchmark.md): error and CPU time of each method on each problem.
-# `benchmark` is asked for by name; its short form, our own methods alone, as `benchmark_short`.
+# The benchmark for every multibody code (docs/benchmark.md): error and CPU time of each method on each problem, and
+# the planner's promise on them. `benchmark` is asked for by name; `benchmark_short`, our own methods alone, belongs to
+# `studies`.
 
 FIELD = Path(workflow.basedir) / "benchmarks" / "field"
 FIELD_SOURCES = sorted({
@@ -7,20 +8,21 @@ FIELD_SOURCES = sorted({
     for script in FIELD.glob("*.py")
     for file in [script, *imported_files(script, Path(workflow.basedir))]
 })
-BENCHMARK = f"{R}/benchmark/{{short}}{{problem}}"
+BENCHMARK = f"{R}/benchmark/{{short}}benchmark"
+PROBLEMS = ["free_chain", "ring", "teeth"]
 
 
 rule benchmark_problem:
     """Every setting of every code on one problem, one thread each; a code that is missing fails by name."""
     input: FIELD_SOURCES
     output:
-        csv=f"{BENCHMARK}.csv",
-        png=f"{BENCHMARK}.png",
-        svg=f"{BENCHMARK}.svg",
+        csv=f"{BENCHMARK}_{{problem}}.csv",
+        png=f"{BENCHMARK}_{{problem}}.png",
+        svg=f"{BENCHMARK}_{{problem}}.svg",
     params:
         short=lambda wildcards: "short" if wildcards.short else "",
         python=sys.executable,
-    wildcard_constraints: problem="free_chain|ring|teeth"
+    wildcard_constraints: problem="|".join(PROBLEMS)
     log: f"{R}/logs/benchmark/{{short}}{{problem}}.log"
     message: "Benchmark: {wildcards.short}{wildcards.problem}"
     shell:
@@ -28,9 +30,33 @@ rule benchmark_problem:
         "{output.png} {params.short} > {log} 2>&1"
 
 
+rule benchmark_form:
+    """All problems in one table."""
+    input: expand(rules.benchmark_problem.output.csv, problem=PROBLEMS, allow_missing=True)
+    output: f"{BENCHMARK}.csv"
+    log: f"{R}/logs/benchmark/{{short}}table.log"
+    message: "Benchmark: {wildcards.short}table"
+    shell: "awk 'FNR > 1 || NR == 1' {input} > {output} 2> {log}"
+
+
+rule benchmark_planner:
+    """What the planner promises for the scenes of the problems, and what comes out."""
+    input: FIELD_SOURCES
+    output: f"{R}/benchmark/benchmark_planner.csv"
+    params: python=sys.executable
+    log: f"{R}/logs/benchmark/planner.log"
+    message: "Benchmark: the planner's promises"
+    shell: "PYTHONPATH={workflow.basedir} {params.python} benchmarks/field/planner.py {output} > {log} 2>&1"
+
+
 rule benchmark:
-    input: expand(rules.benchmark_problem.output, problem=["free_chain", "ring", "teeth"], short="")
+    input:
+        expand(rules.benchmark_problem.output, problem=PROBLEMS, short=""),
+        full(rules.benchmark_form),
+        rules.benchmark_planner.output,
 
 
 rule benchmark_short:
-    input: expand(rules.benchmark_problem.output, problem=["free_chain", "ring", "teeth"], short="short/")
+    input:
+        expand(rules.benchmark_problem.output, problem=PROBLEMS, short="short/"),
+        short(rules.benchmark_form),

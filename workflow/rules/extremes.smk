@@ -32,6 +32,7 @@ rule extremes_form:
         seeds=f"{R}/{{short}}extremes_seeds.json",
         md=f"{R}/{{short}}tables/extremes.md",
         summary=f"{R}/{{short}}tables/extremes.csv",
+        short_runs=multiext(f"{R}/{{short}}tables/extremes_short_runs", ".csv", ".md"),
         figures=[file for name in EXTREMES for file in figure(f"extremes_{name}", "{short}")],
     params: form=form("extremes")
     log: f"{R}/logs/{{short}}extremes.log"

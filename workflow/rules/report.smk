@@ -135,6 +135,7 @@ rule studies:
     """Every study in its short form, and the page with them; asked for by name."""
     input:
         list(STUDIES.values()),
+        rules.benchmark_short.input,
         rules.manifest.output,
 
 

@@ -10,6 +10,7 @@ from trackdyn.report.figures.extremes import FIGURES
 from trackdyn.report.style import save
 from trackdyn.report.tables import write_table
 from trackdyn.study.extremes.judge import extremes_summary
+from trackdyn.study.extremes.resolved import by_kind, verdict
 from trackdyn.study.extremes.run import gathered, parts_of
 from trackdyn.study.settings import ExtremesForm
 
@@ -31,5 +32,7 @@ with logged(snakemake):
         f"Extremes: {last['rows']} cases, of which {last['completed']} completed with every invariant in bounds, "
         f"{last['refused']} were refused in one sentence and {last['defects']} ended in neither way.",
     )
+    runs = by_kind(result.rows)
+    write_table(runs, snakemake.output.short_runs[0], verdict(runs))
     for draw, path in zip(FIGURES, snakemake.output.figures[::2], strict=True):
         save(draw(result.rows, result.chunks), path)

@@ -71,6 +71,7 @@ TABLES = (
     "tables/costs.csv",
     "tables/parameters.csv",
     "tables/extremes.csv",
+    "tables/extremes_short_runs.csv",
     "tables/limits.csv",
     "tables/peer_answers.csv",
     *(f"tables/{item.key}.csv" for item in PAPER if item.table),

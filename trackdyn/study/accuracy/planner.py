@@ -9,7 +9,7 @@ sum must keep the tolerance. Between scenes that were measured both are taken tw
 import io
 from math import ceil
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -242,11 +242,14 @@ def plan(trade: pd.DataFrame, tolerance, measure: str, rpm: float, ring_radius: 
     return best._replace(warnings=tuple(warnings))
 
 
-def verify(rig: Rig, trade: pd.DataFrame, kept_apart: list[SceneKey], turns: int, steps: list[float]) -> pd.DataFrame:
+def verify(
+    rig: Rig, trade: pd.DataFrame, kept_apart: list[SceneKey], turns: int, steps: list[float], **fields: Any
+) -> pd.DataFrame:
     """The planner on scenes that the data do not hold: does what it promises come out?
 
     Each setting is run once for the longest record that was planned with it; shorter ones are its beginning. Limits are
-    extrapolated from records of ``turns`` revolutions of the loop with ``steps`` (s).
+    extrapolated from records of ``turns`` revolutions of the loop with ``steps`` (s). ``fields`` are those of every
+    scene.
 
     Returns
     -------
@@ -257,7 +260,7 @@ def verify(rig: Rig, trade: pd.DataFrame, kept_apart: list[SceneKey], turns: int
     """
     rows = []
     for rpm, ring in kept_apart:
-        name, base = scene_name(rpm, ring), study_scene(rig, rpm, ring, turns, every_link=True, **TENSION)
+        name, base = scene_name(rpm, ring), study_scene(rig, rpm, ring, turns, every_link=True, **(TENSION | fields))
         limits = limits_of({step: run_answer(base.with_(step=step)) for step in steps})
         plans: dict[tuple, list] = {}
         for measure in (m for m in PLANNED if m in limits and (m in RELATIVE or limits[m].value)):

@@ -7,7 +7,7 @@ diverges is a point too. Cost is the CPU time of the process: other jobs may run
 """
 
 from time import process_time
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -173,8 +173,10 @@ def limits_of(runs: dict[float, Answer]) -> dict[str, Limit]:
     return {name: limit_of({step: run.found[name] for step, run in finest.items()}) for name in names}
 
 
-def statistic_trade(rig: Rig, asked: StatisticErrors) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+def statistic_trade(rig: Rig, asked: StatisticErrors, **fields: Any) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
     """Error of the measures of a record of every scene against their limits, and what the record took.
+
+    ``fields`` are those of every scene.
 
     Returns
     -------
@@ -187,24 +189,24 @@ def statistic_trade(rig: Rig, asked: StatisticErrors) -> tuple[pd.DataFrame, pd.
     """
     rows, agreement, limits, compiled = [], [], [], set()
     cases = [
-        (fidelity, physics | fields)
+        (fidelity, physics | method)
         for fidelity, physics in FIDELITIES.items()
-        for fields in _each_step(asked.steps_s if fidelity == FULL_PHYSICS else asked.coarse_steps_s)
+        for method in _each_step(asked.steps_s if fidelity == FULL_PHYSICS else asked.coarse_steps_s)
     ]
     for rpm, ring in asked.scenes:
         name = scene_name(rpm, ring)
         turns = asked.loop_turns_without_ring if ring is None else asked.loop_turns
-        base = study_scene(rig, rpm, ring, turns, every_link=True, **TENSION)
+        base = study_scene(rig, rpm, ring, turns, every_link=True, **(TENSION | fields))
         runs: dict[tuple, Answer | None] = {}
-        for fidelity, fields in cases:
-            point = (fidelity, fields["integrator"], fields["step"])
+        for fidelity, case in cases:
+            point = (fidelity, case["integrator"], case["step"])
             try:
                 if (
                     kind := (*point[:2], ring is None)
                 ) not in compiled:  # kernels are compiled before anything is timed
-                    simulate(base.with_(**fields, duration=0.01, lead_in=0.0, ramp=0.01))
+                    simulate(base.with_(**case, duration=0.01, lead_in=0.0, ramp=0.01))
                     compiled.add(kind)
-                runs[point] = run_answer(base.with_(**fields))
+                runs[point] = run_answer(base.with_(**case))
             except TrackdynError:
                 runs[point] = None
             print(f"{name}, {', '.join(map(str, point))} s", flush=True)

@@ -8,6 +8,7 @@ that its settled loop allows.
 from collections.abc import Iterator
 
 import numpy as np
+import pandas as pd
 
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.model.constants import Model
@@ -16,7 +17,7 @@ from trackdyn.parameters.rig_file import shipped_rigs
 from trackdyn.scene.limits import step_limits
 from trackdyn.scene.scene import OF_THE_RIG, Scene
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.resolution import PEAKS, RMS, YES
+from trackdyn.simulation.resolution import NO, OPEN, PEAKS, RMS, YES
 from trackdyn.simulation.trial import short_run
 from trackdyn.simulation.watch import FINER
 from trackdyn.study.extremes.judge import COMPLETED, DEFECT, REFUSED, row
@@ -84,8 +85,8 @@ def largest_step(model: Model, tension: float) -> float:
 
 
 def run_drawn(number: int, seed: int = SEED) -> dict:
-    """Row of a scene: ``value`` is the error of the RMS of all links, ``expected`` that of the mean peak, ``group`` the
-    state of its resolution, ``at`` the step over the largest.
+    """Row of a scene: ``value`` is the larger error of the RMS of the sensor and of all links, ``expected`` that of the
+    mean peak, ``group`` the state of its resolution, ``at`` the step over the largest.
 
     Refused: ``reason`` begins with ``good`` where the run would have been within the bounds.
     """
@@ -135,16 +136,53 @@ def short_runs(count: int, seed: int = SEED, part: int = 0, parts: int = 1) -> I
         yield run_drawn(number, seed)
 
 
-def verdict(rows: list[dict]) -> str:
-    """What came out of short runs, in a sentence."""
-    ran = [r for r in rows if np.isfinite(r["value"])]
-    done = [r for r in ran if r["outcome"] != REFUSED]
-    silent = [r for r in done if r["group"] == YES]
-    good = [r for r in ran if r["value"] <= RMS and r["expected"] <= PEAKS]
-    lost = sum(r["outcome"] == REFUSED for r in good)
+def by_kind(rows: pd.DataFrame) -> pd.DataFrame:
+    """What became of short runs, a line a kind of scene and one for all.
+
+    Parameters
+    ----------
+    rows : DataFrame
+        Rows of `run_drawn`; those of other families are left out.
+
+    Returns
+    -------
+    DataFrame
+        ``kind``; ``scenes``; ``no_loop``, of which no run was tried; ``resolved``, ``not_judged`` and ``not_resolved``,
+        completed runs by what they say of themselves; ``rms_off_pct`` and ``peak_off_pct``, the largest errors of the
+        resolved ones; ``refused``, and ``refused_good`` of ``good``, runs within the bounds; ``beyond``, completed ones
+        that are not, by number and what they say.
+    """
+    rows = rows[rows["family"] == FAMILY]
+    number, kind = rows["case"].str.extract(r"^(\d+): (\w+)").to_numpy().T if len(rows) else ([], [])
+    rows = rows.assign(
+        number=number, kind=kind, good=(rows["value"] <= RMS) & (rows["expected"] <= PEAKS),
+        refused=rows["outcome"] == REFUSED, tried=rows["value"].notna(),
+    )  # fmt: skip
+    lines = []
+    for name, group in [*rows.groupby("kind"), ("all", rows)]:
+        of = group[group["tried"]]
+        done = of[~of["refused"]]
+        said = [done[done["group"] == state] for state in (YES, OPEN, NO)]
+        beyond = done[~done["good"]]
+        lines.append({
+            "kind": name, "scenes": len(group), "no_loop": int((~group["tried"]).sum()),
+            **dict(zip(("resolved", "not_judged", "not_resolved"), map(len, said), strict=True)),
+            "rms_off_pct": 100 * said[0]["value"].max(), "peak_off_pct": 100 * said[0]["expected"].max(),
+            "refused": int(of["refused"].sum()), "refused_good": int((of["refused"] & of["good"]).sum()),
+            "good": int(of["good"].sum()),
+            "beyond": ", ".join(f"{n} ({state})" for n, state in zip(beyond["number"], beyond["group"], strict=True)),
+        })  # fmt: skip
+    return pd.DataFrame(lines)
+
+
+def verdict(table: pd.DataFrame) -> str:
+    """What a table of short runs (`by_kind`) comes to, in a sentence."""
+    last = table.iloc[-1]
+    silent = str(last["beyond"] or "").count(f"({YES})") if pd.notna(last["beyond"]) else 0
+    held = not silent and last["refused_good"] <= REFUSED_GOOD * last["good"]
     return (
-        f"{len(rows)} scenes, {len(done)} completed, {len(silent)} of them resolved: at most "
-        f"{100 * max((r['value'] for r in silent), default=0):.2g} % off in RMS and "
-        f"{100 * max((r['expected'] for r in silent), default=0):.2g} % in mean peak; "
-        f"{sum(r['outcome'] == DEFECT for r in rows)} beyond the bounds; {lost} of {len(good)} good ones refused."
+        f"Of {last['scenes']} short runs {last['resolved']} completed as resolved: at most {last['rms_off_pct']:.2g} % "
+        f"off in RMS and {last['peak_off_pct']:.2g} % in mean peak, of {100 * RMS:g} and {100 * PEAKS:g} %; "
+        f"{last['refused_good']} of {last['good']} good ones were refused, of {100 * REFUSED_GOOD:g} %. "
+        f"The bounds {'hold' if held else 'do not hold'}."
     )

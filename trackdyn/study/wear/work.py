@@ -13,11 +13,12 @@ import numpy as np
 
 from trackdyn.errors import InputError
 from trackdyn.model.constants import Law
-from trackdyn.model.record import BUSHING_LOSS, TOOTH_AREAS
+from trackdyn.model.record import BUSHING_LOSS
 from trackdyn.simulation.loop import Loop
 from trackdyn.study.wear.contour import ARC_NODES, Contour
 
 CHUNK = 2000  # steps
+AREAS = 10  # of the grooves that wear
 
 
 class Worked(NamedTuple):
@@ -78,7 +79,7 @@ def distribute(loop: Loop, of: tuple[Contour, Contour], points: list[np.ndarray]
     rate = round(1.0 / step)
     if abs(rate * step - 1.0) > 1e-9:
         raise InputError(f"step = {step!r} s: wear needs a whole number of steps a second, as 1e-4")
-    if len(loop.model.tooth.radius) != TOOTH_AREAS:
+    if len(loop.model.tooth.radius) != AREAS:
         raise InputError(f"tooth_contact = {scene.tooth_contact!r}: wear needs ten arcs")
     loop = loop.changed(rig=scene.rig.changed(sensor__rate=rate), sliding=True)
     flanks = tuple(np.zeros((scene.rig.sprocket.teeth, len(contour.points))) for contour in of)
@@ -95,7 +96,7 @@ def distribute(loop: Loop, of: tuple[Contour, Contour], points: list[np.ndarray]
     rig = scene.rig
     pitch = rig.single_pin_pitch if scene.chain == "single_pin" else rig.chain.link_length + rig.connector_length
     return Worked(
-        flanks, arcs, done[:TOOTH_AREAS], float(done[TOOTH_AREAS]), float(change["loss"]),
+        flanks, arcs, done[:AREAS], float(done[AREAS]), float(change["loss"]),
         turned * rig.sprocket.teeth * pitch, estimate,
     )  # fmt: skip
 
@@ -129,11 +130,11 @@ def _deposit(loop: Loop, rows: dict, points, flanks, arcs) -> float:
     slip = np.abs(normal[:, 0] * moved[:, 1] - normal[:, 1] * moved[:, 0] - tooth.arc_radius * spin)
     own = force * _coefficient(tooth.law, slip / step) * slip
     # the account of each area in each step, divided among its contacts
-    done = np.diff(rows["sliding"][:, :TOOTH_AREAS], axis=0)[row, j]
-    group = row * TOOTH_AREAS + j
+    done = np.diff(rows["sliding"][:, :AREAS], axis=0)[row, j]
+    group = row * AREAS + j
     total, count = np.bincount(group, own)[group], np.bincount(group)[group]
     work = done * np.divide(own, total, out=1.0 / count, where=total > 0)
-    _add_flanks(points, flanks, touch, groove, area > TOOTH_AREAS // 2, work)
+    _add_flanks(points, flanks, touch, groove, area > AREAS // 2, work)
     ck, sk = turned[0]
     toward = (
         np.arctan2(-(sk * normal[:, 0] + ck * normal[:, 1]), -(ck * normal[:, 0] - sk * normal[:, 1])) - angle[0][:, 0]
