@@ -33,7 +33,7 @@ def test_every_scene_of_the_trade_is_one_part(studies, form):
 
 
 def test_random_scenes_are_split_into_parts_of_one_drawing(studies, rig, monkeypatch):
-    form, limit = studies.extremes.short, 15
+    form, limit = studies.extremes.short, 5
     monkeypatch.setattr(run, "RANDOM_SCENES", limit)
     monkeypatch.setattr(random_scenes, "run_drawn", lambda rig, drawn: drawn)
     parts = [part for part in run.parts_of(form) if part.startswith("random_")]

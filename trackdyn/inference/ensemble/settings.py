@@ -50,13 +50,14 @@ class Fidelity(Section):
 
 
 class Form(Section):
-    """How much is computed: rigs that show the errors of cheap runs and of laws, rigs of every wave, of the last one
-    (at full fidelity) and of the study of radii; the speeds of that study, its radii, and the speeds at which it
-    runs the paper's ring alone, for what is said of records; steps of the walk between waves; rigs of the waves
-    from which local searches start, their first directions and rounds (`inference.search`); jobs that a stage is cut
-    into."""
+    """How much is computed: rigs that show the errors of cheap runs and of laws, how many of ``laws`` they are run with
+    (None: all), rigs of every wave, of the last one (at full fidelity) and of the study of radii; the speeds of that
+    study, its radii, and the speeds at which it runs the paper's ring alone, for what is said of records; steps of the
+    walk between waves; rigs of the waves from which local searches start, their first directions and rounds
+    (`inference.search`); jobs that a stage is cut into."""
 
     compared: Annotated[int, Field(ge=2)]
+    laws: Annotated[int, Field(ge=1)] | None = None
     waves: Annotated[list[Annotated[int, Field(ge=4)]], Field(min_length=1)]
     last: Annotated[int, Field(ge=1)]
     studied: Annotated[int, Field(ge=1)]

@@ -167,7 +167,7 @@ def stage_rows(e: Ensemble, stage: str, points: pd.DataFrame) -> pd.DataFrame:
     if stage == COMPARED:
         asked |= {FULL: (e.config.full, {})}
         asked |= {CHAIN: (e.config.cheap, {"belts_as_chains": True})}
-        asked |= {f"{LAW} {k}": (e.config.cheap, dict(law)) for k, law in enumerate(e.config.laws)}
+        asked |= {f"{LAW} {k}": (e.config.cheap, dict(law)) for k, law in enumerate(e.config.laws[: e.form.laws])}
     rigs = as_it_is(e.unknowns, -1) if stage == SHIPPED else members(e.unknowns, points)
     parts = [
         rows_of_kind(e.config, e.unknowns, rigs, stage_cases(e, stage), kind, fidelity, **fields)
