@@ -7,6 +7,7 @@ import pytest
 
 import trackdyn
 from trackdyn.errors import InputError
+from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.validation import validated
 from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.study.departures import Departures, Lines
@@ -26,8 +27,9 @@ def package(tmp_path):
     return copy
 
 
-def test_every_departure_has_its_scenes(study, rig):
+def test_every_departure_has_its_scenes(study, default_rig_path):
     """All of them are accepted on the shipped rig, one a speed and ring."""
+    rig = load_rig(default_rig_path)
     for name, departure in study.departures.items():
         scenes = study.scenes(rig, departure)
         assert len(scenes) == len(study.speeds_rpm) * len(study.ring_radii_m), name

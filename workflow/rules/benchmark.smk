@@ -32,11 +32,13 @@ rule benchmark_problem:
 
 rule benchmark_form:
     """All problems in one table."""
-    input: expand(rules.benchmark_problem.output.csv, problem=PROBLEMS, allow_missing=True)
+    input:
+        needs("benchmark_table.py"),
+        parts=expand(rules.benchmark_problem.output.csv, problem=PROBLEMS, allow_missing=True),
     output: f"{BENCHMARK}.csv"
     log: f"{R}/logs/benchmark/{{short}}table.log"
     message: "Benchmark: {wildcards.short}table"
-    shell: "awk 'FNR > 1 || NR == 1' {input} > {output} 2> {log}"
+    script: "../scripts/benchmark_table.py"
 
 
 rule benchmark_planner:

@@ -1,0 +1,7 @@
+import pandas as pd
+from _script import logged
+
+from trackdyn.files import write_csv
+
+with logged(snakemake):
+    write_csv(snakemake.output[0], pd.concat(map(pd.read_csv, snakemake.input.parts), ignore_index=True))
