@@ -47,7 +47,8 @@ class Copy:
     def start(self):
         """The command of a user, in a session of its own."""
         command = [sys.executable, "workflow/run.py", "-j2", *self.targets, "--configfile", str(self.config)]
-        environment = os.environ | {"PYTHONPATH": str(self.root), "PYTHONDONTWRITEBYTECODE": "1"}
+        # jobs load the package from one place: the cache of kernels has a folder for each
+        environment = os.environ | {"PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1"}
         with (self.root / "log.txt").open("ab") as log:
             return subprocess.Popen(
                 command, cwd=self.root, env=environment, stdout=log, stderr=log, start_new_session=True
