@@ -59,22 +59,22 @@ def test_a_cell_is_the_change_of_verdict_and_of_distance(rows):
 def test_what_happens_under_one_assumption_alone_has_no_difference():
     one = table({(BASE, "", ""): {"C17b": (NO, np.inf)}, ("drag law", "viscous", "rolling"): {"C17b": (YES, 0.4)}})
     assert change_table(one)["drag law: viscous"].tolist() == ["● never to 0.40"]
-    assert "makes C17b (never to 0.40) come out" in sentences(one)[1]
+    assert "reproduces C17b (never to 0.40)" in sentences(one)[1]
 
 
 def test_sentences_say_what_is_won_lost_and_never_together(rows):
     said = sentences(rows)
-    assert said[0] == "With the base 2 of 5 parts of claims come out."
+    assert said[0] == "The base reproduces 2 of 5 parts of claims."
     assert said[1] == "The refit alone, nothing else changed, changes no verdict."
     assert said[2] == (
-        "**drag law: viscous** in place of rolling makes C24a (2.25 to 0.75) come out and costs C26a (0.50 to 1.50); "
+        "**drag law: viscous** instead of rolling reproduces C24a (2.25 to 0.75) and costs C26a (0.50 to 1.50); "
         "C22a cannot be judged (0.313 m: diverged)."
     )
-    assert said[3] == "**drag law: coulomb** in place of rolling changes no verdict."
-    assert said[4] == "C24a asks for viscous, C26a for rolling or coulomb; no drag law gives both."
+    assert said[3] == "**drag law: coulomb** instead of rolling changes no verdict."
+    assert said[4] == "C24a needs viscous, C26a rolling or coulomb; no drag law gives both."
     assert said[5] == (
-        "No assumption of the map shows C18 (never, base) and C20b (2.50, drag law: viscous); in brackets the nearest "
-        "approach in tolerances."
+        "No assumption of the map reproduces C18 (never, base) and C20b (2.50, drag law: viscous); in brackets the "
+        "nearest approach in tolerances."
     )
     assert len(said) == 6
 
@@ -83,7 +83,9 @@ def test_what_the_refit_alone_gives_is_no_merit_of_a_law(rows):
     again = rows.copy()
     again.loc[(again["group"] == YARDSTICK) & (again["claim"] == "C24a"), ["verdict", "distance"]] = [YES, 0.8]
     said = sentences(again)
-    assert "viscous** in place of rolling costs C26a (0.50 to 1.50); C24a comes out as with the refit alone" in said[2]
+    assert (
+        "viscous** instead of rolling costs C26a (0.50 to 1.50); C24a is reproduced as with the refit alone" in said[2]
+    )
     assert not any("gives both" in sentence for sentence in said)
 
 

@@ -86,7 +86,7 @@ def _moved(claims: list[str], before: pd.Series, after: pd.Series) -> str:
 
 
 def _of_assumption(rows: pd.DataFrame, column: str, verdict: pd.DataFrame, distance: pd.DataFrame) -> str:
-    """What one assumption makes true and what it costs."""
+    """What one assumption reproduces and what it costs."""
     own = rows[[column_name(g, a) == column for g, a in zip(rows["group"], rows["assumption"], strict=True)]]
     first = own.iloc[0]
     judged = verdict[BASE].isin(JUDGED) & verdict[column].isin(JUDGED)
@@ -97,10 +97,10 @@ def _of_assumption(rows: pd.DataFrame, column: str, verdict: pd.DataFrame, dista
         for other in [one for one in verdict if one.startswith(f"{YARDSTICK}:")]:
             both = [claim for claim in won if verdict.loc[claim, other] == REPRODUCED]
             won = [claim for claim in won if claim not in both]
-    parts = [f"makes {_moved(won, distance[BASE], distance[column])} come out"] if won else []
+    parts = [f"reproduces {_moved(won, distance[BASE], distance[column])}"] if won else []
     parts += [f"costs {_moved(lost, distance[BASE], distance[column])}"] if lost else []
     said = " and ".join(parts) or "changes no verdict"
-    said += f"; {_listed(both)} {'comes' if len(both) == 1 else 'come'} out as with the refit alone" if both else ""
+    said += f"; {_listed(both)} {'is' if len(both) == 1 else 'are'} reproduced as with the refit alone" if both else ""
     failed = list(verdict.index[verdict[column] == FAILED])
     if failed:
         reason = whole(own).set_index("claim")["reason"][failed[0]]
@@ -108,7 +108,7 @@ def _of_assumption(rows: pd.DataFrame, column: str, verdict: pd.DataFrame, dista
     price = f" (outside: {first['outside']})" if isinstance(first["outside"], str) and first["outside"] else ""
     if first["group"] == YARDSTICK:
         return f"The refit alone, nothing else changed, {said}."
-    return f"**{first['group']}: {first['assumption']}** in place of {first['instead_of']}{price} {said}."
+    return f"**{first['group']}: {first['assumption']}** instead of {first['instead_of']}{price} {said}."
 
 
 def _of_group(rows: pd.DataFrame, group: str, verdict: pd.DataFrame, distance: pd.DataFrame) -> list[str]:
@@ -132,8 +132,8 @@ def _of_group(rows: pd.DataFrame, group: str, verdict: pd.DataFrame, distance: p
         )
         asked.setdefault((true, near), []).append(claim)
     return [
-        f"{_listed(asked[one])} {'asks' if len(asked[one]) == 1 else 'ask'} for {_listed(list(one[0]), 'or')}, "
-        f"{_listed(asked[other])} for {_listed(list(other[0]), 'or')}; no {group} gives both."
+        f"{_listed(asked[one])} {'needs' if len(asked[one]) == 1 else 'need'} {_listed(list(one[0]), 'or')}, "
+        f"{_listed(asked[other])} {_listed(list(other[0]), 'or')}; no {group} gives both."
         for one, other in combinations(asked, 2)
         if not {*one[1]} & {*other[1]}
     ]
@@ -148,7 +148,7 @@ def sentences(rows: pd.DataFrame) -> list[str]:
     verdict, distance = matrix(rows, "verdict"), matrix(rows, "distance")
     judged = verdict[BASE].isin(JUDGED)
     came = (verdict[BASE] == REPRODUCED).sum()
-    said = [f"With the base {came} of {judged.sum()} parts of claims come out."]
+    said = [f"The base reproduces {came} of {judged.sum()} parts of claims."]
     others = [column for column in verdict if column != BASE]
     said += [_of_assumption(rows, column, verdict, distance) for column in others]
     for group in rows["group"].unique():
@@ -160,7 +160,9 @@ def sentences(rows: pd.DataFrame) -> list[str]:
         where = f" ({distance_text(near.min())}, {near.idxmin()})" if len(near) else ""
         lost.append(f"{claim}{where}")
     if lost:
-        said.append(f"No assumption of the map shows {_listed(lost)}; in brackets the nearest approach in tolerances.")
+        said.append(
+            f"No assumption of the map reproduces {_listed(lost)}; in brackets the nearest approach in tolerances."
+        )
     return said
 
 
