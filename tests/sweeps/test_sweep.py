@@ -407,11 +407,17 @@ def kept(store):
     return sum(path.read_bytes().count(b"\n") for path in store.glob("*.jsonl"))
 
 
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory, rig_path):
+    """A design as a file, and what comes of it undisturbed."""
+    designed = tmp_path_factory.mktemp("whole") / "d.csv"
+    design(24, duration=0.5).to_csv(designed, index=False)
+    return designed, sweep(pd.read_csv(designed), rig=rig_path, jobs=1)
+
+
 @pytest.mark.parametrize("end", [signal.SIGKILL, signal.SIGINT])
-def test_a_killed_sweep_goes_on_where_it_was(tmp_path, rig_path, end):
-    table = design(40, duration=0.5)
-    designed, out = tmp_path / "d.csv", tmp_path / "r.parquet"
-    table.to_csv(designed, index=False)
+def test_a_killed_sweep_goes_on_where_it_was(tmp_path, whole, end):
+    (designed, expected), out = whole, tmp_path / "r.parquet"
     process = command(out, designed)
     store = tmp_path / "r.rows"
     while kept(store) < 5:
@@ -422,15 +428,12 @@ def test_a_killed_sweep_goes_on_where_it_was(tmp_path, rig_path, end):
     assert not out.exists()
     if end == signal.SIGINT:
         assert process.returncode == 130 and said.lstrip().startswith(b"trackdyn: interrupted")
-    before = kept(store)
-    assert before < 40
+    assert kept(store) < len(expected)
     process = command(out, designed)
     assert process.wait() == 0, process.stderr.read()
     process.stderr.close()
-    assert kept(store) == 40
-    whole = sweep(read_back := pd.read_csv(designed), rig=rig_path, jobs=1)
-    pd.testing.assert_frame_equal(pd.read_parquet(out), whole, check_dtype=False)
-    assert len(read_back) == 40
+    assert kept(store) == len(expected) == 24
+    pd.testing.assert_frame_equal(pd.read_parquet(out), expected, check_dtype=False)
 
 
 def test_two_sweeps_on_one_folder_do_not_harm_each_other(tmp_path, rig_path):

@@ -38,5 +38,6 @@ def loss_branches(loss_factor: float) -> tuple[np.ndarray, np.ndarray]:
     """
     time = 1.0 / (2 * pi * np.geomspace(*BAND, BRANCHES))
     x2 = (2 * pi * np.geomspace(*BAND, 40 * BRANCHES)[:, None] * time) ** 2
-    share, _ = scipy.optimize.nnls((np.sqrt(x2) / loss_factor - x2) / (1 + x2), np.ones(len(x2)))
-    return share, time
+    # shares over the loss factor, which may be so small that nothing could be divided by it
+    share, _ = scipy.optimize.nnls((np.sqrt(x2) - loss_factor * x2) / (1 + x2), np.ones(len(x2)))
+    return loss_factor * share, time
