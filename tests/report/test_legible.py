@@ -225,8 +225,8 @@ def test_the_arrow_of_a_spike_stands_where_it_was():
 
 def test_a_broken_promise_is_named_and_not_hidden():
     (ax,) = drawn("planner").axes
-    assert "20 of 21 promises kept" in ax.get_title("left")
-    assert [text.get_text() for text in ax.texts] == ["broken: left share\n0.0093 at 0.005"]
+    assert "20 of 21 tolerances met" in ax.get_title("left")
+    assert [text.get_text() for text in ax.texts] == ["missed: left share\n0.0093 at 0.005"]
 
 
 def test_errors_next_to_nothing_do_not_stretch_the_axis():

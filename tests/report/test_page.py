@@ -238,7 +238,7 @@ def test_columns_have_words_and_units():
     assert columns.heading("rms_sensor_g") == "RMS sensor (g)"
     assert columns.heading("rms_g_ten_arcs") == "RMS, ten arcs (g)"
     assert columns.heading("left_peak", change=True) == "mean peak force, left arc (%)"
-    assert columns.heading("wall_s_per_s") == "wall time of a simulated second (s)"
+    assert columns.heading("wall_s_per_s") == "wall time per simulated second (s)"
     assert columns.groups(["rpm", "rms_a", "rms_b", "rms_c", "sd_a"]) == [("", 1), ("rms", 3), ("", 1)]
     assert cells.span("1.4, 1.61234, 1.5") == "1.4 to 1.61"
     assert cells.span("0.308 at 115, 0.3 at 150, 0.313 at 210 rpm") == "0.3 to 0.313"
@@ -417,7 +417,7 @@ def test_settings_are_shown_scene_by_scene(open_page):
 def test_a_broken_promise_of_the_planner_is_told(page_file):
     text = page_file.read_text(encoding="utf-8")
     told = (
-        r"kept\s<b>1 of 2</b> promises; what it did not promise: 1. Broken: no ring 210 rpm, time in contact, left arc"
+        r"kept\s<b>1 of 2</b> promises; what it did not promise: 1. Broken: no ring 210 rpm, contact duration, left arc"
     )
     assert re.search(told, text)
 
