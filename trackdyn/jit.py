@@ -68,7 +68,7 @@ def _warn(folder, reason):
     if not _warned:
         print(
             f"trackdyn: the cache folder {folder} cannot be used ({reason}), so every process compiles its kernels "
-            "again, about half a minute; TRACKDYN_CACHE names another folder",
+            "anew, about half a minute; TRACKDYN_CACHE names another folder",
             file=sys.stderr,
         )
     _warned = True
@@ -128,7 +128,7 @@ def _compiled(function, part, **options):
     if FOLDER is None:
         return numba.njit(**OPTIONS, **options)(function)
     folder = FOLDER / part
-    # numba's own setting falls back to folders without a hash, and is read again when the environment changes
+    # numba's own setting falls back to folders without a hash, and is read anew when the environment changes
     before, numba.config.CACHE_DIR = numba.config.CACHE_DIR, str(folder)
     try:
         dispatcher = numba.njit(**OPTIONS, **options, cache=True)(function)

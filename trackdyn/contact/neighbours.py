@@ -1,7 +1,7 @@
 """Who may touch whom: lists of the arcs and links close to a wheel, kept until something has moved too far.
 
 A loop of 35 pitches has 175 pairs of a surface and a wheel, of which some 30 are ever close. The lists hold all pairs
-closer than ``MARGIN`` to their contact and are made again as soon as pins, wheels or the chain's plane have moved as
+closer than ``MARGIN`` to their contact and are made anew as soon as pins, wheels or the chain's plane have moved as
 far as that together could use it up (Verlet, Phys. Rev. 159, 1967, 98): no contact can be missed, at any speed.
 """
 
@@ -22,7 +22,7 @@ PINS, WHEELS, PLANE = 0.25, 0.25, 0.25
 
 @kernel
 def update(model: Model, state: State, work: Work, space):
-    """Make the lists again if they do not hold any more; what leaves them touches nothing."""
+    """Make the lists anew if they do not hold any more; what leaves them touches nothing."""
     work.near.count[2] = 0
     if _hold(model, state, work, space):
         return

@@ -60,6 +60,6 @@ def carry(carried, wheel, force):
 
 @kernel
 def unload(carried):
-    """Begin the sums of `carry` again."""
+    """Begin the sums of `carry` anew."""
     if carried is not None:
         carried[:] = 0.0

@@ -1,4 +1,4 @@
-"""The energy balance: what every force did during a run, and the energies of a state."""
+"""The account of work: what every force did during a run, and the energies of a state."""
 
 import numpy as np
 
@@ -190,7 +190,7 @@ def powers(model: Model, state: State, work: Work, out, first):
 
 @kernel
 def energies(model: Model, state: State, work: Work, space, carriers, out):
-    """Fill ``out`` with the energy balance and the energies of the present state (J)."""
+    """Fill ``out`` with the account of work and the energies of the present state (J)."""
     chain = model.chain
     for k in range(7):
         out[k] = state.work_done[k]

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-# rows of the energy balance, all in J and counted from the start of the run
+# rows of the account of work, all in J and counted from the start of the run
 SPROCKET_WORK, TOOTH_NORMAL, TOOTH_FRICTION, WHEEL_NORMAL, WHEEL_FRICTION, BEARING, BUSHING_LOSS = range(7)
 KINETIC, GRAVITY, BUSHING_ELASTIC = range(7, 10)
 ENERGY_NAMES = (

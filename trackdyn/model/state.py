@@ -43,7 +43,7 @@ class State(NamedTuple):
     wheel_impact : (p, w) array
         The same for link and wheel.
     work_done : (7,) array
-        Energy balance (`model.record`), J.
+        Account of work (`model.record`), J.
     plane : Plane or None
         The plane of the chain; None in planar motion.
     slide : (k, 5) array or None

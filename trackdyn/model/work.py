@@ -373,7 +373,7 @@ def make_stages(a, b, error, tolerance: float, n: int, pitches: int, wheels: int
     scale = np.ones(size)
     scale[4 + n : 4 + 2 * n] = 10.0  # angular velocities are of the order of 10 rad/s
     scale[4 + 2 * n + wheels : 4 + 2 * n + 2 * wheels] = 10.0
-    scale[work : work + 7] = np.inf  # the energy balance does not steer the step
+    scale[work : work + 7] = np.inf  # the account of work does not steer the step
     a, b, error = (np.array(part, dtype=float) for part in (a, b, error))
     return Stages(
         a, b, error, tolerance, np.zeros(size), scale, np.zeros((len(b), size)),
