@@ -136,7 +136,7 @@ def test_two_folders_are_compared_without_a_manifest(results, tmp_path, monkeypa
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "is not a manifest of trackdyn, or is damaged"),
+        ("", "not a trackdyn manifest, or damaged"),
         ("[]", "must hold sections"),
         ('{"format": 2}', "made_with is missing; `snakemake -j2` makes a manifest"),
         ('{"format": 99}', f"has manifest format 99, this version reads {FORMAT}; write it again"),

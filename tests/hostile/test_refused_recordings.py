@@ -56,7 +56,7 @@ DAMAGES = [
     ("format as text", described(lambda meta: meta.update(format="a\nb")), "has recording format 'a\\nb'"),
     ("no rig", described(lambda meta: meta.pop("rig")), "rig"),
     ("half a rig", described(lambda meta: meta["rig"].pop("sensor")), "sensor"),
-    ("rig as list", described(lambda meta: meta.update(rig=[1])), "not a trackdyn recording, or is damaged"),
+    ("rig as list", described(lambda meta: meta.update(rig=[1])), "or damaged"),
     ("no scene", described(lambda meta: meta.pop("scene")), "scene"),
     ("a field of the scene", described(lambda meta: meta["scene"].update(speed=1)), "speed is not a known parameter"),
     ("speed as text", described(lambda meta: meta["scene"].update(motor_rpm="fast")), "motor_rpm = 'fast'"),

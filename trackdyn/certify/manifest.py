@@ -154,7 +154,7 @@ def load_manifest(path: Path | str) -> dict[str, Any]:
     try:
         data = json.loads(read_text(path, "manifest", LARGEST))
     except (ValueError, RecursionError):
-        raise InputError(f"{path}: is not a manifest of trackdyn, or is damaged; `snakemake -j2` makes one") from None
+        raise InputError(f"{path}: not a trackdyn manifest, or damaged; make one by `snakemake -j2`") from None
     if isinstance(data, dict) and data.get("format", FORMAT) != FORMAT:
         raise InputError(
             f"{path}: has manifest format {shown(data['format'])}, this version reads {FORMAT}; write it again"

@@ -33,6 +33,7 @@ class DriveParameters(OmitsDefaults):
     release: Annotated[float | None, Quantity("s", ge=0)] = None
 
     def model_post_init(self, context: Any) -> None:
+        """Check values that depend on each other."""
         needed = {"speed": (), "motor": ("inertia", "slope", "torque"), "free": ("inertia", "release")}[self.kind]
         for name in needed:
             if getattr(self, name) is None:

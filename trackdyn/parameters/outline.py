@@ -47,6 +47,7 @@ class ToothProfile(OmitsDefaults):
     pattern: Annotated[str, Quantity("name")] = "+--+-"
 
     def model_post_init(self, context: Any) -> None:
+        """Check values that depend on each other."""
         if (self.arcs is None) == (self.outline is None):
             raise InputError("profile needs arcs or outline, and one of them only")
         if not 2 <= len(self.pattern) <= MOST_ARCS or set(self.pattern) - set("+-"):

@@ -53,18 +53,24 @@ class Area(Section):
 
 
 class UnitsOfTable1(Section):
+    """Units of Table 1."""
+
     O: Literal["m", "mm"]  # noqa: E741 -- the article's name
     r: Literal["m", "mm"]
     theta: Literal["rad", "deg"]
 
 
 class Table1(Section):
+    """Areas of the groove."""
+
     place: str
     units: UnitsOfTable1
     areas: dict[Annotated[int, Field(ge=1, le=10)], Area]
 
 
 class Table2(Section):
+    """Computing times."""
+
     place: str
     unit: Literal["s"]
     proposed: Above = None
@@ -87,12 +93,16 @@ class Coarse(Section):
 
 
 class Table3(Section):
+    """RMS and standard deviation by motor speed."""
+
     place: str
     unit: Literal["g", "m/s2"]
     speeds: dict[Annotated[int, Field(gt=0)], Statistics]
 
 
 class Table4(Section):
+    """RMS with a coarser tooth contact, by motor speed."""
+
     place: str
     unit: Literal["g", "m/s2"]
     speeds: dict[Annotated[int, Field(gt=0)], Coarse]
@@ -261,5 +271,6 @@ def _refuse_halves(tables: PaperTables) -> None:
 
 
 def value_of(tables: PaperTables, name: str) -> Any:
+    """Value of an entry of ``parameters``; None if it is missing."""
     entry = tables.parameters.get(name)
     return None if entry is None else entry.value

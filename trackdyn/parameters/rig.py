@@ -35,6 +35,8 @@ from trackdyn.parameters.wheels import CONTACTS, Drag, Kept, OmitsDefaults, Whee
 
 
 class ChainParameters(OmitsDefaults):
+    """Links and connectors."""
+
     kind: Annotated[Literal["double_pin", "single_pin"], Quantity("name")] = "double_pin"
     pitches: Annotated[int, Quantity("1", ge=3, le=20_000)]  # twice what the scaling was measured to
     link_length: Length
@@ -51,11 +53,15 @@ class ChainParameters(OmitsDefaults):
 
 
 class ClosureParameters(Section):
+    """Spring and damper of the cut joint, where the closure is elastic."""
+
     stiffness: Annotated[float, Quantity("N/m", gt=0)]
     damping: Annotated[float, Quantity("N s/m", ge=0)]
 
 
 class Bushing(OmitsDefaults):
+    """Rubber bushings of the joints."""
+
     stiffness: Annotated[float, Quantity("N m/rad", ge=0)]
     damping: Annotated[float, Quantity("N m s/rad", ge=0)]
     free_angle: Annotated[float, Quantity("rad", gt=-1.6, lt=1.6)]
@@ -66,6 +72,8 @@ class Bushing(OmitsDefaults):
 
 
 class GrooveParameters(Section):
+    """Design values of the groove of ten arcs, slopes in degrees."""
+
     seat_depth: Position
     slope_bottom: Slope
     slope_low: Slope
@@ -78,6 +86,8 @@ class GrooveParameters(Section):
 
 
 class Sprocket(OmitsDefaults):
+    """Sprocket and ring."""
+
     teeth: Annotated[int, Quantity("1", ge=5, le=127)]  # a groove's number is kept in a byte
     transmission_ratio: Annotated[float, Quantity("1", gt=0)]
     x: Position
@@ -92,6 +102,8 @@ class Sprocket(OmitsDefaults):
 
 
 class Tension(OmitsDefaults):
+    """Tensioner and pre-tension of the loop."""
+
     wheel: Annotated[Any, Quantity("name")]
     pre_tension: Annotated[float, Quantity("N", ge=0)]
     direction: Annotated[float, Quantity("deg")]
@@ -104,12 +116,16 @@ class Tension(OmitsDefaults):
 
 
 class Guide(Section):
+    """Lateral guide of the chain, in space."""
+
     clearance: Annotated[float, Quantity("m", ge=0)]
     stiffness: Annotated[float, Quantity("N/m", gt=0)]
     damping: Annotated[float, Quantity("N s/m", ge=0)]
 
 
 class Surface(Section):
+    """Contact surface: rubber or steel."""
+
     contact_length: Length
     axial_overhang: Annotated[float, Quantity("m", ge=0)]
     youngs_modulus: Annotated[float, Quantity("Pa", gt=0)]
@@ -123,16 +139,22 @@ class Surface(Section):
 
 
 class ImpactParameters(Section):
+    """Limits of the loss factor of an impact."""
+
     speed_floor: Annotated[float, Quantity("m/s", gt=0)]
     factor_limit: Annotated[float, Quantity("1", ge=1)]
 
 
 class Steel(Section):
+    """Material of links and connectors."""
+
     youngs_modulus: Annotated[float, Quantity("Pa", gt=0)]
     poisson_ratio: Annotated[float, Quantity("1", ge=0, lt=0.5)]
 
 
 class SensorParameters(Section):
+    """Place, rate and range of the acceleration sensor."""
+
     pitch: Annotated[int, Quantity("1", ge=1)]
     x: Position
     y: Position
@@ -169,6 +191,7 @@ class Rig(OmitsDefaults):
     sensor: SensorParameters
 
     def model_post_init(self, context: Any) -> None:
+        """Check values that depend on each other."""
         for name, surface in self.contact_surfaces.items():
             if surface.friction_dynamic > surface.friction_static:
                 raise InputError(

@@ -65,6 +65,7 @@ class Recorder:
 
     @property
     def finished(self) -> bool:
+        """Whether every sample is recorded."""
         return self.done >= self.samples
 
     def chunk(self) -> float:

@@ -209,7 +209,7 @@ class Recording:
         return next((text for wrong, text in faults if wrong), None)
 
     def checked(self) -> "Recording":
-        """This recording, if every number in it is one.
+        """Return this recording if all its numbers are finite.
 
         Raises
         ------
@@ -273,7 +273,7 @@ def load_recording(path: Path | str) -> Recording:
     except (KeyError, TypeError, ValueError, AttributeError, TrackdynError) as error:
         fault = " ".join(str(error).split())
     if fault:
-        raise InputError(f"{path}: is not a trackdyn recording, or is damaged: {fault}; run it again")
+        raise InputError(f"{path}: not a trackdyn recording, or damaged: {fault}")
     return recording
 
 

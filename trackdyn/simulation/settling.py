@@ -169,6 +169,7 @@ class Settling:
         return float(np.hypot(*self.work.sweep.load[:2]))
 
     def chunk(self, damping: float = DAMPING) -> None:
+        """March one chunk, and scale the rates by ``damping`` at its end."""
         march(self.model, self.state, self.work, self.record, phase="settling")
         self.state.rate[:] *= damping
         self.state.pin[2:] *= damping
@@ -244,6 +245,7 @@ class Settling:
         return reached
 
     def without_teeth(self) -> None:
+        """Switch the teeth off."""
         self.model = self.model._replace(tooth=self.model.tooth._replace(present=0))
 
     def depths(self, angle: float) -> np.ndarray:
@@ -280,6 +282,7 @@ class Settling:
             self.chunk()
 
     def rest(self, seconds: float) -> None:
+        """March for a time (s), damped."""
         for _ in range(round(seconds / CHUNK)):
             self.chunk()
 
