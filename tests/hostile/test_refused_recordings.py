@@ -64,7 +64,7 @@ DAMAGES = [
     (
         "layout as text",
         described(lambda meta: meta.update(layout={"path_m": "far"})),
-        "not a trackdyn recording, or is damaged",
+        "or damaged",
     ),
     ("versions as list", described(lambda meta: meta.update(versions=[1])), "versions"),
 ]
