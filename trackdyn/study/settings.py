@@ -97,12 +97,14 @@ class StatisticErrors(Section):
 class TradeForm(Section):
     """One form of the study of accuracy against cost.
 
-    The planner is judged on scenes ``kept_apart``, against limits over the steps ``limit_steps_s`` of semi_implicit.
+    The planner is judged on scenes ``kept_apart``, with tolerances ``promised``,
+    against limits over the steps ``limit_steps_s`` of semi_implicit.
     """
 
     state: StateErrors
     statistics: StatisticErrors
     kept_apart: Annotated[list[SceneKey], Field(min_length=1)]
+    promised: Annotated[list[Annotated[float, Field(gt=0, lt=1)]], Field(min_length=1)]
     limit_steps_s: Annotated[list[Positive], Field(min_length=2)]
 
     @model_validator(mode="after")

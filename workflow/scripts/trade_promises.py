@@ -9,5 +9,6 @@ from trackdyn.study.settings import TradeForm
 with logged(snakemake):
     rig, form = load_rig(snakemake.input.rig), TradeForm(**snakemake.params.form)
     apart = promised_scenes(form)[snakemake.wildcards.part]
-    table = verify(rig, load_trade(snakemake.input.trade), [apart], form.statistics.loop_turns, form.limit_steps_s)
+    trade, turns = load_trade(snakemake.input.trade), form.statistics.loop_turns
+    table = verify(rig, trade, [apart], turns, form.limit_steps_s, form.promised)
     write_csv(snakemake.output[0], table)

@@ -7,6 +7,7 @@ sum must keep the tolerance. Between scenes that were measured both are taken tw
 """
 
 import io
+from collections.abc import Sequence
 from math import ceil
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -243,13 +244,19 @@ def plan(trade: pd.DataFrame, tolerance, measure: str, rpm: float, ring_radius: 
 
 
 def verify(
-    rig: Rig, trade: pd.DataFrame, kept_apart: list[SceneKey], turns: int, steps: list[float], **fields: Any
+    rig: Rig,
+    trade: pd.DataFrame,
+    kept_apart: list[SceneKey],
+    turns: int,
+    steps: list[float],
+    tolerances: Sequence[float] = TOLERANCES,
+    **fields: Any,
 ) -> pd.DataFrame:
     """The planner on scenes that the data do not hold: does what it promises come out?
 
     Each setting is run once for the longest record that was planned with it; shorter ones are its beginning. Limits are
-    extrapolated from records of ``turns`` revolutions of the loop with ``steps`` (s). ``fields`` are those of every
-    scene.
+    extrapolated from records of ``turns`` revolutions of the loop with ``steps`` (s). Errors of ``tolerances`` are
+    asked for; ``fields`` are those of every scene.
 
     Returns
     -------
@@ -264,7 +271,7 @@ def verify(
         limits = limits_of({step: run_answer(base.with_(step=step)) for step in steps})
         plans: dict[tuple, list] = {}
         for measure in (m for m in PLANNED if m in limits and (m in RELATIVE or limits[m].value)):
-            for tolerance in TOLERANCES:
+            for tolerance in tolerances:
                 try:
                     chosen = plan(trade, tolerance, measure, rpm, ring)
                     plans.setdefault(chosen[:3], []).append((measure, tolerance, chosen))
