@@ -154,7 +154,7 @@ def test_a_refused_input_ends_in_one_sentence(unit_file):
             logger=lambda *parts: said.append(str(parts)),
             debug_logging=True,
         )
-    assert "tensioner_shift = 0.4 m: at least" in "".join(said)
+    assert "tensioner_shift = 0.4 m: must be between" in "".join(said)
 
 
 def test_a_refused_speed_is_logged(imported, capfd):
@@ -245,7 +245,7 @@ def test_scenes_without_a_unit_are_refused(make_scene, fields, sentence):
 def test_an_exchange_shorter_than_a_step_is_refused(scene, exchange):
     unit = Unit(scene)
     unit.loop = Loop(scene)
-    wanted = rf"exchange = .*: at least the step of the loop, {scene.step:g} s"
+    wanted = rf"exchange = .*: must be between the step of the loop, {scene.step:g} s"
     with pytest.raises(InputError, match=wanted):
         unit.step(0.0, exchange)
 

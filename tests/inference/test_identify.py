@@ -159,7 +159,7 @@ def test_records_that_tell_nothing_are_refused(folder, monkeypatch, capsys):
     code, said = command(monkeypatch, capsys, "210.csv", "--unknown", "idler.bearing_drag", *SHORT)
     assert code == 1 and "no feature of a record depends on what is unknown" in said.err
     code, said = command(monkeypatch, capsys, "210.csv", "--unknown", "bushing.stiffness=699:701", "--resume", *SHORT)
-    assert code == 1 and "the records tell nothing about any unknown" in said.err
+    assert code == 1 and "the records are not informative about any unknown" in said.err
     assert not (folder / "identified" / "rig.yaml").exists()
 
 

@@ -260,7 +260,7 @@ def test_the_tensioner_has_a_travel(loop):
     travel = loop.scene.rig.tension.travel
     loop.shift_tensioner(travel)
     for shift in (1.01 * travel, -1.01 * travel, float("nan")):
-        with pytest.raises(InputError, match=r"shift = .*: must be between"):
+        with pytest.raises(InputError, match=r"shift = .*: must be"):
             loop.shift_tensioner(shift)
     assert loop.layout["tensioner_shift_m"] == travel
 
@@ -312,8 +312,8 @@ def test_a_changed_loop_is_driven_on(loop):
 @pytest.mark.parametrize(
     ("fields", "says"),
     [
-        ({"ring_radius": 0.303}, "ring_radius = 0.303: a loop keeps it"),
-        ({"chain": "single_pin"}, "chain = 'single_pin': a loop keeps it"),
+        ({"ring_radius": 0.303}, "ring_radius = 0.303: cannot change in a loop"),
+        ({"chain": "single_pin"}, "chain = 'single_pin': cannot change in a loop"),
         ({"space": "spatial"}, "a loop keeps bodies, plane and joints"),
         ({"joint": "radial"}, "a loop keeps bodies, plane and joints"),
         ({"tension": "sprung"}, "a loop keeps bodies, plane and joints"),
@@ -377,11 +377,11 @@ def test_no_checkpoint_is_refused_in_one_sentence(tmp_path, loop, monkeypatch):
     with pytest.raises(InputError, match="no such file; give the path of an existing checkpoint"):
         Loop.load(tmp_path / "nothing.npz")
     (tmp_path / "text.npz").write_text("text", encoding="utf-8")
-    with pytest.raises(InputError, match="is not a checkpoint"):
+    with pytest.raises(InputError, match="not a checkpoint, or damaged"):
         Loop.load(tmp_path / "text.npz")
     loop.save(tmp_path / "loop.npz")
     monkeypatch.setattr("trackdyn.simulation.checkpoint.source_hash", lambda: "0" * 16)
-    with pytest.raises(InputError, match="was written by sources") as caught:
+    with pytest.raises(InputError, match="was written by another version") as caught:
         Loop.load(tmp_path / "loop.npz")
     assert "\n" not in str(caught.value)
 
@@ -430,7 +430,7 @@ def test_a_checkpoint_of_another_scene_is_refused_and_kept(interrupted):
 def test_a_checkpoint_of_other_sources_is_refused(interrupted, monkeypatch):
     scene, checkpoint = interrupted
     monkeypatch.setattr("trackdyn.simulation.checkpoint.source_hash", lambda: "0" * 16)
-    with pytest.raises(InputError, match="was written by sources"):
+    with pytest.raises(InputError, match="was written by another version"):
         simulate(scene, checkpoint=checkpoint)
 
 
