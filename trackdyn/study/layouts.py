@@ -23,7 +23,7 @@ from trackdyn.simulation.start_checks import arc_depths, explained_depth
 from trackdyn.study.extremes.judge import COMPLETED, DEFECT, OUTCOMES, REFUSED, attempted, invariants
 
 SEED = 20261122
-CHAINS = ("paper", "m113", "robot")
+CHAINS = ("first_fit", "m113", "robot")
 WHEELS, PITCHES = (2, 9), (20, 120)
 # The bound, set before the first run: of layouts that are drawn, this part is completed within the invariants of
 # `extremes.judge` and starts with no arc deeper in a tooth than its load explains; the rest is refused for a reason.
