@@ -137,9 +137,9 @@ def test_every_accepted_input_comes_to_an_answer(folder, unpainted, monkeypatch,
         (("210.csv", "--unknown", "bushing.damping", "--unknown", "bushing.damping"), "occurs twice; keep one of them"),
         (("210.csv", "--simulations", "100"), "--simulations = 100: must be a power of two of at least 16"),
         (("210.csv", "--rpm", "150", "--rpm", "210"), "--rpm is given 2 times for 1 records"),
-        (("210.csv", "210.csv"), "210.csv: has the name of 210.csv"),
-        (("short.csv",), "short.csv: the record of 13 s is shorter than 4 turns of the loop; 17."),
-        (("copy.csv", "210.csv"), "210.csv: has the speed of copy.csv, 210"),
+        (("210.csv", "210.csv"), "210.csv: has the same name as 210.csv"),
+        (("short.csv",), "short.csv: the record of 13 s is shorter than 4 turns of the loop; record at least 17."),
+        (("copy.csv", "210.csv"), "210.csv: has the same speed as copy.csv, 210"),
         (("210.csv", "--preset", "quick"), "preset = 'quick':"),
         (("210.csv", "--ring-radius", "wide"), "--ring-radius = 'wide':"),
         (("missing.csv",), "missing.csv"),
@@ -157,7 +157,7 @@ def test_what_cannot_work_is_refused_in_one_sentence(folder, monkeypatch, capsys
 
 def test_records_that_tell_nothing_are_refused(folder, monkeypatch, capsys):
     code, said = command(monkeypatch, capsys, "210.csv", "--unknown", "idler.bearing_drag", *SHORT)
-    assert code == 1 and "no feature of a record depends on what is unknown" in said.err
+    assert code == 1 and "no feature of a record depends on the unknown" in said.err
     code, said = command(monkeypatch, capsys, "210.csv", "--unknown", "bushing.stiffness=699:701", "--resume", *SHORT)
     assert code == 1 and "the records are not informative about any unknown" in said.err
     assert not (folder / "identified" / "rig.yaml").exists()

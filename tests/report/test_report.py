@@ -479,12 +479,12 @@ def test_where_contact_ends_is_computed():
 
 
 def test_the_legend_says_whether_errors_can_be_seen():
-    assert "smaller than the marks, 0.01 % at most" in texts(duration_figure(study()))
+    assert "smaller than the marks, 0.01 % of a turn at most" in texts(duration_figure(study()))
     assert "bars: standard errors" in texts(duration_figure(study(error=2.0)))
 
 
 def test_the_three_panels_share_the_name_of_their_axis():
-    assert texts(duration_figure(study())).count("share of a sprocket turn (%)") == 1
+    assert texts(duration_figure(study())).count("contact duration (% of a turn)") == 1
 
 
 def scorecard(rig="shipped"):
