@@ -40,8 +40,10 @@ def _place(package: str) -> str:
         found = requires("trackdyn") or []
     except PackageNotFoundError:  # a copy that was never installed
         found = []
+    extras: dict[str, list[str]] = {}
     for text in found:
         name, extra = re.match(r"[\w.-]+", text), re.search(r"extra == ['\"](\w+)['\"]", text)
-        if name and extra and name[0].lower() == package.lower():
-            return f"trackdyn[{extra[1]}]"
-    return package
+        if name and extra:
+            extras.setdefault(extra[1], []).append(name[0].lower())
+    having = [extra for extra, names in extras.items() if package.lower() in names]
+    return f"trackdyn[{min(having, key=lambda extra: len(extras[extra]))}]" if having else package

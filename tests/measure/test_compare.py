@@ -79,10 +79,10 @@ def test_a_scene_is_sampled_at_the_sensors_rate(make_scene, rate, stride):
 
 def test_a_record_shorter_than_a_turn_is_refused_by_name(recording):
     turn = 1 / loop_frequency(recording)
-    with pytest.raises(InputError, match=rf"^sensor\.csv: the record of 3 s .* {turn:.4g} s or more"):
+    with pytest.raises(InputError, match=rf"^sensor\.csv: the record of 3 s .* at least {turn:.4g} s"):
         compare_with_sensor(recording, record(seconds=3.0))
     short = replace(recording, **{name: getattr(recording, name)[:3000] for name in ("time", "mean", "raw")})
-    with pytest.raises(InputError, match=rf"^run\.npz: the record of 3 s .* {turn:.4g} s or more"):
+    with pytest.raises(InputError, match=rf"^run\.npz: the record of 3 s .* at least {turn:.4g} s"):
         compare_with_sensor(short, record(), "run.npz")
 
 

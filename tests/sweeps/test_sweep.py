@@ -306,7 +306,7 @@ def test_a_row_ends_when_its_contacts_are_known(rig_path):
     found = sweep(
         pd.DataFrame([row, row | {"chain": "belt", "ring_radius": "none", "spells": False}]), rig=rig_path, jobs=1
     )
-    assert found.state.tolist() == ["done", "refused"] and "only a chain that is driven" in found.reason[1], (
+    assert found.state.tolist() == ["done", "refused"] and "a tolerance needs a chain that is driven" in found.reason[1], (
         found.reason
     )
     recording, answered = run_steady(Loop(Scene(load_rig(rig_path), **fields)), StopRule(**known, longest_turns=1))
@@ -375,7 +375,7 @@ def test_a_worker_that_is_killed_at_its_start_is_said_to_be(rig_path, monkeypatc
         self.process.kill()
 
     monkeypatch.setattr(engine._Worker, "__init__", killed)
-    with pytest.raises(trackdyn.TrackdynError, match=r"ended at its start \(SIGKILL\), perhaps for want of memory"):
+    with pytest.raises(trackdyn.TrackdynError, match=r"ended at its start \(SIGKILL\), perhaps out of memory"):
         sweep(design(4), rig=rig_path, jobs=2)
 
 

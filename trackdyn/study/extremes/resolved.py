@@ -48,13 +48,13 @@ def drawn(number: int, seed: int = SEED) -> tuple[str, Rig, dict]:
         of = int(rng.integers(10**6))
         rig, case = random_rig(of, seed)[0], f"layout {of}"
     else:
-        case, rig = "paper", load_rig("paper")
+        case, rig = "first_fit", load_rig("first_fit")
     rpm = float(rng.uniform(10, 60)) * rig.sprocket.transmission_ratio
     if kind == "trade":
         rpm, ring = TRADE[int(rng.integers(len(TRADE)))]
         case = f"{rpm} rev/min, ring {ring}"
     if kind == "odd":
-        case = str(rng.choice(["paper", "paper", "m113", "robot"]))
+        case = str(rng.choice(["first_fit", "first_fit", "m113", "robot"]))
         base = load_rig(case)
         viscous = base.bushing.law == "viscous"
         loss = ("bushing__damping", 0.1, 30.0) if viscous else ("bushing__loss_factor", 0.3, 3.0)
