@@ -306,9 +306,9 @@ def test_a_row_ends_when_its_contacts_are_known(rig_path):
     found = sweep(
         pd.DataFrame([row, row | {"chain": "belt", "ring_radius": "none", "spells": False}]), rig=rig_path, jobs=1
     )
-    assert found.state.tolist() == ["done", "refused"] and "a tolerance needs a chain that is driven" in found.reason[1], (
-        found.reason
-    )
+    assert (
+        found.state.tolist() == ["done", "refused"] and "a tolerance needs a chain that is driven" in found.reason[1]
+    ), found.reason
     recording, answered = run_steady(Loop(Scene(load_rig(rig_path), **fields)), StopRule(**known, longest_turns=1))
     assert answered and found.contacts_known[0] in (True, 1.0) and found.simulated_s[0] < 5
     assert found.left_rms_n[0] == run_metrics("", recording)["left_rms_n"]
