@@ -102,7 +102,7 @@ def test_no_loop_starts_in_the_steel(make_scene, rig, equal_pitch):
 
 def test_the_step_is_judged_at_the_tension_that_the_loop_settles_at(make_scene):
     scene = make_scene(115.0, ring_radius=LARGE, step=1e-4)  # the pre-tension allows it
-    with pytest.raises(InputError, match=r"step = 0.0001 .* settles at a tension of 1\d{4} N"):
+    with pytest.raises(InputError, match=r"step = 0.0001: .* settles at a tension of 1\d{4} N"):
         Loop(scene)
 
 
