@@ -218,6 +218,11 @@ def test_presets_make_scenes(rig, name):
     assert PRESETS[name]["step"] == scene.step
 
 
+def test_the_standard_step_is_halved_without_a_ring_and_no_other():
+    assert preset("standard", ring=False) == PRESETS["standard"] | {"step": 5e-5}
+    assert all(preset(name, ring=False) == PRESETS[name] for name in PRESETS if name != "standard")
+
+
 def test_presets_are_ordered_from_cheap_to_dear():
     steps = [bundle["step"] for bundle in PRESETS.values()]
     assert steps == sorted(steps, reverse=True)

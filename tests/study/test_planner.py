@@ -204,16 +204,16 @@ def test_a_curve_shows_in_the_error_of_its_limit():
     assert two.error == pytest.approx(abs(two.value - curved[1e-5].values[0]))
 
 
+@pytest.mark.parametrize(("scene", "step"), [("ring 0.308 m 115 rpm", 1e-4), ("no ring 115 rpm", 5e-5)])
 @pytest.mark.parametrize(
     ("value", "error", "said"), [(0.99, 1e-3, "yes"), (0.97, 1e-3, "no"), (0.981, 1e-3, "undecided")]
 )
-def test_presets_stand_beside_the_limit(value, error, said):
-    scene = "no ring 115 rpm"
-    rows = table([row(scene, "semi_implicit", 1e-4, 0.1, abs(1 - value), value=value, uncertainty=error)])
+def test_presets_stand_beside_the_limit(value, error, said, scene, step):
+    rows = table([row(scene, "semi_implicit", step, 0.1, abs(1 - value), value=value, uncertainty=error)])
     limits = pd.DataFrame([{"scene": scene, "measure": "rms", "limit": 1.0, "limit_error": 0.0}])
     found = presets_beside_limits(rows, limits).iloc[0]
     assert found["standard_pct"] == pytest.approx(100 * (value - 1)) and found["standard_error_pct"] == pytest.approx(
         100 * error
     )
     assert found["standard_within_bound"] == said
-    assert np.isnan(found["paper_pct"])  # its step was not run
+    assert np.isnan(found["reference_pct"])  # its step was not run

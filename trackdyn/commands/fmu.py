@@ -31,7 +31,9 @@ def fmu(
 
     refuse_unwritable(out)
     asked = {name: value for name, value in {"step": step, "tension": tension}.items() if value is not None}
-    scene = Scene(load_rig(rig), rpm, lead_in=lead_in, **preset_fields(preset) | asked | ring_fields(ring_radius))
+    loaded, ring = load_rig(rig), ring_fields(ring_radius)
+    fields = preset_fields(preset, ring.get("ring_radius", loaded.ring_radius) is not None) | asked | ring
+    scene = Scene(loaded, rpm, lead_in=lead_in, **fields)
     unit = write_fmu(scene, out)
     for kind, signals in (("in", unit.inputs), ("out", unit.outputs)):
         for signal in signals:

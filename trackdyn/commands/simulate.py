@@ -92,7 +92,9 @@ def simulate(
         raise InputError(
             "--checkpoint cannot be combined with --tolerance, whose runs end by themselves; leave one of them out"
         )
-    fields = ring_fields(ring_radius) | preset_fields(preset) | ({} if step is None else {"step": step})
+    loaded, ring = load_rig(rig), ring_fields(ring_radius)
+    has_ring = ring.get("ring_radius", loaded.ring_radius) is not None
+    fields = ring | preset_fields(preset, has_ring) | ({} if step is None else {"step": step})
     fields |= _choices(choose or [])
     if step is None and (tried := _tried(rig, rpm, fields)):
         fields["step"], speed = tried
@@ -101,7 +103,7 @@ def simulate(
                 f"{'step':>22}  {tried[0]:g} s: tried on this rig at {speed:g} rev/min; {preset} has a larger one"
             )
     scene = Scene(
-        load_rig(rig),
+        loaded,
         motor_rpm=rpm,
         duration=duration,
         lead_in=lead_in,

@@ -49,7 +49,7 @@ def wear(
             {"sprocket__ring": "none"} if ring_radius.radius is None else {"sprocket__ring_radius": ring_radius.radius}
         )
         loaded = loaded.changed(**ring)
-    fields = preset_fields(preset) | ({} if step is None else {"step": step})
+    fields = preset_fields(preset, loaded.ring_radius is not None) | ({} if step is None else {"step": step})
     fields |= {} if tension is None else {"tension": tension}
     worn = Worn(loaded, rpm, load_coefficients(coefficients or DEFAULT), fields)
 

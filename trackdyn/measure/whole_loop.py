@@ -11,6 +11,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from trackdyn.errors import InputError
 from trackdyn.measure.contact_log import SIDES, timing
@@ -18,11 +19,11 @@ from trackdyn.measure.meshing import spells
 from trackdyn.measure.metrics import loop_frequency
 from trackdyn.measure.sensor import specific_force
 from trackdyn.measure.uncertainty import batch_error
-from trackdyn.sensor.signals import high_frequency_rms
+from trackdyn.sensor.signals import high_frequency_rms, high_passed
 from trackdyn.simulation.recording import Recording
 
 # measures whose tolerances are a share of the value, and a share of a sprocket turn
-RELATIVE = ("rms", "sd", "line", "left_peak")
+RELATIVE = ("rms", "sd", "line", "high_frequency", "left_peak", "right_peak")
 SHARES = ("left_share", "right_share", "ring_share")
 NAN = float("nan")
 
@@ -178,9 +179,10 @@ def series(recording: Recording) -> dict[str, Series]:
     Returns
     -------
     dict of str to Series
-        ``rms``, ``sd`` (g); ``line`` (amplitude at the loop's frequency of the stitched revolution, g); ``left_share``,
-        ``right_share``, ``ring_share`` (% of a sprocket turn); ``left_peak`` (N: the largest force of an arc on its way
-        through the sprocket, if contacts are logged).
+        ``rms``, ``sd`` (g); ``line`` (amplitude at the loop's frequency of the stitched revolution, g);
+        ``high_frequency`` (RMS at and above 20 Hz, g); ``left_share``, ``right_share``, ``ring_share`` (% of a sprocket
+        turn); ``left_peak``, ``right_peak`` (N: the largest force of an arc on its way through the sprocket, if
+        contacts are logged and that arc has some).
     """
     felt, edges, rig = every_ay(recording), _windows(recording), recording.meta["rig"]
     parts = [slice(a, b) for a, b in pairwise(edges)]
@@ -191,6 +193,8 @@ def series(recording: Recording) -> dict[str, Series]:
         "rms": Series(square, number, True),
         "sd": Series((square - 2 * mean.mean() * mean) + mean.mean() ** 2, number, True),
     }
+    above = high_passed(felt, recording.rate)
+    found["high_frequency"] = Series(np.array([(above[part] ** 2).mean() for part in parts]), number, True)
     room = len(felt) - int(np.ceil(passage(recording) * recording.rate)) - 1
     starts = [first for first in edges[:-1] if first < room]
     found["line"] = Series(
@@ -201,20 +205,22 @@ def series(recording: Recording) -> dict[str, Series]:
         touching = (recording.force[:, :, k] > 0.0).sum(axis=1) * (100.0 / rig["sprocket"]["teeth"])
         found[f"{side}_share"] = Series(np.array([touching[part].mean() for part in parts]), number)
     if len(recording.spells):
-        found["left_peak"] = _peaks(recording, edges)
+        table = spells(recording)
+        for side in ("left", "right"):
+            rows = table[table["side"] == side]
+            if len(rows):
+                found[f"{side}_peak"] = _peaks(rows, timing(recording).turn, edges / recording.rate)
     return found
 
 
-def _peaks(recording: Recording, edges: np.ndarray) -> Series:
-    """Largest force of every left arc between two free ways around, in order of release."""
-    turn = timing(recording).turn
-    rows = spells(recording)
-    rows = rows[(rows["side"] == "left")].sort_values(["connector", "start_s"])
+def _peaks(rows: pd.DataFrame, turn: float, edges_s: np.ndarray) -> Series:
+    """Largest force of every arc of one side between two free ways around, in order of release."""
+    rows = rows.sort_values(["connector", "start_s"])
     # an arc is on the sprocket for about half a turn, and off it for longer than that
     visit = (rows["start_s"].diff().gt(0.7 * turn) | rows["connector"].diff().ne(0)).cumsum()
     whole = rows.groupby(visit).agg(start_s=("start_s", "min"), end_s=("end_s", "max"), peak_n=("peak_n", "max"))
     whole = whole[whole["start_s"] > 0.7 * turn].sort_values("end_s")
-    return Series(whole["peak_n"].to_numpy(), np.searchsorted(edges, whole["end_s"] * recording.rate) - 1)
+    return Series(whole["peak_n"].to_numpy(), np.searchsorted(edges_s, whole["end_s"]) - 1)
 
 
 def whole_loop(recording: Recording) -> dict[str, Estimate]:

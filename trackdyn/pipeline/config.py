@@ -32,7 +32,7 @@ class Planned(Section):
 
     tolerance: float | str
     # what the planner knows, named here because the planner needs the whole simulator
-    measure: Literal["rms", "sd", "line", "left_peak", "left_share", "right_share", "ring_share"]
+    measure: Literal["rms", "sd", "line", "high_frequency", "left_peak", "left_share", "right_share", "ring_share"]
     data: str
 
 

@@ -131,7 +131,18 @@ def main_line_binfree(a, rate_hz: float, expected_hz: float | None = None) -> tu
     return float(hz), float(2.0 * np.abs(first)), float(phase)
 
 
-def high_frequency_rms(a, rate_hz: float, above_hz: float = 20.0) -> float:
+HIGH_HZ = 20.0  # above the lines of the loop and of the pitches, where impacts show
+
+
+def high_passed(a, rate_hz: float, above_hz: float = HIGH_HZ) -> np.ndarray:
+    """(n, ...) signals without their spectral lines below a corner frequency (Hz)."""
+    a = np.asarray(a, dtype=float)
+    lines = scipy.fft.rfft(a, axis=0)
+    lines[scipy.fft.rfftfreq(len(a), 1.0 / rate_hz) < above_hz] = 0.0
+    return scipy.fft.irfft(lines, len(a), axis=0)
+
+
+def high_frequency_rms(a, rate_hz: float, above_hz: float = HIGH_HZ) -> float:
     """RMS of the content at and above a corner frequency (Hz), by Parseval's sum over the spectrum.
 
     Raises

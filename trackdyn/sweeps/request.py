@@ -134,7 +134,8 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | Inp
         if "motor_rpm" not in given:
             raise InputError("motor_rpm is empty; a speed in rev/min is needed")
         base, content = _rig(str(given.get("rig", rig)), rigs)
-        fields = preset(str(given["preset"])) if "preset" in given else {}
+        if "preset" in given:
+            fields = preset(str(given["preset"]), _has_ring(given, base))
         for name, value in given.items():
             if name in Scene.model_fields and name != "rig":
                 fields[name] = _field(name, value)
@@ -192,6 +193,13 @@ def _rig(path: str, rigs: dict[str, tuple[dict, str] | InputError]) -> tuple[dic
     if isinstance(found, InputError):
         raise found
     return found
+
+
+def _has_ring(given: dict[str, Any], rig: dict) -> bool:
+    """Whether a row has a ring; without a radius of its own it has the rig's."""
+    if "ring_radius" in given:
+        return _field("ring_radius", given["ring_radius"]) is not None
+    return str(given.get("sprocket.ring", rig["sprocket"].get("ring", "present"))) == "present"
 
 
 def _number(value: Any) -> Any:

@@ -64,7 +64,7 @@ def scene_of(rig: Rig, speed: Speed, seconds: float, later: float = 0.0) -> Scen
     """The scene of a speed whose record holds ``seconds``, with the largest step up to the preset's that the rig
     allows; it begins ``later`` than others, s.
     """
-    fields = preset(speed.preset) | dict(speed.choices)
+    fields = preset(speed.preset, speed.ring_radius is not None) | dict(speed.choices)
     rig = rig.changed(sensor__rate=speed.rate)
     duration = ceil(seconds * speed.rate + 1) / speed.rate
     made = {"duration": duration, "lead_in": LEAD_IN + later, "spells": False}

@@ -18,7 +18,9 @@ LABELS = {
     "sd": "relative error of the SD",
     "left_share": "error of the left contact duration (turns)",
     "ring_share": "error of the ring contact duration (turns)",
+    "high_frequency": "relative error of the RMS at and above 20 Hz",
     "left_peak": "relative error of the mean left-arc peak force",
+    "right_peak": "relative error of the mean right-arc peak force",
 }
 METHODS = {
     "semi_implicit": "semi-implicit Euler", "linearly_implicit": "linearly implicit",

@@ -11,7 +11,7 @@ from trackdyn.measure.metrics import energy_residual
 from trackdyn.measure.stopping import StopRule, run_steady, steady_fields
 from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.parameters.rig import Rig
-from trackdyn.scene.fidelity import PRESETS
+from trackdyn.scene.fidelity import PRESETS, WITHOUT_RING
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.settled_loops import SettledLoops
@@ -77,6 +77,7 @@ def measure_setting(
         name = f"{rpm:g} rpm, {'no ring' if radius is None else f'ring {radius:g} m'}"
         try:
             fields = PRESETS[REFERENCE] | TENSION | {"ring_radius": radius} | SETTINGS[setting]
+            fields |= WITHOUT_RING.get(setting.removeprefix("preset="), {}) if radius is None else {}
             scene = Scene(rig, rpm, **steady_fields(rig, rpm, rule) | {"lead_in": LEAD_IN} | fields)
             found, wall, note = *(_belt(scene) if scene.chain == "belt" else _run(scene, rule, starts)), ""
         except TrackdynError as error:
@@ -91,8 +92,9 @@ def _run(scene: Scene, rule: StopRule, starts: SettledLoops) -> tuple[dict[str, 
     simulate(scene.with_(duration=0.01, lead_in=0.0), starts=starts)  # compiled before anything is timed
     recording, _ = run_steady(Loop(scene.with_(every_link=True), starts), rule)
     loop, contacts = whole_loop(recording), meshing_summary(recording)
-    found = {name: loop[name].value for name in ("rms", "sd", "line")}
-    found |= {name: contacts[f"{name}_pct"] for name in SHARES} | {"left_peak": contacts["left_peak_n"]}
+    found = {name: loop[name].value for name in ("rms", "sd", "line", "high_frequency")}
+    found |= {name: contacts[f"{name}_pct"] for name in SHARES}
+    found |= {f"{side}_peak": contacts[f"{side}_peak_n"] for side in ("left", "right")}
     found |= {"loop_gap": float(recording.gap.max()), "energy_residual": abs(energy_residual(recording))}
     return found, recording.wall / (len(recording.time) / recording.rate)
 

@@ -8,7 +8,7 @@ import pandas as pd
 
 from trackdyn.measure.uncertainty import batch_error
 from trackdyn.measure.whole_loop import RELATIVE, SHARES, Series
-from trackdyn.scene.fidelity import PRESETS
+from trackdyn.scene.fidelity import PRESETS, preset
 from trackdyn.study.accuracy.statistics import scale_of
 
 LIMITS = ["scene", "measure", "limit", "limit_error", "finest", "finest_error", "finest_step_s"]
@@ -99,7 +99,8 @@ def presets_beside_limits(rows: pd.DataFrame, limits: pd.DataFrame) -> pd.DataFr
     for _, row in limits[limits["measure"].isin(RELATIVE + SHARES)].iterrows():
         scale = scale_of(row["measure"], row["limit"]) / 100
         line = {name: row[name] for name in ("scene", "measure", "limit", "limit_error")}
-        for name, fields in PRESETS.items():
+        for name in PRESETS:
+            fields = preset(name, not row["scene"].startswith("no ring"))
             here = full[(full["scene"] == row["scene"]) & (full["measure"] == row["measure"])]
             here = here[
                 (here["integrator"] == fields["integrator"]) & np.isclose(here["step_s"], fields["step"], rtol=1e-9)

@@ -38,7 +38,8 @@ from trackdyn.study.accuracy.statistics import (
 from trackdyn.study.accuracy.trade import COLUMNS, FIDELITIES, FULL_PHYSICS, limits_of, run_answer, timed_run
 from trackdyn.study.settings import SceneKey
 
-PLANNED = (*RELATIVE, *SHARES)
+# with a ring, right arcs touch in few scenes or none: too little to promise their peaks by
+PLANNED = (*(name for name in RELATIVE if name != "right_peak"), *SHARES)
 WORDS = {"scene", "fidelity", "integrator", "measure"}  # columns; the others hold numbers
 LARGEST_TABLE = 20_000_000  # bytes; the full study's has 300,000
 LARGEST_NUMBER = 1e12  # no column's values come near it, and no product of three of them overflows

@@ -8,7 +8,7 @@ from trackdyn.measure.sensor import sense
 from trackdyn.measure.sensor_metrics import whole_revolutions
 from trackdyn.measure.whole_loop import RELATIVE, SHARES, Series, series
 from trackdyn.scene.scene import Scene
-from trackdyn.sensor.signals import main_line_binfree, rms, standard_deviation
+from trackdyn.sensor.signals import high_frequency_rms, main_line_binfree, rms, standard_deviation
 from trackdyn.simulation.recording import Recording
 from trackdyn.study.settings import SceneKey, StateErrors, StatisticErrors, TradeForm
 
@@ -39,9 +39,10 @@ def scene_name(rpm: float, ring: float | None) -> str:
 
 
 def statistics_of(recording: Recording) -> dict[str, float]:
-    """RMS, SD, dominant peak (g), contact durations (%), left-arc peak (N), closure error (m), energy residual.
+    """RMS, SD, dominant peak, RMS at and above 20 Hz (g), contact durations (%), peaks of both arcs (N), closure error
+    (m), energy residual.
 
-    RMS and SD are taken over whole revolutions of the loop, the peak is the mean over the passages of the largest
+    The RMS and SD are taken over whole revolutions of the loop, the peak is the mean over the passages of the largest
     force.
     """
     loop_hz = loop_frequency(recording)
@@ -53,7 +54,8 @@ def statistics_of(recording: Recording) -> dict[str, float]:
         "sd": standard_deviation(whole),
         "line": main_line_binfree(ay, recording.rate, expected_hz=loop_hz)[1],
         **{name: meshing.get(f"{name}_pct", NAN) for name in SHARES},
-        "left_peak": meshing.get("left_peak_n", NAN),
+        "high_frequency": high_frequency_rms(whole, recording.rate),
+        **{f"{side}_peak": meshing.get(f"{side}_peak_n", NAN) for side in ("left", "right")},
         "loop_gap": float(recording.gap.max()),
         "energy_residual": abs(energy_residual(recording)),
     }

@@ -169,7 +169,8 @@ def run_answer(scene: Scene) -> Answer:
 def limits_of(runs: dict[float, Answer]) -> dict[str, Limit]:
     """Limit of every measure from runs of the full physics, by step."""
     finest = dict(sorted(runs.items())[:3])
-    names = [name for name, found in finest[min(finest)].found.items() if len(found.values)]
+    found = [run.found for run in finest.values()]
+    names = [name for name in found[0] if all(name in one and len(one[name].values) for one in found)]
     return {name: limit_of({step: run.found[name] for step, run in finest.items()}) for name in names}
 
 
@@ -229,7 +230,7 @@ def statistic_trade(rig: Rig, asked: StatisticErrors, **fields: Any) -> tuple[pd
             if measure not in ABSOLUTE:
                 finest = fine[min(fine)].found[measure].estimate()
                 limits.append([name, measure, limit.value, limit.error, *finest[:2], min(fine)])
-                if asked.second_reference and second:
+                if asked.second_reference and second and measure in second[min(second)].found:
                     off, noise = difference(second[min(second)].found[measure], limit)
                     scale = scale_of(measure, limit.value)
                     agreement.append([name, measure, abs(off) / scale, noise / scale])
@@ -246,7 +247,11 @@ def _rows_of(point: list, run: Answer | None, limits: dict[str, Limit], seconds:
         return [[*point, *[np.nan] * 4, "all", *[np.nan] * 6, True]]
     rows = []
     for measure, found in run.found.items():
-        if measure not in limits or not np.isfinite(scale := scale_of(measure, limits[measure].value)):
+        if (
+            measure not in limits
+            or not len(found.values)
+            or not np.isfinite(scale := scale_of(measure, limits[measure].value))
+        ):
             continue
         value, error, _ = found.estimate()
         off, noise = difference(found, limits[measure])
