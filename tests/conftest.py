@@ -6,13 +6,9 @@ import os
 # and spin in between. That cost more than a hundred times the CPU time of one thread.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import fcntl
 import multiprocessing.process
 import subprocess
-import time
 from collections import Counter
-from contextlib import suppress
-from hashlib import sha256
 from pathlib import Path
 
 import pytest
@@ -41,42 +37,6 @@ def _no_kernels(pytestconfig):
             patch.setattr(jit._Kernel, "__call__", lambda *_: pytest.skip("calls a kernel"))
             patch.setattr(subprocess.Popen, "_execute_child", lambda *_: pytest.skip("starts a process"))
             patch.setattr(multiprocessing.process.BaseProcess, "start", lambda *_: pytest.skip("starts a process"))
-        yield
-
-
-PATIENCE = 300.0  # s, for what another worker compiles; what cannot be compiled is never saved
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _compiled_once():
-    """What one worker compiles the others wait for and load."""
-    load, save, held = jit._CheckedFile.load, jit._CheckedFile.save, {}
-
-    def load_or_lock(self, key):
-        if (found := load(self, key)) is not None or jit.FOLDER is None:
-            return found
-        name = sha256(f"{self._file._index_path} {key}".encode()).hexdigest()
-        with suppress(OSError):  # a folder that is gone or cannot be written
-            lock, end = (jit.FOLDER / f"{name}.lock").open("w"), time.monotonic() + PATIENCE
-            while time.monotonic() < end:
-                with suppress(BlockingIOError):
-                    fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                    break
-                time.sleep(0.05)
-            if (found := load(self, key)) is None:
-                held[self, key] = lock
-            else:
-                lock.close()
-        return found
-
-    def save_and_unlock(self, key, data):
-        save(self, key, data)
-        if (self, key) in held:
-            held.pop((self, key)).close()
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(jit._CheckedFile, "load", load_or_lock)
-        patch.setattr(jit._CheckedFile, "save", save_and_unlock)
         yield
 
 

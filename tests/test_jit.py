@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numba
 import pytest
@@ -37,13 +38,21 @@ def both(x):
     return outer(x), x
 """
 MAIN = """
-import json, sys
+import json, os, sys, time
+from pathlib import Path
 sys.path.insert(0, sys.argv[1])
 import jit
 from outer import both, outer
+
+if "--together" in sys.argv:
+    Path(sys.argv[1], f"{os.getpid()}.ready").touch()
+    while len(list(Path(sys.argv[1]).glob("*.ready"))) < 3:
+        time.sleep(0.01)
 value = outer(1.0) if "--float" in sys.argv else both(1.0)[0]
 hits = sum(both.dispatcher.stats.cache_hits.values()) if hasattr(both, "dispatcher") else 0
 print(json.dumps([value, hits, str(jit.cache_folder())]))
+if "--together" in sys.argv:
+    assert not both.dispatcher._cache._cache_file._held, "the lock is released once the code is there"
 """
 
 
@@ -56,17 +65,21 @@ def copy(tmp_path):
     (root / "inner.py").write_text(INNER.format(factor=2.0))
     (root / "outer.py").write_text(OUTER)
 
-    def run(*arguments, cache=tmp_path / "cache", **environment):
+    def start(*arguments, cache=tmp_path / "cache", **environment):
         clean = {k: v for k, v in os.environ.items() if not k.startswith(("NUMBA_", "TRACKDYN_"))}
-        result = subprocess.run(
-            [sys.executable, "-c", MAIN, str(root), *arguments],
-            capture_output=True, text=True, env=clean | {"TRACKDYN_CACHE": str(cache)} | environment,
+        return subprocess.Popen(
+            [sys.executable, "-c", MAIN, str(root), *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            text=True, env=clean | {"TRACKDYN_CACHE": str(cache)} | environment,
         )  # fmt: skip
-        assert result.returncode == 0, result.stderr
-        value, hits, folder = ast.literal_eval(result.stdout)
-        return value, hits, Path(folder), result.stderr
 
-    run.root = root
+    def run(*arguments, process=None, **options):
+        process = process or start(*arguments, **options)
+        output, said = process.communicate()
+        assert process.returncode == 0, said
+        value, hits, folder = ast.literal_eval(output)
+        return value, hits, Path(folder), said
+
+    run.root, run.start = root, start
     return run
 
 
@@ -100,6 +113,34 @@ def test_a_second_process_finds_the_code_of_the_first(copy):
     assert (value, hits, said) == (3.0, 0, "")
     assert kept(folder) and kept(copy.root) == []
     assert copy()[:2] == (3.0, 1)
+
+
+def test_of_processes_that_begin_at_once_one_compiles(copy):
+    processes = [copy.start("--together") for _ in range(3)]
+    found = [copy(process=process)[:2] for process in processes]
+    assert sorted(found) == [(3.0, 0), (3.0, 1), (3.0, 1)]
+
+
+def test_code_that_never_comes_is_waited_for_but_not_for_ever(monkeypatch, tmp_path):
+    """Another process may hold the lock and stand still; one that could not compile lets go."""
+    clock = [0.0]
+    monkeypatch.setattr(trackdyn.jit, "FOLDER", tmp_path)
+    monkeypatch.setattr(
+        trackdyn.jit, "time", SimpleNamespace(monotonic=lambda: clock[-1], sleep=lambda _: clock.append(clock[-1] + 50))
+    )
+    nothing = SimpleNamespace(_index_path="kernel", load=lambda key: None)
+    one, other = trackdyn.jit._CheckedFile(nothing), trackdyn.jit._CheckedFile(nothing)
+
+    def waited(file, key):
+        start = clock[-1]
+        assert file.load(key) is None
+        return clock[-1] - start
+
+    assert waited(one, "float") == 0 and waited(other, "float") == trackdyn.jit.PATIENCE
+    assert waited(other, "integer") == 0, "another signature"
+    one.let_go()
+    other.let_go()
+    assert waited(other, "float") == 0
 
 
 @pytest.mark.parametrize("place", ["a plain file", "below a plain file", "subfolder is a file"])

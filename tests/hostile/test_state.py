@@ -178,11 +178,11 @@ def put(value, path, leaf):
 
 
 def spoiled(random, leaf):
-    """Something else in the place of an array or a number; numbers of an array stay of its kind."""
+    """Something else in the place of an array or a number; finite numbers stay of its kind, or kernels are compiled."""
     odd = [np.nan, np.inf, -np.inf, 1e300, -1e300, 1e18, -1.0, 0.0, 5e-324, 2.0**63]
     if not isinstance(leaf, np.ndarray):
         return random.choice(
-            np.array([None, "x", [1], (), True, 10**400, np.nan, -1, 1e300, np.zeros(2)], dtype=object)
+            np.array([None, "x", [1], (), True, 10**400, np.nan, type(leaf)(-1), 1e300, np.zeros(2)], dtype=object)
         )
     if random.random() < 0.5:
         leaf = leaf.copy()

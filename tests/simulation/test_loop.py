@@ -2,6 +2,7 @@
 
 from importlib import import_module
 
+import numba
 import numpy as np
 import pytest
 
@@ -17,6 +18,7 @@ from trackdyn.simulation.belt import belt_recording
 from trackdyn.simulation.checkpoint import flat
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.settling import Settling
 from trackdyn.simulation.simulate import simulate
 from trackdyn.study.extremes import reference
 
@@ -276,6 +278,15 @@ def test_a_tensioner_on_its_spring_is_not_shifted_and_stays_where_it_hangs(make_
         each.advance(0.05)
         np.testing.assert_allclose([each.model.wheels.x, each.model.wheels.y], before, rtol=0, atol=1e-5)
     assert finer.tension == pytest.approx(loop.tension, rel=1e-3)
+
+
+def test_a_loop_with_carriers_settles_with_the_kernels_of_its_run(make_scene):
+    """The wheels are held while the tension is set; other types would compile the whole time loop once more."""
+    scene = make_scene(0.0, tension="sprung")
+    settling, loop = Settling(scene), Loop(scene)
+    assert settling.state.slide.size == 0 < loop.state.slide.size
+    for name in ("model", "state", "work"):
+        assert numba.typeof(getattr(settling, name)) == numba.typeof(getattr(loop, name))
 
 
 # --- going on with something changed
