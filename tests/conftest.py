@@ -23,6 +23,8 @@ CONFIG = Path(__file__).parents[1] / "config"
 RIG = CONFIG / "rigs" / "first_fit.yaml"
 # long enough for a steady drive of the sprocket, short enough for a test
 SHORT = {"duration": 0.5, "lead_in": 0.2, "ramp": 0.4}
+# what costs minutes is compiling: tests of spatial runs, of sprung tensioners and of other integrators share these laws
+LAWS = {"drag": "rolling", "bushing_law": "hysteretic"}
 
 
 def pytest_addoption(parser):

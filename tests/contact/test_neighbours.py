@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.conftest import LAWS
 from trackdyn.errors import TrackdynError
 from trackdyn.model.constants import SPROCKET
 from trackdyn.model.state import OFFSET
@@ -59,7 +60,7 @@ def missed(loop):
         {"motor_rpm": 2000.0, "ring_radius": 0.29, "step": 5e-5},
         {"motor_rpm": 10000.0, "ring_radius": 0.308, "step": 1e-5},
         {"motor_rpm": 210.0, "ring_radius": 0.308, "tension": "sprung"},
-        {"motor_rpm": 210.0, "ring_radius": 0.308, "space": "spatial"},
+        {"motor_rpm": 210.0, "ring_radius": 0.308, "space": "spatial", **LAWS},
     ],
     ids=lambda fields: "-".join(str(value) for value in fields.values()),
 )

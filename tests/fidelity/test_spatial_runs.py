@@ -5,6 +5,7 @@ import copy
 import numpy as np
 import pytest
 
+from tests.conftest import LAWS
 from trackdyn.measure.metrics import energy_residual
 from trackdyn.model.work import FRICTION_X, FRICTION_Y, FRICTION_Z, NORMAL_X, NORMAL_Y, NORMAL_Z
 from trackdyn.simulation.loop import Loop
@@ -15,7 +16,7 @@ FORCES = [NORMAL_X, NORMAL_Y, NORMAL_Z, FRICTION_X, FRICTION_Y, FRICTION_Z]
 @pytest.fixture(scope="module")
 def aligned(make_scene):
     """A settled aligned loop."""
-    return Loop(make_scene(115.0, space="spatial"))
+    return Loop(make_scene(115.0, space="spatial", **LAWS))
 
 
 def filled(loop, samples):
@@ -61,7 +62,7 @@ MISALIGNED = {
 @pytest.fixture(scope="module", params=MISALIGNED)
 def misaligned(request, rig, make_scene):
     """A loop with one wheel out of the plane three seconds after the start, and the record of them."""
-    scene = make_scene(210.0, rig=rig.changed(**MISALIGNED[request.param]))
+    scene = make_scene(210.0, rig=rig.changed(**MISALIGNED[request.param]), **LAWS)
     assert scene.fidelity["space"].setting == "spatial" and scene.fidelity["friction"].setting == "independent"
     loop = Loop(scene)
     return loop, filled(loop, 3000)
@@ -210,9 +211,8 @@ def test_runs_repeat_bit_for_bit_and_mirror(rig, make_scene):
     """An idler turned the other way gives the mirrored motion; a second run gives the same."""
     seen = []
     for toe in (0.5, 0.5, -0.5):
-        record = filled(
-            Loop(make_scene(210.0, rig=rig.changed(idler__toe=toe), friction="isotropic", drag="rolling")), 500
-        )
+        scene = make_scene(210.0, rig=rig.changed(idler__toe=toe), friction="isotropic", **LAWS)
+        record = filled(Loop(scene), 500)
         seen.append((record.frame, record.plane))
     (frame, plane), (again_frame, again), (mirror_frame, mirror) = seen
     assert np.array_equal(frame, again_frame) and np.array_equal(plane.motion, again.motion)

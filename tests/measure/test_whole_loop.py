@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from tests.conftest import LAWS
 from trackdyn.errors import InputError
 from trackdyn.measure.meshing import spells
 from trackdyn.measure.whole_loop import every_ay, passage, stitch, whole_loop
@@ -16,7 +17,9 @@ RATE, LINKS, TEETH = 1000.0, 35, 13
 
 
 @pytest.mark.parametrize(
-    "fields", [{}, {"ring_radius": None}, {"joint": "radial"}, {"space": "spatial"}, {"integrator": "rk4"}], ids=str
+    "fields",
+    [{}, {"ring_radius": None}, {"joint": "radial"}, {"space": "spatial", **LAWS}, {"integrator": "rk4"}],
+    ids=str,
 )
 def test_every_link_feels_what_a_sensor_there_would(make_scene, rig, fields):
     """The walk along the pins beside the response that the sweep keeps for the sensor's link alone."""

@@ -6,6 +6,7 @@ import numba
 import numpy as np
 import pytest
 
+from tests.conftest import LAWS
 from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.record import ENERGY_NAMES
@@ -367,7 +368,7 @@ def test_a_saved_loop_goes_on_bit_for_bit(loop, tmp_path):
     [
         {"integrator": "linearly_implicit"},
         {"integrator": "rk4"},
-        {"space": "spatial"},
+        {"space": "spatial", **LAWS},
         {"chain": "single_pin"},
         {"joint": "radial"},
         {"tension": "sprung"},

@@ -5,6 +5,7 @@ from itertools import product
 import numpy as np
 import pytest
 
+from tests.conftest import LAWS
 from trackdyn.errors import InputError
 from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.simulate import simulate
@@ -34,7 +35,7 @@ def test_a_series_of_scenes_is_what_each_would_be_alone(make_scene):
         {"chain": "single_pin"},
         {"tension": "retensioned", "ring_radius": 0.311},
         {"tension": "sprung", "integrator": "semi_implicit", "step": 1e-4},
-        {"space": "spatial", "integrator": "semi_implicit", "step": 1e-4},
+        {"space": "spatial", **LAWS, "integrator": "semi_implicit", "step": 1e-4},
         {"loop": "free", "ring_radius": None},
     ],
     ids=lambda fields: ",".join(map(str, fields.values())),

@@ -105,11 +105,6 @@ def test_dry_run_of_the_quick_configuration_plans_every_rule(tmp_path):
     assert not (tmp_path / "results").exists()
 
 
-def test_dry_run_of_the_shipped_quick_configuration(tmp_path):
-    result = snakemake(tmp_path, "--configfile", "config/quick.yaml")
-    assert result.returncode == 0, result.stdout + result.stderr
-
-
 def test_a_broken_configuration_ends_in_one_sentence(tmp_path):
     def repeat_a_radius(data):
         data["ring_study"]["radii_m"] = [0.303, 0.308, 0.308]
