@@ -298,7 +298,8 @@ def search(
     jobs : int
         Processes, each with a search of its own.
     store : path or None
-        Folder of all rows; without one every round begins again.
+        Folder of all rows, in it a folder for each point where searches start: they share their rows, whatever they are
+        aimed at and by which method. Without a store every round begins again.
 
     Returns
     -------
@@ -323,7 +324,7 @@ def search(
         for start in alive.values():
             plain = {"problem": name, "asked": asked, "start": [start.name, list(start.x), list(start.free)]}
             keys[start.name] = key_of(plain | fields, sources)
-            own = None if store is None else str(Path(store) / key_of(plain, method, radius, directions, sources))
+            own = None if store is None else str(Path(store) / key_of(list(start.x)))
             tasks[keys[start.name]] = plain | fields | {"store": own}
         found = results(rows_of_searches, tasks, jobs, None if store is None else Path(store) / "searches")
         refuse_failed(found.values(), "the same command goes on from there")

@@ -11,8 +11,8 @@ import pandas as pd
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.inference.ensemble.history import READINGS, TOLERANCE_SD, columns_of, judged, one_rig
 from trackdyn.inference.ensemble.settings import EnsembleConfig
-from trackdyn.inference.ensemble.stages import FIRST, LAST, LOCAL, Ensemble, known_waves, read_errors
-from trackdyn.inference.ensemble.waves import BELT_STEP, points_table, scene_fields, target_cases
+from trackdyn.inference.ensemble.stages import FIRST, LAST, LOCAL, SHIPPED, Ensemble, known_waves, read_errors
+from trackdyn.inference.ensemble.waves import BELT_STEP, as_it_is, points_table, scene_fields, target_cases
 from trackdyn.inference.fit import FRAMES, GAP
 from trackdyn.inference.search import End, Start, bent, search
 from trackdyn.inference.targets import Case, CaseTarget
@@ -61,7 +61,7 @@ class EnsembleProblem:
     def __init__(self, config: EnsembleConfig, unknowns: Unknowns, targets: Sequence[CaseTarget], errors: pd.DataFrame):
         self.config, self.unknowns, self.targets, self.errors = config, unknowns, targets, errors
         self.groups = [target.group for target in targets]
-        self.rows, self.sources = rows_of_cases, row_sources("inference/ensemble", "inference/unknowns.py")
+        self.rows, self.sources = rows_of_cases, row_sources("inference/ensemble/local.py")
 
     def task(self, x: np.ndarray) -> dict:
         """Arguments of the row of a point."""
@@ -116,9 +116,9 @@ def ensemble_problem(config: dict, unknowns: list, rig: dict, targets: list, err
 
 
 def plain(e: Ensemble, errors: pd.DataFrame) -> dict:
-    """What `ensemble_problem` is asked with."""
+    """What `ensemble_problem` is asked with; not how much is computed, so that a longer search goes on from a shorter."""
     return {
-        "config": e.config.model_dump(),
+        "config": e.config.model_copy(update={"forms": {}}).model_dump(),
         "unknowns": [one.model_dump() for one in e.unknowns.unknowns],
         "rig": e.unknowns.rig.model_dump(),
         "targets": [one.model_dump() | {"case": list(one.case)} for one in e.targets],
@@ -127,12 +127,20 @@ def plain(e: Ensemble, errors: pd.DataFrame) -> dict:
 
 
 def local_starts(e: Ensemble) -> list[Start]:
-    """The least excluded rigs of all waves; a choice stays what it is in each."""
+    """The rig as it ships where no value lies outside its range, and the least excluded rigs of all waves.
+
+    A choice stays what it is in each.
+    """
+    starts = {}
+    ((_, shipped),) = as_it_is(e.unknowns, -1)
+    if not np.isnan(own := e.unknowns.position(shipped)).any():
+        starts[SHIPPED] = own
     points, values = known_waves(e, LAST)
     ranked = judged(e.config, e.targets, values, read_errors(e), cheap=True).sort_values("loss")
-    at = points.set_index("rig").loc[ranked.index[: e.form.local_starts], e.unknowns.labels]
+    at = points.set_index("rig").loc[ranked.index[: e.form.local_starts - len(starts)], e.unknowns.labels]
+    starts |= {str(rig): x for rig, x in zip(at.index, at.to_numpy(), strict=True)}
     free = [not unknown.discrete for unknown in e.unknowns.unknowns]
-    return [Start(str(rig), [float(v) for v in row], free) for rig, row in zip(at.index, at.to_numpy(), strict=True)]
+    return [Start(name, [float(v) for v in x], free) for name, x in starts.items()]
 
 
 def local_ends(e: Ensemble, jobs: int, store: Path | str, log=print) -> list[End]:
