@@ -96,7 +96,7 @@ def test_what_cannot_run_points_back(method):
         pytest.importorskip("dfols")
     found = minimise(Invented(wall=0.65), free("a", 0.3, 0.6), 300, method)
     assert 0.6 < found["x"][0] <= 0.65
-    beyond = searches._Evaluated(Invented(wall=0.65), None, 10)
+    beyond = searches._Evaluated(Invented(wall=0.65), None, 10, None)
     costs = [float((r := beyond(np.array([x, 0.5]))) @ r) for x in (0.65, 0.66, 0.7, 0.8)]
     assert np.all(np.diff(costs) > 0)
 
@@ -152,3 +152,10 @@ def test_bent_residuals_rise_everywhere_and_are_plain_near_zero():
     assert np.all(np.diff(bent(off)) > 0)
     assert bent(0.1) == pytest.approx(0.1, rel=1e-3)
     assert abs(bent(100)) < 15
+
+
+def test_a_search_ends_where_all_residuals_are_small_enough():
+    """And not where the sum of their squares is least."""
+    found = minimise(Invented(), free("a", 0.2, 0.6), 400, "trf", enough=0.5)
+    assert found["ended"] == "near enough" and np.abs(found["residuals"]).max() <= 0.5
+    assert found["evaluations"] < minimise(Invented(), free("a", 0.2, 0.6), 400, "trf")["evaluations"]

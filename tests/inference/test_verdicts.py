@@ -6,11 +6,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from trackdyn.inference.ensemble import verdicts
+from trackdyn.inference.ensemble import conflicts, verdicts
 from trackdyn.inference.ensemble.history import all_columns
+from trackdyn.inference.ensemble.local import local_starts
+from trackdyn.inference.ensemble.settings import unknowns_of
 from trackdyn.inference.ensemble.stages import EACH_WAVE, FIRST, Ensemble, open_ensemble, rank, stage_points
 from trackdyn.inference.ensemble.waves import points_table, prior_points
 from trackdyn.paper.claims import load_claims
+from trackdyn.parameters.rig import load_rig
 from trackdyn.report.ensemble import write_figures, write_tables
 from trackdyn.sweeps.table import write_table
 
@@ -154,20 +157,46 @@ def test_a_narrow_range_is_identifiable_and_the_shipped_value_outside_is_named(e
     assert "bushing.stiffness" in verdicts.position_of_shipped(ensemble)
 
 
-def test_two_claims_exclude_each_other_where_no_rig_shows_both(ensemble):
-    table = verdicts.conflicts(ensemble).set_index(["first", "second"])
-    assert table.loc[("C16", "C17"), "least"] == 0 and table.loc[("C16", "C17"), "rig"] == FIRST["last"]
-    front = verdicts.pareto(ensemble)
-    assert front["rig"].tolist() == [FIRST["last"]]
-    # without the rig that meets both, each is met alone and the nearest to both is three tolerances off one of them
+def test_local_searches_start_from_the_shipped_rig_where_it_is_possible(ensemble):
+    """And from the least excluded rigs of the waves; the first fit has values outside their ranges."""
+    e = ensemble._replace(form=ensemble.form.model_copy(update={"local_starts": 3}))
+    ranked = verdicts.all_judged(e).drop(index=range(FIRST["last"], FIRST["last"] + LAST_RIGS)).sort_values("loss")
+    assert [start.name for start in local_starts(e)] == [str(rig) for rig in ranked.index[:3]]
+    possible = e._replace(unknowns=unknowns_of(e.config, CONFIG / "rig.yaml"))
+    first, *others = local_starts(possible)
+    assert first.name == "shipped" and [start.name for start in others] == [str(rig) for rig in ranked.index[:2]]
+    built, scene = possible.unknowns.to_rig(np.array(first.x))
+    shipped = load_rig(CONFIG / "rig.yaml")
+    for name in ("bushing.stiffness", "idler.x", "groove.r3", "ring_contact.friction_dynamic"):
+        assert built.value(name) == pytest.approx(shipped.value(name), rel=1e-6)
+    assert scene == {"tension": "sprung"}
+    assert [free for free, of in zip(first.free, possible.unknowns.unknowns, strict=True) if of.discrete] == [False] * 2
+
+
+def test_pairs_that_no_rig_shows_are_searched_by_their_own_targets(ensemble, monkeypatch):
+    """Rig 0 meets all targets; without it C16 and C17 are met one by one, and each search sees no other claim."""
+    asked = []
+
+    def nothing(problem, tasks, evaluations, jobs, store, **how):
+        asked.extend((claims, {one["claim"] for one in given["targets"]}) for (claims, _), (given, _) in tasks.items())
+        return {of: {"residuals": [], "evaluations": 1, "x": list(start.x)} for of, (_, start) in tasks.items()}
+
+    monkeypatch.setattr(conflicts, "local_searches", nothing)
+    table, found = conflicts.conflicts(ensemble, 1, None)
+    assert not asked and found.empty and (table["verdict"] == conflicts.SHOWN).all()
+    assert table.set_index("claims").loc["C16 C17", ["sample", "sample_rig"]].tolist() == [0, FIRST["last"]]
+    assert verdicts.pareto(ensemble)["rig"].tolist() == [FIRST["last"]]
     values = pd.read_csv(ensemble.folder / "outputs_last.csv")
     write_table(values[values["rig"] != FIRST["last"]], ensemble.folder / "outputs_last.csv")
     try:
-        table = verdicts.conflicts(ensemble).set_index(["first", "second"])
-        assert table.loc[("C16", "C16"), "least"] == table.loc[("C17", "C17"), "least"] == 0
-        assert table.loc[("C16", "C17"), "least"] == pytest.approx(9) and table.loc[("C16", "C17"), "excluded"]
+        table, found = conflicts.conflicts(ensemble, 1, None)
     finally:
         write_table(values, ensemble.folder / "outputs_last.csv")
+    assert [claims for claims, _ in asked] == [("C16", "C17")]
+    assert {claim[:3] for claim in asked[0][1]} == {"C16", "C17"}
+    row = table.set_index("claims").loc["C16 C17"]
+    assert row["verdict"] == conflicts.CONFLICT and row["sample"] == pytest.approx(9)
+    assert found["rig"].tolist() == [row["search_rig"]] == [FIRST["conflicts"]]
 
 
 def test_everything_is_written_and_said(ensemble):
@@ -185,9 +214,12 @@ def test_everything_is_written_and_said(ensemble):
             for claim in CLAIMS
         ]
     )
+    table, _ = conflicts.conflicts(ensemble, 1, None)  # every set is shown by rig 0: nothing is searched
+    write_table(table, ensemble.folder / "conflicts.csv")
     said = write_tables(ensemble, CONFIG / "claims.yaml", card)
     assert "6 were run at full fidelity; of these 1 is." in said
-    assert f"any rig comes to both is an implausibility of 0: rig {FIRST['last']} of `rigs.csv` shows both." in said
+    assert f"nearest approach of a rig that was run is an implausibility of 0 (rig {FIRST['last']})." in said
+    assert "with its nearest approach: none. Of the other sets" in said
     assert "6 are too few to say which parameters the printed numbers identify." in said
     assert "the printed numbers identify:" not in said
     metrics = pd.DataFrame(

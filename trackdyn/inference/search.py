@@ -6,9 +6,9 @@ dropped by successive halving (Jamieson, Talwalkar, AISTATS 2016): after each ro
 """
 
 import importlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple, Protocol, get_args
+from typing import Annotated, Any, Literal, NamedTuple, Protocol, TypeVar, get_args
 
 import numpy as np
 import pandas as pd
@@ -22,6 +22,7 @@ from trackdyn.sweeps.engine import Maker, refuse_failed, results
 from trackdyn.sweeps.row import row_sources
 from trackdyn.sweeps.store import DONE, key_of
 
+K = TypeVar("K", bound=Hashable)
 Method = Literal["dfols", "trf"]
 # A residual grows as it is up to about so many tolerances and with its logarithm beyond: one target that is far off
 # outweighs no ten that are near, and still has a gradient. Three tolerances: what is further off is lost either way.
@@ -78,7 +79,7 @@ class End(NamedTuple):
     evaluations : int
         Made in all.
     ended : str
-        ``converged``, ``budget``, or why the start does not run.
+        ``converged``, ``budget``, ``near enough``, or why the start does not run.
     round : int
         The last one that it took part in, from 1.
     residuals : list of float
@@ -95,6 +96,11 @@ class End(NamedTuple):
     residuals: list[float]
 
 
+def straight(bent_residual: float) -> float:
+    """The residual that `bent` makes this of."""
+    return float(BEND * np.sinh(bent_residual / BEND))
+
+
 def bent(off) -> np.ndarray:
     """Residuals of which large ones grow with their logarithm (`BEND`); monotone, so that none lacks a gradient."""
     return BEND * np.arcsinh(np.asarray(off, dtype=float) / BEND)
@@ -104,11 +110,19 @@ class _SpentError(Exception):
     """The budget is spent."""
 
 
+class _NearError(Exception):
+    """No residual is larger than what is enough."""
+
+
+def _largest(residuals: np.ndarray) -> float:
+    return float(np.abs(residuals).max(initial=0.0))
+
+
 class _Evaluated:
     """Residuals at points, every one a row; keeps the best."""
 
-    def __init__(self, problem: Problem, store: str | None, budget: int):
-        self.problem, self.store, self.budget = problem, store, budget
+    def __init__(self, problem: Problem, store: str | None, budget: int, enough: float | None):
+        self.problem, self.store, self.budget, self.enough = problem, store, budget, enough
         self.points: list[np.ndarray] = []  # that came out
         self.found: list[np.ndarray] = []
         self.count = 0
@@ -126,6 +140,8 @@ class _Evaluated:
         if values is not None:
             self.points.append(x)
             self.found.append(np.asarray(self.problem.residuals(values), dtype=float))
+            if self.enough is not None and _largest(self.found[-1]) <= self.enough:
+                raise _NearError
             return self.found[-1]
         if not self.points:
             raise _SpentError
@@ -192,6 +208,7 @@ def minimise(
     method: Method = "dfols",
     radius: float = 0.1,
     directions: int | None = None,
+    enough: float | None = None,
     store: Path | str | None = None,
 ) -> dict:
     """One local search in the unit cube.
@@ -211,6 +228,9 @@ def minimise(
         First trust region of ``dfols``.
     directions : int or None
         In how many directions ``dfols`` begins; None: in all of them.
+    enough : float or None
+        The search stops where no residual is larger, and the best point is the one whose largest residual is least;
+        None: the best point has the least sum of squares.
     store : path or None
         Folder in which rows are kept.
 
@@ -230,7 +250,7 @@ def minimise(
         raise InputError(f"method = {shown(method)}: {' or '.join(get_args(Method))}")
     free = np.array(start.free, dtype=bool)
     whole = np.array(start.x, dtype=float)
-    evaluated = _Evaluated(problem, None if store is None else str(store), evaluations)
+    evaluated = _Evaluated(problem, None if store is None else str(store), evaluations, enough)
 
     def at(part: np.ndarray) -> np.ndarray:
         x = whole.copy()
@@ -242,11 +262,13 @@ def minimise(
         METHODS[method](at, whole[free], radius, directions)
     except _SpentError:
         ended = "budget"
+    except _NearError:
+        ended = "near enough"
     if not evaluated.points:
         lost = {"x": whole.tolist(), "cost": None, "first_cost": None, "residuals": [], "costs": []}
         return lost | {"evaluations": evaluated.count, "ended": f"the start does not run: {evaluated.refusal}"}
     costs = [0.5 * float(found @ found) for found in evaluated.found]
-    best = int(np.argmin(costs))
+    best = int(np.argmin(costs if enough is None else [_largest(found) for found in evaluated.found]))
     return {
         "x": evaluated.points[best].tolist(),
         "cost": costs[best],
@@ -267,6 +289,61 @@ def _local(problem: str, asked: dict, start: list, store: str | None, **fields: 
 def rows_of_searches(memory: float) -> Callable[..., dict]:
     """What computes a local search as a row."""
     return _local
+
+
+def local_searches(
+    problem: Callable[..., Problem],
+    asked: Mapping[K, tuple[dict, Start]],
+    evaluations: int,
+    jobs: int = 1,
+    store: Path | str | None = None,
+    **how: Any,
+) -> dict[K, dict]:
+    """Local searches beside each other.
+
+    Parameters
+    ----------
+    problem : function
+        Makes the `Problem`; it is looked up by its name in other processes.
+    asked : mapping
+        By any key what the problem is made of, plain data, and where a search begins.
+    evaluations, store
+        As `search`.
+    jobs : int
+        Processes, each with a search of its own.
+    **how
+        Of `minimise`.
+
+    Returns
+    -------
+    dict
+        `minimise` by the keys of ``asked``.
+
+    Raises
+    ------
+    TrackdynError
+        A row failed for a reason that may pass.
+    """
+    sources = row_sources("inference")
+    name = f"{problem.__module__}:{problem.__qualname__}"
+    tasks, keys = {}, {}
+    for of, (given, start) in asked.items():
+        task = {"problem": name, "asked": given, "start": [start.name, list(start.x), list(start.free)]}
+        task |= {"evaluations": evaluations} | how
+        keys[of] = key_of(task, sources)
+        tasks[keys[of]] = task | {"store": None if store is None else str(Path(store) / key_of(list(start.x)))}
+    rows = results(rows_of_searches, tasks, jobs, None if store is None else Path(store) / "searches")
+    refuse_failed(rows.values(), "the same command goes on from there")
+    found = {}
+    for of, (_, start) in asked.items():
+        row = rows[keys[of]]
+        if row["state"] != DONE:
+            raise TrackdynError(f"start {start.name}: {row['reason']}")
+        found[of] = row["values"] | {
+            cost: float("inf") if row["values"][cost] is None else row["values"][cost]
+            for cost in ("cost", "first_cost")
+        }
+    return found
 
 
 def search(
@@ -315,27 +392,12 @@ def search(
     """
     if len({start.name for start in starts}) < len(starts):
         raise InputError("starts: a name occurs twice; names must differ")
-    sources = row_sources("inference")
-    name = f"{problem.__module__}:{problem.__qualname__}"
     alive, ends = {start.name: start for start in starts}, {}
+    how = {"method": method, "radius": radius, "directions": directions}
     for number, one in enumerate(rounds, 1):
-        fields = {"evaluations": one.evaluations, "method": method, "radius": radius, "directions": directions}
-        tasks, keys = {}, {}
-        for start in alive.values():
-            plain = {"problem": name, "asked": asked, "start": [start.name, list(start.x), list(start.free)]}
-            keys[start.name] = key_of(plain | fields, sources)
-            own = None if store is None else str(Path(store) / key_of(list(start.x)))
-            tasks[keys[start.name]] = plain | fields | {"store": own}
-        found = results(rows_of_searches, tasks, jobs, None if store is None else Path(store) / "searches")
-        refuse_failed(found.values(), "the same command goes on from there")
-        for start in alive.values():
-            row = found[keys[start.name]]
-            if row["state"] != DONE:
-                raise TrackdynError(f"start {start.name}: {row['reason']}")
-            values = {k: v for k, v in row["values"].items() if k != "costs"}
-            for cost in ("cost", "first_cost"):
-                values[cost] = float("inf") if values[cost] is None else values[cost]
-            ends[start.name] = End(start=start.name, round=number, **values)
+        tasks = {name: (asked, start) for name, start in alive.items()}
+        for name, values in local_searches(problem, tasks, one.evaluations, jobs, store, **how).items():
+            ends[name] = End(start=name, round=number, **{k: v for k, v in values.items() if k != "costs"})
         order = sorted(alive, key=lambda of: ends[of].cost)  # of equals the first start
         log(
             f"round {number}: {len(alive)} starts to {one.evaluations} evaluations, best cost {ends[order[0]].cost:.3f}"

@@ -2,12 +2,14 @@
 
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from trackdyn.inference.ensemble import verdicts
+from trackdyn.inference.ensemble.conflicts import CONFLICT, FOUND, OPEN, SHOWN
 from trackdyn.inference.ensemble.history import judged
 from trackdyn.inference.ensemble.ring_choice import CRITERIA, choice_table, recommendation, study_table
-from trackdyn.inference.ensemble.stages import CHEAP, LAST, STUDY, Ensemble, read_errors
+from trackdyn.inference.ensemble.stages import CHEAP, FIRST, LAST, LOCAL, STUDY, Ensemble, read_errors
 from trackdyn.inference.verdict import EDGE
 from trackdyn.paper.claims import load_claims
 from trackdyn.report.figures.ensemble import band_figure, choice_figure, conflict_figure, pairs_figure, pareto_figure
@@ -34,7 +36,6 @@ def write_tables(e: Ensemble, claims: Path | str, card: pd.DataFrame) -> str:
         "rigs": verdicts.rigs_table(e),
         "parameters": verdicts.parameters_table(e),
         "claims": shares,
-        "conflicts": verdicts.conflicts(e),
         "pareto": verdicts.pareto(e),
         "ranks": verdicts.rank_indices(e),
         "study": study,
@@ -43,7 +44,7 @@ def write_tables(e: Ensemble, claims: Path | str, card: pd.DataFrame) -> str:
     }
     for name, table in tables.items():
         write_table(table, e.folder / f"{name}.csv")
-    found = _summary(e, tables)
+    found = _summary(e, tables | {"conflicts": e.read("conflicts")})
     said = [(finding, "") for finding in found] + [(words, name) for name, words in SHOWN_FILES.items()]
     write_table(pd.DataFrame(said, columns=["finding", "file"]), e.folder / "summary.csv")
     return "\n".join(found)
@@ -53,7 +54,8 @@ def write_tables(e: Ensemble, claims: Path | str, card: pd.DataFrame) -> str:
 SHOWN_FILES = {
     "claims.csv": "in how many rigs each claim is reproduced",
     "parameters.csv": "what is left of every range",
-    "conflicts.csv": "every pair of claims",
+    "rigs.csv": "the rigs of the last wave, the least excluded first, with the targets that each misses",
+    "conflicts.csv": "every claim and pair of claims, and sets of three of which all pairs are shown",
     "pareto.csv": "the rigs nearest to C16 and C17 at once",
     "choices.csv": "every radius of the ring over the rigs",
     "conflicts.png": "How near the best rig comes to two claims at once",
@@ -66,17 +68,23 @@ def _are(count: int) -> str:
     return f"{count} is" if count == 1 else f"{count} are"
 
 
+def _least(counts: pd.Series) -> str:
+    return f"{counts.min():.0f}" if len(counts) else "none"
+
+
 def _summary(e: Ensemble, tables: dict[str, pd.DataFrame]) -> list[str]:
     rigs, conflicts, shares = tables["rigs"], tables["conflicts"], tables["claims"]
     every = verdicts.all_judged(e)
     best = every.sort_values(["excluded_by", "loss"]).iloc[0]
-    lost = [target.name for target in e.targets if best[target.name] > e.config.cutoff]
-    single = list(conflicts.loc[(conflicts["first"] == conflicts["second"]) & conflicts["excluded"], "first"])
-    alone = "No rig that was run shows " + ", ".join(single) if single else "Every claim is shown by some rig"
-    pairs = conflicts[conflicts["excluded"] & ~conflicts["first"].isin(single) & ~conflicts["second"].isin(single)]
-    couples = ", ".join(f"{a} and {b}" for a, b in zip(pairs["first"], pairs["second"], strict=True))
-    both = conflicts[(conflicts["first"] == "C16") & (conflicts["second"] == "C17")].iloc[0]
-    apart = "no rig shows both" if both["excluded"] else f"rig {both['rig']} of `rigs.csv` shows both"
+    lost = verdicts.missed_targets(e, best)
+    searched = conflicts[conflicts["verdict"] == CONFLICT].fillna({"search": np.inf})
+    together = ", ".join(
+        f"{row.claims.replace(' ', ' with ')} ({min(row.sample, row.search):.3g})" for row in searched.itertuples()
+    )
+    verdict = conflicts["verdict"].value_counts()
+    both = conflicts.set_index("claims").loc["C16 C17"]
+    ends = rigs[rigs["rig"].between(FIRST[LOCAL], FIRST[LAST] - 1)]["excluded_by"]
+    others = rigs[~rigs.index.isin(ends.index)]["excluded_by"]
     fewest = []
     for wave in e.waves:
         ranked = judged(e.config, e.targets, e.outputs(wave), read_errors(e), cheap=True)
@@ -93,12 +101,15 @@ def _summary(e: Ensemble, tables: dict[str, pd.DataFrame]) -> list[str]:
         f"{_are(int((rigs['excluded_by'] == 0).sum()))}.",
         f"The least excluded rig misses {int(best['excluded_by'])} of {len(e.targets)} targets: "
         f"{', '.join(lost) or 'none'}.",
-        f"The fewest exclusions of a rig, wave by wave: {', '.join(fewest)}, and "
-        f"{int(rigs['excluded_by'].min())} in the last one; as long "
-        "as that falls, more waves may find better rigs, and what no rig shows is said of the rigs that were run.",
-        f"{alone}. Pairs of claims that rigs show one by one, and no rig together: {couples or 'none'}.",
-        "C16 against C17: the nearest that any rig comes to both is an implausibility of "
-        f"{both['least']:.3g}: {apart}.",
+        f"The fewest exclusions of a rig: {', '.join(fewest)} in the waves, {_least(ends)} where local searches end, "
+        f"{_least(others)} among the other rigs of the last wave, the last two at full fidelity. More searches may "
+        "find better rigs.",
+        "Minimal sets of claims that neither a rig that was run shows nor a search that is aimed at the set, each with "
+        f"its nearest approach: {together or 'none'}. Of the other sets, rigs that were run show "
+        f"{verdict.get(SHOWN, 0)}, and aimed searches found a rig for {verdict.get(FOUND, 0)}; {verdict.get(OPEN, 0)} "
+        "were not searched.",
+        "C16 and C17 at once: the nearest approach of a rig that was run is an implausibility of "
+        f"{both['sample']:.3g} (rig {both['sample_rig']}).",
         f"{few if len(rigs) < 1 / EDGE else told}.",  # a twentieth of fewer rigs is none
         verdicts.position_of_shipped(e),
         f"Held-out claims that hold in each of {int(held['rigs'].max()) if len(held) else 0} rigs: "
@@ -131,7 +142,7 @@ def write_figures(e: Ensemble, metrics: pd.DataFrame) -> None:
         e.folder / "fig24_bands.png",
     )
     every = verdicts.all_judged(e)
-    save(conflict_figure(verdicts.conflicts(e), e.config.cutoff), e.folder / "conflicts.png")
+    save(conflict_figure(e.read("conflicts"), e.config.cutoff), e.folder / "conflicts.png")
     save(pareto_figure(verdicts.group_worst(e, every), verdicts.pareto(e), e.config.cutoff), e.folder / "pareto.png")
     parameters = verdicts.parameters_table(e).dropna(subset="remaining").sort_values("remaining")
     names = list(parameters["name"].head(SHOWN_PAIRS))

@@ -3,7 +3,7 @@
 
 ENSEMBLE = load_ensemble("config/ensemble.yaml")
 ENSEMBLE_INPUTS = dict(config="config/ensemble.yaml", rig=CONFIG.rig, claims="config/claims.yaml")
-ENSEMBLE_TABLES = ("rigs", "parameters", "claims", "conflicts", "pareto", "ranks", "study", "choices", "scorecard", "summary")
+ENSEMBLE_TABLES = ("rigs", "parameters", "claims", "pareto", "ranks", "study", "choices", "scorecard", "summary")
 ENSEMBLE_FIGURES = ("fig23_bands", "fig24_bands", "conflicts", "pareto", "pairs", "choice")
 
 
@@ -63,7 +63,7 @@ rule ensemble_points:
         points=f"{R}/{{short}}ensemble/points_{{stage}}.csv",
         design=f"{R}/{{short}}ensemble/design_{{stage}}.parquet",
     params: form=form_name
-    wildcard_constraints: stage=r"(?!local)\w+"
+    wildcard_constraints: stage=r"(?!local|conflicts)\w+"
     log: f"{R}/logs/{{short}}ensemble/points_{{stage}}.log"
     message: "Ensemble: rigs of the stage {wildcards.stage}"
     script: "../scripts/ensemble_points.py"
@@ -106,10 +106,29 @@ rule ensemble_outputs:
         **ENSEMBLE_INPUTS,
     output: f"{R}/{{short}}ensemble/outputs_{{stage}}.csv"
     params: form=form_name
-    wildcard_constraints: stage=r"(?!study|local)\w+"
+    wildcard_constraints: stage=r"(?!study|local|conflicts)\w+"
     log: f"{R}/logs/{{short}}ensemble/outputs_{{stage}}.log"
     message: "Ensemble: outputs of the stage {wildcards.stage}"
     script: "../scripts/ensemble_outputs.py"
+
+
+rule ensemble_conflicts:
+    """Sets of claims that no rig which ran shows, searched one by one; rows are kept, shared with the local searches."""
+    input:
+        needs("ensemble_conflicts.py"),
+        ensemble_stages,
+        kernels=[KERNELS, method_kernels("linearly_implicit")],
+        **ENSEMBLE_INPUTS,
+    output:
+        conflicts=f"{R}/{{short}}ensemble/conflicts.csv",
+        points=f"{R}/{{short}}ensemble/points_conflicts.csv",
+    params:
+        form=form_name,
+        store=lambda wildcards: f"{R}/{wildcards.short}ensemble/searches",
+    threads: 2
+    log: f"{R}/logs/{{short}}ensemble/conflicts.log"
+    message: "Ensemble: searches for claims that go together"
+    script: "../scripts/ensemble_conflicts.py"
 
 
 rule ensemble_verdicts:
@@ -118,6 +137,7 @@ rule ensemble_verdicts:
         needs("ensemble.py"),
         ensemble_stages,
         f"{R}/{{short}}ensemble/runs_study.parquet",
+        f"{R}/{{short}}ensemble/conflicts.csv",
         card=f"{R}/claims.csv",
         metrics=f"{R}/metrics.csv",
         **ENSEMBLE_INPUTS,
@@ -139,7 +159,7 @@ rule ensemble:
 rule ensemble_pages:
     """Measured parts and pictures of docs/ensemble.md from the present results. Asked for by name, as `pictures` is."""
     input:
-        tables=[f"{R}/ensemble/{name}.csv" for name in ("summary", "claims", "parameters", "conflicts", "choices", "pareto")],
+        tables=[f"{R}/ensemble/{name}.csv" for name in ("summary", "rigs", "claims", "parameters", "conflicts", "choices", "pareto")],
         pictures=[f"{R}/ensemble/{name}.png" for name in ("conflicts", "fig24_bands", "choice")],
     log: f"{R}/logs/ensemble/pages.log"
     message: "Measured parts of the page on the ensemble"

@@ -116,7 +116,7 @@ def ensemble_problem(config: dict, unknowns: list, rig: dict, targets: list, err
 
 
 def plain(e: Ensemble, errors: pd.DataFrame) -> dict:
-    """What `ensemble_problem` is asked with; not how much is computed, so that a longer search goes on from a shorter."""
+    """What `ensemble_problem` is asked with, without how much is computed: a longer search goes on from a shorter."""
     return {
         "config": e.config.model_copy(update={"forms": {}}).model_dump(),
         "unknowns": [one.model_dump() for one in e.unknowns.unknowns],

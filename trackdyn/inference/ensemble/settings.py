@@ -49,12 +49,22 @@ class Fidelity(Section):
     steps_s: Annotated[list[Positive], Field(min_length=1)]
 
 
+class ConflictSearch(Section):
+    """Sets of claims up to a size; how many of those that no rig shows are searched, the nearest of the smallest first;
+    rigs from which a search is aimed at a set, and rows that each search may take (`conflicts`)."""
+
+    size: Annotated[int, Field(ge=2)]
+    sets: Count
+    starts: Annotated[int, Field(ge=1)]
+    evaluations: Annotated[int, Field(ge=1)]
+
+
 class Form(Section):
     """How much is computed: rigs that show the errors of cheap runs and of laws, how many of ``laws`` they are run with
     (None: all), rigs of every wave, of the last one (at full fidelity) and of the study of radii; the speeds of that
     study, its radii, and the speeds at which it runs the paper's ring alone, for what is said of records; steps of the
     walk between waves; rigs from which local searches start (`local.local_starts`), their first directions and rounds
-    (`inference.search`); jobs that a stage is cut into."""
+    (`inference.search`); searches for claims that go together; jobs that a stage is cut into."""
 
     compared: Annotated[int, Field(ge=2)]
     laws: Annotated[int, Field(ge=1)] | None = None
@@ -68,6 +78,7 @@ class Form(Section):
     local_starts: Annotated[int, Field(ge=1)]
     local_directions: Annotated[int, Field(ge=2)] | None = None
     local_rounds: Annotated[list[Round], Field(min_length=1)]
+    conflicts: ConflictSearch
     batches: Annotated[int, Field(ge=1)]
 
 

@@ -3,8 +3,9 @@ of radii.
 
 ``compared`` shows what cheap runs and other laws change, ``1`` is drawn from the prior ranges, every later wave from
 the search between the waves, ``local`` is where searches from the least excluded of these end (`local`), ``last`` runs
-those and the least excluded rigs at full fidelity, ``study`` runs rings and speeds
-with them, ``shipped`` is the rig as it ships, for comparison.
+those and the least excluded rigs at full fidelity, ``study`` runs rings and speeds with them, ``shipped`` is the rig as
+it ships, for comparison, and ``conflicts`` searches for rigs that show claims which none of these shows together
+(`conflicts`).
 """
 
 from collections.abc import Sequence
@@ -33,10 +34,13 @@ from trackdyn.paper.claims import load_claims
 from trackdyn.sweeps.table import write_table
 
 COMPARED, LOCAL, LAST, STUDY, SHIPPED = "compared", "local", "last", "study", "shipped"
+CONFLICTS = "conflicts"
+SHIPPED_RIG = -1  # its number
 STAGES = (COMPARED, LAST, STUDY, SHIPPED)
 CHEAP, FULL, CHAIN, LAW = "cheap", "full", "chain", "law"  # kinds of rows
 FIRST = {
     COMPARED: 0,
+    CONFLICTS: 700_000,
     LOCAL: 800_000,
     LAST: 900_000,
 }  # number of the first rig of a stage; wave k begins at k times this
@@ -168,7 +172,7 @@ def stage_rows(e: Ensemble, stage: str, points: pd.DataFrame) -> pd.DataFrame:
         asked |= {FULL: (e.config.full, {})}
         asked |= {CHAIN: (e.config.cheap, {"belts_as_chains": True})}
         asked |= {f"{LAW} {k}": (e.config.cheap, dict(law)) for k, law in enumerate(e.config.laws[: e.form.laws])}
-    rigs = as_it_is(e.unknowns, -1) if stage == SHIPPED else members(e.unknowns, points)
+    rigs = as_it_is(e.unknowns, SHIPPED_RIG) if stage == SHIPPED else members(e.unknowns, points)
     parts = [
         rows_of_kind(e.config, e.unknowns, rigs, stage_cases(e, stage), kind, fidelity, **fields)
         for kind, (fidelity, fields) in asked.items()

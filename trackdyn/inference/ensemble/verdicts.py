@@ -1,7 +1,6 @@
 """What the rigs of an ensemble say together: claims, parameters, targets that exclude each other."""
 
 from collections.abc import Sequence
-from itertools import combinations_with_replacement
 
 import numpy as np
 import pandas as pd
@@ -90,10 +89,19 @@ def claims_table(e: Ensemble, claims: Sequence[Claim]) -> pd.DataFrame:
 
 
 def rigs_table(e: Ensemble) -> pd.DataFrame:
-    """Rigs of the last wave with values of all unknowns, the ones that fewest targets exclude first."""
+    """Rigs of the last wave with the targets that each misses and values of all unknowns, the ones that fewest targets
+    exclude first.
+    """
     ranked, points = rank(e), e.read(f"points_{LAST}").set_index("rig")
     values = [e.unknowns.values(points.loc[rig, e.unknowns.labels].to_numpy(dtype=float)) for rig in ranked.index]
-    return pd.concat([ranked[["excluded_by", "worst", "loss", "reading"]].reset_index(), pd.DataFrame(values)], axis=1)
+    missed = [", ".join(missed_targets(e, row)) for _, row in ranked.iterrows()]
+    head = ranked[["excluded_by", "worst", "loss", "reading"]].assign(missed=missed)
+    return pd.concat([head.reset_index(), pd.DataFrame(values)], axis=1)
+
+
+def missed_targets(e: Ensemble, row: pd.Series) -> list[str]:
+    """Targets by which a rig is excluded, of its row of implausibilities (`history.judged`)."""
+    return [target.name for target in e.targets if row[target.name] > e.config.cutoff]
 
 
 def parameters_table(e: Ensemble) -> pd.DataFrame:
@@ -157,25 +165,6 @@ def group_worst(e: Ensemble, table: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame({g: table[[t.name for t in e.targets if t.group == g]].max(axis=1) for g in groups})
 
 
-def conflicts(e: Ensemble) -> pd.DataFrame:
-    """For every pair of claims how near the best of all rigs comes to both at once.
-
-    Returns
-    -------
-    DataFrame
-        ``first, second`` (the same: the claim alone), ``least``: the least over all rigs of the larger implausibility
-        of the two, ``rig``: which one that is, ``excluded``: it is beyond the cutoff, so that no rig that was run
-        shows both.
-    """
-    worst = group_worst(e, all_judged(e))
-    rows = []
-    for first, second in combinations_with_replacement(worst.columns, 2):
-        both = worst[[first, second]].max(axis=1)
-        rig, least = both.idxmin(), float(both.min())
-        rows.append({"first": first, "second": second, "least": least, "rig": rig, "excluded": least > e.config.cutoff})
-    return pd.DataFrame(rows)
-
-
 def pareto(e: Ensemble, first: str = "C16", second: str = "C17") -> pd.DataFrame:
     """Rigs of which no other is nearer to both of two claims: worst implausibility by each, and what the rig is.
 
@@ -231,7 +220,7 @@ def position_of_shipped(e: Ensemble) -> str:
     if values.empty:
         return "The shipped rig did not come out at the full fidelity; nothing can be said of its place."
     own = judged(e.config, e.targets, values, read_errors(e), cheap=False).iloc[0]
-    lost = [target.name for target in e.targets if own[target.name] > e.config.cutoff]
+    lost = missed_targets(e, own)
     table = parameters_table(e)
     outside = table.loc[table["outside"].fillna(False).astype(bool), "name"]
     others = rank(e)["excluded_by"]

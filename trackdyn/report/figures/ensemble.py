@@ -64,11 +64,12 @@ def band_figure(runs: pd.DataFrame, column: str, unit: str, title: str, shipped:
 
 @styled
 def conflict_figure(conflicts: pd.DataFrame, cutoff: float) -> Figure:
-    """For every pair of claims the least of the larger implausibility, over all rigs that were run."""
-    names = list(dict.fromkeys(conflicts["first"]))
+    """For every claim and pair of claims the nearest approach of the rigs that ran and of the searches aimed at it."""
+    sets = {tuple(row.claims.split()): row for row in conflicts.itertuples() if row.size <= 2}
+    names = [claims[0] for claims in sets if len(claims) == 1]
     grid = pd.DataFrame(np.nan, names, names)
-    for row in conflicts.itertuples():
-        grid.loc[row.second, row.first] = row.least
+    for claims, row in sets.items():
+        grid.loc[claims[-1], claims[0]] = np.fmin(row.sample, row.search)
     values = grid.to_numpy()
     figure = new_figure(0.34 * len(names) + 1.7)
     ax = figure.subplots()
@@ -87,7 +88,7 @@ def conflict_figure(conflicts: pd.DataFrame, cutoff: float) -> Figure:
     ax.grid(False)
     ax.set_title(
         f"How near the best rig comes to two claims at once\n(implausibility; bold beyond {cutoff:g}: "
-        "no rig that was run shows both)"
+        "neither a rig that was run nor a search shows both)"
     )
     return figure
 
