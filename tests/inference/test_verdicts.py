@@ -226,6 +226,8 @@ def test_everything_is_written_and_said(ensemble):
         [study_row(0, 115.0, radius, 9.0, 0.0, 1.0) | {"run": f"ring/{radius}"} for radius in ensemble.form.radii_m]
     )
     write_figures(ensemble, metrics)
+    rigs = ensemble.read("rigs").set_index("rig").fillna({"missed": ""})
+    assert rigs.loc[FIRST["last"], "missed"] == "" and rigs.loc[FIRST["last"] + 1, "missed"].startswith("C16")
     scorecard = pd.read_csv(ensemble.folder / "scorecard.csv").set_index(["id", "part"])
     assert scorecard.loc[("C22", "a"), "rigs in which it is reproduced"] == "4 of 6"
     assert {path.name for path in ensemble.folder.glob("*.png")} >= {
