@@ -104,8 +104,7 @@ def minimal_conflicts(
             for rig in rigs:
                 start = Start(str(rig), points.loc[rig].to_list(), list(free))
                 tasks[chosen, rig] = (asked(chosen), start)
-        how |= {"enough": float(bent(cutoff))}
-        ends = local_searches(problem, tasks, asked_for.evaluations, jobs, store, **how)
+        ends = local_searches(problem, tasks, asked_for.evaluations, jobs, store, enough=float(bent(cutoff)), **how)
         for chosen in nearest:
             of = [end for (searched, _), end in ends.items() if searched == chosen]
             far = [straight(np.abs(end["residuals"]).max()) if end["residuals"] else np.inf for end in of]
