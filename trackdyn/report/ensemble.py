@@ -9,7 +9,7 @@ from trackdyn.inference.ensemble import verdicts
 from trackdyn.inference.ensemble.conflicts import CONFLICT, FOUND, OPEN, SHOWN
 from trackdyn.inference.ensemble.history import judged
 from trackdyn.inference.ensemble.ring_choice import CRITERIA, choice_table, recommendation, study_table
-from trackdyn.inference.ensemble.stages import CHEAP, FIRST, LAST, LOCAL, STUDY, Ensemble, read_errors
+from trackdyn.inference.ensemble.stages import CHEAP, FIRST, LAST, LOCAL, SHIPPED_RIG, STUDY, Ensemble, read_errors
 from trackdyn.inference.verdict import EDGE
 from trackdyn.paper.claims import load_claims
 from trackdyn.report.figures.ensemble import band_figure, choice_figure, conflict_figure, pairs_figure, pareto_figure
@@ -83,6 +83,7 @@ def _summary(e: Ensemble, tables: dict[str, pd.DataFrame]) -> list[str]:
     )
     verdict = conflicts["verdict"].value_counts()
     both = conflicts.set_index("claims").loc["C16 C17"]
+    nearest = "the shipped rig" if both["sample_rig"] == SHIPPED_RIG else f"rig {both['sample_rig']}"
     ends = rigs[rigs["rig"].between(FIRST[LOCAL], FIRST[LAST] - 1)]["excluded_by"]
     others = rigs[~rigs.index.isin(ends.index)]["excluded_by"]
     fewest = []
@@ -109,7 +110,7 @@ def _summary(e: Ensemble, tables: dict[str, pd.DataFrame]) -> list[str]:
         f"{verdict.get(SHOWN, 0)}, and aimed searches found a rig for {verdict.get(FOUND, 0)}; {verdict.get(OPEN, 0)} "
         "were not searched.",
         "C16 and C17 at once: the nearest approach of a rig that was run is an implausibility of "
-        f"{both['sample']:.3g} (rig {both['sample_rig']}).",
+        f"{both['sample']:.3g} ({nearest}).",
         f"{few if len(rigs) < 1 / EDGE else told}.",  # a twentieth of fewer rigs is none
         verdicts.position_of_shipped(e),
         f"Held-out claims that hold in each of {int(held['rigs'].max()) if len(held) else 0} rigs: "

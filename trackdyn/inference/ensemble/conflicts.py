@@ -125,7 +125,7 @@ def conflicts(e: Ensemble, jobs: int, store: Path | str) -> tuple[pd.DataFrame, 
     """`minimal_conflicts` of an ensemble, and the rigs that the searches found as points.
 
     The rigs that ran are those of all waves, the ends of the local searches, and the rig as it ships where no value
-    lies outside its range.
+    lies outside its range: -1 in ``sample_rig``. Rigs in ``search_rig`` are those of the points.
     """
     known = read_errors(e)
     points = pd.concat([e.read(f"points_{name}") for name in (COMPARED, *e.waves, LAST)]).drop_duplicates("rig")
