@@ -88,7 +88,7 @@ def conflict_figure(conflicts: pd.DataFrame, cutoff: float) -> Figure:
     ax.grid(False)
     ax.set_title(
         f"How near the best rig comes to two claims at once\n(implausibility; bold beyond {cutoff:g}: "
-        "neither a rig that was run nor a search shows both)"
+        "shown by no rig that ran and no search)"
     )
     return figure
 
