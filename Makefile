@@ -41,8 +41,11 @@ benchmark: $(READY)
 synthetic: $(READY)
 	$(BIN)/python -m trackdyn.sensor.synthetic
 
+# versions stay, but for the packages in NEW and what these make necessary
 lock: $(READY)
-	$(BIN)/python .ci/lock.py $(NEW)
+	$(BIN)/python -m pip install --quiet 'uv>=0.9'
+	$(BIN)/uv pip compile --quiet pyproject.toml --all-extras --universal --python-version 3.11 --generate-hashes --no-annotate \
+	    --custom-compile-command 'make lock' $(addprefix --upgrade-package ,$(NEW)) --output-file requirements.lock
 
 cluster: $(READY)
 	$(BIN)/python tests/workflow/cluster/show.py $(SIZE)
@@ -53,12 +56,12 @@ kills: $(READY)
 $(READY): requirements.lock pyproject.toml
 	$(PYTHON) -c 'import sys; assert sys.version_info >= (3, 11), "CPython 3.11 or newer is needed; set PYTHON="'
 	$(PYTHON) -m venv $(VENV)
-	if $(BIN)/python -c 'import platform as p, sys; sys.exit((p.python_implementation(), *sys.version_info[:2], p.machine(), sys.platform) != ("CPython", 3, 11, "x86_64", "linux"))'; then \
+	if $(BIN)/python -c 'import platform as p, sys; sys.exit(p.python_implementation() != "CPython" or sys.version_info >= (3, 14) or sys.platform not in ("linux", "darwin"))'; then \
 	    $(BIN)/python -m pip install --quiet --require-hashes --requirement requirements.lock && \
 	    $(BIN)/python -m pip install --quiet --no-deps --editable .; \
 	else \
-	    echo "requirements.lock has the hashes for CPython 3.11 on x86-64 Linux; here its versions are taken, unverified" && \
-	    sed -n 's/ --hash.*//p' requirements.lock > $(VENV)/versions.txt && \
+	    echo "requirements.lock is for CPython 3.11 to 3.13 on Linux and macOS; here its versions are taken, unverified" && \
+	    sed -n 's/^\([a-z0-9._-]*==[^ ]*\).*/\1/p' requirements.lock > $(VENV)/versions.txt && \
 	    $(BIN)/python -m pip install --quiet --constraint $(VENV)/versions.txt --editable '.[test,docs,peers,cluster]'; \
 	fi
 	touch $(READY)

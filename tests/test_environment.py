@@ -14,7 +14,7 @@ from packaging.version import Version
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-LOCKED = re.compile(r"([\w.-]+)==(\S+) --hash=sha256:[0-9a-f]{64}")
+LOCKED = re.compile(r"([\w.-]+)==(\S+)(?: ; [^\\]+)?((?: --hash=sha256:[0-9a-f]{64})+)")  # its marker, its hashes
 OTHER_NAMES = {
     "matplotlib-base": "matplotlib",
     "snakemake-minimal": "snakemake",
@@ -33,9 +33,10 @@ def asked(*extras):
 
 @pytest.fixture(scope="module")
 def locked():
-    """Versions in the lock by name; every line is a package with its hash, or a comment."""
+    """Versions in the lock by name; every line is a package with its hashes, or a comment."""
     found = {}
-    for line in (ROOT / "requirements.lock").read_text(encoding="utf-8").splitlines():
+    text = re.sub(r" \\\n +", " ", (ROOT / "requirements.lock").read_text(encoding="utf-8"))
+    for line in text.splitlines():
         if not line.startswith("#"):
             match = LOCKED.fullmatch(line)
             assert match, line
@@ -50,10 +51,19 @@ def test_the_lock_keeps_to_the_project(locked):
         assert version in requirement.specifier if version else False, f"{requirement}: {version}; make lock"
 
 
-def test_the_lock_says_what_it_is_for_and_names_no_place(locked):
+def test_the_lock_says_how_it_is_made_and_names_no_place(locked):
     text = (ROOT / "requirements.lock").read_text(encoding="utf-8")
-    assert text.startswith("# For CPython 3.11 on x86-64 Linux: pip install --require-hashes -r requirements.lock.")
+    assert "make lock" in text.splitlines()[1]
     assert "://" not in text and "--index" not in text and "--find-links" not in text and len(locked) > 80
+
+
+def test_the_lock_serves_other_machines(locked):
+    """Kernels, arrays and tables have files for each Python of the classifiers, on two processors and two systems."""
+    pythons = [text.rsplit(" ", 1)[1] for text in PROJECT["classifiers"] if re.search(r"Python :: 3\.\d+", text)]
+    text = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+    for name in ("numpy", "numba", "scipy", "pandas", "llvmlite"):
+        block = re.search(rf"^{name}==.*\n((?: +--hash=.*\n)+)", text, re.MULTILINE)
+        assert block and block[1].count("--hash") >= 3 * len(pythons), name
 
 
 def test_the_makefile_installs_by_hash():

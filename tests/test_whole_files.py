@@ -10,7 +10,7 @@ from trackdyn.files import replacing, write_csv, write_text
 
 ROOT = Path(__file__).parents[1]
 SOURCES = sorted(
-    path for place in ("trackdyn", "workflow", "benchmarks", ".ci") for path in (ROOT / place).rglob("*.py")
+    path for place in ("trackdyn", "workflow", "benchmarks") for path in (ROOT / place).rglob("*.py")
 )
 # what writes to a name or an open file that it is given: methods, functions of modules
 METHODS = {"write_text", "write_bytes", "savefig", "tofile", "saving"}
@@ -24,7 +24,6 @@ ALLOWED = {
     ("trackdyn/study/departures.py", "write_text"): "in a copy of the package in a temporary folder",
     ("trackdyn/study/departures.py", "shutil.copytree"): "that copy",
     ("trackdyn/report/page/builder.py", "few.save"): "into memory",
-    (".ci/lock.py", "write_text"): "in a temporary folder",
     ("trackdyn/fmi/build.py", "write_text"): "in a temporary folder",
 }
 
