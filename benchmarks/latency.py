@@ -65,13 +65,15 @@ def processor_seconds(command: list[str], checkout: Path, folder: Path, cache: P
 
 def compare(name: str, command: list[str], checkouts: tuple[Path, Path], folder: Path, turns: int) -> dict:
     """A row: both checkouts in turn, after one run of each that is not counted."""
-    warm = tuple(folder / f"cache{k}" for k in range(2))
+    own = tuple(folder / f"{k}" for k in range(2))  # neither reads what the other has recorded
+    for one in own:
+        one.mkdir(exist_ok=True)
     taken: list[list[float]] = [[], []]
     for turn in range(-1 if command in ROWS.values() and name != "first run" else 0, turns):
         for k, checkout in enumerate(checkouts):
             with tempfile.TemporaryDirectory(dir=folder) as empty:
-                cache = Path(empty) if name == "first run" else warm[k]
-                seconds = processor_seconds(command, checkout, folder, cache)
+                cache = Path(empty) if name == "first run" else own[k] / "cache"
+                seconds = processor_seconds(command, checkout, own[k], cache)
             if turn >= 0:
                 taken[k].append(seconds)
     ratios = [here / there for here, there in zip(*taken, strict=True)]
