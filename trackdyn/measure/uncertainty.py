@@ -9,7 +9,7 @@ errors of their own that no scatter shows.
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import stdtrit
+import scipy  # loads its parts when they are used
 
 CONFIDENCE = 0.95
 NAN = float("nan")
@@ -39,7 +39,7 @@ def batch_error(values) -> tuple[float, float]:
         return NAN, NAN
     means = values[len(values) - batches * size :].reshape(batches, size).mean(axis=1)
     error = float(means.std(ddof=1) / np.sqrt(batches))
-    return error, float(stdtrit(batches - 1, 0.5 + CONFIDENCE / 2)) * error
+    return error, float(scipy.special.stdtrit(batches - 1, 0.5 + CONFIDENCE / 2)) * error
 
 
 def ratio_error(numerator, denominator) -> float:
