@@ -12,7 +12,8 @@ with logged(snakemake):
     ensemble = open_ensemble(given.config, snakemake.params.form, given.rig, given.claims, Path(made.points).parent)
     ends = local_ends(ensemble, snakemake.threads, snakemake.params.store)
     cutoff = ensemble.config.cutoff
-    table = ends_table(ends).assign(excluded_by=[sum(abs(straight(one)) > cutoff for one in end.residuals) for end in ends])
+    excluded_by = [sum(abs(straight(one)) > cutoff for one in end.residuals) for end in ends]
+    table = ends_table(ends).assign(excluded_by=excluded_by)
     write_table(table, made.ends)
     write_table(local_points(ensemble, ends), made.points)
     print(table.to_string(index=False))
