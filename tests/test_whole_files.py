@@ -9,9 +9,7 @@ from trackdyn.errors import InputError
 from trackdyn.files import replacing, write_csv, write_text
 
 ROOT = Path(__file__).parents[1]
-SOURCES = sorted(
-    path for place in ("trackdyn", "workflow", "benchmarks") for path in (ROOT / place).rglob("*.py")
-)
+SOURCES = sorted(path for place in ("trackdyn", "workflow", "benchmarks") for path in (ROOT / place).rglob("*.py"))
 # what writes to a name or an open file that it is given: methods, functions of modules
 METHODS = {"write_text", "write_bytes", "savefig", "tofile", "saving"}
 FUNCTIONS = {"np.save", "np.savez", "np.savez_compressed", "np.savetxt", "json.dump", "pickle.dump", "yaml.dump"}
