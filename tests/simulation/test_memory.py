@@ -6,10 +6,12 @@ is refused when it is compiled (`trackdyn.jit`).
 
 import gc
 import sys
+import weakref
 
 import pytest
 
 from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.settled_loops import SettledLoops
 
 CYCLES, CALLS = 200, 2000
@@ -46,3 +48,18 @@ def test_loops_that_start_and_stop_leave_nothing_behind(scene):
 def test_a_loop_that_goes_on_takes_no_more_memory(scene):
     """Less than one object in ten calls."""
     assert left_by(Loop(scene).step, CALLS) < CALLS / 10
+
+
+def test_a_record_goes_with_its_last_reference(scene):
+    """The collector of cycles counts objects, not bytes: in a cycle, records of many runs would pile up to gigabytes."""
+    gc.collect()
+    gc.disable()
+    try:
+        writer = Recorder(Loop(scene), 0.05, (), 0.0, True, True)
+        while not writer.finished:
+            writer.chunk()
+        seen = weakref.ref(writer)
+        del writer
+        assert seen() is None
+    finally:
+        gc.enable()

@@ -173,7 +173,7 @@ def test_scenes_of_short_runs_are_drawn_alike_and_judged():
     silent = found | {"outcome": DEFECT, "value": 0.5}
     for more in (silent, found | {"outcome": REFUSED, "group": "refused"}):
         assert verdict(by_kind(as_table([*rows, more]))).endswith("The bounds do not hold.")
-    assert by_kind(as_table([silent])).iloc[-1]["beyond"] == "2 (yes)"
+    assert by_kind(as_table([silent])).iloc[-1]["beyond"] == "26 (yes)"
     # a run that says so itself is no silent error
     assert "do not" not in verdict(by_kind(as_table([*rows, silent | {"group": NO}])))
 

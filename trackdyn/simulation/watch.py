@@ -1,6 +1,7 @@
 """Pieces of a record that are doubtful are run again with a finer step, and what differs decides."""
 
 from math import nan
+from weakref import proxy
 
 import numpy as np
 
@@ -31,7 +32,8 @@ class Watch:
     """
 
     def __init__(self, recorder, origin=None):
-        self.recorder, self.found, self.off = recorder, "", (nan, nan)
+        # weak: in a cycle, records wait for the garbage collector, which comes by objects and not by bytes
+        self.recorder, self.found, self.off = proxy(recorder), "", (nan, nan)
         self.begin()
         if origin is not None and recorder.begin - origin.time <= LEAD:
             self.origin = origin
@@ -93,7 +95,7 @@ class Watch:
         loop, asked = self.origin, self.recorder.asked
         finer = loop.changed(step=loop.model.step / FINER)
         finer.advance(self.time - loop.time)
-        again = type(self.recorder)(finer, seconds, (), 0.0, asked["spells"], asked["every_link"], False)
+        again = self.recorder.__class__(finer, seconds, (), 0.0, asked["spells"], asked["every_link"], False)
         again.record.spells.open[:] = self.open
         while not again.finished:
             again.chunk()
