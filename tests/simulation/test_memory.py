@@ -51,7 +51,7 @@ def test_a_loop_that_goes_on_takes_no_more_memory(scene):
 
 
 def test_a_record_goes_with_its_last_reference(scene):
-    """The collector of cycles counts objects, not bytes: in a cycle, records of many runs would pile up to gigabytes."""
+    """The collector of cycles counts objects, not bytes: in a cycle, records of many runs would pile up."""
     gc.collect()
     gc.disable()
     try:
