@@ -16,7 +16,7 @@ from trackdyn.simulation.loop import Loop
 from trackdyn.study.wear.contour import ARC_NODES, contours, fit_flank, worn_rig
 from trackdyn.study.wear.law import Depths, depth, load_coefficients
 from trackdyn.study.wear.life import SHARES, Found, Limits, Until, Walk, Worn, crossing, live, parse_until
-from trackdyn.study.wear.study import answer, sensed, summarize
+from trackdyn.study.wear.study import STEP, answer, sensed, summarize, windows
 from trackdyn.study.wear.work import distribute
 
 COEFFICIENTS = load_coefficients()
@@ -423,15 +423,35 @@ def lives():
 
 
 def test_the_good_window_of_a_life(lives):
-    summary = summarize(lives).set_index("first_radius_m")
+    """Left share at most 11 %: until a twentieth of the third interval of one life, a fifth of the first of another."""
+    seen = windows(lives)
+    summary = summarize(lives, seen).set_index("first_radius_m")
     ran = summary[summary["rig"] == "shipped"]
-    # states 0 to 2 of the first life, within 2 points of 9 %: until the fourth begins; state 0 of the second
-    assert list(ran["good_km"]) == [3000.0, 1000.0]
+    cell = 1e3 * STEP / 5e-4  # km
+    assert list(ran["good_km"]) == [pytest.approx(2053.0, abs=cell), pytest.approx(200.0, abs=cell)]
+    assert list(ran["good_from_m"]) == pytest.approx([0.308, 0.306])
+    assert list(ran["good_to_m"]) == pytest.approx([0.308 - 2.053 * 5e-4, 0.306 - 1e-4], abs=STEP)
     assert list(ran["right_begins_m"]) == pytest.approx([0.306, 0.305])
     assert list(ran["left_leaves_m"]) == pytest.approx([0.3065, 0.3045])  # 490 N are more than 15 % above 400 N
     assert summary[summary["rig"] == "ensemble 0"]["end"].item() == "does not run new: no"
-    words = answer(summarize(lives))
-    assert "in 1 of 1 cases of 1 rigs (2 were run)" in words and "0.308 m stays longest" in words
+
+
+def test_the_best_first_radius_is_where_the_window_begins():
+    """The right arc is free below 0.30925 m; a rig in which it never is has no window."""
+    right = [4.0, 1.0, 0.0, 0.0, 0.0]
+    lives = pd.concat([
+        table_of(0.310, [0.0, 0.0, 0.0, 0.0, 9.0], right),
+        table_of(0.310, [0.0, 0.0, 0.0, 0.0, 9.0], right, "ensemble 0"),
+        table_of(0.310, [0.0, 0.0, 0.0, 0.0, 9.0], [4.0, 4.0, 4.0, 4.0, 4.0], "ensemble 1"),
+    ], ignore_index=True)  # fmt: skip
+    seen = windows(lives)
+    summary = summarize(lives, seen)
+    assert list(summary["good_from_m"][:2]) == pytest.approx([0.30925] * 2, abs=1.1 * STEP)
+    assert np.isnan(summary["good_from_m"][2])
+    words = answer(summary, seen)
+    assert "Of 2 rigs of the ensemble 1 have such a window" in words
+    assert "at least 90% of the longest run in 0 of them" in words
+    assert "in 1 of them" in answer(summary, seen, 0.30925)
 
 
 def test_what_a_sensor_sees_of_the_ring(lives):

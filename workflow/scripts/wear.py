@@ -8,7 +8,7 @@ from trackdyn.report.figures.wear import life_figure, profile_figure, radius_fig
 from trackdyn.report.style import save
 from trackdyn.report.tables import write_table
 from trackdyn.study.settings import WearForm
-from trackdyn.study.wear.study import answer, run_lives, sensed, summarize
+from trackdyn.study.wear.study import answer, run_lives, sensed, summarize, windows
 
 with logged(snakemake):
     given, form = snakemake.input, WearForm.model_validate(snakemake.params.form)
@@ -22,11 +22,13 @@ with logged(snakemake):
         drawn = [unknowns.to_rig(x) for x in points]
         rigs += [(f"ensemble {k}", rig, own, form.ensemble) for k, (rig, own) in enumerate(drawn)]
     lives, flanks = run_lives(rigs, form, snakemake.params.store, snakemake.threads)
-    summary = summarize(lives)
+    seen = windows(lives)
+    summary = summarize(lives, seen)
+    said = answer(summary, seen)
     write_csv(snakemake.output.csv, lives)
     write_csv(snakemake.output.sensed, sensed(lives))
-    write_table(summary, snakemake.output.summary, answer(summary))
-    pictures = life_figure(lives), profile_figure(named["shipped"], lives, flanks), radius_figure(summary)
+    write_table(summary, snakemake.output.summary, said)
+    pictures = life_figure(lives), profile_figure(named["shipped"], lives, flanks), radius_figure(seen)
     for picture, path in zip(pictures, snakemake.output.figures[::2], strict=True):
         save(picture, path)
-    print(answer(summary))
+    print(said)

@@ -80,25 +80,34 @@ def profile_figure(rig: Rig, lives, flanks: dict, radius: float = 0.308):
 
 
 @styled
-def radius_figure(summary):
-    """Run in the good window over the first radius: kilometres, and share of the life; the printed one is marked."""
+def radius_figure(seen):
+    """Run in the good window by the first radius of the ring, and how many rigs are in it; the printed one is marked.
+
+    Parameters
+    ----------
+    seen : DataFrame
+        `study.wear.study.windows`; of a rig, speed and tension the life with the largest first radius is drawn.
+    """
     figure = new_figure(3.2)
-    axes = figure.subplots(1, 2, sharex=True)
-    for panel, column, words, scale in (
-        (axes[0], "good_km", "in the good window (1000 km)", 1e-3),
-        (axes[1], "good_share", "in the good window (% of the life)", 100.0),
-    ):
-        if column not in summary:
-            continue
-        for (rig, rpm, tension), table in summary.groupby(OF_A_LIFE[:3], sort=False):
-            if rig.startswith("ensemble"):
-                panel.plot(1e3 * table["first_radius_m"], scale * table[column], color="0.8", lw=0.8, zorder=0)
-            else:
-                colour = BLUE if rig == "shipped" else VERMILION
-                style = STYLES[2 * (rpm > 150) + (tension != "locked")]
-                label = f"{rig}, {rpm:g} rpm, {tension}"
-                panel.plot(1e3 * table["first_radius_m"], scale * table[column], "o" + style, color=colour, label=label)
+    run, share = figure.subplots(1, 2, sharex=True)
+    longest = seen[seen.groupby(OF_A_LIFE[:3])["first_radius_m"].transform("max") == seen["first_radius_m"]]
+    for (rig, rpm, tension), table in longest.groupby(OF_A_LIFE[:3], sort=False):
+        radius, part = 1e3 * table["radius_m"], 100 * table["good_km"] / (table["good_km"].max() or 1.0)
+        if rig.startswith("ensemble"):
+            run.plot(radius, part, color="0.8", lw=0.8, zorder=0)
+        else:
+            colour = BLUE if rig == "shipped" else VERMILION
+            style = STYLES[2 * (rpm > 150) + (tension != "locked")]
+            run.plot(radius, part, style, color=colour, label=f"{rig}, {rpm:g} rpm, {tension}")
+    for kind, mark, colour in ((True, "ensemble", "0.5"), (False, "rigs with a name", BLUE)):
+        chosen = longest[longest["rig"].str.startswith("ensemble") == kind]
+        good = 100 * chosen.groupby("radius_m")["good"].mean()
+        share.plot(1e3 * good.index, good, color=colour, label=mark)
+    share.legend(fontsize=SMALL)
+    run.set_ylabel("run in the good window, % of the longest")
+    share.set_ylabel("in the good window, % of the lives")
+    for panel in (run, share):
         panel.axvline(308, color=ORANGE, lw=0.8, zorder=0)
-        panel.set(xlabel="first radius of the ring (mm)", ylabel=words, ylim=(0, None))
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=2, fontsize=SMALL)
+        panel.set(xlabel="radius of the ring (mm)", ylim=(0, None))
+    figure.legend(*run.get_legend_handles_labels(), loc="outside upper center", ncols=2, fontsize=SMALL)
     return figure

@@ -1,4 +1,4 @@
-"""Lives of many rigs: what came of them, which first radius keeps the good window longest, what a sensor sees of it."""
+"""Lives of many rigs: what came of them, from which first radius the contacts stay good longest, what a sensor sees."""
 
 from collections.abc import Mapping, Sequence
 from io import StringIO
@@ -18,7 +18,8 @@ from trackdyn.sweeps.row import row_sources
 from trackdyn.sweeps.store import key_of
 
 OF_A_LIFE = ["rig", "rpm", "tension", "first_radius_m"]
-SAME = 1e-6  # m
+STEP = 5e-5  # m of the ring's radius, between which states of a life are interpolated
+NEARLY = 0.9  # of the longest run in the good window: what counts as right
 BAND = 0.15  # of the RMS force of the left arc, as C24 has it
 PROFILES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of the life
 
@@ -85,52 +86,92 @@ def run_lives(
     return pd.concat(found, ignore_index=True), flanks
 
 
-def summarize(lives: pd.DataFrame) -> pd.DataFrame:
-    """A row a life: kilometres, why it ended, and until when the window was good.
+def windows(lives: pd.DataFrame) -> pd.DataFrame:
+    """Where along each life the contacts are good, by the radius of the ring.
 
     The window is that of C26: right arc free, left share within 2 points of the least that the rig shows at this speed
-    with this tension. ``right_begins_m`` is the radius at which the right arc begins to touch, ``left_leaves_m`` that
-    at which the RMS force of the left arc leaves its band about that of the new ring, ``good_km`` what the chain ran in
-    the window.
+    with this tension. Shares are interpolated between the states of a life. A life passes all smaller radii on its way,
+    so that what is left of it from a radius on is the life that begins there, as far as the state depends on the radius
+    alone.
+
+    Returns
+    -------
+    DataFrame
+        A row a radius (``radius_m``, every `STEP`) of each life: ``good``, and ``good_km``, what the chain runs in the
+        window from there on.
+    """
+    if "left_share_pct" not in lives:
+        return pd.DataFrame(columns=[*OF_A_LIFE, "radius_m", "good", "good_km"])
+    ran = lives.dropna(subset=["left_share_pct"])
+    least = ran.groupby(OF_A_LIFE[:3])["left_share_pct"].min()
+    found = []
+    for life, table in ran.groupby(OF_A_LIFE, sort=False):
+        falling = table.sort_values("ring_radius_m")
+        known = falling["ring_radius_m"].to_numpy()
+        ends = np.arange(np.ceil(known[0] / STEP), np.floor(known[-1] / STEP) + 1) * STEP
+        left, right, run = (
+            np.interp(ends, known, falling[name]) for name in ("left_share_pct", "right_share_pct", "distance_km")
+        )
+        good = (right < TOUCHING) & (left <= least[life[:3]] + NEAR_LEAST)
+        between = good[1:] & good[:-1]
+        good_km = np.concatenate([[0.0], np.cumsum(np.where(between, -np.diff(run), 0.0))])
+        of_life = pd.DataFrame({"radius_m": ends, "good": good, "good_km": good_km})
+        found.append(of_life.assign(**dict(zip(OF_A_LIFE, life, strict=True))))
+    return pd.concat(found, ignore_index=True)[[*OF_A_LIFE, "radius_m", "good", "good_km"]]
+
+
+def summarize(lives: pd.DataFrame, seen: pd.DataFrame) -> pd.DataFrame:
+    """A row a life: kilometres, why it ended, and where the window of `windows` (``seen``) lies.
+
+    ``good_from_m`` and ``good_to_m`` are the largest and the least radius in the window, ``good_km`` what the chain ran
+    in it; ``right_begins_m`` is the largest radius of a state at which the right arc touches, ``left_leaves_m`` that at
+    which the RMS force of the left arc is out of its band about that of the new ring.
     """
     rows = []
-    ran = lives.dropna(subset=["left_share_pct"]) if "left_share_pct" in lives else lives.iloc[:0]
-    least = ran.groupby(OF_A_LIFE[:3])["left_share_pct"].min()
+    window = dict(list(seen[seen["good"].astype(bool)].groupby(OF_A_LIFE)))
     for life, table in lives.groupby(OF_A_LIFE, sort=False):
         row = dict(zip(OF_A_LIFE, life, strict=True)) | {"end": table["end"].iloc[-1]}
         if "left_share_pct" in table and table["left_share_pct"].notna().all():
             touches = table["right_share_pct"] >= TOUCHING
-            good = ~touches & (table["left_share_pct"] <= least[life[:3]] + NEAR_LEAST)
-            step = table["distance_km"].diff().shift(-1).fillna(0.0)
             leaves = (table["left_rms_n"] / table["left_rms_n"].iloc[0] - 1.0).abs() > BAND
+            good = window.get(life, seen.iloc[:0])
             row |= {
                 "life_km": table["distance_km"].iloc[-1], "last_radius_m": table["ring_radius_m"].iloc[-1],
                 "right_begins_m": table.loc[touches, "ring_radius_m"].max(),
-                "left_leaves_m": table.loc[leaves, "ring_radius_m"].max(), "good_km": float(step[good].sum()),
-                "good_share": float(step[good].sum() / (step.sum() or 1.0)), "cpu_s": table["cpu_s"].iloc[0],
+                "left_leaves_m": table.loc[leaves, "ring_radius_m"].max(), "good_from_m": good["radius_m"].max(),
+                "good_to_m": good["radius_m"].min(), "good_km": good["good_km"].max() if len(good) else 0.0,
                 "left_depth_m": table["left_depth_m"].iloc[-1], "right_depth_m": table["right_depth_m"].iloc[-1],
+                "cpu_s": table["cpu_s"].iloc[0],
             }  # fmt: skip
         rows.append(row)
     return pd.DataFrame(rows)
 
 
-def answer(summary: pd.DataFrame, printed: float = 0.308) -> str:
-    """Which first radius stays longest in the good window, and how many rigs agree with the printed one (m)."""
-    ran = summary.dropna(subset=["good_km"]) if "good_km" in summary else summary.iloc[:0]
-    ran = ran[ran["good_km"] > 0]
-    if ran.empty:
-        return f"Of {summary['rig'].nunique()} rigs none has a life in the good window."
-    best = ran.loc[ran.groupby(OF_A_LIFE[:3])["good_km"].idxmax(), [*OF_A_LIFE, "good_km"]]
-    agree = best["first_radius_m"].sub(printed).abs() < SAME
-    words = [
-        f"{one.rig}, {one.rpm:g} rpm, {one.tension}: {one.first_radius_m:g} m stays longest, {one.good_km:.3g} km."
-        for one in best.itertuples()
-        if not one.rig.startswith("ensemble")
-    ]
-    return (
-        f"The printed {printed:g} m is the first radius that stays longest in the good window in {agree.sum()} of "
-        f"{len(best)} cases of {best['rig'].nunique()} rigs ({summary['rig'].nunique()} were run). "
-    ) + " ".join(words)
+def answer(summary: pd.DataFrame, seen: pd.DataFrame, printed: float = 0.308) -> str:
+    """From which first radius the contacts stay good longest, and in how many rigs the printed one (m) does as well."""
+    longest = seen.loc[seen.groupby(OF_A_LIFE[:3])["first_radius_m"].transform("max") == seen["first_radius_m"]]
+    words, enough, of_ensemble = [], 0, []
+    for case, table in longest.groupby(OF_A_LIFE[:3], sort=False):
+        if not (most := table["good_km"].max()) > 0:
+            continue
+        best = table.loc[table["good_km"] >= most * (1 - 1e-9), "radius_m"].min()
+        there = float(np.interp(printed, table["radius_m"], table["good_km"])) / most
+        if case[0].startswith("ensemble"):
+            enough += there >= NEARLY
+            of_ensemble.append(best)
+        else:
+            of = f"{case[0]}, {case[1]:g} rpm, {case[2]}"
+            words.append(f"{of}: {best:.5g} m, {most:.3g} km, of which {printed:g} m has {there:.0%}.")
+    said = "First radius from which the ring stays longest in the good window, and how long: " + " ".join(words)
+    tried = summary[summary["rig"].str.startswith("ensemble")]["rig"].nunique()
+    if of_ensemble:
+        low, middle, high = np.quantile(of_ensemble, [0.05, 0.5, 0.95])
+        said += (
+            f" Of {tried} rigs of the ensemble {len(of_ensemble)} have such a window; the best first radius is "
+            f"{middle:.5g} m (median; 90 % of them between {low:.5g} and {high:.5g}), and {printed:g} m has at least "
+            f"{NEARLY:.0%} of the longest run in {enough} of them."
+        )
+    return said
 
 
 def sensed(lives: pd.DataFrame) -> pd.DataFrame:
