@@ -450,8 +450,8 @@ def test_the_best_first_radius_is_where_the_window_begins():
     assert np.isnan(summary["good_from_m"][2])
     words = answer(summary, seen)
     assert "Of 2 rigs of the ensemble 1 have such a window" in words
-    assert "at least 90% of the longest run in 0 of them" in words
-    assert "in 1 of them" in answer(summary, seen, 0.30925)
+    assert "at least 90% of the longest run in 0." in words
+    assert "run in 1." in answer(summary, seen, 0.30925)
 
 
 def test_what_a_sensor_sees_of_the_ring(lives):

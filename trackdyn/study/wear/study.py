@@ -161,15 +161,16 @@ def answer(summary: pd.DataFrame, seen: pd.DataFrame, printed: float = 0.308) ->
             of_ensemble.append(best)
         else:
             of = f"{case[0]}, {case[1]:g} rpm, {case[2]}"
-            words.append(f"{of}: {best:.5g} m, {most:.3g} km, of which {printed:g} m has {there:.0%}.")
+            more = " or more" if best == table["radius_m"].max() else ""
+            words.append(f"{of}: {best:.5g} m{more}, {most:.3g} km, of which {printed:g} m has {there:.0%}.")
     said = "First radius from which the ring stays longest in the good window, and how long: " + " ".join(words)
     tried = summary[summary["rig"].str.startswith("ensemble")]["rig"].nunique()
     if of_ensemble:
         low, middle, high = np.quantile(of_ensemble, [0.05, 0.5, 0.95])
         said += (
             f" Of {tried} rigs of the ensemble {len(of_ensemble)} have such a window; the best first radius is "
-            f"{middle:.5g} m (median; 90 % of them between {low:.5g} and {high:.5g}), and {printed:g} m has at least "
-            f"{NEARLY:.0%} of the longest run in {enough} of them."
+            f"{middle:.5g} m (median; 90 % of them between {low:.5g} and {high:.5g}, with none tried above "
+            f"{longest['radius_m'].max():.5g}), and {printed:g} m has at least {NEARLY:.0%} of the longest run in {enough}."
         )
     return said
 
