@@ -11,6 +11,7 @@ from trackdyn.files import replacing, write_text
 from trackdyn.paper.claims import JUDGED, REPRODUCED, SHORT, headline
 from trackdyn.report.assumptions import assumptions_text, best_assumption
 from trackdyn.report.tables import ladder_table
+from trackdyn.report.wear import wear_text
 from trackdyn.study.extremes.resolved import verdict
 
 BEGIN, END = "<!-- measured -->", "<!-- end -->"
@@ -203,6 +204,7 @@ PAGES = (
     ("docs/assumptions.md", ("docs/measured/assumptions.csv",), assumptions_text),
     ("docs/benchmark.md", ("docs/measured/benchmark_planner.csv",), promises_text),
     ("docs/resolution.md", ("docs/measured/extremes_short_runs.csv",), short_runs_text),
+    ("docs/wear.md", ("docs/measured/wear_lives.csv",), wear_text),
     ("docs/your-own-rig.md", ("docs/measured/layouts.csv",), layouts_text),
     ("README.md", ("docs/measured/claims.csv", "docs/measured/assumptions.csv"), claims_text),
 )

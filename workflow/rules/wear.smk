@@ -29,5 +29,16 @@ rule wear_form:
 
 
 rule wear:
-    """Lives in full; by name, an hour of two cores."""
+    """Lives in full; by name, some forty minutes of two cores."""
     input: full(rules.wear_form)
+
+
+rule wear_pages:
+    """Measured part and pictures of docs/wear.md from the present results. Asked for by name, as `pictures` is."""
+    input:
+        lives=f"{R}/wear_lives.csv",
+        pictures=[f"{R}/figures/wear_{name}.png" for name in WEAR_FIGURES],
+    log: f"{R}/logs/wear_pages.log"
+    message: "Measured part of the page on wear"
+    shell:
+        "{sys.executable} -m trackdyn.report.filled {input.lives} {input.pictures} > {log} 2>&1"

@@ -170,7 +170,8 @@ def answer(summary: pd.DataFrame, seen: pd.DataFrame, printed: float = 0.308) ->
         said += (
             f" Of {tried} rigs of the ensemble {len(of_ensemble)} have such a window; the best first radius is "
             f"{middle:.5g} m (median; 90 % of them between {low:.5g} and {high:.5g}, with none tried above "
-            f"{longest['radius_m'].max():.5g}), and {printed:g} m has at least {NEARLY:.0%} of the longest run in {enough}."
+            f"{longest['radius_m'].max():.5g}), and {printed:g} m has at least {NEARLY:.0%} of the longest run in "
+            f"{enough}."
         )
     return said
 
