@@ -34,7 +34,7 @@ def wear_text(lives: pd.DataFrame) -> str:
     lines = [table.to_markdown(index=False, disable_numparse=True), "", f"- {answer(summary, seen)}"]
     if (same := _same_history(lives[~lives["rig"].str.startswith("ensemble")])) is not None:
         lines.append(
-            "- The life of a smaller new ring and the rest of the life of a larger one, from the same radius on, differ "
+            "- The life of a smaller new ring and the rest of the life of a larger one, from there on, differ "
             f"by at most {same:.1%} in kilometres: the radius alone nearly determines the state."
         )
     if drawn.any():

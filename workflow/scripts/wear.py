@@ -25,7 +25,7 @@ with logged(snakemake):
     seen = windows(lives)
     summary = summarize(lives, seen)
     said = answer(summary, seen)
-    write_csv(snakemake.output.csv, lives)
+    write_csv(snakemake.output.csv, lives, float_format="%.7g")
     write_csv(snakemake.output.sensed, sensed(lives))
     write_table(summary, snakemake.output.summary, said)
     pictures = life_figure(lives), profile_figure(named["shipped"], lives, flanks), radius_figure(seen)
