@@ -1,8 +1,10 @@
 """The site: `make docs` builds it from these pages, the docstrings and what the command says of itself."""
 
+import json
 import os
 import subprocess
 import sys
+from base64 import b64decode
 from pathlib import Path
 
 from trackdyn import __version__
@@ -57,10 +59,30 @@ def columns() -> str:
     return "\n".join(["# Columns of metrics.csv", "", "| column | unit | what it is |", "|---|---|---|", *rows, ""])
 
 
+def gallery_page(path: Path, place: Path) -> str:
+    """A notebook as a page: its text, its code and the outputs that are kept in it, pictures beside the page."""
+    parts = []
+    for number, cell in enumerate(json.loads(path.read_text(encoding="utf-8"))["cells"]):
+        text = "".join(cell["source"])
+        parts.append(text if cell["cell_type"] == "markdown" else f"```python\n{text}\n```")
+        for output in cell.get("outputs", ()):
+            data = output.get("data", {"text/plain": output.get("text", "")})
+            if "image/png" in data:
+                picture = place / f"{path.stem}_{number}.png"
+                picture.write_bytes(b64decode(data["image/png"]))
+                parts.append(f"![Output of the code above]({picture.name})")
+            else:
+                parts.append(f"```text\n{''.join(data['text/plain']).rstrip()}\n```")
+    return "\n\n".join(parts) + "\n"
+
+
 def write_pages(_) -> None:
-    """Pages that the program writes about itself."""
+    """Pages that the program writes about itself, and the notebooks of the gallery."""
     place = ROOT / "docs" / "_generated"
-    place.mkdir(exist_ok=True)
+    (place / "gallery").mkdir(parents=True, exist_ok=True)
+    for path in sorted((ROOT / "docs" / "gallery").glob("*.ipynb")):
+        page = gallery_page(path, place / "gallery")
+        (place / "gallery" / f"{path.stem}.md").write_text(page, encoding="utf-8")
     for make in (commands, columns):
         (place / f"{make.__name__}.md").write_text(make(), encoding="utf-8")
 

@@ -1,0 +1,75 @@
+"""The notebooks of the gallery run, all in one process, and the outputs kept in them are those of their code."""
+
+import contextlib
+import io
+import math
+import re
+from pathlib import Path
+
+import nbformat
+import pytest
+
+ROOT = Path(__file__).parents[2]
+NOTEBOOKS = sorted((ROOT / "docs" / "gallery").glob("*.ipynb"))
+MOST_BYTES = 150_000
+NUMBER = re.compile(r"(?<![\w.])-?(?:\d+\.?\d*(?:e[+-]?\d+)?|NaN)(?![\w.])")
+# what short records scatter by between processors; a changed model or a changed cell moves more
+SCATTER, ROUNDING = 0.1, 0.05
+
+
+def cells(path):
+    return [cell for cell in nbformat.read(path, as_version=4).cells if cell.cell_type == "code"]
+
+
+def printed(cell):
+    return "".join(output.text for output in cell.outputs if output.output_type == "stream")
+
+
+def pictures(outputs):
+    return sum("image/png" in output.get("data", {}) for output in outputs)
+
+
+def same(found, kept):
+    """Whether two texts have the same words, and numbers as near as different processors give them."""
+    if NUMBER.sub("#", found).split() != NUMBER.sub("#", kept).split():
+        return False
+    pairs = zip(*(map(float, NUMBER.findall(text)) for text in (found, kept)), strict=True)
+    near = (math.isclose(*pair, rel_tol=SCATTER, abs_tol=ROUNDING) or all(map(math.isnan, pair)) for pair in pairs)
+    return all(near)
+
+
+def test_outputs_are_compared_by_words_and_numbers():
+    assert same("RMS 1.15 g,  peak 3e-13 m, NaN", "RMS 1.11 g, peak 5e-13 m, NaN")
+    assert not same("RMS 1.15 g", "RMS 1.40 g") and not same("RMS 1.15 g", "SD 1.15 g") and not same("a 1", "a NaN")
+
+
+def test_the_gallery_lists_its_notebooks():
+    text = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
+    assert len(NOTEBOOKS) >= 6
+    assert sorted(re.findall(r"\]\(gallery/([\w.]+)\)", text)) == [path.name for path in NOTEBOOKS]
+    assert sorted(re.findall(r"^/_generated/gallery/(\w+)$", text, re.MULTILINE)) == [path.stem for path in NOTEBOOKS]
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_notebook_keeps_its_figures_and_is_small(path):
+    outputs = [output for cell in cells(path) for output in cell.outputs]
+    assert pictures(outputs) and not [output for output in outputs if output.output_type == "error"]
+    assert path.stat().st_size < MOST_BYTES
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_notebook_gives_the_outputs_that_it_keeps(path, tmp_path, monkeypatch):
+    matplotlib = pytest.importorskip("matplotlib", reason="matplotlib is not installed")
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    monkeypatch.chdir(tmp_path)
+    namespace = {"__name__": "notebook"}
+    for number, cell in enumerate(cells(path)):
+        said = io.StringIO()
+        with contextlib.redirect_stdout(said):
+            exec(compile(cell.source, f"{path.name}[{number}]", "exec"), namespace)
+        assert same(said.getvalue(), printed(cell)), f"{said.getvalue()}\nkept:\n{printed(cell)}"
+        assert len(pyplot.get_fignums()) == pictures(cell.outputs)
+        pyplot.close("all")
