@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from trackdyn.errors import InputError
 from trackdyn.measure.contact_log import SIDES, timing
+from trackdyn.measure.columns import table_schema
 from trackdyn.measure.meshing import events, mean_events, meshing_summary, passages, smoothed_maxima, spells
 from trackdyn.parameters.rig import load_rig
 from trackdyn.simulation.recording import Recording
@@ -316,7 +317,9 @@ def test_mean_events_and_their_scatter():
     rows = with_ring(3.0) + with_ring(3.0 + LOOP)[:1]
     second = with_ring(3.5, connector=9)
     second[2] = spell(9, LEFT, 4.412, 4.64, peak=900.0, peak_at=4.6)
-    table = mean_events(recording(rows + second)).set_index("event")
+    table = mean_events(recording(rows + second))
+    assert len(table_schema([*table, "run"], "events")["fields"]) == 5
+    table = table.set_index("event")
     assert table.loc["out", "mean_s"] == pytest.approx((1.1 + 1.14) / 2)
     assert table.loc["out", "sd_s"] == pytest.approx(0.04 / 2**0.5)
     assert table.loc["left maximum", "mean_s"] == pytest.approx((1.0 + 1.1) / 2)

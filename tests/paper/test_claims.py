@@ -11,6 +11,7 @@ import pytest
 import yaml
 
 from trackdyn.errors import InputError
+from trackdyn.measure.columns import table_schema
 from trackdyn.paper.article import load_article
 from trackdyn.paper.claims import (
     COLUMNS,
@@ -20,6 +21,7 @@ from trackdyn.paper.claims import (
     NOT_COMPARABLE,
     NOT_REPRODUCED,
     REPRODUCED,
+    VALUE_COLUMNS,
     Claim,
     counts,
     distance,
@@ -31,6 +33,7 @@ from trackdyn.paper.claims import (
     side_by_side,
 )
 from trackdyn.paper.evidence import Evidence
+from trackdyn.paper.measures import MEASURES
 from trackdyn.parameters.paper_tables import PaperTables
 from trackdyn.parameters.rig import load_rig
 
@@ -395,7 +398,7 @@ def test_what_is_printed_is_told_from_what_we_ask():
 
 def test_two_rigs_stand_side_by_side_and_are_counted_apart():
     other = SPOILT["C20b"](SPOILT["C27"](good()))
-    card = judge_all(list(CLAIMS.values()), {"one": good(), "other": other})
+    card, _ = judge_all(list(CLAIMS.values()), {"one": good(), "other": other})
     assert tuple(card.columns) == COLUMNS and len(card) == 2 * len(CLAIMS)
     assert card[card["verdict"].isin(JUDGED)].groupby("rig").size().tolist() == [len(TESTS)] * 2
     found = counts(card).set_index(["rig", "origin"])
@@ -413,6 +416,62 @@ def test_two_rigs_stand_side_by_side_and_are_counted_apart():
         REPRODUCED,
         NOT_REPRODUCED,
     ]
+
+
+def test_the_numbers_of_a_scorecard_are_those_of_its_verdicts():
+    """A number a row: verdict and distance of a part follow from its rows, which have units, bounds and errors."""
+    e = SPOILT["C25b"](good())
+    e = replace(e, metrics=e.metrics.assign(rms_error_g=0.01))
+    card, values = judge_all(list(CLAIMS.values()), {"one": good(), "other": e})
+    assert tuple(values.columns) == VALUE_COLUMNS
+    verdicts = card.set_index(["rig", "id", "part"])["verdict"]
+    for key, rows in values.groupby(["rig", "id", "part"]):
+        assert set(rows["verdict"]) == {verdicts[key]}
+        rule = rows["rule"].iloc[0]
+        if rule in ("equal", "at_most", "at_least", "rising"):
+            assert rows["met"].all() == (verdicts[key] == REPRODUCED), key
+        if rule == "no_test":
+            assert rows["met"].isna().all() and rows["distance"].isna().all()
+        if rule == "equal":
+            off = (rows["value"] - rows["printed"]).abs() / rows["tolerance"]
+            np.testing.assert_allclose(rows["distance"], off, rtol=1e-12)
+            assert (rows.loc[rows["met"].astype(bool), "distance"] <= 1 + 1e-6).all()
+    rows = values.set_index(["rig", "id", "part"])
+    assert rows.loc[("one", "C06", "a"), "rpm"].tolist() == SPEEDS
+    assert rows.loc[("one", "C06", "a"), "standard_error"].isna().all()
+    assert rows.loc[("other", "C06", "a"), "standard_error"].tolist() == [0.01] * 4
+    assert set(rows.loc[("one", "C25", "b"), "reading"]) == {"least", "largest"}
+    assert rows.loc[("one", "C01", "a"), "printed"] == 1.1023e-10  # nothing is tested, and it is printed
+    judged = {(row.id, row.part) for row in card.itertuples() if row.verdict in JUDGED}
+    texts = {(claim.id, claim.part) for claim in CLAIMS.values() if claim.rule == "same"}
+    assert set(zip(values["id"], values["part"], strict=True)) >= judged - texts
+
+
+def test_published_tables_have_a_dictionary_with_a_key():
+    card, values = judge_all(list(CLAIMS.values()), {"one": good(), "other": good()})
+    for name, table in (("claims", card), ("claims_values", values)):
+        schema = table_schema(table.columns, name)
+        assert [field["name"] for field in schema["fields"]] == list(table)
+        assert not table.duplicated(schema["primaryKey"]).any()
+        numbers = [field["name"] for field in schema["fields"] if field["type"] == "number"]
+        for column in numbers:
+            assert pd.to_numeric(table[column].replace("", None)).dtype == float, column
+    with pytest.raises(InputError, match="events: column rms_g has no description"):
+        table_schema(["event", "rms_g"], "events")
+
+
+def test_forces_that_never_act_give_no_finite_ratio_and_no_warning():
+    none = good()
+    for column in ("left_rms_n", "left_sd_n", "right_rms_n", "right_sd_n", "left_rms_contact_n", "left_share_pct"):
+        none = changed(none, column, 0.0)
+    measured = {name: MEASURES[name].of(none, SPEEDS) for name in ("ring_over_arcs", "left_force_ratio", "left_spread")}
+    assert measured["ring_over_arcs"] == np.inf
+    assert np.isnan(measured["left_force_ratio"]) and np.isnan(measured["left_spread"]).all()
+    no_ring = changed(changed(none, "ring_rms_n", 0.0), "ring_sd_n", 0.0)
+    _, values = judge_all(list(CLAIMS.values()), {"none": none, "nothing": no_ring})
+    infinite = values[~np.isfinite(values["value"])]
+    assert len(infinite) and (infinite["met"] == False).all()  # noqa: E712 -- None is not False
+    assert set(infinite["verdict"]) == {NOT_REPRODUCED}
 
 
 def test_what_was_fitted_at_one_speed_and_is_judged_at_others_is_a_transfer():

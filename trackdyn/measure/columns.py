@@ -1,7 +1,8 @@
-"""The dictionary of columns: what those of ``metrics.csv`` are, after the Table Schema of Frictionless Data, and words
-and units of all columns that tables, page and figures show.
+"""The dictionary of columns: type, unit and meaning of those of published CSV files, as a Table Schema of Frictionless
+Data, and words and units of all columns that tables, page and figures show.
 """
 
+import json
 import re
 from collections.abc import Iterable
 
@@ -108,6 +109,56 @@ OF_A_SIDE |= {
     if error and " " not in error
 }
 
+# other published tables: the columns that identify a row, then type, unit and description of every column
+TABLES: dict[str, tuple[tuple[str, ...], dict[str, tuple[str, str, str]]]] = {
+    "claims": (("rig", "id", "part"), {
+        "rig": ("string", "", "parameter set that is judged: shipped, or the name of another one"),
+        "id": ("string", "", "claim of the paper, C01 to C28"),
+        "part": ("string", "", "part of the claim, a to d; empty: the claim has no parts"),
+        "place": ("string", "", "figure, table or text of the paper that states it"),
+        "claim": ("string", "", "what the paper states"),
+        "printed": ("string", "", "value in the paper, by speed; ours: our bound for words without a number"),
+        "measured": ("string", "", "value of the runs as text; claims_values.csv has its numbers one per row"),
+        "unit": ("string", "", "unit of printed, measured and tolerance; 1: none"),
+        "tolerance": ("number", "", "largest difference from printed that is reproduced, in unit; empty: no such rule"),
+        "verdict": ("string", "", "reproduced, in trend, not reproduced, no test, or not comparable"),
+        "origin": ("string", "", "predicted, transfer, follows or fitted; empty: not comparable"),
+        "counts_as": ("string", "", "claim that this one is counted with, because both are judged by the same data"),
+        "speeds": ("string", "rev/min", "motor speeds at which it is judged"),
+        "by_speed": ("boolean", "", "whether measured has one value per speed"),
+        "fails_if": ("string", "", "result that would contradict the claim"),
+        "reason": ("string", "", "reason of tolerance, verdict or missing data"),
+    }),
+    "claims_values": (("rig", "id", "part", "rpm", "reading"), {
+        "rig": ("string", "", "parameter set that is judged: shipped, or the name of another one"),
+        "id": ("string", "", "claim of the paper, C01 to C28"),
+        "part": ("string", "", "part of the claim, a to d; empty: the claim has no parts"),
+        "rpm": ("number", "rev/min", "motor speed of the value; empty: the value belongs to several speeds"),
+        "reading": ("string", "", "which of several values at a speed: how the paper's words are read, least, largest, "
+                                  "or a number from 1 in the order of claims.csv; empty: the only one"),
+        "value": ("number", "", "value of the runs, in unit"),
+        "standard_error": ("number", "", "standard error of value, in unit; empty: the claim reads no column of the "
+                                         "long records, or the record is too short for one"),
+        "unit": ("string", "", "unit of value, standard_error, printed and tolerance; 1: none"),
+        "printed": ("number", "", "value or bound that it is compared with, in unit; empty: a trend"),
+        "rule": ("string", "", "equal: within the tolerance; at_most, at_least: a bound; rising: larger than the value "
+                               "at the speed before; every_start: within the tolerance for every start of the record; "
+                               "readings: within it by every reading; no_test: shown only"),
+        "tolerance": ("number", "", "largest difference from printed that is reproduced, in unit; empty: no such rule"),
+        "distance": ("number", "1", "difference from printed in tolerances, at most 1 where met; for a bound 1 on the "
+                                    "bound, 0 well inside; inf: never happens; empty: no distance"),
+        "met": ("boolean", "", "whether this value is as claimed; empty: nothing is tested"),
+        "verdict": ("string", "", "verdict of the part of the claim, from all of its values"),
+    }),
+    "events": (("run", "event"), {
+        "event": ("string", "", "event of a passage: first or last touch of a side, or its largest force by a reading"),
+        "mean_s": ("number", "s", "time after the first contact of the passage, mean over passages; empty: never"),
+        "sd_s": ("number", "s", "standard deviation of that time over passages; empty: in fewer than two"),
+        "passages": ("integer", "1", "complete passages in which the event happens"),
+        "run": ("string", "", "name of the run: meshing/no_ring or meshing/ring"),
+    }),
+}  # fmt: skip
+
 # endings of column names, and units that stand within one
 UNITS = {
     "s_per_s": "s/s", "m_s2": "m/s2", "m_s": "m/s", "pct": "%", "rpm": "rev/min", "deg": "deg", "hz": "Hz", "mm": "mm",
@@ -199,23 +250,47 @@ def _field(name: str) -> dict:
     return field if error is None else field | {"standardError": error}
 
 
-def table_schema(columns: Iterable[str]) -> dict:
-    """Table Schema of some columns of ``metrics.csv``, in their order: name, type, unit, description of each.
+def table_schema(columns: Iterable[str], table: str = "metrics") -> dict:
+    """Table Schema of a published CSV file: name, type, unit and description of each column.
 
-    ``standardError`` is the column with the standard error, or says why there is none; errors have no such entry.
+    Parameters
+    ----------
+    columns : iterable of str
+        Columns, in the order of the file.
+    table : str
+        Name of the file without ``.csv``: ``metrics``, or one of ``TABLES``.
+
+    Returns
+    -------
+    dict
+        In ``metrics``, ``standardError`` is the column with the standard error, or says why there is none; errors have
+        no such entry.
 
     Raises
     ------
     InputError
         For a column that is not described here.
     """
-    fields = [_field(name) for name in columns]
+    key, described = TABLES.get(table, (("run",), {}))
+    fields = []
+    for name in columns:
+        if table == "metrics":
+            fields.append(_field(name))
+        elif name in described:
+            fields.append(dict(zip(("name", "type", "unit", "description"), (name, *described[name]), strict=True)))
+        else:
+            raise InputError(f"{table}: column {name} has no description; give it one in trackdyn/measure/columns.py")
     return {
         "$schema": "https://datapackage.org/profiles/2.0/tableschema.json",
         "fields": fields,
         "missingValues": [""],
-        "primaryKey": ["run"],
+        "primaryKey": list(key),
     }
+
+
+def schema_text(columns: Iterable[str], table: str = "metrics") -> str:
+    """`table_schema` as the JSON text that is written beside the file."""
+    return json.dumps(table_schema(columns, table), indent=1, ensure_ascii=False) + "\n"
 
 
 def words(name: str) -> str:

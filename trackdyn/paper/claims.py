@@ -10,6 +10,7 @@ import pandas as pd
 from pydantic import Field, model_validator
 
 from trackdyn.errors import InputError
+from trackdyn.measure.columns import TABLES, error_of
 from trackdyn.paper import article  # noqa: F401 -- registers its measures
 from trackdyn.paper.evidence import Evidence
 from trackdyn.paper.measures import MEASURES, NotThere, Range
@@ -41,10 +42,7 @@ SHORT = {  # the claims of Sect. 6 that can fail, in a few words
 }
 ORIGINS = tuple(ORIGIN_WORDS)
 SLACK = 1 + 1e-9  # on a tolerance: 0.309 - 0.308 is more than 0.001 in binary
-COLUMNS = (
-    "rig", "id", "part", "place", "claim", "printed", "measured", "unit", "tolerance", "verdict", "origin", "counts_as",
-    "speeds", "by_speed", "fails_if", "reason",
-)  # fmt: skip
+COLUMNS, VALUE_COLUMNS = (tuple(TABLES[name][1]) for name in ("claims", "claims_values"))
 
 
 class Claim(Section):
@@ -124,6 +122,31 @@ def load_claims(path: Path | str) -> list[Claim]:
     return validated(Claims, read_yaml(path), str(path), missing="every claim needs it").claims
 
 
+class Value(NamedTuple):
+    """One number that a claim is judged by.
+
+    Attributes
+    ----------
+    rpm : float
+        Motor speed, rev/min; NaN for a number that belongs to all speeds.
+    reading : str
+        Which of several numbers at a speed: a reading of the paper's words, ``least``, ``largest``, or a count from 1.
+    value, printed : float
+        The number, and what it is compared with; NaN for a trend.
+    distance : float
+        From what is printed, in tolerances (`distance`).
+    met : bool or None
+        Whether this number is as claimed; None where nothing is tested.
+    """
+
+    rpm: float
+    reading: str
+    value: float
+    printed: float
+    distance: float
+    met: bool | None
+
+
 class Judgement(NamedTuple):
     """What a claim came out as: the measured value as text, the verdict, the speeds it was judged at (rev/min)."""
 
@@ -144,46 +167,91 @@ def _bounds(claim: Claim, speeds) -> np.ndarray:
     return np.asarray(printed, dtype=float)
 
 
-def _verdict(claim: Claim, measured, speeds) -> str:
+def _named(claim: Claim, measured, speeds) -> list[tuple[float, str, float]]:
+    """Speed, reading and number of everything that was measured, in the order of the array that it makes."""
+    if isinstance(measured, str) or measured is None:
+        return []
+    if isinstance(measured, dict):
+        return [(rpm, name, one) for name, row in measured.items() for rpm, one in zip(speeds, row, strict=True)]
+    many = isinstance(measured, list | tuple) and not isinstance(measured, Range)
+    items = list(measured) if many else [measured]
+    by_speed = MEASURES[claim.measure].by_speed and len(items) == len(speeds)
+    found = []
+    for i, item in enumerate(items):
+        rpm = speeds[i] if by_speed else speeds[0] if len(speeds) == 1 else float("nan")
+        count = "" if by_speed or len(items) == 1 else str(i + 1)
+        parts = (("least", item.low), ("largest", item.high)) if isinstance(item, Range) else (("", item),)
+        found += [(rpm, " ".join(filter(None, (count, name))), float(one)) for name, one in parts]
+    return found
+
+
+def _values(claim: Claim, measured, speeds) -> tuple[Value, ...]:
+    """The numbers of a measure, each with its own distance and test."""
+    if not (found := _named(claim, measured, speeds)):
+        return ()
+    numbers = np.array([one for _, _, one in found])
+    one_sided = claim.rule in ("at_most", "at_least")
+    printed = np.full(len(numbers), np.nan)
+    away, met = printed.copy(), [None] * len(numbers)
+    compared = one_sided or claim.rule in ("equal", "every_start", "readings")
+    if compared or (claim.rule == "no_test" and claim.printed is not None):
+        shape = np.shape(list(measured.values()) if isinstance(measured, dict) else measured)
+        printed = np.broadcast_to(_bounds(claim, speeds), shape).ravel()
+    if compared:
+        off = numbers - printed
+        side = -off if claim.rule == "at_least" else off if claim.rule == "at_most" else np.abs(off)
+        met = list((side <= (0 if one_sided else SLACK * claim.tolerance)) & np.isfinite(numbers))
+        if not one_sided or claim.scale:
+            away = np.maximum(0.0, 1 + side / claim.scale) if one_sided else side / claim.tolerance
+            away = np.where(np.isfinite(off), away, np.inf)
+    elif claim.rule == "rising":
+        met = list(np.isfinite(numbers) & (np.diff(numbers, prepend=-np.inf) > 0))
+    rows = zip(found, printed, away, met, strict=True)
+    return tuple(
+        Value(*name, float(bound), float(far), None if good is None else bool(good)) for name, bound, far, good in rows
+    )
+
+
+def _verdict(claim: Claim, measured, values: tuple[Value, ...]) -> str:
     if claim.rule == "same":
         return REPRODUCED if measured == claim.printed else NOT_REPRODUCED
     if claim.rule == "readings":
-        off = np.abs(np.array(list(measured.values()), dtype=float) - claim.printed)
-        holds = (off <= SLACK * claim.tolerance).all(axis=1)  # of each reading at every speed
-        return REPRODUCED if holds.all() else IN_TREND if holds.any() else NOT_REPRODUCED
-    values = np.asarray(measured, dtype=float)
-    if not np.isfinite(values).all():
+        holds = [all(one.met for one in values if one.reading == name) for name in measured]
+        return REPRODUCED if all(holds) else IN_TREND if any(holds) else NOT_REPRODUCED
+    if not all(np.isfinite(one.value) for one in values):
         return NOT_REPRODUCED
-    if claim.rule == "rising":
-        return REPRODUCED if len(values) > 1 and (np.diff(values) > 0).all() else NOT_REPRODUCED
-    bounds = _bounds(claim, speeds)
-    if claim.rule in ("at_most", "at_least"):
-        good = values <= bounds if claim.rule == "at_most" else values >= bounds
-        return REPRODUCED if good.all() else NOT_REPRODUCED
-    off = np.abs(values - bounds)
-    if (off <= SLACK * claim.tolerance).all():
+    if claim.rule == "rising" and len(values) < 2:
+        return NOT_REPRODUCED
+    if all(one.met for one in values):
         return REPRODUCED
-    some = claim.rule == "every_start" and (off <= SLACK * claim.tolerance).any()
-    wide = claim.trend_tolerance is not None and (off <= SLACK * claim.trend_tolerance).all()
+    some = claim.rule == "every_start" and any(one.met for one in values)
+    wide = claim.trend_tolerance is not None and all(
+        abs(one.value - one.printed) <= SLACK * claim.trend_tolerance for one in values
+    )
     return IN_TREND if some or wide else NOT_REPRODUCED
 
 
 def judge(claim: Claim, e: Evidence) -> Judgement:
     """Judge a claim by the evidence of one rig."""
+    return examine(claim, e)[0]
+
+
+def examine(claim: Claim, e: Evidence) -> tuple[Judgement, tuple[Value, ...]]:
+    """Judge a claim, and the numbers that the verdict is made from: none for text, and for what is not comparable."""
     if claim.rule == "not_comparable":
-        return Judgement("", NOT_COMPARABLE, list(claim.printed) if isinstance(claim.printed, dict) else [])
+        return Judgement("", NOT_COMPARABLE, list(claim.printed) if isinstance(claim.printed, dict) else []), ()
     speeds = _speeds(claim, e)
     try:
         if not speeds:
             raise NotThere("not run")
         measured = MEASURES[claim.measure].of(e, speeds)
     except NotThere as missing:
-        return Judgement(str(missing), NOT_COMPARABLE, speeds)
-    text = _text(measured)
+        return Judgement(str(missing), NOT_COMPARABLE, speeds), ()
+    text, values = _text(measured), _values(claim, measured, speeds)
     if claim.rule == "every_start":
-        near = np.abs(np.asarray(measured) - _bounds(claim, speeds)) <= SLACK * claim.tolerance
-        text = f"{_text(Range(min(measured), max(measured)))}; {near.sum()} of {near.size} starts"
-    return Judgement(text, NO_TEST if claim.rule == "no_test" else _verdict(claim, measured, speeds), speeds)
+        text = f"{_text(Range(min(measured), max(measured)))}; {sum(one.met for one in values)} of {len(values)} starts"
+    verdict = NO_TEST if claim.rule == "no_test" else _verdict(claim, measured, values)
+    return Judgement(text, verdict, speeds), values
 
 
 def distance(claim: Claim, e: Evidence) -> float:
@@ -198,22 +266,7 @@ def distance(claim: Claim, e: Evidence) -> float:
         Infinite where something that is asked for never happens; NaN where there is no distance: text, a trend, a
         one-sided claim without a scale, what is no test or was not run.
     """
-    one_sided = claim.rule in ("at_most", "at_least")
-    if claim.rule not in ("equal", "every_start", "readings") and not (one_sided and claim.scale):
-        return float("nan")
-    try:
-        if not (speeds := _speeds(claim, e)):
-            return float("nan")
-        measured = MEASURES[claim.measure].of(e, speeds)
-    except NotThere:
-        return float("nan")
-    values = np.asarray(list(measured.values()) if claim.rule == "readings" else measured, dtype=float)
-    off = values - _bounds(claim, speeds)
-    if not np.isfinite(off).all():
-        return float("inf")
-    if one_sided:
-        return float(max(0.0, 1 + (off if claim.rule == "at_most" else -off).max() / claim.scale))
-    return float(np.abs(off).max() / claim.tolerance)
+    return max((one.distance for one in examine(claim, e)[1]), default=float("nan"))
 
 
 def _text(value) -> str:
@@ -240,8 +293,8 @@ def printed_text(claim: Claim, speeds=()) -> str:
     return f"ours: {claim.rule.replace('_', ' ')} {text}" if claim.ours else text
 
 
-def _row(rig: str, claim: Claim, e: Evidence) -> dict:
-    measured, verdict, speeds = judge(claim, e)
+def _row(rig: str, claim: Claim, found: Judgement) -> dict:
+    measured, verdict, speeds = found
     reasons = [claim.reason] if verdict in (REPRODUCED, NOT_COMPARABLE) else [claim.reason, claim.otherwise]
     return {
         **claim.model_dump(include={"id", "part", "place", "claim", "unit", "fails_if"}),
@@ -258,10 +311,38 @@ def _row(rig: str, claim: Claim, e: Evidence) -> dict:
     }
 
 
-def judge_all(claims: list[Claim], rigs: Mapping[str, Evidence]) -> pd.DataFrame:
-    """The scorecard: a row for every rig and part of a claim, columns ``COLUMNS``."""
-    rows = [_row(rig, claim, e) for rig, e in rigs.items() for claim in claims]
-    return pd.DataFrame(rows, columns=list(COLUMNS))
+def _standard_error(claim: Claim, e: Evidence, rpm: float) -> float:
+    """Standard error of a number that is a column of the long records; NaN for others."""
+    column = MEASURES[claim.measure].column
+    if not column:
+        return float("nan")
+    row = e.records([rpm]).iloc[0]
+    return float(row.get(error_of(column), np.nan))
+
+
+def _value_rows(rig: str, claim: Claim, e: Evidence, found: Judgement, values: tuple[Value, ...]) -> list[dict]:
+    of_claim = claim.model_dump(include={"id", "part", "unit", "rule", "tolerance"})
+    return [
+        {"rig": rig, **of_claim, **one._asdict(), "standard_error": _standard_error(claim, e, one.rpm),
+         "verdict": found.verdict}
+        for one in values
+    ]  # fmt: skip
+
+
+def judge_all(claims: list[Claim], rigs: Mapping[str, Evidence]) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """The scorecard and its numbers.
+
+    Returns
+    -------
+    card : DataFrame
+        A row for every rig and part of a claim, columns ``COLUMNS``.
+    values : DataFrame
+        A row for every number that a verdict is made from, columns ``VALUE_COLUMNS``.
+    """
+    judged = [(rig, claim, e, *examine(claim, e)) for rig, e in rigs.items() for claim in claims]
+    card = [_row(rig, claim, found) for rig, claim, _, found, _ in judged]
+    values = [row for one in judged for row in _value_rows(*one)]
+    return pd.DataFrame(card, columns=list(COLUMNS)), pd.DataFrame(values, columns=list(VALUE_COLUMNS))
 
 
 def counts(card: pd.DataFrame) -> pd.DataFrame:

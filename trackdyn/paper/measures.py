@@ -16,12 +16,13 @@ SAME = 1e-9  # radii are compared with printed ones, m
 
 
 class Measure(NamedTuple):
-    """A measure: function of the evidence and the speeds that are judged, the runs whose speeds those are, and whether
-    it gives a value for each of them."""
+    """A measure: function of the evidence and the speeds that are judged, the runs whose speeds those are, whether
+    it gives a value for each of them, and the column of ``metrics.csv`` that it reads, if it is one."""
 
     of: Callable[[Evidence, list[float]], Any]
     table: str
     by_speed: bool
+    column: str = ""
 
 
 MEASURES: dict[str, Measure] = {}
@@ -40,12 +41,18 @@ def measure(table: str, by_speed: bool = False):
 def alike(function, table: str, by_speed: bool = False, **of) -> None:
     """Register measures that are one function of something (a column, a run, events), by their names."""
     for name, what in of.items():
-        MEASURES[name] = Measure(partial(function, what), table, by_speed)
+        MEASURES[name] = Measure(partial(function, what), table, by_speed, what if function is _values else "")
 
 
 def _range(values) -> Range:
     values = np.asarray(values, dtype=float)
     return Range(float(values.min()), float(values.max()))
+
+
+def _over(value, reference):
+    """A ratio: infinite over nothing, NaN of nothing over nothing."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.divide(value, reference)
 
 
 def _some(values):
@@ -142,13 +149,13 @@ def _share(side, e, speeds):
 
 def _ratio(column, e, speeds):
     """A measure of the left arc with the ring over that without."""
-    return float(e.meshing("ring")[column] / e.meshing("no_ring")[column])
+    return float(_over(e.meshing("ring")[column], e.meshing("no_ring")[column]))
 
 
 def _variation(sides, e, speeds):
     """SD of the force that varies most with the ring, of some, over that of the arcs without."""
     without = e.meshing("no_ring")[["left_sd_n", "right_sd_n"]].max()
-    return float(e.meshing("ring")[[f"{side}_sd_n" for side in sides]].max() / without)
+    return float(_over(e.meshing("ring")[[f"{side}_sd_n" for side in sides]].max(), without))
 
 
 alike(_areas, "meshing", areas_without_ring="no_ring", areas_with_ring="ring")
@@ -180,7 +187,7 @@ def left_contact_force_ratio(e, speeds):
     ring, without = (e.meshing(run).get("left_rms_contact_n") for run in ("ring", "no_ring"))
     if ring is None or without is None:
         raise NotThere("not recorded")
-    return float(ring / without)
+    return float(_over(ring, without))
 
 
 @measure("meshing")
@@ -190,7 +197,7 @@ def ring_over_arcs(e, speeds):
     mean = {
         side: np.sqrt(max(a[f"{side}_rms_n"] ** 2 - a[f"{side}_sd_n"] ** 2, 0.0)) for side in ("left", "right", "ring")
     }
-    return float(mean["ring"] / (mean["left"] + mean["right"]))
+    return float(_over(mean["ring"], mean["left"] + mean["right"]))
 
 
 @measure("meshing")
@@ -208,7 +215,7 @@ def _growth(e: Evidence, speeds, side: str) -> list:
     """RMS and SD at the highest speed over those at the lowest, by radius."""
     _some(speeds[1:])  # one speed shows no growth
     low, high = e.study(min(speeds)), e.study(max(speeds))
-    return [(high[f"{side}_{name}"] / low[f"{side}_{name}"]).to_numpy() for name in ("rms_n", "sd_n")]
+    return [_over(high[f"{side}_{name}"], low[f"{side}_{name}"]).to_numpy() for name in ("rms_n", "sd_n")]
 
 
 def _growths(side, e, speeds):
@@ -236,7 +243,7 @@ alike(_steps, "study", by_speed=True, ring_rms_steps="ring_rms_n", ring_sd_steps
 def left_growth_over_ring_growth(e, speeds):
     """Growth of the left arc's RMS and SD with speed over the ring's, over all radii."""
     pairs = zip(_growth(e, speeds, "left"), _growth(e, speeds, "ring"), strict=True)
-    return [_range(left / ring) for left, ring in pairs]
+    return [_range(_over(left, ring)) for left, ring in pairs]
 
 
 @measure("study")
@@ -249,7 +256,9 @@ def largest_growth_with_speed(e, speeds):
 def ring_growth_with_radius(e, speeds):
     """RMS of the ring force at the largest radius over that at the paper's, at every speed."""
     values = (e.study(rpm)["ring_rms_n"] for rpm in speeds)
-    return [float(_from(column, e.radius + 2 * SAME).iloc[-1] / _from(column, e.radius).iloc[0]) for column in values]
+    return [
+        float(_over(_from(column, e.radius + 2 * SAME).iloc[-1], _from(column, e.radius).iloc[0])) for column in values
+    ]
 
 
 @measure("study", by_speed=True)
@@ -267,7 +276,7 @@ def right_share_below_0305(e, speeds):
 def _spread(values) -> float:
     _some(values[1:])  # one radius shows no spread
     values = values.to_numpy()  # in which a missing value is not passed over
-    return float(100 * np.abs(values / values.mean() - 1).max())
+    return float(100 * np.abs(_over(values, values.mean()) - 1).max())
 
 
 @measure("study", by_speed=True)

@@ -15,6 +15,9 @@ rule claims:
         others=[f"{R}/rigs/{other}/{name}.csv" for other in OTHERS for name in ("metrics", "events")],
     output:
         csv=f"{R}/claims.csv",
+        values=f"{R}/claims_values.csv",
+        schema=f"{R}/claims.schema.json",
+        values_schema=f"{R}/claims_values.schema.json",
         md=f"{R}/claims.md",
         figure=figure("claims"),
     params:

@@ -13,6 +13,7 @@ rule events:
         recordings=[recording("meshing/no_ring"), recording("meshing/ring")],
     output:
         events=f"{R}/events.csv",
+        schema=f"{R}/events.schema.json",
         spells=f"{R}/spells.csv",
     log: f"{R}/logs/events.log"
     message: "Events of the meshing process"
@@ -25,6 +26,7 @@ use rule events as events_other with:
         recordings=[f"{R}/rigs/{{other}}/runs/meshing/{name}.npz" for name in ("no_ring", "ring")],
     output:
         events=f"{R}/rigs/{{other}}/events.csv",
+        schema=f"{R}/rigs/{{other}}/events.schema.json",
         spells=f"{R}/rigs/{{other}}/spells.csv",
     log: f"{R}/logs/rigs/{{other}}/events.log"
 

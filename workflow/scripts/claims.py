@@ -2,6 +2,8 @@ from pathlib import Path
 
 from _script import logged
 
+from trackdyn.files import write_csv, write_text
+from trackdyn.measure.columns import schema_text
 from trackdyn.paper.article import load_article
 from trackdyn.paper.claims import headline, judge_all, load_claims, side_by_side
 from trackdyn.paper.contents import caption
@@ -19,7 +21,7 @@ with logged(snakemake):
     folders = {"shipped": Path(snakemake.input.metrics).parent} | dict(params.get("rigs", {}))
     tables = load_article(snakemake.input.tables[0]) if snakemake.input.get("tables") else None
     rigs = {name: collect(folder, params.rpm, params.radius, tables) for name, folder in folders.items()}
-    card = judge_all(load_claims(snakemake.input.claims), rigs)
+    card, values = judge_all(load_claims(snakemake.input.claims), rigs)
     said = [f"{name}: {headline(card, name)}" if len(rigs) > 1 else headline(card, name) for name in rigs]
     if params.seconds < PAPER_SECONDS:
         said.append(
@@ -28,5 +30,8 @@ with logged(snakemake):
         )
     text = "\n\n".join([*said, caption("claims")])
     write_table(card, snakemake.output.csv, text, shown=side_by_side(card))
+    write_csv(snakemake.output.values, values, float_format="%.9g")
+    write_text(snakemake.output.schema, schema_text(card.columns, "claims"))
+    write_text(snakemake.output.values_schema, schema_text(values.columns, "claims_values"))
     save(scorecard_figure(card), snakemake.output.figure[0])
     print(text)

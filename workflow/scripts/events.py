@@ -2,7 +2,8 @@ import pandas as pd
 from _script import logged
 
 from trackdyn import load_recording
-from trackdyn.files import write_csv
+from trackdyn.files import write_csv, write_text
+from trackdyn.measure.columns import schema_text
 from trackdyn.measure.meshing import mean_events, smoothed_maxima, spells
 
 with logged(snakemake):
@@ -11,5 +12,7 @@ with logged(snakemake):
         recording = load_recording(path)
         contacts.append(spells(recording).assign(run=run))
         tables += [mean_events(recording).assign(run=run), smoothed_maxima(recording).assign(run=run)]
-    write_csv(snakemake.output.events, pd.concat(tables))
+    found = pd.concat(tables)
+    write_csv(snakemake.output.events, found)
+    write_text(snakemake.output.schema, schema_text(found.columns, "events"))
     write_csv(snakemake.output.spells, pd.concat(contacts))

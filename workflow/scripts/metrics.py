@@ -7,7 +7,7 @@ from _script import logged
 
 from trackdyn import load_recording
 from trackdyn.files import write_csv, write_text
-from trackdyn.measure.columns import table_schema
+from trackdyn.measure.columns import schema_text
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.sweeps.sweep import rows_of
 
@@ -21,5 +21,4 @@ with logged(snakemake):
     swept = rows_of(given.ring, given.ring_costs, snakemake.params.rig).rename(columns={"name": "run"})
     table = pd.concat([table, swept[list(table.columns)]], ignore_index=True)
     write_csv(snakemake.output.csv, table, float_format="%.9g")  # errors reach the seventh digit
-    schema = json.dumps(table_schema(table.columns), indent=1, ensure_ascii=False)
-    write_text(snakemake.output.schema, schema + "\n")
+    write_text(snakemake.output.schema, schema_text(table.columns))
