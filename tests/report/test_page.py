@@ -290,17 +290,17 @@ PLOTS = ("history-plot", "spectrum-plot", "ring-plot", "passage-plot", "trade-pl
 
 @pytest.mark.parametrize(("width", "height"), [(1400, 900), (390, 844)])
 def test_the_first_screen_answers(open_page, width, height):
-    """How many open claims came out with each rig; a square for every part that was judged; Fig. 24."""
+    """How many predictions are reproduced with each rig; a square for every part that was judged; Fig. 24."""
     page = open_page(width, height)
     answer = page.inner_text("#answer")
-    assert answer.startswith("Of 3 open claims") and "1 is reproduced with the rig shipped" in answer
+    assert answer.startswith("Of 3 predictions") and "1 is reproduced with the rig shipped" in answer
     assert "2 are reproduced with the rig other rig" in answer
     squares = page.eval_on_selector_all("#strip .square", "all => all.map(e => e.getAttribute('aria-label'))")
     assert squares == [
         *("C02, shipped: in trend", "C03, shipped: not reproduced", "C01, shipped: reproduced"),
         *("C02, other rig: in trend", "C03, other rig: reproduced", "C01, other rig: reproduced"),
     ]
-    assert "1 lies outside the range of what the part can be: x.fitted." in page.inner_text(".note")
+    assert "1 is outside the plausible range of the part: x.fitted." in page.inner_text(".note")
     assert page.evaluate("document.getElementById('strip').getBoundingClientRect().bottom") < height
     order = page.eval_on_selector_all(
         "#answer, #strip, .note, .front, nav, main", "all => all.map(e => e.id || e.tagName)"

@@ -166,7 +166,7 @@ def test_sensor_label_stands_in_the_figures():
 def test_spectrum_figure_marks_the_lines_where_they_are():
     shown = texts(spectrum_figure(recording(), sensor()))
     assert f"bin-free: {LOOP_HZ:.4f} Hz, 1.200 g" in shown
-    assert f"loop turns at {LOOP_HZ:.5f} Hz, place {20 * LOOP_HZ:.2f}" in shown
+    assert f"Loop frequency {LOOP_HZ:.5f} Hz, bin {20 * LOOP_HZ:.2f}" in shown
 
 
 def test_picket_fence_of_the_printed_record_at_115_rpm():
@@ -179,7 +179,7 @@ def test_picket_fence_of_the_printed_record_at_115_rpm():
         "raw": mean,
     }
     shown = texts(spectrum_figure(Recording(**arrays, meta=run.meta), sensor(0.13)))
-    assert "place 11.50" in shown
+    assert "bin 11.50" in shown
     assert "64 %" in shown
 
 

@@ -181,7 +181,7 @@ def test_every_kind_of_run_has_a_page(make_scene, open_file, tmp_path, name):
     assert page.inner_text("h1") == name
     assert page.locator("#scene").count() == (name != "belt")
     assert page.locator("#shares-plot").count() == (name in ("sprung", "short"))
-    assert ("Nothing is touched" in page.inner_text("body")) == (name == "free")
+    assert ("No contacts." in page.inner_text("body")) == (name == "free")
     assert ("too short for a spectrum" in page.inner_text("body")) == (name == "short")
     assert page.evaluate("document.documentElement.scrollWidth") <= PHONE
     assert shown.summary

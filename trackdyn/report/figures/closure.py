@@ -31,8 +31,8 @@ def closure_figure(recordings: Mapping[int, Recording]) -> Figure:
     limit = printed.LOOP_GAP.value
     ax.axhline(limit, **PRINTED, linewidth=1.4, label=f"printed in the paper: {power_of_ten(limit, 4)} m")
     ax.set_yscale("log")
-    ax.set(xlabel="time since the start of the record (s)", ylabel="distance of the loop's ends (m)")
-    ax.set_title("Largest gap of the cut joint")
+    ax.set(xlabel="time since the start of the record (s)", ylabel="closure error (m)")
+    ax.set_title("Largest closure error of the cut joint")
     ax.set_xlim(0, max(len(recording.gap) / recording.rate for recording in recordings.values()))
     figure.legend(loc="outside lower center", ncols=2)
     return figure

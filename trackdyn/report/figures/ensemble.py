@@ -118,7 +118,7 @@ def pareto_figure(
         color=VERMILION,
         linestyle="-",
         drawstyle="steps-post",
-        label="no rig is nearer to both",
+        label="Pareto front",
     )
     ax.axvline(cutoff, **PRINTED, linewidth=0.8)
     ax.axhline(cutoff, **PRINTED, linewidth=0.8, label=f"cutoff {cutoff:g}")

@@ -78,9 +78,9 @@ def stability_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
     limit = table.groupby("group")["expected"].first()
     ax.plot(limit.to_numpy(), limit.index.to_numpy(), color=BLACK, linestyle="-", label="predicted limit")
     refused = table[table["outcome"] == REFUSED].groupby("group")["at"].min()
-    ax.plot(refused.to_numpy(), refused.index.to_numpy(), color=BLACK, linestyle="--", label="first refused step")
+    ax.plot(refused.to_numpy(), refused.index.to_numpy(), color=BLACK, linestyle="--", label="first rejected step")
     ax.set(xscale="log", yscale="log", xlabel="step (s)", ylabel="Young's modulus of the teeth (Pa)")
-    ax.set_title("Explicit integration forced past the refusal,\n0.2 s without ring and friction, 210 rpm")
+    ax.set_title("Explicit integration at steps that a scene rejects,\n0.2 s without ring and friction, 210 rpm")
     figure.legend(loc="outside lower center", ncols=3)
     return figure
 
@@ -92,7 +92,7 @@ def restitution_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
     table = table.astype({"at": float, "value": float, "expected": float})
     figure = new_figure(3.6)
     ax = figure.subplots()
-    ax.plot([0, 1], [0, 1], **PRINTED, zorder=3, label="as named")
+    ax.plot([0, 1], [0, 1], **PRINTED, zorder=3, label="nominal")
     for i, (law, part) in enumerate(table.groupby("group", sort=False)):
         colour = (BLUE, ORANGE)[i % 2]
         part = part.sort_values("at")

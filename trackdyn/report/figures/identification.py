@@ -127,14 +127,14 @@ def features_figure(table: pd.DataFrame, sensor: str) -> Figure:
         )
         if "sim_q05" in part:
             sims = part["sim_q05"] / middle, part["sim_q95"] / middle
-            ax.vlines(place, *sims, color=BLUE, linewidth=2, label="90 % of simulations at the draws")
+            ax.vlines(place, *sims, color=BLUE, linewidth=2, label="90 % of simulations of the posterior")
         inside, seen = part["inside"].to_numpy(), (part["measured"] / middle).to_numpy()
         ax.plot(place[inside], seen[inside], "o", color=BLACK, markersize=3.5, label=sensor)
         ax.plot(place[~inside], seen[~inside], "X", color=VERMILION, markersize=6, label=f"{sensor}, outside")
         ax.set_yscale("log")
         ax.yaxis.set_major_formatter("{x:g}")
         ax.yaxis.set_minor_formatter("{x:g}" if np.ptp(np.log10(ax.get_ylim())) < 0.7 else "")
-        ax.set_ylabel("over the median\npredicted")
+        ax.set_ylabel("ratio to the\npredicted median")
         ax.set_title(f"{name}: {inside.sum()} of {len(part)} inside")
         last = name == records[-1]
         ax.set_xticks(
@@ -202,9 +202,9 @@ def rank_figure(ranks: pd.DataFrame, discrepancy: str) -> Figure:
         ax.stairs(counts, edges, color=BLUE)
         ax.set_ylim(bottom=0)
     for ax in axes[-1]:
-        ax.set_xlabel("rank of the truth")
+        ax.set_xlabel("rank of the true value")
     for ax in axes[:, 0]:
-        ax.set_ylabel("truths")
+        ax.set_ylabel("cases")
     return figure
 
 
@@ -225,7 +225,7 @@ def calibration_figure(ranks: pd.DataFrame, discrepancy: str) -> Figure:
         ax.fill_between(level, level - 1.96 * sd, level + 1.96 * sd, color=ORANGE, alpha=0.3, linewidth=0)
         ax.plot(level, level, color=BLACK, linewidth=0.6, linestyle="-")
     for ax in axes[-1]:
-        ax.set_xlabel("level")
+        ax.set_xlabel("level of the interval")
     for ax in axes[:, 0]:
-        ax.set_ylabel("truths inside")
+        ax.set_ylabel("coverage")
     return figure

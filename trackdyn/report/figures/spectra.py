@@ -77,7 +77,7 @@ def spectrum_figure(recording: Recording, record: SensorRecord, title="", sensor
     figure = new_figure(6.4)
     main, low, whole = figure.subplots(3, 1, height_ratios=(1.3, 1.0, 1.0))
     position, factor = picket_fence(loop_hz, recording.rate, len(simulated.ay))
-    fence = f"The loop turns at {loop_hz:.5f} Hz, place {position:.2f} among the\nlines of the FFT: a sine there shows"
+    fence = f"Loop frequency {loop_hz:.5f} Hz, bin {position:.2f} of the\nFFT, which shows a sine there with"
     main.set_title(f"{lettered(title, recording)}. {fence} {100 * factor:.0f} % of its amplitude")
     main.axvline(loop_hz, color=BLACK, linestyle=(0, (1, 1)), linewidth=0.8)
     bin_hz = recording.rate / len(simulated.ay)

@@ -247,8 +247,8 @@ const FRAME = { index: 0, shown: [] }; // what else follows the picture
       arrow(at(foot), at([foot[0] + length * n[0], foot[1] + length * n[1]]), side, ratio);
     }
     const tell = NAMES.map((name, i) => `${name} ${counts[i]}` + (counts[i] ? ` (largest ${most[i]} N)` : ""));
-    $("readout").textContent = !G.force_bar ? "Nothing is touched." : `Contacts at this instant: ${tell.join(", ")}. ` +
-      (G.force_most ? `The bar is ${G.force_bar} N in every run; forces above ${G.force_most} N are drawn no longer.`
+    $("readout").textContent = !G.force_bar ? "No contacts." : `Contacts at this instant: ${tell.join(", ")}. ` +
+      (G.force_most ? `The bar is ${G.force_bar} N in every run; arrows do not grow above ${G.force_most} N.`
         : `The bar is ${G.force_bar} N in all views.`);
     // formatted here, and so are the forces above: the reader chooses the instant
     $("clock").textContent = (index * run.interval + (run.begin ?? 0)).toFixed(2) + " s";

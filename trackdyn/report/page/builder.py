@@ -40,7 +40,7 @@ KINDS = {
 }
 SYMBOLS = dict(zip(VERDICTS, ("●", "◐", "○", "◇", "–"), strict=True))
 SCRIPTS = ("shared", "page", "animation", "plots", "charts")  # one module, in this order
-FAILED = (NOT_REPRODUCED, IN_TREND)  # a claim of such a part did not come out
+FAILED = (NOT_REPRODUCED, IN_TREND)  # a claim with such a part is not reproduced
 COLOURS_OF_A_PICTURE = 13
 FRONT = "fig24"  # on the first screen
 MODEL = tuple(f"fig{number:02d}" for number in range(1, 14))
@@ -50,15 +50,15 @@ ACCURACY = ("trade_answer", "limits", "peer_answers")  # of the studies, beside 
 BESIDE = {
     "trade": ("accuracy against cost, and the planner", "planner.csv"),
     "fidelity": ("what each setting of the model changes", "fidelity.csv"),
-    "peer_answers": ("an answer of equal error in every code", "tables/peer_answers.csv"),
+    "peer_answers": ("cost of an answer of equal error in every code", "tables/peer_answers.csv"),
     "extremes": ("extremes of parameters, steps and states", "extremes.csv"),
     "traction": ("which flank carries the drive", "traction.csv"),
     "sensitivity": ("sensitivity to every fitted parameter", "tables/sensitivity.csv"),
     "whole_loop": ("short answers beside long records", "whole_loop.csv"),
     "layouts": ("random layouts", "layouts.csv"),
-    "wear": ("how long the ring stays right", "wear_lives.csv"),
+    "wear": ("service life of the ring", "wear_lives.csv"),
     "ensemble": ("rigs within the ranges of their parts", "ensemble/rigs.csv"),
-    "assumptions": ("which assumption makes which claim come out", "assumptions.csv"),
+    "assumptions": ("assumptions that reproduce claims", "assumptions.csv"),
 }
 # tables whose files the page hands out; the first folder that has one
 TABLES = (
@@ -208,7 +208,7 @@ def _signals(inputs: PageInputs) -> dict:
 
 
 def _card(results: Path) -> dict | None:
-    """The scorecard: what came out for every rig, the open tests that failed, and all parts with these first."""
+    """The scorecard: results for every rig, the predictions that failed, and all parts with these first."""
     path = results / "claims.csv"
     if not path.is_file():
         return None

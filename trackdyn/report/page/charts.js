@@ -24,7 +24,7 @@ if ($("signal-speed")) {
       const told = hover("%{x:.4f} Hz, %{y:.4f} g", name);
       traces.push({ name, x: s[range + "_hz"], y: s[range + "_g"], mode: "lines",
                     line: { ...line, width: 1.4 }, ...told });
-      // the line of the FFT, and (hollow) the same without the picket fence
+      // the line of the FFT, and (hollow) the same without scalloping loss
       if (range === "low")
         traces.push({ name, x: [s.line[0], s.free[0]], y: [s.line[1], s.free[1]], mode: "markers", showlegend: false,
                       marker: { symbol: [symbol, symbol + "-open"], size: [8, 13], color: line.color,
@@ -106,7 +106,7 @@ if (DATA.trade) {
   await chart("trade-plot", () => {
     const rows = DATA.trade.filter((row) => row.group === $("trade-measure").value);
     const failed = rows.filter((row) => row.error === null).map((row) => `${row.setting} at ${row.step} s`);
-    $("trade-failed").textContent = failed.length ? "Refused or diverged: " + failed.join("; ") + "." : "";
+    $("trade-failed").textContent = failed.length ? "Rejected or diverged: " + failed.join("; ") + "." : "";
     const traces = [...new Set(rows.map((row) => row.setting))].map((name, i) => {
       const group = rows.filter((row) => row.setting === name && row.error !== null).sort((a, b) => a.step - b.step);
       const { color, dash, symbol } = look(i);

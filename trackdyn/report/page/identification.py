@@ -29,7 +29,7 @@ def write_page(answer: Answer, rig: Rig, out: Path, synthetic: str = "", tellabl
     Parameters
     ----------
     answer : Answer
-        What came out.
+        The identified values.
     rig : Rig
         That of the best values.
     out : Path

@@ -36,10 +36,10 @@ if ($("ladder-scene")) {
   const ring = DATA.ring;
   if (!ring) return;
   const columns = [
-    ["left_share_pct", "left arc in contact (% of a turn)"], ["right_share_pct", "right arc in contact (% of a turn)"],
-    ["ring_share_pct", "ring in contact (% of a turn)"], ["left_rms_n", "RMS force, left arc (N)"],
+    ["left_share_pct", "contact duration, left arc (% of a turn)"], ["right_share_pct", "contact duration, right arc (% of a turn)"],
+    ["ring_share_pct", "contact duration, ring (% of a turn)"], ["left_rms_n", "RMS force, left arc (N)"],
     ["right_rms_n", "RMS force, right arc (N)"], ["ring_rms_n", "RMS force, ring (N)"],
-    ["left_phase_start", "left arc begins at (turns)"],
+    ["left_phase_start", "first touch, left arc (turns)"],
   ].filter(([name]) => name in ring.values);
   function row(cells, tag) {
     const line = document.createElement("tr");
