@@ -8,8 +8,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from trackdyn.errors import InputError
-from trackdyn.measure.contact_log import SIDES, timing
 from trackdyn.measure.columns import table_schema
+from trackdyn.measure.contact_log import SIDES, timing
 from trackdyn.measure.meshing import events, mean_events, meshing_summary, passages, smoothed_maxima, spells
 from trackdyn.parameters.rig import load_rig
 from trackdyn.simulation.recording import Recording

@@ -54,10 +54,20 @@ def specific_force(acceleration: ArrayLike, angle: ArrayLike, gravity: float = 9
 
 
 def sense(recording: Recording, every: int = 1) -> SensorSignal:
-    """Apply Eq. (40), the unit g and the range to a recording.
+    """Apply Eq. (40), the unit g and the range of the sensor to a recording.
 
-    ``every`` samples of the recording make one of the sensor. A sample is the mean over its interval, so their mean is
-    what a sensor of a rate that is lower by this factor reports.
+    Parameters
+    ----------
+    recording : Recording
+        Run of S samples.
+    every : int
+        Samples of the recording per sample of the sensor: their mean is the sample of a sensor whose rate is lower by
+        this factor.
+
+    Returns
+    -------
+    SensorSignal
+        ``S // every`` samples: times in s, accelerations in g.
     """
     g = recording.meta["rig"]["gravity"] or 9.81
     limit = recording.meta["rig"]["sensor"]["range"]
