@@ -111,9 +111,9 @@ def make_carriers(rig: Rig, model: Model, kept: str, shift: float) -> Carriers |
 
 def none_of(carriers: Carriers) -> Carriers:
     """Carriers of no wheel: the same types, so that kernels need not be compiled for fixed wheels too."""
-    rows = [name for name in carriers._fields if name not in ("of_wheel", "tensioner", "force")]
-    none = {name: getattr(carriers, name)[:0] for name in rows}
-    return carriers._replace(of_wheel=np.full_like(carriers.of_wheel, -1), **none)
+    kept = ("of_wheel", "tensioner", "force")
+    empty = {name: part[:0] for name, part in carriers._asdict().items() if name not in kept}
+    return carriers._replace(of_wheel=np.full_like(carriers.of_wheel, -1), **empty)
 
 
 def preloads(rig: Rig, carriers: Carriers, work: Work, q: np.ndarray) -> np.ndarray:
