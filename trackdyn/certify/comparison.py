@@ -27,7 +27,7 @@ EQUAL, WITHIN, BYTES, DIFFERS, MISSING, EXTRA = "equal", "within", "bytes", "dif
 
 @dataclass(frozen=True)
 class Finding:
-    """What became of a file.
+    """Result of the comparison of one file.
 
     Attributes
     ----------
@@ -48,8 +48,17 @@ class Finding:
 
 
 def compare(found: dict[str, Any], expected: dict[str, Any]) -> list[Finding]:
-    """What became of every file of two manifests (`manifest.describe`, `manifest.load_manifest`), in the order of their
-    names.
+    """Compare the files of two manifests.
+
+    Parameters
+    ----------
+    found, expected : dict
+        Manifests, from `manifest.describe` or `manifest.load_manifest`.
+
+    Returns
+    -------
+    list of Finding
+        One per file of either manifest, by name; files that hold times are omitted.
     """
     ours, theirs = found["files"], expected["files"]
     timed = {*found["hold_times"], *expected["hold_times"]}
@@ -60,7 +69,7 @@ def compare(found: dict[str, Any], expected: dict[str, Any]) -> list[Finding]:
 
 
 def summary(findings: Iterable[Finding]) -> str:
-    """How many files ended how."""
+    """Count the findings of each status, in one line."""
     counts = Counter(finding.status for finding in findings)
     words = {
         EQUAL: "equal",
@@ -74,7 +83,18 @@ def summary(findings: Iterable[Finding]) -> str:
 
 
 def failed(findings: Iterable[Finding], exact: bool = False) -> list[Finding]:
-    """Those that contradict the manifest; ``exact``: also those that differ in a byte."""
+    """Return the findings that contradict the manifest.
+
+    Parameters
+    ----------
+    findings : iterable of Finding
+    exact : bool
+        Also those that are within the tolerance, or whose bytes differ.
+
+    Returns
+    -------
+    list of Finding
+    """
     bad = {DIFFERS, MISSING} | ({WITHIN, BYTES} if exact else set())
     return [finding for finding in findings if finding.status in bad]
 

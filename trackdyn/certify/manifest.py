@@ -73,12 +73,22 @@ class Manifest(Section):
 
 
 def run_files(results: Path | str) -> list[str]:
-    """Names of the files that a run has made, below its folder, without logs, costs and what belongs to another run.
+    """List the files that a run has made, without logs, costs and files of another run.
+
+    Parameters
+    ----------
+    results : path
+        Folder of a run.
+
+    Returns
+    -------
+    list of str
+        Names relative to the folder, sorted.
 
     Raises
     ------
     InputError
-        There is no such folder, or nothing of a run in it.
+        There is no such folder, or it has no figure, table or recording.
     """
     results = Path(results)
     if not results.is_dir():
@@ -99,7 +109,7 @@ def run_files(results: Path | str) -> list[str]:
 
 
 def describe(results: Path | str, inputs: Iterable[Path | str] = (), whole: bool = False) -> dict[str, Any]:
-    """The manifest of a results folder.
+    """Describe a results folder by hashes and numbers.
 
     Parameters
     ----------
@@ -137,7 +147,25 @@ def describe(results: Path | str, inputs: Iterable[Path | str] = (), whole: bool
 
 
 def write_manifest(results: Path | str, inputs: Iterable[Path | str] = ()) -> Path:
-    """Write ``manifest.json`` into a results folder; the same results give the same bytes."""
+    """Write ``manifest.json`` into a results folder; the same results give the same bytes.
+
+    Parameters
+    ----------
+    results : path
+        Folder of a run.
+    inputs : iterable of path
+        What the run was made from.
+
+    Returns
+    -------
+    path
+        The manifest.
+
+    Raises
+    ------
+    InputError
+        As `run_files`.
+    """
     place = Path(results, NAME)
     write_text(place, json.dumps(describe(results, inputs), indent=1, ensure_ascii=False) + "\n")
     return place
@@ -146,10 +174,20 @@ def write_manifest(results: Path | str, inputs: Iterable[Path | str] = ()) -> Pa
 def load_manifest(path: Path | str) -> dict[str, Any]:
     """Read a manifest.
 
+    Parameters
+    ----------
+    path : path
+        ``manifest.json``.
+
+    Returns
+    -------
+    dict
+        As `describe`.
+
     Raises
     ------
     InputError
-        The file is missing, not a manifest, or of another format.
+        The file is missing, damaged, no manifest, or has another format.
     """
     try:
         data = json.loads(read_text(path, "manifest", LARGEST))

@@ -317,30 +317,38 @@ class Rig(OmitsDefaults):
         return may_have(cls, name)
 
     def value(self, name: str) -> Any:
-        """Value of a field by its dotted name.
+        """Return the value of a field.
+
+        Parameters
+        ----------
+        name : str
+            Dotted name, such as ``sprocket.ring_radius`` or ``road_1.arm.stiffness``.
 
         Raises
         ------
         InputError
             There is no such field.
-
-        Examples
-        --------
-        ``rig.value("sprocket.ring_radius")``, ``rig.value("road_1.arm.stiffness")``.
         """
         if name not in self.fields:
             raise no_field(self, name)
         return self.fields[name].value
 
     def changed(self, **changes: Any) -> "Rig":
-        """A rig with some values replaced, by dotted name; a dot may be written as two underscores.
+        """Return a rig with some values replaced.
 
-        A section that the rig may lack is taken away by None.
+        Parameters
+        ----------
+        **changes
+            Values in SI units by dotted name; two underscores stand for a dot, None removes an optional section.
+
+        Returns
+        -------
+        Rig
 
         Raises
         ------
         InputError
-            There is no such field, or no such rig.
+            There is no such field, or the values give no rig.
 
         Examples
         --------
@@ -363,12 +371,21 @@ def _validated(data: Any, name: str, context: str | None = None) -> Rig:
 
 
 def load_rig(path: Path | str = DEFAULT) -> Rig:
-    """Read and validate a rig: a file, or a shipped rig by its name (`rig_file.shipped_rigs`).
+    """Read and validate a rig.
+
+    Parameters
+    ----------
+    path : path or str
+        A YAML file, or the name of a shipped rig (`rig_file.shipped_rigs`).
+
+    Returns
+    -------
+    Rig
 
     Raises
     ------
     InputError
-        One sentence with file, field, value and what would be accepted.
+        One sentence with file, field, value and what is accepted.
     """
     data, cells = read_rig(path), cells_path(path)
     if cells is not None and rig_cells(cells):

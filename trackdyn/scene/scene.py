@@ -238,10 +238,18 @@ class Scene(Choices):
 
     @staticmethod
     def ring_range(rig: Rig) -> tuple[float, float]:
-        """Least and greatest ring radius that the loop allows, m.
+        """Smallest and largest ring radius of a rig, m.
 
-        Below the least one the links ride on the teeth alone; above the greatest one the extra
-        length of the wrap exceeds what the tensioner's travel gave.
+        Below the smallest one the links are on the teeth alone. Above the largest one the wrap needs more length than
+        the tensioner's travel gives.
+
+        Parameters
+        ----------
+        rig : Rig
+
+        Returns
+        -------
+        least, greatest : float
         """
         groove = rig.groove_profile
         return float(groove.joints()[:, 1].min()), rig.sprocket.ring_radius + 0.4 * rig.tension.travel
@@ -268,15 +276,40 @@ class Scene(Choices):
         return build_model(self)
 
     def with_(self, **changes: Any) -> "Scene":
-        """A scene with some fields replaced."""
+        """Return a scene with some fields replaced.
+
+        Parameters
+        ----------
+        **changes
+            Fields by name.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        InputError
+            A field does not exist, is out of range, or contradicts another one.
+        """
         return Scene(**{name: getattr(self, name) for name in type(self).model_fields} | changes)
 
     def sampled(self, rate: int) -> "Scene":
-        """The scene recorded at another rate (Hz); step and frame interval become the next smaller ones that fit it."""
+        """Return the scene recorded at another rate.
+
+        Parameters
+        ----------
+        rate : int
+            Samples per second. Step and frame interval become the next smaller ones that fit it.
+
+        Returns
+        -------
+        Scene
+        """
         rig = self.rig.changed(sensor__rate=rate)
         frames = max(floor(self.frame_interval * rate + 1e-6), 1) / rate if self.frame_interval else 0.0
         return self.with_(rig=rig, step=1.0 / rate / ceil(1.0 / rate / self.step - 1e-6), frame_interval=frames)
 
     def describe(self) -> dict:
-        """Plain data for provenance."""
+        """Return the fields and the rig as plain data, for provenance."""
         return self.model_dump(mode="json")

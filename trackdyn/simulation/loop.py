@@ -34,7 +34,7 @@ from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.settling import allocate, settle, with_sliding
 from trackdyn.simulation.state_checks import Door, refuse_diverged, refuse_other_record
-from trackdyn.simulation.stepping import march
+from trackdyn.simulation.stepping import joint_forces, march
 
 
 class Loop:
@@ -89,7 +89,13 @@ class Loop:
     # -- stepping ------------------------------------------------------------------------------------------------------
 
     def step(self, count: int = 1) -> None:
-        """Take ``count`` steps."""
+        """Take steps.
+
+        Parameters
+        ----------
+        count : int
+            Number of steps of ``scene.step`` s.
+        """
         count = int(within("count", count, 1, MOST_STEPS))
         self._march(self._scratch, 0, 1, stride=count)
 
@@ -115,7 +121,15 @@ class Loop:
             self._lock.release()
 
     def advance(self, seconds: float, tick: Callable[[float], object] = lambda seconds: None) -> None:
-        """Go on for ``seconds``, to the nearest step; ``tick`` is called with the seconds that every chunk adds."""
+        """Integrate for a time, rounded to whole steps.
+
+        Parameters
+        ----------
+        seconds : float
+            Time, s.
+        tick : function
+            Called with the seconds that every chunk adds.
+        """
         seconds = within("seconds", seconds, 0.0, LONGEST)
         with self._alone():
             self._sound()
@@ -149,7 +163,7 @@ class Loop:
         every_link: bool = False,
         tick: Callable[[float], object] = lambda seconds: None,
     ) -> Recording:
-        """Go on for ``seconds`` and record.
+        """Integrate for a time and record.
 
         Parameters
         ----------
@@ -253,26 +267,10 @@ class Loop:
     def joint_forces(self) -> np.ndarray:
         """(n, 2) force of body i on body i + 1 through the joint between them at the last step taken, N.
 
-        Newton's law along the chain, from the cut (the last entry) on, with the accelerations of that step. Contacts
-        are those of the state as it is, one step later. Where pins part it is the force of their rubber.
+        Newton's law along the chain, from the cut (the last entry) on, with the accelerations of that step and the
+        contacts of the present state, one step later. With radial compliance it is the force of the bushings.
         """
-        if self.work.radial is not None:
-            return self.work.radial.force.copy()
-        chain, work, sweep = self.model.chain, self.work, self.work.sweep
-        alpha, acceleration = sweep.response @ sweep.load, sweep.base @ sweep.load
-        rate2 = self.state.rate**2
-        arm = np.column_stack(
-            [chain.com_x * work.cos - chain.com_y * work.sin, chain.com_x * work.sin + chain.com_y * work.cos]
-        )
-        across = chain.length[:, None] * np.column_stack([work.cos, work.sin])
-
-        def relative(r: np.ndarray) -> np.ndarray:
-            return alpha[:, None] * np.column_stack([-r[:, 1], r[:, 0]]) - rate2[:, None] * r
-
-        pins = acceleration + np.vstack([np.zeros(2), np.cumsum(relative(across), axis=0)[:-1]])
-        outer = np.column_stack([work.force_x, work.force_y - chain.mass * chain.gravity])
-        passed = outer - chain.mass[:, None] * (pins + relative(arm))
-        return np.asarray(sweep.load[:2]) + np.cumsum(passed, axis=0)
+        return joint_forces(self.model, self.state, self.work)
 
     @property
     def energy(self) -> dict[str, float]:
@@ -295,7 +293,13 @@ class Loop:
     # -- steering ------------------------------------------------------------------------------------------------------
 
     def drive(self, motor_rpm: float, ramp: float = 1e-3) -> None:
-        """Take the motor from its present speed to another (rev/min) within ``ramp`` seconds."""
+        """Change the motor speed on a ramp that is smooth at both ends.
+
+        Parameters
+        ----------
+        motor_rpm, ramp : float
+            New speed, rev/min, and the time in which it is reached, s.
+        """
         now = sprocket_rate(self.model.drive, self.time)
         self.scene = self.scene.with_(motor_rpm=motor_rpm, ramp=ramp)
         self.model = self.model._replace(
@@ -305,8 +309,18 @@ class Loop:
         )
 
     def shift_tensioner(self, shift: float) -> None:
-        """Put the tensioning wheel at ``shift`` (m) along its line; ``layout["tensioner_shift_m"]`` is where
-        it stands.
+        """Move a locked tensioning wheel along its line.
+
+        Parameters
+        ----------
+        shift : float
+            Displacement from its position in the rig, m, within its travel; ``layout["tensioner_shift_m"]`` has the
+            present one.
+
+        Raises
+        ------
+        InputError
+            Beyond the travel, or the tensioner is on a spring.
         """
         rig = self.scene.rig
         if self.scene.tension in CARRIED:
@@ -318,14 +332,14 @@ class Loop:
     # -- keeping -------------------------------------------------------------------------------------------------------
 
     def copy(self) -> "Loop":
-        """An independent loop in the same state."""
+        """Return an independent loop in the same state."""
         return copy.deepcopy(self)
 
     def changed(self, **fields: Any) -> "Loop":
-        """An independent loop in the same state that goes on with some fields of its scene replaced.
+        """Return an independent loop in the same state, with some fields of its scene replaced.
 
-        Step, integrator, solver, motor speed, laws, the rig's weights and the like may change; bodies, joints and
-        wheels stay. The sprocket goes on as it is driven, or to another speed from the present one (`drive`).
+        Step, integrator, solver, motor speed, laws, masses and the like may change; bodies, joints and wheels may not.
+        The drive continues, or changes its speed from the present one (`drive`).
 
         Raises
         ------
@@ -354,13 +368,13 @@ class Loop:
         return other
 
     def save(self, path: Path | str) -> None:
-        """Write a checkpoint that goes on bit for bit (`Loop.load`)."""
+        """Write a checkpoint from which `Loop.load` continues bit for bit."""
         self._sound()
         write_checkpoint(path, self.describe())
 
     @classmethod
     def load(cls, path: Path | str) -> "Loop":
-        """The loop that `save` wrote.
+        """Read the loop that `save` wrote to ``path``.
 
         Raises
         ------

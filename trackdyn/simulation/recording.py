@@ -221,12 +221,17 @@ class Recording:
         return self
 
     def save(self, path: Path | str) -> None:
-        """Write to an npz file: a temporary name first, so that a broken run leaves nothing.
+        """Write an npz file, under a temporary name first, so that an interruption leaves no half file.
+
+        Parameters
+        ----------
+        path : path
+            File to write; an existing one is replaced.
 
         Raises
         ------
         InputError
-            It cannot be written.
+            The file cannot be written.
         """
         meta = np.array(json.dumps(self.meta | {"format": FORMAT}, sort_keys=True))
         with replacing(path) as part, part.open("wb") as file:
@@ -256,10 +261,19 @@ def provenance(scene: Scene, layout: dict) -> dict:
 def load_recording(path: Path | str) -> Recording:
     """Read a recording.
 
+    Parameters
+    ----------
+    path : path
+        File written by `Recording.save`.
+
+    Returns
+    -------
+    Recording
+
     Raises
     ------
     InputError
-        If the file is missing, not a recording, or of another format.
+        The file is missing, damaged, no recording, or has another format.
     """
     meta, arrays = read_npz(path, "trackdyn recording", virtual_memory().available / 2)
     if meta.get("format") != FORMAT:

@@ -1,4 +1,6 @@
-"""One call of the time loop, and what is said when a run leaves the physical range."""
+"""One call of the time loop, its message when a run leaves the physical range, and the forces in the joints."""
+
+import numpy as np
 
 from trackdyn.errors import DivergenceError
 from trackdyn.integrate.run import run
@@ -32,3 +34,24 @@ def march(
             f"{body_name(bad, len(state.angle) == len(state.wheel_impact))}; "
             f"use a step smaller than {model.step:g} s, or check the rig"
         )
+
+
+def joint_forces(model: Model, state: State, work: Work) -> np.ndarray:
+    """(n, 2) force of body i on body i + 1 through the joint between them at the last step, N (`Loop.joint_forces`)."""
+    if work.radial is not None:
+        return work.radial.force.copy()
+    chain, sweep = model.chain, work.sweep
+    alpha, acceleration = sweep.response @ sweep.load, sweep.base @ sweep.load
+    rate2 = state.rate**2
+    arm = np.column_stack(
+        [chain.com_x * work.cos - chain.com_y * work.sin, chain.com_x * work.sin + chain.com_y * work.cos]
+    )
+    across = chain.length[:, None] * np.column_stack([work.cos, work.sin])
+
+    def relative(r: np.ndarray) -> np.ndarray:
+        return alpha[:, None] * np.column_stack([-r[:, 1], r[:, 0]]) - rate2[:, None] * r
+
+    pins = acceleration + np.vstack([np.zeros(2), np.cumsum(relative(across), axis=0)[:-1]])
+    outer = np.column_stack([work.force_x, work.force_y - chain.mass * chain.gravity])
+    passed = outer - chain.mass[:, None] * (pins + relative(arm))
+    return np.asarray(sweep.load[:2]) + np.cumsum(passed, axis=0)

@@ -131,16 +131,21 @@ def identify(
     unknowns : Unknowns
         With the rig that they belong to.
     store : path or None
-        Folder in which simulations are kept as they come.
+        Folder in which each simulation is stored as soon as it has run; a second call reads them.
     settings : Settings
-        What may be spent.
+        Numbers of simulations, waves and steps of the sampler, seed and processes.
     say : callable
-        Takes a line about what is going on.
+        Called with lines of progress.
+
+    Returns
+    -------
+    Answer
+        Table of the unknowns, draws of the posterior, discrepancies, predictions.
 
     Raises
     ------
     InputError
-        Too many rigs cannot run, no feature depends on an unknown, or the records tell nothing about any of them.
+        Too many rigs cannot run, no feature depends on an unknown, or the records determine none of them.
     """
     experiment = Experiment(unknowns.rig, tuple(one.speed for one in measured))
     records = joined(measured)

@@ -55,14 +55,34 @@ def read_records(
     ring_radius: float | None,
     preset: str,
 ) -> list[Measured]:
-    """Read sensors' files; a speed is that of the dominant peak unless ``rpm`` gives the motor speed of each.
+    """Read the records of a sensor at different speeds.
 
-    The turn of the loop is always that of the dominant peak: near a given speed, or the highest one of all.
+    The revolution of the loop is that of the dominant peak: the one near a given speed, or the highest one.
+
+    Parameters
+    ----------
+    paths : sequence of path
+        One file per speed.
+    rig : Rig
+        With range of the sensor and gravity.
+    mapping : SensorMapping
+        Columns, units and axes of the files.
+    rpm : sequence of float
+        Motor speed of each record, rev/min; empty: from the dominant peak.
+    ring_radius : float or None
+        Ring radius of the runs, m; None: no ring.
+    preset : str
+        Fidelity of the simulations.
+
+    Returns
+    -------
+    list of Measured
+        In the order of the files.
 
     Raises
     ------
     InputError
-        A file cannot be used, a record is too short, or two have one name or one speed.
+        A file is invalid, a record is too short, or two records have the same name or speed.
     """
     if rpm and len(rpm) != len(paths):
         raise InputError(

@@ -171,14 +171,27 @@ class Draws(NamedTuple):
 def sample(
     posterior: Posterior, steps: int = STEPS, seed: int = 0, progress: str = "", walkers: int = WALKERS, rounds: int = 3
 ) -> Draws:
-    """Draw from a posterior with an ensemble of walkers (emcee) that begin at its best points among many of the prior.
+    """Draw from a posterior with an ensemble sampler (emcee) that starts at the best of many points of the prior.
 
-    A chain that holds fewer than `CHAIN_LENGTHS` autocorrelation times is run on, ``rounds`` times as long at most.
+    Parameters
+    ----------
+    posterior : Posterior
+    steps, walkers : int
+        Steps of the chain and number of walkers.
+    seed : int
+    progress : str
+        Label of the progress bar; empty: none.
+    rounds : int
+        A chain shorter than `CHAIN_LENGTHS` autocorrelation times is continued, up to this many times ``steps``.
+
+    Returns
+    -------
+    Draws
 
     Raises
     ------
     TrackdynError
-        No point of the prior has a density.
+        The density is zero at all points of the prior.
     """
     with threadpool_limits(1):  # matrices so small lose by being shared out
         return _sample(posterior, steps, seed, progress, walkers, rounds)

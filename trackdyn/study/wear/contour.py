@@ -51,7 +51,7 @@ class Contour:
 
 
 def contours(groove: Groove) -> tuple[Contour, Contour]:
-    """Left and right flank of a groove."""
+    """Return the contours of the left and right flank of a groove."""
     return _contour(groove, range(len(groove.radius) // 2), 1.0), _contour(
         groove, range(len(groove.radius) - 1, len(groove.radius) // 2 - 1, -1), -1.0
     )

@@ -35,7 +35,16 @@ class Coefficients(Section):
 
 
 def load_coefficients(path: Path | str = DEFAULT) -> Coefficients:
-    """Read and validate a file of coefficients; every one has value, unit, kind and source.
+    """Read and validate a file of wear coefficients, each with value, unit, kind and source.
+
+    Parameters
+    ----------
+    path : path
+        YAML file; default: the shipped one.
+
+    Returns
+    -------
+    Coefficients
 
     Raises
     ------
@@ -46,7 +55,7 @@ def load_coefficients(path: Path | str = DEFAULT) -> Coefficients:
 
 
 def depth(work, energy_density: float, area):
-    """Depth (m) that work of friction (J) takes off an area (m2)."""
+    """Return the depth of wear, m, of an area (m2) for friction work (J) and energy density (J/m3)."""
     return work / (energy_density * area)
 
 

@@ -66,12 +66,22 @@ UNITS = {"ring": {"m": 1.0, "mm": 1e-3}, "distance": {"m": 1.0, "km": 1e3}}
 
 
 def parse_until(text: str) -> Until:
-    """Read a bound such as ``ring 0.303 m`` or ``distance 5000 km``.
+    """Read a bound.
+
+    Parameters
+    ----------
+    text : str
+        Such as ``ring 0.303 m`` or ``distance 5000 km``.
+
+    Returns
+    -------
+    Until
+        Quantity and value, m.
 
     Raises
     ------
     InputError
-        It is neither of these.
+        The text is neither of these.
     """
     try:
         what, value, unit = str(text).split()
@@ -220,7 +230,13 @@ class Worn:
         return Found(d.rates(rig, radius, worked, self.coefficients), np.array([told[name] for name in SHARES]), told)
 
     def goal(self, until: Until) -> tuple[int, float]:
-        """The entry of the state that reaches a bound, and the value at which it does."""
+        """Return the entry of the state that reaches a bound, and its value there, m.
+
+        Raises
+        ------
+        InputError
+            The rig has no ring, or the bound is not below its new ring.
+        """
         if until.what == "distance":
             return self.depths.distance, until.value
         if self.rig.ring_radius is None:
@@ -238,14 +254,20 @@ def live(
     overwrite: bool = False,
     tick: Callable[[dict], object] = lambda row: None,
 ) -> pd.DataFrame:
-    """The life of a rig, a row a state.
+    """Compute the wear of a rig over its life, one row per state.
 
     Parameters
     ----------
+    worn : Worn
+        Rates of wear of the rig.
+    until : Until
+        Ring radius or distance at which the life ends.
+    limits : Limits
+        Control of the steps.
     out : path or None
-        Table (.parquet) that is written after every step; the same call goes on from what is there.
+        Table (.parquet) that is written after every step; the same call resumes from it.
     overwrite : bool
-        Begin again if the table holds another result of trackdyn wear.
+        Start again if the table has another result of trackdyn wear.
     tick : function
         Called with every new row.
 
