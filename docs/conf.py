@@ -9,7 +9,7 @@ from pathlib import Path
 
 from trackdyn import __version__
 from trackdyn.commands.cli import COMMANDS
-from trackdyn.measure.columns import COLUMNS
+from trackdyn.measure.columns import COLUMNS, TABLES
 
 ROOT = Path(__file__).parents[1]
 project = "trackdyn"
@@ -54,9 +54,12 @@ def commands() -> str:
 
 
 def columns() -> str:
-    """The columns of ``metrics.csv``."""
-    rows = [f"| `{name}` | {unit} | {text} |" for name, (_, unit, text, _) in COLUMNS.items()]
-    return "\n".join(["# Columns of metrics.csv", "", "| column | unit | what it is |", "|---|---|---|", *rows, ""])
+    """The columns of the published tables."""
+    lines = ["# Columns of published tables", ""]
+    for table, described in {"metrics": COLUMNS, **{name: columns for name, (_, columns) in TABLES.items()}}.items():
+        rows = [f"| `{name}` | {unit} | {text} |" for name, (_, unit, text, *_) in described.items()]
+        lines += [f"## {table}.csv", "", "| column | unit | meaning |", "|---|---|---|", *rows, ""]
+    return "\n".join(lines)
 
 
 def gallery_page(path: Path, place: Path) -> str:

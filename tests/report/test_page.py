@@ -449,7 +449,7 @@ def test_settings_are_shown_scene_by_scene(open_page):
 def test_a_broken_promise_of_the_planner_is_told(page_file):
     text = page_file.read_text(encoding="utf-8")
     told = (
-        r"kept\s<b>1 of 2</b> promises; what it did not promise: 1. Broken: no ring 210 rpm, contact duration, left arc"
+        r"kept\s<b>1 of 2</b> promises; cases without a promise: 1. Broken: no ring 210 rpm, contact duration, left arc"
     )
     assert re.search(told, text)
 
