@@ -47,6 +47,9 @@ def wear_text(lives: pd.DataFrame) -> str:
             f"- Lives of the {len(worn)} rigs whose ring wears to the last radius: median {middle:.3g} km, 90 % of "
             f"them between {low:.3g} and {high:.3g} km, with the same coefficients for all."
         )
+    deepest = 1e3 * named[["left_depth_m", "right_depth_m"]].max().max()
+    lost = 1e3 * (named["first_radius_m"] - named["last_radius_m"]).max()
+    lines.append(f"- Deepest wear of a groove in these lives: {deepest:.2g} mm, while the ring loses {lost:.2g} mm.")
     of_sensor = sensed(lives[lives["rig"] == lives["rig"].iloc[0]])
     best = of_sensor.groupby("measure")["detectable_mm"].median().sort_values()
     named_best = ", ".join(f"{value:.2f} mm by `{name}`" for name, value in best.items())

@@ -150,28 +150,30 @@ def summarize(lives: pd.DataFrame, seen: pd.DataFrame) -> pd.DataFrame:
 def answer(summary: pd.DataFrame, seen: pd.DataFrame, printed: float = 0.308) -> str:
     """From which first radius the contacts stay good longest, and in how many rigs the printed one (m) does as well."""
     longest = seen.loc[seen.groupby(OF_A_LIFE[:3])["first_radius_m"].transform("max") == seen["first_radius_m"]]
-    words, enough, of_ensemble = [], 0, []
+    named, drawn = [], []  # best first radius, and how much of the longest run the printed one has
     for case, table in longest.groupby(OF_A_LIFE[:3], sort=False):
-        if not (most := table["good_km"].max()) > 0:
-            continue
-        best = table.loc[table["good_km"] >= most * (1 - 1e-9), "radius_m"].min()
-        there = float(np.interp(printed, table["radius_m"], table["good_km"])) / most
-        if case[0].startswith("ensemble"):
-            enough += there >= NEARLY
-            of_ensemble.append(best)
-        else:
-            of = f"{case[0]}, {case[1]:g} rpm, {case[2]}"
-            more = " or more" if best == table["radius_m"].max() else ""
-            words.append(f"{of}: {best:.5g} m{more}, {most:.3g} km, of which {printed:g} m has {there:.0%}.")
-    said = "First radius from which the ring stays longest in the good window, and how long: " + " ".join(words)
+        if (most := table["good_km"].max()) > 0:
+            best = table.loc[table["good_km"] >= most * (1 - 1e-9), "radius_m"].min()
+            there = float(np.interp(printed, table["radius_m"], table["good_km"])) / most
+            (drawn if case[0].startswith("ensemble") else named).append((best, there))
+    last = longest["radius_m"].max()
+    said = ""
+    if named:
+        best, there = np.transpose(named)
+        at_last = int((best > last - STEP / 2).sum())
+        said = (
+            f"Rigs with a name, {len(named)} cases of rig, speed and tension: the ring stays longest in the good window "
+            f"from a first radius of {best.min():.5g} m or more, in {at_last} cases from the largest one tried, so that a "
+            f"larger one may be better; {printed:g} m has {there.min():.0%} to {there.max():.0%} of the longest run."
+        )
     tried = summary[summary["rig"].str.startswith("ensemble")]["rig"].nunique()
-    if of_ensemble:
-        low, middle, high = np.quantile(of_ensemble, [0.05, 0.5, 0.95])
+    if drawn:
+        best, there = np.transpose(drawn)
+        low, middle, high = np.quantile(best, [0.05, 0.5, 0.95])
         said += (
-            f" Of {tried} rigs of the ensemble {len(of_ensemble)} have such a window; the best first radius is "
-            f"{middle:.5g} m (median; 90 % of them between {low:.5g} and {high:.5g}, with none tried above "
-            f"{longest['radius_m'].max():.5g}), and {printed:g} m has at least {NEARLY:.0%} of the longest run in "
-            f"{enough}."
+            f" Of {tried} rigs of the ensemble {len(drawn)} have such a window; the best first radius is {middle:.5g} "
+            f"m (median; 90 % of them between {low:.5g} and {high:.5g}, with none tried above {last:.5g}), and "
+            f"{printed:g} m has at least {NEARLY:.0%} of the longest run in {(there >= NEARLY).sum()}."
         )
     return said
 
