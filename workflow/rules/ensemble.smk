@@ -159,7 +159,7 @@ rule ensemble:
 rule ensemble_pages:
     """Measured parts and pictures of docs/ensemble.md from the present results. Asked for by name, as `pictures` is."""
     input:
-        tables=[f"{R}/ensemble/{name}.csv" for name in ("summary", "rigs", "claims", "parameters", "conflicts", "choices", "pareto")],
+        tables=[f"{R}/ensemble/{name}.csv" for name in ("summary", "rigs", "claims", "parameters", "conflicts", "choices", "pareto", "local")],
         pictures=[f"{R}/ensemble/{name}.png" for name in ("conflicts", "fig24_bands", "choice")],
     log: f"{R}/logs/ensemble/pages.log"
     message: "Measured parts of the page on the ensemble"

@@ -162,9 +162,10 @@ def answer(summary: pd.DataFrame, seen: pd.DataFrame, printed: float = 0.308) ->
         best, there = np.transpose(named)
         at_last = int((best > last - STEP / 2).sum())
         said = (
-            f"Rigs with a name, {len(named)} cases of rig, speed and tension: the ring stays longest in the good window "
-            f"from a first radius of {best.min():.5g} m or more, in {at_last} cases from the largest one tried, so that a "
-            f"larger one may be better; {printed:g} m has {there.min():.0%} to {there.max():.0%} of the longest run."
+            f"Rigs with a name, {len(named)} cases of rig, speed and tension: the ring stays longest in the good "
+            f"window from a first radius of {best.min():.5g} m or more, in {at_last} cases the largest one tried, "
+            f"so that a larger one may be better; {printed:g} m has {there.min():.0%} to {there.max():.0%} of the "
+            "longest run."
         )
     tried = summary[summary["rig"].str.startswith("ensemble")]["rig"].nunique()
     if drawn:
