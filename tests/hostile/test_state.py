@@ -71,6 +71,7 @@ CHANGES = {
         "loop.model.shoes.link_body: must be what the scene made of it",
     ),
     "sensor's body": (model_part("sensor", body=10**6), "loop.model.sensor.body = 1000000:"),
+    "no sensor's body": (model_part("sensor", body=-1), "loop.model.sensor.body = -1: must be a body, 0 to 69"),
     "teeth": (model_part("tooth", teeth=10**6), "loop.model.tooth.teeth: must be what the scene made of it"),
     "drive": (model_part("drive", rate=np.nan), "loop.model.drive.rate = nan"),
     "step": (lambda loop: setattr(loop, "model", loop.model._replace(step=1e-300)), "loop.model.step = 1e-300"),
@@ -180,10 +181,10 @@ def put(value, path, leaf):
 def spoiled(random, leaf):
     """Something else in the place of an array or a number; finite numbers stay of its kind, or kernels are compiled."""
     odd = [np.nan, np.inf, -np.inf, 1e300, -1e300, 1e18, -1.0, 0.0, 5e-324, 2.0**63]
-    if not isinstance(leaf, np.ndarray):
-        return random.choice(
-            np.array([None, "x", [1], (), True, 10**400, np.nan, type(leaf)(-1), 1e300, np.zeros(2)], dtype=object)
-        )
+    if not isinstance(leaf, np.ndarray):  # also what an earlier round put in: a list, a view of memory
+        negative = -1.0 if isinstance(leaf, float) else -1
+        values = [None, "x", [1], (), True, 10**400, np.nan, negative, 1e300, np.zeros(2)]
+        return values[random.integers(len(values))]
     if random.random() < 0.5:
         leaf = leaf.copy()
         if leaf.size:

@@ -157,7 +157,8 @@ class Door:
         for name, place in zip(self.names, self.places, strict=True):
             if _content(attrgetter(name)(model)) != place:
                 return f"model.{name}: must be what the scene made of it"
-        if not 0 <= model.sensor.body < (bodies := len(model.chain.length)):
+        bodies = len(model.chain.length)
+        if not 0 <= model.sensor.body < bodies:
             return f"model.sensor.body = {model.sensor.body!r}: must be a body, 0 to {bodies - 1}"
         if not LEAST_STEP <= model.step <= LONGEST:
             return f"model.step = {model.step!r} s: must be between {LEAST_STEP:g} and {LONGEST:g}"
