@@ -26,10 +26,10 @@ def add_moments(state: State, work: Work, step, branches):
     """
     if branches is not None:
         for b in range(branches.time.shape[0]):
-            moment, kept = state.branch[b], exp(-step / branches.time[b])
+            kept = exp(-step / branches.time[b])
             gain = branches.stiffness[b] * branches.time[b] * (1.0 - kept)
-            for i in range(moment.shape[0]):
-                work.torque[i] -= kept * moment[i] + gain * work.joint_rate[i]
+            for i in range(state.branch.shape[1]):
+                work.torque[i] -= kept * state.branch[b, i] + gain * work.joint_rate[i]
 
 
 @kernel
@@ -48,19 +48,23 @@ def relax(model: Model, state: State, work: Work, row, branches):
     ``work.joint_rate``.
     """
     if branches is not None:
-        rate, last, h, loss = work.joint_rate, state.rate.shape[0] - 1, model.step, 0.0
+        rate, lost, last, h = work.joint_rate, work.joint_loss, state.rate.shape[0] - 1, model.step
         for i in range(last):
             rate[i] = state.rate[i + 1] - state.rate[i]
         rate[last] = state.rate[0] - state.rate[last]
-        for b in range(branches.time.shape[0]):
-            moment, k, time = state.branch[b], branches.stiffness[b], branches.time[b]
+        lost[:] = 0.0
+        for b in range(branches.time.shape[0]):  # joint by joint, not into one sum: a compiler does four at once
+            k, time = branches.stiffness[b], branches.time[b]
             kept = exp(-h / time)
             squared, mixed, decayed = h / (k * time), 2.0 * (1.0 - kept) / k, (1.0 - kept * kept) / (2.0 * k)
             for i in range(last + 1):
                 steady = k * time * rate[i]
-                far = moment[i] - steady
-                moment[i] = steady + kept * far
-                loss += steady * (squared * steady + mixed * far) + decayed * far * far
+                far = state.branch[b, i] - steady
+                state.branch[b, i] = steady + kept * far
+                lost[i] += steady * (squared * steady + mixed * far) + decayed * far * far
+        loss = 0.0
+        for i in range(last + 1):
+            loss += lost[i]
         state.work_done[row] += loss
 
 

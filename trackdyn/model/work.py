@@ -230,6 +230,8 @@ class Work(NamedTuple):
     torque, joint_rate : (n,) arrays
         Bushing torque of the joint behind body i on its outboard body (N m), and the rate of its angle (rad/s);
         entry n - 1 is the cut joint.
+    joint_loss : (n,) array
+        What the Maxwell branches of the joint lost in the last step, J.
     wheel_torque : (w,) array
         Torque of the contacts on the wheels, N m.
     tooth_force, tooth_area, tooth_groove : (2 p,) arrays
@@ -295,6 +297,7 @@ class Work(NamedTuple):
     moment: np.ndarray
     torque: np.ndarray
     joint_rate: np.ndarray
+    joint_loss: np.ndarray
     wheel_torque: np.ndarray
     tooth_force: np.ndarray
     tooth_area: np.ndarray
@@ -328,7 +331,7 @@ def make_work(n: int, pitches: int, wheels: int) -> Work:
     return Work(
         *(np.zeros(n) for _ in range(2)),
         *(np.zeros(n + 1) for _ in range(2)),
-        *(np.zeros(n) for _ in range(11)),
+        *(np.zeros(n) for _ in range(12)),
         np.zeros(wheels),
         np.zeros(2 * pitches),
         np.zeros(2 * pitches, np.int64),
