@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy  # its parts are loaded where they are used
 
 from trackdyn.errors import InputError
 from trackdyn.files import replacing
@@ -201,7 +201,8 @@ def _record(layout, mapping, columns, values, range_g, gravity) -> SensorRecord:
         )
     if seen is not None and clock is not None and not clock.even:
         even = np.arange(int(seen.t[-1] * rate * (1 + 1e-12)) + 1) / rate
-        axes = {axis: np.clip(CubicSpline(seen.t, one)(even), -range_g, range_g) for axis, one in axes.items()}
+        splines = {axis: scipy.interpolate.CubicSpline(seen.t, one) for axis, one in axes.items()}
+        axes = {axis: np.clip(spline(even), -range_g, range_g) for axis, spline in splines.items()}
         done["resampled"] = f"{rows} rows onto {even.size} even instants, by cubic splines"
     time = np.arange(axes["ay"].size) / rate
     return SensorRecord(path, time, axes.get("ax"), axes["ay"], axes.get("az"), float(rate), clipped, done)

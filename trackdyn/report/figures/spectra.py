@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import scipy.signal
+import scipy  # its parts are loaded where they are used
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
