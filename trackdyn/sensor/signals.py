@@ -14,6 +14,8 @@ import scipy  # its parts are loaded where they are used: together they take hal
 from trackdyn.errors import InputError
 
 LOW_HZ, HIGH_HZ = 0.05, 1.0  # where the loop frequency of every tested speed lies
+LOW_RANGE_HZ = 2.0  # that is drawn line by line
+BAND_HZ = 2.0  # of the smoothed spectrum over the whole range
 _HARMONICS = 8
 _GRID_PER_LOBE = 4  # grid points in one bin's width of the highest harmonic
 
@@ -45,6 +47,24 @@ def spectrum(a, rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
     if a.size % 2 == 0:
         amplitude[-1] *= 0.5
     return scipy.fft.rfftfreq(a.size, 1.0 / rate_hz), amplitude
+
+
+def in_bands(freq: np.ndarray, amplitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Middle frequencies (Hz) of bands of 2 Hz and the root mean square of the lines of a spectrum in them.
+
+    Parameters
+    ----------
+    freq, amplitude : (m,) arrays
+        Of :func:`spectrum` without the mean.
+
+    Returns
+    -------
+    middle, smooth : (bands,) arrays
+        Hz, and the unit of the amplitude.
+    """
+    first = np.arange(0, len(freq), max(1, round(BAND_HZ / freq[0])))
+    count = np.diff(np.append(first, len(freq)))
+    return np.add.reduceat(freq, first) / count, np.sqrt(np.add.reduceat(amplitude**2, first) / count)
 
 
 def main_line(a, rate_hz: float, low_hz: float = LOW_HZ, high_hz: float = HIGH_HZ) -> tuple[float, float]:

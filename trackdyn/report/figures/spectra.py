@@ -14,13 +14,19 @@ from trackdyn.paper import printed
 from trackdyn.report.figures.histories import lettered
 from trackdyn.report.style import BLACK, SENSOR, SIMULATION, new_figure, styled
 from trackdyn.sensor.sensor_csv import SensorRecord
-from trackdyn.sensor.signals import main_line, main_line_binfree, picket_fence, spectrum
+from trackdyn.sensor.signals import (
+    BAND_HZ,
+    LOW_RANGE_HZ,
+    in_bands,
+    main_line,
+    main_line_binfree,
+    picket_fence,
+    spectrum,
+)
 from trackdyn.simulation.recording import Recording
 
-LOW_RANGE_HZ = 2.0
 BINS = 4.5  # of the FFT, to both sides of the dominant peaks
 DENSE = 500  # points of the continuous spectrum
-BAND_HZ = 2.0  # of the smoothed curves over the whole range
 # printed dominant peaks, with their marks
 PAPERS = (
     ("simulation", printed.SIMULATED_LINE_HZ, printed.SIMULATED_LINE_G, "D"),
@@ -52,13 +58,6 @@ class _Curve:
     @cached_property
     def spectrum(self):
         return spectrum(self.ay, self.rate)
-
-
-def in_bands(freq: np.ndarray, amplitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Middle frequencies (Hz) of bands of 2 Hz and the root mean square of the lines of a spectrum in them."""
-    first = np.arange(0, len(freq), max(1, round(BAND_HZ / freq[0])))
-    count = np.diff(np.append(first, len(freq)))
-    return np.add.reduceat(freq, first) / count, np.sqrt(np.add.reduceat(amplitude**2, first) / count)
 
 
 @styled

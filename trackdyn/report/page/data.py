@@ -14,10 +14,9 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.report.drawing import FORCE_BAR, FORCE_MOST, radius_words
 from trackdyn.report.figures.histories import REVOLUTIONS, first_crest, own_frequency
 from trackdyn.report.figures.meshing import AFTER, BEFORE, printed_times, select_passage
-from trackdyn.report.figures.spectra import LOW_RANGE_HZ, in_bands
 from trackdyn.report.page.cells import with_error
 from trackdyn.sensor.sensor_csv import SensorRecord
-from trackdyn.sensor.signals import main_line, main_line_binfree, spectrum
+from trackdyn.sensor.signals import LOW_RANGE_HZ, in_bands, main_line, main_line_binfree, spectrum
 from trackdyn.simulation.recording import Recording
 
 RING_COLUMNS = [
