@@ -173,6 +173,20 @@ def test_local_searches_start_from_the_shipped_rig_where_it_is_possible(ensemble
     assert [free for free, of in zip(first.free, possible.unknowns.unknowns, strict=True) if of.discrete] == [False] * 2
 
 
+def test_local_searches_start_about_the_shipped_rig(ensemble):
+    """Every free unknown is moved, by a twentieth of its range; choices are not, nor is a rig that is not possible."""
+    form = ensemble.form.model_copy(update={"local_starts": 2, "local_neighbours": 40})
+    assert len(local_starts(ensemble._replace(form=form))) == 2
+    e = ensemble._replace(form=form, unknowns=unknowns_of(ensemble.config, CONFIG / "rig.yaml"))
+    first, _, *near = local_starts(e)
+    assert [start.name for start in near] == [f"near_{k}" for k in range(40)]
+    moved, free = np.array([start.x for start in near]) - first.x, np.array(first.free)
+    assert (moved[:, ~free] == 0).all() and (moved[:, free] != 0).any(axis=0).all()
+    assert np.std(moved[:, free]) == pytest.approx(0.05, rel=0.1)  # a few are held by the ends of a range
+    assert all(0 <= value <= 1 for start in near for value in start.x)
+    assert near == local_starts(e)[2:]
+
+
 def test_pairs_that_no_rig_shows_are_searched_by_their_own_targets(ensemble, monkeypatch):
     """Rig 0 meets all targets; without it C16 and C17 are met one by one, and each search sees no other claim."""
     asked = []

@@ -25,6 +25,10 @@ from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sweeps.row import row_sources, run_values
 
+# Of the neighbours of the shipped rig at which searches start, in every free unknown, of its range. The shipped rig is
+# where a search with other targets ended: a step away, searches find other and better ends.
+NEIGHBOURS_SD = 0.05
+
 
 def rows_of_cases(memory: float) -> Callable[..., dict]:
     """What computes all cases of a rig as a row."""
@@ -127,19 +131,23 @@ def plain(e: Ensemble, errors: pd.DataFrame) -> dict:
 
 
 def local_starts(e: Ensemble) -> list[Start]:
-    """The rig as it ships where no value lies outside its range, and the least excluded rigs of all waves.
+    """The rig as it ships where no value lies outside its range, the least excluded rigs of all waves, and neighbours
+    of the first (`NEIGHBOURS_SD`).
 
     A choice stays what it is in each.
     """
-    starts = {}
+    free = [not unknown.discrete for unknown in e.unknowns.unknowns]
+    starts, near = {}, {}
     ((_, shipped),) = as_it_is(e.unknowns, -1)
     if not np.isnan(own := e.unknowns.position(shipped)).any():
         starts[SHIPPED] = own
+        random = np.random.default_rng(e.config.seed)
+        moved = random.normal(own, NEIGHBOURS_SD, (e.form.local_neighbours, len(own)))
+        near = {f"near_{k}": x for k, x in enumerate(np.clip(np.where(free, moved, own), 0.0, 1.0))}
     points, values = known_waves(e, LAST)
     ranked = judged(e.config, e.targets, values, read_errors(e), cheap=True).sort_values("loss")
     at = points.set_index("rig").loc[ranked.index[: e.form.local_starts - len(starts)], e.unknowns.labels]
-    starts |= {str(rig): x for rig, x in zip(at.index, at.to_numpy(), strict=True)}
-    free = [not unknown.discrete for unknown in e.unknowns.unknowns]
+    starts |= {str(rig): x for rig, x in zip(at.index, at.to_numpy(), strict=True)} | near
     return [Start(name, [float(v) for v in x], free) for name, x in starts.items()]
 
 

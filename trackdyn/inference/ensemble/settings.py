@@ -63,8 +63,9 @@ class Form(Section):
     """How much is computed: rigs that show the errors of cheap runs and of laws, how many of ``laws`` they are run with
     (None: all), rigs of every wave, of the last one (at full fidelity) and of the study of radii; the speeds of that
     study, its radii, and the speeds at which it runs the paper's ring alone, for what is said of records; steps of the
-    walk between waves; rigs from which local searches start (`local.local_starts`), their first directions and rounds
-    (`inference.search`); searches for claims that go together; jobs that a stage is cut into."""
+    walk between waves; rigs from which local searches start and neighbours of the shipped rig (`local.local_starts`),
+    their first directions and rounds (`inference.search`); searches for claims that go together; jobs that a stage is
+    cut into."""
 
     compared: Annotated[int, Field(ge=2)]
     laws: Annotated[int, Field(ge=1)] | None = None
@@ -76,6 +77,7 @@ class Form(Section):
     records_rpm: Annotated[list[Positive], Field(min_length=2)]
     search_steps: Annotated[int, Field(ge=10)]
     local_starts: Annotated[int, Field(ge=1)]
+    local_neighbours: Count = 0
     local_directions: Annotated[int, Field(ge=2)] | None = None
     local_rounds: Annotated[list[Round], Field(min_length=1)]
     conflicts: ConflictSearch
