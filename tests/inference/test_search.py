@@ -75,6 +75,25 @@ def test_both_methods_end_where_the_valley_does(method):
     assert found["evaluations"] == len(found["costs"])
 
 
+class Wide(Invented):
+    """A dozen coordinates, of which a search begins with three."""
+
+    def task(self, x):
+        return {"x": float(np.sum((np.asarray(x) - 0.3) ** 2)), "y": float(np.prod(np.asarray(x) + 0.5))}
+
+
+def test_directions_that_are_drawn_are_the_same_again():
+    """Also with some coordinates at their bounds; the draws of others go on as if there had been no search."""
+    pytest.importorskip("dfols")
+    start = free("a", *[0.0] * 6, *[0.6] * 6)
+    short = minimise(Wide(), start, 12, "dfols", directions=3)
+    np.random.random(7)  # noqa: NPY002
+    state = np.random.get_state()[1:3]  # noqa: NPY002
+    longer = minimise(Wide(), start, 20, "dfols", directions=3)
+    assert len(short["costs"]) == 12 and longer["costs"][:12] == short["costs"]
+    np.testing.assert_equal(np.random.get_state()[1:3], state)  # noqa: NPY002
+
+
 def test_a_longer_search_begins_as_the_shorter_one_and_repeats_nothing(tmp_path):
     short = minimise(Invented(), free("a", 0.2, 0.6), 7, "trf", store=tmp_path)
     assert (short["ended"], short["evaluations"], len(CALLS)) == ("budget", 7, 7)

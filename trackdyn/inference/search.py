@@ -171,18 +171,25 @@ def _dfols(evaluate: Callable, x: np.ndarray, radius: float, directions: int | N
     }
     if directions is not None and directions < len(x):
         params["growing.ndirs_initial"] = directions
-    dfols.solve(
-        evaluate,
-        np.clip(x, 0.0, 1.0),
-        bounds=(np.zeros(len(x)), np.ones(len(x))),
-        rhobeg=radius,
-        rhoend=min(LEAST_RADIUS, radius / 2),
-        maxfun=ENDLESS,
-        objfun_has_noise=True,
-        user_params=params,
-        do_logging=False,
-        print_progress=False,
-    )
+    # The package draws directions from numpy's global generator. Each search begins with the same one, so that it takes
+    # the same way again, and leaves it as it was.
+    before = np.random.get_state()  # noqa: NPY002
+    np.random.seed(0)  # noqa: NPY002
+    try:
+        dfols.solve(
+            evaluate,
+            np.clip(x, 0.0, 1.0),
+            bounds=(np.zeros(len(x)), np.ones(len(x))),
+            rhobeg=radius,
+            rhoend=min(LEAST_RADIUS, radius / 2),
+            maxfun=ENDLESS,
+            objfun_has_noise=True,
+            user_params=params,
+            do_logging=False,
+            print_progress=False,
+        )
+    finally:
+        np.random.set_state(before)  # noqa: NPY002
 
 
 def _trf(evaluate: Callable, x: np.ndarray, radius: float, directions: int | None) -> None:
