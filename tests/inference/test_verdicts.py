@@ -8,10 +8,11 @@ import pytest
 
 from trackdyn.inference.ensemble import conflicts, verdicts
 from trackdyn.inference.ensemble.history import all_columns
-from trackdyn.inference.ensemble.local import local_starts
+from trackdyn.inference.ensemble.local import local_points, local_starts
 from trackdyn.inference.ensemble.settings import unknowns_of
 from trackdyn.inference.ensemble.stages import EACH_WAVE, FIRST, Ensemble, open_ensemble, rank, stage_points
 from trackdyn.inference.ensemble.waves import points_table, prior_points
+from trackdyn.inference.search import End
 from trackdyn.paper.claims import load_claims
 from trackdyn.parameters.rig import load_rig
 from trackdyn.report.ensemble import write_figures, write_tables
@@ -185,6 +186,16 @@ def test_local_searches_start_about_the_shipped_rig(ensemble):
     assert np.std(moved[:, free]) == pytest.approx(0.05, rel=0.1)  # a few are held by the ends of a range
     assert all(0 <= value <= 1 for start in near for value in start.x)
     assert near == local_starts(e)[2:]
+
+
+def test_of_neighbours_the_last_wave_has_those_of_the_last_round(ensemble):
+    count = len(ensemble.unknowns)
+    ended = {"cost": 1.0, "first_cost": 2.0, "evaluations": 3, "ended": "budget", "residuals": []}
+    rounds = [("near_0", 2, 0.1), ("shipped", 2, 0.2), ("near_1", 1, 0.3), ("7", 1, 0.4)]
+    ends = [End(start=name, round=number, x=[x] * count, **ended) for name, number, x in rounds]
+    broken = ends[3]._replace(start="8", cost=np.inf)
+    points = local_points(ensemble, [*ends, broken])
+    np.testing.assert_allclose(points[ensemble.unknowns.labels].iloc[:, 0], [0.1, 0.2, 0.4])
 
 
 def test_pairs_that_no_rig_shows_are_searched_by_their_own_targets(ensemble, monkeypatch):

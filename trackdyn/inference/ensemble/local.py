@@ -28,6 +28,7 @@ from trackdyn.sweeps.row import row_sources, run_values
 # Of the neighbours of the shipped rig at which searches start, in every free unknown, of its range. The shipped rig is
 # where a search with other targets ended: a step away, searches find other and better ends.
 NEIGHBOURS_SD = 0.05
+NEAR = "near_"  # and a number: the names of these starts
 
 
 def rows_of_cases(memory: float) -> Callable[..., dict]:
@@ -143,7 +144,7 @@ def local_starts(e: Ensemble) -> list[Start]:
         starts[SHIPPED] = own
         random = np.random.default_rng(e.config.seed)
         moved = random.normal(own, NEIGHBOURS_SD, (e.form.local_neighbours, len(own)))
-        near = {f"near_{k}": x for k, x in enumerate(np.clip(np.where(free, moved, own), 0.0, 1.0))}
+        near = {f"{NEAR}{k}": x for k, x in enumerate(np.clip(np.where(free, moved, own), 0.0, 1.0))}
     points, values = known_waves(e, LAST)
     ranked = judged(e.config, e.targets, values, read_errors(e), cheap=True).sort_values("loss")
     at = points.set_index("rig").loc[ranked.index[: e.form.local_starts - len(starts)], e.unknowns.labels]
@@ -161,6 +162,11 @@ def local_ends(e: Ensemble, jobs: int, store: Path | str, log=print) -> list[End
 
 
 def local_points(e: Ensemble, ends: Sequence[End]) -> pd.DataFrame:
-    """Points of the ends of all searches that ran, for the last wave."""
-    ran = np.array([end.x for end in ends if np.isfinite(end.cost)]).reshape(-1, len(e.unknowns))
-    return points_table(e.unknowns, ran, FIRST[LOCAL])
+    """Points of the ends of all searches that ran, for the last wave.
+
+    Of the neighbours only those of the last round: the others are still one rig, many times, and what is said of the
+    ranges would be said of where they were drawn.
+    """
+    last = max((end.round for end in ends), default=0)
+    kept = [end for end in ends if np.isfinite(end.cost) and (end.round == last or not end.start.startswith(NEAR))]
+    return points_table(e.unknowns, np.array([end.x for end in kept]).reshape(-1, len(e.unknowns)), FIRST[LOCAL])
