@@ -100,6 +100,24 @@ def test_bin_free_estimate_survives_the_local_minima_of_strong_harmonics():
         assert found == pytest.approx((hz, 1.1, 0.7), rel=1e-5), seed
 
 
+@pytest.mark.parametrize("expected", [None, 0.1275])
+def test_long_records_take_the_chirp_transform_to_the_same_line(monkeypatch, expected):
+    """Fourier sums as they are defined are the reference of both."""
+    hz = 0.12781
+    a = sine(hz, n=90_000, amplitude=1.2, phase=0.4) + sine(3 * hz, n=90_000, amplitude=0.7)
+    a += np.random.default_rng(3).normal(0.0, 2.0, len(a))
+    grid = np.linspace(0.12, 0.135, 7)
+    turns = np.exp(-2j * np.pi * np.arange(len(a)) / RATE * grid[:, None, None] * np.arange(1, 4)[:, None])
+    defined = (a * turns).sum(-1)
+    found = {}
+    for most in (0, 10**12):
+        monkeypatch.setattr(signals, "MOST_TERMS", most)
+        assert signals._grid_sums(a, grid, RATE, 3) == pytest.approx(defined, rel=0, abs=1e-9 * np.abs(a).sum())
+        found[most] = signals.main_line_binfree(a, RATE, expected)
+    # the search begins at the same point of the grid
+    assert found[0] == found[10**12]
+
+
 def test_expected_frequency_leads_past_a_higher_harmonic():
     hz = 11.5 * RATE / RECORD
     a = sine(hz, amplitude=0.5, phase=1.0) + sine(2.0 * hz, amplitude=1.5)

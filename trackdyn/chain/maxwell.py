@@ -53,7 +53,7 @@ def relax(model: Model, state: State, work: Work, row, branches):
             rate[i] = state.rate[i + 1] - state.rate[i]
         rate[last] = state.rate[0] - state.rate[last]
         lost[:] = 0.0
-        for b in range(branches.time.shape[0]):  # joint by joint, not into one sum: a compiler does four at once
+        for b in range(branches.time.shape[0]):  # a loss for each joint, so that the loop vectorizes
             k, time = branches.stiffness[b], branches.time[b]
             kept = exp(-h / time)
             squared, mixed, decayed = h / (k * time), 2.0 * (1.0 - kept) / k, (1.0 - kept * kept) / (2.0 * k)

@@ -80,7 +80,6 @@ def simulate(
 
     from trackdyn.files import keep, refuse_unwritable
     from trackdyn.jit import announce
-    from trackdyn.measure.stopping import refuse_until
     from trackdyn.parameters.rig import load_rig
     from trackdyn.scene.fidelity import preset as preset_fields
     from trackdyn.scene.scene import Scene
@@ -114,6 +113,8 @@ def simulate(
         scene = scene.sampled(rate)
     tolerances = {} if tolerance is None else dict.fromkeys(measure or ["rms"], tolerance)
     if tolerances:
+        from trackdyn.measure.stopping import refuse_until
+
         refuse_until(scene, tolerances, longest)
     needed = cost(scene)
     for path in filter(None, (out, checkpoint)):
@@ -163,20 +164,23 @@ def _say_decisions(scene) -> None:
 
 
 def _for_its_duration(scene, out: Path, checkpoint: Path | None, quiet: bool) -> None:
-    from trackdyn.measure.metrics import needed_lengths, run_metrics
     from trackdyn.simulation.simulate import simulate as run
 
     recording = run(scene, progress=not quiet, checkpoint=checkpoint)
-    # measured before it is written: what has no measures leaves no file
-    measures = {} if quiet else run_metrics(out.stem, recording)
+    if quiet:
+        recording.save(out)
+        _warn_of_resolution(recording)
+        return
+    from trackdyn.measure.metrics import needed_lengths, run_metrics
+
+    measures = run_metrics(out.stem, recording)  # before it is written: what has no measures leaves no file
     recording.save(out)
     _warn_of_resolution(recording)
     for name, value in measures.items():
         if value == value:  # what a run cannot have is left out
             typer.echo(f"{name:>22}  {value:.6g}" if isinstance(value, float) else f"{name:>22}  {value}")
-    if not quiet:
-        for what, seconds in needed_lengths(recording).items():
-            typer.echo(f"{'left out':>22}  {what} need a record of {seconds:.3g} s or more")
+    for what, seconds in needed_lengths(recording).items():
+        typer.echo(f"{'left out':>22}  {what} need a record of {seconds:.3g} s or more")
 
 
 def _until_converged(scene, tolerances: dict[str, float], longest: float, out: Path) -> None:

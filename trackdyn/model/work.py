@@ -231,7 +231,7 @@ class Work(NamedTuple):
         Bushing torque of the joint behind body i on its outboard body (N m), and the rate of its angle (rad/s);
         entry n - 1 is the cut joint.
     joint_loss : (n,) array
-        What the Maxwell branches of the joint lost in the last step, J.
+        What the Maxwell branches of the joint lost in the last step, J; 0 without branches and in Runge-Kutta steps.
     wheel_torque : (w,) array
         Torque of the contacts on the wheels, N m.
     tooth_force, tooth_area, tooth_groove : (2 p,) arrays

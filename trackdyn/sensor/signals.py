@@ -17,6 +17,7 @@ LOW_HZ, HIGH_HZ = 0.05, 1.0  # where the loop frequency of every tested speed li
 LOW_RANGE_HZ = 2.0  # that is drawn line by line
 BAND_HZ = 2.0  # of the smoothed spectrum over the whole range
 _HARMONICS = 8
+MOST_TERMS = 100_000_000  # fundamentals times samples: of more, scipy.signal is worth its import
 _GRID_PER_LOBE = 4  # grid points in one bin's width of the highest harmonic
 
 
@@ -135,11 +136,12 @@ def main_line_binfree(a, rate_hz: float, expected_hz: float | None = None) -> tu
     points = 2 * int(np.ceil(half_width / bin_hz * harmonics * _GRID_PER_LOBE)) + 1
     grid = np.linspace(centre - half_width, highest, points)
 
-    def fitted(*hz):
-        hz = np.array(hz)
+    start = grid[np.argmax(_fit_harmonics(_grid_sums(a, grid, rate_hz, harmonics), grid, rate_hz, a.size)[0])]
+
+    def fitted(hz):
+        hz = np.array([hz])
         return _fit_harmonics(_fourier_sums(a, hz, rate_hz, harmonics), hz, rate_hz, a.size)
 
-    start = grid[np.argmax(fitted(*grid)[0])]
     step = grid[1] - grid[0]
     search = {"bounds": (start - step, start + step), "method": "bounded", "options": {"xatol": 1e-7 * bin_hz}}
     hz = scipy.optimize.minimize_scalar(lambda hz: -fitted(hz)[0][0], **search).x
@@ -258,12 +260,24 @@ def _positive(value, name, unit):
     return value
 
 
+def _grid_sums(a, grid, rate_hz, harmonics):
+    """:func:`_fourier_sums` at equally spaced fundamentals (m,).
+
+    The sums cost m N, the chirp z-transform (m + N) log(m + N). But the import of `scipy.signal` takes 0.8 s: only
+    records of more than some ten minutes at 1 kHz gain by it.
+    """
+    if grid.size * a.size <= MOST_TERMS:
+        return _fourier_sums(a, grid, rate_hz, harmonics)
+    ends = np.multiply.outer(np.arange(1, harmonics + 1), grid[[0, -1]])
+    return np.stack([scipy.signal.zoom_fft(a, end, m=grid.size, fs=rate_hz, endpoint=True) for end in ends], axis=1)
+
+
 def _fourier_sums(a, hz, rate_hz, harmonics):
     """Fourier sums of ``a`` at fundamentals (m,) and their harmonics, shape (m, harmonics).
 
     Phases count from the first sample.
     The phase of a sample is that of its block plus that within the block: two square roots of N exponentials serve N
-    samples. `scipy.signal.zoom_fft` gives the same, but half of the time to a first answer went into its import.
+    samples.
     """
     block = int(np.ceil(np.sqrt(a.size)))
     rows = np.pad(a, (0, -a.size % block)).reshape(-1, block)

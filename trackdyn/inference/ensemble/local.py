@@ -25,8 +25,8 @@ from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sweeps.row import row_sources, run_values
 
-# Of the neighbours of the shipped rig at which searches start, in every free unknown, of its range. The shipped rig is
-# where a search with other targets ended: a step away, searches find other and better ends.
+# Standard deviation of the neighbours of the default rig at which searches start, as a share of the range of every free
+# unknown. The default rig is where a fit to other targets ended; from a small distance, searches end lower.
 NEIGHBOURS_SD = 0.05
 NEAR = "near_"  # and a number: the names of these starts
 

@@ -1,10 +1,8 @@
 """Put the page together from what lies in the results folder; what is missing is named, not left blank."""
 
 import base64
-import gzip
 import html
 import io
-import json
 import re
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -13,9 +11,7 @@ from functools import partial
 from pathlib import Path
 
 import pandas as pd
-from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from PIL import Image
-from plotly.offline import get_plotlyjs
 
 from trackdyn.certify.provenance import check_sources, provenance
 from trackdyn.files import write_text
@@ -25,12 +21,11 @@ from trackdyn.parameters.paper_tables import filled_cells, load_paper_tables
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.rig_file import cells_path
 from trackdyn.report.page import data
-from trackdyn.report.page.cells import FILTERS
+from trackdyn.report.page.rendering import render
 from trackdyn.report.tables import cost_table
 from trackdyn.sensor.sensor_csv import read_sensor_csv
 from trackdyn.simulation.recording import load_recording
 
-HERE = Path(__file__).parent
 # what is uncertain comes first
 KINDS = {
     "fitted": "chosen so that the model shows a printed result",
@@ -171,26 +166,6 @@ def build_page(inputs: PageInputs) -> str:
     )
 
 
-def render(template: str, scripts: tuple[str, ...], data: dict, **shown) -> str:
-    """A page as HTML text: template, style and scripts of this folder, its data and what draws them packed into it.
-
-    ``data["files"]`` are the texts that the page hands out by name.
-    """
-    environment = Environment(
-        loader=FileSystemLoader(HERE), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    environment.filters |= FILTERS
-    return environment.get_template(template).render(
-        style=(HERE / "page.css").read_text(encoding="utf-8"),
-        script="\n".join((HERE / f"{name}.js").read_text(encoding="utf-8") for name in scripts),
-        plotly=_packed(get_plotlyjs()),
-        embedded=_packed(json.dumps(data, allow_nan=False, separators=(",", ":"))),
-        data=data,
-        files=data["files"],
-        **shown,
-    )
-
-
 def write_page(inputs: PageInputs, path: Path | str) -> None:
     """Write the page, whole or not at all."""
     write_text(path, build_page(inputs))
@@ -310,8 +285,3 @@ def picture(path: Path) -> dict:
     letter = path.stem.rpartition("_")[2]
     part = f", part {letter}" if len(letter) == 1 else ""
     return {"uri": uri, "width": few.width, "height": few.height, "part": part}
-
-
-def _packed(text: str) -> str:
-    """Base64 of a text, compressed; the same text gives the same."""
-    return base64.b64encode(gzip.compress(text.encode("utf-8"), mtime=0)).decode("ascii")

@@ -15,6 +15,7 @@ from trackdyn.report.drawing import FORCE_BAR, FORCE_MOST, radius_words
 from trackdyn.report.figures.histories import REVOLUTIONS, first_crest, own_frequency
 from trackdyn.report.figures.meshing import AFTER, BEFORE, printed_times, select_passage
 from trackdyn.report.page.cells import with_error
+from trackdyn.report.page.rendering import CONFIGURATION, differences, short
 from trackdyn.sensor.sensor_csv import SensorRecord
 from trackdyn.sensor.signals import LOW_RANGE_HZ, in_bands, main_line, main_line_binfree, spectrum
 from trackdyn.simulation.recording import Recording
@@ -22,13 +23,6 @@ from trackdyn.simulation.recording import Recording
 RING_COLUMNS = [
     f"{side}_{what}" for what in ("share_pct", "rms_n", "sd_n", "phase_start") for side in ("left", "right", "ring")
 ]
-
-CONFIGURATION = 2e-4  # the moving picture shows places and angles to this, m and rad
-
-
-def short(values, digits: int = 4) -> list[float]:
-    """Numbers with a few significant digits."""
-    return [float(f"{value:.{digits}g}") for value in np.asarray(values).tolist()]
 
 
 def _signal(ay, rate: float, hz: float, span: float) -> dict:
@@ -138,17 +132,6 @@ def geometry(rig: Rig) -> dict:
         "convex": [int(c) for c in groove.convex],
         "force_bar": FORCE_BAR,
         "force_most": FORCE_MOST * FORCE_BAR,
-    }
-
-
-def differences(columns: np.ndarray) -> dict:
-    """Columns of numbers over time in whole ``CONFIGURATION``: a start, and second differences, which make a small
-    file.
-    """
-    steps = np.rint(columns / CONFIGURATION).astype(int)
-    return {
-        "start": steps[0].tolist(),
-        "frame": np.diff(steps, 2, axis=0, prepend=np.repeat(steps[:1], 2, axis=0)).T.ravel().tolist(),
     }
 
 

@@ -19,8 +19,7 @@ from trackdyn.measure.sensor_metrics import LEAST_LOOPS
 from trackdyn.model.constants import Tooth
 from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.parameters.rig import Rig
-from trackdyn.report.page.builder import render
-from trackdyn.report.page.data import CONFIGURATION, differences, short
+from trackdyn.report.page.rendering import CONFIGURATION, differences, render, short
 from trackdyn.sensor.signals import LOW_RANGE_HZ, in_bands, main_line, main_line_binfree, spectrum
 from trackdyn.simulation.account import LOSSES, STORED
 from trackdyn.simulation.recording import Recording, load_recording

@@ -173,7 +173,7 @@ def answer(summary: pd.DataFrame, seen: pd.DataFrame, printed: float = 0.308) ->
         low, middle, high = np.quantile(best, [0.05, 0.5, 0.95])
         said += (
             f" Of {tried} rigs of the ensemble {len(drawn)} have such a window; the best first radius is {middle:.5g} "
-            f"m (median; 90 % of them between {low:.5g} and {high:.5g}, with none tried above {last:.5g}), and "
+            f"m (median; 90% of them between {low:.5g} and {high:.5g}, with none tried above {last:.5g}), and "
             f"{printed:g} m has at least {NEARLY:.0%} of the longest run in {(there >= NEARLY).sum()}."
         )
     return said
