@@ -9,7 +9,7 @@ from trackdyn.benchmark.problems import read_problem, read_start
 from trackdyn.integrate.dynamics import solve_chain
 from trackdyn.integrate.energy import energies
 from trackdyn.integrate.methods import equip
-from trackdyn.integrate.run import refresh
+from trackdyn.integrate.run import refresh, shared
 from trackdyn.model.record import BUSHING_LOSS, END, KINETIC, PEAK, PITCH, SIDE, START, make_record
 from trackdyn.model.work import make_work
 from trackdyn.simulation.stepping import march
@@ -38,14 +38,14 @@ def answer(name: str, integrator: str, step: float, tolerance: float = 0.0, nudg
     """Time series (a dict of columns) and contacts (k, 4) of a run; ``nudge`` (rad) turns the first body's start."""
     said, model, state, work, record = fresh(name, integrator, step, tolerance)
     state.angle[0] += nudge
-    bare = work._replace(stages=None, implicit=None)
+    bare = shared(model, state, work)
     chain, rows = chain_of(said), []
 
     def look():
-        refresh(model, state, bare)
-        solve_chain(model, state, bare, 0.0, None, None)
+        refresh(*bare)
+        solve_chain(*bare, 0.0, None, None)
         out, body = np.zeros(10), model.sensor.body
-        energies(model, state, bare, None, None, out)
+        energies(*bare, None, out)
         x, y = work.pin_x[:-1], work.pin_y[:-1]
         half = chain.com_x
         cx, cy = x + half * work.cos, y + half * work.sin

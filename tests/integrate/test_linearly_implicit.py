@@ -8,7 +8,7 @@ from trackdyn.chain.bearings import SLOW
 from trackdyn.contact.loads import AHEAD
 from trackdyn.errors import InputError
 from trackdyn.integrate.dynamics import solve_chain
-from trackdyn.integrate.run import refresh
+from trackdyn.integrate.run import refresh, shared
 from trackdyn.measure.sensor import sense
 from trackdyn.model.constants import Chain
 from trackdyn.model.state import make_state
@@ -169,7 +169,7 @@ def test_sweep_solves_the_dense_system_of_the_step(make_scene, n, carried, cut):
         work.force_x[:], work.force_y[:], work.moment[:] = loads
         work.torque[:], work.wheel_torque[:] = torque, wheel_torque
         closed = implicit.Cut(1.0 / cut[0] if cut else 0.0, *(cut[1] if cut else (0.0, 0.0)))
-        implicit.accelerations(here, state, work, terms, closed)
+        implicit.accelerations(*shared(here, state, work), terms, closed)
         if carried is not None:  # the secant of the torque of the load
             drag = drag + rolling * carried * np.tanh(wheel_rate / SLOW) / wheel_rate
         motion, wheels = dense_solution(
@@ -306,7 +306,7 @@ def test_contacts_act_on_chain_and_wheels_alike(implicit_loop):
     model, state, work = loop.model, loop.state, loop.work
     chain, wheels = model.chain, model.wheels
     evaluate(model, state, work)
-    solve_chain(model, state, work, STEP, work.implicit, None)
+    solve_chain(*shared(model, state, work), STEP, work.implicit, None)
     alpha, pin = work.sweep.response @ work.sweep.load, work.sweep.base @ work.sweep.load
     spin = np.concatenate([[0.0], work.implicit.load[4:]])
 
@@ -358,7 +358,7 @@ def test_step_tends_to_the_semi_implicit_one(parts):
     error, lag = [], []
     for h in (2e-8, 1e-8):
         here, there = evaluate(model, state, led, h)
-        solve_chain(here, there, led, h, led.implicit, None)
+        solve_chain(*shared(here, there, led), h, led.implicit, None)
         error.append(np.abs(led.sweep.response @ led.sweep.load - explicit).max())
         lag.append(np.abs(led.implicit.load[4:] - wheel).max())
     assert error[1] < 1e-3 * np.abs(explicit).max()

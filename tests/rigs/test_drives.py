@@ -8,6 +8,7 @@ import pytest
 from tests.rigs.conftest import scene_of
 from trackdyn.errors import InputError
 from trackdyn.integrate.carriers import given_force, slide
+from trackdyn.integrate.run import shared
 from trackdyn.integrate.semi_implicit import driven_rate, rippled
 from trackdyn.model.constants import SPROCKET, Drive, Motor, Ripple
 from trackdyn.model.record import SPROCKET_WORK
@@ -69,7 +70,7 @@ def test_ripple_belongs_to_the_angle():
 def test_a_wheel_on_an_arm_swings_as_its_spring_says(settled):
     """Without contacts: ``I q'' = -k q``, its weight held by the preload at rest."""
     loop = settled("m113")
-    model, state, work = loop.model, loop.state, loop.work
+    model, state, work = shared(loop.model, loop.state, loop.work)
     work.count[0] = 0
     carriers, k = model.carriers, 2
     arm = loop.scene.rig.rollers["road_3"].arm

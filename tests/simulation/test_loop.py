@@ -9,6 +9,7 @@ import pytest
 from tests.conftest import LAWS
 from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS
+from trackdyn.integrate.run import shared
 from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.parameters.layout import belt_around
 from trackdyn.parameters.rig import Rig
@@ -281,13 +282,24 @@ def test_a_tensioner_on_its_spring_is_not_shifted_and_stays_where_it_hangs(make_
     assert finer.tension == pytest.approx(loop.tension, rel=1e-3)
 
 
-def test_a_loop_with_carriers_settles_with_the_kernels_of_its_run(make_scene):
-    """The wheels are held while the tension is set; other types would compile the whole time loop once more."""
-    scene = make_scene(0.0, tension="sprung")
-    settling, loop = Settling(scene), Loop(scene)
-    assert settling.state.slide.size == 0 < loop.state.slide.size
-    for name in ("model", "state", "work"):
-        assert numba.typeof(getattr(settling, name)) == numba.typeof(getattr(loop, name))
+def test_scenes_of_one_method_share_their_kernels(make_scene, rig):
+    """Other types would compile the whole time loop once more: for a law, a tensioner, or the settling alone."""
+    force = 2.0 * rig.tension.pre_tension  # both strands pull
+    pulled = rig.changed(tension__kept="forced", tension__force=[[0.0, force], [2.0, 0.9 * force]])
+    scenes = [
+        make_scene(0.0),
+        make_scene(0.0, ring_radius=None),
+        make_scene(0.0, drag="coulomb"),
+        make_scene(0.0, **LAWS),
+        make_scene(0.0, tension="sprung"),
+        make_scene(0.0, rig=pulled, tension="forced"),
+    ]
+    kinds = {
+        tuple(numba.typeof(part) for part in shared(made.model, made.state, made.work))
+        for scene in scenes
+        for made in (Settling(scene), Loop(scene))
+    }
+    assert len(kinds) == 1
 
 
 # --- going on with something changed

@@ -18,12 +18,10 @@ def bearing_drag(wheels: Wheels, wheel, rate, carried):
 
     Parameters
     ----------
-    carried : (w,) array or None
-        ``work.carried``, N; None: no rolling resistance.
+    carried : (w,) array
+        ``work.carried``, N.
     """
-    drag, torque = wheels.drag[wheel], wheels.torque[wheel]
-    if carried is not None:
-        torque += wheels.rolling[wheel] * carried[wheel]
+    drag, torque = wheels.drag[wheel], wheels.torque[wheel] + wheels.rolling[wheel] * carried[wheel]
     if torque > 0.0:
         turning = max(abs(rate), 1e-6 * SLOW)
         drag += torque * tanh(turning / SLOW) / turning
@@ -33,4 +31,4 @@ def bearing_drag(wheels: Wheels, wheel, rate, carried):
 @kernel
 def sprocket_drag(wheels: Wheels, rate, carried):
     """The same of the sprocket, whose bearings belong to its drive: rolling resistance of the links on its ring."""
-    return 0.0 if carried is None else bearing_drag(wheels, SPROCKET, rate, carried)
+    return bearing_drag(wheels, SPROCKET, rate, carried)

@@ -24,21 +24,19 @@ def add_moments(state: State, work: Work, step, branches):
     The latter takes the rates as they are; what the step adds to them is left to the sweep (`added_damping`).
     ``branches`` is ``model.branches``.
     """
-    if branches is not None:
-        for b in range(branches.time.shape[0]):
-            kept = exp(-step / branches.time[b])
-            gain = branches.stiffness[b] * branches.time[b] * (1.0 - kept)
-            for i in range(state.branch.shape[1]):
-                work.torque[i] -= kept * state.branch[b, i] + gain * work.joint_rate[i]
+    for b in range(branches.time.shape[0]):
+        kept = exp(-step / branches.time[b])
+        gain = branches.stiffness[b] * branches.time[b] * (1.0 - kept)
+        for i in range(state.branch.shape[1]):
+            work.torque[i] -= kept * state.branch[b, i] + gain * work.joint_rate[i]
 
 
 @kernel
 def added_damping(step, branches):
     """Sum of the moments at the end of a step for a unit rate over it, N m s/rad."""
     total = 0.0
-    if branches is not None:
-        for b in range(branches.time.shape[0]):
-            total += branches.stiffness[b] * branches.time[b] * (1.0 - exp(-step / branches.time[b]))
+    for b in range(branches.time.shape[0]):
+        total += branches.stiffness[b] * branches.time[b] * (1.0 - exp(-step / branches.time[b]))
     return total
 
 
@@ -47,46 +45,45 @@ def relax(model: Model, state: State, work: Work, row, branches):
     """Moments at the end of the step just taken, what was lost in it into ``state.work_done[row]``; rates into
     ``work.joint_rate``.
     """
-    if branches is not None:
-        rate, lost, last, h = work.joint_rate, work.joint_loss, state.rate.shape[0] - 1, model.step
-        for i in range(last):
-            rate[i] = state.rate[i + 1] - state.rate[i]
-        rate[last] = state.rate[0] - state.rate[last]
-        lost[:] = 0.0
-        for b in range(branches.time.shape[0]):  # a loss for each joint, so that the loop vectorizes
-            k, time = branches.stiffness[b], branches.time[b]
-            kept = exp(-h / time)
-            squared, mixed, decayed = h / (k * time), 2.0 * (1.0 - kept) / k, (1.0 - kept * kept) / (2.0 * k)
-            for i in range(last + 1):
-                steady = k * time * rate[i]
-                far = state.branch[b, i] - steady
-                state.branch[b, i] = steady + kept * far
-                lost[i] += steady * (squared * steady + mixed * far) + decayed * far * far
-        loss = 0.0
+    if branches.time.shape[0] == 0:
+        return
+    rate, lost, last, h = work.joint_rate, work.joint_loss, state.rate.shape[0] - 1, model.step
+    for i in range(last):
+        rate[i] = state.rate[i + 1] - state.rate[i]
+    rate[last] = state.rate[0] - state.rate[last]
+    lost[:] = 0.0
+    for b in range(branches.time.shape[0]):  # a loss for each joint, so that the loop vectorizes
+        k, time = branches.stiffness[b], branches.time[b]
+        kept = exp(-h / time)
+        squared, mixed, decayed = h / (k * time), 2.0 * (1.0 - kept) / k, (1.0 - kept * kept) / (2.0 * k)
         for i in range(last + 1):
-            loss += lost[i]
-        state.work_done[row] += loss
+            steady = k * time * rate[i]
+            far = state.branch[b, i] - steady
+            state.branch[b, i] = steady + kept * far
+            lost[i] += steady * (squared * steady + mixed * far) + decayed * far * far
+    loss = 0.0
+    for i in range(last + 1):
+        loss += lost[i]
+    state.work_done[row] += loss
 
 
 @kernel
 def add_rates(state: State, work: Work, out, first, row, branches):
     """Rates of the moments behind the seven powers in ``out`` from ``first`` on; what is lost, to that of ``row``."""
-    if branches is not None:
-        n = state.branch.shape[1]
-        for b in range(branches.time.shape[0]):
-            k, time = branches.stiffness[b], branches.time[b]
-            for i in range(n):
-                moment = state.branch[b, i]
-                out[first + 7 + b * n + i] = k * work.joint_rate[i] - moment / time
-                out[first + row] += moment * moment / (k * time)
+    n = state.branch.shape[1]
+    for b in range(branches.time.shape[0]):
+        k, time = branches.stiffness[b], branches.time[b]
+        for i in range(n):
+            moment = state.branch[b, i]
+            out[first + 7 + b * n + i] = k * work.joint_rate[i] - moment / time
+            out[first + row] += moment * moment / (k * time)
 
 
 @kernel
 def stored(state: State, branches):
     """Energy in the springs of the branches, J."""
     total = 0.0
-    if branches is not None:
-        for b in range(branches.time.shape[0]):
-            for i in range(state.branch.shape[1]):
-                total += state.branch[b, i] * state.branch[b, i] / (2.0 * branches.stiffness[b])
+    for b in range(branches.time.shape[0]):
+        for i in range(state.branch.shape[1]):
+            total += state.branch[b, i] * state.branch[b, i] / (2.0 * branches.stiffness[b])
     return total

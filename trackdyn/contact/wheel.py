@@ -42,8 +42,6 @@ def wheel_law(wheels: Wheels, wheel, own):
 @kernel
 def wheel_velocity(state: State, carriers, wheel):
     """Velocity of a wheel's centre, m/s: 0 but for one on a carrier."""
-    if carriers is None:
-        return 0.0, 0.0
     k = carriers.of_wheel[wheel]
     if k < 0:
         return 0.0, 0.0
@@ -53,13 +51,11 @@ def wheel_velocity(state: State, carriers, wheel):
 
 @kernel
 def carry(carried, wheel, force):
-    """Add a link's normal force (N) to what its wheel carries; ``carried`` is None without rolling resistance."""
-    if carried is not None:
-        carried[wheel] += force
+    """Add a link's normal force (N) to what its wheel carries."""
+    carried[wheel] += force
 
 
 @kernel
 def unload(carried):
     """Begin the sums of `carry` anew."""
-    if carried is not None:
-        carried[:] = 0.0
+    carried[:] = 0.0

@@ -48,12 +48,10 @@ def push(work: Work, wheel):
 
 @kernel
 def given_force(carriers: Carriers, k, time, force):
-    """Force (N) on carrier ``k`` of the tensioner's table of times and forces, straight between its rows; None: 0."""
-    if force is None:
-        return 0.0
-    if k != carriers.tensioner:
-        return 0.0
+    """Force (N) on carrier ``k`` of the tensioner's table of times and forces, straight between its rows; 0 without."""
     last = force.shape[0] - 1
+    if last < 0 or k != carriers.tensioner:
+        return 0.0
     if time <= force[0, 0]:
         return force[0, 1]
     for i in range(last):
@@ -70,8 +68,6 @@ def slide(model: Model, state: State, work: Work, carriers):
     At a stop a carrier stays where it is and loses its velocity; that and the damper's work count as bearing losses,
     and so does, with its sign, what a given force puts in.
     """
-    if carriers is None:
-        return
     h = model.step
     for k in range(carriers.wheel.shape[0]):
         moved, mass = state.slide[k], carriers.mass[k]
@@ -105,8 +101,6 @@ def slide(model: Model, state: State, work: Work, carriers):
 @kernel
 def mean_velocity(state: State, carriers, wheel):
     """Mean velocity of a wheel's centre over the last step, m/s: 0 but for one on a carrier."""
-    if carriers is None:
-        return 0.0, 0.0
     k = carriers.of_wheel[wheel]
     if k < 0:
         return 0.0, 0.0
@@ -118,8 +112,6 @@ def mean_velocity(state: State, carriers, wheel):
 def carrier_energy(model: Model, state: State, carriers):
     """Kinetic energy of the carriers, energy of their springs, and of their weight, J."""
     kinetic = spring = lifted = 0.0
-    if carriers is None:
-        return kinetic, spring, lifted
     for k in range(carriers.wheel.shape[0]):
         q, rate = state.slide[k, SLIDE], state.slide[k, SLIDE_RATE]
         kinetic += 0.5 * carriers.mass[k] * rate * rate

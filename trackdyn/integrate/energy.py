@@ -52,7 +52,7 @@ from trackdyn.model.work import (
 
 
 @kernel
-def account(model: Model, state: State, work: Work, lead, space, carriers, sliding=None):
+def account(model: Model, state: State, work: Work, lead, space, sliding=None):
     """Work of every force over the last step: its place at the start, the mean of the velocities.
 
     The velocities after the step are taken in the configuration before it. Then joint forces do no
@@ -71,7 +71,7 @@ def account(model: Model, state: State, work: Work, lead, space, carriers, slidi
         vx = row[k, SPEED_X] + 0.5 * (work.com_dvx[body] - dw * row[k, ARM_Y])
         vy = row[k, SPEED_Y] + 0.5 * (work.com_dvy[body] + dw * row[k, ARM_X])
         ww = 0.5 * (row[k, RATE] + state.wheel_rate[wheel])
-        tx, ty = mean_velocity(state, carriers, wheel)
+        tx, ty = mean_velocity(state, model.carriers, wheel)
         sx = ww * row[k, TURN_X] + tx
         sy = ww * row[k, TURN_Y] + ty
         drive = (row[k, NORMAL_X] + row[k, FRICTION_X]) * sx + (row[k, NORMAL_Y] + row[k, FRICTION_Y]) * sy
@@ -189,7 +189,7 @@ def powers(model: Model, state: State, work: Work, out, first):
 
 
 @kernel
-def energies(model: Model, state: State, work: Work, space, carriers, out):
+def energies(model: Model, state: State, work: Work, space, out):
     """Fill ``out`` with the account of work and the energies of the present state (J)."""
     chain = model.chain
     for k in range(7):
@@ -205,7 +205,7 @@ def energies(model: Model, state: State, work: Work, space, carriers, out):
         elastic += 0.5 * chain.stiffness * (phi - chain.free_angle) ** 2
     for wheel in range(1, model.wheels.x.shape[0]):
         kinetic += 0.5 * model.wheels.inertia[wheel] * state.wheel_rate[wheel] ** 2
-    sliding, spring, lifted = carrier_energy(model, state, carriers)
+    sliding, spring, lifted = carrier_energy(model, state, model.carriers)
     out[KINETIC] = kinetic + sliding
     out[GRAVITY] = gravity + lifted
     out[BUSHING_ELASTIC] = elastic + spring + maxwell.stored(state, model.branches)

@@ -1,10 +1,14 @@
 """The time loop: samples of equal length, each of one or more steps, and what is kept of them.
 
 What a scene does without is None when a kernel is compiled and takes its code with it: an ordinary run carries
-nothing of motion in space, of the other integrators and solvers.
+nothing of motion in space, of the other integrators and solvers. Every such choice doubles what has to be compiled.
+What costs no time where there is none of it is left out by arrays without entries instead (`shared`).
 """
 
+from functools import cache
 from math import sqrt
+
+import numpy as np
 
 from trackdyn.chain.kinematics import bushing_lead, orient, place
 from trackdyn.chain.maxwell import relax
@@ -16,7 +20,7 @@ from trackdyn.integrate.runge_kutta import march
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, advance
 from trackdyn.integrate.spells import log_spells
 from trackdyn.jit import kernel
-from trackdyn.model.constants import SPROCKET, Model
+from trackdyn.model.constants import SPROCKET, Branches, Carriers, Model
 from trackdyn.model.record import BUSHING_LOSS, Record
 from trackdyn.model.state import OFFSET, P, Q, State
 from trackdyn.model.work import Work
@@ -37,7 +41,7 @@ def run(model: Model, state: State, work: Work, record: Record, first, last):
     """
     # what numba compiles once more in every caller is kept flat: one kernel, chosen here; what only some methods have
     # stands beside the work, so that all share the kernels that do without
-    common = work._replace(stages=None, space=None, implicit=None, sliding=None)
+    model, state, common = shared(model, state, work)
     if work.stages is not None:
         return _march(model, state, common, record, first, last, work.stages)
     return _run(model, state, common, record, (first, last), work.space, work.implicit, work.sliding)
@@ -45,9 +49,40 @@ def run(model: Model, state: State, work: Work, record: Record, first, last):
 
 def refresh(model: Model, state: State, work: Work):
     """Places, velocities and loads of a state, whoever made it."""
-    _refresh(
-        model, state, work._replace(stages=None, space=None, implicit=None, sliding=None), work.space, work.implicit
-    )
+    model, state, common = shared(model, state, work)
+    _refresh(model, state, common, work.space, work.implicit)
+
+
+def shared(model: Model, state: State, work: Work) -> tuple[Model, State, Work]:
+    """The same with arrays of no entries for carriers, Maxwell branches and rolling resistance that a scene does
+    without, so that all scenes share their kernels; what only some methods have is not in the work.
+    """
+    work = work._replace(stages=None, space=None, implicit=None, sliding=None)
+    bodies, wheels = len(state.angle), len(model.wheels.x)
+    if model.carriers is None:
+        model = model._replace(carriers=_no_carriers(wheels))
+        state = state._replace(slide=_NO_SLIDE)
+    elif model.carriers.force is None:
+        model = model._replace(carriers=model.carriers._replace(force=_NO_FORCE))
+    if model.branches is None:
+        model = model._replace(branches=_NO_BRANCHES)
+        state = state._replace(branch=np.empty((0, bodies)))
+    if model.wheels.rolling is None:
+        model = model._replace(wheels=model.wheels._replace(rolling=np.zeros(wheels)))
+        work = work._replace(carried=np.zeros(wheels))
+    return model, state, work
+
+
+_NONE, _NO_SLIDE, _NO_FORCE = np.empty(0), np.empty((0, 5)), np.empty((0, 2))
+_NO_BRANCHES = Branches(_NONE, _NONE)
+
+
+@cache
+def _no_carriers(wheels: int) -> Carriers:
+    """Carriers of none of so many wheels."""
+    numbers = np.empty(0, dtype=int)
+    parts = dict.fromkeys(Carriers._fields, _NONE) | {"wheel": numbers, "arm": numbers, "force": _NO_FORCE}
+    return Carriers(**parts | {"of_wheel": np.full(wheels, -1), "tensioner": 0})
 
 
 @kernel
@@ -90,7 +125,7 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
                     return 0
             slide(model, state, work, model.carriers)
             place(model.chain, state, work)
-            account(model, state, work, lead, space, model.carriers, sliding)
+            account(model, state, work, lead, space, sliding)
             relax(model, state, work, BUSHING_LOSS, model.branches)
             if implicit is None:
                 for arc in range(work.tooth_force.shape[0]):
@@ -189,7 +224,7 @@ def _keep(model: Model, state: State, work: Work, record: Record, sample, space)
     record.place[sample, 1] = work.pin_y[body] + middle * work.sin[body]
     for wheel in range(state.wheel_rate.shape[0]):
         record.wheel_rate[sample, wheel] = state.wheel_rate[wheel]
-    energies(model, state, work, space, model.carriers, record.energy[sample])
+    energies(model, state, work, space, record.energy[sample])
     for i in range(record.pitches.shape[0]):
         pitch = record.pitches[i]
         for side in range(2):

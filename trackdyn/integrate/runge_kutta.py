@@ -38,11 +38,10 @@ def _pack(state: State, out, branch):
         out[4 + 2 * n + w + j] = state.wheel_rate[j]
     for j in range(state.work_done.shape[0]):
         out[4 + 2 * n + 2 * w + j] = state.work_done[j]
-    if branch is not None:
-        first = 4 + 2 * n + 2 * w + state.work_done.shape[0]
-        for b in range(branch.shape[0]):
-            for j in range(n):
-                out[first + b * n + j] = branch[b, j]
+    first = 4 + 2 * n + 2 * w + state.work_done.shape[0]
+    for b in range(branch.shape[0]):
+        for j in range(n):
+            out[first + b * n + j] = branch[b, j]
 
 
 @kernel
@@ -76,7 +75,7 @@ def _unpack(state: State, start, slope, weight, last, step, branch):
             state.wheel_rate[j - 4 - 2 * n - w] = value
         elif j < 4 + 2 * n + 2 * w + state.work_done.shape[0]:
             state.work_done[j - 4 - 2 * n - 2 * w] = value
-        elif branch is not None:
+        else:
             i = j - 4 - 2 * n - 2 * w - state.work_done.shape[0]
             branch[i // n, i % n] = value
 

@@ -109,13 +109,6 @@ def make_carriers(rig: Rig, model: Model, kept: str, shift: float) -> Carriers |
     )
 
 
-def none_of(carriers: Carriers) -> Carriers:
-    """Carriers of no wheel: the same types, so that kernels need not be compiled for fixed wheels too."""
-    kept = ("of_wheel", "tensioner", "force")
-    empty = {name: part[:0] for name, part in carriers._asdict().items() if name not in kept}
-    return carriers._replace(of_wheel=np.full_like(carriers.of_wheel, -1), **empty)
-
-
 def preloads(rig: Rig, carriers: Carriers, work: Work, q: np.ndarray) -> np.ndarray:
     """(k,) preloads that hold the chain as it lies with the carriers at ``q``, or those that the rig gives.
 

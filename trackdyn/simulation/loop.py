@@ -11,7 +11,7 @@ import numpy as np
 
 from trackdyn.errors import InputError
 from trackdyn.integrate.energy import energies
-from trackdyn.integrate.run import refresh
+from trackdyn.integrate.run import refresh, shared
 from trackdyn.integrate.semi_implicit import sprocket_rate
 from trackdyn.model.record import ENERGY_NAMES, Record, make_record
 from trackdyn.parameters.layout import tensioner
@@ -277,7 +277,7 @@ class Loop:
         """Energy balance and energies by name (`model.record.ENERGY_NAMES`), J."""
         self._refresh()
         out = np.zeros(len(ENERGY_NAMES))
-        energies(self.model, self.state, self.work, self.work.space, self.model.carriers, out)
+        energies(*shared(self.model, self.state, self.work), self.work.space, out)
         return dict(zip(ENERGY_NAMES, out.tolist(), strict=True))
 
     @property

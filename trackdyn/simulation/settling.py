@@ -13,7 +13,7 @@ from trackdyn.model.state import ALONG_X, SLIDE, SLIDE_RATE, Plane, State, make_
 from trackdyn.model.work import Work, make_radial_work, make_space_work, make_work
 from trackdyn.parameters.layout import Assembly, assemble, belt_around, free_loop, tensioner
 from trackdyn.scene.build import shift_wheel, start_plane
-from trackdyn.scene.carriers import CARRIED, make_carriers, none_of, preloads, refuse_stops
+from trackdyn.scene.carriers import CARRIED, make_carriers, preloads, refuse_stops
 from trackdyn.scene.limits import step_limits
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.start_checks import arc_depths, refuse_start_in_steel, refuse_step
@@ -135,10 +135,6 @@ class Settling:
         self.state = start_state(assembly, self.model)
         work = make_work(len(length), rig.chain.pitches, len(model.wheels.x))
         self.state, work = with_own(self.model, self.state, work)
-        if (carriers := make_carriers(rig, model, scene.tension, self.shift)) is not None:
-            # all wheels are held: no carriers yet, but the code of the run that has some, or it is compiled twice
-            self.model = self.model._replace(carriers=none_of(carriers))
-            self.state = self.state._replace(slide=np.zeros((0, 5)))
         linearly = METHODS[scene.integrator].linearly_implicit
         self.work = equip(work, "linearly_implicit" if linearly else "semi_implicit", rig.chain.pitches)
         self.record = make_record(1, self.state)
