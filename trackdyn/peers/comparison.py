@@ -109,7 +109,7 @@ def compare(
     readings : sequence of str
         Of ``READINGS``; Table 2 is made with the first.
     duration_s : float
-        Recorded time after the ramp with the first reading; another one takes as many loop turns.
+        Recorded time after the ramp with the first reading; another one takes a turn of the loop.
     steps_s, exudyn_steps_s : sequences of float
         Time steps of either code; the smallest is its reference.
     accuracy_pct : float
@@ -140,8 +140,9 @@ def compare(
     frame, shift = None, 0.0
     for reading in readings:
         scene = peer_scene(rig, reading, speed_rpm, duration_s, step)
-        turns = first.loop_frequency / scene.loop_frequency
-        scene = peer_scene(rig, reading, speed_rpm, round(duration_s * turns * rig.sensor.rate) / rig.sensor.rate, step)
+        if reading != readings[0]:
+            samples = round(rig.sensor.rate / scene.loop_frequency)
+            scene = peer_scene(rig, reading, speed_rpm, samples / rig.sensor.rate, step)
         recording = ours[step][0] if reading == readings[0] else simulate(scene)
         if frame is None:
             frame, shift = recording.frame[0], float(recording.meta["layout"]["tensioner_shift_m"])

@@ -188,10 +188,10 @@ def draw_sprocket(ax: Axes, rig: Rig, angle: float, ring: float | None, number_a
     outline = np.vstack([groove_points(rig, angle, k, profile) for k in range(rig.sprocket.teeth, 0, -1)])
     if ring is not None:
         _draw_disc(ax, *centre, ring, RUBBER, BLACK)
-    ax.add_patch(Polygon(outline, facecolor=STEEL, edgecolor=STEEL_EDGE, linewidth=0.9, zorder=Z_SPROCKET))
+    ax.add_artist(Polygon(outline, facecolor=STEEL, edgecolor=STEEL_EDGE, linewidth=0.9, zorder=Z_SPROCKET))
     if ring is not None:  # the part of its edge that teeth hide
         look = {"fill": False, "edgecolor": RUBBER, "linestyle": (0, (4, 2)), "linewidth": 0.7}
-        ax.add_patch(Circle(centre, ring, **look, zorder=Z_SPROCKET + 0.1))
+        ax.add_artist(Circle(centre, ring, **look, zorder=Z_SPROCKET + 0.1))
     _draw_hub(ax, *centre, Z_SPROCKET, rig.groove_profile.addendum)
     axis = placed([[HUB, 0.0], [0.7 * rig.groove_profile.addendum, 0.0]], centre, angle)
     ax.plot(*axis.T, color=STEEL_EDGE, linestyle="-", linewidth=0.6, zorder=Z_SPROCKET + 0.1)
@@ -266,4 +266,4 @@ def _draw_hub(ax: Axes, x: float, y: float, zorder: float, radius: float = 1.0) 
 
 
 def _draw_disc(ax: Axes, x: float, y: float, radius: float, face: str, edge: str, zorder: float = Z_RING) -> None:
-    ax.add_patch(Circle((x, y), radius, facecolor=face, edgecolor=edge, linewidth=0.6, zorder=zorder))
+    ax.add_artist(Circle((x, y), radius, facecolor=face, edgecolor=edge, linewidth=0.6, zorder=zorder))
