@@ -7,9 +7,9 @@ from tests.contact.test_loads import close_velocities, mirrored, rounding
 from tests.rigs.conftest import scene_of
 from trackdyn.chain.bearings import SLOW, bearing_drag
 from trackdyn.errors import InputError
-from trackdyn.integrate.run import refresh
+from trackdyn.integrate.run import refresh, shared
 from trackdyn.integrate.semi_implicit import advance, driven_rate
-from trackdyn.model.constants import SPROCKET, Drive, Motor
+from trackdyn.model.constants import NO_RIPPLE, SPROCKET, Drive, Motor
 from trackdyn.model.record import BEARING, SPROCKET_WORK
 from trackdyn.model.work import make_work
 from trackdyn.parameters.rig import load_rig
@@ -44,7 +44,7 @@ def test_drag_of_a_load_is_odd_bounded_and_steepest_at_rest(bench):
 def test_a_wheel_rolled_by_hand_slows_down_as_its_closed_form(bench):
     """``J w' = -a N tanh(w / s)``: ``sinh(w / s)`` decays exponentially, far from rest w falls by ``a N t / J``."""
     loop = Loop(scene_of(bench, **LAWS))
-    model, state, work = loop.model, loop.state, loop.work
+    model, state, work = shared(loop.model, loop.state, loop.work)
     for array in work.sweep:
         array[...] = 0.0
     state.rate[:] = 0.0
@@ -74,12 +74,14 @@ def test_a_motor_runs_at_the_speed_that_its_drag_leaves():
     for most, expected in ((1e9, slope * wanted / (slope + drag)), (5.0, -5.0 / drag)):
         motor, rate = Motor(2.0, slope, most, np.inf, 0), 0.0
         for k in range(100_000):
-            rate = driven_rate(Drive(wanted, 1e-9, motor=motor), rate, 0.0, 0.0, (k + 1) * 1e-4, 1e-4, motor, drag)
+            rate = driven_rate(
+                Drive(wanted, 1e-9, ripple=NO_RIPPLE, motor=motor), rate, 0.0, 0.0, (k + 1) * 1e-4, 1e-4, motor, drag
+            )
         assert rate == pytest.approx(expected, rel=1e-4)  # ten time constants: e^-10 is left
     released = Motor(2.0, 0.0, 0.0, 0.0, 1)
-    assert driven_rate(Drive(wanted, 1e-9), 3.0, 0.0, 0.0, 1.0, 1e-4, released, drag) == pytest.approx(
-        3.0 / (1.0 + 1e-4 * drag / 2.0)
-    )
+    assert driven_rate(
+        Drive(wanted, 1e-9, ripple=NO_RIPPLE), 3.0, 0.0, 0.0, 1.0, 1e-4, released, drag
+    ) == pytest.approx(3.0 / (1.0 + 1e-4 * drag / 2.0))
 
 
 def tensions(loop, steps):

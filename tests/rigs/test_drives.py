@@ -10,7 +10,7 @@ from trackdyn.errors import InputError
 from trackdyn.integrate.carriers import given_force, slide
 from trackdyn.integrate.run import shared
 from trackdyn.integrate.semi_implicit import driven_rate, rippled
-from trackdyn.model.constants import SPROCKET, Drive, Motor, Ripple
+from trackdyn.model.constants import NO_MOTOR, NO_RIPPLE, SPROCKET, Drive, Motor, Ripple
 from trackdyn.model.record import SPROCKET_WORK
 from trackdyn.model.state import SLIDE, SLIDE_RATE
 from trackdyn.parameters.rig import load_rig
@@ -35,7 +35,7 @@ def turned(drive, torque, seconds):
 def test_a_motor_runs_up_along_its_line():
     """``J w' = k (w_0 - w) + M``: an exponential to ``w_0 + M / k``."""
     inertia, slope, load, wanted = 2.0, 8.0, 4.0, -10.0
-    drive = Drive(wanted, 1e-9, motor=Motor(inertia, slope, 1e9, np.inf, 0))
+    drive = Drive(wanted, 1e-9, ripple=NO_RIPPLE, motor=Motor(inertia, slope, 1e9, np.inf, 0))
     found, time = turned(drive, load, 1.0), STEP * np.arange(1, 10001)
     expected = (wanted + load / slope) * (1 - np.exp(-slope / inertia * time))
     # of order 1: half a step of the steepest slope
@@ -43,13 +43,13 @@ def test_a_motor_runs_up_along_its_line():
 
 
 def test_a_motor_gives_no_more_than_its_torque():
-    drive = Drive(-10.0, 1e-9, motor=Motor(2.0, 8.0, 5.0, np.inf, 0))
+    drive = Drive(-10.0, 1e-9, ripple=NO_RIPPLE, motor=Motor(2.0, 8.0, 5.0, np.inf, 0))
     assert turned(drive, 0.0, 0.5)[-1] == pytest.approx(-5.0 / 2.0 * 0.5, rel=1e-9)
     assert turned(drive, 5.0, 0.5)[-1] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_a_released_sprocket_is_on_its_own():
-    drive = Drive(-10.0, 1e-9, motor=Motor(2.0, 0.0, 0.0, 0.2, 1))
+    drive = Drive(-10.0, 1e-9, ripple=NO_RIPPLE, motor=Motor(2.0, 0.0, 0.0, 0.2, 1))
     rates = turned(drive, 6.0, 0.5)
     assert (rates[: round(0.2 / STEP) - 1] == -10.0).all()
     assert rates[-1] == pytest.approx(-10.0 + 6.0 / 2.0 * 0.3, rel=1e-3)
@@ -60,8 +60,8 @@ def test_ripple_belongs_to_the_angle():
     share, order, rate = 0.3, 5.0, 2 * pi
     ripple = Ripple(share, order)
     assert rippled(rate, 0.1, ripple) == rate * (1 + share * sin(order * 0.1))
-    assert rippled(rate, 0.1, None) == rate
-    drive = Drive(rate, 1e-9, ripple=ripple)
+    assert rippled(rate, 0.1, NO_RIPPLE) == rate
+    drive = Drive(rate, 1e-9, ripple=ripple, motor=NO_MOTOR)
     rates = turned(drive, 0.0, 1.3)
     angle = np.cumsum(rates) * STEP
     assert STEP * np.searchsorted(angle, 2 * pi) == pytest.approx(1 / np.sqrt(1 - share**2), rel=2e-3)

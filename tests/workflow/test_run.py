@@ -111,6 +111,7 @@ def test_an_interruption_of_imports_leaves_no_traceback(code, module, exit_code,
     """Ctrl-C while a run or one of its jobs still imports."""
     find = f"""
 import os, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)  # also where the tests run in the background
 sys.path[:0] = ["workflow", "workflow/scripts"]
 class Struck:
     def find_spec(self, name, *_):

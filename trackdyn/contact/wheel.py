@@ -33,8 +33,8 @@ def foot(ax, ay, bx, by, cx, cy):
 
 @kernel
 def wheel_law(wheels: Wheels, wheel, own):
-    """Law of the links on a wheel; ``own`` is ``wheels.own_law``, None where it prunes all but two laws."""
-    if own is None:
+    """Law of the links on a wheel; ``own`` is ``wheels.own_law``, without rows where two laws serve all."""
+    if own.shape[0] == 0:
         return wheels.ring_law if wheel == SPROCKET else wheels.wheel_law
     return Law(own[wheel, 0], own[wheel, 1], own[wheel, 2], own[wheel, 3], own[wheel, 4], own[wheel, 5], own[wheel, 6])
 

@@ -20,7 +20,7 @@ from trackdyn.integrate.runge_kutta import march
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, advance
 from trackdyn.integrate.spells import log_spells
 from trackdyn.jit import kernel
-from trackdyn.model.constants import SPROCKET, Branches, Carriers, Model
+from trackdyn.model.constants import NO_MOTOR, NO_RIPPLE, SPROCKET, Branches, Carriers, Law, Model
 from trackdyn.model.record import BUSHING_LOSS, Record
 from trackdyn.model.state import OFFSET, P, Q, State
 from trackdyn.model.work import Work
@@ -54,11 +54,17 @@ def refresh(model: Model, state: State, work: Work):
 
 
 def shared(model: Model, state: State, work: Work) -> tuple[Model, State, Work]:
-    """The same with arrays of no entries for carriers, Maxwell branches and rolling resistance that a scene does
-    without, so that all scenes share their kernels; what only some methods have is not in the work.
+    """The same with arrays of no entries, and a drive that does nothing of its own, for what a scene does without, so
+    that all scenes share their kernels; what only some methods have is not in the work.
     """
     work = work._replace(stages=None, space=None, implicit=None, sliding=None)
     bodies, wheels = len(state.angle), len(model.wheels.x)
+    if model.drive.ripple is None:
+        model = model._replace(drive=model.drive._replace(ripple=NO_RIPPLE))
+    if model.drive.motor is None:
+        model = model._replace(drive=model.drive._replace(motor=NO_MOTOR))
+    if model.wheels.own_law is None:
+        model = model._replace(wheels=model.wheels._replace(own_law=_NO_LAWS))
     if model.carriers is None:
         model = model._replace(carriers=_no_carriers(wheels))
         state = state._replace(slide=_NO_SLIDE)
@@ -73,7 +79,7 @@ def shared(model: Model, state: State, work: Work) -> tuple[Model, State, Work]:
     return model, state, work
 
 
-_NONE, _NO_SLIDE, _NO_FORCE = np.empty(0), np.empty((0, 5)), np.empty((0, 2))
+_NONE, _NO_SLIDE, _NO_FORCE, _NO_LAWS = np.empty(0), np.empty((0, 5)), np.empty((0, 2)), np.empty((0, len(Law._fields)))
 _NO_BRANCHES = Branches(_NONE, _NONE)
 
 

@@ -49,7 +49,7 @@ def sprocket_acceleration(drive: Drive, time):
 @kernel
 def rippled(rate, angle, ripple):
     """A prescribed rate with the ripple that belongs to the sprocket's angle."""
-    if ripple is None:
+    if ripple.share == 0.0:
         return rate
     return rate * (1.0 + ripple.share * sin(ripple.order * angle))
 
@@ -62,8 +62,6 @@ def driven_rate(drive: Drive, old, angle, torque, time, h, motor, drag=0.0):
     ``drag``, a torque over the rate (N m s/rad).
     """
     wanted = rippled(sprocket_rate(drive, time), angle, drive.ripple)
-    if motor is None:
-        return wanted
     if time > motor.release:
         return old + h * (torque - drag * old) / (motor.inertia + h * drag)
     if motor.prescribed:

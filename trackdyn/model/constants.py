@@ -6,6 +6,7 @@ first one (the joint that is cut, element 70 of the paper). All vectors are in t
 the direction of the line input pin -> output pin, counter-clockwise from the inertial x axis.
 """
 
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
@@ -260,6 +261,10 @@ class Motor(NamedTuple):
     torque: float
     release: float
     prescribed: int
+
+
+NO_RIPPLE = Ripple(share=0.0, order=1.0)
+NO_MOTOR = Motor(inertia=1.0, slope=0.0, torque=0.0, release=inf, prescribed=1)
 
 
 class Drive(NamedTuple):
