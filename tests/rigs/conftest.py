@@ -5,7 +5,7 @@ from math import ceil
 import pytest
 
 from trackdyn.parameters.rig import load_rig
-from trackdyn.scene.limits import step_limits
+from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 
@@ -17,7 +17,7 @@ def scene_of(rig, sprocket_rpm=SPROCKET_RPM, **fields):
     """A short scene with a step that the rig allows."""
     rpm = sprocket_rpm * rig.sprocket.transmission_ratio
     probe = Scene(rig, rpm, step=1e-6)
-    limit = min(step_limits(probe.model, 1.2 * rig.tension.pre_tension).values())
+    limit = largest_step(probe.model, 1.2 * rig.tension.pre_tension)
     sample = 1.0 / rig.sensor.rate
     step = sample / ceil(sample / min(0.3 * limit, 1e-4))  # beyond, contacts of the M113 and the robot flip
     return Scene(rig, rpm, **{"duration": 0.5, "lead_in": 0.2, "ramp": 0.3, "step": step} | fields)

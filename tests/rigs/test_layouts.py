@@ -8,7 +8,7 @@ import pytest
 
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import assemble, belt_around, wheel_circles
-from trackdyn.scene.limits import step_limits
+from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.settling import REACHED, settle
 from trackdyn.study.extremes.judge import COMPLETED, DEFECT, REFUSED
@@ -57,7 +57,7 @@ def test_a_drawn_layout_settles_and_runs(number):
 def at_an_allowed_step(rig, part=0.75) -> Scene:
     """A scene of a rig with a part of the step that it allows."""
     scene = Scene(rig, 100.0, step=1e-6, spells=False)
-    limit = min(step_limits(scene.model, 1.3 * rig.tension.pre_tension).values())
+    limit = largest_step(scene.model, 1.3 * rig.tension.pre_tension)
     return scene.with_(step=1.0 / rig.sensor.rate / np.ceil(1.0 / rig.sensor.rate / (part * min(limit, 1.25e-4))))
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trackdyn.errors import InputError
+from trackdyn.errors import DivergenceError, InputError
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.model.record import PEAK, PEAK_TIME, PITCH
 from trackdyn.parameters.rig_file import shipped_rigs, tried_step
@@ -109,7 +109,7 @@ def test_a_very_short_run_says_that_it_was_not_judged(make_scene, tmp_path):
 
 def test_a_record_that_flips_and_holds_with_a_finer_step_completes_and_says_so(rig, make_scene):
     """Stiff bushings flip at 1e-4 s, and RMS is right within a thousandth."""
-    stiff = rig.changed(bushing__stiffness=1e5)
+    stiff = rig.changed(bushing__stiffness=5e4)
     found = simulate(make_scene(150.0, rig=stiff, step=1e-4, ramp=1.0, lead_in=0.5, duration=1.0)).meta["resolved"]
     assert found["share"] > FLIPS and found["state"] == NO and "with a finer step RMS differs by 0.0" in found["reason"]
 
@@ -123,6 +123,36 @@ def test_a_doubtful_record_that_was_steered_is_not_run_again(make_scene, monkeyp
     assert loop.record(0.5).meta["resolved"]["state"] == YES
     found = steered.record(0.5, tick=lambda _: steered.drive(100.0, 0.2)).meta["resolved"]
     assert found["state"] == NO and "it flips; compare" in found["reason"]
+
+
+def test_a_run_shorter_than_a_turn_of_the_loop_is_run_again(make_scene, monkeypatch):
+    """Nothing flips, no peak stands for one step, and the RMS of one link may be off all the same."""
+    tried, off = [], [0.0, 0.0]
+
+    def differs(self, finer):
+        tried.append(self)
+        return tuple(off)
+
+    monkeypatch.setattr(Answer, "differs", differs)
+    scene = make_scene(115.0, ring_radius=None)
+
+    def state(scene=scene):
+        return simulate(scene).meta["resolved"]["state"]
+
+    assert state() == YES and len(tried) == 1
+    off[0] = 0.6 * RMS
+    assert state() == NO
+    off[0] = 1.1 * RMS
+    with pytest.raises(DivergenceError, match="shorter than a turn of the loop"):
+        state()
+    # part of a run that somebody has in hand; one impact; a turn of the loop
+    tried.clear()
+    loop = Loop(scene)
+    loop.advance(0.6)
+    assert loop.record(0.7).meta["resolved"]["state"] == YES and not tried
+    assert state(scene.with_(duration=0.05)) == OPEN
+    monkeypatch.setattr("trackdyn.simulation.watch.passed_pitches", lambda *_: 35.0)
+    assert state() == OPEN and not tried  # too few pitches, and no trial that tells
 
 
 def test_watching_a_run_changes_nothing(make_scene):

@@ -1,6 +1,6 @@
 """Largest stable step of the explicit parts, predicted when a scene is made."""
 
-from math import ceil, isinf, pi, sin, sqrt
+from math import ceil, inf, isinf, pi, sin, sqrt
 
 import scipy  # loads its parts when they are used
 
@@ -141,6 +141,11 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
         if closure.damping:
             limits["damping of the cut (closure)"] = decay / (closure.damping * mobility)
     return limits
+
+
+def largest_step(model, *tensions: float, method: Method = METHODS["semi_implicit"]) -> float:
+    """Least of the limits of a step (`step_limits`) at some tensions (N), s; infinite if there is none."""
+    return min((limit for of in tensions for limit in step_limits(model, of, method).values()), default=inf)
 
 
 def _with_parting_pins(radial, ends, stiffness, oscillation, limit) -> tuple[float, float]:

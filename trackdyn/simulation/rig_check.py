@@ -10,7 +10,7 @@ import numpy as np
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import assemble, belt_around, wheel_circles, wheel_names
 from trackdyn.parameters.rig import Rig
-from trackdyn.scene.limits import round_step, step_limits
+from trackdyn.scene.limits import largest_step, round_step
 from trackdyn.scene.scene import LEAST_STEP, Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.trial import try_steps
@@ -96,14 +96,14 @@ def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
         idle = [names[k] for k in range(1, len(names)) if load[k] == 0.0]
         if idle:
             unusual.append(f"at rest nothing lies on {', '.join(idle)}")
-        limit = min(step, *step_limits(model, reached).values())
+        limit = min(step, largest_step(model, reached))
         values["step"] = f"{try_steps(loop, rpm)}; at most {limit:.2g} s at {rpm:g} rev/min"
     return Checked(wheels, frame, values, unusual)
 
 
 def _allowed_step(rig: Rig, rpm: float) -> float:
     scene = Scene(rig, rpm, step=_sample_part(rig, LEAST_STEP))
-    return min(step_limits(scene.model, rig.tension.pre_tension).values(), default=np.inf)
+    return largest_step(scene.model, rig.tension.pre_tension)
 
 
 def _sample_part(rig: Rig, least: float) -> float:

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from trackdyn.errors import DivergenceError
-from trackdyn.scene.limits import round_step, step_limits, turn_limit
+from trackdyn.scene.limits import largest_step, round_step, turn_limit
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.resolution import NO, Answer, answer
@@ -58,9 +58,8 @@ def try_steps(settled: Loop, rpm: float) -> Trial:
     scene = {"motor_rpm": rpm, "ramp": RAMP, "every_link": True, "duration": SECONDS}
     # a scene is judged at the pre-tension, a loop at the tension that it settles at
     tensions = settled.layout["settled_tension_n"], settled.scene.rig.tension.pre_tension
-    limits = [limit for tension in tensions for limit in step_limits(settled.model, tension).values()]
-    limits += turn_limit(settled.scene.with_(motor_rpm=rpm).sprocket_rate).values()
-    step = round_step(min(LARGEST, *limits), sample)
+    turn = turn_limit(settled.scene.with_(motor_rpm=rpm).sprocket_rate).values()
+    step = round_step(min(LARGEST, largest_step(settled.model, *tensions), *turn), sample)
     before, tried = None, []
     for _ in range(HALVINGS + 1):
         try:

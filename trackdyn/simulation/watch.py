@@ -6,7 +6,18 @@ from weakref import proxy
 import numpy as np
 
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.simulation.resolution import PEAKS, RMS, Answer, Resolution, alternating_share, answer, doubt, resolution
+from trackdyn.integrate.methods import METHODS
+from trackdyn.simulation.resolution import (
+    PEAKS,
+    RMS,
+    Answer,
+    Resolution,
+    alternating_share,
+    answer,
+    doubt,
+    passed_pitches,
+    resolution,
+)
 
 FINER = 4  # times
 LEAD = 5.0  # s before a record that are at most run again with it
@@ -35,6 +46,7 @@ class Watch:
         # weak: in a cycle, records wait for the garbage collector, which comes by objects and not by bytes
         self.recorder, self.found, self.off = proxy(recorder), "", (nan, nan)
         self.begin()
+        self.whole = origin is not None
         if origin is not None and recorder.begin - origin.time <= LEAD:
             self.origin = origin
 
@@ -68,6 +80,7 @@ class Watch:
         coarse = answer(of.record, self.first, of.done, of.ended[self.ended :], model)
         found = doubt(of.alternating - self.alternating, model, rows, seconds, coarse.alone)
         self.found = self.found or found
+        found = found or self._brief()
         # where somebody steered in between, another run would be another motion
         if not found or model.drive != self.origin.model.drive:
             return
@@ -75,6 +88,7 @@ class Watch:
             off = coarse.differs(self._finer(seconds))
         except InputError:  # no finer step is allowed
             return
+        self.found = self.found or found
         self.off = tuple(float(np.fmax(*pair)) for pair in zip(self.off, off, strict=True))
         # An implicit step is coarse on purpose, and single impacts need steps that nothing else needs: what is missed
         # is said, and refused only where contacts flip.
@@ -85,6 +99,18 @@ class Watch:
                 f"differs by {off[0]:.2g} and the mean peak by {off[1]:.2g} of it, more than {RMS:g} and {PEAKS:g}; "
                 f"use a step smaller than {model.step:g} s (trackdyn check finds one)"
             )
+
+    def _brief(self) -> str:
+        """Why the RMS of a run may rest on few impacts, each with an error of the order of the step: words, or none.
+
+        In less than a turn of the loop the sensor's link comes onto each wheel at most once. A record of a loop that
+        somebody has in hand is a part of a run, and stays as cheap as it is.
+        """
+        of, scene = self.recorder, self.recorder.loop.scene
+        if not self.whole or scene.loop != "on_wheels" or not METHODS[scene.integrator].staggered:
+            return ""
+        pitches = passed_pitches(of.loop.model, of.samples / scene.rig.sensor.rate)
+        return "the record is shorter than a turn of the loop" if 1.0 <= pitches < scene.rig.chain.pitches - 0.5 else ""
 
     def _share(self, rows) -> float:
         """What alternates in the piece."""

@@ -16,7 +16,7 @@ from tqdm import tqdm
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import belt_path, run_order
 from trackdyn.parameters.rig import Rig, load_rig
-from trackdyn.scene.limits import step_limits
+from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.start_checks import arc_depths, explained_depth
@@ -182,7 +182,7 @@ def run_layout(number: int, seconds: float = 1.0, seed: int = SEED) -> dict:
 
     def attempt(part):
         probe = Scene(rig, rpm, step=1e-6, spells=False)
-        limit = min(step_limits(probe.model, 1.3 * rig.tension.pre_tension).values())
+        limit = largest_step(probe.model, 1.3 * rig.tension.pre_tension)
         sample = 1.0 / rig.sensor.rate
         step = float(sample / np.ceil(sample / (part * min(limit, 1.25e-4))))
         scene = Scene(rig, rpm, duration=seconds, lead_in=0.0, ramp=0.3, step=step, spells=False, frame_interval=sample)

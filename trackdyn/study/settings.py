@@ -122,6 +122,7 @@ class ExtremesForm(Section):
     long_run_s: Positive
     long_run_turns: Count
     random_scenes: Count
+    random_in_space: bool
     short_runs: Count
     bodies: Annotated[list[Annotated[int, Field(ge=6, multiple_of=2)]], Field(min_length=1)]
     mass_ratios: Values

@@ -16,7 +16,7 @@ from trackdyn.integrate.methods import METHODS
 from trackdyn.measure.sensor import sense
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.fidelity import preset
-from trackdyn.scene.limits import step_limits
+from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.simulate import simulate
@@ -69,8 +69,8 @@ def scene_of(rig: Rig, speed: Speed, seconds: float, later: float = 0.0) -> Scen
     duration = ceil(seconds * speed.rate + 1) / speed.rate
     made = {"duration": duration, "lead_in": LEAD_IN + later, "spells": False}
     fine = Scene(rig, speed.rpm, speed.ring_radius, **fields | made | {"step": 1.0 / speed.rate / 1000})
-    limits = step_limits(fine.model, rig.tension.pre_tension, METHODS[fine.integrator])
-    step = min([fields["step"], *(MARGIN * limit for limit in limits.values())])
+    largest = largest_step(fine.model, rig.tension.pre_tension, method=METHODS[fine.integrator])
+    step = min(fields["step"], MARGIN * largest)
     return fine.with_(step=1.0 / speed.rate / ceil(1.0 / speed.rate / step - 1e-6))
 
 

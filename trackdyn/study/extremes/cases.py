@@ -13,7 +13,7 @@ from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.normal_laws import delivered_restitution
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.build import make_law, make_tooth
-from trackdyn.scene.limits import step_limits
+from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.account import open_share, refuse_open_account
 from trackdyn.simulation.loop import Loop
@@ -30,7 +30,7 @@ STATES = "initial state"
 def step_limit(rig: Rig, rpm: float = 210.0, **fields) -> float:
     """Smallest of the predicted limits of the semi-implicit step, s."""
     probe = Scene(rig, rpm, **(FAST | fields), integrator="adaptive", tolerance=0.5)
-    return min(step_limits(probe.model, rig.tension.pre_tension).values())
+    return largest_step(probe.model, rig.tension.pre_tension)
 
 
 def accepted_step(rig: Rig, limit: float, at_most: float = 1e-4) -> float:

@@ -127,8 +127,11 @@ def run_drawn(rig: Rig, drawn: dict) -> dict:
         return run_scene("random scenes", json.dumps(drawn, sort_keys=True), rig, **fields)
 
 
-def random_scenes(rig: Rig, count: int, seed: int = SEED, part: int = 0, parts: int = 1) -> Iterator[dict]:
-    """Rows of ``count`` scenes drawn with a seed, or of one of so many equal parts of them.
+def random_scenes(
+    rig: Rig, count: int, seed: int = SEED, part: int = 0, parts: int = 1, in_space: bool = True
+) -> Iterator[dict]:
+    """Rows of ``count`` scenes drawn with a seed, or of one of so many equal parts of them; all in the plane if they
+    may not be ``in_space``.
 
     The same seed, version of hypothesis and sources draw the same: hypothesis mixes constants of the loaded
     modules into what it draws, so that an edit elsewhere may exchange a scene or two.
@@ -154,7 +157,7 @@ def random_scenes(rig: Rig, count: int, seed: int = SEED, part: int = 0, parts: 
     draw()
     first, last = (len(scenes) * (part + k) // parts for k in (0, 1))
     for drawn in scenes[first:last]:
-        yield run_drawn(rig, drawn)
+        yield run_drawn(rig, drawn if in_space else drawn | {"space": "planar"})
 
 
 def smallest(rig: Rig, drawn: dict) -> dict:

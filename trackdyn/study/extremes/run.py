@@ -94,7 +94,8 @@ def _families(rig: Rig, form: ExtremesForm, part: str) -> dict[str, tuple[Iterat
         number = int(part.removeprefix("short_runs_"))
         return {"short runs": (short_runs(form.short_runs, part=number, parts=_short_parts(form)),)}
     number = int(part.removeprefix("random_"))
-    scenes = random_scenes(rig, form.random_scenes, part=number, parts=_random_parts(form))
+    parts = _random_parts(form)
+    scenes = random_scenes(rig, form.random_scenes, part=number, parts=parts, in_space=form.random_in_space)
     return {"random scenes": (scenes,)}
 
 
