@@ -69,7 +69,9 @@ def copy(tmp_path):
         clean = {k: v for k, v in os.environ.items() if not k.startswith(("NUMBA_", "TRACKDYN_"))}
         return subprocess.Popen(
             [sys.executable, "-c", MAIN, str(root), *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-            text=True, env=clean | {"TRACKDYN_CACHE": str(cache)} | environment,
+            text=True,
+            # Python's bytecode does not see an edit in the same second that leaves the length of the file
+            env=clean | {"TRACKDYN_CACHE": str(cache), "PYTHONDONTWRITEBYTECODE": "1"} | environment,
         )  # fmt: skip
 
     def run(*arguments, process=None, **options):
