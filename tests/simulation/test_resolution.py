@@ -108,7 +108,7 @@ def test_a_very_short_run_says_that_it_was_not_judged(make_scene, tmp_path):
 
 
 def test_a_record_that_flips_and_holds_with_a_finer_step_completes_and_says_so(rig, make_scene):
-    """Stiff bushings flip at 1e-4 s, and RMS is right within a thousandth."""
+    """Stiff bushings flip at 1e-4 s, and RMS is right within two thousandths."""
     stiff = rig.changed(bushing__stiffness=5e4)
     found = simulate(make_scene(150.0, rig=stiff, step=1e-4, ramp=1.0, lead_in=0.5, duration=1.0)).meta["resolved"]
     assert found["share"] > FLIPS and found["state"] == NO and "with a finer step RMS differs by 0.0" in found["reason"]
@@ -145,14 +145,19 @@ def test_a_run_shorter_than_a_turn_of_the_loop_is_run_again(make_scene, monkeypa
     off[0] = 1.1 * RMS
     with pytest.raises(DivergenceError, match="shorter than a turn of the loop"):
         state()
-    # part of a run that somebody has in hand; one impact; a turn of the loop
+    # not: a part of a run, less than a pitch, a turn of the loop
     tried.clear()
     loop = Loop(scene)
     loop.advance(0.6)
     assert loop.record(0.7).meta["resolved"]["state"] == YES and not tried
-    assert state(scene.with_(duration=0.05)) == OPEN
-    monkeypatch.setattr("trackdyn.simulation.watch.passed_pitches", lambda *_: 35.0)
-    assert state() == OPEN and not tried  # too few pitches, and no trial that tells
+    assert state(scene.with_(duration=0.05)) == OPEN and not tried
+    with monkeypatch.context() as turn:
+        turn.setattr("trackdyn.simulation.watch.passed_pitches", lambda *_: 35.0)
+        assert state() == OPEN and not tried  # too few pitches, and no trial that tells
+    off[0] = 0.0
+    for name in ("PIECE", "BETWEEN"):
+        monkeypatch.setattr(f"trackdyn.simulation.watch.{name}", 0.25)
+    assert state() == YES and len(tried) == 1, "the first piece alone"
 
 
 def test_watching_a_run_changes_nothing(make_scene):

@@ -188,6 +188,7 @@ def draw_sprocket(ax: Axes, rig: Rig, angle: float, ring: float | None, number_a
     outline = np.vstack([groove_points(rig, angle, k, profile) for k in range(rig.sprocket.teeth, 0, -1)])
     if ring is not None:
         _draw_disc(ax, *centre, ring, RUBBER, BLACK)
+    # artists, not patches: the limits of the axes are given, and a patch would have them worked out from its outline
     ax.add_artist(Polygon(outline, facecolor=STEEL, edgecolor=STEEL_EDGE, linewidth=0.9, zorder=Z_SPROCKET))
     if ring is not None:  # the part of its edge that teeth hide
         look = {"fill": False, "edgecolor": RUBBER, "linestyle": (0, (4, 2)), "linewidth": 0.7}

@@ -46,14 +46,14 @@ class Watch:
         # weak: in a cycle, records wait for the garbage collector, which comes by objects and not by bytes
         self.recorder, self.found, self.off = proxy(recorder), "", (nan, nan)
         self.begin()
-        self.whole = origin is not None
+        self.first_of_run = origin is not None
         if origin is not None and recorder.begin - origin.time <= LEAD:
             self.origin = origin
 
     def begin(self) -> None:
         """Begin a piece."""
         of = self.recorder
-        self.origin = of.loop.copy()
+        self.origin, self.first_of_run = of.loop.copy(), False
         self.first, self.ended, self.alternating = of.done, len(of.ended), of.alternating.copy()
         self.open, self.time = of.record.spells.open.copy(), of.loop.time
 
@@ -79,7 +79,7 @@ class Watch:
         model, rows = of.loop.model, of.record.mean[self.first : of.done]
         coarse = answer(of.record, self.first, of.done, of.ended[self.ended :], model)
         found = doubt(of.alternating - self.alternating, model, rows, seconds, coarse.alone)
-        self.found = self.found or found
+        self.found = self.found or found  # also where no finer step can be tried
         found = found or self._brief()
         # where somebody steered in between, another run would be another motion
         if not found or model.drive != self.origin.model.drive:
@@ -101,16 +101,19 @@ class Watch:
             )
 
     def _brief(self) -> str:
-        """Why the RMS of a run may rest on few impacts, each with an error of the order of the step: words, or none.
+        """Say that a run is shorter than a turn of the loop, in its first piece; an empty string if it is not.
 
-        In less than a turn of the loop the sensor's link comes onto each wheel at most once. A record of a loop that
-        somebody has in hand is a part of a run, and stays as cheap as it is.
+        Its sensor's link comes onto each wheel at most once, and an impact has an error of the order of the step, so
+        that its RMS may be off. Not said of `Loop.record`, where every part of a longer run would be run again.
         """
         of, scene = self.recorder, self.recorder.loop.scene
-        if not self.whole or scene.loop != "on_wheels" or not METHODS[scene.integrator].staggered:
+        if not self.first_of_run or scene.loop != "on_wheels" or not METHODS[scene.integrator].staggered:
             return ""
         pitches = passed_pitches(of.loop.model, of.samples / scene.rig.sensor.rate)
-        return "the record is shorter than a turn of the loop" if 1.0 <= pitches < scene.rig.chain.pitches - 0.5 else ""
+        # rounded: a record of one turn ends at a sample
+        if pitches < 1.0 or round(pitches) >= scene.rig.chain.pitches:
+            return ""
+        return "the run is shorter than a turn of the loop"
 
     def _share(self, rows) -> float:
         """What alternates in the piece."""

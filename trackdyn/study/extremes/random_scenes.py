@@ -130,8 +130,9 @@ def run_drawn(rig: Rig, drawn: dict) -> dict:
 def random_scenes(
     rig: Rig, count: int, seed: int = SEED, part: int = 0, parts: int = 1, in_space: bool = True
 ) -> Iterator[dict]:
-    """Rows of ``count`` scenes drawn with a seed, or of one of so many equal parts of them; all in the plane if they
-    may not be ``in_space``.
+    """Rows of ``count`` scenes drawn with a seed, or of one of so many equal parts of them.
+
+    Without ``in_space`` the same scenes run in the plane.
 
     The same seed, version of hypothesis and sources draw the same: hypothesis mixes constants of the loaded
     modules into what it draws, so that an edit elsewhere may exchange a scene or two.

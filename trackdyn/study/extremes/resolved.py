@@ -27,7 +27,7 @@ SEED = 20261215
 # Of good runs at most this part may be refused; what completes is within `resolution.RMS` and `resolution.PEAKS`.
 REFUSED_GOOD = 0.03
 SECONDS, PARTS, RAMP = (0.3, 2.0), (0.2, 1.0), 0.3  # lengths, and parts of the largest step, both drawn by logarithm
-LARGEST = 2e-4  # s
+LARGEST = 2e-4  # s, where the loop would allow more
 # scenes of the accuracy study: motor speed (rev/min) and radius of the ring (m)
 TRADE = ((115, 0.308), (210, 0.308), (150, 0.304), (180, 0.312), (115, None), (150, None), (210, None))
 KINDS = ("shipped", "layout", "trade", "odd", "shipped", "layout")
