@@ -11,6 +11,7 @@ import subprocess
 from collections import Counter
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from trackdyn import jit
@@ -99,7 +100,8 @@ def unled():
     def make(model, work):
         for change in (work.com_dvx, work.com_dvy, work.turned):
             change[:] = 0.0
-        return model._replace(tooth=model.tooth._replace(mobility=0.0))
+        wheels = model.wheels._replace(slip=np.zeros_like(model.wheels.slip))
+        return model._replace(tooth=model.tooth._replace(mobility=0.0), wheels=wheels)
 
     return make
 

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from trackdyn.benchmark.problems import FOLDER, NAMES, START_COLUMNS
-from trackdyn.chain.mobility import mobility_across
 from trackdyn.files import write_text
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.constants import SPROCKET, Chain, Closure, Drive, Law, Model, Sensor, Shoes, Tooth, Wheels
 from trackdyn.model.state import State, make_state
 from trackdyn.parameters.rig import load_rig
 from trackdyn.peers.contact import Contacts
+from trackdyn.scene.build import with_mobility
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 
@@ -175,11 +175,12 @@ def model_of(said: dict, integrator: str, step: float) -> Model:
     x, y, radius = column("x_m"), column("y_m"), column("radius_m")
     around = Wheels(
         np.array([int(w is not None) for w in order] or [0]), x, y, radius, column("inertia_kg_m2", 1.0),
-        column("drag_n_m_s_rad"), np.zeros(len(x)), said.get("link_half_thickness_m", 0.0),
+        column("drag_n_m_s_rad"), np.zeros(len(x)), said.get("link_half_thickness_m", 0.0), np.zeros(len(x)),
         law_of(said, "ring"), law_of(said, "wheel"),
     )  # fmt: skip
-    mobility = mobility_across(chain, 1, 0.0) if METHODS[integrator].staggered else 0.0
-    tooth = tooth_of(sprocket, law_of(said, "tooth"), mobility)
+    tooth = tooth_of(sprocket, law_of(said, "tooth"))
+    if METHODS[integrator].staggered:
+        tooth, around = with_mobility(chain, shoes, tooth, around, held=True)
     drive = said.get("drive", {"rate_rad_s": 0.0, "ramp_s": 1.0})
     stride = round(said["report"]["interval_s"] / step)
     return Model(
@@ -189,7 +190,7 @@ def model_of(said: dict, integrator: str, step: float) -> Model:
     )  # fmt: skip
 
 
-def tooth_of(sprocket: dict | None, law: Law, mobility: float) -> Tooth:
+def tooth_of(sprocket: dict | None, law: Law) -> Tooth:
     """The sprocket's teeth; none without a sprocket."""
     teeth = sprocket["teeth"] if sprocket else 13
     areas = sprocket["areas"] if sprocket else []
@@ -201,7 +202,7 @@ def tooth_of(sprocket: dict | None, law: Law, mobility: float) -> Tooth:
         np.array([cos(a["half_angle_rad"]) for a in areas]),
         np.array([a["kind"] == "convex" for a in areas], dtype=np.int64),
         np.array([cos(b) for b in beta]), np.array([sin(b) for b in beta]), teeth, tan(pi / teeth),
-        sprocket["addendum_m"] if sprocket else 1.0, sprocket["connector_arc_m"] if sprocket else 0.03, law, mobility,
+        sprocket["addendum_m"] if sprocket else 1.0, sprocket["connector_arc_m"] if sprocket else 0.03, law,
     )  # fmt: skip
 
 

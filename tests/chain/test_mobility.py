@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trackdyn.chain.mobility import mobility_across
+from trackdyn.chain.mobility import mobility_across, mobility_of_slip
 from trackdyn.model.constants import Chain
 from trackdyn.scene.build import build_chain
 
@@ -50,6 +50,30 @@ def test_mobility_is_that_of_the_mass_matrix(part):
     )
 
 
+@pytest.mark.parametrize("part", [0.0, 0.4, 1.0])
+@pytest.mark.parametrize("x", [-0.8, 0.0, 0.5, 1.0])
+def test_mobility_of_a_sliding_point_is_that_of_the_mass_matrix(part, x):
+    """Its slip: the place's way across the chain times the normal's component along it, less the arm times the turn."""
+    chain, middle, arm = uneven(41), 20, 0.03
+    ends = Chain(*(np.roll(values, -middle) for values in chain[:5]), *chain[5:])
+    along, n = part * chain.length[middle], len(chain.mass)
+    a, b, c = mobility_of_slip(ends, 0, along, arm)
+
+    def across(i, at):
+        row = np.zeros(n + 1)
+        row[0], row[1 : 1 + i], row[1 + i] = 1.0, chain.length[:i], at
+        return row
+
+    matrix = np.diag([0.0, *chain.inertia])
+    for i in range(n):
+        matrix += chain.mass[i] * np.outer(across(i, chain.com_x[i]), across(i, chain.com_x[i]))
+    slip = x * across(middle, along)
+    slip[1 + middle] -= arm
+    assert (a * x + b) * x + c == pytest.approx(slip @ np.linalg.solve(matrix, slip), rel=1e-9)
+    alone = mobility_of_slip(ends, 0, along, arm, held=False)
+    assert (alone[0] * x + alone[1]) * x + alone[2] > (a * x + b) * x + c
+
+
 @pytest.mark.parametrize("kind", ["double_pin", "single_pin"])
 def test_arcs_of_a_pitch_meet_the_same_mass(make_scene, kind):
     """Links and connectors are symmetric, so are the places of the two arcs of a connector."""
@@ -66,4 +90,5 @@ def test_arcs_of_a_pitch_meet_the_same_mass(make_scene, kind):
     ("integrator", "yields"), [("semi_implicit", True), ("linearly_implicit", False), ("rk4", False)]
 )
 def test_only_velocities_of_the_middle_of_a_step_are_led(make_scene, integrator, yields):
-    assert (make_scene(integrator=integrator).model.tooth.mobility > 0) == yields
+    model = make_scene(integrator=integrator).model
+    assert (model.tooth.mobility > 0) == model.tooth.slip.any() == (model.wheels.slip > 0).all() == yields

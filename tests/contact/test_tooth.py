@@ -8,6 +8,7 @@ import pytest
 from trackdyn.contact.tooth import find_area, groove_index
 from trackdyn.integrate.run import refresh
 from trackdyn.parameters.groove import coarse_groove
+from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.build import make_law, make_tooth
 
 RADIUS = 0.030
@@ -98,7 +99,7 @@ def test_random_places_over_the_groove_touch_where_the_profile_is_near(groove, t
 @pytest.mark.parametrize("coarse", [False, True])
 def test_mirrored_arc_touches_the_mirrored_area(groove, coarse):
     """A side that is searched wrongly, or not at all, breaks this."""
-    profile = coarse_groove(groove) if coarse else groove
+    profile = coarse_groove(groove, RADIUS) if coarse else groove
     areas = len(profile.radius)
     both = make_tooth(profile, RADIUS, make_law(0.05, 1e11, 0.5, 0.1, 0.1, 0.05, 0.1, 3.0))
     points, *_ = points_over_the_profile(groove, lambda rng, k: -rng.uniform(0, DEEPEST, k), 4)
@@ -109,6 +110,28 @@ def test_mirrored_arc_touches_the_mirrored_area(groove, coarse):
         assert other == ((areas + 1 - area, depth, -nx, ny, radius) if area else (0, 0.0, 0.0, 0.0, 0.0))
         seen.add(area)
     assert seen >= set(range(1, areas + 1))
+
+
+@pytest.mark.parametrize("name", ["paper", "possible", "first_fit"])
+def test_the_depth_in_a_coarse_tooth_is_continuous(name):
+    """A jump from one surface to the next, or where the tip ends, would make energy with every engagement."""
+    rig = load_rig(name)
+    profile, radius = coarse_groove(rig.groove_profile, rig.chain.connector_radius), rig.chain.connector_radius
+    tooth = make_tooth(profile, radius, make_law(0.05, 1e11, 0.5, 0.1, 0.1, 0.05, 0.1, 3.0))
+    rng, joints, move = np.random.default_rng(5), profile.joints(), 1e-6
+    low, high = np.sort(joints[:, 1])[[0, -1]]
+    points = np.column_stack([rng.uniform(1.2 * joints[0, 0], 0, 200_000), rng.uniform(low, high + radius, 200_000)])
+    touched = set()
+    for x, y in points:
+        area, depth, *_ = find_area(tooth, x, y)
+        if not 0 < depth < DEEPEST / 2:
+            continue
+        touched.add(area)
+        angle = rng.uniform(0, 2 * pi)
+        _, there, *_ = find_area(tooth, x + move * np.cos(angle), y + move * np.sin(angle))
+        # a corner is left at a depth that differs by a part of the depth
+        assert abs(there - depth) <= move + 0.05 * depth, (area, x, y, depth, there)
+    assert touched == {1, 2, 3}
 
 
 def test_every_groove_has_its_index(groove):

@@ -5,7 +5,7 @@ import pytest
 
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.integrate.methods import METHODS
-from trackdyn.scene.limits import step_limits
+from trackdyn.scene.limits import FRICTION_LEEWAY, step_limits
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 
@@ -37,7 +37,8 @@ def test_limits_of_rk4_are_larger_by_its_reach(make_scene, ring):
     euler, rk4 = ({name: h for name, h in found.items() if "turn" not in name} for found in (euler, rk4))
     assert len(euler) == (7 if ring else 5)
     for name, limit in euler.items():
-        reach = RK4.decay if name.startswith("friction") else RK4.oscillation
+        # semi-implicit Euler takes friction with the slip that it leaves
+        reach = RK4.decay / FRICTION_LEEWAY if name.startswith("friction") else RK4.oscillation
         assert rk4[name] / limit == pytest.approx(reach / 2.0, rel=1e-12)
     # what semi-implicit Euler takes at the end of the step limits the explicit method
     assert set(rk4) - set(euler) == {"damping of the bushing"}

@@ -362,7 +362,8 @@ def test_step_tends_to_the_semi_implicit_one(parts):
         error.append(np.abs(led.sweep.response @ led.sweep.load - explicit).max())
         lag.append(np.abs(led.implicit.load[4:] - wheel).max())
     assert error[1] < 1e-3 * np.abs(explicit).max()
-    assert lag[1] < 1e-4 * np.abs(wheel).max()
+    # of the torque, of which drag and contacts nearly cancel
+    assert lag[1] < 1e-4 * np.abs(work.wheel_torque[1:] / model.wheels.inertia[1:]).max()
     # the next order is h c / J of the bushings, 4e-5
     assert error[0] / error[1] == pytest.approx(2.0, abs=0.01)
     assert lag[0] / lag[1] == pytest.approx(2.0, abs=0.01)

@@ -3,7 +3,7 @@
 from math import tanh
 
 from trackdyn.jit import kernel
-from trackdyn.model.constants import SPROCKET, Wheels
+from trackdyn.model.constants import Wheels
 
 # rate below which a torque of Coulomb friction or rolling resistance fades, rad/s: a twentieth of the slowest running
 SLOW = 0.1
@@ -26,9 +26,3 @@ def bearing_drag(wheels: Wheels, wheel, rate, carried):
         turning = max(abs(rate), 1e-6 * SLOW)
         drag += torque * tanh(turning / SLOW) / turning
     return drag
-
-
-@kernel
-def sprocket_drag(wheels: Wheels, rate, carried):
-    """The same of the sprocket, whose bearings belong to its drive: rolling resistance of the links on its ring."""
-    return bearing_drag(wheels, SPROCKET, rate, carried)

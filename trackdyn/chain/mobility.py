@@ -20,6 +20,40 @@ def mobility_across(chain: Chain, body: int, along: float) -> float:
     along : float
         Place of the force from its input pin, m.
     """
+    part = along / chain.length[body]
+    place = np.array([1.0 - part, part])
+    return float(place @ _mobility_of_pins(chain, body) @ place)
+
+
+def mobility_of_slip(
+    chain: Chain, body: int, along: float, arm: float, held: bool = True
+) -> tuple[float, float, float]:
+    """Acceleration of a sliding point per unit of friction in a straight chain, 1/kg.
+
+    The point is ``arm`` from a place on the body, against the contact's normal. With the normal's component x along the
+    chain it is ``a x^2 + b x + c``: the place moves across the chain, and the body turns about it.
+
+    Parameters
+    ----------
+    body, along
+        As of `mobility_across`.
+    arm : float
+        m.
+    held : bool
+        Whether the pins hold the neighbours; alone the body moves more easily.
+
+    Returns
+    -------
+    a, b, c : float
+    """
+    part, turn = along / chain.length[body], arm / chain.length[body]
+    place, spin = np.array([1.0 - part, part]), np.array([turn, -turn])
+    pins = _mobility_of_pins(chain, body) if held else np.linalg.inv(_masses_of_ends(chain, body))
+    return float(place @ pins @ place), float(2 * place @ pins @ spin), float(spin @ pins @ spin)
+
+
+def _mobility_of_pins(chain: Chain, body: int) -> np.ndarray:
+    """(2, 2) accelerations of a body's pins across a straight chain per unit of force at each, 1/kg."""
     n = len(chain.mass)
     ahead = behind = 0.0  # masses that the chain shows at the output and at the input pin, kg
     for i in range(n - 1, 0, -1):
@@ -27,9 +61,7 @@ def mobility_across(chain: Chain, body: int, along: float) -> float:
         ahead = m[0, 0] - m[0, 1] ** 2 / (m[1, 1] + ahead)
         m = _masses_of_ends(chain, (body - i) % n)
         behind = m[1, 1] - m[0, 1] ** 2 / (m[0, 0] + behind)
-    part = along / chain.length[body]
-    place = np.array([1.0 - part, part])
-    return float(place @ np.linalg.solve(_masses_of_ends(chain, body) + np.diag([behind, ahead]), place))
+    return np.linalg.inv(_masses_of_ends(chain, body) + np.diag([behind, ahead]))
 
 
 def _masses_of_ends(chain: Chain, i: int) -> np.ndarray:

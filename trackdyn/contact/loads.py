@@ -68,7 +68,8 @@ class Touch(NamedTuple):
 
     ``depth`` (m), ``speed`` (m/s, positive while the depth grows), ``impact`` (its initial value) and ``radius``
     (m) are those of Eq. 8, ``share`` the part of the contact length that overlaps, ``axial`` the force of a
-    guide along the wheel's axis (N).
+    guide along the wheel's axis (N). Velocities are led by ``lead`` of what the last step changed; ``given`` is what
+    a unit of friction takes from the slip until then (m/s/N), ``item`` the contact's place in ``work.friction``.
     """
 
     body: int
@@ -85,6 +86,9 @@ class Touch(NamedTuple):
     radius: float
     share: float
     axial: float
+    lead: float
+    given: float
+    item: int
     law: Law
 
 
@@ -119,19 +123,28 @@ def with_plane(state, space, x, y, z, vx, vy):
 
 
 @kernel
+def item_of(work, link, wheel):
+    """Place of a link on a wheel in ``work.friction``."""
+    links, wheels = work.wheel_force.shape
+    return 2 * links + link * wheels + wheel
+
+
+@kernel
 def apply(model: Model, state: State, work: Work, touch: Touch, space, implicit):
     """Forces of a contact into the loads and onto the contact list; returns the normal force at this state, N."""
     law, body, wheel, nx, ny = touch.law, touch.body, touch.wheel, touch.normal_x, touch.normal_y
     x, y, z = back(space, wheel, touch.x, touch.y, touch.z)
     ax, ay, vx, vy = body_motion(model, state, work, body, x, y)
+    px, py = approach(work, body, vx, vy, ax, ay, touch.lead)
     vx, vy, vz = with_plane(state, space, x, y, z, vx, vy)
+    px, py, _ = with_plane(state, space, x, y, z, px, py)
     cx, cy, cz = own_centre(model, space, wheel)
     ox = touch.x - cx
     oy = touch.y - cy
     ww = state.wheel_rate[wheel]
     # slip of the two material points: along tau = z x n (Eqs. 31, 38 with the links' own rotation) and along
     # the axis (Eqs. 32, 39)
-    sx, sy, sz = seen(space, wheel, vx, vy, vz)
+    sx, sy, sz = seen(space, wheel, px, py, vz)
     tx, ty = wheel_velocity(state, model.carriers, wheel)
     sx -= tx
     sy -= ty
@@ -170,6 +183,11 @@ def apply(model: Model, state: State, work: Work, touch: Touch, space, implicit)
         row[k, NORMAL_SLOPE] = normal
         row[k, FRICTION_SLOPE] = across
     ft = -fn * mu
+    if touch.given > 0.0:
+        # of its own force the slip has until then that of the step before: by the secant of Eq. 10
+        resisted = touch.given * fn * abs(mu) / max(abs(slip), 1e-9)
+        ft = (ft + resisted * work.friction[1, touch.item]) / (1.0 + resisted)
+        work.friction[0, touch.item] = ft
     across_force = -fn * axial_mu
     wx = fn * nx - ft * ny
     wy = fn * ny + ft * nx
@@ -231,6 +249,7 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
     dz = height(state, space) - mz
     lead = 0.5 if implicit is None else 0.0
     given = lead * model.step * tooth.mobility
+    half = lead * model.step if given > 0.0 else 0.0
     reach = tooth.addendum + tooth.arc_radius  # Eq. 18
     rc = tooth.arc_radius
     near = work.near
@@ -256,7 +275,7 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
             area, depth, nkx, nky, radius = find_area(tooth, x_k, y_k)
         work.tooth_area[arc] = area
         if area == 0:
-            work.tooth_force[arc] = 0.0
+            work.tooth_force[arc] = work.friction[0, arc] = 0.0
             work.tooth_groove[arc] = 0
             state.tooth_impact[arc] = 0.0
             continue
@@ -277,9 +296,11 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
         if given > 0.0:
             elastic = share * elastic_force(tooth.law.stiffness, depth, radius)
             speed = impeded_speed(tooth.law, elastic, speed + given * work.tooth_before[arc], impact, given)
+        ex = nx * c + ny * s
+        slides = (tooth.slip[arc % 2, 0] * ex + tooth.slip[arc % 2, 1]) * ex + tooth.slip[arc % 2, 2]
         touch = Touch(
             body, SPROCKET, FLANK, cx + lx - rc * nx, cy + ly - rc * ny, cz + lz,
-            nx, ny, depth, speed, impact, radius, share, 0.0, tooth.law,
+            nx, ny, depth, speed, impact, radius, share, 0.0, lead, half * slides, arc, tooth.law,
         )  # fmt: skip
         work.tooth_force[arc] = apply(model, state, work, touch, space, implicit)
         work.contact_body[work.count[0] - 1, AREA] = area
@@ -308,7 +329,7 @@ def wheel_loads(model: Model, state: State, work: Work, space, implicit):
             qz = az + min(max(fraction, 0.0), 1.0) * (bz - az)
             share = share_left(model, space, kind, qz - cz)
         if share <= 0.0:
-            work.wheel_force[link, wheel] = 0.0
+            work.wheel_force[link, wheel] = work.friction[0, item_of(work, link, wheel)] = 0.0
             state.wheel_impact[link, wheel] = 0.0
             continue
         inverse = 1.0 / distance
@@ -328,7 +349,8 @@ def wheel_loads(model: Model, state: State, work: Work, space, implicit):
         state.wheel_impact[link, wheel] = impact
         touch = Touch(
             body, wheel, kind, qx - thick * nx, qy - thick * ny, qz,
-            nx, ny, depth, speed, impact, wheels.radius[wheel], share, 0.0, law,
+            nx, ny, depth, speed, impact, wheels.radius[wheel], share, 0.0,
+            lead, lead * model.step * wheels.slip[wheel], item_of(work, link, wheel), law,
         )  # fmt: skip
         work.wheel_force[link, wheel] = apply(model, state, work, touch, space, implicit)
         carry(work.carried, wheel, work.wheel_force[link, wheel])
@@ -359,7 +381,7 @@ def guide_loads(model: Model, state: State, work: Work, space, implicit):
             # neither depth nor normal: only the axial force is left of the contact
             touch = Touch(
                 body, wheel, GUIDE, cx + lx, cy + ly, cz + lz, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0,
-                guide_force(model.space, lz, speed), model.tooth.law,
+                guide_force(model.space, lz, speed), 0.0, 0.0, 0, model.tooth.law,
             )  # fmt: skip
             apply(model, state, work, touch, space, implicit)
 

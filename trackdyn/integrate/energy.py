@@ -3,7 +3,7 @@
 import numpy as np
 
 from trackdyn.chain import maxwell, radial
-from trackdyn.chain.bearings import bearing_drag, sprocket_drag
+from trackdyn.chain.bearings import bearing_drag
 from trackdyn.integrate.carriers import carrier_energy, mean_velocity
 from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET, Model
@@ -179,10 +179,6 @@ def powers(model: Model, state: State, work: Work, out, first):
     n = state.rate.shape[0]
     for i in range(n):
         out[first + BUSHING_LOSS] += model.chain.damping * work.joint_rate[i] * work.joint_rate[i]
-    rate = state.wheel_rate[SPROCKET]
-    rolling = sprocket_drag(model.wheels, rate, work.carried) * rate * rate
-    out[first + SPROCKET_WORK] += rolling
-    out[first + BEARING] += rolling
     for wheel in range(1, model.wheels.x.shape[0]):
         rate = state.wheel_rate[wheel]
         out[first + BEARING] += bearing_drag(model.wheels, wheel, rate, work.carried) * rate * rate

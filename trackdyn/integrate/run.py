@@ -14,7 +14,7 @@ from trackdyn.chain.kinematics import bushing_lead, orient, place
 from trackdyn.chain.maxwell import relax
 from trackdyn.chain.plane import plane_dynamics, turn_plane
 from trackdyn.integrate.carriers import slide
-from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, sense_links, solve_chain
+from trackdyn.integrate.dynamics import accumulate, evaluate_loads, follow, sense, sense_links, solve_chain
 from trackdyn.integrate.energy import account, energies, finish_forces
 from trackdyn.integrate.runge_kutta import march
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, advance
@@ -119,6 +119,7 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
             if links > 0:
                 sense_links(model, state, work, space, work.radial)
             accumulate(work, 1.0, links)
+            follow(work)
             if implicit is not None:
                 finish_forces(model, state, work, implicit)
             bad = advance(model, state, work, implicit, work.radial)
@@ -136,6 +137,8 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
             if implicit is None:
                 for arc in range(work.tooth_force.shape[0]):
                     work.tooth_before[arc] = work.tooth_force[arc]
+                for place_of in range(work.friction.shape[1]):
+                    work.friction[1, place_of] = work.friction[0, place_of]
             evaluate_loads(model, state, work, space, implicit)
             if record.spells.enabled:
                 log_spells(record.spells, state, work, state.steps[0] * model.step, model.step)

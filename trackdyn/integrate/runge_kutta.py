@@ -11,7 +11,7 @@ from math import isfinite
 from trackdyn.chain.bearings import bearing_drag
 from trackdyn.chain.kinematics import orient, place
 from trackdyn.chain.maxwell import add_rates
-from trackdyn.integrate.dynamics import accumulate, evaluate_loads, sense, sense_links, solve_chain
+from trackdyn.integrate.dynamics import accumulate, evaluate_loads, follow, sense, sense_links, solve_chain
 from trackdyn.integrate.energy import powers
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, sprocket_acceleration
 from trackdyn.integrate.spells import log_spells
@@ -104,7 +104,30 @@ def _derivative(model: Model, state: State, work: Work, time, out):
 
 
 @kernel
-def _evaluate(model: Model, state: State, work: Work, stages: Stages, time, step):
+def _sense(model: Model, state: State, work: Work, seen, links):
+    """What sensor and ``links`` links feel, into ``work`` and a stage's rows, which begin with the sensor's."""
+    sense(model, state, work, None)
+    if links > 0:
+        sense_links(model, state, work, None, None)
+    for k in range(3):
+        seen[0, k] = work.sensed[k]
+        for link in range(links):
+            seen[1 + link, k] = work.links[link, k]
+
+
+@kernel
+def _accumulate(work: Work, stages: Stages, part, links):
+    """Add the mean over a step that is ``part`` of ``model.step``: stages with their weights, the first one last."""
+    for s in range(stages.b.shape[0] - 1, -1, -1):
+        for k in range(3):
+            work.sensed[k] = stages.seen[s, 0, k]
+            for link in range(links):
+                work.links[link, k] = stages.seen[s, 1 + link, k]
+        accumulate(work, stages.b[s] * part, links)
+
+
+@kernel
+def _evaluate(model: Model, state: State, work: Work, stages: Stages, time, step, links):
     """Evaluate the stages after the first one."""
     for s in range(1, stages.b.shape[0]):
         offset = 0.0
@@ -116,6 +139,7 @@ def _evaluate(model: Model, state: State, work: Work, stages: Stages, time, step
         _copy_memory(stages.tooth_impact, stages.wheel_impact, state.tooth_impact, state.wheel_impact)
         evaluate_loads(model, state, work, None, None)
         solve_chain(model, state, work, 0.0, None, model.solver)
+        _sense(model, state, work, stages.seen[s], links)
         _derivative(model, state, work, time + offset * step, stages.slope[s])
 
 
@@ -178,12 +202,10 @@ def march(model: Model, state: State, work: Work, record: Record, stages: Stages
         _pack(state, stages.start, state.branch)
         _copy_memory(state.tooth_impact, state.wheel_impact, stages.tooth_impact, stages.wheel_impact)
         solve_chain(model, state, work, 0.0, None, model.solver)
-        sense(model, state, work, None)
-        if links > 0:
-            sense_links(model, state, work, None, None)
+        _sense(model, state, work, stages.seen[0], links)
         _derivative(model, state, work, begin + done, stages.slope[0])
         while True:
-            _evaluate(model, state, work, stages, begin + done, step)
+            _evaluate(model, state, work, stages, begin + done, step, links)
             if stages.tolerance == 0.0:
                 break
             error = _error(stages, step)
@@ -204,7 +226,8 @@ def march(model: Model, state: State, work: Work, record: Record, stages: Stages
         work.cut[5] = work.cut[1]
         if not model.closure.compliant:
             _project(model, state, work)
-        accumulate(work, step / whole, links)
+        _accumulate(work, stages, step / whole, links)
+        follow(work)
         _copy_memory(stages.tooth_impact, stages.wheel_impact, state.tooth_impact, state.wheel_impact)
         evaluate_loads(model, state, work, None, None)
         done += step

@@ -16,11 +16,11 @@ Without that, forces that last a few steps come out a tenth too high.
 
 from math import sin
 
-from trackdyn.chain.bearings import bearing_drag, sprocket_drag
+from trackdyn.chain.bearings import bearing_drag
 from trackdyn.chain.kinematics import orient
 from trackdyn.jit import fused, kernel
 from trackdyn.model.constants import SPROCKET, Drive, Model
-from trackdyn.model.record import BEARING, SPROCKET_WORK
+from trackdyn.model.record import BEARING
 from trackdyn.model.state import State
 from trackdyn.model.work import Work
 
@@ -55,21 +55,20 @@ def rippled(rate, angle, ripple):
 
 
 @kernel
-def driven_rate(drive: Drive, old, angle, torque, time, h, motor, drag=0.0):
+def driven_rate(drive: Drive, old, angle, torque, time, h, motor):
     """Rate of the sprocket at the end of a step of ``h`` that ends at ``time``: prescribed, or under a motor's torque.
 
-    ``torque`` is that of the contacts (N m); the line of the motor is taken at the end of the step, and so is
-    ``drag``, a torque over the rate (N m s/rad).
+    ``torque`` is that of the contacts (N m); the line of the motor is taken at the end of the step.
     """
     wanted = rippled(sprocket_rate(drive, time), angle, drive.ripple)
     if time > motor.release:
-        return old + h * (torque - drag * old) / (motor.inertia + h * drag)
+        return old + h * torque / motor.inertia
     if motor.prescribed:
         return wanted
-    rate = (motor.inertia * old + h * (torque + motor.slope * wanted)) / (motor.inertia + h * (motor.slope + drag))
+    rate = (motor.inertia * old + h * (torque + motor.slope * wanted)) / (motor.inertia + h * motor.slope)
     if motor.slope * abs(wanted - rate) > motor.torque:
         largest = motor.torque if wanted > rate else -motor.torque
-        rate = old + h * (torque + largest - drag * old) / (motor.inertia + h * drag)
+        rate = old + h * (torque + largest) / motor.inertia
     return rate
 
 
@@ -189,14 +188,9 @@ def advance(model: Model, state: State, work: Work, implicit, radial=None):
     state.steps[0] += 1
     time = state.steps[0] * h
     old = state.wheel_rate[SPROCKET]
-    drag = sprocket_drag(wheels, old, work.carried)
-    rate = driven_rate(
-        model.drive, old, state.wheel_angle[SPROCKET], work.wheel_torque[SPROCKET], time, h, model.drive.motor, drag
+    state.wheel_rate[SPROCKET] = driven_rate(
+        model.drive, old, state.wheel_angle[SPROCKET], work.wheel_torque[SPROCKET], time, h, model.drive.motor
     )
-    state.wheel_rate[SPROCKET] = rate
-    rolling = h * drag * rate * 0.5 * (old + rate)  # the drive gives it beside what the chain takes
-    state.work_done[SPROCKET_WORK] += rolling
-    state.work_done[BEARING] += rolling
     # the mean of both rates: exact for a constant speed and of second order on the ramp
     state.wheel_angle[SPROCKET] += 0.5 * h * (old + state.wheel_rate[SPROCKET])
     for wheel in range(1, wheels.x.shape[0]):

@@ -129,6 +129,8 @@ class Tooth(NamedTuple):
     mobility : float
         Of the chain across itself where an arc touches (`chain.mobility`), 1/kg; 0 where the method has forces and
         velocities of the same instant.
+    slip : (2, 3) array
+        Of a left and of a right arc where it slides (`chain.mobility.mobility_of_slip`), 1/kg; 0 likewise.
     """
 
     present: int
@@ -147,6 +149,7 @@ class Tooth(NamedTuple):
     arc_radius: float
     law: Law
     mobility: float = 0.0
+    slip: np.ndarray = np.zeros((2, 3))
 
 
 class Wheels(NamedTuple):
@@ -162,6 +165,9 @@ class Wheels(NamedTuple):
         Viscous drag of the bearing (N m s/rad) and torque against the rotation at any rate (N m).
     half_thickness : float
         D/2 of the links, m.
+    slip : (w,) array
+        Mobility of a link that slides on every wheel, 1/kg; 0 where the method has forces and velocities of the same
+        instant.
     ring_law, wheel_law : Law
         Links on the sprocket's ring; links on the other wheels.
     own_law : (w, 7) array or None
@@ -178,6 +184,7 @@ class Wheels(NamedTuple):
     drag: np.ndarray
     torque: np.ndarray
     half_thickness: float
+    slip: np.ndarray
     ring_law: Law
     wheel_law: Law
     own_law: np.ndarray | None = None

@@ -108,6 +108,8 @@ class Stages(NamedTuple):
         State at the start of a step, and the size of each entry below which the tolerance is absolute.
     slope : (s, m) array
         Derivative of the state at each stage.
+    seen : (s, 1 + p, 3) array
+        What the sensor, and its place on every link, feels at each stage.
     tooth_impact, wheel_impact : arrays
         Initial impact velocities at the start of the step: the stages do not change the memory.
     next_step : (1,) array
@@ -123,6 +125,7 @@ class Stages(NamedTuple):
     start: np.ndarray
     scale: np.ndarray
     slope: np.ndarray
+    seen: np.ndarray
     tooth_impact: np.ndarray
     wheel_impact: np.ndarray
     next_step: np.ndarray
@@ -240,6 +243,8 @@ class Work(NamedTuple):
         Normal force of every arc one step ago, N.
     wheel_force : (p, w) array
         Normal force of every link on every wheel, N.
+    friction : (2, 2 p + p w) array
+        Friction on every arc, then on every link by wheel, and the same one step ago, N.
     contact : (c, 20) array
         A row a contact; columns ``NORMAL_X`` to ``PIN_Y``.
     contact_body : (c, 4) integer array
@@ -304,6 +309,7 @@ class Work(NamedTuple):
     tooth_groove: np.ndarray
     tooth_before: np.ndarray
     wheel_force: np.ndarray
+    friction: np.ndarray
     contact: np.ndarray
     contact_body: np.ndarray
     count: np.ndarray
@@ -338,6 +344,7 @@ def make_work(n: int, pitches: int, wheels: int) -> Work:
         np.zeros(2 * pitches, np.int64),
         np.zeros(2 * pitches),
         np.zeros((pitches, wheels)),
+        np.zeros((2, pitches * (2 + wheels))),
         np.zeros((contacts, CONTACT_COLUMNS)),
         np.zeros((contacts, 4), np.int64),
         np.zeros(1, np.int64),
@@ -379,7 +386,7 @@ def make_stages(a, b, error, tolerance: float, n: int, pitches: int, wheels: int
     scale[work : work + 7] = np.inf  # the account of work does not steer the step
     a, b, error = (np.array(part, dtype=float) for part in (a, b, error))
     return Stages(
-        a, b, error, tolerance, np.zeros(size), scale, np.zeros((len(b), size)),
+        a, b, error, tolerance, np.zeros(size), scale, np.zeros((len(b), size)), np.zeros((len(b), 1 + pitches, 3)),
         np.zeros(2 * pitches), np.zeros((pitches, wheels)), np.zeros(1), np.zeros(2, np.int64),
     )  # fmt: skip
 

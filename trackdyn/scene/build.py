@@ -4,7 +4,7 @@ from math import cos, pi, radians, sin, sqrt, tan
 
 import numpy as np
 
-from trackdyn.chain.mobility import mobility_across
+from trackdyn.chain.mobility import mobility_across, mobility_of_slip
 from trackdyn.integrate.dynamics import SOLVERS
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.constants import (
@@ -30,8 +30,9 @@ from trackdyn.model.constants import (
 from trackdyn.model.state import Plane, State
 from trackdyn.parameters.layout import wheel_circles
 from trackdyn.parameters.normal_laws import NORMAL_LAWS
-from trackdyn.parameters.rig import Rig, Sprocket, Surface
+from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.rubber import loss_branches
+from trackdyn.parameters.sections import Sprocket, Surface
 from trackdyn.parameters.wheels import Wheel
 
 FRICTION = {"none": TANGENTIAL, "tangential": TANGENTIAL, "independent": INDEPENDENT, "isotropic": ISOTROPIC}
@@ -54,7 +55,7 @@ def make_law(
     return Law(stiffness, loss, mu_s, mu_d, v_t, speed_floor, factor_limit)
 
 
-def make_tooth(groove, arc_radius: float, law: Law, present: bool = True, mobility: float = 0.0) -> Tooth:
+def make_tooth(groove, arc_radius: float, law: Law, present: bool = True) -> Tooth:
     """Precompute the constants of the area search from the groove's geometry."""
     beta = [(2 * k - 1) * pi / groove.teeth - pi / 2 for k in range(1, groove.teeth + 1)]  # Eq. 12
     centre_x, centre_y = np.ascontiguousarray(groove.centre.T)
@@ -75,7 +76,6 @@ def make_tooth(groove, arc_radius: float, law: Law, present: bool = True, mobili
         groove.addendum,
         arc_radius,
         law,
-        mobility,
     )
 
 
@@ -162,7 +162,7 @@ def build_wheels(scene) -> Wheels:
     drag = [roller.bearing_drag * (scene.drag == "viscous") for roller in rollers]
     if scene.drag == "rolling" and rollers:
         drag = [roller.seal_drag for roller in rollers]
-        rolling = np.array([rig.sprocket.rolling_arm, *(roller.rolling_arm for roller in rollers)])
+        rolling = np.array([0.0, *(roller.rolling_arm for roller in rollers)])
     if any(roller.surface != "wheel_contact" for roller in rollers):
         own = np.array([ring, *(_law(rig, rig.contact_surfaces[roller.surface], scene) for roller in rollers)])
     x, y, radius = np.ascontiguousarray(circles[:count].T)
@@ -175,11 +175,33 @@ def build_wheels(scene) -> Wheels:
         np.array([0.0, *drag]),
         np.array([0.0, *(roller.bearing_torque * (scene.drag == "coulomb") for roller in rollers)]),
         rig.chain.link_thickness / 2,
+        np.zeros(count),
         ring,
         wheel,
         own,
         rolling,
     )
+
+
+def with_mobility(chain: Chain, shoes: Shoes, tooth: Tooth, wheels: Wheels, held: bool) -> tuple[Tooth, Wheels]:
+    """Contacts of a staggered method, which know how easily the chain yields to the forces of the present step.
+
+    ``held`` as of `chain.mobility.mobility_of_slip`.
+    """
+    body, along = shoes.arc_body, shoes.arc_x
+    slip = [mobility_of_slip(chain, body[side], along[side], tooth.arc_radius, held) for side in range(2)]
+    tooth = tooth._replace(mobility=mobility_across(chain, body[0], along[0]), slip=np.array(slip))
+    return tooth, wheels._replace(slip=_slip_on_wheels(chain, wheels, int(shoes.link_body[0])))
+
+
+def _slip_on_wheels(chain: Chain, wheels: Wheels, link: int) -> np.ndarray:
+    """Mobility of a sliding link on every wheel, 1/kg: the link's own, and the wheel's, which all links on it turn."""
+    *_, turning = mobility_of_slip(chain, link, 0.0, wheels.half_thickness)
+    radius = wheels.radius + wheels.half_thickness
+    shared = pi * radius / (chain.length.sum() / len(chain.length)) / 2  # links on half of a wheel, every other body
+    own = np.divide(shared * radius**2, wheels.inertia, out=np.zeros(len(radius)), where=wheels.inertia > 0)
+    own[SPROCKET] = 0.0  # which its drive turns
+    return 1.0 / chain.mass[link] + turning + own
 
 
 def build_drive(scene) -> Drive:
@@ -275,15 +297,15 @@ def build_model(scene) -> Model:
     shoes = build_shoes(rig, scene.chain)
     body = int(shoes.link_body[rig.sensor.pitch - 1])
     hysteretic = scene.bushing_law == "hysteretic"
-    chain, mobility = build_chain(rig, scene.chain, not hysteretic), 0.0
+    chain = build_chain(rig, scene.chain, not hysteretic)
     branches = None
     if hysteretic and rig.bushing.loss_factor * rig.bushing.stiffness > 0:
         share, time = loss_branches(rig.bushing.loss_factor)
         branches = Branches(chain.stiffness * share, time)
-    if METHODS[scene.integrator].staggered:
-        mobility = mobility_across(chain, shoes.arc_body[0], shoes.arc_x[0])
-    tooth = make_tooth(scene.groove, rig.chain.connector_radius, _law(rig, rig.tooth_contact, scene), toothed, mobility)
+    tooth = make_tooth(scene.groove, rig.chain.connector_radius, _law(rig, rig.tooth_contact, scene), toothed)
     wheels = build_wheels(scene)
+    if METHODS[scene.integrator].staggered:
+        tooth, wheels = with_mobility(chain, shoes, tooth, wheels, held=scene.joint == "revolute")
     return Model(
         chain,
         shoes,

@@ -12,6 +12,8 @@ from trackdyn.model.constants import Law
 # millisecond go beyond twice. Runs are then stable to about 1.4 times the limit. A larger ring tightens the
 # loop beyond the pre-tension that the limit is taken at; the shipped configuration halves its step there.
 DYNAMIC_FACTOR = 2.0
+# Beyond so many times the step of explicit friction, implicit friction still decays but flips as it does.
+FRICTION_LEEWAY = 10.0
 LEAST_LOAD = 1e-3  # N: a loop without weight and tension touches its wheels, too
 # Least step, s: rounding of the time counts from there on.
 LEAST_STEP = 1e-8
@@ -67,6 +69,8 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
     """
     limits = turn_limit(model.drive.rate) if method.order == 1 else {}
     oscillation, decay = method.oscillation, method.decay
+    # in the plane a staggered method takes friction with the slip that it leaves (`contact.loads.apply`)
+    sliding = FRICTION_LEEWAY if method.staggered and model.space is None else 1.0
     if isinf(oscillation):
         return limits
     chain, tooth, wheels = model.chain, model.tooth, model.wheels
@@ -88,7 +92,7 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
 
     def friction(law, mass, load=load):
         slope = (4 * law.friction_dynamic + 16 / 9 * (law.friction_static - law.friction_dynamic)) * load
-        return decay * mass * law.transition_velocity / slope if slope else float("inf")
+        return sliding * decay * mass * law.transition_velocity / slope if slope else float("inf")
 
     if tooth.present:
         narrow = min(
