@@ -111,14 +111,20 @@ def test_groove_worked_out_in_another_order_is_reproduced():
     assert groove.addendum == pytest.approx(0.350164, abs=2e-6)
 
 
-def test_coarse_groove_keeps_the_ends_of_the_flanks_and_their_symmetry(groove):
-    coarse = coarse_groove(groove)
+def test_coarse_groove_keeps_the_ends_of_the_flanks_and_their_symmetry(groove, rig):
+    radius = rig.chain.connector_radius
+    coarse = coarse_groove(groove, radius)
     joints = groove.joints()
-    np.testing.assert_allclose(coarse.arc(1)[0], joints[0], rtol=0, atol=EXACT)
-    np.testing.assert_allclose(coarse.arc(1)[-1], joints[2], rtol=0, atol=EXACT)
-    np.testing.assert_allclose(coarse.arc(2)[0], joints[2], rtol=0, atol=EXACT)
-    np.testing.assert_allclose(coarse.arc(3)[::-1], coarse.arc(1) * [-1, 1], rtol=0, atol=EXACT)
-    np.testing.assert_allclose(coarse.centre[1], 0.0, rtol=0, atol=EXACT)
+    np.testing.assert_allclose(coarse.centre[0], joints[0], rtol=0, atol=EXACT)
+    np.testing.assert_allclose(coarse.arc(2)[0], joints[0], rtol=0, atol=EXACT)
+    for place in (joints[0], groove.arc(2, 3)[1], joints[2]):
+        assert np.hypot(*(place - coarse.centre[1])) == pytest.approx(coarse.radius[1], abs=EXACT)
+    np.testing.assert_allclose(coarse.arc(4)[::-1], coarse.arc(2) * [-1, 1], rtol=0, atol=EXACT)
+    np.testing.assert_allclose(coarse.centre[2], 0.0, rtol=0, atol=EXACT)
+    # one circle touches the ends of both sectors at once
+    flank, seat = coarse.arc(2)[-1], coarse.arc(3)[0]
+    both = flank + (coarse.centre[1] - flank) * radius / coarse.radius[1]
+    np.testing.assert_allclose(both, seat * (1 + radius / coarse.radius[2]), rtol=0, atol=EXACT)
 
 
 @pytest.mark.parametrize(("teeth", "link", "radius"), [(13, 0.1, 0.3273), (13, 0.102, 0.336164), (10, 0.0984, 0.25)])

@@ -183,7 +183,7 @@ def test_the_kinematic_passage_rides_on_the_ring_and_just_touches_its_flank():
     assert belt_around(RIG)[0].circles[0, 2] == pytest.approx(on_ring, abs=EXACT)
     left = way.pins[:, 0]
     assert not any(find_area(tooth, float(x), float(y))[0] for x, y in left)
-    assert any(find_area(tooth, float(x) - 1e-5, float(y))[0] == 2 for x, y in left)
+    assert any(find_area(tooth, float(x) - 1e-5, float(y))[0] in (1, 2) for x, y in left)
     # at both ends the connector is farther out than on the ring
     assert (way.pins[[0, -1], :, 1].mean(axis=1) > way.pins[middle, :, 1].mean() + 0.005).all()
 

@@ -169,21 +169,30 @@ def _mirrored(flank: np.ndarray) -> np.ndarray:
     return np.vstack([flank, flank[::-1] * [-1.0, 1.0]])
 
 
-def coarse_groove(groove: Groove) -> Groove:
+EDGE = 1e-9  # radius of an edge, m
+
+
+def coarse_groove(groove: Groove, arc_radius: float) -> Groove:
     """Left, seating and right surface in place of ten arcs: a coarser tooth of the kind in Ref. [2].
 
     Each flank is one concave arc through the tip-side end and the middle of area 2 and the
     bottom-side end of area 3; the seating surface is the root cylinder, about the sprocket's centre
     through the bottom-side ends of both flanks. The rounded tips and the relief of areas 4 to 7 are
-    lost.
+    lost. Flank and seat meet in a corner: their sectors end where an arc of radius ``arc_radius`` (m) touches both. The
+    edges of the tips are arcs of no radius, areas 1 and 5. Elsewhere the depth would jump, and the jump make energy.
     """
     joints = groove.joints()
-    left = _arc_through(joints[0], groove.arc(2, 3)[1], joints[2])
-    seat = np.zeros(2), hypot(*joints[2]), np.array([0.0, 1.0]), atan2(-joints[2][0], joints[2][1])
+    centre, radius = _circle_through(joints[0], groove.arc(2, 3)[1], joints[2])
+    root = hypot(*joints[2])
+    both = _nearest_crossing(centre, radius - arc_radius, root + arc_radius, joints[2])
+    left = (centre, radius, *_sector(joints[0] - centre, both - centre))
+    seat = np.zeros(2), root, *_sector(both, both * [-1.0, 1.0])
+    edge = edge_at(joints[0], centre)
     mirror = np.array([-1.0, 1.0])
-    arcs = [left, seat, (left[0] * mirror, left[1], left[2] * mirror, left[3])]
-    centre, radius, direction, half_angle = (np.array(item) for item in zip(*arcs, strict=True))
-    return Groove(centre, radius, direction, half_angle, np.array([False, True, False]), groove.addendum, groove.teeth)
+    right = [(place * mirror, size, middle * mirror, half) for place, size, middle, half in (left, edge)]
+    centres, radii, directions, half_angles = (np.array(part) for part in zip(edge, left, seat, *right, strict=True))
+    convex = np.array([True, False, True, False, True])
+    return Groove(centres, radii, directions, half_angles, convex, groove.addendum, groove.teeth)
 
 
 def true_depth(groove: Groove, arc_radius: float, points: np.ndarray) -> np.ndarray:
@@ -231,15 +240,46 @@ def depths_on_sprocket(groove: Groove, arc_radius: float, centres: np.ndarray, a
     return np.where(distance <= groove.addendum + arc_radius, depth, -np.inf)
 
 
-def _arc_through(a: np.ndarray, b: np.ndarray, c: np.ndarray):
-    """Centre, radius, direction to the middle and half angle of the circular arc from a over b to c."""
-    matrix = 2 * np.array([b - a, c - a])
-    centre = np.linalg.solve(matrix, [b @ b - a @ a, c @ c - a @ a])
-    radius = hypot(*(a - centre))
-    ends = (a - centre) / radius, (c - centre) / radius
-    direction = ends[0] + ends[1]
-    direction /= hypot(*direction)
-    return centre, radius, direction, acos(min(1.0, float(ends[0] @ direction)))
+def edge_at(place: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, float, np.ndarray, float]:
+    """Centre, radius, direction and half angle of the edge in which a concave arc about ``centre`` ends at a tip.
+
+    A circle touches it where it lies between that arc's normal and the sprocket's radius through the edge.
+    """
+    return place, EDGE, *_sector(place, centre - place)
+
+
+def _circle_through(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, float]:
+    """Centre and radius of the circle through three points."""
+    centre = np.linalg.solve(2 * np.array([b - a, c - a]), [b @ b - a @ a, c @ c - a @ a])
+    return centre, hypot(*(a - centre))
+
+
+def _sector(first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, float]:
+    """Direction to the middle of the sector between two directions, and its half angle."""
+    middle = first / hypot(*first) + last / hypot(*last)
+    middle /= hypot(*middle)
+    return middle, acos(min(1.0, float(first @ middle) / hypot(*first)))
+
+
+def _nearest_crossing(centre: np.ndarray, radius: float, about_origin: float, place: np.ndarray) -> np.ndarray:
+    """Where a circle crosses one about the origin, of two points that nearer to a place; m.
+
+    Raises
+    ------
+    InputError
+        They do not cross.
+    """
+    distance = hypot(*centre)
+    along = (distance**2 + about_origin**2 - radius**2) / (2 * distance)
+    across = about_origin**2 - along**2
+    if radius <= 0 or across < 0:
+        raise InputError(
+            "three surfaces: an arc of chain.connector_radius touches no flank and seat at once; use ten_arcs, or a "
+            "smaller connector_radius"
+        )
+    unit = centre / distance
+    points = along * unit + np.outer([1.0, -1.0], sqrt(across) * np.array([-unit[1], unit[0]]))
+    return min(points, key=lambda point: hypot(*(point - place)))
 
 
 def equal_pitch_radius(teeth: int, link_length: float, connector_length: float, thickness: float) -> dict[str, float]:
@@ -264,6 +304,6 @@ def equal_pitch_radius(teeth: int, link_length: float, connector_length: float, 
 
 # Tooth profiles by name, from coarse to fine: the groove that a rig (`parameters.rig.Rig`) has with each.
 PROFILES = {
-    "three_surfaces": lambda rig: coarse_groove(rig.groove_profile),
+    "three_surfaces": lambda rig: coarse_groove(rig.groove_profile, rig.chain.connector_radius),
     "ten_arcs": lambda rig: rig.groove_profile,
 }

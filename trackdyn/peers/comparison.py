@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -36,7 +35,8 @@ class Result:
         Rows of Table 2.
     summary : DataFrame
         ``reading, speed_rpm, range_m, trackdyn_step_s, difference_belt_pct, exudyn_step_s, difference_pct,
-        difference_eight_arcs_pct, gap_m``; not a number where eight arcs do not run.
+        difference_eight_arcs_pct, gap_m``; where eight arcs do not run, not a number, and why in
+        ``eight_arcs_not_run``.
     missing : str
         Why the other code was not run, or nothing.
     frame : array
@@ -160,9 +160,11 @@ def compare(
                 "gap_m": float(run.gap.max()),
             }
             if reading == readings[0]:
-                eight = np.full_like(y, np.nan)  # stays so where the tips are what keeps the chain on the teeth
-                with suppress(DivergenceError):
+                row["eight_arcs_not_run"], eight = "", np.full_like(y, np.nan)
+                try:
                     _, eight = run_peer(scene, peer_step, arcs=8)
+                except DivergenceError as error:
+                    row["eight_arcs_not_run"] = str(error)
                 curve |= {"exudyn_eight_arcs_m": eight}
                 row |= {"difference_eight_arcs_pct": percent_of_range(eight - y, y)}
                 frame = _frame(scene, run, recording.frame[0][-1])

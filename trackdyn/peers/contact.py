@@ -12,8 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from trackdyn.jit import kernel
+from trackdyn.parameters.groove import edge_at
 from trackdyn.parameters.layout import wheel_circles
-from trackdyn.parameters.rig import Rig, Surface
+from trackdyn.parameters.rig import Rig
+from trackdyn.parameters.sections import Surface
 from trackdyn.scene.scene import Scene
 
 POSITION_NUDGE, RATE_NUDGE = 1e-8, 1e-6  # of the difference quotients: m or rad, m/s or rad/s
@@ -63,15 +65,17 @@ class Memory(NamedTuple):
 def make_contacts(scene: Scene, shift: float, arcs: int = 10) -> Contacts:
     """Constants for a scene whose tensioning wheel is shifted by ``shift`` (m).
 
-    ``arcs`` of a groove: 10 as in the scene, 8 without the two tip arcs, 0 for a plain sprocket with
+    ``arcs`` of a groove: 10 as in the scene, 8 with edges in place of the two tip arcs, 0 for a plain sprocket with
     its ring.
     """
     rig, groove = scene.rig, scene.rig.groove_profile
-    flank = slice(0 if arcs == 10 else 1, len(groove.radius) // 2)
+    flank = slice(len(groove.radius) // 2)
     circle = wheel_circles(rig, shift, surface=True)
     circle[0, 2] = scene.ring_radius or 0.0
     columns = (groove.centre, groove.radius, groove.direction, groove.half_angle)
     arc = np.column_stack([column[flank] for column in columns])
+    if arcs == 8:
+        arc[0] = np.hstack(edge_at(groove.joints()[0], groove.centre[1]))
     surfaces = [rig.contact_surfaces[wheel.surface] for wheel in rig.rollers.values()]
     law = np.array([_law(rig, surface) for surface in (rig.tooth_contact, rig.ring_contact, *surfaces)])
     sign, teeth = np.where(groove.convex[flank], 1.0, -1.0), rig.sprocket.teeth if arcs else 0

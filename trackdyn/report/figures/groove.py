@@ -115,12 +115,13 @@ def section_figure(rig: Rig) -> Figure:
         centre, end = groove.centre[area - 1], groove.arc(area, 9)[part]
         text = f"$r_{area}$ = {1e3 * groove.radius[area - 1]:.1f}"
         marks.point(section, centre, "$O_5, O_6$" if area == 5 else f"$O_{area}$", beside, gap=4)
-        if area == 1:  # too short for its text
+        if area in (1, 4):  # too short for their texts
+            beyond = [0.002, groove.radius[0] + 0.011] if area == 1 else [-0.03, 0.006]
             marks.arrow(section, centre, end, linewidth=0.9)
-            marks.leader(section, 0.5 * (centre + end), text, centre + [0.002, 0.024])
+            marks.leader(section, 0.5 * (centre + end), text, centre + beyond)
         else:
-            side = -1 if area in (3, 4) else 1
-            marks.radius(section, centre, end, text, 0.38 if area == 4 else 0.55, side, fontsize=SMALL)
+            side = -1 if area == 3 else 1
+            marks.radius(section, centre, end, text, 0.55, side, fontsize=SMALL)
     for area, side in {7: "below", 8: "right", 9: "right", 10: "below"}.items():
         marks.point(section, groove.centre[area - 1], f"$O_{{{area}}}$", side, gap=4)
     ends = (pi / 2 + sign * 1.15 * pi / rig.sprocket.teeth for sign in (-1, 1))

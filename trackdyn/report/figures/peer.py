@@ -1,5 +1,7 @@
 """Figures 13 and 14: the independent code's model, and the selected link's vertical displacement in both codes."""
 
+import textwrap
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -107,6 +109,8 @@ def _draw_reading(above: Axes, below: Axes, curve: pd.DataFrame, row: dict, miss
         ("exudyn_eight_arcs_m", "Exudyn, eight arcs", EIGHT, "difference_eight_arcs_pct"),
     ):
         if curve[name].isna().all():
+            if look is EIGHT and isinstance(reason := row.get("eight_arcs_not_run"), str) and reason:
+                largest_of.append(f"eight arcs not run: {textwrap.shorten(reason, 60)}")
             continue  # the eight arcs belong to the first reading
         other = curve[name].to_numpy()
         if look is PEER:  # the third curve would lie on the other two
