@@ -191,9 +191,19 @@ def test_foreign_answers_end_in_a_sentence(tmp_path):
     refused(lambda p: p.write_text("time_s;x_m;y_m\n0;1;2\n"), "column time_s occurs 0 times")
     refused(lambda p: p.write_bytes(b"\x89PNG\x0d\x0a\xff"), "cannot be read as UTF-8")
     refused(lambda p: p.write_text(""), "column time_s occurs 0 times")
+    refused(lambda p: p.write_text('"' + write(p, good).read_text()), "is no CSV file .*quote may not be closed")
+    for value in (1e154, -1e308):
+        refused(lambda p, v=value: write(p, with_value("x_m", 3, v)), r"x_m in line 5 is '-?1e.*at most 1e\+12")
+    for text in ("1_0", "\uff11", "0x1"):
+        rows = write(tmp_path / "good.csv", good).read_text().splitlines()
+        rows[5] = ",".join([rows[5].split(",")[0], text, *rows[5].split(",")[2:]])
+        refused(lambda p, rows=rows: p.write_text("\n".join(rows), encoding="utf-8"), f"x_m in line 6 is '{text}'")
     path = tmp_path / "contacts.csv"
     path.write_text("arc,begin_s,end_s,peak_n\n1,0.1,0.2,5\n71,0.1,0.2,5\n")
     with pytest.raises(InputError, match="line 3 is invalid; expected arcs 1 to 70"):
+        score.read_contacts(path, "teeth")
+    path.write_text("arc,begin_s,end_s,peak_n\n3,1.0,1.2,5\n1,0.3,0.4,5\n3,0.9,1.1,5\n1,0.4,0.5,5\n")
+    with pytest.raises(InputError, match="lines 4 and 2 are contacts of arc 3 that overlap"):
         score.read_contacts(path, "teeth")
     with pytest.raises(InputError, match="ring has no teeth"):
         score.read_contacts(path, "ring")

@@ -1,9 +1,12 @@
 """A record beside a sensor's whose loop turns faster, as the synthetic one of 210 rpm does."""
 
 import re
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
@@ -11,8 +14,10 @@ from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
 from trackdyn.measure.compare import compare_with_sensor
 from trackdyn.measure.metrics import loop_frequency
+from trackdyn.measure.orientation import doubtful_axes
 from trackdyn.measure.sensor import sense
-from trackdyn.sensor.sensor_csv import SensorRecord
+from trackdyn.report.style import save_one
+from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor_csv
 from trackdyn.simulation.simulate import simulate
 
 
@@ -88,7 +93,7 @@ def test_a_record_shorter_than_a_turn_is_refused_by_name(recording):
 
 def test_a_line_that_neither_record_can_have_is_left_out(recording):
     table = compare_with_sensor(recording, record(seconds=6.0)).set_index("measure")
-    assert list(table.index) == ["rate_hz", "clipped", "rms_g", "sd_g", "high_frequency_g"]
+    assert list(table.index) == ["rate_hz", "clipped", "mean_whole_g", "rms_g", "sd_g", "high_frequency_g"]
     assert table[["simulation", "sensor"]].notna().all().all()
 
 
@@ -113,3 +118,87 @@ def test_the_command_says_what_reading_did(recording, tmp_path):
     for bad in (["--axis", "ay"], ["--rate", "0"], ["--unit", "ft"], ["--mapping", str(tmp_path / "absent.yaml")]):
         run = CliRunner().invoke(app, ["compare", *files, *bad])
         assert isinstance(run.exception, InputError), run.output
+
+
+@pytest.fixture(scope="module")
+def synthetic():
+    return read_sensor_csv("data/synthetic/210rpm.csv")
+
+
+def axes_of(record, **axes):
+    """The record as a mapping of its columns would have read it: ``ay="-ax"``."""
+    found = {f"{axis}_g": None for axis in ("ax", "ay", "az")}
+    for axis, name in axes.items():
+        found[f"{axis}_g"] = getattr(record, f"{name.strip('-')}_g") * (-1 if name.startswith("-") else 1)
+    return replace(record, **found, columns={axis: f"{name}_g" for axis, name in axes.items()})
+
+
+@pytest.mark.parametrize(
+    ("read", "fits"),
+    [
+        ({"ax": "ax", "ay": "ay", "az": "az"}, ""),
+        ({"ax": "ax", "ay": "-ay", "az": "az"}, "--axis ay=ay_g "),
+        ({"ax": "-ax", "ay": "ay"}, "--axis ax=ax_g "),
+        ({"ax": "-ax", "ay": "-ay"}, "--axis ay=ay_g --axis ax=ax_g "),
+        ({"ax": "ay", "ay": "ax", "az": "az"}, "--axis ay=ay_g --axis ax=ax_g "),
+        ({"ax": "ax", "ay": "az", "az": "ay"}, "--axis ay=ay_g "),
+        ({"ay": "ay"}, ""),
+        ({"ay": "-ay"}, "--axis ay=ay_g "),
+        ({"ay": "az"}, "check its column and sign (--axis ay=NAME, ay=-NAME)"),
+        ({"ay": "ax"}, "check its column and sign (--axis ay=NAME, ay=-NAME)"),
+    ],
+)
+def test_a_flipped_or_exchanged_axis_is_noticed(recording, synthetic, read, fits):
+    said = doubtful_axes(recording, axes_of(synthetic, **read))
+    assert said is None if not fits else fits in (said or ""), said
+
+
+def test_little_more_than_a_turn_tells_as_much(recording, synthetic):
+    part = replace(synthetic, **{f"{axis}_g": getattr(synthetic, f"{axis}_g")[:5600] for axis in ("ax", "ay", "az")})
+    assert doubtful_axes(recording, part) is None
+    part = replace(part, t_s=part.t_s[:5600])
+    table = compare_with_sensor(recording, part).set_index("measure")
+    assert table.sensor["mean_whole_g"] == pytest.approx(-0.215, abs=0.04)
+    assert "--axis ay=-ay_g they would" in doubtful_axes(recording, replace(part, ay_g=-part.ay_g))
+
+
+@pytest.mark.parametrize(("rpm", "duration"), [(115, 8.0), (150, 6.5), (180, 5.5)])
+def test_a_good_record_of_any_speed_is_not_doubted(make_scene, rpm, duration):
+    """Its layout is another one, with noise, impacts and a speed that fluctuates."""
+    recording = simulate(make_scene(float(rpm), duration=duration, lead_in=1.0))
+    assert doubtful_axes(recording, read_sensor_csv(f"data/synthetic/{rpm}rpm.csv")) is None
+
+
+def test_the_command_draws_and_writes_the_comparison(recording, tmp_path, monkeypatch):
+    recording.save(tmp_path / "run.npz")
+    drawn = []
+    monkeypatch.setattr(
+        "trackdyn.report.style.save_one", lambda figure, path: drawn.append(figure) or save_one(figure, path)
+    )
+    line = ["compare", str(tmp_path / "run.npz"), "data/synthetic/210rpm.csv"]
+    for name in ("both.png", "both.svg"):
+        run = CliRunner().invoke(app, [*line, "--figure", str(tmp_path / name), "--out", str(tmp_path / f"{name}.csv")])
+        assert run.exit_code == 0 and "warning" not in run.output, run.output
+    assert (tmp_path / "both.png").read_bytes().startswith(b"\x89PNG")
+    assert b"<svg" in (tmp_path / "both.svg").read_bytes()
+    table = pd.read_csv(tmp_path / "both.png.csv").set_index("measure")
+    assert table.sensor["mean_whole_g"] == pytest.approx(-0.215, abs=0.005)  # towards the inside of the bends
+    upper, lower, low, whole = drawn[0].axes
+    assert lower.get_title("right").startswith("synthetic sensor")
+    assert [text.get_text() for text in low.get_legend().get_texts()] == ["simulation", "synthetic sensor"]
+    assert all(len(ax.lines) >= 1 for ax in (upper, lower)) and all(len(ax.lines) == 2 for ax in (low, whole))
+    for bad, words in (
+        (["--figure", "both.pdf"], ".png or .svg"),
+        (["--out", str(tmp_path / "both.png.csv")], "exists"),
+    ):
+        run = CliRunner().invoke(app, [*line, *bad])
+        assert isinstance(run.exception, InputError) and words in str(run.exception)
+
+
+def test_a_comparison_without_a_picture_imports_no_plots(recording, tmp_path):
+    recording.save(tmp_path / "run.npz")
+    line = ["compare", str(tmp_path / "run.npz"), "data/synthetic/210rpm.csv"]
+    code = f"import sys; from trackdyn.commands.cli import app; app({line!r}, standalone_mode=False); " + (
+        "assert 'matplotlib' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)

@@ -100,7 +100,7 @@ def test_what_would_move_the_record_is_refused(tmp_path, write, name):
     hole[7] = np.nan
     with pytest.raises(InputError, match="channel 'acc_y' is nan in sample 8"):
         read_sensor_csv(write(tmp_path / name, ay=hole))
-    with pytest.raises(InputError, match="'acc_x' does not say its unit"):
+    with pytest.raises(InputError, match="'acc_y' does not say its unit"):
         read_sensor_csv(write(tmp_path / name, unit=""))
 
 

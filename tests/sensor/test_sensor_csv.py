@@ -436,3 +436,79 @@ def test_stamps_under_another_name_are_not_passed_over(tmp_path):
         read_sensor_csv(path, SensorMapping(rate=1000))
     assert read_sensor_csv(path, SensorMapping(time="Zeit [s]")).rate_hz == pytest.approx(500.0)
     assert read_sensor_csv(path, SensorMapping(rate=1000, time="none")).rate_hz == 1000.0
+
+
+def raw(header, values, rate=1000):
+    """A file of counts."""
+    return header + "\n" + "".join(f"{k / rate:.3f},0,{value},7\n" for k, value in enumerate(values))
+
+
+@pytest.mark.parametrize("header", ["t_s,ax,ay,az", "t_s,ax,ay (counts),az", "t_s,ax,ay [LSB],az (g)"])
+@pytest.mark.parametrize("options", [{"scale": 2048}, {"range": 16, "bits": 16}])
+def test_raw_counts_are_read(header, options, tmp_path):
+    path = write(tmp_path / "raw.csv", raw(header, [2048, -1024, 32767, -32768, 0]))
+    record = read_sensor_csv(path, load_mapping(**options))
+    np.testing.assert_allclose(record.ay_g, [1, -0.5, 32767 / 2048, -16, 0])
+    assert "counts of 1/2048 g" in record.done["columns"]
+    assert record.clipped == (2 if "bits" in options else 0)
+
+
+def test_raw_counts_without_a_scale_are_refused(tmp_path):
+    path = write(tmp_path / "raw.csv", raw("t_s,ax,ay (counts),az", [1, 2, 3]))
+    refused(path, ["'ay (counts)' holds counts", "--scale", "--range and --bits"])
+    path = write(tmp_path / "g.csv", raw("t_s,ax,ay (g),az", [1, 2, 3]))
+    refused(path, ["'ay (g)' is in g", "--scale or --bits"], mapping=SensorMapping(scale=2048))
+    path = write(tmp_path / "beyond.csv", raw("t_s,ax,ay,az", [1, 65535, 3]))
+    refused(path, ["31.9995 g", "counts of 1/2048 g", "--scale"], mapping=SensorMapping(range=16, bits=16))
+    for options, word in (
+        ({"bits": 16}, "needs the range"),
+        ({"bits": 16, "range": 16, "scale": 2048}, "give one of them"),
+        ({"scale": 2048, "unit": "g"}, "give one of them"),
+        ({"bits": 99, "range": 16}, "bits = 99"),
+        ({"scale": 0}, "scale = 0"),
+    ):
+        with pytest.raises(InputError, match=word):
+            load_mapping(**options)
+
+
+def test_axes_that_nobody_asked_for_do_not_stop_a_record(tmp_path):
+    path = write(tmp_path / "record.csv", CLEAN.replace(HEADER, "t_s,ax (V),ay_g,az"))
+    record = read_sensor_csv(path)
+    assert record.ax_g is None and record.az_g is None and "not used: 'ax (V)', 'az'" in record.done["columns"]
+    refused(path, ["'ax (V)'", "'v'"], mapping=SensorMapping(axes={"ax": "ax (V)"}))
+    lines = (",".join(line.split(",")[::2]) for line in CLEAN.splitlines())
+    assert read_sensor_csv(write(path, "\n".join(lines))).ay_g.size == 6
+
+
+@pytest.mark.parametrize(
+    ("stamp", "zone"),
+    [("%Y-%m-%dT%H:%M:%S.%f", "Z"), ("%Y-%m-%d %H:%M:%S.%f", ""), ("%Y-%m-%dT%H:%M:%S,%f", "+02:00")],
+)
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+@pytest.mark.parametrize("quote", ["", '"'])
+def test_dates_and_times_are_stamps(stamp, zone, separator, quote, tmp_path):
+    """Over the end of a year, in whole milliseconds at 999.5 Hz."""
+    if "," in stamp and separator == "," and not quote:
+        return
+    t = np.datetime64("2023-12-31T23:59:59.5") + (np.arange(7000) / 999.5 * 1e3).round().astype("m8[ms]")
+    texts = [f"{quote}{one.item().strftime(stamp)[:-3]}{zone}{quote}" for one in t]
+    lines = [f"{text}{separator}{k % 7}" for k, text in enumerate(texts)]
+    header = separator.join(("Timestamp (UTC)", "ay_g"))
+    path = write(tmp_path / "record.csv", "\n".join([header, *lines]))
+    record = read_sensor_csv(path)
+    assert record.rate_hz == pytest.approx(999.5, rel=1e-5)
+    assert record.done["time"].startswith("'Timestamp (UTC)' in s, to 0.001 s")
+    lines[4] = lines[4].replace("2023-12", "2023-13")
+    refused(write(path, "\n".join([header, *lines])), ["Timestamp (UTC) in line 6", "2023-13-31", "date and time"])
+
+
+def test_what_is_no_text_is_refused_by_name(tmp_path):
+    np.savez(tmp_path / "run.csv", meta=np.array("{}"), time=np.zeros(3))
+    refused(tmp_path / "run.csv.npz", ["is a recording, not a sensor's file"])
+    refused(write(tmp_path / "sheet.csv", b"PK\x03\x04" + bytes(100)), ["an archive or a spreadsheet"])
+    refused(write(tmp_path / "raw.csv", np.arange(500, dtype="<i2").tobytes()), ["binary data"])
+
+
+def test_a_record_that_says_it_is_synthetic_is_known_to_be(tmp_path):
+    path = write(tmp_path / "record.csv", "# SYNTHETIC: not measured\n" + CLEAN)
+    assert read_sensor_csv(path).synthetic and not read_sensor_csv(write(path, CLEAN)).synthetic

@@ -9,8 +9,10 @@ import numpy as np
 from trackdyn.benchmark.problems import read_problem, read_reference
 from trackdyn.errors import InputError, shown
 from trackdyn.files import read_text
+from trackdyn.parameters.validation import parse_number
 
 LARGEST = 50_000_000  # bytes of a file
+MOST = 1e12  # of a value: its square, and that over a squared interval, stay finite
 REQUIRED = ("time_s", "x_m", "y_m")
 OPTIONAL = ("force_x_n", "force_y_n", "idler_rad_s", "road_wheel_rad_s", "gap_m", "balance_j", "angular_momentum_n_m_s")
 CONTACTS = ("arc", "begin_s", "end_s", "peak_n")
@@ -43,9 +45,12 @@ def read_table(path: Path | str, columns: tuple[str, ...], optional: tuple[str, 
     Raises
     ------
     InputError
-        A column is missing, twice there or not of the benchmark, or a value is no finite number.
+        A column is missing, twice there or not of the benchmark, or a value is no number within ``MOST``.
     """
-    rows = list(csv.reader(read_text(path, "CSV file", LARGEST).splitlines()))
+    try:
+        rows = list(csv.reader(read_text(path, "CSV file", LARGEST).splitlines()))
+    except csv.Error as error:
+        raise InputError(f"{path}: is no CSV file ({error}); a quote may not be closed") from None
     names = [name.strip() for name in rows[0]] if rows else []
     accepted = f"a header with {', '.join(columns)}" + (f" and any of {', '.join(optional)}" if optional else "")
     for name in columns:
@@ -60,12 +65,13 @@ def read_table(path: Path | str, columns: tuple[str, ...], optional: tuple[str, 
             raise InputError(f"{path}: line {line} has {len(row)} values; {len(names)} are accepted, as in its header")
         for k, text in enumerate(row):
             try:
-                values[line - 2, k] = float(text)
+                values[line - 2, k] = parse_number(text)
             except ValueError:
                 values[line - 2, k] = np.nan
-            if not np.isfinite(values[line - 2, k]):
+            if not abs(values[line - 2, k]) <= MOST:
                 raise InputError(
-                    f"{path}: {names[k]} in line {line} is {shown(text)}; a finite number with a point is accepted"
+                    f"{path}: {names[k]} in line {line} is {shown(text)}; a finite number with a point is accepted, "
+                    f"at most {MOST:g}, which no quantity here can reach"
                 )
     return dict(zip(names, values.T, strict=True))
 
@@ -103,19 +109,27 @@ def read_contacts(path: Path | str, problem: str) -> np.ndarray:
     Raises
     ------
     InputError
-        As `read_table`; or a contact that no arc of the problem can have.
+        As `read_table`; or a contact that no arc of the problem can have, or two of one arc at a time.
     """
     said = read_problem(problem)
     if "sprocket" not in said:
         raise InputError(f"{path}: {problem} has no teeth, so no contacts are accepted")
     table = np.column_stack(list(read_table(path, CONTACTS).values()))
-    arcs, end = said["chain"]["bodies"], said["report"]["end_s"]
+    arcs, last = said["chain"]["bodies"], said["report"]["end_s"]
     fits = (table[:, 0] % 1 == 0) & (table[:, 0] >= 1) & (table[:, 0] <= arcs)
-    fits &= (table[:, 1] >= 0) & (table[:, 2] >= table[:, 1]) & (table[:, 2] <= end * 1.001) & (table[:, 3] >= 0)
+    fits &= (table[:, 1] >= 0) & (table[:, 2] >= table[:, 1]) & (table[:, 2] <= last * 1.001) & (table[:, 3] >= 0)
     if not fits.all():
         line = int(np.argmin(fits)) + 2
         raise InputError(
-            f"{path}: line {line} is invalid; expected arcs 1 to {arcs}, 0 <= begin_s <= end_s <= {end:g}, peak_n >= 0"
+            f"{path}: line {line} is invalid; expected arcs 1 to {arcs}, 0 <= begin_s <= end_s <= {last:g}, peak_n >= 0"
+        )
+    order = np.lexsort((table[:, 1], table[:, 0]))
+    arc, begin, end = table[order, :3].T
+    if (overlaps := (arc[1:] == arc[:-1]) & (begin[1:] < end[:-1])).any():
+        one, other = order[(k := int(overlaps.argmax())) : k + 2] + 2
+        raise InputError(
+            f"{path}: lines {one} and {other} are contacts of arc {arc[k]:g} that overlap; one row per uninterrupted "
+            "contact is accepted"
         )
     return table
 

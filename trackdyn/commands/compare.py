@@ -5,7 +5,17 @@ from typing import Annotated
 
 import typer
 
-from trackdyn.commands.options import Axis, Mapping, RecordingFile, Unit, number, parse_axes
+from trackdyn.commands.options import (
+    Axis,
+    Mapping,
+    Overwrite,
+    RecordingFile,
+    Unit,
+    file_option,
+    number,
+    parse_axes,
+    refuse_existing,
+)
 
 
 def compare(
@@ -17,21 +27,36 @@ def compare(
     unit: Unit = None,
     axis: Axis = None,
     sensor_range: Annotated[float | None, number("--range", "Range of the sensor, g; the rig's by default.")] = None,
+    scale: Annotated[float | None, number("--scale", "Counts per g, where the columns hold raw counts.")] = None,
+    bits: Annotated[
+        int | None, typer.Option(help="Bits of raw counts whose full scale is --range, in place of --scale.")
+    ] = None,
     resample: Annotated[
         bool, typer.Option("--resample", help="Put samples whose stamps jitter onto even instants.")
     ] = False,
     start: Annotated[float | None, number("--from", "First instant to keep, s since the first row.")] = None,
     to: Annotated[float | None, number("--to", "Last instant to keep, s since the first row.")] = None,
+    figure: Annotated[
+        Path | None, file_option("--figure", "Picture to write: two turns of the loop, spectra", ".png", ".svg")
+    ] = None,
+    out: Annotated[Path | None, file_option("--out", "Table to write", ".csv")] = None,
+    overwrite: Overwrite = False,
 ) -> None:
-    """Compare the simulated y acceleration with a sensor's: RMS, SD and dominant peak."""
+    """Compare the simulated y acceleration with a sensor's: mean, RMS, SD and dominant peak."""
     axes = parse_axes(axis)
+    from trackdyn.files import refuse_unwritable, write_csv
     from trackdyn.measure.compare import compare_with_sensor
+    from trackdyn.measure.orientation import doubtful_axes
     from trackdyn.sensor.sensor_csv import read_sensor_csv
     from trackdyn.sensor.sensor_mapping import load_mapping
     from trackdyn.simulation.recording import load_recording
 
     asked = {"time": time, "rate": rate, "unit": unit, "axes": axes, "range": sensor_range, "resample": resample}
+    asked |= {"scale": scale, "bits": bits}
     chosen = load_mapping(mapping, **asked | {"from": start, "to": to})
+    for path in filter(None, (figure, out)):
+        refuse_existing(path, overwrite)
+        refuse_unwritable(path)
     loaded = load_recording(recording)
     rig = loaded.meta["rig"]
     record = read_sensor_csv(sensor, chosen, range_g=rig["sensor"]["range"], gravity=rig["gravity"] or 9.81)
@@ -39,5 +64,14 @@ def compare(
         typer.echo(f"{name:>10}  {text}")
     table = compare_with_sensor(loaded, record, str(recording))
     typer.echo("\n" + table.to_string(index=False, float_format=lambda v: f"{v:.4g}", na_rep="-"))
+    if doubt := doubtful_axes(loaded, record):
+        typer.echo(f"trackdyn: warning: {doubt}", err=True)
     if "line_hz" not in set(table.measure):
         typer.echo("trackdyn: warning: no line, for which both records must hold two turns of the loop", err=True)
+    if out is not None:
+        write_csv(out, table)
+    if figure is not None:
+        from trackdyn.report.figures.spectra import comparison_figure
+        from trackdyn.report.style import save_one
+
+        save_one(comparison_figure(loaded, record, "synthetic sensor" if record.synthetic else "sensor"), figure)

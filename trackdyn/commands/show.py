@@ -24,8 +24,8 @@ def show(
     from trackdyn.report.page.show import show as make
     from trackdyn.simulation.recording import load_recording
 
-    out = recording.with_suffix(".html") if out is None else out
     loaded = load_recording(recording)
+    out = recording.with_suffix(".html") if out is None else out
     refuse_unwritable(out)
     page = make(loaded, out, seconds, recording.stem, progress=not quiet)
     if not quiet:

@@ -6,12 +6,14 @@ import pandas as pd
 from trackdyn.errors import InputError
 from trackdyn.measure.columns import error_of
 from trackdyn.measure.metrics import loop_frequency
-from trackdyn.measure.sensor import sense
-from trackdyn.measure.sensor_metrics import LEAST_LOOPS, own_metrics, sensor_metrics
+from trackdyn.measure.sensor import SensorSignal, sense
+from trackdyn.measure.sensor_metrics import LEAST_LOOPS, own_loop_hz, sensor_metrics, whole_revolutions
 from trackdyn.sensor.sensor_csv import SensorRecord
+from trackdyn.sensor.signals import uncertainty
 from trackdyn.simulation.recording import Recording
 
 COMPARED = ("rms_g", "sd_g", "line_hz", "line_g", "line_hz_binfree", "line_g_binfree", "high_frequency_g")
+MEAN = "mean_whole_g"
 SAME_RATE = 0.01  # changes what the mean over a sample leaves of 300 Hz by 0.3 %
 
 
@@ -53,11 +55,22 @@ def at_rate(record: SensorRecord, rate: float) -> SensorRecord:
     return record.averaged(faster) if faster > 1 else record
 
 
-def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = "the recording") -> pd.DataFrame:
-    """Measures of both records and their difference.
+def at_one_rate(recording: Recording, record: SensorRecord) -> tuple[SensorSignal, float, SensorRecord]:
+    """The simulated signal, its rate (Hz) and the record: the faster one averaged over the samples of the slower one.
 
-    The faster one is averaged over the samples of the slower one: a simulated sample is the mean over its interval, so
-    means of some of them are the samples of a slower sensor.
+    A simulated sample is the mean over its interval, so means of some of them are the samples of a slower sensor.
+
+    Raises
+    ------
+    InputError
+        The rates do not fit.
+    """
+    faster, slower = whole_ratio(record, recording.rate)
+    return sense(recording, slower), recording.rate / slower, record.averaged(faster) if faster > 1 else record
+
+
+def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = "the recording") -> pd.DataFrame:
+    """Measures of both records at one rate (`at_one_rate`) and their difference.
 
     Parameters
     ----------
@@ -85,20 +98,26 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
         need = f"record at least {1 / loop_hz:.4g} s" if loop_hz else "the motor must run"
         raise InputError(f"{name}: the record of {seconds:.4g} s is shorter than one turn of the loop; {need}")
     record.require_turns(1 / loop_hz)
-    faster, slower = whole_ratio(record, recording.rate)
-    if faster > 1:
-        record = record.averaged(faster)
-    signal = sense(recording, slower)
-    simulated = sensor_metrics(signal.ay, recording.rate / slower, loop_hz)
-    measured = own_metrics(record.ay_g, record.rate_hz)
-    simulated |= {"rate_hz": recording.rate / slower, "clipped": signal.clipped}
-    measured |= {"rate_hz": record.rate_hz, "clipped": record.clipped}
+    signal, rate, record = at_one_rate(recording, record)
+    both = []
+    for ay, hz, at, clipped in (
+        (signal.ay, loop_hz, rate, signal.clipped),
+        (record.ay_g, own_loop_hz(record.ay_g, record.rate_hz, loop_hz), record.rate_hz, record.clipped),
+    ):
+        mean = {MEAN: np.mean(ay[: whole_revolutions(len(ay), at, hz)])}
+        if len(ay) / at * hz >= LEAST_LOOPS:
+            mean["mean_error_g"] = uncertainty(ay, at, 1 / hz, np.mean)[1]
+        both.append(sensor_metrics(ay, at, hz) | mean | {"rate_hz": at, "clipped": clipped})
+    errors = {"rate_hz": "", "clipped": "", MEAN: "mean_error_g"} | {one: error_of(one) for one in COMPARED}
     table = pd.DataFrame(
         [
-            {"measure": one, "simulation": simulated[one], "simulation_error": simulated.get(error, np.nan)}
-            | {"sensor": measured[one], "sensor_error": measured.get(error, np.nan)}
-            for one in ("rate_hz", "clipped", *COMPARED)
-            for error in [error_of(one) if one in COMPARED else ""]
+            {"measure": one}
+            | {
+                f"{side}{what}": values.get(name, np.nan)
+                for side, values in zip(("simulation", "sensor"), both, strict=True)
+                for what, name in (("", one), ("_error", error))
+            }
+            for one, error in errors.items()
         ]
     )
     table["difference_pct"] = 100 * (table.simulation - table.sensor).abs() / table.sensor.abs().replace(0, np.nan)

@@ -67,7 +67,17 @@ def sensor_metrics(ay, rate: float, loop_hz: float) -> dict:
     }
 
 
+def own_loop_hz(ay, rate: float, expected_hz: float | None = None) -> float:
+    """Turns of the loop a second (Hz) that the dominant peak of a record shows; bin-free, if it holds two turns.
+
+    ``expected_hz`` is the answer for a record of fewer than two of such turns, whose lines are too far apart.
+    """
+    if expected_hz is not None and len(ay) / rate * expected_hz < LEAST_LOOPS:
+        return expected_hz
+    hz = main_line(ay, rate)[0]
+    return main_line_binfree(ay, rate, hz)[0] if len(ay) / rate * hz >= LEAST_LOOPS else hz
+
+
 def own_metrics(ay, rate: float) -> dict:
     """`sensor_metrics` of a record whose loop turns at a speed of its own, which its dominant peak shows."""
-    hz = main_line(ay, rate)[0]
-    return sensor_metrics(ay, rate, main_line_binfree(ay, rate, hz)[0] if len(ay) / rate * hz >= LEAST_LOOPS else hz)
+    return sensor_metrics(ay, rate, own_loop_hz(ay, rate))

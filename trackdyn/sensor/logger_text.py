@@ -18,10 +18,12 @@ import pandas as pd
 from trackdyn.errors import InputError
 
 MOST_BYTES = 128_000_000  # an hour of three axes at 1 kHz; the text and its numbers take some ten times that
+_WIDE = (b"\xff\xfe", b"\xfe\xff")  # marks of UTF-16
 _HEAD = 200  # lines in which the header is looked for
 _SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "vertical bars", " ": "blanks"}
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
+_DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d([.,]\d{1,9})?)?(Z|[+-]\d\d(:?\d\d)?)?", re.ASCII)  # ISO 8601
 _GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+", re.ASCII)
 
 
@@ -65,11 +67,15 @@ def read_logger_text(path: Path) -> str:
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or "no usable name"
         raise InputError(f"{path}: the file cannot be read ({reason}); check its name and permissions.") from None
+    if data.startswith(b"PK"):
+        kind = "a recording" if data[30:38] == b"meta.npy" else "an archive or a spreadsheet"
+        raise InputError(f"{path}: this is {kind}, not a sensor's file; give a CSV file.")
+    if sum(byte < 9 for byte in data[:1000]) > 0.1 * len(data[:1000]) and not data.startswith(_WIDE):
+        raise InputError(f"{path}: this is binary data, not text; export it as CSV.")
     if len(data) > MOST_BYTES:
         raise InputError(f"{path}: the file holds more than {MOST_BYTES / 1e6:.0f} MB; give a part of it.")
     try:
-        marked = data.startswith((b"\xff\xfe", b"\xfe\xff"))
-        text = data.decode("utf-16" if marked else "utf-8-sig")
+        text = data.decode("utf-16" if data.startswith(_WIDE) else "utf-8-sig")
     except UnicodeDecodeError:
         text = data.decode("latin-1")
     return text.replace("\r\n", "\n").replace("\r", "\n")
@@ -152,14 +158,23 @@ def find_layout(path: Path, text: str, recognised: Callable[[Sequence[str]], boo
     )
 
 
+def is_dated(layout: Layout, column: int) -> bool:
+    """Whether the first row has a date and time (ISO 8601) in a column."""
+    fields = split_fields(layout.body.partition("\n")[0], layout.separator, len(layout.names))
+    return len(fields) > column and bool(_DATE.fullmatch(fields[column]))
+
+
 def parse(layout: Layout, columns: Sequence[int]) -> np.ndarray:
-    """(N, c) numbers of some columns.
+    """(N, c) numbers of some columns; dates and times are seconds since that of the first row.
 
     Raises
     ------
     InputError
         A row is incomplete or a field is no finite number; the sentence names the first one.
     """
+    if dated := [column for column in columns if is_dated(layout, column)]:
+        rest = parse(layout, [column for column in columns if column not in dated])
+        return np.insert(rest, columns.index(dated[0]), _seconds(layout, dated[0]), axis=1)
     decimal = _decimal_sign(layout, columns)
     table = _parse_fast(layout, list(columns), decimal)
     return _parse_by_line(layout, columns, decimal) if table is None else table
@@ -176,6 +191,21 @@ def _body(text: str, first: int) -> str:
     while body[(cut := body.rfind("\n") + 1) :].lstrip().startswith("#"):
         body = body[:cut].rstrip(" \n\x1a")
     return body
+
+
+def _seconds(layout: Layout, column: int) -> np.ndarray:
+    """Seconds since the first row of a column of dates and times."""
+    lines, separator = layout.body.split("\n"), layout.separator
+    split = split_fields if '"' in layout.body or separator == " " else str.split
+    texts = [split(line, separator)[column].strip(" \t'").replace(",", ".") for line in lines]
+    found = pd.to_datetime(texts, format="ISO8601", utc=True, errors="coerce")
+    if found.hasnans or not all(map(_DATE.fullmatch, texts)):
+        k = next(k for k, text in enumerate(texts) if not _DATE.fullmatch(text) or found[k] is pd.NaT)
+        raise InputError(
+            f"{layout.path}: field {layout.names[column]} in line {layout.first_line + k} is {quoted(texts[k])}, not a "
+            "date and time as 2024-05-01T12:00:00.001; correct it."
+        )
+    return (found - found[0]).to_numpy() / np.timedelta64(1, "s")
 
 
 def _decimal_sign(layout: Layout, columns: Sequence[int]) -> str:

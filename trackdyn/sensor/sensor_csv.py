@@ -6,7 +6,7 @@ everything derived from the record.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +16,7 @@ from trackdyn.errors import InputError
 from trackdyn.files import replacing
 from trackdyn.sensor import stamps
 from trackdyn.sensor.logger_binary import Channels, read_channels
-from trackdyn.sensor.logger_text import find_layout, listed, parse, quoted, read_logger_text
+from trackdyn.sensor.logger_text import Layout, find_layout, is_dated, listed, parse, quoted, read_logger_text
 from trackdyn.sensor.sensor_mapping import AXES, SensorMapping, choose, time_unit_of, unit_of, with_time_units
 
 BINARY = (".mf4", ".tdms")  # endings of files that are no text
@@ -42,6 +42,10 @@ class SensorRecord:
         Number of rows with an axis at the end of the sensor's range.
     done : mapping
         What reading did, by name: rows, columns, time, rate, steps, dropped, clipped.
+    columns : mapping
+        Column of each axis, with a minus in front where its sign was turned.
+    synthetic : bool
+        Whether a comment of the file says that it is synthetic.
     """
 
     path: Path
@@ -52,6 +56,8 @@ class SensorRecord:
     rate_hz: float
     clipped: int
     done: Mapping[str, str] = field(default_factory=dict, compare=False)
+    columns: Mapping[str, str] = field(default_factory=dict, compare=False)
+    synthetic: bool = field(default=False, compare=False)
 
     @property
     def seconds(self) -> float:
@@ -65,9 +71,10 @@ class SensorRecord:
         def mean(values):
             return None if values is None else values[:whole].reshape(-1, count).mean(axis=1)
 
-        return SensorRecord(
-            self.path, self.t_s[:whole:count], mean(self.ax_g), mean(self.ay_g), mean(self.az_g), self.rate_hz / count,
-            self.clipped, {**self.done, "averaged": f"over {count} samples each, to {self.rate_hz / count:g} Hz"},
+        return replace(
+            self, t_s=self.t_s[:whole:count], ax_g=mean(self.ax_g), ay_g=mean(self.ay_g), az_g=mean(self.az_g),
+            rate_hz=self.rate_hz / count,
+            done={**self.done, "averaged": f"over {count} samples each, to {self.rate_hz / count:g} Hz"},
         )  # fmt: skip
 
     def require_turns(self, turn_s: float, turns: float = 1.0) -> None:
@@ -114,11 +121,10 @@ def read_sensor_csv(
     def recognised(names):
         return bool(choose(names, [""] * len(names), mapping).get("ay"))
 
-    layout = (
-        read_channels(path, recognised, sought)
-        if path.suffix.lower() in BINARY
-        else find_layout(path, read_logger_text(path), recognised, sought)
-    )
+    binary = path.suffix.lower() in BINARY
+    text = "" if binary else read_logger_text(path)
+    layout = read_channels(path, recognised, sought) if binary else find_layout(path, text, recognised, sought)
+    comments = [line for line in text.split("\n", layout.first_line)[:-1] if line.lstrip().startswith("#")]
     chosen = choose(layout.names, layout.units, mapping)
     for key, found in chosen.items():
         option = "--time" if key == "time" else f"--axis {key}="
@@ -139,22 +145,37 @@ def read_sensor_csv(
             f"{path}: no column of time among {listed(layout.names)}; name it with --time NAME, or "
             "give --time none --rate HZ."
         )
+    units = {}
+    for axis in AXES:
+        try:
+            if axis in columns:
+                units[axis] = unit_of(path, columns[axis][0], mapping)
+        except InputError:
+            if axis == "ay" or axis in mapping.axes:
+                raise
+            del columns[axis]  # nobody asked for it
+    if "time" in columns and isinstance(layout, Layout) and is_dated(layout, columns["time"][0].place):
+        columns["time"] = columns["time"][0]._replace(unit="s"), 1
     places = [column.place for column, _ in columns.values()]
     table = layout.table(places) if isinstance(layout, Channels) else parse(layout, places)
     values = dict(zip(columns, table.T, strict=True))
-    return _record(layout, mapping, columns, values, float(range_g), gravity)
+    record = _record(layout, mapping, columns, units, values, float(range_g), gravity)
+    return replace(record, synthetic="synthetic" in "".join(comments).casefold())
 
 
-def _record(layout, mapping, columns, values, range_g, gravity) -> SensorRecord:
+def _record(layout, mapping, columns, units, values, range_g, gravity) -> SensorRecord:
     """The record of the columns' numbers: cropped, in s and g, checked, evenly timed."""
     path, count, names = layout.path, values["ay"].size, {axis: column.name for axis, (column, _) in columns.items()}
     if count < 2:
         raise InputError(f"{path}: the file holds {count} data rows; give at least 2.")
-    units = {axis: unit_of(path, columns[axis][0], mapping.unit) for axis in AXES if axis in columns}
-    scale = {"g": 1.0, "mg": 1e-3, "m/s2": 1.0 / gravity}
+    counts = mapping.counts_per_g or np.inf
+    scale = {"g": 1.0, "mg": 1e-3, "m/s2": 1.0 / gravity, "counts": 1.0 / counts}
+    largest = range_g - (1.0 / counts if mapping.bits else 0.0)  # the highest count is one less than the lowest
     used = {column.place for column, _ in columns.values()}
     unused = [name for k, name in enumerate(layout.names) if k not in used and name]
-    said = [f"{axis} = {'-' * (columns[axis][1] < 0)}{quoted(names[axis])} in {unit}" for axis, unit in units.items()]
+    signs = {axis: "-" * (columns[axis][1] < 0) for axis in units}
+    shown = {unit: f"counts of 1/{counts:.6g} g" if unit == "counts" else unit for unit in scale}
+    said = [f"{axis} = {signs[axis]}{quoted(names[axis])} in {shown[unit]}" for axis, unit in units.items()]
     done = {"rows": f"{count}, from line {layout.first_line} on"}
     done["columns"] = ", ".join(said) + (f"; not used: {listed(unused)}" if unused else "")
 
@@ -182,10 +203,11 @@ def _record(layout, mapping, columns, values, range_g, gravity) -> SensorRecord:
         name = list(axes)[axis]
         raise InputError(
             f"{path}: field {names[name]} in line {line + k} is {axes[name][k]:.6g} g if it is in "
-            f"{units[name]}, beyond the "
-            f"sensor's range of +-{range_g:g} g; check the unit (--unit) or give the range of the sensor, --range G."
+            f"{shown[units[name]]}, beyond the "
+            f"sensor's range of +-{range_g:g} g; check the unit (--unit, for raw counts --scale) or give the range of "
+            "the sensor, --range G."
         )
-    clipped = int(np.count_nonzero(size.max(axis=0) >= range_g * (1.0 - 1e-6)))
+    clipped = int(np.count_nonzero(size.max(axis=0) >= largest * (1.0 - 1e-6)))
     done["clipped"] = f"{clipped} of {rows} rows at the end of the range of {range_g:g} g"
     if clipped > _CLIPPED * rows:
         raise InputError(
@@ -205,7 +227,8 @@ def _record(layout, mapping, columns, values, range_g, gravity) -> SensorRecord:
         axes = {axis: np.clip(spline(even), -range_g, range_g) for axis, spline in splines.items()}
         done["resampled"] = f"{rows} rows onto {even.size} even instants, by cubic splines"
     time = np.arange(axes["ay"].size) / rate
-    return SensorRecord(path, time, axes.get("ax"), axes["ay"], axes.get("az"), float(rate), clipped, done)
+    named = {axis: f"{sign}{names[axis]}" for axis, sign in signs.items()}
+    return SensorRecord(path, time, axes.get("ax"), axes["ay"], axes.get("az"), float(rate), clipped, done, named)
 
 
 def _part(path: Path, t: np.ndarray, mapping: SensorMapping) -> slice:

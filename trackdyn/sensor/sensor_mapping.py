@@ -23,7 +23,8 @@ _UNIT = "|".join(map(re.escape, sorted(_ACCELERATION | _TIME, key=len, reverse=T
 _IN_BRACKETS = re.compile(r"(.*?)\s*[\[(]([^\])]*)[\])]")
 _AT_THE_END = re.compile(rf"(.+?)[\s_/,:]+({_UNIT})")
 _AXIS_NAME = re.compile(r"(?:a|acc|accel|acceleration|accelerometer)[\s_.-]*([xyz])")
-_TIME_NAME = re.compile(r"t|time|time[\s_-]?stamp|elapsed[\s_-]?time")
+_COUNTS = ("counts", "count", "raw", "lsb", "digits")
+_TIME_NAME = re.compile(r"t|(?:date[\s_-]?)?time|time[\s_-]?stamp|elapsed[\s_-]?time")
 
 Name = Annotated[str, BeforeValidator(lambda value: str(value) if type(value) is int else value), Field(min_length=1)]
 
@@ -43,6 +44,10 @@ class SensorMapping(Section):
         ``ax``, ``ay``, ``az`` to columns, a minus in front turns the sign. Others are found by their names.
     range : float, optional
         Range of the sensor, g; the rig's if not given.
+    scale : float, optional
+        Counts per g, of columns that hold raw counts.
+    bits : int, optional
+        Bits of a raw count whose full scale is ``range``, in place of ``scale``.
     resample : bool
         Put samples whose stamps jitter onto even instants.
     from, to : float, optional
@@ -56,6 +61,8 @@ class SensorMapping(Section):
     unit: Literal["g", "m/s2", "mg"] | None = None
     axes: dict[Axis, Name] = Field(default_factory=dict)
     range: Positive | None = None
+    scale: Positive | None = None
+    bits: Annotated[int, Field(ge=8, le=32)] | None = None
     resample: bool = False
     start: NotNegative = Field(default=0.0, alias="from")
     to: Positive | None = None
@@ -72,7 +79,16 @@ class SensorMapping(Section):
             raise InputError(f"to = {self.to:g}: must be after from = {self.start:g}")
         if self.time == "none" and self.rate is None:
             raise InputError("time = none needs a rate in Hz, such as rate 1000")
+        if self.bits and not self.range:
+            raise InputError(f"bits = {self.bits} needs the range in g that they span, such as range 16")
+        if self.counts_per_g and (self.unit or (self.scale and self.bits)):
+            raise InputError("scale, bits and unit say the same of a column; give one of them")
         return self
+
+    @property
+    def counts_per_g(self) -> float | None:
+        """Raw counts that are 1 g; None if the columns hold none."""
+        return 2.0 ** (self.bits - 1) / self.range if self.bits and self.range else self.scale
 
 
 def load_mapping(path: Path | str | None = None, **options: Any) -> SensorMapping:
@@ -136,22 +152,29 @@ def choose(names: Sequence[str], units: Sequence[str], mapping: SensorMapping) -
     return chosen
 
 
-def unit_of(path: Path, column: Column, given: str | None) -> str:
-    """Unit of an axis, from its header or as given."""
-    own = _ACCELERATION.get(column.unit)
+def unit_of(path: Path, column: Column, mapping: SensorMapping) -> str:
+    """Unit of an axis, from its header or as given: g, mg, m/s2 or counts."""
+    own = "counts" if column.unit in _COUNTS else _ACCELERATION.get(column.unit)
+    given = "counts" if mapping.counts_per_g else mapping.unit
     if column.unit and own is None:
         raise InputError(
-            f"{path}: column {quoted(column.name)} has the unit {quoted(column.unit)}; g, m/s2 and mg "
+            f"{path}: column {quoted(column.name)} has the unit {quoted(column.unit)}; g, m/s2, mg and counts "
             "are read, choose another "
             "column with --axis."
         )
     if own and given and own != given:
+        option = "--scale or --bits" if given == "counts" else f"--unit {given}"
         raise InputError(
-            f"{path}: column {quoted(column.name)} is in {own} by its name, not in --unit {given}; leave --unit out."
+            f"{path}: column {quoted(column.name)} is in {own} by its name, which contradicts {option}; leave it out."
+        )
+    if own == "counts" and not given:
+        raise InputError(
+            f"{path}: column {quoted(column.name)} holds counts; give --scale, the counts per g, or --range and --bits."
         )
     if not (unit := own or given):
         raise InputError(
-            f"{path}: column {quoted(column.name)} does not say its unit; give --unit g, --unit m/s2 or --unit mg."
+            f"{path}: column {quoted(column.name)} does not say its unit; give --unit g, --unit m/s2 or --unit mg, or "
+            "for raw counts --scale, the counts per g."
         )
     return unit
 

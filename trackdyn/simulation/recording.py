@@ -20,6 +20,7 @@ from trackdyn.parameters.layout import wheel_names
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import shown
 from trackdyn.scene.scene import Scene
+from trackdyn.simulation.resolution import NO, OPEN, YES
 from trackdyn.simulation.state_checks import LARGEST
 
 FORMAT = 5
@@ -150,8 +151,13 @@ class Recording:
                 int(part) if part.isdigit() else sizes.setdefault(part, size)
                 for part, size in zip(parts, array.shape, strict=False)
             )
-            if array.dtype.kind not in "iuf" or array.ndim != len(parts) or array.shape != wanted:
-                return f"{name} has {array.dtype} of the shape {array.shape}, which does not fit ({', '.join(parts)})"
+            kinds = "iu" if name in ("area", "groove", "pitches") else "iuf"
+            if array.dtype.kind not in kinds or array.ndim != len(parts) or array.shape != wanted:
+                whole = "whole numbers of " if kinds == "iu" else ""
+                return (
+                    f"{name} has {array.dtype} of the shape {array.shape}, which does not fit "
+                    f"{whole}({', '.join(parts)})"
+                )
             if not np.isfinite(array).all():
                 return f"{name} holds a value that is not a finite number"
             if array.size and not np.abs(array).max() <= LARGEST:
@@ -304,6 +310,13 @@ def _fault_of_meta(meta: dict) -> str | None:
         n: d.setting for n, d in scene.fidelity.items()
     }:
         return "fidelity is not that of its scene"
+    if not all(isinstance(of["reason"], str) for of in meta["fidelity"].values()):
+        return "fidelity has a reason that is no text"
+    resolved = meta.get("resolved", {"state": OPEN, "reason": ""})
+    if not isinstance(resolved, dict) or not (
+        resolved["state"] in (YES, NO, OPEN) and isinstance(resolved["reason"], str)
+    ):
+        return f"resolved is {shown(resolved)}, not a state with its reason"
     if not all(isinstance(meta[name], kind) for name, kind in (("sources", str), ("python", str), ("versions", dict))):
         return "sources, python or versions are not what they were"
     return (

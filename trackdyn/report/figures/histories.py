@@ -1,15 +1,17 @@
 """Figure 17: the link's y acceleration over two revolutions of the loop, simulation and sensor."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from trackdyn.measure.metrics import loop_frequency
 from trackdyn.measure.sensor import sense
+from trackdyn.measure.sensor_metrics import own_loop_hz
 from trackdyn.paper import printed
 from trackdyn.report.style import BLACK, SENSOR, SIMULATION, new_figure, styled
 from trackdyn.sensor.sensor_csv import SensorRecord
-from trackdyn.sensor.signals import main_line, main_line_binfree
 from trackdyn.simulation.recording import Recording
 
 REVOLUTIONS = 2.0
@@ -54,16 +56,23 @@ def history_figure(recording: Recording, record: SensorRecord, title="", sensor_
     sensor_label : str
         What the record is; must say so if it is synthetic.
     """
-    loop_hz = loop_frequency(recording)
-    curves = (
-        (sense(recording).ay, recording.rate, loop_hz, "simulation", SIMULATION),
-        (record.ay_g, record.rate_hz, own_frequency(record), sensor_label, SENSOR),
-    )
-    span = REVOLUTIONS / loop_hz
     figure = new_figure(4.0)
     figure.set_layout_engine("none")  # margins that do not depend on the numbers at the ticks: panels are alike
     margins = {"left": 0.11, "right": 0.97, "bottom": 0.11, "top": 0.93, "hspace": 0.22}
     axes = figure.subplots(2, 1, sharex=True, sharey=True, gridspec_kw=margins)
+    draw_histories(axes, recording, record, sensor_label)
+    axes[0].set_title(lettered(title, recording))
+    return figure
+
+
+def draw_histories(axes: Sequence[Axes], recording: Recording, record: SensorRecord, sensor_label: str) -> None:
+    """The two panels of `history_figure`; axes of a figure share theirs."""
+    loop_hz = loop_frequency(recording)
+    curves = (
+        (sense(recording).ay, recording.rate, loop_hz, "simulation", SIMULATION),
+        (record.ay_g, record.rate_hz, own_loop_hz(record.ay_g, record.rate_hz, loop_hz), sensor_label, SENSOR),
+    )
+    span = REVOLUTIONS / loop_hz
     shown = []
     for ax, (ay, rate, hz, label, look) in zip(axes, curves, strict=True):
         start = first_crest(ay, rate, hz)
@@ -77,9 +86,7 @@ def history_figure(recording: Recording, record: SensorRecord, title="", sensor_
     axes[0].set_xlim(0, span)
     axes[0].set_ylim(low - 0.08 * (high - low), high + 0.08 * (high - low))
     _mark_cut(axes[1], np.arange(len(shown[1])) / record.rate_hz, shown[1])
-    axes[0].set_title(lettered(title, recording))
     axes[1].set_xlabel("time since a crest of each curve's own fundamental (s)")
-    return figure
 
 
 def _mark_cut(ax: Axes, time: np.ndarray, ay: np.ndarray) -> None:
@@ -91,8 +98,3 @@ def _mark_cut(ax: Axes, time: np.ndarray, ay: np.ndarray) -> None:
     if ay.max() > high or ay.min() < low:
         text = f"{ax.get_title('right')}; cut off at the triangles: extremes {ay.max():+.1f} and {ay.min():+.1f} g"
         ax.set_title(text.replace("-", "\N{MINUS SIGN}"), loc="right")
-
-
-def own_frequency(record: SensorRecord) -> float:
-    """Loop frequency that a sensor's record shows, Hz."""
-    return main_line_binfree(record.ay_g, record.rate_hz, main_line(record.ay_g, record.rate_hz)[0])[0]

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from trackdyn.measure.metrics import loop_frequency
 from trackdyn.measure.sensor import sense
 from trackdyn.paper import printed
-from trackdyn.report.figures.histories import lettered
+from trackdyn.report.figures.histories import draw_histories, lettered
 from trackdyn.report.style import BLACK, SENSOR, SIMULATION, new_figure, styled
 from trackdyn.sensor.sensor_csv import SensorRecord
 from trackdyn.sensor.signals import (
@@ -70,9 +70,7 @@ def spectrum_figure(recording: Recording, record: SensorRecord, title="", sensor
     :func:`trackdyn.report.figures.histories.history_figure`.
     """
     loop_hz = loop_frequency(recording)
-    simulated = _Curve("simulation", sense(recording).ay, recording.rate, loop_hz, SIMULATION, "o", 11)
-    dashed = SENSOR | {"linestyle": (0, (4, 1.2))}
-    measured = _Curve(sensor_label, record.ay_g, record.rate_hz, None, dashed, "s", 7)
+    simulated, measured = _curves(recording, record, sensor_label)
     figure = new_figure(6.4)
     main, low, whole = figure.subplots(3, 1, height_ratios=(1.3, 1.0, 1.0))
     position, factor = picket_fence(loop_hz, recording.rate, len(simulated.ay))
@@ -89,19 +87,53 @@ def spectrum_figure(recording: Recording, record: SensorRecord, title="", sensor
             text = f"printed, {what}: {hz.value[rpm]:.4g} Hz, {g.value[rpm]:.4g} g"
             look = {"linestyle": "none", "color": BLACK, "markerfacecolor": "none", "markersize": 6, "zorder": 5}
             main.plot(hz.value[rpm], g.value[rpm], **look, marker=mark, label=text)
-        freq, amplitude = curve.spectrum
-        inside = (freq > 0) & (freq <= 1.05 * LOW_RANGE_HZ)
-        low.plot(freq[inside], amplitude[inside], linewidth=0.9, **curve.look)
-        _draw_whole(whole, curve)
+    _draw_ranges(low, whole, (simulated, measured))
     main.set(xlim=near, ymargin=0.13, xlabel="frequency (Hz)", ylabel="amplitude (g)")
     main.set_ylim(bottom=0)
-    low.set(xlim=(0, LOW_RANGE_HZ), xlabel="frequency (Hz)", ylabel="amplitude (g)")
-    low.set_ylim(bottom=0)
-    whole.set(yscale="log", xlim=(0, 0.5 * recording.rate), xlabel="frequency (Hz)", ylabel="amplitude (g)")
-    whole.set_title(f"root mean square of the lines in bands of {BAND_HZ:g} Hz")
     figure.legend(*main.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     figure.align_ylabels()
     return figure
+
+
+@styled
+def comparison_figure(recording: Recording, record: SensorRecord, sensor_label="sensor") -> Figure:
+    """A record beside the simulation: histories of two revolutions, spectra up to 2 Hz and over the whole range.
+
+    Parameters are those of :func:`trackdyn.report.figures.histories.history_figure`.
+    """
+    figure = new_figure(7.2)
+    figure.set_layout_engine("none")  # triangles outside of the axes lead the constrained one astray
+    margins = {"left": 0.12, "right": 0.97, "bottom": 0.06, "top": 0.96, "hspace": 0.55}
+    upper, lower, low, whole = figure.subplots(4, 1, gridspec_kw=margins)
+    lower.sharex(upper)
+    lower.sharey(upper)
+    draw_histories((upper, lower), recording, record, sensor_label)
+    upper.set_title(f"{recording.meta['scene']['motor_rpm']:g} rpm")
+    _draw_ranges(low, whole, _curves(recording, record, sensor_label))
+    low.legend()
+    figure.align_ylabels()
+    return figure
+
+
+def _curves(recording: Recording, record: SensorRecord, sensor_label: str) -> tuple[_Curve, _Curve]:
+    loop_hz, dashed = loop_frequency(recording), SENSOR | {"linestyle": (0, (4, 1.2))}
+    return (
+        _Curve("simulation", sense(recording).ay, recording.rate, loop_hz, SIMULATION, "o", 11),
+        _Curve(sensor_label, record.ay_g, record.rate_hz, None, dashed, "s", 7),
+    )
+
+
+def _draw_ranges(low: Axes, whole: Axes, curves: tuple[_Curve, _Curve]) -> None:
+    """Spectra of two curves up to 2 Hz, and in bands over the whole range of the first one."""
+    for curve in curves:
+        freq, amplitude = curve.spectrum
+        inside = (freq > 0) & (freq <= 1.05 * LOW_RANGE_HZ)
+        low.plot(freq[inside], amplitude[inside], linewidth=0.9, label=curve.label, **curve.look)
+        _draw_whole(whole, curve)
+    low.set(xlim=(0, LOW_RANGE_HZ), xlabel="frequency (Hz)", ylabel="amplitude (g)")
+    low.set_ylim(bottom=0)
+    whole.set(yscale="log", xlim=(0, 0.5 * curves[0].rate), xlabel="frequency (Hz)", ylabel="amplitude (g)")
+    whole.set_title(f"root mean square of the lines in bands of {BAND_HZ:g} Hz")
 
 
 def _draw_main(ax: Axes, curve: _Curve, near: tuple[float, float]) -> None:
