@@ -1,17 +1,25 @@
 """The choices of a scene: what is refused and how it is said, what is decided and why, what is kept of it."""
 
 import re
+import sys
 
+import pandas as pd
 import pytest
+from typer.testing import CliRunner
 
+from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
 from trackdyn.integrate.dynamics import SOLVERS
 from trackdyn.integrate.methods import METHODS
 from trackdyn.parameters.groove import PROFILES
 from trackdyn.parameters.normal_laws import NORMAL_LAWS
+from trackdyn.parameters.rig import Rig, load_rig
+from trackdyn.parameters.rig_file import shipped_rigs
 from trackdyn.scene.fidelity import CHOICES, PRESETS, decide, preset
 from trackdyn.scene.scene import Scene
+from trackdyn.simulation import simulate as simulation
 from trackdyn.simulation.simulate import simulate
+from trackdyn.sweeps.request import asked
 
 FREE = {"loop": "free", "ring_radius": None, "spells": False}
 BELT = {"chain": "belt", "ring_radius": None, "spells": False}
@@ -221,6 +229,41 @@ def test_presets_make_scenes(rig, name):
 def test_the_standard_step_is_halved_without_a_ring_and_no_other():
     assert preset("standard", ring=False) == PRESETS["standard"] | {"step": 5e-5}
     assert all(preset(name, ring=False) == PRESETS[name] for name in PRESETS if name != "standard")
+
+
+def test_a_scene_of_another_rig_follows_it_but_for_what_was_asked():
+    first, other = load_rig("first_fit"), load_rig("possible")
+    scene = Scene(first, 115.0, bushing_law="viscous")
+    changed = scene.with_(rig=other, duration=3.0)
+    assert (changed.drag, changed.tension) == (other.drag, other.tension.kept) != (first.drag, first.tension.kept)
+    assert changed.bushing_law == "viscous" != other.bushing.law
+    assert scene.with_(tension="sprung").with_(rig=first).tension == "sprung"
+    assert scene.with_(rig=first.changed(sprocket__ring="none")).ring_radius is None
+    assert scene.with_(ring_radius=0.306).with_(rig=first.changed(sprocket__ring="none")).ring_radius == 0.306
+
+
+@pytest.mark.parametrize("name", shipped_rigs())
+@pytest.mark.parametrize("ring", ["of the rig", "none"])
+@pytest.mark.parametrize("preset_name", [None, "fast", "paper"])
+def test_scene_command_and_sweep_agree_on_the_step(name, ring, preset_name, monkeypatch, tmp_path):
+    rig = load_rig(name)
+    fields = ({} if ring == "of the rig" else {"ring_radius": None}) | ({"preset": preset_name} if preset_name else {})
+    expected = Scene(rig, 90.0, **fields).step
+    row = {"motor_rpm": [90.0], "rig": [name]} | ({} if ring == "of the rig" else {"ring_radius": ["none"]})
+    (asked_for,) = asked(pd.DataFrame(row | ({"preset": [preset_name]} if preset_name else {})))
+    assert Scene(Rig.model_validate(asked_for.rig), **asked_for.scene).step == expected
+    seen = []
+    monkeypatch.setattr(simulation, "simulate", lambda scene, **_: seen.append(scene) or sys.exit(3))
+    words = [] if ring == "of the rig" else ["--ring-radius", "none"]
+    words += ["--preset", preset_name] if preset_name else []
+    CliRunner().invoke(app, ["simulate", str(tmp_path / "r.npz"), "--rig", name, "--rpm", "90", "-q", *words])
+    assert [scene.step for scene in seen] == [expected]
+
+
+def test_rows_that_ask_for_what_their_rig_has_anyway_are_not_those_of_another_law():
+    """A row that says nothing of the tensioner has its rig's, and another key than one that asks for it locked."""
+    table = pd.DataFrame({"motor_rpm": [115.0] * 3, "tension": [None, "locked", None], "step": [None, None, 1e-4]})
+    assert len({one.key for one in asked(table, "possible")}) == 3
 
 
 def test_presets_are_ordered_from_cheap_to_dear():

@@ -8,9 +8,9 @@ from tests.rigs.conftest import scene_of
 from trackdyn.chain.bearings import SLOW, bearing_drag
 from trackdyn.errors import InputError
 from trackdyn.integrate.run import refresh, shared
-from trackdyn.integrate.semi_implicit import advance, driven_rate
-from trackdyn.model.constants import NO_RIPPLE, SPROCKET, Drive, Motor
-from trackdyn.model.record import BEARING, SPROCKET_WORK
+from trackdyn.integrate.semi_implicit import advance
+from trackdyn.model.constants import SPROCKET
+from trackdyn.model.record import BEARING
 from trackdyn.model.work import make_work
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.scene import Scene
@@ -28,7 +28,7 @@ def bench():
     soft that they take nothing.
     """
     soft = {"bushing__stiffness": 1.0}
-    return load_rig("bench").changed(gravity=0.0, idler__rolling_arm=ARM, sprocket__rolling_arm=0.0, **soft)
+    return load_rig("bench").changed(gravity=0.0, idler__rolling_arm=ARM, **soft)
 
 
 def test_drag_of_a_load_is_odd_bounded_and_steepest_at_rest(bench):
@@ -68,22 +68,6 @@ def test_a_wheel_rolled_by_hand_slows_down_as_its_closed_form(bench):
     assert state.work_done[BEARING] == pytest.approx(0.5 * inertia * (first**2 - rates[-1] ** 2), rel=1e-9)
 
 
-def test_a_motor_runs_at_the_speed_that_its_drag_leaves():
-    """``k (w_0 - w) = d w``, and a drive of too little torque runs at M / d; without drag nothing changes."""
-    slope, drag, wanted = 8.0, 2.0, -10.0
-    for most, expected in ((1e9, slope * wanted / (slope + drag)), (5.0, -5.0 / drag)):
-        motor, rate = Motor(2.0, slope, most, np.inf, 0), 0.0
-        for k in range(100_000):
-            rate = driven_rate(
-                Drive(wanted, 1e-9, ripple=NO_RIPPLE, motor=motor), rate, 0.0, 0.0, (k + 1) * 1e-4, 1e-4, motor, drag
-            )
-        assert rate == pytest.approx(expected, rel=1e-4)  # ten time constants: e^-10 is left
-    released = Motor(2.0, 0.0, 0.0, 0.0, 1)
-    assert driven_rate(
-        Drive(wanted, 1e-9, ripple=NO_RIPPLE), 3.0, 0.0, 0.0, 1.0, 1e-4, released, drag
-    ) == pytest.approx(3.0 / (1.0 + 1e-4 * drag / 2.0))
-
-
 def tensions(loop, steps):
     """Means of the tension in the middle of the upper and the lower strand (N), of the idler's load (N) and of its
     rate (rad/s).
@@ -117,11 +101,11 @@ def test_a_belt_over_a_wheel_pulls_harder_by_the_arm_times_the_load_over_the_rad
     assert added == pytest.approx(ARM * load / radius, rel=0.02)
 
 
-@pytest.mark.parametrize(("integrator", "step"), [("semi_implicit", 1e-4), ("linearly_implicit", 1e-4), ("rk4", 1e-4)])
+@pytest.mark.parametrize(("integrator", "step"), [("semi_implicit", 1e-4), ("linearly_implicit", 5e-5), ("rk4", 1e-4)])
 def test_the_account_has_the_work_of_every_arm(make_scene, rig, integrator, step):
-    """On the way to speed and behind, ring included: the arms times loads and turns, and nothing stays open."""
+    """On the way to speed and behind: the arms times loads and turns, and nothing stays open."""
     loop = Loop(make_scene(150.0, **LAWS, integrator=integrator, step=step))
-    arms = np.array([rig.sprocket.rolling_arm, rig.idler.rolling_arm, rig.road_wheel.rolling_arm])
+    arms = np.array([0.0, rig.idler.rolling_arm, rig.road_wheel.rolling_arm])
     np.testing.assert_array_equal(loop.model.wheels.rolling, arms)
     assert not loop.model.wheels.drag.any()
     taken = np.zeros(3)
@@ -135,11 +119,8 @@ def test_the_account_has_the_work_of_every_arm(make_scene, rig, integrator, step
     done = loop.state.work_done - before
     # order 1: loads are of the start of a step
     assert done[BEARING] == pytest.approx(taken.sum(), rel=1e-3)
-    assert taken[SPROCKET] > 0.1 * taken.sum()
     recording = loop.record(0.3)
     assert abs(open_share(recording.energy, loop.model, 0.3)[0]) < 1e-3
-    # what links on the ring take is given by the drive, beside what the chain gets
-    assert done[SPROCKET_WORK] > taken[SPROCKET]
 
 
 def test_methods_agree_on_the_speed_of_the_wheels(make_scene):
@@ -170,7 +151,7 @@ def test_a_mirrored_loop_has_the_mirrored_resistance(make_scene, unled):
             w * bearing_drag(model.wheels, wheel, w, c.carried)
             for w, c in ((state.wheel_rate[wheel], work), (image_state.wheel_rate[wheel], seen))
         )
-        assert one == pytest.approx(-other, rel=1e-6) and one != 0.0
+        assert one == pytest.approx(-other, rel=1e-6) and (wheel == SPROCKET or one != 0.0)
 
 
 def test_a_rig_of_before_says_what_it_lacks_or_which_law_it_has(rig, tmp_path):
@@ -180,7 +161,6 @@ def test_a_rig_of_before_says_what_it_lacks_or_which_law_it_has(rig, tmp_path):
     path = tmp_path / "old.yaml"
     path.write_text("like: bench\n" + wheels % ", bearing_drag: 10.0 N m s/rad", encoding="utf-8")
     old = load_rig(path)
-    assert old.sprocket.rolling_arm == rig.sprocket.rolling_arm  # of the rig that it is like
     assert not {"rolling_arm", "seal_drag"} & set(old.model_dump()["idler"])
     with pytest.raises(InputError, match=r"drag = 'rolling': wheel idler .*rolling_arm.*'viscous'"):
         Scene(old, 30.0, drag="rolling", step=1e-6)

@@ -1,6 +1,7 @@
 """The commands about rigs, as a user has them."""
 
 import sys
+import warnings
 from types import SimpleNamespace
 
 import pytest
@@ -40,7 +41,13 @@ def test_rigs_are_listed(tmp_path, run):
 def test_a_new_file_is_the_rig_that_it_is_like(name, tmp_path, run):
     done = run("new", "mine.yaml", "--like", name, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    mine, its = load_rig(tmp_path / "mine.yaml"), load_rig(name)
+    its = load_rig(name)
+    # but for drag of its wheels by laws that it does not have; and a copy was not tried
+    wheels = {f"{wheel}." for wheel in its.rollers}
+    its = its.changed(**{field: 0.0 for field in its.without_effect if any(map(field.startswith, wheels))})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mine = load_rig(tmp_path / "mine.yaml")
     assert mine.rollers == its.rollers
     assert mine == its
     again = run("new", "mine.yaml", "--like", name, cwd=tmp_path)

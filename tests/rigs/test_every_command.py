@@ -17,6 +17,7 @@ from trackdyn.inference.identification.identify import summary
 from trackdyn.inference.identification.informative import asked, unknown_of
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.rig_file import shipped_rigs
+from trackdyn.parameters.wheels import OF_DRAG
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.sensor_csv import write_sensor_csv
 from trackdyn.simulation.cost import cost
@@ -88,7 +89,7 @@ def test_identified_values_become_a_rig(file, tmp_path):
     """Stiffness and tension that both have a range, the drag of the last wheel, and a ripple that the file may lack."""
     rig = load_rig(file)
     wheel = list(rig.rollers)[-1]
-    options = ["bushing.stiffness=5:5000", "tension.pre_tension=100:50000", f"{wheel}.bearing_drag=1:100"]
+    options = ["bushing.stiffness=5:5000", "tension.pre_tension=100:50000", f"{wheel}.{OF_DRAG[rig.drag][0]}=0.001:1"]
     unknowns = asked([unknown_of(text) for text in options], rig, file)
     best = unknowns.values([0.25, 0.5, 0.75])
     table = summary(unknowns, np.random.default_rng(0).uniform(size=(200, 3)), best)

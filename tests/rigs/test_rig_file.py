@@ -2,6 +2,9 @@
 refused.
 """
 
+import pickle
+import warnings
+
 import numpy as np
 import pytest
 import yaml
@@ -11,7 +14,9 @@ from trackdyn.parameters.layout import assemble, belt_around, run_order, wheel_n
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.rig_file import DEFAULT, read_rig, shipped_rigs
 from trackdyn.parameters.table import parameter_table
+from trackdyn.scene.carriers import make_carriers
 from trackdyn.scene.limits import round_step
+from trackdyn.scene.scene import Scene
 
 OWN = ("bench", "m113", "robot", "vehicle")  # the others are the pipeline's files
 MOST_LINES = 62  # two of them the note of where the data are
@@ -33,7 +38,7 @@ def refusal(path):
 
 
 def test_the_package_has_the_pipelines_rigs_and_its_own(rig, rig_path, default_rig_path):
-    assert set(shipped_rigs()) == {*OWN, "first_fit", "paper", "printed_equal_pitch"}
+    assert set(shipped_rigs()) == {*OWN, "first_fit", "paper", "possible"}
     assert load_rig() == load_rig(DEFAULT) == load_rig(default_rig_path) != rig == load_rig("first_fit")
     for name, path in (("paper", default_rig_path), ("first_fit", rig_path)):
         assert shipped_rigs()[name].read_bytes() == path.read_bytes(), "one source of truth"
@@ -61,6 +66,63 @@ def test_the_paper_is_dumped_as_before(rig):
         "x", "y", "axial_offset", "toe", "camber", "radius", "inertia", "bearing_drag", "bearing_torque", "rolling_arm",
     }  # fmt: skip
     assert "kept" not in data["tension"] and "kind" not in data["chain"] and "ring" not in data["sprocket"]
+
+
+def test_values_that_the_laws_of_a_file_do_not_read_are_named(tmp_path):
+    """The file's own ones, whether it states the law or takes it from the rig that it is like."""
+    wheel = WHEEL[:-1] + ", rolling_arm: 0.005 m}"
+    text = f"like: bench\nwheels:\n  source: my own\n  idler: {wheel}\n"
+    with pytest.warns(UserWarning, match=r"mine\.yaml: idler\.rolling_arm has no effect: drag is viscous") as seen:
+        rig = load_rig(written(tmp_path, text))
+    assert len(seen) == 1 and "idler.rolling_arm" in rig.without_effect
+    rolling = "drag: {value: rolling, unit: name, kind: assumed, source: tyres}\n"
+    sprung = "tension: {source: s, stiffness: 1.0e5 N/m}\n"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert "idler.rolling_arm" not in load_rig(written(tmp_path, text + rolling)).without_effect
+        for name in shipped_rigs():  # which have values for every law
+            load_rig(name)
+    with pytest.warns(UserWarning, match=r"tension\.stiffness has no effect: .*tension\.kept locked"):
+        load_rig(written(tmp_path, text + rolling + sprung))
+
+
+# read where the loop settles, and where the sensor's signal is clipped
+NOT_IN_A_MODEL = {"sensor.range", "tension.pre_tension"}
+SCENES = (
+    {}, {"tension": "sprung", "drag": "rolling", "bushing_law": "hysteretic"}, {"drag": "coulomb"},
+    {"joint": "radial"}, {"closure": "elastic_damping"}, {"space": "spatial"},
+)  # fmt: skip
+
+
+def arrays_of(rig):
+    """All numbers that a simulation of a rig is made of, of several scenes."""
+    found = []
+    for fields in SCENES:
+        scene = Scene(rig, 115.0, step=1e-6, **fields)
+        model = scene.model
+        if scene.tension == "sprung":
+            model = model._replace(carriers=make_carriers(rig, model, "sprung", 0.0))
+        found.append(pickle.dumps(model))
+    return found
+
+
+def test_every_parameter_of_a_rig_is_read_by_something():
+    """A field that nothing reads would be set in a user's file without effect."""
+    rig = load_rig("paper").changed(idler__seal_drag=1.0, road_wheel__seal_drag=1.0)
+    before = arrays_of(rig)
+    unread = set()
+    for name, field in rig.fields.items():
+        if isinstance(field.value, bool | str) or field.value is None:
+            continue
+        change = 1 if isinstance(field.value, int) else 0.01 * field.value or 1e-3
+        down = name.endswith(("poisson_ratio", "friction_dynamic"))  # upwards is not allowed
+        value = field.value - change if down else field.value + change
+        try:
+            if arrays_of(rig.changed(**{name: value})) == before:
+                unread.add(name)
+        except InputError:
+            continue  # refused: it is read
+    assert unread == NOT_IN_A_MODEL
 
 
 def test_short_values_have_units_and_their_sections_source(tmp_path):

@@ -12,6 +12,7 @@ from trackdyn.parameters.rig import load_rig
 from trackdyn.peers.comparison import require_exudyn
 from trackdyn.peers.rigs import TOLERANCE, rig_in_both
 from trackdyn.scene.carriers import refuse_stops
+from trackdyn.scene.scene import Scene
 from trackdyn.simulation.account import open_share
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.start_checks import arc_depths, explained_depth
@@ -28,9 +29,8 @@ def test_it_settles_with_its_tension_and_nothing_in_steel(name, settled):
         loop.scene.rig,
         arc_depths(loop.scene, loop.model, loop.state, loop.work, float(loop.state.wheel_angle[SPROCKET])),
     )
-    # of the rig with the slackest strands these still swing when the tensioner stops
-    near = 0.05 if name == "printed_equal_pitch" else 0.03
-    assert loop.layout["tension_n"] == pytest.approx(rig.tension.pre_tension, rel=near)
+    # strands still swing when the tensioner stops
+    assert loop.layout["tension_n"] == pytest.approx(rig.tension.pre_tension, rel=0.03)
     # a chain without its ring sits deeper, and its strands are slacker
     assert 0.85 < loop.layout["settled_tension_n"] / rig.tension.pre_tension < 1.15
     if loop.model.tooth.present:
@@ -69,9 +69,9 @@ def test_it_runs_with_a_closed_loop_and_a_closed_account(name, settled):
         assert rim == pytest.approx(speed, rel=0.1), k
 
 
-def test_a_step_that_flips_is_refused_within_two_seconds(settled):
-    """At the largest step that its tension allows the M113 completed with wrong forces, refused after seconds only."""
-    loop = settled("m113").changed(motor_rpm=50.0, step=6.25e-5)
+def test_a_step_that_flips_is_refused_within_two_seconds():
+    rig = load_rig("first_fit").changed(bushing__stiffness=2e5)
+    loop = Loop(Scene(rig, 150.0, ramp=0.5, step=1e-4))
     loop.advance(loop.scene.ramp)
     before = loop.time
     with pytest.raises(DivergenceError, match="contacts are not resolved"):

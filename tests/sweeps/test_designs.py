@@ -1,13 +1,15 @@
 """Designs: how they are made, read and refused."""
 
+import sys
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from trackdyn.errors import InputError
-from trackdyn.scene.fidelity import preset
 from trackdyn.sweeps.design import Span, make_design, parse_levels
 from trackdyn.sweeps.request import asked, columns, refuse_columns
+from trackdyn.sweeps.sweep import sweep
 from trackdyn.sweeps.table import read_table, write_table
 
 
@@ -168,7 +170,7 @@ def test_cells_mean_what_they_say(rig_path):
     )
     assert row.reason == ""
     assert row.scene == {
-        **preset("fast"),
+        "preset": "fast",
         "motor_rpm": 115.0,
         "ring_radius": None,
         "pitches": [1, 2],
@@ -177,6 +179,19 @@ def test_cells_mean_what_they_say(rig_path):
     }
     assert row.changes == {"tension__wheel": "idler", "gravity": 9.8}
     assert (row.until, row.longest) == ({"rms": 0.01}, 20.0)
+
+
+@pytest.mark.parametrize("rpm", [0, "0", "0.0"])
+def test_a_row_of_a_track_that_stands_is_refused(rig_path, rpm):
+    assert only({"motor_rpm": rpm}, rig_path).reason.startswith("motor_rpm = 0: must be above 0")
+
+
+def test_a_table_that_cannot_be_written_is_refused_before_a_row_runs(tmp_path, rig_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    monkeypatch.setattr("trackdyn.sweeps.sweep.computed", None)
+    with pytest.raises(InputError, match="pyarrow is not installed"):
+        sweep(pd.DataFrame([{"motor_rpm": 115}]), tmp_path / "o.parquet", rig_path)
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("text", ["1_15", "\u0661\u0661\u0665"])

@@ -2,6 +2,7 @@
 
 import os
 import sys
+import warnings
 from difflib import get_close_matches
 from typing import Annotated
 
@@ -81,7 +82,8 @@ def trackdyn(
 def _sentence(error) -> str:
     """What typer found wrong with a command line; for an option that does not exist, the one that may be meant."""
     context = getattr(error, "ctx", None)
-    words = error.format_message()
+    # typer prints the help of a group without a command, and says no more
+    words = "Missing command" if type(error).__name__ == "NoArgsIsHelpError" else error.format_message()
     if context is not None and getattr(error, "option_name", "") and hasattr(error, "possibilities"):
         meant = _meant(error.option_name.lstrip("-"), context.command.params)
         words = f"{error.message}{meant and f', {meant} may be meant'}"
@@ -99,8 +101,13 @@ def _meant(name: str, params: list) -> str:
     return min(found, key=found.get, default="")
 
 
+def _warning(message, *_) -> None:
+    print(f"trackdyn: warning: {message}", file=sys.stderr)
+
+
 def main() -> None:
     """Entry point: a user's mistake ends in one sentence and exit code 1, an interruption in one line and 130."""
+    warnings.showwarning = _warning
     try:
         if app(standalone_mode=False, prog_name="trackdyn"):  # some versions of typer return an interruption
             raise KeyboardInterrupt

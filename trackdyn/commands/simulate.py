@@ -23,6 +23,8 @@ from trackdyn.commands.options import (
 )
 from trackdyn.errors import InputError, shown
 
+FRAMES = 0.05  # s between recorded configurations
+
 
 def _choices(pairs: list[str]) -> dict:
     from trackdyn.scene.fidelity import CHOICES
@@ -57,8 +59,8 @@ def simulate(
         typer.Option("--choose", help="One choice of fidelity, such as chain=single_pin; may be given several times."),
     ] = None,
     frame_interval: Annotated[
-        float, number("--frame-interval", "Time between recorded configurations, s; 0: none.")
-    ] = 0.05,
+        float | None, number("--frame-interval", "Time between recorded configurations, s; 0: none; 0.05 by default.")
+    ] = None,
     tolerance: Tolerance = None,
     measure: Annotated[list[str] | None, MEASURE] = None,
     longest: Annotated[float, number("--longest", "Bound of a run with a --tolerance, s.")] = 60.0,
@@ -81,7 +83,6 @@ def simulate(
     from trackdyn.files import keep, refuse_unwritable
     from trackdyn.jit import announce
     from trackdyn.parameters.rig import load_rig
-    from trackdyn.scene.fidelity import preset as preset_fields
     from trackdyn.scene.scene import Scene
     from trackdyn.simulation.cost import cost
 
@@ -92,21 +93,16 @@ def simulate(
             "--checkpoint cannot be combined with --tolerance, whose runs end by themselves; leave one of them out"
         )
     loaded, ring = load_rig(rig), ring_fields(ring_radius)
-    has_ring = ring.get("ring_radius", loaded.ring_radius) is not None
-    fields = ring | preset_fields(preset, has_ring) | ({} if step is None else {"step": step})
-    fields |= _choices(choose or [])
-    if step is None and (tried := _tried(rig, rpm, fields)):
-        fields["step"], speed = tried
-        if not quiet:
-            typer.echo(
-                f"{'step':>22}  {tried[0]:g} s: tried on this rig at {speed:g} rev/min; {preset} has a larger one"
-            )
+    fields = ring | ({} if step is None else {"step": step}) | _choices(choose or [])
+    if frame_interval is None:  # a run that is shorter records none
+        frame_interval = FRAMES if duration >= FRAMES else 0.0
     scene = Scene(
         loaded,
         motor_rpm=rpm,
         duration=duration,
         lead_in=lead_in,
         frame_interval=frame_interval,
+        preset=preset,
         **fields,
     )
     if rate is not None:
@@ -137,14 +133,6 @@ def simulate(
         _for_its_duration(scene, out, checkpoint, quiet)
 
 
-def _tried(rig: str, rpm: float, fields: dict) -> tuple[float, float] | None:
-    """Step that was tried on the rig and its motor speed, if it is smaller than that of the preset."""
-    from trackdyn.parameters.rig_file import tried_step
-
-    found = tried_step(rig, rpm) if fields["integrator"] == "semi_implicit" else None
-    return found if found is not None and found[0] < fields["step"] else None
-
-
 def _warn_of_resolution(recording) -> None:
     """Say on standard error what is not resolved, or could not be judged."""
     if reason := recording.meta.get("resolved", {}).get("reason"):
@@ -161,6 +149,7 @@ def _say_decisions(scene) -> None:
     asked = [f"{name} {found.setting}" for name, found in scene.fidelity.items() if found.reason == ASKED]
     if asked:
         typer.echo(f"{ASKED:>22}  {', '.join(asked)}")
+    typer.echo(f"{'step':>22}  {scene.step:.7g} s")
 
 
 def _for_its_duration(scene, out: Path, checkpoint: Path | None, quiet: bool) -> None:

@@ -42,12 +42,15 @@ def sweep(
     if not overwrite:
         refuse_foreign(out, store)
     results = run(design, out, rig, jobs, store, progress=not quiet)
+    rest = results.loc[results["state"] != DONE, "reason"]
     if not quiet:
         typer.echo(f"{summary(results)}; written to {out}")
-        for reason, count in results.loc[results["state"] != DONE, "reason"].value_counts().head(5).items():
+        for reason, count in rest.value_counts().head(5).items():
             typer.echo(f"{count:>7}  {reason}")
-    if not (results["state"] == DONE).any():
-        raise InputError(f"{out}: no row completed; the reason of the first one: {results['reason'].iloc[0]}")
+    elif 0 < len(rest) < len(results):
+        typer.echo(f"trackdyn: warning: {out}: {summary(results)}; the first reason: {rest.iloc[0]}", err=True)
+    if len(rest) == len(results):
+        raise InputError(f"{out}: no row completed; the reason of the first one: {rest.iloc[0]}")
     if failed := int((results["state"] == FAILED).sum()):
         raise InputError(
             f"{out}: {failed} rows failed for reasons that may pass and stand there; the same command tries them again"

@@ -39,7 +39,6 @@ def wear(
     The table is written after every step; the same command goes on from it.
     """
     from trackdyn.parameters.rig import load_rig
-    from trackdyn.scene.fidelity import preset as preset_fields
     from trackdyn.study.wear.law import DEFAULT, load_coefficients
     from trackdyn.study.wear.life import Worn, live, parse_until
 
@@ -49,7 +48,7 @@ def wear(
             {"sprocket__ring": "none"} if ring_radius.radius is None else {"sprocket__ring_radius": ring_radius.radius}
         )
         loaded = loaded.changed(**ring)
-    fields = preset_fields(preset, loaded.ring_radius is not None) | ({} if step is None else {"step": step})
+    fields: dict = {"preset": preset} | ({} if step is None else {"step": step})
     fields |= {} if tension is None else {"tension": tension}
     worn = Worn(loaded, rpm, load_coefficients(coefficients or DEFAULT), fields)
 

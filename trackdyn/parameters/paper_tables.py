@@ -195,6 +195,9 @@ def rig_cells(path: Path | str) -> list[Cell]:
     return [cell for cell in _cells(load_paper_tables(path)) if cell.table in ("Table 1", "parameters")]
 
 
+LONGEST = 1000.0  # m, as of every length of a rig
+
+
 def half_unit(values: Any) -> float:
     """Half a unit of the last decimal that any of some numbers is written with."""
     last = [int(Decimal(repr(float(value))).as_tuple().exponent) for value in values]
@@ -266,8 +269,10 @@ def _refuse_halves(tables: PaperTables) -> None:
         entry = tables.parameters.get(name)
         if entry is None or entry.value is None:
             continue
-        if entry.unit != "m" or isinstance(entry.value, str) or not entry.value > 0:
-            raise InputError(f"parameters.{name} = {shown(entry.value)} {entry.unit}: must be a positive number in m")
+        if entry.unit != "m" or isinstance(entry.value, str) or not 0 < entry.value <= LONGEST:
+            raise InputError(
+                f"parameters.{name} = {shown(entry.value)} {entry.unit}: must be a number between 0 and {LONGEST:g} m"
+            )
 
 
 def value_of(tables: PaperTables, name: str) -> Any:

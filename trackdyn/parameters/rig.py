@@ -5,165 +5,44 @@ from itertools import pairwise
 from math import pi, radians, tan
 from operator import getitem
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
+from warnings import warn
 
 from pydantic import Field
 
 from trackdyn.errors import InputError
 from trackdyn.parameters.drives import DriveParameters
-from trackdyn.parameters.fields import NAME, FieldValue, fields_of, keys_of, may_have, no_field
+from trackdyn.parameters.fields import NAME, FieldValue, entries_of, fields_of, keys_of, may_have, no_field
 from trackdyn.parameters.groove import Groove, build_groove, connector_length
 from trackdyn.parameters.outline import ToothProfile, profile_groove
 from trackdyn.parameters.paper_tables import rig_cells
 from trackdyn.parameters.quantities import (
     FROM_FILE,
-    Friction,
-    Inertia,
-    Length,
-    Mass,
-    Position,
     Quantity,
-    RollingArm,
-    Slope,
-    Table,
-    Tilt,
+    number_of,
 )
-from trackdyn.parameters.rig_file import DEFAULT, cells_path, read_rig
-from trackdyn.parameters.rubber import BushingLaw
-from trackdyn.parameters.validation import Section, shown, validated
-from trackdyn.parameters.wheels import CONTACTS, Drag, Kept, OmitsDefaults, Wheel
-
-
-class ChainParameters(OmitsDefaults):
-    """Links and connectors."""
-
-    kind: Annotated[Literal["double_pin", "single_pin"], Quantity("name")] = "double_pin"
-    pitches: Annotated[int, Quantity("1", ge=3, le=20_000)]  # twice what the scaling was measured to
-    link_length: Length
-    link_thickness: Length
-    link_mass: Mass
-    link_inertia: Inertia
-    link_inertia_along: Inertia
-    link_inertia_across: Inertia
-    connector_mass: Mass
-    connector_inertia: Inertia
-    connector_inertia_along: Inertia
-    connector_inertia_across: Inertia
-    connector_radius: Length
-
-
-class ClosureParameters(Section):
-    """Spring and damper of the cut joint, where the closure is elastic."""
-
-    stiffness: Annotated[float, Quantity("N/m", gt=0)]
-    damping: Annotated[float, Quantity("N s/m", ge=0)]
-
-
-class Bushing(OmitsDefaults):
-    """Rubber bushings of the joints."""
-
-    stiffness: Annotated[float, Quantity("N m/rad", ge=0)]
-    damping: Annotated[float, Quantity("N m s/rad", ge=0)]
-    free_angle: Annotated[float, Quantity("rad", gt=-1.6, lt=1.6)]
-    radial_stiffness: Annotated[float, Quantity("N/m", gt=0)]
-    radial_damping: Annotated[float, Quantity("N s/m", ge=0)]
-    loss_factor: Annotated[float, Quantity("1", ge=0, le=0.5)] = 0.0
-    law: Annotated[BushingLaw, Quantity("name")] = "hysteretic"
-
-
-class GrooveParameters(Section):
-    """Design values of the groove of ten arcs, slopes in degrees."""
-
-    seat_depth: Position
-    slope_bottom: Slope
-    slope_low: Slope
-    slope_seat: Slope
-    slope_tip: Slope
-    r2: Length
-    r3: Length
-    r4: Length
-    r5: Length
-
-
-class Sprocket(OmitsDefaults):
-    """Sprocket and ring."""
-
-    teeth: Annotated[int, Quantity("1", ge=5, le=127)]  # a groove's number is kept in a byte
-    transmission_ratio: Annotated[float, Quantity("1", gt=0)]
-    x: Position
-    y: Position
-    equal_pitch_radius: Length
-    ring_radius: Length
-    ring: Annotated[Literal["present", "none"], Quantity("name")] = "present"
-    rolling_arm: RollingArm = 0.0
-    axial_offset: Position
-    toe: Tilt
-    camber: Tilt
-
-
-class Tension(OmitsDefaults):
-    """Tensioner and pre-tension of the loop."""
-
-    wheel: Annotated[Any, Quantity("name")]
-    pre_tension: Annotated[float, Quantity("N", ge=0)]
-    direction: Annotated[float, Quantity("deg")]
-    travel: Length
-    mass: Mass
-    stiffness: Annotated[float, Quantity("N/m", gt=0)]
-    damping: Annotated[float, Quantity("N s/m", ge=0)]
-    kept: Annotated[Kept, Quantity("name")] = "locked"
-    force: Annotated[Table | None, Quantity("s, N")] = None
-
-
-class Guide(Section):
-    """Lateral guide of the chain, in space."""
-
-    clearance: Annotated[float, Quantity("m", ge=0)]
-    stiffness: Annotated[float, Quantity("N/m", gt=0)]
-    damping: Annotated[float, Quantity("N s/m", ge=0)]
-
-
-class Surface(Section):
-    """Contact surface: rubber or steel."""
-
-    contact_length: Length
-    axial_overhang: Annotated[float, Quantity("m", ge=0)]
-    youngs_modulus: Annotated[float, Quantity("Pa", gt=0)]
-    poisson_ratio: Annotated[float, Quantity("1", ge=0, lt=0.5)]
-    restitution: Annotated[
-        float, Quantity("1", ge=1e-3, le=1)
-    ]  # a loss factor of 1000: less is no contact law but a wall of glue
-    friction_static: Friction
-    friction_dynamic: Friction
-    transition_velocity: Annotated[float, Quantity("m/s", gt=0)]
-
-
-class ImpactParameters(Section):
-    """Limits of the loss factor of an impact."""
-
-    speed_floor: Annotated[float, Quantity("m/s", gt=0)]
-    factor_limit: Annotated[float, Quantity("1", ge=1)]
-
-
-class Steel(Section):
-    """Material of links and connectors."""
-
-    youngs_modulus: Annotated[float, Quantity("Pa", gt=0)]
-    poisson_ratio: Annotated[float, Quantity("1", ge=0, lt=0.5)]
-
-
-class SensorParameters(Section):
-    """Place, rate and range of the acceleration sensor."""
-
-    pitch: Annotated[int, Quantity("1", ge=1)]
-    x: Position
-    y: Position
-    rate: Annotated[int, Quantity("Hz", gt=0, le=10**8)]
-    range: Annotated[float, Quantity("g", gt=0)]
+from trackdyn.parameters.rig_file import DEFAULT, TRIED, cells_path, read_rig, rig_path, stated_in
+from trackdyn.parameters.sections import (
+    Bushing,
+    ChainParameters,
+    ClosureParameters,
+    GrooveParameters,
+    Guide,
+    ImpactParameters,
+    SensorParameters,
+    Sprocket,
+    Steel,
+    Surface,
+    Tension,
+    Tried,
+)
+from trackdyn.parameters.validation import shown, validated
+from trackdyn.parameters.wheels import CONTACTS, OF_DRAG, Drag, OmitsDefaults, Wheel
+from trackdyn.parameters.yaml_file import read_yaml
 
 
 class Rig(OmitsDefaults):
-    """The rig: sections of parameters in SI units (angles of the groove in degrees).
+    """The rig: sections of parameters in SI units (angles of the groove in degrees), and steps that were tried on it.
 
     ``idler``, ``road_wheel`` and all of ``wheels`` are wheels alike; ``rollers`` has them by name.
     """
@@ -189,6 +68,7 @@ class Rig(OmitsDefaults):
     guide: Guide
     impact: ImpactParameters
     sensor: SensorParameters
+    tried: tuple[Tried, ...] = ()
 
     def model_post_init(self, context: Any) -> None:
         """Check values that depend on each other."""
@@ -258,9 +138,36 @@ class Rig(OmitsDefaults):
         return {name: getattr(self, name) for name in CONTACTS} | self.surfaces
 
     @property
+    def laws(self) -> str:
+        """Its laws in words."""
+        return f"drag is {self.drag}, bushing.law {self.bushing.law}, tension.kept {self.tension.kept}"
+
+    @property
     def ring_radius(self) -> float | None:
         """Radius of the ring that the rig has (m), None where it has none."""
         return self.sprocket.ring_radius if self.sprocket.ring == "present" else None
+
+    def tried_step(self, motor_rpm: float) -> Tried | None:
+        """The step tried at the next motor speed at or above ``motor_rpm`` (rev/min), or at the fastest one."""
+        steps = sorted(self.tried, key=lambda one: one.rpm)
+        return next((one for one in steps if one.rpm >= motor_rpm), steps[-1] if steps else None)
+
+    @property
+    def without_effect(self) -> list[str]:
+        """Values that the laws of this rig do not read, by name; zeros aside."""
+        ignored = {
+            f"{name}.{field}"
+            for name in self.rollers
+            for law, fields in OF_DRAG.items()
+            if law != self.drag
+            for field in fields
+        }
+        ignored.add("bushing.loss_factor" if self.bushing.law == "viscous" else "bushing.damping")
+        if self.tension.kept not in ("sprung", "forced"):
+            ignored |= {"tension.mass", "tension.stiffness", "tension.damping"}
+        if self.tension.kept != "forced":
+            ignored.add("tension.force")
+        return [name for name, field in self.fields.items() if name in ignored and field.value]
 
     @cached_property
     def pin_circle(self) -> float:
@@ -354,7 +261,7 @@ class Rig(OmitsDefaults):
         --------
         ``rig.changed(sprocket__ring_radius=0.305, idler__bearing_drag=0.0)``, ``rig.changed(**{"road_1.arm": None})``.
         """
-        data = self.model_dump()
+        data = self.model_dump() | {TRIED: ()}  # the steps were tried on another rig
         for name, value in changes.items():
             *sections, field = keys_of(self, name.replace("__", "."))
             reduce(getitem, sections, data)[field] = value
@@ -386,8 +293,29 @@ def load_rig(path: Path | str = DEFAULT) -> Rig:
     ------
     InputError
         One sentence with file, field, value and what is accepted.
+
+    Warns
+    -----
+    UserWarning
+        A file that takes its values from another one states some that its laws do not read, or a cell of the article
+        lies outside the range of the value that it replaces.
     """
     data, cells = read_rig(path), cells_path(path)
-    if cells is not None and rig_cells(cells):
-        return _validated(data, f"{path} with the cells of {cells}", FROM_FILE)
-    return _validated(data, str(path), FROM_FILE)
+    if (tried := read_yaml(rig_path(path)).get(TRIED)) is not None:
+        data[TRIED] = tried
+    name = f"{path} with the cells of {cells}" if cells is not None and rig_cells(cells) else str(path)
+    rig = _validated(data, name, FROM_FILE)
+    if cells is not None:
+        for field, entry in entries_of(data).items():
+            low, value, high = (number_of(entry.get(key)) for key in ("low", "value", "high"))
+            if f"of {cells}" in str(entry["source"]) and (value < low or value > high):
+                warn(
+                    f"{cells}: {field} = {value:g} {entry['unit']} is not within {low:g} to {high:g}, what the part "
+                    "can be; is the cell in this unit?",
+                    stacklevel=2,
+                )
+    if ignored := sorted(set(rig.without_effect) & stated_in(path)):
+        warn(
+            f"{path}: {', '.join(ignored)} {'has' if len(ignored) == 1 else 'have'} no effect: {rig.laws}", stacklevel=2
+        )
+    return rig

@@ -18,18 +18,22 @@ from trackdyn.parameters.yaml_file import ENTRY_KEYS, KINDS, read_yaml
 
 SHIPPED = Path(__file__).parents[1] / "rigs"
 DEFAULT = "paper"
+TRIED = "tried"  # steps that were tried on this rig, not on those that are like it
 MOST_LIKE = 5  # files that take from one another
 CELLS = "paper_tables"  # names the file of the article's cells
 WHEELS_OF_OLD = ("idler", "road_wheel")  # sections that are wheels of their own
 NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s+(\S.*?)\s*")
 # the paper's rigs are the pipeline's files, which say in their own words what they are
 ABOUT = {
-    "paper": "the rig of the paper: values that the parts can have, rolling resistance, rubber with a loss factor",
+    "paper": (
+        "the rig of the paper: wheel centres fixed as printed, viscous drag and bushings; three of its properties no "
+        "part can have: stiffness and damping of the bushing, friction of the ring"
+    ),
+    "possible": "the same with values that the parts can have, but a tensioner that slides on a spring",
     "first_fit": (
-        "a first fit of that rig, with viscous drag and bushings; six of its properties no part can have: equal pitch, "
+        "a first fit, with viscous drag and bushings; six of its properties no part can have: equal pitch, "
         "slope of the seat, stiffness and damping of the bushing, friction and transition velocity of the ring"
     ),
-    "printed_equal_pitch": "a second rig of the paper with the equal pitch as printed, docs/second-rig.md",
 }
 PLAIN_WORD = re.compile(r"[A-Za-z0-9_]{1,40}")
 # what a wheel has if its file does not say so: aligned, and a bearing without loss
@@ -86,29 +90,6 @@ def rig_path(name: Path | str) -> Path | str:
     return shipped[name]
 
 
-def tried_step(name: Path | str, rpm: float) -> tuple[float, float] | None:
-    """Step (s) that was tried on a rig, and the motor speed (rev/min) that it was tried at; None if its file has none.
-
-    The speed is the next one at or above ``rpm``; the fastest, if ``rpm`` is faster than all that were tried.
-
-    Raises
-    ------
-    InputError
-        ``tried`` of the file is not a list of speeds and steps.
-    """
-    path = rig_path(name)
-    data = read_yaml(path)
-    tried = data.get("tried") if isinstance(data, dict) else None
-    if tried is None:
-        return None
-    try:
-        pairs = sorted((float(row["rpm"]), float(row["step"])) for row in tried)
-        speed, step = next((pair for pair in pairs if pair[0] >= rpm), pairs[-1])
-    except (TypeError, ValueError, KeyError, IndexError):
-        raise InputError(f"{path}: tried = {shown(tried)}: must be rows such as {{rpm: 115, step: 5.0e-5}}") from None
-    return step, speed
-
-
 def cells_path(name: Path | str) -> Path | None:
     """The file of the article's cells that a rig file names; None if it names none.
 
@@ -145,6 +126,19 @@ def read_rig(name: Path | str) -> dict[str, Any]:
     return _read(rig_path(name), MOST_LIKE, read_yaml)
 
 
+def stated_in(name: Path | str) -> set[str]:
+    """Dotted names of what a file states though it need not; none for a shipped rig, or a file that takes from none."""
+    path = Path(rig_path(name))
+    if path.resolve() in {shipped.resolve() for shipped in shipped_rigs().values()}:
+        return set()
+    data = read_yaml(path)
+    if "like" not in data:
+        return set()
+    wheels = data.get("wheels")
+    sections = data | (wheels if isinstance(wheels, dict) else {})
+    return {f"{key}.{field}" for key, part in sections.items() if isinstance(part, dict) for field in part}
+
+
 def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> dict[str, Any]:
     data = read(path)
     path = Path(path)
@@ -155,7 +149,7 @@ def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> di
         data = {
             key: _written_out(part, str(key), {}, path.parent)
             for key, part in data.items()
-            if key not in ("like", "about", "tried", CELLS)  # words of this file alone
+            if key not in ("like", "about", TRIED, CELLS)  # words of this file alone
         }
         own_wheels = isinstance(data.get("wheels"), dict)
         if own_wheels:

@@ -19,6 +19,7 @@ def rig_text(like: str) -> str:
         raise InputError(f"--like = {shown(like)} is not a shipped rig; choose {', '.join(shipped_rigs())}")
     rig, entries = load_rig(like), read_rig(rig_path(like))
     plain = [*PLAIN_WHEEL.values(), *({**entry, "value": 0.0} for entry in PLAIN_WHEEL.values())]
+    ignored = rig.without_effect
 
     def short(entry: dict) -> str:
         value, unit = entry["value"], entry["unit"]
@@ -26,8 +27,9 @@ def rig_text(like: str) -> str:
             return f"{value}"
         return f"{float(value)!r} {unit}"
 
-    def flow(part: dict) -> str:
-        items = ((key, item) for key, item in part.items() if item not in plain)
+    def flow(part: dict, wheel: str = "") -> str:
+        unread = [name.partition(".")[2] for name in ignored if wheel and name.startswith(f"{wheel}.")]
+        items = ((key, item) for key, item in part.items() if item not in plain and key not in unread)
         return (
             "{" + ", ".join(f"{key}: {flow(item) if 'value' not in item else short(item)}" for key, item in items) + "}"
         )
@@ -53,7 +55,7 @@ def rig_text(like: str) -> str:
         "  # A vehicle with such a track drives towards +x: with the other wheels at x < 0 the "
         "sprocket is in front, at x > 0 behind",
         '  source: "assumed"',
-        *(f"  {name}: {flow(part)}" for name, part in wheels.items()),
+        *(f"  {name}: {flow(part, name)}" for name, part in wheels.items()),
         "  # a wheel may stand on a trailing arm or a slider with a spring, held where it stands "
         "once the loop is tensioned:",
         "  #   arm: {x: 0.3 m, y: 0.1 m, mass: 50.0 kg, stiffness: 2.0e4 N m/rad, damping: 500.0 N m "
@@ -68,7 +70,7 @@ def rig_text(like: str) -> str:
         *(
             f"  {key}: {short(item)}"
             for key, item in entries["tension"].items()
-            if not isinstance(item["value"], (list, tuple))
+            if not isinstance(item["value"], (list, tuple)) and f"tension.{key}" not in ignored
         ),
         "# drive: a motor's line in place of a speed that is kept exactly, as the sprocket sees it",
         "# drive: {source: assumed, kind: motor, inertia: 5.0 kg m2, slope: 500.0 N m s/rad, torque: 2000.0 N m}",

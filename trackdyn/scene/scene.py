@@ -15,6 +15,7 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import plain_number, sentence, shown
 from trackdyn.scene.build import build_model
 from trackdyn.scene.fidelity import LITERAL_ERROR, Choices, Decision, decide, literal_error, refuse_nonsense
+from trackdyn.scene.fidelity import preset as preset_fields
 from trackdyn.scene.limits import LEAST_STEP, advised_step, round_step, step_limits
 
 Number = Annotated[float, BeforeValidator(plain_number)]
@@ -23,9 +24,13 @@ LONGEST, LEAST_RAMP = 36000.0, 1e-6
 FASTEST = 1e5  # rev/min; the tests run 10,000
 LEAST_TOLERANCE = 1e-12  # rounding hides what is less, and a step that must reach it never ends
 MOST_STEPS = 1e10  # a day of computing
+LEAST_CHOSEN = 0.01  # of the usual step: nobody waits for less without having asked for it
+WITHIN = 0.7  # of the bound at the pre-tension: with a larger ring the loop settles tighter
 
 
 OF_THE_RIG = "of the rig"
+# Fields that follow the rig where a scene asks for none.
+FOLLOWS = ("ring_radius", "chain", "tension", "drag", "bushing_law", "step")
 
 
 def _pitches(value: Any) -> Any:
@@ -48,6 +53,13 @@ def _flag(value: Any) -> Any:
 class Scene(Choices):
     """What a run is asked to do, and how faithfully (`trackdyn.scene.fidelity`).
 
+    Parameters
+    ----------
+    preset : str, optional
+        Integrator and step of `trackdyn.scene.fidelity.PRESETS`; ``standard`` if none is given.
+    **fields
+        The attributes. Ring, chain, tension, drag and bushing law are the rig's where none is given.
+
     Attributes
     ----------
     rig : Rig
@@ -63,7 +75,8 @@ class Scene(Choices):
     ramp : float
         Start-up ramp of the sprocket speed, s.
     step : float
-        Time step, s; the sample interval must be a multiple of it.
+        Time step, s; the sample interval must be a multiple of it. By default that of the preset, or a smaller one that
+        was tried on the rig or that its contacts need.
     pitches : tuple of int
         Pitches whose contacts are recorded (1-based); empty: the sensor's.
     frame_interval : float
@@ -127,19 +140,29 @@ class Scene(Choices):
     sliding: Annotated[bool, BeforeValidator(_flag)] = False
     tolerance: Number | None = None
 
-    def __init__(self, rig: Rig, motor_rpm: float, ring_radius: Any = OF_THE_RIG, **fields: Any):
-        if isinstance(rig, Rig):  # what a scene does not ask for is what the rig is
-            fields = self._of_the_rig(rig) | fields
-            ring_radius = rig.ring_radius if ring_radius is OF_THE_RIG else ring_radius
-        given: dict[str, Any] = {"rig": rig, "motor_rpm": motor_rpm, "ring_radius": ring_radius} | fields
+    def __init__(
+        self, rig: Rig, motor_rpm: float, ring_radius: Any = OF_THE_RIG, *, preset: str | None = None, **fields: Any
+    ):
+        requested: dict[str, Any] = {"rig": rig, "motor_rpm": motor_rpm} | fields
+        if ring_radius is not OF_THE_RIG:
+            requested["ring_radius"] = ring_radius
+        given = self._of_the_rig(rig) | requested if isinstance(rig, Rig) else requested
+        if preset is not None:
+            bundle = preset_fields(preset)
+            if preset == "standard":
+                del bundle["step"]  # chosen with all else known
+            given, requested = bundle | given, bundle | requested
         try:
             super().__init__(**given)
         except ValidationError as error:
             raise InputError(sentence("scene", error.errors()[0], "add it")) from None
+        # what else is there follows the rig, should it be another one (`with_`)
+        self.model_fields_set.intersection_update(requested)
 
     @staticmethod
-    def _of_the_rig(rig: Rig) -> dict[str, str]:
+    def _of_the_rig(rig: Rig) -> dict[str, Any]:
         return {
+            "ring_radius": rig.ring_radius,
             "chain": rig.chain.kind,
             "tension": rig.tension.kept,
             "drag": rig.drag,
@@ -148,10 +171,13 @@ class Scene(Choices):
 
     def model_post_init(self, context: Any) -> None:
         """Refuse what is not possible, in one sentence."""
+        chosen = "step" not in self.model_fields_set
+        if chosen:
+            self.__dict__["step"] = self._usual_step()
         self._refuse_times()
         refuse_nonsense(self)
         self._refuse_loop()
-        self._refuse_step()
+        self._refuse_step(chosen)
 
     def _refuse(self, field: str, remedy: str) -> NoReturn:
         raise InputError(f"scene: {field} = {shown(getattr(self, field))}: {remedy}")
@@ -200,7 +226,15 @@ class Scene(Choices):
             if not 1 <= pitch <= self.rig.chain.pitches:
                 raise InputError(f"scene: pitches = {pitch!r}: must be between 1 and {self.rig.chain.pitches}")
 
-    def _refuse_step(self) -> None:
+    def _usual_step(self) -> float:
+        """Step of the preset ``standard``, or a smaller one that was tried on the rig; it fits the sample interval."""
+        step = preset_fields("standard", self.ring_radius is not None)["step"]
+        tried = self.rig.tried_step(self.motor_rpm)
+        if tried is not None and self.integrator == "semi_implicit":
+            step = min(step, tried.step)
+        return round_step(step, 1.0 / self.rig.sensor.rate)
+
+    def _refuse_step(self, chosen: bool) -> None:
         if self.chain == "belt":
             return  # a path without equations
         if self.solver == "transfer_product":
@@ -214,6 +248,9 @@ class Scene(Choices):
                 )
         limits = step_limits(self.model, self.rig.tension.pre_tension, METHODS[self.integrator])
         name, limit = min(limits.items(), key=lambda item: item[1], default=("", np.inf))
+        if LEAST_CHOSEN * self.step <= limit < self.step and chosen:
+            self.__dict__["step"] = round_step(WITHIN * limit, 1.0 / self.rig.sensor.rate)
+            del self.__dict__["model"]
         if self.step > limit:
             advice = advised_step(limit, 1.0 / self.rig.sensor.rate)
             self._refuse(
@@ -276,7 +313,7 @@ class Scene(Choices):
         return build_model(self)
 
     def with_(self, **changes: Any) -> "Scene":
-        """Return a scene with some fields replaced.
+        """Return a scene with some fields replaced; what was never asked for (`FOLLOWS`) is found anew.
 
         Parameters
         ----------
@@ -292,7 +329,7 @@ class Scene(Choices):
         InputError
             A field does not exist, is out of range, or contradicts another one.
         """
-        return Scene(**{name: getattr(self, name) for name in type(self).model_fields} | changes)
+        return Scene(**{name: getattr(self, name) for name in self.model_fields_set} | changes)
 
     def sampled(self, rate: int) -> "Scene":
         """Return the scene recorded at another rate.

@@ -80,6 +80,7 @@ def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
             f"{rig.tension.wheel} shifted by {1e3 * laid.shift:.3g} mm of {1e3 * rig.tension.travel:.3g} "
             f"mm, {rig.tension.kept}"
         ),
+        "laws": rig.laws + (f"; no effect: {', '.join(ignored)}" if (ignored := rig.without_effect) else ""),
         "step": f"--step {round_step(step, sample):.7g}: not tried; at most {step:.2g} s at {rpm:g} rev/min",
     }
     frame = np.concatenate([laid.pins[0], laid.angle, [laid.sprocket_angle]])

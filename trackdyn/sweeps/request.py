@@ -15,7 +15,7 @@ from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.rig_file import DEFAULT
 from trackdyn.parameters.validation import parse_number, parse_tolerance, shown, validated, within
 from trackdyn.scene.fidelity import CHOICES, preset
-from trackdyn.scene.scene import LEAST_STEP, LONGEST, Scene
+from trackdyn.scene.scene import FOLLOWS, LEAST_STEP, LONGEST, Scene
 from trackdyn.simulation.settled_loops import LATER
 from trackdyn.sweeps.row import row_sources
 from trackdyn.sweeps.store import key_of
@@ -28,7 +28,12 @@ KNOWN = tuple(
 )  # the row's duration says that
 LONGEST_USUAL = 60.0  # s of a row that stops by itself
 TRUTH = {"true": True, "false": False}
-DEFAULTS = {name: field.default for name, field in Scene.model_fields.items() if not field.is_required()}
+# what a row has where it says nothing, but for what it then takes from its rig
+DEFAULTS = {
+    name: None if name in FOLLOWS else field.default
+    for name, field in Scene.model_fields.items()
+    if not field.is_required()
+}
 # of the columns that say nothing of the scene: the row's name; and what stands for several fields
 OWN = ("name", "preset", "rig", "until.longest")
 
@@ -135,7 +140,8 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | Inp
             raise InputError("motor_rpm is empty; a speed in rev/min is needed")
         base, content = _rig(str(given.get("rig", rig)), rigs)
         if "preset" in given:
-            fields = preset(str(given["preset"]), _has_ring(given, base))
+            preset(str(given["preset"]))  # refused here, not by the row when it runs
+            fields["preset"] = str(given["preset"])
         for name, value in given.items():
             if name in Scene.model_fields and name != "rig":
                 fields[name] = _field(name, value)
@@ -145,6 +151,8 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | Inp
                 known[name.removeprefix("known.")] = _number(value)
             elif name not in OWN:
                 changes[name.replace(".", "__")] = _number(value)
+        if fields["motor_rpm"] == 0:
+            raise InputError("motor_rpm = 0: must be above 0, for a row records a running track")
         if "until.longest" in given:
             longest = within("until.longest", _number(given["until.longest"]), 0.0, LONGEST, " s")
         if known:
@@ -193,13 +201,6 @@ def _rig(path: str, rigs: dict[str, tuple[dict, str] | InputError]) -> tuple[dic
     if isinstance(found, InputError):
         raise found
     return found
-
-
-def _has_ring(given: dict[str, Any], rig: dict) -> bool:
-    """Whether a row has a ring; without a radius of its own it has the rig's."""
-    if "ring_radius" in given:
-        return _field("ring_radius", given["ring_radius"]) is not None
-    return str(given.get("sprocket.ring", rig["sprocket"].get("ring", "present"))) == "present"
 
 
 def _number(value: Any) -> Any:

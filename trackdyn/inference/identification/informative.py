@@ -14,6 +14,7 @@ from trackdyn.inference.identification.posterior import MEDIANS, groups_of, shar
 from trackdyn.inference.unknowns import Unknown, Unknowns, file_ranges
 from trackdyn.inference.verdict import NARROW
 from trackdyn.parameters.rig import Rig
+from trackdyn.parameters.wheels import OF_DRAG
 
 # What rulers and scales do not tell: rubber, tension, contact, drag, the fit of chain and sprocket.
 CANDIDATES = (
@@ -22,8 +23,7 @@ CANDIDATES = (
     "wheel_contact.youngs_modulus", "wheel_contact.restitution", "wheel_contact.transition_velocity",
     "tooth_contact.restitution", "tooth_contact.friction_dynamic",
 )  # fmt: skip
-# and what a law of drag or of the bushings takes
-OF_DRAG = {"rolling": "rolling_arm", "viscous": "bearing_drag", "coulomb": "bearing_torque"}
+# and what a law of the bushings takes
 OF_BUSHINGS = {"hysteretic": "bushing.loss_factor", "viscous": "bushing.damping"}
 LOG_FROM = 4.0  # ratio of the bounds from which on an unknown is spread evenly in its logarithm
 MOST = 4
@@ -89,7 +89,7 @@ def tellable(
         The records can tell none.
     """
     ranges = file_ranges(path)
-    names = *CANDIDATES, OF_BUSHINGS[rig.bushing.law], *(f"{wheel}.{OF_DRAG[rig.drag]}" for wheel in rig.rollers)
+    names = *CANDIDATES, OF_BUSHINGS[rig.bushing.law], *(f"{wheel}.{OF_DRAG[rig.drag][0]}" for wheel in rig.rollers)
     candidates = asked([Unknown(names=[name]) for name in names if name in ranges], rig, path)
     # the slowest and the fastest record say what changes with speed
     ends = sorted({0, len(measured) - 1}, key=lambda k: measured[k].speed.rpm)
