@@ -52,6 +52,9 @@ COMMANDS = [
     ("compare plain plain", "plain: not a trackdyn recording, or damaged"),
     ("compare absent.npz plain", "absent.npz: no such file"),
     ("compare short.npz plain", "plain: no column for ay", "--axis ay=NAME"),
+    ("compare short.npz short.npz", "short.npz: this is a recording, not a sensor's file"),
+    ("show .", ".: is a folder"),
+    ("show /", "/: is a folder"),
     ("plan --tolerance 2%", "trade.csv: no measured data"),
     ("plan --tolerance 2 --data trade.csv", "tolerance = '2': must be between 0 and 1"),
     ("plan --tolerance 2% --data plain", "plain: lacks the column scene"),
@@ -95,6 +98,18 @@ def test_a_command_that_is_right_ends_with_code_0(folder, monkeypatch, capsys):
     assert run_command(monkeypatch, "simulate", "belt.npz", "--choose", "chain=belt", "--frame-interval", "0") == 0
     out = capsys.readouterr().out
     assert "needs  about" in out and "rms_g" in out and (folder / "belt.npz").exists()
+
+
+def test_a_group_without_a_command_shows_its_help(monkeypatch, capsys):
+    assert run_command(monkeypatch, "benchmark") == 1
+    out, err = capsys.readouterr()
+    assert "score" in out + err and err.endswith("trackdyn: Missing command; see trackdyn benchmark --help\n")
+
+
+def test_a_run_may_be_shorter_than_the_usual_frame_interval(folder, monkeypatch):
+    line = "simulate brief.npz --choose chain=belt --duration 0.001 -q"
+    assert run_command(monkeypatch, *line.split()) == 0
+    assert len(load_recording("brief.npz").time) == 1
 
 
 def test_an_interruption_is_one_line(folder, monkeypatch, capsys):

@@ -66,6 +66,20 @@ DAMAGES = [
         described(lambda meta: meta.update(layout={"path_m": "far"})),
         "or damaged",
     ),
+    ("verdict as text", described(lambda meta: meta.update(resolved="yes")), "resolved is 'yes', not a state"),
+    (
+        "a number as verdict",
+        described(lambda meta: meta.update(resolved={"state": 7, "reason": ""})),
+        "is {'state': 7,",
+    ),
+    ("a verdict without state", described(lambda meta: meta.update(resolved={"reason": ""})), "state"),
+    ("no reason", described(lambda meta: meta["fidelity"]["chain"].pop("reason")), "reason"),
+    (
+        "a number as reason",
+        described(lambda meta: meta["fidelity"]["chain"].update(reason=1)),
+        "reason that is no text",
+    ),
+    ("grooves as fractions", changed("groove", lambda a: a.astype(float)), "groove has float64 of the shape"),
     ("versions as list", described(lambda meta: meta.update(versions=[1])), "versions"),
 ]
 

@@ -1,5 +1,7 @@
 """Wear against what is known of it: closed forms, conservation, the same life whatever the step, and killed or not."""
 
+import hashlib
+import json
 from math import gcd, log
 
 import numpy as np
@@ -18,6 +20,7 @@ from trackdyn.study.wear.law import Depths, depth, load_coefficients
 from trackdyn.study.wear.life import SHARES, Found, Limits, Until, Walk, Worn, crossing, live, parse_until
 from trackdyn.study.wear.study import STEP, answer, sensed, summarize, windows
 from trackdyn.study.wear.work import distribute
+from trackdyn.sweeps.table import write_table
 
 COEFFICIENTS = load_coefficients()
 NOTHING = np.zeros(0)
@@ -390,8 +393,38 @@ def test_a_killed_life_goes_on_to_the_same_bytes(known, tmp_path):
     assert killed.read_bytes() == whole.read_bytes()
     live(known, until, out=killed)
     assert killed.read_bytes() == whole.read_bytes()
-    with pytest.raises(InputError, match="holds another result of trackdyn wear"):
+    with pytest.raises(InputError, match="exists and is not of this life"):
         live(known, Until("ring", 0.304), out=killed)
+    killed.write_bytes(b"damaged")
+    live(known, Until("ring", 0.304), out=killed, overwrite=True)
+    assert pd.read_parquet(killed)["end"].iloc[-1] == "reached ring 0.304 m"
+
+
+def test_a_life_goes_on_from_states_that_nobody_damaged_or_made_up(known, tmp_path, capsys):
+    """Neither an edited table nor a flipped bit nor a state that no life has changes what comes out."""
+    until, out = Until("ring", 0.303), tmp_path / "life.parquet"
+    whole = live(known, until, out=out)
+    write_table(whole.assign(distance_km=10 * whole["distance_km"]), out)
+    pd.testing.assert_frame_equal(live(known, until, out=out), whole)
+    (file,) = (tmp_path / "life.rows").glob("*.jsonl")
+    lines = file.read_bytes().splitlines(keepends=True)
+    assert len(lines) == len(whole) > 2
+    for change in (
+        lambda row: row | {"depths": row["depths"][:3]},
+        lambda row: {name: value for name, value in row.items() if name != "depths"},
+        lambda row: row | {"depths": [float("nan")] * len(row["depths"])},
+        lambda row: row | {"next_m": 0.0},
+        lambda row: row | {"next_m": -1.0},
+        lambda row: row | {"rates": "much"},
+    ):
+        row = json.loads(lines[1])[1]
+        content = json.dumps(row | {"values": change(row["values"])}).encode()
+        forged = b'["%s", %s]\n' % (hashlib.sha256(content).hexdigest()[:16].encode(), content)
+        file.write_bytes(b"".join([lines[0], forged, *lines[2:]]))
+        pd.testing.assert_frame_equal(live(known, until, out=out), whole)
+    assert "damaged line" in capsys.readouterr().err
+    file.write_bytes(lines[0] + bytes([lines[1][50] ^ 1]).join([lines[1][:50], lines[1][51:]]))
+    pd.testing.assert_frame_equal(live(known, until, out=out), whole)
 
 
 # -- many lives ----------------------------------------------------------------------------------------------------

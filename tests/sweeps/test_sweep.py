@@ -12,8 +12,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from typer.testing import CliRunner
 
 import trackdyn
+from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
 from trackdyn.jit import KERNEL_SOURCES
 from trackdyn.measure.metrics import run_metrics
@@ -30,6 +32,7 @@ from trackdyn.sweeps.request import asked, columns
 from trackdyn.sweeps.row import SOURCES
 from trackdyn.sweeps.store import Store
 from trackdyn.sweeps.sweep import ROW_MEMORY, rows_of, sweep
+from trackdyn.sweeps.table import write_table
 
 ROOT = Path(__file__).parents[2]
 SHORT = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.05, "preset": "fast"}
@@ -138,6 +141,14 @@ def test_nothing_is_computed_twice(tmp_path, rig_path, counted):
     assert len(counted) == 5
 
 
+def test_a_quiet_sweep_says_that_rows_were_refused(tmp_path, rig_path):
+    write_table(pd.concat([design(1), pd.DataFrame([{"motor_rpm": 0.0, **SHORT}])]), tmp_path / "d.csv")
+    line = ["sweep", str(tmp_path / "d.csv"), "--out", str(tmp_path / "r.csv"), "--rig", str(rig_path), "-j", "1", "-q"]
+    run = CliRunner().invoke(app, line)
+    assert run.exit_code == 0 and run.stdout == ""
+    assert "r.csv: 1 done, 1 refused; the first reason: motor_rpm = 0: must be above 0" in run.stderr
+
+
 def test_other_sources_compute_again(tmp_path, rig_path, counted, monkeypatch, capsys):
     """A store of another version of the program: a sentence, everything computed, nothing lost."""
     out = tmp_path / "r.parquet"
@@ -234,6 +245,28 @@ def test_only_plain_files_of_a_store_are_read(tmp_path, rig_path, capsys):
     (tmp_path / "d.jsonl").symlink_to(tmp_path / "gone")
     assert Store(tmp_path).read({"k"}) == {}
     assert "4 damaged lines were ignored" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("value", [float("nan"), [1, 2], "much", None, float("inf"), -1.0])
+def test_a_row_that_no_scene_gives_is_computed_again_whatever_its_checksum(tmp_path, rig_path, value, capsys):
+    whole = sweep(design(1), rig=rig_path, jobs=1, store=tmp_path / "rows")
+    (file,) = (tmp_path / "rows").glob("*.jsonl")
+    row = json.loads(file.read_bytes())[1]
+    content = json.dumps(row | {"values": row["values"] | {"rms_g": value}}).encode()
+    file.write_bytes(b'["%s", %s]\n' % (hashlib.sha256(content).hexdigest()[:16].encode(), content))
+    pd.testing.assert_frame_equal(sweep(design(1), rig=rig_path, jobs=1, store=tmp_path / "rows"), whole)
+    assert "1 damaged line was ignored" in capsys.readouterr().err
+
+
+def test_batches_of_one_study_are_no_other_version(tmp_path, rig_path, capsys):
+    """They share a store; a table's own store with rows of another design is told."""
+    first, second = design(1), design(1).assign(motor_rpm=211.0)
+    for table in (first, second):
+        sweep(table, rig=rig_path, jobs=1, store=tmp_path / "rows")
+    assert "by this version" not in capsys.readouterr().err
+    sweep(first, tmp_path / "own.csv", rig_path, jobs=1)
+    sweep(second, tmp_path / "own.csv", rig_path, jobs=1)
+    assert "none of its 1 rows is of this design by this version" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

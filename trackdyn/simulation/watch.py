@@ -120,9 +120,11 @@ class Watch:
         return alternating_share(self.recorder.alternating - self.alternating, self.recorder.loop.model, rows)
 
     def _finer(self, seconds: float) -> Answer:
-        """The piece with a finer step."""
+        """The piece with a finer step; the loop from which a run begins is settled with it, too."""
         loop, asked = self.origin, self.recorder.asked
-        finer = loop.changed(step=loop.model.step / FINER)
+        step = loop.model.step / FINER
+        settled = self.first_of_run and loop.time == 0.0
+        finer = loop.__class__(loop.scene.with_(step=step)) if settled else loop.changed(step=step)
         finer.advance(self.time - loop.time)
         again = self.recorder.__class__(finer, seconds, (), 0.0, asked["spells"], asked["every_link"], False)
         again.record.spells.open[:] = self.open

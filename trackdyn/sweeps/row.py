@@ -2,11 +2,13 @@
 
 from contextlib import suppress
 from functools import cache
+from math import inf
 
 from psutil import virtual_memory
 
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.jit import KERNEL_SOURCES, source_hash, target_hash
+from trackdyn.measure.columns import COLUMNS
 from trackdyn.measure.meshing import area_shares, event_times
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.sliding import sliding_per_km
@@ -114,6 +116,14 @@ def run_values(recording: Recording) -> dict:
         "kernel_sources": sources, "row_sources": row_sources(), "processor": target_hash(),
         "versions": ", ".join(f"{name} {of}" for name, of in made.items()),
     }  # fmt: skip
+
+
+def sound(values: dict) -> bool:
+    """Whether values can be those of a row: numbers where the dictionary of columns says so, and an RMS among them."""
+    kinds = {"number": (int, float, type(None)), "integer": (int, float, type(None)), "string": (str, type(None))}
+    plain = (str, int, float, type(None))
+    right = all(isinstance(value, kinds.get(COLUMNS.get(name, ("",))[0], plain)) for name, value in values.items())
+    return right and isinstance(rms := values.get("rms_g"), float) and 0.0 <= rms < inf
 
 
 def _flat(measures: dict[str, Estimate]) -> dict[str, float]:

@@ -10,7 +10,7 @@ import json
 import os
 import re
 import sys
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any, Literal, get_args
 from uuid import uuid4
@@ -65,6 +65,8 @@ class Store:
     ----------
     folder : path
         Made if it is not there.
+    sound : function
+        Whether the values of a row can be results of this kind: a checksum says only that nobody damaged them.
 
     Attributes
     ----------
@@ -77,8 +79,8 @@ class Store:
         The folder cannot be made or written.
     """
 
-    def __init__(self, folder: Path | str):
-        self.folder = Path(folder)
+    def __init__(self, folder: Path | str, sound: Callable[[dict[str, Any]], bool] = lambda values: True):
+        self.folder, self.sound = Path(folder), sound
         self._file: int | None = None
         self.others = 0
         try:
@@ -99,10 +101,12 @@ class Store:
                     while line := file.readline(LONGEST_LINE):
                         if (row := _row(line)) is None:
                             damaged += 1
-                        elif row["key"] in keys:
-                            found[row["key"]] = row
-                        else:
+                        elif row["key"] not in keys:
                             self.others += 1
+                        elif row["values"] and not self.sound(row["values"]):
+                            damaged += 1
+                        else:
+                            found[row["key"]] = row
             except (InputError, OSError):
                 damaged += 1
         if damaged and say:

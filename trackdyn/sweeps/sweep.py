@@ -14,7 +14,7 @@ from trackdyn.scene.fidelity import CHOICES
 from trackdyn.sweeps.engine import free_memory
 from trackdyn.sweeps.engine import results as computed
 from trackdyn.sweeps.request import Asked, asked, refuse_columns
-from trackdyn.sweeps.row import Rows
+from trackdyn.sweeps.row import Rows, sound
 from trackdyn.sweeps.store import DIVERGED, DONE, REFUSED, Store, without_values
 from trackdyn.sweeps.table import read_table, refuse_ending, refuse_header, write_table
 
@@ -73,6 +73,7 @@ def sweep(
     """
     if jobs is not None and (isinstance(jobs, bool) or not isinstance(jobs, int) or not 1 <= jobs <= 1024):
         raise InputError(f"jobs = {jobs!r}: must be a whole number between 1 and 1024")
+    alone = store is None  # batches of one study share a store
     if out is not None:
         refuse_ending(out, "--out")
         refuse_unwritable(out)
@@ -84,7 +85,7 @@ def sweep(
     rows = asked(table, str(rig))
     found = {row.key: without_values(row.key, REFUSED, row.reason) for row in rows if row.reason}
     due = {row.key: row.task for row in sorted(rows, key=lambda row: row.alike) if not row.reason}
-    found |= computed(Rows, due, jobs or cores(), store, "sweep" if progress else "", alone=True)
+    found |= computed(Rows, due, jobs or cores(), store, "sweep" if progress else "", alone=alone, sound=sound)
     results = result_table(table, rows, found)
     if out is not None:
         write_table(cost_table(rows, found), costs_of(out))

@@ -17,15 +17,17 @@ ENDINGS = (".csv", ".parquet")
 
 
 def refuse_ending(path: Path | str, option: str) -> None:
-    """Refuse the name of a table that says of no format.
+    """Refuse the name of a table that says of no format, or of one that nothing here can write.
 
     Raises
     ------
     InputError
-        The name ends in something else than .csv or .parquet.
+        The name ends in something else than .csv or .parquet, or in .parquet and pyarrow is not installed.
     """
     if Path(path).suffix not in ENDINGS:
         raise InputError(f"{option} = {shown(str(path))}: the name must end in {' or '.join(ENDINGS)}")
+    if Path(path).suffix == ".parquet":
+        required("pyarrow")
 
 
 def read_table(path: Path | str) -> pd.DataFrame:
@@ -114,5 +116,4 @@ def write_table(table: pd.DataFrame, path: Path | str) -> None:
         if Path(path).suffix == ".csv":
             table.to_csv(part, index=False)
         else:
-            required("pyarrow")
             table.to_parquet(part, index=False, engine="pyarrow")

@@ -30,7 +30,8 @@ with logged(snakemake):
         counts,
         Path(snakemake.output.md).with_suffix(".csv"),
         f"Extremes: {last['rows']} cases, of which {last['completed']} completed with every invariant in bounds, "
-        f"{last['refused']} were refused in one sentence and {last['defects']} ended in neither way.",
+        f"{last['marked']} completed and say that they are not resolved, {last['refused']} were refused in one "
+        f"sentence and {last['defects']} ended in none of these ways.",
     )
     runs = by_kind(result.rows)
     write_table(runs, snakemake.output.short_runs[0], verdict(runs))

@@ -16,9 +16,9 @@ from trackdyn.report.style import (
     styled,
 )
 from trackdyn.simulation.account import OPEN_SHARE
-from trackdyn.study.extremes.judge import COMPLETED, DEFECT, GAP, OUTCOMES, REFUSED, extremes_summary
+from trackdyn.study.extremes.judge import COMPLETED, DEFECT, GAP, MARKED, OUTCOMES, REFUSED, extremes_summary
 
-LOOKS = {COMPLETED: (BLUE, ""), REFUSED: (ORANGE, "//"), DEFECT: (VERMILION, "xx")}
+LOOKS = {COMPLETED: (BLUE, ""), MARKED: (GREEN, ".."), REFUSED: (ORANGE, "//"), DEFECT: (VERMILION, "xx")}
 SOLVERS = {"riccati": BLUE, "multipliers": GREEN, "transfer_product": VERMILION}
 SOLVER_NAMES = {"riccati": "Riccati", "multipliers": "multipliers", "transfer_product": "literal product"}
 KIND_LOOKS = {"link and connector": ("-", "o"), "uniform bars": ("--", "s"), "centres of percussion": (":", "^")}

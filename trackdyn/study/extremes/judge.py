@@ -2,8 +2,9 @@
 
 A case is a row ``family, case, outcome, reason, loop_gap_max_m, energy_residual, measure, value,
 expected, bound, group, at``. The outcome is ``completed`` (all invariants in bounds), ``refused`` (an
-`InputError` when the scene is built or a `DivergenceError` while it runs, each one sentence) or
-``defect``: everything else, with the cause in ``reason``. Where a family measures something, ``measure``
+`InputError` when the scene is built or a `DivergenceError` while it runs, each one sentence), ``marked``
+(completed, and says itself that it is not resolved) or ``defect``: everything else, with the cause in
+``reason``. Where a family measures something, ``measure``
 names it, ``value`` and ``expected`` are what was found and predicted, ``group`` and ``at`` say on which
 curve and where on its axis the row stands.
 """
@@ -23,8 +24,8 @@ from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.simulate import simulate
 
-COMPLETED, REFUSED, DEFECT = "completed", "refused", "defect"
-OUTCOMES = (COMPLETED, REFUSED, DEFECT)
+COMPLETED, MARKED, REFUSED, DEFECT = "completed", "marked", "refused", "defect"
+OUTCOMES = (COMPLETED, MARKED, REFUSED, DEFECT)
 COLUMNS = (
     "family", "case", "outcome", "reason", "loop_gap_max_m", "energy_residual", "measure", "value", "expected",
     "bound", "group", "at",
@@ -163,7 +164,7 @@ def as_table(rows: Iterable[dict]) -> pd.DataFrame:
 
 
 def extremes_summary(table: pd.DataFrame) -> pd.DataFrame:
-    """Rows, completed, refused and defects of each family, and of all."""
+    """Rows, completed, marked, refused and defects of each family, and of all."""
     counts = table.groupby("family", sort=False)["outcome"].value_counts().unstack(fill_value=0)
     counts = counts.reindex(columns=list(OUTCOMES), fill_value=0)
     counts.loc["all"] = counts.sum()

@@ -19,7 +19,7 @@ from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.resolution import NO, OPEN, PEAKS, RMS, YES
 from trackdyn.simulation.trial import short_run
 from trackdyn.simulation.watch import FINER
-from trackdyn.study.extremes.judge import COMPLETED, DEFECT, REFUSED, row
+from trackdyn.study.extremes.judge import COMPLETED, DEFECT, MARKED, REFUSED, row
 from trackdyn.study.layouts import random_rig
 
 FAMILY = "short runs"
@@ -95,15 +95,16 @@ def run_drawn(number: int, seed: int = SEED) -> dict:
         loop = Loop(probe.with_(step=float(sample / np.ceil(sample / (0.5 * limit)))))
         limit = min(limit, largest_step(loop.model, loop.layout["settled_tension_n"]))
         step = float(sample / np.ceil(sample / (of["part"] * limit)))
-        fine, _ = _run(loop, step / FINER, of["seconds"], False)
+        loop = Loop(probe.with_(step=step))
+        fine, _ = _run(Loop(probe.with_(step=step / FINER)), of["seconds"], False)
     except (InputError, DivergenceError) as error:
         return row(FAMILY, name, REFUSED, str(error), measure="no loop, or no limit")
     more = {"measure": "error of RMS, of mean peak", "bound": RMS, "at": step / limit}
     try:
-        found, told = _run(loop, step, of["seconds"], True)
+        found, told = _run(loop, of["seconds"], True)
     except DivergenceError as error:
         try:
-            found, _ = _run(loop, step, of["seconds"], False)
+            found, _ = _run(loop, of["seconds"], False)
         except DivergenceError:
             return row(FAMILY, name, REFUSED, str(error), group="diverged", **more)
         off = found.differs(fine)
@@ -112,16 +113,15 @@ def run_drawn(number: int, seed: int = SEED) -> dict:
     off = found.differs(fine)
     missed = off[0] > RMS or off[1] > PEAKS
     reason = f"RMS is {100 * off[0]:.2g} % off, the mean peak {100 * off[1]:.2g} %" if missed else ""
-    return row(
-        FAMILY, name, DEFECT if missed else COMPLETED, reason, group=told.state, value=off[0], expected=off[1], **more
-    )
+    wrong = MARKED if told.state != YES else DEFECT
+    outcome = MARKED if told.state == NO else wrong if missed else COMPLETED
+    return row(FAMILY, name, outcome, reason, group=told.state, value=off[0], expected=off[1], **more)
 
 
-def _run(loop: Loop, step: float, seconds: float, watched: bool):
-    origin = loop.changed(step=step)
-    own = origin.copy()
+def _run(loop: Loop, seconds: float, watched: bool):
+    own = loop.copy()
     own.advance(RAMP)
-    found, writer = short_run(own, seconds, watched, origin)
+    found, writer = short_run(own, seconds, watched, loop)
     return found, writer.watch.resolution()
 
 

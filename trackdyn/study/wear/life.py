@@ -6,8 +6,11 @@ distributed. Heun's method takes steps of a length that the change they make all
 and in what the two rates of a step differ by.
 """
 
+import json
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import chain, takewhile
+from math import isfinite
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -27,8 +30,8 @@ from trackdyn.study.wear.contour import contours, worn_rig
 from trackdyn.study.wear.law import Coefficients, Depths
 from trackdyn.study.wear.work import distribute
 from trackdyn.sweeps.row import row_sources
-from trackdyn.sweeps.store import key_of
-from trackdyn.sweeps.table import read_table, write_table
+from trackdyn.sweeps.store import DONE, Store, key_of
+from trackdyn.sweeps.table import write_table
 
 # one turn of the sprocket; rates and forces of worn rigs scatter by some per cent, and a step of the wear spans several
 RULE = StopRule(share_pct=0.5, force=0.03, passages=13, longest_turns=2)
@@ -265,9 +268,10 @@ def live(
     limits : Limits
         Control of the steps.
     out : path or None
-        Table (.parquet) that is written after every step; the same call resumes from it.
+        Table (.parquet) that is written after every step. States are kept in a folder beside it (.rows), from which the
+        same call resumes.
     overwrite : bool
-        Start again if the table has another result of trackdyn wear.
+        Replace a table that is there and not of this life.
     tick : function
         Called with every new row.
 
@@ -275,7 +279,7 @@ def live(
     -------
     DataFrame
         ``distance_km``, what has worn, shares, forces and what a sensor feels; ``depths`` and ``rates`` (m, and m for
-        each m that the chain runs), ``next_m``, ``request``, and ``end``: why the last row is the last one.
+        each m that the chain runs), ``next_m``, and ``end``: why the last row is the last one.
 
     Raises
     ------
@@ -287,30 +291,47 @@ def live(
         worn.fields, worn.rule.model_dump(), until, limits,
     )  # fmt: skip
     rows: list[dict] = []
+    store = None
     if out is not None:
         refuse_unwritable(out)
         keep(out)
-        rows = _begun(Path(out), request, overwrite)
+        store = Store(Path(out).with_suffix(".rows"), lambda values: _sound(values, worn.depths.size))
+        rows = _begun(store, request)
+        if Path(out).exists() and not rows and not overwrite:
+            raise InputError(f"{out}: exists and is not of this life; give another name, or --overwrite to replace it")
     for row in _rows(worn, until, limits, rows):
         if rows and row["distance_km"] == rows[-1]["distance_km"]:  # the same state, and why it is the last one
             rows.pop()
-        rows.append(row | {"request": request})
+        if store is not None:
+            of = {"state": DONE, "reason": "", "cost": {}}
+            store.keep({"key": key_of(request, len(rows)), "values": json.loads(json.dumps(row, default=float)), **of})
+        rows.append(row)
         if out is not None:
             write_table(pd.DataFrame(rows), out)
         tick(rows[-1])
+    if out is not None:  # also where all states were there
+        write_table(pd.DataFrame(rows), out)
     return pd.DataFrame(rows)
 
 
-def _begun(out: Path, request: str, overwrite: bool) -> list[dict]:
-    """Rows of a life that was begun."""
-    if not out.exists():
-        return []
-    table = read_table(out)
-    if "request" in table.columns and set(table["request"]) == {request}:
-        return table.to_dict("records")
-    if overwrite:
-        return []
-    raise InputError(f"{out}: holds another result of trackdyn wear; give another name, or --overwrite to start again")
+def _begun(store: Store, request: str) -> list[dict]:
+    """Rows of a life that was begun, up to the first that lacks."""
+    keys = [key_of(request, k) for k in range(MOST_STEPS + 1)]
+    found = store.read(keys)
+    return [found[key]["values"] for key in takewhile(found.__contains__, keys)]
+
+
+def _sound(values: dict, size: int) -> bool:
+    """Whether values are those of a state: finite depths and rates, a distance, the next step, shares."""
+    arrays = [values.get(name) for name in ("depths", "rates")]
+    numbers = [values.get(name) for name in ("distance_km", "next_m")]
+    return (
+        all(isinstance(part, list) and len(part) == size for part in arrays)
+        and all(isinstance(x, float) and isfinite(x) for x in [*numbers, *chain(*arrays)])
+        and all(isinstance(values.get(name), float) for name in SHARES)
+        and values["distance_km"] >= 0 < values["next_m"]
+        and isinstance(values.get("end"), str)
+    )
 
 
 def _rows(worn: Worn, until: Until, limits: Limits, rows: list[dict]) -> Iterator[dict]:
