@@ -47,6 +47,8 @@ except TrackdynError as error:
 R = CONFIG.results
 # scenes of the rigs that the scorecard judges beside the first
 OTHERS = {name: CONFIG.other_scenes(name, SCENES) for name in CONFIG.other_rigs}
+# whose values the parts can have: the studies of ranges (fit, ensemble, assumptions, identification) begin there
+POSSIBLE = CONFIG.other_rigs["possible"].rig
 SPEEDS = [f"{rpm:g}rpm" for rpm in CONFIG.records.speeds_rpm]
 
 

@@ -140,7 +140,8 @@ def test_records_with_other_noise_scatter_as_the_bootstrap_of_each_says(config, 
     monkeypatch.setattr(experiment, "simulated_ay", lambda *given: closed_form(*given[:4]))
     found = repeated(config, tmp_path, progress=False)
     holds = (found["low"] < 1) & (found["high"] > 1)
-    assert holds.mean() > 0.8 and 0.8 < found["ratio"].median() < 1.25  # 95 % intervals of 19 features
+    # 95 % intervals of 19 features of the same records, which are off together
+    assert holds.mean() > 0.75 and 0.8 < found["ratio"].median() < 1.25
     assert found["inside_90"].median() > 0.9  # widened for few turns
     whole = calibration.covariance
     monkeypatch.setattr(calibration, "covariance", lambda *given: whole(*given) / 4)

@@ -17,7 +17,7 @@ from trackdyn.parameters.validation import validated
 from trackdyn.parameters.yaml_file import read_yaml
 
 FILE = Path(__file__).parents[2] / "config" / "fit.yaml"
-RIG = FILE.with_name("rig.yaml")
+RIG = FILE.parent / "rigs" / "possible.yaml"
 
 
 @pytest.fixture(scope="module")

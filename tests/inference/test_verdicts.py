@@ -163,11 +163,11 @@ def test_local_searches_start_from_the_shipped_rig_where_it_is_possible(ensemble
     e = ensemble._replace(form=ensemble.form.model_copy(update={"local_starts": 3}))
     ranked = verdicts.all_judged(e).drop(index=range(FIRST["last"], FIRST["last"] + LAST_RIGS)).sort_values("loss")
     assert [start.name for start in local_starts(e)] == [str(rig) for rig in ranked.index[:3]]
-    possible = e._replace(unknowns=unknowns_of(e.config, CONFIG / "rig.yaml"))
+    possible = e._replace(unknowns=unknowns_of(e.config, CONFIG / "rigs" / "possible.yaml"))
     first, *others = local_starts(possible)
     assert first.name == "shipped" and [start.name for start in others] == [str(rig) for rig in ranked.index[:2]]
     built, scene = possible.unknowns.to_rig(np.array(first.x))
-    shipped = load_rig(CONFIG / "rig.yaml")
+    shipped = load_rig(CONFIG / "rigs" / "possible.yaml")
     for name in ("bushing.stiffness", "idler.x", "groove.r3", "ring_contact.friction_dynamic"):
         assert built.value(name) == pytest.approx(shipped.value(name), rel=1e-6)
     assert scene == {"tension": "sprung"}
@@ -178,7 +178,7 @@ def test_local_searches_start_about_the_shipped_rig(ensemble):
     """Every free unknown is moved, by a twentieth of its range; choices are not, nor is a rig that is not possible."""
     form = ensemble.form.model_copy(update={"local_starts": 2, "local_neighbours": 40})
     assert len(local_starts(ensemble._replace(form=form))) == 2
-    e = ensemble._replace(form=form, unknowns=unknowns_of(ensemble.config, CONFIG / "rig.yaml"))
+    e = ensemble._replace(form=form, unknowns=unknowns_of(ensemble.config, CONFIG / "rigs" / "possible.yaml"))
     first, _, *near = local_starts(e)
     assert [start.name for start in near] == [f"near_{k}" for k in range(40)]
     moved, free = np.array([start.x for start in near]) - first.x, np.array(first.free)
@@ -228,7 +228,7 @@ def test_everything_is_written_and_said(ensemble):
     card = pd.DataFrame(
         [
             {
-                "rig": "shipped",
+                "rig": "possible",
                 "id": claim.id,
                 "part": claim.part,
                 "claim": claim.claim,

@@ -298,8 +298,37 @@ def test_another_rig_runs_what_claims_are_judged_by_at_steps_of_its_own(data):
     found = config.other_scenes(name, scenes)
     left_out = scenes.keys() - found.keys()
     assert left_out == {run for run in scenes if run.startswith("coarse/") or run.endswith("rpm_none")}
-    assert {scene.step for scene in found.values() if scene.motor_rpm <= 150} == {4e-5, 5e-5}
+    data["other_rigs"][name]["steps_s"] = [[150, 4e-5], [210, 2.5e-5]]
+    config, _, scenes = check_config(data, "mine.yaml")
+    found = config.other_scenes(name, scenes)
+    assert {scene.step for scene in found.values() if scene.motor_rpm <= 150} == {4e-5}
     assert {scene.step for scene in found.values() if scene.motor_rpm > 150} == {2.5e-5}
+
+
+PAPER_RIGS = ("config/rig.yaml", "config/rigs/possible.yaml", "config/rigs/first_fit.yaml")
+
+
+def laws_of(rig):
+    return rig.tension.kept, rig.drag, rig.bushing.law, rig.chain.kind
+
+
+@pytest.mark.parametrize("path", PAPER_RIGS)
+def test_every_run_of_every_rig_has_the_laws_of_its_rig(data, path):
+    """Records, meshing and ring study of a rig are of one model, whichever rig is the first."""
+    data["rig"] = path
+    config, rig, scenes = check_config(data, "mine.yaml")
+    runs = [(rig, scenes)]
+    runs += [(load_rig(other.rig), config.other_scenes(name, scenes)) for name, other in config.other_rigs.items()]
+    assert len({laws_of(load_rig(path)) for path in PAPER_RIGS}) == 2
+    for of, its in runs:
+        made = {(s.tension, s.drag, s.bushing_law, s.chain) for s in its.values()}
+        assert made == {laws_of(of)}
+        assert all(scene.rig == of for scene in its.values())
+
+
+def test_the_rig_at_which_studies_of_ranges_begin_must_be_there(data):
+    data["other_rigs"] = {}
+    assert "other_rigs.possible is missing" in refusal(data)
 
 
 def test_a_step_that_does_not_divide_the_sample_interval_is_refused(data):

@@ -39,6 +39,14 @@ def test_what_was_measured_is_of_these_claims():
         assert [p for p, c in zip(card["printed"], claims, strict=True) if not isinstance(c.printed, dict)] == bounds
 
 
+def test_the_readme_says_of_the_right_arc_what_was_measured():
+    text = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
+    assert "from a radius of 0.305 m the right arcs no longer touch at any speed" in text
+    card = pd.read_csv(ROOT / "docs" / "measured" / "claims.csv").query("rig == 'shipped' and id == 'C23'")
+    measured = card.set_index("part")["measured"]
+    assert {float(value) for part in "ab" for value in measured[part].split(", ")} == {0.0}
+
+
 def scorecard(rows):
     blank = dict.fromkeys(COLUMNS, "") | {"rig": "shipped", "printed": "1"}
     named = [dict(zip(("id", "claim", "verdict", "origin"), row, strict=True)) for row in rows]

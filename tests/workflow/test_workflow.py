@@ -13,6 +13,7 @@ import pytest
 import yaml
 
 from trackdyn.pipeline.config import StudyName
+from trackdyn.report import tables
 
 ROOT = Path(__file__).parents[2]
 RULE_FILES = sorted((ROOT / "workflow" / "rules").glob("*.smk"))
@@ -103,6 +104,31 @@ def test_dry_run_of_the_quick_configuration_plans_every_rule(tmp_path):
     assert int(planned["ring_batch"]) == 3
     assert int(planned["warm_up"]) == 1
     assert not (tmp_path / "results").exists()
+
+
+def test_nothing_in_the_results_changes_the_plan_or_is_taken_for_a_study_of_the_run(tmp_path):
+    config = str(quick_config(tmp_path))
+    before = snakemake(tmp_path, "--configfile", config).stdout
+    figures = tmp_path / "results" / "short" / "figures"
+    figures.mkdir(parents=True)
+    for path in (figures.parent / "traction.csv", figures / "traction.png", figures / "traction.svg"):
+        path.touch()
+    after = snakemake(tmp_path, "--configfile", config).stdout
+    planned = [re.findall(r"^(\w+) +(\d+)$", text, re.MULTILINE) for text in (before, after)]
+    assert planned[0] == planned[1] and len(planned[0]) > 10
+
+
+def test_what_a_run_does_not_make_is_booked_by_name(tmp_path):
+    """The costs of a default run are those of its rules alone; short forms have a folder of their own."""
+    planned = re.findall(r"^(\w+) +\d+$", snakemake(tmp_path, "--configfile", str(quick_config(tmp_path))).stdout, re.M)
+    families = {
+        name: found[1]
+        for name, (_, body) in RULES.items()
+        if (found := re.search(r'log: f"{R}/logs/(?:{{short}})?(\w+)', body)) and name not in WITH_A_TOLERANCE
+    }
+    assert {"simulate", "page", "assumptions_form", "calibration"} <= families.keys()
+    for name, family in families.items():
+        assert (family in tables.BY_NAME) == (name not in planned), name
 
 
 def test_a_broken_configuration_ends_in_one_sentence(tmp_path):
@@ -351,9 +377,8 @@ def test_every_rule_has_exactly_the_sources_that_its_script_loads(inputs, loaded
     # what stands beside the modules of pages belongs to them alone
     beside = {rule for rule, files in inputs.items() if any(file.endswith((".js", ".css", ".j2")) for file in files)}
     assert beside == PAGES
-    assert all(
-        "config/rig.yaml" in inputs[rule] for rule in ("simulate", "parameters", "schematics", "fit_form", "page")
-    )
+    assert all("config/rig.yaml" in inputs[rule] for rule in ("simulate", "parameters", "schematics", "page"))
+    assert "config/rigs/possible.yaml" in inputs["fit_form"]
     # a picture's style is no matter of the runs, nor are the kernels of the list of parameters
     assert not any("report" in file for file in inputs["simulate"])
     assert not any("chain" in file or "integrate" in file for file in inputs["parameters"])

@@ -185,6 +185,8 @@ class Config(Section):
                     problem = "occurs twice" if after == before else f"comes after {before:g}"
                     raise InputError(f"{where} = {values}: {after:g} {problem}; give rising values")
         rising("ring_study.steps_s", self.ring_study.steps_s)
+        if "possible" not in self.other_rigs:
+            raise InputError("other_rigs.possible is missing; the studies of what parts can be begin at it")
         for name, other in self.other_rigs.items():
             rising(f"other_rigs.{name}.steps_s", other.steps_s)
         try:

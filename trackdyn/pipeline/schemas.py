@@ -30,28 +30,11 @@ MODELS = {
 }  # fmt: skip
 
 
-# of a rig's file, not of the rig (`rig_file.tried_step`)
-TRIED = {
-    "description": "Steps that were tried: motor speed (rev/min) up to which each holds, and step (s).",
-    "type": "array",
-    "minItems": 1,
-    "items": {
-        "type": "object",
-        "additionalProperties": False,
-        "properties": {name: {"type": "number", "exclusiveMinimum": 0} for name in ("rpm", "step")},
-        "required": ["rpm", "step"],
-    },
-}
-
-
 def schema(name: str) -> dict[str, Any]:
     """The schema of a kind of file; a configuration states only what differs from ``config/config.yaml``."""
     found = MODELS[name].model_json_schema()
     if name == "rig":
-        found["properties"] |= {
-            "tried": TRIED,
-            CELLS: {"description": "The file of the article's cells.", "type": "string"},
-        }
+        found["properties"][CELLS] = {"description": "The file of the article's cells.", "type": "string"}
     if name == "config":
         found = _without_required(found)
     shared: dict[str, Any] = {}

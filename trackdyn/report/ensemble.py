@@ -31,7 +31,7 @@ def write_tables(e: Ensemble, claims: Path | str, card: pd.DataFrame) -> str:
     shares = verdicts.claims_table(e, load_claims(claims))
     study = study_table(_study(e), verdicts.rank(e)["excluded_by"])
     choices = pd.concat([choice_table(study, rpm).assign(rpm=rpm) for rpm in e.form.speeds_rpm], ignore_index=True)
-    scorecard = verdicts.beside(card, shares)
+    scorecard = verdicts.beside(card, shares, "possible")
     tables = {
         "rigs": verdicts.rigs_table(e),
         "parameters": verdicts.parameters_table(e),

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from functools import wraps
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -77,17 +78,26 @@ def new_figure(height: float, width: float = WIDTH) -> Figure:
     return figure
 
 
+# neither date nor version: the same data give the same bytes
+PLAIN: dict[str, dict[str, Any]] = {"png": {"Software": None}, "svg": {"Date": None, "Creator": None}}
+
+
 @styled
 def save(figure: Figure, png_path: Path | str) -> None:
-    """Write a PNG and an SVG of the same name beside it, both or none.
-
-    They carry neither date nor version: the same data give the same bytes.
-    """
+    """Write a PNG and an SVG of the same name beside it, both or none."""
     png_path = Path(png_path)
     png_path.parent.mkdir(parents=True, exist_ok=True)
     with replacing(png_path) as png, replacing(png_path.with_suffix(".svg")) as svg:
-        figure.savefig(png, format="png", metadata={"Software": None})
-        figure.savefig(svg, format="svg", metadata={"Date": None, "Creator": None})
+        figure.savefig(png, format="png", metadata=PLAIN["png"])
+        figure.savefig(svg, format="svg", metadata=PLAIN["svg"])
+
+
+@styled
+def save_one(figure: Figure, path: Path) -> None:
+    """Write a PNG or an SVG, by the ending of its name."""
+    kind = path.suffix[1:]
+    with replacing(path) as part:
+        figure.savefig(part, format=kind, metadata=PLAIN[kind])
 
 
 def power_of_ten(value: float, digits: int) -> str:

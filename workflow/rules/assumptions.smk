@@ -14,7 +14,7 @@ rule assumption:
     """The rig with one assumption changed, fitted anew, in the ring study and the meshing process."""
     input:
         needs("assumption.py"),
-        rig=CONFIG.rig,
+        rig=POSSIBLE,
         config="config/assumptions.yaml",
         fit="config/fit.yaml",
         kernels=[KERNELS, method_kernels("linearly_implicit")],

@@ -38,7 +38,7 @@ rule sensitivity_case:
     """One case of the fit for the rig as it is, with every fitted parameter moved, and with other equal pitches."""
     input:
         needs("sensitivity_case.py"),
-        rig=CONFIG.rig,
+        rig=POSSIBLE,
         fit="config/fit.yaml",
         kernels=KERNELS,
     output: f"{R}/sensitivity/{{ring}}.csv"
@@ -55,7 +55,7 @@ rule sensitivity:
     """What moves when a fitted parameter moves."""
     input:
         needs("sensitivity.py"),
-        rig=CONFIG.rig,
+        rig=POSSIBLE,
         fit="config/fit.yaml",
         kernels=KERNELS,
         cases=[f"{R}/sensitivity/{ring}.csv" for ring in CASES],
@@ -79,7 +79,7 @@ rule fit_form:
     """Fit the rig to the targets of config/fit.yaml from many starts; rows are kept, so that a fit goes on where it was."""
     input:
         needs("fit.py"),
-        rig=CONFIG.rig,
+        rig=POSSIBLE,
         fit="config/fit.yaml",
         kernels=[KERNELS, method_kernels("linearly_implicit")],
     output:

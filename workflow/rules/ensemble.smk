@@ -2,7 +2,7 @@
 # belongs to the default target. Rows are kept as they come, so that a wave that is killed goes on where it was.
 
 ENSEMBLE = load_ensemble("config/ensemble.yaml")
-ENSEMBLE_INPUTS = dict(config="config/ensemble.yaml", rig=CONFIG.rig, claims="config/claims.yaml")
+ENSEMBLE_INPUTS = dict(config="config/ensemble.yaml", rig=POSSIBLE, claims="config/claims.yaml")
 ENSEMBLE_TABLES = ("rigs", "parameters", "claims", "pareto", "ranks", "study", "choices", "scorecard", "summary")
 ENSEMBLE_FIGURES = ("fig23_bands", "fig24_bands", "conflicts", "pareto", "pairs", "choice")
 
@@ -76,7 +76,7 @@ def ensemble_sweep(place, form):
         "out": f"{R}/{place}/runs_{{stage}}.parquet",
         "store": f"{R}/{place}/rows", # of all stages: the last one has rigs of those before
         "logs": f"{R}/logs/{place}/{{stage}}_",
-        "rig": CONFIG.rig,
+        "rig": POSSIBLE,
         "kernels": [KERNELS, method_kernels("linearly_implicit")],
         "batches": ENSEMBLE.forms[form].batches,
     }
@@ -139,7 +139,7 @@ rule ensemble_verdicts:
         f"{R}/{{short}}ensemble/runs_study.parquet",
         f"{R}/{{short}}ensemble/conflicts.csv",
         card=f"{R}/claims.csv",
-        metrics=f"{R}/metrics.csv",
+        metrics=f"{R}/rigs/possible/metrics.csv",
         **ENSEMBLE_INPUTS,
     output:
         **{name: f"{R}/{{short}}ensemble/{name}.csv" for name in ENSEMBLE_TABLES},

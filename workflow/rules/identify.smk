@@ -4,7 +4,7 @@ rule calibration:
     """Truths drawn from the prior, and how often the intervals hold them. What was simulated is kept in between."""
     input:
         needs("calibration.py"),
-        "config/rig.yaml",
+        POSSIBLE,
         config="config/calibration.yaml",
         kernels=KERNELS,
     output:
@@ -25,7 +25,7 @@ rule identify_synthetic:
     """The synthetic records, which no rig made: what an identification says of them."""
     input:
         needs("identify_synthetic.py"),
-        rig=CONFIG.rig,
+        rig=POSSIBLE,
         config="config/calibration.yaml",
         kernels=KERNELS,
         records=[f"data/synthetic/{rpm}rpm.csv" for rpm in (115, 210)], # the speeds of the calibration

@@ -40,8 +40,8 @@ rule animation:
     script: "../scripts/animation.py"
 
 
-# A study lies on the page if every run has it (`short_studies`), if all are asked for, or if it was made before: then it is
-# kept up to date with the rest. Of a full form nothing is input: it takes the place of the short one if it lies there.
+# The page waits for the studies that every run has (`short_studies`), and for all if the target `studies` asks for them. Others
+# that lie in the results are shown as those of an earlier run.
 STUDIES = {
     "trade": short(rules.trade_form),
     "extremes": short(rules.extremes_form),
@@ -56,10 +56,7 @@ STUDIES = {
     "peer_answers": rules.peer_answers.output,
 }
 ALL_STUDIES = workflow.dag_settings is not None and "studies" in workflow.dag_settings.targets
-
-
-def in_this_run(name):
-    return ALL_STUDIES or name in CONFIG.short_studies or all(Path(file).is_file() for file in STUDIES[name])
+IN_THIS_RUN = [name for name in STUDIES if ALL_STUDIES or name in CONFIG.short_studies]
 
 
 rule page:
@@ -71,7 +68,7 @@ rule page:
         rules.claims.output,
         rules.schematics.output,
         rules.peer.output,
-        [files for name, files in STUDIES.items() if in_this_run(name)],
+        [STUDIES[name] for name in IN_THIS_RUN],
         rules.animation_runs.output,
         rig=CONFIG.rig,
         config=[str(path) for path in workflow.configfiles],
@@ -83,6 +80,7 @@ rule page:
         results=R,
         runs=SPEEDS,
         synthetic=CONFIG.sensor_is_synthetic,
+        studies=IN_THIS_RUN,
         layers=[str(path).removeprefix(f"{workflow.basedir}/") for path in workflow.configfiles[:-1]],
     log: f"{R}/logs/page.log"
     message: "The page"

@@ -8,6 +8,7 @@ rule wear_form:
     input:
         needs("wear.py"),
         rig=CONFIG.rig,
+        ranges=POSSIBLE,
         others=[other.rig for other in CONFIG.other_rigs.values()],
         ensemble="config/ensemble.yaml",
         coefficients="trackdyn/study/wear/coefficients.yaml",

@@ -12,6 +12,7 @@ with logged(snakemake):
         rig=Path(snakemake.input.rig),
         sensors=dict(zip(params.runs, map(Path, snakemake.input.sensors), strict=True)),
         synthetic=params.synthetic,
+        studies=tuple(params.studies),
         layers=tuple(params.layers),
         files=tuple(map(Path, [*snakemake.input.config, *snakemake.input.settings, *snakemake.input.article])),
     )

@@ -17,7 +17,7 @@ with logged(snakemake):
     rigs = [(name, rig, {}, form.named) for name, rig in named.items()]
     if form.ensemble_rigs:
         config = load_ensemble(given.ensemble)
-        unknowns = unknowns_of(config, given.rig)
+        unknowns = unknowns_of(config, given.ranges)
         points = prior_points(unknowns, form.ensemble_rigs, config.seed)
         drawn = [unknowns.to_rig(x) for x in points]
         rigs += [(f"ensemble {k}", rig, own, form.ensemble) for k, (rig, own) in enumerate(drawn)]

@@ -93,6 +93,8 @@ class PageInputs:
         Configurations on top of the base, which commands on the page must name.
     sources : str, optional
         Hash that every recording must carry; that of the present program if not given.
+    studies : tuple of str
+        Studies that this run has made; what else lies in the folder is of an earlier one, and said to be.
     """
 
     results: Path
@@ -102,6 +104,7 @@ class PageInputs:
     files: tuple[Path, ...] = ()
     layers: tuple[str, ...] = ()
     sources: str | None = None
+    studies: tuple[str, ...] = ()
 
 
 def build_page(inputs: PageInputs) -> str:
@@ -160,7 +163,7 @@ def build_page(inputs: PageInputs) -> str:
         judged=JUDGED,
         groups=_groups(shown),
         missing=missing(results),
-        studies=[(name, words, _form(results, file)) for name, (words, file) in BESIDE.items()],
+        studies=[(name, words, _form(results, file), name in inputs.studies) for name, (words, file) in BESIDE.items()],
         layers=" ".join(["", "--configfile", *inputs.layers]) if inputs.layers else "",
         paper_items=len(PAPER),
     )

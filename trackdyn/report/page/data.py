@@ -8,11 +8,12 @@ import pandas as pd
 from trackdyn.measure.columns import MEASURES, error_of, words
 from trackdyn.measure.metrics import loop_frequency
 from trackdyn.measure.sensor import sense
+from trackdyn.measure.sensor_metrics import own_loop_hz
 from trackdyn.paper import printed
 from trackdyn.parameters.layout import wheel_circles
 from trackdyn.parameters.rig import Rig
 from trackdyn.report.drawing import FORCE_BAR, FORCE_MOST, radius_words
-from trackdyn.report.figures.histories import REVOLUTIONS, first_crest, own_frequency
+from trackdyn.report.figures.histories import REVOLUTIONS, first_crest
 from trackdyn.report.figures.meshing import AFTER, BEFORE, printed_times, select_passage
 from trackdyn.report.page.cells import with_error
 from trackdyn.report.page.rendering import CONFIGURATION, differences, short
@@ -56,7 +57,7 @@ def signals(recording: Recording, record: SensorRecord | None) -> dict:
     if rpm in printed.SIMULATED_LINE_HZ.value:
         shown["printed"] = [printed.SIMULATED_LINE_HZ.value[rpm], printed.SIMULATED_LINE_G.value[rpm]]
     if record is not None:
-        shown["sensor"] = _signal(record.ay_g, record.rate_hz, own_frequency(record), span)
+        shown["sensor"] = _signal(record.ay_g, record.rate_hz, own_loop_hz(record.ay_g, record.rate_hz), span)
     return shown
 
 
