@@ -46,7 +46,7 @@ def commands() -> str:
         *(command.__name__.replace("_", "-") for row in COMMANDS.values() for command in row),
         "benchmark",
     ):
-        line = [sys.executable, str(ROOT / "trackdyn_command.py"), *([name] if name else []), "--help"]
+        line = [sys.executable, "-m", "trackdyn", *([name] if name else []), "--help"]
         said = subprocess.run(line, capture_output=True, text=True, check=True, env=environment, cwd=ROOT).stdout
         heading = f"trackdyn {name}".strip()
         parts.append(f"## {heading}\n\n```text\n{said.strip()}\n```\n")

@@ -33,7 +33,7 @@ ROOMS = (
     "paper", "study", "peers", "benchmark", "inference", "certify", "pipeline", "report", "commands",
 )  # fmt: skip
 GROUND = {"errors", "extras", "files", "jit", "version"}
-LOOSE = {"__init__.py", *(f"{name}.py" for name in GROUND)}  # files of no room
+LOOSE = {"__init__.py", "__main__.py", *(f"{name}.py" for name in GROUND)}  # files of no room
 
 # a library, and the folders that alone may import it
 CORNERS = {

@@ -116,6 +116,54 @@ def test_page_does_what_it_shows(path, folder):
             exec(compile("\n" * line + text, where, "exec"), namespace)
 
 
+def trackdyn_lines(path):
+    """Commands ``trackdyn`` in shell blocks and, with arguments, in the text of a page, in their order."""
+    text = text_of(path)
+    found = [
+        (block.start(2), line) for block in BLOCK.finditer(text) if block[1] == "sh" for line in block[2].split("\n")
+    ]
+    outside = BLOCK.sub(lambda block: " " * len(block[0]), text)
+    found += [(code.start(), code[1]) for code in re.finditer(r"`(trackdyn \w+ [^-`\n][^`\n]*)`", outside)]
+    return [words for _, line in sorted(found) if (words := shlex.split(line, comments=True))[:1] == ["trackdyn"]]
+
+
+# s: what runs longer than that has begun well; later commands need what is simulated
+BOUND, LONG_BOUND = 15, 120
+# what a command asks for where it is missing; the page says so
+NEEDS = {"plan": "snakemake -j2 trade", "verify": "no such file", "crate": "results", "score": "answers.csv"}
+WITH_COMMANDS = [path for path in RUN if trackdyn_lines(path)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", WITH_COMMANDS, ids=name_of)
+def test_commands_run_as_written_in_a_fresh_clone(path, folder):
+    shutil.copytree(ROOT / "data" / "synthetic", folder / "data" / "synthetic")
+    for yaml in re.findall(r"```yaml\n(like: bench\n.*?)```", text_of(path), re.DOTALL):
+        (folder / "my_rig.yaml").write_text(f"{yaml}\nchain: {{source: counted, pitches: 37}}\n", encoding="utf-8")
+    for words in trackdyn_lines(path):
+        if words[1:3] == ["new", "my_rig.yaml"]:
+            (folder / "my_rig.yaml").unlink(missing_ok=True)
+        begun = subprocess.Popen(
+            [sys.executable, "-m", "trackdyn", *words[1:]], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        try:
+            bound = LONG_BOUND if words[1] == "simulate" else BOUND
+            said, code = begun.communicate(timeout=bound)[1], begun.returncode
+        except subprocess.TimeoutExpired:
+            begun.terminate()
+            said, code = begun.communicate()[1], 0
+        wanted = next((text for name, text in NEEDS.items() if name in words[1:3]), None)
+        assert "Traceback" not in said and (code == 0 or (wanted and wanted in said)), (words, said)
+
+
+def test_the_page_of_commands_has_their_help(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "docs"))
+    conf = importlib.import_module("conf")
+    text = conf.commands()
+    assert "--rpm" in text and "--tolerance" in text
+    assert text.count("```text\n\n```") == 0 and text.count("Usage") >= 17
+
+
 @pytest.mark.parametrize("path", DOCUMENTS, ids=name_of)
 def test_relative_links_lead_somewhere(path):
     for target in re.findall(r"\]\(([^)\s]+)\)", BLOCK.sub("", text_of(path))):

@@ -1,0 +1,5 @@
+"""``python -m trackdyn`` is the command ``trackdyn``."""
+
+from trackdyn_command import main
+
+main()
