@@ -10,7 +10,7 @@ from trackdyn.model.constants import Law
 # The static load of a pitch on its wheel is multiplied by this before the stiffness is taken: forces that
 # last reach 1.6 times the static load with the reference ring, only touch-down spikes of less than a
 # millisecond go beyond twice. Runs are then stable to about 1.4 times the limit. A larger ring tightens the
-# loop beyond the pre-tension that the limit is taken at; the shipped configuration halves its step there.
+# loop beyond the pre-tension that the limit is taken at: it is asked again at the tension that the loop settles at.
 DYNAMIC_FACTOR = 2.0
 # Beyond so many times the step of explicit friction, implicit friction still decays but flips as it does.
 FRICTION_LEEWAY = 10.0
