@@ -1,6 +1,7 @@
 """The article in a reader's hand. Every number that is filled in here is invented."""
 
 import re
+import warnings
 from copy import deepcopy
 from pathlib import Path
 
@@ -273,3 +274,28 @@ def test_what_is_like_the_paper_takes_the_cells_too(fill):
     like = path.parent / "mine.yaml"
     like.write_text("like: rig.yaml\nsprocket: {source: invented, ring_radius: 0.305 m}\n", encoding="utf-8")
     assert load_rig(like).chain.link_mass == 11.5 and load_rig(like).ring_radius == 0.305
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "said"),
+    [
+        ("chain.link_mass", 9500.0, r"chain\.link_mass = 9500 kg is not within 6 to 20"),
+        ("bushing.stiffness", 180000.0, r"bushing\.stiffness = 180000 N m/rad is not within 180 to 2500"),
+        ("chain.link_mass", 9.5, None),
+    ],
+)
+def test_a_cell_outside_the_range_of_what_it_replaces_is_named(fill, name, value, said):
+    """A wrong unit, most of all."""
+    rig = fill({("parameters", name, "value"): value})
+    if said is None:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            assert load_rig(rig).value(name) == value
+        return
+    with pytest.warns(UserWarning, match=said):
+        assert load_rig(rig).value(name) == value
+
+
+def test_a_length_without_measure_is_refused(fill):
+    with pytest.raises(InputError, match=r"parameters\.pitch = .*1e\+300.*: must be a number between 0 and 1000 m"):
+        load_rig(fill({("parameters", "pitch", "value"): 1e300}))

@@ -11,16 +11,18 @@ from scipy.optimize import brentq
 from trackdyn.chain.riccati import accelerations
 from trackdyn.errors import InputError
 from trackdyn.integrate.run import refresh
+from trackdyn.parameters.rig import load_rig
 from trackdyn.peers import exudyn_loop
-from trackdyn.peers.comparison import compare, percent_of_range, table2_outcome
+from trackdyn.peers.comparison import compare, percent_of_range, run_peer, table2_outcome
 from trackdyn.peers.contact import Memory, contact_loads, force_vector, jacobian_triplets, make_contacts
 from trackdyn.peers.exudyn_loop import Hanger, PeerWheels, Start, drive_at, require_exudyn, run_loop, start_of
 from trackdyn.report.figures.peer import displacement_figure, model_figure
 from trackdyn.scene.build import build_chain
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.simulate import simulate
 from trackdyn.study.extremes.solvers import Pose, posed
-from trackdyn.study.settings import PEER_LAWS
+from trackdyn.study.settings import PEER_LAWS, peer_scene
 
 pytestmark = pytest.mark.peer
 # m, on paths of about a metre: with these steps the extrapolated result of the other code is good to 3e-7, the
@@ -227,3 +229,12 @@ def test_comparison_without_the_extra_keeps_our_side(rig, without_exudyn):
     drawn = displacement_figure(result.curves, result.summary, result.missing)
     assert result.missing in [text.get_text() for ax in drawn.axes for text in ax.texts]
     assert "not installed" in model_figure(rig, result.frame, result.shift, result.missing).axes[0].get_title("left")
+
+
+def test_a_tooth_of_eight_arcs_with_edges_for_its_tips_keeps_the_chain():
+    """Without the edges contacts began at a depth, and the chain left the teeth."""
+    pytest.importorskip("exudyn")
+    scene = peer_scene(load_rig("paper"), "sprocket", 180.0, 0.3, 1e-4)
+    ours = simulate(scene).place[:, 1]
+    _, theirs = run_peer(scene, 5e-4, arcs=8)
+    assert np.ptp(ours) > 0.3 and np.abs(theirs - ours).max() < 5e-3 * np.ptp(ours)

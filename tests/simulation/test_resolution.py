@@ -28,6 +28,7 @@ from trackdyn.simulation.resolution import (
 )
 from trackdyn.simulation.simulate import simulate
 from trackdyn.simulation.trial import Trial, try_steps
+from trackdyn.simulation.watch import FINER
 from trackdyn.study.extremes.judge import COMPLETED, DEFECT, REFUSED, as_table, row
 from trackdyn.study.extremes.resolved import FAMILY, by_kind, drawn, run_drawn, verdict
 
@@ -161,6 +162,16 @@ def test_a_run_shorter_than_a_turn_of_the_loop_is_run_again(make_scene, monkeypa
     for name in ("PIECE", "BETWEEN"):
         monkeypatch.setattr(f"trackdyn.simulation.watch.{name}", 0.25)
     assert state() == YES and len(tried) == 1, "the first piece alone"
+
+
+def test_the_trial_of_a_run_settles_with_its_own_step(make_scene, monkeypatch):
+    """A loop that the coarse step had settled wrongly was taken for the start of the finer run as well."""
+    made, init = [], Loop.__init__
+    monkeypatch.setattr(
+        Loop, "__init__", lambda loop, scene, *more: made.append(scene.step) or init(loop, scene, *more)
+    )
+    simulate(make_scene(115.0, ring_radius=None, step=1e-4))
+    assert made == [1e-4, 1e-4 / FINER]
 
 
 def test_watching_a_run_changes_nothing(make_scene):
