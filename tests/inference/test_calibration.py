@@ -138,10 +138,11 @@ def test_an_even_histogram_lies_within_its_band_as_often_as_it_says(count, bins)
 def test_records_with_other_noise_scatter_as_the_bootstrap_of_each_says(config, closed_form, tmp_path, monkeypatch):
     """Noise alone; then a bootstrap that promises a quarter of the variance."""
     monkeypatch.setattr(experiment, "simulated_ay", lambda *given: closed_form(*given[:4]))
-    found = repeated(config, tmp_path, progress=False)
+    again = config.model_copy(update={"seed": config.seed + 1})
+    found = pd.concat([repeated(one, tmp_path / str(one.seed), progress=False) for one in (config, again)])
     holds = (found["low"] < 1) & (found["high"] > 1)
-    # 95 % intervals of 19 features of the same records, which are off together
-    assert holds.mean() > 0.75 and 0.8 < found["ratio"].median() < 1.25
+    # 95 % intervals of 19 features of the same records, which are off together: of two sets
+    assert holds.mean() > 0.8 and 0.8 < found["ratio"].median() < 1.25
     assert found["inside_90"].median() > 0.9  # widened for few turns
     whole = calibration.covariance
     monkeypatch.setattr(calibration, "covariance", lambda *given: whole(*given) / 4)
