@@ -16,6 +16,7 @@ import shutil
 import subprocess
 import sys
 from functools import reduce
+from operator import itemgetter
 from pathlib import Path
 
 import pandas as pd
@@ -124,7 +125,11 @@ def trackdyn_lines(path):
     ]
     outside = BLOCK.sub(lambda block: " " * len(block[0]), text)
     found += [(code.start(), code[1]) for code in re.finditer(r"`(trackdyn \w+ [^-`\n][^`\n]*)`", outside)]
-    return [words for _, line in sorted(found) if (words := shlex.split(line, comments=True))[:1] == ["trackdyn"]]
+    return [
+        words
+        for _, line in sorted(found, key=itemgetter(0))
+        if (words := shlex.split(line, comments=True))[:1] == ["trackdyn"]
+    ]
 
 
 # s: what runs longer than that has begun well; later commands need what is simulated
@@ -138,6 +143,7 @@ WITH_COMMANDS = [path for path in RUN if trackdyn_lines(path)]
 @pytest.mark.parametrize("path", WITH_COMMANDS, ids=name_of)
 def test_commands_run_as_written_in_a_fresh_clone(path, folder):
     shutil.copytree(ROOT / "data" / "synthetic", folder / "data" / "synthetic")
+    shutil.copy(ROOT / "data" / "synthetic" / "150rpm.csv", folder / "my_sensor.csv")  # which the reader has
     for yaml in re.findall(r"```yaml\n(like: bench\n.*?)```", text_of(path), re.DOTALL):
         (folder / "my_rig.yaml").write_text(f"{yaml}\nchain: {{source: counted, pitches: 37}}\n", encoding="utf-8")
     for words in trackdyn_lines(path):
