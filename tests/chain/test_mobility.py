@@ -8,8 +8,11 @@ from trackdyn.model.constants import Chain
 from trackdyn.scene.build import build_chain
 
 
-def by_mass_matrix(chain, body, along):
-    """Of a chain that lies straight with both ends free: across itself it has one way and ``n`` angles."""
+def by_mass_matrix(chain, body, along, arm=0.0, x=1.0):
+    """Of a chain that lies straight with both ends free: across itself it has one way and ``n`` angles.
+
+    With ``arm`` and ``x`` of a sliding point: the place's way times x, less the arm times the turn.
+    """
     n = len(chain.mass)
 
     def across(i, at):
@@ -20,7 +23,9 @@ def by_mass_matrix(chain, body, along):
     matrix = np.diag([0.0, *chain.inertia])
     for i in range(n):
         matrix += chain.mass[i] * np.outer(across(i, chain.com_x[i]), across(i, chain.com_x[i]))
-    return across(body, along) @ np.linalg.solve(matrix, across(body, along))
+    slip = x * across(body, along)
+    slip[1 + body] -= arm
+    return slip @ np.linalg.solve(matrix, slip)
 
 
 def uneven(n, seed=4):
@@ -56,20 +61,9 @@ def test_mobility_of_a_sliding_point_is_that_of_the_mass_matrix(part, x):
     """Its slip: the place's way across the chain times the normal's component along it, less the arm times the turn."""
     chain, middle, arm = uneven(41), 20, 0.03
     ends = Chain(*(np.roll(values, -middle) for values in chain[:5]), *chain[5:])
-    along, n = part * chain.length[middle], len(chain.mass)
+    along = part * chain.length[middle]
     a, b, c = mobility_of_slip(ends, 0, along, arm)
-
-    def across(i, at):
-        row = np.zeros(n + 1)
-        row[0], row[1 : 1 + i], row[1 + i] = 1.0, chain.length[:i], at
-        return row
-
-    matrix = np.diag([0.0, *chain.inertia])
-    for i in range(n):
-        matrix += chain.mass[i] * np.outer(across(i, chain.com_x[i]), across(i, chain.com_x[i]))
-    slip = x * across(middle, along)
-    slip[1 + middle] -= arm
-    assert (a * x + b) * x + c == pytest.approx(slip @ np.linalg.solve(matrix, slip), rel=1e-9)
+    assert (a * x + b) * x + c == pytest.approx(by_mass_matrix(chain, middle, along, arm, x), rel=1e-9)
     alone = mobility_of_slip(ends, 0, along, arm, held=False)
     assert (alone[0] * x + alone[1]) * x + alone[2] > (a * x + b) * x + c
 

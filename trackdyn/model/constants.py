@@ -109,7 +109,7 @@ class Tooth(NamedTuple):
     present : int
         0: the scene has no teeth.
     centre_x, centre_y, radius : (k,) arrays
-        Arcs O_j and r_j in the groove frame (Table 1), m; ten of them, or three of the coarse profile.
+        Arcs O_j and r_j in the groove frame (Table 1), m; ten of them, or five of the coarse profile, edges included.
     direction_x, direction_y, cos_half_angle : (k,) arrays
         u_j and cos theta_j of Eq. 23.
     convex : (k,) integer array

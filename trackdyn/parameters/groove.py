@@ -32,7 +32,7 @@ def connector_length(teeth: int, link_length: float, pin_circle: float) -> float
 
 @dataclass(frozen=True)
 class Groove:
-    """Arcs in the groove frame: ten, or three of the coarse profile.
+    """Arcs in the groove frame: ten, or five of the coarse profile, edges included.
 
     Attributes
     ----------

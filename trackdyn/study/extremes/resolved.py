@@ -101,7 +101,7 @@ def run_drawn(number: int, seed: int = SEED) -> dict:
         return row(FAMILY, name, REFUSED, str(error), measure="no loop, or no limit")
     more = {"measure": "error of RMS, of mean peak", "bound": RMS, "at": step / limit}
     try:
-        found, told = _run(loop, of["seconds"], True)
+        found, resolution = _run(loop, of["seconds"], True)
     except DivergenceError as error:
         try:
             found, _ = _run(loop, of["seconds"], False)
@@ -113,9 +113,9 @@ def run_drawn(number: int, seed: int = SEED) -> dict:
     off = found.differs(fine)
     missed = off[0] > RMS or off[1] > PEAKS
     reason = f"RMS is {100 * off[0]:.2g} % off, the mean peak {100 * off[1]:.2g} %" if missed else ""
-    wrong = MARKED if told.state != YES else DEFECT
-    outcome = MARKED if told.state == NO else wrong if missed else COMPLETED
-    return row(FAMILY, name, outcome, reason, group=told.state, value=off[0], expected=off[1], **more)
+    wrong = MARKED if resolution.state != YES else DEFECT
+    outcome = MARKED if resolution.state == NO else wrong if missed else COMPLETED
+    return row(FAMILY, name, outcome, reason, group=resolution.state, value=off[0], expected=off[1], **more)
 
 
 def _run(loop: Loop, seconds: float, watched: bool):

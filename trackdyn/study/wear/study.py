@@ -34,8 +34,8 @@ def lives_of(memory: float):
         share = table["distance_km"] / (table["distance_km"].iloc[-1] or 1.0)
         at = [[np.interp(one, share, node) for node in depths.T] for one in PROFILES]
         flanks = [[row[f.start : f.stop] for f in worn.depths.flanks] for row in at]
-        told = table.drop(columns=["depths", "rates", "next_m"])
-        return {"rows": told.to_json(orient="records", double_precision=15), "flanks": flanks}
+        states = table.drop(columns=["depths", "rates", "next_m"])
+        return {"rows": states.to_json(orient="records", double_precision=15), "flanks": flanks}
 
     return compute
 
