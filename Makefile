@@ -42,7 +42,7 @@ benchmark: $(READY)
 	$(BIN)/python benchmarks/cost.py --out results/benchmarks/cost.json
 
 synthetic: $(READY)
-	$(BIN)/python -m trackdyn.sensor.synthetic
+	$(BIN)/python -m replication.synthetic
 
 # versions stay, but for the packages in NEW and what these make necessary
 lock: $(READY)

@@ -12,18 +12,18 @@ from snakemake.utils import update_config
 # The workflow runs from its own folder, with or without the package installed elsewhere.
 sys.path.insert(0, str(workflow.basedir))
 
-from trackdyn.pipeline.config import check_layers, read_layer, ring_name
+from replication.pipeline.config import check_layers, read_layer, ring_name
 from trackdyn.errors import TrackdynError
-from trackdyn.pipeline.sources import imported_files
-from trackdyn.inference.assumptions import load_assumptions
-from trackdyn.inference.ensemble.settings import load_ensemble
+from trackdyn.sources import imported_files
+from laboratory.inference.assumptions import load_assumptions
+from laboratory.inference.ensemble.settings import load_ensemble
 from trackdyn.jit import source_hash
 from trackdyn.parameters.paper_tables import rig_cells
 from trackdyn.parameters.rig_file import cells_path
-from trackdyn.study.accuracy.ladder import SETTINGS
-from trackdyn.study.accuracy.statistics import measured_scenes, promised_scenes
-from trackdyn.study.extremes.run import parts_of
-from trackdyn.study.settings import allowed_step
+from replication.study.accuracy.ladder import SETTINGS
+from replication.study.accuracy.statistics import measured_scenes, promised_scenes
+from replication.study.extremes.run import parts_of
+from replication.study.settings import allowed_step
 
 
 if " " in sys.executable:  # Snakemake does not quote it
@@ -69,12 +69,12 @@ include: "workflow/rules/schematics.smk"
 include: "workflow/rules/peers.smk"
 include: "workflow/rules/studies.smk"
 include: "workflow/rules/extremes.smk"
-include: "workflow/rules/identify.smk"
-include: "workflow/rules/ensemble.smk"
-include: "workflow/rules/layouts.smk"
-include: "workflow/rules/wear.smk"
-include: "workflow/rules/assumptions.smk"
-include: "workflow/rules/benchmark.smk"
+include: "laboratory/workflow/rules/identify.smk"
+include: "laboratory/workflow/rules/ensemble.smk"
+include: "laboratory/workflow/rules/layouts.smk"
+include: "laboratory/workflow/rules/wear.smk"
+include: "laboratory/workflow/rules/assumptions.smk"
+include: "laboratory/workflow/rules/benchmark.smk"
 include: "workflow/rules/report.smk"
 
 

@@ -31,7 +31,7 @@ def speeds(count: int, changes: bool) -> np.ndarray:
 
 def native_times(scene, wanted) -> np.ndarray:
     """Time of every exchange with the unit as Python has it, s."""
-    from trackdyn.fmi.unit import Unit
+    from laboratory.fmi.unit import Unit
 
     unit, times = Unit(scene), np.zeros(len(wanted))
     unit.start()
@@ -47,7 +47,7 @@ def imported_times(scene, wanted) -> np.ndarray:
     """Time of every exchange through FMPy, one input written and every output read, s."""
     import fmpy
 
-    from trackdyn.fmi.build import write_fmu
+    from laboratory.fmi.build import write_fmu
 
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, "track.fmu")

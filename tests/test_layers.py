@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from trackdyn.pipeline.sources import imported_files
+from trackdyn.sources import imported_files
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "trackdyn"

@@ -19,10 +19,10 @@ EXPORTS = {"to_csv", "to_json", "to_html", "to_markdown", "to_pickle", "to_parqu
 ALLOWED = {
     ("benchmarks/field/naive.py", "np.savetxt"): "an example that has nothing but numpy",
     ("workflow/scripts/_script.py", "open"): "a log grows while the rule runs",
-    ("trackdyn/study/departures.py", "write_text"): "in a copy of the package in a temporary folder",
-    ("trackdyn/study/departures.py", "shutil.copytree"): "that copy",
-    ("trackdyn/report/page/builder.py", "few.save"): "into memory",
-    ("trackdyn/fmi/build.py", "write_text"): "in a temporary folder",
+    ("laboratory/studies/departures.py", "write_text"): "in a copy of the package in a temporary folder",
+    ("laboratory/studies/departures.py", "shutil.copytree"): "that copy",
+    ("workflow/replication/report/page/builder.py", "few.save"): "into memory",
+    ("laboratory/fmi/build.py", "write_text"): "in a temporary folder",
 }
 
 

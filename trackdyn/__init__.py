@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from trackdyn.errors import DivergenceError, InputError, TrackdynError
     from trackdyn.measure.sensor import sense
     from trackdyn.parameters.rig import Rig, load_rig
-    from trackdyn.report.page.show import show
+    from trackdyn.plots.show import show
     from trackdyn.scene.scene import Scene
     from trackdyn.simulation.loop import Loop
     from trackdyn.simulation.recording import Recording, load_recording
@@ -37,7 +37,7 @@ _MODULES = {
     "load_recording": "simulation.recording",
     "load_rig": "parameters.rig",
     "sense": "measure.sensor",
-    "show": "report.page.show",
+    "show": "plots.show",
     "simulate": "simulation.simulate",
     "sweep": "sweeps.sweep",
 }

@@ -47,7 +47,7 @@ def wait_for_jobs() -> None:
 
 def main(arguments: list[str]) -> None:
     """Read the configurations, take the lock, become Snakemake."""
-    from trackdyn.pipeline.config import read_layer
+    from replication.pipeline.config import read_layer
 
     for file in configurations(arguments):
         read_layer(file)

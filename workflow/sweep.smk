@@ -19,7 +19,7 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 from snakemake.io import get_wildcard_names
 
-from trackdyn.pipeline.sources import imported_files
+from trackdyn.sources import imported_files
 
 KNOWN = {
     "design": None, # a row a scene (.csv, .parquet)

@@ -13,8 +13,8 @@ import numpy as np
 from run_trackdyn import answer as whole
 from run_trackdyn import contacts_of_record, fresh, spend
 
-from trackdyn.benchmark.problems import read_problem, read_reference
-from trackdyn.benchmark.score import engagements
+from laboratory.benchmark.problems import read_problem, read_reference
+from laboratory.benchmark.score import engagements
 from trackdyn.files import write_text
 from trackdyn.simulation.stepping import march
 

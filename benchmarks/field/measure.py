@@ -21,10 +21,10 @@ import run_trackdyn
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from trackdyn.benchmark.score import HEADLINE, score
+from laboratory.benchmark.score import HEADLINE, score
 from trackdyn.errors import TrackdynError
 from trackdyn.files import write_text
-from trackdyn.report.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SMALL, VERMILION, new_figure, save, styled
+from trackdyn.plots.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, SMALL, VERMILION, new_figure, save, styled
 
 REPETITIONS, LONG = 3, 5.0  # s
 OWN, EXUDYN, MUJOCO = "trackdyn", "exudyn", "mujoco"

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from trackdyn.benchmark.problems import FOLDER, NAMES, START_COLUMNS
+from laboratory.benchmark.problems import FOLDER, NAMES, START_COLUMNS
 from trackdyn.files import write_text
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.constants import SPROCKET, Chain, Closure, Drive, Law, Model, Sensor, Shoes, Tooth, Wheels
 from trackdyn.model.state import State, make_state
 from trackdyn.parameters.rig import load_rig
-from trackdyn.peers.contact import Contacts
+from replication.peers.contact import Contacts
 from trackdyn.scene.build import with_mobility
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
@@ -207,7 +207,7 @@ def tooth_of(sprocket: dict | None, law: Law) -> Tooth:
 
 
 def contacts_of(said: dict) -> Contacts:
-    """What the independent formulation of the contacts takes (`trackdyn.peers.contact`)."""
+    """What the independent formulation of the contacts takes (`replication.peers.contact`)."""
     model = model_of(said, "rk4", said["report"]["interval_s"])
     wheels, sprocket = model.wheels, said.get("sprocket")
     circle = np.column_stack([wheels.x, wheels.y, wheels.radius])

@@ -13,9 +13,9 @@ import pandas as pd
 from models import LAWS, MOTOR_RPM, scene_of
 
 from trackdyn.files import write_csv
-from trackdyn.study.accuracy.planner import verify
-from trackdyn.study.accuracy.trade import statistic_trade
-from trackdyn.study.settings import StatisticErrors
+from replication.study.accuracy.planner import verify
+from replication.study.accuracy.trade import statistic_trade
+from replication.study.settings import StatisticErrors
 
 NEARBY = (150.0, 210.0)  # rev/min
 TURNS = 1  # of the loop, all links measured

@@ -12,8 +12,8 @@ import numpy as np
 from run_exudyn import answer as exudyn
 from run_trackdyn import answer
 
-from trackdyn.benchmark.problems import FOLDER, NAMES, read_problem
-from trackdyn.benchmark.score import apart, series_of, statistics_of
+from laboratory.benchmark.problems import FOLDER, NAMES, read_problem
+from laboratory.benchmark.score import apart, series_of, statistics_of
 from trackdyn.files import write_text
 
 # s: fine and next step of RK4, two of the semi-implicit one, two of Exudyn; order of Exudyn's error (1 through impacts)

@@ -1,15 +1,15 @@
-"""Answers of Exudyn to the problems: its bodies, joints and solver, the contacts of `trackdyn.peers.contact`."""
+"""Answers of Exudyn to the problems: its bodies, joints and solver, the contacts of `replication.peers.contact`."""
 
 from math import hypot
 
 import numpy as np
 from models import chain_of, contacts_of
 
-from trackdyn.benchmark.problems import read_problem, read_start
+from laboratory.benchmark.problems import read_problem, read_start
 from trackdyn.jit import kernel
 from trackdyn.model.constants import Drive
-from trackdyn.peers.contact import Contacts, _forces, _groove_contact
-from trackdyn.peers.exudyn_loop import PeerWheels, Start, drive_at, run_loop
+from replication.peers.contact import Contacts, _forces, _groove_contact
+from replication.peers.exudyn_loop import PeerWheels, Start, drive_at, run_loop
 
 
 @kernel

@@ -1,14 +1,14 @@
-"""Answers of MuJoCo: the chain is that of the problems, contacts are its own (`trackdyn.peers.mujoco_contact`)."""
+"""Answers of MuJoCo: the chain is that of the problems, contacts are its own (`replication.peers.mujoco_contact`)."""
 
 from math import cos, sin
 
 import numpy as np
 from models import chain_of, contacts_of
 
-from trackdyn.benchmark.problems import read_problem, read_reference, read_start
+from laboratory.benchmark.problems import read_problem, read_reference, read_start
 from trackdyn.model.constants import Drive
-from trackdyn.peers.exudyn_loop import PeerWheels, Start
-from trackdyn.peers.mujoco_loop import build, run_loop
+from replication.peers.exudyn_loop import PeerWheels, Start
+from replication.peers.mujoco_loop import build, run_loop
 
 
 def answer(name: str, method: str, step: float):

@@ -5,7 +5,7 @@ from time import process_time
 import numpy as np
 from models import chain_of, model_of, state_of
 
-from trackdyn.benchmark.problems import read_problem, read_start
+from laboratory.benchmark.problems import read_problem, read_start
 from trackdyn.integrate.dynamics import solve_chain
 from trackdyn.integrate.energy import energies
 from trackdyn.integrate.methods import equip

@@ -7,7 +7,7 @@ def answer(name: str, method: str, step: float):
     Parameters
     ----------
     name : str
-        ``free_chain``, ``ring`` or ``teeth``: ``trackdyn.benchmark.problems`` reads statement and initial state.
+        ``free_chain``, ``ring`` or ``teeth``: ``laboratory.benchmark.problems`` reads statement and initial state.
     method : str
         Of the code, as the diagram names it.
     step : float
@@ -16,7 +16,7 @@ def answer(name: str, method: str, step: float):
     Returns
     -------
     series : dict of arrays
-        Columns of the answer: ``time_s``, ``x_m``, ``y_m`` and any of ``trackdyn.benchmark.score.OPTIONAL``.
+        Columns of the answer: ``time_s``, ``x_m``, ``y_m`` and any of ``laboratory.benchmark.score.OPTIONAL``.
     contacts : (k, 4) array or None
         Arc, begin (s), end (s) and highest normal force (N) of every contact of an arc with the teeth.
     seconds : float

@@ -8,7 +8,7 @@ from trackdyn.chain.riccati import accelerations
 from trackdyn.model.constants import Chain
 from trackdyn.model.state import make_state
 from trackdyn.model.work import make_work
-from trackdyn.study.extremes import reference
+from replication.study.extremes import reference
 
 SIZES = [6, 7, 12, 13, 35, 70]
 # Set beforehand: the sweep is stable, and its end and closure matrices have condition numbers up to 1e5.

@@ -5,8 +5,8 @@ import pytest
 
 from trackdyn.chain import multipliers, riccati, transfer_matrices
 from trackdyn.model.constants import Chain
-from trackdyn.study.extremes import reference
-from trackdyn.study.extremes.solvers import Pose, posed
+from replication.study.extremes import reference
+from replication.study.extremes.solvers import Pose, posed
 
 SOLVERS = ["riccati", "multipliers", "product"]  # against the multipliers in extended precision
 KERNELS = dict(zip(SOLVERS, (riccati, multipliers, transfer_matrices), strict=True))

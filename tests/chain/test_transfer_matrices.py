@@ -17,8 +17,8 @@ from trackdyn.chain.transfer_matrices import (
     usable_bodies,
 )
 from trackdyn.model.constants import Chain
-from trackdyn.study.extremes import reference
-from trackdyn.study.extremes.solvers import Pose, posed
+from replication.study.extremes import reference
+from replication.study.extremes.solvers import Pose, posed
 
 # Sums of a few dozen products of numbers up to 1e2: a few hundred roundings of 1e-16 each.
 ROUNDING = 1e-12

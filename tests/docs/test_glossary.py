@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from trackdyn.measure.columns import COLUMNS, HEADINGS, MEASURES, OF_A_SIDE, PLACES, TABLES
-from trackdyn.report.filled import BEGIN, END
+from replication.report.filled import BEGIN, END
 
 ROOT = Path(__file__).parents[2]
 GLOSSARY = ROOT / "docs" / "glossary.md"
@@ -19,8 +19,8 @@ SHOWN = re.compile("|".join(rf"\b{re.escape(word)}" for word in AVOID), re.IGNOR
 PAGES = [*sorted((ROOT / "docs").glob("*.md")), ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
 SOURCES = sorted((ROOT / "trackdyn").rglob("*.py"))
 TEMPLATES = [
-    *sorted((ROOT / "trackdyn/report/page").glob("*.j2")),
-    *sorted((ROOT / "trackdyn/report/page").glob("*.js")),
+    *sorted((ROOT / "workflow/replication/report/page").glob("*.j2")),
+    *sorted((ROOT / "workflow/replication/report/page").glob("*.js")),
 ]
 
 
@@ -71,7 +71,7 @@ def test_pages_have_the_words_of_the_glossary(path):
 
 
 def test_captions_have_the_words_of_the_glossary():
-    contents = yaml.safe_load((ROOT / "trackdyn/paper/contents.yaml").read_text(encoding="utf-8"))
+    contents = yaml.safe_load((ROOT / "workflow/replication/paper/contents.yaml").read_text(encoding="utf-8"))
     for part in contents.values():
         for name, entry in part.items():
             for field in ("title", "text", "if_synthetic"):

@@ -85,7 +85,7 @@ print("whole")
 
 def test_calls_out_of_order_are_refused_and_the_importer_lives(make_scene, tmp_path):
     """In a process of its own: PythonFMU3 drops references at every exception, and the next call crashed."""
-    from trackdyn.fmi.build import write_fmu
+    from laboratory.fmi.build import write_fmu
 
     write_fmu(make_scene(115.0, lead_in=0.0, **preset("fast")), tmp_path / "track.fmu")
     run = subprocess.run(
@@ -107,7 +107,7 @@ def test_calls_out_of_order_are_refused_and_the_importer_lives(make_scene, tmp_p
 @pytest.mark.parametrize(("time", "exchange"), [(nan, 1e-3), (inf, 1e-3), (0.0, inf), (0.0, nan)])
 def test_a_step_before_the_start_is_refused(make_scene, time, exchange):
     from trackdyn.errors import InputError
-    from trackdyn.fmi.unit import Unit
+    from laboratory.fmi.unit import Unit
 
     with pytest.raises(InputError, match="the unit cannot step before its initialisation"):
         Unit(make_scene(115.0)).step(time, exchange)

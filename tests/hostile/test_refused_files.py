@@ -8,10 +8,10 @@ from sentences import one_sentence, shown
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.yaml_file import read_yaml
-from trackdyn.pipeline.config import read_layer
+from replication.pipeline.config import read_layer
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import load_recording
-from trackdyn.study.accuracy.planner import COLUMNS, load_trade
+from replication.study.accuracy.planner import COLUMNS, load_trade
 
 FILES = [
     (b"", "must hold sections"),

@@ -16,7 +16,7 @@ from trackdyn.measure.compare import compare_with_sensor
 from trackdyn.measure.metrics import loop_frequency
 from trackdyn.measure.orientation import doubtful_axes
 from trackdyn.measure.sensor import sense
-from trackdyn.report.style import save_one
+from trackdyn.plots.style import save_one
 from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor_csv
 from trackdyn.simulation.simulate import simulate
 
@@ -173,7 +173,7 @@ def test_the_command_draws_and_writes_the_comparison(recording, tmp_path, monkey
     recording.save(tmp_path / "run.npz")
     drawn = []
     monkeypatch.setattr(
-        "trackdyn.report.style.save_one", lambda figure, path: drawn.append(figure) or save_one(figure, path)
+        "trackdyn.plots.style.save_one", lambda figure, path: drawn.append(figure) or save_one(figure, path)
     )
     line = ["compare", str(tmp_path / "run.npz"), "data/synthetic/210rpm.csv"]
     for name in ("both.png", "both.svg"):

@@ -14,7 +14,7 @@ from trackdyn.model.work import make_work
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.simulate import simulate
-from trackdyn.study.extremes import reference
+from replication.study.extremes import reference
 
 
 def turn(angle, vector):

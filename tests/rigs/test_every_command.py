@@ -10,11 +10,11 @@ import pytest
 from tests.inference.conftest import closed_form_ay
 from tests.rigs.conftest import scene_of
 from trackdyn.commands import cli
-from trackdyn.inference.identification import experiment
-from trackdyn.inference.identification.answer import best_rig_text
-from trackdyn.inference.identification.experiment import Experiment, Speed
-from trackdyn.inference.identification.identify import summary
-from trackdyn.inference.identification.informative import asked, unknown_of
+from laboratory.inference.identification import experiment
+from laboratory.inference.identification.answer import best_rig_text
+from laboratory.inference.identification.experiment import Experiment, Speed
+from laboratory.inference.identification.identify import summary
+from laboratory.inference.identification.informative import asked, unknown_of
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.rig_file import shipped_rigs
 from trackdyn.parameters.wheels import OF_DRAG

@@ -11,8 +11,8 @@ from trackdyn.parameters.layout import assemble, belt_around, wheel_circles
 from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.settling import REACHED, settle
-from trackdyn.study.extremes.judge import COMPLETED, DEFECT, REFUSED
-from trackdyn.study.layouts import LEAST_COMPLETED, PITCHES, WHEELS, outcome, random_rig, run_layout
+from replication.study.extremes.judge import COMPLETED, DEFECT, REFUSED
+from replication.study.layouts import LEAST_COMPLETED, PITCHES, WHEELS, outcome, random_rig, run_layout
 
 
 def test_layouts_are_drawn_again_from_their_numbers():

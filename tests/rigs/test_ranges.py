@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from trackdyn.inference.ensemble.settings import load_ensemble
+from laboratory.inference.ensemble.settings import load_ensemble
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.rig_file import shipped_rigs
 from trackdyn.parameters.table import parameter_table

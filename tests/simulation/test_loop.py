@@ -22,7 +22,7 @@ from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settling import Settling
 from trackdyn.simulation.simulate import simulate
-from trackdyn.study.extremes import reference
+from replication.study.extremes import reference
 
 # What exact cosines at the start of a call, in place of those carried on by their series, change in half a second
 # with contacts: rounding of 1e-16 in angles, grown by stiff contacts.

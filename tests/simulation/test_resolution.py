@@ -29,8 +29,8 @@ from trackdyn.simulation.resolution import (
 from trackdyn.simulation.simulate import simulate
 from trackdyn.simulation.trial import Trial, try_steps
 from trackdyn.simulation.watch import FINER
-from trackdyn.study.extremes.judge import COMPLETED, DEFECT, REFUSED, as_table, row
-from trackdyn.study.extremes.resolved import FAMILY, by_kind, drawn, run_drawn, verdict
+from replication.study.extremes.judge import COMPLETED, DEFECT, REFUSED, as_table, row
+from replication.study.extremes.resolved import FAMILY, by_kind, drawn, run_drawn, verdict
 
 
 @pytest.fixture(scope="module")

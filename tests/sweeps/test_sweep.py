@@ -21,7 +21,7 @@ from trackdyn.jit import KERNEL_SOURCES
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.stopping import StopRule, run_steady
 from trackdyn.parameters.rig import load_rig
-from trackdyn.pipeline.sources import imported_files
+from trackdyn.sources import imported_files
 from trackdyn.scene.fidelity import preset
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop

@@ -20,8 +20,8 @@ from pathlib import Path
 import psutil
 import yaml
 
-from trackdyn.certify.comparison import BYTES, EQUAL, compare
-from trackdyn.certify.manifest import describe
+from replication.certify.comparison import BYTES, EQUAL, compare
+from replication.certify.manifest import describe
 
 ROOT = Path(__file__).parents[2]
 TINY = Path("tests", "workflow", "tiny.yaml")

@@ -12,8 +12,8 @@ from typing import get_args
 import pytest
 import yaml
 
-from trackdyn.pipeline.config import StudyName
-from trackdyn.report import tables
+from replication.pipeline.config import StudyName
+from replication.report import tables
 
 ROOT = Path(__file__).parents[2]
 RULE_FILES = sorted((ROOT / "workflow" / "rules").glob("*.smk"))

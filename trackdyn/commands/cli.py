@@ -4,34 +4,22 @@ import os
 import sys
 import warnings
 from difflib import get_close_matches
+from importlib.metadata import entry_points
 from typing import Annotated
 
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from trackdyn.commands.benchmark import BENCHMARK
-from trackdyn.commands.choose_ring import choose_ring
 from trackdyn.commands.compare import compare
-from trackdyn.commands.fmu import fmu
-from trackdyn.commands.identify import identify
-from trackdyn.commands.plan import plan
-from trackdyn.commands.results import crate, verify
 from trackdyn.commands.rig import check, new, rigs
 from trackdyn.commands.show import show
 from trackdyn.commands.simulate import simulate
 from trackdyn.commands.sweep import design, sweep
-from trackdyn.commands.wear import wear
 from trackdyn.errors import TrackdynError
 from trackdyn.extras import missing
 from trackdyn.version import __version__
 
-COMMANDS = {
-    "Runs": (simulate, compare, show),
-    "Rigs": (check, new, rigs),
-    "Many runs": (plan, sweep, design, wear),
-    "Parameters and co-simulation": (identify, fmu),
-    "Results of the pipeline": (verify, crate, choose_ring),
-}
+COMMANDS = {"Runs": (simulate, compare, show), "Rigs": (check, new, rigs), "Many runs": (sweep, design)}
 OF_TYPER = ("help", "install_completion", "show_completion")  # flags that it adds itself
 
 
@@ -58,10 +46,15 @@ app = typer.Typer(cls=_Group, pretty_exceptions_enable=False, context_settings={
 for panel, commands in COMMANDS.items():
     for command in commands:
         app.command(cls=_Command, rich_help_panel=panel)(command)
-of_the_benchmark = typer.Typer(cls=_Group, help="Problems for every multibody code: their files, score of an answer.")
-for command in BENCHMARK:
-    of_the_benchmark.command(cls=_Command)(command)
-app.add_typer(of_the_benchmark, name="benchmark", rich_help_panel="Results of the pipeline", no_args_is_help=True)
+for others in entry_points(group="trackdyn.commands"):  # of packages that build on this one
+    panel, groups = others.load()
+    for group, (text, commands) in groups.items():
+        place = app
+        if group:
+            place = typer.Typer(cls=_Group, help=text)
+            app.add_typer(place, name=group, rich_help_panel=panel, no_args_is_help=True)
+        for command in commands:
+            place.command(cls=_Command, rich_help_panel=panel)(command)
 
 
 def _say_version(asked: bool) -> None:

@@ -5,17 +5,7 @@ from typing import Annotated
 
 import typer
 
-from trackdyn.commands.options import (
-    Axis,
-    Mapping,
-    Overwrite,
-    RecordingFile,
-    Unit,
-    file_option,
-    number,
-    parse_axes,
-    refuse_existing,
-)
+from trackdyn.commands.options import Axis, Mapping, Overwrite, RecordingFile, Unit, file_option, number, parse_axes, refuse_existing
 
 
 def compare(
@@ -71,7 +61,7 @@ def compare(
     if out is not None:
         write_csv(out, table)
     if figure is not None:
-        from trackdyn.report.figures.spectra import comparison_figure
-        from trackdyn.report.style import save_one
+        from trackdyn.plots.spectra import comparison_figure
+        from trackdyn.plots.style import save_one
 
         save_one(comparison_figure(loaded, record, "synthetic sensor" if record.synthetic else "sensor"), figure)

@@ -47,8 +47,8 @@ def check(
     """Lay a rig's loop, draw it, and say how the chain wraps, which step it allows and what is unusual."""
     from trackdyn.files import refuse_unwritable
     from trackdyn.parameters.rig import load_rig
-    from trackdyn.report.figures.rig_layout import draw_rig
-    from trackdyn.report.style import save
+    from trackdyn.plots.rig_layout import draw_rig
+    from trackdyn.plots.style import save
     from trackdyn.simulation.rig_check import checked
 
     loaded = load_rig(rig)

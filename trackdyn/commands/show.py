@@ -21,7 +21,7 @@ def show(
     What moves is simulated again from the recording's scene, lead-in included.
     """
     from trackdyn.files import refuse_unwritable
-    from trackdyn.report.page.show import show as make
+    from trackdyn.plots.show import show as make
     from trackdyn.simulation.recording import load_recording
 
     loaded = load_recording(recording)

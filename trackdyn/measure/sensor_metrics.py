@@ -5,14 +5,7 @@ from functools import partial
 import numpy as np
 
 from trackdyn.measure.uncertainty import LineError, line_error
-from trackdyn.sensor.signals import (
-    high_frequency_rms,
-    main_line,
-    main_line_binfree,
-    rms,
-    standard_deviation,
-    uncertainty,
-)
+from trackdyn.sensor.signals import high_frequency_rms, main_line, main_line_binfree, rms, standard_deviation, uncertainty
 
 NAN = float("nan")
 # The bin-free line needs the record to hold a few revolutions of the loop.

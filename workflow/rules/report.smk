@@ -157,4 +157,4 @@ rule pictures:
     log: f"{R}/logs/pictures.log"
     message: "Pictures and measured parts of the pages"
     shell:
-        "{sys.executable} -m trackdyn.report.filled {input.tables} {input.pictures} > {log} 2>&1"
+        "{sys.executable} -m replication.report.filled {input.tables} {input.pictures} > {log} 2>&1"

@@ -4,14 +4,14 @@ from _script import logged
 
 from trackdyn.files import write_csv, write_text
 from trackdyn.measure.columns import schema_text
-from trackdyn.paper.article import load_article
-from trackdyn.paper.claims import headline, judge_all, load_claims, side_by_side
-from trackdyn.paper.contents import caption
-from trackdyn.paper.evidence import collect
-from trackdyn.paper.printed import RECORD_DURATION
-from trackdyn.report.figures.scorecard import scorecard_figure
-from trackdyn.report.style import save
-from trackdyn.report.tables import write_table
+from replication.paper.article import load_article
+from replication.paper.claims import headline, judge_all, load_claims, side_by_side
+from replication.paper.contents import caption
+from replication.paper.evidence import collect
+from replication.paper.printed import RECORD_DURATION
+from replication.report.figures.scorecard import scorecard_figure
+from trackdyn.plots.style import save
+from replication.report.tables import write_table
 
 PAPER_SECONDS = RECORD_DURATION.value
 

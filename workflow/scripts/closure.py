@@ -1,8 +1,8 @@
 from _script import logged
 
 from trackdyn import load_recording
-from trackdyn.report.figures.closure import closure_figure
-from trackdyn.report.style import save
+from replication.report.figures.closure import closure_figure
+from trackdyn.plots.style import save
 
 with logged(snakemake):
     recordings = {

@@ -1,8 +1,8 @@
 import pandas as pd
 from _script import logged
 
-from trackdyn.paper.contents import caption
-from trackdyn.report.tables import headed, table4, write_table
+from replication.paper.contents import caption
+from replication.report.tables import headed, table4, write_table
 
 with logged(snakemake):
     table = table4(pd.read_csv(snakemake.input.metrics), snakemake.params.speeds)

@@ -1,7 +1,7 @@
 from _script import logged
 
-from trackdyn.paper.contents import caption
-from trackdyn.report.tables import cost_table, headed, write_table
+from replication.paper.contents import caption
+from replication.report.tables import cost_table, headed, write_table
 
 with logged(snakemake):
     table = cost_table(snakemake.params.folder)

@@ -2,7 +2,7 @@ from pathlib import Path
 
 from _script import logged
 
-from trackdyn.certify.crate import write_crate
+from replication.certify.crate import write_crate
 
 with logged(snakemake):
     print(write_crate(Path(snakemake.input.manifest).parent, snakemake.output[0]))

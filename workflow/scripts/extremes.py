@@ -6,13 +6,13 @@ from _script import logged
 
 from trackdyn import load_rig
 from trackdyn.files import write_csv, write_text
-from trackdyn.report.figures.extremes import FIGURES
-from trackdyn.report.style import save
-from trackdyn.report.tables import write_table
-from trackdyn.study.extremes.judge import extremes_summary
-from trackdyn.study.extremes.resolved import by_kind, verdict
-from trackdyn.study.extremes.run import gathered, parts_of
-from trackdyn.study.settings import ExtremesForm
+from replication.report.figures.extremes import FIGURES
+from trackdyn.plots.style import save
+from replication.report.tables import write_table
+from replication.study.extremes.judge import extremes_summary
+from replication.study.extremes.resolved import by_kind, verdict
+from replication.study.extremes.run import gathered, parts_of
+from replication.study.settings import ExtremesForm
 
 WORDS = dict.fromkeys(("family", "case", "outcome", "reason", "measure", "group"), str)
 

@@ -2,8 +2,8 @@ from _script import logged
 
 from trackdyn import load_rig
 from trackdyn.files import write_csv
-from trackdyn.study.extremes.run import run_part
-from trackdyn.study.settings import ExtremesForm
+from replication.study.extremes.run import run_part
+from replication.study.settings import ExtremesForm
 
 with logged(snakemake):
     rig, form = load_rig(snakemake.input.rig), ExtremesForm(**snakemake.params.form)

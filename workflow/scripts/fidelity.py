@@ -2,9 +2,9 @@ import pandas as pd
 from _script import logged
 
 from trackdyn.files import write_csv
-from trackdyn.paper.contents import caption
-from trackdyn.report.tables import headed, ladder_table, write_table
-from trackdyn.study.accuracy.ladder import compare_rungs
+from replication.paper.contents import caption
+from replication.report.tables import headed, ladder_table, write_table
+from replication.study.accuracy.ladder import compare_rungs
 
 with logged(snakemake):
     found = [pd.read_csv(path) for path in snakemake.input.settings]

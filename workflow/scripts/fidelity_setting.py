@@ -3,7 +3,7 @@ from _script import logged
 from trackdyn import load_rig
 from trackdyn.files import write_csv
 from trackdyn.measure.stopping import StopRule
-from trackdyn.study.accuracy.ladder import measure_setting
+from replication.study.accuracy.ladder import measure_setting
 
 with logged(snakemake):
     params = snakemake.params

@@ -2,8 +2,8 @@ import pandas as pd
 from _script import logged
 
 from trackdyn.files import write_csv
-from trackdyn.report.tables import write_table
-from trackdyn.study.layouts import layouts_summary, outcome
+from replication.report.tables import write_table
+from replication.study.layouts import layouts_summary, outcome
 
 with logged(snakemake):
     table = pd.concat([pd.read_csv(path, keep_default_na=True) for path in snakemake.input.parts], ignore_index=True)

@@ -2,7 +2,7 @@ import pandas as pd
 from _script import logged
 
 from trackdyn.files import write_csv
-from trackdyn.study.layouts import layouts
+from replication.study.layouts import layouts
 
 with logged(snakemake):
     numbers = range(int(snakemake.wildcards.first), int(snakemake.wildcards.last))

@@ -1,8 +1,8 @@
 from _script import logged
 
 from trackdyn import Rig, load_recording
-from trackdyn.report.figures.loop import loop_figure
-from trackdyn.report.style import save
+from replication.report.figures.loop import loop_figure
+from trackdyn.plots.style import save
 
 with logged(snakemake):
     recording = load_recording(snakemake.input.recording)

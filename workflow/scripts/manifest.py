@@ -2,7 +2,7 @@ from pathlib import Path
 
 from _script import logged
 
-from trackdyn.certify.manifest import write_manifest
+from replication.certify.manifest import write_manifest
 
 with logged(snakemake):
     print(write_manifest(Path(snakemake.output[0]).parent, snakemake.params.inputs))

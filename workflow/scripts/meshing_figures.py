@@ -1,9 +1,9 @@
 from _script import logged
 
 from trackdyn import Rig, load_recording
-from trackdyn.report.figures.meshing import passage_figure
-from trackdyn.report.figures.screenshots import screenshot_figure
-from trackdyn.report.style import save
+from replication.report.figures.meshing import passage_figure
+from replication.report.figures.screenshots import screenshot_figure
+from trackdyn.plots.style import save
 
 with logged(snakemake):
     out = snakemake.output

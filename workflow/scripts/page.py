@@ -2,8 +2,8 @@ from pathlib import Path
 
 from _script import logged
 
-from trackdyn.paper.contents import missing
-from trackdyn.report.page.builder import PageInputs, write_page
+from replication.paper.contents import missing
+from replication.report.page.builder import PageInputs, write_page
 
 with logged(snakemake):
     params = snakemake.params

@@ -1,9 +1,9 @@
 from _script import logged
 
 from trackdyn import load_rig
-from trackdyn.paper.contents import caption
+from replication.paper.contents import caption
 from trackdyn.parameters.table import parameter_table
-from trackdyn.report.tables import table1, write_table
+from replication.report.tables import table1, write_table
 
 with logged(snakemake):
     table = parameter_table(snakemake.input.rig)

@@ -1,10 +1,10 @@
 from _script import logged
 
 from trackdyn import load_rig
-from trackdyn.paper.contents import caption
-from trackdyn.peers.answers import compare_answers, outcome
-from trackdyn.report.tables import headed, write_table
-from trackdyn.study.settings import PeerAnswers
+from replication.paper.contents import caption
+from replication.peers.answers import compare_answers, outcome
+from replication.report.tables import headed, write_table
+from replication.study.settings import PeerAnswers
 
 with logged(snakemake):
     asked = PeerAnswers(**snakemake.params.asked)

@@ -4,7 +4,7 @@ from _script import logged
 
 from trackdyn import load_rig
 from trackdyn.files import write_text
-from trackdyn.study.accuracy.planner import load_trade, plan
+from replication.study.accuracy.planner import load_trade, plan
 
 with logged(snakemake):
     trade, rig, asked = load_trade(snakemake.input.data), load_rig(snakemake.input.rig), snakemake.params.asked

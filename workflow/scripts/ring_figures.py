@@ -1,8 +1,8 @@
 import pandas as pd
 from _script import logged
 
-from trackdyn.report.figures.ring_study import duration_figure, force_figure
-from trackdyn.report.style import save
+from replication.report.figures.ring_study import duration_figure, force_figure
+from trackdyn.plots.style import save
 
 with logged(snakemake):
     metrics = pd.read_csv(snakemake.input.metrics)

@@ -3,18 +3,9 @@ from pathlib import Path
 from _script import logged
 
 from trackdyn import load_rig
-from trackdyn.paper.contents import PAPER
-from trackdyn.report.figures import (
-    chain_piece,
-    contact_cases,
-    engagement,
-    flow,
-    groove,
-    locations,
-    system,
-    topology,
-)
-from trackdyn.report.style import save
+from replication.paper.contents import PAPER
+from replication.report.figures import chain_piece, contact_cases, engagement, flow, groove, locations, system, topology
+from trackdyn.plots.style import save
 
 MODULES = (system, chain_piece, topology, locations, groove, engagement, contact_cases, flow)
 

@@ -5,8 +5,8 @@ from _script import logged
 
 from trackdyn.measure.compare import at_rate
 from trackdyn.measure.sensor_metrics import LEAST_LOOPS
-from trackdyn.paper.contents import caption
-from trackdyn.report.tables import write_table
+from replication.paper.contents import caption
+from replication.report.tables import write_table
 from trackdyn.sensor.sensor_csv import read_sensor_csv, write_sensor_csv
 from trackdyn.sensor.sensor_mapping import load_mapping
 

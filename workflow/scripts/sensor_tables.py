@@ -3,8 +3,8 @@ from math import inf
 import pandas as pd
 from _script import logged
 
-from trackdyn.paper.contents import caption
-from trackdyn.report.tables import headed, lines_table, table3, write_table
+from replication.paper.contents import caption
+from replication.report.tables import headed, lines_table, table3, write_table
 from trackdyn.sensor.sensor_csv import read_sensor_csv
 
 with logged(snakemake):

@@ -3,9 +3,9 @@ from _script import logged
 
 from trackdyn import Scene, load_rig
 from trackdyn.measure.stopping import StopRule
-from trackdyn.paper.contents import caption
-from trackdyn.report.tables import write_table
-from trackdyn.study.stability import stability
+from replication.paper.contents import caption
+from replication.report.tables import write_table
+from replication.study.stability import stability
 
 with logged(snakemake):
     rig, rule = load_rig(snakemake.input.rig), StopRule(**snakemake.params.known)

@@ -2,12 +2,12 @@ import pandas as pd
 from _script import logged
 
 from trackdyn.files import write_csv, write_text
-from trackdyn.paper.contents import caption
-from trackdyn.report.figures.trade import answer_figure, planner_figure, work_precision
-from trackdyn.report.style import save
-from trackdyn.report.tables import headed, trade_summary, write_table
-from trackdyn.study.accuracy.limit import presets_beside_limits
-from trackdyn.study.accuracy.planner import load_trade
+from replication.paper.contents import caption
+from replication.report.figures.trade import answer_figure, planner_figure, work_precision
+from trackdyn.plots.style import save
+from replication.report.tables import headed, trade_summary, write_table
+from replication.study.accuracy.limit import presets_beside_limits
+from replication.study.accuracy.planner import load_trade
 
 with logged(snakemake):
     given, out = snakemake.input, snakemake.output

@@ -2,9 +2,9 @@ from _script import logged
 
 from trackdyn import load_rig
 from trackdyn.files import write_csv
-from trackdyn.study.accuracy.planner import load_trade, verify
-from trackdyn.study.accuracy.statistics import promised_scenes
-from trackdyn.study.settings import TradeForm
+from replication.study.accuracy.planner import load_trade, verify
+from replication.study.accuracy.statistics import promised_scenes
+from replication.study.settings import TradeForm
 
 with logged(snakemake):
     rig, form = load_rig(snakemake.input.rig), TradeForm(**snakemake.params.form)

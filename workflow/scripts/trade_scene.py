@@ -3,10 +3,10 @@ from _script import logged
 
 from trackdyn import load_rig
 from trackdyn.files import write_csv
-from trackdyn.study.accuracy.limit import LIMITS
-from trackdyn.study.accuracy.statistics import measured_scenes
-from trackdyn.study.accuracy.trade import state_trade, statistic_trade
-from trackdyn.study.settings import StateErrors, TradeForm
+from replication.study.accuracy.limit import LIMITS
+from replication.study.accuracy.statistics import measured_scenes
+from replication.study.accuracy.trade import state_trade, statistic_trade
+from replication.study.settings import StateErrors, TradeForm
 
 with logged(snakemake):
     rig, form = load_rig(snakemake.input.rig), TradeForm(**snakemake.params.form)

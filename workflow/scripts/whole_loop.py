@@ -2,8 +2,8 @@ from _script import logged
 
 from trackdyn import load_rig
 from trackdyn.files import write_csv
-from trackdyn.study.settings import WholeLoopForm
-from trackdyn.study.whole_loop import compare_answers
+from replication.study.settings import WholeLoopForm
+from replication.study.whole_loop import compare_answers
 
 with logged(snakemake):
     rig, params = load_rig(snakemake.input.rig), snakemake.params

@@ -1,0 +1,41 @@
+"""The command ``trackdyn fmu``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from trackdyn.commands.options import Preset, RigArgument, RingRadius, Speed, Step, file_option, number, ring_fields
+
+
+def fmu(
+    rig: RigArgument,
+    out: Annotated[Path, file_option("--out", "Unit to write", ".fmu")] = Path("track.fmu"),
+    rpm: Speed = 115.0,
+    ring_radius: RingRadius = None,
+    lead_in: Annotated[
+        float, number("--lead-in", "Time at speed before time 0, s; 0: the loop rests at time 0.")
+    ] = 0.0,
+    preset: Preset = "standard",
+    step: Step = None,
+    tension: Annotated[
+        str | None, typer.Option(help="locked, retensioned, sprung or forced; the rig's by default.")
+    ] = None,
+) -> None:
+    """Write a track as a unit for co-simulation (FMI 3.0), which begins at the motor speed --rpm."""
+    from trackdyn.files import refuse_unwritable
+    from laboratory.fmi.build import write_fmu
+    from trackdyn.parameters.rig import load_rig
+    from trackdyn.scene.fidelity import preset as preset_fields
+    from trackdyn.scene.scene import Scene
+
+    refuse_unwritable(out)
+    asked = {name: value for name, value in {"step": step, "tension": tension}.items() if value is not None}
+    loaded, ring = load_rig(rig), ring_fields(ring_radius)
+    fields = preset_fields(preset, ring.get("ring_radius", loaded.ring_radius) is not None) | asked | ring
+    scene = Scene(loaded, rpm, lead_in=lead_in, **fields)
+    unit = write_fmu(scene, out)
+    for kind, signals in (("in", unit.inputs), ("out", unit.outputs)):
+        for signal in signals:
+            typer.echo(f"{kind:>4}  {signal.name} ({signal.unit}): {signal.text}")
+    typer.echo(f"{out}: written; who imports it needs a Python in which trackdyn is installed")

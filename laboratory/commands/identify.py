@@ -1,0 +1,107 @@
+"""The command ``trackdyn identify``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from trackdyn.commands.options import DEFAULT_RIG, Axis, Jobs, Mapping, Preset, Quiet, RigName, RingRadius, Unit, number, parse_axes
+from trackdyn.errors import InputError
+
+
+def identify(
+    records: Annotated[list[Path], typer.Argument(help="CSV of the sensor, one a speed: time and ay by name.")],
+    unknown: Annotated[
+        list[str] | None,
+        typer.Option(
+            help=(
+                "Parameter to identify, section.field or section.field=LOW:HIGH; repeatable. By default "
+                "those that the records can tell."
+            )
+        ),
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder to write.")] = Path("identified"),
+    rig: RigName = DEFAULT_RIG,
+    rpm: Annotated[
+        list[float] | None,
+        number("--rpm", "Motor speed of each record, rev/min; what its dominant peak says by default."),
+    ] = None,
+    ring_radius: RingRadius = None,
+    preset: Preset = "standard",
+    simulations: Annotated[
+        int, typer.Option(help="Rigs of the first wave, a power of two; the second has half as many.")
+    ] = 128,
+    waves: Annotated[int, typer.Option(min=1, max=2, help="1: no rigs more where the first answer lies.")] = 2,
+    steps: Annotated[int, typer.Option(help="Steps of the walkers that draw from the posterior.")] = 3000,
+    jobs: Jobs = None,
+    seed: Annotated[int, typer.Option(help="The same seed gives the same draws.")] = 0,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on in a folder that is there: what was simulated is kept.")
+    ] = False,
+    synthetic: Annotated[
+        str,
+        typer.Option(help="What the records are called where they were not measured, such as synthetic or simulated."),
+    ] = "",
+    store: Annotated[
+        Path | None, typer.Option(help="Folder in which simulations are kept; simulations in the output by default.")
+    ] = None,
+    mapping: Mapping = None,
+    unit: Unit = None,
+    axis: Axis = None,
+    quiet: Quiet = False,
+) -> None:
+    """Identify parameters of the rig from records of the sensor, and say how sure that is."""
+    from trackdyn.files import refuse_unwritable, write_csv
+    from laboratory.inference.identification.answer import write_answer
+    from laboratory.inference.identification.experiment import scene_of
+    from laboratory.inference.identification.identify import Settings
+    from laboratory.inference.identification.identify import identify as run
+    from laboratory.inference.identification.informative import asked, tellable, unknown_of
+    from laboratory.inference.identification.measured import read_records
+    from trackdyn.parameters.rig import load_rig
+    from laboratory.report.identification import headline, write_page
+    from trackdyn.sensor.sensor_mapping import load_mapping
+    from trackdyn.sweeps.sweep import cores
+
+    if simulations < 16 or simulations & (simulations - 1):
+        raise InputError(f"--simulations = {simulations}: must be a power of two of at least 16, such as 128")
+    if steps < 100:
+        raise InputError(f"--steps = {steps}: must be at least 100")
+    axes = parse_axes(axis)
+    base = load_rig(rig)
+    radius = base.ring_radius if ring_radius is None else ring_radius.radius
+    measured = read_records(records, base, load_mapping(mapping, unit=unit, axes=axes), rpm or [], radius, preset)
+    for one in measured:
+        scene_of(base, one.speed, one.turn_s)  # what cannot be simulated is refused before all else
+    unknowns = asked([unknown_of(text) for text in unknown or []], base, rig)
+    refuse_unwritable(out / "index.html")
+    if out.exists() and any(out.iterdir()) and not resume:
+        raise InputError(
+            f"--out {out} already exists; use --resume to go on from its simulations, or choose another folder"
+        )
+    store = store or out / "simulations"
+    settings = Settings(simulations, waves, steps, jobs or cores(), seed, not quiet)
+
+    def say(text: str) -> None:
+        if not quiet:
+            typer.echo(text)
+
+    for one in measured:
+        say(f"{one.record.path}: {len(one.statistics)} turns of the loop at {one.speed.rpm:.5g} rev/min")
+    found = None
+    if not unknowns.unknowns:
+        chosen, found = tellable(measured, base, rig, store, settings.jobs, settings.progress)
+        unknowns = asked(chosen, base, rig)
+    for one in unknowns.unknowns:
+        say(
+            f"unknown: {one.label} within {one.low:g} to {one.high:g}, even in "
+            f"{'its logarithm' if one.scale == 'log' else 'itself'}"
+        )
+    answer = run(measured, unknowns, store, settings, say)
+    best = write_answer(answer, rig, out)
+    if found is not None:
+        write_csv(out / "tellable.csv", found)
+    page = write_page(answer, best, out, synthetic, found)
+    say(answer.table.drop(columns=["scale"]).to_string(index=False, float_format=lambda value: f"{value:.4g}"))
+    say(headline(answer))
+    say(f"written: {page}")

@@ -1,0 +1,362 @@
+"""Do the intervals hold the truth as often as they say? Simulation-based calibration (Talts et al., arXiv 1804.06788,
+2018).
+
+Truths are drawn from the prior, sizes of discrepancies included. At each a record of several turns is simulated, with
+noise of the sensor, and what is identified from is taken from this record alone, as from a sensor's: its features and
+their covariance. A discrepancy of the drawn sizes is added to the features, and the unknowns are identified by an
+emulator that has learnt from simulations elsewhere. If emulator, covariances and sampler are right, the truth's rank
+among the draws is uniform, and intervals of any level hold it that often. That shows that the procedure keeps its
+promises under its own assumptions; it is no validation of the simulator.
+"""
+
+from collections.abc import Iterable
+from itertools import chain
+from typing import Annotated, NamedTuple
+
+import numpy as np
+import pandas as pd
+from pydantic import Field
+from scipy.linalg import block_diag
+from scipy.stats import beta, binom, chisquare, norm, qmc
+from scipy.stats import f as fisher
+
+from trackdyn.errors import InputError
+from laboratory.inference.identification.emulation import FeatureEmulator
+from laboratory.inference.identification.experiment import Experiment, Simulated, Speed, run
+from laboratory.inference.identification.features import Feature, covariance, features, features_of
+from laboratory.inference.identification.identify import LEAST_SPREAD, changes_at
+from laboratory.inference.identification.posterior import Draws, Posterior, Records, medians, sample, shares
+from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
+from laboratory.inference.verdict import IDENTIFIED, verdict
+from trackdyn.parameters.rig import load_rig
+from trackdyn.parameters.validation import Section
+from trackdyn.sweeps.engine import refuse_failed, results
+from trackdyn.sweeps.row import row_sources
+from trackdyn.sweeps.store import key_of
+
+LEVELS = (0.5, 0.8, 0.9, 0.95)
+PRIOR, NONE = "prior", "none"  # what discrepancy a truth's record has: drawn from the prior, or none at all
+ALL = "all unknowns"
+RANKS = 99  # independent draws that a truth is ranked among: 100 ranks, five in each of the bins
+BINS = 20
+BAND = 0.95  # chance that all bins of an even histogram lie in its band
+MULTINOMIAL = 20_000  # histograms from which the band is taken: its level is then known to 0.2 %
+RATE = 1000
+
+
+class CalibrationConfig(Section):
+    """Everything in ``config/calibration.yaml``."""
+
+    rig: str
+    choices: dict[str, str] = Field(default_factory=dict)
+    unknowns: Annotated[list[Unknown], Field(min_length=1)]
+    ring_radius_m: float | None
+    speeds_rpm: Annotated[list[Annotated[float, Field(gt=0)]], Field(min_length=1)]
+    simulations: Annotated[int, Field(ge=16)]
+    truths: Annotated[int, Field(ge=1)]
+    plain: Annotated[int, Field(ge=0)]
+    repeats: Annotated[int, Field(ge=2)]
+    places: Annotated[int, Field(ge=1)]
+    turns: Annotated[int, Field(ge=4)]
+    noise_g: Annotated[float, Field(ge=0)]
+    steps: Annotated[int, Field(ge=50)]
+    seed: Annotated[int, Field(ge=0)]
+
+
+class Data(NamedTuple):
+    """Simulations that a calibration is made of.
+
+    Attributes
+    ----------
+    unknowns : Unknowns
+        What is identified.
+    speeds : tuple of Speed
+        Of every record.
+    points : (n, d) array
+        Of the unit cube: what the emulator learns from.
+    simulated : (n, features) array
+        What simulations of one turn gave there.
+    truths : (t, d) array
+        Of the unit cube.
+    values : (t, features) array
+        Of records of several turns with noise, simulated at the truths.
+    scatter : list of (features, features) arrays
+        Covariances of these records, each from its own turns.
+    failed : int
+        Rigs that could not run.
+    """
+
+    unknowns: Unknowns
+    speeds: tuple[Speed, ...]
+    points: np.ndarray
+    simulated: np.ndarray
+    truths: np.ndarray
+    values: np.ndarray
+    scatter: list[np.ndarray]
+    failed: int
+
+
+def asked(config: CalibrationConfig) -> tuple[Unknowns, Experiment]:
+    """What is identified, and what one turn of every rig is asked.
+
+    Raises
+    ------
+    InputError
+        A field that the rig does not have.
+    """
+    rig = load_rig(config.rig)
+    choices = tuple(config.choices.items())
+    speeds = tuple(Speed(rpm, config.ring_radius_m, RATE, choices=choices) for rpm in config.speeds_rpm)
+    return Unknowns(config.unknowns, rig, file_ranges(config.rig)), Experiment(rig, speeds)
+
+
+def _seeds(config: CalibrationConfig) -> list[np.random.SeedSequence]:
+    """Of the simulations, the truths, and the places of repeated records."""
+    return np.random.SeedSequence(config.seed).spawn(3)
+
+
+def simulate_all(config: CalibrationConfig, store, jobs: int = 1, progress: bool = True) -> Data:
+    """Run the design and the records at the truths; what the store has is not computed again.
+
+    Raises
+    ------
+    InputError
+        A field that the rig does not have; more than a tenth of the rigs cannot run.
+    """
+    unknowns, design = asked(config)
+    seeds = _seeds(config)
+    points = qmc.Sobol(len(unknowns), seed=np.random.default_rng(seeds[0])).random(config.simulations)
+    truths = np.random.default_rng(seeds[1]).uniform(size=(config.truths, len(unknowns)))
+    told = run(design, changes_at(unknowns, points), store, jobs, "simulations" if progress else "")
+    long = design._replace(turns=config.turns, noise=config.noise_g)
+    played = run(long, changes_at(unknowns, truths), store, jobs, "records" if progress else "")
+    failed = int((~told.ran).sum() + (~played.ran).sum())
+    if failed > 0.1 * (len(points) + len(truths)):
+        raise InputError(
+            f"{failed} of {len(points) + len(truths)} rigs cannot run; the reason of the first one: "
+            f"{next(reason for reason in told.reasons + played.reasons if reason)}"
+        )
+    scatter = list(_covariances(played, design))
+    values = (points[told.ran], told.features(design), truths[played.ran], played.features(design))
+    return Data(unknowns, design.speeds, *values, scatter, failed)
+
+
+def _covariances(played: Simulated, experiment: Experiment) -> Iterable[np.ndarray]:
+    rates = [speed.rate / speed.every for speed in experiment.speeds]
+    for found in played.statistics:
+        if found is not None:
+            yield block_diag(*(covariance(one, rate) for one, rate in zip(found, rates, strict=True)))
+
+
+class Calibration(NamedTuple):
+    """What a calibration found.
+
+    Attributes
+    ----------
+    covered : DataFrame
+        ``truth, parameter, level, covered``: whether the central interval of a level holds the truth; a discrepancy is
+        drawn.
+    ranks : DataFrame
+        ``truth, discrepancy, parameter, value, rank, of, verdict, width``: of the truth among independent draws;
+        ``value`` is its position between 0 and 1, for sizes of discrepancies their logarithm.
+    summary : DataFrame
+        A row a discrepancy and parameter, and one of all unknowns: coverages with their 95 % intervals, tests of
+        uniform ranks, how often identified.
+    """
+
+    covered: pd.DataFrame
+    ranks: pd.DataFrame
+    summary: pd.DataFrame
+
+
+def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = True) -> Calibration:
+    """Identify every truth with a discrepancy drawn from its prior, and the first ones with none, too.
+
+    Raises
+    ------
+    InputError
+        As `simulate_all`.
+    """
+    data = simulate_all(config, store, jobs, progress)
+    listed = [features_of(speed.rate / speed.every) for speed in data.speeds]
+    record = np.repeat(np.arange(len(listed)), [len(names) for names in listed])
+    names: tuple[Feature, ...] = tuple(chain.from_iterable(listed))
+    kept = np.ptp(data.simulated, axis=0) > LEAST_SPREAD
+    emulator = FeatureEmulator(data.points, data.simulated[:, kept], medians(names)[kept])
+    due = [(truth, PRIOR) for truth in range(len(data.truths))]
+    due += [(truth, NONE) for truth in range(min(config.plain, len(data.truths)))]
+
+    def one(truth: int, discrepancy: str) -> dict:
+        told = Records(names, record, data.values[truth], data.scatter[truth]).part(kept)
+        return {"rows": _identified(config, data, emulator, told, truth, discrepancy)}
+
+    content = [config.model_dump(exclude={"plain", "repeats", "places"}), row_sources("inference")]
+    tasks = {key_of(*content, *each): dict(zip(("truth", "discrepancy"), each, strict=True)) for each in due}
+    found = results(lambda memory: one, tasks, 1, store, "calibration" if progress else "", "record")
+    refuse_failed(found.values(), "the same command goes on from there")
+    ranks = pd.DataFrame([row for key in tasks for row in found[key]["values"]["rows"]])
+    told = ranks[(ranks["discrepancy"] == PRIOR) & (ranks["verdict"] != "")]
+    covered = [
+        {
+            "truth": row["truth"],
+            "parameter": row["parameter"],
+            "level": level,
+            "covered": held(row["rank"], row["of"], level),
+        }
+        for row in told.to_dict("records")
+        for level in LEVELS
+    ]
+    return Calibration(pd.DataFrame(covered), ranks, summarised(ranks))
+
+
+def _identified(config, data: Data, emulator, told: Records, truth: int, discrepancy: str) -> list[dict]:
+    """Rows of `Calibration.ranks` of one truth, whose record is ``told``."""
+    rng, count = np.random.default_rng([config.seed, truth, discrepancy == PRIOR]), len(data.unknowns)
+    posterior = Posterior(told, emulator, count)
+    sizes = posterior.sizes(posterior.draw_prior(1, rng))[0]
+    if discrepancy == PRIOR:
+        added = np.einsum("g,gpq->pq", np.exp(2 * sizes), shares(told.features, told.record))
+        drawn = rng.multivariate_normal(np.zeros(len(added)), added, check_valid="ignore")
+        posterior = Posterior(told._replace(values=told.values + drawn), emulator, count)
+    points = independent(sample(posterior, config.steps, seed=truth, rounds=1), rng)
+    true = np.concatenate([data.truths[truth], sizes])
+    labels = [*data.unknowns.labels, *(f"discrepancy.{group}" for group in posterior.groups)]
+    rows = []
+    for k, label in enumerate(labels if discrepancy == PRIOR else data.unknowns.labels):  # no size, no logarithm
+        low, high = np.quantile(points[:, k], [0.05, 0.95])
+        about = {"truth": truth, "discrepancy": discrepancy, "parameter": label, "value": float(true[k])}
+        ranked = {"rank": int((points[:, k] < true[k]).sum()), "of": len(points)}
+        word = verdict(points[:, k]).word if k < count else ""
+        rows.append(about | ranked | {"verdict": word, "width": float((high - low) / 0.9)})
+    return rows
+
+
+def independent(draws: Draws, rng: np.random.Generator) -> np.ndarray:
+    """(RANKS, dimension) draws so far apart that their walkers have forgotten each other, as nearly as the chain
+    allows.
+    """
+    return draws.points[rng.choice(len(draws.points), RANKS, replace=len(draws.points) < RANKS)]
+
+
+def held(rank: int, of: int, level: float) -> bool:
+    """Whether the central interval of a level among ``of`` draws holds the truth of this rank (0 to ``of``)."""
+    return bool(abs((rank + 0.5) / (of + 1) - 0.5) <= 0.5 * level)
+
+
+def rank_band(count: int, bins: int, level: float = BAND) -> tuple[int, int]:
+    """Least and most truths of ``count`` that a bin of an even histogram holds, in all bins at once with this chance.
+
+    Bins of one multinomial histogram are taken together: the narrowest interval of their binomial distribution that
+    holds all bins of so many histograms.
+    """
+    drawn = np.random.default_rng(0).multinomial(count, np.full(bins, 1 / bins), size=MULTINOMIAL)
+    least, most = drawn.min(axis=1), drawn.max(axis=1)
+    for tail in np.geomspace(0.25, 1e-6, 400):
+        low, high = (int(binom.ppf(at, count, 1 / bins)) for at in (tail, 1 - tail))
+        if ((least >= low) & (most <= high)).mean() >= level:
+            return low, high
+    return 0, count
+
+
+def bins_of(count: int) -> int:
+    """Bins of the histogram of so many ranks: five truths in each, if that are enough for two."""
+    return max(min(BINS, count // 5), 2)
+
+
+def histogram(part: pd.DataFrame) -> np.ndarray:
+    """(bins,) truths by their ranks among the draws."""
+    bins = bins_of(len(part))
+    return np.bincount(((part["rank"] + 0.5) / (part["of"] + 1) * bins).astype(int), minlength=bins)
+
+
+def summarised(ranks: pd.DataFrame) -> pd.DataFrame:
+    """A row a discrepancy and parameter, and one of all unknowns: ``truths, identified, covered_50, low_50, high_50,
+    covered_90, low_90, high_90, covered_90_identified, p_uniform, bins_outside``.
+
+    ``low`` to ``high`` is the 95 % interval of a coverage: that of Clopper and Pearson for a parameter; of all
+    unknowns, which are not independent within a truth, the normal one from the scatter between truths. ``p_uniform``
+    is the probability of ranks at least as uneven as these (chi-squared over `bins_of` bins), ``bins_outside`` how many
+    bins leave the band in which all lie with a chance of `BAND`.
+    """
+    rows = []
+    for discrepancy, of in ranks.groupby("discrepancy", sort=False):
+        for parameter, part in of.groupby("parameter", sort=False):
+            told, counts = (part["verdict"] == IDENTIFIED).to_numpy(), histogram(part)
+            low, high = rank_band(len(part), len(counts))
+            row = {"discrepancy": discrepancy, "parameter": parameter, "truths": len(part), "identified": told.sum()}
+            for level, name in ((0.5, "50"), (0.9, "90")):
+                inside = _held(part, level)
+                row |= dict(zip((f"covered_{name}", f"low_{name}", f"high_{name}"), _exact(inside), strict=True))
+            row |= {"covered_90_identified": _held(part, 0.9)[told].mean() if told.any() else np.nan}
+            row |= {"p_uniform": chisquare(counts).pvalue, "bins_outside": ((counts < low) | (counts > high)).sum()}
+            rows.append(row)
+        unknown = of[of["verdict"] != ""]
+        told = (unknown["verdict"] == IDENTIFIED).to_numpy()
+        row = {"discrepancy": discrepancy, "parameter": ALL, "truths": unknown["truth"].nunique()}
+        row |= {"identified": told.sum()}
+        for level, name in ((0.5, "50"), (0.9, "90")):
+            by_truth = pd.Series(_held(unknown, level), dtype=float).groupby(unknown["truth"].to_numpy()).mean()
+            error = by_truth.sem() if len(by_truth) > 1 else np.nan
+            mean, away = by_truth.mean(), norm.ppf(0.975) * error
+            row |= {f"covered_{name}": mean, f"low_{name}": mean - away, f"high_{name}": mean + away}
+        row |= {"covered_90_identified": _held(unknown, 0.9)[told].mean() if told.any() else np.nan}
+        rows.append(row | {"p_uniform": np.nan, "bins_outside": np.nan})
+    return pd.DataFrame(rows)
+
+
+def _held(part: pd.DataFrame, level: float) -> np.ndarray:
+    return np.array([held(rank, of, level) for rank, of in zip(part["rank"], part["of"], strict=True)])
+
+
+def _exact(inside: np.ndarray) -> tuple[float, float, float]:
+    """Share of truths inside and its 95 % interval (Clopper and Pearson)."""
+    count, hits = len(inside), int(inside.sum())
+    low = beta.ppf(0.025, hits, count - hits + 1) if hits else 0.0
+    high = beta.ppf(0.975, hits + 1, count - hits) if hits < count else 1.0
+    return hits / count, float(low), float(high)
+
+
+def repeated(config: CalibrationConfig, store, jobs: int = 1, progress: bool = True) -> pd.DataFrame:
+    """The bootstrap's variances beside those of repeated records: other noise, and another beginning in the turn.
+
+    Returns
+    -------
+    DataFrame
+        ``speed_rpm, feature, sd, ratio, low, high, inside_90``. ``sd`` is the standard deviation among the records of a
+        place, root mean square over places; a relative one, since features are logarithms. ``ratio`` is their variance
+        over the mean of the bootstrap's before it is widened for few turns, averaged over places, with its 95 %
+        interval (the F distribution, as of normal features). ``inside_90`` is the share of records whose widened 90 %
+        interval holds the mean of the others at their place.
+    """
+    unknowns, design = asked(config)
+    places = np.random.default_rng(_seeds(config)[2]).uniform(size=(config.places, len(unknowns)))
+    long = design._replace(turns=config.turns, noise=config.noise_g)
+    changes, rows = changes_at(unknowns, places), []
+    told = [
+        run(long._replace(begin=k / config.repeats), changes, store, jobs, f"repeat {k + 1}" if progress else "")
+        for k in range(config.repeats)
+    ]
+    ran = np.flatnonzero(np.all([one.ran for one in told], axis=0))
+    if not len(ran):
+        raise InputError("no rig of the repeated records can run; other ranges of the unknowns are accepted")
+    widened = (config.turns - 1) / (config.turns - 3)
+    freedom = (config.repeats - 1) * len(ran), config.repeats * (config.turns - 1) * len(ran)
+    for k, speed in enumerate(design.speeds):
+        rate = speed.rate / speed.every
+        turns = [[one.statistics[place][k] for one in told] for place in ran]  # type: ignore[index]  # all of these ran
+        values = np.array([[features(one, rate) for one in place] for place in turns])
+        variances = np.array([[np.diag(covariance(one, rate)) for one in place] for place in turns])
+        sample_variance, given = values.var(axis=1, ddof=1), variances.mean(axis=1) / widened
+        others = (values.sum(axis=1, keepdims=True) - values) / (config.repeats - 1)
+        off = np.abs(values - others) / np.sqrt(variances * (1 + 1 / (config.repeats - 1)))
+        for f, feature in enumerate(features_of(rate)):
+            known = given[:, f] > 0
+            ratio = float((sample_variance[known, f] / given[known, f]).mean()) if known.any() else np.nan
+            ends = (ratio / fisher.ppf(at, *freedom) for at in (0.975, 0.025))
+            rows.append(
+                {"speed_rpm": speed.rpm, "feature": feature.name, "sd": float(np.sqrt(sample_variance[:, f].mean()))}
+                | {"ratio": ratio}
+                | dict(zip(("low", "high"), ends, strict=True))
+                | {"inside_90": float((off[:, :, f] <= norm.ppf(0.95)).mean())}
+            )
+    return pd.DataFrame(rows)

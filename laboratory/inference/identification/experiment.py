@@ -1,0 +1,193 @@
+"""Features of simulated records: a rig in, the features of every speed out, many rigs on the cores of a machine.
+
+What is computed is kept on disk at once, and known again by rig, scenes and sources.
+"""
+
+from collections.abc import Callable, Sequence
+from math import ceil
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from trackdyn.errors import DivergenceError
+from laboratory.inference.identification.features import features, features_of, turn_statistics
+from trackdyn.integrate.methods import METHODS
+from trackdyn.measure.sensor import sense
+from trackdyn.parameters.rig import Rig
+from trackdyn.scene.fidelity import preset
+from trackdyn.scene.limits import largest_step
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.settled_loops import SettledLoops
+from trackdyn.simulation.simulate import simulate
+from trackdyn.sweeps.engine import refuse_failed, results
+from trackdyn.sweeps.row import row_sources
+from trackdyn.sweeps.store import DONE, key_of
+
+LEAD_IN = (
+    3.0  # s at constant speed: turns of the shipped rig then differ from later ones no more than those from each other
+)
+MARGIN = 0.5  # of the step limit, which is one of stability: hard rings on tight loops ring beyond what it resolves
+# of the step, where a run finds that its contacts are not resolved; where motion repeats, resolved runs agree to 1 % in
+# all features
+HALVINGS = 2
+
+
+class Speed(NamedTuple):
+    """What is simulated beside a record.
+
+    Attributes
+    ----------
+    rpm : float
+        Motor speed, rev/min.
+    ring_radius : float or None
+        Radius of the sprocket's ring, m; None: no ring.
+    rate : int
+        Samples a second of the simulation, Hz.
+    every : int
+        Samples of the simulation that make one of the sensor.
+    preset : str
+        Bundle of choices of fidelity.
+    choices : tuple of pairs of str
+        Choices in place of the preset's, such as ``("drag", "rolling")``.
+    """
+
+    rpm: float
+    ring_radius: float | None
+    rate: int
+    every: int = 1
+    preset: str = "standard"
+    choices: tuple[tuple[str, str], ...] = ()
+
+
+def scene_of(rig: Rig, speed: Speed, seconds: float, later: float = 0.0) -> Scene:
+    """The scene of a speed whose record holds ``seconds``, with the largest step up to the preset's that the rig
+    allows; it begins ``later`` than others, s.
+    """
+    fields = preset(speed.preset, speed.ring_radius is not None) | dict(speed.choices)
+    rig = rig.changed(sensor__rate=speed.rate)
+    duration = ceil(seconds * speed.rate + 1) / speed.rate
+    made = {"duration": duration, "lead_in": LEAD_IN + later, "spells": False}
+    fine = Scene(rig, speed.rpm, speed.ring_radius, **fields | made | {"step": 1.0 / speed.rate / 1000})
+    largest = largest_step(fine.model, rig.tension.pre_tension, method=METHODS[fine.integrator])
+    step = min(fields["step"], MARGIN * largest)
+    return fine.with_(step=1.0 / speed.rate / ceil(1.0 / speed.rate / step - 1e-6))
+
+
+def simulated_ay(
+    rig: Rig, speed: Speed, turns: int, starts: SettledLoops | None = None, begin: float = 0.0
+) -> np.ndarray:
+    """(samples,) y acceleration that a sensor reports over so many turns of the loop, g; from a part of a turn on.
+
+    Raises
+    ------
+    InputError, DivergenceError
+        The rig cannot run so.
+    """
+    turn = rig.loop_period(speed.rpm)
+    scene = scene_of(rig, speed, turns * turn, begin * turn)
+    for _ in range(HALVINGS):
+        try:
+            return sense(simulate(scene, starts=starts), speed.every).ay
+        except DivergenceError:
+            scene = scene.with_(step=scene.step / 2)
+    return sense(simulate(scene, starts=starts), speed.every).ay
+
+
+class Experiment(NamedTuple):
+    """What every rig is asked.
+
+    Attributes
+    ----------
+    rig : Rig
+        All that is not changed.
+    speeds : tuple of Speed
+        At which records are simulated.
+    turns : int
+        Of the loop in each; where motion repeats, one says it all.
+    noise : float
+        White noise that is added to the records, g: for records that play a sensor's.
+    begin : float
+        Part of a turn by which the records begin later.
+    """
+
+    rig: Rig
+    speeds: tuple[Speed, ...]
+    turns: int = 1
+    noise: float = 0.0
+    begin: float = 0.0
+
+    @property
+    def counts(self) -> list[int]:
+        """Numbers of features of the speeds."""
+        return [len(features_of(speed.rate / speed.every)) for speed in self.speeds]
+
+    def tasks(self, changes: Sequence[dict]) -> list[tuple[str, dict]]:
+        """Keys and arguments of rows (`sweeps.engine.results`), one a rig (``section__field`` changes)."""
+        content = self._asdict() | {"rig": self.rig.model_dump()}
+        sources = row_sources(*(f"inference/identification/{name}.py" for name in ("features", "experiment")))
+        tasks = [content | {"changes": change} for change in changes]
+        return [(key_of(task, sources), task | {"seed": int(key_of(task), 16)}) for task in tasks]
+
+
+def rows_of_rigs(memory: float) -> Callable[..., dict]:
+    """What computes the rows of `run`; none takes much memory."""
+    return _statistics
+
+
+def _statistics(rig: dict, changes: dict, speeds: list, turns: int, noise: float, begin: float, seed: int) -> dict:
+    """`turn_statistics` of every speed."""
+    changed, starts, rng = Rig.model_validate(rig).changed(**changes), SettledLoops(), np.random.default_rng(seed)
+    values = {}
+    for k, speed in enumerate(Speed(*fields) for fields in speeds):
+        ay = simulated_ay(changed, speed, turns, starts, begin)
+        ay = ay + noise * rng.standard_normal(ay.shape)
+        period = changed.loop_period(speed.rpm)
+        values[str(k)] = turn_statistics(ay, speed.rate / speed.every, period, changed.chain.pitches).tolist()
+    return values
+
+
+class Simulated(NamedTuple):
+    """What came of a list of rigs.
+
+    Attributes
+    ----------
+    statistics : list
+        For every rig that ran, `turn_statistics` of every speed; None for one that could not run.
+    reasons : list of str
+        Why; empty for one that ran.
+    """
+
+    statistics: list[list[np.ndarray] | None]
+    reasons: list[str]
+
+    @property
+    def ran(self) -> np.ndarray:
+        """Which rigs ran."""
+        return np.array([found is not None for found in self.statistics])
+
+    def features(self, experiment: Experiment) -> np.ndarray:
+        """(rigs that ran, features of all speeds)."""
+        rates = [speed.rate / speed.every for speed in experiment.speeds]
+        return np.array(
+            [
+                np.concatenate([features(one, rate) for one, rate in zip(found, rates, strict=True)])
+                for found in self.statistics
+                if found is not None
+            ]
+        )
+
+
+def run(
+    experiment: Experiment, changes: Sequence[dict], store: Path | str | None, jobs: int = 1, progress: str = ""
+) -> Simulated:
+    """Simulate rigs, those that the store does not know; ``progress`` is what the bar is called, none if empty."""
+    tasks = experiment.tasks(changes)
+    found = results(rows_of_rigs, dict(tasks), jobs, store, progress, "rig")
+    refuse_failed(found.values(), "--resume goes on from there")
+    rows = [found[key] for key, _ in tasks]
+    statistics = [
+        [np.array(row["values"][str(k)]) for k in range(len(experiment.speeds))] if row["state"] == DONE else None
+        for row in rows
+    ]
+    return Simulated(statistics, [row["reason"] for row in rows])

@@ -1,0 +1,300 @@
+"""From records to parameters: simulations over the unknowns' ranges, emulators, a posterior, more simulations where it
+lies.
+"""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+from scipy.stats import qmc
+
+from trackdyn.errors import InputError
+from laboratory.inference.identification.emulation import FeatureEmulator, Part
+from laboratory.inference.identification.experiment import Experiment, Simulated, run
+from laboratory.inference.identification.measured import Measured, joined
+from laboratory.inference.identification.posterior import STEPS, Draws, Posterior, Records, contradicted, medians, predict, sample
+from laboratory.inference.unknowns import Unknowns
+from laboratory.inference.verdict import IN_DOUBT, NOT_IDENTIFIED, verdict
+
+LEAST_SPREAD = 1e-3  # of a feature over the ranges, relative: less says nothing
+MOST_FAILED = 0.25  # of the rigs
+WIDER = 1.3  # the second wave's points, about their mean, than the posterior
+DRAWS = 2000  # that are written and predicted from
+INTERVAL = (0.05, 0.5, 0.95)
+
+
+class Settings(NamedTuple):
+    """How much is spent.
+
+    Attributes
+    ----------
+    simulations : int
+        Rigs of the first wave, a power of two; the second has half as many.
+    waves : int
+        1 or 2: whether more rigs are simulated where the first answer lies.
+    steps : int
+        Of the walkers.
+    jobs : int
+        Processes that simulate.
+    seed : int
+        The same seed gives the same draws.
+    progress : bool
+        Show bars.
+    """
+
+    simulations: int = 128
+    waves: int = 2
+    steps: int = STEPS
+    jobs: int = 1
+    seed: int = 0
+    progress: bool = True
+
+
+class Answer(NamedTuple):
+    """What came out; p features of all records in a row, s draws, d unknowns.
+
+    Attributes
+    ----------
+    unknowns : Unknowns
+        What was asked for.
+    measured : list of Measured
+        The records.
+    records : Records
+        Their features.
+    kept : (p,) array
+        Which features say something: they vary over the ranges.
+    table : DataFrame
+        A row an unknown: verdict, best value, interval, range.
+    best : dict
+        Value of each unknown where the posterior is highest.
+    draws : Draws
+        Of the posterior.
+    points : (s, dimension) array
+        Some of them, as many as are predicted from.
+    posterior : Posterior
+        It.
+    predicted : (s, p) array
+        Features of further records of the same rigs, discrepancy and scatter included.
+    simulated : (s, p) array
+        Features of simulations at the draws, by the emulator alone.
+    held_out : DataFrame or None
+        Each record beside what the others predict of it; None for a single record.
+    best_features : (p,) array
+        Of a simulation of the best rig itself.
+    emulator : FeatureEmulator
+        Of the kept features.
+    failed : list of str
+        Why rigs could not run.
+    """
+
+    unknowns: Unknowns
+    measured: list[Measured]
+    records: Records
+    kept: np.ndarray
+    table: pd.DataFrame
+    best: dict[str, float]
+    draws: Draws
+    points: np.ndarray
+    posterior: Posterior
+    predicted: np.ndarray
+    simulated: np.ndarray
+    held_out: pd.DataFrame | None
+    best_features: np.ndarray
+    emulator: FeatureEmulator
+    failed: list[str]
+
+
+def identify(
+    measured: Sequence[Measured],
+    unknowns: Unknowns,
+    store: Path | str | None,
+    settings: Settings,
+    say: Callable[[str], None] = print,
+) -> Answer:
+    """Identify unknowns of a rig from records.
+
+    Parameters
+    ----------
+    measured : sequence of Measured
+        Records of one rig at different speeds.
+    unknowns : Unknowns
+        With the rig that they belong to.
+    store : path or None
+        Folder in which each simulation is stored as soon as it has run; a second call reads them.
+    settings : Settings
+        Numbers of simulations, waves and steps of the sampler, seed and processes.
+    say : callable
+        Called with lines of progress.
+
+    Returns
+    -------
+    Answer
+        Table of the unknowns, draws of the posterior, discrepancies, predictions.
+
+    Raises
+    ------
+    InputError
+        Too many rigs cannot run, no feature depends on an unknown, or the records determine none of them.
+    """
+    experiment = Experiment(unknowns.rig, tuple(one.speed for one in measured))
+    records = joined(measured)
+    seeds = np.random.SeedSequence(settings.seed).spawn(2)
+    points = qmc.Sobol(len(unknowns), seed=np.random.default_rng(seeds[0])).random(settings.simulations)
+    first = _ran(experiment, unknowns, points, store, settings, "first wave")
+    x, y = points[first.ran], first.features(experiment)
+    kept = np.ptp(y, axis=0) > LEAST_SPREAD
+    if not kept.any():
+        raise InputError(
+            f"{', '.join(unknowns.labels)}: no feature of a record depends on the unknown; choose another one"
+        )
+    told = records.part(kept)
+    scale = medians(told.features)
+    posterior = Posterior(told, FeatureEmulator(x, y[:, kept], scale), len(unknowns))
+    draws = sample(posterior, settings.steps, settings.seed, "first posterior" if settings.progress else "")
+    _refuse_nothing_told(unknowns, draws)
+    reasons = first.reasons
+    if settings.waves > 1:
+        more = spread_out(draws.points[:, : len(unknowns)], settings.simulations // 2, np.random.default_rng(seeds[1]))
+        second = _ran(experiment, unknowns, more, store, settings, "second wave")
+        reasons = reasons + second.reasons
+        x, y = np.vstack([x, more[second.ran]]), np.vstack([y, second.features(experiment)])
+        posterior = Posterior(told, FeatureEmulator(x, y[:, kept], scale), len(unknowns))
+        draws = sample(posterior, settings.steps, settings.seed, "posterior" if settings.progress else "")
+    emulator, failed = posterior.emulator, [reason for reason in reasons if reason]
+    held_out = None
+    if len(measured) > 1:
+        parts = [
+            _held_out(told, emulator, len(unknowns), number, settings, one.name) for number, one in enumerate(measured)
+        ]
+        held_out = pd.concat(parts, ignore_index=True)
+    thinned = draws.points[np.linspace(0, len(draws.points) - 1, min(DRAWS, len(draws.points))).astype(int)]
+    mean, covariance = (np.concatenate(part) for part in zip(*_in_parts(posterior, thinned), strict=True))
+    rng = np.random.default_rng(settings.seed)
+    lower = np.linalg.cholesky(covariance)
+    predicted = mean + (lower @ rng.standard_normal((*mean.shape, 1)))[:, :, 0]
+    best = unknowns.values(draws.points[np.argmax(draws.density)][: len(unknowns)])
+    say(f"{len(x)} rigs simulated, {len(failed)} could not run")
+    of_best = run(experiment, [changed(unknowns, best)], store)
+    if of_best.reasons[0]:
+        raise InputError(f"the rig of the best values cannot run: {of_best.reasons[0]}; use narrower ranges")
+    beyond = contradicted(posterior, draws.points)
+    if beyond:
+        say(
+            "warning: no rig within the ranges explains these groups of features: "
+            f"{', '.join(beyond)}; all verdicts are in doubt"
+        )
+    return Answer(
+        unknowns,
+        list(measured),
+        told,
+        kept,
+        summary(unknowns, draws.points, best, bool(beyond)),
+        best,
+        draws,
+        thinned,
+        posterior,
+        predicted,
+        mean,
+        held_out,
+        of_best.features(experiment)[0, kept],
+        emulator,
+        failed,
+    )
+
+
+def changes_at(unknowns: Unknowns, points: np.ndarray) -> list[dict[str, float]]:
+    """Changes of the rig (``section__field``) at points of the unit cube."""
+    return [changed(unknowns, unknowns.values(point)) for point in points]
+
+
+def summary(unknowns: Unknowns, points: np.ndarray, best: dict[str, float], doubt: bool = False) -> pd.DataFrame:
+    """A row an unknown: ``unknown, verdict, excluded, best, q05, median, q95, low, high, scale, present, width``.
+
+    ``width`` is that of the 90 % interval as a share of the prior's; ``present`` the value in the rig.
+    ``doubt``: the records contradict the model.
+    """
+    present = unknowns.of_rig(unknowns.rig)
+    rows = []
+    for k, unknown in enumerate(unknowns.unknowns):
+        found, quantiles = verdict(points[:, k]), np.quantile(points[:, k], INTERVAL)
+        low, median, high = (unknown.value(q) for q in quantiles)
+        values = {"best": best[unknown.label], "q05": low, "median": median, "q95": high}
+        ends = {"low": unknown.low, "high": unknown.high, "scale": unknown.scale, "present": present[unknown.label]}
+        word = IN_DOUBT if doubt and found.word != NOT_IDENTIFIED else found.word
+        about = {"unknown": unknown.label, "verdict": word, "excluded": found.excluded}
+        rows.append(about | values | ends | {"width": (quantiles[2] - quantiles[0]) / 0.9})
+    return pd.DataFrame(rows)
+
+
+def spread_out(points: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
+    """(count, d) of many points, a little wider about their mean than they lie, each far from the others."""
+    wide = points.mean(axis=0) + WIDER * (points - points.mean(axis=0))
+    wide = wide[((wide >= 0) & (wide <= 1)).all(axis=1)]
+    wide = wide[rng.permutation(len(wide))[: 40 * count]]
+    scaled = wide / np.maximum(wide.std(axis=0), 1e-9)
+    chosen = [0]
+    distance = ((scaled - scaled[0]) ** 2).sum(axis=1)
+    while len(chosen) < min(count, len(wide)):  # the next one is drawn as its squared distance to the nearest
+        chosen.append(int(rng.choice(len(wide), p=distance / distance.sum())))
+        distance = np.minimum(distance, ((scaled - scaled[chosen[-1]]) ** 2).sum(axis=1))
+    return wide[chosen]
+
+
+def _ran(experiment, unknowns, points, store, settings, name) -> Simulated:
+    """Simulations at points, most of which must be possible."""
+    found = run(experiment, changes_at(unknowns, points), store, settings.jobs, name if settings.progress else "")
+    failed = int((~found.ran).sum())
+    if failed > MOST_FAILED * len(points):
+        raise InputError(
+            f"{failed} of {len(points)} rigs within the ranges cannot run; the reason of the first one: "
+            f"{next(filter(None, found.reasons))}; use narrower ranges (--unknown NAME=LOW:HIGH)"
+        )
+    return found
+
+
+def _refuse_nothing_told(unknowns: Unknowns, draws: Draws) -> None:
+    words = [verdict(draws.points[:, k]).word for k in range(len(unknowns))]
+    if all(word == NOT_IDENTIFIED for word in words):
+        widths = np.ptp(np.quantile(draws.points[:, : len(unknowns)], [0.05, 0.95], axis=0), axis=0) / 0.9
+        said = ", ".join(f"{name} {100 * width:.0f} %" for name, width in zip(unknowns.labels, widths, strict=True))
+        raise InputError(
+            "the records are not informative about any unknown: the 90 % intervals span these fractions of the "
+            f"prior ranges, {said}; use other unknowns, more speeds or longer records"
+        )
+
+
+def _held_out(records: Records, emulator, unknowns: int, number: int, settings: Settings, name: str) -> pd.DataFrame:
+    """One record beside what the others predict of it: ``record, feature, group, measured, q05, median, q95,
+    inside``.
+    """
+    held = records.record == number
+    known, order = records.part(~held), np.concatenate([np.flatnonzero(~held), np.flatnonzero(held)])
+    posterior = Posterior(known, Part(emulator, np.flatnonzero(~held)), unknowns)
+    progress = f"without {name}" if settings.progress else ""
+    draws = sample(posterior, settings.steps // 2, settings.seed, progress, rounds=2).points
+    draws = draws[np.linspace(0, len(draws) - 1, min(DRAWS // 2, len(draws))).astype(int)]
+    asked = records.part(held)
+    low, median, high = np.quantile(predict(posterior, asked, Part(emulator, order), draws), INTERVAL, axis=0)
+    return pd.DataFrame(
+        {
+            "record": name,
+            "feature": [one.name for one in asked.features],
+            "group": [one.group for one in asked.features],
+            "measured": np.exp(asked.values),
+            "q05": np.exp(low),
+            "median": np.exp(median),
+            "q95": np.exp(high),
+            "inside": (low <= asked.values) & (asked.values <= high),
+        }
+    )
+
+
+def _in_parts(posterior: Posterior, points: np.ndarray):
+    return [posterior.model(part) for part in np.array_split(points, max(len(points) // 64, 1))]
+
+
+def changed(unknowns: Unknowns, values: dict[str, float]) -> dict[str, float]:
+    """Changes of the rig (``section__field``) for values of the unknowns by label."""
+    return {name.replace(".", "__"): value for name, value in unknowns.changes(values)[0].items()}

@@ -1,0 +1,142 @@
+"""Which unknowns a record can tell, before anything is fitted: by what features change over each one's range."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from trackdyn.errors import InputError
+from laboratory.inference.identification.experiment import Experiment, run
+from laboratory.inference.identification.identify import changed
+from laboratory.inference.identification.measured import Measured, joined
+from laboratory.inference.identification.posterior import MEDIANS, groups_of, shares
+from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
+from laboratory.inference.verdict import NARROW
+from trackdyn.parameters.rig import Rig
+from trackdyn.parameters.wheels import OF_DRAG
+
+# What rulers and scales do not tell: rubber, tension, contact, drag, the fit of chain and sprocket.
+CANDIDATES = (
+    "bushing.stiffness", "tension.pre_tension", "sprocket.equal_pitch_radius", "groove.seat_depth",
+    "ring_contact.youngs_modulus", "ring_contact.restitution", "ring_contact.transition_velocity",
+    "wheel_contact.youngs_modulus", "wheel_contact.restitution", "wheel_contact.transition_velocity",
+    "tooth_contact.restitution", "tooth_contact.friction_dynamic",
+)  # fmt: skip
+# and what a law of the bushings takes
+OF_BUSHINGS = {"hysteretic": "bushing.loss_factor", "viscous": "bushing.damping"}
+LOG_FROM = 4.0  # ratio of the bounds from which on an unknown is spread evenly in its logarithm
+MOST = 4
+BETWEEN = (0.25, 0.75)  # of the range: a change over half of it
+
+
+def unknown_of(text: str) -> Unknown:
+    """An unknown as it stands in an option: ``section.field`` or ``section.field=LOW:HIGH``.
+
+    Raises
+    ------
+    InputError
+        The bounds are no rising numbers.
+    """
+    name, given, bounds = text.partition("=")
+    if not given:
+        return Unknown(names=[name])
+    try:
+        low, high = map(float, bounds.split(":"))
+        if not (np.isfinite([low, high]).all() and low < high):
+            raise ValueError
+    except ValueError:
+        raise InputError(f"--unknown {text}: expected section.field=LOW:HIGH with LOW below HIGH") from None
+    return Unknown(names=[name], low=low, high=high, source="given with --unknown")
+
+
+def asked(unknowns: Sequence[Unknown], rig: Rig, path: Path | str) -> Unknowns:
+    """Unknowns with the ranges of the rig's file where none is given, each spread in the scale that suits its range."""
+    whole = Unknowns(unknowns, rig, file_ranges(path)).unknowns
+    return Unknowns([one.model_copy(update={"scale": _scale(one)}) for one in whole], rig)
+
+
+def _scale(unknown: Unknown) -> str:
+    return "log" if unknown.low > 0 and unknown.high / unknown.low >= LOG_FROM else "linear"
+
+
+def tellable(
+    measured: Sequence[Measured],
+    rig: Rig,
+    path: Path | str,
+    store,
+    jobs: int = 1,
+    progress: bool = True,
+    most: int = MOST,
+) -> tuple[list[Unknown], pd.DataFrame]:
+    """The unknowns that the records can tell side by side, the best told first.
+
+    Each candidate is moved alone from a quarter to three quarters of its range. With features that change in
+    proportion, a discrepancy of the prior's median and the scatter of the records, that gives the standard deviation
+    which each would keep beside those that are chosen already. One is chosen as long as its 90 % interval would be at
+    most half as wide as before.
+
+    Returns
+    -------
+    unknowns : list of Unknown
+        Chosen ones, at most ``most``.
+    table : DataFrame
+        ``unknown, alone, beside, chosen``: widths of 90 % intervals as shares of the prior's.
+
+    Raises
+    ------
+    InputError
+        The records can tell none.
+    """
+    ranges = file_ranges(path)
+    names = *CANDIDATES, OF_BUSHINGS[rig.bushing.law], *(f"{wheel}.{OF_DRAG[rig.drag][0]}" for wheel in rig.rollers)
+    candidates = asked([Unknown(names=[name]) for name in names if name in ranges], rig, path)
+    # the slowest and the fastest record say what changes with speed
+    ends = sorted({0, len(measured) - 1}, key=lambda k: measured[k].speed.rpm)
+    chosen_records = [measured[k] for k in ends] if len(measured) > 1 else list(measured)
+    experiment = Experiment(rig, tuple(one.speed for one in chosen_records))
+    changes = [changed(_single(rig, one), {one.label: one.value(x)}) for one in candidates.unknowns for x in BETWEEN]
+    found = run(experiment, changes, store, jobs, "what the records can tell" if progress else "")
+    records = joined(chosen_records)
+    sizes = np.array([MEDIANS[group] for group in groups_of(records.features)])
+    covariance = records.covariance + np.einsum("g,gpq->pq", sizes**2, shares(records.features, records.record))
+    slopes = np.zeros((len(candidates), len(records.values)))
+    values = iter(found.features(experiment))
+    moved = [next(values) if ran else None for ran in found.ran]
+    for k in range(len(candidates)):
+        low, high = moved[2 * k : 2 * k + 2]
+        if low is not None and high is not None:
+            slopes[k] = (high - low) / (BETWEEN[1] - BETWEEN[0])
+    information = slopes @ np.linalg.solve(covariance, slopes.T)
+    alone = _widths(information, [])
+    chosen: list[int] = []
+    while len(chosen) < most:
+        beside = np.where(np.isin(np.arange(len(candidates)), chosen), np.inf, _widths(information, chosen))
+        best = int(np.argmin(beside))
+        if beside[best] * 0.9 > NARROW:
+            break
+        chosen.append(best)
+    table = pd.DataFrame({"unknown": candidates.labels, "alone": alone, "beside": _widths(information, chosen)})
+    table["chosen"] = np.isin(np.arange(len(candidates)), chosen)
+    if not chosen:
+        best = table.loc[table["alone"].idxmin()]
+        raise InputError(
+            f"the records are not informative about any of {', '.join(candidates.labels)}: the best one, "
+            f"{best['unknown']}, keeps {100 * best['alone']:.0f} % of its range; use longer records, more speeds or "
+            "--unknown with wider ranges"
+        )
+    return [candidates.unknowns[k] for k in chosen], table.sort_values("alone", ignore_index=True)
+
+
+def _single(rig: Rig, unknown: Unknown) -> Unknowns:
+    return Unknowns([unknown], rig)
+
+
+def _widths(information: np.ndarray, chosen: list[int]) -> np.ndarray:
+    """Width of every candidate's 90 % interval beside the chosen ones, as a share of the prior's."""
+    found = np.empty(len(information))
+    for k in range(len(information)):
+        which = [*[one for one in chosen if one != k], k]
+        precision = information[np.ix_(which, which)] + 12.0 * np.eye(len(which))  # an even prior of width 1
+        found[k] = min(2 * 1.645 * np.sqrt(np.linalg.inv(precision)[-1, -1]) / 0.9, 1.0)
+    return found

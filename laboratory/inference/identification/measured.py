@@ -1,0 +1,153 @@
+"""Sensor's records as they are identified from: each with its speed, its features and their scatter."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+
+import numpy as np
+
+from trackdyn.errors import InputError
+from laboratory.inference.identification.experiment import Speed
+from laboratory.inference.identification.features import LEAST_TURNS, covariance, features, features_of, turn_statistics
+from laboratory.inference.identification.posterior import Records
+from trackdyn.measure.compare import whole_ratio
+from trackdyn.parameters.rig import Rig
+from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor_csv
+from trackdyn.sensor.sensor_mapping import SensorMapping
+from trackdyn.sensor.signals import HIGH_HZ, LOW_HZ, main_line, main_line_binfree
+
+SAME_SPEED = 1e-3  # two records that are nearer have one speed
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A record and what is taken from it.
+
+    Attributes
+    ----------
+    record : SensorRecord
+        As it is compared: averaged, if it is faster than the simulation by a whole factor.
+    speed : Speed
+        What is simulated beside it.
+    turn_s : float
+        Time of a turn of the loop, s.
+    statistics : (turns, features) array
+        `turn_statistics`.
+    """
+
+    record: SensorRecord
+    speed: Speed
+    turn_s: float
+    statistics: np.ndarray
+
+    @property
+    def name(self) -> str:
+        """Name of the file without its ending."""
+        return self.record.path.stem
+
+
+def read_records(
+    paths: Sequence[Path | str],
+    rig: Rig,
+    mapping: SensorMapping,
+    rpm: Sequence[float],
+    ring_radius: float | None,
+    preset: str,
+) -> list[Measured]:
+    """Read the records of a sensor at different speeds.
+
+    The revolution of the loop is that of the dominant peak: the one near a given speed, or the highest one.
+
+    Parameters
+    ----------
+    paths : sequence of path
+        One file per speed.
+    rig : Rig
+        With range of the sensor and gravity.
+    mapping : SensorMapping
+        Columns, units and axes of the files.
+    rpm : sequence of float
+        Motor speed of each record, rev/min; empty: from the dominant peak.
+    ring_radius : float or None
+        Ring radius of the runs, m; None: no ring.
+    preset : str
+        Fidelity of the simulations.
+
+    Returns
+    -------
+    list of Measured
+        In the order of the files.
+
+    Raises
+    ------
+    InputError
+        A file is invalid, a record is too short, or two records have the same name or speed.
+    """
+    if rpm and len(rpm) != len(paths):
+        raise InputError(
+            f"--rpm is given {len(rpm)} times for {len(paths)} records; give it once per record, or not at all"
+        )
+    found = [
+        _measured(
+            read_sensor_csv(path, mapping, rig.sensor.range, rig.gravity or 9.81), rig, given, ring_radius, preset
+        )
+        for path, given in zip(paths, rpm or [None] * len(paths), strict=True)
+    ]
+    for k, one in enumerate(found):
+        for other in found[:k]:
+            if one.name == other.name:
+                raise InputError(f"{one.record.path}: has the same name as {other.record.path}; rename it")
+            if abs(one.speed.rpm / other.speed.rpm - 1) < SAME_SPEED:
+                raise InputError(
+                    f"{one.record.path}: has the same speed as {other.record.path}, {one.speed.rpm:.5g} "
+                    "rev/min; leave one out, or join them in one file"
+                )
+    return found
+
+
+def _measured(record: SensorRecord, rig: Rig, rpm: float | None, ring_radius: float | None, preset: str) -> Measured:
+    a_turn_at_1_rpm = rig.loop_period(1.0)
+    expected = None
+    if rpm is not None:
+        if not (np.isfinite(rpm) and rpm > 0):
+            raise InputError(f"--rpm {rpm:g}: must be a motor speed above 0 rev/min")
+        expected = rpm / a_turn_at_1_rpm
+        record.require_turns(1 / expected, LEAST_TURNS)
+    low, high = (LOW_HZ, HIGH_HZ) if expected is None else (0.9 * expected, 1.1 * expected)
+    if record.seconds < LEAST_TURNS / high:
+        raise InputError(
+            f"{record.path}: the record of {record.seconds:.4g} s is too short to tell {LEAST_TURNS} turns of the loop"
+        )
+    try:
+        line = main_line(record.ay_g, record.rate_hz, low, high)[0]
+        record.require_turns(1 / line, LEAST_TURNS)
+        loop_hz = main_line_binfree(record.ay_g, record.rate_hz, expected or line)[0]
+    except InputError as error:
+        text = str(error)
+        raise (error if text.startswith(str(record.path)) else InputError(f"{record.path}: {text}")) from None
+    record.require_turns(1 / loop_hz, LEAST_TURNS)
+    try:
+        faster, slower = whole_ratio(record, rig.sensor.rate)
+        rate = rig.sensor.rate
+    except InputError:  # the simulation takes the rate of the record
+        faster, slower, rate = 1, 1, round(record.rate_hz)
+    record = record.averaged(faster) if faster > 1 else record
+    speed = Speed(rpm or loop_hz * a_turn_at_1_rpm, ring_radius, rate, slower, preset)
+    statistics = turn_statistics(record.ay_g, record.rate_hz, 1 / loop_hz, rig.chain.pitches)
+    return Measured(record, speed, 1 / loop_hz, statistics)
+
+
+def joined(measured: Sequence[Measured]) -> Records:
+    """The features of several records in a row."""
+    rates = [one.speed.rate / one.speed.every for one in measured]
+    listed = [features_of(rate) for rate in rates]
+    values = [features(one.statistics, rate) for one, rate in zip(measured, rates, strict=True)]
+    total, first = sum(map(len, listed)), 0
+    scatter = np.zeros((total, total))
+    for one, rate, names in zip(measured, rates, listed, strict=True):
+        part = slice(first, first + len(names))
+        scatter[part, part] = covariance(one.statistics, rate)
+        first += len(names)
+    record = np.repeat(np.arange(len(measured)), [len(names) for names in listed])
+    return Records(tuple(chain.from_iterable(listed)), record, np.concatenate(values), scatter)

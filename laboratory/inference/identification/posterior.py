@@ -1,0 +1,289 @@
+"""The posterior of unknowns given the features of records, with discrepancies whose sizes are unknown, too.
+
+``features of a record = simulation at the unknowns + discrepancy + scatter of the record``. The discrepancy stands for
+what a model of rigid links with smooth contact cannot have: glue that rings, bending, a speed that fluctuates, wear.
+It is normal, independent from feature to feature, of one size for each group of features, and a part `SHARED` of its
+variance is the same at every speed: more speeds do not average it away.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import emcee
+import numpy as np
+from threadpoolctl import threadpool_limits
+from tqdm import tqdm
+
+from trackdyn.errors import TrackdynError
+from laboratory.inference.identification.emulation import Prediction
+from laboratory.inference.identification.features import Feature
+
+# The prior of the discrepancies' sizes: log-normal with these medians, relative amplitudes. Judgement, written before
+# any fit: amplitudes of lines follow from speed and layout (mounting and gain of a sensor: some percent); a linear
+# bushing and rigid links give low orders and bands to a tenth or two; contact, glue and bending make high bands a
+# matter of a factor.
+MEDIANS = {"lines": 0.03, "passing": 0.15, "low": 0.15, "high": 0.4, "crest": 0.2}
+SPREAD = (
+    1.0  # standard deviation of the logarithm: a twentieth of the prior lies above 5 medians, another below a fifth
+)
+SHARED = 0.5  # part of a discrepancy's variance that is the same at every speed
+WALKERS, STEPS, BURN = 32, 3000, 0.4
+LARGEST_FACTOR = 10.0  # logarithm of the factor on the emulator's errors, either way
+CHAIN_LENGTHS = 20  # autocorrelation times that the kept steps must hold
+
+Emulates = Callable[[np.ndarray], Prediction]
+
+
+class Records(NamedTuple):
+    """Features of r records in a row, p numbers in all.
+
+    Attributes
+    ----------
+    features : tuple of Feature
+        Names and groups.
+    record : (p,) array
+        Which record each belongs to, by number.
+    values : (p,) array
+        Measured.
+    covariance : (p, p) array
+        Of the records' own scatter (`features.covariance`); none between records.
+    """
+
+    features: tuple[Feature, ...]
+    record: np.ndarray
+    values: np.ndarray
+    covariance: np.ndarray
+
+    def part(self, keep: np.ndarray) -> "Records":
+        """Some of the features."""
+        kept = tuple(one for one, asked in zip(self.features, keep, strict=True) if asked)
+        return Records(kept, self.record[keep], self.values[keep], self.covariance[np.ix_(keep, keep)])
+
+
+def groups_of(features: Sequence[Feature]) -> list[str]:
+    """Groups that occur, in the order of `MEDIANS`."""
+    return [name for name in MEDIANS if any(group == name for _, group in features)]
+
+
+def medians(features: Sequence[Feature]) -> np.ndarray:
+    """(p,) prior median of each feature's discrepancy."""
+    return np.array([MEDIANS[group] for _, group in features])
+
+
+def shares(features: Sequence[Feature], record: np.ndarray) -> np.ndarray:
+    """(groups, p, p) covariance of the discrepancies of each group at size 1."""
+    names = np.array([name for name, _ in features])
+    group = np.array([group for _, group in features])
+    same = names[:, None] == names[None, :]
+    whole = np.where(same, np.where(record[:, None] == record[None, :], 1.0, SHARED), 0.0)
+    return np.stack([whole * (group == name)[:, None] for name in groups_of(features)])
+
+
+class Posterior:
+    """Density of the unknowns, as points of the unit cube, and of the logarithms of the discrepancies' sizes.
+
+    Parameters
+    ----------
+    records : Records
+        Measured.
+    emulator : callable
+        Of the same features: a `FeatureEmulator` or a `Part` of one.
+    unknowns : int
+        Their number.
+
+    Attributes
+    ----------
+    groups : list of str
+        Groups of features, each with a size of its discrepancies.
+    degrees : float or None
+        Of freedom of the emulator's errors. The factor that makes normal errors Student's is sampled, too: its
+        logarithm is the last coordinate of a point. None: the errors are normal, and there is no such coordinate.
+    prior_middle : (groups,) array
+        Logarithms of the medians of these sizes before.
+    """
+
+    def __init__(self, records: Records, emulator: Emulates, unknowns: int):
+        self.records, self.emulator, self.unknowns = records, emulator, unknowns
+        self.groups = groups_of(records.features)
+        self.degrees: float | None = getattr(emulator, "degrees", None)
+        self._shares = shares(records.features, records.record)
+        self.prior_middle = np.log([MEDIANS[name] for name in self.groups])
+        self._jitter = 1e-10 * np.eye(len(records.values))
+
+    @property
+    def dimension(self) -> int:
+        """Unknowns, sizes of discrepancies, and the factor on the emulator's errors."""
+        return self.unknowns + len(self.groups) + (self.degrees is not None)
+
+    def sizes(self, points: np.ndarray) -> np.ndarray:
+        """(m, groups) logarithms of the discrepancies' sizes at points."""
+        return points[:, self.unknowns : self.unknowns + len(self.groups)]
+
+    def model(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean (m, p) and covariance (m, p, p) of the measured features at points of unknowns and sizes."""
+        predicted = self.emulator(points[:, : self.unknowns])
+        discrepancy = np.einsum("mg,gpq->mpq", np.exp(2.0 * self.sizes(points)), self._shares)
+        emulated = predicted.covariance
+        if self.degrees is not None:
+            emulated = emulated * np.exp(points[:, -1])[:, None, None]
+        return predicted.mean, emulated + discrepancy + self.records.covariance + self._jitter
+
+    def density(self, points: np.ndarray) -> np.ndarray:
+        """(m,) logarithm of the posterior at (m, dimension) points; minus infinity outside the unit cube."""
+        points = np.atleast_2d(points)
+        found = np.full(len(points), -np.inf)
+        position, sizes = points[:, : self.unknowns], self.sizes(points)
+        inside = ((position >= 0) & (position <= 1)).all(axis=1) & (np.abs(sizes - self.prior_middle) < 8 * SPREAD).all(
+            axis=1
+        )
+        if self.degrees is not None:
+            inside &= np.abs(points[:, -1]) < LARGEST_FACTOR
+        if inside.any():
+            mean, covariance = self.model(points[inside])
+            lower = np.linalg.cholesky(covariance)
+            off = np.linalg.solve(lower, (self.records.values - mean)[:, :, None])[:, :, 0]
+            determinant = np.log(np.diagonal(lower, axis1=1, axis2=2)).sum(axis=1)
+            prior = ((sizes[inside] - self.prior_middle) ** 2).sum(axis=1) / (2.0 * SPREAD**2)
+            if self.degrees is not None:  # the logarithm of an inverse gamma variate
+                factor = points[inside, -1]
+                prior = prior + 0.5 * self.degrees * (factor + np.exp(-factor))
+            found[inside] = -0.5 * (off**2).sum(axis=1) - determinant - prior
+        return found
+
+    def draw_prior(self, count: int, rng: np.random.Generator) -> np.ndarray:
+        """(count, dimension) points of the prior."""
+        sizes = self.prior_middle + SPREAD * rng.standard_normal((count, len(self.groups)))
+        points = np.column_stack([rng.uniform(size=(count, self.unknowns)), sizes])
+        if self.degrees is None:
+            return points
+        return np.column_stack([points, -np.log(rng.gamma(0.5 * self.degrees, 2.0 / self.degrees, count))])
+
+
+class Draws(NamedTuple):
+    """Draws of a posterior: ``points`` (s, dimension), their log densities, and autocorrelation times (dimension,)."""
+
+    points: np.ndarray
+    density: np.ndarray
+    times: np.ndarray
+    acceptance: float
+
+
+def sample(
+    posterior: Posterior, steps: int = STEPS, seed: int = 0, progress: str = "", walkers: int = WALKERS, rounds: int = 3
+) -> Draws:
+    """Draw from a posterior with an ensemble sampler (emcee) that starts at the best of many points of the prior.
+
+    Parameters
+    ----------
+    posterior : Posterior
+    steps, walkers : int
+        Steps of the chain and number of walkers.
+    seed : int
+    progress : str
+        Label of the progress bar; empty: none.
+    rounds : int
+        A chain shorter than `CHAIN_LENGTHS` autocorrelation times is continued, up to this many times ``steps``.
+
+    Returns
+    -------
+    Draws
+
+    Raises
+    ------
+    TrackdynError
+        The density is zero at all points of the prior.
+    """
+    with threadpool_limits(1):  # matrices so small lose by being shared out
+        return _sample(posterior, steps, seed, progress, walkers, rounds)
+
+
+def _sample(posterior: Posterior, steps: int, seed: int, progress: str, walkers: int, rounds: int) -> Draws:
+    rng = np.random.default_rng(seed)
+    many = posterior.draw_prior(64 * posterior.dimension, rng)
+    density = np.concatenate([posterior.density(part) for part in np.array_split(many, max(len(many) // 64, 1))])
+    if np.isfinite(density).sum() < walkers:
+        raise TrackdynError("no point of the ranges explains the records at all: the density is nowhere a number")
+    # chances in proportion to a flattened density: several modes keep their walkers
+    chance = np.exp((density - density.max()) / max(np.ptp(np.sort(density)[-4 * walkers :]) / 3.0, 1.0))
+    start = many[rng.choice(len(many), walkers, replace=False, p=chance / chance.sum())]
+    moves = [(emcee.moves.DEMove(), 0.7), (emcee.moves.DESnookerMove(), 0.1), (emcee.moves.StretchMove(), 0.2)]
+    sampler = emcee.EnsembleSampler(walkers, posterior.dimension, posterior.density, moves=moves, vectorize=True)
+    sampler.random_state = np.random.RandomState(seed).get_state()
+    last = start
+    with tqdm(total=steps, disable=not progress, unit="step", desc=progress) as bar:
+        for round_ in range(rounds):
+            if round_:
+                bar.total += steps
+            for state in sampler.sample(last, iterations=steps):
+                last = state
+                bar.update()
+            discard = int(BURN * sampler.iteration)
+            chain = sampler.get_chain(discard=discard)
+            moved = np.ptp(chain, axis=0).all(axis=1)  # a walker that stays has no autocorrelation
+            if not moved.any():
+                raise TrackdynError(f"no walker has moved in {len(chain)} steps; use more steps")
+            times = emcee.autocorr.integrated_time(chain[:, moved], tol=0)
+            if moved.all() and len(chain) >= CHAIN_LENGTHS * times.max():
+                break
+    thin = max(int(np.min(times) / 2), 1)
+    points = sampler.get_chain(discard=discard, thin=thin, flat=True)
+    return Draws(
+        points,
+        sampler.get_log_prob(discard=discard, thin=thin, flat=True),
+        times,
+        float(sampler.acceptance_fraction.mean()),
+    )
+
+
+def contradicted(posterior: Posterior, points: np.ndarray) -> list[str]:
+    """Groups whose discrepancy's 90 % interval over (s, dimension) draws lies wholly above that of the prior."""
+    least = np.quantile(posterior.sizes(points), 0.05, axis=0)
+    most = posterior.prior_middle + 1.645 * SPREAD
+    return [group for group, low, high in zip(posterior.groups, least, most, strict=True) if low > high]
+
+
+def predict(posterior: Posterior, held: Records, emulator: Emulates, draws: np.ndarray, seed: int = 0) -> np.ndarray:
+    """(draws, q) features of further records, given those of the posterior.
+
+    Parameters
+    ----------
+    posterior : Posterior
+        Of the records that are known.
+    held : Records
+        The others, q features; their values are not looked at, their scatter is.
+    emulator : callable
+        Of the known records' features followed by those of the others.
+    draws : (s, dimension) array
+        Of the posterior.
+    """
+    known, rng = posterior.records, np.random.default_rng(seed)
+    both = Records(
+        known.features + held.features,
+        np.concatenate([known.record, held.record]),
+        np.concatenate([known.values, np.zeros_like(held.values)]),
+        _beside(known.covariance, held.covariance),
+    )
+    count, names = len(known.values), groups_of(both.features)
+    joint = Posterior(both, emulator, posterior.unknowns)
+    sizes = dict(zip(posterior.groups, posterior.sizes(draws).T, strict=True))
+    extra = [sizes.get(name, np.log(MEDIANS[name]) + SPREAD * rng.standard_normal(len(draws))) for name in names]
+    factor = [] if posterior.degrees is None else [draws[:, -1]]
+    found = []
+    for part in np.array_split(
+        np.column_stack([draws[:, : posterior.unknowns], *extra, *factor]), max(len(draws) // 64, 1)
+    ):
+        mean, covariance = joint.model(part)
+        gain = np.linalg.solve(covariance[:, :count, :count], covariance[:, :count, count:]).transpose(0, 2, 1)
+        middle = mean[:, count:] + (gain @ (known.values - mean[:, :count])[:, :, None])[:, :, 0]
+        left = covariance[:, count:, count:] - gain @ covariance[:, :count, count:]
+        lower = np.linalg.cholesky(0.5 * (left + left.transpose(0, 2, 1)))
+        found.append(middle + (lower @ rng.standard_normal((*middle.shape, 1)))[:, :, 0])
+    return np.concatenate(found)
+
+
+def _beside(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Two blocks on a diagonal."""
+    count = len(first)
+    out = np.zeros((count + len(second),) * 2)
+    out[:count, :count], out[count:, count:] = first, second
+    return out

@@ -1,0 +1,217 @@
+"""Pictures of an identification: the posterior of the unknowns, and records beside what is predicted of them."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from laboratory.inference.identification.calibration import histogram, rank_band
+from laboratory.inference.unknowns import Unknown
+from trackdyn.plots.style import BLACK, BLUE, DASHES, ORANGE, PAGE, SENSOR, SIMULATION, SMALL, VERMILION, WIDTH, new_figure, styled, thin
+
+CELLS = 30
+SMOOTHED, LEAST_CELLS = 1.3, 2.5  # cells: standard deviations of the smoothing, and of the draws that are smoothed
+MASSES = (0.9, 0.5)  # of the draws within the contours
+
+
+@styled
+def posterior_figure(
+    unknowns: Sequence[Unknown], points: np.ndarray, best: np.ndarray, verdicts: Sequence[str]
+) -> Figure:
+    """Every unknown over its range, and every two of them.
+
+    Parameters
+    ----------
+    unknowns : sequence of Unknown
+        d of them.
+    points : (s, d) array
+        Draws, as positions between 0 and 1.
+    best : (d,) array
+        Where the posterior is highest.
+    verdicts : sequence of str
+        On each unknown.
+    """
+    count = len(unknowns)
+    figure = new_figure(max(min(1.75 * count, PAGE), 2.6), max(min(1.8 * count, PAGE), WIDTH * 0.75))
+    axes = np.atleast_2d(figure.subplots(count, count, squeeze=False))
+    for i in range(count):
+        for j in range(count):
+            ax = axes[i, j]
+            if j > i:
+                ax.set_axis_off()
+                continue
+            ax.set_xlim(0, 1)
+            _ticks(ax.xaxis, unknowns[j], i == count - 1)
+            if i == j:
+                ax.hist(points[:, i], bins=CELLS, range=(0, 1), density=True, color=BLUE, alpha=0.35)
+                ax.axhline(1.0, color=BLACK, linestyle=DASHES[1], linewidth=0.8)
+                ax.axvline(best[i], color=VERMILION)
+                ax.set_yticks([])
+                ax.set_title(f"{unknowns[i].label.replace('.', chr(10))}\n{verdicts[i]}", fontsize=SMALL)
+            else:
+                ax.set_ylim(0, 1)
+                _ticks(ax.yaxis, unknowns[i], j == 0)
+                _contours(ax, points[:, j], points[:, i])
+                ax.plot(best[j], best[i], "o", color=VERMILION, markersize=3)
+    return figure
+
+
+def _ticks(axis, unknown: Unknown, labelled: bool) -> None:
+    places = [0.1, 0.5, 0.9]
+    values = [unknown.value(x) for x in places]
+    axis.set_ticks(
+        places, [f"{one:.0f}" if 100 <= abs(one) < 1e5 else f"{one:.2g}" for one in values] if labelled else [""] * 3
+    )
+
+
+def _contours(ax, x, y) -> None:
+    """Contours that hold `MASSES` of the draws; the draws themselves where contours would be as wide as their
+    smoothing.
+    """
+    if min(x.std(), y.std()) * CELLS < LEAST_CELLS:
+        ax.plot(x, y, ".", color=BLUE, markersize=1, alpha=0.3)
+        return
+    heights, _, _ = np.histogram2d(x, y, bins=CELLS, range=[[0, 1], [0, 1]])
+    kernel = np.exp(-0.5 * (np.arange(-4, 5) / SMOOTHED) ** 2)
+    for axis in (0, 1):
+        heights = np.apply_along_axis(np.convolve, axis, heights, kernel / kernel.sum(), "same")
+    falling = np.sort(heights.ravel())[::-1]
+    levels = [falling[np.searchsorted(np.cumsum(falling) / falling.sum(), mass)] for mass in MASSES]
+    middle = (np.arange(CELLS) + 0.5) / CELLS
+    ax.contourf(middle, middle, heights.T, [*levels, falling[0] * 1.001], colors=[BLUE, BLUE], alpha=0.35)
+    ax.contour(middle, middle, heights.T, levels, colors=BLUE, linestyles=["--", "-"], linewidths=0.8)
+
+
+@styled
+def features_figure(table: pd.DataFrame, sensor: str) -> Figure:
+    """Every feature of every record beside its 90 % interval, over the median that is predicted of it.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Columns ``record, feature, measured, q05, median, q95, inside``; with ``sim_q05, sim_q95`` what simulations
+        alone show, too.
+    sensor : str
+        What the records are called in the legend.
+    """
+    records = list(dict.fromkeys(table["record"]))
+    figure = new_figure(0.7 + 1.75 * len(records), PAGE)
+    axes = figure.subplots(len(records), 1, squeeze=False, sharex=False)[:, 0]
+    for ax, name in zip(axes, records, strict=True):
+        part = table[table["record"] == name]
+        place, middle = np.arange(len(part)), part["median"]
+        ax.vlines(
+            place,
+            part["q05"] / middle,
+            part["q95"] / middle,
+            color=BLUE,
+            alpha=0.35,
+            linewidth=6,
+            label="90 % predicted",
+        )
+        if "sim_q05" in part:
+            sims = part["sim_q05"] / middle, part["sim_q95"] / middle
+            ax.vlines(place, *sims, color=BLUE, linewidth=2, label="90 % of simulations of the posterior")
+        inside, seen = part["inside"].to_numpy(), (part["measured"] / middle).to_numpy()
+        ax.plot(place[inside], seen[inside], "o", color=BLACK, markersize=3.5, label=sensor)
+        ax.plot(place[~inside], seen[~inside], "X", color=VERMILION, markersize=6, label=f"{sensor}, outside")
+        ax.set_yscale("log")
+        ax.yaxis.set_major_formatter("{x:g}")
+        ax.yaxis.set_minor_formatter("{x:g}" if np.ptp(np.log10(ax.get_ylim())) < 0.7 else "")
+        ax.set_ylabel("ratio to the\npredicted median")
+        ax.set_title(f"{name}: {inside.sum()} of {len(part)} inside")
+        last = name == records[-1]
+        ax.set_xticks(
+            place, [one.replace("_", " ") for one in part["feature"]] if last else [], rotation=60, ha="right"
+        )
+    figure.legend(*axes[0].get_legend_handles_labels(), ncols=4, loc="outside upper center")
+    return figure
+
+
+@styled
+def spectra_figure(pairs: Sequence[tuple[str, float, np.ndarray, np.ndarray]], sensor: str) -> Figure:
+    """Amplitude spectra of records and of simulations of the best rig.
+
+    Parameters
+    ----------
+    pairs : sequence of (name, rate, measured, simulated)
+        Rate of the samples, Hz, and whole turns of ay, g.
+    sensor : str
+        What the records are called in the legend.
+    """
+    figure = new_figure(0.5 + 1.6 * len(pairs), PAGE)
+    axes = figure.subplots(len(pairs), 1, squeeze=False, sharex=True)[:, 0]
+    for ax, (name, rate, measured, simulated) in zip(axes, pairs, strict=True):
+        for ay, look, label in ((measured, SENSOR, sensor), (simulated, SIMULATION, "best rig, simulated")):
+            turns = ay - ay.mean(axis=1, keepdims=True)
+            amplitude = np.sqrt(np.mean((2 * np.abs(np.fft.rfft(turns, axis=1)) / turns.shape[1]) ** 2, axis=0))
+            hz = np.fft.rfftfreq(turns.shape[1], 1 / rate)
+            ax.plot(*thin(hz[1:], amplitude[1:], 800), **look, linewidth=0.7, label=label)
+        ax.set(xscale="log", yscale="log", ylim=(1e-4, 3), ylabel="amplitude (g)", title=name)
+    axes[-1].set_xlabel("frequency (Hz)")
+    axes[0].legend(loc="lower left", ncols=2)
+    return figure
+
+
+@styled
+def _panels(names: list[str]) -> tuple[Figure, np.ndarray]:
+    """A figure with a panel a name, and its axes."""
+    columns = min(len(names), 3)
+    rows = -(-len(names) // columns)
+    figure = new_figure(1.9 * rows, PAGE)
+    axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    for ax, name in zip(axes.flat, names, strict=False):
+        ax.set_title(name, fontsize=SMALL)
+        ax.xaxis.set_major_locator(MaxNLocator(3))
+    for ax in list(axes.flat)[len(names) :]:
+        ax.set_axis_off()
+    return figure, axes
+
+
+def rank_figure(ranks: pd.DataFrame, discrepancy: str) -> Figure:
+    """Truths by their ranks among the draws, with the band in which all bins lie at 95 % if ranks are uniform.
+
+    ``ranks`` as `identification.calibration.Calibration.ranks`; one panel an unknown or size of a discrepancy.
+    """
+    part = ranks[ranks["discrepancy"] == discrepancy]
+    names = list(dict.fromkeys(part["parameter"]))
+    figure, axes = _panels(names)
+    for ax, name in zip(axes.flat, names, strict=False):
+        own = part[part["parameter"] == name]
+        counts = histogram(own)
+        low, high = rank_band(len(own), len(counts))
+        edges = np.linspace(0, 1, len(counts) + 1)
+        ax.fill_between([0, 1], low, high, color=ORANGE, alpha=0.3, linewidth=0)
+        ax.axhline(len(own) / len(counts), color=BLACK, linewidth=0.6, linestyle="-")
+        ax.stairs(counts, edges, color=BLUE)
+        ax.set_ylim(bottom=0)
+    for ax in axes[-1]:
+        ax.set_xlabel("rank of the true value")
+    for ax in axes[:, 0]:
+        ax.set_ylabel("cases")
+    return figure
+
+
+def calibration_figure(ranks: pd.DataFrame, discrepancy: str) -> Figure:
+    """How often central intervals hold the truth, over their level, with what chance leaves open at 95 %.
+
+    ``ranks`` as `identification.calibration.Calibration.ranks`; one panel an unknown or size of a discrepancy.
+    """
+    part = ranks[ranks["discrepancy"] == discrepancy]
+    names = list(dict.fromkeys(part["parameter"]))
+    figure, axes = _panels(names)
+    level = np.linspace(0, 1, 101)
+    for ax, name in zip(axes.flat, names, strict=False):
+        own = part[part["parameter"] == name]
+        away = 2 * np.abs((own["rank"] + 0.5) / (own["of"] + 1) - 0.5)
+        ax.plot(level, [(away <= one).mean() for one in level], color=BLUE)
+        sd = np.sqrt(level * (1 - level) / len(own))
+        ax.fill_between(level, level - 1.96 * sd, level + 1.96 * sd, color=ORANGE, alpha=0.3, linewidth=0)
+        ax.plot(level, level, color=BLACK, linewidth=0.6, linestyle="-")
+    for ax in axes[-1]:
+        ax.set_xlabel("level of the interval")
+    for ax in axes[:, 0]:
+        ax.set_ylabel("coverage")
+    return figure

@@ -1,0 +1,113 @@
+"""Lives of worn rigs: what changes, the profile of a groove, and the first radius that lasts longest."""
+
+import numpy as np
+
+from trackdyn.parameters.rig import Rig
+from trackdyn.plots.style import BLUE, ORANGE, SMALL, VERMILION, new_figure, styled
+from laboratory.wear.contour import contours
+from laboratory.wear.study import OF_A_LIFE, PROFILES
+
+ACROSS = (("distance_km", 1e-3, "distance (1000 km)"), ("life", 100.0, "fraction of the life (%)"))
+DOWN = (
+    ("ring radius (mm)", ("ring_radius_m",), 1e3),
+    ("contact\n(% of a turn)", ("left_share_pct", "right_share_pct"), 1.0),
+    ("peak force (kN)", ("left_peak_n", "right_peak_n"), 1e-3), ("RMS (g)", ("rms_g",), 1.0),
+    ("dominant\npeak (g)", ("line_g",), 1.0),
+)  # fmt: skip
+ENLARGED = 10  # depths in the drawing of a profile
+STYLES = ("-", "--", ":", "-.")
+
+
+@styled
+def life_figure(lives, radius: float = 0.308):
+    """Radius, shares, peaks and what the sensor feels over the kilometres and over the share of the life.
+
+    Parameters
+    ----------
+    lives : DataFrame
+        `study.wear.study.run_lives`; those of the shipped rig with this first radius (m) are drawn.
+    """
+    figure = new_figure(7.0)
+    axes = figure.subplots(len(DOWN), 2, sharex="col", sharey="row")
+    chosen = lives[(lives["rig"] == "shipped") & np.isclose(lives["first_radius_m"], radius)]
+    for style, (life, table) in zip(STYLES, chosen.groupby(OF_A_LIFE, sort=False), strict=False):
+        for row, (label, names, scale) in enumerate(DOWN):
+            for column, (across, by, words) in enumerate(ACROSS):
+                for colour, name in zip((BLUE, ORANGE), names, strict=False):
+                    axes[row][column].plot(
+                        by * table[across], scale * table[name], style, color=colour, marker=".", ms=3
+                    )
+                axes[-1][column].set_xlabel(words)
+            axes[row][0].set_ylabel(label)
+        axes[0][0].plot([], [], style, color=BLUE, label=f"{life[1]:g} rpm, {life[2]}")
+    axes[1][0].plot([], [], "-", color=BLUE, label="left arc")
+    axes[1][0].plot([], [], "-", color=ORANGE, label="right arc")
+    for panel in axes[:2, 0]:
+        panel.legend(fontsize=SMALL)
+    return figure
+
+
+@styled
+def profile_figure(rig: Rig, lives, flanks: dict, radius: float = 0.308):
+    """Groove at 0, 25, 50, 75 and 100 % of a life, depths enlarged; depths over the contour below.
+
+    Parameters
+    ----------
+    flanks : dict
+        Depths by life (`study.wear.study.run_lives`); the first life of the shipped rig with this first radius (m) is
+        drawn.
+    """
+    figure = new_figure(4.0)
+    shape, over = figure.subplots(2, 1, height_ratios=[1, 2])
+    life = next((one for one in flanks if one[0] == "shipped" and np.isclose(one[3], radius)), None)
+    if life is None:
+        shape.set_title("no life of the shipped rig")
+        return figure
+    end = lives[(lives[OF_A_LIFE] == list(life)).all(axis=1)]["distance_km"].iloc[-1]
+    for k, (share, depths) in enumerate(zip(PROFILES, flanks[life], strict=True)):
+        colour = str(0.7 * (1 - share))
+        for side, contour, depth in zip((1.0, -1.0), contours(rig.groove_profile), map(np.array, depths), strict=True):
+            worn = contour.worn(ENLARGED * depth)
+            along = np.cumsum(contour.length) - contour.length.sum()
+            label = f"{share:.0%}, {share * end:.0f} km" if side > 0 else None
+            shape.plot(1e3 * side * worn[:, 0], 1e3 * worn[:, 1], "-", color=colour, lw=0.6 + 0.2 * k)
+            over.plot(1e3 * side * along, 1e3 * depth, "-", color=colour, lw=0.6 + 0.2 * k, label=label)
+    shape.set(aspect="equal", xlabel="x (mm)", ylabel="y (mm)", title=f"groove, wear enlarged {ENLARGED} times")
+    over.legend(fontsize=SMALL)
+    over.set(xlabel="along the contour from the bottom: left flank, right flank (mm)", ylabel="depth (mm)")
+    figure.suptitle(f"{life[1]:g} rpm, {life[2]}, first radius {life[3]:g} m", fontsize=8)
+    return figure
+
+
+@styled
+def radius_figure(seen):
+    """Run in the good window by the first radius of the ring, and how many rigs are in it; the printed one is marked.
+
+    Parameters
+    ----------
+    seen : DataFrame
+        `study.wear.study.windows`; of a rig, speed and tension the life with the largest first radius is drawn.
+    """
+    figure = new_figure(3.2)
+    run, share = figure.subplots(1, 2, sharex=True)
+    longest = seen[seen.groupby(OF_A_LIFE[:3])["first_radius_m"].transform("max") == seen["first_radius_m"]]
+    for (rig, rpm, tension), table in longest.groupby(OF_A_LIFE[:3], sort=False):
+        radius, part = 1e3 * table["radius_m"], 100 * table["good_km"] / (table["good_km"].max() or 1.0)
+        if rig.startswith("ensemble"):
+            run.plot(radius, part, "-", color="0.8", lw=0.8, zorder=0)
+        else:
+            colour = BLUE if rig == "shipped" else VERMILION
+            style = STYLES[2 * (rpm > 150) + (tension != "locked")]
+            run.plot(radius, part, style, color=colour, label=f"{rig}, {rpm:g} rpm, {tension}")
+    for kind, mark, colour in ((True, "ensemble", "0.5"), (False, "rigs with a name", BLUE)):
+        chosen = longest[longest["rig"].str.startswith("ensemble") == kind]
+        good = 100 * chosen.groupby("radius_m")["good"].mean()
+        share.plot(1e3 * good.index, good, "-", color=colour, label=mark)
+    share.legend(fontsize=SMALL)
+    run.set_ylabel("run in the good window, % of the longest")
+    share.set_ylabel("in the good window, % of the lives")
+    for panel in (run, share):
+        panel.axvline(308, color=ORANGE, lw=0.8, zorder=0)
+        panel.set(xlabel="radius of the ring (mm)", ylim=(0, None))
+    figure.legend(*run.get_legend_handles_labels(), loc="outside upper center", ncols=2, fontsize=SMALL)
+    return figure

@@ -1,0 +1,124 @@
+"""The page of an identification, with its pictures."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from trackdyn.files import write_text
+from laboratory.inference.identification.answer import discrepancies, features_table, tables
+from laboratory.inference.identification.experiment import simulated_ay
+from laboratory.inference.identification.features import turns_of
+from laboratory.inference.identification.identify import Answer
+from laboratory.inference.identification.posterior import contradicted
+from laboratory.inference.verdict import IDENTIFIED, IN_DOUBT, ONE_SIDED
+from trackdyn.parameters.rig import Rig
+from laboratory.report.figures.identification import features_figure, posterior_figure, spectra_figure
+from replication.report.page.builder import picture
+from trackdyn.plots.rendering import environment
+from trackdyn.plots.style import save
+
+HERE = Path(__file__).parent
+COLUMNS = ["unknown", "verdict", "best", "q05", "q95", "low", "high", "present", "width"]
+
+
+def write_page(answer: Answer, rig: Rig, out: Path, synthetic: str = "", tellable: pd.DataFrame | None = None) -> Path:
+    """Draw the figures and write ``index.html``.
+
+    Parameters
+    ----------
+    answer : Answer
+        The identified values.
+    rig : Rig
+        That of the best values.
+    out : Path
+        Folder.
+    synthetic : str
+        What the records are called if they were not measured, such as ``synthetic``.
+    tellable : DataFrame, optional
+        What `told.tellable` found.
+    """
+    count, called = len(answer.unknowns), f"{synthetic} record" if synthetic else "record"
+    draws, features = answer.draws, features_table(answer)
+    best = draws.points[np.argmax(draws.density), :count]
+    figures = {
+        "posterior": posterior_figure(
+            answer.unknowns.unknowns, draws.points[:, :count], best, list(answer.table["verdict"])
+        ),
+        "features": features_figure(features, called),
+        "spectra": spectra_figure(_spectra(answer, rig), called),
+    }
+    if answer.held_out is not None:
+        figures["held_out"] = features_figure(answer.held_out, called)
+    for name, figure in figures.items():
+        save(figure, out / f"{name}.png")
+    sizes = discrepancies(answer)
+    found = tables(answer)
+    held = answer.held_out
+    text = environment(HERE).get_template("identification.html.j2").render(
+        headline=headline(answer),
+        synthetic=synthetic,
+        unknowns=_rows(answer.table[COLUMNS]),
+        correlations=_rows(found["correlations"]),
+        discrepancies=_rows(sizes),
+        wider=", ".join(contradicted(answer.posterior, answer.draws.points)),
+        held=None if held is None else {"inside": int(held["inside"].sum()), "count": len(held)},
+        records=_rows(_records(answer)),
+        tellable=None if tellable is None else _rows(tellable),
+        simulated=(
+            f"{len(answer.emulator.x)} rigs were simulated at every speed, {len(answer.failed)} more could not run. "
+            f"The chain of {len(draws.points)} draws moved in {100 * draws.acceptance:.0f} % of its steps."
+        ),
+        pictures={name: picture(out / f"{name}.png") for name in figures}
+        | ({"held_out": None} if held is None else {}),
+    )
+    write_text(out / "index.html", text)
+    return out / "index.html"
+
+
+def headline(answer: Answer) -> str:
+    """The answer in a sentence."""
+    parts = []
+    for row in answer.table.to_dict("records"):
+        interval = f"{row['q05']:.3g} to {row['q95']:.3g}"
+        if row["verdict"] == IDENTIFIED:
+            parts.append(f"{row['unknown']} is {row['median']:.3g} ({interval})")
+        elif row["verdict"] == ONE_SIDED:
+            side = f"above {row['q05']:.3g}" if row["excluded"] == "low" else f"below {row['q95']:.3g}"
+            parts.append(f"{row['unknown']} is {interval if row['excluded'] in ('', 'both') else side}")
+        elif row["verdict"] == IN_DOUBT:
+            parts.append(f"{row['unknown']} is in doubt ({interval}): no rig explains the records")
+        else:
+            parts.append(f"{row['unknown']} is not identified")
+    return "; ".join(parts) + "."
+
+
+def _spectra(answer: Answer, rig: Rig) -> list[tuple[str, float, np.ndarray, np.ndarray]]:
+    """Whole turns of every record and of the best rig."""
+    found = []
+    for one in answer.measured:
+        rate = one.speed.rate / one.speed.every
+        simulated = turns_of(simulated_ay(rig, one.speed, 1), rate, rig.loop_period(one.speed.rpm))
+        measured = turns_of(one.record.ay_g, rate, one.turn_s)
+        found.append((f"{one.name}: {one.speed.rpm:.4g} rev/min", rate, measured, simulated))
+    return found
+
+
+def _records(answer: Answer) -> pd.DataFrame:
+    rows = []
+    for one in answer.measured:
+        about = {
+            "record": one.record.path.name,
+            "speed_rpm": one.speed.rpm,
+            "turn_s": one.turn_s,
+            "turns": len(one.statistics),
+        }
+        rows.append(
+            about | {"rate_hz": one.record.rate_hz, "seconds": one.record.seconds, "clipped": one.record.clipped}
+        )
+    return pd.DataFrame(rows)
+
+
+def _rows(table: pd.DataFrame) -> list[dict]:
+    """Rows as plain data."""
+    return table.astype(object).where(table.notna(), None).to_dict("records")

@@ -1,0 +1,73 @@
+"""The measured part of the page on wear, from the lives alone."""
+
+import numpy as np
+import pandas as pd
+
+from laboratory.wear.study import OF_A_LIFE, answer, sensed, summarize, windows
+
+# why a life of the ensemble ended, by words of its ``end``, the first that it has
+ENDS = {
+    "reached ring": "the ring is worn to the last radius",
+    "no longer touch": "the links no longer touch the ring",
+    "touches no link": "the links no longer touch the ring",
+    "arcs miss": "five arcs no longer follow the worn flank",
+    "not resolved": "the step does not resolve the contacts",
+    "physical range": "the step does not resolve the contacts",
+    "": "the rig does not run",
+}
+COLUMNS = {
+    "life_km": "life (km)", "right_begins_m": "right arc touches (mm)", "left_leaves_m": "left force leaves 15 % (mm)",
+    "good_from_m": "window from (mm)", "good_to_m": "to (mm)", "good_km": "in it (km)",
+}  # fmt: skip
+
+
+def wear_text(lives: pd.DataFrame) -> str:
+    """Lives of the named rigs as a table; the best first radius, what came of the ensemble, what a sensor sees."""
+    seen = windows(lives)
+    summary = summarize(lives, seen)
+    drawn = summary["rig"].str.startswith("ensemble")
+    named = summary[~drawn]
+    table = named[OF_A_LIFE[:3]].assign(**{"first radius (mm)": named["first_radius_m"].map(lambda r: f"{1e3 * r:g}")})
+    for name, words in COLUMNS.items():
+        scale, digits = (1.0, 0) if name.endswith("_km") else (1e3, 2)
+        table[words] = [f"{scale * v:.{digits}f}" if pd.notna(v) else "–" for v in named[name]]
+    lines = [table.to_markdown(index=False, disable_numparse=True), "", f"- {answer(summary, seen)}"]
+    if (same := _same_history(lives[~lives["rig"].str.startswith("ensemble")])) is not None:
+        lines.append(
+            "- The life of a smaller new ring and the rest of the life of a larger one, from there on, differ "
+            f"by at most {same:.1%} in kilometres: the radius alone nearly determines the state."
+        )
+    if drawn.any():
+        words = [next(kind for mark, kind in ENDS.items() if mark in end) for end in summary.loc[drawn, "end"]]
+        counts = pd.Series(words).value_counts()
+        worn = summary.loc[drawn & summary["end"].str.startswith("reached"), "life_km"]
+        lines.append(f"- Ends of {drawn.sum()} rigs: " + "; ".join(f"{kind}: {n}" for kind, n in counts.items()) + ".")
+        low, middle, high = np.quantile(worn, [0.05, 0.5, 0.95])
+        lines.append(
+            f"- Lives of the {len(worn)} rigs whose ring wears to the last radius: median {middle:.3g} km, 90 % of "
+            f"them between {low:.3g} and {high:.3g} km, with the same coefficients for all."
+        )
+    deepest = 1e3 * named[["left_depth_m", "right_depth_m"]].max().max()
+    lost = 1e3 * (named["first_radius_m"] - named["last_radius_m"]).max()
+    lines.append(f"- Deepest wear of a groove in these lives: {deepest:.2g} mm, while the ring loses {lost:.2g} mm.")
+    of_sensor = sensed(lives[lives["rig"] == lives["rig"].iloc[0]])
+    best = of_sensor.groupby("measure")["detectable_mm"].median().sort_values()
+    named_best = ", ".join(f"{value:.2f} mm by `{name}`" for name, value in best.items())
+    lines.append(
+        f"- Least change of the ring's radius that two records tell apart (median, default rig): {named_best}."
+    )
+    return "\n".join(lines)
+
+
+def _same_history(lives: pd.DataFrame) -> float | None:
+    """Largest relative difference of a life from what is left, at its first radius, of the longest life of the rig."""
+    found = []
+    for _, cases in lives.dropna(subset=["ring_radius_m"]).groupby(OF_A_LIFE[:3]):
+        whole = cases[cases["first_radius_m"] == cases["first_radius_m"].max()].sort_values("ring_radius_m")
+        for first, one in cases.groupby("first_radius_m"):
+            if first < whole["first_radius_m"].iloc[0] and np.isclose(
+                one["ring_radius_m"].min(), whole["ring_radius_m"].min()
+            ):
+                left = whole["distance_km"].max() - np.interp(first, whole["ring_radius_m"], whole["distance_km"])
+                found.append(abs(left / one["distance_km"].max() - 1))
+    return max(found, default=None)

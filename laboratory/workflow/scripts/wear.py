@@ -1,0 +1,34 @@
+from _script import logged
+
+from trackdyn import load_rig
+from trackdyn.files import write_csv
+from laboratory.inference.ensemble.settings import load_ensemble, unknowns_of
+from laboratory.inference.ensemble.waves import prior_points
+from laboratory.report.figures.wear import life_figure, profile_figure, radius_figure
+from trackdyn.plots.style import save
+from replication.report.tables import write_table
+from replication.study.settings import WearForm
+from laboratory.wear.study import answer, run_lives, sensed, summarize, windows
+
+with logged(snakemake):
+    given, form = snakemake.input, WearForm.model_validate(snakemake.params.form)
+    named = {"shipped": load_rig(given.rig)}
+    named |= {name: load_rig(path) for name, path in zip(snakemake.params.names, given.others, strict=True)}
+    rigs = [(name, rig, {}, form.named) for name, rig in named.items()]
+    if form.ensemble_rigs:
+        config = load_ensemble(given.ensemble)
+        unknowns = unknowns_of(config, given.ranges)
+        points = prior_points(unknowns, form.ensemble_rigs, config.seed)
+        drawn = [unknowns.to_rig(x) for x in points]
+        rigs += [(f"ensemble {k}", rig, own, form.ensemble) for k, (rig, own) in enumerate(drawn)]
+    lives, flanks = run_lives(rigs, form, snakemake.params.store, snakemake.threads)
+    seen = windows(lives)
+    summary = summarize(lives, seen)
+    said = answer(summary, seen)
+    write_csv(snakemake.output.csv, lives, float_format="%.7g")
+    write_csv(snakemake.output.sensed, sensed(lives))
+    write_table(summary, snakemake.output.summary, said)
+    pictures = life_figure(lives), profile_figure(named["shipped"], lives, flanks), radius_figure(seen)
+    for picture, path in zip(pictures, snakemake.output.figures[::2], strict=True):
+        save(picture, path)
+    print(said)

@@ -1,0 +1,329 @@
+"""A track as a unit for co-simulation: valid by the standard, and the same numbers as the loop itself."""
+
+import shutil
+import sys
+from math import nan
+
+import numpy as np
+import pytest
+
+from trackdyn.commands import cli
+from trackdyn.errors import InputError
+from laboratory.fmi.unit import Strands, Unit
+from trackdyn.measure.sensor import specific_force
+from trackdyn.parameters.rig import Rig
+from trackdyn.scene.fidelity import preset
+from trackdyn.simulation.loop import Loop
+
+pytestmark = pytest.mark.slow  # an importer turns what a unit raises into a status
+EXCHANGE = 1e-3
+CHANGES = {0.0: (115.0, 0.0), 0.3: (140.0, 0.0), 0.45: (140.0, -1e-3)}  # time (s): motor (rev/min), shift (m)
+UNTIL = 0.6
+# what travels through the unit is the same double: only the place of a step on the clock could differ
+SAME = 1e-9
+
+
+@pytest.fixture(scope="module")
+def scene(make_scene):
+    return make_scene(115.0, lead_in=0.0, **preset("fast"))
+
+
+@pytest.fixture(scope="module")
+def unit_file(scene, tmp_path_factory):
+    pytest.importorskip("pythonfmu3", reason="PythonFMU3 is not installed")
+    from laboratory.fmi.build import write_fmu
+
+    path = tmp_path_factory.mktemp("fmu") / "track.fmu"
+    write_fmu(scene, path)
+    assert [file.name for file in path.parent.iterdir()] == ["track.fmu"]
+    return path
+
+
+@pytest.fixture(scope="module")
+def native(scene):
+    """What the loop itself does with the same inputs, taken from it without the unit."""
+    loop, rows, now = Loop(scene), [], (115.0, 0.0)
+    settled, count = loop.layout["tensioner_shift_m"], round(EXCHANGE / scene.step)
+    body = loop.model.sensor.body
+    for k in range(round(UNTIL / EXCHANGE)):
+        wanted = CHANGES.get(round(k * EXCHANGE, 9), now)
+        if wanted[0] != now[0]:
+            loop.drive(wanted[0], EXCHANGE)
+        if wanted[1] != now[1]:
+            loop.shift_tensioner(settled + wanted[1])
+        now = wanted
+        energy, angle = loop.energy["sprocket_work"], loop.state.wheel_angle[0]
+        mean = np.zeros(3)
+        record = loop.room(count)  # rows of one step: the mean over the exchange is theirs
+        loop.model, whole = loop.model._replace(stride=1), loop.model.stride
+        loop.fill(record)
+        loop.model = loop.model._replace(stride=whole)
+        mean = record.mean.mean(axis=0)
+        felt = specific_force(mean[:2], mean[2], scene.rig.gravity) / scene.rig.gravity
+        turned = loop.state.wheel_angle[0] - angle
+        rows.append([*loop.wheel_rates, *felt, (loop.energy["sprocket_work"] - energy) / turned, loop.gap])
+    assert body == 2 * (scene.rig.sensor.pitch - 1)
+    return np.array(rows)
+
+
+NAMES = ("rate_sprocket", "rate_idler", "rate_road_wheel", "sensor_ax", "sensor_ay", "sprocket_torque", "gap")
+
+
+def test_the_unit_keeps_the_standard(unit_file):
+    validation = pytest.importorskip("fmpy.validation", reason="FMPy is not installed")
+    assert validation.validate_fmu(str(unit_file)) == []
+
+
+@pytest.fixture
+def imported(unit_file):
+    """The unit as an importer has it, initialised, and the numbers of its variables."""
+    fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed")
+    description = fmpy.read_model_description(str(unit_file))
+    folder = fmpy.extract(str(unit_file))
+    unit = fmpy.instantiate_fmu(folder, description, "CoSimulation")
+    unit.enterInitializationMode()
+    unit.exitInitializationMode()
+    yield unit, {variable.name: variable.valueReference for variable in description.modelVariables}
+    unit.terminate()
+    unit.freeInstance()
+    shutil.rmtree(folder)
+
+
+def exchange(unit, start, count=1):
+    for k in range(count):
+        unit.doStep(currentCommunicationPoint=start + k * EXCHANGE, communicationStepSize=EXCHANGE)
+
+
+def test_the_unit_is_the_loop(imported, native):
+    unit, numbers = imported
+    found = []
+    for k in range(round(UNTIL / EXCHANGE)):
+        if (wanted := CHANGES.get(round(k * EXCHANGE, 9))) is not None:
+            unit.setFloat64([numbers["motor_rpm"], numbers["tensioner_shift"]], wanted)
+        exchange(unit, k * EXCHANGE)
+        found.append(unit.getFloat64([numbers[name] for name in NAMES]))
+    found, scale = np.array(found), np.abs(native).max(axis=0)
+    assert (np.abs(found - native).max(axis=0)[:-1] <= SAME * scale[:-1]).all()
+    assert found[:, -1].max() < 1e-10  # both gaps are rounding
+    assert scale[0] > 1 and scale[5] > 10  # something turned, and took work
+    assert np.abs(found[310:, 0]).min() > np.abs(found[:300, 0]).max()  # the input was heard
+
+
+def test_an_importer_runs_the_unit(unit_file):
+    """With inputs that it interpolates: rounding of a constant speed does not cut the start-up ramp short."""
+    fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed")
+    signals = np.array(
+        [(0.0, 115.0, 0.0), (0.07, 115.0, 0.0), (0.3, 115.0, 0.0)],
+        dtype=[("time", float), ("motor_rpm", float), ("tensioner_shift", float)],
+    )
+    result = fmpy.simulate_fmu(
+        str(unit_file), stop_time=0.3, step_size=EXCHANGE, output_interval=EXCHANGE, input=signals, output=NAMES
+    )
+    rates = np.abs(result["rate_sprocket"])
+    assert np.diff(rates).max() < 0.02 * rates[-1] and rates[-1] > 1
+
+
+def test_a_state_can_be_returned_to(imported):
+    unit, numbers = imported
+    outputs = [numbers[name] for name in NAMES]
+
+    def go_on(start, count):
+        exchange(unit, start, count)
+        return unit.getFloat64(outputs)
+
+    go_on(0.0, 100)
+    kept = unit.getFMUState()
+    first = go_on(0.1, 50)
+    unit.setFloat64([numbers["motor_rpm"]], [200.0])
+    assert go_on(0.15, 20) != first
+    unit.setFMUState(kept)
+    assert unit.getFloat64([numbers["motor_rpm"]]) == [115.0]
+    assert go_on(0.1, 50) == first
+    unit.freeFMUState(kept)
+
+
+def test_a_refused_input_ends_in_one_sentence(unit_file):
+    fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed")
+    said = []
+    with pytest.raises(fmpy.fmi1.FMICallException):
+        fmpy.simulate_fmu(
+            str(unit_file),
+            stop_time=0.1,
+            step_size=EXCHANGE,
+            start_values={"motor_rpm": 115.0, "tensioner_shift": 0.4},
+            logger=lambda *parts: said.append(str(parts)),
+            debug_logging=True,
+        )
+    assert "tensioner_shift = 0.4 m: must be between" in "".join(said)
+
+
+def test_a_refused_speed_is_logged(imported, capfd):
+    unit, numbers = imported
+    unit.setFloat64([numbers["motor_rpm"]], [nan])
+    with pytest.raises(Exception, match="status 3"):
+        exchange(unit, 0.0)
+    assert "motor_rpm = nan:" in "".join(capfd.readouterr())
+
+
+def test_torque_and_turn_are_the_work_of_the_drive_and_it_is_lost(scene):
+    unit = Unit(scene.with_(lead_in=0.5))
+    unit.start()
+    before = unit.loop.energy
+    work = 0.0
+    for k in range(400):
+        angle = unit.loop.state.wheel_angle[0]
+        unit.step(k * EXCHANGE, EXCHANGE)
+        work += unit.values["sprocket_torque"] * (unit.loop.state.wheel_angle[0] - angle)
+    change = {name: value - before[name] for name, value in unit.loop.energy.items()}
+    assert work == pytest.approx(change["sprocket_work"], rel=1e-9)
+    # what goes in is stored or lost; the account of the fast preset leaves 0.13 % open, and four times that is refused
+    others = sum(value for name, value in change.items() if name != "sprocket_work")
+    exchanged = sum(abs(value) for value in change.values())
+    assert abs(work - others) < 5e-3 * exchanged
+    assert work > 0
+
+
+def test_strand_tension_is_that_between_its_joints():
+    """Joints along a strand from (0, 1) to (4, 1), force growing by 10 N/m from 100 N: 120 N in the middle, always."""
+    circles = np.array([[0.0, 0.0, 1.0], [4.0, 0.0, 1.0]])
+    strands = Strands(circles, ["a", "b"])
+    assert strands.names == [("a", "b"), ("b", "a")]
+    assert strands.middle == pytest.approx(np.array([[2.0, 1.0], [2.0, -1.0]]))
+    for shift in np.linspace(0.0, 0.5, 7):
+        x = np.arange(0.0, 4.0, 0.5) + shift
+        upper, lower = np.column_stack([x, np.ones(8)]), np.column_stack([x[::-1], -np.ones(8)])
+        forces = np.column_stack([np.concatenate([100 + 10 * x, 300 - 10 * x[::-1]]), np.zeros(16)])
+        assert strands.tension(np.vstack([upper, lower]), forces) == pytest.approx([120.0, 280.0])
+
+
+def test_a_unit_starts_at_rest_under_its_pre_tension(scene):
+    unit = Unit(scene)
+    unit.start()
+    assert unit.values["rate_sprocket"] == unit.values["sprocket_torque"] == 0.0
+    # at rest the sensor feels the weight alone, whichever way its link is tilted
+    assert np.hypot(unit.values["sensor_ax"], unit.values["sensor_ay"]) == pytest.approx(1.0)
+    tensions = [value for name, value in unit.values.items() if name.startswith("tension_")]
+    settled = unit.loop.layout["settled_tension_n"]  # at the cut, in the strand from the idler to the sprocket
+    assert unit.values["tension_idler_to_sprocket"] == pytest.approx(settled, rel=0.01)
+    assert len(tensions) == 3
+
+
+def test_inputs_are_those_of_the_rig(make_scene):
+    names = lambda **fields: [signal.name for signal in Unit(make_scene(115.0, **fields)).inputs]  # noqa: E731
+    assert names() == ["motor_rpm", "tensioner_shift"]
+    assert names(tension="sprung") == ["motor_rpm"]
+
+
+def test_a_shift_of_the_tensioner_tightens_the_loop(scene):
+    """Two units from one start, a millimetre apart, over the same times."""
+    tensions = []
+    for shift in (0.0, 1e-3):
+        unit, seen = Unit(scene), []
+        unit.start()
+        unit.wanted["tensioner_shift"] = shift
+        for _ in range(200):
+            unit.step(unit.loop.time, EXCHANGE)
+            seen.append(unit.values["tension_idler_to_sprocket"])
+        tensions.append(np.mean(seen[100:]))
+    assert tensions[1] > 1.02 * tensions[0]
+
+
+@pytest.mark.parametrize(
+    ("fields", "sentence"),
+    [
+        ({"chain": "belt", "ring_radius": None, "spells": False}, "chain = 'belt':"),
+        ({"loop": "free", "ring_radius": None}, "loop = 'free':"),
+        ({"space": "spatial"}, "space = 'spatial':"),
+    ],
+)
+def test_scenes_without_a_unit_are_refused(make_scene, fields, sentence):
+    with pytest.raises(InputError, match=sentence):
+        Unit(make_scene(115.0, **fields))
+
+
+@pytest.mark.parametrize("exchange", [0.0, -1.0, 1e-6, nan])
+def test_an_exchange_shorter_than_a_step_is_refused(scene, exchange):
+    unit = Unit(scene)
+    unit.loop = Loop(scene)
+    wanted = rf"exchange = .*: must be between the step of the loop, {scene.step:g} s"
+    with pytest.raises(InputError, match=wanted):
+        unit.step(0.0, exchange)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["config/rig.yaml", "--out", "track.zip"], "the name must end in .fmu"),
+        (["no_rig.yaml"], "no_rig.yaml"),
+        (["config/rig.yaml", "--ring-radius", "wide"], "must be a radius in m, or none"),
+        (["config/rig.yaml", "--rpm", "nan"], "--rpm = 'nan':"),
+    ],
+)
+def test_the_command_refuses_in_one_sentence(arguments, sentence, monkeypatch, capsys, tmp_path, default_rig_path):
+    (tmp_path / "config").symlink_to(default_rig_path.parent)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["trackdyn", "fmu", *arguments])
+    with pytest.raises(SystemExit) as end:
+        cli.main()
+    assert end.value.code == 1
+    error = capsys.readouterr().err
+    assert sentence in error and error.count("\n") == 1 and "Traceback" not in error
+    assert [path.name for path in tmp_path.iterdir()] == ["config"]
+
+
+def test_without_the_library_one_sentence_says_what_to_install(monkeypatch, scene, tmp_path):
+    from laboratory.fmi.build import write_fmu
+
+    monkeypatch.setitem(sys.modules, "pythonfmu3", None)
+    with pytest.raises(InputError, match=r"pip install 'trackdyn\[fmu\]'"):
+        write_fmu(scene, tmp_path / "track.fmu")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.fixture(scope="module")
+def driven_rig(rig):
+    """The shipped rig with a motor of a line and a tensioner that is pushed.
+
+    The surface of its own, equal to that of the others, makes its kernels those of `tests/rigs/test_drives.py`.
+    """
+    data = rig.model_dump(mode="json")
+    data["surfaces"], data["idler"]["surface"] = {"same": data["wheel_contact"]}, "same"
+    data["drive"] = {"kind": "motor", "inertia": 40.0, "slope": 2000.0, "torque": 900.0}
+    data["tension"] |= {"kept": "forced", "force": [[0.0, 9000.0]], "damping": 2e4}
+    return Rig.model_validate(data)
+
+
+def test_the_torque_limit_is_what_turns_the_sprocket(make_scene, driven_rig):
+    """Newton: what the drive gives turns sprocket, gear and rotor, and through them the chain."""
+    unit = Unit(make_scene(300.0, rig=driven_rig, lead_in=0.0, ramp=1e-3))
+    assert [signal.name for signal in unit.inputs] == ["motor_rpm", "torque_limit", "tensioner_force"]
+    unit.start()
+    for limit, start in ((900.0, 0.0), (500.0, 0.1)):
+        unit.wanted["torque_limit"] = limit
+        for k in range(20):  # the first exchanges after a jump of the torque shake the chain
+            unit.step(start + k * EXCHANGE, EXCHANGE)
+        before, taken = unit.values["rate_sprocket"], []
+        for k in range(20, 100):
+            unit.step(start + k * EXCHANGE, EXCHANGE)
+            taken.append(unit.values["sprocket_torque"])
+        gained = driven_rig.drive.inertia * (unit.values["rate_sprocket"] - before) / (80 * EXCHANGE)
+        # clockwise is negative; a mean over the turn is that over time but for what the rate changes in an exchange
+        assert gained == pytest.approx(-limit - np.mean(taken), abs=0.01 * limit)
+        assert np.mean(taken) < -50.0  # the chain took some of it
+    assert abs(unit.values["rate_sprocket"]) < 0.9 * abs(unit.loop.scene.sprocket_rate)
+
+
+def test_the_tensioner_force_tightens_the_loop_at_rest(make_scene, driven_rig):
+    unit = Unit(make_scene(0.0, rig=driven_rig, lead_in=0.0))
+    unit.start()
+    means = []
+    for force in (9000.0, 11000.0):
+        unit.wanted["tensioner_force"] = force
+        for _ in range(1500):
+            unit.step(unit.loop.time, EXCHANGE)
+        means.append(np.mean([value for name, value in unit.values.items() if name.startswith("tension_")]))
+    # force and tension are in proportion but for the chain's weight, which tightens the loop by itself
+    assert means[1] / means[0] == pytest.approx(11 / 9, rel=0.1)
+    unit.wanted["tensioner_force"] = nan
+    with pytest.raises(InputError, match="tensioner_force = nan N:"):
+        unit.step(unit.loop.time, EXCHANGE)

@@ -1,0 +1,57 @@
+"""Emulators against functions that are known in closed form."""
+
+import numpy as np
+import pytest
+from scipy.stats import qmc
+
+from trackdyn.errors import InputError
+from laboratory.inference.emulator import Emulator, held_out_check
+
+
+def points(count, d, seed=1):
+    return qmc.LatinHypercube(d, seed=seed).random(count)
+
+
+def bent(x):
+    return 3.0 * x[:, 0] + np.sin(4.0 * x[:, 1])
+
+
+def test_a_smooth_function_is_known_between_the_points():
+    x, new = points(60, 4), points(50, 4, seed=2)
+    mean, variance = Emulator(x, bent(x)).predict(new)
+    assert np.abs(mean - bent(new)).max() < 0.05
+    assert np.sqrt(variance).max() < 0.1
+
+
+def test_the_variance_of_noise_is_that_of_the_noise():
+    """Two inputs of four matter, noise has a variance of 0.04: the emulator says so, and half as much again at most."""
+    rng = np.random.default_rng(3)
+    x = points(200, 4)
+    _, variance = Emulator(x, bent(x) + rng.normal(0, 0.2, 200)).predict(points(50, 4, seed=2))
+    assert 0.02 < variance.mean() < 0.06
+
+
+def test_held_out_points_lie_where_the_emulator_says():
+    """Of 100 points 95 are expected inside; 88 or fewer would be a chance of 1 in 200."""
+    rng = np.random.default_rng(4)
+    x = points(300, 3)
+    check = held_out_check(x, bent(x) + rng.normal(0, 0.3, 300), share=1 / 3)
+    assert check.coverage_95 > 0.88 and 0.75 < check.standard_error.std() < 1.3
+    assert check.r2 > 0.8 and 0.25 < check.rmse < 0.4
+
+
+def test_an_output_that_never_changes_has_no_variance():
+    x = points(20, 3)
+    mean, variance = Emulator(x, np.zeros(20)).predict(x)
+    assert not mean.any() and not variance.any()
+
+
+def test_points_without_an_output_are_left_out_and_too_few_are_refused():
+    x = points(30, 2)
+    y = bent(x)
+    y[::2] = np.nan
+    assert len(Emulator(x, y).y) == 15
+    with pytest.raises(InputError, match="7 points have an output"):
+        Emulator(x[:7], bent(x[:7]))
+    with pytest.raises(InputError, match="do not match"):
+        Emulator(x, y[:5])

@@ -1,0 +1,220 @@
+"""The fit: residuals on constructed results, ranges and starts, and a value found again."""
+
+import io
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import laboratory.inference.fit as fit
+import laboratory.inference.sensitivity as sensitivity
+from trackdyn.errors import InputError
+from laboratory.inference.search import Round
+from laboratory.inference.unknowns import file_ranges
+from trackdyn.parameters.rig import load_rig
+from trackdyn.parameters.validation import validated
+from trackdyn.parameters.yaml_file import read_yaml
+
+FILE = Path(__file__).parents[2] / "config" / "fit.yaml"
+RIG = FILE.parent / "rigs" / "possible.yaml"
+
+
+@pytest.fixture(scope="module")
+def rig():
+    """The default rig, which the choices of the file start from."""
+    return load_rig(RIG)
+
+
+@pytest.fixture
+def config():
+    return validated(fit.FitConfig, read_yaml(FILE), str(FILE))
+
+
+def target(**fields):
+    base = {"claim": "C25", "ring_radius_m": 0.308, "output": "left_share_pct", "printed": 10.0, "tolerance": 2.0,
+            "reason": "why"}  # fmt: skip
+    return fit.FitTarget.model_validate(base | fields)
+
+
+def summaries(share=10.0, other=5.0, gap=0.0):
+    return {0.308: {"left_share_pct": share, "left_gap_m": gap}, 0.313: {"left_share_pct": other}, None: None}
+
+
+@pytest.mark.parametrize(
+    ("fields", "share", "expected"),
+    [
+        ({}, 13.0, 1.5),
+        ({}, 7.0, -1.5),
+        ({"rule": "at_most"}, 7.0, 0.0),
+        ({"rule": "at_most"}, 12.0, 1.0),
+        ({"rule": "at_least"}, 12.0, 0.0),
+        ({"rule": "at_least"}, 8.0, -1.0),
+        ({}, float("nan"), -fit.MISSING),
+        ({"relative_to": 0.313, "printed": 1.0, "tolerance": 0.5}, 10.0, 2.0),
+    ],
+)
+def test_residuals_are_in_tolerances(fields, share, expected):
+    assert fit.residual(target(**fields), summaries(share)) == pytest.approx(expected)
+
+
+def test_a_contact_that_does_not_occur_has_a_gradient():
+    """The nearer the arc comes to its groove, the less is missing: of a share, a ratio and of a time."""
+    share = [fit.residual(target(), summaries(0.0, gap=gap)) for gap in (0.0, 1e-3, 2e-3)]
+    assert share == pytest.approx([-5.0, -6.0, -7.0])
+    times = [fit.residual(target(), summaries(float("nan"), gap=gap)) for gap in (0.0, 1e-3)]
+    assert times == pytest.approx([-fit.MISSING, -fit.MISSING - 1])
+    none = target(printed=0.0, rule="at_most")  # is to be missing, and is
+    assert fit.residual(none, summaries(0.0, gap=1e-3)) == 0.0
+    assert np.isnan(fit.residual(target(ring_radius_m=None), summaries()))
+
+
+def test_ranges_are_no_wider_than_what_the_parts_can_be(config):
+    known = file_ranges(RIG)
+    for parameter in config.parameters:
+        low, high = parameter.intervals[0][0], parameter.intervals[-1][1]
+        for name in parameter.names:
+            if name in known and parameter.of is None and name != "sprocket.equal_pitch_radius":
+                assert known[name][0] <= low < high <= known[name][1], name
+
+
+def test_starts_can_be_built_and_are_the_same_each_time(config, rig):
+    starts = fit.starts_of(config, rig, 1)
+    assert [start.name for start in starts][:4] == [
+        "climbs sprung 1",
+        "climbs locked 1",
+        "descends sprung 1",
+        "descends locked 1",
+    ]
+    assert {start.name for start in starts[4:]} == set(config.rigs)
+    assert starts == fit.starts_of(config, rig, 1)
+    unknowns = config.unknowns(rig)
+    for start, (sign, tension) in zip(
+        starts, [(1, "sprung"), (1, "locked"), (-1, "sprung"), (-1, "locked")], strict=False
+    ):
+        made, scene = unknowns.to_rig(start.x)
+        assert (np.sign(made.idler.x), scene) == (sign, {"tension": tension})
+        assert start.free == [True] * len(config.parameters) + [False] * len(config.choices)
+    outside = config.model_copy(update={"rigs": {"odd": config.rigs["earlier_search"] | {"bushing.stiffness": 90.0}}})
+    with pytest.raises(InputError, match=r"odd: bushing\.stiffness = 90\.0 lies outside its range"):
+        fit.starts_of(outside, rig, 0)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"parameters": [{"names": ["bushing.stiffness"]}]}, "needs a range"),
+        ({"full": "best"}, "best is missing"),
+    ],
+)
+def test_a_file_that_does_not_fit_together_is_refused(change, message):
+    with pytest.raises(InputError, match=message):
+        validated(fit.FitConfig, read_yaml(FILE) | change, "fit.yaml")
+
+
+def test_held_out_targets_do_not_enter_the_fit(config):
+    names = {t.output for t in config.targets} | {
+        f"{side}_area_{k}_pct" for side in ("left", "right") for k in range(1, 11)
+    }
+    results = {radius: dict.fromkeys(names, 1.0) for radius in config.cases()}
+    held = [t for t in config.targets if t.held_out]
+    assert held
+    assert len(fit.residuals(config, results)) + len(held) == len(config.targets)
+
+
+def test_a_known_value_is_found_again(config, rig, monkeypatch, tmp_path):
+    """With a measure that is a plain function of two parameters in place of the simulator."""
+    stage = fit.Stage(run="screen", rounds=[Round(evaluations=3, keep=1), Round(evaluations=60)])
+    small = config.model_copy(
+        update={
+            "method": "trf",
+            "parameters": [p for p in config.parameters if p.names[0] in ("tension.pre_tension", "groove.seat_depth")],
+            "rigs": {name: {"tension.pre_tension": 2000.0, "groove.seat_depth": depth, "run_direction": "climbs",
+                            "tension": "sprung"} for name, depth in (("near", 0.001), ("far", 0.0079))},
+            "forms": {"full": fit.Form(starts=0, stages=[stage])},
+            "targets": [
+                target(printed=3.0, tolerance=0.1),
+                target(output="ring_share_pct", printed=2.0, tolerance=0.1),
+            ],
+        }
+    )  # fmt: skip
+
+    def case(made, radius, scene, steps, starts):
+        assert scene["tension"] == "sprung"
+        assert scene["drag"] == "rolling"
+        tension, depth = made.tension.pre_tension / 1000, made.groove.seat_depth * 1000
+        return {"left_share_pct": tension**0.5 + depth, "ring_share_pct": tension - depth}
+
+    monkeypatch.setattr(fit, "_case", case)
+    found, scene, (ends,) = fit.fit_rig(rig, small, log=lambda _: None, store=tmp_path)
+    assert scene == {"tension": "sprung"}
+    assert [end.start for end in ends] == ["near", "far"]
+    tension, depth = found.tension.pre_tension / 1000, found.groove.seat_depth * 1000
+    # T^0.5 + d = 3, T - d = 2: T^0.5 + T = 5
+    root = (-1 + 21**0.5) / 2
+    assert tension == pytest.approx(root**2, rel=1e-2)
+    assert depth == pytest.approx(3 - root, rel=2e-2)
+    assert ends[0].cost < 1e-2 * ends[0].first_cost
+    assert found.idler.x > 0
+
+
+def test_restriction_to_some_radii(config):
+    small = config.restricted([0.308], without_ring=False)
+    assert {t.ring_radius_m for t in small.targets} == {0.308}
+    assert config.restricted([], without_ring=True) is config
+    with pytest.raises(InputError, match="no target of the fit"):
+        config.restricted([0.4], without_ring=False)
+
+
+def measured_as(table):
+    """Summaries of every candidate in the cases 0.308 and none, as files of the cases give them."""
+    return sensitivity.summaries_of(pd.read_csv(io.StringIO(table.to_csv(index=False))))
+
+
+def cases(config, rig, share):
+    rows = [
+        {
+            "candidate": name,
+            "ring_radius_m": radius,
+            "failed": "",
+            "left_share_pct": share(candidate),
+            "right_share_pct": 2.0,
+        }
+        for radius in (0.308, None)
+        for name, candidate in sensitivity.candidates(rig, config).items()
+    ]
+    return pd.DataFrame(rows)
+
+
+def test_equal_pitch_readings_solve_for_the_arc_length(config, rig):
+    summaries = measured_as(cases(config, rig, lambda candidate: candidate.sprocket.equal_pitch_radius))
+    table = sensitivity.equal_pitch_readings(rig, summaries).set_index("reading")
+    assert table.loc["polygonal", "polygonal_m"] == 0.308
+    assert table.loc["arc length", "arc_m"] == pytest.approx(0.308, abs=1e-6)
+    assert table.loc["arc length", "polygonal_m"] < 0.308 < table.loc["polygonal", "arc_m"]
+    for name in ("0.308", "none"):  # each reading was run with its own equal pitch
+        assert table[f"left_share_pct_{name}"].tolist() == pytest.approx(table["polygonal_m"].tolist(), rel=1e-9)
+
+
+def test_sensitivity_moves_one_parameter_at_a_time(config, rig):
+    """With a share that is a plain function of the tension alone, which is moved by a factor of 1.2."""
+    small = config.model_copy(update={"targets": [target(tolerance=0.5), target(ring_radius_m=None, tolerance=2.0)]})
+    summaries = measured_as(cases(small, rig, lambda candidate: candidate.tension.pre_tension / 1000))
+    table = sensitivity.sensitivity(rig, small, summaries).set_index("parameter")
+    tension = rig.tension.pre_tension / 1000
+    moved = table.loc["tension.pre_tension"]
+    assert moved["change"].tolist() == pytest.approx([0.2 * tension] * 2)
+    assert moved["change_in_tolerances"].tolist() == pytest.approx([0.4 * tension, 0.1 * tension])
+    assert (table.drop("tension.pre_tension")["change"].abs() < 1e-12).all()
+    assert len(table) == 2 * len(config.parameters)
+
+
+def test_a_candidate_that_cannot_run_has_no_measure(config, rig):
+    rows = cases(config, rig, lambda candidate: 1.0)
+    rows.loc[rows["candidate"] == "polygonal", "failed"] = "the chain does not mesh"
+    summaries = measured_as(rows)
+    assert summaries["polygonal"] == {0.308: None, None: None}
+    assert np.isnan(fit.measured(target(), summaries["polygonal"]))
+    assert np.isnan(
+        sensitivity.equal_pitch_readings(rig, summaries).set_index("reading").loc["polygonal", "left_share_pct_none"]
+    )

@@ -1,0 +1,192 @@
+"""From files to an answer, on a track in closed form; what cannot work is refused in one sentence."""
+
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from trackdyn import load_rig
+from trackdyn.commands import cli
+from trackdyn.errors import InputError
+from laboratory.inference.identification import experiment
+from laboratory.inference.identification.experiment import Experiment, Speed, run, scene_of
+from laboratory.inference.identification.identify import spread_out
+from laboratory.report import identification
+from trackdyn.sensor.sensor_csv import write_sensor_csv
+
+pytestmark = pytest.mark.slow
+
+TRUTH = {"bushing__stiffness": 700.0, "tension__pre_tension": 4000.0, "bushing__loss_factor": 0.125}
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch, rig, rig_path, closed_form):
+    """A working directory with a rig and records of the closed form at 150 and 210 rev/min."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "config").mkdir()
+    (tmp_path / "config" / "rig.yaml").write_bytes(rig_path.read_bytes())
+    rng = np.random.default_rng(5)
+    for rpm in (150, 210):
+        ay = closed_form(rig.changed(**TRUTH), Speed(rpm, 0.308, 1000), 7)
+        write_sensor_csv(f"{rpm}.csv", np.arange(ay.size) / 1000, None, ay + 0.005 * rng.standard_normal(ay.size), None)
+    return tmp_path
+
+
+@pytest.fixture
+def unpainted(monkeypatch):
+    """No page is written."""
+    monkeypatch.setattr(identification, "write_page", lambda answer, rig, out, *_: out / "index.html")
+
+
+def command(monkeypatch, capsys, *words):
+    """Exit code and what was printed."""
+    monkeypatch.setattr(sys, "argv", ["trackdyn", "identify", *words])
+    code = 0
+    try:
+        cli.main()
+    except SystemExit as end:
+        code = end.code or 0
+    return code, capsys.readouterr()
+
+
+SHORT = ("--rig", "config/rig.yaml", "--simulations", "16", "--steps", "300", "--jobs", "1", "--quiet")
+UNKNOWN = ("--unknown", "bushing.stiffness", "--unknown", "tension.pre_tension=2000:10000")
+
+
+def test_an_answer_holds_the_truth_and_every_file(folder, monkeypatch, capsys):
+    code, said = command(monkeypatch, capsys, "150.csv", "210.csv", *UNKNOWN, "--synthetic", "constructed", *SHORT)
+    assert code == 0, said
+    out = folder / "identified"
+    table = pd.read_csv(out / "unknowns.csv").set_index("unknown")
+    assert (table["verdict"] == "identified").all()
+    assert table.loc["bushing.stiffness", "q05"] < 700 < table.loc["bushing.stiffness", "q95"]
+    assert table.loc["tension.pre_tension", "q05"] < 4000 < table.loc["tension.pre_tension", "q95"]
+    best = load_rig(out / "rig.yaml")
+    assert best.bushing.stiffness == pytest.approx(table.loc["bushing.stiffness", "best"], rel=1e-5)
+    assert best.changed(bushing__stiffness=1.0, tension__pre_tension=1.0) == load_rig("config/rig.yaml").changed(
+        bushing__stiffness=1.0, tension__pre_tension=1.0
+    )
+    draws = pd.read_csv(out / "draws.csv")
+    assert draws["tension.pre_tension"].between(2000, 10000).all() and len(draws) > 200
+    features = pd.read_csv(out / "features.csv")
+    assert set(features["record"].astype(str)) == {"150", "210"} and features["inside"].mean() > 0.8
+    held = pd.read_csv(out / "held_out.csv")
+    assert len(held) == len(features) and held["inside"].mean() > 0.7
+    page = (out / "index.html").read_text(encoding="utf-8")
+    assert "The records are constructed, not measured" in page and "bushing.stiffness is " in page
+    assert {path.name for path in out.glob("*.png")} == {"posterior.png", "features.png", "spectra.png", "held_out.png"}
+    assert not list(out.rglob("*.part*"))
+
+
+def test_resuming_simulates_nothing_twice_and_says_the_same(folder, unpainted, monkeypatch, capsys):
+    words = ("210.csv", "--unknown", "bushing.stiffness", *SHORT, "--steps", "100")
+    assert command(monkeypatch, capsys, *words)[0] == 0
+    first = (folder / "identified" / "draws.csv").read_bytes()
+    code, said = command(monkeypatch, capsys, *words)
+    assert code == 1 and "--out identified already exists; use --resume to go on" in said.err
+    counted = []
+    compute = experiment._statistics
+    monkeypatch.setattr(experiment, "_statistics", lambda **task: counted.append(task) or compute(**task))
+    assert command(monkeypatch, capsys, *words, "--resume")[0] == 0
+    assert not counted
+    assert (folder / "identified" / "draws.csv").read_bytes() == first
+
+
+def test_what_the_records_can_tell_is_chosen(folder, unpainted, monkeypatch, capsys):
+    """The closed form knows of stiffness, loss factor and tension; a viscous rig has no loss factor to vary."""
+    code, said = command(monkeypatch, capsys, "150.csv", "210.csv", "--waves", "1", *SHORT)
+    assert code == 0, said
+    told = pd.read_csv(folder / "identified" / "tellable.csv").set_index("unknown")
+    assert set(told.index[told["chosen"]]) <= {"bushing.stiffness", "tension.pre_tension"}
+    assert told["chosen"].sum() >= 1
+    assert (told.loc[["idler.bearing_drag", "groove.seat_depth"], "alone"] > 0.99).all()
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("si.csv", "--axis", "ay=channel 3", "--unit", "m/s2"),
+        ("slow.csv",),  # at 500 Hz
+        ("210.csv", "--ring-radius", "none"),
+        ("210.csv", "--preset", "fast", "--waves", "1"),
+        ("210.csv", "--preset", "reference"),
+        ("210.csv", "150.csv", "--rpm", "210", "--rpm", "150"),
+        ("210.csv", "--seed", "3", "--store", "kept"),
+    ],
+    ids=" ".join,
+)
+def test_every_accepted_input_comes_to_an_answer(folder, unpainted, monkeypatch, capsys, words):
+    record = pd.read_csv("210.csv", comment="#")
+    time, ay = (record[name] for name in ("t_s", "ay_g"))
+    pd.DataFrame({"t_s": time, "channel 3": 9.80665 * ay}).to_csv("si.csv", index=False)
+    write_sensor_csv("slow.csv", np.array(time[::2]), None, np.array(ay[::2]), None)
+    code, said = command(monkeypatch, capsys, *words, "--unknown", "bushing.stiffness", *SHORT, "--steps", "100")
+    assert code == 0, said
+    draws = pd.read_csv("identified/draws.csv")["bushing.stiffness"]
+    assert len(draws) > 50 and np.isfinite(draws).all() and draws.median() == pytest.approx(700, rel=0.25)
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("210.csv", "--unknown", "bushing.colour"), "'bushing.colour' is not a parameter of the rig"),
+        (("210.csv", "--unknown", "chain.pitches"), "chain.pitches: has no range"),
+        (("210.csv", "--unknown", "bushing.stiffness=5:1"), "LOW:HIGH with LOW below HIGH"),
+        (("210.csv", "--unknown", "tension.wheel=1:2"), "is not a number; name a choice"),
+        (("210.csv", "--unknown", "bushing.damping", "--unknown", "bushing.damping"), "occurs twice; keep one of them"),
+        (("210.csv", "--simulations", "100"), "--simulations = 100: must be a power of two of at least 16"),
+        (("210.csv", "--rpm", "150", "--rpm", "210"), "--rpm is given 2 times for 1 records"),
+        (("210.csv", "210.csv"), "210.csv: has the same name as 210.csv"),
+        (("short.csv",), "short.csv: the record of 13 s is shorter than 4 turns of the loop; record at least 17."),
+        (("copy.csv", "210.csv"), "210.csv: has the same speed as copy.csv, 210"),
+        (("210.csv", "--preset", "quick"), "preset = 'quick':"),
+        (("210.csv", "--ring-radius", "wide"), "--ring-radius = 'wide':"),
+        (("missing.csv",), "missing.csv"),
+    ],
+)
+def test_what_cannot_work_is_refused_in_one_sentence(folder, monkeypatch, capsys, words, sentence):
+    text = (folder / "210.csv").read_text(encoding="utf-8")
+    (folder / "copy.csv").write_text(text, encoding="utf-8")
+    (folder / "short.csv").write_text("\n".join(text.splitlines()[:13002]) + "\n", encoding="utf-8")
+    code, said = command(monkeypatch, capsys, *words, *(() if "--simulations" in words else SHORT))
+    assert code == 1
+    assert sentence in said.err and said.err.count("\n") == 1 and "Traceback" not in said.err
+    assert not (folder / "identified" / "index.html").exists()
+
+
+def test_records_that_tell_nothing_are_refused(folder, monkeypatch, capsys):
+    code, said = command(monkeypatch, capsys, "210.csv", "--unknown", "idler.bearing_drag", *SHORT)
+    assert code == 1 and "no feature of a record depends on the unknown" in said.err
+    code, said = command(monkeypatch, capsys, "210.csv", "--unknown", "bushing.stiffness=699:701", "--resume", *SHORT)
+    assert code == 1 and "the records are not informative about any unknown" in said.err
+    assert not (folder / "identified" / "rig.yaml").exists()
+
+
+def test_rigs_that_cannot_run_are_left_out_or_refused(rig, monkeypatch, closed_form):
+    def fails(rig, speed, turns, *_):
+        if rig.bushing.stiffness > 1000:
+            raise InputError("too stiff")
+        return closed_form(rig, speed, turns)
+
+    monkeypatch.setattr(experiment, "simulated_ay", fails)
+    asked = Experiment(rig, (Speed(210, 0.308, 1000),))
+    found = run(asked, [{"bushing__stiffness": value} for value in (500.0, 2000.0, 700.0)], None)
+    assert found.ran.tolist() == [True, False, True] and found.reasons == ["", "too stiff", ""]
+    assert len(found.features(asked)) == 2
+
+
+def test_a_rig_that_needs_a_smaller_step_gets_it(rig):
+    speed = Speed(210, 0.308, 1000)
+    tight = scene_of(rig.changed(tension__pre_tension=14000.0, ring_contact__youngs_modulus=8e8), speed, 1.0)
+    assert scene_of(rig, speed, 1.0).step > tight.step > 0
+    assert (1e-3 / tight.step) == pytest.approx(round(1e-3 / tight.step))
+
+
+def test_points_of_the_second_wave_lie_apart_within_the_cube():
+    rng = np.random.default_rng(0)
+    points = 0.9 + 0.05 * rng.standard_normal((3000, 2))
+    chosen = spread_out(points, 30, rng)
+    assert chosen.shape == (30, 2) and chosen.min() >= 0 and chosen.max() <= 1
+    apart = np.linalg.norm(chosen[:, None] - chosen[None], axis=-1)[np.triu_indices(30, 1)]
+    assert apart.min() > 0 and len(np.unique(chosen, axis=0)) == 30

@@ -1,0 +1,66 @@
+"""Records as they are identified from: their speed, their rate, what simulation fits them."""
+
+import numpy as np
+import pytest
+
+from trackdyn.errors import InputError
+from laboratory.inference.identification.experiment import Speed
+from laboratory.inference.identification.features import features_of
+from laboratory.inference.identification.measured import joined, read_records
+from trackdyn.sensor.sensor_csv import write_sensor_csv
+from trackdyn.sensor.sensor_mapping import SensorMapping
+
+
+@pytest.fixture
+def written(tmp_path, rig, closed_form):
+    """Function that writes a record of the closed form and gives its path."""
+
+    def write(name="one.csv", rpm=210.0, rate=1000, turns=6):
+        ay = closed_form(rig, Speed(rpm, 0.308, rate), turns)
+        ay += 0.002 * np.random.default_rng(0).standard_normal(ay.size)
+        write_sensor_csv(tmp_path / name, np.arange(ay.size) / rate, None, ay, None)
+        return tmp_path / name
+
+    return write
+
+
+def read(rig, *paths, rpm=()):
+    return read_records(paths, rig, SensorMapping(), rpm, 0.308, "standard")
+
+
+def test_a_speed_is_that_of_the_main_line(rig, written):
+    (one,) = read(rig, written(rpm=187.0))
+    # a noise of 2 mg on a line of 1.1 g over 6 turns: far below a ten-thousandth of its frequency
+    assert one.speed.rpm == pytest.approx(187.0, rel=1e-4)
+    assert one.turn_s == pytest.approx(rig.loop_period(187.0), rel=1e-4)
+    assert len(one.statistics) in (5, 6)  # the last turn may lack a sample
+
+
+def test_a_given_motor_speed_is_simulated_and_the_turn_stays_that_of_the_record(rig, written):
+    (one,) = read(rig, written(rpm=187.0), rpm=[183.0])
+    assert one.speed.rpm == 183.0
+    assert one.turn_s == pytest.approx(rig.loop_period(187.0), rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("rate", "simulated", "every", "kept"), [(2000, 1000, 1, 1000), (500, 1000, 2, 500), (1024, 1024, 1, 1024)]
+)
+def test_rates_that_do_not_fit_are_simulated(rig, written, rate, simulated, every, kept):
+    (one,) = read(rig, written(rate=rate))
+    assert (one.speed.rate, one.speed.every) == (simulated, every)
+    assert one.record.rate_hz == pytest.approx(kept)
+    assert one.statistics.shape[1] == len(features_of(kept))
+
+
+def test_records_are_joined_without_scatter_between_them(rig, written):
+    records = joined(read(rig, written("a.csv", 150.0), written("b.csv", 210.0)))
+    half = len(records.values) // 2
+    assert (records.covariance[:half, half:] == 0).all() and (np.diag(records.covariance) > 0).all()
+    assert records.record.tolist() == [0] * half + [1] * half
+    assert [one.name for one in records.features[:half]] == [one.name for one in records.features[half:]]
+
+
+@pytest.mark.parametrize("rpm", [0.0, -5.0, float("nan")])
+def test_a_speed_that_is_none_is_refused(rig, written, rpm):
+    with pytest.raises(InputError, match="must be a motor speed above 0 rev/min"):
+        read(rig, written(), rpm=[rpm])

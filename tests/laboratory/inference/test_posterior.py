@@ -1,0 +1,144 @@
+"""The posterior against closed forms: its density, its draws, and what it predicts of a record that it has not seen."""
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal, multivariate_t, norm
+
+from laboratory.inference.identification.emulation import Prediction
+from laboratory.inference.identification.features import Feature
+from laboratory.inference.identification.posterior import MEDIANS, SHARED, SPREAD, Posterior, Records, contradicted, predict, sample
+
+FEATURES = (Feature("line_1", "lines"), Feature("passing_1", "passing"))
+SLOPES = np.array([2.0, -1.0])
+
+
+def linear(count):
+    """An emulator of features in proportion to one unknown, ``count`` records of the same two."""
+
+    def emulator(points):
+        mean = np.tile(points @ SLOPES[None, :], count)
+        return Prediction(mean, np.broadcast_to(1e-6 * np.eye(2 * count), (len(points), 2 * count, 2 * count)))
+
+    return emulator
+
+
+def records(values, count):
+    scatter = 1e-4 * np.eye(2 * count)
+    return Records(FEATURES * count, np.repeat(np.arange(count), 2), np.asarray(values, dtype=float), scatter)
+
+
+def test_density_is_that_of_the_normal_distribution():
+    posterior = Posterior(records([0.9, -0.4, 1.1, -0.6], 2), linear(2), 1)
+    assert posterior.groups == ["lines", "passing"]
+    for point in ([0.5, -3.0, -2.0], [0.1, -4.0, -1.0]):
+        lines, passing = np.exp(2 * np.array(point[1:]))
+        one = np.array([[lines, 0, SHARED * lines, 0], [0, passing, 0, SHARED * passing]])
+        covariance = np.vstack([one, one[:, [2, 3, 0, 1]]]) + (1e-4 + 1e-6 + 1e-10) * np.eye(4)
+        mean = np.tile(SLOPES * point[0], 2)
+        expected = multivariate_normal(mean, covariance).logpdf([0.9, -0.4, 1.1, -0.6]) + 2 * np.log(2 * np.pi)
+        middle = np.log([MEDIANS["lines"], MEDIANS["passing"]])
+        expected += (norm(middle, SPREAD).logpdf(point[1:]) + np.log(SPREAD * np.sqrt(2 * np.pi))).sum()
+        assert posterior.density(np.array([point]))[0] == pytest.approx(expected, rel=1e-9)
+    assert posterior.density(np.array([[1.01, -3, -2], [-0.01, -3, -2]])).tolist() == [-np.inf, -np.inf]
+
+
+class Doubtful:
+    """An emulator that errs by Student's distribution, with four degrees of freedom and a unit of relative
+    amplitude.
+    """
+
+    degrees = 4.0
+
+    def __call__(self, points):
+        return Prediction(np.tile(points @ SLOPES[None, :], 1), np.broadcast_to(np.eye(2), (len(points), 2, 2)))
+
+
+def test_the_factor_on_the_emulators_errors_makes_them_students():
+    """Summed over the factor, the density of two features is that of Student's distribution; discrepancies of 1e-6 add
+    nothing.
+    """
+    factors = np.linspace(-8, 8, 4001)
+    points = np.column_stack([np.full(4001, 0.5), np.full((4001, 2), np.log(1e-4)), factors])
+    found, expected = [], []
+    for values in ([1.0, -0.5], [3.0, 1.0], [-5.0, 4.0]):
+        still = Records(FEATURES, np.zeros(2, dtype=int), np.array(values), np.zeros((2, 2)))
+        posterior = Posterior(still, Doubtful(), 1)
+        assert posterior.dimension == 4 and posterior.sizes(points).shape == (4001, 2)
+        found.append(np.exp(posterior.density(points)).sum())
+        expected.append(multivariate_t(SLOPES * 0.5, np.eye(2), df=4).pdf(values))
+    assert np.array(found) / found[0] == pytest.approx(np.array(expected) / expected[0], rel=1e-5)
+    drawn = np.exp(
+        -posterior.draw_prior(20000, np.random.default_rng(1))[:, -1]
+    )  # gamma with mean 1 and variance 2 / degrees
+    assert drawn.mean() == pytest.approx(1.0, abs=0.03) and drawn.var() == pytest.approx(0.5, rel=0.1)
+
+
+def test_draws_have_the_quantiles_of_the_density():
+    """Against sums over a grid of the unknown and the two sizes."""
+    posterior = Posterior(records([1.0, -0.5], 1), linear(1), 1)
+    axes = [np.linspace(0, 1, 201), *(np.linspace(middle - 5, middle + 5, 81) for middle in posterior.prior_middle)]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    density = np.concatenate([posterior.density(part) for part in np.array_split(grid, 200)])
+    weight = np.exp(density - density.max()).reshape([len(axis) for axis in axes]).sum(axis=(1, 2))
+    cumulative = np.cumsum(weight) / weight.sum()
+    points = sample(posterior, 1500, seed=1).points[:, 0]
+    for level in (0.05, 0.5, 0.95):
+        # quantiles of some thousand draws with an autocorrelation of tens of steps: a tenth of the standard deviation
+        assert np.quantile(points, level) == pytest.approx(
+            np.interp(level, cumulative, axes[0]), abs=0.1 * points.std() + 0.005
+        )
+
+
+def test_the_same_seed_gives_the_same_draws():
+    posterior = Posterior(records([1.0, -0.5], 1), linear(1), 1)
+    one, other = (sample(posterior, 100, seed=3, rounds=1) for _ in range(2))
+    assert (one.points == other.points).all()
+
+
+def test_walkers_that_stay_where_they_are_leave_the_times_finite():
+    """In a chain of a few steps some are never moved, and a constant has no autocorrelation."""
+    draws = sample(Posterior(records([1.0, -0.5], 1), linear(1), 1), 8, seed=3, rounds=1)
+    assert np.isfinite(draws.times).all() and len(draws.points)
+
+
+def test_records_that_no_unknown_explains_ask_for_discrepancy():
+    """Features that contradict each other widen the interval and the size of the discrepancy."""
+    agreed = sample(Posterior(records([1.0, -0.5], 1), linear(1), 1), 800, seed=2).points
+    opposed = sample(Posterior(records([1.0, 0.9], 1), linear(1), 1), 800, seed=2).points
+    assert np.median(np.exp(opposed[:, 2])) > 2 * np.median(np.exp(agreed[:, 2]))
+    assert np.ptp(np.quantile(opposed[:, 0], [0.05, 0.95])) > np.ptp(np.quantile(agreed[:, 0], [0.05, 0.95]))
+
+
+def test_more_speeds_do_not_average_a_shared_discrepancy_away():
+    """With sizes fixed, the variance of the unknown from many records tends to that of the shared part alone."""
+    size, widths = np.log(0.2), []
+    for count in (1, 16):
+        posterior = Posterior(records([1.0, -0.5] * count, count), linear(count), 1)
+        grid = np.column_stack([np.linspace(0, 1, 400), np.full(400, size), np.full(400, size)])
+        weight = np.exp((found := posterior.density(grid)) - found.max())
+        mean = (grid[:, 0] * weight).sum() / weight.sum()
+        widths.append(np.sqrt(((grid[:, 0] - mean) ** 2 * weight).sum() / weight.sum()))
+    expected = np.sqrt((SHARED + (1 - SHARED) / 16) / 1)
+    assert widths[1] / widths[0] == pytest.approx(expected, rel=0.02)
+
+
+def test_a_held_out_record_is_predicted_with_what_the_others_share():
+    """One draw with known sizes: mean and variance of a normal distribution given a part of it."""
+    known, held = records([1.2, -0.5], 1), records([0.0, 0.0], 1)._replace(record=np.array([1, 1]))
+    posterior = Posterior(known, linear(1), 1)
+    draws = np.tile([0.5, np.log(0.1), np.log(0.2)], (20_000, 1))
+    found = predict(posterior, held, linear(2), draws)
+    variance = np.array([0.01, 0.04]) + 1e-4 + 1e-6 + 1e-10
+    gain = SHARED * np.array([0.01, 0.04]) / variance
+    mean = SLOPES * 0.5 + gain * (known.values - SLOPES * 0.5)
+    sd = np.sqrt(variance - gain * SHARED * np.array([0.01, 0.04]))
+    # of 20,000 draws: four standard errors
+    assert found.mean(axis=0) == pytest.approx(mean, abs=4 * sd.max() / np.sqrt(20_000))
+    assert found.std(axis=0) == pytest.approx(sd, rel=0.02)
+
+
+def test_records_that_contradict_the_model_are_told_from_others():
+    """Passing of pitches that is off by three in the logarithm, and one that is not."""
+    for value, expected in ((-0.5, []), (2.5, ["passing"])):
+        posterior = Posterior(records([1.0, value] * 6, 6), linear(6), 1)
+        assert contradicted(posterior, sample(posterior, 600, seed=2).points) == expected

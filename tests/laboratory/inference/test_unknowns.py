@@ -1,0 +1,73 @@
+"""Unknowns: from the unit cube to rigs and back, and what is refused."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from trackdyn.errors import InputError
+from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
+from trackdyn.parameters.rig import load_rig
+
+RIG_FILE = Path(__file__).parents[2] / "config" / "rigs" / "first_fit.yaml"
+RIG = load_rig(RIG_FILE)
+RANGES = file_ranges(RIG_FILE)
+STIFFNESS = Unknown(names=["bushing.stiffness"], scale="log")
+SIDE = Unknown(
+    name="run_direction", source="not printed",
+    choices={"descends": {}, "climbs": {"idler.x": [-1, 0], "tension.direction": [-1, 180]}},
+)  # fmt: skip
+
+
+def test_a_point_becomes_a_rig_and_is_found_again():
+    """Geometric middle of a log range, arithmetic of a linear one; the ratio follows what it is a ratio to."""
+    damping = Unknown(names=["bushing.damping"], of="bushing.stiffness", low=0.002, high=0.01)
+    drag = Unknown(names=["idler.bearing_drag", "road_wheel.bearing_drag"])
+    unknowns = Unknowns([STIFFNESS, damping, drag, SIDE], RIG, RANGES)
+    rig, scene = unknowns.to_rig([0.5, 0.5, 0.5, 0.9])
+    low, high, source = RANGES["bushing.stiffness"]
+    assert rig.bushing.stiffness == pytest.approx((low * high) ** 0.5) and "bonded cylinder" in source
+    assert rig.bushing.damping == pytest.approx(0.006 * rig.bushing.stiffness)
+    assert rig.idler.bearing_drag == rig.road_wheel.bearing_drag == pytest.approx(31)
+    assert rig.idler.x == -RIG.idler.x and rig.tension.direction == 180 - RIG.tension.direction and not scene
+    values = unknowns.of_rig(rig) | {"run_direction": "climbs"}
+    np.testing.assert_allclose(unknowns.position(values), [0.5, 0.5, 0.5, 0.75])
+
+
+def test_readings_share_the_cube_by_their_widths_and_leave_out_what_lies_between():
+    radius = Unknown(names=["sprocket.equal_pitch_radius"], ranges=[[0.305, 0.306], [0.307, 0.310]])
+    assert radius.value(0.125) == pytest.approx(0.3055) and radius.value(1.0) == pytest.approx(0.310)
+    assert radius.value(0.25) == pytest.approx(0.307)
+    assert radius.position(0.3085) == pytest.approx(0.625)
+    assert np.isnan(radius.position(0.3065)) and np.isnan(radius.position(0.3034))
+
+
+def test_a_choice_may_change_the_scene():
+    tension = Unknown(name="tension", choices={"locked": {"tension": "locked"}, "sprung": {"tension": "sprung"}})
+    _, scene = Unknowns([tension], RIG).to_rig([0.7])
+    assert scene == {"tension": "sprung"}
+
+
+@pytest.mark.parametrize(
+    ("entries", "said"),
+    [
+        ([{"names": ["bushing.stifness"], "low": 1, "high": 2}], "'bushing.stifness' is not a parameter of the rig"),
+        ([{"names": ["nothing"], "low": 1, "high": 2}], "'nothing' is not a parameter of the rig"),
+        ([{"names": ["tension.wheel"], "low": 1, "high": 2}], "tension.wheel = 'road_wheel' is not a number"),
+        ([{"names": ["bushing.stiffness"], "low": 2, "high": 1}], "range 2 to 1: bounds must be rising"),
+        ([{"names": ["bushing.stiffness"], "low": 0, "high": 1, "scale": "log"}], "bounds must be rising and above 0"),
+        ([{"names": ["sprocket.ring_radius"]}], "has no range"),
+        ([{"names": ["bushing.stiffness"]}, {"names": ["bushing.stiffness"]}], "occurs twice"),
+        ([{"name": "way", "choices": {"one": {}}}], "two alternatives or more"),
+        ([{"low": 1, "high": 2}], "needs names"),
+    ],
+)
+def test_what_makes_no_unknown_is_refused_in_a_sentence(entries, said):
+    with pytest.raises(InputError, match=said) as refusal:
+        Unknowns([Unknown(**entry) for entry in entries], RIG, RANGES)
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_point_outside_the_cube_is_refused():
+    with pytest.raises(InputError, match="1 numbers between 0 and 1"):
+        Unknowns([STIFFNESS], RIG, RANGES).to_rig([1.2])

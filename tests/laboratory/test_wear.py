@@ -1,0 +1,495 @@
+"""Wear against what is known of it: closed forms, conservation, the same life whatever the step, and killed or not."""
+
+import hashlib
+import json
+from math import gcd, log
+
+import numpy as np
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+from trackdyn.commands.cli import app
+from trackdyn.errors import DivergenceError, InputError
+from trackdyn.measure.stopping import StopRule
+from trackdyn.parameters.outline import distance_to, flank_arcs, groove_of_arcs
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
+from laboratory.wear.contour import ARC_NODES, contours, fit_flank, worn_rig
+from laboratory.wear.law import Depths, depth, load_coefficients
+from laboratory.wear.life import SHARES, Found, Limits, Until, Walk, Worn, crossing, live, parse_until
+from laboratory.wear.study import STEP, answer, sensed, summarize, windows
+from laboratory.wear.work import distribute
+from trackdyn.sweeps.table import write_table
+
+COEFFICIENTS = load_coefficients()
+NOTHING = np.zeros(0)
+QUICK = StopRule(share_pct=2.0, force=0.1, passages=3, longest_turns=2)
+FIELDS = {"integrator": "linearly_implicit", "step": 5e-4}
+
+
+def walked(walk, y, end, length=None):
+    """The state after a distance ``end``."""
+    x, found = 0.0, walk.look(y)
+    while x < end * (1 - 1e-12):
+        taken, y, found, _ = walk.step(y, found, min(length or walk.longest(found), end - x))
+        x += taken
+    return y
+
+
+def test_a_block_on_a_rotating_disc_wears_by_the_closed_form():
+    """A disc of radius R sinks into a flat block: the scar is a segment, V = L c^3 / (12 R) = mu F s / e."""
+    radius, width, energy, push = 0.3, 0.05, 1e14, 0.1 * 3000.0
+    x = np.linspace(-5e-3, 5e-3, 1001)
+    shape = -(x**2) / (2 * radius)
+
+    def rate(y):
+        # the disc sinks as a whole: the work is spread evenly over the nodes that it touches
+        touched = shape + y[-1] > 0
+        sinking = depth(push, energy, width * (x[1] - x[0]) * touched.sum())
+        return Found(np.append(np.where(touched, sinking, 0.0), sinking), NOTHING)
+
+    begin, distance = 4e-7, 1000.0  # m: the closed form begins with no scar at all
+    start = np.append(np.maximum(shape + begin, 0.0), begin)
+    y = walked(Walk(rate, np.full(len(start), 1e-7), NOTHING), start, distance)
+    chord = (12 * radius * push * distance / energy / width + (8 * radius * begin) ** 1.5) ** (1 / 3)
+    assert y[-1] == pytest.approx(chord**2 / (8 * radius), rel=0.01)
+    assert np.ptp(x[y[:-1] > 1e-9]) == pytest.approx(chord, rel=0.01)
+    assert y[:-1].sum() * (x[1] - x[0]) * width == pytest.approx(width * chord**3 / (12 * radius), rel=0.01)
+
+
+def test_a_load_history_that_is_known():
+    """Under a load that swings over the distance, the depth is the integral of the load."""
+    area, energy, period = 1e-3, 1e12, 1e4
+
+    def rate(y):
+        return Found(np.array([depth(200.0 * (1.0 + 0.8 * np.sin(y[1] / period)), energy, area), 1.0]), NOTHING)
+
+    end = 3.3e4
+    found = walked(Walk(rate, np.array([1e-6, 1e3]), NOTHING), np.zeros(2), end)
+    expected = depth(200.0 * (end + 0.8 * period * (1.0 - np.cos(end / period))), energy, area)
+    assert found[1] == pytest.approx(end)
+    assert found[0] == pytest.approx(expected, rel=1e-3)
+
+
+def test_the_order_of_the_wear_step_is_two():
+    def rate(y):
+        return Found(1e-3 * (1.0 - y) * (1.0 + y), NOTHING)
+
+    errors = []
+    for length in (200.0, 100.0, 50.0):
+        walk = Walk(rate, np.array([1e9]), NOTHING)
+        errors.append(abs(walked(walk, np.zeros(1), 1000.0, length)[0] - np.tanh(1.0)))
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    np.testing.assert_allclose(orders, 2.0, atol=0.2)
+
+
+def test_a_step_is_as_long_as_the_change_that_it_may_make():
+    def rate(y):
+        return Found(np.array([1e-6]), np.array([10.0 * np.tanh(1e4 * y[0])]))
+
+    walk = Walk(rate, np.array([1e-3]), np.array([1.0]))
+    taken, _, _, _ = walk.step(np.zeros(1), walk.look(np.zeros(1)), 1e3)
+    assert 2.0 < taken < 11.0  # the share changes by its whole limit over 1e-5 of depth, which is 10 m
+
+
+def test_where_a_step_reaches_a_bound():
+    assert crossing(0.5, 1.0, 1.0, 2.0) == pytest.approx(0.5)
+    s = crossing(1.0, 1.0, 0.5, 2.0)
+    assert s - s**2 / 8 == pytest.approx(1.0)
+    assert crossing(5.0, 1.0, 1.0, 2.0) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [("ring 0.303 m", ("ring", 0.303)), ("ring 303 mm", ("ring", 0.303)), ("distance 5000 km", ("distance", 5e6))],
+)
+def test_bounds_are_read(text, found):
+    what, value = parse_until(text)
+    assert (what, value) == (found[0], pytest.approx(found[1]))
+
+
+@pytest.mark.parametrize("text", ["", "ring", "ring 0.303", "ring nan m", "ring -1 m", "moon 1 m", "distance 5 m/s"])
+def test_what_is_no_bound_is_refused(text):
+    with pytest.raises(InputError, match=": expected a bound such as"):
+        parse_until(text)
+
+
+# -- geometry ------------------------------------------------------------------------------------------------------
+
+
+def test_a_flank_that_arcs_can_follow_is_found_again(rig):
+    """Depths between two designs with one bottom: the fit returns the second design."""
+    of = contours(rig.groove_profile)[0]
+    arcs, teeth = of.arcs, rig.sprocket.teeth
+    slopes = np.arctan2(*((np.diff(arcs[:, :2], axis=0) / -np.diff(arcs[:, 3] * arcs[:, 2])[:, None]).T))
+    radii = arcs[1:, 2] + np.array([0.0, 1.5e-3, 0.0, 0.0])
+    bottom = arcs[-1, 1] + arcs[-1, 3] * arcs[-1, 2] - arcs[-1, 3] * radii[-1]
+    other = flank_arcs(arcs[:, 3], radii, slopes, bottom, teeth)
+    wanted = groove_of_arcs(other, teeth)
+    depths = np.zeros(len(of.points))
+    for _ in range(20):  # along the normal of the new flank
+        depths += distance_to(wanted, of.worn(depths))
+    assert depths.min() > -1e-7 and depths.max() > 4e-5  # the other design lies within the steel of the new one
+    found, missed = fit_flank(of, np.maximum(depths, 0.0), teeth, rig.chain.connector_radius)
+    assert missed < 1e-6
+    np.testing.assert_allclose(found[1:4, 2], other[1:4, 2], rtol=1e-2)
+
+
+def test_a_new_rig_is_itself(rig):
+    of = contours(rig.groove_profile)
+    flat = [np.zeros(len(c.points)) for c in of]
+    same, missed = worn_rig(rig, of, flat, np.zeros(2 * ARC_NODES), 0.0)
+    assert missed == 0.0
+    np.testing.assert_allclose(same.groove_profile.profile(), rig.groove_profile.profile(), rtol=0, atol=1e-12)
+    assert same.connector_length == pytest.approx(rig.connector_length, abs=1e-12)
+
+
+def test_worn_pins_lengthen_links_and_leave_connectors(rig):
+    of = contours(rig.groove_profile)
+    flat = [np.zeros(len(c.points)) for c in of]
+    arcs = np.zeros((2, ARC_NODES))
+    arcs[0, 10:20] = 2e-4
+    worn, _ = worn_rig(rig, of, flat, arcs.ravel(), 5e-4)
+    assert worn.chain.link_length == pytest.approx(rig.chain.link_length + 1e-3)
+    assert worn.connector_length == pytest.approx(rig.connector_length, abs=1e-9)
+    assert worn.chain.connector_radius == pytest.approx(rig.chain.connector_radius - 2e-4)
+
+
+def test_flanks_wear_apart_and_meet_at_the_bottom(rig):
+    of = contours(rig.groove_profile)
+    place = np.linspace(0, 1, len(of[0].points))
+    scar = 1e-4 * np.exp(-0.5 * ((place - 0.3) / 0.1) ** 2)
+    worn, _ = worn_rig(rig, of, [scar, 0 * scar], np.zeros(2 * ARC_NODES), 0.0)
+    new, old = worn.groove_profile, rig.groove_profile
+    assert not np.allclose(new.radius[:5], old.radius[:5], rtol=1e-4)
+    np.testing.assert_allclose(new.radius[5:], old.radius[5:], rtol=1e-9)
+    np.testing.assert_allclose(new.joints()[4], old.joints()[4], atol=1e-9)
+
+
+def test_flanks_of_other_bottoms_are_refused(rig):
+    arcs = contours(rig.groove_profile)[0].arcs
+    with pytest.raises(InputError, match=r"profile\.right: its bottom is 1 mm off"):
+        groove_of_arcs(arcs, rig.sprocket.teeth, arcs + [0.0, 1e-3, 0.0, 0.0])
+
+
+@pytest.mark.parametrize(("teeth", "pitches"), [(13, 35), (14, 35), (12, 36)])
+def test_one_profile_stands_for_all_grooves_where_each_meets_each(teeth, pitches):
+    """Grooves worn one by one by connectors of different edge: alike after a whole round only if coprime."""
+    edge = 1.0 + 0.3 * np.random.default_rng(0).standard_normal(pitches)
+    worn = np.zeros(teeth)
+    for k in range(teeth * pitches):
+        worn[k % teeth] += edge[k % pitches]
+    assert (np.ptp(worn) < 1e-9 * worn.max()) == (gcd(teeth, pitches) == 1)
+
+
+# -- one rig -------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def steady(rig):
+    loop = Loop(Scene(rig, 150.0, 0.304, sliding=True, **FIELDS))
+    loop.advance(3.0)
+    return loop
+
+
+@pytest.fixture(scope="module")
+def worked(rig, steady):
+    of = contours(rig.groove_profile)
+    return distribute(steady, of, [c.points for c in of], turns=2.0)
+
+
+def test_work_over_the_contour_is_that_of_the_account(worked):
+    left, right = worked.flanks
+    assert worked.areas[1] > 0
+    assert left.sum() == pytest.approx(worked.areas[:5].sum(), rel=1e-6)
+    assert right.sum() == pytest.approx(worked.areas[5:].sum(), rel=1e-6)
+    assert worked.arcs.sum() == pytest.approx(worked.areas.sum(), rel=1e-6)
+
+
+def test_the_account_says_what_the_law_of_friction_says(worked):
+    """Divided by force, coefficient and slip of every contact, whose sum is the account but for the step."""
+    assert worked.estimate == pytest.approx(worked.areas.sum(), rel=0.05)
+
+
+def test_work_lies_where_arcs_touch(rig, worked):
+    """Within the areas that the account names, on both flanks, the right one mirrored."""
+    joints = [-np.inf, *rig.groove_profile.joints()[:4, 0], 0.0]
+    for contour, work, areas in zip(
+        contours(rig.groove_profile), worked.flanks, (worked.areas[:5], worked.areas[:4:-1]), strict=True
+    ):
+        assert areas.sum() > 0
+        at = contour.points[work.sum(axis=0) > 1e-6 * work.sum(), 0]
+        touched = np.flatnonzero(areas)
+        assert joints[touched[0]] - 5e-4 <= at.min() and at.max() <= joints[touched[-1] + 1] + 5e-4
+
+
+@pytest.mark.parametrize("deviation", [0.0, 2e-3])
+def test_scatter_spreads_work_and_loses_none(rig, deviation):
+    contour = contours(rig.groove_profile)[0]
+    spread = contour.spread(deviation)
+    np.testing.assert_allclose(spread.sum(axis=0), 1.0, rtol=1e-12)
+    place = np.cumsum(contour.length)
+    middle = len(place) // 2
+    assert np.sqrt(spread[:, middle] @ (place - place[middle]) ** 2) == pytest.approx(deviation, rel=0.01, abs=1e-9)
+
+
+def test_every_groove_is_worn_alike(rig):
+    """Grooves one by one: where the motion repeats from pitch to pitch, 13 of them share one profile."""
+    loop = Loop(Scene(rig, 115.0, 0.308, sliding=True, **FIELDS))
+    loop.advance(4.0)
+    of = contours(rig.groove_profile)
+    worked = distribute(loop, of, [c.points for c in of])
+    each = worked.flanks[0].sum(axis=1)
+    assert len(each) == 13 and each.mean() > 0
+    assert np.ptp(each) < 0.02 * each.mean()
+    # and along the contour, not only in sum
+    apart = np.abs(worked.flanks[0] - worked.flanks[0].mean(axis=0)).sum(axis=1)
+    assert apart.max() < 0.1 * each.mean()
+
+
+def test_what_is_removed_is_the_integral_of_the_work(rig, worked):
+    of = contours(rig.groove_profile)
+    depths = Depths(of)
+    gone = worked.distance * depths.rates(rig, 0.304, worked, COEFFICIENTS)
+    width, turn = rig.tooth_contact.contact_length, 2 * np.pi / ARC_NODES
+    removed = {
+        "ring": gone[depths.ring] * 2 * np.pi * 0.304 * rig.ring_contact.contact_length,
+        "arc": gone[depths.arcs].sum() * turn * rig.chain.connector_radius * width * rig.chain.pitches,
+        "tooth": sum(gone[f] @ c.length for f, c in zip(depths.flanks, of, strict=True)) * width * rig.sprocket.teeth,
+    }
+    for part, work in (("ring", worked.ring), ("arc", worked.areas.sum()), ("tooth", worked.areas.sum())):
+        assert removed[part] * getattr(COEFFICIENTS, part) == pytest.approx(work, rel=1e-6), part
+
+
+def test_a_rig_without_friction_does_not_wear(rig):
+    worn = Worn(rig, 150.0, COEFFICIENTS, FIELDS | {"friction": "none"}, QUICK)
+    found = worn(np.zeros(worn.depths.size))
+    assert found.told["left_share_pct"] + found.told["ring_share_pct"] > 10.0  # it touches
+    assert found.rate[worn.depths.bushing] > 0  # lost within the rubber, not by friction
+    assert not np.delete(found.rate, [worn.depths.bushing, worn.depths.distance]).any()
+
+
+def test_a_worn_rig_started_anew_takes_the_same_step(rig, tmp_path):
+    until, limits, out = parse_until("distance 3000 km"), Limits(share=100.0, ring=2e-4), tmp_path / "life.parquet"
+
+    def new():
+        return Worn(rig, 150.0, COEFFICIENTS, FIELDS, QUICK)
+
+    def stop(row):
+        if row["distance_km"] > 0:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        live(new(), until, limits, out, tick=stop)
+    table = live(new(), until, limits, out)
+    assert len(table) >= 3 and table["end"].iloc[-1] == "reached distance 3e+06 m"
+    row = table.iloc[1]
+    again = new()(np.array(row["depths"]))
+    np.testing.assert_array_equal(again.rate, row["rates"])
+    assert table["ring_radius_m"].is_monotonic_decreasing and table["ring_radius_m"].iloc[-1] < 0.308
+
+
+# -- a life --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"rpm": 0.0}, "a chain at rest does not wear"),
+        ({"fields": {"step": 3e-4}}, "step"),
+        ({"fields": {"space": "spatial"}}, "wear needs wheels in the plane"),
+        ({"fields": {"chain": "belt"}}, "belt"),
+        ({"fields": {"tooth_contact": "three_surfaces"}}, "ten-arc design"),
+    ],
+)
+def test_what_cannot_wear_is_refused(rig, changes, words):
+    with pytest.raises(InputError, match=words):
+        worn = Worn(
+            **{"rig": rig, "rpm": 150.0, "coefficients": COEFFICIENTS, "fields": FIELDS, "rule": QUICK} | changes
+        )
+        worn(np.zeros(worn.depths.size))
+
+
+def test_the_command_writes_a_life_and_refuses_another_one(tmp_path):
+    out = tmp_path / "life.parquet"
+    words = ["wear", "paper", "--rpm", "210", "--preset", "fast", "--tension", "locked", "--out", str(out), "--until"]
+    result = CliRunner().invoke(app, [*words, "distance 1 km"])
+    assert result.exit_code == 0, result.output
+    assert result.output.splitlines()[-1] == "1 km: reached distance 1000 m"
+    table = pd.read_parquet(out)
+    assert list(table["distance_km"]) == pytest.approx([0.0, 1.0])
+    assert table["ring_radius_m"].iloc[1] < table["ring_radius_m"].iloc[0]
+    result = CliRunner().invoke(app, [*words, "ring 0.5 m"])
+    assert isinstance(result.exception, InputError)
+
+
+def test_a_rig_without_a_ring_has_no_radius_to_reach(rig):
+    worn = Worn(rig.changed(sprocket__ring="none"), 150.0, COEFFICIENTS, FIELDS)
+    with pytest.raises(InputError, match="the rig has no ring"):
+        worn.goal(Until("ring", 0.303))
+
+
+class Known(Worn):
+    """Rates in closed form: the ring's falls with its height over 0.302 m, flanks deepen evenly."""
+
+    decay = 1e-8
+
+    def __call__(self, y):
+        d, rate = self.depths, np.zeros(self.depths.size)
+        over = self.rig.ring_radius - y[d.ring] - 0.302
+        if over < self.least:
+            raise DivergenceError("no such rig")
+        rate[d.ring] = self.decay * over
+        rate[d.flanks[0]], rate[d.distance] = 1e-12, 1.0
+        shares = (10 - 1e3 * over, 0.0, 45.0)
+        radius = self.rig.ring_radius - float(y[d.ring])
+        return Found(rate, np.array(shares), dict(zip(SHARES, shares, strict=True)) | {"ring_radius_m": radius})
+
+
+@pytest.fixture
+def known(rig):
+    rig = rig.changed(sprocket__ring_radius=0.308)
+    worn = Known(rig, 115.0, COEFFICIENTS, {})
+    worn.least = 0.0
+    return worn
+
+
+def test_half_the_step_gives_the_same_life(known):
+    until = Until("ring", 0.303)
+    lives = [live(known, until, Limits().times(factor)) for factor in (1.0, 0.5)]
+    assert len(lives[1]) > 1.5 * len(lives[0])
+    ends = [table["distance_km"].iloc[-1] for table in lives]
+    assert ends[0] == pytest.approx(ends[1], rel=0.02)
+    assert ends[0] == pytest.approx(log(6.0) / known.decay / 1e3, rel=0.01)
+    assert lives[0]["ring_radius_m"].iloc[-1] == pytest.approx(0.303, abs=1e-6)
+    assert lives[0]["end"].iloc[-1] == "reached ring 0.303 m"
+
+
+def test_a_life_ends_where_the_model_ends(known):
+    known.least = 0.003
+    table = live(known, Until("ring", 0.303))
+    assert table["end"].iloc[-1] == "left the model: no such rig"
+    assert table["ring_radius_m"].iloc[-1] == pytest.approx(0.305, abs=1e-4)
+
+
+def test_a_bound_behind_the_new_rig_is_refused(known):
+    with pytest.raises(InputError, match="is not below the new ring"):
+        live(known, Until("ring", 0.309))
+
+
+def test_a_killed_life_goes_on_to_the_same_bytes(known, tmp_path):
+    until = Until("ring", 0.303)
+    whole, killed = tmp_path / "whole.parquet", tmp_path / "killed.parquet"
+    live(known, until, out=whole)
+
+    def stop(row):
+        raise KeyboardInterrupt
+
+    for _ in range(3):
+        with pytest.raises(KeyboardInterrupt):
+            live(known, until, out=killed, tick=stop)
+    live(known, until, out=killed)
+    assert killed.read_bytes() == whole.read_bytes()
+    live(known, until, out=killed)
+    assert killed.read_bytes() == whole.read_bytes()
+    with pytest.raises(InputError, match="exists and is not of this life"):
+        live(known, Until("ring", 0.304), out=killed)
+    killed.write_bytes(b"damaged")
+    live(known, Until("ring", 0.304), out=killed, overwrite=True)
+    assert pd.read_parquet(killed)["end"].iloc[-1] == "reached ring 0.304 m"
+
+
+def test_a_life_goes_on_from_states_that_nobody_damaged_or_made_up(known, tmp_path, capsys):
+    """Neither an edited table nor a flipped bit nor a state that no life has changes what comes out."""
+    until, out = Until("ring", 0.303), tmp_path / "life.parquet"
+    whole = live(known, until, out=out)
+    write_table(whole.assign(distance_km=10 * whole["distance_km"]), out)
+    pd.testing.assert_frame_equal(live(known, until, out=out), whole)
+    (file,) = (tmp_path / "life.rows").glob("*.jsonl")
+    lines = file.read_bytes().splitlines(keepends=True)
+    assert len(lines) == len(whole) > 2
+    for change in (
+        lambda row: row | {"depths": row["depths"][:3]},
+        lambda row: {name: value for name, value in row.items() if name != "depths"},
+        lambda row: row | {"depths": [float("nan")] * len(row["depths"])},
+        lambda row: row | {"next_m": 0.0},
+        lambda row: row | {"next_m": -1.0},
+        lambda row: row | {"rates": "much"},
+    ):
+        row = json.loads(lines[1])[1]
+        content = json.dumps(row | {"values": change(row["values"])}).encode()
+        forged = b'["%s", %s]\n' % (hashlib.sha256(content).hexdigest()[:16].encode(), content)
+        file.write_bytes(b"".join([lines[0], forged, *lines[2:]]))
+        pd.testing.assert_frame_equal(live(known, until, out=out), whole)
+    assert "damaged line" in capsys.readouterr().err
+    file.write_bytes(lines[0] + bytes([lines[1][50] ^ 1]).join([lines[1][:50], lines[1][51:]]))
+    pd.testing.assert_frame_equal(live(known, until, out=out), whole)
+
+
+# -- many lives ----------------------------------------------------------------------------------------------------
+
+
+def table_of(first, left, right, rig="shipped"):
+    """A life of 5 states, a thousand kilometres and half a millimetre of the ring each."""
+    k = np.arange(len(left))
+    return pd.DataFrame(
+        {
+            "rig": rig, "rpm": 115.0, "tension": "locked", "first_radius_m": first, "distance_km": 1e3 * k,
+            "ring_radius_m": first - 5e-4 * k, "left_share_pct": left, "right_share_pct": right,
+            "left_rms_n": 400.0 + 30.0 * k, "left_depth_m": 1e-6 * k, "right_depth_m": 0.0, "rms_g": 0.9 + 0.01 * k,
+            "rms_half_width_g": 0.001, "sd_g": 0.9, "sd_half_width_g": 0.001, "line_g": 1.2, "line_half_width_g": 0.001,
+            "cpu_s": 1.0,
+            "end": ["", "", "", "", "reached ring 0.303 m"],
+        }
+    )  # fmt: skip
+
+
+@pytest.fixture
+def lives():
+    return pd.concat([
+        table_of(0.308, [9.0, 9.5, 10.5, 20.0, 30.0], [0.0, 0.0, 0.0, 0.0, 1.0]),
+        table_of(0.306, [10.0, 15.0, 20.0, 25.0, 30.0], [0.0, 0.0, 2.0, 4.0, 8.0]),
+        pd.DataFrame({"rig": ["ensemble 0"], "rpm": 115.0, "tension": "sprung", "first_radius_m": 0.308,
+                      "distance_km": 0.0, "end": "does not run new: no"}),
+    ], ignore_index=True)  # fmt: skip
+
+
+def test_the_good_window_of_a_life(lives):
+    """Left share at most 11 %: until a twentieth of the third interval of one life, a fifth of the first of another."""
+    seen = windows(lives)
+    summary = summarize(lives, seen).set_index("first_radius_m")
+    ran = summary[summary["rig"] == "shipped"]
+    cell = 1e3 * STEP / 5e-4  # km
+    assert list(ran["good_km"]) == [pytest.approx(2053.0, abs=cell), pytest.approx(200.0, abs=cell)]
+    assert list(ran["good_from_m"]) == pytest.approx([0.308, 0.306])
+    assert list(ran["good_to_m"]) == pytest.approx([0.308 - 2.053 * 5e-4, 0.306 - 1e-4], abs=STEP)
+    assert list(ran["right_begins_m"]) == pytest.approx([0.306, 0.305])
+    assert list(ran["left_leaves_m"]) == pytest.approx([0.3065, 0.3045])  # 490 N are more than 15 % above 400 N
+    assert summary[summary["rig"] == "ensemble 0"]["end"].item() == "does not run new: no"
+
+
+def test_the_best_first_radius_is_where_the_window_begins():
+    """The right arc is free below 0.30925 m; a rig in which it never is has no window."""
+    right = [4.0, 1.0, 0.0, 0.0, 0.0]
+    lives = pd.concat([
+        table_of(0.310, [0.0, 0.0, 0.0, 0.0, 9.0], right),
+        table_of(0.310, [0.0, 0.0, 0.0, 0.0, 9.0], right, "ensemble 0"),
+        table_of(0.310, [0.0, 0.0, 0.0, 0.0, 9.0], [4.0, 4.0, 4.0, 4.0, 4.0], "ensemble 1"),
+    ], ignore_index=True)  # fmt: skip
+    seen = windows(lives)
+    summary = summarize(lives, seen)
+    assert list(summary["good_from_m"][:2]) == pytest.approx([0.30925] * 2, abs=1.1 * STEP)
+    assert np.isnan(summary["good_from_m"][2])
+    words = answer(summary, seen)
+    assert "Of 2 rigs of the ensemble 1 have such a window" in words
+    assert "at least 90% of the longest run in 0." in words
+    assert "run in 1." in answer(summary, seen, 0.30925)
+
+
+def test_what_a_sensor_sees_of_the_ring(lives):
+    rows = sensed(lives).set_index(["first_radius_m", "measure"])
+    row = rows.loc[(0.308, "rms")]
+    assert row["change_g"] == pytest.approx(0.04)
+    assert row["detectable_mm"] == pytest.approx(2**0.5 * 0.001 / (0.04 / 2.0))
+    assert rows.loc[(0.308, "sd"), "detectable_mm"] == np.inf

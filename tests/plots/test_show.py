@@ -1,0 +1,312 @@
+"""The page of a run: what moves is the run, its forces obey Newton, and it works in a real browser."""
+
+import html
+import re
+import sys
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import trackdyn
+from trackdyn.commands import cli
+from trackdyn.errors import InputError
+from trackdyn.measure.meshing import meshing_summary
+from trackdyn.plots.show import show, signal, work_of
+from trackdyn.simulation import replay as stretches
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.replay import stretch_of
+from trackdyn.simulation.simulate import simulate
+
+MOST = 5e6  # bytes of a page
+PLOTS = ("tension-plot", "history-plot", "spectrum-plot", "shares-plot", "work-plot")
+PHONE = 318  # 84 mm at 96 dots an inch
+
+
+@pytest.fixture(scope="module")
+def recording(make_scene, rig):
+    """More than two turns of the loop at speed: passages that are complete; the forces of every pitch."""
+    return simulate(make_scene(210.0, duration=9.0, lead_in=1.0, pitches=tuple(range(1, rig.chain.pitches + 1))))
+
+
+@pytest.fixture(scope="module")
+def stretch(recording):
+    return stretch_of(recording)
+
+
+@pytest.fixture(scope="module")
+def page_file(recording, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("shown")
+    recording.save(folder / "run.npz")
+    show(folder / "run.npz", folder / "run.html")
+    return folder / "run.html"
+
+
+@pytest.fixture
+def open_page(open_file, page_file):
+    return partial(open_file, page_file)
+
+
+def test_what_moves_is_the_run(recording, stretch):
+    """Place and forces of the recorded pitch, which the record keeps by another way."""
+    assert stretch.begins == recording.begin
+    # the same steps in other chunks: rounding, which contact makes larger; a page draws 0.2 mm
+    assert stretch.apart[0] < 1e-9
+    samples = np.rint(stretch.time * recording.rate).astype(int) - 1
+    link = stretch.bodies[:, 0]
+    half = recording.meta["rig"]["chain"]["link_length"] / 2
+    middle = link[:, :2] + half * np.column_stack([np.cos(link[:, 2]), np.sin(link[:, 2])])
+    assert np.abs(middle - recording.place[samples]).max() < 1e-9
+    seen, touched = (
+        np.zeros((len(samples), *recording.force.shape[1:])),
+        np.zeros((len(samples), *recording.area.shape[1:], 2)),
+    )
+    for k, of in enumerate(stretch.contacts):
+        for side, _, _, u, v, area, groove, body, _ in of[of[:, 8] == 0]:
+            seen[k, int(body) // 2, int(side)] = np.hypot(u, v)
+            if side < 2:
+                touched[k, int(body) // 2, int(side)] = area, groove
+    kept = recording.force[samples]
+    assert (seen > 0).sum(axis=(0, 1))[[0, 2]].min() > 100
+    assert seen == pytest.approx(kept, abs=1e-6 * kept.max())
+    arcs = seen[:, :, :2] > 0  # an arc may touch without a force
+    assert np.array_equal(touched[arcs], np.stack([recording.area[samples], recording.groove[samples]], axis=-1)[arcs])
+
+
+@pytest.mark.parametrize(
+    "fields",
+    [{}, {"ring_radius": None}, {"chain": "single_pin"}, {"tooth_contact": "three_surfaces", "ring_radius": None}],
+)
+def test_contacts_and_weight_are_what_accelerates_the_chain(make_scene, fields):
+    """Momentum and angular momentum change by the drawn forces at their drawn places; without friction nothing else
+    acts.
+    """
+    loop = Loop(make_scene(210.0, friction="none", **fields))
+    loop.advance(0.6)
+    chain, h = loop.model.chain, loop.model.step
+    places, before = loop.mass_centres, loop.momentum
+    of = stretches._contacts(loop)
+    weight = -chain.mass * chain.gravity
+    force = of[:, 3:5].sum(axis=0) + [0.0, weight.sum()]
+    moment = (of[:, 1] * of[:, 4] - of[:, 2] * of[:, 3]).sum() + (places[:, 0] * weight).sum()
+    loop.step()
+    # the velocities after the step are those of the places after it: arms have turned by h times the rate of the bodies
+    size, turn = np.abs(of[:, 3:5]).sum(), h * np.abs(loop.rates).max()
+    assert (loop.momentum - before)[:2] / h == pytest.approx(force, abs=turn * size)
+    assert (loop.momentum - before)[2] / h == pytest.approx(moment, abs=turn * size)
+    assert turn < 5e-3
+    assert len(of) > 5
+
+
+def test_shares_are_those_of_the_record(recording, stretch):
+    """A turn of all pitches, sampled, against whole passages, logged step by step: two ends known to a sample,
+    twice.
+    """
+    summary = meshing_summary(recording)
+    turn = stretches.turn_period(stretches.scene_of(recording)) * recording.rate
+    assert stretch.shares[:-1, 0].sum() == pytest.approx(summary["left_share_pct"], abs=100 * 4 / turn)
+    assert stretch.shares[:-1, 1].sum() == pytest.approx(summary["right_share_pct"], abs=100 * 4 / turn)
+    assert stretch.shares[-1, 0] == pytest.approx(summary["ring_share_pct"], abs=100 * 4 / turn)
+    assert summary["ring_share_pct"] > 10
+
+
+def test_places_go_around_the_loop(stretch, rig):
+    """In a turn of the sprocket every joint goes on by as many pitches as there are teeth; wheels stand in the chain's
+    order.
+    """
+    gone = np.diff(stretch.place, axis=0) % rig.chain.pitches
+    steps = len(stretch.time) - 1
+    assert gone.sum(axis=0) == pytest.approx(rig.sprocket.teeth * steps / (steps + 1), rel=0.01)
+    begins = dict(zip(stretch.names, stretch.spans[:, 0], strict=True))
+    assert begins["sprocket"] == 0 < begins["road wheel"] < begins["idler"]
+    assert (stretch.spans[:, 1] > stretch.spans[:, 0]).all()
+
+
+def test_a_steered_run_is_not_taken_for_the_recorded_one(recording, tmp_path):
+    other = replace(recording, place=recording.place + 1e-3)
+    text = " ".join(show(other, seconds=0.05).text.split())
+    assert "This is not the recorded run." in text and "by up to 0.001 m" in text
+    assert "It is the recorded run" not in text
+    assert "It is the recorded run" in " ".join(show(recording, seconds=0.05).text.split())
+
+
+def test_a_long_lead_in_is_not_run_again(recording, monkeypatch):
+    monkeypatch.setattr(stretches, "LEAD_COST", 0.0)
+    monkeypatch.setattr(stretches, "SHORT_LEAD", 0.1)
+    shown = show(recording, seconds=0.05)
+    assert shown.stretch.apart is None and shown.stretch.begins == pytest.approx(0.5)
+    assert "not the record itself, which begins at" in shown.text and "what moves above" not in shown.text
+
+
+def test_another_version_is_told(recording):
+    old = replace(recording, meta=recording.meta | {"sources": "0123456789abcdef"})
+    assert "Another version of the program made this recording" in show(old, seconds=0.05).text
+    assert "Another version" not in show(recording, seconds=0.05).text
+
+
+def test_the_account_closes(recording):
+    rows = {row["entry"]: row["work_j"] for row in work_of(recording)}
+    open_part = rows.pop("numerical error")
+    assert open_part == pytest.approx(rows["sprocket work"] - sum(rows.values()) + rows["sprocket work"])
+    assert abs(open_part) < 5e-3 * rows["sprocket work"]
+
+
+def test_a_long_history_keeps_its_extremes(recording):
+    ay = np.zeros(50_000)
+    longer = replace(recording, mean=np.zeros((50_000, 3)), time=np.arange(50_000) / recording.rate)
+    longer.mean[[1234, 40_321], 1] = 5.0, -7.0
+    whole = signal(longer, None)["whole"]
+    g = recording.meta["rig"]["gravity"]
+    assert len(whole["low"]) == 2000 < len(ay)
+    assert max(whole["high"]) == pytest.approx(1 + 5 / g, rel=1e-3) and min(whole["low"]) == pytest.approx(
+        1 - 7 / g, rel=1e-3
+    )
+
+
+SCENES = {
+    "belt": {"chain": "belt", "ring_radius": None, "spells": False},
+    "free": {"loop": "free", "ring_radius": None, "spells": False},
+    "standing": {"motor_rpm": 0.0},
+    "sprung": {"tension": "sprung", "ring_radius": None},
+    "short": {"duration": 0.002},
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_every_kind_of_run_has_a_page(make_scene, open_file, tmp_path, name):
+    shown = show(simulate(make_scene(**{"duration": 0.2} | SCENES[name])), tmp_path / "run.html", title=name)
+    page = open_file(tmp_path / "run.html", PHONE)
+    assert page.inner_text("h1") == name
+    assert page.locator("#scene").count() == (name != "belt")
+    assert page.locator("#shares-plot").count() == (name in ("sprung", "short"))
+    assert ("No contacts." in page.inner_text("body")) == (name == "free")
+    assert ("too short for a spectrum" in page.inner_text("body")) == (name == "short")
+    assert page.evaluate("document.documentElement.scrollWidth") <= PHONE
+    assert shown.summary
+
+
+def test_the_page_is_small_and_alone(page_file, open_page):
+    assert page_file.stat().st_size < MOST
+    assert [path.name for path in page_file.parent.iterdir() if path.suffix != ".npz"] == ["run.html"]
+    page = open_page()
+    assert page.eval_on_selector_all("a", "all => all.filter(e => !e.getAttribute('href').startsWith('#')).length") == 0
+    for plot in PLOTS:
+        assert page.evaluate(f"document.getElementById('{plot}').data.length") > 0
+
+
+@pytest.mark.parametrize("width", [PHONE, 1400])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_no_rule_of_accessibility_is_broken(open_page, width, scheme):
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed")
+    page = open_page(width, 900, color_scheme=scheme)
+    page.eval_on_selector_all("details", "all => all.forEach(e => { e.open = true; })")
+    broken = axe.Axe().run(page).response["violations"]
+    assert [(rule["id"], node["html"][:100]) for rule in broken for node in rule["nodes"]] == []
+
+
+@pytest.mark.parametrize("width", [PHONE, 1200])
+def test_nothing_overflows(open_page, width):
+    page = open_page(width, 800)
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    wide = "all => all.filter(e => !e.closest('.wide, .plot') && e.getBoundingClientRect().right > innerWidth + 1)"
+    assert page.eval_on_selector_all("main *, header *", f"{wide}.map(e => e.outerHTML.slice(0, 80))") == []
+
+
+def test_the_loop_plays_pauses_and_scrubs_and_the_tension_follows(open_page, stretch):
+    page = open_page()
+    picture, joints = (
+        "document.getElementById('scene').toDataURL()",
+        "document.getElementById('tension-plot').data[2].y",
+    )
+    page.select_option("#pace", "1")
+    first, forces = page.evaluate(picture), page.evaluate(joints)
+    page.click("#play")
+    page.wait_for_function("Number(document.getElementById('scrub').value) > 20")
+    page.click("#play")
+    assert page.evaluate(picture) != first
+    stopped = page.inner_text("#clock")
+    page.wait_for_timeout(150)
+    assert page.inner_text("#clock") == stopped
+    page.fill("#scrub", "30")
+    assert page.inner_text("#clock") == f"{stretch.time[30]:.2f} s"
+    order = np.argsort(stretch.place[30])
+    assert (
+        page.evaluate(joints) == pytest.approx(stretch.tension[30][order], abs=0.51) and page.evaluate(joints) != forces
+    )
+    side = stretch.contacts[30][:, 0]
+    assert f"road wheel {(side == 4).sum()} (largest" in page.inner_text("#readout")
+    assert re.search(r"The bar is \d+ N in all views", page.inner_text("#readout"))
+    for name, value in (("view", "sprocket"), ("view", "follow"), ("colours", "tension")):
+        before = page.evaluate(picture)
+        page.select_option(f"#{name}", value)
+        assert page.evaluate(picture) != before
+
+
+def test_tables_and_charts_can_be_taken_along(open_page):
+    page = open_page()
+    with page.expect_download() as got:
+        page.locator("button[data-file='work.csv']").dispatch_event("click")
+    table = pd.read_csv(got.value.path())
+    assert list(table) == ["kind", "entry", "work_j", "share_pct"] and len(table) == 11
+    for plot in PLOTS:
+        with page.expect_download() as got:
+            page.click(f"button[data-chart='{plot}']")
+        assert len(pd.read_csv(got.value.path())) > 1
+
+
+def test_a_notebook_shows_the_page_in_a_frame(recording, open_file, tmp_path):
+    shown = trackdyn.show(recording, seconds=0.05)
+    frame = tmp_path / "frame.html"
+    frame.write_text(
+        f"<!doctype html><html data-drawn=1><title>t</title>{shown._repr_html_()}</html>", encoding="utf-8"
+    )
+    page = open_file(frame)
+    page.frames[1].wait_for_function("document.documentElement.dataset.drawn")
+    assert html.escape(shown.text) in frame.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("seconds", [0.0, -1.0, 61.0, float("nan"), "long"])
+def test_a_stretch_out_of_range_is_refused(recording, seconds, tmp_path):
+    with pytest.raises(InputError, match=r"^seconds "):
+        show(recording, tmp_path / "run.html", seconds=seconds)
+    assert not list(tmp_path.iterdir())
+
+
+def command(monkeypatch, capsys, *arguments):
+    monkeypatch.setattr(sys, "argv", ["trackdyn", "show", *map(str, arguments)])
+    code = 0
+    try:
+        cli.main()
+    except SystemExit as end:
+        code = end.code
+    return code, capsys.readouterr()
+
+
+def test_the_command_writes_the_page_beside_the_run(page_file, monkeypatch, capsys):
+    code, said = command(monkeypatch, capsys, page_file.with_suffix(".npz"), "--seconds", 0.05)
+    assert (
+        code == 0
+        and said.out.startswith(f"{page_file}: ")
+        and "the sensor's place differs from the record's by" in said.out
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["none.npz"], "none.npz"),
+        (["broken.npz"], "broken.npz"),
+        (["run.npz", "--out", "run.pdf"], "the name must end in .html"),
+        (["run.npz", "--seconds", "0"], "must be between 0.001 and 60 s"),
+        (["run.npz", "--out", "run.npz/run.html"], "run.npz/run.html: cannot be written"),
+    ],
+)
+def test_the_command_refuses_in_one_sentence(arguments, sentence, recording, monkeypatch, capsys, tmp_path):
+    recording.save(tmp_path / "run.npz")
+    (tmp_path / "broken.npz").write_bytes((tmp_path / "run.npz").read_bytes()[:5000])
+    monkeypatch.chdir(tmp_path)
+    code, said = command(monkeypatch, capsys, *arguments)
+    assert code == 1 and sentence in said.err and said.err.count("\n") == 1 and "Traceback" not in said.err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["broken.npz", "run.npz"]

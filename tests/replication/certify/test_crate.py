@@ -1,0 +1,149 @@
+"""The crate of a run conforms to the profile Workflow Run Crate, as the community's validator judges it, without a
+network.
+"""
+
+import json
+import sys
+import zipfile
+from importlib.resources import files
+
+import pytest
+
+from replication.certify.crate import PROFILES, write_crate
+from replication.certify.manifest import write_manifest
+from trackdyn.errors import InputError
+
+pytestmark = pytest.mark.slow
+
+INPUTS = ("config/config.yaml", "config/rig.yaml", "data/synthetic/datapackage.json")
+# what the profiles recommend and a run cannot say without inventing somebody
+OPEN = {
+    "process-run-crate-0.5_3.2": "a url of the program",
+    "process-run-crate-0.5_5.1": "the same",
+    "process-run-crate-0.5_8.6": "who ran it, unless --agent says so",
+    "ro-crate-1.1_22.3": "a publisher",
+    "ro-crate-1.1_31.2": "a url of the authors",
+    "workflow-ro-crate-1.0_8.1": "the description of the workflow after Bioschemas, which asks for the same",
+}
+
+
+@pytest.fixture
+def crate(results):
+    write_manifest(results, INPUTS)
+    return write_crate(results)
+
+
+def entities(place):
+    with zipfile.ZipFile(place) as archive:
+        metadata = json.loads(archive.read("ro-crate-metadata.json"))
+        assert archive.testzip() is None
+        return {entity["@id"]: entity for entity in metadata["@graph"]}, set(archive.namelist())
+
+
+def validated(place, monkeypatch):
+    """What the validator finds in the profile, and below it in all that it rests on."""
+    models = pytest.importorskip("rocrate_validator.models")
+    from requests import Response
+    from rocrate_validator import services
+    from rocrate_validator.utils.http import HttpRequester
+
+    # The context of RO-Crate 1.1 is only to be had from the network. That of 1.3, which comes with the package rocrate,
+    # stands in for it, with the terms that had other addresses then.
+    terms = json.loads((files("rocrate") / "data" / "ro-crate.jsonld").read_text(encoding="utf-8"))["@context"]
+    bioschemas = "https://bioschemas.org/"
+    terms |= {name: f"{bioschemas}{name}" for name in ("ComputationalWorkflow", "FormalParameter")}
+    terms |= {name: f"{bioschemas}ComputationalWorkflow#{name}" for name in ("input", "output")}
+
+    def get(self, url, **_):
+        assert url == "https://w3id.org/ro/crate/1.1/context"
+        response = Response()
+        response.status_code, response.url = 200, url
+        response._content = json.dumps({"@context": terms}).encode()
+        response.headers["Content-Type"] = "application/ld+json"
+        return response
+
+    monkeypatch.setattr(HttpRequester, "get", get, raising=False)
+    settings = models.ValidationSettings(
+        rocrate_uri=str(place), profile_identifier="workflow-run-crate", offline=True, cache_path=place.parent / "http",
+        requirement_severity=models.Severity.RECOMMENDED,
+    )  # fmt: skip
+    return [
+        (issue.severity.name, issue.check.identifier, issue.message)
+        for issue in services.validate(settings).get_issues()
+    ]
+
+
+def test_the_crate_conforms_to_its_profile(crate, monkeypatch):
+    issues = validated(crate, monkeypatch)
+    assert [issue for issue in issues if issue[0] == "REQUIRED"] == []
+    assert {identifier for _, identifier, _ in issues} == OPEN.keys()
+
+
+def test_a_crate_that_lacks_what_is_required_is_found_out(crate, tmp_path, monkeypatch):
+    """The validator does judge: without the workflow's place among the inputs of the run it objects."""
+    found, names = entities(crate)
+    broken = tmp_path / "broken.zip"
+    with zipfile.ZipFile(crate) as old, zipfile.ZipFile(broken, "w") as new:
+        for name in names:
+            data = old.read(name)
+            if name == "ro-crate-metadata.json":
+                del found["#run"]["instrument"]
+                data = json.dumps(json.loads(data) | {"@graph": list(found.values())})
+            new.writestr(name, data)
+    assert any(severity == "REQUIRED" for severity, *_ in validated(broken, monkeypatch))
+
+
+def test_what_stands_in_it(crate, results):
+    found, names = entities(crate)
+    run = found["#run"]
+    assert {one["@id"] for one in run["object"]} == set(INPUTS)
+    made = {one["@id"] for one in run["result"]}
+    assert {"results/manifest.json", "results/metrics.csv", "results/report.html", "results/figures/fig24.png"} <= made
+    assert (
+        made <= names
+        and {"Snakefile", "workflow/rules/ring.smk", "trackdyn/scene/scene.py", "requirements.lock"} <= names
+    )
+    assert not any(name.endswith(".npz") or "__pycache__" in name or "quick" in name for name in names & made)
+    manifest = json.loads((results / "manifest.json").read_text())
+    assert found["results/figures/fig24.png"]["sha256"] == manifest["files"]["figures/fig24.png"]["sha256"]
+    assert found["results/figures/fig24.png"]["name"] == "Figure 24"
+    assert "sha256" not in found["results/metrics.csv"]  # its hash leaves times out
+    assert {one["@id"] for one in found["./"]["conformsTo"]} == PROFILES.keys()
+    assert "agent" not in run
+
+
+def test_recordings_and_agent_come_if_they_are_asked_for(results):
+    write_manifest(results, INPUTS)
+    found, names = entities(write_crate(results, results.parent / "all.zip", recordings=True, agent="A. Person"))
+    assert "results/runs/115rpm.npz" in names
+    assert found[found["#run"]["agent"]["@id"]]["name"] == "A. Person"
+
+
+def test_results_that_are_not_those_of_the_manifest_are_not_packed(results):
+    write_manifest(results, INPUTS)
+    (results / "tables" / "table3.md").write_text("changed")
+    with pytest.raises(InputError, match=r"1 known by their bytes alone, which differ \(tables/table3\.md\)"):
+        write_crate(results)
+    assert not (results / "crate.zip").exists()
+
+
+def test_inputs_that_are_not_those_of_the_manifest_are_not_packed(results, tmp_path):
+    """Whatever a manifest names, nothing is packed whose hash it does not know, nor what it calls a file of times."""
+    (tmp_path / "rig.yaml").write_text("mine")
+    place = write_manifest(results, [tmp_path / "rig.yaml"])
+    (tmp_path / "rig.yaml").write_text("changed")
+    with pytest.raises(InputError, match=r"rig\.yaml: is an input of the run and no longer what it was"):
+        write_crate(results)
+    (tmp_path / "rig.yaml").write_text("mine")
+    data = json.loads(place.read_text(encoding="utf-8"))
+    place.write_text(json.dumps(data | {"hold_times": [*data["hold_times"], "../rig.yaml"]}))
+    _, names = entities(write_crate(results))
+    assert [name for name in names if "rig.yaml" in name] == ["inputs/rig.yaml"]
+
+
+def test_without_manifest_or_package_it_says_so(results, monkeypatch):
+    with pytest.raises(InputError, match=r"manifest\.json: no such file"):
+        write_crate(results)
+    monkeypatch.setitem(sys.modules, "rocrate.rocrate", None)
+    with pytest.raises(InputError, match=r"pip install 'trackdyn\[crate\]'"):
+        write_crate(results)

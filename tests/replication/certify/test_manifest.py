@@ -1,0 +1,183 @@
+"""What a manifest holds, and what `trackdyn verify` says of a run that is not the one of the manifest."""
+
+import json
+import sys
+
+import pytest
+
+from replication.certify.comparison import BYTES, DIFFERS, EQUAL, EXTRA, MISSING, WITHIN, compare, failed, summary
+from replication.certify.manifest import FORMAT, describe, load_manifest, write_manifest
+from trackdyn.commands import cli
+from trackdyn.errors import InputError
+from trackdyn.plots.style import new_figure, save
+
+
+def edit(path, old, new):
+    text = path.read_text(encoding="utf-8")
+    assert text.count(old) == 1
+    path.write_text(text.replace(old, new), encoding="utf-8")
+
+
+def judged(results, expected, name):
+    """What became of a file."""
+    return next(finding for finding in compare(describe(results), expected) if finding.name == name)
+
+
+def test_what_a_run_has_made_is_in_it_and_nothing_else(results):
+    found = describe(results)
+    assert list(found["files"]) == [
+        "figures/fig24.png",
+        "figures/fig24.svg",
+        "metrics.csv",
+        "runs/115rpm.npz",
+        "tables/table3.csv",
+        "tables/table3.md",
+    ]
+    assert found["hold_times"] == ["report.html", "runs/115rpm.cost.json", "tables/costs.csv"]
+    assert {entry["shows"] for name, entry in found["files"].items() if "fig24" in name} == {"Figure 24"}
+    assert found["files"]["tables/table3.csv"]["times"] == ["wall_s"]
+    assert "wall_s" not in found["files"]["tables/table3.csv"]["text"]
+
+
+def test_the_same_results_give_the_same_manifest_and_it_comes_back(results):
+    place = write_manifest(results, ["config/rig.yaml"])
+    before = place.read_bytes()
+    assert write_manifest(results, ["config/rig.yaml"]).read_bytes() == before
+    loaded = load_manifest(place)
+    assert list(loaded["inputs"]) == ["config/rig.yaml"] and len(loaded["inputs"]["config/rig.yaml"]) == 64
+    assert {finding.status for finding in compare(describe(results), loaded)} == {EQUAL}
+
+
+def test_times_do_not_count(results):
+    expected = describe(results)
+    edit(results / "metrics.csv", "6.4", "8.8")
+    (results / "report.html").write_text("<p>7 s</p>")
+    assert failed(compare(describe(results), expected), exact=True) == []
+
+
+# file, text, what stands in its place, status, part of what is said
+EDITS = [
+    ("metrics.csv", "0.924182", "0.924190", WITHIN, "within the tolerance"),
+    ("metrics.csv", "0.924182", "0.924282", DIFFERS, "rms_g in row 1 is 0.924282, expected 0.924182"),
+    ("metrics.csv", "2.8e-14", "9.8e-13", WITHIN, "within the tolerance"),
+    ("metrics.csv", "2.8e-14", "2.8e-08", DIFFERS, "loop_gap_max_m in row 1 is 2.8e-08"),
+    ("metrics.csv", "loose", "tight", DIFFERS, "note in row 2 is tight, expected loose"),
+    ("metrics.csv", "0.924182", "nan", DIFFERS, "rms_g in row 1 is nan"),
+    ("metrics.csv", "run,rms_g", "run,rms", DIFFERS, "columns differ: rms"),
+    ("metrics.csv", "150rpm,1.08251,7.1,3.1e-14,loose\n", "", DIFFERS, "1 rows, expected 2"),
+    ("metrics.csv", "115rpm,0.924182", "116rpm,0.934182", DIFFERS, "run in row 1 is 116rpm, expected 115rpm; 2 values"),
+]
+
+
+@pytest.mark.parametrize("row", EDITS, ids=lambda row: f"{row[0]} {row[2]}")
+def test_a_change_is_judged_and_said(results, row):
+    name, old, new, status, said = row
+    expected = describe(results)
+    edit(results / name, old, new)
+    finding = judged(results, expected, name)
+    assert finding.status == status and said in finding.text, finding
+    others = {other.name for other in compare(describe(results), expected) if other.status != EQUAL}
+    assert others == {name}
+
+
+def test_what_holds_no_numbers_is_known_by_its_bytes_alone(results):
+    """Pictures and pages: tables tell whether they matter, and ``--exact`` refuses them."""
+    expected = describe(results)
+    names = ["figures/fig24.png", "figures/fig24.svg", "tables/table3.md"]
+    for name in names:
+        (results / name).write_bytes(b"other")
+    found = [finding for finding in compare(describe(results), expected) if finding.status != EQUAL]
+    assert [(finding.name, finding.status) for finding in found] == [(name, BYTES) for name in names]
+    assert found[0].shows == "Figure 24"
+    assert failed(found) == [] and failed(found, exact=True) == found
+
+
+def test_what_is_missing_or_more_is_said(results):
+    expected = describe(results)
+    (results / "metrics.csv").rename(results / "other.csv")
+    (results / "runs" / "115rpm.npz").write_bytes(b"other")
+    found = {finding.name: finding.status for finding in compare(describe(results), expected)}
+    assert (found["metrics.csv"], found["other.csv"], found["runs/115rpm.npz"]) == (MISSING, EXTRA, BYTES)
+    assert [finding.name for finding in failed(compare(describe(results), expected))] == ["metrics.csv"]
+    assert len(failed(compare(describe(results), expected), exact=True)) == 2
+    assert "1 missing" in summary(compare(describe(results), expected))
+
+
+def command(monkeypatch, capsys, *arguments):
+    """Exit code, output and error of `trackdyn verify`."""
+    monkeypatch.setattr(sys, "argv", ["trackdyn", "verify", *map(str, arguments)])
+    code = 0
+    try:
+        cli.main()
+    except SystemExit as end:
+        code = end.code
+    return code, *capsys.readouterr()
+
+
+def test_the_command_names_the_figure_and_ends_with_1(results, monkeypatch, capsys):
+    place = write_manifest(results)
+    assert command(monkeypatch, capsys, results) == (0, "6 equal\n", "")
+    (results / "figures" / "fig24.png").write_bytes(b"other")
+    assert command(monkeypatch, capsys, results)[0] == 0
+    code, out, err = command(monkeypatch, capsys, results, "--exact", "--against", place)
+    assert code == 1 and "bytes  figures/fig24.png  (Figure 24) bytes differ" in out
+    assert err == f"trackdyn: {results}: 1 of 6 files are not those of {place}\n"
+
+
+def test_two_folders_are_compared_without_a_manifest(results, tmp_path, monkeypatch, capsys):
+    other = tmp_path / "other"
+    results.rename(other)
+    other.joinpath("quick").rename(results)  # an unlike one
+    (results / "tables" / "table3.csv").write_text("a\n1\n")
+    code, out, _ = command(monkeypatch, capsys, results, "--against", other)
+    assert code == 1 and "missing  metrics.csv" in out and "columns differ" in out
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "not a trackdyn manifest, or damaged"),
+        ("[]", "must hold sections"),
+        ('{"format": 2}', "made_with is missing; `snakemake -j2` makes a manifest"),
+        ('{"format": 99}', f"has manifest format 99, this version reads {FORMAT}; write it again"),
+    ],
+)
+def test_a_file_that_is_no_manifest_is_refused(tmp_path, text, said):
+    (tmp_path / "manifest.json").write_text(text)
+    with pytest.raises(InputError, match=said):
+        load_manifest(tmp_path / "manifest.json")
+
+
+@pytest.mark.parametrize(
+    ("key", "value"), [("sha256", 1), ("sha256", "x"), ("bytes", "many"), ("text", 5), ("more", 1)]
+)
+def test_a_damaged_entry_is_refused(results, key, value):
+    place = write_manifest(results)
+    data = json.loads(place.read_text(encoding="utf-8"))
+    data["files"]["metrics.csv"][key] = value
+    place.write_text(json.dumps(data))
+    with pytest.raises(InputError, match=rf"manifest\.json: files\.'metrics\.csv'\.{key}"):
+        load_manifest(place)
+
+
+def test_a_table_that_is_none_any_more_differs(results):
+    expected = describe(results)
+    (results / "metrics.csv").write_text('a,b\n"1,2\n', encoding="utf-8")
+    assert judged(results, expected, "metrics.csv").status == DIFFERS
+
+
+def test_a_folder_without_a_run_is_refused(tmp_path):
+    for place, said in ((tmp_path, "holds no figure, table or recording"), (tmp_path / "absent", "no such folder")):
+        with pytest.raises(InputError, match=said):
+            describe(place)
+
+
+def test_pictures_are_the_same_byte_for_byte(tmp_path):
+    """Neither date nor version, and the marks of a drawing in vectors do not come from chance."""
+    for name in ("a", "b"):
+        figure = new_figure(2.0)
+        figure.add_subplot().plot([0, 1], [0, 1], marker="o", clip_on=True)
+        save(figure, tmp_path / f"{name}.png")
+    for ending in ("png", "svg"):
+        first, second = ((tmp_path / f"{name}.{ending}").read_bytes() for name in ("a", "b"))
+        assert first == second

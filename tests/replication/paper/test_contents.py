@@ -1,0 +1,58 @@
+"""The list of figures and tables: complete, captioned, each with a rule and a function that exist."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+from pkgutil import resolve_name
+
+import pytest
+
+from replication.paper.contents import OWN, PAPER, STUDIES, caption, missing
+
+ROOT = Path(__file__).parents[2]
+EVERY = (*PAPER, *OWN, *STUDIES)
+SYNTHETIC = re.compile("synthetic", re.IGNORECASE)
+
+
+def test_the_list_is_that_of_the_paper(tmp_path):
+    assert [item.key for item in PAPER] == [f"fig{i:02d}" for i in range(1, 25)] + [f"table{i}" for i in range(1, 5)]
+    assert len({item.title for item in EVERY}) == len({item.key for item in EVERY}) == len(EVERY)
+    assert missing(tmp_path) == list(PAPER)
+    assert all(item.table == item.key.startswith("table") for item in PAPER)
+
+
+def test_what_is_there_is_not_missing(tmp_path):
+    for name in ("figures/fig02.png", "figures/fig17_b.png", "figures/fig17_b.svg", "tables/table4.csv",
+                 "figures/fig1.png"):  # fmt: skip
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    present = {item.key for item in PAPER} - {item.key for item in missing(tmp_path)}
+    assert present == {"fig02", "fig17", "table4"}
+
+
+@pytest.mark.parametrize("item", EVERY, ids=lambda item: item.key)
+def test_the_function_that_makes_an_item_exists(item):
+    assert item.key == "costs" or callable(resolve_name(item.draw))
+
+
+@pytest.mark.parametrize("item", EVERY, ids=lambda item: item.key)
+def test_an_item_names_a_rule_and_has_a_caption(item):
+    text = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "workflow" / "rules").glob("*.smk"))
+    assert re.search(rf"^rule {item.rule}:", text, re.MULTILINE)
+    paragraphs = item.caption(synthetic=True)
+    assert all(" ".join(text.split()) == text and text.endswith(".") for text in paragraphs)
+    assert len(" ".join(paragraphs).split()) > 10
+
+
+def test_captions_speak_of_synthetic_records_only_where_they_are():
+    spoken = [item.key for item in EVERY if SYNTHETIC.search(" ".join(item.caption(synthetic=True)))]
+    assert spoken == ["fig17", "fig18", "table3", "lines"]
+    assert not [item.key for item in EVERY if SYNTHETIC.search(" ".join(item.caption(synthetic=False)))]
+    assert caption("table3", synthetic=False).startswith("Table 3. Root mean square")
+
+
+def test_listing_the_contents_imports_no_plots_and_no_report():
+    code = "import sys, replication.paper.contents, replication.paper.claims, replication.paper.printed; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    assert not [name for name in loaded.split() if name.startswith(("matplotlib", "replication.report"))]

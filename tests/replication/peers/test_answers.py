@@ -1,0 +1,99 @@
+"""Answers of equal error in both codes: what is measured, and what is chosen."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from trackdyn.errors import InputError
+from replication.peers.answers import _answers, accelerations, compare_answers, ours, outcome
+from replication.peers.comparison import run_peer
+from replication.peers.exudyn_loop import free_wheels
+from replication.peers.rigs import fixed
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
+from replication.study.settings import PEER_LAWS, PeerAnswers
+
+
+def test_accelerations_of_a_known_motion_are_averaged_by_passage():
+    """Links on circles of 1 m at 2 rad/s have 4 m/s2 each, whatever their phase; second differences see it to (w T)^2 /
+    12.
+    """
+    time, phases = np.arange(1001) / 1000, np.linspace(0, 6, 35)
+    angle = 2 * time[:, None] + phases
+    found = accelerations(np.stack([np.cos(angle), np.sin(angle)], axis=2), 1000.0, 0.2)
+    assert list(found.passage) == [0, 1, 2, 3]
+    assert found.estimate().value == pytest.approx(4.0, rel=1e-6)
+
+
+def test_our_links_move_as_the_loop_says(rig):
+    """Places from recorded configurations beside those of a loop that is stepped."""
+    scene = Scene(rig, 115.0, 0.308, duration=0.02, lead_in=0.01, ramp=0.1, spells=False, **PEER_LAWS)
+    centre, _, _ = ours(scene)
+    loop = Loop(scene)
+    loop.advance(0.13)
+    np.testing.assert_allclose(centre[-1], loop.mass_centres[::2], atol=1e-12)
+
+
+def test_the_cheapest_setting_that_keeps_the_tolerance_is_chosen():
+    """Made-up runs: errors of the step of 0.4 and 4 %, scatter of 1 % a passage, which nine of them bring below 1 %."""
+    noise = 0.02 * np.random.default_rng(1).standard_normal(40)
+
+    def run(method, step):
+        size = np.repeat(np.sqrt(1 + noise), 25)[:, None] * (1 + 40 * step)
+        turn = np.cumsum(np.ones(1000)) * 0.5
+        return (
+            np.cumsum(
+                np.cumsum(np.stack([size * np.cos(turn)[:, None], size * np.sin(turn)[:, None]], axis=2), axis=0),
+                axis=0,
+            ),
+            0.1,
+            1e-4 / step,
+        )
+
+    asked = SimpleNamespace(tolerance=0.01, ramp_s=1.0, lead_in_s=0.5)
+    settings = [("made", 1e-5), ("made", 2e-5), ("made", 1e-4), ("made", 1e-3)]
+    rows = pd.DataFrame(_answers("ours", settings, "made", asked, 0.025, 1000.0, run)).set_index("step_s")
+    assert rows.loc[1e-4, "difference_pct"] == pytest.approx(0.4, abs=0.01) and rows.loc[1e-4, "chosen"] == "yes"
+    assert rows.loc[1e-3, "difference_pct"] == pytest.approx(4.0, abs=0.1) and np.isnan(rows.loc[1e-3, "cpu_s"])
+    assert rows["chosen"].eq("yes").sum() == 1
+    assert "exudyn does not reach it" in outcome(
+        pd.concat([rows.assign(code="trackdyn"), pd.DataFrame([{"code": "exudyn"}])]), 0.01
+    )
+    assert rows.loc[1e-4, "cpu_s"] == pytest.approx(0.1 + 1.0 * (1.5 + 0.025 * rows.loc[1e-4, "passages"]))
+
+
+def test_without_the_other_codes_our_side_stands_alone(rig, monkeypatch):
+    for module in ("exudyn", "mujoco"):
+        monkeypatch.setitem(__import__("sys").modules, module, None)
+    asked = PeerAnswers(
+        speed_rpm=210, ring_radius_m=0.308, tolerance=0.05, ramp_s=0.1, lead_in_s=0.05, passages=9,
+        steps_s={"semi_implicit": [1e-4, 5e-5]}, exudyn_steps_s=[1e-3, 5e-4],
+        mujoco_steps_s={"euler": [1e-3, 5e-4]},
+    )  # fmt: skip
+    table = compare_answers(rig, asked)
+    assert list(table["code"]) == ["trackdyn", "trackdyn", "exudyn", "mujoco, contact of its own"]
+    assert list(table["note"].iloc[2:]) == [
+        f"not run: {code} is not installed; pip install 'trackdyn[peers]'" for code in ("exudyn", "mujoco")
+    ]
+    assert "mujoco, contact of its own does not reach it with these settings or was not run" in outcome(table, 0.05)
+    assert table["rms_m_s2"][0] == pytest.approx(table["rms_m_s2"][1], rel=0.02)
+
+
+def test_a_loop_that_the_other_code_has_not_is_refused_with_one_that_it_has(rig):
+    """What the refusal advises exists."""
+    with pytest.raises(
+        InputError, match=r"peers\.rigs\.fixed with chain = double_pin, tension = locked, .* bushing_law = viscous"
+    ):
+        run_peer(Scene(rig, 115.0, tension="sprung", duration=0.01, spells=False, **PEER_LAWS), 5e-4)
+    scene = Scene(fixed(rig), 115.0, chain="double_pin", tension="locked", space="planar", **PEER_LAWS)
+    assert free_wheels(scene, scene.model).drag == tuple(wheel.bearing_drag for wheel in rig.rollers.values())
+
+
+@pytest.mark.parametrize("other", [{"drag": "rolling"}, {"drag": "coulomb"}, {"bushing_law": "hysteretic"}])
+def test_a_law_that_the_other_codes_have_not_is_refused(rig, other):
+    """It was left out unsaid."""
+    scene = Scene(rig, 115.0, **PEER_LAWS | other)
+    with pytest.raises(InputError, match="viscous drag and bushings"):
+        free_wheels(scene, scene.model)

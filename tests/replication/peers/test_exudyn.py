@@ -1,0 +1,240 @@
+"""The chain and its contacts against an independent multibody code, and what happens where it is missing."""
+
+import sys
+from math import pi
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from trackdyn.chain.riccati import accelerations
+from trackdyn.errors import InputError
+from trackdyn.integrate.run import refresh
+from trackdyn.parameters.rig import load_rig
+from replication.peers import exudyn_loop
+from replication.peers.comparison import compare, percent_of_range, run_peer, table2_outcome
+from replication.peers.contact import Memory, contact_loads, force_vector, jacobian_triplets, make_contacts
+from replication.peers.exudyn_loop import Hanger, PeerWheels, Start, drive_at, require_exudyn, run_loop, start_of
+from replication.report.figures.peer import displacement_figure, model_figure
+from trackdyn.scene.build import build_chain
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.simulate import simulate
+from replication.study.extremes.solvers import Pose, posed
+from replication.study.settings import PEER_LAWS, peer_scene
+
+pytestmark = pytest.mark.peer
+# m, on paths of about a metre: with these steps the extrapolated result of the other code is good to 3e-7, the
+# reference made of this package's accelerations to 1e-8. A mass, inertia, stiffness, damping or gravity that is
+# one part in a thousand off breaks it: it makes 4e-6 to 2e-3 in the free swing, 1.2e-6 to 1e-4 on the wheels.
+TOLERANCE = 1e-6
+STEPS = 1e-3, 5e-4  # s
+
+
+def bushings(chain, angle, rate):
+    """Torques of all joints, the cut one last."""
+    turn = np.zeros(len(angle))
+    turn[-1] = -2 * pi
+    phi = np.roll(angle, -1) - angle + turn
+    return -chain.stiffness * (phi - chain.free_angle) - chain.damping * (np.roll(rate, -1) - rate)
+
+
+def chain_accelerations(chain, state, work):
+    """Accelerations of the first pin and of the angles by the package's transfer-matrix solver."""
+    accelerations(chain, state, work, 0.0, 0)
+    sweep = work.sweep
+    return sweep.base @ sweep.load, sweep.response @ sweep.load
+
+
+def centres(chain, pin, angle):
+    """(n, 2) mass centres in the middle of the pins."""
+    step = chain.length[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    pins = pin + np.vstack([np.zeros(2), np.cumsum(step, axis=0)])
+    return 0.5 * (pins[1:] + pins[:-1])
+
+
+def extrapolated(run):
+    """Mass centres of two runs, freed from the error of second order in the step."""
+    coarse, fine = (run(step).centre for step in STEPS)
+    return (4 * fine - coarse) / 3
+
+
+def test_free_swing_agrees(rig):
+    pytest.importorskip("exudyn")
+    chain = build_chain(rig)
+    n = len(chain.length)
+    # a circle, which falls from its hook into a long loop
+    radius = brentq(lambda r: np.arcsin(chain.length / 2 / r).sum() - pi, 0.5, 2)
+    half = np.arcsin(chain.length / 2 / radius)
+    angle = -np.cumsum(np.concatenate([[half[0]], half[:-1] + half[1:]]))
+    hook = Hanger(0.0, 0.0, 2e4, 200.0)
+    duration, samples = 1.5, 31
+    fx, fy, moment = np.zeros(n), np.zeros(n), np.zeros(n)
+
+    def slope(t, y):
+        pin, angle, speed, rate = y[:2], y[2 : n + 2], y[n + 2 : n + 4], y[n + 4 :]
+        pull = -hook.stiffness * pin - hook.damping * speed
+        arm = -chain.com_x[0] * np.array([np.cos(angle[0]), np.sin(angle[0])])
+        fx[0], fy[0] = pull
+        moment[0] = arm[0] * pull[1] - arm[1] * pull[0]
+        pose = Pose(angle, rate, fx, fy, moment, bushings(chain, angle, rate))
+        return np.concatenate([speed, rate, *chain_accelerations(chain, *posed(pose))])
+
+    times = np.linspace(0, duration, samples)
+    begin = np.concatenate([np.zeros(2), angle, np.zeros(n + 2)])
+    solution = solve_ivp(slope, (0, duration), begin, method="DOP853", rtol=1e-8, atol=1e-9, t_eval=times)
+    ours = np.array([centres(chain, y[:2], y[2 : n + 2]) for y in solution.y.T])
+
+    start = Start(np.zeros(4), angle, np.zeros(n))
+    theirs = extrapolated(lambda h: run_loop(chain, start, duration, h, duration / (samples - 1), hanger=hook))
+    assert np.abs(ours[-1] - ours[0]).max() > 0.3  # it does swing
+    assert np.abs(theirs - ours).max() < TOLERANCE
+
+
+def test_running_on_plain_wheels_agrees(rig, unled):
+    pytest.importorskip("exudyn")
+    # Restitution 1: contacts then have no memory of their impact velocity, which would be a jump that no
+    # high-order method resolves. Bushings are less damped for the reference's sake, which is explicit.
+    rig = rig.changed(bushing__damping=1.0, ring_contact__restitution=1.0, wheel_contact__restitution=1.0)
+    rig = rig.changed(ring_contact__friction_static=0.3, ring_contact__friction_dynamic=0.3)
+    scene = Scene(rig, 115.0, ramp=0.4, **PEER_LAWS)
+    loop = Loop(scene)
+    model, state, work = loop.model, loop.state, loop.work
+    model = unled(model._replace(tooth=model.tooth._replace(present=0)), work)
+    chain, n, wheels = model.chain, len(state.angle), model.wheels
+    start = start_of(state)
+    duration, samples = 1.0, 21
+
+    def slope(t, y):
+        turned, state.wheel_rate[0] = drive_at(model.drive, t)
+        state.wheel_angle[0] = start.sprocket_angle + turned
+        half = n + 4
+        state.pin[:] = *y[:2], *y[half : half + 2]
+        state.angle[:], state.rate[:] = y[2 : n + 2], y[half + 2 : half + 2 + n]
+        state.wheel_rate[1:] = y[-2:]
+        refresh(model, state, work)
+        spin = (work.wheel_torque[1:] - wheels.drag[1:] * y[-2:]) / wheels.inertia[1:]
+        return np.concatenate([y[half:], *chain_accelerations(chain, state, work), spin])
+
+    times = np.linspace(0, duration, samples)
+    begin = np.concatenate([start.pin[:2], start.angle, np.zeros(2), start.pin[2:], start.rate, np.zeros(2)])
+    solution = solve_ivp(slope, (0, duration), begin, method="DOP853", rtol=1e-7, atol=1e-8, t_eval=times)
+    ours = np.array([centres(chain, y[:2], y[2 : n + 2]) for y in solution.y.T])
+
+    free = PeerWheels(tuple(wheels.inertia[1:]), tuple(wheels.drag[1:]))
+    contacts = make_contacts(scene, loop.layout["tensioner_shift_m"], arcs=0)
+    theirs = extrapolated(
+        lambda h: run_loop(
+            chain, start, duration, h, duration / (samples - 1), contacts=contacts, wheels=free, drive=model.drive
+        )
+    )
+    assert np.abs(ours[-1] - ours[0]).max() > 0.3  # it does run
+    assert np.abs(theirs - ours).max() < TOLERANCE
+
+
+@pytest.fixture
+def both_contacts(rig, driven_loop, unled):
+    """Contacts of a driven loop: model, state, work, and the peer's constants, coordinates, rates and memory."""
+
+    def make(ring_radius):
+        loop = driven_loop(ring_radius)
+        model, state, work = loop.model, loop.state, loop.work
+        model = unled(model, work)
+        w = model.wheels
+        contacts = make_contacts(Scene(rig, 115.0, ring_radius=ring_radius), 0.0)
+        radius = w.radius * w.present
+        contacts = contacts._replace(circle=np.column_stack([w.x, w.y, radius]))
+        q, v = (
+            np.concatenate([part.ravel(), np.zeros(2)])
+            for part in exudyn_loop.coordinates(model.chain, start_of(state))
+        )
+        v[-2:] = state.wheel_rate[1:]
+        return model, state, work, contacts, q, v, Memory(state.tooth_impact.copy(), state.wheel_impact.copy())
+
+    return make
+
+
+@pytest.mark.parametrize("ring_radius", [None, 0.303, 0.308])
+def test_both_contact_laws_give_the_same_loads(ring_radius, both_contacts):
+    model, state, work, contacts, q, v, memory = both_contacts(ring_radius)
+    refresh(model, state, work)
+    n = len(state.angle)
+    load, torque = np.zeros((n, 3)), np.zeros((n, 3))
+    contact_loads(
+        contacts, model.chain.length, q, v, state.wheel_angle[0], state.wheel_rate[0], memory, False, load, torque
+    )
+    ours = np.column_stack([work.force_x, work.force_y, work.moment])
+    assert np.count_nonzero(ours[1::2, 0]) > 0  # some teeth bear
+    # N and N m on loads of some thousand: what rounding of positions leaves under stiff steel
+    assert np.abs(load - ours).max() < 1e-5
+    assert np.abs(torque.sum(axis=0) - work.wheel_torque).max() < 1e-5
+
+
+def test_derivatives_of_the_contacts_are_those_of_the_forces(both_contacts):
+    model, state, _, contacts, q, v, memory = both_contacts(0.308)
+    n, length = len(state.angle), model.chain.length
+    drive = state.wheel_angle[0], state.wheel_rate[0]
+    load, torque = np.zeros((n, 3)), np.zeros((n, 3))
+    loads, torques, triplets = np.zeros((2, n, 3)), np.zeros((2, n, 3)), np.zeros((40 * n, 3))
+    count = jacobian_triplets(contacts, length, q, v, *drive, memory, 2.0, 3.0, loads, torques, triplets)
+    matrix = np.zeros((3 * n + 2, 3 * n + 2))
+    np.add.at(matrix, (triplets[:count, 0].astype(int), triplets[:count, 1].astype(int)), triplets[:count, 2])
+    direction = np.random.default_rng(1).standard_normal((2, 3 * n + 2))
+    sides = []
+    for sign in (1, -1):
+        force = np.zeros(3 * n + 2)
+        # positions count twice, velocities three times; the nudges stay within one contact state
+        force_vector(contacts, length, q + sign * 2e-9 * direction[0], v + sign * 3e-9 * direction[0], *drive, memory,
+                     load, torque, force)  # fmt: skip
+        sides.append(force)
+    slope = -(sides[0] - sides[1]) / 2e-9
+    assert np.abs(matrix @ direction[0] - slope).max() < 1e-3 * np.abs(slope).max()
+
+
+def test_ramp_of_the_sprocket_is_integrated_exactly(make_scene):
+    drive = make_scene(115.0).model.drive
+    times = np.linspace(0, 2 * drive.ramp, 4001)
+    angle, rate = np.array([drive_at(drive, t) for t in times]).T
+    assert rate[-1] == drive.rate
+    sums = np.concatenate([[0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(times))])
+    assert np.abs(sums - angle).max() < 1e-6
+
+
+@pytest.fixture
+def without_exudyn(monkeypatch):
+    """As if it were not installed."""
+    monkeypatch.setitem(sys.modules, "exudyn", None)
+
+
+def test_missing_extra_is_named(without_exudyn):
+    with pytest.raises(InputError) as caught:
+        require_exudyn()
+    assert str(caught.value) == "exudyn is not installed; pip install 'trackdyn[peers]'"
+
+
+def test_comparison_without_the_extra_keeps_our_side(rig, without_exudyn):
+    result = compare(rig, 180.0, ["motor"], 0.2, [1e-4, 5e-5], [1e-3], 10.0)
+    assert result.missing == "not run: exudyn is not installed; pip install 'trackdyn[peers]'"
+    assert list(result.curves) == ["reading", "time_s", "trackdyn_m", "belt_m"]
+    # a belt without forces moves the link as the chain does, within the few percent that the paper prints
+    assert (
+        0
+        < result.summary["difference_belt_pct"].iloc[0]
+        == percent_of_range(result.curves["belt_m"] - result.curves["trackdyn_m"], result.curves["trackdyn_m"])
+    )
+    assert len(result.curves) == 200
+    assert list(result.table["code"]) == ["trackdyn", "trackdyn", f"exudyn, {result.missing}"]
+    assert result.missing in table2_outcome(result, 10.0)
+    drawn = displacement_figure(result.curves, result.summary, result.missing)
+    assert result.missing in [text.get_text() for ax in drawn.axes for text in ax.texts]
+    assert "not installed" in model_figure(rig, result.frame, result.shift, result.missing).axes[0].get_title("left")
+
+
+def test_a_tooth_of_eight_arcs_with_edges_for_its_tips_keeps_the_chain():
+    """Without the edges contacts began at a depth, and the chain left the teeth."""
+    pytest.importorskip("exudyn")
+    scene = peer_scene(load_rig("paper"), "sprocket", 180.0, 0.3, 1e-4)
+    ours = simulate(scene).place[:, 1]
+    _, theirs = run_peer(scene, 5e-4, arcs=8)
+    assert np.ptp(ours) > 0.3 and np.abs(theirs - ours).max() < 5e-3 * np.ptp(ours)

@@ -1,0 +1,459 @@
+"""A bad configuration is refused in one sentence that names file, field, value and remedy."""
+
+import copy
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from snakemake.utils import update_config
+from typer.testing import CliRunner
+
+from trackdyn.commands.cli import app
+from trackdyn.errors import InputError
+from trackdyn.parameters.rig import load_rig
+from trackdyn.parameters.yaml_file import read_yaml
+from replication.pipeline.config import Config, check_config, check_layers
+from replication.study.accuracy.planner import PLANNED
+
+ROOT = Path(__file__).parents[2]
+BASE, QUICK = SHIPPED = ("config/config.yaml", "config/quick.yaml")
+
+
+@pytest.fixture(autouse=True)
+def in_the_repository(monkeypatch):
+    monkeypatch.chdir(ROOT)  # a configuration names its rig relative to the repository
+
+
+@pytest.fixture
+def data():
+    return copy.deepcopy(read_yaml(BASE))
+
+
+def merged(*paths):
+    """Files on top of one another, as Snakemake merges them."""
+    data = {}
+    for path in paths:
+        update_config(data, read_yaml(path))
+    return data
+
+
+def load(path):
+    """A shipped configuration: what it says, on top of the base."""
+    return check_config(merged(BASE, path), path)
+
+
+def put(data, dotted, value):
+    *sections, field = dotted.split(".")
+    for name in sections:
+        data = data[name]
+    data[field] = value
+
+
+def refusal(data, name="mine.yaml"):
+    with pytest.raises(InputError) as caught:
+        check_config(data, name)
+    sentence = str(caught.value)
+    assert "\n" not in sentence
+    assert sentence.startswith(f"{name}: "), sentence
+    return sentence
+
+
+@pytest.mark.parametrize("path", SHIPPED)
+def test_shipped_configurations_are_valid(path):
+    config, rig, scenes = load(path)
+    assert rig.model_dump() == load_rig(config.rig).model_dump()
+    study = config.ring_study
+    rings = len(study.radii_m) + study.without_ring
+    # every record also with the coarse tooth, meshing with and without the ring
+    assert len(scenes) == 2 * len(config.records.speeds_rpm) + 2 + len(study.speeds_rpm) * rings
+
+
+def test_the_full_configuration_is_the_papers_matrix():
+    config, _, scenes = load(BASE)
+    assert config.records.speeds_rpm == [115, 150, 180, 210]
+    assert config.records.duration_s == 90
+    assert config.ring_study.radii_m == pytest.approx([0.303 + 0.001 * i for i in range(11)])
+    assert sum(scene.ring_radius is None for scene in scenes.values()) == 1 + 4
+
+
+def test_the_quick_configuration_states_only_what_differs(data):
+    for name, value in read_yaml(QUICK).items():
+        for field in value if isinstance(value, dict) else [None]:
+            ours, base = (
+                (value[field], data[name][field])
+                if field
+                else (value, data.get(name, Config.model_fields[name].default))
+            )
+            assert ours != base, f"{name} {field or ''}"
+
+
+def test_a_list_replaces_that_of_the_base():
+    """Three radii in place of eleven, not fourteen; what is not stated is the base's."""
+    config, _, _ = load(QUICK)
+    assert config.ring_study.radii_m == [0.303, 0.308, 0.313]
+    assert config.records.speeds_rpm == [115, 150, 180, 210]
+
+
+def test_a_refusal_names_the_file_that_is_to_blame(tmp_path):
+    mine, base = tmp_path / "mine.yaml", tmp_path / "base.yaml"
+    base.write_bytes(Path(BASE).read_bytes())
+    mine.write_text("records: {duration_s: 1}\n", encoding="utf-8")
+    files = [base, QUICK, mine]
+    with pytest.raises(InputError, match=r"^mine\.yaml: records\.duration_s = 1 s:"):
+        check_layers(merged(*files), files, update_config)
+    base.write_text(base.read_text(encoding="utf-8") + "more: 1\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"^base\.yaml: more is not a known parameter"):
+        check_layers(merged(*files), files, update_config)
+
+
+def test_a_mistake_of_no_file_is_said_with_the_last_one(data):
+    put(data, "records.duration_s", -1)  # on the command line
+    with pytest.raises(InputError, match=r"^quick\.yaml: records\.duration_s = -1:"):
+        check_layers(data, SHIPPED, update_config)
+
+
+def test_a_tolerance_in_place_of_a_step(data):
+    """The configuration knows the planner's measures; whether data support them is the planner's to say."""
+    for measure in PLANNED:
+        put(data, "records.plan", {"tolerance": "2%", "measure": measure, "data": "absent.csv"})
+        check_config(data, "mine.yaml")
+    put(data, "records.plan.measure", "speed")
+    assert "records.plan.measure = 'speed': input should be 'rms'" in refusal(data)
+    put(data, "records.plan", {"tolerance": "2", "measure": "rms", "data": "absent.csv"})
+    assert "records.plan.tolerance = '2': must be between 0 and 1" in refusal(data)
+
+
+@pytest.mark.parametrize("path", SHIPPED)
+def test_a_run_name_says_what_the_run_is(path):
+    """A dictionary cannot hold a name twice: what may go wrong is a name that belongs to another scene."""
+    _, _, scenes = load(path)
+    for name, scene in scenes.items():
+        if name.startswith("ring/"):
+            speed, _, radius = name.removeprefix("ring/").partition("rpm_")
+            assert float(speed) == scene.motor_rpm
+            assert (None if radius == "none" else float(radius)) == scene.ring_radius
+        elif name.startswith("meshing/"):
+            assert (name == "meshing/no_ring") == (scene.ring_radius is None)
+        else:
+            coarse = name.startswith("coarse/")
+            assert float(name.removeprefix("coarse/").removesuffix("rpm")) == scene.motor_rpm
+            assert scene.tooth_contact == ("three_surfaces" if coarse else "ten_arcs")
+    described = {str({k: v for k, v in scene.describe().items() if k != "rig"}) for scene in scenes.values()}
+    assert len(described) == len(scenes), "two names for the same scene"
+
+
+@pytest.mark.parametrize("path", SHIPPED)
+def test_every_sensor_file_exists(path):
+    config, _, _ = load(path)
+    for rpm in config.records.speeds_rpm:
+        assert Path(config.sensor_path(rpm)).is_file()
+
+
+@pytest.mark.parametrize("section", ["records", "meshing", "ring_study", None])
+def test_an_unknown_key_is_refused(data, section):
+    field = "durations_s" if section is None else f"{section}.durations_s"
+    put(data, field, 3)
+    assert f"{field} is not a known parameter; remove it or correct its spelling" in refusal(data)
+
+
+@pytest.mark.parametrize("field", ["rig", "records", "meshing.step_s", "ring_study.radii_m"])
+def test_a_missing_key_is_refused(data, field):
+    *sections, name = field.split(".")
+    del (data[sections[0]] if sections else data)[name]
+    assert f"{field} is missing; add it" in refusal(data)
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "says"),
+    [
+        ("records.duration_s", "long", "valid number"),
+        ("records.speeds_rpm", 115, "valid list"),
+        ("records", [1, 2], "valid dictionary"),
+        ("known.passages", 1.5, "valid integer"),
+        ("ring_study.without_ring", "perhaps", "valid boolean"),
+        ("rig", 5, "valid string"),
+        ("records.duration_s", None, "valid number"),
+    ],
+)
+def test_a_wrong_type_is_refused(data, field, value, says):
+    put(data, field, value)
+    sentence = refusal(data)
+    assert f"{field} = " in sentence
+    assert says in sentence
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "says"),
+    [
+        ("records.duration_s", -90, "greater than 0"),
+        ("records.duration_s", 0, "greater than 0"),
+        ("records.duration_s", float("nan"), "finite"),
+        ("meshing.duration_s", float("inf"), "finite"),
+        ("records.lead_in_s", -1, "greater than or equal to 0"),
+        ("records.step_s", 0, "greater than 0"),
+        ("meshing.frame_interval_s", 0, "greater than 0"),
+        ("known.longest_turns", 0.5, "greater than or equal to 1"),
+        ("records.speeds_rpm", [], "at least 1 item"),
+        ("ring_study.radii_m", [-0.303, 0.308], "greater than 0"),
+    ],
+)
+def test_a_value_out_of_range_is_refused(data, field, value, says):
+    put(data, field, value)
+    sentence = refusal(data)
+    assert field in sentence
+    assert says in sentence
+    if not isinstance(value, list):
+        assert f"{field} = {value!r}" in sentence
+
+
+@pytest.mark.parametrize("field", ["records.speeds_rpm", "ring_study.speeds_rpm"])
+def test_speeds_must_rise(data, field):
+    put(data, field, [115, 150, 150])
+    assert f"{field} = [115.0, 150.0, 150.0]: 150 occurs twice; give rising" in refusal(data)
+    put(data, field, [150, 115])
+    assert f"{field} = [150.0, 115.0]: 115 comes after 150; give rising" in refusal(data)
+
+
+def test_radii_must_rise(data):
+    put(data, "ring_study.radii_m", [0.303, 0.308, 0.308])
+    assert "ring_study.radii_m = [0.303, 0.308, 0.308]: 0.308 occurs twice" in refusal(data)
+    put(data, "ring_study.radii_m", [0.308, 0.303])
+    assert "0.303 comes after 0.308; give rising values" in refusal(data)
+
+
+def test_radii_that_share_a_run_name_are_refused(data):
+    put(data, "ring_study.radii_m", [0.3080, 0.30801])
+    assert "ring_study: two runs would share the name ring/115rpm_0.308" in refusal(data)
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "shown"),
+    [
+        ("records.ring_radius_m", 0.5, "records (run 115rpm)"),
+        ("meshing.ring_radius_m", 0.1, "meshing (run meshing/ring)"),
+        ("ring_study.radii_m", [0.303, 0.5], "ring_study (run ring/115rpm_0.5)"),
+    ],
+)
+def test_a_radius_that_the_loop_does_not_allow_is_refused(data, field, value, shown):
+    put(data, field, value)
+    sentence = refusal(data)
+    assert shown in sentence
+    assert f"ring_radius = {value[-1] if isinstance(value, list) else value}" in sentence
+    assert "or no ring" in sentence
+
+
+def test_a_record_shorter_than_two_loop_revolutions_is_refused(data):
+    """Two revolutions at 115 rpm take 2 * 60 * 5.57 / 115 * 35 / 13 = 15.65 s."""
+    put(data, "records.duration_s", 15.5)
+    sentence = refusal(data)
+    assert "records.duration_s = 15.5 s:" in sentence
+    assert "two loop revolutions at 115 rpm" in sentence
+    assert "must be at least 15.6 s" in sentence
+    put(data, "records.duration_s", 15.7)
+    check_config(data, "mine.yaml")
+    put(data, "meshing.duration_s", 10)
+    assert "meshing.duration_s = 10 s:" in refusal(data)
+
+
+@pytest.mark.parametrize("field", ["records.step_s", "meshing.step_s", "ring_study.steps_s"])
+def test_too_large_a_step_is_refused_with_one_that_would_do(data, field):
+    def ask(step):
+        put(data, field, [[0.313, step]] if field == "ring_study.steps_s" else step)
+
+    ask(1e-3)
+    sentence = refusal(data)
+    assert field.split(".")[0] in sentence
+    assert "step = 0.001: too large for the " in sentence
+    limit, such = (float(part) for part in sentence.rpartition("at most ")[2].removesuffix(" s").split(" s, such as "))
+    assert 2e-5 < such <= 1.01 * limit < 1e-3
+    ask(such)
+    check_config(data, "mine.yaml")
+
+
+def test_a_ring_takes_the_longest_step_that_is_allowed_up_to_its_radius(data):
+    put(data, "ring_study.steps_s", [[0.305, 1e-4], [0.309, 5e-5], [0.31, 4e-5]])
+    _, _, scenes = check_config(data, "mine.yaml")
+    found = {
+        name: scenes[f"ring/115rpm_{name}"].step
+        for name in ("none", "0.303", "0.305", "0.306", "0.309", "0.31", "0.313")
+    }
+    assert found == {
+        "none": 1e-4,
+        "0.303": 1e-4,
+        "0.305": 1e-4,
+        "0.306": 5e-5,
+        "0.309": 5e-5,
+        "0.31": 4e-5,
+        "0.313": 4e-5,
+    }
+    put(data, "ring_study.steps_s", [[0.309, 5e-5], [0.305, 1e-4]])
+    assert "ring_study.steps_s = [[0.309, 5e-05], [0.305, 0.0001]]: 0.305 comes after 0.309" in refusal(data)
+
+
+def test_another_rig_runs_what_claims_are_judged_by_at_steps_of_its_own(data):
+    config, _, scenes = check_config(data, "mine.yaml")
+    (name,) = config.other_rigs
+    found = config.other_scenes(name, scenes)
+    left_out = scenes.keys() - found.keys()
+    assert left_out == {run for run in scenes if run.startswith("coarse/") or run.endswith("rpm_none")}
+    data["other_rigs"][name]["steps_s"] = [[150, 4e-5], [210, 2.5e-5]]
+    config, _, scenes = check_config(data, "mine.yaml")
+    found = config.other_scenes(name, scenes)
+    assert {scene.step for scene in found.values() if scene.motor_rpm <= 150} == {4e-5}
+    assert {scene.step for scene in found.values() if scene.motor_rpm > 150} == {2.5e-5}
+
+
+PAPER_RIGS = ("config/rig.yaml", "config/rigs/possible.yaml", "config/rigs/first_fit.yaml")
+
+
+def laws_of(rig):
+    return rig.tension.kept, rig.drag, rig.bushing.law, rig.chain.kind
+
+
+@pytest.mark.parametrize("path", PAPER_RIGS)
+def test_every_run_of_every_rig_has_the_laws_of_its_rig(data, path):
+    """Records, meshing and ring study of a rig are of one model, whichever rig is the first."""
+    data["rig"] = path
+    config, rig, scenes = check_config(data, "mine.yaml")
+    runs = [(rig, scenes)]
+    runs += [(load_rig(other.rig), config.other_scenes(name, scenes)) for name, other in config.other_rigs.items()]
+    assert len({laws_of(load_rig(path)) for path in PAPER_RIGS}) == 2
+    for of, its in runs:
+        made = {(s.tension, s.drag, s.bushing_law, s.chain) for s in its.values()}
+        assert made == {laws_of(of)}
+        assert all(scene.rig == of for scene in its.values())
+
+
+def test_the_rig_at_which_studies_of_ranges_begin_must_be_there(data):
+    data["other_rigs"] = {}
+    assert "other_rigs.possible is missing" in refusal(data)
+
+
+def test_a_step_that_does_not_divide_the_sample_interval_is_refused(data):
+    put(data, "records.step_s", 3e-5)
+    sentence = refusal(data)
+    assert "step = 3e-05:" in sentence
+    assert "must divide the sample interval, 0.001 s, and be at least 1e-08 s, such as 2.5e-05 s" in sentence
+
+
+def test_a_missing_rig_file_is_refused(data):
+    put(data, "rig", "config/no_such_rig.yaml")
+    with pytest.raises(InputError) as caught:
+        check_config(data, "mine.yaml")
+    assert str(caught.value).startswith("config/no_such_rig.yaml: no such file; give the path")
+
+
+def test_sensor_files_and_their_mapping_must_be_there(data, tmp_path):
+    put(data, "sensor_csv", str(tmp_path / "{rpm}.csv"))
+    assert f"{tmp_path / '115.csv'} does not exist; every speed" in refusal(data)
+    put(data, "sensor_csv", "data/synthetic/{rpm}rpm.csv")
+    put(data, "sensor_mapping", str(tmp_path / "logger.yaml"))
+    assert "logger.yaml: no such file" in refusal(data)
+    (tmp_path / "logger.yaml").write_text("unit: inch/s2\n", encoding="utf-8")
+    assert "logger.yaml: unit = 'inch/s2':" in refusal(data)
+    (tmp_path / "logger.yaml").write_text("axes: {ay: -ax}\n", encoding="utf-8")
+    check_config(data, "mine.yaml")
+
+
+def test_one_sensor_file_for_several_speeds_is_refused(data):
+    put(data, "sensor_csv", "data/synthetic/115rpm.csv")
+    sentence = refusal(data)
+    assert "sensor_csv = 'data/synthetic/115rpm.csv':" in sentence
+    assert "write {rpm} where the motor speed belongs" in sentence
+    put(data, "records.speeds_rpm", [115])
+    put(data, "sensor_csv", "data/mine.csv")
+    assert "sensor_csv = 'data/mine.csv': data/mine.csv does not exist" in refusal(data)
+    put(data, "sensor_csv", "data/synthetic/115rpm.csv")
+    check_config(data, "mine.yaml")  # a single speed needs no placeholder
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        ("", "must hold sections"),
+        ("- 1\n- 2\n", "must hold sections"),
+        ("rig: [1\n", "is not valid YAML at line 2"),
+        (b"\xff\xfe\x00", "cannot be read as UTF-8"),
+    ],
+)
+def test_a_file_that_is_no_configuration_is_refused(tmp_path, content, says):
+    path = tmp_path / "broken.yaml"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(InputError) as caught:
+        check_config(read_yaml(path), str(path))
+    assert str(caught.value).startswith(f"{path}: ")
+    assert says in str(caught.value)
+
+
+def test_a_missing_configuration_file_is_refused(tmp_path):
+    with pytest.raises(InputError, match="no such file"):
+        read_yaml(tmp_path / "absent.yaml")
+
+
+# --- the command -----------------------------------------------------------------------------------------
+
+
+def trackdyn(*arguments, cwd):
+    code = "from trackdyn.commands.cli import main; main()"
+    path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
+    return subprocess.run(
+        [sys.executable, "-c", code, *arguments],
+        cwd=cwd,
+        env=os.environ | {"PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["--ring-radius", "0.6"], "ring_radius = 0.6:"),
+        (["--rig", "absent.yaml"], "absent.yaml: no such file"),
+    ],
+)
+def test_command_ends_with_one_line_and_code_1(tmp_path, arguments, says):
+    rig = [] if "--rig" in arguments else ["--rig", str(ROOT / "config" / "rig.yaml")]
+    result = trackdyn("simulate", "out.npz", *rig, *arguments, cwd=tmp_path)
+    assert result.returncode == 1
+    assert result.stderr.startswith("trackdyn: ")
+    assert says in result.stderr
+    assert len(result.stderr.splitlines()) == 1
+    assert result.stdout == ""
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["out.csv"], "OUT = 'out.csv':"),
+        (["out.npz", "--ring-radius", "big"], "--ring-radius = 'big':"),
+        (["out.npz", "--ring-radius", "nan"], "--ring-radius = 'nan':"),
+        (["out.npz", "--rpm", "-115"], "motor_rpm = -115.0:"),
+        (["out.npz", "--rpm", "inf"], "--rpm = 'inf': must be a finite number"),
+        (["out.npz", "--duration", "0"], "duration = 0.0:"),
+        (["out.npz", "--duration", "1e9"], "and 36000 s"),
+        (["out.npz", "--lead-in", "-1"], "lead_in = -1.0:"),
+        (["out.npz", "--step", "7e-4"], "step = 0.0007:"),
+        (["out.npz", "--step", "1e-3"], "too large for the"),
+    ],
+)
+def test_simulate_refuses_bad_options_and_writes_nothing(tmp_path, monkeypatch, arguments, says):
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner().invoke(app, ["simulate", "--rig", str(ROOT / "config" / "rig.yaml"), *arguments])
+    assert isinstance(result.exception, InputError), result.output
+    assert says in str(result.exception)
+    assert "\n" not in str(result.exception)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_compare_refuses_what_is_no_recording(tmp_path):
+    foreign = tmp_path / "foreign.npz"
+    foreign.write_bytes(b"not a zip file")
+    absent = tmp_path / "absent.npz"
+    for path, says in ((absent, "no such file"), (foreign, "not a trackdyn recording")):
+        result = CliRunner().invoke(app, ["compare", str(path), "data/synthetic/115rpm.csv"])
+        assert isinstance(result.exception, InputError), result.output
+        assert says in str(result.exception)

@@ -1,0 +1,91 @@
+"""The schemas for editors are what the models give, every shipped YAML names its own and keeps to it."""
+
+import os
+import re
+from copy import deepcopy
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+from trackdyn.parameters.quantities import YAML_12_FLOAT
+from trackdyn.parameters.yaml_file import read_yaml
+from replication.pipeline.schemas import FOLDER, MODELS, schema, text
+
+ROOT = Path(__file__).parents[2]
+# but for the record of another rig's fit, which no program reads
+RECORD = ROOT / "config" / "fits" / "printed_equal_pitch.yaml"
+FILES = sorted({*(ROOT / "config").rglob("*.yaml"), *(ROOT / "tests").rglob("*.yaml")} - {RECORD})
+LINE = re.compile(r"# yaml-language-server: \$schema=(\S+)")
+
+
+def named(path):
+    """Name of the schema in the first line of a file."""
+    found = LINE.match(path.read_text(encoding="utf-8"))
+    assert found, f"{path.name}: begin it with # yaml-language-server: $schema=..."
+    place = Path(os.path.normpath(path.parent / found[1]))
+    assert place.parent == FOLDER and place.is_file()
+    return place.name.removesuffix(".schema.json")
+
+
+def as_editors_read(data):
+    """1.0e9 is a number in YAML 1.2 and a text in 1.1, as our loader has it."""
+    if isinstance(data, dict):
+        return {key: as_editors_read(value) for key, value in data.items()}
+    if isinstance(data, list):
+        return [as_editors_read(value) for value in data]
+    return float(data) if isinstance(data, str) and YAML_12_FLOAT.fullmatch(data) else data
+
+
+def errors(data, name):
+    data = as_editors_read(data)
+    return [error.json_path for error in jsonschema.Draft202012Validator(schema(name)).iter_errors(data)]
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_schema_is_what_its_model_gives(name):
+    """Else `python -m replication.pipeline.schemas` writes them anew."""
+    assert (FOLDER / f"{name}.schema.json").read_text(encoding="utf-8") == text(name)
+    jsonschema.Draft202012Validator.check_schema(schema(name))
+    assert not re.search(r'"(gt|ge|lt|le)":', text(name)), "a bound that no editor knows"
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_a_shipped_file_keeps_to_its_schema(path):
+    assert errors(read_yaml(path), named(path)) == []
+
+
+def changed(path, place, value):
+    data = deepcopy(read_yaml(ROOT / path))
+    part = data
+    for key in place[:-1]:
+        part = part[key]
+    if value is None:
+        del part[place[-1]]
+    else:
+        part[place[-1]] = value
+    return data
+
+
+@pytest.mark.parametrize(
+    ("path", "place", "value", "where"),
+    [
+        ("config/rig.yaml", ("chain", "link_mass", "unit"), "g", "$.chain.link_mass.unit"),
+        ("config/rig.yaml", ("chain", "link_mass", "value"), -1, "$.chain.link_mass.value"),
+        ("config/rig.yaml", ("chain", "link_mass", "source"), None, "$.chain.link_mass"),
+        ("config/rig.yaml", ("chain", "link_mass"), 10.0, "$.chain.link_mass"),
+        ("config/rig.yaml", ("chain", "link_mass", "low"), None, "$.chain.link_mass"),
+        ("config/rig.yaml", ("steel",), None, "$"),
+        ("config/quick.yaml", ("records", "duration_s"), -20, "$.records.duration_s"),
+        ("config/quick.yaml", ("recrods",), {}, "$"),
+        ("config/quick.yaml", ("studies",), {"trade": 1}, "$.studies"),
+        ("config/studies.yaml", ("traction", "full"), None, "$.traction"),
+    ],
+)
+def test_a_mistake_is_seen(path, place, value, where):
+    assert errors(changed(path, place, value), named(ROOT / path)) == [where]
+
+
+def test_a_mapping_of_a_sensor_is_covered():
+    assert errors({"unit": "m/s2", "axes": {"ay": "-channel 3"}, "from": 1.5}, "mapping") == []
+    assert errors({"unit": "furlong"}, "mapping") == ["$.unit"]

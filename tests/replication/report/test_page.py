@@ -1,0 +1,538 @@
+"""The page: complete, self-contained, refusing mixed results, and working in a real browser."""
+
+import base64
+import gzip
+import json
+import re
+import shutil
+from collections import Counter
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.figure import Figure
+
+from trackdyn.errors import InputError
+from trackdyn.jit import source_hash
+from trackdyn.measure import columns
+from replication.paper.claims import VERDICTS
+from trackdyn.parameters.layout import assemble
+from trackdyn.parameters.rig import load_rig
+from replication.report.figures import animation
+from replication.report.figures.animation import draw_moment, write_animation
+from trackdyn.plots import cells
+from replication.report.page.builder import PageInputs, build_page, write_page
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.recording import Recording, provenance
+
+ROOT = Path(__file__).parents[2]
+RIG_FILE = ROOT / "config" / "rig.yaml"
+RIG = load_rig(RIG_FILE)
+RATE = RIG.sensor.rate
+FRAMES = 40
+
+
+def turning(rpm, ring_radius, seconds, pitches=(1,), interval=0.01, sources=None):
+    """A made-up recording: the assembled loop on a turning sprocket, one arc in area 2 and one link on the ring."""
+    samples = round(seconds * RATE)
+    time = np.arange(1, samples + 1) / RATE
+    laid = assemble(RIG)
+    frames = round(seconds / interval)
+    frame = np.tile(np.concatenate([laid.pins[0], laid.angle, [laid.sprocket_angle]]), (frames, 1))
+    frame_time = np.arange(frames) * interval + 1 / RATE
+    rate = -2 * np.pi * rpm / RIG.sprocket.transmission_ratio / 60
+    frame[:, -1] += rate * frame_time
+    loop_hz = -rate / (2 * np.pi) * RIG.sprocket.teeth / RIG.chain.pitches
+    mean = np.column_stack([np.zeros(samples), RIG.gravity * np.cos(2 * np.pi * loop_hz * time), np.zeros(samples)])
+    force, area = np.zeros((samples, len(pitches), 3)), np.zeros((samples, len(pitches), 2), np.int8)
+    force[:, 0, 0], area[:, 0, 0] = 1000 + 500 * np.sin(9 * time), 2
+    force[:, -1, 2] = 0.0 if ring_radius is None else 2000.0
+    scene = Scene(RIG, rpm, ring_radius, duration=seconds, pitches=pitches, frame_interval=interval)
+    return Recording(
+        time=time, raw=mean, mean=mean, gap=np.zeros(samples),
+        **dict.fromkeys(("cut", "change", "place"), np.zeros((samples, 2))),
+        wheel_rate=np.full((samples, 3), rate), energy=np.zeros((samples, 10)), force=force, area=area,
+        groove=(area > 0).astype(np.int8), pitches=np.array(pitches), spells=np.zeros((0, 11)), begin=1.0,
+        frame=frame, frame_time=frame_time,
+        meta=provenance(scene, {"tensioner_shift_m": laid.shift})
+        | {"sources": sources or source_hash(), "versions": {"numpy": np.__version__}},
+    )  # fmt: skip
+
+
+def write_sensor(path, seconds=20.0):
+    time = np.arange(round(seconds * RATE)) / RATE
+    table = pd.DataFrame({"t_s": time, "ax_g": 0.0, "ay_g": np.cos(2 * np.pi * 0.24 * time), "az_g": 0.0})
+    table.to_csv(path, index=False)
+
+
+def metrics():
+    rows = []
+    for i, rpm in enumerate((115.0, 210.0)):
+        for j, radius in enumerate((np.nan, 0.303, 0.308)):
+            name = "none" if np.isnan(radius) else f"{radius:.4g}"
+            row = {"run": f"ring/{rpm:g}rpm_{name}", "rpm": rpm, "ring_radius_m": radius}
+            for k, side in enumerate(("left", "right", "ring")):
+                row |= {f"{side}_share_pct": 10.0 * k + j + 0.5 * i, f"{side}_rms_n": 100.0 * (k + 1) + j}
+                row |= {f"{side}_share_error_pct": 0.01 * (k + 1), f"{side}_rms_error_n": np.nan}
+                row |= {f"{side}_sd_n": 90.0 * (k + 1) + j, f"{side}_phase_start": 0.1 * k}
+            rows.append(row)
+    return pd.DataFrame(rows)
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory):
+    """A small results folder with something for most sections of the page."""
+    results = tmp_path_factory.mktemp("results")
+    turning(210.0, 0.308, 20.0, interval=0.1).save(results / "runs" / "210rpm.npz")
+    every = tuple(range(1, RIG.chain.pitches + 1))
+    passage().save(results / "runs" / "meshing" / "no_ring.npz")
+    for radius in (None, 0.308):
+        name = "none" if radius is None else "0.308"
+        turning(210.0, radius, 0.4, every).save(results / "runs" / "animation" / f"210rpm_{name}.npz")
+    write_sensor(results / "sensor.csv")
+    card = [
+        {"rig": rig, "id": f"C{i:02d}", "part": "", "place": "Fig. 1", "claim": f"Statement {i} </script> (of a kind)",
+         "printed": "ours: at most 1.5", "measured": "1.4, 1.61234, 1.5", "unit": "m", "tolerance": 0.2,
+         "verdict": VERDICTS[0] if rig == "other_rig" and i == 3 else verdict,
+         "origin": "predicted" if i < 4 else "",
+         "counts_as": f"C{i + 1:02d}", "speeds": "115, 150", "fails_if": "something else came",
+         "reason": "Because of a test."}
+        for rig in ("shipped", "other_rig") for i, verdict in enumerate(VERDICTS, 1)
+    ]  # fmt: skip
+    pd.DataFrame(card).to_csv(results / "claims.csv", index=False)
+    metrics().to_csv(results / "metrics.csv", index=False)
+    (results / "tables").mkdir()
+    pd.DataFrame({"area": [1, 2], "r_mm": [30.0, 40.0]}).to_csv(results / "tables" / "table1.csv", index=False)
+    kinds = [
+        {"name": f"x.{kind}", "value": 1, "unit": "m", "kind": kind, "outside": outside, "source": "here"}
+        for kind, outside in (("printed", ""), ("fitted", "above"))
+    ]
+    pd.DataFrame(kinds).to_csv(results / "tables" / "parameters.csv", index=False)
+    trade = {"scene": "ring", "fidelity": "planar", "integrator": "euler", "measure": "rms", "uncertainty": 1e-6}
+    steps = [
+        trade | {"step_s": s, "cpu_s_per_s": 1e-5 / s, "error": 100 * s, "failed": s > 5e-4} for s in (1e-4, 2e-4, 1e-3)
+    ]
+    pd.DataFrame(steps).to_csv(results / "trade.csv", index=False)
+    promise = {"scene": "no ring 210 rpm", "measure": "left_share", "tolerance": 0.005}
+    promise |= {"fidelity": "ten_arcs", "integrator": "rk4"}
+    promises = [promise | {"achieved_error": error, "met": met} for error, met in ((0.0093, False), (0.001, True))]
+    promises.append(promise | {"achieved_error": np.nan, "met": None})
+    pd.DataFrame(promises).to_csv(results / "planner.csv", index=False)
+    ladder = [
+        {"scene": scene, "setting": setting, "rms": -0.0004, "left_share": -29.196, "loop_gap_m": 3.1e-14}
+        for scene in ("no ring", "ring") for setting in ("preset=paper", "tooth_contact=three_surfaces")
+    ]  # fmt: skip
+    pd.DataFrame(ladder).to_csv(results / "tables" / "fidelity.csv", index=False)
+    (results / "short" / "tables").mkdir(parents=True)
+    extremes = {"family": ["speed"], "rows": [23], "completed": [14], "refused": [9], "defects": [0]}
+    pd.DataFrame(extremes).to_csv(results / "short" / "tables" / "extremes.csv", index=False)
+    (results / "figures").mkdir()
+    figure = Figure(figsize=(7, 3))
+    figure.subplots().plot([0, 1])
+    figure.savefig(results / "figures" / "fig15.png", dpi=150)
+    for name in ("fig05", "fig18_a", "fig24", "extremes_solvers"):
+        (results / "figures" / f"{name}.png").write_bytes((results / "figures" / "fig15.png").read_bytes())
+    return PageInputs(results=results, rig=RIG_FILE, sensors={"210rpm": results / "sensor.csv"})
+
+
+def passage():
+    """A passage of connector 1 without a ring: the right arc touches from 2 to 3 s, the left one 0.1 s later."""
+    recording = turning(115.0, None, 6.0)
+    since = recording.time - 2
+    touches = np.stack([(since >= begin) & (since < begin + 1) for begin in (0.1, 0.0)], axis=-1)
+    recording.force[:, 0, :2] = 900 * touches
+    recording.area[:, 0] = np.where(touches, (2, 7), 0)
+    starts = recording.begin + 2 + np.array([0.1, 0.0])
+    spells = [[0, i, 1, (2, 64)[i], at, at + 1, 900, at + 0.5, 400, 5e5, 0] for i, at in enumerate(starts)]
+    return replace(recording, groove=(recording.area > 0).astype(np.int8), spells=np.array(spells))
+
+
+@pytest.fixture(scope="module")
+def page_file(inputs):
+    path = inputs.results / "report.html"
+    write_page(inputs, path)
+    return path
+
+
+def test_recordings_of_another_version_are_refused(inputs, tmp_path):
+    shutil.copytree(inputs.results, tmp_path / "mixed")
+    turning(210.0, 0.308, 0.1, sources="0123456789abcdef").save(tmp_path / "mixed" / "runs" / "ring" / "old.npz")
+    with pytest.raises(InputError, match=r"old\.npz: was made by another version"):
+        build_page(PageInputs(results=tmp_path / "mixed", rig=RIG_FILE))
+
+
+def test_an_empty_folder_gives_a_page_that_says_what_is_missing(tmp_path):
+    text = build_page(PageInputs(results=tmp_path, rig=RIG_FILE))
+    assert text.count("Not here yet:") == 11
+    assert "<strong>0 of 28</strong>" in text
+    assert "<code>snakemake -j2 trade</code>" in text
+    text = build_page(PageInputs(results=tmp_path, rig=RIG_FILE, layers=("config/quick.yaml", "own.yaml")))
+    assert "<code>snakemake -j2 trade --configfile config/quick.yaml own.yaml</code>" in text
+
+
+def test_the_page_says_which_cells_the_reader_filled_in(inputs, tmp_path):
+    """Both numbers are invented."""
+    (tmp_path / "paper").mkdir()
+    text = (ROOT / "config" / "paper" / "tables.yaml").read_text(encoding="utf-8")
+    assert "filled in by the reader" not in build_page(inputs)
+    for cell, value in (("chain.link_mass: {value: null", "11.25"), ("180: {rms_simulation: null", "0.987")):
+        assert cell in text
+        text = text.replace(cell, cell.replace("null", value))
+    (tmp_path / "paper" / "tables.yaml").write_text(text, encoding="utf-8")
+    rig = shutil.copy(RIG_FILE, tmp_path / "rig.yaml")
+    page = build_page(replace(inputs, rig=rig))
+    assert "<b>2</b> cells of the article were filled in by the reader" in page
+    for shown in ("chain.link_mass", "11.25", "180 rpm, rms_simulation", "0.987", "C04"):
+        assert shown in page
+
+
+def test_the_same_results_give_the_same_page(inputs, page_file):
+    assert build_page(inputs) == page_file.read_text(encoding="utf-8")
+
+
+def carried(text, name):
+    """What a page carries compressed."""
+    packed = re.search(rf'<script type="application/gzip" id="{name}">(.*?)</script>', text).group(1)
+    return gzip.decompress(base64.b64decode(packed)).decode("utf-8")
+
+
+def test_the_page_carries_everything_and_is_small(page_file):
+    text = page_file.read_text(encoding="utf-8")
+    # a full run adds 2.8 MB of pictures and data; 5 MB is the limit
+    assert page_file.stat().st_size < 2.2e6
+    assert not re.search(r"(src|href)=[\"']?(https?:)?//", text)
+    ring = json.loads(carried(text, "data"))["ring"]
+    assert ring["radii"] == [None, 0.303, 0.308]
+    assert ring["rings"] == ["no ring", "0.303 m", "0.308 m"]
+    assert ring["texts"]["right_share_pct"][0][0].endswith(" ± 0.020")
+    assert ring["errors"]["right_share_pct"] == [[0.02] * 3] * 2
+    assert ring["errors"]["right_rms_n"] == [[None] * 3] * 2 and ring["errors"]["right_sd_n"] is None
+    assert carried(text, "plotly").startswith("/**")
+    assert text.index("<b>Fitted</b>") < text.index("<b>Printed</b>")
+
+
+def test_no_id_stands_twice_and_every_picture_has_its_size(page_file):
+    text = page_file.read_text(encoding="utf-8")
+    ids = Counter(re.findall(r'[\s"]id="([^"]+)"', text))
+    assert [name for name, count in ids.items() if count > 1] == []
+    assert not set(re.findall(r'(?:href="#|describedby=")([^"]+)"', text)) - ids.keys()
+    pictures = re.findall(r"<img [^>]*>", text)
+    assert len(pictures) == 5
+    for picture in pictures:
+        # 7 by 3 inch at 150 dots
+        assert 'width="1050" height="450"' in picture
+        assert re.search(r'alt="[^"]+"', picture)
+
+
+@pytest.mark.parametrize(("value", "text"), [
+    (1.0961, "1.10"), (0.05, "0.05"), (115.0, "115"), (0.0, "0"), (-5.2667e-05, "−5.27e-5"), (12345.6, "12346"),
+    (3.1e-14, "3.10e-14"), (None, "–"), (True, "yes"), (7, "7"), ("ten", "ten"),
+])  # fmt: skip
+def test_cells_have_three_digits(value, text):
+    assert cells.cell(value) == text.replace("e-", "e\N{MINUS SIGN}")
+
+
+def test_columns_have_words_and_units():
+    assert columns.heading("rms_sensor_g") == "RMS sensor (g)"
+    assert columns.heading("rms_g_ten_arcs") == "RMS, ten arcs (g)"
+    assert columns.heading("left_peak", change=True) == "mean peak force, left arc (%)"
+    assert columns.heading("wall_s_per_s") == "wall time per simulated second (s)"
+    assert columns.groups(["rpm", "rms_a", "rms_b", "rms_c", "sd_a"]) == [("", 1), ("rms", 3), ("", 1)]
+    assert cells.span("1.4, 1.61234, 1.5") == "1.4 to 1.61"
+    assert cells.span("0.308 at 115, 0.3 at 150, 0.313 at 210 rpm") == "0.3 to 0.313"
+    assert cells.span("7.741 to 12.78 at 150, 6.495 to 16.48 at 210 rpm") == "6.50 to 16.5"
+    assert cells.span("7.7 to 13.23; 6.499 to -16.46") == "−16.5 to 13.2"
+    assert cells.change(-0.0004) == "0" and cells.change(-29.196) == "−29.2"
+
+
+def test_captions_speak_of_synthetic_records_only_where_they_are(inputs):
+    sentence = "The synthetic sensor was made to show the printed numbers of the experiment."
+    assert sentence in build_page(inputs)
+    measured = build_page(replace(inputs, synthetic=False))
+    assert "fig18" in measured and sentence not in measured
+
+
+def test_an_animation_is_written(tmp_path):
+    every = tuple(range(1, RIG.chain.pitches + 1))
+    recording = turning(210.0, 0.308, 0.2, every, interval=0.04)
+    assert write_animation(recording, tmp_path / "loop.gif") == len(recording.frame)
+    assert [p.name for p in tmp_path.iterdir()] == ["loop.gif"]
+    assert (tmp_path / "loop.gif").read_bytes()[:3] == b"GIF"
+    with pytest.raises(InputError, match="forces of 1 pitches"):
+        write_animation(turning(210.0, 0.308, 0.2), tmp_path / "other.gif")
+
+
+def test_all_pictures_have_one_scale_of_force(monkeypatch):
+    """An arrow of 1 kN is as long in a run of large forces as in one of small forces, and a bar tells it."""
+    every, drawn = tuple(range(1, RIG.chain.pitches + 1)), []
+    monkeypatch.setattr(animation, "draw_force", lambda ax, side, point, end, **look: drawn.append(end - point))
+    for factor in (1.0, 3.0):
+        recording = turning(210.0, None, 0.2, every, interval=0.04)
+        ax = Figure().add_axes((0.0, 0.0, 1.0, 1.0))
+        draw_moment(ax, RIG, replace(recording, force=factor * recording.force), 0, near=True)
+        assert any(text.get_text() == "4 kN" for text in ax.texts)
+    first, second = np.linalg.norm(drawn, axis=1)
+    assert second == pytest.approx(3 * first)
+    assert first > 0
+
+
+@pytest.fixture
+def open_page(open_file, page_file):
+    """Function that opens the page from disk."""
+    return partial(open_file, page_file)
+
+
+PLOTS = ("history-plot", "spectrum-plot", "ring-plot", "passage-plot", "trade-plot")
+
+
+@pytest.mark.parametrize(("width", "height"), [(1400, 900), (390, 844)])
+def test_the_first_screen_answers(open_page, width, height):
+    """How many predictions are reproduced with each rig; a square for every part that was judged; Fig. 24."""
+    page = open_page(width, height)
+    answer = page.inner_text("#answer")
+    assert answer.startswith("Of 3 predictions") and "1 is reproduced with the rig shipped" in answer
+    assert "2 are reproduced with the rig other rig" in answer
+    squares = page.eval_on_selector_all("#strip .square", "all => all.map(e => e.getAttribute('aria-label'))")
+    assert squares == [
+        *("C02, shipped: in trend", "C03, shipped: not reproduced", "C01, shipped: reproduced"),
+        *("C02, other rig: in trend", "C03, other rig: reproduced", "C01, other rig: reproduced"),
+    ]
+    assert "1 is outside the plausible range of the part: x.fitted." in page.inner_text(".note")
+    assert page.evaluate("document.getElementById('strip').getBoundingClientRect().bottom") < height
+    order = page.eval_on_selector_all(
+        "#answer, #strip, .note, .front, nav, main", "all => all.map(e => e.id || e.tagName)"
+    )
+    assert order == ["answer", "strip", "P", "fig24", "NAV", "MAIN"]
+    assert page.evaluate("document.getElementById('fig24').getBoundingClientRect().top") < 2 * height
+
+
+def test_little_stands_open(open_page):
+    """What a reader sees before anything is opened, of a page that holds everything."""
+    page = open_page()
+    seen, held = (page.evaluate(f"document.body.{text}.split(/\\s+/).length") for text in ("innerText", "textContent"))
+    assert seen < 0.7 * held
+    assert page.locator("#card dl:visible").count() == 0
+    page.click("#C02 summary")
+    assert page.locator("#card dl:visible").count() == 1
+    page.goto(page.url.partition("#")[0] + "#C03")
+    assert page.locator("#C03 dl").is_visible()
+
+
+def test_a_table_is_sorted_by_a_click(open_page):
+    page = open_page(1400, 900, "#table1")
+    cells = "#table1 tbody td:first-child"
+    assert page.locator(cells).all_inner_texts() == ["1", "2"]
+    for _ in range(2):
+        page.locator("#table1 thead button").first.click()
+    assert page.locator(cells).all_inner_texts() == ["2", "1"]
+    assert page.locator("#table1 th").first.get_attribute("aria-sort") == "descending"
+
+
+ADDRESSES = (
+    "claims", "words", "loop", "ring", "signals", "contact", "front", "extremes", "parameters", "gallery", "costs",
+    "provenance", "C03", "fig05", "fig18", "table1",
+)  # fmt: skip
+IN_VIEW = "(id) => { const box = document.getElementById(id).getBoundingClientRect(); return [box.top, box.height]; }"
+
+
+def lands(page, name):
+    """Whether a place starts in the upper part of the view, or the page ends."""
+    top, height = page.evaluate(IN_VIEW, name)
+    end = page.evaluate("scrollY + innerHeight >= document.documentElement.scrollHeight - 2")
+    return height > 0 and (-1 <= top <= 120 or (end and 0 <= top < 900))
+
+
+@pytest.mark.parametrize("width", [390, 1400])
+def test_every_address_lands_on_a_fresh_load(open_page, width):
+    page = open_page(width, 900, "#provenance")
+    assert lands(page, "provenance")  # also when every chart is drawn
+    place, missed = page.url.partition("#")[0], []
+    for name in ADDRESSES:
+        page.goto("about:blank")
+        page.goto(f"{place}#{name}")
+        page.wait_for_function("document.documentElement.dataset.ready")
+        missed += [] if lands(page, name) else [name]
+    assert missed == []
+
+
+def test_every_link_lands(open_page):
+    page = open_page()
+    links = page.eval_on_selector_all("a[href^='#']", "all => all.map(e => e.getAttribute('href').slice(1))")
+    assert {"claims", "provenance", "C02", "parameters"} < set(links)
+    for i, name in enumerate(links):
+        page.evaluate(f"document.querySelectorAll(\"a[href^='#']\")[{i}].click()")
+        page.wait_for_timeout(50)
+        assert lands(page, name), name
+
+
+@pytest.mark.parametrize("width", [390, 1400])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_no_rule_of_accessibility_is_broken(open_page, width, scheme):
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed")
+    page = open_page(width, 900, color_scheme=scheme)
+    page.eval_on_selector_all("details", "all => all.forEach(e => { e.open = true; })")
+    broken = axe.Axe().run(page).response["violations"]
+    assert [(rule["id"], node["html"][:100]) for rule in broken for node in rule["nodes"]] == []
+
+
+def test_paper_holds_every_chart_and_what_is_open(open_page):
+    """Folded parts stay so; scenes that were not chosen, charts at the width of the paper, all in light colours."""
+    page = open_page(1400, 900, "#table1", color_scheme="dark")
+    page.evaluate("""() => addEventListener("beforeprint", () => {
+      window.shown = { open: document.querySelectorAll("details[open]").length,
+        widths: [...document.querySelectorAll(".plot")].map((e) => e.querySelector(".main-svg").getAttribute("width")),
+        back: getComputedStyle(document.body).backgroundColor };
+    })""")
+    paper = page.pdf(tagged=True, format="A4")
+    assert page.evaluate("shown") == {"open": 1, "widths": ["670"] * len(PLOTS), "back": "rgb(251, 250, 247)"}
+    for kind in ("td", "th"):
+        cells = page.eval_on_selector_all(
+            kind, "all => all.filter(e => e.innerText.trim() && !e.closest('details:not([open])')).length"
+        )
+        assert len(re.findall(rf"/S\s*/{kind.upper()}\b".encode(), paper)) == cells
+    described = [text.encode("utf-16-be").hex().upper().encode() for text in ("Chart: ", "Chain on its wheels")]
+    assert paper.count(b"/Alt <FEFF" + described[0]) + paper.count(b"/Alt (Chart: ") == len(PLOTS)
+    # nothing is cut at the paper's edge, which is 186 mm wide between its margins
+    page.emulate_media(media="print")
+    page.set_viewport_size({"width": 703, "height": 1000})
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    wide = "all => all.filter(e => e.getBoundingClientRect().right > 704).map(e => e.outerHTML.slice(0, 80))"
+    assert page.eval_on_selector_all("main td, main th, main img, canvas, .plot", wide) == []
+
+
+def test_tables_and_charts_can_be_downloaded(open_page, inputs):
+    page = open_page()
+    for file in ("claims.csv", "metrics.csv", "planner.csv", "tables/table1.csv", "tables/fidelity.csv"):
+        with page.expect_download() as got:
+            page.locator(f"button[data-file='{file}']").first.dispatch_event("click")
+        assert got.value.suggested_filename == Path(file).name
+        assert Path(got.value.path()).read_bytes() == (inputs.results / file).read_bytes()
+    for plot in PLOTS:
+        with page.expect_download() as got:
+            page.click(f"button[data-chart='{plot}']")
+        table = pd.read_csv(got.value.path())
+        assert list(table) == ["curve", "x_axis", "x", "y_axis", "y"]
+        assert len(table) > 1 and table["y"].notna().all()
+        assert table["y_axis"].str.contains(r"\(|area").all()
+
+
+def test_nothing_leads_to_a_network(open_page):
+    page = open_page()
+    assert page.locator(".modebar").count() == 0
+    assert page.eval_on_selector_all("a", "all => all.filter(e => !e.getAttribute('href').startsWith('#')).length") == 0
+
+
+def test_the_theme_can_be_chosen(open_page):
+    page = open_page(color_scheme="light")
+    shades = []
+    for theme in ("dark", "light", ""):
+        page.select_option("#theme", theme)
+        ink = page.evaluate("document.getElementById('ring-plot').layout.font.color")
+        shades.append((page.evaluate("getComputedStyle(document.body).backgroundColor"), ink))
+    assert shades[0] != shades[1] == shades[2]
+    assert all(a != b for a, b in zip(*shades[:2], strict=True))
+
+
+def test_settings_are_shown_scene_by_scene(open_page):
+    page = open_page()
+    page.evaluate("document.getElementById('ladder').closest('details').open = true")
+    text = page.inner_text("#ladder")
+    assert "tooth contact: three surfaces" in text and "preset: paper, the reference" in text and "−29.2" in text
+    assert page.locator("#ladder tbody:visible").count() == 1
+    page.select_option("#ladder-scene", "ring")
+    assert page.locator("#ladder tbody:visible th[scope=rowgroup]").inner_text() == "ring"
+
+
+def test_a_broken_promise_of_the_planner_is_told(page_file):
+    text = page_file.read_text(encoding="utf-8")
+    told = (
+        r"kept\s<b>1 of 2</b> promises; cases without a promise: 1. Broken: no ring 210 rpm, contact duration, left arc"
+    )
+    assert re.search(told, text)
+
+
+def test_charts_are_drawn(open_page):
+    page = open_page()
+    for plot in PLOTS:
+        assert page.evaluate(f"document.getElementById('{plot}').data.length") > 0
+    # plotly keeps what it was given: the sensor's curve has as many points as two revolutions have samples
+    span = 2 * 35 / 13 * 60 * 5.57 / 210
+    assert page.evaluate("document.getElementById('history-plot').data[0].y.length") == pytest.approx(
+        span * RATE, abs=2
+    )
+    page.select_option("#signal-range", "band")
+    assert page.evaluate("document.getElementById('spectrum-plot').layout.yaxis.type") == "log"
+    assert "at 0.001 s" in page.inner_text("#trade-failed")
+
+
+def test_the_radius_slider_changes_the_values(open_page):
+    page = open_page()
+    assert page.inner_text("#ring-radius") == "0.308 m"  # the paper's, if it is among them
+    before = page.inner_text("#ring-table")
+    page.fill("#ring-slider", "0")
+    assert page.inner_text("#ring-radius") == "no ring"
+    after = page.inner_text("#ring-table")
+    assert after != before
+    assert "210 rpm" in after and "0.500" in after
+    assert page.evaluate("document.getElementById('ring-plot').layout.shapes[0].x0") == 0
+
+
+def test_the_loop_plays_pauses_and_scrubs(open_page):
+    page = open_page()
+    page.select_option("#pace", "1")
+    first = page.evaluate("document.getElementById('scene').toDataURL()")
+    page.click("#play")
+    page.wait_for_function("document.getElementById('clock').textContent !== '0.00 s'")
+    assert page.evaluate("document.getElementById('scene').toDataURL()") != first
+    page.click("#play")
+    stopped = page.inner_text("#clock")
+    page.wait_for_timeout(150)
+    assert page.inner_text("#clock") == stopped
+    page.fill("#scrub", str(FRAMES // 2))
+    assert page.inner_text("#clock") == f"{0.01 * (FRAMES // 2):.2f} s"
+    assert re.search(r"left 1 \(largest \d+ N\), right 0, ring 1", page.inner_text("#readout"))
+    assert "The bar is 4000 N in every run" in page.inner_text("#readout")
+    page.select_option("#radius", "null")
+    assert "ring 0" in page.inner_text("#readout")
+    for view in ("loop", "follow", "sprocket"):
+        before = page.evaluate("document.getElementById('scene').toDataURL()")
+        page.select_option("#view", view)
+        assert page.evaluate("document.getElementById('scene').toDataURL()") != before
+
+
+@pytest.mark.parametrize("width", [380, 1200])
+def test_nothing_overflows(open_page, width):
+    page = open_page(width, 800)
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    # what is wider than the page scrolls within its own box
+    wide = "all => all.filter(e => !e.closest('.wide, .plot') && e.getBoundingClientRect().right > innerWidth + 1)"
+    assert page.eval_on_selector_all("main *, header *", f"{wide}.map(e => e.outerHTML.slice(0, 80))") == []
+
+
+def test_verdicts_are_readable_without_colour(open_page):
+    page = open_page(forced_colors="active")
+    shown = page.eval_on_selector_all(
+        "#card .badge", "all => all.map(e => [e.innerText, getComputedStyle(e).borderStyle])"
+    )
+    assert {re.sub(r"^\W+", "", text) for text, _ in shown} == set(VERDICTS)
+    assert len({style for _, style in shown}) == len({text[0] for text, _ in shown}) == len(VERDICTS)
+
+
+def test_claims_can_be_filtered(open_page):
+    page = open_page()
+    page.click(f"#verdicts button[data-verdict='{VERDICTS[2]}']")
+    assert page.locator("#card li:visible").count() == 1
+    assert page.inner_text("#shown") == "1 part shown."
+    page.fill("#find", "no such words")
+    assert page.locator("#card li:visible").count() == 0
+
+
+def test_dark_mode_is_dark(open_page):
+    page = open_page(color_scheme="dark")
+    red, green, blue = map(
+        int, re.findall(r"\d+", page.evaluate("getComputedStyle(document.body).backgroundColor"))[:3]
+    )
+    assert red + green + blue < 150

@@ -1,0 +1,560 @@
+"""Figures and tables from small made-up recordings: files, bytes, labels, numbers."""
+
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from types import SimpleNamespace
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.figure import Figure
+
+from trackdyn.errors import InputError
+from replication.paper import printed
+from trackdyn.parameters.layout import assemble
+from trackdyn.parameters.rig import load_rig
+from trackdyn.plots.drawing import MARKED, MARKED_TOO, chain_points, draw_chain, draw_sprocket, draw_wheels, groove_points
+from replication.report.figures.closure import closure_figure
+from replication.paper.printed import lettered, peaks
+from trackdyn.plots.histories import first_crest, history_figure
+from replication.report.figures.loop import loop_figure
+from replication.report.figures.meshing import passage_figure, select_passage
+from replication.report.figures.ring_study import duration_figure, force_figure, quiet_from
+from replication.report.figures.scorecard import LOOKS, at_speeds, scorecard_figure
+from replication.report.figures.screenshots import moments, screenshot_figure
+from laboratory.report.figures.sensitivity import change_text, measure_words, sensitivity_figure
+from trackdyn.plots.spectra import spectrum_figure
+from trackdyn.plots.style import new_figure, power_of_ten, save, thin
+from replication.report.tables import lines_table, table1, table3, write_table
+from trackdyn.sensor.sensor_csv import SensorRecord
+from trackdyn.simulation.recording import Recording
+
+pytestmark = pytest.mark.slow
+
+RIG = load_rig(Path(__file__).parents[2] / "config" / "rig.yaml")
+RATE = 1000
+RPM = 210.0
+LOOP_HZ = RPM / 5.57 / 60 * 13 / 35
+ASSEMBLY = assemble(RIG)
+FRAME = np.concatenate([ASSEMBLY.pins[0], ASSEMBLY.angle, [ASSEMBLY.sprocket_angle]])
+
+
+def wave(hz, seconds=20.0, amplitude=1.2, phase=0.3, seed=1):
+    time = np.arange(round(seconds * RATE)) / RATE
+    noise = 0.05 * np.random.default_rng(seed).standard_normal(len(time))
+    return time, amplitude * np.cos(2 * np.pi * hz * time + phase) + noise
+
+
+def recording(ring_radius=0.308, rpm=RPM, frames=1):
+    time, ay = wave(LOOP_HZ * rpm / RPM)
+    s = len(time)
+    # a level link: Eq. 40 adds 1 g
+    mean = np.column_stack([np.zeros(s), (ay - 1) * RIG.gravity, np.zeros(s)])
+    gap = 1e-13 * (1.5 + np.sin(time)) * (time > 0.01)
+    rates = np.full((s, 3), -2 * np.pi * rpm / 5.57 / 60)
+    return Recording(
+        time=time,
+        raw=mean,
+        mean=mean,
+        gap=gap,
+        cut=np.zeros((s, 2)),
+        change=np.zeros((s, 2)),
+        place=np.zeros((s, 2)),
+        wheel_rate=rates,
+        energy=np.zeros((s, 10)),
+        force=np.zeros((s, 1, 3)),
+        area=np.zeros((s, 1, 2), int),
+        groove=np.zeros((s, 1, 2), int),
+        pitches=np.array([1]),
+        spells=np.zeros((0, 11)),
+        begin=6.0,
+        frame=np.tile(FRAME, (frames, 1)),
+        frame_time=np.arange(frames) * 0.01,
+        **dict.fromkeys(("plane", "wheel_offset", "axial_force"), np.zeros((s, 0))),  # of motion in space
+        meta={
+            "scene": {"motor_rpm": rpm, "ring_radius": ring_radius},
+            "rig": RIG.model_dump(),
+            "layout": {"tensioner_shift_m": ASSEMBLY.shift},
+        },
+    )
+
+
+def sensor(hz=1.05 * LOOP_HZ, amplitude=0.9):
+    time, ay = wave(hz, amplitude=amplitude, phase=-2.0, seed=2)
+    zero = np.zeros_like(time)
+    return SensorRecord(Path("sensor.csv"), time, zero, ay, zero, float(RATE), 0)
+
+
+FIGURES = {
+    "closure": lambda: closure_figure({115: recording(rpm=115.0), 210: recording()}),
+    "history": lambda: history_figure(recording(), sensor(), "(d) 210 rpm"),
+    "spectrum": lambda: spectrum_figure(recording(), sensor(), "(d) 210 rpm"),
+    "loop": lambda: loop_figure(RIG, recording()),
+    "loop without ring": lambda: loop_figure(RIG, recording(ring_radius=None)),
+}
+
+
+def texts(figure: Figure) -> str:
+    figure.canvas.draw()
+    return "\n".join(text.get_text() for text in figure.findobj(mpl.text.Text))
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_every_axis_names_its_quantity_and_unit(name):
+    figure = FIGURES[name]()
+    for ax in figure.axes:
+        assert ax.get_ylabel().endswith(")"), name
+        assert "(" in ax.get_ylabel()
+        shared = ax.xaxis.get_tick_params().get("labelbottom") is False
+        assert shared or ("(" in ax.get_xlabel() and ax.get_xlabel().endswith(")")), name
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_the_same_data_give_the_same_bytes_whatever_the_user_prefers(name, tmp_path):
+    save(FIGURES[name](), tmp_path / "first.png")
+    with mpl.rc_context({"font.size": 20, "axes.grid": False, "svg.hashsalt": "other"}):
+        save(FIGURES[name](), tmp_path / "second.png")
+    for kind in ("png", "svg"):
+        first, second = ((tmp_path / f"{stem}.{kind}").read_bytes() for stem in ("first", "second"))
+        assert first == second
+        assert len(first) > 5000
+    assert len(list(tmp_path.iterdir())) == 4
+    assert b"<dc:date>" not in (tmp_path / "first.svg").read_bytes()
+
+
+def test_a_figure_that_cannot_be_drawn_leaves_no_file(tmp_path):
+    figure = new_figure(2.0)
+    ax = figure.subplots()
+    ax.set_title(r"$\notacommand$")
+    with pytest.raises(ValueError):
+        save(figure, tmp_path / "broken.png")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_closure_figure_states_the_maximum_and_the_printed_gap():
+    run = recording()
+    shown = texts(closure_figure({210: run}))
+    assert run.gap.max() == pytest.approx(2.5e-13, rel=1e-3)
+    assert "2.50 × 10⁻¹³ m" in shown
+    assert "1.1023 × 10⁻¹⁰ m" in shown
+    assert "e-1" not in shown
+
+
+def test_power_of_ten():
+    assert power_of_ten(-1.24e-14, 1) == "\N{MINUS SIGN}1.2 × 10⁻¹⁴"
+    assert power_of_ten(9.96e5, 1) == "1.0 × 10⁶"
+    assert power_of_ten(0.0, 2) == "0"
+
+
+def test_sensor_label_stands_in_the_figures():
+    for draw in (history_figure, spectrum_figure):
+        assert "synthetic" in texts(draw(recording(), sensor()))
+        shown = texts(draw(recording(), sensor(), sensor_label="measured"))
+        assert "synthetic" not in shown
+        assert "measured" in shown
+
+
+def test_spectrum_figure_marks_the_lines_where_they_are():
+    shown = texts(spectrum_figure(recording(), sensor()))
+    assert f"bin-free: {LOOP_HZ:.4f} Hz, 1.200 g" in shown
+    assert f"Loop frequency {LOOP_HZ:.5f} Hz, bin {20 * LOOP_HZ:.2f}" in shown
+
+
+def test_picket_fence_of_the_printed_record_at_115_rpm():
+    run = recording(rpm=115.0)
+    time, ay = wave(LOOP_HZ * 115 / 210, seconds=90.0)
+    mean = np.column_stack([0 * ay, (ay - 1) * RIG.gravity, 0 * ay])
+    arrays = {name: getattr(run, name) for name in Recording.ARRAYS} | {
+        "time": time,
+        "mean": mean,
+        "raw": mean,
+    }
+    shown = texts(spectrum_figure(Recording(**arrays, meta=run.meta), sensor(0.13)))
+    assert "bin 11.50" in shown
+    assert "64 %" in shown
+
+
+@pytest.mark.parametrize("phase", [-3.0, -0.5, 0.0, 0.4, 2.9])
+def test_first_crest_finds_the_crest(phase):
+    hz = 0.21
+    _, ay = wave(hz, phase=phase)
+    crest = first_crest(ay, RATE, hz) / RATE
+    assert 0 <= crest <= 1 / hz
+    assert np.cos(2 * np.pi * hz * crest + phase) == pytest.approx(1, abs=1e-3)
+
+
+def test_both_histories_begin_at_a_crest():
+    figure = history_figure(recording(), sensor())
+    for ax in figure.axes:
+        line, *triangles = ax.get_lines()
+        assert all(len(mark.get_xdata()) == 0 for mark in triangles)
+        assert line.get_ydata()[:50].mean() > 0.85 * np.sort(line.get_ydata())[-2000:].mean()
+        assert line.get_xdata()[-1] == pytest.approx(2 / LOOP_HZ, abs=2e-3)
+
+
+def test_a_spike_of_the_sensor_is_cut_off_and_written():
+    record = sensor()
+    record.ay_g[5000] = 17.0
+    figure = history_figure(recording(), record, "210 rpm")
+    low, high = figure.axes[1].get_ylim()
+    assert figure.axes[0].get_ylim() == (low, high)
+    assert high < 3
+    assert "extremes +17.0 and" in texts(figure)
+    *_, up, down = figure.axes[1].get_lines()
+    crest = first_crest(record.ay_g, RATE, 1.05 * LOOP_HZ)
+    assert list(up.get_xdata()) == pytest.approx([(5000 - crest) / RATE], abs=0.02)
+    assert len(down.get_xdata()) == 0
+    assert "extremes" not in texts(history_figure(recording(), sensor()))
+
+
+def test_titles_carry_the_letter_of_the_papers_panel():
+    assert lettered("115 rpm", 115) == "(a) 115 rpm"
+    assert lettered("100 rpm", 100) == "100 rpm"
+
+
+def test_printed_peaks_stand_beside_the_curves():
+    shown = texts(spectrum_figure(recording(rpm=115.0), sensor(), others=peaks(115)))
+    assert "printed, simulation: 0.1" in shown
+    assert "printed, experiment: 0.1" in shown
+
+
+def test_the_two_curves_of_a_spectrum_differ_without_their_colours():
+    main, _, whole = spectrum_figure(recording(), sensor()).axes
+    assert (
+        len({(line.get_marker(), line.get_linestyle()) for line in whole.get_lines() if line.get_linewidth() > 1}) == 2
+    )
+    hollow = [line for line in main.get_lines() if line.get_label().startswith("bin-free")]
+    small, large = sorted(line.get_markersize() for line in hollow)
+    assert large > 1.5 * small
+
+
+def test_loop_figure_needs_a_configuration():
+    with pytest.raises(InputError, match="frame interval"):
+        loop_figure(RIG, recording(frames=0))
+
+
+def test_chain_points_follow_the_bodies_and_close():
+    pins, angles, sprocket_angle = chain_points(RIG, FRAME)
+    assert pins.shape == (71, 2)
+    assert sprocket_angle == ASSEMBLY.sprocket_angle
+    np.testing.assert_allclose(pins[:-1], ASSEMBLY.pins, atol=1e-9)
+    np.testing.assert_allclose(pins[-1], pins[0], atol=1e-9)
+    lengths = np.hypot(*np.diff(pins, axis=0).T)
+    np.testing.assert_allclose(lengths[::2], RIG.chain.link_length)
+    np.testing.assert_allclose(lengths[1::2], RIG.connector_length)
+    assert len(angles) == 70
+
+
+def test_grooves_stand_where_equation_12_puts_them():
+    for k in (1, 5, 13):
+        x, y = groove_points(RIG, 0.2, k, [[0.0, 1.0]])[0] - [RIG.sprocket.x, RIG.sprocket.y]
+        angle = 0.2 + (2 * k - 1) * np.pi / 13
+        np.testing.assert_allclose((x, y), (np.cos(angle), np.sin(angle)), atol=1e-12)
+
+
+def test_drawn_sprocket_is_closed_and_within_its_addendum():
+    ax = new_figure(3.0).subplots()
+    draw_sprocket(ax, RIG, 0.3, 0.308, number_areas_of=4)
+    draw_wheels(ax, RIG, 0.0)
+    draw_chain(ax, RIG, FRAME, highlight=(0, 1))
+    outline = max((p.get_xy() for p in ax.patches if hasattr(p, "get_xy")), key=len)
+    radius = np.hypot(*outline.T)
+    assert radius.max() <= RIG.groove_profile.addendum + 1e-9
+    steps = np.hypot(*np.diff(outline, axis=0).T)
+    assert steps.max() < 0.01  # no jump from groove to groove
+    assert {text.get_text() for text in ax.texts} == {str(area) for area in range(1, 11)}
+
+
+def test_numbers_of_the_areas_stand_in_the_steel_below_the_groove():
+    ax = new_figure(3.0).subplots()
+    draw_sprocket(ax, RIG, 0.3, 0.308, number_areas_of=4)
+    bottom = np.hypot(*RIG.groove_profile.profile().T).min()
+    angles = []
+    for text in sorted(ax.texts, key=lambda text: int(text.get_text())):
+        x, y = np.array(text.get_position()) - [RIG.sprocket.x, RIG.sprocket.y]
+        assert np.hypot(x, y) < bottom
+        angles.append(np.arctan2(y, x))
+    assert (np.diff(np.unwrap(angles)) < 0).all()  # in order, clockwise
+    assert np.ptp(np.unwrap(angles)) < 2 * np.pi / 13
+
+
+def test_marked_bodies_differ_without_their_colours():
+    assert MARKED["hatch"] != MARKED_TOO["hatch"]
+    ax = new_figure(3.0).subplots()
+    draw_chain(ax, RIG, FRAME, highlight={1: MARKED, 2: MARKED_TOO})
+    assert {patch.get_hatch() for patch in ax.patches if patch.get_hatch()} == {"////", "...."}
+
+
+def test_thin_keeps_the_extremes_and_the_order():
+    x = np.arange(100_000)
+    y = np.random.default_rng(0).standard_normal(len(x))
+    a, b = thin(x, y, groups=100)
+    assert len(a) <= 200
+    assert (b.min(), b.max()) == (y.min(), y.max())
+    assert all(first < last for first, last in pairwise(a))
+
+
+def test_table1_is_symmetric():
+    table = table1(RIG.groove_profile)
+    assert list(table["area"]) == list(range(1, 11))
+    assert list(table.loc[table["type"] == "convex", "area"]) == [1, 4, 7, 10]
+    left, right = table.iloc[:5], table.iloc[:4:-1]
+    for column, sign in {"O_x_mm": -1, "O_y_mm": 1, "r_mm": 1, "u_x": -1, "u_y": 1, "theta_deg": 1}.items():
+        np.testing.assert_allclose(left[column], sign * right[column].to_numpy(), atol=1e-12)
+    np.testing.assert_allclose(np.hypot(table["u_x"], table["u_y"]), 1)
+    assert table.loc[1, "r_mm"] == pytest.approx(1000 * RIG.groove.r2)
+    assert 0 < table["theta_deg"].min() < table["theta_deg"].max() < 90
+
+
+def metrics(**changes):
+    row = {
+        "run": "210rpm", "rpm": RPM, "rms_g": 1.1, "sd_g": 0.5, "rms_error_g": 0.01, "sd_error_g": 0.02,
+        "line_hz": 0.25, "line_g": 1.15, "line_hz_binfree": LOOP_HZ, "line_g_binfree": 1.2, "line_error_hz": 0.003,
+        "line_error_g": 0.02, "line_error_hz_binfree": 1e-5, "line_error_g_binfree": 0.03,
+    }  # fmt: skip
+    return pd.DataFrame([row | changes])
+
+
+def test_table3_takes_the_value_difference_of_the_paper():
+    # ten turns of a loop whose mean is 1 and whose SD is 1, by turns 0.02 more and less
+    time = np.arange(20000) / 1000
+    swing = 1 + 0.02 * np.tile(np.repeat([1.0, -1.0], 2000), 5)
+    record = SimpleNamespace(ay_g=1 + 2**0.5 * swing * np.cos(np.pi * time), rate_hz=1000.0)
+    row = table3(metrics(rms_g=1.1 * 2**0.5, sd_g=0.75), {RPM: record}).iloc[0]
+    assert row["rms_sensor_g"] == pytest.approx(2**0.5, rel=1e-3)
+    assert row["rms_difference_pct"] == pytest.approx(10.0, abs=0.1)
+    assert row["sd_difference_pct"] == pytest.approx(25.0, abs=0.1)
+    # ten values of 1 +- 0.02 have an error of their mean of 0.02 / 3; the fitted turn is a few samples off
+    assert row["sd_sensor_error_g"] == pytest.approx(0.02 / 3, rel=0.1)
+    assert row["sd_difference_error_pct"] == pytest.approx(100 * np.hypot(0.02, 0.75 * 0.02 / 3), rel=0.1)
+    assert row["sd_standard_error_g"] == 0.02
+    assert row["rms_difference_printed_against_papers_own_data_pct"] == 7.02
+    assert row["sd_difference_printed_against_papers_own_data_pct"] == 8.05
+    assert row["sensor_record"] == "synthetic sensor"
+
+
+def test_table3_without_a_printed_value_leaves_the_cell_empty():
+    row = table3(metrics(rpm=100.0), {100.0: sensor()}).iloc[0]
+    assert np.isnan(row["rms_difference_printed_against_papers_own_data_pct"])
+
+
+def test_table3_wants_exactly_one_run_a_speed():
+    with pytest.raises(InputError, match="0 rows"):
+        table3(metrics(), {115: sensor()})
+    with pytest.raises(InputError, match="2 rows"):
+        table3(pd.concat([metrics(), metrics()]), {210: sensor()})
+
+
+def test_lines_table_sets_printed_numbers_beside_their_own_kind():
+    table = lines_table(metrics(), {210: sensor(0.25, 0.8)}, label="measured")
+    assert list(table["source"]) == ["simulation", "measured"]
+    assert list(table["line_printed_hz"]) == [0.233, 0.253]
+    assert list(table["line_printed_g"]) == [1.162, 0.7698]
+    assert table.loc[1, "line_binfree_hz"] == pytest.approx(0.25, abs=1e-4)
+    assert table.loc[1, "line_binfree_g"] == pytest.approx(0.8, abs=5e-3)
+    assert table.loc[0, "line_error_g"] == 0.02 and table.loc[0, "line_binfree_error_g"] == 0.03
+    assert 0 < table.loc[1, "line_binfree_error_g"] < 5e-3
+
+
+def test_write_table_writes_csv_and_markdown(tmp_path):
+    frame = pd.DataFrame({"a_g": [1 / 3, float("nan")], "name": ["x", "y"]})
+    write_table(frame, tmp_path / "tables" / "table9.csv", "A caption.")
+    pd.testing.assert_frame_equal(pd.read_csv(tmp_path / "tables" / "table9.csv"), frame)
+    text = (tmp_path / "tables" / "table9.md").read_text(encoding="utf-8")
+    assert text.startswith("A caption.\n\n|")
+    assert "| 0.333 |" in " ".join(text.split())
+    assert "nan" not in text
+    assert len(list((tmp_path / "tables").iterdir())) == 2
+
+
+def test_printed_numbers_by_speed_hold_every_speed():
+    for number in vars(printed).values():
+        if isinstance(number, printed.Printed):
+            assert number.place
+            if isinstance(number.value, dict) and number.unit != "s":
+                assert tuple(number.value) == printed.SPEEDS_RPM
+
+
+FIRST = 4.0  # of the contacts, s since the start of the record
+
+
+def hump(time, middle, width, height):
+    return height * np.exp(-(((time - middle) / width) ** 2))
+
+
+def passage():
+    """One passage of connector 1 without a ring: right from 0, left from 0.098 to 1.4 s, and two spikes."""
+    time = np.arange(1, 10 * RATE + 1) / RATE
+    since = time - FIRST
+    right, left = (since >= 0) & (since < 1.3), (since >= 0.098) & (since < 1.4)
+    force = np.zeros((len(time), 1, 3))
+    force[:, 0, 0] = left * (300 + hump(since, 0.231, 0.05, 1500))
+    force[:, 0, 1] = right * (200 + hump(since, 0.083, 0.04, 1300))
+    area = np.stack([np.where(left, 2, 0), np.where(right, 7, 0)], axis=-1)[:, None]
+    begin = 6.0
+    spells = np.array([
+        [0, 0, 1, 2, begin + FIRST + 0.098, begin + FIRST + 1.4, 2100, begin + FIRST + 0.0981, 600, 5e5, 0],
+        [0, 1, 1, 64, begin + FIRST, begin + FIRST + 1.3, 6005, begin + FIRST + 0.0002, 400, 3e5, 0],
+    ])  # fmt: skip
+    frame_time = np.arange(1, 1600) * 0.005
+    base = recording(ring_radius=None, rpm=115.0)
+    zeros = np.zeros((len(time), 3))
+    scene = base.meta["scene"] | {"step": 1e-4}
+    return replace(
+        base, time=time, raw=zeros, mean=zeros, force=force, area=area, groove=(area > 0).astype(int), spells=spells,
+        begin=begin, frame=np.tile(FRAME, (len(frame_time), 1)), frame_time=frame_time,
+        meta=base.meta | {"scene": scene},
+    )  # fmt: skip
+
+
+RUN = passage()
+
+
+def test_panels_are_in_order_of_time_and_near_their_event():
+    shown = select_passage(RUN)
+    found = moments(RUN, shown)
+    times = [moment.time for moment in found]
+    assert times == sorted(times)
+    assert [m.title for m in found][1:4] == ["right maximum", "both arcs in contact", "left maximum"]
+    for moment in found:
+        off = RUN.frame_time[moment.frame] - shown.first - moment.time
+        assert abs(off) <= (0.0026 if "maximum" in moment.title else 0.0051)
+        assert "maximum" in moment.title or off >= -1e-9
+        assert RUN.time[moment.sample] == pytest.approx(RUN.frame_time[moment.frame], abs=1e-9)
+    assert len({moment.frame for moment in found}) == 6  # no two panels alike
+
+
+def test_a_maximum_is_that_of_the_mean_and_the_spike_is_named_apart():
+    found = {moment.title: moment for moment in moments(RUN, select_passage(RUN))}
+    assert found["right maximum"].time == pytest.approx(0.083, abs=0.003)
+    assert found["left maximum"].time == pytest.approx(0.231, abs=0.003)
+    assert found["right maximum"].peak == "largest 6005 N at 0.000 s"
+    assert found["out of engagement"].peak == ""
+
+
+def test_the_forces_written_are_those_recorded_at_the_instant_drawn():
+    shown = select_passage(RUN)
+    figure = screenshot_figure(RIG, RUN)
+    for ax, moment in zip(figure.axes[:6], moments(RUN, shown), strict=True):
+        assert moment.title in ax.get_title("left")
+        sample = round(RUN.frame_time[moment.frame] * RATE) - 1
+        expected = sorted(f"{f:.0f} N" for f in RUN.force[sample, 0] if f > 0)
+        assert sorted(text.get_text() for text in ax.texts if text.get_text().endswith(" N")) == expected
+    assert "6005 N at 0.000 s" in figure.axes[1].get_title("left")
+
+
+def test_a_single_spike_does_not_stretch_the_axis_but_is_written():
+    figure = passage_figure(RUN)
+    assert figure.axes[0].get_ylim()[1] < 1.6 * RUN.force.max() < 6005
+    shown = texts(figure)
+    assert "6005 N at 0.000 s" in shown
+    assert "2100 N" not in shown  # within the axis: a mark
+
+
+def study(error=0.01, right=(5.0, 1.0, 0.0, 0.0)):
+    rows = []
+    for rpm in (115.0, 210.0):
+        for radius, value in zip((0.303, 0.304, 0.305, 0.306), right, strict=True):
+            row = {"rpm": rpm, "ring_radius_m": radius}
+            for side, found in (("left", 9.0), ("right", value if rpm > 200 else 0.0), ("ring", 50.0)):
+                for name in ("share_pct", "rms_n", "sd_n"):
+                    row[f"{side}_{name}"] = found
+                for name in ("share_error_pct", "rms_error_n", "sd_error_n"):
+                    row[f"{side}_{name}"] = error
+            rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def test_where_contact_ends_is_computed():
+    assert quiet_from(study(), "right_share_pct") == 0.305
+    assert quiet_from(study(right=(5.0, 0.0, 1.0, 0.0)), "right_share_pct") == 0.306
+    assert quiet_from(study(), "left_share_pct") is None
+    assert "no contact from 0.305 m on" in texts(force_figure(study(), "rms"))
+    assert "no contact" not in texts(duration_figure(study(right=(1.0, 1.0, 1.0, 1.0))))
+
+
+def test_the_legend_says_whether_errors_can_be_seen():
+    assert "smaller than the marks, 0.01 % of a turn at most" in texts(duration_figure(study()))
+    assert "bars: standard errors" in texts(duration_figure(study(error=2.0)))
+
+
+def test_the_three_panels_share_the_name_of_their_axis():
+    assert texts(duration_figure(study())).count("contact duration (% of a turn)") == 1
+
+
+def scorecard(rig="shipped"):
+    return [
+        {"rig": rig, "id": f"C{i:02d}", "part": "a", "claim": "A claim of 10 % " + "word " * 15, "printed": "1.102e-10",
+         "measured": "", "unit": "%", "verdict": verdict, "counts_as": f"C{i:02d}",
+         "origin": "predicted" if i < 3 else "", "speeds": "115, 150"}
+        for i, verdict in enumerate(LOOKS)
+    ]  # fmt: skip
+
+
+def test_scorecard_reads_at_page_width():
+    figure = scorecard_figure(pd.DataFrame(scorecard()))
+    shown = texts(figure)
+    assert "1.10 × 10⁻¹⁰" in shown and "e-10" not in shown
+    assert "(%" not in shown and "(115, 150 rpm)" in shown  # the claim says its unit
+    assert "Reproduced: 1 of 3 predictions" in shown
+    assert shown.index("Predicted: open tests") < shown.index("C00a") < shown.index("Nothing to compare with")
+    renderer = figure.canvas.get_renderer()
+    (ax,) = figure.axes
+    assert all(text.get_fontsize() >= 8 for text in ax.texts)
+    boxes = [text.get_window_extent(renderer) for text in ax.texts if "word" in text.get_text()]
+    assert all(low.y1 <= high.y0 for high, low in pairwise(boxes))
+    values = [text.get_window_extent(renderer).x0 for text in ax.texts if "10⁻¹⁰" in text.get_text()]
+    assert max(box.x1 for box in boxes) < min(values)
+
+
+def test_scorecard_of_two_rigs_has_a_verdict_of_each_beside_every_claim():
+    figure = scorecard_figure(pd.DataFrame(scorecard() + scorecard("other rig")))
+    shown = [text.get_text() for text in figure.axes[0].texts]
+    assert shown.count("reproduced") == shown.count("no test") == 2
+    assert sum(text.startswith("other rig: ") for text in shown) == len(LOOKS) == shown.count("shipped: \N{EN DASH}")
+
+
+def test_values_at_several_speeds_stand_with_their_speed():
+    item = {"measured": "7.7 to 13.2; 9", "speeds": "150, 210", "by_speed": True}
+    assert at_speeds(item) == "7.7 to 13.2 at 150, 9 at 210 rpm"
+    assert at_speeds(item | {"by_speed": False}) == item["measured"]
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(0.04, "0"), (-0.04, "0"), (-0.26, "\N{MINUS SIGN}0.3"), (9.1, "9.1"), (np.nan, "\N{EN DASH}")]
+)
+def test_changes_are_written_to_one_place_or_as_nothing(value, text):
+    assert change_text(value) == text
+
+
+def test_sensitivity_speaks_in_words_and_points_beyond_its_scale():
+    table = pd.DataFrame({"parameter": ["groove.r2", "tension.pre_tension"], "claim": "C22", "ring_radius_m": 0.313,
+                          "measure": "ring_rms_n", "change_in_tolerances": [-0.01, 9.1]})  # fmt: skip
+    figure = sensitivity_figure(table)
+    shown = texts(figure)
+    assert measure_words("ring_rms_n") in shown and "pre-tension (N)" in shown
+    assert "_" not in shown and "rms n" not in shown and "-" not in shown.replace("pre-tension", "")
+    assert "beyond" in shown
+    assert "beyond" not in texts(sensitivity_figure(table.assign(change_in_tolerances=1.0)))
+
+
+def test_work_precision_draws_every_point_and_names_what_was_refused():
+    from replication.report.figures.trade import work_precision
+    from replication.study.accuracy.trade import COLUMNS
+
+    known = ["scene", "fidelity", "integrator", "step_s", "cpu_s_per_s", "measure", "error", "failed"]
+    rows = pd.DataFrame(
+        [
+            ["ring 0.308 m 115 rpm", "ten_arcs", "semi_implicit", 1e-4, 0.05, "rms", 1e-3, False],
+            ["ring 0.308 m 115 rpm", "ten_arcs", "rk4", 5e-5, 0.4, "rms", 1e-6, False],
+            ["ring 0.308 m 115 rpm", "single_pin", "semi_implicit", 1e-4, 0.03, "rms", 1e-1, False],
+            ["ring 0.308 m 115 rpm", "ten_arcs", "rk4", 5e-4, np.nan, "all", np.nan, True],
+        ],
+        columns=known,
+    ).reindex(columns=COLUMNS)
+    axis = work_precision(rows, "rms").axes[0]
+    points = {(x, y) for line in axis.lines if line.get_linestyle() == "None" for x, y in line.get_xydata()}
+    assert {(0.05, 1e-3), (0.4, 1e-6), (0.03, 1e-1)} <= points
+    assert axis.get_title("left").endswith("\nrefused or diverged: 1")

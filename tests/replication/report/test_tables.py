@@ -1,0 +1,136 @@
+"""Tables as they are read: three digits, headings of two lines, units; and what they add up to."""
+
+import re
+import shutil
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from trackdyn.errors import InputError
+from trackdyn.measure.columns import COLUMNS, heading, table_schema
+from replication.report.tables import COLUMNS_OF, cost_table, equal_pitch_by_ring, headed, significant, table4, trade_summary, write_table
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(1 / 3, "0.333"), (1.0161, "1.02"), (0.99961, "1.00"), (1.1, "1.1"), (0.0001, "0.0001"), (-5.2667e-5, "-5.27e-5"),
+     (1234.56, "1235"), (99.96, "100"), (0.0, "0"), (7, "7"), (np.nan, "–"), (True, "yes"), ("left 2", "left 2")],
+)  # fmt: skip
+def test_three_digits_without_an_exponent_where_none_is_needed(value, text):
+    assert significant(value) == text
+
+
+def test_percent_has_two_decimals_and_large_ones_three_digits(tmp_path):
+    frame = pd.DataFrame({"change_pct": [-5.2667e-5, 12.345], "force_n": [174.249, 1000.4]})
+    write_table(frame, tmp_path / "t.csv", "A caption.")
+    rows = [line.split("|") for line in (tmp_path / "t.md").read_text(encoding="utf-8").splitlines()[4:]]
+    assert [[cell.strip() for cell in row[1:3]] for row in rows] == [["0.00", "174"], ["12.3", "1000"]]
+    assert pd.read_csv(tmp_path / "t.csv").equals(frame)
+
+
+def test_headings_have_two_lines_and_name_columns_that_exist():
+    row = {name: 1.0 for name in ("rms_g", "sd_g", "left_rms_n")}
+    row |= {name: 0.03 for name in ("rms_error_g", "sd_error_g", "left_rms_error_n")}
+    coarse = {"run": "coarse/115rpm", "rms_g": 2.0, "rms_error_g": 0.08}
+    frame = table4(pd.DataFrame([row | {"run": "115rpm"}, row | coarse]), [115.0])
+    assert frame.loc[0, ["rms_g_difference_pct", "rms_g_difference_error_pct"]].tolist() == pytest.approx([100.0, 10.0])
+    assert set(COLUMNS_OF["table4"]) == set(frame)
+    ends = "ten arcs", "ten arcs error", "three surfaces", "three surfaces error"
+    assert list(headed(frame, "table4")) == [
+        "motor speed (rev/min)",
+        *(f"{name}<br>{end}" for name in ("RMS", "SD") for end in (
+            *(f"{end} (g)" for end in ends), "difference (%)", "difference error (%)"
+        )),
+        *(f"left<br>RMS, {end} (N)" for end in ends), "left<br>RMS difference (%)", "left<br>RMS difference error (%)",
+    ]  # fmt: skip
+
+
+def test_a_heading_has_the_unit_of_the_dictionary():
+    for column, (_, unit, *_) in COLUMNS.items():
+        assert heading(column).endswith(f"({unit})") or unit in ("", "1"), column
+
+
+@pytest.mark.parametrize("key", COLUMNS_OF)
+def test_every_heading_is_a_single_one_with_words_and_no_names_of_the_program(key):
+    heads = list(headed(pd.DataFrame(columns=COLUMNS_OF[key]), key))
+    assert len(set(heads)) == len(heads) == len(COLUMNS_OF[key])
+    for head in heads:
+        assert "_" not in head and head.count("<br>") <= 1 and not re.search(r"\b(pct|hz|mb|rms|sd)\b", head), head
+
+
+def test_readings_of_equal_pitch_stand_by_ring():
+    row = {"polygonal_m": 0.30349, "arc_m": 0.30636, "left_share_pct_none": 44.1, "right_share_pct_none": 43.9,
+           "left_share_pct_0.308": 9.4574, "right_share_pct_0.308": 0.0}  # fmt: skip
+    table = equal_pitch_by_ring(
+        pd.DataFrame([row | {"reading": "fitted"}, row | {"reading": "printed", "left_share_pct_none": np.nan}])
+    )
+    assert list(table["ring (m)"]) == ["none", "0.308"]
+    assert table.iloc[1, 1] == "9.46 / 0" and table.iloc[0, 2] == "– / 43.9"
+    assert table.columns[1] == "fitted<br>303.5 mm polygonal, 306.4 mm arc"
+
+
+def benchmark(folder, name, wall):
+    path = folder / f"{name}.tsv"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(f"s\tmax_rss\tcpu_time\n{wall}\t100\t{0.5 * wall}\n", encoding="utf-8")
+
+
+def test_costs_have_a_total_that_leaves_out_what_is_asked_for_by_name(tmp_path):
+    took = {"simulate/115rpm": 2.0, "simulate/210rpm": 3.0, "page": 9.0, "trade": 900.0, "trade/data": 1.0}
+    took |= {"assumptions": 700.0, "assumptions/drag": 7.0, "calibration": 90.0, "identify_synthetic": 20.0}
+    for name, wall in (took | {"short/trade": 1.0, "short/trade/data": 2.0}).items():
+        benchmark(tmp_path, name, wall)
+    table = cost_table(tmp_path)
+    by_name = ["trade", "assumptions", "calibration", "identify_synthetic"]
+    run = ["page", "simulate", "short/trade", "all of a run"]
+    assert list(table["rule"]) == [*run, *(f"{name}, by name" for name in by_name)]
+    assert list(table["jobs"]) == [1, 2, 2, 5, 2, 2, 1, 1]
+    assert list(table["wall_s"]) == [9.0, 5.0, 3.0, 17.0, 901.0, 707.0, 90.0, 20.0]
+    for name in by_name:
+        shutil.rmtree(tmp_path / name, ignore_errors=True)
+        (tmp_path / f"{name}.tsv").unlink()
+    assert list(cost_table(tmp_path)["rule"]) == ["page", "simulate", "short/trade", "all of a run"]
+    assert cost_table(tmp_path / "nothing").empty
+
+
+def test_a_setting_that_was_refused_everywhere_says_so():
+    rows = pd.DataFrame(
+        [
+            {
+                "scene": "a",
+                "fidelity": "ten_arcs",
+                "integrator": "semi_implicit",
+                "step_s": step,
+                "cpu_s_per_s": cost,
+                "measure": "rms",
+                "error": error,
+                "failed": failed,
+            }
+            for step, cost, error, failed in ((1e-4, 0.1, 1e-3, False), (5e-4, np.nan, np.nan, True))
+        ]
+    )
+    promises = pd.DataFrame(
+        {"measure": "rms", "achieved_error": [1e-3, np.nan], "met": [True, None], "reason": [None, "too coarse"]}
+    )
+    text = trade_summary(rows, pd.DataFrame(), promises)
+    assert re.search(r"rms +\| too coarse +\| +1", text)
+    assert "nan" not in text
+    assert "| refused or diverged" in text and "1 of them refused or diverged" in text
+
+
+def test_the_dictionary_describes_columns_and_refuses_unknown_ones():
+    schema = table_schema(["run", "rms_g", "ring_peak_n", "left_areas", "passages"])
+    assert [(field["type"], field["unit"]) for field in schema["fields"]] == [
+        ("string", ""), ("number", "g"), ("number", "N"), ("string", ""), ("integer", "1"),
+    ]  # fmt: skip
+    assert (
+        schema["fields"][2]["description"]
+        == "largest normal force on a link on the ring in a passage, mean over passages"
+    )
+    assert schema["primaryKey"] == ["run"]
+    assert [field.get("standardError") for field in schema["fields"][1:4]] == [
+        "rms_error_g", "ring_peak_error_n", "what was visited at all, no number",
+    ]  # fmt: skip
+    with pytest.raises(InputError, match="up_peak_n has no description"):
+        table_schema(["up_peak_n"])

@@ -1,0 +1,71 @@
+"""The forms of the long studies: what is shipped is valid, what cannot be meant is refused in one sentence."""
+
+import copy
+from pathlib import Path
+from unittest.mock import MagicMock
+
+import pytest
+from pydantic import TypeAdapter
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.validation import validated
+from trackdyn.parameters.yaml_file import read_yaml
+from replication.study.accuracy import trade
+from replication.study.settings import Studies, StudiesFile, Window
+
+FILE = Path(__file__).parents[2] / "config" / "studies.yaml"
+
+
+@pytest.fixture
+def data():
+    return copy.deepcopy(read_yaml(FILE))
+
+
+def test_a_configuration_names_the_file_and_holds_what_stands_there(data):
+    assert TypeAdapter(StudiesFile).validate_python(str(FILE)) == validated(Studies, data, "studies.yaml")
+    with pytest.raises(InputError, match=r"nowhere\.yaml: no such file"):
+        TypeAdapter(StudiesFile).validate_python("nowhere.yaml")
+
+
+def test_the_short_forms_ask_for_less(data):
+    trade, extremes = data["trade"], data["extremes"]
+    assert len(trade["short"]["statistics"]["scenes"]) < len(trade["full"]["statistics"]["scenes"])
+    for field in ("bodies", "mass_ratios", "moduli_pa", "speeds_rpm", "depths_m"):
+        assert set(extremes["short"][field]) < set(extremes["full"][field])
+
+
+def test_every_window_that_may_be_asked_for_has_a_start(rig, monkeypatch):
+    monkeypatch.setattr(trade, "Loop", made := MagicMock())
+    for name in Window.__args__:
+        trade.window_start(rig, name)
+    assert [call.args[0].duration for call in made.call_args_list] == [trade.WINDOW] * len(Window.__args__)
+
+
+@pytest.mark.parametrize(
+    ("form", "field", "value", "says"),
+    [
+        ("trade", "kept_apart", [[210, 0.308]], "kept_apart = [210.0, 0.308]: statistics.scenes holds"),
+        (
+            "trade",
+            "statistics",
+            {
+                "scenes": [[210, 0.308]],
+                "loop_turns": 1,
+                "loop_turns_without_ring": 1,
+                "steps_s": {"rk4": [1e-4]},
+                "coarse_steps_s": {},
+                "second_reference": False,
+            },
+            "steps_s: needs at least two steps",
+        ),
+        ("trade", "kept_apart", [[210, -0.308]], "trade.short.kept_apart.0.1 = -0.308:"),
+        ("extremes", "random_scenes", 0, "extremes.short.random_scenes = 0:"),
+        ("extremes", "bodies", [7], "extremes.short.bodies.0 = 7:"),
+        ("extremes", "depth_m", [1], "extremes.short.depth_m is not a known parameter"),
+    ],
+)
+def test_what_cannot_be_meant_is_refused(data, form, field, value, says):
+    data[form]["short"][field] = value
+    with pytest.raises(InputError) as caught:
+        validated(Studies, data, "mine.yaml")
+    assert str(caught.value).startswith("mine.yaml: ") and says in str(caught.value) and "\n" not in str(caught.value)

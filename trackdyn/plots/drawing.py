@@ -1,0 +1,270 @@
+"""Pictures of the rig in its own coordinates (m): chain, sprocket and wheels, for any axes.
+
+Everything is drawn from the geometry that the simulator uses: bodies from a recorded configuration,
+the sprocket from the ten arcs of its groove.
+"""
+
+from collections.abc import Iterable, Mapping
+from math import atan2, cos, pi, sin
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_rgba
+from matplotlib.patches import Circle, Polygon
+from matplotlib.patheffects import withStroke
+
+from trackdyn.errors import InputError
+from trackdyn.parameters.layout import assemble, wheel_circles
+from trackdyn.parameters.rig import Rig
+from trackdyn.plots.style import BLACK, SMALL
+from trackdyn.simulation.recording import Recording
+
+STEEL, STEEL_EDGE = "#c9ced6", "#4d5560"
+RUBBER = "#5a5a5a"
+LINK, CONNECTOR, EDGE = "#9ecae9", "#f4e3b2", "#303030"
+# what marks a body in a picture, and the look of a second one that it must not be taken for
+MARKED = {"facecolor": "#f2a477", "hatch": "////", "edgecolor": "#9c5226"}
+MARKED_TOO = {"facecolor": "#bfe5d2", "hatch": "....", "edgecolor": "#2f7d5b"}
+JOINT = {"linestyle": "none", "marker": "o", "markersize": 3.2, "markerfacecolor": "white", "color": BLACK}
+FORCE_BAR = 4000.0  # of the scale bar, N; arrows of forces have one scale in all pictures of a kind
+FORCE_MOST = 2.0  # no arrow is longer than so many bars
+HUB = 0.03  # radius of the hubs, for the eye only, m
+POINTS_AN_ARC = 12
+# numbers of the areas: so far below the bottom of the groove (m), over this part of the pitch
+NUMBERS_BELOW, NUMBERS_SPREAD = 0.022, 0.98
+# stacking: wheels and ring, sprocket, connectors, links, what is written on them
+Z_RING, Z_SPROCKET, Z_CONNECTOR, Z_LINK, Z_MARK = 1.0, 2.0, 3.0, 4.0, 6.0
+
+
+def require_frames(recording: Recording) -> None:
+    """Refuse a recording without configurations."""
+    if len(recording.frame) == 0:
+        raise InputError("the recording holds no configurations: simulate with a frame interval above 0")
+
+
+def radius_words(radius: float | None) -> str:
+    """A ring's radius (m) as text; None or NaN: no ring."""
+    return "no ring" if radius is None or np.isnan(radius) else f"{radius:.3f} m"
+
+
+def ring_words(radius: float | None) -> str:
+    """A ring (m) in words."""
+    return "no ring" if radius is None else f"ring {radius_words(radius)}"
+
+
+def chain_points(rig: Rig, frame) -> tuple[np.ndarray, np.ndarray, float]:
+    """Pins (n + 1, 2), m, and angles (n,) of the bodies and of the sprocket, rad, of a row of ``Recording.frame``.
+
+    Pins are the input pin of every body, and the output pin of the last.
+    """
+    frame = np.asarray(frame, dtype=float)
+    angles = frame[2:-1]
+    if len(angles) == rig.chain.pitches:
+        lengths = np.full(len(angles), rig.single_pin_pitch)
+    else:
+        lengths = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
+    steps = lengths[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
+    pins = frame[:2] + np.vstack([np.zeros(2), np.cumsum(steps, axis=0)])
+    return pins, angles, float(frame[-1])
+
+
+def laid_frame(rig: Rig) -> tuple[np.ndarray, float]:
+    """Configuration of the loop laid around its wheels, as a row of ``Recording.frame``, and the layout's shift, m."""
+    laid = assemble(rig)
+    return np.concatenate([laid.pins[0], laid.angle, [laid.sprocket_angle]]), laid.shift
+
+
+def sprocket_centre(rig: Rig) -> np.ndarray:
+    """(2,) centre of the sprocket, m."""
+    return np.array([rig.sprocket.x, rig.sprocket.y])
+
+
+def turned(rig: Rig, frame, angle: float) -> np.ndarray:
+    """A configuration turned about the sprocket's centre by an angle (rad)."""
+    frame = np.array(frame, dtype=float)
+    centre = sprocket_centre(rig)
+    frame[:2] = placed([frame[:2] - centre], centre, angle)[0]
+    frame[2:] += angle
+    return frame
+
+
+def link_outline(rig: Rig) -> np.ndarray:
+    """(4, 2) corners of a link in its body frame: pin to pin and its thickness, m."""
+    a, half = rig.chain.link_length, rig.chain.link_thickness / 2
+    return np.array([[0.0, -half], [a, -half], [a, half], [0.0, half]])
+
+
+def circle_points(centre, radius: float, start: float, end: float, count: int) -> np.ndarray:
+    """(count, 2) points of a circle from one direction to another (rad), m."""
+    turn = np.linspace(start, end, count)
+    return np.asarray(centre) + radius * np.column_stack([np.cos(turn), np.sin(turn)])
+
+
+def stadium(length: float, radius: float, count: int) -> np.ndarray:
+    """Outline of what is within a radius of a line along x from the origin, m; ``count`` points an end."""
+    left = circle_points((0.0, 0.0), radius, pi / 2, 3 * pi / 2, count)
+    return np.vstack([left, -left + [length, 0.0]])
+
+
+def connector_outline(rig: Rig) -> np.ndarray:
+    """Outline of a connector in its body frame: the arcs around its two pins, joined, m."""
+    return stadium(rig.connector_length, rig.chain.connector_radius, 2 * POINTS_AN_ARC)
+
+
+def connector_patch(rig: Rig, pins, **look) -> Polygon:
+    """A connector between two pins."""
+    (x, y), (u, v) = pins
+    return Polygon(placed(connector_outline(rig), pins[0], atan2(v - y, u - x)), **look)
+
+
+def placed(outline, origin, angle: float) -> np.ndarray:
+    """Points of a body frame in the inertial frame, m."""
+    c, s = cos(angle), sin(angle)
+    return np.asarray(origin) + np.asarray(outline) @ np.array([[c, s], [-s, c]])
+
+
+Highlight = Iterable[int] | Mapping[int, dict]
+
+
+def draw_chain(ax: Axes, rig: Rig, frame, highlight: Highlight = (), opacity: float = 1.0) -> None:
+    """Draw every body of a row of ``Recording.frame``.
+
+    Bodies of ``highlight`` (0-based; even numbers are links) are drawn in a darker colour and hatched; a mapping
+    gives each its look, ``MARKED`` or ``MARKED_TOO``. An ``opacity`` of the faces below 1 lets the grooves shine
+    through in close views.
+    """
+    pins, angles, _ = chain_points(rig, frame)
+    if len(angles) == rig.chain.pitches:
+        _draw_single_pins(ax, rig, pins, angles, opacity)
+        return
+    looks = highlight if isinstance(highlight, Mapping) else dict.fromkeys(highlight, MARKED)
+    for first, outline, face, z in (
+        (0, link_outline(rig), LINK, Z_LINK),
+        (1, connector_outline(rig), CONNECTOR, Z_CONNECTOR),
+    ):
+        bodies = [placed(outline, pins[i], angles[i]) for i in range(first, len(angles), 2)]
+        plain = to_rgba(face, opacity)
+        ax.add_collection(PolyCollection(bodies, facecolor=plain, edgecolor=EDGE, linewidth=0.6, zorder=z))
+        for i in sorted(looks):
+            if i % 2 == first:
+                body, look = bodies[i // 2], looks[i]
+                look = look | {"facecolor": to_rgba(look["facecolor"], opacity)}
+                ax.add_patch(Polygon(body, **look, linewidth=0, zorder=z + 0.1))  # an edge has its hatch's colour
+                ax.add_patch(Polygon(body, fill=False, edgecolor=BLACK, linewidth=0.9, zorder=z + 0.1))
+    ax.plot(*pins.T, linestyle="none", marker=".", markersize=2.0, color=BLACK, zorder=Z_LINK + 0.5)
+
+
+def _draw_single_pins(ax: Axes, rig: Rig, pins: np.ndarray, angles: np.ndarray, opacity: float) -> None:
+    """Bodies of a single-pin chain: the link in the middle, both arcs that bear on the sprocket beside every pin."""
+    end = (rig.single_pin_pitch - rig.chain.link_length) / 2
+    link = link_outline(rig) + [end, 0.0]
+    ends = [
+        circle_points((x, 0.0), rig.chain.connector_radius, 0.0, 2 * pi, 4 * POINTS_AN_ARC)
+        for x in (end, end + rig.chain.link_length)
+    ]
+    for outlines, face, z in (([link], LINK, Z_LINK), (ends, CONNECTOR, Z_CONNECTOR)):
+        bodies = [placed(outline, pins[i], angles[i]) for i in range(len(angles)) for outline in outlines]
+        ax.add_collection(
+            PolyCollection(bodies, facecolor=to_rgba(face, opacity), edgecolor=EDGE, linewidth=0.6, zorder=z)
+        )
+    ax.plot(*pins.T, linestyle="none", marker=".", markersize=3.0, color=BLACK, zorder=Z_LINK + 0.5)
+
+
+def groove_points(rig: Rig, sprocket_angle: float, groove: int, points) -> np.ndarray:
+    """Points of the frame of groove ``groove`` (1 to m; Eq. 12) in the inertial frame, m."""
+    beta = (2 * groove - 1) * pi / rig.sprocket.teeth - pi / 2
+    return placed(points, sprocket_centre(rig), sprocket_angle + beta)
+
+
+def draw_sprocket(ax: Axes, rig: Rig, angle: float, ring: float | None, number_areas_of: int | None = None) -> None:
+    """Draw the sprocket, turned by an angle (rad), with its grooves, and the rubber ring (radius in m) behind it.
+
+    ``number_areas_of`` is a groove (1 to m) whose ten areas are numbered and parted by dots; for close views.
+    """
+    centre = sprocket_centre(rig)
+    profile = rig.groove_profile.profile(POINTS_AN_ARC)
+    # a groove runs clockwise from tip to tip, so the grooves follow each other in falling order
+    outline = np.vstack([groove_points(rig, angle, k, profile) for k in range(rig.sprocket.teeth, 0, -1)])
+    if ring is not None:
+        _draw_disc(ax, *centre, ring, RUBBER, BLACK)
+    # artists, not patches: the limits of the axes are given, and a patch would have them worked out from its outline
+    ax.add_artist(Polygon(outline, facecolor=STEEL, edgecolor=STEEL_EDGE, linewidth=0.9, zorder=Z_SPROCKET))
+    if ring is not None:  # the part of its edge that teeth hide
+        look = {"fill": False, "edgecolor": RUBBER, "linestyle": (0, (4, 2)), "linewidth": 0.7}
+        ax.add_artist(Circle(centre, ring, **look, zorder=Z_SPROCKET + 0.1))
+    _draw_hub(ax, *centre, Z_SPROCKET, rig.groove_profile.addendum)
+    axis = placed([[HUB, 0.0], [0.7 * rig.groove_profile.addendum, 0.0]], centre, angle)
+    ax.plot(*axis.T, color=STEEL_EDGE, linestyle="-", linewidth=0.6, zorder=Z_SPROCKET + 0.1)
+    if number_areas_of is not None:
+        _number_areas(ax, rig, angle, number_areas_of)
+
+
+def _number_areas(ax: Axes, rig: Rig, sprocket_angle: float, groove: int) -> None:
+    """The groove's outline over what hides it, its joints, and a row of numbers in the steel below it."""
+    shape = rig.groove_profile
+    outline = groove_points(rig, sprocket_angle, groove, shape.profile(POINTS_AN_ARC))
+    ax.plot(*outline.T, color=STEEL_EDGE, linestyle=(0, (3, 1.5)), linewidth=0.8, zorder=Z_MARK - 0.2)
+    below = np.hypot(*shape.profile(POINTS_AN_ARC).T).min() - NUMBERS_BELOW
+    spread = NUMBERS_SPREAD * 2 * pi / rig.sprocket.teeth
+    halo = [withStroke(linewidth=1.5, foreground="white")]
+    for area, turn in zip(range(1, 11), np.linspace(-spread / 2, spread / 2, 10), strict=True):
+        # areas run from the tip at negative x of the groove's frame to that at positive x
+        place = groove_points(rig, sprocket_angle, groove, [[below * sin(turn), below * cos(turn)]])[0]
+        here = groove_points(rig, sprocket_angle, groove, [shape.arc(area, 3)[1]])[0]
+        end = here + 0.8 * (place - here)
+        ax.plot(*np.transpose([here, end]), color=STEEL_EDGE, linestyle="-", linewidth=0.5, zorder=Z_MARK - 0.1)
+        text = ax.text(*place, str(area), ha="center", va="center", fontsize=SMALL, clip_on=True, zorder=Z_MARK)
+        text.set_path_effects(halo)
+    joints = groove_points(rig, sprocket_angle, groove, shape.joints())
+    ax.plot(*joints.T, **JOINT, markeredgewidth=0.7, zorder=Z_MARK)
+
+
+def draw_wheels(ax: Axes, rig: Rig, layout_shift: float) -> None:
+    """Draw the wheels beside the sprocket, the tensioning wheel shifted by ``layout_shift`` (m)."""
+    draw_discs(ax, wheel_circles(rig, layout_shift, surface=True)[1:])
+
+
+def draw_discs(ax: Axes, circles) -> None:
+    """Draw wheels with tyres: centres and radii (w, 3), m."""
+    for x, y, radius in circles:
+        _draw_disc(ax, x, y, radius, RUBBER, BLACK)
+        _draw_disc(ax, x, y, 0.9 * radius, STEEL, STEEL_EDGE)
+        _draw_hub(ax, x, y, Z_RING, radius)
+
+
+def draw_loop(ax: Axes, rig: Rig, frame, shift: float, ring: float | None, groove: int | None = None, **chain) -> None:
+    """Draw wheels, sprocket and chain; areas of ``groove`` are numbered, the rest is for :func:`draw_chain`."""
+    draw_wheels(ax, rig, shift)
+    draw_sprocket(ax, rig, frame[-1], ring, groove)
+    draw_chain(ax, rig, frame, **chain)
+
+
+def view(ax: Axes, middle, half) -> None:
+    """Limits of the axes: ``half`` of a width (m) around a place, or half of a width and of a height."""
+    (x, y), (dx, dy) = middle, np.broadcast_to(half, 2)
+    ax.set(xlim=(x - dx, x + dx), ylim=(y - dy, y + dy))
+
+
+def force_arrow(force: float, bar: float) -> float:
+    """Length of the arrow of a force (N) where the scale bar is ``bar`` long, m."""
+    return bar * min(force / FORCE_BAR, FORCE_MOST)
+
+
+def draw_force_bar(ax: Axes, bar: float, begin: float = 0.03) -> None:
+    """The scale bar of the forces, ``bar`` (m) long, at the foot of the view from a part of its width on."""
+    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    x, y = left + begin * (right - left), low + 0.03 * (high - low)
+    look = {"color": BLACK, "zorder": Z_MARK + 3, "path_effects": [withStroke(linewidth=3, foreground="white")]}
+    ax.plot([x, x + bar], [y, y], linestyle="-", marker="|", markersize=6, linewidth=1.4, **look)
+    place = {"xytext": (0, 3), "textcoords": "offset points", "ha": "center", "va": "bottom"}
+    ax.annotate(f"{FORCE_BAR / 1000:g} kN", (x + 0.5 * bar, y), fontsize=7, **place, **look)
+
+
+def _draw_hub(ax: Axes, x: float, y: float, zorder: float, radius: float = 1.0) -> None:
+    _draw_disc(ax, x, y, min(HUB, 0.2 * radius), "white", STEEL_EDGE, zorder + 0.1)
+    ax.plot([x], [y], linestyle="none", marker="+", markersize=5, color=BLACK, zorder=zorder + 0.2)
+
+
+def _draw_disc(ax: Axes, x: float, y: float, radius: float, face: str, edge: str, zorder: float = Z_RING) -> None:
+    ax.add_artist(Circle((x, y), radius, facecolor=face, edgecolor=edge, linewidth=0.6, zorder=zorder))

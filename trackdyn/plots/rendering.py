@@ -1,0 +1,66 @@
+"""What every page is made of: numbers in short form, and a template with its data packed into it."""
+
+import base64
+import gzip
+import json
+from pathlib import Path
+
+import numpy as np
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from plotly.offline import get_plotlyjs
+
+from trackdyn.plots.cells import FILTERS
+
+HERE = Path(__file__).parent
+CONFIGURATION = 2e-4  # the moving picture shows places and angles to this, m and rad
+
+
+def short(values, digits: int = 4) -> list[float]:
+    """Numbers with a few significant digits."""
+    return [float(f"{value:.{digits}g}") for value in np.asarray(values).tolist()]
+
+
+def differences(columns: np.ndarray) -> dict:
+    """Columns of numbers over time in whole ``CONFIGURATION``: a start, and second differences, which make a small
+    file.
+    """
+    steps = np.rint(columns / CONFIGURATION).astype(int)
+    return {
+        "start": steps[0].tolist(),
+        "frame": np.diff(steps, 2, axis=0, prepend=np.repeat(steps[:1], 2, axis=0)).T.ravel().tolist(),
+    }
+
+
+def environment(folder: Path = HERE) -> Environment:
+    """Templates of a folder and, behind them, of this one; the style of every page is its global ``style``."""
+    found = Environment(
+        loader=FileSystemLoader([folder, HERE]),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    found.filters |= FILTERS
+    found.globals["style"] = (HERE / "page.css").read_text(encoding="utf-8")
+    return found
+
+
+def render(template: str, scripts: tuple[str, ...], data: dict, folder: Path = HERE, **shown) -> str:
+    """A page as HTML text: template and scripts of a folder or of this one, its data and what draws them packed into it.
+
+    ``data["files"]`` are the texts that the page hands out by name.
+    """
+    files = [next(path for path in (folder / f"{name}.js", HERE / f"{name}.js") if path.is_file()) for name in scripts]
+    return environment(folder).get_template(template).render(
+        script="\n".join(file.read_text(encoding="utf-8") for file in files),
+        plotly=_packed(get_plotlyjs()),
+        embedded=_packed(json.dumps(data, allow_nan=False, separators=(",", ":"))),
+        data=data,
+        files=data["files"],
+        **shown,
+    )
+
+
+def _packed(text: str) -> str:
+    """Base64 of a text, compressed; the same text gives the same."""
+    return base64.b64encode(gzip.compress(text.encode("utf-8"), mtime=0)).decode("ascii")

@@ -1,0 +1,325 @@
+"""One page that shows a run: the loop moving, tension, sensor, contacts, the energy balance, what was decided."""
+
+import html
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from trackdyn.files import write_text
+from trackdyn.jit import source_hash
+from trackdyn.measure.columns import table_schema, words
+from trackdyn.measure.metrics import loop_frequency, run_metrics
+from trackdyn.measure.sensor import sense
+from trackdyn.measure.sensor_metrics import LEAST_LOOPS
+from trackdyn.model.constants import Tooth
+from trackdyn.model.record import ENERGY_NAMES
+from trackdyn.parameters.rig import Rig
+from trackdyn.plots.rendering import CONFIGURATION, differences, render, short
+from trackdyn.sensor.signals import LOW_RANGE_HZ, in_bands, main_line, main_line_binfree, spectrum
+from trackdyn.simulation.account import LOSSES, STORED
+from trackdyn.simulation.recording import Recording, load_recording
+from trackdyn.simulation.replay import SIDES, Stretch, stretch_of
+
+SCRIPTS = ("shared", "animation", "plots", "show")  # one module, in this order
+LONG_HISTORY, INTERVALS = 20_000, 2_000  # samples of a history that is drawn whole; else its extremes in so many parts
+LEAST_SPECTRUM = 16  # samples
+SHOWN = (
+    "rms_g", "sd_g", "line_hz_binfree", "line_g_binfree", "high_frequency_g", "left_share_pct", "right_share_pct",
+    "ring_share_pct", "left_peak_n", "right_peak_n", "ring_peak_n", "passages", "clipped_samples", "loop_gap_max_m",
+    "energy_residual",
+)  # fmt: skip
+# scale bar over the width of the loop, the teeth's reach, a pitch
+BARS = {"loop": 0.06, "sprocket": 0.25, "follow": 0.35}
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A page that shows a run; a notebook displays it.
+
+    Attributes
+    ----------
+    text : str
+        The page, HTML.
+    stretch : Stretch or None
+        What moves on it.
+    """
+
+    text: str
+    stretch: Stretch | None
+
+    def save(self, path: Path | str) -> None:
+        """Write the page, whole or not at all.
+
+        Raises
+        ------
+        InputError
+            It cannot be written.
+        """
+        write_text(path, self.text)
+
+    @property
+    def summary(self) -> str:
+        """What moves on the page, and whether it is the recorded run, in a few words."""
+        if self.stretch is None:
+            return "nothing moves: a belt has no bodies"
+        moves = f"{self.stretch.time[-1]:.3g} s move, simulated again"
+        if self.stretch.apart is None:
+            return f"{moves}; not the record, which begins later"
+        return f"{moves}; the sensor's place differs from the record's by {self.stretch.apart[0]:.2g} m at most"
+
+    def _repr_html_(self) -> str:
+        frame = 'width="100%" height="900" style="border: 0" title="A run of the track"'
+        return f'<iframe srcdoc="{html.escape(self.text)}" {frame}></iframe>'
+
+
+def show(
+    recording: Recording | Path | str,
+    path: Path | str | None = None,
+    seconds: float | None = None,
+    title: str | None = None,
+    progress: bool = False,
+) -> Shown:
+    """Show a run on one page that needs no network.
+
+    What moves is simulated again from the recording's scene (`stretch.stretch_of`) and compared with it; all the
+    rest is of the recording itself.
+
+    Parameters
+    ----------
+    recording : Recording or path
+        The run.
+    path : path or None
+        Where to write the page; not written if not given.
+    seconds : float or None
+        Length of what moves, s; by default a turn of the sprocket.
+    title : str or None
+        Name of the run on the page; that of its file by default.
+    progress : bool
+        Show a progress bar.
+
+    Returns
+    -------
+    Shown
+
+    Raises
+    ------
+    InputError
+        There is no such recording, ``seconds`` is out of range, or the page cannot be written.
+    """
+    if not isinstance(recording, Recording):
+        title = Path(recording).stem if title is None else title
+        recording = load_recording(recording)
+    belt = recording.meta["scene"]["chain"] == "belt"
+    stretch = None if belt else stretch_of(recording, seconds, progress)
+    measures, work = measures_of(recording), work_of(recording)
+    decisions = [
+        {
+            "choice": words(name),
+            "here": "left out" if of["setting"] == "none" else "modelled",
+            "setting": words(of["setting"]),
+            "reason": of["reason"],
+        }
+        for name, of in recording.meta["fidelity"].items()
+    ]
+    moving = len(stretch.time) * stretch.interval if stretch and stretch.apart is not None else None
+    tables = {"measures.csv": measures, "work.csv": work, "decisions.csv": decisions}
+    embedded = {
+        "geometry": stretch and geometry(recording, stretch),
+        "pictures": [picture(recording, stretch)] if stretch else [],
+        "tension": stretch and tension(stretch),
+        "signal": signal(recording, moving),
+        "shares": shares(stretch) if stretch else None,
+        "work": work if any(row["work_j"] for row in work) else None,
+        "files": {name: pd.DataFrame(rows).to_csv(index=False) for name, rows in tables.items()},
+    }
+    text = render(
+        "show.html.j2",
+        SCRIPTS,
+        embedded,
+        title=title or "a run",
+        recording=recording,
+        stretch=stretch,
+        resolution=CONFIGURATION,
+        measures=measures,
+        work=work,
+        seconds=len(recording.time) / recording.rate,
+        decisions=decisions,
+        asked=[{"field": words(name), "value": json.dumps(value)} for name, value in recording.meta["scene"].items()],
+        present=source_hash(),
+    )
+    shown = Shown(text, stretch)
+    if path is not None:
+        shown.save(path)
+    return shown
+
+
+def measures_of(recording: Recording) -> list[dict]:
+    """What the run measured, with standard errors; what it cannot have is left out."""
+    row, rows = run_metrics("", recording), []
+    for field in table_schema(SHOWN)["fields"]:
+        value, error = row[field["name"]], row.get(field.get("standardError"), math.nan)
+        if value == value:
+            unit = "" if field["unit"] == "1" else field["unit"]
+            error = None if error != error else error
+            rows.append({"measure": field["description"], "value": value, "standard_error": error, "unit": unit})
+    return rows
+
+
+def work_of(recording: Recording) -> list[dict]:
+    """Change of every entry of the energy balance over the record (J), and what it leaves open."""
+    change = dict(zip(ENERGY_NAMES, (recording.energy[-1] - recording.energy[0]).tolist(), strict=True))
+    put_in = change["sprocket_work"]
+    rows = [("put in", "sprocket_work", put_in)]
+    rows += [("lost", name, change[name]) for name in LOSSES] + [("stored", name, change[name]) for name in STORED]
+    rows.append(("open", "numerical error", put_in - sum(value for _, _, value in rows[1:])))
+    return [
+        {"kind": kind, "entry": words(name), "work_j": value, "share_pct": 100 * value / put_in if put_in else None}
+        for kind, name, value in rows
+    ]
+
+
+def signal(recording: Recording, stretch: float | None) -> dict:
+    """The sensor's y acceleration (g): history of the stretch and of the record, and its spectrum."""
+    ay, rate = sense(recording).ay, recording.rate
+    shown: dict[str, Any] = {"rate": rate, "stretch": None, "whole": None, "low": None, "band": None, "line": None}
+    if stretch is not None:
+        shown["stretch"] = short(ay[: round(stretch * rate)])
+    if len(ay) <= LONG_HISTORY:
+        shown["whole"] = {"time": short(np.arange(1, len(ay) + 1) / rate, 7), "low": short(ay), "high": None}
+    else:
+        edges = np.linspace(0, len(ay), INTERVALS + 1).astype(int)[:-1]
+        shown["whole"] = {
+            "time": short((edges + 0.5 * len(ay) / INTERVALS) / rate, 7),
+            "low": short(np.minimum.reduceat(ay, edges)),
+            "high": short(np.maximum.reduceat(ay, edges)),
+        }
+    if len(ay) >= LEAST_SPECTRUM:
+        freq, amplitude = (part[1:] for part in spectrum(ay, rate))
+        low = freq <= LOW_RANGE_HZ
+        shown["low"] = [short(freq[low]), short(amplitude[low])] if low.any() else None
+        shown["band"] = [short(part) for part in in_bands(freq, amplitude)]
+        hz = loop_frequency(recording)
+        if hz > 0 and len(ay) / rate * hz >= LEAST_LOOPS and np.ptp(ay) > 0:
+            shown["line"] = [short(main_line(ay, rate)), short(main_line_binfree(ay, rate, expected_hz=hz)[:2])]
+    return shown
+
+
+def _round(value: float) -> float:
+    """The next smaller of 1, 2 and 5 times a power of ten."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return power * max(step for step in (1, 2, 5) if step * power <= value * (1 + 1e-9))
+
+
+def geometry(recording: Recording, stretch: Stretch) -> dict:
+    """Lengths and outlines that the moving loop is drawn from (m), and the one scale of its forces."""
+    rig, model = Rig.model_validate(recording.meta["rig"]), stretch.loop.model
+    tooth, shoes = model.tooth, model.shoes
+    groove = rig.groove_profile
+    largest = max((np.hypot(of[:, 3], of[:, 4]).max() for of in stretch.contacts if len(of)), default=0.0)
+    bar = _round(max(largest, 1.0) / 1.2) if largest else 0.0  # the largest arrow is 1.2 to 3 bars long, none is cut
+    width = float(np.ptp(stretch.bodies[0, :, :2], axis=0).max())
+    pitch = float(model.chain.length.sum()) / rig.chain.pitches
+    arms, carriers = [], model.carriers
+    if carriers is not None:
+        arms = [
+            [int(carriers.wheel[k]) - 1, float(carriers.x[k]), float(carriers.y[k])]
+            for k in np.flatnonzero(carriers.arm)
+        ]
+    return {
+        "thickness": 2 * model.wheels.half_thickness,
+        "arc": rig.chain.connector_radius,
+        "teeth": tooth.teeth if tooth.present else 0,
+        "sensor": [rig.sensor.pitch, rig.sensor.x, rig.sensor.y],
+        "sprocket": [float(model.wheels.x[0]), float(model.wheels.y[0])],
+        "addendum": groove.addendum,
+        "outline": np.round(groove.profile(8), 5).tolist(),
+        "areas": np.round(_arcs(tooth), 5).tolist(),
+        "links": [
+            [int(body), float(start), float(end)]
+            for body, start, end in zip(shoes.link_body, shoes.link_start, shoes.link_end, strict=True)
+        ],
+        "arcs": [
+            [int(shoes.arc_body[k]), float(shoes.arc_x[k]), int(shoes.arc_body[k + 1]), float(shoes.arc_x[k + 1])]
+            for k in range(0, len(shoes.arc_body), 2)
+        ],
+        "arms": arms,
+        "wheels": stretch.names[1:],
+        "bars": {name: BARS[name] * size for name, size in zip(BARS, (width, groove.addendum, pitch), strict=True)},
+        "follow": 0.85 * pitch,
+        "force_bar": bar,
+        "margin": 2.4 * BARS["loop"] * width,
+    }
+
+
+def _arcs(tooth: Tooth) -> np.ndarray:
+    """(k, 9, 2) points of the arcs of a groove in its own frame, m."""
+    half = np.arccos(tooth.cos_half_angle)
+    middle = np.arctan2(tooth.direction_y, tooth.direction_x)
+    turn = middle[:, None] + np.linspace(-1, 1, 9) * half[:, None]
+    centre, radius = np.column_stack([tooth.centre_x, tooth.centre_y]), tooth.radius[:, None, None]
+    return centre[:, None, :] + radius * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+
+
+def picture(recording: Recording, stretch: Stretch) -> dict:
+    """The stretch as the page moves it: whole numbers of small units."""
+    frames, bodies = stretch.bodies.shape[:2]
+    wheels = stretch.wheels[:, 1:]
+    places = wheels[:, :, :2].reshape(frames, -1)
+    columns = np.column_stack([*stretch.bodies.transpose(2, 0, 1), places, stretch.turned])
+    low, high = np.percentile(stretch.tension, [1, 99])
+    units = [1, CONFIGURATION, CONFIGURATION, 1, 1, 1, 1]  # of side, place (m), force (N), area, groove
+    return {
+        "rpm": recording.meta["scene"]["motor_rpm"],
+        "radius": recording.meta["scene"]["ring_radius"],
+        "frames": frames,
+        "interval": stretch.interval,
+        "begin": stretch.time[0] if stretch.apart is not None else 0.0,
+        "bodies": bodies,
+        "wheels": [[float(radius)] for radius in wheels[0, :, 2]],
+        "unit": CONFIGURATION,
+        **differences(columns),
+        "contacts": [np.rint(of[:, :7] / units).astype(int).ravel().tolist() for of in map(_felt, stretch.contacts)],
+        "tension": np.rint(stretch.tension).astype(int).ravel().tolist(),
+        "low": float(low),
+        "high": float(high),
+        "ends": [f"{low:.0f}", f"{high:.0f}"],
+    }
+
+
+def _felt(contacts: np.ndarray) -> np.ndarray:
+    """Contacts whose force is half a newton or more: the others would be drawn as none."""
+    return contacts[np.hypot(contacts[:, 3], contacts[:, 4]) >= 1.0]
+
+
+def tension(stretch: Stretch) -> dict:
+    """Least and largest tension by place around the loop, and where the wheels are."""
+    pitches = stretch.loop.scene.rig.chain.pitches
+    bins = np.minimum((2 * stretch.place).astype(int), 2 * pitches - 1).ravel()
+    values = stretch.tension.ravel()
+    low, high = np.full(2 * pitches, np.inf), np.full(2 * pitches, -np.inf)
+    np.minimum.at(low, bins, values)
+    np.maximum.at(high, bins, values)
+    seen = np.isfinite(low)
+    spans = zip(stretch.names, stretch.spans.tolist(), strict=True)
+    return {
+        "place": (np.arange(2 * pitches)[seen] / 2 + 0.25).tolist(),
+        "low": short(low[seen]),
+        "high": short(high[seen]),
+        "pitches": pitches,
+        "first": short(stretch.place[0], 6),
+        "moved": short((stretch.place[:, 0] - stretch.place[0, 0]) % pitches, 6),
+        "spans": [[name, *short(span)] for name, span in spans if span[0] == span[0]],
+    }
+
+
+def shares(stretch: Stretch) -> dict | None:
+    """Time in contact by area and of the ring, % of a turn of the sprocket a passage."""
+    if not np.isfinite(stretch.shares[0, 0]):
+        return None
+    left, right = stretch.shares[:-1].T
+    return {"names": list(SIDES), "left": short(left), "right": short(right), "ring": float(stretch.shares[-1, 0])}

@@ -1,0 +1,149 @@
+"""Amplitude spectra of the link's y acceleration, simulation and sensor."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy  # its parts are loaded where they are used
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from trackdyn.measure.metrics import loop_frequency
+from trackdyn.measure.sensor import sense
+from trackdyn.plots.histories import draw_histories
+from trackdyn.plots.style import BLACK, SENSOR, SIMULATION, new_figure, styled
+from trackdyn.sensor.sensor_csv import SensorRecord
+from trackdyn.sensor.signals import BAND_HZ, LOW_RANGE_HZ, in_bands, main_line, main_line_binfree, picket_fence, spectrum
+from trackdyn.simulation.recording import Recording
+
+BINS = 4.5  # of the FFT, to both sides of the dominant peaks
+DENSE = 500  # points of the continuous spectrum
+MARK_EVERY_HZ = 25.0  # on the smoothed curves
+
+
+@dataclass(frozen=True)
+class _Curve:
+    """A spectrum with its dominant peak: as the FFT shows it, and free of scalloping loss."""
+
+    label: str
+    ay: np.ndarray
+    rate: float
+    expected_hz: float | None
+    look: dict
+    marker: str
+    hollow_size: float  # of different sizes, so that one hollow mark may stand within the other
+
+    @cached_property
+    def line(self):
+        return main_line(self.ay, self.rate)
+
+    @cached_property
+    def free(self):
+        return main_line_binfree(self.ay, self.rate, expected_hz=self.expected_hz)[:2]
+
+    @cached_property
+    def spectrum(self):
+        return spectrum(self.ay, self.rate)
+
+
+@styled
+def spectrum_figure(
+    recording: Recording, record: SensorRecord, title="", sensor_label="synthetic sensor", others=()
+) -> Figure:
+    """Single-sided amplitude spectra of the whole records.
+
+    Above: lines around the loop frequency on the curve that they sample, with the dominant peak as the paper takes it
+    (highest line of the FFT, filled mark), its value free of scalloping loss (hollow) and others. Middle: 0
+    to 2 Hz. Below: root mean square of the lines in bands of 2 Hz over the whole range. Parameters are those of
+    :func:`trackdyn.plots.histories.history_figure`; ``others`` are dominant peaks from elsewhere, such as printed
+    ones: label, frequency (Hz), amplitude (g), marker.
+    """
+    loop_hz = loop_frequency(recording)
+    simulated, measured = _curves(recording, record, sensor_label)
+    figure = new_figure(6.4)
+    main, low, whole = figure.subplots(3, 1, height_ratios=(1.3, 1.0, 1.0))
+    position, factor = picket_fence(loop_hz, recording.rate, len(simulated.ay))
+    fence = f"Loop frequency {loop_hz:.5f} Hz, bin {position:.2f} of the\nFFT, which shows a sine there with"
+    main.set_title(f"{title}. {fence} {100 * factor:.0f} % of its amplitude")
+    main.axvline(loop_hz, color=BLACK, linestyle=(0, (1, 1)), linewidth=0.8)
+    bin_hz = recording.rate / len(simulated.ay)
+    frequencies = (loop_hz, simulated.free[0], measured.free[0])
+    near = max(min(frequencies) - BINS * bin_hz, 0.1 * bin_hz), max(frequencies) + BINS * bin_hz
+    for curve in (simulated, measured):
+        _draw_main(main, curve, near)
+    look = {"linestyle": "none", "color": BLACK, "markerfacecolor": "none", "markersize": 6, "zorder": 5}
+    for what, hz, g, mark in others:
+        main.plot(hz, g, **look, marker=mark, label=f"{what}: {hz:.4g} Hz, {g:.4g} g")
+    _draw_ranges(low, whole, (simulated, measured))
+    main.set(xlim=near, ymargin=0.13, xlabel="frequency (Hz)", ylabel="amplitude (g)")
+    main.set_ylim(bottom=0)
+    figure.legend(*main.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    figure.align_ylabels()
+    return figure
+
+
+@styled
+def comparison_figure(recording: Recording, record: SensorRecord, sensor_label="sensor") -> Figure:
+    """A record beside the simulation: histories of two revolutions, spectra up to 2 Hz and over the whole range.
+
+    Parameters are those of :func:`trackdyn.plots.histories.history_figure`.
+    """
+    figure = new_figure(7.2)
+    figure.set_layout_engine("none")  # triangles outside of the axes lead the constrained one astray
+    margins = {"left": 0.12, "right": 0.97, "bottom": 0.06, "top": 0.96, "hspace": 0.55}
+    upper, lower, low, whole = figure.subplots(4, 1, gridspec_kw=margins)
+    lower.sharex(upper)
+    lower.sharey(upper)
+    draw_histories((upper, lower), recording, record, sensor_label)
+    upper.set_title(f"{recording.meta['scene']['motor_rpm']:g} rpm")
+    _draw_ranges(low, whole, _curves(recording, record, sensor_label))
+    low.legend()
+    figure.align_ylabels()
+    return figure
+
+
+def _curves(recording: Recording, record: SensorRecord, sensor_label: str) -> tuple[_Curve, _Curve]:
+    loop_hz, dashed = loop_frequency(recording), SENSOR | {"linestyle": (0, (4, 1.2))}
+    return (
+        _Curve("simulation", sense(recording).ay, recording.rate, loop_hz, SIMULATION, "o", 11),
+        _Curve(sensor_label, record.ay_g, record.rate_hz, None, dashed, "s", 7),
+    )
+
+
+def _draw_ranges(low: Axes, whole: Axes, curves: tuple[_Curve, _Curve]) -> None:
+    """Spectra of two curves up to 2 Hz, and in bands over the whole range of the first one."""
+    for curve in curves:
+        freq, amplitude = curve.spectrum
+        inside = (freq > 0) & (freq <= 1.05 * LOW_RANGE_HZ)
+        low.plot(freq[inside], amplitude[inside], linewidth=0.9, label=curve.label, **curve.look)
+        _draw_whole(whole, curve)
+    low.set(xlim=(0, LOW_RANGE_HZ), xlabel="frequency (Hz)", ylabel="amplitude (g)")
+    low.set_ylim(bottom=0)
+    whole.set(yscale="log", xlim=(0, 0.5 * curves[0].rate), xlabel="frequency (Hz)", ylabel="amplitude (g)")
+    whole.set_title(f"root mean square of the lines in bands of {BAND_HZ:g} Hz")
+
+
+def _draw_main(ax: Axes, curve: _Curve, near: tuple[float, float]) -> None:
+    """Lines of the FFT in a range of frequencies, the continuous spectrum that they sample, and the dominant peak."""
+    ay, colour = curve.ay - np.mean(curve.ay), curve.look["color"]
+    sums = scipy.signal.zoom_fft(ay, near, m=DENSE, fs=curve.rate, endpoint=True)
+    look = curve.look | {"marker": curve.marker, "markersize": 3.5, "linewidth": 0.8, "label": curve.label}
+    ax.plot(np.linspace(*near, DENSE), 2 / len(ay) * np.abs(sums), **look, markevery=[])
+    freq, lines = curve.spectrum
+    inside = (freq >= near[0]) & (freq <= near[1])
+    ax.vlines(freq[inside], 0, lines[inside], color=colour, linewidth=0.6)
+    ax.plot(freq[inside], lines[inside], linestyle="none", marker=curve.marker, markersize=3.5, color=colour)
+    filled = {"markersize": 5, "markeredgecolor": BLACK, "markeredgewidth": 0.6}
+    hollow = {"markersize": curve.hollow_size, "markerfacecolor": "none", "markeredgewidth": 1.2}
+    common = {"linestyle": "none", "marker": curve.marker, "color": colour, "zorder": 4}
+    for name, (hz, g), look in (("FFT", curve.line, filled), ("bin-free", curve.free, hollow)):
+        ax.plot(hz, g, **common, **look, label=f"{name}: {hz:.4f} Hz, {g:.3f} g")
+
+
+def _draw_whole(ax: Axes, curve: _Curve) -> None:
+    middle, smooth = in_bands(*(part[1:] for part in curve.spectrum))
+    every = max(1, round(MARK_EVERY_HZ / BAND_HZ))
+    begin = 0 if curve.marker == "o" else every // 2  # marks of the two curves stand beside each other
+    mark = {"marker": curve.marker, "markersize": 4, "markeredgecolor": BLACK, "markeredgewidth": 0.5}
+    look = curve.look | mark | {"linewidth": 1.1, "zorder": 3, "label": curve.label}
+    ax.plot(middle, smooth, **look, markevery=(begin, every))

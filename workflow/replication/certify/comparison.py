@@ -1,0 +1,132 @@
+"""Two runs side by side: which figure or table differs, and by how much.
+
+On one kind of machine equal runs are equal byte for byte. Between kinds of processor the last digits differ
+(docs/certify.md has what was measured), so that the numbers of tables are compared.
+"""
+
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from replication.certify.manifest import read_cells
+from trackdyn.parameters.validation import shown
+
+# Written before the runs that test it: tables are written with six digits or more, a last digit that turns over is at
+# most 1e-5 of a value, and two may.
+RELATIVE = 2e-5
+# What is rounding and nothing else, and how large it may be: the tests hold the loop closed to 1e-10 m.
+ROUNDING = {"loop_gap_max_m": 1e-10, "gap_before_projection_m": 1e-9, "loop_gap_m": 1e-10, "gap_m": 1e-10}
+# of a change below which nothing is printed, relative to the largest value of its column
+NOTHING = 1e-9
+EQUAL, WITHIN, BYTES, DIFFERS, MISSING, EXTRA = "equal", "within", "bytes", "differs", "missing", "extra"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Result of the comparison of one file.
+
+    Attributes
+    ----------
+    name, shows : str
+        The file below the results, and the figure or table that it shows, or nothing.
+    status : str
+        ``equal`` byte for byte (columns of times left out); ``within`` the tolerance between processors; ``bytes``: no
+        more is known than that bytes differ, and the tables tell whether it matters; ``differs``; ``missing``;
+        ``extra``: not in the manifest.
+    text : str
+        By how much, and where.
+    """
+
+    name: str
+    shows: str
+    status: str
+    text: str = ""
+
+
+def compare(found: dict[str, Any], expected: dict[str, Any]) -> list[Finding]:
+    """Compare the files of two manifests.
+
+    Parameters
+    ----------
+    found, expected : dict
+        Manifests, from `manifest.describe` or `manifest.load_manifest`.
+
+    Returns
+    -------
+    list of Finding
+        One per file of either manifest, by name; files that hold times are omitted.
+    """
+    ours, theirs = found["files"], expected["files"]
+    timed = {*found["hold_times"], *expected["hold_times"]}
+    return [
+        Finding(name, (ours.get(name) or theirs[name]).get("shows", ""), *_judge(ours.get(name), theirs.get(name)))
+        for name in sorted({*ours, *theirs} - timed)
+    ]
+
+
+def summary(findings: Iterable[Finding]) -> str:
+    """Count the findings of each status, in one line."""
+    counts = Counter(finding.status for finding in findings)
+    words = {
+        EQUAL: "equal",
+        WITHIN: "within the tolerance between processors",
+        BYTES: "known by their bytes alone, which differ",
+        DIFFERS: "different",
+        MISSING: "missing",
+        EXTRA: "not in the manifest",
+    }
+    return ", ".join(f"{counts[status]} {word}" for status, word in words.items() if counts[status])
+
+
+def failed(findings: Iterable[Finding], exact: bool = False) -> list[Finding]:
+    """Return the findings that contradict the manifest.
+
+    Parameters
+    ----------
+    findings : iterable of Finding
+    exact : bool
+        Also those that are within the tolerance, or whose bytes differ.
+
+    Returns
+    -------
+    list of Finding
+    """
+    bad = {DIFFERS, MISSING} | ({WITHIN, BYTES} if exact else set())
+    return [finding for finding in findings if finding.status in bad]
+
+
+def _judge(ours: dict | None, theirs: dict | None) -> tuple[str, str]:
+    """Status and text of a file from its entries of two manifests."""
+    if ours is None or theirs is None:
+        return (MISSING, "") if ours is None else (EXTRA, "")
+    if ours["sha256"] == theirs["sha256"]:
+        return EQUAL, ""
+    if "text" not in ours or "text" not in theirs:
+        return BYTES, "bytes differ; the manifest holds no numbers of it"
+    try:
+        return _tables(read_cells(ours["text"]), read_cells(theirs["text"]))
+    except ValueError:  # pandas' own are such, too
+        return DIFFERS, "is no table"
+
+
+def _tables(ours: pd.DataFrame, theirs: pd.DataFrame) -> tuple[str, str]:
+    if list(ours) != list(theirs):
+        other = sorted(set(ours) ^ set(theirs))
+        return DIFFERS, f"columns differ: {', '.join(other[:3])}" if other else "the order of the columns differs"
+    if len(ours) != len(theirs):
+        return DIFFERS, f"{len(ours)} rows, expected {len(theirs)}"
+    bad = []
+    for name in ours:
+        a, b = (pd.to_numeric(table[name], errors="coerce").to_numpy(float) for table in (ours, theirs))
+        floor = max(NOTHING * np.max(np.abs(b), initial=0.0, where=np.isfinite(b)), ROUNDING.get(name, 0.0))
+        same = (ours[name] == theirs[name]) | np.isclose(a, b, rtol=RELATIVE, atol=floor)
+        bad += [(name, row) for row in ours.index[~same]]
+    if not bad:
+        return WITHIN, "its numbers are within the tolerance"
+    name, row = bad[0]
+    text = f"{name} in row {row + 1} is {shown(ours[name][row])[1:-1]}, expected {shown(theirs[name][row])[1:-1]}"
+    return DIFFERS, text + (f"; {len(bad)} values are out of tolerance" if len(bad) > 1 else "")

@@ -1,0 +1,186 @@
+"""A provenance crate: the results of a run with the workflow, its inputs and what says so, in one zip file.
+
+After the profile Workflow Run Crate 0.5 of RO-Crate 1.1, so that others can read who made what from what.
+"""
+
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from replication.certify.comparison import compare, failed, summary
+from replication.certify.manifest import NAME, describe, load_manifest
+from replication.certify.provenance import file_hash
+from trackdyn.errors import InputError
+from trackdyn.extras import required
+from trackdyn.files import replacing
+
+ROOT = Path(__file__).parents[3]
+CRATE = "crate.zip"
+PROFILES = {
+    "https://w3id.org/ro/wfrun/process/0.5": "Process Run Crate",
+    "https://w3id.org/ro/wfrun/workflow/0.5": "Workflow Run Crate",
+    "https://w3id.org/workflowhub/workflow-ro-crate/1.0": "Workflow RO-Crate",
+}
+# what runs: the workflow and the program, as they stand beside each other in the repository
+PROGRAM = (
+    "workflow",
+    "trackdyn",
+    "trackdyn_command.py",
+    "profiles",
+    "pyproject.toml",
+    "requirements.lock",
+    "LICENSE",
+    "CITATION.cff",
+)
+FORMATS = {
+    ".py": "text/x-python",
+    ".smk": "text/x-python",
+    ".js": "text/javascript",
+    ".css": "text/css",
+    ".toml": "application/toml",
+    ".j2": "text/plain",
+    ".lock": "text/plain",
+    ".cff": "application/yaml",
+    "": "text/plain",
+    ".csv": "text/csv",
+    ".md": "text/markdown",
+    ".json": "application/json",
+    ".png": "image/png",
+    ".svg": "image/svg+xml",
+    ".gif": "image/gif",
+    ".html": "text/html",
+    ".yaml": "application/yaml",
+    ".npz": "application/zip",
+}
+
+
+def write_crate(
+    results: Path | str, out: Path | str | None = None, recordings: bool = False, agent: str | None = None
+) -> Path:
+    """Write the crate of a run as a zip file.
+
+    Parameters
+    ----------
+    results : path
+        Results of a run with their ``manifest.json``, whose hashes they must have.
+    out : path, optional
+        ``crate.zip`` among the results if not given.
+    recordings : bool
+        With the recordings, which are most of a run.
+    agent : str, optional
+        Who ran it.
+
+    Returns
+    -------
+    path
+        The file.
+
+    Raises
+    ------
+    InputError
+        The manifest is missing, results or inputs are no longer those of the manifest, or the package rocrate is not
+        installed.
+    """
+    ROCrate = required("rocrate.rocrate").ROCrate
+    results = Path(results)
+    manifest = load_manifest(results / NAME)
+    for name, digest in manifest["inputs"].items():
+        if not (ROOT / name).is_file() or file_hash(ROOT / name) != digest:
+            raise InputError(f"{name}: is an input of the run and no longer what it was; run `snakemake -j2` again")
+    present = describe(results)
+    findings = compare(present, manifest)
+    changed = [finding.name for finding in failed(findings, exact=True)]
+    if changed:
+        raise InputError(
+            f"{results}: {summary(findings)} ({changed[0]}); `snakemake -j2 --forcerun manifest` after a look at them"
+        )
+    crate = ROCrate(version="1.1")
+    _fill(crate, results, manifest | {"hold_times": present["hold_times"]}, recordings, agent)
+    place = results / CRATE if out is None else Path(out)
+    with replacing(place) as part:
+        crate.write_zip(part)
+    return place
+
+
+def _fill(crate: Any, results: Path, manifest: dict[str, Any], recordings: bool, agent: str | None) -> None:
+    """Entities of a crate: the workflow, the program, inputs, results, and the run that joins them."""
+    from rocrate.model import ContextEntity
+
+    def context(place: str, kind: str, **properties) -> Any:
+        return crate.add(ContextEntity(crate, place, properties={"@type": kind, **properties}))
+
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    made = datetime.fromtimestamp((results / NAME).stat().st_mtime, UTC).isoformat(timespec="seconds")
+    root = crate.root_dataset
+    root["conformsTo"] = [
+        context(place, "CreativeWork", name=title, version=place.rpartition("/")[2])
+        for place, title in PROFILES.items()
+    ]
+    paper = cited["references"][0]
+    root["name"] = "A run of trackdyn"
+    root["description"] = (
+        f"{cited['abstract']} Figures, tables and claims of one run, with the workflow and its inputs."
+    )
+    root["datePublished"] = made
+    root["license"] = context("https://spdx.org/licenses/MIT", "CreativeWork", name="MIT License")
+    root["citation"] = context(f"https://doi.org/{paper['doi']}", "ScholarlyArticle", name=paper["title"])
+    root["author"] = author = context("#authors", "Organization", name=cited["authors"][0]["name"])
+    crate.metadata.extra_terms["sha256"] = "http://schema.org/sha256"  # younger than the context of RO-Crate 1.1
+
+    workflow = crate.add_workflow(
+        ROOT / "Snakefile",
+        "Snakefile",
+        main=True,
+        lang="snakemake",
+        lang_version=manifest["made_with"]["versions"]["snakemake"],
+        properties={
+            "name": cited["title"],
+            "version": manifest["made_with"]["trackdyn"],
+            "author": author,
+            "license": root["license"],
+            "encodingFormat": FORMATS[".smk"],
+        },
+    )
+    for place in PROGRAM:
+        for path in [ROOT / place] if (ROOT / place).is_file() else sorted((ROOT / place).rglob("*")):
+            if path.is_file() and path.suffix in FORMATS:
+                _file(crate, path, path.relative_to(ROOT).as_posix(), None, path.name)
+    _file(crate, ROOT / "README.md", "README.md", None, "README.md")["about"] = root
+
+    inputs = []
+    for name, digest in manifest["inputs"].items():
+        dest = f"inputs/{Path(name).name}" if Path(name).is_absolute() else name
+        inputs.append(_file(crate, ROOT / name, dest, digest, f"input: {name}"))
+        parameter = context(
+            f"#input-{len(inputs)}", "FormalParameter", name=name, additionalType="File", workExample=inputs[-1]
+        )
+        inputs[-1]["exampleOfWork"] = parameter
+        workflow.append_to("input", parameter)
+
+    outcome = [
+        _file(crate, results / NAME, f"results/{NAME}", None, "hashes of all results, and the numbers of the tables")
+    ]
+    for name, entry in manifest["files"].items():
+        if recordings or not name.endswith(".npz"):
+            digest = None if "times" in entry else entry["sha256"]
+            outcome.append(_file(crate, results / name, f"results/{name}", digest, entry.get("shows", name)))
+    for name in manifest["hold_times"]:
+        if recordings or not name.endswith(".cost.json"):
+            outcome.append(
+                _file(crate, results / name, f"results/{name}", None, f"{name}; holds times, which no two runs share")
+            )
+
+    run = context(
+        "#run", "CreateAction", name="The run", instrument=workflow, object=inputs, result=outcome, endTime=made
+    )
+    run["description"] = "snakemake, from the inputs to the results; endTime is when the manifest was written"
+    if agent:
+        run["agent"] = context("#agent", "Person", name=agent)
+    root["mentions"] = run
+
+
+def _file(crate: Any, path: Path, dest: str, digest: str | None, name: str) -> Any:
+    properties = {"name": name, "encodingFormat": FORMATS[path.suffix], "contentSize": str(path.stat().st_size)}
+    return crate.add_file(path, dest, properties=properties | ({"sha256": digest} if digest else {}))

@@ -1,0 +1,232 @@
+"""The manifest of a results folder: a hash of every file that a run makes, and the numbers of its tables."""
+
+import hashlib
+import io
+import json
+import platform
+import re
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated, Any
+
+import pandas as pd
+from pydantic import Field
+
+from replication.certify.provenance import PACKAGES, file_hash, package_hash, package_version
+from trackdyn.errors import InputError
+from trackdyn.files import read_text, write_text
+from trackdyn.jit import source_hash, target_hash
+from replication.paper.contents import OWN, PAPER, STUDIES
+from trackdyn.parameters.validation import Section, shown, validated
+from trackdyn.version import __version__
+
+FORMAT = 2
+NAME = "manifest.json"
+LARGEST = 50_000_000  # bytes of a manifest that is read; that of the full run has less than one million
+# a longer table is known by its hash only
+LONGEST_TEXT = 120_000
+KINDS = {".png", ".svg", ".gif", ".csv", ".md", ".json", ".npz", ".html"}
+# Times of computing and memory, which no two runs share, and what follows from them: the planner takes what was
+# cheapest, the page shows the costs.
+TIMES = re.compile(
+    r"(.*/)?(tables/costs\.(csv|md)|tables/fidelity\.md|tables/trade\.md|figures/(trade_\w+|extremes_long_run)\.(png|svg)"
+    r"|planner\.csv|promises_[^/]+\.csv)"
+    r"|.*\.cost\.json|report\.html|plan\.json"
+)
+TIMED_COLUMN = re.compile(r"(start_)?(wall|cpu)_s(_per_s)?|resident_mb")
+
+
+Hash = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+
+
+class File(Section):
+    """What is known of a file; see `describe`."""
+
+    sha256: Hash
+    bytes: int
+    shows: str = ""
+    times: list[str] = Field(default_factory=list)
+    text: str = ""
+
+
+class MadeWith(Section):
+    """Program and machine."""
+
+    trackdyn: str
+    sources: str
+    package: Hash
+    target: str
+    python: str
+    machine: str
+    system: str
+    versions: dict[str, str]
+
+
+class Manifest(Section):
+    """What a manifest must hold."""
+
+    format: int
+    made_with: MadeWith
+    inputs: dict[str, Hash]
+    files: dict[str, File]
+    hold_times: list[str]
+
+
+def run_files(results: Path | str) -> list[str]:
+    """List the files that a run has made, without logs, costs and files of another run.
+
+    Parameters
+    ----------
+    results : path
+        Folder of a run.
+
+    Returns
+    -------
+    list of str
+        Names relative to the folder, sorted.
+
+    Raises
+    ------
+    InputError
+        There is no such folder, or it has no figure, table or recording.
+    """
+    results = Path(results)
+    if not results.is_dir():
+        raise InputError(f"{results}: no such folder; give the results of a run, such as results")
+    # a folder with kernels of its own, such as results/quick, is another run
+    others = [path.parent for path in results.rglob("kernels") if path.parent != results]
+    found = []
+    for path in sorted(results.rglob("*")):
+        place = path.relative_to(results)
+        beside = place.parts[0] in ("logs", "benchmarks", "kernels", NAME, "ro-crate-metadata.json")
+        hidden = any(part.startswith(".") for part in place.parts)
+        foreign = any(path.is_relative_to(other) for other in others)
+        if path.suffix in KINDS and path.is_file() and not (beside or hidden or foreign):
+            found.append(place.as_posix())
+    if not found:
+        raise InputError(f"{results}: holds no figure, table or recording; make them with `snakemake -j2`")
+    return found
+
+
+def describe(results: Path | str, inputs: Iterable[Path | str] = (), whole: bool = False) -> dict[str, Any]:
+    """Describe a results folder by hashes and numbers.
+
+    Parameters
+    ----------
+    results : path
+        Folder of a run.
+    inputs : iterable of path
+        What the run was made from.
+    whole : bool
+        Keep the text of long tables, too: for a comparison of two folders.
+
+    Returns
+    -------
+    dict
+        ``made_with``, ``inputs`` with their hashes, ``files`` by name, each with ``bytes``, ``sha256`` and, as it has
+        them, ``shows`` (the figure or table), ``times`` (columns that were left out of the hash) and ``text`` (of a
+        table), and ``hold_times``, the files that are not compared.
+
+    Raises
+    ------
+    InputError
+        As `run_files`.
+    """
+    names = run_files(results)
+    shows = _shows(Path(results))
+    timed = [name for name in names if TIMES.fullmatch(name)]
+    files = {}
+    for name in names:
+        if name not in timed:
+            files[name] = _entry(Path(results, name), whole) | ({"shows": shows[name]} if name in shows else {})
+    made_with = {"trackdyn": __version__, "sources": source_hash(), "package": package_hash(), "target": target_hash()}
+    made_with |= {"python": platform.python_version(), "machine": platform.machine(), "system": platform.system()}
+    made_with |= {"versions": {name: package_version(name) for name in PACKAGES}}
+    hashes = {Path(path).as_posix(): file_hash(path) for path in inputs}
+    return {"format": FORMAT, "made_with": made_with, "inputs": hashes, "files": files, "hold_times": timed}
+
+
+def write_manifest(results: Path | str, inputs: Iterable[Path | str] = ()) -> Path:
+    """Write ``manifest.json`` into a results folder; the same results give the same bytes.
+
+    Parameters
+    ----------
+    results : path
+        Folder of a run.
+    inputs : iterable of path
+        What the run was made from.
+
+    Returns
+    -------
+    path
+        The manifest.
+
+    Raises
+    ------
+    InputError
+        As `run_files`.
+    """
+    place = Path(results, NAME)
+    write_text(place, json.dumps(describe(results, inputs), indent=1, ensure_ascii=False) + "\n")
+    return place
+
+
+def load_manifest(path: Path | str) -> dict[str, Any]:
+    """Read a manifest.
+
+    Parameters
+    ----------
+    path : path
+        ``manifest.json``.
+
+    Returns
+    -------
+    dict
+        As `describe`.
+
+    Raises
+    ------
+    InputError
+        The file is missing, damaged, no manifest, or has another format.
+    """
+    try:
+        data = json.loads(read_text(path, "manifest", LARGEST))
+    except (ValueError, RecursionError):
+        raise InputError(f"{path}: not a trackdyn manifest, or damaged; make one by `snakemake -j2`") from None
+    if isinstance(data, dict) and data.get("format", FORMAT) != FORMAT:
+        raise InputError(
+            f"{path}: has manifest format {shown(data['format'])}, this version reads {FORMAT}; write it again"
+        )
+    validated(Manifest, data, str(path), "`snakemake -j2` makes a manifest")
+    return data
+
+
+def read_cells(text: str) -> pd.DataFrame:
+    """A CSV as it is written, every cell a text."""
+    return pd.read_csv(io.StringIO(text), dtype=str, keep_default_na=False)
+
+
+def _shows(results: Path) -> dict[str, str]:
+    """File names to labels such as ``Figure 24``, or the title of one of our own."""
+    found = {}
+    for item in (*PAPER, *OWN, *STUDIES):
+        for folder in (results, results / "short"):
+            for path in item.files(folder):
+                for twin in (path, path.with_suffix(".svg"), path.with_suffix(".md")):
+                    found[twin.relative_to(results).as_posix()] = item.label or item.title
+    return found
+
+
+def _entry(path: Path, whole: bool) -> dict[str, Any]:
+    data = path.read_bytes()
+    entry: dict[str, Any] = {"bytes": len(data)}
+    if path.suffix == ".csv" and not data.startswith(b"#"):
+        text = data.decode("utf-8")
+        times = [name for name in text.partition("\n")[0].split(",") if TIMED_COLUMN.fullmatch(name)]
+        if times:
+            text = read_cells(text).drop(columns=times).to_csv(index=False, lineterminator="\n")
+            data = text.encode("utf-8")
+            entry = {"bytes": len(data), "times": times}
+        if whole or len(data) <= LONGEST_TEXT:
+            entry["text"] = text
+    return {"sha256": hashlib.sha256(data).hexdigest(), **entry}

@@ -1,0 +1,49 @@
+"""The commands about results of the pipeline: ``trackdyn verify`` and ``trackdyn crate``."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from trackdyn.commands.options import file_option
+from trackdyn.errors import InputError
+
+
+def verify(
+    results: Annotated[Path, typer.Argument(help="Results of a run, such as results.")],
+    against: Annotated[
+        Path | None, typer.Option(help="Manifest, or folder, of another run; the manifest in RESULTS by default.")
+    ] = None,
+    exact: Annotated[bool, typer.Option("--exact", help="Byte for byte, as runs on one kind of machine are.")] = False,
+) -> None:
+    """Compare the results of a run with a manifest: which figure or table differs, and by how much."""
+    from replication.certify.comparison import EQUAL, compare, failed, summary
+    from replication.certify.manifest import NAME, describe, load_manifest
+
+    place = results / NAME if against is None else against
+    expected = describe(place, whole=True) if place.is_dir() else load_manifest(place)
+    findings = compare(describe(results, whole=place.is_dir()), expected)
+    for finding in findings:
+        if finding.status != EQUAL:
+            typer.echo(
+                f"{finding.status:>8}  {finding.name}  {finding.shows and f'({finding.shows}) '}{finding.text}".rstrip()
+            )
+    typer.echo(summary(findings))
+    if bad := failed(findings, exact):
+        raise InputError(f"{results}: {len(bad)} of {len(findings)} files are not those of {place}")
+
+
+def crate(
+    results: Annotated[Path, typer.Argument(help="Results of a run, with their manifest.json.")],
+    out: Annotated[
+        Path | None, file_option("--out", "File to write; crate.zip among the results by default", ".zip")
+    ] = None,
+    recordings: Annotated[
+        bool, typer.Option("--recordings", help="With the recordings, which are most of a run.")
+    ] = False,
+    agent: Annotated[str | None, typer.Option(help="Who ran it, to be named in the crate.")] = None,
+) -> None:
+    """Pack a run with workflow and inputs into a provenance crate (Workflow Run RO-Crate)."""
+    from replication.certify.crate import write_crate
+
+    typer.echo(write_crate(results, out, recordings, agent))

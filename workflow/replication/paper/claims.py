@@ -1,0 +1,385 @@
+"""Every claim of the paper judged by what the runs gave, for one rig or several."""
+
+from collections.abc import Mapping
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
+
+import numpy as np
+import pandas as pd
+from pydantic import Field, model_validator
+
+from trackdyn.errors import InputError
+from trackdyn.measure.columns import TABLES, error_of
+from replication.paper import article  # noqa: F401 -- registers its measures
+from replication.paper.evidence import Evidence
+from replication.paper.measures import MEASURES, NotThere, Range
+from trackdyn.parameters.validation import Positive, Section, validated
+from trackdyn.parameters.yaml_file import read_yaml
+
+REPRODUCED = "reproduced"
+IN_TREND = "in trend"
+NOT_REPRODUCED = "not reproduced"
+NO_TEST = "no test"
+NOT_COMPARABLE = "not comparable"
+JUDGED = (REPRODUCED, IN_TREND, NOT_REPRODUCED)
+VERDICTS = (*JUDGED, NO_TEST, NOT_COMPARABLE)
+ORIGIN_WORDS = {
+    "predicted": "predictions",
+    "transfer": "claims that transfer a fit at one speed to the others",
+    "follows": "claims that follow from the fit or from kinematics",
+    "fitted": "fitted claims",
+}
+SHORT = {  # the claims of Sect. 6 that can fail, in a few words
+    "C16": "without a ring, both arcs touch at once; times of their maxima",
+    "C20": "the ring bears the force, which varies less than without it",
+    "C21": "forces grow with speed, most on the left arc, and little in all",
+    "C22": "the ring force grows with the ring radius",
+    "C23": "right-arc contact ends at a ring radius of 0.305 m",
+    "C24": "the ring radius hardly changes the left-arc force",
+    "C25": "from 0.307 m on, the left contact duration is near 10 % of a turn",
+    "C26": "the ring radius to choose is 0.308 m, the equal-pitch radius",
+}
+ORIGINS = tuple(ORIGIN_WORDS)
+SLACK = 1 + 1e-9  # on a tolerance: 0.309 - 0.308 is more than 0.001 in binary
+COLUMNS, VALUE_COLUMNS = (tuple(TABLES[name][1]) for name in ("claims", "claims_values"))
+
+
+class Claim(Section):
+    """One row of ``config/claims.yaml``, whose head explains the fields.
+
+    ``printed`` by motor speed stands for the numbers at the speeds that are judged. ``trend_tolerance`` is the
+    wider one within which a value still counts as the trend. ``scale`` is what counts as one tolerance in the distance
+    of a one-sided claim (`distance`); no verdict depends on it. ``same_data`` names a claim that is judged by the same
+    data: both count as one.
+    """
+
+    id: Annotated[str, Field(pattern=r"^C\d\d$")]
+    part: Annotated[str, Field(pattern=r"^[a-z]?$")] = ""
+    place: str
+    claim: str
+    origin: Literal["fitted", "follows", "transfer", "predicted"] | None = None
+    same_data: Annotated[str, Field(pattern=r"^(C\d\d)?$")] = ""
+    printed: Any = None
+    ours: bool = False
+    unit: str = "1"
+    speeds: Literal["all", "sect_6_1", "others"] = "all"
+    measure: str | None = None
+    rule: Literal[
+        "equal", "at_most", "at_least", "rising", "same", "every_start", "readings", "no_test", "not_comparable"
+    ]
+    tolerance: float | None = None
+    trend_tolerance: float | None = None
+    scale: Positive | None = None
+    fails_if: str = ""
+    reason: Annotated[str, Field(min_length=10)]
+    otherwise: str = ""
+
+    @property
+    def name(self) -> str:
+        """``C16b``."""
+        return self.id + self.part
+
+    @model_validator(mode="after")
+    def _complete(self):
+        if self.rule == "not_comparable":
+            return self
+        if self.measure not in MEASURES:
+            near = get_close_matches(self.measure or "", MEASURES, 1)
+            meant = f"; did you mean {near[0]!r}?" if near else "; workflow/replication/paper/measures.py has them all"
+            raise InputError(f"claim {self.name}: measure = {self.measure!r} is not a measure{meant}")
+        if self.rule in ("equal", "every_start", "readings") and self.tolerance is None:
+            raise InputError(
+                f"claim {self.name}: tolerance is missing; the rule {self.rule} needs one, with its reason"
+            )
+        if self.scale is not None and self.rule not in ("at_most", "at_least"):
+            raise InputError(f"claim {self.name}: scale belongs to at_most and at_least; {self.rule} has none")
+        if not self.origin or not self.fails_if:
+            raise InputError(f"claim {self.name}: origin or fails_if is missing; say what would have failed the claim")
+        return self
+
+
+class Claims(Section):
+    claims: Annotated[list[Claim], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _unique(self):
+        seen = [claim.name for claim in self.claims]
+        for name in seen:
+            if seen.count(name) > 1:
+                raise InputError(f"claim {name} occurs twice; give every claim its own id, every part its own letter")
+        return self
+
+
+def load_claims(path: Path | str) -> list[Claim]:
+    """Read and validate the claims.
+
+    Raises
+    ------
+    InputError
+        One sentence: unknown measure, tolerance without a reason, an id that occurs twice.
+    """
+    return validated(Claims, read_yaml(path), str(path), missing="every claim needs it").claims
+
+
+class Value(NamedTuple):
+    """One number that a claim is judged by.
+
+    Attributes
+    ----------
+    rpm : float
+        Motor speed, rev/min; NaN for a number that belongs to all speeds.
+    reading : str
+        Which of several numbers at a speed: a reading of the paper's words, ``least``, ``largest``, or a count from 1.
+    value, printed : float
+        The number, and what it is compared with; NaN for a trend.
+    distance : float
+        From what is printed, in tolerances (`distance`).
+    met : bool or None
+        Whether this number is as claimed; None where nothing is tested.
+    """
+
+    rpm: float
+    reading: str
+    value: float
+    printed: float
+    distance: float
+    met: bool | None
+
+
+class Judgement(NamedTuple):
+    """What a claim came out as: the measured value as text, the verdict, the speeds it was judged at (rev/min)."""
+
+    measured: str
+    verdict: str
+    speeds: list[float]
+
+
+def _speeds(claim: Claim, e: Evidence) -> list[float]:
+    found = e.speeds(MEASURES[claim.measure].table)
+    if claim.speeds != "all":
+        found = [rpm for rpm in found if (rpm == e.rpm) == (claim.speeds == "sect_6_1")]
+    return [rpm for rpm in found if not isinstance(claim.printed, dict) or rpm in claim.printed]
+
+
+def _bounds(claim: Claim, speeds) -> np.ndarray:
+    printed = [claim.printed[rpm] for rpm in speeds] if isinstance(claim.printed, dict) else claim.printed
+    return np.asarray(printed, dtype=float)
+
+
+def _named(claim: Claim, measured, speeds) -> list[tuple[float, str, float]]:
+    """Speed, reading and number of everything that was measured, in the order of the array that it makes."""
+    if isinstance(measured, str) or measured is None:
+        return []
+    if isinstance(measured, dict):
+        return [(rpm, name, one) for name, row in measured.items() for rpm, one in zip(speeds, row, strict=True)]
+    many = isinstance(measured, list | tuple) and not isinstance(measured, Range)
+    items = list(measured) if many else [measured]
+    by_speed = MEASURES[claim.measure].by_speed and len(items) == len(speeds)
+    found = []
+    for i, item in enumerate(items):
+        rpm = speeds[i] if by_speed else speeds[0] if len(speeds) == 1 else float("nan")
+        count = "" if by_speed or len(items) == 1 else str(i + 1)
+        parts = (("least", item.low), ("largest", item.high)) if isinstance(item, Range) else (("", item),)
+        found += [(rpm, " ".join(filter(None, (count, name))), float(one)) for name, one in parts]
+    return found
+
+
+def _values(claim: Claim, measured, speeds) -> tuple[Value, ...]:
+    """The numbers of a measure, each with its own distance and test."""
+    if not (found := _named(claim, measured, speeds)):
+        return ()
+    numbers = np.array([one for _, _, one in found])
+    one_sided = claim.rule in ("at_most", "at_least")
+    printed = np.full(len(numbers), np.nan)
+    away, met = printed.copy(), [None] * len(numbers)
+    compared = one_sided or claim.rule in ("equal", "every_start", "readings")
+    if compared or (claim.rule == "no_test" and claim.printed is not None):
+        shape = np.shape(list(measured.values()) if isinstance(measured, dict) else measured)
+        printed = np.broadcast_to(_bounds(claim, speeds), shape).ravel()
+    if compared:
+        off = numbers - printed
+        side = -off if claim.rule == "at_least" else off if claim.rule == "at_most" else np.abs(off)
+        met = list((side <= (0 if one_sided else SLACK * claim.tolerance)) & np.isfinite(numbers))
+        if not one_sided or claim.scale:
+            away = np.maximum(0.0, 1 + side / claim.scale) if one_sided else side / claim.tolerance
+            away = np.where(np.isfinite(off), away, np.inf)
+    elif claim.rule == "rising":
+        met = list(np.isfinite(numbers) & (np.diff(numbers, prepend=-np.inf) > 0))
+    rows = zip(found, printed, away, met, strict=True)
+    return tuple(
+        Value(*name, float(bound), float(far), None if good is None else bool(good)) for name, bound, far, good in rows
+    )
+
+
+def _verdict(claim: Claim, measured, values: tuple[Value, ...]) -> str:
+    if claim.rule == "same":
+        return REPRODUCED if measured == claim.printed else NOT_REPRODUCED
+    if claim.rule == "readings":
+        holds = [all(one.met for one in values if one.reading == name) for name in measured]
+        return REPRODUCED if all(holds) else IN_TREND if any(holds) else NOT_REPRODUCED
+    if not all(np.isfinite(one.value) for one in values):
+        return NOT_REPRODUCED
+    if claim.rule == "rising" and len(values) < 2:
+        return NOT_REPRODUCED
+    if all(one.met for one in values):
+        return REPRODUCED
+    some = claim.rule == "every_start" and any(one.met for one in values)
+    wide = claim.trend_tolerance is not None and all(
+        abs(one.value - one.printed) <= SLACK * claim.trend_tolerance for one in values
+    )
+    return IN_TREND if some or wide else NOT_REPRODUCED
+
+
+def judge(claim: Claim, e: Evidence) -> Judgement:
+    """Judge a claim by the evidence of one rig."""
+    return examine(claim, e)[0]
+
+
+def examine(claim: Claim, e: Evidence) -> tuple[Judgement, tuple[Value, ...]]:
+    """Judge a claim, and the numbers that the verdict is made from: none for text, and for what is not comparable."""
+    if claim.rule == "not_comparable":
+        return Judgement("", NOT_COMPARABLE, list(claim.printed) if isinstance(claim.printed, dict) else []), ()
+    speeds = _speeds(claim, e)
+    try:
+        if not speeds:
+            raise NotThere("not run")
+        measured = MEASURES[claim.measure].of(e, speeds)
+    except NotThere as missing:
+        return Judgement(str(missing), NOT_COMPARABLE, speeds), ()
+    text, values = _text(measured), _values(claim, measured, speeds)
+    if claim.rule == "every_start":
+        text = f"{_text(Range(min(measured), max(measured)))}; {sum(one.met for one in values)} of {len(values)} starts"
+    verdict = NO_TEST if claim.rule == "no_test" else _verdict(claim, measured, values)
+    return Judgement(text, verdict, speeds), values
+
+
+def distance(claim: Claim, e: Evidence) -> float:
+    """How far from its bound a claim is, in tolerances: it is reproduced where the distance is at most 1.
+
+    The largest difference from what is printed over the tolerance, over all values that are judged. A one-sided claim
+    is at 1 on its bound, one `Claim.scale` beyond it at 2, one or more on the good side of it at 0.
+
+    Returns
+    -------
+    float
+        Infinite where something that is asked for never happens; NaN where there is no distance: text, a trend, a
+        one-sided claim without a scale, what is no test or was not run.
+    """
+    return max((one.distance for one in examine(claim, e)[1]), default=float("nan"))
+
+
+def _text(value) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, dict):
+        return "; ".join(f"{name}: {_text(one)}" for name, one in value.items())
+    if isinstance(value, Range):
+        return f"{_text(value.low)} to {_text(value.high)}"
+    if isinstance(value, list | tuple):
+        return ("; " if any(isinstance(item, Range) for item in value) else ", ").join(map(_text, value))
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def printed_text(claim: Claim, speeds=()) -> str:
+    """What there is to compare with: a printed number, a bound that we read into the paper's words, or only words.
+
+    Empty if the claim is not judged and nothing is printed.
+    """
+    if claim.rule == "rising":
+        return "in words"
+    value = claim.printed
+    text = _text([value[rpm] for rpm in speeds]) if isinstance(value, dict) else _text(value)
+    return f"ours: {claim.rule.replace('_', ' ')} {text}" if claim.ours else text
+
+
+def _row(rig: str, claim: Claim, found: Judgement) -> dict:
+    measured, verdict, speeds = found
+    reasons = [claim.reason] if verdict in (REPRODUCED, NOT_COMPARABLE) else [claim.reason, claim.otherwise]
+    return {
+        **claim.model_dump(include={"id", "part", "place", "claim", "unit", "fails_if"}),
+        "rig": rig,
+        "printed": printed_text(claim, speeds),
+        "measured": measured,
+        "tolerance": _text(claim.tolerance),
+        "verdict": verdict,
+        "origin": claim.origin or "",
+        "counts_as": claim.same_data or claim.id,
+        "speeds": ", ".join(f"{rpm:g}" for rpm in speeds),
+        "by_speed": verdict != NOT_COMPARABLE and MEASURES[claim.measure].by_speed,
+        "reason": " ".join(filter(None, reasons)),
+    }
+
+
+def _standard_error(claim: Claim, e: Evidence, rpm: float) -> float:
+    """Standard error of a number that is a column of the long records; NaN for others."""
+    column = MEASURES[claim.measure].column
+    if not column:
+        return float("nan")
+    row = e.records([rpm]).iloc[0]
+    return float(row.get(error_of(column), np.nan))
+
+
+def _value_rows(rig: str, claim: Claim, e: Evidence, found: Judgement, values: tuple[Value, ...]) -> list[dict]:
+    of_claim = claim.model_dump(include={"id", "part", "unit", "rule", "tolerance"})
+    return [
+        {"rig": rig, **of_claim, **one._asdict(), "standard_error": _standard_error(claim, e, one.rpm),
+         "verdict": found.verdict}
+        for one in values
+    ]  # fmt: skip
+
+
+def judge_all(claims: list[Claim], rigs: Mapping[str, Evidence]) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """The scorecard and its numbers.
+
+    Returns
+    -------
+    card : DataFrame
+        A row for every rig and part of a claim, columns ``COLUMNS``.
+    values : DataFrame
+        A row for every number that a verdict is made from, columns ``VALUE_COLUMNS``.
+    """
+    judged = [(rig, claim, e, *examine(claim, e)) for rig, e in rigs.items() for claim in claims]
+    card = [_row(rig, claim, found) for rig, claim, _, found, _ in judged]
+    values = [row for one in judged for row in _value_rows(*one)]
+    return pd.DataFrame(card, columns=list(COLUMNS)), pd.DataFrame(values, columns=list(VALUE_COLUMNS))
+
+
+def counts(card: pd.DataFrame) -> pd.DataFrame:
+    """Count the claims that are reproduced: every judged part of one origin is.
+
+    Returns
+    -------
+    DataFrame
+        A row for every rig and origin: ``rig, origin, claims, came_out``. A claim without a judged part counts
+        nowhere, one whose parts have two origins once for each, and claims that share their data as one.
+    """
+    judged = card[card["verdict"].isin(JUDGED)]
+    whole = (judged["verdict"] == REPRODUCED).groupby([judged["rig"], judged["origin"], judged["counts_as"]]).all()
+    rows = [
+        {"rig": rig, "origin": origin, "claims": len(found), "came_out": int(found.sum())}
+        for rig in dict.fromkeys(card["rig"])
+        for origin in ORIGINS
+        for found in [whole[[key[:2] == (rig, origin) for key in whole.index]]]
+    ]
+    return pd.DataFrame(rows, columns=["rig", "origin", "claims", "came_out"])
+
+
+def headline(card: pd.DataFrame, rig: str) -> str:
+    """How many claims of each origin a rig reproduces, in one sentence, predictions first."""
+    found = counts(card).query("rig == @rig and claims > 0")
+    said = [f"{row.came_out} of {row.claims} {ORIGIN_WORDS[row.origin]}" for row in found.itertuples()]
+    return f"Reproduced: {', '.join(said)}."
+
+
+def side_by_side(card: pd.DataFrame) -> pd.DataFrame:
+    """The scorecard with a row a part, and measured value and verdict of every rig in columns of their own."""
+    rigs = list(dict.fromkeys(card["rig"]))
+    shown = ["id", "part", "place", "claim", "origin", "printed", "tolerance", "unit", "speeds"]
+    parts = {rig: card[card["rig"] == rig].set_index(["id", "part"]) for rig in rigs}
+    table = parts[rigs[0]].reset_index()[shown]
+    for rig, rows in parts.items():
+        before = f"{rig}: " if len(rigs) > 1 else ""
+        for name in ("measured", "verdict"):
+            table[before + name] = rows[name].to_numpy()
+    return table.join(parts[rigs[0]].reset_index()[["fails_if"]])

@@ -1,0 +1,321 @@
+"""Named measures of the evidence: what each claim compares with what is printed."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from trackdyn.measure.meshing import TOUCHING, serving_radius
+from replication.paper.evidence import Evidence, NotThere, Range
+from trackdyn.parameters.groove import equal_pitch_radius
+
+# Two readings of a maximum, neither of which is the spike of a touch-down (`measure.meshing.smoothed_maxima`).
+READINGS = ("maximum, mean over 0.01 s", "maximum, after the touch")
+SAME = 1e-9  # radii are compared with printed ones, m
+
+
+class Measure(NamedTuple):
+    """A measure: function of the evidence and the speeds that are judged, the runs whose speeds those are, whether
+    it gives a value for each of them, and the column of ``metrics.csv`` that it reads, if it is one."""
+
+    of: Callable[[Evidence, list[float]], Any]
+    table: str
+    by_speed: bool
+    column: str = ""
+
+
+MEASURES: dict[str, Measure] = {}
+
+
+def measure(table: str, by_speed: bool = False):
+    """Register a measure under its function's name; ``table`` names the runs that it looks at."""
+
+    def register(function):
+        MEASURES[function.__name__] = Measure(function, table, by_speed)
+        return function
+
+    return register
+
+
+def alike(function, table: str, by_speed: bool = False, **of) -> None:
+    """Register measures that are one function of something (a column, a run, events), by their names."""
+    for name, what in of.items():
+        MEASURES[name] = Measure(partial(function, what), table, by_speed, what if function is _values else "")
+
+
+def _range(values) -> Range:
+    values = np.asarray(values, dtype=float)
+    return Range(float(values.min()), float(values.max()))
+
+
+def _over(value, reference):
+    """A ratio: infinite over nothing, NaN of nothing over nothing."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.divide(value, reference)
+
+
+def _some(values):
+    """The values, if there are any."""
+    if not len(values):
+        raise NotThere("not run")
+    return values
+
+
+def _from(values, radius: float):
+    """Part of a table by radius that begins at one."""
+    return _some(values[values.index >= radius - SAME])
+
+
+def _below(values, radius: float):
+    """Part of a table by radius that ends before one."""
+    return _some(values[values.index < radius - SAME])
+
+
+# Long records (Sect. 5)
+
+
+def _column(e: Evidence, speeds, name: str, missing: str = "not recorded"):
+    rows = e.records(speeds)
+    if name not in rows or rows[name].isna().all():
+        raise NotThere(missing)
+    return rows[name]
+
+
+def _values(column, e, speeds):
+    """A column of the long records (`measure.columns`), at every speed."""
+    return _column(e, speeds, column).tolist()
+
+
+def _largest(column, e, speeds):
+    """Its largest value."""
+    return float(_column(e, speeds, column).max())
+
+
+def _by_start(column, e, speeds):
+    """A column of records that begin anywhere in a turn of the loop."""
+    return _some(e.starts[e.starts["rpm"].isin(speeds)] if len(e.starts) else e.starts)[column].tolist()
+
+
+alike(_values, "records", by_speed=True, rms="rms_g", sd="sd_g", high_frequency="high_frequency_g")
+alike(_values, "records", by_speed=True, line_frequencies="line_hz", line_amplitudes="line_g")
+alike(_values, "records", by_speed=True, line_frequencies_binfree="line_hz_binfree")
+alike(_largest, "records", gap_after_projection="loop_gap_max_m", gap_before_projection="gap_before_projection_m")
+alike(_largest, "records", velocity_gap="velocity_gap_m_s")
+alike(_by_start, "records", line_frequencies_by_start="line_hz", line_amplitudes_by_start="line_g")
+
+
+@measure("records", by_speed=True)
+def coarse_rms_difference(e, speeds):
+    """RMS of the y acceleration with three surfaces a groove over that with ten arcs, less one, %, at every speed."""
+    coarse = e.metrics.set_index("run")["rms_g"].reindex([f"coarse/{rpm:g}rpm" for rpm in speeds])
+    if coarse.isna().any():
+        raise NotThere("not run")
+    return (100 * (coarse.to_numpy() / _column(e, speeds, "rms_g").to_numpy() - 1)).tolist()
+
+
+# The independent code (Fig. 14)
+
+
+def _peer(column, e, speeds):
+    """Largest difference of the vertical displacement from another code's, % of its range."""
+    if column not in e.peer or e.peer[column].isna().all():
+        raise NotThere("not run")
+    return e.peer[column].tolist()
+
+
+alike(_peer, "peer", peer_difference="difference_pct", peer_difference_of_a_belt="difference_belt_pct")
+
+
+# The meshing process (Sect. 6.1)
+
+
+def _areas(run, e, speeds):
+    """Areas that the left and the right arc visit."""
+    row = e.meshing(run)
+    return f"left {row['left_areas']}, right {row['right_areas']}"
+
+
+def _times(events, e, speeds):
+    """Times of events after the first contact, s; without a ring that of an arc, else the ring's first touch."""
+    run, *names = events
+    return e.event_times(run, names)
+
+
+def _share(side, e, speeds):
+    """Time in contact with the ring, % of a turn."""
+    return float(e.meshing("ring")[f"{side}_share_pct"])
+
+
+def _ratio(column, e, speeds):
+    """A measure of the left arc with the ring over that without."""
+    return float(_over(e.meshing("ring")[column], e.meshing("no_ring")[column]))
+
+
+def _variation(sides, e, speeds):
+    """SD of the force that varies most with the ring, of some, over that of the arcs without."""
+    without = e.meshing("no_ring")[["left_sd_n", "right_sd_n"]].max()
+    return float(_over(e.meshing("ring")[[f"{side}_sd_n" for side in sides]].max(), without))
+
+
+alike(_areas, "meshing", areas_without_ring="no_ring", areas_with_ring="ring")
+alike(
+    _times,
+    "meshing",
+    left_maximum_without_ring=("no_ring", *(f"left {reading}" for reading in READINGS)),
+    right_maximum_without_ring=("no_ring", *(f"right {reading}" for reading in READINGS)),
+    ends_without_ring=("no_ring", "right gone", "out"),
+    contacts_with_ring=("ring", "left touches", "ring left", "out"),
+    maxima_with_ring=("ring", *(f"{side} {reading}" for side in ("ring", "left") for reading in READINGS)),
+)
+alike(_share, "meshing", ring_share="ring", left_share="left")
+alike(_ratio, "meshing", left_share_ratio="left_share_pct", left_force_ratio="left_rms_n")
+alike(_variation, "meshing", variation_of_all_forces=("left", "right", "ring"))
+alike(_variation, "meshing", variation_of_tooth_forces=("left", "right"))
+
+
+@measure("meshing")
+def first_contacts_apart(e, speeds):
+    """Time between the first contacts of the two arcs without a ring, s."""
+    left, right = e.event_times("no_ring", ["first left", "first right"])
+    return abs(left - right)
+
+
+@measure("meshing")
+def left_contact_force_ratio(e, speeds):
+    """RMS of the left-arc force over the time in contact, with the ring over that without."""
+    ring, without = (e.meshing(run).get("left_rms_contact_n") for run in ("ring", "no_ring"))
+    if ring is None or without is None:
+        raise NotThere("not recorded")
+    return float(_over(ring, without))
+
+
+@measure("meshing")
+def ring_over_arcs(e, speeds):
+    """Mean ring force over the mean force of both arcs, over the run."""
+    a = e.meshing("ring")
+    mean = {
+        side: np.sqrt(max(a[f"{side}_rms_n"] ** 2 - a[f"{side}_sd_n"] ** 2, 0.0)) for side in ("left", "right", "ring")
+    }
+    return float(_over(mean["ring"], mean["left"] + mean["right"]))
+
+
+@measure("meshing")
+def engaged_without_ring(e, speeds):
+    """From the first contact of either arc to the last without a ring, % of a turn."""
+    row = e.meshing("no_ring")
+    first, last = (row[[f"left_phase_{end}", f"right_phase_{end}"]] for end in ("start", "end"))
+    return float(100 * (last.max() - first.min()))
+
+
+# The ring study (Sect. 6.2)
+
+
+def _growth(e: Evidence, speeds, side: str) -> list:
+    """RMS and SD at the highest speed over those at the lowest, by radius."""
+    _some(speeds[1:])  # one speed shows no growth
+    low, high = e.study(min(speeds)), e.study(max(speeds))
+    return [_over(high[f"{side}_{name}"], low[f"{side}_{name}"]).to_numpy() for name in ("rms_n", "sd_n")]
+
+
+def _growths(side, e, speeds):
+    """Range of both over all radii."""
+    return [_range(growth) for growth in _growth(e, speeds, side)]
+
+
+def _steps(column, e, speeds):
+    """Least ratio of a force at neighbouring radii, larger over smaller, at every speed."""
+    found = []
+    for rpm in speeds:
+        values = e.study(rpm)[column].to_numpy()
+        before, after = values[:-1], _some(values[1:])
+        # a ring that nothing touches bears no force at one radius, and any at the next
+        none = np.where(after > 0, np.inf, 1.0)
+        found.append(float(np.divide(after, before, out=none, where=before != 0).min()))
+    return found
+
+
+alike(_growths, "study", left_growth_with_speed="left", ring_growth_with_speed="ring")
+alike(_steps, "study", by_speed=True, ring_rms_steps="ring_rms_n", ring_sd_steps="ring_sd_n")
+
+
+@measure("study")
+def left_growth_over_ring_growth(e, speeds):
+    """Growth of the left arc's RMS and SD with speed over the ring's, over all radii."""
+    pairs = zip(_growth(e, speeds, "left"), _growth(e, speeds, "ring"), strict=True)
+    return [_range(_over(left, ring)) for left, ring in pairs]
+
+
+@measure("study")
+def largest_growth_with_speed(e, speeds):
+    """Largest growth of RMS or SD with speed over all radii: left arc, ring."""
+    return [max(float(growth.max()) for growth in _growth(e, speeds, side)) for side in ("left", "ring")]
+
+
+@measure("study", by_speed=True)
+def ring_growth_with_radius(e, speeds):
+    """RMS of the ring force at the largest radius over that at the paper's, at every speed."""
+    values = (e.study(rpm)["ring_rms_n"] for rpm in speeds)
+    return [
+        float(_over(_from(column, e.radius + 2 * SAME).iloc[-1], _from(column, e.radius).iloc[0])) for column in values
+    ]
+
+
+@measure("study", by_speed=True)
+def right_share_from_0305(e, speeds):
+    """Largest share of right-arc contact for radii of 0.305 m and more, % of a turn, at every speed."""
+    return [_range(_from(e.study(rpm)["right_share_pct"], 0.305)).high for rpm in speeds]
+
+
+@measure("study", by_speed=True)
+def right_share_below_0305(e, speeds):
+    """Share of right-arc contact at the largest radius below 0.305 m, % of a turn, at every speed."""
+    return [float(_below(e.study(rpm)["right_share_pct"], 0.305).iloc[-1]) for rpm in speeds]
+
+
+def _spread(values) -> float:
+    _some(values[1:])  # one radius shows no spread
+    values = values.to_numpy()  # in which a missing value is not passed over
+    return float(100 * np.abs(_over(values, values.mean()) - 1).max())
+
+
+@measure("study", by_speed=True)
+def left_spread_from_0305(e, speeds):
+    """Largest deviation of the left-arc RMS from its mean over radii of 0.305 m and more, %, at every speed."""
+    return [_spread(_from(e.study(rpm)["left_rms_n"], 0.305)) for rpm in speeds]
+
+
+@measure("study", by_speed=True)
+def left_spread(e, speeds):
+    """Largest deviation of the left-arc RMS from its mean over all radii, %, at every speed."""
+    return [_spread(e.study(rpm)["left_rms_n"]) for rpm in speeds]
+
+
+@measure("study", by_speed=True)
+def left_shares_from_0307(e, speeds):
+    """Least and largest left-arc share over the radii of 0.307 m and more, % of a turn, at every speed."""
+    return [_range(_from(e.study(rpm)["left_share_pct"], 0.307)) for rpm in speeds]
+
+
+def _serving(e: Evidence, speeds) -> list[float]:
+    studies = (e.study(rpm) for rpm in speeds)
+    return [serving_radius(study["left_share_pct"], study["right_share_pct"]) for study in studies]
+
+
+@measure("study")
+def radius_by_readings(e, speeds):
+    """Radius to choose (m) at every speed, by two readings of what is good where the right arc is free."""
+    studies = (e.study(rpm) for rpm in speeds)
+    forces = (study.loc[study["right_share_pct"] < TOUCHING, "left_rms_n"] for study in studies)
+    least = [float(force.idxmin()) if force.notna().any() else float("nan") for force in forces]
+    return {"smallest with the left share within 2 points of the least": _serving(e, speeds), "least left force": least}
+
+
+@measure("study", by_speed=True)
+def excess_over_equal_pitch(e, speeds):
+    """Smallest radius of the first reading less the nearest reading of the rig's equal-pitch radius, m, by speed."""
+    chain = e.rig.chain
+    readings = equal_pitch_radius(
+        e.rig.sprocket.teeth, chain.link_length, e.rig.connector_length, chain.link_thickness
+    ).values()
+    return [min((radius - reading for reading in readings), key=abs) for radius in _serving(e, speeds)]

@@ -1,0 +1,205 @@
+"""What an answer of equal error costs in every code: one scene, one measure, each code against its own limit.
+
+The measure is the RMS of the acceleration of all links' mass centres, from places a sample apart: what all codes give
+alike. All start from the same settled loop, leave the same time out and are measured over the same passages; the loop
+is driven on one thread. The record that a tolerance needs follows from error and scatter of each setting, as the
+planner's does. MuJoCo has contacts of its own (`peers.mujoco_contact`), so its limit is that of another model.
+"""
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import partial
+from itertools import pairwise
+from time import process_time
+
+import numpy as np
+import pandas as pd
+
+from trackdyn.errors import DivergenceError, InputError
+from trackdyn.extras import required
+from trackdyn.measure.stopping import LEAST
+from trackdyn.measure.whole_loop import Series
+from trackdyn.parameters.rig import Rig
+from replication.peers.comparison import OURS, PEER, run_peer
+from replication.peers.exudyn_loop import PeerRun, require_exudyn
+from replication.peers.mujoco_loop import run_mujoco
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
+from replication.study.accuracy.limit import SURE, difference, limit_of
+from replication.study.accuracy.planner import record_error
+from replication.study.accuracy.statistics import whole_samples
+from replication.study.settings import PEER_LAWS, PeerAnswers
+
+COLUMNS = [
+    "code",
+    "method",
+    "step_s",
+    "rms_m_s2",
+    "difference_pct",
+    "uncertainty_pct",
+    "scatter_pct",
+    "cpu_s_per_s",
+    "passages",
+    "cpu_s",
+    "chosen",
+    "note",
+]
+METHOD = "generalized alpha"  # of Exudyn
+OWN = "mujoco, contact of its own"
+ORDERS = {
+    "semi_implicit": 1,
+    METHOD: 2,
+    "euler": 1,
+    "implicitfast": 1,
+}  # as declared (`integrate.methods`; Chung and Hulbert, J. Appl. Mech. 60, 1993)
+MOST = 3000  # passages
+
+
+def accelerations(centre: np.ndarray, rate: float, span: float) -> Series:
+    """Mean square acceleration of all links, passage by passage.
+
+    Parameters
+    ----------
+    centre : (s, p, 2) array
+        Mass centres of the links, m, at ``rate`` (Hz).
+    span : float
+        Time of a passage, s.
+    """
+    square = ((np.diff(centre, 2, axis=0) * rate**2) ** 2).sum(axis=2).mean(axis=1)
+    count = int(len(square) / rate / span + 1e-6)
+    edges = np.rint(np.arange(count + 1) * span * rate).astype(int)
+    return Series(np.array([square[a:b].mean() for a, b in pairwise(edges)]), np.arange(count), root=True)
+
+
+def ours(scene: Scene) -> tuple[np.ndarray, float, float]:
+    """Mass centres of the links at every sample of a record; CPU seconds to settle, and of a simulated second."""
+    begin = process_time()
+    loop = Loop(scene)
+    settled = process_time()
+    loop.advance(scene.ramp + scene.lead_in)
+    frames = loop.record(scene.duration, frame_interval=1 / scene.rig.sensor.rate, spells=False).frame
+    spent = process_time() - settled
+    chain, angle = loop.model.chain, frames[:, 2:-1]
+    cos, sin = np.cos(angle), np.sin(angle)
+    steps = np.stack([chain.length * cos, chain.length * sin], axis=2)
+    pins = frames[:, None, :2] + np.cumsum(steps, axis=1) - steps
+    arm = np.stack([chain.com_x * cos - chain.com_y * sin, chain.com_x * sin + chain.com_y * cos], axis=2)
+    return (pins + arm)[:, ::2], settled - begin, spent / (scene.ramp + scene.lead_in + scene.duration)
+
+
+def theirs(scene: Scene, run: Callable[[Scene], PeerRun]) -> tuple[np.ndarray, float, float]:
+    """The same of another code; to settle the loop, which is this simulator's part, and to assemble the system is
+    counted as such.
+    """
+    begin = process_time()
+    found = run(scene.with_(duration=scene.lead_in + scene.duration, lead_in=0.0))
+    seconds = scene.ramp + scene.lead_in + scene.duration
+    first = round((scene.ramp + scene.lead_in) * scene.rig.sensor.rate) + 1
+    return found.centre[first:, ::2], process_time() - begin - found.cpu, found.cpu / seconds
+
+
+def compare_answers(rig: Rig, asked: PeerAnswers) -> pd.DataFrame:
+    """CPU seconds that every setting of every code takes for one tolerance.
+
+    Returns
+    -------
+    DataFrame
+        ``COLUMNS``. The error of a setting is that against the limit over steps of its own code, ``uncertainty_pct``
+        its standard error, ``scatter_pct`` that of a single passage; ``passages`` are those that the tolerance needs
+        and ``cpu_s`` is what the whole answer takes then, both empty where the setting is too coarse. The cheapest of
+        a code is ``chosen``.
+    """
+    span = rig.loop_period(asked.speed_rpm) / rig.chain.pitches
+    about = {"duration": whole_samples(rig, asked.passages * span + 0.01), "lead_in": asked.lead_in_s, "spells": False}
+    about |= PEER_LAWS | {"tension": "locked"}
+    scene = Scene(rig, asked.speed_rpm, asked.ring_radius_m, ramp=asked.ramp_s, **about)
+    brief = scene.with_(lead_in=0.0, duration=whole_samples(rig, 0.01))
+    first = next(iter(asked.mujoco_steps_s))
+
+    def exudyn(scene: Scene, method: str, step: float):
+        return theirs(scene, lambda scene: run_peer(scene, step)[0])
+
+    def mujoco(scene: Scene, method: str, step: float):
+        return theirs(scene, lambda scene: run_mujoco(scene, method, step))
+
+    def trackdyn(scene: Scene, method: str, step: float):
+        return ours(scene.with_(integrator=method, step=step))
+
+    tables = []
+    for code, there, steps, extrapolated, run in (
+        (OURS, lambda: None, asked.steps_s, "semi_implicit", trackdyn),
+        (PEER, require_exudyn, {METHOD: asked.exudyn_steps_s}, METHOD, exudyn),
+        (OWN, partial(required, "mujoco"), asked.mujoco_steps_s, first, mujoco),
+    ):
+        try:
+            there()
+        except InputError as error:
+            tables.append([{"code": code, "note": f"not run: {error}"}])
+            continue
+        for method, sizes in steps.items():  # what is compiled at the first run is there before anything is timed
+            with suppress(DivergenceError, InputError):
+                run(brief, method, max(sizes))
+        settings = [(method, step) for method, sizes in steps.items() for step in sizes]
+        tables.append(_answers(code, settings, extrapolated, asked, span, rig.sensor.rate, partial(run, scene)))
+    return pd.DataFrame([row for rows in tables for row in rows], columns=COLUMNS)
+
+
+def _answers(
+    code: str,
+    settings: Sequence[tuple[str, float]],
+    extrapolated: str,
+    asked: PeerAnswers,
+    span: float,
+    rate: float,
+    run: Callable,
+) -> list[dict]:
+    """Rows of a code."""
+    found, spent, rows = {}, {}, []
+    for setting in settings:
+        try:
+            centre, *spent[setting] = run(*setting)
+            found[setting] = accelerations(centre, rate, span)
+        except (DivergenceError, InputError) as error:
+            rows.append({"code": code, "method": setting[0], "step_s": setting[1], "note": str(error)})
+        print(f"{code}, {setting[0]}, {setting[1]:g} s", flush=True)
+    fine = {step: series for (method, step), series in found.items() if method == extrapolated}
+    if len(fine) < 2:
+        raise InputError(f"peer_answers: fewer than two steps of {code} ran; add finer steps")
+    limit = limit_of(fine, ORDERS.get(extrapolated, 1))
+    passages = np.arange(LEAST, MOST)
+    for (method, step), series in found.items():
+        estimate = series.estimate()
+        off, noise = (value / limit.value for value in difference(series, limit))
+        scatter = estimate.error / limit.value * len(series.values) ** 0.5
+        start, per_second = spent[method, step]
+        row = {"code": code, "method": method, "step_s": step, "rms_m_s2": estimate.value, "difference_pct": 100 * off}
+        row |= {"uncertainty_pct": 100 * noise, "scatter_pct": 100 * scatter, "cpu_s_per_s": per_second}
+        enough = abs(off) + SURE * noise + record_error(scatter, passages) <= asked.tolerance
+        if enough.any():
+            count = int(passages[np.argmax(enough)])
+            row |= {"passages": count, "cpu_s": start + per_second * (asked.ramp_s + asked.lead_in_s + count * span)}
+        rows.append(row)
+    reached = [row for row in rows if "cpu_s" in row]
+    if reached:
+        min(reached, key=lambda row: row["cpu_s"])["chosen"] = "yes"
+    return rows
+
+
+def outcome(table: pd.DataFrame, tolerance: float) -> str:
+    """What came out, in a sentence below the caption."""
+    chosen = table[table["chosen"] == "yes"].set_index("code")["cpu_s"]
+    parts = [f"{code} takes {seconds:.3g} s of CPU time" for code, seconds in chosen.items()]
+    missing = [code for code in table["code"].unique() if code not in chosen]
+    parts += [f"{code} does not reach it with these settings or was not run" for code in missing]
+    text = f"At an error of at most {100 * tolerance:g} %: {'; '.join(parts)}."
+    if {"rms_m_s2", "difference_pct"} <= set(table):
+        limits = (table["rms_m_s2"] / (1 + table["difference_pct"] / 100)).groupby(table["code"]).mean()
+        apart = {
+            code: 100 * (limits[code] / limits[OURS] - 1)
+            for code in (PEER, OWN)
+            if np.isfinite(limits.get(code, np.nan))
+        }
+        text += "".join(
+            f" The RMS of {code} in the limit is {share:+.2g} % from ours." for code, share in apart.items()
+        )
+    return text

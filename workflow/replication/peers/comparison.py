@@ -1,0 +1,211 @@
+"""Figure 14 and Table 2: the selected link in both codes, and what each costs at equal accuracy."""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import pandas as pd
+
+from trackdyn.errors import DivergenceError, InputError
+from trackdyn.parameters.rig import Rig
+from replication.peers.contact import make_contacts
+from replication.peers.exudyn_loop import PeerRun, free_wheels, require_exudyn, run_loop, start_of
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.simulate import simulate
+from replication.study.settings import peer_scene
+
+READINGS = ("sprocket", "motor")  # whose speed the paper's 180 r/min may be
+OURS, PEER = "trackdyn", "exudyn"
+
+
+@dataclass(frozen=True)
+class Result:
+    """What the comparison gives.
+
+    Attributes
+    ----------
+    curves : DataFrame
+        ``reading, time_s, trackdyn_m, belt_m, exudyn_m, exudyn_eight_arcs_m`` (the last of the first reading):
+        vertical displacement of the selected link; time since the start of the sprocket, after its ramp. The belt
+        knows no forces: what it reaches says how much the comparison can tell.
+    table : DataFrame
+        Rows of Table 2.
+    summary : DataFrame
+        ``reading, speed_rpm, range_m, trackdyn_step_s, difference_belt_pct, exudyn_step_s, difference_pct,
+        difference_eight_arcs_pct, gap_m``; where eight arcs do not run, not a number, and why in
+        ``eight_arcs_not_run``.
+    missing : str
+        Why the other code was not run, or nothing.
+    frame : array
+        Configuration for Figure 13 (``Recording.frame``), of the other code where it ran.
+    shift : float
+        Shift of the tensioning wheel, m.
+    """
+
+    curves: pd.DataFrame
+    table: pd.DataFrame
+    summary: pd.DataFrame
+    missing: str
+    frame: np.ndarray = field(repr=False)
+    shift: float = 0.0
+
+
+def belt_of(scene: Scene) -> Scene:
+    """The same wheels and speed with the chain as a kinematic belt: no contact, no forces."""
+    return scene.with_(chain="belt", ring_radius=None, pitches=(), spells=False, frame_interval=0.0)
+
+
+def percent_of_range(difference, reference) -> float:
+    """Largest difference in percent of the range of the reference."""
+    reference = np.asarray(reference)
+    return float(100 * np.abs(difference).max() / (reference.max() - reference.min()))
+
+
+def run_ours(scene: Scene) -> tuple[Recording, float, float]:
+    """A recording, and wall and CPU seconds per simulated second of its integration."""
+    loop = Loop(scene)
+    begin = time.perf_counter(), time.process_time()
+    loop.advance(scene.ramp + scene.lead_in)
+    recording = loop.record(scene.duration, frame_interval=scene.frame_interval, spells=scene.spells)
+    end = time.perf_counter(), time.process_time()
+    wall, cpu = (b - a for a, b in zip(begin, end, strict=True))
+    seconds = scene.ramp + scene.duration
+    return recording, wall / seconds, cpu / seconds
+
+
+def run_peer(scene: Scene, step: float, arcs: int = 10) -> tuple[PeerRun, np.ndarray]:
+    """The other code from the same settled start, and the vertical displacement at the recording's samples, m."""
+    loop = Loop(scene)
+    model = loop.model
+    free = free_wheels(scene, model)
+    contacts = make_contacts(scene, loop.layout["tensioner_shift_m"], arcs)
+    times = scene.ramp + scene.duration, step, 1.0 / scene.rig.sensor.rate
+    about = {"contacts": contacts, "wheels": free, "drive": model.drive}
+    run = run_loop(model.chain, start_of(loop.state), *times, **about)
+    first = round(scene.ramp * scene.rig.sensor.rate) + 1
+    return run, run.centre[first:, 2 * (scene.rig.sensor.pitch - 1), 1]
+
+
+def compare(
+    rig: Rig,
+    speed_rpm: float,
+    readings: Sequence[str],
+    duration_s: float,
+    steps_s: Sequence[float],
+    exudyn_steps_s: Sequence[float],
+    accuracy_pct: float,
+) -> Result:
+    """Run both codes.
+
+    Parameters
+    ----------
+    rig : Rig
+        The rig, with its own ring.
+    speed_rpm : float
+        The paper's 180 r/min.
+    readings : sequence of str
+        Of ``READINGS``; Table 2 is made with the first.
+    duration_s : float
+        Recorded time after the ramp with the first reading; another one takes a turn of the loop.
+    steps_s, exudyn_steps_s : sequences of float
+        Time steps of either code; the smallest is its reference.
+    accuracy_pct : float
+        Error below which a step is good enough, percent of the range.
+    """
+    missing = ""
+    try:
+        require_exudyn()
+    except InputError as error:
+        missing = f"not run: {error}"
+    first = peer_scene(rig, readings[0], speed_rpm, duration_s, steps_s[0])
+    simulate(first.with_(duration=0.01, frame_interval=0.0))  # compile before the clock runs
+
+    ours = {step: run_ours(first.with_(step=step)) for step in steps_s}
+    table, step = _ladder(OURS, {h: (r.place[:, 1], wall, cpu) for h, (r, wall, cpu) in ours.items()}, accuracy_pct)
+    peer_step = float("nan")
+    if not missing:
+        seconds = first.ramp + first.duration
+        run_peer(first.with_(duration=0.01, frame_interval=0.0), exudyn_steps_s[0])
+        peers = {h: run_peer(first.with_(step=step), h) for h in exudyn_steps_s}
+        costs = {h: (y, run.wall / seconds, run.cpu / seconds) for h, (run, y) in peers.items()}
+        rows, peer_step = _ladder(PEER, costs, accuracy_pct)
+        table += rows
+    else:
+        table.append({"code": f"{PEER}, {missing}"})
+
+    curves, summary = [], []
+    frame, shift = None, 0.0
+    for reading in readings:
+        scene = peer_scene(rig, reading, speed_rpm, duration_s, step)
+        if reading != readings[0]:
+            samples = round(rig.sensor.rate / scene.loop_frequency)
+            scene = peer_scene(rig, reading, speed_rpm, samples / rig.sensor.rate, step)
+        recording = ours[step][0] if reading == readings[0] else simulate(scene)
+        if frame is None:
+            frame, shift = recording.frame[0], float(recording.meta["layout"]["tensioner_shift_m"])
+        y = recording.place[:, 1]
+        belt = simulate(belt_of(scene)).place[:, 1]
+        curve = {"reading": reading, "time_s": recording.begin + recording.time, "trackdyn_m": y, "belt_m": belt}
+        row = {"reading": reading, "speed_rpm": speed_rpm, "range_m": float(np.ptp(y)), "trackdyn_step_s": step}
+        row["difference_belt_pct"] = percent_of_range(belt - y, y)
+        if not missing:
+            run, other = peers[peer_step] if reading == readings[0] else run_peer(scene, peer_step)
+            curve |= {"exudyn_m": other}
+            row |= {
+                "exudyn_step_s": peer_step,
+                "difference_pct": percent_of_range(other - y, y),
+                "gap_m": float(run.gap.max()),
+            }
+            if reading == readings[0]:
+                row["eight_arcs_not_run"], eight = "", np.full_like(y, np.nan)
+                try:
+                    _, eight = run_peer(scene, peer_step, arcs=8)
+                except DivergenceError as error:
+                    row["eight_arcs_not_run"] = str(error)
+                curve |= {"exudyn_eight_arcs_m": eight}
+                row |= {"difference_eight_arcs_pct": percent_of_range(eight - y, y)}
+                frame = _frame(scene, run, recording.frame[0][-1])
+        curves.append(pd.DataFrame(curve))
+        summary.append(row)
+    return Result(pd.concat(curves), pd.DataFrame(table), pd.DataFrame(summary), missing, frame, shift)
+
+
+def _ladder(code: str, runs: dict, accuracy_pct: float) -> tuple[list[dict], float]:
+    """Rows of Table 2 of a code from ``{step: (displacement, wall, cpu)}``, and the step that is good enough."""
+    finest = min(runs)
+    reference = runs[finest][0]
+    rows = []
+    for step, (y, wall, cpu) in runs.items():
+        error = percent_of_range(y - reference, reference) if step != finest else float("nan")
+        rows.append({"code": code, "step_s": step, "error_pct": error, "wall_s_per_s": wall, "cpu_s_per_s": cpu})
+    good = [row["step_s"] for row in rows if row["error_pct"] < accuracy_pct]
+    chosen = max(good, default=finest)
+    for row in rows:
+        row["chosen"] = "yes" if row["step_s"] == chosen else ""
+        row["printed_in_the_paper"] = "lost"
+    return rows, chosen
+
+
+def _frame(scene: Scene, run: PeerRun, sprocket_angle: float) -> np.ndarray:
+    """Configuration of the other code at the first recorded sample, as the pictures want it."""
+    k = round(scene.ramp * scene.rig.sensor.rate) + 1
+    angle = run.angle[k]
+    arm = 0.5 * scene.rig.chain.link_length
+    pin = run.centre[k, 0] - arm * np.array([np.cos(angle[0]), np.sin(angle[0])])
+    return np.concatenate([pin, angle, [sprocket_angle]])
+
+
+def cost_ratio(table: pd.DataFrame) -> float:
+    """CPU time of the other code over ours, both with the chosen step; not a number where it did not run."""
+    chosen = table[table["chosen"] == "yes"].set_index("code")["cpu_s_per_s"]
+    return float(chosen[PEER] / chosen[OURS]) if PEER in chosen else float("nan")
+
+
+def table2_outcome(result: Result, accuracy_pct: float) -> str:
+    """What came out, in a sentence below the caption of Table 2."""
+    if result.missing:
+        return f"Exudyn: {result.missing}."
+    return f"At an error below {accuracy_pct:g} % Exudyn takes {cost_ratio(result.table):.3g} times the CPU time."

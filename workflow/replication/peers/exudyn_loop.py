@@ -1,0 +1,352 @@
+"""The same loop in Exudyn, an independent multibody code: its bodies, joints, equations and solver.
+
+Bodies have three absolute coordinates each and joints are rigid constraints with multipliers (the chain
+of the simulator has relative coordinates and no joint forces but one), the solver is Exudyn's implicit
+generalized-alpha method. Bushings are Exudyn's spring-dampers, wheels its rotating masses. The contacts
+are one user-defined force (``peers.contact``), because Exudyn's own elements have other laws.
+"""
+
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+
+from trackdyn.errors import DivergenceError, InputError
+from trackdyn.extras import required
+from trackdyn.model.constants import Chain, Drive, Model
+from replication.peers.contact import Contacts, Memory, contact_loads, force_vector, jacobian_triplets
+from trackdyn.scene.scene import Scene
+from replication.study.settings import PEER_LAWS
+
+# Newton's iteration ends when the residual has fallen by the first or below the second: Exudyn's own defaults.
+RELATIVE_TOLERANCE = 1e-8
+ABSOLUTE_TOLERANCE = 1e-10
+
+
+def require_exudyn():
+    """The module ``exudyn``.
+
+    Raises
+    ------
+    InputError
+        If it is not installed; the sentence names the extra.
+    """
+    sys.exudynFast = True  # its build without range checks, where there is one
+    return required("exudyn")
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where a run begins.
+
+    Attributes
+    ----------
+    pin : (4,) array
+        Position and velocity of the input pin of body 1, m and m/s.
+    angle, rate : (n,) arrays
+        Of the bodies, rad (falling by one turn along the loop) and rad/s.
+    sprocket_angle : float
+        rad.
+    tooth_impact, wheel_impact : (n,), (n / 2, w) arrays or None
+        Initial impact velocities of the contacts that exist already, m/s.
+    """
+
+    pin: np.ndarray
+    angle: np.ndarray
+    rate: np.ndarray
+    sprocket_angle: float = 0.0
+    tooth_impact: np.ndarray | None = None
+    wheel_impact: np.ndarray | None = None
+
+
+def start_of(state) -> Start:
+    """Start of a run from a ``model.state.State``."""
+    return Start(
+        state.pin.copy(), state.angle.copy(), state.rate.copy(), float(state.wheel_angle[0]),
+        state.tooth_impact.copy(), state.wheel_impact.copy(),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Hanger:
+    """Spring between the input pin of body 1 and a fixed point: position (m), N/m and N s/m."""
+
+    x: float
+    y: float
+    stiffness: float
+    damping: float
+
+
+@dataclass(frozen=True)
+class PeerWheels:
+    """Wheels beside the sprocket: moments of inertia (kg m2), bearing drag (N m s/rad); they start at rest."""
+
+    inertia: tuple[float, ...]
+    drag: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class PeerRun:
+    """What a run of the independent code gives.
+
+    Attributes
+    ----------
+    time : (s,) array
+        Times of the samples, s; the first is 0.
+    centre : (s, n, 2) array
+        Mass centres, m.
+    angle : (s, n) array
+        Angles of the bodies, rad.
+    wheel_rate : (s, w - 1) array
+        Angular velocities of the wheels but the sprocket, rad/s.
+    gap : (s,) array
+        Largest distance between the two pins of any joint, m.
+    wall, cpu : float
+        Computing time of the integration, s.
+    """
+
+    time: np.ndarray
+    centre: np.ndarray
+    angle: np.ndarray
+    wheel_rate: np.ndarray
+    gap: np.ndarray
+    wall: float
+    cpu: float
+
+
+def free_wheels(scene: Scene, model: Model) -> PeerWheels:
+    """The wheels of a loop that the other codes have, as its model has them.
+
+    Raises
+    ------
+    InputError
+        The loop has what they have not.
+    """
+    plain = model.drive.ripple is None and model.drive.motor is None and scene.chain == "double_pin"
+    laws = {name: getattr(scene, name) for name in PEER_LAWS}
+    if model.carriers is not None or model.space is not None or not plain or laws != PEER_LAWS:
+        raise InputError(
+            "the loop in the other codes has fixed wheels, a prescribed speed, viscous drag and bushings, and double "
+            "pins in the plane; a rig from peers.rigs.fixed with chain = double_pin, tension = locked, "
+            "space = planar, drag = viscous, bushing_law = viscous is accepted"
+        )
+    return PeerWheels(tuple(map(float, model.wheels.inertia[1:])), tuple(map(float, model.wheels.drag[1:])))
+
+
+def drive_at(drive: Drive, t: float) -> tuple[float, float]:
+    """Angle turned (rad) and angular velocity (rad/s) of the sprocket at time ``t``: a cubic ramp, then constant."""
+    x = min(t / drive.ramp, 1.0)
+    return drive.rate * (drive.ramp * x**3 * (1 - x / 2) + max(t - drive.ramp, 0.0)), drive.rate * x * x * (3 - 2 * x)
+
+
+def coordinates(chain: Chain, start: Start) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 3) coordinates (mass centre, angle) of a start and their (n, 3) rates."""
+    c, s, w = np.cos(start.angle), np.sin(start.angle), start.rate
+    step = chain.length[:, None] * np.column_stack([c, s])
+    turn = chain.length[:, None] * np.column_stack([-s * w, c * w])
+    pin = start.pin[:2] + np.vstack([np.zeros(2), np.cumsum(step, axis=0)[:-1]])
+    speed = start.pin[2:] + np.vstack([np.zeros(2), np.cumsum(turn, axis=0)[:-1]])
+    x, y = chain.com_x, chain.com_y
+    arm = np.column_stack([x * c - y * s, x * s + y * c])
+    return (
+        np.column_stack([pin + arm, start.angle]),
+        np.column_stack([speed + np.column_stack([-w * arm[:, 1], w * arm[:, 0]]), w]),
+    )
+
+
+def run_loop(
+    chain: Chain,
+    start: Start,
+    duration: float,
+    step: float,
+    sample: float,
+    hanger: Hanger | None = None,
+    contacts: Contacts | None = None,
+    wheels: PeerWheels | None = None,
+    drive: Drive = Drive(0.0, 1.0),
+    spectral_radius: float = 0.9,
+    watch: Callable | None = None,
+) -> PeerRun:
+    """Integrate the closed chain with Exudyn.
+
+    Parameters
+    ----------
+    chain : Chain
+        Data of the bodies and bushings.
+    start : Start
+        Configuration and velocities.
+    duration, step, sample : float
+        Simulated time, time step and time between samples, s; the sample is a multiple of the step.
+    hanger : Hanger, optional
+        Spring that the loop hangs from.
+    contacts, wheels, drive
+        Contacts with the wheels, the free wheels, and the sprocket's motion.
+    spectral_radius : float
+        Of the generalized-alpha method: below 1 it damps what the step does not resolve.
+    watch : function, optional
+        Called after every step with time (s), coordinates, their rates, the joints' multipliers (2 n,) in N and the
+        memory of the contacts.
+
+    Raises
+    ------
+    InputError
+        If Exudyn is not installed.
+    DivergenceError
+        If its solver does not reach the end.
+    """
+    exu = require_exudyn()
+    import exudyn.itemInterface as items
+
+    n = len(chain.length)
+    q, v = coordinates(chain, start)
+    container = exu.SystemContainer()
+    mbs = container.AddSystem()
+    node, body, marker = mbs.AddNode, mbs.AddObject, mbs.AddMarker
+    spring = items.ObjectConnectorCoordinateSpringDamper
+    nodes, bodies, turns = [], [], []
+    for i in range(n):
+        nodes.append(node(items.NodeRigidBody2D(initialCoordinates=list(q[i]), initialVelocities=list(v[i]))))
+        weight = {"mass": float(chain.mass[i]), "inertia": float(chain.inertia[i])}
+        bodies.append(body(items.ObjectRigidBody2D(nodeNumber=nodes[-1], **weight)))
+        centre = marker(items.MarkerBodyMass(bodyNumber=bodies[-1]))
+        mbs.AddLoad(items.LoadMassProportional(markerNumber=centre, loadVector=[0.0, -chain.gravity, 0.0]))
+        turns.append(marker(items.MarkerNodeCoordinate(nodeNumber=nodes[-1], coordinate=2)))
+
+    def pin(i, side):
+        place = [side * chain.length[i] - chain.com_x[i], -chain.com_y[i], 0.0]
+        return marker(items.MarkerBodyPosition(bodyNumber=bodies[i], localPosition=place))
+
+    for i in range(n):
+        k = (i + 1) % n
+        body(items.ObjectJointRevolute2D(markerNumbers=[pin(i, 1), pin(k, 0)]))
+        bushing = {"stiffness": chain.stiffness, "damping": chain.damping}
+        free_angle = chain.free_angle + (2 * pi if k == 0 else 0.0)  # angles fall by one turn along the loop
+        body(spring(markerNumbers=[turns[i], turns[k]], offset=free_angle, **bushing))
+    if hanger is not None:
+        ground = body(items.ObjectGround(referencePosition=[hanger.x, hanger.y, 0.0]))
+        hook = marker(items.MarkerBodyPosition(bodyNumber=ground))
+        springs = {"stiffness": [hanger.stiffness] * 3, "damping": [hanger.damping] * 3}
+        body(items.ObjectConnectorCartesianSpringDamper(markerNumbers=[hook, pin(0, 0)], **springs))
+    if wheels is not None:
+        floor = node(items.NodePointGround())
+        fixed = marker(items.MarkerNodeCoordinate(nodeNumber=floor, coordinate=0))
+        for inertia, drag in zip(wheels.inertia, wheels.drag, strict=True):
+            at_rest = {"referenceCoordinates": [0.0], "initialCoordinates": [0.0], "initialVelocities": [0.0]}
+            nodes.append(node(items.Node1D(**at_rest)))
+            body(items.ObjectRotationalMass1D(inertia=inertia, nodeNumber=nodes[-1]))
+            wheel = marker(items.MarkerNodeCoordinate(nodeNumber=nodes[-1], coordinate=0))
+            body(spring(markerNumbers=[fixed, wheel], stiffness=0.0, damping=drag))
+
+    after_step = memory = None
+    if contacts is not None:
+        after_step, memory = _add_contacts(exu, items, mbs, nodes, chain, start, contacts, drive)
+
+    samples = round(duration / sample) + 1
+    kept, kept_rate = np.zeros((samples, 3 * n)), np.zeros((samples, len(nodes) - n))
+    kept[0] = q.ravel()
+    taken = [1]
+
+    def at_end_of_step(mbs, t):
+        if after_step is not None:
+            after_step(t, mbs)
+        if watch is not None:
+            system = mbs.systemData
+            places, rates = np.array(system.GetODE2Coordinates()), np.array(system.GetODE2Coordinates_t())
+            watch(t, places, rates, np.array(system.GetAECoordinates()), memory)
+        if taken[0] < samples and t > taken[0] * sample - 1e-9:
+            kept[taken[0]] = mbs.systemData.GetODE2Coordinates()[: 3 * n]
+            if wheels is not None:
+                kept_rate[taken[0]] = mbs.systemData.GetODE2Coordinates_t()[3 * n :]
+            taken[0] += 1
+        return True
+
+    mbs.SetPostStepUserFunction(at_end_of_step)
+    mbs.Assemble()
+    settings = exu.SimulationSettings()
+    settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
+    settings.parallel.numberOfThreads = 1
+    settings.solution.file.write = False
+    t = settings.timeIntegration
+    t.endTime = duration
+    t.numberOfSteps = round(duration / step)
+    t.verboseMode = 0
+    t.newton.relativeTolerance = RELATIVE_TOLERANCE
+    t.newton.absoluteTolerance = ABSOLUTE_TOLERANCE
+    t.newton.useModifiedNewton = True
+    t.generalizedAlpha.spectralRadius = spectral_radius
+    t.generalizedAlpha.computeInitialAccelerations = True
+    t.adaptiveStepRecoverySteps = 0
+    wall, cpu = time.perf_counter(), time.process_time()
+    try:
+        reached = mbs.SolveDynamic(settings, solverType=exu.DynamicSolverType.GeneralizedAlpha)
+    except Exception as error:
+        raise DivergenceError(f"exudyn: {str(error).strip().splitlines()[0]}") from None
+    wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
+    if reached is False:
+        raise DivergenceError(f"exudyn: its solver gave up with a step of {step:g} s")
+    kept = kept.reshape(samples, n, 3)
+    times, centre, angle = np.arange(samples) * sample, kept[:, :, :2].copy(), kept[:, :, 2].copy()
+    return PeerRun(times, centre, angle, kept_rate, _gaps(chain, kept), wall, cpu)
+
+
+def _gaps(chain: Chain, q: np.ndarray) -> np.ndarray:
+    """Largest distance between the pins of any joint in every sample (s, n, 3), m."""
+    c, s = np.cos(q[:, :, 2]), np.sin(q[:, :, 2])
+    ends = []
+    for x in (-chain.com_x, chain.length - chain.com_x):
+        arm = np.stack([x * c + chain.com_y * s, x * s - chain.com_y * c], axis=2)
+        ends.append(q[:, :, :2] + arm)
+    first, second = ends
+    return np.hypot(*(np.roll(first, -1, axis=1) - second).transpose(2, 0, 1)).max(axis=1)
+
+
+def _add_contacts(exu, items, mbs, nodes, chain, start, contacts, drive):
+    """One object that carries the contact forces of all bodies and wheels; gives what to do after a step."""
+    n = len(chain.length)
+    count = len(contacts.circle)
+    size = 3 * n + count - 1
+    memory = Memory(
+        np.zeros(n) if start.tooth_impact is None else start.tooth_impact.copy(),
+        np.zeros((n // 2, count)) if start.wheel_impact is None else start.wheel_impact.copy(),
+    )
+    load, torque, force = np.zeros((n, 3)), np.zeros((n, count)), np.zeros(size)
+    loads, torques = np.zeros((2, n, 3)), np.zeros((2, n, count))
+    triplets = np.zeros(((5 + count) * n * (2 + count), 3))
+
+    def sparse(rows):
+        matrix = exu.MatrixContainer()
+        matrix.SetWithSparseMatrix(rows, size, size, useDenseMatrix=False)
+        return matrix
+
+    def sprocket(t):
+        turned, spin = drive_at(drive, t)
+        return start.sprocket_angle + turned, spin
+
+    def forces(mbs, t, item, q, v):
+        angle, spin = sprocket(t)
+        force_vector(contacts, chain.length, np.asarray(q), np.asarray(v), angle, spin, memory, load, torque, force)
+        return force
+
+    def jacobian(mbs, t, item, q, v, by_q, by_v):
+        angle, spin = sprocket(t)
+        q, v = np.array(q), np.array(v)
+        count = jacobian_triplets(
+            contacts, chain.length, q, v, angle, spin, memory, by_q, by_v, loads, torques, triplets
+        )
+        return sparse(triplets[:count])
+
+    # the bodies carry the masses; matrices are asked for all the same
+    names = ("massMatrix", "stiffnessMatrix", "dampingMatrix")
+    matrices = {name: sparse(np.array([[0.0, 0.0, 1e-30]])) for name in names}
+    functions = {"forceUserFunction": forces, "jacobianUserFunction": jacobian}
+    mbs.AddObject(items.ObjectGenericODE2(nodeNumbers=nodes, **matrices, **functions))
+
+    def after_step(t, mbs):
+        angle, spin = sprocket(t)
+        q, v = np.array(mbs.systemData.GetODE2Coordinates()), np.array(mbs.systemData.GetODE2Coordinates_t())
+        contact_loads(contacts, chain.length, q, v, angle, spin, memory, True, load, torque)
+
+    return after_step, memory

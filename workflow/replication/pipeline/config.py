@@ -1,0 +1,396 @@
+"""The configuration of the pipeline: which runs, for how long, compared with what."""
+
+import os
+import re
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from itertools import pairwise, product
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, model_validator
+
+from trackdyn.errors import InputError, TrackdynError
+from trackdyn.measure.stopping import StopRule, steady_fields
+from replication.paper.article import load_article
+from trackdyn.parameters.rig import Rig, load_rig
+from trackdyn.parameters.rig_file import cells_path
+from trackdyn.parameters.validation import NotNegative, Positive, Section, parse_tolerance, shown, validated
+from trackdyn.parameters.yaml_file import read_yaml
+from trackdyn.scene.fidelity import PRESETS
+from trackdyn.scene.scene import Scene
+from trackdyn.sensor.sensor_mapping import load_mapping
+from replication.study.accuracy.ladder import REFERENCE, SETTINGS
+from replication.study.settings import Allowed, StudiesFile, allowed_step, peer_scene, rising
+
+
+class Planned(Section):
+    """A tolerance in place of a step: the rule `plan` picks fidelity and step from measured data."""
+
+    tolerance: float | str
+    # what the planner knows, named here because the planner needs the whole simulator
+    measure: Literal["rms", "sd", "line", "high_frequency", "left_peak", "left_share", "right_share", "ring_share"]
+    data: str
+
+
+class Records(Section):
+    """The records of Sect. 5: one a motor speed, compared with the sensor's."""
+
+    # a figure letter, a to h, for every speed
+    speeds_rpm: Annotated[list[Annotated[float, Field(ge=1, lt=1e5)]], Field(min_length=1, max_length=8)]
+    ring_radius_m: Positive
+    duration_s: Positive
+    lead_in_s: NotNegative
+    ramp_s: Positive
+    step_s: Positive
+    frame_interval_s: NotNegative
+    # in place of step_s, such as {tolerance: 1%, measure: rms, data: results/trade.csv}
+    plan: Planned | None = None
+
+
+class Meshing(Section):
+    """The meshing process of Sect. 6.1: one speed, with and without the ring, finely recorded."""
+
+    speed_rpm: Positive
+    ring_radius_m: Positive
+    duration_s: Positive
+    step_s: Positive
+    frame_interval_s: Positive
+
+
+class RingStudy(Section):
+    """The ring study of Sect. 6.2: every radius and no ring at every speed, each until its contacts are known."""
+
+    speeds_rpm: Annotated[list[Annotated[float, Field(ge=1, lt=1e5)]], Field(min_length=1)]
+    radii_m: Annotated[list[Positive], Field(min_length=1)]
+    without_ring: bool
+    steps_s: Allowed
+
+    @property
+    def rings(self) -> list[float | None]:
+        """Radii, m, after None if there are runs without a ring."""
+        return ([None] if self.without_ring else []) + list(self.radii_m)
+
+
+def ring_name(radius: float | None) -> str:
+    """``none`` or ``0.308``, as the names of runs have it."""
+    return "none" if radius is None else f"{radius:.4g}"
+
+
+StudyName = Literal[
+    "trade", "extremes", "traction", "whole_loop", "layouts", "ensemble", "sensitivity", "fidelity",
+    "peer_answers", "wear", "assumptions",
+]  # fmt: skip
+
+
+class Sensitivity(Section):
+    """Which cases of ``config/fit.yaml`` the sensitivity is taken in; no radii: all of them."""
+
+    radii_m: list[Positive]
+    without_ring: bool
+
+
+class Peers(Section):
+    """The comparison with an independent multibody code: Figures 13, 14, Table 2."""
+
+    # the paper's 180 r/min, and whose speed it is taken for; Table 2 belongs to the first reading
+    speed_rpm: Annotated[float, Field(ge=1, lt=1e5)]
+    readings: Annotated[list[Literal["sprocket", "motor"]], Field(min_length=1, max_length=2)]
+    duration_s: Positive
+    # the smallest of each is its code's reference
+    steps_s: Annotated[list[Positive], Field(min_length=2)]
+    exudyn_steps_s: Annotated[list[Positive], Field(min_length=2)]
+    accuracy_pct: Positive
+
+
+class FidelityStudy(Section):
+    """The ladder of fidelities: every setting against the paper's; no settings: all of them."""
+
+    speeds_rpm: Annotated[list[Annotated[float, Field(ge=1, lt=1e5)]], Field(min_length=1)]
+    without_ring: bool
+    settings: list[Literal[tuple(SETTINGS)]]
+
+
+class OtherRig(Section):
+    """A further rig that the scorecard judges beside the first, and the longest steps that it is run with by motor
+    speed.
+
+    ``known`` takes the place of the first rig's where contacts need longer to tell what they do.
+    """
+
+    rig: str
+    steps_s: Allowed
+    known: StopRule | None = None
+
+
+class Config(Section):
+    """Everything in ``config/config.yaml``.
+
+    ``sensor_csv`` names the measured record of a speed; ``{rpm}`` stands for the motor speed. ``sensor_mapping`` names
+    the file that says how these are read (:class:`trackdyn.sensor.sensor_mapping.SensorMapping`). ``known`` ends the
+    runs of ring study, sensitivity, stability and ladder. ``short_studies`` are the studies that belong to every
+    run; the target ``studies`` runs all of them.
+    """
+
+    rig: str
+    results: str
+    sensor_csv: str
+    sensor_is_synthetic: bool
+    sensor_mapping: str | None = None
+    other_rigs: dict[Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]*$")], OtherRig] = Field(default_factory=dict)
+    records: Records
+    meshing: Meshing
+    known: StopRule
+    ring_study: RingStudy
+    sensitivity: Sensitivity
+    peers: Peers
+    fidelity: FidelityStudy
+    short_studies: list[StudyName]
+    studies: StudiesFile
+
+    @model_validator(mode="after")
+    def _consistent(self):
+        folder = Path(self.results)
+        # what Snakemake or a shell would read as something else, and what no file system takes
+        if (
+            not re.fullmatch(r"[^~{}\s\0][^{}\s\0]*", self.results)
+            or len(max(folder.parts, key=len, default="").encode()) > 200
+        ):
+            raise InputError(
+                f"results = {shown(self.results)}: must be the name of a folder "
+                "without spaces, braces or ~, such as results/mine"
+            )
+        for place in (folder, *folder.parents):
+            if place.exists() and not place.is_dir():
+                raise InputError(f"results = {shown(self.results)}: {place} is a file; choose another name")
+        above = next(place for place in (folder, *folder.parents) if place.exists())
+        if not os.access(above, os.W_OK):
+            raise InputError(f"results = {shown(self.results)}: {above} is not writable; choose another folder")
+        if self.records.plan:
+            try:
+                parse_tolerance(self.records.plan.tolerance)
+            except InputError as error:
+                raise InputError(f"records.plan.{error}") from None
+        for where, values in (
+            ("records.speeds_rpm", self.records.speeds_rpm),
+            ("ring_study.speeds_rpm", self.ring_study.speeds_rpm),
+            ("ring_study.radii_m", self.ring_study.radii_m),
+            ("fidelity.speeds_rpm", self.fidelity.speeds_rpm),
+        ):
+            for before, after in pairwise(values):
+                if after <= before:
+                    problem = "occurs twice" if after == before else f"comes after {before:g}"
+                    raise InputError(f"{where} = {values}: {after:g} {problem}; give rising values")
+        rising("ring_study.steps_s", self.ring_study.steps_s)
+        if "possible" not in self.other_rigs:
+            raise InputError("other_rigs.possible is missing; the studies of what parts can be begin at it")
+        for name, other in self.other_rigs.items():
+            rising(f"other_rigs.{name}.steps_s", other.steps_s)
+        try:
+            self.sensor_path(1.0)
+        except (KeyError, IndexError, ValueError, AttributeError):
+            raise InputError(f"sensor_csv = {self.sensor_csv!r}: the only field in braces is {{rpm}}") from None
+        if "{rpm}" not in self.sensor_csv and len(self.records.speeds_rpm) > 1:
+            raise InputError(
+                f"sensor_csv = {self.sensor_csv!r}: it names one file for several speeds; "
+                "write {rpm} where the motor speed belongs"
+            )
+        return self
+
+    @property
+    def ladder_radii(self) -> list[float | None]:
+        """Radii of the ladder's rings, m."""
+        return ([None] if self.fidelity.without_ring else []) + [self.records.ring_radius_m]
+
+    @property
+    def ladder_settings(self) -> list[str]:
+        """Settings of the ladder, that of the paper among them."""
+        asked = self.fidelity.settings
+        return [name for name in SETTINGS if not asked or name in asked or name == f"preset={REFERENCE}"]
+
+    def sensor_path(self, rpm: float) -> str:
+        """File of the sensor's record at a motor speed."""
+        return self.sensor_csv.format(rpm=f"{rpm:g}")
+
+    def check_sensor_files(self) -> None:
+        """Refuse sensor files that are not there, and a mapping that cannot be used."""
+        load_mapping(self.sensor_mapping)
+        for rpm in self.records.speeds_rpm:
+            if not Path(path := self.sensor_path(rpm)).is_file():
+                raise InputError(
+                    f"sensor_csv = {self.sensor_csv!r}: {path} does not exist; every speed of "
+                    "records.speeds_rpm needs its file"
+                )
+
+    def scenes(self, rig: Rig) -> dict[str, Scene]:
+        """Every run of the pipeline by name, such as ``115rpm`` or ``ring/115rpm_0.303``.
+
+        Raises
+        ------
+        InputError
+            If a scene is not possible on this rig or its record is too short for its statistics.
+
+        Notes
+        -----
+        With ``records.plan`` fidelity and step of the records are the planner's, put in when they are run.
+        """
+        runs: dict[str, Scene] = {}
+
+        def add(name: str, section: str, **fields):
+            if name in runs:
+                raise InputError(f"{section}: two runs would share the name {name}; give values that differ more")
+            try:
+                runs[name] = Scene(rig, **fields)
+            except InputError as error:
+                raise InputError(f"{section} (run {name}): {error}") from None
+
+        r, m, s = self.records, self.meshing, self.ring_study
+        for rpm in r.speeds_rpm:
+            add(
+                f"{rpm:g}rpm",
+                "records",
+                motor_rpm=rpm,
+                ring_radius=r.ring_radius_m,
+                duration=r.duration_s,
+                lead_in=r.lead_in_s,
+                ramp=r.ramp_s,
+                step=r.step_s,
+                frame_interval=r.frame_interval_s,
+            )
+            if r.duration_s * runs[f"{rpm:g}rpm"].loop_frequency < 2:
+                raise InputError(
+                    f"records.duration_s = {r.duration_s:g} s: must be at least "
+                    f"{2 / runs[f'{rpm:g}rpm'].loop_frequency:.1f} s, two loop revolutions at {rpm:g} rpm"
+                )
+            runs[f"coarse/{rpm:g}rpm"] = runs[f"{rpm:g}rpm"].with_(tooth_contact="three_surfaces", frame_interval=0.0)
+        for name, radius in (("meshing/no_ring", None), ("meshing/ring", m.ring_radius_m)):
+            add(
+                name,
+                "meshing",
+                motor_rpm=m.speed_rpm,
+                ring_radius=radius,
+                duration=m.duration_s,
+                step=m.step_s,
+                frame_interval=m.frame_interval_s,
+                # the sensor's pitch and the one whose link runs ahead of its connector
+                pitches=(rig.sensor.pitch, rig.sensor.pitch % rig.chain.pitches + 1),
+            )
+            if m.duration_s * runs[name].loop_frequency < 2:
+                raise InputError(
+                    f"meshing.duration_s = {m.duration_s:g} s: must be at least "
+                    f"{2 / runs[name].loop_frequency:.1f} s, two loop revolutions, to hold a whole passage"
+                )
+        for rpm in s.speeds_rpm:
+            for radius in s.rings:
+                asked = steady_fields(rig, rpm, self.known) | {"step": allowed_step(s.steps_s, radius)}
+                add(f"ring/{rpm:g}rpm_{ring_name(radius)}", "ring_study", motor_rpm=rpm, ring_radius=radius, **asked)
+        return runs
+
+    def refuse_studies(self, rig: Rig) -> None:
+        """Refuse what the rules `peer` and `fidelity` would refuse after the runs."""
+        with _section("peers"):
+            p = self.peers
+            for name in ("readings", "steps_s", "exudyn_steps_s"):
+                if len(set(values := getattr(p, name))) < len(values):
+                    raise InputError(f"{name} = {shown(values)}: a value occurs twice; give each once")
+            for reading, step in product(p.readings, p.steps_s):
+                peer_scene(rig, reading, p.speed_rpm, p.duration_s, step)
+        with _section("fidelity"):
+            f = self.fidelity
+            for rpm, radius in product(f.speeds_rpm, self.ladder_radii):
+                Scene(rig, rpm, radius, **steady_fields(rig, rpm, self.known), **PRESETS[REFERENCE])
+
+    def known_of(self, name: str) -> StopRule:
+        """When contacts of another rig have converged."""
+        return self.other_rigs[name].known or self.known
+
+    def other_scenes(self, name: str, scenes: dict[str, Scene]) -> dict[str, Scene]:
+        """The scenes of the first rig that claims are judged by on another one: none of Table 4, no ring study without
+        a ring.
+        """
+        other = self.other_rigs[name]
+        rig = load_rig(other.rig)
+
+        def on_it(run: str, scene: Scene) -> Scene:
+            steady = steady_fields(rig, scene.motor_rpm, self.known_of(name)) if run.startswith("ring/") else {}
+            return scene.with_(rig=rig, step=min(scene.step, allowed_step(other.steps_s, scene.motor_rpm)), **steady)
+
+        try:
+            return {
+                run: on_it(run, scene)
+                for run, scene in scenes.items()
+                if not run.startswith("coarse/") and not (run.startswith("ring/") and scene.ring_radius is None)
+            }
+        except InputError as error:
+            raise InputError(f"other_rigs.{name}: {error}") from None
+
+
+@contextmanager
+def _section(name: str) -> Iterator[None]:
+    """Put the name of a section in front of what is refused within."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+
+
+def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
+    """Validate a configuration with the rig and all scenes that it leads to.
+
+    Raises
+    ------
+    InputError
+        One sentence with file, field, value and what would be accepted.
+    """
+    config = validated(Config, data, name)
+    rig = load_rig(config.rig)
+    try:
+        config.check_sensor_files()
+        if cells := cells_path(config.rig):
+            load_article(cells)
+        scenes = config.scenes(rig)
+        config.refuse_studies(rig)
+        for other in config.other_rigs:
+            config.other_scenes(other, scenes)
+        return config, rig, scenes
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None
+
+
+def read_layer(path: Path | str) -> dict:
+    """A file of a configuration as it stands, its sections known; whatever else it means to Snakemake is refused.
+
+    Raises
+    ------
+    InputError
+        It is no YAML, or has a key at its top that is no section, such as the one that asks for templates to be run.
+    """
+    data, name = read_yaml(path), Path(path).name
+    if not isinstance(data, dict):
+        raise InputError(f"{name}: must hold sections, a mapping of names to values")
+    for key in data:
+        if key not in Config.model_fields:
+            word = key if isinstance(key, str) and key.isidentifier() else shown(key)
+            raise InputError(f"{name}: {word} is not a known parameter; remove it or correct its spelling")
+    return data
+
+
+def check_layers(
+    data: Any, files: Sequence[Path | str], update: Callable[[dict, dict], None]
+) -> tuple[Config, Rig, dict[str, Scene]]:
+    """Validate a configuration that was merged from files by ``update``, the later on top of the earlier.
+
+    Raises
+    ------
+    InputError
+        Names the first file with which the configuration is refused, else the last one.
+    """
+    layers = {Path(file).name: read_layer(file) for file in files}
+    try:
+        return check_config(data, Path(files[-1]).name)
+    except TrackdynError:
+        merged: dict = {}
+        for name, layer in layers.items():
+            update(merged, layer)
+            check_config(merged, name)
+        raise

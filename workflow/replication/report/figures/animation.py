@@ -1,0 +1,104 @@
+"""The loop in motion as a small GIF, with the normal forces on every pitch."""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.animation import PillowWriter
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from trackdyn.errors import InputError
+from trackdyn.files import replacing
+from trackdyn.parameters.rig import Rig
+from trackdyn.plots.drawing import chain_points, draw_force_bar, draw_loop, force_arrow, require_frames, ring_words, sprocket_centre, view
+from replication.report.figures.meshing import LOOKS
+from replication.report.figures.screenshots import contacts, draw_force
+from trackdyn.plots.style import styled
+from trackdyn.simulation.recording import Recording
+
+WIDTH, HEIGHT, DPI = 4.8, 6.4, 100  # of the GIF, inch and dots an inch: fits a phone held upright
+INTERVAL = 0.04  # between pictures, s of the run
+PACE = 2.0  # the GIF is slower than the run by this factor
+BAR, BAR_IN_LOOP = 0.12, 0.2  # scale bar of the forces in pictures of the sprocket and of the whole loop, m
+NAMES = {"left": "left arc", "right": "right arc", "ring": "ring on link"}
+
+
+def _rig(recording: Recording) -> Rig:
+    require_frames(recording)
+    rig = Rig.model_validate(recording.meta["rig"])
+    if len(recording.pitches) < rig.chain.pitches:
+        held = f"the recording holds the forces of {len(recording.pitches)} pitches"
+        raise InputError(f"{held}: simulate with pitches 1 to {rig.chain.pitches}")
+    return rig
+
+
+def draw_moment(ax: Axes, rig: Rig, recording: Recording, index: int, near: bool) -> None:
+    """Wheels, chain and forces at one recorded configuration: ``near`` the sprocket, or the whole loop."""
+    frame, scene = recording.frame[index], recording.meta["scene"]
+    shift = recording.meta["layout"]["tensioner_shift_m"]
+    draw_loop(ax, rig, frame, shift, scene["ring_radius"])
+    # a configuration and a sample are both taken at the end of their interval
+    sample = int(np.clip(round(recording.frame_time[index] * recording.rate) - 1, 0, len(recording.time) - 1))
+    bar, chain = BAR if near else BAR_IN_LOOP, chain_points(rig, frame)
+    for column, pitch in enumerate(recording.pitches):
+        link = 2 * (int(pitch) - 1)
+        of_pitch = (array[sample, column] for array in (recording.force, recording.area, recording.groove))
+        for side, force, point, normal in contacts(rig, chain, link + 1, link, *of_pitch):
+            end = point + force_arrow(force, bar) * normal
+            draw_force(ax, side, point, end, linewidth=1.5, head=7.5, halo=3.3, mark=3.9)
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+    pins = chain_points(rig, recording.frame[0])[0]
+    low, high = pins.min(axis=0) - 0.2, pins.max(axis=0) + 0.2  # room for the arrows
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    if near:
+        middle, half = sprocket_centre(rig), 1.42 * rig.groove_profile.addendum * np.ones(2)
+    # fill the axes at equal scales
+    box, paper = ax.get_position(original=True), ax.figure.get_size_inches()
+    ratio = box.width * paper[0] / (box.height * paper[1])
+    view(ax, middle, np.maximum(half, [half[1] * ratio, half[0] / ratio]))
+    draw_force_bar(ax, bar)
+
+
+def _canvas(recording: Recording) -> Figure:
+    """A figure that says what runs and what the arrows are."""
+    # axes are placed by hand; the style's layout engine has to be put aside, or saving would bring it back
+    figure = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
+    figure.set_layout_engine("none")
+    FigureCanvasAgg(figure)
+    scene = recording.meta["scene"]
+    figure.suptitle(f"{scene['motor_rpm']:g} rpm, {ring_words(scene['ring_radius'])}", x=0.02, ha="left", fontsize=9)
+    present = [side for i, side in enumerate(NAMES) if (recording.force[:, :, i] > 0).any()]
+    handles = [Line2D([], [], **LOOKS[side] | {"linestyle": "-"}, markersize=4, label=NAMES[side]) for side in present]
+    if handles:
+        where = {"loc": "upper right", "bbox_to_anchor": (0.995, 0.995), "ncols": len(handles), "frameon": False}
+        figure.legend(handles=handles, fontsize=7, handlelength=1.0, columnspacing=1.0, **where)
+    return figure
+
+
+@styled
+def write_animation(recording: Recording, path: Path | str) -> int:
+    """Write one turn of the sprocket as a GIF: the sprocket above, the whole loop below; returns how many pictures.
+
+    After a turn every body stands where another of its kind stood, so the GIF repeats without a jump. The run takes
+    a turn or more, with configurations and all pitches recorded.
+    """
+    rig, scene = _rig(recording), recording.meta["scene"]
+    Path(path).parent.mkdir(parents=True, exist_ok=True)
+    turn = 60 * rig.sprocket.transmission_ratio / scene["motor_rpm"]
+    stride = max(1, round(INTERVAL / scene["frame_interval"]))
+    step = stride * scene["frame_interval"]
+    indices = [i * stride for i in range(round(turn / step)) if i * stride < len(recording.frame)]
+    figure = _canvas(recording)
+    near = figure.add_axes((0.0, 0.35, 1.0, 0.615))
+    whole = figure.add_axes((0.0, 0.0, 1.0, 0.36))
+    writer = PillowWriter(fps=round(1 / (step * PACE)))
+    with replacing(path) as part, writer.saving(figure, part, dpi=DPI):
+        for index in indices:
+            for ax in (near, whole):
+                ax.clear()
+                draw_moment(ax, rig, recording, index, near=ax is near)
+            writer.grab_frame()
+    return len(indices)

@@ -1,0 +1,38 @@
+"""Figure 15: how far the closed loop gapes."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from replication.paper import printed
+from trackdyn.plots.style import COLOURS, DASHES, PRINTED, new_figure, power_of_ten, styled, upper_edge
+from trackdyn.simulation.recording import Recording
+
+# A gap of exactly nothing has no place on a logarithmic axis; below the spacing of doubles near 1 m.
+LEAST_GAP = 1e-17
+STRETCHES = 180  # of a record; the curve shows the largest gap in each
+
+
+@styled
+def closure_figure(recordings: Mapping[int, Recording]) -> Figure:
+    """Largest distance of the two ends of the loop over time, for every speed.
+
+    A point is the largest gap of all steps in one of 180 stretches of the record: half a second of a
+    record of 90 s. ``recordings`` is by motor speed (rev/min).
+    """
+    figure = new_figure(3.6)
+    ax = figure.subplots()
+    for i, (rpm, recording) in enumerate(sorted(recordings.items())):
+        edges, largest = upper_edge(np.maximum(recording.gap, LEAST_GAP), STRETCHES)
+        time = 0.5 * (edges[:-1] + edges[1:]) / recording.rate
+        look = {"color": COLOURS[i % len(COLOURS)], "linestyle": DASHES[i % len(DASHES)]}
+        ax.plot(time, largest, **look, label=f"{rpm:g} rpm, largest {power_of_ten(recording.gap.max(), 2)} m")
+    limit = printed.LOOP_GAP.value
+    ax.axhline(limit, **PRINTED, linewidth=1.4, label=f"printed in the paper: {power_of_ten(limit, 4)} m")
+    ax.set_yscale("log")
+    ax.set(xlabel="time since the start of the record (s)", ylabel="closure error (m)")
+    ax.set_title("Largest closure error of the cut joint")
+    ax.set_xlim(0, max(len(recording.gap) / recording.rate for recording in recordings.values()))
+    figure.legend(loc="outside lower center", ncols=2)
+    return figure

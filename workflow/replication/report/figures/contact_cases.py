@@ -1,0 +1,176 @@
+"""Figures 9, 10 and 12: what the contact search returns, for a convex and a concave area and for a link.
+
+Depths are drawn far larger than any that occurs, so that they can be seen.
+"""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Polygon
+
+from trackdyn.contact.tooth import find_area
+from trackdyn.contact.wheel import foot
+from trackdyn.parameters.rig import Rig
+from replication.report import marks
+from trackdyn.plots import drawing
+from replication.report.figures.groove import draw_groove
+from trackdyn.plots.style import BLACK, PURPLE, new_figure, styled
+from trackdyn.scene.build import make_tooth
+
+SHOWN_DEPTH = 0.25  # of a connector's arc, in parts of its radius
+SHOWN_LINK_DEPTH = 0.5  # of a link, in parts of half its thickness
+# where the perpendicular meets AB (0 at A, 1 at B) in each case that is drawn
+LINK_CASES = {"left end contact": -0.7, "vertical contact": 0.4, "right end contact": 1.7}
+
+
+def touching_centre(rig: Rig, area: int) -> np.ndarray:
+    """Centre of a connector's arc that penetrates an area, a little off the middle of its sector, m."""
+    groove, rc = rig.groove_profile, rig.chain.connector_radius
+    u, r = groove.direction[area - 1], groove.radius[area - 1]
+    distance = r + (1 - SHOWN_DEPTH) * rc * (1.0 if groove.convex[area - 1] else -1.0)
+    return groove.centre[area - 1] + distance * marks.polar(np.arctan2(u[1], u[0]) + 0.3 * groove.half_angle[area - 1])
+
+
+def placed_link(rig: Rig, fraction: float) -> tuple[np.ndarray, np.ndarray]:
+    """Ends A and B of a link that penetrates the ring so that the perpendicular meets AB at ``fraction``, m.
+
+    The ring's centre is the origin, and the link's point nearest to it is straight above it.
+    """
+    length = rig.chain.link_length
+    height = rig.sprocket.ring_radius + (1 - SHOWN_LINK_DEPTH) * rig.chain.link_thickness / 2
+    end = min(max(fraction, 0.0), 1.0)
+    # beyond an end the link leans, so that the perpendicular meets its line outside of it
+    along = marks.polar(-np.arcsin((fraction - end) * length / height))
+    start = np.array([0.0, height]) - end * length * along
+    return start, start + length * along
+
+
+@styled
+def convex_figure(rig: Rig) -> Figure:
+    """Figure 9: contact of the left arc with a convex area."""
+    return _arc_figure(rig, 1)
+
+
+@styled
+def concave_figure(rig: Rig) -> Figure:
+    """Figure 10: contact of the left arc with a concave area."""
+    return _arc_figure(rig, 2)
+
+
+def _arc_figure(rig: Rig, area: int) -> Figure:
+    groove, rc = rig.groove_profile, rig.chain.connector_radius
+    convex = bool(groove.convex[area - 1])
+    place, centre, r = touching_centre(rig, area), groove.centre[area - 1], groove.radius[area - 1]
+    tooth = make_tooth(groove, rc, 0)
+    found, depth, nx, ny, effective = find_area(tooth, float(place[0]), float(place[1]))
+    n, tau = np.array([nx, ny]), np.array([-ny, nx])
+    deepest = place - rc * n
+    surface = deepest + depth * n
+
+    figure = new_figure(3.8)
+    ax, words = figure.subplots(1, 2, width_ratios=(1.0, 0.56))
+    draw_groove(ax, rig, 0.03, emphasized=(found,))
+    face = {"facecolor": drawing.CONNECTOR, "alpha": 0.65, "edgecolor": "none", "zorder": drawing.Z_SPROCKET + 0.2}
+    ax.add_patch(Circle(place, rc, **face))
+    z = drawing.Z_CONNECTOR
+    ax.add_patch(Circle(place, rc, fill=False, edgecolor=BLACK, linewidth=1.3, zorder=z + 0.1, label="arc"))
+    dashed = {"edgecolor": "0.35", "linestyle": (0, (5, 2)), "linewidth": 0.8}
+    ax.add_patch(Circle(centre, r, fill=False, **dashed, zorder=z + 0.2))
+    # e and the radii lie on one line: the radii are drawn beside it
+    along = (place - centre) / np.hypot(*(place - centre))
+    across = 0.16 * rc * np.array([-along[1], along[0]])
+    marks.vector(ax, centre, place, f"$e_{area}$", 0.75 if convex else 0.5, side=-1, linewidth=1.2)
+    marks.radius(ax, place + across, deepest + across, "$r_C$", 0.4 if convex else 0.5)
+    marks.radius(ax, centre - 2 * across, surface - 2 * across, f"$r_{area}$", 0.5, side=-1)
+    for end, away in ((place, across), (deepest, across), (centre, -2 * across), (surface, -2 * across)):
+        marks.line(ax, end, end + 1.15 * away, color="0.45", linewidth=0.6)
+    ends, offset = ((deepest, surface), 0.55) if convex else ((surface, deepest), 0.75)
+    marks.dimension(ax, *ends, r"$\delta$", offset=offset * rc, turned=False, fontsize=9)
+    for direction, name, side in ((n, "$n$", 1 if convex else -1), (tau, r"$\tau$", -1)):
+        end = surface + 0.45 * rc * direction
+        marks.arrow(ax, surface, end, color=PURPLE, linewidth=2.2)
+        marks.beside(ax, surface, end, name, 0.8, side, color=PURPLE, fontsize=10)
+    marks.point(ax, place, "$C$", "right" if convex else "left", gap=5)
+    marks.point(ax, centre, f"$O_{area}$", "right below" if convex else "right", gap=4)
+    points = np.array([place + rc, place - rc, centre - 2 * across, deepest - 0.4 * rc])
+    low, high = points.min(axis=0) - 0.1 * rc, points.max(axis=0) + 0.1 * rc
+    ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    marks.frame_axes(ax, "k")
+    ax.set_title(f"the left arc in area {found}")
+    # what the search returns for the state that is drawn, with the equations
+    length, rj = f"|e_{area}|", f"r_{area}"
+    law, normal, radius = rf"r_C + {rj} - {length}$   (Eq. 29)", "n = e", f"r_C + {rj}"
+    if not convex:
+        law, normal, radius = rf"{length} + r_C - {rj}$   (Eq. 33)", "n = -e", f"{rj} - r_C"
+    components = f"({n[0]:.3f}, {n[1]:.3f})".replace("-", "\N{MINUS SIGN}")
+    rows = [
+        f"${length}$ = {marks.millimetres(np.hypot(*(place - centre)))}",
+        rf"$\delta = {law}" + f"\n   = {marks.millimetres(depth)}, enlarged",
+        f"${normal}_{area} / {length}$\n   = {components}",
+        f"$R = {radius}$\n   = {marks.millimetres(effective)}",
+        r"$\tau = \hat{z} \times n$",
+    ]
+    words.text(0.0, 0.5, "\n\n".join(rows), transform=words.transAxes, va="center", linespacing=1.5)
+    words.set_axis_off()
+    return figure
+
+
+@styled
+def link_figure(rig: Rig) -> Figure:
+    """Figure 12: a link on the ring, touching it between its ends or with one of them."""
+    figure = new_figure(4.2)
+    *axes, words = figure.subplots(2, 2).ravel()
+    for ax, letter, (case, fraction) in zip(axes, "abc", LINK_CASES.items(), strict=True):
+        s = _draw_link_case(ax, rig, *placed_link(rig, fraction))
+        ax.set_title(f"({letter}) {case}, $s$ = {s:.2f}".replace("-", "\N{MINUS SIGN}"))
+    text = (
+        "$s$: where the perpendicular\nfrom $O_S$ meets the line $AB$,\nin lengths of $AB$ from $A$\n\n"
+        "$s$ below 0: $Q$ is $A$\n$s$ from 0 to 1: $Q$ is its foot\n$s$ above 1: $Q$ is $B$"
+    )
+    words.text(0.05, 0.5, text, transform=words.transAxes, va="center", linespacing=1.5)
+    words.set_axis_off()
+    return figure
+
+
+def _draw_link_case(ax: Axes, rig: Rig, start, end) -> float:
+    """Draw a link with the ends A and B (m) and its contact with the ring; returns where the perpendicular meets AB, 0
+    to 1 within.
+    """
+    ring, half = rig.sprocket.ring_radius, rig.chain.link_thickness / 2
+    s, qx, qy, distance = foot(*map(float, (*start, *end, 0.0, 0.0)))
+    q = np.array([qx, qy])
+    p = ring * q / distance
+    along = (end - start) / np.hypot(*(end - start))
+    angle = float(np.arctan2(along[1], along[0]))
+    rubber = {"facecolor": "0.8", "edgecolor": drawing.RUBBER, "linewidth": 1.6, "zorder": drawing.Z_RING}
+    ax.add_patch(Circle((0, 0), ring, **rubber, label="ring"))
+    link, z = drawing.placed(drawing.link_outline(rig), start, angle), drawing.Z_LINK
+    ax.add_patch(Polygon(link, facecolor=drawing.LINK, alpha=0.75, edgecolor="none", zorder=z))
+    # what the law of contact takes for the link: the points within half the thickness of the line AB
+    outline = drawing.placed(drawing.stadium(rig.chain.link_length, half, 30), start, angle)
+    ax.add_patch(Polygon(outline, fill=False, edgecolor=BLACK, linewidth=1.0, zorder=z + 0.1, label="link"))
+    marks.line(ax, start, end, linestyle=(0, (8, 2, 1, 2)), linewidth=0.8)
+    if not 0 <= s <= 1:  # the perpendicular, outside of the link
+        on_line = start + s * rig.chain.link_length * along
+        marks.line(ax, q, on_line, linestyle=(0, (1, 1)), linewidth=0.9)
+        marks.line(ax, on_line, 0.87 * on_line, linestyle=(0, (1, 1)), linewidth=0.9)
+    low = ring - 2.6 * half
+    marks.line(ax, q * low / q[1], q, linewidth=0.9)
+    marks.arrow(ax, q * (low + 0.012) / q[1], q * low / q[1], linewidth=0.9)
+    marks.write(ax, q * (low + 0.006) / q[1] + [0.004, 0.0], "to $O_S$", ha="left")
+    for place, name in ((start, "$A$"), (end, "$B$")):
+        if 0 < s < 1 or not np.allclose(place, q):
+            marks.point(ax, place, name, "above", gap=4)
+    marks.point(ax, q, "$Q$" if 0 < s < 1 else ("$Q = A$" if s <= 0 else "$Q = B$"), "above", gap=4)
+    marks.point(ax, p, "$P$", "left below", gap=4)
+    near = q - half * q / distance
+    sign = 1 if s < 0.5 else -1  # towards the other end of the link
+    marks.dimension(ax, near, p, r"$\delta_r$", offset=-0.9 * sign * half, side=-sign, turned=False, fontsize=9)
+    far, middle = (end if s < 0.5 else start), 0.5 * (start + end)
+    inside = far + 0.5 * (middle - far)
+    across = half * np.array([-along[1], along[0]])
+    marks.dimension(ax, inside, inside + across, "$D/2$", side=sign, turned=False, fontsize=9)
+    span = 0.085
+    ax.set(xlim=(middle[0] - span, middle[0] + span), ylim=(low - 0.004, low + 1.35 * span))
+    marks.bare(ax)
+    return s

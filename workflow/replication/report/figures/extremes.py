@@ -1,0 +1,155 @@
+"""Extremes: how every case ended, and the curves behind the families that measure something."""
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from trackdyn.plots.style import BLACK, BLUE, GREEN, MARKERS, ORANGE, PRINTED, VERMILION, new_figure, styled
+from trackdyn.simulation.account import OPEN_SHARE
+from replication.study.extremes.judge import COMPLETED, DEFECT, GAP, MARKED, OUTCOMES, REFUSED, extremes_summary
+
+LOOKS = {COMPLETED: (BLUE, ""), MARKED: (GREEN, ".."), REFUSED: (ORANGE, "//"), DEFECT: (VERMILION, "xx")}
+SOLVERS = {"riccati": BLUE, "multipliers": GREEN, "transfer_product": VERMILION}
+SOLVER_NAMES = {"riccati": "Riccati", "multipliers": "multipliers", "transfer_product": "literal product"}
+KIND_LOOKS = {"link and connector": ("-", "o"), "uniform bars": ("--", "s"), "centres of percussion": (":", "^")}
+BOUND = {"color": BLACK, "linestyle": ":"}
+# above this every digit is lost: points beyond say no more
+ALL_LOST = 1e6
+
+
+@styled
+def solvers_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
+    """Every solver against the number of bodies: its error (a), the residual of what is too long for that (b)."""
+    table = rows[(rows["family"] == "length of the chain") & (rows["group"] != "")]
+    figure = new_figure(5.0)
+    errors, residuals = figure.subplots(2, 1, height_ratios=(2.0, 1.0))
+    for group, part in table.groupby("group", sort=False):
+        solver, kind = group.split(", ")
+        dashes, marker = KIND_LOOKS[kind]
+        part = part.astype({"at": float, "value": float, "expected": float}).sort_values("at")
+        seen = part[np.isfinite(part["value"]) & (part["value"] < ALL_LOST)]
+        # measured points of the literal product stand by their prediction; the others have none
+        look = {"color": SOLVERS[solver], "linestyle": "none" if solver == "transfer_product" else dashes}
+        for ax, here in ((errors, seen["measure"] != "residual"), (residuals, seen["measure"] == "residual")):
+            label = f"{SOLVER_NAMES[solver]}, {kind}" if ax is errors and here.any() else None
+            ax.plot(seen["at"][here], seen["value"][here], **look, marker=marker, label=label)
+        predicted = part[part["expected"].notna() & (part["expected"] < ALL_LOST)]
+        if len(predicted) > 1:
+            look = {"color": BLACK, "linestyle": dashes, "linewidth": 1.2}
+            errors.plot(predicted["at"], predicted["expected"], **look, label=f"predicted growth, {kind}")
+    lengths = table["at"].astype(float)
+    errors.axvspan(9, 1.2 * lengths.max(), color="0.93", zorder=0)
+    short = lengths[table["measure"] != "residual"]
+    errors.set(xscale="log", yscale="log", xlim=(5, 1.2 * short.max()), ylim=(3e-17, ALL_LOST))
+    residuals.set(xscale="log", yscale="log", xlabel="bodies of the chain")
+    errors.set_ylabel("relative error")
+    residuals.set_ylabel("relative residual")
+    errors.set_title("(a) error of the accelerations, median of three poses;\ngrey: rejected for the literal product")
+    residuals.set_title("(b) longer chains: residual of the equations of motion")
+    figure.legend(loc="outside lower center", ncols=2)
+    return figure
+
+
+@styled
+def stability_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
+    """Forced runs over step and stiffness of the teeth, and the step limit predicted beforehand."""
+    table = rows[rows["family"] == "step and stiffness"]
+    table = table.astype({"group": float, "at": float, "value": float, "expected": float, "bound": float})
+    stable = table["value"] <= table["bound"]
+    figure = new_figure(4.2)
+    ax = figure.subplots()
+    for mask, look, label in (
+        (stable, {"marker": "o", "color": BLUE}, "stable"),
+        (~stable & np.isfinite(table["value"]), {"marker": "D", "color": ORANGE}, "gains energy"),
+        (~stable & ~np.isfinite(table["value"]), {"marker": "x", "color": VERMILION}, "left the physical range"),
+    ):
+        if mask.any():
+            ax.scatter(table["at"][mask], table["group"][mask], s=22, label=f"{label} ({int(mask.sum())})", **look)
+    limit = table.groupby("group")["expected"].first()
+    ax.plot(limit.to_numpy(), limit.index.to_numpy(), color=BLACK, linestyle="-", label="predicted limit")
+    refused = table[table["outcome"] == REFUSED].groupby("group")["at"].min()
+    ax.plot(refused.to_numpy(), refused.index.to_numpy(), color=BLACK, linestyle="--", label="first rejected step")
+    ax.set(xscale="log", yscale="log", xlabel="step (s)", ylabel="Young's modulus of the teeth (Pa)")
+    ax.set_title("Explicit integration at steps that a scene rejects,\n0.2 s without ring and friction, 210 rpm")
+    figure.legend(loc="outside lower center", ncols=3)
+    return figure
+
+
+@styled
+def restitution_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
+    """Restitution that an impact delivers against the nominal one, both normal laws."""
+    table = rows[(rows["family"] == "restitution") & (rows["measure"] == "restitution")]
+    table = table.astype({"at": float, "value": float, "expected": float})
+    figure = new_figure(3.6)
+    ax = figure.subplots()
+    ax.plot([0, 1], [0, 1], **PRINTED, zorder=3, label="nominal")
+    for i, (law, part) in enumerate(table.groupby("group", sort=False)):
+        colour = (BLUE, ORANGE)[i % 2]
+        part = part.sort_values("at")
+        ax.plot(part["at"], part["expected"], color=colour, linestyle="-")
+        names = {"printed": "Eq. 8 as printed", "delivered": "factor that delivers it"}
+        ax.plot(part["at"], part["value"], color=colour, linestyle="none", marker=MARKERS[i], label=names.get(law, law))
+    ax.set(xlabel="nominal coefficient of restitution", ylabel="delivered")
+    ax.set_title("One impact integrated (points) and the closed form (lines)")
+    ax.legend(loc="lower right")
+    return figure
+
+
+@styled
+def outcomes_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
+    """Completed, refused and faulty cases of every family."""
+    table = extremes_summary(rows).iloc[:-1].rename(columns={"defects": DEFECT})
+    figure = new_figure(0.32 * len(table) + 1.4)
+    ax = figure.subplots()
+    place = np.arange(len(table))[::-1]
+    left = np.zeros(len(table))
+    share = table[list(OUTCOMES)].div(table["rows"], axis=0) * 100
+    for outcome in OUTCOMES:
+        colour, hatch = LOOKS[outcome]
+        width = share[outcome].to_numpy()
+        total = int(table[outcome].sum())
+        ax.barh(place, width, left=left, color=colour, hatch=hatch, edgecolor="white", label=f"{outcome} ({total})")
+        for y, x, w, number in zip(place, left, width, table[outcome], strict=True):
+            if number and w > 3:
+                box = {"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.85}
+                ax.text(x + w / 2, y, str(number), ha="center", va="center", bbox=box)
+        left = left + width
+    ax.set_yticks(place, [f"{name} ({n})" for name, n in zip(table["family"], table["rows"], strict=True)])
+    ax.set(xlim=(0, 100), xlabel="cases (%)")
+    ax.grid(False)
+    ax.legend(loc="lower center", bbox_to_anchor=(0.45, 1.0), ncols=3, frameon=False)
+    return figure
+
+
+@styled
+def long_run_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
+    """Closure error, energy residual, RMS of the sensor and memory over a long run."""
+    figure = new_figure(5.6)
+    axes = figure.subplots(4, 1, sharex=True)
+    minutes = chunks["time_s"] / 60
+    labels = {
+        "loop_gap_max_m": "largest closure\nerror (m)",
+        "energy_residual": "relative energy\nresidual",
+        "rms_g": "RMS of the sensor's\ny acceleration (g)",
+        "resident_mb": "largest resident\nmemory (MB)",
+    }
+    for ax, (column, label) in zip(axes, labels.items(), strict=True):
+        ax.plot(minutes, chunks[column].abs(), color=BLUE, linestyle="-", marker="." if len(chunks) < 50 else "")
+        ax.set_ylabel(label)
+    bounds = ((GAP, "printed, 1.1e-10 m", PRINTED), (OPEN_SHARE, f"bound, {OPEN_SHARE:g}", BOUND))
+    for ax, (bound, text, look) in zip(axes, bounds, strict=False):
+        ax.set_yscale("log")
+        ax.axhline(bound, **look)
+        ax.text(minutes.iloc[0], 0.6 * bound, text, va="top")
+        ax.set_ylim(top=6 * bound)
+    for ax, column in zip(axes[2:], ("rms_g", "resident_mb"), strict=True):
+        if chunks[column].notna().any():
+            ax.set_ylim(0, 1.25 * chunks[column].max())
+    axes[-1].set_xlabel("simulated time (min)")
+    figure.align_ylabels()
+    axes[0].set_title(f"{minutes.iloc[-1]:.2g} min at 210 rpm, in chunks of whole revolutions of the loop")
+    return figure
+
+
+# in the order of the rule's outputs
+FIGURES = (solvers_figure, stability_figure, restitution_figure, outcomes_figure, long_run_figure)

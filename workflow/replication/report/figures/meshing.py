@@ -1,0 +1,230 @@
+"""Figures 19 and 21: contact forces and areas of one connector on its way around the sprocket."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.legend_handler import HandlerTuple
+from matplotlib.lines import Line2D
+
+from trackdyn.errors import InputError
+from trackdyn.measure.contact_log import timing
+from trackdyn.measure.meshing import mean_events, passages, smoothed_maxima, spells
+from replication.paper import printed
+from trackdyn.plots.drawing import ring_words
+from replication.report.marks import HALO
+from trackdyn.plots.style import BLACK, BLUE, GREEN, PRINTED, PURPLE, SMALL, new_figure, styled
+from trackdyn.simulation.recording import Recording
+
+LOOKS = {
+    "left": {"color": BLUE, "linestyle": "-", "marker": "o"},
+    "right": {"color": PURPLE, "linestyle": (0, (5, 1.5)), "marker": "s"},
+    "ring": {"color": GREEN, "linestyle": (0, (6, 1.5, 1, 1.5)), "marker": "^"},
+}
+NAMES = {"left": "left arc", "right": "right arc", "ring": "link ahead on the ring"}
+BEFORE, AFTER = 0.05, 0.05  # shown before the first and after the last contact, turns
+# printed event: the measured one, of which maxima have two readings
+MEASURED = {
+    "first contact of the right arc": "first right", "first contact of the left arc": "first left",
+    "right contact gone": "right gone", "out of engagement": "out", "ring first touched": "ring touched",
+    "ring left": "ring left",
+}  # fmt: skip
+HERE = {"color": BLACK, "linestyle": "none", "marker": "o", "markersize": 4.5}
+STEP = HERE | {"marker": "x", "markersize": 4}
+IN_PRINT = HERE | {"marker": "D", "markerfacecolor": "white", "markersize": 5.5}
+BARE_BOX = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
+BEYOND = 1.25  # of the highest point of the curves: larger single steps are written, not drawn
+
+
+@dataclass(frozen=True)
+class Selected:
+    """The passage that is shown.
+
+    Attributes
+    ----------
+    connector : int
+        1-based.
+    groove : int
+        Its groove, 1 to m.
+    number : int
+        Of the passage in the record.
+    first, last : float
+        First and last contact, s since the beginning of the record.
+    turn : float
+        Time of a sprocket turn, s.
+    sides : DataFrame
+        Rows of :func:`trackdyn.measure.meshing.passages`, by side.
+    force : (s, 3) array
+        Left arc, right arc, link ahead on the ring, N.
+    area : (s, 2) array
+        Areas of the arcs, 0 without contact.
+    time : (s,) array
+        s since the first contact.
+    """
+
+    connector: int
+    groove: int
+    number: int
+    first: float
+    last: float
+    turn: float
+    sides: pd.DataFrame
+    force: np.ndarray
+    area: np.ndarray
+    time: np.ndarray
+
+
+def select_passage(recording: Recording) -> Selected:
+    """The complete passage nearest to the middle of the record whose contacts are all recorded.
+
+    Raises
+    ------
+    InputError
+        If there is none: the record is too short, or the link ahead of the connector is not recorded.
+    """
+    count = timing(recording).pitches
+    columns = {int(pitch): i for i, pitch in enumerate(recording.pitches)}
+    ring = recording.meta["scene"]["ring_radius"] is not None
+    connectors = [pitch for pitch in columns if not ring or pitch % count + 1 in columns]
+    if not connectors:
+        pitch = int(recording.pitches[0])
+        raise InputError(
+            f"the recording lacks the ring force of link {pitch % count + 1}, which runs ahead of connector "
+            f"{pitch}; simulate with pitches ({pitch}, {pitch % count + 1})"
+        )
+    table = passages(recording)
+    table = table[table["connector"].isin(connectors)]
+    if table.empty:
+        found = "the record holds no complete passage over the sprocket"
+        raise InputError(f"{found}; simulate two loop revolutions or more")
+    groups = table.groupby("passage")
+    start, end = groups["start_s"].min(), groups["end_s"].max()
+    number = int((start + end - timing(recording).record).abs().idxmin())
+    sides = groups.get_group(number).set_index("side")
+    first, last, connector = float(start[number]), float(end[number]), int(sides["connector"].iloc[0])
+    force = recording.force[:, columns[connector]].copy()
+    if ring:
+        force[:, 2] = recording.force[:, columns[connector % count + 1], 2]
+    grooves = spells(recording).query("passage == @number and groove > 0")["groove"]
+    groove = int(grooves.iloc[0]) if len(grooves) else 0
+    area, time, turn = recording.area[:, columns[connector]], recording.time - first, timing(recording).turn
+    return Selected(connector, groove, number, first, last, turn, sides, force, area, time)
+
+
+def printed_times(ring: bool, turn: float) -> dict[str, float]:
+    """Printed events after the first printed contact, s; stretched if the sprocket turns at another speed."""
+    times = (printed.EVENTS_WITH_RING if ring else printed.EVENTS_WITHOUT_RING).value
+    first = min(time for event, time in times.items() if "first" in event)
+    scale = turn * 115 / (60 * printed.TRANSMISSION_RATIO.value)
+    return {event: (time - first) * scale for event, time in times.items()}
+
+
+def printed_and_measured_times(recording: Recording) -> pd.DataFrame:
+    """The events of the paper beside those of the run: what decides C16 and C17.
+
+    Returns
+    -------
+    DataFrame
+        By printed event, in its order: ``printed, here, step``, s since the first contact, means over all passages.
+        A maximum is that of the mean over 0.01 s, and of the largest single step in ``step``. NaN: none.
+    """
+    ring = recording.meta["scene"]["ring_radius"] is not None
+    found = pd.concat([mean_events(recording), smoothed_maxima(recording)]).set_index("event")["mean_s"]
+    rows = {}
+    for event, time in printed_times(ring, timing(recording).turn).items():
+        name = "left touches" if ring and event == "first contact of the left arc" else MEASURED.get(event, event)
+        smooth = next((other for other in found.index if other.startswith(f"{name}, mean")), name)
+        step = found.get(name, np.nan) if smooth != name else np.nan
+        rows[event] = {"printed": time, "here": found.get(smooth, np.nan), "step": step}
+    return pd.DataFrame(rows).T
+
+
+@styled
+def passage_figure(recording: Recording) -> Figure:
+    """Forces (a) and areas (b) of one connector over one passage, and its events: Figure 19, with a ring Figure 21.
+
+    Events stand beside the printed ones, all counted from the first contact (c). Single marks in (a) are the largest
+    force of all time steps; one far above the curves is an arrow at the upper edge with its value.
+
+    Raises
+    ------
+    InputError
+        If the recording does not hold such a passage; see :func:`select_passage`.
+    """
+    shown = select_passage(recording)
+    scene = recording.meta["scene"]
+    ring = scene["ring_radius"] is not None
+    low, high = -BEFORE * shown.turn, shown.last - shown.first + AFTER * shown.turn
+    inside = (shown.time >= low) & (shown.time <= high)
+    time = shown.time[inside]
+    figure = new_figure(6.2)
+    forces, areas, times = figure.subplots(3, 1, sharex=True, height_ratios=(1.8, 0.8, 1.3))
+    sides = ("left", "right", "ring") if ring else ("left", "right")
+    highest = max(shown.force[inside, : len(sides)].max(), 1.0)
+    peaks = []
+    for i, side in enumerate(sides):
+        look, row = LOOKS[side], shown.sides.loc[side]
+        label = NAMES[side] if row["count"] else f"{NAMES[side]} (no contact)"
+        forces.plot(time, shown.force[inside, i], **look | {"marker": ""}, label=label, zorder=3)
+        if row["count"]:
+            mark = {"linestyle": "none", "markersize": 6, "markeredgecolor": "white", "markeredgewidth": 0.6}
+            peaks.append(Line2D([], [], **look | mark))
+            _mark_peak(forces, row["peak_s"] - shown.first, row["peak_n"], look | mark, BEYOND * highest)
+        if side != "ring" and row["count"]:
+            area = shown.area[inside, i]
+            areas.plot(time[area > 0], area[area > 0], **look | {"linestyle": "none", "markersize": 2.5})
+    times.set_xlim(low, high)
+    _draw_events(times, printed_and_measured_times(recording), (forces, areas))
+    what = f"Connector {shown.connector} in groove {shown.groove}, {ring_words(scene['ring_radius'])}"
+    figure.suptitle(f"{what}, {scene['motor_rpm']:g} rpm; a sprocket turn takes {shown.turn:.3f} s", x=0.01, ha="left")
+    for ax, title in ((forces, "(a) forces"), (areas, "(b) areas of the groove"), (times, "(c) events")):
+        ax.set_title(title)
+    forces.set(ylabel="normal force (N)", ylim=(-0.03 * highest, 1.45 * highest))
+    areas.set(ylabel="area\n(1 to 10)", yticks=sorted({*map(int, np.unique(shown.area[inside]))} - {0}), ylim=(0, 11))
+    times.set_xlabel("time since the first contact (s)")
+    curves, labels = forces.get_legend_handles_labels()
+    handles = [*curves, tuple(peaks), *times.get_legend_handles_labels()[0]]
+    labels += ["largest of all time steps", *times.get_legend_handles_labels()[1]]
+    spread = {tuple: HandlerTuple(ndivide=None, pad=0.6)}
+    figure.legend(handles, labels, handler_map=spread, loc="outside lower center", ncols=2)
+    return figure
+
+
+def _mark_peak(ax: Axes, time: float, force: float, look: dict, limit: float) -> None:
+    """The largest force of all time steps: a mark, or above the limit an arrow at the edge with its value."""
+    if force <= limit:
+        ax.plot(time, force, **look, zorder=4)
+        return
+    arrow = {"arrowstyle": "-|>", "color": look["color"], "linewidth": 1.4, "shrinkA": 0, "shrinkB": 0}
+    edge = ("data", "axes fraction")
+    ax.annotate("", (time, 1.0), (time, 0.84), xycoords=edge, textcoords=edge, arrowprops=arrow, zorder=5)
+    label = f"{force:.0f} N at {time:.3f} s".replace("-", "\N{MINUS SIGN}")
+    look = {"textcoords": "offset points", "va": "center", "fontsize": SMALL, "path_effects": HALO, "zorder": 5}
+    ax.annotate(label, (time, 0.92), (6, 0), xycoords=edge, **look)
+
+
+def _draw_events(ax: Axes, times: pd.DataFrame, others) -> None:
+    """A row an event: printed and measured time on one line, and in numbers where there is room."""
+    for y, (_, row) in enumerate(times.iterrows()):
+        known = row.dropna()
+        ax.plot([known.min(), known.max()], [y, y], color="0.6", linestyle="-", linewidth=1.0)
+        for name, look in (("printed", IN_PRINT), ("here", HERE), ("step", STEP)):
+            ax.plot(row[name], y, **look, zorder=4)
+        for other in others:
+            other.axvline(row["printed"], **PRINTED, linewidth=0.5, zorder=2)
+        text = " / ".join(f"{value:.{digits}f}" for value, digits in zip(known, (2, 3, 3), strict=False))
+        places = np.array([ax.get_xlim()[0], *sorted(known), ax.get_xlim()[1]])
+        widest = int(np.argmax(np.diff(places)))
+        end = {0: (places[1], -7, "right"), len(known): (places[-2], 7, "left")}
+        place, gap, across = end.get(widest, (places[widest : widest + 2].mean(), 0, "center"))
+        look = {"textcoords": "offset points", "va": "center", "ha": across, "fontsize": SMALL, "bbox": BARE_BOX}
+        ax.annotate(text.replace("-", "\N{MINUS SIGN}"), (place, y), (gap, 0), **look)
+    names = [event.replace("first contact of the", "first contact,") for event in times.index]
+    ax.set_yticks(range(len(times)), names)
+    ax.set_ylim(len(times) - 0.4, -0.6)
+    ax.grid(False)
+    labels = ("printed event", "event here (maximum: of the mean over 0.01 s)", "maximum: largest single step")
+    for look, label in zip((IN_PRINT | PRINTED | {"linewidth": 0.5}, HERE, STEP), labels, strict=True):
+        ax.plot([], [], **look, label=label)

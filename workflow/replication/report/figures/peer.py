@@ -1,0 +1,126 @@
+"""Figures 13 and 14: the independent code's model, and the selected link's vertical displacement in both codes."""
+
+import textwrap
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from replication.paper import printed
+from trackdyn.parameters.rig import Rig
+from trackdyn.plots import drawing
+from trackdyn.plots.style import BLACK, BLUE, GREEN, ORANGE, VERMILION, new_figure, styled, thin, upper_edge
+
+LEAST_DIFFERENCE = 1e-6  # of the logarithmic axis, percent
+OURS = {"color": BLUE, "linestyle": "-", "linewidth": 2.2, "alpha": 0.6}
+PEER = {"color": ORANGE, "linestyle": (0, (5, 2)), "linewidth": 1.2}
+EIGHT = {"color": BLACK, "linestyle": (0, (1, 1)), "linewidth": 1.0}
+
+
+@styled
+def model_figure(rig: Rig, frame, shift: float, missing: str = "") -> Figure:
+    """The loop of the independent code (a) and the tooth profiles of its two runs (b).
+
+    ``frame`` is a configuration of the other code (``Recording.frame``), or of ours where it did not run, with the
+    shift of the tensioning wheel (m). Why it did not run, ``missing``, stands in the title then.
+    """
+    figure = new_figure(5.6)
+    whole, tooth = figure.subplots(2, 1, height_ratios=(1.25, 1.0))
+    drawing.draw_loop(whole, rig, frame, shift, rig.sprocket.ring_radius, highlight=(2 * (rig.sensor.pitch - 1),))
+    whole.set_aspect("equal")
+    whole.margins(0.03)
+    whole.autoscale_view()
+    code = "Exudyn's" if not missing else "trackdyn's (exudyn is not installed)"
+    bodies = f"{2 * rig.chain.pitches} bodies, {2 * rig.chain.pitches} revolute joints"
+    whole.set_title(f"(a) {code} loop on its wheels: {bodies};\nhatched: the selected link")
+    whole.set(xlabel="x (m)", ylabel="y (m)")
+
+    groove = rig.groove_profile
+    for area in range(1, 11):
+        points = 1e3 * groove.arc(area).T
+        label = {1: "trackdyn and Exudyn: ten arcs", 2: "Exudyn's second run: eight arcs"}.get(area)
+        tooth.plot(*points, color=BLUE, linewidth=5.0, alpha=0.4, linestyle="-", label=label if area == 1 else None)
+        if area not in (1, 10):
+            tooth.plot(*points, color=GREEN, linewidth=1.6, linestyle="-", label=label if area == 2 else None)
+    ends = 1e3 * np.vstack([groove.arc(2, 2)[:1], groove.joints()[1:-1], groove.arc(9, 2)[-1:]])
+    tooth.plot(*ends.T, linestyle="none", marker="o", markersize=4, color=VERMILION, zorder=drawing.Z_MARK)
+    for number, (x, y) in enumerate(ends, start=1):
+        # the seats are short: the numbers of their ends stand apart
+        aside = {2: -5, 3: 5, 7: -5, 8: 5}.get(number, 0)
+        look = {"textcoords": "offset points", "ha": "center", "fontsize": 8, "zorder": drawing.Z_MARK}
+        tooth.annotate(str(number), (x, y), xytext=(aside, -14), **look)
+    _seated(tooth, rig)
+    tooth.set_aspect("equal")
+    tooth.margins(0.04, 0.12)
+    tooth.set_title("(b) one groove, in its own frame;\nnumbered: where the eight arcs begin and end")
+    tooth.set(xlabel="x of the groove (mm)", ylabel="y of the groove (mm)")
+    figure.legend(loc="outside lower center", ncols=1)
+    return figure
+
+
+def _seated(ax: Axes, rig: Rig) -> None:
+    """A connector as high as on the ring of equal pitch."""
+    height = (rig.pin_circle**2 - rig.connector_length**2 / 4) ** 0.5
+    outline = 1e3 * drawing.placed(drawing.connector_outline(rig), (-rig.connector_length / 2, height), 0.0)
+    closed = np.vstack([outline, outline[:1]])
+    ax.plot(*closed.T, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)), label="connector on the pin circle")
+
+
+@styled
+def displacement_figure(curves: pd.DataFrame, summary: pd.DataFrame, missing: str = "") -> Figure:
+    """Vertical displacement of the selected link in both codes, and their difference.
+
+    Tables are those of ``replication.peers.comparison.Result``; ``missing`` says why the other code was not run.
+    """
+    readings = list(summary["reading"])
+    figure = new_figure(2.6 * len(readings) + 0.7)
+    axes = figure.subplots(2 * len(readings), 1, height_ratios=(1.5, 1.0) * len(readings), squeeze=False)[:, 0]
+    for i, row in enumerate(summary.to_dict("records")):
+        above, below = axes[2 * i : 2 * i + 2]
+        curve = curves[curves["reading"] == row["reading"]]
+        _draw_reading(above, below, curve, row, missing)
+        above.set_title(f"({'ab'[i]}) {row['reading']} at {row['speed_rpm']:g} rev/min")
+        below.sharex(above)
+        above.tick_params(labelbottom=False)
+    axes[-1].set_xlabel("time since the start of the sprocket (s)")
+    found = dict(zip(*reversed(axes[0].get_legend_handles_labels()), strict=True))
+    found |= dict(zip(*reversed(axes[1].get_legend_handles_labels()), strict=True))
+    figure.legend(found.values(), found.keys(), loc="outside lower center", ncols=2)
+    figure.align_ylabels()
+    return figure
+
+
+def _draw_reading(above: Axes, below: Axes, curve: pd.DataFrame, row: dict, missing: str) -> None:
+    time, ours = curve["time_s"].to_numpy(), curve["trackdyn_m"].to_numpy()
+    above.plot(*thin(time, ours), **OURS, label="trackdyn")
+    above.set_ylabel("y of the link (m)")
+    above.set_xlim(time[0], time[-1])
+    below.set_ylabel("difference\n(% of range)")
+    limit = printed.DISPLACEMENT_DIFFERENCE.value
+    if missing:
+        box = {"facecolor": "white", "edgecolor": BLACK, "linewidth": 0.6}
+        below.text(0.5, 0.5, missing, transform=below.transAxes, ha="center", va="center", fontsize=8, bbox=box)
+        below.set_yticks([])
+        return
+    span, largest_of = np.ptp(ours), []
+    for name, label, look, key in (
+        ("exudyn_m", "Exudyn, ten arcs", PEER, "difference_pct"),
+        ("exudyn_eight_arcs_m", "Exudyn, eight arcs", EIGHT, "difference_eight_arcs_pct"),
+    ):
+        if curve[name].isna().all():
+            if look is EIGHT and isinstance(reason := row.get("eight_arcs_not_run"), str) and reason:
+                largest_of.append(f"eight arcs not run: {textwrap.shorten(reason, 60)}")
+            continue  # the eight arcs belong to the first reading
+        other = curve[name].to_numpy()
+        if look is PEER:  # the third curve would lie on the other two
+            above.plot(*thin(time, other), **look)
+        difference = np.maximum(100 * np.abs(other - ours) / span, LEAST_DIFFERENCE)
+        # it keeps crossing zero
+        edges, largest = upper_edge(difference, 300)
+        below.plot(time[edges[:-1]], largest, **look, label=label)
+        largest_of.append(f"{label.removeprefix('Exudyn, ')} {row[key]:.2g} %")
+    below.axhline(limit, color=BLACK, linestyle=(0, (6, 2)), linewidth=1.0, label=f"printed, largest: {limit:g} %")
+    below.set_yscale("log")
+    below.set_ylim(top=50)
+    below.set_title(f"largest difference: {', '.join(largest_of)}")

@@ -1,0 +1,243 @@
+"""Figures 20 and 22: drawings of a connector and its link ahead at the events of one passage."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, Patch
+from matplotlib.patheffects import withStroke
+from scipy.ndimage import uniform_filter1d
+
+from trackdyn.measure.contact_log import SIDES
+from trackdyn.measure.meshing import events
+from trackdyn.parameters.rig import Rig
+from replication.report import marks
+from trackdyn.plots import drawing
+from replication.report.figures.meshing import LOOKS, NAMES, Selected, printed_times, select_passage
+from trackdyn.plots.style import BLACK, PAGE, new_figure, styled
+from trackdyn.simulation.recording import Recording
+
+HALF = 0.13  # of the side of a panel, m
+BAR = 0.085  # scale bar of the forces, m
+LABEL = np.array([0.025, 0.009])  # half of the width and of the height of a force in figures, m
+WINDOW = 0.01  # a maximum is of the force after a mean over it, as the paper prints its times, s
+# panels: title, event of the passage, printed event
+ENGAGE, BOTH = "about to engage", "both arcs in contact"
+WITHOUT_RING = (
+    (ENGAGE, None, ENGAGE),
+    (BOTH, None, "first contact of the left arc"),
+    ("left maximum", None, "left maximum"),
+    ("right maximum", None, "right maximum"),
+    ("only the left arc", "right gone", "right contact gone"),
+    ("out of engagement", "out", "out of engagement"),
+)
+WITH_RING = (
+    ("link ahead on the ring", "ring touched", "ring first touched"),
+    ("ring maximum", None, "ring maximum"),
+    ("left arc touches", "left touches", "first contact of the left arc"),
+    ("left maximum", None, "left maximum"),
+    ("ring left", "ring left", "ring left"),
+    ("out of engagement", "out", "out of engagement"),
+)
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What a panel shows.
+
+    Attributes
+    ----------
+    title, peak : str
+        Name of the event, and of a maximum the largest force of all time steps with its time.
+    time, printed : float
+        When it happens here and in the paper, s since the first contact.
+    frame, sample : int
+        The configuration drawn, and the sample of the same instant.
+    """
+
+    title: str
+    time: float
+    printed: float
+    frame: int
+    sample: int
+    peak: str
+
+
+def moments(recording: Recording, shown: Selected) -> list[Moment]:
+    """The events of a passage that happen, in order of time.
+
+    A maximum is that of the force after a mean over 0.01 s, and its configuration the nearest one; of other
+    events it is the first at or after it, so that a contact that begins is there and one that ends is gone.
+    """
+    ring = recording.meta["scene"]["ring_radius"] is not None
+    printed = printed_times(ring, shown.turn)
+    # a configuration is of the end of its interval, as a sample is
+    frames = recording.frame_time - shown.first
+    measured = events(recording, shown.number)
+    own = {ENGAGE: printed.get(ENGAGE), BOTH: max(measured.get("first left", 0.0), measured.get("first right", 0.0))}
+    found = []
+    for title, event, place in WITH_RING if ring else WITHOUT_RING:
+        side, _, what = title.partition(" ")
+        maximum = what == "maximum" and side in SIDES
+        if maximum and not shown.sides.loc[side, "count"]:
+            continue
+        time = _maximum(recording, shown, side) if maximum else own[title] if event is None else measured[event]
+        if not np.isfinite(time):
+            continue
+        peak, frame = "", min(int(np.searchsorted(frames, time - 1e-9)), len(frames) - 1)
+        if maximum:
+            row, frame = shown.sides.loc[side], int(np.argmin(np.abs(frames - time)))
+            peak = f"largest {row['peak_n']:.0f} N at {row['peak_s'] - shown.first:.3f} s"
+        sample = round(recording.frame_time[frame] * recording.rate) - 1
+        found.append(Moment(title, time, printed[place], frame, sample, peak))
+    return sorted(found, key=lambda moment: moment.time)
+
+
+@styled
+def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
+    """Six recorded configurations at the events of a passage: Figure 20, with a ring Figure 22.
+
+    Every panel follows the connector; the small picture shows where on the sprocket it is. Arrows are the
+    normal forces on connector and link at the instant drawn, on the scale of the bars; the ten areas of the connector's
+    groove carry their numbers. Panels are in order of time (:func:`moments`).
+
+    Parameters
+    ----------
+    rig : Rig
+        Of the recording.
+    recording : Recording
+        Run with configurations, logged contacts and, with a ring, the link ahead recorded.
+
+    Raises
+    ------
+    InputError
+        If the recording holds no configurations or no such passage.
+    """
+    drawing.require_frames(recording)
+    shown = select_passage(recording)
+    panels = moments(recording, shown)
+    figure = new_figure(6.6, PAGE)
+    axes = figure.subplots(2, 3).ravel()
+    for ax, letter in zip(axes, "abcdef", strict=True):
+        ax.set_axis_off()
+        ax.set_label(letter)
+    for ax, moment in zip(axes, panels, strict=False):
+        _draw_panel(ax, rig, recording, shown, moment)
+        text = f"({ax.get_label()}) {moment.title}\n{moment.time:.3f} s (printed {moment.printed:.2f} s)\n{moment.peak}"
+        ax.set_title(text.replace("-", "\N{MINUS SIGN}"), fontsize=8)
+    ring, rpm = (recording.meta["scene"][name] for name in ("ring_radius", "motor_rpm"))
+    late = max(abs(recording.frame_time[m.frame] - shown.first - m.time) for m in panels)
+    text = (
+        f"Connector {shown.connector}, {drawing.ring_words(ring)}, {rpm:g} rpm; times since the first contact. "
+        f"Panels are {2 * HALF:.2f} m wide.\nMaxima: of the mean over {WINDOW:g} s. "
+        f"Arrows: forces at the instant drawn, at most {1000 * late:.1f} ms from the event.\n "
+    )
+    figure.suptitle(text, x=0.01, ha="left", fontsize=8)
+    figure.legend(handles=_handles(rig, shown, ring), loc="outside lower center", ncols=3, fontsize=7.5)
+    return figure
+
+
+def _handles(rig: Rig, shown: Selected, ring: float | None) -> list:
+    """Legend: the marked bodies, the forces, the joints."""
+    handles: list = [Patch(**drawing.MARKED, label=f"connector {shown.connector}")]
+    if ring is not None:
+        handles.append(
+            Patch(**drawing.MARKED_TOO, label=f"link {shown.connector % rig.chain.pitches + 1}, ahead of it")
+        )
+    for side in SIDES[: 2 if ring is None else 3]:
+        if shown.sides.loc[side, "count"]:
+            look = LOOKS[side] | {"linestyle": "-"}
+            handles.append(Line2D([], [], **look, markersize=4, linewidth=1.6, label=f"force, {NAMES[side]}"))
+    return [*handles, Line2D([], [], **drawing.JOINT, label="joint of two areas")]
+
+
+def _maximum(recording: Recording, shown: Selected, side: str) -> float:
+    """When the mean over ``WINDOW`` of a side's force is largest, s since the first contact."""
+    force = uniform_filter1d(shown.force[:, SIDES.index(side)], max(round(WINDOW * recording.rate), 1))
+    inside = (shown.time >= 0) & (shown.time <= shown.last - shown.first)
+    return float(shown.time[inside][np.argmax(force[inside])])
+
+
+def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, moment: Moment) -> None:
+    frame, ring = recording.frame[moment.frame], recording.meta["scene"]["ring_radius"]
+    pins, _, sprocket_angle = chain = drawing.chain_points(rig, frame)
+    connector, link = 2 * shown.connector - 1, 2 * shown.connector % (2 * rig.chain.pitches)
+    bodies = [connector] if ring is None else [connector, link]
+    middle = np.mean([pins[body + end] for body in bodies for end in (0, 1)], axis=0)
+    # the small picture stands in the corner away from the sprocket and from the arrows
+    up = middle[1] > rig.sprocket.y
+    right = middle[0] > rig.sprocket.x + 0.5 * rig.groove_profile.addendum * up
+    inset = ax.inset_axes((0.74 * right, 0.74 * up, 0.26, 0.26), zorder=drawing.Z_MARK + 2)
+    for area, groove in ((ax, shown.groove), (inset, None)):
+        drawing.draw_sprocket(area, rig, sprocket_angle, ring, groove)
+        drawing.draw_chain(
+            area, rig, frame, highlight=dict(zip(bodies, (drawing.MARKED, drawing.MARKED_TOO), strict=False))
+        )
+        area.set(aspect="equal", xticks=[], yticks=[])
+        area.grid(False)
+    ax.set_axis_on()
+    drawing.view(ax, middle, HALF)
+    drawing.draw_force_bar(ax, BAR, 0.03 if right or up else 0.97 - 0.5 * BAR / HALF)
+    grooves = (shown.groove, shown.groove)
+    of_bodies = (None if ring is None else link, shown.force[moment.sample], shown.area[moment.sample], grooves)
+    for side, force, point, normal in contacts(rig, chain, connector, *of_bodies):
+        end = point + drawing.force_arrow(force, BAR) * normal
+        draw_force(ax, side, point, end)
+        box = {"boxstyle": "square,pad=0.15", "facecolor": "white", "edgecolor": LOOKS[side]["color"], "linewidth": 0.8}
+        beyond = end + (np.abs(normal) @ LABEL + 0.004) * normal
+        place = np.clip(beyond, middle - HALF + LABEL, middle + HALF - LABEL)
+        look = {
+            "fontsize": 7,
+            "ha": "center",
+            "va": "center",
+            "bbox": box,
+            "zorder": drawing.Z_MARK + 1.5,
+            "clip_on": True,
+        }
+        ax.text(*place, f"{force:.0f} N", **look)
+    drawing.view(inset, drawing.sprocket_centre(rig), 1.35 * rig.groove_profile.addendum)
+    inset.add_patch(Circle(middle, 0.09, fill=False, edgecolor=BLACK, linewidth=1.2, zorder=drawing.Z_MARK))
+
+
+def contacts(rig: Rig, chain: tuple, connector: int, link: int | None, force, area, groove) -> Iterator[tuple]:
+    """Side, force (N), point (m) and normal of each contact of a connector with the teeth and of a link with the ring.
+
+    ``chain`` is of :func:`chain_points`, bodies count from 0; forces, areas and grooves are those of left and right
+    arc, and the ring's force is the third.
+    """
+    pins, angles, sprocket_angle = chain
+    for i, side in enumerate(("left", "right")):
+        if area[i]:
+            yield side, force[i], *tooth_contact(rig, sprocket_angle, int(groove[i]), int(area[i]), pins[connector + i])
+    if link is not None and force[2] > 0:
+        yield "ring", force[2], *ring_contact(rig, pins[link], angles[link])
+
+
+def tooth_contact(rig: Rig, sprocket_angle: float, groove: int, area: int, pin) -> tuple[np.ndarray, np.ndarray]:
+    """Point where an area (1 to 10) touches the arc around a pin (m), and the normal of the force on the arc."""
+    shape = rig.groove_profile
+    centre = drawing.groove_points(rig, sprocket_angle, groove, [shape.centre[area - 1]])[0]
+    outward = np.asarray(pin) - centre
+    outward = outward / np.hypot(*outward)
+    return centre + shape.radius[area - 1] * outward, outward if shape.convex[area - 1] else -outward
+
+
+def ring_contact(rig: Rig, pin, angle: float) -> tuple[np.ndarray, np.ndarray]:
+    """Point of a link nearest to the sprocket's centre, and the direction from there to it; its input pin and angle."""
+    centre = drawing.sprocket_centre(rig)
+    along = float((centre - pin) @ marks.polar(angle))
+    foot = [[np.clip(along, 0.0, rig.chain.link_length), -rig.chain.link_thickness / 2]]
+    point = drawing.placed(foot, pin, angle)[0]
+    return point, (point - centre) / np.hypot(*(point - centre))
+
+
+def draw_force(ax: Axes, side: str, point, end, linewidth=1.6, head=7.0, halo=3.0, mark=4.0) -> None:
+    """Arrow of a normal force from its point of contact, which the side's mark shows."""
+    colour, effects = LOOKS[side]["color"], [withStroke(linewidth=halo, foreground="white")]
+    look = {"color": colour, "linewidth": linewidth, "mutation_scale": head, "zorder": drawing.Z_MARK + 1}
+    marks.arrow(ax, point, end, **look, path_effects=effects)
+    edge = {"markersize": mark, "markeredgecolor": "white", "markeredgewidth": 0.5}
+    ax.plot(*point, marker=LOOKS[side]["marker"], color=colour, zorder=drawing.Z_MARK + 1.2, **edge)

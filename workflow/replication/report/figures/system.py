@@ -1,0 +1,204 @@
+"""Figures 1 and 16: the system and its model, the test set-up."""
+
+from math import pi
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, FancyBboxPatch, Polygon
+from matplotlib.path import Path
+
+from trackdyn.contact.wheel import foot
+from trackdyn.parameters.layout import wheel_circles, wheel_names
+from trackdyn.parameters.rig import Rig
+from replication.report import marks
+from trackdyn.plots import drawing
+from trackdyn.plots.style import BLACK, BLUE, ORANGE, VERMILION, new_figure, styled
+
+TOUCH = 1e-3  # gap that still counts as touching in a loop that is laid without forces, m
+GROUND = 0.18  # of the ground under the lowest pin, m
+# a contact in the legend
+ZIGZAG = Path([(-3, 0), (-2, 0), *((-1.75 + 0.5 * i, 0.4 * (-1) ** i) for i in range(8)), (2, 0), (3, 0)])
+WIRE = {"markerfacecolor": "none", "markeredgecolor": BLACK, "markeredgewidth": 0.8}
+BOX = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}  # behind the names of the wheels
+
+
+@styled
+def system_figure(rig: Rig) -> Figure:
+    """Figure 1: the loop on its wheels (a) and the model: bodies, joints and contacts (b)."""
+    frame, shift = drawing.laid_frame(rig)
+    figure = new_figure(6.9)
+    system, model = figure.subplots(2, 1, sharex=True, sharey=True)
+    _draw_system(system, rig, frame, shift)
+    names = {"sprocket": "sprocket\nwith ring", "idler": "idler", "road_wheel": "road wheel"}
+    for name, (x, y, _) in zip(wheel_names(rig), wheel_circles(rig, shift, surface=True), strict=True):
+        marks.write(system, (x, y + 0.13), names[name], bbox=BOX)
+    pins, _, _ = drawing.chain_points(rig, frame)
+    low = pins[:, 1].min() - GROUND
+    side = _side(rig)
+    for first, part, name, offset in ((0, 0.6, "track link", -0.12), (1, 0.25, "connector", 0.14)):
+        body = _above(rig, pins, first, part)
+        middle = 0.5 * (pins[body] + pins[body + 1])
+        marks.leader(system, middle, name, middle + [side * offset, 0.14])
+    marks.write(system, (pins[:, 0].mean(), low - 0.1), "base")
+    corner = pins[:, 0].min() if side > 0 else pins[:, 0].max() - 0.2  # above the wheels, which stand lower
+    marks.axes_cross(system, (corner, pins[:, 1].max() - 0.1), 0.2, 0.0, ("$X$", "$Y$"))
+    system.set_title(f"(a) system: {rig.chain.pitches} links and connectors on three wheels")
+    _draw_model(model, rig, frame, shift)
+    for ax in (system, model):
+        ax.set(xlim=(pins[:, 0].min() - 0.12, pins[:, 0].max() + 0.12), ylim=(low - 0.16, pins[:, 1].max() + 0.24))
+        marks.bare(ax)
+    model.set_title("(b) model: bodies, joints, contacts")
+    return figure
+
+
+def _side(rig: Rig) -> int:
+    """1 where the sprocket stands to the right of the wheels, else -1."""
+    return 1 if rig.sprocket.x > np.mean([wheel.x for wheel in rig.rollers.values()]) else -1
+
+
+def _above(rig: Rig, pins, first: int, part: float) -> int:
+    """The link (``first`` 0) or connector (1) of the upper strand at a part of the way from the sprocket to the next
+    wheel.
+    """
+    middles = 0.5 * (pins[:-1] + pins[1:])
+    nearest = min((wheel.x for wheel in rig.rollers.values()), key=lambda x: abs(x - rig.sprocket.x))
+    away = np.abs(middles[:, 0] - rig.sprocket.x - part * (nearest - rig.sprocket.x))
+    away[middles[:, 1] < rig.sprocket.y] = np.inf
+    return 2 * int(np.argmin(away[first::2])) + first
+
+
+def _draw_system(ax: Axes, rig: Rig, frame, shift: float, sensor_body: tuple[int, ...] = ()) -> None:
+    drawing.draw_loop(ax, rig, frame, shift, rig.sprocket.ring_radius, highlight=sensor_body)
+    _draw_base(ax, wheel_circles(rig, shift), drawing.chain_points(rig, frame)[0])
+
+
+def _draw_base(ax: Axes, circles, pins) -> None:
+    """Ground, and the posts that hold the wheels' bearings."""
+    low = pins[:, 1].min() - GROUND
+    for x, y, _ in circles:
+        post = [[x - 0.02, y], [x + 0.02, y], [x + 0.05, low], [x - 0.05, low]]
+        ax.add_patch(Polygon(post, facecolor="0.75", edgecolor="0.3", linewidth=0.6, zorder=drawing.Z_RING - 0.5))
+    ends = pins[:, 0].min(), pins[:, 0].max()
+    ax.plot(ends, (low, low), "-", color=BLACK, linewidth=1.4)
+    for x in np.linspace(*ends, 60):
+        ax.plot((x, x - 0.025), (low, low - 0.03), "-", color=BLACK, linewidth=0.5)
+
+
+def touching_links(rig: Rig, frame, shift: float) -> list[tuple[int, int, np.ndarray]]:
+    """Body, wheel (index in `wheel_names`) and contact point Q (m) of every link that lies on a wheel.
+
+    Of a wheel that none touches before the loop has settled it is the nearest one.
+    """
+    pins, _, _ = drawing.chain_points(rig, frame)
+    found = []
+    for wheel, (x, y, r) in enumerate(wheel_circles(rig, shift, surface=True)):
+        near = []
+        for body in range(0, len(pins) - 1, 2):
+            _, qx, qy, distance = foot(*map(float, (*pins[body], *pins[body + 1], x, y)))
+            near.append((distance - r - rig.chain.link_thickness / 2, body, np.array([qx, qy])))
+        gap = max(TOUCH, min(gap for gap, *_ in near))
+        found += [(body, wheel, q) for distance, body, q in near if distance <= gap]
+    return found
+
+
+def reaching_pins(rig: Rig, frame) -> list[int]:
+    """Pins within reach of the teeth (Eq. 18)."""
+    pins, _, _ = drawing.chain_points(rig, frame)
+    away = np.hypot(*(pins[:-1] - drawing.sprocket_centre(rig)).T)
+    return np.flatnonzero(away <= rig.groove_profile.addendum + rig.chain.connector_radius).tolist()
+
+
+def _draw_model(ax: Axes, rig: Rig, frame, shift: float) -> None:
+    pins, _, _ = drawing.chain_points(rig, frame)
+    circles = wheel_circles(rig, shift, surface=True)
+    _draw_base(ax, circles, pins)
+    looks = (("link", {"color": BLUE, "linewidth": 3.0}), ("connector", {"color": ORANGE, "linewidth": 1.6}))
+    for first, (_, look) in enumerate(looks):
+        for body in range(first, len(pins) - 1, 2):
+            ax.plot(*pins[body : body + 2].T, "-", **look, zorder=drawing.Z_LINK)
+    joint = {"linestyle": "none", "marker": "o", "markerfacecolor": "white", "color": BLACK, "markersize": 3.5}
+    ax.plot(*pins[1:-1].T, **joint, zorder=drawing.Z_MARK)
+    cut = {"linestyle": "none", "marker": "X", "color": VERMILION, "markeredgecolor": BLACK, "markersize": 8}
+    ax.plot(*pins[0], **cut, zorder=drawing.Z_MARK + 1)
+    bearing = joint | {"marker": "o", "markersize": 8}
+    for x, y, r in circles:
+        # drawn small, so that the contacts are seen
+        ax.add_patch(Circle((x, y), 0.6 * r, facecolor="0.93", edgecolor=BLACK, linewidth=1.0, zorder=drawing.Z_RING))
+        ax.plot(x, y, **bearing, zorder=drawing.Z_MARK)
+    contact = {"color": BLACK, "linewidth": 0.8, "linestyle": "-"}
+    tooth = {"color": VERMILION, "linewidth": 1.1, "linestyle": (0, (2, 1))}
+    for _, wheel, q in touching_links(rig, frame, shift):
+        x, y, r = circles[wheel]
+        marks.line(ax, *_spring(np.array([x, y]), q, 0.6 * r), **contact, zorder=drawing.Z_CONNECTOR)
+    for pin in reaching_pins(rig, frame):
+        start = circles[0, :2] + 0.6 * circles[0, 2] * _unit(pins[pin] - circles[0, :2])
+        marks.line(ax, start, pins[pin], **tooth, zorder=drawing.Z_CONNECTOR)
+    looks += (
+        ("revolute joint with bushing", joint),
+        ("cut joint", cut),
+        ("bearing on the base", bearing),
+        ("contact of link and wheel", {"linestyle": "none", "marker": ZIGZAG, "markersize": 18} | WIRE),
+        ("arc within reach of the teeth", tooth),
+    )
+    handles = [marks.handle(name, **look) for name, look in looks]
+    ax.figure.legend(handles=handles, loc="outside lower center", ncols=2)
+
+
+def _unit(v) -> np.ndarray:
+    return v / np.hypot(*v)
+
+
+def _spring(centre, end, start: float) -> np.ndarray:
+    """Zigzag from the distance ``start`` (m) of a centre to a point."""
+    along = _unit(end - centre)
+    shares = np.linspace(0, 1, 12)
+    sway = 0.012 * np.array([0, 0, *([1, -1] * 4), 0, 0])
+    reach = np.hypot(*(end - centre)) - start
+    return centre + np.outer(start + shares * reach, along) + np.outer(sway, [-along[1], along[0]])
+
+
+@styled
+def setup_figure(rig: Rig) -> Figure:
+    """Figure 16: motor, rig, sensor on the selected link, signal collection and computer."""
+    frame, shift = drawing.laid_frame(rig)
+    side, pins = _side(rig), drawing.chain_points(rig, frame)[0]
+    body = _above(rig, pins, 0, 0.5)  # where the selected link may be seen
+    figure = new_figure(3.5)
+    ax = figure.subplots()
+    _draw_system(ax, rig, frame, shift, (body,))
+    angles = drawing.chain_points(rig, frame)[1]
+    sensor = drawing.placed([[rig.sensor.x, rig.sensor.y]], pins[body], angles[body])[0]
+    up = marks.polar(angles[body] + pi / 2)
+    box = drawing.placed([[-0.025, 0.0], [0.025, 0.0], [0.025, 0.04], [-0.025, 0.04]], sensor, angles[body])
+    ax.add_patch(Polygon(box, facecolor=ORANGE, edgecolor=BLACK, zorder=drawing.Z_MARK))
+    for name, start in (("x", -0.0), ("y", pi / 2)):
+        end = sensor + 0.02 * up + 0.16 * marks.polar(angles[body] + start)
+        marks.arrow(ax, sensor + 0.02 * up, end, color=BLACK, linewidth=1.0)
+        marks.write(ax, end + 0.03 * marks.polar(angles[body] + start), f"${name}$")
+    text = f"wireless acceleration sensor on link {rig.sensor.pitch}\n"
+    text += f"{rig.sensor.rate} Hz, \N{PLUS-MINUS SIGN}{rig.sensor.range:g} g"
+    marks.leader(ax, sensor + 0.04 * up - [0.02 * side, 0.0], text, sensor + [-0.55 * side, 0.36])
+    half, ends = np.array([0.22, 0.12]), (pins[:, 0].min(), pins[:, 0].max())
+    x = ends[side > 0] + 0.36 * side  # of the boxes, beside the sprocket
+    motor, collection, computer = rig.sprocket.y - 0.15, sensor[1] + 0.36, sensor[1]
+    for name, y in (("motor", motor), ("signal\ncollection", collection), ("computer", computer)):
+        look = {"boxstyle": "square,pad=0", "facecolor": "#dcebf5", "edgecolor": BLACK, "zorder": drawing.Z_MARK}
+        ax.add_patch(FancyBboxPatch([x, y] - half, *(2 * half), **look))
+        marks.write(ax, (x, y), name)
+    wave = np.linspace(sensor + 0.06 * up + [0.05 * side, 0.03], [x - side * half[0], collection], 90)
+    wave[:, 1] += 0.012 * np.sin(np.linspace(0, 30 * pi, 90)) * (np.arange(90) < 84)
+    ax.plot(*wave.T, "-", color=BLUE, linewidth=0.8, label="radio")
+    marks.arrow(ax, wave[-4], wave[-1], color=BLUE)
+    marks.write(ax, wave[45] + [0, 0.06], "radio", color=BLUE)
+    marks.arrow(ax, (x, collection - half[1]), (x, computer + half[1]))
+    shaft = [[x - side * half[0], motor], [rig.sprocket.x, motor], [rig.sprocket.x, rig.sprocket.y]]
+    marks.line(ax, *shaft, linestyle=(0, (8, 2, 1, 2)), linewidth=1.4)
+    marks.write(ax, (x, motor - half[1] - 0.12), f"transmission\n{rig.sprocket.transmission_ratio:g} : 1")
+    low = pins[:, 1].min() - GROUND
+    for name, (wx, wy, _) in zip(wheel_names(rig), wheel_circles(rig, shift, surface=True), strict=True):
+        marks.write(ax, (wx, wy + 0.12), name.replace("_", " "), bbox=BOX)
+    left, right = sorted((ends[side < 0] - 0.1 * side, x + side * (half[0] + 0.08)))
+    ax.set(xlim=(left, right), ylim=(low - 0.08, sensor[1] + 0.5))
+    marks.bare(ax)
+    return figure

@@ -1,0 +1,139 @@
+"""What technical drawings are marked with: arrows, dimensions, angles, named points, scales in mm."""
+
+from math import atan2, cos, degrees, hypot, pi, radians, sin
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import FancyArrowPatch
+from matplotlib.patheffects import withStroke
+
+from trackdyn.plots.drawing import Z_MARK, circle_points
+from trackdyn.plots.style import BLACK
+
+HALO = [withStroke(linewidth=2.0, foreground="white")]
+STEPS = {"left": (-1, 0), "right": (1, 0), "above": (0, 1), "below": (0, -1)}
+
+
+def millimetres(length: float, digits: int = 1) -> str:
+    """A length in m as text in mm."""
+    return f"{1e3 * length:.{digits}f} mm"
+
+
+def polar(angle: float) -> np.ndarray:
+    """Unit vector at an angle (rad, counter-clockwise from x)."""
+    return np.array([cos(angle), sin(angle)])
+
+
+def frame_axes(ax: Axes, name: str) -> None:
+    """Equal scales, numbered in mm, of the frame whose axes carry the index ``name``; no grid."""
+    ax.set_aspect("equal")
+    ax.grid(False)
+    for axis, letter in ((ax.xaxis, "x"), (ax.yaxis, "y")):
+        axis.set_major_formatter(lambda value, _: f"{1e3 * value:g}".replace("-", "\N{MINUS SIGN}"))
+        axis.set_label_text(f"${letter}_{{{name}}}$ (mm)")
+
+
+def bare(ax: Axes) -> None:
+    """Equal scales and no axes: a drawing whose dimensions say how large things are."""
+    ax.set_aspect("equal")
+    ax.set_axis_off()
+
+
+def write(ax: Axes, place, text: str, **look) -> None:
+    """Text with a white rim, centred at a place."""
+    look = {"ha": "center", "va": "center", "fontsize": 8, "zorder": Z_MARK + 3, "clip_on": True} | look
+    ax.text(*place, text, path_effects=HALO, **look)
+
+
+def handle(label: str, **look) -> Line2D:
+    """Entry of a legend: a line or a mark."""
+    return Line2D([], [], **look, label=label)
+
+
+def line(ax: Axes, *points, **look) -> None:
+    """Solid line through some points."""
+    ax.plot(*np.transpose(points), **{"color": BLACK, "linestyle": "-", "zorder": Z_MARK} | look)
+
+
+def arrow(ax: Axes, start, end, style: str = "-|>", **look) -> None:
+    """Arrow from ``start`` to ``end``, right up to both."""
+    look = {"color": BLACK, "linewidth": 1.0, "mutation_scale": 9, "zorder": Z_MARK} | look
+    ax.add_patch(FancyArrowPatch(tuple(start), tuple(end), arrowstyle=style, shrinkA=0, shrinkB=0, **look))
+
+
+def point(ax: Axes, place, name: str = "", side: str = "right", gap: float = 5.0, **look) -> None:
+    """A dot and its name, ``gap`` points beside it (left, right, above, below, or two of them)."""
+    colour = look.pop("color", BLACK)
+    ax.plot(*place, linestyle="none", marker="o", markersize=3.5, color=colour, zorder=Z_MARK + 2)
+    steps = [STEPS[part] for part in side.split()]
+    dx, dy = np.sum(steps, axis=0)
+    across, up = ("right", "center", "left")[int(dx) + 1], ("top", "center", "bottom")[int(dy) + 1]
+    look = {"fontsize": 8.5, "ha": across, "va": up, "annotation_clip": True, "textcoords": "offset points"} | look
+    ax.annotate(name, tuple(place), (gap * dx, gap * dy), color=colour, path_effects=HALO, zorder=Z_MARK + 3, **look)
+
+
+def leader(ax: Axes, place, text: str, label_at, **look) -> None:
+    """Text at ``label_at`` with a thin line to a place."""
+    look = {"ha": "center", "va": "center", "fontsize": 8, "path_effects": HALO, "zorder": Z_MARK + 3} | look
+    line = {"arrowstyle": "-", "linewidth": 0.6, "color": BLACK, "shrinkA": 1, "shrinkB": 0}
+    ax.annotate(text, tuple(place), tuple(label_at), arrowprops=line, **look)
+
+
+def beside(ax: Axes, start, end, text: str, at: float = 0.5, side: int = 1, turned: bool = False, **look) -> None:
+    """Text beside a line, at the part ``at`` of its way; ``side`` 1 is left of its direction, -1 right.
+
+    ``turned`` text runs along the line and stands above it (``side`` 1) or below it, read from below or from the right.
+    """
+    start, end = np.asarray(start, float), np.asarray(end, float)
+    along = (end - start) / hypot(*(end - start))
+    left = side * np.array([-along[1], along[0]])
+    look = {"fontsize": 8, "ha": "center", "va": "center", "zorder": Z_MARK + 3, "annotation_clip": True} | look
+    if turned:
+        turn = (degrees(atan2(along[1], along[0])) + 90.0) % 180.0 - 90.0
+        left = side * np.array([-sin(radians(turn)), cos(radians(turn))])
+        look |= {"rotation": turn}
+    place = start + at * (end - start)
+    gap = 0.95 * look["fontsize"] * left
+    ax.annotate(text, tuple(place), tuple(gap), textcoords="offset points", path_effects=HALO, **look)
+
+
+def vector(ax: Axes, start, end, text: str, at: float = 0.5, side: int = 1, **look) -> None:
+    """Arrow with its name beside it."""
+    colour = look.get("color", BLACK)
+    arrow(ax, start, end, **look)
+    beside(ax, start, end, text, at, side, color=colour, fontsize=8.5)
+
+
+def dimension(ax: Axes, start, end, text: str, offset: float = 0.0, side: int = 1, turned: bool = True, **look) -> None:
+    """Dimension line between two points, moved by ``offset`` (m) to the left of their direction."""
+    start, end = np.asarray(start, float), np.asarray(end, float)
+    along = (end - start) / hypot(*(end - start))
+    a, b = (here + offset * np.array([-along[1], along[0]]) for here in (start, end))
+    if offset:
+        for here, there in ((start, a), (end, b)):
+            line(ax, here, there + 0.1 * (there - here), color="0.45", linewidth=0.6)
+    arrow(ax, a, b, "<|-|>", linewidth=0.8, mutation_scale=7)
+    beside(ax, a, b, text, side=side, turned=turned, **look)
+
+
+def radius(ax: Axes, centre, end, text: str, at: float = 0.5, side: int = 1, **look) -> None:
+    """Arrow from a centre to a point of its circle, the text along it."""
+    arrow(ax, centre, end, linewidth=0.9)
+    beside(ax, centre, end, text, at, side, turned=True, **look)
+
+
+def angle(ax: Axes, centre, size: float, start: float, end: float, text: str, spread: float = 1.25, **look) -> None:
+    """Arc with an arrow head from one direction to another (rad), its name outside the middle."""
+    points = circle_points(centre, size, start, end, 30)
+    line(ax, *points, linewidth=0.8)
+    arrow(ax, points[-2], points[-1], linewidth=0.8, mutation_scale=7)
+    write(ax, np.asarray(centre) + spread * size * polar(0.5 * (start + end)), text, **look)
+
+
+def axes_cross(ax: Axes, origin, size: float, turn: float, names: tuple[str, str], **look) -> None:
+    """Two arrows of a coordinate frame whose x axis points at the angle ``turn`` (rad)."""
+    for name, direction in zip(names, (turn, turn + pi / 2), strict=True):
+        end = np.asarray(origin) + size * polar(direction)
+        arrow(ax, origin, end, **look)
+        write(ax, np.asarray(origin) + 1.12 * size * polar(direction), name, color=look.get("color", BLACK))

@@ -1,0 +1,291 @@
+"""Put the page together from what lies in the results folder; what is missing is named, not left blank."""
+
+import base64
+import html
+import io
+import re
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+import pandas as pd
+from PIL import Image
+
+from replication.certify.provenance import check_sources, provenance
+from trackdyn.files import write_text
+from replication.paper.claims import IN_TREND, JUDGED, NOT_REPRODUCED, ORIGIN_WORDS, ORIGINS, VERDICTS, counts, headline
+from replication.paper.contents import OWN, PAPER, STUDIES, missing
+from trackdyn.parameters.paper_tables import filled_cells, load_paper_tables
+from trackdyn.parameters.rig import load_rig
+from trackdyn.parameters.rig_file import cells_path
+from replication.report.page import data
+from trackdyn.plots.rendering import render
+from replication.report.tables import cost_table
+from trackdyn.sensor.sensor_csv import read_sensor_csv
+from trackdyn.simulation.recording import load_recording
+
+# what is uncertain comes first
+KINDS = {
+    "fitted": "chosen so that the model shows a printed result",
+    "assumed": "not in the paper, taken to be plausible",
+    "derived": "follows from printed numbers",
+    "printed": "stands in the paper",
+}
+SYMBOLS = dict(zip(VERDICTS, ("●", "◐", "○", "◇", "–"), strict=True))
+SCRIPTS = ("shared", "page", "animation", "plots", "charts")  # one module, in this order
+FAILED = (NOT_REPRODUCED, IN_TREND)  # a claim with such a part is not reproduced
+COLOURS_OF_A_PICTURE = 13
+FRONT = "fig24"  # on the first screen
+MODEL = tuple(f"fig{number:02d}" for number in range(1, 14))
+RESULTS = tuple(f"fig{number:02d}" for number in range(14, 25))
+ACCURACY = ("trade_answer", "limits", "peer_answers")  # of the studies, beside the chart of cost and error
+# studies beside the replication: words, and a file that only a run of them makes; the rule has their name
+BESIDE = {
+    "trade": ("accuracy against cost, and the planner", "planner.csv"),
+    "fidelity": ("what each setting of the model changes", "fidelity.csv"),
+    "peer_answers": ("cost of an answer of equal error in every code", "tables/peer_answers.csv"),
+    "extremes": ("extremes of parameters, steps and states", "extremes.csv"),
+    "traction": ("which flank carries the drive", "traction.csv"),
+    "sensitivity": ("sensitivity to every fitted parameter", "tables/sensitivity.csv"),
+    "whole_loop": ("short answers beside long records", "whole_loop.csv"),
+    "layouts": ("random layouts", "layouts.csv"),
+    "wear": ("service life of the ring", "wear_lives.csv"),
+    "ensemble": ("rigs within the ranges of their parts", "ensemble/rigs.csv"),
+    "assumptions": ("assumptions that reproduce claims", "assumptions.csv"),
+}
+# tables whose files the page hands out; the first folder that has one
+TABLES = (
+    "claims.csv",
+    "metrics.csv",
+    "trade.csv",
+    "planner.csv",
+    "extremes.csv",
+    "tables/fidelity.csv",
+    "tables/costs.csv",
+    "tables/parameters.csv",
+    "tables/extremes.csv",
+    "tables/extremes_short_runs.csv",
+    "tables/limits.csv",
+    "tables/peer_answers.csv",
+    *(f"tables/{item.key}.csv" for item in PAPER if item.table),
+)
+
+
+@dataclass(frozen=True)
+class PageInputs:
+    """What the page is made from.
+
+    Attributes
+    ----------
+    results : Path
+        Folder that the workflow wrote.
+    rig : Path
+        The rig's file, for the list of parameters and the geometry of the moving picture.
+    sensors : mapping
+        Run such as ``115rpm`` to the sensor's record.
+    synthetic : bool
+        Whether these records are synthetic.
+    files : tuple of path
+        Configuration and data whose hashes are listed.
+    layers : tuple of str
+        Configurations on top of the base, which commands on the page must name.
+    sources : str, optional
+        Hash that every recording must carry; that of the present program if not given.
+    studies : tuple of str
+        Studies that this run has made; what else lies in the folder is of an earlier one, and said to be.
+    """
+
+    results: Path
+    rig: Path
+    sensors: Mapping[str, Path] = field(default_factory=dict)
+    synthetic: bool = True
+    files: tuple[Path, ...] = ()
+    layers: tuple[str, ...] = ()
+    sources: str | None = None
+    studies: tuple[str, ...] = ()
+
+
+def build_page(inputs: PageInputs) -> str:
+    """The page as HTML text.
+
+    Raises
+    ------
+    InputError
+        If a recording in the folder was made by another version of the program.
+    """
+    results = Path(inputs.results)
+    metas = check_sources(sorted((results / "runs").rglob("*.npz")), inputs.sources)
+    origin = provenance(metas, [inputs.rig, *inputs.files, *inputs.sensors.values()])
+    files = {name: path.read_text(encoding="utf-8") for name in TABLES if (path := _first(results, name))}
+    costs = cost_table(results / "benchmarks")
+    files |= {"tables/costs.csv": costs.to_csv(index=False)}
+    files |= {f"{name}.csv": pd.DataFrame(origin[name]).to_csv(index=False) for name in ("versions", "hashes")}
+    embedded = {
+        "geometry": data.geometry(load_rig(inputs.rig)),
+        "signals": _signals(inputs),
+        "sensor_label": "synthetic sensor" if inputs.synthetic else "sensor",
+        "passages": _recordings(results, "meshing", data.passage),
+        "pictures": _recordings(results, "animation", data.moving_picture),
+        "ring": _ring(results),
+        "trade": data.trade(_rows(results, "trade.csv")),
+        "files": files,
+    }
+    items = (*PAPER, *(own for own in OWN if not own.table), *STUDIES)
+    with (
+        ThreadPoolExecutor() as pool
+    ):  # most of the page's time is the packing of pictures, which leaves the interpreter alone
+        shown = list(pool.map(partial(_entry, inputs), items))
+    return render(
+        "page.html.j2",
+        SCRIPTS,
+        embedded,
+        Path(__file__).parent,
+        card=_card(results),
+        symbols=SYMBOLS,
+        synthetic=inputs.synthetic,
+        parameters=_parameters(results),
+        cells=_cells(inputs.rig),
+        kinds=KINDS,
+        # counted here: the table of the costs is written after the page, whose own cost it holds
+        costs=costs.astype(object).where(costs.notna(), None).to_dict("records"),
+        fidelity=_rows(results, "tables/fidelity.csv"),
+        planner=data.promises(_rows(results, "planner.csv")),
+        provenance=origin,
+        # the scorecard stands on the page as a list
+        gallery=[
+            entry for entry in shown if entry["item"] not in STUDIES and entry["item"].key not in ("claims", FRONT)
+        ],
+        accuracy=[entry for entry in shown if entry["item"].key in ACCURACY],
+        extremes=[entry for entry in shown if entry["item"].key.startswith("extremes")],
+        front=next((entry for entry in shown if entry["item"].key == FRONT), None),
+        origins=ORIGIN_WORDS,
+        judged=JUDGED,
+        groups=_groups(shown),
+        missing=missing(results),
+        studies=[(name, words, _form(results, file), name in inputs.studies) for name, (words, file) in BESIDE.items()],
+        layers=" ".join(["", "--configfile", *inputs.layers]) if inputs.layers else "",
+        paper_items=len(PAPER),
+    )
+
+
+def write_page(inputs: PageInputs, path: Path | str) -> None:
+    """Write the page, whole or not at all."""
+    write_text(path, build_page(inputs))
+
+
+def _signals(inputs: PageInputs) -> dict:
+    shown = {}
+    for run, path in inputs.sensors.items():
+        file = Path(inputs.results) / "runs" / f"{run}.npz"
+        if file.is_file():
+            recording = load_recording(file)
+            record = read_sensor_csv(path, range_g=float("inf")) if Path(path).is_file() else None
+            shown[run] = data.signals(recording, record)
+    return shown
+
+
+def _card(results: Path) -> dict | None:
+    """The scorecard: results for every rig, the predictions that failed, and all parts with these first."""
+    path = results / "claims.csv"
+    if not path.is_file():
+        return None
+    card = pd.read_csv(path, dtype=str, keep_default_na=False)
+    rigs = list(dict.fromkeys(card["rig"]))
+    parts = [
+        rows.iloc[0].to_dict() | {"rigs": rows[["rig", "measured", "verdict", "reason"]].to_dict("records")}
+        for _, rows in card.groupby(["id", "part"], sort=False)
+    ]
+    parts.sort(key=lambda part: ((*ORIGINS, "").index(part["origin"]), not _failed(part)))
+    found = card.groupby(["verdict", "rig"]).size()
+    return {
+        "rigs": rigs,
+        "open": counts(card).query("origin == 'predicted'").to_dict("records"),
+        "headlines": {rig: headline(card, rig) for rig in rigs},
+        "counts": {one: " / ".join(str(found.get((one, rig), 0)) for rig in rigs) for one in VERDICTS},
+        "parts": parts,
+        "strip": [part for part in parts if any(one["verdict"] in JUDGED for one in part["rigs"])],
+    }
+
+
+def _groups(shown: list[dict]) -> dict[tuple[str, ...], str]:
+    """Figures and tables of the gallery, each group folded under its title."""
+    others = [entry["item"].key for entry in shown if entry["item"].key not in (*MODEL, *RESULTS)]
+    tables = tuple(key for key in others if key.startswith("table"))
+    return {
+        MODEL: "Figures 1 to 13: the model in drawings",
+        RESULTS: "Figures 14 to 23: results",
+        tables: "Tables",
+        tuple(key for key in others if key not in tables): "Figures that the paper does not have",
+    }
+
+
+def _failed(part: dict) -> bool:
+    return any(one["verdict"] in FAILED for one in part["rigs"])
+
+
+def _recordings(results: Path, folder: str, make) -> list[dict]:
+    shown = [make(load_recording(path)) for path in sorted((results / "runs" / folder).glob("*.npz"))]
+    return sorted(shown, key=lambda one: (one["rpm"], one["radius"] or 0.0))
+
+
+def _ring(results: Path) -> dict | None:
+    path = results / "metrics.csv"
+    return data.ring_study(pd.read_csv(path)) if path.is_file() else None
+
+
+def _first(results: Path, name: str) -> Path | None:
+    """A file of a full study, else of its short form."""
+    return next((path for folder in (results, results / "short") if (path := folder / name).is_file()), None)
+
+
+def _form(results: Path, name: str) -> str:
+    """Form of the study that a file is of: full, short or not here."""
+    path = _first(results, name)
+    return "not here" if path is None else "short" if path.is_relative_to(results / "short") else "full"
+
+
+def _rows(results: Path, name: str) -> list[dict] | None:
+    path = _first(results, name)
+    return path and data.csv_rows(path)
+
+
+def _parameters(results: Path) -> dict[str, list[dict]] | None:
+    rows = _rows(results, "tables/parameters.csv")
+    return None if rows is None else {kind: [row for row in rows if row["kind"] == kind] for kind in KINDS}
+
+
+def _cells(rig: Path) -> list[dict]:
+    """The article's cells that a reader filled in."""
+    path = cells_path(rig)
+    return [] if path is None else [cell._asdict() for cell in filled_cells(load_paper_tables(path))]
+
+
+def _entry(inputs: PageInputs, item) -> dict:
+    files = item.files(inputs.results) or item.files(Path(inputs.results) / "short")
+    return {
+        "item": item,
+        "id": item.key if item.label else f"our-{item.key}",
+        "caption": _caption_html(item.caption(inputs.synthetic)),
+        "pictures": [] if item.table else [picture(file) for file in files],
+        "rows": data.csv_rows(files[0]) if item.table and files else None,
+    }
+
+
+def _caption_html(paragraphs: list[str]) -> str:
+    """Paragraphs of plain text with names in backquotes as HTML."""
+    text = "\n".join(f"<p>{html.escape(paragraph, quote=False)}</p>" for paragraph in paragraphs)
+    return re.sub(r"`([^`]+)`", r"<code>\1</code>", text)
+
+
+def picture(path: Path) -> dict:
+    """A picture as a data address with its size in pixels, with the few colours that line drawings need."""
+    with Image.open(path) as image:
+        few = image.convert("RGB").quantize(COLOURS_OF_A_PICTURE, dither=Image.Dither.NONE).convert("RGB")
+    buffer = io.BytesIO()
+    few.save(buffer, format="WEBP", lossless=True, quality=75)
+    uri = "data:image/webp;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+    letter = path.stem.rpartition("_")[2]
+    part = f", part {letter}" if len(letter) == 1 else ""
+    return {"uri": uri, "width": few.width, "height": few.height, "part": part}

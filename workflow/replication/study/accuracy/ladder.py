@@ -1,0 +1,141 @@
+"""Every rung of the ladder of fidelities against the paper's: what it changes and what it costs."""
+
+import time
+from itertools import product
+
+import pandas as pd
+
+from trackdyn.errors import TrackdynError
+from trackdyn.measure.meshing import meshing_summary
+from trackdyn.measure.metrics import energy_residual
+from trackdyn.measure.stopping import StopRule, run_steady, steady_fields
+from trackdyn.measure.whole_loop import whole_loop
+from trackdyn.parameters.rig import Rig
+from trackdyn.scene.fidelity import PRESETS, WITHOUT_RING
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.settled_loops import SettledLoops
+from trackdyn.simulation.simulate import simulate
+from replication.study.accuracy.statistics import MEASURES, NAN, RELATIVE, SHARES, TENSION, statistics_of
+
+REFERENCE = "paper"
+# setting -> fields of the scene that differ from the reference, which is among them
+SETTINGS = {
+    f"preset={name}": PRESETS[name] for name in (REFERENCE, *(name for name in PRESETS if name != REFERENCE))
+} | {
+    "chain=belt": {"chain": "belt", "spells": False, "ring_radius": None},
+    "chain=single_pin": {"chain": "single_pin"},
+    "space=spatial": {"space": "spatial"},
+    "tooth_contact=three_surfaces": {"tooth_contact": "three_surfaces"},
+    "tooth_contact=none": {"tooth_contact": "none"},
+    "normal_law=delivered": {"normal_law": "delivered"},
+    "normal_law=elastic": {"normal_law": "elastic"},
+    "friction=none": {"friction": "none"},
+    "joint=radial": {"joint": "radial"},
+    "closure=elastic_damping": {"closure": "elastic_damping"},
+    "tension=sprung": {"tension": "sprung"},
+    "drag=viscous": {"drag": "viscous"},
+    "drag=coulomb": {"drag": "coulomb"},
+    "bushing_law=viscous": {"bushing_law": "viscous"},
+    "integrator=linearly_implicit": {"integrator": "linearly_implicit"},
+    "integrator=rk4": {"integrator": "rk4"},
+}
+# At constant speed before a record, s: some settings have softer modes than the ring study, and their own transients.
+LEAD_IN = 2.0
+BELT_TURNS = 3  # of the loop in the record of a belt, which has no transient and no contact
+FOUND = ["scene", "setting", "measure", "value", "wall_s_per_s", "note"]
+COLUMNS = [
+    "scene", "setting", "reference", "measure", "value", "reference_value", "difference_pct", "wall_s_per_s", "note",
+]  # fmt: skip
+
+
+def measure_setting(
+    rig: Rig, setting: str, speeds: list[float], radii: list[float | None], rule: StopRule
+) -> pd.DataFrame:
+    """Statistics of one setting for every speed and ring, the whole loop as the sensor.
+
+    Parameters
+    ----------
+    rig : Rig
+        Parameters.
+    setting : str
+        Of ``SETTINGS``.
+    speeds : list of float
+        Motor speeds, rev/min.
+    radii : list of float or None
+        Ring radii, m; None: no ring.
+    rule : StopRule
+        When a record ends.
+
+    Returns
+    -------
+    DataFrame
+        ``FOUND``; wall seconds a simulated one. ``note`` says why a setting has no value.
+    """
+    rows, starts = [], SettledLoops()
+    for rpm, radius in product(speeds, radii):
+        name = f"{rpm:g} rpm, {'no ring' if radius is None else f'ring {radius:g} m'}"
+        try:
+            fields = PRESETS[REFERENCE] | TENSION | {"ring_radius": radius} | SETTINGS[setting]
+            fields |= WITHOUT_RING.get(setting.removeprefix("preset="), {}) if radius is None else {}
+            scene = Scene(rig, rpm, **steady_fields(rig, rpm, rule) | {"lead_in": LEAD_IN} | fields)
+            found, wall, note = *(_belt(scene) if scene.chain == "belt" else _run(scene, rule, starts)), ""
+        except TrackdynError as error:
+            found, wall, note = {}, NAN, str(error)
+        rows += [[name, setting, measure, found.get(measure, NAN), wall, note] for measure in MEASURES]
+        print(f"{name}: {setting}", flush=True)
+    return pd.DataFrame(rows, columns=FOUND)
+
+
+def _run(scene: Scene, rule: StopRule, starts: SettledLoops) -> tuple[dict[str, float], float]:
+    """Statistics of a scene, and wall seconds a simulated one."""
+    simulate(scene.with_(duration=0.01, lead_in=0.0), starts=starts)  # compiled before anything is timed
+    recording, _ = run_steady(Loop(scene.with_(every_link=True), starts), rule)
+    loop, contacts = whole_loop(recording), meshing_summary(recording)
+    found = {name: loop[name].value for name in ("rms", "sd", "line", "high_frequency")}
+    found |= {name: contacts[f"{name}_pct"] for name in SHARES}
+    found |= {f"{side}_peak": contacts[f"{side}_peak_n"] for side in ("left", "right")}
+    found |= {"loop_gap": float(recording.gap.max()), "energy_residual": abs(energy_residual(recording))}
+    return found, recording.wall / (len(recording.time) / recording.rate)
+
+
+def _belt(scene: Scene) -> tuple[dict[str, float], float]:
+    """The same of a belt, whose cost is that of the whole record: it has no time loop."""
+    seconds = round(BELT_TURNS / scene.loop_frequency, 1)
+    begin = time.perf_counter()
+    recording = simulate(scene.with_(duration=seconds))
+    return statistics_of(recording), (time.perf_counter() - begin) / seconds
+
+
+def compare_rungs(found: pd.DataFrame) -> pd.DataFrame:
+    """Every setting (`measure_setting`) beside the reference.
+
+    Returns
+    -------
+    DataFrame
+        ``COLUMNS``, by scene and then as the settings stand. ``difference_pct`` is relative for RMS, SD, line and peak,
+        in points of a sprocket turn for shares, and empty for closure error and energy residual.
+    """
+    key = ["scene", "measure"]
+    reference = found.loc[found["setting"] == f"preset={REFERENCE}"].set_index(key)["value"]
+    rows = []
+    by_scene = found.iloc[pd.factorize(found["scene"])[0].argsort(kind="stable")]
+    for _, row in by_scene.iterrows():
+        value, expected = row["value"], reference[row["scene"], row["measure"]]
+        difference = value - expected if row["measure"] in SHARES else NAN
+        if row["measure"] in RELATIVE and expected:
+            difference = 100 * (value - expected) / expected
+        rows.append(
+            [
+                row["scene"],
+                row["setting"],
+                REFERENCE,
+                row["measure"],
+                value,
+                expected,
+                difference,
+                row["wall_s_per_s"],
+                row["note"],
+            ]
+        )
+    return pd.DataFrame(rows, columns=COLUMNS)

@@ -1,0 +1,125 @@
+"""What a measure would be with a step of zero: extrapolated over steps, with its error; how far presets are from it."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from trackdyn.measure.uncertainty import batch_error
+from trackdyn.measure.whole_loop import RELATIVE, SHARES, Series
+from trackdyn.scene.fidelity import PRESETS, preset
+from replication.study.accuracy.statistics import scale_of
+
+LIMITS = ["scene", "measure", "limit", "limit_error", "finest", "finest_error", "finest_step_s"]
+# what the preset `standard` shall keep in every measure: relative, or in turns of the sprocket
+BOUND = 0.02
+SURE = 2.0  # standard errors: the 95 % of a normal distribution
+
+
+class Limit(NamedTuple):
+    """A limit.
+
+    Attributes
+    ----------
+    value, error : float
+        The limit and its standard error, all in all.
+    doubt : float
+        The part of the error that is convergence, not scatter.
+    values : (m,) array
+        What the limit is the mean of, passage by passage.
+    """
+
+    value: float
+    error: float
+    doubt: float
+    values: np.ndarray
+
+
+def limit_of(runs: Mapping[float, Series], order: int = 1) -> Limit:
+    """The limit of a measure that converges with a power of the step.
+
+    From the two finest steps (Richardson extrapolation: Roache, Journal of Fluids Engineering 116, 1994, 405-413). Its
+    error joins the scatter of passages of this combination of both runs, and how far the next coarser
+    pair of steps would extrapolate to, without which convergence is taken on trust; of two steps alone, the whole
+    extrapolation.
+
+    Parameters
+    ----------
+    runs : mapping of float to Series
+        Of two steps (s) or more.
+    order : int
+        Of the method.
+    """
+    steps = sorted(runs)
+    values = _extrapolated(runs, *steps[:2], order)
+    other = _extrapolated(runs, *steps[1:3], order) if len(steps) > 2 else runs[steps[0]].linear()
+    value, doubt = float(values.mean()), float(abs(values.mean() - other.mean()))
+    return Limit(value, float(np.hypot(batch_error(values)[0], doubt)), doubt, values)
+
+
+def _extrapolated(runs: Mapping[float, Series], fine: float, coarse: float, order: int) -> np.ndarray:
+    """The line through two steps, over their power, at a step of zero, passage by passage."""
+    lean = fine**order / (coarse**order - fine**order)
+    near, far = _paired(runs[fine].linear(), runs[coarse].linear())
+    return near + lean * (near - far)
+
+
+def _paired(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Two series of the same passages: runs that start alike scatter alike, and their difference scatters less (common
+    random numbers: Law, Simulation Modeling and Analysis, 5th edition, 2015, ch. 11.2). Where one has passages that
+    the other lacks, these are left out at the beginning."""
+    count = min(len(one), len(other))
+    return one[len(one) - count :], other[len(other) - count :]
+
+
+def difference(found: Series, limit: Limit) -> tuple[float, float]:
+    """A measure less its limit, and the standard error of this difference."""
+    one, other = _paired(found.linear(), limit.values)
+    return float(found.estimate().value - limit.value), float(np.hypot(batch_error(one - other)[0], limit.doubt))
+
+
+def presets_beside_limits(rows: pd.DataFrame, limits: pd.DataFrame) -> pd.DataFrame:
+    """Difference of every preset from the limit, with its standard error.
+
+    Parameters
+    ----------
+    rows, limits : DataFrame
+        Of `trade.statistic_trade`.
+
+    Returns
+    -------
+    DataFrame
+        A row a scene and measure: ``limit, limit_error`` (g, % of a turn, N); for each preset whose step was run
+        ``<preset>_pct, <preset>_error_pct``: relative, shares in points of a turn; ``standard_within_bound``: yes and
+        no if two standard errors do not change the answer, undecided otherwise.
+    """
+    full = rows[(rows["fidelity"] == "ten_arcs") & ~rows["failed"].astype(bool)]
+    found = []
+    for _, row in limits[limits["measure"].isin(RELATIVE + SHARES)].iterrows():
+        scale = scale_of(row["measure"], row["limit"]) / 100
+        line = {name: row[name] for name in ("scene", "measure", "limit", "limit_error")}
+        for name in PRESETS:
+            fields = preset(name, not row["scene"].startswith("no ring"))
+            here = full[(full["scene"] == row["scene"]) & (full["measure"] == row["measure"])]
+            here = here[
+                (here["integrator"] == fields["integrator"]) & np.isclose(here["step_s"], fields["step"], rtol=1e-9)
+            ]
+            line |= {f"{name}_pct": np.nan, f"{name}_error_pct": np.nan}
+            if len(here):
+                run = here.iloc[0]
+                line |= {
+                    f"{name}_pct": (run["value"] - row["limit"]) / scale,
+                    f"{name}_error_pct": 100 * run["uncertainty"],
+                }
+        line["standard_within_bound"] = _verdict(
+            abs(line["standard_pct"]), SURE * line["standard_error_pct"], 100 * BOUND
+        )
+        found.append(line)
+    return pd.DataFrame(found)
+
+
+def _verdict(size: float, margin: float, bound: float) -> str:
+    if not np.isfinite(size):
+        return ""
+    return "yes" if size + margin <= bound else "no" if size - margin > bound else "undecided"

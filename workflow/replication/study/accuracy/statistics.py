@@ -1,0 +1,110 @@
+"""What the studies of accuracy compare: scenes of whole revolutions, the statistics of a record, their errors."""
+
+import numpy as np
+
+from trackdyn.measure.meshing import meshing_summary
+from trackdyn.measure.metrics import energy_residual, loop_frequency
+from trackdyn.measure.sensor import sense
+from trackdyn.measure.sensor_metrics import whole_revolutions
+from trackdyn.measure.whole_loop import RELATIVE, SHARES, Series, series
+from trackdyn.scene.scene import Scene
+from trackdyn.sensor.signals import high_frequency_rms, main_line_binfree, rms, standard_deviation
+from trackdyn.simulation.recording import Recording
+from replication.study.settings import SceneKey, StateErrors, StatisticErrors, TradeForm
+
+NAN = float("nan")
+# of the ladder and of accuracy against cost: motion in space, rk4 and adaptive have no tensioner on its spring
+TENSION = {"tension": "locked"}
+LEAD_IN = 3.0  # s at constant speed before what is compared begins, after a second of starting
+# compared as they are
+ABSOLUTE = ("loop_gap", "energy_residual")
+MEASURES = RELATIVE + SHARES + ABSOLUTE
+
+
+def study_scene(rig, rpm: float, ring: float | None, turns: int, **fields) -> Scene:
+    """A record of whole revolutions of the loop after four seconds of running."""
+    return Scene(
+        rig, rpm, ring, duration=whole_samples(rig, turns * rig.loop_period(rpm) + 0.01), lead_in=LEAD_IN, **fields
+    )
+
+
+def whole_samples(rig, seconds: float) -> float:
+    """The least duration of whole samples that holds so many seconds."""
+    return float(np.ceil(seconds * rig.sensor.rate - 1e-6) / rig.sensor.rate)
+
+
+def scene_name(rpm: float, ring: float | None) -> str:
+    """``no ring 115 rpm`` or ``ring 0.308 m 115 rpm``."""
+    return f"{'no ring' if ring is None else f'ring {ring:g} m'} {rpm:g} rpm"
+
+
+def statistics_of(recording: Recording) -> dict[str, float]:
+    """RMS, SD, dominant peak, RMS at and above 20 Hz (g), contact durations (%), peaks of both arcs (N), closure error
+    (m), energy residual.
+
+    The RMS and SD are taken over whole revolutions of the loop, the peak is the mean over the passages of the largest
+    force.
+    """
+    loop_hz = loop_frequency(recording)
+    ay = sense(recording).ay
+    whole = ay[: whole_revolutions(len(ay), recording.rate, loop_hz)]
+    meshing = meshing_summary(recording) if len(recording.spells) else {}
+    return {
+        "rms": rms(whole),
+        "sd": standard_deviation(whole),
+        "line": main_line_binfree(ay, recording.rate, expected_hz=loop_hz)[1],
+        **{name: meshing.get(f"{name}_pct", NAN) for name in SHARES},
+        "high_frequency": high_frequency_rms(whole, recording.rate),
+        **{f"{side}_peak": meshing.get(f"{side}_peak_n", NAN) for side in ("left", "right")},
+        "loop_gap": float(recording.gap.max()),
+        "energy_residual": abs(energy_residual(recording)),
+    }
+
+
+def answers_of(recording: Recording, passages: int | None = None) -> dict[str, Series]:
+    """Measures over all links of a recording made with ``every_link``, passage by passage.
+
+    As `statistics_of`, but with what standard errors are made of (`measure.whole_loop`). Only the first ``passages``
+    of the record count, if that is given. Closure error and energy residual belong to the whole record and have none.
+    """
+    found = series(recording)
+    if passages is not None:
+        found = {name: each.until(passages) for name, each in found.items()}
+    exact = {"loop_gap": float(recording.gap.max()), "energy_residual": abs(energy_residual(recording))}
+    return found | {name: Series(np.array([value]), np.array([0])) for name, value in exact.items()}
+
+
+def scale_of(measure: str, reference: float) -> float:
+    """What an error is a part of: the reference, a turn of the sprocket (shares are in %), or nothing; NaN for no
+    reference.
+    """
+    if measure in RELATIVE:
+        return abs(reference) or NAN
+    return 100.0 if measure in SHARES else 1.0
+
+
+def statistic_error(measure: str, value: float, reference: float) -> float:
+    """Error of a statistic: relative, in turns of the sprocket for shares, in its own unit for gap and residual."""
+    if measure in ABSOLUTE:
+        return abs(value)
+    if measure in SHARES:
+        return abs(value - reference) / 100
+    return abs(value - reference) / abs(reference) if reference else (0.0 if value == 0 else NAN)
+
+
+def measured_scenes(form: TradeForm) -> dict[str, StateErrors | StatisticErrors]:
+    """What is asked of each scene that is measured, by its name: its state errors, or those of its statistics."""
+    found = {f"state_{_file(name)}": form.state.model_copy(update={"scenes": [name]}) for name in form.state.scenes}
+    return found | {
+        f"statistics_{_file(scene_name(*key))}": form.statistics.model_copy(update={"scenes": [key]})
+        for key in form.statistics.scenes
+    }
+
+
+def promised_scenes(form: TradeForm) -> dict[str, SceneKey]:
+    """Scenes kept apart, on which the planner is judged, by their names."""
+    return {_file(scene_name(*key)): key for key in form.kept_apart}
+
+
+def _file(name: str) -> str:
+    return name.replace(" ", "_")

@@ -1,0 +1,338 @@
+"""Extremes of parameters, speeds, steps and initial states: a generator of rows for each family."""
+
+from collections.abc import Iterator
+from math import ceil
+
+import numpy as np
+
+from trackdyn.contact.laws import friction_coefficient, normal_force
+from trackdyn.contact.tooth import find_area
+from trackdyn.jit import kernel
+from trackdyn.model.constants import SPROCKET, Drive
+from trackdyn.parameters.layout import assemble
+from trackdyn.parameters.normal_laws import delivered_restitution
+from trackdyn.parameters.rig import Rig
+from trackdyn.scene.build import make_law, make_tooth
+from trackdyn.scene.limits import largest_step
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.account import open_share, refuse_open_account
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.start_checks import arc_depths, explained_depth
+from replication.study.extremes.judge import FAST, attempted, below, gap_bound, gap_missed, run_scene, within
+
+# Change of momentum in turns a step: it is that of the path between two configurations.
+MOMENTUM = 10.0
+STEEL_AND_TOOTH = ("steel__youngs_modulus", "tooth_contact__youngs_modulus")
+SURFACES = ("tooth_contact", "ring_contact", "wheel_contact")
+STATES = "initial state"
+
+
+def step_limit(rig: Rig, rpm: float = 210.0, **fields) -> float:
+    """Smallest of the predicted limits of the semi-implicit step, s."""
+    probe = Scene(rig, rpm, **(FAST | fields), integrator="adaptive", tolerance=0.5)
+    return largest_step(probe.model, rig.tension.pre_tension)
+
+
+def accepted_step(rig: Rig, limit: float, at_most: float = 1e-4) -> float:
+    """Largest whole fraction of the sample interval within a limit, s."""
+    sample = 1.0 / rig.sensor.rate
+    return sample / ceil(sample / min(limit, at_most) * (1 - 1e-9))
+
+
+def restart(rig: Rig, rpm: float = 210.0, **fields) -> Loop:
+    """A settled loop."""
+    return Loop(Scene(rig, rpm, **(FAST | fields)))
+
+
+def run_on(loop: Loop, seconds: float) -> dict:
+    """Run on from a state, step by step; columns of the row, with the first bound that is missed in ``reason``."""
+    loop.model = loop.model._replace(stride=1)
+    record = loop.room(max(round(seconds / loop.model.step), 1))
+    turn = 0.0
+    for step in range(len(record.gap)):
+        loop.fill(record, step, step + 1)
+        turn = max(turn, float(np.abs(loop.state.rate).max()) * loop.model.step)
+    arrays = (record.energy, record.gap, record.raw, *(part for part in loop.state if isinstance(part, np.ndarray)))
+    if not all(np.isfinite(part).all() for part in arrays):
+        return {"reason": "numbers that are not finite"}
+    gap = float(record.gap.max())
+    refuse_open_account(record.energy, loop.model, seconds)
+    share = open_share(record.energy, loop.model, seconds)[0]
+    return {"loop_gap_max_m": gap, "energy_residual": share, "turn": turn, "reason": gap_missed(gap, gap_bound(turn))}
+
+
+def mass_ratio(rig: Rig, ratios: list[float]) -> Iterator[dict]:
+    """A link from as heavy as a connector to a million times heavier; a massless connector."""
+    for ratio in ratios:
+        changes = {"chain__connector_mass": rig.chain.link_mass / ratio}
+        changes |= {"chain__connector_inertia": rig.chain.link_inertia / ratio}
+        for name, fields in (
+            ("step 1e-4 s", {}),
+            ("step 1e-5 s", {"step": 1e-5}),
+            ("linearly implicit", {"integrator": "linearly_implicit"}),
+        ):
+            yield run_scene("mass ratio", f"link to connector {ratio:g}, {name}", rig, changes=changes, **fields)
+    for value in (0.0, -1.0, 5e-324):
+        yield run_scene("mass ratio", f"connector of {value:g} kg", rig, changes={"chain__connector_mass": value})
+
+
+def stiffness(rig: Rig, moduli: list[float]) -> Iterator[dict]:
+    """Teeth of rubber to ten times the modulus of steel, at the largest accepted and at a refused step."""
+    for modulus in moduli:
+        changes = dict.fromkeys(STEEL_AND_TOOTH, modulus)
+        for ring in (None, 0.308):
+            limit = step_limit(rig.changed(**changes), ring_radius=ring)
+            larger = 1e-3 / max(int(1e-3 / limit), 1)  # the next whole fraction above the limit
+            for name, fields in (
+                ("largest step", {"step": accepted_step(rig, limit, 1e-3)}),
+                ("next step", {"step": larger if larger > limit else 2e-3}),
+                ("linearly implicit", {"integrator": "linearly_implicit"}),
+            ):
+                case = f"E = {modulus:g} Pa, {'no ring' if ring is None else 'ring'}, {name}"
+                yield run_scene("stiffness", case, rig, changes=changes, ring_radius=ring, **fields)
+    for value in (0.0, -1.0, float("nan"), float("inf"), 1e30):
+        yield run_scene("stiffness", f"E = {value:g} Pa", rig, changes={STEEL_AND_TOOTH[1]: value})
+    for value in (0.0, 1e3, 1e4, 1e6):
+        yield run_scene("stiffness", f"bushing of {value:g} N m/rad", rig, changes={"bushing__stiffness": value})
+
+
+@kernel
+def _rebound(law, mass, speed, radius, steps):
+    """Speed after over speed before an impact on one surface, by leapfrog steps of a ``steps``-th of a half period."""
+    x, v = 0.0, speed
+    h = np.sqrt(mass * radius**0.5 / (law.stiffness * (speed + 1e-9) ** 0.5)) / steps
+    for _ in range(1000 * steps):
+        x += 0.5 * h * v
+        if x <= 0.0:
+            break
+        v -= h * normal_force(law, x, v, speed, radius) / mass
+        x += 0.5 * h * v
+        if x <= 0.0:
+            break
+    return -v / speed
+
+
+def _impact(rig: Rig, law_name: str, value: float) -> dict:
+    surface = rig.tooth_contact
+    law = make_law(
+        surface.contact_length, rig.composite_modulus(surface), value, 0.0, 0.0, 1.0, 1e-9, rig.impact.factor_limit,
+        law_name,
+    )  # fmt: skip
+    expected = delivered_restitution(law.loss) if law_name == "printed" else value
+    found = _rebound(law, rig.chain.link_mass, 0.5, 0.08, 4000)
+    return within(found, expected, 2e-3, "restitution", group=law_name, at=value)
+
+
+def restitution(
+    rig: Rig, nominal=(0.01, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0)
+) -> Iterator[dict]:
+    """What an impact gives back against what it should, for both normal laws; the same in a running loop."""
+    for law in ("printed", "delivered"):
+        for value in nominal:
+            yield attempted("restitution", f"one impact, {law}, {value:g}", _impact, rig, law, value)
+    for law in ("printed", "delivered", "elastic"):
+        for value in (0.0, 5e-324, 1e-300, 0.01, 0.1, 0.5, 1.0, 1.01):
+            changes = {f"{name}__restitution": value for name in SURFACES}
+            yield run_scene("restitution", f"loop, {law}, {value:g}", rig, changes=changes, normal_law=law)
+
+
+def friction(rig: Rig, coefficients: list[float], velocities: list[float]) -> Iterator[dict]:
+    """Coefficients of friction with transition velocities (m/s), on every surface."""
+    for mu in coefficients:
+        for velocity in velocities:
+            changes = {f"{name}__{field}": mu for name in SURFACES for field in ("friction_static", "friction_dynamic")}
+            changes |= {f"{name}__transition_velocity": velocity for name in SURFACES}
+            for name, fields in (("step 1e-4 s", {}), ("linearly implicit", {"integrator": "linearly_implicit"})):
+                case = f"mu {mu:g}, v_t {velocity:g} m/s, {name}"
+                yield run_scene("friction", case, rig, changes=changes, **fields)
+    for mu in (-0.1, 2.1):
+        yield run_scene("friction", f"mu {mu:g}", rig, changes={"tooth_contact__friction_static": mu})
+    yield run_scene("friction", "v_t 0", rig, changes={"tooth_contact__transition_velocity": 0.0})
+
+
+def bushing(rig: Rig, dampings: list[float], integrators: list[str]) -> Iterator[dict]:
+    """Viscous bushings without damping to such as never turn; critical damping is of the order of 2 N m s/rad."""
+    for damping in dampings:
+        for integrator in integrators:
+            case = f"damping {damping:g} N m s/rad, {integrator}"
+            fields = {"integrator": integrator, "bushing_law": "viscous"}
+            yield run_scene("bushing", case, rig, changes={"bushing__damping": damping}, **fields)
+
+
+def speed(rig: Rig, speeds: list[float]) -> Iterator[dict]:
+    """At rest to 48 times the fastest run, reversed, abrupt starts and a sudden stop."""
+    for rpm in speeds:
+        accepted = accepted_step(rig, step_limit(rig, rpm))
+        for ramp in (1.0, 0.001):
+            for name, step in {"1e-4": 1e-4, f"{accepted:.3g}": accepted}.items():
+                case = f"{rpm:g} rpm, ramp {ramp:g} s, step {name} s"
+                yield run_scene("speed", case, rig, rpm, ramp=ramp, step=step)
+    for rpm in (-5.0, float("nan"), float("inf"), 1e9):
+        yield run_scene("speed", f"{rpm:g} rpm", rig, rpm)
+    for rpm in (115.0, 210.0, 500.0):
+        yield attempted("speed", f"sudden stop from {rpm:g} rpm", _stopped, rig, rpm)
+
+
+def _stopped(rig: Rig, rpm: float) -> dict:
+    started = restart(rig, rpm)
+    run_on(started, 0.3)
+    started.model = started.model._replace(drive=Drive(0.0, started.model.step))
+    return run_on(started, 0.2)
+
+
+def loop(rig: Rig, radii: list[float]) -> Iterator[dict]:
+    """Rings, pre-tension from slack to 100 kN, loops that just close and just do not."""
+    for radius in (None, *radii):
+        yield run_scene("loop", f"ring {'none' if radius is None else f'{radius:g} m'}", rig, 115.0, ring_radius=radius)
+    for tension in (0.0, 1.0, 1e2, 1e3, 4540.0, 1e4, 2e4, 5e4, 1e5):
+        changes = {"tension__pre_tension": tension}
+        yield run_scene("loop", f"pre-tension {tension:g} N, step 1e-4 s", rig, changes=changes)
+        # the loop settles at a few per cent more than the pre-tension, and the step is judged there again
+        step = accepted_step(rig, 0.9 * step_limit(rig.changed(**changes)), 5e-5)
+        yield run_scene("loop", f"pre-tension {tension:g} N, step {step:.3g} s", rig, changes=changes, step=step)
+    for pitches in (3, 12, 33, 34, 35, 36, 37, 70):
+        yield run_scene("loop", f"{pitches} pitches", rig, changes={"chain__pitches": pitches})
+    shift = abs(assemble(rig).shift)
+    for share in (0.5, 0.999, 1.001, 2.0):
+        yield run_scene("loop", f"travel {share:g} of what closes", rig, changes={"tension__travel": share * shift})
+    for name, value in (("idler__x", 0.1), ("idler__x", -5.0), ("idler__radius", 1.5), ("tension__direction", 107.0)):
+        yield run_scene("loop", f"{name.replace('__', '.')} = {value:g}", rig, changes={name: value})
+
+
+def starts(rig: Rig, radii: list[float], equal_pitches: list[float]) -> Iterator[dict]:
+    """No loop starts with an arc deeper in a tooth than its load explains, whatever ring and connector it has."""
+    for equal_pitch in equal_pitches:
+        changed = rig.changed(sprocket__equal_pitch_radius=equal_pitch)
+        for radius in (None, *radii):
+            for tension in ("locked", "retensioned"):
+                ring = "no ring" if radius is None else f"ring {radius:g} m"
+                case = f"equal pitch {equal_pitch:g} m, {ring}, {tension}"
+                yield attempted("start", case, _started, changed, radius, tension)
+
+
+def _started(rig: Rig, radius: float | None, tension: str) -> dict:
+    loop = restart(rig, ring_radius=radius, tension=tension, step=5e-5)
+    angle = float(loop.state.wheel_angle[SPROCKET])
+    depth = float(arc_depths(loop.scene, loop.model, loop.state, loop.work, angle).max())
+    bound = explained_depth(loop.model, rig.tension.pre_tension)
+    return below(max(depth, 0.0), bound, "depth of an arc at the start in m")
+
+
+def states(rig: Rig, depths: list[float]) -> Iterator[dict]:
+    """Loops let go from where no run would start: deep in a tooth or a ring, on a tip, at almost no speed."""
+    for name, wheel in (("sprocket", SPROCKET), ("idler", 1)):
+        for depth in depths:
+            yield attempted(STATES, f"{name} pushed {1e3 * depth:g} mm into the chain", _pushed, rig, wheel, depth)
+    for share in (0.05, 0.25, 0.5):
+        yield attempted(STATES, f"sprocket turned by {share:g} of a pitch under the chain", _turned, rig, share)
+    yield attempted(STATES, "an arc exactly at a tooth tip", _on_tip, rig)
+    for name, value in (("zero", 0.0), ("denormal", 5e-324), ("1e-160", 1e-160), ("denormal, reversed", -5e-324)):
+        yield attempted(STATES, f"all rates and stored impact velocities {name}", _crept, rig, value)
+
+
+def _pushed(rig: Rig, wheel: int, depth: float) -> dict:
+    started = restart(rig, 0.0)
+    wheels = started.model.wheels
+    away = np.array([wheels.x[wheel] + 0.55, wheels.y[wheel] + 0.2])
+    away /= np.hypot(*away)
+    wheels.x[wheel] += depth * away[0]
+    wheels.y[wheel] += depth * away[1]
+    return run_on(started, 0.1)
+
+
+def _turned(rig: Rig, share: float) -> dict:
+    started = restart(rig, 0.0)
+    started.state.wheel_angle[SPROCKET] += share * 2 * np.pi / started.model.tooth.teeth
+    return run_on(started, 0.1)
+
+
+def _on_tip(rig: Rig) -> dict:
+    started = restart(rig, 0.0)
+    wheels = started.model.wheels
+    to_pins = started.pins[:-1] - [wheels.x[SPROCKET], wheels.y[SPROCKET]]
+    x, y = to_pins[np.argmin((to_pins**2).sum(axis=1))]
+    # the line between two grooves through the centre of an arc
+    started.state.wheel_angle[SPROCKET] = np.arctan2(y, x)
+    return run_on(started, 0.1)
+
+
+def _crept(rig: Rig, value: float) -> dict:
+    started = restart(rig, 0.0)
+    state = started.state
+    for part in (state.rate, state.wheel_rate):
+        part[...] = value
+    for part in (state.tooth_impact, state.wheel_impact):
+        part[...] = abs(value)
+    state.pin[2:] = value
+    return run_on(started, 0.05)
+
+
+def laws(rig: Rig) -> Iterator[dict]:
+    """The laws at the ends of their arguments, the joints of the areas and the symmetry of the groove."""
+    law = Scene(rig, 0.0).model.tooth.law
+    yield attempted(STATES, "normal force and friction from denormal to huge arguments", _finite, law)
+    tooth = make_tooth(rig.groove_profile, rig.chain.connector_radius, law)
+    for joint in range(1, 10):
+        case = f"an arc on the line between areas {joint} and {joint + 1}"
+        yield attempted(STATES, case, _continuous, rig.groove_profile, tooth, joint)
+    yield attempted(STATES, "20,000 arcs and their mirror images in a groove", _mirrored, tooth)
+
+
+def _finite(law) -> dict:
+    numbers = (0.0, 5e-324, 1e-300, 1e-12, 1.0, 1e6)
+    forces = np.array([
+        normal_force(law, depth, sign * rate, max(law.speed_floor, impact), 0.01)
+        for depth in numbers for rate in numbers for sign in (-1.0, 1.0) for impact in numbers
+    ])  # fmt: skip
+    coefficients = [friction_coefficient(law, sign * slip) for slip in numbers for sign in (-1.0, 1.0)]
+    faulty = np.sum(~np.isfinite([*forces, *coefficients])) + np.sum(forces < 0)
+    return below(float(faulty), 0.0, "faulty forces")
+
+
+def _continuous(groove, tooth, joint: int) -> dict:
+    """Depth on both sides of the line that two areas share, and on it."""
+    depth, tolerance = 1e-4, 1e-9
+    on = groove.joints()[joint - 1]
+    normal = on - groove.centre[joint - 1]
+    normal /= np.hypot(*normal) * (1 if groove.convex[joint - 1] else -1)
+    along = np.array([normal[1], -normal[0]])
+    centre = on + (tooth.arc_radius - depth) * normal
+    seen = [find_area(tooth, *(centre + side * along))[:2] for side in (-1e-10, 0.0, 1e-10)]
+    worst = max(abs(found - depth) for _, found in seen)
+    return below(worst, tolerance, "jump of the depth in m", at=joint)
+
+
+def _mirrored(tooth) -> dict:
+    rng = np.random.default_rng(8)
+    worst = 0.0
+    for x, y in np.column_stack([rng.uniform(1e-6, 0.08, 20000), rng.uniform(0.24, 0.36, 20000)]):
+        right, left = find_area(tooth, x, y), find_area(tooth, -x, y)
+        areas = 0.0 if right[0] == (11 - left[0] if left[0] else 0) else 1.0
+        worst = max(worst, areas, *np.abs(np.array(right[1:]) - np.array(left[1:]) * [1, -1, 1, 1]))
+    return below(worst, 1e-12, "asymmetry of area, depth, normal or radius")
+
+
+def momentum(rig: Rig, pitches=(3, 5, 35, 200)) -> Iterator[dict]:
+    """A free loop without gravity: linear and angular momentum stay, to the order of the step.
+
+    Both are those of the bodies after a step; a first-order step moves the bodies before it counts them,
+    so that they swing by a turn a step and do not drift.
+    """
+    for count in pitches:
+        for damping in (0.0, 12.4):
+            yield attempted(
+                "momentum", f"free loop of {count} pitches, damping {damping:g}", _free, rig, count, damping
+            )
+
+
+def _free(rig: Rig, count: int, damping: float) -> dict:
+    free = rig.changed(gravity=0.0, chain__pitches=count, bushing__damping=damping)
+    started = restart(free, 210.0, loop="free", ring_radius=None, bushing_law="viscous")
+    begin = started.momentum
+    # linear momentum is zero: its scale is that of the bodies' own
+    own = float(started.model.chain.mass @ np.hypot(started.work.com_vx, started.work.com_vy))
+    found = run_on(started, 0.2)
+    end = started.momentum
+    change = max(abs(end[2] / begin[2] - 1), np.hypot(*(end[:2] - begin[:2])) / own)
+    bound = MOMENTUM * max(found["turn"], 1e-4)
+    return found | below(float(change), bound, "change of momentum", at=count)

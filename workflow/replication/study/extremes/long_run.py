@@ -1,0 +1,81 @@
+"""An hour of running in chunks: gap, energy residual, statistics and memory must not drift."""
+
+import sys
+from collections.abc import Iterator
+
+import numpy as np
+import pandas as pd
+
+from trackdyn.measure.sensor import specific_force
+from trackdyn.parameters.rig import Rig
+from trackdyn.scene.scene import Scene
+from trackdyn.sensor.signals import rms
+from trackdyn.simulation.account import OPEN_SHARE, open_share
+from trackdyn.simulation.loop import Loop
+from replication.study.extremes.judge import GAP, attempted, below
+from replication.study.stability import TOLERANCES
+
+# Standard errors between the first and the last quarter that still count as no drift; revolutions that
+# are all alike may differ by what counts as a stable statistic elsewhere.
+STANDARD_ERRORS = 4.0
+# Growth of the largest resident memory, MB: the record is reused, so that nothing should grow.
+MEMORY_MB = 16.0
+
+
+def resident_mb() -> float:
+    """Largest resident memory of this process so far, MB; NaN where the platform does not say."""
+    try:
+        import resource
+    except ImportError:
+        return float("nan")
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
+
+
+def run_long(rig: Rig, seconds: float, turns: int, rpm: float = 210.0) -> pd.DataFrame:
+    """A row a chunk: time, largest gap, energy residual, RMS of the sensor's y acceleration (Eq. 40, g) and memory.
+
+    Parameters
+    ----------
+    seconds : float
+        Simulated time, s.
+    turns : int
+        Revolutions of the loop in a chunk: statistics of whole revolutions can be compared.
+    """
+    scene = Scene(rig, rpm, duration=1.0, step=1e-4, spells=False)
+    loop, rate = Loop(scene), rig.sensor.rate
+    loop.advance(scene.ramp + scene.lead_in)
+    record = loop.room(round(turns / scene.loop_frequency * rate))
+    chunk = len(record.gap) / rate
+    rows = []
+    for _ in range(round(seconds / chunk)):
+        loop.fill(record)
+        ay = specific_force(record.mean[:, :2], record.mean[:, 2], rig.gravity)[:, 1] / (rig.gravity or 9.81)
+        rows.append(
+            {
+                "time_s": loop.time,
+                "loop_gap_max_m": float(record.gap.max()),
+                "energy_residual": open_share(record.energy, loop.model, chunk)[0],
+                "rms_g": rms(np.clip(ay, -rig.sensor.range, rig.sensor.range)),
+                "resident_mb": resident_mb(),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def long_run(chunks: pd.DataFrame) -> Iterator[dict]:
+    """Rows of a long run: its largest gap, residual, drift of the statistics and of the memory."""
+    quarter = max(len(chunks) // 4, 1)
+    first, last = chunks["rms_g"].iloc[:quarter], chunks["rms_g"].iloc[-quarter:]
+    gap, share = float(chunks["loop_gap_max_m"].max()), float(chunks["energy_residual"].abs().max())
+    error = np.hypot(*(part.std(ddof=1) / np.sqrt(quarter) for part in (first, last)))
+    drift = max(float(STANDARD_ERRORS * error), TOLERANCES["rms_g"] * first.mean())
+    grown = float(chunks["resident_mb"].iloc[-1] - chunks["resident_mb"].iloc[0])
+    change = float(abs(last.mean() - first.mean()))
+    for name, *measured in (
+        ("closure error", gap, GAP, "closure error in m"),
+        ("energy residual", share, OPEN_SHARE, "energy residual of a chunk"),
+        ("statistics of the first and last quarter", change, drift, "change of the RMS in g"),
+        ("memory", 0.0 if np.isnan(grown) else max(round(grown), 0), MEMORY_MB, "growth of the memory in MB"),
+    ):
+        case = f"{chunks['time_s'].iloc[-1]:.0f} s at 210 rpm, {name}"
+        yield attempted("long run", case, below, *measured) | {"loop_gap_max_m": gap, "energy_residual": share}

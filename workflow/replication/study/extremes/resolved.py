@@ -1,0 +1,183 @@
+"""Short runs against a step four times smaller: is what completes right, and is only what is wrong refused?
+
+A scene is drawn from a seed and its number alone: shipped rigs, random layouts, the scenes of the accuracy study, and
+rigs with odd stiffnesses, weights and tensions, each at a speed, a length of 0.3 to 2 s and a part of the largest step
+that its settled loop allows.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pandas as pd
+
+from trackdyn.errors import DivergenceError, InputError
+from trackdyn.parameters.rig import Rig, load_rig
+from trackdyn.parameters.rig_file import shipped_rigs
+from trackdyn.scene.limits import largest_step
+from trackdyn.scene.scene import OF_THE_RIG, Scene
+from trackdyn.simulation.loop import Loop
+from trackdyn.simulation.resolution import NO, OPEN, PEAKS, RMS, YES
+from trackdyn.simulation.trial import short_run
+from trackdyn.simulation.watch import FINER
+from replication.study.extremes.judge import COMPLETED, DEFECT, MARKED, REFUSED, row
+from replication.study.layouts import random_rig
+
+FAMILY = "short runs"
+SEED = 20261215
+# Of good runs at most this part may be refused; what completes is within `resolution.RMS` and `resolution.PEAKS`.
+REFUSED_GOOD = 0.03
+SECONDS, PARTS, RAMP = (0.3, 2.0), (0.2, 1.0), 0.3  # lengths, and parts of the largest step, both drawn by logarithm
+LARGEST = 2e-4  # s, where the loop would allow more
+# scenes of the accuracy study: motor speed (rev/min) and radius of the ring (m)
+TRADE = ((115, 0.308), (210, 0.308), (150, 0.304), (180, 0.312), (115, None), (150, None), (210, None))
+KINDS = ("shipped", "layout", "trade", "odd", "shipped", "layout")
+
+
+def drawn(number: int, seed: int = SEED) -> tuple[str, Rig, dict]:
+    """What a scene is called, its rig, and motor speed, ring, seconds and part of the largest step."""
+    rng = np.random.default_rng([seed, number])
+    kind, ring = KINDS[number % len(KINDS)], OF_THE_RIG
+
+    def between(low, high):
+        return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+
+    if kind == "shipped":
+        case = str(rng.choice(sorted(shipped_rigs())))
+        rig = load_rig(case)
+    elif kind == "layout":
+        of = int(rng.integers(10**6))
+        rig, case = random_rig(of, seed)[0], f"layout {of}"
+    else:
+        case, rig = "first_fit", load_rig("first_fit")
+    rpm = float(rng.uniform(10, 60)) * rig.sprocket.transmission_ratio
+    if kind == "trade":
+        rpm, ring = TRADE[int(rng.integers(len(TRADE)))]
+        case = f"{rpm} rev/min, ring {ring}"
+    if kind == "odd":
+        case = str(rng.choice(["first_fit", "first_fit", "m113", "robot"]))
+        base = load_rig(case)
+        viscous = base.bushing.law == "viscous"
+        loss = ("bushing__damping", 0.1, 30.0) if viscous else ("bushing__loss_factor", 0.3, 3.0)
+        name, low, high = [
+            ("bushing__stiffness", 0.3, 300.0), loss,
+            ("tooth_contact__youngs_modulus", 0.1, 30.0), ("wheel_contact__youngs_modulus", 0.1, 10.0),
+            ("tension__pre_tension", 0.4, 2.0), ("chain__link_mass", 0.3, 3.0),
+        ][int(rng.integers(6))]  # fmt: skip
+        section, field = name.split("__")
+        times = between(low, high)
+        rig = base.changed(**{name: getattr(getattr(base, section), field) * times})
+        rpm = float(rng.uniform(10, 60)) * rig.sprocket.transmission_ratio
+        case += f", {section}.{field} times {times:.3g}"
+    seconds, part = round(between(*SECONDS), 2), between(*PARTS)
+    laws = {
+        "drag": str(rng.choice(["viscous", "rolling"]))
+        if any(w.rolling_arm for w in rig.rollers.values())
+        else "viscous",
+        "bushing_law": str(rng.choice(["viscous", "hysteretic"])) if rig.bushing.loss_factor else "viscous",
+    }
+    case += "".join(f", {law}" for law in laws.values() if law != "viscous")
+    return f"{kind}: {case}", rig, {"rpm": rpm, "ring_radius": ring, "seconds": seconds, "part": part, "laws": laws}
+
+
+def run_drawn(number: int, seed: int = SEED) -> dict:
+    """Row of a scene: ``value`` is the larger error of the RMS of the sensor and of all links, ``expected`` that of the
+    mean peak, ``group`` the state of its resolution, ``at`` the step over the largest.
+
+    Refused: ``reason`` begins with ``good`` where the run would have been within the bounds.
+    """
+    name, rig, of = drawn(number, seed)
+    name = f"{number}: {name}, {of['rpm']:.4g} rev/min, {of['seconds']:g} s"
+    sample = 1.0 / rig.sensor.rate
+    fields = {"duration": of["seconds"], "lead_in": 0.0, "ramp": RAMP, "ring_radius": of["ring_radius"]} | of["laws"]
+    try:
+        probe = Scene(rig, of["rpm"], step=sample / 1000, every_link=True, **fields)
+        limit = min(largest_step(probe.model, rig.tension.pre_tension), LARGEST)
+        loop = Loop(probe.with_(step=float(sample / np.ceil(sample / (0.5 * limit)))))
+        limit = min(limit, largest_step(loop.model, loop.layout["settled_tension_n"]))
+        step = float(sample / np.ceil(sample / (of["part"] * limit)))
+        loop = Loop(probe.with_(step=step))
+        fine, _ = _run(Loop(probe.with_(step=step / FINER)), of["seconds"], False)
+    except (InputError, DivergenceError) as error:
+        return row(FAMILY, name, REFUSED, str(error), measure="no loop, or no limit")
+    more = {"measure": "error of RMS, of mean peak", "bound": RMS, "at": step / limit}
+    try:
+        found, resolution = _run(loop, of["seconds"], True)
+    except DivergenceError as error:
+        try:
+            found, _ = _run(loop, of["seconds"], False)
+        except DivergenceError:
+            return row(FAMILY, name, REFUSED, str(error), group="diverged", **more)
+        off = found.differs(fine)
+        good = "good: " if off[0] <= RMS and off[1] <= PEAKS else ""
+        return row(FAMILY, name, REFUSED, good + str(error), group="refused", value=off[0], expected=off[1], **more)
+    off = found.differs(fine)
+    missed = off[0] > RMS or off[1] > PEAKS
+    reason = f"RMS is {100 * off[0]:.2g} % off, the mean peak {100 * off[1]:.2g} %" if missed else ""
+    wrong = MARKED if resolution.state != YES else DEFECT
+    outcome = MARKED if resolution.state == NO else wrong if missed else COMPLETED
+    return row(FAMILY, name, outcome, reason, group=resolution.state, value=off[0], expected=off[1], **more)
+
+
+def _run(loop: Loop, seconds: float, watched: bool):
+    own = loop.copy()
+    own.advance(RAMP)
+    found, writer = short_run(own, seconds, watched, loop)
+    return found, writer.watch.resolution()
+
+
+def short_runs(count: int, seed: int = SEED, part: int = 0, parts: int = 1) -> Iterator[dict]:
+    """Rows of every ``parts``-th of ``count`` scenes, from ``part`` on."""
+    for number in range(part, count, parts):
+        yield run_drawn(number, seed)
+
+
+def by_kind(rows: pd.DataFrame) -> pd.DataFrame:
+    """What became of short runs, a line a kind of scene and one for all.
+
+    Parameters
+    ----------
+    rows : DataFrame
+        Rows of `run_drawn`; those of other families are left out.
+
+    Returns
+    -------
+    DataFrame
+        ``kind``; ``scenes``; ``no_loop``, of which no run was tried; ``resolved``, ``not_judged`` and ``not_resolved``,
+        completed runs by what they say of themselves; ``rms_off_pct`` and ``peak_off_pct``, the largest errors of the
+        resolved ones; ``refused``, and ``refused_good`` of ``good``, runs within the bounds; ``beyond``, completed ones
+        that are not, by number and what they say.
+    """
+    rows = rows[rows["family"] == FAMILY]
+    number, kind = rows["case"].str.extract(r"^(\d+): (\w+)").to_numpy().T if len(rows) else ([], [])
+    rows = rows.assign(
+        number=number, kind=kind, good=(rows["value"] <= RMS) & (rows["expected"] <= PEAKS),
+        refused=rows["outcome"] == REFUSED, tried=rows["value"].notna(),
+    )  # fmt: skip
+    lines = []
+    for name, group in [*rows.groupby("kind"), ("all", rows)]:
+        of = group[group["tried"]]
+        done = of[~of["refused"]]
+        said = [done[done["group"] == state] for state in (YES, OPEN, NO)]
+        beyond = done[~done["good"]]
+        lines.append({
+            "kind": name, "scenes": len(group), "no_loop": int((~group["tried"]).sum()),
+            **dict(zip(("resolved", "not_judged", "not_resolved"), map(len, said), strict=True)),
+            "rms_off_pct": 100 * said[0]["value"].max(), "peak_off_pct": 100 * said[0]["expected"].max(),
+            "refused": int(of["refused"].sum()), "refused_good": int((of["refused"] & of["good"]).sum()),
+            "good": int(of["good"].sum()),
+            "beyond": ", ".join(f"{n} ({state})" for n, state in zip(beyond["number"], beyond["group"], strict=True)),
+        })  # fmt: skip
+    return pd.DataFrame(lines)
+
+
+def verdict(table: pd.DataFrame) -> str:
+    """What a table of short runs (`by_kind`) comes to, in a sentence."""
+    last = table.iloc[-1]
+    silent = str(last["beyond"] or "").count(f"({YES})") if pd.notna(last["beyond"]) else 0
+    held = not silent and last["refused_good"] <= REFUSED_GOOD * last["good"]
+    return (
+        f"Of {last['scenes']} short runs {last['resolved']} completed as resolved: at most {last['rms_off_pct']:.2g} % "
+        f"off in RMS and {last['peak_off_pct']:.2g} % in mean peak, of {100 * RMS:g} and {100 * PEAKS:g} %; "
+        f"{last['refused_good']} of {last['good']} good ones were refused, of {100 * REFUSED_GOOD:g} %. "
+        f"The bounds {'hold' if held else 'do not hold'}."
+    )

@@ -1,0 +1,114 @@
+"""Every family of the extremes in parts that run side by side, as far as a form asks for it."""
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from importlib.metadata import PackageNotFoundError, version
+from math import ceil
+from typing import NamedTuple
+
+import pandas as pd
+
+from trackdyn.parameters.rig import Rig
+from replication.study.extremes import cases, solvers
+from replication.study.extremes.judge import DEFECT, as_table
+from replication.study.extremes.long_run import long_run, run_long
+from replication.study.extremes.random_scenes import SEED, random_scenes, smallest
+from replication.study.extremes.resolved import short_runs
+from replication.study.extremes.stability_map import stability_map
+from replication.study.settings import ExtremesForm
+
+# The long run has a process of its own: growth of the memory is then its own, too.
+LONG_RUN = "long_run"
+RANDOM_SCENES = 250  # in a part, at most
+SHORT_RUNS = 50
+
+
+class Extremes(NamedTuple):
+    """All rows, the chunks of the long run, and what the random scenes were drawn with."""
+
+    rows: pd.DataFrame
+    chunks: pd.DataFrame
+    seeds: dict
+
+
+def parts_of(form: ExtremesForm) -> list[str]:
+    """Names of the parts of a form, in the order of their families."""
+    return [
+        LONG_RUN,
+        "chain",
+        "motion",
+        *(f"random_{k}" for k in range(_random_parts(form))),
+        *(f"short_runs_{k}" for k in range(_short_parts(form))),
+    ]
+
+
+def run_part(rig: Rig, form: ExtremesForm, part: str, say: Callable[[str], None] = print) -> pd.DataFrame:
+    """Rows of a part, or the chunks of the long run; ``say`` hears of every family and every defect."""
+    if part == LONG_RUN:
+        return run_long(rig, form.long_run_s, form.long_run_turns)
+    rows = []
+    for name, generators in _families(rig, form, part).items():  # nothing has run so far
+        for generator in generators:
+            for row in generator:
+                rows.append(row)
+                if row["outcome"] == DEFECT:
+                    say(f"defect: {row['family']}: {row['case']}: {row['reason']}")
+        say(f"{name}: {len(rows)} rows so far")
+    return as_table(rows)
+
+
+def gathered(rig: Rig, form: ExtremesForm, tables: Mapping[str, pd.DataFrame]) -> Extremes:
+    """The tables of all parts (`run_part`) in one; random scenes that failed are made small again."""
+    chunks = tables[LONG_RUN]
+    others = (tables[part] for part in parts_of(form) if part != LONG_RUN)
+    rows = pd.concat([as_table(long_run(chunks)), *others], ignore_index=True)
+    failed = rows[(rows["family"] == "random scenes") & (rows["outcome"] == DEFECT)]["case"]
+    seeds = {
+        "seed": SEED,
+        "scenes": form.random_scenes,
+        "hypothesis": _version("hypothesis"),
+        "failures": [smallest(rig, json.loads(case)) for case in failed],
+    }
+    return Extremes(rows, chunks, seeds)
+
+
+def _families(rig: Rig, form: ExtremesForm, part: str) -> dict[str, tuple[Iterator[dict], ...]]:
+    if part == "chain":
+        return {
+            "length of the chain": (solvers.digits(rig, form.bodies), solvers.growth_rates(rig)),
+            "mass ratio": (solvers.light_connectors(rig), cases.mass_ratio(rig, form.mass_ratios)),
+            "stiffness": (cases.stiffness(rig, form.moduli_pa),),
+            "restitution": (cases.restitution(rig),),
+            "friction": (cases.friction(rig, form.friction_coefficients, form.transition_velocities_m_s),),
+            "bushing": (cases.bushing(rig, form.bushing_dampings_nms, form.bushing_integrators),),
+        }
+    if part == "motion":
+        return {
+            "speed": (cases.speed(rig, form.speeds_rpm),),
+            "loop": (cases.loop(rig, form.ring_radii_m),),
+            "start": (cases.starts(rig, form.start_radii_m, form.equal_pitch_radii_m),),
+            "initial state": (cases.states(rig, form.depths_m), cases.laws(rig), cases.momentum(rig)),
+            "step and stiffness": (stability_map(rig, form.map_moduli_pa, form.map_steps_per_ms),),
+        }
+    if part.startswith("short_runs_"):
+        number = int(part.removeprefix("short_runs_"))
+        return {"short runs": (short_runs(form.short_runs, part=number, parts=_short_parts(form)),)}
+    number = int(part.removeprefix("random_"))
+    parts = _random_parts(form)
+    scenes = random_scenes(rig, form.random_scenes, part=number, parts=parts, in_space=form.random_in_space)
+    return {"random scenes": (scenes,)}
+
+
+def _random_parts(form: ExtremesForm) -> int:
+    return ceil(form.random_scenes / RANDOM_SCENES)
+
+
+def _short_parts(form: ExtremesForm) -> int:
+    return ceil(form.short_runs / SHORT_RUNS)
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return ""

@@ -1,0 +1,235 @@
+"""Extremes of the chain: 3 to 5,000 pitches, light connectors, and the digits of every solver."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from trackdyn.chain import multipliers, riccati, transfer_matrices
+from trackdyn.errors import InputError
+from trackdyn.model.constants import Chain
+from trackdyn.model.state import State, make_state
+from trackdyn.model.work import Work, make_work
+from trackdyn.parameters.rig import Rig
+from trackdyn.scene.build import build_chain
+from trackdyn.scene.scene import Scene
+from replication.study.extremes import reference
+from replication.study.extremes.judge import REFUSED, attempted, below, within
+
+FAMILY = "length of the chain"
+LONGEST_REFERENCE = 70
+# the dense system for its cost; past the reference the residual cannot tell how wrong a lost product is
+LONGEST = {"multipliers": 200, "transfer_product": LONGEST_REFERENCE}
+SOLVERS = {"riccati": riccati, "multipliers": multipliers, "transfer_product": transfer_matrices}
+KINDS = ("link and connector", "uniform bars", "centres of percussion")
+SEEDS = 3
+EPS = float(np.finfo(float).eps)
+# Digits of a solver that keeps all of them: rounding adds up over the bodies, and the acceleration of a
+# body far away is found from all bodies between, so that the error may grow with their number squared.
+LEAST_ERROR = 1e-12
+# Half of the digits: what a literal product must keep where the scene allows it.
+HALF = 1e-8
+# Of the logarithm of the growth a body: a loop is not a straight line.
+GROWTH_TOLERANCE = 0.2
+
+
+class Pose(NamedTuple):
+    """A chain in motion: angles, rates, wrenches at the mass centres and bushing torques."""
+
+    angle: np.ndarray
+    rate: np.ndarray
+    force_x: np.ndarray
+    force_y: np.ndarray
+    moment: np.ndarray
+    torque: np.ndarray
+
+
+def make_chain(rig: Rig, kind: str, bodies: int) -> Chain:
+    """``bodies`` bodies of one kind, an even number."""
+    period = build_chain(rig)
+    length, mass, inertia = (np.tile(a[:2], bodies // 2) for a in (period.length, period.mass, period.inertia))
+    if kind == "uniform bars":
+        length, mass = np.full(bodies, length[0]), np.full(bodies, mass[0])
+        inertia = mass * length**2 / 12
+    elif kind == "centres of percussion":
+        inertia = mass * (length / 2) ** 2
+    return period._replace(
+        length=length, mass=mass, inertia=inertia, com_x=length / 2, com_y=np.zeros(bodies),
+        free_angle=-2 * np.pi / bodies,
+    )  # fmt: skip
+
+
+def make_pose(chain: Chain, seed: int) -> Pose:
+    """A random convex clockwise loop, its rates keep it closed; kilonewtons at every body."""
+    rng = np.random.default_rng(seed)
+    n = len(chain.length)
+    turn = rng.uniform(0.8, 1.2, n)
+    angle = -2 * np.pi * np.cumsum(turn) / turn.sum()
+    for _ in range(20):
+        rows = chain.length * np.array([-np.sin(angle), np.cos(angle)])
+        angle -= rows.T @ np.linalg.solve(rows @ rows.T, [chain.length @ np.cos(angle), chain.length @ np.sin(angle)])
+    rows = chain.length * np.array([-np.sin(angle), np.cos(angle)])
+    rate = rng.normal(0.0, 4.0, n)
+    rate -= rows.T @ np.linalg.solve(rows @ rows.T, rows @ rate)
+    joint = np.append(np.diff(angle), angle[0] - angle[-1] - 2 * np.pi)
+    relative = np.append(np.diff(rate), rate[0] - rate[-1])
+    torque = -chain.stiffness * (joint - chain.free_angle) - chain.damping * relative
+    wrench = rng.normal(0.0, 1.0, (3, n)) * np.array([[2000.0], [2000.0], [60.0]])
+    return Pose(angle, rate, *wrench, torque)
+
+
+def posed(pose: Pose) -> tuple[State, Work]:
+    """State and work that a solver reads for a pose."""
+    n = len(pose.angle)
+    state, work = make_state(n, 1, 1), make_work(n, 1, 1)
+    state.angle[:], state.rate[:] = pose.angle, pose.rate
+    work.cos[:], work.sin[:] = np.cos(pose.angle), np.sin(pose.angle)
+    for name in ("force_x", "force_y", "moment", "torque"):
+        getattr(work, name)[:] = getattr(pose, name)
+    return state, work
+
+
+def solve(solver: str, chain: Chain, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
+    """Angular accelerations (rad/s2) and the acceleration of the first pin (m/s2)."""
+    if solver == "reference":
+        found = reference.accelerations(chain, *pose[:5])
+        return found.alpha, np.array([found.pin_ax, found.pin_ay])
+    state, work = posed(pose)
+    SOLVERS[solver].accelerations(chain, state, work, 0.0, 0)
+    sweep = work.sweep
+    return sweep.response @ sweep.load, sweep.base @ sweep.load
+
+
+def newton_euler_residual(chain: Chain, pose: Pose, alpha, base) -> float:
+    """What the equations of motion leave open, as a share of their largest term; extended precision, O(n).
+
+    Accelerations of the mass centres follow along the chain, joint forces from Newton's law along the
+    chain but for the force through the cut; that one is taken where Euler's equations fit best. Left
+    over are Euler's equations, the force behind the last body and the closure of the pins.
+    """
+    long = np.longdouble
+    angle, rate, fx, fy, moment, torque, alpha = (np.asarray(a, long) for a in (*pose, alpha))
+    cos, sin = np.cos(angle), np.sin(angle)
+    side = chain.length * np.array([cos, sin])
+    arm = np.array([chain.com_x * cos - chain.com_y * sin, chain.com_x * sin + chain.com_y * cos])
+    force = np.array([fx, fy - chain.mass * chain.gravity])
+
+    def swing(r):
+        return alpha * np.array([-r[1], r[0]]) - rate**2 * r
+
+    def cross(a, b):
+        return a[0] * b[1] - a[1] * b[0]
+
+    pins = np.asarray(base, long)[:, None] + np.cumsum(np.column_stack([np.zeros(2, long), swing(side)]), axis=1)
+    inertial = chain.mass * (pins[:, :-1] + swing(arm))
+    through = np.cumsum(np.column_stack([np.zeros(2, long), force - inertial]), axis=1)
+    spin = chain.inertia * alpha - moment + torque - np.roll(torque, 1)
+    spin += cross(arm, through[:, :-1]) + cross(side - arm, through[:, 1:])
+    normal = side[::-1] * np.array([[-1], [1]])  # cross(side, cut force) as a product
+    a, b, c = (normal[0] ** 2).sum(), (normal[0] * normal[1]).sum(), (normal[1] ** 2).sum()
+    right = -normal @ spin
+    cut = np.array([c * right[0] - b * right[1], a * right[1] - b * right[0]]) / (a * c - b * b)
+    euler = np.abs(spin + cut @ normal).max() / max(
+        np.abs(moment).max(),
+        np.abs(chain.inertia * alpha).max(),
+        np.abs(cross(side, through[:, 1:] + cut[:, None])).max(),
+    )
+    newton = np.abs(through[:, -1]).max() / max(np.abs(force).max(), np.abs(inertial).max())
+    closure = np.abs(pins[:, -1] - pins[:, 0]).max() / max(np.abs(pins).max(), np.abs(swing(side)).max())
+    return float(max(euler, newton, closure))
+
+
+def solver_error(solver: str, chain: Chain) -> float:
+    """Median over poses of the error against extended precision, or of the residual where the chain is longer."""
+    errors = []
+    for seed in range(SEEDS):
+        pose = make_pose(chain, seed)
+        try:
+            alpha, base = solve(solver, chain, pose)
+        except np.linalg.LinAlgError:  # numbers overflowed or the system is singular: no digit is left
+            errors.append(np.inf)
+            continue
+        if not (np.isfinite(alpha).all() and np.isfinite(base).all()):
+            errors.append(np.inf)
+        elif len(alpha) <= LONGEST_REFERENCE:
+            expected, _ = solve("reference", chain, pose)
+            errors.append(float(np.abs(alpha - expected).max() / np.abs(expected).max()))
+        else:
+            errors.append(newton_euler_residual(chain, pose, alpha, base))
+    return float(np.median(errors))
+
+
+def predicted_error(chain: Chain) -> float:
+    """Rounding times the growth along the chain (`transfer_matrices.growth`)."""
+    with np.errstate(over="ignore"):
+        return float(EPS * np.float64(transfer_matrices.growth(chain).pitch) ** (len(chain.length) / 2))
+
+
+def digits(rig: Rig, bodies: list[int]) -> Iterator[dict]:
+    """Every solver on every kind of chain; the literal product as far as the scene allows it."""
+    for kind in KINDS:
+        for n in bodies:
+            chain = make_chain(rig, kind, n)
+            for solver in ("riccati", "multipliers", "transfer_product"):
+                if n <= LONGEST.get(solver, n):
+                    yield attempted(FAMILY, f"{solver}, {n} bodies, {kind}", _digits, rig, solver, chain, kind)
+
+
+def _digits(rig: Rig, solver: str, chain: Chain, kind: str) -> dict:
+    n = len(chain.length)
+    marks = {"group": f"{solver}, {kind}", "at": n}
+    if solver == "transfer_product":
+        return _product(rig, chain, kind, marks)
+    measure = "error" if n <= LONGEST_REFERENCE else "residual"
+    return below(solver_error(solver, chain), max(LEAST_ERROR, EPS * n**2), measure, **marks)
+
+
+def _product(rig: Rig, chain: Chain, kind: str, marks: dict) -> dict:
+    """The literal product: its error, and whether a scene with such bodies would be refused."""
+    n = len(chain.length)
+    if kind != KINDS[2]:  # there the prediction is infinite but for rounding
+        marks = marks | {"expected": predicted_error(chain)}
+    error = solver_error("transfer_product", chain)
+    changes = {"chain__pitches": n // 2, "sensor__pitch": 1}
+    if kind != "link and connector":
+        mass, inertia = chain.mass, chain.inertia
+        changes |= {"chain__link_inertia": inertia[0], "chain__connector_mass": mass[1]}
+        changes |= {"chain__connector_inertia": inertia[1]}
+    try:
+        Scene(rig.changed(**changes), 100.0, loop="free", ring_radius=None, solver="transfer_product", spells=False)
+    except InputError as refusal:
+        past = {"measure": "error past the refusal", "value": error}
+        return {"outcome": REFUSED, "reason": str(refusal), **past, **marks}
+    return below(error, HALF, "error", **marks)
+
+
+def growth_rates(rig: Rig) -> Iterator[dict]:
+    """Growth of the literal product's error a body, between six bodies and the last that keeps a digit."""
+    for kind in KINDS[:2]:
+        yield attempted(FAMILY, f"growth of the literal product, {kind}", _growth, rig, kind)
+
+
+def _growth(rig: Rig, kind: str) -> dict:
+    seen = {n: solver_error("transfer_product", make_chain(rig, kind, n)) for n in range(6, 30, 2)}
+    kept = [n for n, error in seen.items() if error < 1e-2]
+    rate = np.exp(np.polyfit(kept, np.log([seen[n] for n in kept]), 1)[0])
+    closed = transfer_matrices.growth(make_chain(rig, kind, 6)).pitch ** 0.5
+    value, expected = float(np.log10(rate)), float(np.log10(closed))
+    return within(value, expected, GROWTH_TOLERANCE * expected, "digits lost a body")
+
+
+def light_connectors(rig: Rig, ratios=(1, 10, 1e2, 1e3, 1e4, 1e5, 1e6)) -> Iterator[dict]:
+    """The sweep where a link is up to a million times as heavy as a connector.
+
+    The condition of the equations grows with the ratio of the masses, and what the error may be with it.
+    """
+    for ratio in ratios:
+        yield attempted("mass ratio", f"riccati, link to connector {ratio:g}, 70 bodies", _light, rig, ratio)
+
+
+def _light(rig: Rig, ratio: float) -> dict:
+    changes = {"chain__connector_mass": rig.chain.link_mass / ratio}
+    changes |= {"chain__connector_inertia": rig.chain.link_inertia / ratio}
+    chain = make_chain(rig.changed(**changes), KINDS[0], 70)
+    bound = max(LEAST_ERROR, EPS * ratio * len(chain.length))
+    return below(solver_error("riccati", chain), bound, "error", group="riccati", at=ratio)

@@ -1,0 +1,78 @@
+"""Forced past the scene's refusal: at which steps does the explicit integrator diverge?"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from trackdyn.errors import DivergenceError, InputError
+from trackdyn.model.record import ENERGY_NAMES
+from trackdyn.parameters.rig import Rig
+from trackdyn.scene.limits import step_limits
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.loop import Loop
+from replication.study.extremes.cases import STEEL_AND_TOOTH
+from replication.study.extremes.judge import COMPLETED, FAST, REFUSED, attempted
+
+SECONDS = 0.2
+MOST_STEPS = 200_000
+# A forced run is stable if its kinetic energy never exceeds this many times that of the finest run. Motion
+# with the chain alone explains a few per cent; contact that feeds on the step doubles it in milliseconds.
+EXCESS = 2.0
+
+
+def forced_run(start: Loop, step: float) -> float:
+    """Largest kinetic energy of a run at a step of any size, J; inf if it left the physical range."""
+    loop = start.copy()
+    steps = min(round(SECONDS / step), MOST_STEPS)
+    stride = max(round(1e-3 / step), 1)
+    loop.model = loop.model._replace(step=step, stride=stride)
+    record = loop.room(1)
+    most = 0.0
+    for _ in range(steps // stride):
+        try:
+            loop.fill(record)
+        except DivergenceError:
+            return np.inf
+        if not np.isfinite(record.energy).all():
+            return np.inf
+        most = max(most, float(record.energy[0, ENERGY_NAMES.index("kinetic")]))
+    return most
+
+
+def stability_map(rig: Rig, moduli: list[float], steps_per_ms: list[float]) -> Iterator[dict]:
+    """Stiffness of the teeth against step, without ring, friction and loss: only the stiffness of contacts limits the
+    step.
+
+    The finest step of the reference is 1e-5 s; shorter ones run for as many steps.
+    With their loss, which is damped at the instant of the force, teeth stay stable at a few times the limit.
+    """
+    steps = [1e-3 / count for count in steps_per_ms]
+    for modulus in moduli:
+        changed = rig.changed(**dict.fromkeys(STEEL_AND_TOOTH, modulus))
+        scene = Scene(
+            changed,
+            210.0,
+            step=2e-5,
+            **(FAST | {"ring_radius": None, "friction": "none", "normal_law": "elastic", "ramp": 0.05}),
+        )
+        start = Loop(scene)
+        limits = step_limits(start.model, rig.tension.pre_tension)
+        limit = min(value for name, value in limits.items() if "stiffness" in name)
+        finest = forced_run(start, max(min(steps), 1e-5))
+        for step in steps:
+            case = f"E = {modulus:g} Pa, step {step:.4g} s"
+            marks = {"expected": limit, "group": f"{modulus:g}", "at": step}
+            yield attempted("step and stiffness", case, _forced, start, scene, step, finest, marks)
+
+
+def _forced(start: Loop, scene: Scene, step: float, finest: float, marks: dict) -> dict:
+    """Columns of one forced run, and whether a scene with its step would be refused."""
+    excess = forced_run(start, step) / finest
+    row = marks | {"measure": "kinetic energy over that of the finest step", "value": excess, "bound": EXCESS}
+    try:
+        scene.with_(step=step)
+    except InputError as refusal:
+        return row | {"outcome": REFUSED, "reason": str(refusal)}
+    if np.isinf(excess):
+        return row | {"outcome": REFUSED, "reason": "the kernel reports a body beyond the physical range"}
+    return row | ({"outcome": COMPLETED} if excess <= EXCESS else {"reason": f"{excess:.3g} times the kinetic energy"})
