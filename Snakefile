@@ -1,4 +1,7 @@
-"""The replication: `snakemake -j2` for everything, `--configfile config/quick.yaml` for a short form of it."""
+"""The replication: `snakemake -j2` for everything, `--configfile config/quick.yaml` for a short form of it.
+
+The laboratory stands on top of it: `snakemake -s laboratory/Snakefile -j2 wear`.
+"""
 
 import signal
 import sys
@@ -9,22 +12,17 @@ from pathlib import Path
 from snakemake.exceptions import WorkflowError
 from snakemake.utils import update_config
 
-# The workflow runs from its own folder, with or without the package installed elsewhere.
-sys.path.insert(0, str(workflow.basedir))
+ROOT = Path(str(workflow.current_basedir))
+# The workflow runs from its own folder, with or without the packages installed elsewhere.
+sys.path[:0] = [str(ROOT), str(ROOT / "workflow")]
 
 from replication.pipeline.config import check_layers, read_layer, ring_name
+from replication.studies import STUDIES
+from replication.study.settings import SETTINGS, allowed_step, measured_scenes, parts_of, promised_scenes
 from trackdyn.errors import TrackdynError
-from trackdyn.sources import imported_files
-from laboratory.inference.assumptions import load_assumptions
-from laboratory.inference.ensemble.settings import load_ensemble
-from trackdyn.jit import source_hash
 from trackdyn.parameters.paper_tables import rig_cells
 from trackdyn.parameters.rig_file import cells_path
-from replication.study.accuracy.ladder import SETTINGS
-from replication.study.accuracy.statistics import measured_scenes, promised_scenes
-from replication.study.extremes.run import parts_of
-from replication.study.settings import allowed_step
-
+from trackdyn.sources import imported_files, source_hash
 
 if " " in sys.executable:  # Snakemake does not quote it
     raise WorkflowError(f"{sys.executable}: the path contains a space; put the environment elsewhere")
@@ -47,8 +45,6 @@ except TrackdynError as error:
 R = CONFIG.results
 # scenes of the rigs that the scorecard judges beside the first
 OTHERS = {name: CONFIG.other_scenes(name, SCENES) for name in CONFIG.other_rigs}
-# whose values the parts can have: the studies of ranges (fit, ensemble, assumptions, identification) begin there
-POSSIBLE = CONFIG.other_rigs["possible"].rig
 SPEEDS = [f"{rpm:g}rpm" for rpm in CONFIG.records.speeds_rpm]
 
 
@@ -69,12 +65,7 @@ include: "workflow/rules/schematics.smk"
 include: "workflow/rules/peers.smk"
 include: "workflow/rules/studies.smk"
 include: "workflow/rules/extremes.smk"
-include: "laboratory/workflow/rules/identify.smk"
-include: "laboratory/workflow/rules/ensemble.smk"
-include: "laboratory/workflow/rules/layouts.smk"
-include: "laboratory/workflow/rules/wear.smk"
-include: "laboratory/workflow/rules/assumptions.smk"
-include: "laboratory/workflow/rules/benchmark.smk"
+include: "workflow/rules/layouts.smk"
 include: "workflow/rules/report.smk"
 
 

@@ -274,7 +274,7 @@ def cpu_model() -> str:
 
 def machine() -> dict:
     """What the numbers were measured on."""
-    from trackdyn.jit import source_hash
+    from trackdyn.sources import source_hash
 
     return {
         "platform": platform.platform(),

@@ -22,35 +22,17 @@ try:
 except ImportError:  # Windows: processes that start at once may compile the same kernel
     fcntl = None  # type: ignore[assignment]
 
-import llvmlite
 import numba
 from numba.core import event
 from numba.core.registry import cpu_target
 from platformdirs import user_cache_dir
 
-KERNEL_SOURCES = ("model", "contact", "chain", "integrate")
+from trackdyn.sources import source_hash
+
 # No fastmath: results must be the same bit for bit from run to run and NaN must stay visible.
 OPTIONS = {"error_model": "numpy", "boundscheck": False, "no_cfunc_wrapper": True}
 # what else of numba's settings changes the code it makes
 _SETTINGS = ("OPT", "LOOP_VECTORIZE", "SLP_VECTORIZE", "BOUNDSCHECK", "DEBUGINFO_DEFAULT")
-
-
-def source_hash(sources=KERNEL_SOURCES) -> str:
-    """Hash of the program that makes a recording (16 hexadecimal digits).
-
-    It covers this file with the options of compilation, the named files and folders of the package, and the
-    versions of numba and llvmlite. It does not cover the processor: the same program on another machine has the
-    same hash, so that results may move.
-    """
-    root = Path(__file__).parent
-    digest = hashlib.sha256(f"numba {numba.__version__}, llvmlite {llvmlite.__version__}".encode())
-    for name in ("jit.py", *sources):
-        place = root / name
-        for path in [place] if place.is_file() else sorted(place.rglob("*.py")):
-            content = path.read_bytes()
-            digest.update(f"\n{path.relative_to(root).as_posix()} {len(content)}\n".encode())
-            digest.update(content)
-    return digest.hexdigest()[:16]
 
 
 def target_hash() -> str:

@@ -1,14 +1,20 @@
-"""Which files of the project a script needs: its imports and theirs, read from the sources without running them.
+"""What a stored result depends on: the files that a script or a module imports, read without running them.
 
 Snakemake sees an edit in the script of a rule, but not one in what the script imports. Rules therefore name
-these files among their inputs, and this module finds them, so that no list can fall behind.
+these files among their inputs, stored rows carry their hash, and this module finds them, so that no list can fall
+behind. Compiled kernels and recordings carry the hash of the kernels' folders.
 """
 
 import ast
+import hashlib
+from collections.abc import Iterable
 from functools import cache
+from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 
 Module = tuple[str, ...]
+KERNEL_SOURCES = ("jit.py", "model", "contact", "chain", "integrate")
 
 
 @cache
@@ -40,7 +46,7 @@ def _imports(file: Path, package: Module) -> list[tuple[Module, str | None, str]
 
 
 def imported_files(script: Path, root: Path) -> list[Path]:
-    """Files that a script needs from its own folder and from below ``root``, itself left out.
+    """Files that a script needs from its own folder, from below ``root`` and from its workflow, itself left out.
 
     A package's ``__init__`` is one of them, but what it imports in its turn counts only as far as it is asked
     for: ``from trackdyn import load_rig`` leads to the module that defines ``load_rig``. Python does run all of
@@ -48,7 +54,7 @@ def imported_files(script: Path, root: Path) -> list[Path]:
     ``__init__`` itself defines what is asked for, all that it imports counts. Files that are not Python's
     belong to whoever imports a module of their folder.
     """
-    places = script.parent, root
+    places = script.parent, root, root / "workflow"
     found: set[Path] = set()
     seen = set()
 
@@ -79,3 +85,46 @@ def imported_files(script: Path, root: Path) -> list[Path]:
         if path.is_file() and path.suffix not in (".py", ".typed")
     }
     return sorted(found | beside)
+
+
+def digest(files: Iterable[Path], root: Path) -> str:
+    """Hash of files by their places below ``root`` and of the compiler's versions (16 hexadecimal digits)."""
+    found = hashlib.sha256(f"numba {version('numba')}, llvmlite {version('llvmlite')}".encode())
+    for path in files:
+        content = path.read_bytes()
+        found.update(f"\n{path.relative_to(root).as_posix()} {len(content)}\n".encode())
+        found.update(content)
+    return found.hexdigest()[:16]
+
+
+@cache
+def source_hash() -> str:
+    """Hash of the kernels, which make a recording (16 hexadecimal digits).
+
+    It covers the options of compilation and the versions of numba and llvmlite. It does not cover the processor: the
+    same program on another machine has the same hash, so that results may move.
+    """
+    root = Path(__file__).parent
+    places = [root / name for name in KERNEL_SOURCES]
+    return digest(
+        [file for place in places for file in ([place] if place.is_file() else sorted(place.rglob("*.py")))], root
+    )
+
+
+@cache
+def module_hash(module: str) -> str:
+    """Hash of a module and of all that it imports of ours: what a row that it computed depends on.
+
+    Parameters
+    ----------
+    module : str
+        Its name, such as ``__name__``.
+
+    Returns
+    -------
+    str
+        16 hexadecimal digits.
+    """
+    file = Path(str(find_spec(module).origin)).resolve()  # type: ignore[union-attr]
+    root = Path(__file__).parents[1]
+    return digest(sorted({file, *imported_files(file, root)}), root)

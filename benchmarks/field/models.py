@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 
 from laboratory.benchmark.problems import FOLDER, NAMES, START_COLUMNS
+from replication.peers.contact import Contacts
 from trackdyn.files import write_text
 from trackdyn.integrate.methods import METHODS
 from trackdyn.model.constants import SPROCKET, Chain, Closure, Drive, Law, Model, Sensor, Shoes, Tooth, Wheels
 from trackdyn.model.state import State, make_state
 from trackdyn.parameters.rig import load_rig
-from replication.peers.contact import Contacts
 from trackdyn.scene.build import with_mobility
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop

@@ -12,10 +12,10 @@ import sys
 import pandas as pd
 from models import LAWS, MOTOR_RPM, scene_of
 
-from trackdyn.files import write_csv
 from replication.study.accuracy.planner import verify
 from replication.study.accuracy.trade import statistic_trade
 from replication.study.settings import StatisticErrors
+from trackdyn.files import write_csv
 
 NEARBY = (150.0, 210.0)  # rev/min
 TURNS = 1  # of the loop, all links measured

@@ -6,10 +6,10 @@ import numpy as np
 from models import chain_of, contacts_of
 
 from laboratory.benchmark.problems import read_problem, read_start
-from trackdyn.jit import kernel
-from trackdyn.model.constants import Drive
 from replication.peers.contact import Contacts, _forces, _groove_contact
 from replication.peers.exudyn_loop import PeerWheels, Start, drive_at, run_loop
+from trackdyn.jit import kernel
+from trackdyn.model.constants import Drive
 
 
 @kernel

@@ -6,9 +6,9 @@ import numpy as np
 from models import chain_of, contacts_of
 
 from laboratory.benchmark.problems import read_problem, read_reference, read_start
-from trackdyn.model.constants import Drive
 from replication.peers.exudyn_loop import PeerWheels, Start
 from replication.peers.mujoco_loop import build, run_loop
+from trackdyn.model.constants import Drive
 
 
 def answer(name: str, method: str, step: float):

@@ -6,7 +6,10 @@ from laboratory.commands.fmu import fmu
 from laboratory.commands.identify import identify
 from laboratory.commands.wear import wear
 
-COMMANDS = "Laboratory", {
-    "": ("", (identify, wear, choose_ring, fmu)),
-    "benchmark": ("Problems for every multibody code: their files, score of an answer.", BENCHMARK),
-}
+COMMANDS = (
+    "Laboratory",
+    {
+        "": ("", (identify, wear, choose_ring, fmu)),
+        "benchmark": ("Problems for every multibody code: their files, score of an answer.", BENCHMARK),
+    },
+)

@@ -19,8 +19,8 @@ def choose_ring(
     """The ring's radius to choose where the rig is not known: chance that it is the best one over an ensemble
     of rigs.
     """
-    from trackdyn.files import refuse_unwritable
     from laboratory.inference.ensemble.ring_choice import CRITERIA, choice_table, read_study, recommendation
+    from trackdyn.files import refuse_unwritable
     from trackdyn.sweeps.table import write_table
 
     if criterion not in CRITERIA:

@@ -23,8 +23,8 @@ def fmu(
     ] = None,
 ) -> None:
     """Write a track as a unit for co-simulation (FMI 3.0), which begins at the motor speed --rpm."""
-    from trackdyn.files import refuse_unwritable
     from laboratory.fmi.build import write_fmu
+    from trackdyn.files import refuse_unwritable
     from trackdyn.parameters.rig import load_rig
     from trackdyn.scene.fidelity import preset as preset_fields
     from trackdyn.scene.scene import Scene

@@ -5,7 +5,19 @@ from typing import Annotated
 
 import typer
 
-from trackdyn.commands.options import DEFAULT_RIG, Axis, Jobs, Mapping, Preset, Quiet, RigName, RingRadius, Unit, number, parse_axes
+from trackdyn.commands.options import (
+    DEFAULT_RIG,
+    Axis,
+    Jobs,
+    Mapping,
+    Preset,
+    Quiet,
+    RigName,
+    RingRadius,
+    Unit,
+    number,
+    parse_axes,
+)
 from trackdyn.errors import InputError
 
 
@@ -51,15 +63,15 @@ def identify(
     quiet: Quiet = False,
 ) -> None:
     """Identify parameters of the rig from records of the sensor, and say how sure that is."""
-    from trackdyn.files import refuse_unwritable, write_csv
     from laboratory.inference.identification.answer import write_answer
     from laboratory.inference.identification.experiment import scene_of
     from laboratory.inference.identification.identify import Settings
     from laboratory.inference.identification.identify import identify as run
     from laboratory.inference.identification.informative import asked, tellable, unknown_of
     from laboratory.inference.identification.measured import read_records
-    from trackdyn.parameters.rig import load_rig
     from laboratory.report.identification import headline, write_page
+    from trackdyn.files import refuse_unwritable, write_csv
+    from trackdyn.parameters.rig import load_rig
     from trackdyn.sensor.sensor_mapping import load_mapping
     from trackdyn.sweeps.sweep import cores
 

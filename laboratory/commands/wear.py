@@ -29,9 +29,9 @@ def wear(
 
     The table is written after every step; the same command goes on from it.
     """
-    from trackdyn.parameters.rig import load_rig
     from laboratory.wear.law import DEFAULT, load_coefficients
     from laboratory.wear.life import Worn, live, parse_until
+    from trackdyn.parameters.rig import load_rig
 
     loaded, bound = load_rig(rig), parse_until(until)
     if ring_radius is not None:

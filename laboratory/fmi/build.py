@@ -6,12 +6,12 @@ import shutil
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from laboratory.fmi.unit import Unit
 from trackdyn.errors import InputError
 from trackdyn.extras import required
 from trackdyn.files import replacing
-from laboratory.fmi.unit import Unit
-from trackdyn.jit import source_hash
 from trackdyn.scene.scene import Scene
+from trackdyn.sources import source_hash
 
 SCRIPT = Path(__file__).with_name("slave.py")
 

@@ -12,11 +12,11 @@ from weakref import WeakSet
 from pythonfmu3 import Float64, Fmi3Causality, Fmi3Initial, Fmi3Slave, Fmi3Status, Fmi3StepResult, Fmi3Variability
 from pythonfmu3.unit import Unit as FmiUnit
 
-from trackdyn.errors import InputError, TrackdynError
 from laboratory.fmi.unit import Unit
-from trackdyn.jit import source_hash
+from trackdyn.errors import InputError, TrackdynError
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Scene
+from trackdyn.sources import source_hash
 
 UNITS = {
     "s": {"s": 1}, "m": {"m": 1}, "N": {"kg": 1, "m": 1, "s": -2}, "N.m": {"kg": 1, "m": 2, "s": -2},

@@ -15,10 +15,10 @@ import pandas as pd
 from pydantic import Field, model_validator
 from scipy.stats import qmc
 
-from trackdyn.errors import DivergenceError, InputError, TrackdynError
 from laboratory.inference.search import End, Method, Round, Start, bent, search
 from laboratory.inference.targets import Target, outside
 from laboratory.inference.unknowns import Unknown, Unknowns
+from trackdyn.errors import DivergenceError, InputError, TrackdynError
 from trackdyn.measure.clearance import arc_gaps
 from trackdyn.measure.meshing import area_shares, meshing_summary
 from trackdyn.parameters.layout import can_close
@@ -28,8 +28,8 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.simulate import simulate
+from trackdyn.sources import module_hash
 from trackdyn.sweeps.engine import refuse_failed, results
-from trackdyn.sweeps.row import row_sources
 from trackdyn.sweeps.store import DONE, key_of
 
 # A contact that is asked for and does not occur: so many tolerances for what has no number then, such as its time.
@@ -204,7 +204,7 @@ def measure_rigs(
     TrackdynError
         A case failed for a reason that may pass; what ``store`` holds is not computed again.
     """
-    sources = row_sources("inference/fit.py")
+    sources = module_hash(__name__)
     tasks = [task_of(config, rig, run or config.full, scene) for rig, scene in rigs]
     keys = [key_of(task, sources) for task in tasks]
     found = results(rows_of_rigs, dict(zip(keys, tasks, strict=True)), jobs, store)
@@ -256,7 +256,7 @@ class FitProblem:
     def __init__(self, config: FitConfig, rig: Rig, run: str, held: dict[str, str]):
         self.config, self.run, self.held = config, run, held
         self.unknowns = config.unknowns(rig)
-        self.rows, self.sources = rows_of_rigs, row_sources("inference/fit.py", "inference/unknowns.py")
+        self.rows, self.sources = rows_of_rigs, module_hash(__name__)
 
     def task(self, x: np.ndarray) -> dict:
         """Arguments of the row of a point."""

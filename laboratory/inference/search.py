@@ -18,8 +18,8 @@ from scipy.optimize import least_squares
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.extras import required
 from trackdyn.parameters.validation import Section, shown
+from trackdyn.sources import module_hash
 from trackdyn.sweeps.engine import Maker, refuse_failed, results
-from trackdyn.sweeps.row import row_sources
 from trackdyn.sweeps.store import DONE, key_of
 
 K = TypeVar("K", bound=Hashable)
@@ -331,7 +331,7 @@ def local_searches(
     TrackdynError
         A row failed for a reason that may pass.
     """
-    sources = row_sources("inference")
+    sources = module_hash(problem.__module__)
     name = f"{problem.__module__}:{problem.__qualname__}"
     tasks, keys = {}, {}
     for of, (given, start) in asked.items():

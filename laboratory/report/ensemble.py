@@ -11,8 +11,8 @@ from laboratory.inference.ensemble.history import judged
 from laboratory.inference.ensemble.ring_choice import CRITERIA, choice_table, recommendation, study_table
 from laboratory.inference.ensemble.stages import CHEAP, FIRST, LAST, LOCAL, SHIPPED_RIG, STUDY, Ensemble, read_errors
 from laboratory.inference.verdict import EDGE
-from replication.paper.claims import load_claims
 from laboratory.report.figures.ensemble import band_figure, choice_figure, conflict_figure, pairs_figure, pareto_figure
+from replication.paper.claims import load_claims
 from trackdyn.plots.style import save
 from trackdyn.sweeps.store import DONE
 from trackdyn.sweeps.table import write_table

@@ -5,16 +5,16 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from trackdyn.files import write_text
 from laboratory.inference.identification.answer import discrepancies, features_table, tables
 from laboratory.inference.identification.experiment import simulated_ay
 from laboratory.inference.identification.features import turns_of
 from laboratory.inference.identification.identify import Answer
 from laboratory.inference.identification.posterior import contradicted
 from laboratory.inference.verdict import IDENTIFIED, IN_DOUBT, ONE_SIDED
-from trackdyn.parameters.rig import Rig
 from laboratory.report.figures.identification import features_figure, posterior_figure, spectra_figure
 from replication.report.page.builder import picture
+from trackdyn.files import write_text
+from trackdyn.parameters.rig import Rig
 from trackdyn.plots.rendering import environment
 from trackdyn.plots.style import save
 
@@ -55,22 +55,27 @@ def write_page(answer: Answer, rig: Rig, out: Path, synthetic: str = "", tellabl
     sizes = discrepancies(answer)
     found = tables(answer)
     held = answer.held_out
-    text = environment(HERE).get_template("identification.html.j2").render(
-        headline=headline(answer),
-        synthetic=synthetic,
-        unknowns=_rows(answer.table[COLUMNS]),
-        correlations=_rows(found["correlations"]),
-        discrepancies=_rows(sizes),
-        wider=", ".join(contradicted(answer.posterior, answer.draws.points)),
-        held=None if held is None else {"inside": int(held["inside"].sum()), "count": len(held)},
-        records=_rows(_records(answer)),
-        tellable=None if tellable is None else _rows(tellable),
-        simulated=(
-            f"{len(answer.emulator.x)} rigs were simulated at every speed, {len(answer.failed)} more could not run. "
-            f"The chain of {len(draws.points)} draws moved in {100 * draws.acceptance:.0f} % of its steps."
-        ),
-        pictures={name: picture(out / f"{name}.png") for name in figures}
-        | ({"held_out": None} if held is None else {}),
+    text = (
+        environment(HERE)
+        .get_template("identification.html.j2")
+        .render(
+            headline=headline(answer),
+            synthetic=synthetic,
+            unknowns=_rows(answer.table[COLUMNS]),
+            correlations=_rows(found["correlations"]),
+            discrepancies=_rows(sizes),
+            wider=", ".join(contradicted(answer.posterior, answer.draws.points)),
+            held=None if held is None else {"inside": int(held["inside"].sum()), "count": len(held)},
+            records=_rows(_records(answer)),
+            tellable=None if tellable is None else _rows(tellable),
+            simulated=(
+                f"{len(answer.emulator.x)} rigs were simulated at every speed, "
+                f"{len(answer.failed)} more could not run. "
+                f"The chain of {len(draws.points)} draws moved in {100 * draws.acceptance:.0f} % of its steps."
+            ),
+            pictures={name: picture(out / f"{name}.png") for name in figures}
+            | ({"held_out": None} if held is None else {}),
+        )
     )
     write_text(out / "index.html", text)
     return out / "index.html"

@@ -10,12 +10,12 @@ from typing import Annotated
 
 import numpy as np
 
+from laboratory.wear.contour import ARC_NODES, Contour
+from laboratory.wear.work import Worked
 from trackdyn.parameters.quantities import FROM_FILE, Quantity
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import Section, validated
 from trackdyn.parameters.yaml_file import read_yaml
-from laboratory.wear.contour import ARC_NODES, Contour
-from laboratory.wear.work import Worked
 
 DEFAULT = Path(__file__).with_name("coefficients.yaml")
 EnergyDensity = Annotated[float, Quantity("J/m3", gt=0)]

@@ -18,6 +18,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
+from laboratory.wear.contour import contours, worn_rig
+from laboratory.wear.law import Coefficients, Depths
+from laboratory.wear.work import distribute
 from trackdyn.errors import DivergenceError, InputError, shown
 from trackdyn.files import keep, refuse_unwritable
 from trackdyn.measure.meshing import meshing_summary
@@ -26,10 +29,7 @@ from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
-from laboratory.wear.contour import contours, worn_rig
-from laboratory.wear.law import Coefficients, Depths
-from laboratory.wear.work import distribute
-from trackdyn.sweeps.row import row_sources
+from trackdyn.sources import module_hash
 from trackdyn.sweeps.store import DONE, Store, key_of
 from trackdyn.sweeps.table import write_table
 
@@ -287,7 +287,7 @@ def live(
         The new rig cannot run, ``until`` lies behind it, or ``out`` holds another result of trackdyn wear.
     """
     request = key_of(
-        row_sources("study/wear"), worn.rig.model_dump(), worn.rpm, worn.coefficients.model_dump(),
+        module_hash(__name__), worn.rig.model_dump(), worn.rpm, worn.coefficients.model_dump(),
         worn.fields, worn.rule.model_dump(), until, limits,
     )  # fmt: skip
     rows: list[dict] = []
@@ -295,7 +295,7 @@ def live(
     if out is not None:
         refuse_unwritable(out)
         keep(out)
-        store = Store(Path(out).with_suffix(".rows"), lambda values: _sound(values, worn.depths.size))
+        store = Store(Path(out).with_suffix(".rows"), lambda values: _valid(values, worn.depths.size))
         rows = _begun(store, request)
         if Path(out).exists() and not rows and not overwrite:
             raise InputError(f"{out}: exists and is not of this life; give another name, or --overwrite to replace it")
@@ -321,7 +321,7 @@ def _begun(store: Store, request: str) -> list[dict]:
     return [found[key]["values"] for key in takewhile(found.__contains__, keys)]
 
 
-def _sound(values: dict, size: int) -> bool:
+def _valid(values: dict, size: int) -> bool:
     """Whether values are those of a state: finite depths and rates, a distance, the next step, shares."""
     arrays = [values.get(name) for name in ("depths", "rates")]
     numbers = [values.get(name) for name in ("distance_km", "next_m")]

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from trackdyn.measure.meshing import NEAR_LEAST, TOUCHING
-from trackdyn.parameters.rig import Rig
-from replication.study.settings import WearForm, WearPlan
+from laboratory.settings import WearForm, WearPlan
 from laboratory.wear.law import Coefficients, load_coefficients
 from laboratory.wear.life import SENSED, Limits, Until, Worn, live
+from trackdyn.measure.meshing import NEAR_LEAST, TOUCHING
+from trackdyn.parameters.rig import Rig
+from trackdyn.sources import module_hash
 from trackdyn.sweeps.engine import results
-from trackdyn.sweeps.row import row_sources
 from trackdyn.sweeps.store import key_of
 
 OF_A_LIFE = ["rig", "rpm", "tension", "first_radius_m"]
@@ -63,7 +63,7 @@ def run_lives(
     dict
         Depths (m) of both flanks at ``PROFILES`` of the life, by life.
     """
-    asked, coefficients, sources = {}, load_coefficients().model_dump(), row_sources("study/wear")
+    asked, coefficients, sources = {}, load_coefficients().model_dump(), module_hash(__name__)
     for name, rig, own, plan in rigs:
         tensions = [own["tension"]] if "tension" in own else plan.tensions
         for rpm, tension, radius in product(plan.speeds_rpm, tensions, plan.first_radii_m):

@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from laboratory.wear.contour import ARC_NODES, Contour
 from trackdyn.errors import InputError
 from trackdyn.model.constants import Law
 from trackdyn.model.record import BUSHING_LOSS
 from trackdyn.simulation.loop import Loop
-from laboratory.wear.contour import ARC_NODES, Contour
 
 CHUNK = 2000  # steps
 AREAS = 10  # of the grooves that wear

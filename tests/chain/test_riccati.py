@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from replication.study.extremes import reference
 from trackdyn.chain.kinematics import bushing_lead, bushing_torques, orient, place
 from trackdyn.chain.riccati import accelerations
 from trackdyn.model.constants import Chain
 from trackdyn.model.state import make_state
 from trackdyn.model.work import make_work
-from replication.study.extremes import reference
 
 SIZES = [6, 7, 12, 13, 35, 70]
 # Set beforehand: the sweep is stable, and its end and closure matrices have condition numbers up to 1e5.

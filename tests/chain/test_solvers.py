@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from trackdyn.chain import multipliers, riccati, transfer_matrices
-from trackdyn.model.constants import Chain
 from replication.study.extremes import reference
 from replication.study.extremes.solvers import Pose, posed
+from trackdyn.chain import multipliers, riccati, transfer_matrices
+from trackdyn.model.constants import Chain
 
 SOLVERS = ["riccati", "multipliers", "product"]  # against the multipliers in extended precision
 KERNELS = dict(zip(SOLVERS, (riccati, multipliers, transfer_matrices), strict=True))

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from replication.study.extremes import reference
+from replication.study.extremes.solvers import Pose, posed
 from trackdyn.chain.transfer_matrices import (
     accelerations,
     body_matrix,
@@ -17,8 +19,6 @@ from trackdyn.chain.transfer_matrices import (
     usable_bodies,
 )
 from trackdyn.model.constants import Chain
-from replication.study.extremes import reference
-from replication.study.extremes.solvers import Pose, posed
 
 # Sums of a few dozen products of numbers up to 1e2: a few hundred roundings of 1e-16 each.
 ROUNDING = 1e-12

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from trackdyn.measure.columns import COLUMNS, HEADINGS, MEASURES, OF_A_SIDE, PLACES, TABLES
 from replication.report.filled import BEGIN, END
+from trackdyn.measure.columns import COLUMNS, HEADINGS, MEASURES, OF_A_SIDE, PLACES, TABLES
 
 ROOT = Path(__file__).parents[2]
 GLOSSARY = ROOT / "docs" / "glossary.md"

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.conftest import LAWS
-from trackdyn.measure.metrics import energy_residual
 from trackdyn.model.work import FRICTION_X, FRICTION_Y, FRICTION_Z, NORMAL_X, NORMAL_Y, NORMAL_Z
+from trackdyn.simulation.account import energy_residual
 from trackdyn.simulation.loop import Loop
 
 FORCES = [NORMAL_X, NORMAL_Y, NORMAL_Z, FRICTION_X, FRICTION_Y, FRICTION_Z]

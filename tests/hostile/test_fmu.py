@@ -106,8 +106,8 @@ def test_calls_out_of_order_are_refused_and_the_importer_lives(make_scene, tmp_p
 
 @pytest.mark.parametrize(("time", "exchange"), [(nan, 1e-3), (inf, 1e-3), (0.0, inf), (0.0, nan)])
 def test_a_step_before_the_start_is_refused(make_scene, time, exchange):
-    from trackdyn.errors import InputError
     from laboratory.fmi.unit import Unit
+    from trackdyn.errors import InputError
 
     with pytest.raises(InputError, match="the unit cannot step before its initialisation"):
         Unit(make_scene(115.0)).step(time, exchange)

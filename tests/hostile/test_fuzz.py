@@ -13,16 +13,16 @@ import yaml
 from fuzzing import fuzz
 from hypothesis import strategies as st
 
+from replication.pipeline.config import check_config, read_layer
+from replication.study.accuracy.planner import load_trade, plan
 from trackdyn.commands import cli
 from trackdyn.errors import TrackdynError
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.yaml_file import read_yaml
-from replication.pipeline.config import check_config, read_layer
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.sensor_csv import read_sensor_csv
 from trackdyn.simulation.belt import belt_recording
 from trackdyn.simulation.recording import load_recording
-from replication.study.accuracy.planner import load_trade, plan
 
 ROOT = Path(__file__).parents[2]
 RIG, CONFIG = ROOT / "config" / "rigs" / "first_fit.yaml", ROOT / "config" / "config.yaml"

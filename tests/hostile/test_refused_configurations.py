@@ -3,9 +3,9 @@
 import pytest
 from sentences import HUGE, ROOT, one_sentence, shown
 
+from replication.pipeline.config import check_config
 from trackdyn.errors import InputError
 from trackdyn.parameters.yaml_file import read_yaml
-from replication.pipeline.config import check_config
 
 SETTINGS = [
     ("results", "", "results = ''", "the name of a folder"),
@@ -62,7 +62,9 @@ def test_a_configuration_is_refused_before_anything_runs(monkeypatch, row):
 def test_a_folder_that_cannot_be_written_is_refused_before_anything_runs(monkeypatch):
     monkeypatch.chdir(ROOT)
     data = read_yaml("config/config.yaml") | {"results": "mine/new"}
-    monkeypatch.setattr("replication.pipeline.config.os.access", lambda place, mode: False)  # root may write anywhere else
+    monkeypatch.setattr(
+        "replication.pipeline.config.os.access", lambda place, mode: False
+    )  # root may write anywhere else
     with pytest.raises(InputError) as caught:
         check_config(data, "mine.yaml")
     one_sentence(caught, "results = 'mine/new'", "is not writable; choose another folder")

@@ -5,13 +5,13 @@ from pathlib import Path
 import pytest
 from sentences import one_sentence, shown
 
+from replication.pipeline.config import read_layer
+from replication.study.accuracy.planner import COLUMNS, load_trade
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.yaml_file import read_yaml
-from replication.pipeline.config import read_layer
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import load_recording
-from replication.study.accuracy.planner import COLUMNS, load_trade
 
 FILES = [
     (b"", "must hold sections"),

@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 
 import trackdyn
+from laboratory.studies.departures import Departures, Lines
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.validation import validated
 from trackdyn.parameters.yaml_file import read_yaml
-from laboratory.studies.departures import Departures, Lines
 
 FILE = Path(__file__).parents[2] / "config" / "departures.yaml"
 

@@ -9,17 +9,17 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
+from laboratory.wear.contour import ARC_NODES, contours, fit_flank, worn_rig
+from laboratory.wear.law import Depths, depth, load_coefficients
+from laboratory.wear.life import SHARES, Found, Limits, Until, Walk, Worn, crossing, live, parse_until
+from laboratory.wear.study import STEP, answer, sensed, summarize, windows
+from laboratory.wear.work import distribute
 from trackdyn.commands.cli import app
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.measure.stopping import StopRule
 from trackdyn.parameters.outline import distance_to, flank_arcs, groove_of_arcs
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
-from laboratory.wear.contour import ARC_NODES, contours, fit_flank, worn_rig
-from laboratory.wear.law import Depths, depth, load_coefficients
-from laboratory.wear.life import SHARES, Found, Limits, Until, Walk, Worn, crossing, live, parse_until
-from laboratory.wear.study import STEP, answer, sensed, summarize, windows
-from laboratory.wear.work import distribute
 from trackdyn.sweeps.table import write_table
 
 COEFFICIENTS = load_coefficients()

@@ -13,9 +13,8 @@ from typer.testing import CliRunner
 from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
 from trackdyn.measure.compare import compare_with_sensor
-from trackdyn.measure.metrics import loop_frequency
 from trackdyn.measure.orientation import doubtful_axes
-from trackdyn.measure.sensor import sense
+from trackdyn.measure.sensor import loop_frequency, sense
 from trackdyn.plots.style import save_one
 from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor_csv
 from trackdyn.simulation.simulate import simulate

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from trackdyn.measure.columns import table_schema
-from trackdyn.measure.metrics import lines_by_start, loop_frequency, run_metrics
-from trackdyn.measure.sensor import sense
-from trackdyn.measure.sensor_metrics import sensor_metrics, whole_revolutions
+from trackdyn.measure.metrics import lines_by_start, run_metrics
+from trackdyn.measure.sensor import loop_frequency, sense, whole_revolutions
+from trackdyn.measure.sensor_metrics import sensor_metrics
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.signals import main_line
 from trackdyn.simulation.simulate import simulate

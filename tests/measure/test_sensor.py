@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from replication.study.extremes import reference
 from trackdyn.chain.kinematics import bushing_torques, orient
 from trackdyn.chain.riccati import accelerations
 from trackdyn.integrate.run import refresh
@@ -14,7 +15,6 @@ from trackdyn.model.work import make_work
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.simulate import simulate
-from replication.study.extremes import reference
 
 
 def turn(angle, vector):

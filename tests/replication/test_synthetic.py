@@ -9,11 +9,25 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from replication.synthetic import (
+    CIRCLES,
+    GRAVITY,
+    LINK_LENGTH,
+    RANGE_G,
+    RATE_HZ,
+    RECORD_S,
+    SPEEDS,
+    _belt_acceleration,
+    closeness,
+    fit,
+    generate,
+    write_dataset,
+    write_record,
+)
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import belt_path
 from trackdyn.sensor.sensor_csv import read_sensor_csv
 from trackdyn.sensor.signals import high_frequency_rms, rms
-from replication.synthetic import CIRCLES, GRAVITY, LINK_LENGTH, RANGE_G, RATE_HZ, RECORD_S, SPEEDS, _belt_acceleration, closeness, fit, generate, write_dataset, write_record
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "trackdyn"

@@ -6,15 +6,15 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
-
 from tests.inference.conftest import closed_form_ay
-from tests.rigs.conftest import scene_of
-from trackdyn.commands import cli
+
 from laboratory.inference.identification import experiment
 from laboratory.inference.identification.answer import best_rig_text
 from laboratory.inference.identification.experiment import Experiment, Speed
 from laboratory.inference.identification.identify import summary
 from laboratory.inference.identification.informative import asked, unknown_of
+from tests.rigs.conftest import scene_of
+from trackdyn.commands import cli
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.rig_file import shipped_rigs
 from trackdyn.parameters.wheels import OF_DRAG

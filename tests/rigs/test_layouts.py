@@ -6,13 +6,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from replication.study.extremes.judge import COMPLETED, DEFECT, REFUSED
+from replication.study.layouts import LEAST_COMPLETED, PITCHES, WHEELS, outcome, random_rig, run_layout
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import assemble, belt_around, wheel_circles
 from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.settling import REACHED, settle
-from replication.study.extremes.judge import COMPLETED, DEFECT, REFUSED
-from replication.study.layouts import LEAST_COMPLETED, PITCHES, WHEELS, outcome, random_rig, run_layout
 
 
 def test_layouts_are_drawn_again_from_their_numbers():

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
+from replication.peers.comparison import require_exudyn
+from replication.peers.rigs import TOLERANCE, rig_in_both
 from tests.rigs.conftest import NAMES, scene_of
 from trackdyn.errors import DivergenceError
 from trackdyn.integrate.carriers import along, push
 from trackdyn.model.constants import SPROCKET
 from trackdyn.model.state import SLIDE
 from trackdyn.parameters.rig import load_rig
-from replication.peers.comparison import require_exudyn
-from replication.peers.rigs import TOLERANCE, rig_in_both
 from trackdyn.scene.carriers import refuse_stops
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.account import open_share

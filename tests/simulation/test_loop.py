@@ -6,6 +6,7 @@ import numba
 import numpy as np
 import pytest
 
+from replication.study.extremes import reference
 from tests.conftest import LAWS
 from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS
@@ -22,7 +23,6 @@ from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settling import Settling
 from trackdyn.simulation.simulate import simulate
-from replication.study.extremes import reference
 
 # What exact cosines at the start of a call, in place of those carried on by their series, change in half a second
 # with contacts: rounding of 1e-16 in angles, grown by stiff contacts.

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from replication.study.extremes.judge import COMPLETED, DEFECT, REFUSED, as_table, row
+from replication.study.extremes.resolved import FAMILY, by_kind, drawn, run_drawn, verdict
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.model.record import PEAK, PEAK_TIME, PITCH
@@ -29,8 +31,6 @@ from trackdyn.simulation.resolution import (
 from trackdyn.simulation.simulate import simulate
 from trackdyn.simulation.trial import Trial, try_steps
 from trackdyn.simulation.watch import FINER
-from replication.study.extremes.judge import COMPLETED, DEFECT, REFUSED, as_table, row
-from replication.study.extremes.resolved import FAMILY, by_kind, drawn, run_drawn, verdict
 
 
 @pytest.fixture(scope="module")

@@ -14,8 +14,8 @@ import trackdyn.simulation.settling
 import trackdyn.simulation.start_checks
 from trackdyn.commands.cli import app
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.measure.metrics import energy_residual
 from trackdyn.model.record import ENERGY_NAMES
+from trackdyn.simulation.account import energy_residual
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording, load_recording
 from trackdyn.simulation.simulate import simulate

@@ -21,11 +21,11 @@ from trackdyn.jit import KERNEL_SOURCES
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.stopping import StopRule, run_steady
 from trackdyn.parameters.rig import load_rig
-from trackdyn.sources import imported_files
 from trackdyn.scene.fidelity import preset
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.simulate import simulate
+from trackdyn.sources import imported_files
 from trackdyn.sweeps import engine
 from trackdyn.sweeps import row as rows
 from trackdyn.sweeps.request import asked, columns

@@ -12,8 +12,8 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[2] / "workflow"))
 sys.path.insert(0, str(Path(__file__).parents[2] / "workflow" / "scripts"))
 import _script
-import run
 
+import run
 from trackdyn.errors import InputError
 
 

@@ -5,7 +5,17 @@ from typing import Annotated
 
 import typer
 
-from trackdyn.commands.options import Axis, Mapping, Overwrite, RecordingFile, Unit, file_option, number, parse_axes, refuse_existing
+from trackdyn.commands.options import (
+    Axis,
+    Mapping,
+    Overwrite,
+    RecordingFile,
+    Unit,
+    file_option,
+    number,
+    parse_axes,
+    refuse_existing,
+)
 
 
 def compare(

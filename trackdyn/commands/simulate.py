@@ -6,7 +6,21 @@ from typing import Annotated
 
 import typer
 
-from trackdyn.commands.options import DEFAULT_RIG, MEASURE, Preset, Quiet, RigName, RingRadius, Speed, Step, Tolerance, file_argument, number, parse_number, ring_fields
+from trackdyn.commands.options import (
+    DEFAULT_RIG,
+    MEASURE,
+    Preset,
+    Quiet,
+    RigName,
+    RingRadius,
+    Speed,
+    Step,
+    Tolerance,
+    file_argument,
+    number,
+    parse_number,
+    ring_fields,
+)
 from trackdyn.errors import InputError, shown
 
 FRAMES = 0.05  # s between recorded configurations

@@ -5,7 +5,16 @@ from typing import Annotated
 
 import typer
 
-from trackdyn.commands.options import DEFAULT_RIG, Jobs, Overwrite, Quiet, RigName, file_argument, file_option, refuse_existing
+from trackdyn.commands.options import (
+    DEFAULT_RIG,
+    Jobs,
+    Overwrite,
+    Quiet,
+    RigName,
+    file_argument,
+    file_option,
+    refuse_existing,
+)
 from trackdyn.errors import InputError, shown
 
 

@@ -5,9 +5,8 @@ import pandas as pd
 
 from trackdyn.errors import InputError
 from trackdyn.measure.columns import error_of
-from trackdyn.measure.metrics import loop_frequency
-from trackdyn.measure.sensor import SensorSignal, sense
-from trackdyn.measure.sensor_metrics import LEAST_LOOPS, own_loop_hz, sensor_metrics, whole_revolutions
+from trackdyn.measure.sensor import LEAST_LOOPS, SensorSignal, loop_frequency, own_loop_hz, sense, whole_revolutions
+from trackdyn.measure.sensor_metrics import sensor_metrics
 from trackdyn.sensor.sensor_csv import SensorRecord
 from trackdyn.sensor.signals import uncertainty
 from trackdyn.simulation.recording import Recording

@@ -6,9 +6,7 @@ from itertools import permutations, product
 
 import numpy as np
 
-from trackdyn.measure.metrics import loop_frequency
-from trackdyn.measure.sensor import sense
-from trackdyn.measure.sensor_metrics import own_loop_hz
+from trackdyn.measure.sensor import loop_frequency, own_loop_hz, sense
 from trackdyn.sensor.sensor_csv import SensorRecord
 from trackdyn.sensor.signals import main_line
 from trackdyn.simulation.recording import Recording

@@ -5,7 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from trackdyn.sensor.signals import main_line, main_line_binfree
 from trackdyn.simulation.recording import Recording
+
+# The bin-free line needs the record to hold a few revolutions of the loop.
+LEAST_LOOPS = 2.0
 
 
 @dataclass(frozen=True)
@@ -80,3 +84,27 @@ def sense(recording: Recording, every: int = 1) -> SensorSignal:
     mean = np.clip(mean, -limit, limit)
     raw = np.clip(raw, -limit, limit)
     return SensorSignal(recording.time[last], mean[:, 0], mean[:, 1], raw[:, 0], raw[:, 1], clipped)
+
+
+def loop_frequency(recording: Recording) -> float:
+    """Revolutions of the loop per second that the motor speed asks for, Hz."""
+    rig = recording.meta["rig"]
+    sprocket = recording.meta["scene"]["motor_rpm"] / rig["sprocket"]["transmission_ratio"] / 60
+    return sprocket * rig["sprocket"]["teeth"] / rig["chain"]["pitches"]
+
+
+def whole_revolutions(count: int, rate: float, loop_hz: float) -> int:
+    """Samples of a record that make whole revolutions of the loop; all of them if it holds none."""
+    loops = np.floor(count / rate * loop_hz + 1e-6)
+    return round(loops / loop_hz * rate) if loops else count
+
+
+def own_loop_hz(ay, rate: float, expected_hz: float | None = None) -> float:
+    """Turns of the loop a second (Hz) that the dominant peak of a record shows; bin-free, if it holds two turns.
+
+    ``expected_hz`` is the answer for a record of fewer than two of such turns, whose lines are too far apart.
+    """
+    if expected_hz is not None and len(ay) / rate * expected_hz < LEAST_LOOPS:
+        return expected_hz
+    hz = main_line(ay, rate)[0]
+    return main_line_binfree(ay, rate, hz)[0] if len(ay) / rate * hz >= LEAST_LOOPS else hz

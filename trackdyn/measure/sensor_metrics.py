@@ -4,18 +4,18 @@ from functools import partial
 
 import numpy as np
 
+from trackdyn.measure.sensor import LEAST_LOOPS, own_loop_hz, whole_revolutions
 from trackdyn.measure.uncertainty import LineError, line_error
-from trackdyn.sensor.signals import high_frequency_rms, main_line, main_line_binfree, rms, standard_deviation, uncertainty
+from trackdyn.sensor.signals import (
+    high_frequency_rms,
+    main_line,
+    main_line_binfree,
+    rms,
+    standard_deviation,
+    uncertainty,
+)
 
 NAN = float("nan")
-# The bin-free line needs the record to hold a few revolutions of the loop.
-LEAST_LOOPS = 2.0
-
-
-def whole_revolutions(count: int, rate: float, loop_hz: float) -> int:
-    """Samples of a record that make whole revolutions of the loop; all of them if it holds none."""
-    loops = np.floor(count / rate * loop_hz + 1e-6)
-    return round(loops / loop_hz * rate) if loops else count
 
 
 def sensor_metrics(ay, rate: float, loop_hz: float) -> dict:
@@ -58,17 +58,6 @@ def sensor_metrics(ay, rate: float, loop_hz: float) -> dict:
         "high_frequency_g": high_frequency_rms(ay, rate),
         "high_frequency_error_g": error(partial(high_frequency_rms, rate_hz=rate)),
     }
-
-
-def own_loop_hz(ay, rate: float, expected_hz: float | None = None) -> float:
-    """Turns of the loop a second (Hz) that the dominant peak of a record shows; bin-free, if it holds two turns.
-
-    ``expected_hz`` is the answer for a record of fewer than two of such turns, whose lines are too far apart.
-    """
-    if expected_hz is not None and len(ay) / rate * expected_hz < LEAST_LOOPS:
-        return expected_hz
-    hz = main_line(ay, rate)[0]
-    return main_line_binfree(ay, rate, hz)[0] if len(ay) / rate * hz >= LEAST_LOOPS else hz
 
 
 def own_metrics(ay, rate: float) -> dict:

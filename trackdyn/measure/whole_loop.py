@@ -16,8 +16,7 @@ import pandas as pd
 from trackdyn.errors import InputError
 from trackdyn.measure.contact_log import SIDES, timing
 from trackdyn.measure.meshing import spells
-from trackdyn.measure.metrics import loop_frequency
-from trackdyn.measure.sensor import specific_force
+from trackdyn.measure.sensor import loop_frequency, specific_force
 from trackdyn.measure.uncertainty import batch_error
 from trackdyn.sensor.signals import high_frequency_rms, high_passed
 from trackdyn.simulation.recording import Recording

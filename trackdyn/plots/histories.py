@@ -6,9 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from trackdyn.measure.metrics import loop_frequency
-from trackdyn.measure.sensor import sense
-from trackdyn.measure.sensor_metrics import own_loop_hz
+from trackdyn.measure.sensor import loop_frequency, own_loop_hz, sense
 from trackdyn.plots.style import BLACK, SENSOR, SIMULATION, new_figure, styled
 from trackdyn.sensor.sensor_csv import SensorRecord
 from trackdyn.simulation.recording import Recording

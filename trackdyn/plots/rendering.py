@@ -46,18 +46,22 @@ def environment(folder: Path = HERE) -> Environment:
 
 
 def render(template: str, scripts: tuple[str, ...], data: dict, folder: Path = HERE, **shown) -> str:
-    """A page as HTML text: template and scripts of a folder or of this one, its data and what draws them packed into it.
+    """A page as HTML text: template and scripts of a folder or of this one, with its data packed into it.
 
     ``data["files"]`` are the texts that the page hands out by name.
     """
     files = [next(path for path in (folder / f"{name}.js", HERE / f"{name}.js") if path.is_file()) for name in scripts]
-    return environment(folder).get_template(template).render(
-        script="\n".join(file.read_text(encoding="utf-8") for file in files),
-        plotly=_packed(get_plotlyjs()),
-        embedded=_packed(json.dumps(data, allow_nan=False, separators=(",", ":"))),
-        data=data,
-        files=data["files"],
-        **shown,
+    return (
+        environment(folder)
+        .get_template(template)
+        .render(
+            script="\n".join(file.read_text(encoding="utf-8") for file in files),
+            plotly=_packed(get_plotlyjs()),
+            embedded=_packed(json.dumps(data, allow_nan=False, separators=(",", ":"))),
+            data=data,
+            files=data["files"],
+            **shown,
+        )
     )
 
 

@@ -11,11 +11,9 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.files import write_text
-from trackdyn.jit import source_hash
 from trackdyn.measure.columns import table_schema, words
-from trackdyn.measure.metrics import loop_frequency, run_metrics
-from trackdyn.measure.sensor import sense
-from trackdyn.measure.sensor_metrics import LEAST_LOOPS
+from trackdyn.measure.metrics import run_metrics
+from trackdyn.measure.sensor import LEAST_LOOPS, loop_frequency, sense
 from trackdyn.model.constants import Tooth
 from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.parameters.rig import Rig
@@ -24,6 +22,7 @@ from trackdyn.sensor.signals import LOW_RANGE_HZ, in_bands, main_line, main_line
 from trackdyn.simulation.account import LOSSES, STORED
 from trackdyn.simulation.recording import Recording, load_recording
 from trackdyn.simulation.replay import SIDES, Stretch, stretch_of
+from trackdyn.sources import source_hash
 
 SCRIPTS = ("shared", "animation", "plots", "show")  # one module, in this order
 LONG_HISTORY, INTERVALS = 20_000, 2_000  # samples of a history that is drawn whole; else its extremes in so many parts

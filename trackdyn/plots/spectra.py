@@ -8,12 +8,19 @@ import scipy  # its parts are loaded where they are used
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from trackdyn.measure.metrics import loop_frequency
-from trackdyn.measure.sensor import sense
+from trackdyn.measure.sensor import loop_frequency, sense
 from trackdyn.plots.histories import draw_histories
 from trackdyn.plots.style import BLACK, SENSOR, SIMULATION, new_figure, styled
 from trackdyn.sensor.sensor_csv import SensorRecord
-from trackdyn.sensor.signals import BAND_HZ, LOW_RANGE_HZ, in_bands, main_line, main_line_binfree, picket_fence, spectrum
+from trackdyn.sensor.signals import (
+    BAND_HZ,
+    LOW_RANGE_HZ,
+    in_bands,
+    main_line,
+    main_line_binfree,
+    picket_fence,
+    spectrum,
+)
 from trackdyn.simulation.recording import Recording
 
 BINS = 4.5  # of the FFT, to both sides of the dominant peaks

@@ -12,8 +12,8 @@ from psutil import virtual_memory
 
 from trackdyn.errors import InputError
 from trackdyn.files import read_npz, replacing
-from trackdyn.jit import source_hash
 from trackdyn.parameters.validation import shown
+from trackdyn.sources import source_hash
 
 
 def flat(value: Any, name: str = "") -> dict[str, np.ndarray]:

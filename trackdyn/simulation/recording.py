@@ -14,7 +14,6 @@ from psutil import virtual_memory
 
 from trackdyn.errors import DivergenceError, InputError, TrackdynError
 from trackdyn.files import read_npz, replacing
-from trackdyn.jit import source_hash
 from trackdyn.model.record import SPELL_COLUMNS
 from trackdyn.parameters.layout import wheel_names
 from trackdyn.parameters.rig import Rig
@@ -22,6 +21,7 @@ from trackdyn.parameters.validation import shown
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.resolution import NO, OPEN, YES
 from trackdyn.simulation.state_checks import LARGEST
+from trackdyn.sources import source_hash
 
 FORMAT = 5
 
@@ -226,13 +226,15 @@ class Recording:
             raise DivergenceError(f"the run left the physical range: {fault}; use a smaller step or a milder rig")
         return self
 
-    def save(self, path: Path | str) -> None:
+    def save(self, path: Path | str, compress: bool = False) -> None:
         """Write an npz file, under a temporary name first, so that an interruption leaves no half file.
 
         Parameters
         ----------
         path : path
             File to write; an existing one is replaced.
+        compress : bool
+            Write a fifth less, which takes some time.
 
         Raises
         ------
@@ -241,7 +243,8 @@ class Recording:
         """
         meta = np.array(json.dumps(self.meta | {"format": FORMAT}, sort_keys=True))
         with replacing(path) as part, part.open("wb") as file:
-            np.savez(file, meta=meta, **{name: getattr(self, name) for name in self.ARRAYS})
+            write = np.savez_compressed if compress else np.savez
+            write(file, meta=meta, **{name: getattr(self, name) for name in self.ARRAYS})
 
 
 @cache

@@ -41,7 +41,7 @@ def results(
     progress: str = "",
     unit: str = "row",
     alone: bool = False,
-    sound: Callable[[dict], bool] = lambda values: True,
+    valid: Callable[[dict], bool] = lambda values: True,
 ) -> dict[str, dict]:
     """Rows by their keys, those that the store does not have computed.
 
@@ -60,7 +60,7 @@ def results(
     alone : bool
         The store is for these rows alone: standard error says so where it has others and none of these, as after a
         change of the program, whose sources are part of every key.
-    sound : function
+    valid : function
         As of `sweeps.store.Store`.
 
     Returns
@@ -68,7 +68,7 @@ def results(
     dict of str to dict
         ``key``, ``state``, ``reason``, ``values`` by name, ``cost``.
     """
-    kept = Store(store, sound) if store else None
+    kept = Store(store, valid) if store else None
     found = {key: _shared(row) for key, row in kept.read(tasks.keys()).items()} if kept else {}
     if alone and kept and kept.others and not found:
         print(

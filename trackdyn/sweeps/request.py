@@ -17,7 +17,7 @@ from trackdyn.parameters.validation import parse_number, parse_tolerance, shown,
 from trackdyn.scene.fidelity import CHOICES, preset
 from trackdyn.scene.scene import FOLLOWS, LEAST_STEP, LONGEST, Scene
 from trackdyn.simulation.settled_loops import LATER
-from trackdyn.sweeps.row import row_sources
+from trackdyn.sources import module_hash
 from trackdyn.sweeps.store import key_of
 
 FLAGS = ("spells", "every_link", "sliding")
@@ -163,7 +163,7 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | Inp
     scene = DEFAULTS | fields
     end = [until, known, longest if until else None]
     rig_is = [content, changes]
-    asks = [rig_is, scene, end, row_sources(), given if reason else None]
+    asks = [rig_is, scene, end, module_hash("trackdyn.sweeps.row"), given if reason else None]
     settles = {name: value for name, value in scene.items() if name not in (*LATER, "ring_radius")}
     alike = f"{key_of(rig_is, settles)} {fields.get('ring_radius', '')}"
     return Asked(key_of(*asks), alike, base, changes, fields, until, known, longest, reason)

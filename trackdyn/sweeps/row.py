@@ -1,14 +1,11 @@
 """One row: a scene in, numbers or a reason out."""
 
 from contextlib import suppress
-from functools import cache
-from math import inf
 
 from psutil import virtual_memory
 
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.jit import KERNEL_SOURCES, source_hash, target_hash
-from trackdyn.measure.columns import COLUMNS
+from trackdyn.jit import target_hash
 from trackdyn.measure.meshing import area_shares, event_times
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.sliding import sliding_per_km
@@ -21,19 +18,7 @@ from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording, made_with
 from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.simulate import simulate
-
-# The package's files and folders that a row's numbers depend on, beside the kernels.
-SOURCES = ("parameters", "scene", "simulation", "sensor", "measure", "errors.py", "files.py", "sweeps/row.py")
-# of a row of metrics: its name, which the design has, and its cost, which stands elsewhere
-NOT_KEPT = ("run", "wall_s")
-
-
-@cache
-def row_sources(*more: str) -> str:
-    """Hash of everything that a row's numbers depend on, and of more files and folders; with other sources a row is
-    computed again.
-    """
-    return source_hash((*KERNEL_SOURCES, *SOURCES, *more))
+from trackdyn.sources import module_hash
 
 
 class Rows:
@@ -105,7 +90,7 @@ class Rows:
 
 def run_values(recording: Recording) -> dict:
     """Metrics, how the loop stands, and what computed it."""
-    values = {name: value for name, value in run_metrics("", recording).items() if name not in NOT_KEPT}
+    values = {name: value for name, value in run_metrics("", recording).items() if name != "run"}
     sources, versions = made_with()
     made = {"python": recording.meta["python"]} | versions
     if recording.meta["scene"]["pitches"]:  # where contacts are recorded pitch by pitch, more is known of them
@@ -113,17 +98,9 @@ def run_values(recording: Recording) -> dict:
             recording
         )
     return values | sliding_per_km(recording) | recording.meta["layout"] | {
-        "kernel_sources": sources, "row_sources": row_sources(), "processor": target_hash(),
+        "kernel_sources": sources, "row_sources": module_hash(__name__), "processor": target_hash(),
         "versions": ", ".join(f"{name} {of}" for name, of in made.items()),
     }  # fmt: skip
-
-
-def sound(values: dict) -> bool:
-    """Whether values can be those of a row: numbers where the dictionary of columns says so, and an RMS among them."""
-    kinds = {"number": (int, float, type(None)), "integer": (int, float, type(None)), "string": (str, type(None))}
-    plain = (str, int, float, type(None))
-    right = all(isinstance(value, kinds.get(COLUMNS.get(name, ("",))[0], plain)) for name, value in values.items())
-    return right and isinstance(rms := values.get("rms_g"), float) and 0.0 <= rms < inf
 
 
 def _flat(measures: dict[str, Estimate]) -> dict[str, float]:

@@ -65,7 +65,7 @@ class Store:
     ----------
     folder : path
         Made if it is not there.
-    sound : function
+    valid : function
         Whether the values of a row can be results of this kind: a checksum says only that nobody damaged them.
 
     Attributes
@@ -79,8 +79,8 @@ class Store:
         The folder cannot be made or written.
     """
 
-    def __init__(self, folder: Path | str, sound: Callable[[dict[str, Any]], bool] = lambda values: True):
-        self.folder, self.sound = Path(folder), sound
+    def __init__(self, folder: Path | str, valid: Callable[[dict[str, Any]], bool] = lambda values: True):
+        self.folder, self.valid = Path(folder), valid
         self._file: int | None = None
         self.others = 0
         try:
@@ -103,7 +103,7 @@ class Store:
                             damaged += 1
                         elif row["key"] not in keys:
                             self.others += 1
-                        elif row["values"] and not self.sound(row["values"]):
+                        elif row["values"] and not self.valid(row["values"]):
                             damaged += 1
                         else:
                             found[row["key"]] = row

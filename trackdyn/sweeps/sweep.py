@@ -1,6 +1,7 @@
 """A sweep: a row a scene goes in, a row a result comes out, and what is known is not computed again."""
 
 import os
+from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -8,13 +9,14 @@ import pandas as pd
 
 from trackdyn.errors import InputError
 from trackdyn.files import refuse_unwritable
+from trackdyn.measure.columns import COLUMNS
 from trackdyn.parameters.rig_file import DEFAULT
 from trackdyn.parameters.validation import shown
 from trackdyn.scene.fidelity import CHOICES
 from trackdyn.sweeps.engine import free_memory
 from trackdyn.sweeps.engine import results as computed
 from trackdyn.sweeps.request import Asked, asked, refuse_columns
-from trackdyn.sweeps.row import Rows, sound
+from trackdyn.sweeps.row import Rows
 from trackdyn.sweeps.store import DIVERGED, DONE, REFUSED, Store, without_values
 from trackdyn.sweeps.table import read_table, refuse_ending, refuse_header, write_table
 
@@ -85,7 +87,7 @@ def sweep(
     rows = asked(table, str(rig))
     found = {row.key: without_values(row.key, REFUSED, row.reason) for row in rows if row.reason}
     due = {row.key: row.task for row in sorted(rows, key=lambda row: row.alike) if not row.reason}
-    found |= computed(Rows, due, jobs or cores(), store, "sweep" if progress else "", alone=alone, sound=sound)
+    found |= computed(Rows, due, jobs or cores(), store, "sweep" if progress else "", alone=alone, valid=valid)
     results = result_table(table, rows, found)
     if out is not None:
         write_table(cost_table(rows, found), costs_of(out))
@@ -240,3 +242,11 @@ def summary(results: pd.DataFrame) -> str:
     return ", ".join(
         f"{counts[state]} {state}" for state in sorted(counts.index, key=lambda state: (state != DONE, state))
     )
+
+
+def valid(values: dict) -> bool:
+    """Whether values can be those of a row: numbers where the dictionary of columns says so, and an RMS among them."""
+    kinds = {"number": (int, float, type(None)), "integer": (int, float, type(None)), "string": (str, type(None))}
+    plain = (str, int, float, type(None))
+    right = all(isinstance(value, kinds.get(COLUMNS.get(name, ("",))[0], plain)) for name, value in values.items())
+    return right and isinstance(rms := values.get("rms_g"), float) and 0.0 <= rms < inf

@@ -1,10 +1,9 @@
 # What the rules share. Every rule with a script needs what that script imports, and says so: needs("metrics.py").
 
 
-def needs(script):
+def needs(script, folder="workflow/scripts"):
     """Sources that a script imports: Snakemake sees an edit of the script, but not one of these."""
-    root = Path(workflow.basedir)
-    files = [str(file.relative_to(root)) for file in imported_files(root / "workflow" / "scripts" / script, root)]
+    files = [str(file.relative_to(ROOT)) for file in imported_files(ROOT / folder / script, ROOT)]
     return files + ([CELLS] if "trackdyn/parameters/rig_file.py" in files else [])
 
 
@@ -39,9 +38,16 @@ def figure(name, place=""):
     return [f"{R}/{place}figures/{name}.{ending}" for ending in ("png", "svg")]
 
 
-def table(name, key="csv"):
+def figures(names, place="", key="figures"):
+    """The same of several: scripts name those of the key, and the vectors are saved beside them."""
+    png, svg = zip(*(figure(name, place) for name in names))
+    return {key: list(png), f"{key}_vectors": list(svg)}
+
+
+def table(name, key="csv", place=""):
     """CSV of a table by its key, and the same in Markdown, which is written beside it."""
-    return {key: f"{R}/tables/{name}.csv", "md" if key == "csv" else f"{key}_md": f"{R}/tables/{name}.md"}
+    path = f"{R}/{place}tables/{name}"
+    return {key: f"{path}.csv", "md" if key == "csv" else f"{key}_md": f"{path}.md"}
 
 
 # A long study has two forms (config/studies.yaml): its short one lies in the folder `short` of the results and belongs to
@@ -52,14 +58,14 @@ def form_name(wildcards):
     return "short" if wildcards.short else "full"
 
 
-def form_of(study, wildcards):
+def form_of(study, wildcards, studies=CONFIG.studies):
     """What a study runs in the form that is asked for."""
-    return getattr(getattr(CONFIG.studies, study), form_name(wildcards))
+    return getattr(getattr(studies, study), form_name(wildcards))
 
 
-def form(study):
+def form(study, studies=CONFIG.studies):
     """The same as plain data, for the parameters of a rule."""
-    return lambda wildcards: form_of(study, wildcards).model_dump()
+    return lambda wildcards: form_of(study, wildcards, studies).model_dump()
 
 
 def full(rule):
@@ -70,8 +76,8 @@ def short(rule):
     return expand(rule.output, short="short/")
 
 
-def recording(run):
-    return f"{R}/runs/{run}.npz"
+def recording(run, place=""):
+    return f"{R}/{place}runs/{run}.npz"
 
 
 def plain_scene(scene):

@@ -33,7 +33,7 @@ rule extremes_form:
         md=f"{R}/{{short}}tables/extremes.md",
         summary=f"{R}/{{short}}tables/extremes.csv",
         short_runs=multiext(f"{R}/{{short}}tables/extremes_short_runs", ".csv", ".md"),
-        figures=[file for name in EXTREMES for file in figure(f"extremes_{name}", "{short}")],
+        **figures([f"extremes_{name}" for name in EXTREMES], "{short}"),
     params: form=form("extremes")
     log: f"{R}/logs/{{short}}extremes.log"
     message: "Extremes: every case completes within bounds or is refused"

@@ -7,14 +7,11 @@ rule metrics:
     """One row a run: the numbers that tables, figures and claims are made of."""
     input:
         needs("metrics.py"),
-        **runs_of(R, SCENES),
-        **RING_RUNS,
+        recordings=recordings(SCENES),
     output:
         csv=f"{R}/metrics.csv",
         schema=f"{R}/metrics.schema.json",
-    params:
-        runs=[run for run in SCENES if not is_ring(run)],
-        rig=CONFIG.rig,
+    params: runs=list(SCENES)
     log: f"{R}/logs/metrics.log"
     message: "Measuring {output.csv}"
     script: "../scripts/metrics.py"
@@ -23,15 +20,11 @@ rule metrics:
 use rule metrics as metrics_other with:
     input:
         needs("metrics.py"),
-        recordings=lambda wildcards: runs_of(f"{R}/rigs/{wildcards.other}", OTHERS[wildcards.other])["recordings"],
-        costs=lambda wildcards: runs_of(f"{R}/rigs/{wildcards.other}", OTHERS[wildcards.other])["costs"],
-        **RING_RUNS,
+        recordings=lambda wildcards: recordings(OTHERS[wildcards.other], f"rigs/{wildcards.other}/"),
     output:
         csv=f"{R}/rigs/{{other}}/metrics.csv",
         schema=f"{R}/rigs/{{other}}/metrics.schema.json",
-    params:
-        runs=lambda wildcards: [run for run in OTHERS[wildcards.other] if not is_ring(run)],
-        rig=lambda wildcards: CONFIG.other_rigs[wildcards.other].rig,
+    params: runs=lambda wildcards: list(OTHERS[wildcards.other])
     log: f"{R}/logs/rigs/{{other}}/metrics.log"
 
 
@@ -107,8 +100,8 @@ rule sensor_figures:
         recordings=[recording(run) for run in SPEEDS],
         sensors=RECORDS,
     output:
-        histories=[file for letter in LETTERS for file in figure(f"fig17_{letter}")],
-        spectra=[file for letter in LETTERS for file in figure(f"fig18_{letter}")],
+        **figures([f"fig17_{letter}" for letter in LETTERS], key="histories"),
+        **figures([f"fig18_{letter}" for letter in LETTERS], key="spectra"),
     params: synthetic=CONFIG.sensor_is_synthetic
     log: f"{R}/logs/fig17_18.log"
     message: "Figures 17 and 18"

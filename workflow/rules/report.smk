@@ -42,18 +42,9 @@ rule animation:
 
 # The page waits for the studies that every run has (`short_studies`), and for all if the target `studies` asks for them. Others
 # that lie in the results are shown as those of an earlier run.
-STUDIES = {
-    "trade": short(rules.trade_form),
-    "extremes": short(rules.extremes_form),
-    "traction": short(rules.traction_form),
-    "whole_loop": short(rules.whole_loop_form),
-    "layouts": short(rules.layouts_form),
-    "wear": short(rules.wear_form),
-    "assumptions": short(rules.assumptions_form),
-    "ensemble": [f"{R}/short/ensemble/rigs.csv"],
-    "sensitivity": rules.sensitivity.output,
-    "fidelity": rules.fidelity.output,
-    "peer_answers": rules.peer_answers.output,
+OF_STUDIES = {
+    name: short(getattr(rules, f"{name}_form")) if study.forms else getattr(rules, name).output
+    for name, study in STUDIES.items()
 }
 ALL_STUDIES = workflow.dag_settings is not None and "studies" in workflow.dag_settings.targets
 IN_THIS_RUN = [name for name in STUDIES if ALL_STUDIES or name in CONFIG.short_studies]
@@ -68,11 +59,11 @@ rule page:
         rules.claims.output,
         rules.schematics.output,
         rules.peer.output,
-        [STUDIES[name] for name in IN_THIS_RUN],
+        [OF_STUDIES[name] for name in IN_THIS_RUN],
         rules.animation_runs.output,
         rig=CONFIG.rig,
         config=[str(path) for path in workflow.configfiles],
-        settings=["config/claims.yaml", "config/fit.yaml"],
+        settings="config/claims.yaml",
         article=ARTICLE,
         sensors=RECORDS,
     output: f"{R}/report.html"
@@ -81,7 +72,7 @@ rule page:
         runs=SPEEDS,
         synthetic=CONFIG.sensor_is_synthetic,
         studies=IN_THIS_RUN,
-        layers=[str(path).removeprefix(f"{workflow.basedir}/") for path in workflow.configfiles[:-1]],
+        layers=[str(path).removeprefix(f"{ROOT}/") for path in workflow.configfiles[:-1]],
     log: f"{R}/logs/page.log"
     message: "The page"
     script: "../scripts/page.py"
@@ -107,8 +98,8 @@ rule costs:
 
 # all that the results are made from, but for the program
 RUN_INPUTS = [
-    *(str(path).removeprefix(f"{workflow.basedir}/") for path in reversed(workflow.configfiles)),
-    *("config/claims.yaml", "config/fit.yaml", "config/ensemble.yaml", "config/assumptions.yaml", config["studies"], CONFIG.rig),
+    *(str(path).removeprefix(f"{ROOT}/") for path in reversed(workflow.configfiles)),
+    *("config/claims.yaml", config["studies"], CONFIG.rig),
     *ARTICLE,
     *(other.rig for other in CONFIG.other_rigs.values()),
     *(CONFIG.sensor_path(rpm) for rpm in CONFIG.records.speeds_rpm),
@@ -132,8 +123,7 @@ rule manifest:
 rule studies:
     """Every study in its short form, and the page with them; asked for by name."""
     input:
-        list(STUDIES.values()),
-        rules.benchmark_short.input,
+        list(OF_STUDIES.values()),
         rules.manifest.output,
 
 

@@ -49,17 +49,13 @@ if PLANNED:
 
 
 def is_ring(run):
-    """Whether a run belongs to the ring study, which is a sweep: its rows are numbers, no recordings."""
+    """Whether a run belongs to the ring study: it ends when its contacts are known, and shares a job with others."""
     return run.startswith("ring/")
 
 
-def runs_of(folder, scenes):
-    """Recordings and costs of scenes below a folder."""
-    recorded = [run for run in scenes if not is_ring(run)]
-    return dict(
-        recordings=[f"{folder}/runs/{run}.npz" for run in recorded],
-        costs=[f"{folder}/runs/{run}.cost.json" for run in recorded],
-    )
+def recordings(scenes, place=""):
+    """Recordings of scenes, those of another rig in a place of their own."""
+    return [recording(run, place) for run in scenes]
 
 
 rule simulate:
@@ -69,9 +65,7 @@ rule simulate:
         rig=CONFIG.rig,
         kernels=KERNELS,
         plan=lambda wildcards: f"{R}/plan.json" if wildcards.run in PLANNED else [],
-    output:
-        recording=f"{R}/runs/{{run}}.npz",
-        cost=f"{R}/runs/{{run}}.cost.json",
+    output: recording("{run}")
     params:
         # what the run is asked to do: a change in the configuration reruns only the runs it touches
         scene=lambda wildcards: plain_scene(SCENES[wildcards.run]),
@@ -86,54 +80,34 @@ use rule simulate as simulate_other with:
         rig=lambda wildcards: CONFIG.other_rigs[wildcards.other].rig,
         kernels=KERNELS,
         plan=[],
-    output:
-        recording=f"{R}/rigs/{{other}}/runs/{{run}}.npz",
-        cost=f"{R}/rigs/{{other}}/runs/{{run}}.cost.json",
+    output: recording("{run}", "rigs/{other}/")
     params: scene=lambda wildcards: plain_scene(OTHERS[wildcards.other][wildcards.run])
     log: f"{R}/logs/rigs/{{other}}/simulate/{{run}}.log"
     message: "Simulating {wildcards.run} on {wildcards.other}"
 
 
-def sweep_row(run, rig, scene, known):
-    """A run of the ring study as a row of a design: what differs from the defaults."""
-    asked = {name: getattr(scene, name) for name in ("motor_rpm", "duration", "lead_in", "step")}
-    ends = {f"known.{name}": value for name, value in known.model_dump(exclude={"longest_turns"}).items()}
-    return {"name": run, "rig": rig, "ring_radius": scene.ring_radius or "none", **asked, **ends}
+# The ring study: a rig's rings in turn, each settled once for all speeds and three to a job, since to start a job costs as
+# much as a run.
+RING_STUDIES = {"": (CONFIG.rig, SCENES, CONFIG.known)}
+RING_STUDIES |= {f"rigs/{name}/": (other.rig, OTHERS[name], CONFIG.known_of(name)) for name, other in CONFIG.other_rigs.items()}
 
+for place, (rig_file, scenes, known) in RING_STUDIES.items():
+    of_ring = {run: scene for run, scene in scenes.items() if is_ring(run)}
+    rings = list(dict.fromkeys(scene.ring_radius for scene in of_ring.values()))
+    for first in range(0, len(rings), 3):
+        part = {run: scene for run, scene in of_ring.items() if scene.ring_radius in rings[first : first + 3]}
+        name = f"{place.removeprefix('rigs/').replace('/', '_')}{ring_name(rings[first])}"
 
-def ring_rows():
-    """The ring study of every rig, a row of a sweep a run."""
-    rigs = [(CONFIG.rig, SCENES, CONFIG.known)]
-    rigs += [(other.rig, OTHERS[name], CONFIG.known_of(name)) for name, other in CONFIG.other_rigs.items()]
-    return [sweep_row(run, rig, scene, known) for rig, scenes, known in rigs for run, scene in scenes.items() if is_ring(run)]
-
-
-rule ring_design:
-    """Every ring at every speed on every rig, each until its contacts are known."""
-    localrule: True
-    input: needs("ring_design.py")
-    output: f"{R}/ring/design.csv"
-    params: rows=ring_rows()
-    log: f"{R}/logs/ring/design.log"
-    message: "The ring study's runs"
-    script: "../scripts/ring_design.py"
-
-
-module ring:
-    snakefile: "../sweep.smk"
-    config:
-        {
-            "design": f"{R}/ring/design.csv",
-            "out": f"{R}/ring/runs.parquet",
-            "logs": f"{R}/logs/ring/",
-            "rig": CONFIG.rig,
-            "rigs": [other.rig for other in CONFIG.other_rigs.values()],
-            "kernels": [KERNELS],
-            # three rings of a rig, each settled once: to start a job costs as much as a run
-            "batches": -(-len({(row["rig"], row["ring_radius"]) for row in ring_rows()}) // 3),
-        }
-
-
-use rule * from ring exclude all as ring_*
-
-RING_RUNS = dict(ring=f"{R}/ring/runs.parquet", ring_costs=f"{R}/ring/runs.costs.csv")
+        rule:
+            name: f"ring_{name}".replace(".", "_")
+            input:
+                needs("ring.py"),
+                rig=rig_file,
+                kernels=KERNELS,
+            output: recordings(part, place)
+            params:
+                scenes={run: plain_scene(scene) for run, scene in part.items()},
+                known=known.model_dump(),
+            log: f"{R}/logs/ring/{name}.log"
+            message: f"The ring study: {', '.join(part)}"
+            script: "../scripts/ring.py"

@@ -108,66 +108,12 @@ rule trade_form:
         limits=f"{R}/{{short}}tables/limits.csv",
         limits_md=f"{R}/{{short}}tables/limits.md",
         summary=f"{R}/{{short}}tables/trade.md",
-        figures=[f"{R}/{{short}}figures/trade_{name}.png" for name in TRADE_FIGURES],
-        vectors=[f"{R}/{{short}}figures/trade_{name}.svg" for name in TRADE_FIGURES],
+        **figures([f"trade_{name}" for name in TRADE_FIGURES], "{short}"),
     log: f"{R}/logs/{{short}}trade.log"
     message: "Accuracy against cost"
     script: "../scripts/trade.py"
 
 
-rule traction_form:
-    """Which flank carries drive, over creep slope and radius of the ring."""
-    input:
-        needs("traction.py"),
-        rig=CONFIG.rig,
-        kernels=method_kernels("linearly_implicit"),
-    output:
-        csv=f"{R}/{{short}}traction.csv",
-        figure=figure("traction", "{short}"),
-    params: form=form("traction")
-    log: f"{R}/logs/{{short}}traction.log"
-    message: "Traction of the ring"
-    script: "../scripts/traction.py"
-
-
-rule whole_loop_form:
-    """Short answers of the whole loop beside long records."""
-    input:
-        needs("whole_loop.py"),
-        rig=CONFIG.rig,
-        kernels=KERNELS,
-    output: f"{R}/{{short}}whole_loop.csv"
-    params:
-        form=form("whole_loop"),
-        steps=CONFIG.ring_study.steps_s,
-    log: f"{R}/logs/{{short}}whole_loop.log"
-    message: "Short answers beside long ones"
-    script: "../scripts/whole_loop.py"
-
-
-# The full forms, by name: some minutes each.
-
-
 rule trade:
+    """The full form, by name: some minutes."""
     input: full(rules.trade_form)
-
-
-rule traction:
-    input: full(rules.traction_form)
-
-
-rule whole_loop:
-    input: full(rules.whole_loop_form)
-
-
-rule deviations:
-    """What each departure from the paper changes (docs/deviations.md); asked for by name, some minutes."""
-    input:
-        needs("deviations.py"),
-        rig=CONFIG.rig,
-        study="config/departures.yaml",
-        kernels=KERNELS,
-    output: f"{R}/deviations.csv"
-    log: f"{R}/logs/deviations.log"
-    message: "What the departures change"
-    script: "../scripts/deviations.py"

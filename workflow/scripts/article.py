@@ -1,6 +1,6 @@
 import pandas as pd
-from _script import logged
 
+from trackdyn.sweeps.job import logged
 from trackdyn.files import write_csv
 
 with logged(snakemake):

@@ -1,17 +1,16 @@
 from pathlib import Path
 
-from _script import logged
-
-from trackdyn.files import write_csv, write_text
-from trackdyn.measure.columns import schema_text
+from trackdyn.sweeps.job import logged
 from replication.paper.article import load_article
 from replication.paper.claims import headline, judge_all, load_claims, side_by_side
 from replication.paper.contents import caption
 from replication.paper.evidence import collect
 from replication.paper.printed import RECORD_DURATION
 from replication.report.figures.scorecard import scorecard_figure
-from trackdyn.plots.style import save
 from replication.report.tables import write_table
+from trackdyn.files import write_csv, write_text
+from trackdyn.measure.columns import schema_text
+from trackdyn.plots.style import save
 
 PAPER_SECONDS = RECORD_DURATION.value
 

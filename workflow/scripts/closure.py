@@ -1,7 +1,6 @@
-from _script import logged
-
-from trackdyn import load_recording
+from trackdyn.sweeps.job import logged
 from replication.report.figures.closure import closure_figure
+from trackdyn import load_recording
 from trackdyn.plots.style import save
 
 with logged(snakemake):

@@ -1,6 +1,6 @@
 import pandas as pd
-from _script import logged
 
+from trackdyn.sweeps.job import logged
 from replication.paper.contents import caption
 from replication.report.tables import headed, table4, write_table
 

@@ -1,5 +1,4 @@
-from _script import logged
-
+from trackdyn.sweeps.job import logged
 from replication.paper.contents import caption
 from replication.report.tables import cost_table, headed, write_table
 

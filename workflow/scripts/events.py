@@ -1,6 +1,6 @@
 import pandas as pd
-from _script import logged
 
+from trackdyn.sweeps.job import logged
 from trackdyn import load_recording
 from trackdyn.files import write_csv, write_text
 from trackdyn.measure.columns import schema_text

@@ -2,17 +2,17 @@ import json
 from pathlib import Path
 
 import pandas as pd
-from _script import logged
 
-from trackdyn import load_rig
-from trackdyn.files import write_csv, write_text
+from trackdyn.sweeps.job import logged
 from replication.report.figures.extremes import FIGURES
-from trackdyn.plots.style import save
 from replication.report.tables import write_table
 from replication.study.extremes.judge import extremes_summary
 from replication.study.extremes.resolved import by_kind, verdict
-from replication.study.extremes.run import gathered, parts_of
-from replication.study.settings import ExtremesForm
+from replication.study.extremes.run import gathered
+from replication.study.settings import ExtremesForm, parts_of
+from trackdyn import load_rig
+from trackdyn.files import write_csv, write_text
+from trackdyn.plots.style import save
 
 WORDS = dict.fromkeys(("family", "case", "outcome", "reason", "measure", "group"), str)
 
@@ -35,5 +35,5 @@ with logged(snakemake):
     )
     runs = by_kind(result.rows)
     write_table(runs, snakemake.output.short_runs[0], verdict(runs))
-    for draw, path in zip(FIGURES, snakemake.output.figures[::2], strict=True):
+    for draw, path in zip(FIGURES, snakemake.output.figures, strict=True):
         save(draw(result.rows, result.chunks), path)

@@ -1,9 +1,8 @@
-from _script import logged
-
-from trackdyn import load_rig
-from trackdyn.files import write_csv
+from trackdyn.sweeps.job import logged
 from replication.study.extremes.run import run_part
 from replication.study.settings import ExtremesForm
+from trackdyn import load_rig
+from trackdyn.files import write_csv
 
 with logged(snakemake):
     rig, form = load_rig(snakemake.input.rig), ExtremesForm(**snakemake.params.form)

@@ -1,10 +1,10 @@
 import pandas as pd
-from _script import logged
 
-from trackdyn.files import write_csv
+from trackdyn.sweeps.job import logged
 from replication.paper.contents import caption
 from replication.report.tables import headed, ladder_table, write_table
 from replication.study.accuracy.ladder import compare_rungs
+from trackdyn.files import write_csv
 
 with logged(snakemake):
     found = [pd.read_csv(path) for path in snakemake.input.settings]

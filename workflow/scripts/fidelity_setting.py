@@ -1,9 +1,8 @@
-from _script import logged
-
+from trackdyn.sweeps.job import logged
+from replication.study.accuracy.ladder import measure_setting
 from trackdyn import load_rig
 from trackdyn.files import write_csv
 from trackdyn.measure.stopping import StopRule
-from replication.study.accuracy.ladder import measure_setting
 
 with logged(snakemake):
     params = snakemake.params

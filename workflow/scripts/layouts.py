@@ -1,9 +1,9 @@
 import pandas as pd
-from _script import logged
 
-from trackdyn.files import write_csv
+from trackdyn.sweeps.job import logged
 from replication.report.tables import write_table
 from replication.study.layouts import layouts_summary, outcome
+from trackdyn.files import write_csv
 
 with logged(snakemake):
     table = pd.concat([pd.read_csv(path, keep_default_na=True) for path in snakemake.input.parts], ignore_index=True)

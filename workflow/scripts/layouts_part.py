@@ -1,8 +1,8 @@
 import pandas as pd
-from _script import logged
 
-from trackdyn.files import write_csv
+from trackdyn.sweeps.job import logged
 from replication.study.layouts import layouts
+from trackdyn.files import write_csv
 
 with logged(snakemake):
     numbers = range(int(snakemake.wildcards.first), int(snakemake.wildcards.last))

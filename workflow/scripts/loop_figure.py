@@ -1,7 +1,6 @@
-from _script import logged
-
-from trackdyn import Rig, load_recording
+from trackdyn.sweeps.job import logged
 from replication.report.figures.loop import loop_figure
+from trackdyn import Rig, load_recording
 from trackdyn.plots.style import save
 
 with logged(snakemake):

@@ -1,7 +1,6 @@
 from pathlib import Path
 
-from _script import logged
-
+from trackdyn.sweeps.job import logged
 from replication.certify.manifest import write_manifest
 
 with logged(snakemake):

@@ -1,8 +1,7 @@
-from _script import logged
-
-from trackdyn import Rig, load_recording
+from trackdyn.sweeps.job import logged
 from replication.report.figures.meshing import passage_figure
 from replication.report.figures.screenshots import screenshot_figure
+from trackdyn import Rig, load_recording
 from trackdyn.plots.style import save
 
 with logged(snakemake):

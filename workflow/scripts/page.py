@@ -1,7 +1,6 @@
 from pathlib import Path
 
-from _script import logged
-
+from trackdyn.sweeps.job import logged
 from replication.paper.contents import missing
 from replication.report.page.builder import PageInputs, write_page
 
@@ -14,7 +13,7 @@ with logged(snakemake):
         synthetic=params.synthetic,
         studies=tuple(params.studies),
         layers=tuple(params.layers),
-        files=tuple(map(Path, [*snakemake.input.config, *snakemake.input.settings, *snakemake.input.article])),
+        files=tuple(map(Path, [*snakemake.input.config, snakemake.input.settings, *snakemake.input.article])),
     )
     write_page(inputs, snakemake.output[0])
     for item in missing(params.results):

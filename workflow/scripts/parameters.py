@@ -1,9 +1,8 @@
-from _script import logged
-
-from trackdyn import load_rig
+from trackdyn.sweeps.job import logged
 from replication.paper.contents import caption
-from trackdyn.parameters.table import parameter_table
 from replication.report.tables import table1, write_table
+from trackdyn import load_rig
+from trackdyn.parameters.table import parameter_table
 
 with logged(snakemake):
     table = parameter_table(snakemake.input.rig)

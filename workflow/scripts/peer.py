@@ -1,12 +1,11 @@
-from _script import logged
-
-from trackdyn import load_rig
-from trackdyn.files import write_csv
+from trackdyn.sweeps.job import logged
 from replication.paper.contents import caption
 from replication.peers.comparison import compare, table2_outcome
 from replication.report.figures.peer import displacement_figure, model_figure
-from trackdyn.plots.style import save
 from replication.report.tables import write_table
+from trackdyn import load_rig
+from trackdyn.files import write_csv
+from trackdyn.plots.style import save
 
 with logged(snakemake):
     rig = load_rig(snakemake.input.rig)

@@ -1,10 +1,9 @@
-from _script import logged
-
-from trackdyn import load_rig
+from trackdyn.sweeps.job import logged
 from replication.paper.contents import caption
 from replication.peers.answers import compare_answers, outcome
 from replication.report.tables import headed, write_table
 from replication.study.settings import PeerAnswers
+from trackdyn import load_rig
 
 with logged(snakemake):
     asked = PeerAnswers(**snakemake.params.asked)

@@ -1,10 +1,9 @@
 import json
 
-from _script import logged
-
+from trackdyn.sweeps.job import logged
+from replication.study.accuracy.planner import load_trade, plan
 from trackdyn import load_rig
 from trackdyn.files import write_text
-from replication.study.accuracy.planner import load_trade, plan
 
 with logged(snakemake):
     trade, rig, asked = load_trade(snakemake.input.data), load_rig(snakemake.input.rig), snakemake.params.asked

@@ -1,6 +1,6 @@
 import pandas as pd
-from _script import logged
 
+from trackdyn.sweeps.job import logged
 from replication.report.figures.ring_study import duration_figure, force_figure
 from trackdyn.plots.style import save
 

@@ -1,10 +1,9 @@
 from pathlib import Path
 
-from _script import logged
-
-from trackdyn import load_rig
+from trackdyn.sweeps.job import logged
 from replication.paper.contents import PAPER
 from replication.report.figures import chain_piece, contact_cases, engagement, flow, groove, locations, system, topology
+from trackdyn import load_rig
 from trackdyn.plots.style import save
 
 MODULES = (system, chain_piece, topology, locations, groove, engagement, contact_cases, flow)

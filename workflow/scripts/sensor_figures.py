@@ -1,7 +1,6 @@
 from math import inf
 
-from _script import logged
-
+from trackdyn.sweeps.job import logged
 from replication.paper.printed import lettered, peaks
 from trackdyn import load_recording
 from trackdyn.plots.histories import history_figure
@@ -12,7 +11,7 @@ from trackdyn.sensor.sensor_csv import read_sensor_csv
 with logged(snakemake):
     given, out = snakemake.input, snakemake.output
     label = "synthetic sensor" if snakemake.params.synthetic else "sensor"
-    files = zip(given.recordings, given.sensors, out.histories[::2], out.spectra[::2], strict=True)
+    files = zip(given.recordings, given.sensors, out.histories, out.spectra, strict=True)
     for path, sensor, history, spectrum in files:
         recording, record = load_recording(path), read_sensor_csv(sensor, range_g=inf)
         rpm = recording.meta["scene"]["motor_rpm"]

@@ -1,12 +1,12 @@
 from pathlib import Path
 
 import pandas as pd
-from _script import logged
 
-from trackdyn.measure.compare import at_rate
-from trackdyn.measure.sensor_metrics import LEAST_LOOPS
+from trackdyn.sweeps.job import logged
 from replication.paper.contents import caption
 from replication.report.tables import write_table
+from trackdyn.measure.compare import at_rate
+from trackdyn.measure.sensor import LEAST_LOOPS
 from trackdyn.sensor.sensor_csv import read_sensor_csv, write_sensor_csv
 from trackdyn.sensor.sensor_mapping import load_mapping
 

@@ -1,8 +1,8 @@
 from math import inf
 
 import pandas as pd
-from _script import logged
 
+from trackdyn.sweeps.job import logged
 from replication.paper.contents import caption
 from replication.report.tables import headed, lines_table, table3, write_table
 from trackdyn.sensor.sensor_csv import read_sensor_csv

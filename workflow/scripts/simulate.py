@@ -2,10 +2,8 @@ import json
 import sys
 from pathlib import Path
 
-from _script import logged
-
+from trackdyn.sweeps.job import logged
 from trackdyn import Scene, load_rig, simulate
-from trackdyn.files import write_text
 
 with logged(snakemake):
     fields = snakemake.params.scene | {"pitches": tuple(snakemake.params.scene["pitches"])}
@@ -14,7 +12,5 @@ with logged(snakemake):
     scene = Scene(load_rig(snakemake.input.rig), **fields)
     # a bar for long runs where someone watches
     recording = simulate(scene, progress=sys.stderr.isatty() and scene.duration > 60)
-    recording.save(snakemake.output.recording)
-    cost = {"wall_s": recording.wall, "simulated_s": scene.duration, "wall_s_per_s": recording.wall / scene.duration}
-    write_text(snakemake.output.cost, json.dumps(cost))
-    print(cost)
+    recording.save(snakemake.output[0])
+    print(f"{scene.duration:g} s in {recording.wall:.3g} s")

@@ -1,11 +1,11 @@
 import pandas as pd
-from _script import logged
 
-from trackdyn import Scene, load_rig
-from trackdyn.measure.stopping import StopRule
+from trackdyn.sweeps.job import logged
 from replication.paper.contents import caption
 from replication.report.tables import write_table
 from replication.study.stability import stability
+from trackdyn import Scene, load_rig
+from trackdyn.measure.stopping import StopRule
 
 with logged(snakemake):
     rig, rule = load_rig(snakemake.input.rig), StopRule(**snakemake.params.known)

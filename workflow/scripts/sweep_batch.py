@@ -1,5 +1,4 @@
-from _script import logged
-
+from trackdyn.sweeps.job import logged
 from trackdyn.errors import TrackdynError
 from trackdyn.sweeps.store import FAILED
 from trackdyn.sweeps.sweep import summary, sweep

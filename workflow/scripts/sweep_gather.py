@@ -1,5 +1,4 @@
-from _script import logged
-
+from trackdyn.sweeps.job import logged
 from trackdyn.sweeps.sweep import summary, sweep
 
 with logged(snakemake):

@@ -1,13 +1,13 @@
 import pandas as pd
-from _script import logged
 
-from trackdyn.files import write_csv, write_text
+from trackdyn.sweeps.job import logged
 from replication.paper.contents import caption
 from replication.report.figures.trade import answer_figure, planner_figure, work_precision
-from trackdyn.plots.style import save
 from replication.report.tables import headed, trade_summary, write_table
 from replication.study.accuracy.limit import presets_beside_limits
 from replication.study.accuracy.planner import load_trade
+from trackdyn.files import write_csv, write_text
+from trackdyn.plots.style import save
 
 with logged(snakemake):
     given, out = snakemake.input, snakemake.output

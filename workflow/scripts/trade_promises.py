@@ -1,10 +1,8 @@
-from _script import logged
-
+from trackdyn.sweeps.job import logged
+from replication.study.accuracy.planner import load_trade, verify
+from replication.study.settings import TradeForm, promised_scenes
 from trackdyn import load_rig
 from trackdyn.files import write_csv
-from replication.study.accuracy.planner import load_trade, verify
-from replication.study.accuracy.statistics import promised_scenes
-from replication.study.settings import TradeForm
 
 with logged(snakemake):
     rig, form = load_rig(snakemake.input.rig), TradeForm(**snakemake.params.form)

@@ -1,12 +1,11 @@
 import pandas as pd
-from _script import logged
 
+from trackdyn.sweeps.job import logged
+from replication.study.accuracy.limit import LIMITS
+from replication.study.accuracy.trade import state_trade, statistic_trade
+from replication.study.settings import StateErrors, TradeForm, measured_scenes
 from trackdyn import load_rig
 from trackdyn.files import write_csv
-from replication.study.accuracy.limit import LIMITS
-from replication.study.accuracy.statistics import measured_scenes
-from replication.study.accuracy.trade import state_trade, statistic_trade
-from replication.study.settings import StateErrors, TradeForm
 
 with logged(snakemake):
     rig, form = load_rig(snakemake.input.rig), TradeForm(**snakemake.params.form)

@@ -1,8 +1,7 @@
-from _script import logged
-
+from trackdyn.sweeps.job import logged
 from trackdyn import Scene, load_rig, simulate
 from trackdyn.files import write_text
-from trackdyn.jit import source_hash
+from trackdyn.sources import source_hash
 
 with logged(snakemake):
     fields = {"duration": 0.01, "lead_in": 0.0, "ramp": 0.01, "integrator": snakemake.params.integrator}

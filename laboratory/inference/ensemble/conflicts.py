@@ -16,7 +16,16 @@ import pandas as pd
 from laboratory.inference.ensemble.history import judged
 from laboratory.inference.ensemble.local import ensemble_problem, plain
 from laboratory.inference.ensemble.settings import ConflictSearch
-from laboratory.inference.ensemble.stages import COMPARED, CONFLICTS, FIRST, LAST, SHIPPED, SHIPPED_RIG, Ensemble, read_errors
+from laboratory.inference.ensemble.stages import (
+    COMPARED,
+    CONFLICTS,
+    FIRST,
+    LAST,
+    SHIPPED,
+    SHIPPED_RIG,
+    Ensemble,
+    read_errors,
+)
 from laboratory.inference.ensemble.verdicts import all_judged, group_worst
 from laboratory.inference.ensemble.waves import as_it_is, points_table
 from laboratory.inference.search import Problem, Start, bent, local_searches, straight

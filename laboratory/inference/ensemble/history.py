@@ -12,7 +12,6 @@ import emcee
 import numpy as np
 import pandas as pd
 
-from trackdyn.errors import TrackdynError
 from laboratory.inference.emulator import Check, Emulator, held_out_check
 from laboratory.inference.ensemble.settings import EnsembleConfig
 from laboratory.inference.ensemble.waves import SPREAD_CLAIM, buildable, by_case
@@ -20,6 +19,7 @@ from laboratory.inference.search import bent
 from laboratory.inference.targets import CaseTarget, outside
 from laboratory.inference.unknowns import Unknowns
 from replication.paper.measures import READINGS as MAXIMA
+from trackdyn.errors import TrackdynError
 
 # The paper does not say which neighbour is the connector's link on the ring: the one that runs ahead of it, or behind.
 READINGS = ("ahead", "behind")

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from trackdyn.errors import DivergenceError, InputError
 from laboratory.inference.ensemble.history import READINGS, TOLERANCE_SD, columns_of, judged, one_rig
 from laboratory.inference.ensemble.settings import EnsembleConfig
 from laboratory.inference.ensemble.stages import FIRST, LAST, LOCAL, SHIPPED, Ensemble, known_waves, read_errors
@@ -17,13 +16,15 @@ from laboratory.inference.fit import FRAMES, GAP
 from laboratory.inference.search import End, Start, bent, search
 from laboratory.inference.targets import Case, CaseTarget
 from laboratory.inference.unknowns import Unknown, Unknowns
+from trackdyn.errors import DivergenceError, InputError
 from trackdyn.measure.clearance import arc_gaps
 from trackdyn.parameters.layout import can_close
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.simulate import simulate
-from trackdyn.sweeps.row import row_sources, run_values
+from trackdyn.sources import module_hash
+from trackdyn.sweeps.row import run_values
 
 # Standard deviation of the neighbours of the default rig at which searches start, as a share of the range of every free
 # unknown. The default rig is where a fit to other targets ended; from a small distance, searches end lower.
@@ -66,7 +67,7 @@ class EnsembleProblem:
     def __init__(self, config: EnsembleConfig, unknowns: Unknowns, targets: Sequence[CaseTarget], errors: pd.DataFrame):
         self.config, self.unknowns, self.targets, self.errors = config, unknowns, targets, errors
         self.groups = [target.group for target in targets]
-        self.rows, self.sources = rows_of_cases, row_sources("inference/ensemble/local.py")
+        self.rows, self.sources = rows_of_cases, module_hash(__name__)
 
     def task(self, x: np.ndarray) -> dict:
         """Arguments of the row of a point."""

@@ -6,11 +6,11 @@ from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Field, model_validator
 
-from trackdyn.errors import InputError
 from laboratory.inference.search import Method, Round
 from laboratory.inference.targets import Case, CaseTarget, Rule
 from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
 from replication.paper.claims import Claim
+from trackdyn.errors import InputError
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.validation import Positive, Section, validated
 from trackdyn.parameters.yaml_file import read_yaml

@@ -15,13 +15,22 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from trackdyn.errors import InputError
 from laboratory.inference.ensemble.history import Search, errors, judged, outputs
 from laboratory.inference.ensemble.settings import EnsembleConfig, Form, load_ensemble, targets_of, unknowns_of
-from laboratory.inference.ensemble.waves import as_it_is, kinds, members, points_table, prior_points, rows_of_kind, study_cases, target_cases
+from laboratory.inference.ensemble.waves import (
+    as_it_is,
+    kinds,
+    members,
+    points_table,
+    prior_points,
+    rows_of_kind,
+    study_cases,
+    target_cases,
+)
 from laboratory.inference.targets import Case, CaseTarget
 from laboratory.inference.unknowns import Unknowns
 from replication.paper.claims import load_claims
+from trackdyn.errors import InputError
 from trackdyn.sweeps.table import write_table
 
 COMPARED, LOCAL, LAST, STUDY, SHIPPED = "compared", "local", "last", "study", "shipped"

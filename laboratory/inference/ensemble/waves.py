@@ -7,10 +7,10 @@ import numpy as np
 import pandas as pd
 from scipy.stats import qmc
 
-from trackdyn.errors import TrackdynError
 from laboratory.inference.ensemble.settings import EnsembleConfig, Fidelity, Form
 from laboratory.inference.targets import Case, CaseTarget
 from laboratory.inference.unknowns import Unknowns
+from trackdyn.errors import TrackdynError
 from trackdyn.parameters.layout import belt_around, can_close, wheel_names
 from trackdyn.parameters.rig import Rig
 from trackdyn.sweeps.store import DONE

@@ -9,9 +9,9 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from trackdyn.files import replacing, write_csv, write_text
 from laboratory.inference.identification.identify import INTERVAL, Answer
 from laboratory.inference.identification.posterior import contradicted
+from trackdyn.files import replacing, write_csv, write_text
 from trackdyn.parameters.fields import entries_of, keys_of
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.rig_file import read_rig

@@ -20,7 +20,6 @@ from scipy.linalg import block_diag
 from scipy.stats import beta, binom, chisquare, norm, qmc
 from scipy.stats import f as fisher
 
-from trackdyn.errors import InputError
 from laboratory.inference.identification.emulation import FeatureEmulator
 from laboratory.inference.identification.experiment import Experiment, Simulated, Speed, run
 from laboratory.inference.identification.features import Feature, covariance, features, features_of
@@ -28,10 +27,11 @@ from laboratory.inference.identification.identify import LEAST_SPREAD, changes_a
 from laboratory.inference.identification.posterior import Draws, Posterior, Records, medians, sample, shares
 from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
 from laboratory.inference.verdict import IDENTIFIED, verdict
+from trackdyn.errors import InputError
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.validation import Section
+from trackdyn.sources import module_hash
 from trackdyn.sweeps.engine import refuse_failed, results
-from trackdyn.sweeps.row import row_sources
 from trackdyn.sweeps.store import key_of
 
 LEVELS = (0.5, 0.8, 0.9, 0.95)
@@ -190,7 +190,7 @@ def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = 
         told = Records(names, record, data.values[truth], data.scatter[truth]).part(kept)
         return {"rows": _identified(config, data, emulator, told, truth, discrepancy)}
 
-    content = [config.model_dump(exclude={"plain", "repeats", "places"}), row_sources("inference")]
+    content = [config.model_dump(exclude={"plain", "repeats", "places"}), module_hash(__name__)]
     tasks = {key_of(*content, *each): dict(zip(("truth", "discrepancy"), each, strict=True)) for each in due}
     found = results(lambda memory: one, tasks, 1, store, "calibration" if progress else "", "record")
     refuse_failed(found.values(), "the same command goes on from there")

@@ -15,8 +15,8 @@ from scipy.optimize import minimize
 from sklearn.covariance import LedoitWolf
 from threadpoolctl import threadpool_limits
 
-from trackdyn.errors import InputError
 from laboratory.inference.emulator import Emulator, Terms
+from trackdyn.errors import InputError
 
 KEPT = 0.995  # part of the variance, in discrepancies squared, that the components keep
 MOST = 14  # components

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trackdyn.errors import DivergenceError
 from laboratory.inference.identification.features import features, features_of, turn_statistics
+from trackdyn.errors import DivergenceError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.measure.sensor import sense
 from trackdyn.parameters.rig import Rig
@@ -20,8 +20,8 @@ from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.simulate import simulate
+from trackdyn.sources import module_hash
 from trackdyn.sweeps.engine import refuse_failed, results
-from trackdyn.sweeps.row import row_sources
 from trackdyn.sweeps.store import DONE, key_of
 
 LEAD_IN = (
@@ -125,9 +125,8 @@ class Experiment(NamedTuple):
     def tasks(self, changes: Sequence[dict]) -> list[tuple[str, dict]]:
         """Keys and arguments of rows (`sweeps.engine.results`), one a rig (``section__field`` changes)."""
         content = self._asdict() | {"rig": self.rig.model_dump()}
-        sources = row_sources(*(f"inference/identification/{name}.py" for name in ("features", "experiment")))
         tasks = [content | {"changes": change} for change in changes]
-        return [(key_of(task, sources), task | {"seed": int(key_of(task), 16)}) for task in tasks]
+        return [(key_of(task, module_hash(__name__)), task | {"seed": int(key_of(task), 16)}) for task in tasks]
 
 
 def rows_of_rigs(memory: float) -> Callable[..., dict]:

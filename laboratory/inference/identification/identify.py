@@ -10,13 +10,22 @@ import numpy as np
 import pandas as pd
 from scipy.stats import qmc
 
-from trackdyn.errors import InputError
 from laboratory.inference.identification.emulation import FeatureEmulator, Part
 from laboratory.inference.identification.experiment import Experiment, Simulated, run
 from laboratory.inference.identification.measured import Measured, joined
-from laboratory.inference.identification.posterior import STEPS, Draws, Posterior, Records, contradicted, medians, predict, sample
+from laboratory.inference.identification.posterior import (
+    STEPS,
+    Draws,
+    Posterior,
+    Records,
+    contradicted,
+    medians,
+    predict,
+    sample,
+)
 from laboratory.inference.unknowns import Unknowns
 from laboratory.inference.verdict import IN_DOUBT, NOT_IDENTIFIED, verdict
+from trackdyn.errors import InputError
 
 LEAST_SPREAD = 1e-3  # of a feature over the ranges, relative: less says nothing
 MOST_FAILED = 0.25  # of the rigs

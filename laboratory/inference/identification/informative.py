@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from trackdyn.errors import InputError
 from laboratory.inference.identification.experiment import Experiment, run
 from laboratory.inference.identification.identify import changed
 from laboratory.inference.identification.measured import Measured, joined
 from laboratory.inference.identification.posterior import MEDIANS, groups_of, shares
 from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
 from laboratory.inference.verdict import NARROW
+from trackdyn.errors import InputError
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.wheels import OF_DRAG
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from trackdyn.errors import InputError
 from laboratory.inference.identification.experiment import Speed
 from laboratory.inference.identification.features import LEAST_TURNS, covariance, features, features_of, turn_statistics
 from laboratory.inference.identification.posterior import Records
+from trackdyn.errors import InputError
 from trackdyn.measure.compare import whole_ratio
 from trackdyn.parameters.rig import Rig
 from trackdyn.sensor.sensor_csv import SensorRecord, read_sensor_csv

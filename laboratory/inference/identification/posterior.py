@@ -14,9 +14,9 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
-from trackdyn.errors import TrackdynError
 from laboratory.inference.identification.emulation import Prediction
 from laboratory.inference.identification.features import Feature
+from trackdyn.errors import TrackdynError
 
 # The prior of the discrepancies' sizes: log-normal with these medians, relative amplitudes. Judgement, written before
 # any fit: amplitudes of lines follow from speed and layout (mounting and gain of a sensor: some percent); a linear

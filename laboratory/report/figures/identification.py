@@ -9,7 +9,21 @@ from matplotlib.ticker import MaxNLocator
 
 from laboratory.inference.identification.calibration import histogram, rank_band
 from laboratory.inference.unknowns import Unknown
-from trackdyn.plots.style import BLACK, BLUE, DASHES, ORANGE, PAGE, SENSOR, SIMULATION, SMALL, VERMILION, WIDTH, new_figure, styled, thin
+from trackdyn.plots.style import (
+    BLACK,
+    BLUE,
+    DASHES,
+    ORANGE,
+    PAGE,
+    SENSOR,
+    SIMULATION,
+    SMALL,
+    VERMILION,
+    WIDTH,
+    new_figure,
+    styled,
+    thin,
+)
 
 CELLS = 30
 SMOOTHED, LEAST_CELLS = 1.3, 2.5  # cells: standard deviations of the smoothing, and of the draws that are smoothed

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from trackdyn.parameters.rig import Rig
-from trackdyn.plots.style import BLUE, ORANGE, SMALL, VERMILION, new_figure, styled
 from laboratory.wear.contour import contours
 from laboratory.wear.study import OF_A_LIFE, PROFILES
+from trackdyn.parameters.rig import Rig
+from trackdyn.plots.style import BLUE, ORANGE, SMALL, VERMILION, new_figure, styled
 
 ACROSS = (("distance_km", 1e-3, "distance (1000 km)"), ("life", 100.0, "fraction of the life (%)"))
 DOWN = (

@@ -2,13 +2,13 @@
 # the planner's promise on them. `benchmark` is asked for by name; `benchmark_short`, our own methods alone, belongs to
 # `studies`.
 
-FIELD = Path(workflow.basedir) / "benchmarks" / "field"
+FIELD = Path(ROOT) / "benchmarks" / "field"
 FIELD_SOURCES = sorted({
-    str(file.relative_to(workflow.basedir))
+    str(file.relative_to(ROOT))
     for script in FIELD.glob("*.py")
-    for file in [script, *imported_files(script, Path(workflow.basedir))]
+    for file in [script, *imported_files(script, Path(ROOT))]
 })
-BENCHMARK = f"{R}/benchmark/{{short}}benchmark"
+BENCHMARK = f"{L}/benchmark/{{short}}benchmark"
 PROBLEMS = ["free_chain", "ring", "teeth"]
 
 
@@ -23,20 +23,20 @@ rule benchmark_problem:
         short=lambda wildcards: "short" if wildcards.short else "",
         python=sys.executable,
     wildcard_constraints: problem="|".join(PROBLEMS)
-    log: f"{R}/logs/benchmark/{{short}}{{problem}}.log"
+    log: f"{L}/logs/benchmark/{{short}}{{problem}}.log"
     message: "Benchmark: {wildcards.short}{wildcards.problem}"
     shell:
-        "PYTHONPATH={workflow.basedir} {params.python} benchmarks/field/measure.py {wildcards.problem} {output.csv} "
+        "PYTHONPATH={ROOT} {params.python} benchmarks/field/measure.py {wildcards.problem} {output.csv} "
         "{output.png} {params.short} > {log} 2>&1"
 
 
 rule benchmark_form:
     """All problems in one table."""
     input:
-        needs("benchmark_table.py"),
+        lab_needs("benchmark_table.py"),
         parts=expand(rules.benchmark_problem.output.csv, problem=PROBLEMS, allow_missing=True),
     output: f"{BENCHMARK}.csv"
-    log: f"{R}/logs/benchmark/{{short}}table.log"
+    log: f"{L}/logs/benchmark/{{short}}table.log"
     message: "Benchmark: {wildcards.short}table"
     script: "../scripts/benchmark_table.py"
 
@@ -44,11 +44,11 @@ rule benchmark_form:
 rule benchmark_planner:
     """What the planner promises for the scenes of the problems, and what comes out."""
     input: FIELD_SOURCES
-    output: f"{R}/benchmark/benchmark_planner.csv"
+    output: f"{L}/benchmark/benchmark_planner.csv"
     params: python=sys.executable
-    log: f"{R}/logs/benchmark/planner.log"
+    log: f"{L}/logs/benchmark/planner.log"
     message: "Benchmark: the planner's promises"
-    shell: "PYTHONPATH={workflow.basedir} {params.python} benchmarks/field/planner.py {output} > {log} 2>&1"
+    shell: "PYTHONPATH={ROOT} {params.python} benchmarks/field/planner.py {output} > {log} 2>&1"
 
 
 rule benchmark:

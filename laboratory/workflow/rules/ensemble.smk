@@ -1,9 +1,10 @@
-# Rigs that the printed numbers exclude, wave by wave (docs/ensemble.md): `ensemble` is asked for by name, its short form
-# belongs to the default target. Rows are kept as they come, so that a wave that is killed goes on where it was.
+# Rigs that the printed numbers exclude, wave by wave (docs/ensemble.md): `ensemble` is the full form, the numbers of its short
+# one say nothing. Rows are kept as they come, so that a wave that is killed goes on where it was.
 
 ENSEMBLE = load_ensemble("config/ensemble.yaml")
 ENSEMBLE_INPUTS = dict(config="config/ensemble.yaml", rig=POSSIBLE, claims="config/claims.yaml")
 ENSEMBLE_TABLES = ("rigs", "parameters", "claims", "pareto", "ranks", "study", "choices", "scorecard", "summary")
+ENSEMBLE_PAGES = ("summary", "rigs", "claims", "parameters", "conflicts", "choices", "pareto", "local")
 ENSEMBLE_FIGURES = ("fig23_bands", "fig24_bands", "conflicts", "pareto", "pairs", "choice")
 
 
@@ -21,34 +22,34 @@ def ensemble_before(wildcards):
     if stage in ("compared", "1", "shipped"):
         return []
     before = ["last"] if stage == "study" else waves if stage == "last" else waves[: int(stage) - 1]
-    local = [f"{R}/{wildcards.short}ensemble/points_local.csv"] if stage == "last" else []
-    return [f"{R}/{wildcards.short}ensemble/outputs_{name}.csv" for name in ["compared", *before]] + local
+    local = [f"{L}/{wildcards.short}ensemble/points_local.csv"] if stage == "last" else []
+    return [f"{L}/{wildcards.short}ensemble/outputs_{name}.csv" for name in ["compared", *before]] + local
 
 
 def ensemble_all_waves(wildcards):
-    return [f"{R}/{wildcards.short}ensemble/outputs_{name}.csv" for name in ["compared", *ensemble_waves(wildcards)]]
+    return [f"{L}/{wildcards.short}ensemble/outputs_{name}.csv" for name in ["compared", *ensemble_waves(wildcards)]]
 
 
 def ensemble_stages(wildcards):
     stages = ["compared", *ensemble_waves(wildcards), "last", "shipped"]
-    return [f"{R}/{wildcards.short}ensemble/outputs_{stage}.csv" for stage in stages]
+    return [f"{L}/{wildcards.short}ensemble/outputs_{stage}.csv" for stage in stages]
 
 
 rule ensemble_local:
     """Least squares from the least excluded rigs of all waves; rows are kept, so that a search goes on where it was."""
     input:
-        needs("ensemble_local.py"),
+        lab_needs("ensemble_local.py"),
         ensemble_all_waves,
         kernels=[KERNELS, method_kernels("linearly_implicit")],
         **ENSEMBLE_INPUTS,
     output:
-        points=f"{R}/{{short}}ensemble/points_local.csv",
-        ends=f"{R}/{{short}}ensemble/local.csv",
+        points=f"{L}/{{short}}ensemble/points_local.csv",
+        ends=f"{L}/{{short}}ensemble/local.csv",
     params:
         form=form_name,
-        store=lambda wildcards: f"{R}/{wildcards.short}ensemble/searches",
+        store=lambda wildcards: f"{L}/{wildcards.short}ensemble/searches",
     threads: 2
-    log: f"{R}/logs/{{short}}ensemble/local.log"
+    log: f"{L}/logs/{{short}}ensemble/local.log"
     message: "Ensemble: local searches"
     script: "../scripts/ensemble_local.py"
 
@@ -56,15 +57,15 @@ rule ensemble_local:
 rule ensemble_points:
     """Rigs of a stage: drawn from the ranges, or from where the emulators of all waves before exclude least."""
     input:
-        needs("ensemble_points.py"),
+        lab_needs("ensemble_points.py"),
         ensemble_before,
         **ENSEMBLE_INPUTS,
     output:
-        points=f"{R}/{{short}}ensemble/points_{{stage}}.csv",
-        design=f"{R}/{{short}}ensemble/design_{{stage}}.parquet",
+        points=f"{L}/{{short}}ensemble/points_{{stage}}.csv",
+        design=f"{L}/{{short}}ensemble/design_{{stage}}.parquet",
     params: form=form_name
     wildcard_constraints: stage=r"(?!local|conflicts)\w+"
-    log: f"{R}/logs/{{short}}ensemble/points_{{stage}}.log"
+    log: f"{L}/logs/{{short}}ensemble/points_{{stage}}.log"
     message: "Ensemble: rigs of the stage {wildcards.stage}"
     script: "../scripts/ensemble_points.py"
 
@@ -72,10 +73,10 @@ rule ensemble_points:
 def ensemble_sweep(place, form):
     """What the stages of a form are run by."""
     return {
-        "design": f"{R}/{place}/design_{{stage}}.parquet",
-        "out": f"{R}/{place}/runs_{{stage}}.parquet",
-        "store": f"{R}/{place}/rows", # of all stages: the last one has rigs of those before
-        "logs": f"{R}/logs/{place}/{{stage}}_",
+        "design": f"{L}/{place}/design_{{stage}}.parquet",
+        "out": f"{L}/{place}/runs_{{stage}}.parquet",
+        "store": f"{L}/{place}/rows", # of all stages: the last one has rigs of those before
+        "logs": f"{L}/logs/{place}/{{stage}}_",
         "rig": POSSIBLE,
         "kernels": [KERNELS, method_kernels("linearly_implicit")],
         "batches": ENSEMBLE.forms[form].batches,
@@ -83,7 +84,7 @@ def ensemble_sweep(place, form):
 
 
 module rigs:
-    snakefile: "../sweep.smk"
+    snakefile: "../../../workflow/sweep.smk"
     config: ensemble_sweep("ensemble", "full")
 
 
@@ -91,7 +92,7 @@ use rule * from rigs exclude all as ensemble_*
 
 
 module rigs_short:
-    snakefile: "../sweep.smk"
+    snakefile: "../../../workflow/sweep.smk"
     config: ensemble_sweep("short/ensemble", "short")
 
 
@@ -101,13 +102,13 @@ use rule * from rigs_short exclude all as ensemble_short_*
 rule ensemble_outputs:
     """Numbers of every rig of a stage that targets are compared with."""
     input:
-        needs("ensemble_outputs.py"),
-        f"{R}/{{short}}ensemble/runs_{{stage}}.parquet",
+        lab_needs("ensemble_outputs.py"),
+        f"{L}/{{short}}ensemble/runs_{{stage}}.parquet",
         **ENSEMBLE_INPUTS,
-    output: f"{R}/{{short}}ensemble/outputs_{{stage}}.csv"
+    output: f"{L}/{{short}}ensemble/outputs_{{stage}}.csv"
     params: form=form_name
     wildcard_constraints: stage=r"(?!study|local|conflicts)\w+"
-    log: f"{R}/logs/{{short}}ensemble/outputs_{{stage}}.log"
+    log: f"{L}/logs/{{short}}ensemble/outputs_{{stage}}.log"
     message: "Ensemble: outputs of the stage {wildcards.stage}"
     script: "../scripts/ensemble_outputs.py"
 
@@ -115,18 +116,18 @@ rule ensemble_outputs:
 rule ensemble_conflicts:
     """Sets of claims that no rig which ran shows, searched one by one; rows are kept, shared with the local searches."""
     input:
-        needs("ensemble_conflicts.py"),
+        lab_needs("ensemble_conflicts.py"),
         ensemble_stages,
         kernels=[KERNELS, method_kernels("linearly_implicit")],
         **ENSEMBLE_INPUTS,
     output:
-        conflicts=f"{R}/{{short}}ensemble/conflicts.csv",
-        points=f"{R}/{{short}}ensemble/points_conflicts.csv",
+        conflicts=f"{L}/{{short}}ensemble/conflicts.csv",
+        points=f"{L}/{{short}}ensemble/points_conflicts.csv",
     params:
         form=form_name,
-        store=lambda wildcards: f"{R}/{wildcards.short}ensemble/searches",
+        store=lambda wildcards: f"{L}/{wildcards.short}ensemble/searches",
     threads: 2
-    log: f"{R}/logs/{{short}}ensemble/conflicts.log"
+    log: f"{L}/logs/{{short}}ensemble/conflicts.log"
     message: "Ensemble: searches for claims that go together"
     script: "../scripts/ensemble_conflicts.py"
 
@@ -134,18 +135,18 @@ rule ensemble_conflicts:
 rule ensemble_verdicts:
     """Rigs, what remains of every range, claims over all rigs, and which ring to choose."""
     input:
-        needs("ensemble.py"),
+        lab_needs("ensemble.py"),
         ensemble_stages,
-        f"{R}/{{short}}ensemble/runs_study.parquet",
-        f"{R}/{{short}}ensemble/conflicts.csv",
+        f"{L}/{{short}}ensemble/runs_study.parquet",
+        f"{L}/{{short}}ensemble/conflicts.csv",
         card=f"{R}/claims.csv",
         metrics=f"{R}/rigs/possible/metrics.csv",
         **ENSEMBLE_INPUTS,
     output:
-        **{name: f"{R}/{{short}}ensemble/{name}.csv" for name in ENSEMBLE_TABLES},
-        figures=[f"{R}/{{short}}ensemble/{name}.{ending}" for name in ENSEMBLE_FIGURES for ending in ("png", "svg")],
+        **{name: f"{L}/{{short}}ensemble/{name}.csv" for name in ENSEMBLE_TABLES},
+        figures=[f"{L}/{{short}}ensemble/{name}.{ending}" for name in ENSEMBLE_FIGURES for ending in ("png", "svg")],
     params: form=form_name
-    log: f"{R}/logs/{{short}}ensemble/verdicts.log"
+    log: f"{L}/logs/{{short}}ensemble/verdicts.log"
     message: "Ensemble: verdicts"
     script: "../scripts/ensemble.py"
 
@@ -153,15 +154,4 @@ rule ensemble_verdicts:
 rule ensemble:
     """Which rigs the printed numbers exclude; asked for by name. The short form's numbers say nothing."""
     input:
-        f"{R}/ensemble/rigs.csv",
-
-
-rule ensemble_pages:
-    """Measured parts and pictures of docs/ensemble.md from the present results. Asked for by name, as `pictures` is."""
-    input:
-        tables=[f"{R}/ensemble/{name}.csv" for name in ("summary", "rigs", "claims", "parameters", "conflicts", "choices", "pareto", "local")],
-        pictures=[f"{R}/ensemble/{name}.png" for name in ("conflicts", "fig24_bands", "choice")],
-    log: f"{R}/logs/ensemble/pages.log"
-    message: "Measured parts of the page on the ensemble"
-    shell:
-        "{sys.executable} -m replication.report.filled {input.tables} {input.pictures} > {log} 2>&1"
+        f"{L}/ensemble/rigs.csv",

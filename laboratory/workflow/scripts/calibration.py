@@ -1,12 +1,11 @@
-from _script import logged
-
-from trackdyn.files import write_csv
+from trackdyn.sweeps.job import logged
 from laboratory.inference.identification.calibration import PRIOR, CalibrationConfig, calibrate, repeated
+from laboratory.report.figures.identification import calibration_figure, rank_figure
+from replication.report.tables import write_table
+from trackdyn.files import write_csv
 from trackdyn.parameters.validation import validated
 from trackdyn.parameters.yaml_file import read_yaml
-from laboratory.report.figures.identification import calibration_figure, rank_figure
 from trackdyn.plots.style import save
-from replication.report.tables import write_table
 
 with logged(snakemake):
     config = validated(CalibrationConfig, read_yaml(snakemake.input.config), snakemake.input.config)

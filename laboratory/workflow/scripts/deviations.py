@@ -1,7 +1,6 @@
-from _script import logged
-
-from trackdyn.files import write_csv
+from trackdyn.sweeps.job import logged
 from laboratory.studies.departures import compare_departures
+from trackdyn.files import write_csv
 
 with logged(snakemake):
     table = compare_departures(snakemake.input.rig, snakemake.input.study)

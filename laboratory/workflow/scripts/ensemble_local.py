@@ -1,7 +1,6 @@
 from pathlib import Path
 
-from _script import logged
-
+from trackdyn.sweeps.job import logged
 from laboratory.inference.ensemble.local import local_ends, local_points
 from laboratory.inference.ensemble.stages import open_ensemble
 from laboratory.inference.search import ends_table, straight

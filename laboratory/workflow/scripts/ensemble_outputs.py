@@ -1,7 +1,6 @@
 from pathlib import Path
 
-from _script import logged
-
+from trackdyn.sweeps.job import logged
 from laboratory.inference.ensemble.stages import gather_stage, open_ensemble
 
 with logged(snakemake):

@@ -1,7 +1,6 @@
 from pathlib import Path
 
-from _script import logged
-
+from trackdyn.sweeps.job import logged
 from laboratory.inference.ensemble.stages import open_ensemble, stage_points, stage_rows
 from trackdyn.sweeps.table import write_table
 

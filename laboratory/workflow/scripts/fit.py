@@ -1,11 +1,11 @@
 import numpy as np
 import pandas as pd
-from _script import logged
 
-from trackdyn import load_rig
-from trackdyn.files import write_csv
+from trackdyn.sweeps.job import logged
 from laboratory.inference.fit import FitConfig, fit_rig, measure_rigs, report_targets
 from laboratory.inference.search import ends_table
+from trackdyn import load_rig
+from trackdyn.files import write_csv
 from trackdyn.parameters.validation import validated
 from trackdyn.parameters.yaml_file import read_yaml
 

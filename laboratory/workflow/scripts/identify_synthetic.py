@@ -1,17 +1,16 @@
 from dataclasses import replace
 from pathlib import Path
 
-from _script import logged
-
-from trackdyn import load_rig
+from trackdyn.sweeps.job import logged
 from laboratory.inference.identification.answer import write_answer
 from laboratory.inference.identification.calibration import CalibrationConfig
 from laboratory.inference.identification.identify import Settings, identify
 from laboratory.inference.identification.informative import asked, unknown_of
 from laboratory.inference.identification.measured import read_records
+from laboratory.report.identification import write_page
+from trackdyn import load_rig
 from trackdyn.parameters.validation import validated
 from trackdyn.parameters.yaml_file import read_yaml
-from laboratory.report.identification import write_page
 from trackdyn.sensor.sensor_mapping import load_mapping
 
 with logged(snakemake):

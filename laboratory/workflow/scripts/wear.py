@@ -1,14 +1,13 @@
-from _script import logged
-
-from trackdyn import load_rig
-from trackdyn.files import write_csv
+from trackdyn.sweeps.job import logged
 from laboratory.inference.ensemble.settings import load_ensemble, unknowns_of
 from laboratory.inference.ensemble.waves import prior_points
 from laboratory.report.figures.wear import life_figure, profile_figure, radius_figure
-from trackdyn.plots.style import save
-from replication.report.tables import write_table
-from replication.study.settings import WearForm
+from laboratory.settings import WearForm
 from laboratory.wear.study import answer, run_lives, sensed, summarize, windows
+from replication.report.tables import write_table
+from trackdyn import load_rig
+from trackdyn.files import write_csv
+from trackdyn.plots.style import save
 
 with logged(snakemake):
     given, form = snakemake.input, WearForm.model_validate(snakemake.params.form)
@@ -29,6 +28,6 @@ with logged(snakemake):
     write_csv(snakemake.output.sensed, sensed(lives))
     write_table(summary, snakemake.output.summary, said)
     pictures = life_figure(lives), profile_figure(named["shipped"], lives, flanks), radius_figure(seen)
-    for picture, path in zip(pictures, snakemake.output.figures[::2], strict=True):
+    for picture, path in zip(pictures, snakemake.output.figures, strict=True):
         save(picture, path)
     print(said)

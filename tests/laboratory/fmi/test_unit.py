@@ -7,9 +7,9 @@ from math import nan
 import numpy as np
 import pytest
 
+from laboratory.fmi.unit import Strands, Unit
 from trackdyn.commands import cli
 from trackdyn.errors import InputError
-from laboratory.fmi.unit import Strands, Unit
 from trackdyn.measure.sensor import specific_force
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.fidelity import preset

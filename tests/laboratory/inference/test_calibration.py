@@ -4,12 +4,21 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from trackdyn.errors import InputError
 from laboratory.inference.identification import calibration, experiment
-from laboratory.inference.identification.calibration import LEVELS, CalibrationConfig, calibrate, held, rank_band, repeated, simulate_all, summarised
+from laboratory.inference.identification.calibration import (
+    LEVELS,
+    CalibrationConfig,
+    calibrate,
+    held,
+    rank_band,
+    repeated,
+    simulate_all,
+    summarised,
+)
 from laboratory.inference.identification.emulation import FeatureEmulator, Prediction
 from laboratory.inference.identification.posterior import MEDIANS
 from laboratory.inference.unknowns import Unknown
+from trackdyn.errors import InputError
 from trackdyn.parameters.validation import validated
 from trackdyn.parameters.yaml_file import read_yaml
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from trackdyn.errors import InputError
 from laboratory.inference.emulator import Emulator, held_out_check
+from trackdyn.errors import InputError
 
 
 def points(count, d, seed=1):

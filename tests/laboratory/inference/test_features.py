@@ -3,8 +3,15 @@
 import numpy as np
 import pytest
 
+from laboratory.inference.identification.features import (
+    FLOOR_G,
+    covariance,
+    features,
+    features_of,
+    turn_statistics,
+    turns_of,
+)
 from trackdyn.errors import InputError
-from laboratory.inference.identification.features import FLOOR_G, covariance, features, features_of, turn_statistics, turns_of
 
 RATE, TURN, PITCHES = 1000.0, 4.2, 35
 NAMES = [one.name for one in features_of(RATE)]

@@ -3,15 +3,15 @@
 import io
 from pathlib import Path
 
+import laboratory.inference.sensitivity as sensitivity
 import numpy as np
 import pandas as pd
 import pytest
 
 import laboratory.inference.fit as fit
-import laboratory.inference.sensitivity as sensitivity
-from trackdyn.errors import InputError
 from laboratory.inference.search import Round
 from laboratory.inference.unknowns import file_ranges
+from trackdyn.errors import InputError
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.validation import validated
 from trackdyn.parameters.yaml_file import read_yaml

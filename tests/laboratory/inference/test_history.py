@@ -7,13 +7,23 @@ import pandas as pd
 import pytest
 from scipy.stats import qmc
 
-from trackdyn.errors import InputError
 from laboratory.inference.ensemble import waves
-from laboratory.inference.ensemble.history import LOST, Search, all_columns, errors, events_of, implausibility, judged, loss, outputs
+from laboratory.inference.ensemble.history import (
+    LOST,
+    Search,
+    all_columns,
+    errors,
+    events_of,
+    implausibility,
+    judged,
+    loss,
+    outputs,
+)
 from laboratory.inference.ensemble.settings import EnsembleConfig, Fidelity, load_ensemble, targets_of, unknowns_of
 from laboratory.inference.targets import Case, CaseTarget
 from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
 from replication.paper.claims import load_claims
+from trackdyn.errors import InputError
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.validation import validated

@@ -6,13 +6,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from trackdyn import load_rig
-from trackdyn.commands import cli
-from trackdyn.errors import InputError
 from laboratory.inference.identification import experiment
 from laboratory.inference.identification.experiment import Experiment, Speed, run, scene_of
 from laboratory.inference.identification.identify import spread_out
 from laboratory.report import identification
+from trackdyn import load_rig
+from trackdyn.commands import cli
+from trackdyn.errors import InputError
 from trackdyn.sensor.sensor_csv import write_sensor_csv
 
 pytestmark = pytest.mark.slow

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from trackdyn.errors import InputError
 from laboratory.inference.identification.experiment import Speed
 from laboratory.inference.identification.features import features_of
 from laboratory.inference.identification.measured import joined, read_records
+from trackdyn.errors import InputError
 from trackdyn.sensor.sensor_csv import write_sensor_csv
 from trackdyn.sensor.sensor_mapping import SensorMapping
 

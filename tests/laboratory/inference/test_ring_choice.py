@@ -5,9 +5,9 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
+from laboratory.inference.ensemble.ring_choice import best_radius, choice_table, recommendation
 from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
-from laboratory.inference.ensemble.ring_choice import best_radius, choice_table, recommendation
 from trackdyn.sweeps.table import write_table
 
 RADII = (0.303, 0.305, 0.308, 0.313)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from trackdyn.errors import InputError, TrackdynError
 from laboratory.inference import search as searches
 from laboratory.inference.search import Round, Start, bent, ends_table, minimise, search
+from trackdyn.errors import InputError, TrackdynError
 
 CALLS: list[tuple] = []
 

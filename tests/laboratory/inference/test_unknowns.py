@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from trackdyn.errors import InputError
 from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
+from trackdyn.errors import InputError
 from trackdyn.parameters.rig import load_rig
 
 RIG_FILE = Path(__file__).parents[2] / "config" / "rigs" / "first_fit.yaml"

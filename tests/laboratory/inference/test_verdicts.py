@@ -13,9 +13,9 @@ from laboratory.inference.ensemble.settings import unknowns_of
 from laboratory.inference.ensemble.stages import EACH_WAVE, FIRST, Ensemble, open_ensemble, rank, stage_points
 from laboratory.inference.ensemble.waves import points_table, prior_points
 from laboratory.inference.search import End
+from laboratory.report.ensemble import write_figures, write_tables
 from replication.paper.claims import load_claims
 from trackdyn.parameters.rig import load_rig
-from laboratory.report.ensemble import write_figures, write_tables
 from trackdyn.sweeps.table import write_table
 
 pytestmark = pytest.mark.slow

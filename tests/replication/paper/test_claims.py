@@ -10,8 +10,6 @@ import pandas as pd
 import pytest
 import yaml
 
-from trackdyn.errors import InputError
-from trackdyn.measure.columns import table_schema
 from replication.paper.article import load_article
 from replication.paper.claims import (
     COLUMNS,
@@ -34,6 +32,8 @@ from replication.paper.claims import (
 )
 from replication.paper.evidence import Evidence
 from replication.paper.measures import MEASURES
+from trackdyn.errors import InputError
+from trackdyn.measure.columns import table_schema
 from trackdyn.parameters.paper_tables import PaperTables
 from trackdyn.parameters.rig import load_rig
 

@@ -6,14 +6,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from trackdyn.errors import InputError
 from replication.peers.answers import _answers, accelerations, compare_answers, ours, outcome
 from replication.peers.comparison import run_peer
 from replication.peers.exudyn_loop import free_wheels
 from replication.peers.rigs import fixed
+from replication.study.settings import PEER_LAWS, PeerAnswers
+from trackdyn.errors import InputError
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
-from replication.study.settings import PEER_LAWS, PeerAnswers
 
 
 def test_accelerations_of_a_known_motion_are_averaged_by_passage():

@@ -8,21 +8,21 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from trackdyn.chain.riccati import accelerations
-from trackdyn.errors import InputError
-from trackdyn.integrate.run import refresh
-from trackdyn.parameters.rig import load_rig
 from replication.peers import exudyn_loop
 from replication.peers.comparison import compare, percent_of_range, run_peer, table2_outcome
 from replication.peers.contact import Memory, contact_loads, force_vector, jacobian_triplets, make_contacts
 from replication.peers.exudyn_loop import Hanger, PeerWheels, Start, drive_at, require_exudyn, run_loop, start_of
 from replication.report.figures.peer import displacement_figure, model_figure
+from replication.study.extremes.solvers import Pose, posed
+from replication.study.settings import PEER_LAWS, peer_scene
+from trackdyn.chain.riccati import accelerations
+from trackdyn.errors import InputError
+from trackdyn.integrate.run import refresh
+from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.build import build_chain
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.simulate import simulate
-from replication.study.extremes.solvers import Pose, posed
-from replication.study.settings import PEER_LAWS, peer_scene
 
 pytestmark = pytest.mark.peer
 # m, on paths of about a metre: with these steps the extrapolated result of the other code is good to 3e-7, the

@@ -9,20 +9,20 @@ from math import pi
 import numpy as np
 import pytest
 
-from trackdyn.chain.riccati import accelerations as chain_accelerations
-from trackdyn.errors import DivergenceError, InputError
-from trackdyn.parameters.groove import true_depth
 from replication.peers import answers
 from replication.peers.answers import OWN, accelerations, compare_answers, ours, outcome
 from replication.peers.contact import make_contacts
 from replication.peers.exudyn_loop import PeerRun, PeerWheels, start_of
 from replication.peers.mujoco_contact import ACROSS, FACET, RUBBER, cushion, groove_shapes, soft
 from replication.peers.mujoco_loop import build, lay, places, run_loop, run_mujoco, working_load
+from replication.study.extremes.solvers import Pose, posed
+from replication.study.settings import PEER_LAWS, PeerAnswers
+from trackdyn.chain.riccati import accelerations as chain_accelerations
+from trackdyn.errors import DivergenceError, InputError
+from trackdyn.parameters.groove import true_depth
 from trackdyn.scene.build import build_chain
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
-from replication.study.extremes.solvers import Pose, posed
-from replication.study.settings import PEER_LAWS, PeerAnswers
 
 pytestmark = pytest.mark.peer
 STEP = 5e-4  # s

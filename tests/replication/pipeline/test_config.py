@@ -10,12 +10,12 @@ import pytest
 from snakemake.utils import update_config
 from typer.testing import CliRunner
 
+from replication.pipeline.config import Config, check_config, check_layers
+from replication.study.accuracy.planner import PLANNED
 from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.yaml_file import read_yaml
-from replication.pipeline.config import Config, check_config, check_layers
-from replication.study.accuracy.planner import PLANNED
 
 ROOT = Path(__file__).parents[2]
 BASE, QUICK = SHIPPED = ("config/config.yaml", "config/quick.yaml")

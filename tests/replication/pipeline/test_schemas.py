@@ -8,9 +8,9 @@ from pathlib import Path
 import jsonschema
 import pytest
 
+from replication.pipeline.schemas import FOLDER, MODELS, schema, text
 from trackdyn.parameters.quantities import YAML_12_FLOAT
 from trackdyn.parameters.yaml_file import read_yaml
-from replication.pipeline.schemas import FOLDER, MODELS, schema, text
 
 ROOT = Path(__file__).parents[2]
 # but for the record of another rig's fit, which no program reads

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+from laboratory.report.assumptions import best_assumption
 
 from replication.paper.claims import COLUMNS, SHORT, load_claims, printed_text
-from trackdyn.parameters.table import parameter_table
-from laboratory.report.assumptions import best_assumption
 from replication.report.filled import BEGIN, END, PAGES, claims_text, departures, fill
+from trackdyn.parameters.table import parameter_table
 
 ROOT = Path(__file__).parents[2]
 

@@ -18,8 +18,8 @@ from replication.report.figures.extremes import long_run_figure, solvers_figure,
 from replication.report.figures.meshing import passage_figure, printed_and_measured_times
 from replication.report.figures.ring_study import duration_figure, force_figure
 from replication.report.figures.trade import answer_figure, drawn_errors, planner_figure, work_precision
-from trackdyn.plots.style import COLOURS, WIDTH
 from replication.study.accuracy.trade import COLUMNS
+from trackdyn.plots.style import COLOURS, WIDTH
 
 COLUMN = 84 / 25.4  # inch
 # as high an x as 5 points of Helvetica, the least that journals take: 0.547 against 0.523 em

@@ -15,18 +15,18 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-from trackdyn.errors import InputError
-from trackdyn.jit import source_hash
-from trackdyn.measure import columns
 from replication.paper.claims import VERDICTS
-from trackdyn.parameters.layout import assemble
-from trackdyn.parameters.rig import load_rig
 from replication.report.figures import animation
 from replication.report.figures.animation import draw_moment, write_animation
-from trackdyn.plots import cells
 from replication.report.page.builder import PageInputs, build_page, write_page
+from trackdyn.errors import InputError
+from trackdyn.measure import columns
+from trackdyn.parameters.layout import assemble
+from trackdyn.parameters.rig import load_rig
+from trackdyn.plots import cells
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.recording import Recording, provenance
+from trackdyn.sources import source_hash
 
 ROOT = Path(__file__).parents[2]
 RIG_FILE = ROOT / "config" / "rig.yaml"

@@ -9,25 +9,33 @@ import matplotlib as mpl
 import numpy as np
 import pandas as pd
 import pytest
+from laboratory.report.figures.sensitivity import change_text, measure_words, sensitivity_figure
 from matplotlib.figure import Figure
 
-from trackdyn.errors import InputError
 from replication.paper import printed
-from trackdyn.parameters.layout import assemble
-from trackdyn.parameters.rig import load_rig
-from trackdyn.plots.drawing import MARKED, MARKED_TOO, chain_points, draw_chain, draw_sprocket, draw_wheels, groove_points
-from replication.report.figures.closure import closure_figure
 from replication.paper.printed import lettered, peaks
-from trackdyn.plots.histories import first_crest, history_figure
+from replication.report.figures.closure import closure_figure
 from replication.report.figures.loop import loop_figure
 from replication.report.figures.meshing import passage_figure, select_passage
 from replication.report.figures.ring_study import duration_figure, force_figure, quiet_from
 from replication.report.figures.scorecard import LOOKS, at_speeds, scorecard_figure
 from replication.report.figures.screenshots import moments, screenshot_figure
-from laboratory.report.figures.sensitivity import change_text, measure_words, sensitivity_figure
+from replication.report.tables import lines_table, table1, table3, write_table
+from trackdyn.errors import InputError
+from trackdyn.parameters.layout import assemble
+from trackdyn.parameters.rig import load_rig
+from trackdyn.plots.drawing import (
+    MARKED,
+    MARKED_TOO,
+    chain_points,
+    draw_chain,
+    draw_sprocket,
+    draw_wheels,
+    groove_points,
+)
+from trackdyn.plots.histories import first_crest, history_figure
 from trackdyn.plots.spectra import spectrum_figure
 from trackdyn.plots.style import new_figure, power_of_ten, save, thin
-from replication.report.tables import lines_table, table1, table3, write_table
 from trackdyn.sensor.sensor_csv import SensorRecord
 from trackdyn.simulation.recording import Recording
 

@@ -14,14 +14,14 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.patches import Circle, Polygon, Wedge
 from matplotlib.text import Text
 
+from replication.paper.contents import PAPER
+from replication.report.figures import contact_cases, engagement, flow, system, topology
 from trackdyn.contact import loads
 from trackdyn.contact.tooth import find_area
 from trackdyn.contact.wheel import foot
-from replication.paper.contents import PAPER
 from trackdyn.parameters.layout import belt_around
 from trackdyn.parameters.rig import load_rig
 from trackdyn.plots.drawing import laid_frame
-from replication.report.figures import contact_cases, engagement, flow, system, topology
 from trackdyn.plots.style import save
 from trackdyn.scene.build import build_chain, make_tooth
 

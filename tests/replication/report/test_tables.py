@@ -7,9 +7,18 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from replication.report.tables import (
+    COLUMNS_OF,
+    cost_table,
+    equal_pitch_by_ring,
+    headed,
+    significant,
+    table4,
+    trade_summary,
+    write_table,
+)
 from trackdyn.errors import InputError
 from trackdyn.measure.columns import COLUMNS, heading, table_schema
-from replication.report.tables import COLUMNS_OF, cost_table, equal_pitch_by_ring, headed, significant, table4, trade_summary, write_table
 
 
 @pytest.mark.parametrize(

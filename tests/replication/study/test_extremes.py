@@ -6,19 +6,34 @@ from itertools import islice
 import numpy as np
 import pytest
 
+from replication.report.figures.extremes import FIGURES
+from replication.study.extremes import cases, random_scenes, solvers
+from replication.study.extremes.judge import (
+    COLUMNS,
+    COMPLETED,
+    DEFECT,
+    GAP,
+    MARKED,
+    REFUSED,
+    as_table,
+    attempted,
+    extremes_summary,
+    gap_bound,
+    row,
+    run_scene,
+    samples_a_sample,
+    wrong_blame,
+)
+from replication.study.extremes.long_run import long_run, run_long
+from replication.study.extremes.stability_map import stability_map
 from trackdyn import DivergenceError, InputError, Scene, sense, simulate
 from trackdyn.chain.transfer_matrices import growth
 from trackdyn.model.record import ENERGY_NAMES
-from replication.report.figures.extremes import FIGURES
 from trackdyn.scene.build import build_chain
 from trackdyn.scene.fidelity import literal_error
 from trackdyn.scene.limits import turn_limit
 from trackdyn.sensor.signals import rms
 from trackdyn.simulation.account import refuse_open_account
-from replication.study.extremes import cases, random_scenes, solvers
-from replication.study.extremes.judge import COLUMNS, COMPLETED, DEFECT, GAP, MARKED, REFUSED, as_table, attempted, extremes_summary, gap_bound, row, run_scene, samples_a_sample, wrong_blame
-from replication.study.extremes.long_run import long_run, run_long
-from replication.study.extremes.stability_map import stability_map
 
 
 def no_defects(rows):

@@ -3,8 +3,9 @@
 import pandas as pd
 import pytest
 
+from replication.study.accuracy.ladder import FOUND, compare_rungs, measure_setting
+from replication.study.settings import SETTINGS
 from trackdyn.measure.stopping import StopRule
-from replication.study.accuracy.ladder import FOUND, SETTINGS, compare_rungs, measure_setting
 
 
 def test_differences_are_those_from_the_papers_setting_in_the_same_scene():

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from replication.study.accuracy.statistics import statistics_of
 from trackdyn.measure.meshing import meshing_summary
 from trackdyn.model.record import END, PEAK, SIDE, START
 from trackdyn.simulation.simulate import simulate
-from replication.study.accuracy.statistics import statistics_of
 
 
 def test_a_contact_that_the_record_cuts_does_not_count_for_the_peak(make_scene):

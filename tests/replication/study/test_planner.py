@@ -5,13 +5,13 @@ import pandas as pd
 import pytest
 from scipy.stats import t as student
 
+from replication.study.accuracy.limit import difference, limit_of, presets_beside_limits
+from replication.study.accuracy.planner import LEAD_IN, LEAST, STARTING, plan, record_error
+from replication.study.accuracy.trade import COLUMNS, pareto
 from trackdyn.errors import InputError
 from trackdyn.measure.uncertainty import batch_error
 from trackdyn.measure.whole_loop import Series
 from trackdyn.parameters.validation import parse_tolerance
-from replication.study.accuracy.limit import difference, limit_of, presets_beside_limits
-from replication.study.accuracy.planner import LEAD_IN, LEAST, STARTING, plan, record_error
-from replication.study.accuracy.trade import COLUMNS, pareto
 
 SPAN = 0.2  # s a passage at 115 rpm
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from replication.study.extremes.reference import _solve_symmetric, accelerations
 from trackdyn.errors import InputError
 from trackdyn.model.constants import Chain
-from replication.study.extremes.reference import _solve_symmetric, accelerations
 
 GRAVITY = 9.81
 

@@ -4,11 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from replication.study.extremes import random_scenes, run
+from replication.study.settings import StateErrors, Studies, measured_scenes, promised_scenes
 from trackdyn.parameters.validation import validated
 from trackdyn.parameters.yaml_file import read_yaml
-from replication.study.accuracy.statistics import measured_scenes, promised_scenes
-from replication.study.extremes import random_scenes, run
-from replication.study.settings import StateErrors, Studies
 
 FILE = Path(__file__).parents[2] / "config" / "studies.yaml"
 

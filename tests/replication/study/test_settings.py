@@ -7,11 +7,11 @@ from unittest.mock import MagicMock
 import pytest
 from pydantic import TypeAdapter
 
+from replication.study.accuracy import trade
+from replication.study.settings import Studies, StudiesFile, Window
 from trackdyn.errors import InputError
 from trackdyn.parameters.validation import validated
 from trackdyn.parameters.yaml_file import read_yaml
-from replication.study.accuracy import trade
-from replication.study.settings import Studies, StudiesFile, Window
 
 FILE = Path(__file__).parents[2] / "config" / "studies.yaml"
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from trackdyn.errors import DivergenceError, InputError
-from trackdyn.measure.whole_loop import Series
 from replication.study.accuracy import planner, trade
 from replication.study.accuracy.statistics import whole_samples
 from replication.study.settings import StatisticErrors
+from trackdyn.errors import DivergenceError, InputError
+from trackdyn.measure.whole_loop import Series
 
 ASKED = {
     "scenes": [[115.0, 0.308], [210.0, 0.308]], "loop_turns": 1, "loop_turns_without_ring": 1, "second_reference": True,

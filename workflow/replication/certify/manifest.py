@@ -13,11 +13,12 @@ import pandas as pd
 from pydantic import Field
 
 from replication.certify.provenance import PACKAGES, file_hash, package_hash, package_version
+from replication.paper.contents import OWN, PAPER, OF_STUDIES
 from trackdyn.errors import InputError
 from trackdyn.files import read_text, write_text
-from trackdyn.jit import source_hash, target_hash
-from replication.paper.contents import OWN, PAPER, STUDIES
+from trackdyn.jit import target_hash
 from trackdyn.parameters.validation import Section, shown, validated
+from trackdyn.sources import source_hash
 from trackdyn.version import __version__
 
 FORMAT = 2
@@ -209,7 +210,7 @@ def read_cells(text: str) -> pd.DataFrame:
 def _shows(results: Path) -> dict[str, str]:
     """File names to labels such as ``Figure 24``, or the title of one of our own."""
     found = {}
-    for item in (*PAPER, *OWN, *STUDIES):
+    for item in (*PAPER, *OWN, *OF_STUDIES):
         for folder in (results, results / "short"):
             for path in item.files(folder):
                 for twin in (path, path.with_suffix(".svg"), path.with_suffix(".md")):

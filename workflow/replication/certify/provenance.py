@@ -9,7 +9,7 @@ from pathlib import Path
 import trackdyn
 from trackdyn.errors import InputError
 from trackdyn.files import read_npz
-from trackdyn.jit import source_hash
+from trackdyn.sources import source_hash
 from trackdyn.version import __version__
 
 PACKAGES = ("numpy", "scipy", "numba", "pandas", "matplotlib", "snakemake", "plotly")
@@ -97,7 +97,10 @@ def provenance(metas: dict[str, dict], files: Iterable[Path | str]) -> dict:
         {"software": name, "at_the_runs": ", ".join(sorted(made_with.get(name, ()))), "at_this_page": now.get(name, "")}
         for name in dict.fromkeys([*now, *made_with])
     ]
-    hashes = {"kernels (sources of the recordings)": source_hash(), "simulator and replication, all files": package_hash()}
+    hashes = {
+        "kernels (sources of the recordings)": source_hash(),
+        "simulator and replication, all files": package_hash(),
+    }
     hashes |= {str(path): file_hash(path) for path in files if Path(path).is_file()}
     named = [{"what": name, "hash": value} for name, value in hashes.items()]
     return {"versions": rows, "hashes": named, "recordings": len(metas)}

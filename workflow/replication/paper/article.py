@@ -4,10 +4,10 @@ from pathlib import Path
 
 import numpy as np
 
-from trackdyn.errors import InputError
 from replication.paper import printed
 from replication.paper.evidence import Evidence, NotThere
 from replication.paper.measures import alike, coarse_rms_difference, measure
+from trackdyn.errors import InputError
 from trackdyn.parameters.paper_tables import PaperTables, load_paper_tables
 
 # points by which printed cells may miss a printed difference: two cells near 1 g with two decimals, 0.005 g off each

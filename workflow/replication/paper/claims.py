@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 from pydantic import Field, model_validator
 
-from trackdyn.errors import InputError
-from trackdyn.measure.columns import TABLES, error_of
 from replication.paper import article  # noqa: F401 -- registers its measures
 from replication.paper.evidence import Evidence
 from replication.paper.measures import MEASURES, NotThere, Range
+from trackdyn.errors import InputError
+from trackdyn.measure.columns import TABLES, error_of
 from trackdyn.parameters.validation import Positive, Section, validated
 from trackdyn.parameters.yaml_file import read_yaml
 

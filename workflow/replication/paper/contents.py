@@ -4,16 +4,22 @@
 makes it and the function that draws it.
 """
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import yaml
 
 from replication.paper.item import Item
 
-_LISTED = yaml.safe_load(Path(__file__).with_suffix(".yaml").read_text(encoding="utf-8"))
-PAPER, OWN, STUDIES = (
-    tuple(Item(key, **entry) for key, entry in _LISTED[group].items()) for group in ("paper", "own", "studies")
-)
+
+def listed(path: Path) -> dict[str, tuple[Item, ...]]:
+    """Figures and tables of a list (YAML), by its groups."""
+    groups = yaml.safe_load(path.read_text(encoding="utf-8"))
+    return {group: tuple(Item(key, **entry) for key, entry in items.items()) for group, items in groups.items()}
+
+
+_GROUPS = listed(Path(__file__).with_suffix(".yaml"))
+PAPER, OWN, OF_STUDIES = (_GROUPS[group] for group in ("paper", "own", "studies"))
 
 
 def missing(results: Path | str) -> list[Item]:
@@ -21,7 +27,7 @@ def missing(results: Path | str) -> list[Item]:
     return [item for item in PAPER if not item.files(results)]
 
 
-def caption(key: str, synthetic: bool = True) -> str:
+def caption(key: str, synthetic: bool = True, items: Iterable[Item] = (*PAPER, *OWN, *OF_STUDIES)) -> str:
     """Caption of a figure or table after its label: what stands above a written table."""
-    (item,) = (item for item in (*PAPER, *OWN, *STUDIES) if item.key == key)
+    (item,) = (item for item in items if item.key == key)
     return (f"{item.label}. " if item.label else "") + "\n\n".join(item.caption(synthetic))

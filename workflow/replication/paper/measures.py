@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from trackdyn.measure.meshing import TOUCHING, serving_radius
 from replication.paper.evidence import Evidence, NotThere, Range
+from trackdyn.measure.meshing import TOUCHING, serving_radius
 from trackdyn.parameters.groove import equal_pitch_radius
 
 # Two readings of a maximum, neither of which is the spike of a touch-down (`measure.meshing.smoothed_maxima`).

@@ -93,4 +93,6 @@ def peaks(rpm: float) -> list[tuple[str, float, float, str]]:
         ("simulation", SIMULATED_LINE_HZ, SIMULATED_LINE_G, "D"),
         ("experiment", MEASURED_LINE_HZ, MEASURED_LINE_G, "X"),
     )
-    return [(f"printed, {what}", hz.value[rpm], g.value[rpm], mark) for what, hz, g, mark in of_paper if rpm in hz.value]
+    return [
+        (f"printed, {what}", hz.value[rpm], g.value[rpm], mark) for what, hz, g, mark in of_paper if rpm in hz.value
+    ]

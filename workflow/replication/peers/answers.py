@@ -15,20 +15,20 @@ from time import process_time
 import numpy as np
 import pandas as pd
 
+from replication.peers.comparison import OURS, PEER, run_peer
+from replication.peers.exudyn_loop import PeerRun, require_exudyn
+from replication.peers.mujoco_loop import run_mujoco
+from replication.study.accuracy.limit import SURE, difference, limit_of
+from replication.study.accuracy.planner import record_error
+from replication.study.accuracy.statistics import whole_samples
+from replication.study.settings import PEER_LAWS, PeerAnswers
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.extras import required
 from trackdyn.measure.stopping import LEAST
 from trackdyn.measure.whole_loop import Series
 from trackdyn.parameters.rig import Rig
-from replication.peers.comparison import OURS, PEER, run_peer
-from replication.peers.exudyn_loop import PeerRun, require_exudyn
-from replication.peers.mujoco_loop import run_mujoco
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
-from replication.study.accuracy.limit import SURE, difference, limit_of
-from replication.study.accuracy.planner import record_error
-from replication.study.accuracy.statistics import whole_samples
-from replication.study.settings import PEER_LAWS, PeerAnswers
 
 COLUMNS = [
     "code",

@@ -7,15 +7,15 @@ from dataclasses import dataclass, field
 import numpy as np
 import pandas as pd
 
-from trackdyn.errors import DivergenceError, InputError
-from trackdyn.parameters.rig import Rig
 from replication.peers.contact import make_contacts
 from replication.peers.exudyn_loop import PeerRun, free_wheels, require_exudyn, run_loop, start_of
+from replication.study.settings import peer_scene
+from trackdyn.errors import DivergenceError, InputError
+from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.simulate import simulate
-from replication.study.settings import peer_scene
 
 READINGS = ("sprocket", "motor")  # whose speed the paper's 180 r/min may be
 OURS, PEER = "trackdyn", "exudyn"

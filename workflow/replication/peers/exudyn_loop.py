@@ -14,12 +14,12 @@ from math import pi
 
 import numpy as np
 
+from replication.peers.contact import Contacts, Memory, contact_loads, force_vector, jacobian_triplets
+from replication.study.settings import PEER_LAWS
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.extras import required
 from trackdyn.model.constants import Chain, Drive, Model
-from replication.peers.contact import Contacts, Memory, contact_loads, force_vector, jacobian_triplets
 from trackdyn.scene.scene import Scene
-from replication.study.settings import PEER_LAWS
 
 # Newton's iteration ends when the residual has fallen by the first or below the second: Exudyn's own defaults.
 RELATIVE_TOLERANCE = 1e-8

@@ -11,12 +11,12 @@ from math import pi
 
 import numpy as np
 
-from trackdyn.errors import DivergenceError, InputError
-from trackdyn.extras import required
-from trackdyn.model.constants import Chain, Drive
 from replication.peers.contact import Contacts, make_contacts
 from replication.peers.exudyn_loop import PeerRun, PeerWheels, Start, drive_at, free_wheels, start_of
 from replication.peers.mujoco_contact import ACROSS, RUBBER, STEEL, cushion, soft, sprocket_shapes
+from trackdyn.errors import DivergenceError, InputError
+from trackdyn.extras import required
+from trackdyn.model.constants import Chain, Drive
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 

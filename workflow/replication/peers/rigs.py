@@ -8,11 +8,11 @@ import time
 
 import numpy as np
 
-from trackdyn.parameters.rig import Rig
 from replication.peers.comparison import run_peer
+from replication.study.settings import PEER_LAWS
+from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
-from replication.study.settings import PEER_LAWS
 
 RAMP = 0.4  # s
 STEP, PEER_STEP = 2e-5, 5e-4  # s, where the paper's rig agrees to 0.01 % of a link's way (Figure 14)

@@ -10,9 +10,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from replication.paper.article import load_article
+from replication.studies import STUDIES
+from replication.study.settings import REFERENCE, SETTINGS, Allowed, StudiesFile, allowed_step, peer_scene, rising
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.measure.stopping import StopRule, steady_fields
-from replication.paper.article import load_article
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.rig_file import cells_path
 from trackdyn.parameters.validation import NotNegative, Positive, Section, parse_tolerance, shown, validated
@@ -20,8 +22,6 @@ from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.scene.fidelity import PRESETS
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.sensor_mapping import load_mapping
-from replication.study.accuracy.ladder import REFERENCE, SETTINGS
-from replication.study.settings import Allowed, StudiesFile, allowed_step, peer_scene, rising
 
 
 class Planned(Section):
@@ -77,17 +77,7 @@ def ring_name(radius: float | None) -> str:
     return "none" if radius is None else f"{radius:.4g}"
 
 
-StudyName = Literal[
-    "trade", "extremes", "traction", "whole_loop", "layouts", "ensemble", "sensitivity", "fidelity",
-    "peer_answers", "wear", "assumptions",
-]  # fmt: skip
-
-
-class Sensitivity(Section):
-    """Which cases of ``config/fit.yaml`` the sensitivity is taken in; no radii: all of them."""
-
-    radii_m: list[Positive]
-    without_ring: bool
+StudyName = Literal[tuple(STUDIES)]
 
 
 class Peers(Section):
@@ -128,7 +118,7 @@ class Config(Section):
 
     ``sensor_csv`` names the measured record of a speed; ``{rpm}`` stands for the motor speed. ``sensor_mapping`` names
     the file that says how these are read (:class:`trackdyn.sensor.sensor_mapping.SensorMapping`). ``known`` ends the
-    runs of ring study, sensitivity, stability and ladder. ``short_studies`` are the studies that belong to every
+    runs of ring study, stability and ladder. ``short_studies`` are the studies that belong to every
     run; the target ``studies`` runs all of them.
     """
 
@@ -142,7 +132,6 @@ class Config(Section):
     meshing: Meshing
     known: StopRule
     ring_study: RingStudy
-    sensitivity: Sensitivity
     peers: Peers
     fidelity: FidelityStudy
     short_studies: list[StudyName]

@@ -10,14 +10,14 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from trackdyn.files import write_text
 from replication.paper.claims import Claims
+from replication.pipeline.config import Config
+from replication.study.settings import Studies
+from trackdyn.files import write_text
 from trackdyn.parameters.paper_tables import PaperTables
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.rig_file import CELLS
-from replication.pipeline.config import Config
 from trackdyn.sensor.sensor_mapping import SensorMapping
-from replication.study.settings import Studies
 
 FOLDER = Path(__file__).parents[3] / "config" / "schemas"
 MODELS: dict[str, type[BaseModel]] = {

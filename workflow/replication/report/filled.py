@@ -1,18 +1,16 @@
 """Writes the measured parts of the README and of pages in docs/ from the results of a full run."""
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 import pandas as pd
 
+from replication.paper.claims import JUDGED, REPRODUCED, SHORT, headline
+from replication.report.tables import ladder_table
+from replication.study.extremes.resolved import verdict
 from trackdyn.errors import InputError
 from trackdyn.files import replacing, write_text
-from replication.paper.claims import JUDGED, REPRODUCED, SHORT, headline
-from laboratory.report.assumptions import assumptions_text, best_assumption
-from replication.report.tables import ladder_table
-from laboratory.report.wear import wear_text
-from replication.study.extremes.resolved import verdict
 
 BEGIN, END = "<!-- measured -->", "<!-- end -->"
 
@@ -50,18 +48,11 @@ def limits(rows: pd.DataFrame) -> str:
     return shown.to_markdown(index=False, disable_numparse=True)
 
 
-def claims_text(card: pd.DataFrame, rows: pd.DataFrame) -> str:
-    """Headlines of the rigs, then the first rig's claims beside the map from assumptions to claims.
+def claims_text(card: pd.DataFrame) -> str:
+    """Headlines of the rigs (`paper.claims.COLUMNS`), then the first rig's claims.
 
     Predictions come first, then claims that transfer a fit to other speeds, failures at the top of each; a line each
     counts the claims that follow from the fit and those that were fitted.
-
-    Parameters
-    ----------
-    card : DataFrame
-        Scorecard, columns `paper.claims.COLUMNS`.
-    rows : DataFrame
-        Map from assumptions to claims (``docs/measured/assumptions.csv``).
     """
     own = card[(card["rig"] == card["rig"].iloc[0]) & card["verdict"].isin(JUDGED)].astype(object).fillna("")
     lines = []
@@ -70,76 +61,18 @@ def claims_text(card: pd.DataFrame, rows: pd.DataFrame) -> str:
         for claim_id, parts in own[own["origin"] == origin].groupby("id", sort=False):
             lost = list(parts.loc[parts["verdict"] != REPRODUCED, "part"])
             verdict = f"○ {len(lost)} of {len(parts)} parts fail" if lost else "● reproduced"
-            names = [f"{claim_id}{part}" for part in parts["part"]]
-            line = [
-                claim_id,
-                SHORT.get(claim_id, parts["claim"].iloc[0]),
-                origin,
-                verdict,
-                *best_assumption(rows, names),
-            ]
+            line = [claim_id, SHORT.get(claim_id, parts["claim"].iloc[0]), origin, verdict]
             (failed if lost else met).append(line)
         lines += failed + met
     for origin in ("follows", "fitted"):
         met = own[own["origin"] == origin].groupby("counts_as")["verdict"].agg(lambda v: (v == REPRODUCED).all())
         if len(met):
             named = ", ".join(met.index[met]) or "none"
-            lines.append(["", f"{met.sum()} of {len(met)}: {named}", origin, "● reproduced", "", ""])
-    heads = ["id", "claim", "origin", "default rig", "assumption that reproduces it", "price"]
+            lines.append(["", f"{met.sum()} of {len(met)}: {named}", origin, "● reproduced"])
+    heads = ["id", "claim", "origin", "default rig"]
     table = pd.DataFrame(lines, columns=heads)
     headlines = [f"**{name}**: {headline(card, name)}" for name in dict.fromkeys(card["rig"])]
     return "\n\n".join([*headlines, table.to_markdown(index=False, disable_numparse=True)])
-
-
-def departures(rows: pd.DataFrame) -> str:
-    """A line a departure, a column a scene: changes of RMS, high frequency and left share."""
-    shown = ("rms_g", "high_frequency_g", "left_share_pct")
-
-    def cell(group: pd.DataFrame) -> str:
-        if (why := group["failed"].fillna("").iloc[0]) != "":
-            return "refused" if why.startswith("scene: ") else "fails"
-        found = group.set_index("measure")["difference"]
-        return ", ".join(f"{found[name]:+.1f}".replace("-0.0", "0").replace("+0.0", "0") for name in shown)
-
-    cells = rows.groupby(["departure", "scene"], sort=False)[["measure", "difference", "failed"]].apply(cell)
-    return cells.unstack(sort=False).reset_index().to_markdown(index=False, disable_numparse=True)
-
-
-def calibration(rows: pd.DataFrame) -> str:
-    """Coverage of the 50 and 90 % intervals with their own 95 % intervals, and how even ranks are."""
-    shown = rows[["discrepancy", "parameter", "truths", "identified"]].copy()
-    for level in ("50", "90"):
-        spans = zip(*(rows[f"{name}_{level}"] for name in ("covered", "low", "high")), strict=True)
-        cells = [f"{100 * at:.1f} % ({100 * low:.0f} to {100 * high:.0f})" for at, low, high in spans]
-        shown[f"in {level} % intervals"] = cells
-    shown["of those identified"] = [
-        "–" if pd.isna(one) else f"{100 * one:.1f} %" for one in rows["covered_90_identified"]
-    ]
-    shown["p_uniform"] = ["–" if pd.isna(one) else f"{one:.2g}" for one in rows["p_uniform"]]
-    shown["bins outside"] = ["–" if pd.isna(one) else f"{one:.0f}" for one in rows["bins_outside"]]
-    return shown.to_markdown(index=False, disable_numparse=True)
-
-
-def identified(rows: pd.DataFrame) -> str:
-    """What an identification came to, in short."""
-    cells = rows.map(lambda value: value if isinstance(value, str) else "–" if pd.isna(value) else f"{value:.3g}")
-    return cells.to_markdown(index=False, disable_numparse=True)
-
-
-def findings(rows: pd.DataFrame) -> str:
-    """What an ensemble found, a line each; then its tables and pictures, where there are any."""
-
-    def line(row: pd.Series) -> str:
-        if row["file"] == "":
-            return f"- {row['finding']}"
-        picture = row["file"].endswith(".png")
-        return (
-            f"\n![{row['finding']}](pictures/ensemble_{row['file']})"
-            if picture
-            else f"- [{row['finding']}](measured/ensemble_{row['file']})"
-        )
-
-    return "\n".join(line(row) for _, row in rows.astype(object).fillna("").iterrows()) + "\n"
 
 
 def layouts_text(rows: pd.DataFrame) -> str:
@@ -161,20 +94,6 @@ def short_runs_text(rows: pd.DataFrame) -> str:
     return f"{shown.to_markdown(index=False, disable_numparse=True)}\n\n{verdict(rows)}"
 
 
-def promises_text(rows: pd.DataFrame) -> str:
-    """Promises of the planner on the problems of the benchmark, a line a problem and tolerance."""
-    lines = []
-    for (problem, tolerance), group in rows.groupby(["problem", "tolerance"]):
-        made = group[group["met"].notna()]
-        worst = (made["achieved_error"] / made["tolerance"]).max()
-        lines.append({
-            "problem": problem, "tolerance": f"{100 * tolerance:g} %", "measures": len(group), "promised": len(made),
-            "kept": int(made["met"].astype(bool).sum()), "largest error, of its tolerance": f"{100 * worst:.0f} %",
-            "not promised": ", ".join(group.loc[group["met"].isna(), "measure"]) or "–",
-        })  # fmt: skip
-    return pd.DataFrame(lines).to_markdown(index=False, disable_numparse=True)
-
-
 def fill(page: Path, sources: Sequence[Path], write: Callable[..., str]) -> None:
     """Replace the measured part of a page by what ``write`` makes of one or more tables.
 
@@ -194,29 +113,26 @@ def fill(page: Path, sources: Sequence[Path], write: Callable[..., str]) -> None
     write_text(page, f"{before}{BEGIN}\n\n{written}\n{END}{rest.split(END)[1]}")
 
 
+def write_pages(files: Iterable[str], pages: Iterable[tuple[str, tuple[str, ...], Callable[..., str]]]) -> None:
+    """Keep results in ``docs``, pictures and tables, and write the measured parts of pages anew."""
+    for file in map(Path, files):
+        name = f"ensemble_{file.name}" if file.parent.name == "ensemble" else file.name
+        with replacing(Path("docs", "pictures" if file.suffix in (".gif", ".png") else "measured", name)) as part:
+            part.write_bytes(file.read_bytes())
+    for page, sources, write in pages:
+        fill(Path(page), [Path("docs", "measured", source) for source in sources], write)
+
+
 PAGES = (
-    ("docs/choosing-a-fidelity.md", ("docs/measured/fidelity.csv",), ladder_text),
-    ("docs/what-an-answer-costs.md", ("docs/measured/limits.csv",), limits),
-    ("docs/deviations.md", ("docs/measured/deviations.csv",), departures),
-    ("docs/identify.md", ("docs/measured/calibration.csv",), calibration),
-    ("docs/identify-synthetic.md", ("docs/measured/identify_synthetic.csv",), identified),
-    ("docs/ensemble.md", ("docs/measured/ensemble_summary.csv",), findings),
-    ("docs/assumptions.md", ("docs/measured/assumptions.csv",), assumptions_text),
-    ("docs/benchmark.md", ("docs/measured/benchmark_planner.csv",), promises_text),
-    ("docs/resolution.md", ("docs/measured/extremes_short_runs.csv",), short_runs_text),
-    ("docs/wear.md", ("docs/measured/wear_lives.csv",), wear_text),
-    ("docs/your-own-rig.md", ("docs/measured/layouts.csv",), layouts_text),
-    ("README.md", ("docs/measured/claims.csv", "docs/measured/assumptions.csv"), claims_text),
+    ("docs/choosing-a-fidelity.md", ("fidelity.csv",), ladder_text),
+    ("docs/what-an-answer-costs.md", ("limits.csv",), limits),
+    ("docs/resolution.md", ("extremes_short_runs.csv",), short_runs_text),
+    ("docs/your-own-rig.md", ("layouts.csv",), layouts_text),
+    ("README.md", ("claims.csv",), claims_text),
 )
 
 if __name__ == "__main__":
     try:
-        for file in map(Path, sys.argv[1:]):  # results that version control keeps: pictures, and tables
-            name = f"ensemble_{file.name}" if file.parent.name == "ensemble" else file.name
-            place = Path("docs", "pictures" if file.suffix in (".gif", ".png") else "measured", name)
-            with replacing(place) as part:
-                part.write_bytes(file.read_bytes())
-        for page, sources, write in PAGES:
-            fill(Path(page), [Path(source) for source in sources], write)
+        write_pages(sys.argv[1:], PAGES)
     except InputError as error:
         sys.exit(f"trackdyn: {error}")

@@ -7,11 +7,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from replication.paper import printed
+from replication.studies import BY_NAME
 from trackdyn.errors import InputError
 from trackdyn.files import replacing
 from trackdyn.measure.columns import error_of, groups, heading, words
 from trackdyn.measure.sensor_metrics import own_metrics
-from replication.paper import printed
 from trackdyn.parameters.groove import Groove
 from trackdyn.plots.cells import significant
 from trackdyn.sensor.sensor_csv import SensorRecord
@@ -61,12 +62,6 @@ COLUMNS_OF = {
     ),
     "costs": ("rule", "jobs", "wall_s", "cpu_s", "largest_memory_mb"),
 }  # fmt: skip
-# made on demand, by the first part of their rules' names: not part of what a run costs
-BY_NAME = (
-    "trade", "extremes", "traction", "whole_loop", "layouts", "wear", "wear_pages", "ensemble", "fit", "deviations",
-    "pictures", "assumptions", "sensitivity", "fidelity", "peer_answers", "calibration", "identify_synthetic",
-    "benchmark", "crate",
-)  # fmt: skip
 
 
 def headed(frame: pd.DataFrame, key: str) -> pd.DataFrame:
@@ -250,17 +245,6 @@ def ladder_table(rows: pd.DataFrame) -> pd.DataFrame:
     gap = rows[rows["measure"] == "loop_gap"].set_index(key)["value"]
     cost = rows.groupby(key, sort=False)["wall_s_per_s"].first()
     return wide.join(gap.rename("loop_gap_m")).join(cost).loc[cost.index].reset_index()
-
-
-def equal_pitch_by_ring(readings: pd.DataFrame) -> pd.DataFrame:
-    """The table of ``fit.equal_pitch_readings`` with a row a ring: shares of left and right arc in one cell, %."""
-    columns = {}
-    for row in readings.to_dict("records"):
-        head = f"{row['reading']}<br>{1e3 * row['polygonal_m']:.1f} mm polygonal, {1e3 * row['arc_m']:.1f} mm arc"
-        sides = ({k.rpartition("_")[2]: v for k, v in row.items() if k.startswith(side)} for side in ("left", "right"))
-        pairs = zip(*(shares.items() for shares in sides), strict=True)
-        columns[head] = {ring: f"{significant(left)} / {significant(right)}" for (ring, left), (_, right) in pairs}
-    return pd.DataFrame(columns).rename_axis("ring (m)").reset_index()
 
 
 def trade_summary(rows: pd.DataFrame, agreement: pd.DataFrame, promises: pd.DataFrame) -> str:

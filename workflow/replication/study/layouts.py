@@ -13,6 +13,7 @@ import pandas as pd
 from scipy.optimize import brentq
 from tqdm import tqdm
 
+from replication.study.extremes.judge import COMPLETED, DEFECT, OUTCOMES, REFUSED, attempted, invariants
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import belt_path, run_order
 from trackdyn.parameters.rig import Rig, load_rig
@@ -20,7 +21,6 @@ from trackdyn.scene.limits import largest_step
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.start_checks import arc_depths, explained_depth
-from replication.study.extremes.judge import COMPLETED, DEFECT, OUTCOMES, REFUSED, attempted, invariants
 
 SEED = 20261122
 CHAINS = ("first_fit", "m113", "robot")

@@ -1,6 +1,7 @@
 """What the long studies run in their short and full forms: ``config/studies.yaml``."""
 
 from itertools import pairwise
+from math import ceil
 from typing import Annotated, Any, Generic, Literal, TypeVar
 
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
@@ -9,6 +10,7 @@ from trackdyn.errors import InputError
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import NotNegative, Positive, Section, validated
 from trackdyn.parameters.yaml_file import read_yaml
+from trackdyn.scene.fidelity import PRESETS
 from trackdyn.scene.scene import Scene
 
 Values = Annotated[list[Positive], Field(min_length=1)]
@@ -21,6 +23,32 @@ SceneKey = tuple[Positive, Positive | None]
 Window = Literal["ring 115 rpm", "ring 210 rpm", "no ring 115 rpm", "one impact", "settling under gravity"]
 
 
+REFERENCE = "paper"
+# setting -> fields of the scene that differ from the reference, which is among them
+SETTINGS = {
+    f"preset={name}": PRESETS[name] for name in (REFERENCE, *(name for name in PRESETS if name != REFERENCE))
+} | {
+    "chain=belt": {"chain": "belt", "spells": False, "ring_radius": None},
+    "chain=single_pin": {"chain": "single_pin"},
+    "space=spatial": {"space": "spatial"},
+    "tooth_contact=three_surfaces": {"tooth_contact": "three_surfaces"},
+    "tooth_contact=none": {"tooth_contact": "none"},
+    "normal_law=delivered": {"normal_law": "delivered"},
+    "normal_law=elastic": {"normal_law": "elastic"},
+    "friction=none": {"friction": "none"},
+    "joint=radial": {"joint": "radial"},
+    "closure=elastic_damping": {"closure": "elastic_damping"},
+    "tension=sprung": {"tension": "sprung"},
+    "drag=viscous": {"drag": "viscous"},
+    "drag=coulomb": {"drag": "coulomb"},
+    "bushing_law=viscous": {"bushing_law": "viscous"},
+    "integrator=linearly_implicit": {"integrator": "linearly_implicit"},
+    "integrator=rk4": {"integrator": "rk4"},
+}
+# The long run has a process of its own: growth of the memory is then its own, too.
+LONG_RUN = "long_run"
+RANDOM_SCENES = 250  # in a part, at most
+SHORT_RUNS = 50
 # What the other codes' own elements have: a damper beside a spring in a joint, and one on an axle. Rolling resistance
 # would need the contacts' forces there, and rubber a state a joint.
 PEER_LAWS = {"drag": "viscous", "bushing_law": "viscous"}
@@ -140,52 +168,10 @@ class ExtremesForm(Section):
     map_steps_per_ms: Values
 
 
-class TractionForm(Section):
-    """Creep slopes and radii of the ring at one motor speed."""
-
-    speed_rpm: Positive
-    slopes_s_per_m: Values
-    radii_m: Values
-
-
-class WholeLoopForm(Section):
-    """Scenes and tolerances of the short answers, and the length of the long ones."""
-
-    speeds_rpm: Values
-    radii_m: Annotated[list[Positive | None], Field(min_length=1)]
-    relative_tolerance: Positive
-    share_tolerance: Positive
-    longest_s: Positive
-    lead_in_s: Positive
-    loop_turns: Count
-
-
 class LayoutsForm(Section):
     """How many random layouts."""
 
     count: Count
-
-
-class WearPlan(Section):
-    """Speeds, tensions and radii of new rings that lives begin with, and the step of the scenes."""
-
-    speeds_rpm: Values
-    tensions: Annotated[list[Literal["locked", "retensioned", "sprung"]], Field(min_length=1)]
-    first_radii_m: Values
-    integrator: Method
-    step_s: Positive
-
-
-class WearForm(Section):
-    """Lives of the rigs that have a name and of so many within the ranges of the ensemble: until which radius, and how
-    long the steps of the wear are.
-    """
-
-    named: WearPlan
-    ensemble: WearPlan
-    ensemble_rigs: Annotated[int, Field(ge=0)]
-    until_radius_m: Positive
-    step_factor: Positive
 
 
 class PeerAnswers(Section):
@@ -215,7 +201,7 @@ class PeerAnswers(Section):
         return self
 
 
-Form = TypeVar("Form", TradeForm, ExtremesForm, TractionForm, WholeLoopForm, LayoutsForm, WearForm)
+Form = TypeVar("Form", bound=Section)
 
 
 class Forms(Section, Generic[Form]):
@@ -230,10 +216,7 @@ class Studies(Section):
 
     trade: Forms[TradeForm]
     extremes: Forms[ExtremesForm]
-    traction: Forms[TractionForm]
-    whole_loop: Forms[WholeLoopForm]
     layouts: Forms[LayoutsForm]
-    wear: Forms[WearForm]
     peer_answers: PeerAnswers
 
 
@@ -244,3 +227,45 @@ def _read(path: Any) -> Any:
 
 # a field of a configuration that is the name of a file, and holds what stands there
 StudiesFile = Annotated[Studies, BeforeValidator(_read), WithJsonSchema({"type": "string"})]
+
+
+def scene_name(rpm: float, ring: float | None) -> str:
+    """``no ring 115 rpm`` or ``ring 0.308 m 115 rpm``."""
+    return f"{'no ring' if ring is None else f'ring {ring:g} m'} {rpm:g} rpm"
+
+
+def measured_scenes(form: TradeForm) -> dict[str, StateErrors | StatisticErrors]:
+    """What is asked of each scene that is measured, by its name: its state errors, or those of its statistics."""
+    found = {f"state_{_file(name)}": form.state.model_copy(update={"scenes": [name]}) for name in form.state.scenes}
+    return found | {
+        f"statistics_{_file(scene_name(*key))}": form.statistics.model_copy(update={"scenes": [key]})
+        for key in form.statistics.scenes
+    }
+
+
+def promised_scenes(form: TradeForm) -> dict[str, SceneKey]:
+    """Scenes kept apart, on which the planner is judged, by their names."""
+    return {_file(scene_name(*key)): key for key in form.kept_apart}
+
+
+def _file(name: str) -> str:
+    return name.replace(" ", "_")
+
+
+def parts_of(form: ExtremesForm) -> list[str]:
+    """Names of the parts of a form, in the order of their families."""
+    return [
+        LONG_RUN,
+        "chain",
+        "motion",
+        *(f"random_{k}" for k in range(random_parts(form))),
+        *(f"short_runs_{k}" for k in range(short_parts(form))),
+    ]
+
+
+def random_parts(form: ExtremesForm) -> int:
+    return ceil(form.random_scenes / RANDOM_SCENES)
+
+
+def short_parts(form: ExtremesForm) -> int:
+    return ceil(form.short_runs / SHORT_RUNS)

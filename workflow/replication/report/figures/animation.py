@@ -9,12 +9,21 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from replication.report.figures.meshing import LOOKS
+from replication.report.figures.screenshots import contacts, draw_force
 from trackdyn.errors import InputError
 from trackdyn.files import replacing
 from trackdyn.parameters.rig import Rig
-from trackdyn.plots.drawing import chain_points, draw_force_bar, draw_loop, force_arrow, require_frames, ring_words, sprocket_centre, view
-from replication.report.figures.meshing import LOOKS
-from replication.report.figures.screenshots import contacts, draw_force
+from trackdyn.plots.drawing import (
+    chain_points,
+    draw_force_bar,
+    draw_loop,
+    force_arrow,
+    require_frames,
+    ring_words,
+    sprocket_centre,
+    view,
+)
 from trackdyn.plots.style import styled
 from trackdyn.simulation.recording import Recording
 

@@ -8,12 +8,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
+from replication.report import marks
+from replication.report.figures.groove import draw_groove
 from trackdyn.contact.tooth import find_area
 from trackdyn.contact.wheel import foot
 from trackdyn.parameters.rig import Rig
-from replication.report import marks
 from trackdyn.plots import drawing
-from replication.report.figures.groove import draw_groove
 from trackdyn.plots.style import BLACK, PURPLE, new_figure, styled
 from trackdyn.scene.build import make_tooth
 

@@ -12,12 +12,12 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Patch
 from scipy.optimize import brentq
 
+from replication.report import marks
+from replication.report.figures import groove as section
 from trackdyn.contact.tooth import find_area
 from trackdyn.parameters.layout import BeltPath, belt_around
 from trackdyn.parameters.rig import Rig
-from replication.report import marks
 from trackdyn.plots import drawing
-from replication.report.figures import groove as section
 from trackdyn.plots.style import BLACK, BLUE, GREEN, PURPLE, VERMILION, new_figure, styled
 from trackdyn.scene.build import make_tooth
 

@@ -11,9 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch, Polygon
 
+from replication.report import marks
 from trackdyn.contact.tooth import find_area
 from trackdyn.parameters.rig import Rig
-from replication.report import marks
 from trackdyn.plots.drawing import CONNECTOR, Z_MARK
 from trackdyn.plots.style import BLACK, SMALL, new_figure, styled
 from trackdyn.scene.build import make_tooth

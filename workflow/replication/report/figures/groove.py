@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon, Wedge
 
+from replication.report import marks
 from trackdyn.parameters.groove import Groove
 from trackdyn.parameters.rig import Rig
-from replication.report import marks
 from trackdyn.plots import drawing
 from trackdyn.plots.style import BLACK, BLUE, SMALL, VERMILION, new_figure, styled
 

@@ -7,12 +7,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from trackdyn.parameters.layout import wheel_circles
-from trackdyn.parameters.rig import Rig
 from replication.report import marks
-from trackdyn.plots import drawing
 from replication.report.figures.engagement import seated_pins
 from replication.report.figures.system import touching_links
+from trackdyn.parameters.layout import wheel_circles
+from trackdyn.parameters.rig import Rig
+from trackdyn.plots import drawing
 from trackdyn.plots.style import BLACK, BLUE, VERMILION, new_figure, styled
 
 ON_CHAIN = {"color": BLUE, "linestyle": "-", "linewidth": 2.4}

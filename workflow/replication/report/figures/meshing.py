@@ -9,12 +9,12 @@ from matplotlib.figure import Figure
 from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
 
+from replication.paper import printed
+from replication.report.marks import HALO
 from trackdyn.errors import InputError
 from trackdyn.measure.contact_log import timing
 from trackdyn.measure.meshing import mean_events, passages, smoothed_maxima, spells
-from replication.paper import printed
 from trackdyn.plots.drawing import ring_words
-from replication.report.marks import HALO
 from trackdyn.plots.style import BLACK, BLUE, GREEN, PRINTED, PURPLE, SMALL, new_figure, styled
 from trackdyn.simulation.recording import Recording
 

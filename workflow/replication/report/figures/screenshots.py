@@ -11,12 +11,12 @@ from matplotlib.patches import Circle, Patch
 from matplotlib.patheffects import withStroke
 from scipy.ndimage import uniform_filter1d
 
+from replication.report import marks
+from replication.report.figures.meshing import LOOKS, NAMES, Selected, printed_times, select_passage
 from trackdyn.measure.contact_log import SIDES
 from trackdyn.measure.meshing import events
 from trackdyn.parameters.rig import Rig
-from replication.report import marks
 from trackdyn.plots import drawing
-from replication.report.figures.meshing import LOOKS, NAMES, Selected, printed_times, select_passage
 from trackdyn.plots.style import BLACK, PAGE, new_figure, styled
 from trackdyn.simulation.recording import Recording
 

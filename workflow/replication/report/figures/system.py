@@ -8,10 +8,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, FancyBboxPatch, Polygon
 from matplotlib.path import Path
 
+from replication.report import marks
 from trackdyn.contact.wheel import foot
 from trackdyn.parameters.layout import wheel_circles, wheel_names
 from trackdyn.parameters.rig import Rig
-from replication.report import marks
 from trackdyn.plots import drawing
 from trackdyn.plots.style import BLACK, BLUE, ORANGE, VERMILION, new_figure, styled
 

@@ -7,10 +7,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
-from trackdyn.plots.style import BLUE, COLOURS, SMALL, VERMILION, new_figure, styled
 from replication.study.accuracy.limit import SURE
 from replication.study.accuracy.planner import LEAST, LONGEST, record_error, seconds_of
 from replication.study.accuracy.trade import pareto
+from trackdyn.plots.style import BLUE, COLOURS, SMALL, VERMILION, new_figure, styled
 
 LABELS = {
     "state_m": "largest position error of a mass centre after 0.1 s (m)",

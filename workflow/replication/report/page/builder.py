@@ -14,15 +14,16 @@ import pandas as pd
 from PIL import Image
 
 from replication.certify.provenance import check_sources, provenance
-from trackdyn.files import write_text
 from replication.paper.claims import IN_TREND, JUDGED, NOT_REPRODUCED, ORIGIN_WORDS, ORIGINS, VERDICTS, counts, headline
-from replication.paper.contents import OWN, PAPER, STUDIES, missing
+from replication.paper.contents import OF_STUDIES, OWN, PAPER, missing
+from replication.report.page import data
+from replication.report.tables import cost_table
+from replication.studies import STUDIES
+from trackdyn.files import write_text
 from trackdyn.parameters.paper_tables import filled_cells, load_paper_tables
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.rig_file import cells_path
-from replication.report.page import data
 from trackdyn.plots.rendering import render
-from replication.report.tables import cost_table
 from trackdyn.sensor.sensor_csv import read_sensor_csv
 from trackdyn.simulation.recording import load_recording
 
@@ -41,20 +42,6 @@ FRONT = "fig24"  # on the first screen
 MODEL = tuple(f"fig{number:02d}" for number in range(1, 14))
 RESULTS = tuple(f"fig{number:02d}" for number in range(14, 25))
 ACCURACY = ("trade_answer", "limits", "peer_answers")  # of the studies, beside the chart of cost and error
-# studies beside the replication: words, and a file that only a run of them makes; the rule has their name
-BESIDE = {
-    "trade": ("accuracy against cost, and the planner", "planner.csv"),
-    "fidelity": ("what each setting of the model changes", "fidelity.csv"),
-    "peer_answers": ("cost of an answer of equal error in every code", "tables/peer_answers.csv"),
-    "extremes": ("extremes of parameters, steps and states", "extremes.csv"),
-    "traction": ("which flank carries the drive", "traction.csv"),
-    "sensitivity": ("sensitivity to every fitted parameter", "tables/sensitivity.csv"),
-    "whole_loop": ("short answers beside long records", "whole_loop.csv"),
-    "layouts": ("random layouts", "layouts.csv"),
-    "wear": ("service life of the ring", "wear_lives.csv"),
-    "ensemble": ("rigs within the ranges of their parts", "ensemble/rigs.csv"),
-    "assumptions": ("assumptions that reproduce claims", "assumptions.csv"),
-}
 # tables whose files the page hands out; the first folder that has one
 TABLES = (
     "claims.csv",
@@ -132,7 +119,7 @@ def build_page(inputs: PageInputs) -> str:
         "trade": data.trade(_rows(results, "trade.csv")),
         "files": files,
     }
-    items = (*PAPER, *(own for own in OWN if not own.table), *STUDIES)
+    items = (*PAPER, *(own for own in OWN if not own.table), *OF_STUDIES)
     with (
         ThreadPoolExecutor() as pool
     ):  # most of the page's time is the packing of pictures, which leaves the interpreter alone
@@ -155,7 +142,7 @@ def build_page(inputs: PageInputs) -> str:
         provenance=origin,
         # the scorecard stands on the page as a list
         gallery=[
-            entry for entry in shown if entry["item"] not in STUDIES and entry["item"].key not in ("claims", FRONT)
+            entry for entry in shown if entry["item"] not in OF_STUDIES and entry["item"].key not in ("claims", FRONT)
         ],
         accuracy=[entry for entry in shown if entry["item"].key in ACCURACY],
         extremes=[entry for entry in shown if entry["item"].key.startswith("extremes")],
@@ -164,7 +151,7 @@ def build_page(inputs: PageInputs) -> str:
         judged=JUDGED,
         groups=_groups(shown),
         missing=missing(results),
-        studies=[(name, words, _form(results, file), name in inputs.studies) for name, (words, file) in BESIDE.items()],
+        studies=[(name, one.title, _form(results, one.file), name in inputs.studies) for name, one in STUDIES.items()],
         layers=" ".join(["", "--configfile", *inputs.layers]) if inputs.layers else "",
         paper_items=len(PAPER),
     )

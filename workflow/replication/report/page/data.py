@@ -5,17 +5,15 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from trackdyn.measure.columns import MEASURES, error_of, words
-from trackdyn.measure.metrics import loop_frequency
-from trackdyn.measure.sensor import sense
-from trackdyn.measure.sensor_metrics import own_loop_hz
 from replication.paper import printed
+from replication.report.figures.meshing import AFTER, BEFORE, printed_times, select_passage
+from trackdyn.measure.columns import MEASURES, error_of, words
+from trackdyn.measure.sensor import loop_frequency, own_loop_hz, sense
 from trackdyn.parameters.layout import wheel_circles
 from trackdyn.parameters.rig import Rig
+from trackdyn.plots.cells import with_error
 from trackdyn.plots.drawing import FORCE_BAR, FORCE_MOST, radius_words
 from trackdyn.plots.histories import REVOLUTIONS, first_crest
-from replication.report.figures.meshing import AFTER, BEFORE, printed_times, select_passage
-from trackdyn.plots.cells import with_error
 from trackdyn.plots.rendering import CONFIGURATION, differences, short
 from trackdyn.sensor.sensor_csv import SensorRecord
 from trackdyn.sensor.signals import LOW_RANGE_HZ, in_bands, main_line, main_line_binfree, spectrum

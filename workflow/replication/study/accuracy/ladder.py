@@ -5,41 +5,20 @@ from itertools import product
 
 import pandas as pd
 
+from replication.study.accuracy.statistics import MEASURES, NAN, RELATIVE, SHARES, TENSION, statistics_of
+from replication.study.settings import REFERENCE, SETTINGS
 from trackdyn.errors import TrackdynError
 from trackdyn.measure.meshing import meshing_summary
-from trackdyn.measure.metrics import energy_residual
 from trackdyn.measure.stopping import StopRule, run_steady, steady_fields
 from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.fidelity import PRESETS, WITHOUT_RING
 from trackdyn.scene.scene import Scene
+from trackdyn.simulation.account import energy_residual
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.simulate import simulate
-from replication.study.accuracy.statistics import MEASURES, NAN, RELATIVE, SHARES, TENSION, statistics_of
 
-REFERENCE = "paper"
-# setting -> fields of the scene that differ from the reference, which is among them
-SETTINGS = {
-    f"preset={name}": PRESETS[name] for name in (REFERENCE, *(name for name in PRESETS if name != REFERENCE))
-} | {
-    "chain=belt": {"chain": "belt", "spells": False, "ring_radius": None},
-    "chain=single_pin": {"chain": "single_pin"},
-    "space=spatial": {"space": "spatial"},
-    "tooth_contact=three_surfaces": {"tooth_contact": "three_surfaces"},
-    "tooth_contact=none": {"tooth_contact": "none"},
-    "normal_law=delivered": {"normal_law": "delivered"},
-    "normal_law=elastic": {"normal_law": "elastic"},
-    "friction=none": {"friction": "none"},
-    "joint=radial": {"joint": "radial"},
-    "closure=elastic_damping": {"closure": "elastic_damping"},
-    "tension=sprung": {"tension": "sprung"},
-    "drag=viscous": {"drag": "viscous"},
-    "drag=coulomb": {"drag": "coulomb"},
-    "bushing_law=viscous": {"bushing_law": "viscous"},
-    "integrator=linearly_implicit": {"integrator": "linearly_implicit"},
-    "integrator=rk4": {"integrator": "rk4"},
-}
 # At constant speed before a record, s: some settings have softer modes than the ring study, and their own transients.
 LEAD_IN = 2.0
 BELT_TURNS = 3  # of the loop in the record of a belt, which has no transient and no contact

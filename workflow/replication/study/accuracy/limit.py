@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from replication.study.accuracy.statistics import scale_of
 from trackdyn.measure.uncertainty import batch_error
 from trackdyn.measure.whole_loop import RELATIVE, SHARES, Series
 from trackdyn.scene.fidelity import PRESETS, preset
-from replication.study.accuracy.statistics import scale_of
 
 LIMITS = ["scene", "measure", "limit", "limit_error", "finest", "finest_error", "finest_step_s"]
 # what the preset `standard` shall keep in every measure: relative, or in turns of the sprocket

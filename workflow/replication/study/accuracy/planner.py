@@ -16,16 +16,26 @@ import numpy as np
 import pandas as pd
 from scipy.stats import t as student
 
+from replication.study.accuracy.limit import SURE
+from replication.study.accuracy.statistics import (
+    LEAD_IN,
+    RELATIVE,
+    SHARES,
+    TENSION,
+    answers_of,
+    scale_of,
+    statistic_error,
+    study_scene,
+    whole_samples,
+)
+from replication.study.accuracy.trade import COLUMNS, FIDELITIES, FULL_PHYSICS, limits_of, run_answer, timed_run
+from replication.study.settings import SceneKey, scene_name
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.files import read_text
 from trackdyn.measure.stopping import LEAST
 from trackdyn.measure.uncertainty import CONFIDENCE
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import parse_tolerance, shown
-from replication.study.accuracy.limit import SURE
-from replication.study.accuracy.statistics import LEAD_IN, RELATIVE, SHARES, TENSION, answers_of, scale_of, scene_name, statistic_error, study_scene, whole_samples
-from replication.study.accuracy.trade import COLUMNS, FIDELITIES, FULL_PHYSICS, limits_of, run_answer, timed_run
-from replication.study.settings import SceneKey
 
 # with a ring, right arcs touch in few scenes or none: too little to promise their peaks by
 PLANNED = (*(name for name in RELATIVE if name != "right_peak"), *SHARES)

@@ -3,14 +3,12 @@
 import numpy as np
 
 from trackdyn.measure.meshing import meshing_summary
-from trackdyn.measure.metrics import energy_residual, loop_frequency
-from trackdyn.measure.sensor import sense
-from trackdyn.measure.sensor_metrics import whole_revolutions
+from trackdyn.measure.sensor import loop_frequency, sense, whole_revolutions
 from trackdyn.measure.whole_loop import RELATIVE, SHARES, Series, series
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.signals import high_frequency_rms, main_line_binfree, rms, standard_deviation
+from trackdyn.simulation.account import energy_residual
 from trackdyn.simulation.recording import Recording
-from replication.study.settings import SceneKey, StateErrors, StatisticErrors, TradeForm
 
 NAN = float("nan")
 # of the ladder and of accuracy against cost: motion in space, rk4 and adaptive have no tensioner on its spring
@@ -31,11 +29,6 @@ def study_scene(rig, rpm: float, ring: float | None, turns: int, **fields) -> Sc
 def whole_samples(rig, seconds: float) -> float:
     """The least duration of whole samples that holds so many seconds."""
     return float(np.ceil(seconds * rig.sensor.rate - 1e-6) / rig.sensor.rate)
-
-
-def scene_name(rpm: float, ring: float | None) -> str:
-    """``no ring 115 rpm`` or ``ring 0.308 m 115 rpm``."""
-    return f"{'no ring' if ring is None else f'ring {ring:g} m'} {rpm:g} rpm"
 
 
 def statistics_of(recording: Recording) -> dict[str, float]:
@@ -90,21 +83,3 @@ def statistic_error(measure: str, value: float, reference: float) -> float:
     if measure in SHARES:
         return abs(value - reference) / 100
     return abs(value - reference) / abs(reference) if reference else (0.0 if value == 0 else NAN)
-
-
-def measured_scenes(form: TradeForm) -> dict[str, StateErrors | StatisticErrors]:
-    """What is asked of each scene that is measured, by its name: its state errors, or those of its statistics."""
-    found = {f"state_{_file(name)}": form.state.model_copy(update={"scenes": [name]}) for name in form.state.scenes}
-    return found | {
-        f"statistics_{_file(scene_name(*key))}": form.statistics.model_copy(update={"scenes": [key]})
-        for key in form.statistics.scenes
-    }
-
-
-def promised_scenes(form: TradeForm) -> dict[str, SceneKey]:
-    """Scenes kept apart, on which the planner is judged, by their names."""
-    return {_file(scene_name(*key)): key for key in form.kept_apart}
-
-
-def _file(name: str) -> str:
-    return name.replace(" ", "_")

@@ -12,6 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
+from replication.study.accuracy.limit import LIMITS, Limit, difference, limit_of
+from replication.study.accuracy.statistics import ABSOLUTE, TENSION, answers_of, scale_of, study_scene
+from replication.study.settings import StateErrors, StatisticErrors, Steps, scene_name
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.measure.whole_loop import Series
 from trackdyn.parameters.rig import Rig
@@ -21,9 +24,6 @@ from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.simulate import simulate
-from replication.study.accuracy.limit import LIMITS, Limit, difference, limit_of
-from replication.study.accuracy.statistics import ABSOLUTE, TENSION, answers_of, scale_of, scene_name, study_scene
-from replication.study.settings import StateErrors, StatisticErrors, Steps
 
 # error: against the limit; uncertainty: its standard error; scatter: standard error that one passage would leave, all
 # three relative, in turns of the sprocket for shares; unused: passages of the record that give no value

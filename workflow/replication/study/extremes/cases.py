@@ -5,6 +5,7 @@ from math import ceil
 
 import numpy as np
 
+from replication.study.extremes.judge import FAST, attempted, below, gap_bound, gap_missed, run_scene, within
 from trackdyn.contact.laws import friction_coefficient, normal_force
 from trackdyn.contact.tooth import find_area
 from trackdyn.jit import kernel
@@ -18,7 +19,6 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation.account import open_share, refuse_open_account
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.start_checks import arc_depths, explained_depth
-from replication.study.extremes.judge import FAST, attempted, below, gap_bound, gap_missed, run_scene, within
 
 # Change of momentum in turns a step: it is that of the path between two configurations.
 MOMENTUM = 10.0

@@ -6,14 +6,14 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
+from replication.study.extremes.judge import GAP, attempted, below
+from replication.study.stability import TOLERANCES
 from trackdyn.measure.sensor import specific_force
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.signals import rms
 from trackdyn.simulation.account import OPEN_SHARE, open_share
 from trackdyn.simulation.loop import Loop
-from replication.study.extremes.judge import GAP, attempted, below
-from replication.study.stability import TOLERANCES
 
 # Standard errors between the first and the last quarter that still count as no drift; revolutions that
 # are all alike may differ by what counts as a stable statistic elsewhere.

@@ -6,9 +6,9 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from replication.study.extremes.judge import DEFECT, run_scene
 from trackdyn.extras import required
 from trackdyn.parameters.rig import Rig
-from replication.study.extremes.judge import DEFECT, run_scene
 
 SEED = 20230917
 # A scene that computes longer than this (s) counts as one that never ends; most take less than one, but the

@@ -10,6 +10,8 @@ from collections.abc import Iterator
 import numpy as np
 import pandas as pd
 
+from replication.study.extremes.judge import COMPLETED, DEFECT, MARKED, REFUSED, row
+from replication.study.layouts import random_rig
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.rig_file import shipped_rigs
@@ -19,8 +21,6 @@ from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.resolution import NO, OPEN, PEAKS, RMS, YES
 from trackdyn.simulation.trial import short_run
 from trackdyn.simulation.watch import FINER
-from replication.study.extremes.judge import COMPLETED, DEFECT, MARKED, REFUSED, row
-from replication.study.layouts import random_rig
 
 FAMILY = "short runs"
 SEED = 20261215

@@ -3,24 +3,18 @@
 import json
 from collections.abc import Callable, Iterator, Mapping
 from importlib.metadata import PackageNotFoundError, version
-from math import ceil
 from typing import NamedTuple
 
 import pandas as pd
 
-from trackdyn.parameters.rig import Rig
 from replication.study.extremes import cases, solvers
 from replication.study.extremes.judge import DEFECT, as_table
 from replication.study.extremes.long_run import long_run, run_long
 from replication.study.extremes.random_scenes import SEED, random_scenes, smallest
 from replication.study.extremes.resolved import short_runs
 from replication.study.extremes.stability_map import stability_map
-from replication.study.settings import ExtremesForm
-
-# The long run has a process of its own: growth of the memory is then its own, too.
-LONG_RUN = "long_run"
-RANDOM_SCENES = 250  # in a part, at most
-SHORT_RUNS = 50
+from replication.study.settings import LONG_RUN, ExtremesForm, parts_of, random_parts, short_parts
+from trackdyn.parameters.rig import Rig
 
 
 class Extremes(NamedTuple):
@@ -29,17 +23,6 @@ class Extremes(NamedTuple):
     rows: pd.DataFrame
     chunks: pd.DataFrame
     seeds: dict
-
-
-def parts_of(form: ExtremesForm) -> list[str]:
-    """Names of the parts of a form, in the order of their families."""
-    return [
-        LONG_RUN,
-        "chain",
-        "motion",
-        *(f"random_{k}" for k in range(_random_parts(form))),
-        *(f"short_runs_{k}" for k in range(_short_parts(form))),
-    ]
 
 
 def run_part(rig: Rig, form: ExtremesForm, part: str, say: Callable[[str], None] = print) -> pd.DataFrame:
@@ -92,19 +75,11 @@ def _families(rig: Rig, form: ExtremesForm, part: str) -> dict[str, tuple[Iterat
         }
     if part.startswith("short_runs_"):
         number = int(part.removeprefix("short_runs_"))
-        return {"short runs": (short_runs(form.short_runs, part=number, parts=_short_parts(form)),)}
+        return {"short runs": (short_runs(form.short_runs, part=number, parts=short_parts(form)),)}
     number = int(part.removeprefix("random_"))
-    parts = _random_parts(form)
+    parts = random_parts(form)
     scenes = random_scenes(rig, form.random_scenes, part=number, parts=parts, in_space=form.random_in_space)
     return {"random scenes": (scenes,)}
-
-
-def _random_parts(form: ExtremesForm) -> int:
-    return ceil(form.random_scenes / RANDOM_SCENES)
-
-
-def _short_parts(form: ExtremesForm) -> int:
-    return ceil(form.short_runs / SHORT_RUNS)
 
 
 def _version(package: str) -> str:

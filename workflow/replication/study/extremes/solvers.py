@@ -5,6 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from replication.study.extremes import reference
+from replication.study.extremes.judge import REFUSED, attempted, below, within
 from trackdyn.chain import multipliers, riccati, transfer_matrices
 from trackdyn.errors import InputError
 from trackdyn.model.constants import Chain
@@ -13,8 +15,6 @@ from trackdyn.model.work import Work, make_work
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.build import build_chain
 from trackdyn.scene.scene import Scene
-from replication.study.extremes import reference
-from replication.study.extremes.judge import REFUSED, attempted, below, within
 
 FAMILY = "length of the chain"
 LONGEST_REFERENCE = 70

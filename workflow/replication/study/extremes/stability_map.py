@@ -4,14 +4,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from replication.study.extremes.cases import STEEL_AND_TOOTH
+from replication.study.extremes.judge import COMPLETED, FAST, REFUSED, attempted
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.limits import step_limits
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
-from replication.study.extremes.cases import STEEL_AND_TOOTH
-from replication.study.extremes.judge import COMPLETED, FAST, REFUSED, attempted
 
 SECONDS = 0.2
 MOST_STEPS = 200_000

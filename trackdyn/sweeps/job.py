@@ -1,19 +1,16 @@
 """What every script shares: its output goes to the rule's log, a mistake ends in one sentence, a stop leaves no half
-file.
+file. A job that is stopped ends at once and without a traceback, while it imports as while it runs: this module comes
+first in a script, and imports nothing that takes time.
 """
 
 import fcntl
 import os
 import resource
+import signal
 import sys
 import time
 from contextlib import contextmanager, redirect_stdout, suppress
 from pathlib import Path
-
-from _stop import leave_when_stopped
-
-from trackdyn.errors import TrackdynError
-from trackdyn.files import write_text
 
 # when this process began: loading what stands above took no longer than its processor time
 BEGAN = time.perf_counter() - time.process_time()
@@ -22,6 +19,8 @@ BEGAN = time.perf_counter() - time.process_time()
 @contextmanager
 def logged(snakemake):
     """Send standard output to the log; end with one sentence there and on the screen."""
+    from trackdyn.errors import TrackdynError
+
     leave_when_stopped()
     _join()
     with open(snakemake.log[0], "w", encoding="utf-8") as log, redirect_stdout(log):
@@ -39,6 +38,8 @@ def _spent(log):
 
     Snakemake's own benchmarks sample: they miss up to half a minute of a core's time, and take some of it themselves.
     """
+    from trackdyn.files import write_text
+
     used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
     seconds = time.perf_counter() - BEGAN
     memory = sum(one.ru_maxrss for one in used) / (2**20 if sys.platform == "darwin" else 2**10)
@@ -59,3 +60,21 @@ def _join():
     with suppress(FileNotFoundError), open(".snakemake/running", encoding="ascii") as file:
         if token and file.read() != token:
             sys.exit("the run that began this job was killed, and another one goes on")
+
+
+def _leave(number, _):
+    """End at once, as Snakemake asks; what is being written is removed."""
+    broken_off = getattr(sys.modules.get("trackdyn.files"), "broken_off", None)  # imported as a whole, or not yet
+    if broken_off:
+        broken_off()
+    os._exit(128 + number)
+
+
+def leave_when_stopped():
+    """From here on."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, _leave)
+
+
+if hasattr(sys.modules["__main__"], "snakemake"):  # a script of the workflow: the rest of its imports takes a second
+    leave_when_stopped()

@@ -1,0 +1,90 @@
+"""Writes the measured parts of the pages on the laboratory from the results of its studies."""
+
+import sys
+
+import pandas as pd
+
+from laboratory.report.wear import wear_text
+from replication.report.filled import write_pages
+from trackdyn.errors import InputError
+
+
+def departures(rows: pd.DataFrame) -> str:
+    """A line a departure, a column a scene: changes of RMS, high frequency and left share."""
+    shown = ("rms_g", "high_frequency_g", "left_share_pct")
+
+    def cell(group: pd.DataFrame) -> str:
+        if (why := group["failed"].fillna("").iloc[0]) != "":
+            return "refused" if why.startswith("scene: ") else "fails"
+        found = group.set_index("measure")["difference"]
+        return ", ".join(f"{found[name]:+.1f}".replace("-0.0", "0").replace("+0.0", "0") for name in shown)
+
+    cells = rows.groupby(["departure", "scene"], sort=False)[["measure", "difference", "failed"]].apply(cell)
+    return cells.unstack(sort=False).reset_index().to_markdown(index=False, disable_numparse=True)
+
+
+def calibration(rows: pd.DataFrame) -> str:
+    """Coverage of the 50 and 90 % intervals with their own 95 % intervals, and how even ranks are."""
+    shown = rows[["discrepancy", "parameter", "truths", "identified"]].copy()
+    for level in ("50", "90"):
+        spans = zip(*(rows[f"{name}_{level}"] for name in ("covered", "low", "high")), strict=True)
+        cells = [f"{100 * at:.1f} % ({100 * low:.0f} to {100 * high:.0f})" for at, low, high in spans]
+        shown[f"in {level} % intervals"] = cells
+    shown["of those identified"] = [
+        "–" if pd.isna(one) else f"{100 * one:.1f} %" for one in rows["covered_90_identified"]
+    ]
+    shown["p_uniform"] = ["–" if pd.isna(one) else f"{one:.2g}" for one in rows["p_uniform"]]
+    shown["bins outside"] = ["–" if pd.isna(one) else f"{one:.0f}" for one in rows["bins_outside"]]
+    return shown.to_markdown(index=False, disable_numparse=True)
+
+
+def identified(rows: pd.DataFrame) -> str:
+    """What an identification came to, in short."""
+    cells = rows.map(lambda value: value if isinstance(value, str) else "–" if pd.isna(value) else f"{value:.3g}")
+    return cells.to_markdown(index=False, disable_numparse=True)
+
+
+def findings(rows: pd.DataFrame) -> str:
+    """What an ensemble found, a line each; then its tables and pictures, where there are any."""
+
+    def line(row: pd.Series) -> str:
+        if row["file"] == "":
+            return f"- {row['finding']}"
+        picture = row["file"].endswith(".png")
+        return (
+            f"\n![{row['finding']}](pictures/ensemble_{row['file']})"
+            if picture
+            else f"- [{row['finding']}](measured/ensemble_{row['file']})"
+        )
+
+    return "\n".join(line(row) for _, row in rows.astype(object).fillna("").iterrows()) + "\n"
+
+
+def promises_text(rows: pd.DataFrame) -> str:
+    """Promises of the planner on the problems of the benchmark, a line a problem and tolerance."""
+    lines = []
+    for (problem, tolerance), group in rows.groupby(["problem", "tolerance"]):
+        made = group[group["met"].notna()]
+        worst = (made["achieved_error"] / made["tolerance"]).max()
+        lines.append({
+            "problem": problem, "tolerance": f"{100 * tolerance:g} %", "measures": len(group), "promised": len(made),
+            "kept": int(made["met"].astype(bool).sum()), "largest error, of its tolerance": f"{100 * worst:.0f} %",
+            "not promised": ", ".join(group.loc[group["met"].isna(), "measure"]) or "–",
+        })  # fmt: skip
+    return pd.DataFrame(lines).to_markdown(index=False, disable_numparse=True)
+
+
+PAGES = (
+    ("docs/deviations.md", ("deviations.csv",), departures),
+    ("docs/identify.md", ("calibration.csv",), calibration),
+    ("docs/identify-synthetic.md", ("identify_synthetic.csv",), identified),
+    ("docs/ensemble.md", ("ensemble_summary.csv",), findings),
+    ("docs/benchmark.md", ("benchmark_planner.csv",), promises_text),
+    ("docs/wear.md", ("wear_lives.csv",), wear_text),
+)
+
+if __name__ == "__main__":
+    try:
+        write_pages(sys.argv[1:], PAGES)
+    except InputError as error:
+        sys.exit(f"trackdyn: {error}")
