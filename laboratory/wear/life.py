@@ -24,10 +24,11 @@ from laboratory.wear.work import distribute
 from trackdyn.errors import DivergenceError, InputError, shown
 from trackdyn.files import keep, refuse_unwritable
 from trackdyn.measure.meshing import meshing_summary
-from trackdyn.measure.stopping import StopRule, refuse_undriven, run_steady, steady_fields
+from trackdyn.measure.stopping import refuse_undriven, run_steady
 from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Scene
+from trackdyn.scene.stop_rule import StopRule, steady_fields
 from trackdyn.simulation.loop import Loop
 from trackdyn.sources import module_hash
 from trackdyn.sweeps.store import DONE, Store, key_of

@@ -16,9 +16,9 @@ from laboratory.wear.study import STEP, answer, sensed, summarize, windows
 from laboratory.wear.work import distribute
 from trackdyn.commands.cli import app
 from trackdyn.errors import DivergenceError, InputError
-from trackdyn.measure.stopping import StopRule
 from trackdyn.parameters.outline import distance_to, flank_arcs, groove_of_arcs
 from trackdyn.scene.scene import Scene
+from trackdyn.scene.stop_rule import StopRule
 from trackdyn.simulation.loop import Loop
 from trackdyn.sweeps.table import write_table
 

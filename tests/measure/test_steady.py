@@ -12,7 +12,8 @@ import pytest
 import trackdyn.measure.stopping as steady
 from trackdyn import Scene, simulate
 from trackdyn.measure.meshing import meshing_summary, passages
-from trackdyn.measure.stopping import StopRule, later, run_steady, steady_fields, steady_from
+from trackdyn.measure.stopping import later, run_steady, steady_from
+from trackdyn.scene.stop_rule import StopRule, steady_fields
 from trackdyn.simulation.loop import Loop
 
 RULE = StopRule(share_pct=0.2, force=0.006, passages=13, longest_turns=4)

@@ -19,10 +19,11 @@ from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
 from trackdyn.jit import KERNEL_SOURCES
 from trackdyn.measure.metrics import run_metrics
-from trackdyn.measure.stopping import StopRule, run_steady
+from trackdyn.measure.stopping import run_steady
 from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.fidelity import preset
 from trackdyn.scene.scene import Scene
+from trackdyn.scene.stop_rule import StopRule
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sources import imported_files

@@ -48,23 +48,31 @@ def mobility_of_slip(
     """
     part, turn = along / chain.length[body], arm / chain.length[body]
     place, spin = np.array([1.0 - part, part]), np.array([turn, -turn])
-    pins = _mobility_of_pins(chain, body) if held else np.linalg.inv(_masses_of_ends(chain, body))
+    pins = _mobility_of_pins(chain, body) if held else np.linalg.inv(_mass_matrix(chain, body))
     return float(place @ pins @ place), float(2 * place @ pins @ spin), float(spin @ pins @ spin)
 
 
 def _mobility_of_pins(chain: Chain, body: int) -> np.ndarray:
     """(2, 2) accelerations of a body's pins across a straight chain per unit of force at each, 1/kg."""
-    n = len(chain.mass)
+    first, both, last = _masses_of_ends(chain)
+    n = len(first)
     ahead = behind = 0.0  # masses that the chain shows at the output and at the input pin, kg
     for i in range(n - 1, 0, -1):
-        m = _masses_of_ends(chain, (body + i) % n)
-        ahead = m[0, 0] - m[0, 1] ** 2 / (m[1, 1] + ahead)
-        m = _masses_of_ends(chain, (body - i) % n)
-        behind = m[1, 1] - m[0, 1] ** 2 / (m[0, 0] + behind)
-    return np.linalg.inv(_masses_of_ends(chain, body) + np.diag([behind, ahead]))
+        k = (body + i) % n
+        ahead = first[k] - both[k] ** 2 / (last[k] + ahead)
+        k = (body - i) % n
+        behind = last[k] - both[k] ** 2 / (first[k] + behind)
+    return np.linalg.inv(_mass_matrix(chain, body) + np.diag([behind, ahead]))
 
 
-def _masses_of_ends(chain: Chain, i: int) -> np.ndarray:
-    """(2, 2) mass matrix of a body over the velocities of its pins across itself, kg."""
-    k, spin = chain.com_x[i] / chain.length[i], chain.inertia[i] / chain.length[i] ** 2
-    return chain.mass[i] * np.outer([1.0 - k, k], [1.0 - k, k]) + spin * np.array([[1.0, -1.0], [-1.0, 1.0]])
+def _masses_of_ends(chain: Chain) -> tuple[list[float], list[float], list[float]]:
+    """Entries 00, 01 and 11 of every body's mass matrix over the velocities of its pins across itself, kg."""
+    k, spin = chain.com_x / chain.length, chain.inertia / chain.length**2
+    ahead = 1.0 - k
+    entries = chain.mass * (ahead * ahead) + spin, chain.mass * (ahead * k) - spin, chain.mass * (k * k) + spin
+    return entries[0].tolist(), entries[1].tolist(), entries[2].tolist()
+
+
+def _mass_matrix(chain: Chain, i: int) -> np.ndarray:
+    first, both, last = _masses_of_ends(chain)
+    return np.array([[first[i], both[i]], [both[i], last[i]]])

@@ -10,20 +10,18 @@ once, say as much as a long record does; where it scatters, their batch means sa
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from math import ceil, pi
-from typing import Annotated, TypeVar
+from typing import TypeVar
 
 import pandas as pd
-from pydantic import Field
 
 from trackdyn.errors import InputError
 from trackdyn.measure.contact_log import LONGEST, PASSAGE, SIDES, timing
 from trackdyn.measure.meshing import TOUCHING, passages
 from trackdyn.measure.whole_loop import RELATIVE, SHARES, Estimate, Series, passage, series
 from trackdyn.model.record import SPELL_COLUMNS
-from trackdyn.parameters.rig import Rig
-from trackdyn.parameters.validation import Positive, Section
 from trackdyn.scene.scene import LONGEST as LONGEST_RUN
 from trackdyn.scene.scene import Scene
+from trackdyn.scene.stop_rule import StopRule
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import SAMPLED, Recorder
 from trackdyn.simulation.recording import Recording
@@ -58,25 +56,6 @@ def _record(
             if converged or writer.finished:
                 return answer, converged
             judged = GROWTH * writer.done
-
-
-class StopRule(Section):
-    """Tolerances of contacts: half of the 95 % intervals of shares (points of a turn) and of RMS forces (relative),
-    passages at least, and the revolutions of the loop after which a record ends in any case.
-    """
-
-    share_pct: Positive
-    force: Positive
-    passages: Annotated[int, Field(ge=1)]
-    longest_turns: Annotated[float, Field(ge=1)]  # fewer would hold no whole passage
-
-
-def steady_fields(rig: Rig, rpm: float, rule: StopRule) -> dict[str, float]:
-    """Fields of a scene that records from the end of its ramp on, for as long as ``rule`` allows."""
-    return {
-        "lead_in": 0.0,
-        "duration": ceil(rule.longest_turns * rig.loop_period(rpm) * rig.sensor.rate) / rig.sensor.rate,
-    }
 
 
 def contact_series(table: pd.DataFrame) -> dict[str, Series]:

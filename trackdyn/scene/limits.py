@@ -1,8 +1,6 @@
 """Largest stable step of the explicit parts, predicted when a scene is made."""
 
-from math import ceil, inf, isinf, pi, sin, sqrt
-
-import scipy  # loads its parts when they are used
+from math import acos, cbrt, ceil, cos, inf, isinf, pi, sin, sqrt
 
 from trackdyn.integrate.methods import METHODS, Method
 from trackdyn.model.constants import Law
@@ -37,13 +35,14 @@ def advised_step(limit: float, sample: float) -> str:
 
 
 def elastic_depth(law, load, radius):
-    """Depth at which the elastic part of Eq. 8 carries a load (N), m."""
-
-    def excess(depth):
-        return law.stiffness * depth * sqrt(depth / (radius + depth)) - load
-
-    # for depths far beyond the radius the force grows with the depth alone, so that this is an upper end
-    return scipy.optimize.brentq(excess, 0.0, 1.0 + 2.0 * (load / law.stiffness) + radius)
+    """Depth d (m) at which the elastic part of Eq. 8 carries a load (N): the positive root of d^3 = c (d + radius)."""
+    c = (load / law.stiffness) ** 2
+    half, third = 0.5 * c * radius, c / 3.0
+    inside = half**2 - third**3
+    if inside < 0.0:
+        return 2.0 * sqrt(third) * cos(acos(half / third**1.5) / 3.0)
+    root = cbrt(half + sqrt(inside))
+    return root + third / root
 
 
 def _stiffness_at(law, load, radius):

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
-from trackdyn.errors import InputError
+from trackdyn.errors import InputError, shown
 
 MOST_BYTES = 128_000_000  # an hour of three axes at 1 kHz; the text and its numbers take some ten times that
 _WIDE = (b"\xff\xfe", b"\xfe\xff")  # marks of UTF-16
@@ -145,7 +145,7 @@ def find_layout(path: Path, text: str, recognised: Callable[[Sequence[str]], boo
         if recognised(names):
             return Layout(path, names, [""] * len(names), separator, rows[0] + 1, _body(text, rows[0]))
         raise InputError(
-            f"{path}: line {rows[0] + 1} holds numbers ({quoted(head[rows[0]])}) where the names of "
+            f"{path}: line {rows[0] + 1} holds numbers ({shown(head[rows[0]])}) where the names of "
             "the columns must be; "
             "write them above, or give columns by number, such as --time 1 --axis ay=3 --unit g."
         )
@@ -202,7 +202,7 @@ def _seconds(layout: Layout, column: int) -> np.ndarray:
     if found.hasnans or not all(map(_DATE.fullmatch, texts)):
         k = next(k for k, text in enumerate(texts) if not _DATE.fullmatch(text) or found[k] is pd.NaT)
         raise InputError(
-            f"{layout.path}: field {layout.names[column]} in line {layout.first_line + k} is {quoted(texts[k])}, not a "
+            f"{layout.path}: field {layout.names[column]} in line {layout.first_line + k} is {shown(texts[k])}, not a "
             "date and time as 2024-05-01T12:00:00.001; correct it."
         )
     return (found - found[0]).to_numpy() / np.timedelta64(1, "s")
@@ -213,7 +213,7 @@ def _decimal_sign(layout: Layout, columns: Sequence[int]) -> str:
     commas = [field for fields in head for k, field in enumerate(fields) if k in columns and "," in field]
     if commas and all(map(_GROUPED.fullmatch, commas)):
         raise InputError(
-            f"{layout.path}: the comma in {quoted(commas[0])} may mark decimals or thousands; save the "
+            f"{layout.path}: the comma in {shown(commas[0])} may mark decimals or thousands; save the "
             "file with decimal points."
         )
     return "," if commas else "."
@@ -261,21 +261,21 @@ def _parse_by_line(layout: Layout, columns: Sequence[int], decimal: str) -> np.n
         for column, index in enumerate(columns):
             where, value = f"{path}: field {names[index]} in line {number}", fields[index]
             if not value:
-                raise InputError(f"{where} is empty ({quoted(line)}); supply the number.")
+                raise InputError(f"{where} is empty ({shown(line)}); supply the number.")
             if _NOT_FINITE.fullmatch(value):
-                raise InputError(f"{where} is {quoted(value)}, not a finite number; record the sample again.")
+                raise InputError(f"{where} is {shown(value)}, not a finite number; record the sample again.")
             if not _NUMBER.fullmatch(value.replace(".", "?").replace(",", ".") if decimal == "," else value):
                 kind = "decimal comma, as the first rows have it" if decimal == "," else "decimal point"
-                raise InputError(f"{where} is {quoted(value)}, not a number; write it with a {kind}.")
+                raise InputError(f"{where} is {shown(value)}, not a number; write it with a {kind}.")
             table[k, column] = float(value.replace(",", "."))
             if not np.isfinite(table[k, column]):
-                raise InputError(f"{where} is {quoted(value)}, too large for a number; correct it.")
+                raise InputError(f"{where} is {shown(value)}, too large for a number; correct it.")
     return table
 
 
 def _refuse_fields(path, line, number, names, separator, what, last=False):
     """Say why a row has not as many fields as the header has names."""
-    where = f"{path}: line {number} ({quoted(line)})"
+    where = f"{path}: line {number} ({shown(line)})"
     if not line.strip():
         raise InputError(f"{where} is empty where a row must be; remove the line.")
     if line.lstrip().startswith("#"):
@@ -300,11 +300,6 @@ def _refuse_fields(path, line, number, names, separator, what, last=False):
     )
 
 
-def quoted(value: str) -> str:
-    """A value of the file as it may stand in a sentence: quoted, on one line, not too long."""
-    return repr(value if len(value) <= 40 else value[:37] + "...")
-
-
 def listed(names: Sequence[str]) -> str:
     """Names of columns as they may stand in a sentence."""
-    return ", ".join(map(quoted, names[:8])) + (", ..." if len(names) > 8 else "")
+    return ", ".join(map(shown, names[:8])) + (", ..." if len(names) > 8 else "")

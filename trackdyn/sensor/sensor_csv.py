@@ -16,7 +16,7 @@ from trackdyn.errors import InputError
 from trackdyn.files import replacing
 from trackdyn.sensor import stamps
 from trackdyn.sensor.logger_binary import Channels, read_channels
-from trackdyn.sensor.logger_text import Layout, find_layout, is_dated, listed, parse, quoted, read_logger_text
+from trackdyn.sensor.logger_text import Layout, find_layout, is_dated, listed, parse, read_logger_text
 from trackdyn.sensor.sensor_mapping import AXES, SensorMapping, choose, time_unit_of, unit_of, with_time_units
 
 BINARY = (".mf4", ".tdms")  # endings of files that are no text
@@ -175,7 +175,7 @@ def _record(layout, mapping, columns, units, values, range_g, gravity) -> Sensor
     unused = [name for k, name in enumerate(layout.names) if k not in used and name]
     signs = {axis: "-" * (columns[axis][1] < 0) for axis in units}
     shown = {unit: f"counts of 1/{counts:.6g} g" if unit == "counts" else unit for unit in scale}
-    said = [f"{axis} = {signs[axis]}{quoted(names[axis])} in {shown[unit]}" for axis, unit in units.items()]
+    said = [f"{axis} = {signs[axis]}{shown(names[axis])} in {shown[unit]}" for axis, unit in units.items()]
     done = {"rows": f"{count}, from line {layout.first_line} on"}
     done["columns"] = ", ".join(said) + (f"; not used: {listed(unused)}" if unused else "")
 
@@ -190,7 +190,7 @@ def _record(layout, mapping, columns, units, values, range_g, gravity) -> Sensor
         clock = stamps.judge(path, seen, line, mapping.rate, mapping.resample)
         rate, done["time"] = (
             clock.rate_hz,
-            f"{quoted(names['time'])} in {seen.unit}, to {seen.rounding:.2g} s; {clock.steps}",
+            f"{shown(names['time'])} in {seen.unit}, to {seen.rounding:.2g} s; {clock.steps}",
         )
     done["rate"] = f"{rate:.7g} Hz, {'given' if mapping.rate else 'found'}"
     axes = {axis: columns[axis][1] * scale[unit] * values[axis][part] for axis, unit in units.items()}
@@ -217,7 +217,7 @@ def _record(layout, mapping, columns, units, values, range_g, gravity) -> Sensor
         )
     if np.ptp(axes["ay"]) <= 1e-9 * max(1.0, np.abs(axes["ay"]).max()):
         raise InputError(
-            f"{path}: column {quoted(names['ay'])} is {values['ay'][part.start]:.6g} in every row; "
+            f"{path}: column {shown(names['ay'])} is {values['ay'][part.start]:.6g} in every row; "
             "choose another one for ay "
             "with --axis ay=NAME, or record the moving track."
         )

@@ -7,10 +7,9 @@ from typing import Annotated, Any, Literal, NamedTuple, get_args
 
 from pydantic import BeforeValidator, ConfigDict, Field, model_validator
 
-from trackdyn.errors import InputError
+from trackdyn.errors import InputError, shown
 from trackdyn.parameters.validation import NotNegative, Positive, Section, validated
 from trackdyn.parameters.yaml_file import read_yaml
-from trackdyn.sensor.logger_text import quoted
 from trackdyn.sensor.stamps import RATES, UNITS
 
 Axis = Literal["ax", "ay", "az"]
@@ -158,22 +157,22 @@ def unit_of(path: Path, column: Column, mapping: SensorMapping) -> str:
     given = "counts" if mapping.counts_per_g else mapping.unit
     if column.unit and own is None:
         raise InputError(
-            f"{path}: column {quoted(column.name)} has the unit {quoted(column.unit)}; g, m/s2, mg and counts "
+            f"{path}: column {shown(column.name)} has the unit {shown(column.unit)}; g, m/s2, mg and counts "
             "are read, choose another "
             "column with --axis."
         )
     if own and given and own != given:
         option = "--scale or --bits" if given == "counts" else f"--unit {given}"
         raise InputError(
-            f"{path}: column {quoted(column.name)} is in {own} by its name, which contradicts {option}; leave it out."
+            f"{path}: column {shown(column.name)} is in {own} by its name, which contradicts {option}; leave it out."
         )
     if own == "counts" and not given:
         raise InputError(
-            f"{path}: column {quoted(column.name)} holds counts; give --scale, the counts per g, or --range and --bits."
+            f"{path}: column {shown(column.name)} holds counts; give --scale, the counts per g, or --range and --bits."
         )
     if not (unit := own or given):
         raise InputError(
-            f"{path}: column {quoted(column.name)} does not say its unit; give --unit g, --unit m/s2 or --unit mg, or "
+            f"{path}: column {shown(column.name)} does not say its unit; give --unit g, --unit m/s2 or --unit mg, or "
             "for raw counts --scale, the counts per g."
         )
     return unit
@@ -188,7 +187,7 @@ def time_unit_of(path: Path, column: Column) -> str | None:
     """Unit of the time stamps by their header; None if it names none."""
     if column.unit and column.unit not in _TIME:
         raise InputError(
-            f"{path}: column {quoted(column.name)} has the unit {quoted(column.unit)}; "
+            f"{path}: column {shown(column.name)} has the unit {shown(column.unit)}; "
             f"{', '.join(UNITS)} are read, choose "
             "another column with --time or give --time none --rate HZ."
         )

@@ -9,13 +9,13 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.errors import InputError
-from trackdyn.measure.stopping import StopRule
 from trackdyn.measure.whole_loop import RELATIVE, SHARES
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.rig_file import DEFAULT
 from trackdyn.parameters.validation import parse_number, parse_tolerance, shown, validated, within
 from trackdyn.scene.fidelity import CHOICES, preset
 from trackdyn.scene.scene import FOLLOWS, LEAST_STEP, LONGEST, Scene
+from trackdyn.scene.stop_rule import StopRule
 from trackdyn.simulation.settled_loops import LATER
 from trackdyn.sources import module_hash
 from trackdyn.sweeps.store import key_of

@@ -2,7 +2,7 @@ from trackdyn.sweeps.job import logged
 from replication.study.accuracy.ladder import measure_setting
 from trackdyn import load_rig
 from trackdyn.files import write_csv
-from trackdyn.measure.stopping import StopRule
+from trackdyn.scene.stop_rule import StopRule
 
 with logged(snakemake):
     params = snakemake.params

@@ -1,6 +1,7 @@
 from trackdyn.sweeps.job import logged
 from trackdyn import Loop, Scene, load_rig
-from trackdyn.measure.stopping import StopRule, run_steady
+from trackdyn.measure.stopping import run_steady
+from trackdyn.scene.stop_rule import StopRule
 from trackdyn.simulation.settled_loops import SettledLoops
 
 with logged(snakemake):

@@ -5,7 +5,7 @@ from replication.paper.contents import caption
 from replication.report.tables import write_table
 from replication.study.stability import stability
 from trackdyn import Scene, load_rig
-from trackdyn.measure.stopping import StopRule
+from trackdyn.scene.stop_rule import StopRule
 
 with logged(snakemake):
     rig, rule = load_rig(snakemake.input.rig), StopRule(**snakemake.params.known)

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 import yaml
 
-from replication.paper.article import load_article
+from replication.paper.cells import load_article
 from replication.paper.claims import (
     COLUMNS,
     IN_TREND,

@@ -5,7 +5,7 @@ import pytest
 
 from replication.study.accuracy.ladder import FOUND, compare_rungs, measure_setting
 from replication.study.settings import SETTINGS
-from trackdyn.measure.stopping import StopRule
+from trackdyn.scene.stop_rule import StopRule
 
 
 def test_differences_are_those_from_the_papers_setting_in_the_same_scene():

@@ -13,7 +13,7 @@ import pandas as pd
 from pydantic import Field
 
 from replication.certify.provenance import PACKAGES, file_hash, package_hash, package_version
-from replication.paper.contents import OWN, PAPER, OF_STUDIES
+from replication.paper.contents import OF_STUDIES, OWN, PAPER
 from trackdyn.errors import InputError
 from trackdyn.files import read_text, write_text
 from trackdyn.jit import target_hash

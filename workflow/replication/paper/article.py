@@ -1,44 +1,10 @@
-"""The article in somebody's hand: cells that a reader filled in, and the measures that compare with them."""
-
-from pathlib import Path
+"""Measures that compare with the article's cells that a reader filled in."""
 
 import numpy as np
 
-from replication.paper import printed
+from replication.paper.cells import value_difference
 from replication.paper.evidence import Evidence, NotThere
 from replication.paper.measures import alike, coarse_rms_difference, measure
-from trackdyn.errors import InputError
-from trackdyn.parameters.paper_tables import PaperTables, load_paper_tables
-
-# points by which printed cells may miss a printed difference: two cells near 1 g with two decimals, 0.005 g off each
-ROUNDED_DIFFERENCE = 1.1
-
-
-def load_article(path: Path | str) -> PaperTables:
-    """The cells that a reader filled in, held against the differences that the text prints.
-
-    Raises
-    ------
-    InputError
-        One sentence with file, field, value and what is accepted.
-    """
-    tables = load_paper_tables(path)
-    for name, text in (("rms", printed.RMS_DIFFERENCE), ("sd", printed.SD_DIFFERENCE)):
-        simulated, measured = (tables.statistics(f"{name}_{source}") for source in ("simulation", "experiment"))
-        for rpm in sorted(simulated.keys() & measured.keys() & text.value.keys()):
-            found = _difference(simulated[rpm], measured[rpm])
-            if abs(found - text.value[rpm]) > ROUNDED_DIFFERENCE:
-                raise InputError(
-                    f"{path}: table3.speeds.{rpm}.{name}_simulation = {simulated[rpm]:.6g} g and {name}_experiment = "
-                    f"{measured[rpm]:.6g} g differ by {found:.3g} % where the text prints {text.value[rpm]:g} %; cells "
-                    "that differ as printed are accepted"
-                )
-    return tables
-
-
-def _difference(simulated, measured):
-    """The article's value difference, %."""
-    return 100 * np.abs(np.asarray(simulated) - measured) / measured
 
 
 def _cells(e: Evidence, name: str, speeds) -> np.ndarray:
@@ -52,7 +18,7 @@ def _cells(e: Evidence, name: str, speeds) -> np.ndarray:
 def _against(what, e, speeds):
     """Difference of a column of our records from a column of Table 3, % of the latter."""
     ours, cells = what
-    return _difference(e.records(speeds)[ours], _cells(e, cells, speeds)).tolist()
+    return value_difference(e.records(speeds)[ours], _cells(e, cells, speeds)).tolist()
 
 
 alike(
@@ -67,7 +33,7 @@ def coarse_less_accurate(e, speeds):
     """How much farther from the article's measured RMS three surfaces are than ten arcs, points."""
     measured, fine = _cells(e, "rms_experiment", speeds), e.records(speeds)["rms_g"].to_numpy()
     coarse = fine * (1 + np.array(coarse_rms_difference(e, speeds)) / 100)
-    return (_difference(coarse, measured) - _difference(fine, measured)).tolist()
+    return (value_difference(coarse, measured) - value_difference(fine, measured)).tolist()
 
 
 @measure("records", by_speed=True)

@@ -10,17 +10,17 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from replication.paper.article import load_article
+from replication.paper.cells import load_article
 from replication.studies import STUDIES
 from replication.study.settings import REFERENCE, SETTINGS, Allowed, StudiesFile, allowed_step, peer_scene, rising
 from trackdyn.errors import InputError, TrackdynError
-from trackdyn.measure.stopping import StopRule, steady_fields
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.rig_file import cells_path
 from trackdyn.parameters.validation import NotNegative, Positive, Section, parse_tolerance, shown, validated
 from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.scene.fidelity import PRESETS
 from trackdyn.scene.scene import Scene
+from trackdyn.scene.stop_rule import StopRule, steady_fields
 from trackdyn.sensor.sensor_mapping import load_mapping
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from replication.paper import printed
+from replication.paper.cells import value_difference
 from replication.studies import BY_NAME
 from trackdyn.errors import InputError
 from trackdyn.files import replacing
@@ -145,11 +146,6 @@ def _row_of(metrics: pd.DataFrame, rpm: float) -> pd.Series:
         problem = f"metrics: {len(rows)} rows stand for {rpm:g} rpm"
         raise InputError(f"{problem}; give the one run that belongs to its sensor record")
     return rows.iloc[0]
-
-
-def value_difference(simulation: float, sensor: float) -> float:
-    """The paper's value difference ``|simulation - sensor| / sensor``, %."""
-    return 100.0 * abs(simulation - sensor) / abs(sensor) if sensor else float("nan")
 
 
 def table3(

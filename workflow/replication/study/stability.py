@@ -3,9 +3,10 @@
 import pandas as pd
 
 from trackdyn.measure.meshing import meshing_summary
-from trackdyn.measure.stopping import StopRule, run_steady
+from trackdyn.measure.stopping import run_steady
 from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.scene.scene import Scene
+from trackdyn.scene.stop_rule import StopRule
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settled_loops import SettledLoops

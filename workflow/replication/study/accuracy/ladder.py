@@ -9,11 +9,12 @@ from replication.study.accuracy.statistics import MEASURES, NAN, RELATIVE, SHARE
 from replication.study.settings import REFERENCE, SETTINGS
 from trackdyn.errors import TrackdynError
 from trackdyn.measure.meshing import meshing_summary
-from trackdyn.measure.stopping import StopRule, run_steady, steady_fields
+from trackdyn.measure.stopping import run_steady
 from trackdyn.measure.whole_loop import whole_loop
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.fidelity import PRESETS, WITHOUT_RING
 from trackdyn.scene.scene import Scene
+from trackdyn.scene.stop_rule import StopRule, steady_fields
 from trackdyn.simulation.account import energy_residual
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.settled_loops import SettledLoops

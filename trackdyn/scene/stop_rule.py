@@ -1,0 +1,28 @@
+"""When a record of contacts ends."""
+
+from math import ceil
+from typing import Annotated
+
+from pydantic import Field
+
+from trackdyn.parameters.rig import Rig
+from trackdyn.parameters.validation import Positive, Section
+
+
+class StopRule(Section):
+    """Tolerances of contacts: half of the 95 % intervals of shares (points of a turn) and of RMS forces (relative),
+    passages at least, and the revolutions of the loop after which a record ends in any case.
+    """
+
+    share_pct: Positive
+    force: Positive
+    passages: Annotated[int, Field(ge=1)]
+    longest_turns: Annotated[float, Field(ge=1)]  # fewer would hold no whole passage
+
+
+def steady_fields(rig: Rig, rpm: float, rule: StopRule) -> dict[str, float]:
+    """Fields of a scene that records from the end of its ramp on, for as long as ``rule`` allows."""
+    return {
+        "lead_in": 0.0,
+        "duration": ceil(rule.longest_turns * rig.loop_period(rpm) * rig.sensor.rate) / rig.sensor.rate,
+    }
