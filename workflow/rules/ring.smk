@@ -69,18 +69,28 @@ rule coarse_table:
     script: "../scripts/coarse_table.py"
 
 
-rule stability:
+rule stability_runs:
     """Half the step, twice the record, a later start: what changes."""
     input:
-        needs("stability.py"),
+        needs("stability_runs.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
-    output: **table("stability")
+    output: f"{R}/stability.csv"
     params:
         scenes=[plain_scene(SCENES[run]) for run in STABILITY_RUNS if run in SCENES],
         known=CONFIG.known.model_dump(),
-    log: f"{R}/logs/stability.log"
+    log: f"{R}/logs/stability_runs.log"
     message: "Stability of the statistics"
+    script: "../scripts/stability_runs.py"
+
+
+rule stability:
+    input:
+        needs("stability.py"),
+        rules.stability_runs.output,
+    output: **table("stability")
+    log: f"{R}/logs/stability.log"
+    message: "Stability of the statistics: the table"
     script: "../scripts/stability.py"
 
 

@@ -1,19 +1,22 @@
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
 from trackdyn.sweeps.job import logged
 from replication.paper.contents import caption
-from replication.peers.comparison import compare, table2_outcome
 from replication.report.figures.peer import displacement_figure, model_figure
-from replication.report.tables import write_table
+from replication.report.tables import table2_outcome, write_table
 from trackdyn import load_rig
-from trackdyn.files import write_csv
 from trackdyn.plots.style import save
 
 with logged(snakemake):
-    rig = load_rig(snakemake.input.rig)
-    result = compare(rig, **snakemake.params.options)
-    write_csv(snakemake.output.curves, result.curves)
-    write_csv(snakemake.output.summary, result.summary)
-    outcome = table2_outcome(result, snakemake.params.options["accuracy_pct"])
-    write_table(result.table, snakemake.output.table, f"{caption('table2')}\n\n{outcome}")
-    save(model_figure(rig, result.frame, result.shift, result.missing), snakemake.output.model[0])
-    save(displacement_figure(result.curves, result.summary, result.missing), snakemake.output.displacement[0])
-    print(result.summary.to_string(index=False))
+    given, out = snakemake.input, snakemake.output
+    curves, summary, costs = map(pd.read_csv, (given.curves, given.summary, given.costs))
+    model = json.loads(Path(given.model).read_text(encoding="utf-8"))
+    outcome = table2_outcome(costs, model["missing"], snakemake.params.accuracy_pct)
+    write_table(costs, out.table, f"{caption('table2')}\n\n{outcome}")
+    frame = np.array(model["frame"])
+    save(model_figure(load_rig(given.rig), frame, model["shift"], model["missing"]), out.figure13[0])
+    save(displacement_figure(curves, summary, model["missing"]), out.figure14[0])

@@ -15,7 +15,8 @@ from time import process_time
 import numpy as np
 import pandas as pd
 
-from replication.peers.comparison import OURS, PEER, run_peer
+from replication.peers.codes import OURS, OWN, PEER
+from replication.peers.comparison import run_peer
 from replication.peers.exudyn_loop import PeerRun, require_exudyn
 from replication.peers.mujoco_loop import run_mujoco
 from replication.study.accuracy.limit import SURE, difference, limit_of
@@ -45,7 +46,6 @@ COLUMNS = [
     "note",
 ]
 METHOD = "generalized alpha"  # of Exudyn
-OWN = "mujoco, contact of its own"
 ORDERS = {
     "semi_implicit": 1,
     METHOD: 2,
@@ -183,23 +183,3 @@ def _answers(
     if reached:
         min(reached, key=lambda row: row["cpu_s"])["chosen"] = "yes"
     return rows
-
-
-def outcome(table: pd.DataFrame, tolerance: float) -> str:
-    """What came out, in a sentence below the caption."""
-    chosen = table[table["chosen"] == "yes"].set_index("code")["cpu_s"]
-    parts = [f"{code} takes {seconds:.3g} s of CPU time" for code, seconds in chosen.items()]
-    missing = [code for code in table["code"].unique() if code not in chosen]
-    parts += [f"{code} does not reach it with these settings or was not run" for code in missing]
-    text = f"At an error of at most {100 * tolerance:g} %: {'; '.join(parts)}."
-    if {"rms_m_s2", "difference_pct"} <= set(table):
-        limits = (table["rms_m_s2"] / (1 + table["difference_pct"] / 100)).groupby(table["code"]).mean()
-        apart = {
-            code: 100 * (limits[code] / limits[OURS] - 1)
-            for code in (PEER, OWN)
-            if np.isfinite(limits.get(code, np.nan))
-        }
-        text += "".join(
-            f" The RMS of {code} in the limit is {share:+.2g} % from ours." for code, share in apart.items()
-        )
-    return text

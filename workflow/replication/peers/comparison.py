@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pandas as pd
 
+from replication.peers.codes import OURS, PEER
 from replication.peers.contact import make_contacts
 from replication.peers.exudyn_loop import PeerRun, free_wheels, require_exudyn, run_loop, start_of
 from replication.study.settings import peer_scene
@@ -18,7 +19,6 @@ from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.simulate import simulate
 
 READINGS = ("sprocket", "motor")  # whose speed the paper's 180 r/min may be
-OURS, PEER = "trackdyn", "exudyn"
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Result:
         ``reading, time_s, trackdyn_m, belt_m, exudyn_m, exudyn_eight_arcs_m`` (the last of the first reading):
         vertical displacement of the selected link; time since the start of the sprocket, after its ramp. The belt
         knows no forces: what it reaches says how much the comparison can tell.
-    table : DataFrame
+    costs : DataFrame
         Rows of Table 2.
     summary : DataFrame
         ``reading, speed_rpm, range_m, trackdyn_step_s, difference_belt_pct, exudyn_step_s, difference_pct,
@@ -46,7 +46,7 @@ class Result:
     """
 
     curves: pd.DataFrame
-    table: pd.DataFrame
+    costs: pd.DataFrame
     summary: pd.DataFrame
     missing: str
     frame: np.ndarray = field(repr=False)
@@ -196,16 +196,3 @@ def _frame(scene: Scene, run: PeerRun, sprocket_angle: float) -> np.ndarray:
     arm = 0.5 * scene.rig.chain.link_length
     pin = run.centre[k, 0] - arm * np.array([np.cos(angle[0]), np.sin(angle[0])])
     return np.concatenate([pin, angle, [sprocket_angle]])
-
-
-def cost_ratio(table: pd.DataFrame) -> float:
-    """CPU time of the other code over ours, both with the chosen step; not a number where it did not run."""
-    chosen = table[table["chosen"] == "yes"].set_index("code")["cpu_s_per_s"]
-    return float(chosen[PEER] / chosen[OURS]) if PEER in chosen else float("nan")
-
-
-def table2_outcome(result: Result, accuracy_pct: float) -> str:
-    """What came out, in a sentence below the caption of Table 2."""
-    if result.missing:
-        return f"Exudyn: {result.missing}."
-    return f"At an error below {accuracy_pct:g} % Exudyn takes {cost_ratio(result.table):.3g} times the CPU time."

@@ -9,6 +9,7 @@ import pandas as pd
 
 from replication.paper import printed
 from replication.paper.cells import value_difference
+from replication.peers.codes import OURS, OWN, PEER
 from replication.studies import BY_NAME
 from trackdyn.errors import InputError
 from trackdyn.files import replacing
@@ -275,3 +276,36 @@ Two methods differ by (relative, turns for shares, m), with the standard error o
 
 {agreement.to_markdown(index=False, floatfmt=".2g") if len(agreement) else "not checked in the short form"}
 """
+
+
+def cost_ratio(table: pd.DataFrame) -> float:
+    """CPU time of the other code over ours, both with the chosen step; not a number where it did not run."""
+    chosen = table[table["chosen"] == "yes"].set_index("code")["cpu_s_per_s"]
+    return float(chosen[PEER] / chosen[OURS]) if PEER in chosen else float("nan")
+
+
+def table2_outcome(costs: pd.DataFrame, missing: str, accuracy_pct: float) -> str:
+    """What came out, in a sentence below the caption of Table 2."""
+    if missing:
+        return f"Exudyn: {missing}."
+    return f"At an error below {accuracy_pct:g} % Exudyn takes {cost_ratio(costs):.3g} times the CPU time."
+
+
+def answers_outcome(table: pd.DataFrame, tolerance: float) -> str:
+    """What came out, in a sentence below the caption."""
+    chosen = table[table["chosen"] == "yes"].set_index("code")["cpu_s"]
+    parts = [f"{code} takes {seconds:.3g} s of CPU time" for code, seconds in chosen.items()]
+    missing = [code for code in table["code"].unique() if code not in chosen]
+    parts += [f"{code} does not reach it with these settings or was not run" for code in missing]
+    text = f"At an error of at most {100 * tolerance:g} %: {'; '.join(parts)}."
+    if {"rms_m_s2", "difference_pct"} <= set(table):
+        limits = (table["rms_m_s2"] / (1 + table["difference_pct"] / 100)).groupby(table["code"]).mean()
+        apart = {
+            code: 100 * (limits[code] / limits[OURS] - 1)
+            for code in (PEER, OWN)
+            if np.isfinite(limits.get(code, np.nan))
+        }
+        text += "".join(
+            f" The RMS of {code} in the limit is {share:+.2g} % from ours." for code, share in apart.items()
+        )
+    return text
