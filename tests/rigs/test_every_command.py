@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pandas as pd
 import pytest
-from tests.inference.conftest import closed_form_ay
+from tests.laboratory.inference.conftest import closed_form_ay
 
 from laboratory.inference.identification import experiment
 from laboratory.inference.identification.answer import best_rig_text

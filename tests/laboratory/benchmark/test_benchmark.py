@@ -11,7 +11,7 @@ from laboratory.benchmark import score
 from laboratory.benchmark.problems import FOLDER, NAMES, read_problem, read_reference, read_start
 from trackdyn.errors import InputError
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 FIELD = ROOT / "benchmarks" / "field"
 MAIN = "from trackdyn.commands.cli import main; main()"
 

@@ -16,7 +16,7 @@ from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.validation import validated
 from trackdyn.parameters.yaml_file import read_yaml
 
-FILE = Path(__file__).parents[2] / "config" / "fit.yaml"
+FILE = Path(__file__).parents[3] / "config" / "fit.yaml"
 RIG = FILE.parent / "rigs" / "possible.yaml"
 
 

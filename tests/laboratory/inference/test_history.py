@@ -29,7 +29,7 @@ from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.validation import validated
 from trackdyn.parameters.yaml_file import read_yaml
 
-CONFIG = Path(__file__).parents[2] / "config"
+CONFIG = Path(__file__).parents[3] / "config"
 SETTINGS = load_ensemble(CONFIG / "ensemble.yaml")
 CLAIMS = load_claims(CONFIG / "claims.yaml")
 RIG = load_rig(CONFIG / "rigs" / "first_fit.yaml")

@@ -20,7 +20,7 @@ from trackdyn.sweeps.table import write_table
 
 pytestmark = pytest.mark.slow
 
-CONFIG = Path(__file__).parents[2] / "config"
+CONFIG = Path(__file__).parents[3] / "config"
 CLAIMS = load_claims(CONFIG / "claims.yaml")
 LAST_RIGS = 6
 

@@ -37,7 +37,7 @@ from trackdyn.measure.columns import table_schema
 from trackdyn.parameters.paper_tables import PaperTables
 from trackdyn.parameters.rig import load_rig
 
-CONFIG = Path(__file__).parents[2] / "config"
+CONFIG = Path(__file__).parents[3] / "config"
 CLAIMS = {claim.name: claim for claim in load_claims(CONFIG / "claims.yaml")}
 TESTS = [name for name, claim in CLAIMS.items() if claim.rule not in ("no_test", "not_comparable")]
 SPEEDS = [115.0, 150.0, 180.0, 210.0]

@@ -10,7 +10,7 @@ import pytest
 
 from replication.paper.contents import OWN, PAPER, STUDIES, caption, missing
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 EVERY = (*PAPER, *OWN, *STUDIES)
 SYNTHETIC = re.compile("synthetic", re.IGNORECASE)
 

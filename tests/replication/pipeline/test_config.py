@@ -17,7 +17,7 @@ from trackdyn.errors import InputError
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.yaml_file import read_yaml
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 BASE, QUICK = SHIPPED = ("config/config.yaml", "config/quick.yaml")
 
 

@@ -12,7 +12,7 @@ from replication.pipeline.schemas import FOLDER, MODELS, schema, text
 from trackdyn.parameters.quantities import YAML_12_FLOAT
 from trackdyn.parameters.yaml_file import read_yaml
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 # but for the record of another rig's fit, which no program reads
 RECORD = ROOT / "config" / "fits" / "printed_equal_pitch.yaml"
 FILES = sorted({*(ROOT / "config").rglob("*.yaml"), *(ROOT / "tests").rglob("*.yaml")} - {RECORD})

@@ -10,7 +10,7 @@ from replication.paper.claims import COLUMNS, SHORT, load_claims, printed_text
 from replication.report.filled import BEGIN, END, PAGES, claims_text, departures, fill
 from trackdyn.parameters.table import parameter_table
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 
 @pytest.mark.parametrize(("page", "sources", "write"), PAGES)

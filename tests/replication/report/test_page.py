@@ -28,7 +28,7 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation.recording import Recording, provenance
 from trackdyn.sources import source_hash
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 RIG_FILE = ROOT / "config" / "rig.yaml"
 RIG = load_rig(RIG_FILE)
 RATE = RIG.sensor.rate

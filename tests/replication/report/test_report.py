@@ -41,7 +41,7 @@ from trackdyn.simulation.recording import Recording
 
 pytestmark = pytest.mark.slow
 
-RIG = load_rig(Path(__file__).parents[2] / "config" / "rig.yaml")
+RIG = load_rig(Path(__file__).parents[3] / "config" / "rig.yaml")
 RATE = 1000
 RPM = 210.0
 LOOP_HZ = RPM / 5.57 / 60 * 13 / 35

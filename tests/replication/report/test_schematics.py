@@ -25,7 +25,7 @@ from trackdyn.plots.drawing import laid_frame
 from trackdyn.plots.style import save
 from trackdyn.scene.build import build_chain, make_tooth
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 RIG = load_rig(ROOT / "config" / "rig.yaml")
 # another groove: wider flanks, higher bumps, a smaller arc on the connector
 OTHER = RIG.changed(groove__r2=0.047, groove__r4=0.026, chain__connector_radius=0.028)
