@@ -8,11 +8,10 @@ from pkgutil import resolve_name
 
 import pytest
 
-from replication.paper.contents import OWN, PAPER, STUDIES, caption, missing
+from replication.paper.contents import OWN, PAPER, STUDIES, missing
 
 ROOT = Path(__file__).parents[3]
 EVERY = (*PAPER, *OWN, *STUDIES)
-SYNTHETIC = re.compile("synthetic", re.IGNORECASE)
 
 
 def test_the_list_is_that_of_the_paper(tmp_path):
@@ -43,13 +42,6 @@ def test_an_item_names_a_rule_and_has_a_caption(item):
     paragraphs = item.caption(synthetic=True)
     assert all(" ".join(text.split()) == text and text.endswith(".") for text in paragraphs)
     assert len(" ".join(paragraphs).split()) > 10
-
-
-def test_captions_speak_of_synthetic_records_only_where_they_are():
-    spoken = [item.key for item in EVERY if SYNTHETIC.search(" ".join(item.caption(synthetic=True)))]
-    assert spoken == ["fig17", "fig18", "table3", "lines"]
-    assert not [item.key for item in EVERY if SYNTHETIC.search(" ".join(item.caption(synthetic=False)))]
-    assert caption("table3", synthetic=False).startswith("Table 3. Root mean square")
 
 
 def test_listing_the_contents_imports_no_plots_and_no_report():
