@@ -7,9 +7,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
-import numba
 import pytest
 
 import trackdyn.jit
@@ -102,14 +100,6 @@ def kept_as_called(folder, name):
     return sorted((folder / "called").rglob(f"{name}-*.nbc"))
 
 
-def test_only_what_python_calls_is_made_ready_for_it(copy):
-    """Taking a model's arrays apart for Python would double the time of compilation."""
-    folder = copy()[2]
-    assert kept_as_called(folder, "outer.both") and not kept_as_called(folder, "outer.outer")
-    assert copy("--float")[0] == 3.0
-    assert kept_as_called(folder, "outer.outer") and not kept_as_called(folder, "inner.inner")
-
-
 def test_a_second_process_finds_the_code_of_the_first(copy):
     value, hits, folder, said = copy()
     assert (value, hits, said) == (3.0, 0, "")
@@ -121,28 +111,6 @@ def test_of_processes_that_begin_at_once_one_compiles(copy):
     processes = [copy.start("--together") for _ in range(3)]
     found = [copy(process=process)[:2] for process in processes]
     assert sorted(found) == [(3.0, 0), (3.0, 1), (3.0, 1)]
-
-
-def test_code_that_never_comes_is_waited_for_but_not_for_ever(monkeypatch, tmp_path):
-    """Another process may hold the lock and stand still; one that could not compile lets go."""
-    clock = [0.0]
-    monkeypatch.setattr(trackdyn.jit, "FOLDER", tmp_path)
-    monkeypatch.setattr(
-        trackdyn.jit, "time", SimpleNamespace(monotonic=lambda: clock[-1], sleep=lambda _: clock.append(clock[-1] + 50))
-    )
-    nothing = SimpleNamespace(_index_path="kernel", load=lambda key: None)
-    one, other = trackdyn.jit._CheckedFile(nothing), trackdyn.jit._CheckedFile(nothing)
-
-    def waited(file, key):
-        start = clock[-1]
-        assert file.load(key) is None
-        return clock[-1] - start
-
-    assert waited(one, "float") == 0 and waited(other, "float") == trackdyn.jit.PATIENCE
-    assert waited(other, "integer") == 0, "another signature"
-    one.let_go()
-    other.let_go()
-    assert waited(other, "float") == 0
 
 
 @pytest.mark.parametrize("place", ["a plain file", "below a plain file", "subfolder is a file"])
@@ -180,10 +148,6 @@ def test_plain_python_needs_no_folder(copy, tmp_path):
     cache.touch()
     value, _, _, said = copy(cache=cache, NUMBA_DISABLE_JIT="1")
     assert (value, said) == (3.0, "")
-
-
-def test_the_cache_of_other_packages_is_left_alone():
-    assert os.environ.get("NUMBA_CACHE_DIR", "") == numba.config.CACHE_DIR
 
 
 @pytest.mark.parametrize(
