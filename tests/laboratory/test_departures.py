@@ -23,6 +23,4 @@ def test_every_departure_has_its_scenes(study, default_rig_path):
     for name, departure in study.departures.items():
         scenes = study.scenes(rig, departure)
         assert len(scenes) == len(study.speeds_rpm) * len(study.ring_radii_m), name
-        assert departure.lines is not None or any(
-            scenes[key] != same for key, same in study.scenes(rig, type(departure)()).items()
-        )
+        assert any(scenes[key] != same for key, same in study.scenes(rig, type(departure)()).items())

@@ -40,6 +40,10 @@ def command(tmp_path, monkeypatch, capsys):
 FILES = [(name, fresh) for name in shipped_rigs() for fresh in (False, True)]
 
 
+def in_words(one):
+    return f"{'new-like-' if one[1] else ''}{one[0]}"
+
+
 @pytest.fixture(params=FILES, ids=in_words)
 def file(request, command, tmp_path):
     """A shipped rig's file, or one that ``trackdyn new`` has just written."""
@@ -48,6 +52,12 @@ def file(request, command, tmp_path):
         return shipped_rigs()[name]
     command("new", "mine.yaml", "--like", name)
     return tmp_path / "mine.yaml"
+
+
+def held(recording):
+    """Bytes of all arrays whose length is the number of samples."""
+    arrays = (getattr(recording, name) for name in recording.ARRAYS if name not in ("begin", "spells", "pitches"))
+    return sum(array.nbytes for array in arrays)
 
 
 def test_it_is_checked_and_simulated_as_a_belt_as_large_as_forecast(file, command, tmp_path):

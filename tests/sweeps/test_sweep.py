@@ -15,7 +15,6 @@ import pytest
 
 import trackdyn
 from trackdyn.errors import InputError
-from trackdyn.jit import KERNEL_SOURCES
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.stopping import run_steady
 from trackdyn.parameters.rig import load_rig
@@ -24,11 +23,8 @@ from trackdyn.scene.scene import Scene
 from trackdyn.scene.stop_rule import StopRule
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.simulate import simulate
-from trackdyn.sources import imported_files
 from trackdyn.sweeps import engine
-from trackdyn.sweeps import row as rows
 from trackdyn.sweeps.request import asked
-from trackdyn.sweeps.row import SOURCES
 from trackdyn.sweeps.store import Store
 from trackdyn.sweeps.sweep import ROW_MEMORY, rows_of, sweep
 
@@ -56,8 +52,6 @@ def test_a_row_is_the_scene_alone(rig_path, make_scene):
             rpm, ring_radius=0.31, **{name: SHORT[name] for name in ("duration", "lead_in", "ramp")}, **fast
         )
         for name, value in run_metrics("", simulate(scene)).items():
-            if name in rows.NOT_KEPT:
-                continue
             assert value == table[name][k] or (pd.isna(value) and pd.isna(table[name][k])), name
 
 
@@ -139,7 +133,7 @@ def test_other_sources_compute_again(tmp_path, rig_path, counted, monkeypatch, c
     old = {path: path.read_bytes() for path in (tmp_path / "r.rows").iterdir()}
     assert capsys.readouterr().err == ""
     with monkeypatch.context() as patch:
-        patch.setattr("trackdyn.sweeps.request.row_sources", lambda: "edited")
+        patch.setattr("trackdyn.sweeps.request.module_hash", lambda module: "edited")
         sweep(design(2), out, rig_path, jobs=1)
         assert len(counted) == 4
         assert capsys.readouterr().err == (
@@ -151,18 +145,6 @@ def test_other_sources_compute_again(tmp_path, rig_path, counted, monkeypatch, c
     assert all(path.read_bytes() == content for path, content in old.items())
     pd.testing.assert_frame_equal(sweep(design(2), out, rig_path, jobs=1), first)
     assert len(counted) == 5
-
-
-def test_sources_are_all_that_a_row_imports():
-    """Beside the package's own file, which computes nothing; a source that is gone would count as never changed."""
-    assert all((ROOT / "trackdyn" / name).exists() for name in (*KERNEL_SOURCES, *SOURCES))
-    covered = {
-        path
-        for name in ("jit.py", *KERNEL_SOURCES, *SOURCES)
-        for path in [ROOT / "trackdyn" / name, *(ROOT / "trackdyn" / name).rglob("*.py")]
-    }
-    needed = set(imported_files(ROOT / "trackdyn/sweeps/row.py", ROOT)) | {ROOT / "trackdyn/sweeps/row.py"}
-    assert needed - covered == {ROOT / "trackdyn/__init__.py"}
 
 
 def lines_of(store):

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from replication.peers import answers
-from replication.peers.answers import OWN, accelerations, compare_answers, ours, outcome
+from replication.peers.answers import OWN, accelerations, compare_answers, ours
 from replication.peers.contact import make_contacts
 from replication.peers.exudyn_loop import PeerRun, PeerWheels, start_of
 from replication.peers.mujoco_contact import ACROSS, RUBBER, cushion, soft
 from replication.peers.mujoco_loop import build, lay, places, run_loop, run_mujoco, working_load
+from replication.report.tables import answers_outcome
 from replication.study.extremes.solvers import Pose, posed
 from replication.study.settings import PEER_LAWS, PeerAnswers
 from trackdyn.chain.riccati import accelerations as chain_accelerations
@@ -315,7 +316,7 @@ def test_its_rows_stand_beside_ours(rig, monkeypatch):
     np.testing.assert_allclose(rows["difference_pct"], [5.0, 2.5, 1.25, 100 * (1.01 * 1.03 / 1.02 - 1)], atol=1e-3)
     assert rows["passages"].isna().tolist() == [True, False, False, False]  # 5 % leave nothing for the record
     assert rows["chosen"].eq("yes").sum() == 1
-    assert f"The RMS of {OWN} in the limit is +2 % from ours." in outcome(table.reset_index(), 0.05)
+    assert f"The RMS of {OWN} in the limit is +2 % from ours." in answers_outcome(table.reset_index(), 0.05)
 
 
 def test_a_chain_of_any_rig_can_be_built(rig):

@@ -5,19 +5,21 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from laboratory.report.filled import PAGES as OF_THE_LABORATORY
+from laboratory.report.filled import departures
 from replication.paper.claims import COLUMNS, load_claims, printed_text
-from replication.report.filled import BEGIN, END, PAGES, claims_text, departures, fill
+from replication.report.filled import BEGIN, END, PAGES, claims_text, fill
 from trackdyn.parameters.table import parameter_table
 
 ROOT = Path(__file__).parents[3]
 
 
-@pytest.mark.parametrize(("page", "sources", "write"), PAGES)
+@pytest.mark.parametrize(("page", "sources", "write"), (*PAGES, *OF_THE_LABORATORY))
 def test_pages_say_what_was_measured(page, sources, write, tmp_path):
     """Nobody has typed into a measured part, and none is older than its data."""
     copy = tmp_path / "page.md"
     copy.write_text((ROOT / page).read_text(encoding="utf-8"), encoding="utf-8")
-    fill(copy, [ROOT / source for source in sources], write)
+    fill(copy, [ROOT / "docs" / "measured" / source for source in sources], write)
     assert copy.read_text(encoding="utf-8") == (ROOT / page).read_text(encoding="utf-8")
 
 
@@ -44,12 +46,6 @@ def scorecard(rows):
     return pd.DataFrame([blank | row | {"counts_as": row["id"]} for row in named])
 
 
-def assumptions(rows):
-    """A map: group, assumption, part of a claim, verdict."""
-    table = pd.DataFrame(rows, columns=["group", "assumption", "claim", "verdict"])
-    return table.assign(rpm=float("nan"), outside=table["assumption"].map({"soft": "rubber cannot"}))
-
-
 def test_open_claims_lead_and_those_that_failed_first():
     rows = [
         ("C01", "it holds", "reproduced", "predicted"),
@@ -59,7 +55,7 @@ def test_open_claims_lead_and_those_that_failed_first():
         ("C04", "the fit missed it", "not reproduced", "fitted"),
         ("C05", "was not judged", "no test", "predicted"),
     ]
-    text = claims_text(scorecard(rows), assumptions([]))
+    text = claims_text(scorecard(rows))
     lines = [line for line in text.splitlines() if line.startswith("|")][2:]
     assert "half of it" in lines[0] and "1 of 2 parts fail" in lines[0]
     assert "it holds" in lines[1] and "● reproduced" in lines[1]
@@ -72,7 +68,7 @@ def test_no_predicted_or_transferred_claim_is_dropped():
     """Failures first, predicted before transferred, and every claim has its line."""
     rows = [(f"C{i:02}", "some claim", "reproduced" if i % 2 else "not reproduced", "predicted") for i in range(20)]
     rows += [("C21", "at other speeds", "reproduced", "transfer"), ("C30", "fitted", "reproduced", "fitted")]
-    lines = [line for line in claims_text(scorecard(rows), assumptions([])).splitlines() if line.startswith("| C")]
+    lines = [line for line in claims_text(scorecard(rows)).splitlines() if line.startswith("| C")]
     named = [line.split()[1] for line in lines]
     assert named == [*(f"C{i:02}" for i in range(0, 20, 2)), *(f"C{i:02}" for i in range(1, 20, 2)), "C21"]
 
