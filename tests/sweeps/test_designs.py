@@ -174,7 +174,7 @@ def test_a_key_is_what_is_asked_and_not_how_it_is_said(rig_path, monkeypatch):
         {"motor_rpm": 115, "duration": 2, "every_link": "true"},
     ):
         assert only(other, rig_path).key != one
-    monkeypatch.setattr("trackdyn.sweeps.request.row_sources", lambda: "edited")
+    monkeypatch.setattr("trackdyn.sweeps.request.module_hash", lambda module: "edited")
     assert only({"motor_rpm": 115, "duration": 2.0}, rig_path).key != one
 
 

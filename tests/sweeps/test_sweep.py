@@ -51,7 +51,9 @@ def test_a_row_is_the_scene_alone(rig_path, make_scene):
         scene = make_scene(
             rpm, ring_radius=0.31, **{name: SHORT[name] for name in ("duration", "lead_in", "ramp")}, **fast
         )
-        for name, value in run_metrics("", simulate(scene)).items():
+        values = run_metrics("", simulate(scene))
+        for name in values.keys() - {"run"}:
+            value = values[name]
             assert value == table[name][k] or (pd.isna(value) and pd.isna(table[name][k])), name
 
 
