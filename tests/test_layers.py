@@ -13,7 +13,11 @@ from trackdyn.sources import imported_files
 
 ROOT = Path(__file__).parents[1]
 # a package: its folder, the packages below it, and its files and rooms from the ground up; each imports those before it
-FOLDERS = {"trackdyn": ROOT / "trackdyn", "replication": ROOT / "workflow/replication", "laboratory": ROOT / "laboratory"}
+FOLDERS = {
+    "trackdyn": ROOT / "trackdyn",
+    "replication": ROOT / "workflow/replication",
+    "laboratory": ROOT / "laboratory",
+}
 BELOW = {"trackdyn": set(), "replication": {"trackdyn"}, "laboratory": {"trackdyn", "replication"}}
 ROOMS = {
     "trackdyn": (
