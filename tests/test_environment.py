@@ -7,7 +7,6 @@ import tomllib
 from pathlib import Path
 
 import pytest
-import yaml
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 from packaging.version import Version
@@ -15,11 +14,6 @@ from packaging.version import Version
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 LOCKED = re.compile(r"([\w.-]+)==(\S+)(?: ; [^\\]+)?((?: --hash=sha256:[0-9a-f]{64})+)")  # its marker, its hashes
-OTHER_NAMES = {
-    "matplotlib-base": "matplotlib",
-    "snakemake-minimal": "snakemake",
-    "dfo-ls": "DFO-LS",
-}  # of conda, without what is not needed
 
 
 def asked(*extras):
@@ -49,20 +43,6 @@ def test_the_lock_keeps_to_the_project(locked):
     for requirement in asked(*PROJECT["optional-dependencies"]):
         version = locked.get(canonicalize_name(requirement.name))
         assert version in requirement.specifier if version else False, f"{requirement}: {version}; make lock"
-
-
-def test_the_conda_file_has_the_bounds_of_the_project():
-    data = yaml.safe_load((ROOT / "environment.yml").read_text(encoding="utf-8"))
-    assert data["channels"][0] == "conda-forge"
-    *packages, pip = data["dependencies"]
-    assert pip == {"pip": ["--editable ."]}
-    found = {}
-    for text in packages:
-        name, _, bound = text.partition(" ")
-        found[OTHER_NAMES.get(name, name)] = bound
-    assert found.pop("python") == PROJECT["requires-python"]
-    assert {found.pop("make"), found.pop("pip")} == {""}
-    assert found == {requirement.name: str(requirement.specifier) for requirement in asked("pipeline")}
 
 
 WITHOUT_EXTRAS = """

@@ -99,11 +99,6 @@ def kept(folder):
     return sorted(path for path in folder.rglob("*") if path.suffix in (".nbi", ".nbc"))
 
 
-def kept_as_called(folder, name):
-    """Files of the code of a kernel as Python calls it."""
-    return sorted((folder / "called").rglob(f"{name}-*.nbc"))
-
-
 def test_a_second_process_finds_the_code_of_the_first(copy):
     value, hits, folder, said = copy()
     assert (value, hits, said) == (3.0, 0, "")
@@ -147,13 +142,6 @@ def test_a_folder_without_permission_counts_as_none(copy, tmp_path):
     assert value == 3.0 and "cannot be used" in said and kept(tmp_path) == []
 
 
-def test_plain_python_needs_no_folder(copy, tmp_path):
-    cache = tmp_path / "cache"
-    cache.touch()
-    value, _, _, said = copy(cache=cache, NUMBA_DISABLE_JIT="1")
-    assert (value, said) == (3.0, "")
-
-
 @pytest.mark.parametrize(
     ("suffix", "damage"), [(".nbi", "empty"), (".nbi", "half"), (".nbc", "half"), (".nbc", "one byte")]
 )
@@ -167,16 +155,6 @@ def test_a_damaged_file_is_compiled_again(copy, suffix, damage):
             path.write_bytes({"empty": b"", "half": content[:middle], "one byte": content}[damage])
     assert copy()[:2] == (3.0, 0)
     assert copy()[:2] == (3.0, 1), "and kept anew"
-
-
-def test_code_of_another_signature_is_not_taken(copy):
-    """Two processes that compile at once may both write file 1; the index of the later one holds."""
-    folder = copy()[2]
-    (one,) = kept_as_called(folder, "outer.both")
-    copy("--float")
-    (other,) = kept_as_called(folder, "outer.outer")
-    shutil.copy(other, one)
-    assert copy()[:2] == (3.0, 0)
 
 
 def test_the_hash_follows_sources_and_options(copy):

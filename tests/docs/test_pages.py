@@ -7,7 +7,6 @@ its language behind the fence, such as ``python not run``, is shown only.
 """
 
 import contextlib
-import importlib
 import io
 import os
 import re
@@ -15,11 +14,8 @@ import shlex
 import shutil
 import subprocess
 import sys
-from functools import reduce
-from operator import itemgetter
 from pathlib import Path
 
-import pandas as pd
 import pytest
 
 from trackdyn.commands import cli
@@ -117,49 +113,8 @@ def test_page_does_what_it_shows(path, folder):
             exec(compile("\n" * line + text, where, "exec"), namespace)
 
 
-def trackdyn_lines(path):
-    """Commands ``trackdyn`` in shell blocks and, with arguments, in the text of a page, in their order."""
-    text = text_of(path)
-    found = [
-        (block.start(2), line) for block in BLOCK.finditer(text) if block[1] == "sh" for line in block[2].split("\n")
-    ]
-    outside = BLOCK.sub(lambda block: " " * len(block[0]), text)
-    found += [(code.start(), code[1]) for code in re.finditer(r"`(trackdyn \w+ [^-`\n][^`\n]*)`", outside)]
-    return [
-        words
-        for _, line in sorted(found, key=itemgetter(0))
-        if (words := shlex.split(line, comments=True))[:1] == ["trackdyn"]
-    ]
-
-
 # s: what runs longer than that has begun well; later commands need what is simulated
 BOUND, LONG_BOUND = 15, 120
-# what a command asks for where it is missing; the page says so
-NEEDS = {"plan": "snakemake -j2 trade", "verify": "no such file", "crate": "results", "score": "answers.csv"}
-WITH_COMMANDS = [path for path in RUN if trackdyn_lines(path)]
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("path", WITH_COMMANDS, ids=name_of)
-def test_commands_run_as_written_in_a_fresh_clone(path, folder):
-    shutil.copytree(ROOT / "data" / "synthetic", folder / "data" / "synthetic")
-    shutil.copy(ROOT / "data" / "synthetic" / "150rpm.csv", folder / "my_sensor.csv")  # which the reader has
-    for yaml in re.findall(r"```yaml\n(like: bench\n.*?)```", text_of(path), re.DOTALL):
-        (folder / "my_rig.yaml").write_text(f"{yaml}\nchain: {{source: counted, pitches: 37}}\n", encoding="utf-8")
-    for words in trackdyn_lines(path):
-        if words[1:3] == ["new", "my_rig.yaml"]:
-            (folder / "my_rig.yaml").unlink(missing_ok=True)
-        begun = subprocess.Popen(
-            [sys.executable, "-m", "trackdyn", *words[1:]], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-        )
-        try:
-            bound = LONG_BOUND if words[1] == "simulate" else BOUND
-            said, code = begun.communicate(timeout=bound)[1], begun.returncode
-        except subprocess.TimeoutExpired:
-            begun.terminate()
-            said, code = begun.communicate()[1], 0
-        wanted = next((text for name, text in NEEDS.items() if name in words[1:3]), None)
-        assert "Traceback" not in said and (code == 0 or (wanted and wanted in said)), (words, said)
 
 
 @pytest.mark.parametrize("path", DOCUMENTS, ids=name_of)
@@ -167,21 +122,6 @@ def test_relative_links_lead_somewhere(path):
     for target in re.findall(r"\]\(([^)\s]+)\)", BLOCK.sub("", text_of(path))):
         if not re.match(r"[a-z]+:", target) and not target.startswith("#"):
             assert (path.parent / target.partition("#")[0]).exists(), target
-
-
-def test_the_advice_on_presets_is_what_was_measured():
-    text = " ".join((ROOT / "docs/choosing-a-fidelity.md").read_text(encoding="utf-8").split())
-    (smooth,) = re.findall(r"dominant peak and contact durations stay within ([\d.]+) % of their limit", text)
-    (above,) = re.findall(r"RMS at and above 20 Hz within ([\d.]+) %", text)
-    ((peak, error),) = re.findall(r"mean peak forces are off by up to ([\d.]+) ± ([\d.]+) %\.", text)
-    rows = pd.read_csv(ROOT / "docs/measured/limits.csv")
-    off, peaks = rows["standard_pct"].abs(), rows["measure"].isin(["left_peak", "right_peak"])
-    high = rows["measure"] == "high_frequency"
-    assert 0.5 * float(smooth) < off[~peaks & ~high].max() <= float(smooth)
-    assert 0.5 * float(above) < off[high].max() <= float(above)
-    worst = rows.loc[off[peaks].idxmax()]
-    assert (peak, error) == (f"{abs(worst['standard_pct']):.1f}", f"{worst['standard_error_pct']:.1f}")
-    assert "no" not in set(rows["standard_within_bound"])
 
 
 def named_paths(path):
@@ -201,13 +141,6 @@ def test_named_paths_exist(path):
             continue  # results are looked for in the plan of the pipeline
         # the page may leave out the name of the package, or that of its own folder
         assert any((folder / word).exists() for folder in (ROOT, ROOT / "trackdyn", path.parent)), word
-
-
-@pytest.mark.parametrize("path", DOCUMENTS, ids=name_of)
-def test_named_functions_exist(path):
-    for code in inline_code(path):
-        if found := re.fullmatch(r"(trackdyn[\w.]*):([\w.]+)", code):
-            reduce(getattr, found[2].split("."), importlib.import_module(found[1]))
 
 
 def test_targets_of_the_pipeline_that_are_named_can_be_made(tmp_path):

@@ -13,7 +13,7 @@ from trackdyn.parameters.groove import PROFILES
 from trackdyn.parameters.normal_laws import NORMAL_LAWS
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.rig_file import shipped_rigs
-from trackdyn.scene.fidelity import CHOICES, PRESETS, decide, preset
+from trackdyn.scene.fidelity import PRESETS, preset
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation import simulate as simulation
 from trackdyn.sweeps.request import asked
@@ -124,26 +124,6 @@ def test_what_a_refusal_recommends_is_accepted(rig, fields):
 # --- decisions
 
 
-def settings(scene):
-    return {name: decision.setting for name, decision in scene.fidelity.items()}
-
-
-def test_every_choice_is_decided_with_a_reason(rig):
-    for fields in ({}, FREE, BELT, {"ring_radius": None, "chain": "single_pin"}):
-        found = decide(Scene(rig, 115.0, **fields))
-        assert set(CHOICES) <= set(found)
-        for name, decision in found.items():
-            assert decision.setting != "auto", name
-            assert len(decision.reason) > 10, name
-
-
-def test_symmetric_scene_is_planar(rig):
-    found = Scene(rig, 115.0).fidelity
-    assert found["space"].setting == "planar" and "symmetric" in found["space"].reason
-    assert found["friction"].setting == "tangential"
-    assert found["integrator"] == ("semi_implicit", "as the scene asks")
-
-
 @pytest.mark.parametrize("wheel", ["sprocket", "idler", "road_wheel"])
 @pytest.mark.parametrize(("field", "value"), [("toe", 0.5), ("camber", -0.1), ("axial_offset", 1e-3)])
 def test_a_wheel_out_of_the_plane_makes_the_scene_spatial_by_itself(rig, wheel, field, value):
@@ -155,23 +135,7 @@ def test_a_wheel_out_of_the_plane_makes_the_scene_spatial_by_itself(rig, wheel, 
     assert scene.fidelity["friction"].setting == "independent"
 
 
-def test_what_a_scene_asks_for_is_what_it_gets(rig):
-    scene = Scene(rig.changed(idler__toe=0.5), 115.0, space="spatial", friction="isotropic", normal_law="elastic")
-    found = settings(scene)
-    assert (found["space"], found["friction"], found["normal_law"]) == ("spatial", "isotropic", "elastic")
-    assert Scene(rig, 115.0, space="planar").fidelity["space"].reason == "as the scene asks"
-
-
 # --- presets and provenance
-
-
-@pytest.mark.parametrize("name", PRESETS)
-def test_presets_make_scenes(rig, name):
-    scene = Scene(rig, 150.0, **preset(name))
-    for field, value in PRESETS[name].items():
-        assert getattr(scene, field) == value
-    preset(name)["step"] = 1.0  # a copy: the bundle itself stays
-    assert PRESETS[name]["step"] == scene.step
 
 
 def test_the_standard_step_is_halved_without_a_ring_and_no_other():

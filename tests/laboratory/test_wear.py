@@ -12,7 +12,6 @@ from typer.testing import CliRunner
 from laboratory.wear.contour import ARC_NODES, contours, fit_flank, worn_rig
 from laboratory.wear.law import Depths, depth, load_coefficients
 from laboratory.wear.life import SHARES, Found, Limits, Until, Walk, Worn, live, parse_until
-from laboratory.wear.study import STEP, answer, summarize, windows
 from laboratory.wear.work import distribute
 from trackdyn.commands.cli import app
 from trackdyn.errors import DivergenceError, InputError
@@ -111,17 +110,6 @@ def test_a_flank_that_arcs_can_follow_is_found_again(rig):
     np.testing.assert_allclose(found[1:4, 2], other[1:4, 2], rtol=1e-2)
 
 
-def test_worn_pins_lengthen_links_and_leave_connectors(rig):
-    of = contours(rig.groove_profile)
-    flat = [np.zeros(len(c.points)) for c in of]
-    arcs = np.zeros((2, ARC_NODES))
-    arcs[0, 10:20] = 2e-4
-    worn, _ = worn_rig(rig, of, flat, arcs.ravel(), 5e-4)
-    assert worn.chain.link_length == pytest.approx(rig.chain.link_length + 1e-3)
-    assert worn.connector_length == pytest.approx(rig.connector_length, abs=1e-9)
-    assert worn.chain.connector_radius == pytest.approx(rig.chain.connector_radius - 2e-4)
-
-
 def test_flanks_wear_apart_and_meet_at_the_bottom(rig):
     of = contours(rig.groove_profile)
     place = np.linspace(0, 1, len(of[0].points))
@@ -131,12 +119,6 @@ def test_flanks_wear_apart_and_meet_at_the_bottom(rig):
     assert not np.allclose(new.radius[:5], old.radius[:5], rtol=1e-4)
     np.testing.assert_allclose(new.radius[5:], old.radius[5:], rtol=1e-9)
     np.testing.assert_allclose(new.joints()[4], old.joints()[4], atol=1e-9)
-
-
-def test_flanks_of_other_bottoms_are_refused(rig):
-    arcs = contours(rig.groove_profile)[0].arcs
-    with pytest.raises(InputError, match=r"profile\.right: its bottom is 1 mm off"):
-        groove_of_arcs(arcs, rig.sprocket.teeth, arcs + [0.0, 1e-3, 0.0, 0.0])
 
 
 # -- one rig -------------------------------------------------------------------------------------------------------
@@ -170,16 +152,6 @@ def test_work_lies_where_arcs_touch(rig, worked):
         at = contour.points[work.sum(axis=0) > 1e-6 * work.sum(), 0]
         touched = np.flatnonzero(areas)
         assert joints[touched[0]] - 5e-4 <= at.min() and at.max() <= joints[touched[-1] + 1] + 5e-4
-
-
-@pytest.mark.parametrize("deviation", [0.0, 2e-3])
-def test_scatter_spreads_work_and_loses_none(rig, deviation):
-    contour = contours(rig.groove_profile)[0]
-    spread = contour.spread(deviation)
-    np.testing.assert_allclose(spread.sum(axis=0), 1.0, rtol=1e-12)
-    place = np.cumsum(contour.length)
-    middle = len(place) // 2
-    assert np.sqrt(spread[:, middle] @ (place - place[middle]) ** 2) == pytest.approx(deviation, rel=0.01, abs=1e-9)
 
 
 def test_what_is_removed_is_the_integral_of_the_work(rig, worked):
@@ -344,60 +316,3 @@ def test_a_life_goes_on_from_states_that_nobody_damaged_or_made_up(known, tmp_pa
 
 
 # -- many lives ----------------------------------------------------------------------------------------------------
-
-
-def table_of(first, left, right, rig="shipped"):
-    """A life of 5 states, a thousand kilometres and half a millimetre of the ring each."""
-    k = np.arange(len(left))
-    return pd.DataFrame(
-        {
-            "rig": rig, "rpm": 115.0, "tension": "locked", "first_radius_m": first, "distance_km": 1e3 * k,
-            "ring_radius_m": first - 5e-4 * k, "left_share_pct": left, "right_share_pct": right,
-            "left_rms_n": 400.0 + 30.0 * k, "left_depth_m": 1e-6 * k, "right_depth_m": 0.0, "rms_g": 0.9 + 0.01 * k,
-            "rms_half_width_g": 0.001, "sd_g": 0.9, "sd_half_width_g": 0.001, "line_g": 1.2, "line_half_width_g": 0.001,
-            "cpu_s": 1.0,
-            "end": ["", "", "", "", "reached ring 0.303 m"],
-        }
-    )  # fmt: skip
-
-
-@pytest.fixture
-def lives():
-    return pd.concat([
-        table_of(0.308, [9.0, 9.5, 10.5, 20.0, 30.0], [0.0, 0.0, 0.0, 0.0, 1.0]),
-        table_of(0.306, [10.0, 15.0, 20.0, 25.0, 30.0], [0.0, 0.0, 2.0, 4.0, 8.0]),
-        pd.DataFrame({"rig": ["ensemble 0"], "rpm": 115.0, "tension": "sprung", "first_radius_m": 0.308,
-                      "distance_km": 0.0, "end": "does not run new: no"}),
-    ], ignore_index=True)  # fmt: skip
-
-
-def test_the_good_window_of_a_life(lives):
-    """Left share at most 11 %: until a twentieth of the third interval of one life, a fifth of the first of another."""
-    seen = windows(lives)
-    summary = summarize(lives, seen).set_index("first_radius_m")
-    ran = summary[summary["rig"] == "shipped"]
-    cell = 1e3 * STEP / 5e-4  # km
-    assert list(ran["good_km"]) == [pytest.approx(2053.0, abs=cell), pytest.approx(200.0, abs=cell)]
-    assert list(ran["good_from_m"]) == pytest.approx([0.308, 0.306])
-    assert list(ran["good_to_m"]) == pytest.approx([0.308 - 2.053 * 5e-4, 0.306 - 1e-4], abs=STEP)
-    assert list(ran["right_begins_m"]) == pytest.approx([0.306, 0.305])
-    assert list(ran["left_leaves_m"]) == pytest.approx([0.3065, 0.3045])  # 490 N are more than 15 % above 400 N
-    assert summary[summary["rig"] == "ensemble 0"]["end"].item() == "does not run new: no"
-
-
-def test_the_best_first_radius_is_where_the_window_begins():
-    """The right arc is free below 0.30925 m; a rig in which it never is has no window."""
-    right = [4.0, 1.0, 0.0, 0.0, 0.0]
-    lives = pd.concat([
-        table_of(0.310, [0.0, 0.0, 0.0, 0.0, 9.0], right),
-        table_of(0.310, [0.0, 0.0, 0.0, 0.0, 9.0], right, "ensemble 0"),
-        table_of(0.310, [0.0, 0.0, 0.0, 0.0, 9.0], [4.0, 4.0, 4.0, 4.0, 4.0], "ensemble 1"),
-    ], ignore_index=True)  # fmt: skip
-    seen = windows(lives)
-    summary = summarize(lives, seen)
-    assert list(summary["good_from_m"][:2]) == pytest.approx([0.30925] * 2, abs=1.1 * STEP)
-    assert np.isnan(summary["good_from_m"][2])
-    words = answer(summary, seen)
-    assert "Of 2 rigs of the ensemble 1 have such a window" in words
-    assert "at least 90% of the longest run in 0." in words
-    assert "run in 1." in answer(summary, seen, 0.30925)

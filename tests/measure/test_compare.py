@@ -39,17 +39,6 @@ def test_the_sensors_line_is_searched_at_its_own_speed(recording):
     assert rms["difference_pct"] == pytest.approx(100 * abs(rms["simulation"] / rms["sensor"] - 1))
 
 
-@pytest.mark.parametrize("rate", [992.0, 1009.0, 100.4, 5000.0])
-def test_rates_that_divide_one_another_are_compared(recording, rate):
-    table = compare_with_sensor(recording, record(rate)).set_index("measure")
-    fast, slow = max(rate, 1000.0), min(rate, 1000.0)
-    count = round(fast / slow)
-    assert table.loc["rate_hz", "sensor"] == pytest.approx(rate / (count if rate == fast else 1))
-    assert table.loc["rate_hz", "simulation"] == pytest.approx(1000.0 / (1 if rate == fast else count))
-    assert table.loc["line_hz_binfree", "sensor"] == pytest.approx(0.253, rel=1e-4)
-    assert table.loc["line_g_binfree", "simulation"] == pytest.approx(1.1725, rel=0.05)
-
-
 @pytest.mark.parametrize(("rate", "remedy"), [(2048.0, 2048), (418.2, 418), (980.0, 980), (1480.0, 1480)])
 def test_a_rate_that_does_not_fit_is_refused_with_the_command_that_helps(recording, rate, remedy):
     with pytest.raises(InputError, match=rf"sensor\.csv: has .* simulate --rate {remedy}`"):
@@ -66,16 +55,6 @@ def test_a_slower_sensor_is_what_the_simulation_would_have_recorded_at_its_rate(
     np.testing.assert_allclose(fast.ay, slow.ay, atol=1e-6)
     np.testing.assert_allclose(fast.raw_ay, slow.raw_ay, atol=1e-6)
     assert np.abs(sense(simulate(scene)).ay[9::10] - slow.ay).max() > 0.01
-
-
-@pytest.mark.parametrize(("rate", "stride"), [(2048, 5), (100, 100), (20_000, 1), (833, 13)])
-def test_a_scene_is_sampled_at_the_sensors_rate(make_scene, rate, stride):
-    scene = make_scene(frame_interval=0.05).sampled(rate)
-    assert scene.stride == stride and scene.step <= 1e-4 * (1 + 1e-9)
-    assert scene.step * stride * rate == pytest.approx(1.0, rel=1e-12)
-    assert scene.frame_interval <= 0.05 * (1 + 1e-9)
-    recording = simulate(scene.with_(duration=0.1))
-    assert recording.rate == rate and len(recording.time) == round(0.1 * rate)
 
 
 def test_a_record_shorter_than_a_turn_is_refused_by_name(recording):

@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from trackdyn.errors import InputError
-from trackdyn.measure.contact_log import SIDES, timing
+from trackdyn.measure.contact_log import timing
 from trackdyn.measure.meshing import events, mean_events, meshing_summary, passages, smoothed_maxima, spells
 from trackdyn.parameters.rig import load_rig
 from trackdyn.simulation.recording import Recording
@@ -130,31 +130,6 @@ def test_phases_count_from_the_first_contact_and_within_the_ring_contact():
     assert bare["ring_phase_start"].isna().all()
 
 
-def test_the_link_ahead_belongs_to_the_passage_also_around_the_end_of_the_loop():
-    table = spells(recording(with_ring(3.0, connector=5)))
-    assert table["pitch"].tolist() == [6, 5]
-    assert table["connector"].tolist() == [5, 5]
-    closing = [spell(1, RING, 3.0, 4.0), spell(PITCHES, LEFT, 3.9, 4.1)]
-    table = spells(recording(closing))
-    assert table["connector"].tolist() == [PITCHES, PITCHES]
-    assert table["passage"].tolist() == [0, 0]
-
-
-def test_passages_are_parted_by_a_revolution_and_numbered_in_order():
-    rows = with_ring(3.0 + LOOP) + with_ring(3.5, connector=9) + with_ring(3.0)
-    table = passages(recording(rows))
-    assert table["side"].tolist() == list(SIDES) * 3
-    assert table["passage"].tolist() == [0] * 3 + [1] * 3 + [2] * 3
-    assert table["connector"].tolist() == [5] * 3 + [9] * 3 + [5] * 3
-    first = table[table["passage"] == 0].set_index("side")
-    assert first["count"].tolist() == [1, 0, 1]
-    assert first["areas"].tolist() == ["2", "", ""]
-    assert first.loc["left", "peak_phase"] == pytest.approx(0.5)
-    assert first.loc["ring", "peak_phase"] == pytest.approx(0.125)
-    assert first.loc["right", ["touching_s", "share_pct", "peak_n", "impulse_ns", "square_n2s"]].eq(0).all()
-    assert first.loc["right", ["start_s", "end_s", "phase_start", "peak_s", "peak_phase"]].isna().all()
-
-
 @pytest.mark.parametrize("start", [1.0, 20.0 - 1.1 - 1.0])
 def test_a_passage_near_an_end_of_the_record_does_not_count(start):
     run = recording(with_ring(start) + with_ring(7.0, connector=9))
@@ -198,14 +173,6 @@ def test_rms_and_sd_are_those_of_the_sampled_force_over_whole_revolutions():
     force = np.where((time >= 0.9) & (time < 0.91) | (time >= 0.912) & (time < 1.1), 100.0, 0.0)
     assert summary["left_rms_n"] == pytest.approx(np.sqrt(np.mean(force**2)), rel=1e-4)
     assert summary["left_sd_n"] == pytest.approx(np.std(force), rel=1e-4)
-
-
-def test_a_broken_revolution_does_not_bias_the_means():
-    """Free running before, between and after the passages does not thin out the force."""
-    rows = with_ring(3.0)
-    expected, longer = (meshing_summary(recording(rows, seconds)) for seconds in (7.0, 11.0))
-    for key in ("left_rms_n", "ring_rms_n", "ring_sd_n", "left_share_pct"):
-        assert longer[key] == pytest.approx(expected[key])
 
 
 def test_standard_errors_over_passages():

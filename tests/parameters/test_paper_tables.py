@@ -9,7 +9,6 @@ import pytest
 import yaml
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.groove import equal_pitch_radius
 from trackdyn.parameters.paper_tables import rig_cells
 from trackdyn.parameters.printed_rig import written_out
 from trackdyn.parameters.rig import load_rig
@@ -110,23 +109,6 @@ def test_a_filled_parameter_replaces_ours_and_says_that_it_is_printed(fill, name
     assert (row["value"], row["unit"], row["kind"]) == (value, unit, "printed") and "tables.yaml" in row["source"]
     (cell,) = rig_cells(path.parent / "paper" / "tables.yaml")
     assert (cell.table, cell.cell, cell.value) == ("parameters", name, value)
-
-
-def test_lengths_of_link_and_connector_become_the_equal_pitch(fill):
-    for cells in (
-        parameter("chain.link_length", 0.098) | parameter("L_C", 0.0605),
-        parameter("pitch", 0.1585) | parameter("L_C", 0.0605),
-        parameter("chain.link_length", 0.098) | parameter("pitch", 0.1585),
-    ):
-        rig = load_rig(fill(cells))
-        assert rig.chain.link_length == pytest.approx(0.098, abs=1e-15)
-        assert rig.connector_length == pytest.approx(0.0605, abs=1e-12)
-        polygonal = equal_pitch_radius(13, 0.098, 0.0605, rig.chain.link_thickness)["polygonal"]
-        assert rig.sprocket.equal_pitch_radius == pytest.approx(polygonal, abs=1e-12)
-    circle = load_rig(fill(parameter("r_p", 0.331)))
-    assert circle.pin_circle == pytest.approx(0.331, abs=1e-12) and circle.chain.link_length == RIG.chain.link_length
-    both = load_rig(fill(parameter("r_p", circle.pin_circle) | parameter("L_C", circle.connector_length)))
-    assert both.chain.link_length == pytest.approx(RIG.chain.link_length, abs=1e-9)
 
 
 def test_axial_lengths_are_those_of_eq_19(fill):
@@ -236,13 +218,6 @@ def test_tables_that_cannot_be_used_end_in_one_sentence(fill, case):
     assert str(path.parent / "paper" / "tables.yaml") in said and "\n" not in said
     for part in parts:
         assert part in said, said
-
-
-def test_what_is_like_the_paper_takes_the_cells_too(fill):
-    path = fill(parameter("chain.link_mass", 11.5))
-    like = path.parent / "mine.yaml"
-    like.write_text("like: rig.yaml\nsprocket: {source: invented, ring_radius: 0.305 m}\n", encoding="utf-8")
-    assert load_rig(like).chain.link_mass == 11.5 and load_rig(like).ring_radius == 0.305
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,5 @@
 """The page of a run: what moves is the run, its forces obey Newton, and it works in a real browser."""
 
-import html
 import re
 import sys
 from dataclasses import replace
@@ -9,9 +8,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-import trackdyn
 from trackdyn.commands import cli
-from trackdyn.measure.meshing import meshing_summary
 from trackdyn.plots.show import show, work_of
 from trackdyn.simulation import replay as stretches
 from trackdyn.simulation.loop import Loop
@@ -96,18 +93,6 @@ def test_contacts_and_weight_are_what_accelerates_the_chain(make_scene, fields):
     assert len(of) > 5
 
 
-def test_shares_are_those_of_the_record(recording, stretch):
-    """A turn of all pitches, sampled, against whole passages, logged step by step: two ends known to a sample,
-    twice.
-    """
-    summary = meshing_summary(recording)
-    turn = stretches.turn_period(stretches.scene_of(recording)) * recording.rate
-    assert stretch.shares[:-1, 0].sum() == pytest.approx(summary["left_share_pct"], abs=100 * 4 / turn)
-    assert stretch.shares[:-1, 1].sum() == pytest.approx(summary["right_share_pct"], abs=100 * 4 / turn)
-    assert stretch.shares[-1, 0] == pytest.approx(summary["ring_share_pct"], abs=100 * 4 / turn)
-    assert summary["ring_share_pct"] > 10
-
-
 def test_a_steered_run_is_not_taken_for_the_recorded_one(recording, tmp_path):
     other = replace(recording, place=recording.place + 1e-3)
     text = " ".join(show(other, seconds=0.05).text.split())
@@ -163,17 +148,6 @@ def test_the_loop_plays_pauses_and_scrubs_and_the_tension_follows(open_page, str
         assert page.evaluate(picture) != before
 
 
-def test_a_notebook_shows_the_page_in_a_frame(recording, open_file, tmp_path):
-    shown = trackdyn.show(recording, seconds=0.05)
-    frame = tmp_path / "frame.html"
-    frame.write_text(
-        f"<!doctype html><html data-drawn=1><title>t</title>{shown._repr_html_()}</html>", encoding="utf-8"
-    )
-    page = open_file(frame)
-    page.frames[1].wait_for_function("document.documentElement.dataset.drawn")
-    assert html.escape(shown.text) in frame.read_text(encoding="utf-8")
-
-
 def command(monkeypatch, capsys, *arguments):
     monkeypatch.setattr(sys, "argv", ["trackdyn", "show", *map(str, arguments)])
     code = 0
@@ -182,15 +156,6 @@ def command(monkeypatch, capsys, *arguments):
     except SystemExit as end:
         code = end.code
     return code, capsys.readouterr()
-
-
-def test_the_command_writes_the_page_beside_the_run(page_file, monkeypatch, capsys):
-    code, said = command(monkeypatch, capsys, page_file.with_suffix(".npz"), "--seconds", 0.05)
-    assert (
-        code == 0
-        and said.out.startswith(f"{page_file}: ")
-        and "the sensor's place differs from the record's by" in said.out
-    )
 
 
 @pytest.mark.parametrize(

@@ -45,17 +45,6 @@ def test_a_new_file_is_the_rig_that_it_is_like(name, tmp_path, run):
     assert again.returncode == 1 and "mine.yaml already exists" in again.stderr and "Traceback" not in again.stderr
 
 
-def test_check_draws_and_says(tmp_path, run):
-    done = run("check", "m113", "--no-settle", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert (tmp_path / "m113.png").stat().st_size > 10_000
-    assert "wrap of sprocket  155 deg" in done.stdout and "idler and road_5 overlap" in done.stdout
-    (tmp_path / "bad.yaml").write_text("like: bench\nchain: {source: s, pitches: 30}\n", encoding="utf-8")
-    done = run("check", "bad.yaml", cwd=tmp_path)
-    assert done.returncode == 1 and "too long" in done.stderr and "about 26" in done.stderr
-    assert not (tmp_path / "bad.png").exists() and "Traceback" not in done.stderr
-
-
 def test_simulate_needs_no_file(tmp_path, run):
     done = run("simulate", "run.npz", "--duration", "0.05", "--lead-in", "0", "-q", cwd=tmp_path)
     assert done.returncode == 0, done.stderr

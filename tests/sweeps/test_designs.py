@@ -10,17 +10,6 @@ from trackdyn.sweeps.request import asked, columns, refuse_columns
 from trackdyn.sweeps.table import read_table, write_table
 
 
-def test_a_grid_has_all_levels_with_all():
-    table = make_design(
-        {"motor_rpm": Span(115, 210, 3), "friction": ["none", "tangential"]}, "grid", fixed={"duration": 2}
-    )
-    assert list(table) == ["motor_rpm", "friction", "duration"]
-    assert set(zip(table.motor_rpm, table.friction, strict=True)) == {
-        (rpm, friction) for rpm in (115.0, 162.5, 210.0) for friction in ("none", "tangential")
-    }
-    assert (table.duration == 2).all()
-
-
 @pytest.mark.parametrize("method", ["sobol", "latin"])
 def test_samples_fill_the_range_and_repeat_with_their_seed(method):
     vary = {"motor_rpm": (115, 210), "ring_radius": (0.303, 0.313), "friction": ["none", "tangential"]}

@@ -13,7 +13,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import trackdyn
 from trackdyn.errors import InputError
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.stopping import run_steady
@@ -26,7 +25,7 @@ from trackdyn.simulation.simulate import simulate
 from trackdyn.sweeps import engine
 from trackdyn.sweeps.request import asked
 from trackdyn.sweeps.store import Store
-from trackdyn.sweeps.sweep import ROW_MEMORY, rows_of, sweep
+from trackdyn.sweeps.sweep import ROW_MEMORY, sweep
 
 ROOT = Path(__file__).parents[2]
 SHORT = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.05, "preset": "fast"}
@@ -205,28 +204,6 @@ def test_a_flipped_bit_of_a_store_changes_no_result(tmp_path, rig_path, monkeypa
     assert capsys.readouterr().err.count("ignored") == 300
 
 
-@pytest.mark.parametrize("value", [float("nan"), [1, 2], "much", None, float("inf"), -1.0])
-def test_a_row_that_no_scene_gives_is_computed_again_whatever_its_checksum(tmp_path, rig_path, value, capsys):
-    whole = sweep(design(1), rig=rig_path, jobs=1, store=tmp_path / "rows")
-    (file,) = (tmp_path / "rows").glob("*.jsonl")
-    row = json.loads(file.read_bytes())[1]
-    content = json.dumps(row | {"values": row["values"] | {"rms_g": value}}).encode()
-    file.write_bytes(b'["%s", %s]\n' % (hashlib.sha256(content).hexdigest()[:16].encode(), content))
-    pd.testing.assert_frame_equal(sweep(design(1), rig=rig_path, jobs=1, store=tmp_path / "rows"), whole)
-    assert "1 damaged line was ignored" in capsys.readouterr().err
-
-
-def test_batches_of_one_study_are_no_other_version(tmp_path, rig_path, capsys):
-    """They share a store; a table's own store with rows of another design is told."""
-    first, second = design(1), design(1).assign(motor_rpm=211.0)
-    for table in (first, second):
-        sweep(table, rig=rig_path, jobs=1, store=tmp_path / "rows")
-    assert "by this version" not in capsys.readouterr().err
-    sweep(first, tmp_path / "own.csv", rig_path, jobs=1)
-    sweep(second, tmp_path / "own.csv", rig_path, jobs=1)
-    assert "none of its 1 rows is of this design by this version" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize(
     ("given", "said"),
     [
@@ -266,17 +243,6 @@ def test_until_and_every_link_give_measures_with_errors(rig_path):
     assert found.until_known[0] in (True, 1.0) and pd.isna(found.until_known[1])
     assert found.simulated_s[0] < 4 and found.simulated_s[1] == 1.0
     assert (found.whole_rms > 0).all() and (found.whole_rms_error > 0).all()
-
-
-def test_rows_of_a_rig_come_whole_or_not_at_all(tmp_path, rig_path):
-    table = design(2).assign(rig=str(rig_path), name=["a", "b"])
-    sweep(table, tmp_path / "r.parquet", jobs=1)
-    sweep(table.assign(step=[None, -1.0]), tmp_path / "bad.parquet", jobs=1)
-    found = rows_of(tmp_path / "r.parquet", tmp_path / "r.costs.csv", str(rig_path))
-    assert found.name.tolist() == ["a", "b"] and (found.wall_s > 0).all() and (found.rms_g > 0).all()
-    assert rows_of(tmp_path / "bad.parquet", tmp_path / "bad.costs.csv", "other.yaml").empty
-    with pytest.raises(InputError, match=r"bad\.parquet: b on .* did not come out: scene: step = -1"):
-        rows_of(tmp_path / "bad.parquet", tmp_path / "bad.costs.csv", str(rig_path))
 
 
 def test_a_row_takes_the_first_of_its_steps_that_comes_out(rig_path):
@@ -321,35 +287,6 @@ def test_a_killed_worker_costs_its_row_only(rig_path, monkeypatch):
     found = sweep(design(6), rig=rig_path, jobs=2)
     assert killed and found.state.tolist() == ["done", "failed", "done", "done", "done", "done"]
     assert "SIGKILL" in found.reason[1]
-
-
-def test_an_answer_before_the_process_is_heard_is_not_lost(rig_path, monkeypatch):
-    """Both come up and could refuse their first rows while whoever waits for them is held up."""
-    answer = engine._Worker.answer
-
-    def late(self):
-        if not self.ready:
-            time.sleep(3)
-        return answer(self)
-
-    def given_up(*_):
-        raise TimeoutError("rows are waited for that nobody computes")
-
-    monkeypatch.setattr(engine._Worker, "answer", late)
-    before = signal.signal(signal.SIGALRM, given_up)
-    signal.alarm(120)
-    try:
-        found = sweep(design(4, step=0.5), rig=rig_path, jobs=2)
-    finally:
-        signal.alarm(0)
-        signal.signal(signal.SIGALRM, before)
-    assert found.state.tolist() == ["refused"] * 4
-
-
-def test_workers_that_cannot_start_are_said_to(rig_path, monkeypatch):
-    monkeypatch.setattr(sys, "executable", "/bin/false")
-    with pytest.raises(trackdyn.TrackdynError, match="ended at its start with exit code 1; what it printed, if any"):
-        sweep(design(4), rig=rig_path, jobs=2)
 
 
 def command(out, designed):

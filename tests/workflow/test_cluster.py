@@ -36,36 +36,6 @@ def snakemake(folder, *arguments):
     )
 
 
-FAMILY = """
-module sweep:
-    snakefile: "{root}/workflow/sweep.smk"
-    config:
-        {{"design": "{{kind}}.csv", "out": "r/{{kind}}.parquet", "batches": 3,
-        "rig": "{root}/config/rigs/first_fit.yaml", "kernels": ["Snakefile"]}}
-
-use rule * from sweep exclude all as sweep_*
-
-rule mine:
-    default_target: True
-    input: "r/slow.parquet", "r/fast.parquet"
-"""
-
-
-def test_a_module_with_wildcards_serves_several_designs(tmp_path, rig_path):
-    """With more batches than rows, and kernels that somebody else compiles."""
-    for kind, rpm in (("slow", 115), ("fast", 210)):
-        pd.DataFrame([{"motor_rpm": rpm + k, "ring_radius": 0.308, **SCENE} for k in range(2)]).to_csv(
-            tmp_path / f"{kind}.csv", index=False
-        )
-    (tmp_path / "Snakefile").write_text(FAMILY.format(root=ROOT), encoding="utf-8")
-    result = snakemake(tmp_path, "-j2", "--quiet")
-    assert result.returncode == 0, result.stdout + result.stderr
-    for kind in ("slow", "fast"):
-        sweep(tmp_path / f"{kind}.csv", tmp_path / "alone.parquet", rig_path, jobs=1)
-        assert (tmp_path / "alone.parquet").read_bytes() == (tmp_path / f"r/{kind}.parquet").read_bytes()
-    assert not list(tmp_path.rglob("kernels.txt"))
-
-
 def test_a_module_gives_the_bytes_of_one_sweep(tmp_path, rig_path):
     """With rows that stand twice and rows that are refused, in a Snakefile of somebody's own."""
     design = pd.DataFrame(
@@ -106,26 +76,3 @@ def test_batches_hold_every_row_once_and_neighbours_alike(rig_path):
     assert sorted(pd.concat(parts).motor_rpm) == [115.0 + k for k in range(8)]
     assert [part.ring_radius.nunique() for part in parts] == [1, 1]
     assert [len(part) for part in batches(design, rig_path, 9)] == [1] * 8 + [0]
-
-
-@pytest.mark.slurm
-def test_snakemake_takes_the_profile(tmp_path):
-    pytest.importorskip("snakemake_executor_plugin_slurm")
-    (tmp_path / "d.csv").write_text("motor_rpm\n115\n", encoding="utf-8")
-    result = snakemake(
-        tmp_path,
-        "-s",
-        f"{ROOT}/workflow/sweep.smk",
-        "--workflow-profile",
-        f"{ROOT}/profiles/slurm",
-        "-n",
-        "--quiet",
-        "rules",
-        "--config",
-        "design=d.csv",
-        "out=r.parquet",
-        "batches=1",
-        f"rig={ROOT}/config/rigs/first_fit.yaml",
-    )
-    assert result.returncode == 0, result.stdout + result.stderr
-    assert "gather" in result.stdout + result.stderr

@@ -2,7 +2,6 @@
 
 import shutil
 import sys
-from math import nan
 
 import numpy as np
 import pytest
@@ -174,32 +173,6 @@ def test_torque_and_turn_are_the_work_of_the_drive_and_it_is_lost(scene):
     assert work > 0
 
 
-def test_a_unit_starts_at_rest_under_its_pre_tension(scene):
-    unit = Unit(scene)
-    unit.start()
-    assert unit.values["rate_sprocket"] == unit.values["sprocket_torque"] == 0.0
-    # at rest the sensor feels the weight alone, whichever way its link is tilted
-    assert np.hypot(unit.values["sensor_ax"], unit.values["sensor_ay"]) == pytest.approx(1.0)
-    tensions = [value for name, value in unit.values.items() if name.startswith("tension_")]
-    settled = unit.loop.layout["settled_tension_n"]  # at the cut, in the strand from the idler to the sprocket
-    assert unit.values["tension_idler_to_sprocket"] == pytest.approx(settled, rel=0.01)
-    assert len(tensions) == 3
-
-
-def test_a_shift_of_the_tensioner_tightens_the_loop(scene):
-    """Two units from one start, a millimetre apart, over the same times."""
-    tensions = []
-    for shift in (0.0, 1e-3):
-        unit, seen = Unit(scene), []
-        unit.start()
-        unit.wanted["tensioner_shift"] = shift
-        for _ in range(200):
-            unit.step(unit.loop.time, EXCHANGE)
-            seen.append(unit.values["tension_idler_to_sprocket"])
-        tensions.append(np.mean(seen[100:]))
-    assert tensions[1] > 1.02 * tensions[0]
-
-
 @pytest.mark.parametrize(
     ("fields", "sentence"),
     [
@@ -211,15 +184,6 @@ def test_a_shift_of_the_tensioner_tightens_the_loop(scene):
 def test_scenes_without_a_unit_are_refused(make_scene, fields, sentence):
     with pytest.raises(InputError, match=sentence):
         Unit(make_scene(115.0, **fields))
-
-
-@pytest.mark.parametrize("exchange", [0.0, -1.0, 1e-6, nan])
-def test_an_exchange_shorter_than_a_step_is_refused(scene, exchange):
-    unit = Unit(scene)
-    unit.loop = Loop(scene)
-    wanted = rf"exchange = .*: must be between the step of the loop, {scene.step:g} s"
-    with pytest.raises(InputError, match=wanted):
-        unit.step(0.0, exchange)
 
 
 @pytest.mark.parametrize(

@@ -9,10 +9,8 @@ from laboratory.inference.identification.calibration import (
     LEVELS,
     CalibrationConfig,
     calibrate,
-    held,
     rank_band,
     repeated,
-    summarised,
 )
 from laboratory.inference.identification.emulation import FeatureEmulator, Prediction
 from laboratory.inference.unknowns import Unknown
@@ -71,33 +69,6 @@ def test_an_emulator_that_promises_too_much_is_found_out(config, closed_form, tm
         config.model_copy(update={"simulations": 32, "truths": 32, "plain": 0}), tmp_path, progress=False
     ).summary.set_index("parameter")
     assert found.loc["bushing.stiffness", "covered_90"] < 0.8 or found.loc["bushing.stiffness", "p_uniform"] < 1e-3
-
-
-@pytest.mark.parametrize(
-    ("rank", "level", "inside"), [(0, 0.95, False), (49, 0.5, True), (99, 0.9, False), (5, 0.9, True), (4, 0.9, False)]
-)
-def test_a_rank_is_within_the_central_interval(rank, level, inside):
-    assert held(rank, 99, level) is inside
-
-
-def test_summary_of_constructed_ranks():
-    uniform = pd.DataFrame(
-        {
-            "truth": range(100),
-            "discrepancy": "prior",
-            "parameter": "a",
-            "rank": range(100),
-            "of": 99,
-            "verdict": "identified",
-        }
-    )
-    piled = uniform.assign(parameter="b", rank=0, verdict="not identified")
-    found = summarised(pd.concat([uniform, piled])).set_index("parameter")
-    assert found.loc["a", "covered_90"] == 0.9 and found.loc["a", "covered_90_identified"] == 0.9
-    assert found.loc["a", "p_uniform"] == pytest.approx(1) and found.loc["b", "p_uniform"] < 1e-10
-    assert found.loc["a", "low_90"] == pytest.approx(0.8238, abs=1e-4)  # Clopper and Pearson, 90 of 100
-    assert found.loc["b", "covered_90"] == 0 and found.loc["b", "identified"] == 0
-    assert found.loc["a", "bins_outside"] == 0 and found.loc["b", "bins_outside"] == 1  # a bin may be empty
 
 
 @pytest.mark.parametrize(("count", "bins"), [(200, 20), (64, 12)])

@@ -11,17 +11,15 @@ from laboratory.inference.ensemble import waves
 from laboratory.inference.ensemble.history import (
     Search,
     all_columns,
-    errors,
     implausibility,
     judged,
     outputs,
 )
-from laboratory.inference.ensemble.settings import EnsembleConfig, Fidelity, load_ensemble, targets_of, unknowns_of
+from laboratory.inference.ensemble.settings import EnsembleConfig, load_ensemble, targets_of
 from laboratory.inference.targets import Case, CaseTarget
 from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
 from replication.paper.claims import load_claims
 from trackdyn.errors import InputError
-from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.validation import validated
 from trackdyn.parameters.yaml_file import read_yaml
@@ -94,14 +92,6 @@ def one():
     )
 
 
-def test_errors_are_where_two_thirds_of_the_differences_lie():
-    full = pd.DataFrame({"a": np.zeros(100)})
-    cheap = pd.DataFrame({"a": np.linspace(-1, 1, 100)})
-    found = errors(cheap, full, cheap, [cheap + 0.5, cheap - 0.5])
-    assert found.loc["a", "fidelity_sd"] == pytest.approx(0.68, abs=0.02)
-    assert found.loc["a", "discrepancy_sd"] == pytest.approx(0.5) and found.loc["a", "discrepancy_rigs"] == 200
-
-
 @pytest.fixture(scope="module")
 def unknowns():
     names = [
@@ -137,35 +127,6 @@ def test_the_search_goes_where_the_targets_are_met(unknowns):
     assert allowed(qmc.LatinHypercube(4, seed=3).random(4000)) < 0.03
     assert allowed(found) > 1 / 3
     assert min(check.coverage_95 for check in search.check().values()) > 0.7
-
-
-def test_every_case_of_every_rig_is_a_row_with_the_steps_to_try(unknowns):
-    points = waves.points_table(unknowns, np.full((2, 4), 0.5), 0)
-    ladder = Fidelity(integrator="linearly_implicit", steps_s=[2.5e-4, 1e-4])
-    cases = [NONE, Case(150, None, belt=True)]
-    found = waves.rows_of_kind(
-        SETTINGS, unknowns, waves.members(unknowns, points), cases, "law 0", ladder, sliding=True
-    )
-    assert found["name"].tolist() == [
-        "law 0: 0 115 none",
-        f"law 0: 0 {cases[1].name}",
-        "law 0: 1 115 none",
-        f"law 0: 1 {cases[1].name}",
-    ]
-    assert found["step"].tolist() == ["0.00025 0.0001", "0.001"] * 2
-    belts = found["chain"] == "belt"
-    assert found.loc[belts, "tension"].eq("locked").all() and not found.loc[~belts, "pitches"].eq("").any()
-    assert list(waves.kinds(found)) == ["law 0"] and list(waves.kinds(found)["law 0"]["name"])[2] == "1 115 none"
-
-
-def test_points_are_rigs_whose_groove_can_be_cut_and_whose_loop_closes():
-    every = unknowns_of(SETTINGS, CONFIG / "rigs" / "first_fit.yaml")
-    points = waves.prior_points(every, 3, seed=4)
-    assert points.shape == (3, len(every))
-    for x in points:
-        assemble(every.to_rig(x)[0])  # raises for a loop that does not close
-    far = RIG.changed(idler__x=-1.6, road_wheel__x=-2.4)
-    assert not waves.can_close(far)
 
 
 @pytest.mark.parametrize(

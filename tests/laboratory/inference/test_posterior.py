@@ -12,7 +12,6 @@ from laboratory.inference.identification.posterior import (
     SPREAD,
     Posterior,
     Records,
-    predict,
     sample,
 )
 
@@ -97,14 +96,6 @@ def test_draws_have_the_quantiles_of_the_density():
         )
 
 
-def test_records_that_no_unknown_explains_ask_for_discrepancy():
-    """Features that contradict each other widen the interval and the size of the discrepancy."""
-    agreed = sample(Posterior(records([1.0, -0.5], 1), linear(1), 1), 800, seed=2).points
-    opposed = sample(Posterior(records([1.0, 0.9], 1), linear(1), 1), 800, seed=2).points
-    assert np.median(np.exp(opposed[:, 2])) > 2 * np.median(np.exp(agreed[:, 2]))
-    assert np.ptp(np.quantile(opposed[:, 0], [0.05, 0.95])) > np.ptp(np.quantile(agreed[:, 0], [0.05, 0.95]))
-
-
 def test_more_speeds_do_not_average_a_shared_discrepancy_away():
     """With sizes fixed, the variance of the unknown from many records tends to that of the shared part alone."""
     size, widths = np.log(0.2), []
@@ -116,18 +107,3 @@ def test_more_speeds_do_not_average_a_shared_discrepancy_away():
         widths.append(np.sqrt(((grid[:, 0] - mean) ** 2 * weight).sum() / weight.sum()))
     expected = np.sqrt((SHARED + (1 - SHARED) / 16) / 1)
     assert widths[1] / widths[0] == pytest.approx(expected, rel=0.02)
-
-
-def test_a_held_out_record_is_predicted_with_what_the_others_share():
-    """One draw with known sizes: mean and variance of a normal distribution given a part of it."""
-    known, held = records([1.2, -0.5], 1), records([0.0, 0.0], 1)._replace(record=np.array([1, 1]))
-    posterior = Posterior(known, linear(1), 1)
-    draws = np.tile([0.5, np.log(0.1), np.log(0.2)], (20_000, 1))
-    found = predict(posterior, held, linear(2), draws)
-    variance = np.array([0.01, 0.04]) + 1e-4 + 1e-6 + 1e-10
-    gain = SHARED * np.array([0.01, 0.04]) / variance
-    mean = SLOPES * 0.5 + gain * (known.values - SLOPES * 0.5)
-    sd = np.sqrt(variance - gain * SHARED * np.array([0.01, 0.04]))
-    # of 20,000 draws: four standard errors
-    assert found.mean(axis=0) == pytest.approx(mean, abs=4 * sd.max() / np.sqrt(20_000))
-    assert found.std(axis=0) == pytest.approx(sd, rel=0.02)

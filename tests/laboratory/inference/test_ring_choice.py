@@ -54,17 +54,6 @@ def test_chances_are_shares_of_rigs_with_their_interval():
     assert said.endswith("in 1 no radius is both free of the right arc and best")
 
 
-def test_the_command_says_which_and_writes_both(tmp_path):
-    write_table(STUDY, tmp_path / "study.csv")
-    names = [str(tmp_path / name) for name in ("study.csv", "choice.csv", "choice.png")]
-    said = CliRunner().invoke(
-        app, ["choose-ring", names[0], "--out", names[1], "--figure", names[2], "--criterion", "rule"]
-    )
-    assert said.exit_code == 0, said.output
-    assert said.output.splitlines()[-1].startswith("115 rpm: 0.303 m is best in 1 of 4 rigs by the smallest radius")
-    assert len(pd.read_csv(names[1])) == 4 and (tmp_path / "choice.png").stat().st_size > 10_000
-
-
 @pytest.mark.parametrize(
     ("change", "options", "said"),
     [

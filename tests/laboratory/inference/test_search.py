@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from laboratory.inference import search as searches
-from laboratory.inference.search import Round, Start, bent, ends_table, minimise, search
+from laboratory.inference.search import Round, Start, ends_table, minimise, search
 from trackdyn.errors import InputError, TrackdynError
 
 CALLS: list[tuple] = []
@@ -71,14 +71,6 @@ def test_both_methods_end_where_the_valley_does(method):
     assert found["evaluations"] == len(found["costs"])
 
 
-def test_a_longer_search_begins_as_the_shorter_one_and_repeats_nothing(tmp_path):
-    short = minimise(Invented(), free("a", 0.2, 0.6), 7, "trf", store=tmp_path)
-    assert (short["ended"], short["evaluations"], len(CALLS)) == ("budget", 7, 7)
-    long = minimise(Invented(), free("a", 0.2, 0.6), 20, "trf", store=tmp_path)
-    assert long["costs"][:7] == short["costs"]
-    assert len(CALLS) == 20  # seven of them came out of the store
-
-
 @pytest.mark.parametrize("method", ["dfols", "trf"])
 def test_what_cannot_run_points_back(method):
     """With a wall before the valley's end the best point lies at the wall."""
@@ -113,10 +105,3 @@ def test_a_row_that_failed_for_a_passing_reason_stops_the_search():
 
     with pytest.raises(TrackdynError, match="may pass"):
         minimise(Invented(broken), free("a", 0.5, 0.5), 4, "trf")
-
-
-def test_bent_residuals_rise_everywhere_and_are_plain_near_zero():
-    off = np.array([-1e4, -100, -1, 0, 0.1, 1, 100, 1e4])
-    assert np.all(np.diff(bent(off)) > 0)
-    assert bent(0.1) == pytest.approx(0.1, rel=1e-3)
-    assert abs(bent(100)) < 15

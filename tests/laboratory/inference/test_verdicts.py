@@ -6,14 +6,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from laboratory.inference.ensemble import conflicts, verdicts
+from laboratory.inference.ensemble import verdicts
 from laboratory.inference.ensemble.history import all_columns
-from laboratory.inference.ensemble.local import local_starts
-from laboratory.inference.ensemble.settings import unknowns_of
 from laboratory.inference.ensemble.stages import EACH_WAVE, FIRST, Ensemble, open_ensemble, rank
 from laboratory.inference.ensemble.waves import points_table, prior_points
 from replication.paper.claims import load_claims
-from trackdyn.parameters.rig import load_rig
 from trackdyn.sweeps.table import write_table
 
 pytestmark = pytest.mark.slow
@@ -140,45 +137,3 @@ def test_rigs_piled_up_at_a_bound_identify_nothing(ensemble, tmp_path):
     write_table(points, tmp_path / "points_study.csv")
     table = verdicts.parameters_table(ensemble._replace(folder=tmp_path)).set_index("name").loc["bushing.stiffness"]
     assert table["remaining"] < 0.05 and table["p_value"] < 0.01 and not table["identifiable"]
-
-
-def test_local_searches_start_from_the_shipped_rig_where_it_is_possible(ensemble):
-    """And from the least excluded rigs of the waves; the first fit has values outside their ranges."""
-    e = ensemble._replace(form=ensemble.form.model_copy(update={"local_starts": 3}))
-    ranked = verdicts.all_judged(e).drop(index=range(FIRST["last"], FIRST["last"] + LAST_RIGS)).sort_values("loss")
-    assert [start.name for start in local_starts(e)] == [str(rig) for rig in ranked.index[:3]]
-    possible = e._replace(unknowns=unknowns_of(e.config, CONFIG / "rigs" / "possible.yaml"))
-    first, *others = local_starts(possible)
-    assert first.name == "shipped" and [start.name for start in others] == [str(rig) for rig in ranked.index[:2]]
-    built, scene = possible.unknowns.to_rig(np.array(first.x))
-    shipped = load_rig(CONFIG / "rigs" / "possible.yaml")
-    for name in ("bushing.stiffness", "idler.x", "groove.r3", "ring_contact.friction_dynamic"):
-        assert built.value(name) == pytest.approx(shipped.value(name), rel=1e-6)
-    assert scene == {"tension": "sprung"}
-    assert [free for free, of in zip(first.free, possible.unknowns.unknowns, strict=True) if of.discrete] == [False] * 2
-
-
-def test_pairs_that_no_rig_shows_are_searched_by_their_own_targets(ensemble, monkeypatch):
-    """Rig 0 meets all targets; without it C16 and C17 are met one by one, and each search sees no other claim."""
-    asked = []
-
-    def nothing(problem, tasks, evaluations, jobs, store, **how):
-        asked.extend((claims, {one["claim"] for one in given["targets"]}) for (claims, _), (given, _) in tasks.items())
-        return {of: {"residuals": [], "evaluations": 1, "x": list(start.x)} for of, (_, start) in tasks.items()}
-
-    monkeypatch.setattr(conflicts, "local_searches", nothing)
-    table, found = conflicts.conflicts(ensemble, 1, None)
-    assert not asked and found.empty and (table["verdict"] == conflicts.SHOWN).all()
-    assert table.set_index("claims").loc["C16 C17", ["sample", "sample_rig"]].tolist() == [0, FIRST["last"]]
-    assert verdicts.pareto(ensemble)["rig"].tolist() == [FIRST["last"]]
-    values = pd.read_csv(ensemble.folder / "outputs_last.csv")
-    write_table(values[values["rig"] != FIRST["last"]], ensemble.folder / "outputs_last.csv")
-    try:
-        table, found = conflicts.conflicts(ensemble, 1, None)
-    finally:
-        write_table(values, ensemble.folder / "outputs_last.csv")
-    assert [claims for claims, _ in asked] == [("C16", "C17")]
-    assert {claim[:3] for claim in asked[0][1]} == {"C16", "C17"}
-    row = table.set_index("claims").loc["C16 C17"]
-    assert row["verdict"] == conflicts.CONFLICT and row["sample"] == pytest.approx(9)
-    assert found["rig"].tolist() == [row["search_rig"]] == [FIRST["conflicts"]]

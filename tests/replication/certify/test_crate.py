@@ -98,21 +98,6 @@ def test_what_stands_in_it(crate, results):
     assert "agent" not in run
 
 
-def test_recordings_and_agent_come_if_they_are_asked_for(results):
-    write_manifest(results, INPUTS)
-    found, names = entities(write_crate(results, results.parent / "all.zip", recordings=True, agent="A. Person"))
-    assert "results/runs/115rpm.npz" in names
-    assert found[found["#run"]["agent"]["@id"]]["name"] == "A. Person"
-
-
-def test_results_that_are_not_those_of_the_manifest_are_not_packed(results):
-    write_manifest(results, INPUTS)
-    (results / "tables" / "table3.md").write_text("changed")
-    with pytest.raises(InputError, match=r"1 known by their bytes alone, which differ \(tables/table3\.md\)"):
-        write_crate(results)
-    assert not (results / "crate.zip").exists()
-
-
 def test_inputs_that_are_not_those_of_the_manifest_are_not_packed(results, tmp_path):
     """Whatever a manifest names, nothing is packed whose hash it does not know, nor what it calls a file of times."""
     (tmp_path / "rig.yaml").write_text("mine")

@@ -2,26 +2,22 @@
 missing.
 """
 
-import sys
 from dataclasses import replace
 from math import pi
 
 import numpy as np
 import pytest
 
-from replication.peers import answers
-from replication.peers.answers import OWN, accelerations, compare_answers, ours
+from replication.peers.answers import accelerations, ours
 from replication.peers.contact import make_contacts
-from replication.peers.exudyn_loop import PeerRun, PeerWheels, start_of
+from replication.peers.exudyn_loop import PeerWheels, start_of
 from replication.peers.mujoco_contact import ACROSS, RUBBER, cushion, soft
-from replication.peers.mujoco_loop import build, lay, places, run_loop, run_mujoco, working_load
-from replication.report.tables import answers_outcome
+from replication.peers.mujoco_loop import build, lay, run_loop, run_mujoco, working_load
 from replication.study.extremes.solvers import Pose, posed
-from replication.study.settings import PEER_LAWS, PeerAnswers
+from replication.study.settings import PEER_LAWS
 from trackdyn.chain.riccati import accelerations as chain_accelerations
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.parameters.groove import true_depth
-from trackdyn.scene.build import build_chain
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 
@@ -72,19 +68,6 @@ def test_bodies_wheels_and_bushings_are_the_rigs(rig, built):
         assert model.geom(f"rim{k}").size[0] == wheel.radius and model.geom(f"rim{k}").type[0] == 2  # a sphere
     np.testing.assert_allclose([model.body(f"wheel{k}").pos[:2] for k in range(3)], contacts.circle[:, :2], atol=1e-15)
     assert model.opt.gravity[1] == -rig.gravity
-
-
-def test_a_start_is_laid_as_it_was(built):
-    import mujoco
-
-    model, chain, start, _, _ = built
-    data = mujoco.MjData(model)
-    lay(model, data, chain, start)
-    centre, angle, gap = places(model, chain, data.qpos[None])
-    np.testing.assert_allclose(angle[0], start.angle, atol=1e-12)
-    mujoco.mj_forward(model, data)
-    np.testing.assert_allclose(centre[0], [data.body(f"body{i}").xipos[:2] for i in range(70)], atol=1e-12)
-    assert gap[0] < 1e-9
 
 
 def test_a_bent_chain_at_rest_is_accelerated_as_by_the_simulators_solver(rig, built):
@@ -272,54 +255,3 @@ def test_a_step_that_is_no_part_of_the_sample_is_refused(built):
     _, chain, start, _, _ = built
     with pytest.raises(InputError, match=r"must divide the sample interval, 0.001 s"):
         run_loop(build(chain, 3e-4), chain, start, 0.1, 1e-3)
-
-
-ASKED = {
-    "speed_rpm": 210,
-    "ring_radius_m": 0.308,
-    "tolerance": 0.05,
-    "ramp_s": 0.1,
-    "lead_in_s": 0.05,
-    "passages": 9,
-    "steps_s": {"semi_implicit": [1e-4, 5e-5]},
-    "exudyn_steps_s": [1e-3, 5e-4],
-    "mujoco_steps_s": {"euler": [5e-4, 2.5e-4]},
-}
-
-
-def test_its_rows_stand_beside_ours(rig, monkeypatch):
-    """Made-up runs of either code on circles: settings, limit of the first method, cost of what is counted."""
-    pytest.importorskip("mujoco")
-    monkeypatch.setitem(sys.modules, "exudyn", None)
-
-    def circles(samples, size):
-        turn = np.arange(samples)[:, None] * 0.01 + np.linspace(0, 6, 70)
-        return size * np.stack([np.cos(turn), np.sin(turn)], axis=2)
-
-    def made(scene, method, step):
-        assert scene.lead_in == 0 and scene.ring_radius == 0.308
-        samples = round((scene.ramp + scene.duration) * 1000) + 1
-        nothing = np.zeros(samples)
-        size = (1 + 100 * step) * (1.02 if method == "euler" else 1.03)
-        return PeerRun(nothing, circles(samples, size), nothing, nothing, nothing, 0.0, 2e-4 / step)
-
-    monkeypatch.setattr(answers, "ours", lambda scene: (circles(round(scene.duration * 1000), 1.0)[:, ::2], 0.1, 0.05))
-    monkeypatch.setattr(answers, "run_mujoco", made)
-    asked = PeerAnswers(**ASKED | {"mujoco_steps_s": {"euler": [5e-4, 2.5e-4, 1.25e-4], "implicitfast": [1e-4]}})
-    table = compare_answers(rig, asked).set_index("code")
-    assert table.index.unique().tolist() == ["trackdyn", "exudyn", OWN]
-    rows = table.loc[OWN]
-    assert list(zip(rows["method"], rows["step_s"], strict=True)) == [
-        ("euler", 5e-4), ("euler", 2.5e-4), ("euler", 1.25e-4), ("implicitfast", 1e-4)
-    ]  # fmt: skip
-    # of a limit without a step, which is that of euler
-    np.testing.assert_allclose(rows["difference_pct"], [5.0, 2.5, 1.25, 100 * (1.01 * 1.03 / 1.02 - 1)], atol=1e-3)
-    assert rows["passages"].isna().tolist() == [True, False, False, False]  # 5 % leave nothing for the record
-    assert rows["chosen"].eq("yes").sum() == 1
-    assert f"The RMS of {OWN} in the limit is +2 % from ours." in answers_outcome(table.reset_index(), 0.05)
-
-
-def test_a_chain_of_any_rig_can_be_built(rig):
-    pytest.importorskip("mujoco")
-    chain = build_chain(rig.changed(chain__pitches=36))
-    assert build(chain, STEP).nv == 74

@@ -7,7 +7,6 @@ import pytest
 from snakemake.utils import update_config
 
 from replication.pipeline.config import check_config, check_layers
-from replication.study.accuracy.planner import PLANNED
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.yaml_file import read_yaml
@@ -73,13 +72,6 @@ def test_the_full_configuration_is_the_papers_matrix():
     assert sum(scene.ring_radius is None for scene in scenes.values()) == 1 + 4
 
 
-def test_a_list_replaces_that_of_the_base():
-    """Three radii in place of eleven, not fourteen; what is not stated is the base's."""
-    config, _, _ = load(QUICK)
-    assert config.ring_study.radii_m == [0.303, 0.308, 0.313]
-    assert config.records.speeds_rpm == [115, 150, 180, 210]
-
-
 def test_a_refusal_names_the_file_that_is_to_blame(tmp_path):
     mine, base = tmp_path / "mine.yaml", tmp_path / "base.yaml"
     base.write_bytes(Path(BASE).read_bytes())
@@ -90,23 +82,6 @@ def test_a_refusal_names_the_file_that_is_to_blame(tmp_path):
     base.write_text(base.read_text(encoding="utf-8") + "more: 1\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"^base\.yaml: more is not a known parameter"):
         check_layers(merged(*files), files, update_config)
-
-
-def test_a_mistake_of_no_file_is_said_with_the_last_one(data):
-    put(data, "records.duration_s", -1)  # on the command line
-    with pytest.raises(InputError, match=r"^quick\.yaml: records\.duration_s = -1:"):
-        check_layers(data, SHIPPED, update_config)
-
-
-def test_a_tolerance_in_place_of_a_step(data):
-    """The configuration knows the planner's measures; whether data support them is the planner's to say."""
-    for measure in PLANNED:
-        put(data, "records.plan", {"tolerance": "2%", "measure": measure, "data": "absent.csv"})
-        check_config(data, "mine.yaml")
-    put(data, "records.plan.measure", "speed")
-    assert "records.plan.measure = 'speed': input should be 'rms'" in refusal(data)
-    put(data, "records.plan", {"tolerance": "2", "measure": "rms", "data": "absent.csv"})
-    assert "records.plan.tolerance = '2': must be between 0 and 1" in refusal(data)
 
 
 @pytest.mark.parametrize("section", ["records", "meshing", "ring_study", None])
@@ -172,13 +147,6 @@ def test_speeds_must_rise(data, field):
     assert f"{field} = [115.0, 150.0, 150.0]: 150 occurs twice; give rising" in refusal(data)
     put(data, field, [150, 115])
     assert f"{field} = [150.0, 115.0]: 115 comes after 150; give rising" in refusal(data)
-
-
-def test_radii_must_rise(data):
-    put(data, "ring_study.radii_m", [0.303, 0.308, 0.308])
-    assert "ring_study.radii_m = [0.303, 0.308, 0.308]: 0.308 occurs twice" in refusal(data)
-    put(data, "ring_study.radii_m", [0.308, 0.303])
-    assert "0.303 comes after 0.308; give rising values" in refusal(data)
 
 
 def test_radii_that_share_a_run_name_are_refused(data):
@@ -263,37 +231,9 @@ def test_another_rig_runs_what_claims_are_judged_by_at_steps_of_its_own(data):
     assert {scene.step for scene in found.values() if scene.motor_rpm > 150} == {2.5e-5}
 
 
-PAPER_RIGS = ("config/rig.yaml", "config/rigs/possible.yaml", "config/rigs/first_fit.yaml")
-
-
-def laws_of(rig):
-    return rig.tension.kept, rig.drag, rig.bushing.law, rig.chain.kind
-
-
-@pytest.mark.parametrize("path", PAPER_RIGS)
-def test_every_run_of_every_rig_has_the_laws_of_its_rig(data, path):
-    """Records, meshing and ring study of a rig are of one model, whichever rig is the first."""
-    data["rig"] = path
-    config, rig, scenes = check_config(data, "mine.yaml")
-    runs = [(rig, scenes)]
-    runs += [(load_rig(other.rig), config.other_scenes(name, scenes)) for name, other in config.other_rigs.items()]
-    assert len({laws_of(load_rig(path)) for path in PAPER_RIGS}) == 2
-    for of, its in runs:
-        made = {(s.tension, s.drag, s.bushing_law, s.chain) for s in its.values()}
-        assert made == {laws_of(of)}
-        assert all(scene.rig == of for scene in its.values())
-
-
 def test_the_rig_at_which_studies_of_ranges_begin_must_be_there(data):
     data["other_rigs"] = {}
     assert "other_rigs.possible is missing" in refusal(data)
-
-
-def test_a_step_that_does_not_divide_the_sample_interval_is_refused(data):
-    put(data, "records.step_s", 3e-5)
-    sentence = refusal(data)
-    assert "step = 3e-05:" in sentence
-    assert "must divide the sample interval, 0.001 s, and be at least 1e-08 s, such as 2.5e-05 s" in sentence
 
 
 def test_a_missing_rig_file_is_refused(data):

@@ -5,7 +5,6 @@ import gzip
 import json
 import re
 import shutil
-from collections import Counter
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -19,10 +18,8 @@ from replication.paper.claims import VERDICTS
 from replication.report.figures.animation import write_animation
 from replication.report.page.builder import PageInputs, build_page, write_page
 from trackdyn.errors import InputError
-from trackdyn.measure import columns
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import load_rig
-from trackdyn.plots import cells
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.recording import Recording, provenance
 from trackdyn.sources import source_hash
@@ -204,32 +201,6 @@ def test_the_page_carries_everything_and_is_small(page_file):
     assert text.index("<b>Fitted</b>") < text.index("<b>Printed</b>")
 
 
-def test_no_id_stands_twice_and_every_picture_has_its_size(page_file):
-    text = page_file.read_text(encoding="utf-8")
-    ids = Counter(re.findall(r'[\s"]id="([^"]+)"', text))
-    assert [name for name, count in ids.items() if count > 1] == []
-    assert not set(re.findall(r'(?:href="#|describedby=")([^"]+)"', text)) - ids.keys()
-    pictures = re.findall(r"<img [^>]*>", text)
-    assert len(pictures) == 5
-    for picture in pictures:
-        # 7 by 3 inch at 150 dots
-        assert 'width="1050" height="450"' in picture
-        assert re.search(r'alt="[^"]+"', picture)
-
-
-def test_columns_have_words_and_units():
-    assert columns.heading("rms_sensor_g") == "RMS sensor (g)"
-    assert columns.heading("rms_g_ten_arcs") == "RMS, ten arcs (g)"
-    assert columns.heading("left_peak", change=True) == "mean peak force, left arc (%)"
-    assert columns.heading("wall_s_per_s") == "wall time per simulated second (s)"
-    assert columns.groups(["rpm", "rms_a", "rms_b", "rms_c", "sd_a"]) == [("", 1), ("rms", 3), ("", 1)]
-    assert cells.span("1.4, 1.61234, 1.5") == "1.4 to 1.61"
-    assert cells.span("0.308 at 115, 0.3 at 150, 0.313 at 210 rpm") == "0.3 to 0.313"
-    assert cells.span("7.741 to 12.78 at 150, 6.495 to 16.48 at 210 rpm") == "6.50 to 16.5"
-    assert cells.span("7.7 to 13.23; 6.499 to -16.46") == "−16.5 to 13.2"
-    assert cells.change(-0.0004) == "0" and cells.change(-29.196) == "−29.2"
-
-
 def test_an_animation_is_written(tmp_path):
     every = tuple(range(1, RIG.chain.pitches + 1))
     recording = turning(210.0, 0.308, 0.2, every, interval=0.04)
@@ -246,46 +217,6 @@ def open_page(open_file, page_file):
     return partial(open_file, page_file)
 
 
-PLOTS = ("history-plot", "spectrum-plot", "ring-plot", "passage-plot", "trade-plot")
-
-
-def test_a_table_is_sorted_by_a_click(open_page):
-    page = open_page(1400, 900, "#table1")
-    cells = "#table1 tbody td:first-child"
-    assert page.locator(cells).all_inner_texts() == ["1", "2"]
-    for _ in range(2):
-        page.locator("#table1 thead button").first.click()
-    assert page.locator(cells).all_inner_texts() == ["2", "1"]
-    assert page.locator("#table1 th").first.get_attribute("aria-sort") == "descending"
-
-
-ADDRESSES = (
-    "claims", "words", "loop", "ring", "signals", "contact", "front", "extremes", "parameters", "gallery", "costs",
-    "provenance", "C03", "fig05", "fig18", "table1",
-)  # fmt: skip
-IN_VIEW = "(id) => { const box = document.getElementById(id).getBoundingClientRect(); return [box.top, box.height]; }"
-
-
-def lands(page, name):
-    """Whether a place starts in the upper part of the view, or the page ends."""
-    top, height = page.evaluate(IN_VIEW, name)
-    end = page.evaluate("scrollY + innerHeight >= document.documentElement.scrollHeight - 2")
-    return height > 0 and (-1 <= top <= 120 or (end and 0 <= top < 900))
-
-
-@pytest.mark.parametrize("width", [390, 1400])
-def test_every_address_lands_on_a_fresh_load(open_page, width):
-    page = open_page(width, 900, "#provenance")
-    assert lands(page, "provenance")  # also when every chart is drawn
-    place, missed = page.url.partition("#")[0], []
-    for name in ADDRESSES:
-        page.goto("about:blank")
-        page.goto(f"{place}#{name}")
-        page.wait_for_function("document.documentElement.dataset.ready")
-        missed += [] if lands(page, name) else [name]
-    assert missed == []
-
-
 @pytest.mark.parametrize("width", [390, 1400])
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_no_rule_of_accessibility_is_broken(open_page, width, scheme):
@@ -294,22 +225,6 @@ def test_no_rule_of_accessibility_is_broken(open_page, width, scheme):
     page.eval_on_selector_all("details", "all => all.forEach(e => { e.open = true; })")
     broken = axe.Axe().run(page).response["violations"]
     assert [(rule["id"], node["html"][:100]) for rule in broken for node in rule["nodes"]] == []
-
-
-def test_tables_and_charts_can_be_downloaded(open_page, inputs):
-    page = open_page()
-    for file in ("claims.csv", "metrics.csv", "planner.csv", "tables/table1.csv", "tables/fidelity.csv"):
-        with page.expect_download() as got:
-            page.locator(f"button[data-file='{file}']").first.dispatch_event("click")
-        assert got.value.suggested_filename == Path(file).name
-        assert Path(got.value.path()).read_bytes() == (inputs.results / file).read_bytes()
-    for plot in PLOTS:
-        with page.expect_download() as got:
-            page.click(f"button[data-chart='{plot}']")
-        table = pd.read_csv(got.value.path())
-        assert list(table) == ["curve", "x_axis", "x", "y_axis", "y"]
-        assert len(table) > 1 and table["y"].notna().all()
-        assert table["y_axis"].str.contains(r"\(|area").all()
 
 
 def test_nothing_leads_to_a_network(open_page):
@@ -351,15 +266,6 @@ def test_the_loop_plays_pauses_and_scrubs(open_page):
         before = page.evaluate("document.getElementById('scene').toDataURL()")
         page.select_option("#view", view)
         assert page.evaluate("document.getElementById('scene').toDataURL()") != before
-
-
-@pytest.mark.parametrize("width", [380, 1200])
-def test_nothing_overflows(open_page, width):
-    page = open_page(width, 800)
-    assert page.evaluate("document.documentElement.scrollWidth") <= width
-    # what is wider than the page scrolls within its own box
-    wide = "all => all.filter(e => !e.closest('.wide, .plot') && e.getBoundingClientRect().right > innerWidth + 1)"
-    assert page.eval_on_selector_all("main *, header *", f"{wide}.map(e => e.outerHTML.slice(0, 80))") == []
 
 
 def test_claims_can_be_filtered(open_page):

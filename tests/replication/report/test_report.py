@@ -1,6 +1,5 @@
 """Figures and tables from small made-up recordings: files, bytes, labels, numbers."""
 
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,17 +12,14 @@ from matplotlib.figure import Figure
 
 from replication.report.figures.closure import closure_figure
 from replication.report.figures.loop import loop_figure
-from replication.report.figures.meshing import select_passage
 from replication.report.figures.ring_study import duration_figure, force_figure, quiet_from
 from replication.report.figures.scorecard import LOOKS
-from replication.report.figures.screenshots import moments, screenshot_figure
 from replication.report.tables import lines_table, table1, table3, write_table
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import load_rig
 from trackdyn.plots.drawing import (
     chain_points,
-    groove_points,
 )
 from trackdyn.plots.histories import first_crest, history_figure
 from trackdyn.plots.spectra import spectrum_figure
@@ -123,12 +119,6 @@ def test_a_figure_that_cannot_be_drawn_leaves_no_file(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_spectrum_figure_marks_the_lines_where_they_are():
-    shown = texts(spectrum_figure(recording(), sensor()))
-    assert f"bin-free: {LOOP_HZ:.4f} Hz, 1.200 g" in shown
-    assert f"Loop frequency {LOOP_HZ:.5f} Hz, bin {20 * LOOP_HZ:.2f}" in shown
-
-
 def test_picket_fence_of_the_printed_record_at_115_rpm():
     run = recording(rpm=115.0)
     time, ay = wave(LOOP_HZ * 115 / 210, seconds=90.0)
@@ -167,13 +157,6 @@ def test_chain_points_follow_the_bodies_and_close():
     np.testing.assert_allclose(lengths[::2], RIG.chain.link_length)
     np.testing.assert_allclose(lengths[1::2], RIG.connector_length)
     assert len(angles) == 70
-
-
-def test_grooves_stand_where_equation_12_puts_them():
-    for k in (1, 5, 13):
-        x, y = groove_points(RIG, 0.2, k, [[0.0, 1.0]])[0] - [RIG.sprocket.x, RIG.sprocket.y]
-        angle = 0.2 + (2 * k - 1) * np.pi / 13
-        np.testing.assert_allclose((x, y), (np.cos(angle), np.sin(angle)), atol=1e-12)
 
 
 def test_thin_keeps_the_extremes_and_the_order():
@@ -256,60 +239,6 @@ def test_write_table_writes_csv_and_markdown(tmp_path):
     assert "| 0.333 |" in " ".join(text.split())
     assert "nan" not in text
     assert len(list((tmp_path / "tables").iterdir())) == 2
-
-
-FIRST = 4.0  # of the contacts, s since the start of the record
-
-
-def hump(time, middle, width, height):
-    return height * np.exp(-(((time - middle) / width) ** 2))
-
-
-def passage():
-    """One passage of connector 1 without a ring: right from 0, left from 0.098 to 1.4 s, and two spikes."""
-    time = np.arange(1, 10 * RATE + 1) / RATE
-    since = time - FIRST
-    right, left = (since >= 0) & (since < 1.3), (since >= 0.098) & (since < 1.4)
-    force = np.zeros((len(time), 1, 3))
-    force[:, 0, 0] = left * (300 + hump(since, 0.231, 0.05, 1500))
-    force[:, 0, 1] = right * (200 + hump(since, 0.083, 0.04, 1300))
-    area = np.stack([np.where(left, 2, 0), np.where(right, 7, 0)], axis=-1)[:, None]
-    begin = 6.0
-    spells = np.array([
-        [0, 0, 1, 2, begin + FIRST + 0.098, begin + FIRST + 1.4, 2100, begin + FIRST + 0.0981, 600, 5e5, 0],
-        [0, 1, 1, 64, begin + FIRST, begin + FIRST + 1.3, 6005, begin + FIRST + 0.0002, 400, 3e5, 0],
-    ])  # fmt: skip
-    frame_time = np.arange(1, 1600) * 0.005
-    base = recording(ring_radius=None, rpm=115.0)
-    zeros = np.zeros((len(time), 3))
-    scene = base.meta["scene"] | {"step": 1e-4}
-    return replace(
-        base, time=time, raw=zeros, mean=zeros, force=force, area=area, groove=(area > 0).astype(int), spells=spells,
-        begin=begin, frame=np.tile(FRAME, (len(frame_time), 1)), frame_time=frame_time,
-        meta=base.meta | {"scene": scene},
-    )  # fmt: skip
-
-
-RUN = passage()
-
-
-def test_a_maximum_is_that_of_the_mean_and_the_spike_is_named_apart():
-    found = {moment.title: moment for moment in moments(RUN, select_passage(RUN))}
-    assert found["right maximum"].time == pytest.approx(0.083, abs=0.003)
-    assert found["left maximum"].time == pytest.approx(0.231, abs=0.003)
-    assert found["right maximum"].peak == "largest 6005 N at 0.000 s"
-    assert found["out of engagement"].peak == ""
-
-
-def test_the_forces_written_are_those_recorded_at_the_instant_drawn():
-    shown = select_passage(RUN)
-    figure = screenshot_figure(RIG, RUN)
-    for ax, moment in zip(figure.axes[:6], moments(RUN, shown), strict=True):
-        assert moment.title in ax.get_title("left")
-        sample = round(RUN.frame_time[moment.frame] * RATE) - 1
-        expected = sorted(f"{f:.0f} N" for f in RUN.force[sample, 0] if f > 0)
-        assert sorted(text.get_text() for text in ax.texts if text.get_text().endswith(" N")) == expected
-    assert "6005 N at 0.000 s" in figure.axes[1].get_title("left")
 
 
 def study(error=0.01, right=(5.0, 1.0, 0.0, 0.0)):

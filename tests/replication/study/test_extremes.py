@@ -6,7 +6,6 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from replication.report.figures.extremes import FIGURES
 from replication.study.extremes import cases, random_scenes, solvers
 from replication.study.extremes.judge import (
     COLUMNS,
@@ -14,13 +13,10 @@ from replication.study.extremes.judge import (
     DEFECT,
     GAP,
     REFUSED,
-    as_table,
     attempted,
     gap_bound,
-    run_scene,
     wrong_blame,
 )
-from replication.study.extremes.long_run import long_run, run_long
 from replication.study.extremes.stability_map import stability_map
 from trackdyn import DivergenceError, InputError, Scene
 from trackdyn.chain.transfer_matrices import growth
@@ -128,16 +124,6 @@ def test_forced_runs_diverge_beyond_the_predicted_limit(rig):
     assert [r["value"] <= r["bound"] for r in rows] == [True, True, False]
 
 
-def test_a_long_run_does_not_drift_and_figures_are_drawn(rig):
-    chunks = run_long(rig, 9.0, 1)
-    rows = no_defects(r for r in long_run(chunks) if "statistics" not in r["case"])  # two revolutions hold none
-    rows += stability_map(rig, (2.1e11,), (10, 2))
-    rows += solvers.digits(rig, bodies=(6, 12))
-    rows += islice(cases.restitution(rig, (0.5, 1.0)), 4)
-    for draw in FIGURES:
-        assert draw(as_table(rows), chunks).axes
-
-
 def test_random_scenes_are_the_same_with_the_same_seed(rig, monkeypatch):
     pytest.importorskip("hypothesis")
     monkeypatch.setattr(random_scenes, "run_drawn", lambda rig, drawn: drawn)
@@ -217,37 +203,3 @@ def test_normal_contact_gives_back_what_it_stored_until_the_loop_has_turned(rig)
     refuse_open_account(energy, slow, 20.0)
     with pytest.raises(DivergenceError, match="tooth normal gave 20 J back"):
         refuse_open_account(energy, fast, 20.0)
-
-
-FOUND = [
-    # the ring tightens the loop far beyond its pre-tension: friction chatters from step to step
-    (115.0, {}, {"ring_radius": 0.325}, REFUSED),
-    # bushings that hardly turn press the links on the wheels: explicit friction chattered there
-    (210.0, {"bushing__damping": 1e6}, {}, COMPLETED),
-    # a road wheel so soft that the tension was missed by a factor of three; it is reached now, and at it the step is
-    # small enough
-    (227.471, {"wheel_contact__contact_length": 0.00181018}, {"chain": "single_pin", "integrator": "rk4", "step": 2e-4,
-                                                              "normal_law": "delivered"}, COMPLETED),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("changes", "fields"),
-    [
-        # settling took steps of 1e-4 s whatever the sample interval was
-        ({"sensor__rate": 12000}, {"step": 1 / 12000}),
-        # and explicit ones where the scene's are linearly implicit, with limits that those do not have
-        ({"bushing__stiffness": 1e6}, {"integrator": "linearly_implicit"}),
-        ({"tooth_contact__transition_velocity": 1e-4}, {"integrator": "linearly_implicit"}),
-        # the forces of a linearly implicit step were finished with the wrong accelerations: the account stayed open
-        ({}, {"tooth_contact": "three_surfaces", "integrator": "linearly_implicit", "ramp": 0.01}),
-    ],
-)
-def test_settling_does_not_refuse_what_the_scene_allows(rig, changes, fields):
-    assert run_scene("found", "case", rig, 115.0, changes, **fields)["outcome"] == COMPLETED
-
-
-@pytest.mark.parametrize(("rpm", "changes", "fields", "outcome"), FOUND)
-def test_scenes_that_once_ended_in_a_third_way(rig, rpm, changes, fields, outcome):
-    found = run_scene("found", "case", rig, rpm, changes, **fields)
-    assert found["outcome"] == outcome, found["reason"]

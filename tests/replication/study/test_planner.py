@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 from scipy.stats import t as student
 
-from replication.study.accuracy.limit import difference, limit_of, presets_beside_limits
-from replication.study.accuracy.planner import LEAD_IN, LEAST, STARTING, plan, record_error
+from replication.study.accuracy.limit import difference, limit_of
+from replication.study.accuracy.planner import plan, record_error
 from replication.study.accuracy.trade import COLUMNS, pareto
 from trackdyn.errors import InputError
 from trackdyn.measure.uncertainty import batch_error
@@ -75,13 +75,6 @@ def test_an_error_that_is_not_certain_is_taken_at_its_upper_end(trade):
     assert plan(doubtful, "2%", "rms", 150, 0.308).step == 1e-5
 
 
-def test_motion_that_repeats_needs_the_least_record_only(trade):
-    chosen = plan(trade, "3%", "rms", 115 * 2, 0.308)
-    assert chosen.passages == LEAST and chosen.of_record == 0.0
-    assert chosen.duration == pytest.approx((LEAST + 0.5) * SPAN / 2, abs=1e-3)  # pitches pass twice as fast
-    assert chosen.cpu_s == pytest.approx(0.3 + 0.1 * (STARTING + LEAD_IN + chosen.duration))
-
-
 def test_scatter_asks_for_passages_and_the_rest_of_the_tolerance(trade):
     loose = trade.assign(scatter=0.03, unused=10)
     chosen = plan(loose, "3%", "rms", 150, 0.308)
@@ -89,20 +82,6 @@ def test_scatter_asks_for_passages_and_the_rest_of_the_tolerance(trade):
     assert chosen.duration == pytest.approx((chosen.passages + 10.5) * SPAN * 115 / 150, abs=1e-3)
     # a setting with twice the error leaves less for the record
     assert plan(loose, "2.4%", "rms", 150, 0.308).passages > chosen.passages
-
-
-def test_the_dear_setting_wins_where_the_cheap_one_would_have_to_run_for_long():
-    """Duration is a lever like the step: little room beside the error of the setting makes a record long."""
-    scene = "ring 0.308 m 115 rpm"
-    both = table(
-        [
-            row(scene, "semi_implicit", 1e-4, 0.1, 9.5e-3, scatter=0.02),
-            row(scene, "semi_implicit", 5e-5, 0.2, 1e-3, scatter=0.02),
-        ]
-    )
-    near = plan(both, 0.0101, "rms", 115, 0.308)
-    assert near.step == 5e-5
-    assert plan(both, 0.05, "rms", 115, 0.308).step == 1e-4
 
 
 def test_half_widths_are_those_that_batches_of_a_record_show():
@@ -190,30 +169,9 @@ def test_the_root_of_a_mean_square_is_compared_as_a_root():
     assert np.ptp(squares.linear()) == pytest.approx(0.1)
 
 
-def test_a_method_of_second_order_is_extrapolated_as_one():
-    runs = {h: measured(7.0 - 3e6 * h**2) for h in (1e-4, 2e-4, 5e-4)}
-    assert limit_of(runs, 2).value == pytest.approx(7.0) and limit_of(runs, 2).error < 1e-9
-    assert limit_of(runs).error > 0.01
-
-
 def test_a_curve_shows_in_the_error_of_its_limit():
     curved = {h: measured(1.0 - 100 * h + 2e6 * h**2) for h in (1e-5, 2e-5, 5e-5)}
     limit = limit_of(curved)
     assert 0 < abs(limit.value - 1.0) < limit.error < 2e-3
     two = limit_of({h: curved[h] for h in (1e-5, 2e-5)})
     assert two.error == pytest.approx(abs(two.value - curved[1e-5].values[0]))
-
-
-@pytest.mark.parametrize(("scene", "step"), [("ring 0.308 m 115 rpm", 1e-4), ("no ring 115 rpm", 5e-5)])
-@pytest.mark.parametrize(
-    ("value", "error", "said"), [(0.99, 1e-3, "yes"), (0.97, 1e-3, "no"), (0.981, 1e-3, "undecided")]
-)
-def test_presets_stand_beside_the_limit(value, error, said, scene, step):
-    rows = table([row(scene, "semi_implicit", step, 0.1, abs(1 - value), value=value, uncertainty=error)])
-    limits = pd.DataFrame([{"scene": scene, "measure": "rms", "limit": 1.0, "limit_error": 0.0}])
-    found = presets_beside_limits(rows, limits).iloc[0]
-    assert found["standard_pct"] == pytest.approx(100 * (value - 1)) and found["standard_error_pct"] == pytest.approx(
-        100 * error
-    )
-    assert found["standard_within_bound"] == said
-    assert np.isnan(found["reference_pct"])  # its step was not run

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from replication.study.accuracy import planner, trade
-from replication.study.accuracy.statistics import whole_samples
 from replication.study.settings import StatisticErrors
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.measure.whole_loop import Series
@@ -104,17 +103,3 @@ def test_promises_on_scenes_kept_apart_are_judged_and_reasons_given(study, rig):
     blind = study[0][study[0]["measure"] != "left_peak"]
     reasons = planner.verify(rig, blind, [(150.0, 0.309)], 1, [1e-5, 2e-5]).query("measure == 'left_peak'")
     assert reasons["met"].isna().all() and reasons["reason"].str.startswith("no setting ran in every scene").all()
-
-
-def test_a_broken_promise_is_one(study, rig, monkeypatch):
-    """A scene kept apart in which the step does more than the data say."""
-    monkeypatch.setattr(
-        planner, "answers_of", lambda scene, count: made_up(scene.with_(tooth_contact="three_surfaces"), count)
-    )
-    promises = planner.verify(rig, study[0], [(150.0, 0.309)], 1, [1e-5, 2e-5, 5e-5])
-    rms = promises[promises["measure"] == "rms"].set_index("tolerance")["met"]
-    assert not rms.loc[0.005] and not rms.loc[0.01] and rms.loc[0.05]
-
-
-def test_whole_samples(rig):
-    assert whole_samples(rig, 0.2500000001) == 0.25 and whole_samples(rig, 0.2503) == 0.251
