@@ -86,8 +86,7 @@ def test_the_simulator_needs_no_extra(run):
 
 
 @pytest.mark.parametrize(
-    ("command", "extra"),
-    [("show {}", "report"), ("identify {} --unknown tension.pre_tension", "identify")],
+    ("command", "extra"), [("show {}", "report"), ("identify {} --unknown tension.pre_tension", "identify")]
 )
 def test_a_command_whose_extra_is_missing_names_it(run, command, extra):
     ended = without_extras(*command.format(run).split())

@@ -63,18 +63,8 @@ def refusal(rig):
         ({}, {"solver": "transfer_product"}, "solver = 'transfer_product'", "use 'riccati'"),
         ({}, {"solver": "transfer_product"}, "solver = 'transfer_product'", "70 bodies"),
         ({}, {"solver": "transfer_product", "chain": "single_pin"}, "solver = 'transfer_product'", "35 bodies"),
-        (
-            {},
-            {"solver": "multipliers", "closure": "elastic_damping"},
-            "closure = 'elastic_damping'",
-            "use 'rigid'",
-        ),
-        (
-            {},
-            {"solver": "multipliers", "integrator": "linearly_implicit"},
-            "integrator = ",
-            "use solver='riccati'",
-        ),
+        ({}, {"solver": "multipliers", "closure": "elastic_damping"}, "closure = 'elastic_damping'", "use 'rigid'"),
+        ({}, {"solver": "multipliers", "integrator": "linearly_implicit"}, "integrator = ", "use solver='riccati'"),
         # tolerance
         ({}, {"integrator": "adaptive"}, "tolerance = None", "use 1e-6"),
         ({}, {"tolerance": 1e-6}, "tolerance = 1e-06", "use None"),

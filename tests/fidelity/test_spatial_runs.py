@@ -53,10 +53,7 @@ def test_aligned_scene_repeats_the_planar_run(aligned):
     assert np.array_equal(loop.state.plane.attitude, [1.0, 0.0, 0.0, 0.0])
 
 
-MISALIGNED = {
-    "toe": {"idler__toe": 0.5},
-    "offset": {"idler__axial_offset": 0.003},
-}
+MISALIGNED = {"toe": {"idler__toe": 0.5}, "offset": {"idler__axial_offset": 0.003}}
 
 
 @pytest.fixture(scope="module", params=MISALIGNED)

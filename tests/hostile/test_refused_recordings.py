@@ -61,11 +61,7 @@ DAMAGES = [
     ("a field of the scene", described(lambda meta: meta["scene"].update(speed=1)), "speed is not a known parameter"),
     ("speed as text", described(lambda meta: meta["scene"].update(motor_rpm="fast")), "motor_rpm = 'fast'"),
     ("another fidelity", described(lambda meta: meta["fidelity"].update(chain={"setting": "rope"})), "fidelity"),
-    (
-        "layout as text",
-        described(lambda meta: meta.update(layout={"path_m": "far"})),
-        "or damaged",
-    ),
+    ("layout as text", described(lambda meta: meta.update(layout={"path_m": "far"})), "or damaged"),
     ("verdict as text", described(lambda meta: meta.update(resolved="yes")), "resolved is 'yes', not a state"),
     (
         "a number as verdict",

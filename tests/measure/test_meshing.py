@@ -29,18 +29,7 @@ def spell(pitch, side, start, end, force=100.0, groove=3, area=2, peak=None, pea
     groove, bits = (0, 0) if side == RING else (groove, 1 << (area - 1))
     times = np.array([start, end]) + BEGIN
     length = end - start
-    return [
-        pitch - 1,
-        side,
-        groove,
-        bits,
-        *times,
-        peak,
-        peak_at + BEGIN,
-        force * length,
-        force**2 * length,
-        0.0,
-    ]
+    return [pitch - 1, side, groove, bits, *times, peak, peak_at + BEGIN, force * length, force**2 * length, 0.0]
 
 
 def recording(rows, seconds=20.0, ring_radius=0.308, rpm=RPM, area=None):
@@ -64,10 +53,7 @@ def recording(rows, seconds=20.0, ring_radius=0.308, rpm=RPM, area=None):
         begin=BEGIN,
         frame=np.zeros((0, 73)),
         frame_time=np.zeros(0),
-        meta={
-            "scene": {"motor_rpm": rpm, "ring_radius": ring_radius, "step": STEP},
-            "rig": RIG.model_dump(),
-        },
+        meta={"scene": {"motor_rpm": rpm, "ring_radius": ring_radius, "step": STEP}, "rig": RIG.model_dump()},
     )
 
 
@@ -245,11 +231,7 @@ def test_a_maximum_after_the_touch_is_not_the_spike_of_the_touch():
 @given(
     st.lists(
         st.tuples(
-            st.integers(1, PITCHES),
-            st.integers(0, 2),
-            st.floats(0.01, 18.0),
-            st.floats(1e-4, 1.0),
-            st.integers(1, 13),
+            st.integers(1, PITCHES), st.integers(0, 2), st.floats(0.01, 18.0), st.floats(1e-4, 1.0), st.integers(1, 13)
         ),
         max_size=25,
     )

@@ -60,10 +60,7 @@ def test_statistics_of_whole_revolutions_do_not_depend_on_what_is_left_over():
 
 def test_the_cut_is_measured_where_it_was_recorded(make_scene):
     recording = simulate(make_scene())
-    for cut, expected in (
-        (np.zeros((0, 2)), (np.nan, np.nan)),
-        (np.array([[1e-9, 2e-5], [3e-9, 1e-5]]), (3e-9, 2e-5)),
-    ):
+    for cut, expected in ((np.zeros((0, 2)), (np.nan, np.nan)), (np.array([[1e-9, 2e-5], [3e-9, 1e-5]]), (3e-9, 2e-5))):
         known = copy.copy(recording)
         object.__setattr__(known, "cut", cut)  # a frozen recording, which may not have this array
         row = run_metrics("some", known)

@@ -124,10 +124,7 @@ def areas_with(area, name, value, decimals=None):
 
 
 WRONG = {
-    "one radius alone": (
-        dict(areas={3: {"r": 0.03}}),
-        ["table1.areas.1.O_x = null", "areas 1 to 5", "or of all"],
-    ),
+    "one radius alone": (dict(areas={3: {"r": 0.03}}), ["table1.areas.1.O_x = null", "areas 1 to 5", "or of all"]),
     "a left flank without one cell": (
         dict(areas=short(written_out(GROOVE), (1, 2, 3, 4))),
         ["table1.areas.5.O_x = null", "areas 6 to 10"],

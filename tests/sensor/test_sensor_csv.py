@@ -373,8 +373,7 @@ def test_raw_counts_without_a_scale_are_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("stamp", "zone"),
-    [("%Y-%m-%dT%H:%M:%S.%f", "Z"), ("%Y-%m-%d %H:%M:%S.%f", ""), ("%Y-%m-%dT%H:%M:%S,%f", "+02:00")],
+    ("stamp", "zone"), [("%Y-%m-%dT%H:%M:%S.%f", "Z"), ("%Y-%m-%d %H:%M:%S.%f", ""), ("%Y-%m-%dT%H:%M:%S,%f", "+02:00")]
 )
 @pytest.mark.parametrize("separator", [",", ";", "\t"])
 @pytest.mark.parametrize("quote", ["", '"'])

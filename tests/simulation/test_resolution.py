@@ -69,10 +69,7 @@ def test_answers_are_compared_over_the_same_pitches():
         return Answer(np.array(rms), np.array(peaks), 0.0)
 
     fine = found([2.0, 1.0], [100.0, 20.0, 90.0])
-    assert found([2.0, 1.0], [101.0, 99.0, 90.0]).differs(fine) == (
-        0.0,
-        pytest.approx(0.01),
-    )  # little lies there
+    assert found([2.0, 1.0], [101.0, 99.0, 90.0]).differs(fine) == (0.0, pytest.approx(0.01))  # little lies there
     assert found([2.0, 1.1], [100.0, 20.0, 45.0]).differs(fine) == (pytest.approx(0.1), 0.5)
     assert found([0.0], [0.0] * 3).differs(found([0.0], [0.0] * 3)) == (0.0, 0.0)
 

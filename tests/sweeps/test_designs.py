@@ -182,10 +182,7 @@ def test_a_key_is_what_is_asked_and_not_how_it_is_said(rig_path, monkeypatch):
         ({"motor_rpm": "115", "until.rms": "2"}, "tolerance = '2':"),
         ({"motor_rpm": "115", "until.rms": "1%", "until.longest": "long"}, "until.longest = 'long':"),
         ({"motor_rpm": "115", "known.force": "0.01"}, "known.share_pct"),
-        (
-            {"motor_rpm": "115", "known.share_pct": 1, "known.force": "x", "known.passages": 13},
-            "known.force = 'x':",
-        ),
+        ({"motor_rpm": "115", "known.share_pct": 1, "known.force": "x", "known.passages": 13}, "known.force = 'x':"),
         (
             {"motor_rpm": "115", "known.share_pct": 1, "known.force": 1, "known.passages": 13, "until.rms": "1%"},
             "known and until",

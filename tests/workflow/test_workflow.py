@@ -203,10 +203,7 @@ METRIC = {
 }
 EDITS = {
     "a metric": (METRIC, {"metrics", "metrics_other", "claims", "page"}),
-    "a caption": (
-        {"workflow/replication/paper/contents.yaml": in_place_of("title: ", "title: Here, ")},
-        {"page"},
-    ),
+    "a caption": ({"workflow/replication/paper/contents.yaml": in_place_of("title: ", "title: Here, ")}, {"page"}),
     "a claim": ({"config/claims.yaml": in_place_of("tolerance: ", "tolerance: 1")}, {"claims", "page"}),
 }
 

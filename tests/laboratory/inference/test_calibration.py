@@ -5,13 +5,7 @@ import pandas as pd
 import pytest
 
 from laboratory.inference.identification import calibration, experiment
-from laboratory.inference.identification.calibration import (
-    LEVELS,
-    CalibrationConfig,
-    calibrate,
-    rank_band,
-    repeated,
-)
+from laboratory.inference.identification.calibration import LEVELS, CalibrationConfig, calibrate, rank_band, repeated
 from laboratory.inference.identification.emulation import FeatureEmulator, Prediction
 from laboratory.inference.unknowns import Unknown
 

@@ -99,10 +99,7 @@ def test_starts_can_be_built_and_are_the_same_each_time(config, rig):
 
 @pytest.mark.parametrize(
     ("change", "message"),
-    [
-        ({"parameters": [{"names": ["bushing.stiffness"]}]}, "needs a range"),
-        ({"full": "best"}, "best is missing"),
-    ],
+    [({"parameters": [{"names": ["bushing.stiffness"]}]}, "needs a range"), ({"full": "best"}, "best is missing")],
 )
 def test_a_file_that_does_not_fit_together_is_refused(change, message):
     with pytest.raises(InputError, match=message):

@@ -8,13 +8,7 @@ import pytest
 from scipy.stats import qmc
 
 from laboratory.inference.ensemble import waves
-from laboratory.inference.ensemble.history import (
-    Search,
-    all_columns,
-    implausibility,
-    judged,
-    outputs,
-)
+from laboratory.inference.ensemble.history import Search, all_columns, implausibility, judged, outputs
 from laboratory.inference.ensemble.settings import EnsembleConfig, load_ensemble, targets_of
 from laboratory.inference.targets import Case, CaseTarget
 from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges

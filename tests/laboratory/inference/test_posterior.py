@@ -6,14 +6,7 @@ from scipy.stats import multivariate_normal, multivariate_t, norm
 
 from laboratory.inference.identification.emulation import Prediction
 from laboratory.inference.identification.features import Feature
-from laboratory.inference.identification.posterior import (
-    MEDIANS,
-    SHARED,
-    SPREAD,
-    Posterior,
-    Records,
-    sample,
-)
+from laboratory.inference.identification.posterior import MEDIANS, SHARED, SPREAD, Posterior, Records, sample
 
 FEATURES = (Feature("line_1", "lines"), Feature("passing_1", "passing"))
 SLOPES = np.array([2.0, -1.0])

@@ -18,9 +18,7 @@ from replication.report.tables import lines_table, table1, table3, write_table
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import load_rig
-from trackdyn.plots.drawing import (
-    chain_points,
-)
+from trackdyn.plots.drawing import chain_points
 from trackdyn.plots.histories import first_crest, history_figure
 from trackdyn.plots.spectra import spectrum_figure
 from trackdyn.plots.style import new_figure, save, thin
@@ -123,11 +121,7 @@ def test_picket_fence_of_the_printed_record_at_115_rpm():
     run = recording(rpm=115.0)
     time, ay = wave(LOOP_HZ * 115 / 210, seconds=90.0)
     mean = np.column_stack([0 * ay, (ay - 1) * RIG.gravity, 0 * ay])
-    arrays = {name: getattr(run, name) for name in Recording.ARRAYS} | {
-        "time": time,
-        "mean": mean,
-        "raw": mean,
-    }
+    arrays = {name: getattr(run, name) for name in Recording.ARRAYS} | {"time": time, "mean": mean, "raw": mean}
     shown = texts(spectrum_figure(Recording(**arrays, meta=run.meta), sensor(0.13)))
     assert "bin 11.50" in shown
     assert "64 %" in shown

@@ -6,13 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from replication.report.tables import (
-    COLUMNS_OF,
-    cost_table,
-    headed,
-    significant,
-    table4,
-)
+from replication.report.tables import COLUMNS_OF, cost_table, headed, significant, table4
 from trackdyn.errors import InputError
 from trackdyn.measure.columns import table_schema
 

@@ -7,16 +7,7 @@ import numpy as np
 import pytest
 
 from replication.study.extremes import cases, random_scenes, solvers
-from replication.study.extremes.judge import (
-    COLUMNS,
-    COMPLETED,
-    DEFECT,
-    GAP,
-    REFUSED,
-    attempted,
-    gap_bound,
-    wrong_blame,
-)
+from replication.study.extremes.judge import COLUMNS, COMPLETED, DEFECT, GAP, REFUSED, attempted, gap_bound, wrong_blame
 from replication.study.extremes.stability_map import stability_map
 from trackdyn import DivergenceError, InputError, Scene
 from trackdyn.chain.transfer_matrices import growth
