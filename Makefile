@@ -22,7 +22,7 @@ quick: $(READY)
 	$(BIN)/python workflow/run.py -j$(JOBS) --configfile config/quick.yaml
 
 test: $(READY)
-	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile
+	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile $(PYTEST)
 
 check: lint
 	$(BIN)/python -m pytest -n auto --dist loadfile --no-kernels -m "not slow"

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -54,6 +55,11 @@ print(json.dumps([value, hits, str(jit.cache_folder())]))
 if "--together" in sys.argv:
     assert not both.dispatcher._cache._cache_file._held, "the lock is released once the code is there"
 """
+
+
+def kept_as_called(folder, name):
+    """Files of the code of a kernel as Python calls it."""
+    return sorted((folder / "called").rglob(f"{name}-*.nbc"))
 
 
 @pytest.fixture
@@ -221,3 +227,35 @@ def test_code_of_a_kernel_comes_from_hashed_sources():
             used = {node.id for line in function.body for node in ast.walk(line) if isinstance(node, ast.Name)}
             outside = [n for n in used & set(origin) if not f"{origin[n]}.".startswith(tuple(f"{h}." for h in hashed))]
             assert not outside, f"{path}: {function.name} uses {outside}"
+
+
+def test_code_that_never_comes_is_waited_for_but_not_for_ever(monkeypatch, tmp_path):
+    """Another process may hold the lock and stand still; one that could not compile lets go."""
+    clock = [0.0]
+    monkeypatch.setattr(trackdyn.jit, "FOLDER", tmp_path)
+    monkeypatch.setattr(
+        trackdyn.jit, "time", SimpleNamespace(monotonic=lambda: clock[-1], sleep=lambda _: clock.append(clock[-1] + 50))
+    )
+    nothing = SimpleNamespace(_index_path="kernel", load=lambda key: None)
+    one, other = trackdyn.jit._CheckedFile(nothing), trackdyn.jit._CheckedFile(nothing)
+
+    def waited(file, key):
+        start = clock[-1]
+        assert file.load(key) is None
+        return clock[-1] - start
+
+    assert waited(one, "float") == 0 and waited(other, "float") == trackdyn.jit.PATIENCE
+    assert waited(other, "integer") == 0, "another signature"
+    one.let_go()
+    other.let_go()
+    assert waited(other, "float") == 0
+
+
+def test_code_of_another_signature_is_not_taken(copy):
+    """Two processes that compile at once may both write file 1; the index of the later one holds."""
+    folder = copy()[2]
+    (one,) = kept_as_called(folder, "outer.both")
+    copy("--float")
+    (other,) = kept_as_called(folder, "outer.outer")
+    shutil.copy(other, one)
+    assert copy()[:2] == (3.0, 0)

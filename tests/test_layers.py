@@ -12,7 +12,7 @@ import pytest
 from trackdyn.sources import imported_files
 
 ROOT = Path(__file__).parents[1]
-# a package: its folder, the packages below it, and its files and rooms from the ground up; each imports those before it
+# a package: its folder, the packages below it, its files and rooms from the ground up; each imports those before it
 FOLDERS = {
     "trackdyn": ROOT / "trackdyn",
     "replication": ROOT / "workflow/replication",
@@ -21,8 +21,8 @@ FOLDERS = {
 BELOW = {"trackdyn": set(), "replication": {"trackdyn"}, "laboratory": {"trackdyn", "replication"}}
 ROOMS = {
     "trackdyn": (
-        "errors", "extras", "files", "sources", "version", "jit", "model", "contact", "chain", "integrate", "parameters",
-        "scene", "sensor", "simulation", "measure", "sweeps", "plots", "commands", "__init__", "__main__",
+        "errors", "extras", "files", "sources", "version", "jit", "model", "contact", "chain", "integrate",
+        "parameters", "scene", "sensor", "simulation", "measure", "sweeps", "plots", "commands", "__init__", "__main__",
     ),
     "replication": (
         "__init__", "studies", "synthetic", "paper", "study", "peers", "certify", "pipeline", "report", "commands",
@@ -39,7 +39,7 @@ MODULES = {
 }
 LONGEST = 420  # lines
 # libraries of the rooms that compute
-COMPUTING = dict.fromkeys(("files", "model", "contact", "chain", "integrate"), {"numpy"}) | {
+COMPUTING = {room: {"numpy"} for room in ("files", "model", "contact", "chain", "integrate")} | {
     "errors": set(),
     "parameters": {"numpy", "scipy", "pandas", "pydantic", "pydantic_core", "yaml"},
 }

@@ -197,3 +197,8 @@ def test_composite_modulus_is_equation_9(rig):
     steel = 2.1e11 / (1 - 0.3**2)
     # steel is 3500 times stiffer and takes that share of the rubber's modulus away
     assert rubber.composite_modulus(rubber.ring_contact) == pytest.approx(alone / (1 + alone / steel), rel=1e-14)
+
+
+def test_perfectly_elastic_impact_loses_nothing():
+    # first-order place of the exit: the velocity is stationary there
+    assert rebound(law(restitution=1.0), 2.0, 0.4, 0.05) == pytest.approx(1.0, abs=1e-6)

@@ -1,5 +1,6 @@
 """The choices of a scene: what is refused and how it is said, what is decided and why, what is kept of it."""
 
+import re
 import sys
 
 import pandas as pd
@@ -13,7 +14,7 @@ from trackdyn.parameters.groove import PROFILES
 from trackdyn.parameters.normal_laws import NORMAL_LAWS
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.rig_file import shipped_rigs
-from trackdyn.scene.fidelity import PRESETS, preset
+from trackdyn.scene.fidelity import CHOICES, PRESETS, preset
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation import simulate as simulation
 from trackdyn.sweeps.request import asked
@@ -160,3 +161,17 @@ def test_scene_command_and_sweep_agree_on_the_step(name, ring, preset_name, monk
     words += ["--preset", preset_name] if preset_name else []
     CliRunner().invoke(app, ["simulate", str(tmp_path / "r.npz"), "--rig", name, "--rpm", "90", "-q", *words])
     assert [scene.step for scene in seen] == [expected]
+
+
+@pytest.mark.parametrize("name", CHOICES)
+def test_a_setting_that_does_not_exist_is_refused_with_those_that_do(refusal, name):
+    sentence = refusal(**{name: "square"})
+    assert f"{name} = 'square':" in sentence
+    for setting in CHOICES[name]:
+        assert setting in sentence
+
+
+def test_unknown_preset_is_refused_with_those_that_exist():
+    sentence = "preset = 'fats': use 'fast', 'standard', 'paper' or 'reference'; did you mean 'fast'?"
+    with pytest.raises(InputError, match=f"^{re.escape(sentence)}$"):
+        preset("fats")

@@ -316,3 +316,39 @@ def test_a_life_goes_on_from_states_that_nobody_damaged_or_made_up(known, tmp_pa
 
 
 # -- many lives ----------------------------------------------------------------------------------------------------
+
+
+def test_worn_pins_lengthen_links_and_leave_connectors(rig):
+    of = contours(rig.groove_profile)
+    flat = [np.zeros(len(c.points)) for c in of]
+    arcs = np.zeros((2, ARC_NODES))
+    arcs[0, 10:20] = 2e-4
+    worn, _ = worn_rig(rig, of, flat, arcs.ravel(), 5e-4)
+    assert worn.chain.link_length == pytest.approx(rig.chain.link_length + 1e-3)
+    assert worn.connector_length == pytest.approx(rig.connector_length, abs=1e-9)
+    assert worn.chain.connector_radius == pytest.approx(rig.chain.connector_radius - 2e-4)
+
+
+def test_flanks_of_other_bottoms_are_refused(rig):
+    arcs = contours(rig.groove_profile)[0].arcs
+    with pytest.raises(InputError, match=r"profile\.right: its bottom is 1 mm off"):
+        groove_of_arcs(arcs, rig.sprocket.teeth, arcs + [0.0, 1e-3, 0.0, 0.0])
+
+
+def test_work_over_the_contour_is_that_of_the_account(worked):
+    left, right = worked.flanks
+    assert worked.areas[1] > 0
+    assert left.sum() == pytest.approx(worked.areas[:5].sum(), rel=1e-6)
+    assert right.sum() == pytest.approx(worked.areas[5:].sum(), rel=1e-6)
+    assert worked.arcs.sum() == pytest.approx(worked.areas.sum(), rel=1e-6)
+
+
+def test_a_rig_without_a_ring_has_no_radius_to_reach(rig):
+    worn = Worn(rig.changed(sprocket__ring="none"), 150.0, COEFFICIENTS, FIELDS)
+    with pytest.raises(InputError, match="the rig has no ring"):
+        worn.goal(Until("ring", 0.303))
+
+
+def test_a_bound_behind_the_new_rig_is_refused(known):
+    with pytest.raises(InputError, match="is not below the new ring"):
+        live(known, Until("ring", 0.309))

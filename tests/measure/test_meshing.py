@@ -248,3 +248,21 @@ def test_any_log_is_conserved_by_merging(contacts):
     assert (whole["phase_start"] >= 0).all()
     assert whole.groupby("passage")["phase_start"].min().eq(0).all()
     meshing_summary(run)
+
+
+def test_the_link_ahead_belongs_to_the_passage_also_around_the_end_of_the_loop():
+    table = spells(recording(with_ring(3.0, connector=5)))
+    assert table["pitch"].tolist() == [6, 5]
+    assert table["connector"].tolist() == [5, 5]
+    closing = [spell(1, RING, 3.0, 4.0), spell(PITCHES, LEFT, 3.9, 4.1)]
+    table = spells(recording(closing))
+    assert table["connector"].tolist() == [PITCHES, PITCHES]
+    assert table["passage"].tolist() == [0, 0]
+
+
+def test_a_broken_revolution_does_not_bias_the_means():
+    """Free running before, between and after the passages does not thin out the force."""
+    rows = with_ring(3.0)
+    expected, longer = (meshing_summary(recording(rows, seconds)) for seconds in (7.0, 11.0))
+    for key in ("left_rms_n", "ring_rms_n", "ring_sd_n", "left_share_pct"):
+        assert longer[key] == pytest.approx(expected[key])

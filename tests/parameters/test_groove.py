@@ -285,3 +285,36 @@ def test_true_depth_is_the_signed_distance_to_the_profile(rig):
     expected = radius - np.where(below, -distance, distance)
     np.testing.assert_allclose(depth[clear], expected[clear], rtol=0, atol=2e-5)
     assert (depth[below & clear] > radius).all(), "in the steel deeper than the search sees"
+
+
+@pytest.mark.parametrize(
+    ("field", "below"),
+    [("slope_bottom", "slope_low"), ("slope_seat", "slope_low"), ("slope_tip", "slope_seat")],
+)
+def test_slopes_out_of_order_are_refused_with_file_and_field(rig_path, tmp_path, field, below):
+    def change(data):
+        data["groove"][field]["value"] = data["groove"][below]["value"] - 1.0
+
+    assert f"groove.{field} = " in refusal(broken(rig_path, tmp_path, change))
+
+
+def test_tooth_whose_flanks_meet_below_its_tip_is_refused(rig_path, tmp_path):
+    def change(data):
+        data["groove"]["r2"]["value"] = 0.3
+
+    assert "the tip radius would be -" in refusal(broken(rig_path, tmp_path, change))
+
+
+def test_unreadable_files_are_refused(tmp_path):
+    assert "no such file" in refusal(tmp_path / "missing.yaml")
+    path = tmp_path / "broken.yaml"
+    cases = {
+        b"chain: {a: 1": "not valid YAML",
+        b"- 1\n": "must hold sections",
+        b"": "must hold sections",
+        b"\xff\xfe\x00": "UTF-8",
+    }
+    for content, fragment in cases.items():
+        path.write_bytes(content)
+        assert fragment in refusal(path)
+    assert "is a folder" in refusal(tmp_path)

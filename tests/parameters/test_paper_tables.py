@@ -9,6 +9,7 @@ import pytest
 import yaml
 
 from trackdyn.errors import InputError
+from trackdyn.parameters.groove import equal_pitch_radius
 from trackdyn.parameters.paper_tables import rig_cells
 from trackdyn.parameters.printed_rig import written_out
 from trackdyn.parameters.rig import load_rig
@@ -240,3 +241,28 @@ def test_a_cell_outside_the_range_of_what_it_replaces_is_named(fill, name, value
 def test_a_length_without_measure_is_refused(fill):
     with pytest.raises(InputError, match=r"parameters\.pitch = .*1e\+300.*: must be a number between 0 and 1000 m"):
         load_rig(fill({("parameters", "pitch", "value"): 1e300}))
+
+
+def test_lengths_of_link_and_connector_become_the_equal_pitch(fill):
+    for cells in (
+        parameter("chain.link_length", 0.098) | parameter("L_C", 0.0605),
+        parameter("pitch", 0.1585) | parameter("L_C", 0.0605),
+        parameter("chain.link_length", 0.098) | parameter("pitch", 0.1585),
+    ):
+        rig = load_rig(fill(cells))
+        assert rig.chain.link_length == pytest.approx(0.098, abs=1e-15)
+        assert rig.connector_length == pytest.approx(0.0605, abs=1e-12)
+        polygonal = equal_pitch_radius(13, 0.098, 0.0605, rig.chain.link_thickness)["polygonal"]
+        assert rig.sprocket.equal_pitch_radius == pytest.approx(polygonal, abs=1e-12)
+    circle = load_rig(fill(parameter("r_p", 0.331)))
+    assert circle.pin_circle == pytest.approx(0.331, abs=1e-12) and circle.chain.link_length == RIG.chain.link_length
+    both = load_rig(fill(parameter("r_p", circle.pin_circle) | parameter("L_C", circle.connector_length)))
+    assert both.chain.link_length == pytest.approx(RIG.chain.link_length, abs=1e-9)
+
+
+def test_a_rig_that_names_no_file_of_cells_is_refused(fill):
+    path = fill()
+    text = path.read_text(encoding="utf-8").replace("paper/tables.yaml", "paper/table.yaml")
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=r"paper_tables = 'paper/table.yaml':"):
+        load_rig(path)

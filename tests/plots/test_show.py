@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from trackdyn.commands import cli
-from trackdyn.plots.show import show, work_of
+from trackdyn.errors import InputError
+from trackdyn.plots.show import show, signal, work_of
 from trackdyn.simulation import replay as stretches
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.replay import stretch_of
@@ -175,3 +176,22 @@ def test_the_command_refuses_in_one_sentence(arguments, sentence, recording, mon
     code, said = command(monkeypatch, capsys, *arguments)
     assert code == 1 and sentence in said.err and said.err.count("\n") == 1 and "Traceback" not in said.err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["broken.npz", "run.npz"]
+
+
+def test_a_long_history_keeps_its_extremes(recording):
+    ay = np.zeros(50_000)
+    longer = replace(recording, mean=np.zeros((50_000, 3)), time=np.arange(50_000) / recording.rate)
+    longer.mean[[1234, 40_321], 1] = 5.0, -7.0
+    whole = signal(longer, None)["whole"]
+    g = recording.meta["rig"]["gravity"]
+    assert len(whole["low"]) == 2000 < len(ay)
+    assert max(whole["high"]) == pytest.approx(1 + 5 / g, rel=1e-3) and min(whole["low"]) == pytest.approx(
+        1 - 7 / g, rel=1e-3
+    )
+
+
+@pytest.mark.parametrize("seconds", [0.0, -1.0, 61.0, float("nan"), "long"])
+def test_a_stretch_out_of_range_is_refused(recording, seconds, tmp_path):
+    with pytest.raises(InputError, match=r"^seconds "):
+        show(recording, tmp_path / "run.html", seconds=seconds)
+    assert not list(tmp_path.iterdir())

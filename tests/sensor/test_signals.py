@@ -202,3 +202,13 @@ def test_unusable_signals_are_refused_in_one_sentence(name, a, word):
 def test_unusable_arguments_are_refused(call, word):
     with pytest.raises(InputError, match=word):
         call(sine(10.0, n=1000))
+
+
+def test_standard_deviation_divides_by_n():
+    assert signals.standard_deviation([0.0, 2.0]) == 1.0
+
+
+def test_high_frequency_rms_counts_from_the_corner_on():
+    a = sine(5.0, amplitude=2.0, offset=1.0) + sine(20.0, amplitude=1.0) + sine(100.0, amplitude=0.5)
+    assert signals.high_frequency_rms(a, RATE) == pytest.approx(np.sqrt(0.5 + 0.125), rel=1e-9)
+    assert signals.high_frequency_rms(a, RATE, 20.5) == pytest.approx(np.sqrt(0.125), rel=1e-9)

@@ -1,5 +1,7 @@
 """Designs: how they are made, read and refused."""
 
+import sys
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -7,6 +9,7 @@ import pytest
 from trackdyn.errors import InputError
 from trackdyn.sweeps.design import Span, make_design, parse_levels
 from trackdyn.sweeps.request import asked, columns, refuse_columns
+from trackdyn.sweeps.sweep import sweep
 from trackdyn.sweeps.table import read_table, write_table
 
 
@@ -191,3 +194,17 @@ def test_a_key_is_what_is_asked_and_not_how_it_is_said(rig_path, monkeypatch):
 )
 def test_a_cell_that_says_nothing_is_the_rows_reason(cells, said, rig_path):
     assert said in only(cells, rig_path).reason
+
+
+def test_a_table_that_cannot_be_written_is_refused_before_a_row_runs(tmp_path, rig_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    monkeypatch.setattr("trackdyn.sweeps.sweep.computed", None)
+    with pytest.raises(InputError, match="pyarrow is not installed"):
+        sweep(pd.DataFrame([{"motor_rpm": 115}]), tmp_path / "o.parquet", rig_path)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("text", ["1_15", "\u0661\u0661\u0665"])
+def test_what_only_python_reads_as_a_number_is_none(rig_path, text):
+    row = only({"motor_rpm": text, "pitches": text, "gravity": text}, rig_path)
+    assert row.scene == {"motor_rpm": text, "pitches": text} and row.changes == {"gravity": text}

@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import trackdyn
 from trackdyn.errors import InputError
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.measure.stopping import run_steady
@@ -379,3 +380,20 @@ def test_the_command_says_what_came_of_it(tmp_path, rig_path, capsys):
     assert "'speed' is not a column of a design" in str(result.exception)
     result = runner.invoke(app, ["sweep", made, "--out", "r.xlsx"])
     assert "--out = 'r.xlsx':" in str(result.exception)
+
+
+@pytest.mark.parametrize("value", [float("nan"), [1, 2], "much", None, float("inf"), -1.0])
+def test_a_row_that_no_scene_gives_is_computed_again_whatever_its_checksum(tmp_path, rig_path, value, capsys):
+    whole = sweep(design(1), rig=rig_path, jobs=1, store=tmp_path / "rows")
+    (file,) = (tmp_path / "rows").glob("*.jsonl")
+    row = json.loads(file.read_bytes())[1]
+    content = json.dumps(row | {"values": row["values"] | {"rms_g": value}}).encode()
+    file.write_bytes(b'["%s", %s]\n' % (hashlib.sha256(content).hexdigest()[:16].encode(), content))
+    pd.testing.assert_frame_equal(sweep(design(1), rig=rig_path, jobs=1, store=tmp_path / "rows"), whole)
+    assert "1 damaged line was ignored" in capsys.readouterr().err
+
+
+def test_workers_that_cannot_start_are_said_to(rig_path, monkeypatch):
+    monkeypatch.setattr(sys, "executable", "/bin/false")
+    with pytest.raises(trackdyn.TrackdynError, match="ended at its start with exit code 1; what it printed, if any"):
+        sweep(design(4), rig=rig_path, jobs=2)

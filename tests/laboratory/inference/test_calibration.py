@@ -5,9 +5,17 @@ import pandas as pd
 import pytest
 
 from laboratory.inference.identification import calibration, experiment
-from laboratory.inference.identification.calibration import LEVELS, CalibrationConfig, calibrate, rank_band, repeated
+from laboratory.inference.identification.calibration import (
+    LEVELS,
+    CalibrationConfig,
+    calibrate,
+    rank_band,
+    repeated,
+    simulate_all,
+)
 from laboratory.inference.identification.emulation import FeatureEmulator, Prediction
 from laboratory.inference.unknowns import Unknown
+from trackdyn.errors import InputError
 
 pytestmark = pytest.mark.slow
 
@@ -87,3 +95,9 @@ def test_records_with_other_noise_scatter_as_the_bootstrap_of_each_says(config, 
     monkeypatch.setattr(calibration, "covariance", lambda *given: whole(*given) / 4)
     narrow = repeated(config, tmp_path, progress=False)
     assert narrow["ratio"].median() > 3 and ((narrow["low"] < 1) & (narrow["high"] > 1)).mean() < 0.2
+
+
+def test_a_rig_without_the_field_is_refused(config, closed_form):
+    wrong = config.model_copy(update={"unknowns": [Unknown(names=["bushing.colour"], low=0, high=1)]})
+    with pytest.raises(InputError, match=r"'bushing.colour' is not a parameter of the rig"):
+        simulate_all(wrong, None, progress=False)

@@ -10,6 +10,10 @@ from trackdyn.errors import InputError, TrackdynError
 CALLS: list[tuple] = []
 
 
+def walled(wall=1.0):
+    return Invented(wall=wall)
+
+
 def valley(memory):
     """Rosenbrock's residuals, by 4 of x and of y over the unit square: the valley's end lies at (1, 1)."""
 
@@ -105,3 +109,10 @@ def test_a_row_that_failed_for_a_passing_reason_stops_the_search():
 
     with pytest.raises(TrackdynError, match="may pass"):
         minimise(Invented(broken), free("a", 0.5, 0.5), 4, "trf")
+
+
+def test_refusals():
+    with pytest.raises(InputError, match="a name occurs twice"):
+        search(walled, {}, [free("a", 0.5, 0.5)] * 2, [Round(evaluations=2)])
+    with pytest.raises(InputError, match="dfols or trf"):
+        minimise(Invented(), free("a", 0.5, 0.5), 4, "newton")

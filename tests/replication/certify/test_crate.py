@@ -118,3 +118,11 @@ def test_without_manifest_or_package_it_says_so(results, monkeypatch):
     monkeypatch.setitem(sys.modules, "rocrate.rocrate", None)
     with pytest.raises(InputError, match=r"pip install 'trackdyn\[crate\]'"):
         write_crate(results)
+
+
+def test_results_that_are_not_those_of_the_manifest_are_not_packed(results):
+    write_manifest(results, INPUTS)
+    (results / "tables" / "table3.md").write_text("changed")
+    with pytest.raises(InputError, match=r"1 known by their bytes alone, which differ \(tables/table3\.md\)"):
+        write_crate(results)
+    assert not (results / "crate.zip").exists()

@@ -136,3 +136,15 @@ def test_a_damaged_entry_is_refused(results, key, value):
     place.write_text(json.dumps(data))
     with pytest.raises(InputError, match=rf"manifest\.json: files\.'metrics\.csv'\.{key}"):
         load_manifest(place)
+
+
+def test_a_table_that_is_none_any_more_differs(results):
+    expected = describe(results)
+    (results / "metrics.csv").write_text('a,b\n"1,2\n', encoding="utf-8")
+    assert judged(results, expected, "metrics.csv").status == DIFFERS
+
+
+def test_a_folder_without_a_run_is_refused(tmp_path):
+    for place, said in ((tmp_path, "holds no figure, table or recording"), (tmp_path / "absent", "no such folder")):
+        with pytest.raises(InputError, match=said):
+            describe(place)

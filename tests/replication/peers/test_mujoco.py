@@ -14,7 +14,7 @@ from replication.peers.exudyn_loop import PeerWheels, start_of
 from replication.peers.mujoco_contact import ACROSS, RUBBER, cushion, soft
 from replication.peers.mujoco_loop import build, lay, run_loop, run_mujoco, working_load
 from replication.study.extremes.solvers import Pose, posed
-from replication.study.settings import PEER_LAWS
+from replication.study.settings import PEER_LAWS, PeerAnswers
 from trackdyn.chain.riccati import accelerations as chain_accelerations
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.parameters.groove import true_depth
@@ -23,6 +23,19 @@ from trackdyn.simulation.loop import Loop
 
 pytestmark = pytest.mark.peer
 STEP = 5e-4  # s
+
+
+ASKED = {
+    "speed_rpm": 210,
+    "ring_radius_m": 0.308,
+    "tolerance": 0.05,
+    "ramp_s": 0.1,
+    "lead_in_s": 0.05,
+    "passages": 9,
+    "steps_s": {"semi_implicit": [1e-4, 5e-5]},
+    "exudyn_steps_s": [1e-3, 5e-4],
+    "mujoco_steps_s": {"euler": [5e-4, 2.5e-4]},
+}
 
 
 @pytest.fixture(scope="module")
@@ -255,3 +268,9 @@ def test_a_step_that_is_no_part_of_the_sample_is_refused(built):
     _, chain, start, _, _ = built
     with pytest.raises(InputError, match=r"must divide the sample interval, 0.001 s"):
         run_loop(build(chain, 3e-4), chain, start, 0.1, 1e-3)
+
+
+@pytest.mark.parametrize("given", [{}, {"euler": [5e-4, 5e-4]}, {"euler": [5e-4, -1e-4]}, {"rk4": [5e-4, 2.5e-4]}])
+def test_settings_that_give_no_limit_are_refused(given):
+    with pytest.raises((ValueError, InputError), match="mujoco_steps_s"):
+        PeerAnswers(**ASKED | {"mujoco_steps_s": given})

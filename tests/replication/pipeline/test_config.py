@@ -291,3 +291,17 @@ def test_a_missing_configuration_file_is_refused(tmp_path):
 
 
 # --- the command -----------------------------------------------------------------------------------------
+
+
+def test_radii_must_rise(data):
+    put(data, "ring_study.radii_m", [0.303, 0.308, 0.308])
+    assert "ring_study.radii_m = [0.303, 0.308, 0.308]: 0.308 occurs twice" in refusal(data)
+    put(data, "ring_study.radii_m", [0.308, 0.303])
+    assert "0.303 comes after 0.308; give rising values" in refusal(data)
+
+
+def test_a_step_that_does_not_divide_the_sample_interval_is_refused(data):
+    put(data, "records.step_s", 3e-5)
+    sentence = refusal(data)
+    assert "step = 3e-05:" in sentence
+    assert "must divide the sample interval, 0.001 s, and be at least 1e-08 s, such as 2.5e-05 s" in sentence

@@ -18,7 +18,7 @@ from replication.report.tables import lines_table, table1, table3, write_table
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import load_rig
-from trackdyn.plots.drawing import chain_points
+from trackdyn.plots.drawing import chain_points, groove_points
 from trackdyn.plots.histories import first_crest, history_figure
 from trackdyn.plots.spectra import spectrum_figure
 from trackdyn.plots.style import new_figure, save, thin
@@ -264,3 +264,10 @@ def scorecard(rig="shipped"):
          "origin": "predicted" if i < 3 else "", "speeds": "115, 150"}
         for i, verdict in enumerate(LOOKS)
     ]  # fmt: skip
+
+
+def test_grooves_stand_where_equation_12_puts_them():
+    for k in (1, 5, 13):
+        x, y = groove_points(RIG, 0.2, k, [[0.0, 1.0]])[0] - [RIG.sprocket.x, RIG.sprocket.y]
+        angle = 0.2 + (2 * k - 1) * np.pi / 13
+        np.testing.assert_allclose((x, y), (np.cos(angle), np.sin(angle)), atol=1e-12)

@@ -175,3 +175,9 @@ def test_a_curve_shows_in_the_error_of_its_limit():
     assert 0 < abs(limit.value - 1.0) < limit.error < 2e-3
     two = limit_of({h: curved[h] for h in (1e-5, 2e-5)})
     assert two.error == pytest.approx(abs(two.value - curved[1e-5].values[0]))
+
+
+def test_a_method_of_second_order_is_extrapolated_as_one():
+    runs = {h: measured(7.0 - 3e6 * h**2) for h in (1e-4, 2e-4, 5e-4)}
+    assert limit_of(runs, 2).value == pytest.approx(7.0) and limit_of(runs, 2).error < 1e-9
+    assert limit_of(runs).error > 0.01
