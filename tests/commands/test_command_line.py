@@ -68,19 +68,6 @@ def test_every_number_is_finite_and_named_by_its_option(name, option, text):
     assert str(result.exception).startswith(f"{option} = {text!r}: ")
 
 
-def test_rigs_rings_and_speeds_are_the_same_in_every_command():
-    asked = {(name, param.name): param for name, command in COMMANDS.items() for param in command.params}
-    assert len([option for _, option in NUMBERS if option == "--ring-radius"]) == 5
-    assert {name for name, option in NUMBERS if option == "--rpm"} == {
-        name for name, param in asked if param == "rpm"
-    } == {"simulate", "check", "plan", "identify", "fmu", "choose-ring", "wear"}  # fmt: skip
-    rigs = [param for (_, name), param in asked.items() if name == "rig" and "--rig" in param.opts]
-    assert len(rigs) == 3 and {param.default for param in rigs} == {"paper"}
-    for _, param in asked.items():
-        if "--out" in param.opts:
-            assert param.metavar == "FILE" or isinstance(param.default, Path), param.name
-
-
 def design(path, *words):
     return CliRunner().invoke(app, ["design", str(path), "--vary", "motor_rpm=115:210:2", "--method", "grid", *words])
 

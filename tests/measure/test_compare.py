@@ -99,13 +99,6 @@ def test_a_flipped_or_exchanged_axis_is_noticed(recording, synthetic, read, fits
     assert said is None if not fits else fits in (said or ""), said
 
 
-@pytest.mark.parametrize(("rpm", "duration"), [(115, 8.0), (150, 6.5), (180, 5.5)])
-def test_a_good_record_of_any_speed_is_not_doubted(make_scene, rpm, duration):
-    """Its layout is another one, with noise, impacts and a speed that fluctuates."""
-    recording = simulate(make_scene(float(rpm), duration=duration, lead_in=1.0))
-    assert doubtful_axes(recording, read_sensor_csv(f"data/synthetic/{rpm}rpm.csv")) is None
-
-
 def test_the_command_draws_and_writes_the_comparison(recording, tmp_path, monkeypatch):
     recording.save(tmp_path / "run.npz")
     drawn = []

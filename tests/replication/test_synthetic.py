@@ -2,8 +2,6 @@
 
 import hashlib
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +26,6 @@ from trackdyn.parameters.layout import belt_path
 from trackdyn.sensor.sensor_csv import read_sensor_csv
 
 ROOT = Path(__file__).parents[2]
-PACKAGE = ROOT / "trackdyn"
 FOLDER = ROOT / "data" / "synthetic"
 HALF_A_LINE = 0.5  # a printed frequency that is no line of the spectrum says no more
 # The printed amplitude has four digits, but the layout is assumed: its belt turning exactly on a line shows
@@ -40,11 +37,6 @@ AMPLITUDE = 2.0  # percent
 @pytest.fixture(scope="module")
 def records():
     return {rpm: read_sensor_csv(FOLDER / f"{rpm}rpm.csv", range_g=RANGE_G) for rpm in SPEEDS}
-
-
-@pytest.fixture(scope="module")
-def package():
-    return json.loads((FOLDER / "datapackage.json").read_text(encoding="utf-8"))
 
 
 def test_committed_records_show_the_printed_main_lines(records):
@@ -79,23 +71,6 @@ def test_whole_data_set_is_written_and_described(tmp_path, monkeypatch):
     assert {k: v for k, v in written.items() if k != "resources"} == {
         k: v for k, v in committed.items() if k != "resources"
     }
-
-
-def test_the_simulator_takes_no_part():
-    # an empty package in place of trackdyn/__init__.py, which imports the simulator for its users
-    code = (
-        "import sys, types\n"
-        "package = sys.modules['trackdyn'] = types.ModuleType('trackdyn')\n"
-        f"package.__path__ = [{str(PACKAGE)!r}]\n"
-        "import replication.synthetic as s\n"
-        "s.generate(115, duration_s=1.0)\n"
-        "print(*sys.modules)"
-    )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    modules = run.stdout.split()
-    parts = {m.split(".")[1] for m in modules if m.startswith("trackdyn.")}
-    assert "sensor" in parts
-    assert not parts & {"simulation", "scene", "model", "integrate", "chain", "contact"}
 
 
 def test_seed_decides_and_a_short_record_repeats():

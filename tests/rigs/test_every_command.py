@@ -2,19 +2,14 @@
 
 import sys
 
-import numpy as np
 import pandas as pd
 import pytest
 
-from laboratory.inference.identification import experiment
-from laboratory.inference.identification.experiment import Speed
-from tests.laboratory.inference.conftest import closed_form_ay
 from tests.rigs.conftest import scene_of
 from trackdyn.commands import cli
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.rig_file import shipped_rigs
 from trackdyn.scene.scene import Scene
-from trackdyn.sensor.sensor_csv import write_sensor_csv
 from trackdyn.simulation.cost import cost
 from trackdyn.simulation.recording import load_recording
 
@@ -78,33 +73,6 @@ def test_a_sweep_changes_a_wheel_by_its_name(file, command):
     pd.DataFrame([row]).to_csv("design.csv", index=False)
     command("sweep", "design.csv", "--out", "results.csv", "--rig", file, "--jobs", 1, "--quiet")
     assert pd.read_csv("results.csv")["state"].tolist() == ["done"]
-
-
-# that every new file takes what is identified is tested above, without the search
-@pytest.mark.parametrize(
-    "file", [one for one in FILES if one == ("m113", True) or not one[1]], ids=in_words, indirect=True
-)
-def test_a_stiffness_is_identified_from_a_record(file, command, tmp_path, monkeypatch):
-    """The whole command, with simulations in closed form: a stiffness 1.3 times the rig's is within its interval."""
-    rig = load_rig(file)
-    rpm, present = scene_of(rig).motor_rpm, rig.bushing.stiffness
-
-    def ay_of(rig, *what):
-        """The closed form is of a stiffness near 600; the robot's is 0.02."""
-        return closed_form_ay(rig.changed(bushing__stiffness=600 * rig.bushing.stiffness / present), *what)
-
-    monkeypatch.setattr(experiment, "simulated_ay", ay_of)
-    ay = ay_of(rig.changed(bushing__stiffness=1.3 * present), Speed(rpm, rig.ring_radius, 1000), 7)
-    ay += 0.005 * np.random.default_rng(5).standard_normal(ay.size)
-    write_sensor_csv(tmp_path / "it.csv", np.arange(ay.size) / 1000, None, ay, None)
-    unknown = f"bushing.stiffness={0.5 * present}:{2 * present}"
-    small = ("--simulations", 16, "--waves", 1, "--steps", 300, "--jobs", 1)
-    command("identify", "it.csv", "--rig", file, "--rpm", rpm, "--unknown", unknown, *small, "--quiet")
-    found = pd.read_csv(tmp_path / "identified" / "unknowns.csv").iloc[0]
-    assert found["q05"] < 1.3 * present < found["q95"] and found["verdict"] == "identified"
-    best = load_rig(tmp_path / "identified" / "rig.yaml")
-    assert best == rig.changed(bushing__stiffness=best.bushing.stiffness) != rig
-    assert "bushing.stiffness is " in (tmp_path / "identified" / "index.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("name", shipped_rigs())

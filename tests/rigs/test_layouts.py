@@ -9,7 +9,9 @@ from replication.study.extremes.judge import COMPLETED
 from replication.study.layouts import PITCHES, WHEELS, random_rig, run_layout
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import assemble, belt_around, wheel_circles
-from trackdyn.simulation.settling import settle
+from trackdyn.scene.limits import largest_step
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.settling import REACHED, settle
 
 
 def test_layouts_are_drawn_again_from_their_numbers():
@@ -58,3 +60,23 @@ def test_a_tension_that_the_hanging_chain_exceeds_is_refused():
     rig, _ = random_rig(122)
     with pytest.raises(InputError, match=r"pre_tension = 1100 N: must exceed .*3\d+ N of chain hang below"):
         settle(at_an_allowed_step(rig.changed(tension__pre_tension=1100.0), 0.4))
+
+
+def at_an_allowed_step(rig, part=0.75) -> Scene:
+    """A scene of a rig with a part of the step that it allows."""
+    scene = Scene(rig, 100.0, step=1e-6, spells=False)
+    limit = largest_step(scene.model, 1.3 * rig.tension.pre_tension)
+    return scene.with_(step=1.0 / rig.sensor.rate / np.ceil(1.0 / rig.sensor.rate / (part * min(limit, 1.25e-4))))
+
+
+@pytest.mark.parametrize("number", [137, 464, 710])
+def test_slow_and_slack_strands_are_tensioned(number):
+    """A strand that evens out in seconds, wheels on arms, and a slack one whose compliance once threw the wheel metres
+    away.
+    """
+    rig, _ = random_rig(number)
+    _, _, _, layout = settle(at_an_allowed_step(rig))
+    assert layout["tension_n"] == pytest.approx(
+        rig.tension.pre_tension, rel=REACHED + 0.02
+    )  # an even mean, not an instant
+    assert abs(layout["tensioner_shift_m"]) < rig.tension.travel

@@ -3,7 +3,6 @@ refused.
 """
 
 import pickle
-import warnings
 
 import numpy as np
 import pytest
@@ -30,24 +29,6 @@ def refusal(path):
         load_rig(path)
     assert "\n" not in str(caught.value)
     return str(caught.value)
-
-
-def test_values_that_the_laws_of_a_file_do_not_read_are_named(tmp_path):
-    """The file's own ones, whether it states the law or takes it from the rig that it is like."""
-    wheel = WHEEL[:-1] + ", rolling_arm: 0.005 m}"
-    text = f"like: bench\nwheels:\n  source: my own\n  idler: {wheel}\n"
-    with pytest.warns(UserWarning, match=r"mine\.yaml: idler\.rolling_arm has no effect: drag is viscous") as seen:
-        rig = load_rig(written(tmp_path, text))
-    assert len(seen) == 1 and "idler.rolling_arm" in rig.without_effect
-    rolling = "drag: {value: rolling, unit: name, kind: assumed, source: tyres}\n"
-    sprung = "tension: {source: s, stiffness: 1.0e5 N/m}\n"
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert "idler.rolling_arm" not in load_rig(written(tmp_path, text + rolling)).without_effect
-        for name in shipped_rigs():  # which have values for every law
-            load_rig(name)
-    with pytest.warns(UserWarning, match=r"tension\.stiffness has no effect: .*tension\.kept locked"):
-        load_rig(written(tmp_path, text + rolling + sprung))
 
 
 # read where the loop settles, and where the sensor's signal is clipped

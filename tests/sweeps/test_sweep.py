@@ -9,7 +9,6 @@ import sys
 import time
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 import pytest
 
@@ -24,9 +23,8 @@ from trackdyn.scene.stop_rule import StopRule
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sweeps import engine
-from trackdyn.sweeps.request import asked
 from trackdyn.sweeps.store import Store
-from trackdyn.sweeps.sweep import ROW_MEMORY, sweep
+from trackdyn.sweeps.sweep import sweep
 
 ROOT = Path(__file__).parents[2]
 SHORT = {"duration": 0.05, "lead_in": 0.0, "ramp": 0.05, "preset": "fast"}
@@ -111,13 +109,6 @@ def test_a_row_beyond_the_memory_fails_for_now(tmp_path, rig_path, monkeypatch):
     assert sweep(design(1), rig=rig_path, jobs=1, store=tmp_path).state[0] == "done"
 
 
-def test_a_design_beyond_the_memory_is_refused_before_anything_is_read(monkeypatch):
-    monkeypatch.setattr("trackdyn.sweeps.sweep.free_memory", lambda: 2.5 * ROW_MEMORY)
-    monkeypatch.setattr("trackdyn.sweeps.sweep.asked", None)
-    with pytest.raises(InputError, match=r"design: 3 rows take about .* parts of at most 2 rows"):
-        sweep(design(3))
-
-
 def test_nothing_is_computed_twice(tmp_path, rig_path, counted):
     table = pd.concat([design(3), design(2)])  # two rows stand twice
     first = sweep(table, tmp_path / "r.parquet", rig_path, jobs=1)
@@ -180,29 +171,6 @@ def test_damaged_and_foreign_lines_of_a_store_are_counted_and_computed_again(tmp
         f"trackdyn: {file.parent}: {len(foreign) + 1} damaged lines were ignored; rows that are missing are computed "
         "again\n"
     )
-
-
-def test_a_flipped_bit_of_a_store_changes_no_result(tmp_path, rig_path, monkeypatch, capsys):
-    """300 of them, one at a time: its row is computed again, and the one behind it where two lines become one."""
-    out, table = tmp_path / "r.parquet", design(3)
-    whole = sweep(table, out, rig_path, jobs=1)
-    file, lines = lines_of(tmp_path / "r.rows")
-    known = {row["key"]: row for _, row in map(json.loads, lines)}
-    again, the_same = [], asked(table, str(rig_path))
-    monkeypatch.setattr("trackdyn.sweeps.sweep.asked", lambda *_: the_same)
-    monkeypatch.setattr(engine, "outcome", lambda compute, key, task: again.append(key) or known[key])
-    content, rng = b"".join(lines), np.random.default_rng(20)
-    for place, bit in zip(rng.integers(len(content), size=300), rng.integers(8, size=300), strict=True):
-        for other in file.parent.glob("*.jsonl"):
-            other.unlink()
-        flipped = bytearray(content)
-        flipped[place] ^= 1 << bit
-        file.write_bytes(flipped)
-        again.clear()
-        found = sweep(table, rig=rig_path, jobs=1, store=file.parent)
-        pd.testing.assert_frame_equal(found, whole)
-        assert len(again) == (2 if content[place] == ord("\n") and place < len(content) - 1 else 1), (place, bit)
-    assert capsys.readouterr().err.count("ignored") == 300
 
 
 @pytest.mark.parametrize(

@@ -122,20 +122,6 @@ def test_the_unit_is_the_loop(imported, native):
     assert np.abs(found[310:, 0]).min() > np.abs(found[:300, 0]).max()  # the input was heard
 
 
-def test_an_importer_runs_the_unit(unit_file):
-    """With inputs that it interpolates: rounding of a constant speed does not cut the start-up ramp short."""
-    fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed")
-    signals = np.array(
-        [(0.0, 115.0, 0.0), (0.07, 115.0, 0.0), (0.3, 115.0, 0.0)],
-        dtype=[("time", float), ("motor_rpm", float), ("tensioner_shift", float)],
-    )
-    result = fmpy.simulate_fmu(
-        str(unit_file), stop_time=0.3, step_size=EXCHANGE, output_interval=EXCHANGE, input=signals, output=NAMES
-    )
-    rates = np.abs(result["rate_sprocket"])
-    assert np.diff(rates).max() < 0.02 * rates[-1] and rates[-1] > 1
-
-
 def test_a_state_can_be_returned_to(imported):
     unit, numbers = imported
     outputs = [numbers[name] for name in NAMES]

@@ -1,16 +1,13 @@
 """Calibration finds intervals that are right to be right, and ones that are too narrow to be too narrow."""
 
 import numpy as np
-import pandas as pd
 import pytest
 
-from laboratory.inference.identification import calibration, experiment
 from laboratory.inference.identification.calibration import (
     LEVELS,
     CalibrationConfig,
     calibrate,
     rank_band,
-    repeated,
     simulate_all,
 )
 from laboratory.inference.identification.emulation import FeatureEmulator, Prediction
@@ -80,21 +77,6 @@ def test_an_even_histogram_lies_within_its_band_as_often_as_it_says(count, bins)
     drawn = np.random.default_rng(7).multinomial(count, np.full(bins, 1 / bins), size=4000)
     within = ((drawn >= low) & (drawn <= high)).all(axis=1).mean()
     assert 0.94 < within < 0.99 and low < count / bins < high
-
-
-def test_records_with_other_noise_scatter_as_the_bootstrap_of_each_says(config, closed_form, tmp_path, monkeypatch):
-    """Noise alone; then a bootstrap that promises a quarter of the variance."""
-    monkeypatch.setattr(experiment, "simulated_ay", lambda *given: closed_form(*given[:4]))
-    again = config.model_copy(update={"seed": config.seed + 1})
-    found = pd.concat([repeated(one, tmp_path / str(one.seed), progress=False) for one in (config, again)])
-    holds = (found["low"] < 1) & (found["high"] > 1)
-    # 95 % intervals of 19 features of the same records, which are off together: of two sets
-    assert holds.mean() > 0.8 and 0.8 < found["ratio"].median() < 1.25
-    assert found["inside_90"].median() > 0.9  # widened for few turns
-    whole = calibration.covariance
-    monkeypatch.setattr(calibration, "covariance", lambda *given: whole(*given) / 4)
-    narrow = repeated(config, tmp_path, progress=False)
-    assert narrow["ratio"].median() > 3 and ((narrow["low"] < 1) & (narrow["high"] > 1)).mean() < 0.2
 
 
 def test_a_rig_without_the_field_is_refused(config, closed_form):

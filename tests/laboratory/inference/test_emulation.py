@@ -4,7 +4,6 @@ its own.
 
 import numpy as np
 import pytest
-from sklearn.covariance import LedoitWolf
 
 from laboratory.inference.identification.emulation import FeatureEmulator, tails
 
@@ -58,12 +57,3 @@ def test_what_the_emulator_steps_over_makes_it_unsure(design):
     assert resonant.degrees < 0.5 * plain.degrees
     far, near = resonant(np.array([[0.2, 0.2], [0.88, 0.88]])).covariance[:, 0, 0]
     assert near >= far
-
-
-def test_features_that_move_together_err_together(design):
-    """Two copies of a feature: their difference is known better than either."""
-    jump = np.random.default_rng(5).standard_normal(60) * 0.2
-    y = np.stack([truth(design)[:, 0] + jump, truth(design)[:, 0] + jump], axis=1)
-    covariance = FeatureEmulator(design, y, np.full(2, 0.1))(np.array([[0.5, 0.5]])).covariance[0]
-    assert covariance[0, 1] / covariance[0, 0] > 0.99
-    assert LedoitWolf().fit(y - y.mean(axis=0)).covariance_[0, 1] > 0

@@ -67,15 +67,6 @@ def test_covariance_is_the_scatter_of_records():
     assert (ratio > 1.095 * 0.6).all() and (ratio < 1.095 * 1.6).all(), dict(zip(NAMES, ratio.round(2), strict=True))
 
 
-def test_few_turns_widen_the_covariance():
-    statistics = turn_statistics(played(5, 0, 0.3), RATE, TURN, PITCHES)
-    wide, twice = covariance(statistics, RATE), covariance(np.concatenate([statistics] * 2), RATE)
-    # the same scatter from twice the turns: half the variance by 1/n, (4/2)/(9/7) by Student, 5/4 over 10/9 by the
-    # sample's own
-    expected = 2 * (4 / 2) / (9 / 7) * (5 / 4) / (10 / 9)
-    assert np.median(np.diag(wide) / np.diag(twice)) == pytest.approx(expected, rel=0.15)
-
-
 def test_a_short_record_is_refused():
     statistics = turn_statistics(played(3), RATE, TURN, PITCHES)
     with pytest.raises(InputError, match="3 whole turns of the loop; at least 4 are needed"):

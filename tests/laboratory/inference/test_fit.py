@@ -7,7 +7,6 @@ import pytest
 
 import laboratory.inference.fit as fit
 from laboratory.inference.search import Round
-from laboratory.inference.unknowns import file_ranges
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.validation import validated
@@ -66,37 +65,6 @@ def test_a_contact_that_does_not_occur_has_a_gradient():
     assert np.isnan(fit.residual(target(ring_radius_m=None), summaries()))
 
 
-def test_ranges_are_no_wider_than_what_the_parts_can_be(config):
-    known = file_ranges(RIG)
-    for parameter in config.parameters:
-        low, high = parameter.intervals[0][0], parameter.intervals[-1][1]
-        for name in parameter.names:
-            if name in known and parameter.of is None and name != "sprocket.equal_pitch_radius":
-                assert known[name][0] <= low < high <= known[name][1], name
-
-
-def test_starts_can_be_built_and_are_the_same_each_time(config, rig):
-    starts = fit.starts_of(config, rig, 1)
-    assert [start.name for start in starts][:4] == [
-        "climbs sprung 1",
-        "climbs locked 1",
-        "descends sprung 1",
-        "descends locked 1",
-    ]
-    assert {start.name for start in starts[4:]} == set(config.rigs)
-    assert starts == fit.starts_of(config, rig, 1)
-    unknowns = config.unknowns(rig)
-    for start, (sign, tension) in zip(
-        starts, [(1, "sprung"), (1, "locked"), (-1, "sprung"), (-1, "locked")], strict=False
-    ):
-        made, scene = unknowns.to_rig(start.x)
-        assert (np.sign(made.idler.x), scene) == (sign, {"tension": tension})
-        assert start.free == [True] * len(config.parameters) + [False] * len(config.choices)
-    outside = config.model_copy(update={"rigs": {"odd": config.rigs["earlier_search"] | {"bushing.stiffness": 90.0}}})
-    with pytest.raises(InputError, match=r"odd: bushing\.stiffness = 90\.0 lies outside its range"):
-        fit.starts_of(outside, rig, 0)
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [({"parameters": [{"names": ["bushing.stiffness"]}]}, "needs a range"), ({"full": "best"}, "best is missing")],
@@ -104,16 +72,6 @@ def test_starts_can_be_built_and_are_the_same_each_time(config, rig):
 def test_a_file_that_does_not_fit_together_is_refused(change, message):
     with pytest.raises(InputError, match=message):
         validated(fit.FitConfig, read_yaml(FILE) | change, "fit.yaml")
-
-
-def test_held_out_targets_do_not_enter_the_fit(config):
-    names = {t.output for t in config.targets} | {
-        f"{side}_area_{k}_pct" for side in ("left", "right") for k in range(1, 11)
-    }
-    results = {radius: dict.fromkeys(names, 1.0) for radius in config.cases()}
-    held = [t for t in config.targets if t.held_out]
-    assert held
-    assert len(fit.residuals(config, results)) + len(held) == len(config.targets)
 
 
 def test_a_known_value_is_found_again(config, rig, monkeypatch, tmp_path):

@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import qmc
 
 from laboratory.inference.ensemble import waves
-from laboratory.inference.ensemble.history import Search, all_columns, implausibility, judged, outputs
+from laboratory.inference.ensemble.history import Search, all_columns, implausibility
 from laboratory.inference.ensemble.settings import EnsembleConfig, load_ensemble, targets_of
 from laboratory.inference.targets import Case, CaseTarget
 from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
@@ -24,65 +24,12 @@ CLAIMS = load_claims(CONFIG / "claims.yaml")
 RIG = load_rig(CONFIG / "rigs" / "first_fit.yaml")
 NONE, RING = Case(115, None), Case(115, 0.308)
 SHARE = CaseTarget(claim="C25a", output="left_share_pct", case=RING, printed=10.0, tolerance=2.0, rule="equal")
-FREE = CaseTarget(claim="C23a", output="right_share_pct", case=RING, printed=0.5, tolerance=0.5, rule="at_most")
-TOUCH = CaseTarget(claim="C17a", output="left touches", case=RING, printed=1.25, tolerance=0.15, rule="equal")
 
 
 def known(targets, **sd):
     names = all_columns(targets)
     return pd.DataFrame(
         {"fidelity_sd": sd.get("fidelity", 0.0), "discrepancy_sd": sd.get("discrepancy", 0.0)}, index=names
-    )
-
-
-def test_a_tolerance_is_three_standard_deviations():
-    """At the edge of the tolerance the implausibility is 3, beyond a one-sided bound only; other errors add in
-    square.
-    """
-    values = np.array([[12.0, 0.0], [10.0, 1.0], [np.nan, 0.5]])
-    found = implausibility([SHARE, FREE], values, known([SHARE, FREE]), cheap=False)
-    np.testing.assert_allclose(found[0], [[3, 0], [0, 3], [np.inf, 0]])
-    more = implausibility(
-        [SHARE], values[:1, :1], known([SHARE], discrepancy=0.8, fidelity=0.6), variance=np.full((1, 1), 4 / 9)
-    )
-    assert more[0, 0, 0] == pytest.approx(2 / np.sqrt(4 / 9 + 0.8**2 + 0.6**2 + 4 / 9))
-    # a full run has no error of a cheap one
-    full = implausibility([SHARE], values[:1, :1], known([SHARE], fidelity=0.6), cheap=False)
-    assert full[0, 0, 0] == pytest.approx(3)
-
-
-def test_the_better_reading_of_the_neighbour_counts():
-    """A pitch passes in 0.22 s: 1.47 s with the link ahead is 1.25 s with the one behind."""
-    passage = RIG.loop_period(115) / RIG.chain.pitches
-    rows = pd.DataFrame(
-        [
-            {
-                "name": "7 115 0.308",
-                "state": "done",
-                "event ring touched": 0.0,
-                "event left touches": 1.25 + passage,
-                "left_share_pct": 10.0,
-            },
-            {
-                "name": "8 115 0.308",
-                "state": "done",
-                "event ring touched": 0.0,
-                "event left touches": 1.25,
-                "left_share_pct": 10.0,
-            },
-            {"name": "9 115 0.308", "state": "refused"},
-        ]
-    )
-    table = judged(
-        SETTINGS, [SHARE, TOUCH], outputs(SETTINGS, one(), [SHARE, TOUCH], rows), known([SHARE, TOUCH]), cheap=True
-    )
-    assert table["reading"].to_dict() == {7: "behind", 8: "ahead"}
-    assert table["excluded_by"].tolist() == [0, 0] and 9 not in table.index
-
-
-def one():
-    return Unknowns(
-        [Unknown(names=["bushing.stiffness"], scale="log")], RIG, file_ranges(CONFIG / "rigs" / "first_fit.yaml")
     )
 
 

@@ -91,40 +91,6 @@ def test_resuming_simulates_nothing_twice_and_says_the_same(folder, unpainted, m
     assert (folder / "identified" / "draws.csv").read_bytes() == first
 
 
-def test_what_the_records_can_tell_is_chosen(folder, unpainted, monkeypatch, capsys):
-    """The closed form knows of stiffness, loss factor and tension; a viscous rig has no loss factor to vary."""
-    code, said = command(monkeypatch, capsys, "150.csv", "210.csv", "--waves", "1", *SHORT)
-    assert code == 0, said
-    told = pd.read_csv(folder / "identified" / "tellable.csv").set_index("unknown")
-    assert set(told.index[told["chosen"]]) <= {"bushing.stiffness", "tension.pre_tension"}
-    assert told["chosen"].sum() >= 1
-    assert (told.loc[["idler.bearing_drag", "groove.seat_depth"], "alone"] > 0.99).all()
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("si.csv", "--axis", "ay=channel 3", "--unit", "m/s2"),
-        ("slow.csv",),  # at 500 Hz
-        ("210.csv", "--ring-radius", "none"),
-        ("210.csv", "--preset", "fast", "--waves", "1"),
-        ("210.csv", "--preset", "reference"),
-        ("210.csv", "150.csv", "--rpm", "210", "--rpm", "150"),
-        ("210.csv", "--seed", "3", "--store", "kept"),
-    ],
-    ids=" ".join,
-)
-def test_every_accepted_input_comes_to_an_answer(folder, unpainted, monkeypatch, capsys, words):
-    record = pd.read_csv("210.csv", comment="#")
-    time, ay = (record[name] for name in ("t_s", "ay_g"))
-    pd.DataFrame({"t_s": time, "channel 3": 9.80665 * ay}).to_csv("si.csv", index=False)
-    write_sensor_csv("slow.csv", np.array(time[::2]), None, np.array(ay[::2]), None)
-    code, said = command(monkeypatch, capsys, *words, "--unknown", "bushing.stiffness", *SHORT, "--steps", "100")
-    assert code == 0, said
-    draws = pd.read_csv("identified/draws.csv")["bushing.stiffness"]
-    assert len(draws) > 50 and np.isfinite(draws).all() and draws.median() == pytest.approx(700, rel=0.25)
-
-
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [

@@ -1,11 +1,10 @@
 """Choosing a ring: rigs made by hand, whose best radii are known."""
 
-import numpy as np
 import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from laboratory.inference.ensemble.ring_choice import best_radius, choice_table, recommendation
+from laboratory.inference.ensemble.ring_choice import choice_table, recommendation
 from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
 from trackdyn.sweeps.table import write_table
@@ -27,16 +26,6 @@ STUDY = pd.concat([
     rig(3, [20, 9, 8, 7], [40, 20, 13, 10], [9, 1, 4, 3]),  # no radius serves
     rig(4, [0, 0, 0, 0], [10, 10, 10, 10], [1, 2, 3, 4]),
 ])  # fmt: skip
-
-
-def test_the_best_radius_leaves_the_right_arc_free():
-    rows = {number: of for number, of in STUDY.groupby("rig")}
-    assert [best_radius(rows[k], "teeth") for k in (1, 2, 4)] == [0.308, 0.313, 0.303]
-    assert [best_radius(rows[k], "rule") for k in (1, 2, 4)] == [0.308, 0.313, 0.303]
-    assert [best_radius(rows[k], "force") for k in (1, 2)] == [0.308, 0.308]
-    assert np.isnan(best_radius(rows[3], "teeth"))
-    slides = rig(5, [0] * 4, [10] * 4, [1, 2, 3, 4], ring=[9, 3, 3, 3])
-    assert best_radius(slides, "teeth") == 0.303 and best_radius(slides, "sliding") == 0.305
 
 
 def test_chances_are_shares_of_rigs_with_their_interval():

@@ -3,7 +3,6 @@ network.
 """
 
 import json
-import sys
 import zipfile
 from importlib.resources import files
 
@@ -110,14 +109,6 @@ def test_inputs_that_are_not_those_of_the_manifest_are_not_packed(results, tmp_p
     place.write_text(json.dumps(data | {"hold_times": [*data["hold_times"], "../rig.yaml"]}))
     _, names = entities(write_crate(results))
     assert [name for name in names if "rig.yaml" in name] == ["inputs/rig.yaml"]
-
-
-def test_without_manifest_or_package_it_says_so(results, monkeypatch):
-    with pytest.raises(InputError, match=r"manifest\.json: no such file"):
-        write_crate(results)
-    monkeypatch.setitem(sys.modules, "rocrate.rocrate", None)
-    with pytest.raises(InputError, match=r"pip install 'trackdyn\[crate\]'"):
-        write_crate(results)
 
 
 def test_results_that_are_not_those_of_the_manifest_are_not_packed(results):

@@ -15,7 +15,6 @@ import pytest
 from matplotlib.figure import Figure
 
 from replication.paper.claims import VERDICTS
-from replication.report.figures.animation import write_animation
 from replication.report.page.builder import PageInputs, build_page, write_page
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import assemble
@@ -201,16 +200,6 @@ def test_the_page_carries_everything_and_is_small(page_file):
     assert text.index("<b>Fitted</b>") < text.index("<b>Printed</b>")
 
 
-def test_an_animation_is_written(tmp_path):
-    every = tuple(range(1, RIG.chain.pitches + 1))
-    recording = turning(210.0, 0.308, 0.2, every, interval=0.04)
-    assert write_animation(recording, tmp_path / "loop.gif") == len(recording.frame)
-    assert [p.name for p in tmp_path.iterdir()] == ["loop.gif"]
-    assert (tmp_path / "loop.gif").read_bytes()[:3] == b"GIF"
-    with pytest.raises(InputError, match="forces of 1 pitches"):
-        write_animation(turning(210.0, 0.308, 0.2), tmp_path / "other.gif")
-
-
 @pytest.fixture
 def open_page(open_file, page_file):
     """Function that opens the page from disk."""
@@ -231,18 +220,6 @@ def test_nothing_leads_to_a_network(open_page):
     page = open_page()
     assert page.locator(".modebar").count() == 0
     assert page.eval_on_selector_all("a", "all => all.filter(e => !e.getAttribute('href').startsWith('#')).length") == 0
-
-
-def test_the_radius_slider_changes_the_values(open_page):
-    page = open_page()
-    assert page.inner_text("#ring-radius") == "0.308 m"  # the paper's, if it is among them
-    before = page.inner_text("#ring-table")
-    page.fill("#ring-slider", "0")
-    assert page.inner_text("#ring-radius") == "no ring"
-    after = page.inner_text("#ring-table")
-    assert after != before
-    assert "210 rpm" in after and "0.500" in after
-    assert page.evaluate("document.getElementById('ring-plot').layout.shapes[0].x0") == 0
 
 
 def test_the_loop_plays_pauses_and_scrubs(open_page):
@@ -266,12 +243,3 @@ def test_the_loop_plays_pauses_and_scrubs(open_page):
         before = page.evaluate("document.getElementById('scene').toDataURL()")
         page.select_option("#view", view)
         assert page.evaluate("document.getElementById('scene').toDataURL()") != before
-
-
-def test_claims_can_be_filtered(open_page):
-    page = open_page()
-    page.click(f"#verdicts button[data-verdict='{VERDICTS[2]}']")
-    assert page.locator("#card li:visible").count() == 1
-    assert page.inner_text("#shown") == "1 part shown."
-    page.fill("#find", "no such words")
-    assert page.locator("#card li:visible").count() == 0

@@ -34,10 +34,6 @@ def test_differences_are_those_from_the_papers_setting_in_the_same_scene():
     assert (rows.loc[rows["setting"] == "preset=paper", "difference_pct"].dropna() == 0).all()
 
 
-def test_the_reference_is_a_setting_like_the_others():
-    assert next(iter(SETTINGS)) == "preset=paper"
-
-
 def test_a_setting_that_is_refused_says_why(rig, monkeypatch):
     """No step of half a second divides the sample interval."""
     monkeypatch.setitem(SETTINGS, "preset=paper", {"step": 0.5})

@@ -43,9 +43,3 @@ def test_random_scenes_are_split_into_parts_of_one_drawing(studies, rig, monkeyp
     ]
     assert [scene for part in split for scene in part] == whole
     assert max(map(len, split)) <= limit
-
-
-@pytest.mark.parametrize("form", ["short", "full"])
-def test_parts_have_names_of_their_own(studies, form):
-    parts = run.parts_of(getattr(studies.extremes, form))
-    assert len(set(parts)) == len(parts)
