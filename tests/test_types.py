@@ -21,16 +21,9 @@ teeth: int = rig.sprocket.teeth
 energy: dict[str, float] = Loop(scene).energy
 """
 WRONG = (
-    'from trackdyn import Scen',
-    'load_rig(3)',
-    'simulate(rig)',
-    'Scene(scene, motor_rpm=115)',
-    'text: str = scene.step',
-    'name: str = rig.sprocket.teeth',
-    'sense(recording, every="2")',
-    'signal: float = sense(recording)',
-    'energies: float = Loop(scene).energy',
-    'recording.rates',
+    'from trackdyn import Scen', 'load_rig(3)', 'simulate(rig)', 'Scene(scene, motor_rpm=115)',
+    'text: str = scene.step', 'name: str = rig.sprocket.teeth', 'sense(recording, every="2")',
+    'signal: float = sense(recording)', 'energies: float = Loop(scene).energy', 'recording.rates',
 )  # fmt: skip
 
 

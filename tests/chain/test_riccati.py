@@ -54,13 +54,9 @@ def sweep(chain, state, loads, step, probe=0):
     accelerations(chain, state, work, step * chain.damping, probe)
     result = work.sweep
     return {
-        "pin": result.base @ result.load,
-        "alpha": result.response @ result.load,
-        "end": result.end @ result.load,
-        "load": result.load.copy(),
-        "probe": result.probe @ result.load,
-        "torque": work.torque,
-    }
+        "pin": result.base @ result.load, "alpha": result.response @ result.load, "end": result.end @ result.load,
+        "load": result.load.copy(), "probe": result.probe @ result.load, "torque": work.torque,
+    }  # fmt: skip
 
 
 def assert_close(seen, expected, scale=None):

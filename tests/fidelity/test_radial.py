@@ -356,16 +356,12 @@ def test_copy_and_checkpoint_go_on_alike(settled, tmp_path):
 @pytest.mark.parametrize(
     ("fields", "field"),
     [
-        ({"chain": "single_pin"}, "chain"),
-        ({"space": "spatial"}, "joint"),
-        ({"solver": "multipliers"}, "solver"),
-        ({"integrator": "rk4"}, "integrator"),
-        ({"integrator": "linearly_implicit"}, "integrator"),
-        ({"closure": "elastic_damping"}, "closure"),
-        ({"frame_interval": 0.01}, "frame_interval"),
+        ({"chain": "single_pin"}, "chain"), ({"space": "spatial"}, "joint"), ({"solver": "multipliers"}, "solver"),
+        ({"integrator": "rk4"}, "integrator"), ({"integrator": "linearly_implicit"}, "integrator"),
+        ({"closure": "elastic_damping"}, "closure"), ({"frame_interval": 0.01}, "frame_interval"),
         ({"joint": "welded"}, "joint"),
     ],
-)
+)  # fmt: skip
 def test_refused_by_name_with_what_would_do(rig, fields, field):
     with pytest.raises(InputError, match=f"scene: {field} = .* use ") as caught:
         Scene(rig, 115.0, **{"joint": "radial"} | fields)

@@ -28,16 +28,5 @@ def one_sentence(caught, *words):
 
 
 NO_NUMBERS = (
-    HUGE,
-    LONGER,
-    "115",
-    None,
-    [115],
-    {},
-    True,
-    1 + 2j,
-    float("nan"),
-    float("inf"),
-    np.array([1.0, 2.0]),
-    b"1",
-)
+    HUGE, LONGER, "115", None, [115], {}, True, 1 + 2j, float("nan"), float("inf"), np.array([1.0, 2.0]), b"1",
+)  # fmt: skip

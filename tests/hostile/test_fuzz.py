@@ -194,44 +194,14 @@ def test_recordings(place, seed, changes):
 words = st.one_of(
     st.sampled_from(
         [
-            "simulate",
-            "compare",
-            "plan",
-            "--rpm",
-            "--step",
-            "--choose",
-            "chain=belt",
-            "chain=rope",
-            "tolerance=1",
-            "--tolerance",
-            "2%",
-            "--data",
-            "trade.csv",
-            "--ring-radius",
-            "none",
-            "0.308",
-            "--duration",
-            "1e999",
-            "-1",
-            "-q",
-            "--quiet",
-            "--rig",
-            "config/rig.yaml",
-            "belt.npz",
-            "x.csv",
-            "--preset",
-            "fast",
-            "--help",
-            "--checkpoint",
-            ".",
-            "--measure",
-            "rms",
-            "--frame-interval",
-            "0",
+            "simulate", "compare", "plan", "--rpm", "--step", "--choose", "chain=belt", "chain=rope", "tolerance=1",
+            "--tolerance", "2%", "--data", "trade.csv", "--ring-radius", "none", "0.308", "--duration", "1e999", "-1",
+            "-q", "--quiet", "--rig", "config/rig.yaml", "belt.npz", "x.csv", "--preset", "fast", "--help",
+            "--checkpoint", ".", "--measure", "rms", "--frame-interval", "0",
         ]
     ),
     st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=6),
-)
+)  # fmt: skip
 
 
 @fuzz(arguments=st.lists(words, max_size=8))

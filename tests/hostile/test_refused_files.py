@@ -54,15 +54,10 @@ def test_a_template_is_refused_before_it_is_run(tmp_path):
 
 
 PLACES = [
-    ("/dev/zero", "no plain file but a pipe or a device"),
-    ("/dev/stdin", "a"),
-    (".", "is a folder"),
-    ("absent", "no such file"),
-    ("a\0b", "must be the name of"),
-    ("x" * 300, "File name too long"),
-    (None, "path = None:"),
-    (b"rig.yaml", "path = b'rig.yaml':"),
-]
+    ("/dev/zero", "no plain file but a pipe or a device"), ("/dev/stdin", "a"), (".", "is a folder"),
+    ("absent", "no such file"), ("a\0b", "must be the name of"), ("x" * 300, "File name too long"),
+    (None, "path = None:"), (b"rig.yaml", "path = b'rig.yaml':"),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("reader", [load_rig, load_recording, Loop.load, load_trade, read_yaml])

@@ -178,14 +178,11 @@ def test_standard_errors_over_passages():
 @pytest.mark.parametrize(
     "run",
     [
-        {"rows": []},
-        {"rows": [], "seconds": 0.001},
-        {"rows": with_ring(0.1), "seconds": 1.5},
-        {"rows": [], "rpm": 0.0},
-        {"rows": with_ring(3.0) + without_ring(9.0), "rpm": 0.0},
+        {"rows": []}, {"rows": [], "seconds": 0.001}, {"rows": with_ring(0.1), "seconds": 1.5},
+        {"rows": [], "rpm": 0.0}, {"rows": with_ring(3.0) + without_ring(9.0), "rpm": 0.0},
     ],
     ids=["no contact", "one sample", "shorter than a passage", "at rest", "at rest with contacts"],
-)
+)  # fmt: skip
 def test_nothing_to_measure_gives_nan(run, ring_radius):
     run = recording(**run, ring_radius=ring_radius)
     summary = meshing_summary(run)
@@ -202,13 +199,9 @@ def test_nothing_to_measure_gives_nan(run, ring_radius):
 
 def test_events_with_a_ring():
     expected = {
-        "ring touched": 0.0,
-        "ring maximum": 0.25,
-        "left touches": 0.9,
-        "left maximum": 1.0,
-        "ring left": 1.0,
+        "ring touched": 0.0, "ring maximum": 0.25, "left touches": 0.9, "left maximum": 1.0, "ring left": 1.0,
         "out": 1.1,
-    }
+    }  # fmt: skip
     found = events(recording(with_ring(3.0)), 0)
     assert list(found) == list(expected)
     assert found == pytest.approx(expected)

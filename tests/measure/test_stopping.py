@@ -47,14 +47,11 @@ def test_a_measure_that_a_scene_cannot_have_is_not_reached(make_scene):
 @pytest.mark.parametrize(
     ("tolerances", "longest", "words"),
     [
-        ({}, 20.0, "tolerances is empty"),
-        ({"speed": 0.1}, 20.0, "measure = 'speed':"),
-        ({"rms": 0.0}, 20.0, "tolerance = 0.0 of rms:"),
-        ({"rms": float("nan")}, 20.0, "tolerance = nan of rms"),
-        ({"rms": 0.01}, 0.5, "longest = 0.5 s:"),
-        ({"rms": 0.01}, float("nan"), "longest = nan s:"),
+        ({}, 20.0, "tolerances is empty"), ({"speed": 0.1}, 20.0, "measure = 'speed':"),
+        ({"rms": 0.0}, 20.0, "tolerance = 0.0 of rms:"), ({"rms": float("nan")}, 20.0, "tolerance = nan of rms"),
+        ({"rms": 0.01}, 0.5, "longest = 0.5 s:"), ({"rms": 0.01}, float("nan"), "longest = nan s:"),
     ],
-)
+)  # fmt: skip
 def test_what_has_no_answer_is_refused(make_scene, tolerances, longest, words):
     with pytest.raises(InputError, match=words):
         run_until(make_scene(), tolerances, longest)

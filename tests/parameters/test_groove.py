@@ -93,12 +93,8 @@ def test_groove_worked_out_in_another_order_is_reproduced():
     np.testing.assert_allclose(groove.radius[:5] * 1e3, [28.8241, 34.0, 22.8, 30.0, 60.0], rtol=0, atol=2e-3)
     np.testing.assert_allclose(np.degrees(groove.half_angle[:5]), [36.376, 10.452, 16.0, 8.622, 11.622], atol=1e-2)
     direction = [
-        (0.38316, 0.92368),
-        (-0.74841, -0.66324),
-        (-0.37461, -0.92718),
-        (0.25245, 0.96761),
-        (-0.20146, -0.9795),
-    ]
+        (0.38316, 0.92368), (-0.74841, -0.66324), (-0.37461, -0.92718), (0.25245, 0.96761), (-0.20146, -0.9795),
+    ]  # fmt: skip
     np.testing.assert_allclose(groove.direction[:5], direction, rtol=0, atol=1e-4)
     assert groove.addendum == pytest.approx(0.350164, abs=2e-6)
 
@@ -184,28 +180,15 @@ def refusal(path):
 
 
 VALUES = [
-    ("chain.link_mass", -10.0, "-10.0"),
-    ("chain.connector_inertia", 0, "0"),
-    ("chain.link_mass", float("nan"), "nan"),
-    ("chain.link_mass", float("inf"), "inf"),
-    ("chain.link_mass", "heavy", "heavy"),
-    ("chain.link_mass", True, "True"),
-    ("chain.link_mass", [1.0, 2.0], "1.0, 2.0"),
-    ("chain.link_mass", None, "None"),
-    ("chain.pitches", 34.5, "34.5"),
-    ("chain.pitches", "35", "35"),
-    ("sprocket.teeth", 4, "4"),
-    ("bushing.damping", -1.0, "-1.0"),
-    ("tooth_contact.restitution", 1.2, "1.2"),
-    ("tooth_contact.poisson_ratio", 0.5, "0.5"),
-    ("ring_contact.transition_velocity", 0.0, "0.0"),
-    ("ring_contact.friction_dynamic", 0.5, "0.5"),
-    ("tension.wheel", "sprocket", "sprocket"),
-    ("sensor.pitch", 36, "36"),
-    ("groove.r2", 0.0299, "0.0299"),
-    ("groove.r5", 0.02, "0.02"),
-    ("chain.link_length", 0.2, "0.2"),
-]
+    ("chain.link_mass", -10.0, "-10.0"), ("chain.connector_inertia", 0, "0"), ("chain.link_mass", float("nan"), "nan"),
+    ("chain.link_mass", float("inf"), "inf"), ("chain.link_mass", "heavy", "heavy"), ("chain.link_mass", True, "True"),
+    ("chain.link_mass", [1.0, 2.0], "1.0, 2.0"), ("chain.link_mass", None, "None"), ("chain.pitches", 34.5, "34.5"),
+    ("chain.pitches", "35", "35"), ("sprocket.teeth", 4, "4"), ("bushing.damping", -1.0, "-1.0"),
+    ("tooth_contact.restitution", 1.2, "1.2"), ("tooth_contact.poisson_ratio", 0.5, "0.5"),
+    ("ring_contact.transition_velocity", 0.0, "0.0"), ("ring_contact.friction_dynamic", 0.5, "0.5"),
+    ("tension.wheel", "sprocket", "sprocket"), ("sensor.pitch", 36, "36"), ("groove.r2", 0.0299, "0.0299"),
+    ("groove.r5", 0.02, "0.02"), ("chain.link_length", 0.2, "0.2"),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("field", "value", "shown"), VALUES, ids=[f"{f}={v}" for f, v, _ in VALUES])

@@ -80,18 +80,9 @@ def test_a_shipped_rig_runs_on_its_chain(name, command, tmp_path):
     rig = load_rig(name)
     scene = scene_of(rig)
     words = (
-        "--rpm",
-        scene.motor_rpm,
-        "--step",
-        scene.step,
-        "--lead-in",
-        0,
-        "--duration",
-        0.01,
-        "--frame-interval",
-        0,
+        "--rpm", scene.motor_rpm, "--step", scene.step, "--lead-in", 0, "--duration", 0.01, "--frame-interval", 0,
         "--quiet",
-    )
+    )  # fmt: skip
     command("simulate", "it.npz", "--rig", name, *words)
     recording = load_recording(tmp_path / "it.npz")
     assert recording.wheel_rate.shape[1] == 1 + len(rig.rollers)

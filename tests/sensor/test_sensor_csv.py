@@ -287,16 +287,10 @@ def stamped(path, t, decimals=None):
 @pytest.mark.parametrize(
     ("rate", "start", "decimals"),
     [
-        (998.9, 0, 6),
-        (1000.9, 0, 3),
-        (999.5, 0, 3),
-        (1000.9, 0, 5),
-        (1000, 3600, None),
-        (2048, 3600, 4),
-        (100, 0, 2),
+        (998.9, 0, 6), (1000.9, 0, 3), (999.5, 0, 3), (1000.9, 0, 5), (1000, 3600, None), (2048, 3600, 4), (100, 0, 2),
         (20000, 7, 6),
     ],
-)
+)  # fmt: skip
 def test_the_rate_is_found_from_rounded_stamps(rate, start, decimals, tmp_path):
     t = start + np.arange(60_000 if rate > 500 else 3000) / rate
     record = read_sensor_csv(stamped(tmp_path / "record.csv", t, decimals))
@@ -320,16 +314,11 @@ def test_jitter_is_resampled_on_request_and_its_size_said(tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("unit: ft/s2", ("unit = 'ft/s2'", "'m/s2'")),
-        ("rate: 50", ("rate = 50", "100")),
-        ("axis: {ay: 1}", ("axis", "spelling")),
-        ("axes: {y: ch1}", ("axes.y",)),
-        ("time: none", ("rate",)),
-        ("from: 5\nto: 5", ("to = 5", "after")),
-        ("- 1", ("mapping",)),
-        ("axes: [ay]", ("axes",)),
+        ("unit: ft/s2", ("unit = 'ft/s2'", "'m/s2'")), ("rate: 50", ("rate = 50", "100")),
+        ("axis: {ay: 1}", ("axis", "spelling")), ("axes: {y: ch1}", ("axes.y",)), ("time: none", ("rate",)),
+        ("from: 5\nto: 5", ("to = 5", "after")), ("- 1", ("mapping",)), ("axes: [ay]", ("axes",)),
     ],
-)
+)  # fmt: skip
 def test_a_mapping_is_refused_in_one_sentence(text, words, tmp_path):
     path = write(tmp_path / "logger.yaml", text + "\n")
     with pytest.raises(InputError) as caught:

@@ -118,30 +118,17 @@ def only(cells, rig_path):
 def test_cells_mean_what_they_say(rig_path):
     row = only(
         {
-            "motor_rpm": "115",
-            "ring_radius": "none",
-            "pitches": "1 2",
-            "spells": "False",
-            "friction": "none",
-            "ramp": "",
-            "tension.wheel": "idler",
-            "gravity": "9.8",
-            "until.rms": "1%",
-            "until.longest": "20",
-            "preset": "fast",
-            "name": "a",
+            "motor_rpm": "115", "ring_radius": "none", "pitches": "1 2", "spells": "False", "friction": "none",
+            "ramp": "", "tension.wheel": "idler", "gravity": "9.8", "until.rms": "1%", "until.longest": "20",
+            "preset": "fast", "name": "a",
         },
         rig_path,
-    )
+    )  # fmt: skip
     assert row.reason == ""
     assert row.scene == {
-        "preset": "fast",
-        "motor_rpm": 115.0,
-        "ring_radius": None,
-        "pitches": [1, 2],
-        "spells": False,
+        "preset": "fast", "motor_rpm": 115.0, "ring_radius": None, "pitches": [1, 2], "spells": False,
         "friction": "none",
-    }
+    }  # fmt: skip
     assert row.changes == {"tension__wheel": "idler", "gravity": 9.8}
     assert (row.until, row.longest) == ({"rms": 0.01}, 20.0)
 

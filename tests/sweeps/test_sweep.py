@@ -263,23 +263,14 @@ def command(out, designed):
     run = "from trackdyn_command import main; main()"
     return subprocess.Popen(
         [
-            sys.executable,
-            "-c",
-            run,
-            "sweep",
-            str(designed),
-            "--out",
-            str(out),
-            "--rig",
-            str(ROOT / "config/rigs/first_fit.yaml"),
-            "-j2",
-            "-q",
+            sys.executable, "-c", run, "sweep", str(designed), "--out", str(out), "--rig",
+            str(ROOT / "config/rigs/first_fit.yaml"), "-j2", "-q",
         ],
         cwd=ROOT,
         start_new_session=True,
         stderr=subprocess.PIPE,
         env=os.environ | {"PYTHONPATH": str(ROOT)},
-    )
+    )  # fmt: skip
 
 
 def kept(store):
@@ -326,17 +317,10 @@ def test_the_command_says_what_came_of_it(tmp_path, rig_path, capsys):
     result = runner.invoke(
         app,
         [
-            "design",
-            made,
-            "--vary",
-            "motor_rpm=115:210:2",
-            "--vary",
-            "friction=tangential,no",
-            "--method",
-            "grid",
+            "design", made, "--vary", "motor_rpm=115:210:2", "--vary", "friction=tangential,no", "--method", "grid",
             *fixed,
         ],
-    )
+    )  # fmt: skip
     assert result.exit_code == 0, result.exception
     result = runner.invoke(app, ["sweep", made, "--out", out, "--rig", str(rig_path), "-j", "1"])
     assert result.exit_code == 0, result.exception

@@ -25,13 +25,9 @@ def judged(results, expected, name):
 def test_what_a_run_has_made_is_in_it_and_nothing_else(results):
     found = describe(results)
     assert list(found["files"]) == [
-        "figures/fig24.png",
-        "figures/fig24.svg",
-        "metrics.csv",
-        "runs/115rpm.npz",
-        "tables/table3.csv",
+        "figures/fig24.png", "figures/fig24.svg", "metrics.csv", "runs/115rpm.npz", "tables/table3.csv",
         "tables/table3.md",
-    ]
+    ]  # fmt: skip
     assert found["hold_times"] == ["report.html", "runs/115rpm.cost.json", "tables/costs.csv"]
     assert {entry["shows"] for name, entry in found["files"].items() if "fig24" in name} == {"Figure 24"}
     assert found["files"]["tables/table3.csv"]["times"] == ["wall_s"]

@@ -26,16 +26,10 @@ STEP = 5e-4  # s
 
 
 ASKED = {
-    "speed_rpm": 210,
-    "ring_radius_m": 0.308,
-    "tolerance": 0.05,
-    "ramp_s": 0.1,
-    "lead_in_s": 0.05,
-    "passages": 9,
-    "steps_s": {"semi_implicit": [1e-4, 5e-5]},
-    "exudyn_steps_s": [1e-3, 5e-4],
+    "speed_rpm": 210, "ring_radius_m": 0.308, "tolerance": 0.05, "ramp_s": 0.1, "lead_in_s": 0.05, "passages": 9,
+    "steps_s": {"semi_implicit": [1e-4, 5e-5]}, "exudyn_steps_s": [1e-3, 5e-4],
     "mujoco_steps_s": {"euler": [5e-4, 2.5e-4]},
-}
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")

@@ -101,15 +101,12 @@ def test_a_missing_key_is_refused(data, field):
 @pytest.mark.parametrize(
     ("field", "value", "says"),
     [
-        ("records.duration_s", "long", "valid number"),
-        ("records.speeds_rpm", 115, "valid list"),
-        ("records", [1, 2], "valid dictionary"),
-        ("known.passages", 1.5, "valid integer"),
-        ("ring_study.without_ring", "perhaps", "valid boolean"),
-        ("rig", 5, "valid string"),
+        ("records.duration_s", "long", "valid number"), ("records.speeds_rpm", 115, "valid list"),
+        ("records", [1, 2], "valid dictionary"), ("known.passages", 1.5, "valid integer"),
+        ("ring_study.without_ring", "perhaps", "valid boolean"), ("rig", 5, "valid string"),
         ("records.duration_s", None, "valid number"),
     ],
-)
+)  # fmt: skip
 def test_a_wrong_type_is_refused(data, field, value, says):
     put(data, field, value)
     sentence = refusal(data)
@@ -206,14 +203,8 @@ def test_a_ring_takes_the_longest_step_that_is_allowed_up_to_its_radius(data):
         for name in ("none", "0.303", "0.305", "0.306", "0.309", "0.31", "0.313")
     }
     assert found == {
-        "none": 1e-4,
-        "0.303": 1e-4,
-        "0.305": 1e-4,
-        "0.306": 5e-5,
-        "0.309": 5e-5,
-        "0.31": 4e-5,
-        "0.313": 4e-5,
-    }
+        "none": 1e-4, "0.303": 1e-4, "0.305": 1e-4, "0.306": 5e-5, "0.309": 5e-5, "0.31": 4e-5, "0.313": 4e-5,
+    }  # fmt: skip
     put(data, "ring_study.steps_s", [[0.309, 5e-5], [0.305, 1e-4]])
     assert "ring_study.steps_s = [[0.309, 5e-05], [0.305, 0.0001]]: 0.305 comes after 0.309" in refusal(data)
 

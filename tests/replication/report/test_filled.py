@@ -48,13 +48,10 @@ def scorecard(rows):
 
 def test_open_claims_lead_and_those_that_failed_first():
     rows = [
-        ("C01", "it holds", "reproduced", "predicted"),
-        ("C02", "half of it", "reproduced", "predicted"),
-        ("C02", "half of it", "not reproduced", "predicted"),
-        ("C03", "the fit met it", "reproduced", "fitted"),
-        ("C04", "the fit missed it", "not reproduced", "fitted"),
-        ("C05", "was not judged", "no test", "predicted"),
-    ]
+        ("C01", "it holds", "reproduced", "predicted"), ("C02", "half of it", "reproduced", "predicted"),
+        ("C02", "half of it", "not reproduced", "predicted"), ("C03", "the fit met it", "reproduced", "fitted"),
+        ("C04", "the fit missed it", "not reproduced", "fitted"), ("C05", "was not judged", "no test", "predicted"),
+    ]  # fmt: skip
     text = claims_text(scorecard(rows))
     lines = [line for line in text.splitlines() if line.startswith("|")][2:]
     assert "half of it" in lines[0] and "1 of 2 parts fail" in lines[0]

@@ -21,13 +21,8 @@ def row(scene, integrator, step, cpu, error, **more):
     span = SPAN * 115 / float(scene.split()[-2])
     known = {"scene": scene, "fidelity": "ten_arcs", "integrator": integrator, "step_s": step, "start_cpu_s": 0.3}
     known |= {
-        "cpu_s_per_s": cpu,
-        "record_s": 8.0,
-        "passage_s": span,
-        "measure": "rms",
-        "value": 1.0,
-        "value_error": 0.0,
-    }
+        "cpu_s_per_s": cpu, "record_s": 8.0, "passage_s": span, "measure": "rms", "value": 1.0, "value_error": 0.0,
+    }  # fmt: skip
     return known | {"error": error, "uncertainty": 0.0, "scatter": 0.0, "unused": 0, "failed": False} | more
 
 
