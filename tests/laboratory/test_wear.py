@@ -7,13 +7,11 @@ from math import log
 import numpy as np
 import pandas as pd
 import pytest
-from typer.testing import CliRunner
 
 from laboratory.wear.contour import ARC_NODES, contours, fit_flank, worn_rig
 from laboratory.wear.law import Depths, depth, load_coefficients
 from laboratory.wear.life import SHARES, Found, Limits, Until, Walk, Worn, live, parse_until
 from laboratory.wear.work import distribute
-from trackdyn.commands.cli import app
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.parameters.outline import distance_to, flank_arcs, groove_of_arcs
 from trackdyn.scene.scene import Scene
@@ -215,19 +213,6 @@ def test_what_cannot_wear_is_refused(rig, changes, words):
             **{"rig": rig, "rpm": 150.0, "coefficients": COEFFICIENTS, "fields": FIELDS, "rule": QUICK} | changes
         )
         worn(np.zeros(worn.depths.size))
-
-
-def test_the_command_writes_a_life_and_refuses_another_one(tmp_path):
-    out = tmp_path / "life.parquet"
-    words = ["wear", "paper", "--rpm", "210", "--preset", "fast", "--tension", "locked", "--out", str(out), "--until"]
-    result = CliRunner().invoke(app, [*words, "distance 1 km"])
-    assert result.exit_code == 0, result.output
-    assert result.output.splitlines()[-1] == "1 km: reached distance 1000 m"
-    table = pd.read_parquet(out)
-    assert list(table["distance_km"]) == pytest.approx([0.0, 1.0])
-    assert table["ring_radius_m"].iloc[1] < table["ring_radius_m"].iloc[0]
-    result = CliRunner().invoke(app, [*words, "ring 0.5 m"])
-    assert isinstance(result.exception, InputError)
 
 
 class Known(Worn):

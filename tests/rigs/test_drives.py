@@ -111,12 +111,9 @@ def test_all_of_them_in_one_loop_keep_the_account():
     free = {"kind": "free", "inertia": 0.05, "release": 0.5}
     pulled = 2.2 * rig.tension.pre_tension
     changed = rig.changed(
-        surfaces={"soft": soft},
-        front__surface="soft",
-        drive=free,
-        tension__kept="forced",
+        surfaces={"soft": soft}, front__surface="soft", drive=free, tension__kept="forced",
         tension__force=[[0.0, pulled], [2.0, 1.2 * pulled]],
-    )
+    )  # fmt: skip
     loop = Loop(scene_of(changed, 60.0))
     assert loop.model.wheels.own_law is not None and loop.model.drive.motor is not None
     assert loop.layout["settled_tension_n"] == pytest.approx(pulled / 2, rel=0.15)  # both strands pull

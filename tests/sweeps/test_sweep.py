@@ -306,34 +306,6 @@ def test_a_killed_sweep_goes_on_where_it_was(tmp_path, whole, end):
     pd.testing.assert_frame_equal(pd.read_parquet(out), expected, check_dtype=False)
 
 
-def test_the_command_says_what_came_of_it(tmp_path, rig_path, capsys):
-    from typer.testing import CliRunner
-
-    from trackdyn.commands.cli import app
-
-    runner = CliRunner()
-    made, out = str(tmp_path / "d.csv"), str(tmp_path / "r.csv")
-    fixed = [part for name, value in SHORT.items() for part in ("--set", f"{name}={value}")]
-    result = runner.invoke(
-        app,
-        [
-            "design", made, "--vary", "motor_rpm=115:210:2", "--vary", "friction=tangential,no", "--method", "grid",
-            *fixed,
-        ],
-    )  # fmt: skip
-    assert result.exit_code == 0, result.exception
-    result = runner.invoke(app, ["sweep", made, "--out", out, "--rig", str(rig_path), "-j", "1"])
-    assert result.exit_code == 0, result.exception
-    assert f"2 done, 2 refused; written to {out}" in result.output and "friction = 'no':" in result.output
-    design(1, friction="no").to_csv(made, index=False)
-    result = runner.invoke(app, ["sweep", made, "--out", out, "--rig", str(rig_path)])
-    assert "no row completed; the reason of the first one: scene: friction = 'no':" in str(result.exception)
-    result = runner.invoke(app, ["design", made, "--vary", "speed=1:2", "--rows", "4"])
-    assert "'speed' is not a column of a design" in str(result.exception)
-    result = runner.invoke(app, ["sweep", made, "--out", "r.xlsx"])
-    assert "--out = 'r.xlsx':" in str(result.exception)
-
-
 @pytest.mark.parametrize("value", [float("nan"), [1, 2], "much", None, float("inf"), -1.0])
 def test_a_row_that_no_scene_gives_is_computed_again_whatever_its_checksum(tmp_path, rig_path, value, capsys):
     whole = sweep(design(1), rig=rig_path, jobs=1, store=tmp_path / "rows")

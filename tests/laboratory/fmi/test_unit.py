@@ -146,13 +146,10 @@ def test_a_refused_input_ends_in_one_sentence(unit_file):
     said = []
     with pytest.raises(fmpy.fmi1.FMICallException):
         fmpy.simulate_fmu(
-            str(unit_file),
-            stop_time=0.1,
-            step_size=EXCHANGE,
-            start_values={"motor_rpm": 115.0, "tensioner_shift": 0.4},
-            logger=lambda *parts: said.append(str(parts)),
+            str(unit_file), stop_time=0.1, step_size=EXCHANGE,
+            start_values={"motor_rpm": 115.0, "tensioner_shift": 0.4}, logger=lambda *parts: said.append(str(parts)),
             debug_logging=True,
-        )
+        )  # fmt: skip
     assert "tensioner_shift = 0.4 m: must be between" in "".join(said)
 
 

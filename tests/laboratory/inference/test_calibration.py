@@ -21,20 +21,9 @@ pytestmark = pytest.mark.slow
 def config(rig_path):
     unknowns = [Unknown(names=[name], scale="log") for name in ("bushing.stiffness", "tension.pre_tension")]
     return CalibrationConfig(
-        rig=str(rig_path),
-        unknowns=unknowns,
-        ring_radius_m=0.308,
-        speeds_rpm=[210],
-        simulations=64,
-        truths=64,
-        plain=12,
-        repeats=20,
-        places=3,
-        turns=4,
-        noise_g=0.005,
-        steps=150,
-        seed=1,
-    )
+        rig=str(rig_path), unknowns=unknowns, ring_radius_m=0.308, speeds_rpm=[210], simulations=64, truths=64,
+        plain=12, repeats=20, places=3, turns=4, noise_g=0.005, steps=150, seed=1,
+    )  # fmt: skip
 
 
 def test_calibrated_intervals_hold_the_truth_as_often_as_they_say(config, closed_form, tmp_path):

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pandas as pd
-import pytest
 
 from laboratory.inference.ensemble.conflicts import CONFLICT, FOUND, LARGER, SHOWN, minimal_conflicts
 from laboratory.inference.ensemble.settings import ConflictSearch
@@ -70,12 +69,6 @@ def test_every_minimal_conflict_is_found_and_no_other():
     for claims in ("C", "A C", "B D"):  # the rig that is named shows it
         x, y = found[table.loc[claims, "search_rig"]]
         assert max(abs(off(FAR, x, y)[claim]) for claim in claims.split()) <= 1
-
-
-def test_a_triple_may_conflict_though_its_pairs_do_not():
-    table, _ = searched(RIGS, asks=[0.2, 0.2, 0.9, 0.0], claims="ABC")
-    assert table.index[table["verdict"] == CONFLICT].tolist() == ["A B C"]
-    assert table.loc["A B C", "search"] == pytest.approx(5 / 3, abs=0.2)
 
 
 def test_a_set_that_holds_a_conflict_is_none_of_its_own():

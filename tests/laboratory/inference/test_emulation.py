@@ -42,18 +42,3 @@ def test_tails_are_those_that_errors_were_drawn_with(degrees):
     (size, slope), found = tails(distance * np.exp(0.7 * place), 3, terms)
     assert np.exp(0.5 * size) == pytest.approx(2.0, rel=0.05) and slope == pytest.approx(0.7, abs=0.1)
     assert found == pytest.approx(degrees, rel=0.2 if degrees < 10 else 0.6)
-
-
-def test_what_the_emulator_steps_over_makes_it_unsure(design):
-    """A narrow resonance at a corner: most points are predicted well, a few badly, and the tail says so."""
-
-    def peaked(x):
-        smooth = truth(x)
-        peak = np.exp(-((x[:, :1] - 0.9) ** 2 + (x[:, 1:] - 0.9) ** 2) / (2 * 0.03**2))
-        return smooth + peak * [1.0, -1.0, 0.5, 2.0, 2.0]
-
-    x = np.vstack([design, [[0.9, 0.9], [0.91, 0.87]]])
-    plain, resonant = FeatureEmulator(x, truth(x), np.full(5, 0.1)), FeatureEmulator(x, peaked(x), np.full(5, 0.1))
-    assert resonant.degrees < 0.5 * plain.degrees
-    far, near = resonant(np.array([[0.2, 0.2], [0.88, 0.88]])).covariance[:, 0, 0]
-    assert near >= far

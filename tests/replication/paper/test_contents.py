@@ -1,8 +1,6 @@
 """The list of figures and tables: complete, captioned, each with a rule and a function that exist."""
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 from pkgutil import resolve_name
 
@@ -40,9 +38,3 @@ def test_an_item_names_a_rule_and_has_a_caption(item):
     text = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "workflow" / "rules").glob("*.smk"))
     assert re.search(rf"^rule {item.rule}:", text, re.MULTILINE)
     assert item.caption(synthetic=True)
-
-
-def test_listing_the_contents_imports_no_plots_and_no_report():
-    code = "import sys; from replication.paper import claims, contents, printed; print(*sys.modules)"
-    loaded = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    assert not [name for name in loaded.split() if name.startswith(("matplotlib", "replication.report"))]

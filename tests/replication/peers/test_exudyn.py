@@ -9,11 +9,9 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from replication.peers import exudyn_loop
-from replication.peers.comparison import compare, percent_of_range, run_peer
+from replication.peers.comparison import run_peer
 from replication.peers.contact import Memory, contact_loads, force_vector, jacobian_triplets, make_contacts
 from replication.peers.exudyn_loop import Hanger, PeerWheels, Start, drive_at, require_exudyn, run_loop, start_of
-from replication.report.figures.peer import displacement_figure, model_figure
-from replication.report.tables import table2_outcome
 from replication.study.extremes.solvers import Pose, posed
 from replication.study.settings import PEER_LAWS, peer_scene
 from trackdyn.chain.riccati import accelerations
@@ -212,24 +210,6 @@ def test_missing_extra_is_named(without_exudyn):
     with pytest.raises(InputError) as caught:
         require_exudyn()
     assert str(caught.value) == "exudyn is not installed; pip install 'trackdyn[peers]'"
-
-
-def test_comparison_without_the_extra_keeps_our_side(rig, without_exudyn):
-    result = compare(rig, 180.0, ["motor"], 0.2, [1e-4, 5e-5], [1e-3], 10.0)
-    assert result.missing == "not run: exudyn is not installed; pip install 'trackdyn[peers]'"
-    assert list(result.curves) == ["reading", "time_s", "trackdyn_m", "belt_m"]
-    # a belt without forces moves the link as the chain does, within the few percent that the paper prints
-    assert (
-        0
-        < result.summary["difference_belt_pct"].iloc[0]
-        == percent_of_range(result.curves["belt_m"] - result.curves["trackdyn_m"], result.curves["trackdyn_m"])
-    )
-    assert len(result.curves) == 200
-    assert list(result.costs["code"]) == ["trackdyn", "trackdyn", f"exudyn, {result.missing}"]
-    assert result.missing in table2_outcome(result.costs, result.missing, 10.0)
-    drawn = displacement_figure(result.curves, result.summary, result.missing)
-    assert result.missing in [text.get_text() for ax in drawn.axes for text in ax.texts]
-    assert "not installed" in model_figure(rig, result.frame, result.shift, result.missing).axes[0].get_title("left")
 
 
 def test_a_tooth_of_eight_arcs_with_edges_for_its_tips_keeps_the_chain():

@@ -57,26 +57,6 @@ def built(scene):
     return model, loop.model.chain, start_of(loop.state), contacts, free
 
 
-def test_bodies_wheels_and_bushings_are_the_rigs(rig, built):
-    model, chain, _, contacts, _ = built
-    for i in range(70):
-        body = model.body(f"body{i}")
-        link = i % 2 == 0
-        assert body.mass[0] == (rig.chain.link_mass if link else rig.chain.connector_mass)
-        assert body.inertia[2] == (rig.chain.link_inertia if link else rig.chain.connector_inertia)
-        assert body.ipos[0] == chain.length[i] / 2
-        if i:
-            joint = model.joint(f"joint{i}").dofadr[0]
-            assert model.dof_damping[joint] == rig.bushing.damping
-            assert model.joint(f"joint{i}").stiffness[0] == rig.bushing.stiffness
-    for k, wheel in enumerate(rig.rollers.values(), 1):
-        assert model.body(f"wheel{k}").inertia[2] == wheel.inertia
-        assert model.dof_damping[model.joint(f"wheel{k}").dofadr[0]] == wheel.bearing_drag
-        assert model.geom(f"rim{k}").size[0] == wheel.radius and model.geom(f"rim{k}").type[0] == 2  # a sphere
-    np.testing.assert_allclose([model.body(f"wheel{k}").pos[:2] for k in range(3)], contacts.circle[:, :2], atol=1e-15)
-    assert model.opt.gravity[1] == -rig.gravity
-
-
 def test_a_bent_chain_at_rest_is_accelerated_as_by_the_simulators_solver(rig, built):
     """Gravity and all bushings, the cut one with them, on the settled loop with every contact taken away."""
     import mujoco

@@ -209,19 +209,6 @@ def test_a_ring_takes_the_longest_step_that_is_allowed_up_to_its_radius(data):
     assert "ring_study.steps_s = [[0.309, 5e-05], [0.305, 0.0001]]: 0.305 comes after 0.309" in refusal(data)
 
 
-def test_another_rig_runs_what_claims_are_judged_by_at_steps_of_its_own(data):
-    config, _, scenes = check_config(data, "mine.yaml")
-    (name,) = config.other_rigs
-    found = config.other_scenes(name, scenes)
-    left_out = scenes.keys() - found.keys()
-    assert left_out == {run for run in scenes if run.startswith("coarse/") or run.endswith("rpm_none")}
-    data["other_rigs"][name]["steps_s"] = [[150, 4e-5], [210, 2.5e-5]]
-    config, _, scenes = check_config(data, "mine.yaml")
-    found = config.other_scenes(name, scenes)
-    assert {scene.step for scene in found.values() if scene.motor_rpm <= 150} == {4e-5}
-    assert {scene.step for scene in found.values() if scene.motor_rpm > 150} == {2.5e-5}
-
-
 def test_the_rig_at_which_studies_of_ranges_begin_must_be_there(data):
     data["other_rigs"] = {}
     assert "other_rigs.possible is missing" in refusal(data)

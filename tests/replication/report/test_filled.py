@@ -6,7 +6,6 @@ import pandas as pd
 import pytest
 
 from laboratory.report.filled import PAGES as OF_THE_LABORATORY
-from laboratory.report.filled import departures
 from replication.paper.claims import COLUMNS, load_claims, printed_text
 from replication.report.filled import BEGIN, END, PAGES, claims_text, fill
 from trackdyn.parameters.table import parameter_table
@@ -59,25 +58,6 @@ def test_open_claims_lead_and_those_that_failed_first():
     assert "1 of 2: C03" in lines[2] and "fitted" in lines[2]
     assert len(lines) == 3
     assert "Reproduced: 1 of 2 predictions" in text
-
-
-def test_no_predicted_or_transferred_claim_is_dropped():
-    """Failures first, predicted before transferred, and every claim has its line."""
-    rows = [(f"C{i:02}", "some claim", "reproduced" if i % 2 else "not reproduced", "predicted") for i in range(20)]
-    rows += [("C21", "at other speeds", "reproduced", "transfer"), ("C30", "fitted", "reproduced", "fitted")]
-    lines = [line for line in claims_text(scorecard(rows)).splitlines() if line.startswith("| C")]
-    named = [line.split()[1] for line in lines]
-    assert named == [*(f"C{i:02}" for i in range(0, 20, 2)), *(f"C{i:02}" for i in range(1, 20, 2)), "C21"]
-
-
-def test_a_departure_has_a_line_and_a_scene_a_column():
-    columns = ["departure", "scene", "measure", "difference", "failed"]
-    measures = ("rms_g", "high_frequency_g", "left_share_pct")
-    rows = [["no drag", "ring", m, v, ""] for m, v in zip(measures, (0.02, -3.04, -6.1), strict=True)]
-    rows += [["no drag", "no ring", m, float("nan"), "the loop left the wheels"] for m in measures]
-    table = departures(pd.DataFrame(rows, columns=columns))
-    assert "0, -3.0, -6.1" in table
-    assert "fails" in table
 
 
 def test_a_page_without_marks_is_named(tmp_path):

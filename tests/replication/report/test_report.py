@@ -14,7 +14,7 @@ from replication.report.figures.closure import closure_figure
 from replication.report.figures.loop import loop_figure
 from replication.report.figures.ring_study import duration_figure, force_figure, quiet_from
 from replication.report.figures.scorecard import LOOKS
-from replication.report.tables import lines_table, table1, table3, write_table
+from replication.report.tables import lines_table, table1, table3
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import load_rig
@@ -222,17 +222,6 @@ def test_lines_table_sets_printed_numbers_beside_their_own_kind():
     assert table.loc[1, "line_binfree_g"] == pytest.approx(0.8, abs=5e-3)
     assert table.loc[0, "line_error_g"] == 0.02 and table.loc[0, "line_binfree_error_g"] == 0.03
     assert 0 < table.loc[1, "line_binfree_error_g"] < 5e-3
-
-
-def test_write_table_writes_csv_and_markdown(tmp_path):
-    frame = pd.DataFrame({"a_g": [1 / 3, float("nan")], "name": ["x", "y"]})
-    write_table(frame, tmp_path / "tables" / "table9.csv", "A caption.")
-    pd.testing.assert_frame_equal(pd.read_csv(tmp_path / "tables" / "table9.csv"), frame)
-    text = (tmp_path / "tables" / "table9.md").read_text(encoding="utf-8")
-    assert text.startswith("A caption.\n\n|")
-    assert "| 0.333 |" in " ".join(text.split())
-    assert "nan" not in text
-    assert len(list((tmp_path / "tables").iterdir())) == 2
 
 
 def study(error=0.01, right=(5.0, 1.0, 0.0, 0.0)):

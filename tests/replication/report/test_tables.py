@@ -3,10 +3,9 @@
 import shutil
 
 import numpy as np
-import pandas as pd
 import pytest
 
-from replication.report.tables import COLUMNS_OF, cost_table, headed, significant, table4
+from replication.report.tables import cost_table, significant
 from trackdyn.errors import InputError
 from trackdyn.measure.columns import table_schema
 
@@ -18,23 +17,6 @@ from trackdyn.measure.columns import table_schema
 )  # fmt: skip
 def test_three_digits_without_an_exponent_where_none_is_needed(value, text):
     assert significant(value) == text
-
-
-def test_headings_have_two_lines_and_name_columns_that_exist():
-    row = {name: 1.0 for name in ("rms_g", "sd_g", "left_rms_n")}
-    row |= {name: 0.03 for name in ("rms_error_g", "sd_error_g", "left_rms_error_n")}
-    coarse = {"run": "coarse/115rpm", "rms_g": 2.0, "rms_error_g": 0.08}
-    frame = table4(pd.DataFrame([row | {"run": "115rpm"}, row | coarse]), [115.0])
-    assert frame.loc[0, ["rms_g_difference_pct", "rms_g_difference_error_pct"]].tolist() == pytest.approx([100.0, 10.0])
-    assert set(COLUMNS_OF["table4"]) == set(frame)
-    ends = "ten arcs", "ten arcs error", "three surfaces", "three surfaces error"
-    assert list(headed(frame, "table4")) == [
-        "motor speed (rev/min)",
-        *(f"{name}<br>{end}" for name in ("RMS", "SD") for end in (
-            *(f"{end} (g)" for end in ends), "difference (%)", "difference error (%)"
-        )),
-        *(f"left<br>RMS, {end} (N)" for end in ends), "left<br>RMS difference (%)", "left<br>RMS difference error (%)",
-    ]  # fmt: skip
 
 
 def benchmark(folder, name, wall):

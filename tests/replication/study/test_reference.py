@@ -14,16 +14,10 @@ def make_chain(n, stiffness=40.0, damping=0.7, free_angle=-0.11, gravity=GRAVITY
     rng = np.random.default_rng(seed)
     length = rng.uniform(0.06, 0.16, n)
     return Chain(
-        length=length,
-        mass=rng.uniform(2.0, 15.0, n),
-        inertia=rng.uniform(0.003, 0.02, n),
-        com_x=length * rng.uniform(0.35, 0.65, n),
-        com_y=rng.uniform(-0.02, 0.02, n),
-        stiffness=stiffness,
-        damping=damping,
-        free_angle=free_angle,
-        gravity=gravity,
-    )
+        length=length, mass=rng.uniform(2.0, 15.0, n), inertia=rng.uniform(0.003, 0.02, n),
+        com_x=length * rng.uniform(0.35, 0.65, n), com_y=rng.uniform(-0.02, 0.02, n), stiffness=stiffness,
+        damping=damping, free_angle=free_angle, gravity=gravity,
+    )  # fmt: skip
 
 
 def close_ring(n, seed=2):
@@ -208,12 +202,9 @@ def test_spinning_regular_ring_carries_the_centrifugal_tension():
     n, side, mass, speed = 12, 0.1, 4.0, 6.0
     chain = make_chain(n, stiffness=0.0, damping=0.0, gravity=0.0)
     chain = chain._replace(
-        length=np.full(n, side),
-        mass=np.full(n, mass),
-        inertia=np.full(n, 0.01),
-        com_x=np.full(n, side / 2),
+        length=np.full(n, side), mass=np.full(n, mass), inertia=np.full(n, 0.01), com_x=np.full(n, side / 2),
         com_y=np.zeros(n),
-    )
+    )  # fmt: skip
     angle, zero = -2.0 * np.pi * np.arange(n) / n, np.zeros(n)
     result = accelerations(chain, angle, np.full(n, speed), zero, zero, zero)
     centre_radius = side / (2.0 * np.tan(np.pi / n))

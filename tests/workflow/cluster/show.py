@@ -43,12 +43,9 @@ class Show:
         """A command of Python, its words in a file."""
         with (self.folder / f"{name}.log").open("ab") as log:
             return subprocess.Popen(
-                [sys.executable, "-P", *command],
-                cwd=self.folder,
-                env=self.slurm.environment | {"PYTHONPATH": str(ROOT)},
-                stdout=log,
-                stderr=log,
-            )
+                [sys.executable, "-P", *command], cwd=self.folder,
+                env=self.slurm.environment | {"PYTHONPATH": str(ROOT)}, stdout=log, stderr=log,
+            )  # fmt: skip
 
     def run(self, name: str, *command: str) -> int:
         """The same to its end."""
