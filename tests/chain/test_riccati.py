@@ -157,3 +157,18 @@ def test_damping_of_the_bushings_is_taken_half_way_and_never_overshoots(decay):
     if decay < 2.0:
         assert lead == 0.5
         assert left == pytest.approx(np.exp(-decay), abs=decay**3 / 12 + 1e-15)
+
+
+@pytest.mark.parametrize("step", [0.0, 1e-4, 5e-3])
+@pytest.mark.parametrize("percussion", [False, True])
+@pytest.mark.parametrize("n", SIZES)
+def test_sweep_agrees_with_the_multipliers(n, percussion, step):
+    for seed in range(3):
+        chain, state, loads = make_ring(n, seed, percussion)
+        seen = sweep(chain, state, loads, step)
+        expected = reference.accelerations(chain, state.angle, state.rate, *loads, implicit_step=step)
+        scale = np.abs(expected.alpha).max()
+        assert_close(seen["alpha"], expected.alpha)
+        assert_close(seen["pin"], [expected.pin_ax, expected.pin_ay], scale * chain.length.max())
+        # the load through the cut acts on body 0, the outboard one of the closing joint
+        assert_close(seen["load"][:2], expected.pin_force[-1], np.abs(expected.pin_force).max())

@@ -64,23 +64,6 @@ def test_delivered_law_delivers_the_restitution_it_is_named_after(restitution):
     assert rebound(contact) == pytest.approx(restitution, abs=1e-3)
 
 
-@pytest.mark.parametrize("restitution", [0.01, 0.05, 0.5, 0.9])
-def test_printed_law_delivers_two_thirds_or_more(restitution):
-    """chi is at most 3/4, which delivers 0.664 (the root of its own equation) however small the name."""
-    assert rebound(law("printed", restitution)) == pytest.approx(
-        delivered_restitution(0.75 * (1 - restitution**2)), abs=1e-3
-    )
-    assert rebound(law("printed", restitution)) > 0.66
-
-
-def test_elastic_law_returns_all():
-    contact = law("elastic", 0.3)
-    assert contact.loss == 0.0
-    assert rebound(contact) == pytest.approx(1.0, abs=1e-6)  # tolerance of the integration
-    for speed in (-3.0, 0.0, 3.0):
-        assert normal_force(contact, 1e-4, speed, 0.1, RADIUS) == normal_force(contact, 1e-4, 0.0, 0.1, RADIUS)
-
-
 @pytest.mark.parametrize("normal_law", NORMAL_LAWS)
 @pytest.mark.parametrize("radius", [8e-4, 0.05, 0.3])
 def test_slopes_are_those_of_the_force(normal_law, radius):

@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-from math import log
 
 import numpy as np
 import pandas as pd
@@ -10,7 +9,7 @@ import pytest
 
 from laboratory.wear.contour import ARC_NODES, contours, fit_flank, worn_rig
 from laboratory.wear.law import Depths, depth, load_coefficients
-from laboratory.wear.life import SHARES, Found, Limits, Until, Walk, Worn, live, parse_until
+from laboratory.wear.life import SHARES, Found, Until, Walk, Worn, live, parse_until
 from laboratory.wear.work import distribute
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.parameters.outline import distance_to, flank_arcs, groove_of_arcs
@@ -174,26 +173,6 @@ def test_a_rig_without_friction_does_not_wear(rig):
     assert not np.delete(found.rate, [worn.depths.bushing, worn.depths.distance]).any()
 
 
-def test_a_worn_rig_started_anew_takes_the_same_step(rig, tmp_path):
-    until, limits, out = parse_until("distance 3000 km"), Limits(share=100.0, ring=2e-4), tmp_path / "life.parquet"
-
-    def new():
-        return Worn(rig, 150.0, COEFFICIENTS, FIELDS, QUICK)
-
-    def stop(row):
-        if row["distance_km"] > 0:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        live(new(), until, limits, out, tick=stop)
-    table = live(new(), until, limits, out)
-    assert len(table) >= 3 and table["end"].iloc[-1] == "reached distance 3e+06 m"
-    row = table.iloc[1]
-    again = new()(np.array(row["depths"]))
-    np.testing.assert_array_equal(again.rate, row["rates"])
-    assert table["ring_radius_m"].is_monotonic_decreasing and table["ring_radius_m"].iloc[-1] < 0.308
-
-
 # -- a life --------------------------------------------------------------------------------------------------------
 
 
@@ -238,17 +217,6 @@ def known(rig):
     worn = Known(rig, 115.0, COEFFICIENTS, {})
     worn.least = 0.0
     return worn
-
-
-def test_half_the_step_gives_the_same_life(known):
-    until = Until("ring", 0.303)
-    lives = [live(known, until, Limits().times(factor)) for factor in (1.0, 0.5)]
-    assert len(lives[1]) > 1.5 * len(lives[0])
-    ends = [table["distance_km"].iloc[-1] for table in lives]
-    assert ends[0] == pytest.approx(ends[1], rel=0.02)
-    assert ends[0] == pytest.approx(log(6.0) / known.decay / 1e3, rel=0.01)
-    assert lives[0]["ring_radius_m"].iloc[-1] == pytest.approx(0.303, abs=1e-6)
-    assert lives[0]["end"].iloc[-1] == "reached ring 0.303 m"
 
 
 def test_a_killed_life_goes_on_to_the_same_bytes(known, tmp_path):

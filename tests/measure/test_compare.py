@@ -28,17 +28,6 @@ def recording(make_scene):
     return simulate(make_scene(210.0, duration=10.0, lead_in=1.0))
 
 
-def test_the_sensors_line_is_searched_at_its_own_speed(recording):
-    table = compare_with_sensor(recording, record()).set_index("measure")
-    # a pure sine: the bin-free estimate is exact, 8 % above the frequency that the motor asks for
-    assert table.loc["line_hz_binfree", "sensor"] == pytest.approx(0.253, rel=1e-4)
-    assert table.loc["line_g_binfree", "sensor"] == pytest.approx(0.77, rel=1e-3)
-    assert table.loc["line_hz_binfree", "simulation"] == pytest.approx(0.2334, rel=5e-3)
-    rms = table.loc["rms_g"]
-    assert rms["sensor"] == pytest.approx(0.77 / 2**0.5, rel=0.01)  # not quite whole periods
-    assert rms["difference_pct"] == pytest.approx(100 * abs(rms["simulation"] / rms["sensor"] - 1))
-
-
 @pytest.mark.parametrize(("rate", "remedy"), [(2048.0, 2048), (418.2, 418), (980.0, 980), (1480.0, 1480)])
 def test_a_rate_that_does_not_fit_is_refused_with_the_command_that_helps(recording, rate, remedy):
     with pytest.raises(InputError, match=rf"sensor\.csv: has .* simulate --rate {remedy}`"):

@@ -42,12 +42,6 @@ def test_readings_share_the_cube_by_their_widths_and_leave_out_what_lies_between
     assert np.isnan(radius.position(0.3065)) and np.isnan(radius.position(0.3034))
 
 
-def test_a_choice_may_change_the_scene():
-    tension = Unknown(name="tension", choices={"locked": {"tension": "locked"}, "sprung": {"tension": "sprung"}})
-    _, scene = Unknowns([tension], RIG).to_rig([0.7])
-    assert scene == {"tension": "sprung"}
-
-
 @pytest.mark.parametrize(
     ("entries", "said"),
     [

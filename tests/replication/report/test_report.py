@@ -14,7 +14,7 @@ from replication.report.figures.closure import closure_figure
 from replication.report.figures.loop import loop_figure
 from replication.report.figures.ring_study import duration_figure, force_figure, quiet_from
 from replication.report.figures.scorecard import LOOKS
-from replication.report.tables import lines_table, table1, table3
+from replication.report.tables import table1, table3
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import load_rig
@@ -211,17 +211,6 @@ def test_table3_wants_exactly_one_run_a_speed():
         table3(metrics(), {115: sensor()})
     with pytest.raises(InputError, match="2 rows"):
         table3(pd.concat([metrics(), metrics()]), {210: sensor()})
-
-
-def test_lines_table_sets_printed_numbers_beside_their_own_kind():
-    table = lines_table(metrics(), {210: sensor(0.25, 0.8)}, label="measured")
-    assert list(table["source"]) == ["simulation", "measured"]
-    assert list(table["line_printed_hz"]) == [0.233, 0.253]
-    assert list(table["line_printed_g"]) == [1.162, 0.7698]
-    assert table.loc[1, "line_binfree_hz"] == pytest.approx(0.25, abs=1e-4)
-    assert table.loc[1, "line_binfree_g"] == pytest.approx(0.8, abs=5e-3)
-    assert table.loc[0, "line_error_g"] == 0.02 and table.loc[0, "line_binfree_error_g"] == 0.03
-    assert 0 < table.loc[1, "line_binfree_error_g"] < 5e-3
 
 
 def study(error=0.01, right=(5.0, 1.0, 0.0, 0.0)):

@@ -3,9 +3,7 @@
 import pandas as pd
 import pytest
 
-from replication.study.accuracy.ladder import FOUND, compare_rungs, measure_setting
-from replication.study.settings import SETTINGS
-from trackdyn.scene.stop_rule import StopRule
+from replication.study.accuracy.ladder import FOUND, compare_rungs
 
 
 def test_differences_are_those_from_the_papers_setting_in_the_same_scene():
@@ -32,14 +30,3 @@ def test_differences_are_those_from_the_papers_setting_in_the_same_scene():
     assert moved["b", "left_share"] == pytest.approx(6.0)
     assert moved[:, "loop_gap"].isna().all()
     assert (rows.loc[rows["setting"] == "preset=paper", "difference_pct"].dropna() == 0).all()
-
-
-def test_a_setting_that_is_refused_says_why(rig, monkeypatch):
-    """No step of half a second divides the sample interval."""
-    monkeypatch.setitem(SETTINGS, "preset=paper", {"step": 0.5})
-    rows = measure_setting(
-        rig, "preset=paper", [115.0], [None], StopRule(share_pct=0.2, force=0.006, passages=13, longest_turns=4)
-    )
-    assert set(rows["scene"]) == {"115 rpm, no ring"}
-    assert rows["value"].isna().all() and rows["wall_s_per_s"].isna().all()
-    assert rows["note"].str.contains("step = 0.5:").all()
