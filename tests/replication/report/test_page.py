@@ -159,22 +159,6 @@ def test_recordings_of_another_version_are_refused(inputs, tmp_path):
         build_page(PageInputs(results=tmp_path / "mixed", rig=RIG_FILE))
 
 
-def test_the_page_says_which_cells_the_reader_filled_in(inputs, tmp_path):
-    """Both numbers are invented."""
-    (tmp_path / "paper").mkdir()
-    text = (ROOT / "config" / "paper" / "tables.yaml").read_text(encoding="utf-8")
-    assert "filled in by the reader" not in build_page(inputs)
-    for cell, value in (("chain.link_mass: {value: null", "11.25"), ("180: {rms_simulation: null", "0.987")):
-        assert cell in text
-        text = text.replace(cell, cell.replace("null", value))
-    (tmp_path / "paper" / "tables.yaml").write_text(text, encoding="utf-8")
-    rig = shutil.copy(RIG_FILE, tmp_path / "rig.yaml")
-    page = build_page(replace(inputs, rig=rig))
-    assert "<b>2</b> cells of the article were filled in by the reader" in page
-    for shown in ("chain.link_mass", "11.25", "180 rpm, rms_simulation", "0.987", "C04"):
-        assert shown in page
-
-
 def test_the_same_results_give_the_same_page(inputs, page_file):
     assert build_page(inputs) == page_file.read_text(encoding="utf-8")
 

@@ -2,21 +2,11 @@
 
 import shutil
 
-import numpy as np
 import pytest
 
-from replication.report.tables import cost_table, significant
+from replication.report.tables import cost_table
 from trackdyn.errors import InputError
 from trackdyn.measure.columns import table_schema
-
-
-@pytest.mark.parametrize(
-    ("value", "text"),
-    [(1 / 3, "0.333"), (1.0161, "1.02"), (0.99961, "1.00"), (1.1, "1.1"), (0.0001, "0.0001"), (-5.2667e-5, "-5.27e-5"),
-     (1234.56, "1235"), (99.96, "100"), (0.0, "0"), (7, "7"), (np.nan, "–"), (True, "yes"), ("left 2", "left 2")],
-)  # fmt: skip
-def test_three_digits_without_an_exponent_where_none_is_needed(value, text):
-    assert significant(value) == text
 
 
 def benchmark(folder, name, wall):
