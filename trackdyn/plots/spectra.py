@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import zip_longest
 
 import numpy as np
 import scipy  # its parts are loaded where they are used
@@ -62,8 +63,8 @@ def spectrum_figure(
     Above: lines around the loop frequency on the curve that they sample, with the dominant peak as the paper takes it
     (highest line of the FFT, filled mark), its value free of scalloping loss (hollow) and others. Middle: 0
     to 2 Hz. Below: root mean square of the lines in bands of 2 Hz over the whole range. Parameters are those of
-    :func:`trackdyn.plots.histories.history_figure`; ``others`` are dominant peaks from elsewhere, such as printed
-    ones: label, frequency (Hz), amplitude (g), marker.
+    :func:`trackdyn.plots.histories.history_figure`; ``others`` are a dominant peak from elsewhere for
+    either record, such as a printed one: label, frequency (Hz), amplitude (g), marker.
     """
     loop_hz = loop_frequency(recording)
     simulated, measured = _curves(recording, record, sensor_label)
@@ -76,11 +77,12 @@ def spectrum_figure(
     bin_hz = recording.rate / len(simulated.ay)
     frequencies = (loop_hz, simulated.free[0], measured.free[0])
     near = max(min(frequencies) - BINS * bin_hz, 0.1 * bin_hz), max(frequencies) + BINS * bin_hz
-    for curve in (simulated, measured):
-        _draw_main(main, curve, near)
     look = {"linestyle": "none", "color": BLACK, "markerfacecolor": "none", "markersize": 6, "zorder": 5}
-    for what, hz, g, mark in others:
-        main.plot(hz, g, **look, marker=mark, label=f"{what}: {hz:.4g} Hz, {g:.4g} g")
+    for curve, other in zip_longest((simulated, measured), others):
+        _draw_main(main, curve, near)
+        if other:
+            what, hz, g, mark = other
+            main.plot(hz, g, **look, marker=mark, label=f"{what}: {hz:.4g} Hz, {g:.4g} g")
     _draw_ranges(low, whole, (simulated, measured))
     main.set(xlim=near, ymargin=0.13, xlabel="frequency (Hz)", ylabel="amplitude (g)")
     main.set_ylim(bottom=0)
