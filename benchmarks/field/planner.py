@@ -12,7 +12,7 @@ import sys
 import pandas as pd
 from models import LAWS, MOTOR_RPM, scene_of
 
-from replication.study.accuracy.planner import verify
+from replication.study.accuracy.planner import verify_promises
 from replication.study.accuracy.trade import statistic_trade
 from replication.study.settings import StatisticErrors
 from trackdyn.files import write_csv
@@ -37,7 +37,7 @@ def promises(name: str) -> pd.DataFrame:
         second_reference=False,
     )
     trade = statistic_trade(scene.rig, asked, **fields)[0]
-    found = verify(scene.rig, trade, [(MOTOR_RPM, scene.ring_radius)], TURNS, LIMIT_STEPS, **fields)
+    found = verify_promises(scene.rig, trade, [(MOTOR_RPM, scene.ring_radius)], TURNS, LIMIT_STEPS, **fields)
     found.insert(0, "problem", name)
     return found
 

@@ -39,7 +39,9 @@ class Score(NamedTuple):
     bar: float
 
 
-def read_table(path: Path | str, columns: tuple[str, ...], optional: tuple[str, ...] = ()) -> dict[str, np.ndarray]:
+def read_answer_table(
+    path: Path | str, columns: tuple[str, ...], optional: tuple[str, ...] = ()
+) -> dict[str, np.ndarray]:
     """Columns of a CSV file by name.
 
     Raises
@@ -84,7 +86,7 @@ def read_answer(path: Path | str, problem: str) -> dict[str, np.ndarray]:
     InputError
         As `read_table`; or the times are not those of the problem.
     """
-    found, asked = read_table(path, REQUIRED, OPTIONAL), read_problem(problem)["report"]
+    found, asked = read_answer_table(path, REQUIRED, OPTIONAL), read_problem(problem)["report"]
     wanted = np.arange(round(asked["end_s"] / asked["interval_s"]) + 1) * asked["interval_s"]
     if len(found["time_s"]) != len(wanted):
         raise InputError(
@@ -114,7 +116,7 @@ def read_contacts(path: Path | str, problem: str) -> np.ndarray:
     said = read_problem(problem)
     if "sprocket" not in said:
         raise InputError(f"{path}: {problem} has no teeth, so no contacts are accepted")
-    table = np.column_stack(list(read_table(path, CONTACTS).values()))
+    table = np.column_stack(list(read_answer_table(path, CONTACTS).values()))
     arcs, last = said["chain"]["bodies"], said["report"]["end_s"]
     fits = (table[:, 0] % 1 == 0) & (table[:, 0] >= 1) & (table[:, 0] <= arcs)
     fits &= (table[:, 1] >= 0) & (table[:, 2] >= table[:, 1]) & (table[:, 2] <= last * 1.001) & (table[:, 3] >= 0)
@@ -164,7 +166,7 @@ def series_of(found: dict[str, np.ndarray], asked: dict) -> dict[str, np.ndarray
     return out
 
 
-def statistics_of(found: dict[str, np.ndarray], contacts: np.ndarray | None, problem: str) -> dict[str, float]:
+def answer_statistics(found: dict[str, np.ndarray], contacts: np.ndarray | None, problem: str) -> dict[str, float]:
     """Statistics of an answer by name."""
     asked = read_problem(problem)["report"]
     series, step = series_of(found, asked), asked["interval_s"]
@@ -204,7 +206,7 @@ def score(found: dict[str, np.ndarray], contacts: np.ndarray | None, problem: st
         Score(name, "series", np.nan, np.nan, apart(mine[name], theirs[name]), reference["series"][name])
         for name in mine
     ]
-    for name, value in statistics_of(found, contacts, problem).items():
+    for name, value in answer_statistics(found, contacts, problem).items():
         if name in reference["statistics"]:
             right, bar = (reference["statistics"][name][key] for key in ("value", "bar"))
             rows.append(Score(name, "statistic", value, right, abs(value / right - 1.0), bar))

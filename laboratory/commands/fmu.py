@@ -5,19 +5,28 @@ from typing import Annotated
 
 import typer
 
-from trackdyn.commands.options import Preset, RigArgument, RingRadius, Speed, Step, file_option, number, ring_fields
+from trackdyn.commands.options import (
+    Preset,
+    RigArgument,
+    RingRadius,
+    SpeedOption,
+    StepOption,
+    file_option,
+    number,
+    ring_fields,
+)
 
 
 def fmu(
     rig: RigArgument,
     out: Annotated[Path, file_option("--out", "Unit to write", ".fmu")] = Path("track.fmu"),
-    rpm: Speed = 115.0,
+    rpm: SpeedOption = 115.0,
     ring_radius: RingRadius = None,
     lead_in: Annotated[
         float, number("--lead-in", "Time at speed before time 0, s; 0: the loop rests at time 0.")
     ] = 0.0,
     preset: Preset = "standard",
-    step: Step = None,
+    step: StepOption = None,
     tension: Annotated[
         str | None, typer.Option(help="locked, retensioned, sprung or forced; the rig's by default.")
     ] = None,

@@ -15,7 +15,7 @@ import pandas as pd
 from pydantic import Field, model_validator
 from scipy.stats import qmc
 
-from laboratory.inference.search import End, Method, Round, Start, bent, search
+from laboratory.inference.search import End, Round, SearchMethod, Start, bent, search
 from laboratory.inference.targets import Target, outside
 from laboratory.inference.unknowns import Unknown, Unknowns
 from trackdyn.errors import DivergenceError, InputError, TrackdynError
@@ -70,7 +70,7 @@ class Stage(Section):
     rounds: Annotated[list[Round], Field(min_length=1)]
 
 
-class Form(Section):
+class FitForm(Section):
     """How much is computed: starts for each combination of the choices, and the stages."""
 
     starts: Annotated[int, Field(ge=0)]
@@ -82,11 +82,11 @@ class FitConfig(Section):
 
     speed_rpm: Annotated[float, Field(gt=0)]
     seed: Annotated[int, Field(ge=0)]
-    method: Method
+    method: SearchMethod
     laws: dict[str, str]
     runs: dict[str, Run]
     full: str
-    forms: dict[Literal["full", "short"], Form]
+    forms: dict[Literal["full", "short"], FitForm]
     parameters: Annotated[list[Unknown], Field(min_length=1)]
     choices: list[Unknown] = Field(default_factory=list)
     rigs: dict[str, dict[str, float | str]] = Field(default_factory=dict)
@@ -126,7 +126,7 @@ class FitConfig(Section):
         return Unknowns([*self.parameters, *self.choices], rig)
 
 
-def rows_of_rigs(memory: float) -> Callable[..., dict]:
+def rows_of_fit(memory: float) -> Callable[..., dict]:
     """What computes the rows of `measure_rigs` and of the fit; none takes much memory."""
     return _rig
 
@@ -207,7 +207,7 @@ def measure_rigs(
     sources = module_hash(__name__)
     tasks = [task_of(config, rig, run or config.full, scene) for rig, scene in rigs]
     keys = [key_of(task, sources) for task in tasks]
-    found = results(rows_of_rigs, dict(zip(keys, tasks, strict=True)), jobs, store)
+    found = results(rows_of_fit, dict(zip(keys, tasks, strict=True)), jobs, store)
     refuse_failed(found.values(), "the same command goes on from there")
     lost = dict.fromkeys(config.cases())
     return [summaries_by_radius(config, found[k]["values"]) if found[k]["state"] == DONE else lost for k in keys]
@@ -256,7 +256,7 @@ class FitProblem:
     def __init__(self, config: FitConfig, rig: Rig, run: str, held: dict[str, str]):
         self.config, self.run, self.held = config, run, held
         self.unknowns = config.unknowns(rig)
-        self.rows, self.sources = rows_of_rigs, module_hash(__name__)
+        self.rows, self.sources = rows_of_fit, module_hash(__name__)
 
     def task(self, x: np.ndarray) -> dict:
         """Arguments of the row of a point."""

@@ -23,7 +23,7 @@ from trackdyn.sweeps.engine import Maker, refuse_failed, results
 from trackdyn.sweeps.store import DONE, key_of
 
 K = TypeVar("K", bound=Hashable)
-Method = Literal["dfols", "trf"]
+SearchMethod = Literal["dfols", "trf"]
 # A residual grows as it is up to about so many tolerances and with its logarithm beyond: one target that is far off
 # outweighs no ten that are near, and still has a gradient. Three tolerances: what is further off is lost either way.
 BEND = 3.0
@@ -212,7 +212,7 @@ def minimise(
     problem: Problem,
     start: Start,
     evaluations: int,
-    method: Method = "dfols",
+    method: SearchMethod = "dfols",
     radius: float = 0.1,
     directions: int | None = None,
     enough: float | None = None,
@@ -253,8 +253,8 @@ def minimise(
     TrackdynError
         A row failed for a reason that may pass.
     """
-    if method not in get_args(Method):
-        raise InputError(f"method = {shown(method)}: {' or '.join(get_args(Method))}")
+    if method not in get_args(SearchMethod):
+        raise InputError(f"method = {shown(method)}: {' or '.join(get_args(SearchMethod))}")
     free = np.array(start.free, dtype=bool)
     whole = np.array(start.x, dtype=float)
     evaluated = _Evaluated(problem, None if store is None else str(store), evaluations, enough)
@@ -358,7 +358,7 @@ def search(
     asked: dict,
     starts: Sequence[Start],
     rounds: Sequence[Round],
-    method: Method = "dfols",
+    method: SearchMethod = "dfols",
     radius: float = 0.1,
     directions: int | None = None,
     jobs: int = 1,

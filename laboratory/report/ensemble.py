@@ -31,12 +31,12 @@ def write_tables(e: Ensemble, claims: Path | str, card: pd.DataFrame) -> str:
     shares = verdicts.claims_table(e, load_claims(claims))
     study = study_table(_study(e), verdicts.rank(e)["excluded_by"])
     choices = pd.concat([choice_table(study, rpm).assign(rpm=rpm) for rpm in e.form.speeds_rpm], ignore_index=True)
-    scorecard = verdicts.beside(card, shares, "possible")
+    scorecard = verdicts.with_default(card, shares, "possible")
     tables = {
         "rigs": verdicts.rigs_table(e),
         "parameters": verdicts.parameters_table(e),
         "claims": shares,
-        "pareto": verdicts.pareto(e),
+        "pareto": verdicts.pareto_rigs(e),
         "ranks": verdicts.rank_indices(e),
         "study": study,
         "choices": choices,
@@ -144,7 +144,9 @@ def write_figures(e: Ensemble, metrics: pd.DataFrame) -> None:
     )
     every = verdicts.all_judged(e)
     save(conflict_figure(e.read("conflicts"), e.config.cutoff), e.folder / "conflicts.png")
-    save(pareto_figure(verdicts.group_worst(e, every), verdicts.pareto(e), e.config.cutoff), e.folder / "pareto.png")
+    save(
+        pareto_figure(verdicts.group_worst(e, every), verdicts.pareto_rigs(e), e.config.cutoff), e.folder / "pareto.png"
+    )
     parameters = verdicts.parameters_table(e).dropna(subset="remaining").sort_values("remaining")
     names = list(parameters["name"].head(SHOWN_PAIRS))
     save(pairs_figure(e.read(f"points_{LAST}"), e.read("points_1"), names), e.folder / "pairs.png")

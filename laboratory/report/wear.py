@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from laboratory.wear.study import OF_A_LIFE, answer, sensed, summarize, windows
+from laboratory.wear.study import OF_A_LIFE, sensed, summarize, wear_answer, windows
 
 # why a life of the ensemble ended, by words of its ``end``, the first that it has
 ENDS = {
@@ -31,7 +31,7 @@ def wear_text(lives: pd.DataFrame) -> str:
     for name, words in COLUMNS.items():
         scale, digits = (1.0, 0) if name.endswith("_km") else (1e3, 2)
         table[words] = [f"{scale * v:.{digits}f}" if pd.notna(v) else "–" for v in named[name]]
-    lines = [table.to_markdown(index=False, disable_numparse=True), "", f"- {answer(summary, seen)}"]
+    lines = [table.to_markdown(index=False, disable_numparse=True), "", f"- {wear_answer(summary, seen)}"]
     if (same := _same_history(lives[~lives["rig"].str.startswith("ensemble")])) is not None:
         lines.append(
             "- The life of a smaller new ring and the rest of the life of a larger one, from there on, differ "

@@ -147,7 +147,7 @@ def summarize(lives: pd.DataFrame, seen: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def answer(summary: pd.DataFrame, seen: pd.DataFrame, printed: float = 0.308) -> str:
+def wear_answer(summary: pd.DataFrame, seen: pd.DataFrame, printed: float = 0.308) -> str:
     """From which first radius the contacts stay good longest, and in how many rigs the printed one (m) does as well."""
     longest = seen.loc[seen.groupby(OF_A_LIFE[:3])["first_radius_m"].transform("max") == seen["first_radius_m"]]
     named, drawn = [], []  # best first radius, and how much of the longest run the printed one has

@@ -6,11 +6,11 @@ from typing import Annotated
 import typer
 
 from trackdyn.commands.options import (
-    Axis,
+    AxisOption,
     Mapping,
     Overwrite,
     RecordingFile,
-    Unit,
+    UnitOption,
     file_option,
     number,
     parse_axes,
@@ -24,8 +24,8 @@ def compare(
     mapping: Mapping = None,
     time: Annotated[str | None, typer.Option(help="Column of the time stamps, or none (with --rate).")] = None,
     rate: Annotated[float | None, number("--rate", "Samples a second, Hz; found from the stamps by default.")] = None,
-    unit: Unit = None,
-    axis: Axis = None,
+    unit: UnitOption = None,
+    axis: AxisOption = None,
     sensor_range: Annotated[float | None, number("--range", "Range of the sensor, g; the rig's by default.")] = None,
     scale: Annotated[float | None, number("--scale", "Counts per g, where the columns hold raw counts.")] = None,
     bits: Annotated[

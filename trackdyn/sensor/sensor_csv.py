@@ -187,7 +187,7 @@ def _record(layout, mapping, columns, units, values, range_g, gravity) -> Sensor
     rate, done["time"] = mapping.rate, "rows counted, no stamps"
     if seen is not None:
         seen = seen._replace(t=seen.t[part] - seen.t[part.start])
-        clock = stamps.judge(path, seen, line, mapping.rate, mapping.resample)
+        clock = stamps.judge_stamps(path, seen, line, mapping.rate, mapping.resample)
         rate, done["time"] = (
             clock.rate_hz,
             f"{shown(names['time'])} in {seen.unit}, to {seen.rounding:.2g} s; {clock.steps}",

@@ -103,7 +103,7 @@ def refuse_columns(table: pd.DataFrame, where: str) -> None:
         raise InputError(f"{where}: has no rows; a row a scene is needed")
 
 
-def asked(table: pd.DataFrame, rig: str = DEFAULT) -> list[Asked]:
+def requested_row(table: pd.DataFrame, rig: str = DEFAULT) -> list[Asked]:
     """What every row asks for; a value that cannot be read is the row's ``reason``.
 
     Parameters

@@ -7,7 +7,7 @@ from replication.paper.contents import caption
 from replication.paper.evidence import collect
 from replication.paper.printed import RECORD_DURATION
 from replication.report.figures.scorecard import scorecard_figure
-from replication.report.tables import write_table
+from replication.report.tables import write_captioned_table
 from trackdyn.files import write_csv, write_text
 from trackdyn.measure.columns import schema_text
 from trackdyn.plots.style import save
@@ -28,7 +28,7 @@ with logged(snakemake):
             "and C08 cannot come out, and records hold no whole number of revolutions (C06)."
         )
     text = "\n\n".join([*said, caption("claims")])
-    write_table(card, snakemake.output.csv, text, shown=side_by_side(card))
+    write_captioned_table(card, snakemake.output.csv, text, shown=side_by_side(card))
     write_csv(snakemake.output.values, values, float_format="%.9g")
     write_text(snakemake.output.schema, schema_text(card.columns, "claims"))
     write_text(snakemake.output.values_schema, schema_text(values.columns, "claims_values"))

@@ -16,16 +16,16 @@ import numpy as np
 import pandas as pd
 
 from laboratory.inference.ensemble.history import Search, errors, judged, outputs
-from laboratory.inference.ensemble.settings import EnsembleConfig, Form, load_ensemble, targets_of, unknowns_of
+from laboratory.inference.ensemble.settings import EnsembleConfig, EnsembleForm, load_ensemble, targets_of, unknowns_of
 from laboratory.inference.ensemble.waves import (
     as_it_is,
-    kinds,
     members,
     points_table,
     prior_points,
     rows_of_kind,
     study_cases,
     target_cases,
+    unknown_kinds,
 )
 from laboratory.inference.targets import Case, CaseTarget
 from laboratory.inference.unknowns import Unknowns
@@ -52,7 +52,7 @@ class Ensemble(NamedTuple):
     """What all stages share."""
 
     config: EnsembleConfig
-    form: Form
+    form: EnsembleForm
     unknowns: Unknowns
     targets: list[CaseTarget]
     rig: str
@@ -74,7 +74,7 @@ class Ensemble(NamedTuple):
 
     def runs(self, stage: str) -> dict[str, pd.DataFrame]:
         """Results of a stage by their kind: cheap, full, law 0 and so on."""
-        return kinds(pd.read_parquet(self.folder / f"runs_{stage}.parquet"))
+        return unknown_kinds(pd.read_parquet(self.folder / f"runs_{stage}.parquet"))
 
 
 def open_ensemble(config: Path | str, form: str, rig: Path | str, claims: Path | str, folder: Path | str) -> Ensemble:

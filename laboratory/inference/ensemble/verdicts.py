@@ -165,7 +165,7 @@ def group_worst(e: Ensemble, table: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame({g: table[[t.name for t in e.targets if t.group == g]].max(axis=1) for g in groups})
 
 
-def pareto(e: Ensemble, first: str = "C16", second: str = "C17") -> pd.DataFrame:
+def pareto_rigs(e: Ensemble, first: str = "C16", second: str = "C17") -> pd.DataFrame:
     """Rigs of which no other is nearer to both of two claims: worst implausibility by each, and what the rig is.
 
     Returns
@@ -196,7 +196,7 @@ def pareto(e: Ensemble, first: str = "C16", second: str = "C17") -> pd.DataFrame
     return pd.DataFrame(rows)
 
 
-def beside(card: pd.DataFrame, shares: pd.DataFrame, rig: str = "shipped") -> pd.DataFrame:
+def with_default(card: pd.DataFrame, shares: pd.DataFrame, rig: str = "shipped") -> pd.DataFrame:
     """The scorecard of one rig with the number of the ensemble's rigs beside each verdict."""
     own = card[card["rig"] == rig].astype(object).fillna("")
     of = shares.astype({"part": object}).fillna({"part": ""}).set_index(["id", "part"])

@@ -21,10 +21,17 @@ from scipy.stats import beta, binom, chisquare, norm, qmc
 from scipy.stats import f as fisher
 
 from laboratory.inference.identification.emulation import FeatureEmulator
-from laboratory.inference.identification.experiment import Experiment, Simulated, Speed, run
+from laboratory.inference.identification.experiment import Experiment, MeasuredSpeed, Simulated, run_experiment
 from laboratory.inference.identification.features import Feature, covariance, features, features_of
 from laboratory.inference.identification.identify import LEAST_SPREAD, changes_at
-from laboratory.inference.identification.posterior import Draws, Posterior, Records, medians, sample, shares
+from laboratory.inference.identification.posterior import (
+    Draws,
+    MeasuredRecords,
+    Posterior,
+    evidence_shares,
+    medians,
+    sample,
+)
 from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
 from laboratory.inference.verdict import IDENTIFIED, verdict
 from trackdyn.errors import InputError
@@ -87,7 +94,7 @@ class Data(NamedTuple):
     """
 
     unknowns: Unknowns
-    speeds: tuple[Speed, ...]
+    speeds: tuple[MeasuredSpeed, ...]
     points: np.ndarray
     simulated: np.ndarray
     truths: np.ndarray
@@ -96,7 +103,7 @@ class Data(NamedTuple):
     failed: int
 
 
-def asked(config: CalibrationConfig) -> tuple[Unknowns, Experiment]:
+def requested_unknowns(config: CalibrationConfig) -> tuple[Unknowns, Experiment]:
     """What is identified, and what one turn of every rig is asked.
 
     Raises
@@ -106,7 +113,7 @@ def asked(config: CalibrationConfig) -> tuple[Unknowns, Experiment]:
     """
     rig = load_rig(config.rig)
     choices = tuple(config.choices.items())
-    speeds = tuple(Speed(rpm, config.ring_radius_m, RATE, choices=choices) for rpm in config.speeds_rpm)
+    speeds = tuple(MeasuredSpeed(rpm, config.ring_radius_m, RATE, choices=choices) for rpm in config.speeds_rpm)
     return Unknowns(config.unknowns, rig, file_ranges(config.rig)), Experiment(rig, speeds)
 
 
@@ -123,13 +130,13 @@ def simulate_all(config: CalibrationConfig, store, jobs: int = 1, progress: bool
     InputError
         A field that the rig does not have; more than a tenth of the rigs cannot run.
     """
-    unknowns, design = asked(config)
+    unknowns, design = requested_unknowns(config)
     seeds = _seeds(config)
     points = qmc.Sobol(len(unknowns), seed=np.random.default_rng(seeds[0])).random(config.simulations)
     truths = np.random.default_rng(seeds[1]).uniform(size=(config.truths, len(unknowns)))
-    told = run(design, changes_at(unknowns, points), store, jobs, "simulations" if progress else "")
+    told = run_experiment(design, changes_at(unknowns, points), store, jobs, "simulations" if progress else "")
     long = design._replace(turns=config.turns, noise=config.noise_g)
-    played = run(long, changes_at(unknowns, truths), store, jobs, "records" if progress else "")
+    played = run_experiment(long, changes_at(unknowns, truths), store, jobs, "records" if progress else "")
     failed = int((~told.ran).sum() + (~played.ran).sum())
     if failed > 0.1 * (len(points) + len(truths)):
         raise InputError(
@@ -187,7 +194,7 @@ def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = 
     due += [(truth, NONE) for truth in range(min(config.plain, len(data.truths)))]
 
     def one(truth: int, discrepancy: str) -> dict:
-        told = Records(names, record, data.values[truth], data.scatter[truth]).part(kept)
+        told = MeasuredRecords(names, record, data.values[truth], data.scatter[truth]).part(kept)
         return {"rows": _identified(config, data, emulator, told, truth, discrepancy)}
 
     content = [config.model_dump(exclude={"plain", "repeats", "places"}), module_hash(__name__)]
@@ -209,13 +216,13 @@ def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = 
     return Calibration(pd.DataFrame(covered), ranks, summarised(ranks))
 
 
-def _identified(config, data: Data, emulator, told: Records, truth: int, discrepancy: str) -> list[dict]:
+def _identified(config, data: Data, emulator, told: MeasuredRecords, truth: int, discrepancy: str) -> list[dict]:
     """Rows of `Calibration.ranks` of one truth, whose record is ``told``."""
     rng, count = np.random.default_rng([config.seed, truth, discrepancy == PRIOR]), len(data.unknowns)
     posterior = Posterior(told, emulator, count)
     sizes = posterior.sizes(posterior.draw_prior(1, rng))[0]
     if discrepancy == PRIOR:
-        added = np.einsum("g,gpq->pq", np.exp(2 * sizes), shares(told.features, told.record))
+        added = np.einsum("g,gpq->pq", np.exp(2 * sizes), evidence_shares(told.features, told.record))
         drawn = rng.multivariate_normal(np.zeros(len(added)), added, check_valid="ignore")
         posterior = Posterior(told._replace(values=told.values + drawn), emulator, count)
     points = independent(sample(posterior, config.steps, seed=truth, rounds=1), rng)
@@ -328,12 +335,14 @@ def repeated(config: CalibrationConfig, store, jobs: int = 1, progress: bool = T
         interval (the F distribution, as of normal features). ``inside_90`` is the share of records whose widened 90 %
         interval holds the mean of the others at their place.
     """
-    unknowns, design = asked(config)
+    unknowns, design = requested_unknowns(config)
     places = np.random.default_rng(_seeds(config)[2]).uniform(size=(config.places, len(unknowns)))
     long = design._replace(turns=config.turns, noise=config.noise_g)
     changes, rows = changes_at(unknowns, places), []
     told = [
-        run(long._replace(begin=k / config.repeats), changes, store, jobs, f"repeat {k + 1}" if progress else "")
+        run_experiment(
+            long._replace(begin=k / config.repeats), changes, store, jobs, f"repeat {k + 1}" if progress else ""
+        )
         for k in range(config.repeats)
     ]
     ran = np.flatnonzero(np.all([one.ran for one in told], axis=0))

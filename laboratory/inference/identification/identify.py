@@ -11,13 +11,13 @@ import pandas as pd
 from scipy.stats import qmc
 
 from laboratory.inference.identification.emulation import FeatureEmulator, Part
-from laboratory.inference.identification.experiment import Experiment, Simulated, run
+from laboratory.inference.identification.experiment import Experiment, Simulated, run_experiment
 from laboratory.inference.identification.measured import Measured, joined
 from laboratory.inference.identification.posterior import (
     STEPS,
     Draws,
+    MeasuredRecords,
     Posterior,
-    Records,
     contradicted,
     medians,
     predict,
@@ -61,7 +61,7 @@ class Settings(NamedTuple):
     progress: bool = True
 
 
-class Answer(NamedTuple):
+class Identification(NamedTuple):
     """What came out; p features of all records in a row, s draws, d unknowns.
 
     Attributes
@@ -100,7 +100,7 @@ class Answer(NamedTuple):
 
     unknowns: Unknowns
     measured: list[Measured]
-    records: Records
+    records: MeasuredRecords
     kept: np.ndarray
     table: pd.DataFrame
     best: dict[str, float]
@@ -121,7 +121,7 @@ def identify(
     store: Path | str | None,
     settings: Settings,
     say: Callable[[str], None] = print,
-) -> Answer:
+) -> Identification:
     """Identify unknowns of a rig from records.
 
     Parameters
@@ -185,7 +185,7 @@ def identify(
     predicted = mean + (lower @ rng.standard_normal((*mean.shape, 1)))[:, :, 0]
     best = unknowns.values(draws.points[np.argmax(draws.density)][: len(unknowns)])
     say(f"{len(x)} rigs simulated, {len(failed)} could not run")
-    of_best = run(experiment, [changed(unknowns, best)], store)
+    of_best = run_experiment(experiment, [changed(unknowns, best)], store)
     if of_best.reasons[0]:
         raise InputError(f"the rig of the best values cannot run: {of_best.reasons[0]}; use narrower ranges")
     beyond = contradicted(posterior, draws.points)
@@ -194,12 +194,12 @@ def identify(
             "warning: no rig within the ranges explains these groups of features: "
             f"{', '.join(beyond)}; all verdicts are in doubt"
         )
-    return Answer(
+    return Identification(
         unknowns,
         list(measured),
         told,
         kept,
-        summary(unknowns, draws.points, best, bool(beyond)),
+        posterior_summary(unknowns, draws.points, best, bool(beyond)),
         best,
         draws,
         thinned,
@@ -218,7 +218,9 @@ def changes_at(unknowns: Unknowns, points: np.ndarray) -> list[dict[str, float]]
     return [changed(unknowns, unknowns.values(point)) for point in points]
 
 
-def summary(unknowns: Unknowns, points: np.ndarray, best: dict[str, float], doubt: bool = False) -> pd.DataFrame:
+def posterior_summary(
+    unknowns: Unknowns, points: np.ndarray, best: dict[str, float], doubt: bool = False
+) -> pd.DataFrame:
     """A row an unknown: ``unknown, verdict, excluded, best, q05, median, q95, low, high, scale, present, width``.
 
     ``width`` is that of the 90 % interval as a share of the prior's; ``present`` the value in the rig.
@@ -253,7 +255,9 @@ def spread_out(points: np.ndarray, count: int, rng: np.random.Generator) -> np.n
 
 def _ran(experiment, unknowns, points, store, settings, name) -> Simulated:
     """Simulations at points, most of which must be possible."""
-    found = run(experiment, changes_at(unknowns, points), store, settings.jobs, name if settings.progress else "")
+    found = run_experiment(
+        experiment, changes_at(unknowns, points), store, settings.jobs, name if settings.progress else ""
+    )
     failed = int((~found.ran).sum())
     if failed > MOST_FAILED * len(points):
         raise InputError(
@@ -274,7 +278,9 @@ def _refuse_nothing_told(unknowns: Unknowns, draws: Draws) -> None:
         )
 
 
-def _held_out(records: Records, emulator, unknowns: int, number: int, settings: Settings, name: str) -> pd.DataFrame:
+def _held_out(
+    records: MeasuredRecords, emulator, unknowns: int, number: int, settings: Settings, name: str
+) -> pd.DataFrame:
     """One record beside what the others predict of it: ``record, feature, group, measured, q05, median, q95,
     inside``.
     """

@@ -5,13 +5,13 @@ from typing import Annotated
 
 import typer
 
-from trackdyn.commands.options import MEASURE, Ring, RingRadius, Speed, Tolerance
+from trackdyn.commands.options import MEASURE, Ring, RingRadius, SpeedOption, Tolerance
 
 
 def plan(
     tolerance: Tolerance,
     measure: Annotated[str, MEASURE] = "rms",
-    rpm: Speed = 115.0,
+    rpm: SpeedOption = 115.0,
     ring_radius: RingRadius = Ring(0.308),
     data: Annotated[Path | None, typer.Option(help="Measured data; results/trade.csv or the short form.")] = None,
 ) -> None:

@@ -55,7 +55,7 @@ ORDERS = {
 MOST = 3000  # passages
 
 
-def accelerations(centre: np.ndarray, rate: float, span: float) -> Series:
+def measured_accelerations(centre: np.ndarray, rate: float, span: float) -> Series:
     """Mean square acceleration of all links, passage by passage.
 
     Parameters
@@ -158,7 +158,7 @@ def _answers(
     for setting in settings:
         try:
             centre, *spent[setting] = run(*setting)
-            found[setting] = accelerations(centre, rate, span)
+            found[setting] = measured_accelerations(centre, rate, span)
         except (DivergenceError, InputError) as error:
             rows.append({"code": code, "method": setting[0], "step_s": setting[1], "note": str(error)})
         print(f"{code}, {setting[0]}, {setting[1]:g} s", flush=True)

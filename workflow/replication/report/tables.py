@@ -84,7 +84,7 @@ def _cell(column: str, value, digits: int) -> str:
     return significant(value, digits)
 
 
-def write_table(
+def write_captioned_table(
     frame: pd.DataFrame, csv_path: Path | str, caption: str, digits: int = 3, shown: pd.DataFrame | None = None
 ) -> None:
     """Write a table as CSV in full precision, and beside it as Markdown with its caption, both without the index.

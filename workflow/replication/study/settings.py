@@ -16,8 +16,8 @@ from trackdyn.scene.scene import Scene
 Values = Annotated[list[Positive], Field(min_length=1)]
 ValuesOrZero = Annotated[list[NotNegative], Field(min_length=1)]
 Count = Annotated[int, Field(ge=1)]
-Method = Literal["semi_implicit", "linearly_implicit", "rk4"]
-Steps = dict[Method, Values]
+StudyMethod = Literal["semi_implicit", "linearly_implicit", "rk4"]
+Steps = dict[StudyMethod, Values]
 # motor speed, rev/min, and ring radius, m; None: no ring
 SceneKey = tuple[Positive, Positive | None]
 Window = Literal["ring 115 rpm", "ring 210 rpm", "no ring 115 rpm", "one impact", "settling under gravity"]
@@ -158,7 +158,7 @@ class ExtremesForm(Section):
     friction_coefficients: ValuesOrZero
     transition_velocities_m_s: Values
     bushing_dampings_nms: ValuesOrZero
-    bushing_integrators: Annotated[list[Method], Field(min_length=1)]
+    bushing_integrators: Annotated[list[StudyMethod], Field(min_length=1)]
     speeds_rpm: ValuesOrZero
     ring_radii_m: Values
     start_radii_m: Values

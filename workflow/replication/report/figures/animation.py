@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from replication.report.figures.meshing import LOOKS
-from replication.report.figures.screenshots import contacts, draw_force
+from replication.report.figures.screenshots import contacts_at, draw_force
 from trackdyn.errors import InputError
 from trackdyn.files import replacing
 from trackdyn.parameters.rig import Rig
@@ -54,7 +54,7 @@ def draw_moment(ax: Axes, rig: Rig, recording: Recording, index: int, near: bool
     for column, pitch in enumerate(recording.pitches):
         link = 2 * (int(pitch) - 1)
         of_pitch = (array[sample, column] for array in (recording.force, recording.area, recording.groove))
-        for side, force, point, normal in contacts(rig, chain, link + 1, link, *of_pitch):
+        for side, force, point, normal in contacts_at(rig, chain, link + 1, link, *of_pitch):
             end = point + force_arrow(force, bar) * normal
             draw_force(ax, side, point, end, linewidth=1.5, head=7.5, halo=3.3, mark=3.9)
     ax.set_aspect("equal")

@@ -174,7 +174,7 @@ def sector_figure(rig: Rig) -> Figure:
         inner, outer = section.sector_radii(rig, area)
         centre, u = groove.centre[area - 1], groove.direction[area - 1]
         if groove.half_angle[area - 1] * (inner + outer) > section.NARROW:
-            marks.write(sectors, centre + 0.5 * (inner + outer) * u, str(area), fontsize=10, bbox=section.WHITE)
+            marks.write_mark(sectors, centre + 0.5 * (inner + outer) * u, str(area), fontsize=10, bbox=section.WHITE)
         else:
             end = centre + (outer + 0.008) * u
             marks.leader(sectors, centre + (outer - 0.3 * rc) * u, str(area), end, fontsize=10)

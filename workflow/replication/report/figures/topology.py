@@ -103,7 +103,7 @@ def _draw_loop(ax: Axes, found: list[Element]) -> None:
             elif element.number % EVERY == 1:
                 beside = places[element.number % len(found)] - places[element.number - 2]
                 outward = np.array([-beside[1], beside[0]]) / np.hypot(*beside)
-                marks.write(ax, place + 0.28 * outward, str(element.number), fontsize=SMALL)
+                marks.write_mark(ax, place + 0.28 * outward, str(element.number), fontsize=SMALL)
             continue
         inboard, outboard = places[element.number - 2], places[element.outboard - 1]
         step = (outboard - inboard) / np.hypot(*(outboard - inboard))

@@ -243,7 +243,7 @@ def plan(trade: pd.DataFrame, tolerance, measure: str, rpm: float, ring_radius: 
     return best._replace(warnings=tuple(warnings))
 
 
-def verify(
+def verify_promises(
     rig: Rig,
     trade: pd.DataFrame,
     kept_apart: list[SceneKey],

@@ -66,7 +66,7 @@ BURSTS, BURST_SECONDS = 5, 0.1
 STEADY = {"ring 115 rpm": (115.0, 0.308), "ring 210 rpm": (210.0, 0.308), "no ring 115 rpm": (115.0, None)}
 
 
-class Answer(NamedTuple):
+class AnswerCost(NamedTuple):
     """What a record of every link gave (`answers_of`), the CPU seconds to settle its loop, and those of a
     simulated one.
     """
@@ -76,7 +76,7 @@ class Answer(NamedTuple):
     cpu_s_per_s: float
 
 
-def cost(scene: Scene, starts: SettledLoops | None = None) -> float:
+def step_cost(scene: Scene, starts: SettledLoops | None = None) -> float:
     """CPU seconds per simulated second, median over bursts on one thread, compilation apart."""
     loop = Loop(scene, starts)
     record = loop.room(round(BURST_SECONDS * scene.rig.sensor.rate), pitches=(1,), spells=40000)
@@ -141,7 +141,7 @@ def state_trade(rig: Rig, asked: StateErrors) -> tuple[pd.DataFrame, pd.DataFram
             try:
                 loop, step = _window(start, fields)
                 error = float(np.hypot(*(loop.mass_centres - reference).T).max())
-                known = {"step_s": step, "cpu_s_per_s": cost(loop.scene, starts), "error": error, "failed": False}
+                known = {"step_s": step, "cpu_s_per_s": step_cost(loop.scene, starts), "error": error, "failed": False}
             except TrackdynError:
                 known = {"step_s": fields["step"], "failed": True}
             rows.append({"scene": name, "fidelity": FULL_PHYSICS, "integrator": label, "measure": "state_m"} | known)
@@ -160,13 +160,13 @@ def timed_run(scene: Scene) -> tuple[Recording, float, float]:
     return recording, started - begin, (process_time() - started) / seconds
 
 
-def run_answer(scene: Scene) -> Answer:
+def run_answer(scene: Scene) -> AnswerCost:
     """Run a scene and measure all of its links."""
     recording, *spent = timed_run(scene)
-    return Answer(answers_of(recording), *spent)
+    return AnswerCost(answers_of(recording), *spent)
 
 
-def limits_of(runs: dict[float, Answer]) -> dict[str, Limit]:
+def limits_of(runs: dict[float, AnswerCost]) -> dict[str, Limit]:
     """Limit of every measure from runs of the full physics, by step."""
     finest = dict(sorted(runs.items())[:3])
     found = [run.found for run in finest.values()]
@@ -198,7 +198,7 @@ def statistic_trade(rig: Rig, asked: StatisticErrors, **fields: Any) -> tuple[pd
         name = scene_name(rpm, ring)
         turns = asked.loop_turns_without_ring if ring is None else asked.loop_turns
         base = study_scene(rig, rpm, ring, turns, every_link=True, **(TENSION | fields))
-        runs: dict[tuple, Answer | None] = {}
+        runs: dict[tuple, AnswerCost | None] = {}
         for fidelity, case in cases:
             point = (fidelity, case["integrator"], case["step"])
             try:
@@ -241,7 +241,7 @@ def statistic_trade(rig: Rig, asked: StatisticErrors, **fields: Any) -> tuple[pd
     )
 
 
-def _rows_of(point: list, run: Answer | None, limits: dict[str, Limit], seconds: float, span: float) -> list[list]:
+def _rows_of(point: list, run: AnswerCost | None, limits: dict[str, Limit], seconds: float, span: float) -> list[list]:
     """Rows of a setting: one a measure that has an error, or one that says that it failed."""
     if run is None:
         return [[*point, *[np.nan] * 4, "all", *[np.nan] * 6, True]]

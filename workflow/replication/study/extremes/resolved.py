@@ -79,7 +79,7 @@ def drawn(number: int, seed: int = SEED) -> tuple[str, Rig, dict]:
     return f"{kind}: {case}", rig, {"rpm": rpm, "ring_radius": ring, "seconds": seconds, "part": part, "laws": laws}
 
 
-def run_drawn(number: int, seed: int = SEED) -> dict:
+def run_short(number: int, seed: int = SEED) -> dict:
     """Row of a scene: ``value`` is the larger error of the RMS of the sensor and of all links, ``expected`` that of the
     mean peak, ``group`` the state of its resolution, ``at`` the step over the largest.
 
@@ -128,7 +128,7 @@ def _run(loop: Loop, seconds: float, watched: bool):
 def short_runs(count: int, seed: int = SEED, part: int = 0, parts: int = 1) -> Iterator[dict]:
     """Rows of every ``parts``-th of ``count`` scenes, from ``part`` on."""
     for number in range(part, count, parts):
-        yield run_drawn(number, seed)
+        yield run_short(number, seed)
 
 
 def by_kind(rows: pd.DataFrame) -> pd.DataFrame:
@@ -170,7 +170,7 @@ def by_kind(rows: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(lines)
 
 
-def verdict(table: pd.DataFrame) -> str:
+def short_runs_verdict(table: pd.DataFrame) -> str:
     """What a table of short runs (`by_kind`) comes to, in a sentence."""
     last = table.iloc[-1]
     silent = str(last["beyond"] or "").count(f"({YES})") if pd.notna(last["beyond"]) else 0
