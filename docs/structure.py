@@ -4,7 +4,8 @@ import ast
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = {"trackdyn": ROOT / "trackdyn", "replication": ROOT / "workflow/replication", "laboratory": ROOT / "laboratory"}
+PLACES = ("trackdyn", "workflow/replication", "laboratory")
+PACKAGES = {Path(place).name: ROOT / place for place in PLACES}
 # what a room may import without an arrow: it stands beneath all
 GROUND = {"trackdyn." + name for name in ("errors", "extras", "files", "jit", "sources", "version")}
 BEGIN, END = "<!-- structure -->", "<!-- end of structure -->"
