@@ -151,3 +151,34 @@ AxisOption = Annotated[
     list[str] | None,
     typer.Option("--axis", help="Which column an axis is, such as ay=channel3 or ay=-channel3; repeatable."),
 ]
+Choose = Annotated[
+    list[str] | None,
+    typer.Option("--choose", help="One choice of fidelity, such as chain=single_pin; may be given several times."),
+]
+LONGEST = Annotated[float, number("--longest", "Bound of a run with a --tolerance, s.")]
+
+
+def chosen_fields(pairs: list[str]) -> dict[str, Any]:
+    """Fields of a scene that choices of fidelity set.
+
+    Raises
+    ------
+    InputError
+        One is no choice.
+    """
+    from trackdyn.scene.fidelity import CHOICES
+
+    found: dict[str, Any] = {}
+    for pair in pairs:
+        name, _, value = pair.partition("=")
+        if name == "tolerance":
+            found[name] = parse_number("--choose tolerance", value, "must be a number, such as 1e-6")
+        elif name not in CHOICES or not value:
+            raise InputError(
+                f"--choose = {shown(pair)}: expected name=setting with one of the names {', '.join(CHOICES)}"
+            )
+        else:
+            found[name] = value
+        if (name, value) in (("chain", "belt"), ("loop", "free")):
+            found |= {"ring_radius": None, "spells": False}
+    return found

@@ -101,7 +101,7 @@ class Plan(NamedTuple):
 
     @property
     def scene(self) -> Scene:
-        """What runs, such as by `stopping.run_until` with ``left``."""
+        """What runs: by `stopping.run_until` with ``left``, or, if it is a belt, by `simulate`."""
         assert self.chosen.scene is not None
         return self.chosen.scene
 
@@ -186,7 +186,8 @@ def _try(base: Loop, setting: Setting, tolerances: Mapping[str, float], passages
     try:
         if setting.fields.get("chain") == "belt":
             scene = base.scene.with_(spells=False, every_link=False, **setting.fields)
-            recording = simulate(scene.with_(duration=_samples(scene, BELT_TURNS / scene.loop_frequency)))
+            scene = scene.with_(duration=_samples(scene, BELT_TURNS / scene.loop_frequency))
+            recording = simulate(scene)
             ay, hz = sense(recording).ay, loop_frequency(recording)
             ay = ay[: whole_revolutions(len(ay), recording.rate, hz)]
             line = main_line_binfree(ay, recording.rate, expected_hz=hz)[1]

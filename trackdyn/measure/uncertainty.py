@@ -42,6 +42,21 @@ def batch_error(values) -> tuple[float, float]:
     return error, float(scipy.special.stdtrit(batches - 1, 0.5 + CONFIDENCE / 2)) * error
 
 
+def record_error(scatter: float, passages) -> np.ndarray:
+    """Half of the 95 % interval of a mean of so many passages, by batch means (`batch_error`).
+
+    Parameters
+    ----------
+    scatter : float
+        Standard error of a single passage.
+    passages : array of int
+        Numbers of passages.
+    """
+    passages = np.asarray(passages)
+    batches = passages // np.sqrt(passages).astype(int)
+    return scipy.special.stdtrit(batches - 1, 0.5 + CONFIDENCE / 2) * scatter / np.sqrt(passages)
+
+
 def ratio_error(numerator, denominator) -> float:
     """Standard error of ``sum(numerator) / sum(denominator)``, both over passages in order of time.
 

@@ -46,8 +46,6 @@ OF_STUDIES = {
     name: short(getattr(rules, f"{name}_form")) if study.forms else getattr(rules, name).output
     for name, study in STUDIES.items()
 }
-ALL_STUDIES = workflow.dag_settings is not None and "studies" in workflow.dag_settings.targets
-IN_THIS_RUN = [name for name in STUDIES if ALL_STUDIES or name in CONFIG.short_studies]
 
 
 rule page:

@@ -20,12 +20,12 @@ from replication.peers.comparison import run_peer
 from replication.peers.exudyn_loop import PeerRun, require_exudyn
 from replication.peers.mujoco_loop import run_mujoco
 from replication.study.accuracy.limit import SURE, difference, limit_of
-from replication.study.accuracy.planner import record_error
 from replication.study.accuracy.statistics import whole_samples
 from replication.study.settings import PEER_LAWS, PeerAnswers
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.extras import required
 from trackdyn.measure.stopping import LEAST
+from trackdyn.measure.uncertainty import record_error
 from trackdyn.measure.whole_loop import Series
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Scene

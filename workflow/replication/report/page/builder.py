@@ -41,7 +41,7 @@ COLOURS_OF_A_PICTURE = 13
 FRONT = "fig24"  # on the first screen
 MODEL = tuple(f"fig{number:02d}" for number in range(1, 14))
 RESULTS = tuple(f"fig{number:02d}" for number in range(14, 25))
-ACCURACY = ("trade_answer", "limits", "peer_answers")  # of the studies, beside the chart of cost and error
+ACCURACY = ("trade", "limits", "peer_answers")  # of the studies, beside the chart of cost and error
 # tables whose files the page hands out; the first folder that has one
 TABLES = (
     "claims.csv",

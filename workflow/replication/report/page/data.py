@@ -167,11 +167,7 @@ def csv_rows(path: Path) -> list[dict] | None:
 
 def promises(rows: list[dict] | None) -> list[dict] | None:
     """Rows of the planner's promises in words."""
-    return rows and [
-        row | {"measure": "{} ({})".format(*MEASURES[row["measure"]])}
-        | {name: row[name] and words(row[name]) for name in ("fidelity", "integrator")}
-        for row in rows
-    ]  # fmt: skip
+    return rows and [row | {"measure": "{} ({})".format(*MEASURES[row["measure"]])} for row in rows]
 
 
 def trade(rows: list[dict] | None) -> list[dict] | None:
