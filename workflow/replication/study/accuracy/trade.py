@@ -66,9 +66,9 @@ EXTRAPOLATED, SECOND = "semi_implicit", "rk4"
 
 
 def _methods_of(fidelity: str, asked: StatisticErrors) -> list[dict]:
-    """Methods and steps of a physics; a belt has none."""
-    if fidelity == "belt":
-        return [{}]
+    """Methods and steps of a physics; a belt has none, and explicit friction along the axes allows no larger step."""
+    if fidelity in ("belt", "spatial"):
+        return [{"integrator": "semi_implicit", "step": 5e-5} if fidelity == "spatial" else {}]
     return _each_step(asked.steps_s if fidelity == FULL_PHYSICS else asked.coarse_steps_s)
 
 
