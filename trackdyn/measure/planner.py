@@ -1,7 +1,7 @@
 """The planner: the cheapest physics, method and step that keep a tolerance, found by short runs of the scene itself.
 
 Settings are tried from cheap to dear. All start from one state of the loop at speed and run over the same passages, so
-that what differs between two of them is their error and not their motion. One is good enough if it keeps half of the
+that what differs between two of them is their error and not their motion. One is good enough if it keeps most of the
 tolerance against the finer ones; the rest is for the scatter of the record, which ends when its 95 % interval keeps it
 (`stopping.run_until`).
 """
@@ -26,7 +26,7 @@ from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.simulate import simulate
 
-OF_SETTING = 0.5  # of the tolerance: what the setting may take
+OF_SETTING = 0.8  # of the tolerance: what the setting may take, so that something is left for the record
 SURE = 2.0  # standard errors of a difference
 # A tolerance from which on coarser physics is tried: it misses the RMS by some percent.
 COARSE = 0.03
