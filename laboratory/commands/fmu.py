@@ -39,9 +39,9 @@ def fmu(
     from trackdyn.scene.scene import Scene
 
     refuse_unwritable(out)
-    asked = {name: value for name, value in {"step": step, "tension": tension}.items() if value is not None}
+    requested = {name: value for name, value in {"step": step, "tension": tension}.items() if value is not None}
     loaded, ring = load_rig(rig), ring_fields(ring_radius)
-    fields = preset_fields(preset, ring.get("ring_radius", loaded.ring_radius) is not None) | asked | ring
+    fields = preset_fields(preset, ring.get("ring_radius", loaded.ring_radius) is not None) | requested | ring
     scene = Scene(loaded, rpm, lead_in=lead_in, **fields)
     unit = write_fmu(scene, out)
     for kind, signals in (("in", unit.inputs), ("out", unit.outputs)):

@@ -97,9 +97,9 @@ class FitConfig(Section):
         for unknown in self.parameters:
             if unknown.discrete or not unknown.intervals:
                 raise InputError(f"parameters: {unknown.label or '?'} needs a range; fixed values belong in choices")
-        asked = {self.full, *(stage.run for form in self.forms.values() for stage in form.stages)}
-        if asked - set(self.runs):
-            raise InputError(f"runs: {', '.join(sorted(asked - set(self.runs)))} is missing")
+        requested = {self.full, *(stage.run for form in self.forms.values() for stage in form.stages)}
+        if requested - set(self.runs):
+            raise InputError(f"runs: {', '.join(sorted(requested - set(self.runs)))} is missing")
         return self
 
     def restricted(self, radii: list[float], without_ring: bool) -> "FitConfig":
@@ -152,13 +152,13 @@ def name_of(radius: float | None) -> str:
 def _case(rig: Rig, radius: float | None, scene: dict, steps: Sequence[float], starts: SettledLoops) -> dict:
     for number, step in enumerate(steps, 1):
         try:
-            asked = Scene(rig, ring_radius=radius, step=step, frame_interval=FRAMES, **scene)
-            recording = simulate(asked, starts=starts)
+            requested = Scene(rig, ring_radius=radius, step=step, frame_interval=FRAMES, **scene)
+            recording = simulate(requested, starts=starts)
         except (InputError, DivergenceError):
             if number == len(steps):
                 raise
         else:
-            return case_summary(recording) | arc_gaps(recording, asked)
+            return case_summary(recording) | arc_gaps(recording, requested)
     raise AssertionError("there is a step")
 
 
@@ -359,10 +359,19 @@ def fit_rig(
         small = config.restricted(stage.radii_m, without_ring=True)
         # without what says how long is searched: a longer search has the rows of a shorter
         plain = small.model_copy(update={"forms": {}, "rigs": {}}).model_dump()
-        asked = {"config": plain, "rig": rig.model_dump(), "run": stage.run, "held": held or {}}
+        given = {"config": plain, "rig": rig.model_dump(), "run": stage.run, "held": held or {}}
         log(f"stage {number}: {len(begins)} starts, {len(small.cases())} cases, run {stage.run}")
         ends = search(
-            fit_problem, asked, begins, stage.rounds, config.method, stage.radius, stage.directions, jobs, store, log
+            fit_problem,
+            requested,
+            begins,
+            stage.rounds,
+            config.method,
+            stage.radius,
+            stage.directions,
+            jobs,
+            store,
+            log,
         )
         stages.append(ends)
         going = [end for end in ends if end.round == ends[0].round and np.isfinite(end.cost)][: stage.rounds[-1].keep]
@@ -378,7 +387,7 @@ def report_targets(config: FitConfig, summaries: dict) -> pd.DataFrame:
     """Every target with what came out: ``claim, ring_radius_m, measure, target, ..., in tolerances``."""
     rows = []
     for t in config.targets:
-        asked = {"relative_to": t.relative_to, "kind": t.rule, "target": t.printed, "tolerance": t.tolerance}
+        requested = {"relative_to": t.relative_to, "kind": t.rule, "target": t.printed, "tolerance": t.tolerance}
         came = {"measured": measured(t, summaries), "in_tolerances": residual(t, summaries), "held_out": t.held_out}
-        rows.append(t.key | asked | came)
+        rows.append(t.key | requested | came)
     return pd.DataFrame(rows)

@@ -63,11 +63,13 @@ def _same_history(lives: pd.DataFrame) -> float | None:
     """Largest relative difference of a life from what is left, at its first radius, of the longest life of the rig."""
     found = []
     for _, cases in lives.dropna(subset=["ring_radius_m"]).groupby(OF_A_LIFE[:3]):
-        whole = cases[cases["first_radius_m"] == cases["first_radius_m"].max()].sort_values("ring_radius_m")
+        complete = cases[cases["first_radius_m"] == cases["first_radius_m"].max()].sort_values("ring_radius_m")
         for first, one in cases.groupby("first_radius_m"):
-            if first < whole["first_radius_m"].iloc[0] and np.isclose(
-                one["ring_radius_m"].min(), whole["ring_radius_m"].min()
+            if first < complete["first_radius_m"].iloc[0] and np.isclose(
+                one["ring_radius_m"].min(), complete["ring_radius_m"].min()
             ):
-                left = whole["distance_km"].max() - np.interp(first, whole["ring_radius_m"], whole["distance_km"])
+                left = complete["distance_km"].max() - np.interp(
+                    first, complete["ring_radius_m"], complete["distance_km"]
+                )
                 found.append(abs(left / one["distance_km"].max() - 1))
     return max(found, default=None)

@@ -58,8 +58,8 @@ for others in entry_points(group="trackdyn.commands"):  # of packages that build
             place.command(cls=_Command, rich_help_panel=panel)(command)
 
 
-def _say_version(asked: bool) -> None:
-    if asked:
+def _say_version(requested: bool) -> None:
+    if requested:
         typer.echo(f"trackdyn {__version__}")
         raise typer.Exit
 

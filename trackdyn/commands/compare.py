@@ -51,9 +51,9 @@ def compare(
     from trackdyn.sensor.sensor_mapping import load_mapping
     from trackdyn.simulation.recording import load_recording
 
-    asked = {"time": time, "rate": rate, "unit": unit, "axes": axes, "range": sensor_range, "resample": resample}
-    asked |= {"scale": scale, "bits": bits}
-    chosen = load_mapping(mapping, **asked | {"from": start, "to": to})
+    requested = {"time": time, "rate": rate, "unit": unit, "axes": axes, "range": sensor_range, "resample": resample}
+    requested |= {"scale": scale, "bits": bits}
+    chosen = load_mapping(mapping, **requested | {"from": start, "to": to})
     for path in filter(None, (figure, out)):
         refuse_existing(path, overwrite)
         refuse_unwritable(path)

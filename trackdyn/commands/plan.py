@@ -51,12 +51,12 @@ def say(plan) -> None:
     """What runs, what it is expected to cost, and what else was tried."""
     for one in plan.tried:
         mark = "chosen" if one.setting is plan.chosen.setting else "tried"
-        said = f"rejected: {one.refused}"
+        message = f"rejected: {one.refused}"
         if not one.refused:
             errors = ", ".join(f"{name} {error:.2g}" for name, error in one.error.items())
-            said = f"error of {errors}; {one.rate:.2g} CPU s a second"
+            message = f"error of {errors}; {one.rate:.2g} CPU s a second"
         left_out = f"; leaves out {one.setting.left_out}" if one.setting.left_out else ""
-        typer.echo(f"{mark:>22}  {one.setting.name}: {said}{left_out}")
+        typer.echo(f"{mark:>22}  {one.setting.name}: {message}{left_out}")
     ends = ", ".join(f"{name} to {tolerance:.2g}" for name, tolerance in plan.left.items())
     typer.echo(f"{'stops':>22}  when the 95 % intervals keep {ends}; expected after {plan.duration:.3g} s at speed")
     typer.echo(f"{'expected cost':>22}  {plan.cpu_s:.2g} CPU s, after {plan.trial_cpu_s:.2g} of the trials")

@@ -136,9 +136,9 @@ def _say_decisions(scene) -> None:
     for name, decision in scene.fidelity.items():
         if decision.reason != ASKED:
             typer.echo(f"{name:>22}  {decision.setting}: {decision.reason}")
-    asked = [f"{name} {found.setting}" for name, found in scene.fidelity.items() if found.reason == ASKED]
-    if asked:
-        typer.echo(f"{ASKED:>22}  {', '.join(asked)}")
+    requested = [f"{name} {found.setting}" for name, found in scene.fidelity.items() if found.reason == ASKED]
+    if requested:
+        typer.echo(f"{ASKED:>22}  {', '.join(requested)}")
     typer.echo(f"{'step':>22}  {scene.step:.7g} s")
 
 
@@ -169,8 +169,8 @@ def _until_converged(scene, tolerances: dict[str, float], longest: float, out: P
     answer.recording.save(out)
     _warn_of_resolution(answer.recording)
     for name, found in answer.measures.items():
-        said = "" if name not in answer.reached else "converged" if answer.reached[name] else "tolerance not reached"
-        typer.echo(f"{name:>22}  {found.value:.6g} +- {found.half_width:.2g}  {said}")
+        message = "" if name not in answer.reached else "converged" if answer.reached[name] else "tolerance not reached"
+        typer.echo(f"{name:>22}  {found.value:.6g} +- {found.half_width:.2g}  {message}")
     typer.echo(
         f"{'left out, recorded (s)':>22}  {answer.transient:.3g}, "
         f"{len(answer.recording.time) / answer.recording.rate:.4g}"

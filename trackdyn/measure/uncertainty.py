@@ -125,8 +125,8 @@ def line_error(a, rate_hz: float, bin_hz: float, loop_hz: float) -> LineError:
     harmonic = max(1, round(bin_hz / loop_hz))
     lines = first if harmonic == 1 else _demodulated(a, rate_hz, edges, harmonic * loop_hz)
     off = np.exp(-2j * np.pi * (bin_hz - harmonic * loop_hz) * times)
-    whole = (lines * off).mean()
-    scatter = ((lines - lines.mean()) * off * np.conj(whole) / abs(whole)).real
+    complete = (lines * off).mean()
+    scatter = ((lines - lines.mean()) * off * np.conj(complete) / abs(complete)).real
     return LineError(resolution, float(np.sqrt(scatter @ scatter / (count - 1) / count)), hz, amplitude)
 
 

@@ -86,7 +86,7 @@ def sweep(
     refuse_too_many(len(table))
     rows = requested_row(table, str(rig))
     found = {row.key: without_values(row.key, REFUSED, row.reason) for row in rows if row.reason}
-    due = {row.key: row.task for row in sorted(rows, key=lambda row: row.alike) if not row.reason}
+    due = {row.key: row.task for row in sorted(rows, key=lambda row: row.same_start) if not row.reason}
     found |= computed(Rows, due, jobs or cores(), store, "sweep" if progress else "", alone=alone, valid=valid)
     results = result_table(table, rows, found)
     if out is not None:
@@ -181,7 +181,7 @@ def batches(design: pd.DataFrame | Path | str, rig: Path | str, count: int) -> l
     table = read_design(design)
     rows = requested_row(table, str(rig))
     first = {row.key: k for k, row in reversed(list(enumerate(rows)))}
-    order = sorted(first.values(), key=lambda k: rows[k].alike)
+    order = sorted(first.values(), key=lambda k: rows[k].same_start)
     return [table.iloc[sorted(part)] for part in np.array_split(np.array(order, dtype=int), count)]
 
 
@@ -199,10 +199,10 @@ def one_of_each_kind(design: pd.DataFrame | Path | str) -> pd.DataFrame:
 def result_table(design: pd.DataFrame, rows: list[Asked], found: dict[str, dict]) -> pd.DataFrame:
     """The design with the results of its rows, in its order."""
     results = [found[row.key] for row in rows]
-    said = pd.DataFrame({name: [result[name] for result in results] for name in ("key", "state", "reason")})
+    message = pd.DataFrame({name: [result[name] for result in results] for name in ("key", "state", "reason")})
     values = pd.DataFrame([result["values"] for result in results])
     given = design.reset_index(drop=True).apply(_storable)
-    return pd.concat([given, said, values], axis=1)
+    return pd.concat([given, message, values], axis=1)
 
 
 def row_costs(rows: list[Asked], found: dict[str, dict]) -> pd.DataFrame:

@@ -14,8 +14,8 @@ with logged(snakemake):
     promises = pd.concat(map(pd.read_csv, given.promises), ignore_index=True)
     write_csv(out.planner, promises)
     write_text(out.summary, trade_summary(rows, agreement, promises))
-    beside = presets_beside_limits(rows, limits)
-    write_captioned_table(beside, out.limits, caption("limits"), digits=5, shown=headed(beside, "limits"))
+    comparison = presets_beside_limits(rows, limits)
+    write_captioned_table(comparison, out.limits, caption("limits"), digits=5, shown=headed(comparison, "limits"))
     peers = pd.read_csv(given.peers[0]) if given.peers else None
     save(trade_figure(rows, peers), out.trade[0])
     save(planner_figure(promises), out.trade_planner[0])

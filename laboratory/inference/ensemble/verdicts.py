@@ -62,11 +62,11 @@ def claims_table(e: Ensemble, claims: Sequence[Claim]) -> pd.DataFrame:
     ranked = rank(e)
     readings, points = ranked["reading"], e.read(f"points_{STUDY}").set_index("rig")
     runs, cases = by_case(e.runs(STUDY)[CHEAP]), stage_cases(e, STUDY)
-    whole = {rig: rows for rig, rows in runs.items() if len(rows) == len(cases)}
+    complete = {rig: rows for rig, rows in runs.items() if len(rows) == len(cases)}
     all_evidence = {
-        rig: evidence(e, rows, rig_at(e.unknowns, points.loc[rig]), readings[rig]) for rig, rows in whole.items()
+        rig: evidence(e, rows, rig_at(e.unknowns, points.loc[rig]), readings[rig]) for rig, rows in complete.items()
     }
-    passing = bool(whole) and bool((ranked.loc[list(whole), "excluded_by"] == 0).all())
+    passing = bool(complete) and bool((ranked.loc[list(complete), "excluded_by"] == 0).all())
     targets = {target.claim for target in e.config.targets}
     rows = []
     for claim in claims:

@@ -158,9 +158,9 @@ def identify(
         raise InputError(
             f"{', '.join(unknowns.labels)}: no feature of a record depends on the unknown; choose another one"
         )
-    told = records.part(kept)
-    scale = medians(told.features)
-    posterior = Posterior(told, FeatureEmulator(x, y[:, kept], scale), len(unknowns))
+    learnt = records.part(kept)
+    scale = medians(learnt.features)
+    posterior = Posterior(learnt, FeatureEmulator(x, y[:, kept], scale), len(unknowns))
     draws = sample(posterior, settings.steps, settings.seed, "first posterior" if settings.progress else "")
     _refuse_nothing_told(unknowns, draws)
     reasons = first.reasons
@@ -169,13 +169,14 @@ def identify(
         second = _ran(experiment, unknowns, more, store, settings, "second wave")
         reasons = reasons + second.reasons
         x, y = np.vstack([x, more[second.ran]]), np.vstack([y, second.features(experiment)])
-        posterior = Posterior(told, FeatureEmulator(x, y[:, kept], scale), len(unknowns))
+        posterior = Posterior(learnt, FeatureEmulator(x, y[:, kept], scale), len(unknowns))
         draws = sample(posterior, settings.steps, settings.seed, "posterior" if settings.progress else "")
     emulator, failed = posterior.emulator, [reason for reason in reasons if reason]
     held_out = None
     if len(measured) > 1:
         parts = [
-            _held_out(told, emulator, len(unknowns), number, settings, one.name) for number, one in enumerate(measured)
+            _held_out(learnt, emulator, len(unknowns), number, settings, one.name)
+            for number, one in enumerate(measured)
         ]
         held_out = pd.concat(parts, ignore_index=True)
     thinned = draws.points[np.linspace(0, len(draws.points) - 1, min(DRAWS, len(draws.points))).astype(int)]
@@ -197,7 +198,7 @@ def identify(
     return Identification(
         unknowns,
         list(measured),
-        told,
+        learnt,
         kept,
         posterior_summary(unknowns, draws.points, best, bool(beyond)),
         best,
@@ -271,10 +272,10 @@ def _refuse_nothing_told(unknowns: Unknowns, draws: Draws) -> None:
     words = [verdict(draws.points[:, k]).word for k in range(len(unknowns))]
     if all(word == NOT_IDENTIFIED for word in words):
         widths = np.ptp(np.quantile(draws.points[:, : len(unknowns)], [0.05, 0.95], axis=0), axis=0) / 0.9
-        said = ", ".join(f"{name} {100 * width:.0f} %" for name, width in zip(unknowns.labels, widths, strict=True))
+        message = ", ".join(f"{name} {100 * width:.0f} %" for name, width in zip(unknowns.labels, widths, strict=True))
         raise InputError(
             "the records are not informative about any unknown: the 90 % intervals span these fractions of the "
-            f"prior ranges, {said}; use other unknowns, more speeds or longer records"
+            f"prior ranges, {message}; use other unknowns, more speeds or longer records"
         )
 
 
@@ -290,18 +291,18 @@ def _held_out(
     progress = f"without {name}" if settings.progress else ""
     draws = sample(posterior, settings.steps // 2, settings.seed, progress, rounds=2).points
     draws = draws[np.linspace(0, len(draws) - 1, min(DRAWS // 2, len(draws))).astype(int)]
-    asked = records.part(held)
-    low, median, high = np.quantile(predict(posterior, asked, Part(emulator, order), draws), INTERVAL, axis=0)
+    requested = records.part(held)
+    low, median, high = np.quantile(predict(posterior, requested, Part(emulator, order), draws), INTERVAL, axis=0)
     return pd.DataFrame(
         {
             "record": name,
-            "feature": [one.name for one in asked.features],
-            "group": [one.group for one in asked.features],
-            "measured": np.exp(asked.values),
+            "feature": [one.name for one in requested.features],
+            "group": [one.group for one in requested.features],
+            "measured": np.exp(requested.values),
             "q05": np.exp(low),
             "median": np.exp(median),
             "q95": np.exp(high),
-            "inside": (low <= asked.values) & (asked.values <= high),
+            "inside": (low <= requested.values) & (requested.values <= high),
         }
     )
 

@@ -52,8 +52,8 @@ def unknown_of(text: str) -> Unknown:
 
 def unknowns_asked_for(unknowns: Sequence[Unknown], rig: Rig, path: Path | str) -> Unknowns:
     """Unknowns with the ranges of the rig's file where none is given, each spread in the scale that suits its range."""
-    whole = Unknowns(unknowns, rig, file_ranges(path)).unknowns
-    return Unknowns([one.model_copy(update={"scale": _scale(one)}) for one in whole], rig)
+    complete = Unknowns(unknowns, rig, file_ranges(path)).unknowns
+    return Unknowns([one.model_copy(update={"scale": _scale(one)}) for one in complete], rig)
 
 
 def _scale(unknown: Unknown) -> str:
@@ -113,9 +113,9 @@ def tellable(
     alone = _widths(information, [])
     chosen: list[int] = []
     while len(chosen) < most:
-        beside = np.where(np.isin(np.arange(len(candidates)), chosen), np.inf, _widths(information, chosen))
-        best = int(np.argmin(beside))
-        if beside[best] * 0.9 > NARROW:
+        comparison = np.where(np.isin(np.arange(len(candidates)), chosen), np.inf, _widths(information, chosen))
+        best = int(np.argmin(comparison))
+        if comparison[best] * 0.9 > NARROW:
             break
         chosen.append(best)
     table = pd.DataFrame({"unknown": candidates.labels, "alone": alone, "beside": _widths(information, chosen)})

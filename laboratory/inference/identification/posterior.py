@@ -56,7 +56,7 @@ class MeasuredRecords(NamedTuple):
 
     def part(self, keep: np.ndarray) -> "MeasuredRecords":
         """Some of the features."""
-        kept = tuple(one for one, asked in zip(self.features, keep, strict=True) if asked)
+        kept = tuple(one for one, requested in zip(self.features, keep, strict=True) if requested)
         return MeasuredRecords(kept, self.record[keep], self.values[keep], self.covariance[np.ix_(keep, keep)])
 
 
@@ -75,8 +75,8 @@ def evidence_shares(features: Sequence[Feature], record: np.ndarray) -> np.ndarr
     names = np.array([name for name, _ in features])
     group = np.array([group for _, group in features])
     same = names[:, None] == names[None, :]
-    whole = np.where(same, np.where(record[:, None] == record[None, :], 1.0, SHARED), 0.0)
-    return np.stack([whole * (group == name)[:, None] for name in groups_of(features)])
+    complete = np.where(same, np.where(record[:, None] == record[None, :], 1.0, SHARED), 0.0)
+    return np.stack([complete * (group == name)[:, None] for name in groups_of(features)])
 
 
 class Posterior:

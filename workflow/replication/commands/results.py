@@ -21,8 +21,8 @@ def verify(
     from replication.certify.manifest import NAME, describe, load_manifest
 
     place = results / NAME if against is None else against
-    expected = describe(place, whole=True) if place.is_dir() else load_manifest(place)
-    findings = compare_manifests(describe(results, whole=place.is_dir()), expected)
+    expected = describe(place, complete=True) if place.is_dir() else load_manifest(place)
+    findings = compare_manifests(describe(results, complete=place.is_dir()), expected)
     for finding in findings:
         if finding.status != EQUAL:
             typer.echo(

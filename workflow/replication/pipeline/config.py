@@ -178,8 +178,8 @@ class Config(Section):
     @property
     def ladder_settings(self) -> list[str]:
         """Settings of the ladder, that of the paper among them."""
-        asked = self.fidelity.settings
-        return [name for name in SETTINGS if not asked or name in asked or name == f"preset={REFERENCE}"]
+        requested = self.fidelity.settings
+        return [name for name in SETTINGS if not requested or name in requested or name == f"preset={REFERENCE}"]
 
     def sensor_path(self, rpm: float) -> str:
         """File of the sensor's record at a motor speed."""
@@ -252,8 +252,10 @@ class Config(Section):
                 )
         for rpm in s.speeds_rpm:
             for radius in s.rings:
-                asked = steady_fields(rig, rpm, self.known) | {"step": allowed_step(s.steps_s, radius)}
-                add(f"ring/{rpm:g}rpm_{ring_name(radius)}", "ring_study", motor_rpm=rpm, ring_radius=radius, **asked)
+                requested = steady_fields(rig, rpm, self.known) | {"step": allowed_step(s.steps_s, radius)}
+                add(
+                    f"ring/{rpm:g}rpm_{ring_name(radius)}", "ring_study", motor_rpm=rpm, ring_radius=radius, **requested
+                )
         return runs
 
     def refuse_studies(self, rig: Rig) -> None:

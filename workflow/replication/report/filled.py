@@ -79,8 +79,8 @@ def layouts_text(rows: pd.DataFrame) -> str:
     """Outcomes of random layouts, one line per chain, and of all."""
     counted = ["layouts", "completed", "refused", "defect"]
     table = rows.groupby(["chain", "teeth"], sort=False)[counted].sum().reset_index()
-    whole = pd.DataFrame([{"chain": "all", "teeth": "", **rows[counted].sum()}])
-    table = pd.concat([table.astype({"teeth": str}), whole], ignore_index=True)
+    complete = pd.DataFrame([{"chain": "all", "teeth": "", **rows[counted].sum()}])
+    table = pd.concat([table.astype({"teeth": str}), complete], ignore_index=True)
     table["completed, %"] = (100 * table["completed"] / table["layouts"]).map("{:.1f}".format)
     return table.to_markdown(index=False, disable_numparse=True)
 

@@ -102,11 +102,11 @@ def write_animation(recording: Recording, path: Path | str) -> int:
     indices = [i * stride for i in range(round(turn / step)) if i * stride < len(recording.frame)]
     figure = _canvas(recording)
     near = figure.add_axes((0.0, 0.35, 1.0, 0.615))
-    whole = figure.add_axes((0.0, 0.0, 1.0, 0.36))
+    complete = figure.add_axes((0.0, 0.0, 1.0, 0.36))
     writer = PillowWriter(fps=round(1 / (step * PACE)))
     with replacing(path) as part, writer.saving(figure, part, dpi=DPI):
         for index in indices:
-            for ax in (near, whole):
+            for ax in (near, complete):
                 ax.clear()
                 draw_moment(ax, rig, recording, index, near=ax is near)
             writer.grab_frame()

@@ -99,9 +99,9 @@ def seated_pins(rig: Rig) -> np.ndarray:
 def engagement_figure(rig: Rig) -> Figure:
     """Figure 6: frames of sprocket and groove (a), a connector on its way into the groove (b)."""
     figure = new_figure(7.0)
-    whole, close = figure.subplots(2, 1, height_ratios=(1.2, 1.0))
+    complete, close = figure.subplots(2, 1, height_ratios=(1.2, 1.0))
     turns = passage(rig)
-    _draw_frames(whole, rig, turns.pins[0])
+    _draw_frames(complete, rig, turns.pins[0])
     section.draw_groove(close, rig, 0.012, emphasized=())
     places = (-1.0, "-", "approaching"), (-0.8, (0, (5, 1.5)), "entering"), (0.0, (0, (1, 1)), "on the ring")
     for share, dashes, name in places:

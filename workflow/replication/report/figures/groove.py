@@ -109,13 +109,13 @@ def section_figure(rig: Rig) -> Figure:
     groove = rig.groove_profile
     draw_groove(section, rig, 0.034)
     _number_areas(section, groove, 0.0055)
-    for area, (beside, part) in {
+    for area, (comparison, part) in {
         1: ("below", 2), 2: ("above left", 4), 3: ("right", 1), 4: ("below", 7), 5: ("right", 4),
     }.items():  # fmt: skip
         # radii of arcs from nearly the same centre end apart from each other
         centre, end = groove.centre[area - 1], groove.arc(area, 9)[part]
         text = f"$r_{area}$ = {1e3 * groove.radius[area - 1]:.1f}"
-        marks.point(section, centre, "$O_5, O_6$" if area == 5 else f"$O_{area}$", beside, gap=4)
+        marks.point(section, centre, "$O_5, O_6$" if area == 5 else f"$O_{area}$", comparison, gap=4)
         if area in (1, 4):  # too short for their texts
             beyond = [0.002, groove.radius[0] + 0.011] if area == 1 else [-0.03, 0.006]
             marks.arrow(section, centre, end, linewidth=0.9)

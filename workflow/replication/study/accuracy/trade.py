@@ -65,11 +65,11 @@ FULL_PHYSICS = next(iter(FIDELITIES))
 EXTRAPOLATED, SECOND = "semi_implicit", "rk4"
 
 
-def _methods_of(fidelity: str, asked: StatisticErrors) -> list[dict]:
+def _methods_of(fidelity: str, requested: StatisticErrors) -> list[dict]:
     """Methods and steps of a physics; a belt has none, and explicit friction along the axes allows no larger step."""
     if fidelity in ("belt", "spatial"):
         return [{"integrator": "semi_implicit", "step": 5e-5} if fidelity == "spatial" else {}]
-    return _each_step(asked.steps_s if fidelity == FULL_PHYSICS else asked.coarse_steps_s)
+    return _each_step(requested.steps_s if fidelity == FULL_PHYSICS else requested.coarse_steps_s)
 
 
 class AnswerCost(NamedTuple):
@@ -119,7 +119,9 @@ def limits_of(runs: dict[float, AnswerCost]) -> dict[str, Limit]:
     return {name: limit_of({step: run.found[name] for step, run in finest.items()}) for name in names}
 
 
-def statistic_trade(rig: Rig, asked: StatisticErrors, **fields: Any) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
+def statistic_trade(
+    rig: Rig, requested: StatisticErrors, **fields: Any
+) -> tuple[pd.DataFrame, pd.DataFrame, pd.DataFrame]:
     """Error of the measures of a record of every scene against their limits, and what the record took.
 
     ``fields`` are those of every scene.
@@ -140,12 +142,12 @@ def statistic_trade(rig: Rig, asked: StatisticErrors, **fields: Any) -> tuple[pd
         for method in (
             [{}]
             if fidelity == "belt"
-            else _each_step(asked.steps_s if fidelity == FULL_PHYSICS else asked.coarse_steps_s)
+            else _each_step(requested.steps_s if fidelity == FULL_PHYSICS else requested.coarse_steps_s)
         )
     ]
-    for rpm, ring in asked.scenes:
+    for rpm, ring in requested.scenes:
         name = scene_name(rpm, ring)
-        turns = asked.loop_turns_without_ring if ring is None else asked.loop_turns
+        turns = requested.loop_turns_without_ring if ring is None else requested.loop_turns
         base = study_scene(rig, rpm, ring, turns, every_link=True, **(TENSION | fields))
         runs: dict[tuple, AnswerCost | None] = {}
         for fidelity, case in cases:
@@ -179,7 +181,7 @@ def statistic_trade(rig: Rig, asked: StatisticErrors, **fields: Any) -> tuple[pd
             if measure not in ABSOLUTE:
                 finest = fine[min(fine)].found[measure].estimate()
                 limits.append([name, measure, limit.value, limit.error, *finest[:2], min(fine)])
-                if asked.second_reference and second and measure in second[min(second)].found:
+                if requested.second_reference and second and measure in second[min(second)].found:
                     off, noise = difference(second[min(second)].found[measure], limit)
                     scale = scale_of(measure, limit.value)
                     agreement.append([name, measure, abs(off) / scale, noise / scale])

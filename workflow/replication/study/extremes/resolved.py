@@ -157,12 +157,12 @@ def by_kind(rows: pd.DataFrame) -> pd.DataFrame:
     for name, group in [*rows.groupby("kind"), ("all", rows)]:
         of = group[group["tried"]]
         done = of[~of["refused"]]
-        said = [done[done["group"] == state] for state in (YES, OPEN, NO)]
+        message = [done[done["group"] == state] for state in (YES, OPEN, NO)]
         beyond = done[~done["good"]]
         lines.append({
             "kind": name, "scenes": len(group), "no_loop": int((~group["tried"]).sum()),
-            **dict(zip(("resolved", "not_judged", "not_resolved"), map(len, said), strict=True)),
-            "rms_off_pct": 100 * said[0]["value"].max(), "peak_off_pct": 100 * said[0]["expected"].max(),
+            **dict(zip(("resolved", "not_judged", "not_resolved"), map(len, message), strict=True)),
+            "rms_off_pct": 100 * message[0]["value"].max(), "peak_off_pct": 100 * message[0]["expected"].max(),
             "refused": int(of["refused"].sum()), "refused_good": int((of["refused"] & of["good"]).sum()),
             "good": int(of["good"].sum()),
             "beyond": ", ".join(f"{n} ({state})" for n, state in zip(beyond["number"], beyond["group"], strict=True)),
