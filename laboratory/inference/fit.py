@@ -363,7 +363,7 @@ def fit_rig(
         log(f"stage {number}: {len(begins)} starts, {len(small.cases())} cases, run {stage.run}")
         ends = search(
             fit_problem,
-            requested,
+            given,
             begins,
             stage.rounds,
             config.method,
