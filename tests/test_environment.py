@@ -51,26 +51,6 @@ def test_the_lock_keeps_to_the_project(locked):
         assert version in requirement.specifier if version else False, f"{requirement}: {version}; make lock"
 
 
-def test_the_lock_says_how_it_is_made_and_names_no_place(locked):
-    text = (ROOT / "requirements.lock").read_text(encoding="utf-8")
-    assert "make lock" in text.splitlines()[1]
-    assert "://" not in text and "--index" not in text and "--find-links" not in text and len(locked) > 80
-
-
-def test_the_lock_serves_other_machines(locked):
-    """Kernels, arrays and tables have files for each Python of the classifiers, on two processors and two systems."""
-    pythons = [text.rsplit(" ", 1)[1] for text in PROJECT["classifiers"] if re.search(r"Python :: 3\.\d+", text)]
-    text = (ROOT / "requirements.lock").read_text(encoding="utf-8")
-    for name in ("numpy", "numba", "scipy", "pandas", "llvmlite"):
-        block = re.search(rf"^{name}==.*\n((?: +--hash=.*\n)+)", text, re.MULTILINE)
-        assert block and block[1].count("--hash") >= 3 * len(pythons), name
-
-
-def test_the_makefile_installs_by_hash():
-    text = (ROOT / "Makefile").read_text(encoding="utf-8")
-    assert "pip install --quiet --require-hashes --requirement requirements.lock" in text
-
-
 def test_the_conda_file_has_the_bounds_of_the_project():
     data = yaml.safe_load((ROOT / "environment.yml").read_text(encoding="utf-8"))
     assert data["channels"][0] == "conda-forge"
@@ -134,13 +114,3 @@ def test_a_command_whose_extra_is_missing_names_it(run, command, extra):
     assert ended.returncode == 1
     assert ended.stderr.startswith("trackdyn: ") and f"pip install 'trackdyn[{extra}]'" in ended.stderr, ended.stderr
     assert ended.stderr.count("\n") == 1
-
-
-def test_the_workflows_call_targets_that_exist():
-    targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
-    jobs = yaml.safe_load((ROOT / ".github" / "workflows" / "tests.yml").read_text(encoding="utf-8"))["jobs"]
-    runs = [step["run"] for job in jobs.values() for step in job["steps"] if "run" in step]
-    called = {match[1] for run in runs if (match := re.match(r"make (\w+)", run))}
-    assert {"lint", "check", "test", "quick"} <= called <= targets
-    pythons = jobs["fast"]["strategy"]["matrix"]["python"]
-    assert pythons == [text.rpartition(" ")[2] for text in PROJECT["classifiers"] if ":: 3." in text]

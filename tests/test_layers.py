@@ -1,8 +1,10 @@
-"""Who may import whom: data below kernels below runs below studies and reports, and no file too long to read."""
+"""Who may import whom: the simulator below the replication below the laboratory, in each of them rooms from the ground
+up; libraries in their corners; no circle and no file too long to read.
+"""
 
 import ast
+import re
 import sys
-from itertools import chain
 from pathlib import Path
 
 import pytest
@@ -10,47 +12,43 @@ import pytest
 from trackdyn.sources import imported_files
 
 ROOT = Path(__file__).parents[1]
-PACKAGE = ROOT / "trackdyn"
-FILES = sorted(PACKAGE.rglob("*.py"))
-LONGEST = 420  # lines
-# what a layer may import: modules of the package by their first part, then libraries; the standard library always
-LAYERS = {
-    "errors": (set(), set()),
-    "files": ({"errors"}, {"numpy"}),
-    "model": ({"model"}, {"numpy"}),
-    "contact": ({"model", "contact", "jit"}, {"numpy"}),
-    "chain": ({"model", "chain", "jit"}, {"numpy"}),
-    "integrate": ({"model", "contact", "chain", "integrate", "jit"}, {"numpy"}),
-    "parameters": (
-        {"parameters", "errors", "files"},
-        {"numpy", "scipy", "pandas", "pydantic", "pydantic_core", "yaml"},
+# a package: its folder, the packages below it, and its files and rooms from the ground up; each imports those before it
+FOLDERS = {"trackdyn": ROOT / "trackdyn", "replication": ROOT / "workflow/replication", "laboratory": ROOT / "laboratory"}
+BELOW = {"trackdyn": set(), "replication": {"trackdyn"}, "laboratory": {"trackdyn", "replication"}}
+ROOMS = {
+    "trackdyn": (
+        "errors", "extras", "files", "sources", "version", "jit", "model", "contact", "chain", "integrate", "parameters",
+        "scene", "sensor", "simulation", "measure", "sweeps", "plots", "commands", "__init__", "__main__",
     ),
+    "replication": (
+        "__init__", "studies", "synthetic", "paper", "study", "peers", "certify", "pipeline", "report", "commands",
+    ),
+    "laboratory": (
+        "__init__", "settings", "benchmark", "fmi", "inference", "studies", "wear", "schemas", "report", "commands",
+        "workflow",
+    ),
+}  # fmt: skip
+MODULES = {
+    ".".join((package, *path.relative_to(folder).with_suffix("").parts)).removesuffix(".__init__"): path
+    for package, folder in FOLDERS.items()
+    for path in sorted(folder.rglob("*.py"))
 }
-# From the ground up: what a room of the package may import is itself, the rooms before it in this list, and errors,
-# extras, files, jit and version.
-ROOMS = (
-    "model", "contact", "chain", "integrate", "parameters", "scene", "sensor", "simulation", "measure", "fmi", "sweeps",
-    "paper", "study", "peers", "benchmark", "inference", "certify", "pipeline", "report", "commands",
-)  # fmt: skip
-GROUND = {"errors", "extras", "files", "jit", "version"}
-LOOSE = {"__init__.py", "__main__.py", *(f"{name}.py" for name in GROUND)}  # files of no room
-
-# a library, and the folders that alone may import it
-CORNERS = {
-    "matplotlib": {"report"},
-    "jinja2": {"report"},
-    "exudyn": {"peers"},
-    "mujoco": {"peers"},
-    "hypothesis": {"study"},
-    "rocrate": {"certify"},
+LONGEST = 420  # lines
+# libraries of the rooms that compute
+COMPUTING = dict.fromkeys(("files", "model", "contact", "chain", "integrate"), {"numpy"}) | {
+    "errors": set(),
+    "parameters": {"numpy", "scipy", "pandas", "pydantic", "pydantic_core", "yaml"},
+}
+CORNERS = {  # a library, and the rooms that alone may import it
+    "matplotlib": {"trackdyn.plots", "replication.report", "laboratory.report"},
+    "jinja2": {"trackdyn.plots", "replication.report", "laboratory.report"},
+    "plotly": {"trackdyn.plots", "replication.report", "laboratory.report"},
+    "exudyn": {"replication.peers"},
+    "mujoco": {"replication.peers"},
+    "hypothesis": {"replication.study"},
+    "rocrate": {"replication.certify"},
     "snakemake": set(),
 }
-
-
-def module_of(path):
-    """Dotted name of a file of the package, without the package's own name."""
-    parts = path.relative_to(PACKAGE).with_suffix("").parts
-    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
 def imports_of(path, everywhere=True):
@@ -72,66 +70,51 @@ def top_level(tree):
             yield from top_level(node)
 
 
-@pytest.mark.parametrize("layer", LAYERS)
-def test_a_layer_imports_what_is_below_it(layer):
-    inner, libraries = LAYERS[layer]
-    for path in [PACKAGE / f"{layer}.py"] if (PACKAGE / f"{layer}.py").exists() else (PACKAGE / layer).rglob("*.py"):
-        for name in imports_of(path):
-            first, _, rest = name.partition(".")
-            if first == "trackdyn":
-                assert rest.split(".")[0] in inner, f"{module_of(path)} imports {name}"
-            else:
-                assert first in libraries | sys.stdlib_module_names, f"{module_of(path)} imports {name}"
+def room_of(module):
+    """Package and room of a module."""
+    package, _, rest = module.partition(".")
+    return package, rest.partition(".")[0] or "__init__"
 
 
-def test_every_file_has_a_room():
-    assert {path.name for path in PACKAGE.glob("*.py")} == LOOSE
-    assert {path.parent.name for path in PACKAGE.glob("*/__init__.py")} == set(ROOMS)
-
-
-@pytest.mark.parametrize("room", ROOMS)
-def test_a_room_imports_only_rooms_below_it(room):
-    below = {*ROOMS[: ROOMS.index(room) + 1], *GROUND}
-    for path in (PACKAGE / room).rglob("*.py"):
-        for name in imports_of(path):
-            first, _, rest = name.partition(".")
-            assert first != "trackdyn" or rest.split(".")[0] in below, f"{module_of(path)} imports {name}"
-
-
-@pytest.mark.parametrize("library", CORNERS)
-def test_a_library_stays_in_its_corner(library):
-    for path in FILES:
-        if any(name.split(".")[0] == library for name in imports_of(path)):
-            assert path.relative_to(PACKAGE).parts[0] in CORNERS[library], module_of(path)
-
-
-def test_the_paper_is_read_without_plots():
-    files = chain.from_iterable(imported_files(path, ROOT) for path in (PACKAGE / "paper").glob("*.py"))
-    assert not [path for path in files if path.is_relative_to(PACKAGE / "report")]
+@pytest.mark.parametrize("module", MODULES)
+def test_a_module_imports_what_is_below_it(module):
+    package, room = room_of(module)
+    rooms = ROOMS[package]
+    for name in imports_of(MODULES[module]):
+        other, theirs = room_of(name)
+        if other == package:
+            theirs = theirs if theirs in rooms else "__init__"  # what the package itself hands out
+            assert rooms.index(theirs) <= rooms.index(room), name
+        elif other in FOLDERS:
+            assert other in BELOW[package], name
+        else:
+            assert other not in CORNERS or f"{package}.{room}" in CORNERS[other], name
+            allowed = COMPUTING.get(room) if package == "trackdyn" else None
+            assert allowed is None or other in allowed | sys.stdlib_module_names, name
 
 
 def test_no_module_imports_itself_by_a_detour():
     """Imports that run with the module: a circle works only as long as nobody changes the order."""
-    modules = {module_of(path): path for path in FILES}
     graph = {}
-    for name, path in modules.items():
-        graph[name] = set()
-        for full in imports_of(path, everywhere=False):
-            first, _, rest = full.partition(".")
-            if first == "trackdyn":
-                found = next((part for part in (rest, rest.rpartition(".")[0]) if part in modules), None)
-                assert found is not None, f"{name} imports {full}, which is no module"
-                graph[name] |= {found} - {name}
-    graph[""] = set()  # the package's own file gathers what it shows
-    while leaves := [name for name, needs in graph.items() if not needs]:
-        for leaf in leaves:
-            del graph[leaf]
-        for needs in graph.values():
-            needs.difference_update(leaves)
+    for name, path in MODULES.items():
+        found = {next((n for n in (i, i.rpartition(".")[0]) if n in MODULES), "") for i in imports_of(path, False)}
+        graph[name] = found - {name, "", *FOLDERS}  # a package's own file gathers what it shows
+    while leaves := {name for name, needs in graph.items() if not needs}:
+        graph = {name: needs - leaves for name, needs in graph.items() if name not in leaves}
     assert not graph, f"in circles, or above one: {sorted(graph)}"
 
 
+def test_parsing_the_workflow_reads_nothing_of_the_laboratory(tmp_path):
+    files = [ROOT / "Snakefile", *(ROOT / "workflow/rules").glob("*.smk"), ROOT / "workflow/sweep.smk"]
+    lines = [line for f in files for line in re.findall(r"^(?:from|import) .*", f.read_text(encoding="utf-8"), re.M)]
+    script = tmp_path / "parsed.py"
+    script.write_text("\n".join([*lines, (ROOT / "workflow/run.py").read_text(encoding="utf-8")]), encoding="utf-8")
+    read = imported_files(script, ROOT)
+    assert FOLDERS["replication"] / "pipeline/config.py" in read
+    assert not [path for path in read if path.is_relative_to(FOLDERS["laboratory"])]
+
+
 def test_no_file_is_too_long():
-    sources = [*FILES, ROOT / "Snakefile", *(ROOT / "workflow").rglob("*.py"), *(ROOT / "workflow").rglob("*.smk")]
-    long = {path.name: n for path in sources if (n := path.read_text(encoding="utf-8").count("\n")) > LONGEST}
-    assert not long
+    rules = [path for folder in (ROOT / "workflow", ROOT / "laboratory") for path in folder.rglob("*.smk")]
+    sources = [*MODULES.values(), ROOT / "Snakefile", *(ROOT / "workflow").rglob("*.py"), *rules]
+    assert not {path.name: n for path in sources if (n := path.read_text(encoding="utf-8").count("\n")) > LONGEST}

@@ -34,7 +34,7 @@ def configurations(arguments: list[str]) -> list[str]:
 
 def wait_for_jobs() -> None:
     """Wait for jobs that a killed run left behind; what has not begun yet ends by itself
-    (`workflow/scripts/_script.py`).
+    (`trackdyn.sweeps.job`).
     """
     jobs = os.open(ROOT / ".snakemake" / "jobs", os.O_RDWR | os.O_CREAT)
     try:

@@ -1,7 +1,5 @@
 """The command line as a whole: how commands are listed, what they load, and that they name things alike."""
 
-import ast
-import math
 import os
 import subprocess
 import sys
@@ -12,21 +10,11 @@ import pytest
 import typer.main
 from typer.testing import CliRunner
 
-import trackdyn
 from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
-from trackdyn.measure.metrics import needed_lengths, run_metrics
-from trackdyn.parameters.rig import load_rig
-from trackdyn.parameters.rig_file import shipped_rigs, shipped_summaries
-from trackdyn.scene.fidelity import preset
-from trackdyn.simulation.simulate import simulate
 
 ROOT = Path(__file__).parents[2]
 ENTRY = "from trackdyn_command import main; main()"
-ORDER = (
-    "simulate", "compare", "show", "check", "new", "rigs", "plan", "sweep", "design", "wear", "identify", "fmu",
-    "verify", "crate", "choose-ring", "benchmark",
-)  # fmt: skip
 HEAVY = ("numba", "pandas", "matplotlib", "scipy")
 COMMANDS = typer.main.get_command(app).commands
 
@@ -50,14 +38,6 @@ def loaded(code, *words):
     return {name.partition(".")[0] for name in modules.split()}, "\n".join(said)
 
 
-def test_help_lists_commands_in_the_order_of_use():
-    text = run("--help").stdout
-    places = [text.index(f"│ {name} ") for name in ORDER]
-    assert places == sorted(places) and set(COMMANDS) == set(ORDER)
-    assert run("-h").stdout == text
-    assert run("plan", "-h").stdout == run("plan", "--help").stdout != text
-
-
 @pytest.mark.parametrize("words", [("--help",), ("simulate", "--help"), ("rigs",), ("--version",)])
 def test_what_only_prints_loads_no_library_that_computes(words):
     modules, said = loaded(ENTRY, *words)
@@ -69,34 +49,6 @@ def test_the_package_is_imported_without_its_libraries():
     assert not modules & {*HEAVY, "numpy", "pydantic", "yaml"}
     modules, _ = loaded("from trackdyn import InputError")
     assert not modules & {*HEAVY, "numpy", "pydantic", "yaml"}
-
-
-def test_editors_see_the_names_that_the_package_hands_out():
-    tree = ast.parse((ROOT / "trackdyn/__init__.py").read_text(encoding="utf-8"))
-    block = next(node for node in tree.body if isinstance(node, ast.If))  # what type checkers see
-    seen = {alias.name: node.module for node in block.body for alias in node.names}
-    assert seen == {name: f"trackdyn.{module}" for name, module in trackdyn._MODULES.items()}
-    assert sorted(seen) == trackdyn.__all__ and set(seen) <= set(dir(trackdyn))
-    assert all(getattr(trackdyn, name) is getattr(sys.modules[module], name) for name, module in seen.items())
-    with pytest.raises(AttributeError, match="'trackdyn' has no attribute 'simulation_of_all'"):
-        _ = trackdyn.simulation_of_all
-
-
-def test_the_version_is_printed():
-    assert run("--version").stdout.strip() == f"trackdyn {trackdyn.__version__}"
-
-
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_the_shell_completes(shell):
-    done = run("--show-completion", shell, _TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION="1")
-    assert done.returncode == 0 and "_TRACKDYN_COMPLETE" in done.stdout, done.stderr
-    words = {
-        "COMP_WORDS": "trackdyn simulate --ring",
-        "COMP_CWORD": "2",
-        "_TYPER_COMPLETE_ARGS": "trackdyn simulate --ring",
-    }
-    found = run(_TRACKDYN_COMPLETE=f"complete_{shell}", _TYPER_COMPLETE_FISH_ACTION="get-args", **words)
-    assert "--ring-radius" in found.stdout and "--rpm" not in found.stdout, found.stderr
 
 
 NUMBERS = [
@@ -127,50 +79,6 @@ def test_rigs_rings_and_speeds_are_the_same_in_every_command():
     for _, param in asked.items():
         if "--out" in param.opts:
             assert param.metavar == "FILE" or isinstance(param.default, Path), param.name
-
-
-def test_a_listed_rig_is_what_its_file_amounts_to():
-    found = shipped_summaries()
-    assert found.keys() == shipped_rigs().keys()
-    for name, (counts, about) in found.items():
-        rig = load_rig(name)
-        kind = rig.chain.kind.replace("_", "-")
-        assert counts == (
-            f"{rig.chain.pitches} pitches ({kind}), {rig.sprocket.teeth} teeth, {1 + len(rig.rollers)} wheels"
-        )
-        assert about
-
-
-def test_what_a_short_run_lacks_a_run_of_the_length_that_is_said_has(make_scene):
-    """Wherever the sensor's pitch stands when the record begins."""
-    fields = {"lead_in": 0.1, "frame_interval": 0.0, **preset("fast")}
-    short = simulate(make_scene(250.0, duration=1.0, **fields))
-    needed = needed_lengths(short)
-    assert len(needed) == 2 and math.isnan(run_metrics("", short)["line_hz"])
-    for what, name in (
-        ("dominant peak and standard errors", "line_hz"),
-        ("contacts of the recorded pitches", "ring_rms_n"),
-    ):
-        seconds = math.ceil(1000 * needed[what]) / 1000
-        whole = simulate(make_scene(250.0, duration=seconds, **fields))
-        assert what not in needed_lengths(whole) and not math.isnan(run_metrics("", whole)[name]), what
-
-
-def test_only_what_the_scene_left_open_is_explained(tmp_path):
-    words = [
-        "simulate",
-        str(tmp_path / "run.npz"),
-        "--choose",
-        "chain=belt",
-        "--frame-interval",
-        "0",
-        "--duration",
-        "1",
-    ]
-    said = CliRunner().invoke(app, words).output.splitlines()
-    (asked,) = (line for line in said if "as the scene asks" in line)
-    assert "chain belt" in asked and "friction" not in asked
-    assert any(line.strip().startswith("friction  none: a kinematic path") for line in said)
 
 
 def design(path, *words):

@@ -114,11 +114,6 @@ def test_printed_factor_never_delivers_less_than_two_thirds(nominal, delivered):
     assert law(nominal).loss == pytest.approx(0.75 * (1 - nominal**2), rel=1e-15)
 
 
-def test_perfectly_elastic_impact_loses_nothing():
-    # first-order place of the exit: the velocity is stationary there
-    assert rebound(law(restitution=1.0), 2.0, 0.4, 0.05) == pytest.approx(1.0, abs=1e-6)
-
-
 def test_contact_never_pulls_and_its_factor_is_limited():
     contact = law(restitution=0.5, limit=2.0)
     depth, radius, impact = 1e-4, 0.05, 0.1

@@ -1,6 +1,5 @@
 """The choices of a scene: what is refused and how it is said, what is decided and why, what is kept of it."""
 
-import re
 import sys
 
 import pandas as pd
@@ -9,7 +8,6 @@ from typer.testing import CliRunner
 
 from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
-from trackdyn.integrate.dynamics import SOLVERS
 from trackdyn.integrate.methods import METHODS
 from trackdyn.parameters.groove import PROFILES
 from trackdyn.parameters.normal_laws import NORMAL_LAWS
@@ -18,7 +16,6 @@ from trackdyn.parameters.rig_file import shipped_rigs
 from trackdyn.scene.fidelity import CHOICES, PRESETS, decide, preset
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation import simulate as simulation
-from trackdyn.simulation.simulate import simulate
 from trackdyn.sweeps.request import asked
 
 FREE = {"loop": "free", "ring_radius": None, "spells": False}
@@ -92,28 +89,6 @@ def test_nonsense_is_refused_by_name_with_what_to_use(refusal, changes, fields, 
     assert remedy in sentence
 
 
-@pytest.mark.parametrize("name", CHOICES)
-def test_a_setting_that_does_not_exist_is_refused_with_those_that_do(refusal, name):
-    sentence = refusal(**{name: "square"})
-    assert f"{name} = 'square':" in sentence
-    for setting in CHOICES[name]:
-        assert setting in sentence
-
-
-@pytest.mark.parametrize("name", CHOICES)
-def test_the_setting_that_is_nearly_meant_is_named(refusal, name):
-    for setting in CHOICES[name]:
-        assert refusal(**{name: setting[:-1] + "x"}).endswith(f"did you mean {setting!r}?")
-
-
-def test_the_names_that_are_shipped_are_those_of_the_registries():
-    """An entry that is added to a registry belongs into the `Literal`, too."""
-    assert set(CHOICES["integrator"]) == METHODS.keys()
-    assert set(CHOICES["normal_law"]) == NORMAL_LAWS.keys()
-    assert set(CHOICES["tooth_contact"]) == {"none", *PROFILES}
-    assert set(CHOICES["solver"]) == set(SOLVERS)
-
-
 @pytest.mark.parametrize(
     ("field", "registry", "like"),
     [("normal_law", NORMAL_LAWS, "elastic"), ("tooth_contact", PROFILES, "ten_arcs"), ("integrator", METHODS, "rk4")],
@@ -144,13 +119,6 @@ def test_an_entry_that_is_added_from_outside_is_a_setting(rig, refusal, monkeypa
 )
 def test_what_a_refusal_recommends_is_accepted(rig, fields):
     Scene(rig, 115.0, **fields)
-
-
-def test_small_loops_may_use_the_literal_product(rig):
-    small = rig.changed(chain__pitches=4, sensor__pitch=1)
-    assert Scene(small, 115.0, solver="transfer_product", **FREE).bodies == 8
-    with pytest.raises(InputError, match="10 bodies"):
-        Scene(small.changed(chain__pitches=5), 115.0, solver="transfer_product", **FREE)
 
 
 # --- decisions
@@ -192,26 +160,6 @@ def test_what_a_scene_asks_for_is_what_it_gets(rig):
     found = settings(scene)
     assert (found["space"], found["friction"], found["normal_law"]) == ("spatial", "isotropic", "elastic")
     assert Scene(rig, 115.0, space="planar").fidelity["space"].reason == "as the scene asks"
-
-
-def test_wheels_out_of_the_plane_do_not_matter_to_a_free_loop(rig):
-    assert settings(Scene(rig.changed(idler__toe=0.5), 115.0, **FREE))["space"] == "planar"
-
-
-def test_the_ring_is_there_or_not(rig):
-    ring, reason = Scene(rig, 115.0, ring_radius=0.303).fidelity["ring"]
-    assert ring == "present" and "0.303" in reason
-    for fields in ({"ring_radius": None}, FREE, BELT):
-        assert settings(Scene(rig, 115.0, **fields))["ring"] == "none"
-
-
-def test_what_touches_nothing_has_no_contact_and_what_is_not_solved_no_solver(rig):
-    free, belt = settings(Scene(rig, 115.0, **FREE)), settings(Scene(rig, 115.0, **BELT))
-    for name in ("tooth_contact", "normal_law", "friction", "wheels"):
-        assert free[name] == belt[name] == "none"
-    for name in ("closure", "solver", "integrator"):
-        assert belt[name] == "none"
-    assert (free["closure"], free["solver"]) == ("rigid", "riccati")
 
 
 # --- presets and provenance
@@ -258,28 +206,3 @@ def test_scene_command_and_sweep_agree_on_the_step(name, ring, preset_name, monk
     words += ["--preset", preset_name] if preset_name else []
     CliRunner().invoke(app, ["simulate", str(tmp_path / "r.npz"), "--rig", name, "--rpm", "90", "-q", *words])
     assert [scene.step for scene in seen] == [expected]
-
-
-def test_rows_that_ask_for_what_their_rig_has_anyway_are_not_those_of_another_law():
-    """A row that says nothing of the tensioner has its rig's, and another key than one that asks for it locked."""
-    table = pd.DataFrame({"motor_rpm": [115.0] * 3, "tension": [None, "locked", None], "step": [None, None, 1e-4]})
-    assert len({one.key for one in asked(table, "possible")}) == 3
-
-
-def test_presets_are_ordered_from_cheap_to_dear():
-    steps = [bundle["step"] for bundle in PRESETS.values()]
-    assert steps == sorted(steps, reverse=True)
-
-
-def test_unknown_preset_is_refused_with_those_that_exist():
-    sentence = "preset = 'fats': use 'fast', 'standard', 'paper' or 'reference'; did you mean 'fast'?"
-    with pytest.raises(InputError, match=f"^{re.escape(sentence)}$"):
-        preset("fats")
-
-
-@pytest.mark.parametrize("fields", [{}, {"chain": "belt", "ring_radius": None, "spells": False}])
-def test_a_recording_says_what_was_chosen_and_why(make_scene, fields):
-    scene = make_scene(duration=0.01, lead_in=0.0, ramp=0.01, **fields)
-    kept = simulate(scene).meta["fidelity"]
-    assert kept == {name: decision._asdict() for name, decision in scene.fidelity.items()}
-    assert set(CHOICES) <= set(kept)

@@ -92,26 +92,6 @@ def test_a_command_ends_with_one_line_and_code_1(folder, monkeypatch, capsys, ro
     assert out == "" and sorted(folder.rglob("*")) == before
 
 
-def test_a_command_that_is_right_ends_with_code_0(folder, monkeypatch, capsys):
-    """The plan that the rows above are refused for, and a belt from start to end: what it needs stands at the top."""
-    assert run_command(monkeypatch, "plan", "--tolerance", "2%", "--data", "trade.csv") == 0
-    assert run_command(monkeypatch, "simulate", "belt.npz", "--choose", "chain=belt", "--frame-interval", "0") == 0
-    out = capsys.readouterr().out
-    assert "needs  about" in out and "rms_g" in out and (folder / "belt.npz").exists()
-
-
-def test_a_group_without_a_command_shows_its_help(monkeypatch, capsys):
-    assert run_command(monkeypatch, "benchmark") == 1
-    out, err = capsys.readouterr()
-    assert "score" in out + err and err.endswith("trackdyn: Missing command; see trackdyn benchmark --help\n")
-
-
-def test_a_run_may_be_shorter_than_the_usual_frame_interval(folder, monkeypatch):
-    line = "simulate brief.npz --choose chain=belt --duration 0.001 -q"
-    assert run_command(monkeypatch, *line.split()) == 0
-    assert len(load_recording("brief.npz").time) == 1
-
-
 def test_an_interruption_is_one_line(folder, monkeypatch, capsys):
     def stop(*_, **__):
         raise KeyboardInterrupt

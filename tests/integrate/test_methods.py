@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from trackdyn.integrate.methods import METHODS, equip
-from trackdyn.model.work import make_work
+from trackdyn.integrate.methods import METHODS
 
 ROOT = Path(__file__).parents[2]
 # as plain Python: what is asked is what is found, not how fast it is
@@ -72,16 +71,3 @@ def test_every_method_declares_what_its_order_needs():
                 assert seen == pytest.approx(expected, abs=1e-14), (name, order)
         if method.adaptive:
             assert sum(method.tableau.error) == pytest.approx(0.0, abs=1e-15), name
-
-
-@pytest.mark.parametrize("name", METHODS)
-def test_work_has_the_arrays_of_one_method_and_no_other(name):
-    """Whatever it had before."""
-    method = METHODS[name]
-    for before in METHODS:
-        work = equip(equip(make_work(6, 3, 1), before, 3, 1e-6), name, 3, 1e-6)
-        assert (work.stages is None) == (method.tableau is None)
-        assert (work.implicit is None) != method.linearly_implicit
-        if work.stages is not None:
-            assert work.stages.tolerance == (1e-6 if method.adaptive else 0.0)
-            assert work.stages.error.any() == method.adaptive

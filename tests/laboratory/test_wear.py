@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from math import gcd, log
+from math import log
 
 import numpy as np
 import pandas as pd
@@ -11,8 +11,8 @@ from typer.testing import CliRunner
 
 from laboratory.wear.contour import ARC_NODES, contours, fit_flank, worn_rig
 from laboratory.wear.law import Depths, depth, load_coefficients
-from laboratory.wear.life import SHARES, Found, Limits, Until, Walk, Worn, crossing, live, parse_until
-from laboratory.wear.study import STEP, answer, sensed, summarize, windows
+from laboratory.wear.life import SHARES, Found, Limits, Until, Walk, Worn, live, parse_until
+from laboratory.wear.study import STEP, answer, summarize, windows
 from laboratory.wear.work import distribute
 from trackdyn.commands.cli import app
 from trackdyn.errors import DivergenceError, InputError
@@ -84,31 +84,6 @@ def test_the_order_of_the_wear_step_is_two():
     np.testing.assert_allclose(orders, 2.0, atol=0.2)
 
 
-def test_a_step_is_as_long_as_the_change_that_it_may_make():
-    def rate(y):
-        return Found(np.array([1e-6]), np.array([10.0 * np.tanh(1e4 * y[0])]))
-
-    walk = Walk(rate, np.array([1e-3]), np.array([1.0]))
-    taken, _, _, _ = walk.step(np.zeros(1), walk.look(np.zeros(1)), 1e3)
-    assert 2.0 < taken < 11.0  # the share changes by its whole limit over 1e-5 of depth, which is 10 m
-
-
-def test_where_a_step_reaches_a_bound():
-    assert crossing(0.5, 1.0, 1.0, 2.0) == pytest.approx(0.5)
-    s = crossing(1.0, 1.0, 0.5, 2.0)
-    assert s - s**2 / 8 == pytest.approx(1.0)
-    assert crossing(5.0, 1.0, 1.0, 2.0) is None
-
-
-@pytest.mark.parametrize(
-    ("text", "found"),
-    [("ring 0.303 m", ("ring", 0.303)), ("ring 303 mm", ("ring", 0.303)), ("distance 5000 km", ("distance", 5e6))],
-)
-def test_bounds_are_read(text, found):
-    what, value = parse_until(text)
-    assert (what, value) == (found[0], pytest.approx(found[1]))
-
-
 @pytest.mark.parametrize("text", ["", "ring", "ring 0.303", "ring nan m", "ring -1 m", "moon 1 m", "distance 5 m/s"])
 def test_what_is_no_bound_is_refused(text):
     with pytest.raises(InputError, match=": expected a bound such as"):
@@ -134,15 +109,6 @@ def test_a_flank_that_arcs_can_follow_is_found_again(rig):
     found, missed = fit_flank(of, np.maximum(depths, 0.0), teeth, rig.chain.connector_radius)
     assert missed < 1e-6
     np.testing.assert_allclose(found[1:4, 2], other[1:4, 2], rtol=1e-2)
-
-
-def test_a_new_rig_is_itself(rig):
-    of = contours(rig.groove_profile)
-    flat = [np.zeros(len(c.points)) for c in of]
-    same, missed = worn_rig(rig, of, flat, np.zeros(2 * ARC_NODES), 0.0)
-    assert missed == 0.0
-    np.testing.assert_allclose(same.groove_profile.profile(), rig.groove_profile.profile(), rtol=0, atol=1e-12)
-    assert same.connector_length == pytest.approx(rig.connector_length, abs=1e-12)
 
 
 def test_worn_pins_lengthen_links_and_leave_connectors(rig):
@@ -173,16 +139,6 @@ def test_flanks_of_other_bottoms_are_refused(rig):
         groove_of_arcs(arcs, rig.sprocket.teeth, arcs + [0.0, 1e-3, 0.0, 0.0])
 
 
-@pytest.mark.parametrize(("teeth", "pitches"), [(13, 35), (14, 35), (12, 36)])
-def test_one_profile_stands_for_all_grooves_where_each_meets_each(teeth, pitches):
-    """Grooves worn one by one by connectors of different edge: alike after a whole round only if coprime."""
-    edge = 1.0 + 0.3 * np.random.default_rng(0).standard_normal(pitches)
-    worn = np.zeros(teeth)
-    for k in range(teeth * pitches):
-        worn[k % teeth] += edge[k % pitches]
-    assert (np.ptp(worn) < 1e-9 * worn.max()) == (gcd(teeth, pitches) == 1)
-
-
 # -- one rig -------------------------------------------------------------------------------------------------------
 
 
@@ -197,14 +153,6 @@ def steady(rig):
 def worked(rig, steady):
     of = contours(rig.groove_profile)
     return distribute(steady, of, [c.points for c in of], turns=2.0)
-
-
-def test_work_over_the_contour_is_that_of_the_account(worked):
-    left, right = worked.flanks
-    assert worked.areas[1] > 0
-    assert left.sum() == pytest.approx(worked.areas[:5].sum(), rel=1e-6)
-    assert right.sum() == pytest.approx(worked.areas[5:].sum(), rel=1e-6)
-    assert worked.arcs.sum() == pytest.approx(worked.areas.sum(), rel=1e-6)
 
 
 def test_the_account_says_what_the_law_of_friction_says(worked):
@@ -232,20 +180,6 @@ def test_scatter_spreads_work_and_loses_none(rig, deviation):
     place = np.cumsum(contour.length)
     middle = len(place) // 2
     assert np.sqrt(spread[:, middle] @ (place - place[middle]) ** 2) == pytest.approx(deviation, rel=0.01, abs=1e-9)
-
-
-def test_every_groove_is_worn_alike(rig):
-    """Grooves one by one: where the motion repeats from pitch to pitch, 13 of them share one profile."""
-    loop = Loop(Scene(rig, 115.0, 0.308, sliding=True, **FIELDS))
-    loop.advance(4.0)
-    of = contours(rig.groove_profile)
-    worked = distribute(loop, of, [c.points for c in of])
-    each = worked.flanks[0].sum(axis=1)
-    assert len(each) == 13 and each.mean() > 0
-    assert np.ptp(each) < 0.02 * each.mean()
-    # and along the contour, not only in sum
-    apart = np.abs(worked.flanks[0] - worked.flanks[0].mean(axis=0)).sum(axis=1)
-    assert apart.max() < 0.1 * each.mean()
 
 
 def test_what_is_removed_is_the_integral_of_the_work(rig, worked):
@@ -324,12 +258,6 @@ def test_the_command_writes_a_life_and_refuses_another_one(tmp_path):
     assert isinstance(result.exception, InputError)
 
 
-def test_a_rig_without_a_ring_has_no_radius_to_reach(rig):
-    worn = Worn(rig.changed(sprocket__ring="none"), 150.0, COEFFICIENTS, FIELDS)
-    with pytest.raises(InputError, match="the rig has no ring"):
-        worn.goal(Until("ring", 0.303))
-
-
 class Known(Worn):
     """Rates in closed form: the ring's falls with its height over 0.302 m, flanks deepen evenly."""
 
@@ -364,18 +292,6 @@ def test_half_the_step_gives_the_same_life(known):
     assert ends[0] == pytest.approx(log(6.0) / known.decay / 1e3, rel=0.01)
     assert lives[0]["ring_radius_m"].iloc[-1] == pytest.approx(0.303, abs=1e-6)
     assert lives[0]["end"].iloc[-1] == "reached ring 0.303 m"
-
-
-def test_a_life_ends_where_the_model_ends(known):
-    known.least = 0.003
-    table = live(known, Until("ring", 0.303))
-    assert table["end"].iloc[-1] == "left the model: no such rig"
-    assert table["ring_radius_m"].iloc[-1] == pytest.approx(0.305, abs=1e-4)
-
-
-def test_a_bound_behind_the_new_rig_is_refused(known):
-    with pytest.raises(InputError, match="is not below the new ring"):
-        live(known, Until("ring", 0.309))
 
 
 def test_a_killed_life_goes_on_to_the_same_bytes(known, tmp_path):
@@ -485,11 +401,3 @@ def test_the_best_first_radius_is_where_the_window_begins():
     assert "Of 2 rigs of the ensemble 1 have such a window" in words
     assert "at least 90% of the longest run in 0." in words
     assert "run in 1." in answer(summary, seen, 0.30925)
-
-
-def test_what_a_sensor_sees_of_the_ring(lives):
-    rows = sensed(lives).set_index(["first_radius_m", "measure"])
-    row = rows.loc[(0.308, "rms")]
-    assert row["change_g"] == pytest.approx(0.04)
-    assert row["detectable_mm"] == pytest.approx(2**0.5 * 0.001 / (0.04 / 2.0))
-    assert rows.loc[(0.308, "sd"), "detectable_mm"] == np.inf

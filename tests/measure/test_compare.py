@@ -1,8 +1,5 @@
 """A record beside a sensor's whose loop turns faster, as the synthetic one of 210 rpm does."""
 
-import re
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -90,35 +87,6 @@ def test_a_record_shorter_than_a_turn_is_refused_by_name(recording):
         compare_with_sensor(short, record(), "run.npz")
 
 
-def test_a_line_that_neither_record_can_have_is_left_out(recording):
-    table = compare_with_sensor(recording, record(seconds=6.0)).set_index("measure")
-    assert list(table.index) == ["rate_hz", "clipped", "mean_whole_g", "rms_g", "sd_g", "high_frequency_g"]
-    assert table[["simulation", "sensor"]].notna().all().all()
-
-
-def test_the_command_says_what_reading_did(recording, tmp_path):
-    recording.save(tmp_path / "run.npz")
-    ours = record()
-    rows = "".join(f"{t:.3f};{-9.81 * y:.5f}\n" for t, y in zip(ours.t_s, ours.ay_g, strict=True))
-    (tmp_path / "mine.csv").write_text("# logger 7\nt;Channel 3\n" + rows.replace(".", ","), encoding="utf-8")
-    files = [str(tmp_path / name) for name in ("run.npz", "mine.csv")]
-    run = CliRunner().invoke(app, ["compare", *files, "--axis", "ay=-channel 3", "--unit", "m/s2", "--to", "20"])
-    assert run.exit_code == 0, run.output
-    for words in (
-        "30000, from line 3 on",
-        "ay = -'Channel 3' in m/s2",
-        "1000 Hz, found",
-        "9999 rows outside",
-        "0 of 20001 rows at",
-    ):
-        assert words in run.output, words
-    rms = float(re.search(r"rms_g +[\d.]+ +[\de.-]+ +([\d.]+)", run.output)[1])
-    assert rms == pytest.approx(0.77 / 2**0.5, rel=0.02)
-    for bad in (["--axis", "ay"], ["--rate", "0"], ["--unit", "ft"], ["--mapping", str(tmp_path / "absent.yaml")]):
-        run = CliRunner().invoke(app, ["compare", *files, *bad])
-        assert isinstance(run.exception, InputError), run.output
-
-
 @pytest.fixture(scope="module")
 def synthetic():
     return read_sensor_csv("data/synthetic/210rpm.csv")
@@ -152,15 +120,6 @@ def test_a_flipped_or_exchanged_axis_is_noticed(recording, synthetic, read, fits
     assert said is None if not fits else fits in (said or ""), said
 
 
-def test_little_more_than_a_turn_tells_as_much(recording, synthetic):
-    part = replace(synthetic, **{f"{axis}_g": getattr(synthetic, f"{axis}_g")[:5600] for axis in ("ax", "ay", "az")})
-    assert doubtful_axes(recording, part) is None
-    part = replace(part, t_s=part.t_s[:5600])
-    table = compare_with_sensor(recording, part).set_index("measure")
-    assert table.sensor["mean_whole_g"] == pytest.approx(-0.215, abs=0.04)
-    assert "--axis ay=-ay_g they would" in doubtful_axes(recording, replace(part, ay_g=-part.ay_g))
-
-
 @pytest.mark.parametrize(("rpm", "duration"), [(115, 8.0), (150, 6.5), (180, 5.5)])
 def test_a_good_record_of_any_speed_is_not_doubted(make_scene, rpm, duration):
     """Its layout is another one, with noise, impacts and a speed that fluctuates."""
@@ -192,12 +151,3 @@ def test_the_command_draws_and_writes_the_comparison(recording, tmp_path, monkey
     ):
         run = CliRunner().invoke(app, [*line, *bad])
         assert isinstance(run.exception, InputError) and words in str(run.exception)
-
-
-def test_a_comparison_without_a_picture_imports_no_plots(recording, tmp_path):
-    recording.save(tmp_path / "run.npz")
-    line = ["compare", str(tmp_path / "run.npz"), "data/synthetic/210rpm.csv"]
-    code = f"import sys; from trackdyn.commands.cli import app; app({line!r}, standalone_mode=False); " + (
-        "assert 'matplotlib' not in sys.modules"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)

@@ -8,7 +8,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from trackdyn.errors import InputError
-from trackdyn.measure.columns import table_schema
 from trackdyn.measure.contact_log import SIDES, timing
 from trackdyn.measure.meshing import events, mean_events, meshing_summary, passages, smoothed_maxima, spells
 from trackdyn.parameters.rig import load_rig
@@ -106,30 +105,11 @@ def test_contacts_that_chatter_are_one_spell_but_the_pauses_do_not_count():
     assert (left["peak_n"], left["peak_s"]) == pytest.approx((200.0, 4.0))
 
 
-def test_merging_can_be_set_and_ends_exactly_at_the_gap():
-    run = recording(with_ring(3.0))
-    assert len(spells(run, merge_gap_s=0.0)) == 3
-    assert len(spells(run, merge_gap_s=0.0019)) == 3
-    assert len(spells(run, merge_gap_s=0.0021)) == 2
-
-
 @pytest.mark.parametrize("change", [{"pitch": 6}, {"side": RIGHT, "area": 7}, {"groove": 4}])
 def test_only_contacts_of_the_same_pitch_side_and_groove_are_merged(change):
     first = {"pitch": 5, "side": LEFT, "groove": 3}
     run = recording([spell(**first, start=3.0, end=3.1), spell(**first | change, start=3.101, end=3.2)])
     assert len(spells(run)) == 2
-
-
-def test_merged_areas_are_joined_in_order():
-    rows = [spell(5, LEFT, 3.0, 3.1, area=3), spell(5, LEFT, 3.101, 3.2, area=2)]
-    assert spells(recording(rows))["areas"].tolist() == ["2,3"]
-
-
-def test_the_order_of_the_log_does_not_matter():
-    rows = with_ring(3.0) + with_ring(3.2, connector=4) + with_ring(3.0 + LOOP)
-    expected = spells(recording(rows))
-    np.random.default_rng(3).shuffle(rows)
-    assert spells(recording(rows)).equals(expected)
 
 
 def test_contacts_cut_by_the_beginning_are_dropped():
@@ -241,13 +221,6 @@ def test_standard_errors_over_passages():
     assert summary["right_rms_error_n"] == summary["right_sd_error_n"] == summary["right_share_error_pct"] == 0
 
 
-def test_passages_without_a_contact_count_as_zero_in_shares_but_not_in_phases():
-    rows = with_ring(3.0) + with_ring(3.5, connector=9)[:1]
-    summary = meshing_summary(recording(rows))
-    assert summary["left_share_pct"] == pytest.approx(9.9 / 2)
-    assert summary["left_phase_start"] == pytest.approx(0.45)
-
-
 @pytest.mark.parametrize("ring_radius", [0.308, None])
 @pytest.mark.parametrize(
     "run",
@@ -288,18 +261,6 @@ def test_events_with_a_ring():
     assert found == pytest.approx(expected)
 
 
-def test_events_without_a_ring():
-    expected = {
-        "first left": 0.1,
-        "first right": 0.0,
-        "left maximum": 0.2,
-        "right maximum": 0.7,
-        "right gone": 0.8,
-        "out": 0.85,
-    }
-    assert events(recording(without_ring(3.0), ring_radius=None), 0) == pytest.approx(expected)
-
-
 def test_a_maximum_after_the_touch_is_not_the_spike_of_the_touch():
     """A touch of 900 N for a millisecond, 300 N for another later, 150 N for 50 ms at the end of 100 N for 0.2 s."""
     run = recording([spell(1, LEFT, 3.0, 3.2)], ring_radius=None)
@@ -311,20 +272,6 @@ def test_a_maximum_after_the_touch_is_not_the_spike_of_the_touch():
     assert table["left maximum, after the touch"] == pytest.approx(0.060)
     # the mean over 0.01 s of the spike, (900 + 9 * 100) / 10 N, is above 150 N as well
     assert table["left maximum, mean over 0.01 s"] == pytest.approx(0.001, abs=0.01)
-
-
-def test_mean_events_and_their_scatter():
-    rows = with_ring(3.0) + with_ring(3.0 + LOOP)[:1]
-    second = with_ring(3.5, connector=9)
-    second[2] = spell(9, LEFT, 4.412, 4.64, peak=900.0, peak_at=4.6)
-    table = mean_events(recording(rows + second))
-    assert len(table_schema([*table, "run"], "events")["fields"]) == 5
-    table = table.set_index("event")
-    assert table.loc["out", "mean_s"] == pytest.approx((1.1 + 1.14) / 2)
-    assert table.loc["out", "sd_s"] == pytest.approx(0.04 / 2**0.5)
-    assert table.loc["left maximum", "mean_s"] == pytest.approx((1.0 + 1.1) / 2)
-    assert table["passages"].tolist() == [3, 3, 2, 2, 3, 2]
-    assert table.loc["ring left", ["mean_s", "sd_s"]].tolist() == pytest.approx([1.0, 0.0])
 
 
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])

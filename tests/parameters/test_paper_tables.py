@@ -1,6 +1,5 @@
 """The article in a reader's hand. Every number that is filled in here is invented."""
 
-import re
 import warnings
 from copy import deepcopy
 from pathlib import Path
@@ -11,10 +10,9 @@ import yaml
 
 from trackdyn.errors import InputError
 from trackdyn.parameters.groove import equal_pitch_radius
-from trackdyn.parameters.paper_tables import filled_cells, load_paper_tables, rig_cells
+from trackdyn.parameters.paper_tables import rig_cells
 from trackdyn.parameters.printed_rig import written_out
 from trackdyn.parameters.rig import load_rig
-from trackdyn.parameters.rig_file import cells_path
 from trackdyn.parameters.table import parameter_table
 
 ROOT = Path(__file__).parents[2]
@@ -65,21 +63,6 @@ def rounded(areas, decimals=2):
 
 def short(areas, keep, columns=("O_x", "O_y", "r")):
     return {area: {name: row[name] for name in columns} for area, row in areas.items() if area in keep}
-
-
-def test_every_shipped_cell_is_empty_and_says_what_it_is_and_where_it_stands():
-    tables = load_paper_tables(SHIPPED)
-    assert filled_cells(tables) == [] and rig_cells(SHIPPED) == []
-    assert sorted(tables.table1.areas) == list(range(1, 11))
-    assert list(tables.table3.speeds) == list(tables.table4.speeds) == [115, 150, 180, 210]
-    assert all(entry.name and entry.place and entry.unit for entry in tables.parameters.values())
-    assert len(re.findall(r"\bnull\b", SHIPPED.read_text(encoding="utf-8").partition("\ntable1:")[2])) == (
-        60 + 2 + 16 + 4 + len(tables.parameters)
-    )
-
-
-def test_no_cell_changes_nothing(fill):
-    assert load_rig(fill()) == RIG
 
 
 @pytest.mark.parametrize("keep", [range(1, 11), range(1, 6), range(6, 11)])
@@ -253,20 +236,6 @@ def test_tables_that_cannot_be_used_end_in_one_sentence(fill, case):
     assert str(path.parent / "paper" / "tables.yaml") in said and "\n" not in said
     for part in parts:
         assert part in said, said
-
-
-def test_a_rig_that_names_no_file_of_cells_is_refused(fill):
-    path = fill()
-    text = path.read_text(encoding="utf-8").replace("paper/tables.yaml", "paper/table.yaml")
-    path.write_text(text, encoding="utf-8")
-    with pytest.raises(InputError, match=r"paper_tables = 'paper/table.yaml':"):
-        load_rig(path)
-
-
-def test_a_copy_of_the_rig_finds_the_shipped_cells(fill):
-    path = fill(parameter("chain.link_mass", 11.5))
-    (path.parent / "paper" / "tables.yaml").unlink()
-    assert cells_path(path) == cells_path("paper") and load_rig(path) == RIG
 
 
 def test_what_is_like_the_paper_takes_the_cells_too(fill):

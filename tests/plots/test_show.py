@@ -7,21 +7,17 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-import pandas as pd
 import pytest
 
 import trackdyn
 from trackdyn.commands import cli
-from trackdyn.errors import InputError
 from trackdyn.measure.meshing import meshing_summary
-from trackdyn.plots.show import show, signal, work_of
+from trackdyn.plots.show import show, work_of
 from trackdyn.simulation import replay as stretches
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.replay import stretch_of
 from trackdyn.simulation.simulate import simulate
 
-MOST = 5e6  # bytes of a page
-PLOTS = ("tension-plot", "history-plot", "spectrum-plot", "shares-plot", "work-plot")
 PHONE = 318  # 84 mm at 96 dots an inch
 
 
@@ -112,18 +108,6 @@ def test_shares_are_those_of_the_record(recording, stretch):
     assert summary["ring_share_pct"] > 10
 
 
-def test_places_go_around_the_loop(stretch, rig):
-    """In a turn of the sprocket every joint goes on by as many pitches as there are teeth; wheels stand in the chain's
-    order.
-    """
-    gone = np.diff(stretch.place, axis=0) % rig.chain.pitches
-    steps = len(stretch.time) - 1
-    assert gone.sum(axis=0) == pytest.approx(rig.sprocket.teeth * steps / (steps + 1), rel=0.01)
-    begins = dict(zip(stretch.names, stretch.spans[:, 0], strict=True))
-    assert begins["sprocket"] == 0 < begins["road wheel"] < begins["idler"]
-    assert (stretch.spans[:, 1] > stretch.spans[:, 0]).all()
-
-
 def test_a_steered_run_is_not_taken_for_the_recorded_one(recording, tmp_path):
     other = replace(recording, place=recording.place + 1e-3)
     text = " ".join(show(other, seconds=0.05).text.split())
@@ -132,68 +116,11 @@ def test_a_steered_run_is_not_taken_for_the_recorded_one(recording, tmp_path):
     assert "It is the recorded run" in " ".join(show(recording, seconds=0.05).text.split())
 
 
-def test_a_long_lead_in_is_not_run_again(recording, monkeypatch):
-    monkeypatch.setattr(stretches, "LEAD_COST", 0.0)
-    monkeypatch.setattr(stretches, "SHORT_LEAD", 0.1)
-    shown = show(recording, seconds=0.05)
-    assert shown.stretch.apart is None and shown.stretch.begins == pytest.approx(0.5)
-    assert "not the record itself, which begins at" in shown.text and "what moves above" not in shown.text
-
-
-def test_another_version_is_told(recording):
-    old = replace(recording, meta=recording.meta | {"sources": "0123456789abcdef"})
-    assert "Another version of the program made this recording" in show(old, seconds=0.05).text
-    assert "Another version" not in show(recording, seconds=0.05).text
-
-
 def test_the_account_closes(recording):
     rows = {row["entry"]: row["work_j"] for row in work_of(recording)}
     open_part = rows.pop("numerical error")
     assert open_part == pytest.approx(rows["sprocket work"] - sum(rows.values()) + rows["sprocket work"])
     assert abs(open_part) < 5e-3 * rows["sprocket work"]
-
-
-def test_a_long_history_keeps_its_extremes(recording):
-    ay = np.zeros(50_000)
-    longer = replace(recording, mean=np.zeros((50_000, 3)), time=np.arange(50_000) / recording.rate)
-    longer.mean[[1234, 40_321], 1] = 5.0, -7.0
-    whole = signal(longer, None)["whole"]
-    g = recording.meta["rig"]["gravity"]
-    assert len(whole["low"]) == 2000 < len(ay)
-    assert max(whole["high"]) == pytest.approx(1 + 5 / g, rel=1e-3) and min(whole["low"]) == pytest.approx(
-        1 - 7 / g, rel=1e-3
-    )
-
-
-SCENES = {
-    "belt": {"chain": "belt", "ring_radius": None, "spells": False},
-    "free": {"loop": "free", "ring_radius": None, "spells": False},
-    "standing": {"motor_rpm": 0.0},
-    "sprung": {"tension": "sprung", "ring_radius": None},
-    "short": {"duration": 0.002},
-}
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_every_kind_of_run_has_a_page(make_scene, open_file, tmp_path, name):
-    shown = show(simulate(make_scene(**{"duration": 0.2} | SCENES[name])), tmp_path / "run.html", title=name)
-    page = open_file(tmp_path / "run.html", PHONE)
-    assert page.inner_text("h1") == name
-    assert page.locator("#scene").count() == (name != "belt")
-    assert page.locator("#shares-plot").count() == (name in ("sprung", "short"))
-    assert ("No contacts." in page.inner_text("body")) == (name == "free")
-    assert ("too short for a spectrum" in page.inner_text("body")) == (name == "short")
-    assert page.evaluate("document.documentElement.scrollWidth") <= PHONE
-    assert shown.summary
-
-
-def test_the_page_is_small_and_alone(page_file, open_page):
-    assert page_file.stat().st_size < MOST
-    assert [path.name for path in page_file.parent.iterdir() if path.suffix != ".npz"] == ["run.html"]
-    page = open_page()
-    assert page.eval_on_selector_all("a", "all => all.filter(e => !e.getAttribute('href').startsWith('#')).length") == 0
-    for plot in PLOTS:
-        assert page.evaluate(f"document.getElementById('{plot}').data.length") > 0
 
 
 @pytest.mark.parametrize("width", [PHONE, 1400])
@@ -204,14 +131,6 @@ def test_no_rule_of_accessibility_is_broken(open_page, width, scheme):
     page.eval_on_selector_all("details", "all => all.forEach(e => { e.open = true; })")
     broken = axe.Axe().run(page).response["violations"]
     assert [(rule["id"], node["html"][:100]) for rule in broken for node in rule["nodes"]] == []
-
-
-@pytest.mark.parametrize("width", [PHONE, 1200])
-def test_nothing_overflows(open_page, width):
-    page = open_page(width, 800)
-    assert page.evaluate("document.documentElement.scrollWidth") <= width
-    wide = "all => all.filter(e => !e.closest('.wide, .plot') && e.getBoundingClientRect().right > innerWidth + 1)"
-    assert page.eval_on_selector_all("main *, header *", f"{wide}.map(e => e.outerHTML.slice(0, 80))") == []
 
 
 def test_the_loop_plays_pauses_and_scrubs_and_the_tension_follows(open_page, stretch):
@@ -244,18 +163,6 @@ def test_the_loop_plays_pauses_and_scrubs_and_the_tension_follows(open_page, str
         assert page.evaluate(picture) != before
 
 
-def test_tables_and_charts_can_be_taken_along(open_page):
-    page = open_page()
-    with page.expect_download() as got:
-        page.locator("button[data-file='work.csv']").dispatch_event("click")
-    table = pd.read_csv(got.value.path())
-    assert list(table) == ["kind", "entry", "work_j", "share_pct"] and len(table) == 11
-    for plot in PLOTS:
-        with page.expect_download() as got:
-            page.click(f"button[data-chart='{plot}']")
-        assert len(pd.read_csv(got.value.path())) > 1
-
-
 def test_a_notebook_shows_the_page_in_a_frame(recording, open_file, tmp_path):
     shown = trackdyn.show(recording, seconds=0.05)
     frame = tmp_path / "frame.html"
@@ -265,13 +172,6 @@ def test_a_notebook_shows_the_page_in_a_frame(recording, open_file, tmp_path):
     page = open_file(frame)
     page.frames[1].wait_for_function("document.documentElement.dataset.drawn")
     assert html.escape(shown.text) in frame.read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize("seconds", [0.0, -1.0, 61.0, float("nan"), "long"])
-def test_a_stretch_out_of_range_is_refused(recording, seconds, tmp_path):
-    with pytest.raises(InputError, match=r"^seconds "):
-        show(recording, tmp_path / "run.html", seconds=seconds)
-    assert not list(tmp_path.iterdir())
 
 
 def command(monkeypatch, capsys, *arguments):

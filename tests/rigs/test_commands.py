@@ -8,7 +8,6 @@ import pytest
 
 from trackdyn.commands import cli
 from trackdyn.parameters.rig import load_rig
-from trackdyn.parameters.rig_file import shipped_rigs
 
 
 @pytest.fixture
@@ -29,14 +28,6 @@ def run(monkeypatch, capsys):
     return command
 
 
-def test_rigs_are_listed(tmp_path, run):
-    done = run("rigs", cwd=tmp_path)
-    assert done.returncode == 0
-    for name in shipped_rigs():
-        assert name in done.stdout
-    assert "63 pitches (double-pin), 10 teeth, 7 wheels" in done.stdout
-
-
 @pytest.mark.parametrize("name", ["bench", "m113", "paper", "robot", "vehicle"])
 def test_a_new_file_is_the_rig_that_it_is_like(name, tmp_path, run):
     done = run("new", "mine.yaml", "--like", name, cwd=tmp_path)
@@ -52,19 +43,6 @@ def test_a_new_file_is_the_rig_that_it_is_like(name, tmp_path, run):
     assert mine == its
     again = run("new", "mine.yaml", "--like", name, cwd=tmp_path)
     assert again.returncode == 1 and "mine.yaml already exists" in again.stderr and "Traceback" not in again.stderr
-
-
-def test_a_comment_of_a_new_file_can_be_taken_away(tmp_path, run):
-    run("new", "mine.yaml", "--like", "bench", cwd=tmp_path)
-    path = tmp_path / "mine.yaml"
-    text = path.read_text(encoding="utf-8")
-    begin = text.index("# bushing:")
-    rows = text[begin : text.index("\n\n", begin)].splitlines()
-    path.write_text(
-        text.replace("\n".join(rows), "\n".join(row.removeprefix("# ").removeprefix("#") for row in rows)),
-        encoding="utf-8",
-    )
-    assert load_rig(path).bushing == load_rig("bench").bushing
 
 
 def test_check_draws_and_says(tmp_path, run):

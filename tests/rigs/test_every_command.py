@@ -1,23 +1,18 @@
 """Every command that takes a rig, on every shipped rig and on a new file like each of them."""
 
 import sys
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
-from tests.inference.conftest import closed_form_ay
 
 from laboratory.inference.identification import experiment
-from laboratory.inference.identification.answer import best_rig_text
-from laboratory.inference.identification.experiment import Experiment, Speed
-from laboratory.inference.identification.identify import summary
-from laboratory.inference.identification.informative import asked, unknown_of
+from laboratory.inference.identification.experiment import Speed
+from tests.laboratory.inference.conftest import closed_form_ay
 from tests.rigs.conftest import scene_of
 from trackdyn.commands import cli
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.rig_file import shipped_rigs
-from trackdyn.parameters.wheels import OF_DRAG
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.sensor_csv import write_sensor_csv
 from trackdyn.simulation.cost import cost
@@ -85,22 +80,6 @@ def test_a_sweep_changes_a_wheel_by_its_name(file, command):
     assert pd.read_csv("results.csv")["state"].tolist() == ["done"]
 
 
-def test_identified_values_become_a_rig(file, tmp_path):
-    """Stiffness and tension that both have a range, the drag of the last wheel, and a ripple that the file may lack."""
-    rig = load_rig(file)
-    wheel = list(rig.rollers)[-1]
-    options = ["bushing.stiffness=5:5000", "tension.pre_tension=100:50000", f"{wheel}.{OF_DRAG[rig.drag][0]}=0.001:1"]
-    unknowns = asked([unknown_of(text) for text in options], rig, file)
-    best = unknowns.values([0.25, 0.5, 0.75])
-    table = summary(unknowns, np.random.default_rng(0).uniform(size=(200, 3)), best)
-    text = best_rig_text(SimpleNamespace(unknowns=unknowns, best=best, table=table), file, ["210.csv"])
-    (tmp_path / "best.yaml").write_text(text, encoding="utf-8")
-    again = load_rig(tmp_path / "best.yaml")
-    rounded = {name: float(f"{value:.6g}") for name, value in best.items()}
-    assert again == rig.changed(**rounded) != rig
-    assert "identified from 210.csv: not identified" in text
-
-
 # that every new file takes what is identified is tested above, without the search
 @pytest.mark.parametrize(
     "file", [one for one in FILES if one == ("m113", True) or not one[1]], ids=in_words, indirect=True
@@ -129,30 +108,6 @@ def test_a_stiffness_is_identified_from_a_record(file, command, tmp_path, monkey
 
 
 @pytest.mark.parametrize("name", shipped_rigs())
-def test_features_of_a_shipped_rig_are_simulated(name, monkeypatch):
-    """What `identify` asks of a rig, on the chain itself: one speed, one turn, a short lead-in."""
-    monkeypatch.setattr(experiment, "LEAD_IN", 0.1)
-    rig = load_rig(name)
-    asked = Experiment(rig, (Speed(scene_of(rig).motor_rpm, rig.ring_radius, rig.sensor.rate),))
-    found = experiment.run(asked, [{"bushing__stiffness": 1.1 * rig.bushing.stiffness}], None)
-    assert found.reasons == [""]
-    features = found.features(asked)
-    assert features.shape == (1, *asked.counts) and np.isfinite(features).all()
-
-
-def test_an_identified_default_is_written(tmp_path):
-    """The file does not say what the ripple is."""
-    path = tmp_path / "mine.yaml"
-    path.write_text("like: bench\ndrive: {source: s, kind: speed}\n", encoding="utf-8")
-    rig = load_rig(path)
-    unknowns = asked([unknown_of("drive.ripple=0:0.5")], rig, path)
-    table = summary(unknowns, np.full((9, 1), 0.5), {"drive.ripple": 0.25})
-    answer = SimpleNamespace(unknowns=unknowns, best={"drive.ripple": 0.25}, table=table)
-    path.write_text(best_rig_text(answer, path, ["210.csv"]), encoding="utf-8")
-    assert load_rig(path) == rig.changed(drive__ripple=0.25)
-
-
-@pytest.mark.parametrize("name", shipped_rigs())
 def test_a_shipped_rig_runs_on_its_chain(name, command, tmp_path):
     rig = load_rig(name)
     scene = scene_of(rig)
@@ -176,7 +131,3 @@ def test_a_shipped_rig_runs_on_its_chain(name, command, tmp_path):
     assert cost(scene).file == pytest.approx(held(recording), rel=1e-9)
     command("fmu", name, "--rpm", scene.motor_rpm, "--step", scene.step)
     assert (tmp_path / "track.fmu").stat().st_size > 1000
-
-
-def test_all_are_listed(command):
-    assert all(name in command("rigs") for name in shipped_rigs())

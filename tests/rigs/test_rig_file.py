@@ -7,19 +7,14 @@ import warnings
 
 import numpy as np
 import pytest
-import yaml
 
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import assemble, belt_around, run_order, wheel_names
 from trackdyn.parameters.rig import load_rig
-from trackdyn.parameters.rig_file import DEFAULT, read_rig, shipped_rigs
+from trackdyn.parameters.rig_file import shipped_rigs
 from trackdyn.parameters.table import parameter_table
 from trackdyn.scene.carriers import make_carriers
-from trackdyn.scene.limits import round_step
 from trackdyn.scene.scene import Scene
-
-OWN = ("bench", "m113", "robot", "vehicle")  # the others are the pipeline's files
-MOST_LINES = 62  # two of them the note of where the data are
 
 WHEEL = "{x: -1.05 m, y: 0.0 m, radius: 0.28 m, inertia: 3.0 kg m2}"
 
@@ -35,37 +30,6 @@ def refusal(path):
         load_rig(path)
     assert "\n" not in str(caught.value)
     return str(caught.value)
-
-
-def test_the_package_has_the_pipelines_rigs_and_its_own(rig, rig_path, default_rig_path):
-    assert set(shipped_rigs()) == {*OWN, "first_fit", "paper", "possible"}
-    assert load_rig() == load_rig(DEFAULT) == load_rig(default_rig_path) != rig == load_rig("first_fit")
-    for name, path in (("paper", default_rig_path), ("first_fit", rig_path)):
-        assert shipped_rigs()[name].read_bytes() == path.read_bytes(), "one source of truth"
-
-
-@pytest.mark.parametrize("name", OWN)
-def test_a_shipped_file_is_short_and_every_value_has_a_source(name):
-    path = shipped_rigs()[name]
-    assert path.read_text(encoding="utf-8").count("\n") <= MOST_LINES
-    table = parameter_table(path)
-    assert table["source"].str.strip().ne("").all() and table["kind"].ne("").all()
-    assert not table["name"].duplicated().any()
-    # what a file states itself is what the rig has: the short form loses nothing
-    own = yaml.safe_load(path.read_text(encoding="utf-8"))
-    for wheel, part in own["wheels"].items():
-        if isinstance(part, dict):
-            assert float(part["radius"].split()[0]) == load_rig(name).rollers[wheel].radius
-
-
-def test_the_paper_is_dumped_as_before(rig):
-    """What a rig does not use is not in its data, and with it not in what is hashed and stored."""
-    data = rig.model_dump()
-    assert not {"wheels", "surfaces", "drive", "profile"} & set(data)
-    assert set(data["idler"]) == {
-        "x", "y", "axial_offset", "toe", "camber", "radius", "inertia", "bearing_drag", "bearing_torque", "rolling_arm",
-    }  # fmt: skip
-    assert "kept" not in data["tension"] and "kind" not in data["chain"] and "ring" not in data["sprocket"]
 
 
 def test_values_that_the_laws_of_a_file_do_not_read_are_named(tmp_path):
@@ -123,19 +87,6 @@ def test_every_parameter_of_a_rig_is_read_by_something():
         except InputError:
             continue  # refused: it is read
     assert unread == NOT_IN_A_MODEL
-
-
-def test_short_values_have_units_and_their_sections_source(tmp_path):
-    path = written(
-        tmp_path,
-        f"like: bench\nwheels:\n  source: my own\n  idler: {WHEEL}\nchain: {{source: counted, kind: "
-        f"derived, pitches: 26}}\n",
-    )
-    entries = read_rig(path)
-    assert entries["chain"]["pitches"] == {"value": 26, "unit": "1", "kind": "derived", "source": "counted"}
-    assert entries["idler"]["radius"] == {"value": 0.28, "unit": "m", "kind": "assumed", "source": "my own"}
-    assert load_rig(path).chain.pitches == 26
-    assert load_rig(path).idler.toe == 0.0
 
 
 def test_a_wheel_is_a_section_by_its_name():
@@ -219,11 +170,6 @@ def test_a_large_wheel_between_small_ones_is_met_twice():
     assert sorted(run_order(circles)) == [0, 1, 2, 2]
 
 
-def test_wheels_on_one_line_come_one_after_the_other():
-    circles = np.array([[0.0, 0.3, 0.3], *[[-x, 0.0, 0.3] for x in (0.7, 1.4, 2.1, 2.8)]])
-    assert run_order(circles) == [0, 1, 2, 3, 4]
-
-
 def test_a_wheel_far_within_is_refused_and_one_under_a_sagging_strand_is_not():
     rig = load_rig("vehicle")
     assert "carrier" not in [wheel_names(rig)[i] for i in belt_around(rig)[1]]
@@ -235,21 +181,3 @@ def test_a_wheel_far_within_is_refused_and_one_under_a_sagging_strand_is_not():
         belt_around(rig.changed(road_1__x=-0.3))
     with pytest.raises(InputError, match="too short"):
         assemble(rig.changed(carrier__y=2.0))
-
-
-def test_a_misspelt_field_is_named_before_the_one_that_is_then_missing(tmp_path):
-    path = tmp_path / "mine.yaml"
-    path.write_text(
-        "like: bench\nwheels:\n  source: a tape\n  idler: {x: -1.05 m, y: 0.0 m, raduis: 0.28 m, inertia: 3.0 kg m2}\n"
-    )
-    with pytest.raises(
-        InputError, match=r"raduis is not a known parameter; remove it or correct its spelling \(radius\?\)"
-    ):
-        load_rig(path)
-
-
-@pytest.mark.parametrize(("limit", "step"), [(9.6e-5, 6.25e-5), (3.8e-5, 3.125e-5), (5e-5, 5e-5), (2.0, 1e-3)])
-def test_a_step_that_is_proposed_can_be_typed(limit, step):
-    """It divides the sample interval of 1 ms exactly as it is written, and lies within the limit."""
-    assert round_step(limit, 1e-3) == pytest.approx(step, rel=1e-12)
-    assert 1e-3 / float(f"{round_step(limit, 1e-3):.7g}") == pytest.approx(round(1e-3 / step), abs=1e-9)

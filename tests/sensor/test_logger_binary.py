@@ -102,8 +102,3 @@ def test_what_would_move_the_record_is_refused(tmp_path, write, name):
         read_sensor_csv(write(tmp_path / name, ay=hole))
     with pytest.raises(InputError, match="'acc_y' does not say its unit"):
         read_sensor_csv(write(tmp_path / name, unit=""))
-
-
-def test_two_groups_with_the_same_channel_are_refused(tmp_path):
-    with pytest.raises(InputError, match="2 groups of channels have a column for ay"):
-        read_sensor_csv(write_mdf(tmp_path / "record.mf4", groups=2))

@@ -204,14 +204,6 @@ def test_harmless_variants_are_read(content, tmp_path):
     assert record.path == tmp_path / "record.csv"
 
 
-def test_clipped_rows_are_counted_and_kept(tmp_path):
-    lines = CLEAN.replace("0.001,0.1000", "0.001,20.0000").replace("0.004,0.1000,1.0400", "0.004,-20.0,20.0")
-    record = read_sensor_csv(write(tmp_path / "record.csv", lines))
-    assert record.clipped == 2
-    assert record.ax_g[1] == 20.0
-    assert read_sensor_csv(tmp_path / "record.csv", range_g=50.0).clipped == 0
-
-
 def test_round_trip_is_exact_and_deterministic(tmp_path):
     rng = np.random.default_rng(11)
     t = np.arange(5000) / 1000.0
@@ -230,19 +222,6 @@ def test_round_trip_is_exact_and_deterministic(tmp_path):
     np.testing.assert_array_equal(record.t_s, t)
     np.testing.assert_array_equal([record.ax_g, record.ay_g, record.az_g], axes)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a.csv", "b.csv"]
-
-
-@pytest.mark.parametrize(("rate", "decimals"), [(1000.0, 3), (100.0, 3), (10_000.0, 4), (1024.0, 9), (990.0, 9)])
-def test_time_has_as_many_digits_as_the_rate_needs(rate, decimals, tmp_path):
-    t = np.arange(3000) / rate
-    path = tmp_path / "record.csv"
-    write_sensor_csv(path, t, 0 * t, np.cos(t), 0 * t)
-    assert len(path.read_text().splitlines()[2].split(",")[0].split(".")[1]) == decimals
-    record = read_sensor_csv(path)
-    np.testing.assert_allclose(record.t_s, t, atol=1e-9)
-    assert record.rate_hz == rate
-    if rate != 1000.0:
-        refused(path, [f"{rate:g} Hz", "--rate 1000"], mapping=SensorMapping(rate=1000))
 
 
 @pytest.mark.parametrize(
@@ -279,15 +258,6 @@ def test_a_folder_that_cannot_be_is_refused_on_writing(tmp_path):
         write_sensor_csv(tmp_path / "file" / "record.csv", [0.0, 0.001], [0, 0], [1, 1], [0, 0])
 
 
-@pytest.mark.parametrize(
-    "change", [str, lambda text: text.replace(",", ";").replace(".", ","), lambda text: text.replace("\n", ",\n")]
-)
-def test_a_clean_record_is_not_read_line_by_line(change, tmp_path, monkeypatch):
-    """Minutes for an hour of samples, where pandas takes seconds."""
-    monkeypatch.setattr(logger_text, "_parse_by_line", None)
-    assert read_sensor_csv(write(tmp_path / "record.csv", change(CLEAN))).ay_g.size == 6
-
-
 def test_a_device_and_a_large_file_are_refused_at_once(tmp_path, monkeypatch):
     refused(os.devnull.replace("null", "zero"), ["device"])
     monkeypatch.setattr(logger_text, "MOST_BYTES", 100)
@@ -305,18 +275,6 @@ def test_columns_are_chosen_with_a_sign(tmp_path):
     refused(path, ["no column 'ch9' for ay", "'ch1'"], mapping=SensorMapping(axes={"ay": "ch9"}))
     refused(path, ["no column 'ch9' for ax", "'ch1'"], mapping=SensorMapping(axes={"ay": "ch2", "ax": "ch9"}))
     refused(path, ["'ch2 (g)' is in g", "--unit m/s2"], mapping=mapping.model_copy(update={"unit": "m/s2"}))
-
-
-def test_columns_without_names_are_chosen_by_number(tmp_path):
-    path = write(tmp_path / "record.csv", CLEAN.replace(HEADER + "\n", ""))
-    record = read_sensor_csv(path, load_mapping(time="1", axes={"ay": "3"}, unit="g"))
-    np.testing.assert_array_equal(record.ay_g, [1.0, 1.01, 1.02, 1.03, 1.04, 1.05])
-
-
-def test_an_axis_that_is_mapped_is_not_found_twice(tmp_path):
-    path = write(tmp_path / "record.csv", CLEAN)
-    assert read_sensor_csv(path, SensorMapping(axes={"az": "ax_g"})).ax_g is None
-    refused(path, ["'az_g'", "every row"], mapping=SensorMapping(axes={"ay": "az_g"}))
 
 
 def stamped(path, t, decimals=None):
@@ -346,32 +304,6 @@ def test_the_rate_is_found_from_rounded_stamps(rate, start, decimals, tmp_path):
     assert record.ay_g.size == t.size
 
 
-@pytest.mark.parametrize("lost", [[5000], [2000, 2001], [700, 3100, 3200], [100, 2000, 4000, 6500]])
-@pytest.mark.parametrize(("rate", "decimals"), [(1000, 3), (1000, 6), (998.9, 6), (1000.9, 6)])
-def test_lost_rows_are_not_taken_for_rounding(lost, rate, decimals, tmp_path):
-    t = np.delete(np.arange(9000), lost) / rate
-    for mapping in (SensorMapping(), SensorMapping(rate=1000)):
-        refused(stamped(tmp_path / "record.csv", t, decimals), ["--"], mapping=mapping)
-
-
-def test_a_few_odd_stamps_are_decided_by_the_rate(tmp_path):
-    """One double step in whole milliseconds: 1000 Hz with a row lost, or 999.75 Hz rounded."""
-    path = stamped(tmp_path / "record.csv", np.arange(4000) / 999.75, 3)
-    refused(path, ["rows are missing or unevenly timed", "--time none --rate HZ"])
-    assert read_sensor_csv(path, SensorMapping(rate=999.75)).rate_hz == 999.75
-    assert read_sensor_csv(path, SensorMapping(rate=999.75, time="none")).ay_g.size == 4000
-    refused(path, ["missing"], mapping=SensorMapping(rate=1000))
-
-
-@pytest.mark.parametrize(("unit", "scale"), [("s", 1.0), ("ms", 1e3), ("us", 1e6), ("ns", 1e9)])
-@pytest.mark.parametrize("named", [True, False])
-@pytest.mark.parametrize("rate", [100, 1000, 20000])
-def test_the_unit_of_time_follows_from_the_rate(unit, scale, named, rate, tmp_path):
-    rows = "".join(f"{1.7e9 * (unit == 'ns') + k / rate * scale:.9g},{k % 7}\n" for k in range(40))
-    record = read_sensor_csv(write(tmp_path / "record.csv", f"time{f' ({unit})' * named},ay_g\n{rows}"))
-    assert record.rate_hz == pytest.approx(rate, rel=1e-3)
-
-
 def test_jitter_is_resampled_on_request_and_its_size_said(tmp_path):
     rng = np.random.default_rng(3)
     t = np.arange(5000) / 1000 + rng.uniform(-2e-4, 2e-4, 5000)
@@ -383,28 +315,6 @@ def test_jitter_is_resampled_on_request_and_its_size_said(tmp_path):
     expected = np.sin(2 * np.pi * 7 * record.t_s)
     # stamps rounded to 1 us twice, at 44 rad/s; taken as even, 0.2 ms would be 9e-3
     assert np.abs(record.ay_g - expected).max() < 5e-5
-
-
-def test_the_rows_outside_are_dropped_and_what_is_wrong_there_with_them(tmp_path):
-    t = np.concatenate([np.arange(500) / 1000, [0.2], 2 + np.arange(4000) / 1000])
-    path = stamped(tmp_path / "record.csv", t, 3)
-    refused(path, ["line 502"])
-    record = read_sensor_csv(path, SensorMapping(**{"from": 2.5, "to": 4.0}))
-    assert record.ay_g.size == 1501 and record.t_s[0] == 0.0
-    assert record.ay_g[0] == pytest.approx(np.sin(2 * np.pi * 7 * 2.5), abs=1e-6)
-    assert record.done["dropped"].startswith("3000 rows")
-    refused(path, ["0 rows", "--from 9", "5.999 s"], mapping=SensorMapping(start=9))
-    counted = read_sensor_csv(path, SensorMapping(time="none", rate=1000, start=1.0, to=2.0))
-    assert counted.ay_g.size == 1001
-
-
-def test_options_stand_on_top_of_the_file(tmp_path):
-    path = write(
-        tmp_path / "logger.yaml", "time: none\nrate: 2048\nunit: m/s2\naxes: {ax: 1, ay: -channel3}\nfrom: 2\n"
-    )
-    mapping = load_mapping(path, rate=1024.0, axes={"ax": "channel1"}, unit=None, resample=False)
-    assert (mapping.time, mapping.rate, mapping.unit, mapping.start) == ("none", 1024.0, "m/s2", 2.0)
-    assert mapping.axes == {"ax": "channel1", "ay": "-channel3"}
 
 
 @pytest.mark.parametrize(
@@ -427,15 +337,6 @@ def test_a_mapping_is_refused_in_one_sentence(text, words, tmp_path):
     sentence = str(caught.value)
     assert sentence.startswith(str(path)) and "\n" not in sentence
     assert all(word in sentence for word in words), sentence
-
-
-def test_stamps_under_another_name_are_not_passed_over(tmp_path):
-    """A rate that is given for them may contradict them."""
-    path = write(tmp_path / "record.csv", "Zeit [s];ay [g]\n0.000;1.0\n0.002;1.1\n0.004;1.0\n0.006;0.9\n")
-    with pytest.raises(InputError, match=r"'Zeit \[s\]' may be the time; say so with --time NAME"):
-        read_sensor_csv(path, SensorMapping(rate=1000))
-    assert read_sensor_csv(path, SensorMapping(time="Zeit [s]")).rate_hz == pytest.approx(500.0)
-    assert read_sensor_csv(path, SensorMapping(rate=1000, time="none")).rate_hz == 1000.0
 
 
 def raw(header, values, rate=1000):
@@ -471,15 +372,6 @@ def test_raw_counts_without_a_scale_are_refused(tmp_path):
             load_mapping(**options)
 
 
-def test_axes_that_nobody_asked_for_do_not_stop_a_record(tmp_path):
-    path = write(tmp_path / "record.csv", CLEAN.replace(HEADER, "t_s,ax (V),ay_g,az"))
-    record = read_sensor_csv(path)
-    assert record.ax_g is None and record.az_g is None and "not used: 'ax (V)', 'az'" in record.done["columns"]
-    refused(path, ["'ax (V)'", "'v'"], mapping=SensorMapping(axes={"ax": "ax (V)"}))
-    lines = (",".join(line.split(",")[::2]) for line in CLEAN.splitlines())
-    assert read_sensor_csv(write(path, "\n".join(lines))).ay_g.size == 6
-
-
 @pytest.mark.parametrize(
     ("stamp", "zone"),
     [("%Y-%m-%dT%H:%M:%S.%f", "Z"), ("%Y-%m-%d %H:%M:%S.%f", ""), ("%Y-%m-%dT%H:%M:%S,%f", "+02:00")],
@@ -507,8 +399,3 @@ def test_what_is_no_text_is_refused_by_name(tmp_path):
     refused(tmp_path / "run.csv.npz", ["is a recording, not a sensor's file"])
     refused(write(tmp_path / "sheet.csv", b"PK\x03\x04" + bytes(100)), ["an archive or a spreadsheet"])
     refused(write(tmp_path / "raw.csv", np.arange(500, dtype="<i2").tobytes()), ["binary data"])
-
-
-def test_a_record_that_says_it_is_synthetic_is_known_to_be(tmp_path):
-    path = write(tmp_path / "record.csv", "# SYNTHETIC: not measured\n" + CLEAN)
-    assert read_sensor_csv(path).synthetic and not read_sensor_csv(write(path, CLEAN)).synthetic

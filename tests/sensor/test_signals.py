@@ -25,10 +25,6 @@ def test_rms_and_standard_deviation_of_a_sine_with_offset():
     assert signals.standard_deviation(a) == pytest.approx(np.sqrt(4.5), rel=1e-13)
 
 
-def test_standard_deviation_divides_by_n():
-    assert signals.standard_deviation([0.0, 2.0]) == 1.0
-
-
 @ANY_MACHINE
 @given(SIGNALS)
 def test_rms_standard_deviation_and_mean_form_a_right_triangle(a):
@@ -129,26 +125,6 @@ def test_main_line_leaves_the_mean_and_everything_outside_the_band():
     a = sine(0.5, amplitude=1.0, offset=50.0) + sine(5.0, amplitude=9.0)
     assert signals.main_line(a, RATE) == pytest.approx((0.5, 1.0))
     assert signals.main_line(a, RATE, low_hz=0.0, high_hz=10.0) == pytest.approx((5.0, 9.0))
-
-
-def test_high_frequency_rms_counts_from_the_corner_on():
-    a = sine(5.0, amplitude=2.0, offset=1.0) + sine(20.0, amplitude=1.0) + sine(100.0, amplitude=0.5)
-    assert signals.high_frequency_rms(a, RATE) == pytest.approx(np.sqrt(0.5 + 0.125), rel=1e-9)
-    assert signals.high_frequency_rms(a, RATE, 20.5) == pytest.approx(np.sqrt(0.125), rel=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("rpm", "hz", "position"),
-    [(115, 0.1278, 11.503), (150, 0.1667, 15.004), (180, 0.2001, 18.005), (210, 0.2334, 21.005)],
-)
-def test_loop_frequencies_in_a_record_of_90_s(rpm, hz, position):
-    loop_hz = rpm / (60.0 * 5.57) * 13.0 / 35.0
-    assert loop_hz == pytest.approx(hz, abs=5e-5)
-    found, factor = signals.picket_fence(loop_hz, RATE, RECORD)
-    assert found == pytest.approx(position, abs=5e-4)
-    offset = position - round(position)
-    assert factor == pytest.approx(abs(np.sin(np.pi * offset) / (np.pi * offset)), abs=1e-3)
-    assert factor > 0.9999 or rpm == 115
 
 
 def test_picket_fence_is_what_the_spectrum_shows():

@@ -3,14 +3,11 @@
 import numpy as np
 import pytest
 
-from replication.study.extremes.judge import COMPLETED, DEFECT, REFUSED, as_table, row
-from replication.study.extremes.resolved import FAMILY, by_kind, drawn, run_drawn, verdict
-from trackdyn.errors import DivergenceError, InputError
+from trackdyn.errors import DivergenceError
 from trackdyn.measure.metrics import run_metrics
 from trackdyn.model.record import PEAK, PEAK_TIME, PITCH
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.rig_file import shipped_rigs
-from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.resolution import (
     FLIPS,
@@ -30,7 +27,6 @@ from trackdyn.simulation.resolution import (
 )
 from trackdyn.simulation.simulate import simulate
 from trackdyn.simulation.trial import Trial, try_steps
-from trackdyn.simulation.watch import FINER
 
 
 @pytest.fixture(scope="module")
@@ -105,11 +101,6 @@ def test_a_short_run_that_is_resolved_completes_and_says_so(make_scene):
     assert run_metrics("x", recording)["resolved"] == YES
 
 
-def test_a_very_short_run_says_that_it_was_not_judged(make_scene, tmp_path):
-    recording = simulate(make_scene(115.0, lead_in=0.0, duration=0.05))
-    assert recording.meta["resolved"]["state"] == OPEN and run_metrics("x", recording)["resolved"] == OPEN
-
-
 def test_a_record_that_flips_and_holds_with_a_finer_step_completes_and_says_so(make_scene, monkeypatch):
     """Doubt that a finer run does not share is said, not refused."""
     monkeypatch.setattr("trackdyn.simulation.watch.doubt", lambda *_: "it flips")
@@ -164,16 +155,6 @@ def test_a_run_shorter_than_a_turn_of_the_loop_is_run_again(make_scene, monkeypa
     assert state() == YES and len(tried) == 1, "the first piece alone"
 
 
-def test_the_trial_of_a_run_settles_with_its_own_step(make_scene, monkeypatch):
-    """A loop that the coarse step had settled wrongly was taken for the start of the finer run as well."""
-    made, init = [], Loop.__init__
-    monkeypatch.setattr(
-        Loop, "__init__", lambda loop, scene, *more: made.append(scene.step) or init(loop, scene, *more)
-    )
-    simulate(make_scene(115.0, ring_radius=None, step=1e-4))
-    assert made == [1e-4, 1e-4 / FINER]
-
-
 def test_watching_a_run_changes_nothing(make_scene):
     """Looks fall on the same steps however a record is cut, and a checkpoint goes on with their sums."""
     loop = Loop(make_scene(115.0, ring_radius=None))
@@ -189,42 +170,6 @@ def test_a_trial_halves_until_the_answer_holds(running):
     assert found.step == found.tried[-2] and found.tried[0] == 1e-4
     assert "tried" in str(found) and "no step" in str(Trial(None, (1e-4,)))
     assert running.time == 0.0
-
-
-def test_tried_steps_are_those_of_the_next_speed(tmp_path):
-    path = tmp_path / "mine.yaml"
-    path.write_text("like: bench\ntried:\n- {rpm: 100, step: 5.0e-5}\n- {rpm: 50, step: 1.0e-4}\n", encoding="utf-8")
-    rig = load_rig(path)
-    assert [rig.tried_step(rpm).step for rpm in (20.0, 60.0, 500.0)] == [1e-4, 5e-5, 5e-5]
-    assert Scene(rig, 20.0).step == 1e-4 and Scene(rig, 60.0).step == 5e-5
-    child = tmp_path / "child.yaml"
-    child.write_text("like: mine.yaml\n", encoding="utf-8")
-    assert load_rig(child).tried_step(20.0) is None  # another rig
-    for bad in ("5", "[{rpm: 1}]", "[{rpm: x, step: y}]", "abc", "[{rpm: 1, step: 0}]"):
-        path.write_text(f"like: bench\ntried: {bad}\n", encoding="utf-8")
-        with pytest.raises(InputError, match=r"mine\.yaml: tried"):
-            load_rig(path)
-
-
-def test_scenes_of_short_runs_are_drawn_alike_and_judged():
-    # a scene of the accuracy study, with the laws that many tests have compiled
-    assert drawn(26)[0] == drawn(26)[0] and drawn(26)[2] == drawn(26)[2]
-    found = run_drawn(26)
-    assert found["family"] == FAMILY and found["outcome"] == COMPLETED and found["group"] == YES
-    assert 0 < found["value"] < 0.02
-    lost = row(FAMILY, "9: odd: never ran", REFUSED, "no loop")
-    rows = [found, lost, found | {"outcome": REFUSED, "group": "refused", "value": 0.5}]
-    table = by_kind(as_table(rows * 20))
-    assert list(table["kind"]) == ["odd", "trade", "all"]
-    last = table.iloc[-1]
-    assert (last["scenes"], last["no_loop"], last["resolved"], last["refused"], last["good"]) == (60, 20, 20, 20, 20)
-    assert verdict(table).endswith("0 of 20 good ones were refused, of 3 %. The bounds hold.")
-    silent = found | {"outcome": DEFECT, "value": 0.5}
-    for more in (silent, found | {"outcome": REFUSED, "group": "refused"}):
-        assert verdict(by_kind(as_table([*rows, more]))).endswith("The bounds do not hold.")
-    assert by_kind(as_table([silent])).iloc[-1]["beyond"] == "26 (yes)"
-    # a run that says so itself is no silent error
-    assert "do not" not in verdict(by_kind(as_table([*rows, silent | {"group": NO}])))
 
 
 def test_every_shipped_rig_has_a_step_that_its_loop_allows():

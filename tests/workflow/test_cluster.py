@@ -1,20 +1,16 @@
 """Sweeps as a module, and the profiles."""
 
-import importlib.util
 import os
-import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pandas as pd
 import pytest
-import yaml
 
-from trackdyn.sweeps.sweep import batches, one_of_each_kind, sweep
+from trackdyn.sweeps.sweep import batches, sweep
 
 ROOT = Path(__file__).parents[2]
-SLURM = yaml.safe_load((ROOT / "profiles/slurm/config.yaml").read_text(encoding="utf-8"))
 SCENE = {"preset": "fast", "duration": 0.05, "lead_in": 0.0, "ramp": 0.05}
 MODULE = """
 module sweep:
@@ -27,14 +23,6 @@ rule mine:
     default_target: True
     input: rules.sweep_gather.output
 """
-
-
-def load(name, path):
-    """A script that is no module of the package."""
-    spec = importlib.util.spec_from_file_location(name, ROOT / path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def snakemake(folder, *arguments):
@@ -120,18 +108,6 @@ def test_batches_hold_every_row_once_and_neighbours_alike(rig_path):
     assert [len(part) for part in batches(design, rig_path, 9)] == [1] * 8 + [0]
 
 
-def test_a_row_of_each_kind_is_compiled_first():
-    design = pd.DataFrame({"motor_rpm": [1, 2, 3], "friction": ["none", "tangential", "none"]})
-    assert one_of_each_kind(design).motor_rpm.tolist() == [1, 2]
-    assert one_of_each_kind(design[["motor_rpm"]]).motor_rpm.tolist() == [1]
-
-
-def test_no_node_is_asked_for_all_there_is():
-    text = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "workflow/rules").glob("*.smk"))
-    rules = re.findall(r"^rule (\w+):(.*?)(?=^\S|\Z)", text, re.MULTILINE | re.DOTALL)
-    assert SLURM["set-threads"].keys() == {name for name, body in rules if "threads: 64" in body}
-
-
 @pytest.mark.slurm
 def test_snakemake_takes_the_profile(tmp_path):
     pytest.importorskip("snakemake_executor_plugin_slurm")
@@ -153,13 +129,3 @@ def test_snakemake_takes_the_profile(tmp_path):
     )
     assert result.returncode == 0, result.stdout + result.stderr
     assert "gather" in result.stdout + result.stderr
-
-
-def test_what_a_slurm_lacks_is_said_in_one_sentence(monkeypatch):
-    slurm = load("slurm", "tests/workflow/cluster/slurm.py")
-    monkeypatch.setenv("PATH", "/nowhere")
-    monkeypatch.setattr(slurm, "PROGRAMS", ("munged", "no_such_daemon"))
-    assert "no_such_daemon" in slurm.missing() and "apt-get install slurm-wlm munge" in slurm.missing()
-    monkeypatch.setattr(slurm, "PROGRAMS", ())
-    monkeypatch.setattr(os, "geteuid", lambda: 1000)
-    assert "must be root" in slurm.missing()

@@ -10,11 +10,10 @@ from pathlib import Path
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "workflow"))
-sys.path.insert(0, str(Path(__file__).parents[2] / "workflow" / "scripts"))
-import _script
 
 import run
 from trackdyn.errors import InputError
+from trackdyn.sweeps import job
 
 
 @pytest.fixture
@@ -76,17 +75,17 @@ def test_jobs_of_a_killed_run_are_waited_for(started, tmp_path, capsys):
 
 
 def test_a_job_that_begins_after_its_run_was_killed_ends_by_itself(started, tmp_path, monkeypatch):
-    monkeypatch.setattr(_script.fcntl, "flock", lambda *_: None)  # these jobs live as long as the test
+    monkeypatch.setattr(job.fcntl, "flock", lambda *_: None)  # these jobs live as long as the test
     run.main(["-j2"])
     first = os.environ["TRACKDYN_RUN"]
-    _script._join()  # of this run
+    job._join()  # of this run
     run.main(["-j2"])
     assert first != os.environ["TRACKDYN_RUN"]
     monkeypatch.setenv("TRACKDYN_RUN", first)
     with pytest.raises(SystemExit, match="the run that began this job was killed, and another one goes on"):
-        _script._join()
+        job._join()
     monkeypatch.delenv("TRACKDYN_RUN")
-    _script._join()  # of a plain snakemake
+    job._join()  # of a plain snakemake
 
 
 def test_a_configuration_that_would_be_run_is_refused_before_it_is(started, tmp_path):
@@ -104,7 +103,7 @@ STOPPED = "interrupted; nothing had begun\n"
     [
         ("import runpy; runpy.run_path('workflow/run.py', run_name='__main__')", "trackdyn.errors", 1, STOPPED),
         ("import run; exec(run.SNAKEMAKE)", "snakemake.cli", 1, STOPPED),
-        ("snakemake = 1; from _script import logged", "trackdyn.errors", 130, ""),
+        ("snakemake = 1; from trackdyn.sweeps.job import logged; import trackdyn.errors", "trackdyn.errors", 130, ""),
     ],
 )
 def test_an_interruption_of_imports_leaves_no_traceback(code, module, exit_code, said):
@@ -112,7 +111,7 @@ def test_an_interruption_of_imports_leaves_no_traceback(code, module, exit_code,
     find = f"""
 import os, signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)  # also where the tests run in the background
-sys.path[:0] = ["workflow", "workflow/scripts"]
+sys.path[:0] = ["workflow", "."]
 class Struck:
     def find_spec(self, name, *_):
         if name == {module!r}:

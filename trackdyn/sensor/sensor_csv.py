@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import scipy  # its parts are loaded where they are used
 
-from trackdyn.errors import InputError
+from trackdyn.errors import InputError, shown
 from trackdyn.files import replacing
 from trackdyn.sensor import stamps
 from trackdyn.sensor.logger_binary import Channels, read_channels
@@ -174,8 +174,8 @@ def _record(layout, mapping, columns, units, values, range_g, gravity) -> Sensor
     used = {column.place for column, _ in columns.values()}
     unused = [name for k, name in enumerate(layout.names) if k not in used and name]
     signs = {axis: "-" * (columns[axis][1] < 0) for axis in units}
-    shown = {unit: f"counts of 1/{counts:.6g} g" if unit == "counts" else unit for unit in scale}
-    message = [f"{axis} = {signs[axis]}{shown(names[axis])} in {shown[unit]}" for axis, unit in units.items()]
+    words = {unit: f"counts of 1/{counts:.6g} g" if unit == "counts" else unit for unit in scale}
+    message = [f"{axis} = {signs[axis]}{shown(names[axis])} in {words[unit]}" for axis, unit in units.items()]
     done = {"rows": f"{count}, from line {layout.first_line} on"}
     done["columns"] = ", ".join(message) + (f"; not used: {listed(unused)}" if unused else "")
 
@@ -203,7 +203,7 @@ def _record(layout, mapping, columns, units, values, range_g, gravity) -> Sensor
         name = list(axes)[axis]
         raise InputError(
             f"{path}: field {names[name]} in line {line + k} is {axes[name][k]:.6g} g if it is in "
-            f"{shown[units[name]]}, beyond the "
+            f"{words[units[name]]}, beyond the "
             f"sensor's range of +-{range_g:g} g; check the unit (--unit, for raw counts --scale) or give the range of "
             "the sensor, --range G."
         )

@@ -7,11 +7,10 @@ from math import nan
 import numpy as np
 import pytest
 
-from laboratory.fmi.unit import Strands, Unit
+from laboratory.fmi.unit import Unit
 from trackdyn.commands import cli
 from trackdyn.errors import InputError
 from trackdyn.measure.sensor import specific_force
-from trackdyn.parameters.rig import Rig
 from trackdyn.scene.fidelity import preset
 from trackdyn.simulation.loop import Loop
 
@@ -157,14 +156,6 @@ def test_a_refused_input_ends_in_one_sentence(unit_file):
     assert "tensioner_shift = 0.4 m: must be between" in "".join(said)
 
 
-def test_a_refused_speed_is_logged(imported, capfd):
-    unit, numbers = imported
-    unit.setFloat64([numbers["motor_rpm"]], [nan])
-    with pytest.raises(Exception, match="status 3"):
-        exchange(unit, 0.0)
-    assert "motor_rpm = nan:" in "".join(capfd.readouterr())
-
-
 def test_torque_and_turn_are_the_work_of_the_drive_and_it_is_lost(scene):
     unit = Unit(scene.with_(lead_in=0.5))
     unit.start()
@@ -183,19 +174,6 @@ def test_torque_and_turn_are_the_work_of_the_drive_and_it_is_lost(scene):
     assert work > 0
 
 
-def test_strand_tension_is_that_between_its_joints():
-    """Joints along a strand from (0, 1) to (4, 1), force growing by 10 N/m from 100 N: 120 N in the middle, always."""
-    circles = np.array([[0.0, 0.0, 1.0], [4.0, 0.0, 1.0]])
-    strands = Strands(circles, ["a", "b"])
-    assert strands.names == [("a", "b"), ("b", "a")]
-    assert strands.middle == pytest.approx(np.array([[2.0, 1.0], [2.0, -1.0]]))
-    for shift in np.linspace(0.0, 0.5, 7):
-        x = np.arange(0.0, 4.0, 0.5) + shift
-        upper, lower = np.column_stack([x, np.ones(8)]), np.column_stack([x[::-1], -np.ones(8)])
-        forces = np.column_stack([np.concatenate([100 + 10 * x, 300 - 10 * x[::-1]]), np.zeros(16)])
-        assert strands.tension(np.vstack([upper, lower]), forces) == pytest.approx([120.0, 280.0])
-
-
 def test_a_unit_starts_at_rest_under_its_pre_tension(scene):
     unit = Unit(scene)
     unit.start()
@@ -206,12 +184,6 @@ def test_a_unit_starts_at_rest_under_its_pre_tension(scene):
     settled = unit.loop.layout["settled_tension_n"]  # at the cut, in the strand from the idler to the sprocket
     assert unit.values["tension_idler_to_sprocket"] == pytest.approx(settled, rel=0.01)
     assert len(tensions) == 3
-
-
-def test_inputs_are_those_of_the_rig(make_scene):
-    names = lambda **fields: [signal.name for signal in Unit(make_scene(115.0, **fields)).inputs]  # noqa: E731
-    assert names() == ["motor_rpm", "tensioner_shift"]
-    assert names(tension="sprung") == ["motor_rpm"]
 
 
 def test_a_shift_of_the_tensioner_tightens_the_loop(scene):
@@ -269,61 +241,3 @@ def test_the_command_refuses_in_one_sentence(arguments, sentence, monkeypatch, c
     error = capsys.readouterr().err
     assert sentence in error and error.count("\n") == 1 and "Traceback" not in error
     assert [path.name for path in tmp_path.iterdir()] == ["config"]
-
-
-def test_without_the_library_one_sentence_says_what_to_install(monkeypatch, scene, tmp_path):
-    from laboratory.fmi.build import write_fmu
-
-    monkeypatch.setitem(sys.modules, "pythonfmu3", None)
-    with pytest.raises(InputError, match=r"pip install 'trackdyn\[fmu\]'"):
-        write_fmu(scene, tmp_path / "track.fmu")
-    assert not list(tmp_path.iterdir())
-
-
-@pytest.fixture(scope="module")
-def driven_rig(rig):
-    """The shipped rig with a motor of a line and a tensioner that is pushed.
-
-    The surface of its own, equal to that of the others, makes its kernels those of `tests/rigs/test_drives.py`.
-    """
-    data = rig.model_dump(mode="json")
-    data["surfaces"], data["idler"]["surface"] = {"same": data["wheel_contact"]}, "same"
-    data["drive"] = {"kind": "motor", "inertia": 40.0, "slope": 2000.0, "torque": 900.0}
-    data["tension"] |= {"kept": "forced", "force": [[0.0, 9000.0]], "damping": 2e4}
-    return Rig.model_validate(data)
-
-
-def test_the_torque_limit_is_what_turns_the_sprocket(make_scene, driven_rig):
-    """Newton: what the drive gives turns sprocket, gear and rotor, and through them the chain."""
-    unit = Unit(make_scene(300.0, rig=driven_rig, lead_in=0.0, ramp=1e-3))
-    assert [signal.name for signal in unit.inputs] == ["motor_rpm", "torque_limit", "tensioner_force"]
-    unit.start()
-    for limit, start in ((900.0, 0.0), (500.0, 0.1)):
-        unit.wanted["torque_limit"] = limit
-        for k in range(20):  # the first exchanges after a jump of the torque shake the chain
-            unit.step(start + k * EXCHANGE, EXCHANGE)
-        before, taken = unit.values["rate_sprocket"], []
-        for k in range(20, 100):
-            unit.step(start + k * EXCHANGE, EXCHANGE)
-            taken.append(unit.values["sprocket_torque"])
-        gained = driven_rig.drive.inertia * (unit.values["rate_sprocket"] - before) / (80 * EXCHANGE)
-        # clockwise is negative; a mean over the turn is that over time but for what the rate changes in an exchange
-        assert gained == pytest.approx(-limit - np.mean(taken), abs=0.01 * limit)
-        assert np.mean(taken) < -50.0  # the chain took some of it
-    assert abs(unit.values["rate_sprocket"]) < 0.9 * abs(unit.loop.scene.sprocket_rate)
-
-
-def test_the_tensioner_force_tightens_the_loop_at_rest(make_scene, driven_rig):
-    unit = Unit(make_scene(0.0, rig=driven_rig, lead_in=0.0))
-    unit.start()
-    means = []
-    for force in (9000.0, 11000.0):
-        unit.wanted["tensioner_force"] = force
-        for _ in range(1500):
-            unit.step(unit.loop.time, EXCHANGE)
-        means.append(np.mean([value for name, value in unit.values.items() if name.startswith("tension_")]))
-    # force and tension are in proportion but for the chain's weight, which tightens the loop by itself
-    assert means[1] / means[0] == pytest.approx(11 / 9, rel=0.1)
-    unit.wanted["tensioner_force"] = nan
-    with pytest.raises(InputError, match="tensioner_force = nan N:"):
-        unit.step(unit.loop.time, EXCHANGE)

@@ -12,15 +12,10 @@ from laboratory.inference.identification.calibration import (
     held,
     rank_band,
     repeated,
-    simulate_all,
     summarised,
 )
 from laboratory.inference.identification.emulation import FeatureEmulator, Prediction
-from laboratory.inference.identification.posterior import MEDIANS
 from laboratory.inference.unknowns import Unknown
-from trackdyn.errors import InputError
-from trackdyn.parameters.validation import validated
-from trackdyn.parameters.yaml_file import read_yaml
 
 pytestmark = pytest.mark.slow
 
@@ -78,17 +73,6 @@ def test_an_emulator_that_promises_too_much_is_found_out(config, closed_form, tm
     assert found.loc["bushing.stiffness", "covered_90"] < 0.8 or found.loc["bushing.stiffness", "p_uniform"] < 1e-3
 
 
-def test_simulations_do_not_depend_on_what_is_kept(config, closed_form, tmp_path):
-    one = simulate_all(config, tmp_path / "store", progress=False)
-    again = simulate_all(config, tmp_path / "store", progress=False)
-    anew = simulate_all(config, None, progress=False)
-    for other in (again, anew):
-        assert (one.points == other.points).all() and (one.simulated == other.simulated).all()
-        assert (one.truths == other.truths).all() and (one.values == other.values).all()
-        assert all((a == b).all() for a, b in zip(one.scatter, other.scatter, strict=True))
-    assert np.ptp(one.simulated, axis=0).max() > 0.5
-
-
 @pytest.mark.parametrize(
     ("rank", "level", "inside"), [(0, 0.95, False), (49, 0.5, True), (99, 0.9, False), (5, 0.9, True), (4, 0.9, False)]
 )
@@ -116,16 +100,6 @@ def test_summary_of_constructed_ranks():
     assert found.loc["a", "bins_outside"] == 0 and found.loc["b", "bins_outside"] == 1  # a bin may be empty
 
 
-def test_all_unknowns_together_are_as_many_truths_and_not_as_many_intervals():
-    """Two unknowns whose intervals hold the truth together say no more than one."""
-    one = pd.DataFrame({"truth": range(100), "discrepancy": "prior", "parameter": "a", "rank": range(100), "of": 99})
-    one["verdict"] = "not identified"
-    size = one.assign(parameter="discrepancy.lines", rank=0, verdict="")
-    found = summarised(pd.concat([one, one.assign(parameter="b"), size])).set_index("parameter").loc["all unknowns"]
-    assert found["truths"] == 100 and found["covered_90"] == pytest.approx(0.9)
-    assert found["high_90"] - found["low_90"] == pytest.approx(2 * 1.96 * np.sqrt(0.09 / 99), rel=1e-3)
-
-
 @pytest.mark.parametrize(("count", "bins"), [(200, 20), (64, 12)])
 def test_an_even_histogram_lies_within_its_band_as_often_as_it_says(count, bins):
     """95 %, or a little more because counts are whole; a band of each bin by itself would hold a third of them."""
@@ -148,25 +122,3 @@ def test_records_with_other_noise_scatter_as_the_bootstrap_of_each_says(config, 
     monkeypatch.setattr(calibration, "covariance", lambda *given: whole(*given) / 4)
     narrow = repeated(config, tmp_path, progress=False)
     assert narrow["ratio"].median() > 3 and ((narrow["low"] < 1) & (narrow["high"] > 1)).mean() < 0.2
-
-
-def test_where_a_record_begins_moves_features_far_less_than_any_discrepancy(config, closed_form, tmp_path):
-    """Turns are no whole number of samples: what is cut off is the same in every turn, and no bootstrap sees it.
-
-    A tenth of the least discrepancy that is allowed for may go unseen.
-    """
-    found = repeated(config, tmp_path, progress=False)
-    assert list(found) == ["speed_rpm", "feature", "sd", "ratio", "low", "high", "inside_90"]
-    moved = found[found["low"] > 1]
-    assert len(moved) > 5 and moved["sd"].max() < 0.1 * min(MEDIANS.values())
-
-
-def test_the_shipped_calibration_is_read():
-    config = validated(CalibrationConfig, read_yaml("config/calibration.yaml"), "config/calibration.yaml")
-    assert config.simulations >= 100
-
-
-def test_a_rig_without_the_field_is_refused(config, closed_form):
-    wrong = config.model_copy(update={"unknowns": [Unknown(names=["bushing.colour"], low=0, high=1)]})
-    with pytest.raises(InputError, match=r"'bushing.colour' is not a parameter of the rig"):
-        simulate_all(wrong, None, progress=False)

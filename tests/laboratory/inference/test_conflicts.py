@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from laboratory.inference.ensemble.conflicts import CONFLICT, FOUND, LARGER, OPEN, SHOWN, minimal_conflicts
+from laboratory.inference.ensemble.conflicts import CONFLICT, FOUND, LARGER, SHOWN, minimal_conflicts
 from laboratory.inference.ensemble.settings import ConflictSearch
 from laboratory.inference.search import bent
 
@@ -72,13 +72,6 @@ def test_every_minimal_conflict_is_found_and_no_other():
         assert max(abs(off(FAR, x, y)[claim]) for claim in claims.split()) <= 1
 
 
-def test_what_a_rig_shows_is_not_searched():
-    """A and B alone: the third rig is within a tolerance of both."""
-    table, found = searched(RIGS, claims="AB")
-    assert (table["verdict"] == SHOWN).all() and not CALLS and not len(found)
-    assert table.loc["A B", "sample_rig"] == 2 and table.loc["A B", "sample"] == pytest.approx(0.2)
-
-
 def test_a_triple_may_conflict_though_its_pairs_do_not():
     table, _ = searched(RIGS, asks=[0.2, 0.2, 0.9, 0.0], claims="ABC")
     assert table.index[table["verdict"] == CONFLICT].tolist() == ["A B C"]
@@ -91,28 +84,3 @@ def test_a_set_that_holds_a_conflict_is_none_of_its_own():
     assert table.loc["C", "verdict"] == CONFLICT
     assert (table.loc[["A C", "B C"], "verdict"] == LARGER).all()
     assert table.loc[["A C", "B C"], "search"].isna().all() and "A B C" not in table.index
-
-
-def test_the_nearest_sets_are_searched_as_far_as_the_bound_goes():
-    """C is 0.3 of the cube off; of the pairs, A D is further off than all that the bound leaves."""
-    table, found = searched(RIGS, sets=2)
-    assert len(found) == 2 and (table["verdict"].isin([FOUND, CONFLICT])).sum() == 2
-    left = table[table["verdict"] == OPEN]
-    of_size = table[(table["size"] == 2) & table["search"].notna()]
-    assert len(left) and of_size["sample"].max() <= left["sample"].min()
-    assert left["search"].isna().all()
-
-
-def test_a_search_that_has_shown_its_set_ends():
-    """A rig that is a tenth of a tolerance too far off needs one step, where the bound is sixty."""
-    table, _ = searched([[0.311, 0.7]], claims="A", starts=1)
-    assert table.loc["A", "verdict"] == FOUND and table.loc["A", "evaluations"] < 10
-
-
-def test_searches_from_one_rig_share_their_rows(tmp_path):
-    """The derivatives at the rig where all sets are searched from are computed once."""
-    searched([[0.5, 0.1]], starts=1, store=tmp_path)
-    assert len(CALLS) == len(set(CALLS))
-    kept = len(CALLS)
-    searched([[0.5, 0.1]], starts=1)
-    assert len(CALLS) > kept

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from sklearn.covariance import LedoitWolf
 
-from laboratory.inference.emulator import Emulator
-from laboratory.inference.identification.emulation import ITERATIONS, FeatureEmulator, Part, Processes, tails
+from laboratory.inference.identification.emulation import FeatureEmulator, tails
 
 
 def truth(x):
@@ -29,15 +28,6 @@ def noisy(design):
 @pytest.fixture(scope="module")
 def emulator(design, noisy):
     return FeatureEmulator(design, noisy, np.full(5, 0.1))
-
-
-def test_processes_at_once_are_those_of_scikit_learn(design, noisy):
-    points = np.random.default_rng(3).uniform(size=(7, 2))
-    mean, variance = Processes(design, noisy.T[:3])(points)
-    for k in range(3):
-        expected = Emulator(design, noisy[:, k], ITERATIONS).predict(points)
-        assert mean[k] == pytest.approx(expected[0], abs=1e-8)
-        assert variance[k] == pytest.approx(expected[1], rel=1e-6)
 
 
 @pytest.mark.parametrize("degrees", [4.0, 40.0])
@@ -89,10 +79,3 @@ def test_features_that_move_together_err_together(design):
     covariance = FeatureEmulator(design, y, np.full(2, 0.1))(np.array([[0.5, 0.5]])).covariance[0]
     assert covariance[0, 1] / covariance[0, 0] > 0.99
     assert LedoitWolf().fit(y - y.mean(axis=0)).covariance_[0, 1] > 0
-
-
-def test_a_part_has_its_own_order(emulator):
-    points = np.array([[0.2, 0.3], [0.7, 0.9]])
-    whole, part = emulator(points), Part(emulator, [3, 0])(points)
-    assert (part.mean == whole.mean[:, [3, 0]]).all()
-    assert (part.covariance[:, 0, 1] == whole.covariance[:, 3, 0]).all()

@@ -46,15 +46,6 @@ def test_when_a_record_begins_does_not_matter():
         assert one[name] == pytest.approx(other[name], abs=2e-3 if name.startswith(("peak", "tail")) else 1e-6), name
 
 
-def test_turns_are_cut_without_drift():
-    turn = 4.2003  # no whole number of samples
-    ay = np.cos(2 * np.pi * np.arange(round(40 * turn * RATE)) / RATE / turn)
-    blocks = turns_of(ay, RATE, turn)
-    assert len(blocks) == 40
-    # half a sample of 4200 at most: nowhere more than 0.00075 of the amplitude away from the first turn
-    assert np.abs(blocks - blocks[0]).max() < 2 * np.pi / 4200
-
-
 def test_covariance_is_the_scatter_of_records():
     """Features of 300 noisy records scatter as the covariance that one of them gives, the smallest records allowed
     aside.
@@ -91,7 +82,3 @@ def test_a_short_record_is_refused():
         covariance(statistics, RATE)
     with pytest.raises(InputError, match="holds no turn"):
         turns_of(np.zeros(100), RATE, TURN)
-
-
-def test_a_slow_sensor_has_fewer_bands():
-    assert [one.name for one in features_of(100.0) if one.name.startswith("band")][-1] == "band_12_25_hz"

@@ -1,11 +1,8 @@
 """The fit: residuals on constructed results, ranges and starts, and a value found again."""
 
-import io
 from pathlib import Path
 
-import laboratory.inference.sensitivity as sensitivity
 import numpy as np
-import pandas as pd
 import pytest
 
 import laboratory.inference.fit as fit
@@ -16,7 +13,7 @@ from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.validation import validated
 from trackdyn.parameters.yaml_file import read_yaml
 
-FILE = Path(__file__).parents[2] / "config" / "fit.yaml"
+FILE = Path(__file__).parents[3] / "config" / "fit.yaml"
 RIG = FILE.parent / "rigs" / "possible.yaml"
 
 
@@ -156,65 +153,3 @@ def test_a_known_value_is_found_again(config, rig, monkeypatch, tmp_path):
     assert depth == pytest.approx(3 - root, rel=2e-2)
     assert ends[0].cost < 1e-2 * ends[0].first_cost
     assert found.idler.x > 0
-
-
-def test_restriction_to_some_radii(config):
-    small = config.restricted([0.308], without_ring=False)
-    assert {t.ring_radius_m for t in small.targets} == {0.308}
-    assert config.restricted([], without_ring=True) is config
-    with pytest.raises(InputError, match="no target of the fit"):
-        config.restricted([0.4], without_ring=False)
-
-
-def measured_as(table):
-    """Summaries of every candidate in the cases 0.308 and none, as files of the cases give them."""
-    return sensitivity.summaries_of(pd.read_csv(io.StringIO(table.to_csv(index=False))))
-
-
-def cases(config, rig, share):
-    rows = [
-        {
-            "candidate": name,
-            "ring_radius_m": radius,
-            "failed": "",
-            "left_share_pct": share(candidate),
-            "right_share_pct": 2.0,
-        }
-        for radius in (0.308, None)
-        for name, candidate in sensitivity.candidates(rig, config).items()
-    ]
-    return pd.DataFrame(rows)
-
-
-def test_equal_pitch_readings_solve_for_the_arc_length(config, rig):
-    summaries = measured_as(cases(config, rig, lambda candidate: candidate.sprocket.equal_pitch_radius))
-    table = sensitivity.equal_pitch_readings(rig, summaries).set_index("reading")
-    assert table.loc["polygonal", "polygonal_m"] == 0.308
-    assert table.loc["arc length", "arc_m"] == pytest.approx(0.308, abs=1e-6)
-    assert table.loc["arc length", "polygonal_m"] < 0.308 < table.loc["polygonal", "arc_m"]
-    for name in ("0.308", "none"):  # each reading was run with its own equal pitch
-        assert table[f"left_share_pct_{name}"].tolist() == pytest.approx(table["polygonal_m"].tolist(), rel=1e-9)
-
-
-def test_sensitivity_moves_one_parameter_at_a_time(config, rig):
-    """With a share that is a plain function of the tension alone, which is moved by a factor of 1.2."""
-    small = config.model_copy(update={"targets": [target(tolerance=0.5), target(ring_radius_m=None, tolerance=2.0)]})
-    summaries = measured_as(cases(small, rig, lambda candidate: candidate.tension.pre_tension / 1000))
-    table = sensitivity.sensitivity(rig, small, summaries).set_index("parameter")
-    tension = rig.tension.pre_tension / 1000
-    moved = table.loc["tension.pre_tension"]
-    assert moved["change"].tolist() == pytest.approx([0.2 * tension] * 2)
-    assert moved["change_in_tolerances"].tolist() == pytest.approx([0.4 * tension, 0.1 * tension])
-    assert (table.drop("tension.pre_tension")["change"].abs() < 1e-12).all()
-    assert len(table) == 2 * len(config.parameters)
-
-
-def test_a_candidate_that_cannot_run_has_no_measure(config, rig):
-    rows = cases(config, rig, lambda candidate: 1.0)
-    rows.loc[rows["candidate"] == "polygonal", "failed"] = "the chain does not mesh"
-    summaries = measured_as(rows)
-    assert summaries["polygonal"] == {0.308: None, None: None}
-    assert np.isnan(fit.measured(target(), summaries["polygonal"]))
-    assert np.isnan(
-        sensitivity.equal_pitch_readings(rig, summaries).set_index("reading").loc["polygonal", "left_share_pct_none"]
-    )

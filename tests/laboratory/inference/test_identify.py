@@ -7,12 +7,10 @@ import pandas as pd
 import pytest
 
 from laboratory.inference.identification import experiment
-from laboratory.inference.identification.experiment import Experiment, Speed, run, scene_of
-from laboratory.inference.identification.identify import spread_out
+from laboratory.inference.identification.experiment import Speed
 from laboratory.report import identification
 from trackdyn import load_rig
 from trackdyn.commands import cli
-from trackdyn.errors import InputError
 from trackdyn.sensor.sensor_csv import write_sensor_csv
 
 pytestmark = pytest.mark.slow
@@ -161,32 +159,3 @@ def test_records_that_tell_nothing_are_refused(folder, monkeypatch, capsys):
     code, said = command(monkeypatch, capsys, "210.csv", "--unknown", "bushing.stiffness=699:701", "--resume", *SHORT)
     assert code == 1 and "the records are not informative about any unknown" in said.err
     assert not (folder / "identified" / "rig.yaml").exists()
-
-
-def test_rigs_that_cannot_run_are_left_out_or_refused(rig, monkeypatch, closed_form):
-    def fails(rig, speed, turns, *_):
-        if rig.bushing.stiffness > 1000:
-            raise InputError("too stiff")
-        return closed_form(rig, speed, turns)
-
-    monkeypatch.setattr(experiment, "simulated_ay", fails)
-    asked = Experiment(rig, (Speed(210, 0.308, 1000),))
-    found = run(asked, [{"bushing__stiffness": value} for value in (500.0, 2000.0, 700.0)], None)
-    assert found.ran.tolist() == [True, False, True] and found.reasons == ["", "too stiff", ""]
-    assert len(found.features(asked)) == 2
-
-
-def test_a_rig_that_needs_a_smaller_step_gets_it(rig):
-    speed = Speed(210, 0.308, 1000)
-    tight = scene_of(rig.changed(tension__pre_tension=14000.0, ring_contact__youngs_modulus=8e8), speed, 1.0)
-    assert scene_of(rig, speed, 1.0).step > tight.step > 0
-    assert (1e-3 / tight.step) == pytest.approx(round(1e-3 / tight.step))
-
-
-def test_points_of_the_second_wave_lie_apart_within_the_cube():
-    rng = np.random.default_rng(0)
-    points = 0.9 + 0.05 * rng.standard_normal((3000, 2))
-    chosen = spread_out(points, 30, rng)
-    assert chosen.shape == (30, 2) and chosen.min() >= 0 and chosen.max() <= 1
-    apart = np.linalg.norm(chosen[:, None] - chosen[None], axis=-1)[np.triu_indices(30, 1)]
-    assert apart.min() > 0 and len(np.unique(chosen, axis=0)) == 30

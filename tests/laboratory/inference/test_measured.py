@@ -5,7 +5,7 @@ import pytest
 
 from laboratory.inference.identification.experiment import Speed
 from laboratory.inference.identification.features import features_of
-from laboratory.inference.identification.measured import joined, read_records
+from laboratory.inference.identification.measured import read_records
 from trackdyn.errors import InputError
 from trackdyn.sensor.sensor_csv import write_sensor_csv
 from trackdyn.sensor.sensor_mapping import SensorMapping
@@ -36,12 +36,6 @@ def test_a_speed_is_that_of_the_main_line(rig, written):
     assert len(one.statistics) in (5, 6)  # the last turn may lack a sample
 
 
-def test_a_given_motor_speed_is_simulated_and_the_turn_stays_that_of_the_record(rig, written):
-    (one,) = read(rig, written(rpm=187.0), rpm=[183.0])
-    assert one.speed.rpm == 183.0
-    assert one.turn_s == pytest.approx(rig.loop_period(187.0), rel=1e-4)
-
-
 @pytest.mark.parametrize(
     ("rate", "simulated", "every", "kept"), [(2000, 1000, 1, 1000), (500, 1000, 2, 500), (1024, 1024, 1, 1024)]
 )
@@ -50,14 +44,6 @@ def test_rates_that_do_not_fit_are_simulated(rig, written, rate, simulated, ever
     assert (one.speed.rate, one.speed.every) == (simulated, every)
     assert one.record.rate_hz == pytest.approx(kept)
     assert one.statistics.shape[1] == len(features_of(kept))
-
-
-def test_records_are_joined_without_scatter_between_them(rig, written):
-    records = joined(read(rig, written("a.csv", 150.0), written("b.csv", 210.0)))
-    half = len(records.values) // 2
-    assert (records.covariance[:half, half:] == 0).all() and (np.diag(records.covariance) > 0).all()
-    assert records.record.tolist() == [0] * half + [1] * half
-    assert [one.name for one in records.features[:half]] == [one.name for one in records.features[half:]]
 
 
 @pytest.mark.parametrize("rpm", [0.0, -5.0, float("nan")])

@@ -12,7 +12,6 @@ from laboratory.inference.identification.posterior import (
     SPREAD,
     Posterior,
     Records,
-    contradicted,
     predict,
     sample,
 )
@@ -98,18 +97,6 @@ def test_draws_have_the_quantiles_of_the_density():
         )
 
 
-def test_the_same_seed_gives_the_same_draws():
-    posterior = Posterior(records([1.0, -0.5], 1), linear(1), 1)
-    one, other = (sample(posterior, 100, seed=3, rounds=1) for _ in range(2))
-    assert (one.points == other.points).all()
-
-
-def test_walkers_that_stay_where_they_are_leave_the_times_finite():
-    """In a chain of a few steps some are never moved, and a constant has no autocorrelation."""
-    draws = sample(Posterior(records([1.0, -0.5], 1), linear(1), 1), 8, seed=3, rounds=1)
-    assert np.isfinite(draws.times).all() and len(draws.points)
-
-
 def test_records_that_no_unknown_explains_ask_for_discrepancy():
     """Features that contradict each other widen the interval and the size of the discrepancy."""
     agreed = sample(Posterior(records([1.0, -0.5], 1), linear(1), 1), 800, seed=2).points
@@ -144,10 +131,3 @@ def test_a_held_out_record_is_predicted_with_what_the_others_share():
     # of 20,000 draws: four standard errors
     assert found.mean(axis=0) == pytest.approx(mean, abs=4 * sd.max() / np.sqrt(20_000))
     assert found.std(axis=0) == pytest.approx(sd, rel=0.02)
-
-
-def test_records_that_contradict_the_model_are_told_from_others():
-    """Passing of pitches that is off by three in the logarithm, and one that is not."""
-    for value, expected in ((-0.5, []), (2.5, ["passing"])):
-        posterior = Posterior(records([1.0, value] * 6, 6), linear(6), 1)
-        assert contradicted(posterior, sample(posterior, 600, seed=2).points) == expected

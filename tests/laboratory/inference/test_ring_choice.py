@@ -54,22 +54,6 @@ def test_chances_are_shares_of_rigs_with_their_interval():
     assert said.endswith("in 1 no radius is both free of the right arc and best")
 
 
-@pytest.mark.parametrize("excluded", [{}, {"excluded_by": [0] * 12 + [1] * 4}])
-def test_rigs_that_a_target_excludes_are_counted_and_estimate_nothing(excluded):
-    """One of them is enough, and so is a table that does not say."""
-    table = choice_table(STUDY.assign(**excluded), 115)
-    assert table["p_right_free"].tolist() == [0.25, 0.5, 0.75, 0.75]
-    assert table[["p_right_free_low", "p_right_free_high"]].isna().all(axis=None)
-    assert "interval" not in recommendation(table, "teeth")
-
-
-def test_a_rig_that_did_not_come_out_everywhere_is_left_out():
-    part = pd.concat([STUDY, rig(6, [0] * 4, [10] * 4, [1, 2, 3, 4]).head(3)])
-    assert choice_table(part, 115)["rigs"].eq(4).all()
-    with pytest.raises(InputError, match="no ring at 210 rpm; choose 115"):
-        choice_table(STUDY, 210)
-
-
 def test_the_command_says_which_and_writes_both(tmp_path):
     write_table(STUDY, tmp_path / "study.csv")
     names = [str(tmp_path / name) for name in ("study.csv", "choice.csv", "choice.png")]

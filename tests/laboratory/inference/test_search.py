@@ -47,10 +47,6 @@ class Invented:
         return np.array([values["far"], values["near"]])
 
 
-def walled(wall=1.0):
-    return Invented(wall=wall)
-
-
 def split():
     return Invented(two_valleys)
 
@@ -75,37 +71,12 @@ def test_both_methods_end_where_the_valley_does(method):
     assert found["evaluations"] == len(found["costs"])
 
 
-class Wide(Invented):
-    """A dozen coordinates, of which a search begins with three."""
-
-    def task(self, x):
-        return {"x": float(np.sum((np.asarray(x) - 0.3) ** 2)), "y": float(np.prod(np.asarray(x) + 0.5))}
-
-
-def test_directions_that_are_drawn_are_the_same_again():
-    """Also with some coordinates at their bounds; the draws of others go on as if there had been no search."""
-    pytest.importorskip("dfols")
-    start = free("a", *[0.0] * 6, *[0.6] * 6)
-    short = minimise(Wide(), start, 12, "dfols", directions=3)
-    np.random.random(7)  # noqa: NPY002
-    state = np.random.get_state()[1:3]  # noqa: NPY002
-    longer = minimise(Wide(), start, 20, "dfols", directions=3)
-    assert len(short["costs"]) == 12 and longer["costs"][:12] == short["costs"]
-    np.testing.assert_equal(np.random.get_state()[1:3], state)  # noqa: NPY002
-
-
 def test_a_longer_search_begins_as_the_shorter_one_and_repeats_nothing(tmp_path):
     short = minimise(Invented(), free("a", 0.2, 0.6), 7, "trf", store=tmp_path)
     assert (short["ended"], short["evaluations"], len(CALLS)) == ("budget", 7, 7)
     long = minimise(Invented(), free("a", 0.2, 0.6), 20, "trf", store=tmp_path)
     assert long["costs"][:7] == short["costs"]
     assert len(CALLS) == 20  # seven of them came out of the store
-
-
-def test_dfols_does_not_see_its_budget():
-    pytest.importorskip("dfols")
-    short, long = (minimise(Invented(), free("a", 0.2, 0.6), n, "dfols") for n in (9, 25))
-    assert long["costs"][:9] == short["costs"]
 
 
 @pytest.mark.parametrize("method", ["dfols", "trf"])
@@ -120,11 +91,6 @@ def test_what_cannot_run_points_back(method):
     assert np.all(np.diff(costs) > 0)
 
 
-def test_coordinates_that_are_held_stay():
-    found = minimise(Invented(), Start("a", [0.5, 0.6], [False, True]), 60, "trf")
-    assert found["x"] == pytest.approx([0.5, 0.5], abs=1e-3)
-
-
 def test_the_start_in_the_deeper_valley_wins_and_the_worst_is_dropped(tmp_path):
     starts = [free("shallow", 0.85, 0.4), free("deep", 0.3, 0.4), free("far", 1.0, 0.9)]
     rounds = [Round(evaluations=3, keep=2), Round(evaluations=60)]
@@ -136,23 +102,6 @@ def test_the_start_in_the_deeper_valley_wins_and_the_worst_is_dropped(tmp_path):
     again = search(split, {}, starts, rounds, "trf", store=tmp_path, log=lambda _: None)
     assert again == ends
     assert ends_table(ends)["start"].tolist() == ["deep", "shallow", "far"]
-
-
-def test_a_start_that_does_not_run_says_why_and_is_dropped():
-    starts = [free("behind", 0.9, 0.5), free("before", 0.3, 0.5)]
-    rounds = [Round(evaluations=2, keep=2), Round(evaluations=4)]
-    ends = search(walled, {"wall": 0.5}, starts, rounds, "trf", log=lambda _: None)
-    assert ends[-1].start == "behind"
-    assert ends[-1].cost == float("inf")
-    assert "behind the wall" in ends[-1].ended
-    assert ends[-1].round == 1
-
-
-def test_refusals():
-    with pytest.raises(InputError, match="a name occurs twice"):
-        search(walled, {}, [free("a", 0.5, 0.5)] * 2, [Round(evaluations=2)])
-    with pytest.raises(InputError, match="dfols or trf"):
-        minimise(Invented(), free("a", 0.5, 0.5), 4, "newton")
 
 
 def test_a_row_that_failed_for_a_passing_reason_stops_the_search():
@@ -171,10 +120,3 @@ def test_bent_residuals_rise_everywhere_and_are_plain_near_zero():
     assert np.all(np.diff(bent(off)) > 0)
     assert bent(0.1) == pytest.approx(0.1, rel=1e-3)
     assert abs(bent(100)) < 15
-
-
-def test_a_search_ends_where_all_residuals_are_small_enough():
-    """And not where the sum of their squares is least."""
-    found = minimise(Invented(), free("a", 0.2, 0.6), 400, "trf", enough=0.5)
-    assert found["ended"] == "near enough" and np.abs(found["residuals"]).max() <= 0.5
-    assert found["evaluations"] < minimise(Invented(), free("a", 0.2, 0.6), 400, "trf")["evaluations"]

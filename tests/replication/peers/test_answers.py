@@ -6,10 +6,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from replication.peers.answers import _answers, accelerations, compare_answers, ours, outcome
+from replication.peers.answers import _answers, accelerations, compare_answers, ours
 from replication.peers.comparison import run_peer
 from replication.peers.exudyn_loop import free_wheels
 from replication.peers.rigs import fixed
+from replication.report.tables import answers_outcome
 from replication.study.settings import PEER_LAWS, PeerAnswers
 from trackdyn.errors import InputError
 from trackdyn.scene.scene import Scene
@@ -58,7 +59,7 @@ def test_the_cheapest_setting_that_keeps_the_tolerance_is_chosen():
     assert rows.loc[1e-4, "difference_pct"] == pytest.approx(0.4, abs=0.01) and rows.loc[1e-4, "chosen"] == "yes"
     assert rows.loc[1e-3, "difference_pct"] == pytest.approx(4.0, abs=0.1) and np.isnan(rows.loc[1e-3, "cpu_s"])
     assert rows["chosen"].eq("yes").sum() == 1
-    assert "exudyn does not reach it" in outcome(
+    assert "exudyn does not reach it" in answers_outcome(
         pd.concat([rows.assign(code="trackdyn"), pd.DataFrame([{"code": "exudyn"}])]), 0.01
     )
     assert rows.loc[1e-4, "cpu_s"] == pytest.approx(0.1 + 1.0 * (1.5 + 0.025 * rows.loc[1e-4, "passages"]))
@@ -77,7 +78,7 @@ def test_without_the_other_codes_our_side_stands_alone(rig, monkeypatch):
     assert list(table["note"].iloc[2:]) == [
         f"not run: {code} is not installed; pip install 'trackdyn[peers]'" for code in ("exudyn", "mujoco")
     ]
-    assert "mujoco, contact of its own does not reach it with these settings or was not run" in outcome(table, 0.05)
+    assert "contact of its own does not reach it with these settings or was not run" in answers_outcome(table, 0.05)
     assert table["rms_m_s2"][0] == pytest.approx(table["rms_m_s2"][1], rel=0.02)
 
 

@@ -9,10 +9,11 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from replication.peers import exudyn_loop
-from replication.peers.comparison import compare, percent_of_range, run_peer, table2_outcome
+from replication.peers.comparison import compare, percent_of_range, run_peer
 from replication.peers.contact import Memory, contact_loads, force_vector, jacobian_triplets, make_contacts
 from replication.peers.exudyn_loop import Hanger, PeerWheels, Start, drive_at, require_exudyn, run_loop, start_of
 from replication.report.figures.peer import displacement_figure, model_figure
+from replication.report.tables import table2_outcome
 from replication.study.extremes.solvers import Pose, posed
 from replication.study.settings import PEER_LAWS, peer_scene
 from trackdyn.chain.riccati import accelerations
@@ -224,8 +225,8 @@ def test_comparison_without_the_extra_keeps_our_side(rig, without_exudyn):
         == percent_of_range(result.curves["belt_m"] - result.curves["trackdyn_m"], result.curves["trackdyn_m"])
     )
     assert len(result.curves) == 200
-    assert list(result.table["code"]) == ["trackdyn", "trackdyn", f"exudyn, {result.missing}"]
-    assert result.missing in table2_outcome(result, 10.0)
+    assert list(result.costs["code"]) == ["trackdyn", "trackdyn", f"exudyn, {result.missing}"]
+    assert result.missing in table2_outcome(result.costs, result.missing, 10.0)
     drawn = displacement_figure(result.curves, result.summary, result.missing)
     assert result.missing in [text.get_text() for ax in drawn.axes for text in ax.texts]
     assert "not installed" in model_figure(rig, result.frame, result.shift, result.missing).axes[0].get_title("left")

@@ -1,23 +1,18 @@
 """A bad configuration is refused in one sentence that names file, field, value and remedy."""
 
 import copy
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 from snakemake.utils import update_config
-from typer.testing import CliRunner
 
-from replication.pipeline.config import Config, check_config, check_layers
+from replication.pipeline.config import check_config, check_layers
 from replication.study.accuracy.planner import PLANNED
-from trackdyn.commands.cli import app
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.yaml_file import read_yaml
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 BASE, QUICK = SHIPPED = ("config/config.yaml", "config/quick.yaml")
 
 
@@ -78,17 +73,6 @@ def test_the_full_configuration_is_the_papers_matrix():
     assert sum(scene.ring_radius is None for scene in scenes.values()) == 1 + 4
 
 
-def test_the_quick_configuration_states_only_what_differs(data):
-    for name, value in read_yaml(QUICK).items():
-        for field in value if isinstance(value, dict) else [None]:
-            ours, base = (
-                (value[field], data[name][field])
-                if field
-                else (value, data.get(name, Config.model_fields[name].default))
-            )
-            assert ours != base, f"{name} {field or ''}"
-
-
 def test_a_list_replaces_that_of_the_base():
     """Three radii in place of eleven, not fourteen; what is not stated is the base's."""
     config, _, _ = load(QUICK)
@@ -123,32 +107,6 @@ def test_a_tolerance_in_place_of_a_step(data):
     assert "records.plan.measure = 'speed': input should be 'rms'" in refusal(data)
     put(data, "records.plan", {"tolerance": "2", "measure": "rms", "data": "absent.csv"})
     assert "records.plan.tolerance = '2': must be between 0 and 1" in refusal(data)
-
-
-@pytest.mark.parametrize("path", SHIPPED)
-def test_a_run_name_says_what_the_run_is(path):
-    """A dictionary cannot hold a name twice: what may go wrong is a name that belongs to another scene."""
-    _, _, scenes = load(path)
-    for name, scene in scenes.items():
-        if name.startswith("ring/"):
-            speed, _, radius = name.removeprefix("ring/").partition("rpm_")
-            assert float(speed) == scene.motor_rpm
-            assert (None if radius == "none" else float(radius)) == scene.ring_radius
-        elif name.startswith("meshing/"):
-            assert (name == "meshing/no_ring") == (scene.ring_radius is None)
-        else:
-            coarse = name.startswith("coarse/")
-            assert float(name.removeprefix("coarse/").removesuffix("rpm")) == scene.motor_rpm
-            assert scene.tooth_contact == ("three_surfaces" if coarse else "ten_arcs")
-    described = {str({k: v for k, v in scene.describe().items() if k != "rig"}) for scene in scenes.values()}
-    assert len(described) == len(scenes), "two names for the same scene"
-
-
-@pytest.mark.parametrize("path", SHIPPED)
-def test_every_sensor_file_exists(path):
-    config, _, _ = load(path)
-    for rpm in config.records.speeds_rpm:
-        assert Path(config.sensor_path(rpm)).is_file()
 
 
 @pytest.mark.parametrize("section", ["records", "meshing", "ring_study", None])
@@ -393,67 +351,3 @@ def test_a_missing_configuration_file_is_refused(tmp_path):
 
 
 # --- the command -----------------------------------------------------------------------------------------
-
-
-def trackdyn(*arguments, cwd):
-    code = "from trackdyn.commands.cli import main; main()"
-    path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
-    return subprocess.run(
-        [sys.executable, "-c", code, *arguments],
-        cwd=cwd,
-        env=os.environ | {"PYTHONPATH": path},
-        capture_output=True,
-        text=True,
-    )
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (["--ring-radius", "0.6"], "ring_radius = 0.6:"),
-        (["--rig", "absent.yaml"], "absent.yaml: no such file"),
-    ],
-)
-def test_command_ends_with_one_line_and_code_1(tmp_path, arguments, says):
-    rig = [] if "--rig" in arguments else ["--rig", str(ROOT / "config" / "rig.yaml")]
-    result = trackdyn("simulate", "out.npz", *rig, *arguments, cwd=tmp_path)
-    assert result.returncode == 1
-    assert result.stderr.startswith("trackdyn: ")
-    assert says in result.stderr
-    assert len(result.stderr.splitlines()) == 1
-    assert result.stdout == ""
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (["out.csv"], "OUT = 'out.csv':"),
-        (["out.npz", "--ring-radius", "big"], "--ring-radius = 'big':"),
-        (["out.npz", "--ring-radius", "nan"], "--ring-radius = 'nan':"),
-        (["out.npz", "--rpm", "-115"], "motor_rpm = -115.0:"),
-        (["out.npz", "--rpm", "inf"], "--rpm = 'inf': must be a finite number"),
-        (["out.npz", "--duration", "0"], "duration = 0.0:"),
-        (["out.npz", "--duration", "1e9"], "and 36000 s"),
-        (["out.npz", "--lead-in", "-1"], "lead_in = -1.0:"),
-        (["out.npz", "--step", "7e-4"], "step = 0.0007:"),
-        (["out.npz", "--step", "1e-3"], "too large for the"),
-    ],
-)
-def test_simulate_refuses_bad_options_and_writes_nothing(tmp_path, monkeypatch, arguments, says):
-    monkeypatch.chdir(tmp_path)
-    result = CliRunner().invoke(app, ["simulate", "--rig", str(ROOT / "config" / "rig.yaml"), *arguments])
-    assert isinstance(result.exception, InputError), result.output
-    assert says in str(result.exception)
-    assert "\n" not in str(result.exception)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_compare_refuses_what_is_no_recording(tmp_path):
-    foreign = tmp_path / "foreign.npz"
-    foreign.write_bytes(b"not a zip file")
-    absent = tmp_path / "absent.npz"
-    for path, says in ((absent, "no such file"), (foreign, "not a trackdyn recording")):
-        result = CliRunner().invoke(app, ["compare", str(path), "data/synthetic/115rpm.csv"])
-        assert isinstance(result.exception, InputError), result.output
-        assert says in str(result.exception)

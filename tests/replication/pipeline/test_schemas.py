@@ -8,13 +8,15 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from replication.pipeline.schemas import FOLDER, MODELS, schema, text
+from laboratory.schemas import MODELS as OF_THE_LABORATORY
+from replication.pipeline.schemas import FOLDER, MODELS, schema, write
 from trackdyn.parameters.quantities import YAML_12_FLOAT
 from trackdyn.parameters.yaml_file import read_yaml
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 # but for the record of another rig's fit, which no program reads
 RECORD = ROOT / "config" / "fits" / "printed_equal_pitch.yaml"
+EVERY = MODELS | OF_THE_LABORATORY
 FILES = sorted({*(ROOT / "config").rglob("*.yaml"), *(ROOT / "tests").rglob("*.yaml")} - {RECORD})
 LINE = re.compile(r"# yaml-language-server: \$schema=(\S+)")
 
@@ -39,15 +41,17 @@ def as_editors_read(data):
 
 def errors(data, name):
     data = as_editors_read(data)
-    return [error.json_path for error in jsonschema.Draft202012Validator(schema(name)).iter_errors(data)]
+    return [error.json_path for error in jsonschema.Draft202012Validator(schema(name, EVERY[name])).iter_errors(data)]
 
 
-@pytest.mark.parametrize("name", MODELS)
-def test_a_schema_is_what_its_model_gives(name):
-    """Else `python -m replication.pipeline.schemas` writes them anew."""
-    assert (FOLDER / f"{name}.schema.json").read_text(encoding="utf-8") == text(name)
-    jsonschema.Draft202012Validator.check_schema(schema(name))
-    assert not re.search(r'"(gt|ge|lt|le)":', text(name)), "a bound that no editor knows"
+@pytest.mark.parametrize("name", EVERY)
+def test_a_schema_is_what_its_model_gives(name, tmp_path):
+    """Else `python -m replication.pipeline.schemas` or `python -m laboratory.schemas` writes them anew."""
+    write({name: EVERY[name]}, tmp_path)
+    text = (tmp_path / f"{name}.schema.json").read_text(encoding="utf-8")
+    assert (FOLDER / f"{name}.schema.json").read_text(encoding="utf-8") == text
+    jsonschema.Draft202012Validator.check_schema(schema(name, EVERY[name]))
+    assert not re.search(r'"(gt|ge|lt|le)":', text), "a bound that no editor knows"
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(ROOT).as_posix())
@@ -79,7 +83,7 @@ def changed(path, place, value):
         ("config/quick.yaml", ("records", "duration_s"), -20, "$.records.duration_s"),
         ("config/quick.yaml", ("recrods",), {}, "$"),
         ("config/quick.yaml", ("studies",), {"trade": 1}, "$.studies"),
-        ("config/studies.yaml", ("traction", "full"), None, "$.traction"),
+        ("config/studies.yaml", ("layouts", "full"), None, "$.layouts"),
     ],
 )
 def test_a_mistake_is_seen(path, place, value, where):

@@ -4,21 +4,22 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from laboratory.report.assumptions import best_assumption
 
-from replication.paper.claims import COLUMNS, SHORT, load_claims, printed_text
-from replication.report.filled import BEGIN, END, PAGES, claims_text, departures, fill
+from laboratory.report.filled import PAGES as OF_THE_LABORATORY
+from laboratory.report.filled import departures
+from replication.paper.claims import COLUMNS, load_claims, printed_text
+from replication.report.filled import BEGIN, END, PAGES, claims_text, fill
 from trackdyn.parameters.table import parameter_table
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 
-@pytest.mark.parametrize(("page", "sources", "write"), PAGES)
+@pytest.mark.parametrize(("page", "sources", "write"), (*PAGES, *OF_THE_LABORATORY))
 def test_pages_say_what_was_measured(page, sources, write, tmp_path):
     """Nobody has typed into a measured part, and none is older than its data."""
     copy = tmp_path / "page.md"
     copy.write_text((ROOT / page).read_text(encoding="utf-8"), encoding="utf-8")
-    fill(copy, [ROOT / source for source in sources], write)
+    fill(copy, [ROOT / "docs" / "measured" / source for source in sources], write)
     assert copy.read_text(encoding="utf-8") == (ROOT / page).read_text(encoding="utf-8")
 
 
@@ -39,55 +40,10 @@ def test_what_was_measured_is_of_these_claims():
         assert [p for p, c in zip(card["printed"], claims, strict=True) if not isinstance(c.printed, dict)] == bounds
 
 
-def test_the_readme_says_of_the_right_arc_what_was_measured():
-    text = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
-    assert "from a radius of 0.305 m the right arcs no longer touch at any speed" in text
-    card = pd.read_csv(ROOT / "docs" / "measured" / "claims.csv").query("rig == 'shipped' and id == 'C23'")
-    measured = card.set_index("part")["measured"]
-    assert {float(value) for part in "ab" for value in measured[part].split(", ")} == {0.0}
-
-
 def scorecard(rows):
     blank = dict.fromkeys(COLUMNS, "") | {"rig": "shipped", "printed": "1"}
     named = [dict(zip(("id", "claim", "verdict", "origin"), row, strict=True)) for row in rows]
     return pd.DataFrame([blank | row | {"counts_as": row["id"]} for row in named])
-
-
-def assumptions(rows):
-    """A map: group, assumption, part of a claim, verdict."""
-    table = pd.DataFrame(rows, columns=["group", "assumption", "claim", "verdict"])
-    return table.assign(rpm=float("nan"), outside=table["assumption"].map({"soft": "rubber cannot"}))
-
-
-def test_the_assumption_named_reproduces_most_parts_within_what_is_possible_and_at_the_least_cost():
-    verdicts = {  # of C20a, C20b, C21a
-        ("base", ""): (False, False, True),
-        ("refit alone", "refitted"): (False, False, True),
-        ("drag", "viscous"): (True, False, True),
-        ("drag", "soft"): (True, True, True),
-        ("ring", "soft"): (True, False, True),
-        ("way", "down"): (True, False, False),
-    }
-    names = ("C20a", "C20b", "C21a")
-    rows = [
-        (*key, name, "reproduced" if met else "not reproduced")
-        for key, found in verdicts.items()
-        for name, met in zip(names, found, strict=True)
-    ]
-    table = assumptions(rows)
-    assert best_assumption(table, ["C20a", "C20b"]) == ("drag: soft", "a value no part can have")
-    table = table[table["assumption"] != "soft"]
-    assert best_assumption(table, ["C20a", "C20b"]) == ("drag: viscous (C20a)", "nothing")
-    table = table[table["assumption"] != "viscous"]
-    assert best_assumption(table, ["C20a", "C20b"]) == ("way: down (C20a)", "C21a")
-    assert best_assumption(table, ["C20b"]) == ("none of those tried", "")
-    assert best_assumption(table, ["C21a"]) == ("holds in the base", "")
-
-
-def test_every_claim_that_can_fail_has_its_few_words():
-    claims = load_claims(ROOT / "config" / "claims.yaml")
-    of_the_table = {c.id for c in claims if c.measure and c.origin in ("predicted", "transfer") and c.id >= "C16"}
-    assert of_the_table <= set(SHORT) and all(len(words) < 70 for words in SHORT.values())
 
 
 def test_open_claims_lead_and_those_that_failed_first():
@@ -99,7 +55,7 @@ def test_open_claims_lead_and_those_that_failed_first():
         ("C04", "the fit missed it", "not reproduced", "fitted"),
         ("C05", "was not judged", "no test", "predicted"),
     ]
-    text = claims_text(scorecard(rows), assumptions([]))
+    text = claims_text(scorecard(rows))
     lines = [line for line in text.splitlines() if line.startswith("|")][2:]
     assert "half of it" in lines[0] and "1 of 2 parts fail" in lines[0]
     assert "it holds" in lines[1] and "● reproduced" in lines[1]
@@ -112,7 +68,7 @@ def test_no_predicted_or_transferred_claim_is_dropped():
     """Failures first, predicted before transferred, and every claim has its line."""
     rows = [(f"C{i:02}", "some claim", "reproduced" if i % 2 else "not reproduced", "predicted") for i in range(20)]
     rows += [("C21", "at other speeds", "reproduced", "transfer"), ("C30", "fitted", "reproduced", "fitted")]
-    lines = [line for line in claims_text(scorecard(rows), assumptions([])).splitlines() if line.startswith("| C")]
+    lines = [line for line in claims_text(scorecard(rows)).splitlines() if line.startswith("| C")]
     named = [line.split()[1] for line in lines]
     assert named == [*(f"C{i:02}" for i in range(0, 20, 2)), *(f"C{i:02}" for i in range(1, 20, 2)), "C21"]
 

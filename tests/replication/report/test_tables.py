@@ -1,6 +1,5 @@
 """Tables as they are read: three digits, headings of two lines, units; and what they add up to."""
 
-import re
 import shutil
 
 import numpy as np
@@ -10,15 +9,12 @@ import pytest
 from replication.report.tables import (
     COLUMNS_OF,
     cost_table,
-    equal_pitch_by_ring,
     headed,
     significant,
     table4,
-    trade_summary,
-    write_table,
 )
 from trackdyn.errors import InputError
-from trackdyn.measure.columns import COLUMNS, heading, table_schema
+from trackdyn.measure.columns import table_schema
 
 
 @pytest.mark.parametrize(
@@ -28,14 +24,6 @@ from trackdyn.measure.columns import COLUMNS, heading, table_schema
 )  # fmt: skip
 def test_three_digits_without_an_exponent_where_none_is_needed(value, text):
     assert significant(value) == text
-
-
-def test_percent_has_two_decimals_and_large_ones_three_digits(tmp_path):
-    frame = pd.DataFrame({"change_pct": [-5.2667e-5, 12.345], "force_n": [174.249, 1000.4]})
-    write_table(frame, tmp_path / "t.csv", "A caption.")
-    rows = [line.split("|") for line in (tmp_path / "t.md").read_text(encoding="utf-8").splitlines()[4:]]
-    assert [[cell.strip() for cell in row[1:3]] for row in rows] == [["0.00", "174"], ["12.3", "1000"]]
-    assert pd.read_csv(tmp_path / "t.csv").equals(frame)
 
 
 def test_headings_have_two_lines_and_name_columns_that_exist():
@@ -55,30 +43,6 @@ def test_headings_have_two_lines_and_name_columns_that_exist():
     ]  # fmt: skip
 
 
-def test_a_heading_has_the_unit_of_the_dictionary():
-    for column, (_, unit, *_) in COLUMNS.items():
-        assert heading(column).endswith(f"({unit})") or unit in ("", "1"), column
-
-
-@pytest.mark.parametrize("key", COLUMNS_OF)
-def test_every_heading_is_a_single_one_with_words_and_no_names_of_the_program(key):
-    heads = list(headed(pd.DataFrame(columns=COLUMNS_OF[key]), key))
-    assert len(set(heads)) == len(heads) == len(COLUMNS_OF[key])
-    for head in heads:
-        assert "_" not in head and head.count("<br>") <= 1 and not re.search(r"\b(pct|hz|mb|rms|sd)\b", head), head
-
-
-def test_readings_of_equal_pitch_stand_by_ring():
-    row = {"polygonal_m": 0.30349, "arc_m": 0.30636, "left_share_pct_none": 44.1, "right_share_pct_none": 43.9,
-           "left_share_pct_0.308": 9.4574, "right_share_pct_0.308": 0.0}  # fmt: skip
-    table = equal_pitch_by_ring(
-        pd.DataFrame([row | {"reading": "fitted"}, row | {"reading": "printed", "left_share_pct_none": np.nan}])
-    )
-    assert list(table["ring (m)"]) == ["none", "0.308"]
-    assert table.iloc[1, 1] == "9.46 / 0" and table.iloc[0, 2] == "– / 43.9"
-    assert table.columns[1] == "fitted<br>303.5 mm polygonal, 306.4 mm arc"
-
-
 def benchmark(folder, name, wall):
     path = folder / f"{name}.tsv"
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -87,11 +51,11 @@ def benchmark(folder, name, wall):
 
 def test_costs_have_a_total_that_leaves_out_what_is_asked_for_by_name(tmp_path):
     took = {"simulate/115rpm": 2.0, "simulate/210rpm": 3.0, "page": 9.0, "trade": 900.0, "trade/data": 1.0}
-    took |= {"assumptions": 700.0, "assumptions/drag": 7.0, "calibration": 90.0, "identify_synthetic": 20.0}
+    took |= {"extremes": 700.0, "extremes/drag": 7.0, "layouts": 90.0, "crate": 20.0}
     for name, wall in (took | {"short/trade": 1.0, "short/trade/data": 2.0}).items():
         benchmark(tmp_path, name, wall)
     table = cost_table(tmp_path)
-    by_name = ["trade", "assumptions", "calibration", "identify_synthetic"]
+    by_name = ["trade", "extremes", "layouts", "crate"]
     run = ["page", "simulate", "short/trade", "all of a run"]
     assert list(table["rule"]) == [*run, *(f"{name}, by name" for name in by_name)]
     assert list(table["jobs"]) == [1, 2, 2, 5, 2, 2, 1, 1]
@@ -101,31 +65,6 @@ def test_costs_have_a_total_that_leaves_out_what_is_asked_for_by_name(tmp_path):
         (tmp_path / f"{name}.tsv").unlink()
     assert list(cost_table(tmp_path)["rule"]) == ["page", "simulate", "short/trade", "all of a run"]
     assert cost_table(tmp_path / "nothing").empty
-
-
-def test_a_setting_that_was_refused_everywhere_says_so():
-    rows = pd.DataFrame(
-        [
-            {
-                "scene": "a",
-                "fidelity": "ten_arcs",
-                "integrator": "semi_implicit",
-                "step_s": step,
-                "cpu_s_per_s": cost,
-                "measure": "rms",
-                "error": error,
-                "failed": failed,
-            }
-            for step, cost, error, failed in ((1e-4, 0.1, 1e-3, False), (5e-4, np.nan, np.nan, True))
-        ]
-    )
-    promises = pd.DataFrame(
-        {"measure": "rms", "achieved_error": [1e-3, np.nan], "met": [True, None], "reason": [None, "too coarse"]}
-    )
-    text = trade_summary(rows, pd.DataFrame(), promises)
-    assert re.search(r"rms +\| too coarse +\| +1", text)
-    assert "nan" not in text
-    assert "| refused or diverged" in text and "1 of them refused or diverged" in text
 
 
 def test_the_dictionary_describes_columns_and_refuses_unknown_ones():

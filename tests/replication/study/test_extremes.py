@@ -13,26 +13,21 @@ from replication.study.extremes.judge import (
     COMPLETED,
     DEFECT,
     GAP,
-    MARKED,
     REFUSED,
     as_table,
     attempted,
-    extremes_summary,
     gap_bound,
-    row,
     run_scene,
-    samples_a_sample,
     wrong_blame,
 )
 from replication.study.extremes.long_run import long_run, run_long
 from replication.study.extremes.stability_map import stability_map
-from trackdyn import DivergenceError, InputError, Scene, sense, simulate
+from trackdyn import DivergenceError, InputError, Scene
 from trackdyn.chain.transfer_matrices import growth
 from trackdyn.model.record import ENERGY_NAMES
 from trackdyn.scene.build import build_chain
 from trackdyn.scene.fidelity import literal_error
 from trackdyn.scene.limits import turn_limit
-from trackdyn.sensor.signals import rms
 from trackdyn.simulation.account import refuse_open_account
 
 
@@ -81,19 +76,6 @@ def test_a_refusal_must_blame_the_step_that_was_asked_for():
     assert "not asked for" in wrong_blame(too_large, {"step": 2e-4})
     assert "does not have" in wrong_blame(too_large, {"step": 1e-4, "integrator": "linearly_implicit"})
     assert wrong_blame("scene: motor_rpm = -5.0:", {"step": 1e-4}) == ""
-
-
-def test_summary_counts_every_row():
-    outcomes = (("a", COMPLETED), ("a", DEFECT), ("b", REFUSED), ("b", MARKED), ("b", MARKED))
-    table = as_table([row(family, str(k), outcome) for k, (family, outcome) in enumerate(outcomes)])
-    counts = extremes_summary(table).set_index("family")
-    assert counts.loc["all"].to_list() == [5, 1, 2, 1, 1]
-    assert counts.loc["a"].to_list() == [2, 1, 0, 0, 1]
-
-
-@pytest.mark.parametrize(("step", "times"), [(1e-4, 10), (2e-4, 5), (1e-3, 1), (3e-5, 1), (0.0, 1), (1e-3 / 7, 7)])
-def test_samples_are_whole_steps(rig, step, times):
-    assert samples_a_sample(rig, step) == times
 
 
 # A fast part of every family
@@ -156,26 +138,11 @@ def test_a_long_run_does_not_drift_and_figures_are_drawn(rig):
         assert draw(as_table(rows), chunks).axes
 
 
-def test_a_long_run_shows_the_rms_that_the_sensor_reports(rig):
-    """The same scene through the one door: Eq. 40, mean over the sample interval."""
-    scene = Scene(rig, 210.0, duration=1.0, step=1e-4, spells=False)
-    scene = scene.with_(duration=round(1 / scene.loop_frequency * rig.sensor.rate) / rig.sensor.rate)
-    expected = rms(sense(simulate(scene)).ay)
-    # revolutions differ less; without Eq. 40 a third is missing
-    assert run_long(rig, scene.duration, 1)["rms_g"].iloc[0] == pytest.approx(expected, rel=1e-4)
-
-
 def test_random_scenes_are_the_same_with_the_same_seed(rig, monkeypatch):
     pytest.importorskip("hypothesis")
     monkeypatch.setattr(random_scenes, "run_drawn", lambda rig, drawn: drawn)
     first, again, other = (list(random_scenes.random_scenes(rig, 20, seed)) for seed in (1, 1, 2))
     assert first == again and first != other and len(first) == 20
-
-
-def test_random_scenes_of_the_short_form_stay_in_the_plane(rig, monkeypatch):
-    monkeypatch.setattr(random_scenes, "run_drawn", lambda rig, drawn: drawn)
-    free, plane = (list(random_scenes.random_scenes(rig, 20, in_space=one)) for one in (True, False))
-    assert plane == [scene | {"space": "planar"} for scene in free] != free
 
 
 def test_random_scenes_complete_or_are_refused(rig, monkeypatch):

@@ -9,7 +9,7 @@ from replication.study.settings import StateErrors, Studies, measured_scenes, pr
 from trackdyn.parameters.validation import validated
 from trackdyn.parameters.yaml_file import read_yaml
 
-FILE = Path(__file__).parents[2] / "config" / "studies.yaml"
+FILE = Path(__file__).parents[3] / "config" / "studies.yaml"
 
 
 @pytest.fixture(scope="module")

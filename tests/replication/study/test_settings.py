@@ -13,7 +13,7 @@ from trackdyn.errors import InputError
 from trackdyn.parameters.validation import validated
 from trackdyn.parameters.yaml_file import read_yaml
 
-FILE = Path(__file__).parents[2] / "config" / "studies.yaml"
+FILE = Path(__file__).parents[3] / "config" / "studies.yaml"
 
 
 @pytest.fixture
