@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from laboratory.wear.contour import ARC_NODES, contours, fit_flank, worn_rig
 from laboratory.wear.law import Depths, depth, load_coefficients
 from laboratory.wear.life import SHARES, Found, Limits, Until, Walk, Worn, live, parse_until
-from laboratory.wear.study import STEP, answer, summarize, windows
+from laboratory.wear.study import STEP, wear_answer, summarize, windows
 from laboratory.wear.work import distribute
 from trackdyn.commands.cli import app
 from trackdyn.errors import DivergenceError, InputError
@@ -397,7 +397,7 @@ def test_the_best_first_radius_is_where_the_window_begins():
     summary = summarize(lives, seen)
     assert list(summary["good_from_m"][:2]) == pytest.approx([0.30925] * 2, abs=1.1 * STEP)
     assert np.isnan(summary["good_from_m"][2])
-    words = answer(summary, seen)
+    words = wear_answer(summary, seen)
     assert "Of 2 rigs of the ensemble 1 have such a window" in words
     assert "at least 90% of the longest run in 0." in words
-    assert "run in 1." in answer(summary, seen, 0.30925)
+    assert "run in 1." in wear_answer(summary, seen, 0.30925)

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from laboratory.inference.identification import experiment
-from laboratory.inference.identification.experiment import Speed
+from laboratory.inference.identification.experiment import MeasuredSpeed
 from tests.laboratory.inference.conftest import closed_form_ay
 from tests.rigs.conftest import scene_of
 from trackdyn.commands import cli
@@ -94,7 +94,7 @@ def test_a_stiffness_is_identified_from_a_record(file, command, tmp_path, monkey
         return closed_form_ay(rig.changed(bushing__stiffness=600 * rig.bushing.stiffness / present), *what)
 
     monkeypatch.setattr(experiment, "simulated_ay", ay_of)
-    ay = ay_of(rig.changed(bushing__stiffness=1.3 * present), Speed(rpm, rig.ring_radius, 1000), 7)
+    ay = ay_of(rig.changed(bushing__stiffness=1.3 * present), MeasuredSpeed(rpm, rig.ring_radius, 1000), 7)
     ay += 0.005 * np.random.default_rng(5).standard_normal(ay.size)
     write_sensor_csv(tmp_path / "it.csv", np.arange(ay.size) / 1000, None, ay, None)
     unknown = f"bushing.stiffness={0.5 * present}:{2 * present}"

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from replication.study.extremes.judge import COMPLETED, DEFECT, REFUSED
-from replication.study.layouts import LEAST_COMPLETED, PITCHES, WHEELS, outcome, random_rig, run_layout
+from replication.study.layouts import LEAST_COMPLETED, PITCHES, WHEELS, layouts_outcome, random_rig, run_layout
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import assemble, belt_around, wheel_circles
 from trackdyn.scene.limits import largest_step
@@ -85,6 +85,6 @@ def test_a_tension_that_the_hanging_chain_exceeds_is_refused():
 
 def test_the_sentence_says_what_was_missed():
     rows = pd.DataFrame({"outcome": [COMPLETED] * 99 + [REFUSED], "wheels": 3, "pitches": 40})
-    assert f"bound of {100 * LEAST_COMPLETED:g} % is kept" in outcome(rows)
+    assert f"bound of {100 * LEAST_COMPLETED:g} % is kept" in layouts_outcome(rows)
     rows.loc[0, "outcome"] = DEFECT
-    assert "1 defects" in outcome(rows) and "is missed" in outcome(rows)
+    assert "1 defects" in layouts_outcome(rows) and "is missed" in layouts_outcome(rows)

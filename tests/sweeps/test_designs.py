@@ -6,7 +6,7 @@ import pytest
 
 from trackdyn.errors import InputError
 from trackdyn.sweeps.design import Span, make_design, parse_levels
-from trackdyn.sweeps.request import asked, columns, refuse_columns
+from trackdyn.sweeps.request import requested_row, columns, refuse_columns
 from trackdyn.sweeps.table import read_table, write_table
 
 
@@ -120,7 +120,7 @@ def test_columns_are_known_or_refused():
 
 def only(cells, rig_path):
     """What a row of one design asks for."""
-    return asked(pd.DataFrame([cells]), str(rig_path))[0]
+    return requested_row(pd.DataFrame([cells]), str(rig_path))[0]
 
 
 def test_cells_mean_what_they_say(rig_path):

@@ -24,7 +24,7 @@ from trackdyn.scene.stop_rule import StopRule
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sweeps import engine
-from trackdyn.sweeps.request import asked
+from trackdyn.sweeps.request import requested_row
 from trackdyn.sweeps.store import Store
 from trackdyn.sweeps.sweep import ROW_MEMORY, rows_of, sweep
 
@@ -188,7 +188,7 @@ def test_a_flipped_bit_of_a_store_changes_no_result(tmp_path, rig_path, monkeypa
     whole = sweep(table, out, rig_path, jobs=1)
     file, lines = lines_of(tmp_path / "r.rows")
     known = {row["key"]: row for _, row in map(json.loads, lines)}
-    again, the_same = [], asked(table, str(rig_path))
+    again, the_same = [], requested_row(table, str(rig_path))
     monkeypatch.setattr("trackdyn.sweeps.sweep.asked", lambda *_: the_same)
     monkeypatch.setattr(engine, "outcome", lambda compute, key, task: again.append(key) or known[key])
     content, rng = b"".join(lines), np.random.default_rng(20)

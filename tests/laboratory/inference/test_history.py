@@ -155,7 +155,7 @@ def test_every_case_of_every_rig_is_a_row_with_the_steps_to_try(unknowns):
     assert found["step"].tolist() == ["0.00025 0.0001", "0.001"] * 2
     belts = found["chain"] == "belt"
     assert found.loc[belts, "tension"].eq("locked").all() and not found.loc[~belts, "pitches"].eq("").any()
-    assert list(waves.kinds(found)) == ["law 0"] and list(waves.kinds(found)["law 0"]["name"])[2] == "1 115 none"
+    assert list(waves.unknown_kinds(found)) == ["law 0"] and list(waves.unknown_kinds(found)["law 0"]["name"])[2] == "1 115 none"
 
 
 def test_points_are_rigs_whose_groove_can_be_cut_and_whose_loop_closes():

@@ -170,7 +170,7 @@ def test_pairs_that_no_rig_shows_are_searched_by_their_own_targets(ensemble, mon
     table, found = conflicts.conflicts(ensemble, 1, None)
     assert not asked and found.empty and (table["verdict"] == conflicts.SHOWN).all()
     assert table.set_index("claims").loc["C16 C17", ["sample", "sample_rig"]].tolist() == [0, FIRST["last"]]
-    assert verdicts.pareto(ensemble)["rig"].tolist() == [FIRST["last"]]
+    assert verdicts.pareto_rigs(ensemble)["rig"].tolist() == [FIRST["last"]]
     values = pd.read_csv(ensemble.folder / "outputs_last.csv")
     write_table(values[values["rig"] != FIRST["last"]], ensemble.folder / "outputs_last.csv")
     try:

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from replication.peers import answers
-from replication.peers.answers import OWN, accelerations, compare_answers, ours
+from replication.peers.answers import OWN, measured_accelerations, compare_answers, ours
 from replication.peers.contact import make_contacts
 from replication.peers.exudyn_loop import PeerRun, PeerWheels, start_of
 from replication.peers.mujoco_contact import ACROSS, RUBBER, cushion, soft
-from replication.peers.mujoco_loop import build, lay, places, run_loop, run_mujoco, working_load
+from replication.peers.mujoco_loop import build, lay, places, run_mujoco_loop, run_mujoco, working_load
 from replication.report.tables import answers_outcome
 from replication.study.extremes.solvers import Pose, posed
 from replication.study.settings import PEER_LAWS, PeerAnswers
@@ -143,7 +143,7 @@ def test_a_free_loop_swings_as_the_simulators_does(rig):
     )
     loop = Loop(scene)
     chain, start = loop.model.chain, start_of(loop.state)
-    runs = [run_loop(build(chain, step), chain, start, 0.4, 0.1) for step in (2.5e-4, 1.25e-4)]
+    runs = [run_mujoco_loop(build(chain, step), chain, start, 0.4, 0.1) for step in (2.5e-4, 1.25e-4)]
     loop.advance(0.4)
     weight = chain.mass / chain.mass.sum()
     # from the middle, since the simulator's own step shows in the fall of the whole
@@ -255,8 +255,8 @@ def test_the_measure_is_near_ours(rig, scene, driven):
     """Two models of one loop: a few percent apart, not the same."""
     span = rig.loop_period(115.0) / 35
     mine, _, _ = ours(scene.with_(duration=0.6, lead_in=0.4))
-    other = accelerations(driven.centre[801:, ::2], 1000.0, span).estimate().value
-    assert other == pytest.approx(accelerations(mine, 1000.0, span).estimate().value, rel=0.12)
+    other = measured_accelerations(driven.centre[801:, ::2], 1000.0, span).estimate().value
+    assert other == pytest.approx(measured_accelerations(mine, 1000.0, span).estimate().value, rel=0.12)
 
 
 def test_a_run_that_blows_up_ends_in_a_sentence(built, tmp_path, monkeypatch):
@@ -264,14 +264,14 @@ def test_a_run_that_blows_up_ends_in_a_sentence(built, tmp_path, monkeypatch):
     _, chain, start, contacts, free = built
     model = build(chain, 1e-3, contacts, free, 1e6, 1e-3)
     with pytest.raises(DivergenceError, match=r"mujoco: its motion is no longer finite with a step of 0.001 s"):
-        run_loop(model, chain, start, 0.5, 1e-3)
+        run_mujoco_loop(model, chain, start, 0.5, 1e-3)
     assert not list(tmp_path.iterdir())  # no file of warnings
 
 
 def test_a_step_that_is_no_part_of_the_sample_is_refused(built):
     _, chain, start, _, _ = built
     with pytest.raises(InputError, match=r"must divide the sample interval, 0.001 s"):
-        run_loop(build(chain, 3e-4), chain, start, 0.1, 1e-3)
+        run_mujoco_loop(build(chain, 3e-4), chain, start, 0.1, 1e-3)
 
 
 ASKED = {

@@ -7,7 +7,6 @@ import pytest
 from snakemake.utils import update_config
 
 from replication.pipeline.config import check_config, check_layers
-from replication.study.accuracy.planner import PLANNED
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.yaml_file import read_yaml
@@ -96,17 +95,6 @@ def test_a_mistake_of_no_file_is_said_with_the_last_one(data):
     put(data, "records.duration_s", -1)  # on the command line
     with pytest.raises(InputError, match=r"^quick\.yaml: records\.duration_s = -1:"):
         check_layers(data, SHIPPED, update_config)
-
-
-def test_a_tolerance_in_place_of_a_step(data):
-    """The configuration knows the planner's measures; whether data support them is the planner's to say."""
-    for measure in PLANNED:
-        put(data, "records.plan", {"tolerance": "2%", "measure": measure, "data": "absent.csv"})
-        check_config(data, "mine.yaml")
-    put(data, "records.plan.measure", "speed")
-    assert "records.plan.measure = 'speed': input should be 'rms'" in refusal(data)
-    put(data, "records.plan", {"tolerance": "2", "measure": "rms", "data": "absent.csv"})
-    assert "records.plan.tolerance = '2': must be between 0 and 1" in refusal(data)
 
 
 @pytest.mark.parametrize("section", ["records", "meshing", "ring_study", None])

@@ -223,10 +223,10 @@ def test_columns_have_words_and_units():
     assert columns.heading("left_peak", change=True) == "mean peak force, left arc (%)"
     assert columns.heading("wall_s_per_s") == "wall time per simulated second (s)"
     assert columns.groups(["rpm", "rms_a", "rms_b", "rms_c", "sd_a"]) == [("", 1), ("rms", 3), ("", 1)]
-    assert cells.span("1.4, 1.61234, 1.5") == "1.4 to 1.61"
-    assert cells.span("0.308 at 115, 0.3 at 150, 0.313 at 210 rpm") == "0.3 to 0.313"
-    assert cells.span("7.741 to 12.78 at 150, 6.495 to 16.48 at 210 rpm") == "6.50 to 16.5"
-    assert cells.span("7.7 to 13.23; 6.499 to -16.46") == "−16.5 to 13.2"
+    assert cells.number_span("1.4, 1.61234, 1.5") == "1.4 to 1.61"
+    assert cells.number_span("0.308 at 115, 0.3 at 150, 0.313 at 210 rpm") == "0.3 to 0.313"
+    assert cells.number_span("7.741 to 12.78 at 150, 6.495 to 16.48 at 210 rpm") == "6.50 to 16.5"
+    assert cells.number_span("7.7 to 13.23; 6.499 to -16.46") == "−16.5 to 13.2"
     assert cells.change(-0.0004) == "0" and cells.change(-29.196) == "−29.2"
 
 

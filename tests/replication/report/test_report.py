@@ -17,7 +17,7 @@ from replication.report.figures.meshing import select_passage
 from replication.report.figures.ring_study import duration_figure, force_figure, quiet_from
 from replication.report.figures.scorecard import LOOKS
 from replication.report.figures.screenshots import moments, screenshot_figure
-from replication.report.tables import lines_table, table1, table3, write_table
+from replication.report.tables import lines_table, table1, table3, write_captioned_table
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import load_rig
@@ -249,7 +249,7 @@ def test_lines_table_sets_printed_numbers_beside_their_own_kind():
 
 def test_write_table_writes_csv_and_markdown(tmp_path):
     frame = pd.DataFrame({"a_g": [1 / 3, float("nan")], "name": ["x", "y"]})
-    write_table(frame, tmp_path / "tables" / "table9.csv", "A caption.")
+    write_captioned_table(frame, tmp_path / "tables" / "table9.csv", "A caption.")
     pd.testing.assert_frame_equal(pd.read_csv(tmp_path / "tables" / "table9.csv"), frame)
     text = (tmp_path / "tables" / "table9.md").read_text(encoding="utf-8")
     assert text.startswith("A caption.\n\n|")

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from replication.study.extremes import random_scenes, run
-from replication.study.settings import StateErrors, Studies, measured_scenes, promised_scenes
+from replication.study import settings
+from replication.study.settings import Studies, measured_scenes, promised_scenes
 from trackdyn.parameters.validation import validated
 from trackdyn.parameters.yaml_file import read_yaml
 
@@ -21,20 +22,16 @@ def studies():
 def test_every_scene_of_the_trade_is_one_part(studies, form):
     form = getattr(studies.trade, form)
     parts = measured_scenes(form)
-    assert len(parts) == len(form.state.scenes) + len(form.statistics.scenes)
-    state = [part for part in parts.values() if isinstance(part, StateErrors)]
-    assert [scene for part in state for scene in part.scenes] == form.state.scenes
-    rest = [part for part in parts.values() if not isinstance(part, StateErrors)]
-    assert [scene for part in rest for scene in part.scenes] == form.statistics.scenes
-    assert all(part.model_copy(update={"scenes": form.state.scenes}) == form.state for part in state)
+    assert [scene for part in parts.values() for scene in part.scenes] == form.statistics.scenes
     assert list(promised_scenes(form).values()) == form.kept_apart
     assert all(" " not in name and "/" not in name for name in (*parts, *promised_scenes(form)))
 
 
 def test_random_scenes_are_split_into_parts_of_one_drawing(studies, rig, monkeypatch):
     form, limit = studies.extremes.short, 5
-    monkeypatch.setattr(run, "RANDOM_SCENES", limit)
-    monkeypatch.setattr(random_scenes, "run_drawn", lambda rig, drawn: drawn)
+    for module in (run, settings):
+        monkeypatch.setattr(module, "RANDOM_SCENES", limit, raising=False)
+    monkeypatch.setattr(random_scenes, "run_random_scene", lambda rig, drawn: drawn)
     parts = [part for part in run.parts_of(form) if part.startswith("random_")]
     assert len(parts) > 1
     whole = list(random_scenes.random_scenes(rig, form.random_scenes))

@@ -8,7 +8,7 @@ import pytest
 from pydantic import TypeAdapter
 
 from replication.study.accuracy import trade
-from replication.study.settings import Studies, StudiesFile, Window
+from replication.study.settings import Studies, StudiesFile
 from trackdyn.errors import InputError
 from trackdyn.parameters.validation import validated
 from trackdyn.parameters.yaml_file import read_yaml
@@ -32,13 +32,6 @@ def test_the_short_forms_ask_for_less(data):
     assert len(trade["short"]["statistics"]["scenes"]) < len(trade["full"]["statistics"]["scenes"])
     for field in ("bodies", "mass_ratios", "moduli_pa", "speeds_rpm", "depths_m"):
         assert set(extremes["short"][field]) < set(extremes["full"][field])
-
-
-def test_every_window_that_may_be_asked_for_has_a_start(rig, monkeypatch):
-    monkeypatch.setattr(trade, "Loop", made := MagicMock())
-    for name in Window.__args__:
-        trade.window_start(rig, name)
-    assert [call.args[0].duration for call in made.call_args_list] == [trade.WINDOW] * len(Window.__args__)
 
 
 @pytest.mark.parametrize(
