@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from trackdyn.model.arrays import zeros
+
 OFFSET, SPEED, P, Q = range(4)  # entries of the plane's motion
 SLIDE, SLIDE_RATE, BEFORE, ALONG_X, ALONG_Y = range(5)  # columns of a carrier's motion
 
@@ -74,13 +76,7 @@ class State(NamedTuple):
 def make_state(n: int, pitches: int, wheels: int) -> State:
     """Allocate the state of ``n`` bodies and ``pitches`` pitches on ``wheels`` wheels, everything 0."""
     return State(
-        np.zeros(1, np.int64),
-        np.zeros(4),
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros(wheels),
-        np.zeros(wheels),
-        np.zeros(2 * pitches),
-        np.zeros((pitches, wheels)),
-        np.zeros(7),
+        steps=np.zeros(1, np.int64),
+        **zeros(pin=4, angle=n, rate=n, wheel_angle=wheels, wheel_rate=wheels, work_done=7),
+        **zeros(tooth_impact=2 * pitches, wheel_impact=(pitches, wheels)),
     )

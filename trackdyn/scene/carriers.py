@@ -23,90 +23,33 @@ def make_carriers(rig: Rig, model: Model, kept: str, shift: float) -> Carriers |
     """
     rows, force = [], None
     for k, name in enumerate(wheel_names(rig)):
-        at_x, at_y = float(model.wheels.x[k]), float(model.wheels.y[k])
-        if k == tensioner(rig) and kept in CARRIED:
-            t, direction = rig.tension, radians(rig.tension.direction)
-            spring = (t.stiffness, t.damping) if kept == "sprung" else (0.0, t.damping)
+        x, y = float(model.wheels.x[k]), float(model.wheels.y[k])
+        tensions = k == tensioner(rig) and kept in CARRIED
+        carrier = rig.tension if tensions else rig.rollers[name].carrier if k else None
+        if carrier is None:
+            continue
+        row = {"wheel": k, "arm": 0, "x": x, "y": y, "mass": carrier.mass, "weight": 0.0}
+        row |= {"stiffness": carrier.stiffness, "damping": carrier.damping, "low": -carrier.travel}
+        row["high"] = carrier.travel
+        if isinstance(carrier, Arm):
+            dx, dy, travel = x - carrier.x, y - carrier.y, radians(carrier.travel)
+            row |= {"arm": 1, "x": carrier.x, "y": carrier.y, "along_x": -dy, "along_y": dx, "low": -travel}
+            row |= {"mass": carrier.mass * (dx**2 + dy**2), "weight": carrier.mass * rig.gravity, "high": travel}
+        else:
+            direction = radians(carrier.direction)
+            row |= {"along_x": cos(direction), "along_y": sin(direction)}
+        if tensions:
+            row |= {"low": -carrier.travel - shift, "high": carrier.travel - shift}
             if kept == "forced":
-                force = np.array(t.force, dtype=float)
-            rows.append(
-                (
-                    k,
-                    0,
-                    at_x,
-                    at_y,
-                    cos(direction),
-                    sin(direction),
-                    t.mass,
-                    *spring,
-                    0.0,
-                    -t.travel - shift,
-                    t.travel - shift,
-                )
-            )
-        elif k and (carrier := rig.rollers[name].carrier) is not None:
-            if isinstance(carrier, Arm):
-                dx, dy, travel = at_x - carrier.x, at_y - carrier.y, radians(carrier.travel)
-                inertia, lifted = carrier.mass * (dx**2 + dy**2), carrier.mass * rig.gravity
-                rows.append(
-                    (
-                        k,
-                        1,
-                        carrier.x,
-                        carrier.y,
-                        -dy,
-                        dx,
-                        inertia,
-                        carrier.stiffness,
-                        carrier.damping,
-                        lifted,
-                        -travel,
-                        travel,
-                    )
-                )
-            else:
-                direction, travel = radians(carrier.direction), carrier.travel
-                ends = -travel, travel
-                rows.append(
-                    (
-                        k,
-                        0,
-                        at_x,
-                        at_y,
-                        cos(direction),
-                        sin(direction),
-                        carrier.mass,
-                        carrier.stiffness,
-                        carrier.damping,
-                        0.0,
-                        *ends,
-                    )
-                )
+                row["stiffness"], force = 0.0, np.array(carrier.force, dtype=float)
+        rows.append(row)
     if not rows:
         return None
-    columns = [np.array(column) for column in zip(*rows, strict=True)]
-    wheel, arm, x, y, along_x, along_y, mass, stiffness, damping, weight, low, high = columns
+    columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
     of_wheel = np.full(len(model.wheels.x), -1)
-    of_wheel[wheel] = np.arange(len(wheel))
+    of_wheel[columns["wheel"]] = np.arange(len(rows))
     number = int(of_wheel[tensioner(rig)])
-    return Carriers(
-        wheel,
-        of_wheel,
-        arm,
-        x,
-        y,
-        along_x,
-        along_y,
-        mass,
-        stiffness,
-        damping,
-        np.zeros(len(rows)),
-        weight,
-        low,
-        high,
-        number,
-        force,
-    )
+    return Carriers(**columns, of_wheel=of_wheel, preload=np.zeros(len(rows)), tensioner=number, force=force)
 
 
 def preloads(rig: Rig, carriers: Carriers, work: Work, q: np.ndarray) -> np.ndarray:
