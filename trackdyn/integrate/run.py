@@ -39,12 +39,18 @@ def run(model: Model, state: State, work: Work, record: Record, first, last):
         -1, or the body at which the run left the physical range (0 for the plane of the chain itself);
         ``state.steps`` says when.
     """
+    kernel, before, after = prepared(model, state, work)
+    return kernel(*before, record, (first, last), *after)
+
+
+def prepared(model: Model, state: State, work: Work):
+    """The kernel of a method, and what `run` hands to it before and after the record and its rows."""
     # what numba compiles once more in every caller is kept flat: one kernel, chosen here; what only some methods have
     # stands beside the work, so that all share the kernels that do without
-    model, state, common = shared(model, state, work)
+    parts = shared(model, state, work)
     if work.stages is not None:
-        return _march(model, state, common, record, first, last, work.stages)
-    return _run(model, state, common, record, (first, last), work.space, work.implicit, work.sliding)
+        return _march, parts, (work.stages,)
+    return _run, parts, (work.space, work.implicit, work.sliding)
 
 
 def refresh(model: Model, state: State, work: Work):
@@ -151,10 +157,10 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
 
 
 @kernel
-def _march(model: Model, state: State, work: Work, record: Record, first, last, stages):
+def _march(model: Model, state: State, work: Work, record: Record, rows, stages):
     """Steps of an explicit Runge-Kutta method."""
     _refresh(model, state, work, None, None)
-    for sample in range(first, last):
+    for sample in range(rows[0], rows[1]):
         _begin(state, work)
         for _ in range(model.stride):
             bad = march(model, state, work, record, stages)
@@ -163,6 +169,18 @@ def _march(model: Model, state: State, work: Work, record: Record, first, last, 
             _watch(work)
         _keep(model, state, work, record, sample, None)
     return -1
+
+
+@kernel
+def in_range(numbers, least, most, integers, low, high):
+    """Whether numbers and integers are within their bounds; NaN is not."""
+    for k in range(numbers.shape[0]):
+        if not least[k] <= numbers[k] <= most[k]:
+            return False
+    for k in range(integers.shape[0]):  # noqa: SIM110
+        if not low[k] <= integers[k] <= high[k]:
+            return False
+    return True
 
 
 @kernel
