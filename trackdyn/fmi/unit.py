@@ -216,7 +216,7 @@ class Unit:
         end = round((time + exchange - self._origin) / step)
         before = self.loop.energy["sprocket_work"], float(self.loop.state.wheel_angle[SPROCKET])
         self.loop.step(max(end - int(self.loop.state.steps[0]), 1))
-        if self.loop.model.carriers is not None:
+        if len(self.loop.model.carriers.wheel):
             self.place_strands()
         self.now = time + exchange
         turned = float(self.loop.state.wheel_angle[SPROCKET]) - before[1]

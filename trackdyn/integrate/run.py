@@ -2,13 +2,10 @@
 
 What a scene does without is None when a kernel is compiled and takes its code with it: an ordinary run carries
 nothing of motion in space, of the other integrators and solvers. Every such choice doubles what has to be compiled.
-What costs no time where there is none of it is left out by arrays without entries instead (`shared`).
+What costs no time where there is none of it has arrays without entries, or zeros, instead.
 """
 
-from functools import cache
 from math import sqrt
-
-import numpy as np
 
 from trackdyn.chain.kinematics import bushing_lead, orient, place
 from trackdyn.chain.maxwell import relax
@@ -20,7 +17,7 @@ from trackdyn.integrate.runge_kutta import march
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, advance
 from trackdyn.integrate.spells import log_spells
 from trackdyn.jit import kernel
-from trackdyn.model.constants import NO_MOTOR, NO_RIPPLE, SPROCKET, Branches, Carriers, Law, Model
+from trackdyn.model.constants import SPROCKET, Model
 from trackdyn.model.record import BUSHING_LOSS, Record
 from trackdyn.model.state import OFFSET, P, Q, State
 from trackdyn.model.work import Work
@@ -60,41 +57,8 @@ def refresh(model: Model, state: State, work: Work):
 
 
 def shared(model: Model, state: State, work: Work) -> tuple[Model, State, Work]:
-    """The same with arrays of no entries, and a drive that does nothing of its own, for what a scene does without, so
-    that all scenes share their kernels; what only some methods have is not in the work.
-    """
-    work = work._replace(stages=None, space=None, implicit=None, sliding=None)
-    bodies, wheels = len(state.angle), len(model.wheels.x)
-    if model.drive.ripple is None:
-        model = model._replace(drive=model.drive._replace(ripple=NO_RIPPLE))
-    if model.drive.motor is None:
-        model = model._replace(drive=model.drive._replace(motor=NO_MOTOR))
-    if model.wheels.own_law is None:
-        model = model._replace(wheels=model.wheels._replace(own_law=_NO_LAWS))
-    if model.carriers is None:
-        model = model._replace(carriers=_no_carriers(wheels))
-        state = state._replace(slide=_NO_SLIDE)
-    elif model.carriers.force is None:
-        model = model._replace(carriers=model.carriers._replace(force=_NO_FORCE))
-    if model.branches is None:
-        model = model._replace(branches=_NO_BRANCHES)
-        state = state._replace(branch=np.empty((0, bodies)))
-    if model.wheels.rolling is None:
-        model = model._replace(wheels=model.wheels._replace(rolling=np.zeros(wheels)))
-        work = work._replace(carried=np.zeros(wheels))
-    return model, state, work
-
-
-_NONE, _NO_SLIDE, _NO_FORCE, _NO_LAWS = np.empty(0), np.empty((0, 5)), np.empty((0, 2)), np.empty((0, len(Law._fields)))
-_NO_BRANCHES = Branches(_NONE, _NONE)
-
-
-@cache
-def _no_carriers(wheels: int) -> Carriers:
-    """Carriers of none of so many wheels."""
-    numbers = np.empty(0, dtype=int)
-    parts = dict.fromkeys(Carriers._fields, _NONE) | {"wheel": numbers, "arm": numbers, "force": _NO_FORCE}
-    return Carriers(**parts | {"of_wheel": np.full(wheels, -1), "tensioner": 0})
+    """The same without what only some methods have, so that all share their kernels."""
+    return model, state, work._replace(stages=None, space=None, implicit=None, sliding=None)
 
 
 @kernel

@@ -282,8 +282,8 @@ class Work(NamedTuple):
         Of motion in space.
     radial : RadialWork or None
         Of joints whose pins part.
-    carried : (w,) array or None
-        Sum of the normal forces of the links on every wheel, where rolling resistance depends on it, N.
+    carried : (w,) array
+        Sum of the normal forces of the links on every wheel, N.
     sliding : (a + w,) array or None
         Work of friction since the start, where a record asks for it: of the arcs by area of the groove, of the links
         by wheel, J.
@@ -311,6 +311,7 @@ class Work(NamedTuple):
     tooth_groove: np.ndarray
     tooth_before: np.ndarray
     wheel_force: np.ndarray
+    carried: np.ndarray
     friction: np.ndarray
     contact: np.ndarray
     contact_body: np.ndarray
@@ -328,7 +329,6 @@ class Work(NamedTuple):
     stages: Stages | None = None
     space: SpaceWork | None = None
     radial: RadialWork | None = None
-    carried: np.ndarray | None = None
     sliding: np.ndarray | None = None
 
 
@@ -338,7 +338,7 @@ def make_work(n: int, pitches: int, wheels: int) -> Work:
     return Work(
         **zeros(cos=n, sin=n, pin_x=n + 1, pin_y=n + 1, com_vx=n, com_vy=n, com_dvx=n, com_dvy=n, turned=n, added=n),
         **zeros(force_x=n, force_y=n, moment=n, torque=n, joint_rate=n, joint_loss=n, wheel_torque=wheels),
-        **zeros(tooth_force=arcs, tooth_before=arcs, wheel_force=(pitches, wheels)),
+        **zeros(tooth_force=arcs, tooth_before=arcs, wheel_force=(pitches, wheels), carried=wheels),
         **zeros(friction=(2, arcs + pitches * wheels), contact=(contacts, CONTACT_COLUMNS), links=(pitches, 6)),
         **zeros(cut=6, worst=3, sensed=6, change=4, lately=(2, 2, n), alternating=2),
         **zeros(np.int64, tooth_area=arcs, tooth_groove=arcs, contact_body=(contacts, 4), count=1),

@@ -10,6 +10,9 @@ from trackdyn.integrate.methods import METHODS
 from trackdyn.model.constants import (
     INDEPENDENT,
     ISOTROPIC,
+    NO_BRANCHES,
+    NO_MOTOR,
+    NO_RIPPLE,
     SPROCKET,
     TANGENTIAL,
     Branches,
@@ -34,6 +37,7 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.rubber import loss_branches
 from trackdyn.parameters.sections import Sprocket, Surface
 from trackdyn.parameters.wheels import Wheel
+from trackdyn.scene.carriers import carriers_of
 
 FRICTION = {"none": TANGENTIAL, "tangential": TANGENTIAL, "independent": INDEPENDENT, "isotropic": ISOTROPIC}
 
@@ -141,7 +145,7 @@ def build_wheels(scene) -> Wheels:
     rollers = list(rig.rollers.values()) if scene.loop == "on_wheels" else []
     count = 1 + len(rollers)
     ring, wheel = _law(rig, rig.ring_contact, scene), _law(rig, rig.wheel_contact, scene)
-    own = rolling = None
+    own, rolling = np.empty((0, len(Law._fields))), np.zeros(count)
     drag = [roller.bearing_drag * (scene.drag == "viscous") for roller in rollers]
     if scene.drag == "rolling" and rollers:
         drag = [roller.seal_drag for roller in rollers]
@@ -185,8 +189,8 @@ def build_drive(scene) -> Drive:
     drive = Drive(float(scene.sprocket_rate), float(scene.ramp))
     if given is None:
         return drive
-    ripple = Ripple(given.ripple, given.ripple_order) if given.ripple else None
-    motor = None
+    ripple = Ripple(given.ripple, given.ripple_order) if given.ripple else NO_RIPPLE
+    motor = NO_MOTOR
     if given.kind != "speed":
         free = given.kind == "free"
         release = given.release if given.release is not None else np.inf
@@ -269,7 +273,7 @@ def build_model(scene) -> Model:
     body = int(shoes.link_body[rig.sensor.pitch - 1])
     hysteretic = scene.bushing_law == "hysteretic"
     chain = build_chain(rig, scene.chain, not hysteretic)
-    branches = None
+    branches = NO_BRANCHES
     if hysteretic and rig.bushing.loss_factor * rig.bushing.stiffness > 0:
         share, time = loss_branches(rig.bushing.loss_factor)
         branches = Branches(chain.stiffness * share, time)
@@ -287,7 +291,7 @@ def build_model(scene) -> Model:
         step=float(scene.step), stride=scene.stride, solver=SOLVERS.index(scene.solver) or None,
         space=build_space(scene, tooth, wheels) if scene.fidelity["space"].setting == "spatial" else None,
         radial=Radial(rig.bushing.radial_stiffness, rig.bushing.radial_damping) if scene.joint == "radial" else None,
-        branches=branches,
+        branches=branches, carriers=carriers_of([], len(wheels.x)),
     )  # fmt: skip
 
 

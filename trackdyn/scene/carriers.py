@@ -6,22 +6,25 @@ import numpy as np
 
 from trackdyn.errors import InputError
 from trackdyn.integrate.carriers import along, push
-from trackdyn.model.constants import Carriers, Model
+from trackdyn.model.constants import SPROCKET, Carriers, Model
 from trackdyn.model.state import SLIDE
 from trackdyn.model.work import Work
 from trackdyn.parameters.layout import tensioner, wheel_names
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.wheels import Arm
 
+# fields of a row of carriers, and those that are integers
+ROW = ("wheel", "arm", "x", "y", "along_x", "along_y", "mass", "stiffness", "damping", "weight", "low", "high")
+INTEGER, NO_FORCE = {"wheel": int, "arm": int}, np.empty((0, 2))
 CARRIED = ("sprung", "forced")  # how a tensioner that moves while the chain runs is kept
 
 
-def make_carriers(rig: Rig, model: Model, kept: str, shift: float) -> Carriers | None:
-    """Carriers at rest where the model's wheels stand, their springs without preload; None if all wheels are fixed.
+def make_carriers(rig: Rig, model: Model, kept: str, shift: float) -> Carriers:
+    """Carriers at rest where the model's wheels stand, their springs without preload.
 
     ``kept`` is the scene's tension: with `CARRIED` the tensioning wheel, shifted by ``shift`` (m), is one of them.
     """
-    rows, force = [], None
+    rows, force = [], NO_FORCE
     for k, name in enumerate(wheel_names(rig)):
         x, y = float(model.wheels.x[k]), float(model.wheels.y[k])
         tensions = k == tensioner(rig) and kept in CARRIED
@@ -43,13 +46,17 @@ def make_carriers(rig: Rig, model: Model, kept: str, shift: float) -> Carriers |
             if kept == "forced":
                 row["stiffness"], force = 0.0, np.array(carrier.force, dtype=float)
         rows.append(row)
-    if not rows:
-        return None
-    columns = {name: np.array([row[name] for row in rows]) for name in rows[0]}
-    of_wheel = np.full(len(model.wheels.x), -1)
+    return carriers_of(rows, len(model.wheels.x), tensioner(rig), force)
+
+
+def carriers_of(rows: list[dict], wheels: int, tensions: int = SPROCKET, force: np.ndarray = NO_FORCE) -> Carriers:
+    """Carriers from a row of fields each, without preload; ``tensions`` is the wheel that ``force`` pushes."""
+    columns = {name: np.array([row[name] for row in rows], INTEGER.get(name, float)) for name in ROW}
+    of_wheel = np.full(wheels, -1)
     of_wheel[columns["wheel"]] = np.arange(len(rows))
-    number = int(of_wheel[tensioner(rig)])
-    return Carriers(**columns, of_wheel=of_wheel, preload=np.zeros(len(rows)), tensioner=number, force=force)
+    return Carriers(
+        **columns, of_wheel=of_wheel, preload=np.zeros(len(rows)), tensioner=int(of_wheel[tensions]), force=force
+    )
 
 
 def preloads(rig: Rig, carriers: Carriers, work: Work, q: np.ndarray) -> np.ndarray:
@@ -62,7 +69,7 @@ def preloads(rig: Rig, carriers: Carriers, work: Work, q: np.ndarray) -> np.ndar
     """
     names, found = wheel_names(rig), np.zeros(len(carriers.wheel))
     for k, wheel in enumerate(carriers.wheel):
-        forced = carriers.force is not None and k == carriers.tensioner
+        forced = len(carriers.force) and k == carriers.tensioner
         carrier = None if wheel == tensioner(rig) else rig.rollers[names[wheel]].carrier
         tx, ty = along(carriers, k, float(q[k]))
         fx, fy = push(work, wheel)
@@ -76,7 +83,7 @@ def preloads(rig: Rig, carriers: Carriers, work: Work, q: np.ndarray) -> np.ndar
     return found
 
 
-def refuse_stops(rig: Rig, carriers: Carriers | None, slide: np.ndarray | None) -> None:
+def refuse_stops(rig: Rig, carriers: Carriers, slide: np.ndarray) -> None:
     """Refuse a loop that has settled with a carrier at a stop: its spring holds nothing there.
 
     Raises
@@ -84,8 +91,6 @@ def refuse_stops(rig: Rig, carriers: Carriers | None, slide: np.ndarray | None) 
     InputError
         Which wheel, and what to change.
     """
-    if carriers is None or slide is None:
-        return
     for k, wheel in enumerate(carriers.wheel):
         q, name = float(slide[k, SLIDE]), wheel_names(rig)[wheel]
         if not carriers.low[k] < q < carriers.high[k]:

@@ -53,7 +53,7 @@ SAME = 1e-9  # of a number that a scene gives, here and on another machine
 
 def refuse_other_model(room: Any, data: dict[str, np.ndarray]) -> None:
     """Raise `ValueError` if a model is not ``room``, that of its scene, but for what it has of its own."""
-    own = STEERED if room.carriers is None else CARRIED
+    own = CARRIED if len(room.carriers.wheel) else STEERED
     for name, array in flat(room).items():
         found = data[name]
         same = np.isclose(found, array, SAME, SAME**2)

@@ -7,7 +7,7 @@ import numpy as np
 
 from trackdyn.errors import InputError
 from trackdyn.integrate.methods import METHODS, equip
-from trackdyn.model.constants import NO_MOTOR, NO_RIPPLE, Drive, Model
+from trackdyn.model.constants import Model
 from trackdyn.model.record import Record, make_record
 from trackdyn.model.state import State
 from trackdyn.model.work import Work
@@ -20,7 +20,7 @@ from trackdyn.simulation.checkpoint import flat, mapped
 # rounding is no longer small beside the depth of a contact.
 LARGEST, FARTHEST = 1e12, 1e6
 # parts that may be replaced while a loop runs, with checks of their own; integers that look up nothing, or have bounds
-REPLACED = ("drive", "stages", "implicit")
+REPLACED = ("stages", "implicit")
 CHOICES = ("stride", "present", "compliant", "prescribed", "body")
 
 
@@ -65,17 +65,10 @@ def _number(value: Any) -> bool:
     return bool(-1e308 < value < 1e308 or value == np.inf)
 
 
-def _fault_of_drive(drive: Any) -> str | None:
-    """A drive may be steered: ripple and motor may be there or not."""
-    ripple, motor = (getattr(drive, name, None) for name in ("ripple", "motor"))
-    own = Drive(0.0, 0.0, 0.0, 0.0, None if ripple is None else NO_RIPPLE, None if motor is None else NO_MOTOR)
-    return fault_of_form(drive, own, "loop.model.drive")
-
-
 def _fault_of_method(state: State, work: Work) -> str | None:
     """Arrays of another integrator may take the place of the scene's."""
     for name in METHODS:
-        other = equip(work, name, len(state.wheel_impact), branches=0 if state.branch is None else len(state.branch))
+        other = equip(work, name, len(state.wheel_impact), branches=len(state.branch))
         if not (fault_of_form(work.stages, other.stages, "") or fault_of_form(work.implicit, other.implicit, "")):
             return None
     return "loop.work.stages: must be what integrate.methods.equip makes for an integrator"
@@ -124,7 +117,7 @@ def refuse_other(given: Parts, own: Parts, limits: dict[str, tuple]) -> None:
     InputError
         Which array or number, and what it must be.
     """
-    fault = fault_of_form(given, own, "loop") or _fault_of_method(*given[1:]) or _fault_of_drive(given.model.drive)
+    fault = fault_of_form(given, own, "loop") or _fault_of_method(*given[1:])
     if fault := fault or fault_of_range(given, limits):
         raise InputError(fault)
 
