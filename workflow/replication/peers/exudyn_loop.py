@@ -18,7 +18,7 @@ from replication.peers.contact import Contacts, Memory, force_vector, jacobian_t
 from replication.study.settings import PEER_LAWS
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.extras import required
-from trackdyn.model.constants import Chain, Drive, Model
+from trackdyn.model.constants import NO_MOTOR, NO_RIPPLE, Chain, Drive, Model
 from trackdyn.scene.scene import Scene
 
 # Newton's iteration ends when the residual has fallen by the first or below the second: Exudyn's own defaults.
@@ -125,9 +125,9 @@ def free_wheels(scene: Scene, model: Model) -> PeerWheels:
     InputError
         The loop has what they have not.
     """
-    plain = model.drive.ripple is None and model.drive.motor is None and scene.chain == "double_pin"
+    plain = model.drive[4:] == (NO_RIPPLE, NO_MOTOR) and scene.chain == "double_pin"
     laws = {name: getattr(scene, name) for name in PEER_LAWS}
-    if model.carriers is not None or model.space is not None or not plain or laws != PEER_LAWS:
+    if len(model.carriers.wheel) or model.space is not None or not plain or laws != PEER_LAWS:
         raise InputError(
             "the loop in the other codes has fixed wheels, a prescribed speed, viscous drag and bushings, and double "
             "pins in the plane; a rig from peers.rigs.fixed with chain = double_pin, tension = locked, "
