@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from laboratory.wear.contour import ARC_NODES, contours, fit_flank, worn_rig
 from laboratory.wear.law import Depths, depth, load_coefficients
 from laboratory.wear.life import SHARES, Found, Limits, Until, Walk, Worn, live, parse_until
-from laboratory.wear.study import STEP, wear_answer, summarize, windows
+from laboratory.wear.study import STEP, summarize, wear_answer, windows
 from laboratory.wear.work import distribute
 from trackdyn.commands.cli import app
 from trackdyn.errors import DivergenceError, InputError

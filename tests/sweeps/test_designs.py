@@ -6,7 +6,7 @@ import pytest
 
 from trackdyn.errors import InputError
 from trackdyn.sweeps.design import Span, make_design, parse_levels
-from trackdyn.sweeps.request import requested_row, columns, refuse_columns
+from trackdyn.sweeps.request import columns, refuse_columns, requested_row
 from trackdyn.sweeps.table import read_table, write_table
 
 

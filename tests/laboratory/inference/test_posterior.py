@@ -10,8 +10,8 @@ from laboratory.inference.identification.posterior import (
     MEDIANS,
     SHARED,
     SPREAD,
-    Posterior,
     MeasuredRecords,
+    Posterior,
     predict,
     sample,
 )

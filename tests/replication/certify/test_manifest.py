@@ -5,7 +5,17 @@ import sys
 
 import pytest
 
-from replication.certify.comparison import BYTES, DIFFERS, EQUAL, EXTRA, MISSING, WITHIN, compare_manifests, failed, findings_summary
+from replication.certify.comparison import (
+    BYTES,
+    DIFFERS,
+    EQUAL,
+    EXTRA,
+    MISSING,
+    WITHIN,
+    compare_manifests,
+    failed,
+    findings_summary,
+)
 from replication.certify.manifest import FORMAT, describe, load_manifest, write_manifest
 from trackdyn.commands import cli
 from trackdyn.errors import InputError

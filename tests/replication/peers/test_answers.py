@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from replication.peers.answers import _answers, measured_accelerations, compare_answers, ours
+from replication.peers.answers import _answers, compare_answers, measured_accelerations, ours
 from replication.peers.comparison import run_peer
 from replication.peers.exudyn_loop import free_wheels
 from replication.peers.rigs import fixed

@@ -10,8 +10,16 @@ from scipy.optimize import brentq
 
 from replication.peers import exudyn_loop
 from replication.peers.comparison import compare_codes, percent_of_range, run_peer
-from replication.peers.contact import Memory, peer_contact_loads, force_vector, jacobian_triplets, make_contacts
-from replication.peers.exudyn_loop import Hanger, PeerWheels, PeerStart, drive_at, require_exudyn, run_exudyn_loop, start_of
+from replication.peers.contact import Memory, force_vector, jacobian_triplets, make_contacts, peer_contact_loads
+from replication.peers.exudyn_loop import (
+    Hanger,
+    PeerStart,
+    PeerWheels,
+    drive_at,
+    require_exudyn,
+    run_exudyn_loop,
+    start_of,
+)
 from replication.report.figures.peer import displacement_figure, model_figure
 from replication.report.tables import table2_outcome
 from replication.study.extremes.solvers import Pose, posed

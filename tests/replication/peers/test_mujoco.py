@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from replication.peers import answers
-from replication.peers.answers import OWN, measured_accelerations, compare_answers, ours
+from replication.peers.answers import OWN, compare_answers, measured_accelerations, ours
 from replication.peers.contact import make_contacts
 from replication.peers.exudyn_loop import PeerRun, PeerWheels, start_of
 from replication.peers.mujoco_contact import ACROSS, RUBBER, cushion, soft
-from replication.peers.mujoco_loop import build, lay, places, run_mujoco_loop, run_mujoco, working_load
+from replication.peers.mujoco_loop import build, lay, places, run_mujoco, run_mujoco_loop, working_load
 from replication.report.tables import answers_outcome
 from replication.study.extremes.solvers import Pose, posed
 from replication.study.settings import PEER_LAWS, PeerAnswers

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from replication.study.extremes import random_scenes, run
 from replication.study import settings
+from replication.study.extremes import random_scenes, run
 from replication.study.settings import Studies, measured_scenes, promised_scenes
 from trackdyn.parameters.validation import validated
 from trackdyn.parameters.yaml_file import read_yaml

@@ -2,12 +2,10 @@
 
 import copy
 from pathlib import Path
-from unittest.mock import MagicMock
 
 import pytest
 from pydantic import TypeAdapter
 
-from replication.study.accuracy import trade
 from replication.study.settings import Studies, StudiesFile
 from trackdyn.errors import InputError
 from trackdyn.parameters.validation import validated
