@@ -38,7 +38,7 @@ def delivering_loss(restitution: float) -> float:
     upper = ALMOST_ONE / restitution
     if _imbalance(upper, restitution) >= 0:
         return upper
-    return root(lambda chi: _imbalance(chi, restitution), 1e-6, upper, xtol=1e-14)
+    return root(lambda chi: _imbalance(chi, restitution), 1e-6, upper, 1e-14)
 
 
 class NormalLaw(NamedTuple):
