@@ -7,6 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from replication.paper.claims import JUDGED, REPRODUCED, SHORT, headline
+from replication.report.figures.trade import answers
 from replication.report.tables import ladder_table
 from replication.study.extremes.resolved import short_runs_verdict
 from trackdyn.errors import InputError
@@ -75,6 +76,23 @@ def claims_text(card: pd.DataFrame) -> str:
     return "\n\n".join([*headlines, table.to_markdown(index=False, disable_numparse=True)])
 
 
+def readme_text(card: pd.DataFrame, rows: pd.DataFrame) -> str:
+    """The claims, and what an answer costs."""
+    return f"{claims_text(card)}\n\n{trade_sentence(rows)}"
+
+
+def trade_sentence(rows: pd.DataFrame) -> str:
+    """CPU seconds of the cheapest settings that keep the RMS to 1 % and the mean left peak to 2 %, over the scenes."""
+    data, parts = answers(rows), []
+    for measure, tolerance, words in (("rms", 0.01, "RMS"), ("left_peak", 0.02, "mean left-arc peak")):
+        kept = data[(data["measure"] == measure) & (data["error"] <= tolerance)].groupby("scene")["cpu_s"].min()
+        parts.append(f"{words} to {100 * tolerance:g} %: {kept.min():.1g} to {kept.max():.1g} CPU s")
+    return (
+        f"**What an answer costs**: {'; '.join(parts)}, whole answers of all links at 115 and 210 rpm, with and without a "
+        "ring, on the machine that measured."
+    )
+
+
 def layouts_text(rows: pd.DataFrame) -> str:
     """Outcomes of random layouts, one line per chain, and of all."""
     counted = ["layouts", "completed", "refused", "defect"]
@@ -128,7 +146,7 @@ PAGES = (
     ("docs/what-an-answer-costs.md", ("limits.csv",), limits),
     ("docs/resolution.md", ("extremes_short_runs.csv",), short_runs_text),
     ("docs/your-own-rig.md", ("layouts.csv",), layouts_text),
-    ("README.md", ("claims.csv",), claims_text),
+    ("README.md", ("claims.csv", "trade.csv"), readme_text),
 )
 
 if __name__ == "__main__":
