@@ -140,7 +140,7 @@ rule pictures:
     """Pictures and measured parts of the pages from the present results. Asked for by name: they stand in version control."""
     input:
         tables=[f"{R}/{name}.csv" for name in ("claims", "fidelity", "tables/parameters")],
-        trade=[f"{R}/short/trade.csv", f"{R}/short/tables/limits.csv", f"{R}/short/tables/extremes_short_runs.csv"],
+        trade=[f"{R}/short/trade.csv", f"{R}/short/tables/limits.csv"],
         manifest=f"{R}/manifest.json",
         pictures=[f"{R}/figures/animation.gif", f"{R}/figures/fig24.png", f"{R}/short/figures/trade.png"],
     log: f"{R}/logs/pictures.log"
