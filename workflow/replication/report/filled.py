@@ -88,7 +88,7 @@ def trade_sentence(rows: pd.DataFrame) -> str:
         kept = data[(data["measure"] == measure) & (data["error"] <= tolerance)].groupby("scene")["cpu_s"].min()
         parts.append(f"{words} to {100 * tolerance:g} %: {kept.min():.1g} to {kept.max():.1g} CPU s")
     return (
-        f"**What an answer costs**: {'; '.join(parts)}, whole answers of all links at 115 and 210 rpm, with and without "
+        f"**What an answer costs**: {'; '.join(parts)}, answers of all links at 115 and 210 rpm, with and without "
         "a ring, on the machine that measured."
     )
 
