@@ -8,7 +8,7 @@ from base64 import b64decode
 from pathlib import Path
 
 from trackdyn import __version__
-from trackdyn.commands.cli import COMMANDS
+from trackdyn.commands.cli import app
 from trackdyn.measure.columns import COLUMNS, TABLES
 
 ROOT = Path(__file__).parents[1]
@@ -41,11 +41,8 @@ def commands() -> str:
     """The help of every command, as it is printed."""
     environment = os.environ | {"COLUMNS": "100", "NO_COLOR": "1", "TERM": "dumb"}
     parts = ["# Commands\n"]
-    for name in (
-        "",
-        *(command.__name__.replace("_", "-") for row in COMMANDS.values() for command in row),
-        "benchmark",
-    ):
+    names = [command.callback.__name__.replace("_", "-") for command in app.registered_commands]
+    for name in ("", *names, *(group.name for group in app.registered_groups)):
         line = [sys.executable, "-m", "trackdyn", *([name] if name else []), "--help"]
         said = subprocess.run(line, capture_output=True, text=True, check=True, env=environment, cwd=ROOT).stdout
         heading = f"trackdyn {name}".strip()

@@ -5,7 +5,7 @@ from laboratory.inference.fit import FitConfig
 from laboratory.inference.identification.calibration import CalibrationConfig
 from laboratory.settings import Laboratory
 from laboratory.studies.departures import Departures
-from replication.pipeline.schemas import write
+from replication.pipeline.schemas import write_schemas
 
 MODELS = {
     "fit": FitConfig, "departures": Departures, "calibration": CalibrationConfig, "ensemble": EnsembleConfig,
@@ -13,4 +13,4 @@ MODELS = {
 }  # fmt: skip
 
 if __name__ == "__main__":
-    write(MODELS)
+    write_schemas(MODELS)

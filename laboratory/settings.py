@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from replication.study.settings import Forms, Method, Values
+from replication.study.settings import Forms, StudyMethod, Values
 from trackdyn.parameters.validation import Positive, Section, validated
 from trackdyn.parameters.yaml_file import read_yaml
 
@@ -16,7 +16,7 @@ class WearPlan(Section):
     speeds_rpm: Values
     tensions: Annotated[list[Literal["locked", "retensioned", "sprung"]], Field(min_length=1)]
     first_radii_m: Values
-    integrator: Method
+    integrator: StudyMethod
     step_s: Positive
 
 

@@ -203,6 +203,13 @@ class _Kernel:
         return self.dispatcher(*arguments)
 
 
+def direct(kernel, *arguments) -> Callable:
+    """What calls a kernel with arguments of these types without numba's asking for them, most of a short call."""
+    if numba.config.DISABLE_JIT:
+        return kernel
+    return kernel.dispatcher.compile(tuple(numba.typeof(argument) for argument in arguments))
+
+
 def _made(function, **options):
     return function if numba.config.DISABLE_JIT else _Kernel(function, **options)
 

@@ -7,7 +7,7 @@ behind. Compiled kernels and recordings carry the hash of the kernels' folders.
 
 import ast
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from functools import cache
 from importlib.metadata import version
 from importlib.util import find_spec
@@ -28,11 +28,19 @@ def _locate(module: Module, places: tuple[Path, ...]) -> Path | None:
     return None
 
 
+def _statements(node: ast.AST) -> Iterator[ast.AST]:
+    """Every statement below a node: much fewer than its nodes."""
+    for name in ("body", "orelse", "finalbody", "handlers", "cases"):
+        for child in getattr(node, name, ()):
+            yield child
+            yield from _statements(child)
+
+
 @cache
 def _imports(file: Path, package: Module) -> list[tuple[Module, str | None, str]]:
     """Module, name (None: all of it) and what it is called here, of every import in a file, also in its functions."""
     found = []
-    for node in ast.walk(ast.parse(file.read_bytes())):
+    for node in _statements(ast.parse(file.read_bytes())):
         if isinstance(node, ast.Import):
             for alias in node.names:
                 parts = tuple(alias.name.split("."))

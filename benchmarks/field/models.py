@@ -13,7 +13,7 @@ from trackdyn.integrate.methods import METHODS
 from trackdyn.model.constants import SPROCKET, Chain, Closure, Drive, Law, Model, Sensor, Shoes, Tooth, Wheels
 from trackdyn.model.state import State, make_state
 from trackdyn.parameters.rig import load_rig
-from trackdyn.scene.build import with_mobility
+from trackdyn.scene.build import carriers_of, with_mobility
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 
@@ -176,7 +176,7 @@ def model_of(said: dict, integrator: str, step: float) -> Model:
     around = Wheels(
         np.array([int(w is not None) for w in order] or [0]), x, y, radius, column("inertia_kg_m2", 1.0),
         column("drag_n_m_s_rad"), np.zeros(len(x)), said.get("link_half_thickness_m", 0.0), np.zeros(len(x)),
-        law_of(said, "ring"), law_of(said, "wheel"),
+        law_of(said, "ring"), law_of(said, "wheel"), np.zeros(len(x)),
     )  # fmt: skip
     tooth = tooth_of(sprocket, law_of(said, "tooth"))
     if METHODS[integrator].staggered:
@@ -186,7 +186,7 @@ def model_of(said: dict, integrator: str, step: float) -> Model:
     return Model(
         chain, shoes, tooth, around, Drive(drive["rate_rad_s"], drive["ramp_s"]),
         Sensor(said["report"]["body"] - 1, float(chain.com_x[0]), 0.0), Closure(0, 1e9, 1e4),
-        said["report"]["interval_s"] / stride, stride,
+        said["report"]["interval_s"] / stride, stride, carriers_of([], len(x)),
     )  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from run_exudyn import answer as exudyn
 from run_trackdyn import answer
 
 from laboratory.benchmark.problems import FOLDER, NAMES, read_problem
-from laboratory.benchmark.score import apart, series_of, statistics_of
+from laboratory.benchmark.score import answer_statistics, apart, series_of
 from trackdyn.files import write_text
 
 # s: fine and next step of RK4, two of the semi-implicit one, two of Exudyn; order of Exudyn's error (1 through impacts)
@@ -29,7 +29,9 @@ def measured(found: tuple, name: str) -> tuple[dict, dict]:
     """Series and statistics of an answer."""
     series, contacts = found[:2]
     toothed = "sprocket" in read_problem(name)
-    return series_of(series, read_problem(name)["report"]), statistics_of(series, contacts if toothed else None, name)
+    return series_of(series, read_problem(name)["report"]), answer_statistics(
+        series, contacts if toothed else None, name
+    )
 
 
 def extrapolated(coarse: tuple, fine: tuple, order: int, ratio: float = 2.0) -> tuple[dict, dict]:

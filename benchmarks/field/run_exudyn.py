@@ -7,7 +7,7 @@ from models import chain_of, contacts_of
 
 from laboratory.benchmark.problems import read_problem, read_start
 from replication.peers.contact import Contacts, _forces, _groove_contact
-from replication.peers.exudyn_loop import PeerWheels, Start, drive_at, run_loop
+from replication.peers.exudyn_loop import PeerStart, PeerWheels, drive_at, run_exudyn_loop
 from trackdyn.jit import kernel
 from trackdyn.model.constants import Drive
 
@@ -41,13 +41,13 @@ def answer(name: str, method: str, step: float):
     pin = np.array([start[0, 1] - half * c, start[0, 2] - half * s, start[0, 4] + half * s * omega,
                     start[0, 5] - half * c * omega])  # fmt: skip
     more, drive = {}, Drive(0.0, 1.0)
-    first = Start(pin, start[:, 3].copy(), start[:, 6].copy())
+    first = PeerStart(pin, start[:, 3].copy(), start[:, 6].copy())
     if "wheels" in said:
         contacts = contacts_of(said)
         free = [wheel for wheel in said["wheels"] if wheel["name"] != "ring"]
         drive = Drive(said["drive"]["rate_rad_s"], said["drive"]["ramp_s"])
         wheels = PeerWheels(*(tuple(wheel[key] for wheel in free) for key in ("inertia_kg_m2", "drag_n_m_s_rad")))
-        first = Start(pin, first.angle, first.rate, said["drive"]["start_angle_rad"])
+        first = PeerStart(pin, first.angle, first.rate, said["drive"]["start_angle_rad"])
         more = {"contacts": contacts, "wheels": wheels, "drive": drive}
     samples = round(end / interval) + 1
     force, spin = np.zeros((samples, 2)), np.zeros(samples)
@@ -71,7 +71,7 @@ def answer(name: str, method: str, step: float):
                     events.append([arc + 1, began[arc], t, peak[arc]])
                     began[arc] = peak[arc] = 0.0
 
-    run = run_loop(chain, first, end, step, interval, watch=watch, **more)
+    run = run_exudyn_loop(chain, first, end, step, interval, watch=watch, **more)
     events += [[arc + 1, began[arc], end, peak[arc]] for arc in np.flatnonzero(began)]
     body = said["report"]["body"] - 1
     series = {"time_s": run.time, "x_m": run.centre[:, body, 0], "y_m": run.centre[:, body, 1]}

@@ -6,8 +6,8 @@ import numpy as np
 from models import chain_of, contacts_of
 
 from laboratory.benchmark.problems import read_problem, read_reference, read_start
-from replication.peers.exudyn_loop import PeerWheels, Start
-from replication.peers.mujoco_loop import build, run_loop
+from replication.peers.exudyn_loop import PeerStart, PeerWheels
+from replication.peers.mujoco_loop import build, run_mujoco_loop
 from trackdyn.model.constants import Drive
 
 
@@ -18,11 +18,11 @@ def answer(name: str, method: str, step: float):
     half, (c, s), omega = chain.com_x[0], (cos(start[0, 3]), sin(start[0, 3])), start[0, 6]
     pin = np.array([start[0, 1] - half * c, start[0, 2] - half * s, start[0, 4] + half * s * omega,
                     start[0, 5] - half * c * omega])  # fmt: skip
-    more, drive, first = {}, Drive(0.0, 1.0), Start(pin, start[:, 3], start[:, 6])
+    more, drive, first = {}, Drive(0.0, 1.0), PeerStart(pin, start[:, 3], start[:, 6])
     if "wheels" in said:
         free = [wheel for wheel in said["wheels"] if wheel["name"] != "ring"]
         drive = Drive(said["drive"]["rate_rad_s"], said["drive"]["ramp_s"])
-        first = Start(pin, start[:, 3], start[:, 6], said["drive"]["start_angle_rad"])
+        first = PeerStart(pin, start[:, 3], start[:, 6], said["drive"]["start_angle_rad"])
         tension, pitch = read_reference(name)[0]["statistics"]["mean_force_n"]["value"], chain.length[:2].sum()
         more = {
             "contacts": contacts_of(said),
@@ -31,7 +31,7 @@ def answer(name: str, method: str, step: float):
             "speed": max(abs(drive.rate) * pitch / 2, said["laws"]["wheel"]["speed_floor_m_s"]),
         }
     model = build(chain, step, integrator=method, **more)
-    run = run_loop(model, chain, first, asked["end_s"], asked["interval_s"], drive)
+    run = run_mujoco_loop(model, chain, first, asked["end_s"], asked["interval_s"], drive)
     body = asked["body"] - 1
     series = {"time_s": run.time, "x_m": run.centre[:, body, 0], "y_m": run.centre[:, body, 1], "gap_m": run.gap}
     return series, None, run.cpu

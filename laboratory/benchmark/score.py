@@ -39,7 +39,9 @@ class Score(NamedTuple):
     bar: float
 
 
-def read_table(path: Path | str, columns: tuple[str, ...], optional: tuple[str, ...] = ()) -> dict[str, np.ndarray]:
+def read_answer_table(
+    path: Path | str, columns: tuple[str, ...], optional: tuple[str, ...] = ()
+) -> dict[str, np.ndarray]:
     """Columns of a CSV file by name.
 
     Raises
@@ -84,15 +86,15 @@ def read_answer(path: Path | str, problem: str) -> dict[str, np.ndarray]:
     InputError
         As `read_table`; or the times are not those of the problem.
     """
-    found, asked = read_table(path, REQUIRED, OPTIONAL), read_problem(problem)["report"]
-    wanted = np.arange(round(asked["end_s"] / asked["interval_s"]) + 1) * asked["interval_s"]
+    found, requested = read_answer_table(path, REQUIRED, OPTIONAL), read_problem(problem)["report"]
+    wanted = np.arange(round(requested["end_s"] / requested["interval_s"]) + 1) * requested["interval_s"]
     if len(found["time_s"]) != len(wanted):
         raise InputError(
             f"{path}: {len(found['time_s'])} rows; {problem} needs {len(wanted)}, every "
-            f"{asked['interval_s']:g} s from 0 to {asked['end_s']:g} s"
+            f"{requested['interval_s']:g} s from 0 to {requested['end_s']:g} s"
         )
     off = np.abs(found["time_s"] - wanted)
-    if off.max() > 1e-6 * asked["interval_s"]:
+    if off.max() > 1e-6 * requested["interval_s"]:
         line = int(off.argmax()) + 2
         raise InputError(
             f"{path}: time_s in line {line} is {found['time_s'][line - 2]:.9g}; {wanted[line - 2]:g} is accepted"
@@ -111,11 +113,11 @@ def read_contacts(path: Path | str, problem: str) -> np.ndarray:
     InputError
         As `read_table`; or a contact that no arc of the problem can have, or two of one arc at a time.
     """
-    said = read_problem(problem)
-    if "sprocket" not in said:
+    message = read_problem(problem)
+    if "sprocket" not in message:
         raise InputError(f"{path}: {problem} has no teeth, so no contacts are accepted")
-    table = np.column_stack(list(read_table(path, CONTACTS).values()))
-    arcs, last = said["chain"]["bodies"], said["report"]["end_s"]
+    table = np.column_stack(list(read_answer_table(path, CONTACTS).values()))
+    arcs, last = message["chain"]["bodies"], message["report"]["end_s"]
     fits = (table[:, 0] % 1 == 0) & (table[:, 0] >= 1) & (table[:, 0] <= arcs)
     fits &= (table[:, 1] >= 0) & (table[:, 2] >= table[:, 1]) & (table[:, 2] <= last * 1.001) & (table[:, 3] >= 0)
     if not fits.all():
@@ -151,9 +153,9 @@ def engagements(contacts: np.ndarray, begin: float, end: float) -> dict[str, flo
     return out
 
 
-def series_of(found: dict[str, np.ndarray], asked: dict) -> dict[str, np.ndarray]:
+def series_of(found: dict[str, np.ndarray], requested: dict) -> dict[str, np.ndarray]:
     """Vectors over time in the window of a problem: place (m), acceleration (m/s2), force (N)."""
-    step, (begin, end) = asked["interval_s"], asked["window_s"]
+    step, (begin, end) = requested["interval_s"], requested["window_s"]
     place = np.column_stack([found["x_m"], found["y_m"]])
     acceleration = np.full_like(place, np.nan)
     acceleration[1:-1] = np.diff(place, 2, axis=0) / step**2
@@ -164,11 +166,11 @@ def series_of(found: dict[str, np.ndarray], asked: dict) -> dict[str, np.ndarray
     return out
 
 
-def statistics_of(found: dict[str, np.ndarray], contacts: np.ndarray | None, problem: str) -> dict[str, float]:
+def answer_statistics(found: dict[str, np.ndarray], contacts: np.ndarray | None, problem: str) -> dict[str, float]:
     """Statistics of an answer by name."""
-    asked = read_problem(problem)["report"]
-    series, step = series_of(found, asked), asked["interval_s"]
-    begin, end = asked["window_s"]
+    requested = read_problem(problem)["report"]
+    series, step = series_of(found, requested), requested["interval_s"]
+    begin, end = requested["window_s"]
     out = {"rms_acceleration_m_s2": float(np.sqrt((series["acceleration"] ** 2).sum(1).mean()))}
     if "force" in series:
         size = np.hypot(*series["force"].T)
@@ -198,13 +200,13 @@ def score(found: dict[str, np.ndarray], contacts: np.ndarray | None, problem: st
         Its name.
     """
     reference, table = read_reference(problem)
-    asked = read_problem(problem)["report"]
-    mine, theirs = series_of(found, asked), series_of({n: table[n] for n in table.dtype.names}, asked)
+    requested = read_problem(problem)["report"]
+    mine, theirs = series_of(found, requested), series_of({n: table[n] for n in table.dtype.names}, requested)
     rows = [
         Score(name, "series", np.nan, np.nan, apart(mine[name], theirs[name]), reference["series"][name])
         for name in mine
     ]
-    for name, value in statistics_of(found, contacts, problem).items():
+    for name, value in answer_statistics(found, contacts, problem).items():
         if name in reference["statistics"]:
             right, bar = (reference["statistics"][name][key] for key in ("value", "bar"))
             rows.append(Score(name, "statistic", value, right, abs(value / right - 1.0), bar))

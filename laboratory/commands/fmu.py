@@ -5,19 +5,28 @@ from typing import Annotated
 
 import typer
 
-from trackdyn.commands.options import Preset, RigArgument, RingRadius, Speed, Step, file_option, number, ring_fields
+from trackdyn.commands.options import (
+    Preset,
+    RigArgument,
+    RingRadius,
+    SpeedOption,
+    StepOption,
+    file_option,
+    number,
+    ring_fields,
+)
 
 
 def fmu(
     rig: RigArgument,
     out: Annotated[Path, file_option("--out", "Unit to write", ".fmu")] = Path("track.fmu"),
-    rpm: Speed = 115.0,
+    rpm: SpeedOption = 115.0,
     ring_radius: RingRadius = None,
     lead_in: Annotated[
         float, number("--lead-in", "Time at speed before time 0, s; 0: the loop rests at time 0.")
     ] = 0.0,
     preset: Preset = "standard",
-    step: Step = None,
+    step: StepOption = None,
     tension: Annotated[
         str | None, typer.Option(help="locked, retensioned, sprung or forced; the rig's by default.")
     ] = None,
@@ -30,9 +39,9 @@ def fmu(
     from trackdyn.scene.scene import Scene
 
     refuse_unwritable(out)
-    asked = {name: value for name, value in {"step": step, "tension": tension}.items() if value is not None}
+    requested = {name: value for name, value in {"step": step, "tension": tension}.items() if value is not None}
     loaded, ring = load_rig(rig), ring_fields(ring_radius)
-    fields = preset_fields(preset, ring.get("ring_radius", loaded.ring_radius) is not None) | asked | ring
+    fields = preset_fields(preset, ring.get("ring_radius", loaded.ring_radius) is not None) | requested | ring
     scene = Scene(loaded, rpm, lead_in=lead_in, **fields)
     unit = write_fmu(scene, out)
     for kind, signals in (("in", unit.inputs), ("out", unit.outputs)):

@@ -7,14 +7,14 @@ import typer
 
 from trackdyn.commands.options import (
     DEFAULT_RIG,
-    Axis,
+    AxisOption,
     Jobs,
     Mapping,
     Preset,
     Quiet,
     RigName,
     RingRadius,
-    Unit,
+    UnitOption,
     number,
     parse_axes,
 )
@@ -58,18 +58,18 @@ def identify(
         Path | None, typer.Option(help="Folder in which simulations are kept; simulations in the output by default.")
     ] = None,
     mapping: Mapping = None,
-    unit: Unit = None,
-    axis: Axis = None,
+    unit: UnitOption = None,
+    axis: AxisOption = None,
     quiet: Quiet = False,
 ) -> None:
     """Identify parameters of the rig from records of the sensor, and say how sure that is."""
     from laboratory.inference.identification.answer import write_answer
-    from laboratory.inference.identification.experiment import scene_of
+    from laboratory.inference.identification.experiment import scene_of_speed
     from laboratory.inference.identification.identify import Settings
     from laboratory.inference.identification.identify import identify as run
-    from laboratory.inference.identification.informative import asked, tellable, unknown_of
+    from laboratory.inference.identification.informative import tellable, unknown_of, unknowns_asked_for
     from laboratory.inference.identification.measured import read_records
-    from laboratory.report.identification import headline, write_page
+    from laboratory.report.identification import identification_headline, write_identification_page
     from trackdyn.files import refuse_unwritable, write_csv
     from trackdyn.parameters.rig import load_rig
     from trackdyn.sensor.sensor_mapping import load_mapping
@@ -84,8 +84,8 @@ def identify(
     radius = base.ring_radius if ring_radius is None else ring_radius.radius
     measured = read_records(records, base, load_mapping(mapping, unit=unit, axes=axes), rpm or [], radius, preset)
     for one in measured:
-        scene_of(base, one.speed, one.turn_s)  # what cannot be simulated is refused before all else
-    unknowns = asked([unknown_of(text) for text in unknown or []], base, rig)
+        scene_of_speed(base, one.speed, one.turn_s)  # what cannot be simulated is refused before all else
+    unknowns = unknowns_asked_for([unknown_of(text) for text in unknown or []], base, rig)
     refuse_unwritable(out / "index.html")
     if out.exists() and any(out.iterdir()) and not resume:
         raise InputError(
@@ -103,7 +103,7 @@ def identify(
     found = None
     if not unknowns.unknowns:
         chosen, found = tellable(measured, base, rig, store, settings.jobs, settings.progress)
-        unknowns = asked(chosen, base, rig)
+        unknowns = unknowns_asked_for(chosen, base, rig)
     for one in unknowns.unknowns:
         say(
             f"unknown: {one.label} within {one.low:g} to {one.high:g}, even in "
@@ -113,7 +113,7 @@ def identify(
     best = write_answer(answer, rig, out)
     if found is not None:
         write_csv(out / "tellable.csv", found)
-    page = write_page(answer, best, out, synthetic, found)
+    page = write_identification_page(answer, best, out, synthetic, found)
     say(answer.table.drop(columns=["scale"]).to_string(index=False, float_format=lambda value: f"{value:.4g}"))
-    say(headline(answer))
+    say(identification_headline(answer))
     say(f"written: {page}")

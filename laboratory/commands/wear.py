@@ -5,14 +5,23 @@ from typing import Annotated
 
 import typer
 
-from trackdyn.commands.options import Overwrite, Preset, Quiet, RigArgument, RingRadius, Speed, Step, file_option
+from trackdyn.commands.options import (
+    Overwrite,
+    Preset,
+    Quiet,
+    RigArgument,
+    RingRadius,
+    SpeedOption,
+    StepOption,
+    file_option,
+)
 
 
 def wear(
     rig: RigArgument,
     out: Annotated[Path, file_option("--out", "Table to write: a row a state of the worn rig", ".parquet")],
     until: Annotated[str, typer.Option("--until", help="'ring 0.303 m' or 'distance 5000 km'.")],
-    rpm: Speed = 115.0,
+    rpm: SpeedOption = 115.0,
     ring_radius: RingRadius = None,
     tension: Annotated[
         str | None, typer.Option("--tension", help="locked, retensioned or sprung; the rig's own by default.")
@@ -21,7 +30,7 @@ def wear(
         Path | None, typer.Option("--coefficients", help="YAML file of energy densities; the shipped one by default.")
     ] = None,
     preset: Preset = "standard",
-    step: Step = None,
+    step: StepOption = None,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
 ) -> None:

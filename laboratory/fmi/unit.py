@@ -40,7 +40,7 @@ def _limit(unit: "Unit", torque: float, exchange: float) -> None:
     if not 0.0 <= torque < inf:
         raise InputError(f"torque_limit = {torque:g} N m: must be finite and at least 0")
     drive = unit.loop.model.drive
-    unit.loop.model = unit.loop.model._replace(drive=drive._replace(motor=drive.motor._replace(torque=float(torque))))
+    unit.loop._held.steer(drive._replace(motor=drive.motor._replace(torque=float(torque))))
 
 
 def _push(unit: "Unit", force: float, exchange: float) -> None:
@@ -216,7 +216,7 @@ class Unit:
         end = round((time + exchange - self._origin) / step)
         before = self.loop.energy["sprocket_work"], float(self.loop.state.wheel_angle[SPROCKET])
         self.loop.step(max(end - int(self.loop.state.steps[0]), 1))
-        if self.loop.model.carriers is not None:
+        if len(self.loop.model.carriers.wheel):
             self.place_strands()
         self.now = time + exchange
         turned = float(self.loop.state.wheel_angle[SPROCKET]) - before[1]

@@ -15,7 +15,7 @@ import pandas as pd
 from pydantic import Field, model_validator
 from scipy.stats import qmc
 
-from laboratory.inference.search import End, Method, Round, Start, bent, search
+from laboratory.inference.search import End, Round, SearchMethod, Start, bent, search
 from laboratory.inference.targets import Target, outside
 from laboratory.inference.unknowns import Unknown, Unknowns
 from trackdyn.errors import DivergenceError, InputError, TrackdynError
@@ -70,7 +70,7 @@ class Stage(Section):
     rounds: Annotated[list[Round], Field(min_length=1)]
 
 
-class Form(Section):
+class FitForm(Section):
     """How much is computed: starts for each combination of the choices, and the stages."""
 
     starts: Annotated[int, Field(ge=0)]
@@ -82,11 +82,11 @@ class FitConfig(Section):
 
     speed_rpm: Annotated[float, Field(gt=0)]
     seed: Annotated[int, Field(ge=0)]
-    method: Method
+    method: SearchMethod
     laws: dict[str, str]
     runs: dict[str, Run]
     full: str
-    forms: dict[Literal["full", "short"], Form]
+    forms: dict[Literal["full", "short"], FitForm]
     parameters: Annotated[list[Unknown], Field(min_length=1)]
     choices: list[Unknown] = Field(default_factory=list)
     rigs: dict[str, dict[str, float | str]] = Field(default_factory=dict)
@@ -97,9 +97,9 @@ class FitConfig(Section):
         for unknown in self.parameters:
             if unknown.discrete or not unknown.intervals:
                 raise InputError(f"parameters: {unknown.label or '?'} needs a range; fixed values belong in choices")
-        asked = {self.full, *(stage.run for form in self.forms.values() for stage in form.stages)}
-        if asked - set(self.runs):
-            raise InputError(f"runs: {', '.join(sorted(asked - set(self.runs)))} is missing")
+        requested = {self.full, *(stage.run for form in self.forms.values() for stage in form.stages)}
+        if requested - set(self.runs):
+            raise InputError(f"runs: {', '.join(sorted(requested - set(self.runs)))} is missing")
         return self
 
     def restricted(self, radii: list[float], without_ring: bool) -> "FitConfig":
@@ -126,7 +126,7 @@ class FitConfig(Section):
         return Unknowns([*self.parameters, *self.choices], rig)
 
 
-def rows_of_rigs(memory: float) -> Callable[..., dict]:
+def rows_of_fit(memory: float) -> Callable[..., dict]:
     """What computes the rows of `measure_rigs` and of the fit; none takes much memory."""
     return _rig
 
@@ -152,13 +152,13 @@ def name_of(radius: float | None) -> str:
 def _case(rig: Rig, radius: float | None, scene: dict, steps: Sequence[float], starts: SettledLoops) -> dict:
     for number, step in enumerate(steps, 1):
         try:
-            asked = Scene(rig, ring_radius=radius, step=step, frame_interval=FRAMES, **scene)
-            recording = simulate(asked, starts=starts)
+            requested = Scene(rig, ring_radius=radius, step=step, frame_interval=FRAMES, **scene)
+            recording = simulate(requested, starts=starts)
         except (InputError, DivergenceError):
             if number == len(steps):
                 raise
         else:
-            return case_summary(recording) | arc_gaps(recording, asked)
+            return case_summary(recording) | arc_gaps(recording, requested)
     raise AssertionError("there is a step")
 
 
@@ -207,7 +207,7 @@ def measure_rigs(
     sources = module_hash(__name__)
     tasks = [task_of(config, rig, run or config.full, scene) for rig, scene in rigs]
     keys = [key_of(task, sources) for task in tasks]
-    found = results(rows_of_rigs, dict(zip(keys, tasks, strict=True)), jobs, store)
+    found = results(rows_of_fit, dict(zip(keys, tasks, strict=True)), jobs, store)
     refuse_failed(found.values(), "the same command goes on from there")
     lost = dict.fromkeys(config.cases())
     return [summaries_by_radius(config, found[k]["values"]) if found[k]["state"] == DONE else lost for k in keys]
@@ -256,7 +256,7 @@ class FitProblem:
     def __init__(self, config: FitConfig, rig: Rig, run: str, held: dict[str, str]):
         self.config, self.run, self.held = config, run, held
         self.unknowns = config.unknowns(rig)
-        self.rows, self.sources = rows_of_rigs, module_hash(__name__)
+        self.rows, self.sources = rows_of_fit, module_hash(__name__)
 
     def task(self, x: np.ndarray) -> dict:
         """Arguments of the row of a point."""
@@ -359,10 +359,19 @@ def fit_rig(
         small = config.restricted(stage.radii_m, without_ring=True)
         # without what says how long is searched: a longer search has the rows of a shorter
         plain = small.model_copy(update={"forms": {}, "rigs": {}}).model_dump()
-        asked = {"config": plain, "rig": rig.model_dump(), "run": stage.run, "held": held or {}}
+        given = {"config": plain, "rig": rig.model_dump(), "run": stage.run, "held": held or {}}
         log(f"stage {number}: {len(begins)} starts, {len(small.cases())} cases, run {stage.run}")
         ends = search(
-            fit_problem, asked, begins, stage.rounds, config.method, stage.radius, stage.directions, jobs, store, log
+            fit_problem,
+            given,
+            begins,
+            stage.rounds,
+            config.method,
+            stage.radius,
+            stage.directions,
+            jobs,
+            store,
+            log,
         )
         stages.append(ends)
         going = [end for end in ends if end.round == ends[0].round and np.isfinite(end.cost)][: stage.rounds[-1].keep]
@@ -378,7 +387,7 @@ def report_targets(config: FitConfig, summaries: dict) -> pd.DataFrame:
     """Every target with what came out: ``claim, ring_radius_m, measure, target, ..., in tolerances``."""
     rows = []
     for t in config.targets:
-        asked = {"relative_to": t.relative_to, "kind": t.rule, "target": t.printed, "tolerance": t.tolerance}
+        requested = {"relative_to": t.relative_to, "kind": t.rule, "target": t.printed, "tolerance": t.tolerance}
         came = {"measured": measured(t, summaries), "in_tolerances": residual(t, summaries), "held_out": t.held_out}
-        rows.append(t.key | asked | came)
+        rows.append(t.key | requested | came)
     return pd.DataFrame(rows)

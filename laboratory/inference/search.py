@@ -23,7 +23,7 @@ from trackdyn.sweeps.engine import Maker, refuse_failed, results
 from trackdyn.sweeps.store import DONE, key_of
 
 K = TypeVar("K", bound=Hashable)
-Method = Literal["dfols", "trf"]
+SearchMethod = Literal["dfols", "trf"]
 # A residual grows as it is up to about so many tolerances and with its logarithm beyond: one target that is far off
 # outweighs no ten that are near, and still has a gradient. Three tolerances: what is further off is lost either way.
 BEND = 3.0
@@ -212,7 +212,7 @@ def minimise(
     problem: Problem,
     start: Start,
     evaluations: int,
-    method: Method = "dfols",
+    method: SearchMethod = "dfols",
     radius: float = 0.1,
     directions: int | None = None,
     enough: float | None = None,
@@ -253,26 +253,26 @@ def minimise(
     TrackdynError
         A row failed for a reason that may pass.
     """
-    if method not in get_args(Method):
-        raise InputError(f"method = {shown(method)}: {' or '.join(get_args(Method))}")
+    if method not in get_args(SearchMethod):
+        raise InputError(f"method = {shown(method)}: {' or '.join(get_args(SearchMethod))}")
     free = np.array(start.free, dtype=bool)
-    whole = np.array(start.x, dtype=float)
+    complete = np.array(start.x, dtype=float)
     evaluated = _Evaluated(problem, None if store is None else str(store), evaluations, enough)
 
     def at(part: np.ndarray) -> np.ndarray:
-        x = whole.copy()
+        x = complete.copy()
         x[free] = part
         return evaluated(x)
 
     ended = "converged"
     try:
-        METHODS[method](at, whole[free], radius, directions)
+        METHODS[method](at, complete[free], radius, directions)
     except _SpentError:
         ended = "budget"
     except _NearError:
         ended = "near enough"
     if not evaluated.points:
-        lost = {"x": whole.tolist(), "cost": None, "first_cost": None, "residuals": [], "costs": []}
+        lost = {"x": complete.tolist(), "cost": None, "first_cost": None, "residuals": [], "costs": []}
         return lost | {"evaluations": evaluated.count, "ended": f"the start does not run: {evaluated.refusal}"}
     costs = [0.5 * float(found @ found) for found in evaluated.found]
     best = int(np.argmin(costs if enough is None else [_largest(found) for found in evaluated.found]))
@@ -287,9 +287,9 @@ def minimise(
     }
 
 
-def _local(problem: str, asked: dict, start: list, store: str | None, **fields: Any) -> dict:
+def _local(problem: str, requested: dict, start: list, store: str | None, **fields: Any) -> dict:
     module, _, name = problem.partition(":")
-    made = getattr(importlib.import_module(module), name)(**asked)
+    made = getattr(importlib.import_module(module), name)(**requested)
     return minimise(made, Start(*start), store=store, **fields)
 
 
@@ -300,7 +300,7 @@ def rows_of_searches(memory: float) -> Callable[..., dict]:
 
 def local_searches(
     problem: Callable[..., Problem],
-    asked: Mapping[K, tuple[dict, Start]],
+    requested: Mapping[K, tuple[dict, Start]],
     evaluations: int,
     jobs: int = 1,
     store: Path | str | None = None,
@@ -334,15 +334,15 @@ def local_searches(
     sources = module_hash(problem.__module__)
     name = f"{problem.__module__}:{problem.__qualname__}"
     tasks, keys = {}, {}
-    for of, (given, start) in asked.items():
-        task = {"problem": name, "asked": given, "start": [start.name, list(start.x), list(start.free)]}
+    for of, (given, start) in requested.items():
+        task = {"problem": name, "requested": given, "start": [start.name, list(start.x), list(start.free)]}
         task |= {"evaluations": evaluations} | how
         keys[of] = key_of(task, sources)
         tasks[keys[of]] = task | {"store": None if store is None else str(Path(store) / key_of(list(start.x)))}
     rows = results(rows_of_searches, tasks, jobs, None if store is None else Path(store) / "searches")
     refuse_failed(rows.values(), "the same command goes on from there")
     found = {}
-    for of, (_, start) in asked.items():
+    for of, (_, start) in requested.items():
         row = rows[keys[of]]
         if row["state"] != DONE:
             raise TrackdynError(f"start {start.name}: {row['reason']}")
@@ -355,10 +355,10 @@ def local_searches(
 
 def search(
     problem: Callable[..., Problem],
-    asked: dict,
+    requested: dict,
     starts: Sequence[Start],
     rounds: Sequence[Round],
-    method: Method = "dfols",
+    method: SearchMethod = "dfols",
     radius: float = 0.1,
     directions: int | None = None,
     jobs: int = 1,
@@ -402,7 +402,7 @@ def search(
     alive, ends = {start.name: start for start in starts}, {}
     how = {"method": method, "radius": radius, "directions": directions}
     for number, one in enumerate(rounds, 1):
-        tasks = {name: (asked, start) for name, start in alive.items()}
+        tasks = {name: (requested, start) for name, start in alive.items()}
         for name, values in local_searches(problem, tasks, one.evaluations, jobs, store, **how).items():
             ends[name] = End(start=name, round=number, **{k: v for k, v in values.items() if k != "costs"})
         order = sorted(alive, key=lambda of: ends[of].cost)  # of equals the first start

@@ -223,8 +223,8 @@ class Unknowns:
 def file_ranges(path: Path | str) -> dict[str, tuple[float, float, str]]:
     """``section.field`` of a rig's file to low, high and the source of the range, where it has one."""
     table = parameter_table(path).dropna(subset=["low", "high"])
-    said = table["source"].str.rpartition("range:")[2].str.strip()
-    rows = zip(table["name"], table["low"], table["high"], said, strict=True)
+    message = table["source"].str.rpartition("range:")[2].str.strip()
+    rows = zip(table["name"], table["low"], table["high"], message, strict=True)
     return {name: (float(low), float(high), source) for name, low, high, source in rows}
 
 

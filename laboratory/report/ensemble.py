@@ -31,12 +31,12 @@ def write_tables(e: Ensemble, claims: Path | str, card: pd.DataFrame) -> str:
     shares = verdicts.claims_table(e, load_claims(claims))
     study = study_table(_study(e), verdicts.rank(e)["excluded_by"])
     choices = pd.concat([choice_table(study, rpm).assign(rpm=rpm) for rpm in e.form.speeds_rpm], ignore_index=True)
-    scorecard = verdicts.beside(card, shares, "possible")
+    scorecard = verdicts.with_default(card, shares, "possible")
     tables = {
         "rigs": verdicts.rigs_table(e),
         "parameters": verdicts.parameters_table(e),
         "claims": shares,
-        "pareto": verdicts.pareto(e),
+        "pareto": verdicts.pareto_rigs(e),
         "ranks": verdicts.rank_indices(e),
         "study": study,
         "choices": choices,
@@ -45,8 +45,8 @@ def write_tables(e: Ensemble, claims: Path | str, card: pd.DataFrame) -> str:
     for name, table in tables.items():
         write_table(table, e.folder / f"{name}.csv")
     found = _summary(e, tables | {"conflicts": e.read("conflicts")})
-    said = [(finding, "") for finding in found] + [(words, name) for name, words in SHOWN_FILES.items()]
-    write_table(pd.DataFrame(said, columns=["finding", "file"]), e.folder / "summary.csv")
+    message = [(finding, "") for finding in found] + [(words, name) for name, words in SHOWN_FILES.items()]
+    write_table(pd.DataFrame(message, columns=["finding", "file"]), e.folder / "summary.csv")
     return "\n".join(found)
 
 
@@ -92,7 +92,7 @@ def _summary(e: Ensemble, tables: dict[str, pd.DataFrame]) -> list[str]:
         fewest.append(f"{ranked['excluded_by'].min():.0f}" if len(ranked) else "none that came out whole")
     known = tables["parameters"].loc[tables["parameters"]["identifiable"].astype(bool), "name"]
     few = f"{_are(len(rigs))} too few to say which parameters the printed numbers identify"
-    told = f"Parameters that the printed numbers identify: {', '.join(known) or 'none'}"
+    learnt = f"Parameters that the printed numbers identify: {', '.join(known) or 'none'}"
     held = shares[(shares["rigs"] > 0) & (shares["used"] == "held out")]
     names = held["id"] + held["part"].fillna("")
     lines = [
@@ -111,7 +111,7 @@ def _summary(e: Ensemble, tables: dict[str, pd.DataFrame]) -> list[str]:
         "were not searched.",
         "C16 and C17 at once: the nearest approach of a rig that was run is an implausibility of "
         f"{both['sample']:.3g} ({nearest}).",
-        f"{few if len(rigs) < 1 / EDGE else told}.",  # a twentieth of fewer rigs is none
+        f"{few if len(rigs) < 1 / EDGE else learnt}.",  # a twentieth of fewer rigs is none
         verdicts.position_of_shipped(e),
         f"Held-out claims that hold in each of {int(held['rigs'].max()) if len(held) else 0} rigs: "
         f"{', '.join(names[held['share'] == 1]) or 'none'}; in none of them: "
@@ -144,7 +144,9 @@ def write_figures(e: Ensemble, metrics: pd.DataFrame) -> None:
     )
     every = verdicts.all_judged(e)
     save(conflict_figure(e.read("conflicts"), e.config.cutoff), e.folder / "conflicts.png")
-    save(pareto_figure(verdicts.group_worst(e, every), verdicts.pareto(e), e.config.cutoff), e.folder / "pareto.png")
+    save(
+        pareto_figure(verdicts.group_worst(e, every), verdicts.pareto_rigs(e), e.config.cutoff), e.folder / "pareto.png"
+    )
     parameters = verdicts.parameters_table(e).dropna(subset="remaining").sort_values("remaining")
     names = list(parameters["name"].head(SHOWN_PAIRS))
     save(pairs_figure(e.read(f"points_{LAST}"), e.read("points_1"), names), e.folder / "pairs.png")

@@ -60,26 +60,11 @@ def findings(rows: pd.DataFrame) -> str:
     return "\n".join(line(row) for _, row in rows.astype(object).fillna("").iterrows()) + "\n"
 
 
-def promises_text(rows: pd.DataFrame) -> str:
-    """Promises of the planner on the problems of the benchmark, a line a problem and tolerance."""
-    lines = []
-    for (problem, tolerance), group in rows.groupby(["problem", "tolerance"]):
-        made = group[group["met"].notna()]
-        worst = (made["achieved_error"] / made["tolerance"]).max()
-        lines.append({
-            "problem": problem, "tolerance": f"{100 * tolerance:g} %", "measures": len(group), "promised": len(made),
-            "kept": int(made["met"].astype(bool).sum()), "largest error, of its tolerance": f"{100 * worst:.0f} %",
-            "not promised": ", ".join(group.loc[group["met"].isna(), "measure"]) or "–",
-        })  # fmt: skip
-    return pd.DataFrame(lines).to_markdown(index=False, disable_numparse=True)
-
-
 PAGES = (
     ("docs/deviations.md", ("deviations.csv",), departures),
     ("docs/identify.md", ("calibration.csv",), calibration),
     ("docs/identify-synthetic.md", ("identify_synthetic.csv",), identified),
     ("docs/ensemble.md", ("ensemble_summary.csv",), findings),
-    ("docs/benchmark.md", ("benchmark_planner.csv",), promises_text),
     ("docs/wear.md", ("wear_lives.csv",), wear_text),
 )
 

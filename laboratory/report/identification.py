@@ -8,11 +8,11 @@ import pandas as pd
 from laboratory.inference.identification.answer import discrepancies, features_table, tables
 from laboratory.inference.identification.experiment import simulated_ay
 from laboratory.inference.identification.features import turns_of
-from laboratory.inference.identification.identify import Answer
+from laboratory.inference.identification.identify import Identification
 from laboratory.inference.identification.posterior import contradicted
 from laboratory.inference.verdict import IDENTIFIED, IN_DOUBT, ONE_SIDED
 from laboratory.report.figures.identification import features_figure, posterior_figure, spectra_figure
-from replication.report.page.builder import picture
+from replication.report.page.builder import embedded_picture
 from trackdyn.files import write_text
 from trackdyn.parameters.rig import Rig
 from trackdyn.plots.rendering import environment
@@ -22,7 +22,9 @@ HERE = Path(__file__).parent
 COLUMNS = ["unknown", "verdict", "best", "q05", "q95", "low", "high", "present", "width"]
 
 
-def write_page(answer: Answer, rig: Rig, out: Path, synthetic: str = "", tellable: pd.DataFrame | None = None) -> Path:
+def write_identification_page(
+    answer: Identification, rig: Rig, out: Path, synthetic: str = "", tellable: pd.DataFrame | None = None
+) -> Path:
     """Draw the figures and write ``index.html``.
 
     Parameters
@@ -59,7 +61,7 @@ def write_page(answer: Answer, rig: Rig, out: Path, synthetic: str = "", tellabl
         environment(HERE)
         .get_template("identification.html.j2")
         .render(
-            headline=headline(answer),
+            headline=identification_headline(answer),
             synthetic=synthetic,
             unknowns=_rows(answer.table[COLUMNS]),
             correlations=_rows(found["correlations"]),
@@ -73,7 +75,7 @@ def write_page(answer: Answer, rig: Rig, out: Path, synthetic: str = "", tellabl
                 f"{len(answer.failed)} more could not run. "
                 f"The chain of {len(draws.points)} draws moved in {100 * draws.acceptance:.0f} % of its steps."
             ),
-            pictures={name: picture(out / f"{name}.png") for name in figures}
+            pictures={name: embedded_picture(out / f"{name}.png") for name in figures}
             | ({"held_out": None} if held is None else {}),
         )
     )
@@ -81,7 +83,7 @@ def write_page(answer: Answer, rig: Rig, out: Path, synthetic: str = "", tellabl
     return out / "index.html"
 
 
-def headline(answer: Answer) -> str:
+def identification_headline(answer: Identification) -> str:
     """The answer in a sentence."""
     parts = []
     for row in answer.table.to_dict("records"):
@@ -98,7 +100,7 @@ def headline(answer: Answer) -> str:
     return "; ".join(parts) + "."
 
 
-def _spectra(answer: Answer, rig: Rig) -> list[tuple[str, float, np.ndarray, np.ndarray]]:
+def _spectra(answer: Identification, rig: Rig) -> list[tuple[str, float, np.ndarray, np.ndarray]]:
     """Whole turns of every record and of the best rig."""
     found = []
     for one in answer.measured:
@@ -109,7 +111,7 @@ def _spectra(answer: Answer, rig: Rig) -> list[tuple[str, float, np.ndarray, np.
     return found
 
 
-def _records(answer: Answer) -> pd.DataFrame:
+def _records(answer: Identification) -> pd.DataFrame:
     rows = []
     for one in answer.measured:
         about = {

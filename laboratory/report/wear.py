@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from laboratory.wear.study import OF_A_LIFE, answer, sensed, summarize, windows
+from laboratory.wear.study import OF_A_LIFE, sensed, summarize, wear_answer, windows
 
 # why a life of the ensemble ended, by words of its ``end``, the first that it has
 ENDS = {
@@ -31,7 +31,7 @@ def wear_text(lives: pd.DataFrame) -> str:
     for name, words in COLUMNS.items():
         scale, digits = (1.0, 0) if name.endswith("_km") else (1e3, 2)
         table[words] = [f"{scale * v:.{digits}f}" if pd.notna(v) else "–" for v in named[name]]
-    lines = [table.to_markdown(index=False, disable_numparse=True), "", f"- {answer(summary, seen)}"]
+    lines = [table.to_markdown(index=False, disable_numparse=True), "", f"- {wear_answer(summary, seen)}"]
     if (same := _same_history(lives[~lives["rig"].str.startswith("ensemble")])) is not None:
         lines.append(
             "- The life of a smaller new ring and the rest of the life of a larger one, from there on, differ "
@@ -63,11 +63,13 @@ def _same_history(lives: pd.DataFrame) -> float | None:
     """Largest relative difference of a life from what is left, at its first radius, of the longest life of the rig."""
     found = []
     for _, cases in lives.dropna(subset=["ring_radius_m"]).groupby(OF_A_LIFE[:3]):
-        whole = cases[cases["first_radius_m"] == cases["first_radius_m"].max()].sort_values("ring_radius_m")
+        complete = cases[cases["first_radius_m"] == cases["first_radius_m"].max()].sort_values("ring_radius_m")
         for first, one in cases.groupby("first_radius_m"):
-            if first < whole["first_radius_m"].iloc[0] and np.isclose(
-                one["ring_radius_m"].min(), whole["ring_radius_m"].min()
+            if first < complete["first_radius_m"].iloc[0] and np.isclose(
+                one["ring_radius_m"].min(), complete["ring_radius_m"].min()
             ):
-                left = whole["distance_km"].max() - np.interp(first, whole["ring_radius_m"], whole["distance_km"])
+                left = complete["distance_km"].max() - np.interp(
+                    first, complete["ring_radius_m"], complete["distance_km"]
+                )
                 found.append(abs(left / one["distance_km"].max() - 1))
     return max(found, default=None)

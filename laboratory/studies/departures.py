@@ -1,4 +1,4 @@
-"""What a departure from the paper changes: the statistics of a few scenes with one thing different, nothing refitted."""
+"""What a departure from the paper changes: the statistics of a few scenes with one thing different, none refitted."""
 
 from pathlib import Path
 from typing import Annotated, Any

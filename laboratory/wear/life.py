@@ -101,7 +101,7 @@ class Found(NamedTuple):
 
     rate: np.ndarray
     watched: np.ndarray
-    told: Mapping[str, Any] = MappingProxyType({})
+    known: Mapping[str, Any] = MappingProxyType({})
 
 
 @dataclass
@@ -222,7 +222,7 @@ class Worn:
         worked = distribute(loop, d.contours, [c.worn(y[f]) for c, f in zip(d.contours, d.flanks, strict=True)])
         summary, felt = meshing_summary(recording), whole_loop(recording)
         per_km = 1e3 / worked.distance
-        told = {name: summary[name] for name in SUMMARY} | {
+        known = {name: summary[name] for name in SUMMARY} | {
             "ring_radius_m": float("nan") if radius is None else radius, "longer_pitch_m": 2 * float(y[d.bushing]),
             "left_depth_m": float(y[d.flanks[0]].max()), "right_depth_m": float(y[d.flanks[1]].max()),
             "arc_depth_m": float(y[d.arcs].max()), "misfit_m": missed, "steady": converged,
@@ -230,8 +230,8 @@ class Worn:
             "work_bushings_j_km": worked.bushing * per_km,
         }  # fmt: skip
         for name in SENSED:
-            told |= {f"{name}_g": felt[name].value, f"{name}_half_width_g": felt[name].half_width}
-        return Found(d.rates(rig, radius, worked, self.coefficients), np.array([told[name] for name in SHARES]), told)
+            known |= {f"{name}_g": felt[name].value, f"{name}_half_width_g": felt[name].half_width}
+        return Found(d.rates(rig, radius, worked, self.coefficients), np.array([known[name] for name in SHARES]), known)
 
     def goal(self, until: Until) -> tuple[int, float]:
         """Return the entry of the state that reaches a bound, and its value there, m.
@@ -348,8 +348,8 @@ def _rows(worn: Worn, until: Until, limits: Limits, rows: list[dict]) -> Iterato
             end = end or "nothing wears: there is no work of friction"
         elif not found.rate[entry]:
             end = end or "the links no longer touch the ring"
-        told = {"distance_km": float(y[d.distance]) / 1e3} | dict(found.told)
-        return told | {"depths": y.tolist(), "rates": found.rate.tolist(), "next_m": length, "end": end}
+        known = {"distance_km": float(y[d.distance]) / 1e3} | dict(found.known)
+        return known | {"depths": y.tolist(), "rates": found.rate.tolist(), "next_m": length, "end": end}
 
     if rows:
         y, length = np.array(rows[-1]["depths"]), rows[-1]["next_m"]
@@ -361,9 +361,9 @@ def _rows(worn: Worn, until: Until, limits: Limits, rows: list[dict]) -> Iterato
         yield row(length, "")
     while not rows[-1]["end"]:
         # a tenth beyond the bound, so that the step that reaches it is the last one
-        asked = min(length, 1.1 * (goal - y[entry]) / found.rate[entry])
+        requested = min(length, 1.1 * (goal - y[entry]) / found.rate[entry])
         try:
-            taken, new, there, ahead = walk.step(y, found, asked)
+            taken, new, there, ahead = walk.step(y, found, requested)
         except (InputError, DivergenceError) as error:
             yield rows[-1] | {"end": f"left the model: {' '.join(str(error).split())}"}
             return

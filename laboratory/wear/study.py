@@ -63,7 +63,7 @@ def run_lives(
     dict
         Depths (m) of both flanks at ``PROFILES`` of the life, by life.
     """
-    asked, coefficients, sources = {}, load_coefficients().model_dump(), module_hash(__name__)
+    requested, coefficients, sources = {}, load_coefficients().model_dump(), module_hash(__name__)
     for name, rig, own, plan in rigs:
         tensions = [own["tension"]] if "tension" in own else plan.tensions
         for rpm, tension, radius in product(plan.speeds_rpm, tensions, plan.first_radii_m):
@@ -72,10 +72,10 @@ def run_lives(
                 "coefficients": coefficients, "fields": {"integrator": plan.integrator, "step": plan.step_s}
                 | dict(own) | {"tension": tension}, "until": ["ring", form.until_radius_m], "factor": form.step_factor,
             }  # fmt: skip
-            asked[key_of(sources, task)] = (name, rpm, tension, radius), task
-    rows = results(lives_of, {key: task for key, (_, task) in asked.items()}, jobs, store, "wear", "life")
+            requested[key_of(sources, task)] = (name, rpm, tension, radius), task
+    rows = results(lives_of, {key: task for key, (_, task) in requested.items()}, jobs, store, "wear", "life")
     found, flanks = [], {}
-    for key, (life, _) in asked.items():
+    for key, (life, _) in requested.items():
         values = rows[key]["values"]
         table = pd.DataFrame([{"distance_km": 0.0, "end": f"does not run new: {rows[key]['reason']}"}])
         if values:
@@ -147,7 +147,7 @@ def summarize(lives: pd.DataFrame, seen: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def answer(summary: pd.DataFrame, seen: pd.DataFrame, printed: float = 0.308) -> str:
+def wear_answer(summary: pd.DataFrame, seen: pd.DataFrame, printed: float = 0.308) -> str:
     """From which first radius the contacts stay good longest, and in how many rigs the printed one (m) does as well."""
     longest = seen.loc[seen.groupby(OF_A_LIFE[:3])["first_radius_m"].transform("max") == seen["first_radius_m"]]
     named, drawn = [], []  # best first radius, and how much of the longest run the printed one has
@@ -157,11 +157,11 @@ def answer(summary: pd.DataFrame, seen: pd.DataFrame, printed: float = 0.308) ->
             there = float(np.interp(printed, table["radius_m"], table["good_km"])) / most
             (drawn if case[0].startswith("ensemble") else named).append((best, there))
     last = longest["radius_m"].max()
-    said = ""
+    message = ""
     if named:
         best, there = np.transpose(named)
         at_last = int((best > last - STEP / 2).sum())
-        said = (
+        message = (
             f"Rigs with a name, {len(named)} cases of rig, speed and tension: the ring stays longest in the good "
             f"window from a first radius of {best.min():.5g} m or more, in {at_last} cases the largest one tried, "
             f"so that a larger one may be better; {printed:g} m has {there.min():.0%} to {there.max():.0%} of the "
@@ -171,12 +171,12 @@ def answer(summary: pd.DataFrame, seen: pd.DataFrame, printed: float = 0.308) ->
     if drawn:
         best, there = np.transpose(drawn)
         low, middle, high = np.quantile(best, [0.05, 0.5, 0.95])
-        said += (
+        message += (
             f" Of {tried} rigs of the ensemble {len(drawn)} have such a window; the best first radius is {middle:.5g} "
             f"m (median; 90% of them between {low:.5g} and {high:.5g}, with none tried above {last:.5g}), and "
             f"{printed:g} m has at least {NEARLY:.0%} of the longest run in {(there >= NEARLY).sum()}."
         )
-    return said
+    return message
 
 
 def sensed(lives: pd.DataFrame) -> pd.DataFrame:

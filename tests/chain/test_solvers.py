@@ -83,7 +83,7 @@ def solve(solver, chain, angle, rate, *loads, step=0.0, probe=0):
 def motion(solver, chain, angle, rate, *loads, step=0.0, probe=0):
     """Angular accelerations, then accelerations of the pins times 1 / length: all in rad/s2."""
     if solver == "reference":
-        seen = reference.accelerations(chain, angle, rate, *loads, implicit_step=step)
+        seen = reference.reference_accelerations(chain, angle, rate, *loads, implicit_step=step)
         alpha, first = seen.alpha, np.array([seen.pin_ax, seen.pin_ay])
         pins = [first]
         for i in range(len(angle)):
@@ -137,7 +137,7 @@ def test_solvers_agree_on_the_load_through_the_cut(solver, kind, n):
     for seed in range(4):
         chain = make_irregular(n, np.random.default_rng(seed)) if kind is None else make_chain(kind, n)
         state = random_state(chain, seed)
-        expected = reference.accelerations(chain, *state).pin_force
+        expected = reference.reference_accelerations(chain, *state).pin_force
         work, returned = solve(solver, chain, *state)
         seen = work.load[:2] if solver == "riccati" else returned[3:5] if solver == "product" else returned
         if solver == "product":

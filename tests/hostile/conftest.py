@@ -6,11 +6,6 @@ from sentences import BELT, ROOT
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.belt import belt_recording
 
-TRADE = (
-    "scene,fidelity,integrator,step_s,start_cpu_s,cpu_s_per_s,record_s,passage_s,"
-    "measure,value,value_error,error,uncertainty,scatter,unused,failed\n"
-)
-
 
 @pytest.fixture(scope="module")
 def belt_file(rig, tmp_path_factory):
@@ -31,20 +26,6 @@ def folder(tmp_path, monkeypatch, belt_file):
         ("plain", b"text\n"),
         ("empty", b""),
         ("binary", bytes(range(256))),
-        (
-            "trade.csv",
-            TRADE.encode()
-            + b"ring 0.308 m 115 rpm,ten_arcs,semi_implicit,1e-4,1,1,4,0.2,rms,1,0.001,0.001,0,0,0,False\n",
-        ),
-        (
-            "words.csv",
-            TRADE.encode()
-            + b"ring 0.308 m 115 rpm,ten_arcs,semi_implicit,soon,1,1,4,0.2,rms,1,0.001,0.001,0,0,0,False\n",
-        ),
-        (
-            "other.csv",
-            TRADE.encode() + b"ring 0.308 m 115 rpm,guess,semi_implicit,1e-4,1,1,4,0.2,rms,1,0.001,0.001,0,0,0,False\n",
-        ),
     ):
         (tmp_path / name).write_bytes(content)
     return tmp_path

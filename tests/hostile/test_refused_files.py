@@ -6,7 +6,6 @@ import pytest
 from sentences import one_sentence, shown
 
 from replication.pipeline.config import read_layer
-from replication.study.accuracy.planner import COLUMNS, load_trade
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.yaml_file import read_yaml
@@ -60,24 +59,11 @@ PLACES = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("reader", [load_rig, load_recording, Loop.load, load_trade, read_yaml])
+@pytest.mark.parametrize("reader", [load_rig, load_recording, Loop.load, read_yaml])
 @pytest.mark.parametrize("row", PLACES, ids=lambda row: shown(row[0]))
 def test_a_place_that_holds_no_file_is_refused(tmp_path, monkeypatch, reader, row):
     place, *words = row
-    if reader is load_trade and place in (None, "/dev/stdin"):
-        pytest.skip("None stands for the pipeline's own results")
     monkeypatch.chdir(tmp_path)
     with pytest.raises(InputError) as caught:
         reader(place)
     one_sentence(caught, *words)
-
-
-@pytest.mark.parametrize("number", ["1e999", "-1e13"])
-def test_measured_data_with_a_number_out_of_range_are_refused(tmp_path, number):
-    """Such a number once ended the planner with an overflow."""
-    columns = {name: "1" for name in COLUMNS} | {"fidelity": "ten_arcs", "unused": number}
-    path = tmp_path / "trade.csv"
-    path.write_text(f"{','.join(columns)}\n{','.join(columns.values())}\n", encoding="utf-8")
-    with pytest.raises(InputError) as caught:
-        load_trade(path)
-    one_sentence(caught, "trade.csv", "unused", "at most 1e+12")

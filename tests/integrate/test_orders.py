@@ -47,27 +47,22 @@ def march_on(loop, integrator, step, seconds=SECONDS, tolerance=0.0):
 
 
 def packed(loop):
-    moments = [] if loop.state.branch is None else loop.state.branch.ravel()
-    return np.concatenate([loop.state.pin, loop.angles, loop.rates / 10.0, moments])
+    return np.concatenate([loop.state.pin, loop.angles, loop.rates / 10.0, loop.state.branch.ravel()])
 
 
 def derivative(model):
     """Right-hand side of the exact motion, around the accelerations of the sweep alone."""
     chain, branches = model.chain, model.branches
     n = len(chain.length)
-    state, work = make_state(n, PITCHES, 1), make_work(n, PITCHES, 1)
-    if branches is not None:
-        state = state._replace(branch=np.zeros((len(branches.time), n)))
+    state, work = make_state(n, PITCHES, 1, branches=len(branches.time)), make_work(n, PITCHES, 1)
 
     def rates(_, y):
         state.angle[:], state.rate[:] = y[4 : 4 + n], y[4 + n : 4 + 2 * n] * 10.0
         orient(state.angle, work.cos, work.sin)
         bushing_torques(chain, state, work)
-        moments = []
-        if branches is not None:
-            state.branch[:] = y[4 + 2 * n :].reshape(-1, n)
-            add_moments(state, work, 0.0, branches)
-            moments = np.outer(branches.stiffness, work.joint_rate) - state.branch / branches.time[:, None]
+        state.branch[:] = y[4 + 2 * n :].reshape(-1, n)
+        add_moments(state, work, 0.0, branches)
+        moments = np.outer(branches.stiffness, work.joint_rate) - state.branch / branches.time[:, None]
         accelerations(chain, state, work, 0.0, 0)
         sweep = work.sweep
         change = sweep.base @ sweep.load, state.rate, sweep.response @ sweep.load / 10.0

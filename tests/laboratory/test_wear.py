@@ -107,6 +107,17 @@ def test_a_flank_that_arcs_can_follow_is_found_again(rig):
     np.testing.assert_allclose(found[1:4, 2], other[1:4, 2], rtol=1e-2)
 
 
+def test_worn_pins_lengthen_links_and_leave_connectors(rig):
+    of = contours(rig.groove_profile)
+    flat = [np.zeros(len(c.points)) for c in of]
+    arcs = np.zeros((2, ARC_NODES))
+    arcs[0, 10:20] = 2e-4
+    worn, _ = worn_rig(rig, of, flat, arcs.ravel(), 5e-4)
+    assert worn.chain.link_length == pytest.approx(rig.chain.link_length + 1e-3)
+    assert worn.connector_length == pytest.approx(rig.connector_length, abs=1e-9)
+    assert worn.chain.connector_radius == pytest.approx(rig.chain.connector_radius - 2e-4)
+
+
 def test_flanks_wear_apart_and_meet_at_the_bottom(rig):
     of = contours(rig.groove_profile)
     place = np.linspace(0, 1, len(of[0].points))
@@ -116,6 +127,12 @@ def test_flanks_wear_apart_and_meet_at_the_bottom(rig):
     assert not np.allclose(new.radius[:5], old.radius[:5], rtol=1e-4)
     np.testing.assert_allclose(new.radius[5:], old.radius[5:], rtol=1e-9)
     np.testing.assert_allclose(new.joints()[4], old.joints()[4], atol=1e-9)
+
+
+def test_flanks_of_other_bottoms_are_refused(rig):
+    arcs = contours(rig.groove_profile)[0].arcs
+    with pytest.raises(InputError, match=r"profile\.right: its bottom is 1 mm off"):
+        groove_of_arcs(arcs, rig.sprocket.teeth, arcs + [0.0, 1e-3, 0.0, 0.0])
 
 
 # -- one rig -------------------------------------------------------------------------------------------------------
@@ -271,21 +288,29 @@ def test_a_life_goes_on_from_states_that_nobody_damaged_or_made_up(known, tmp_pa
 # -- many lives ----------------------------------------------------------------------------------------------------
 
 
-def test_worn_pins_lengthen_links_and_leave_connectors(rig):
-    of = contours(rig.groove_profile)
-    flat = [np.zeros(len(c.points)) for c in of]
-    arcs = np.zeros((2, ARC_NODES))
-    arcs[0, 10:20] = 2e-4
-    worn, _ = worn_rig(rig, of, flat, arcs.ravel(), 5e-4)
-    assert worn.chain.link_length == pytest.approx(rig.chain.link_length + 1e-3)
-    assert worn.connector_length == pytest.approx(rig.connector_length, abs=1e-9)
-    assert worn.chain.connector_radius == pytest.approx(rig.chain.connector_radius - 2e-4)
+def table_of(first, left, right, rig="shipped"):
+    """A life of 5 states, a thousand kilometres and half a millimetre of the ring each."""
+    k = np.arange(len(left))
+    return pd.DataFrame(
+        {
+            "rig": rig, "rpm": 115.0, "tension": "locked", "first_radius_m": first, "distance_km": 1e3 * k,
+            "ring_radius_m": first - 5e-4 * k, "left_share_pct": left, "right_share_pct": right,
+            "left_rms_n": 400.0 + 30.0 * k, "left_depth_m": 1e-6 * k, "right_depth_m": 0.0, "rms_g": 0.9 + 0.01 * k,
+            "rms_half_width_g": 0.001, "sd_g": 0.9, "sd_half_width_g": 0.001, "line_g": 1.2, "line_half_width_g": 0.001,
+            "cpu_s": 1.0,
+            "end": ["", "", "", "", "reached ring 0.303 m"],
+        }
+    )  # fmt: skip
 
 
-def test_flanks_of_other_bottoms_are_refused(rig):
-    arcs = contours(rig.groove_profile)[0].arcs
-    with pytest.raises(InputError, match=r"profile\.right: its bottom is 1 mm off"):
-        groove_of_arcs(arcs, rig.sprocket.teeth, arcs + [0.0, 1e-3, 0.0, 0.0])
+@pytest.fixture
+def lives():
+    return pd.concat([
+        table_of(0.308, [9.0, 9.5, 10.5, 20.0, 30.0], [0.0, 0.0, 0.0, 0.0, 1.0]),
+        table_of(0.306, [10.0, 15.0, 20.0, 25.0, 30.0], [0.0, 0.0, 2.0, 4.0, 8.0]),
+        pd.DataFrame({"rig": ["ensemble 0"], "rpm": 115.0, "tension": "sprung", "first_radius_m": 0.308,
+                      "distance_km": 0.0, "end": "does not run new: no"}),
+    ], ignore_index=True)  # fmt: skip
 
 
 def test_work_over_the_contour_is_that_of_the_account(worked):

@@ -134,7 +134,7 @@ def test_reading_in_a_run_is_the_acceleration_of_the_point(driven_loop, pitch):
     model, state, work = loop.model, loop.state, loop.work
     refresh(model, state, work)
     angle, rate = state.angle.copy(), state.rate.copy()
-    expected = reference.accelerations(
+    expected = reference.reference_accelerations(
         model.chain, angle, rate, work.force_x, work.force_y, work.moment, implicit_step=0.5 * model.step
     )
     point = np.array([expected.pin_ax, expected.pin_ay])

@@ -53,15 +53,6 @@ def test_a_drawn_layout_settles_and_runs(number):
     assert row["loop_gap_max_m"] < 1.1e-10
 
 
-def test_a_tension_that_the_hanging_chain_exceeds_is_refused():
-    """Layout 122 hangs 3.2 kN of its chain below the strand: a third of that cannot be its tension, whatever the wheel
-    does.
-    """
-    rig, _ = random_rig(122)
-    with pytest.raises(InputError, match=r"pre_tension = 1100 N: must exceed .*3\d+ N of chain hang below"):
-        settle(at_an_allowed_step(rig.changed(tension__pre_tension=1100.0), 0.4))
-
-
 def at_an_allowed_step(rig, part=0.75) -> Scene:
     """A scene of a rig with a part of the step that it allows."""
     scene = Scene(rig, 100.0, step=1e-6, spells=False)
@@ -80,3 +71,12 @@ def test_slow_and_slack_strands_are_tensioned(number):
         rig.tension.pre_tension, rel=REACHED + 0.02
     )  # an even mean, not an instant
     assert abs(layout["tensioner_shift_m"]) < rig.tension.travel
+
+
+def test_a_tension_that_the_hanging_chain_exceeds_is_refused():
+    """Layout 122 hangs 3.2 kN of its chain below the strand: a third of that cannot be its tension, whatever the wheel
+    does.
+    """
+    rig, _ = random_rig(122)
+    with pytest.raises(InputError, match=r"pre_tension = 1100 N: must exceed .*3\d+ N of chain hang below"):
+        settle(at_an_allowed_step(rig.changed(tension__pre_tension=1100.0), 0.4))

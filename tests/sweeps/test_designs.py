@@ -8,7 +8,7 @@ import pytest
 
 from trackdyn.errors import InputError
 from trackdyn.sweeps.design import Span, make_design, parse_levels
-from trackdyn.sweeps.request import asked, columns, refuse_columns
+from trackdyn.sweeps.request import columns, refuse_columns, requested_row
 from trackdyn.sweeps.sweep import sweep
 from trackdyn.sweeps.table import read_table, write_table
 
@@ -112,23 +112,36 @@ def test_columns_are_known_or_refused():
 
 def only(cells, rig_path):
     """What a row of one design asks for."""
-    return asked(pd.DataFrame([cells]), str(rig_path))[0]
+    return requested_row(pd.DataFrame([cells]), str(rig_path))[0]
 
 
 def test_cells_mean_what_they_say(rig_path):
     row = only(
         {
-            "motor_rpm": "115", "ring_radius": "none", "pitches": "1 2", "spells": "False", "friction": "none",
-            "ramp": "", "tension.wheel": "idler", "gravity": "9.8", "until.rms": "1%", "until.longest": "20",
-            "preset": "fast", "name": "a",
+            "motor_rpm": "115",
+            "ring_radius": "none",
+            "pitches": "1 2",
+            "spells": "False",
+            "friction": "none",
+            "ramp": "",
+            "tension.wheel": "idler",
+            "gravity": "9.8",
+            "until.rms": "1%",
+            "until.longest": "20",
+            "preset": "fast",
+            "name": "a",
         },
         rig_path,
-    )  # fmt: skip
+    )
     assert row.reason == ""
     assert row.scene == {
-        "preset": "fast", "motor_rpm": 115.0, "ring_radius": None, "pitches": [1, 2], "spells": False,
+        "preset": "fast",
+        "motor_rpm": 115.0,
+        "ring_radius": None,
+        "pitches": [1, 2],
+        "spells": False,
         "friction": "none",
-    }  # fmt: skip
+    }
     assert row.changes == {"tension__wheel": "idler", "gravity": 9.8}
     assert (row.until, row.longest) == ({"rms": 0.01}, 20.0)
 
@@ -172,7 +185,10 @@ def test_a_key_is_what_is_asked_and_not_how_it_is_said(rig_path, monkeypatch):
         ({"motor_rpm": "115", "until.rms": "2"}, "tolerance = '2':"),
         ({"motor_rpm": "115", "until.rms": "1%", "until.longest": "long"}, "until.longest = 'long':"),
         ({"motor_rpm": "115", "known.force": "0.01"}, "known.share_pct"),
-        ({"motor_rpm": "115", "known.share_pct": 1, "known.force": "x", "known.passages": 13}, "known.force = 'x':"),
+        (
+            {"motor_rpm": "115", "known.share_pct": 1, "known.force": "x", "known.passages": 13},
+            "known.force = 'x':",
+        ),
         (
             {"motor_rpm": "115", "known.share_pct": 1, "known.force": 1, "known.passages": 13, "until.rms": "1%"},
             "known and until",

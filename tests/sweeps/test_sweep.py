@@ -173,6 +173,17 @@ def test_damaged_and_foreign_lines_of_a_store_are_counted_and_computed_again(tmp
     )
 
 
+@pytest.mark.parametrize("value", [float("nan"), [1, 2], "much", None, float("inf"), -1.0])
+def test_a_row_that_no_scene_gives_is_computed_again_whatever_its_checksum(tmp_path, rig_path, value, capsys):
+    whole = sweep(design(1), rig=rig_path, jobs=1, store=tmp_path / "rows")
+    (file,) = (tmp_path / "rows").glob("*.jsonl")
+    row = json.loads(file.read_bytes())[1]
+    content = json.dumps(row | {"values": row["values"] | {"rms_g": value}}).encode()
+    file.write_bytes(b'["%s", %s]\n' % (hashlib.sha256(content).hexdigest()[:16].encode(), content))
+    pd.testing.assert_frame_equal(sweep(design(1), rig=rig_path, jobs=1, store=tmp_path / "rows"), whole)
+    assert "1 damaged line was ignored" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("given", "said"),
     [
@@ -258,19 +269,34 @@ def test_a_killed_worker_costs_its_row_only(rig_path, monkeypatch):
     assert "SIGKILL" in found.reason[1]
 
 
+def test_workers_that_cannot_start_are_said_to(rig_path, monkeypatch):
+    monkeypatch.setattr(sys, "executable", "/bin/false")
+    with pytest.raises(trackdyn.TrackdynError, match="ended at its start with exit code 1; what it printed, if any"):
+        sweep(design(4), rig=rig_path, jobs=2)
+
+
 def command(out, designed):
     """The command in a process of its own, its group included."""
     run = "from trackdyn_command import main; main()"
     return subprocess.Popen(
         [
-            sys.executable, "-c", run, "sweep", str(designed), "--out", str(out), "--rig",
-            str(ROOT / "config/rigs/first_fit.yaml"), "-j2", "-q",
+            sys.executable,
+            "-c",
+            run,
+            "sweep",
+            str(designed),
+            "--out",
+            str(out),
+            "--rig",
+            str(ROOT / "config/rigs/first_fit.yaml"),
+            "-j2",
+            "-q",
         ],
         cwd=ROOT,
         start_new_session=True,
         stderr=subprocess.PIPE,
         env=os.environ | {"PYTHONPATH": str(ROOT)},
-    )  # fmt: skip
+    )
 
 
 def kept(store):
@@ -304,20 +330,3 @@ def test_a_killed_sweep_goes_on_where_it_was(tmp_path, whole, end):
     process.stderr.close()
     assert kept(store) == len(expected) == 24
     pd.testing.assert_frame_equal(pd.read_parquet(out), expected, check_dtype=False)
-
-
-@pytest.mark.parametrize("value", [float("nan"), [1, 2], "much", None, float("inf"), -1.0])
-def test_a_row_that_no_scene_gives_is_computed_again_whatever_its_checksum(tmp_path, rig_path, value, capsys):
-    whole = sweep(design(1), rig=rig_path, jobs=1, store=tmp_path / "rows")
-    (file,) = (tmp_path / "rows").glob("*.jsonl")
-    row = json.loads(file.read_bytes())[1]
-    content = json.dumps(row | {"values": row["values"] | {"rms_g": value}}).encode()
-    file.write_bytes(b'["%s", %s]\n' % (hashlib.sha256(content).hexdigest()[:16].encode(), content))
-    pd.testing.assert_frame_equal(sweep(design(1), rig=rig_path, jobs=1, store=tmp_path / "rows"), whole)
-    assert "1 damaged line was ignored" in capsys.readouterr().err
-
-
-def test_workers_that_cannot_start_are_said_to(rig_path, monkeypatch):
-    monkeypatch.setattr(sys, "executable", "/bin/false")
-    with pytest.raises(trackdyn.TrackdynError, match="ended at its start with exit code 1; what it printed, if any"):
-        sweep(design(4), rig=rig_path, jobs=2)

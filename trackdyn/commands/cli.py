@@ -11,6 +11,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from trackdyn.commands.compare import compare
+from trackdyn.commands.plan import plan
 from trackdyn.commands.rig import check, new, rigs
 from trackdyn.commands.show import show
 from trackdyn.commands.simulate import simulate
@@ -19,7 +20,7 @@ from trackdyn.errors import TrackdynError
 from trackdyn.extras import missing
 from trackdyn.version import __version__
 
-COMMANDS = {"Runs": (simulate, compare, show), "Rigs": (check, new, rigs), "Many runs": (sweep, design)}
+COMMANDS = {"Runs": (simulate, plan, compare, show), "Rigs": (check, new, rigs), "Many runs": (sweep, design)}
 OF_TYPER = ("help", "install_completion", "show_completion")  # flags that it adds itself
 
 
@@ -57,8 +58,8 @@ for others in entry_points(group="trackdyn.commands"):  # of packages that build
             place.command(cls=_Command, rich_help_panel=panel)(command)
 
 
-def _say_version(asked: bool) -> None:
-    if asked:
+def _say_version(requested: bool) -> None:
+    if requested:
         typer.echo(f"trackdyn {__version__}")
         raise typer.Exit
 

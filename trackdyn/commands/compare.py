@@ -6,11 +6,11 @@ from typing import Annotated
 import typer
 
 from trackdyn.commands.options import (
-    Axis,
+    AxisOption,
     Mapping,
     Overwrite,
     RecordingFile,
-    Unit,
+    UnitOption,
     file_option,
     number,
     parse_axes,
@@ -24,8 +24,8 @@ def compare(
     mapping: Mapping = None,
     time: Annotated[str | None, typer.Option(help="Column of the time stamps, or none (with --rate).")] = None,
     rate: Annotated[float | None, number("--rate", "Samples a second, Hz; found from the stamps by default.")] = None,
-    unit: Unit = None,
-    axis: Axis = None,
+    unit: UnitOption = None,
+    axis: AxisOption = None,
     sensor_range: Annotated[float | None, number("--range", "Range of the sensor, g; the rig's by default.")] = None,
     scale: Annotated[float | None, number("--scale", "Counts per g, where the columns hold raw counts.")] = None,
     bits: Annotated[
@@ -51,9 +51,9 @@ def compare(
     from trackdyn.sensor.sensor_mapping import load_mapping
     from trackdyn.simulation.recording import load_recording
 
-    asked = {"time": time, "rate": rate, "unit": unit, "axes": axes, "range": sensor_range, "resample": resample}
-    asked |= {"scale": scale, "bits": bits}
-    chosen = load_mapping(mapping, **asked | {"from": start, "to": to})
+    requested = {"time": time, "rate": rate, "unit": unit, "axes": axes, "range": sensor_range, "resample": resample}
+    requested |= {"scale": scale, "bits": bits}
+    chosen = load_mapping(mapping, **requested | {"from": start, "to": to})
     for path in filter(None, (figure, out)):
         refuse_existing(path, overwrite)
         refuse_unwritable(path)

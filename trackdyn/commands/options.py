@@ -122,7 +122,7 @@ def parse_axes(pairs: list[str] | None) -> dict[str, str]:
 
 RigName = Annotated[str, typer.Option("--rig", help="Rig: a file, or the name of a shipped one (trackdyn rigs).")]
 RigArgument = Annotated[str, typer.Argument(help="Rig: a file, or the name of a shipped one (trackdyn rigs).")]
-Speed = Annotated[float, number("--rpm", "Motor speed, rev/min.")]
+SpeedOption = Annotated[float, number("--rpm", "Motor speed, rev/min.")]
 RingRadius = Annotated[
     Ring | None,
     typer.Option(
@@ -133,7 +133,7 @@ RingRadius = Annotated[
     ),
 ]
 Preset = Annotated[str, typer.Option("--preset", help="Bundle of choices: fast, standard, paper or reference.")]
-Step = Annotated[float | None, number("--step", "Time step, s; the preset's by default.")]
+StepOption = Annotated[float | None, number("--step", "Time step, s; the preset's by default.")]
 Tolerance = Annotated[
     float | None,
     typer.Option(
@@ -146,8 +146,39 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and 
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace a file that exists.")]
 RecordingFile = Annotated[Path, typer.Argument(help="Recording made by `trackdyn simulate` (.npz).")]
 Mapping = Annotated[Path | None, typer.Option("--mapping", help="YAML file that says how to read the sensor's file.")]
-Unit = Annotated[str | None, typer.Option("--unit", help="g, m/s2 or mg, where the header says none.")]
-Axis = Annotated[
+UnitOption = Annotated[str | None, typer.Option("--unit", help="g, m/s2 or mg, where the header says none.")]
+AxisOption = Annotated[
     list[str] | None,
     typer.Option("--axis", help="Which column an axis is, such as ay=channel3 or ay=-channel3; repeatable."),
 ]
+Choose = Annotated[
+    list[str] | None,
+    typer.Option("--choose", help="One choice of fidelity, such as chain=single_pin; may be given several times."),
+]
+LONGEST = Annotated[float, number("--longest", "Bound of a run with a --tolerance, s.")]
+
+
+def chosen_fields(pairs: list[str]) -> dict[str, Any]:
+    """Fields of a scene that choices of fidelity set.
+
+    Raises
+    ------
+    InputError
+        One is no choice.
+    """
+    from trackdyn.scene.fidelity import CHOICES
+
+    found: dict[str, Any] = {}
+    for pair in pairs:
+        name, _, value = pair.partition("=")
+        if name == "tolerance":
+            found[name] = parse_number("--choose tolerance", value, "must be a number, such as 1e-6")
+        elif name not in CHOICES or not value:
+            raise InputError(
+                f"--choose = {shown(pair)}: expected name=setting with one of the names {', '.join(CHOICES)}"
+            )
+        else:
+            found[name] = value
+        if (name, value) in (("chain", "belt"), ("loop", "free")):
+            found |= {"ring_radius": None, "spells": False}
+    return found

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from trackdyn.commands.options import RigArgument, Speed, file_argument, file_option
+from trackdyn.commands.options import RigArgument, SpeedOption, file_argument, file_option
 from trackdyn.errors import InputError, TrackdynError
 
 
@@ -39,7 +39,7 @@ def check(
         Path | None,
         file_option("--out", "Picture to write, with an .svg beside it; by default named like the rig", ".png"),
     ] = None,
-    rpm: Speed = 115.0,
+    rpm: SpeedOption = 115.0,
     settle: Annotated[
         bool, typer.Option("--settle/--no-settle", help="Tension the loop and let it come to rest.")
     ] = True,

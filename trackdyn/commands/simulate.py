@@ -8,62 +8,47 @@ import typer
 
 from trackdyn.commands.options import (
     DEFAULT_RIG,
+    LONGEST,
     MEASURE,
-    Preset,
+    Choose,
     Quiet,
     RigName,
     RingRadius,
-    Speed,
-    Step,
+    SpeedOption,
+    StepOption,
     Tolerance,
+    chosen_fields,
     file_argument,
     number,
-    parse_number,
     ring_fields,
 )
-from trackdyn.errors import InputError, shown
+from trackdyn.errors import InputError
 
 FRAMES = 0.05  # s between recorded configurations
-
-
-def _choices(pairs: list[str]) -> dict:
-    from trackdyn.scene.fidelity import CHOICES
-
-    found = {}
-    for pair in pairs:
-        name, _, value = pair.partition("=")
-        if name == "tolerance":
-            found[name] = parse_number("--choose tolerance", value, "must be a number, such as 1e-6")
-        elif name not in CHOICES or not value:
-            raise InputError(
-                f"--choose = {shown(pair)}: expected name=setting with one of the names {', '.join(CHOICES)}"
-            )
-        else:
-            found[name] = value
-        if (name, value) in (("chain", "belt"), ("loop", "free")):
-            found |= {"ring_radius": None, "spells": False}
-    return found
 
 
 def simulate(
     out: Annotated[Path, file_argument("Recording to write", ".npz")],
     rig: RigName = DEFAULT_RIG,
-    rpm: Speed = 115.0,
+    rpm: SpeedOption = 115.0,
     ring_radius: RingRadius = None,
     duration: Annotated[float, number("--duration", "Recorded time, s.")] = 20.0,
     lead_in: Annotated[float, number("--lead-in", "Time at constant speed before the record, s.")] = 5.0,
-    preset: Preset = "standard",
-    step: Step = None,
-    choose: Annotated[
-        list[str] | None,
-        typer.Option("--choose", help="One choice of fidelity, such as chain=single_pin; may be given several times."),
+    preset: Annotated[
+        str | None,
+        typer.Option(
+            "--preset",
+            help="Bundle of choices: fast, standard, paper or reference; standard, or what a --tolerance needs.",
+        ),
     ] = None,
+    step: StepOption = None,
+    choose: Choose = None,
     frame_interval: Annotated[
         float | None, number("--frame-interval", "Time between recorded configurations, s; 0: none; 0.05 by default.")
     ] = None,
     tolerance: Tolerance = None,
     measure: Annotated[list[str] | None, MEASURE] = None,
-    longest: Annotated[float, number("--longest", "Bound of a run with a --tolerance, s.")] = 60.0,
+    longest: LONGEST = 60.0,
     rate: Annotated[
         float | None,
         number("--rate", "Samples a second, Hz, such as your sensor's; the rig's by default. The step adapts."),
@@ -75,8 +60,9 @@ def simulate(
 ) -> None:
     """Run one scene and write its recording; a file of that name is replaced when the run is done.
 
-    With --tolerance the run ends when every --measure has an error of at most that share, whatever --duration: of its
-    own value, or of a sprocket turn for shares.
+    With --tolerance the run takes the cheapest physics, method and step that keep it (see `plan`), but for what is
+    stated, and ends when every --measure has an error of at most that share, whatever --duration: of its own value, or
+    of a sprocket turn for shares.
     """
     from tqdm import tqdm
 
@@ -93,7 +79,7 @@ def simulate(
             "--checkpoint cannot be combined with --tolerance, whose runs end by themselves; leave one of them out"
         )
     loaded, ring = load_rig(rig), ring_fields(ring_radius)
-    fields = ring | ({} if step is None else {"step": step}) | _choices(choose or [])
+    fields = ring | ({} if step is None else {"step": step}) | chosen_fields(choose or [])
     if frame_interval is None:  # a run that is shorter records none
         frame_interval = FRAMES if duration >= FRAMES else 0.0
     scene = Scene(
@@ -109,15 +95,19 @@ def simulate(
         scene = scene.sampled(rate)
     tolerances = {} if tolerance is None else dict.fromkeys(measure or ["rms"], tolerance)
     if tolerances:
-        from trackdyn.measure.stopping import refuse_until
+        from trackdyn.commands.plan import planned, say
 
-        refuse_until(scene, tolerances, longest)
+        found = planned(scene, tolerances, longest, preset, fields)
+        scene, tolerances = found.scene, found.left
+        if not quiet:
+            say(found)
     needed = cost(scene)
     for path in filter(None, (out, checkpoint)):
         refuse_unwritable(path, needed.file)
     if not quiet:
         _say_decisions(scene)
-        typer.echo(f"{'needs':>22}  {needed}, more if kernels must be compiled")
+        if not tolerances:
+            typer.echo(f"{'needs':>22}  {needed}, more if kernels must be compiled")
     if checkpoint is not None:
         keep(checkpoint)
     if out.exists():
@@ -127,7 +117,7 @@ def simulate(
         )
     if not quiet:
         announce(lambda text: tqdm.write(f"trackdyn: {text}", file=sys.stderr))  # above a bar
-    if tolerances:
+    if tolerances and scene.chain != "belt":
         _until_converged(scene, tolerances, longest, out)
     else:
         _for_its_duration(scene, out, checkpoint, quiet)
@@ -146,9 +136,9 @@ def _say_decisions(scene) -> None:
     for name, decision in scene.fidelity.items():
         if decision.reason != ASKED:
             typer.echo(f"{name:>22}  {decision.setting}: {decision.reason}")
-    asked = [f"{name} {found.setting}" for name, found in scene.fidelity.items() if found.reason == ASKED]
-    if asked:
-        typer.echo(f"{ASKED:>22}  {', '.join(asked)}")
+    requested = [f"{name} {found.setting}" for name, found in scene.fidelity.items() if found.reason == ASKED]
+    if requested:
+        typer.echo(f"{ASKED:>22}  {', '.join(requested)}")
     typer.echo(f"{'step':>22}  {scene.step:.7g} s")
 
 
@@ -179,8 +169,8 @@ def _until_converged(scene, tolerances: dict[str, float], longest: float, out: P
     answer.recording.save(out)
     _warn_of_resolution(answer.recording)
     for name, found in answer.measures.items():
-        said = "" if name not in answer.reached else "converged" if answer.reached[name] else "tolerance not reached"
-        typer.echo(f"{name:>22}  {found.value:.6g} +- {found.half_width:.2g}  {said}")
+        message = "" if name not in answer.reached else "converged" if answer.reached[name] else "tolerance not reached"
+        typer.echo(f"{name:>22}  {found.value:.6g} +- {found.half_width:.2g}  {message}")
     typer.echo(
         f"{'left out, recorded (s)':>22}  {answer.transient:.3g}, "
         f"{len(answer.recording.time) / answer.recording.rate:.4g}"

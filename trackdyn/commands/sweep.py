@@ -36,7 +36,7 @@ def sweep(
     --overwrite.
     """
     from trackdyn.sweeps.store import DONE, FAILED
-    from trackdyn.sweeps.sweep import refuse_foreign, summary
+    from trackdyn.sweeps.sweep import refuse_foreign, states_summary
     from trackdyn.sweeps.sweep import sweep as run
 
     if not overwrite:
@@ -44,11 +44,11 @@ def sweep(
     results = run(design, out, rig, jobs, store, progress=not quiet)
     rest = results.loc[results["state"] != DONE, "reason"]
     if not quiet:
-        typer.echo(f"{summary(results)}; written to {out}")
+        typer.echo(f"{states_summary(results)}; written to {out}")
         for reason, count in rest.value_counts().head(5).items():
             typer.echo(f"{count:>7}  {reason}")
     elif 0 < len(rest) < len(results):
-        typer.echo(f"trackdyn: warning: {out}: {summary(results)}; the first reason: {rest.iloc[0]}", err=True)
+        typer.echo(f"trackdyn: warning: {out}: {states_summary(results)}; the first reason: {rest.iloc[0]}", err=True)
     if len(rest) == len(results):
         raise InputError(f"{out}: no row completed; the reason of the first one: {rest.iloc[0]}")
     if failed := int((results["state"] == FAILED).sum()):

@@ -2,13 +2,10 @@
 
 What a scene does without is None when a kernel is compiled and takes its code with it: an ordinary run carries
 nothing of motion in space, of the other integrators and solvers. Every such choice doubles what has to be compiled.
-What costs no time where there is none of it is left out by arrays without entries instead (`shared`).
+What costs no time where there is none of it has arrays without entries, or zeros, instead.
 """
 
-from functools import cache
 from math import sqrt
-
-import numpy as np
 
 from trackdyn.chain.kinematics import bushing_lead, orient, place
 from trackdyn.chain.maxwell import relax
@@ -20,7 +17,7 @@ from trackdyn.integrate.runge_kutta import march
 from trackdyn.integrate.semi_implicit import RATE_LIMIT, advance
 from trackdyn.integrate.spells import log_spells
 from trackdyn.jit import kernel
-from trackdyn.model.constants import NO_MOTOR, NO_RIPPLE, SPROCKET, Branches, Carriers, Law, Model
+from trackdyn.model.constants import SPROCKET, Model
 from trackdyn.model.record import BUSHING_LOSS, Record
 from trackdyn.model.state import OFFSET, P, Q, State
 from trackdyn.model.work import Work
@@ -39,12 +36,18 @@ def run(model: Model, state: State, work: Work, record: Record, first, last):
         -1, or the body at which the run left the physical range (0 for the plane of the chain itself);
         ``state.steps`` says when.
     """
+    kernel, before, after = prepared(model, state, work)
+    return kernel(*before, record, (first, last), *after)
+
+
+def prepared(model: Model, state: State, work: Work):
+    """The kernel of a method, and what `run` hands to it before and after the record and its rows."""
     # what numba compiles once more in every caller is kept flat: one kernel, chosen here; what only some methods have
     # stands beside the work, so that all share the kernels that do without
-    model, state, common = shared(model, state, work)
+    parts = shared(model, state, work)
     if work.stages is not None:
-        return _march(model, state, common, record, first, last, work.stages)
-    return _run(model, state, common, record, (first, last), work.space, work.implicit, work.sliding)
+        return _march, parts, (work.stages,)
+    return _run, parts, (work.space, work.implicit, work.sliding)
 
 
 def refresh(model: Model, state: State, work: Work):
@@ -54,41 +57,8 @@ def refresh(model: Model, state: State, work: Work):
 
 
 def shared(model: Model, state: State, work: Work) -> tuple[Model, State, Work]:
-    """The same with arrays of no entries, and a drive that does nothing of its own, for what a scene does without, so
-    that all scenes share their kernels; what only some methods have is not in the work.
-    """
-    work = work._replace(stages=None, space=None, implicit=None, sliding=None)
-    bodies, wheels = len(state.angle), len(model.wheels.x)
-    if model.drive.ripple is None:
-        model = model._replace(drive=model.drive._replace(ripple=NO_RIPPLE))
-    if model.drive.motor is None:
-        model = model._replace(drive=model.drive._replace(motor=NO_MOTOR))
-    if model.wheels.own_law is None:
-        model = model._replace(wheels=model.wheels._replace(own_law=_NO_LAWS))
-    if model.carriers is None:
-        model = model._replace(carriers=_no_carriers(wheels))
-        state = state._replace(slide=_NO_SLIDE)
-    elif model.carriers.force is None:
-        model = model._replace(carriers=model.carriers._replace(force=_NO_FORCE))
-    if model.branches is None:
-        model = model._replace(branches=_NO_BRANCHES)
-        state = state._replace(branch=np.empty((0, bodies)))
-    if model.wheels.rolling is None:
-        model = model._replace(wheels=model.wheels._replace(rolling=np.zeros(wheels)))
-        work = work._replace(carried=np.zeros(wheels))
-    return model, state, work
-
-
-_NONE, _NO_SLIDE, _NO_FORCE, _NO_LAWS = np.empty(0), np.empty((0, 5)), np.empty((0, 2)), np.empty((0, len(Law._fields)))
-_NO_BRANCHES = Branches(_NONE, _NONE)
-
-
-@cache
-def _no_carriers(wheels: int) -> Carriers:
-    """Carriers of none of so many wheels."""
-    numbers = np.empty(0, dtype=int)
-    parts = dict.fromkeys(Carriers._fields, _NONE) | {"wheel": numbers, "arm": numbers, "force": _NO_FORCE}
-    return Carriers(**parts | {"of_wheel": np.full(wheels, -1), "tensioner": 0})
+    """The same without what only some methods have, so that all share their kernels."""
+    return model, state, work._replace(stages=None, space=None, implicit=None, sliding=None)
 
 
 @kernel
@@ -151,10 +121,10 @@ def _run(model: Model, state: State, work: Work, record: Record, rows, space, im
 
 
 @kernel
-def _march(model: Model, state: State, work: Work, record: Record, first, last, stages):
+def _march(model: Model, state: State, work: Work, record: Record, rows, stages):
     """Steps of an explicit Runge-Kutta method."""
     _refresh(model, state, work, None, None)
-    for sample in range(first, last):
+    for sample in range(rows[0], rows[1]):
         _begin(state, work)
         for _ in range(model.stride):
             bad = march(model, state, work, record, stages)
@@ -163,6 +133,18 @@ def _march(model: Model, state: State, work: Work, record: Record, first, last, 
             _watch(work)
         _keep(model, state, work, record, sample, None)
     return -1
+
+
+@kernel
+def in_range(numbers, least, most, integers, low, high):
+    """Whether numbers and integers are within their bounds; NaN is not."""
+    for k in range(numbers.shape[0]):
+        if not least[k] <= numbers[k] <= most[k]:
+            return False
+    for k in range(integers.shape[0]):  # noqa: SIM110
+        if not low[k] <= integers[k] <= high[k]:
+            return False
+    return True
 
 
 @kernel

@@ -32,7 +32,7 @@ def sensor_metrics(ay, rate: float, loop_hz: float) -> dict:
     line = main_line(ay, rate) if has_line else (NAN, NAN)
     free = main_line_binfree(ay, rate, expected_hz=loop_hz)[:2] if has_line else (NAN, NAN)
     off = line_error(ay, rate, line[0], free[0]) if has_line else LineError(NAN, NAN, NAN, NAN)
-    whole = ay[: whole_revolutions(len(ay), rate, loop_hz)] if has_line else ay
+    complete = ay[: whole_revolutions(len(ay), rate, loop_hz)] if has_line else ay
 
     def error(statistic) -> float:
         return uncertainty(ay, rate, 1 / loop_hz, statistic)[1] if has_line else NAN
@@ -43,9 +43,9 @@ def sensor_metrics(ay, rate: float, loop_hz: float) -> dict:
         "rms_error_g": rms_error,
         "sd_g": standard_deviation(ay),
         "sd_error_g": sd_error,
-        "rms_whole_g": rms(whole),
+        "rms_whole_g": rms(complete),
         "rms_whole_error_g": rms_error,
-        "sd_whole_g": standard_deviation(whole),
+        "sd_whole_g": standard_deviation(complete),
         "sd_whole_error_g": sd_error,
         "line_hz": line[0],
         "line_error_hz": off.bin_hz,

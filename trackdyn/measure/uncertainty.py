@@ -42,6 +42,21 @@ def batch_error(values) -> tuple[float, float]:
     return error, float(scipy.special.stdtrit(batches - 1, 0.5 + CONFIDENCE / 2)) * error
 
 
+def record_error(scatter: float, passages) -> np.ndarray:
+    """Half of the 95 % interval of a mean of so many passages, by batch means (`batch_error`).
+
+    Parameters
+    ----------
+    scatter : float
+        Standard error of a single passage.
+    passages : array of int
+        Numbers of passages.
+    """
+    passages = np.asarray(passages)
+    batches = passages // np.sqrt(passages).astype(int)
+    return scipy.special.stdtrit(batches - 1, 0.5 + CONFIDENCE / 2) * scatter / np.sqrt(passages)
+
+
 def ratio_error(numerator, denominator) -> float:
     """Standard error of ``sum(numerator) / sum(denominator)``, both over passages in order of time.
 
@@ -110,8 +125,8 @@ def line_error(a, rate_hz: float, bin_hz: float, loop_hz: float) -> LineError:
     harmonic = max(1, round(bin_hz / loop_hz))
     lines = first if harmonic == 1 else _demodulated(a, rate_hz, edges, harmonic * loop_hz)
     off = np.exp(-2j * np.pi * (bin_hz - harmonic * loop_hz) * times)
-    whole = (lines * off).mean()
-    scatter = ((lines - lines.mean()) * off * np.conj(whole) / abs(whole)).real
+    complete = (lines * off).mean()
+    scatter = ((lines - lines.mean()) * off * np.conj(complete) / abs(complete)).real
     return LineError(resolution, float(np.sqrt(scatter @ scatter / (count - 1) / count)), hz, amplitude)
 
 

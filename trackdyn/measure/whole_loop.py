@@ -217,9 +217,9 @@ def _peaks(rows: pd.DataFrame, turn: float, edges_s: np.ndarray) -> Series:
     rows = rows.sort_values(["connector", "start_s"])
     # an arc is on the sprocket for about half a turn, and off it for longer than that
     visit = (rows["start_s"].diff().gt(0.7 * turn) | rows["connector"].diff().ne(0)).cumsum()
-    whole = rows.groupby(visit).agg(start_s=("start_s", "min"), end_s=("end_s", "max"), peak_n=("peak_n", "max"))
-    whole = whole[whole["start_s"] > 0.7 * turn].sort_values("end_s")
-    return Series(whole["peak_n"].to_numpy(), np.searchsorted(edges_s, whole["end_s"]) - 1)
+    complete = rows.groupby(visit).agg(start_s=("start_s", "min"), end_s=("end_s", "max"), peak_n=("peak_n", "max"))
+    complete = complete[complete["start_s"] > 0.7 * turn].sort_values("end_s")
+    return Series(complete["peak_n"].to_numpy(), np.searchsorted(edges_s, complete["end_s"]) - 1)
 
 
 def whole_loop(recording: Recording) -> dict[str, Estimate]:

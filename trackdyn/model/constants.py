@@ -170,10 +170,10 @@ class Wheels(NamedTuple):
         instant.
     ring_law, wheel_law : Law
         Links on the sprocket's ring; links on the other wheels.
-    own_law : (w, 7) array or None
-        Law of every wheel, the entries of a `Law`; None where ``wheel_law`` serves all.
-    rolling : (w,) array or None
-        Lever arm of the rolling resistance of links on every wheel, m; None where nothing depends on the load.
+    rolling : (w,) array
+        Lever arm of the rolling resistance of links on every wheel, m.
+    own_law : (w, 7) array
+        Law of every wheel, the entries of a `Law`; without rows where ``wheel_law`` serves all.
     """
 
     present: np.ndarray
@@ -187,8 +187,8 @@ class Wheels(NamedTuple):
     slip: np.ndarray
     ring_law: Law
     wheel_law: Law
-    own_law: np.ndarray | None = None
-    rolling: np.ndarray | None = None
+    rolling: np.ndarray
+    own_law: np.ndarray = np.empty((0, len(Law._fields)))
 
 
 class Closure(NamedTuple):
@@ -203,7 +203,7 @@ class Closure(NamedTuple):
 
 
 class Carriers(NamedTuple):
-    """Wheels on springs and dampers, ``k`` of them (`integrate.carriers`); None where all wheels are fixed.
+    """Wheels on springs and dampers, ``k`` of them (`integrate.carriers`); 0 where all wheels are fixed.
 
     Attributes
     ----------
@@ -227,8 +227,8 @@ class Carriers(NamedTuple):
         Stops, m or rad.
     tensioner : int
         The carrier that ``force`` acts on.
-    force : (m, 2) array or None
-        Times (s) and forces (N) of a tensioner that is pushed and not sprung.
+    force : (m, 2) array
+        Times (s) and forces (N) of a tensioner that is pushed and not sprung; otherwise without rows.
     """
 
     wheel: np.ndarray
@@ -245,8 +245,8 @@ class Carriers(NamedTuple):
     weight: np.ndarray
     low: np.ndarray
     high: np.ndarray
-    tensioner: int = 0
-    force: np.ndarray | None = None
+    tensioner: int
+    force: np.ndarray
 
 
 class Ripple(NamedTuple):
@@ -278,15 +278,15 @@ class Drive(NamedTuple):
     """Prescribed rate of the sprocket: from ``start`` to ``rate`` (rad/s) in ``ramp`` seconds from ``begin``, then
     constant.
 
-    ``ripple`` and ``motor`` are None where the speed is plain and prescribed.
+    ``ripple`` and ``motor`` do nothing where the speed is plain and prescribed.
     """
 
     rate: float
     ramp: float
     start: float = 0.0
     begin: float = 0.0
-    ripple: Ripple | None = None
-    motor: Motor | None = None
+    ripple: Ripple = NO_RIPPLE
+    motor: Motor = NO_MOTOR
 
 
 class Sensor(NamedTuple):
@@ -342,19 +342,23 @@ class Radial(NamedTuple):
 
 
 class Branches(NamedTuple):
-    """Maxwell branches of every bushing (`chain.maxwell`): stiffness (N m/rad) and relaxation time (s), (b,) arrays."""
+    """Maxwell branches of every bushing (`chain.maxwell`): stiffness (N m/rad) and relaxation time (s), (b,) arrays;
+    b is 0 for bushings with a viscous damper.
+    """
 
     stiffness: np.ndarray
     time: np.ndarray
 
 
+NO_BRANCHES = Branches(np.empty(0), np.empty(0))
+
+
 class Model(NamedTuple):
     """A scene as kernels see it (`trackdyn.scene.build.build_model`).
 
-    ``step`` is in s, ``stride`` the number of steps in a sample. ``solver`` is None for the Riccati sweep or
-    one of `integrate.dynamics`' numbers, ``space`` None for a planar scene, ``carriers`` None for fixed wheels,
-    ``radial`` None for joints whose pins do not part; ``closure`` then says what the cut joint is, otherwise it is a
-    joint like all others. ``branches`` is None for bushings with a viscous damper.
+    ``step`` is in s, ``stride`` the number of steps in a sample. ``solver`` is None for the Riccati sweep or one of
+    `integrate.dynamics`' numbers, ``space`` None for a planar scene, ``radial`` None for joints whose pins do not part;
+    ``closure`` then says what the cut joint is, otherwise it is a joint like all others.
     """
 
     chain: Chain
@@ -366,8 +370,8 @@ class Model(NamedTuple):
     closure: Closure
     step: float
     stride: int
+    carriers: Carriers
     solver: int | None = None
     space: Space | None = None
-    carriers: Carriers | None = None
     radial: Radial | None = None
-    branches: Branches | None = None
+    branches: Branches = NO_BRANCHES

@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from trackdyn.model.arrays import zeros
+
 # rows of the account of work, all in J and counted from the start of the run
 SPROCKET_WORK, TOOTH_NORMAL, TOOTH_FRICTION, WHEEL_NORMAL, WHEEL_FRICTION, BEARING, BUSHING_LOSS = range(7)
 KINETIC, GRAVITY, BUSHING_ELASTIC = range(7, 10)
@@ -150,32 +152,16 @@ def make_record(
         Entries of the account of sliding; 0: not kept.
     """
     p, n, (loop, wheels) = len(pitches), len(state.angle), state.wheel_impact.shape
-    plane = None
-    if state.plane is not None:
-        plane = PlaneRecord(np.zeros((samples, 8)), np.zeros((samples, wheels)), np.zeros((samples, wheels)))
+    s, pair, axes, sides = samples, (samples, 2), (samples, links, 3), (samples, p, 2)
+    room = zeros(open=(3 * loop, BEFORE + 1), rows=(spells, len(SPELL_COLUMNS)))
+    plane = PlaneRecord(**zeros(motion=(s, 8), offset=(s, wheels), axial=(s, wheels)))
     return Record(
-        np.zeros((samples, 3)),
-        np.zeros((samples, 3)),
-        np.zeros(samples),
-        np.zeros((samples, 2)),
-        np.zeros((samples, 2)),
-        np.zeros((samples, 2)),
-        np.zeros((samples, wheels)),
-        np.zeros((samples, 10)),
-        np.zeros((samples, p, 3)),
-        np.zeros((samples, p, 2), np.int8),
-        np.zeros((samples, p, 2), np.int8),
-        np.array([i - 1 for i in pitches], np.int64),
-        np.zeros((frames, n + 3)),
-        frame_stride,
-        Spells(
-            int(spells > 0),
-            np.zeros((3 * loop, BEFORE + 1)),
-            np.zeros((spells, len(SPELL_COLUMNS))),
-            np.zeros(1, np.int64),
-        ),
-        np.zeros((samples, links, 3)),
-        np.zeros((samples, links, 3)),
-        np.zeros((samples, sliding)),
-        plane,
+        **zeros(raw=(s, 3), mean=(s, 3), gap=s, cut=pair, change=pair, place=pair, wheel_rate=(s, wheels)),
+        **zeros(energy=(s, 10), force=(s, p, 3), frame=(frames, n + 3), link_raw=axes, link_mean=axes),
+        **zeros(np.int8, area=sides, groove=sides),
+        sliding=np.zeros((s, sliding)),
+        pitches=np.array([i - 1 for i in pitches], np.int64),
+        frame_stride=frame_stride,
+        spells=Spells(enabled=int(spells > 0), count=np.zeros(1, np.int64), **room),
+        plane=None if state.plane is None else plane,
     )

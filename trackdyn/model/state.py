@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from trackdyn.model.arrays import zeros
+
 OFFSET, SPEED, P, Q = range(4)  # entries of the plane's motion
 SLIDE, SLIDE_RATE, BEFORE, ALONG_X, ALONG_Y = range(5)  # columns of a carrier's motion
 
@@ -46,14 +48,14 @@ class State(NamedTuple):
         Account of work (`model.record`), J.
     plane : Plane or None
         The plane of the chain; None in planar motion.
-    slide : (k, 5) array or None
+    slide : (k, 5) array
         Of every carrier of a wheel: way or turn from its place at rest (m or rad), its rate and that before the last
         step, and the direction in which the wheel moved in that step (`integrate.carriers.along`).
     part : (n, 4) array or None
         Input pin of body i + 1 less the output pin of body i, and its rate, m and m/s; the last row, of the cut
         joint, follows from all others (`chain.kinematics.place`). None where pins do not part.
-    branch : (b, n) array or None
-        Moment of every Maxwell branch of every bushing, N m; None where bushings have none.
+    branch : (b, n) array
+        Moment of every Maxwell branch of every bushing, N m.
     """
 
     steps: np.ndarray
@@ -65,22 +67,16 @@ class State(NamedTuple):
     tooth_impact: np.ndarray
     wheel_impact: np.ndarray
     work_done: np.ndarray
+    slide: np.ndarray
+    branch: np.ndarray
     plane: Plane | None = None
-    slide: np.ndarray | None = None
     part: np.ndarray | None = None
-    branch: np.ndarray | None = None
 
 
-def make_state(n: int, pitches: int, wheels: int) -> State:
-    """Allocate the state of ``n`` bodies and ``pitches`` pitches on ``wheels`` wheels, everything 0."""
+def make_state(n: int, pitches: int, wheels: int, carriers: int = 0, branches: int = 0) -> State:
+    """Allocate the planar state of ``n`` bodies and ``pitches`` pitches on ``wheels`` wheels, everything 0."""
     return State(
-        np.zeros(1, np.int64),
-        np.zeros(4),
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros(wheels),
-        np.zeros(wheels),
-        np.zeros(2 * pitches),
-        np.zeros((pitches, wheels)),
-        np.zeros(7),
+        steps=np.zeros(1, np.int64),
+        **zeros(pin=4, angle=n, rate=n, wheel_angle=wheels, wheel_rate=wheels, work_done=7),
+        **zeros(tooth_impact=2 * pitches, wheel_impact=(pitches, wheels), slide=(carriers, 5), branch=(branches, n)),
     )

@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from trackdyn.model.arrays import zeros
+
 # Columns of a row of the contact list: force normal and friction (N), arm from the body's mass centre (m),
 # velocity of the body's point (m/s), velocity of the wheel's point at unit rate (m), rate of the wheel (rad/s).
 NORMAL_X, NORMAL_Y, FRICTION_X, FRICTION_Y, ARM_X, ARM_Y, SPEED_X, SPEED_Y, TURN_X, TURN_Y, RATE = range(11)
@@ -280,8 +282,8 @@ class Work(NamedTuple):
         Of motion in space.
     radial : RadialWork or None
         Of joints whose pins part.
-    carried : (w,) array or None
-        Sum of the normal forces of the links on every wheel, where rolling resistance depends on it, N.
+    carried : (w,) array
+        Sum of the normal forces of the links on every wheel, N.
     sliding : (a + w,) array or None
         Work of friction since the start, where a record asks for it: of the arcs by area of the groove, of the links
         by wheel, J.
@@ -309,6 +311,7 @@ class Work(NamedTuple):
     tooth_groove: np.ndarray
     tooth_before: np.ndarray
     wheel_force: np.ndarray
+    carried: np.ndarray
     friction: np.ndarray
     contact: np.ndarray
     contact_body: np.ndarray
@@ -326,45 +329,26 @@ class Work(NamedTuple):
     stages: Stages | None = None
     space: SpaceWork | None = None
     radial: RadialWork | None = None
-    carried: np.ndarray | None = None
     sliding: np.ndarray | None = None
 
 
 def make_work(n: int, pitches: int, wheels: int) -> Work:
     """Allocate the arrays of a planar step of semi-implicit Euler."""
-    contacts = pitches * (2 + 2 * wheels)  # both arcs, a link and a guide on every wheel
-    sweep = SweepWork(*(np.zeros(shape) for shape in ((n, 8), (n, 4), (3, 4), (2, 4), (2, 4), (3, 3), 4)))
+    arcs, contacts = 2 * pitches, pitches * (2 + 2 * wheels)  # both arcs, a link and a guide on every wheel
     return Work(
-        *(np.zeros(n) for _ in range(2)),
-        *(np.zeros(n + 1) for _ in range(2)),
-        *(np.zeros(n) for _ in range(12)),
-        np.zeros(wheels),
-        np.zeros(2 * pitches),
-        np.zeros(2 * pitches, np.int64),
-        np.zeros(2 * pitches, np.int64),
-        np.zeros(2 * pitches),
-        np.zeros((pitches, wheels)),
-        np.zeros((2, pitches * (2 + wheels))),
-        np.zeros((contacts, CONTACT_COLUMNS)),
-        np.zeros((contacts, 4), np.int64),
-        np.zeros(1, np.int64),
-        np.zeros(6),
-        np.zeros(3),
-        np.zeros(6),
-        np.zeros(4),
-        np.zeros((2, 2, n)),
-        np.zeros(2),
-        np.zeros((pitches, 6)),
-        sweep,
-        Near(
-            np.full(3, -1),
-            np.zeros(2 * pitches, np.int64),
-            np.zeros((pitches * wheels, 2), np.int64),
-            np.zeros(2 * pitches, np.int64),
-            np.zeros(n + 1),
-            np.zeros(n + 1),
-            np.zeros((wheels, 2)),
-            np.zeros((4, 3)),
+        **zeros(cos=n, sin=n, pin_x=n + 1, pin_y=n + 1, com_vx=n, com_vy=n, com_dvx=n, com_dvy=n, turned=n, added=n),
+        **zeros(force_x=n, force_y=n, moment=n, torque=n, joint_rate=n, joint_loss=n, wheel_torque=wheels),
+        **zeros(tooth_force=arcs, tooth_before=arcs, wheel_force=(pitches, wheels), carried=wheels),
+        **zeros(friction=(2, arcs + pitches * wheels), contact=(contacts, CONTACT_COLUMNS), links=(pitches, 6)),
+        **zeros(cut=6, worst=3, sensed=6, change=4, lately=(2, 2, n), alternating=2),
+        **zeros(np.int64, tooth_area=arcs, tooth_groove=arcs, contact_body=(contacts, 4), count=1),
+        sweep=SweepWork(
+            **zeros(gain=(n, 8), response=(n, 4), end=(3, 4), base=(2, 4), probe=(2, 4), inverse=(3, 3), load=4)
+        ),
+        near=Near(
+            count=np.full(3, -1),
+            **zeros(np.int64, arc=arcs, link=(pitches * wheels, 2), groove=arcs),
+            **zeros(pin_x=n + 1, pin_y=n + 1, wheel=(wheels, 2), plane=(4, 3)),
         ),
     )
 
@@ -372,8 +356,10 @@ def make_work(n: int, pitches: int, wheels: int) -> Work:
 def make_implicit(n: int, wheels: int) -> ImplicitWork:
     """Allocate the arrays of a linearly implicit sweep."""
     w = wheels
-    shapes = ((n, 6), (n, w, 3), w, (w, 3), (n, w), (n, w), (w, 2), (w, 2), (w, 3), (w, w + 3), (w + 2, w + 3), w + 3)
-    return ImplicitWork(*(np.zeros(shape) for shape in shapes))
+    return ImplicitWork(
+        **zeros(inertia=(n, 6), couple=(n, w, 3), wheel_inertia=w, column=(w, 3), gain=(n, w), response=(n, w)),
+        **zeros(base=(w, 2), probe=(w, 2), end=(w, 3), row=(w, w + 3), matrix=(w + 2, w + 3), load=w + 3),
+    )
 
 
 def make_stages(a, b, error, tolerance: float, n: int, pitches: int, wheels: int, branches: int = 0) -> Stages:
@@ -386,17 +372,22 @@ def make_stages(a, b, error, tolerance: float, n: int, pitches: int, wheels: int
     scale[work : work + 7] = np.inf  # the account of work does not steer the step
     a, b, error = (np.array(part, dtype=float) for part in (a, b, error))
     return Stages(
-        a, b, error, tolerance, np.zeros(size), scale, np.zeros((len(b), size)), np.zeros((len(b), 1 + pitches, 3)),
-        np.zeros(2 * pitches), np.zeros((pitches, wheels)), np.zeros(1), np.zeros(2, np.int64),
+        a=a, b=b, error=error, tolerance=tolerance, scale=scale, counts=np.zeros(2, np.int64),
+        **zeros(start=size, slope=(len(b), size), seen=(len(b), 1 + pitches, 3), next_step=1),
+        **zeros(tooth_impact=2 * pitches, wheel_impact=(pitches, wheels)),
     )  # fmt: skip
 
 
 def make_space_work(n: int, wheels: int) -> SpaceWork:
     """Allocate the arrays of motion in space."""
-    shapes = ((wheels, 3, 3), (wheels, 3), 3, n, n, n, 3, 3, (wheels, 6), wheels)
-    return SpaceWork(np.eye(3), *(np.zeros(shape) for shape in shapes))
+    return SpaceWork(
+        attitude=np.eye(3),
+        **zeros(relative=(wheels, 3, 3), centre=(wheels, 3), gravity=3, force_z=n, moment_x=n, moment_y=n),
+        **zeros(acceleration=3, change=3, wheel_load=(wheels, 6), axial=wheels),
+    )
 
 
 def make_radial_work(n: int) -> RadialWork:
     """Allocate the arrays of joints whose pins part."""
-    return RadialWork(*(np.zeros(shape) for shape in (1, (n, 2), (n, 2), (n, 2), (n, 2), (n, 13), (n, 8))))
+    pairs = dict.fromkeys(("ahead", "force", "apart", "parting"), (n, 2))
+    return RadialWork(**zeros(impedance=1, gain=(n, 13), response=(n, 8), **pairs))

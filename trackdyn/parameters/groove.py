@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from math import acos, asin, atan2, cos, degrees, hypot, pi, sin, sqrt, tan
 
 import numpy as np
-import scipy  # loads its parts when they are used
 
 from trackdyn.errors import InputError
+from trackdyn.parameters.roots import root
 
 CONVEX = (1, 4, 7, 10)
 
@@ -295,7 +295,7 @@ def equal_pitch_radius(teeth: int, link_length: float, connector_length: float, 
     def excess(rp):
         return asin(link_length / (2 * rp)) + asin(connector_length / (2 * rp)) - pi / teeth
 
-    rp = scipy.optimize.brentq(excess, max(link_length, connector_length) / 2 * 1.0001, 100 * link_length, xtol=1e-15)
+    rp = root(excess, max(link_length, connector_length) / 2 * 1.0001, 100 * link_length)
     return {
         "polygonal": sqrt(rp**2 - link_length**2 / 4) - thickness / 2,
         "arc": teeth * (link_length + connector_length) / (2 * pi) - thickness / 2,

@@ -14,6 +14,7 @@ import scipy  # loads its parts when they are used
 
 from trackdyn.errors import InputError
 from trackdyn.parameters.rig import Rig
+from trackdyn.parameters.roots import root
 
 # A wheel that the taut chain passes by may stand as far from it as a strand sags, or this much (m) at least.
 CLEAR = 0.02
@@ -261,7 +262,7 @@ def _lay(path: BeltPath, lengths: np.ndarray) -> np.ndarray:
             return hypot(there_x - x, there_y - y) - chord
 
         try:
-            s[i + 1] = here + scipy.optimize.brentq(excess, 0.5 * chord, 1.6 * chord, xtol=1e-14)
+            s[i + 1] = here + root(excess, 0.5 * chord, 1.6 * chord, 1e-14)
         except ValueError:
             raise InputError(
                 f"a body of {chord:g} m from pin to pin (chain.link_length, or the connector that "
@@ -341,7 +342,7 @@ def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
             f"wheels even at the end of tension.travel = {travel} m; use about {needed} "
             "pitches, move the wheels or enlarge the travel"
         )
-    shift = scipy.optimize.brentq(slack, -travel, travel, xtol=1e-13)
+    shift = root(slack, -travel, travel, 1e-13)
     path, _ = belt_around(rig, shift, body)
     pins = path.along(_lay(path, lengths))[0]
     step = np.diff(pins, axis=0)

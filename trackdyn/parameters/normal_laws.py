@@ -4,7 +4,7 @@ from collections.abc import Callable
 from math import log1p
 from typing import NamedTuple
 
-import scipy  # loads its parts when they are used
+from trackdyn.parameters.roots import root
 
 # |1 - restitution| below which the two functions take their series: the equation itself loses its digits
 NEARLY_ELASTIC = 1e-4
@@ -27,7 +27,7 @@ def delivered_restitution(loss: float) -> float:
     upper = min(1.0, ALMOST_ONE / loss)
     if _imbalance(loss, upper) >= 0:
         return upper
-    return float(scipy.optimize.brentq(lambda e: _imbalance(loss, e), 0.0, upper))
+    return root(lambda e: _imbalance(loss, e), 0.0, upper)
 
 
 def delivering_loss(restitution: float) -> float:
@@ -38,7 +38,7 @@ def delivering_loss(restitution: float) -> float:
     upper = ALMOST_ONE / restitution
     if _imbalance(upper, restitution) >= 0:
         return upper
-    return float(scipy.optimize.brentq(lambda chi: _imbalance(chi, restitution), 1e-6, upper, xtol=1e-14))
+    return root(lambda chi: _imbalance(chi, restitution), 1e-6, upper, 1e-14)
 
 
 class NormalLaw(NamedTuple):

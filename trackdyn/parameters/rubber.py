@@ -4,7 +4,8 @@ from math import pi
 from typing import Literal
 
 import numpy as np
-import scipy  # loads its parts when they are used
+
+from trackdyn.parameters.roots import nonnegative_least_squares
 
 BushingLaw = Literal["viscous", "hysteretic"]
 # Frequencies at which the branches lose most, Hz: the ends and the middle of the band that the law is meant for.
@@ -39,5 +40,5 @@ def loss_branches(loss_factor: float) -> tuple[np.ndarray, np.ndarray]:
     time = 1.0 / (2 * pi * np.geomspace(*BAND, BRANCHES))
     x2 = (2 * pi * np.geomspace(*BAND, 40 * BRANCHES)[:, None] * time) ** 2
     # shares over the loss factor, which may be so small that nothing could be divided by it
-    share, _ = scipy.optimize.nnls((np.sqrt(x2) - loss_factor * x2) / (1 + x2), np.ones(len(x2)))
+    share = nonnegative_least_squares((np.sqrt(x2) - loss_factor * x2) / (1 + x2), np.ones(len(x2)))
     return loss_factor * share, time

@@ -51,7 +51,7 @@ def change(value: float | None) -> str:
     return "0" if float(text) == 0 else text.replace("-", "\N{MINUS SIGN}")
 
 
-def span(text: str) -> str:
+def number_span(text: str) -> str:
     """The numbers of a text, three digits each: one, two, or the least and the largest of more."""
     text = re.sub(r" at \d+(?: rpm)?", "", text)  # the speeds that the numbers are of
     found = sorted({float(number) for number in re.findall(r"-?\d+\.?\d*(?:e[+-]?\d+)?", text)})
@@ -61,4 +61,4 @@ def span(text: str) -> str:
     return " to ".join(dict.fromkeys(cell(value) for value in ends))
 
 
-FILTERS = {made.__name__: made for made in (cell, change, groups, heading, span, words)}  # of the templates
+FILTERS = {made.__name__: made for made in (cell, change, groups, heading, number_span, words)}  # of the templates

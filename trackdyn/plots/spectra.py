@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import zip_longest
 
 import numpy as np
 import scipy  # its parts are loaded where they are used
@@ -62,13 +63,13 @@ def spectrum_figure(
     Above: lines around the loop frequency on the curve that they sample, with the dominant peak as the paper takes it
     (highest line of the FFT, filled mark), its value free of scalloping loss (hollow) and others. Middle: 0
     to 2 Hz. Below: root mean square of the lines in bands of 2 Hz over the whole range. Parameters are those of
-    :func:`trackdyn.plots.histories.history_figure`; ``others`` are dominant peaks from elsewhere, such as printed
-    ones: label, frequency (Hz), amplitude (g), marker.
+    :func:`trackdyn.plots.histories.history_figure`; ``others`` are a dominant peak from elsewhere for
+    either record, such as a printed one: label, frequency (Hz), amplitude (g), marker.
     """
     loop_hz = loop_frequency(recording)
     simulated, measured = _curves(recording, record, sensor_label)
     figure = new_figure(6.4)
-    main, low, whole = figure.subplots(3, 1, height_ratios=(1.3, 1.0, 1.0))
+    main, low, complete = figure.subplots(3, 1, height_ratios=(1.3, 1.0, 1.0))
     position, factor = picket_fence(loop_hz, recording.rate, len(simulated.ay))
     fence = f"Loop frequency {loop_hz:.5f} Hz, bin {position:.2f} of the\nFFT, which shows a sine there with"
     main.set_title(f"{title}. {fence} {100 * factor:.0f} % of its amplitude")
@@ -76,12 +77,13 @@ def spectrum_figure(
     bin_hz = recording.rate / len(simulated.ay)
     frequencies = (loop_hz, simulated.free[0], measured.free[0])
     near = max(min(frequencies) - BINS * bin_hz, 0.1 * bin_hz), max(frequencies) + BINS * bin_hz
-    for curve in (simulated, measured):
-        _draw_main(main, curve, near)
     look = {"linestyle": "none", "color": BLACK, "markerfacecolor": "none", "markersize": 6, "zorder": 5}
-    for what, hz, g, mark in others:
-        main.plot(hz, g, **look, marker=mark, label=f"{what}: {hz:.4g} Hz, {g:.4g} g")
-    _draw_ranges(low, whole, (simulated, measured))
+    for curve, other in zip_longest((simulated, measured), others):
+        _draw_main(main, curve, near)
+        if other:
+            what, hz, g, mark = other
+            main.plot(hz, g, **look, marker=mark, label=f"{what}: {hz:.4g} Hz, {g:.4g} g")
+    _draw_ranges(low, complete, (simulated, measured))
     main.set(xlim=near, ymargin=0.13, xlabel="frequency (Hz)", ylabel="amplitude (g)")
     main.set_ylim(bottom=0)
     figure.legend(*main.get_legend_handles_labels(), loc="outside lower center", ncols=2)
@@ -98,12 +100,12 @@ def comparison_figure(recording: Recording, record: SensorRecord, sensor_label="
     figure = new_figure(7.2)
     figure.set_layout_engine("none")  # triangles outside of the axes lead the constrained one astray
     margins = {"left": 0.12, "right": 0.97, "bottom": 0.06, "top": 0.96, "hspace": 0.55}
-    upper, lower, low, whole = figure.subplots(4, 1, gridspec_kw=margins)
+    upper, lower, low, complete = figure.subplots(4, 1, gridspec_kw=margins)
     lower.sharex(upper)
     lower.sharey(upper)
     draw_histories((upper, lower), recording, record, sensor_label)
     upper.set_title(f"{recording.meta['scene']['motor_rpm']:g} rpm")
-    _draw_ranges(low, whole, _curves(recording, record, sensor_label))
+    _draw_ranges(low, complete, _curves(recording, record, sensor_label))
     low.legend()
     figure.align_ylabels()
     return figure
@@ -117,17 +119,17 @@ def _curves(recording: Recording, record: SensorRecord, sensor_label: str) -> tu
     )
 
 
-def _draw_ranges(low: Axes, whole: Axes, curves: tuple[_Curve, _Curve]) -> None:
+def _draw_ranges(low: Axes, complete: Axes, curves: tuple[_Curve, _Curve]) -> None:
     """Spectra of two curves up to 2 Hz, and in bands over the whole range of the first one."""
     for curve in curves:
         freq, amplitude = curve.spectrum
         inside = (freq > 0) & (freq <= 1.05 * LOW_RANGE_HZ)
         low.plot(freq[inside], amplitude[inside], linewidth=0.9, label=curve.label, **curve.look)
-        _draw_whole(whole, curve)
+        _draw_whole(complete, curve)
     low.set(xlim=(0, LOW_RANGE_HZ), xlabel="frequency (Hz)", ylabel="amplitude (g)")
     low.set_ylim(bottom=0)
-    whole.set(yscale="log", xlim=(0, 0.5 * curves[0].rate), xlabel="frequency (Hz)", ylabel="amplitude (g)")
-    whole.set_title(f"root mean square of the lines in bands of {BAND_HZ:g} Hz")
+    complete.set(yscale="log", xlim=(0, 0.5 * curves[0].rate), xlabel="frequency (Hz)", ylabel="amplitude (g)")
+    complete.set_title(f"root mean square of the lines in bands of {BAND_HZ:g} Hz")
 
 
 def _draw_main(ax: Axes, curve: _Curve, near: tuple[float, float]) -> None:

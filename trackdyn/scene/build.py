@@ -10,6 +10,9 @@ from trackdyn.integrate.methods import METHODS
 from trackdyn.model.constants import (
     INDEPENDENT,
     ISOTROPIC,
+    NO_BRANCHES,
+    NO_MOTOR,
+    NO_RIPPLE,
     SPROCKET,
     TANGENTIAL,
     Branches,
@@ -34,6 +37,7 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.rubber import loss_branches
 from trackdyn.parameters.sections import Sprocket, Surface
 from trackdyn.parameters.wheels import Wheel
+from trackdyn.scene.carriers import carriers_of
 
 FRICTION = {"none": TANGENTIAL, "tangential": TANGENTIAL, "independent": INDEPENDENT, "isotropic": ISOTROPIC}
 
@@ -52,7 +56,10 @@ def make_law(
     loss = chosen.loss(restitution)
     if chosen.unclipped:
         factor_limit = max(factor_limit, 1.0 + loss)
-    return Law(stiffness, loss, mu_s, mu_d, v_t, speed_floor, factor_limit)
+    return Law(
+        stiffness=stiffness, loss=loss, friction_static=mu_s, friction_dynamic=mu_d, transition_velocity=v_t,
+        speed_floor=speed_floor, factor_limit=factor_limit,
+    )  # fmt: skip
 
 
 def make_tooth(groove, arc_radius: float, law: Law, present: bool = True) -> Tooth:
@@ -61,22 +68,12 @@ def make_tooth(groove, arc_radius: float, law: Law, present: bool = True) -> Too
     centre_x, centre_y = np.ascontiguousarray(groove.centre.T)
     direction_x, direction_y = np.ascontiguousarray(groove.direction.T)
     return Tooth(
-        int(present),
-        centre_x,
-        centre_y,
-        groove.radius.copy(),
-        direction_x,
-        direction_y,
-        np.cos(groove.half_angle),
-        groove.convex.astype(np.int64),
-        np.array([cos(b) for b in beta]),
-        np.array([sin(b) for b in beta]),
-        groove.teeth,
-        tan(pi / groove.teeth),
-        groove.addendum,
-        arc_radius,
-        law,
-    )
+        present=int(present), centre_x=centre_x, centre_y=centre_y, radius=groove.radius.copy(),
+        direction_x=direction_x, direction_y=direction_y, cos_half_angle=np.cos(groove.half_angle),
+        convex=groove.convex.astype(np.int64), groove_cos=np.array([cos(b) for b in beta]),
+        groove_sin=np.array([sin(b) for b in beta]), teeth=groove.teeth, half_pitch=tan(pi / groove.teeth),
+        addendum=groove.addendum, arc_radius=arc_radius, law=law,
+    )  # fmt: skip
 
 
 def build_chain(rig: Rig, chain: str = "double_pin", viscous: bool = True) -> Chain:
@@ -99,16 +96,10 @@ def build_chain(rig: Rig, chain: str = "double_pin", viscous: bool = True) -> Ch
         inertia = np.tile([c.link_inertia, c.connector_inertia], n)
         in_series = 1
     return Chain(
-        length,
-        mass,
-        inertia,
-        length / 2,
-        np.zeros(len(length)),
-        rig.bushing.stiffness / in_series,
-        rig.bushing.damping / in_series if viscous else 0.0,
-        rig.bushing.free_angle * in_series,
-        rig.gravity,
-    )
+        length=length, mass=mass, inertia=inertia, com_x=length / 2, com_y=np.zeros(len(length)),
+        stiffness=rig.bushing.stiffness / in_series, damping=rig.bushing.damping / in_series if viscous else 0.0,
+        free_angle=rig.bushing.free_angle * in_series, gravity=rig.gravity,
+    )  # fmt: skip
 
 
 def build_shoes(rig: Rig, chain: str = "double_pin") -> Shoes:
@@ -121,17 +112,13 @@ def build_shoes(rig: Rig, chain: str = "double_pin") -> Shoes:
     n, a = rig.chain.pitches, rig.chain.link_length
     pitch = np.arange(n)
     if chain == "single_pin":
-        end = (rig.single_pin_pitch - a) / 2
-        return Shoes(
-            pitch,
-            np.full(n, end),
-            np.full(n, end + a),
-            np.column_stack([pitch, (pitch + 1) % n]).ravel(),
-            np.tile([end + a, end], n),
-        )
-    return Shoes(
-        2 * pitch, np.zeros(n), np.full(n, a), np.repeat(2 * pitch + 1, 2), np.tile([0.0, rig.connector_length], n)
-    )
+        start = (rig.single_pin_pitch - a) / 2
+        body, arc_body = pitch, np.column_stack([pitch, (pitch + 1) % n]).ravel()
+        arcs = [start + a, start]
+    else:
+        start, body, arc_body, arcs = 0.0, 2 * pitch, np.repeat(2 * pitch + 1, 2), [0.0, rig.connector_length]
+    ends = {"link_start": np.full(n, start), "link_end": np.full(n, start + a)}
+    return Shoes(link_body=body, arc_body=arc_body, arc_x=np.tile(arcs, n), **ends)
 
 
 def _law(rig: Rig, surface: Surface, scene) -> Law:
@@ -158,7 +145,7 @@ def build_wheels(scene) -> Wheels:
     rollers = list(rig.rollers.values()) if scene.loop == "on_wheels" else []
     count = 1 + len(rollers)
     ring, wheel = _law(rig, rig.ring_contact, scene), _law(rig, rig.wheel_contact, scene)
-    own = rolling = None
+    own, rolling = np.empty((0, len(Law._fields))), np.zeros(count)
     drag = [roller.bearing_drag * (scene.drag == "viscous") for roller in rollers]
     if scene.drag == "rolling" and rollers:
         drag = [roller.seal_drag for roller in rollers]
@@ -166,21 +153,13 @@ def build_wheels(scene) -> Wheels:
     if any(roller.surface != "wheel_contact" for roller in rollers):
         own = np.array([ring, *(_law(rig, rig.contact_surfaces[roller.surface], scene) for roller in rollers)])
     x, y, radius = np.ascontiguousarray(circles[:count].T)
+    torque = [roller.bearing_torque * (scene.drag == "coulomb") for roller in rollers]
     return Wheels(
-        np.array([int(scene.ring_radius is not None)] + [1] * len(rollers)),
-        x,
-        y,
-        radius,
-        np.array([0.0, *(roller.inertia for roller in rollers)]),
-        np.array([0.0, *drag]),
-        np.array([0.0, *(roller.bearing_torque * (scene.drag == "coulomb") for roller in rollers)]),
-        rig.chain.link_thickness / 2,
-        np.zeros(count),
-        ring,
-        wheel,
-        own,
-        rolling,
-    )
+        present=np.array([int(scene.ring_radius is not None)] + [1] * len(rollers)), x=x, y=y, radius=radius,
+        inertia=np.array([0.0, *(roller.inertia for roller in rollers)]), drag=np.array([0.0, *drag]),
+        torque=np.array([0.0, *torque]), half_thickness=rig.chain.link_thickness / 2, slip=np.zeros(count),
+        ring_law=ring, wheel_law=wheel, own_law=own, rolling=rolling,
+    )  # fmt: skip
 
 
 def with_mobility(chain: Chain, shoes: Shoes, tooth: Tooth, wheels: Wheels, held: bool) -> tuple[Tooth, Wheels]:
@@ -210,8 +189,8 @@ def build_drive(scene) -> Drive:
     drive = Drive(float(scene.sprocket_rate), float(scene.ramp))
     if given is None:
         return drive
-    ripple = Ripple(given.ripple, given.ripple_order) if given.ripple else None
-    motor = None
+    ripple = Ripple(given.ripple, given.ripple_order) if given.ripple else NO_RIPPLE
+    motor = NO_MOTOR
     if given.kind != "speed":
         free = given.kind == "free"
         release = given.release if given.release is not None else np.inf
@@ -251,18 +230,14 @@ def build_space(scene, tooth: Tooth, wheels: Wheels) -> Space:
     surfaces = (rig.wheel_contact, rig.tooth_contact, rig.ring_contact)  # in the order of `model.work.SURFACE`
     c, pitches = rig.chain, rig.chain.pitches
     return Space(
-        np.tile([c.link_inertia_along, c.connector_inertia_along], pitches),
-        np.tile([c.link_inertia_across, c.connector_inertia_across], pitches),
-        frame,
-        np.einsum("wji,wj->wi", frame, wheel_centres(rig, wheels)),
-        np.array([surface.contact_length for surface in surfaces]),
-        np.array([surface.axial_overhang for surface in surfaces]),
-        reach,
-        float(rig.guide.clearance),
-        float(rig.guide.stiffness),
-        float(rig.guide.damping),
-        FRICTION[scene.fidelity["friction"].setting],
-    )
+        along=np.tile([c.link_inertia_along, c.connector_inertia_along], pitches),
+        across=np.tile([c.link_inertia_across, c.connector_inertia_across], pitches),
+        frame=frame, centre=np.einsum("wji,wj->wi", frame, wheel_centres(rig, wheels)),
+        length=np.array([surface.contact_length for surface in surfaces]),
+        overhang=np.array([surface.axial_overhang for surface in surfaces]), guide_reach=reach,
+        **{name: float(value) for name, value in rig.guide},
+        friction=FRICTION[scene.fidelity["friction"].setting],
+    )  # fmt: skip
 
 
 def start_plane(rig: Rig, model: Model, state: State) -> Plane:
@@ -298,7 +273,7 @@ def build_model(scene) -> Model:
     body = int(shoes.link_body[rig.sensor.pitch - 1])
     hysteretic = scene.bushing_law == "hysteretic"
     chain = build_chain(rig, scene.chain, not hysteretic)
-    branches = None
+    branches = NO_BRANCHES
     if hysteretic and rig.bushing.loss_factor * rig.bushing.stiffness > 0:
         share, time = loss_branches(rig.bushing.loss_factor)
         branches = Branches(chain.stiffness * share, time)
@@ -306,21 +281,18 @@ def build_model(scene) -> Model:
     wheels = build_wheels(scene)
     if METHODS[scene.integrator].staggered:
         tooth, wheels = with_mobility(chain, shoes, tooth, wheels, held=scene.joint == "revolute")
+    x, along, c = rig.sensor.x, shoes.link_start[rig.sensor.pitch - 1], rig.closure
     return Model(
-        chain,
-        shoes,
-        tooth,
-        wheels,
-        build_drive(scene),
-        Sensor(body, float(rig.sensor.x + shoes.link_start[rig.sensor.pitch - 1]), float(rig.sensor.y)),
-        Closure(int(scene.closure == "elastic_damping"), rig.closure.stiffness, rig.closure.damping),
-        float(scene.step),
-        scene.stride,
-        SOLVERS.index(scene.solver) or None,
-        build_space(scene, tooth, wheels) if scene.fidelity["space"].setting == "spatial" else None,
+        chain=chain, shoes=shoes, tooth=tooth, wheels=wheels, drive=build_drive(scene),
+        sensor=Sensor(body=body, x=float(x + along), y=float(rig.sensor.y)),
+        closure=Closure(
+            compliant=int(scene.closure == "elastic_damping"), stiffness=c.stiffness, damping=c.damping
+        ),
+        step=float(scene.step), stride=scene.stride, solver=SOLVERS.index(scene.solver) or None,
+        space=build_space(scene, tooth, wheels) if scene.fidelity["space"].setting == "spatial" else None,
         radial=Radial(rig.bushing.radial_stiffness, rig.bushing.radial_damping) if scene.joint == "radial" else None,
-        branches=branches,
-    )
+        branches=branches, carriers=carriers_of([], len(wheels.x)),
+    )  # fmt: skip
 
 
 def shift_wheel(model: Model, rig: Rig, wheel: int, shift: float) -> None:

@@ -6,106 +6,56 @@ import numpy as np
 
 from trackdyn.errors import InputError
 from trackdyn.integrate.carriers import along, push
-from trackdyn.model.constants import Carriers, Model
+from trackdyn.model.constants import SPROCKET, Carriers, Model
 from trackdyn.model.state import SLIDE
 from trackdyn.model.work import Work
 from trackdyn.parameters.layout import tensioner, wheel_names
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.wheels import Arm
 
+# fields of a row of carriers, and those that are integers
+ROW = ("wheel", "arm", "x", "y", "along_x", "along_y", "mass", "stiffness", "damping", "weight", "low", "high")
+INTEGER, NO_FORCE = {"wheel": int, "arm": int}, np.empty((0, 2))
 CARRIED = ("sprung", "forced")  # how a tensioner that moves while the chain runs is kept
 
 
-def make_carriers(rig: Rig, model: Model, kept: str, shift: float) -> Carriers | None:
-    """Carriers at rest where the model's wheels stand, their springs without preload; None if all wheels are fixed.
+def make_carriers(rig: Rig, model: Model, kept: str, shift: float) -> Carriers:
+    """Carriers at rest where the model's wheels stand, their springs without preload.
 
     ``kept`` is the scene's tension: with `CARRIED` the tensioning wheel, shifted by ``shift`` (m), is one of them.
     """
-    rows, force = [], None
+    rows, force = [], NO_FORCE
     for k, name in enumerate(wheel_names(rig)):
-        at_x, at_y = float(model.wheels.x[k]), float(model.wheels.y[k])
-        if k == tensioner(rig) and kept in CARRIED:
-            t, direction = rig.tension, radians(rig.tension.direction)
-            spring = (t.stiffness, t.damping) if kept == "sprung" else (0.0, t.damping)
+        x, y = float(model.wheels.x[k]), float(model.wheels.y[k])
+        tensions = k == tensioner(rig) and kept in CARRIED
+        carrier = rig.tension if tensions else rig.rollers[name].carrier if k else None
+        if carrier is None:
+            continue
+        row = {"wheel": k, "arm": 0, "x": x, "y": y, "mass": carrier.mass, "weight": 0.0}
+        row |= {"stiffness": carrier.stiffness, "damping": carrier.damping, "low": -carrier.travel}
+        row["high"] = carrier.travel
+        if isinstance(carrier, Arm):
+            dx, dy, travel = x - carrier.x, y - carrier.y, radians(carrier.travel)
+            row |= {"arm": 1, "x": carrier.x, "y": carrier.y, "along_x": -dy, "along_y": dx, "low": -travel}
+            row |= {"mass": carrier.mass * (dx**2 + dy**2), "weight": carrier.mass * rig.gravity, "high": travel}
+        else:
+            direction = radians(carrier.direction)
+            row |= {"along_x": cos(direction), "along_y": sin(direction)}
+        if tensions:
+            row |= {"low": -carrier.travel - shift, "high": carrier.travel - shift}
             if kept == "forced":
-                force = np.array(t.force, dtype=float)
-            rows.append(
-                (
-                    k,
-                    0,
-                    at_x,
-                    at_y,
-                    cos(direction),
-                    sin(direction),
-                    t.mass,
-                    *spring,
-                    0.0,
-                    -t.travel - shift,
-                    t.travel - shift,
-                )
-            )
-        elif k and (carrier := rig.rollers[name].carrier) is not None:
-            if isinstance(carrier, Arm):
-                dx, dy, travel = at_x - carrier.x, at_y - carrier.y, radians(carrier.travel)
-                inertia, lifted = carrier.mass * (dx**2 + dy**2), carrier.mass * rig.gravity
-                rows.append(
-                    (
-                        k,
-                        1,
-                        carrier.x,
-                        carrier.y,
-                        -dy,
-                        dx,
-                        inertia,
-                        carrier.stiffness,
-                        carrier.damping,
-                        lifted,
-                        -travel,
-                        travel,
-                    )
-                )
-            else:
-                direction, travel = radians(carrier.direction), carrier.travel
-                ends = -travel, travel
-                rows.append(
-                    (
-                        k,
-                        0,
-                        at_x,
-                        at_y,
-                        cos(direction),
-                        sin(direction),
-                        carrier.mass,
-                        carrier.stiffness,
-                        carrier.damping,
-                        0.0,
-                        *ends,
-                    )
-                )
-    if not rows:
-        return None
-    columns = [np.array(column) for column in zip(*rows, strict=True)]
-    wheel, arm, x, y, along_x, along_y, mass, stiffness, damping, weight, low, high = columns
-    of_wheel = np.full(len(model.wheels.x), -1)
-    of_wheel[wheel] = np.arange(len(wheel))
-    number = int(of_wheel[tensioner(rig)])
+                row["stiffness"], force = 0.0, np.array(carrier.force, dtype=float)
+        rows.append(row)
+    return carriers_of(rows, len(model.wheels.x), tensioner(rig), force)
+
+
+def carriers_of(rows: list[dict], wheels: int, tensions: int = SPROCKET, force: np.ndarray = NO_FORCE) -> Carriers:
+    """Carriers from a row of fields each, without preload; ``tensions`` is the wheel that ``force`` pushes."""
+    columns = {name: np.array([row[name] for row in rows], INTEGER.get(name, float)) for name in ROW}
+    of_wheel = np.full(wheels, -1)
+    of_wheel[columns["wheel"]] = np.arange(len(rows))
     return Carriers(
-        wheel,
-        of_wheel,
-        arm,
-        x,
-        y,
-        along_x,
-        along_y,
-        mass,
-        stiffness,
-        damping,
-        np.zeros(len(rows)),
-        weight,
-        low,
-        high,
-        number,
-        force,
+        **columns, of_wheel=of_wheel, preload=np.zeros(len(rows)), tensioner=int(of_wheel[tensions]), force=force
     )
 
 
@@ -119,7 +69,7 @@ def preloads(rig: Rig, carriers: Carriers, work: Work, q: np.ndarray) -> np.ndar
     """
     names, found = wheel_names(rig), np.zeros(len(carriers.wheel))
     for k, wheel in enumerate(carriers.wheel):
-        forced = carriers.force is not None and k == carriers.tensioner
+        forced = len(carriers.force) and k == carriers.tensioner
         carrier = None if wheel == tensioner(rig) else rig.rollers[names[wheel]].carrier
         tx, ty = along(carriers, k, float(q[k]))
         fx, fy = push(work, wheel)
@@ -133,7 +83,7 @@ def preloads(rig: Rig, carriers: Carriers, work: Work, q: np.ndarray) -> np.ndar
     return found
 
 
-def refuse_stops(rig: Rig, carriers: Carriers | None, slide: np.ndarray | None) -> None:
+def refuse_stops(rig: Rig, carriers: Carriers, slide: np.ndarray) -> None:
     """Refuse a loop that has settled with a carrier at a stop: its spring holds nothing there.
 
     Raises
@@ -141,8 +91,6 @@ def refuse_stops(rig: Rig, carriers: Carriers | None, slide: np.ndarray | None) 
     InputError
         Which wheel, and what to change.
     """
-    if carriers is None or slide is None:
-        return
     for k, wheel in enumerate(carriers.wheel):
         q, name = float(slide[k, SLIDE]), wheel_names(rig)[wheel]
         if not carriers.low[k] < q < carriers.high[k]:

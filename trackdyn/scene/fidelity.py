@@ -223,7 +223,8 @@ REFUSALS: tuple[Refusal, ...] = (
      "joint='radial' is modelled with 'riccati' only; use it, or joint='revolute'"),
     ("integrator", lambda s: s.radial and s.integrator != "semi_implicit",
      "joint='radial' is modelled with 'semi_implicit' only; use it, or joint='revolute'"),
-    ("bushing_law", lambda s: s.bushing_law == "hysteretic" and s.rig.bushing.damping > 0 == s.rig.bushing.loss_factor,
+    ("bushing_law",
+     lambda s: s.bushing_law == "hysteretic" and s.rig.bushing.damping > 0 and s.rig.bushing.loss_factor == 0,
      "bushing.damping of the rig is {rig.bushing.damping:g} and its loss_factor is 0; use 'viscous', or give it one"),
     ("frame_interval", lambda s: s.radial and s.frame_interval,
      "configurations hold no parted pins; use 0, or joint='revolute'"),
@@ -252,7 +253,7 @@ def _facts(scene) -> SimpleNamespace:
     armless = [
         name
         for name, wheel in rig.rollers.items()
-        if wheel.bearing_drag + wheel.bearing_torque > 0 == wheel.rolling_arm + wheel.seal_drag
+        if wheel.bearing_drag + wheel.bearing_torque > 0 and wheel.rolling_arm + wheel.seal_drag == 0
     ]
     return SimpleNamespace(
         **{name: getattr(scene, name) for name in type(scene).model_fields},

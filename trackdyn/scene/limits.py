@@ -115,7 +115,7 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
             link / _stiffness_at(law, bears, float(radius))
         )
         limits[f"friction of the {name.replace('_', ' ')}"] = friction(law, link, bears)
-    own = wheels.own_law if wheels.own_law is not None else ()
+    own = wheels.own_law
     for k in range(1, len(own)):
         law, name = Law(*(float(part) for part in own[k])), f"surface of wheel {k}"
         bears = on(float(wheels.radius[k]))
@@ -127,7 +127,7 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
         # two neighbours turn against each other; each angle feels the bushings at both of its ends, of which the
         # branches are as stiff as can be when nothing has time to relax
         inertia = float(min(chain.inertia))
-        stiffness = chain.stiffness + (0.0 if model.branches is None else float(model.branches.stiffness.sum()))
+        stiffness = chain.stiffness + float(model.branches.stiffness.sum())
         limits["stiffness of the bushing"] = oscillation * sqrt(inertia / (4 * stiffness))
     if chain.damping and not method.implicit_damping:
         # links and connectors in zigzag, their mass centres at rest: both share the way of the pin between them

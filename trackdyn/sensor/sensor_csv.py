@@ -66,13 +66,13 @@ class SensorRecord:
 
     def averaged(self, count: int) -> "SensorRecord":
         """The record of a sensor that is slower by a whole factor: means of ``count`` samples each."""
-        whole = self.t_s.size // count * count
+        complete = self.t_s.size // count * count
 
         def mean(values):
-            return None if values is None else values[:whole].reshape(-1, count).mean(axis=1)
+            return None if values is None else values[:complete].reshape(-1, count).mean(axis=1)
 
         return replace(
-            self, t_s=self.t_s[:whole:count], ax_g=mean(self.ax_g), ay_g=mean(self.ay_g), az_g=mean(self.az_g),
+            self, t_s=self.t_s[:complete:count], ax_g=mean(self.ax_g), ay_g=mean(self.ay_g), az_g=mean(self.az_g),
             rate_hz=self.rate_hz / count,
             done={**self.done, "averaged": f"over {count} samples each, to {self.rate_hz / count:g} Hz"},
         )  # fmt: skip
@@ -175,9 +175,9 @@ def _record(layout, mapping, columns, units, values, range_g, gravity) -> Sensor
     unused = [name for k, name in enumerate(layout.names) if k not in used and name]
     signs = {axis: "-" * (columns[axis][1] < 0) for axis in units}
     words = {unit: f"counts of 1/{counts:.6g} g" if unit == "counts" else unit for unit in scale}
-    said = [f"{axis} = {signs[axis]}{shown(names[axis])} in {words[unit]}" for axis, unit in units.items()]
+    message = [f"{axis} = {signs[axis]}{shown(names[axis])} in {words[unit]}" for axis, unit in units.items()]
     done = {"rows": f"{count}, from line {layout.first_line} on"}
-    done["columns"] = ", ".join(said) + (f"; not used: {listed(unused)}" if unused else "")
+    done["columns"] = ", ".join(message) + (f"; not used: {listed(unused)}" if unused else "")
 
     seen = clock = None
     if "time" in columns:
@@ -187,7 +187,7 @@ def _record(layout, mapping, columns, units, values, range_g, gravity) -> Sensor
     rate, done["time"] = mapping.rate, "rows counted, no stamps"
     if seen is not None:
         seen = seen._replace(t=seen.t[part] - seen.t[part.start])
-        clock = stamps.judge(path, seen, line, mapping.rate, mapping.resample)
+        clock = stamps.judge_stamps(path, seen, line, mapping.rate, mapping.resample)
         rate, done["time"] = (
             clock.rate_hz,
             f"{shown(names['time'])} in {seen.unit}, to {seen.rounding:.2g} s; {clock.steps}",

@@ -76,7 +76,7 @@ def _rounding(values: np.ndarray) -> float:
     return float(found)
 
 
-def judge(path: Path, stamps: Stamps, first_line: int, rate: float | None, resample: bool) -> Clock:
+def judge_stamps(path: Path, stamps: Stamps, first_line: int, rate: float | None, resample: bool) -> Clock:
     """Rate of a record, and whether its rows are even; ``rate`` is what the user says it is.
 
     Raises

@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -18,27 +18,31 @@ from trackdyn.sources import source_hash
 
 def flat(value: Any, name: str = "") -> dict[str, np.ndarray]:
     """Arrays and numbers of nested named tuples by dotted name; None has no entry."""
-    if hasattr(value, "_fields"):
-        found: dict[str, np.ndarray] = {}
-        for field in value._fields:
-            found |= flat(getattr(value, field), f"{name}.{field}" if name else field)
-        return found
-    return {} if value is None else {name: np.asarray(value)}
+    found: dict[str, np.ndarray] = {}
+    mapped(lambda name, leaf: found.update({name: np.asarray(leaf)}), value, name)
+    return found
 
 
-def filled(room: Any, data: dict[str, np.ndarray], name: str = "") -> Any:
+def filled(room: Any, data: dict[str, np.ndarray]) -> Any:
     """``room`` with the arrays written in place and the numbers replaced by those of ``data``; see `flat`."""
-    if hasattr(room, "_fields"):
-        fields = {
-            field: filled(getattr(room, field), data, f"{name}.{field}" if name else field) for field in room._fields
-        }
-        return room._replace(**fields)
-    if isinstance(room, np.ndarray):
-        if (room.shape, room.dtype) != (data[name].shape, data[name].dtype):
-            raise ValueError(f"{name} has {data[name].dtype} of the shape {data[name].shape}, not {room.shape}")
-        room[...] = data[name]
-        return room
-    return None if room is None else type(room)(data[name])
+
+    def fill(name: str, leaf: Any) -> Any:
+        if not isinstance(leaf, np.ndarray):
+            return type(leaf)(data[name])
+        if (leaf.shape, leaf.dtype) != (data[name].shape, data[name].dtype):
+            raise ValueError(f"{name} has {data[name].dtype} of the shape {data[name].shape}, not {leaf.shape}")
+        leaf[...] = data[name]
+        return leaf
+
+    return mapped(fill, room)
+
+
+def mapped(function: Callable[[str, Any], Any], value: Any, name: str = "") -> Any:
+    """Nested named tuples with ``function(name, leaf)`` in the place of every array and number; see `flat`."""
+    if hasattr(value, "_fields"):
+        prefix = f"{name}." if name else ""
+        return value._make(mapped(function, getattr(value, field), prefix + field) for field in value._fields)
+    return None if value is None else function(name, value)
 
 
 # what a model has of its own once it was steered, and once its wheels move on springs
@@ -49,7 +53,7 @@ SAME = 1e-9  # of a number that a scene gives, here and on another machine
 
 def refuse_other_model(room: Any, data: dict[str, np.ndarray]) -> None:
     """Raise `ValueError` if a model is not ``room``, that of its scene, but for what it has of its own."""
-    own = STEERED if room.carriers is None else CARRIED
+    own = CARRIED if len(room.carriers.wheel) else STEERED
     for name, array in flat(room).items():
         found = data[name]
         same = np.isclose(found, array, SAME, SAME**2)

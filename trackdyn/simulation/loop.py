@@ -1,10 +1,8 @@
 """Loop: one chain, settled and ready to run, that can be stepped, looked at, recorded, steered, saved and resumed."""
 
 import copy
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
-from threading import RLock
 from typing import Any
 
 import numpy as np
@@ -23,9 +21,9 @@ from trackdyn.scene.scene import LONGEST, MOST_STEPS, Scene
 from trackdyn.simulation.checkpoint import (
     filled,
     flat,
+    mapped,
     read_checkpoint,
     refuse_other_model,
-    refuse_other_places,
     whole,
     write_checkpoint,
 )
@@ -33,8 +31,19 @@ from trackdyn.simulation.recorder import CHUNK, Recorder
 from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.settling import allocate, settle, with_sliding
-from trackdyn.simulation.state_checks import Door, refuse_diverged, refuse_other_record
-from trackdyn.simulation.stepping import joint_forces, march
+from trackdyn.simulation.state_checks import Parts, refuse_other_record
+from trackdyn.simulation.stepping import Held, joint_forces
+
+
+def _part(name: str) -> Any:
+    """A part of what kernels read and write: views of its arrays; what is assigned is checked and copied."""
+
+    def view(_: str, leaf: Any) -> Any:
+        return leaf.view() if isinstance(leaf, np.ndarray) else leaf
+
+    return property(
+        lambda loop: mapped(view, getattr(loop._parts, name)), lambda loop, part: loop._held.take(**{name: part})
+    )
 
 
 class Loop:
@@ -51,8 +60,8 @@ class Loop:
     ----------
     scene : Scene
     model, state, work
-        What kernels read and write (`trackdyn.model`): to be looked at; the numbers of the state may be changed in
-        place between steps.
+        Views of what kernels read and write (`trackdyn.model`). The numbers of the state may be changed in place
+        between steps; another tuple that is assigned is copied.
     layout : dict
         Shift of the tensioning wheel (m) and tension reached with the reference ring (N).
 
@@ -61,30 +70,26 @@ class Loop:
     DivergenceError
         A body leaves the physical range, also in every method that takes steps.
     InputError
-        In every method that takes steps: an array was changed to one that the kernels cannot take, or another thread
-        steps this loop.
+        A part was assigned that the kernels cannot take; in every method that takes steps: a number was written into
+        one that they cannot take, or another thread steps this loop.
     """
 
     def __init__(self, scene: Scene, starts: SettledLoops | None = None):
         if scene.chain == "belt":
             raise InputError("scene: chain = 'belt': a path has no state to step; use 'double_pin'")
         self.scene = scene
-        self.model, self.state, work, self.layout = starts.settle(scene) if starts else settle(scene)
-        self.work = with_sliding(scene, self.model, work)
-        self._made()
+        model, state, work, self.layout = starts.settle(scene) if starts else settle(scene)
+        self._adopt(model, state, with_sliding(scene, model, work))
 
-    def _made(self) -> None:
-        """Remember what kernels were made for, once model, state and work are there."""
-        self._scratch = make_record(1, self.state)
-        self._door, self._lock = Door(self.model, self.state, self.work), RLock()
+    def _adopt(self, *parts: Any) -> None:
+        """Take the parts that later ones must resemble."""
+        self._scratch, self._held = make_record(1, parts[1]), Held(*parts)
 
-    def __getstate__(self) -> dict:
-        """What a copy has: all but the lock."""
-        return {name: value for name, value in vars(self).items() if name != "_lock"}
+    model, state, work = _part("model"), _part("state"), _part("work")
 
-    def __setstate__(self, state: dict) -> None:
-        vars(self).update(state)
-        self._lock = RLock()
+    @property
+    def _parts(self) -> Parts:
+        return self._held.parts
 
     # -- stepping ------------------------------------------------------------------------------------------------------
 
@@ -97,28 +102,8 @@ class Loop:
             Number of steps of ``scene.step`` s.
         """
         count = int(within("count", count, 1, MOST_STEPS))
-        self._march(self._scratch, 0, 1, stride=count)
-
-    def _march(self, record: Record, first: int, last: int, **changed: Any) -> None:
-        """Fill rows of a record, with some fields of the model changed, if kernels can take what is there."""
-        with self._alone():
-            self._sound()
-            model = self.model._replace(**changed)
-            march(model, self.state, self.work, record, first, last)
-            refuse_diverged(self.state, model.step)
-
-    def _sound(self) -> None:
-        self._door.refuse(self.model, self.state, self.work)
-
-    @contextmanager
-    def _alone(self) -> Iterator[None]:
-        """Hold the loop for this thread until the end of a call."""
-        if not self._lock.acquire(blocking=False):
-            raise InputError("another thread steps this loop; give each thread a copy")
-        try:
-            yield
-        finally:
-            self._lock.release()
+        with self._held.exclusive():
+            self._held.march(self._scratch, 0, 1, count)
 
     def advance(self, seconds: float, tick: Callable[[float], object] = lambda seconds: None) -> None:
         """Integrate for a time, rounded to whole steps.
@@ -131,13 +116,12 @@ class Loop:
             Called with the seconds that every chunk adds.
         """
         seconds = within("seconds", seconds, 0.0, LONGEST)
-        with self._alone():
-            self._sound()
-            left = round(seconds / self.model.step)
+        with self._held.exclusive():
+            left = round(seconds / self._parts.model.step)
             while left:
-                count = min(left, max(round(CHUNK / self.model.step), 1))
+                count = min(left, max(round(CHUNK / self._parts.model.step), 1))
                 self.step(count)
-                tick(count * self.model.step)
+                tick(count * self._parts.model.step)
                 left -= count
 
     def fill(self, record: Record, first: int = 0, last: int | None = None) -> None:
@@ -145,14 +129,13 @@ class Loop:
         if last is None:
             last = len(record.gap) if isinstance(record, Record) else 0
         first, last = (int(within(name, row, 0, MOST_STEPS)) for name, row in (("first", first), ("last", last)))
-        with self._alone():
-            self._sound()
-            refuse_other_record(record, self.state, self.work, first, last)
-            self._march(record, first, last)
+        with self._held.exclusive():
+            refuse_other_record(record, self._parts.state, self._parts.work, first, last)
+            self._held.march(record, first, last, self._parts.model.stride)
 
     def room(self, samples: int, **what: Any) -> Record:
         """An empty record of this loop (`model.record.make_record`)."""
-        return make_record(samples, self.state, **what)
+        return make_record(samples, self._parts.state, **what)
 
     def record(
         self,
@@ -185,12 +168,12 @@ class Loop:
         DivergenceError
             Also if the contact chatters, or the energy balance stays open (`measure.energy`).
         """
-        asked = self.scene.with_(
+        requested = self.scene.with_(
             duration=seconds, pitches=pitches, frame_interval=frame_interval, spells=spells, every_link=every_link
         )
-        with self._alone():
-            self._sound()
-            writer = Recorder(self, asked.duration, asked.pitches, asked.frame_interval, asked.spells, asked.every_link)
+        with self._held.exclusive():
+            names = ("duration", "pitches", "frame_interval", "spells", "every_link")
+            writer = Recorder(self, *(getattr(requested, name) for name in names))
             while not writer.finished:
                 tick(writer.chunk())
             return writer.recording()
@@ -200,18 +183,18 @@ class Loop:
     @property
     def time(self) -> float:
         """Time since the sprocket began to turn, s."""
-        return float(self.state.steps[0] * self.model.step)
+        return float(self._parts.state.steps[0] * self._parts.model.step)
 
     @property
     def pins(self) -> np.ndarray:
         """(n + 1, 2) input pins of the bodies and output pin of the last one, m."""
         self._refresh()
-        return np.column_stack([self.work.pin_x, self.work.pin_y])
+        return np.column_stack([self._parts.work.pin_x, self._parts.work.pin_y])
 
     @property
     def mass_centres(self) -> np.ndarray:
         """(n, 2) mass centres of the bodies, m."""
-        chain, work, pins = self.model.chain, self.work, self.pins[:-1]
+        chain, work, pins = self._parts.model.chain, self._parts.work, self.pins[:-1]
         x = pins[:, 0] + chain.com_x * work.cos - chain.com_y * work.sin
         y = pins[:, 1] + chain.com_x * work.sin + chain.com_y * work.cos
         return np.column_stack([x, y])
@@ -219,34 +202,34 @@ class Loop:
     @property
     def momentum(self) -> np.ndarray:
         """(3,) momentum (N s) and angular momentum about the inertial origin (N m s) of the chain."""
-        (x, y), work, chain = self.mass_centres.T, self.work, self.model.chain
+        (x, y), work, chain = self.mass_centres.T, self._parts.work, self._parts.model.chain
         px, py = chain.mass * work.com_vx, chain.mass * work.com_vy
-        return np.array([px.sum(), py.sum(), (chain.inertia * self.state.rate + x * py - y * px).sum()])
+        return np.array([px.sum(), py.sum(), (chain.inertia * self._parts.state.rate + x * py - y * px).sum()])
 
     @property
     def angles(self) -> np.ndarray:
         """(n,) orientations of the bodies, rad; read-only view."""
-        return _view(self.state.angle)
+        return _view(self._parts.state.angle)
 
     @property
     def rates(self) -> np.ndarray:
         """(n,) angular velocities of the bodies, rad/s; read-only view."""
-        return _view(self.state.rate)
+        return _view(self._parts.state.rate)
 
     @property
     def wheel_rates(self) -> np.ndarray:
         """(w,) angular velocities of the sprocket and the other wheels, rad/s; read-only view."""
-        return _view(self.state.wheel_rate)
+        return _view(self._parts.state.wheel_rate)
 
     @property
     def tooth_forces(self) -> np.ndarray:
         """(p, 2) normal forces on the left and right arc of every connector, N; read-only view."""
-        return _view(self.work.tooth_force).reshape(-1, 2)
+        return _view(self._parts.work.tooth_force).reshape(-1, 2)
 
     @property
     def wheel_forces(self) -> np.ndarray:
         """(p, w) normal forces of the ring and the other wheels on every link, N; read-only view."""
-        return _view(self.work.wheel_force)
+        return _view(self._parts.work.wheel_force)
 
     @property
     def felt(self) -> np.ndarray:
@@ -254,14 +237,14 @@ class Loop:
 
         Means over the last `step`, or over the last sample interval of `advance`; at rest before the first.
         """
-        if not self.state.steps[0]:
-            return np.array([0.0, 0.0, self.state.angle[self.model.sensor.body]])
+        if not self._parts.state.steps[0]:
+            return np.array([0.0, 0.0, self._parts.state.angle[self._parts.model.sensor.body]])
         return self._scratch.mean[0].copy()
 
     @property
     def tension(self) -> float:
         """Tension of the chain at the cut joint in the last step, N."""
-        return float(np.hypot(*self.work.sweep.load[:2]))
+        return float(np.hypot(*self._parts.work.sweep.load[:2]))
 
     @property
     def joint_forces(self) -> np.ndarray:
@@ -270,25 +253,25 @@ class Loop:
         Newton's law along the chain, from the cut (the last entry) on, with the accelerations of that step and the
         contacts of the present state, one step later. With radial compliance it is the force of the bushings.
         """
-        return joint_forces(self.model, self.state, self.work)
+        return joint_forces(*self._parts)
 
     @property
     def energy(self) -> dict[str, float]:
         """Energy balance and energies by name (`model.record.ENERGY_NAMES`), J."""
         self._refresh()
         out = np.zeros(len(ENERGY_NAMES))
-        energies(*shared(self.model, self.state, self.work), self.work.space, out)
+        energies(*shared(*self._parts), self._parts.work.space, out)
         return dict(zip(ENERGY_NAMES, out.tolist(), strict=True))
 
     @property
     def gap(self) -> float:
         """Distance of the two pins of the cut joint, m."""
         self._refresh()
-        return float(np.hypot(*self.work.cut[:2]))
+        return float(np.hypot(*self._parts.work.cut[:2]))
 
     def _refresh(self) -> None:
-        self._sound()
-        refresh(self.model, self.state, self.work)
+        self._held.refuse_out_of_range()
+        refresh(*self._parts)
 
     # -- steering ------------------------------------------------------------------------------------------------------
 
@@ -300,13 +283,10 @@ class Loop:
         motor_rpm, ramp : float
             New speed, rev/min, and the time in which it is reached, s.
         """
-        now = sprocket_rate(self.model.drive, self.time)
+        now = sprocket_rate(self._parts.model.drive, self.time)
         self.scene = self.scene.with_(motor_rpm=motor_rpm, ramp=ramp)
-        self.model = self.model._replace(
-            drive=self.model.drive._replace(
-                rate=self.scene.sprocket_rate, ramp=self.scene.ramp, start=float(now), begin=self.time
-            )
-        )
+        new = {"rate": float(self.scene.sprocket_rate), "ramp": float(self.scene.ramp), "start": float(now)}
+        self._held.steer(self._parts.model.drive._replace(**new, begin=self.time))
 
     def shift_tensioner(self, shift: float) -> None:
         """Move a locked tensioning wheel along its line.
@@ -326,7 +306,7 @@ class Loop:
         if self.scene.tension in CARRIED:
             raise InputError(f"shift = {shift!r} m: the tensioner slides on its spring; use tension='locked'")
         shift = within("shift", shift, -rig.tension.travel, rig.tension.travel, " m, the tensioner's travel,")
-        shift_wheel(self.model, rig, tensioner(rig), shift)
+        shift_wheel(self._parts.model, rig, tensioner(rig), shift)
         self.layout["tensioner_shift_m"] = float(shift)
 
     # -- keeping -------------------------------------------------------------------------------------------------------
@@ -346,30 +326,31 @@ class Loop:
         InputError
             Another chain, ring, joints or plane of motion would need another state.
         """
-        self._sound()
+        self._held.refuse_out_of_range()
         other = Loop.__new__(Loop)
         other.scene, other.layout = self.scene.with_(**fields), dict(self.layout)
         for name in ("loop", "chain", "ring_radius"):
-            if (asked := getattr(other.scene, name)) != getattr(self.scene, name):
-                raise InputError(f"scene: {name} = {asked!r}: cannot change in a loop; make a new Loop")
-        other.model, other.state, other.work = allocate(other.scene)
-        if [part.shape for part in flat(other.state).values()] != [part.shape for part in flat(self.state).values()]:
+            if (wanted := getattr(other.scene, name)) != getattr(self.scene, name):
+                raise InputError(f"scene: {name} = {wanted!r}: cannot change in a loop; make a new Loop")
+        model, state, work = allocate(other.scene)
+        own = flat(self._parts.state)
+        if [part.shape for part in flat(state).values()] != [part.shape for part in own.values()]:
             raise InputError(
                 "scene: rig, space or joints differ: a loop keeps bodies, plane and joints; make a new Loop"
             )
-        other.model = other.model._replace(drive=self.model.drive, carriers=self.model.carriers)
+        held = self._parts.model
         for name in ("x", "y", "radius"):
-            getattr(other.model.wheels, name)[:] = getattr(self.model.wheels, name)
-        filled(other.state, flat(self.state))
-        other.state.steps[0] = round(self.time / other.model.step)
-        other._made()
+            getattr(model.wheels, name)[:] = getattr(held.wheels, name)
+        filled(state, own)
+        state.steps[0] = round(self.time / model.step)
+        other._adopt(model._replace(drive=held.drive, carriers=held.carriers), state, work)
         if fields.keys() & {"motor_rpm", "ramp"}:
             other.drive(other.scene.motor_rpm, other.scene.ramp)
         return other
 
     def save(self, path: Path | str) -> None:
         """Write a checkpoint from which `Loop.load` continues bit for bit."""
-        self._sound()
+        self._held.refuse_out_of_range()
         write_checkpoint(path, self.describe())
 
     @classmethod
@@ -387,10 +368,7 @@ class Loop:
 
     def describe(self) -> dict:
         """Everything that a checkpoint holds: the scene, where the wheels stand, all arrays."""
-        return {
-            "scene": self.scene.describe(), "layout": self.layout,
-            "model": self.model, "state": self.state, "work": self.work,
-        }  # fmt: skip
+        return {"scene": self.scene.describe(), "layout": self.layout} | self._parts._asdict()
 
     @classmethod
     def restored(cls, data: dict) -> "Loop":
@@ -402,15 +380,10 @@ class Loop:
         if not np.isfinite(list(loop.layout.values())).all():
             raise ValueError("layout holds a value that is not a finite number")
         room = allocate(loop.scene)
-        refuse_other_places(room[0], data["model"])
         if "tensioner_shift_m" in loop.layout:
             shift_wheel(room[0], loop.scene.rig, tensioner(loop.scene.rig), loop.layout["tensioner_shift_m"])
         refuse_other_model(room[0], data["model"])
-        loop.model, loop.state, loop.work = (
-            filled(part, data[name]) for part, name in zip(room, ("model", "state", "work"), strict=True)
-        )
-        loop._made()
-        loop._sound()
+        loop._adopt(*(filled(part, data[name]) for part, name in zip(room, Parts._fields, strict=True)))
         return loop
 
 

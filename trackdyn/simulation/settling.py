@@ -40,21 +40,19 @@ def allocate(scene: Scene) -> tuple[Model, State, Work]:
     """Model, state and work of a scene, every array of the state and the work 0."""
     model, pitches = own_wheels(scene.model), scene.rig.chain.pitches
     n, wheels = scene.bodies, len(model.wheels.x)
-    state = make_state(n, pitches, wheels)
+    if scene.loop == "on_wheels":
+        model = model._replace(carriers=make_carriers(scene.rig, model, scene.tension, 0.0))
+    state = make_state(n, pitches, wheels, len(model.carriers.wheel), len(model.branches.time))
     work = equipped(scene, make_work(n, pitches, wheels))
-    if scene.loop == "on_wheels" and (carriers := make_carriers(scene.rig, model, scene.tension, 0.0)) is not None:
-        model = model._replace(carriers=carriers)
-        state = state._replace(slide=np.zeros((len(carriers.wheel), 5)))
     if model.space is not None:
         state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))
         work = work._replace(space=make_space_work(n, wheels))
-    return model, *with_own(model, state, with_sliding(scene, model, work))
+    return model, *with_radial(model, state, with_sliding(scene, model, work))
 
 
 def equipped(scene: Scene, work: Work) -> Work:
     """Work with the arrays of the scene's integrator."""
-    branches = scene.model.branches
-    count = 0 if branches is None else len(branches.time)
+    count = len(scene.model.branches.time)
     return equip(work, scene.integrator, scene.rig.chain.pitches, scene.tolerance or 0.0, count)
 
 
@@ -64,21 +62,18 @@ def with_sliding(scene: Scene, model: Model, work: Work) -> Work:
     return work._replace(sliding=np.zeros(entries)) if scene.sliding else work
 
 
-def with_own(model: Model, state: State, work: Work) -> tuple[State, Work]:
-    """State and work with room for what only some models have: rolling resistance, Maxwell branches, pins that part."""
-    if model.wheels.rolling is not None:
-        work = work._replace(carried=np.zeros(len(model.wheels.x)))
-    n = len(state.angle)
-    if model.branches is not None:
-        state = state._replace(branch=np.zeros((len(model.branches.time), n)))
+def with_radial(model: Model, state: State, work: Work) -> tuple[State, Work]:
+    """State and work with room for pins that part, where they do."""
     if model.radial is None:
         return state, work
+    n = len(state.angle)
     return state._replace(part=np.zeros((n, 4))), work._replace(radial=make_radial_work(n))
 
 
 def start_state(assembly: Assembly, model: Model) -> State:
     """An assembled loop at rest."""
-    state = make_state(len(assembly.angle), len(model.shoes.link_body), len(model.wheels.x))
+    sizes = len(model.shoes.link_body), len(model.wheels.x), len(model.carriers.wheel), len(model.branches.time)
+    state = make_state(len(assembly.angle), *sizes)
     state.pin[:2] = assembly.pins[0]
     state.angle[:] = assembly.angle
     state.wheel_angle[SPROCKET] = assembly.sprocket_angle
@@ -126,15 +121,15 @@ class Settling:
         model = own_wheels(scene.model)
         model.wheels.present[SPROCKET] = 1
         model.wheels.radius[SPROCKET] = rig.sprocket.ring_radius
-        if model.wheels.rolling is not None:  # at rest it would keep the strands' tensions apart for seconds
-            model = model._replace(wheels=model.wheels._replace(rolling=np.zeros_like(model.wheels.rolling)))
+        # at rest rolling resistance would keep the strands' tensions apart for seconds
+        model = model._replace(wheels=model.wheels._replace(rolling=np.zeros_like(model.wheels.rolling)))
         self.model = model._replace(
             drive=Drive(0.0, scene.ramp), step=step, stride=max(round(CHUNK / step), 1), solver=None, space=None
         )
         shift_wheel(self.model, rig, self.wheel, self.shift)
         self.state = start_state(assembly, self.model)
         work = make_work(len(length), rig.chain.pitches, len(model.wheels.x))
-        self.state, work = with_own(self.model, self.state, work)
+        self.state, work = with_radial(self.model, self.state, work)
         linearly = METHODS[scene.integrator].linearly_implicit
         self.work = equip(work, "linearly_implicit" if linearly else "semi_implicit", rig.chain.pitches)
         self.record = make_record(1, self.state)
@@ -176,8 +171,7 @@ class Settling:
         if self.state.part is not None:
             self.state.part[:, 2:] *= damping
         self.state.wheel_rate[:] *= damping
-        if self.state.slide is not None:
-            self.state.slide[:, SLIDE_RATE:ALONG_X] *= damping
+        self.state.slide[:, SLIDE_RATE:ALONG_X] *= damping
 
     def release(self) -> None:
         """Let the wheels go that stand on carriers, on springs that hold the chain as it lies unless the rig says how
@@ -185,11 +179,8 @@ class Settling:
         """
         rig = self.scene.rig
         carriers = make_carriers(rig, self.model, self.scene.tension, self.shift)
-        if carriers is None:
-            return
         rest = np.zeros(len(carriers.wheel))
-        if carriers.force is not None:  # as it is when the run starts, however long settling takes
-            carriers = carriers._replace(force=carriers.force[:1].copy())
+        carriers = carriers._replace(force=carriers.force[:1].copy())  # as when the run starts, however long this takes
         self.model = self.model._replace(carriers=carriers._replace(preload=preloads(rig, carriers, self.work, rest)))
         self.state = self.state._replace(slide=np.zeros((len(rest), 5)))
 
@@ -346,8 +337,7 @@ def settle(scene: Scene, settling: Settling | None = None) -> tuple[Model, State
     if scene.tension in CARRIED or any(wheel.carrier for wheel in scene.rig.rollers.values()):
         settling.rest(0.2)
         settling.release()
-        slide = settling.state.slide
-        if scene.tension != "sprung" or (slide is not None and len(slide) > 1):
+        if scene.tension != "sprung" or len(settling.state.slide) > 1:
             settling.rest(0.4)
     if scene.ring_radius != scene.rig.sprocket.ring_radius:
         settling.change_ring(0.3)
@@ -359,16 +349,16 @@ def settle(scene: Scene, settling: Settling | None = None) -> tuple[Model, State
     model = own_wheels(scene.model)
     shift_wheel(model, scene.rig, settling.wheel, settling.shift)
     carriers = settling.model.carriers
-    if carriers is not None and carriers.force is not None:
+    if len(carriers.force):
         carriers = carriers._replace(force=np.array(scene.rig.tension.force, dtype=float))
     model = model._replace(carriers=carriers)
     state = settling.state
-    if state.slide is not None:
+    if len(state.slide):
         refuse_stops(scene.rig, model.carriers, state.slide)
         for name in ("x", "y"):
             getattr(model.wheels, name)[:] = getattr(settling.model.wheels, name)
         state.slide[:, SLIDE_RATE:] = 0.0
-        if carriers is not None and scene.tension in CARRIED:
+        if scene.tension in CARRIED:
             layout |= {"tensioner_slide_m": float(state.slide[carriers.tensioner, SLIDE])}
     state.steps[0] = 0
     state.rate[:] = 0.0
@@ -395,5 +385,5 @@ def _spinning_loop(scene: Scene) -> tuple[Model, State, Work, dict]:
     state.rate[:] = spin
     state.pin[2:] = [-spin * state.pin[1], spin * state.pin[0]]
     work = make_work(len(state.angle), scene.rig.chain.pitches, len(model.wheels.x))
-    state, work = with_own(model, state, work)
+    state, work = with_radial(model, state, work)
     return model, state, equipped(scene, work), {}

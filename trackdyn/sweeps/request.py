@@ -62,7 +62,7 @@ class Asked(NamedTuple):
     """
 
     key: str
-    alike: str
+    same_start: str
     rig: dict
     changes: dict
     scene: dict
@@ -103,7 +103,7 @@ def refuse_columns(table: pd.DataFrame, where: str) -> None:
         raise InputError(f"{where}: has no rows; a row a scene is needed")
 
 
-def asked(table: pd.DataFrame, rig: str = DEFAULT) -> list[Asked]:
+def requested_row(table: pd.DataFrame, rig: str = DEFAULT) -> list[Asked]:
     """What every row asks for; a value that cannot be read is the row's ``reason``.
 
     Parameters
@@ -165,8 +165,8 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | Inp
     rig_is = [content, changes]
     asks = [rig_is, scene, end, module_hash("trackdyn.sweeps.row"), given if reason else None]
     settles = {name: value for name, value in scene.items() if name not in (*LATER, "ring_radius")}
-    alike = f"{key_of(rig_is, settles)} {fields.get('ring_radius', '')}"
-    return Asked(key_of(*asks), alike, base, changes, fields, until, known, longest, reason)
+    same_start = f"{key_of(rig_is, settles)} {fields.get('ring_radius', '')}"
+    return Asked(key_of(*asks), same_start, base, changes, fields, until, known, longest, reason)
 
 
 def _refuse_known(known: dict, until: dict) -> None:

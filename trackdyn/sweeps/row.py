@@ -52,23 +52,23 @@ class Rows:
                 return self._values(Scene(self._rig_of(rig, changes), **scene | {"step": step}), until, known, longest)
         return self._values(Scene(self._rig_of(rig, changes), **scene | {"step": last}), until, known, longest)
 
-    def _values(self, asked: Scene, until: dict, known: dict, longest: float) -> dict:
+    def _values(self, requested: Scene, until: dict, known: dict, longest: float) -> dict:
         if until:
-            refuse_until(asked, until, longest)
-        self._refuse_memory(asked, longest if until else asked.duration, bool(until))
+            refuse_until(requested, until, longest)
+        self._refuse_memory(requested, longest if until else requested.duration, bool(until))
         found: dict = {}
         measures: dict = {}
         if until:
-            answer = run_until(asked, until, longest, starts=self._starts)
+            answer = run_until(requested, until, longest, starts=self._starts)
             recording, measures = answer.recording, answer.measures
             found |= {"until_known": answer.converged, "until_transient_s": answer.transient}
         elif known:
-            refuse_undriven(asked)
-            recording, converged = run_steady(Loop(asked, self._starts), StopRule(**known, longest_turns=1))
+            refuse_undriven(requested)
+            recording, converged = run_steady(Loop(requested, self._starts), StopRule(**known, longest_turns=1))
             found |= {"contacts_known": converged}
         else:
-            recording = simulate(asked, starts=self._starts)
-            measures = whole_loop(recording) if asked.every_link else {}
+            recording = simulate(requested, starts=self._starts)
+            measures = whole_loop(recording) if requested.every_link else {}
         if recording.link_mean.size:
             found["whole_high_frequency"] = high_frequency_of_all(recording)
         return run_values(recording) | found | _flat(measures)

@@ -146,10 +146,10 @@ def _checksum(content: bytes) -> bytes:
 
 def _row(line: bytes) -> dict[str, Any] | None:
     """The row of a line; None: it is damaged, or no line of a store."""
-    whole = _LINE.fullmatch(line)
-    if not whole or whole[1] != _checksum(whole[2]):
+    complete = _LINE.fullmatch(line)
+    if not complete or complete[1] != _checksum(complete[2]):
         return None
     try:
-        return dict(_Kept.model_validate_json(whole[2]))
+        return dict(_Kept.model_validate_json(complete[2]))
     except ValidationError:
         return None

@@ -15,7 +15,7 @@ from trackdyn.parameters.validation import shown
 from trackdyn.scene.fidelity import CHOICES
 from trackdyn.sweeps.engine import free_memory
 from trackdyn.sweeps.engine import results as computed
-from trackdyn.sweeps.request import Asked, asked, refuse_columns
+from trackdyn.sweeps.request import Asked, refuse_columns, requested_row
 from trackdyn.sweeps.row import Rows
 from trackdyn.sweeps.store import DIVERGED, DONE, REFUSED, Store, without_values
 from trackdyn.sweeps.table import read_table, refuse_ending, refuse_header, write_table
@@ -84,13 +84,13 @@ def sweep(
         store = store or store_of(out)
     table = read_design(design)
     refuse_too_many(len(table))
-    rows = asked(table, str(rig))
+    rows = requested_row(table, str(rig))
     found = {row.key: without_values(row.key, REFUSED, row.reason) for row in rows if row.reason}
-    due = {row.key: row.task for row in sorted(rows, key=lambda row: row.alike) if not row.reason}
+    due = {row.key: row.task for row in sorted(rows, key=lambda row: row.same_start) if not row.reason}
     found |= computed(Rows, due, jobs or cores(), store, "sweep" if progress else "", alone=alone, valid=valid)
     results = result_table(table, rows, found)
     if out is not None:
-        write_table(cost_table(rows, found), costs_of(out))
+        write_table(row_costs(rows, found), costs_of(out))
         write_table(results, out)
     return results
 
@@ -179,9 +179,9 @@ def batches(design: pd.DataFrame | Path | str, rig: Path | str, count: int) -> l
     empty ones.
     """
     table = read_design(design)
-    rows = asked(table, str(rig))
+    rows = requested_row(table, str(rig))
     first = {row.key: k for k, row in reversed(list(enumerate(rows)))}
-    order = sorted(first.values(), key=lambda k: rows[k].alike)
+    order = sorted(first.values(), key=lambda k: rows[k].same_start)
     return [table.iloc[sorted(part)] for part in np.array_split(np.array(order, dtype=int), count)]
 
 
@@ -199,13 +199,13 @@ def one_of_each_kind(design: pd.DataFrame | Path | str) -> pd.DataFrame:
 def result_table(design: pd.DataFrame, rows: list[Asked], found: dict[str, dict]) -> pd.DataFrame:
     """The design with the results of its rows, in its order."""
     results = [found[row.key] for row in rows]
-    said = pd.DataFrame({name: [result[name] for result in results] for name in ("key", "state", "reason")})
+    message = pd.DataFrame({name: [result[name] for result in results] for name in ("key", "state", "reason")})
     values = pd.DataFrame([result["values"] for result in results])
     given = design.reset_index(drop=True).apply(_storable)
-    return pd.concat([given, said, values], axis=1)
+    return pd.concat([given, message, values], axis=1)
 
 
-def cost_table(rows: list[Asked], found: dict[str, dict]) -> pd.DataFrame:
+def row_costs(rows: list[Asked], found: dict[str, dict]) -> pd.DataFrame:
     """What every row cost: s of the clock and of a core. It differs from run to run, and stands apart for that."""
     return pd.DataFrame([{"key": row.key, **{"wall_s": None, "cpu_s": None}, **found[row.key]["cost"]} for row in rows])
 
@@ -236,7 +236,7 @@ def _storable(column: pd.Series) -> pd.Series:
         )
 
 
-def summary(results: pd.DataFrame) -> str:
+def states_summary(results: pd.DataFrame) -> str:
     """How many rows came to what."""
     counts = results["state"].value_counts()
     return ", ".join(

@@ -131,10 +131,10 @@ SPEEDS = {
     180: SyntheticSpeed(180, 0.2090, 1.1720, loop_hz=0.21111),
     210: SyntheticSpeed(210, 0.253, 0.7698, loop_hz=0.253, fluctuation=0.04965),
 }
-Record = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+SyntheticRecord = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
-def generate(rpm: int, seed: int | None = None, duration_s: float = RECORD_S) -> Record:
+def generate(rpm: int, seed: int | None = None, duration_s: float = RECORD_S) -> SyntheticRecord:
     """A synthetic record at one of the printed motor speeds (rev/min), by default that of the committed data.
 
     Returns

@@ -50,6 +50,11 @@ def table(name, key="csv", place=""):
     return {key: f"{path}.csv", "md" if key == "csv" else f"{key}_md": f"{path}.md"}
 
 
+# studies that this run makes: those that every run has, or all if the target `studies` asks for them
+ALL_STUDIES = workflow.dag_settings is not None and "studies" in workflow.dag_settings.targets
+IN_THIS_RUN = [name for name in STUDIES if ALL_STUDIES or name in CONFIG.short_studies]
+
+
 # A long study has two forms (config/studies.yaml): its short one lies in the folder `short` of the results and belongs to
 # every run, the full one is asked for by name. One rule makes both; the wildcard `short` tells them apart.
 

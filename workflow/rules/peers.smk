@@ -43,7 +43,7 @@ rule peer_answers_runs:
         rig=CONFIG.rig,
         kernels=KERNELS,
     output: f"{R}/peers/answers.csv"
-    params: asked=CONFIG.studies.peer_answers.model_dump()
+    params: requested=CONFIG.studies.peer_answers.model_dump()
     log: f"{R}/logs/peer_answers_runs.log"
     message: "The same answer in every code"
     script: "../scripts/peer_answers_runs.py"

@@ -46,8 +46,6 @@ OF_STUDIES = {
     name: short(getattr(rules, f"{name}_form")) if study.forms else getattr(rules, name).output
     for name, study in STUDIES.items()
 }
-ALL_STUDIES = workflow.dag_settings is not None and "studies" in workflow.dag_settings.targets
-IN_THIS_RUN = [name for name in STUDIES if ALL_STUDIES or name in CONFIG.short_studies]
 
 
 rule page:
@@ -141,10 +139,11 @@ rule crate:
 rule pictures:
     """Pictures and measured parts of the pages from the present results. Asked for by name: they stand in version control."""
     input:
-        tables=[f"{R}/{name}.csv" for name in ("claims", "fidelity", "deviations", "tables/parameters", "tables/limits")],
+        tables=[f"{R}/{name}.csv" for name in ("claims", "fidelity", "tables/parameters")],
+        trade=[f"{R}/short/trade.csv", f"{R}/short/tables/limits.csv"],
         manifest=f"{R}/manifest.json",
-        pictures=[f"{R}/figures/animation.gif", f"{R}/figures/fig24.png"],
+        pictures=[f"{R}/figures/animation.gif", f"{R}/figures/fig24.png", f"{R}/short/figures/trade.png"],
     log: f"{R}/logs/pictures.log"
     message: "Pictures and measured parts of the pages"
     shell:
-        "{sys.executable} -m replication.report.filled {input.tables} {input.pictures} > {log} 2>&1"
+        "{sys.executable} -m replication.report.filled {input.tables} {input.trade} {input.pictures} > {log} 2>&1"

@@ -1,7 +1,4 @@
-# The runs, after the kernels are compiled and, if a tolerance is asked for, fidelity and step are picked.
-
-# records and their coarse twins take fidelity and step from the planner where the configuration asks for it
-PLANNED = [run for speed in SPEEDS for run in (speed, f"coarse/{speed}")] if CONFIG.records.plan else []
+# The runs, after the kernels are compiled.
 
 
 rule warm_up:
@@ -29,25 +26,6 @@ use rule warm_up as warm_up_method with:
     message: "Compiling the kernels of {wildcards.integrator}"
 
 
-if PLANNED:
-
-    rule plan:
-        """The cheapest fidelity, step and duration that keep the tolerance of records.plan in its data."""
-        input:
-            needs("plan.py"),
-            data=CONFIG.records.plan.data,
-            rig=CONFIG.rig,
-        output: f"{R}/plan.json"
-        params:
-            asked=CONFIG.records.plan.model_dump(),
-            speeds=CONFIG.records.speeds_rpm,
-            radius=CONFIG.records.ring_radius_m,
-            least_s=CONFIG.records.duration_s,
-        log: f"{R}/logs/plan.log"
-        message: "Planning the records"
-        script: "../scripts/plan.py"
-
-
 def is_ring(run):
     """Whether a run belongs to the ring study: it ends when its contacts are known, and shares a job with others."""
     return run.startswith("ring/")
@@ -64,7 +42,6 @@ rule simulate:
         needs("simulate.py"),
         rig=CONFIG.rig,
         kernels=KERNELS,
-        plan=lambda wildcards: f"{R}/plan.json" if wildcards.run in PLANNED else [],
     output: recording("{run}")
     params:
         # what the run is asked to do: a change in the configuration reruns only the runs it touches
@@ -79,7 +56,6 @@ use rule simulate as simulate_other with:
         needs("simulate.py"),
         rig=lambda wildcards: CONFIG.other_rigs[wildcards.other].rig,
         kernels=KERNELS,
-        plan=[],
     output: recording("{run}", "rigs/{other}/")
     params: scene=lambda wildcards: plain_scene(OTHERS[wildcards.other][wildcards.run])
     log: f"{R}/logs/rigs/{{other}}/simulate/{{run}}.log"

@@ -1,9 +1,6 @@
 # What accuracy costs: the ladder of fidelities, work-precision data, the planner. `trade` is asked for by
 # name; a short form of it belongs to the default target. Costs are CPU time: jobs may run side by side.
 
-TRADE_FIGURES = ("state", "rms", "left_share", "answer", "planner")
-
-
 # settings of the ladder whose method is not the standard one
 LADDER_KERNELS = {
     setting: method_kernels(fields["integrator"])
@@ -86,7 +83,6 @@ rule trade_promises:
         needs("trade_promises.py"),
         rig=CONFIG.rig,
         kernels=SEVERAL_METHODS,
-        trade=f"{R}/{{short}}trade.csv",
     output: f"{R}/{{short}}trade/promises_{{part}}.csv"
     params: form=form("trade")
     priority: 40
@@ -103,12 +99,14 @@ rule trade_form:
         promises=lambda wildcards: [
             f"{R}/{wildcards.short}trade/promises_{name}.csv" for name in promised_scenes(form_of("trade", wildcards))
         ],
+        peers=rules.peer_answers_runs.output if "peer_answers" in IN_THIS_RUN else [],
     output:
         planner=f"{R}/{{short}}planner.csv",
         limits=f"{R}/{{short}}tables/limits.csv",
         limits_md=f"{R}/{{short}}tables/limits.md",
         summary=f"{R}/{{short}}tables/trade.md",
-        **figures([f"trade_{name}" for name in TRADE_FIGURES], "{short}"),
+        trade=figure("trade", "{short}"),
+        trade_planner=figure("trade_planner", "{short}"),
     log: f"{R}/logs/{{short}}trade.log"
     message: "Accuracy against cost"
     script: "../scripts/trade.py"

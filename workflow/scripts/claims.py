@@ -7,7 +7,7 @@ from replication.paper.contents import caption
 from replication.paper.evidence import collect
 from replication.paper.printed import RECORD_DURATION
 from replication.report.figures.scorecard import scorecard_figure
-from replication.report.tables import write_table
+from replication.report.tables import write_captioned_table
 from trackdyn.files import write_csv, write_text
 from trackdyn.measure.columns import schema_text
 from trackdyn.plots.style import save
@@ -21,14 +21,14 @@ with logged(snakemake):
     tables = load_article(snakemake.input.tables[0]) if snakemake.input.get("tables") else None
     rigs = {name: collect(folder, params.rpm, params.radius, tables) for name, folder in folders.items()}
     card, values = judge_all(load_claims(snakemake.input.claims), rigs)
-    said = [f"{name}: {headline(card, name)}" if len(rigs) > 1 else headline(card, name) for name in rigs]
+    message = [f"{name}: {headline(card, name)}" if len(rigs) > 1 else headline(card, name) for name in rigs]
     if params.seconds < PAPER_SECONDS:
-        said.append(
+        message.append(
             f"These records last {params.seconds:g} s where the paper's last {PAPER_SECONDS:g}: bins are wider, so C07 "
             "and C08 cannot come out, and records hold no whole number of revolutions (C06)."
         )
-    text = "\n\n".join([*said, caption("claims")])
-    write_table(card, snakemake.output.csv, text, shown=side_by_side(card))
+    text = "\n\n".join([*message, caption("claims")])
+    write_captioned_table(card, snakemake.output.csv, text, shown=side_by_side(card))
     write_csv(snakemake.output.values, values, float_format="%.9g")
     write_text(snakemake.output.schema, schema_text(card.columns, "claims"))
     write_text(snakemake.output.values_schema, schema_text(values.columns, "claims_values"))

@@ -5,9 +5,9 @@ import pandas as pd
 
 from trackdyn.sweeps.job import logged
 from replication.report.figures.extremes import FIGURES
-from replication.report.tables import write_table
+from replication.report.tables import write_captioned_table
 from replication.study.extremes.judge import extremes_summary
-from replication.study.extremes.resolved import by_kind, verdict
+from replication.study.extremes.resolved import by_kind, short_runs_verdict
 from replication.study.extremes.run import gathered
 from replication.study.settings import ExtremesForm, parts_of
 from trackdyn import load_rig
@@ -26,7 +26,7 @@ with logged(snakemake):
     write_text(snakemake.output.seeds, json.dumps(result.seeds, indent=1) + "\n")
     counts = extremes_summary(result.rows)
     last = counts.iloc[-1]
-    write_table(
+    write_captioned_table(
         counts,
         Path(snakemake.output.md).with_suffix(".csv"),
         f"Extremes: {last['rows']} cases, of which {last['completed']} completed with every invariant in bounds, "
@@ -34,6 +34,6 @@ with logged(snakemake):
         f"sentence and {last['defects']} ended in none of these ways.",
     )
     runs = by_kind(result.rows)
-    write_table(runs, snakemake.output.short_runs[0], verdict(runs))
+    write_captioned_table(runs, snakemake.output.short_runs[0], short_runs_verdict(runs))
     for draw, path in zip(FIGURES, snakemake.output.figures, strict=True):
         save(draw(result.rows, result.chunks), path)

@@ -2,7 +2,7 @@ import pandas as pd
 
 from trackdyn.sweeps.job import logged
 from replication.paper.contents import caption
-from replication.report.tables import headed, ladder_table, write_table
+from replication.report.tables import headed, ladder_table, write_captioned_table
 from replication.study.accuracy.ladder import compare_rungs
 from trackdyn.files import write_csv
 
@@ -11,4 +11,4 @@ with logged(snakemake):
     rows = compare_rungs(pd.concat(found, ignore_index=True))
     write_csv(snakemake.output.csv, rows)
     table = ladder_table(rows)
-    write_table(table, snakemake.output.wide, caption("fidelity"), shown=headed(table, "fidelity"))
+    write_captioned_table(table, snakemake.output.wide, caption("fidelity"), shown=headed(table, "fidelity"))

@@ -1,7 +1,7 @@
 from pathlib import Path
 
 from trackdyn.sweeps.job import logged
-from replication.paper.contents import missing
+from replication.paper.contents import missing_items
 from replication.report.page.builder import PageInputs, write_page
 
 with logged(snakemake):
@@ -16,5 +16,5 @@ with logged(snakemake):
         files=tuple(map(Path, [*snakemake.input.config, snakemake.input.settings, *snakemake.input.article])),
     )
     write_page(inputs, snakemake.output[0])
-    for item in missing(params.results):
+    for item in missing_items(params.results):
         print(f"missing: {item.label}, {item.title} (rule {item.rule})")

@@ -6,5 +6,5 @@ from trackdyn.files import write_csv
 
 with logged(snakemake):
     write_csv(
-        snakemake.output[0], compare_answers(load_rig(snakemake.input.rig), PeerAnswers(**snakemake.params.asked))
+        snakemake.output[0], compare_answers(load_rig(snakemake.input.rig), PeerAnswers(**snakemake.params.requested))
     )

@@ -1,13 +1,13 @@
 import json
 
 from trackdyn.sweeps.job import logged
-from replication.peers.comparison import compare
+from replication.peers.comparison import compare_codes
 from trackdyn import load_rig
 from trackdyn.files import write_csv, write_text
 
 with logged(snakemake):
     out = snakemake.output
-    result = compare(load_rig(snakemake.input.rig), **snakemake.params.options)
+    result = compare_codes(load_rig(snakemake.input.rig), **snakemake.params.options)
     for path, table in ((out.curves, result.curves), (out.summary, result.summary), (out.costs, result.costs)):
         write_csv(path, table)
     model = {"frame": result.frame.tolist(), "shift": result.shift, "missing": result.missing}

@@ -4,7 +4,7 @@ import pandas as pd
 
 from trackdyn.sweeps.job import logged
 from replication.paper.contents import caption
-from replication.report.tables import write_table
+from replication.report.tables import write_captioned_table
 from trackdyn.measure.compare import at_rate
 from trackdyn.measure.sensor import LEAST_LOOPS
 from trackdyn.sensor.sensor_csv import read_sensor_csv, write_sensor_csv
@@ -22,4 +22,4 @@ with logged(snakemake):
         Path(out).parent.mkdir(parents=True, exist_ok=True)
         comments = [f"{path}: {what}", *(f"{name}: {text}" for name, text in record.done.items())]
         write_sensor_csv(out, record.t_s, record.ax_g, record.ay_g, record.az_g, comments)
-    write_table(pd.DataFrame(rows), snakemake.output.csv, caption("sensor_records"))
+    write_captioned_table(pd.DataFrame(rows), snakemake.output.csv, caption("sensor_records"))

@@ -4,7 +4,7 @@ import pandas as pd
 
 from trackdyn.sweeps.job import logged
 from replication.paper.contents import caption
-from replication.report.tables import headed, lines_table, table3, write_table
+from replication.report.tables import headed, lines_table, table3, write_captioned_table
 from trackdyn.sensor.sensor_csv import read_sensor_csv
 
 with logged(snakemake):
@@ -14,4 +14,4 @@ with logged(snakemake):
     sensors = {rpm: read_sensor_csv(path, range_g=inf) for rpm, path in paths}
     for key, make, path in (("table3", table3, snakemake.output.csv), ("lines", lines_table, snakemake.output.lines)):
         table, text = make(metrics, sensors, label=label), caption(key, snakemake.params.synthetic)
-        write_table(table, path, text, digits=4 if key == "lines" else 3, shown=headed(table, key))
+        write_captioned_table(table, path, text, digits=4 if key == "lines" else 3, shown=headed(table, key))

@@ -2,9 +2,9 @@ import pandas as pd
 
 from trackdyn.sweeps.job import logged
 from replication.paper.contents import caption
-from replication.report.tables import write_table
+from replication.report.tables import write_captioned_table
 
 with logged(snakemake):
     table = pd.read_csv(snakemake.input[-1])
     moved = f"{(~table['stable']).sum()} of {len(table)} changes exceed their tolerance."
-    write_table(table, snakemake.output.csv, f"{caption('stability')} {moved}")
+    write_captioned_table(table, snakemake.output.csv, f"{caption('stability')} {moved}")

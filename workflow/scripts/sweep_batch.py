@@ -1,14 +1,14 @@
 from trackdyn.sweeps.job import logged
 from trackdyn.errors import TrackdynError
 from trackdyn.sweeps.store import FAILED
-from trackdyn.sweeps.sweep import summary, sweep
+from trackdyn.sweeps.sweep import states_summary, sweep
 from trackdyn.sweeps.table import read_table, write_table
 
 with logged(snakemake):
     results = read_table(snakemake.input.design)
     if len(results):  # there may be more batches than rows
         results = sweep(results, rig=snakemake.input.rig, jobs=snakemake.threads, store=snakemake.params.store)
-        print(summary(results))
+        print(states_summary(results))
         failed = results.loc[results["state"] == FAILED, "reason"]
         if len(failed) and snakemake.resources.attempt < snakemake.params.tries:
             raise TrackdynError(

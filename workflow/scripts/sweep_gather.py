@@ -1,7 +1,7 @@
 from trackdyn.sweeps.job import logged
-from trackdyn.sweeps.sweep import summary, sweep
+from trackdyn.sweeps.sweep import states_summary, sweep
 
 with logged(snakemake):
     given = snakemake.input
     results = sweep(given.design, snakemake.output[0], given.rig, snakemake.threads, snakemake.params.store)
-    print(summary(results))
+    print(states_summary(results))

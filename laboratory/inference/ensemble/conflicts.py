@@ -38,7 +38,7 @@ PAIR = 2  # larger sets stand in the table only where every smaller one in them 
 
 def minimal_conflicts(
     problem: Callable[..., Problem],
-    asked: Callable[[Sequence[str]], dict],
+    requested: Callable[[Sequence[str]], dict],
     worst: pd.DataFrame,
     points: pd.DataFrame,
     free: Sequence[bool],
@@ -103,7 +103,7 @@ def minimal_conflicts(
             rigs = worst[list(chosen)].max(axis=1).sort_values(kind="stable").index[: asked_for.starts]
             for rig in rigs:
                 start = Start(str(rig), points.loc[rig].to_list(), list(free))
-                tasks[chosen, rig] = (asked(chosen), start)
+                tasks[chosen, rig] = (requested(chosen), start)
         ends = local_searches(problem, tasks, asked_for.evaluations, jobs, store, enough=float(bent(cutoff)), **how)
         for chosen in nearest:
             of = [end for (searched, _), end in ends.items() if searched == chosen]

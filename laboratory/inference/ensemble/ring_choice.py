@@ -105,10 +105,10 @@ def whole_rigs(study: pd.DataFrame, rpm: float) -> pd.DataFrame:
         speeds = ", ".join(f"{speed:g}" for speed in sorted(study["rpm"].unique()))
         raise InputError(f"study: holds no ring at {rpm:g} rpm; choose {speeds}")
     radii = rows["ring_radius_m"].nunique()
-    whole = rows.groupby("rig")["ring_radius_m"].transform("nunique") == radii
-    if not whole.any():
+    complete = rows.groupby("rig")["ring_radius_m"].transform("nunique") == radii
+    if not complete.any():
         raise InputError(f"study: no rig completed all {radii} radii at {rpm:g} rpm; use more rigs")
-    return rows[whole]
+    return rows[complete]
 
 
 def choice_table(study: pd.DataFrame, rpm: float) -> pd.DataFrame:

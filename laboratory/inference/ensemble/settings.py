@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Field, model_validator
 
-from laboratory.inference.search import Method, Round
+from laboratory.inference.search import Round, SearchMethod
 from laboratory.inference.targets import Case, CaseTarget, Rule
 from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
 from replication.paper.claims import Claim
@@ -59,7 +59,7 @@ class ConflictSearch(Section):
     evaluations: Annotated[int, Field(ge=1)]
 
 
-class Form(Section):
+class EnsembleForm(Section):
     """How much is computed: rigs that show the errors of cheap runs and of laws, how many of ``laws`` they are run with
     (None: all), rigs of every wave, of the last one (at full fidelity) and of the study of radii; the speeds of that
     study, its radii, and the speeds at which it runs the paper's ring alone, for what is said of records; steps of the
@@ -93,7 +93,7 @@ class EnsembleConfig(Section):
     record_turns: Positive
     belt_s: Positive
     seed: Count
-    method: Method
+    method: SearchMethod
     radius: Positive
     cutoff: Positive
     cheap: Fidelity
@@ -103,7 +103,7 @@ class EnsembleConfig(Section):
     held_out: list[str]
     unknowns: Annotated[list[Unknown], Field(min_length=2)]
     targets: Annotated[list[TargetEntry], Field(min_length=1)]
-    forms: dict[Literal["full", "short"], Form]
+    forms: dict[Literal["full", "short"], EnsembleForm]
 
     @model_validator(mode="after")
     def _held_out(self):

@@ -16,16 +16,16 @@ import numpy as np
 import pandas as pd
 
 from laboratory.inference.ensemble.history import Search, errors, judged, outputs
-from laboratory.inference.ensemble.settings import EnsembleConfig, Form, load_ensemble, targets_of, unknowns_of
+from laboratory.inference.ensemble.settings import EnsembleConfig, EnsembleForm, load_ensemble, targets_of, unknowns_of
 from laboratory.inference.ensemble.waves import (
     as_it_is,
-    kinds,
     members,
     points_table,
     prior_points,
     rows_of_kind,
     study_cases,
     target_cases,
+    unknown_kinds,
 )
 from laboratory.inference.targets import Case, CaseTarget
 from laboratory.inference.unknowns import Unknowns
@@ -52,7 +52,7 @@ class Ensemble(NamedTuple):
     """What all stages share."""
 
     config: EnsembleConfig
-    form: Form
+    form: EnsembleForm
     unknowns: Unknowns
     targets: list[CaseTarget]
     rig: str
@@ -74,7 +74,7 @@ class Ensemble(NamedTuple):
 
     def runs(self, stage: str) -> dict[str, pd.DataFrame]:
         """Results of a stage by their kind: cheap, full, law 0 and so on."""
-        return kinds(pd.read_parquet(self.folder / f"runs_{stage}.parquet"))
+        return unknown_kinds(pd.read_parquet(self.folder / f"runs_{stage}.parquet"))
 
 
 def open_ensemble(config: Path | str, form: str, rig: Path | str, claims: Path | str, folder: Path | str) -> Ensemble:
@@ -121,7 +121,7 @@ def stage_points(e: Ensemble, stage: str, progress: bool = False) -> tuple[pd.Da
     points, values = known_waves(e, stage)
     known = read_errors(e)
     search = Search(e.config, e.unknowns, e.targets, points, values, known)
-    said = pd.DataFrame(
+    message = pd.DataFrame(
         [
             {
                 "output": name,
@@ -139,10 +139,10 @@ def stage_points(e: Ensemble, stage: str, progress: bool = False) -> tuple[pd.Da
         local = e.read(f"points_{LOCAL}")
         count = max(e.form.last - len(old) - len(local), 1)
         new = search.next_points(count, e.form.search_steps, seed + 99, progress)
-        return pd.concat([old, local, points_table(e.unknowns, new, FIRST[LAST])], ignore_index=True), said
+        return pd.concat([old, local, points_table(e.unknowns, new, FIRST[LAST])], ignore_index=True), message
     k = int(stage)
     found = search.next_points(e.form.waves[k - 1], e.form.search_steps, seed + k, progress)
-    return points_table(e.unknowns, found, k * EACH_WAVE), said
+    return points_table(e.unknowns, found, k * EACH_WAVE), message
 
 
 def _studied(e: Ensemble) -> pd.DataFrame:
@@ -165,17 +165,17 @@ def stage_cases(e: Ensemble, stage: str) -> list[Case]:
 
 def stage_rows(e: Ensemble, stage: str, points: pd.DataFrame) -> pd.DataFrame:
     """A stage's scenes of some rigs, as a design of a sweep."""
-    asked = {FULL: (e.config.full, {})} if stage in (LAST, SHIPPED) else {CHEAP: (e.config.cheap, {})}
+    requested = {FULL: (e.config.full, {})} if stage in (LAST, SHIPPED) else {CHEAP: (e.config.cheap, {})}
     if stage == STUDY:
-        asked = {CHEAP: (e.config.cheap, {"sliding": True, "every_link": True})}
+        requested = {CHEAP: (e.config.cheap, {"sliding": True, "every_link": True})}
     if stage == COMPARED:
-        asked |= {FULL: (e.config.full, {})}
-        asked |= {CHAIN: (e.config.cheap, {"belts_as_chains": True})}
-        asked |= {f"{LAW} {k}": (e.config.cheap, dict(law)) for k, law in enumerate(e.config.laws[: e.form.laws])}
+        requested |= {FULL: (e.config.full, {})}
+        requested |= {CHAIN: (e.config.cheap, {"belts_as_chains": True})}
+        requested |= {f"{LAW} {k}": (e.config.cheap, dict(law)) for k, law in enumerate(e.config.laws[: e.form.laws])}
     rigs = as_it_is(e.unknowns, SHIPPED_RIG) if stage == SHIPPED else members(e.unknowns, points)
     parts = [
         rows_of_kind(e.config, e.unknowns, rigs, stage_cases(e, stage), kind, fidelity, **fields)
-        for kind, (fidelity, fields) in asked.items()
+        for kind, (fidelity, fields) in requested.items()
     ]
     return pd.concat(parts, ignore_index=True)
 

@@ -62,11 +62,11 @@ def claims_table(e: Ensemble, claims: Sequence[Claim]) -> pd.DataFrame:
     ranked = rank(e)
     readings, points = ranked["reading"], e.read(f"points_{STUDY}").set_index("rig")
     runs, cases = by_case(e.runs(STUDY)[CHEAP]), stage_cases(e, STUDY)
-    whole = {rig: rows for rig, rows in runs.items() if len(rows) == len(cases)}
+    complete = {rig: rows for rig, rows in runs.items() if len(rows) == len(cases)}
     all_evidence = {
-        rig: evidence(e, rows, rig_at(e.unknowns, points.loc[rig]), readings[rig]) for rig, rows in whole.items()
+        rig: evidence(e, rows, rig_at(e.unknowns, points.loc[rig]), readings[rig]) for rig, rows in complete.items()
     }
-    passing = bool(whole) and bool((ranked.loc[list(whole), "excluded_by"] == 0).all())
+    passing = bool(complete) and bool((ranked.loc[list(complete), "excluded_by"] == 0).all())
     targets = {target.claim for target in e.config.targets}
     rows = []
     for claim in claims:
@@ -165,7 +165,7 @@ def group_worst(e: Ensemble, table: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame({g: table[[t.name for t in e.targets if t.group == g]].max(axis=1) for g in groups})
 
 
-def pareto(e: Ensemble, first: str = "C16", second: str = "C17") -> pd.DataFrame:
+def pareto_rigs(e: Ensemble, first: str = "C16", second: str = "C17") -> pd.DataFrame:
     """Rigs of which no other is nearer to both of two claims: worst implausibility by each, and what the rig is.
 
     Returns
@@ -196,7 +196,7 @@ def pareto(e: Ensemble, first: str = "C16", second: str = "C17") -> pd.DataFrame
     return pd.DataFrame(rows)
 
 
-def beside(card: pd.DataFrame, shares: pd.DataFrame, rig: str = "shipped") -> pd.DataFrame:
+def with_default(card: pd.DataFrame, shares: pd.DataFrame, rig: str = "shipped") -> pd.DataFrame:
     """The scorecard of one rig with the number of the ensemble's rigs beside each verdict."""
     own = card[card["rig"] == rig].astype(object).fillna("")
     of = shares.astype({"part": object}).fillna({"part": ""}).set_index(["id", "part"])

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 from scipy.stats import qmc
 
-from laboratory.inference.ensemble.settings import EnsembleConfig, Fidelity, Form
+from laboratory.inference.ensemble.settings import EnsembleConfig, EnsembleForm, Fidelity
 from laboratory.inference.targets import Case, CaseTarget
 from laboratory.inference.unknowns import Unknowns
 from trackdyn.errors import TrackdynError
@@ -28,7 +28,7 @@ def target_cases(targets: Sequence[CaseTarget]) -> list[Case]:
     return sorted({target.case for target in targets}, key=lambda case: (case.belt, case.rpm, case.ring or 0.0))
 
 
-def study_cases(form: Form, ring: float) -> list[Case]:
+def study_cases(form: EnsembleForm, ring: float) -> list[Case]:
     """Every ring and none at every speed of the study, and the paper's ring at every speed of the records."""
     cases = [Case(rpm, radius) for rpm in form.speeds_rpm for radius in (None, *form.radii_m)]
     return list(dict.fromkeys([*cases, *(Case(rpm, ring) for rpm in form.records_rpm)]))
@@ -107,7 +107,7 @@ def same_loss(rig: Rig, rpm: float, fields: Mapping[str, Any]) -> dict[str, floa
     return found
 
 
-def design(
+def wave_design(
     config: EnsembleConfig, unknowns: Unknowns, rigs: Sequence[tuple[int, dict]], cases: Sequence[Case], fields: dict
 ):
     """A row a rig and case for `trackdyn.sweeps`.
@@ -175,14 +175,14 @@ def rows_of_kind(
     belts_as_chains : bool
         Only the cases of belts, with all forces (`as_chains`).
     """
-    rows = design(config, unknowns, rigs, cases, {"integrator": fidelity.integrator} | fields)
+    rows = wave_design(config, unknowns, rigs, cases, {"integrator": fidelity.integrator} | fields)
     if belts_as_chains:
         rows = as_chains(config, rows[rows["chain"] == "belt"]).assign(integrator=fidelity.integrator)
     steps = np.where(rows["chain"] == "belt", repr(BELT_STEP), " ".join(map(repr, fidelity.steps_s)))
     return rows.assign(name=f"{kind}{AFTER_KIND}" + rows["name"], step=steps)
 
 
-def kinds(results: pd.DataFrame) -> dict[str, pd.DataFrame]:
+def unknown_kinds(results: pd.DataFrame) -> dict[str, pd.DataFrame]:
     """Results of every kind of rows (`rows_of_kind`)."""
     parts = results["name"].str.partition(AFTER_KIND)
     return {kind: rows.assign(name=parts.loc[rows.index, 2]) for kind, rows in results.groupby(parts[0])}

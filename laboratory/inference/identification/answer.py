@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from laboratory.inference.identification.identify import INTERVAL, Answer
+from laboratory.inference.identification.identify import INTERVAL, Identification
 from laboratory.inference.identification.posterior import contradicted
 from trackdyn.files import replacing, write_csv, write_text
 from trackdyn.parameters.fields import entries_of, keys_of
@@ -17,7 +17,7 @@ from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.rig_file import read_rig
 
 
-def best_rig_text(answer: Answer, rig_path: Path | str, files: list[str]) -> str:
+def best_rig_text(answer: Identification, rig_path: Path | str, files: list[str]) -> str:
     """The rig's file with the best values; each says what it was identified from and how sure that is."""
     data = read_rig(rig_path)
     entries, rig = entries_of(data), answer.unknowns.rig
@@ -53,7 +53,7 @@ def _lines(part: dict, indent: str = "") -> Iterator[str]:
             yield from _lines(item, f"{indent}  ")
 
 
-def draws_table(answer: Answer) -> pd.DataFrame:
+def draws_table(answer: Identification) -> pd.DataFrame:
     """A row a draw: values of the unknowns, sizes of the discrepancies as ``discrepancy.group``."""
     count = len(answer.unknowns)
     values = [answer.unknowns.values(point[:count]) for point in answer.points[:, :count]]
@@ -62,7 +62,7 @@ def draws_table(answer: Answer) -> pd.DataFrame:
     return table.assign(**{f"discrepancy.{group}": sizes[:, k] for k, group in enumerate(answer.posterior.groups)})
 
 
-def features_table(answer: Answer) -> pd.DataFrame:
+def features_table(answer: Identification) -> pd.DataFrame:
     """A row a feature: ``record, feature, group, measured, scatter, best, sim_q05, sim_median, sim_q95, q05, median,
     q95, inside``.
 
@@ -82,7 +82,7 @@ def features_table(answer: Answer) -> pd.DataFrame:
     return table.assign(inside=(table["q05"] <= table["measured"]) & (table["measured"] <= table["q95"]))
 
 
-def discrepancies(answer: Answer) -> pd.DataFrame:
+def discrepancies(answer: Identification) -> pd.DataFrame:
     """A row a group: ``group, prior_median, q05, median, q95`` of the size of the discrepancy, relative amplitudes."""
     sizes = np.quantile(np.exp(answer.posterior.sizes(answer.draws.points)), INTERVAL, axis=0).T
     prior = np.exp(answer.posterior.prior_middle)
@@ -92,14 +92,14 @@ def discrepancies(answer: Answer) -> pd.DataFrame:
     )
 
 
-def correlations(answer: Answer) -> pd.DataFrame:
+def correlations(answer: Identification) -> pd.DataFrame:
     """Correlation of every two unknowns over the draws, in the scales in which their priors are even."""
     names = answer.unknowns.labels
     matrix = np.atleast_2d(np.corrcoef(answer.draws.points[:, : len(names)].T))
     return pd.DataFrame(matrix, index=pd.Index(names, name="unknown"), columns=names).reset_index()
 
 
-def in_short(answer: Answer) -> pd.DataFrame:
+def in_short(answer: Identification) -> pd.DataFrame:
     """A row an unknown and a group of discrepancies: ``of, name, before, q05, median, q95, verdict``.
 
     Before: an unknown's range, or the prior's median of a discrepancy, which is ``wider`` if its 90 % interval lies
@@ -127,7 +127,7 @@ def in_short(answer: Answer) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def tables(answer: Answer) -> dict[str, pd.DataFrame]:
+def tables(answer: Identification) -> dict[str, pd.DataFrame]:
     """Every table by the name of its file."""
     found = {
         "unknowns": answer.table, "correlations": correlations(answer), "features": features_table(answer),
@@ -136,7 +136,7 @@ def tables(answer: Answer) -> dict[str, pd.DataFrame]:
     return found | ({} if answer.held_out is None else {"held_out": answer.held_out})
 
 
-def write_answer(answer: Answer, rig_path: Path | str, out: Path) -> Rig:
+def write_answer(answer: Identification, rig_path: Path | str, out: Path) -> Rig:
     """Write ``rig.yaml`` and the tables into a folder; returns the rig as it is read back.
 
     Raises

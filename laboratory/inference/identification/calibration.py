@@ -21,10 +21,17 @@ from scipy.stats import beta, binom, chisquare, norm, qmc
 from scipy.stats import f as fisher
 
 from laboratory.inference.identification.emulation import FeatureEmulator
-from laboratory.inference.identification.experiment import Experiment, Simulated, Speed, run
+from laboratory.inference.identification.experiment import Experiment, MeasuredSpeed, Simulated, run_experiment
 from laboratory.inference.identification.features import Feature, covariance, features, features_of
 from laboratory.inference.identification.identify import LEAST_SPREAD, changes_at
-from laboratory.inference.identification.posterior import Draws, Posterior, Records, medians, sample, shares
+from laboratory.inference.identification.posterior import (
+    Draws,
+    MeasuredRecords,
+    Posterior,
+    evidence_shares,
+    medians,
+    sample,
+)
 from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
 from laboratory.inference.verdict import IDENTIFIED, verdict
 from trackdyn.errors import InputError
@@ -87,7 +94,7 @@ class Data(NamedTuple):
     """
 
     unknowns: Unknowns
-    speeds: tuple[Speed, ...]
+    speeds: tuple[MeasuredSpeed, ...]
     points: np.ndarray
     simulated: np.ndarray
     truths: np.ndarray
@@ -96,7 +103,7 @@ class Data(NamedTuple):
     failed: int
 
 
-def asked(config: CalibrationConfig) -> tuple[Unknowns, Experiment]:
+def requested_unknowns(config: CalibrationConfig) -> tuple[Unknowns, Experiment]:
     """What is identified, and what one turn of every rig is asked.
 
     Raises
@@ -106,7 +113,7 @@ def asked(config: CalibrationConfig) -> tuple[Unknowns, Experiment]:
     """
     rig = load_rig(config.rig)
     choices = tuple(config.choices.items())
-    speeds = tuple(Speed(rpm, config.ring_radius_m, RATE, choices=choices) for rpm in config.speeds_rpm)
+    speeds = tuple(MeasuredSpeed(rpm, config.ring_radius_m, RATE, choices=choices) for rpm in config.speeds_rpm)
     return Unknowns(config.unknowns, rig, file_ranges(config.rig)), Experiment(rig, speeds)
 
 
@@ -123,21 +130,21 @@ def simulate_all(config: CalibrationConfig, store, jobs: int = 1, progress: bool
     InputError
         A field that the rig does not have; more than a tenth of the rigs cannot run.
     """
-    unknowns, design = asked(config)
+    unknowns, design = requested_unknowns(config)
     seeds = _seeds(config)
     points = qmc.Sobol(len(unknowns), seed=np.random.default_rng(seeds[0])).random(config.simulations)
     truths = np.random.default_rng(seeds[1]).uniform(size=(config.truths, len(unknowns)))
-    told = run(design, changes_at(unknowns, points), store, jobs, "simulations" if progress else "")
+    learnt = run_experiment(design, changes_at(unknowns, points), store, jobs, "simulations" if progress else "")
     long = design._replace(turns=config.turns, noise=config.noise_g)
-    played = run(long, changes_at(unknowns, truths), store, jobs, "records" if progress else "")
-    failed = int((~told.ran).sum() + (~played.ran).sum())
+    played = run_experiment(long, changes_at(unknowns, truths), store, jobs, "records" if progress else "")
+    failed = int((~learnt.ran).sum() + (~played.ran).sum())
     if failed > 0.1 * (len(points) + len(truths)):
         raise InputError(
             f"{failed} of {len(points) + len(truths)} rigs cannot run; the reason of the first one: "
-            f"{next(reason for reason in told.reasons + played.reasons if reason)}"
+            f"{next(reason for reason in learnt.reasons + played.reasons if reason)}"
         )
     scatter = list(_covariances(played, design))
-    values = (points[told.ran], told.features(design), truths[played.ran], played.features(design))
+    values = (points[learnt.ran], learnt.features(design), truths[played.ran], played.features(design))
     return Data(unknowns, design.speeds, *values, scatter, failed)
 
 
@@ -187,15 +194,15 @@ def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = 
     due += [(truth, NONE) for truth in range(min(config.plain, len(data.truths)))]
 
     def one(truth: int, discrepancy: str) -> dict:
-        told = Records(names, record, data.values[truth], data.scatter[truth]).part(kept)
-        return {"rows": _identified(config, data, emulator, told, truth, discrepancy)}
+        learnt = MeasuredRecords(names, record, data.values[truth], data.scatter[truth]).part(kept)
+        return {"rows": _identified(config, data, emulator, learnt, truth, discrepancy)}
 
     content = [config.model_dump(exclude={"plain", "repeats", "places"}), module_hash(__name__)]
     tasks = {key_of(*content, *each): dict(zip(("truth", "discrepancy"), each, strict=True)) for each in due}
     found = results(lambda memory: one, tasks, 1, store, "calibration" if progress else "", "record")
     refuse_failed(found.values(), "the same command goes on from there")
     ranks = pd.DataFrame([row for key in tasks for row in found[key]["values"]["rows"]])
-    told = ranks[(ranks["discrepancy"] == PRIOR) & (ranks["verdict"] != "")]
+    learnt = ranks[(ranks["discrepancy"] == PRIOR) & (ranks["verdict"] != "")]
     covered = [
         {
             "truth": row["truth"],
@@ -203,21 +210,21 @@ def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = 
             "level": level,
             "covered": held(row["rank"], row["of"], level),
         }
-        for row in told.to_dict("records")
+        for row in learnt.to_dict("records")
         for level in LEVELS
     ]
     return Calibration(pd.DataFrame(covered), ranks, summarised(ranks))
 
 
-def _identified(config, data: Data, emulator, told: Records, truth: int, discrepancy: str) -> list[dict]:
+def _identified(config, data: Data, emulator, learnt: MeasuredRecords, truth: int, discrepancy: str) -> list[dict]:
     """Rows of `Calibration.ranks` of one truth, whose record is ``told``."""
     rng, count = np.random.default_rng([config.seed, truth, discrepancy == PRIOR]), len(data.unknowns)
-    posterior = Posterior(told, emulator, count)
+    posterior = Posterior(learnt, emulator, count)
     sizes = posterior.sizes(posterior.draw_prior(1, rng))[0]
     if discrepancy == PRIOR:
-        added = np.einsum("g,gpq->pq", np.exp(2 * sizes), shares(told.features, told.record))
+        added = np.einsum("g,gpq->pq", np.exp(2 * sizes), evidence_shares(learnt.features, learnt.record))
         drawn = rng.multivariate_normal(np.zeros(len(added)), added, check_valid="ignore")
-        posterior = Posterior(told._replace(values=told.values + drawn), emulator, count)
+        posterior = Posterior(learnt._replace(values=learnt.values + drawn), emulator, count)
     points = independent(sample(posterior, config.steps, seed=truth, rounds=1), rng)
     true = np.concatenate([data.truths[truth], sizes])
     labels = [*data.unknowns.labels, *(f"discrepancy.{group}" for group in posterior.groups)]
@@ -281,25 +288,25 @@ def summarised(ranks: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for discrepancy, of in ranks.groupby("discrepancy", sort=False):
         for parameter, part in of.groupby("parameter", sort=False):
-            told, counts = (part["verdict"] == IDENTIFIED).to_numpy(), histogram(part)
+            learnt, counts = (part["verdict"] == IDENTIFIED).to_numpy(), histogram(part)
             low, high = rank_band(len(part), len(counts))
-            row = {"discrepancy": discrepancy, "parameter": parameter, "truths": len(part), "identified": told.sum()}
+            row = {"discrepancy": discrepancy, "parameter": parameter, "truths": len(part), "identified": learnt.sum()}
             for level, name in ((0.5, "50"), (0.9, "90")):
                 inside = _held(part, level)
                 row |= dict(zip((f"covered_{name}", f"low_{name}", f"high_{name}"), _exact(inside), strict=True))
-            row |= {"covered_90_identified": _held(part, 0.9)[told].mean() if told.any() else np.nan}
+            row |= {"covered_90_identified": _held(part, 0.9)[learnt].mean() if learnt.any() else np.nan}
             row |= {"p_uniform": chisquare(counts).pvalue, "bins_outside": ((counts < low) | (counts > high)).sum()}
             rows.append(row)
         unknown = of[of["verdict"] != ""]
-        told = (unknown["verdict"] == IDENTIFIED).to_numpy()
+        learnt = (unknown["verdict"] == IDENTIFIED).to_numpy()
         row = {"discrepancy": discrepancy, "parameter": ALL, "truths": unknown["truth"].nunique()}
-        row |= {"identified": told.sum()}
+        row |= {"identified": learnt.sum()}
         for level, name in ((0.5, "50"), (0.9, "90")):
             by_truth = pd.Series(_held(unknown, level), dtype=float).groupby(unknown["truth"].to_numpy()).mean()
             error = by_truth.sem() if len(by_truth) > 1 else np.nan
             mean, away = by_truth.mean(), norm.ppf(0.975) * error
             row |= {f"covered_{name}": mean, f"low_{name}": mean - away, f"high_{name}": mean + away}
-        row |= {"covered_90_identified": _held(unknown, 0.9)[told].mean() if told.any() else np.nan}
+        row |= {"covered_90_identified": _held(unknown, 0.9)[learnt].mean() if learnt.any() else np.nan}
         rows.append(row | {"p_uniform": np.nan, "bins_outside": np.nan})
     return pd.DataFrame(rows)
 
@@ -328,22 +335,24 @@ def repeated(config: CalibrationConfig, store, jobs: int = 1, progress: bool = T
         interval (the F distribution, as of normal features). ``inside_90`` is the share of records whose widened 90 %
         interval holds the mean of the others at their place.
     """
-    unknowns, design = asked(config)
+    unknowns, design = requested_unknowns(config)
     places = np.random.default_rng(_seeds(config)[2]).uniform(size=(config.places, len(unknowns)))
     long = design._replace(turns=config.turns, noise=config.noise_g)
     changes, rows = changes_at(unknowns, places), []
-    told = [
-        run(long._replace(begin=k / config.repeats), changes, store, jobs, f"repeat {k + 1}" if progress else "")
+    learnt = [
+        run_experiment(
+            long._replace(begin=k / config.repeats), changes, store, jobs, f"repeat {k + 1}" if progress else ""
+        )
         for k in range(config.repeats)
     ]
-    ran = np.flatnonzero(np.all([one.ran for one in told], axis=0))
+    ran = np.flatnonzero(np.all([one.ran for one in learnt], axis=0))
     if not len(ran):
         raise InputError("no rig of the repeated records can run; other ranges of the unknowns are accepted")
     widened = (config.turns - 1) / (config.turns - 3)
     freedom = (config.repeats - 1) * len(ran), config.repeats * (config.turns - 1) * len(ran)
     for k, speed in enumerate(design.speeds):
         rate = speed.rate / speed.every
-        turns = [[one.statistics[place][k] for one in told] for place in ran]  # type: ignore[index]  # all of these ran
+        turns = [[one.statistics[place][k] for one in learnt] for place in ran]  # type: ignore[index]  # all of these ran
         values = np.array([[features(one, rate) for one in place] for place in turns])
         variances = np.array([[np.diag(covariance(one, rate)) for one in place] for place in turns])
         sample_variance, given = values.var(axis=1, ddof=1), variances.mean(axis=1) / widened

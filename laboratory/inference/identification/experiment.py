@@ -33,7 +33,7 @@ MARGIN = 0.5  # of the step limit, which is one of stability: hard rings on tigh
 HALVINGS = 2
 
 
-class Speed(NamedTuple):
+class MeasuredSpeed(NamedTuple):
     """What is simulated beside a record.
 
     Attributes
@@ -60,7 +60,7 @@ class Speed(NamedTuple):
     choices: tuple[tuple[str, str], ...] = ()
 
 
-def scene_of(rig: Rig, speed: Speed, seconds: float, later: float = 0.0) -> Scene:
+def scene_of_speed(rig: Rig, speed: MeasuredSpeed, seconds: float, later: float = 0.0) -> Scene:
     """The scene of a speed whose record holds ``seconds``, with the largest step up to the preset's that the rig
     allows; it begins ``later`` than others, s.
     """
@@ -75,7 +75,7 @@ def scene_of(rig: Rig, speed: Speed, seconds: float, later: float = 0.0) -> Scen
 
 
 def simulated_ay(
-    rig: Rig, speed: Speed, turns: int, starts: SettledLoops | None = None, begin: float = 0.0
+    rig: Rig, speed: MeasuredSpeed, turns: int, starts: SettledLoops | None = None, begin: float = 0.0
 ) -> np.ndarray:
     """(samples,) y acceleration that a sensor reports over so many turns of the loop, g; from a part of a turn on.
 
@@ -85,7 +85,7 @@ def simulated_ay(
         The rig cannot run so.
     """
     turn = rig.loop_period(speed.rpm)
-    scene = scene_of(rig, speed, turns * turn, begin * turn)
+    scene = scene_of_speed(rig, speed, turns * turn, begin * turn)
     for _ in range(HALVINGS):
         try:
             return sense(simulate(scene, starts=starts), speed.every).ay
@@ -112,7 +112,7 @@ class Experiment(NamedTuple):
     """
 
     rig: Rig
-    speeds: tuple[Speed, ...]
+    speeds: tuple[MeasuredSpeed, ...]
     turns: int = 1
     noise: float = 0.0
     begin: float = 0.0
@@ -138,7 +138,7 @@ def _statistics(rig: dict, changes: dict, speeds: list, turns: int, noise: float
     """`turn_statistics` of every speed."""
     changed, starts, rng = Rig.model_validate(rig).changed(**changes), SettledLoops(), np.random.default_rng(seed)
     values = {}
-    for k, speed in enumerate(Speed(*fields) for fields in speeds):
+    for k, speed in enumerate(MeasuredSpeed(*fields) for fields in speeds):
         ay = simulated_ay(changed, speed, turns, starts, begin)
         ay = ay + noise * rng.standard_normal(ay.shape)
         period = changed.loop_period(speed.rpm)
@@ -177,7 +177,7 @@ class Simulated(NamedTuple):
         )
 
 
-def run(
+def run_experiment(
     experiment: Experiment, changes: Sequence[dict], store: Path | str | None, jobs: int = 1, progress: str = ""
 ) -> Simulated:
     """Simulate rigs, those that the store does not know; ``progress`` is what the bar is called, none if empty."""

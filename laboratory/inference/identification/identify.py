@@ -11,13 +11,13 @@ import pandas as pd
 from scipy.stats import qmc
 
 from laboratory.inference.identification.emulation import FeatureEmulator, Part
-from laboratory.inference.identification.experiment import Experiment, Simulated, run
+from laboratory.inference.identification.experiment import Experiment, Simulated, run_experiment
 from laboratory.inference.identification.measured import Measured, joined
 from laboratory.inference.identification.posterior import (
     STEPS,
     Draws,
+    MeasuredRecords,
     Posterior,
-    Records,
     contradicted,
     medians,
     predict,
@@ -61,7 +61,7 @@ class Settings(NamedTuple):
     progress: bool = True
 
 
-class Answer(NamedTuple):
+class Identification(NamedTuple):
     """What came out; p features of all records in a row, s draws, d unknowns.
 
     Attributes
@@ -100,7 +100,7 @@ class Answer(NamedTuple):
 
     unknowns: Unknowns
     measured: list[Measured]
-    records: Records
+    records: MeasuredRecords
     kept: np.ndarray
     table: pd.DataFrame
     best: dict[str, float]
@@ -121,7 +121,7 @@ def identify(
     store: Path | str | None,
     settings: Settings,
     say: Callable[[str], None] = print,
-) -> Answer:
+) -> Identification:
     """Identify unknowns of a rig from records.
 
     Parameters
@@ -158,9 +158,9 @@ def identify(
         raise InputError(
             f"{', '.join(unknowns.labels)}: no feature of a record depends on the unknown; choose another one"
         )
-    told = records.part(kept)
-    scale = medians(told.features)
-    posterior = Posterior(told, FeatureEmulator(x, y[:, kept], scale), len(unknowns))
+    learnt = records.part(kept)
+    scale = medians(learnt.features)
+    posterior = Posterior(learnt, FeatureEmulator(x, y[:, kept], scale), len(unknowns))
     draws = sample(posterior, settings.steps, settings.seed, "first posterior" if settings.progress else "")
     _refuse_nothing_told(unknowns, draws)
     reasons = first.reasons
@@ -169,13 +169,14 @@ def identify(
         second = _ran(experiment, unknowns, more, store, settings, "second wave")
         reasons = reasons + second.reasons
         x, y = np.vstack([x, more[second.ran]]), np.vstack([y, second.features(experiment)])
-        posterior = Posterior(told, FeatureEmulator(x, y[:, kept], scale), len(unknowns))
+        posterior = Posterior(learnt, FeatureEmulator(x, y[:, kept], scale), len(unknowns))
         draws = sample(posterior, settings.steps, settings.seed, "posterior" if settings.progress else "")
     emulator, failed = posterior.emulator, [reason for reason in reasons if reason]
     held_out = None
     if len(measured) > 1:
         parts = [
-            _held_out(told, emulator, len(unknowns), number, settings, one.name) for number, one in enumerate(measured)
+            _held_out(learnt, emulator, len(unknowns), number, settings, one.name)
+            for number, one in enumerate(measured)
         ]
         held_out = pd.concat(parts, ignore_index=True)
     thinned = draws.points[np.linspace(0, len(draws.points) - 1, min(DRAWS, len(draws.points))).astype(int)]
@@ -185,7 +186,7 @@ def identify(
     predicted = mean + (lower @ rng.standard_normal((*mean.shape, 1)))[:, :, 0]
     best = unknowns.values(draws.points[np.argmax(draws.density)][: len(unknowns)])
     say(f"{len(x)} rigs simulated, {len(failed)} could not run")
-    of_best = run(experiment, [changed(unknowns, best)], store)
+    of_best = run_experiment(experiment, [changed(unknowns, best)], store)
     if of_best.reasons[0]:
         raise InputError(f"the rig of the best values cannot run: {of_best.reasons[0]}; use narrower ranges")
     beyond = contradicted(posterior, draws.points)
@@ -194,12 +195,12 @@ def identify(
             "warning: no rig within the ranges explains these groups of features: "
             f"{', '.join(beyond)}; all verdicts are in doubt"
         )
-    return Answer(
+    return Identification(
         unknowns,
         list(measured),
-        told,
+        learnt,
         kept,
-        summary(unknowns, draws.points, best, bool(beyond)),
+        posterior_summary(unknowns, draws.points, best, bool(beyond)),
         best,
         draws,
         thinned,
@@ -218,7 +219,9 @@ def changes_at(unknowns: Unknowns, points: np.ndarray) -> list[dict[str, float]]
     return [changed(unknowns, unknowns.values(point)) for point in points]
 
 
-def summary(unknowns: Unknowns, points: np.ndarray, best: dict[str, float], doubt: bool = False) -> pd.DataFrame:
+def posterior_summary(
+    unknowns: Unknowns, points: np.ndarray, best: dict[str, float], doubt: bool = False
+) -> pd.DataFrame:
     """A row an unknown: ``unknown, verdict, excluded, best, q05, median, q95, low, high, scale, present, width``.
 
     ``width`` is that of the 90 % interval as a share of the prior's; ``present`` the value in the rig.
@@ -253,7 +256,9 @@ def spread_out(points: np.ndarray, count: int, rng: np.random.Generator) -> np.n
 
 def _ran(experiment, unknowns, points, store, settings, name) -> Simulated:
     """Simulations at points, most of which must be possible."""
-    found = run(experiment, changes_at(unknowns, points), store, settings.jobs, name if settings.progress else "")
+    found = run_experiment(
+        experiment, changes_at(unknowns, points), store, settings.jobs, name if settings.progress else ""
+    )
     failed = int((~found.ran).sum())
     if failed > MOST_FAILED * len(points):
         raise InputError(
@@ -267,14 +272,16 @@ def _refuse_nothing_told(unknowns: Unknowns, draws: Draws) -> None:
     words = [verdict(draws.points[:, k]).word for k in range(len(unknowns))]
     if all(word == NOT_IDENTIFIED for word in words):
         widths = np.ptp(np.quantile(draws.points[:, : len(unknowns)], [0.05, 0.95], axis=0), axis=0) / 0.9
-        said = ", ".join(f"{name} {100 * width:.0f} %" for name, width in zip(unknowns.labels, widths, strict=True))
+        message = ", ".join(f"{name} {100 * width:.0f} %" for name, width in zip(unknowns.labels, widths, strict=True))
         raise InputError(
             "the records are not informative about any unknown: the 90 % intervals span these fractions of the "
-            f"prior ranges, {said}; use other unknowns, more speeds or longer records"
+            f"prior ranges, {message}; use other unknowns, more speeds or longer records"
         )
 
 
-def _held_out(records: Records, emulator, unknowns: int, number: int, settings: Settings, name: str) -> pd.DataFrame:
+def _held_out(
+    records: MeasuredRecords, emulator, unknowns: int, number: int, settings: Settings, name: str
+) -> pd.DataFrame:
     """One record beside what the others predict of it: ``record, feature, group, measured, q05, median, q95,
     inside``.
     """
@@ -284,18 +291,18 @@ def _held_out(records: Records, emulator, unknowns: int, number: int, settings: 
     progress = f"without {name}" if settings.progress else ""
     draws = sample(posterior, settings.steps // 2, settings.seed, progress, rounds=2).points
     draws = draws[np.linspace(0, len(draws) - 1, min(DRAWS // 2, len(draws))).astype(int)]
-    asked = records.part(held)
-    low, median, high = np.quantile(predict(posterior, asked, Part(emulator, order), draws), INTERVAL, axis=0)
+    requested = records.part(held)
+    low, median, high = np.quantile(predict(posterior, requested, Part(emulator, order), draws), INTERVAL, axis=0)
     return pd.DataFrame(
         {
             "record": name,
-            "feature": [one.name for one in asked.features],
-            "group": [one.group for one in asked.features],
-            "measured": np.exp(asked.values),
+            "feature": [one.name for one in requested.features],
+            "group": [one.group for one in requested.features],
+            "measured": np.exp(requested.values),
             "q05": np.exp(low),
             "median": np.exp(median),
             "q95": np.exp(high),
-            "inside": (low <= asked.values) & (asked.values <= high),
+            "inside": (low <= requested.values) & (requested.values <= high),
         }
     )
 

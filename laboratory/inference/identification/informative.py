@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from laboratory.inference.identification.experiment import Experiment, run
+from laboratory.inference.identification.experiment import Experiment, run_experiment
 from laboratory.inference.identification.identify import changed
 from laboratory.inference.identification.measured import Measured, joined
-from laboratory.inference.identification.posterior import MEDIANS, groups_of, shares
+from laboratory.inference.identification.posterior import MEDIANS, evidence_shares, groups_of
 from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
 from laboratory.inference.verdict import NARROW
 from trackdyn.errors import InputError
@@ -50,10 +50,10 @@ def unknown_of(text: str) -> Unknown:
     return Unknown(names=[name], low=low, high=high, source="given with --unknown")
 
 
-def asked(unknowns: Sequence[Unknown], rig: Rig, path: Path | str) -> Unknowns:
+def unknowns_asked_for(unknowns: Sequence[Unknown], rig: Rig, path: Path | str) -> Unknowns:
     """Unknowns with the ranges of the rig's file where none is given, each spread in the scale that suits its range."""
-    whole = Unknowns(unknowns, rig, file_ranges(path)).unknowns
-    return Unknowns([one.model_copy(update={"scale": _scale(one)}) for one in whole], rig)
+    complete = Unknowns(unknowns, rig, file_ranges(path)).unknowns
+    return Unknowns([one.model_copy(update={"scale": _scale(one)}) for one in complete], rig)
 
 
 def _scale(unknown: Unknown) -> str:
@@ -90,16 +90,18 @@ def tellable(
     """
     ranges = file_ranges(path)
     names = *CANDIDATES, OF_BUSHINGS[rig.bushing.law], *(f"{wheel}.{OF_DRAG[rig.drag][0]}" for wheel in rig.rollers)
-    candidates = asked([Unknown(names=[name]) for name in names if name in ranges], rig, path)
+    candidates = unknowns_asked_for([Unknown(names=[name]) for name in names if name in ranges], rig, path)
     # the slowest and the fastest record say what changes with speed
     ends = sorted({0, len(measured) - 1}, key=lambda k: measured[k].speed.rpm)
     chosen_records = [measured[k] for k in ends] if len(measured) > 1 else list(measured)
     experiment = Experiment(rig, tuple(one.speed for one in chosen_records))
     changes = [changed(_single(rig, one), {one.label: one.value(x)}) for one in candidates.unknowns for x in BETWEEN]
-    found = run(experiment, changes, store, jobs, "what the records can tell" if progress else "")
+    found = run_experiment(experiment, changes, store, jobs, "what the records can tell" if progress else "")
     records = joined(chosen_records)
     sizes = np.array([MEDIANS[group] for group in groups_of(records.features)])
-    covariance = records.covariance + np.einsum("g,gpq->pq", sizes**2, shares(records.features, records.record))
+    covariance = records.covariance + np.einsum(
+        "g,gpq->pq", sizes**2, evidence_shares(records.features, records.record)
+    )
     slopes = np.zeros((len(candidates), len(records.values)))
     values = iter(found.features(experiment))
     moved = [next(values) if ran else None for ran in found.ran]
@@ -111,9 +113,9 @@ def tellable(
     alone = _widths(information, [])
     chosen: list[int] = []
     while len(chosen) < most:
-        beside = np.where(np.isin(np.arange(len(candidates)), chosen), np.inf, _widths(information, chosen))
-        best = int(np.argmin(beside))
-        if beside[best] * 0.9 > NARROW:
+        comparison = np.where(np.isin(np.arange(len(candidates)), chosen), np.inf, _widths(information, chosen))
+        best = int(np.argmin(comparison))
+        if comparison[best] * 0.9 > NARROW:
             break
         chosen.append(best)
     table = pd.DataFrame({"unknown": candidates.labels, "alone": alone, "beside": _widths(information, chosen)})

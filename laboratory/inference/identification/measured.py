@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from laboratory.inference.identification.experiment import Speed
+from laboratory.inference.identification.experiment import MeasuredSpeed
 from laboratory.inference.identification.features import LEAST_TURNS, covariance, features, features_of, turn_statistics
-from laboratory.inference.identification.posterior import Records
+from laboratory.inference.identification.posterior import MeasuredRecords
 from trackdyn.errors import InputError
 from trackdyn.measure.compare import whole_ratio
 from trackdyn.parameters.rig import Rig
@@ -37,7 +37,7 @@ class Measured:
     """
 
     record: SensorRecord
-    speed: Speed
+    speed: MeasuredSpeed
     turn_s: float
     statistics: np.ndarray
 
@@ -133,12 +133,12 @@ def _measured(record: SensorRecord, rig: Rig, rpm: float | None, ring_radius: fl
     except InputError:  # the simulation takes the rate of the record
         faster, slower, rate = 1, 1, round(record.rate_hz)
     record = record.averaged(faster) if faster > 1 else record
-    speed = Speed(rpm or loop_hz * a_turn_at_1_rpm, ring_radius, rate, slower, preset)
+    speed = MeasuredSpeed(rpm or loop_hz * a_turn_at_1_rpm, ring_radius, rate, slower, preset)
     statistics = turn_statistics(record.ay_g, record.rate_hz, 1 / loop_hz, rig.chain.pitches)
     return Measured(record, speed, 1 / loop_hz, statistics)
 
 
-def joined(measured: Sequence[Measured]) -> Records:
+def joined(measured: Sequence[Measured]) -> MeasuredRecords:
     """The features of several records in a row."""
     rates = [one.speed.rate / one.speed.every for one in measured]
     listed = [features_of(rate) for rate in rates]
@@ -150,4 +150,4 @@ def joined(measured: Sequence[Measured]) -> Records:
         scatter[part, part] = covariance(one.statistics, rate)
         first += len(names)
     record = np.repeat(np.arange(len(measured)), [len(names) for names in listed])
-    return Records(tuple(chain.from_iterable(listed)), record, np.concatenate(values), scatter)
+    return MeasuredRecords(tuple(chain.from_iterable(listed)), record, np.concatenate(values), scatter)

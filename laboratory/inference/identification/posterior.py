@@ -34,7 +34,7 @@ CHAIN_LENGTHS = 20  # autocorrelation times that the kept steps must hold
 Emulates = Callable[[np.ndarray], Prediction]
 
 
-class Records(NamedTuple):
+class MeasuredRecords(NamedTuple):
     """Features of r records in a row, p numbers in all.
 
     Attributes
@@ -54,10 +54,10 @@ class Records(NamedTuple):
     values: np.ndarray
     covariance: np.ndarray
 
-    def part(self, keep: np.ndarray) -> "Records":
+    def part(self, keep: np.ndarray) -> "MeasuredRecords":
         """Some of the features."""
-        kept = tuple(one for one, asked in zip(self.features, keep, strict=True) if asked)
-        return Records(kept, self.record[keep], self.values[keep], self.covariance[np.ix_(keep, keep)])
+        kept = tuple(one for one, requested in zip(self.features, keep, strict=True) if requested)
+        return MeasuredRecords(kept, self.record[keep], self.values[keep], self.covariance[np.ix_(keep, keep)])
 
 
 def groups_of(features: Sequence[Feature]) -> list[str]:
@@ -70,13 +70,13 @@ def medians(features: Sequence[Feature]) -> np.ndarray:
     return np.array([MEDIANS[group] for _, group in features])
 
 
-def shares(features: Sequence[Feature], record: np.ndarray) -> np.ndarray:
+def evidence_shares(features: Sequence[Feature], record: np.ndarray) -> np.ndarray:
     """(groups, p, p) covariance of the discrepancies of each group at size 1."""
     names = np.array([name for name, _ in features])
     group = np.array([group for _, group in features])
     same = names[:, None] == names[None, :]
-    whole = np.where(same, np.where(record[:, None] == record[None, :], 1.0, SHARED), 0.0)
-    return np.stack([whole * (group == name)[:, None] for name in groups_of(features)])
+    complete = np.where(same, np.where(record[:, None] == record[None, :], 1.0, SHARED), 0.0)
+    return np.stack([complete * (group == name)[:, None] for name in groups_of(features)])
 
 
 class Posterior:
@@ -102,11 +102,11 @@ class Posterior:
         Logarithms of the medians of these sizes before.
     """
 
-    def __init__(self, records: Records, emulator: Emulates, unknowns: int):
+    def __init__(self, records: MeasuredRecords, emulator: Emulates, unknowns: int):
         self.records, self.emulator, self.unknowns = records, emulator, unknowns
         self.groups = groups_of(records.features)
         self.degrees: float | None = getattr(emulator, "degrees", None)
-        self._shares = shares(records.features, records.record)
+        self._shares = evidence_shares(records.features, records.record)
         self.prior_middle = np.log([MEDIANS[name] for name in self.groups])
         self._jitter = 1e-10 * np.eye(len(records.values))
 
@@ -242,7 +242,9 @@ def contradicted(posterior: Posterior, points: np.ndarray) -> list[str]:
     return [group for group, low, high in zip(posterior.groups, least, most, strict=True) if low > high]
 
 
-def predict(posterior: Posterior, held: Records, emulator: Emulates, draws: np.ndarray, seed: int = 0) -> np.ndarray:
+def predict(
+    posterior: Posterior, held: MeasuredRecords, emulator: Emulates, draws: np.ndarray, seed: int = 0
+) -> np.ndarray:
     """(draws, q) features of further records, given those of the posterior.
 
     Parameters
@@ -257,7 +259,7 @@ def predict(posterior: Posterior, held: Records, emulator: Emulates, draws: np.n
         Of the posterior.
     """
     known, rng = posterior.records, np.random.default_rng(seed)
-    both = Records(
+    both = MeasuredRecords(
         known.features + held.features,
         np.concatenate([known.record, held.record]),
         np.concatenate([known.values, np.zeros_like(held.values)]),

@@ -1,6 +1,5 @@
-# The benchmark for every multibody code (docs/benchmark.md): error and CPU time of each method on each problem, and
-# the planner's promise on them. `benchmark` is asked for by name; `benchmark_short`, our own methods alone, belongs to
-# `studies`.
+# The benchmark for every multibody code (docs/benchmark.md): error and CPU time of each method on each problem. `benchmark` is
+# the full form; `benchmark_short` has our own methods alone.
 
 FIELD = Path(ROOT) / "benchmarks" / "field"
 FIELD_SOURCES = sorted({
@@ -41,21 +40,10 @@ rule benchmark_form:
     script: "../scripts/benchmark_table.py"
 
 
-rule benchmark_planner:
-    """What the planner promises for the scenes of the problems, and what comes out."""
-    input: FIELD_SOURCES
-    output: f"{L}/benchmark/benchmark_planner.csv"
-    params: python=sys.executable
-    log: f"{L}/logs/benchmark/planner.log"
-    message: "Benchmark: the planner's promises"
-    shell: "PYTHONPATH={ROOT} {params.python} benchmarks/field/planner.py {output} > {log} 2>&1"
-
-
 rule benchmark:
     input:
         expand(rules.benchmark_problem.output, problem=PROBLEMS, short=""),
         full(rules.benchmark_form),
-        rules.benchmark_planner.output,
 
 
 rule benchmark_short:

@@ -3,8 +3,8 @@ from laboratory.inference.ensemble.settings import load_ensemble, unknowns_of
 from laboratory.inference.ensemble.waves import prior_points
 from laboratory.report.figures.wear import life_figure, profile_figure, radius_figure
 from laboratory.settings import WearForm
-from laboratory.wear.study import answer, run_lives, sensed, summarize, windows
-from replication.report.tables import write_table
+from laboratory.wear.study import run_lives, sensed, summarize, wear_answer, windows
+from replication.report.tables import write_captioned_table
 from trackdyn import load_rig
 from trackdyn.files import write_csv
 from trackdyn.plots.style import save
@@ -23,11 +23,11 @@ with logged(snakemake):
     lives, flanks = run_lives(rigs, form, snakemake.params.store, snakemake.threads)
     seen = windows(lives)
     summary = summarize(lives, seen)
-    said = answer(summary, seen)
+    message = wear_answer(summary, seen)
     write_csv(snakemake.output.csv, lives, float_format="%.7g")
     write_csv(snakemake.output.sensed, sensed(lives))
-    write_table(summary, snakemake.output.summary, said)
+    write_captioned_table(summary, snakemake.output.summary, message)
     pictures = life_figure(lives), profile_figure(named["shipped"], lives, flanks), radius_figure(seen)
     for picture, path in zip(pictures, snakemake.output.figures, strict=True):
         save(picture, path)
-    print(said)
+    print(message)

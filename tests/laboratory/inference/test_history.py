@@ -5,7 +5,9 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from laboratory.inference.ensemble.history import all_columns
+from laboratory.inference.ensemble.history import (
+    all_columns,
+)
 from laboratory.inference.ensemble.settings import EnsembleConfig, targets_of
 from laboratory.inference.targets import Case
 from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from laboratory.inference.identification import experiment
-from laboratory.inference.identification.experiment import Speed
+from laboratory.inference.identification.experiment import MeasuredSpeed
 from laboratory.report import identification
 from trackdyn import load_rig
 from trackdyn.commands import cli
@@ -26,7 +26,7 @@ def folder(tmp_path, monkeypatch, rig, rig_path, closed_form):
     (tmp_path / "config" / "rig.yaml").write_bytes(rig_path.read_bytes())
     rng = np.random.default_rng(5)
     for rpm in (150, 210):
-        ay = closed_form(rig.changed(**TRUTH), Speed(rpm, 0.308, 1000), 7)
+        ay = closed_form(rig.changed(**TRUTH), MeasuredSpeed(rpm, 0.308, 1000), 7)
         write_sensor_csv(f"{rpm}.csv", np.arange(ay.size) / 1000, None, ay + 0.005 * rng.standard_normal(ay.size), None)
     return tmp_path
 

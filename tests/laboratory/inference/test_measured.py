@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from laboratory.inference.identification.experiment import Speed
+from laboratory.inference.identification.experiment import MeasuredSpeed
 from laboratory.inference.identification.features import features_of
 from laboratory.inference.identification.measured import read_records
 from trackdyn.errors import InputError
@@ -16,7 +16,7 @@ def written(tmp_path, rig, closed_form):
     """Function that writes a record of the closed form and gives its path."""
 
     def write(name="one.csv", rpm=210.0, rate=1000, turns=6):
-        ay = closed_form(rig, Speed(rpm, 0.308, rate), turns)
+        ay = closed_form(rig, MeasuredSpeed(rpm, 0.308, rate), turns)
         ay += 0.002 * np.random.default_rng(0).standard_normal(ay.size)
         write_sensor_csv(tmp_path / name, np.arange(ay.size) / rate, None, ay, None)
         return tmp_path / name

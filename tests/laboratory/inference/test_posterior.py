@@ -6,7 +6,14 @@ from scipy.stats import multivariate_normal, multivariate_t, norm
 
 from laboratory.inference.identification.emulation import Prediction
 from laboratory.inference.identification.features import Feature
-from laboratory.inference.identification.posterior import MEDIANS, SHARED, SPREAD, Posterior, Records, sample
+from laboratory.inference.identification.posterior import (
+    MEDIANS,
+    SHARED,
+    SPREAD,
+    MeasuredRecords,
+    Posterior,
+    sample,
+)
 
 FEATURES = (Feature("line_1", "lines"), Feature("passing_1", "passing"))
 SLOPES = np.array([2.0, -1.0])
@@ -24,7 +31,7 @@ def linear(count):
 
 def records(values, count):
     scatter = 1e-4 * np.eye(2 * count)
-    return Records(FEATURES * count, np.repeat(np.arange(count), 2), np.asarray(values, dtype=float), scatter)
+    return MeasuredRecords(FEATURES * count, np.repeat(np.arange(count), 2), np.asarray(values, dtype=float), scatter)
 
 
 def test_density_is_that_of_the_normal_distribution():
@@ -61,7 +68,7 @@ def test_the_factor_on_the_emulators_errors_makes_them_students():
     points = np.column_stack([np.full(4001, 0.5), np.full((4001, 2), np.log(1e-4)), factors])
     found, expected = [], []
     for values in ([1.0, -0.5], [3.0, 1.0], [-5.0, 4.0]):
-        still = Records(FEATURES, np.zeros(2, dtype=int), np.array(values), np.zeros((2, 2)))
+        still = MeasuredRecords(FEATURES, np.zeros(2, dtype=int), np.array(values), np.zeros((2, 2)))
         posterior = Posterior(still, Doubtful(), 1)
         assert posterior.dimension == 4 and posterior.sizes(points).shape == (4001, 2)
         found.append(np.exp(posterior.density(points)).sum())

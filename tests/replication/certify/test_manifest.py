@@ -5,7 +5,17 @@ import sys
 
 import pytest
 
-from replication.certify.comparison import BYTES, DIFFERS, EQUAL, EXTRA, MISSING, WITHIN, compare, failed, summary
+from replication.certify.comparison import (
+    BYTES,
+    DIFFERS,
+    EQUAL,
+    EXTRA,
+    MISSING,
+    WITHIN,
+    compare_manifests,
+    failed,
+    findings_summary,
+)
 from replication.certify.manifest import FORMAT, describe, load_manifest, write_manifest
 from trackdyn.commands import cli
 from trackdyn.errors import InputError
@@ -19,7 +29,7 @@ def edit(path, old, new):
 
 def judged(results, expected, name):
     """What became of a file."""
-    return next(finding for finding in compare(describe(results), expected) if finding.name == name)
+    return next(finding for finding in compare_manifests(describe(results), expected) if finding.name == name)
 
 
 def test_what_a_run_has_made_is_in_it_and_nothing_else(results):
@@ -40,14 +50,14 @@ def test_the_same_results_give_the_same_manifest_and_it_comes_back(results):
     assert write_manifest(results, ["config/rig.yaml"]).read_bytes() == before
     loaded = load_manifest(place)
     assert list(loaded["inputs"]) == ["config/rig.yaml"] and len(loaded["inputs"]["config/rig.yaml"]) == 64
-    assert {finding.status for finding in compare(describe(results), loaded)} == {EQUAL}
+    assert {finding.status for finding in compare_manifests(describe(results), loaded)} == {EQUAL}
 
 
 def test_times_do_not_count(results):
     expected = describe(results)
     edit(results / "metrics.csv", "6.4", "8.8")
     (results / "report.html").write_text("<p>7 s</p>")
-    assert failed(compare(describe(results), expected), exact=True) == []
+    assert failed(compare_manifests(describe(results), expected), exact=True) == []
 
 
 # file, text, what stands in its place, status, part of what is said
@@ -71,7 +81,7 @@ def test_a_change_is_judged_and_said(results, row):
     edit(results / name, old, new)
     finding = judged(results, expected, name)
     assert finding.status == status and said in finding.text, finding
-    others = {other.name for other in compare(describe(results), expected) if other.status != EQUAL}
+    others = {other.name for other in compare_manifests(describe(results), expected) if other.status != EQUAL}
     assert others == {name}
 
 
@@ -79,11 +89,11 @@ def test_what_is_missing_or_more_is_said(results):
     expected = describe(results)
     (results / "metrics.csv").rename(results / "other.csv")
     (results / "runs" / "115rpm.npz").write_bytes(b"other")
-    found = {finding.name: finding.status for finding in compare(describe(results), expected)}
+    found = {finding.name: finding.status for finding in compare_manifests(describe(results), expected)}
     assert (found["metrics.csv"], found["other.csv"], found["runs/115rpm.npz"]) == (MISSING, EXTRA, BYTES)
-    assert [finding.name for finding in failed(compare(describe(results), expected))] == ["metrics.csv"]
-    assert len(failed(compare(describe(results), expected), exact=True)) == 2
-    assert "1 missing" in summary(compare(describe(results), expected))
+    assert [finding.name for finding in failed(compare_manifests(describe(results), expected))] == ["metrics.csv"]
+    assert len(failed(compare_manifests(describe(results), expected), exact=True)) == 2
+    assert "1 missing" in findings_summary(compare_manifests(describe(results), expected))
 
 
 def command(monkeypatch, capsys, *arguments):

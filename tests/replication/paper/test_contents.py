@@ -6,7 +6,7 @@ from pkgutil import resolve_name
 
 import pytest
 
-from replication.paper.contents import OF_STUDIES, OWN, PAPER, missing
+from replication.paper.contents import OF_STUDIES, OWN, PAPER, missing_items
 
 ROOT = Path(__file__).parents[3]
 EVERY = (*PAPER, *OWN, *OF_STUDIES)
@@ -15,7 +15,7 @@ EVERY = (*PAPER, *OWN, *OF_STUDIES)
 def test_the_list_is_that_of_the_paper(tmp_path):
     assert [item.key for item in PAPER] == [f"fig{i:02d}" for i in range(1, 25)] + [f"table{i}" for i in range(1, 5)]
     assert len({item.title for item in EVERY}) == len({item.key for item in EVERY}) == len(EVERY)
-    assert missing(tmp_path) == list(PAPER)
+    assert missing_items(tmp_path) == list(PAPER)
     assert all(item.table == item.key.startswith("table") for item in PAPER)
 
 
@@ -24,7 +24,7 @@ def test_what_is_there_is_not_missing(tmp_path):
                  "figures/fig1.png"):  # fmt: skip
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).touch()
-    present = {item.key for item in PAPER} - {item.key for item in missing(tmp_path)}
+    present = {item.key for item in PAPER} - {item.key for item in missing_items(tmp_path)}
     assert present == {"fig02", "fig17", "table4"}
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from replication.peers.answers import _answers, accelerations, compare_answers, ours
+from replication.peers.answers import _answers, compare_answers, measured_accelerations, ours
 from replication.peers.comparison import run_peer
 from replication.peers.exudyn_loop import free_wheels
 from replication.peers.rigs import fixed
@@ -23,7 +23,7 @@ def test_accelerations_of_a_known_motion_are_averaged_by_passage():
     """
     time, phases = np.arange(1001) / 1000, np.linspace(0, 6, 35)
     angle = 2 * time[:, None] + phases
-    found = accelerations(np.stack([np.cos(angle), np.sin(angle)], axis=2), 1000.0, 0.2)
+    found = measured_accelerations(np.stack([np.cos(angle), np.sin(angle)], axis=2), 1000.0, 0.2)
     assert list(found.passage) == [0, 1, 2, 3]
     assert found.estimate().value == pytest.approx(4.0, rel=1e-6)
 

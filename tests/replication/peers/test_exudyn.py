@@ -10,8 +10,16 @@ from scipy.optimize import brentq
 
 from replication.peers import exudyn_loop
 from replication.peers.comparison import run_peer
-from replication.peers.contact import Memory, contact_loads, force_vector, jacobian_triplets, make_contacts
-from replication.peers.exudyn_loop import Hanger, PeerWheels, Start, drive_at, require_exudyn, run_loop, start_of
+from replication.peers.contact import Memory, force_vector, jacobian_triplets, make_contacts, peer_contact_loads
+from replication.peers.exudyn_loop import (
+    Hanger,
+    PeerStart,
+    PeerWheels,
+    drive_at,
+    require_exudyn,
+    run_exudyn_loop,
+    start_of,
+)
 from replication.study.extremes.solvers import Pose, posed
 from replication.study.settings import PEER_LAWS, peer_scene
 from trackdyn.chain.riccati import accelerations
@@ -85,8 +93,8 @@ def test_free_swing_agrees(rig):
     solution = solve_ivp(slope, (0, duration), begin, method="DOP853", rtol=1e-8, atol=1e-9, t_eval=times)
     ours = np.array([centres(chain, y[:2], y[2 : n + 2]) for y in solution.y.T])
 
-    start = Start(np.zeros(4), angle, np.zeros(n))
-    theirs = extrapolated(lambda h: run_loop(chain, start, duration, h, duration / (samples - 1), hanger=hook))
+    start = PeerStart(np.zeros(4), angle, np.zeros(n))
+    theirs = extrapolated(lambda h: run_exudyn_loop(chain, start, duration, h, duration / (samples - 1), hanger=hook))
     assert np.abs(ours[-1] - ours[0]).max() > 0.3  # it does swing
     assert np.abs(theirs - ours).max() < TOLERANCE
 
@@ -124,7 +132,7 @@ def test_running_on_plain_wheels_agrees(rig, unled):
     free = PeerWheels(tuple(wheels.inertia[1:]), tuple(wheels.drag[1:]))
     contacts = make_contacts(scene, loop.layout["tensioner_shift_m"], arcs=0)
     theirs = extrapolated(
-        lambda h: run_loop(
+        lambda h: run_exudyn_loop(
             chain, start, duration, h, duration / (samples - 1), contacts=contacts, wheels=free, drive=model.drive
         )
     )
@@ -160,7 +168,7 @@ def test_both_contact_laws_give_the_same_loads(ring_radius, both_contacts):
     refresh(model, state, work)
     n = len(state.angle)
     load, torque = np.zeros((n, 3)), np.zeros((n, 3))
-    contact_loads(
+    peer_contact_loads(
         contacts, model.chain.length, q, v, state.wheel_angle[0], state.wheel_rate[0], memory, False, load, torque
     )
     ours = np.column_stack([work.force_x, work.force_y, work.moment])

@@ -8,11 +8,11 @@ from math import pi
 import numpy as np
 import pytest
 
-from replication.peers.answers import accelerations, ours
+from replication.peers.answers import measured_accelerations, ours
 from replication.peers.contact import make_contacts
 from replication.peers.exudyn_loop import PeerWheels, start_of
 from replication.peers.mujoco_contact import ACROSS, RUBBER, cushion, soft
-from replication.peers.mujoco_loop import build, lay, run_loop, run_mujoco, working_load
+from replication.peers.mujoco_loop import build, lay, run_mujoco, run_mujoco_loop, working_load
 from replication.study.extremes.solvers import Pose, posed
 from replication.study.settings import PEER_LAWS, PeerAnswers
 from trackdyn.chain.riccati import accelerations as chain_accelerations
@@ -26,10 +26,16 @@ STEP = 5e-4  # s
 
 
 ASKED = {
-    "speed_rpm": 210, "ring_radius_m": 0.308, "tolerance": 0.05, "ramp_s": 0.1, "lead_in_s": 0.05, "passages": 9,
-    "steps_s": {"semi_implicit": [1e-4, 5e-5]}, "exudyn_steps_s": [1e-3, 5e-4],
+    "speed_rpm": 210,
+    "ring_radius_m": 0.308,
+    "tolerance": 0.05,
+    "ramp_s": 0.1,
+    "lead_in_s": 0.05,
+    "passages": 9,
+    "steps_s": {"semi_implicit": [1e-4, 5e-5]},
+    "exudyn_steps_s": [1e-3, 5e-4],
     "mujoco_steps_s": {"euler": [5e-4, 2.5e-4]},
-}  # fmt: skip
+}
 
 
 @pytest.fixture(scope="module")
@@ -113,7 +119,7 @@ def test_a_free_loop_swings_as_the_simulators_does(rig):
     )
     loop = Loop(scene)
     chain, start = loop.model.chain, start_of(loop.state)
-    runs = [run_loop(build(chain, step), chain, start, 0.4, 0.1) for step in (2.5e-4, 1.25e-4)]
+    runs = [run_mujoco_loop(build(chain, step), chain, start, 0.4, 0.1) for step in (2.5e-4, 1.25e-4)]
     loop.advance(0.4)
     weight = chain.mass / chain.mass.sum()
     # from the middle, since the simulator's own step shows in the fall of the whole
@@ -225,8 +231,8 @@ def test_the_measure_is_near_ours(rig, scene, driven):
     """Two models of one loop: a few percent apart, not the same."""
     span = rig.loop_period(115.0) / 35
     mine, _, _ = ours(scene.with_(duration=0.6, lead_in=0.4))
-    other = accelerations(driven.centre[801:, ::2], 1000.0, span).estimate().value
-    assert other == pytest.approx(accelerations(mine, 1000.0, span).estimate().value, rel=0.12)
+    other = measured_accelerations(driven.centre[801:, ::2], 1000.0, span).estimate().value
+    assert other == pytest.approx(measured_accelerations(mine, 1000.0, span).estimate().value, rel=0.12)
 
 
 def test_a_run_that_blows_up_ends_in_a_sentence(built, tmp_path, monkeypatch):
@@ -234,14 +240,14 @@ def test_a_run_that_blows_up_ends_in_a_sentence(built, tmp_path, monkeypatch):
     _, chain, start, contacts, free = built
     model = build(chain, 1e-3, contacts, free, 1e6, 1e-3)
     with pytest.raises(DivergenceError, match=r"mujoco: its motion is no longer finite with a step of 0.001 s"):
-        run_loop(model, chain, start, 0.5, 1e-3)
+        run_mujoco_loop(model, chain, start, 0.5, 1e-3)
     assert not list(tmp_path.iterdir())  # no file of warnings
 
 
 def test_a_step_that_is_no_part_of_the_sample_is_refused(built):
     _, chain, start, _, _ = built
     with pytest.raises(InputError, match=r"must divide the sample interval, 0.001 s"):
-        run_loop(build(chain, 3e-4), chain, start, 0.1, 1e-3)
+        run_mujoco_loop(build(chain, 3e-4), chain, start, 0.1, 1e-3)
 
 
 @pytest.mark.parametrize("given", [{}, {"euler": [5e-4, 5e-4]}, {"euler": [5e-4, -1e-4]}, {"rk4": [5e-4, 2.5e-4]}])

@@ -101,12 +101,15 @@ def test_a_missing_key_is_refused(data, field):
 @pytest.mark.parametrize(
     ("field", "value", "says"),
     [
-        ("records.duration_s", "long", "valid number"), ("records.speeds_rpm", 115, "valid list"),
-        ("records", [1, 2], "valid dictionary"), ("known.passages", 1.5, "valid integer"),
-        ("ring_study.without_ring", "perhaps", "valid boolean"), ("rig", 5, "valid string"),
+        ("records.duration_s", "long", "valid number"),
+        ("records.speeds_rpm", 115, "valid list"),
+        ("records", [1, 2], "valid dictionary"),
+        ("known.passages", 1.5, "valid integer"),
+        ("ring_study.without_ring", "perhaps", "valid boolean"),
+        ("rig", 5, "valid string"),
         ("records.duration_s", None, "valid number"),
     ],
-)  # fmt: skip
+)
 def test_a_wrong_type_is_refused(data, field, value, says):
     put(data, field, value)
     sentence = refusal(data)
@@ -144,6 +147,13 @@ def test_speeds_must_rise(data, field):
     assert f"{field} = [115.0, 150.0, 150.0]: 150 occurs twice; give rising" in refusal(data)
     put(data, field, [150, 115])
     assert f"{field} = [150.0, 115.0]: 115 comes after 150; give rising" in refusal(data)
+
+
+def test_radii_must_rise(data):
+    put(data, "ring_study.radii_m", [0.303, 0.308, 0.308])
+    assert "ring_study.radii_m = [0.303, 0.308, 0.308]: 0.308 occurs twice" in refusal(data)
+    put(data, "ring_study.radii_m", [0.308, 0.303])
+    assert "0.303 comes after 0.308; give rising values" in refusal(data)
 
 
 def test_radii_that_share_a_run_name_are_refused(data):
@@ -203,8 +213,14 @@ def test_a_ring_takes_the_longest_step_that_is_allowed_up_to_its_radius(data):
         for name in ("none", "0.303", "0.305", "0.306", "0.309", "0.31", "0.313")
     }
     assert found == {
-        "none": 1e-4, "0.303": 1e-4, "0.305": 1e-4, "0.306": 5e-5, "0.309": 5e-5, "0.31": 4e-5, "0.313": 4e-5,
-    }  # fmt: skip
+        "none": 1e-4,
+        "0.303": 1e-4,
+        "0.305": 1e-4,
+        "0.306": 5e-5,
+        "0.309": 5e-5,
+        "0.31": 4e-5,
+        "0.313": 4e-5,
+    }
     put(data, "ring_study.steps_s", [[0.309, 5e-5], [0.305, 1e-4]])
     assert "ring_study.steps_s = [[0.309, 5e-05], [0.305, 0.0001]]: 0.305 comes after 0.309" in refusal(data)
 
@@ -212,6 +228,13 @@ def test_a_ring_takes_the_longest_step_that_is_allowed_up_to_its_radius(data):
 def test_the_rig_at_which_studies_of_ranges_begin_must_be_there(data):
     data["other_rigs"] = {}
     assert "other_rigs.possible is missing" in refusal(data)
+
+
+def test_a_step_that_does_not_divide_the_sample_interval_is_refused(data):
+    put(data, "records.step_s", 3e-5)
+    sentence = refusal(data)
+    assert "step = 3e-05:" in sentence
+    assert "must divide the sample interval, 0.001 s, and be at least 1e-08 s, such as 2.5e-05 s" in sentence
 
 
 def test_a_missing_rig_file_is_refused(data):
@@ -269,17 +292,3 @@ def test_a_missing_configuration_file_is_refused(tmp_path):
 
 
 # --- the command -----------------------------------------------------------------------------------------
-
-
-def test_radii_must_rise(data):
-    put(data, "ring_study.radii_m", [0.303, 0.308, 0.308])
-    assert "ring_study.radii_m = [0.303, 0.308, 0.308]: 0.308 occurs twice" in refusal(data)
-    put(data, "ring_study.radii_m", [0.308, 0.303])
-    assert "0.303 comes after 0.308; give rising values" in refusal(data)
-
-
-def test_a_step_that_does_not_divide_the_sample_interval_is_refused(data):
-    put(data, "records.step_s", 3e-5)
-    sentence = refusal(data)
-    assert "step = 3e-05:" in sentence
-    assert "must divide the sample interval, 0.001 s, and be at least 1e-08 s, such as 2.5e-05 s" in sentence

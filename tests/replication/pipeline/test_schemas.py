@@ -9,7 +9,7 @@ import jsonschema
 import pytest
 
 from laboratory.schemas import MODELS as OF_THE_LABORATORY
-from replication.pipeline.schemas import FOLDER, MODELS, schema, write
+from replication.pipeline.schemas import FOLDER, MODELS, schema, write_schemas
 from trackdyn.parameters.quantities import YAML_12_FLOAT
 from trackdyn.parameters.yaml_file import read_yaml
 
@@ -47,7 +47,7 @@ def errors(data, name):
 @pytest.mark.parametrize("name", EVERY)
 def test_a_schema_is_what_its_model_gives(name, tmp_path):
     """Else `python -m replication.pipeline.schemas` or `python -m laboratory.schemas` writes them anew."""
-    write({name: EVERY[name]}, tmp_path)
+    write_schemas({name: EVERY[name]}, tmp_path)
     text = (tmp_path / f"{name}.schema.json").read_text(encoding="utf-8")
     assert (FOLDER / f"{name}.schema.json").read_text(encoding="utf-8") == text
     jsonschema.Draft202012Validator.check_schema(schema(name, EVERY[name]))

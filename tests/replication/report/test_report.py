@@ -18,7 +18,10 @@ from replication.report.tables import table1, table3
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import assemble
 from trackdyn.parameters.rig import load_rig
-from trackdyn.plots.drawing import chain_points, groove_points
+from trackdyn.plots.drawing import (
+    chain_points,
+    groove_points,
+)
 from trackdyn.plots.histories import first_crest, history_figure
 from trackdyn.plots.spectra import spectrum_figure
 from trackdyn.plots.style import new_figure, save, thin
@@ -121,7 +124,11 @@ def test_picket_fence_of_the_printed_record_at_115_rpm():
     run = recording(rpm=115.0)
     time, ay = wave(LOOP_HZ * 115 / 210, seconds=90.0)
     mean = np.column_stack([0 * ay, (ay - 1) * RIG.gravity, 0 * ay])
-    arrays = {name: getattr(run, name) for name in Recording.ARRAYS} | {"time": time, "mean": mean, "raw": mean}
+    arrays = {name: getattr(run, name) for name in Recording.ARRAYS} | {
+        "time": time,
+        "mean": mean,
+        "raw": mean,
+    }
     shown = texts(spectrum_figure(Recording(**arrays, meta=run.meta), sensor(0.13)))
     assert "bin 11.50" in shown
     assert "64 %" in shown
@@ -151,6 +158,13 @@ def test_chain_points_follow_the_bodies_and_close():
     np.testing.assert_allclose(lengths[::2], RIG.chain.link_length)
     np.testing.assert_allclose(lengths[1::2], RIG.connector_length)
     assert len(angles) == 70
+
+
+def test_grooves_stand_where_equation_12_puts_them():
+    for k in (1, 5, 13):
+        x, y = groove_points(RIG, 0.2, k, [[0.0, 1.0]])[0] - [RIG.sprocket.x, RIG.sprocket.y]
+        angle = 0.2 + (2 * k - 1) * np.pi / 13
+        np.testing.assert_allclose((x, y), (np.cos(angle), np.sin(angle)), atol=1e-12)
 
 
 def test_thin_keeps_the_extremes_and_the_order():
@@ -242,10 +256,3 @@ def scorecard(rig="shipped"):
          "origin": "predicted" if i < 3 else "", "speeds": "115, 150"}
         for i, verdict in enumerate(LOOKS)
     ]  # fmt: skip
-
-
-def test_grooves_stand_where_equation_12_puts_them():
-    for k in (1, 5, 13):
-        x, y = groove_points(RIG, 0.2, k, [[0.0, 1.0]])[0] - [RIG.sprocket.x, RIG.sprocket.y]
-        angle = 0.2 + (2 * k - 1) * np.pi / 13
-        np.testing.assert_allclose((x, y), (np.cos(angle), np.sin(angle)), atol=1e-12)

@@ -146,7 +146,7 @@ def test_random_scenes_are_the_same_with_the_same_seed(rig, monkeypatch):
 def test_random_scenes_complete_or_are_refused(rig, monkeypatch):
     """With the laws of other tests, whose kernels they share; the short form of the study draws the laws, too."""
     pytest.importorskip("hypothesis")
-    laws, run_drawn = {"drag": "rolling", "bushing_law": "hysteretic"}, random_scenes.run_drawn
+    laws, run_drawn = {"drag": "rolling", "bushing_law": "hysteretic"}, random_scenes.run_random_scene
     monkeypatch.setattr(random_scenes, "run_drawn", lambda rig, drawn: run_drawn(rig, drawn | laws))
     for found in no_defects(random_scenes.random_scenes(rig, 8)):
         json.loads(found["case"])

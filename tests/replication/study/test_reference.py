@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from replication.study.extremes.reference import _solve_symmetric, accelerations
+from replication.study.extremes.reference import _solve_symmetric, reference_accelerations
 from trackdyn.errors import InputError
 from trackdyn.model.constants import Chain
 
@@ -87,7 +87,7 @@ def test_free_fall_of_an_open_chain_does_not_turn_it():
     chain = make_chain(6, stiffness=0.0, damping=0.0)
     angle, *_ = random_state(6)
     zero = np.zeros(6)
-    result = accelerations(chain, angle, zero, zero, zero, zero, closed=False)
+    result = reference_accelerations(chain, angle, zero, zero, zero, zero, closed=False)
     assert result.pin_ax == pytest.approx(0.0, abs=1e-12)
     assert result.pin_ay == pytest.approx(-GRAVITY, rel=1e-12)
     np.testing.assert_allclose(result.alpha, 0.0, atol=1e-11)
@@ -97,7 +97,7 @@ def test_free_fall_of_an_open_chain_does_not_turn_it():
 def test_ring_without_bushings_falls_without_turning():
     chain, angle = make_ring(10, stiffness=0.0, damping=0.0)
     zero = np.zeros(10)
-    result = accelerations(chain, angle, zero, zero, zero, zero)
+    result = reference_accelerations(chain, angle, zero, zero, zero, zero)
     assert (result.pin_ax, result.pin_ay) == pytest.approx((0.0, -GRAVITY), abs=1e-11)
     np.testing.assert_allclose(result.alpha, 0.0, atol=1e-10)
 
@@ -105,7 +105,9 @@ def test_ring_without_bushings_falls_without_turning():
 def test_one_free_body_follows_newton_and_euler():
     chain = make_chain(1)
     angle, rate = np.array([0.7]), np.array([3.0])
-    result = accelerations(chain, angle, rate, np.array([12.0]), np.array([-5.0]), np.array([0.8]), closed=False)
+    result = reference_accelerations(
+        chain, angle, rate, np.array([12.0]), np.array([-5.0]), np.array([0.8]), closed=False
+    )
     alpha = 0.8 / chain.inertia[0]
     centre = np.array([12.0, -5.0]) / chain.mass[0] - [0.0, GRAVITY]
     arm = -turn(angle, chain.com_x, chain.com_y)[0]
@@ -121,7 +123,7 @@ def test_heavy_first_body_makes_the_second_a_compound_pendulum():
     chain = chain._replace(mass=np.array([anchor, 3.0]), inertia=np.array([anchor, 0.01]))
     angle, zero = np.array([0.2, -0.4]), np.zeros(2)
     # The anchor is held up against gravity, so its pin stays where it is.
-    result = accelerations(chain, angle, zero, zero, np.array([anchor * GRAVITY, 0.0]), zero, closed=False)
+    result = reference_accelerations(chain, angle, zero, zero, np.array([anchor * GRAVITY, 0.0]), zero, closed=False)
     reach = turn(angle, chain.com_x, chain.com_y)[1]
     expected = -3.0 * GRAVITY * reach[0] / (0.01 + 3.0 * (reach @ reach))
     assert result.alpha[1] == pytest.approx(expected, rel=1e-9)
@@ -133,7 +135,7 @@ def test_bushing_of_two_bodies_pinned_at_their_mass_centres():
     chain = chain._replace(com_x=np.array([chain.length[0], 0.0]), com_y=np.zeros(2))
     angle, rate, zero = np.array([0.1, 0.9]), np.array([1.0, -2.0]), np.zeros(2)
     for step in (0.0, 1e-2):
-        result = accelerations(chain, angle, rate, zero, zero, zero, implicit_step=step, closed=False)
+        result = reference_accelerations(chain, angle, rate, zero, zero, zero, implicit_step=step, closed=False)
         compliance = np.sum(1.0 / chain.inertia)
         explicit = -50.0 * (0.8 - 0.3) - 2.0 * (-3.0)
         tau = explicit / (1.0 + step * 2.0 * compliance)
@@ -145,7 +147,7 @@ def test_bushing_of_two_bodies_pinned_at_their_mass_centres():
 def test_every_body_satisfies_newton_and_euler(n, closed, implicit_step):
     _, rate, force_x, force_y, moment = random_state(n)
     chain, angle = make_ring(n) if closed else (make_chain(n), random_state(n)[0])
-    result = accelerations(chain, angle, rate, force_x, force_y, moment, implicit_step, closed)
+    result = reference_accelerations(chain, angle, rate, force_x, force_y, moment, implicit_step, closed)
     joints = n if closed else n - 1
     assert result.pin_force.shape == (joints, 2)
     force, torque = residual_forces(chain, angle, rate, force_x, force_y, moment, result, joints, implicit_step)
@@ -157,7 +159,7 @@ def test_every_body_satisfies_newton_and_euler(n, closed, implicit_step):
 def test_pin_accelerations_coincide_at_the_closing_joint():
     chain, angle = make_ring(12)
     _, rate, force_x, force_y, moment = random_state(12)
-    result = accelerations(chain, angle, rate, force_x, force_y, moment)
+    result = reference_accelerations(chain, angle, rate, force_x, force_y, moment)
     _, _, pins, pin_accs = replay(chain, angle, rate, result)
     np.testing.assert_allclose(pins[-1], pins[0], atol=1e-14)
     np.testing.assert_allclose(pin_accs[-1], pin_accs[0], rtol=1e-11, atol=1e-11 * np.abs(pin_accs).max())
@@ -168,7 +170,7 @@ def test_momentum_changes_by_external_loads_only(closed):
     n = 9
     _, rate, force_x, force_y, moment = random_state(n)
     chain, angle = make_ring(n) if closed else (make_chain(n), random_state(n)[0])
-    result = accelerations(chain, angle, rate, force_x, force_y, moment, 2e-3, closed)
+    result = reference_accelerations(chain, angle, rate, force_x, force_y, moment, 2e-3, closed)
     centres, accs, *_ = replay(chain, angle, rate, result)
     momentum_rate = np.sum(chain.mass[:, None] * accs, axis=0)
     expected = [force_x.sum(), force_y.sum() - chain.mass.sum() * GRAVITY]
@@ -187,11 +189,11 @@ def test_relaxed_regular_ring_is_at_rest_only_with_the_right_number_of_turns():
     chain = make_chain(n, stiffness=100.0, damping=0.0, free_angle=-2.0 * np.pi / n, gravity=0.0)
     chain = chain._replace(length=np.full(n, 0.1), com_x=np.full(n, 0.05))
     angle, zero = -2.0 * np.pi * np.arange(n) / n, np.zeros(n)
-    result = accelerations(chain, angle, zero, zero, zero, zero)
+    result = reference_accelerations(chain, angle, zero, zero, zero, zero)
     np.testing.assert_allclose(result.alpha, 0.0, atol=1e-8)
-    wrong = accelerations(chain, angle, zero, zero, zero, zero, turns=0)
+    wrong = reference_accelerations(chain, angle, zero, zero, zero, zero, turns=0)
     assert np.abs(wrong.alpha).max() > 1e3
-    mirrored = accelerations(
+    mirrored = reference_accelerations(
         chain._replace(free_angle=2.0 * np.pi / n, com_y=-chain.com_y), -angle, zero, zero, zero, zero, turns=1
     )
     np.testing.assert_allclose(mirrored.alpha, 0.0, atol=1e-8)
@@ -206,7 +208,7 @@ def test_spinning_regular_ring_carries_the_centrifugal_tension():
         com_y=np.zeros(n),
     )  # fmt: skip
     angle, zero = -2.0 * np.pi * np.arange(n) / n, np.zeros(n)
-    result = accelerations(chain, angle, np.full(n, speed), zero, zero, zero)
+    result = reference_accelerations(chain, angle, np.full(n, speed), zero, zero, zero)
     centre_radius = side / (2.0 * np.tan(np.pi / n))
     tension = mass * centre_radius * speed**2 / (2.0 * np.sin(np.pi / n))
     np.testing.assert_allclose(np.hypot(*result.pin_force.T), tension, rtol=1e-11)
@@ -220,11 +222,11 @@ def test_answer_does_not_depend_on_the_body_counted_first():
     a = 0.5 * chain.length
     chain = chain._replace(inertia=chain.mass * (0.999 * a) ** 2, com_y=np.zeros(n))
     _, rate, force_x, force_y, moment = random_state(n)
-    first = accelerations(chain, angle, rate, force_x, force_y, moment)
+    first = reference_accelerations(chain, angle, rate, force_x, force_y, moment)
     # The same loop entered one body later is another elimination order and must give the same answer.
     rolled = Chain(*(np.roll(v, -1) if np.ndim(v) else v for v in chain))
     later = np.append(angle[1:], angle[0] - 2.0 * np.pi)
-    second = accelerations(rolled, later, *(np.roll(v, -1) for v in (rate, force_x, force_y, moment)))
+    second = reference_accelerations(rolled, later, *(np.roll(v, -1) for v in (rate, force_x, force_y, moment)))
     scale = np.abs(first.alpha).max()
     np.testing.assert_allclose(np.roll(second.alpha, 1) / scale, first.alpha / scale, atol=1e-12)
 
@@ -244,6 +246,6 @@ def test_wrong_input_is_refused():
     chain = make_chain(4)
     four, three = np.zeros(4), np.zeros(3)
     with pytest.raises(InputError, match=r"shapes .*\(3,\)"):
-        accelerations(chain, four, three, four, four, four)
+        reference_accelerations(chain, four, three, four, four, four)
     with pytest.raises(InputError, match="at least 3 bodies"):
-        accelerations(make_chain(2), *(np.zeros(2) for _ in range(5)))
+        reference_accelerations(make_chain(2), *(np.zeros(2) for _ in range(5)))

@@ -33,8 +33,12 @@ def test_a_configuration_names_the_file_and_holds_what_stands_there(data):
             "trade",
             "statistics",
             {
-                "scenes": [[210, 0.308]], "loop_turns": 1, "loop_turns_without_ring": 1, "steps_s": {"rk4": [1e-4]},
-                "coarse_steps_s": {}, "second_reference": False,
+                "scenes": [[210, 0.308]],
+                "loop_turns": 1,
+                "loop_turns_without_ring": 1,
+                "steps_s": {"rk4": [1e-4]},
+                "coarse_steps_s": {},
+                "second_reference": False,
             },
             "steps_s: needs at least two steps",
         ),
@@ -43,7 +47,7 @@ def test_a_configuration_names_the_file_and_holds_what_stands_there(data):
         ("extremes", "bodies", [7], "extremes.short.bodies.0 = 7:"),
         ("extremes", "depth_m", [1], "extremes.short.depth_m is not a known parameter"),
     ],
-)  # fmt: skip
+)
 def test_what_cannot_be_meant_is_refused(data, form, field, value, says):
     data[form]["short"][field] = value
     with pytest.raises(InputError) as caught:

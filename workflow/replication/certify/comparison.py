@@ -47,7 +47,7 @@ class Finding:
     text: str = ""
 
 
-def compare(found: dict[str, Any], expected: dict[str, Any]) -> list[Finding]:
+def compare_manifests(found: dict[str, Any], expected: dict[str, Any]) -> list[Finding]:
     """Compare the files of two manifests.
 
     Parameters
@@ -68,7 +68,7 @@ def compare(found: dict[str, Any], expected: dict[str, Any]) -> list[Finding]:
     ]
 
 
-def summary(findings: Iterable[Finding]) -> str:
+def findings_summary(findings: Iterable[Finding]) -> str:
     """Count the findings of each status, in one line."""
     counts = Counter(finding.status for finding in findings)
     words = {

@@ -9,7 +9,7 @@ from typing import Any
 
 import yaml
 
-from replication.certify.comparison import compare, failed, summary
+from replication.certify.comparison import compare_manifests, failed, findings_summary
 from replication.certify.manifest import NAME, describe, load_manifest
 from replication.certify.provenance import file_hash
 from trackdyn.errors import InputError
@@ -90,11 +90,12 @@ def write_crate(
         if not (ROOT / name).is_file() or file_hash(ROOT / name) != digest:
             raise InputError(f"{name}: is an input of the run and no longer what it was; run `snakemake -j2` again")
     present = describe(results)
-    findings = compare(present, manifest)
+    findings = compare_manifests(present, manifest)
     changed = [finding.name for finding in failed(findings, exact=True)]
     if changed:
         raise InputError(
-            f"{results}: {summary(findings)} ({changed[0]}); `snakemake -j2 --forcerun manifest` after a look at them"
+            f"{results}: {findings_summary(findings)} ({changed[0]}); "
+            "`snakemake -j2 --forcerun manifest` after a look at them"
         )
     crate = ROCrate(version="1.1")
     _fill(crate, results, manifest | {"hold_times": present["hold_times"]}, recordings, agent)

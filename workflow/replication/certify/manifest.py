@@ -99,17 +99,17 @@ def run_files(results: Path | str) -> list[str]:
     found = []
     for path in sorted(results.rglob("*")):
         place = path.relative_to(results)
-        beside = place.parts[0] in ("logs", "benchmarks", "kernels", NAME, "ro-crate-metadata.json")
+        comparison = place.parts[0] in ("logs", "benchmarks", "kernels", NAME, "ro-crate-metadata.json")
         hidden = any(part.startswith(".") for part in place.parts)
         foreign = any(path.is_relative_to(other) for other in others)
-        if path.suffix in KINDS and path.is_file() and not (beside or hidden or foreign):
+        if path.suffix in KINDS and path.is_file() and not (comparison or hidden or foreign):
             found.append(place.as_posix())
     if not found:
         raise InputError(f"{results}: holds no figure, table or recording; make them with `snakemake -j2`")
     return found
 
 
-def describe(results: Path | str, inputs: Iterable[Path | str] = (), whole: bool = False) -> dict[str, Any]:
+def describe(results: Path | str, inputs: Iterable[Path | str] = (), complete: bool = False) -> dict[str, Any]:
     """Describe a results folder by hashes and numbers.
 
     Parameters
@@ -139,7 +139,7 @@ def describe(results: Path | str, inputs: Iterable[Path | str] = (), whole: bool
     files = {}
     for name in names:
         if name not in timed:
-            files[name] = _entry(Path(results, name), whole) | ({"shows": shows[name]} if name in shows else {})
+            files[name] = _entry(Path(results, name), complete) | ({"shows": shows[name]} if name in shows else {})
     made_with = {"trackdyn": __version__, "sources": source_hash(), "package": package_hash(), "target": target_hash()}
     made_with |= {"python": platform.python_version(), "machine": platform.machine(), "system": platform.system()}
     made_with |= {"versions": {name: package_version(name) for name in PACKAGES}}
@@ -218,7 +218,7 @@ def _shows(results: Path) -> dict[str, str]:
     return found
 
 
-def _entry(path: Path, whole: bool) -> dict[str, Any]:
+def _entry(path: Path, complete: bool) -> dict[str, Any]:
     data = path.read_bytes()
     entry: dict[str, Any] = {"bytes": len(data)}
     if path.suffix == ".csv" and not data.startswith(b"#"):
@@ -228,6 +228,6 @@ def _entry(path: Path, whole: bool) -> dict[str, Any]:
             text = read_cells(text).drop(columns=times).to_csv(index=False, lineterminator="\n")
             data = text.encode("utf-8")
             entry = {"bytes": len(data), "times": times}
-        if whole or len(data) <= LONGEST_TEXT:
+        if complete or len(data) <= LONGEST_TEXT:
             entry["text"] = text
     return {"sha256": hashlib.sha256(data).hexdigest(), **entry}

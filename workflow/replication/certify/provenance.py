@@ -70,7 +70,7 @@ def package_version(package: str) -> str:
         return "not installed"
 
 
-def provenance(metas: dict[str, dict], files: Iterable[Path | str]) -> dict:
+def run_provenance(metas: dict[str, dict], files: Iterable[Path | str]) -> dict:
     """Versions and hashes for the page.
 
     Parameters

@@ -17,18 +17,18 @@ def verify(
     exact: Annotated[bool, typer.Option("--exact", help="Byte for byte, as runs on one kind of machine are.")] = False,
 ) -> None:
     """Compare the results of a run with a manifest: which figure or table differs, and by how much."""
-    from replication.certify.comparison import EQUAL, compare, failed, summary
+    from replication.certify.comparison import EQUAL, compare_manifests, failed, findings_summary
     from replication.certify.manifest import NAME, describe, load_manifest
 
     place = results / NAME if against is None else against
-    expected = describe(place, whole=True) if place.is_dir() else load_manifest(place)
-    findings = compare(describe(results, whole=place.is_dir()), expected)
+    expected = describe(place, complete=True) if place.is_dir() else load_manifest(place)
+    findings = compare_manifests(describe(results, complete=place.is_dir()), expected)
     for finding in findings:
         if finding.status != EQUAL:
             typer.echo(
                 f"{finding.status:>8}  {finding.name}  {finding.shows and f'({finding.shows}) '}{finding.text}".rstrip()
             )
-    typer.echo(summary(findings))
+    typer.echo(findings_summary(findings))
     if bad := failed(findings, exact):
         raise InputError(f"{results}: {len(bad)} of {len(findings)} files are not those of {place}")
 

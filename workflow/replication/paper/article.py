@@ -4,7 +4,7 @@ import numpy as np
 
 from replication.paper.cells import value_difference
 from replication.paper.evidence import Evidence, NotThere
-from replication.paper.measures import alike, coarse_rms_difference, measure
+from replication.paper.measures import coarse_rms_difference, measure, register_all
 
 
 def _cells(e: Evidence, name: str, speeds) -> np.ndarray:
@@ -21,7 +21,7 @@ def _against(what, e, speeds):
     return value_difference(e.records(speeds)[ours], _cells(e, cells, speeds)).tolist()
 
 
-alike(
+register_all(
     _against, "records", by_speed=True,
     rms_against_experiment=("rms_g", "rms_experiment"), sd_against_experiment=("sd_g", "sd_experiment"),
     rms_against_simulation=("rms_g", "rms_simulation"), sd_against_simulation=("sd_g", "sd_simulation"),

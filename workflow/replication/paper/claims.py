@@ -355,12 +355,12 @@ def counts(card: pd.DataFrame) -> pd.DataFrame:
         nowhere, one whose parts have two origins once for each, and claims that share their data as one.
     """
     judged = card[card["verdict"].isin(JUDGED)]
-    whole = (judged["verdict"] == REPRODUCED).groupby([judged["rig"], judged["origin"], judged["counts_as"]]).all()
+    complete = (judged["verdict"] == REPRODUCED).groupby([judged["rig"], judged["origin"], judged["counts_as"]]).all()
     rows = [
         {"rig": rig, "origin": origin, "claims": len(found), "came_out": int(found.sum())}
         for rig in dict.fromkeys(card["rig"])
         for origin in ORIGINS
-        for found in [whole[[key[:2] == (rig, origin) for key in whole.index]]]
+        for found in [complete[[key[:2] == (rig, origin) for key in complete.index]]]
     ]
     return pd.DataFrame(rows, columns=["rig", "origin", "claims", "came_out"])
 
@@ -368,8 +368,8 @@ def counts(card: pd.DataFrame) -> pd.DataFrame:
 def headline(card: pd.DataFrame, rig: str) -> str:
     """How many claims of each origin a rig reproduces, in one sentence, predictions first."""
     found = counts(card).query("rig == @rig and claims > 0")
-    said = [f"{row.came_out} of {row.claims} {ORIGIN_WORDS[row.origin]}" for row in found.itertuples()]
-    return f"Reproduced: {', '.join(said)}."
+    message = [f"{row.came_out} of {row.claims} {ORIGIN_WORDS[row.origin]}" for row in found.itertuples()]
+    return f"Reproduced: {', '.join(message)}."
 
 
 def side_by_side(card: pd.DataFrame) -> pd.DataFrame:

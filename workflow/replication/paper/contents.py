@@ -12,17 +12,17 @@ import yaml
 from replication.paper.item import Item
 
 
-def listed(path: Path) -> dict[str, tuple[Item, ...]]:
+def load_items(path: Path) -> dict[str, tuple[Item, ...]]:
     """Figures and tables of a list (YAML), by its groups."""
     groups = yaml.safe_load(path.read_text(encoding="utf-8"))
     return {group: tuple(Item(key, **entry) for key, entry in items.items()) for group, items in groups.items()}
 
 
-_GROUPS = listed(Path(__file__).with_suffix(".yaml"))
+_GROUPS = load_items(Path(__file__).with_suffix(".yaml"))
 PAPER, OWN, OF_STUDIES = (_GROUPS[group] for group in ("paper", "own", "studies"))
 
 
-def missing(results: Path | str) -> list[Item]:
+def missing_items(results: Path | str) -> list[Item]:
     """The figures and tables of the paper that a results folder lacks, in the paper's order."""
     return [item for item in PAPER if not item.files(results)]
 

@@ -38,7 +38,7 @@ def measure(table: str, by_speed: bool = False):
     return register
 
 
-def alike(function, table: str, by_speed: bool = False, **of) -> None:
+def register_all(function, table: str, by_speed: bool = False, **of) -> None:
     """Register measures that are one function of something (a column, a run, events), by their names."""
     for name, what in of.items():
         MEASURES[name] = Measure(partial(function, what), table, by_speed, what if function is _values else "")
@@ -97,12 +97,14 @@ def _by_start(column, e, speeds):
     return _some(e.starts[e.starts["rpm"].isin(speeds)] if len(e.starts) else e.starts)[column].tolist()
 
 
-alike(_values, "records", by_speed=True, rms="rms_g", sd="sd_g", high_frequency="high_frequency_g")
-alike(_values, "records", by_speed=True, line_frequencies="line_hz", line_amplitudes="line_g")
-alike(_values, "records", by_speed=True, line_frequencies_binfree="line_hz_binfree")
-alike(_largest, "records", gap_after_projection="loop_gap_max_m", gap_before_projection="gap_before_projection_m")
-alike(_largest, "records", velocity_gap="velocity_gap_m_s")
-alike(_by_start, "records", line_frequencies_by_start="line_hz", line_amplitudes_by_start="line_g")
+register_all(_values, "records", by_speed=True, rms="rms_g", sd="sd_g", high_frequency="high_frequency_g")
+register_all(_values, "records", by_speed=True, line_frequencies="line_hz", line_amplitudes="line_g")
+register_all(_values, "records", by_speed=True, line_frequencies_binfree="line_hz_binfree")
+register_all(
+    _largest, "records", gap_after_projection="loop_gap_max_m", gap_before_projection="gap_before_projection_m"
+)
+register_all(_largest, "records", velocity_gap="velocity_gap_m_s")
+register_all(_by_start, "records", line_frequencies_by_start="line_hz", line_amplitudes_by_start="line_g")
 
 
 @measure("records", by_speed=True)
@@ -124,7 +126,7 @@ def _peer(column, e, speeds):
     return e.peer[column].tolist()
 
 
-alike(_peer, "peer", peer_difference="difference_pct", peer_difference_of_a_belt="difference_belt_pct")
+register_all(_peer, "peer", peer_difference="difference_pct", peer_difference_of_a_belt="difference_belt_pct")
 
 
 # The meshing process (Sect. 6.1)
@@ -158,8 +160,8 @@ def _variation(sides, e, speeds):
     return float(_over(e.meshing("ring")[[f"{side}_sd_n" for side in sides]].max(), without))
 
 
-alike(_areas, "meshing", areas_without_ring="no_ring", areas_with_ring="ring")
-alike(
+register_all(_areas, "meshing", areas_without_ring="no_ring", areas_with_ring="ring")
+register_all(
     _times,
     "meshing",
     left_maximum_without_ring=("no_ring", *(f"left {reading}" for reading in READINGS)),
@@ -168,10 +170,10 @@ alike(
     contacts_with_ring=("ring", "left touches", "ring left", "out"),
     maxima_with_ring=("ring", *(f"{side} {reading}" for side in ("ring", "left") for reading in READINGS)),
 )
-alike(_share, "meshing", ring_share="ring", left_share="left")
-alike(_ratio, "meshing", left_share_ratio="left_share_pct", left_force_ratio="left_rms_n")
-alike(_variation, "meshing", variation_of_all_forces=("left", "right", "ring"))
-alike(_variation, "meshing", variation_of_tooth_forces=("left", "right"))
+register_all(_share, "meshing", ring_share="ring", left_share="left")
+register_all(_ratio, "meshing", left_share_ratio="left_share_pct", left_force_ratio="left_rms_n")
+register_all(_variation, "meshing", variation_of_all_forces=("left", "right", "ring"))
+register_all(_variation, "meshing", variation_of_tooth_forces=("left", "right"))
 
 
 @measure("meshing")
@@ -235,8 +237,8 @@ def _steps(column, e, speeds):
     return found
 
 
-alike(_growths, "study", left_growth_with_speed="left", ring_growth_with_speed="ring")
-alike(_steps, "study", by_speed=True, ring_rms_steps="ring_rms_n", ring_sd_steps="ring_sd_n")
+register_all(_growths, "study", left_growth_with_speed="left", ring_growth_with_speed="ring")
+register_all(_steps, "study", by_speed=True, ring_rms_steps="ring_rms_n", ring_sd_steps="ring_sd_n")
 
 
 @measure("study")

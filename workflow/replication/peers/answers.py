@@ -20,12 +20,12 @@ from replication.peers.comparison import run_peer
 from replication.peers.exudyn_loop import PeerRun, require_exudyn
 from replication.peers.mujoco_loop import run_mujoco
 from replication.study.accuracy.limit import SURE, difference, limit_of
-from replication.study.accuracy.planner import record_error
 from replication.study.accuracy.statistics import whole_samples
 from replication.study.settings import PEER_LAWS, PeerAnswers
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.extras import required
 from trackdyn.measure.stopping import LEAST
+from trackdyn.measure.uncertainty import record_error
 from trackdyn.measure.whole_loop import Series
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Scene
@@ -55,7 +55,7 @@ ORDERS = {
 MOST = 3000  # passages
 
 
-def accelerations(centre: np.ndarray, rate: float, span: float) -> Series:
+def measured_accelerations(centre: np.ndarray, rate: float, span: float) -> Series:
     """Mean square acceleration of all links, passage by passage.
 
     Parameters
@@ -98,7 +98,7 @@ def theirs(scene: Scene, run: Callable[[Scene], PeerRun]) -> tuple[np.ndarray, f
     return found.centre[first:, ::2], process_time() - begin - found.cpu, found.cpu / seconds
 
 
-def compare_answers(rig: Rig, asked: PeerAnswers) -> pd.DataFrame:
+def compare_answers(rig: Rig, requested: PeerAnswers) -> pd.DataFrame:
     """CPU seconds that every setting of every code takes for one tolerance.
 
     Returns
@@ -109,12 +109,16 @@ def compare_answers(rig: Rig, asked: PeerAnswers) -> pd.DataFrame:
         and ``cpu_s`` is what the whole answer takes then, both empty where the setting is too coarse. The cheapest of
         a code is ``chosen``.
     """
-    span = rig.loop_period(asked.speed_rpm) / rig.chain.pitches
-    about = {"duration": whole_samples(rig, asked.passages * span + 0.01), "lead_in": asked.lead_in_s, "spells": False}
+    span = rig.loop_period(requested.speed_rpm) / rig.chain.pitches
+    about = {
+        "duration": whole_samples(rig, requested.passages * span + 0.01),
+        "lead_in": requested.lead_in_s,
+        "spells": False,
+    }
     about |= PEER_LAWS | {"tension": "locked"}
-    scene = Scene(rig, asked.speed_rpm, asked.ring_radius_m, ramp=asked.ramp_s, **about)
+    scene = Scene(rig, requested.speed_rpm, requested.ring_radius_m, ramp=requested.ramp_s, **about)
     brief = scene.with_(lead_in=0.0, duration=whole_samples(rig, 0.01))
-    first = next(iter(asked.mujoco_steps_s))
+    first = next(iter(requested.mujoco_steps_s))
 
     def exudyn(scene: Scene, method: str, step: float):
         return theirs(scene, lambda scene: run_peer(scene, step)[0])
@@ -127,9 +131,9 @@ def compare_answers(rig: Rig, asked: PeerAnswers) -> pd.DataFrame:
 
     tables = []
     for code, there, steps, extrapolated, run in (
-        (OURS, lambda: None, asked.steps_s, "semi_implicit", trackdyn),
-        (PEER, require_exudyn, {METHOD: asked.exudyn_steps_s}, METHOD, exudyn),
-        (OWN, partial(required, "mujoco"), asked.mujoco_steps_s, first, mujoco),
+        (OURS, lambda: None, requested.steps_s, "semi_implicit", trackdyn),
+        (PEER, require_exudyn, {METHOD: requested.exudyn_steps_s}, METHOD, exudyn),
+        (OWN, partial(required, "mujoco"), requested.mujoco_steps_s, first, mujoco),
     ):
         try:
             there()
@@ -140,7 +144,7 @@ def compare_answers(rig: Rig, asked: PeerAnswers) -> pd.DataFrame:
             with suppress(DivergenceError, InputError):
                 run(brief, method, max(sizes))
         settings = [(method, step) for method, sizes in steps.items() for step in sizes]
-        tables.append(_answers(code, settings, extrapolated, asked, span, rig.sensor.rate, partial(run, scene)))
+        tables.append(_answers(code, settings, extrapolated, requested, span, rig.sensor.rate, partial(run, scene)))
     return pd.DataFrame([row for rows in tables for row in rows], columns=COLUMNS)
 
 
@@ -148,7 +152,7 @@ def _answers(
     code: str,
     settings: Sequence[tuple[str, float]],
     extrapolated: str,
-    asked: PeerAnswers,
+    requested: PeerAnswers,
     span: float,
     rate: float,
     run: Callable,
@@ -158,7 +162,7 @@ def _answers(
     for setting in settings:
         try:
             centre, *spent[setting] = run(*setting)
-            found[setting] = accelerations(centre, rate, span)
+            found[setting] = measured_accelerations(centre, rate, span)
         except (DivergenceError, InputError) as error:
             rows.append({"code": code, "method": setting[0], "step_s": setting[1], "note": str(error)})
         print(f"{code}, {setting[0]}, {setting[1]:g} s", flush=True)
@@ -174,10 +178,13 @@ def _answers(
         start, per_second = spent[method, step]
         row = {"code": code, "method": method, "step_s": step, "rms_m_s2": estimate.value, "difference_pct": 100 * off}
         row |= {"uncertainty_pct": 100 * noise, "scatter_pct": 100 * scatter, "cpu_s_per_s": per_second}
-        enough = abs(off) + SURE * noise + record_error(scatter, passages) <= asked.tolerance
+        enough = abs(off) + SURE * noise + record_error(scatter, passages) <= requested.tolerance
         if enough.any():
             count = int(passages[np.argmax(enough)])
-            row |= {"passages": count, "cpu_s": start + per_second * (asked.ramp_s + asked.lead_in_s + count * span)}
+            row |= {
+                "passages": count,
+                "cpu_s": start + per_second * (requested.ramp_s + requested.lead_in_s + count * span),
+            }
         rows.append(row)
     reached = [row for row in rows if "cpu_s" in row]
     if reached:

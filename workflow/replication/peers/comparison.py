@@ -9,7 +9,7 @@ import pandas as pd
 
 from replication.peers.codes import OURS, PEER
 from replication.peers.contact import make_contacts
-from replication.peers.exudyn_loop import PeerRun, free_wheels, require_exudyn, run_loop, start_of
+from replication.peers.exudyn_loop import PeerRun, free_wheels, require_exudyn, run_exudyn_loop, start_of
 from replication.study.settings import peer_scene
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.parameters.rig import Rig
@@ -84,12 +84,12 @@ def run_peer(scene: Scene, step: float, arcs: int = 10) -> tuple[PeerRun, np.nda
     contacts = make_contacts(scene, loop.layout["tensioner_shift_m"], arcs)
     times = scene.ramp + scene.duration, step, 1.0 / scene.rig.sensor.rate
     about = {"contacts": contacts, "wheels": free, "drive": model.drive}
-    run = run_loop(model.chain, start_of(loop.state), *times, **about)
+    run = run_exudyn_loop(model.chain, start_of(loop.state), *times, **about)
     first = round(scene.ramp * scene.rig.sensor.rate) + 1
     return run, run.centre[first:, 2 * (scene.rig.sensor.pitch - 1), 1]
 
 
-def compare(
+def compare_codes(
     rig: Rig,
     speed_rpm: float,
     readings: Sequence[str],

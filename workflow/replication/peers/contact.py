@@ -147,7 +147,7 @@ def _groove_contact(c: Contacts, x, y, sprocket_angle):
 
 
 @kernel
-def contact_loads(c: Contacts, length, q, v, angle, spin, memory: Memory, update, load, torque):
+def peer_contact_loads(c: Contacts, length, q, v, angle, spin, memory: Memory, update, load, torque):
     """Loads of all contacts.
 
     Parameters
@@ -223,7 +223,7 @@ def _remembered(stored, depth, speed, floor):
 @kernel
 def force_vector(c: Contacts, length, q, v, angle, spin, memory: Memory, load, torque, force):
     """Generalised forces (3 n + w - 1,) of all contacts."""
-    contact_loads(c, length, q, v, angle, spin, memory, False, load, torque)
+    peer_contact_loads(c, length, q, v, angle, spin, memory, False, load, torque)
     n = load.shape[0]
     force[3 * n :] = 0.0
     for i in range(n):
@@ -248,7 +248,7 @@ def jacobian_triplets(c: Contacts, length, q, v, angle, spin, memory: Memory, by
     """
     n, free = loads.shape[1], c.circle.shape[0] - 1
     count = 0
-    contact_loads(c, length, q, v, angle, spin, memory, False, loads[0], torques[0])
+    peer_contact_loads(c, length, q, v, angle, spin, memory, False, loads[0], torques[0])
     for k in range(6 + free):
         nudge = POSITION_NUDGE if k < 3 else RATE_NUDGE
         factor = -by_q / nudge if k < 3 else -by_v / nudge
@@ -256,7 +256,7 @@ def jacobian_triplets(c: Contacts, length, q, v, angle, spin, memory: Memory, by
         first, stride, times = (k % 3, 3, n) if k < 6 else (3 * n + k - 6, 1, 1)
         for i in range(times):
             changed[first + stride * i] += nudge
-        contact_loads(c, length, q, v, angle, spin, memory, False, loads[1], torques[1])
+        peer_contact_loads(c, length, q, v, angle, spin, memory, False, loads[1], torques[1])
         for i in range(times):
             changed[first + stride * i] -= nudge
         for i in range(n):

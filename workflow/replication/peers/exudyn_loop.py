@@ -14,11 +14,11 @@ from math import pi
 
 import numpy as np
 
-from replication.peers.contact import Contacts, Memory, contact_loads, force_vector, jacobian_triplets
+from replication.peers.contact import Contacts, Memory, force_vector, jacobian_triplets, peer_contact_loads
 from replication.study.settings import PEER_LAWS
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.extras import required
-from trackdyn.model.constants import Chain, Drive, Model
+from trackdyn.model.constants import NO_MOTOR, NO_RIPPLE, Chain, Drive, Model
 from trackdyn.scene.scene import Scene
 
 # Newton's iteration ends when the residual has fallen by the first or below the second: Exudyn's own defaults.
@@ -39,7 +39,7 @@ def require_exudyn():
 
 
 @dataclass(frozen=True)
-class Start:
+class PeerStart:
     """Where a run begins.
 
     Attributes
@@ -62,9 +62,9 @@ class Start:
     wheel_impact: np.ndarray | None = None
 
 
-def start_of(state) -> Start:
+def start_of(state) -> PeerStart:
     """Start of a run from a ``model.state.State``."""
-    return Start(
+    return PeerStart(
         state.pin.copy(), state.angle.copy(), state.rate.copy(), float(state.wheel_angle[0]),
         state.tooth_impact.copy(), state.wheel_impact.copy(),
     )  # fmt: skip
@@ -125,9 +125,9 @@ def free_wheels(scene: Scene, model: Model) -> PeerWheels:
     InputError
         The loop has what they have not.
     """
-    plain = model.drive.ripple is None and model.drive.motor is None and scene.chain == "double_pin"
+    plain = model.drive[4:] == (NO_RIPPLE, NO_MOTOR) and scene.chain == "double_pin"
     laws = {name: getattr(scene, name) for name in PEER_LAWS}
-    if model.carriers is not None or model.space is not None or not plain or laws != PEER_LAWS:
+    if len(model.carriers.wheel) or model.space is not None or not plain or laws != PEER_LAWS:
         raise InputError(
             "the loop in the other codes has fixed wheels, a prescribed speed, viscous drag and bushings, and double "
             "pins in the plane; a rig from peers.rigs.fixed with chain = double_pin, tension = locked, "
@@ -142,7 +142,7 @@ def drive_at(drive: Drive, t: float) -> tuple[float, float]:
     return drive.rate * (drive.ramp * x**3 * (1 - x / 2) + max(t - drive.ramp, 0.0)), drive.rate * x * x * (3 - 2 * x)
 
 
-def coordinates(chain: Chain, start: Start) -> tuple[np.ndarray, np.ndarray]:
+def coordinates(chain: Chain, start: PeerStart) -> tuple[np.ndarray, np.ndarray]:
     """(n, 3) coordinates (mass centre, angle) of a start and their (n, 3) rates."""
     c, s, w = np.cos(start.angle), np.sin(start.angle), start.rate
     step = chain.length[:, None] * np.column_stack([c, s])
@@ -157,9 +157,9 @@ def coordinates(chain: Chain, start: Start) -> tuple[np.ndarray, np.ndarray]:
     )
 
 
-def run_loop(
+def run_exudyn_loop(
     chain: Chain,
-    start: Start,
+    start: PeerStart,
     duration: float,
     step: float,
     sample: float,
@@ -347,6 +347,6 @@ def _add_contacts(exu, items, mbs, nodes, chain, start, contacts, drive):
     def after_step(t, mbs):
         angle, spin = sprocket(t)
         q, v = np.array(mbs.systemData.GetODE2Coordinates()), np.array(mbs.systemData.GetODE2Coordinates_t())
-        contact_loads(contacts, chain.length, q, v, angle, spin, memory, True, load, torque)
+        peer_contact_loads(contacts, chain.length, q, v, angle, spin, memory, True, load, torque)
 
     return after_step, memory

@@ -12,7 +12,7 @@ from math import pi
 import numpy as np
 
 from replication.peers.contact import Contacts, make_contacts
-from replication.peers.exudyn_loop import PeerRun, PeerWheels, Start, drive_at, free_wheels, start_of
+from replication.peers.exudyn_loop import PeerRun, PeerStart, PeerWheels, drive_at, free_wheels, start_of
 from replication.peers.mujoco_contact import ACROSS, RUBBER, STEEL, cushion, soft, sprocket_shapes
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.extras import required
@@ -199,7 +199,7 @@ def _add_teeth(mj, wheel, contacts: Contacts, load: float, speed: float) -> None
         wheel.add_geom(name=f"facet{k}", type=mj.mjtGeom.mjGEOM_CAPSULE, fromto=ends, size=[radius, 0.0, 0.0], **about)
 
 
-def lay(model, data, chain: Chain, start: Start) -> None:
+def lay(model, data, chain: Chain, start: PeerStart) -> None:
     """Put the start of a run into ``data``."""
 
     def put(name, place, rate):
@@ -236,8 +236,8 @@ def places(model, chain: Chain, kept: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return pins + arm, angle, np.hypot(*ends[:, -1].T)
 
 
-def run_loop(
-    model, chain: Chain, start: Start, duration: float, sample: float, drive: Drive = Drive(0.0, 1.0)
+def run_mujoco_loop(
+    model, chain: Chain, start: PeerStart, duration: float, sample: float, drive: Drive = Drive(0.0, 1.0)
 ) -> PeerRun:
     """Integrate with MuJoCo.
 
@@ -297,6 +297,6 @@ def run_mujoco(scene: Scene, integrator: str, step: float) -> PeerRun:
     free = free_wheels(scene, model)
     contacts = make_contacts(scene, loop.layout["tensioner_shift_m"])
     built = build(model.chain, step, contacts, free, *working_load(scene), integrator)
-    return run_loop(
+    return run_mujoco_loop(
         built, model.chain, start_of(loop.state), scene.ramp + scene.duration, 1.0 / scene.rig.sensor.rate, model.drive
     )

@@ -16,21 +16,12 @@ from replication.study.settings import REFERENCE, SETTINGS, Allowed, StudiesFile
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.rig_file import cells_path
-from trackdyn.parameters.validation import NotNegative, Positive, Section, parse_tolerance, shown, validated
+from trackdyn.parameters.validation import NotNegative, Positive, Section, shown, validated
 from trackdyn.parameters.yaml_file import read_yaml
 from trackdyn.scene.fidelity import PRESETS
 from trackdyn.scene.scene import Scene
 from trackdyn.scene.stop_rule import StopRule, steady_fields
 from trackdyn.sensor.sensor_mapping import load_mapping
-
-
-class Planned(Section):
-    """A tolerance in place of a step: the rule `plan` picks fidelity and step from measured data."""
-
-    tolerance: float | str
-    # what the planner knows, named here because the planner needs the whole simulator
-    measure: Literal["rms", "sd", "line", "high_frequency", "left_peak", "left_share", "right_share", "ring_share"]
-    data: str
 
 
 class Records(Section):
@@ -44,8 +35,6 @@ class Records(Section):
     ramp_s: Positive
     step_s: Positive
     frame_interval_s: NotNegative
-    # in place of step_s, such as {tolerance: 1%, measure: rms, data: results/trade.csv}
-    plan: Planned | None = None
 
 
 class Meshing(Section):
@@ -155,11 +144,6 @@ class Config(Section):
         above = next(place for place in (folder, *folder.parents) if place.exists())
         if not os.access(above, os.W_OK):
             raise InputError(f"results = {shown(self.results)}: {above} is not writable; choose another folder")
-        if self.records.plan:
-            try:
-                parse_tolerance(self.records.plan.tolerance)
-            except InputError as error:
-                raise InputError(f"records.plan.{error}") from None
         for where, values in (
             ("records.speeds_rpm", self.records.speeds_rpm),
             ("ring_study.speeds_rpm", self.ring_study.speeds_rpm),
@@ -194,8 +178,8 @@ class Config(Section):
     @property
     def ladder_settings(self) -> list[str]:
         """Settings of the ladder, that of the paper among them."""
-        asked = self.fidelity.settings
-        return [name for name in SETTINGS if not asked or name in asked or name == f"preset={REFERENCE}"]
+        requested = self.fidelity.settings
+        return [name for name in SETTINGS if not requested or name in requested or name == f"preset={REFERENCE}"]
 
     def sensor_path(self, rpm: float) -> str:
         """File of the sensor's record at a motor speed."""
@@ -219,9 +203,6 @@ class Config(Section):
         InputError
             If a scene is not possible on this rig or its record is too short for its statistics.
 
-        Notes
-        -----
-        With ``records.plan`` fidelity and step of the records are the planner's, put in when they are run.
         """
         runs: dict[str, Scene] = {}
 
@@ -271,8 +252,10 @@ class Config(Section):
                 )
         for rpm in s.speeds_rpm:
             for radius in s.rings:
-                asked = steady_fields(rig, rpm, self.known) | {"step": allowed_step(s.steps_s, radius)}
-                add(f"ring/{rpm:g}rpm_{ring_name(radius)}", "ring_study", motor_rpm=rpm, ring_radius=radius, **asked)
+                requested = steady_fields(rig, rpm, self.known) | {"step": allowed_step(s.steps_s, radius)}
+                add(
+                    f"ring/{rpm:g}rpm_{ring_name(radius)}", "ring_study", motor_rpm=rpm, ring_radius=radius, **requested
+                )
         return runs
 
     def refuse_studies(self, rig: Rig) -> None:

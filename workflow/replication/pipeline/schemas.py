@@ -65,7 +65,7 @@ def _without_required(part: Any) -> Any:
     return [_without_required(value) for value in part] if isinstance(part, list) else part
 
 
-def write(models: dict[str, type[BaseModel]], folder: Path = FOLDER) -> None:
+def write_schemas(models: dict[str, type[BaseModel]], folder: Path = FOLDER) -> None:
     """Write the schemas of kinds of files."""
     for name, model in models.items():
         text = json.dumps(schema(name, model), indent=1, ensure_ascii=False)
@@ -73,4 +73,4 @@ def write(models: dict[str, type[BaseModel]], folder: Path = FOLDER) -> None:
 
 
 if __name__ == "__main__":
-    write(MODELS)
+    write_schemas(MODELS)

@@ -7,8 +7,9 @@ from pathlib import Path
 import pandas as pd
 
 from replication.paper.claims import JUDGED, REPRODUCED, SHORT, headline
+from replication.report.figures.trade import answers
 from replication.report.tables import ladder_table
-from replication.study.extremes.resolved import verdict
+from replication.study.extremes.resolved import short_runs_verdict
 from trackdyn.errors import InputError
 from trackdyn.files import replacing, write_text
 
@@ -60,8 +61,8 @@ def claims_text(card: pd.DataFrame) -> str:
         failed, met = [], []
         for claim_id, parts in own[own["origin"] == origin].groupby("id", sort=False):
             lost = list(parts.loc[parts["verdict"] != REPRODUCED, "part"])
-            verdict = f"○ {len(lost)} of {len(parts)} parts fail" if lost else "● reproduced"
-            line = [claim_id, SHORT.get(claim_id, parts["claim"].iloc[0]), origin, verdict]
+            short_runs_verdict = f"○ {len(lost)} of {len(parts)} parts fail" if lost else "● reproduced"
+            line = [claim_id, SHORT.get(claim_id, parts["claim"].iloc[0]), origin, short_runs_verdict]
             (failed if lost else met).append(line)
         lines += failed + met
     for origin in ("follows", "fitted"):
@@ -75,12 +76,29 @@ def claims_text(card: pd.DataFrame) -> str:
     return "\n\n".join([*headlines, table.to_markdown(index=False, disable_numparse=True)])
 
 
+def readme_text(card: pd.DataFrame, rows: pd.DataFrame) -> str:
+    """The claims, and what an answer costs."""
+    return f"{claims_text(card)}\n\n{trade_sentence(rows)}"
+
+
+def trade_sentence(rows: pd.DataFrame) -> str:
+    """CPU seconds of the cheapest settings that keep the RMS to 1 % and the mean left peak to 2 %, over the scenes."""
+    data, parts = answers(rows), []
+    for measure, tolerance, words in (("rms", 0.01, "RMS"), ("left_peak", 0.02, "mean left-arc peak")):
+        kept = data[(data["measure"] == measure) & (data["error"] <= tolerance)].groupby("scene")["cpu_s"].min()
+        parts.append(f"{words} to {100 * tolerance:g} %: {kept.min():.1g} to {kept.max():.1g} CPU s")
+    return (
+        f"**What an answer costs**: {'; '.join(parts)}, answers of all links at 115 and 210 rpm, with and without "
+        "a ring, on the machine that measured."
+    )
+
+
 def layouts_text(rows: pd.DataFrame) -> str:
     """Outcomes of random layouts, one line per chain, and of all."""
     counted = ["layouts", "completed", "refused", "defect"]
     table = rows.groupby(["chain", "teeth"], sort=False)[counted].sum().reset_index()
-    whole = pd.DataFrame([{"chain": "all", "teeth": "", **rows[counted].sum()}])
-    table = pd.concat([table.astype({"teeth": str}), whole], ignore_index=True)
+    complete = pd.DataFrame([{"chain": "all", "teeth": "", **rows[counted].sum()}])
+    table = pd.concat([table.astype({"teeth": str}), complete], ignore_index=True)
     table["completed, %"] = (100 * table["completed"] / table["layouts"]).map("{:.1f}".format)
     return table.to_markdown(index=False, disable_numparse=True)
 
@@ -91,7 +109,7 @@ def short_runs_text(rows: pd.DataFrame) -> str:
     for name in ("rms off, %", "peak off, %"):
         shown[name] = ["–" if pd.isna(value) else f"{value:.2g}" for value in shown[name]]
     shown["beyond"] = shown["beyond"].fillna("–")
-    return f"{shown.to_markdown(index=False, disable_numparse=True)}\n\n{verdict(rows)}"
+    return f"{shown.to_markdown(index=False, disable_numparse=True)}\n\n{short_runs_verdict(rows)}"
 
 
 def fill(page: Path, sources: Sequence[Path], write: Callable[..., str]) -> None:
@@ -128,7 +146,7 @@ PAGES = (
     ("docs/what-an-answer-costs.md", ("limits.csv",), limits),
     ("docs/resolution.md", ("extremes_short_runs.csv",), short_runs_text),
     ("docs/your-own-rig.md", ("layouts.csv",), layouts_text),
-    ("README.md", ("claims.csv",), claims_text),
+    ("README.md", ("claims.csv", "trade.csv"), readme_text),
 )
 
 if __name__ == "__main__":

@@ -40,7 +40,7 @@ def bare(ax: Axes) -> None:
     ax.set_axis_off()
 
 
-def write(ax: Axes, place, text: str, **look) -> None:
+def write_mark(ax: Axes, place, text: str, **look) -> None:
     """Text with a white rim, centred at a place."""
     look = {"ha": "center", "va": "center", "fontsize": 8, "zorder": Z_MARK + 3, "clip_on": True} | look
     ax.text(*place, text, path_effects=HALO, **look)
@@ -80,7 +80,7 @@ def leader(ax: Axes, place, text: str, label_at, **look) -> None:
     ax.annotate(text, tuple(place), tuple(label_at), arrowprops=line, **look)
 
 
-def beside(ax: Axes, start, end, text: str, at: float = 0.5, side: int = 1, turned: bool = False, **look) -> None:
+def place_beside(ax: Axes, start, end, text: str, at: float = 0.5, side: int = 1, turned: bool = False, **look) -> None:
     """Text beside a line, at the part ``at`` of its way; ``side`` 1 is left of its direction, -1 right.
 
     ``turned`` text runs along the line and stands above it (``side`` 1) or below it, read from below or from the right.
@@ -102,7 +102,7 @@ def vector(ax: Axes, start, end, text: str, at: float = 0.5, side: int = 1, **lo
     """Arrow with its name beside it."""
     colour = look.get("color", BLACK)
     arrow(ax, start, end, **look)
-    beside(ax, start, end, text, at, side, color=colour, fontsize=8.5)
+    place_beside(ax, start, end, text, at, side, color=colour, fontsize=8.5)
 
 
 def dimension(ax: Axes, start, end, text: str, offset: float = 0.0, side: int = 1, turned: bool = True, **look) -> None:
@@ -114,13 +114,13 @@ def dimension(ax: Axes, start, end, text: str, offset: float = 0.0, side: int = 
         for here, there in ((start, a), (end, b)):
             line(ax, here, there + 0.1 * (there - here), color="0.45", linewidth=0.6)
     arrow(ax, a, b, "<|-|>", linewidth=0.8, mutation_scale=7)
-    beside(ax, a, b, text, side=side, turned=turned, **look)
+    place_beside(ax, a, b, text, side=side, turned=turned, **look)
 
 
 def radius(ax: Axes, centre, end, text: str, at: float = 0.5, side: int = 1, **look) -> None:
     """Arrow from a centre to a point of its circle, the text along it."""
     arrow(ax, centre, end, linewidth=0.9)
-    beside(ax, centre, end, text, at, side, turned=True, **look)
+    place_beside(ax, centre, end, text, at, side, turned=True, **look)
 
 
 def angle(ax: Axes, centre, size: float, start: float, end: float, text: str, spread: float = 1.25, **look) -> None:
@@ -128,7 +128,7 @@ def angle(ax: Axes, centre, size: float, start: float, end: float, text: str, sp
     points = circle_points(centre, size, start, end, 30)
     line(ax, *points, linewidth=0.8)
     arrow(ax, points[-2], points[-1], linewidth=0.8, mutation_scale=7)
-    write(ax, np.asarray(centre) + spread * size * polar(0.5 * (start + end)), text, **look)
+    write_mark(ax, np.asarray(centre) + spread * size * polar(0.5 * (start + end)), text, **look)
 
 
 def axes_cross(ax: Axes, origin, size: float, turn: float, names: tuple[str, str], **look) -> None:
@@ -136,4 +136,4 @@ def axes_cross(ax: Axes, origin, size: float, turn: float, names: tuple[str, str
     for name, direction in zip(names, (turn, turn + pi / 2), strict=True):
         end = np.asarray(origin) + size * polar(direction)
         arrow(ax, origin, end, **look)
-        write(ax, np.asarray(origin) + 1.12 * size * polar(direction), name, color=look.get("color", BLACK))
+        write_mark(ax, np.asarray(origin) + 1.12 * size * polar(direction), name, color=look.get("color", BLACK))

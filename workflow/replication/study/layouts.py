@@ -219,7 +219,7 @@ def layouts_summary(table: pd.DataFrame) -> pd.DataFrame:
     return counts.reset_index()
 
 
-def outcome(table: pd.DataFrame) -> str:
+def layouts_outcome(table: pd.DataFrame) -> str:
     """What came out of layouts, in a sentence."""
     share = (table["outcome"] == COMPLETED).mean()
     defects = int((table["outcome"] == DEFECT).sum())

@@ -16,11 +16,10 @@ from trackdyn.scene.scene import Scene
 Values = Annotated[list[Positive], Field(min_length=1)]
 ValuesOrZero = Annotated[list[NotNegative], Field(min_length=1)]
 Count = Annotated[int, Field(ge=1)]
-Method = Literal["semi_implicit", "linearly_implicit", "rk4"]
-Steps = dict[Method, Values]
+StudyMethod = Literal["semi_implicit", "linearly_implicit", "rk4"]
+Steps = dict[StudyMethod, Values]
 # motor speed, rev/min, and ring radius, m; None: no ring
 SceneKey = tuple[Positive, Positive | None]
-Window = Literal["ring 115 rpm", "ring 210 rpm", "no ring 115 rpm", "one impact", "settling under gravity"]
 
 
 REFERENCE = "paper"
@@ -93,14 +92,6 @@ def _extrapolates(where: str, steps: Steps) -> None:
         raise InputError(f"{where}: needs at least two steps of semi_implicit, over which limits are extrapolated")
 
 
-class StateErrors(Section):
-    """Error of the state after a window: scenes, steps of each integrator, tolerances of the adaptive one."""
-
-    scenes: Annotated[list[Window], Field(min_length=1)]
-    steps_s: Steps
-    tolerances: Values
-
-
 class StatisticErrors(Section):
     """Error of the statistics of a record; ``coarse_steps_s`` for all but the full physics.
 
@@ -129,7 +120,6 @@ class TradeForm(Section):
     against limits over the steps ``limit_steps_s`` of semi_implicit.
     """
 
-    state: StateErrors
     statistics: StatisticErrors
     kept_apart: Annotated[list[SceneKey], Field(min_length=1)]
     promised: Annotated[list[Annotated[float, Field(gt=0, lt=1)]], Field(min_length=1)]
@@ -158,7 +148,7 @@ class ExtremesForm(Section):
     friction_coefficients: ValuesOrZero
     transition_velocities_m_s: Values
     bushing_dampings_nms: ValuesOrZero
-    bushing_integrators: Annotated[list[Method], Field(min_length=1)]
+    bushing_integrators: Annotated[list[StudyMethod], Field(min_length=1)]
     speeds_rpm: ValuesOrZero
     ring_radii_m: Values
     start_radii_m: Values
@@ -234,13 +224,10 @@ def scene_name(rpm: float, ring: float | None) -> str:
     return f"{'no ring' if ring is None else f'ring {ring:g} m'} {rpm:g} rpm"
 
 
-def measured_scenes(form: TradeForm) -> dict[str, StateErrors | StatisticErrors]:
-    """What is asked of each scene that is measured, by its name: its state errors, or those of its statistics."""
-    found = {f"state_{_file(name)}": form.state.model_copy(update={"scenes": [name]}) for name in form.state.scenes}
-    return found | {
-        f"statistics_{_file(scene_name(*key))}": form.statistics.model_copy(update={"scenes": [key]})
-        for key in form.statistics.scenes
-    }
+def measured_scenes(form: TradeForm) -> dict[str, StatisticErrors]:
+    """What is asked of each scene that is measured, by its name."""
+    statistics = form.statistics
+    return {_file(scene_name(*key)): statistics.model_copy(update={"scenes": [key]}) for key in statistics.scenes}
 
 
 def promised_scenes(form: TradeForm) -> dict[str, SceneKey]:

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from replication.report.figures.meshing import LOOKS
-from replication.report.figures.screenshots import contacts, draw_force
+from replication.report.figures.screenshots import contacts_at, draw_force
 from trackdyn.errors import InputError
 from trackdyn.files import replacing
 from trackdyn.parameters.rig import Rig
@@ -54,7 +54,7 @@ def draw_moment(ax: Axes, rig: Rig, recording: Recording, index: int, near: bool
     for column, pitch in enumerate(recording.pitches):
         link = 2 * (int(pitch) - 1)
         of_pitch = (array[sample, column] for array in (recording.force, recording.area, recording.groove))
-        for side, force, point, normal in contacts(rig, chain, link + 1, link, *of_pitch):
+        for side, force, point, normal in contacts_at(rig, chain, link + 1, link, *of_pitch):
             end = point + force_arrow(force, bar) * normal
             draw_force(ax, side, point, end, linewidth=1.5, head=7.5, halo=3.3, mark=3.9)
     ax.set_aspect("equal")
@@ -102,11 +102,11 @@ def write_animation(recording: Recording, path: Path | str) -> int:
     indices = [i * stride for i in range(round(turn / step)) if i * stride < len(recording.frame)]
     figure = _canvas(recording)
     near = figure.add_axes((0.0, 0.35, 1.0, 0.615))
-    whole = figure.add_axes((0.0, 0.0, 1.0, 0.36))
+    complete = figure.add_axes((0.0, 0.0, 1.0, 0.36))
     writer = PillowWriter(fps=round(1 / (step * PACE)))
     with replacing(path) as part, writer.saving(figure, part, dpi=DPI):
         for index in indices:
-            for ax in (near, whole):
+            for ax in (near, complete):
                 ax.clear()
                 draw_moment(ax, rig, recording, index, near=ax is near)
             writer.grab_frame()

@@ -30,7 +30,7 @@ def piece_figure(rig: Rig) -> Figure:
     marks.dimension(stretched, pins[0], pins[2], f"pitch {marks.millimetres(a + b)}", offset=low - 0.042, side=-1)
     edge = pins[5] + [0.02, 0.0]
     marks.dimension(stretched, edge + [0, -half], edge + [0, half], "", turned=False)
-    marks.write(stretched, edge + [0.004, 0.0], f"$D$ = {marks.millimetres(2 * half)}", ha="left")
+    marks.write_mark(stretched, edge + [0.004, 0.0], f"$D$ = {marks.millimetres(2 * half)}", ha="left")
     tip = pins[2] + rig.chain.connector_radius * marks.polar(0.35 * pi)
     marks.arrow(stretched, pins[2], tip)
     name = f"$r_C$ = {marks.millimetres(rig.chain.connector_radius)}"

@@ -89,7 +89,7 @@ def _arc_figure(rig: Rig, area: int) -> Figure:
     for direction, name, side in ((n, "$n$", 1 if convex else -1), (tau, r"$\tau$", -1)):
         end = surface + 0.45 * rc * direction
         marks.arrow(ax, surface, end, color=PURPLE, linewidth=2.2)
-        marks.beside(ax, surface, end, name, 0.8, side, color=PURPLE, fontsize=10)
+        marks.place_beside(ax, surface, end, name, 0.8, side, color=PURPLE, fontsize=10)
     marks.point(ax, place, "$C$", "right" if convex else "left", gap=5)
     marks.point(ax, centre, f"$O_{area}$", "right below" if convex else "right", gap=4)
     points = np.array([place + rc, place - rc, centre - 2 * across, deepest - 0.4 * rc])
@@ -157,7 +157,7 @@ def _draw_link_case(ax: Axes, rig: Rig, start, end) -> float:
     low = ring - 2.6 * half
     marks.line(ax, q * low / q[1], q, linewidth=0.9)
     marks.arrow(ax, q * (low + 0.012) / q[1], q * low / q[1], linewidth=0.9)
-    marks.write(ax, q * (low + 0.006) / q[1] + [0.004, 0.0], "to $O_S$", ha="left")
+    marks.write_mark(ax, q * (low + 0.006) / q[1] + [0.004, 0.0], "to $O_S$", ha="left")
     for place, name in ((start, "$A$"), (end, "$B$")):
         if 0 < s < 1 or not np.allclose(place, q):
             marks.point(ax, place, name, "above", gap=4)

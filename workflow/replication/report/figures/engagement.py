@@ -99,9 +99,9 @@ def seated_pins(rig: Rig) -> np.ndarray:
 def engagement_figure(rig: Rig) -> Figure:
     """Figure 6: frames of sprocket and groove (a), a connector on its way into the groove (b)."""
     figure = new_figure(7.0)
-    whole, close = figure.subplots(2, 1, height_ratios=(1.2, 1.0))
+    complete, close = figure.subplots(2, 1, height_ratios=(1.2, 1.0))
     turns = passage(rig)
-    _draw_frames(whole, rig, turns.pins[0])
+    _draw_frames(complete, rig, turns.pins[0])
     section.draw_groove(close, rig, 0.012, emphasized=())
     places = (-1.0, "-", "approaching"), (-0.8, (0, (5, 1.5)), "entering"), (0.0, (0, (1, 1)), "on the ring")
     for share, dashes, name in places:
@@ -174,7 +174,7 @@ def sector_figure(rig: Rig) -> Figure:
         inner, outer = section.sector_radii(rig, area)
         centre, u = groove.centre[area - 1], groove.direction[area - 1]
         if groove.half_angle[area - 1] * (inner + outer) > section.NARROW:
-            marks.write(sectors, centre + 0.5 * (inner + outer) * u, str(area), fontsize=10, bbox=section.WHITE)
+            marks.write_mark(sectors, centre + 0.5 * (inner + outer) * u, str(area), fontsize=10, bbox=section.WHITE)
         else:
             end = centre + (outer + 0.008) * u
             marks.leader(sectors, centre + (outer - 0.3 * rc) * u, str(area), end, fontsize=10)

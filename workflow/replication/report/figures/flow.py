@@ -47,7 +47,7 @@ def search_order(rig: Rig, left: bool) -> list[int]:
 
 
 @dataclass(frozen=True)
-class Step:
+class FlowStep:
     """A box of the flow chart.
 
     Attributes
@@ -71,27 +71,27 @@ class Step:
     question: bool = False
 
 
-def contact_steps(rig: Rig) -> dict[str, Step]:
+def contact_steps(rig: Rig) -> dict[str, FlowStep]:
     """Boxes of Figure 11, in the order of the program."""
     left, right = (", ".join(map(str, search_order(rig, side))) for side in (True, False))
     return {
-        "start": Step("next arc of a connector: left, right", (5, 13.0), "loads:tooth_loads"),
-        "reach": Step(r"$|l_{S,O_S C}| \leq r_a + r_C$ ?", (5, 11.8), "loads:tooth_loads", (15, 18), True),
-        "groove": Step("groove $k$ under the arc's centre $C$", (5, 10.5), "tooth:groove_index", (16, 17)),
-        "frame": Step("$C$ in the frame of groove $k$", (5, 9.4), "loads:tooth_loads", (13, 14, 20)),
-        "side": Step(r"$l^{\,x}_{k,O_S C} \leq 0$ ?", (5, 8.2), "tooth:find_area", (20,), True),
-        "left": Step(f"areas {left}", (2.1, 7.4), "tooth:find_area"),
-        "right": Step(f"areas {right}", (7.9, 7.4), "tooth:find_area"),
-        "sector": Step("$C$ in annular sector $j$ ?", (5, 5.9), "tooth:find_area", (21, 23), True),
-        "kind": Step("area $j$ convex ?", (5, 4.4), "tooth:find_area", (), True),
-        "convex": Step(r"$\delta = r_C + r_j - |e_j|$", (2.1, 3.5), "tooth:find_area", (29,)),
-        "concave": Step(r"$\delta = |e_j| + r_C - r_j$", (7.9, 3.5), "tooth:find_area", (33,)),
-        "rate": Step(r"penetration velocity $\dot{\delta}$", (5, 2.6), "loads:tooth_loads", (27, 30, 34)),
-        "impact": Step(r"$\dot{\delta}^{(-)}$, kept from first touch", (5, 1.5), "laws:stored_impact_speed"),
-        "normal": Step("normal force $f_n$", (5, 0.4), "laws:normal_force", (8,)),
-        "friction": Step(r"friction $f_\tau$", (5, -0.7), "laws:friction_coefficient", (10,)),
-        "none": Step(r"no force, $\dot{\delta}^{(-)}$ cleared", (10.4, 5.9), "loads:tooth_loads"),
-        "end": Step("loads of connector and sprocket", (5, -1.8), "loads:contact_loads"),
+        "start": FlowStep("next arc of a connector: left, right", (5, 13.0), "loads:tooth_loads"),
+        "reach": FlowStep(r"$|l_{S,O_S C}| \leq r_a + r_C$ ?", (5, 11.8), "loads:tooth_loads", (15, 18), True),
+        "groove": FlowStep("groove $k$ under the arc's centre $C$", (5, 10.5), "tooth:groove_index", (16, 17)),
+        "frame": FlowStep("$C$ in the frame of groove $k$", (5, 9.4), "loads:tooth_loads", (13, 14, 20)),
+        "side": FlowStep(r"$l^{\,x}_{k,O_S C} \leq 0$ ?", (5, 8.2), "tooth:find_area", (20,), True),
+        "left": FlowStep(f"areas {left}", (2.1, 7.4), "tooth:find_area"),
+        "right": FlowStep(f"areas {right}", (7.9, 7.4), "tooth:find_area"),
+        "sector": FlowStep("$C$ in annular sector $j$ ?", (5, 5.9), "tooth:find_area", (21, 23), True),
+        "kind": FlowStep("area $j$ convex ?", (5, 4.4), "tooth:find_area", (), True),
+        "convex": FlowStep(r"$\delta = r_C + r_j - |e_j|$", (2.1, 3.5), "tooth:find_area", (29,)),
+        "concave": FlowStep(r"$\delta = |e_j| + r_C - r_j$", (7.9, 3.5), "tooth:find_area", (33,)),
+        "rate": FlowStep(r"penetration velocity $\dot{\delta}$", (5, 2.6), "loads:tooth_loads", (27, 30, 34)),
+        "impact": FlowStep(r"$\dot{\delta}^{(-)}$, kept from first touch", (5, 1.5), "laws:stored_impact_speed"),
+        "normal": FlowStep("normal force $f_n$", (5, 0.4), "laws:normal_force", (8,)),
+        "friction": FlowStep(r"friction $f_\tau$", (5, -0.7), "laws:friction_coefficient", (10,)),
+        "none": FlowStep(r"no force, $\dot{\delta}^{(-)}$ cleared", (10.4, 5.9), "loads:tooth_loads"),
+        "end": FlowStep("loads of connector and sprocket", (5, -1.8), "loads:contact_loads"),
     }
 
 
@@ -125,14 +125,14 @@ def flow_figure(rig: Rig) -> Figure:
     return figure
 
 
-def _half(step: Step) -> np.ndarray:
+def _half(step: FlowStep) -> np.ndarray:
     """Half width and half height of a box."""
     if step.question:
         return np.array([2.5, 0.62])
     return np.array([2.3 if step.place[0] == MIDDLE else 1.72, 0.36])
 
 
-def _draw_step(ax: Axes, step: Step) -> None:
+def _draw_step(ax: Axes, step: FlowStep) -> None:
     place, half = np.array(step.place), _half(step)
     look = {"edgecolor": BLACK, "linewidth": 0.9, "zorder": Z_MARK}
     if step.question:
@@ -149,7 +149,7 @@ def _draw_step(ax: Axes, step: Step) -> None:
     ax.text(*(place - [0, 0.19]), name, fontsize=SMALL, family="DejaVu Sans Mono", **look)
 
 
-def _draw_way(ax: Axes, start: Step, end: Step, text: str, corners) -> None:
+def _draw_way(ax: Axes, start: FlowStep, end: FlowStep, text: str, corners) -> None:
     points = np.array([start.place, *corners, end.place], dtype=float)
     for at, neighbour, step in ((0, 1, start), (-1, -2, end)):
         points[at] += np.sign(points[neighbour] - points[at]) * _half(step)

@@ -97,7 +97,7 @@ def _number_areas(ax: Axes, groove: Groove, depth: float) -> None:
         end = at - {1: -1.0, 10: -1.0}.get(area, 2.8 if short else 1.0) * depth * free_side(groove, area)
         if short:
             marks.line(ax, at, end, linewidth=0.5, zorder=drawing.Z_SPROCKET + 0.7)
-        marks.write(ax, end, str(area), fontsize=9)
+        marks.write_mark(ax, end, str(area), fontsize=9)
 
 
 @styled
@@ -109,13 +109,13 @@ def section_figure(rig: Rig) -> Figure:
     groove = rig.groove_profile
     draw_groove(section, rig, 0.034)
     _number_areas(section, groove, 0.0055)
-    for area, (beside, part) in {
+    for area, (comparison, part) in {
         1: ("below", 2), 2: ("above left", 4), 3: ("right", 1), 4: ("below", 7), 5: ("right", 4),
     }.items():  # fmt: skip
         # radii of arcs from nearly the same centre end apart from each other
         centre, end = groove.centre[area - 1], groove.arc(area, 9)[part]
         text = f"$r_{area}$ = {1e3 * groove.radius[area - 1]:.1f}"
-        marks.point(section, centre, "$O_5, O_6$" if area == 5 else f"$O_{area}$", beside, gap=4)
+        marks.point(section, centre, "$O_5, O_6$" if area == 5 else f"$O_{area}$", comparison, gap=4)
         if area in (1, 4):  # too short for their texts
             beyond = [0.002, groove.radius[0] + 0.011] if area == 1 else [-0.03, 0.006]
             marks.arrow(section, centre, end, linewidth=0.9)
@@ -131,7 +131,7 @@ def section_figure(rig: Rig) -> Figure:
     marks.leader(section, addendum[12], f"$r_a$ = {1e3 * groove.addendum:.1f}", addendum[12] + [0.0, 0.02])
     floor = groove.profile()[:, 1].min() - 0.034
     marks.arrow(section, (0.0, floor + 0.018), (0.0, floor + 0.004))
-    marks.write(section, (0.003, floor + 0.011), "to $O_S$", ha="left")
+    marks.write_mark(section, (0.003, floor + 0.011), "to $O_S$", ha="left")
     section.set(xlim=(-0.095, 0.095), ylim=(floor, groove.centre[:, 1].max() + 0.014))
     marks.frame_axes(section, "k")
     figure.legend(handles=kinds(), loc="outside lower center", ncols=2)
@@ -175,7 +175,7 @@ def detection_figure(rig: Rig) -> Figure:
             marks.line(ax, centre, edge, color="0.35", linewidth=0.7)
             marks.angle(ax, centre, size, middle, middle + sign * theta, rf"$\theta_{area}$", spread=1.1)
         marks.arrow(ax, centre, centre + 1.3 * outer * u, linestyle=(0, (5, 1.5)), linewidth=1.3)
-        marks.write(ax, centre + 1.38 * outer * u, f"$u_{area}$", fontsize=9)
+        marks.write_mark(ax, centre + 1.38 * outer * u, f"$u_{area}$", fontsize=9)
         marks.vector(ax, centre, place, f"$e_{area}$", linewidth=1.6)
         box = np.array([centre - 0.3 * outer, centre + 0.3 * outer, centre + 1.45 * outer * u])
         half = 0.5 * max(np.ptp(box, axis=0).max(), 2.8 * outer * np.sin(theta))

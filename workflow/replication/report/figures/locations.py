@@ -50,8 +50,8 @@ def _draw_seat(ax: Axes, rig: Rig) -> None:
         marks.point(ax, pin)
     marks.line(ax, *drawing.groove_points(home, -beta, 1, rig.groove_profile.profile()), **ON_WHEEL)
     _close_view(ax, np.array([0.0, pins[0, 1] - 0.3 * rig.chain.connector_radius]))
-    marks.write(ax, pins.mean(axis=0) + [0.0, 0.013], "connector")
-    marks.write(ax, pins.mean(axis=0) - [0, 1.9 * rig.chain.connector_radius], "sprocket")
+    marks.write_mark(ax, pins.mean(axis=0) + [0.0, 0.013], "connector")
+    marks.write_mark(ax, pins.mean(axis=0) - [0, 1.9 * rig.chain.connector_radius], "sprocket")
 
 
 def _draw_link_on(ax: Axes, rig: Rig, frame, shift: float, wheel: int) -> None:
@@ -81,8 +81,8 @@ def _draw_link_on(ax: Axes, rig: Rig, frame, shift: float, wheel: int) -> None:
     marks.line(ax, *drawing.circle_points(centre, r, *ends, 80), **ON_WHEEL)
     middle = 0.5 * (pins[body] + pins[body + 1])
     _close_view(ax, middle - [0.0, 0.5 * rig.chain.link_thickness])
-    marks.write(ax, middle, "link")
-    marks.write(ax, centre + [-0.03, r - 0.042], ("sprocket", "idler", "road wheel")[wheel])
+    marks.write_mark(ax, middle, "link")
+    marks.write_mark(ax, centre + [-0.03, r - 0.042], ("sprocket", "idler", "road wheel")[wheel])
     if wheel == 0:
         marks.leader(ax, centre + (r - 0.009) * marks.polar(pi / 2 - 0.15), "ring", centre + [0.06, r - 0.042])
 

@@ -38,20 +38,20 @@ def loop_figure(rig: Rig, recording: Recording, index: int = 0) -> Figure:
 
     figure = new_figure(5.4)
     grid = figure.add_gridspec(2, 2, height_ratios=(1.15, 1.0))
-    whole, sprocket, close = (figure.add_subplot(place) for place in (grid[0, :], grid[1, 0], grid[1, 1]))
-    for ax in (whole, sprocket, close):
+    complete, sprocket, close = (figure.add_subplot(place) for place in (grid[0, :], grid[1, 0], grid[1, 1]))
+    for ax in (complete, sprocket, close):
         look = {"highlight": (sensor_body,), "opacity": 0.6 if ax is close else 1.0}
         drawing.draw_loop(ax, rig, frame, shift, ring_radius, groove if ax is close else None, **look)
         ax.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")
 
     low, high = pins.min(axis=0) - 0.12, pins.max(axis=0) + 0.12
-    whole.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    complete.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     rpm, ring = recording.meta["scene"]["motor_rpm"], drawing.ring_words(ring_radius)
-    whole.set_title(f"(a) the loop at {recording.frame_time[index]:.2f} s: {rpm:g} rpm, {ring}")
+    complete.set_title(f"(a) the loop at {recording.frame_time[index]:.2f} s: {rpm:g} rpm, {ring}")
     box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.5}
     for name, (x, y, radius) in zip(("sprocket", "idler", "road wheel"), circles, strict=True):
         look = {"ha": "center", "va": "center", "fontsize": 8, "bbox": box, "zorder": drawing.Z_MARK, "clip_on": True}
-        whole.text(x, y - 0.45 * radius, name, **look)
+        complete.text(x, y - 0.45 * radius, name, **look)
     kinds = {
         "link": {"facecolor": drawing.LINK, "edgecolor": BLACK},
         "connector": {"facecolor": drawing.CONNECTOR, "edgecolor": BLACK},
@@ -63,8 +63,8 @@ def loop_figure(rig: Rig, recording: Recording, index: int = 0) -> Figure:
     handles.append(Line2D([], [], **drawing.JOINT, label="joint of two areas"))
     figure.legend(handles=handles, loc="outside lower center", ncols=3)
     sensor = drawing.placed([[rig.sensor.x, rig.sensor.y]], pins[sensor_body], angles[sensor_body])[0]
-    whole.plot(*sensor, **SENSOR_PLACE, zorder=drawing.Z_MARK)
-    _mark_motion(whole, circles[0], pins, -1 if recording.wheel_rate[0, 0] <= 0 else 1)
+    complete.plot(*sensor, **SENSOR_PLACE, zorder=drawing.Z_MARK)
+    _mark_motion(complete, circles[0], pins, -1 if recording.wheel_rate[0, 0] <= 0 else 1)
 
     drawing.view(sprocket, circles[0, :2], 1.25 * rig.groove_profile.addendum)
     sprocket.set_title("(b) sprocket and chain")

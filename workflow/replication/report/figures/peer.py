@@ -26,15 +26,15 @@ def model_figure(rig: Rig, frame, shift: float, missing: str = "") -> Figure:
     shift of the tensioning wheel (m). Why it did not run, ``missing``, stands in the title then.
     """
     figure = new_figure(5.6)
-    whole, tooth = figure.subplots(2, 1, height_ratios=(1.25, 1.0))
-    drawing.draw_loop(whole, rig, frame, shift, rig.sprocket.ring_radius, highlight=(2 * (rig.sensor.pitch - 1),))
-    whole.set_aspect("equal")
-    whole.margins(0.03)
-    whole.autoscale_view()
+    complete, tooth = figure.subplots(2, 1, height_ratios=(1.25, 1.0))
+    drawing.draw_loop(complete, rig, frame, shift, rig.sprocket.ring_radius, highlight=(2 * (rig.sensor.pitch - 1),))
+    complete.set_aspect("equal")
+    complete.margins(0.03)
+    complete.autoscale_view()
     code = "Exudyn's" if not missing else "trackdyn's (exudyn is not installed)"
     bodies = f"{2 * rig.chain.pitches} bodies, {2 * rig.chain.pitches} revolute joints"
-    whole.set_title(f"(a) {code} loop on its wheels: {bodies};\nhatched: the selected link")
-    whole.set(xlabel="x (m)", ylabel="y (m)")
+    complete.set_title(f"(a) {code} loop on its wheels: {bodies};\nhatched: the selected link")
+    complete.set(xlabel="x (m)", ylabel="y (m)")
 
     groove = rig.groove_profile
     for area in range(1, 11):

@@ -59,8 +59,8 @@ def scorecard_figure(card: pd.DataFrame) -> Figure:
     for block, high in zip(blocks, heights, strict=True):
         _draw(ax, block, y, high)
         y += high
-    said = [headline(card, rig) if len(rigs) == 1 else f"{rig}: {headline(card, rig)}" for rig in rigs]
-    ax.set_title("\n".join("\n".join(textwrap.wrap(text, 95)) for text in said))
+    message = [headline(card, rig) if len(rigs) == 1 else f"{rig}: {headline(card, rig)}" for rig in rigs]
+    ax.set_title("\n".join("\n".join(textwrap.wrap(text, 95)) for text in message))
     return figure
 
 
@@ -109,8 +109,8 @@ def _draw(ax: Axes, block: tuple, y: float, high: float) -> None:
 def _with_unit(item: dict) -> str:
     """The claim, with the unit of its numbers where it does not say it, and their speeds if they are several."""
     unit, speeds = str(item.get("unit") or "1"), str(item.get("speeds") or "")
-    said = unit == "1" or re.search(rf"\d {re.escape(unit)}", str(item["claim"]))
-    notes = [*([] if said else [unit]), *([f"{speeds} rpm"] if "," in speeds and not item.get("by_speed") else [])]
+    message = unit == "1" or re.search(rf"\d {re.escape(unit)}", str(item["claim"]))
+    notes = [*([] if message else [unit]), *([f"{speeds} rpm"] if "," in speeds and not item.get("by_speed") else [])]
     return str(item["claim"]) + (f" ({'; '.join(notes)})" if notes else "")
 
 

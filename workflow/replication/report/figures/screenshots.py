@@ -183,7 +183,7 @@ def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, momen
     drawing.draw_force_bar(ax, BAR, 0.03 if right or up else 0.97 - 0.5 * BAR / HALF)
     grooves = (shown.groove, shown.groove)
     of_bodies = (None if ring is None else link, shown.force[moment.sample], shown.area[moment.sample], grooves)
-    for side, force, point, normal in contacts(rig, chain, connector, *of_bodies):
+    for side, force, point, normal in contacts_at(rig, chain, connector, *of_bodies):
         end = point + drawing.force_arrow(force, BAR) * normal
         draw_force(ax, side, point, end)
         box = {"boxstyle": "square,pad=0.15", "facecolor": "white", "edgecolor": LOOKS[side]["color"], "linewidth": 0.8}
@@ -202,7 +202,7 @@ def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, momen
     inset.add_patch(Circle(middle, 0.09, fill=False, edgecolor=BLACK, linewidth=1.2, zorder=drawing.Z_MARK))
 
 
-def contacts(rig: Rig, chain: tuple, connector: int, link: int | None, force, area, groove) -> Iterator[tuple]:
+def contacts_at(rig: Rig, chain: tuple, connector: int, link: int | None, force, area, groove) -> Iterator[tuple]:
     """Side, force (N), point (m) and normal of each contact of a connector with the teeth and of a link with the ring.
 
     ``chain`` is of :func:`chain_points`, bodies count from 0; forces, areas and grooves are those of left and right

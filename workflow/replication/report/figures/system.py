@@ -32,7 +32,7 @@ def system_figure(rig: Rig) -> Figure:
     _draw_system(system, rig, frame, shift)
     names = {"sprocket": "sprocket\nwith ring", "idler": "idler", "road_wheel": "road wheel"}
     for name, (x, y, _) in zip(wheel_names(rig), wheel_circles(rig, shift, surface=True), strict=True):
-        marks.write(system, (x, y + 0.13), names[name], bbox=BOX)
+        marks.write_mark(system, (x, y + 0.13), names[name], bbox=BOX)
     pins, _, _ = drawing.chain_points(rig, frame)
     low = pins[:, 1].min() - GROUND
     side = _side(rig)
@@ -40,7 +40,7 @@ def system_figure(rig: Rig) -> Figure:
         body = _above(rig, pins, first, part)
         middle = 0.5 * (pins[body] + pins[body + 1])
         marks.leader(system, middle, name, middle + [side * offset, 0.14])
-    marks.write(system, (pins[:, 0].mean(), low - 0.1), "base")
+    marks.write_mark(system, (pins[:, 0].mean(), low - 0.1), "base")
     corner = pins[:, 0].min() if side > 0 else pins[:, 0].max() - 0.2  # above the wheels, which stand lower
     marks.axes_cross(system, (corner, pins[:, 1].max() - 0.1), 0.2, 0.0, ("$X$", "$Y$"))
     system.set_title(f"(a) system: {rig.chain.pitches} links and connectors on three wheels")
@@ -175,7 +175,7 @@ def setup_figure(rig: Rig) -> Figure:
     for name, start in (("x", -0.0), ("y", pi / 2)):
         end = sensor + 0.02 * up + 0.16 * marks.polar(angles[body] + start)
         marks.arrow(ax, sensor + 0.02 * up, end, color=BLACK, linewidth=1.0)
-        marks.write(ax, end + 0.03 * marks.polar(angles[body] + start), f"${name}$")
+        marks.write_mark(ax, end + 0.03 * marks.polar(angles[body] + start), f"${name}$")
     text = f"wireless acceleration sensor on link {rig.sensor.pitch}\n"
     text += f"{rig.sensor.rate} Hz, \N{PLUS-MINUS SIGN}{rig.sensor.range:g} g"
     marks.leader(ax, sensor + 0.04 * up - [0.02 * side, 0.0], text, sensor + [-0.55 * side, 0.36])
@@ -185,19 +185,19 @@ def setup_figure(rig: Rig) -> Figure:
     for name, y in (("motor", motor), ("signal\ncollection", collection), ("computer", computer)):
         look = {"boxstyle": "square,pad=0", "facecolor": "#dcebf5", "edgecolor": BLACK, "zorder": drawing.Z_MARK}
         ax.add_patch(FancyBboxPatch([x, y] - half, *(2 * half), **look))
-        marks.write(ax, (x, y), name)
+        marks.write_mark(ax, (x, y), name)
     wave = np.linspace(sensor + 0.06 * up + [0.05 * side, 0.03], [x - side * half[0], collection], 90)
     wave[:, 1] += 0.012 * np.sin(np.linspace(0, 30 * pi, 90)) * (np.arange(90) < 84)
     ax.plot(*wave.T, "-", color=BLUE, linewidth=0.8, label="radio")
     marks.arrow(ax, wave[-4], wave[-1], color=BLUE)
-    marks.write(ax, wave[45] + [0, 0.06], "radio", color=BLUE)
+    marks.write_mark(ax, wave[45] + [0, 0.06], "radio", color=BLUE)
     marks.arrow(ax, (x, collection - half[1]), (x, computer + half[1]))
     shaft = [[x - side * half[0], motor], [rig.sprocket.x, motor], [rig.sprocket.x, rig.sprocket.y]]
     marks.line(ax, *shaft, linestyle=(0, (8, 2, 1, 2)), linewidth=1.4)
-    marks.write(ax, (x, motor - half[1] - 0.12), f"transmission\n{rig.sprocket.transmission_ratio:g} : 1")
+    marks.write_mark(ax, (x, motor - half[1] - 0.12), f"transmission\n{rig.sprocket.transmission_ratio:g} : 1")
     low = pins[:, 1].min() - GROUND
     for name, (wx, wy, _) in zip(wheel_names(rig), wheel_circles(rig, shift, surface=True), strict=True):
-        marks.write(ax, (wx, wy + 0.12), name.replace("_", " "), bbox=BOX)
+        marks.write_mark(ax, (wx, wy + 0.12), name.replace("_", " "), bbox=BOX)
     left, right = sorted((ends[side < 0] - 0.1 * side, x + side * (half[0] + 0.08)))
     ax.set(xlim=(left, right), ylim=(low - 0.08, sensor[1] + 0.5))
     marks.bare(ax)

@@ -101,9 +101,9 @@ def _draw_loop(ax: Axes, found: list[Element]) -> None:
             if roomy:
                 ax.text(*place, str(element.number), ha="center", va="center", fontsize=SMALL, zorder=Z_MARK + 2)
             elif element.number % EVERY == 1:
-                beside = places[element.number % len(found)] - places[element.number - 2]
-                outward = np.array([-beside[1], beside[0]]) / np.hypot(*beside)
-                marks.write(ax, place + 0.28 * outward, str(element.number), fontsize=SMALL)
+                comparison = places[element.number % len(found)] - places[element.number - 2]
+                outward = np.array([-comparison[1], comparison[0]]) / np.hypot(*comparison)
+                marks.write_mark(ax, place + 0.28 * outward, str(element.number), fontsize=SMALL)
             continue
         inboard, outboard = places[element.number - 2], places[element.outboard - 1]
         step = (outboard - inboard) / np.hypot(*(outboard - inboard))

@@ -13,9 +13,9 @@ from pathlib import Path
 import pandas as pd
 from PIL import Image
 
-from replication.certify.provenance import check_sources, provenance
+from replication.certify.provenance import check_sources, run_provenance
 from replication.paper.claims import IN_TREND, JUDGED, NOT_REPRODUCED, ORIGIN_WORDS, ORIGINS, VERDICTS, counts, headline
-from replication.paper.contents import OF_STUDIES, OWN, PAPER, missing
+from replication.paper.contents import OF_STUDIES, OWN, PAPER, missing_items
 from replication.report.page import data
 from replication.report.tables import cost_table
 from replication.studies import STUDIES
@@ -41,7 +41,7 @@ COLOURS_OF_A_PICTURE = 13
 FRONT = "fig24"  # on the first screen
 MODEL = tuple(f"fig{number:02d}" for number in range(1, 14))
 RESULTS = tuple(f"fig{number:02d}" for number in range(14, 25))
-ACCURACY = ("trade_answer", "limits", "peer_answers")  # of the studies, beside the chart of cost and error
+ACCURACY = ("trade", "limits", "peer_answers")  # of the studies, beside the chart of cost and error
 # tables whose files the page hands out; the first folder that has one
 TABLES = (
     "claims.csv",
@@ -104,16 +104,16 @@ def build_page(inputs: PageInputs) -> str:
     """
     results = Path(inputs.results)
     metas = check_sources(sorted((results / "runs").rglob("*.npz")), inputs.sources)
-    origin = provenance(metas, [inputs.rig, *inputs.files, *inputs.sensors.values()])
+    origin = run_provenance(metas, [inputs.rig, *inputs.files, *inputs.sensors.values()])
     files = {name: path.read_text(encoding="utf-8") for name in TABLES if (path := _first(results, name))}
     costs = cost_table(results / "benchmarks")
     files |= {"tables/costs.csv": costs.to_csv(index=False)}
     files |= {f"{name}.csv": pd.DataFrame(origin[name]).to_csv(index=False) for name in ("versions", "hashes")}
     embedded = {
-        "geometry": data.geometry(load_rig(inputs.rig)),
+        "geometry": data.rig_geometry(load_rig(inputs.rig)),
         "signals": _signals(inputs),
         "sensor_label": "synthetic sensor" if inputs.synthetic else "sensor",
-        "passages": _recordings(results, "meshing", data.passage),
+        "passages": _recordings(results, "meshing", data.passage_data),
         "pictures": _recordings(results, "animation", data.moving_picture),
         "ring": _ring(results),
         "trade": data.trade(_rows(results, "trade.csv")),
@@ -150,7 +150,7 @@ def build_page(inputs: PageInputs) -> str:
         origins=ORIGIN_WORDS,
         judged=JUDGED,
         groups=_groups(shown),
-        missing=missing(results),
+        missing=missing_items(results),
         studies=[(name, one.title, _form(results, one.file), name in inputs.studies) for name, one in STUDIES.items()],
         layers=" ".join(["", "--configfile", *inputs.layers]) if inputs.layers else "",
         paper_items=len(PAPER),
@@ -255,7 +255,7 @@ def _entry(inputs: PageInputs, item) -> dict:
         "item": item,
         "id": item.key if item.label else f"our-{item.key}",
         "caption": _caption_html(item.caption(inputs.synthetic)),
-        "pictures": [] if item.table else [picture(file) for file in files],
+        "pictures": [] if item.table else [embedded_picture(file) for file in files],
         "rows": data.csv_rows(files[0]) if item.table and files else None,
     }
 
@@ -266,7 +266,7 @@ def _caption_html(paragraphs: list[str]) -> str:
     return re.sub(r"`([^`]+)`", r"<code>\1</code>", text)
 
 
-def picture(path: Path) -> dict:
+def embedded_picture(path: Path) -> dict:
     """A picture as a data address with its size in pixels, with the few colours that line drawings need."""
     with Image.open(path) as image:
         few = image.convert("RGB").quantize(COLOURS_OF_A_PICTURE, dither=Image.Dither.NONE).convert("RGB")

@@ -59,7 +59,7 @@ def signals(recording: Recording, record: SensorRecord | None) -> dict:
     return shown
 
 
-def passage(recording: Recording) -> dict:
+def passage_data(recording: Recording) -> dict:
     """Forces and areas of the passage that Figures 19 and 21 show."""
     shown = select_passage(recording)
     margin = np.array([-BEFORE, AFTER]) * shown.turn
@@ -113,7 +113,7 @@ def ring_study(metrics: pd.DataFrame) -> dict | None:
     }
 
 
-def geometry(rig: Rig) -> dict:
+def rig_geometry(rig: Rig) -> dict:
     """Lengths and outlines that the moving picture is drawn from, m."""
     groove = rig.groove_profile
     return {
@@ -167,11 +167,7 @@ def csv_rows(path: Path) -> list[dict] | None:
 
 def promises(rows: list[dict] | None) -> list[dict] | None:
     """Rows of the planner's promises in words."""
-    return rows and [
-        row | {"measure": "{} ({})".format(*MEASURES[row["measure"]])}
-        | {name: row[name] and words(row[name]) for name in ("fidelity", "integrator")}
-        for row in rows
-    ]  # fmt: skip
+    return rows and [row | {"measure": "{} ({})".format(*MEASURES[row["measure"]])} for row in rows]
 
 
 def trade(rows: list[dict] | None) -> list[dict] | None:

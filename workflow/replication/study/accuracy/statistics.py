@@ -40,14 +40,14 @@ def statistics_of(recording: Recording) -> dict[str, float]:
     """
     loop_hz = loop_frequency(recording)
     ay = sense(recording).ay
-    whole = ay[: whole_revolutions(len(ay), recording.rate, loop_hz)]
+    complete = ay[: whole_revolutions(len(ay), recording.rate, loop_hz)]
     meshing = meshing_summary(recording) if len(recording.spells) else {}
     return {
-        "rms": rms(whole),
-        "sd": standard_deviation(whole),
+        "rms": rms(complete),
+        "sd": standard_deviation(complete),
         "line": main_line_binfree(ay, recording.rate, expected_hz=loop_hz)[1],
         **{name: meshing.get(f"{name}_pct", NAN) for name in SHARES},
-        "high_frequency": high_frequency_rms(whole, recording.rate),
+        "high_frequency": high_frequency_rms(complete, recording.rate),
         **{f"{side}_peak": meshing.get(f"{side}_peak_n", NAN) for side in ("left", "right")},
         "loop_gap": float(recording.gap.max()),
         "energy_residual": abs(energy_residual(recording)),

@@ -5,7 +5,7 @@ from math import ceil
 
 import numpy as np
 
-from replication.study.extremes.judge import FAST, attempted, below, gap_bound, gap_missed, run_scene, within
+from replication.study.extremes.judge import FAST, attempted, below, gap_bound, gap_missed, run_scene, within_bounds
 from trackdyn.contact.laws import friction_coefficient, normal_force
 from trackdyn.contact.tooth import find_area
 from trackdyn.jit import kernel
@@ -120,7 +120,7 @@ def _impact(rig: Rig, law_name: str, value: float) -> dict:
     )  # fmt: skip
     expected = delivered_restitution(law.loss) if law_name == "printed" else value
     found = _rebound(law, rig.chain.link_mass, 0.5, 0.08, 4000)
-    return within(found, expected, 2e-3, "restitution", group=law_name, at=value)
+    return within_bounds(found, expected, 2e-3, "restitution", group=law_name, at=value)
 
 
 def restitution(

@@ -73,7 +73,7 @@ def attempted(family: str, case: str, attempt: Callable[..., dict], *given) -> d
     return row(family, case, outcome, **{name: value for name, value in found.items() if name in COLUMNS})
 
 
-def within(value: float, expected: float, bound: float, measure: str, **more) -> dict:
+def within_bounds(value: float, expected: float, bound: float, measure: str, **more) -> dict:
     """Columns of a measured number that must stand within ``bound`` of the expected one."""
     missed = not abs(value - expected) <= bound  # a value that is not a number misses too
     reason = f"{measure} is {value:.4g}, not within {bound:.2g} of {expected:.4g}" if missed else ""

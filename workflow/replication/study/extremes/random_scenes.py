@@ -118,7 +118,7 @@ def patience(seconds: float):
         signal.signal(signal.SIGALRM, before)
 
 
-def run_drawn(rig: Rig, drawn: dict) -> dict:
+def run_random_scene(rig: Rig, drawn: dict) -> dict:
     """Row of a drawn scene; its case is the scene as JSON, enough to run it again."""
     fields = dict(drawn)
     if fields.get("loop") == "free" and fields.get("ring_radius") is not None and len(fields.get("changes", {})) % 2:
@@ -158,7 +158,7 @@ def random_scenes(
     draw()
     first, last = (len(scenes) * (part + k) // parts for k in (0, 1))
     for drawn in scenes[first:last]:
-        yield run_drawn(rig, drawn if in_space else drawn | {"space": "planar"})
+        yield run_random_scene(rig, drawn if in_space else drawn | {"space": "planar"})
 
 
 def smallest(rig: Rig, drawn: dict) -> dict:
@@ -171,6 +171,6 @@ def smallest(rig: Rig, drawn: dict) -> dict:
     tries = [lambda n=name: without(n, small) for name in drawn if name not in ("changes", "rpm")]
     tries += [lambda n=name: small | {"changes": without(n, small["changes"])} for name in drawn.get("changes", {})]
     for fewer in tries:
-        if run_drawn(rig, found := fewer())["outcome"] == DEFECT:
+        if run_random_scene(rig, found := fewer())["outcome"] == DEFECT:
             small = found
     return small

@@ -41,7 +41,7 @@ class Accelerations(NamedTuple):
     pin_force: np.ndarray
 
 
-def accelerations(
+def reference_accelerations(
     chain: Chain,
     angle: np.ndarray,
     rate: np.ndarray,

@@ -79,7 +79,7 @@ def drawn(number: int, seed: int = SEED) -> tuple[str, Rig, dict]:
     return f"{kind}: {case}", rig, {"rpm": rpm, "ring_radius": ring, "seconds": seconds, "part": part, "laws": laws}
 
 
-def run_drawn(number: int, seed: int = SEED) -> dict:
+def run_short(number: int, seed: int = SEED) -> dict:
     """Row of a scene: ``value`` is the larger error of the RMS of the sensor and of all links, ``expected`` that of the
     mean peak, ``group`` the state of its resolution, ``at`` the step over the largest.
 
@@ -128,7 +128,7 @@ def _run(loop: Loop, seconds: float, watched: bool):
 def short_runs(count: int, seed: int = SEED, part: int = 0, parts: int = 1) -> Iterator[dict]:
     """Rows of every ``parts``-th of ``count`` scenes, from ``part`` on."""
     for number in range(part, count, parts):
-        yield run_drawn(number, seed)
+        yield run_short(number, seed)
 
 
 def by_kind(rows: pd.DataFrame) -> pd.DataFrame:
@@ -157,12 +157,12 @@ def by_kind(rows: pd.DataFrame) -> pd.DataFrame:
     for name, group in [*rows.groupby("kind"), ("all", rows)]:
         of = group[group["tried"]]
         done = of[~of["refused"]]
-        said = [done[done["group"] == state] for state in (YES, OPEN, NO)]
+        message = [done[done["group"] == state] for state in (YES, OPEN, NO)]
         beyond = done[~done["good"]]
         lines.append({
             "kind": name, "scenes": len(group), "no_loop": int((~group["tried"]).sum()),
-            **dict(zip(("resolved", "not_judged", "not_resolved"), map(len, said), strict=True)),
-            "rms_off_pct": 100 * said[0]["value"].max(), "peak_off_pct": 100 * said[0]["expected"].max(),
+            **dict(zip(("resolved", "not_judged", "not_resolved"), map(len, message), strict=True)),
+            "rms_off_pct": 100 * message[0]["value"].max(), "peak_off_pct": 100 * message[0]["expected"].max(),
             "refused": int(of["refused"].sum()), "refused_good": int((of["refused"] & of["good"]).sum()),
             "good": int(of["good"].sum()),
             "beyond": ", ".join(f"{n} ({state})" for n, state in zip(beyond["number"], beyond["group"], strict=True)),
@@ -170,7 +170,7 @@ def by_kind(rows: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(lines)
 
 
-def verdict(table: pd.DataFrame) -> str:
+def short_runs_verdict(table: pd.DataFrame) -> str:
     """What a table of short runs (`by_kind`) comes to, in a sentence."""
     last = table.iloc[-1]
     silent = str(last["beyond"] or "").count(f"({YES})") if pd.notna(last["beyond"]) else 0

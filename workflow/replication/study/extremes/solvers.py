@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from replication.study.extremes import reference
-from replication.study.extremes.judge import REFUSED, attempted, below, within
+from replication.study.extremes.judge import REFUSED, attempted, below, within_bounds
 from trackdyn.chain import multipliers, riccati, transfer_matrices
 from trackdyn.errors import InputError
 from trackdyn.model.constants import Chain
@@ -92,7 +92,7 @@ def posed(pose: Pose) -> tuple[State, Work]:
 def solve(solver: str, chain: Chain, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
     """Angular accelerations (rad/s2) and the acceleration of the first pin (m/s2)."""
     if solver == "reference":
-        found = reference.accelerations(chain, *pose[:5])
+        found = reference.reference_accelerations(chain, *pose[:5])
         return found.alpha, np.array([found.pin_ax, found.pin_ay])
     state, work = posed(pose)
     SOLVERS[solver].accelerations(chain, state, work, 0.0, 0)
@@ -215,7 +215,7 @@ def _growth(rig: Rig, kind: str) -> dict:
     rate = np.exp(np.polyfit(kept, np.log([seen[n] for n in kept]), 1)[0])
     closed = transfer_matrices.growth(make_chain(rig, kind, 6)).pitch ** 0.5
     value, expected = float(np.log10(rate)), float(np.log10(closed))
-    return within(value, expected, GROWTH_TOLERANCE * expected, "digits lost a body")
+    return within_bounds(value, expected, GROWTH_TOLERANCE * expected, "digits lost a body")
 
 
 def light_connectors(rig: Rig, ratios=(1, 10, 1e2, 1e3, 1e4, 1e5, 1e6)) -> Iterator[dict]:
