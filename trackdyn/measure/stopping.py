@@ -22,8 +22,7 @@ from trackdyn.measure.whole_loop import RELATIVE, SHARES, Estimate, Series, pass
 from trackdyn.model.record import SPELL_COLUMNS
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import Positive, Section
-from trackdyn.scene.scene import LONGEST as LONGEST_RUN
-from trackdyn.scene.scene import Scene
+from trackdyn.scene.scene import LONGEST_RUN, Scene
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import SAMPLED, Recorder
 from trackdyn.simulation.recording import Recording
