@@ -19,8 +19,7 @@ from trackdyn.measure.contact_log import LONGEST, PASSAGE, SIDES, timing
 from trackdyn.measure.meshing import TOUCHING, passages
 from trackdyn.measure.whole_loop import RELATIVE, SHARES, Estimate, Series, passage, series
 from trackdyn.model.record import SPELL_COLUMNS
-from trackdyn.scene.scene import LONGEST as LONGEST_RUN
-from trackdyn.scene.scene import Scene
+from trackdyn.scene.scene import LONGEST_RUN, Scene
 from trackdyn.scene.stop_rule import StopRule
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import SAMPLED, Recorder
