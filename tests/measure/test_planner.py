@@ -58,7 +58,7 @@ def test_what_is_stated_stays(rig):
 def test_a_promise_is_kept(rig, measure, tolerance):
     scene = Scene(rig, 210, 0.308)
     found = plan(scene, {measure: tolerance})
-    answer = run_until(found.scene, found.left)
+    answer = run_until(found.scene, found.left, least=found.duration)
     fine = scene.with_(step=2.5e-5, duration=2.0, lead_in=2.0, pitches=(), frame_interval=0.0, every_link=True)
     limit = whole_loop(simulate(fine))[measure].value
     assert answer.converged

@@ -118,7 +118,7 @@ def simulate(
     if not quiet:
         announce(lambda text: tqdm.write(f"trackdyn: {text}", file=sys.stderr))  # above a bar
     if tolerances and scene.chain != "belt":
-        _until_converged(scene, tolerances, longest, out)
+        _until_converged(scene, tolerances, longest, out, found.duration)
     else:
         _for_its_duration(scene, out, checkpoint, quiet)
 
@@ -162,10 +162,10 @@ def _for_its_duration(scene, out: Path, checkpoint: Path | None, quiet: bool) ->
         typer.echo(f"{'left out':>22}  {what} need a record of {seconds:.3g} s or more")
 
 
-def _until_converged(scene, tolerances: dict[str, float], longest: float, out: Path) -> None:
+def _until_converged(scene, tolerances: dict[str, float], longest: float, out: Path, least: float) -> None:
     from trackdyn.measure.stopping import run_until
 
-    answer = run_until(scene, tolerances, longest)
+    answer = run_until(scene, tolerances, longest, least=least)
     answer.recording.save(out)
     _warn_of_resolution(answer.recording)
     for name, found in answer.measures.items():

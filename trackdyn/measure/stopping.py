@@ -184,6 +184,7 @@ def run_until(
     longest: float = 60.0,
     tick: Callable[[float], object] = lambda seconds: None,
     starts: SettledLoops | None = None,
+    least: float = 0.0,
 ) -> Answer:
     """Start the sprocket and record every link until all tolerances are reached, or for ``longest`` seconds.
 
@@ -205,6 +206,8 @@ def run_until(
         Called with the seconds that every chunk adds.
     starts : SettledLoops or None
         Loops that were settled before, for a series of scenes.
+    least : float
+        s at constant speed before the first judgement: few passages may agree by chance.
 
     Raises
     ------
@@ -218,7 +221,9 @@ def run_until(
     scene = scene.with_(
         duration=ceil(longest * rate) / rate, lead_in=0.0, pitches=(), frame_interval=0.0, spells=True, every_link=True
     )
-    answer, _ = _record(Loop(scene, starts), _least(scene), lambda recording: _judged(recording, tolerances), tick)
+    answer, _ = _record(
+        Loop(scene, starts), max(_least(scene), least), lambda recording: _judged(recording, tolerances), tick
+    )
     return answer
 
 

@@ -51,7 +51,7 @@ def judge_promises(
                 if chosen.scene.chain == "belt":
                     value, seconds = float(chosen.chosen.found[measure].values[0]), 0.0
                 else:
-                    answer = run_until(chosen.scene, chosen.left, LONGEST_RECORD)
+                    answer = run_until(chosen.scene, chosen.left, LONGEST_RECORD, least=chosen.duration)
                     value, seconds = answer.measures[measure].value, len(answer.recording.time) / rig.sensor.rate
                 error = statistic_error(measure, value, limit.value)
                 row |= {"cpu_s": process_time() - begin, "duration_s": seconds, "achieved_error": error}
