@@ -3,7 +3,7 @@
 from typing import Any
 
 LONGEST_SHOWN = 120  # characters of a value in a sentence
-LONGEST = 640  # characters of a sentence: whatever a name or a value holds, problem and remedy can be read
+LONGEST_SENTENCE = 640  # characters of a sentence: whatever a name or a value holds, problem and remedy can be read
 
 
 class TrackdynError(Exception):
@@ -11,8 +11,8 @@ class TrackdynError(Exception):
 
     def __str__(self) -> str:
         text = " ".join(super().__str__().splitlines())
-        half = LONGEST // 2
-        return text if len(text) <= LONGEST else f"{text[:half]} ... {text[-half:]}"
+        half = LONGEST_SENTENCE // 2
+        return text if len(text) <= LONGEST_SENTENCE else f"{text[:half]} ... {text[-half:]}"
 
 
 class InputError(TrackdynError):

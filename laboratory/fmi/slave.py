@@ -78,8 +78,8 @@ class Track(Fmi3Slave):
         self.unit = Unit(Scene(**fields | {"rig": Rig.model_validate(fields["rig"])}))
         self.register_units([FmiUnit(name, **parts) for name, parts in UNITS.items()])
         self.time = 0.0
-        complete = {"variability": Fmi3Variability.continuous}
-        self.register_variable(Float64("time", unit="s", causality=Fmi3Causality.independent, **complete))
+        continuous = {"variability": Fmi3Variability.continuous}
+        self.register_variable(Float64("time", unit="s", causality=Fmi3Causality.independent, **continuous))
         self.register_variable(Float64(
             "speed_ramp", unit="s", description="time in which a new speed is reached; 0: within the exchange",
             causality=Fmi3Causality.parameter, variability=Fmi3Variability.tunable, initial=Fmi3Initial.exact,

@@ -12,7 +12,7 @@ from trackdyn.model.constants import SPROCKET
 from trackdyn.parameters.layout import belt_around, belt_path, wheel_circles, wheel_names
 from trackdyn.parameters.validation import within
 from trackdyn.scene.carriers import CARRIED
-from trackdyn.scene.scene import LEAST_RAMP, LONGEST, Scene
+from trackdyn.scene.scene import LEAST_RAMP, LONGEST_RUN, Scene
 from trackdyn.simulation.loop import Loop
 
 LATEST = 1e9  # s; an importer's clock, whose rounding must stay far below a step
@@ -198,16 +198,16 @@ class Unit:
         if self.loop is None:
             raise InputError("the unit cannot step before its initialisation; enter and exit that mode first")
         step = self.loop.model.step
-        within("time", time, -LONGEST, LATEST, " s")
+        within("time", time, -LONGEST_RUN, LATEST, " s")
         if self.now is not None and not abs(time - self.now) < step / 2:
             raise InputError(f"time = {time:.9g} s: must be the time of the unit, {self.now:.9g} s")
-        if not step / 2 <= exchange <= LONGEST:
+        if not step / 2 <= exchange <= LONGEST_RUN:
             raise InputError(
-                f"exchange = {exchange:g} s: must be between the step of the loop, {step:g} s, and {LONGEST:g} s"
+                f"exchange = {exchange:g} s: must be between the step of the loop, {step:g} s, and {LONGEST_RUN:g} s"
             )
         if self.now is None:
             self._origin = time - self.loop.time
-        within("speed_ramp", self.speed_ramp, 0.0, LONGEST, " s")
+        within("speed_ramp", self.speed_ramp, 0.0, LONGEST_RUN, " s")
         for steering, signal in zip(self.steerings, self.inputs, strict=True):
             value, applied = self.wanted[signal.name], self._applied[signal.name]
             if not abs(value - applied) <= ROUNDING * abs(applied):  # importers interpolate a constant input, too

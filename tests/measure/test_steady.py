@@ -70,7 +70,7 @@ def test_a_record_without_its_beginning_has_the_same_later_passages(scene, short
     assert later(replace(short, **space, axial_force=np.zeros((samples, wheels))), 1.0).fault() is None
     whole, kept = passages(short), passages(cut)
     expected = whole[
-        whole["start_s"].groupby(whole["passage"]).transform("min") >= 1.0 + steady.LONGEST * 60 * 5.57 / 210
+        whole["start_s"].groupby(whole["passage"]).transform("min") >= 1.0 + steady.LONGEST_CONTACT * 60 * 5.57 / 210
     ]
     assert 0 < kept["passage"].nunique() < whole["passage"].nunique()
     assert kept["passage"].nunique() == expected["passage"].nunique()

@@ -155,7 +155,7 @@ Choose = Annotated[
     list[str] | None,
     typer.Option("--choose", help="One choice of fidelity, such as chain=single_pin; may be given several times."),
 ]
-LONGEST = Annotated[float, number("--longest", "Bound of a run with a --tolerance, s.")]
+LongestRun = Annotated[float, number("--longest", "Bound of a run with a --tolerance, s.")]
 
 
 def chosen_fields(pairs: list[str]) -> dict[str, Any]:

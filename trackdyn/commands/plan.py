@@ -6,9 +6,9 @@ import typer
 
 from trackdyn.commands.options import (
     DEFAULT_RIG,
-    LONGEST,
     MEASURE,
     Choose,
+    LongestRun,
     RigName,
     RingRadius,
     SpeedOption,
@@ -28,7 +28,7 @@ def plan(
     preset: Annotated[str | None, typer.Option("--preset", help="Keep the method and step of a preset.")] = None,
     step: StepOption = None,
     choose: Choose = None,
-    longest: LONGEST = 60.0,
+    longest: LongestRun = 60.0,
 ) -> None:
     """What `simulate --tolerance` will run: the cheapest physics, method and step that keep it, found by short runs."""
     from trackdyn.parameters.rig import load_rig

@@ -8,9 +8,9 @@ import typer
 
 from trackdyn.commands.options import (
     DEFAULT_RIG,
-    LONGEST,
     MEASURE,
     Choose,
+    LongestRun,
     Quiet,
     RigName,
     RingRadius,
@@ -48,7 +48,7 @@ def simulate(
     ] = None,
     tolerance: Tolerance = None,
     measure: Annotated[list[str] | None, MEASURE] = None,
-    longest: LONGEST = 60.0,
+    longest: LongestRun = 60.0,
     rate: Annotated[
         float | None,
         number("--rate", "Samples a second, Hz, such as your sensor's; the rig's by default. The step adapts."),

@@ -23,7 +23,7 @@ from trackdyn.model.state import OFFSET, SPEED, P, Q
 
 
 @kernel
-def seen(space, wheel, x, y, z):
+def to_wheel_frame(space, wheel, x, y, z):
     """Components of a vector in the wheel's frame from those in the plane's (`model.work.SpaceWork`)."""
     if space is None:
         return x, y, z
@@ -36,7 +36,7 @@ def seen(space, wheel, x, y, z):
 
 
 @kernel
-def back(space, wheel, x, y, z):
+def to_plane_frame(space, wheel, x, y, z):
     """Components of a vector in the plane's frame from those in the wheel's."""
     if space is None:
         return x, y, z
@@ -58,7 +58,7 @@ def own_centre(model, space, wheel):
 
 
 @kernel
-def centre_seen(model, space, wheel):
+def centre_in_plane(model, space, wheel):
     """Centre of a wheel in the plane's frame, m."""
     if space is None:
         return model.wheels.x[wheel], model.wheels.y[wheel], 0.0

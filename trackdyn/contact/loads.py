@@ -10,15 +10,15 @@ from typing import NamedTuple
 
 from trackdyn.contact import neighbours
 from trackdyn.contact.axial import (
-    back,
-    centre_seen,
+    centre_in_plane,
     friction_coefficients,
     guide_force,
     height,
     lift,
     own_centre,
-    seen,
     share_left,
+    to_plane_frame,
+    to_wheel_frame,
 )
 from trackdyn.contact.laws import elastic_force, impeded_speed, normal_force, normal_slopes, stored_impact_speed
 from trackdyn.contact.tooth import find_area, groove_index, in_groove
@@ -133,7 +133,7 @@ def item_of(work, link, wheel):
 def apply(model: Model, state: State, work: Work, touch: Touch, space, implicit):
     """Forces of a contact into the loads and onto the contact list; returns the normal force at this state, N."""
     law, body, wheel, nx, ny = touch.law, touch.body, touch.wheel, touch.normal_x, touch.normal_y
-    x, y, z = back(space, wheel, touch.x, touch.y, touch.z)
+    x, y, z = to_plane_frame(space, wheel, touch.x, touch.y, touch.z)
     ax, ay, vx, vy = body_motion(model, state, work, body, x, y)
     px, py = approach(work, body, vx, vy, ax, ay, touch.lead)
     vx, vy, vz = with_plane(state, space, x, y, z, vx, vy)
@@ -144,7 +144,7 @@ def apply(model: Model, state: State, work: Work, touch: Touch, space, implicit)
     ww = state.wheel_rate[wheel]
     # slip of the two material points: along tau = z x n (Eqs. 31, 38 with the links' own rotation) and along
     # the axis (Eqs. 32, 39)
-    sx, sy, sz = seen(space, wheel, px, py, vz)
+    sx, sy, sz = to_wheel_frame(space, wheel, px, py, vz)
     tx, ty = wheel_velocity(state, model.carriers, wheel)
     sx -= tx
     sy -= ty
@@ -192,15 +192,15 @@ def apply(model: Model, state: State, work: Work, touch: Touch, space, implicit)
     wx = fn * nx - ft * ny
     wy = fn * ny + ft * nx
     wz = across_force + touch.axial
-    fx, fy, fz = back(space, wheel, wx, wy, wz)
+    fx, fy, fz = to_plane_frame(space, wheel, wx, wy, wz)
     turn = ox * wy - oy * wx
     work.force_x[body] += fx
     work.force_y[body] += fy
     work.moment[body] += ax * fy - ay * fx
     work.wheel_torque[wheel] -= turn
-    row[k, NORMAL_X], row[k, NORMAL_Y], normal_z = back(space, wheel, fn * nx, fn * ny, touch.axial)
-    row[k, FRICTION_X], row[k, FRICTION_Y], friction_z = back(space, wheel, -ft * ny, ft * nx, across_force)
-    row[k, TURN_X], row[k, TURN_Y], turn_z = back(space, wheel, -oy, ox, 0.0)
+    row[k, NORMAL_X], row[k, NORMAL_Y], normal_z = to_plane_frame(space, wheel, fn * nx, fn * ny, touch.axial)
+    row[k, FRICTION_X], row[k, FRICTION_Y], friction_z = to_plane_frame(space, wheel, -ft * ny, ft * nx, across_force)
+    row[k, TURN_X], row[k, TURN_Y], turn_z = to_plane_frame(space, wheel, -oy, ox, 0.0)
     row[k, ARM_X] = ax
     row[k, ARM_Y] = ay
     row[k, SPEED_X] = vx
@@ -245,7 +245,7 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
     ss = sine(state.wheel_angle[SPROCKET])
     ws = state.wheel_rate[SPROCKET]
     cx, cy, cz = own_centre(model, space, SPROCKET)
-    mx, my, mz = centre_seen(model, space, SPROCKET)
+    mx, my, mz = centre_in_plane(model, space, SPROCKET)
     dz = height(state, space) - mz
     lead = 0.5 if implicit is None else 0.0
     given = lead * model.step * tooth.mobility
@@ -260,7 +260,7 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
         c, s = work.cos[body], work.sin[body]
         x = work.pin_x[body] + along * c
         y = work.pin_y[body] + along * s
-        lx, ly, lz = seen(space, SPROCKET, x - mx, y - my, dz)
+        lx, ly, lz = to_wheel_frame(space, SPROCKET, x - mx, y - my, dz)
         area = 0
         k = near.groove[arc]
         depth = nkx = nky = radius = ck = sk = share = 0.0
@@ -287,7 +287,7 @@ def tooth_loads(model: Model, state: State, work: Work, space, implicit):
         gx = (chain.com_x[body] - along) * c - chain.com_y[body] * s
         gy = (chain.com_x[body] - along) * s + chain.com_y[body] * c
         vx, vy = approach(work, body, work.com_vx[body] + w * gy, work.com_vy[body] - w * gx, -gx, -gy, lead)
-        vx, vy, _ = seen(space, SPROCKET, vx, vy, lift(state, space, x, y))
+        vx, vy, _ = to_wheel_frame(space, SPROCKET, vx, vy, lift(state, space, x, y))
         vx += ws * ly
         vy -= ws * lx
         speed = -(nx * vx + ny * vy)
@@ -318,8 +318,8 @@ def wheel_loads(model: Model, state: State, work: Work, space, implicit):
         body = shoes.link_body[link]
         c, s = work.cos[body], work.sin[body]
         start, end = shoes.link_start[link], shoes.link_end[link]
-        ax, ay, az = seen(space, wheel, work.pin_x[body] + start * c, work.pin_y[body] + start * s, z)
-        bx, by, bz = seen(space, wheel, work.pin_x[body] + end * c, work.pin_y[body] + end * s, z)
+        ax, ay, az = to_wheel_frame(space, wheel, work.pin_x[body] + start * c, work.pin_y[body] + start * s, z)
+        bx, by, bz = to_wheel_frame(space, wheel, work.pin_x[body] + end * c, work.pin_y[body] + end * s, z)
         cx, cy, cz = own_centre(model, space, wheel)
         kind = RING if wheel == SPROCKET else SURFACE
         fraction, qx, qy, distance = foot(ax, ay, bx, by, cx, cy)
@@ -335,11 +335,11 @@ def wheel_loads(model: Model, state: State, work: Work, space, implicit):
         inverse = 1.0 / distance
         nx = (qx - cx) * inverse
         ny = (qy - cy) * inverse
-        x, y, height_there = back(space, wheel, qx, qy, qz)
+        x, y, height_there = to_plane_frame(space, wheel, qx, qy, qz)
         gx, gy, vx, vy = body_motion(model, state, work, body, x, y)
         vx, vy = approach(work, body, vx, vy, gx, gy, lead)
         vx, vy, vz = with_plane(state, space, x, y, height_there, vx, vy)
-        vx, vy, _ = seen(space, wheel, vx, vy, vz)
+        vx, vy, _ = to_wheel_frame(space, wheel, vx, vy, vz)
         tx, ty = wheel_velocity(state, model.carriers, wheel)
         vx -= tx
         vy -= ty
@@ -364,7 +364,7 @@ def guide_loads(model: Model, state: State, work: Work, space, implicit):
         reach = model.space.guide_reach[wheel]
         if reach == 0.0:
             continue
-        mx, my, mz = centre_seen(model, space, wheel)
+        mx, my, mz = centre_in_plane(model, space, wheel)
         cx, cy, cz = own_centre(model, space, wheel)
         for pitch in range(shoes.link_body.shape[0]):
             body = shoes.arc_body[2 * pitch]
@@ -372,12 +372,12 @@ def guide_loads(model: Model, state: State, work: Work, space, implicit):
             x = work.pin_x[body] + middle * work.cos[body]
             y = work.pin_y[body] + middle * work.sin[body]
             z = height(state, space)
-            lx, ly, lz = seen(space, wheel, x - mx, y - my, z - mz)
+            lx, ly, lz = to_wheel_frame(space, wheel, x - mx, y - my, z - mz)
             if abs(lz) <= model.space.clearance or lx * lx + ly * ly > reach * reach:
                 continue
             _, _, vx, vy = body_motion(model, state, work, body, x, y)
             vx, vy, vz = with_plane(state, space, x, y, z, vx, vy)
-            _, _, speed = seen(space, wheel, vx, vy, vz)
+            _, _, speed = to_wheel_frame(space, wheel, vx, vy, vz)
             # neither depth nor normal: only the axial force is left of the contact
             touch = Touch(
                 body, wheel, GUIDE, cx + lx, cy + ly, cz + lz, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0,

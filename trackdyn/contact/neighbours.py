@@ -7,7 +7,7 @@ far as that together could use it up (Verlet, Phys. Rev. 159, 1967, 98): no cont
 
 from math import sqrt
 
-from trackdyn.contact.axial import centre_seen, height, own_centre, seen
+from trackdyn.contact.axial import centre_in_plane, height, own_centre, to_wheel_frame
 from trackdyn.jit import kernel
 from trackdyn.model.constants import SPROCKET, Model
 from trackdyn.model.state import OFFSET, State
@@ -46,10 +46,10 @@ def update(model: Model, state: State, work: Work, space):
     arcs = 0
     for arc in range(shoes.arc_body.shape[0]):
         body = shoes.arc_body[arc]
-        mx, my, mz = centre_seen(model, space, SPROCKET)
+        mx, my, mz = centre_in_plane(model, space, SPROCKET)
         x = work.pin_x[body] + shoes.arc_x[arc] * work.cos[body]
         y = work.pin_y[body] + shoes.arc_x[arc] * work.sin[body]
-        lx, ly, _ = seen(space, SPROCKET, x - mx, y - my, z - mz)
+        lx, ly, _ = to_wheel_frame(space, SPROCKET, x - mx, y - my, z - mz)
         if model.tooth.present and lx * lx + ly * ly <= (tooth.addendum + tooth.arc_radius + MARGIN) ** 2:
             near.arc[arcs] = arc
             arcs += 1
@@ -62,7 +62,7 @@ def update(model: Model, state: State, work: Work, space):
         middle = 0.5 * (shoes.link_start[link] + shoes.link_end[link])
         half = 0.5 * (shoes.link_end[link] - shoes.link_start[link])
         for wheel in range(wheels.x.shape[0]):
-            x, y, _ = seen(
+            x, y, _ = to_wheel_frame(
                 space, wheel, work.pin_x[body] + middle * work.cos[body], work.pin_y[body] + middle * work.sin[body], z
             )
             cx, cy, _ = own_centre(model, space, wheel)

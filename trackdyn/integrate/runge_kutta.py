@@ -190,11 +190,11 @@ def march(model: Model, state: State, work: Work, record: Record, stages: Stages
     body : int
         -1, or the body whose angular velocity left the physical range.
     """
-    whole, spells, links = model.step, record.spells, record.link_mean.shape[1]
-    begin = state.steps[0] * whole
+    full_step, spells, links = model.step, record.spells, record.link_mean.shape[1]
+    begin = state.steps[0] * full_step
     done = 0.0
-    while done < whole * (1.0 - 1e-12):
-        step = whole - done
+    while done < full_step * (1.0 - 1e-12):
+        step = full_step - done
         if stages.tolerance > 0.0 and stages.next_step[0] > 0.0:
             # two equal parts rather than a long and a very short one
             parts = max(1.0, -(-step // stages.next_step[0]))
@@ -210,8 +210,8 @@ def march(model: Model, state: State, work: Work, record: Record, stages: Stages
                 break
             error = _error(stages, step)
             factor = min(4.0, max(0.2, 0.9 * error**-0.2 if error > 0.0 else 4.0))
-            if error <= 1.0 or step < LEAST_FRACTION * whole:
-                stages.next_step[0] = min(factor * step, whole)
+            if error <= 1.0 or step < LEAST_FRACTION * full_step:
+                stages.next_step[0] = min(factor * step, full_step)
                 break
             stages.counts[1] += 1
             step *= min(factor, 0.9)
@@ -226,7 +226,7 @@ def march(model: Model, state: State, work: Work, record: Record, stages: Stages
         work.cut[5] = work.cut[1]
         if not model.closure.compliant:
             _project(model, state, work)
-        _accumulate(work, stages, step / whole, links)
+        _accumulate(work, stages, step / full_step, links)
         follow(work)
         _copy_memory(stages.tooth_impact, stages.wheel_impact, state.tooth_impact, state.wheel_impact)
         evaluate_loads(model, state, work, None, None)

@@ -15,7 +15,7 @@ SIDES = ("left", "right", "ring")
 MERGE_GAP = 0.004  # s
 # Turns of the sprocket. No contact of a passage, and no pause in it, lasts longer than this: the chain
 # leaves the sprocket after about half a turn. Passages nearer to an end of the record may lack a part.
-LONGEST = 2 / 3
+LONGEST_CONTACT = 2 / 3
 # turns of the sprocket from the first to the last contact of a passage
 PASSAGE = 0.6
 NAN = float("nan")
@@ -126,7 +126,7 @@ def _number_passages(rows: dict[str, np.ndarray], period: Timing) -> tuple[np.nd
     begins[1:] = (start + apart)[1:] - np.maximum.accumulate(end + apart)[:-1] > pause
     group, index = np.cumsum(begins) - 1, np.flatnonzero(begins)
     first, last = np.minimum.reduceat(start, index), np.maximum.reduceat(end, index)
-    margin = LONGEST * period.turn
+    margin = LONGEST_CONTACT * period.turn
     complete = np.flatnonzero((first >= margin) & (last <= period.record - margin))
     number = np.full(len(index), -1)
     number[complete[np.argsort(first[complete], kind="stable")]] = np.arange(len(complete))

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from trackdyn.measure.contact_log import LONGEST, PASSAGE, timing
+from trackdyn.measure.contact_log import LONGEST_CONTACT, PASSAGE, timing
 from trackdyn.measure.meshing import meshing_summary
 from trackdyn.measure.sensor import LEAST_LOOPS, loop_frequency, sense
 from trackdyn.measure.sensor_metrics import sensor_metrics
@@ -68,7 +68,7 @@ def run_metrics(name: str, recording: Recording) -> dict:
 def needed_lengths(recording: Recording) -> dict[str, float]:
     """What the recording is too short for, with the record (s) that holds it wherever it begins."""
     period, scene = timing(recording), recording.meta["scene"]
-    passage = period.loop + (2 * LONGEST + PASSAGE) * period.turn
+    passage = period.loop + (2 * LONGEST_CONTACT + PASSAGE) * period.turn
     needed = {"dominant peak and standard errors": LEAST_LOOPS * period.loop}
     if len(recording.spells) or scene["spells"]:
         needed["contacts of the recorded pitches"] = passage

@@ -15,12 +15,11 @@ from typing import TypeVar
 import pandas as pd
 
 from trackdyn.errors import InputError
-from trackdyn.measure.contact_log import LONGEST, PASSAGE, SIDES, timing
+from trackdyn.measure.contact_log import LONGEST_CONTACT, PASSAGE, SIDES, timing
 from trackdyn.measure.meshing import TOUCHING, passages
 from trackdyn.measure.whole_loop import RELATIVE, SHARES, Estimate, Series, passage, series
 from trackdyn.model.record import SPELL_COLUMNS
-from trackdyn.scene.scene import LONGEST as LONGEST_RUN
-from trackdyn.scene.scene import Scene
+from trackdyn.scene.scene import LONGEST_RUN, Scene
 from trackdyn.scene.stop_rule import StopRule
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.recorder import SAMPLED, Recorder
@@ -129,7 +128,7 @@ def run_steady(loop: Loop, rule: StopRule) -> tuple[Recording, bool]:
         begin, converged = steady_from(recording, rule)
         return later(recording, begin), converged
 
-    turns = 2 * LONGEST + PASSAGE + rule.passages / loop.scene.rig.sprocket.teeth
+    turns = 2 * LONGEST_CONTACT + PASSAGE + rule.passages / loop.scene.rig.sprocket.teeth
     return _record(loop, turns * 2 * pi / abs(loop.scene.sprocket_rate), judge)
 
 
@@ -149,7 +148,7 @@ def steady_from(recording: Recording, rule: StopRule) -> tuple[float, bool]:
     if not first:
         return 0.0, converged
     begins = table.loc[table["passage"] == first, "start_s"].min()
-    return float(begins) - LONGEST * timing(recording).turn, converged
+    return float(begins) - LONGEST_CONTACT * timing(recording).turn, converged
 
 
 @dataclass(frozen=True)

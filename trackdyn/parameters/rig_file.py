@@ -164,8 +164,8 @@ def _read(path: Path | str, depth: int, read: Callable[[Path | str], Any]) -> di
         return _filled_in(data, cells)
     if not isinstance(like, str) or not 0 < len(like) < 256 or depth == 0:
         raise InputError(f"{path}: like = {shown(like)}: must be the name of a shipped rig or of a file")
-    beside = path.parent / like
-    base = _read(beside if isfile(beside) else rig_path(like), depth - 1, read)
+    sibling = path.parent / like
+    base = _read(sibling if isfile(sibling) else rig_path(like), depth - 1, read)
     if own_wheels:
         base = {key: part for key, part in base.items() if key not in ("wheels", *WHEELS_OF_OLD)}
     for one, other in (("groove", "profile"), ("profile", "groove")):

@@ -142,9 +142,9 @@ def _first(errors: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
     """
     lacking = [error for error in errors if error["type"] == "missing"]
     for error in errors if errors[0]["type"] == "missing" else []:
-        beside = [str(other["loc"][-1]) for other in lacking if other["loc"][:-1] == error["loc"][:-1]]
-        if error["type"] == "extra_forbidden" and beside:
-            return {**error, "meant": get_close_matches(str(error["loc"][-1]), beside, 1)}
+        missing = [str(other["loc"][-1]) for other in lacking if other["loc"][:-1] == error["loc"][:-1]]
+        if error["type"] == "extra_forbidden" and missing:
+            return {**error, "meant": get_close_matches(str(error["loc"][-1]), missing, 1)}
     return errors[0]
 
 

@@ -86,9 +86,9 @@ def build_chain(rig: Rig, chain: str = "double_pin", viscous: bool = True) -> Ch
         # half a connector is fixed to each end of the link, its middle a quarter of a connector from the joint
         pitch, half = rig.single_pin_pitch, c.connector_mass / 2
         own = c.connector_inertia / 2 - half * (rig.connector_length / 4) ** 2
-        whole = c.link_inertia + 2 * (own + half * (pitch / 2 - rig.connector_length / 4) ** 2)
+        pitch_inertia = c.link_inertia + 2 * (own + half * (pitch / 2 - rig.connector_length / 4) ** 2)
         length = np.full(n, pitch)
-        mass, inertia = np.full(n, c.link_mass + c.connector_mass), np.full(n, whole)
+        mass, inertia = np.full(n, c.link_mass + c.connector_mass), np.full(n, pitch_inertia)
         in_series = 2  # two bushings behind one another
     else:
         length = np.tile([c.link_length, rig.connector_length], n)

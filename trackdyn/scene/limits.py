@@ -148,7 +148,7 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
 
 def largest_step(model, *tensions: float, method: Method = METHODS["semi_implicit"]) -> float:
     """Least of the limits of a step (`step_limits`) at some tensions (N), s; infinite if there is none."""
-    return min((limit for of in tensions for limit in step_limits(model, of, method).values()), default=inf)
+    return min((limit for tension in tensions for limit in step_limits(model, tension, method).values()), default=inf)
 
 
 def _with_parting_pins(radial, ends, stiffness, oscillation, limit) -> tuple[float, float]:

@@ -20,7 +20,7 @@ from trackdyn.scene.limits import LEAST_STEP, advised_step, round_step, step_lim
 
 Number = Annotated[float, BeforeValidator(plain_number)]
 # Longest recording, lead-in or ramp, s; shortest ramp, s.
-LONGEST, LEAST_RAMP = 36000.0, 1e-6
+LONGEST_RUN, LEAST_RAMP = 36000.0, 1e-6
 FASTEST = 1e5  # rev/min; the tests run 10,000
 LEAST_TOLERANCE = 1e-12  # rounding hides what is less, and a step that must reach it never ends
 MOST_STEPS = 1e10  # a day of computing
@@ -186,9 +186,9 @@ class Scene(Choices):
         sample = 1.0 / self.rig.sensor.rate
         for field, least, most, unit in (
             ("motor_rpm", 0.0, FASTEST, "rev/min (clockwise)"),
-            ("duration", sample, LONGEST, "s"),
-            ("lead_in", 0.0, LONGEST, "s"),
-            ("ramp", LEAST_RAMP, LONGEST, "s"),
+            ("duration", sample, LONGEST_RUN, "s"),
+            ("lead_in", 0.0, LONGEST_RUN, "s"),
+            ("ramp", LEAST_RAMP, LONGEST_RUN, "s"),
             ("tolerance", LEAST_TOLERANCE, 0.5, "of a step's error"),
         ):
             value = getattr(self, field)
@@ -204,8 +204,8 @@ class Scene(Choices):
         if steps > MOST_STEPS:
             self._refuse("step", f"makes {steps:.2g} steps; a run may have at most {MOST_STEPS:.0g}")
         between = self.frame_interval / sample
-        whole = 0 < self.frame_interval <= self.duration and between > 0.5 and abs(between - round(between)) <= 1e-6
-        if self.frame_interval and not whole:
+        regular = 0 < self.frame_interval <= self.duration and between > 0.5 and abs(between - round(between)) <= 1e-6
+        if self.frame_interval and not regular:
             self._refuse(
                 "frame_interval",
                 f"must be 0 or a multiple of the sample interval, {sample} s, no longer than the duration",

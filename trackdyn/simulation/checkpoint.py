@@ -72,7 +72,7 @@ def refuse_other_places(room: Any, data: dict[str, np.ndarray], but: tuple[str, 
 
 
 @contextmanager
-def whole(path: Path | str) -> Iterator[None]:
+def refusing_damage(path: Path | str) -> Iterator[None]:
     """What goes wrong within while a checkpoint's data are put in place ends in one sentence.
 
     Raises
@@ -114,7 +114,7 @@ def read_checkpoint(path: Path | str) -> dict[str, Any]:
             f"{path}: was written by another version (sources {shown(sources)}, now {source_hash()}); "
             "remove it to start again"
         )
-    with whole(path):
+    with refusing_damage(path):
         for key, array in arrays.items():
             part, _, name = key.partition(".")
             parts.setdefault(part, {})[name] = array

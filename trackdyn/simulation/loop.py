@@ -17,14 +17,14 @@ from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import within
 from trackdyn.scene.build import shift_wheel
 from trackdyn.scene.carriers import CARRIED
-from trackdyn.scene.scene import LONGEST, MOST_STEPS, Scene
+from trackdyn.scene.scene import LONGEST_RUN, MOST_STEPS, Scene
 from trackdyn.simulation.checkpoint import (
     filled,
     flat,
     mapped,
     read_checkpoint,
     refuse_other_model,
-    whole,
+    refusing_damage,
     write_checkpoint,
 )
 from trackdyn.simulation.recorder import CHUNK, Recorder
@@ -115,7 +115,7 @@ class Loop:
         tick : function
             Called with the seconds that every chunk adds.
         """
-        seconds = within("seconds", seconds, 0.0, LONGEST)
+        seconds = within("seconds", seconds, 0.0, LONGEST_RUN)
         with self._held.exclusive():
             left = round(seconds / self._parts.model.step)
             while left:
@@ -363,7 +363,7 @@ class Loop:
             There is no such checkpoint, or other sources wrote it.
         """
         data = read_checkpoint(path)
-        with whole(path):
+        with refusing_damage(path):
             return cls.restored(data)
 
     def describe(self) -> dict:

@@ -35,7 +35,7 @@ class Recorder:
         rate = loop.scene.rig.sensor.rate
         refuse_too_large(loop.scene, seconds, pitches, frame_interval, every_link)
         self.loop = loop
-        self.asked = {
+        self.requested = {
             "duration": seconds, "pitches": pitches, "frame_interval": frame_interval, "spells": spells,
             "every_link": every_link,
         }  # fmt: skip
@@ -128,7 +128,7 @@ class Recorder:
 
     def _so_far(self) -> tuple[Recording, Scene]:
         """What was recorded so far, and the scene that asks for just that."""
-        record, scene = self.record, self.loop.scene.with_(**self.asked)
+        record, scene = self.record, self.loop.scene.with_(**self.requested)
         rate, stride = scene.rig.sensor.rate, record.frame_stride
         if self.done < self.samples:
             frames = -(-self.done // stride) if 0 < stride <= self.done else 0

@@ -309,11 +309,11 @@ def _fault_of_meta(meta: dict) -> str | None:
     `KeyError`.
     """
     scene = _scene_of(meta)
-    if {name: of["setting"] for name, of in meta["fidelity"].items()} != {
+    if {name: chosen["setting"] for name, chosen in meta["fidelity"].items()} != {
         n: d.setting for n, d in scene.fidelity.items()
     }:
         return "fidelity is not that of its scene"
-    if not all(isinstance(of["reason"], str) for of in meta["fidelity"].values()):
+    if not all(isinstance(chosen["reason"], str) for chosen in meta["fidelity"].values()):
         return "fidelity has a reason that is no text"
     resolved = meta.get("resolved", {"state": OPEN, "reason": ""})
     if not isinstance(resolved, dict) or not (

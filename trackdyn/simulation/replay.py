@@ -127,17 +127,17 @@ def stretch_of(recording: Recording, seconds: float | None = None, progress: boo
     stride = max(1, round(seconds * rate / frames))
     frames = max(1, int(seconds * rate / stride + 1e-6))
     loop = Loop(scene)
-    begins, whole = recording.begin, True
+    begins, complete = recording.begin, True
     if (begins - scene.ramp) / scene.step * scene.bodies * BODY_STEP > LEAD_COST:
-        begins, whole = scene.ramp + min(scene.lead_in, SHORT_LEAD), False
+        begins, complete = scene.ramp + min(scene.lead_in, SHORT_LEAD), False
     bar = {"disable": not progress, "unit": "s", "desc": "looking again",
            "bar_format": "{desc} |{bar}| {n:.1f} of {total:.1f} s simulated"}  # fmt: skip
     with tqdm(total=begins + seconds + 1e-6, **bar) as shown:
         loop.advance(begins, shown.update)
-        return _look(loop, recording, whole, frames, stride, shown.update)
+        return _look(loop, recording, complete, frames, stride, shown.update)
 
 
-def _look(loop: Loop, recording: Recording, whole: bool, frames: int, stride: int, tick) -> Stretch:
+def _look(loop: Loop, recording: Recording, complete: bool, frames: int, stride: int, tick) -> Stretch:
     scene, model, state = loop.scene, loop.model, loop.state
     n, wheels, pitches = len(state.angle), len(model.wheels.x), scene.rig.chain.pitches
     rate, begins = scene.rig.sensor.rate, loop.time
@@ -162,7 +162,7 @@ def _look(loop: Loop, recording: Recording, whole: bool, frames: int, stride: in
     return Stretch(
         loop, np.arange(1, frames + 1) * stride / rate, stride / rate, bodies, around, turned, contacts, tension,
         (joints[None, :] + moved[:, None] - origin) % pitches, spans, _shares(record, model, scene), begins,
-        _apart(record, recording) if whole else None,
+        _apart(record, recording) if complete else None,
     )  # fmt: skip
 
 
@@ -170,23 +170,23 @@ def _contacts(loop: Loop) -> np.ndarray:
     """(k, 9) contacts of the present state; see `Stretch`."""
     chain, shoes, tooth, work = loop.model.chain, loop.model.shoes, loop.model.tooth, loop.work
     count = int(work.count[0])
-    rows, of = work.contact[:count], work.contact_body[:count]
-    keep = (of[:, KIND] != GUIDE) & (np.hypot(rows[:, NORMAL_X], rows[:, NORMAL_Y]) > 0)
-    rows, of = rows[keep], of[keep]
-    body = of[:, BODY]
+    rows, places = work.contact[:count], work.contact_body[:count]
+    keep = (places[:, KIND] != GUIDE) & (np.hypot(rows[:, NORMAL_X], rows[:, NORMAL_Y]) > 0)
+    rows, places = rows[keep], places[keep]
+    body = places[:, BODY]
     c, s = work.cos[body], work.sin[body]
     x = work.pin_x[body] + chain.com_x[body] * c - chain.com_y[body] * s + rows[:, ARM_X]
     y = work.pin_y[body] + chain.com_x[body] * s + chain.com_y[body] * c + rows[:, ARM_Y]
     found = np.zeros((len(rows), 9))
-    found[:, 0] = np.where(of[:, KIND] == RING, 2, 2 + of[:, WHEEL])
+    found[:, 0] = np.where(places[:, KIND] == RING, 2, 2 + places[:, WHEEL])
     found[:, 1:5] = np.column_stack([x, y, rows[:, NORMAL_X], rows[:, NORMAL_Y]])
-    found[:, 7], found[:, 8] = body, of[:, WHEEL]
+    found[:, 7], found[:, 8] = body, places[:, WHEEL]
     touching = np.flatnonzero(work.tooth_area)
     centre = np.column_stack([
         work.pin_x[shoes.arc_body] + shoes.arc_x * work.cos[shoes.arc_body],
         work.pin_y[shoes.arc_body] + shoes.arc_x * work.sin[shoes.arc_body],
     ])  # fmt: skip
-    for k in np.flatnonzero(of[:, KIND] == FLANK):
+    for k in np.flatnonzero(places[:, KIND] == FLANK):
         # of the arcs of this body that touch, the one around whose middle the point lies
         arcs = touching[shoes.arc_body[touching] == body[k]]
         arc = arcs[np.argmin(np.abs(np.hypot(*(centre[arcs] - found[k, 1:3]).T) - tooth.arc_radius))]
@@ -199,7 +199,8 @@ def _spans(contacts, middles, moved, wheels: int, pitches: int) -> tuple[np.ndar
     spans, origin = np.full((wheels, 2), np.nan), 0.0
     for wheel in range(wheels):
         touched = [
-            (middles[of[:, 7].astype(int)] + way)[of[:, 8] == wheel] for of, way in zip(contacts, moved, strict=True)
+            (middles[places[:, 7].astype(int)] + way)[places[:, 8] == wheel]
+            for places, way in zip(contacts, moved, strict=True)
         ]
         ways = np.sort(np.concatenate(touched) % pitches)
         if len(ways):

@@ -130,8 +130,8 @@ def answer(record: Record, first: int, last: int, ended: list[np.ndarray], model
     """Answer of samples ``first`` to ``last - 1``, of contacts that ended in them and of those that are open."""
     chain = model.chain
 
-    def rms(of):
-        felt = of[..., 1] + chain.gravity * np.cos(of[..., 2])
+    def rms(mean):
+        felt = mean[..., 1] + chain.gravity * np.cos(mean[..., 2])
         return np.sqrt((felt**2).mean())
 
     still = record.spells.open[record.spells.open[:, END] > 0][:, : record.spells.rows.shape[1]]
@@ -139,7 +139,7 @@ def answer(record: Record, first: int, last: int, ended: list[np.ndarray], model
     peaks = largest.sum(axis=0)
     carries = _carries(peaks)
     return Answer(
-        np.array([rms(of[first:last]) for of in (record.mean, record.link_mean) if of[first:last].size]),
+        np.array([rms(mean[first:last]) for mean in (record.mean, record.link_mean) if mean[first:last].size]),
         peaks,
         float((alone.sum(axis=0)[carries] / peaks[carries]).max(initial=0.0)),
     )

@@ -13,7 +13,7 @@ from trackdyn.model.state import State
 from trackdyn.model.work import Work
 from trackdyn.parameters.validation import shown
 from trackdyn.scene.limits import LEAST_STEP
-from trackdyn.scene.scene import LONGEST, MOST_STEPS
+from trackdyn.scene.scene import LONGEST_RUN, MOST_STEPS
 from trackdyn.simulation.checkpoint import flat, mapped
 
 # Largest value of a state in SI units, and how far from the origin a chain may be (m) or how fast (m/s): further out
@@ -89,7 +89,7 @@ def limits_of(parts: Parts) -> dict[str, tuple]:
     ranges = {
         "state.steps": (0, int(LARGEST)), "work.near.groove": (0, model.tooth.teeth),
         "work.tooth_area": (0, len(model.tooth.radius)), "model.sensor.body": (0, len(model.chain.length) - 1),
-        "model.step": (LEAST_STEP, LONGEST), "model.stride": (1, MOST_STEPS),
+        "model.step": (LEAST_STEP, LONGEST_RUN), "model.stride": (1, MOST_STEPS),
     }  # fmt: skip
     for name, bounds in ranges.items():
         array = np.asarray(attrgetter(name)(parts))

@@ -52,10 +52,10 @@ class Watch:
 
     def begin(self) -> None:
         """Begin a piece."""
-        of = self.recorder
-        self.origin, self.first_of_run = of.loop.copy(), False
-        self.first, self.ended, self.alternating = of.done, len(of.ended), of.alternating.copy()
-        self.open, self.time = of.record.spells.open.copy(), of.loop.time
+        recorder = self.recorder
+        self.origin, self.first_of_run = recorder.loop.copy(), False
+        self.first, self.ended, self.alternating = recorder.done, len(recorder.ended), recorder.alternating.copy()
+        self.open, self.time = recorder.record.spells.open.copy(), recorder.loop.time
 
     def look(self) -> None:
         """Judge a piece when it is over.
@@ -66,19 +66,19 @@ class Watch:
             It is doubtful, and with a finer step RMS differs by more than `resolution.RMS`, or peaks by more than
             `resolution.PEAKS` where contacts flip.
         """
-        of, rate = self.recorder, self.recorder.loop.scene.rig.sensor.rate
-        seconds = (of.done - self.first) / rate
-        if self.origin is not None and (seconds >= PIECE or of.finished):
+        recorder, rate = self.recorder, self.recorder.loop.scene.rig.sensor.rate
+        seconds = (recorder.done - self.first) / rate
+        if self.origin is not None and (seconds >= PIECE or recorder.finished):
             self._judge(seconds)
             self.origin = None
-        if seconds >= BETWEEN and not of.finished:
+        if seconds >= BETWEEN and not recorder.finished:
             self.begin()
 
     def _judge(self, seconds: float) -> None:
-        of = self.recorder
-        model, rows = of.loop.model, of.record.mean[self.first : of.done]
-        coarse = answer(of.record, self.first, of.done, of.ended[self.ended :], model)
-        found = doubt(of.alternating - self.alternating, model, rows, seconds, coarse.alone)
+        recorder = self.recorder
+        model, rows = recorder.loop.model, recorder.record.mean[self.first : recorder.done]
+        coarse = answer(recorder.record, self.first, recorder.done, recorder.ended[self.ended :], model)
+        found = doubt(recorder.alternating - self.alternating, model, rows, seconds, coarse.alone)
         self.found = self.found or found  # also where no finer step can be tried
         found = found or self._brief()
         # where somebody steered in between, another run would be another motion
@@ -92,7 +92,7 @@ class Watch:
         self.off = tuple(float(np.fmax(*pair)) for pair in zip(self.off, off, strict=True))
         # An implicit step is coarse on purpose, and single impacts need steps that nothing else needs: what is missed
         # is said, and refused only where contacts flip.
-        missed = off[0] > RMS and of.loop.work.implicit is None
+        missed = off[0] > RMS and recorder.loop.work.implicit is None
         if missed or ((off[0] > RMS or off[1] > PEAKS) and self._share(rows) > 1.0):
             raise DivergenceError(
                 f"contacts are not resolved: {found}, and with a step {FINER} times smaller RMS over {seconds:.3g} s "
@@ -106,10 +106,10 @@ class Watch:
         Its sensor's link comes onto each wheel at most once, and an impact has an error of the order of the step, so
         that its RMS may be off. Not said of `Loop.record`, where every part of a longer run would be run again.
         """
-        of, scene = self.recorder, self.recorder.loop.scene
+        recorder, scene = self.recorder, self.recorder.loop.scene
         if not self.first_of_run or scene.loop != "on_wheels" or not METHODS[scene.integrator].staggered:
             return ""
-        pitches = passed_pitches(of.loop.model, of.samples / scene.rig.sensor.rate)
+        pitches = passed_pitches(recorder.loop.model, recorder.samples / scene.rig.sensor.rate)
         # rounded: a record of one turn ends at a sample
         if pitches < 1.0 or round(pitches) >= scene.rig.chain.pitches:
             return ""
@@ -121,12 +121,12 @@ class Watch:
 
     def _finer(self, seconds: float) -> Answer:
         """The piece with a finer step; the loop from which a run begins is settled with it, too."""
-        loop, asked = self.origin, self.recorder.asked
+        loop, requested = self.origin, self.recorder.requested
         step = loop.model.step / FINER
         settled = self.first_of_run and loop.time == 0.0
         finer = loop.__class__(loop.scene.with_(step=step)) if settled else loop.changed(step=step)
         finer.advance(self.time - loop.time)
-        again = self.recorder.__class__(finer, seconds, (), 0.0, asked["spells"], asked["every_link"], False)
+        again = self.recorder.__class__(finer, seconds, (), 0.0, requested["spells"], requested["every_link"], False)
         again.record.spells.open[:] = self.open
         while not again.finished:
             again.chunk()
@@ -134,8 +134,8 @@ class Watch:
 
     def resolution(self) -> Resolution:
         """State of the resolution of the record so far."""
-        of = self.recorder
-        seconds = of.done / of.loop.scene.rig.sensor.rate
-        mean = of.record.mean[: of.done]
-        found = self.found or doubt(of.alternating, of.loop.model, mean, seconds, 0.0)
-        return resolution(of.alternating, of.loop.model, mean, seconds, found, self.off)
+        recorder = self.recorder
+        seconds = recorder.done / recorder.loop.scene.rig.sensor.rate
+        mean = recorder.record.mean[: recorder.done]
+        found = self.found or doubt(recorder.alternating, recorder.loop.model, mean, seconds, 0.0)
+        return resolution(recorder.alternating, recorder.loop.model, mean, seconds, found, self.off)

@@ -14,7 +14,7 @@ from trackdyn.parameters.rig import Rig, load_rig
 from trackdyn.parameters.rig_file import DEFAULT
 from trackdyn.parameters.validation import parse_number, parse_tolerance, shown, validated, within
 from trackdyn.scene.fidelity import CHOICES, preset
-from trackdyn.scene.scene import FOLLOWS, LEAST_STEP, LONGEST, Scene
+from trackdyn.scene.scene import FOLLOWS, LEAST_STEP, LONGEST_RUN, Scene
 from trackdyn.scene.stop_rule import StopRule
 from trackdyn.simulation.settled_loops import LATER
 from trackdyn.sources import module_hash
@@ -154,7 +154,7 @@ def _row(cells: dict[str, Any], rig: str, rigs: dict[str, tuple[dict, str] | Inp
         if fields["motor_rpm"] == 0:
             raise InputError("motor_rpm = 0: must be above 0, for a row records a running track")
         if "until.longest" in given:
-            longest = within("until.longest", _number(given["until.longest"]), 0.0, LONGEST, " s")
+            longest = within("until.longest", _number(given["until.longest"]), 0.0, LONGEST_RUN, " s")
         if known:
             _refuse_known(known, until)
     except InputError as error:
@@ -224,5 +224,5 @@ def _field(name: str, value: Any) -> Any:
     if name == "step":
         steps = value if isinstance(value, (list, tuple)) else text.replace(";", " ").split()
         if len(steps) > 1:
-            return [within("step", _number(step), LEAST_STEP, LONGEST, " s") for step in steps]
+            return [within("step", _number(step), LEAST_STEP, LONGEST_RUN, " s") for step in steps]
     return None if name in OPTIONAL and text == "none" else _number(value)

@@ -18,7 +18,7 @@ from trackdyn.scene.scene import Scene
 
 # with a ring, right arcs touch in few scenes or none: too little to promise their peaks by
 PLANNED = (*(name for name in RELATIVE if name != "right_peak"), *SHARES)
-LONGEST = 60.0  # s of a record
+LONGEST_RECORD = 60.0  # s of a record
 PROMISES = [
     "scene", "measure", "tolerance", "achieved_error", "limit_error", "met", "setting", "step_s", "expected_error",
     "duration_s", "expected_cpu_s", "cpu_s", "trial_cpu_s", "reason",
@@ -46,12 +46,12 @@ def judge_promises(
             row = {"scene": scene_name(rpm, ring), "measure": measure, "tolerance": tolerance}
             row["limit_error"] = limit.error / scale_of(measure, limit.value)
             try:
-                chosen = plan(Scene(rig, rpm, ring), {measure: tolerance}, LONGEST)
+                chosen = plan(Scene(rig, rpm, ring), {measure: tolerance}, LONGEST_RECORD)
                 begin = process_time()
                 if chosen.scene.chain == "belt":
                     value, seconds = float(chosen.chosen.found[measure].values[0]), 0.0
                 else:
-                    answer = run_until(chosen.scene, chosen.left, LONGEST)
+                    answer = run_until(chosen.scene, chosen.left, LONGEST_RECORD)
                     value, seconds = answer.measures[measure].value, len(answer.recording.time) / rig.sensor.rate
                 error = statistic_error(measure, value, limit.value)
                 row |= {"cpu_s": process_time() - begin, "duration_s": seconds, "achieved_error": error}

@@ -19,7 +19,7 @@ from trackdyn.scene.scene import Scene
 FAMILY = "length of the chain"
 LONGEST_REFERENCE = 70
 # the dense system for its cost; past the reference the residual cannot tell how wrong a lost product is
-LONGEST = {"multipliers": 200, "transfer_product": LONGEST_REFERENCE}
+LONGEST_CHAIN = {"multipliers": 200, "transfer_product": LONGEST_REFERENCE}
 SOLVERS = {"riccati": riccati, "multipliers": multipliers, "transfer_product": transfer_matrices}
 KINDS = ("link and connector", "uniform bars", "centres of percussion")
 SEEDS = 3
@@ -171,7 +171,7 @@ def digits(rig: Rig, bodies: list[int]) -> Iterator[dict]:
         for n in bodies:
             chain = make_chain(rig, kind, n)
             for solver in ("riccati", "multipliers", "transfer_product"):
-                if n <= LONGEST.get(solver, n):
+                if n <= LONGEST_CHAIN.get(solver, n):
                     yield attempted(FAMILY, f"{solver}, {n} bodies, {kind}", _digits, rig, solver, chain, kind)
 
 
