@@ -21,8 +21,7 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 
 CONFIG = Path(__file__).parents[1] / "config"
-# what tests assert of motion was written with this rig; a new default does not change it
-RIG = CONFIG / "rigs" / "first_fit.yaml"
+RIG = CONFIG / "rig.yaml"
 # long enough for a steady drive of the sprocket, short enough for a test
 SHORT = {"duration": 0.5, "lead_in": 0.2, "ramp": 0.4}
 # what costs minutes is compiling: tests of spatial runs, of sprung tensioners and of other integrators share these laws
@@ -61,19 +60,13 @@ def pytest_terminal_summary(terminalreporter):
 
 @pytest.fixture(scope="session")
 def rig_path():
-    """File of the rig that tests run, not of the default one."""
+    """File of the default rig, which tests run."""
     return RIG
 
 
 @pytest.fixture(scope="session")
-def default_rig_path():
-    """File of the default rig."""
-    return CONFIG / "rig.yaml"
-
-
-@pytest.fixture(scope="session")
 def rig():
-    """The rig that tests run, not the default one."""
+    """The default rig, which tests run."""
     return load_rig(RIG)
 
 

@@ -110,3 +110,11 @@ def test_a_scene_uses_the_law_that_it_names(rig, normal_law):
     }[normal_law]
     assert model.tooth.law.loss == pytest.approx(expected, rel=1e-14)
     assert model.wheels.ring_law.loss == model.wheels.wheel_law.loss == model.tooth.law.loss  # all name 0.5
+
+
+def test_elastic_law_returns_all():
+    contact = law("elastic", 0.3)
+    assert contact.loss == 0.0
+    assert rebound(contact) == pytest.approx(1.0, abs=1e-6)  # tolerance of the integration
+    for speed in (-3.0, 0.0, 3.0):
+        assert normal_force(contact, 1e-4, speed, 0.1, RADIUS) == normal_force(contact, 1e-4, 0.0, 0.1, RADIUS)

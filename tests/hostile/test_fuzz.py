@@ -24,7 +24,7 @@ from trackdyn.simulation.belt import belt_recording
 from trackdyn.simulation.recording import load_recording
 
 ROOT = Path(__file__).parents[2]
-RIG, CONFIG = ROOT / "config" / "rigs" / "first_fit.yaml", ROOT / "config" / "config.yaml"
+RIG, CONFIG = ROOT / "config" / "rig.yaml", ROOT / "config" / "config.yaml"
 BELT = {"chain": "belt", "ring_radius": None, "spells": False}
 
 anything = st.one_of(

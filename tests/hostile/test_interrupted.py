@@ -126,3 +126,16 @@ def test_a_disk_that_fills_up_leaves_what_was_there(tmp_path):
         == "trackdyn: run.npz: cannot be written (File too large); free disk space or choose another folder"
     )
     assert [path.name for path in tmp_path.iterdir()] == ["run.npz"] and (tmp_path / "run.npz").read_bytes() == b"mine"
+
+
+def test_names_with_accents_and_blanks_and_no_home(tmp_path):
+    environment = {
+        name: value for name, value in os.environ.items() if name not in ("HOME", "TRACKDYN_CACHE", "XDG_CACHE_HOME")
+    }
+    place = tmp_path / "un été à Zürich" / "línk 1.npz"
+    command = [sys.executable, "-c", ENTRY, "simulate", str(place), *BELT]
+    done = subprocess.run(
+        command, cwd=tmp_path, env=environment | {"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, timeout=240
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert place.stat().st_size > 10_000

@@ -21,7 +21,7 @@ from trackdyn.integrate.methods import METHODS
 from trackdyn.scene.limits import step_limits
 
 METHODS["rk3"] = METHOD
-rig = load_rig("first_fit").changed(chain__pitches=3, bushing__damping=0.5)
+rig = load_rig("paper").changed(chain__pitches=3, bushing__damping=0.5)
 free = {"loop": "free", "ring_radius": None, "spells": False, "step": 2e-4}
 scene = Scene(rig, 115.0, integrator="rk3", **free)
 loop = Loop(scene)

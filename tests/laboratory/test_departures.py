@@ -17,9 +17,9 @@ def study():
     return validated(Departures, read_yaml(FILE), FILE)
 
 
-def test_every_departure_has_its_scenes(study, default_rig_path):
+def test_every_departure_has_its_scenes(study, rig_path):
     """All of them are accepted on the shipped rig, one a speed and ring."""
-    rig = load_rig(default_rig_path)
+    rig = load_rig(rig_path)
     for name, departure in study.departures.items():
         scenes = study.scenes(rig, departure)
         assert len(scenes) == len(study.speeds_rpm) * len(study.ring_radii_m), name

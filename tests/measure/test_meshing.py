@@ -13,7 +13,7 @@ from trackdyn.measure.meshing import events, mean_events, meshing_summary, passa
 from trackdyn.parameters.rig import load_rig
 from trackdyn.simulation.recording import Recording
 
-RIG = load_rig("first_fit")
+RIG = load_rig("paper")
 PITCHES, TEETH = RIG.chain.pitches, RIG.sprocket.teeth
 # a sprocket turn of exactly 2 s
 TURN = 2.0

@@ -12,7 +12,7 @@ from trackdyn.parameters.outline import ToothProfile
 from trackdyn.simulation.recording import load_recording
 from trackdyn.simulation.simulate import simulate
 
-RIG = load_rig("first_fit")
+RIG = load_rig("paper")
 TOOTH_AREAS = len(RIG.groove_profile.radius)
 
 

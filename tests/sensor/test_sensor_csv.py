@@ -387,3 +387,20 @@ def test_what_is_no_text_is_refused_by_name(tmp_path):
     refused(tmp_path / "run.csv.npz", ["is a recording, not a sensor's file"])
     refused(write(tmp_path / "sheet.csv", b"PK\x03\x04" + bytes(100)), ["an archive or a spreadsheet"])
     refused(write(tmp_path / "raw.csv", np.arange(500, dtype="<i2").tobytes()), ["binary data"])
+
+
+@pytest.mark.parametrize("lost", [[5000], [2000, 2001], [700, 3100, 3200], [100, 2000, 4000, 6500]])
+@pytest.mark.parametrize(("rate", "decimals"), [(1000, 3), (1000, 6), (998.9, 6), (1000.9, 6)])
+def test_lost_rows_are_not_taken_for_rounding(lost, rate, decimals, tmp_path):
+    t = np.delete(np.arange(9000), lost) / rate
+    for mapping in (SensorMapping(), SensorMapping(rate=1000)):
+        refused(stamped(tmp_path / "record.csv", t, decimals), ["--"], mapping=mapping)
+
+
+@pytest.mark.parametrize(("unit", "scale"), [("s", 1.0), ("ms", 1e3), ("us", 1e6), ("ns", 1e9)])
+@pytest.mark.parametrize("named", [True, False])
+@pytest.mark.parametrize("rate", [100, 1000, 20000])
+def test_the_unit_of_time_follows_from_the_rate(unit, scale, named, rate, tmp_path):
+    rows = "".join(f"{1.7e9 * (unit == 'ns') + k / rate * scale:.9g},{k % 7}\n" for k in range(40))
+    record = read_sensor_csv(write(tmp_path / "record.csv", f"time{f' ({unit})' * named},ay_g\n{rows}"))
+    assert record.rate_hz == pytest.approx(rate, rel=1e-3)

@@ -288,7 +288,7 @@ def command(out, designed):
             "--out",
             str(out),
             "--rig",
-            str(ROOT / "config/rigs/first_fit.yaml"),
+            str(ROOT / "config/rig.yaml"),
             "-j2",
             "-q",
         ],

@@ -129,19 +129,6 @@ def test_scripts_load_no_file_of_ours_that_their_rules_do_not_need():
     assert len(done.stdout.splitlines()) == len(SCRIPTS)
 
 
-def test_a_tolerance_puts_the_planner_before_the_records(tmp_path):
-    def ask(data):
-        data["records"]["plan"] = {"tolerance": "2%", "measure": "rms", "data": str(tmp_path / "results" / "trade.csv")}
-
-    runs = [str(tmp_path / "results" / "runs" / f"{run}.npz") for run in ("coarse/115rpm", "meshing/ring")]
-    planned = planned_jobs(tmp_path, "--configfile", quick_config(tmp_path, ask), "--", *runs)
-    # the data are the study's: seven scenes for statistics, five for the state
-    assert planned == {
-        "article": 1, "warm_up": 1, "warm_up_method": 2, "trade_scene": 12, "trade_data": 1, "plan": 1, "simulate": 2,
-        "total": 20,
-    }  # fmt: skip
-
-
 # --- what an edit makes due -----------------------------------------------------------------------------
 
 

@@ -193,8 +193,8 @@ def test_scenes_without_a_unit_are_refused(make_scene, fields, sentence):
         (["config/rig.yaml", "--rpm", "nan"], "--rpm = 'nan':"),
     ],
 )
-def test_the_command_refuses_in_one_sentence(arguments, sentence, monkeypatch, capsys, tmp_path, default_rig_path):
-    (tmp_path / "config").symlink_to(default_rig_path.parent)
+def test_the_command_refuses_in_one_sentence(arguments, sentence, monkeypatch, capsys, tmp_path, rig_path):
+    (tmp_path / "config").symlink_to(rig_path.parent)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", ["trackdyn", "fmu", *arguments])
     with pytest.raises(SystemExit) as end:

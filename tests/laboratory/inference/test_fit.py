@@ -83,7 +83,7 @@ def test_a_known_value_is_found_again(config, rig, monkeypatch, tmp_path):
             "parameters": [p for p in config.parameters if p.names[0] in ("tension.pre_tension", "groove.seat_depth")],
             "rigs": {name: {"tension.pre_tension": 2000.0, "groove.seat_depth": depth, "run_direction": "climbs",
                             "tension": "sprung"} for name, depth in (("near", 0.001), ("far", 0.0079))},
-            "forms": {"full": fit.Form(starts=0, stages=[stage])},
+            "forms": {"full": fit.FitForm(starts=0, stages=[stage])},
             "targets": [
                 target(printed=3.0, tolerance=0.1),
                 target(output="ring_share_pct", printed=2.0, tolerance=0.1),

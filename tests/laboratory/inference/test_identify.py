@@ -34,7 +34,7 @@ def folder(tmp_path, monkeypatch, rig, rig_path, closed_form):
 @pytest.fixture
 def unpainted(monkeypatch):
     """No page is written."""
-    monkeypatch.setattr(identification, "write_page", lambda answer, rig, out, *_: out / "index.html")
+    monkeypatch.setattr(identification, "write_identification_page", lambda answer, rig, out, *_: out / "index.html")
 
 
 def command(monkeypatch, capsys, *words):

@@ -22,9 +22,9 @@ def test_pages_say_what_was_measured(page, sources, write, tmp_path):
     assert copy.read_text(encoding="utf-8") == (ROOT / page).read_text(encoding="utf-8")
 
 
-def test_what_was_measured_is_of_this_rig(default_rig_path):
+def test_what_was_measured_is_of_this_rig(rig_path):
     kept = pd.read_csv(ROOT / "docs" / "measured" / "parameters.csv").set_index("name")["value"]
-    now = parameter_table(default_rig_path).set_index("name")["value"]
+    now = parameter_table(rig_path).set_index("name")["value"]
     assert list(kept.index) == list(now.index)
     for name in now.index:
         assert kept[name] == str(now[name]) or float(kept[name]) == pytest.approx(float(now[name]), rel=1e-5), name

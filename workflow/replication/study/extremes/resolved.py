@@ -137,7 +137,7 @@ def by_kind(rows: pd.DataFrame) -> pd.DataFrame:
     Parameters
     ----------
     rows : DataFrame
-        Rows of `run_drawn`; those of other families are left out.
+        Rows of `run_random_scene`; those of other families are left out.
 
     Returns
     -------
