@@ -195,7 +195,7 @@ def rig_cells(path: Path | str) -> list[Cell]:
     return [cell for cell in _cells(load_paper_tables(path)) if cell.table in ("Table 1", "parameters")]
 
 
-LONGEST_PART = 1000.0  # m, as of every length of a rig
+LONGEST_M = 1000.0  # m, as of every length of a rig
 
 
 def half_unit(values: Any) -> float:
@@ -269,9 +269,9 @@ def _refuse_halves(tables: PaperTables) -> None:
         entry = tables.parameters.get(name)
         if entry is None or entry.value is None:
             continue
-        if entry.unit != "m" or isinstance(entry.value, str) or not 0 < entry.value <= LONGEST_PART:
+        if entry.unit != "m" or isinstance(entry.value, str) or not 0 < entry.value <= LONGEST_M:
             raise InputError(
-                f"parameters.{name} = {shown(entry.value)} {entry.unit}: must be between 0 and {LONGEST_PART:g} m"
+                f"parameters.{name} = {shown(entry.value)} {entry.unit}: must be a number between 0 and {LONGEST_M:g} m"
             )
 
 
