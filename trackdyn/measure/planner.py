@@ -101,7 +101,7 @@ class Plan(NamedTuple):
 
     @property
     def scene(self) -> Scene:
-        """What runs: by `stopping.run_until` with ``left`` and, at least, ``duration``, or, if it is a belt, by `simulate`."""
+        """What runs: by `stopping.run_until` with ``left`` and, at least, ``duration``; a belt by `simulate`."""
         assert self.chosen.scene is not None
         return self.chosen.scene
 
