@@ -1,4 +1,5 @@
 from trackdyn.sweeps.job import logged
+
 from replication.report.figures.animation import write_animation
 from trackdyn import load_recording
 

@@ -1,4 +1,5 @@
 from trackdyn.sweeps.job import logged
+
 from trackdyn import Scene, load_rig, simulate
 
 with logged(snakemake):

@@ -1,6 +1,7 @@
+from trackdyn.sweeps.job import logged
+
 from pathlib import Path
 
-from trackdyn.sweeps.job import logged
 from replication.paper.cells import load_article
 from replication.paper.claims import headline, judge_all, load_claims, side_by_side
 from replication.paper.contents import caption

@@ -1,4 +1,5 @@
 from trackdyn.sweeps.job import logged
+
 from replication.report.figures.closure import closure_figure
 from trackdyn import load_recording
 from trackdyn.plots.style import save

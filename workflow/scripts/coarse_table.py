@@ -1,6 +1,7 @@
+from trackdyn.sweeps.job import logged
+
 import pandas as pd
 
-from trackdyn.sweeps.job import logged
 from replication.paper.contents import caption
 from replication.report.tables import headed, table4, write_captioned_table
 

@@ -1,6 +1,7 @@
+from trackdyn.sweeps.job import logged
+
 from pathlib import Path
 
-from trackdyn.sweeps.job import logged
 from replication.certify.crate import write_crate
 
 with logged(snakemake):

@@ -1,6 +1,7 @@
+from trackdyn.sweeps.job import logged
+
 import pandas as pd
 
-from trackdyn.sweeps.job import logged
 from trackdyn import load_recording
 from trackdyn.files import write_csv, write_text
 from trackdyn.measure.columns import schema_text

@@ -1,9 +1,10 @@
+from trackdyn.sweeps.job import logged
+
 import json
 from pathlib import Path
 
 import pandas as pd
 
-from trackdyn.sweeps.job import logged
 from replication.report.figures.extremes import FIGURES
 from replication.report.tables import write_captioned_table
 from replication.study.extremes.judge import extremes_summary

@@ -1,4 +1,5 @@
 from trackdyn.sweeps.job import logged
+
 from replication.study.extremes.run import run_part
 from replication.study.settings import ExtremesForm
 from trackdyn import load_rig

@@ -1,4 +1,5 @@
 from trackdyn.sweeps.job import logged
+
 from replication.study.accuracy.ladder import measure_setting
 from trackdyn import load_rig
 from trackdyn.files import write_csv

@@ -1,6 +1,7 @@
+from trackdyn.sweeps.job import logged
+
 import pandas as pd
 
-from trackdyn.sweeps.job import logged
 from replication.report.tables import write_captioned_table
 from replication.study.layouts import layouts_outcome, layouts_summary
 from trackdyn.files import write_csv

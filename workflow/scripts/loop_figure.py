@@ -1,4 +1,5 @@
 from trackdyn.sweeps.job import logged
+
 from replication.report.figures.loop import loop_figure
 from trackdyn import Rig, load_recording
 from trackdyn.plots.style import save

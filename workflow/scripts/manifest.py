@@ -1,6 +1,7 @@
+from trackdyn.sweeps.job import logged
+
 from pathlib import Path
 
-from trackdyn.sweeps.job import logged
 from replication.certify.manifest import write_manifest
 
 with logged(snakemake):

@@ -1,4 +1,5 @@
 from trackdyn.sweeps.job import logged
+
 from replication.report.figures.meshing import passage_figure
 from replication.report.figures.screenshots import screenshot_figure
 from trackdyn import Rig, load_recording

@@ -1,6 +1,7 @@
+from trackdyn.sweeps.job import logged
+
 from pathlib import Path
 
-from trackdyn.sweeps.job import logged
 from replication.paper.contents import missing_items
 from replication.report.page.builder import PageInputs, write_page
 

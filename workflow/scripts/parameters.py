@@ -1,4 +1,5 @@
 from trackdyn.sweeps.job import logged
+
 from replication.paper.contents import caption
 from replication.report.tables import table1, write_captioned_table
 from trackdyn import load_rig

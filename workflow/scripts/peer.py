@@ -1,10 +1,11 @@
+from trackdyn.sweeps.job import logged
+
 import json
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from trackdyn.sweeps.job import logged
 from replication.paper.contents import caption
 from replication.report.figures.peer import displacement_figure, model_figure
 from replication.report.tables import table2_outcome, write_captioned_table

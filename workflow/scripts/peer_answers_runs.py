@@ -1,4 +1,5 @@
 from trackdyn.sweeps.job import logged
+
 from replication.peers.answers import compare_answers
 from replication.study.settings import PeerAnswers
 from trackdyn import load_rig

@@ -1,6 +1,7 @@
+from trackdyn.sweeps.job import logged
+
 import json
 
-from trackdyn.sweeps.job import logged
 from replication.peers.comparison import compare_codes
 from trackdyn import load_rig
 from trackdyn.files import write_csv, write_text

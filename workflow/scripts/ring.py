@@ -1,4 +1,5 @@
 from trackdyn.sweeps.job import logged
+
 from trackdyn import Loop, Scene, load_rig
 from trackdyn.measure.stopping import run_steady
 from trackdyn.scene.stop_rule import StopRule

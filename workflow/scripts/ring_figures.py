@@ -1,6 +1,7 @@
+from trackdyn.sweeps.job import logged
+
 import pandas as pd
 
-from trackdyn.sweeps.job import logged
 from replication.report.figures.ring_study import duration_figure, force_figure
 from trackdyn.plots.style import save
 

@@ -1,6 +1,7 @@
+from trackdyn.sweeps.job import logged
+
 from pathlib import Path
 
-from trackdyn.sweeps.job import logged
 from replication.paper.contents import PAPER
 from replication.report.figures import chain_piece, contact_cases, engagement, flow, groove, locations, system, topology
 from trackdyn import load_rig

@@ -1,6 +1,7 @@
+from trackdyn.sweeps.job import logged
+
 from math import inf
 
-from trackdyn.sweeps.job import logged
 from replication.paper.printed import lettered, peaks
 from trackdyn import load_recording
 from trackdyn.plots.histories import history_figure

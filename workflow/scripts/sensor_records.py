@@ -1,8 +1,9 @@
+from trackdyn.sweeps.job import logged
+
 from pathlib import Path
 
 import pandas as pd
 
-from trackdyn.sweeps.job import logged
 from replication.paper.contents import caption
 from replication.report.tables import write_captioned_table
 from trackdyn.measure.compare import at_rate

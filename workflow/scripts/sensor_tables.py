@@ -1,8 +1,9 @@
+from trackdyn.sweeps.job import logged
+
 from math import inf
 
 import pandas as pd
 
-from trackdyn.sweeps.job import logged
 from replication.paper.contents import caption
 from replication.report.tables import headed, lines_table, table3, write_captioned_table
 from trackdyn.sensor.sensor_csv import read_sensor_csv

@@ -1,6 +1,7 @@
+from trackdyn.sweeps.job import logged
+
 import sys
 
-from trackdyn.sweeps.job import logged
 from trackdyn import Scene, load_rig, simulate
 
 with logged(snakemake):

@@ -1,6 +1,7 @@
+from trackdyn.sweeps.job import logged
+
 import pandas as pd
 
-from trackdyn.sweeps.job import logged
 from replication.study.stability import stability
 from trackdyn import Scene, load_rig
 from trackdyn.files import write_csv

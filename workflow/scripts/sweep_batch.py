@@ -1,4 +1,5 @@
 from trackdyn.sweeps.job import logged
+
 from trackdyn.errors import TrackdynError
 from trackdyn.sweeps.store import FAILED
 from trackdyn.sweeps.sweep import states_summary, sweep

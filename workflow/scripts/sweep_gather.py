@@ -1,4 +1,5 @@
 from trackdyn.sweeps.job import logged
+
 from trackdyn.sweeps.sweep import states_summary, sweep
 
 with logged(snakemake):

@@ -1,4 +1,5 @@
 from trackdyn.sweeps.job import logged
+
 from trackdyn.sweeps.sweep import batches
 from trackdyn.sweeps.table import write_table
 

@@ -1,4 +1,5 @@
 from trackdyn.sweeps.job import logged
+
 from trackdyn.files import write_text
 from trackdyn.jit import cache_folder
 from trackdyn.sweeps.sweep import one_of_each_kind, sweep

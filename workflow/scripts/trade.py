@@ -1,6 +1,7 @@
+from trackdyn.sweeps.job import logged
+
 import pandas as pd
 
-from trackdyn.sweeps.job import logged
 from replication.paper.contents import caption
 from replication.report.figures.trade import planner_figure, trade_figure
 from replication.report.tables import headed, trade_summary, write_captioned_table

@@ -1,4 +1,5 @@
 from trackdyn.sweeps.job import logged
+
 from replication.study.accuracy.promises import judge_promises
 from replication.study.settings import TradeForm, promised_scenes
 from trackdyn import load_rig

@@ -1,4 +1,5 @@
 from trackdyn.sweeps.job import logged
+
 from replication.study.accuracy.trade import statistic_trade
 from replication.study.settings import TradeForm, measured_scenes
 from trackdyn import load_rig

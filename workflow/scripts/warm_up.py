@@ -1,4 +1,5 @@
 from trackdyn.sweeps.job import logged
+
 from trackdyn import Scene, load_rig, simulate
 from trackdyn.files import write_text
 from trackdyn.sources import source_hash

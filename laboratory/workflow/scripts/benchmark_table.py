@@ -1,6 +1,7 @@
+from trackdyn.sweeps.job import logged
+
 import pandas as pd
 
-from trackdyn.sweeps.job import logged
 from trackdyn.files import write_csv
 
 with logged(snakemake):

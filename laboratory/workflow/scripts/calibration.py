@@ -1,4 +1,5 @@
 from trackdyn.sweeps.job import logged
+
 from laboratory.inference.identification.calibration import PRIOR, CalibrationConfig, calibrate, repeated
 from laboratory.report.figures.identification import calibration_figure, rank_figure
 from replication.report.tables import write_captioned_table

@@ -1,4 +1,5 @@
 from trackdyn.sweeps.job import logged
+
 from laboratory.studies.departures import compare_departures
 from trackdyn.files import write_csv
 

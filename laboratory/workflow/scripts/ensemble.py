@@ -1,8 +1,9 @@
+from trackdyn.sweeps.job import logged
+
 from pathlib import Path
 
 import pandas as pd
 
-from trackdyn.sweeps.job import logged
 from laboratory.inference.ensemble.stages import open_ensemble
 from laboratory.report.ensemble import write_figures, write_tables
 

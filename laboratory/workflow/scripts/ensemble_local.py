@@ -1,6 +1,7 @@
+from trackdyn.sweeps.job import logged
+
 from pathlib import Path
 
-from trackdyn.sweeps.job import logged
 from laboratory.inference.ensemble.local import local_ends, local_points
 from laboratory.inference.ensemble.stages import open_ensemble
 from laboratory.inference.search import ends_table, straight

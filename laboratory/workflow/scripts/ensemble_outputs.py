@@ -1,6 +1,7 @@
+from trackdyn.sweeps.job import logged
+
 from pathlib import Path
 
-from trackdyn.sweeps.job import logged
 from laboratory.inference.ensemble.stages import gather_stage, open_ensemble
 
 with logged(snakemake):

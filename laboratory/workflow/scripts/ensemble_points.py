@@ -1,6 +1,7 @@
+from trackdyn.sweeps.job import logged
+
 from pathlib import Path
 
-from trackdyn.sweeps.job import logged
 from laboratory.inference.ensemble.stages import open_ensemble, stage_points, stage_rows
 from trackdyn.sweeps.table import write_table
 

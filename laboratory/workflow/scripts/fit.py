@@ -1,7 +1,8 @@
+from trackdyn.sweeps.job import logged
+
 import numpy as np
 import pandas as pd
 
-from trackdyn.sweeps.job import logged
 from laboratory.inference.fit import FitConfig, fit_rig, measure_rigs, report_targets
 from laboratory.inference.search import ends_table
 from trackdyn import load_rig

@@ -1,7 +1,8 @@
+from trackdyn.sweeps.job import logged
+
 from dataclasses import replace
 from pathlib import Path
 
-from trackdyn.sweeps.job import logged
 from laboratory.inference.identification.answer import write_answer
 from laboratory.inference.identification.calibration import CalibrationConfig
 from laboratory.inference.identification.identify import Settings, identify

@@ -1,4 +1,5 @@
 from trackdyn.sweeps.job import logged
+
 from laboratory.inference.ensemble.settings import load_ensemble, unknowns_of
 from laboratory.inference.ensemble.waves import prior_points
 from laboratory.report.figures.wear import life_figure, profile_figure, radius_figure
