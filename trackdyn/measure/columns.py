@@ -78,6 +78,15 @@ COLUMNS: dict[str, tuple[str, str, str, str | None]] = {
     "passages": ("integer", "1", "complete passages of connectors over the sprocket", "a count in this record"),
 }
 COLUMNS |= {
+    f"{side}_first_area": (
+        "integer",
+        "1",
+        f"area of the groove in which the {side} arc begins to touch, 0: none",
+        CHECK,
+    )
+    for side in ("left", "right")
+}
+COLUMNS |= {
     error: ("number", unit, f"standard error {REVOLUTIONS}: {text}", None)
     for _, unit, text, error in COLUMNS.values()
     if error and " " not in error and error not in COLUMNS

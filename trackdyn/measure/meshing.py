@@ -204,6 +204,22 @@ def events(recording: Recording, passage: int) -> dict[str, float]:
     return _events(table[table["passage"] == passage], _event_places(recording))
 
 
+def first_areas(recording: Recording) -> dict[str, int]:
+    """Area in which each arc begins to touch on its way through the sprocket, the most frequent one; 0: it never does.
+
+    ``left_first_area, right_first_area``, from the recorded samples of the recorded connectors.
+    """
+    away, found = max(round(0.3 * timing(recording).turn * recording.rate), 1), {}
+    for k, side in enumerate(SIDES[:2]):
+        firsts = []
+        for area in recording.area[:, :, k].T:
+            touching = np.flatnonzero(area)
+            begins = touching[np.diff(touching, prepend=-1) > away]
+            firsts += area[begins].tolist()
+        found[f"{side}_first_area"] = max(set(firsts), key=firsts.count, default=0)
+    return found
+
+
 def mean_events(recording: Recording) -> pd.DataFrame:
     """Mean and standard deviation of :func:`events` over the complete passages.
 

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from trackdyn.measure.contact_log import LONGEST_CONTACT, PASSAGE, timing
-from trackdyn.measure.meshing import meshing_summary
+from trackdyn.measure.meshing import first_areas, meshing_summary
 from trackdyn.measure.sensor import LEAST_LOOPS, loop_frequency, sense
 from trackdyn.measure.sensor_metrics import sensor_metrics
 from trackdyn.scene.fidelity import label
@@ -62,6 +62,7 @@ def run_metrics(name: str, recording: Recording) -> dict:
         "resolved": recording.meta.get("resolved", {}).get("state", "not judged"),
         "clipped_samples": signal.clipped,
         **meshing_summary(recording),
+        **first_areas(recording),
     }
 
 

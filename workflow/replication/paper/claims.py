@@ -14,7 +14,7 @@ from replication.paper.evidence import Evidence
 from replication.paper.measures import MEASURES, NotThere, Range
 from trackdyn.errors import InputError
 from trackdyn.measure.columns import TABLES, error_of
-from trackdyn.parameters.validation import Positive, Section, validated
+from trackdyn.parameters.validation import NotNegative, Positive, Section, validated
 from trackdyn.parameters.yaml_file import read_yaml
 
 REPRODUCED = "reproduced"
@@ -29,6 +29,7 @@ ORIGIN_WORDS = {
     "transfer": "claims that transfer a fit at one speed to the others",
     "follows": "claims that follow from the fit or from kinematics",
     "fitted": "fitted claims",
+    "implied": "claims that our reading implies",
 }
 SHORT = {  # the claims of Sect. 6 that can fail, in a few words
     "C16": "without a ring, both arcs touch at once; times of their maxima",
@@ -41,6 +42,7 @@ SHORT = {  # the claims of Sect. 6 that can fail, in a few words
     "C26": "the ring radius to choose is 0.308 m, the equal-pitch radius",
 }
 ORIGINS = tuple(ORIGIN_WORDS)
+ONE_SIDED = ("at_most", "at_least", "either_at_most")
 SLACK = 1 + 1e-9  # on a tolerance: 0.309 - 0.308 is more than 0.001 in binary
 COLUMNS, VALUE_COLUMNS = (tuple(TABLES[name][1]) for name in ("claims", "claims_values"))
 
@@ -49,7 +51,7 @@ class Claim(Section):
     """One row of ``config/claims.yaml``, whose head explains the fields.
 
     ``printed`` by motor speed stands for the numbers at the speeds that are judged. ``trend_tolerance`` is the
-    wider one within which a value still counts as the trend. ``scale`` is what counts as one tolerance in the distance
+    wider one within which a value still counts as the trend; a direction holds within the share ``within``. ``scale`` is what counts as one tolerance in the distance
     of a one-sided claim (`distance`); no verdict depends on it. ``same_data`` names a claim that is judged by the same
     data: both count as one.
     """
@@ -58,7 +60,7 @@ class Claim(Section):
     part: Annotated[str, Field(pattern=r"^[a-z]?$")] = ""
     place: str
     claim: str
-    origin: Literal["fitted", "follows", "transfer", "predicted"] | None = None
+    origin: Literal["fitted", "follows", "transfer", "predicted", "implied"] | None = None
     same_data: Annotated[str, Field(pattern=r"^(C\d\d)?$")] = ""
     printed: Any = None
     ours: bool = False
@@ -66,10 +68,11 @@ class Claim(Section):
     speeds: Literal["all", "sect_6_1", "others"] = "all"
     measure: str | None = None
     rule: Literal[
-        "equal", "at_most", "at_least", "rising", "same", "every_start", "readings", "no_test", "not_comparable"
+        "equal", "at_most", "at_least", "either_at_most", "rising", "same", "every_start", "no_test", "not_comparable"
     ]
     tolerance: float | None = None
     trend_tolerance: float | None = None
+    within: NotNegative = 0.0
     scale: Positive | None = None
     fails_if: str = ""
     reason: Annotated[str, Field(min_length=10)]
@@ -88,12 +91,12 @@ class Claim(Section):
             near = get_close_matches(self.measure or "", MEASURES, 1)
             meant = f"; did you mean {near[0]!r}?" if near else "; workflow/replication/paper/measures.py has them all"
             raise InputError(f"claim {self.name}: measure = {self.measure!r} is not a measure{meant}")
-        if self.rule in ("equal", "every_start", "readings") and self.tolerance is None:
+        if self.rule in ("equal", "every_start") and self.tolerance is None:
             raise InputError(
                 f"claim {self.name}: tolerance is missing; the rule {self.rule} needs one, with its reason"
             )
-        if self.scale is not None and self.rule not in ("at_most", "at_least"):
-            raise InputError(f"claim {self.name}: scale belongs to at_most and at_least; {self.rule} has none")
+        if self.scale is not None and self.rule not in ONE_SIDED:
+            raise InputError(f"claim {self.name}: scale belongs to {', '.join(ONE_SIDED)}; {self.rule} has none")
         if not self.origin or not self.fails_if:
             raise InputError(f"claim {self.name}: origin or fails_if is missing; say what would have failed the claim")
         return self
@@ -171,8 +174,6 @@ def _named(claim: Claim, measured, speeds) -> list[tuple[float, str, float]]:
     """Speed, reading and number of everything that was measured, in the order of the array that it makes."""
     if isinstance(measured, str) or measured is None:
         return []
-    if isinstance(measured, dict):
-        return [(rpm, name, one) for name, row in measured.items() for rpm, one in zip(speeds, row, strict=True)]
     many = isinstance(measured, list | tuple) and not isinstance(measured, Range)
     items = list(measured) if many else [measured]
     by_speed = MEASURES[claim.measure].by_speed and len(items) == len(speeds)
@@ -190,22 +191,22 @@ def _values(claim: Claim, measured, speeds) -> tuple[Value, ...]:
     if not (found := _named(claim, measured, speeds)):
         return ()
     numbers = np.array([one for _, _, one in found])
-    one_sided = claim.rule in ("at_most", "at_least")
+    one_sided = claim.rule in ONE_SIDED
     printed = np.full(len(numbers), np.nan)
     away, met = printed.copy(), [None] * len(numbers)
-    compared = one_sided or claim.rule in ("equal", "every_start", "readings")
+    compared = one_sided or claim.rule in ("equal", "every_start")
     if compared or (claim.rule == "no_test" and claim.printed is not None):
-        shape = np.shape(list(measured.values()) if isinstance(measured, dict) else measured)
-        printed = np.broadcast_to(_bounds(claim, speeds), shape).ravel()
+        printed = np.broadcast_to(_bounds(claim, speeds), np.shape(measured)).ravel()
     if compared:
         off = numbers - printed
-        side = -off if claim.rule == "at_least" else off if claim.rule == "at_most" else np.abs(off)
-        met = list((side <= (0 if one_sided else SLACK * claim.tolerance)) & np.isfinite(numbers))
+        side = -off if claim.rule == "at_least" else off if one_sided else np.abs(off)
+        leeway = claim.within * np.abs(printed) if one_sided else SLACK * claim.tolerance
+        met = list((side <= leeway) & np.isfinite(numbers))
         if not one_sided or claim.scale:
             away = np.maximum(0.0, 1 + side / claim.scale) if one_sided else side / claim.tolerance
             away = np.where(np.isfinite(off), away, np.inf)
     elif claim.rule == "rising":
-        met = list(np.isfinite(numbers) & (np.diff(numbers, prepend=-np.inf) > 0))
+        met = list(np.isfinite(numbers) & np.r_[True, numbers[1:] > (1 - claim.within) * numbers[:-1]])
     rows = zip(found, printed, away, met, strict=True)
     return tuple(
         Value(*name, float(bound), float(far), None if good is None else bool(good)) for name, bound, far, good in rows
@@ -215,14 +216,11 @@ def _values(claim: Claim, measured, speeds) -> tuple[Value, ...]:
 def _verdict(claim: Claim, measured, values: tuple[Value, ...]) -> str:
     if claim.rule == "same":
         return REPRODUCED if measured == claim.printed else NOT_REPRODUCED
-    if claim.rule == "readings":
-        holds = [all(one.met for one in values if one.reading == name) for name in measured]
-        return REPRODUCED if all(holds) else IN_TREND if any(holds) else NOT_REPRODUCED
     if not all(np.isfinite(one.value) for one in values):
         return NOT_REPRODUCED
     if claim.rule == "rising" and len(values) < 2:
         return NOT_REPRODUCED
-    if all(one.met for one in values):
+    if all(one.met for one in values) or (claim.rule == "either_at_most" and any(one.met for one in values)):
         return REPRODUCED
     some = claim.rule == "every_start" and any(one.met for one in values)
     wide = claim.trend_tolerance is not None and all(
@@ -272,8 +270,6 @@ def distance(claim: Claim, e: Evidence) -> float:
 def _text(value) -> str:
     if value is None:
         return ""
-    if isinstance(value, dict):
-        return "; ".join(f"{name}: {_text(one)}" for name, one in value.items())
     if isinstance(value, Range):
         return f"{_text(value.low)} to {_text(value.high)}"
     if isinstance(value, list | tuple):

@@ -2,12 +2,13 @@
 
 from collections.abc import Callable
 from functools import partial
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from replication.paper.evidence import Evidence, NotThere, Range
-from trackdyn.measure.meshing import TOUCHING, serving_radius
+from trackdyn.measure.meshing import serving_radius
 from trackdyn.parameters.groove import equal_pitch_radius
 
 # Two readings of a maximum, neither of which is the spike of a touch-down (`measure.meshing.smoothed_maxima`).
@@ -116,6 +117,13 @@ def coarse_rms_difference(e, speeds):
     return (100 * (coarse.to_numpy() / _column(e, speeds, "rms_g").to_numpy() - 1)).tolist()
 
 
+@measure("records")
+def high_frequency_growth(e, speeds):
+    """Content at and above 20 Hz at the highest speed over that at the lowest."""
+    values = _some(_values("high_frequency_g", e, speeds)[1:]) and _values("high_frequency_g", e, speeds)
+    return float(_over(values[-1], values[0]))
+
+
 # The independent code (Fig. 14)
 
 
@@ -154,13 +162,7 @@ def _ratio(column, e, speeds):
     return float(_over(e.meshing("ring")[column], e.meshing("no_ring")[column]))
 
 
-def _variation(sides, e, speeds):
-    """SD of the force that varies most with the ring, of some, over that of the arcs without."""
-    without = e.meshing("no_ring")[["left_sd_n", "right_sd_n"]].max()
-    return float(_over(e.meshing("ring")[[f"{side}_sd_n" for side in sides]].max(), without))
-
-
-register_all(_areas, "meshing", areas_without_ring="no_ring", areas_with_ring="ring")
+register_all(_areas, "meshing", areas_with_ring="ring")
 register_all(
     _times,
     "meshing",
@@ -172,8 +174,21 @@ register_all(
 )
 register_all(_share, "meshing", ring_share="ring", left_share="left")
 register_all(_ratio, "meshing", left_share_ratio="left_share_pct", left_force_ratio="left_rms_n")
-register_all(_variation, "meshing", variation_of_all_forces=("left", "right", "ring"))
-register_all(_variation, "meshing", variation_of_tooth_forces=("left", "right"))
+
+
+@measure("meshing")
+def first_areas_without_ring(e, speeds):
+    """Areas in which the left and the right arc begin to touch."""
+    row = e.meshing("no_ring")
+    return f"left {row['left_first_area']:.0f}, right {row['right_first_area']:.0f}"
+
+
+@measure("meshing")
+def variation_of_forces(e, speeds):
+    """SD of the force that varies most with the ring, of all and of those on the teeth, over that of the arcs without."""
+    without = e.meshing("no_ring")[["left_sd_n", "right_sd_n"]].max()
+    teeth = e.meshing("ring")[["left_sd_n", "right_sd_n"]].max()
+    return [float(_over(max(teeth, e.meshing("ring")["ring_sd_n"]), without)), float(_over(teeth, without))]
 
 
 @measure("meshing")
@@ -221,8 +236,9 @@ def _growth(e: Evidence, speeds, side: str) -> list:
 
 
 def _growths(side, e, speeds):
-    """Range of both over all radii."""
-    return [_range(growth) for growth in _growth(e, speeds, side)]
+    """Range of both over all radii, from each speed to the next."""
+    pairs = [_growth(e, pair, side) for pair in pairwise(_some(speeds))]
+    return [_range(np.concatenate(growths)) for growths in zip(*_some(pairs), strict=True)]
 
 
 def _steps(column, e, speeds):
@@ -256,11 +272,8 @@ def largest_growth_with_speed(e, speeds):
 
 @measure("study", by_speed=True)
 def ring_growth_with_radius(e, speeds):
-    """RMS of the ring force at the largest radius over that at the paper's, at every speed."""
-    values = (e.study(rpm)["ring_rms_n"] for rpm in speeds)
-    return [
-        float(_over(_from(column, e.radius + 2 * SAME).iloc[-1], _from(column, e.radius).iloc[0])) for column in values
-    ]
+    """RMS of the ring force at the largest radius over that at the smallest, at every speed."""
+    return [float(_over(column.iloc[-1], column.iloc[0])) for column in (e.study(rpm)["ring_rms_n"] for rpm in speeds)]
 
 
 @measure("study", by_speed=True)
@@ -304,13 +317,10 @@ def _serving(e: Evidence, speeds) -> list[float]:
     return [serving_radius(study["left_share_pct"], study["right_share_pct"]) for study in studies]
 
 
-@measure("study")
-def radius_by_readings(e, speeds):
-    """Radius to choose (m) at every speed, by two readings of what is good where the right arc is free."""
-    studies = (e.study(rpm) for rpm in speeds)
-    forces = (study.loc[study["right_share_pct"] < TOUCHING, "left_rms_n"] for study in studies)
-    least = [float(force.idxmin()) if force.notna().any() else float("nan") for force in forces]
-    return {"smallest with the left share within 2 points of the least": _serving(e, speeds), "least left force": least}
+@measure("study", by_speed=True)
+def radius_to_choose(e, speeds):
+    """Radius to choose (m) at every speed, where the right arc is free and the left one touches for little."""
+    return _serving(e, speeds)
 
 
 @measure("study", by_speed=True)
