@@ -70,8 +70,7 @@ def rig():
     return load_rig(RIG)
 
 
-@pytest.fixture(scope="session")
-def make_scene(rig):
+def scenes_of(rig):
     """Function that makes a short scene: ``make_scene(115, ring_radius=None)``."""
 
     def make(motor_rpm=115.0, rig=rig, **fields):
@@ -81,8 +80,8 @@ def make_scene(rig):
 
 
 @pytest.fixture(scope="session")
-def _driven():
-    return {}
+def make_scene(rig):
+    return scenes_of(rig)
 
 
 @pytest.fixture(scope="session")
@@ -100,21 +99,26 @@ def unled():
     return make
 
 
-@pytest.fixture(scope="session")
-def driven_loop(_driven, make_scene):
+def driven(make_scene):
     """Function that gives the loop some time after the start, as an own copy.
 
     ``driven_loop(ring_radius=0.303)``; None is a sprocket without ring.
     """
+    made = {}
 
     def make(ring_radius=0.308, motor_rpm=115.0, seconds=1.0):
         key = ring_radius, motor_rpm, seconds
-        if key not in _driven:
-            _driven[key] = Loop(make_scene(motor_rpm, ring_radius=ring_radius))
-            _driven[key].advance(seconds)
-        return _driven[key].copy()
+        if key not in made:
+            made[key] = Loop(make_scene(motor_rpm, ring_radius=ring_radius))
+            made[key].advance(seconds)
+        return made[key].copy()
 
     return make
+
+
+@pytest.fixture(scope="session")
+def driven_loop(make_scene):
+    return driven(make_scene)
 
 
 # --- a browser for the pages --------------------------------------------------------------------------------

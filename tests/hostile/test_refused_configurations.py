@@ -33,7 +33,6 @@ SETTINGS = [
     ("peers.speed_rpm", 9e4, "peers: scene: motor_rpm = 501300.0"),
     ("fidelity.speeds_rpm", [210, 115], "fidelity.speeds_rpm", "give rising values"),
     ("fidelity.settings", ["preset=best"], "fidelity.settings", "preset=paper"),
-    ("sensitivity.radii_m", [0.5], "sensitivity.radii_m = [0.5]", "no target of the fit"),
     ("sensor_csv", "nowhere/{rpm}.csv", "nowhere/115.csv does not exist"),
     ("sensor_csv", "{0.__class__}", "the only field in braces is {rpm}"),
     ("sensor_csv", "/dev/zero", "it names one file for several speeds"),

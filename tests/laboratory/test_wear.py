@@ -185,7 +185,7 @@ def test_what_is_removed_is_the_integral_of_the_work(rig, worked):
 def test_a_rig_without_friction_does_not_wear(rig):
     worn = Worn(rig, 150.0, COEFFICIENTS, FIELDS | {"friction": "none"}, QUICK)
     found = worn(np.zeros(worn.depths.size))
-    assert found.told["left_share_pct"] + found.told["ring_share_pct"] > 10.0  # it touches
+    assert found.known["left_share_pct"] + found.known["ring_share_pct"] > 10.0  # it touches
     assert found.rate[worn.depths.bushing] > 0  # lost within the rubber, not by friction
     assert not np.delete(found.rate, [worn.depths.bushing, worn.depths.distance]).any()
 

@@ -22,6 +22,7 @@ from replication.study.extremes.stability_map import stability_map
 from trackdyn import DivergenceError, InputError, Scene
 from trackdyn.chain.transfer_matrices import growth
 from trackdyn.model.record import ENERGY_NAMES
+from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.build import build_chain
 from trackdyn.scene.fidelity import literal_error
 from trackdyn.scene.limits import turn_limit
@@ -234,6 +235,7 @@ def test_settling_does_not_refuse_what_the_scene_allows(rig, changes, fields):
 
 
 @pytest.mark.parametrize(("rpm", "changes", "fields", "outcome"), FOUND)
-def test_scenes_that_once_ended_in_a_third_way(rig, rpm, changes, fields, outcome):
-    found = run_scene("found", "case", rig, rpm, changes, **fields)
+def test_scenes_that_once_ended_in_a_third_way(rpm, changes, fields, outcome):
+    # on the rig that they were found on
+    found = run_scene("found", "case", load_rig("first_fit"), rpm, changes, **fields)
     assert found["outcome"] == outcome, found["reason"]
