@@ -51,9 +51,9 @@ class Claim(Section):
     """One row of ``config/claims.yaml``, whose head explains the fields.
 
     ``printed`` by motor speed stands for the numbers at the speeds that are judged. ``trend_tolerance`` is the
-    wider one within which a value still counts as the trend; a direction holds within the share ``within``. ``scale`` is what counts as one tolerance in the distance
-    of a one-sided claim (`distance`); no verdict depends on it. ``same_data`` names a claim that is judged by the same
-    data: both count as one.
+    wider one within which a value still counts as the trend; a direction holds within the share ``within``.
+    ``scale`` is what counts as one tolerance in the distance of a one-sided claim (`distance`); no verdict depends on
+    it. ``same_data`` names a claim that is judged by the same data: both count as one.
     """
 
     id: Annotated[str, Field(pattern=r"^C\d\d$")]
