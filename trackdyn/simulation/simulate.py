@@ -65,6 +65,8 @@ def simulate(
         else:
             loop = Loop(scene, starts)
             origin = loop.copy()
+            loop.copy().advance(1.0 / scene.rig.sensor.rate)  # settling and compilation are over
+            bar.unpause()
             loop.advance(lead, bar.update)
             writer = _writer(loop, origin)
         saved = time.monotonic()
