@@ -86,7 +86,7 @@ def differences(found, whole):
 
     Of a page that shows times its table decides.
     """
-    findings = compare_manifests(describe(found.place, whole=True), describe(whole.place, whole=True))
+    findings = compare_manifests(describe(found.place, complete=True), describe(whole.place, complete=True))
     shown = {one.name.replace(".csv", ".md") for one in findings if one.status == EQUAL}
     differ = [one for one in findings if one.status != EQUAL and not (one.status == BYTES and one.name in shown)]
     return [f"{finding.status}: {finding.name} {finding.text}" for finding in differ]

@@ -82,11 +82,21 @@ def new_figure(height: float, width: float = WIDTH) -> Figure:
 PLAIN: dict[str, dict[str, Any]] = {"png": {"Software": None}, "svg": {"Date": None, "Creator": None}}
 
 
+def _lay_out(figure: Figure) -> None:
+    """Lay a figure out once, its axes at rounded places: the solver's last digits differ from call to call."""
+    if figure.get_layout_engine() is not None:
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")
+        for axes in figure.axes:
+            axes.set_position(np.round(axes.get_position(original=True).bounds, 9).tolist())
+
+
 @styled
 def save(figure: Figure, png_path: Path | str) -> None:
     """Write a PNG and an SVG of the same name beside it, both or none."""
     png_path = Path(png_path)
     png_path.parent.mkdir(parents=True, exist_ok=True)
+    _lay_out(figure)
     with replacing(png_path) as png, replacing(png_path.with_suffix(".svg")) as svg:
         figure.savefig(png, format="png", metadata=PLAIN["png"])
         figure.savefig(svg, format="svg", metadata=PLAIN["svg"])
@@ -96,6 +106,7 @@ def save(figure: Figure, png_path: Path | str) -> None:
 def save_one(figure: Figure, path: Path) -> None:
     """Write a PNG or an SVG, by the ending of its name."""
     kind = path.suffix[1:]
+    _lay_out(figure)
     with replacing(path) as part:
         figure.savefig(part, format=kind, metadata=PLAIN[kind])
 
