@@ -9,15 +9,13 @@ the angular acceleration of the body, ``q`` and ``m`` force and moment through t
 are in the inertial frame. (m, q) act on an element at its input and (-m, -q) at its output, so that the
 output state of one element is the input state of the next without a change of sign.
 
-Body 1 is element 1, the joint behind it element 2, and so on; element 2 n is the joint that is cut
-(element 70 of the paper). The product of elements 1 to 2 n - 1 relates both sides of the cut (Eqs. 2-5),
-boundary conditions and closure give the state at the input of body 1, and multiplication from element to
-element gives every other state.
+Body 1 is element 1, the joint behind it element 2, and so on; element 2 n is the joint that is cut (element 70 of the
+paper). The product of elements 1 to 2 n - 1 relates both sides of the cut (Eqs. 2-5), boundary conditions and closure
+give the state at the input of body 1, and multiplication from element to element gives every other state.
 
-Elements are spatial; `accelerations` takes the planar chain, with bodies in the plane z = 0 and joint axes
-along z. Its errors grow along the chain by a factor of about `growth` a body, whatever the boundary
-conditions: it serves short chains and shows why longer ones need `trackdyn.chain.riccati`, which uses the
-same matrices.
+Elements are spatial; `accelerations` takes the planar chain, with bodies in the plane z = 0 and joint axes along z. Its
+errors grow along the chain by a factor of about `growth` a body, whatever the boundary conditions: it serves short
+chains and shows why longer ones need `trackdyn.chain.riccati`, which uses the same matrices.
 """
 
 from typing import NamedTuple
@@ -272,8 +270,7 @@ def accelerations(chain: Chain, state, work: Work, implicit_damping, probe_body)
     Raises
     ------
     numpy.linalg.LinAlgError
-        The product overflowed, a body's pins are mutual centres of percussion, or the conditions are
-        dependent.
+        The product overflowed, a body's pins are mutual centres of percussion, or the conditions are dependent.
     """
     swept, torque = work.sweep, work.torque
     n = state.rate.shape[0]

@@ -28,10 +28,9 @@ def whole_ratio(record: SensorRecord, rate: float) -> tuple[int, int]:
     counts = max(round(ratio), 1), max(round(1 / ratio), 1)
     if abs(ratio * counts[1] / counts[0] - 1) > SAME_RATE:
         raise InputError(
-            f"{record.path}: has {record.rate_hz:.6g} samples a second, the simulation {rate:g}, and "
-            "neither is a multiple of "
-            f"the other; simulate with `trackdyn simulate --rate {round(record.rate_hz)}`, in the pipeline with that "
-            "sensor.rate in the rig"
+            f"{record.path}: has {record.rate_hz:.6g} samples a second, the simulation {rate:g}, and neither is a "
+            f"multiple of the other; simulate with `trackdyn simulate --rate {round(record.rate_hz)}`, in the pipeline "
+            "with that sensor.rate in the rig"
         )
     return counts
 
@@ -47,9 +46,8 @@ def at_rate(record: SensorRecord, rate: float) -> SensorRecord:
     faster, slower = whole_ratio(record, rate)
     if slower > 1:
         raise InputError(
-            f"{record.path}: has {record.rate_hz:.6g} samples a second, fewer than the simulation's "
-            f"{rate:g}; set sensor.rate "
-            f"of the rig to {round(record.rate_hz)}"
+            f"{record.path}: has {record.rate_hz:.6g} samples a second, fewer than the simulation's {rate:g}; set "
+            f"sensor.rate of the rig to {round(record.rate_hz)}"
         )
     return record.averaged(faster) if faster > 1 else record
 
@@ -81,10 +79,9 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     Returns
     -------
     DataFrame
-        ``measure, simulation, simulation_error, sensor, sensor_error, difference_pct`` with standard errors
-        over revolutions of the loop (`sensor_metrics`) and the paper's value difference ``|simulation - sensor| /
-        sensor``. Rows of the line are left out where a record holds fewer than two turns of
-        the loop.
+        ``measure, simulation, simulation_error, sensor, sensor_error, difference_pct`` with standard errors over
+        revolutions of the loop (`sensor_metrics`) and the paper's value difference ``|simulation - sensor| / sensor``.
+        Rows of the line are left out where a record holds fewer than two turns of the loop.
 
     Raises
     ------

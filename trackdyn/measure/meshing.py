@@ -1,10 +1,9 @@
 """Meshing of connectors and sprocket (Sect. 6): contact spells, passages, and what is measured on them.
 
-A *passage* is one way of a connector around the sprocket: every contact of its two arcs with the teeth,
-and of the adjacent link with the ring. A connector has two adjacent links; taken is the one that runs
-ahead of it. It is pressed on the ring about half a pitch before the connector meets its groove, and
-leaves it as much earlier, as the printed times have it: ring 4.05 to 5.48 s, left arc until 5.56 s. The
-link behind would touch first and leave last.
+A *passage* is one way of a connector around the sprocket: every contact of its two arcs with the teeth, and of the
+adjacent link with the ring. A connector has two adjacent links; taken is the one that runs ahead of it. It is pressed
+on the ring about half a pitch before the connector meets its groove, and leaves it as much earlier, as the printed
+times have it: ring 4.05 to 5.48 s, left arc until 5.56 s. The link behind would touch first and leave last.
 
 Phases count from the first contact of any kind of a passage, in turns of the sprocket.
 
@@ -104,11 +103,10 @@ def passages(recording: Recording) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        ``passage`` (in order of first contact), ``connector``, ``side``, ``areas`` visited, ``count`` of
-        spells; ``start_s, end_s, touching_s, share_pct, phase_start, phase_end, ring_phase_start,
-        ring_phase_end, peak_n, peak_s, peak_phase, impulse_ns, square_n2s``: of first start, last end,
-        highest peak and sums over the spells, as in :func:`spells`. Without contact sums and ``peak_n``
-        are 0, times and phases NaN.
+        ``passage`` (in order of first contact), ``connector``, ``side``, ``areas`` visited, ``count`` of spells;
+        ``start_s, end_s, touching_s, share_pct, phase_start, phase_end, ring_phase_start, ring_phase_end, peak_n,
+        peak_s, peak_phase, impulse_ns, square_n2s``: of first start, last end, highest peak and sums over the spells,
+        as in :func:`spells`. Without contact sums and ``peak_n`` are 0, times and phases NaN.
     """
     period = timing(recording)
     rows = contacts(recording, MERGE_GAP)
@@ -153,9 +151,8 @@ def meshing_summary(recording: Recording) -> dict:
           the whole run, free running included as zero; all connectors see the same statistics
         - ``_rms_contact_n, _rms_contact_error_n``: RMS over the time in contact alone
         - ``_peak_n, _peak_error_n``: mean of the largest force of each passage; ``_peak_largest_n``: the
-          largest of all, which grows with the record and has no standard error: what it estimates depends on
-          how many passages it is the largest of (Coles, Introduction to Statistical Modeling of Extreme
-          Values, 2001, ch. 3)
+          largest of all, which grows with the record and has no standard error: what it estimates depends on how many
+          passages it is the largest of (Coles, Introduction to Statistical Modeling of Extreme Values, 2001, ch. 3)
         - ``_phase_start, _phase_end``: first touch and last release in turns since the first contact of
           the passage, means over the passages with such a contact; ``_phase_start_error, _phase_end_error``
 
@@ -210,8 +207,7 @@ def mean_events(recording: Recording) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        ``event, mean_s, sd_s`` (1/(n-1)) and ``passages`` in which the event happens; NaN where none or
-        only one does.
+        ``event, mean_s, sd_s`` (1/(n-1)) and ``passages`` in which the event happens; NaN where none or only one does.
     """
     table, places = passages(recording), _event_places(recording)
     found = [_events(rows, places) for _, rows in table.groupby("passage")]

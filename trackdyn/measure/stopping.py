@@ -197,9 +197,8 @@ def run_until(
     scene : Scene
         Duration and lead-in are not used.
     tolerances : mapping of str to float
-        Measure and tolerance: relative for ``rms, sd, line, high_frequency, left_peak,
-        right_peak``; a share of a sprocket turn (0.01 is one point)
-        for ``left_share, right_share, ring_share``.
+        Measure and tolerance: relative for ``rms, sd, line, high_frequency, left_peak, right_peak``; a share of a
+        sprocket turn (0.01 is one point) for ``left_share, right_share, ring_share``.
     longest : float
         s at constant speed.
     tick : function

@@ -131,8 +131,6 @@ def line_error(a, rate_hz: float, bin_hz: float, loop_hz: float) -> LineError:
 
 
 def _demodulated(a: np.ndarray, rate_hz: float, edges: np.ndarray, hz: float) -> np.ndarray:
-    """(n,) complex amplitude of a frequency in each of n parts of a signal, its phase counted from the
-    signal's start.
-    """
+    """(n,) complex amplitude of a frequency in each of n parts of a signal, its phase from the signal's start."""
     products = a * np.exp(-2j * np.pi * hz / rate_hz * np.arange(a.size))
     return 2.0 * np.add.reduceat(products[: edges[-1]], edges[:-1]) / np.diff(edges)

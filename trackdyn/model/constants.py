@@ -29,12 +29,10 @@ class Chain(NamedTuple):
     inertia : (n,) array
         Moment of inertia about the mass centre, kg m2.
     com_x, com_y : (n,) arrays
-        Mass centre in the body frame (x from input to output pin, y its left normal), from the
-        input pin, m.
+        Mass centre in the body frame (x from input to output pin, y its left normal), from the input pin, m.
     stiffness, damping, free_angle : float
-        Rubber bushing of every revolute joint: torque on the outboard body
-        ``-stiffness (phi - free_angle) - damping phi'`` with ``phi = angle[i+1] - angle[i]``;
-        N m/rad, N m s/rad, rad.
+        Rubber bushing of every revolute joint: torque on the outboard body ``-stiffness (phi - free_angle) - damping
+        phi'`` with ``phi = angle[i+1] - angle[i]``; N m/rad, N m s/rad, rad.
     gravity : float
         Magnitude of gravity along -y, m/s2.
     """

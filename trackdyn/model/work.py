@@ -73,8 +73,7 @@ class ImplicitWork(NamedTuple):
     base, probe, end : (w, 2), (w, 2), (w, 3) arrays
         The same for the input pin of body 1, that of the probe's body, and the output of the last body.
     row : (w, w + 3) array
-        Accelerations of the bodies on each wheel, weighted with their coupling: three cut loads,
-        constant part, wheels.
+        Accelerations of the bodies on each wheel, weighted with their coupling: three cut loads, constant part, wheels.
     matrix : (w + 2, w + 3) array
         Equations for the cut loads and the wheels.
     load : (w + 3,) array
@@ -137,12 +136,11 @@ class Stages(NamedTuple):
 class SpaceWork(NamedTuple):
     """What motion in space adds, in components of the frame P of the chain's plane (`chain.plane`).
 
-    ``attitude`` is ``A_P``; ``relative`` holds ``A_W^T A_P`` of every wheel (P to wheel), ``centre`` the
-    wheels' centres in P. ``gravity`` is in P components, m/s2. ``force_z``, ``moment_x``, ``moment_y``
-    are the loads across the plane on the bodies about their mass centres. ``acceleration`` is
-    ``(A_0z, p', q')``, ``change`` what the last step added to ``(V_z, p, q)``. ``wheel_load`` is the
-    reaction on every wheel: force and moment about its centre in its own frame. ``axial`` is the mean
-    of the axial forces on the wheels over the sample.
+    ``attitude`` is ``A_P``; ``relative`` holds ``A_W^T A_P`` of every wheel (P to wheel), ``centre`` the wheels'
+    centres in P. ``gravity`` is in P components, m/s2. ``force_z``, ``moment_x``, ``moment_y`` are the loads across the
+    plane on the bodies about their mass centres. ``acceleration`` is ``(A_0z, p', q')``, ``change`` what the last step
+    added to ``(V_z, p, q)``. ``wheel_load`` is the reaction on every wheel: force and moment about its centre in its
+    own frame. ``axial`` is the mean of the axial forces on the wheels over the sample.
     """
 
     attitude: np.ndarray

@@ -1,9 +1,8 @@
 """The tooth groove as ten tangent circular arcs (Table 1, Figs. 5 and 7).
 
-Arcs are numbered as in the paper: 1 and 10 at the tooth tips, 5 and 6 at the bottom; 1, 4, 7, 10
-are convex, the others concave. Everything is in the groove frame {O_S, x_k, y_k}: y_k points from
-the sprocket's centre to the lowest part of the groove, x_k clockwise from it, so areas 1 to 5 (the
-left flank) have x <= 0.
+Arcs are numbered as in the paper: 1 and 10 at the tooth tips, 5 and 6 at the bottom; 1, 4, 7, 10 are convex, the others
+concave. Everything is in the groove frame {O_S, x_k, y_k}: y_k points from the sprocket's centre to the lowest part of
+the groove, x_k clockwise from it, so areas 1 to 5 (the left flank) have x <= 0.
 """
 
 from dataclasses import dataclass
@@ -96,12 +95,11 @@ def build_groove(
 ) -> Groove:
     """Ten arcs with a common tangent at every joint, from a few design values.
 
-    The walk starts at the middle of the groove. With ``nu(alpha) = (sin alpha, cos alpha)`` the
-    surface point of a concave arc is ``O - r nu``, of a convex one ``O + r nu``; a common tangent at
-    slope ``alpha`` puts the centres of neighbours on one line along ``nu(alpha)``. The height
-    follows from the seat: an arc resting on the lowest point of area 3 has its centre
-    ``seat_depth`` below the pin of a connector on the pin circle. The tip arc has its centre on the
-    tooth line, which gives its radius.
+    The walk starts at the middle of the groove. With ``nu(alpha) = (sin alpha, cos alpha)`` the surface point of a
+    concave arc is ``O - r nu``, of a convex one ``O + r nu``; a common tangent at slope ``alpha`` puts the centres of
+    neighbours on one line along ``nu(alpha)``. The height follows from the seat: an arc resting on the lowest point of
+    area 3 has its centre ``seat_depth`` below the pin of a connector on the pin circle. The tip arc has its centre on
+    the tooth line, which gives its radius.
 
     Parameters
     ----------
@@ -198,10 +196,9 @@ def coarse_groove(groove: Groove, arc_radius: float) -> Groove:
 def true_depth(groove: Groove, arc_radius: float, points: np.ndarray) -> np.ndarray:
     """Depth of circles of radius ``arc_radius`` (m) in the solid tooth, m; negative is clearance.
 
-    Eqs. 20 to 23 search a band of width r_C along each arc: a centre deeper than that is found in no
-    area and would cost nothing. Here the depth is ``r_C - s`` with ``s`` the signed distance of the
-    centre to the profile, positive in the open groove and negative in steel, so a centre in steel is
-    deeper than r_C however far in it lies.
+    Eqs. 20 to 23 search a band of width r_C along each arc: a centre deeper than that is found in no area and would
+    cost nothing. Here the depth is ``r_C - s`` with ``s`` the signed distance of the centre to the profile, positive in
+    the open groove and negative in steel, so a centre in steel is deeper than r_C however far in it lies.
 
     The profile with its mirror images about the tooth lines is one closed curve with a continuous
     tangent, so the point of it nearest to a centre is the foot of a perpendicular: it lies on an arc

@@ -205,9 +205,8 @@ def belt_around(rig: Rig, shift: float = 0.0, body: float | None = None) -> tupl
         clear, allowed = _clearance(rig, path, circles[i])
         if clear > allowed:
             raise InputError(
-                f"wheel {names[i]} at ({circles[i, 0]:.4g}, {circles[i, 1]:.4g}) m would not touch "
-                "the loop: the taut chain passes it "
-                f"by at {clear:.4g} m and sags by no more than {allowed:.3g} m; the wheels must stand "
+                f"wheel {names[i]} at ({circles[i, 0]:.4g}, {circles[i, 1]:.4g}) m would not touch the loop: the taut "
+                f"chain passes it by at {clear:.4g} m and sags by no more than {allowed:.3g} m; the wheels must stand "
                 "in clockwise order on a convex path"
             )
     return path, order
@@ -227,9 +226,8 @@ def _refuse_overlap(circles: np.ndarray, solid: np.ndarray, names: tuple[str, ..
             )
             if distance <= needed:
                 raise InputError(
-                    f"wheels {names[i]} (radius {solid[i]:.4g} m) and {names[k]} ({solid[k]:.4g} m) "
-                    f"are {distance:.4g} m apart and overlap; "
-                    f"the distance must exceed {needed:.4g} m"
+                    f"wheels {names[i]} (radius {solid[i]:.4g} m) and {names[k]} ({solid[k]:.4g} m) are {distance:.4g} "
+                    f"m apart and overlap; the distance must exceed {needed:.4g} m"
                 )
 
 

@@ -128,8 +128,7 @@ def _flank(arcs: np.ndarray, teeth: int) -> tuple[np.ndarray, np.ndarray, np.nda
         if abs(hypot(*between) - abs(reach)) > TANGENT or reach == 0:
             raise InputError(
                 f"profile.arcs: arcs {i + 1} and {i + 2} miss each other by "
-                f"{1e3 * abs(hypot(*between) - abs(reach)):.3g} mm; "
-                f"centres {abs(reach):.6g} m apart would be tangent"
+                f"{1e3 * abs(hypot(*between) - abs(reach)):.3g} mm; centres {abs(reach):.6g} m apart would be tangent"
             )
         ends.append(atan2(between[0] / reach, between[1] / reach))
     ends.append(0.0)
@@ -222,9 +221,7 @@ def fit_outline(points: np.ndarray, pattern: str, teeth: int) -> tuple[Groove, n
 
 
 def _start(flank: np.ndarray, signs: np.ndarray, radius: float, rise: float, half: float) -> np.ndarray:
-    """First guess: the slope rises by ``rise`` (rad) over every convex arc and falls evenly over the concave
-    ones to 0.
-    """
+    """First guess: the slope rises by ``rise`` (rad) over every convex arc and falls evenly to 0 over the others."""
     convex, concave = int((signs > 0).sum()), max(int((signs < 0).sum()), 1)
     fall = (convex * rise - half) / concave
     slopes = -half + np.cumsum(np.where(signs > 0, rise, -fall))[:-1]

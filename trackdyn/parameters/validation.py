@@ -23,9 +23,7 @@ class Section(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     def __eq__(self, other: Any) -> bool:
-        """Whether all fields are equal; what was worked out from them and kept, arrays for the most part, is
-        not asked.
-        """
+        """Whether all fields are equal; what was worked out from them and kept, mostly arrays, is not asked."""
         return type(self) is type(other) and all(
             getattr(self, name) == getattr(other, name) for name in type(self).model_fields
         )

@@ -47,9 +47,8 @@ def make_law(
 ) -> Law:
     """Constants of Eqs. 8 and 10 from material data (SI units).
 
-    ``normal_law`` is one of ``NORMAL_LAWS``: Eq. 8 as printed, the same with the factor that delivers
-    ``restitution`` (its bracket then reaches 1 + chi in the first instant, so it is not clipped below
-    that), or without any loss.
+    ``normal_law`` is one of ``NORMAL_LAWS``: Eq. 8 as printed, the same with the factor that delivers ``restitution``
+    (its bracket then reaches 1 + chi in the first instant, so it is not clipped below that), or without any loss.
     """
     stiffness = pi * contact_length * composite_modulus / (2 * sqrt(2.0))
     chosen = NORMAL_LAWS[normal_law]

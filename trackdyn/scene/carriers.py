@@ -96,7 +96,6 @@ def refuse_stops(rig: Rig, carriers: Carriers, slide: np.ndarray) -> None:
         if not carriers.low[k] < q < carriers.high[k]:
             kind = "tension" if wheel == tensioner(rig) else f"{name}.{'arm' if carriers.arm[k] else 'slider'}"
             raise InputError(
-                f"{kind}.travel: wheel {name} rests on a stop of its "
-                f"{'arm' if carriers.arm[k] else 'slider'} once the loop has settled; "
-                "change the preload or force, stiffen the spring or allow more travel"
+                f"{kind}.travel: wheel {name} rests on a stop of its {'arm' if carriers.arm[k] else 'slider'} once the "
+                "loop has settled; change the preload or force, stiffen the spring or allow more travel"
             )

@@ -145,9 +145,8 @@ def find_layout(path: Path, text: str, recognised: Callable[[Sequence[str]], boo
         if recognised(names):
             return Layout(path, names, [""] * len(names), separator, rows[0] + 1, _body(text, rows[0]))
         raise InputError(
-            f"{path}: line {rows[0] + 1} holds numbers ({shown(head[rows[0]])}) where the names of "
-            "the columns must be; "
-            "write them above, or give columns by number, such as --time 1 --axis ay=3 --unit g."
+            f"{path}: line {rows[0] + 1} holds numbers ({shown(head[rows[0]])}) where the names of the columns must "
+            "be; write them above, or give columns by number, such as --time 1 --axis ay=3 --unit g."
         )
     # what looks most like a header is shown: the line above the first row of numbers
     first = next((k for k, j in enumerate(rows) if k and all(map(_is_number, split_fields(head[j], separator)))), 1)
@@ -181,9 +180,7 @@ def parse(layout: Layout, columns: Sequence[int]) -> np.ndarray:
 
 
 def _body(text: str, first: int) -> str:
-    """Text from line ``first`` (from 0) on, without blank and comment lines at its end and what old editors
-    put there.
-    """
+    """Text from line ``first`` (from 0) on, without blank and comment lines and old editors' marks at its end."""
     position = 0
     for _ in range(first):
         position = text.find("\n", position) + 1 or len(text)
@@ -288,9 +285,8 @@ def _refuse_fields(path, line, number, names, separator, what, last=False):
             )
     if separator == "," and found == 2 * len(names):
         raise InputError(
-            f"{where} has {found} fields for {len(names)} names, these look like decimal commas; "
-            "separate the fields by "
-            "semicolons or write decimal points."
+            f"{where} has {found} fields for {len(names)} names, these look like decimal commas; separate the fields "
+            "by semicolons or write decimal points."
         )
     if found > len(names):
         raise InputError(f"{where} has {found} fields for the {len(names)} names {listed(names)}; remove the rest.")

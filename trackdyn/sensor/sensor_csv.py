@@ -203,23 +203,20 @@ def _record(layout, mapping, columns, units, values, range_g, gravity) -> Sensor
         name = list(axes)[axis]
         raise InputError(
             f"{path}: field {names[name]} in line {line + k} is {axes[name][k]:.6g} g if it is in "
-            f"{words[units[name]]}, beyond the "
-            f"sensor's range of +-{range_g:g} g; check the unit (--unit, for raw counts --scale) or give the range of "
-            "the sensor, --range G."
+            f"{words[units[name]]}, beyond the sensor's range of +-{range_g:g} g; check the unit (--unit, for raw "
+            "counts --scale) or give the range of the sensor, --range G."
         )
     clipped = int(np.count_nonzero(size.max(axis=0) >= largest * (1.0 - 1e-6)))
     done["clipped"] = f"{clipped} of {rows} rows at the end of the range of {range_g:g} g"
     if clipped > _CLIPPED * rows:
         raise InputError(
-            f"{path}: {clipped} of {rows} rows stand at the end of the range of {range_g:g} g; record "
-            "with a wider range, "
-            "or give the sensor's with --range."
+            f"{path}: {clipped} of {rows} rows stand at the end of the range of {range_g:g} g; record with a wider "
+            "range, or give the sensor's with --range."
         )
     if np.ptp(axes["ay"]) <= 1e-9 * max(1.0, np.abs(axes["ay"]).max()):
         raise InputError(
-            f"{path}: column {shown(names['ay'])} is {values['ay'][part.start]:.6g} in every row; "
-            "choose another one for ay "
-            "with --axis ay=NAME, or record the moving track."
+            f"{path}: column {shown(names['ay'])} is {values['ay'][part.start]:.6g} in every row; choose another one "
+            "for ay with --axis ay=NAME, or record the moving track."
         )
     if seen is not None and clock is not None and not clock.even:
         even = np.arange(int(seen.t[-1] * rate * (1 + 1e-12)) + 1) / rate
@@ -241,9 +238,8 @@ def _part(path: Path, t: np.ndarray, mapping: SensorMapping) -> slice:
     if last - first < 2:
         to = "the end" if mapping.to is None else f"--to {mapping.to:g}"
         raise InputError(
-            f"{path}: {last - first} rows lie between --from {mapping.start:g} and {to}, in s since "
-            "the first row; the file "
-            f"holds {since[-1]:.6g} s."
+            f"{path}: {last - first} rows lie between --from {mapping.start:g} and {to}, in s since the first row; the "
+            f"file holds {since[-1]:.6g} s."
         )
     return slice(first, last)
 
@@ -266,8 +262,7 @@ def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> Non
     Raises
     ------
     InputError
-        Arrays of unequal length, fewer than 2 samples, values that are not finite, or a folder that
-        cannot be written.
+        Arrays of unequal length, fewer than 2 samples, values that are not finite, or a folder that cannot be written.
     """
     path = Path(path)
     given = {name: one for name, one in zip(COLUMNS, (t_s, ax, ay, az), strict=True) if one is not None}

@@ -157,9 +157,8 @@ def unit_of(path: Path, column: Column, mapping: SensorMapping) -> str:
     given = "counts" if mapping.counts_per_g else mapping.unit
     if column.unit and own is None:
         raise InputError(
-            f"{path}: column {shown(column.name)} has the unit {shown(column.unit)}; g, m/s2, mg and counts "
-            "are read, choose another "
-            "column with --axis."
+            f"{path}: column {shown(column.name)} has the unit {shown(column.unit)}; g, m/s2, mg and counts are read, "
+            "choose another column with --axis."
         )
     if own and given and own != given:
         option = "--scale or --bits" if given == "counts" else f"--unit {given}"
@@ -187,8 +186,7 @@ def time_unit_of(path: Path, column: Column) -> str | None:
     """Unit of the time stamps by their header; None if it names none."""
     if column.unit and column.unit not in _TIME:
         raise InputError(
-            f"{path}: column {shown(column.name)} has the unit {shown(column.unit)}; "
-            f"{', '.join(UNITS)} are read, choose "
-            "another column with --time or give --time none --rate HZ."
+            f"{path}: column {shown(column.name)} has the unit {shown(column.unit)}; {', '.join(UNITS)} are read, "
+            "choose another column with --time or give --time none --rate HZ."
         )
     return _TIME.get(column.unit)

@@ -92,9 +92,8 @@ def main_line(a, rate_hz: float, low_hz: float = LOW_HZ, high_hz: float = HIGH_H
 def main_line_binfree(a, rate_hz: float, expected_hz: float | None = None) -> tuple[float, float, float]:
     """Frequency, amplitude and phase of the dominant peak, free of scalloping loss and leakage.
 
-    Least-squares fit of an offset, a sine and its harmonics up to the eighth; the frequency is
-    searched on a fine grid first, for the harmonics give the misfit many local minima, and then
-    refined.
+    Least-squares fit of an offset, a sine and its harmonics up to the eighth; the frequency is searched on a fine grid
+    first, for the harmonics give the misfit many local minima, and then refined.
 
     Parameters
     ----------
@@ -275,9 +274,8 @@ def _grid_sums(a, grid, rate_hz, harmonics):
 def _fourier_sums(a, hz, rate_hz, harmonics):
     """Fourier sums of ``a`` at fundamentals (m,) and their harmonics, shape (m, harmonics).
 
-    Phases count from the first sample.
-    The phase of a sample is that of its block plus that within the block: two square roots of N exponentials serve N
-    samples.
+    Phases count from the first sample. The phase of a sample is that of its block plus that within the block: two
+    square roots of N exponentials serve N samples.
     """
     block = int(np.ceil(np.sqrt(a.size)))
     rows = np.pad(a, (0, -a.size % block)).reshape(-1, block)

@@ -89,26 +89,23 @@ def judge_stamps(path: Path, stamps: Stamps, first_line: int, rate: float | None
     if step.min() < 0.0:
         k = int(np.argmax(step < 0.0))
         raise InputError(
-            f"{path}: the time in line {first_line + k + 1} is {-step[k]:.6g} s before that of the "
-            "row above; sort the rows or "
-            "cut the record with --from and --to."
+            f"{path}: the time in line {first_line + k + 1} is {-step[k]:.6g} s before that of the row above; sort the "
+            "rows or cut the record with --from and --to."
         )
     gaps = np.flatnonzero(step > _GAP * max(np.median(step), np.mean(step)) + q)
     if gaps.size:
         k = int(gaps[0])
         raise InputError(
             f"{path}: a gap from {t[k]:.9g} to {t[k + 1]:.9g} s (since the first row) before line "
-            f"{first_line + k + 1}, "
-            f"{np.median(step):.6g} s is usual; {_REMEDY}."
+            f"{first_line + k + 1}, {np.median(step):.6g} s is usual; {_REMEDY}."
         )
     row = np.arange(n)
     found = 1.0 / np.polyfit(row, t, 1)[0] if n > 2 else 1.0 / t[1]
     found = float(round(found)) if abs(found / round(found) - 1.0) < 1e-6 else float(found)
     if rate is not None and abs(found / rate - 1.0) > (10 if resample else 1) * _SAME_RATE + q / t[-1]:
         raise InputError(
-            f"{path}: the stamps run at {found:.6g} Hz, not at --rate {rate:g}; leave it out, or give "
-            "--time none if the "
-            "stamps are wrong."
+            f"{path}: the stamps run at {found:.6g} Hz, not at --rate {rate:g}; leave it out, or give --time none if "
+            "the stamps are wrong."
         )
     hz = rate or found
     odd = np.abs(step * hz - 1.0)

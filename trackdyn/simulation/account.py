@@ -65,9 +65,8 @@ def refuse_open_account(energy, model, seconds: float) -> None:
     remedy = f"use a step smaller than {model.step:g} s"
     if not abs(share) <= OPEN_SHARE:
         raise DivergenceError(
-            f"{abs(share):.1%} of the energy exchanged in the run is not accounted for, more than "
-            f"{OPEN_SHARE:.1%}: contacts "
-            f"are not resolved; {remedy}"
+            f"{abs(share):.1%} of the energy exchanged in the run is not accounted for, more than {OPEN_SHARE:.1%}: "
+            f"contacts are not resolved; {remedy}"
         )
     change = energy[-1] - energy[0]
     returned = seconds >= LONG_RECORD and _turns(model, seconds) >= 1.0
@@ -75,18 +74,16 @@ def refuse_open_account(energy, model, seconds: float) -> None:
         gained = -float(change[ENERGY_NAMES.index(name)])
         if gained > GAINED_SHARE * exchanged and (name not in NORMAL_LOSSES or returned):
             raise DivergenceError(
-                f"{name.replace('_', ' ')} gave {gained:.3g} J back over the run where it should take "
-                "energy: contacts are "
-                f"heavier than the step limits reckon with and chatter from step to step; {remedy}"
+                f"{name.replace('_', ' ')} gave {gained:.3g} J back over the run where it should take energy: contacts "
+                f"are heavier than the step limits reckon with and chatter from step to step; {remedy}"
             )
 
 
 def energy_residual(recording: Recording) -> float:
     """What the energy balance leaves open, as a share of the sprocket's work over the record.
 
-    Work of the sprocket minus every dissipation minus the change of kinetic, gravitational and
-    bushing energy. The work absorbed by normal contact counts as one term: what Eq. 8 stores comes
-    back through it.
+    Work of the sprocket minus every dissipation minus the change of kinetic, gravitational and bushing energy. The work
+    absorbed by normal contact counts as one term: what Eq. 8 stores comes back through it.
     """
     change = dict(zip(ENERGY_NAMES, recording.energy[-1] - recording.energy[0], strict=True))
     work = change["sprocket_work"]

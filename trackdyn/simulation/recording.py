@@ -71,8 +71,7 @@ class Recording:
     pitches : (p,) integer array
         The recorded pitches, 1-based.
     spells : (k, 11) array
-        Every contact with the sprocket that ended (``model.record.SPELL_COLUMNS``); times since the
-        start of the run.
+        Every contact with the sprocket that ended (``model.record.SPELL_COLUMNS``); times since the start of the run.
     begin : float
         Time since the start of the run at which the record begins, s.
     frame : (f, n + 3) array
@@ -94,8 +93,7 @@ class Recording:
     meta : dict
         Scene, rig, derived layout, versions and source hash.
     wall : float
-        Computing time of the recorded part, s; not written to the file, so that the same scene
-        gives the same bytes.
+        Computing time of the recorded part, s; not written to the file, so that the same scene gives the same bytes.
     """
 
     time: np.ndarray

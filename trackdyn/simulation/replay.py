@@ -1,8 +1,7 @@
 """A short stretch of a run, simulated again so that it can be looked at: every body, every contact, every joint.
 
-A recording keeps what measures need, the sensor's link before all. Where every body was, which forces it felt and
-what its joints carried is found by running the recording's own scene again; where both hold a number, they are
-compared.
+A recording keeps what measures need, the sensor's link before all. Where every body was, which forces it felt and what
+its joints carried is found by running the recording's own scene again; where both hold a number, they are compared.
 """
 
 from dataclasses import dataclass

@@ -1,6 +1,4 @@
-"""What a rig file amounts to, before anything runs: the loop that it gives, the steps that it allows, what is
-unusual.
-"""
+"""What a rig file amounts to, before anything runs: the loop it gives, the steps it allows, what is unusual."""
 
 from dataclasses import dataclass
 from math import degrees, gcd, hypot

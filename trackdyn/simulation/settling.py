@@ -25,8 +25,7 @@ CHUNK = 1e-3
 SETTLING_STEP = 1e-4
 LEAST_STEP = 2e-6
 DAMPING = 0.985
-# The tensioner closes the gap to the wanted tension with this time constant, s: slower than the
-# strands swing out.
+# The tensioner closes the gap to the wanted tension with this time constant, s: slower than the strands swing out.
 TENSIONER_TIME = 0.15
 # Of the wanted tension, by how much the mean may miss it when the wheel is locked; and further tries until then.
 REACHED, ROUNDS = 0.2, 12
@@ -300,9 +299,8 @@ def tensioned(scene: Scene) -> Settling:
         return settling
     if settling.target < settling.hanging <= reached:
         raise InputError(
-            f"tension.pre_tension = {settling.target:g} N: must exceed "
-            f"{reached:.4g} N, which the strand that runs onto the sprocket holds when the chain is let out "
-            f"({settling.hanging:.4g} N of chain hang below it)"
+            f"tension.pre_tension = {settling.target:g} N: must exceed {reached:.4g} N, which the strand that runs "
+            f"onto the sprocket holds when the chain is let out ({settling.hanging:.4g} N of chain hang below it)"
         )
     raise InputError(
         f"tension.pre_tension = {settling.target:g} N: cannot be reached; the strand holds {reached:.3g} N with the "

@@ -52,9 +52,8 @@ def refuse_start_in_steel(scene: Scene, model: Model, state: State, work: Work) 
     depth = float(arc_depths(scene, model, state, work, float(state.wheel_angle[SPROCKET])).max())
     if depth > explained_depth(model, scene.rig.tension.pre_tension):
         raise InputError(
-            "the chain does not mesh with the sprocket of this rig: at rest an arc lies "
-            f"{1e3 * depth:.3g} mm inside a tooth; "
-            "bring sprocket.equal_pitch_radius, groove.seat_depth and ring_radius nearer to each other"
+            f"the chain does not mesh with the sprocket of this rig: at rest an arc lies {1e3 * depth:.3g} mm inside a "
+            "tooth; bring sprocket.equal_pitch_radius, groove.seat_depth and ring_radius nearer to each other"
         )
 
 
@@ -70,8 +69,7 @@ def refuse_step(scene: Scene, model: Model, tension: float) -> None:
     name, limit = min(limits.items(), key=lambda item: item[1], default=("", np.inf))
     if scene.step > limit:
         raise InputError(
-            f"scene: step = {scene.step!r}: the loop settles at a tension of "
-            f"{tension:.0f} N, for which that is "
-            f"too large for the {name}, a bound that was not tried on this rig (trackdyn check tries); "
+            f"scene: step = {scene.step!r}: the loop settles at a tension of {tension:.0f} N, for which that is too "
+            f"large for the {name}, a bound that was not tried on this rig (trackdyn check tries); "
             f"{advised_step(limit, 1.0 / scene.rig.sensor.rate)}"
         )

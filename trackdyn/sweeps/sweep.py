@@ -46,9 +46,8 @@ def sweep(
         A row a scene: fields of `Scene`, parameters of the rig as ``section.field``, a ``preset``, a ``rig`` file, a
         ``name``; ``until.rms`` and its like are tolerances that end the run when reached, or after ``until.longest`` s;
         ``known.share_pct``, ``known.force`` and ``known.passages`` end it when its contacts have converged
-        (`measure.stopping.StopRule`).
-        ``step`` may be several: the first counts that is neither refused nor diverges. An empty cell leaves the field
-        to its default.
+        (`measure.stopping.StopRule`). ``step`` may be several: the first counts that is neither refused nor diverges.
+        An empty cell leaves the field to its default.
     out : path or None
         Table to write (.csv, .parquet), with the cost of every row beside it (``.costs.csv``).
     rig : path or str
@@ -175,9 +174,7 @@ def read_design(design: pd.DataFrame | Path | str) -> pd.DataFrame:
 
 
 def batches(design: pd.DataFrame | Path | str, rig: Path | str, count: int) -> list[pd.DataFrame]:
-    """A design in parts of one size, each row once and neighbours alike; what has fewer rows than parts has
-    empty ones.
-    """
+    """A design in parts of one size, each row once and neighbours alike; some are empty if there are fewer rows."""
     table = read_design(design)
     rows = requested_row(table, str(rig))
     first = {row.key: k for k, row in reversed(list(enumerate(rows)))}
