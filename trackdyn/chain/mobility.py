@@ -1,4 +1,4 @@
-"""How easily a straight chain moves across itself: what a sudden force at one place meets before the rest can answer."""
+"""How easily a straight chain moves across itself: what a sudden force meets before the rest can answer."""
 
 import numpy as np
 

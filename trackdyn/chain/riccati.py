@@ -108,7 +108,7 @@ def sweep(chain: Chain, state, work: Work, implicit_damping, probe_body, implici
 
 @fused
 def _arms(chain: Chain, state, work: Work, i, radial):
-    """From a body's input pin to its mass centre and to its output pin, or from and to the points where loads act, m."""
+    """From a body's input pin to its mass centre and to its output pin, or to and from points where loads act, m."""
     c, s = work.cos[i], work.sin[i]
     gx = chain.com_x[i] * c - chain.com_y[i] * s
     gy = chain.com_x[i] * s + chain.com_y[i] * c
@@ -232,7 +232,7 @@ def _hinge_columns(implicit, joint, s, implicit_damping):
 
 @fused
 def _meet(work: Work, s, e, behind_s, behind_e, implicit):
-    """Acceleration ``z_b`` (3 x 4) where the sweeps meet, into ``end``: both relations added, solved by Cholesky of -S."""
+    """Acceleration ``z_b`` (3 x 4) where the sweeps meet, into ``end``: both relations added, by Cholesky of -S."""
     s11, s12, s13, s22, s23, s33 = s
     t11, t12, t13, t22, t23, t33 = behind_s
     l11 = np.sqrt(-(s11 + t11))
@@ -265,7 +265,7 @@ def _meet(work: Work, s, e, behind_s, behind_e, implicit):
 
 @fused
 def _back_substitute(chain: Chain, state, work: Work, middle, probe_body, implicit, radial):
-    """Accelerations of every body from those in the middle, where the sweeps met, to both ends; four columns at a time."""
+    """Accelerations of every body from those in the middle, where the sweeps met, to both ends; four columns each."""
     rate, swept = state.rate, work.sweep
     n = rate.shape[0]
     gain, response, end, base = swept.gain, swept.response, swept.end, swept.base
@@ -327,7 +327,7 @@ def _back_substitute(chain: Chain, state, work: Work, middle, probe_body, implic
 
 @fused
 def _beyond(gain, joint, x, y, a):
-    """Angular acceleration on the side of a joint that the sweep came from; columns of the acceleration on the other."""
+    """Angular acceleration on the side of a joint that the sweep came from; columns of that on the other."""
     p1, p2, q = gain[joint, 0], gain[joint, 1], gain[joint, 2]
     return (
         q * a[0] - p1 * x[0] - p2 * y[0] - gain[joint, 3],

@@ -310,18 +310,10 @@ def accelerations(chain: Chain, state, work: Work, implicit_damping, probe_body)
 
 
 class Growth(NamedTuple):
-    """Factors by which the product of transfer matrices enlarges an error.
+    """Factors by which the product of transfer matrices enlarges an error."""
 
-    Attributes
-    ----------
-    body : (n,) array
-        Of each body alone.
-    pitch : float
-        Of the first two bodies together, which is the period of an alternating chain.
-    """
-
-    body: np.ndarray
-    pitch: float
+    body: np.ndarray  # (n,) of each body alone
+    pitch: float  # of the first two bodies together, which is the period of an alternating chain
 
 
 def growth(chain: Chain) -> Growth:

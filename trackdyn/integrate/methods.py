@@ -20,26 +20,15 @@ class Tableau(NamedTuple):
 
 
 class Method(NamedTuple):
-    """What an integrator declares.
+    """What an integrator declares."""
 
-    Attributes
-    ----------
-    order : int
-        Of the error of a smooth motion: closed chain and bushings, no contact that begins or ends.
-    oscillation, decay : float
-        Reach of the stability region along the imaginary and the negative real axis; inf where nothing explicit
-        can diverge or the step is only where the method reports.
-    tableau : Tableau or None
-        Of an explicit Runge-Kutta method; None for the step of `integrate.semi_implicit`.
-    linearly_implicit : bool
-        Whether slopes of the contacts ride in the sweep.
-    """
-
-    order: int
+    order: int  # of the error of a smooth motion: closed chain and bushings, no contact that begins or ends
+    # oscillation, decay: reach of the stability region along the imaginary and the negative real axis; inf where
+    # nothing explicit can diverge or the step is only where the method reports
     oscillation: float
     decay: float
-    tableau: Tableau | None = None
-    linearly_implicit: bool = False
+    tableau: Tableau | None = None  # of an explicit Runge-Kutta method; None for the step of `integrate.semi_implicit`
+    linearly_implicit: bool = False  # whether slopes of the contacts ride in the sweep
 
     @property
     def adaptive(self) -> bool:

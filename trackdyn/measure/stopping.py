@@ -153,24 +153,12 @@ def steady_from(recording: Recording, rule: StopRule) -> tuple[float, bool]:
 
 @dataclass(frozen=True)
 class Answer:
-    """What a run gives at its end.
+    """What a run gives at its end."""
 
-    Attributes
-    ----------
-    measures : dict of str to Estimate
-        All measures with their errors (`measure.whole_loop.series`).
-    reached : dict of str to bool
-        For each measure that was asked for: is its 95 % interval within the tolerance?
-    transient : float
-        Time at constant speed that was left out, s.
-    recording : Recording
-        All that was recorded, with every link.
-    """
-
-    measures: dict[str, Estimate]
-    reached: dict[str, bool]
-    transient: float
-    recording: Recording
+    measures: dict[str, Estimate]  # all measures with their errors (`measure.whole_loop.series`)
+    reached: dict[str, bool]  # for each measure that was asked for: is its 95 % interval within the tolerance?
+    transient: float  # time at constant speed that was left out, s
+    recording: Recording  # all that was recorded, with every link
 
     @property
     def converged(self) -> bool:

@@ -36,21 +36,12 @@ class Estimate(NamedTuple):
 
 
 class Revolution(NamedTuple):
-    """A revolution of one link, stitched.
+    """A revolution of one link, stitched."""
 
-    Attributes
-    ----------
-    time : (k,) array
-        Since the start of the revolution, s.
-    ay : (k,) array
-        y acceleration of Eq. 40, g.
-    seam : float
-        Root mean square difference, where one link's record ends and the next one's begins, of what the two feel at
-        that instant of their ways, g: 0 if the motion repeats from pitch to pitch.
-    """
-
-    time: np.ndarray
-    ay: np.ndarray
+    time: np.ndarray  # (k,) since the start of the revolution, s
+    ay: np.ndarray  # (k,) y acceleration of Eq. 40, g
+    # root mean square difference, where one link's record ends and the next one's begins, of what the two feel at that
+    # instant of their ways, g: 0 if the motion repeats from pitch to pitch
     seam: float
 
 
@@ -119,21 +110,11 @@ def stitch(recording: Recording, first: int = 0, felt: np.ndarray | None = None)
 
 
 class Series(NamedTuple):
-    """A measure passage by passage.
+    """A measure passage by passage."""
 
-    Attributes
-    ----------
-    values : (m,) array
-        What is averaged: a mean square for RMS and SD, the measure itself for the others.
-    passage : (m,) integer array
-        Passage of the record that each belongs to.
-    root : bool
-        The measure is the root of the mean.
-    """
-
-    values: np.ndarray
-    passage: np.ndarray
-    root: bool = False
+    values: np.ndarray  # (m,) what is averaged: a mean square for RMS and SD, the measure itself for the others
+    passage: np.ndarray  # (m,) integers: passage of the record that each belongs to
+    root: bool = False  # the measure is the root of the mean
 
     def since(self, first: int) -> "Series":
         """Without the passages before ``first``."""

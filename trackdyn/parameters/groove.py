@@ -31,33 +31,15 @@ def connector_length(teeth: int, link_length: float, pin_circle: float) -> float
 
 @dataclass(frozen=True)
 class Groove:
-    """Arcs in the groove frame: ten, or five of the coarse profile, edges included.
+    """Arcs in the groove frame: ten, or five of the coarse profile, edges included."""
 
-    Attributes
-    ----------
-    centre : (k, 2) array
-        Centres O_j, m.
-    radius : (k,) array
-        Radii r_j, m.
-    direction : (k, 2) array
-        Unit vectors u_j from O_j to the middle of the annular sector j.
-    half_angle : (k,) array
-        Spread angles theta_j to both sides of u_j, rad.
-    convex : (k,) boolean array
-        Areas 1, 4, 7 and 10 of the ten; the seating surface of the three.
-    addendum : float
-        Radius r_a of the addendum circle, m.
-    teeth : int
-        Number of grooves.
-    """
-
-    centre: np.ndarray
-    radius: np.ndarray
-    direction: np.ndarray
-    half_angle: np.ndarray
-    convex: np.ndarray
-    addendum: float
-    teeth: int
+    centre: np.ndarray  # (k, 2) centres O_j, m
+    radius: np.ndarray  # (k,) radii r_j, m
+    direction: np.ndarray  # (k, 2) unit vectors u_j from O_j to the middle of the annular sector j
+    half_angle: np.ndarray  # (k,) spread angles theta_j to both sides of u_j, rad
+    convex: np.ndarray  # areas 1, 4, 7 and 10 of the ten; the seating surface of the three
+    addendum: float  # radius r_a of the addendum circle, m
+    teeth: int  # number of grooves
 
     def joints(self) -> np.ndarray:
         """(k - 1, 2) points where neighbouring areas meet, area 1|2 first, m."""

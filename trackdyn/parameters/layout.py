@@ -24,24 +24,12 @@ ONE_LINE = 1e-9
 
 @dataclass(frozen=True)
 class BeltPath:
-    """Clockwise path of external tangents and arcs around circles given in clockwise order.
+    """Clockwise path of external tangents and arcs around circles given in clockwise order."""
 
-    Attributes
-    ----------
-    circles : (w, 3) array
-        Centre x, y and radius of each circle, m.
-    heading : (w,) array
-        Direction of the straight run that leaves each circle, rad.
-    start : (2 w + 1,) array
-        Arc length at which arc 0, run 0, arc 1, run 1, ... begin, and the whole length, m.
-    wrap : (w,) array
-        Angle covered on each circle, rad.
-    """
-
-    circles: np.ndarray
-    heading: np.ndarray
-    start: np.ndarray
-    wrap: np.ndarray
+    circles: np.ndarray  # (w, 3) centre x, y and radius of each circle, m
+    heading: np.ndarray  # (w,) direction of the straight run that leaves each circle, rad
+    start: np.ndarray  # (2 w + 1,) arc length at which arc 0, run 0, arc 1, run 1, ... begin, and the whole length, m
+    wrap: np.ndarray  # (w,) angle covered on each circle, rad
 
     @property
     def length(self) -> float:
@@ -272,24 +260,12 @@ def _lay(path: BeltPath, lengths: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Assembly:
-    """A chain laid around the wheels.
+    """A chain laid around the wheels."""
 
-    Attributes
-    ----------
-    pins : (n, 2) array
-        Input pins of the bodies, m.
-    angle : (n,) array
-        Unwrapped orientation of the bodies, falling by 2 pi around the loop, rad.
-    sprocket_angle : float
-        Angle of the sprocket that puts a groove under the connector in the middle of the wrap, rad.
-    shift : float
-        Shift of the tensioning wheel that makes the rigid loop just close, m.
-    """
-
-    pins: np.ndarray
-    angle: np.ndarray
-    sprocket_angle: float
-    shift: float
+    pins: np.ndarray  # (n, 2) input pins of the bodies, m
+    angle: np.ndarray  # (n,) unwrapped orientation of the bodies, falling by 2 pi around the loop, rad
+    sprocket_angle: float  # angle of the sprocket that puts a groove under the connector in the middle of the wrap, rad
+    shift: float  # shift of the tensioning wheel that makes the rigid loop just close, m
 
 
 def can_close(rig: Rig) -> bool:

@@ -27,23 +27,15 @@ MOST_ARCS = 15  # of a flank: areas are kept as bits
 
 
 class ToothProfile(OmitsDefaults):
-    """A groove that is not the design of `groove`: a list of arcs, or a measured outline.
+    """A groove that is not the design of `groove`: a list of arcs, or a measured outline."""
 
-    Attributes
-    ----------
-    arcs : table or None
-        Rows ``centre x, centre y, radius`` (m) and sign of the left flank's arcs, tip first.
-    right : table or None
-        The same of the right flank, mirrored to the left, where it is not the left one's mirror image.
-    outline : table or None
-        Measured points ``x, y`` (m) of the groove frame, of the left flank or of both.
-    pattern : str
-        Signs of the arcs that the outline is fitted with, tip first: ``+`` convex, ``-`` concave.
-    """
-
+    # rows ``centre x, centre y, radius`` (m) and sign of the left flank's arcs, tip first
     arcs: Annotated[Table | None, Quantity("m, m, m, 1")] = None
+    # the same of the right flank, mirrored to the left, where it is not the left one's mirror image
     right: Annotated[Table | None, Quantity("m, m, m, 1")] = None
+    # measured points ``x, y`` (m) of the groove frame, of the left flank or of both
     outline: Annotated[Table | None, Quantity("m, m")] = None
+    # signs of the arcs that the outline is fitted with, tip first: ``+`` convex, ``-`` concave
     pattern: Annotated[str, Quantity("name")] = "+--+-"
 
     def model_post_init(self, context: Any) -> None:

@@ -12,25 +12,14 @@ from trackdyn.files import plain_file
 
 
 class Channels(NamedTuple):
-    """Channels of one group, which share their samples.
+    """Channels of one group, which share their samples."""
 
-    Attributes
-    ----------
-    path : Path
-        The file.
-    names, units : lists of str
-        Of the channels. The time of the samples is a channel ``time`` in s if the file holds it otherwise.
-    values : (c, N) array
-        Their samples.
-    first_line : int
-        Number of the first sample, from 1.
-    """
-
-    path: Path
+    path: Path  # the file
+    # names, units: of the channels. The time of the samples is a channel ``time`` in s if the file holds it otherwise
     names: list[str]
     units: list[str]
-    values: np.ndarray
-    first_line: int = 1
+    values: np.ndarray  # (c, N) their samples
+    first_line: int = 1  # number of the first sample, from 1
 
     def table(self, columns: Sequence[int]) -> np.ndarray:
         """(N, c) numbers of some channels.

@@ -28,28 +28,15 @@ _GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+", re.ASCII)
 
 
 class Layout(NamedTuple):
-    """Where what stands in a file.
+    """Where what stands in a file."""
 
-    Attributes
-    ----------
-    path : Path
-        The file.
-    names, units : lists of str
-        Of the columns: the header, and a row of units below it or empty texts.
-    separator : str
-        Between the fields.
-    first_line : int
-        Line of the first row of numbers, from 1.
-    body : str
-        The rows, without what ends the file.
-    """
-
-    path: Path
+    path: Path  # the file
+    # names, units: of the columns: the header, and a row of units below it or empty texts
     names: list[str]
     units: list[str]
-    separator: str
-    first_line: int
-    body: str
+    separator: str  # between the fields
+    first_line: int  # line of the first row of numbers, from 1
+    body: str  # the rows, without what ends the file
 
 
 def read_logger_text(path: Path) -> str:

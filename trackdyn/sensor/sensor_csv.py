@@ -26,38 +26,21 @@ _CLIPPED = 0.5  # share of clipped rows from which on nothing is left of the mot
 
 @dataclass(frozen=True)
 class SensorRecord:
-    """One record of the sensor (Eq. 40), N samples.
+    """One record of the sensor (Eq. 40), N samples."""
 
-    Attributes
-    ----------
-    path : Path
-        File it was read from.
-    t_s : (N,) array
-        Time from its first sample on, s.
-    ax_g, ay_g, az_g : (N,) arrays or None
-        Specific force in the sensor's axes, g; None for an axis that the file lacks.
-    rate_hz : float
-        Sampling rate, Hz.
-    clipped : int
-        Number of rows with an axis at the end of the sensor's range.
-    done : mapping
-        What reading did, by name: rows, columns, time, rate, steps, dropped, clipped.
-    columns : mapping
-        Column of each axis, with a minus in front where its sign was turned.
-    synthetic : bool
-        Whether a comment of the file says that it is synthetic.
-    """
-
-    path: Path
-    t_s: np.ndarray
+    path: Path  # file it was read from
+    t_s: np.ndarray  # (N,) time from its first sample on, s
+    # ax_g, ay_g, az_g: (N,) specific force in the sensor's axes, g; None for an axis that the file lacks
     ax_g: np.ndarray | None
     ay_g: np.ndarray
     az_g: np.ndarray | None
-    rate_hz: float
-    clipped: int
+    rate_hz: float  # sampling rate, Hz
+    clipped: int  # number of rows with an axis at the end of the sensor's range
+    # what reading did, by name: rows, columns, time, rate, steps, dropped, clipped
     done: Mapping[str, str] = field(default_factory=dict, compare=False)
+    # column of each axis, with a minus in front where its sign was turned
     columns: Mapping[str, str] = field(default_factory=dict, compare=False)
-    synthetic: bool = field(default=False, compare=False)
+    synthetic: bool = field(default=False, compare=False)  # whether a comment of the file says that it is synthetic
 
     @property
     def seconds(self) -> float:

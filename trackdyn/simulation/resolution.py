@@ -32,22 +32,13 @@ SIDES = 3  # left arcs, right arcs, ring
 
 
 class Resolution(NamedTuple):
-    """What is known of the resolution of a record.
+    """What is known of the resolution of a record."""
 
-    Attributes
-    ----------
-    state : str
-        ``yes``; ``no``: doubtful, and beyond half of ``RMS`` or ``PEAKS`` with a finer step, or more than ``FLIPS``
-        alternates; ``not judged``.
-    share : float
-        What alternates as a share of the mean square that the sensor reads; NaN if it was not looked at.
-    reason : str
-        A sentence; empty for ``yes``.
-    """
-
+    # ``yes``; ``no``: doubtful, and beyond half of ``RMS`` or ``PEAKS`` with a finer step, or more than ``FLIPS``
+    # alternates; ``not judged``
     state: str
-    share: float
-    reason: str
+    share: float  # what alternates as a share of the mean square that the sensor reads; NaN if it was not looked at
+    reason: str  # a sentence; empty for ``yes``
 
 
 def alternating_share(alternating, model: Model, mean) -> float:
@@ -92,21 +83,11 @@ def largest_forces(rows, pitches: int, step: float) -> tuple[np.ndarray, np.ndar
 
 
 class Answer(NamedTuple):
-    """What is compared of two runs.
+    """What is compared of two runs."""
 
-    Attributes
-    ----------
-    rms : (1,) or (2,) array
-        Of the sensor, and of all links where they are recorded, m/s2.
-    peaks : (3,) array
-        Sums of the largest forces of all pitches: left arcs, right arcs, ring; N.
-    alone : float
-        Share of ``peaks`` in forces that stand for one step, the largest of the sides.
-    """
-
-    rms: np.ndarray
-    peaks: np.ndarray
-    alone: float
+    rms: np.ndarray  # (1,) or (2,) of the sensor, and of all links where they are recorded, m/s2
+    peaks: np.ndarray  # (3,) sums of the largest forces of all pitches: left arcs, right arcs, ring; N
+    alone: float  # share of ``peaks`` in forces that stand for one step, the largest of the sides
 
     def differs(self, finer: "Answer") -> tuple[float, float]:
         """Largest relative differences from a finer answer: of RMS, and of peaks on sides that carry.

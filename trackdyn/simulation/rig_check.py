@@ -21,24 +21,12 @@ ROUGH_OUTLINE = 2e-4  # m, RMS
 
 @dataclass(frozen=True)
 class Checked:
-    """What `checked` finds.
+    """What `checked` finds."""
 
-    Attributes
-    ----------
-    wheels : (w, 3) array
-        Centres and radii of the wheels' surfaces as the loop stands, m.
-    frame : (n + 3,) array
-        Configuration as a row of ``Recording.frame``.
-    values : dict
-        What there is to say, by name.
-    unusual : list of str
-        Sentences.
-    """
-
-    wheels: np.ndarray
-    frame: np.ndarray
-    values: dict[str, str]
-    unusual: list[str]
+    wheels: np.ndarray  # (w, 3) centres and radii of the wheels' surfaces as the loop stands, m
+    frame: np.ndarray  # (n + 3,) configuration as a row of ``Recording.frame``
+    values: dict[str, str]  # what there is to say, by name
+    unusual: list[str]  # sentences
 
     def lines(self) -> list[str]:
         """Rows of a terminal."""

@@ -14,18 +14,11 @@ LARGEST, HALVINGS = 1e-4, 4
 
 
 class Trial(NamedTuple):
-    """What came of trying steps on a rig at a speed.
+    """What came of trying steps on a rig at a speed."""
 
-    Attributes
-    ----------
-    step : float or None
-        The largest step tried whose RMS and mean peak stay within a hundredth with half of it, s; None if none did.
-    tried : tuple of float
-        Steps that ran, s.
-    """
-
+    # the largest step tried whose RMS and mean peak stay within a hundredth with half of it, s; None if none did
     step: float | None
-    tried: tuple[float, ...]
+    tried: tuple[float, ...]  # steps that ran, s
 
     def __str__(self) -> str:
         if self.step is None:
