@@ -25,10 +25,7 @@ _KEPT: set[Path] = set()  # what it leaves, to go on from
 def replacing(path: Path | str) -> Iterator[Path]:
     """Another name to write to, which becomes ``path`` at the end, or is gone if the writing breaks off.
 
-    Raises
-    ------
-    InputError
-        The file cannot be written; what stood there before is whole.
+    Raises `InputError`: the file cannot be written; what stood there before is whole.
     """
     path = Path(path)
     part = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
@@ -49,13 +46,7 @@ def replacing(path: Path | str) -> Iterator[Path]:
 
 
 def write_text(path: Path | str, text: str) -> None:
-    """Write a text as UTF-8, its newlines as they are, whole or not at all.
-
-    Raises
-    ------
-    InputError
-        As `replacing`.
-    """
+    """Write a text as UTF-8, its newlines as they are, whole or not at all. Raises `InputError`: as `replacing`."""
     with replacing(path) as part:
         part.write_text(text, encoding="utf-8", newline="")
 
@@ -63,10 +54,7 @@ def write_text(path: Path | str, text: str) -> None:
 def write_csv(path: Path | str, table, **options) -> None:
     """Write a table as CSV without its index, whole or not at all; options as those of ``DataFrame.to_csv``.
 
-    Raises
-    ------
-    InputError
-        As `replacing`.
+    Raises `InputError`: as `replacing`.
     """
     write_text(path, table.to_csv(index=False, lineterminator="\n", **options))
 
@@ -86,13 +74,7 @@ def broken_off() -> str:
 
 
 def refuse_unwritable(path: Path | str, size: float = 0.0) -> None:
-    """Refuse a name that cannot be written, or a disk with less than ``size`` bytes free, before the work is done.
-
-    Raises
-    ------
-    InputError
-        As `replacing` would.
-    """
+    """Refuse a name that cannot be written (as `replacing` would), or a disk with less than ``size`` bytes free."""
     path = Path(path)
     made = next((folder for folder in path.parents if folder.exists()), path.parent)
     try:
@@ -147,10 +129,7 @@ def read_bytes(path: Path | str, what: str, limit: int) -> bytes:
 def read_text(path: Path | str, what: str, limit: int) -> str:
     """The same as text in UTF-8, with or without a byte order mark, its newlines plain.
 
-    Raises
-    ------
-    InputError
-        Also for the first byte that is no UTF-8.
+    Raises `InputError`: also for the first byte that is no UTF-8.
     """
     data = read_bytes(path, what, limit)
     try:
@@ -204,10 +183,7 @@ def read_npz(path: Path | str, what: str, limit: float, arrays: bool = True) -> 
 def plain_file(path: Path | str, what: str) -> Path:
     """The path, if a plain file is there.
 
-    Raises
-    ------
-    InputError
-        Nothing is there, or a folder, a pipe or a device, which may never end.
+    Raises `InputError`: nothing is there, or a folder, a pipe or a device, which may never end.
     """
     try:
         path = Path(path)

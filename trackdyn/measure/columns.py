@@ -219,10 +219,7 @@ WORDS = {
 def error_of(name: str) -> str | None:
     """Column with the standard error of a column, or the reason why it has none; None for an error itself.
 
-    Raises
-    ------
-    InputError
-        For a column that is not described here.
+    Raises `InputError`: for a column that is not described here.
     """
     side, _, rest = name.partition("_")
     if name in COLUMNS:

@@ -19,10 +19,7 @@ SAME_RATE = 0.01  # changes what the mean over a sample leaves of 300 Hz by 0.3 
 def whole_ratio(record: SensorRecord, rate: float) -> tuple[int, int]:
     """Numbers of the sensor's samples, and of those at ``rate`` (Hz), that take the same time: one of them is 1.
 
-    Raises
-    ------
-    InputError
-        Neither rate is a multiple of the other, to ``SAME_RATE``.
+    Raises `InputError`: neither rate is a multiple of the other, to ``SAME_RATE``.
     """
     ratio = record.rate_hz / rate
     counts = max(round(ratio), 1), max(round(1 / ratio), 1)
@@ -38,10 +35,7 @@ def whole_ratio(record: SensorRecord, rate: float) -> tuple[int, int]:
 def at_rate(record: SensorRecord, rate: float) -> SensorRecord:
     """The record as a sensor of this rate (Hz) would have given it: unchanged, or averaged.
 
-    Raises
-    ------
-    InputError
-        It is slower, or no multiple of the rate.
+    Raises `InputError`: it is slower, or no multiple of the rate.
     """
     faster, slower = whole_ratio(record, rate)
     if slower > 1:
@@ -56,11 +50,7 @@ def at_one_rate(recording: Recording, record: SensorRecord) -> tuple[SensorSigna
     """The simulated signal, its rate (Hz) and the record: the faster one averaged over the samples of the slower one.
 
     A simulated sample is the mean over its interval, so means of some of them are the samples of a slower sensor.
-
-    Raises
-    ------
-    InputError
-        The rates do not fit.
+    Raises `InputError`: the rates do not fit.
     """
     faster, slower = whole_ratio(record, recording.rate)
     return sense(recording, slower), recording.rate / slower, record.averaged(faster) if faster > 1 else record

@@ -186,13 +186,8 @@ def meshing_summary(recording: Recording) -> dict:
 def events(recording: Recording, passage: int) -> dict[str, float]:
     """Named events of one complete passage (:func:`passages`), in the order of C16 (no ring) or C17 (ring).
 
-    Times are in s since the first contact of the passage, NaN for what does not happen. ``out`` is the last
-    contact of either arc.
-
-    Raises
-    ------
-    InputError
-        If the record holds no complete passage of this number.
+    Times are in s since the first contact of the passage, NaN for what does not happen. ``out`` is the last contact of
+    either arc. Raises `InputError` if the record holds no complete passage of this number.
     """
     table = passages(recording)
     count = table["passage"].nunique()

@@ -236,13 +236,7 @@ def _judged(recording: Recording, tolerances: Mapping[str, float]) -> tuple[Answ
 
 
 def refuse_undriven(scene: Scene) -> None:
-    """Refuse what has no passages of pitches.
-
-    Raises
-    ------
-    InputError
-        The scene has no chain that is driven on its wheels.
-    """
+    """Refuse (`InputError`) a scene that has no chain driven on its wheels, and so no passages of pitches."""
     if scene.chain == "belt" or scene.loop == "free" or scene.motor_rpm == 0:
         raise InputError("scene: a tolerance needs a chain that is driven on its wheels; use chain='double_pin'")
 
@@ -250,10 +244,8 @@ def refuse_undriven(scene: Scene) -> None:
 def refuse_until(scene: Scene, tolerances: Mapping[str, float], longest: float) -> None:
     """Refuse what `run_until` cannot be asked for.
 
-    Raises
-    ------
-    InputError
-        A measure or tolerance is invalid, or ``longest`` holds too few passages or is beyond ten hours.
+    Raises `InputError`: a measure or tolerance is invalid, or ``longest`` holds too few passages or is beyond ten
+    hours.
     """
     if not tolerances:
         raise InputError("tolerances is empty; name a measure and a tolerance, such as rms and 0.01")

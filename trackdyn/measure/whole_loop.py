@@ -53,10 +53,7 @@ def passage(recording: Recording) -> float:
 def every_ay(recording: Recording) -> np.ndarray:
     """(s, p) y acceleration that a sensor on each link reports (Eq. 40), limited to its range, g.
 
-    Raises
-    ------
-    InputError
-        The recording has no such signals.
+    Raises `InputError`: the recording has no such signals.
     """
     if recording.link_mean.size == 0:
         raise InputError("recording: link_mean is empty; a scene with every_link=True fills it")

@@ -243,10 +243,7 @@ def _sector(first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, float]:
 def _nearest_crossing(centre: np.ndarray, radius: float, about_origin: float, place: np.ndarray) -> np.ndarray:
     """Where a circle crosses one about the origin, of two points that nearer to a place; m.
 
-    Raises
-    ------
-    InputError
-        They do not cross.
+    Raises `InputError`: they do not cross.
     """
     distance = hypot(*centre)
     along = (distance**2 + about_origin**2 - radius**2) / (2 * distance)

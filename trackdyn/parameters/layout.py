@@ -81,11 +81,7 @@ def belt_path(circles, names=None, overlap: bool = False) -> BeltPath:
     """Belt around circles ``(x, y, radius)`` in clockwise order, starting where it meets the first.
 
     ``names`` are what a refusal calls them; neighbours may ``overlap`` as wheels beside each other on their axles do.
-
-    Raises
-    ------
-    InputError
-        If circles overlap so that no tangent exists, or one does not touch the belt.
+    Raises `InputError` if circles overlap so that no tangent exists, or one does not touch the belt.
     """
     circles = np.asarray(circles, dtype=float)
     count = len(circles)
@@ -175,10 +171,7 @@ def run_order(circles: np.ndarray) -> list[int]:
 def belt_around(rig: Rig, shift: float = 0.0, body: float | None = None) -> tuple[BeltPath, list[int]]:
     """Path of the pins around the rig's wheels, and the wheel (index in `wheel_names`) of each circle.
 
-    Raises
-    ------
-    InputError
-        Wheels overlap, the chain does not meet the sprocket, or it passes a wheel by at a distance.
+    Raises `InputError`: wheels overlap, the chain does not meet the sprocket, or it passes a wheel by at a distance.
     """
     circles, names = wheel_circles(rig, shift, body=body), wheel_names(rig)
     solid = wheel_circles(rig, shift, surface=True)[:, 2]
@@ -288,14 +281,9 @@ def _slack(rig: Rig, shift: float, lengths: np.ndarray) -> float:
 def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
     """Lay the loop around the wheels by shifting the tensioning wheel until the chain just closes.
 
-    ``lengths`` are the pin to pin lengths of the bodies, m; links and connectors in turn by default. If
-    there is one body a pitch, grooves are put under its joints.
-
-    Raises
-    ------
-    InputError
-        If no shift within the tensioner's travel closes the loop: the sentence says whether the
-        loop is too short or too long and by how much.
+    ``lengths`` are the pin to pin lengths of the bodies, m; links and connectors in turn by default. If there is one
+    body a pitch, grooves are put under its joints. Raises `InputError` if no shift within the tensioner's travel
+    closes the loop: the sentence says whether the loop is too short or too long and by how much.
     """
     if lengths is None:
         lengths = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
@@ -336,13 +324,8 @@ SQUASH = 0.3
 def free_loop(lengths: np.ndarray) -> Assembly:
     """An oblong, closed clockwise loop of bodies around the origin, without wheels.
 
-    The angle of body i is ``-2 pi i / n`` with a second harmonic that makes the loop oblong, and a
-    first one that closes it.
-
-    Raises
-    ------
-    InputError
-        The bodies do not close so.
+    The angle of body i is ``-2 pi i / n`` with a second harmonic that makes the loop oblong, and a first one that
+    closes it. Raises `InputError`: the bodies do not close so.
     """
     n = len(lengths)
     phase = -2 * pi * np.arange(n) / n

@@ -86,12 +86,8 @@ def groove_of_arcs(arcs: np.ndarray, teeth: int, right: np.ndarray | None = None
     With ``nu(alpha) = (sin alpha, cos alpha)`` a surface point is ``O + s r nu``; neighbours share point and slope, so
     ``O_j - O_i = (s_i r_i - s_j r_j) nu(alpha)`` gives the slope of their joint. The first arc ends on the tooth line
     with its centre on it, the last one in the middle of the groove. ``right`` holds the arcs of the right flank,
-    mirrored to the left; by default they are the left ones.
-
-    Raises
-    ------
-    InputError
-        Neighbours are not tangent, arcs run backwards, or an end is not where it must be.
+    mirrored to the left; by default they are the left ones. Raises `InputError`: neighbours are not tangent, arcs run
+    backwards, or an end is not where it must be.
     """
     right = arcs if right is None else right
     bottoms = [flank[-1, 1] + flank[-1, 3] * flank[-1, 2] for flank in (arcs, right)]
@@ -167,12 +163,8 @@ def flank_arcs(signs: np.ndarray, radii: np.ndarray, slopes: np.ndarray, bottom:
 def fit_outline(points: np.ndarray, pattern: str, teeth: int) -> tuple[Groove, np.ndarray]:
     """Tangent arcs of least squared distance to measured points (n, 2) of a groove, and those distances (n,), m.
 
-    The start follows the outline: its slope at as many places as there are joints, equal lengths apart.
-
-    Raises
-    ------
-    InputError
-        Too few points, or none of the starts leads to arcs that are tangent and in order.
+    The start follows the outline: its slope at as many places as there are joints, equal lengths apart. Raises
+    `InputError`: too few points, or none of the starts leads to arcs that are tangent and in order.
     """
     signs = np.array([1.0 if sign == "+" else -1.0 for sign in pattern])
     k = len(signs)
@@ -229,10 +221,7 @@ def distance_to(groove: Groove, points: np.ndarray) -> np.ndarray:
 def read_outline(path: Path) -> list[list[float]]:
     """Points of a CSV file with the columns ``x_m`` and ``y_m``.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read, lacks a column or holds something that is no number.
+    Raises `InputError`: the file cannot be read, lacks a column or holds something that is no number.
     """
     rows = list(csv.reader(io.StringIO(read_text(path, "CSV file of points", 40 * LONGEST_OUTLINE))))
     if not rows or rows[0][:2] != ["x_m", "y_m"]:

@@ -30,12 +30,8 @@ def groove_of_table1(tables: PaperTables, teeth: int) -> Groove | None:
 
     Neighbours join with a common tangent: what the cells leave open within their last decimal is closed by keeping the
     printed radii of areas 2 to 5, the directions in which the printed centres lie from each other, and the height of
-    area 5.
-
-    Raises
-    ------
-    InputError
-        Arcs do not join within the rounding of the cells, or u, theta and r_a are not those of the arcs.
+    area 5. Raises `InputError`: arcs do not join within the rounding of the cells, or u, theta and r_a are not those of
+    the arcs.
     """
     rows = groove_rows(tables.table1)
     if rows is None:

@@ -74,10 +74,7 @@ def shipped_summaries() -> dict[str, tuple[str, str]]:
 def rig_path(name: Path | str) -> Path | str:
     """The file of a rig that is given by its path or by the name of a shipped one.
 
-    Raises
-    ------
-    InputError
-        A plain word is neither.
+    Raises `InputError`: a plain word is neither.
     """
     if not isinstance(name, str) or not PLAIN_WORD.fullmatch(name) or exists(name):
         return name
@@ -93,10 +90,7 @@ def rig_path(name: Path | str) -> Path | str:
 def cells_path(name: Path | str) -> Path | None:
     """The file of the article's cells that a rig file names; None if it names none.
 
-    Raises
-    ------
-    InputError
-        What it names is no file.
+    Raises `InputError`: what it names is no file.
     """
     path = rig_path(name)
     return _cells_path(path, read_yaml(path))
@@ -118,10 +112,7 @@ def _cells_path(path: Path | str, data: Any) -> Path | None:
 def read_rig(name: Path | str) -> dict[str, Any]:
     """Contents of a rig file with everything that it takes from others, every entry written out.
 
-    Raises
-    ------
-    InputError
-        In one sentence with file, field and value.
+    Raises `InputError`: in one sentence with file, field and value.
     """
     return _read(rig_path(name), MOST_LIKE, read_yaml)
 

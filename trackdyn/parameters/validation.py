@@ -62,10 +62,7 @@ def validated(
 ) -> SectionType:
     """``data`` as an object of ``schema``; ``context`` is for its own validators.
 
-    Raises
-    ------
-    InputError
-        One sentence with the file ``name``, the field, the value and what would be accepted.
+    Raises `InputError`: one sentence with the file ``name``, the field, the value and what would be accepted.
     """
     if not isinstance(data, dict):
         raise InputError(f"{name}: must hold sections, a mapping of names to values")
@@ -106,10 +103,7 @@ def plain_count(value: Any) -> Any:
 def parse_number(text: str | float) -> float:
     """A number as tables write it; Python's ``float`` would also read ``1_15`` and the digits of every script.
 
-    Raises
-    ------
-    ValueError
-        It is none.
+    Raises `ValueError`: it is none.
     """
     if isinstance(text, str) and ("_" in text or not text.isascii()):
         raise ValueError(text)
@@ -117,13 +111,7 @@ def parse_number(text: str | float) -> float:
 
 
 def parse_tolerance(text: str | float) -> float:
-    """``2%``, ``0.02`` or 0.02 as a share.
-
-    Raises
-    ------
-    InputError
-        It is not a number between 0 and 1.
-    """
+    """``2%``, ``0.02`` or 0.02 as a share. Raises `InputError`: it is not a number between 0 and 1."""
     match = re.fullmatch(r"\s*([0-9.eE+-]+)\s*(%?)\s*", str(text))
     try:
         value = float(match[1]) / (100 if match[2] else 1) if match else float("nan")
@@ -166,10 +154,7 @@ def sentence(name: str, error: Mapping[str, Any], missing: str) -> str:
 def within(name: str, value: float, least: float, most: float, what: str = "") -> float:
     """A number between two.
 
-    Raises
-    ------
-    InputError
-        One sentence with name, value and range; ``what`` is what the bounds are of, with a unit.
+    Raises `InputError`: one sentence with name, value and range; ``what`` is what the bounds are of, with a unit.
     """
     try:
         number = plain_number(value)

@@ -44,13 +44,7 @@ class Shown:
     stretch: Stretch | None  # what moves on it
 
     def save(self, path: Path | str) -> None:
-        """Write the page, whole or not at all.
-
-        Raises
-        ------
-        InputError
-            It cannot be written.
-        """
+        """Write the page, whole or not at all. Raises `InputError`: it cannot be written."""
         write_text(path, self.text)
 
     @property

@@ -62,10 +62,7 @@ def carriers_of(rows: list[dict], wheels: int, tensions: int = SPROCKET, force: 
 def preloads(rig: Rig, carriers: Carriers, work: Work, q: np.ndarray) -> np.ndarray:
     """(k,) preloads that hold the chain as it lies with the carriers at ``q``, or those that the rig gives.
 
-    Raises
-    ------
-    InputError
-        A spring could not hold what lies on it within its travel.
+    Raises `InputError`: a spring could not hold what lies on it within its travel.
     """
     names, found = wheel_names(rig), np.zeros(len(carriers.wheel))
     for k, wheel in enumerate(carriers.wheel):
@@ -84,13 +81,7 @@ def preloads(rig: Rig, carriers: Carriers, work: Work, q: np.ndarray) -> np.ndar
 
 
 def refuse_stops(rig: Rig, carriers: Carriers, slide: np.ndarray) -> None:
-    """Refuse a loop that has settled with a carrier at a stop: its spring holds nothing there.
-
-    Raises
-    ------
-    InputError
-        Which wheel, and what to change.
-    """
+    """Refuse (`InputError`) a loop that has settled with a carrier at a stop: its spring holds nothing there."""
     for k, wheel in enumerate(carriers.wheel):
         q, name = float(slide[k, SLIDE]), wheel_names(rig)[wheel]
         if not carriers.low[k] < q < carriers.high[k]:

@@ -273,13 +273,7 @@ def _facts(scene) -> SimpleNamespace:
 
 
 def refuse_nonsense(scene) -> None:
-    """Refuse combinations of choices that make no sense (`REFUSALS`).
-
-    Raises
-    ------
-    InputError
-        Names the field, its value and what to use instead.
-    """
+    """Refuse (`InputError`) combinations of choices that make no sense (`REFUSALS`)."""
     facts = _facts(scene)
     for field, when, remedy in REFUSALS:
         if when(facts):

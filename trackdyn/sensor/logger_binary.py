@@ -24,10 +24,7 @@ class Channels(NamedTuple):
     def table(self, columns: Sequence[int]) -> np.ndarray:
         """(N, c) numbers of some channels.
 
-        Raises
-        ------
-        InputError
-            A sample is not finite; the sentence names the first one.
+        Raises `InputError`: a sample is not finite; the sentence names the first one.
         """
         table = self.values[list(columns)].T
         if not np.isfinite(table).all():
@@ -42,12 +39,8 @@ class Channels(NamedTuple):
 def read_channels(path: Path, recognised: Callable[[Sequence[str]], bool], sought: str) -> Channels:
     """Read the one group of a file whose channels are ``recognised`` by their names.
 
-    ``sought`` says in a refusal what was not found.
-
-    Raises
-    ------
-    InputError
-        No file of this format or a damaged one, no such group or several, or a package is not installed.
+    ``sought`` says in a refusal what was not found. Raises `InputError`: no file of this format or a damaged one, no
+    such group or several, or a package is not installed.
     """
     plain_file(path, "record")
     tdms = path.suffix.lower() == ".tdms"

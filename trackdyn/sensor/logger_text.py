@@ -90,12 +90,7 @@ def find_layout(path: Path, text: str, recognised: Callable[[Sequence[str]], boo
 
     The header is the first line, perhaps behind a ``#``, whose names are ``recognised`` and are as many as the fields
     of the row that follows. Where a file begins with numbers its columns are named "1", "2" and so on. ``sought`` says
-    in a refusal what was not found.
-
-    Raises
-    ------
-    InputError
-        No line is such a header.
+    in a refusal what was not found. Raises `InputError`: no line is such a header.
     """
     head = text.split("\n", _HEAD)[:_HEAD]
     rows = [i for i, line in enumerate(head) if line.strip() and not line.lstrip().startswith("#")]
@@ -153,10 +148,7 @@ def is_dated(layout: Layout, column: int) -> bool:
 def parse(layout: Layout, columns: Sequence[int]) -> np.ndarray:
     """(N, c) numbers of some columns; dates and times are seconds since that of the first row.
 
-    Raises
-    ------
-    InputError
-        A row is incomplete or a field is no finite number; the sentence names the first one.
+    Raises `InputError`: a row is incomplete or a field is no finite number; the sentence names the first one.
     """
     if dated := [column for column in columns if is_dated(layout, column)]:
         rest = parse(layout, [column for column in columns if column not in dated])

@@ -71,12 +71,7 @@ def in_bands(freq: np.ndarray, amplitude: np.ndarray) -> tuple[np.ndarray, np.nd
 def main_line(a, rate_hz: float, low_hz: float = LOW_HZ, high_hz: float = HIGH_HZ) -> tuple[float, float]:
     """Frequency (Hz) and amplitude of the highest bin of :func:`spectrum` in a band, the mean excluded.
 
-    Both suffer from scalloping loss; see :func:`main_line_binfree`.
-
-    Raises
-    ------
-    InputError
-        No bin lies in the band.
+    Both suffer from scalloping loss; see :func:`main_line_binfree`. Raises `InputError`: no bin lies in the band.
     """
     freq, amplitude = spectrum(a, rate_hz)
     inside = np.flatnonzero((freq >= low_hz) & (freq <= high_hz) & (freq > 0.0))
@@ -164,10 +159,7 @@ def high_passed(a, rate_hz: float, above_hz: float = HIGH_HZ) -> np.ndarray:
 def high_frequency_rms(a, rate_hz: float, above_hz: float = HIGH_HZ) -> float:
     """RMS of the content at and above a corner frequency (Hz), by Parseval's sum over the spectrum.
 
-    Raises
-    ------
-    InputError
-        The corner is negative or above half the sampling rate.
+    Raises `InputError`: the corner is negative or above half the sampling rate.
     """
     a = _signal(a)
     freq, amplitude = spectrum(a, rate_hz)

@@ -40,10 +40,7 @@ class Clock(NamedTuple):
 def in_seconds(path: Path, name: str, values: np.ndarray, unit: str | None) -> Stamps:
     """Stamps in s since the first one; a unit that is not known is the only one that gives a rate within ``RATES``.
 
-    Raises
-    ------
-    InputError
-        No unit fits, or not the one that is known.
+    Raises `InputError`: no unit fits, or not the one that is known.
     """
     step = np.median(np.diff(values)) or np.mean(np.diff(values))
     rates = {u: 1.0 / (step * s) if step > 0 else np.inf for u, s in UNITS.items()}
@@ -79,10 +76,8 @@ def _rounding(values: np.ndarray) -> float:
 def judge_stamps(path: Path, stamps: Stamps, first_line: int, rate: float | None, resample: bool) -> Clock:
     """Rate of a record, and whether its rows are even; ``rate`` is what the user says it is.
 
-    Raises
-    ------
-    InputError
-        Rows are missing, jitter or drift without leave to resample, or do not have the rate that was given.
+    Raises `InputError`: rows are missing, jitter or drift without leave to resample, or do not have the rate that was
+    given.
     """
     t, q, n = stamps.t, stamps.rounding, stamps.t.size
     step = np.diff(t)

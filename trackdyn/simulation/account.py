@@ -51,15 +51,10 @@ def _turns(model, seconds: float) -> float:
 
 
 def refuse_open_account(energy, model, seconds: float) -> None:
-    """Refuse a run whose energy balance shows that its step was too large, though nothing diverged.
+    """Refuse (`DivergenceError`) a run whose energy balance shows that its step was too large, though nothing diverged.
 
     Contacts heavier than `limits.step_limits` reckons with (a very tight loop, bushings that hardly turn) make
     friction chatter from step to step until it drives what it should brake.
-
-    Raises
-    ------
-    DivergenceError
-        Names what the account shows.
     """
     share, exchanged = open_share(energy, model, seconds)
     remedy = f"use a step smaller than {model.step:g} s"

@@ -62,13 +62,7 @@ def cost(
 
 
 def refuse_too_large(scene, *recording) -> None:
-    """Refuse a recording that does not fit into the memory that is free; parameters as those of `cost`.
-
-    Raises
-    ------
-    InputError
-        What is needed and what is there.
-    """
+    """Refuse (`InputError`) a recording that does not fit into the memory that is free; parameters as of `cost`."""
     memory, free = cost(scene, *recording).memory, virtual_memory().available
     if memory > free:
         duration = recording[0] if recording else scene.duration

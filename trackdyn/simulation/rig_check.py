@@ -44,10 +44,7 @@ def body_lengths(rig: Rig) -> np.ndarray:
 def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
     """Lay the loop of a rig, and with ``settle`` tension it and try steps, as a scene at ``rpm`` (rev/min) would.
 
-    Raises
-    ------
-    InputError
-        The rig gives no loop.
+    Raises `InputError`: the rig gives no loop.
     """
     lengths = body_lengths(rig)
     laid = assemble(rig, lengths)

@@ -280,10 +280,7 @@ class Settling:
 def tensioned(scene: Scene) -> Settling:
     """The first part of `settle`: the loop tensioned on the rig's own ring, which the scene's ring has no part in.
 
-    Raises
-    ------
-    InputError
-        The tension is not reached.
+    Raises `InputError`: the tension is not reached.
     """
     settling = Settling(scene)
     teeth = settling.model.tooth.present

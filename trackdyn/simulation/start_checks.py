@@ -40,13 +40,7 @@ def explained_depth(model: Model, tension: float) -> float:
 
 
 def refuse_start_in_steel(scene: Scene, model: Model, state: State, work: Work) -> None:
-    """Refuse a loop that would start with an arc deeper in a tooth than its load explains.
-
-    Raises
-    ------
-    InputError
-        How deep, and what decides it.
-    """
+    """Refuse (`InputError`) a loop that would start with an arc deeper in a tooth than its load explains."""
     if not model.tooth.present:
         return
     depth = float(arc_depths(scene, model, state, work, float(state.wheel_angle[SPROCKET])).max())
@@ -58,13 +52,7 @@ def refuse_start_in_steel(scene: Scene, model: Model, state: State, work: Work) 
 
 
 def refuse_step(scene: Scene, model: Model, tension: float) -> None:
-    """Refuse a step that the loop as it has settled does not allow, though the pre-tension would.
-
-    Raises
-    ------
-    InputError
-        The tension reached, the cause and a step that is small enough.
-    """
+    """Refuse (`InputError`) a step that the loop as it has settled does not allow, though the pre-tension would."""
     limits = step_limits(model, tension, METHODS[scene.integrator])
     name, limit = min(limits.items(), key=lambda item: item[1], default=("", np.inf))
     if scene.step > limit:

@@ -27,10 +27,7 @@ def body_name(body: int, single_pin: bool = False) -> str:
 def march(model: Model, state: State, work: Work, record: Record, first=0, last=1, phase="the run") -> None:
     """Integrate samples ``first`` to ``last - 1`` of ``model.stride`` steps each and fill their rows.
 
-    Raises
-    ------
-    DivergenceError
-        A body left the physical range: when, in which phase, which body.
+    Raises `DivergenceError`: a body left the physical range: when, in which phase, which body.
     """
     refuse_divergence(run(model, state, work, record, first, last), model, state, phase)
 

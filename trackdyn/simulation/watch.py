@@ -60,11 +60,8 @@ class Watch:
     def look(self) -> None:
         """Judge a piece when it is over.
 
-        Raises
-        ------
-        DivergenceError
-            It is doubtful, and with a finer step RMS differs by more than `resolution.RMS`, or peaks by more than
-            `resolution.PEAKS` where contacts flip.
+        Raises `DivergenceError`: it is doubtful, and with a finer step RMS differs by more than `resolution.RMS`, or
+        peaks by more than `resolution.PEAKS` where contacts flip.
         """
         recorder, rate = self.recorder, self.recorder.loop.scene.rig.sensor.rate
         seconds = (recorder.done - self.first) / rate

@@ -50,10 +50,7 @@ class Span:
 def parse_levels(pair: str) -> tuple[str, Span | list[str]]:
     """``motor_rpm=115:210``, ``motor_rpm=115:210:5`` or ``friction=tangential,none`` as a name and what it takes.
 
-    Raises
-    ------
-    InputError
-        It is none of these.
+    Raises `InputError`: it is none of these.
     """
     name, _, text = pair.partition("=")
     name, text = name.strip(), text.strip()

@@ -39,10 +39,7 @@ class Rows:
     def __call__(self, rig: dict, changes: dict, scene: dict, until: dict, known: dict, longest: float) -> dict:
         """Values of a row (`sweeps.request.Asked`) with the first of its steps that comes out.
 
-        Raises
-        ------
-        InputError, DivergenceError, MemoryError
-            What the last one is refused for, if none does.
+        Raises `InputError, DivergenceError, MemoryError`: what the last one is refused for, if none does.
         """
         if not isinstance(scene.get("step"), list):
             return self._values(Scene(self._rig_of(rig, changes), **scene), until, known, longest)

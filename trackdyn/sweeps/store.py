@@ -117,10 +117,7 @@ class Store:
     def keep(self, row: dict) -> None:
         """Write a result at once; what failed for a passing reason is not kept.
 
-        Raises
-        ------
-        InputError
-            The disk is full, or the folder cannot be written.
+        Raises `InputError`: the disk is full, or the folder cannot be written.
         """
         if row["state"] == FAILED:
             return

@@ -158,13 +158,7 @@ def refuse_foreign(out: Path | str, store: Path | str | None = None) -> None:
 
 
 def read_design(design: pd.DataFrame | Path | str) -> pd.DataFrame:
-    """A design whose columns are known.
-
-    Raises
-    ------
-    InputError
-        It is no table, or no design.
-    """
+    """A design whose columns are known. Raises `InputError`: it is no table, or no design."""
     if not isinstance(design, (pd.DataFrame, Path, str)):
         raise InputError(f"design = {shown(design)}: must be a pandas table or the name of a file")
     table, where = (design, "design") if isinstance(design, pd.DataFrame) else (read_table(design), str(design))
@@ -210,10 +204,7 @@ def row_costs(rows: list[Asked], found: dict[str, dict]) -> pd.DataFrame:
 def rows_of(results: Path | str, costs: Path | str, rig: str) -> pd.DataFrame:
     """The rows of one rig in the tables (.parquet, and .csv of costs) of a sweep that must come out whole.
 
-    Raises
-    ------
-    InputError
-        A row did not come out: its name and reason.
+    Raises `InputError`: a row did not come out: its name and reason.
     """
     table = read_table(results).merge(pd.read_csv(costs).drop_duplicates("key"), on="key")
     table = table[table["rig"] == rig].reset_index(drop=True)
