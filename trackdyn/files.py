@@ -52,10 +52,7 @@ def write_text(path: Path | str, text: str) -> None:
 
 
 def write_csv(path: Path | str, table, **options) -> None:
-    """Write a table as CSV without its index, whole or not at all; options as those of ``DataFrame.to_csv``.
-
-    Raises `InputError`: as `replacing`.
-    """
+    """Write a table as CSV without its index, as `replacing` does; options as those of ``DataFrame.to_csv``."""
     write_text(path, table.to_csv(index=False, lineterminator="\n", **options))
 
 
@@ -97,21 +94,10 @@ LARGEST_META = 10_000_000  # bytes; a recording's description takes 70,000
 
 
 def read_bytes(path: Path | str, what: str, limit: int) -> bytes:
-    """Contents of a plain file of at most ``limit`` bytes.
+    """Contents of a plain file of at most ``limit`` bytes, whatever the file system says of its size.
 
-    Parameters
-    ----------
-    path : path-like
-        File.
-    what : str
-        What a refusal asks for, such as "YAML file".
-    limit : int
-        Most bytes that are read, whatever the file system says of the size.
-
-    Raises
-    ------
-    InputError
-        There is no such file, it is a folder or a device, cannot be read, or is larger.
+    ``what`` is what a refusal asks for, such as "YAML file". Raises `InputError`: there is no such file, it is a folder
+    or a device, cannot be read, or is larger.
     """
     path = plain_file(path, what)
     try:
@@ -146,17 +132,9 @@ def read_text(path: Path | str, what: str, limit: int) -> str:
 def read_npz(path: Path | str, what: str, limit: float, arrays: bool = True) -> "tuple[dict, dict[str, np.ndarray]]":
     """Description (``meta``, JSON) and arrays of an npz file, whatever they are packed into; nothing is unpickled.
 
-    Parameters
-    ----------
-    limit : float
-        Most bytes that the arrays may take in memory; the description may take `LARGEST_META`.
-    arrays : bool
-        Read the arrays, too.
-
-    Raises
-    ------
-    InputError
-        The file is missing, larger, or holds anything but a description and arrays of numbers and text.
+    Without ``arrays`` they are not read. The arrays may take ``limit`` bytes in memory, the description `LARGEST_META`.
+    Raises `InputError`: the file is missing, larger, or holds anything but a description and arrays of numbers and
+    text.
     """
     import numpy as np  # by those alone who read arrays: what lists the rigs reads text
 

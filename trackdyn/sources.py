@@ -121,18 +121,7 @@ def source_hash() -> str:
 
 @cache
 def module_hash(module: str) -> str:
-    """Hash of a module and of all that it imports of ours: what a row that it computed depends on.
-
-    Parameters
-    ----------
-    module : str
-        Its name, such as ``__name__``.
-
-    Returns
-    -------
-    str
-        16 hexadecimal digits.
-    """
+    """Hash (16 digits) of a module and of all that it imports of ours: what a row that it computed depends on."""
     file = Path(str(find_spec(module).origin)).resolve()  # type: ignore[union-attr]
     root = Path(__file__).parents[1]
     return digest(sorted({file, *imported_files(file, root)}), root)

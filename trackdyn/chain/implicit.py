@@ -31,20 +31,12 @@ class Cut(NamedTuple):
 
 @kernel
 def accelerations(model: Model, state: State, work: Work, implicit: ImplicitWork, cut: Cut):
-    """Accelerations of chain and wheels at the end of a linearly implicit step.
+    """Accelerations of chain and wheels at the end of a linearly implicit step, ``model.step``.
 
-    Parameters
-    ----------
-    model, state
-        The step is ``model.step``.
-    work : Work
-        Its loads are those led to the end of the step with the accelerations left out. ``sweep`` receives the
-        accelerations in the form that the time loop reads: columns for the cut load.
-    implicit : ImplicitWork
-        ``inertia``, ``couple`` and ``wheel_inertia`` are read, the rest is written; its last entries
-        of ``load`` are the accelerations of the wheels.
-    cut : Cut
-        Rigid or compliant.
+    The loads of ``work`` are those led to the end of the step with the accelerations left out; its ``sweep`` receives
+    the accelerations in the form that the time loop reads. Of ``implicit``, ``inertia``, ``couple`` and
+    ``wheel_inertia`` are read, the rest is written; the last entries of its ``load`` are the accelerations of the
+    wheels.
     """
     chain, step, swept = model.chain, model.step, work.sweep
     inertia = model.wheels.inertia

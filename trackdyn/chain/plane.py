@@ -99,12 +99,9 @@ def plane_sums(model: Model, state: State, work: Work, space: SpaceWork):
 def plane_dynamics(model: Model, state: State, work: Work, space: SpaceWork):
     """Add the loads that the moving plane puts on the planar chain, and solve for the plane's accelerations.
 
-    Notes
-    -----
-    ``(A_0z, p', q')`` solve the symmetric positive definite system of the sums over all bodies of
-    ``[m, m y, -m x; ., m y^2 + I_xx, I_xy - m x y; ., ., m x^2 + I_yy]``; its right-hand side is the
-    loads less Coriolis forces, less the change of ``I_perp`` as the bodies turn in the plane and less the
-    turn of their angular momentum with the plane.
+    ``(A_0z, p', q')`` solve the symmetric positive definite system of the sums over all bodies of ``[m, m y, -m x; ., m
+    y^2 + I_xx, I_xy - m x y; ., ., m x^2 + I_yy]``; its right-hand side is the loads less Coriolis forces, less the
+    change of ``I_perp`` as the bodies turn in the plane and less the turn of their angular momentum with the plane.
     """
     m00, m01, m02, m11, m12, m22, f0, f1, f2 = plane_sums(model, state, work, space)
     chain, p, q = model.chain, state.plane.motion[P], state.plane.motion[Q]

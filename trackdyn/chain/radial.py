@@ -55,19 +55,8 @@ def cross_joint(radial: RadialWork, i, s, e):
     """Relation ``z_a = S z_b + E lambda`` taken from the inboard to the outboard side of joint i's parting pins.
 
     With ``W = (Z I - S_xx)^-1``, ``p = W S_x`` and ``g = W (E_x - f)`` the points part with ``A = -(p z_b + g)``; what
-    is left of the first two rows is ``Z p`` and ``f + Z g``, free of cancellation.
-
-    Parameters
-    ----------
-    s : tuple of 6
-        ``s11, s12, s13, s22, s23, s33``.
-    e : tuple of three tuples of 4
-        Rows of E.
-
-    Returns
-    -------
-    s, e : tuples
-        The same on the outboard side.
+    is left of the first two rows is ``Z p`` and ``f + Z g``, free of cancellation. ``s`` is ``s11, s12, s13, s22, s23,
+    s33``, ``e`` the three rows of E; returned are both on the outboard side.
     """
     ex, ey, em = e
     s11, s12, s13, s22, s23, s33 = s

@@ -28,22 +28,11 @@ from trackdyn.model.work import Work
 def accelerations(chain: Chain, state, work: Work, implicit_damping, probe_body):
     """Response of every acceleration to the cut load, and the load that holds the pins of the cut together.
 
-    Every solver of the chain has these parameters and this result.
-
-    Parameters
-    ----------
-    chain : Chain
-        Constant data of the ``n`` bodies.
-    state : State
-        ``rate`` is read.
-    work : Work
-        ``cos``, ``sin``, the loads ``force_x``, ``force_y``, ``moment`` without gravity and the bushing ``torque`` at
-        the start of the step are read, ``sweep`` is written.
-    implicit_damping : float
-        Step times bushing damping: the torque is taken as ``torque - implicit_damping * phi''``,
-        which removes the step limit of the damping (N m s2/rad).
-    probe_body : int
-        Body whose input pin's acceleration is kept (the sensor's link).
+    Every solver of the chain has these parameters and this result. Of ``state``, ``rate`` is read; of ``work``,
+    ``cos``, ``sin``, the loads ``force_x``, ``force_y``, ``moment`` without gravity and the bushing ``torque`` at the
+    start of the step; ``work.sweep`` is written. ``implicit_damping`` (N m s2/rad) is the step times the bushing
+    damping: the torque is taken as ``torque - implicit_damping * phi''``, which removes the step limit of the damping.
+    ``probe_body`` is the one whose input pin's acceleration is kept (the sensor's link).
     """
     sweep(chain, state, work, implicit_damping, probe_body, None, None)
     close(work.torque[state.rate.shape[0] - 1], implicit_damping, work.sweep)

@@ -105,15 +105,10 @@ def _rotate(angle, rate, step, cos, sin):
 
 @fused
 def advance(model: Model, state: State, work: Work, implicit, radial=None):
-    """Velocities, then positions, then the projection of a rigid closure.
+    """Velocities, then positions, then the projection of a rigid closure; -1, or the body whose rate left the range.
 
-    ``implicit`` is None, or the work of a linearly implicit sweep that has found the accelerations of
-    the wheels too; ``radial`` that of joints whose pins part, the cut among them: nothing is projected then.
-
-    Returns
-    -------
-    body : int
-        -1, or the body whose angular velocity left the physical range.
+    ``implicit`` is None, or the work of a linearly implicit sweep that has found the accelerations of the wheels too;
+    ``radial`` that of joints whose pins part, the cut among them: nothing is projected then.
     """
     chain, wheels, sweep, h = model.chain, model.wheels, work.sweep, model.step
     lx, ly, lm = sweep.load[0], sweep.load[1], sweep.load[2]

@@ -12,19 +12,9 @@ SIDES = ("left", "right")
 
 
 def groove_gap(tooth: Tooth, x, y) -> np.ndarray:
-    """Distance of arcs from the contour of their groove, negative where they penetrate it.
+    """Distance of arcs, centred at (x, y) of the groove frame, from the contour of their groove, m; negative within it.
 
-    Parameters
-    ----------
-    tooth : Tooth
-        Arcs of the groove.
-    x, y : arrays
-        Centres of the arcs in the groove frame, m.
-
-    Returns
-    -------
-    array
-        Least over the annular sectors that a centre lies in the angle of, m; infinite where it lies in none.
+    Least over the annular sectors that a centre lies in the angle of; infinite where it lies in none.
     """
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     least = np.full(x.shape, np.inf)
@@ -41,16 +31,8 @@ def groove_gap(tooth: Tooth, x, y) -> np.ndarray:
 def arc_gaps(recording: Recording, scene: Scene) -> dict[str, float]:
     """Least distance of the left and the right arcs from their grooves over the record, from its configurations.
 
-    Returns
-    -------
-    dict
-        ``left_gap_m, right_gap_m``: median over the connectors, 0 for one that touches; infinite if no arc comes
-        near a groove.
-
-    Raises
-    ------
-    InputError
-        The recording holds no configurations.
+    ``left_gap_m, right_gap_m``: median over the connectors, 0 for one that touches; infinite if no arc comes near a
+    groove. Raises `InputError`: the recording holds no configurations.
     """
     if not len(recording.frame):
         raise InputError("the recording holds no configurations: simulate with a frame interval above 0")

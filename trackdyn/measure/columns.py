@@ -246,25 +246,11 @@ def _field(name: str) -> dict:
 
 
 def table_schema(columns: Iterable[str], table: str = "metrics") -> dict:
-    """Table Schema of a published CSV file: name, type, unit and description of each column.
+    """Table Schema of a published CSV file: name, type, unit and description of each of its columns, in their order.
 
-    Parameters
-    ----------
-    columns : iterable of str
-        Columns, in the order of the file.
-    table : str
-        Name of the file without ``.csv``: ``metrics``, or one of ``TABLES``.
-
-    Returns
-    -------
-    dict
-        In ``metrics``, ``standardError`` is the column with the standard error, or says why there is none; errors have
-        no such entry.
-
-    Raises
-    ------
-    InputError
-        For a column that is not described here.
+    ``table`` is the file's name without ``.csv``: ``metrics``, or one of ``TABLES``. In ``metrics``, ``standardError``
+    is the column with the standard error, or says why there is none; errors have no such entry. Raises `InputError` for
+    a column that is not described here.
     """
     key, described = TABLES.get(table, (("run",), {}))
     fields = []

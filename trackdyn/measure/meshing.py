@@ -197,12 +197,9 @@ def events(recording: Recording, passage: int) -> dict[str, float]:
 
 
 def mean_events(recording: Recording) -> pd.DataFrame:
-    """Mean and standard deviation of :func:`events` over the complete passages.
+    """Mean and standard deviation (1/(n-1)) of :func:`events` over the complete passages.
 
-    Returns
-    -------
-    DataFrame
-        ``event, mean_s, sd_s`` (1/(n-1)) and ``passages`` in which the event happens; NaN where none or only one does.
+    A table with ``event, mean_s, sd_s`` and the ``passages`` in which it happens; NaN where none or only one does.
     """
     table, places = passages(recording), _event_places(recording)
     found = [_events(rows, places) for _, rows in table.groupby("passage")]
@@ -224,13 +221,9 @@ def smoothed_maxima(recording: Recording, window_s: float = RESOLUTION) -> pd.Da
 
     The largest force of all steps may be that spike, which lasts less than a millisecond. The paper prints times to
     0.01 s and draws its forces every millisecond: a mean over ``window_s`` shows the maximum of what carries load, and
-    so do the samples of the record from ``window_s`` after the touch of that side on.
-
-    Returns
-    -------
-    DataFrame
-        ``event`` (``left maximum, mean over 0.01 s``, ``left maximum, after the touch``, ...), ``mean_s, sd_s`` after
-        the first contact, ``passages``.
+    so do the samples of the record from ``window_s`` after the touch of that side on. A table with ``event`` (``left
+    maximum, mean over 0.01 s``, ``left maximum, after the touch``, ...), ``mean_s, sd_s`` after the first contact and
+    ``passages``.
     """
     count = timing(recording).pitches
     columns = {int(pitch): i for i, pitch in enumerate(recording.pitches)}
@@ -326,14 +319,6 @@ def _area_names(bits: int) -> str:
 def serving_radius(left: pd.Series, right: pd.Series) -> float:
     """Smallest ring radius without right contact whose left share is within 2 points of the least (the rule of C26).
 
-    Parameters
-    ----------
-    left, right : Series
-        Shares of left and right arc contact, % of a turn, by radius (m).
-
-    Returns
-    -------
-    float
-        The radius, m; NaN if none serves.
+    ``left`` and ``right`` are the shares of arc contact, % of a turn, by radius, m; NaN if none serves.
     """
     return float(left.index[(right < TOUCHING) & (left <= left.min() + NEAR_LEAST)].min())

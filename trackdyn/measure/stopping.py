@@ -110,18 +110,12 @@ def later(recording: Recording, seconds: float) -> Recording:
 
 
 def run_steady(loop: Loop, rule: StopRule) -> tuple[Recording, bool]:
-    """Start a loop and record it until its contacts have converged, or for the duration of its scene.
+    """Start a loop and record it until its contacts have converged (then True), or for the duration of its scene.
 
     Passages that are alike within the tolerances need no cut: all of them count. Else the longest transient of all
     measures is left out by the marginal standard error rule (`Series.transient`). The run ends when the passages that
-    count are enough and half of their 95 % intervals, by batch means, small enough.
-
-    Returns
-    -------
-    Recording
-        From two thirds of a turn of the sprocket before the first passage that counts.
-    bool
-        It has converged.
+    count are enough and half of their 95 % intervals, by batch means, small enough. The recording begins two thirds of
+    a turn of the sprocket before the first passage that counts.
     """
 
     def judge(recording: Recording) -> tuple[Recording, bool]:

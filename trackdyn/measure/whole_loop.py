@@ -51,10 +51,7 @@ def passage(recording: Recording) -> float:
 
 
 def every_ay(recording: Recording) -> np.ndarray:
-    """(s, p) y acceleration that a sensor on each link reports (Eq. 40), limited to its range, g.
-
-    Raises `InputError`: the recording has no such signals.
-    """
+    """(s, p) y acceleration that a sensor on each link reports (Eq. 40), in its range, g; `InputError` without."""
     if recording.link_mean.size == 0:
         raise InputError("recording: link_mean is empty; a scene with every_link=True fills it")
     rig = recording.meta["rig"]
@@ -75,19 +72,8 @@ def _windows(recording: Recording) -> np.ndarray:
 def stitch(recording: Recording, first: int = 0, felt: np.ndarray | None = None) -> Revolution:
     """A revolution of one link out of the records of all links within the passage that begins at sample ``first``.
 
-    Parameters
-    ----------
-    recording : Recording
-        One of a scene with ``every_link``, at least one passage and a sample long from ``first`` on.
-    first : int
-        Sample.
-    felt : array or None
-        `every_ay` of the recording, if it is at hand.
-
-    Raises
-    ------
-    InputError
-        The record is too short.
+    The scene has ``every_link``; ``felt`` is `every_ay` of the recording, if it is at hand. Raises `InputError` if the
+    record is shorter than a passage and a sample from ``first`` on.
     """
     felt = every_ay(recording) if felt is None else felt
     rate, span = recording.rate, passage(recording)

@@ -95,24 +95,11 @@ def make_record(
     links: int = 0,
     sliding: int = 0,
 ) -> Record:
-    """Allocate the record of a run.
+    """Allocate the record of a run of ``samples`` rows, of the bodies, pitches, wheels and plane of ``state``.
 
-    Parameters
-    ----------
-    samples : int
-        Rows.
-    state : State
-        Of the chain that runs: the record has its bodies, pitches and wheels, and its plane.
-    pitches : sequence of int
-        Pitches whose contacts are recorded (1-based).
-    frames, frame_stride : int
-        Configurations, and samples between them.
-    spells : int
-        Spells that there is room for; 0: not logged.
-    links : int
-        Links whose acceleration is kept; 0: only the sensor's.
-    sliding : int
-        Entries of the account of sliding; 0: not kept.
+    Contacts are recorded of ``pitches`` (1-based), configurations ``frame_stride`` samples apart, with room for so many
+    ``spells`` (0: not logged), accelerations of ``links`` links (0: only the sensor's) and ``sliding`` entries of that
+    account (0: not kept).
     """
     p, n, (loop, wheels) = len(pitches), len(state.angle), state.wheel_impact.shape
     s, pair, axes, sides = samples, (samples, 2), (samples, links, 3), (samples, p, 2)

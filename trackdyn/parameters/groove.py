@@ -176,23 +176,19 @@ def coarse_groove(groove: Groove, arc_radius: float) -> Groove:
 
 
 def true_depth(groove: Groove, arc_radius: float, points: np.ndarray) -> np.ndarray:
-    """Depth of circles of radius ``arc_radius`` (m) in the solid tooth, m; negative is clearance.
+    """Depth of circles of radius ``arc_radius`` in the solid tooth, m; negative is clearance.
 
-    Eqs. 20 to 23 search a band of width r_C along each arc: a centre deeper than that is found in no area and would
-    cost nothing. Here the depth is ``r_C - s`` with ``s`` the signed distance of the centre to the profile, positive in
-    the open groove and negative in steel, so a centre in steel is deeper than r_C however far in it lies.
+    The (n, 2) ``points`` are their centres in the frame of the groove whose sector of half angle pi / m they are in, m.
+    The ten arcs are needed; the coarse profile has corners. Eqs. 20 to 23 search a band of width r_C along each arc: a
+    centre deeper than that is found in no area and would cost nothing. Here the depth is ``r_C - s`` with ``s`` the
+    signed distance of the centre to the profile, positive in the open groove and negative in steel, so a centre in
+    steel is deeper than r_C however far in it lies.
 
-    The profile with its mirror images about the tooth lines is one closed curve with a continuous
-    tangent, so the point of it nearest to a centre is the foot of a perpendicular: it lies on an arc
-    whose sector holds the centre, at ``| |e| - r_j |``. The nearest of these is exact, and its side
-    (within a concave circle or out of a convex one is open) is the sign. A centre on this side of the
-    tooth line has its nearest point on this side too, so neighbouring grooves need no look.
-
-    Parameters
-    ----------
-    points : (n, 2) array
-        Centres in the frame of the groove whose sector of half angle pi / m they are in, m. The ten
-        arcs are needed; the coarse profile has corners.
+    The profile with its mirror images about the tooth lines is one closed curve with a continuous tangent, so the point
+    of it nearest to a centre is the foot of a perpendicular: it lies on an arc whose sector holds the centre, at the
+    distance ``| |e| - r_j |``. The nearest of these is exact, and its side (within a concave circle or out of a convex
+    one is open) is the sign. A centre on this side of the tooth line has its nearest point on this side too, so
+    neighbouring grooves need no look.
     """
     e = np.asarray(points, dtype=float)[:, None, :] - groove.centre
     d = np.hypot(e[..., 0], e[..., 1])
@@ -241,10 +237,7 @@ def _sector(first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def _nearest_crossing(centre: np.ndarray, radius: float, about_origin: float, place: np.ndarray) -> np.ndarray:
-    """Where a circle crosses one about the origin, of two points that nearer to a place; m.
-
-    Raises `InputError`: they do not cross.
-    """
+    """Where a circle crosses one about the origin, of two points that nearer to a place, m; `InputError` if nowhere."""
     distance = hypot(*centre)
     along = (distance**2 + about_origin**2 - radius**2) / (2 * distance)
     across = about_origin**2 - along**2
@@ -259,13 +252,10 @@ def _nearest_crossing(centre: np.ndarray, radius: float, about_origin: float, pl
 
 
 def equal_pitch_radius(teeth: int, link_length: float, connector_length: float, thickness: float) -> dict[str, float]:
-    """Ring radius at which ``teeth`` pitches fill one sprocket turn, by the two possible readings.
+    """Ring radius at which ``teeth`` pitches fill one sprocket turn, by the two possible readings, m.
 
-    Returns
-    -------
-    dict
-        ``polygonal``: pins on a circle, links touching the ring at their middle; ``arc``: the
-        centre line of the links bent to a circle, ``teeth (a + b) = 2 pi (r + D/2)``; m.
+    ``polygonal``: pins on a circle, links touching the ring at their middle; ``arc``: the centre line of the links bent
+    to a circle, ``teeth (a + b) = 2 pi (r + D/2)``.
     """
 
     def excess(rp):

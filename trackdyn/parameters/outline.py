@@ -219,10 +219,7 @@ def distance_to(groove: Groove, points: np.ndarray) -> np.ndarray:
 
 
 def read_outline(path: Path) -> list[list[float]]:
-    """Points of a CSV file with the columns ``x_m`` and ``y_m``.
-
-    Raises `InputError`: the file cannot be read, lacks a column or holds something that is no number.
-    """
+    """Points of a CSV file with columns ``x_m`` and ``y_m`` of numbers; else `InputError`."""
     rows = list(csv.reader(io.StringIO(read_text(path, "CSV file of points", 40 * LONGEST_OUTLINE))))
     if not rows or rows[0][:2] != ["x_m", "y_m"]:
         raise InputError(f"{path}: does not begin with the columns x_m,y_m; expected that header, then points in m")

@@ -95,17 +95,8 @@ def _refuse_angles(tables: PaperTables, groove: Groove, off: float) -> None:
 def with_cells(data: dict, tables: PaperTables, file: str) -> dict:
     """Contents of a rig file (`rig_file.read_rig`) with what the cells say of the rig in place of what it had.
 
-    Parameters
-    ----------
-    data : dict
-        Sections of entries ``{value, unit, kind, source}``.
-    file : str
-        The name under which refusals and sources speak of the cells.
-
-    Raises
-    ------
-    InputError
-        One sentence with file, field, value and what is accepted.
+    ``data`` are sections of entries ``{value, unit, kind, source}``, ``file`` is the name under which refusals and
+    sources speak of the cells. Raises `InputError`: one sentence with file, field, value and what is accepted.
     """
     try:
         return _with_cells(data, tables, file)

@@ -72,10 +72,7 @@ def shipped_summaries() -> dict[str, tuple[str, str]]:
 
 
 def rig_path(name: Path | str) -> Path | str:
-    """The file of a rig that is given by its path or by the name of a shipped one.
-
-    Raises `InputError`: a plain word is neither.
-    """
+    """The file of a rig, given by its path or the name of a shipped one; `InputError` if a word is neither."""
     if not isinstance(name, str) or not PLAIN_WORD.fullmatch(name) or exists(name):
         return name
     shipped = shipped_rigs()
@@ -88,10 +85,7 @@ def rig_path(name: Path | str) -> Path | str:
 
 
 def cells_path(name: Path | str) -> Path | None:
-    """The file of the article's cells that a rig file names; None if it names none.
-
-    Raises `InputError`: what it names is no file.
-    """
+    """The file of the article's cells that a rig file names, None if it names none; `InputError` if that is no file."""
     path = rig_path(name)
     return _cells_path(path, read_yaml(path))
 

@@ -101,10 +101,7 @@ def plain_count(value: Any) -> Any:
 
 
 def parse_number(text: str | float) -> float:
-    """A number as tables write it; Python's ``float`` would also read ``1_15`` and the digits of every script.
-
-    Raises `ValueError`: it is none.
-    """
+    """A number as tables write it (or `ValueError`); ``float`` also reads ``1_15`` and the digits of every script."""
     if isinstance(text, str) and ("_" in text or not text.isascii()):
         raise ValueError(text)
     return float(text)
@@ -152,10 +149,7 @@ def sentence(name: str, error: Mapping[str, Any], missing: str) -> str:
 
 
 def within(name: str, value: float, least: float, most: float, what: str = "") -> float:
-    """A number between two.
-
-    Raises `InputError`: one sentence with name, value and range; ``what`` is what the bounds are of, with a unit.
-    """
+    """A number between two, else `InputError` with name, value and range; ``what`` the bounds are of, with a unit."""
     try:
         number = plain_number(value)
     except ValueError as error:

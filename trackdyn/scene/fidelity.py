@@ -74,19 +74,9 @@ class Decision(NamedTuple):
 
 
 def preset(name: str, ring: bool = True) -> dict:
-    """Fields of a `Scene` that a preset sets.
+    """Fields of a `Scene` that a preset of `PRESETS` sets; ``standard`` halves its step without a ring.
 
-    Parameters
-    ----------
-    name : str
-        Of `PRESETS`.
-    ring : bool
-        Whether the scene has a ring: ``standard`` halves its step without one.
-
-    Raises
-    ------
-    InputError
-        There is no such preset.
+    Raises `InputError`: there is no such preset.
     """
     if name not in PRESETS:
         raise InputError(f"preset {not_one_of(name, PRESETS)}")

@@ -23,18 +23,9 @@ NORMAL_LOSSES, LONG_RECORD = ("tooth_normal", "wheel_normal"), 10.0
 def open_share(energy, model, seconds: float) -> tuple[float, float]:
     """Open rest of the energy balance over a record as a share of the energy exchanged, and that energy (J).
 
-    Energy exchanged is the sum of all changes in the account and the kinetic energy of the bodies that
-    pass the sprocket, all of them in a loop without wheels. The sprocket's work alone would not do: it
-    vanishes where nothing is driven.
-
-    Parameters
-    ----------
-    energy : (s, 10) array
-        Account (``model.record.ENERGY_NAMES``).
-    model : Model
-        What ran.
-    seconds : float
-        Time from the first to the last row, s.
+    Energy exchanged is the sum of all changes in the account (``energy``, (s, 10), ``model.record.ENERGY_NAMES``, over
+    ``seconds`` from first to last row) and the kinetic energy of the bodies that pass the sprocket, all of them in a
+    loop without wheels. The sprocket's work alone would not do: it vanishes where nothing is driven.
     """
     change = energy[-1] - energy[0]
     on_wheels = len(model.wheels.x) > 1

@@ -44,14 +44,7 @@ class Resolution(NamedTuple):
 def alternating_share(alternating, model: Model, mean) -> float:
     """What alternates from step to step as a share of the mean square that the sensor reads.
 
-    Parameters
-    ----------
-    alternating : (2,) array
-        Sums over a record (`model.work.Work`).
-    model : Model
-        What ran.
-    mean : (s, 3) array
-        Of the record (`recording.Recording`).
+    ``alternating`` holds the (2,) sums over a record (`model.work.Work`), ``mean`` (s, 3) is that of the record.
     """
     found, looks = alternating
     if not looks or not len(mean):
@@ -141,18 +134,10 @@ def doubt(alternating, model: Model, mean, seconds: float, alone: float) -> str:
 
 
 def resolution(alternating, model: Model, mean, seconds: float, found: str, off: tuple[float, float]) -> Resolution:
-    """State of the resolution of a record.
+    """State of the resolution of a record of so many seconds, with the doubts ``found`` about it.
 
-    Parameters
-    ----------
-    alternating, model, mean
-        As in `alternating_share`.
-    seconds : float
-        Length of the record.
-    found : str
-        Doubts about it.
-    off : (2,) tuple of float
-        Largest differences with a finer step; NaN where none was tried.
+    ``off`` holds the largest differences with a finer step, NaN where none was tried; the first three as in
+    `alternating_share`.
     """
     share = alternating_share(alternating, model, mean)
     if not alternating[1]:

@@ -278,10 +278,7 @@ class Settling:
 
 
 def tensioned(scene: Scene) -> Settling:
-    """The first part of `settle`: the loop tensioned on the rig's own ring, which the scene's ring has no part in.
-
-    Raises `InputError`: the tension is not reached.
-    """
+    """The first part of `settle`: the loop tensioned (or refused) on the rig's ring; the scene's has no part."""
     settling = Settling(scene)
     teeth = settling.model.tooth.present
     settling.without_teeth()

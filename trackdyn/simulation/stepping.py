@@ -25,15 +25,12 @@ def body_name(body: int, single_pin: bool = False) -> str:
 
 
 def march(model: Model, state: State, work: Work, record: Record, first=0, last=1, phase="the run") -> None:
-    """Integrate samples ``first`` to ``last - 1`` of ``model.stride`` steps each and fill their rows.
-
-    Raises `DivergenceError`: a body left the physical range: when, in which phase, which body.
-    """
+    """Integrate samples ``first`` to ``last - 1`` of ``model.stride`` steps each and fill their rows."""
     refuse_divergence(run(model, state, work, record, first, last), model, state, phase)
 
 
 def refuse_divergence(body: int, model: Model, state: State, phase: str = "the run") -> None:
-    """Refuse a run that ended at a body (-1: none); see `march`."""
+    """Refuse (`DivergenceError`) a run that ended at a body (-1: none): when, in which phase, which body."""
     if body >= 0:
         raise DivergenceError(
             f"the run left the physical range at t = {state.steps[0] * model.step:.6g} s of {phase}, first at "

@@ -38,14 +38,9 @@ def short_run(loop: Loop, seconds: float, watched: bool, origin: Loop | None = N
 
 
 def try_steps(settled: Loop, rpm: float) -> Trial:
-    """Halve the step of a run of a second until RMS and mean peak hold to a hundredth.
+    """Halve the step of a run of a second at ``rpm`` (rev/min) until RMS and mean peak hold to a hundredth.
 
-    Parameters
-    ----------
-    settled : Loop
-        At rest; it stays so.
-    rpm : float
-        Motor speed, rev/min.
+    The settled loop stays at rest.
     """
     sample = 1.0 / settled.scene.rig.sensor.rate
     scene = {"motor_rpm": rpm, "ramp": RAMP, "every_link": True, "duration": SECONDS}

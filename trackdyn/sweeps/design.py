@@ -17,15 +17,7 @@ _RANGE = re.compile(r"([^:,]+):([^:,]+)(?::(\d+))?")
 
 
 class Span:
-    """A range of a number, to be sampled or cut into ``count`` levels.
-
-    Attributes
-    ----------
-    low, high : float
-        Ends, both included.
-    count : int or None
-        Levels of a grid.
-    """
+    """A range of a number, both ends included, to be sampled or cut into ``count`` levels of a grid."""
 
     def __init__(self, low: float, high: float, count: int | None = None):
         self.low, self.high, self.count = float(low), float(high), count

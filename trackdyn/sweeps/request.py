@@ -84,13 +84,7 @@ def columns() -> tuple[str, ...]:
 
 
 def refuse_columns(table: pd.DataFrame, where: str) -> None:
-    """Refuse a design whose columns do not make scenes.
-
-    Raises
-    ------
-    InputError
-        The first column that nothing is known of, or what is missing.
-    """
+    """Refuse (`InputError`) a design whose columns do not make scenes: one that nothing is known of, or one missing."""
     for name in table.columns:
         if name not in columns() and not Rig.may_have(name):
             raise InputError(
@@ -104,19 +98,10 @@ def refuse_columns(table: pd.DataFrame, where: str) -> None:
 
 
 def requested_row(table: pd.DataFrame, rig: str = DEFAULT) -> list[Asked]:
-    """What every row asks for; a value that cannot be read is the row's ``reason``.
+    """What every row of a design asks for; a value that cannot be read is the row's ``reason``.
 
-    Parameters
-    ----------
-    table : DataFrame
-        A design.
-    rig : str
-        File of the rig, or the name of a shipped one, where a row names no other.
-
-    Raises
-    ------
-    InputError
-        All rows are of that rig, and it cannot be used.
+    ``rig`` is the file of the rig, or the name of a shipped one, where a row names no other. Raises `InputError` if all
+    rows are of that rig, and it cannot be used.
     """
     rigs: dict[str, tuple[dict, str] | InputError] = {}
     if "rig" not in table.columns:

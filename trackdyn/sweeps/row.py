@@ -23,13 +23,7 @@ from trackdyn.sources import module_hash
 
 
 class Rows:
-    """Computes rows one after another; rigs and settled loops are shared among them.
-
-    Parameters
-    ----------
-    memory : float
-        Bytes that a row may take.
-    """
+    """Computes rows one after another, each within ``memory`` bytes; rigs and settled loops are shared among them."""
 
     def __init__(self, memory: float):
         self.memory = memory

@@ -95,13 +95,7 @@ def sweep(
 
 
 def refuse_too_many(rows: int) -> None:
-    """Refuse a design whose results do not fit into the memory that is free, before anything is computed.
-
-    Raises
-    ------
-    InputError
-        Says how many rows would fit.
-    """
+    """Refuse (`InputError`) a design whose results would not fit into free memory, before anything is computed."""
     if rows * ROW_MEMORY > (free := free_memory()):
         raise InputError(
             f"design: {rows} rows take about {rows * ROW_MEMORY / 1e9:.2g} GB of memory and {free / 1e9:.2g} GB are "
@@ -202,10 +196,7 @@ def row_costs(rows: list[Asked], found: dict[str, dict]) -> pd.DataFrame:
 
 
 def rows_of(results: Path | str, costs: Path | str, rig: str) -> pd.DataFrame:
-    """The rows of one rig in the tables (.parquet, and .csv of costs) of a sweep that must come out whole.
-
-    Raises `InputError`: a row did not come out: its name and reason.
-    """
+    """Rows of one rig in a sweep's tables (.parquet, and .csv of costs), or `InputError` if one did not come out."""
     table = read_table(results).merge(pd.read_csv(costs).drop_duplicates("key"), on="key")
     table = table[table["rig"] == rig].reset_index(drop=True)
     for row in table[table["state"] != DONE].itertuples():
