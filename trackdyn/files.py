@@ -23,10 +23,7 @@ _KEPT: set[Path] = set()  # what it leaves, to go on from
 
 @contextmanager
 def replacing(path: Path | str) -> Iterator[Path]:
-    """Another name to write to, which becomes ``path`` at the end, or is gone if the writing breaks off.
-
-    Raises `InputError`: the file cannot be written; what stood there before is whole.
-    """
+    """Another name to write to, which becomes ``path`` at the end; `InputError`, and ``path`` as it was, on failure."""
     path = Path(path)
     part = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
     try:
@@ -113,10 +110,7 @@ def read_bytes(path: Path | str, what: str, limit: int) -> bytes:
 
 
 def read_text(path: Path | str, what: str, limit: int) -> str:
-    """The same as text in UTF-8, with or without a byte order mark, its newlines plain.
-
-    Raises `InputError`: also for the first byte that is no UTF-8.
-    """
+    """The same as text in UTF-8 (else `InputError`), with or without a byte order mark, its newlines plain."""
     data = read_bytes(path, what, limit)
     try:
         text = data.decode("utf-8-sig")
@@ -159,10 +153,7 @@ def read_npz(path: Path | str, what: str, limit: float, arrays: bool = True) -> 
 
 
 def plain_file(path: Path | str, what: str) -> Path:
-    """The path, if a plain file is there.
-
-    Raises `InputError`: nothing is there, or a folder, a pipe or a device, which may never end.
-    """
+    """The path of a plain file; `InputError` for nothing, a folder, a pipe or a device, which may never end."""
     try:
         path = Path(path)
         mode = os.stat(path).st_mode

@@ -107,10 +107,9 @@ def digest(files: Iterable[Path], root: Path) -> str:
 
 @cache
 def source_hash() -> str:
-    """Hash of the kernels, which make a recording (16 hexadecimal digits).
+    """Hash of the kernels, which make a recording, with options and versions of the compiler (16 hexadecimal digits).
 
-    It covers the options of compilation and the versions of numba and llvmlite. It does not cover the processor: the
-    same program on another machine has the same hash, so that results may move.
+    It does not cover the processor: the same program on another machine has the same hash, so that results may move.
     """
     root = Path(__file__).parent
     places = [root / name for name in KERNEL_SOURCES]

@@ -19,10 +19,7 @@ from trackdyn.model.work import ImplicitWork, Work
 
 
 class Cut(NamedTuple):
-    """The cut joint in a step of ``h``: ``1 / (h^2 K + h C)`` of a compliant one and its force on body 1 (N).
-
-    All 0 where the cut is rigid; see `closure.close_compliant`.
-    """
+    """The cut joint in a step of ``h``: ``1 / (h^2 K + h C)``, force on body 1 (N); 0 if rigid (`close_compliant`)."""
 
     compliance: float
     force_x: float

@@ -217,10 +217,7 @@ WORDS = {
 
 
 def error_of(name: str) -> str | None:
-    """Column with the standard error of a column, or the reason why it has none; None for an error itself.
-
-    Raises `InputError`: for a column that is not described here.
-    """
+    """Column of a column's standard error, or why it has none; None for an error, `InputError` if not described."""
     side, _, rest = name.partition("_")
     if name in COLUMNS:
         return COLUMNS[name][3]
@@ -300,10 +297,7 @@ def heading(column: str, change: bool = False) -> str:
 
 
 def groups(columns) -> list[tuple[str, int]]:
-    """Head of a table in two lines: first words that three or more neighbours share, each with its number of columns.
-
-    Columns of no group stand alone, under an empty word.
-    """
+    """Head of a table in two lines: first words that three or more neighbours share (else ""), and how many do."""
     found: list[tuple[str, int]] = []
     for column in columns:
         first = column.partition("_")[0]

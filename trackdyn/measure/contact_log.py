@@ -43,9 +43,7 @@ def timing(recording: Recording) -> Timing:
 
 
 def contacts(recording: Recording, gap: float) -> dict[str, np.ndarray]:
-    """Columns of `meshing.spells` by connector and start; pitches and connectors from 0, sides by number, areas as
-    bits.
-    """
+    """Columns of `meshing.spells` by connector and start; pitches from 0, sides by number, areas as bits."""
     period = timing(recording)
     rows = _merged(recording, gap)
     ring = SIDES.index("ring")

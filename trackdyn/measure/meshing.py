@@ -197,10 +197,7 @@ def events(recording: Recording, passage: int) -> dict[str, float]:
 
 
 def mean_events(recording: Recording) -> pd.DataFrame:
-    """Mean and standard deviation (1/(n-1)) of :func:`events` over the complete passages.
-
-    A table with ``event, mean_s, sd_s`` and the ``passages`` in which it happens; NaN where none or only one does.
-    """
+    """``event``, mean and SD (1/(n-1)) of :func:`events` and number of ``passages`` with it; NaN where too few."""
     table, places = passages(recording), _event_places(recording)
     found = [_events(rows, places) for _, rows in table.groupby("passage")]
     times = pd.DataFrame(found, columns=list(places), dtype=float)
@@ -209,9 +206,7 @@ def mean_events(recording: Recording) -> pd.DataFrame:
 
 
 def event_times(recording: Recording) -> dict[str, float]:
-    """Mean time of every event of `mean_events` and `smoothed_maxima` after the first contact, s; NaN if it never
-    happens.
-    """
+    """Mean time of every event of `mean_events` and `smoothed_maxima` after the first contact, s; NaN if never."""
     tables = (mean_events(recording), smoothed_maxima(recording))
     return {row["event"]: float(row["mean_s"]) for table in tables for _, row in table.iterrows()}
 
@@ -263,9 +258,7 @@ def _visited(recording: Recording, side: str) -> str:
 
 
 def area_shares(recording: Recording) -> dict[str, float]:
-    """Time that an arc of a recorded connector spends in each area, % of a sprocket turn a passage:
-    ``left_area_2_pct``.
-    """
+    """Time of an arc of a recorded connector in each area, % of a turn a passage: ``left_area_2_pct``."""
     period = timing(recording)
     turns = (
         len(recording.pitches) * period.record / period.loop * period.turn * recording.rate

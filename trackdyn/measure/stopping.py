@@ -72,9 +72,7 @@ def contact_series(table: pd.DataFrame) -> dict[str, Series]:
 
 
 def half_widths(found: dict[str, Series]) -> tuple[float, float]:
-    """Largest half of a 95 % interval of a share (%), and of an RMS force that lasts (relative); NaN where there is
-    none.
-    """
+    """Largest half of a 95 % interval of a share (%), and of an RMS force that lasts (relative); NaN if none."""
     means = {name: measure.estimate() for name, measure in found.items()}
     forces = [
         means[f"{side}_force"].half_width / means[f"{side}_force"].value
@@ -85,10 +83,7 @@ def half_widths(found: dict[str, Series]) -> tuple[float, float]:
 
 
 def later(recording: Recording, seconds: float) -> Recording:
-    """The recording without its first ``seconds``, as if it had begun then; it may have no frames.
-
-    Contacts that last at that moment are not logged, as at every beginning.
-    """
+    """The recording as if begun ``seconds`` later; frames may be gone, contacts that last then are not logged."""
     first = int(seconds * recording.rate)
     if not first:
         return recording

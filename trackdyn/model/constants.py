@@ -117,10 +117,7 @@ class Wheels(NamedTuple):
 
 
 class Closure(NamedTuple):
-    """The cut joint: ``compliant`` 0 holds both pins together exactly; 1 is a spring and damper between them.
-
-    ``stiffness`` (N/m) and ``damping`` (N s/m) are those of the elastic-damping cut (A.6).
-    """
+    """The cut joint: held exactly (``compliant`` 0), or by ``stiffness`` (N/m) and ``damping`` (N s/m; A.6)."""
 
     compliant: int
     stiffness: float
@@ -180,8 +177,7 @@ NO_MOTOR = Motor(inertia=1.0, slope=0.0, torque=0.0, release=inf, prescribed=1)
 
 
 class Drive(NamedTuple):
-    """Prescribed rate of the sprocket: from ``start`` to ``rate`` (rad/s) in ``ramp`` seconds from ``begin``, then
-    constant.
+    """Rate of the sprocket: from ``start`` to ``rate`` (rad/s) in ``ramp`` seconds from ``begin``, then constant.
 
     ``ripple`` and ``motor`` do nothing where the speed is plain and prescribed.
     """

@@ -252,10 +252,10 @@ def _nearest_crossing(centre: np.ndarray, radius: float, about_origin: float, pl
 
 
 def equal_pitch_radius(teeth: int, link_length: float, connector_length: float, thickness: float) -> dict[str, float]:
-    """Ring radius at which ``teeth`` pitches fill one sprocket turn, by the two possible readings, m.
+    """Ring radius (m) at which ``teeth`` pitches fill a sprocket turn, by two readings.
 
-    ``polygonal``: pins on a circle, links touching the ring at their middle; ``arc``: the centre line of the links bent
-    to a circle, ``teeth (a + b) = 2 pi (r + D/2)``.
+    ``polygonal``: pins on a circle, links touching the ring in their middle; ``arc``: the links' centre line bent to a
+    circle, ``teeth (a + b) = 2 pi (r + D/2)``.
     """
 
     def excess(rp):

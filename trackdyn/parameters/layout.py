@@ -52,16 +52,12 @@ class BeltPath:
 
     @cached_property
     def _plain(self) -> tuple[list[float], list[tuple[float, ...]]]:
-        """Where the pieces begin, and circle, heading and wrap of each wheel: numbers of Python, which single places
-        are found with.
-        """
+        """Where pieces begin, and circle, heading and wrap of each wheel: numbers of Python, to find single places."""
         wheels = np.column_stack([self.circles, self.heading, self.wrap])
         return self.start.tolist(), [tuple(wheel) for wheel in wheels.tolist()]
 
     def at(self, s: float) -> tuple[tuple[float, float], float, float]:
-        """Position (x, y), heading (rad) and curvature (1/m, clockwise positive) at arc length ``s``: `along` for one
-        place.
-        """
+        """Position (x, y), heading (rad) and curvature (1/m, clockwise positive) at arc length ``s``, as `along`."""
         start, wheels = self._plain
         s %= start[-1]
         piece = min(bisect_right(start, s) - 1, 2 * len(wheels) - 1)
@@ -169,10 +165,7 @@ def run_order(circles: np.ndarray) -> list[int]:
 
 
 def belt_around(rig: Rig, shift: float = 0.0, body: float | None = None) -> tuple[BeltPath, list[int]]:
-    """Path of the pins around the rig's wheels, and the wheel (index in `wheel_names`) of each circle.
-
-    Raises `InputError`: wheels overlap, the chain does not meet the sprocket, or it passes a wheel by at a distance.
-    """
+    """Path of the pins around the rig's wheels, and the index in `wheel_names` of each circle; or `InputError`."""
     circles, names = wheel_circles(rig, shift, body=body), wheel_names(rig)
     solid = wheel_circles(rig, shift, surface=True)[:, 2]
     _refuse_overlap(circles, solid, names)

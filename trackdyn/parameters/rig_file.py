@@ -104,10 +104,7 @@ def _cells_path(path: Path | str, data: Any) -> Path | None:
 
 
 def read_rig(name: Path | str) -> dict[str, Any]:
-    """Contents of a rig file with everything that it takes from others, every entry written out.
-
-    Raises `InputError`: in one sentence with file, field and value.
-    """
+    """Contents of a rig file with all that it takes from others, every entry written out; or `InputError`."""
     return _read(rig_path(name), MOST_LIKE, read_yaml)
 
 

@@ -60,10 +60,7 @@ class OneOf:
 def validated(
     schema: type[SectionType], data: Any, name: str, missing: str = "add it", context: Any = None
 ) -> SectionType:
-    """``data`` as an object of ``schema``; ``context`` is for its own validators.
-
-    Raises `InputError`: one sentence with the file ``name``, the field, the value and what would be accepted.
-    """
+    """``data`` as an object of ``schema`` (``context``: for its validators); or `InputError` with file and field."""
     if not isinstance(data, dict):
         raise InputError(f"{name}: must hold sections, a mapping of names to values")
     try:
@@ -120,9 +117,7 @@ def parse_tolerance(text: str | float) -> float:
 
 
 def _first(errors: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
-    """What to say first: of a field that is missing and one that is not known beside it, the latter, and what it may be
-    meant for.
-    """
+    """What to say first: of a missing field and an unknown one beside it, the latter, and what it may be meant for."""
     lacking = [error for error in errors if error["type"] == "missing"]
     for error in errors if errors[0]["type"] == "missing" else []:
         missing = [str(other["loc"][-1]) for other in lacking if other["loc"][:-1] == error["loc"][:-1]]

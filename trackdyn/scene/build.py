@@ -76,10 +76,7 @@ def make_tooth(groove, arc_radius: float, law: Law, present: bool = True) -> Too
 
 
 def build_chain(rig: Rig, chain: str = "double_pin", viscous: bool = True) -> Chain:
-    """Links and connectors in turn, or one body a pitch; mass centres in the middle of the pins.
-
-    ``viscous`` False leaves out the damper of the bushings.
-    """
+    """Links and connectors in turn, or one body a pitch, mass centres in the middle; dampers if ``viscous``."""
     c, n = rig.chain, rig.chain.pitches
     if chain == "single_pin":
         # half a connector is fixed to each end of the link, its middle a quarter of a connector from the joint
@@ -162,10 +159,7 @@ def build_wheels(scene) -> Wheels:
 
 
 def with_mobility(chain: Chain, shoes: Shoes, tooth: Tooth, wheels: Wheels, held: bool) -> tuple[Tooth, Wheels]:
-    """Contacts of a staggered method, which know how easily the chain yields to the forces of the present step.
-
-    ``held`` as of `chain.mobility.mobility_of_slip`.
-    """
+    """Contacts of a staggered method, which know how easily the chain yields; ``held`` as of `mobility_of_slip`."""
     body, along = shoes.arc_body, shoes.arc_x
     slip = [mobility_of_slip(chain, body[side], along[side], tooth.arc_radius, held) for side in range(2)]
     tooth = tooth._replace(mobility=mobility_across(chain, body[0], along[0]), slip=np.array(slip))

@@ -60,10 +60,7 @@ def carriers_of(rows: list[dict], wheels: int, tensions: int = SPROCKET, force: 
 
 
 def preloads(rig: Rig, carriers: Carriers, work: Work, q: np.ndarray) -> np.ndarray:
-    """(k,) preloads that hold the chain as it lies with the carriers at ``q``, or those that the rig gives.
-
-    Raises `InputError`: a spring could not hold what lies on it within its travel.
-    """
+    """(k,) preloads that hold the chain with the carriers at ``q``, or the rig's; `InputError` beyond their travel."""
     names, found = wheel_names(rig), np.zeros(len(carriers.wheel))
     for k, wheel in enumerate(carriers.wheel):
         forced = len(carriers.force) and k == carriers.tensioner

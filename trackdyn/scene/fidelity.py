@@ -23,10 +23,7 @@ from trackdyn.parameters.wheels import Drag
 
 
 class Choices(Section):
-    """The choices of a scene, documented there: the settings of each, of the cheapest first.
-
-    Entries of a registry that were added from outside are accepted as well.
-    """
+    """Settings of each choice of a scene, the cheapest first, and entries added to a registry from outside."""
 
     loop: Annotated[Literal["on_wheels", "free"], OneOf()] = "on_wheels"
     chain: Annotated[Literal["belt", "single_pin", "double_pin"], OneOf()] = "double_pin"
@@ -74,10 +71,7 @@ class Decision(NamedTuple):
 
 
 def preset(name: str, ring: bool = True) -> dict:
-    """Fields of a `Scene` that a preset of `PRESETS` sets; ``standard`` halves its step without a ring.
-
-    Raises `InputError`: there is no such preset.
-    """
+    """Fields of a `Scene` that a preset sets (else `InputError`); ``standard`` halves its step without a ring."""
     if name not in PRESETS:
         raise InputError(f"preset {not_one_of(name, PRESETS)}")
     return PRESETS[name] | ({} if ring else WITHOUT_RING.get(name, {}))

@@ -22,10 +22,7 @@ class Channels(NamedTuple):
     first_line: int = 1  # number of the first sample, from 1
 
     def table(self, columns: Sequence[int]) -> np.ndarray:
-        """(N, c) numbers of some channels.
-
-        Raises `InputError`: a sample is not finite; the sentence names the first one.
-        """
+        """(N, c) numbers of some channels; `InputError` with the first sample that is not finite."""
         table = self.values[list(columns)].T
         if not np.isfinite(table).all():
             row, place = np.argwhere(~np.isfinite(table))[0]

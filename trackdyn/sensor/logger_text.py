@@ -146,10 +146,7 @@ def is_dated(layout: Layout, column: int) -> bool:
 
 
 def parse(layout: Layout, columns: Sequence[int]) -> np.ndarray:
-    """(N, c) numbers of some columns; dates and times are seconds since that of the first row.
-
-    Raises `InputError`: a row is incomplete or a field is no finite number; the sentence names the first one.
-    """
+    """(N, c) numbers of some columns, dates and times as s since the first row; `InputError` for the first defect."""
     if dated := [column for column in columns if is_dated(layout, column)]:
         rest = parse(layout, [column for column in columns if column not in dated])
         return np.insert(rest, columns.index(dated[0]), _seconds(layout, dated[0]), axis=1)

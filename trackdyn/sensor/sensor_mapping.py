@@ -91,10 +91,7 @@ class SensorMapping(Section):
 
 
 def load_mapping(path: Path | str | None = None, **options: Any) -> SensorMapping:
-    """A mapping from a YAML file, with options that are not None or empty on top of it.
-
-    Raises `InputError`: the file or an option is not acceptable.
-    """
+    """A mapping from a YAML file, with options that are not None or empty on top of it; or `InputError`."""
     data = {} if path is None else read_yaml(path)
     if isinstance(data, dict):
         axes = data.get("axes") or {}

@@ -76,8 +76,7 @@ def _rounding(values: np.ndarray) -> float:
 def judge_stamps(path: Path, stamps: Stamps, first_line: int, rate: float | None, resample: bool) -> Clock:
     """Rate of a record, and whether its rows are even; ``rate`` is what the user says it is.
 
-    Raises `InputError`: rows are missing, jitter or drift without leave to resample, or do not have the rate that was
-    given.
+    Raises `InputError`: rows are missing, jitter or drift without leave to resample, or have not the rate given.
     """
     t, q, n = stamps.t, stamps.rounding, stamps.t.size
     step = np.diff(t)

@@ -93,10 +93,7 @@ def write_checkpoint(path: Path | str, parts: dict[str, Any]) -> None:
 
 
 def read_checkpoint(path: Path | str) -> dict[str, Any]:
-    """Parts of a checkpoint: plain data as it was, tuples as what `filled` reads.
-
-    Raises `InputError`: there is no such checkpoint, it cannot be read, or other sources wrote it.
-    """
+    """Parts of a checkpoint of these sources (else `InputError`): plain data as it was, tuples as `filled` reads."""
     meta, arrays = read_npz(path, "checkpoint", virtual_memory().available / 2)
     parts: Any = meta.get("parts")
     sources = meta.get("sources")

@@ -23,10 +23,7 @@ SAMPLED = tuple(name for name in Record._fields if name not in ("pitches", "fram
 
 
 class Recorder:
-    """Records a loop; parameters as in `Loop.record`.
-
-    One that is not ``watched`` goes on with unresolved contacts; ``origin`` as in `simulation.watch.Watch`.
-    """
+    """Records a loop as `Loop.record` has it; not ``watched`` it goes on unresolved; ``origin`` as in `Watch`."""
 
     def __init__(
         self, loop, seconds: float, pitches: tuple[int, ...], frame_interval: float, spells: bool, every_link: bool,
@@ -118,9 +115,7 @@ class Recorder:
                 raise ValueError(fault)
 
     def recording(self) -> Recording:
-        """What was recorded so far, if it is finite and its energy balance closed
-        (`measure.energy.refuse_open_account`).
-        """
+        """What was recorded so far, if it is finite and its energy balance closed (`refuse_open_account`)."""
         refuse_open_account(
             self.record.energy[: self.done], self.loop.model, self.done / self.loop.scene.rig.sensor.rate
         )

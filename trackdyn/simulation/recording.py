@@ -303,9 +303,7 @@ def _scene_of(meta: dict) -> Scene:
 
 
 def _fault_of_meta(meta: dict) -> str | None:
-    """What is wrong with the description of a run; a mistake in its scene raises `InputError`, a missing part
-    `KeyError`.
-    """
+    """What is wrong with the description of a run; `InputError` for its scene, `KeyError` for a missing part."""
     scene = _scene_of(meta)
     if {name: chosen["setting"] for name, chosen in meta["fidelity"].items()} != {
         n: d.setting for n, d in scene.fidelity.items()

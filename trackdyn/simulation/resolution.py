@@ -120,10 +120,7 @@ def answer(record: Record, first: int, last: int, ended: list[np.ndarray], model
 
 
 def doubt(alternating, model: Model, mean, seconds: float, alone: float) -> str:
-    """Why a record, or a piece of one, may not be resolved: words, or none.
-
-    Parameters as in `alternating_share`; ``alone`` as in `Answer`.
-    """
+    """Why a record or a piece, as in `alternating_share`, may be unresolved, or ""; ``alone`` as in `Answer`."""
     if passed_pitches(model, seconds) < 1.0 or alternating[1] < LEAST_LOOKS:
         return ""
     if (share := alternating_share(alternating, model, mean)) > NOTICED:

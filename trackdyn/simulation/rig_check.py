@@ -42,10 +42,7 @@ def body_lengths(rig: Rig) -> np.ndarray:
 
 
 def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
-    """Lay the loop of a rig, and with ``settle`` tension it and try steps, as a scene at ``rpm`` (rev/min) would.
-
-    Raises `InputError`: the rig gives no loop.
-    """
+    """Lay a rig's loop (else `InputError`), and with ``settle`` tension it and try steps at ``rpm`` (rev/min)."""
     lengths = body_lengths(rig)
     laid = assemble(rig, lengths)
     path, order = belt_around(rig, laid.shift, float(lengths[0]))

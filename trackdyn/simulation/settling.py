@@ -173,9 +173,7 @@ class Settling:
         self.state.slide[:, SLIDE_RATE:ALONG_X] *= damping
 
     def release(self) -> None:
-        """Let the wheels go that stand on carriers, on springs that hold the chain as it lies unless the rig says how
-        hard.
-        """
+        """Let wheels on carriers go, on springs that hold the chain as it lies unless the rig says how hard."""
         rig = self.scene.rig
         carriers = make_carriers(rig, self.model, self.scene.tension, self.shift)
         rest = np.zeros(len(carriers.wheel))
@@ -201,9 +199,7 @@ class Settling:
         self.chunk()
 
     def at_rest(self) -> float:
-        """Tension when the strands have evened out: a mean over `EVENED` that is that of the one before to a hundredth,
-        N.
-        """
+        """Tension of strands that have evened out: a mean over `EVENED`, the one before to a hundredth, N."""
         before, mean = np.inf, self.target
         for _ in range(round(LONGEST_REST / EVENED)):
             loads = []
@@ -216,9 +212,7 @@ class Settling:
         return mean
 
     def tighten_on(self) -> float:
-        """Tension at rest after secant steps of the tensioning wheel, for strands that are slow or give way more than
-        contacts, N.
-        """
+        """Tension at rest after secant steps of the wheel, for strands that are slow or yield more than contacts, N."""
         reached = self.at_rest()
         compliance = 2 * self.sag / max(reached, 0.1 * self.target) ** 3 + self.stretch
         for _ in range(ROUNDS):

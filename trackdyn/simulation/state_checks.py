@@ -33,9 +33,7 @@ class Parts(NamedTuple):
 
 
 def fault_of_form(given: Any, own: Any, name: str) -> str | None:
-    """Where nested tuples have other types, shapes or kinds of numbers than ``own``, as a sentence; None if they have
-    the same.
-    """
+    """Where nested tuples have other types, shapes or kinds of numbers than ``own``, as a sentence; or None."""
     if own is None:
         return None if given is None else f"{name}: must be None"
     if isinstance(own, (int, float, np.integer)):

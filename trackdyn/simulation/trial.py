@@ -38,10 +38,7 @@ def short_run(loop: Loop, seconds: float, watched: bool, origin: Loop | None = N
 
 
 def try_steps(settled: Loop, rpm: float) -> Trial:
-    """Halve the step of a run of a second at ``rpm`` (rev/min) until RMS and mean peak hold to a hundredth.
-
-    The settled loop stays at rest.
-    """
+    """Halve the step of a second's run at ``rpm`` (rev/min) from rest until RMS and mean peak hold to a hundredth."""
     sample = 1.0 / settled.scene.rig.sensor.rate
     scene = {"motor_rpm": rpm, "ramp": RAMP, "every_link": True, "duration": SECONDS}
     # a scene is judged at the pre-tension, a loop at the tension that it settles at

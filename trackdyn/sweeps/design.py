@@ -40,10 +40,7 @@ class Span:
 
 
 def parse_levels(pair: str) -> tuple[str, Span | list[str]]:
-    """``motor_rpm=115:210``, ``motor_rpm=115:210:5`` or ``friction=tangential,none`` as a name and what it takes.
-
-    Raises `InputError`: it is none of these.
-    """
+    """Name and levels of ``motor_rpm=115:210``, ``motor_rpm=115:210:5`` or ``friction=a,b``; or `InputError`."""
     name, _, text = pair.partition("=")
     name, text = name.strip(), text.strip()
     if not name or not text:

@@ -31,10 +31,7 @@ class Rows:
         self._rig: tuple[dict, Rig] | None = None
 
     def __call__(self, rig: dict, changes: dict, scene: dict, until: dict, known: dict, longest: float) -> dict:
-        """Values of a row (`sweeps.request.Asked`) with the first of its steps that comes out.
-
-        Raises `InputError, DivergenceError, MemoryError`: what the last one is refused for, if none does.
-        """
+        """Values of a row (`request.Asked`) with the first of its steps that comes out; the last error if none does."""
         if not isinstance(scene.get("step"), list):
             return self._values(Scene(self._rig_of(rig, changes), **scene), until, known, longest)
         *first, last = scene["step"]

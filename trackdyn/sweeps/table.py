@@ -25,11 +25,7 @@ def refuse_ending(path: Path | str, option: str) -> None:
 
 
 def read_table(path: Path | str) -> pd.DataFrame:
-    """A table as it stands: the cells of a CSV are text.
-
-    Raises `InputError`: it is no table, two columns share a name, a row of a CSV has more or fewer cells than the
-    header, or it is too large.
-    """
+    """A table as it stands (a CSV's cells are text); `InputError` for names twice, ragged rows, or too large a file."""
     refuse_ending(path, "table")
     if Path(path).suffix == ".csv":
         rows = _csv_rows(path)
