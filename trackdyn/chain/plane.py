@@ -1,10 +1,9 @@
 """The loop in space: all its pins are parallel, so it moves in a plane of its own, and the plane moves too.
 
-The plane is described by a frame P: origin in the input pin of body 1, z axis normal to the plane,
-attitude ``A_P`` (P to inertial) by Euler parameters, and an angular velocity ``(p, q, 0)`` in P components,
-which has no part about the normal. What lies in the plane is then described exactly as in planar motion;
-body i has the angular velocity ``(p, q, w_i)`` in P components. Seventy-three degrees of freedom: those of
-the planar chain and three of the plane (B.1).
+The plane is described by a frame P: origin in the input pin of body 1, z axis normal to the plane, attitude ``A_P`` (P
+to inertial) by Euler parameters, and an angular velocity ``(p, q, 0)`` in P components, which has no part about the
+normal. What lies in the plane is then described exactly as in planar motion; body i has the angular velocity ``(p, q,
+w_i)`` in P components. Seventy-three degrees of freedom: those of the planar chain and three of the plane (B.1).
 
 All vectors are held in P components, positions counted from the inertial origin (``A_P^T R``): the pin's
 position and velocity are ``(pin[0], pin[1], motion[0])`` and ``(pin[2], pin[3], motion[1])``. They turn

@@ -117,10 +117,7 @@ def return_joint(radial: RadialWork, i, x, y, a):
     y3 = p12 * x[3] + p22 * y[3] + p23 * a[3] + g[i, 12]
     out[i, 0], out[i, 1], out[i, 2], out[i, 3] = -x0, -x1, -x2, -x3
     out[i, 4], out[i, 5], out[i, 6], out[i, 7] = -y0, -y1, -y2, -y3
-    return (
-        (x[0] + x0, x[1] + x1, x[2] + x2, x[3] + x3),
-        (y[0] + y0, y[1] + y1, y[2] + y2, y[3] + y3),
-    )
+    return ((x[0] + x0, x[1] + x1, x[2] + x2, x[3] + x3), (y[0] + y0, y[1] + y1, y[2] + y2, y[3] + y3))
 
 
 @kernel

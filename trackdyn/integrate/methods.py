@@ -47,10 +47,7 @@ class Method(NamedTuple):
 
 
 # Classical Runge-Kutta method: Kutta, Z. Math. Phys. 46 (1901).
-_RK4 = Tableau(
-    [[0, 0, 0, 0], [1 / 2, 0, 0, 0], [0, 1 / 2, 0, 0], [0, 0, 1, 0]],
-    [1 / 6, 1 / 3, 1 / 3, 1 / 6],
-)
+_RK4 = Tableau([[0, 0, 0, 0], [1 / 2, 0, 0, 0], [0, 1 / 2, 0, 0], [0, 0, 1, 0]], [1 / 6, 1 / 3, 1 / 3, 1 / 6])
 # Dormand and Prince, J. Comput. Appl. Math. 6 (1980), 5(4); the error's weights are those of the 5th less the 4th
 # order.
 _DORMAND_PRINCE = Tableau(

@@ -90,10 +90,6 @@ def build_groove(
     r2, r3, r4, r5 : float
         Radii of the areas, m.
 
-    Returns
-    -------
-    Groove
-
     Raises
     ------
     InputError

@@ -220,11 +220,6 @@ def _number_areas(ax: Axes, rig: Rig, sprocket_angle: float, groove: int) -> Non
     ax.plot(*joints.T, **JOINT, markeredgewidth=0.7, zorder=Z_MARK)
 
 
-def draw_wheels(ax: Axes, rig: Rig, layout_shift: float) -> None:
-    """Draw the wheels beside the sprocket, the tensioning wheel shifted by ``layout_shift`` (m)."""
-    draw_discs(ax, wheel_circles(rig, layout_shift, surface=True)[1:])
-
-
 def draw_discs(ax: Axes, circles) -> None:
     """Draw wheels with tyres: centres and radii (w, 3), m."""
     for x, y, radius in circles:
@@ -234,8 +229,8 @@ def draw_discs(ax: Axes, circles) -> None:
 
 
 def draw_loop(ax: Axes, rig: Rig, frame, shift: float, ring: float | None, groove: int | None = None, **chain) -> None:
-    """Draw wheels, sprocket and chain; areas of ``groove`` are numbered, the rest is for :func:`draw_chain`."""
-    draw_wheels(ax, rig, shift)
+    """Draw wheels (the tensioner ``shift`` m along), sprocket, ``groove`` numbered, and chain (:func:`draw_chain`)."""
+    draw_discs(ax, wheel_circles(rig, shift, surface=True)[1:])
     draw_sprocket(ax, rig, frame[-1], ring, groove)
     draw_chain(ax, rig, frame, **chain)
 

@@ -119,17 +119,11 @@ def build_shoes(rig: Rig, chain: str = "double_pin") -> Shoes:
 
 def _law(rig: Rig, surface: Surface, scene) -> Law:
     sliding = scene.friction != "none"
+    mu_s, mu_d = (surface.friction_static, surface.friction_dynamic) if sliding else (0.0, 0.0)
     return make_law(
-        surface.contact_length,
-        rig.composite_modulus(surface),
-        surface.restitution,
-        surface.friction_static if sliding else 0.0,
-        surface.friction_dynamic if sliding else 0.0,
-        surface.transition_velocity,
-        rig.impact.speed_floor,
-        rig.impact.factor_limit,
-        scene.normal_law,
-    )
+        surface.contact_length, rig.composite_modulus(surface), surface.restitution, mu_s, mu_d,
+        surface.transition_velocity, rig.impact.speed_floor, rig.impact.factor_limit, scene.normal_law,
+    )  # fmt: skip
 
 
 def build_wheels(scene) -> Wheels:

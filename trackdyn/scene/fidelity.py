@@ -123,11 +123,7 @@ def decide(scene) -> dict[str, Decision]:
     if on_wheels:
         names = [name.replace("_", " ") for name in scene.rig.rollers]
         listed = " and ".join(names) if len(names) < 3 else f"{len(names)} wheels"
-        drive = (
-            "the sprocket's speed is prescribed"
-            if scene.rig.drive is None
-            else f"the drive is a {scene.rig.drive.kind}"
-        )
+        drive = f"the drive is a {scene.rig.drive.kind}" if scene.rig.drive else "the sprocket's speed is prescribed"
         found["wheels"] = Decision("turning", f"{listed} turn{'s' * (len(names) == 1)} freely; {drive}")
     else:
         found["wheels"] = Decision("none", "no wheel is touched")
@@ -241,19 +237,13 @@ def _facts(scene) -> SimpleNamespace:
     ]
     return SimpleNamespace(
         **{name: getattr(scene, name) for name in type(scene).model_fields},
-        bodies=scene.bodies,
-        belt=scene.chain == "belt",
-        free=scene.loop == "free",
-        radial=scene.joint == "radial",
-        method=METHODS[integrator],
-        tilted=wheel_out_of_plane(rig),
-        spatial=spatial,
+        bodies=scene.bodies, belt=scene.chain == "belt", free=scene.loop == "free", radial=scene.joint == "radial",
+        method=METHODS[integrator], tilted=wheel_out_of_plane(rig), spatial=spatial,
         stepped=integrator in ("semi_implicit", "linearly_implicit") and not spatial,
         how="motion in space" if spatial else f"integrator={integrator!r}",
         driven=on_wheels and rig.drive is not None and (rig.drive.kind != "speed" or rig.drive.ripple > 0),
-        carried=carried[0] if on_wheels and carried else None,
-        armless=armless[0] if on_wheels and armless else None,
-    )
+        carried=carried[0] if on_wheels and carried else None, armless=armless[0] if on_wheels and armless else None,
+    )  # fmt: skip
 
 
 def refuse_nonsense(scene) -> None:

@@ -85,10 +85,6 @@ def read_sensor_csv(
     gravity : float
         One g, m/s2, by which values in m/s2 are divided.
 
-    Returns
-    -------
-    SensorRecord
-
     Raises
     ------
     InputError
@@ -265,7 +261,9 @@ def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> Non
 
     lines = [f"# {line}".rstrip() for comment in comments for line in str(comment).splitlines() or [""]]
     lines.append(",".join(given))
-    row = f"%.{_time_decimals(columns[0])}f" + ",%.4f" * (len(columns) - 1)
+    t = columns[0]
+    decimals = next((d for d in range(3, 9) if np.max(np.abs(t - np.round(t, d))) <= 1e-9), 9)  # to a nanosecond
+    row = f"%.{decimals}f" + ",%.4f" * (len(columns) - 1)
     lines.extend(row % values for values in zip(*(c.tolist() for c in columns), strict=True))
     data = ("\n".join(lines) + "\n").encode("utf-8")
 
@@ -275,11 +273,3 @@ def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> Non
     except OSError as error:
         reason = error.strerror or "unknown reason"
         raise InputError(f"{path}: the file cannot be written ({reason}); choose another place.") from error
-
-
-def _time_decimals(t_s):
-    """Fewest decimals, 3 to 9, that give every time to a nanosecond."""
-    for decimals in range(3, 9):
-        if np.max(np.abs(t_s - np.round(t_s, decimals))) <= 1e-9:
-            return decimals
-    return 9

@@ -290,7 +290,7 @@ def load_recording(path: Path | str) -> Recording:
     try:
         fields: dict[str, Any] = {name: arrays[name] for name in Recording.ARRAYS}
         recording = Recording(meta=meta, **fields)
-        fault = recording.fault() or _fault_of_meta(meta) or recording.fault_of_scene(_scene_of(meta))
+        fault = recording.fault() or _fault_of_meta(meta) or recording.fault_of_scene(scene_of(meta))
     except (KeyError, TypeError, ValueError, AttributeError, TrackdynError) as error:
         fault = " ".join(str(error).split())
     if fault:
@@ -298,13 +298,14 @@ def load_recording(path: Path | str) -> Recording:
     return recording
 
 
-def _scene_of(meta: dict) -> Scene:
+def scene_of(meta: dict) -> Scene:
+    """The scene that a recording was made from."""
     return Scene(Rig.model_validate(meta["rig"]), **meta["scene"])
 
 
 def _fault_of_meta(meta: dict) -> str | None:
     """What is wrong with the description of a run; `InputError` for its scene, `KeyError` for a missing part."""
-    scene = _scene_of(meta)
+    scene = scene_of(meta)
     if {name: chosen["setting"] for name, chosen in meta["fidelity"].items()} != {
         n: d.setting for n, d in scene.fidelity.items()
     }:

@@ -13,12 +13,11 @@ from tqdm import tqdm
 from trackdyn.model.constants import SPROCKET
 from trackdyn.model.work import ARM_X, ARM_Y, BODY, FLANK, GUIDE, KIND, NORMAL_X, NORMAL_Y, RING, WHEEL
 from trackdyn.parameters.layout import wheel_names
-from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import within
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.cost import BODY_STEP
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.recording import Recording, scene_of
 
 FRAMES, BODIES_IN_FRAMES = 360, 60_000  # pictures of a stretch, fewer of a chain of many bodies: the page stays small
 STANDING = 3.0  # length of the stretch where no sprocket turns, s
@@ -58,11 +57,6 @@ class Stretch:
         return [name.replace("_", " ") for name in wheel_names(self.loop.scene.rig)[: self.wheels.shape[1]]]
 
 
-def scene_of(recording: Recording) -> Scene:
-    """The scene that a recording was made from."""
-    return Scene(Rig.model_validate(recording.meta["rig"]), **recording.meta["scene"])
-
-
 def turn_period(scene: Scene) -> float:
     """Time of a turn of the sprocket, s; infinite while the motor stands."""
     rate = abs(scene.sprocket_rate)
@@ -88,7 +82,7 @@ def stretch_of(recording: Recording, seconds: float | None = None, progress: boo
     DivergenceError
         The scene runs out of the physical range.
     """
-    scene = scene_of(recording)
+    scene = scene_of(recording.meta)
     rate = scene.rig.sensor.rate
     turn = turn_period(scene)
     if seconds is None:

@@ -49,7 +49,9 @@ def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
     names = wheel_names(rig)
     wraps = {names[wheel]: degrees(float(path.wrap[k])) for k, wheel in enumerate(order)}
     pitch = float(lengths.sum() / rig.chain.pitches)
-    step, sample = _allowed_step(rig, rpm), 1.0 / rig.sensor.rate
+    sample = 1.0 / rig.sensor.rate
+    finest = Scene(rig, rpm, step=sample / min(np.floor(sample / LEAST_STEP), 1000))
+    step = largest_step(finest.model, rig.tension.pre_tension)
     values = {
         "loop": (
             f"{rig.chain.pitches} pitches of {1e3 * pitch:.4g} mm, {lengths.sum():.4g} m; "
@@ -80,16 +82,6 @@ def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
         limit = min(step, largest_step(model, reached))
         values["step"] = f"{try_steps(loop, rpm)}; at most {limit:.2g} s at {rpm:g} rev/min"
     return Checked(wheels, frame, values, unusual)
-
-
-def _allowed_step(rig: Rig, rpm: float) -> float:
-    scene = Scene(rig, rpm, step=_sample_part(rig, LEAST_STEP))
-    return largest_step(scene.model, rig.tension.pre_tension)
-
-
-def _sample_part(rig: Rig, least: float) -> float:
-    sample = 1.0 / rig.sensor.rate
-    return sample / min(np.floor(sample / least), 1000)
 
 
 def _unusual(rig: Rig, path, wraps: dict[str, float], step: float, names: tuple[str, ...]) -> list[str]:

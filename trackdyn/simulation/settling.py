@@ -228,14 +228,6 @@ class Settling:
             compliance = min(max(1 / change, compliance / 3), 3 * compliance) if change > 0 else 2 * compliance
         return reached
 
-    def without_teeth(self) -> None:
-        """Switch the teeth off."""
-        self.model = self.model._replace(tooth=self.model.tooth._replace(present=0))
-
-    def depths(self, angle: float) -> np.ndarray:
-        """True depth of every arc in the teeth if the sprocket stood at an angle (rad), m: deep in steel is deep."""
-        return arc_depths(self.scene, self.model, self.state, self.work, angle)
-
     def engage(self, seconds: float) -> None:
         """Turn the sprocket where no arc is deep in its teeth, then stiffen them slowly."""
         tooth = self.model.tooth._replace(present=1)
@@ -243,7 +235,8 @@ class Settling:
         # from the angle with a groove under the middle connector outward, both ways in turn
         candidates = start + 2 * pi / tooth.teeth * np.linspace(-0.5, 0.5, 121)
         candidates = candidates[np.argsort(np.abs(candidates - start), kind="stable")]
-        cost = [max(self.depths(angle).max(), 0.0) for angle in candidates]
+        loop = self.scene, self.model, self.state, self.work
+        cost = [max(arc_depths(*loop, angle).max(), 0.0) for angle in candidates]
         self.state.wheel_angle[SPROCKET] = candidates[int(np.argmin(cost))]
         self.state.tooth_impact[:] = 0.0
         full = tooth.law.stiffness
@@ -274,10 +267,10 @@ class Settling:
 def tensioned(scene: Scene) -> Settling:
     """The first part of `settle`: the loop tensioned (or refused) on the rig's ring; the scene's has no part."""
     settling = Settling(scene)
-    teeth = settling.model.tooth.present
-    settling.without_teeth()
+    tooth = settling.model.tooth
+    settling.model = settling.model._replace(tooth=tooth._replace(present=0))
     settling.tighten(0.6)
-    if teeth:
+    if tooth.present:
         settling.engage(0.2)
     reached = settling.tighten(0.6)
     if abs(reached - settling.target) > REACHED * settling.target:

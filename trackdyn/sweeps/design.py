@@ -77,10 +77,6 @@ def make_design(
     fixed : mapping
         Columns with one value.
 
-    Returns
-    -------
-    DataFrame
-
     Raises
     ------
     InputError

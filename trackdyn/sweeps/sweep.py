@@ -89,7 +89,9 @@ def sweep(
     found |= computed(Rows, due, jobs or cores(), store, "sweep" if progress else "", alone=alone, valid=valid)
     results = result_table(table, rows, found)
     if out is not None:
-        write_table(row_costs(rows, found), costs_of(out))
+        # s of the clock and of a core: they differ from run to run, and stand apart for that
+        costs = [{"key": row.key, "wall_s": None, "cpu_s": None, **found[row.key]["cost"]} for row in rows]
+        write_table(pd.DataFrame(costs), costs_of(out))
         write_table(results, out)
     return results
 
@@ -188,11 +190,6 @@ def result_table(design: pd.DataFrame, rows: list[Asked], found: dict[str, dict]
     values = pd.DataFrame([result["values"] for result in results])
     given = design.reset_index(drop=True).apply(_storable)
     return pd.concat([given, message, values], axis=1)
-
-
-def row_costs(rows: list[Asked], found: dict[str, dict]) -> pd.DataFrame:
-    """What every row cost: s of the clock and of a core. It differs from run to run, and stands apart for that."""
-    return pd.DataFrame([{"key": row.key, **{"wall_s": None, "cpu_s": None}, **found[row.key]["cost"]} for row in rows])
 
 
 def rows_of(results: Path | str, costs: Path | str, rig: str) -> pd.DataFrame:
