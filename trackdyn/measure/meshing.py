@@ -260,9 +260,8 @@ def _visited(recording: Recording, side: str) -> str:
 def area_shares(recording: Recording) -> dict[str, float]:
     """Time of an arc of a recorded connector in each area, % of a turn a passage: ``left_area_2_pct``."""
     period = timing(recording)
-    turns = (
-        len(recording.pitches) * period.record / period.loop * period.turn * recording.rate
-    )  # samples of a turn a passage
+    # samples of a turn a passage
+    turns = len(recording.pitches) * period.record / period.loop * period.turn * recording.rate
     found: dict[str, float] = {}
     for k, side in enumerate(SIDES[:2]):
         samples = np.bincount(recording.area[:, :, k].ravel(), minlength=11)

@@ -194,10 +194,8 @@ def _refuse_overlap(circles: np.ndarray, solid: np.ndarray, names: tuple[str, ..
     """
     for i in range(len(circles)):
         for k in range(i + 1, len(circles)):
-            distance, needed = (
-                hypot(*(circles[i, :2] - circles[k, :2])),
-                (solid[i] + solid[k] if i == 0 else max(solid[i], solid[k])),
-            )
+            distance = hypot(*(circles[i, :2] - circles[k, :2]))
+            needed = solid[i] + solid[k] if i == 0 else max(solid[i], solid[k])
             if distance <= needed:
                 raise InputError(
                     f"wheels {names[i]} (radius {solid[i]:.4g} m) and {names[k]} ({solid[k]:.4g} m) are {distance:.4g} "

@@ -180,9 +180,8 @@ def fit_outline(points: np.ndarray, pattern: str, teeth: int) -> tuple[Groove, n
 
     def groove(p):
         # what makes the logarithm of a radius the unknown keeps it positive
-        return groove_of_arcs(
-            flank_arcs(signs, LEAST_ARC + np.exp(p[: k - 1]), p[k - 1 : 2 * k - 2], p[-1], teeth), teeth
-        )
+        arcs = flank_arcs(signs, LEAST_ARC + np.exp(p[: k - 1]), p[k - 1 : 2 * k - 2], p[-1], teeth)
+        return groove_of_arcs(arcs, teeth)
 
     def misses(p):
         try:

@@ -202,12 +202,8 @@ def _entry(text: str, name: str, about: dict) -> Any:
 
 def _with_points(part: Any, name: str, folder: Path) -> Any:
     """An entry whose value is the name of a CSV file of points gets the points: a rig holds all that it is made of."""
-    if not (
-        isinstance(part, dict)
-        and part.keys() >= ENTRY_KEYS
-        and name == "profile.outline"
-        and isinstance(part["value"], str)
-    ):
+    entry = isinstance(part, dict) and part.keys() >= ENTRY_KEYS
+    if not (entry and name == "profile.outline" and isinstance(part["value"], str)):
         return part
     from trackdyn.parameters.outline import read_outline
 

@@ -13,7 +13,7 @@ import numpy as np
 import scipy  # its parts are loaded where they are used
 
 from trackdyn.errors import InputError, shown
-from trackdyn.files import replacing
+from trackdyn.files import write_text
 from trackdyn.sensor import stamps
 from trackdyn.sensor.logger_binary import Channels, read_channels
 from trackdyn.sensor.logger_text import Layout, find_layout, is_dated, listed, parse, read_logger_text
@@ -167,10 +167,8 @@ def _record(layout, mapping, columns, units, values, range_g, gravity) -> Sensor
     if seen is not None:
         seen = seen._replace(t=seen.t[part] - seen.t[part.start])
         clock = stamps.judge_stamps(path, seen, line, mapping.rate, mapping.resample)
-        rate, done["time"] = (
-            clock.rate_hz,
-            f"{shown(names['time'])} in {seen.unit}, to {seen.rounding:.2g} s; {clock.steps}",
-        )
+        rate = clock.rate_hz
+        done["time"] = f"{shown(names['time'])} in {seen.unit}, to {seen.rounding:.2g} s; {clock.steps}"
     done["rate"] = f"{rate:.7g} Hz, {'given' if mapping.rate else 'found'}"
     axes = {axis: columns[axis][1] * scale[unit] * values[axis][part] for axis, unit in units.items()}
     rows = axes["ay"].size
@@ -265,11 +263,4 @@ def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> Non
     decimals = next((d for d in range(3, 9) if np.max(np.abs(t - np.round(t, d))) <= 1e-9), 9)  # to a nanosecond
     row = f"%.{decimals}f" + ",%.4f" * (len(columns) - 1)
     lines.extend(row % values for values in zip(*(c.tolist() for c in columns), strict=True))
-    data = ("\n".join(lines) + "\n").encode("utf-8")
-
-    try:
-        with replacing(path) as part:
-            part.write_bytes(data)
-    except OSError as error:
-        reason = error.strerror or "unknown reason"
-        raise InputError(f"{path}: the file cannot be written ({reason}); choose another place.") from error
+    write_text(path, "\n".join(lines) + "\n")

@@ -114,9 +114,8 @@ def _column(index: int, name: str, unit: str) -> Column:
     plain = _plain(name)
     found = _IN_BRACKETS.fullmatch(plain) or _AT_THE_END.fullmatch(plain.replace("^", "").replace("**", ""))
     base, own = (found[1], found[2]) if found else (plain, "")
-    return Column(
-        index, name, base, (own or _plain(unit).strip("[]()")).replace("^", "").replace("**", "").replace(" ", "")
-    )
+    unit = own or _plain(unit).strip("[]()")
+    return Column(index, name, base, unit.replace("^", "").replace("**", "").replace(" ", ""))
 
 
 def _plain(name: str) -> str:

@@ -103,9 +103,8 @@ def judge_stamps(path: Path, stamps: Stamps, first_line: int, rate: float | None
         )
     hz = rate or found
     odd = np.abs(step * hz - 1.0)
-    line = (
-        f"steps {step.min() * 1e3:.4g} to {step.max() * 1e3:.4g} ms, {np.std(step) * 1e3:.2g} ms rms about their mean"
-    )
+    low, high, scatter = 1e3 * step.min(), 1e3 * step.max(), 1e3 * np.std(step)
+    line = f"steps {low:.4g} to {high:.4g} ms, {scatter:.2g} ms rms about their mean"
     if np.ptp(step) * hz < 1e-6:
         line = "equal steps"
     if q * hz > 1.5:

@@ -44,13 +44,8 @@ def cost(
     state = make_state(scene.bodies, 1, wheels)
     if scene.fidelity["space"].setting == "spatial":
         state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))
-    one, two = (
-        sum(
-            array.nbytes
-            for array in flat(make_record(count, state, pitches or range(links or 1), links=links)).values()
-        )
-        for count in (1, 2)
-    )
+    rooms = (make_record(count, state, pitches or range(links or 1), links=links) for count in (1, 2))
+    one, two = (sum(array.nbytes for array in flat(room).values()) for room in rooms)
     file = samples * (two - one + 8)
     if frame_interval:
         file += duration / frame_interval * (scene.bodies + 4) * 8

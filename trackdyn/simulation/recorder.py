@@ -130,10 +130,9 @@ class Recorder:
             record = _rows(record, self.done)._replace(frame=record.frame[:frames])
             scene = scene.with_(duration=self.done / rate, frame_interval=scene.frame_interval if frames else 0.0)
         plane = record.plane
-        space = (
-            {} if plane is None else {"plane": plane.motion, "wheel_offset": plane.offset, "axial_force": plane.axial}
-        )
-        same = (*SAMPLED, "frame")
+        own = {name: getattr(record, name) for name in (*SAMPLED, "frame")}
+        if plane is not None:
+            own |= {"plane": plane.motion, "wheel_offset": plane.offset, "axial_force": plane.axial}
         found = self.watch.resolution()
         share = None if np.isnan(found.share) else found.share
         return Recording(
@@ -144,8 +143,7 @@ class Recorder:
             frame_time=(np.arange(len(record.frame)) * stride + 1) / rate,
             meta=provenance(scene, self.loop.layout) | {"resolved": found._asdict() | {"share": share}},
             wall=self.wall,
-            **{name: getattr(record, name) for name in same},
-            **space,
+            **own,
         ), scene
 
 

@@ -306,19 +306,16 @@ def scene_of(meta: dict) -> Scene:
 def _fault_of_meta(meta: dict) -> str | None:
     """What is wrong with the description of a run; `InputError` for its scene, `KeyError` for a missing part."""
     scene = scene_of(meta)
-    if {name: chosen["setting"] for name, chosen in meta["fidelity"].items()} != {
-        n: d.setting for n, d in scene.fidelity.items()
-    }:
+    settings = {name: chosen["setting"] for name, chosen in meta["fidelity"].items()}
+    if settings != {name: decision.setting for name, decision in scene.fidelity.items()}:
         return "fidelity is not that of its scene"
     if not all(isinstance(chosen["reason"], str) for chosen in meta["fidelity"].values()):
         return "fidelity has a reason that is no text"
     resolved = meta.get("resolved", {"state": OPEN, "reason": ""})
-    if not isinstance(resolved, dict) or not (
-        resolved["state"] in (YES, NO, OPEN) and isinstance(resolved["reason"], str)
-    ):
+    known = isinstance(resolved, dict) and resolved["state"] in (YES, NO, OPEN)
+    if not (known and isinstance(resolved["reason"], str)):
         return f"resolved is {shown(resolved)}, not a state with its reason"
     if not all(isinstance(meta[name], kind) for name, kind in (("sources", str), ("python", str), ("versions", dict))):
         return "sources, python or versions are not what they were"
-    return (
-        None if np.isfinite(list(meta["layout"].values())).all() else "layout holds a value that is not a finite number"
-    )
+    finite = np.isfinite(list(meta["layout"].values())).all()
+    return None if finite else "layout holds a value that is not a finite number"

@@ -95,9 +95,8 @@ def _unusual(rig: Rig, path, wraps: dict[str, float], step: float, names: tuple[
     for i in range(1, len(names)):
         for k in range(i + 1, len(names)):
             if hypot(*(circles[i, :2] - circles[k, :2])) < circles[i, 2] + circles[k, 2]:
-                found.append(
-                    f"{names[i]} and {names[k]} overlap in the view from the side: they must stand beside each other"
-                )
+                both = f"{names[i]} and {names[k]}"
+                found.append(f"{both} overlap in the view from the side: they must stand beside each other")
     common = gcd(rig.chain.pitches, rig.sprocket.teeth)
     if common > 1:
         found.append(f"pitches and teeth have the factor {common} in common: a tooth always meets the same pitches")
@@ -117,10 +116,8 @@ def _unusual(rig: Rig, path, wraps: dict[str, float], step: float, names: tuple[
             f"by {len(rig.groove_profile.radius)} arcs"
         )
         found.append(text if rms > 1e3 * ROUGH_OUTLINE else text + ", which is fine")
-    if (
-        rig.sprocket.ring == "present"
-        and abs(rig.sprocket.ring_radius - rig.sprocket.equal_pitch_radius) > 0.05 * rig.sprocket.equal_pitch_radius
-    ):
+    equal = rig.sprocket.equal_pitch_radius
+    if rig.sprocket.ring == "present" and abs(rig.sprocket.ring_radius - equal) > 0.05 * equal:
         raise InputError(
             "sprocket.ring_radius is more than 5 % off sprocket.equal_pitch_radius; links and "
             "grooves would not have one pitch"

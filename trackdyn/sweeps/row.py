@@ -83,9 +83,8 @@ def run_values(recording: Recording) -> dict:
     sources, versions = made_with()
     made = {"python": recording.meta["python"]} | versions
     if recording.meta["scene"]["pitches"]:  # where contacts are recorded pitch by pitch, more is known of them
-        values |= {f"event {name}": seconds for name, seconds in event_times(recording).items()} | area_shares(
-            recording
-        )
+        values |= {f"event {name}": seconds for name, seconds in event_times(recording).items()}
+        values |= area_shares(recording)
     return values | sliding_per_km(recording) | recording.meta["layout"] | {
         "kernel_sources": sources, "row_sources": module_hash(__name__), "processor": target_hash(),
         "versions": ", ".join(f"{name} {of}" for name, of in made.items()),
