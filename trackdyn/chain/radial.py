@@ -1,20 +1,12 @@
 """Pins in rubber that part radially: spring and damper at every revolute joint, inside the Riccati sweep.
 
-At joint i the input pin of the outboard body stands ``u`` from the output pin of the inboard one. The load acts on
-both bodies at one and the same point P, half way between the pins, so that the force and its reaction leave momentum
-and angular momentum alone. On the outboard body it is
-
-    q = -(k u + c e),    e = u' - w x u,
-
-with w the mean of the two angular velocities: e is the velocity with which the material points at P part. A loop that
-turns as a whole therefore feels no damping, and the damper never gives energy back (the power of q is
-``-k u . u' - c e . e``). Both terms are taken at the end of the step: with A the acceleration of the outboard
-point P less that of the inboard one
-
-    q = f - Z A,    Z = h^2 k + h c,
-
-which the sweep carries across a joint as ``z_b(out) = z_b(in) + [A, phi'']``. Terms of the order of h^2 in q (the turn
-of u by the angular accelerations) are left out. ``Z -> inf`` is the revolute joint.
+At joint i the input pin of the outboard body stands ``u`` from the output pin of the inboard one. The load acts on both
+bodies at one point P, half way between the pins, so that momentum and angular momentum are left alone: on the outboard
+body it is ``q = -(k u + c e)`` with ``e = u' - w x u``, w the mean of both angular velocities, the velocity with which
+the material points at P part. A loop that turns as a whole feels no damping, and the damper never gives energy back
+(the power of q is ``-k u . u' - c e . e``). Taken at the end of the step, ``q = f - Z A`` with ``Z = h^2 k + h c`` and
+A the acceleration of the outboard point P less that of the inboard one, which the sweep carries across a joint as
+``z_b(out) = z_b(in) + [A, phi'']``. Terms of h^2 in q (the turn of u) are left out. ``Z -> inf`` is the revolute joint.
 """
 
 from trackdyn.jit import kernel

@@ -1,18 +1,12 @@
-"""Forward dynamics of the closed planar chain by the Riccati form of the transfer matrix method.
+"""Forward dynamics of the closed planar chain by the Riccati form of the transfer matrix method (docs/model.md).
 
-The state vector of a junction (Eq. 1) is split into ``z_b = [x'', y'', Omega']`` and the loads
-``z_a = [q_x, q_y, m]``; in the plane both have three entries. Instead of multiplying transfer
-matrices, which loses every digit after about seventeen bodies of this chain, the sweep carries the linear relation
-
-    z_a = S z_b + E [lambda_x, lambda_y, lambda_m, 1]
-
-from the input of body 1 (``S = 0``, ``E = [I, 0]``) to the output of body N, where it is solved.
-``lambda`` is the load through the cut joint 70, continuous across it. Back-substitution gives every
-acceleration as a linear function of ``lambda``; the two independent closure rows (the pins of the
-cut coincide) and the torque law of the cut joint then fix ``lambda``. ``-S`` is the articulated-body
-inertia of the bodies already swept: symmetric positive definite, so the recursion cannot break down.
-
-Loads (m, q) act on a body at its input and (-m, -q) at its output.
+The state of a junction (Eq. 1) is split into ``z_b = [x'', y'', Omega']`` and the loads ``z_a = [q_x, q_y, m]``, which
+act on a body at its input, and their opposites at its output. A product of transfer matrices loses every digit after
+about seventeen bodies of this chain; the sweep carries ``z_a = S z_b + E [lambda_x, lambda_y, lambda_m, 1]`` from the
+input of body 1 (``S = 0``, ``E = [I, 0]``) to the output of body N. ``lambda`` is the load through the cut joint 70.
+Back-substitution gives every acceleration as a linear function of it; the two closure rows (the pins of the cut
+coincide) and the torque law of the cut joint then fix it. ``-S`` is the articulated-body inertia of the bodies already
+swept: symmetric positive definite, so the recursion cannot break down.
 """
 
 import numpy as np

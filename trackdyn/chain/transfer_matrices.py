@@ -1,21 +1,13 @@
-"""Forward dynamics of the closed chain by the product of all transfer matrices (Eqs. 1-5 and 7).
+"""Forward dynamics of the closed chain by the product of all transfer matrices, as the paper prints it (Eqs. 1-5, 7).
 
-The method as the paper prints it. Every element, body or joint, maps the state vector of its input
-
-    z = [r'' (3), Omega' (3), m (3), q (3), 1]                                               (Eq. 1)
-
-to that of its output, ``z_O = U z_I``. ``r''`` and ``Omega'`` are the acceleration of the junction and
-the angular acceleration of the body, ``q`` and ``m`` force and moment through the junction. All vectors
-are in the inertial frame. (m, q) act on an element at its input and (-m, -q) at its output, so that the
-output state of one element is the input state of the next without a change of sign.
-
-Body 1 is element 1, the joint behind it element 2, and so on; element 2 n is the joint that is cut (element 70 of the
+Every element, body or joint, maps ``z = [r'' (3), Omega' (3), m (3), q (3), 1]`` (Eq. 1) of its input to that of its
+output, ``z_O = U z_I``: acceleration of the junction, angular acceleration of the body, moment and force through the
+junction, in the inertial frame. (m, q) act at an input and (-m, -q) at an output, so that one element's output is the
+next one's input. Body 1 is element 1, the joint behind it element 2; element 2 n is the joint that is cut (70 in the
 paper). The product of elements 1 to 2 n - 1 relates both sides of the cut (Eqs. 2-5), boundary conditions and closure
-give the state at the input of body 1, and multiplication from element to element gives every other state.
-
-Elements are spatial; `accelerations` takes the planar chain, with bodies in the plane z = 0 and joint axes along z. Its
-errors grow along the chain by a factor of about `growth` a body, whatever the boundary conditions: it serves short
-chains and shows why longer ones need `trackdyn.chain.riccati`, which uses the same matrices.
+give the state at the input of body 1, and multiplication every other state. `accelerations` takes the planar chain in z
+= 0. Its errors grow by about `growth` a body: it serves short chains and shows why longer ones need
+`trackdyn.chain.riccati`, which uses the same matrices.
 """
 
 from typing import NamedTuple

@@ -1,16 +1,12 @@
 """Meshing of connectors and sprocket (Sect. 6): contact spells, passages, and what is measured on them.
 
 A *passage* is one way of a connector around the sprocket: every contact of its two arcs with the teeth, and of the
-adjacent link with the ring. A connector has two adjacent links; taken is the one that runs ahead of it. It is pressed
-on the ring about half a pitch before the connector meets its groove, and leaves it as much earlier, as the printed
-times have it: ring 4.05 to 5.48 s, left arc until 5.56 s. The link behind would touch first and leave last.
-
-Phases count from the first contact of any kind of a passage, in turns of the sprocket.
-
-Statistics are taken over complete passages, not over the record: a record that is no whole number of
-loop revolutions would weigh contact and free running wrongly, and every connector passes once a
-revolution. So a share is a mean over passages, and a mean over a run is the sum over passages divided by
-their number and by the time of a revolution, which the prescribed sprocket speed gives exactly.
+adjacent link ahead of it with the ring. That link is pressed on the ring about half a pitch before the connector meets
+its groove, and leaves it as much earlier, as the printed times have it (ring 4.05 to 5.48 s, left arc until 5.56 s);
+the link behind would touch first and leave last. Phases count from the first contact of any kind of a passage, in turns
+of the sprocket. Statistics are taken over complete passages: a record of no whole number of loop revolutions would
+weigh contact and free running wrongly. A share is a mean over passages, a mean over a run the sum over passages divided
+by their number and by the time of a revolution, which the prescribed speed gives exactly.
 """
 
 from typing import Any
