@@ -4,6 +4,7 @@ import numpy as np
 
 from trackdyn.errors import InputError
 from trackdyn.model.constants import Tooth
+from trackdyn.parameters.layout import body_lengths
 from trackdyn.scene.build import build_shoes
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.recording import Recording
@@ -38,8 +39,7 @@ def arc_gaps(recording: Recording, scene: Scene) -> dict[str, float]:
         raise InputError("the recording holds no configurations: simulate with a frame interval above 0")
     rig, tooth = scene.rig, scene.model.tooth
     angles, turned = recording.frame[:, 2:-1], recording.frame[:, -1]
-    lengths = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
-    along = np.cumsum(lengths * np.exp(1j * angles), axis=1)
+    along = np.cumsum(body_lengths(rig) * np.exp(1j * angles), axis=1)
     pins = (recording.frame[:, 0] + 1j * recording.frame[:, 1])[:, None] + np.insert(along, 0, 0.0, axis=1)[:, :-1]
     shoes = build_shoes(rig)
     at = pins[:, shoes.arc_body] + shoes.arc_x * np.exp(1j * angles[:, shoes.arc_body])

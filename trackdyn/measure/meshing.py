@@ -193,7 +193,10 @@ def events(recording: Recording, passage: int) -> dict[str, float]:
 
 
 def mean_events(recording: Recording) -> pd.DataFrame:
-    """``event``, mean and SD (1/(n-1)) of :func:`events` and number of ``passages`` with it; NaN where too few."""
+    """Mean and standard deviation (1/(n-1)) of :func:`events` over the complete passages.
+
+    A table with ``event, mean_s, sd_s`` and the ``passages`` in which it happens; NaN where none or only one does.
+    """
     table, places = passages(recording), _event_places(recording)
     found = [_events(rows, places) for _, rows in table.groupby("passage")]
     times = pd.DataFrame(found, columns=list(places), dtype=float)

@@ -207,9 +207,7 @@ def _clearance(rig: Rig, path: BeltPath, circle: np.ndarray) -> tuple[float, flo
     """Distance (m) at which the taut chain passes a circle of pins by, and how far its longest strand may sag to it."""
     points, _, _ = path.along(np.linspace(0.0, path.length, 4001))
     clear = float(np.hypot(*(points - circle[:2]).T).min() - circle[2])
-    c = rig.chain
-    weight = rig.gravity * (c.link_mass + c.connector_mass) / (c.link_length + rig.connector_length)
-    span = float(np.diff(path.start)[1::2].max())
+    weight, span = longest_strand(rig, path)
     return clear, max(weight * span**2 / (8 * max(rig.tension.pre_tension, weight * span)), CLEAR)
 
 
@@ -252,9 +250,23 @@ class Assembly:
     shift: float  # shift of the tensioning wheel that makes the rigid loop just close, m
 
 
+def body_lengths(rig: Rig, chain: str = "double_pin") -> np.ndarray:
+    """Pin to pin lengths of the bodies of a chain: links and connectors in turn, or one body a pitch, m."""
+    if chain == "single_pin":
+        return np.full(rig.chain.pitches, rig.single_pin_pitch)
+    return np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
+
+
+def longest_strand(rig: Rig, path: BeltPath) -> tuple[float, float]:
+    """Weight of a chain of links and connectors (N/m), and its longest run between two wheels (m)."""
+    c = rig.chain
+    weight = rig.gravity * (c.link_mass + c.connector_mass) / (c.link_length + rig.connector_length)
+    return weight, float(np.diff(path.start)[1::2].max())
+
+
 def can_close(rig: Rig) -> bool:
     """Whether the loop of links and connectors closes within the tensioner's travel: `assemble` without the search."""
-    lengths = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
+    lengths = body_lengths(rig)
     try:
         ends = [_slack(rig, shift, lengths) for shift in (-rig.tension.travel, rig.tension.travel)]
     except InputError:  # wheels overlap
@@ -276,8 +288,7 @@ def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
     body a pitch, grooves are put under its joints. Raises `InputError` if no shift within the tensioner's travel
     closes the loop: the sentence says whether the loop is too short or too long and by how much.
     """
-    if lengths is None:
-        lengths = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
+    lengths = body_lengths(rig) if lengths is None else lengths
     single = len(lengths) == rig.chain.pitches
     body = float(lengths[0])
     travel = rig.tension.travel

@@ -15,7 +15,7 @@ from matplotlib.patches import Circle, Polygon
 from matplotlib.patheffects import withStroke
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.layout import assemble, wheel_circles
+from trackdyn.parameters.layout import assemble, body_lengths, wheel_circles
 from trackdyn.parameters.rig import Rig
 from trackdyn.plots.style import BLACK, SMALL
 from trackdyn.simulation.recording import Recording
@@ -60,10 +60,7 @@ def chain_points(rig: Rig, frame) -> tuple[np.ndarray, np.ndarray, float]:
     """
     frame = np.asarray(frame, dtype=float)
     angles = frame[2:-1]
-    if len(angles) == rig.chain.pitches:
-        lengths = np.full(len(angles), rig.single_pin_pitch)
-    else:
-        lengths = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
+    lengths = body_lengths(rig, "single_pin" if len(angles) == rig.chain.pitches else "double_pin")
     steps = lengths[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
     pins = frame[:2] + np.vstack([np.zeros(2), np.cumsum(steps, axis=0)])
     return pins, angles, float(frame[-1])

@@ -31,7 +31,7 @@ from trackdyn.model.constants import (
     Wheels,
 )
 from trackdyn.model.state import Plane, State
-from trackdyn.parameters.layout import wheel_circles
+from trackdyn.parameters.layout import body_lengths, wheel_circles
 from trackdyn.parameters.normal_laws import NORMAL_LAWS
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.rubber import loss_branches
@@ -83,14 +83,13 @@ def build_chain(rig: Rig, chain: str = "double_pin", viscous: bool = True) -> Ch
         pitch, half = rig.single_pin_pitch, c.connector_mass / 2
         own = c.connector_inertia / 2 - half * (rig.connector_length / 4) ** 2
         pitch_inertia = c.link_inertia + 2 * (own + half * (pitch / 2 - rig.connector_length / 4) ** 2)
-        length = np.full(n, pitch)
         mass, inertia = np.full(n, c.link_mass + c.connector_mass), np.full(n, pitch_inertia)
         in_series = 2  # two bushings behind one another
     else:
-        length = np.tile([c.link_length, rig.connector_length], n)
         mass = np.tile([c.link_mass, c.connector_mass], n)
         inertia = np.tile([c.link_inertia, c.connector_inertia], n)
         in_series = 1
+    length = body_lengths(rig, chain)
     return Chain(
         length=length, mass=mass, inertia=inertia, com_x=length / 2, com_y=np.zeros(len(length)),
         stiffness=rig.bushing.stiffness / in_series, damping=rig.bushing.damping / in_series if viscous else 0.0,

@@ -6,7 +6,7 @@ from math import degrees, gcd, hypot
 import numpy as np
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.layout import assemble, belt_around, wheel_circles, wheel_names
+from trackdyn.parameters.layout import assemble, belt_around, body_lengths, longest_strand, wheel_circles, wheel_names
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.limits import largest_step, round_step
 from trackdyn.scene.scene import LEAST_STEP, Scene
@@ -34,16 +34,9 @@ class Checked:
         return rows + [f"{'unusual':>22}  {text}" for text in self.unusual or ["nothing"]]
 
 
-def body_lengths(rig: Rig) -> np.ndarray:
-    """Pin to pin lengths of the bodies of the chain that a rig has, m."""
-    if rig.chain.kind == "single_pin":
-        return np.full(rig.chain.pitches, rig.single_pin_pitch)
-    return np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
-
-
 def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
     """Lay a rig's loop (else `InputError`), and with ``settle`` tension it and try steps at ``rpm`` (rev/min)."""
-    lengths = body_lengths(rig)
+    lengths = body_lengths(rig, rig.chain.kind)
     laid = assemble(rig, lengths)
     path, order = belt_around(rig, laid.shift, float(lengths[0]))
     names = wheel_names(rig)
@@ -100,9 +93,7 @@ def _unusual(rig: Rig, path, wraps: dict[str, float], step: float, names: tuple[
     common = gcd(rig.chain.pitches, rig.sprocket.teeth)
     if common > 1:
         found.append(f"pitches and teeth have the factor {common} in common: a tooth always meets the same pitches")
-    c = rig.chain
-    weight = rig.gravity * (c.link_mass + c.connector_mass) / (c.link_length + rig.connector_length)
-    span = float(np.diff(path.start)[1::2].max())
+    weight, span = longest_strand(rig, path)
     sag = weight * span / (8 * rig.tension.pre_tension) if rig.tension.pre_tension else np.inf
     if sag > DEEP_SAG and rig.gravity:
         found.append(f"the longest strand, {span:.3g} m, sags by {100 * sag:.3g} % of its span")

@@ -89,7 +89,7 @@ class Store:
             raise self._refusal(error) from None
 
     def read(self, keys: Collection[str], say: bool = True) -> dict[str, dict]:
-        """Results of these keys that are there; damaged lines and files are left out, and counted aloud if ``say``."""
+        """Results of these keys; damaged lines and files are left out, and counted on standard error if ``say``."""
         found, damaged, self.others = {}, 0, 0
         for path in sorted(self.folder.glob("*.jsonl")):
             try:
