@@ -12,13 +12,7 @@ PACKAGES = {"PIL": "pillow", "sklearn": "scikit-learn", "dfols": "DFO-LS", "nptd
 
 
 def required(name: str) -> ModuleType:
-    """A module of a package that not everybody has.
-
-    Raises
-    ------
-    InputError
-        The package is not installed; the sentence names the extra that brings it.
-    """
+    """A module of a package that not everybody has; an `InputError` names the extra that brings it."""
     try:
         return import_module(name)
     except ModuleNotFoundError as error:

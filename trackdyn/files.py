@@ -23,13 +23,7 @@ _KEPT: set[Path] = set()  # what it leaves, to go on from
 
 @contextmanager
 def replacing(path: Path | str) -> Iterator[Path]:
-    """Another name to write to, which becomes ``path`` at the end, or is gone if the writing breaks off.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written; what stood there before is whole.
-    """
+    """Another name to write to, which becomes ``path`` at the end; `InputError`, and ``path`` as it was, on failure."""
     path = Path(path)
     part = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
     try:
@@ -49,25 +43,13 @@ def replacing(path: Path | str) -> Iterator[Path]:
 
 
 def write_text(path: Path | str, text: str) -> None:
-    """Write a text as UTF-8, its newlines as they are, whole or not at all.
-
-    Raises
-    ------
-    InputError
-        As `replacing`.
-    """
+    """Write a text as UTF-8, its newlines as they are, whole or not at all. Raises `InputError`: as `replacing`."""
     with replacing(path) as part:
         part.write_text(text, encoding="utf-8", newline="")
 
 
 def write_csv(path: Path | str, table, **options) -> None:
-    """Write a table as CSV without its index, whole or not at all; options as those of ``DataFrame.to_csv``.
-
-    Raises
-    ------
-    InputError
-        As `replacing`.
-    """
+    """Write a table as CSV without its index, as `replacing` does; options as those of ``DataFrame.to_csv``."""
     write_text(path, table.to_csv(index=False, lineterminator="\n", **options))
 
 
@@ -86,13 +68,7 @@ def broken_off() -> str:
 
 
 def refuse_unwritable(path: Path | str, size: float = 0.0) -> None:
-    """Refuse a name that cannot be written, or a disk with less than ``size`` bytes free, before the work is done.
-
-    Raises
-    ------
-    InputError
-        As `replacing` would.
-    """
+    """Refuse a name that cannot be written (as `replacing` would), or a disk with less than ``size`` bytes free."""
     path = Path(path)
     made = next((folder for folder in path.parents if folder.exists()), path.parent)
     try:
@@ -115,21 +91,10 @@ LARGEST_META = 10_000_000  # bytes; a recording's description takes 70,000
 
 
 def read_bytes(path: Path | str, what: str, limit: int) -> bytes:
-    """Contents of a plain file of at most ``limit`` bytes.
+    """Contents of a plain file of at most ``limit`` bytes, whatever the file system says of its size.
 
-    Parameters
-    ----------
-    path : path-like
-        File.
-    what : str
-        What a refusal asks for, such as "YAML file".
-    limit : int
-        Most bytes that are read, whatever the file system says of the size.
-
-    Raises
-    ------
-    InputError
-        There is no such file, it is a folder or a device, cannot be read, or is larger.
+    ``what`` is what a refusal asks for, such as "YAML file". Raises `InputError`: there is no such file, it is a folder
+    or a device, cannot be read, or is larger.
     """
     path = plain_file(path, what)
     try:
@@ -145,13 +110,7 @@ def read_bytes(path: Path | str, what: str, limit: int) -> bytes:
 
 
 def read_text(path: Path | str, what: str, limit: int) -> str:
-    """The same as text in UTF-8, with or without a byte order mark, its newlines plain.
-
-    Raises
-    ------
-    InputError
-        Also for the first byte that is no UTF-8.
-    """
+    """The same as text in UTF-8 (else `InputError`), with or without a byte order mark, its newlines plain."""
     data = read_bytes(path, what, limit)
     try:
         text = data.decode("utf-8-sig")
@@ -167,17 +126,9 @@ def read_text(path: Path | str, what: str, limit: int) -> str:
 def read_npz(path: Path | str, what: str, limit: float, arrays: bool = True) -> "tuple[dict, dict[str, np.ndarray]]":
     """Description (``meta``, JSON) and arrays of an npz file, whatever they are packed into; nothing is unpickled.
 
-    Parameters
-    ----------
-    limit : float
-        Most bytes that the arrays may take in memory; the description may take `LARGEST_META`.
-    arrays : bool
-        Read the arrays, too.
-
-    Raises
-    ------
-    InputError
-        The file is missing, larger, or holds anything but a description and arrays of numbers and text.
+    Without ``arrays`` they are not read. The arrays may take ``limit`` bytes in memory, the description `LARGEST_META`.
+    Raises `InputError`: the file is missing, larger, or holds anything but a description and arrays of numbers and
+    text.
     """
     import numpy as np  # by those alone who read arrays: what lists the rigs reads text
 
@@ -202,13 +153,7 @@ def read_npz(path: Path | str, what: str, limit: float, arrays: bool = True) -> 
 
 
 def plain_file(path: Path | str, what: str) -> Path:
-    """The path, if a plain file is there.
-
-    Raises
-    ------
-    InputError
-        Nothing is there, or a folder, a pipe or a device, which may never end.
-    """
+    """The path of a plain file; `InputError` for nothing, a folder, a pipe or a device, which may never end."""
     try:
         path = Path(path)
         mode = os.stat(path).st_mode

@@ -107,10 +107,9 @@ def digest(files: Iterable[Path], root: Path) -> str:
 
 @cache
 def source_hash() -> str:
-    """Hash of the kernels, which make a recording (16 hexadecimal digits).
+    """Hash of the kernels, which make a recording, with options and versions of the compiler (16 hexadecimal digits).
 
-    It covers the options of compilation and the versions of numba and llvmlite. It does not cover the processor: the
-    same program on another machine has the same hash, so that results may move.
+    It does not cover the processor: the same program on another machine has the same hash, so that results may move.
     """
     root = Path(__file__).parent
     places = [root / name for name in KERNEL_SOURCES]
@@ -121,18 +120,7 @@ def source_hash() -> str:
 
 @cache
 def module_hash(module: str) -> str:
-    """Hash of a module and of all that it imports of ours: what a row that it computed depends on.
-
-    Parameters
-    ----------
-    module : str
-        Its name, such as ``__name__``.
-
-    Returns
-    -------
-    str
-        16 hexadecimal digits.
-    """
+    """Hash (16 digits) of a module and of all that it imports of ours: what a row that it computed depends on."""
     file = Path(str(find_spec(module).origin)).resolve()  # type: ignore[union-attr]
     root = Path(__file__).parents[1]
     return digest(sorted({file, *imported_files(file, root)}), root)

@@ -14,12 +14,7 @@ def bearing_drag(wheels: Wheels, wheel, rate, carried):
     """Torque against a wheel's rotation over its rate (rad/s), N m s/rad.
 
     A viscous part, and the secant of a torque that fades below ``SLOW``: a constant one, and that of rolling
-    resistance, ``rolling`` times the sum of the links' normal forces (Wheels.rolling, Work.carried).
-
-    Parameters
-    ----------
-    carried : (w,) array
-        ``work.carried``, N.
+    resistance, ``rolling`` times the sum of the links' normal forces (``carried``, (w,), N).
     """
     drag, torque = wheels.drag[wheel], wheels.torque[wheel] + wheels.rolling[wheel] * carried[wheel]
     if torque > 0.0:

@@ -18,14 +18,9 @@ def close(cut_torque, implicit_damping, work: SweepWork):
 def close_compliant(force_x, force_y, implicit_stiffness, cut_torque, implicit_damping, work: SweepWork):
     """Load of the elastic-damping cut, taken at the end of the step (A.6).
 
-    Parameters
-    ----------
-    force_x, force_y : float
-        Spring and damper force on body 1 with the acceleration of the gap left out, N.
-    implicit_stiffness : float
-        ``h^2 K + h C``: force for a unit acceleration of the gap, kg; 0: the force as it is.
-    cut_torque, implicit_damping : float
-        Bushing of the cut joint, as in `sweep`.
+    ``force_x, force_y`` (N) of spring and damper on body 1 leave the acceleration of the gap out;
+    ``implicit_stiffness`` is ``h^2 K + h C`` (kg), the force for a unit of it, 0: the force as it is. Bushing of the
+    cut as in `sweep`.
     """
     n = work.response.shape[0]
     if implicit_stiffness == 0.0:

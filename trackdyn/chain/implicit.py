@@ -1,10 +1,9 @@
 """Linearly implicit steps: slopes of contacts and bushings ride along in the Riccati sweep.
 
-A force that depends on place and velocity is led to the end of the step by its slopes,
-``f + h df/dq q' - (h C + h^2 K) q''``. Contacts act on one body each, so ``h C + h^2 K`` of a body adds
-to its inertia and the sweep keeps its form; friction on a wheel that turns freely couples the bodies
-on it to the wheel's acceleration, which is carried as one more column (`chain.riccati.sweep`). The cut
-load and the wheels' accelerations then follow from one small system.
+A force that depends on place and velocity is led to the end of the step by its slopes, ``f + h df/dq q' - (h C + h^2 K)
+q''``. Contacts act on one body each, so ``h C + h^2 K`` of a body adds to its inertia and the sweep keeps its form;
+friction on a wheel that turns freely couples the bodies on it to the wheel's acceleration, which is carried as one more
+column (`chain.riccati.sweep`). The cut load and the wheels' accelerations then follow from one small system.
 """
 
 from typing import NamedTuple
@@ -20,10 +19,7 @@ from trackdyn.model.work import ImplicitWork, Work
 
 
 class Cut(NamedTuple):
-    """The cut joint in a step of ``h``: ``1 / (h^2 K + h C)`` of a compliant one and its force on body 1 (N).
-
-    All 0 where the cut is rigid; see `closure.close_compliant`.
-    """
+    """The cut joint in a step of ``h``: ``1 / (h^2 K + h C)``, force on body 1 (N); 0 if rigid (`close_compliant`)."""
 
     compliance: float
     force_x: float
@@ -32,20 +28,12 @@ class Cut(NamedTuple):
 
 @kernel
 def accelerations(model: Model, state: State, work: Work, implicit: ImplicitWork, cut: Cut):
-    """Accelerations of chain and wheels at the end of a linearly implicit step.
+    """Accelerations of chain and wheels at the end of a linearly implicit step, ``model.step``.
 
-    Parameters
-    ----------
-    model, state
-        The step is ``model.step``.
-    work : Work
-        Its loads are those led to the end of the step with the accelerations left out. ``sweep`` receives the
-        accelerations in the form that the time loop reads: columns for the cut load.
-    implicit : ImplicitWork
-        ``inertia``, ``couple`` and ``wheel_inertia`` are read, the rest is written; its last entries
-        of ``load`` are the accelerations of the wheels.
-    cut : Cut
-        Rigid or compliant.
+    The loads of ``work`` are those led to the end of the step with the accelerations left out; its ``sweep`` receives
+    the accelerations in the form that the time loop reads. Of ``implicit``, ``inertia``, ``couple`` and
+    ``wheel_inertia`` are read, the rest is written; the last entries of its ``load`` are the accelerations of the
+    wheels.
     """
     chain, step, swept = model.chain, model.step, work.sweep
     inertia = model.wheels.inertia

@@ -42,9 +42,7 @@ def added_damping(step, branches):
 
 @kernel
 def relax(model: Model, state: State, work: Work, row, branches):
-    """Moments at the end of the step just taken, what was lost in it into ``state.work_done[row]``; rates into
-    ``work.joint_rate``.
-    """
+    """Moments at the end of the step just taken, its loss into ``state.work_done[row]``, rates to ``joint_rate``."""
     if branches.time.shape[0] == 0:
         return
     rate, lost, last, h = work.joint_rate, work.joint_loss, state.rate.shape[0] - 1, model.step

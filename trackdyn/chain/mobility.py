@@ -1,6 +1,4 @@
-"""How easily a straight chain moves across itself: what a sudden force at one place meets before the rest can
-answer.
-"""
+"""How easily a straight chain moves across itself: what a sudden force meets before the rest can answer."""
 
 import numpy as np
 
@@ -8,17 +6,10 @@ from trackdyn.model.constants import Chain
 
 
 def mobility_across(chain: Chain, body: int, along: float) -> float:
-    """Acceleration across a straight chain per unit of force at a place on one of its bodies, 1/kg.
+    """Acceleration across a straight chain per unit of force on a body, ``along`` (m) from its input pin, 1/kg.
 
     Pins turn freely: within a few steps a bushing adds nothing. Each half of the chain is reduced to the mass that it
     shows at the pin of the body, from its far end on, as the sweep of Eqs. 2 to 5 reduces it.
-
-    Parameters
-    ----------
-    body : int
-        Body that the force acts on.
-    along : float
-        Place of the force from its input pin, m.
     """
     part = along / chain.length[body]
     place = np.array([1.0 - part, part])
@@ -28,23 +19,11 @@ def mobility_across(chain: Chain, body: int, along: float) -> float:
 def mobility_of_slip(
     chain: Chain, body: int, along: float, arm: float, held: bool = True
 ) -> tuple[float, float, float]:
-    """Acceleration of a sliding point per unit of friction in a straight chain, 1/kg.
+    """Acceleration of a sliding point per unit of friction in a straight chain: ``a, b, c``, 1/kg.
 
-    The point is ``arm`` from a place on the body, against the contact's normal. With the normal's component x along the
-    chain it is ``a x^2 + b x + c``: the place moves across the chain, and the body turns about it.
-
-    Parameters
-    ----------
-    body, along
-        As of `mobility_across`.
-    arm : float
-        m.
-    held : bool
-        Whether the pins hold the neighbours; alone the body moves more easily.
-
-    Returns
-    -------
-    a, b, c : float
+    The point is ``arm`` (m) from a place on the body (`mobility_across`), against the contact's normal. With the
+    normal's component x along the chain it is ``a x^2 + b x + c``: the place moves across the chain, and the body turns
+    about it. The pins hold the neighbours if ``held``; alone the body moves more easily.
     """
     part, turn = along / chain.length[body], arm / chain.length[body]
     place, spin = np.array([1.0 - part, part]), np.array([turn, -turn])

@@ -18,20 +18,12 @@ from trackdyn.model.work import Work
 def accelerations(chain: Chain, state, work: Work, implicit_damping, probe_body):
     """Accelerations of the closed chain and its response to a violated closure.
 
-    Parameters as in `riccati.accelerations`. Columns 0 and 1 of ``response``, ``base``, ``probe`` and ``end`` in
-    ``work.sweep`` are the motions without loads and velocities whose two sides of the last joint part with the
-    acceleration (1, 0) and (0, 1) m/s2, column 2 is zero, column 3 is the motion of the closed chain;
-    ``load = [0, 0, 0, 1]`` and ``inverse = I`` belong to that. ``gain`` is left alone.
-
-    Returns
-    -------
-    cut_load : (2,) array
-        Force through the last joint on body 0, N.
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        The constraints are dependent, for example in a chain folded into one straight line.
+    Returned is the force through the last joint on body 0, N. Parameters as in `riccati.accelerations`. Columns 0 and 1
+    of ``response``, ``base``, ``probe`` and ``end`` in ``work.sweep`` are the motions without loads and velocities
+    whose two sides of the last joint part with the acceleration (1, 0) and (0, 1) m/s2, column 2 is zero, column 3 is
+    the motion of the closed chain; ``load = [0, 0, 0, 1]`` and ``inverse = I`` belong to that. ``gain`` is left alone.
+    Raises `numpy.linalg.LinAlgError` where the constraints are dependent, for example in a chain folded into one
+    straight line.
     """
     cos, sin, rate, swept = work.cos, work.sin, state.rate, work.sweep
     n = rate.shape[0]

@@ -1,10 +1,9 @@
 """The loop in space: all its pins are parallel, so it moves in a plane of its own, and the plane moves too.
 
-The plane is described by a frame P: origin in the input pin of body 1, z axis normal to the plane,
-attitude ``A_P`` (P to inertial) by Euler parameters, and an angular velocity ``(p, q, 0)`` in P components,
-which has no part about the normal. What lies in the plane is then described exactly as in planar motion;
-body i has the angular velocity ``(p, q, w_i)`` in P components. Seventy-three degrees of freedom: those of
-the planar chain and three of the plane (B.1).
+The plane is described by a frame P: origin in the input pin of body 1, z axis normal to the plane, attitude ``A_P`` (P
+to inertial) by Euler parameters, and an angular velocity ``(p, q, 0)`` in P components, which has no part about the
+normal. What lies in the plane is then described exactly as in planar motion; body i has the angular velocity ``(p, q,
+w_i)`` in P components. Seventy-three degrees of freedom: those of the planar chain and three of the plane (B.1).
 
 All vectors are held in P components, positions counted from the inertial origin (``A_P^T R``): the pin's
 position and velocity are ``(pin[0], pin[1], motion[0])`` and ``(pin[2], pin[3], motion[1])``. They turn
@@ -99,12 +98,9 @@ def plane_sums(model: Model, state: State, work: Work, space: SpaceWork):
 def plane_dynamics(model: Model, state: State, work: Work, space: SpaceWork):
     """Add the loads that the moving plane puts on the planar chain, and solve for the plane's accelerations.
 
-    Notes
-    -----
-    ``(A_0z, p', q')`` solve the symmetric positive definite system of the sums over all bodies of
-    ``[m, m y, -m x; ., m y^2 + I_xx, I_xy - m x y; ., ., m x^2 + I_yy]``; its right-hand side is the
-    loads less Coriolis forces, less the change of ``I_perp`` as the bodies turn in the plane and less the
-    turn of their angular momentum with the plane.
+    ``(A_0z, p', q')`` solve the symmetric positive definite system of the sums over all bodies of ``[m, m y, -m x; ., m
+    y^2 + I_xx, I_xy - m x y; ., ., m x^2 + I_yy]``; its right-hand side is the loads less Coriolis forces, less the
+    change of ``I_perp`` as the bodies turn in the plane and less the turn of their angular momentum with the plane.
     """
     m00, m01, m02, m11, m12, m22, f0, f1, f2 = plane_sums(model, state, work, space)
     chain, p, q = model.chain, state.plane.motion[P], state.plane.motion[Q]

@@ -1,20 +1,12 @@
 """Pins in rubber that part radially: spring and damper at every revolute joint, inside the Riccati sweep.
 
-At joint i the input pin of the outboard body stands ``u`` from the output pin of the inboard one. The load acts on
-both bodies at one and the same point P, half way between the pins, so that the force and its reaction leave momentum
-and angular momentum alone. On the outboard body it is
-
-    q = -(k u + c e),    e = u' - w x u,
-
-with w the mean of the two angular velocities: e is the velocity with which the material points at P part. A loop that
-turns as a whole therefore feels no damping, and the damper never gives energy back (the power of q is
-``-k u . u' - c e . e``). Both terms are taken at the end of the step: with A the acceleration of the outboard
-point P less that of the inboard one
-
-    q = f - Z A,    Z = h^2 k + h c,
-
-which the sweep carries across a joint as ``z_b(out) = z_b(in) + [A, phi'']``. Terms of the order of h^2 in q (the turn
-of u by the angular accelerations) are left out. ``Z -> inf`` is the revolute joint.
+At joint i the input pin of the outboard body stands ``u`` from the output pin of the inboard one. The load acts on both
+bodies at one point P, half way between the pins, so that momentum and angular momentum are left alone: on the outboard
+body it is ``q = -(k u + c e)`` with ``e = u' - w x u``, w the mean of both angular velocities, the velocity with which
+the material points at P part. A loop that turns as a whole feels no damping, and the damper never gives energy back
+(the power of q is ``-k u . u' - c e . e``). Taken at the end of the step, ``q = f - Z A`` with ``Z = h^2 k + h c`` and
+A the acceleration of the outboard point P less that of the inboard one, which the sweep carries across a joint as
+``z_b(out) = z_b(in) + [A, phi'']``. Terms of h^2 in q (the turn of u) are left out. ``Z -> inf`` is the revolute joint.
 """
 
 from trackdyn.jit import kernel
@@ -55,19 +47,8 @@ def cross_joint(radial: RadialWork, i, s, e):
     """Relation ``z_a = S z_b + E lambda`` taken from the inboard to the outboard side of joint i's parting pins.
 
     With ``W = (Z I - S_xx)^-1``, ``p = W S_x`` and ``g = W (E_x - f)`` the points part with ``A = -(p z_b + g)``; what
-    is left of the first two rows is ``Z p`` and ``f + Z g``, free of cancellation.
-
-    Parameters
-    ----------
-    s : tuple of 6
-        ``s11, s12, s13, s22, s23, s33``.
-    e : tuple of three tuples of 4
-        Rows of E.
-
-    Returns
-    -------
-    s, e : tuples
-        The same on the outboard side.
+    is left of the first two rows is ``Z p`` and ``f + Z g``, free of cancellation. ``s`` is ``s11, s12, s13, s22, s23,
+    s33``, ``e`` the three rows of E; returned are both on the outboard side.
     """
     ex, ey, em = e
     s11, s12, s13, s22, s23, s33 = s
@@ -128,10 +109,7 @@ def return_joint(radial: RadialWork, i, x, y, a):
     y3 = p12 * x[3] + p22 * y[3] + p23 * a[3] + g[i, 12]
     out[i, 0], out[i, 1], out[i, 2], out[i, 3] = -x0, -x1, -x2, -x3
     out[i, 4], out[i, 5], out[i, 6], out[i, 7] = -y0, -y1, -y2, -y3
-    return (
-        (x[0] + x0, x[1] + x1, x[2] + x2, x[3] + x3),
-        (y[0] + y0, y[1] + y1, y[2] + y2, y[3] + y3),
-    )
+    return ((x[0] + x0, x[1] + x1, x[2] + x2, x[3] + x3), (y[0] + y0, y[1] + y1, y[2] + y2, y[3] + y3))
 
 
 @kernel

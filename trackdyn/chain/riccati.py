@@ -1,18 +1,12 @@
-"""Forward dynamics of the closed planar chain by the Riccati form of the transfer matrix method.
+"""Forward dynamics of the closed planar chain by the Riccati form of the transfer matrix method (docs/model.md).
 
-The state vector of a junction (Eq. 1) is split into ``z_b = [x'', y'', Omega']`` and the loads
-``z_a = [q_x, q_y, m]``; in the plane both have three entries. Instead of multiplying transfer
-matrices, which loses every digit after about seventeen bodies of this chain, the sweep carries the linear relation
-
-    z_a = S z_b + E [lambda_x, lambda_y, lambda_m, 1]
-
-from the input of body 1 (``S = 0``, ``E = [I, 0]``) to the output of body N, where it is solved.
-``lambda`` is the load through the cut joint 70, continuous across it. Back-substitution gives every
-acceleration as a linear function of ``lambda``; the two independent closure rows (the pins of the
-cut coincide) and the torque law of the cut joint then fix ``lambda``. ``-S`` is the articulated-body
-inertia of the bodies already swept: symmetric positive definite, so the recursion cannot break down.
-
-Loads (m, q) act on a body at its input and (-m, -q) at its output.
+The state of a junction (Eq. 1) is split into ``z_b = [x'', y'', Omega']`` and the loads ``z_a = [q_x, q_y, m]``, which
+act on a body at its input, and their opposites at its output. A product of transfer matrices loses every digit after
+about seventeen bodies of this chain; the sweep carries ``z_a = S z_b + E [lambda_x, lambda_y, lambda_m, 1]`` from the
+input of body 1 (``S = 0``, ``E = [I, 0]``) to the output of body N. ``lambda`` is the load through the cut joint 70.
+Back-substitution gives every acceleration as a linear function of it; the two closure rows (the pins of the cut
+coincide) and the torque law of the cut joint then fix it. ``-S`` is the articulated-body inertia of the bodies already
+swept: symmetric positive definite, so the recursion cannot break down.
 """
 
 import numpy as np
@@ -28,22 +22,11 @@ from trackdyn.model.work import Work
 def accelerations(chain: Chain, state, work: Work, implicit_damping, probe_body):
     """Response of every acceleration to the cut load, and the load that holds the pins of the cut together.
 
-    Every solver of the chain has these parameters and this result.
-
-    Parameters
-    ----------
-    chain : Chain
-        Constant data of the ``n`` bodies.
-    state : State
-        ``rate`` is read.
-    work : Work
-        ``cos``, ``sin``, the loads ``force_x``, ``force_y``, ``moment`` without gravity and the bushing ``torque`` at
-        the start of the step are read, ``sweep`` is written.
-    implicit_damping : float
-        Step times bushing damping: the torque is taken as ``torque - implicit_damping * phi''``,
-        which removes the step limit of the damping (N m s2/rad).
-    probe_body : int
-        Body whose input pin's acceleration is kept (the sensor's link).
+    Every solver of the chain has these parameters and this result. Of ``state``, ``rate`` is read; of ``work``,
+    ``cos``, ``sin``, the loads ``force_x``, ``force_y``, ``moment`` without gravity and the bushing ``torque`` at the
+    start of the step; ``work.sweep`` is written. ``implicit_damping`` (N m s2/rad) is the step times the bushing
+    damping: the torque is taken as ``torque - implicit_damping * phi''``, which removes the step limit of the damping.
+    ``probe_body`` is the one whose input pin's acceleration is kept (the sensor's link).
     """
     sweep(chain, state, work, implicit_damping, probe_body, None, None)
     close(work.torque[state.rate.shape[0] - 1], implicit_damping, work.sweep)
@@ -108,9 +91,7 @@ def sweep(chain: Chain, state, work: Work, implicit_damping, probe_body, implici
 
 @fused
 def _arms(chain: Chain, state, work: Work, i, radial):
-    """From a body's input pin to its mass centre and to its output pin, or from and to the points where loads
-    act, m.
-    """
+    """From a body's input pin to its mass centre and to its output pin, or to and from points where loads act, m."""
     c, s = work.cos[i], work.sin[i]
     gx = chain.com_x[i] * c - chain.com_y[i] * s
     gy = chain.com_x[i] * s + chain.com_y[i] * c
@@ -234,9 +215,7 @@ def _hinge_columns(implicit, joint, s, implicit_damping):
 
 @fused
 def _meet(work: Work, s, e, behind_s, behind_e, implicit):
-    """Acceleration ``z_b`` (3 x 4) where the sweeps meet, into ``end``: both relations added, solved by
-    Cholesky of -S.
-    """
+    """Acceleration ``z_b`` (3 x 4) where the sweeps meet, into ``end``: both relations added, by Cholesky of -S."""
     s11, s12, s13, s22, s23, s33 = s
     t11, t12, t13, t22, t23, t33 = behind_s
     l11 = np.sqrt(-(s11 + t11))
@@ -269,9 +248,7 @@ def _meet(work: Work, s, e, behind_s, behind_e, implicit):
 
 @fused
 def _back_substitute(chain: Chain, state, work: Work, middle, probe_body, implicit, radial):
-    """Accelerations of every body from those in the middle, where the sweeps met, to both ends; four columns
-    at a time.
-    """
+    """Accelerations of every body from those in the middle, where the sweeps met, to both ends; four columns each."""
     rate, swept = state.rate, work.sweep
     n = rate.shape[0]
     gain, response, end, base = swept.gain, swept.response, swept.end, swept.base
@@ -333,9 +310,7 @@ def _back_substitute(chain: Chain, state, work: Work, middle, probe_body, implic
 
 @fused
 def _beyond(gain, joint, x, y, a):
-    """Angular acceleration on the side of a joint that the sweep came from; columns of the acceleration on the
-    other.
-    """
+    """Angular acceleration on the side of a joint that the sweep came from; columns of that on the other."""
     p1, p2, q = gain[joint, 0], gain[joint, 1], gain[joint, 2]
     return (
         q * a[0] - p1 * x[0] - p2 * y[0] - gain[joint, 3],

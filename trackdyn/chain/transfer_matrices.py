@@ -1,23 +1,13 @@
-"""Forward dynamics of the closed chain by the product of all transfer matrices (Eqs. 1-5 and 7).
+"""Forward dynamics of the closed chain by the product of all transfer matrices, as the paper prints it (Eqs. 1-5, 7).
 
-The method as the paper prints it. Every element, body or joint, maps the state vector of its input
-
-    z = [r'' (3), Omega' (3), m (3), q (3), 1]                                               (Eq. 1)
-
-to that of its output, ``z_O = U z_I``. ``r''`` and ``Omega'`` are the acceleration of the junction and
-the angular acceleration of the body, ``q`` and ``m`` force and moment through the junction. All vectors
-are in the inertial frame. (m, q) act on an element at its input and (-m, -q) at its output, so that the
-output state of one element is the input state of the next without a change of sign.
-
-Body 1 is element 1, the joint behind it element 2, and so on; element 2 n is the joint that is cut
-(element 70 of the paper). The product of elements 1 to 2 n - 1 relates both sides of the cut (Eqs. 2-5),
-boundary conditions and closure give the state at the input of body 1, and multiplication from element to
-element gives every other state.
-
-Elements are spatial; `accelerations` takes the planar chain, with bodies in the plane z = 0 and joint axes
-along z. Its errors grow along the chain by a factor of about `growth` a body, whatever the boundary
-conditions: it serves short chains and shows why longer ones need `trackdyn.chain.riccati`, which uses the
-same matrices.
+Every element, body or joint, maps ``z = [r'' (3), Omega' (3), m (3), q (3), 1]`` (Eq. 1) of its input to that of its
+output, ``z_O = U z_I``: acceleration of the junction, angular acceleration of the body, moment and force through the
+junction, in the inertial frame. (m, q) act at an input and (-m, -q) at an output, so that one element's output is the
+next one's input. Body 1 is element 1, the joint behind it element 2; element 2 n is the joint that is cut (70 in the
+paper). The product of elements 1 to 2 n - 1 relates both sides of the cut (Eqs. 2-5), boundary conditions and closure
+give the state at the input of body 1, and multiplication every other state. `accelerations` takes the planar chain in z
+= 0. Its errors grow by about `growth` a body: it serves short chains and shows why longer ones need
+`trackdyn.chain.riccati`, which uses the same matrices.
 """
 
 from typing import NamedTuple
@@ -46,27 +36,14 @@ def skew(v):
 
 @kernel
 def body_matrix(mass, inertia, r_ic, r_io, omega, force, moment, out):
-    """Transfer matrix of a rigid body with one input and one output.
+    """Transfer matrix ``out`` (13, 13) of a rigid body with one input and one output.
 
-    Parameters
-    ----------
-    mass : float
-        Mass, kg.
-    inertia : (3, 3) array
-        Inertia about the mass centre in the inertial frame, kg m2.
-    r_ic, r_io : (3,) arrays
-        From the input to the mass centre and to the output, m.
-    omega : (3,) array
-        Angular velocity, rad/s.
-    force, moment : (3,) arrays
-        Resultant of the external forces with gravity, N, and their moment about the mass centre, N m.
-    out : (13, 13) array
-        Output: ``U`` of the body.
+    ``inertia`` (3, 3) is about the mass centre in the inertial frame, kg m2; ``r_ic`` and ``r_io`` lead from the input
+    to the mass centre and to the output, m; ``omega`` is the angular velocity, rad/s; ``force`` (N) and ``moment`` (N
+    m, about the mass centre) are resultants of the external loads with gravity.
 
-    Notes
-    -----
-    Rows of ``r''`` and ``Omega'``: motion of a rigid body. Rows of ``q``: Newton's law. Rows of ``m``:
-    Euler's law about the mass centre, with ``q`` of the output replaced by the rows above it.
+    Rows of ``r''`` and ``Omega'``: motion of a rigid body. Rows of ``q``: Newton's law. Rows of ``m``: Euler's law
+    about the mass centre, with ``q`` of the output replaced by the rows above it.
     """
     r_co = r_io - r_ic
     input_to_output = skew(r_io)
@@ -95,29 +72,17 @@ def body_matrix(mass, inertia, r_ic, r_io, omega, force, moment, out):
 
 @kernel
 def joint_matrix(next_body, axis, axis_next, zeta, torque_next, out):
-    """Transfer matrix of a smooth revolute joint whose bushing turns about the axis.
+    """Transfer matrix ``out`` (13, 13) of a smooth revolute joint whose bushing turns about the axis.
 
-    Parameters
-    ----------
-    next_body : (13, 13) array
-        `body_matrix` of the outboard body, between this joint and the next one.
-    axis, axis_next : (3,) arrays
-        Unit axes of this joint and of the next one.
-    zeta : (3,) array
-        ``Omega_I x axis * phi'``, rad/s2, with the joint's rate ``phi'``.
-    torque_next : float
-        Torque of the next joint on its outboard body along ``axis_next``, N m.
-    out : (13, 13) array
-        Output: ``U`` of the joint.
+    ``next_body`` is the `body_matrix` of the outboard body, between this joint and the next one, ``axis`` and
+    ``axis_next`` are their unit axes, ``zeta = Omega_I x axis * phi'`` (rad/s2) with the joint's rate ``phi'``, and
+    ``torque_next`` is that of the next joint on its outboard body along ``axis_next``, N m.
 
-    Notes
-    -----
-    ``Omega'_O = Omega'_I + axis phi'' + zeta``; everything else passes unchanged. ``phi''`` follows from the
-    torque condition at the next joint, ``axis_next . m = torque_next`` behind the outboard body, and so is
-    linear in the state: ``phi'' = -(u [z + zeta] - torque_next) / D`` with ``u`` the row of that moment and
-    ``D`` its coefficient of ``phi''``. ``D`` is zero, and the matrix infinite, where the axes are parallel
-    and each pin is the other's centre of percussion. The condition of the first joint is used by no
-    element: it belongs to the boundary conditions.
+    ``Omega'_O = Omega'_I + axis phi'' + zeta``; everything else passes unchanged. ``phi''`` follows from the torque
+    condition at the next joint, ``axis_next . m = torque_next`` behind the outboard body, and so is linear in the
+    state: ``phi'' = -(u [z + zeta] - torque_next) / D`` with ``u`` the row of that moment and ``D`` its coefficient of
+    ``phi''``. ``D`` is zero, and the matrix infinite, where the axes are parallel and each pin is the other's centre of
+    percussion. The condition of the first joint is used by no element: it belongs to the boundary conditions.
     """
     row = np.zeros(STATES)
     for k in range(STATES):
@@ -154,12 +119,8 @@ def joint_acceleration(axis, state_in, state_out):
 def fill_elements(chain: Chain, state, work: Work, elements):
     """Transfer matrices of elements 1 to 2 n - 1 of the planar chain, cut at joint 2 n.
 
-    Parameters
-    ----------
-    chain, state, work
-        See `accelerations`.
-    elements : (2 n - 1, 13, 13) array
-        Output: body i (from 0) in ``elements[2 i]``, the joint behind it in ``elements[2 i + 1]``.
+    Of ``elements`` (2 n - 1, 13, 13), body i (from 0) is ``elements[2 i]``, the joint behind it ``elements[2 i + 1]``;
+    parameters as in `accelerations`.
     """
     rate, force_x, force_y = state.rate, work.force_x, work.force_y
     n = rate.shape[0]
@@ -191,36 +152,18 @@ def multiply(elements):
 
 @kernel
 def solve_boundaries(product, first_body, torque_first, torque_cut):
-    """States at the input of body 1 that satisfy boundary conditions and closure (Eqs. 2-5).
+    """States (13, 3) at the input of body 1 that satisfy boundary conditions and closure (Eqs. 2-5).
 
-    Parameters
-    ----------
-    product : (13, 13) array
-        See `multiply`.
-    first_body : (13, 13) array
-        Transfer matrix of body 1.
-    torque_first, torque_cut : float
-        Bushing torques of the first joint and of the one that is cut, N m.
+    ``product`` is that of `multiply`, ``first_body`` the matrix of body 1; bushing torques of the first joint and of
+    the cut one in N m. Columns 0 and 1 of the result are the homogeneous chain whose two sides of the cut part with the
+    acceleration (1, 0) and (0, 1) m/s2, their last entry is 0; column 2 is the chain with its loads, closed. Raises
+    `numpy.linalg.LinAlgError`: the product overflowed or the conditions are dependent.
 
-    Returns
-    -------
-    start : (13, 3) array
-        Columns 0 and 1: the homogeneous chain whose two sides of the cut part with the acceleration
-        (1, 0) and (0, 1) m/s2; their last entry is 0. Column 2: the chain with its loads, closed.
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        The product overflowed or the conditions are dependent.
-
-    Notes
-    -----
-    Twelve unknowns, ``x = [r''_1, Omega'_1]`` and the load through the cut ``[m, q]``, which is the same on
-    both sides. Twelve rows: two of the three moments and the three forces at the output of the last body
-    (its moment along the axis was used by the last joint), the torque of the first joint, the torque of
-    the cut, and its kinematics. Of these, three are satisfied by any planar chain: position along z and
-    the two alignments of the axes. Their loads are indeterminate and set to zero; the motion does not
-    depend on them.
+    Twelve unknowns, ``x = [r''_1, Omega'_1]`` and the load through the cut ``[m, q]``, which is the same on both sides.
+    Twelve rows: two of the three moments and the three forces at the output of the last body (its moment along the axis
+    was used by the last joint), the torque of the first joint, the torque of the cut, and its kinematics. Of these,
+    three are satisfied by any planar chain: position along z and the two alignments of the axes. Their loads are
+    indeterminate and set to zero; the motion does not depend on them.
     """
     matrix = np.zeros((12, 12))
     right = np.zeros((12, 3))
@@ -260,20 +203,11 @@ def accelerations(chain: Chain, state, work: Work, implicit_damping, probe_body)
     """Accelerations of the closed planar chain by the product of all transfer matrices.
 
     Parameters as in `riccati.accelerations`; the bushing torque is taken as it is, ``implicit_damping`` must be 0.
-    Columns 0 and 1 of ``response``, ``base``, ``probe`` and ``end`` in ``work.sweep`` are the motions with unit
-    closure acceleration in x and y, column 2 is zero, column 3 is the motion of the closed chain;
-    ``load = [0, 0, 0, 1]`` and ``inverse = I`` belong to that. ``gain`` is left alone.
-
-    Returns
-    -------
-    cut_load : (6,) array
-        ``[m, q]`` through the cut joint, N m and N; it acts on body 1.
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        The product overflowed, a body's pins are mutual centres of percussion, or the conditions are
-        dependent.
+    Columns 0 and 1 of ``response``, ``base``, ``probe`` and ``end`` in ``work.sweep`` are the motions with unit closure
+    acceleration in x and y, column 2 is zero, column 3 is the motion of the closed chain; ``load = [0, 0, 0, 1]`` and
+    ``inverse = I`` belong to that. ``gain`` is left alone. Returned is ``[m, q]`` through the cut joint on body 1, N m
+    and N. Raises `numpy.linalg.LinAlgError`: the product overflowed, a body's pins are mutual centres of percussion, or
+    the conditions are dependent.
     """
     swept, torque = work.sweep, work.torque
     n = state.rate.shape[0]
@@ -313,40 +247,21 @@ def accelerations(chain: Chain, state, work: Work, implicit_damping, probe_body)
 
 
 class Growth(NamedTuple):
-    """Factors by which the product of transfer matrices enlarges an error.
+    """Factors by which the product of transfer matrices enlarges an error."""
 
-    Attributes
-    ----------
-    body : (n,) array
-        Of each body alone.
-    pitch : float
-        Of the first two bodies together, which is the period of an alternating chain.
-    """
-
-    body: np.ndarray
-    pitch: float
+    body: np.ndarray  # (n,) of each body alone
+    pitch: float  # of the first two bodies together, which is the period of an alternating chain
 
 
 def growth(chain: Chain) -> Growth:
-    """Growth of an error along a straight chain, inf where the pins are mutual centres of percussion.
+    """Growth of an error along a straight chain of two bodies or more; inf where pins are mutual centres of percussion.
 
-    Parameters
-    ----------
-    chain : Chain
-        Data of at least two bodies.
-
-    Returns
-    -------
-    Growth
-
-    Notes
-    -----
-    Across a straight chain, one body from pin to pin maps transverse acceleration and force by a matrix of
-    determinant 1, so that its eigenvalues are ``mu`` and ``1 / mu``. With the distances ``a`` and ``b`` of
-    the mass centre from the pins along the body, its offset ``e`` and the radius of gyration ``k``,
-    ``|mu + 1 / mu| = (a^2 + b^2 + 2 (k^2 + e^2)) / |a b - k^2 - e^2|``. For a mass centre half-way between the pins
-    this is ``|mu| = (a + k) / |a - k|``. Factors of different bodies do not simply multiply: that of a pitch is
-    the largest eigenvalue of the product of its four matrices, body and joint twice.
+    Across a straight chain, one body from pin to pin maps transverse acceleration and force by a matrix of determinant
+    1, so that its eigenvalues are ``mu`` and ``1 / mu``. With the distances ``a`` and ``b`` of the mass centre from the
+    pins along the body, its offset ``e`` and the radius of gyration ``k``, ``|mu + 1 / mu| = (a^2 + b^2 + 2 (k^2 +
+    e^2)) / |a b - k^2 - e^2|``. For a mass centre half-way between the pins this is ``|mu| = (a + k) / |a - k|``.
+    Factors of different bodies do not simply multiply: that of a pitch is the largest eigenvalue of the product of its
+    four matrices, body and joint twice.
     """
     ahead = chain.length - chain.com_x
     gyration = chain.inertia / chain.mass + chain.com_y**2

@@ -95,13 +95,9 @@ def _meant(name: str, params: list) -> str:
     return min(found, key=found.get, default="")
 
 
-def _warning(message, *_) -> None:
-    print(f"trackdyn: warning: {message}", file=sys.stderr)
-
-
 def main() -> None:
     """Entry point: a user's mistake ends in one sentence and exit code 1, an interruption in one line and 130."""
-    warnings.showwarning = _warning
+    warnings.showwarning = lambda message, *_: print(f"trackdyn: warning: {message}", file=sys.stderr)
     try:
         if app(standalone_mode=False, prog_name="trackdyn"):  # some versions of typer return an interruption
             raise KeyboardInterrupt

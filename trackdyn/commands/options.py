@@ -30,13 +30,7 @@ def ring_fields(ring: Ring | None) -> dict[str, float | None]:
 
 
 def parse_number(name: str, text: str | float, accepted: str = "must be a finite number") -> float:
-    """A finite number.
-
-    Raises
-    ------
-    InputError
-        The text is none; ``name`` is the option.
-    """
+    """A finite number. Raises `InputError`: the text is none; ``name`` is the option."""
     try:
         if isfinite(number := float(text)):
             return number
@@ -95,25 +89,13 @@ def file_option(name: str, help: str, *endings: str) -> Any:
 
 
 def refuse_existing(path: Path, overwrite: bool) -> None:
-    """Refuse to replace a file unless that is asked for.
-
-    Raises
-    ------
-    InputError
-        The file exists.
-    """
+    """Refuse (`InputError`) to replace a file unless that is asked for."""
     if path.exists() and not overwrite:
         raise InputError(f"{path} exists; give another name, or --overwrite to replace it")
 
 
 def parse_axes(pairs: list[str] | None) -> dict[str, str]:
-    """Columns by axis.
-
-    Raises
-    ------
-    InputError
-        A pair is not ``axis=column``.
-    """
+    """Columns by axis. Raises `InputError`: a pair is not ``axis=column``."""
     for pair in pairs or []:
         if not all(pair.partition("=")):
             raise InputError(f"--axis {pair}: expected an axis and its column, such as ay=channel3")
@@ -159,13 +141,7 @@ LongestRun = Annotated[float, number("--longest", "Bound of a run with a --toler
 
 
 def chosen_fields(pairs: list[str]) -> dict[str, Any]:
-    """Fields of a scene that choices of fidelity set.
-
-    Raises
-    ------
-    InputError
-        One is no choice.
-    """
+    """Fields of a scene that choices of fidelity set. Raises `InputError`: one is no choice."""
     from trackdyn.scene.fidelity import CHOICES
 
     found: dict[str, Any] = {}

@@ -1,16 +1,11 @@
 """What contact does along the axes of the wheels: overlap, axial slip, centre guides (Eqs. 11, 19, 20, 32, 39).
 
-Every contact is judged in the frame of its wheel, which has the wheel's axis and does not spin: arc
-centres and link ends, which lie in the middle plane of the chain, are transformed to it (Eqs. 15, 20),
-their x and y choose area or foot, depth and normal as in planar motion, their z is the axial offset ``l_z``.
-The overlap of Eq. 19, never more than the shorter of the two lengths,
-
-    L = clip(contact length + overhang - |l_z|, 0, contact length),
-
-scales the stiffness. Normal and tangent lie in the wheel's plane; the axial slip is the z component of the
-relative velocity of the two material points. The force acts in the middle plane of the chain, where depth
-and slip are taken: what it does is then what the contact stores and loses.
-
+Every contact is judged in the frame of its wheel, which has the wheel's axis and does not spin: arc centres and link
+ends, in the middle plane of the chain, are transformed to it (Eqs. 15, 20); their x and y choose area or foot, depth
+and normal as in planar motion, their z is the axial offset ``l_z``. The overlap of Eq. 19,
+``L = clip(contact length + overhang - |l_z|, 0, contact length)``, scales the stiffness. Normal and tangent lie in the
+wheel's plane; the axial slip is the z component of the relative velocity of the two material points. The force acts in
+the middle plane of the chain, where depth and slip are taken: what it does is then what the contact stores and loses.
 ``space`` is None in planar motion: then the wheel's frame is the inertial one and nothing is computed.
 """
 

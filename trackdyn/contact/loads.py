@@ -390,12 +390,8 @@ def guide_loads(model: Model, state: State, work: Work, space, implicit):
 def contact_loads(model: Model, state: State, work: Work, space=None, implicit=None):
     """Contact loads on bodies and wheels at the present state.
 
-    Parameters
-    ----------
-    space : SpaceWork or None
-        ``work.space``, its wheels seen from the plane as it is (`chain.plane.aim`).
-    implicit : ImplicitWork or None
-        Lead the forces to the end of the step and add up their slopes for the linearly implicit sweep.
+    ``space`` is ``work.space``, its wheels seen from the plane as it is (`chain.plane.aim`); with ``implicit`` the
+    forces are led to the end of the step and their slopes added up for the linearly implicit sweep.
     """
     work.force_x[:] = 0.0
     work.force_y[:] = 0.0

@@ -28,18 +28,11 @@ def in_groove(tooth: Tooth, k, cos, sin, x, y):
 
 @kernel
 def find_area(tooth: Tooth, x, y):
-    """Area (1 to 10, or 0 for none) touched by an arc centred at (x, y) of the groove frame, and its depth.
+    """Area touched by an arc centred at (x, y) of the groove frame, depth (m), normal and radius R (m).
 
-    Returns
-    -------
-    area : int
-        First annular sector of the search order that holds the point (Eqs. 20 to 23), 0 if none.
-    depth : float
-        Penetration (Eqs. 29, 33), m.
-    normal_x, normal_y : float
-        Unit normal of the force on the connector, groove frame.
-    radius : float
-        R of Eq. 8: ``r_j + r_C`` (convex) or ``r_j - r_C`` (concave), m.
+    The area, 1 to 10, is the first annular sector of the search order that holds the point (Eqs. 20 to 23), 0 if none;
+    the depth is that of Eqs. 29 and 33, the unit normal that of the force on the connector in the groove frame, and R
+    of Eq. 8 is ``r_j + r_C`` (convex) or ``r_j - r_C`` (concave).
     """
     rc = tooth.arc_radius
     left = x <= 0.0

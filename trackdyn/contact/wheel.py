@@ -11,14 +11,8 @@ from trackdyn.model.state import ALONG_X, ALONG_Y, SLIDE_RATE, State
 def foot(ax, ay, bx, by, cx, cy):
     """Point of the segment AB nearest to the wheel's centre C: vertical, left-end or right-end case.
 
-    Returns
-    -------
-    fraction : float
-        Foot parameter before it is limited: 0 to 1 vertical, below 0 end A, above 1 end B.
-    qx, qy : float
-        The contact point Q on AB, m.
-    distance : float
-        From C to Q, m.
+    Returned are the foot parameter before it is limited (0 to 1 vertical, below 0 end A, above 1 end B), the contact
+    point Q on AB and its distance from C, m.
     """
     ux = bx - ax
     uy = by - ay

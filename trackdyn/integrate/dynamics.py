@@ -33,16 +33,9 @@ def evaluate_loads(model: Model, state: State, work: Work, space, implicit):
 def solve_chain(model: Model, state: State, work: Work, step, implicit, solver, radial=None):
     """Accelerations of the chain under the loads in ``work``, the closure rigid or compliant.
 
-    Parameters
-    ----------
-    step : float
-        Step over which bushing damping and a compliant cut are implicit, s; 0: explicit.
-    implicit : ImplicitWork or None
-        Solve the linearly implicit system.
-    solver : int or None
-        ``model.solver``.
-    radial : RadialWork or None
-        All pins part, those of the cut too; ``base`` and ``probe`` of the sweep are of the pins then as well.
+    ``step`` (s) is the one over which bushing damping and a compliant cut are implicit, 0: explicit; ``implicit`` the
+    work of the linearly implicit system or None, ``solver`` that of the model. With ``radial`` all pins part, those of
+    the cut too; ``base`` and ``probe`` of the sweep are of the pins then as well.
     """
     chain, cut, closure, sweep = model.chain, work.cut, model.closure, work.sweep
     probe = model.sensor.body

@@ -20,26 +20,15 @@ class Tableau(NamedTuple):
 
 
 class Method(NamedTuple):
-    """What an integrator declares.
+    """What an integrator declares."""
 
-    Attributes
-    ----------
-    order : int
-        Of the error of a smooth motion: closed chain and bushings, no contact that begins or ends.
-    oscillation, decay : float
-        Reach of the stability region along the imaginary and the negative real axis; inf where nothing explicit
-        can diverge or the step is only where the method reports.
-    tableau : Tableau or None
-        Of an explicit Runge-Kutta method; None for the step of `integrate.semi_implicit`.
-    linearly_implicit : bool
-        Whether slopes of the contacts ride in the sweep.
-    """
-
-    order: int
+    order: int  # of the error of a smooth motion: closed chain and bushings, no contact that begins or ends
+    # oscillation, decay: reach of the stability region along the imaginary and the negative real axis; inf where
+    # nothing explicit can diverge or the step is only where the method reports
     oscillation: float
     decay: float
-    tableau: Tableau | None = None
-    linearly_implicit: bool = False
+    tableau: Tableau | None = None  # of an explicit Runge-Kutta method; None for the step of `integrate.semi_implicit`
+    linearly_implicit: bool = False  # whether slopes of the contacts ride in the sweep
 
     @property
     def adaptive(self) -> bool:
@@ -58,10 +47,7 @@ class Method(NamedTuple):
 
 
 # Classical Runge-Kutta method: Kutta, Z. Math. Phys. 46 (1901).
-_RK4 = Tableau(
-    [[0, 0, 0, 0], [1 / 2, 0, 0, 0], [0, 1 / 2, 0, 0], [0, 0, 1, 0]],
-    [1 / 6, 1 / 3, 1 / 3, 1 / 6],
-)
+_RK4 = Tableau([[0, 0, 0, 0], [1 / 2, 0, 0, 0], [0, 1 / 2, 0, 0], [0, 0, 1, 0]], [1 / 6, 1 / 3, 1 / 3, 1 / 6])
 # Dormand and Prince, J. Comput. Appl. Math. 6 (1980), 5(4); the error's weights are those of the 5th less the 4th
 # order.
 _DORMAND_PRINCE = Tableau(

@@ -30,11 +30,8 @@ BETWEEN_LOOKS = 16
 def run(model: Model, state: State, work: Work, record: Record, first, last):
     """Integrate samples ``first`` to ``last - 1`` and fill their rows.
 
-    Returns
-    -------
-    body : int
-        -1, or the body at which the run left the physical range (0 for the plane of the chain itself);
-        ``state.steps`` says when.
+    Returns -1, or the body at which the run left the physical range (0 for the plane of the chain itself);
+    ``state.steps`` says when.
     """
     kernel, before, after = prepared(model, state, work)
     return kernel(*before, record, (first, last), *after)

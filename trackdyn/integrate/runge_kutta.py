@@ -183,13 +183,7 @@ def _project(model: Model, state: State, work: Work):
 
 @kernel
 def march(model: Model, state: State, work: Work, record: Record, stages: Stages):
-    """One step of ``model.step``, in as many parts as the error control asks for.
-
-    Returns
-    -------
-    body : int
-        -1, or the body whose angular velocity left the physical range.
-    """
+    """One step, in as many parts as the error control asks for; returns -1, or the body that left the range."""
     full_step, spells, links = model.step, record.spells, record.link_mean.shape[1]
     begin = state.steps[0] * full_step
     done = 0.0

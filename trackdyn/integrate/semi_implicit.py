@@ -1,17 +1,12 @@
 """Semi-implicit Euler (order 1) with the closure solved exactly and projected once a step.
 
-Velocities are advanced with the accelerations at the start of the step, positions with the new
-velocities. The remaining gap of the cut joint, of second order in the step, is removed by an extra
-load through the cut: the response of the chain to that load is known from the sweep, so the
-correction is the mass-weighted one and costs two multiply-adds a body. It changes positions and
-velocities alike (the SHAKE form). Energy is kept to the order of the step and not better: a free loop
-without damping gains about 7e-4 of it in 20 s, steadily.
-
-Velocities so belong to the middle of a step, and there damping is taken: that of the bushings by the sweep
-(`chain.kinematics.bushing_lead`), that of contacts with velocities led ahead by half of what the last step changed
-them (`contact.loads.approach`), on the teeth also by what the force itself adds in this one
-(`contact.laws.impeded_speed`).
-Without that, forces that last a few steps come out a tenth too high.
+Velocities are advanced with the accelerations at the start of the step, positions with the new velocities. What is left
+of the gap of the cut joint, of second order in the step, is taken from positions and velocities alike (the SHAKE form)
+by a load through the cut: the sweep knows the chain's response to it, at two multiply-adds a body. A free loop without
+damping gains about 7e-4 of its energy in 20 s, steadily. Velocities belong to the middle of a step, and there damping
+is taken: that of the bushings by the sweep (`chain.kinematics.bushing_lead`), that of contacts with velocities led
+ahead by half of what the last step changed them (`contact.loads.approach`), on the teeth also by what the force itself
+adds in this one (`contact.laws.impeded_speed`). Without that, forces that last a few steps come out a tenth too high.
 """
 
 from math import sin
@@ -107,15 +102,10 @@ def _rotate(angle, rate, step, cos, sin):
 
 @fused
 def advance(model: Model, state: State, work: Work, implicit, radial=None):
-    """Velocities, then positions, then the projection of a rigid closure.
+    """Velocities, then positions, then the projection of a rigid closure; -1, or the body whose rate left the range.
 
-    ``implicit`` is None, or the work of a linearly implicit sweep that has found the accelerations of
-    the wheels too; ``radial`` that of joints whose pins part, the cut among them: nothing is projected then.
-
-    Returns
-    -------
-    body : int
-        -1, or the body whose angular velocity left the physical range.
+    ``implicit`` is None, or the work of a linearly implicit sweep that has found the accelerations of the wheels too;
+    ``radial`` that of joints whose pins part, the cut among them: nothing is projected then.
     """
     chain, wheels, sweep, h = model.chain, model.wheels, work.sweep, model.step
     lx, ly, lm = sweep.load[0], sweep.load[1], sweep.load[2]

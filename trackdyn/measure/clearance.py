@@ -4,6 +4,7 @@ import numpy as np
 
 from trackdyn.errors import InputError
 from trackdyn.model.constants import Tooth
+from trackdyn.parameters.layout import body_lengths
 from trackdyn.scene.build import build_shoes
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.recording import Recording
@@ -12,19 +13,9 @@ SIDES = ("left", "right")
 
 
 def groove_gap(tooth: Tooth, x, y) -> np.ndarray:
-    """Distance of arcs from the contour of their groove, negative where they penetrate it.
+    """Distance of arcs, centred at (x, y) of the groove frame, from the contour of their groove, m; negative within it.
 
-    Parameters
-    ----------
-    tooth : Tooth
-        Arcs of the groove.
-    x, y : arrays
-        Centres of the arcs in the groove frame, m.
-
-    Returns
-    -------
-    array
-        Least over the annular sectors that a centre lies in the angle of, m; infinite where it lies in none.
+    Least over the annular sectors that a centre lies in the angle of; infinite where it lies in none.
     """
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     least = np.full(x.shape, np.inf)
@@ -41,23 +32,14 @@ def groove_gap(tooth: Tooth, x, y) -> np.ndarray:
 def arc_gaps(recording: Recording, scene: Scene) -> dict[str, float]:
     """Least distance of the left and the right arcs from their grooves over the record, from its configurations.
 
-    Returns
-    -------
-    dict
-        ``left_gap_m, right_gap_m``: median over the connectors, 0 for one that touches; infinite if no arc comes
-        near a groove.
-
-    Raises
-    ------
-    InputError
-        The recording holds no configurations.
+    ``left_gap_m, right_gap_m``: median over the connectors, 0 for one that touches; infinite if no arc comes near a
+    groove. Raises `InputError`: the recording holds no configurations.
     """
     if not len(recording.frame):
         raise InputError("the recording holds no configurations: simulate with a frame interval above 0")
     rig, tooth = scene.rig, scene.model.tooth
     angles, turned = recording.frame[:, 2:-1], recording.frame[:, -1]
-    lengths = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
-    along = np.cumsum(lengths * np.exp(1j * angles), axis=1)
+    along = np.cumsum(body_lengths(rig) * np.exp(1j * angles), axis=1)
     pins = (recording.frame[:, 0] + 1j * recording.frame[:, 1])[:, None] + np.insert(along, 0, 0.0, axis=1)[:, :-1]
     shoes = build_shoes(rig)
     at = pins[:, shoes.arc_body] + shoes.arc_x * np.exp(1j * angles[:, shoes.arc_body])

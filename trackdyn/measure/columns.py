@@ -27,24 +27,11 @@ COLUMNS: dict[str, tuple[str, str, str, str | None]] = {
     "sd_whole_g": ("number", "g", "standard deviation over whole revolutions of the loop", "sd_whole_error_g"),
     "line_hz": ("number", "Hz", "frequency of the dominant peak, the highest bin of the FFT", "line_error_hz"),
     "line_g": ("number", "g", "amplitude of the dominant peak, the highest bin of the FFT", "line_error_g"),
-    "line_hz_binfree": (
-        "number",
-        "Hz",
-        "frequency of the dominant peak, interpolated between bins",
-        "line_error_hz_binfree",
-    ),
-    "line_g_binfree": (
-        "number",
-        "g",
-        "amplitude of the dominant peak, interpolated between bins",
-        "line_error_g_binfree",
-    ),
-    "line_error_hz": (
-        "number",
-        "Hz",
-        "standard uncertainty of the frequency of a bin: its width over root 12",
-        None,
-    ),
+    "line_hz_binfree": ("number", "Hz", "frequency of the dominant peak, interpolated between bins",
+                        "line_error_hz_binfree"),
+    "line_g_binfree": ("number", "g", "amplitude of the dominant peak, interpolated between bins",
+                       "line_error_g_binfree"),
+    "line_error_hz": ("number", "Hz", "standard uncertainty of the frequency of a bin: its width over root 12", None),
     "line_error_g": (
         "number",
         "g",
@@ -62,21 +49,13 @@ COLUMNS: dict[str, tuple[str, str, str, str | None]] = {
     "loop_gap_max_m": ("number", "m", "largest distance of the two ends of the loop after projection", CHECK),
     "gap_before_projection_m": ("number", "m", "largest distance of the two ends that a step opens", CHECK),
     "velocity_gap_m_s": ("number", "m/s", "largest velocity of the two ends relative to each other", CHECK),
-    "energy_residual": (
-        "number",
-        "1",
-        "residual of the energy balance, relative to the work of the sprocket",
-        "the residual of this record, no estimate of a mean",
-    ),
-    "resolved": (
-        "string",
-        "",
-        "whether the step resolves the contacts: yes, no, or not judged",
-        "a verdict on this record",
-    ),
+    "energy_residual": ("number", "1", "residual of the energy balance, relative to the work of the sprocket",
+                        "the residual of this record, no estimate of a mean"),
+    "resolved": ("string", "", "whether the step resolves the contacts: yes, no, or not judged",
+                 "a verdict on this record"),
     "clipped_samples": ("integer", "1", "samples clipped at the range of the sensor", "a count in this record"),
     "passages": ("integer", "1", "complete passages of connectors over the sprocket", "a count in this record"),
-}
+}  # fmt: skip
 COLUMNS |= {
     f"{side}_first_area": (
         "integer",
@@ -97,20 +76,14 @@ OF_A_SIDE: dict[str, tuple[str, str, str | None]] = {
     "share_pct": ("%", "contact duration of {}, % of a sprocket turn, mean over passages", "share_error_pct"),
     "rms_n": ("N", "root mean square of the normal force on {} over the run", "rms_error_n"),
     "sd_n": ("N", "standard deviation of the normal force on {} over the run", "sd_error_n"),
-    "rms_contact_n": (
-        "N",
-        "root mean square of the normal force on {} over the time in contact",
-        "rms_contact_error_n",
-    ),
+    "rms_contact_n": ("N", "root mean square of the normal force on {} over the time in contact",
+                      "rms_contact_error_n"),
     "peak_n": ("N", "largest normal force on {} in a passage, mean over passages", "peak_error_n"),
-    "peak_largest_n": (
-        "N",
-        "largest normal force on {} in all passages",
-        "the largest of a sample, which grows with the record; compare peak_n",
-    ),
+    "peak_largest_n": ("N", "largest normal force on {} in all passages",
+                       "the largest of a sample, which grows with the record; compare peak_n"),
     "phase_start": ("turns", "first touch of {} after the first contact of the passage, mean", "phase_start_error"),
     "phase_end": ("turns", "last release of {} after the first contact of the passage, mean", "phase_end_error"),
-}
+}  # fmt: skip
 OF_A_SIDE |= {
     error: (unit, f"standard error {PASSAGES}: {text}", None)
     for unit, text, error in OF_A_SIDE.values()
@@ -226,13 +199,7 @@ WORDS = {
 
 
 def error_of(name: str) -> str | None:
-    """Column with the standard error of a column, or the reason why it has none; None for an error itself.
-
-    Raises
-    ------
-    InputError
-        For a column that is not described here.
-    """
+    """Column of a column's standard error, or why it has none; None for an error, `InputError` if not described."""
     side, _, rest = name.partition("_")
     if name in COLUMNS:
         return COLUMNS[name][3]
@@ -258,25 +225,11 @@ def _field(name: str) -> dict:
 
 
 def table_schema(columns: Iterable[str], table: str = "metrics") -> dict:
-    """Table Schema of a published CSV file: name, type, unit and description of each column.
+    """Table Schema of a published CSV file: name, type, unit and description of each of its columns, in their order.
 
-    Parameters
-    ----------
-    columns : iterable of str
-        Columns, in the order of the file.
-    table : str
-        Name of the file without ``.csv``: ``metrics``, or one of ``TABLES``.
-
-    Returns
-    -------
-    dict
-        In ``metrics``, ``standardError`` is the column with the standard error, or says why there is none; errors have
-        no such entry.
-
-    Raises
-    ------
-    InputError
-        For a column that is not described here.
+    ``table`` is the file's name without ``.csv``: ``metrics``, or one of ``TABLES``. In ``metrics``, ``standardError``
+    is the column with the standard error, or says why there is none; errors have no such entry. Raises `InputError` for
+    a column that is not described here.
     """
     key, described = TABLES.get(table, (("run",), {}))
     fields = []
@@ -326,10 +279,7 @@ def heading(column: str, change: bool = False) -> str:
 
 
 def groups(columns) -> list[tuple[str, int]]:
-    """Head of a table in two lines: first words that three or more neighbours share, each with its number of columns.
-
-    Columns of no group stand alone, under an empty word.
-    """
+    """Head of a table in two lines: first words that three or more neighbours share (else ""), and how many do."""
     found: list[tuple[str, int]] = []
     for column in columns:
         first = column.partition("_")[0]

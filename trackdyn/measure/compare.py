@@ -19,19 +19,15 @@ SAME_RATE = 0.01  # changes what the mean over a sample leaves of 300 Hz by 0.3 
 def whole_ratio(record: SensorRecord, rate: float) -> tuple[int, int]:
     """Numbers of the sensor's samples, and of those at ``rate`` (Hz), that take the same time: one of them is 1.
 
-    Raises
-    ------
-    InputError
-        Neither rate is a multiple of the other, to ``SAME_RATE``.
+    Raises `InputError`: neither rate is a multiple of the other, to ``SAME_RATE``.
     """
     ratio = record.rate_hz / rate
     counts = max(round(ratio), 1), max(round(1 / ratio), 1)
     if abs(ratio * counts[1] / counts[0] - 1) > SAME_RATE:
         raise InputError(
-            f"{record.path}: has {record.rate_hz:.6g} samples a second, the simulation {rate:g}, and "
-            "neither is a multiple of "
-            f"the other; simulate with `trackdyn simulate --rate {round(record.rate_hz)}`, in the pipeline with that "
-            "sensor.rate in the rig"
+            f"{record.path}: has {record.rate_hz:.6g} samples a second, the simulation {rate:g}, and neither is a "
+            f"multiple of the other; simulate with `trackdyn simulate --rate {round(record.rate_hz)}`, in the pipeline "
+            "with that sensor.rate in the rig"
         )
     return counts
 
@@ -39,17 +35,13 @@ def whole_ratio(record: SensorRecord, rate: float) -> tuple[int, int]:
 def at_rate(record: SensorRecord, rate: float) -> SensorRecord:
     """The record as a sensor of this rate (Hz) would have given it: unchanged, or averaged.
 
-    Raises
-    ------
-    InputError
-        It is slower, or no multiple of the rate.
+    Raises `InputError`: it is slower, or no multiple of the rate.
     """
     faster, slower = whole_ratio(record, rate)
     if slower > 1:
         raise InputError(
-            f"{record.path}: has {record.rate_hz:.6g} samples a second, fewer than the simulation's "
-            f"{rate:g}; set sensor.rate "
-            f"of the rig to {round(record.rate_hz)}"
+            f"{record.path}: has {record.rate_hz:.6g} samples a second, fewer than the simulation's {rate:g}; set "
+            f"sensor.rate of the rig to {round(record.rate_hz)}"
         )
     return record.averaged(faster) if faster > 1 else record
 
@@ -58,11 +50,7 @@ def at_one_rate(recording: Recording, record: SensorRecord) -> tuple[SensorSigna
     """The simulated signal, its rate (Hz) and the record: the faster one averaged over the samples of the slower one.
 
     A simulated sample is the mean over its interval, so means of some of them are the samples of a slower sensor.
-
-    Raises
-    ------
-    InputError
-        The rates do not fit.
+    Raises `InputError`: the rates do not fit.
     """
     faster, slower = whole_ratio(record, recording.rate)
     return sense(recording, slower), recording.rate / slower, record.averaged(faster) if faster > 1 else record
@@ -81,10 +69,9 @@ def compare_with_sensor(recording: Recording, record: SensorRecord, name: str = 
     Returns
     -------
     DataFrame
-        ``measure, simulation, simulation_error, sensor, sensor_error, difference_pct`` with standard errors
-        over revolutions of the loop (`sensor_metrics`) and the paper's value difference ``|simulation - sensor| /
-        sensor``. Rows of the line are left out where a record holds fewer than two turns of
-        the loop.
+        ``measure, simulation, simulation_error, sensor, sensor_error, difference_pct`` with standard errors over
+        revolutions of the loop (`sensor_metrics`) and the paper's value difference ``|simulation - sensor| / sensor``.
+        Rows of the line are left out where a record holds fewer than two turns of the loop.
 
     Raises
     ------

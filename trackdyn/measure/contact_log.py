@@ -24,22 +24,13 @@ INTEGRALS = ("impulse_ns", "square_n2s")
 
 @dataclass(frozen=True)
 class Timing:
-    """Periods of a run, s; NaN while the motor stands.
+    """Periods of a run, s; NaN while the motor stands."""
 
-    Attributes
-    ----------
-    turn, loop : float
-        One turn of the sprocket and one revolution of the loop.
-    record : float
-        Length of the record.
-    pitches : int
-        Pitches of the loop.
-    """
-
+    # turn, loop: one turn of the sprocket and one revolution of the loop
     turn: float
     loop: float
-    record: float
-    pitches: int
+    record: float  # length of the record
+    pitches: int  # pitches of the loop
 
 
 def timing(recording: Recording) -> Timing:
@@ -52,9 +43,7 @@ def timing(recording: Recording) -> Timing:
 
 
 def contacts(recording: Recording, gap: float) -> dict[str, np.ndarray]:
-    """Columns of `meshing.spells` by connector and start; pitches and connectors from 0, sides by number, areas as
-    bits.
-    """
+    """Columns of `meshing.spells` by connector and start; pitches from 0, sides by number, areas as bits."""
     period = timing(recording)
     rows = _merged(recording, gap)
     ring = SIDES.index("ring")

@@ -1,17 +1,12 @@
 """Meshing of connectors and sprocket (Sect. 6): contact spells, passages, and what is measured on them.
 
-A *passage* is one way of a connector around the sprocket: every contact of its two arcs with the teeth,
-and of the adjacent link with the ring. A connector has two adjacent links; taken is the one that runs
-ahead of it. It is pressed on the ring about half a pitch before the connector meets its groove, and
-leaves it as much earlier, as the printed times have it: ring 4.05 to 5.48 s, left arc until 5.56 s. The
-link behind would touch first and leave last.
-
-Phases count from the first contact of any kind of a passage, in turns of the sprocket.
-
-Statistics are taken over complete passages, not over the record: a record that is no whole number of
-loop revolutions would weigh contact and free running wrongly, and every connector passes once a
-revolution. So a share is a mean over passages, and a mean over a run is the sum over passages divided by
-their number and by the time of a revolution, which the prescribed sprocket speed gives exactly.
+A *passage* is one way of a connector around the sprocket: every contact of its two arcs with the teeth, and of the
+adjacent link ahead of it with the ring. That link is pressed on the ring about half a pitch before the connector meets
+its groove, and leaves it as much earlier, as the printed times have it (ring 4.05 to 5.48 s, left arc until 5.56 s);
+the link behind would touch first and leave last. Phases count from the first contact of any kind of a passage, in turns
+of the sprocket. Statistics are taken over complete passages: a record of no whole number of loop revolutions would
+weigh contact and free running wrongly. A share is a mean over passages, a mean over a run the sum over passages divided
+by their number and by the time of a revolution, which the prescribed speed gives exactly.
 """
 
 from typing import Any
@@ -104,11 +99,10 @@ def passages(recording: Recording) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        ``passage`` (in order of first contact), ``connector``, ``side``, ``areas`` visited, ``count`` of
-        spells; ``start_s, end_s, touching_s, share_pct, phase_start, phase_end, ring_phase_start,
-        ring_phase_end, peak_n, peak_s, peak_phase, impulse_ns, square_n2s``: of first start, last end,
-        highest peak and sums over the spells, as in :func:`spells`. Without contact sums and ``peak_n``
-        are 0, times and phases NaN.
+        ``passage`` (in order of first contact), ``connector``, ``side``, ``areas`` visited, ``count`` of spells;
+        ``start_s, end_s, touching_s, share_pct, phase_start, phase_end, ring_phase_start, ring_phase_end, peak_n,
+        peak_s, peak_phase, impulse_ns, square_n2s``: of first start, last end, highest peak and sums over the spells,
+        as in :func:`spells`. Without contact sums and ``peak_n`` are 0, times and phases NaN.
     """
     period = timing(recording)
     rows = contacts(recording, MERGE_GAP)
@@ -153,9 +147,8 @@ def meshing_summary(recording: Recording) -> dict:
           the whole run, free running included as zero; all connectors see the same statistics
         - ``_rms_contact_n, _rms_contact_error_n``: RMS over the time in contact alone
         - ``_peak_n, _peak_error_n``: mean of the largest force of each passage; ``_peak_largest_n``: the
-          largest of all, which grows with the record and has no standard error: what it estimates depends on
-          how many passages it is the largest of (Coles, Introduction to Statistical Modeling of Extreme
-          Values, 2001, ch. 3)
+          largest of all, which grows with the record and has no standard error: what it estimates depends on how many
+          passages it is the largest of (Coles, Introduction to Statistical Modeling of Extreme Values, 2001, ch. 3)
         - ``_phase_start, _phase_end``: first touch and last release in turns since the first contact of
           the passage, means over the passages with such a contact; ``_phase_start_error, _phase_end_error``
 
@@ -189,13 +182,8 @@ def meshing_summary(recording: Recording) -> dict:
 def events(recording: Recording, passage: int) -> dict[str, float]:
     """Named events of one complete passage (:func:`passages`), in the order of C16 (no ring) or C17 (ring).
 
-    Times are in s since the first contact of the passage, NaN for what does not happen. ``out`` is the last
-    contact of either arc.
-
-    Raises
-    ------
-    InputError
-        If the record holds no complete passage of this number.
+    Times are in s since the first contact of the passage, NaN for what does not happen. ``out`` is the last contact of
+    either arc. Raises `InputError` if the record holds no complete passage of this number.
     """
     table = passages(recording)
     count = table["passage"].nunique()
@@ -221,13 +209,9 @@ def first_areas(recording: Recording) -> dict[str, int]:
 
 
 def mean_events(recording: Recording) -> pd.DataFrame:
-    """Mean and standard deviation of :func:`events` over the complete passages.
+    """Mean and standard deviation (1/(n-1)) of :func:`events` over the complete passages.
 
-    Returns
-    -------
-    DataFrame
-        ``event, mean_s, sd_s`` (1/(n-1)) and ``passages`` in which the event happens; NaN where none or
-        only one does.
+    A table with ``event, mean_s, sd_s`` and the ``passages`` in which it happens; NaN where none or only one does.
     """
     table, places = passages(recording), _event_places(recording)
     found = [_events(rows, places) for _, rows in table.groupby("passage")]
@@ -237,9 +221,7 @@ def mean_events(recording: Recording) -> pd.DataFrame:
 
 
 def event_times(recording: Recording) -> dict[str, float]:
-    """Mean time of every event of `mean_events` and `smoothed_maxima` after the first contact, s; NaN if it never
-    happens.
-    """
+    """Mean time of every event of `mean_events` and `smoothed_maxima` after the first contact, s; NaN if never."""
     tables = (mean_events(recording), smoothed_maxima(recording))
     return {row["event"]: float(row["mean_s"]) for table in tables for _, row in table.iterrows()}
 
@@ -249,13 +231,9 @@ def smoothed_maxima(recording: Recording, window_s: float = RESOLUTION) -> pd.Da
 
     The largest force of all steps may be that spike, which lasts less than a millisecond. The paper prints times to
     0.01 s and draws its forces every millisecond: a mean over ``window_s`` shows the maximum of what carries load, and
-    so do the samples of the record from ``window_s`` after the touch of that side on.
-
-    Returns
-    -------
-    DataFrame
-        ``event`` (``left maximum, mean over 0.01 s``, ``left maximum, after the touch``, ...), ``mean_s, sd_s`` after
-        the first contact, ``passages``.
+    so do the samples of the record from ``window_s`` after the touch of that side on. A table with ``event`` (``left
+    maximum, mean over 0.01 s``, ``left maximum, after the touch``, ...), ``mean_s, sd_s`` after the first contact and
+    ``passages``.
     """
     count = timing(recording).pitches
     columns = {int(pitch): i for i, pitch in enumerate(recording.pitches)}
@@ -295,13 +273,10 @@ def _visited(recording: Recording, side: str) -> str:
 
 
 def area_shares(recording: Recording) -> dict[str, float]:
-    """Time that an arc of a recorded connector spends in each area, % of a sprocket turn a passage:
-    ``left_area_2_pct``.
-    """
+    """Time of an arc of a recorded connector in each area, % of a turn a passage: ``left_area_2_pct``."""
     period = timing(recording)
-    turns = (
-        len(recording.pitches) * period.record / period.loop * period.turn * recording.rate
-    )  # samples of a turn a passage
+    # samples of a turn a passage
+    turns = len(recording.pitches) * period.record / period.loop * period.turn * recording.rate
     found: dict[str, float] = {}
     for k, side in enumerate(SIDES[:2]):
         samples = np.bincount(recording.area[:, :, k].ravel(), minlength=11)
@@ -351,14 +326,6 @@ def _area_names(bits: int) -> str:
 def serving_radius(left: pd.Series, right: pd.Series) -> float:
     """Smallest ring radius without right contact whose left share is within 2 points of the least (the rule of C26).
 
-    Parameters
-    ----------
-    left, right : Series
-        Shares of left and right arc contact, % of a turn, by radius (m).
-
-    Returns
-    -------
-    float
-        The radius, m; NaN if none serves.
+    ``left`` and ``right`` are the shares of arc contact, % of a turn, by radius, m; NaN if none serves.
     """
     return float(left.index[(right < TOUCHING) & (left <= left.min() + NEAR_LEAST)].min())

@@ -19,13 +19,9 @@ STARTS = 16  # of a record in a turn of the loop
 def lines_by_start(recording: Recording, starts: int = STARTS) -> pd.DataFrame:
     """Dominant peak of the FFT, had the record begun elsewhere in a turn of the loop.
 
-    What a later start needs beyond the end of the record is taken one turn earlier: in steady running every turn
-    is like the one before. Windows of a longer run show the same amplitudes to 5e-6 g (115 rpm, 90 s).
-
-    Returns
-    -------
-    DataFrame
-        ``start_s`` after the record's own start, ``line_hz``, ``line_g``; no rows for a record too short for a line.
+    What a later start needs beyond the end of the record is taken one turn earlier: in steady running every turn is
+    like the one before. Windows of a longer run show the same amplitudes to 5e-6 g (115 rpm, 90 s). A table with
+    ``start_s`` after the record's own start, ``line_hz``, ``line_g``; no rows for a record too short for a line.
     """
     ay, loop_hz = sense(recording).ay, loop_frequency(recording)
     if loop_hz <= 0 or len(ay) / recording.rate * loop_hz < LEAST_LOOPS:

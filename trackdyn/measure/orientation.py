@@ -19,18 +19,9 @@ CLEARLY = 2.0  # times better
 def turn_shape(axes: np.ndarray, rate: float, hz: float) -> np.ndarray:
     """Mean and first harmonics of the loop's frequency in a record, free of the instant at which it begins.
 
-    Parameters
-    ----------
-    axes : (a, N) array
-        Accelerations; the first one is that whose crest begins a turn.
-    rate, hz : float
-        Samples and turns of the loop a second, Hz.
-
-    Returns
-    -------
-    (a, HARMONICS + 1) complex array
-        Mean over whole turns, in the unit of ``axes``; amplitudes are divided by the root of 2, so that squares add
-        up to the mean square.
+    ``axes`` are (a, N) accelerations, of which the first one's crest begins a turn; ``rate`` and ``hz`` are samples and
+    turns of the loop a second. Returned is, (a, HARMONICS + 1) in the unit of ``axes``, the mean over whole turns;
+    amplitudes are divided by the root of 2, so that squares add up to the mean square.
     """
     length = min(int(rate / hz), axes.shape[1])
     starts = (np.arange(max(int((axes.shape[1] - length) / rate * hz + 1e-6) + 1, 1)) * rate / hz).astype(int)
@@ -44,14 +35,9 @@ def turn_shape(axes: np.ndarray, rate: float, hz: float) -> np.ndarray:
 def doubtful_axes(recording: Recording, record: SensorRecord) -> str | None:
     """What seems wrong with the axes of a sensor's record, and which ``--axis`` fit; None if nothing does.
 
-    Compared are mean and first harmonics of the loop's frequency in y, and in x where the record has it: gravity
-    crosses the axes in an order that a flipped or exchanged one reverses, and the mean of y points inwards. A loop that
-    runs the other way round, as its mirror image does, is not doubted.
-
-    Parameters
-    ----------
-    recording, record
-        Simulation and sensor, of a turn of the loop at least.
+    Compared are mean and first harmonics of the loop's frequency, over a turn at least, in y, and in x where the record
+    has it: gravity crosses the axes in an order that a flipped or exchanged one reverses, and the mean of y points
+    inwards. A loop that runs the other way round, as its mirror image does, is not doubted.
     """
     if not recording.meta["rig"]["gravity"]:
         return None

@@ -46,58 +46,28 @@ class Setting(NamedTuple):
 
 @dataclass
 class Tried:
-    """A setting and what came of it.
+    """A setting and what came of it."""
 
-    Attributes
-    ----------
-    setting : Setting
-        What was tried.
-    scene : Scene or None
-        The scene with it; None if it was refused.
-    error : dict of str to float
-        Largest error of each measure that is its own, as tolerances are given; empty as long as no finer one ran.
-    half_width : dict of str to float
-        Half of the 95 % interval of each measure over the trial, as tolerances are given.
-    rate : float
-        CPU seconds of a simulated one.
-    refused : str
-        Why it did not run, or nothing.
-    """
-
-    setting: Setting
-    scene: Scene | None = None
+    setting: Setting  # what was tried
+    scene: Scene | None = None  # the scene with it; None if it was refused
+    # largest error of each measure that is its own, as tolerances are given; empty as long as no finer one ran
     error: dict[str, float] = field(default_factory=dict)
+    # half of the 95 % interval of each measure over the trial, as tolerances are given
     half_width: dict[str, float] = field(default_factory=dict)
-    rate: float = 0.0
-    refused: str = ""
+    rate: float = 0.0  # CPU seconds of a simulated one
+    refused: str = ""  # why it did not run, or nothing
     found: dict[str, Series] = field(default_factory=dict, repr=False)
 
 
 class Plan(NamedTuple):
-    """What to run for tolerances.
+    """What to run for tolerances."""
 
-    Attributes
-    ----------
-    chosen : Tried
-        The setting.
-    left : dict of str to float
-        Tolerances of the record: what the setting leaves of those that were asked for.
-    duration : float
-        s at constant speed that its record is expected to take.
-    cpu_s : float
-        CPU seconds that the run is expected to take.
-    trial_cpu_s : float
-        CPU seconds that the trials took.
-    tried : tuple of Tried
-        All settings that were tried, from cheap to dear.
-    """
-
-    chosen: Tried
-    left: dict[str, float]
-    duration: float
-    cpu_s: float
-    trial_cpu_s: float
-    tried: tuple[Tried, ...]
+    chosen: Tried  # the setting
+    left: dict[str, float]  # tolerances of the record: what the setting leaves of those that were asked for
+    duration: float  # s at constant speed that its record is expected to take
+    cpu_s: float  # CPU seconds that the run is expected to take
+    trial_cpu_s: float  # CPU seconds that the trials took
+    tried: tuple[Tried, ...]  # all settings that were tried, from cheap to dear
 
     @property
     def scene(self) -> Scene:

@@ -14,28 +14,18 @@ LEAST_LOOPS = 2.0
 
 @dataclass(frozen=True)
 class SensorSignal:
-    """What the sensor on the link would report.
+    """What the sensor on the link would report."""
 
-    Attributes
-    ----------
-    time : (s,) array
-        Sample times, s.
-    ax, ay : (s,) arrays
-        Along the link and along its outward normal, g; the mean over the sample interval that ends
-        at the sample, limited to the range.
-    raw_ax, raw_ay : (s,) arrays
-        The same at the instant of the sample, g. Contact rings at 0.7 to 1.7 kHz, which instantaneous
-        samples fold into the record.
-    clipped : int
-        Number of samples of ``ax`` and ``ay`` that the range cut.
-    """
-
-    time: np.ndarray
+    time: np.ndarray  # (s,) sample times, s
+    # ax, ay: (s,) along the link and along its outward normal, g; the mean over the sample interval that ends at the
+    # sample, limited to the range
     ax: np.ndarray
     ay: np.ndarray
+    # raw_ax, raw_ay: (s,) the same at the instant of the sample, g. Contact rings at 0.7 to 1.7 kHz, which
+    # instantaneous samples fold into the record
     raw_ax: np.ndarray
     raw_ay: np.ndarray
-    clipped: int
+    clipped: int  # number of samples of ``ax`` and ``ay`` that the range cut
 
 
 def specific_force(acceleration: ArrayLike, angle: ArrayLike, gravity: float = 9.81) -> np.ndarray:

@@ -22,9 +22,8 @@ def sensor_metrics(ay, rate: float, loop_hz: float) -> dict:
     """RMS and SD, of the record and of its whole loop revolutions, dominant peak and high-frequency content of ay in g.
 
     Each stands before its standard error over revolutions of the loop (`signals.uncertainty`,
-    `uncertainty.line_error`).
-    The whole revolutions are those that the errors of the record are taken from, too. Lines and errors are NaN where
-    the record holds fewer than two revolutions.
+    `uncertainty.line_error`). The whole revolutions are those that the errors of the record are taken from, too. Lines
+    and errors are NaN where the record holds fewer than two revolutions.
     """
     ay = np.asarray(ay)
     loops = len(ay) / rate * loop_hz

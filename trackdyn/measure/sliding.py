@@ -11,14 +11,9 @@ def sliding_per_km(recording: Recording) -> dict[str, float]:
     """Work of friction in J for each kilometre that the chain runs.
 
     Taken over as many whole passages of a pitch as the record holds: teeth and links meet alike in each. A kilometre is
-    counted along the chain, pin to pin.
-
-    Returns
-    -------
-    dict
-        ``sliding_area_1_j_km`` and so on (all connectors, by area of the groove), their sum ``sliding_teeth_j_km``,
-        ``sliding_ring_j_km`` (links on the sprocket's ring) and ``sliding_wheels_j_km`` (on the other wheels); nothing
-        of a recording without an account of sliding, or shorter than a passage.
+    counted along the chain, pin to pin. ``sliding_area_1_j_km`` and so on are all connectors by area of the groove,
+    ``sliding_teeth_j_km`` their sum, ``sliding_ring_j_km`` links on the sprocket's ring and ``sliding_wheels_j_km`` on
+    the other wheels; nothing of a recording without an account of sliding, or shorter than a passage.
     """
     rows, period = recording.sliding, timing(recording)
     if not rows.size or not np.isfinite(period.loop):

@@ -72,9 +72,7 @@ def contact_series(table: pd.DataFrame) -> dict[str, Series]:
 
 
 def half_widths(found: dict[str, Series]) -> tuple[float, float]:
-    """Largest half of a 95 % interval of a share (%), and of an RMS force that lasts (relative); NaN where there is
-    none.
-    """
+    """Largest half of a 95 % interval of a share (%), and of an RMS force that lasts (relative); NaN if none."""
     means = {name: measure.estimate() for name, measure in found.items()}
     forces = [
         means[f"{side}_force"].half_width / means[f"{side}_force"].value
@@ -85,10 +83,7 @@ def half_widths(found: dict[str, Series]) -> tuple[float, float]:
 
 
 def later(recording: Recording, seconds: float) -> Recording:
-    """The recording without its first ``seconds``, as if it had begun then; it may have no frames.
-
-    Contacts that last at that moment are not logged, as at every beginning.
-    """
+    """The recording as if begun ``seconds`` later; frames may be gone, contacts that last then are not logged."""
     first = int(seconds * recording.rate)
     if not first:
         return recording
@@ -110,18 +105,12 @@ def later(recording: Recording, seconds: float) -> Recording:
 
 
 def run_steady(loop: Loop, rule: StopRule) -> tuple[Recording, bool]:
-    """Start a loop and record it until its contacts have converged, or for the duration of its scene.
+    """Start a loop and record it until its contacts have converged (then True), or for the duration of its scene.
 
     Passages that are alike within the tolerances need no cut: all of them count. Else the longest transient of all
     measures is left out by the marginal standard error rule (`Series.transient`). The run ends when the passages that
-    count are enough and half of their 95 % intervals, by batch means, small enough.
-
-    Returns
-    -------
-    Recording
-        From two thirds of a turn of the sprocket before the first passage that counts.
-    bool
-        It has converged.
+    count are enough and half of their 95 % intervals, by batch means, small enough. The recording begins two thirds of
+    a turn of the sprocket before the first passage that counts.
     """
 
     def judge(recording: Recording) -> tuple[Recording, bool]:
@@ -153,24 +142,12 @@ def steady_from(recording: Recording, rule: StopRule) -> tuple[float, bool]:
 
 @dataclass(frozen=True)
 class Answer:
-    """What a run gives at its end.
+    """What a run gives at its end."""
 
-    Attributes
-    ----------
-    measures : dict of str to Estimate
-        All measures with their errors (`measure.whole_loop.series`).
-    reached : dict of str to bool
-        For each measure that was asked for: is its 95 % interval within the tolerance?
-    transient : float
-        Time at constant speed that was left out, s.
-    recording : Recording
-        All that was recorded, with every link.
-    """
-
-    measures: dict[str, Estimate]
-    reached: dict[str, bool]
-    transient: float
-    recording: Recording
+    measures: dict[str, Estimate]  # all measures with their errors (`measure.whole_loop.series`)
+    reached: dict[str, bool]  # for each measure that was asked for: is its 95 % interval within the tolerance?
+    transient: float  # time at constant speed that was left out, s
+    recording: Recording  # all that was recorded, with every link
 
     @property
     def converged(self) -> bool:
@@ -197,9 +174,8 @@ def run_until(
     scene : Scene
         Duration and lead-in are not used.
     tolerances : mapping of str to float
-        Measure and tolerance: relative for ``rms, sd, line, high_frequency, left_peak,
-        right_peak``; a share of a sprocket turn (0.01 is one point)
-        for ``left_share, right_share, ring_share``.
+        Measure and tolerance: relative for ``rms, sd, line, high_frequency, left_peak, right_peak``; a share of a
+        sprocket turn (0.01 is one point) for ``left_share, right_share, ring_share``.
     longest : float
         s at constant speed.
     tick : function
@@ -249,13 +225,7 @@ def _judged(recording: Recording, tolerances: Mapping[str, float]) -> tuple[Answ
 
 
 def refuse_undriven(scene: Scene) -> None:
-    """Refuse what has no passages of pitches.
-
-    Raises
-    ------
-    InputError
-        The scene has no chain that is driven on its wheels.
-    """
+    """Refuse (`InputError`) a scene that has no chain driven on its wheels, and so no passages of pitches."""
     if scene.chain == "belt" or scene.loop == "free" or scene.motor_rpm == 0:
         raise InputError("scene: a tolerance needs a chain that is driven on its wheels; use chain='double_pin'")
 
@@ -263,10 +233,8 @@ def refuse_undriven(scene: Scene) -> None:
 def refuse_until(scene: Scene, tolerances: Mapping[str, float], longest: float) -> None:
     """Refuse what `run_until` cannot be asked for.
 
-    Raises
-    ------
-    InputError
-        A measure or tolerance is invalid, or ``longest`` holds too few passages or is beyond ten hours.
+    Raises `InputError`: a measure or tolerance is invalid, or ``longest`` holds too few passages or is beyond ten
+    hours.
     """
     if not tolerances:
         raise InputError("tolerances is empty; name a measure and a tolerance, such as rms and 0.01")

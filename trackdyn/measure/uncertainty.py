@@ -16,21 +16,11 @@ NAN = float("nan")
 
 
 def batch_error(values) -> tuple[float, float]:
-    """Standard error of the mean of successive values, and the half width of its 95 % interval.
+    """Standard error of the mean of (m,) successive values, and the half width of its 95 % interval.
 
     Consistent batch means: batches of about the root of the number of values, so that what a value has in common with
     its neighbours stays within a batch (Flegal and Jones, Annals of Statistics 38, 2010, 1034-1070); the interval is
-    Student's with one degree of freedom less than batches.
-
-    Parameters
-    ----------
-    values : (m,) array
-        In order of time.
-
-    Returns
-    -------
-    error, half_width : float
-        In the unit of the values; NaN for fewer than two batches.
+    Student's with one degree of freedom less than batches. NaN for fewer than two batches.
     """
     values = np.asarray(values, dtype=float)
     size = max(1, int(np.sqrt(len(values))))
@@ -43,14 +33,9 @@ def batch_error(values) -> tuple[float, float]:
 
 
 def record_error(scatter: float, passages) -> np.ndarray:
-    """Half of the 95 % interval of a mean of so many passages, by batch means (`batch_error`).
+    """Half of the 95 % interval of a mean of so many passages (integers), by batch means (`batch_error`).
 
-    Parameters
-    ----------
-    scatter : float
-        Standard error of a single passage.
-    passages : array of int
-        Numbers of passages.
+    ``scatter`` is the standard error of a single passage.
     """
     passages = np.asarray(passages)
     batches = passages // np.sqrt(passages).astype(int)
@@ -131,8 +116,6 @@ def line_error(a, rate_hz: float, bin_hz: float, loop_hz: float) -> LineError:
 
 
 def _demodulated(a: np.ndarray, rate_hz: float, edges: np.ndarray, hz: float) -> np.ndarray:
-    """(n,) complex amplitude of a frequency in each of n parts of a signal, its phase counted from the
-    signal's start.
-    """
+    """(n,) complex amplitude of a frequency in each of n parts of a signal, its phase from the signal's start."""
     products = a * np.exp(-2j * np.pi * hz / rate_hz * np.arange(a.size))
     return 2.0 * np.add.reduceat(products[: edges[-1]], edges[:-1]) / np.diff(edges)

@@ -36,21 +36,12 @@ class Estimate(NamedTuple):
 
 
 class Revolution(NamedTuple):
-    """A revolution of one link, stitched.
+    """A revolution of one link, stitched."""
 
-    Attributes
-    ----------
-    time : (k,) array
-        Since the start of the revolution, s.
-    ay : (k,) array
-        y acceleration of Eq. 40, g.
-    seam : float
-        Root mean square difference, where one link's record ends and the next one's begins, of what the two feel at
-        that instant of their ways, g: 0 if the motion repeats from pitch to pitch.
-    """
-
-    time: np.ndarray
-    ay: np.ndarray
+    time: np.ndarray  # (k,) since the start of the revolution, s
+    ay: np.ndarray  # (k,) y acceleration of Eq. 40, g
+    # root mean square difference, where one link's record ends and the next one's begins, of what the two feel at that
+    # instant of their ways, g: 0 if the motion repeats from pitch to pitch
     seam: float
 
 
@@ -60,13 +51,7 @@ def passage(recording: Recording) -> float:
 
 
 def every_ay(recording: Recording) -> np.ndarray:
-    """(s, p) y acceleration that a sensor on each link reports (Eq. 40), limited to its range, g.
-
-    Raises
-    ------
-    InputError
-        The recording has no such signals.
-    """
+    """(s, p) y acceleration that a sensor on each link reports (Eq. 40), in its range, g; `InputError` without."""
     if recording.link_mean.size == 0:
         raise InputError("recording: link_mean is empty; a scene with every_link=True fills it")
     rig = recording.meta["rig"]
@@ -87,19 +72,8 @@ def _windows(recording: Recording) -> np.ndarray:
 def stitch(recording: Recording, first: int = 0, felt: np.ndarray | None = None) -> Revolution:
     """A revolution of one link out of the records of all links within the passage that begins at sample ``first``.
 
-    Parameters
-    ----------
-    recording : Recording
-        One of a scene with ``every_link``, at least one passage and a sample long from ``first`` on.
-    first : int
-        Sample.
-    felt : array or None
-        `every_ay` of the recording, if it is at hand.
-
-    Raises
-    ------
-    InputError
-        The record is too short.
+    The scene has ``every_link``; ``felt`` is `every_ay` of the recording, if it is at hand. Raises `InputError` if the
+    record is shorter than a passage and a sample from ``first`` on.
     """
     felt = every_ay(recording) if felt is None else felt
     rate, span = recording.rate, passage(recording)
@@ -119,21 +93,11 @@ def stitch(recording: Recording, first: int = 0, felt: np.ndarray | None = None)
 
 
 class Series(NamedTuple):
-    """A measure passage by passage.
+    """A measure passage by passage."""
 
-    Attributes
-    ----------
-    values : (m,) array
-        What is averaged: a mean square for RMS and SD, the measure itself for the others.
-    passage : (m,) integer array
-        Passage of the record that each belongs to.
-    root : bool
-        The measure is the root of the mean.
-    """
-
-    values: np.ndarray
-    passage: np.ndarray
-    root: bool = False
+    values: np.ndarray  # (m,) what is averaged: a mean square for RMS and SD, the measure itself for the others
+    passage: np.ndarray  # (m,) integers: passage of the record that each belongs to
+    root: bool = False  # the measure is the root of the mean
 
     def since(self, first: int) -> "Series":
         """Without the passages before ``first``."""

@@ -18,184 +18,106 @@ TANGENTIAL, INDEPENDENT, ISOTROPIC = range(3)
 
 
 class Chain(NamedTuple):
-    """The chain of ``n`` bodies.
+    """The chain of ``n`` bodies."""
 
-    Attributes
-    ----------
-    length : (n,) array
-        Pin to pin length, m.
-    mass : (n,) array
-        Mass, kg.
-    inertia : (n,) array
-        Moment of inertia about the mass centre, kg m2.
-    com_x, com_y : (n,) arrays
-        Mass centre in the body frame (x from input to output pin, y its left normal), from the
-        input pin, m.
-    stiffness, damping, free_angle : float
-        Rubber bushing of every revolute joint: torque on the outboard body
-        ``-stiffness (phi - free_angle) - damping phi'`` with ``phi = angle[i+1] - angle[i]``;
-        N m/rad, N m s/rad, rad.
-    gravity : float
-        Magnitude of gravity along -y, m/s2.
-    """
-
-    length: np.ndarray
-    mass: np.ndarray
-    inertia: np.ndarray
+    length: np.ndarray  # (n,) pin to pin length, m
+    mass: np.ndarray  # (n,) mass, kg
+    inertia: np.ndarray  # (n,) moment of inertia about the mass centre, kg m2
+    # com_x, com_y: (n,) mass centre in the body frame (x from input to output pin, y its left normal), from the input
+    # pin, m
     com_x: np.ndarray
     com_y: np.ndarray
+    # stiffness, damping, free_angle: rubber bushing of every revolute joint: torque on the outboard body ``-stiffness
+    # (phi - free_angle) - damping phi'`` with ``phi = angle[i+1] - angle[i]``; N m/rad, N m s/rad, rad
     stiffness: float
     damping: float
     free_angle: float
-    gravity: float
+    gravity: float  # magnitude of gravity along -y, m/s2
 
 
 class Shoes(NamedTuple):
-    """Where the links and the connectors' arcs sit on the bodies of the chain, for ``p`` pitches.
+    """Where the links and the connectors' arcs sit on the bodies of the chain, for ``p`` pitches."""
 
-    Attributes
-    ----------
-    link_body : (p,) integer array
-        Body that carries the link of a pitch.
-    link_start, link_end : (p,) arrays
-        The ends A and B of the link's middle line on the body's pin line, from its input pin, m.
-    arc_body : (2 p,) integer array
-        Body that carries the left (even entries) and right (odd) arc of the connector of a pitch.
-    arc_x : (2 p,) array
-        Their centres on the body's pin line, from its input pin, m.
-    """
-
-    link_body: np.ndarray
+    link_body: np.ndarray  # (p,) integers: body that carries the link of a pitch
+    # link_start, link_end: (p,) the ends A and B of the link's middle line on the body's pin line, from its input pin,
+    # m
     link_start: np.ndarray
     link_end: np.ndarray
+    # (2 p,) integers: body that carries the left (even entries) and right (odd) arc of the connector of a pitch
     arc_body: np.ndarray
-    arc_x: np.ndarray
+    arc_x: np.ndarray  # (2 p,) their centres on the body's pin line, from its input pin, m
 
 
 class Law(NamedTuple):
-    """A contact between two surfaces.
+    """A contact between two surfaces."""
 
-    Attributes
-    ----------
-    stiffness : float
-        ``pi L E* / (2 sqrt 2)`` of Eq. 8, N/m.
-    loss : float
-        Factor chi of the relative penetration velocity: ``3 (1 - c_r^2) / 4`` of Eq. 8, the one that
-        delivers c_r, or 0 for an elastic contact.
-    friction_static, friction_dynamic : float
-        Coefficients of Eq. 10; both 0: no friction.
-    transition_velocity : float
-        v_t of Eq. 10, m/s.
-    speed_floor : float
-        Least initial impact velocity, m/s.
-    factor_limit : float
-        Upper bound of the bracket of Eq. 8 (its lower bound is 0: contact never pulls).
-    """
-
-    stiffness: float
+    stiffness: float  # ``pi L E* / (2 sqrt 2)`` of Eq. 8, N/m
+    # factor chi of the relative penetration velocity: ``3 (1 - c_r^2) / 4`` of Eq. 8, the one that delivers c_r, or 0
+    # for an elastic contact
     loss: float
+    # friction_static, friction_dynamic: coefficients of Eq. 10; both 0: no friction
     friction_static: float
     friction_dynamic: float
-    transition_velocity: float
-    speed_floor: float
-    factor_limit: float
+    transition_velocity: float  # v_t of Eq. 10, m/s
+    speed_floor: float  # least initial impact velocity, m/s
+    factor_limit: float  # upper bound of the bracket of Eq. 8 (its lower bound is 0: contact never pulls)
 
 
 class Tooth(NamedTuple):
-    """The contact between connectors and grooves.
+    """The contact between connectors and grooves."""
 
-    Attributes
-    ----------
-    present : int
-        0: the scene has no teeth.
-    centre_x, centre_y, radius : (k,) arrays
-        Arcs O_j and r_j in the groove frame (Table 1), m; ten of them, or five of the coarse profile, edges included.
-    direction_x, direction_y, cos_half_angle : (k,) arrays
-        u_j and cos theta_j of Eq. 23.
-    convex : (k,) integer array
-        1 for areas 1, 4, 7, 10 of the ten.
-    groove_cos, groove_sin : (m,) arrays
-        Cosine and sine of beta_k (Eq. 12).
-    teeth : int
-        m.
-    half_pitch : float
-        tan(pi / m): half the sector of a groove.
-    addendum : float
-        r_a of Eq. 18, m.
-    arc_radius : float
-        r_C of the connector's arcs, m.
-    law : Law
-        Steel on steel.
-    mobility : float
-        Of the chain across itself where an arc touches (`chain.mobility`), 1/kg; 0 where the method has forces and
-        velocities of the same instant.
-    slip : (2, 3) array
-        Of a left and of a right arc where it slides (`chain.mobility.mobility_of_slip`), 1/kg; 0 likewise.
-    """
-
-    present: int
+    present: int  # 0: the scene has no teeth
+    # centre_x, centre_y, radius: (k,) arcs O_j and r_j in the groove frame (Table 1), m; ten of them, or five of the
+    # coarse profile, edges included
     centre_x: np.ndarray
     centre_y: np.ndarray
     radius: np.ndarray
+    # direction_x, direction_y, cos_half_angle: (k,) u_j and cos theta_j of Eq. 23
     direction_x: np.ndarray
     direction_y: np.ndarray
     cos_half_angle: np.ndarray
-    convex: np.ndarray
+    convex: np.ndarray  # (k,) integers: 1 for areas 1, 4, 7, 10 of the ten
+    # groove_cos, groove_sin: (m,) cosine and sine of beta_k (Eq. 12)
     groove_cos: np.ndarray
     groove_sin: np.ndarray
-    teeth: int
-    half_pitch: float
-    addendum: float
-    arc_radius: float
-    law: Law
+    teeth: int  # m
+    half_pitch: float  # tan(pi / m): half the sector of a groove
+    addendum: float  # r_a of Eq. 18, m
+    arc_radius: float  # r_C of the connector's arcs, m
+    law: Law  # steel on steel
+    # of the chain across itself where an arc touches (`chain.mobility`), 1/kg; 0 where the method has forces and
+    # velocities of the same instant
     mobility: float = 0.0
+    # (2, 3) of a left and of a right arc where it slides (`chain.mobility.mobility_of_slip`), 1/kg; 0 likewise
     slip: np.ndarray = np.zeros((2, 3))
 
 
 class Wheels(NamedTuple):
-    """The ``w`` wheels that links touch: 0 the sprocket's ring, then the others.
+    """The ``w`` wheels that links touch: 0 the sprocket's ring, then the others."""
 
-    Attributes
-    ----------
-    present : (w,) integer array
-        0: no contact with links (a sprocket without ring).
-    x, y, radius, inertia : (w,) arrays
-        Centre, radius, moment of inertia; SI. The sprocket's motion is prescribed.
-    drag, torque : (w,) arrays
-        Viscous drag of the bearing (N m s/rad) and torque against the rotation at any rate (N m).
-    half_thickness : float
-        D/2 of the links, m.
-    slip : (w,) array
-        Mobility of a link that slides on every wheel, 1/kg; 0 where the method has forces and velocities of the same
-        instant.
-    ring_law, wheel_law : Law
-        Links on the sprocket's ring; links on the other wheels.
-    rolling : (w,) array
-        Lever arm of the rolling resistance of links on every wheel, m.
-    own_law : (w, 7) array
-        Law of every wheel, the entries of a `Law`; without rows where ``wheel_law`` serves all.
-    """
-
-    present: np.ndarray
+    present: np.ndarray  # (w,) integers: 0: no contact with links (a sprocket without ring)
+    # x, y, radius, inertia: (w,) centre, radius, moment of inertia; SI. The sprocket's motion is prescribed
     x: np.ndarray
     y: np.ndarray
     radius: np.ndarray
     inertia: np.ndarray
+    # drag, torque: (w,) viscous drag of the bearing (N m s/rad) and torque against the rotation at any rate (N m)
     drag: np.ndarray
     torque: np.ndarray
-    half_thickness: float
+    half_thickness: float  # d/2 of the links, m
+    # (w,) mobility of a link that slides on every wheel, 1/kg; 0 where the method has forces and velocities of the same
+    # instant
     slip: np.ndarray
+    # ring_law, wheel_law: links on the sprocket's ring; links on the other wheels
     ring_law: Law
     wheel_law: Law
-    rolling: np.ndarray
+    rolling: np.ndarray  # (w,) lever arm of the rolling resistance of links on every wheel, m
+    # (w, 7) law of every wheel, the entries of a `Law`; without rows where ``wheel_law`` serves all
     own_law: np.ndarray = np.empty((0, len(Law._fields)))
 
 
 class Closure(NamedTuple):
-    """The cut joint: ``compliant`` 0 holds both pins together exactly; 1 is a spring and damper between them.
-
-    ``stiffness`` (N/m) and ``damping`` (N s/m) are those of the elastic-damping cut (A.6).
-    """
+    """The cut joint: held exactly (``compliant`` 0), or by ``stiffness`` (N/m) and ``damping`` (N s/m; A.6)."""
 
     compliant: int
     stiffness: float
@@ -203,49 +125,29 @@ class Closure(NamedTuple):
 
 
 class Carriers(NamedTuple):
-    """Wheels on springs and dampers, ``k`` of them (`integrate.carriers`); 0 where all wheels are fixed.
+    """Wheels on springs and dampers, ``k`` of them (`integrate.carriers`); 0 where all wheels are fixed."""
 
-    Attributes
-    ----------
-    wheel : (k,) integer array
-        Which one each carries.
-    of_wheel : (w,) integer array
-        The carrier of every wheel, -1 for none.
-    arm : (k,) integer array
-        1: a trailing arm, its coordinate in rad; 0: a slider, in m.
-    x, y : (k,) arrays
-        Place at rest of a slider's wheel, pivot of an arm, m.
-    along_x, along_y : (k,) arrays
-        Direction in which a slider moves; of an arm its length (m) turned by a right angle, at rest.
-    mass, stiffness, damping : (k,) arrays
-        What moves, its spring and its damper; kg, N/m, N s/m or kg m2, N m/rad, N m s/rad.
-    preload : (k,) array
-        Force (N) or torque (N m) of the spring at rest; of a slider less what its weight takes.
-    weight : (k,) array
-        Weight that an arm lifts with its wheel, N; 0 for sliders.
-    low, high : (k,) arrays
-        Stops, m or rad.
-    tensioner : int
-        The carrier that ``force`` acts on.
-    force : (m, 2) array
-        Times (s) and forces (N) of a tensioner that is pushed and not sprung; otherwise without rows.
-    """
-
-    wheel: np.ndarray
-    of_wheel: np.ndarray
-    arm: np.ndarray
+    wheel: np.ndarray  # (k,) integers: which one each carries
+    of_wheel: np.ndarray  # (w,) integers: the carrier of every wheel, -1 for none
+    arm: np.ndarray  # (k,) integers: 1: a trailing arm, its coordinate in rad; 0: a slider, in m
+    # x, y: (k,) place at rest of a slider's wheel, pivot of an arm, m
     x: np.ndarray
     y: np.ndarray
+    # along_x, along_y: (k,) direction in which a slider moves; of an arm its length (m) turned by a right angle, at
+    # rest
     along_x: np.ndarray
     along_y: np.ndarray
+    # mass, stiffness, damping: (k,) what moves, its spring and its damper; kg, N/m, N s/m or kg m2, N m/rad, N m s/rad
     mass: np.ndarray
     stiffness: np.ndarray
     damping: np.ndarray
-    preload: np.ndarray
-    weight: np.ndarray
+    preload: np.ndarray  # (k,) force (N) or torque (N m) of the spring at rest; of a slider less what its weight takes
+    weight: np.ndarray  # (k,) weight that an arm lifts with its wheel, N; 0 for sliders
+    # low, high: (k,) stops, m or rad
     low: np.ndarray
     high: np.ndarray
-    tensioner: int
+    tensioner: int  # the carrier that ``force`` acts on
+    # (m, 2) times (s) and forces (N) of a tensioner that is pushed and not sprung; otherwise without rows
     force: np.ndarray
 
 
@@ -275,8 +177,7 @@ NO_MOTOR = Motor(inertia=1.0, slope=0.0, torque=0.0, release=inf, prescribed=1)
 
 
 class Drive(NamedTuple):
-    """Prescribed rate of the sprocket: from ``start`` to ``rate`` (rad/s) in ``ramp`` seconds from ``begin``, then
-    constant.
+    """Rate of the sprocket: from ``start`` to ``rate`` (rad/s) in ``ramp`` seconds from ``begin``, then constant.
 
     ``ripple`` and ``motor`` do nothing where the speed is plain and prescribed.
     """
@@ -298,39 +199,28 @@ class Sensor(NamedTuple):
 
 
 class Space(NamedTuple):
-    """What motion in space needs beyond the planar model.
+    """What motion in space needs beyond the planar model."""
 
-    Attributes
-    ----------
-    along, across : (n,) arrays
-        Principal moments of inertia of the bodies about their x axis (pin line) and y axis (normal
-        of the track), kg m2; the third one is that of the planar chain.
-    frame : (w, 3, 3) array
-        ``A_W`` of every wheel: its frame, which does not spin, to the inertial one; z is its axis.
-    centre : (w, 3) array
-        Centres of the wheels in their own frames, ``A_W^T R_W``, m.
-    length, overhang : (3,) arrays
-        Contact length and the shift before the overlap of Eq. 19 shrinks, of links on wheels, connectors on
-        teeth and links on the ring (`contact.axial`), m.
-    guide_reach : (w,) array
-        Distance from the wheel's axis up to which the middle of a connector is between its flanges, m.
-    clearance, stiffness, damping : float
-        Play of a centre guide to either side (m), and its spring and damper beyond (N/m, N s/m).
-    friction : int
-        ``TANGENTIAL`` (no axial friction), ``INDEPENDENT`` (Eqs. 10 and 11 each for itself) or
-        ``ISOTROPIC`` (one coefficient of the whole slip).
-    """
-
+    # along, across: (n,) principal moments of inertia of the bodies about their x axis (pin line) and y axis (normal of
+    # the track), kg m2; the third one is that of the planar chain
     along: np.ndarray
     across: np.ndarray
+    # (w, 3, 3) ``A_W`` of every wheel: its frame, which does not spin, to the inertial one; z is its axis
     frame: np.ndarray
-    centre: np.ndarray
+    centre: np.ndarray  # (w, 3) centres of the wheels in their own frames, ``A_W^T R_W``, m
+    # length, overhang: (3,) contact length and the shift before the overlap of Eq. 19 shrinks, of links on wheels,
+    # connectors on teeth and links on the ring (`contact.axial`), m
     length: np.ndarray
     overhang: np.ndarray
+    # (w,) distance from the wheel's axis up to which the middle of a connector is between its flanges, m
     guide_reach: np.ndarray
+    # clearance, stiffness, damping: play of a centre guide to either side (m), and its spring and damper beyond (N/m, N
+    # s/m)
     clearance: float
     stiffness: float
     damping: float
+    # ``TANGENTIAL`` (no axial friction), ``INDEPENDENT`` (Eqs. 10 and 11 each for itself) or ``ISOTROPIC`` (one
+    # coefficient of the whole slip)
     friction: int
 
 

@@ -40,67 +40,28 @@ SPELL_COLUMNS = (
 
 
 class Spells(NamedTuple):
-    """Log of the contacts with the sprocket (columns: ``SPELL_COLUMNS``).
+    """Log of the contacts with the sprocket (columns: ``SPELL_COLUMNS``)."""
 
-    Attributes
-    ----------
-    enabled : int
-        0: not logged.
-    open : (3 p, 13) array
-        Spells that have begun and not ended: left arc, right arc and ring of each pitch; then their last two forces.
-    rows : (m, 11) array
-        Ended spells.
-    count : (1,) integer array
-        Number of ended spells; more than ``m`` if some found no room.
-    """
-
-    enabled: int
+    enabled: int  # 0: not logged
+    # (3 p, 13) spells that have begun and not ended: left arc, right arc and ring of each pitch; then their last two
+    # forces
     open: np.ndarray
-    rows: np.ndarray
-    count: np.ndarray
+    rows: np.ndarray  # (m, 11) ended spells
+    count: np.ndarray  # (1,) integers: number of ended spells; more than ``m`` if some found no room
 
 
 class PlaneRecord(NamedTuple):
-    """Out-of-plane part of a record, one row a sample.
+    """Out-of-plane part of a record, one row a sample."""
 
-    Attributes
-    ----------
-    motion : (s, 8) array
-        Offset (m), speed (m/s), p, q (rad/s) and the Euler parameters of the plane.
-    offset : (s, w) array
-        Where the plane of the chain crosses the axis of every wheel, from its middle, m.
-    axial : (s, w) array
-        Force on every wheel along its axis, mean over the sample, N.
-    """
-
-    motion: np.ndarray
-    offset: np.ndarray
-    axial: np.ndarray
+    motion: np.ndarray  # (s, 8) offset (m), speed (m/s), p, q (rad/s) and the Euler parameters of the plane
+    offset: np.ndarray  # (s, w) where the plane of the chain crosses the axis of every wheel, from its middle, m
+    axial: np.ndarray  # (s, w) force on every wheel along its axis, mean over the sample, N
 
 
 class Record(NamedTuple):
-    """One row a sample of what `recording.Recording` describes.
+    """One row a sample of what `recording.Recording` describes."""
 
-    Attributes
-    ----------
-    raw, mean, gap, cut, change, place, wheel_rate, energy, force, area, groove
-        As in `recording.Recording`.
-    pitches : (p,) integer array
-        Pitches whose contacts are recorded (0-based).
-    frame : (f, n + 3) array
-        Configuration every ``frame_stride`` samples: pin x, y, angles, sprocket angle.
-    frame_stride : int
-        Samples between frames.
-    spells : Spells
-        Log of the contacts with the sprocket.
-    link_raw, link_mean : (s, l, 3) arrays
-        ``raw`` and ``mean`` of the sensor's place on every link; none (l = 0) unless asked for.
-    sliding : (s, k) array
-        As in `recording.Recording`; none (k = 0) unless asked for.
-    plane : PlaneRecord or None
-        Motion of the chain's plane; None in planar motion.
-    """
-
+    # raw, mean, gap, cut, change, place, wheel_rate, energy, force, area, groove: as in `recording.Recording`
     raw: np.ndarray
     mean: np.ndarray
     gap: np.ndarray
@@ -112,14 +73,16 @@ class Record(NamedTuple):
     force: np.ndarray
     area: np.ndarray
     groove: np.ndarray
-    pitches: np.ndarray
-    frame: np.ndarray
-    frame_stride: int
-    spells: Spells
+    pitches: np.ndarray  # (p,) integers: pitches whose contacts are recorded (0-based)
+    frame: np.ndarray  # (f, n + 3) configuration every ``frame_stride`` samples: pin x, y, angles, sprocket angle
+    frame_stride: int  # samples between frames
+    spells: Spells  # log of the contacts with the sprocket
+    # link_raw, link_mean: (s, l, 3) ``raw`` and ``mean`` of the sensor's place on every link; none (l = 0) unless asked
+    # for
     link_raw: np.ndarray
     link_mean: np.ndarray
-    sliding: np.ndarray
-    plane: PlaneRecord | None = None
+    sliding: np.ndarray  # (s, k) as in `recording.Recording`; none (k = 0) unless asked for
+    plane: PlaneRecord | None = None  # motion of the chain's plane; None in planar motion
 
 
 def make_record(
@@ -132,24 +95,11 @@ def make_record(
     links: int = 0,
     sliding: int = 0,
 ) -> Record:
-    """Allocate the record of a run.
+    """Allocate the record of a run of ``samples`` rows, of the bodies, pitches, wheels and plane of ``state``.
 
-    Parameters
-    ----------
-    samples : int
-        Rows.
-    state : State
-        Of the chain that runs: the record has its bodies, pitches and wheels, and its plane.
-    pitches : sequence of int
-        Pitches whose contacts are recorded (1-based).
-    frames, frame_stride : int
-        Configurations, and samples between them.
-    spells : int
-        Spells that there is room for; 0: not logged.
-    links : int
-        Links whose acceleration is kept; 0: only the sensor's.
-    sliding : int
-        Entries of the account of sliding; 0: not kept.
+    Contacts are recorded of ``pitches`` (1-based), configurations ``frame_stride`` samples apart, with room for so many
+    ``spells`` (0: not logged), accelerations of ``links`` links (0: only the sensor's) and ``sliding`` entries of that
+    account (0: not kept).
     """
     p, n, (loop, wheels) = len(pitches), len(state.angle), state.wheel_impact.shape
     s, pair, axes, sides = samples, (samples, 2), (samples, links, 3), (samples, p, 2)

@@ -11,65 +11,37 @@ SLIDE, SLIDE_RATE, BEFORE, ALONG_X, ALONG_Y = range(5)  # columns of a carrier's
 
 
 class Plane(NamedTuple):
-    """State of the plane of the chain (`chain.plane`).
+    """State of the plane of the chain (`chain.plane`)."""
 
-    Attributes
-    ----------
-    motion : (4,) array
-        Offset and speed of the plane along its normal (m, m/s): z components of the pin's position
-        and velocity; its angular velocities p and q (rad/s). All in components of the plane's frame.
-    attitude : (4,) array
-        Euler parameters of ``A_P``, the scalar first.
-    """
-
+    # (4,) offset and speed of the plane along its normal (m, m/s): z components of the pin's position and velocity; its
+    # angular velocities p and q (rad/s). All in components of the plane's frame
     motion: np.ndarray
-    attitude: np.ndarray
+    attitude: np.ndarray  # (4,) Euler parameters of ``A_P``, the scalar first
 
 
 class State(NamedTuple):
-    """State of a chain of ``n`` bodies and ``p`` pitches on ``w`` wheels.
+    """State of a chain of ``n`` bodies and ``p`` pitches on ``w`` wheels."""
 
-    Attributes
-    ----------
-    steps : (1,) integer array
-        Steps taken; the time is ``steps * step``.
-    pin : (4,) array
-        Position and velocity of the input pin of body 1 (m, m/s).
-    angle, rate : (n,) arrays
-        Orientation (rad) and angular velocity (rad/s) of the bodies.
-    wheel_angle, wheel_rate : (w,) arrays
-        The same of the wheels.
-    tooth_impact : (2 p,) array
-        Stored initial impact velocity of the left (even entries) and right (odd) arc of the ``p``
-        connectors, 0 without contact, m/s.
-    wheel_impact : (p, w) array
-        The same for link and wheel.
-    work_done : (7,) array
-        Account of work (`model.record`), J.
-    plane : Plane or None
-        The plane of the chain; None in planar motion.
-    slide : (k, 5) array
-        Of every carrier of a wheel: way or turn from its place at rest (m or rad), its rate and that before the last
-        step, and the direction in which the wheel moved in that step (`integrate.carriers.along`).
-    part : (n, 4) array or None
-        Input pin of body i + 1 less the output pin of body i, and its rate, m and m/s; the last row, of the cut
-        joint, follows from all others (`chain.kinematics.place`). None where pins do not part.
-    branch : (b, n) array
-        Moment of every Maxwell branch of every bushing, N m.
-    """
-
-    steps: np.ndarray
-    pin: np.ndarray
+    steps: np.ndarray  # (1,) integers: steps taken; the time is ``steps * step``
+    pin: np.ndarray  # (4,) position and velocity of the input pin of body 1 (m, m/s)
+    # angle, rate: (n,) orientation (rad) and angular velocity (rad/s) of the bodies
     angle: np.ndarray
     rate: np.ndarray
+    # wheel_angle, wheel_rate: (w,) the same of the wheels
     wheel_angle: np.ndarray
     wheel_rate: np.ndarray
+    # (2 p,) stored initial impact velocity of the left (even entries) and right (odd) arc of the ``p`` connectors, 0
+    # without contact, m/s
     tooth_impact: np.ndarray
-    wheel_impact: np.ndarray
-    work_done: np.ndarray
+    wheel_impact: np.ndarray  # (p, w) the same for link and wheel
+    work_done: np.ndarray  # (7,) account of work (`model.record`), J
+    # (k, 5) of every carrier of a wheel: way or turn from its place at rest (m or rad), its rate and that before the
+    # last step, and the direction in which the wheel moved in that step (`integrate.carriers.along`)
     slide: np.ndarray
-    branch: np.ndarray
-    plane: Plane | None = None
+    branch: np.ndarray  # (b, n) moment of every Maxwell branch of every bushing, N m
+    plane: Plane | None = None  # the plane of the chain; None in planar motion
+    # (n, 4) input pin of body i + 1 less the output pin of body i, and its rate, m and m/s; the last row, of the cut
+    # joint, follows from all others (`chain.kinematics.place`). None where pins do not part
     part: np.ndarray | None = None
 
 

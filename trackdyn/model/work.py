@@ -21,128 +21,74 @@ SURFACE, FLANK, RING, GUIDE = range(4)
 
 
 class SweepWork(NamedTuple):
-    """What a solver of the chain writes.
+    """What a solver of the chain writes."""
 
-    Attributes
-    ----------
-    gain : (n, 8) array
-        Of the joint behind body i: the angular acceleration across it as a linear function,
-        ``[S_31, S_32, -h c, E_3x, E_3y, E_3m, E_31 - tau] / D`` (eighth entry unused).
-    response : (n, 4) array
-        Angular acceleration of body i for unit ``[lambda_x, lambda_y, lambda_m, 1]``.
-    end : (3, 4) array
-        Acceleration ``z_b`` at the output of body N.
-    base : (2, 4) array
-        Acceleration of the input pin of body 1, the same columns.
-    probe : (2, 4) array
-        Acceleration of the input pin of the probe's body.
-    inverse : (3, 3) array
-        Inverse of the closure matrix.
-    load : (4,) array
-        ``[lambda_x, lambda_y, lambda_m, 1]``.
-    """
-
+    # (n, 8) of the joint behind body i: the angular acceleration across it as a linear function, ``[S_31, S_32, -h c,
+    # E_3x, E_3y, E_3m, E_31 - tau] / D`` (eighth entry unused)
     gain: np.ndarray
-    response: np.ndarray
-    end: np.ndarray
-    base: np.ndarray
-    probe: np.ndarray
-    inverse: np.ndarray
-    load: np.ndarray
+    response: np.ndarray  # (n, 4) angular acceleration of body i for unit ``[lambda_x, lambda_y, lambda_m, 1]``
+    end: np.ndarray  # (3, 4) acceleration ``z_b`` at the output of body N
+    base: np.ndarray  # (2, 4) acceleration of the input pin of body 1, the same columns
+    probe: np.ndarray  # (2, 4) acceleration of the input pin of the probe's body
+    inverse: np.ndarray  # (3, 3) inverse of the closure matrix
+    load: np.ndarray  # (4,) ``[lambda_x, lambda_y, lambda_m, 1]``
 
 
 class ImplicitWork(NamedTuple):
     """What contacts hand to a linearly implicit sweep, and what it writes, for ``n`` bodies and ``w`` wheels.
 
     Row 0 of the arrays with a row a wheel belongs to the sprocket, whose motion is prescribed, and stays 0.
-
-    Attributes
-    ----------
-    inertia : (n, 6) array
-        ``h C + h^2 K`` of the contacts of a body about its input pin: xx, xy, yy, x-angle, y-angle, angle.
-    couple : (n, w, 3) array
-        Load on a body (force, moment about its input pin) for a unit acceleration of a wheel.
-    wheel_inertia : (w,) array
-        ``h C`` of the friction on each wheel, kg m2.
-    column : (w, 3) array
-        Each wheel's column of E, and of z_b on the way back.
-    gain : (n, w) array
-        Its part of the acceleration across each joint.
-    response : (n, w) array
-        Angular acceleration of each body for a unit acceleration of a wheel.
-    base, probe, end : (w, 2), (w, 2), (w, 3) arrays
-        The same for the input pin of body 1, that of the probe's body, and the output of the last body.
-    row : (w, w + 3) array
-        Accelerations of the bodies on each wheel, weighted with their coupling: three cut loads,
-        constant part, wheels.
-    matrix : (w + 2, w + 3) array
-        Equations for the cut loads and the wheels.
-    load : (w + 3,) array
-        Cut loads, 1, and the accelerations of the wheels but the sprocket.
     """
 
+    # (n, 6) ``h C + h^2 K`` of the contacts of a body about its input pin: xx, xy, yy, x-angle, y-angle, angle
     inertia: np.ndarray
+    # (n, w, 3) load on a body (force, moment about its input pin) for a unit acceleration of a wheel
     couple: np.ndarray
-    wheel_inertia: np.ndarray
-    column: np.ndarray
-    gain: np.ndarray
-    response: np.ndarray
+    wheel_inertia: np.ndarray  # (w,) ``h C`` of the friction on each wheel, kg m2
+    column: np.ndarray  # (w, 3) each wheel's column of E, and of z_b on the way back
+    gain: np.ndarray  # (n, w) its part of the acceleration across each joint
+    response: np.ndarray  # (n, w) angular acceleration of each body for a unit acceleration of a wheel
+    # base, probe, end: (w, 2), (w, 2), (w, 3) the same for the input pin of body 1, that of the probe's body, and the
+    # output of the last body
     base: np.ndarray
     probe: np.ndarray
     end: np.ndarray
+    # (w, w + 3) accelerations of the bodies on each wheel, weighted with their coupling: three cut loads, constant
+    # part, wheels
     row: np.ndarray
-    matrix: np.ndarray
-    load: np.ndarray
+    matrix: np.ndarray  # (w + 2, w + 3) equations for the cut loads and the wheels
+    load: np.ndarray  # (w + 3,) cut loads, 1, and the accelerations of the wheels but the sprocket
 
 
 class Stages(NamedTuple):
-    """An explicit Runge-Kutta method and the arrays of its stages.
+    """An explicit Runge-Kutta method and the arrays of its stages."""
 
-    Attributes
-    ----------
-    a : (s, s) array
-        Coefficients of the stages.
-    b, error : (s,) arrays
-        Weights of the step; weights of the estimated error (all 0: fixed step).
-    tolerance : float
-        Relative and scaled absolute error a step may make; 0: fixed step.
-    start, scale : (m,) arrays
-        State at the start of a step, and the size of each entry below which the tolerance is absolute.
-    slope : (s, m) array
-        Derivative of the state at each stage.
-    seen : (s, 1 + p, 3) array
-        What the sensor, and its place on every link, feels at each stage.
-    tooth_impact, wheel_impact : arrays
-        Initial impact velocities at the start of the step: the stages do not change the memory.
-    next_step : (1,) array
-        Step that the error control would take next, s.
-    counts : (2,) integer array
-        Steps taken and rejected.
-    """
-
-    a: np.ndarray
+    a: np.ndarray  # (s, s) coefficients of the stages
+    # b, error: (s,) weights of the step; weights of the estimated error (all 0: fixed step)
     b: np.ndarray
     error: np.ndarray
-    tolerance: float
+    tolerance: float  # relative and scaled absolute error a step may make; 0: fixed step
+    # start, scale: (m,) state at the start of a step, and the size of each entry below which the tolerance is absolute
     start: np.ndarray
     scale: np.ndarray
-    slope: np.ndarray
-    seen: np.ndarray
+    slope: np.ndarray  # (s, m) derivative of the state at each stage
+    seen: np.ndarray  # (s, 1 + p, 3) what the sensor, and its place on every link, feels at each stage
+    # tooth_impact, wheel_impact: initial impact velocities at the start of the step: the stages do not change the
+    # memory
     tooth_impact: np.ndarray
     wheel_impact: np.ndarray
-    next_step: np.ndarray
-    counts: np.ndarray
+    next_step: np.ndarray  # (1,) step that the error control would take next, s
+    counts: np.ndarray  # (2,) integers: steps taken and rejected
 
 
 class SpaceWork(NamedTuple):
     """What motion in space adds, in components of the frame P of the chain's plane (`chain.plane`).
 
-    ``attitude`` is ``A_P``; ``relative`` holds ``A_W^T A_P`` of every wheel (P to wheel), ``centre`` the
-    wheels' centres in P. ``gravity`` is in P components, m/s2. ``force_z``, ``moment_x``, ``moment_y``
-    are the loads across the plane on the bodies about their mass centres. ``acceleration`` is
-    ``(A_0z, p', q')``, ``change`` what the last step added to ``(V_z, p, q)``. ``wheel_load`` is the
-    reaction on every wheel: force and moment about its centre in its own frame. ``axial`` is the mean
-    of the axial forces on the wheels over the sample.
+    ``attitude`` is ``A_P``; ``relative`` holds ``A_W^T A_P`` of every wheel (P to wheel), ``centre`` the wheels'
+    centres in P. ``gravity`` is in P components, m/s2. ``force_z``, ``moment_x``, ``moment_y`` are the loads across the
+    plane on the bodies about their mass centres. ``acceleration`` is ``(A_0z, p', q')``, ``change`` what the last step
+    added to ``(V_z, p, q)``. ``wheel_load`` is the reaction on every wheel: force and moment about its centre in its
+    own frame. ``axial`` is the mean of the axial forces on the wheels over the sample.
     """
 
     attitude: np.ndarray
@@ -159,56 +105,32 @@ class SpaceWork(NamedTuple):
 
 
 class RadialWork(NamedTuple):
-    """What the sweep writes of joints whose pins part (`chain.radial`), for ``n`` joints; the last one is the cut.
+    """What the sweep writes of joints whose pins part (`chain.radial`), for ``n`` joints; the last one is the cut."""
 
-    Attributes
-    ----------
-    impedance : (1,) array
-        ``Z = h^2 k + h c``, kg.
-    ahead, force : (n, 2) arrays
-        Force on the outboard body at the end of the step without the accelerations, and with them, N.
-    apart : (n, 2) array
-        Acceleration of the displacement of the pins, m/s2; the last row is unused.
-    parting : (n, 2) array
-        Velocity with which the points where the force acts part, at the start of the step, m/s.
-    gain : (n, 13) array
-        Acceleration of these points from one another, less its sign, as a linear function: coefficients xx, xy,
-        x-angle, yy, y-angle of the outboard acceleration, then x and y for ``[lambda_x, lambda_y, lambda_m, 1]``.
-    response : (n, 8) array
-        The same for unit ``[lambda_x, lambda_y, lambda_m, 1]``: x, then y.
-    """
-
-    impedance: np.ndarray
+    impedance: np.ndarray  # (1,) ``Z = h^2 k + h c``, kg
+    # ahead, force: (n, 2) force on the outboard body at the end of the step without the accelerations, and with them, N
     ahead: np.ndarray
     force: np.ndarray
-    apart: np.ndarray
+    apart: np.ndarray  # (n, 2) acceleration of the displacement of the pins, m/s2; the last row is unused
+    # (n, 2) velocity with which the points where the force acts part, at the start of the step, m/s
     parting: np.ndarray
+    # (n, 13) acceleration of these points from one another, less its sign, as a linear function: coefficients xx, xy,
+    # x-angle, yy, y-angle of the outboard acceleration, then x and y for ``[lambda_x, lambda_y, lambda_m, 1]``
     gain: np.ndarray
-    response: np.ndarray
+    response: np.ndarray  # (n, 8) the same for unit ``[lambda_x, lambda_y, lambda_m, 1]``: x, then y
 
 
 class Near(NamedTuple):
-    """Lists of what is close to a wheel (`contact.neighbours`), for ``n`` bodies, ``p`` pitches and ``w`` wheels.
+    """Lists of what is close to a wheel (`contact.neighbours`), for ``n`` bodies, ``p`` pitches and ``w`` wheels."""
 
-    Attributes
-    ----------
-    count : (3,) integer array
-        Arcs close to the sprocket (-1: no lists yet), pairs of a link and a wheel close to each other, and 1 where the
-        lists were made at the present state.
-    arc : (2 p,) integer array
-        These arcs, in rising order.
-    link : (p w, 2) integer array
-        Link and wheel of these pairs, in rising order.
-    groove : (2 p,) integer array
-        The groove that each arc was last found in, 0 before.
-    pin_x, pin_y : (n + 1,), wheel : (w, 2), plane : (4, 3) arrays
-        Where pins and wheels were when the lists were made, and attitude and offset of the plane of the chain.
-    """
-
+    # (3,) integers: arcs close to the sprocket (-1: no lists yet), pairs of a link and a wheel close to each other, and
+    # 1 where the lists were made at the present state
     count: np.ndarray
-    arc: np.ndarray
-    link: np.ndarray
-    groove: np.ndarray
+    arc: np.ndarray  # (2 p,) integers: these arcs, in rising order
+    link: np.ndarray  # (p w, 2) integers: link and wheel of these pairs, in rising order
+    groove: np.ndarray  # (2 p,) integers: the groove that each arc was last found in, 0 before
+    # pin_x, pin_y: (n + 1,), wheel : (w, 2), plane : (4, 3) where pins and wheels were when the lists were made, and
+    # attitude and offset of the plane of the chain
     pin_x: np.ndarray
     pin_y: np.ndarray
     wheel: np.ndarray
@@ -216,119 +138,69 @@ class Near(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Arrays of a step for ``n`` bodies, ``p`` pitches and ``w`` wheels.
+    """Arrays of a step for ``n`` bodies, ``p`` pitches and ``w`` wheels."""
 
-    Attributes
-    ----------
-    cos, sin : (n,) arrays
-        Orientation of the bodies.
-    pin_x, pin_y : (n + 1,) arrays
-        Input pins of the bodies and output pin of the last one, m.
-    com_vx, com_vy : (n,) arrays
-        Velocities of the mass centres, m/s.
-    com_dvx, com_dvy, turned : (n,) arrays
-        What the last step of semi-implicit Euler added to them (m/s) and to the angular velocities (rad/s).
-    added : (n,) array
-        What its projection added to the angular velocities, rad/s.
-    force_x, force_y, moment : (n,) arrays
-        Loads of the contacts on the bodies about their mass centres, N and N m.
-    torque, joint_rate : (n,) arrays
-        Bushing torque of the joint behind body i on its outboard body (N m), and the rate of its angle (rad/s);
-        entry n - 1 is the cut joint.
-    joint_loss : (n,) array
-        What the Maxwell branches of the joint lost in the last step, J; 0 without branches and in Runge-Kutta steps.
-    wheel_torque : (w,) array
-        Torque of the contacts on the wheels, N m.
-    tooth_force, tooth_area, tooth_groove : (2 p,) arrays
-        Normal force (N), area and groove of every arc, 0 without contact.
-    tooth_before : (2 p,) array
-        Normal force of every arc one step ago, N.
-    wheel_force : (p, w) array
-        Normal force of every link on every wheel, N.
-    friction : (2, 2 p + p w) array
-        Friction on every arc, then on every link by wheel, and the same one step ago, N.
-    contact : (c, 20) array
-        A row a contact; columns ``NORMAL_X`` to ``PIN_Y``.
-    contact_body : (c, 4) integer array
-        Its ``BODY``, ``WHEEL``, ``KIND`` and ``AREA``.
-    count : (1,) integer array
-        Contacts at present.
-    cut : (6,) array
-        Gap of the cut joint (output pin of the last body less input pin of the first) and its rate, and the
-        gap that the last step had before the projection; m, m/s.
-    worst : (3,) array
-        Largest squares of the gap, of its rate and of the gap before the projection in the sample.
-    sensed : (6,) array
-        Acceleration (m/s2) and angle (rad) of the sensor at the last evaluation, and their sums over the sample.
-    change : (4,) array
-        y acceleration of the sensor one step ago and its change in that step; sums over the sample of the squared
-        change and of the product of two changes in a row.
-    lately : (2, 2, n) array
-        ``com_dvx, com_dvy`` of the last two steps that were looked at, the older first (`integrate.run`), m/s.
-    alternating : (2,) array
-        Sum over the looks so far of the mean square of what alternates in the bodies' changes of velocity, weighted
-        with their masses (m2/s2), and the number of looks.
-    links : (p, 6) array
-        ``sensed`` of every link, where a record asks for it.
-    sweep : SweepWork
-        Solution of the chain.
-    near : Near
-        Who may touch whom.
-    implicit : ImplicitWork or None
-        Of a linearly implicit integrator.
-    stages : Stages or None
-        Of an explicit Runge-Kutta method.
-    space : SpaceWork or None
-        Of motion in space.
-    radial : RadialWork or None
-        Of joints whose pins part.
-    carried : (w,) array
-        Sum of the normal forces of the links on every wheel, N.
-    sliding : (a + w,) array or None
-        Work of friction since the start, where a record asks for it: of the arcs by area of the groove, of the links
-        by wheel, J.
-    """
-
+    # cos, sin: (n,) orientation of the bodies
     cos: np.ndarray
     sin: np.ndarray
+    # pin_x, pin_y: (n + 1,) input pins of the bodies and output pin of the last one, m
     pin_x: np.ndarray
     pin_y: np.ndarray
+    # com_vx, com_vy: (n,) velocities of the mass centres, m/s
     com_vx: np.ndarray
     com_vy: np.ndarray
+    # com_dvx, com_dvy, turned: (n,) what the last step of semi-implicit Euler added to them (m/s) and to the angular
+    # velocities (rad/s)
     com_dvx: np.ndarray
     com_dvy: np.ndarray
     turned: np.ndarray
-    added: np.ndarray
+    added: np.ndarray  # (n,) what its projection added to the angular velocities, rad/s
+    # force_x, force_y, moment: (n,) loads of the contacts on the bodies about their mass centres, N and N m
     force_x: np.ndarray
     force_y: np.ndarray
     moment: np.ndarray
+    # torque, joint_rate: (n,) bushing torque of the joint behind body i on its outboard body (N m), and the rate of its
+    # angle (rad/s); entry n - 1 is the cut joint
     torque: np.ndarray
     joint_rate: np.ndarray
+    # (n,) what the Maxwell branches of the joint lost in the last step, J; 0 without branches and in Runge-Kutta steps
     joint_loss: np.ndarray
-    wheel_torque: np.ndarray
+    wheel_torque: np.ndarray  # (w,) torque of the contacts on the wheels, N m
+    # tooth_force, tooth_area, tooth_groove: (2 p,) normal force (N), area and groove of every arc, 0 without contact
     tooth_force: np.ndarray
     tooth_area: np.ndarray
     tooth_groove: np.ndarray
-    tooth_before: np.ndarray
-    wheel_force: np.ndarray
-    carried: np.ndarray
+    tooth_before: np.ndarray  # (2 p,) normal force of every arc one step ago, N
+    wheel_force: np.ndarray  # (p, w) normal force of every link on every wheel, N
+    carried: np.ndarray  # (w,) sum of the normal forces of the links on every wheel, N
+    # (2, 2 p + p w) friction on every arc, then on every link by wheel, and the same one step ago, N
     friction: np.ndarray
-    contact: np.ndarray
-    contact_body: np.ndarray
-    count: np.ndarray
+    contact: np.ndarray  # (c, 20) a row a contact; columns ``NORMAL_X`` to ``PIN_Y``
+    contact_body: np.ndarray  # (c, 4) integers: its ``BODY``, ``WHEEL``, ``KIND`` and ``AREA``
+    count: np.ndarray  # (1,) integers: contacts at present
+    # (6,) gap of the cut joint (output pin of the last body less input pin of the first) and its rate, and the gap that
+    # the last step had before the projection; m, m/s
     cut: np.ndarray
-    worst: np.ndarray
+    worst: np.ndarray  # (3,) largest squares of the gap, of its rate and of the gap before the projection in the sample
+    # (6,) acceleration (m/s2) and angle (rad) of the sensor at the last evaluation, and their sums over the sample
     sensed: np.ndarray
+    # (4,) y acceleration of the sensor one step ago and its change in that step; sums over the sample of the squared
+    # change and of the product of two changes in a row
     change: np.ndarray
+    # (2, 2, n) ``com_dvx, com_dvy`` of the last two steps that were looked at, the older first (`integrate.run`), m/s
     lately: np.ndarray
+    # (2,) sum over the looks so far of the mean square of what alternates in the bodies' changes of velocity, weighted
+    # with their masses (m2/s2), and the number of looks
     alternating: np.ndarray
-    links: np.ndarray
-    sweep: SweepWork
-    near: Near
-    implicit: ImplicitWork | None = None
-    stages: Stages | None = None
-    space: SpaceWork | None = None
-    radial: RadialWork | None = None
+    links: np.ndarray  # (p, 6) ``sensed`` of every link, where a record asks for it
+    sweep: SweepWork  # solution of the chain
+    near: Near  # who may touch whom
+    implicit: ImplicitWork | None = None  # of a linearly implicit integrator
+    stages: Stages | None = None  # of an explicit Runge-Kutta method
+    space: SpaceWork | None = None  # of motion in space
+    radial: RadialWork | None = None  # of joints whose pins part
+    # (a + w,) work of friction since the start, where a record asks for it: of the arcs by area of the groove, of the
+    # links by wheel, J
     sliding: np.ndarray | None = None
 
 

@@ -1,9 +1,8 @@
 """The tooth groove as ten tangent circular arcs (Table 1, Figs. 5 and 7).
 
-Arcs are numbered as in the paper: 1 and 10 at the tooth tips, 5 and 6 at the bottom; 1, 4, 7, 10
-are convex, the others concave. Everything is in the groove frame {O_S, x_k, y_k}: y_k points from
-the sprocket's centre to the lowest part of the groove, x_k clockwise from it, so areas 1 to 5 (the
-left flank) have x <= 0.
+Arcs are numbered as in the paper: 1 and 10 at the tooth tips, 5 and 6 at the bottom; 1, 4, 7, 10 are convex, the others
+concave. Everything is in the groove frame {O_S, x_k, y_k}: y_k points from the sprocket's centre to the lowest part of
+the groove, x_k clockwise from it, so areas 1 to 5 (the left flank) have x <= 0.
 """
 
 from dataclasses import dataclass
@@ -32,33 +31,15 @@ def connector_length(teeth: int, link_length: float, pin_circle: float) -> float
 
 @dataclass(frozen=True)
 class Groove:
-    """Arcs in the groove frame: ten, or five of the coarse profile, edges included.
+    """Arcs in the groove frame: ten, or five of the coarse profile, edges included."""
 
-    Attributes
-    ----------
-    centre : (k, 2) array
-        Centres O_j, m.
-    radius : (k,) array
-        Radii r_j, m.
-    direction : (k, 2) array
-        Unit vectors u_j from O_j to the middle of the annular sector j.
-    half_angle : (k,) array
-        Spread angles theta_j to both sides of u_j, rad.
-    convex : (k,) boolean array
-        Areas 1, 4, 7 and 10 of the ten; the seating surface of the three.
-    addendum : float
-        Radius r_a of the addendum circle, m.
-    teeth : int
-        Number of grooves.
-    """
-
-    centre: np.ndarray
-    radius: np.ndarray
-    direction: np.ndarray
-    half_angle: np.ndarray
-    convex: np.ndarray
-    addendum: float
-    teeth: int
+    centre: np.ndarray  # (k, 2) centres O_j, m
+    radius: np.ndarray  # (k,) radii r_j, m
+    direction: np.ndarray  # (k, 2) unit vectors u_j from O_j to the middle of the annular sector j
+    half_angle: np.ndarray  # (k,) spread angles theta_j to both sides of u_j, rad
+    convex: np.ndarray  # areas 1, 4, 7 and 10 of the ten; the seating surface of the three
+    addendum: float  # radius r_a of the addendum circle, m
+    teeth: int  # number of grooves
 
     def joints(self) -> np.ndarray:
         """(k - 1, 2) points where neighbouring areas meet, area 1|2 first, m."""
@@ -96,12 +77,11 @@ def build_groove(
 ) -> Groove:
     """Ten arcs with a common tangent at every joint, from a few design values.
 
-    The walk starts at the middle of the groove. With ``nu(alpha) = (sin alpha, cos alpha)`` the
-    surface point of a concave arc is ``O - r nu``, of a convex one ``O + r nu``; a common tangent at
-    slope ``alpha`` puts the centres of neighbours on one line along ``nu(alpha)``. The height
-    follows from the seat: an arc resting on the lowest point of area 3 has its centre
-    ``seat_depth`` below the pin of a connector on the pin circle. The tip arc has its centre on the
-    tooth line, which gives its radius.
+    The walk starts at the middle of the groove. With ``nu(alpha) = (sin alpha, cos alpha)`` the surface point of a
+    concave arc is ``O - r nu``, of a convex one ``O + r nu``; a common tangent at slope ``alpha`` puts the centres of
+    neighbours on one line along ``nu(alpha)``. The height follows from the seat: an arc resting on the lowest point of
+    area 3 has its centre ``seat_depth`` below the pin of a connector on the pin circle. The tip arc has its centre on
+    the tooth line, which gives its radius.
 
     Parameters
     ----------
@@ -109,10 +89,6 @@ def build_groove(
         Slopes at the joints 5|4, 4|3, 3|2 and 2|1, rad, left flank, positive upward.
     r2, r3, r4, r5 : float
         Radii of the areas, m.
-
-    Returns
-    -------
-    Groove
 
     Raises
     ------
@@ -196,24 +172,19 @@ def coarse_groove(groove: Groove, arc_radius: float) -> Groove:
 
 
 def true_depth(groove: Groove, arc_radius: float, points: np.ndarray) -> np.ndarray:
-    """Depth of circles of radius ``arc_radius`` (m) in the solid tooth, m; negative is clearance.
+    """Depth of circles of radius ``arc_radius`` in the solid tooth, m; negative is clearance.
 
-    Eqs. 20 to 23 search a band of width r_C along each arc: a centre deeper than that is found in no
-    area and would cost nothing. Here the depth is ``r_C - s`` with ``s`` the signed distance of the
-    centre to the profile, positive in the open groove and negative in steel, so a centre in steel is
-    deeper than r_C however far in it lies.
+    The (n, 2) ``points`` are their centres in the frame of the groove whose sector of half angle pi / m they are in, m.
+    The ten arcs are needed; the coarse profile has corners. Eqs. 20 to 23 search a band of width r_C along each arc: a
+    centre deeper than that is found in no area and would cost nothing. Here the depth is ``r_C - s`` with ``s`` the
+    signed distance of the centre to the profile, positive in the open groove and negative in steel, so a centre in
+    steel is deeper than r_C however far in it lies.
 
-    The profile with its mirror images about the tooth lines is one closed curve with a continuous
-    tangent, so the point of it nearest to a centre is the foot of a perpendicular: it lies on an arc
-    whose sector holds the centre, at ``| |e| - r_j |``. The nearest of these is exact, and its side
-    (within a concave circle or out of a convex one is open) is the sign. A centre on this side of the
-    tooth line has its nearest point on this side too, so neighbouring grooves need no look.
-
-    Parameters
-    ----------
-    points : (n, 2) array
-        Centres in the frame of the groove whose sector of half angle pi / m they are in, m. The ten
-        arcs are needed; the coarse profile has corners.
+    The profile with its mirror images about the tooth lines is one closed curve with a continuous tangent, so the point
+    of it nearest to a centre is the foot of a perpendicular: it lies on an arc whose sector holds the centre, at the
+    distance ``| |e| - r_j |``. The nearest of these is exact, and its side (within a concave circle or out of a convex
+    one is open) is the sign. A centre on this side of the tooth line has its nearest point on this side too, so
+    neighbouring grooves need no look.
     """
     e = np.asarray(points, dtype=float)[:, None, :] - groove.centre
     d = np.hypot(e[..., 0], e[..., 1])
@@ -262,13 +233,7 @@ def _sector(first: np.ndarray, last: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def _nearest_crossing(centre: np.ndarray, radius: float, about_origin: float, place: np.ndarray) -> np.ndarray:
-    """Where a circle crosses one about the origin, of two points that nearer to a place; m.
-
-    Raises
-    ------
-    InputError
-        They do not cross.
-    """
+    """Where a circle crosses one about the origin, of two points that nearer to a place, m; `InputError` if nowhere."""
     distance = hypot(*centre)
     along = (distance**2 + about_origin**2 - radius**2) / (2 * distance)
     across = about_origin**2 - along**2
@@ -283,13 +248,10 @@ def _nearest_crossing(centre: np.ndarray, radius: float, about_origin: float, pl
 
 
 def equal_pitch_radius(teeth: int, link_length: float, connector_length: float, thickness: float) -> dict[str, float]:
-    """Ring radius at which ``teeth`` pitches fill one sprocket turn, by the two possible readings.
+    """Ring radius (m) at which ``teeth`` pitches fill a sprocket turn, by two readings.
 
-    Returns
-    -------
-    dict
-        ``polygonal``: pins on a circle, links touching the ring at their middle; ``arc``: the
-        centre line of the links bent to a circle, ``teeth (a + b) = 2 pi (r + D/2)``; m.
+    ``polygonal``: pins on a circle, links touching the ring in their middle; ``arc``: the links' centre line bent to a
+    circle, ``teeth (a + b) = 2 pi (r + D/2)``.
     """
 
     def excess(rp):

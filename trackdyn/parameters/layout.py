@@ -24,24 +24,12 @@ ONE_LINE = 1e-9
 
 @dataclass(frozen=True)
 class BeltPath:
-    """Clockwise path of external tangents and arcs around circles given in clockwise order.
+    """Clockwise path of external tangents and arcs around circles given in clockwise order."""
 
-    Attributes
-    ----------
-    circles : (w, 3) array
-        Centre x, y and radius of each circle, m.
-    heading : (w,) array
-        Direction of the straight run that leaves each circle, rad.
-    start : (2 w + 1,) array
-        Arc length at which arc 0, run 0, arc 1, run 1, ... begin, and the whole length, m.
-    wrap : (w,) array
-        Angle covered on each circle, rad.
-    """
-
-    circles: np.ndarray
-    heading: np.ndarray
-    start: np.ndarray
-    wrap: np.ndarray
+    circles: np.ndarray  # (w, 3) centre x, y and radius of each circle, m
+    heading: np.ndarray  # (w,) direction of the straight run that leaves each circle, rad
+    start: np.ndarray  # (2 w + 1,) arc length at which arc 0, run 0, arc 1, run 1, ... begin, and the whole length, m
+    wrap: np.ndarray  # (w,) angle covered on each circle, rad
 
     @property
     def length(self) -> float:
@@ -64,16 +52,12 @@ class BeltPath:
 
     @cached_property
     def _plain(self) -> tuple[list[float], list[tuple[float, ...]]]:
-        """Where the pieces begin, and circle, heading and wrap of each wheel: numbers of Python, which single places
-        are found with.
-        """
+        """Where pieces begin, and circle, heading and wrap of each wheel: numbers of Python, to find single places."""
         wheels = np.column_stack([self.circles, self.heading, self.wrap])
         return self.start.tolist(), [tuple(wheel) for wheel in wheels.tolist()]
 
     def at(self, s: float) -> tuple[tuple[float, float], float, float]:
-        """Position (x, y), heading (rad) and curvature (1/m, clockwise positive) at arc length ``s``: `along` for one
-        place.
-        """
+        """Position (x, y), heading (rad) and curvature (1/m, clockwise positive) at arc length ``s``, as `along`."""
         start, wheels = self._plain
         s %= start[-1]
         piece = min(bisect_right(start, s) - 1, 2 * len(wheels) - 1)
@@ -93,11 +77,7 @@ def belt_path(circles, names=None, overlap: bool = False) -> BeltPath:
     """Belt around circles ``(x, y, radius)`` in clockwise order, starting where it meets the first.
 
     ``names`` are what a refusal calls them; neighbours may ``overlap`` as wheels beside each other on their axles do.
-
-    Raises
-    ------
-    InputError
-        If circles overlap so that no tangent exists, or one does not touch the belt.
+    Raises `InputError` if circles overlap so that no tangent exists, or one does not touch the belt.
     """
     circles = np.asarray(circles, dtype=float)
     count = len(circles)
@@ -185,13 +165,7 @@ def run_order(circles: np.ndarray) -> list[int]:
 
 
 def belt_around(rig: Rig, shift: float = 0.0, body: float | None = None) -> tuple[BeltPath, list[int]]:
-    """Path of the pins around the rig's wheels, and the wheel (index in `wheel_names`) of each circle.
-
-    Raises
-    ------
-    InputError
-        Wheels overlap, the chain does not meet the sprocket, or it passes a wheel by at a distance.
-    """
+    """Path of the pins around the rig's wheels, and the index in `wheel_names` of each circle; or `InputError`."""
     circles, names = wheel_circles(rig, shift, body=body), wheel_names(rig)
     solid = wheel_circles(rig, shift, surface=True)[:, 2]
     _refuse_overlap(circles, solid, names)
@@ -205,9 +179,8 @@ def belt_around(rig: Rig, shift: float = 0.0, body: float | None = None) -> tupl
         clear, allowed = _clearance(rig, path, circles[i])
         if clear > allowed:
             raise InputError(
-                f"wheel {names[i]} at ({circles[i, 0]:.4g}, {circles[i, 1]:.4g}) m would not touch "
-                "the loop: the taut chain passes it "
-                f"by at {clear:.4g} m and sags by no more than {allowed:.3g} m; the wheels must stand "
+                f"wheel {names[i]} at ({circles[i, 0]:.4g}, {circles[i, 1]:.4g}) m would not touch the loop: the taut "
+                f"chain passes it by at {clear:.4g} m and sags by no more than {allowed:.3g} m; the wheels must stand "
                 "in clockwise order on a convex path"
             )
     return path, order
@@ -221,15 +194,12 @@ def _refuse_overlap(circles: np.ndarray, solid: np.ndarray, names: tuple[str, ..
     """
     for i in range(len(circles)):
         for k in range(i + 1, len(circles)):
-            distance, needed = (
-                hypot(*(circles[i, :2] - circles[k, :2])),
-                (solid[i] + solid[k] if i == 0 else max(solid[i], solid[k])),
-            )
+            distance = hypot(*(circles[i, :2] - circles[k, :2]))
+            needed = solid[i] + solid[k] if i == 0 else max(solid[i], solid[k])
             if distance <= needed:
                 raise InputError(
-                    f"wheels {names[i]} (radius {solid[i]:.4g} m) and {names[k]} ({solid[k]:.4g} m) "
-                    f"are {distance:.4g} m apart and overlap; "
-                    f"the distance must exceed {needed:.4g} m"
+                    f"wheels {names[i]} (radius {solid[i]:.4g} m) and {names[k]} ({solid[k]:.4g} m) are {distance:.4g} "
+                    f"m apart and overlap; the distance must exceed {needed:.4g} m"
                 )
 
 
@@ -237,9 +207,7 @@ def _clearance(rig: Rig, path: BeltPath, circle: np.ndarray) -> tuple[float, flo
     """Distance (m) at which the taut chain passes a circle of pins by, and how far its longest strand may sag to it."""
     points, _, _ = path.along(np.linspace(0.0, path.length, 4001))
     clear = float(np.hypot(*(points - circle[:2]).T).min() - circle[2])
-    c = rig.chain
-    weight = rig.gravity * (c.link_mass + c.connector_mass) / (c.link_length + rig.connector_length)
-    span = float(np.diff(path.start)[1::2].max())
+    weight, span = longest_strand(rig, path)
     return clear, max(weight * span**2 / (8 * max(rig.tension.pre_tension, weight * span)), CLEAR)
 
 
@@ -274,29 +242,31 @@ def _lay(path: BeltPath, lengths: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Assembly:
-    """A chain laid around the wheels.
+    """A chain laid around the wheels."""
 
-    Attributes
-    ----------
-    pins : (n, 2) array
-        Input pins of the bodies, m.
-    angle : (n,) array
-        Unwrapped orientation of the bodies, falling by 2 pi around the loop, rad.
-    sprocket_angle : float
-        Angle of the sprocket that puts a groove under the connector in the middle of the wrap, rad.
-    shift : float
-        Shift of the tensioning wheel that makes the rigid loop just close, m.
-    """
+    pins: np.ndarray  # (n, 2) input pins of the bodies, m
+    angle: np.ndarray  # (n,) unwrapped orientation of the bodies, falling by 2 pi around the loop, rad
+    sprocket_angle: float  # angle of the sprocket that puts a groove under the connector in the middle of the wrap, rad
+    shift: float  # shift of the tensioning wheel that makes the rigid loop just close, m
 
-    pins: np.ndarray
-    angle: np.ndarray
-    sprocket_angle: float
-    shift: float
+
+def body_lengths(rig: Rig, chain: str = "double_pin") -> np.ndarray:
+    """Pin to pin lengths of the bodies of a chain: links and connectors in turn, or one body a pitch, m."""
+    if chain == "single_pin":
+        return np.full(rig.chain.pitches, rig.single_pin_pitch)
+    return np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
+
+
+def longest_strand(rig: Rig, path: BeltPath) -> tuple[float, float]:
+    """Weight of a chain of links and connectors (N/m), and its longest run between two wheels (m)."""
+    c = rig.chain
+    weight = rig.gravity * (c.link_mass + c.connector_mass) / (c.link_length + rig.connector_length)
+    return weight, float(np.diff(path.start)[1::2].max())
 
 
 def can_close(rig: Rig) -> bool:
     """Whether the loop of links and connectors closes within the tensioner's travel: `assemble` without the search."""
-    lengths = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
+    lengths = body_lengths(rig)
     try:
         ends = [_slack(rig, shift, lengths) for shift in (-rig.tension.travel, rig.tension.travel)]
     except InputError:  # wheels overlap
@@ -314,17 +284,11 @@ def _slack(rig: Rig, shift: float, lengths: np.ndarray) -> float:
 def assemble(rig: Rig, lengths: np.ndarray | None = None) -> Assembly:
     """Lay the loop around the wheels by shifting the tensioning wheel until the chain just closes.
 
-    ``lengths`` are the pin to pin lengths of the bodies, m; links and connectors in turn by default. If
-    there is one body a pitch, grooves are put under its joints.
-
-    Raises
-    ------
-    InputError
-        If no shift within the tensioner's travel closes the loop: the sentence says whether the
-        loop is too short or too long and by how much.
+    ``lengths`` are the pin to pin lengths of the bodies, m; links and connectors in turn by default. If there is one
+    body a pitch, grooves are put under its joints. Raises `InputError` if no shift within the tensioner's travel
+    closes the loop: the sentence says whether the loop is too short or too long and by how much.
     """
-    if lengths is None:
-        lengths = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
+    lengths = body_lengths(rig) if lengths is None else lengths
     single = len(lengths) == rig.chain.pitches
     body = float(lengths[0])
     travel = rig.tension.travel
@@ -362,13 +326,8 @@ SQUASH = 0.3
 def free_loop(lengths: np.ndarray) -> Assembly:
     """An oblong, closed clockwise loop of bodies around the origin, without wheels.
 
-    The angle of body i is ``-2 pi i / n`` with a second harmonic that makes the loop oblong, and a
-    first one that closes it.
-
-    Raises
-    ------
-    InputError
-        The bodies do not close so.
+    The angle of body i is ``-2 pi i / n`` with a second harmonic that makes the loop oblong, and a first one that
+    closes it. Raises `InputError`: the bodies do not close so.
     """
     n = len(lengths)
     phase = -2 * pi * np.arange(n) / n

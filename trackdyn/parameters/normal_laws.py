@@ -18,10 +18,7 @@ def _imbalance(loss, restitution):
 
 
 def delivered_restitution(loss: float) -> float:
-    """Restitution that a damping factor ``loss`` delivers, whatever the elastic law.
-
-    Solution e of ``chi (1 + e) = ln((1 + chi) / (1 - chi e))``.
-    """
+    """Restitution e of a damping factor, whatever the elastic law: ``chi (1 + e) = ln((1 + chi) / (1 - chi e))``."""
     if loss < 1.5 * NEARLY_ELASTIC:
         return 1 - 2 / 3 * loss + 4 / 9 * loss**2
     upper = min(1.0, ALMOST_ONE / loss)

@@ -27,23 +27,15 @@ MOST_ARCS = 15  # of a flank: areas are kept as bits
 
 
 class ToothProfile(OmitsDefaults):
-    """A groove that is not the design of `groove`: a list of arcs, or a measured outline.
+    """A groove that is not the design of `groove`: a list of arcs, or a measured outline."""
 
-    Attributes
-    ----------
-    arcs : table or None
-        Rows ``centre x, centre y, radius`` (m) and sign of the left flank's arcs, tip first.
-    right : table or None
-        The same of the right flank, mirrored to the left, where it is not the left one's mirror image.
-    outline : table or None
-        Measured points ``x, y`` (m) of the groove frame, of the left flank or of both.
-    pattern : str
-        Signs of the arcs that the outline is fitted with, tip first: ``+`` convex, ``-`` concave.
-    """
-
+    # rows ``centre x, centre y, radius`` (m) and sign of the left flank's arcs, tip first
     arcs: Annotated[Table | None, Quantity("m, m, m, 1")] = None
+    # the same of the right flank, mirrored to the left, where it is not the left one's mirror image
     right: Annotated[Table | None, Quantity("m, m, m, 1")] = None
+    # measured points ``x, y`` (m) of the groove frame, of the left flank or of both
     outline: Annotated[Table | None, Quantity("m, m")] = None
+    # signs of the arcs that the outline is fitted with, tip first: ``+`` convex, ``-`` concave
     pattern: Annotated[str, Quantity("name")] = "+--+-"
 
     def model_post_init(self, context: Any) -> None:
@@ -94,12 +86,8 @@ def groove_of_arcs(arcs: np.ndarray, teeth: int, right: np.ndarray | None = None
     With ``nu(alpha) = (sin alpha, cos alpha)`` a surface point is ``O + s r nu``; neighbours share point and slope, so
     ``O_j - O_i = (s_i r_i - s_j r_j) nu(alpha)`` gives the slope of their joint. The first arc ends on the tooth line
     with its centre on it, the last one in the middle of the groove. ``right`` holds the arcs of the right flank,
-    mirrored to the left; by default they are the left ones.
-
-    Raises
-    ------
-    InputError
-        Neighbours are not tangent, arcs run backwards, or an end is not where it must be.
+    mirrored to the left; by default they are the left ones. Raises `InputError`: neighbours are not tangent, arcs run
+    backwards, or an end is not where it must be.
     """
     right = arcs if right is None else right
     bottoms = [flank[-1, 1] + flank[-1, 3] * flank[-1, 2] for flank in (arcs, right)]
@@ -128,8 +116,7 @@ def _flank(arcs: np.ndarray, teeth: int) -> tuple[np.ndarray, np.ndarray, np.nda
         if abs(hypot(*between) - abs(reach)) > TANGENT or reach == 0:
             raise InputError(
                 f"profile.arcs: arcs {i + 1} and {i + 2} miss each other by "
-                f"{1e3 * abs(hypot(*between) - abs(reach)):.3g} mm; "
-                f"centres {abs(reach):.6g} m apart would be tangent"
+                f"{1e3 * abs(hypot(*between) - abs(reach)):.3g} mm; centres {abs(reach):.6g} m apart would be tangent"
             )
         ends.append(atan2(between[0] / reach, between[1] / reach))
     ends.append(0.0)
@@ -176,12 +163,8 @@ def flank_arcs(signs: np.ndarray, radii: np.ndarray, slopes: np.ndarray, bottom:
 def fit_outline(points: np.ndarray, pattern: str, teeth: int) -> tuple[Groove, np.ndarray]:
     """Tangent arcs of least squared distance to measured points (n, 2) of a groove, and those distances (n,), m.
 
-    The start follows the outline: its slope at as many places as there are joints, equal lengths apart.
-
-    Raises
-    ------
-    InputError
-        Too few points, or none of the starts leads to arcs that are tangent and in order.
+    The start follows the outline: its slope at as many places as there are joints, equal lengths apart. Raises
+    `InputError`: too few points, or none of the starts leads to arcs that are tangent and in order.
     """
     signs = np.array([1.0 if sign == "+" else -1.0 for sign in pattern])
     k = len(signs)
@@ -197,9 +180,8 @@ def fit_outline(points: np.ndarray, pattern: str, teeth: int) -> tuple[Groove, n
 
     def groove(p):
         # what makes the logarithm of a radius the unknown keeps it positive
-        return groove_of_arcs(
-            flank_arcs(signs, LEAST_ARC + np.exp(p[: k - 1]), p[k - 1 : 2 * k - 2], p[-1], teeth), teeth
-        )
+        arcs = flank_arcs(signs, LEAST_ARC + np.exp(p[: k - 1]), p[k - 1 : 2 * k - 2], p[-1], teeth)
+        return groove_of_arcs(arcs, teeth)
 
     def misses(p):
         try:
@@ -222,9 +204,7 @@ def fit_outline(points: np.ndarray, pattern: str, teeth: int) -> tuple[Groove, n
 
 
 def _start(flank: np.ndarray, signs: np.ndarray, radius: float, rise: float, half: float) -> np.ndarray:
-    """First guess: the slope rises by ``rise`` (rad) over every convex arc and falls evenly over the concave
-    ones to 0.
-    """
+    """First guess: the slope rises by ``rise`` (rad) over every convex arc and falls evenly to 0 over the others."""
     convex, concave = int((signs > 0).sum()), max(int((signs < 0).sum()), 1)
     fall = (convex * rise - half) / concave
     slopes = -half + np.cumsum(np.where(signs > 0, rise, -fall))[:-1]
@@ -238,13 +218,7 @@ def distance_to(groove: Groove, points: np.ndarray) -> np.ndarray:
 
 
 def read_outline(path: Path) -> list[list[float]]:
-    """Points of a CSV file with the columns ``x_m`` and ``y_m``.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, lacks a column or holds something that is no number.
-    """
+    """Points of a CSV file with columns ``x_m`` and ``y_m`` of numbers; else `InputError`."""
     rows = list(csv.reader(io.StringIO(read_text(path, "CSV file of points", 40 * LONGEST_OUTLINE))))
     if not rows or rows[0][:2] != ["x_m", "y_m"]:
         raise InputError(f"{path}: does not begin with the columns x_m,y_m; expected that header, then points in m")

@@ -145,13 +145,7 @@ class Cell(NamedTuple):
 
 
 def load_paper_tables(path: Path | str) -> PaperTables:
-    """Read the cells and refuse what is half filled or contradicts itself.
-
-    Raises
-    ------
-    InputError
-        One sentence with file, field, value and what is accepted.
-    """
+    """Read the cells; `InputError` in one sentence for what is half filled or contradicts itself."""
     tables = validated(PaperTables, read_yaml(path), str(path), "leave the cell at null if the article has none")
     try:
         groove_rows(tables.table1)

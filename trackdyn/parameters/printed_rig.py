@@ -30,12 +30,8 @@ def groove_of_table1(tables: PaperTables, teeth: int) -> Groove | None:
 
     Neighbours join with a common tangent: what the cells leave open within their last decimal is closed by keeping the
     printed radii of areas 2 to 5, the directions in which the printed centres lie from each other, and the height of
-    area 5.
-
-    Raises
-    ------
-    InputError
-        Arcs do not join within the rounding of the cells, or u, theta and r_a are not those of the arcs.
+    area 5. Raises `InputError`: arcs do not join within the rounding of the cells, or u, theta and r_a are not those of
+    the arcs.
     """
     rows = groove_rows(tables.table1)
     if rows is None:
@@ -99,17 +95,8 @@ def _refuse_angles(tables: PaperTables, groove: Groove, off: float) -> None:
 def with_cells(data: dict, tables: PaperTables, file: str) -> dict:
     """Contents of a rig file (`rig_file.read_rig`) with what the cells say of the rig in place of what it had.
 
-    Parameters
-    ----------
-    data : dict
-        Sections of entries ``{value, unit, kind, source}``.
-    file : str
-        The name under which refusals and sources speak of the cells.
-
-    Raises
-    ------
-    InputError
-        One sentence with file, field, value and what is accepted.
+    ``data`` are sections of entries ``{value, unit, kind, source}``, ``file`` is the name under which refusals and
+    sources speak of the cells. Raises `InputError`: one sentence with file, field, value and what is accepted.
     """
     try:
         return _with_cells(data, tables, file)

@@ -16,11 +16,7 @@ from trackdyn.parameters.fields import NAME, FieldValue, entries_of, fields_of, 
 from trackdyn.parameters.groove import Groove, build_groove, connector_length
 from trackdyn.parameters.outline import ToothProfile, profile_groove
 from trackdyn.parameters.paper_tables import rig_cells
-from trackdyn.parameters.quantities import (
-    FROM_FILE,
-    Quantity,
-    number_of,
-)
+from trackdyn.parameters.quantities import FROM_FILE, Quantity, number_of
 from trackdyn.parameters.rig_file import DEFAULT, TRIED, cells_path, read_rig, rig_path, stated_in
 from trackdyn.parameters.sections import (
     Bushing,

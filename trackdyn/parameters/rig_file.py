@@ -72,13 +72,7 @@ def shipped_summaries() -> dict[str, tuple[str, str]]:
 
 
 def rig_path(name: Path | str) -> Path | str:
-    """The file of a rig that is given by its path or by the name of a shipped one.
-
-    Raises
-    ------
-    InputError
-        A plain word is neither.
-    """
+    """The file of a rig, given by its path or the name of a shipped one; `InputError` if a word is neither."""
     if not isinstance(name, str) or not PLAIN_WORD.fullmatch(name) or exists(name):
         return name
     shipped = shipped_rigs()
@@ -91,13 +85,7 @@ def rig_path(name: Path | str) -> Path | str:
 
 
 def cells_path(name: Path | str) -> Path | None:
-    """The file of the article's cells that a rig file names; None if it names none.
-
-    Raises
-    ------
-    InputError
-        What it names is no file.
-    """
+    """The file of the article's cells that a rig file names, None if it names none; `InputError` if that is no file."""
     path = rig_path(name)
     return _cells_path(path, read_yaml(path))
 
@@ -116,13 +104,7 @@ def _cells_path(path: Path | str, data: Any) -> Path | None:
 
 
 def read_rig(name: Path | str) -> dict[str, Any]:
-    """Contents of a rig file with everything that it takes from others, every entry written out.
-
-    Raises
-    ------
-    InputError
-        In one sentence with file, field and value.
-    """
+    """Contents of a rig file with all that it takes from others, every entry written out; or `InputError`."""
     return _read(rig_path(name), MOST_LIKE, read_yaml)
 
 
@@ -220,12 +202,8 @@ def _entry(text: str, name: str, about: dict) -> Any:
 
 def _with_points(part: Any, name: str, folder: Path) -> Any:
     """An entry whose value is the name of a CSV file of points gets the points: a rig holds all that it is made of."""
-    if not (
-        isinstance(part, dict)
-        and part.keys() >= ENTRY_KEYS
-        and name == "profile.outline"
-        and isinstance(part["value"], str)
-    ):
+    entry = isinstance(part, dict) and part.keys() >= ENTRY_KEYS
+    if not (entry and name == "profile.outline" and isinstance(part["value"], str)):
         return part
     from trackdyn.parameters.outline import read_outline
 

@@ -8,13 +8,7 @@ from trackdyn.parameters.rig_file import PLAIN_WHEEL, read_rig, rig_path, shippe
 
 
 def rig_text(like: str) -> str:
-    """A rig file that begins with all of a shipped rig: wheels and tension to edit, the rest as comments.
-
-    Raises
-    ------
-    InputError
-        No rig of that name is shipped.
-    """
+    """A rig file that begins with all of a shipped rig (else `InputError`); most of it stands in comments."""
     if like not in shipped_rigs():
         raise InputError(f"--like = {shown(like)} is not a shipped rig; choose {', '.join(shipped_rigs())}")
     rig, entries = load_rig(like), read_rig(rig_path(like))

@@ -11,23 +11,8 @@ MOST_STEPS = 200  # halving alone needs 60 from the widest interval to the last 
 def root(function: Callable[[float], float], low: float, high: float, tolerance: float = 0.0) -> float:
     """A root between two places where a continuous function has different signs, by Brent's method.
 
-    Parameters
-    ----------
-    function : callable
-        Of one number.
-    low, high : float
-        Ends of the interval.
-    tolerance : float
-        Largest error of the root beyond rounding.
-
-    Raises
-    ------
-    ValueError
-        The function has one sign at both ends.
-
-    References
-    ----------
-    R. P. Brent: Algorithms for Minimization without Derivatives. Prentice-Hall, 1973, chapter 4.
+    ``tolerance`` is the largest error beyond rounding. Raises `ValueError`: the function has one sign at both ends.
+    Source: R. P. Brent: Algorithms for Minimization without Derivatives. Prentice-Hall, 1973, chapter 4.
     """
     a, b = low, high
     fa, fb = function(a), function(b)

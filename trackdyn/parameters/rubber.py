@@ -16,22 +16,9 @@ RIPPLE = 0.07
 
 
 def loss_branches(loss_factor: float) -> tuple[np.ndarray, np.ndarray]:
-    """Stiffnesses and relaxation times of branches that give a loss factor over ``BAND``.
+    """Stiffnesses, as shares of that at rest, and relaxation times (s) of branches with a loss factor over ``BAND``.
 
-    Parameters
-    ----------
-    loss_factor : float
-        Loss modulus over storage modulus, which is the energy lost in a cycle over 2 pi times the largest stored.
-
-    Returns
-    -------
-    stiffness : (b,) array
-        As shares of the stiffness at rest.
-    time : (b,) array
-        s.
-
-    Notes
-    -----
+    The loss factor is loss modulus over storage modulus: the energy lost in a cycle over 2 pi times the largest stored.
     With ``x = w T``, a branch of the share g adds ``g x / (1 + x^2)`` to the loss modulus and ``g x^2 / (1 + x^2)`` to
     the storage modulus 1 at rest. The loss modulus less the loss factor times the storage modulus is linear in the
     shares; least squares over the band, none negative. A constant loss factor means a stiffness that grows with the

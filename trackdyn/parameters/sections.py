@@ -103,9 +103,8 @@ class Surface(Section):
     axial_overhang: Annotated[float, Quantity("m", ge=0)]
     youngs_modulus: Annotated[float, Quantity("Pa", gt=0)]
     poisson_ratio: Annotated[float, Quantity("1", ge=0, lt=0.5)]
-    restitution: Annotated[
-        float, Quantity("1", ge=1e-3, le=1)
-    ]  # a loss factor of 1000: less is no contact law but a wall of glue
+    # a loss factor of 1000: less is no contact law but a wall of glue
+    restitution: Annotated[float, Quantity("1", ge=1e-3, le=1)]
     friction_static: Friction
     friction_dynamic: Friction
     transition_velocity: Annotated[float, Quantity("m/s", gt=0)]

@@ -23,9 +23,7 @@ class Section(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     def __eq__(self, other: Any) -> bool:
-        """Whether all fields are equal; what was worked out from them and kept, arrays for the most part, is
-        not asked.
-        """
+        """Whether all fields are equal; what was worked out from them and kept, mostly arrays, is not asked."""
         return type(self) is type(other) and all(
             getattr(self, name) == getattr(other, name) for name in type(self).model_fields
         )
@@ -62,13 +60,7 @@ class OneOf:
 def validated(
     schema: type[SectionType], data: Any, name: str, missing: str = "add it", context: Any = None
 ) -> SectionType:
-    """``data`` as an object of ``schema``; ``context`` is for its own validators.
-
-    Raises
-    ------
-    InputError
-        One sentence with the file ``name``, the field, the value and what would be accepted.
-    """
+    """``data`` as an object of ``schema`` (``context``: for its validators); or `InputError` with file and field."""
     if not isinstance(data, dict):
         raise InputError(f"{name}: must hold sections, a mapping of names to values")
     try:
@@ -106,26 +98,14 @@ def plain_count(value: Any) -> Any:
 
 
 def parse_number(text: str | float) -> float:
-    """A number as tables write it; Python's ``float`` would also read ``1_15`` and the digits of every script.
-
-    Raises
-    ------
-    ValueError
-        It is none.
-    """
+    """A number as tables write it (or `ValueError`); ``float`` also reads ``1_15`` and the digits of every script."""
     if isinstance(text, str) and ("_" in text or not text.isascii()):
         raise ValueError(text)
     return float(text)
 
 
 def parse_tolerance(text: str | float) -> float:
-    """``2%``, ``0.02`` or 0.02 as a share.
-
-    Raises
-    ------
-    InputError
-        It is not a number between 0 and 1.
-    """
+    """``2%``, ``0.02`` or 0.02 as a share. Raises `InputError`: it is not a number between 0 and 1."""
     match = re.fullmatch(r"\s*([0-9.eE+-]+)\s*(%?)\s*", str(text))
     try:
         value = float(match[1]) / (100 if match[2] else 1) if match else float("nan")
@@ -137,9 +117,7 @@ def parse_tolerance(text: str | float) -> float:
 
 
 def _first(errors: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
-    """What to say first: of a field that is missing and one that is not known beside it, the latter, and what it may be
-    meant for.
-    """
+    """What to say first: of a missing field and an unknown one beside it, the latter, and what it may be meant for."""
     lacking = [error for error in errors if error["type"] == "missing"]
     for error in errors if errors[0]["type"] == "missing" else []:
         missing = [str(other["loc"][-1]) for other in lacking if other["loc"][:-1] == error["loc"][:-1]]
@@ -166,13 +144,7 @@ def sentence(name: str, error: Mapping[str, Any], missing: str) -> str:
 
 
 def within(name: str, value: float, least: float, most: float, what: str = "") -> float:
-    """A number between two.
-
-    Raises
-    ------
-    InputError
-        One sentence with name, value and range; ``what`` is what the bounds are of, with a unit.
-    """
+    """A number between two, else `InputError` with name, value and range; ``what`` the bounds are of, with a unit."""
     try:
         number = plain_number(value)
     except ValueError as error:

@@ -15,7 +15,7 @@ from matplotlib.patches import Circle, Polygon
 from matplotlib.patheffects import withStroke
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.layout import assemble, wheel_circles
+from trackdyn.parameters.layout import assemble, body_lengths, wheel_circles
 from trackdyn.parameters.rig import Rig
 from trackdyn.plots.style import BLACK, SMALL
 from trackdyn.simulation.recording import Recording
@@ -60,10 +60,7 @@ def chain_points(rig: Rig, frame) -> tuple[np.ndarray, np.ndarray, float]:
     """
     frame = np.asarray(frame, dtype=float)
     angles = frame[2:-1]
-    if len(angles) == rig.chain.pitches:
-        lengths = np.full(len(angles), rig.single_pin_pitch)
-    else:
-        lengths = np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
+    lengths = body_lengths(rig, "single_pin" if len(angles) == rig.chain.pitches else "double_pin")
     steps = lengths[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
     pins = frame[:2] + np.vstack([np.zeros(2), np.cumsum(steps, axis=0)])
     return pins, angles, float(frame[-1])
@@ -220,11 +217,6 @@ def _number_areas(ax: Axes, rig: Rig, sprocket_angle: float, groove: int) -> Non
     ax.plot(*joints.T, **JOINT, markeredgewidth=0.7, zorder=Z_MARK)
 
 
-def draw_wheels(ax: Axes, rig: Rig, layout_shift: float) -> None:
-    """Draw the wheels beside the sprocket, the tensioning wheel shifted by ``layout_shift`` (m)."""
-    draw_discs(ax, wheel_circles(rig, layout_shift, surface=True)[1:])
-
-
 def draw_discs(ax: Axes, circles) -> None:
     """Draw wheels with tyres: centres and radii (w, 3), m."""
     for x, y, radius in circles:
@@ -234,8 +226,8 @@ def draw_discs(ax: Axes, circles) -> None:
 
 
 def draw_loop(ax: Axes, rig: Rig, frame, shift: float, ring: float | None, groove: int | None = None, **chain) -> None:
-    """Draw wheels, sprocket and chain; areas of ``groove`` are numbered, the rest is for :func:`draw_chain`."""
-    draw_wheels(ax, rig, shift)
+    """Draw wheels (the tensioner ``shift`` m along), sprocket, ``groove`` numbered, and chain (:func:`draw_chain`)."""
+    draw_discs(ax, wheel_circles(rig, shift, surface=True)[1:])
     draw_sprocket(ax, rig, frame[-1], ring, groove)
     draw_chain(ax, rig, frame, **chain)
 

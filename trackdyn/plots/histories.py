@@ -29,21 +29,12 @@ def first_crest(ay, rate: float, hz: float) -> int:
 
 @styled
 def history_figure(recording: Recording, record: SensorRecord, title="", sensor_label="synthetic sensor") -> Figure:
-    """The y acceleration of simulation (above) and sensor (below) over about two revolutions.
+    """The y acceleration of simulation (above) and sensor (below) of one motor speed over about two revolutions.
 
-    Both curves begin where the fundamental of their own first has its crest, and both run for two
-    revolutions of the simulated loop. The loops turn at slightly different rates, so they agree in
-    phase at the start and part slowly. The view holds all of the simulation and nearly all samples of the
-    sensor; triangles stand where its curve is cut off, and its extremes are written.
-
-    Parameters
-    ----------
-    recording, record
-        Run and sensor's record of the same motor speed.
-    title : str
-        Such as ``115 rpm``.
-    sensor_label : str
-        What the record is; must say so if it is synthetic.
+    Both curves begin where the fundamental of their own first has its crest, and both run for two revolutions of the
+    simulated loop. The loops turn at slightly different rates, so they agree in phase at the start and part slowly. The
+    view holds all of the simulation and nearly all samples of the sensor; triangles stand where its curve is cut off,
+    and its extremes are written. ``sensor_label`` says what the record is, and must say so if it is synthetic.
     """
     figure = new_figure(4.0)
     figure.set_layout_engine("none")  # margins that do not depend on the numbers at the ticks: panels are alike

@@ -21,9 +21,7 @@ def short(values, digits: int = 4) -> list[float]:
 
 
 def differences(columns: np.ndarray) -> dict:
-    """Columns of numbers over time in whole ``CONFIGURATION``: a start, and second differences, which make a small
-    file.
-    """
+    """Columns of numbers over time in whole ``CONFIGURATION``: a start and second differences, for a small file."""
     steps = np.rint(columns / CONFIGURATION).astype(int)
     return {
         "start": steps[0].tolist(),
@@ -46,10 +44,7 @@ def environment(folder: Path = HERE) -> Environment:
 
 
 def render(template: str, scripts: tuple[str, ...], data: dict, folder: Path = HERE, **shown) -> str:
-    """A page as HTML text: template and scripts of a folder or of this one, with its data packed into it.
-
-    ``data["files"]`` are the texts that the page hands out by name.
-    """
+    """A page as HTML text: template and scripts, with its data packed in; ``data["files"]`` are texts it hands out."""
     files = [next(path for path in (folder / f"{name}.js", HERE / f"{name}.js") if path.is_file()) for name in scripts]
     return (
         environment(folder)

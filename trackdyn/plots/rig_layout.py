@@ -24,36 +24,22 @@ def draw_rig(rig: Rig, frame, wheels) -> Figure:
     drawing.draw_sprocket(ax, rig, angle, rig.ring_radius)
     drawing.draw_chain(ax, rig, frame)
     box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0}
+    label = {"ha": "center", "va": "center", "fontsize": SMALL, "color": BLACK, "bbox": box}
+    label["zorder"] = drawing.Z_MARK + 1
     for name, (x, y, radius) in zip(wheel_names(rig), wheels, strict=True):
         carrier = None if name == "sprocket" else rig.rollers[name].carrier
         if isinstance(carrier, Arm):
-            ax.plot(
-                [carrier.x, x],
-                [carrier.y, y],
-                color=BLUE,
-                linestyle="-",
-                linewidth=2.0,
-                zorder=drawing.Z_MARK,
-                solid_capstyle="round",
-            )
-            ax.plot([carrier.x], [carrier.y], marker="o", color=BLUE, markersize=4, zorder=drawing.Z_MARK)
+            look = {"color": BLUE, "zorder": drawing.Z_MARK}
+            ends = [carrier.x, x], [carrier.y, y]
+            ax.plot(*ends, linestyle="-", linewidth=2.0, solid_capstyle="round", **look)
+            ax.plot([carrier.x], [carrier.y], marker="o", markersize=4, **look)
         if name == rig.tension.wheel or (carrier is not None and not isinstance(carrier, Arm)):
             turn = np.radians(rig.tension.direction if name == rig.tension.wheel else carrier.direction)
             along = 0.35 * radius * np.array([np.cos(turn), np.sin(turn)])
             ax.annotate("", (x + along[0], y + along[1]), (x - along[0], y - along[1]), zorder=drawing.Z_MARK,
                         arrowprops={"arrowstyle": "<->", "color": VERMILION, "linewidth": 1.4})  # fmt: skip
         words = name.replace("_", " ") + (", tensioner" if name == rig.tension.wheel else "")
-        ax.text(
-            x,
-            y - 0.5 * radius,
-            words,
-            ha="center",
-            va="center",
-            fontsize=SMALL,
-            color=BLACK,
-            bbox=box,
-            zorder=drawing.Z_MARK + 1,
-        )
+        ax.text(x, y - 0.5 * radius, words, **label)
     drawing.view(ax, middle, half)
     ax.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")
     return figure

@@ -38,27 +38,13 @@ BARS = {"loop": 0.06, "sprocket": 0.25, "follow": 0.35}
 
 @dataclass(frozen=True)
 class Shown:
-    """A page that shows a run; a notebook displays it.
+    """A page that shows a run; a notebook displays it."""
 
-    Attributes
-    ----------
-    text : str
-        The page, HTML.
-    stretch : Stretch or None
-        What moves on it.
-    """
-
-    text: str
-    stretch: Stretch | None
+    text: str  # the page, HTML
+    stretch: Stretch | None  # what moves on it
 
     def save(self, path: Path | str) -> None:
-        """Write the page, whole or not at all.
-
-        Raises
-        ------
-        InputError
-            It cannot be written.
-        """
+        """Write the page, whole or not at all. Raises `InputError`: it cannot be written."""
         write_text(path, self.text)
 
     @property

@@ -31,7 +31,7 @@ from trackdyn.model.constants import (
     Wheels,
 )
 from trackdyn.model.state import Plane, State
-from trackdyn.parameters.layout import wheel_circles
+from trackdyn.parameters.layout import body_lengths, wheel_circles
 from trackdyn.parameters.normal_laws import NORMAL_LAWS
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.rubber import loss_branches
@@ -47,9 +47,8 @@ def make_law(
 ) -> Law:
     """Constants of Eqs. 8 and 10 from material data (SI units).
 
-    ``normal_law`` is one of ``NORMAL_LAWS``: Eq. 8 as printed, the same with the factor that delivers
-    ``restitution`` (its bracket then reaches 1 + chi in the first instant, so it is not clipped below
-    that), or without any loss.
+    ``normal_law`` is one of ``NORMAL_LAWS``: Eq. 8 as printed, the same with the factor that delivers ``restitution``
+    (its bracket then reaches 1 + chi in the first instant, so it is not clipped below that), or without any loss.
     """
     stiffness = pi * contact_length * composite_modulus / (2 * sqrt(2.0))
     chosen = NORMAL_LAWS[normal_law]
@@ -77,24 +76,20 @@ def make_tooth(groove, arc_radius: float, law: Law, present: bool = True) -> Too
 
 
 def build_chain(rig: Rig, chain: str = "double_pin", viscous: bool = True) -> Chain:
-    """Links and connectors in turn, or one body a pitch; mass centres in the middle of the pins.
-
-    ``viscous`` False leaves out the damper of the bushings.
-    """
+    """Links and connectors in turn, or one body a pitch, mass centres in the middle; dampers if ``viscous``."""
     c, n = rig.chain, rig.chain.pitches
     if chain == "single_pin":
         # half a connector is fixed to each end of the link, its middle a quarter of a connector from the joint
         pitch, half = rig.single_pin_pitch, c.connector_mass / 2
         own = c.connector_inertia / 2 - half * (rig.connector_length / 4) ** 2
         pitch_inertia = c.link_inertia + 2 * (own + half * (pitch / 2 - rig.connector_length / 4) ** 2)
-        length = np.full(n, pitch)
         mass, inertia = np.full(n, c.link_mass + c.connector_mass), np.full(n, pitch_inertia)
         in_series = 2  # two bushings behind one another
     else:
-        length = np.tile([c.link_length, rig.connector_length], n)
         mass = np.tile([c.link_mass, c.connector_mass], n)
         inertia = np.tile([c.link_inertia, c.connector_inertia], n)
         in_series = 1
+    length = body_lengths(rig, chain)
     return Chain(
         length=length, mass=mass, inertia=inertia, com_x=length / 2, com_y=np.zeros(len(length)),
         stiffness=rig.bushing.stiffness / in_series, damping=rig.bushing.damping / in_series if viscous else 0.0,
@@ -123,17 +118,11 @@ def build_shoes(rig: Rig, chain: str = "double_pin") -> Shoes:
 
 def _law(rig: Rig, surface: Surface, scene) -> Law:
     sliding = scene.friction != "none"
+    mu_s, mu_d = (surface.friction_static, surface.friction_dynamic) if sliding else (0.0, 0.0)
     return make_law(
-        surface.contact_length,
-        rig.composite_modulus(surface),
-        surface.restitution,
-        surface.friction_static if sliding else 0.0,
-        surface.friction_dynamic if sliding else 0.0,
-        surface.transition_velocity,
-        rig.impact.speed_floor,
-        rig.impact.factor_limit,
-        scene.normal_law,
-    )
+        surface.contact_length, rig.composite_modulus(surface), surface.restitution, mu_s, mu_d,
+        surface.transition_velocity, rig.impact.speed_floor, rig.impact.factor_limit, scene.normal_law,
+    )  # fmt: skip
 
 
 def build_wheels(scene) -> Wheels:
@@ -163,10 +152,7 @@ def build_wheels(scene) -> Wheels:
 
 
 def with_mobility(chain: Chain, shoes: Shoes, tooth: Tooth, wheels: Wheels, held: bool) -> tuple[Tooth, Wheels]:
-    """Contacts of a staggered method, which know how easily the chain yields to the forces of the present step.
-
-    ``held`` as of `chain.mobility.mobility_of_slip`.
-    """
+    """Contacts of a staggered method, which know how easily the chain yields; ``held`` as of `mobility_of_slip`."""
     body, along = shoes.arc_body, shoes.arc_x
     slip = [mobility_of_slip(chain, body[side], along[side], tooth.arc_radius, held) for side in range(2)]
     tooth = tooth._replace(mobility=mobility_across(chain, body[0], along[0]), slip=np.array(slip))

@@ -60,13 +60,7 @@ def carriers_of(rows: list[dict], wheels: int, tensions: int = SPROCKET, force: 
 
 
 def preloads(rig: Rig, carriers: Carriers, work: Work, q: np.ndarray) -> np.ndarray:
-    """(k,) preloads that hold the chain as it lies with the carriers at ``q``, or those that the rig gives.
-
-    Raises
-    ------
-    InputError
-        A spring could not hold what lies on it within its travel.
-    """
+    """(k,) preloads that hold the chain with the carriers at ``q``, or the rig's; `InputError` beyond their travel."""
     names, found = wheel_names(rig), np.zeros(len(carriers.wheel))
     for k, wheel in enumerate(carriers.wheel):
         forced = len(carriers.force) and k == carriers.tensioner
@@ -84,19 +78,12 @@ def preloads(rig: Rig, carriers: Carriers, work: Work, q: np.ndarray) -> np.ndar
 
 
 def refuse_stops(rig: Rig, carriers: Carriers, slide: np.ndarray) -> None:
-    """Refuse a loop that has settled with a carrier at a stop: its spring holds nothing there.
-
-    Raises
-    ------
-    InputError
-        Which wheel, and what to change.
-    """
+    """Refuse (`InputError`) a loop that has settled with a carrier at a stop: its spring holds nothing there."""
     for k, wheel in enumerate(carriers.wheel):
         q, name = float(slide[k, SLIDE]), wheel_names(rig)[wheel]
         if not carriers.low[k] < q < carriers.high[k]:
             kind = "tension" if wheel == tensioner(rig) else f"{name}.{'arm' if carriers.arm[k] else 'slider'}"
             raise InputError(
-                f"{kind}.travel: wheel {name} rests on a stop of its "
-                f"{'arm' if carriers.arm[k] else 'slider'} once the loop has settled; "
-                "change the preload or force, stiffen the spring or allow more travel"
+                f"{kind}.travel: wheel {name} rests on a stop of its {'arm' if carriers.arm[k] else 'slider'} once the "
+                "loop has settled; change the preload or force, stiffen the spring or allow more travel"
             )

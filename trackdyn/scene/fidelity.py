@@ -23,10 +23,7 @@ from trackdyn.parameters.wheels import Drag
 
 
 class Choices(Section):
-    """The choices of a scene, documented there: the settings of each, of the cheapest first.
-
-    Entries of a registry that were added from outside are accepted as well.
-    """
+    """Settings of each choice of a scene, the cheapest first, and entries added to a registry from outside."""
 
     loop: Annotated[Literal["on_wheels", "free"], OneOf()] = "on_wheels"
     chain: Annotated[Literal["belt", "single_pin", "double_pin"], OneOf()] = "double_pin"
@@ -74,20 +71,7 @@ class Decision(NamedTuple):
 
 
 def preset(name: str, ring: bool = True) -> dict:
-    """Fields of a `Scene` that a preset sets.
-
-    Parameters
-    ----------
-    name : str
-        Of `PRESETS`.
-    ring : bool
-        Whether the scene has a ring: ``standard`` halves its step without one.
-
-    Raises
-    ------
-    InputError
-        There is no such preset.
-    """
+    """Fields of a `Scene` that a preset sets (else `InputError`); ``standard`` halves its step without a ring."""
     if name not in PRESETS:
         raise InputError(f"preset {not_one_of(name, PRESETS)}")
     return PRESETS[name] | ({} if ring else WITHOUT_RING.get(name, {}))
@@ -139,11 +123,7 @@ def decide(scene) -> dict[str, Decision]:
     if on_wheels:
         names = [name.replace("_", " ") for name in scene.rig.rollers]
         listed = " and ".join(names) if len(names) < 3 else f"{len(names)} wheels"
-        drive = (
-            "the sprocket's speed is prescribed"
-            if scene.rig.drive is None
-            else f"the drive is a {scene.rig.drive.kind}"
-        )
+        drive = f"the drive is a {scene.rig.drive.kind}" if scene.rig.drive else "the sprocket's speed is prescribed"
         found["wheels"] = Decision("turning", f"{listed} turn{'s' * (len(names) == 1)} freely; {drive}")
     else:
         found["wheels"] = Decision("none", "no wheel is touched")
@@ -257,29 +237,17 @@ def _facts(scene) -> SimpleNamespace:
     ]
     return SimpleNamespace(
         **{name: getattr(scene, name) for name in type(scene).model_fields},
-        bodies=scene.bodies,
-        belt=scene.chain == "belt",
-        free=scene.loop == "free",
-        radial=scene.joint == "radial",
-        method=METHODS[integrator],
-        tilted=wheel_out_of_plane(rig),
-        spatial=spatial,
+        bodies=scene.bodies, belt=scene.chain == "belt", free=scene.loop == "free", radial=scene.joint == "radial",
+        method=METHODS[integrator], tilted=wheel_out_of_plane(rig), spatial=spatial,
         stepped=integrator in ("semi_implicit", "linearly_implicit") and not spatial,
         how="motion in space" if spatial else f"integrator={integrator!r}",
         driven=on_wheels and rig.drive is not None and (rig.drive.kind != "speed" or rig.drive.ripple > 0),
-        carried=carried[0] if on_wheels and carried else None,
-        armless=armless[0] if on_wheels and armless else None,
-    )
+        carried=carried[0] if on_wheels and carried else None, armless=armless[0] if on_wheels and armless else None,
+    )  # fmt: skip
 
 
 def refuse_nonsense(scene) -> None:
-    """Refuse combinations of choices that make no sense (`REFUSALS`).
-
-    Raises
-    ------
-    InputError
-        Names the field, its value and what to use instead.
-    """
+    """Refuse (`InputError`) combinations of choices that make no sense (`REFUSALS`)."""
     facts = _facts(scene)
     for field, when, remedy in REFUSALS:
         if when(facts):

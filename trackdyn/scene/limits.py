@@ -45,6 +45,11 @@ def elastic_depth(law, load, radius):
     return root + third / root
 
 
+def _yield_at_end(chain, i: int) -> float:
+    """Acceleration of an end of body i across its pin line for a unit force there, 1/kg."""
+    return 1 / float(chain.mass[i]) + (float(chain.length[i]) / 2) ** 2 / float(chain.inertia[i])
+
+
 def _stiffness_at(law, load, radius):
     """Slope of Eq. 8 at a load, N/m."""
     depth = elastic_depth(law, load, radius)
@@ -75,9 +80,7 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
     chain, tooth, wheels = model.chain, model.tooth, model.wheels
     link = float(chain.mass[0])
     # A push across the chain at a pin moves the ends of both bodies that meet there.
-    ends = [
-        1 / (1 / float(chain.mass[i]) + (float(chain.length[i]) / 2) ** 2 / float(chain.inertia[i])) for i in (0, 1)
-    ]
+    ends = [1 / _yield_at_end(chain, i) for i in (0, 1)]
     at_pin = sum(ends)
     tension = pre_tension + chain.gravity * float(chain.mass.sum() / chain.length.sum())
     load = max(DYNAMIC_FACTOR * 2 * tension * sin(pi / tooth.teeth), LEAST_LOAD)
@@ -104,24 +107,15 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
             limit, at_pin = _with_parting_pins(model.radial, ends, stiffness, oscillation, limit)
         limits["contact stiffness of the teeth (tooth_contact)"] = limit
         limits["friction of the teeth (tooth_contact)"] = friction(tooth.law, at_pin)
-    for name, law, radius in (
-        ("ring_contact", wheels.ring_law, wheels.radius[0]),
-        ("wheel_contact", wheels.wheel_law, min(wheels.radius[1:], default=0.0)),
-    ):
-        if not (wheels.present[0] if name == "ring_contact" else len(wheels.radius) > 1):
-            continue
-        bears = load if name == "ring_contact" else on(float(radius))
-        limits[f"contact stiffness of the {name.replace('_', ' ')}"] = oscillation * sqrt(
-            link / _stiffness_at(law, bears, float(radius))
-        )
-        limits[f"friction of the {name.replace('_', ' ')}"] = friction(law, link, bears)
-    own = wheels.own_law
-    for k in range(1, len(own)):
-        law, name = Law(*(float(part) for part in own[k])), f"surface of wheel {k}"
-        bears = on(float(wheels.radius[k]))
-        limits[f"contact stiffness of the {name}"] = oscillation * sqrt(
-            link / _stiffness_at(law, bears, float(wheels.radius[k]))
-        )
+    surfaces = [("ring contact", wheels.ring_law, float(wheels.radius[0]), load)] if wheels.present[0] else []
+    if len(wheels.radius) > 1:
+        least = float(min(wheels.radius[1:]))
+        surfaces.append(("wheel contact", wheels.wheel_law, least, on(least)))
+    for k, law in enumerate(wheels.own_law[1:], 1):
+        radius = float(wheels.radius[k])
+        surfaces.append((f"surface of wheel {k}", Law(*map(float, law)), radius, on(radius)))
+    for name, law, radius, bears in surfaces:
+        limits[f"contact stiffness of the {name}"] = oscillation * sqrt(link / _stiffness_at(law, bears, radius))
         limits[f"friction of the {name}"] = friction(law, link, bears)
     if chain.stiffness:
         # two neighbours turn against each other; each angle feels the bushings at both of its ends, of which the
@@ -137,9 +131,7 @@ def step_limits(model, pre_tension: float, method: Method = METHODS["semi_implic
     closure = model.closure
     if closure.compliant and not method.implicit_damping:
         # the two bodies at the cut, free at their other ends: acceleration of the gap for a unit force through it
-        mobility = sum(
-            1 / float(chain.mass[i]) + (float(chain.length[i]) / 2) ** 2 / float(chain.inertia[i]) for i in (0, -1)
-        )
+        mobility = sum(_yield_at_end(chain, i) for i in (0, -1))
         limits["stiffness of the cut (closure)"] = oscillation / sqrt(closure.stiffness * mobility)
         if closure.damping:
             limits["damping of the cut (closure)"] = decay / (closure.damping * mobility)

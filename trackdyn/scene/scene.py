@@ -95,8 +95,7 @@ class Scene(Choices):
     space : str
         ``planar``, ``spatial``, or ``auto``: spatial only if a wheel is out of the plane.
     tooth_contact : str
-        ``ten_arcs``, ``three_surfaces`` (left, seating and right surface, of the kind in Ref. [2]) or
-        ``none``.
+        ``ten_arcs``, ``three_surfaces`` (left, seating and right surface, of the kind in Ref. [2]) or ``none``.
     normal_law : str
         ``printed`` (Eq. 8), ``delivered`` (its damping factor delivers the restitution) or ``elastic``.
     friction : str
@@ -243,8 +242,7 @@ class Scene(Choices):
                 self._refuse(
                     "solver",
                     f"with the masses and inertias of this chain rounding grows to {error:.1g} of a result over "
-                    f"{self.bodies} bodies, at worst where its pins are mutual centres of percussion; "
-                    "use 'riccati'",
+                    f"{self.bodies} bodies, at worst where its pins are mutual centres of percussion; use 'riccati'",
                 )
         limits = step_limits(self.model, self.rig.tension.pre_tension, METHODS[self.integrator])
         name, limit = min(limits.items(), key=lambda item: item[1], default=("", np.inf))

@@ -12,34 +12,17 @@ from trackdyn.files import plain_file
 
 
 class Channels(NamedTuple):
-    """Channels of one group, which share their samples.
+    """Channels of one group, which share their samples."""
 
-    Attributes
-    ----------
-    path : Path
-        The file.
-    names, units : lists of str
-        Of the channels. The time of the samples is a channel ``time`` in s if the file holds it otherwise.
-    values : (c, N) array
-        Their samples.
-    first_line : int
-        Number of the first sample, from 1.
-    """
-
-    path: Path
+    path: Path  # the file
+    # names, units: of the channels. The time of the samples is a channel ``time`` in s if the file holds it otherwise
     names: list[str]
     units: list[str]
-    values: np.ndarray
-    first_line: int = 1
+    values: np.ndarray  # (c, N) their samples
+    first_line: int = 1  # number of the first sample, from 1
 
     def table(self, columns: Sequence[int]) -> np.ndarray:
-        """(N, c) numbers of some channels.
-
-        Raises
-        ------
-        InputError
-            A sample is not finite; the sentence names the first one.
-        """
+        """(N, c) numbers of some channels; `InputError` with the first sample that is not finite."""
         table = self.values[list(columns)].T
         if not np.isfinite(table).all():
             row, place = np.argwhere(~np.isfinite(table))[0]
@@ -53,12 +36,8 @@ class Channels(NamedTuple):
 def read_channels(path: Path, recognised: Callable[[Sequence[str]], bool], sought: str) -> Channels:
     """Read the one group of a file whose channels are ``recognised`` by their names.
 
-    ``sought`` says in a refusal what was not found.
-
-    Raises
-    ------
-    InputError
-        No file of this format or a damaged one, no such group or several, or a package is not installed.
+    ``sought`` says in a refusal what was not found. Raises `InputError`: no file of this format or a damaged one, no
+    such group or several, or a package is not installed.
     """
     plain_file(path, "record")
     tdms = path.suffix.lower() == ".tdms"

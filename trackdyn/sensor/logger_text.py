@@ -28,28 +28,15 @@ _GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+", re.ASCII)
 
 
 class Layout(NamedTuple):
-    """Where what stands in a file.
+    """Where what stands in a file."""
 
-    Attributes
-    ----------
-    path : Path
-        The file.
-    names, units : lists of str
-        Of the columns: the header, and a row of units below it or empty texts.
-    separator : str
-        Between the fields.
-    first_line : int
-        Line of the first row of numbers, from 1.
-    body : str
-        The rows, without what ends the file.
-    """
-
-    path: Path
+    path: Path  # the file
+    # names, units: of the columns: the header, and a row of units below it or empty texts
     names: list[str]
     units: list[str]
-    separator: str
-    first_line: int
-    body: str
+    separator: str  # between the fields
+    first_line: int  # line of the first row of numbers, from 1
+    body: str  # the rows, without what ends the file
 
 
 def read_logger_text(path: Path) -> str:
@@ -103,12 +90,7 @@ def find_layout(path: Path, text: str, recognised: Callable[[Sequence[str]], boo
 
     The header is the first line, perhaps behind a ``#``, whose names are ``recognised`` and are as many as the fields
     of the row that follows. Where a file begins with numbers its columns are named "1", "2" and so on. ``sought`` says
-    in a refusal what was not found.
-
-    Raises
-    ------
-    InputError
-        No line is such a header.
+    in a refusal what was not found. Raises `InputError`: no line is such a header.
     """
     head = text.split("\n", _HEAD)[:_HEAD]
     rows = [i for i, line in enumerate(head) if line.strip() and not line.lstrip().startswith("#")]
@@ -145,9 +127,8 @@ def find_layout(path: Path, text: str, recognised: Callable[[Sequence[str]], boo
         if recognised(names):
             return Layout(path, names, [""] * len(names), separator, rows[0] + 1, _body(text, rows[0]))
         raise InputError(
-            f"{path}: line {rows[0] + 1} holds numbers ({shown(head[rows[0]])}) where the names of "
-            "the columns must be; "
-            "write them above, or give columns by number, such as --time 1 --axis ay=3 --unit g."
+            f"{path}: line {rows[0] + 1} holds numbers ({shown(head[rows[0]])}) where the names of the columns must "
+            "be; write them above, or give columns by number, such as --time 1 --axis ay=3 --unit g."
         )
     # what looks most like a header is shown: the line above the first row of numbers
     first = next((k for k, j in enumerate(rows) if k and all(map(_is_number, split_fields(head[j], separator)))), 1)
@@ -165,13 +146,7 @@ def is_dated(layout: Layout, column: int) -> bool:
 
 
 def parse(layout: Layout, columns: Sequence[int]) -> np.ndarray:
-    """(N, c) numbers of some columns; dates and times are seconds since that of the first row.
-
-    Raises
-    ------
-    InputError
-        A row is incomplete or a field is no finite number; the sentence names the first one.
-    """
+    """(N, c) numbers of some columns, dates and times as s since the first row; `InputError` for the first defect."""
     if dated := [column for column in columns if is_dated(layout, column)]:
         rest = parse(layout, [column for column in columns if column not in dated])
         return np.insert(rest, columns.index(dated[0]), _seconds(layout, dated[0]), axis=1)
@@ -181,9 +156,7 @@ def parse(layout: Layout, columns: Sequence[int]) -> np.ndarray:
 
 
 def _body(text: str, first: int) -> str:
-    """Text from line ``first`` (from 0) on, without blank and comment lines at its end and what old editors
-    put there.
-    """
+    """Text from line ``first`` (from 0) on, without blank and comment lines and old editors' marks at its end."""
     position = 0
     for _ in range(first):
         position = text.find("\n", position) + 1 or len(text)
@@ -288,9 +261,8 @@ def _refuse_fields(path, line, number, names, separator, what, last=False):
             )
     if separator == "," and found == 2 * len(names):
         raise InputError(
-            f"{where} has {found} fields for {len(names)} names, these look like decimal commas; "
-            "separate the fields by "
-            "semicolons or write decimal points."
+            f"{where} has {found} fields for {len(names)} names, these look like decimal commas; separate the fields "
+            "by semicolons or write decimal points."
         )
     if found > len(names):
         raise InputError(f"{where} has {found} fields for the {len(names)} names {listed(names)}; remove the rest.")

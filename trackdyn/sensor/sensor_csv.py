@@ -13,7 +13,7 @@ import numpy as np
 import scipy  # its parts are loaded where they are used
 
 from trackdyn.errors import InputError, shown
-from trackdyn.files import replacing
+from trackdyn.files import write_text
 from trackdyn.sensor import stamps
 from trackdyn.sensor.logger_binary import Channels, read_channels
 from trackdyn.sensor.logger_text import Layout, find_layout, is_dated, listed, parse, read_logger_text
@@ -26,38 +26,21 @@ _CLIPPED = 0.5  # share of clipped rows from which on nothing is left of the mot
 
 @dataclass(frozen=True)
 class SensorRecord:
-    """One record of the sensor (Eq. 40), N samples.
+    """One record of the sensor (Eq. 40), N samples."""
 
-    Attributes
-    ----------
-    path : Path
-        File it was read from.
-    t_s : (N,) array
-        Time from its first sample on, s.
-    ax_g, ay_g, az_g : (N,) arrays or None
-        Specific force in the sensor's axes, g; None for an axis that the file lacks.
-    rate_hz : float
-        Sampling rate, Hz.
-    clipped : int
-        Number of rows with an axis at the end of the sensor's range.
-    done : mapping
-        What reading did, by name: rows, columns, time, rate, steps, dropped, clipped.
-    columns : mapping
-        Column of each axis, with a minus in front where its sign was turned.
-    synthetic : bool
-        Whether a comment of the file says that it is synthetic.
-    """
-
-    path: Path
-    t_s: np.ndarray
+    path: Path  # file it was read from
+    t_s: np.ndarray  # (N,) time from its first sample on, s
+    # ax_g, ay_g, az_g: (N,) specific force in the sensor's axes, g; None for an axis that the file lacks
     ax_g: np.ndarray | None
     ay_g: np.ndarray
     az_g: np.ndarray | None
-    rate_hz: float
-    clipped: int
+    rate_hz: float  # sampling rate, Hz
+    clipped: int  # number of rows with an axis at the end of the sensor's range
+    # what reading did, by name: rows, columns, time, rate, steps, dropped, clipped
     done: Mapping[str, str] = field(default_factory=dict, compare=False)
+    # column of each axis, with a minus in front where its sign was turned
     columns: Mapping[str, str] = field(default_factory=dict, compare=False)
-    synthetic: bool = field(default=False, compare=False)
+    synthetic: bool = field(default=False, compare=False)  # whether a comment of the file says that it is synthetic
 
     @property
     def seconds(self) -> float:
@@ -101,10 +84,6 @@ def read_sensor_csv(
         Range of the sensor, g, unless the mapping has it; values beyond it cannot be measurements. Infinity: not known.
     gravity : float
         One g, m/s2, by which values in m/s2 are divided.
-
-    Returns
-    -------
-    SensorRecord
 
     Raises
     ------
@@ -188,10 +167,8 @@ def _record(layout, mapping, columns, units, values, range_g, gravity) -> Sensor
     if seen is not None:
         seen = seen._replace(t=seen.t[part] - seen.t[part.start])
         clock = stamps.judge_stamps(path, seen, line, mapping.rate, mapping.resample)
-        rate, done["time"] = (
-            clock.rate_hz,
-            f"{shown(names['time'])} in {seen.unit}, to {seen.rounding:.2g} s; {clock.steps}",
-        )
+        rate = clock.rate_hz
+        done["time"] = f"{shown(names['time'])} in {seen.unit}, to {seen.rounding:.2g} s; {clock.steps}"
     done["rate"] = f"{rate:.7g} Hz, {'given' if mapping.rate else 'found'}"
     axes = {axis: columns[axis][1] * scale[unit] * values[axis][part] for axis, unit in units.items()}
     rows = axes["ay"].size
@@ -203,23 +180,20 @@ def _record(layout, mapping, columns, units, values, range_g, gravity) -> Sensor
         name = list(axes)[axis]
         raise InputError(
             f"{path}: field {names[name]} in line {line + k} is {axes[name][k]:.6g} g if it is in "
-            f"{words[units[name]]}, beyond the "
-            f"sensor's range of +-{range_g:g} g; check the unit (--unit, for raw counts --scale) or give the range of "
-            "the sensor, --range G."
+            f"{words[units[name]]}, beyond the sensor's range of +-{range_g:g} g; check the unit (--unit, for raw "
+            "counts --scale) or give the range of the sensor, --range G."
         )
     clipped = int(np.count_nonzero(size.max(axis=0) >= largest * (1.0 - 1e-6)))
     done["clipped"] = f"{clipped} of {rows} rows at the end of the range of {range_g:g} g"
     if clipped > _CLIPPED * rows:
         raise InputError(
-            f"{path}: {clipped} of {rows} rows stand at the end of the range of {range_g:g} g; record "
-            "with a wider range, "
-            "or give the sensor's with --range."
+            f"{path}: {clipped} of {rows} rows stand at the end of the range of {range_g:g} g; record with a wider "
+            "range, or give the sensor's with --range."
         )
     if np.ptp(axes["ay"]) <= 1e-9 * max(1.0, np.abs(axes["ay"]).max()):
         raise InputError(
-            f"{path}: column {shown(names['ay'])} is {values['ay'][part.start]:.6g} in every row; "
-            "choose another one for ay "
-            "with --axis ay=NAME, or record the moving track."
+            f"{path}: column {shown(names['ay'])} is {values['ay'][part.start]:.6g} in every row; choose another one "
+            "for ay with --axis ay=NAME, or record the moving track."
         )
     if seen is not None and clock is not None and not clock.even:
         even = np.arange(int(seen.t[-1] * rate * (1 + 1e-12)) + 1) / rate
@@ -241,9 +215,8 @@ def _part(path: Path, t: np.ndarray, mapping: SensorMapping) -> slice:
     if last - first < 2:
         to = "the end" if mapping.to is None else f"--to {mapping.to:g}"
         raise InputError(
-            f"{path}: {last - first} rows lie between --from {mapping.start:g} and {to}, in s since "
-            "the first row; the file "
-            f"holds {since[-1]:.6g} s."
+            f"{path}: {last - first} rows lie between --from {mapping.start:g} and {to}, in s since the first row; the "
+            f"file holds {since[-1]:.6g} s."
         )
     return slice(first, last)
 
@@ -266,8 +239,7 @@ def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> Non
     Raises
     ------
     InputError
-        Arrays of unequal length, fewer than 2 samples, values that are not finite, or a folder that
-        cannot be written.
+        Arrays of unequal length, fewer than 2 samples, values that are not finite, or a folder that cannot be written.
     """
     path = Path(path)
     given = {name: one for name, one in zip(COLUMNS, (t_s, ax, ay, az), strict=True) if one is not None}
@@ -287,21 +259,8 @@ def write_sensor_csv(path, t_s, ax, ay, az, comments: Iterable[str] = ()) -> Non
 
     lines = [f"# {line}".rstrip() for comment in comments for line in str(comment).splitlines() or [""]]
     lines.append(",".join(given))
-    row = f"%.{_time_decimals(columns[0])}f" + ",%.4f" * (len(columns) - 1)
+    t = columns[0]
+    decimals = next((d for d in range(3, 9) if np.max(np.abs(t - np.round(t, d))) <= 1e-9), 9)  # to a nanosecond
+    row = f"%.{decimals}f" + ",%.4f" * (len(columns) - 1)
     lines.extend(row % values for values in zip(*(c.tolist() for c in columns), strict=True))
-    data = ("\n".join(lines) + "\n").encode("utf-8")
-
-    try:
-        with replacing(path) as part:
-            part.write_bytes(data)
-    except OSError as error:
-        reason = error.strerror or "unknown reason"
-        raise InputError(f"{path}: the file cannot be written ({reason}); choose another place.") from error
-
-
-def _time_decimals(t_s):
-    """Fewest decimals, 3 to 9, that give every time to a nanosecond."""
-    for decimals in range(3, 9):
-        if np.max(np.abs(t_s - np.round(t_s, decimals))) <= 1e-9:
-            return decimals
-    return 9
+    write_text(path, "\n".join(lines) + "\n")

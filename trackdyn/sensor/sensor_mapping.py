@@ -91,13 +91,7 @@ class SensorMapping(Section):
 
 
 def load_mapping(path: Path | str | None = None, **options: Any) -> SensorMapping:
-    """A mapping from a YAML file, with options that are not None or empty on top of it.
-
-    Raises
-    ------
-    InputError
-        The file or an option is not acceptable.
-    """
+    """A mapping from a YAML file, with options that are not None or empty on top of it; or `InputError`."""
     data = {} if path is None else read_yaml(path)
     if isinstance(data, dict):
         axes = data.get("axes") or {}
@@ -120,9 +114,8 @@ def _column(index: int, name: str, unit: str) -> Column:
     plain = _plain(name)
     found = _IN_BRACKETS.fullmatch(plain) or _AT_THE_END.fullmatch(plain.replace("^", "").replace("**", ""))
     base, own = (found[1], found[2]) if found else (plain, "")
-    return Column(
-        index, name, base, (own or _plain(unit).strip("[]()")).replace("^", "").replace("**", "").replace(" ", "")
-    )
+    unit = own or _plain(unit).strip("[]()")
+    return Column(index, name, base, unit.replace("^", "").replace("**", "").replace(" ", ""))
 
 
 def _plain(name: str) -> str:
@@ -157,9 +150,8 @@ def unit_of(path: Path, column: Column, mapping: SensorMapping) -> str:
     given = "counts" if mapping.counts_per_g else mapping.unit
     if column.unit and own is None:
         raise InputError(
-            f"{path}: column {shown(column.name)} has the unit {shown(column.unit)}; g, m/s2, mg and counts "
-            "are read, choose another "
-            "column with --axis."
+            f"{path}: column {shown(column.name)} has the unit {shown(column.unit)}; g, m/s2, mg and counts are read, "
+            "choose another column with --axis."
         )
     if own and given and own != given:
         option = "--scale or --bits" if given == "counts" else f"--unit {given}"
@@ -187,8 +179,7 @@ def time_unit_of(path: Path, column: Column) -> str | None:
     """Unit of the time stamps by their header; None if it names none."""
     if column.unit and column.unit not in _TIME:
         raise InputError(
-            f"{path}: column {shown(column.name)} has the unit {shown(column.unit)}; "
-            f"{', '.join(UNITS)} are read, choose "
-            "another column with --time or give --time none --rate HZ."
+            f"{path}: column {shown(column.name)} has the unit {shown(column.unit)}; {', '.join(UNITS)} are read, "
+            "choose another column with --time or give --time none --rate HZ."
         )
     return _TIME.get(column.unit)

@@ -35,11 +35,8 @@ def standard_deviation(a) -> float:
 def spectrum(a, rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
     """Single-sided amplitude spectrum of a signal of shape (N,) with a rectangular window.
 
-    Returns
-    -------
-    freq, amplitude : (N // 2 + 1,) arrays
-        Hz, and ``|X0|/N`` for the mean, ``2|Xk|/N`` for ``1 <= k < N/2``. The Nyquist bin of an even
-        N has no mirror image and stays at ``|X|/N``.
+    Returned are (N // 2 + 1,) frequencies, Hz, and amplitudes: ``|X0|/N`` for the mean and ``2|Xk|/N`` for ``1 <= k <
+    N/2``. The Nyquist bin of an even N has no mirror image and stays at ``|X|/N``.
     """
     a = _signal(a)
     rate_hz = _positive(rate_hz, "rate_hz", "Hz")
@@ -53,15 +50,7 @@ def spectrum(a, rate_hz: float) -> tuple[np.ndarray, np.ndarray]:
 def in_bands(freq: np.ndarray, amplitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Middle frequencies (Hz) of bands of 2 Hz and the root mean square of the lines of a spectrum in them.
 
-    Parameters
-    ----------
-    freq, amplitude : (m,) arrays
-        Of :func:`spectrum` without the mean.
-
-    Returns
-    -------
-    middle, smooth : (bands,) arrays
-        Hz, and the unit of the amplitude.
+    ``freq, amplitude`` are those of :func:`spectrum` without the mean.
     """
     first = np.arange(0, len(freq), max(1, round(BAND_HZ / freq[0])))
     count = np.diff(np.append(first, len(freq)))
@@ -71,12 +60,7 @@ def in_bands(freq: np.ndarray, amplitude: np.ndarray) -> tuple[np.ndarray, np.nd
 def main_line(a, rate_hz: float, low_hz: float = LOW_HZ, high_hz: float = HIGH_HZ) -> tuple[float, float]:
     """Frequency (Hz) and amplitude of the highest bin of :func:`spectrum` in a band, the mean excluded.
 
-    Both suffer from scalloping loss; see :func:`main_line_binfree`.
-
-    Raises
-    ------
-    InputError
-        No bin lies in the band.
+    Both suffer from scalloping loss; see :func:`main_line_binfree`. Raises `InputError`: no bin lies in the band.
     """
     freq, amplitude = spectrum(a, rate_hz)
     inside = np.flatnonzero((freq >= low_hz) & (freq <= high_hz) & (freq > 0.0))
@@ -92,9 +76,8 @@ def main_line(a, rate_hz: float, low_hz: float = LOW_HZ, high_hz: float = HIGH_H
 def main_line_binfree(a, rate_hz: float, expected_hz: float | None = None) -> tuple[float, float, float]:
     """Frequency, amplitude and phase of the dominant peak, free of scalloping loss and leakage.
 
-    Least-squares fit of an offset, a sine and its harmonics up to the eighth; the frequency is
-    searched on a fine grid first, for the harmonics give the misfit many local minima, and then
-    refined.
+    Least-squares fit of an offset, a sine and its harmonics up to the eighth; the frequency is searched on a fine grid
+    first, for the harmonics give the misfit many local minima, and then refined.
 
     Parameters
     ----------
@@ -165,10 +148,7 @@ def high_passed(a, rate_hz: float, above_hz: float = HIGH_HZ) -> np.ndarray:
 def high_frequency_rms(a, rate_hz: float, above_hz: float = HIGH_HZ) -> float:
     """RMS of the content at and above a corner frequency (Hz), by Parseval's sum over the spectrum.
 
-    Raises
-    ------
-    InputError
-        The corner is negative or above half the sampling rate.
+    Raises `InputError`: the corner is negative or above half the sampling rate.
     """
     a = _signal(a)
     freq, amplitude = spectrum(a, rate_hz)
@@ -187,10 +167,7 @@ def high_frequency_rms(a, rate_hz: float, above_hz: float = HIGH_HZ) -> float:
 def picket_fence(freq_hz: float, rate_hz: float, n: int) -> tuple[float, float]:
     """What a rectangular window of ``n`` samples does to a sine of ``freq_hz``.
 
-    Returns
-    -------
-    position, factor : float
-        Position in bins, and the share ``|sinc|`` of the amplitude that the nearest bin shows.
+    Returned are its position in bins, and the share ``|sinc|`` of the amplitude that the nearest bin shows.
     """
     freq_hz, rate_hz = _positive(freq_hz, "freq_hz", "Hz"), _positive(rate_hz, "rate_hz", "Hz")
     position = freq_hz * _positive(n, "n", "samples") / rate_hz
@@ -275,9 +252,8 @@ def _grid_sums(a, grid, rate_hz, harmonics):
 def _fourier_sums(a, hz, rate_hz, harmonics):
     """Fourier sums of ``a`` at fundamentals (m,) and their harmonics, shape (m, harmonics).
 
-    Phases count from the first sample.
-    The phase of a sample is that of its block plus that within the block: two square roots of N exponentials serve N
-    samples.
+    Phases count from the first sample. The phase of a sample is that of its block plus that within the block: two
+    square roots of N exponentials serve N samples.
     """
     block = int(np.ceil(np.sqrt(a.size)))
     rows = np.pad(a, (0, -a.size % block)).reshape(-1, block)
@@ -288,21 +264,10 @@ def _fourier_sums(a, hz, rate_hz, harmonics):
 
 
 def _fit_harmonics(correlation, hz, rate_hz, n):
-    """Least-squares fit of offset and harmonics of a mean-free signal, for several fundamentals at once.
+    """Least-squares fit of offset and harmonics of a mean-free signal, for several fundamentals ``hz`` (m,) at once.
 
-    Parameters
-    ----------
-    correlation : (m, H) complex array
-        Fourier sums at 1..H times each fundamental.
-    hz : (m,) array
-        Fundamentals, Hz.
-
-    Returns
-    -------
-    explained : (m,) array
-        Sum of squares of the fit.
-    coefficient : (m, 2 H + 1) complex array
-        Coefficients of harmonics -H..H, with time zero in the middle of the record.
+    ``correlation`` (m, H) holds Fourier sums at 1..H times each fundamental. Returned are the (m,) sums of squares of
+    the fit, and (m, 2 H + 1) coefficients of harmonics -H..H, with time zero in the middle of the record.
     """
     order = np.arange(1, correlation.shape[1] + 1)
     # With time counted from the middle the normal matrix is real: Dirichlet kernels.

@@ -40,10 +40,7 @@ class Clock(NamedTuple):
 def in_seconds(path: Path, name: str, values: np.ndarray, unit: str | None) -> Stamps:
     """Stamps in s since the first one; a unit that is not known is the only one that gives a rate within ``RATES``.
 
-    Raises
-    ------
-    InputError
-        No unit fits, or not the one that is known.
+    Raises `InputError`: no unit fits, or not the one that is known.
     """
     step = np.median(np.diff(values)) or np.mean(np.diff(values))
     rates = {u: 1.0 / (step * s) if step > 0 else np.inf for u, s in UNITS.items()}
@@ -79,42 +76,35 @@ def _rounding(values: np.ndarray) -> float:
 def judge_stamps(path: Path, stamps: Stamps, first_line: int, rate: float | None, resample: bool) -> Clock:
     """Rate of a record, and whether its rows are even; ``rate`` is what the user says it is.
 
-    Raises
-    ------
-    InputError
-        Rows are missing, jitter or drift without leave to resample, or do not have the rate that was given.
+    Raises `InputError`: rows are missing, jitter or drift without leave to resample, or have not the rate given.
     """
     t, q, n = stamps.t, stamps.rounding, stamps.t.size
     step = np.diff(t)
     if step.min() < 0.0:
         k = int(np.argmax(step < 0.0))
         raise InputError(
-            f"{path}: the time in line {first_line + k + 1} is {-step[k]:.6g} s before that of the "
-            "row above; sort the rows or "
-            "cut the record with --from and --to."
+            f"{path}: the time in line {first_line + k + 1} is {-step[k]:.6g} s before that of the row above; sort the "
+            "rows or cut the record with --from and --to."
         )
     gaps = np.flatnonzero(step > _GAP * max(np.median(step), np.mean(step)) + q)
     if gaps.size:
         k = int(gaps[0])
         raise InputError(
             f"{path}: a gap from {t[k]:.9g} to {t[k + 1]:.9g} s (since the first row) before line "
-            f"{first_line + k + 1}, "
-            f"{np.median(step):.6g} s is usual; {_REMEDY}."
+            f"{first_line + k + 1}, {np.median(step):.6g} s is usual; {_REMEDY}."
         )
     row = np.arange(n)
     found = 1.0 / np.polyfit(row, t, 1)[0] if n > 2 else 1.0 / t[1]
     found = float(round(found)) if abs(found / round(found) - 1.0) < 1e-6 else float(found)
     if rate is not None and abs(found / rate - 1.0) > (10 if resample else 1) * _SAME_RATE + q / t[-1]:
         raise InputError(
-            f"{path}: the stamps run at {found:.6g} Hz, not at --rate {rate:g}; leave it out, or give "
-            "--time none if the "
-            "stamps are wrong."
+            f"{path}: the stamps run at {found:.6g} Hz, not at --rate {rate:g}; leave it out, or give --time none if "
+            "the stamps are wrong."
         )
     hz = rate or found
     odd = np.abs(step * hz - 1.0)
-    line = (
-        f"steps {step.min() * 1e3:.4g} to {step.max() * 1e3:.4g} ms, {np.std(step) * 1e3:.2g} ms rms about their mean"
-    )
+    low, high, scatter = 1e3 * step.min(), 1e3 * step.max(), 1e3 * np.std(step)
+    line = f"steps {low:.4g} to {high:.4g} ms, {scatter:.2g} ms rms about their mean"
     if np.ptp(step) * hz < 1e-6:
         line = "equal steps"
     if q * hz > 1.5:

@@ -23,18 +23,9 @@ NORMAL_LOSSES, LONG_RECORD = ("tooth_normal", "wheel_normal"), 10.0
 def open_share(energy, model, seconds: float) -> tuple[float, float]:
     """Open rest of the energy balance over a record as a share of the energy exchanged, and that energy (J).
 
-    Energy exchanged is the sum of all changes in the account and the kinetic energy of the bodies that
-    pass the sprocket, all of them in a loop without wheels. The sprocket's work alone would not do: it
-    vanishes where nothing is driven.
-
-    Parameters
-    ----------
-    energy : (s, 10) array
-        Account (``model.record.ENERGY_NAMES``).
-    model : Model
-        What ran.
-    seconds : float
-        Time from the first to the last row, s.
+    Energy exchanged is the sum of all changes in the account (``energy``, (s, 10), ``model.record.ENERGY_NAMES``, over
+    ``seconds`` from first to last row) and the kinetic energy of the bodies that pass the sprocket, all of them in a
+    loop without wheels. The sprocket's work alone would not do: it vanishes where nothing is driven.
     """
     change = energy[-1] - energy[0]
     on_wheels = len(model.wheels.x) > 1
@@ -51,23 +42,17 @@ def _turns(model, seconds: float) -> float:
 
 
 def refuse_open_account(energy, model, seconds: float) -> None:
-    """Refuse a run whose energy balance shows that its step was too large, though nothing diverged.
+    """Refuse (`DivergenceError`) a run whose energy balance shows that its step was too large, though nothing diverged.
 
     Contacts heavier than `limits.step_limits` reckons with (a very tight loop, bushings that hardly turn) make
     friction chatter from step to step until it drives what it should brake.
-
-    Raises
-    ------
-    DivergenceError
-        Names what the account shows.
     """
     share, exchanged = open_share(energy, model, seconds)
     remedy = f"use a step smaller than {model.step:g} s"
     if not abs(share) <= OPEN_SHARE:
         raise DivergenceError(
-            f"{abs(share):.1%} of the energy exchanged in the run is not accounted for, more than "
-            f"{OPEN_SHARE:.1%}: contacts "
-            f"are not resolved; {remedy}"
+            f"{abs(share):.1%} of the energy exchanged in the run is not accounted for, more than {OPEN_SHARE:.1%}: "
+            f"contacts are not resolved; {remedy}"
         )
     change = energy[-1] - energy[0]
     returned = seconds >= LONG_RECORD and _turns(model, seconds) >= 1.0
@@ -75,18 +60,16 @@ def refuse_open_account(energy, model, seconds: float) -> None:
         gained = -float(change[ENERGY_NAMES.index(name)])
         if gained > GAINED_SHARE * exchanged and (name not in NORMAL_LOSSES or returned):
             raise DivergenceError(
-                f"{name.replace('_', ' ')} gave {gained:.3g} J back over the run where it should take "
-                "energy: contacts are "
-                f"heavier than the step limits reckon with and chatter from step to step; {remedy}"
+                f"{name.replace('_', ' ')} gave {gained:.3g} J back over the run where it should take energy: contacts "
+                f"are heavier than the step limits reckon with and chatter from step to step; {remedy}"
             )
 
 
 def energy_residual(recording: Recording) -> float:
     """What the energy balance leaves open, as a share of the sprocket's work over the record.
 
-    Work of the sprocket minus every dissipation minus the change of kinetic, gravitational and
-    bushing energy. The work absorbed by normal contact counts as one term: what Eq. 8 stores comes
-    back through it.
+    Work of the sprocket minus every dissipation minus the change of kinetic, gravitational and bushing energy. The work
+    absorbed by normal contact counts as one term: what Eq. 8 stores comes back through it.
     """
     change = dict(zip(ENERGY_NAMES, recording.energy[-1] - recording.energy[0], strict=True))
     work = change["sprocket_work"]

@@ -15,29 +15,12 @@ PARTS = 8
 
 
 def belt_motion(scene, travel0: float, samples: int):
-    """Acceleration that the sensor would have on a belt, and where its link is.
+    """Acceleration that the sensor would have on a belt, where its link is, and the length of the path.
 
-    Every pitch follows the path of the pins around the wheels, laid with the reference ring, at the speed
-    that the sprocket's teeth give. The link's middle is on the path, its x axis along it.
-
-    Parameters
-    ----------
-    scene : Scene
-        A scene with ``chain="belt"``.
-    travel0 : float
-        Way that the chain has gone when the record begins, as a share of the loop.
-    samples : int
-        Samples of the record.
-
-    Returns
-    -------
-    raw, mean : (s, 3) arrays
-        Acceleration in the link frame (m/s2) and angle of the link (rad) at the end of each sample
-        interval, and averaged over it.
-    place : (s, 2) array
-        Middle of the sensor's link, m.
-    length : float
-        Length of the path, m.
+    Returned are ``raw``, ``mean`` and ``place`` of `Recording` and the length, m. Every pitch follows the path of the
+    pins around the wheels, laid with the reference ring, at the speed that the sprocket's teeth give. The link's middle
+    is on the path, its x axis along it. When the record of so many ``samples`` begins, the chain has gone the way
+    ``travel0``, a share of the loop. Lengths are in m.
     """
     rig = scene.rig
     path, _ = belt_around(rig)

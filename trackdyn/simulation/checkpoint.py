@@ -73,13 +73,7 @@ def refuse_other_places(room: Any, data: dict[str, np.ndarray], but: tuple[str, 
 
 @contextmanager
 def refusing_damage(path: Path | str) -> Iterator[None]:
-    """What goes wrong within while a checkpoint's data are put in place ends in one sentence.
-
-    Raises
-    ------
-    InputError
-        The checkpoint is damaged.
-    """
+    """What goes wrong within, while a checkpoint's data are put in place, ends in one sentence (`InputError`)."""
     try:
         yield
     except (KeyError, TypeError, ValueError, AttributeError, InputError):
@@ -99,13 +93,7 @@ def write_checkpoint(path: Path | str, parts: dict[str, Any]) -> None:
 
 
 def read_checkpoint(path: Path | str) -> dict[str, Any]:
-    """Parts of a checkpoint: plain data as it was, tuples as what `filled` reads.
-
-    Raises
-    ------
-    InputError
-        There is no such checkpoint, it cannot be read, or other sources wrote it.
-    """
+    """Parts of a checkpoint of these sources (else `InputError`): plain data as it was, tuples as `filled` reads."""
     meta, arrays = read_npz(path, "checkpoint", virtual_memory().available / 2)
     parts: Any = meta.get("parts")
     sources = meta.get("sources")

@@ -44,13 +44,8 @@ def cost(
     state = make_state(scene.bodies, 1, wheels)
     if scene.fidelity["space"].setting == "spatial":
         state = state._replace(plane=Plane(np.zeros(4), np.zeros(4)))
-    one, two = (
-        sum(
-            array.nbytes
-            for array in flat(make_record(count, state, pitches or range(links or 1), links=links)).values()
-        )
-        for count in (1, 2)
-    )
+    rooms = (make_record(count, state, pitches or range(links or 1), links=links) for count in (1, 2))
+    one, two = (sum(array.nbytes for array in flat(room).values()) for room in rooms)
     file = samples * (two - one + 8)
     if frame_interval:
         file += duration / frame_interval * (scene.bodies + 4) * 8
@@ -62,13 +57,7 @@ def cost(
 
 
 def refuse_too_large(scene, *recording) -> None:
-    """Refuse a recording that does not fit into the memory that is free; parameters as those of `cost`.
-
-    Raises
-    ------
-    InputError
-        What is needed and what is there.
-    """
+    """Refuse (`InputError`) a recording that does not fit into the memory that is free; parameters as of `cost`."""
     memory, free = cost(scene, *recording).memory, virtual_memory().available
     if memory > free:
         duration = recording[0] if recording else scene.duration

@@ -23,10 +23,7 @@ SAMPLED = tuple(name for name in Record._fields if name not in ("pitches", "fram
 
 
 class Recorder:
-    """Records a loop; parameters as in `Loop.record`.
-
-    One that is not ``watched`` goes on with unresolved contacts; ``origin`` as in `simulation.watch.Watch`.
-    """
+    """Records a loop as `Loop.record` has it; not ``watched`` it goes on unresolved; ``origin`` as in `Watch`."""
 
     def __init__(
         self, loop, seconds: float, pitches: tuple[int, ...], frame_interval: float, spells: bool, every_link: bool,
@@ -118,9 +115,7 @@ class Recorder:
                 raise ValueError(fault)
 
     def recording(self) -> Recording:
-        """What was recorded so far, if it is finite and its energy balance closed
-        (`measure.energy.refuse_open_account`).
-        """
+        """What was recorded so far, if it is finite and its energy balance closed (`refuse_open_account`)."""
         refuse_open_account(
             self.record.energy[: self.done], self.loop.model, self.done / self.loop.scene.rig.sensor.rate
         )
@@ -135,10 +130,9 @@ class Recorder:
             record = _rows(record, self.done)._replace(frame=record.frame[:frames])
             scene = scene.with_(duration=self.done / rate, frame_interval=scene.frame_interval if frames else 0.0)
         plane = record.plane
-        space = (
-            {} if plane is None else {"plane": plane.motion, "wheel_offset": plane.offset, "axial_force": plane.axial}
-        )
-        same = (*SAMPLED, "frame")
+        own = {name: getattr(record, name) for name in (*SAMPLED, "frame")}
+        if plane is not None:
+            own |= {"plane": plane.motion, "wheel_offset": plane.offset, "axial_force": plane.axial}
         found = self.watch.resolution()
         share = None if np.isnan(found.share) else found.share
         return Recording(
@@ -149,8 +143,7 @@ class Recorder:
             frame_time=(np.arange(len(record.frame)) * stride + 1) / rate,
             meta=provenance(scene, self.loop.layout) | {"resolved": found._asdict() | {"share": share}},
             wall=self.wall,
-            **{name: getattr(record, name) for name in same},
-            **space,
+            **own,
         ), scene
 
 

@@ -71,8 +71,7 @@ class Recording:
     pitches : (p,) integer array
         The recorded pitches, 1-based.
     spells : (k, 11) array
-        Every contact with the sprocket that ended (``model.record.SPELL_COLUMNS``); times since the
-        start of the run.
+        Every contact with the sprocket that ended (``model.record.SPELL_COLUMNS``); times since the start of the run.
     begin : float
         Time since the start of the run at which the record begins, s.
     frame : (f, n + 3) array
@@ -94,8 +93,7 @@ class Recording:
     meta : dict
         Scene, rig, derived layout, versions and source hash.
     wall : float
-        Computing time of the recorded part, s; not written to the file, so that the same scene
-        gives the same bytes.
+        Computing time of the recorded part, s; not written to the file, so that the same scene gives the same bytes.
     """
 
     time: np.ndarray
@@ -292,7 +290,7 @@ def load_recording(path: Path | str) -> Recording:
     try:
         fields: dict[str, Any] = {name: arrays[name] for name in Recording.ARRAYS}
         recording = Recording(meta=meta, **fields)
-        fault = recording.fault() or _fault_of_meta(meta) or recording.fault_of_scene(_scene_of(meta))
+        fault = recording.fault() or _fault_of_meta(meta) or recording.fault_of_scene(scene_of(meta))
     except (KeyError, TypeError, ValueError, AttributeError, TrackdynError) as error:
         fault = " ".join(str(error).split())
     if fault:
@@ -300,28 +298,24 @@ def load_recording(path: Path | str) -> Recording:
     return recording
 
 
-def _scene_of(meta: dict) -> Scene:
+def scene_of(meta: dict) -> Scene:
+    """The scene that a recording was made from."""
     return Scene(Rig.model_validate(meta["rig"]), **meta["scene"])
 
 
 def _fault_of_meta(meta: dict) -> str | None:
-    """What is wrong with the description of a run; a mistake in its scene raises `InputError`, a missing part
-    `KeyError`.
-    """
-    scene = _scene_of(meta)
-    if {name: chosen["setting"] for name, chosen in meta["fidelity"].items()} != {
-        n: d.setting for n, d in scene.fidelity.items()
-    }:
+    """What is wrong with the description of a run; `InputError` for its scene, `KeyError` for a missing part."""
+    scene = scene_of(meta)
+    settings = {name: chosen["setting"] for name, chosen in meta["fidelity"].items()}
+    if settings != {name: decision.setting for name, decision in scene.fidelity.items()}:
         return "fidelity is not that of its scene"
     if not all(isinstance(chosen["reason"], str) for chosen in meta["fidelity"].values()):
         return "fidelity has a reason that is no text"
     resolved = meta.get("resolved", {"state": OPEN, "reason": ""})
-    if not isinstance(resolved, dict) or not (
-        resolved["state"] in (YES, NO, OPEN) and isinstance(resolved["reason"], str)
-    ):
+    known = isinstance(resolved, dict) and resolved["state"] in (YES, NO, OPEN)
+    if not (known and isinstance(resolved["reason"], str)):
         return f"resolved is {shown(resolved)}, not a state with its reason"
     if not all(isinstance(meta[name], kind) for name, kind in (("sources", str), ("python", str), ("versions", dict))):
         return "sources, python or versions are not what they were"
-    return (
-        None if np.isfinite(list(meta["layout"].values())).all() else "layout holds a value that is not a finite number"
-    )
+    finite = np.isfinite(list(meta["layout"].values())).all()
+    return None if finite else "layout holds a value that is not a finite number"

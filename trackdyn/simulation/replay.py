@@ -1,8 +1,7 @@
 """A short stretch of a run, simulated again so that it can be looked at: every body, every contact, every joint.
 
-A recording keeps what measures need, the sensor's link before all. Where every body was, which forces it felt and
-what its joints carried is found by running the recording's own scene again; where both hold a number, they are
-compared.
+A recording keeps what measures need, the sensor's link before all. Where every body was, which forces it felt and what
+its joints carried is found by running the recording's own scene again; where both hold a number, they are compared.
 """
 
 from dataclasses import dataclass
@@ -14,12 +13,11 @@ from tqdm import tqdm
 from trackdyn.model.constants import SPROCKET
 from trackdyn.model.work import ARM_X, ARM_Y, BODY, FLANK, GUIDE, KIND, NORMAL_X, NORMAL_Y, RING, WHEEL
 from trackdyn.parameters.layout import wheel_names
-from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.validation import within
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.cost import BODY_STEP
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.recording import Recording, scene_of
 
 FRAMES, BODIES_IN_FRAMES = 360, 60_000  # pictures of a stretch, fewer of a chain of many bodies: the page stays small
 STANDING = 3.0  # length of the stretch where no sprocket turns, s
@@ -31,63 +29,32 @@ SIDES = ("left arc", "right arc", "ring")  # of a contact; then the wheels in th
 
 @dataclass(frozen=True)
 class Stretch:
-    """What is seen of a loop; ``f`` pictures, ``n`` bodies, ``w`` wheels, ``s`` samples, ``p`` pitches, ``a`` areas.
+    """What is seen of a loop; ``f`` pictures, ``n`` bodies, ``w`` wheels, ``s`` samples, ``p`` pitches, ``a`` areas."""
 
-    Attributes
-    ----------
-    loop : Loop
-        At the end of the stretch.
-    time : (f,) array
-        Of the pictures, since the beginning of the record, s.
-    interval : float
-        Between two of them, s.
-    bodies : (f, n, 3) array
-        Input pin x, y (m) and angle (rad).
-    wheels : (f, w, 3) array
-        Centre x, y and radius of the sprocket's ring and the other wheels, m.
-    turned : (f,) array
-        Angle of the sprocket, rad.
-    contacts : list of f (k, 9) arrays
-        Side, place x, y (m), normal force x, y (N), area and groove (0 without), body, wheel.
-    tension : (f, n) array
-        Magnitude of the force in the joint behind each body, N.
-    place : (f, n) array
-        Where this joint is on its way around the loop, in pitches since the first touch of the sprocket.
-    spans : (w, 2) array
-        Where each wheel is touched on this way: begin and end, pitches; NaN without contact.
-    shares : (a + 1, 2) array
-        Time in contact of left and right arc with each area, and of the ring (last row, first column), % of a
-        sprocket turn a passage; NaN where the sprocket does not turn.
-    begins : float
-        Time since the start of the run at which the stretch begins, s.
-    apart : (2,) array or None
-        Largest difference from the recording of the sensor's place (m) and its mean acceleration (m/s2); None where
-        the stretch is not a part of the record.
-    """
-
-    loop: Loop
-    time: np.ndarray
-    interval: float
-    bodies: np.ndarray
-    wheels: np.ndarray
-    turned: np.ndarray
+    loop: Loop  # at the end of the stretch
+    time: np.ndarray  # (f,) of the pictures, since the beginning of the record, s
+    interval: float  # between two of them, s
+    bodies: np.ndarray  # (f, n, 3) input pin x, y (m) and angle (rad)
+    wheels: np.ndarray  # (f, w, 3) centre x, y and radius of the sprocket's ring and the other wheels, m
+    turned: np.ndarray  # (f,) angle of the sprocket, rad
+    # list of f (k, 9) side, place x, y (m), normal force x, y (N), area and groove (0 without), body, wheel
     contacts: list[np.ndarray]
-    tension: np.ndarray
+    tension: np.ndarray  # (f, n) magnitude of the force in the joint behind each body, N
+    # (f, n) where this joint is on its way around the loop, in pitches since the first touch of the sprocket
     place: np.ndarray
-    spans: np.ndarray
+    spans: np.ndarray  # (w, 2) where each wheel is touched on this way: begin and end, pitches; NaN without contact
+    # (a + 1, 2) time in contact of left and right arc with each area, and of the ring (last row, first column), % of a
+    # sprocket turn a passage; NaN where the sprocket does not turn
     shares: np.ndarray
-    begins: float
+    begins: float  # time since the start of the run at which the stretch begins, s
+    # (2,) largest difference from the recording of the sensor's place (m) and its mean acceleration (m/s2); None where
+    # the stretch is not a part of the record
     apart: np.ndarray | None
 
     @property
     def names(self) -> list[str]:
         """Names of the wheels, in words."""
         return [name.replace("_", " ") for name in wheel_names(self.loop.scene.rig)[: self.wheels.shape[1]]]
-
-
-def scene_of(recording: Recording) -> Scene:
-    """The scene that a recording was made from."""
-    return Scene(Rig.model_validate(recording.meta["rig"]), **recording.meta["scene"])
 
 
 def turn_period(scene: Scene) -> float:
@@ -115,7 +82,7 @@ def stretch_of(recording: Recording, seconds: float | None = None, progress: boo
     DivergenceError
         The scene runs out of the physical range.
     """
-    scene = scene_of(recording)
+    scene = scene_of(recording.meta)
     rate = scene.rig.sensor.rate
     turn = turn_period(scene)
     if seconds is None:

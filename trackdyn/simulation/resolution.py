@@ -32,35 +32,19 @@ SIDES = 3  # left arcs, right arcs, ring
 
 
 class Resolution(NamedTuple):
-    """What is known of the resolution of a record.
+    """What is known of the resolution of a record."""
 
-    Attributes
-    ----------
-    state : str
-        ``yes``; ``no``: doubtful, and beyond half of ``RMS`` or ``PEAKS`` with a finer step, or more than ``FLIPS``
-        alternates; ``not judged``.
-    share : float
-        What alternates as a share of the mean square that the sensor reads; NaN if it was not looked at.
-    reason : str
-        A sentence; empty for ``yes``.
-    """
-
+    # ``yes``; ``no``: doubtful, and beyond half of ``RMS`` or ``PEAKS`` with a finer step, or more than ``FLIPS``
+    # alternates; ``not judged``
     state: str
-    share: float
-    reason: str
+    share: float  # what alternates as a share of the mean square that the sensor reads; NaN if it was not looked at
+    reason: str  # a sentence; empty for ``yes``
 
 
 def alternating_share(alternating, model: Model, mean) -> float:
     """What alternates from step to step as a share of the mean square that the sensor reads.
 
-    Parameters
-    ----------
-    alternating : (2,) array
-        Sums over a record (`model.work.Work`).
-    model : Model
-        What ran.
-    mean : (s, 3) array
-        Of the record (`recording.Recording`).
+    ``alternating`` holds the (2,) sums over a record (`model.work.Work`), ``mean`` (s, 3) is that of the record.
     """
     found, looks = alternating
     if not looks or not len(mean):
@@ -92,21 +76,11 @@ def largest_forces(rows, pitches: int, step: float) -> tuple[np.ndarray, np.ndar
 
 
 class Answer(NamedTuple):
-    """What is compared of two runs.
+    """What is compared of two runs."""
 
-    Attributes
-    ----------
-    rms : (1,) or (2,) array
-        Of the sensor, and of all links where they are recorded, m/s2.
-    peaks : (3,) array
-        Sums of the largest forces of all pitches: left arcs, right arcs, ring; N.
-    alone : float
-        Share of ``peaks`` in forces that stand for one step, the largest of the sides.
-    """
-
-    rms: np.ndarray
-    peaks: np.ndarray
-    alone: float
+    rms: np.ndarray  # (1,) or (2,) of the sensor, and of all links where they are recorded, m/s2
+    peaks: np.ndarray  # (3,) sums of the largest forces of all pitches: left arcs, right arcs, ring; N
+    alone: float  # share of ``peaks`` in forces that stand for one step, the largest of the sides
 
     def differs(self, finer: "Answer") -> tuple[float, float]:
         """Largest relative differences from a finer answer: of RMS, and of peaks on sides that carry.
@@ -146,10 +120,7 @@ def answer(record: Record, first: int, last: int, ended: list[np.ndarray], model
 
 
 def doubt(alternating, model: Model, mean, seconds: float, alone: float) -> str:
-    """Why a record, or a piece of one, may not be resolved: words, or none.
-
-    Parameters as in `alternating_share`; ``alone`` as in `Answer`.
-    """
+    """Why a record or a piece, as in `alternating_share`, may be unresolved, or ""; ``alone`` as in `Answer`."""
     if passed_pitches(model, seconds) < 1.0 or alternating[1] < LEAST_LOOKS:
         return ""
     if (share := alternating_share(alternating, model, mean)) > NOTICED:
@@ -160,18 +131,10 @@ def doubt(alternating, model: Model, mean, seconds: float, alone: float) -> str:
 
 
 def resolution(alternating, model: Model, mean, seconds: float, found: str, off: tuple[float, float]) -> Resolution:
-    """State of the resolution of a record.
+    """State of the resolution of a record of so many seconds, with the doubts ``found`` about it.
 
-    Parameters
-    ----------
-    alternating, model, mean
-        As in `alternating_share`.
-    seconds : float
-        Length of the record.
-    found : str
-        Doubts about it.
-    off : (2,) tuple of float
-        Largest differences with a finer step; NaN where none was tried.
+    ``off`` holds the largest differences with a finer step, NaN where none was tried; the first three as in
+    `alternating_share`.
     """
     share = alternating_share(alternating, model, mean)
     if not alternating[1]:

@@ -1,6 +1,4 @@
-"""What a rig file amounts to, before anything runs: the loop that it gives, the steps that it allows, what is
-unusual.
-"""
+"""What a rig file amounts to, before anything runs: the loop it gives, the steps it allows, what is unusual."""
 
 from dataclasses import dataclass
 from math import degrees, gcd, hypot
@@ -8,7 +6,7 @@ from math import degrees, gcd, hypot
 import numpy as np
 
 from trackdyn.errors import InputError
-from trackdyn.parameters.layout import assemble, belt_around, wheel_circles, wheel_names
+from trackdyn.parameters.layout import assemble, belt_around, body_lengths, longest_strand, wheel_circles, wheel_names
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.limits import largest_step, round_step
 from trackdyn.scene.scene import LEAST_STEP, Scene
@@ -23,24 +21,12 @@ ROUGH_OUTLINE = 2e-4  # m, RMS
 
 @dataclass(frozen=True)
 class Checked:
-    """What `checked` finds.
+    """What `checked` finds."""
 
-    Attributes
-    ----------
-    wheels : (w, 3) array
-        Centres and radii of the wheels' surfaces as the loop stands, m.
-    frame : (n + 3,) array
-        Configuration as a row of ``Recording.frame``.
-    values : dict
-        What there is to say, by name.
-    unusual : list of str
-        Sentences.
-    """
-
-    wheels: np.ndarray
-    frame: np.ndarray
-    values: dict[str, str]
-    unusual: list[str]
+    wheels: np.ndarray  # (w, 3) centres and radii of the wheels' surfaces as the loop stands, m
+    frame: np.ndarray  # (n + 3,) configuration as a row of ``Recording.frame``
+    values: dict[str, str]  # what there is to say, by name
+    unusual: list[str]  # sentences
 
     def lines(self) -> list[str]:
         """Rows of a terminal."""
@@ -48,28 +34,17 @@ class Checked:
         return rows + [f"{'unusual':>22}  {text}" for text in self.unusual or ["nothing"]]
 
 
-def body_lengths(rig: Rig) -> np.ndarray:
-    """Pin to pin lengths of the bodies of the chain that a rig has, m."""
-    if rig.chain.kind == "single_pin":
-        return np.full(rig.chain.pitches, rig.single_pin_pitch)
-    return np.tile([rig.chain.link_length, rig.connector_length], rig.chain.pitches)
-
-
 def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
-    """Lay the loop of a rig, and with ``settle`` tension it and try steps, as a scene at ``rpm`` (rev/min) would.
-
-    Raises
-    ------
-    InputError
-        The rig gives no loop.
-    """
-    lengths = body_lengths(rig)
+    """Lay a rig's loop (else `InputError`), and with ``settle`` tension it and try steps at ``rpm`` (rev/min)."""
+    lengths = body_lengths(rig, rig.chain.kind)
     laid = assemble(rig, lengths)
     path, order = belt_around(rig, laid.shift, float(lengths[0]))
     names = wheel_names(rig)
     wraps = {names[wheel]: degrees(float(path.wrap[k])) for k, wheel in enumerate(order)}
     pitch = float(lengths.sum() / rig.chain.pitches)
-    step, sample = _allowed_step(rig, rpm), 1.0 / rig.sensor.rate
+    sample = 1.0 / rig.sensor.rate
+    finest = Scene(rig, rpm, step=sample / min(np.floor(sample / LEAST_STEP), 1000))
+    step = largest_step(finest.model, rig.tension.pre_tension)
     values = {
         "loop": (
             f"{rig.chain.pitches} pitches of {1e3 * pitch:.4g} mm, {lengths.sum():.4g} m; "
@@ -102,16 +77,6 @@ def checked(rig: Rig, rpm: float, settle: bool = True) -> Checked:
     return Checked(wheels, frame, values, unusual)
 
 
-def _allowed_step(rig: Rig, rpm: float) -> float:
-    scene = Scene(rig, rpm, step=_sample_part(rig, LEAST_STEP))
-    return largest_step(scene.model, rig.tension.pre_tension)
-
-
-def _sample_part(rig: Rig, least: float) -> float:
-    sample = 1.0 / rig.sensor.rate
-    return sample / min(np.floor(sample / least), 1000)
-
-
 def _unusual(rig: Rig, path, wraps: dict[str, float], step: float, names: tuple[str, ...]) -> list[str]:
     found = []
     if wraps["sprocket"] < SMALL_WRAP:
@@ -123,15 +88,12 @@ def _unusual(rig: Rig, path, wraps: dict[str, float], step: float, names: tuple[
     for i in range(1, len(names)):
         for k in range(i + 1, len(names)):
             if hypot(*(circles[i, :2] - circles[k, :2])) < circles[i, 2] + circles[k, 2]:
-                found.append(
-                    f"{names[i]} and {names[k]} overlap in the view from the side: they must stand beside each other"
-                )
+                both = f"{names[i]} and {names[k]}"
+                found.append(f"{both} overlap in the view from the side: they must stand beside each other")
     common = gcd(rig.chain.pitches, rig.sprocket.teeth)
     if common > 1:
         found.append(f"pitches and teeth have the factor {common} in common: a tooth always meets the same pitches")
-    c = rig.chain
-    weight = rig.gravity * (c.link_mass + c.connector_mass) / (c.link_length + rig.connector_length)
-    span = float(np.diff(path.start)[1::2].max())
+    weight, span = longest_strand(rig, path)
     sag = weight * span / (8 * rig.tension.pre_tension) if rig.tension.pre_tension else np.inf
     if sag > DEEP_SAG and rig.gravity:
         found.append(f"the longest strand, {span:.3g} m, sags by {100 * sag:.3g} % of its span")
@@ -145,10 +107,8 @@ def _unusual(rig: Rig, path, wraps: dict[str, float], step: float, names: tuple[
             f"by {len(rig.groove_profile.radius)} arcs"
         )
         found.append(text if rms > 1e3 * ROUGH_OUTLINE else text + ", which is fine")
-    if (
-        rig.sprocket.ring == "present"
-        and abs(rig.sprocket.ring_radius - rig.sprocket.equal_pitch_radius) > 0.05 * rig.sprocket.equal_pitch_radius
-    ):
+    equal = rig.sprocket.equal_pitch_radius
+    if rig.sprocket.ring == "present" and abs(rig.sprocket.ring_radius - equal) > 0.05 * equal:
         raise InputError(
             "sprocket.ring_radius is more than 5 % off sprocket.equal_pitch_radius; links and "
             "grooves would not have one pitch"

@@ -23,13 +23,7 @@ KeptLoop = TypeVar("KeptLoop")
 
 
 class SettledLoops:
-    """Settled loops for a series of scenes; every scene gets the bytes that it would get alone.
-
-    Parameters
-    ----------
-    kept : int
-        Loops that are kept, the last used ones.
-    """
+    """The last ``kept`` settled loops, for a series of scenes; every scene gets the bytes that it would get alone."""
 
     def __init__(self, kept: int = 8):
         self.kept = kept

@@ -25,8 +25,7 @@ CHUNK = 1e-3
 SETTLING_STEP = 1e-4
 LEAST_STEP = 2e-6
 DAMPING = 0.985
-# The tensioner closes the gap to the wanted tension with this time constant, s: slower than the
-# strands swing out.
+# The tensioner closes the gap to the wanted tension with this time constant, s: slower than the strands swing out.
 TENSIONER_TIME = 0.15
 # Of the wanted tension, by how much the mean may miss it when the wheel is locked; and further tries until then.
 REACHED, ROUNDS = 0.2, 12
@@ -174,9 +173,7 @@ class Settling:
         self.state.slide[:, SLIDE_RATE:ALONG_X] *= damping
 
     def release(self) -> None:
-        """Let the wheels go that stand on carriers, on springs that hold the chain as it lies unless the rig says how
-        hard.
-        """
+        """Let wheels on carriers go, on springs that hold the chain as it lies unless the rig says how hard."""
         rig = self.scene.rig
         carriers = make_carriers(rig, self.model, self.scene.tension, self.shift)
         rest = np.zeros(len(carriers.wheel))
@@ -202,9 +199,7 @@ class Settling:
         self.chunk()
 
     def at_rest(self) -> float:
-        """Tension when the strands have evened out: a mean over `EVENED` that is that of the one before to a hundredth,
-        N.
-        """
+        """Tension of strands that have evened out: a mean over `EVENED`, the one before to a hundredth, N."""
         before, mean = np.inf, self.target
         for _ in range(round(LONGEST_REST / EVENED)):
             loads = []
@@ -217,9 +212,7 @@ class Settling:
         return mean
 
     def tighten_on(self) -> float:
-        """Tension at rest after secant steps of the tensioning wheel, for strands that are slow or give way more than
-        contacts, N.
-        """
+        """Tension at rest after secant steps of the wheel, for strands that are slow or yield more than contacts, N."""
         reached = self.at_rest()
         compliance = 2 * self.sag / max(reached, 0.1 * self.target) ** 3 + self.stretch
         for _ in range(ROUNDS):
@@ -235,14 +228,6 @@ class Settling:
             compliance = min(max(1 / change, compliance / 3), 3 * compliance) if change > 0 else 2 * compliance
         return reached
 
-    def without_teeth(self) -> None:
-        """Switch the teeth off."""
-        self.model = self.model._replace(tooth=self.model.tooth._replace(present=0))
-
-    def depths(self, angle: float) -> np.ndarray:
-        """True depth of every arc in the teeth if the sprocket stood at an angle (rad), m: deep in steel is deep."""
-        return arc_depths(self.scene, self.model, self.state, self.work, angle)
-
     def engage(self, seconds: float) -> None:
         """Turn the sprocket where no arc is deep in its teeth, then stiffen them slowly."""
         tooth = self.model.tooth._replace(present=1)
@@ -250,7 +235,8 @@ class Settling:
         # from the angle with a groove under the middle connector outward, both ways in turn
         candidates = start + 2 * pi / tooth.teeth * np.linspace(-0.5, 0.5, 121)
         candidates = candidates[np.argsort(np.abs(candidates - start), kind="stable")]
-        cost = [max(self.depths(angle).max(), 0.0) for angle in candidates]
+        loop = self.scene, self.model, self.state, self.work
+        cost = [max(arc_depths(*loop, angle).max(), 0.0) for angle in candidates]
         self.state.wheel_angle[SPROCKET] = candidates[int(np.argmin(cost))]
         self.state.tooth_impact[:] = 0.0
         full = tooth.law.stiffness
@@ -279,18 +265,12 @@ class Settling:
 
 
 def tensioned(scene: Scene) -> Settling:
-    """The first part of `settle`: the loop tensioned on the rig's own ring, which the scene's ring has no part in.
-
-    Raises
-    ------
-    InputError
-        The tension is not reached.
-    """
+    """The first part of `settle`: the loop tensioned (or refused) on the rig's ring; the scene's has no part."""
     settling = Settling(scene)
-    teeth = settling.model.tooth.present
-    settling.without_teeth()
+    tooth = settling.model.tooth
+    settling.model = settling.model._replace(tooth=tooth._replace(present=0))
     settling.tighten(0.6)
-    if teeth:
+    if tooth.present:
         settling.engage(0.2)
     reached = settling.tighten(0.6)
     if abs(reached - settling.target) > REACHED * settling.target:
@@ -300,9 +280,8 @@ def tensioned(scene: Scene) -> Settling:
         return settling
     if settling.target < settling.hanging <= reached:
         raise InputError(
-            f"tension.pre_tension = {settling.target:g} N: must exceed "
-            f"{reached:.4g} N, which the strand that runs onto the sprocket holds when the chain is let out "
-            f"({settling.hanging:.4g} N of chain hang below it)"
+            f"tension.pre_tension = {settling.target:g} N: must exceed {reached:.4g} N, which the strand that runs "
+            f"onto the sprocket holds when the chain is let out ({settling.hanging:.4g} N of chain hang below it)"
         )
     raise InputError(
         f"tension.pre_tension = {settling.target:g} N: cannot be reached; the strand holds {reached:.3g} N with the "

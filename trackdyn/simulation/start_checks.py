@@ -40,38 +40,24 @@ def explained_depth(model: Model, tension: float) -> float:
 
 
 def refuse_start_in_steel(scene: Scene, model: Model, state: State, work: Work) -> None:
-    """Refuse a loop that would start with an arc deeper in a tooth than its load explains.
-
-    Raises
-    ------
-    InputError
-        How deep, and what decides it.
-    """
+    """Refuse (`InputError`) a loop that would start with an arc deeper in a tooth than its load explains."""
     if not model.tooth.present:
         return
     depth = float(arc_depths(scene, model, state, work, float(state.wheel_angle[SPROCKET])).max())
     if depth > explained_depth(model, scene.rig.tension.pre_tension):
         raise InputError(
-            "the chain does not mesh with the sprocket of this rig: at rest an arc lies "
-            f"{1e3 * depth:.3g} mm inside a tooth; "
-            "bring sprocket.equal_pitch_radius, groove.seat_depth and ring_radius nearer to each other"
+            f"the chain does not mesh with the sprocket of this rig: at rest an arc lies {1e3 * depth:.3g} mm inside a "
+            "tooth; bring sprocket.equal_pitch_radius, groove.seat_depth and ring_radius nearer to each other"
         )
 
 
 def refuse_step(scene: Scene, model: Model, tension: float) -> None:
-    """Refuse a step that the loop as it has settled does not allow, though the pre-tension would.
-
-    Raises
-    ------
-    InputError
-        The tension reached, the cause and a step that is small enough.
-    """
+    """Refuse (`InputError`) a step that the loop as it has settled does not allow, though the pre-tension would."""
     limits = step_limits(model, tension, METHODS[scene.integrator])
     name, limit = min(limits.items(), key=lambda item: item[1], default=("", np.inf))
     if scene.step > limit:
         raise InputError(
-            f"scene: step = {scene.step!r}: the loop settles at a tension of "
-            f"{tension:.0f} N, for which that is "
-            f"too large for the {name}, a bound that was not tried on this rig (trackdyn check tries); "
+            f"scene: step = {scene.step!r}: the loop settles at a tension of {tension:.0f} N, for which that is too "
+            f"large for the {name}, a bound that was not tried on this rig (trackdyn check tries); "
             f"{advised_step(limit, 1.0 / scene.rig.sensor.rate)}"
         )

@@ -33,9 +33,7 @@ class Parts(NamedTuple):
 
 
 def fault_of_form(given: Any, own: Any, name: str) -> str | None:
-    """Where nested tuples have other types, shapes or kinds of numbers than ``own``, as a sentence; None if they have
-    the same.
-    """
+    """Where nested tuples have other types, shapes or kinds of numbers than ``own``, as a sentence; or None."""
     if own is None:
         return None if given is None else f"{name}: must be None"
     if isinstance(own, (int, float, np.integer)):
@@ -110,13 +108,7 @@ def fault_of_range(parts: Parts, limits: dict[str, tuple]) -> str | None:
 
 
 def refuse_other(given: Parts, own: Parts, limits: dict[str, tuple]) -> None:
-    """Refuse parts that kernels cannot take in the place of ``own``.
-
-    Raises
-    ------
-    InputError
-        Which array or number, and what it must be.
-    """
+    """Refuse (`InputError`) parts that kernels cannot take in the place of ``own``."""
     fault = fault_of_form(given, own, "loop") or _fault_of_method(*given[1:])
     if fault := fault or fault_of_range(given, limits):
         raise InputError(fault)
@@ -145,13 +137,7 @@ def copied(parts: Parts, limits: dict[str, tuple]) -> tuple[Parts, tuple[np.ndar
 
 
 def refuse_other_record(record: Record, state: State, work: Work, first: int, last: int) -> None:
-    """Refuse a record that is not one of this loop's, or rows that it does not have.
-
-    Raises
-    ------
-    InputError
-        Which array, and what it must be.
-    """
+    """Refuse (`InputError`) a record that is not one of this loop's, or rows that it does not have."""
     fault = _fault_of_record(record, state, work)
     if fault is None and not 0 <= first <= last <= len(record.gap):
         fault = f"rows {first} to {last}: must be rising and between 0 and {len(record.gap)}"

@@ -17,30 +17,19 @@ from trackdyn.model.work import Work
 from trackdyn.simulation.state_checks import Parts, copied, fault_of_range, limits_of, refuse_other
 
 
-def body_name(body: int, single_pin: bool = False) -> str:
-    """``link 3`` or ``connector 3``: the body as a reader would call it."""
-    if single_pin:
-        return f"pitch {body + 1}"
-    return f"{'connector' if body % 2 else 'link'} {body // 2 + 1}"
-
-
 def march(model: Model, state: State, work: Work, record: Record, first=0, last=1, phase="the run") -> None:
-    """Integrate samples ``first`` to ``last - 1`` of ``model.stride`` steps each and fill their rows.
-
-    Raises
-    ------
-    DivergenceError
-        A body left the physical range: when, in which phase, which body.
-    """
+    """Integrate samples ``first`` to ``last - 1`` of ``model.stride`` steps each and fill their rows."""
     refuse_divergence(run(model, state, work, record, first, last), model, state, phase)
 
 
 def refuse_divergence(body: int, model: Model, state: State, phase: str = "the run") -> None:
-    """Refuse a run that ended at a body (-1: none); see `march`."""
+    """Refuse (`DivergenceError`) a run that ended at a body (-1: none): when, in which phase, which body."""
     if body >= 0:
+        single_pin = len(state.angle) == len(state.wheel_impact)
+        name = f"pitch {body + 1}" if single_pin else f"{'connector' if body % 2 else 'link'} {body // 2 + 1}"
         raise DivergenceError(
             f"the run left the physical range at t = {state.steps[0] * model.step:.6g} s of {phase}, first at "
-            f"{body_name(body, len(state.angle) == len(state.wheel_impact))}; "
+            f"{name}; "
             f"use a step smaller than {model.step:g} s, or check the rig"
         )
 

@@ -14,18 +14,11 @@ LARGEST, HALVINGS = 1e-4, 4
 
 
 class Trial(NamedTuple):
-    """What came of trying steps on a rig at a speed.
+    """What came of trying steps on a rig at a speed."""
 
-    Attributes
-    ----------
-    step : float or None
-        The largest step tried whose RMS and mean peak stay within a hundredth with half of it, s; None if none did.
-    tried : tuple of float
-        Steps that ran, s.
-    """
-
+    # the largest step tried whose RMS and mean peak stay within a hundredth with half of it, s; None if none did
     step: float | None
-    tried: tuple[float, ...]
+    tried: tuple[float, ...]  # steps that ran, s
 
     def __str__(self) -> str:
         if self.step is None:
@@ -45,15 +38,7 @@ def short_run(loop: Loop, seconds: float, watched: bool, origin: Loop | None = N
 
 
 def try_steps(settled: Loop, rpm: float) -> Trial:
-    """Halve the step of a run of a second until RMS and mean peak hold to a hundredth.
-
-    Parameters
-    ----------
-    settled : Loop
-        At rest; it stays so.
-    rpm : float
-        Motor speed, rev/min.
-    """
+    """Halve the step of a second's run at ``rpm`` (rev/min) from rest until RMS and mean peak hold to a hundredth."""
     sample = 1.0 / settled.scene.rig.sensor.rate
     scene = {"motor_rpm": rpm, "ramp": RAMP, "every_link": True, "duration": SECONDS}
     # a scene is judged at the pre-tension, a loop at the tension that it settles at

@@ -27,19 +27,9 @@ PIECE, BETWEEN = 2.0, 20.0  # s that are run again, and from the beginning of on
 class Watch:
     """Watches a recorder (`Recorder`): the first two seconds of a record, and two in every twenty from there on.
 
-    Parameters
-    ----------
-    recorder : Recorder
-    origin : Loop or None
-        The loop before it came to where the record begins, so that the way there is run again, too: what a step that is
-        too large has done until then is part of its record.
-
-    Attributes
-    ----------
-    found : str
-        Doubts about the record so far.
-    off : tuple of float
-        Largest differences of RMS and mean peak in the pieces that were run again; NaN if none was.
+    ``origin`` is the loop before it came to where the record begins, so that the way there is run again, too: what a
+    step that is too large has done until then is part of its record. ``found`` holds the doubts about the record so
+    far, ``off`` the largest differences of RMS and mean peak in the pieces that were run again; NaN if none was.
     """
 
     def __init__(self, recorder, origin=None):
@@ -60,11 +50,8 @@ class Watch:
     def look(self) -> None:
         """Judge a piece when it is over.
 
-        Raises
-        ------
-        DivergenceError
-            It is doubtful, and with a finer step RMS differs by more than `resolution.RMS`, or peaks by more than
-            `resolution.PEAKS` where contacts flip.
+        Raises `DivergenceError`: it is doubtful, and with a finer step RMS differs by more than `resolution.RMS`, or
+        peaks by more than `resolution.PEAKS` where contacts flip.
         """
         recorder, rate = self.recorder, self.recorder.loop.scene.rig.sensor.rate
         seconds = (recorder.done - self.first) / rate

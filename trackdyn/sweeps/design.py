@@ -17,15 +17,7 @@ _RANGE = re.compile(r"([^:,]+):([^:,]+)(?::(\d+))?")
 
 
 class Span:
-    """A range of a number, to be sampled or cut into ``count`` levels.
-
-    Attributes
-    ----------
-    low, high : float
-        Ends, both included.
-    count : int or None
-        Levels of a grid.
-    """
+    """A range of a number, both ends included, to be sampled or cut into ``count`` levels of a grid."""
 
     def __init__(self, low: float, high: float, count: int | None = None):
         self.low, self.high, self.count = float(low), float(high), count
@@ -48,13 +40,7 @@ class Span:
 
 
 def parse_levels(pair: str) -> tuple[str, Span | list[str]]:
-    """``motor_rpm=115:210``, ``motor_rpm=115:210:5`` or ``friction=tangential,none`` as a name and what it takes.
-
-    Raises
-    ------
-    InputError
-        It is none of these.
-    """
+    """Name and levels of ``motor_rpm=115:210``, ``motor_rpm=115:210:5`` or ``friction=a,b``; or `InputError`."""
     name, _, text = pair.partition("=")
     name, text = name.strip(), text.strip()
     if not name or not text:
@@ -90,10 +76,6 @@ def make_design(
         Of the scrambling; the same seed gives the same design.
     fixed : mapping
         Columns with one value.
-
-    Returns
-    -------
-    DataFrame
 
     Raises
     ------

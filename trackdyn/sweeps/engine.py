@@ -92,13 +92,7 @@ def _shared(row: dict) -> dict:
 
 
 def refuse_failed(rows: Iterable[dict], advice: str) -> None:
-    """Stop where a row failed for a reason that may pass.
-
-    Raises
-    ------
-    TrackdynError
-        The first reason, and ``advice``.
-    """
+    """Stop where a row failed for a reason that may pass. Raises `TrackdynError`: the first reason, and ``advice``."""
     for row in rows:
         if row["state"] == FAILED:
             raise TrackdynError(f"a simulation failed for a reason that may pass ({row['reason']}); {advice}")

@@ -23,9 +23,8 @@ from trackdyn.sweeps.store import key_of
 FLAGS = ("spells", "every_link", "sliding")
 OPTIONAL = ("ring_radius", "tolerance")
 UNTIL = tuple(f"until.{measure}" for measure in RELATIVE + SHARES)
-KNOWN = tuple(
-    f"known.{name}" for name in StopRule.model_fields if name != "longest_turns"
-)  # the row's duration says that
+# but for the longest turns: the row's duration says that
+KNOWN = tuple(f"known.{name}" for name in StopRule.model_fields if name != "longest_turns")
 LONGEST_USUAL = 60.0  # s of a row that stops by itself
 TRUTH = {"true": True, "false": False}
 # what a row has where it says nothing, but for what it then takes from its rig
@@ -39,37 +38,18 @@ OWN = ("name", "preset", "rig", "until.longest")
 
 
 class Asked(NamedTuple):
-    """A row, ready to be computed.
+    """A row, ready to be computed."""
 
-    Attributes
-    ----------
-    key : str
-        Hash of rig, scene, what ends the run, and the sources of all that computes a row.
-    alike : str
-        Rows that sort together share what settling gives.
-    rig, changes : dict
-        Values of the rig's file, and those that the row replaces (``section__field``).
-    scene : dict
-        Fields of the scene; ``step`` may be several, of which the first counts that comes out.
-    until : dict
-        Measure and tolerance; empty: the row's duration is recorded.
-    known : dict
-        When contacts have converged (`trackdyn.measure.stopping.StopRule`); empty: they do not end the run.
-    longest : float
-        Bound of a run that is to reach a tolerance, s.
-    reason : str
-        Why the row is refused already, or nothing.
-    """
-
-    key: str
-    same_start: str
-    rig: dict
-    changes: dict
-    scene: dict
-    until: dict
+    key: str  # hash of rig, scene, what ends the run, and the sources of all that computes a row
+    same_start: str  # rows that sort together share what settling gives
+    rig: dict  # values of the rig's file
+    changes: dict  # those that the row replaces (``section__field``)
+    scene: dict  # fields of the scene; ``step`` may be several, of which the first counts that comes out
+    until: dict  # measure and tolerance; empty: the row's duration is recorded
+    # when contacts have converged (`trackdyn.measure.stopping.StopRule`); empty: they do not end the run
     known: dict
-    longest: float
-    reason: str
+    longest: float  # bound of a run that is to reach a tolerance, s
+    reason: str  # why the row is refused already, or nothing
 
     @property
     def task(self) -> dict:
@@ -84,13 +64,7 @@ def columns() -> tuple[str, ...]:
 
 
 def refuse_columns(table: pd.DataFrame, where: str) -> None:
-    """Refuse a design whose columns do not make scenes.
-
-    Raises
-    ------
-    InputError
-        The first column that nothing is known of, or what is missing.
-    """
+    """Refuse (`InputError`) a design whose columns do not make scenes: one that nothing is known of, or one missing."""
     for name in table.columns:
         if name not in columns() and not Rig.may_have(name):
             raise InputError(
@@ -104,19 +78,10 @@ def refuse_columns(table: pd.DataFrame, where: str) -> None:
 
 
 def requested_row(table: pd.DataFrame, rig: str = DEFAULT) -> list[Asked]:
-    """What every row asks for; a value that cannot be read is the row's ``reason``.
+    """What every row of a design asks for; a value that cannot be read is the row's ``reason``.
 
-    Parameters
-    ----------
-    table : DataFrame
-        A design.
-    rig : str
-        File of the rig, or the name of a shipped one, where a row names no other.
-
-    Raises
-    ------
-    InputError
-        All rows are of that rig, and it cannot be used.
+    ``rig`` is the file of the rig, or the name of a shipped one, where a row names no other. Raises `InputError` if all
+    rows are of that rig, and it cannot be used.
     """
     rigs: dict[str, tuple[dict, str] | InputError] = {}
     if "rig" not in table.columns:

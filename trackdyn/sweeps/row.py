@@ -23,13 +23,7 @@ from trackdyn.sources import module_hash
 
 
 class Rows:
-    """Computes rows one after another; rigs and settled loops are shared among them.
-
-    Parameters
-    ----------
-    memory : float
-        Bytes that a row may take.
-    """
+    """Computes rows one after another, each within ``memory`` bytes; rigs and settled loops are shared among them."""
 
     def __init__(self, memory: float):
         self.memory = memory
@@ -37,13 +31,7 @@ class Rows:
         self._rig: tuple[dict, Rig] | None = None
 
     def __call__(self, rig: dict, changes: dict, scene: dict, until: dict, known: dict, longest: float) -> dict:
-        """Values of a row (`sweeps.request.Asked`) with the first of its steps that comes out.
-
-        Raises
-        ------
-        InputError, DivergenceError, MemoryError
-            What the last one is refused for, if none does.
-        """
+        """Values of a row (`request.Asked`) with the first of its steps that comes out; the last error if none does."""
         if not isinstance(scene.get("step"), list):
             return self._values(Scene(self._rig_of(rig, changes), **scene), until, known, longest)
         *first, last = scene["step"]
@@ -95,9 +83,8 @@ def run_values(recording: Recording) -> dict:
     sources, versions = made_with()
     made = {"python": recording.meta["python"]} | versions
     if recording.meta["scene"]["pitches"]:  # where contacts are recorded pitch by pitch, more is known of them
-        values |= {f"event {name}": seconds for name, seconds in event_times(recording).items()} | area_shares(
-            recording
-        )
+        values |= {f"event {name}": seconds for name, seconds in event_times(recording).items()}
+        values |= area_shares(recording)
     return values | sliding_per_km(recording) | recording.meta["layout"] | {
         "kernel_sources": sources, "row_sources": module_hash(__name__), "processor": target_hash(),
         "versions": ", ".join(f"{name} {of}" for name, of in made.items()),

@@ -89,11 +89,7 @@ class Store:
             raise self._refusal(error) from None
 
     def read(self, keys: Collection[str], say: bool = True) -> dict[str, dict]:
-        """Results of these keys, as far as they are there.
-
-        Damaged lines, and files that are no plain ones, are left out; standard error says how many, unless ``say`` is
-        false.
-        """
+        """Results of these keys; damaged lines and files are left out, and counted on standard error if ``say``."""
         found, damaged, self.others = {}, 0, 0
         for path in sorted(self.folder.glob("*.jsonl")):
             try:
@@ -115,13 +111,7 @@ class Store:
         return found
 
     def keep(self, row: dict) -> None:
-        """Write a result at once; what failed for a passing reason is not kept.
-
-        Raises
-        ------
-        InputError
-            The disk is full, or the folder cannot be written.
-        """
+        """Write a result at once (or `InputError`: a full disk); what failed for a passing reason is not kept."""
         if row["state"] == FAILED:
             return
         content = json.dumps(row).encode()

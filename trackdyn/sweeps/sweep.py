@@ -46,9 +46,8 @@ def sweep(
         A row a scene: fields of `Scene`, parameters of the rig as ``section.field``, a ``preset``, a ``rig`` file, a
         ``name``; ``until.rms`` and its like are tolerances that end the run when reached, or after ``until.longest`` s;
         ``known.share_pct``, ``known.force`` and ``known.passages`` end it when its contacts have converged
-        (`measure.stopping.StopRule`).
-        ``step`` may be several: the first counts that is neither refused nor diverges. An empty cell leaves the field
-        to its default.
+        (`measure.stopping.StopRule`). ``step`` may be several: the first counts that is neither refused nor diverges.
+        An empty cell leaves the field to its default.
     out : path or None
         Table to write (.csv, .parquet), with the cost of every row beside it (``.costs.csv``).
     rig : path or str
@@ -90,19 +89,15 @@ def sweep(
     found |= computed(Rows, due, jobs or cores(), store, "sweep" if progress else "", alone=alone, valid=valid)
     results = result_table(table, rows, found)
     if out is not None:
-        write_table(row_costs(rows, found), costs_of(out))
+        # s of the clock and of a core: they differ from run to run, and stand apart for that
+        costs = [{"key": row.key, "wall_s": None, "cpu_s": None, **found[row.key]["cost"]} for row in rows]
+        write_table(pd.DataFrame(costs), costs_of(out))
         write_table(results, out)
     return results
 
 
 def refuse_too_many(rows: int) -> None:
-    """Refuse a design whose results do not fit into the memory that is free, before anything is computed.
-
-    Raises
-    ------
-    InputError
-        Says how many rows would fit.
-    """
+    """Refuse (`InputError`) a design whose results would not fit into free memory, before anything is computed."""
     if rows * ROW_MEMORY > (free := free_memory()):
         raise InputError(
             f"design: {rows} rows take about {rows * ROW_MEMORY / 1e9:.2g} GB of memory and {free / 1e9:.2g} GB are "
@@ -159,13 +154,7 @@ def refuse_foreign(out: Path | str, store: Path | str | None = None) -> None:
 
 
 def read_design(design: pd.DataFrame | Path | str) -> pd.DataFrame:
-    """A design whose columns are known.
-
-    Raises
-    ------
-    InputError
-        It is no table, or no design.
-    """
+    """A design whose columns are known. Raises `InputError`: it is no table, or no design."""
     if not isinstance(design, (pd.DataFrame, Path, str)):
         raise InputError(f"design = {shown(design)}: must be a pandas table or the name of a file")
     table, where = (design, "design") if isinstance(design, pd.DataFrame) else (read_table(design), str(design))
@@ -175,9 +164,7 @@ def read_design(design: pd.DataFrame | Path | str) -> pd.DataFrame:
 
 
 def batches(design: pd.DataFrame | Path | str, rig: Path | str, count: int) -> list[pd.DataFrame]:
-    """A design in parts of one size, each row once and neighbours alike; what has fewer rows than parts has
-    empty ones.
-    """
+    """A design in parts of one size, each row once and neighbours alike; some are empty if there are fewer rows."""
     table = read_design(design)
     rows = requested_row(table, str(rig))
     first = {row.key: k for k, row in reversed(list(enumerate(rows)))}
@@ -205,19 +192,8 @@ def result_table(design: pd.DataFrame, rows: list[Asked], found: dict[str, dict]
     return pd.concat([given, message, values], axis=1)
 
 
-def row_costs(rows: list[Asked], found: dict[str, dict]) -> pd.DataFrame:
-    """What every row cost: s of the clock and of a core. It differs from run to run, and stands apart for that."""
-    return pd.DataFrame([{"key": row.key, **{"wall_s": None, "cpu_s": None}, **found[row.key]["cost"]} for row in rows])
-
-
 def rows_of(results: Path | str, costs: Path | str, rig: str) -> pd.DataFrame:
-    """The rows of one rig in the tables (.parquet, and .csv of costs) of a sweep that must come out whole.
-
-    Raises
-    ------
-    InputError
-        A row did not come out: its name and reason.
-    """
+    """Rows of one rig in a sweep's tables (.parquet, and .csv of costs), or `InputError` if one did not come out."""
     table = read_table(results).merge(pd.read_csv(costs).drop_duplicates("key"), on="key")
     table = table[table["rig"] == rig].reset_index(drop=True)
     for row in table[table["state"] != DONE].itertuples():

@@ -17,13 +17,7 @@ ENDINGS = (".csv", ".parquet")
 
 
 def refuse_ending(path: Path | str, option: str) -> None:
-    """Refuse the name of a table that says of no format, or of one that nothing here can write.
-
-    Raises
-    ------
-    InputError
-        The name ends in something else than .csv or .parquet, or in .parquet and pyarrow is not installed.
-    """
+    """Refuse (`InputError`) the name of a table that ends in neither .csv nor .parquet, or .parquet without pyarrow."""
     if Path(path).suffix not in ENDINGS:
         raise InputError(f"{option} = {shown(str(path))}: the name must end in {' or '.join(ENDINGS)}")
     if Path(path).suffix == ".parquet":
@@ -31,14 +25,7 @@ def refuse_ending(path: Path | str, option: str) -> None:
 
 
 def read_table(path: Path | str) -> pd.DataFrame:
-    """A table as it stands: the cells of a CSV are text.
-
-    Raises
-    ------
-    InputError
-        It is no table, two columns share a name, a row of a CSV has more or fewer cells than the header, or it is too
-        large.
-    """
+    """A table as it stands (a CSV's cells are text); `InputError` for names twice, ragged rows, or too large a file."""
     refuse_ending(path, "table")
     if Path(path).suffix == ".csv":
         rows = _csv_rows(path)
@@ -87,13 +74,7 @@ def _csv_rows(path: Path | str) -> Iterator:
 
 
 def refuse_header(names: list, where: str) -> None:
-    """Refuse a table without columns, or with two of one name.
-
-    Raises
-    ------
-    InputError
-        Which column it is.
-    """
+    """Refuse (`InputError`) a table without columns, or with two of one name."""
     if not names:
         raise InputError(f"{where}: is empty; a header with the names of columns is needed")
     for name in names:
@@ -104,13 +85,7 @@ def refuse_header(names: list, where: str) -> None:
 
 
 def write_table(table: pd.DataFrame, path: Path | str) -> None:
-    """Write CSV or Parquet, by the ending; whole or not at all.
-
-    Raises
-    ------
-    InputError
-        It cannot be written.
-    """
+    """Write CSV or Parquet, by the ending; whole or not at all. Raises `InputError`: it cannot be written."""
     refuse_ending(path, "table")
     with replacing(path) as part:
         if Path(path).suffix == ".csv":
