@@ -135,7 +135,7 @@ def plan(
                 continue
             full.append(one)
             if len(full) > 1:
-                _judge([other for other in tried if not other.refused], *full[-2:], tolerances)
+                _judge([other for other in tried if not other.refused], full[-2], full[-1], tolerances)
                 plans = [_planned(other, tolerances, count, span, settled) for other in tried if other.error]
                 if plans := [found for found in plans if found and found.duration <= longest]:
                     best = min(plans, key=lambda found: found.cpu_s)

@@ -11,6 +11,7 @@ from trackdyn.model.state import SLIDE
 from trackdyn.model.work import Work
 from trackdyn.parameters.layout import tensioner, wheel_names
 from trackdyn.parameters.rig import Rig
+from trackdyn.parameters.sections import Tension
 from trackdyn.parameters.wheels import Arm
 
 # fields of a row of carriers, and those that are integers
@@ -43,7 +44,7 @@ def make_carriers(rig: Rig, model: Model, kept: str, shift: float) -> Carriers:
             row |= {"along_x": cos(direction), "along_y": sin(direction)}
         if tensions:
             row |= {"low": -carrier.travel - shift, "high": carrier.travel - shift}
-            if kept == "forced":
+            if kept == "forced" and isinstance(carrier, Tension):
                 row["stiffness"], force = 0.0, np.array(carrier.force, dtype=float)
         rows.append(row)
     return carriers_of(rows, len(model.wheels.x), tensioner(rig), force)

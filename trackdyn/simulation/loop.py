@@ -285,8 +285,9 @@ class Loop:
         """
         now = sprocket_rate(self._parts.model.drive, self.time)
         self.scene = self.scene.with_(motor_rpm=motor_rpm, ramp=ramp)
-        new = {"rate": float(self.scene.sprocket_rate), "ramp": float(self.scene.ramp), "start": float(now)}
-        self._held.steer(self._parts.model.drive._replace(**new, begin=self.time))
+        drive = self._parts.model.drive
+        rate, ramp = float(self.scene.sprocket_rate), float(self.scene.ramp)
+        self._held.steer(drive._replace(rate=rate, ramp=ramp, start=float(now), begin=self.time))
 
     def shift_tensioner(self, shift: float) -> None:
         """Move a locked tensioning wheel along its line.

@@ -91,7 +91,8 @@ def limits_of(parts: Parts) -> dict[str, tuple]:
     }  # fmt: skip
     for name, bounds in ranges.items():
         array = np.asarray(attrgetter(name)(parts))
-        found[name] = tuple(np.full_like(array, bound) for bound in bounds)
+        low, high = bounds
+        found[name] = np.full_like(array, low), np.full_like(array, high)
     return found
 
 

@@ -1,6 +1,6 @@
 """One call of the time loop, its message when a run leaves the physical range, and the forces in the joints."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from threading import RLock
 from typing import Any
@@ -63,7 +63,8 @@ class Held:
         given = self.parts._replace(**parts)
         refuse_other(given, self.parts, self.limits)
         self.parts, self.bounded = copied(given, self.limits)
-        self.prepared = self.entry = None
+        self.prepared: tuple | None = None
+        self.entry: Callable | None = None
 
     def steer(self, drive: Drive) -> None:
         """Take a drive with other numbers."""
