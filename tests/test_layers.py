@@ -4,6 +4,7 @@ up; libraries in their corners; no circle and no file too long to read.
 
 import ast
 import re
+import runpy
 import sys
 from pathlib import Path
 
@@ -122,3 +123,8 @@ def test_no_file_is_too_long():
     rules = [path for folder in (ROOT / "workflow", ROOT / "laboratory") for path in folder.rglob("*.smk")]
     sources = [*MODULES.values(), ROOT / "Snakefile", *(ROOT / "workflow").rglob("*.py"), *rules]
     assert not {path.name: n for path in sources if (n := path.read_text(encoding="utf-8").count("\n")) > LONGEST}
+
+
+def test_contributing_shows_the_imports_of_today():
+    picture = runpy.run_path(str(ROOT / "docs/structure.py"))["picture"]()
+    assert picture in (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8"), "run python docs/structure.py"
