@@ -23,49 +23,25 @@ NOISE = (1e-6, 1.0)  # of a residual that has a variance of 1
 
 
 class Check(NamedTuple):
-    """What held-out points say about an emulator.
+    """What held-out points say about an emulator."""
 
-    Attributes
-    ----------
-    standard_error : (m,) array
-        (simulated - mean) / standard deviation, of points that it was not trained on.
-    rmse, r2 : float
-        Root mean square error, and the part of the variance that is explained.
-    coverage_95 : float
-        Share of points within the 95 % interval of a normal distribution.
-    """
-
-    standard_error: np.ndarray
-    rmse: float
-    r2: float
-    coverage_95: float
+    standard_error: np.ndarray  # (m,) (simulated - mean) / standard deviation, of points that it was not trained on
+    rmse: float  # root mean square error
+    r2: float  # part of the variance that is explained
+    coverage_95: float  # share of points within the 95 % interval of a normal distribution
 
 
 class Terms(NamedTuple):
-    """Numbers of a trained process; ``u`` are the inputs less ``input_mean`` over ``input_scale``.
+    """Numbers of a trained process; ``u`` are the inputs less ``input_mean`` over ``input_scale``."""
 
-    Attributes
-    ----------
-    input_mean, input_scale : (d,) arrays
-        Of the inputs.
-    slope, offset : (d,) array, float
-        Of the trend ``slope . u + offset``.
-    size : float
-        Standard deviation of what the trend leaves; the numbers below are of that over ``size``.
-    amplitude, noise : float
-        Variances of the Matern process (nu = 5/2) and of the noise.
-    lengths : (d,) array
-        Of the Matern process, in ``u``.
-    """
-
-    input_mean: np.ndarray
-    input_scale: np.ndarray
-    slope: np.ndarray
+    input_mean: np.ndarray  # (d,) of the inputs
+    input_scale: np.ndarray  # (d,) of the inputs
+    slope: np.ndarray  # (d,) of the trend ``slope . u + offset``
     offset: float
-    size: float
-    amplitude: float
-    noise: float
-    lengths: np.ndarray
+    size: float  # standard deviation of what the trend leaves; the numbers below are of that over ``size``
+    amplitude: float  # variance of the Matern process (nu = 5/2)
+    noise: float  # variance of the noise
+    lengths: np.ndarray  # (d,) of the Matern process, in ``u``
 
 
 class Emulator:

@@ -64,36 +64,16 @@ class Start(NamedTuple):
 
 
 class End(NamedTuple):
-    """Where a search ended.
+    """Where a search ended."""
 
-    Attributes
-    ----------
-    start : str
-        Its name.
-    x : list of float
-        The best point.
-    cost : float
-        Half the sum of the squared residuals there; infinite if the start itself does not run.
-    first_cost : float
-        At the start.
-    evaluations : int
-        Made in all.
-    ended : str
-        ``converged``, ``budget``, ``near enough``, or why the start does not run.
-    round : int
-        The last one that it took part in, from 1.
-    residuals : list of float
-        At the best point.
-    """
-
-    start: str
-    x: list[float]
-    cost: float
-    first_cost: float
-    evaluations: int
-    ended: str
-    round: int
-    residuals: list[float]
+    start: str  # its name
+    x: list[float]  # the best point
+    cost: float  # half the sum of the squared residuals there; infinite if the start itself does not run
+    first_cost: float  # at the start
+    evaluations: int  # made in all
+    ended: str  # ``converged``, ``budget``, ``near enough``, or why the start does not run
+    round: int  # the last one that it took part in, from 1
+    residuals: list[float]  # at the best point
 
 
 def straight(bent_residual: float) -> float:

@@ -22,22 +22,12 @@ CLEAR = 1e-4  # m by which a concave arc stays wider than the connector's
 
 @dataclass(frozen=True)
 class Contour:
-    """One flank of a new groove.
+    """One flank of a new groove."""
 
-    Attributes
-    ----------
-    points, normal : (n, 2) arrays
-        Nodes from the tip to the bottom, m, and the unit normals out of the steel.
-    length : (n,) array
-        What each node stands for, m.
-    arcs : (k, 4) array
-        Arcs of the flank (`parameters.outline.groove_of_arcs`).
-    """
-
-    points: np.ndarray
-    normal: np.ndarray
-    length: np.ndarray
-    arcs: np.ndarray
+    points: np.ndarray  # (n, 2) nodes from the tip to the bottom, m
+    normal: np.ndarray  # (n, 2) unit normals out of the steel
+    length: np.ndarray  # (n,) what each node stands for, m
+    arcs: np.ndarray  # (k, 4) arcs of the flank (`parameters.outline.groove_of_arcs`)
 
     def worn(self, depth: np.ndarray) -> np.ndarray:
         """(n, 2) points with depths (n,) taken off, m."""

@@ -106,24 +106,12 @@ class Found(NamedTuple):
 
 @dataclass
 class Walk:
-    """Heun's method with steps that the change within them controls.
+    """Heun's method with steps that the change within them controls."""
 
-    Attributes
-    ----------
-    find : function
-        State to `Found`; `InputError` or `DivergenceError` where there is none.
-    scale : array
-        Change of each entry that one step may make.
-    watch : array
-        The same of what is watched.
-    error : float
-        Difference of the two ends of a step, relative to the largest change that it may make.
-    """
-
-    find: Callable[[np.ndarray], Found]
-    scale: np.ndarray
-    watch: np.ndarray
-    error: float = 0.2
+    find: Callable[[np.ndarray], Found]  # state to `Found`; `InputError` or `DivergenceError` where there is none
+    scale: np.ndarray  # change of each entry that one step may make
+    watch: np.ndarray  # the same of what is watched
+    error: float = 0.2  # difference of the two ends of a step, relative to the largest change that it may make
     evaluations: int = field(default=0)
 
     def longest(self, found: Found) -> float:
@@ -174,26 +162,13 @@ def crossing(goal: float, rate: float, ahead: float, length: float) -> float | N
 
 @dataclass
 class Worn:
-    """The rates of a rig: a function of its depths.
+    """The rates of a rig: a function of its depths."""
 
-    Attributes
-    ----------
-    rig : Rig
-        As new; the tension is set with its new ring.
-    rpm : float
-        Motor speed, rev/min.
-    coefficients : Coefficients
-    fields : dict
-        Of the scene: tension, step, integrator and the like.
-    rule : StopRule
-        When a run is steady.
-    """
-
-    rig: Rig
-    rpm: float
+    rig: Rig  # as new; the tension is set with its new ring
+    rpm: float  # motor speed, rev/min
     coefficients: Coefficients
-    fields: dict
-    rule: StopRule = RULE
+    fields: dict  # of the scene: tension, step, integrator and the like
+    rule: StopRule = RULE  # when a run is steady
 
     def __post_init__(self):
         if not self.rpm > 0:

@@ -22,31 +22,15 @@ AREAS = 10  # of the grooves that wear
 
 
 class Worked(NamedTuple):
-    """Work of friction over a stretch, J.
+    """Work of friction over a stretch, J."""
 
-    Attributes
-    ----------
-    flanks : pair of (m, n) arrays
-        By groove and node of left and right flank.
-    arcs : (2, ARC_NODES) array
-        Of all left and all right arcs, over the angle from the connector's own x axis.
-    areas : (10,) array
-        By area, of the account of sliding.
-    ring, bushing : float
-        Of the links on the ring, and lost in all bushings.
-    distance : float
-        What the chain ran, m.
-    estimate : float
-        Sum over the teeth by the law of friction alone, without the account.
-    """
-
-    flanks: tuple[np.ndarray, np.ndarray]
-    arcs: np.ndarray
-    areas: np.ndarray
-    ring: float
-    bushing: float
-    distance: float
-    estimate: float
+    flanks: tuple[np.ndarray, np.ndarray]  # by groove and node of left and right flank
+    arcs: np.ndarray  # (2, ARC_NODES) of all left and all right arcs, over the angle from the connector's own x axis
+    areas: np.ndarray  # (10,) by area, of the account of sliding
+    ring: float  # of the links on the ring
+    bushing: float  # lost in all bushings
+    distance: float  # what the chain ran, m
+    estimate: float  # sum over the teeth by the law of friction alone, without the account
 
 
 def _rows(loop: Loop, count: int) -> dict[str, np.ndarray]:

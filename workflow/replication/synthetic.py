@@ -98,25 +98,14 @@ OVERSAMPLING = 8  # impacts of 1 ms and the ringing need more than the sampling 
 
 @dataclass(frozen=True)
 class SyntheticSpeed:
-    """One motor speed: what the paper prints and what the generator takes.
+    """One motor speed: what the paper prints and what the generator takes."""
 
-    Attributes
-    ----------
-    rpm : int
-        Motor speed, rev/min (printed).
-    printed_hz, printed_g : float
-        Experimental main frequency, Hz, and its amplitude, g (printed, Sect. 5 on Fig. 18).
-    loop_hz : float
-        Mean loop frequency, Hz (fitted, see :func:`fit`).
-    fluctuation : float
-        RMS of the slow fluctuation of the speed, relative to its mean (assumed :data:`LEAST_FLUCTUATION`,
-        or fitted, see :func:`fit`).
-    """
-
-    rpm: int
-    printed_hz: float
-    printed_g: float
-    loop_hz: float
+    rpm: int  # motor speed, rev/min (printed)
+    printed_hz: float  # experimental main frequency, Hz (printed, Sect. 5 on Fig. 18)
+    printed_g: float  # its amplitude, g (printed, Sect. 5 on Fig. 18)
+    loop_hz: float  # mean loop frequency, Hz (fitted, see :func:`fit`)
+    # RMS of the slow fluctuation of the speed, relative to its mean (assumed :data:`LEAST_FLUCTUATION`, or fitted, see
+    # :func:`fit`)
     fluctuation: float = LEAST_FLUCTUATION
 
     @property

@@ -71,36 +71,16 @@ class CalibrationConfig(Section):
 
 
 class Data(NamedTuple):
-    """Simulations that a calibration is made of.
+    """Simulations that a calibration is made of."""
 
-    Attributes
-    ----------
-    unknowns : Unknowns
-        What is identified.
-    speeds : tuple of Speed
-        Of every record.
-    points : (n, d) array
-        Of the unit cube: what the emulator learns from.
-    simulated : (n, features) array
-        What simulations of one turn gave there.
-    truths : (t, d) array
-        Of the unit cube.
-    values : (t, features) array
-        Of records of several turns with noise, simulated at the truths.
-    scatter : list of (features, features) arrays
-        Covariances of these records, each from its own turns.
-    failed : int
-        Rigs that could not run.
-    """
-
-    unknowns: Unknowns
-    speeds: tuple[MeasuredSpeed, ...]
-    points: np.ndarray
-    simulated: np.ndarray
-    truths: np.ndarray
-    values: np.ndarray
-    scatter: list[np.ndarray]
-    failed: int
+    unknowns: Unknowns  # what is identified
+    speeds: tuple[MeasuredSpeed, ...]  # of every record
+    points: np.ndarray  # (n, d) of the unit cube: what the emulator learns from
+    simulated: np.ndarray  # (n, features) what simulations of one turn gave there
+    truths: np.ndarray  # (t, d) of the unit cube
+    values: np.ndarray  # (t, features) of records of several turns with noise, simulated at the truths
+    scatter: list[np.ndarray]  # covariances of these records, each from its own turns
+    failed: int  # rigs that could not run
 
 
 def requested_unknowns(config: CalibrationConfig) -> tuple[Unknowns, Experiment]:
@@ -156,23 +136,16 @@ def _covariances(played: Simulated, experiment: Experiment) -> Iterable[np.ndarr
 
 
 class Calibration(NamedTuple):
-    """What a calibration found.
+    """What a calibration found."""
 
-    Attributes
-    ----------
-    covered : DataFrame
-        ``truth, parameter, level, covered``: whether the central interval of a level holds the truth; a discrepancy is
-        drawn.
-    ranks : DataFrame
-        ``truth, discrepancy, parameter, value, rank, of, verdict, width``: of the truth among independent draws;
-        ``value`` is its position between 0 and 1, for sizes of discrepancies their logarithm.
-    summary : DataFrame
-        A row a discrepancy and parameter, and one of all unknowns: coverages with their 95 % intervals, tests of
-        uniform ranks, how often identified.
-    """
-
+    # ``truth, parameter, level, covered``: whether the central interval of a level holds the truth; a discrepancy is
+    # drawn
     covered: pd.DataFrame
+    # ``truth, discrepancy, parameter, value, rank, of, verdict, width``: of the truth among independent draws;
+    # ``value`` is its position between 0 and 1, for sizes of discrepancies their logarithm
     ranks: pd.DataFrame
+    # a row a discrepancy and parameter, and one of all unknowns: coverages with their 95 % intervals, tests of uniform
+    # ranks, how often identified
     summary: pd.DataFrame
 
 

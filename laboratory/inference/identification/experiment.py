@@ -34,30 +34,14 @@ HALVINGS = 2
 
 
 class MeasuredSpeed(NamedTuple):
-    """What is simulated beside a record.
+    """What is simulated beside a record."""
 
-    Attributes
-    ----------
-    rpm : float
-        Motor speed, rev/min.
-    ring_radius : float or None
-        Radius of the sprocket's ring, m; None: no ring.
-    rate : int
-        Samples a second of the simulation, Hz.
-    every : int
-        Samples of the simulation that make one of the sensor.
-    preset : str
-        Bundle of choices of fidelity.
-    choices : tuple of pairs of str
-        Choices in place of the preset's, such as ``("drag", "rolling")``.
-    """
-
-    rpm: float
-    ring_radius: float | None
-    rate: int
-    every: int = 1
-    preset: str = "standard"
-    choices: tuple[tuple[str, str], ...] = ()
+    rpm: float  # motor speed, rev/min
+    ring_radius: float | None  # radius of the sprocket's ring, m; None: no ring
+    rate: int  # samples a second of the simulation, Hz
+    every: int = 1  # samples of the simulation that make one of the sensor
+    preset: str = "standard"  # bundle of choices of fidelity
+    choices: tuple[tuple[str, str], ...] = ()  # choices in place of the preset's, such as ``("drag", "rolling")``
 
 
 def scene_of_speed(rig: Rig, speed: MeasuredSpeed, seconds: float, later: float = 0.0) -> Scene:
@@ -95,27 +79,13 @@ def simulated_ay(
 
 
 class Experiment(NamedTuple):
-    """What every rig is asked.
+    """What every rig is asked."""
 
-    Attributes
-    ----------
-    rig : Rig
-        All that is not changed.
-    speeds : tuple of Speed
-        At which records are simulated.
-    turns : int
-        Of the loop in each; where motion repeats, one says it all.
-    noise : float
-        White noise that is added to the records, g: for records that play a sensor's.
-    begin : float
-        Part of a turn by which the records begin later.
-    """
-
-    rig: Rig
-    speeds: tuple[MeasuredSpeed, ...]
-    turns: int = 1
-    noise: float = 0.0
-    begin: float = 0.0
+    rig: Rig  # all that is not changed
+    speeds: tuple[MeasuredSpeed, ...]  # at which records are simulated
+    turns: int = 1  # of the loop in each; where motion repeats, one says it all
+    noise: float = 0.0  # white noise that is added to the records, g: for records that play a sensor's
+    begin: float = 0.0  # part of a turn by which the records begin later
 
     @property
     def counts(self) -> list[int]:
@@ -147,18 +117,11 @@ def _statistics(rig: dict, changes: dict, speeds: list, turns: int, noise: float
 
 
 class Simulated(NamedTuple):
-    """What came of a list of rigs.
+    """What came of a list of rigs."""
 
-    Attributes
-    ----------
-    statistics : list
-        For every rig that ran, `turn_statistics` of every speed; None for one that could not run.
-    reasons : list of str
-        Why; empty for one that ran.
-    """
-
+    # for every rig that ran, `turn_statistics` of every speed; None for one that could not run
     statistics: list[list[np.ndarray] | None]
-    reasons: list[str]
+    reasons: list[str]  # why; empty for one that ran
 
     @property
     def ran(self) -> np.ndarray:

@@ -35,84 +35,34 @@ INTERVAL = (0.05, 0.5, 0.95)
 
 
 class Settings(NamedTuple):
-    """How much is spent.
+    """How much is spent."""
 
-    Attributes
-    ----------
-    simulations : int
-        Rigs of the first wave, a power of two; the second has half as many.
-    waves : int
-        1 or 2: whether more rigs are simulated where the first answer lies.
-    steps : int
-        Of the walkers.
-    jobs : int
-        Processes that simulate.
-    seed : int
-        The same seed gives the same draws.
-    progress : bool
-        Show bars.
-    """
-
-    simulations: int = 128
-    waves: int = 2
-    steps: int = STEPS
-    jobs: int = 1
-    seed: int = 0
-    progress: bool = True
+    simulations: int = 128  # rigs of the first wave, a power of two; the second has half as many
+    waves: int = 2  # 1 or 2: whether more rigs are simulated where the first answer lies
+    steps: int = STEPS  # of the walkers
+    jobs: int = 1  # processes that simulate
+    seed: int = 0  # the same seed gives the same draws
+    progress: bool = True  # show bars
 
 
 class Identification(NamedTuple):
-    """What came out; p features of all records in a row, s draws, d unknowns.
+    """What came out; p features of all records in a row, s draws, d unknowns."""
 
-    Attributes
-    ----------
-    unknowns : Unknowns
-        What was asked for.
-    measured : list of Measured
-        The records.
-    records : Records
-        Their features.
-    kept : (p,) array
-        Which features say something: they vary over the ranges.
-    table : DataFrame
-        A row an unknown: verdict, best value, interval, range.
-    best : dict
-        Value of each unknown where the posterior is highest.
-    draws : Draws
-        Of the posterior.
-    points : (s, dimension) array
-        Some of them, as many as are predicted from.
-    posterior : Posterior
-        It.
-    predicted : (s, p) array
-        Features of further records of the same rigs, discrepancy and scatter included.
-    simulated : (s, p) array
-        Features of simulations at the draws, by the emulator alone.
-    held_out : DataFrame or None
-        Each record beside what the others predict of it; None for a single record.
-    best_features : (p,) array
-        Of a simulation of the best rig itself.
-    emulator : FeatureEmulator
-        Of the kept features.
-    failed : list of str
-        Why rigs could not run.
-    """
-
-    unknowns: Unknowns
-    measured: list[Measured]
-    records: MeasuredRecords
-    kept: np.ndarray
-    table: pd.DataFrame
-    best: dict[str, float]
-    draws: Draws
-    points: np.ndarray
+    unknowns: Unknowns  # what was asked for
+    measured: list[Measured]  # the records
+    records: MeasuredRecords  # their features
+    kept: np.ndarray  # (p,) which features say something: they vary over the ranges
+    table: pd.DataFrame  # a row an unknown: verdict, best value, interval, range
+    best: dict[str, float]  # value of each unknown where the posterior is highest
+    draws: Draws  # of the posterior
+    points: np.ndarray  # (s, dimension) some of them, as many as are predicted from
     posterior: Posterior
-    predicted: np.ndarray
-    simulated: np.ndarray
-    held_out: pd.DataFrame | None
-    best_features: np.ndarray
-    emulator: FeatureEmulator
-    failed: list[str]
+    predicted: np.ndarray  # (s, p) features of further records of the same rigs, discrepancy and scatter included
+    simulated: np.ndarray  # (s, p) features of simulations at the draws, by the emulator alone
+    held_out: pd.DataFrame | None  # each record beside what the others predict of it; None for a single record
+    best_features: np.ndarray  # (p,) of a simulation of the best rig itself
+    emulator: FeatureEmulator  # of the kept features
+    failed: list[str]  # why rigs could not run
 
 
 def identify(

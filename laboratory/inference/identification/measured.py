@@ -22,24 +22,12 @@ SAME_SPEED = 1e-3  # two records that are nearer have one speed
 
 @dataclass(frozen=True)
 class Measured:
-    """A record and what is taken from it.
+    """A record and what is taken from it."""
 
-    Attributes
-    ----------
-    record : SensorRecord
-        As it is compared: averaged, if it is faster than the simulation by a whole factor.
-    speed : Speed
-        What is simulated beside it.
-    turn_s : float
-        Time of a turn of the loop, s.
-    statistics : (turns, features) array
-        `turn_statistics`.
-    """
-
-    record: SensorRecord
-    speed: MeasuredSpeed
-    turn_s: float
-    statistics: np.ndarray
+    record: SensorRecord  # as it is compared: averaged, if it is faster than the simulation by a whole factor
+    speed: MeasuredSpeed  # what is simulated beside it
+    turn_s: float  # time of a turn of the loop, s
+    statistics: np.ndarray  # (turns, features) `turn_statistics`
 
     @property
     def name(self) -> str:

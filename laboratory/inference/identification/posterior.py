@@ -35,24 +35,12 @@ Emulates = Callable[[np.ndarray], Prediction]
 
 
 class MeasuredRecords(NamedTuple):
-    """Features of r records in a row, p numbers in all.
+    """Features of r records in a row, p numbers in all."""
 
-    Attributes
-    ----------
-    features : tuple of Feature
-        Names and groups.
-    record : (p,) array
-        Which record each belongs to, by number.
-    values : (p,) array
-        Measured.
-    covariance : (p, p) array
-        Of the records' own scatter (`features.covariance`); none between records.
-    """
-
-    features: tuple[Feature, ...]
-    record: np.ndarray
-    values: np.ndarray
-    covariance: np.ndarray
+    features: tuple[Feature, ...]  # names and groups
+    record: np.ndarray  # (p,) which record each belongs to, by number
+    values: np.ndarray  # (p,) measured
+    covariance: np.ndarray  # (p, p) of the records' own scatter (`features.covariance`); none between records
 
     def part(self, keep: np.ndarray) -> "MeasuredRecords":
         """Some of the features."""

@@ -27,24 +27,15 @@ EQUAL, WITHIN, BYTES, DIFFERS, MISSING, EXTRA = "equal", "within", "bytes", "dif
 
 @dataclass(frozen=True)
 class Finding:
-    """Result of the comparison of one file.
+    """Result of the comparison of one file."""
 
-    Attributes
-    ----------
-    name, shows : str
-        The file below the results, and the figure or table that it shows, or nothing.
-    status : str
-        ``equal`` byte for byte (columns of times left out); ``within`` the tolerance between processors; ``bytes``: no
-        more is known than that bytes differ, and the tables tell whether it matters; ``differs``; ``missing``;
-        ``extra``: not in the manifest.
-    text : str
-        By how much, and where.
-    """
-
-    name: str
-    shows: str
+    name: str  # the file below the results
+    shows: str  # the figure or table that it shows, or nothing
+    # ``equal`` byte for byte (columns of times left out); ``within`` the tolerance between processors; ``bytes``: no
+    # more is known than that bytes differ, and the tables tell whether it matters; ``differs``; ``missing``; ``extra``:
+    # not in the manifest
     status: str
-    text: str = ""
+    text: str = ""  # by how much, and where
 
 
 def compare_manifests(found: dict[str, Any], expected: dict[str, Any]) -> list[Finding]:

@@ -13,21 +13,11 @@ SPEEDS_RPM = (115, 150, 180, 210)
 
 @dataclass(frozen=True)
 class Printed:
-    """A number of the paper.
+    """A number of the paper."""
 
-    Attributes
-    ----------
-    value : float, tuple or dict
-        The number, or numbers by motor speed (rev/min) or event.
-    unit : str
-        Its unit.
-    place : str
-        Where it stands.
-    """
-
-    value: Any
+    value: Any  # the number, or numbers by motor speed (rev/min) or event
     unit: str
-    place: str
+    place: str  # where it stands
 
 
 def _by_speed(*values: float) -> dict[int, float]:

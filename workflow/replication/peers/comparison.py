@@ -23,34 +23,20 @@ READINGS = ("sprocket", "motor")  # whose speed the paper's 180 r/min may be
 
 @dataclass(frozen=True)
 class Result:
-    """What the comparison gives.
+    """What the comparison gives."""
 
-    Attributes
-    ----------
-    curves : DataFrame
-        ``reading, time_s, trackdyn_m, belt_m, exudyn_m, exudyn_eight_arcs_m`` (the last of the first reading):
-        vertical displacement of the selected link; time since the start of the sprocket, after its ramp. The belt
-        knows no forces: what it reaches says how much the comparison can tell.
-    costs : DataFrame
-        Rows of Table 2.
-    summary : DataFrame
-        ``reading, speed_rpm, range_m, trackdyn_step_s, difference_belt_pct, exudyn_step_s, difference_pct,
-        difference_eight_arcs_pct, gap_m``; where eight arcs do not run, not a number, and why in
-        ``eight_arcs_not_run``.
-    missing : str
-        Why the other code was not run, or nothing.
-    frame : array
-        Configuration for Figure 13 (``Recording.frame``), of the other code where it ran.
-    shift : float
-        Shift of the tensioning wheel, m.
-    """
-
+    # ``reading, time_s, trackdyn_m, belt_m, exudyn_m, exudyn_eight_arcs_m`` (the last of the first reading): vertical
+    # displacement of the selected link; time since the start of the sprocket, after its ramp. The belt knows no forces:
+    # what it reaches says how much the comparison can tell.
     curves: pd.DataFrame
-    costs: pd.DataFrame
+    costs: pd.DataFrame  # rows of Table 2
+    # ``reading, speed_rpm, range_m, trackdyn_step_s, difference_belt_pct, exudyn_step_s, difference_pct,
+    # difference_eight_arcs_pct, gap_m``; where eight arcs do not run, not a number, and why in ``eight_arcs_not_run``
     summary: pd.DataFrame
-    missing: str
+    missing: str  # why the other code was not run, or nothing
+    # configuration for Figure 13 (``Recording.frame``), of the other code where it ran
     frame: np.ndarray = field(repr=False)
-    shift: float = 0.0
+    shift: float = 0.0  # shift of the tensioning wheel, m
 
 
 def belt_of(scene: Scene) -> Scene:

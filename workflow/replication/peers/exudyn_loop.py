@@ -40,24 +40,13 @@ def require_exudyn():
 
 @dataclass(frozen=True)
 class PeerStart:
-    """Where a run begins.
+    """Where a run begins."""
 
-    Attributes
-    ----------
-    pin : (4,) array
-        Position and velocity of the input pin of body 1, m and m/s.
-    angle, rate : (n,) arrays
-        Of the bodies, rad (falling by one turn along the loop) and rad/s.
-    sprocket_angle : float
-        rad.
-    tooth_impact, wheel_impact : (n,), (n / 2, w) arrays or None
-        Initial impact velocities of the contacts that exist already, m/s.
-    """
-
-    pin: np.ndarray
-    angle: np.ndarray
-    rate: np.ndarray
-    sprocket_angle: float = 0.0
+    pin: np.ndarray  # (4,) position and velocity of the input pin of body 1, m and m/s
+    angle: np.ndarray  # (n,) of the bodies, rad (falling by one turn along the loop)
+    rate: np.ndarray  # (n,) of the bodies, rad/s
+    sprocket_angle: float = 0.0  # rad
+    # initial impact velocities of the contacts that exist already, (n,) and (n / 2, w), m/s
     tooth_impact: np.ndarray | None = None
     wheel_impact: np.ndarray | None = None
 
@@ -90,30 +79,14 @@ class PeerWheels:
 
 @dataclass(frozen=True)
 class PeerRun:
-    """What a run of the independent code gives.
+    """What a run of the independent code gives."""
 
-    Attributes
-    ----------
-    time : (s,) array
-        Times of the samples, s; the first is 0.
-    centre : (s, n, 2) array
-        Mass centres, m.
-    angle : (s, n) array
-        Angles of the bodies, rad.
-    wheel_rate : (s, w - 1) array
-        Angular velocities of the wheels but the sprocket, rad/s.
-    gap : (s,) array
-        Largest distance between the two pins of any joint, m.
-    wall, cpu : float
-        Computing time of the integration, s.
-    """
-
-    time: np.ndarray
-    centre: np.ndarray
-    angle: np.ndarray
-    wheel_rate: np.ndarray
-    gap: np.ndarray
-    wall: float
+    time: np.ndarray  # (s,) times of the samples, s; the first is 0
+    centre: np.ndarray  # (s, n, 2) mass centres, m
+    angle: np.ndarray  # (s, n) angles of the bodies, rad
+    wheel_rate: np.ndarray  # (s, w - 1) angular velocities of the wheels but the sprocket, rad/s
+    gap: np.ndarray  # (s,) largest distance between the two pins of any joint, m
+    wall: float  # computing time of the integration, s
     cpu: float
 
 

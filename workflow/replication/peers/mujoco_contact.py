@@ -27,28 +27,14 @@ FACET = 0.08  # largest turn from one tangent of a concave arc to the next, rad
 
 
 class Cushion(NamedTuple):
-    """A contact at its working load.
+    """A contact at its working load."""
 
-    Attributes
-    ----------
-    depth : float
-        Penetration under the load, m.
-    stiffness : float
-        Load over depth, N/m; the slope is one and a half of it.
-    damping, creep : float
-        Of the penetration rate and, below the friction limit, of the slip, N s/m.
-    inertance : float
-        kg.
-    friction : float
-        Coefficient of the friction limit.
-    """
-
-    depth: float
-    stiffness: float
-    damping: float
-    creep: float
-    inertance: float
-    friction: float
+    depth: float  # penetration under the load, m
+    stiffness: float  # load over depth, N/m; the slope is one and a half of it
+    damping: float  # of the penetration rate, N s/m
+    creep: float  # of the slip, below the friction limit, N s/m
+    inertance: float  # kg
+    friction: float  # coefficient of the friction limit
 
 
 class Disc(NamedTuple):

@@ -32,18 +32,10 @@ LARGEST_PHASE = 0.05  # of the chain on the sprocket, rad
 
 @dataclass(frozen=True)
 class Passage:
-    """A connector passing the sprocket, seen from its groove.
+    """A connector passing the sprocket, seen from its groove."""
 
-    Attributes
-    ----------
-    turn : (t,) array
-        Turn of the sprocket since the groove was in the middle of the wrap, rad.
-    pins : (t, 2, 2) array
-        Its input (left) and output pin in the groove frame, m.
-    """
-
-    turn: np.ndarray
-    pins: np.ndarray
+    turn: np.ndarray  # (t,) turn of the sprocket since the groove was in the middle of the wrap, rad
+    pins: np.ndarray  # (t, 2, 2) its input (left) and output pin in the groove frame, m
 
 
 def passage(rig: Rig, points: int = 121) -> Passage:

@@ -46,24 +46,14 @@ WITH_RING = (
 
 @dataclass(frozen=True)
 class Moment:
-    """What a panel shows.
+    """What a panel shows."""
 
-    Attributes
-    ----------
-    title, peak : str
-        Name of the event, and of a maximum the largest force of all time steps with its time.
-    time, printed : float
-        When it happens here and in the paper, s since the first contact.
-    frame, sample : int
-        The configuration drawn, and the sample of the same instant.
-    """
-
-    title: str
-    time: float
-    printed: float
-    frame: int
-    sample: int
-    peak: str
+    title: str  # name of the event
+    time: float  # when it happens here, s since the first contact
+    printed: float  # when it happens in the paper, s since the first contact
+    frame: int  # the configuration drawn
+    sample: int  # the sample of the same instant
+    peak: str  # of a maximum the largest force of all time steps with its time
 
 
 def moments(recording: Recording, shown: Selected) -> list[Moment]:

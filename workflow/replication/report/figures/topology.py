@@ -23,24 +23,12 @@ EVERY = 10  # of the elements of a long chain is numbered
 
 @dataclass(frozen=True)
 class Element:
-    """A body or a joint of the chain, numbered along it as in the paper: odd bodies, even joints.
+    """A body or a joint of the chain, numbered along it as in the paper: odd bodies, even joints."""
 
-    Attributes
-    ----------
-    number : int
-        1 to 2 n.
-    kind : str
-        ``link``, ``connector``, ``pitch`` or ``joint``.
-    outboard : int
-        Number of the element at its output.
-    cut : bool
-        The joint that is cut to make a tree of the loop.
-    """
-
-    number: int
-    kind: str
-    outboard: int
-    cut: bool = False
+    number: int  # 1 to 2 n
+    kind: str  # ``link``, ``connector``, ``pitch`` or ``joint``
+    outboard: int  # number of the element at its output
+    cut: bool = False  # the joint that is cut to make a tree of the loop
 
 
 def elements(kinds: list[str]) -> list[Element]:

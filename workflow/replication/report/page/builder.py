@@ -62,35 +62,16 @@ TABLES = (
 
 @dataclass(frozen=True)
 class PageInputs:
-    """What the page is made from.
+    """What the page is made from."""
 
-    Attributes
-    ----------
-    results : Path
-        Folder that the workflow wrote.
-    rig : Path
-        The rig's file, for the list of parameters and the geometry of the moving picture.
-    sensors : mapping
-        Run such as ``115rpm`` to the sensor's record.
-    synthetic : bool
-        Whether these records are synthetic.
-    files : tuple of path
-        Configuration and data whose hashes are listed.
-    layers : tuple of str
-        Configurations on top of the base, which commands on the page must name.
-    sources : str, optional
-        Hash that every recording must carry; that of the present program if not given.
-    studies : tuple of str
-        Studies that this run has made; what else lies in the folder is of an earlier one, and said to be.
-    """
-
-    results: Path
-    rig: Path
-    sensors: Mapping[str, Path] = field(default_factory=dict)
-    synthetic: bool = True
-    files: tuple[Path, ...] = ()
-    layers: tuple[str, ...] = ()
-    sources: str | None = None
+    results: Path  # folder that the workflow wrote
+    rig: Path  # the rig's file, for the list of parameters and the geometry of the moving picture
+    sensors: Mapping[str, Path] = field(default_factory=dict)  # run such as ``115rpm`` to the sensor's record
+    synthetic: bool = True  # whether these records are synthetic
+    files: tuple[Path, ...] = ()  # configuration and data whose hashes are listed
+    layers: tuple[str, ...] = ()  # configurations on top of the base, which commands on the page must name
+    sources: str | None = None  # hash that every recording must carry; that of the present program if not given
+    # studies that this run has made; what else lies in the folder is of an earlier one, and said to be
     studies: tuple[str, ...] = ()
 
 

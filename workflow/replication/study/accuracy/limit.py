@@ -18,22 +18,12 @@ SURE = 2.0  # standard errors: the 95 % of a normal distribution
 
 
 class Limit(NamedTuple):
-    """A limit.
+    """A limit."""
 
-    Attributes
-    ----------
-    value, error : float
-        The limit and its standard error, all in all.
-    doubt : float
-        The part of the error that is convergence, not scatter.
-    values : (m,) array
-        What the limit is the mean of, passage by passage.
-    """
-
-    value: float
-    error: float
-    doubt: float
-    values: np.ndarray
+    value: float  # the limit
+    error: float  # its standard error, all in all
+    doubt: float  # the part of the error that is convergence, not scatter
+    values: np.ndarray  # (m,) what the limit is the mean of, passage by passage
 
 
 def limit_of(runs: Mapping[float, Series], order: int = 1) -> Limit:

@@ -22,22 +22,13 @@ _SCALINGS = 4
 
 
 class Accelerations(NamedTuple):
-    """Accelerations and joint forces of a chain of ``n`` bodies (inertial frame, SI units).
+    """Accelerations and joint forces of a chain of ``n`` bodies (inertial frame, SI units)."""
 
-    Attributes
-    ----------
-    pin_ax, pin_ay : float
-        Acceleration of the input pin of body 0, m/s2.
-    alpha : (n,) array
-        Angular accelerations, rad/s2.
-    pin_force : (n_joints, 2) array
-        Force on the outboard body ``j + 1`` at joint ``j``, N; a closing joint is the last one and
-        its outboard body is body 0.
-    """
-
-    pin_ax: float
+    pin_ax: float  # acceleration of the input pin of body 0, m/s2
     pin_ay: float
-    alpha: np.ndarray
+    alpha: np.ndarray  # (n,) angular accelerations, rad/s2
+    # (n_joints, 2) force on the outboard body ``j + 1`` at joint ``j``, N; a closing joint is the last one and its
+    # outboard body is body 0
     pin_force: np.ndarray
 
 
