@@ -94,12 +94,7 @@ class Emulator:
             return GaussianProcessRegressor(kernel, optimizer=search).fit(inputs, rest)
 
     def predict(self, x) -> tuple[np.ndarray, np.ndarray]:
-        """Mean and variance at (m, d) inputs: what a simulation there would give, noise included.
-
-        Returns
-        -------
-        mean, variance : (m,) arrays
-        """
+        """Mean and variance at (m, d) inputs: what a simulation there would give, noise included."""
         inputs = self._inputs.transform(np.atleast_2d(np.asarray(x, dtype=float)))
         mean = self._trend.predict(inputs)
         if self._process is None:
@@ -108,13 +103,7 @@ class Emulator:
         return mean + self._scale * rest, (self._scale * sd) ** 2
 
     def terms(self) -> Terms:
-        """What the process was found to be, for predictions of many at once.
-
-        Raises
-        ------
-        InputError
-            The output never changes.
-        """
+        """What the process was found to be, for predictions of many at once."""
         if self._process is None:
             raise InputError("emulator: the output never changes, so that it has no process")
         product, noise = self._process.kernel_.k1, self._process.kernel_.k2
@@ -132,15 +121,6 @@ class Emulator:
 
 def held_out_check(x, y, share: float = 0.2, seed: int = 0, iterations: int = 25) -> Check:
     """Train on a part of the points and compare with the others.
-
-    Parameters
-    ----------
-    x, y
-        As of `Emulator`.
-    share : float
-        Part of the points that is held out.
-    seed : int
-        Of the draw.
 
     Raises
     ------

@@ -168,13 +168,7 @@ def case_summary(recording: Recording) -> dict:
 
 
 def task_of(config: FitConfig, rig: Rig, run: str, scene: dict[str, Any]) -> dict:
-    """Arguments of the row of a rig.
-
-    Raises
-    ------
-    InputError
-        Its loop does not close.
-    """
+    """Arguments of the row of a rig."""
     if not can_close(rig):
         raise InputError("the loop does not close within the travel of the tensioner")
     how = config.runs[run]

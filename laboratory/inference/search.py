@@ -292,7 +292,7 @@ def local_searches(
     ----------
     problem : function
         Makes the `Problem`; it is looked up by its name in other processes.
-    asked : mapping
+    requested : mapping
         By any key what the problem is made of, plain data, and where a search begins.
     evaluations, store
         As `search`.
@@ -304,7 +304,7 @@ def local_searches(
     Returns
     -------
     dict
-        `minimise` by the keys of ``asked``.
+        `minimise` by the keys of ``requested``.
 
     Raises
     ------
@@ -350,8 +350,8 @@ def search(
     Parameters
     ----------
     problem : function
-        Makes the `Problem` of ``asked``; it is looked up by its name in other processes.
-    asked : dict
+        Makes the `Problem` of ``requested``; it is looked up by its name in other processes.
+    requested : dict
         Plain data.
     starts : sequence of Start
         Names differ.

@@ -161,13 +161,7 @@ class Unknowns:
         return [unknown.label for unknown in self.unknowns]
 
     def values(self, x) -> dict[str, Any]:
-        """Value of every unknown at a point of the unit cube, by label.
-
-        Raises
-        ------
-        InputError
-            The point has another number of coordinates, or one outside 0 to 1.
-        """
+        """Value of every unknown at a point of the unit cube, by label."""
         x = np.asarray(x, dtype=float)
         if x.shape != (len(self),) or not ((x >= 0) & (x <= 1)).all():
             raise InputError(f"x = {shown(x.tolist())}: must be {len(self)} numbers between 0 and 1")
@@ -200,13 +194,7 @@ class Unknowns:
         return fields, scene
 
     def to_rig(self, x) -> tuple[Rig, dict[str, str]]:
-        """The rig at a point of the unit cube, and what it changes in a scene.
-
-        Raises
-        ------
-        InputError
-            There is no such rig: the sentence of `Rig`.
-        """
+        """The rig at a point of the unit cube, and what it changes in a scene."""
         fields, scene = self.changes(self.values(x))
         return self.rig.changed(**fields), scene
 

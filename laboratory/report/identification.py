@@ -27,18 +27,7 @@ def write_identification_page(
 ) -> Path:
     """Draw the figures and write ``index.html``.
 
-    Parameters
-    ----------
-    answer : Answer
-        The identified values.
-    rig : Rig
-        That of the best values.
-    out : Path
-        Folder.
-    synthetic : str
-        What the records are called if they were not measured, such as ``synthetic``.
-    tellable : DataFrame, optional
-        What `told.tellable` found.
+    ``synthetic`` is what records are called that were not measured, ``tellable`` what `informative.tellable` found.
     """
     count, called = len(answer.unknowns), f"{synthetic} record" if synthetic else "record"
     draws, features = answer.draws, features_table(answer)

@@ -70,23 +70,7 @@ UNITS = {"ring": {"m": 1.0, "mm": 1e-3}, "distance": {"m": 1.0, "km": 1e3}}
 
 
 def parse_until(text: str) -> Until:
-    """Read a bound.
-
-    Parameters
-    ----------
-    text : str
-        Such as ``ring 0.303 m`` or ``distance 5000 km``.
-
-    Returns
-    -------
-    Until
-        Quantity and value, m.
-
-    Raises
-    ------
-    InputError
-        The text is neither of these.
-    """
+    """Read a bound such as ``ring 0.303 m`` or ``distance 5000 km``, whose value is in m."""
     try:
         what, value, unit = str(text).split()
         if 0 < (number := float(value)) < 1e9:

@@ -196,13 +196,7 @@ def closeness(records: Mapping[int, np.ndarray] | None = None) -> pd.DataFrame:
 
 
 def write_record(folder, rpm: int) -> np.ndarray:
-    """Write ``{rpm}rpm.csv`` into an existing folder and return its y acceleration, g.
-
-    Raises
-    ------
-    InputError
-        A speed that is not printed, or a folder that cannot be written.
-    """
+    """Write ``{rpm}rpm.csv`` into an existing folder and return its y acceleration, g."""
     record = generate(rpm)
     write_sensor_csv(Path(folder) / f"{rpm}rpm.csv", *record, comments=_comments(SPEEDS[rpm]))
     return record[2]
@@ -212,11 +206,6 @@ def write_dataset(folder) -> pd.DataFrame:
     """Write the records of all speeds and their ``datapackage.json``; returns the table of :func:`closeness`.
 
     The folder is made if it does not exist. Equal calls give equal bytes.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written.
     """
     folder = Path(folder)
     try:

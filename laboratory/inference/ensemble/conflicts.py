@@ -54,7 +54,7 @@ def minimal_conflicts(
     ----------
     problem : function
         Of `inference.search.local_searches`.
-    asked : function
+    requested : function
         From some claims to what the problem is made of that has the residuals of these alone.
     worst : (rigs, claims) DataFrame
         Of every rig that ran the largest residual of each claim; infinite where it has none.

@@ -114,13 +114,7 @@ class EnsembleConfig(Section):
 
 
 def load_ensemble(path: Path | str) -> EnsembleConfig:
-    """Read and validate.
-
-    Raises
-    ------
-    InputError
-        One sentence with the file, the field and what would be accepted.
-    """
+    """Read and validate."""
     return validated(EnsembleConfig, read_yaml(path), str(path))
 
 

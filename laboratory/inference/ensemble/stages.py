@@ -78,13 +78,7 @@ class Ensemble(NamedTuple):
 
 
 def open_ensemble(config: Path | str, form: str, rig: Path | str, claims: Path | str, folder: Path | str) -> Ensemble:
-    """Settings read and checked.
-
-    Raises
-    ------
-    InputError
-        One sentence: a file, field or claim that cannot be used.
-    """
+    """Settings read and checked."""
     settings = load_ensemble(config)
     if form not in settings.forms:
         raise InputError(f"{config}: form = {form!r}: choose {', '.join(settings.forms)}")

@@ -51,13 +51,7 @@ def points_table(unknowns: Unknowns, points: np.ndarray, first: int) -> pd.DataF
 
 
 def prior_points(unknowns: Unknowns, count: int, seed: int) -> np.ndarray:
-    """(count, d) buildable points of a Latin hypercube.
-
-    Raises
-    ------
-    TrackdynError
-        Hardly any point gives a rig.
-    """
+    """(count, d) buildable points of a Latin hypercube."""
     drawn = qmc.LatinHypercube(len(unknowns), seed=seed).random(DRAWN * count)
     kept = []
     for x in drawn:

@@ -137,13 +137,7 @@ def tables(answer: Identification) -> dict[str, pd.DataFrame]:
 
 
 def write_answer(answer: Identification, rig_path: Path | str, out: Path) -> Rig:
-    """Write ``rig.yaml`` and the tables into a folder; returns the rig as it is read back.
-
-    Raises
-    ------
-    InputError
-        A file cannot be written.
-    """
+    """Write ``rig.yaml`` and the tables into a folder; returns the rig as it is read back."""
     text = best_rig_text(answer, rig_path, [one.record.path.name for one in answer.measured])
     with replacing(out / "rig.yaml") as part:
         write_text(part, text)

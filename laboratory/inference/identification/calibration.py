@@ -84,13 +84,7 @@ class Data(NamedTuple):
 
 
 def requested_unknowns(config: CalibrationConfig) -> tuple[Unknowns, Experiment]:
-    """What is identified, and what one turn of every rig is asked.
-
-    Raises
-    ------
-    InputError
-        A field that the rig does not have.
-    """
+    """What is identified, and what one turn of every rig is asked."""
     rig = load_rig(config.rig)
     choices = tuple(config.choices.items())
     speeds = tuple(MeasuredSpeed(rpm, config.ring_radius_m, RATE, choices=choices) for rpm in config.speeds_rpm)
@@ -150,13 +144,7 @@ class Calibration(NamedTuple):
 
 
 def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = True) -> Calibration:
-    """Identify every truth with a discrepancy drawn from its prior, and the first ones with none, too.
-
-    Raises
-    ------
-    InputError
-        As `simulate_all`.
-    """
+    """Identify every truth with a discrepancy drawn from its prior, and the first ones with none, too."""
     data = simulate_all(config, store, jobs, progress)
     listed = [features_of(speed.rate / speed.every) for speed in data.speeds]
     record = np.repeat(np.arange(len(listed)), [len(names) for names in listed])

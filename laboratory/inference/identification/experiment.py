@@ -61,13 +61,7 @@ def scene_of_speed(rig: Rig, speed: MeasuredSpeed, seconds: float, later: float 
 def simulated_ay(
     rig: Rig, speed: MeasuredSpeed, turns: int, starts: SettledLoops | None = None, begin: float = 0.0
 ) -> np.ndarray:
-    """(samples,) y acceleration that a sensor reports over so many turns of the loop, g; from a part of a turn on.
-
-    Raises
-    ------
-    InputError, DivergenceError
-        The rig cannot run so.
-    """
+    """(samples,) y acceleration that a sensor reports over so many turns of the loop, g; from a part of a turn on."""
     turn = rig.loop_period(speed.rpm)
     scene = scene_of_speed(rig, speed, turns * turn, begin * turn)
     for _ in range(HALVINGS):

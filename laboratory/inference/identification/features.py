@@ -43,13 +43,7 @@ def features_of(rate: float) -> list[Feature]:
 
 
 def turns_of(ay, rate: float, turn_s: float) -> np.ndarray:
-    """(turns, samples) The record, cut into whole turns of the loop.
-
-    Raises
-    ------
-    InputError
-        It holds no whole turn.
-    """
+    """(turns, samples) The record, cut into whole turns of the loop."""
     samples = turn_s * rate
     count = int(len(ay) / samples + 1e-9)
     if count < 1:

@@ -74,23 +74,7 @@ def identify(
 ) -> Identification:
     """Identify unknowns of a rig from records.
 
-    Parameters
-    ----------
-    measured : sequence of Measured
-        Records of one rig at different speeds.
-    unknowns : Unknowns
-        With the rig that they belong to.
-    store : path or None
-        Folder in which each simulation is stored as soon as it has run; a second call reads them.
-    settings : Settings
-        Numbers of simulations, waves and steps of the sampler, seed and processes.
-    say : callable
-        Called with lines of progress.
-
-    Returns
-    -------
-    Answer
-        Table of the unknowns, draws of the posterior, discrepancies, predictions.
+    ``store`` keeps each simulation as soon as it has run; a second call reads them.
 
     Raises
     ------

@@ -45,27 +45,8 @@ def read_records(
 ) -> list[Measured]:
     """Read the records of a sensor at different speeds.
 
-    The revolution of the loop is that of the dominant peak: the one near a given speed, or the highest one.
-
-    Parameters
-    ----------
-    paths : sequence of path
-        One file per speed.
-    rig : Rig
-        With range of the sensor and gravity.
-    mapping : SensorMapping
-        Columns, units and axes of the files.
-    rpm : sequence of float
-        Motor speed of each record, rev/min; empty: from the dominant peak.
-    ring_radius : float or None
-        Ring radius of the runs, m; None: no ring.
-    preset : str
-        Fidelity of the simulations.
-
-    Returns
-    -------
-    list of Measured
-        In the order of the files.
+    The revolution of the loop is that of the dominant peak: the one near a given speed, or the highest one. Without
+    ``rpm`` (rev/min) dominant peaks say the speeds. Measured stand in the order of the files.
 
     Raises
     ------

@@ -161,20 +161,7 @@ def sample(
 ) -> Draws:
     """Draw from a posterior with an ensemble sampler (emcee) that starts at the best of many points of the prior.
 
-    Parameters
-    ----------
-    posterior : Posterior
-    steps, walkers : int
-        Steps of the chain and number of walkers.
-    seed : int
-    progress : str
-        Label of the progress bar; empty: none.
-    rounds : int
-        A chain shorter than `CHAIN_LENGTHS` autocorrelation times is continued, up to this many times ``steps``.
-
-    Returns
-    -------
-    Draws
+    A chain shorter than `CHAIN_LENGTHS` autocorrelation times is continued, up to ``rounds`` times ``steps``.
 
     Raises
     ------

@@ -36,16 +36,7 @@ def posterior_figure(
 ) -> Figure:
     """Every unknown over its range, and every two of them.
 
-    Parameters
-    ----------
-    unknowns : sequence of Unknown
-        d of them.
-    points : (s, d) array
-        Draws, as positions between 0 and 1.
-    best : (d,) array
-        Where the posterior is highest.
-    verdicts : sequence of str
-        On each unknown.
+    ``points`` are (s, d) draws as positions between 0 and 1, ``best`` is where the posterior is highest.
     """
     count = len(unknowns)
     figure = new_figure(max(min(1.75 * count, PAGE), 2.6), max(min(1.8 * count, PAGE), WIDTH * 0.75))
@@ -102,13 +93,7 @@ def _contours(ax, x, y) -> None:
 def features_figure(table: pd.DataFrame, sensor: str) -> Figure:
     """Every feature of every record beside its 90 % interval, over the median that is predicted of it.
 
-    Parameters
-    ----------
-    table : DataFrame
-        Columns ``record, feature, measured, q05, median, q95, inside``; with ``sim_q05, sim_q95`` what simulations
-        alone show, too.
-    sensor : str
-        What the records are called in the legend.
+    With columns ``sim_q05, sim_q95`` it shows what simulations alone give, too.
     """
     records = list(dict.fromkeys(table["record"]))
     figure = new_figure(0.7 + 1.75 * len(records), PAGE)
@@ -148,12 +133,7 @@ def features_figure(table: pd.DataFrame, sensor: str) -> Figure:
 def spectra_figure(pairs: Sequence[tuple[str, float, np.ndarray, np.ndarray]], sensor: str) -> Figure:
     """Amplitude spectra of records and of simulations of the best rig.
 
-    Parameters
-    ----------
-    pairs : sequence of (name, rate, measured, simulated)
-        Rate of the samples, Hz, and whole turns of ay, g.
-    sensor : str
-        What the records are called in the legend.
+    ``pairs`` have the rate of the samples, Hz, and whole turns of ay, g.
     """
     figure = new_figure(0.5 + 1.6 * len(pairs), PAGE)
     axes = figure.subplots(len(pairs), 1, squeeze=False, sharex=True)[:, 0]

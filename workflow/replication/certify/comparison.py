@@ -41,15 +41,7 @@ class Finding:
 def compare_manifests(found: dict[str, Any], expected: dict[str, Any]) -> list[Finding]:
     """Compare the files of two manifests.
 
-    Parameters
-    ----------
-    found, expected : dict
-        Manifests, from `manifest.describe` or `manifest.load_manifest`.
-
-    Returns
-    -------
-    list of Finding
-        One per file of either manifest, by name; files that hold times are omitted.
+    There is one finding a file of either, by name; files that hold times are omitted.
     """
     ours, theirs = found["files"], expected["files"]
     timed = {*found["hold_times"], *expected["hold_times"]}
@@ -76,15 +68,7 @@ def findings_summary(findings: Iterable[Finding]) -> str:
 def failed(findings: Iterable[Finding], exact: bool = False) -> list[Finding]:
     """Return the findings that contradict the manifest.
 
-    Parameters
-    ----------
-    findings : iterable of Finding
-    exact : bool
-        Also those that are within the tolerance, or whose bytes differ.
-
-    Returns
-    -------
-    list of Finding
+    ``exact`` ones are those within the tolerance, too, and those whose bytes differ.
     """
     bad = {DIFFERS, MISSING} | ({WITHIN, BYTES} if exact else set())
     return [finding for finding in findings if finding.status in bad]

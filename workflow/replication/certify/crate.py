@@ -72,11 +72,6 @@ def write_crate(
     agent : str, optional
         Who ran it.
 
-    Returns
-    -------
-    path
-        The file.
-
     Raises
     ------
     InputError

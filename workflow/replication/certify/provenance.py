@@ -18,22 +18,7 @@ PACKAGES = ("numpy", "scipy", "numba", "pandas", "matplotlib", "snakemake", "plo
 def check_sources(recordings: Iterable[Path], expected: str | None = None) -> dict[str, dict]:
     """Meta data of recordings that were all made by the present program.
 
-    Parameters
-    ----------
-    recordings : iterable of path
-        npz files.
-    expected : str, optional
-        Hash of the kernels' sources; the present one if not given.
-
-    Returns
-    -------
-    dict
-        Path to meta data.
-
-    Raises
-    ------
-    InputError
-        Names the first recording that another version made.
+    The first that another version made is refused.
     """
     expected = expected or source_hash()
     found = {}
@@ -73,12 +58,7 @@ def package_version(package: str) -> str:
 def run_provenance(metas: dict[str, dict], files: Iterable[Path | str]) -> dict:
     """Versions and hashes for the page.
 
-    Parameters
-    ----------
-    metas : dict
-        From :func:`check_sources`.
-    files : iterable of path
-        Configuration and data; those that do not exist are left out.
+    ``metas`` are of `check_sources`; files that do not exist are left out.
 
     Returns
     -------

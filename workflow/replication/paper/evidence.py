@@ -73,14 +73,7 @@ class Evidence:
 def collect(results: Path | str, rpm: float, radius: float, tables: PaperTables | None = None) -> Evidence:
     """The evidence that lies in a folder of results.
 
-    Parameters
-    ----------
-    results : path
-        With ``metrics.csv``, ``events.csv``, the long records in ``runs`` and, if it was run, ``peers/summary.csv``.
-    rpm, radius : float
-        Speed (rev/min) and ring radius (m) of the meshing process.
-    tables : PaperTables, optional
-        The cells of the article that a reader filled in.
+    ``rpm`` (rev/min) and ``radius`` (m) are those of the meshing process; ``peers/summary.csv`` may be missing.
     """
     results = Path(results)
     metrics = pd.read_csv(results / "metrics.csv")

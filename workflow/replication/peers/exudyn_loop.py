@@ -27,13 +27,7 @@ ABSOLUTE_TOLERANCE = 1e-10
 
 
 def require_exudyn():
-    """The module ``exudyn``.
-
-    Raises
-    ------
-    InputError
-        If it is not installed; the sentence names the extra.
-    """
+    """The module ``exudyn``."""
     sys.exudynFast = True  # its build without range checks, where there is one
     return required("exudyn")
 
@@ -91,13 +85,7 @@ class PeerRun:
 
 
 def free_wheels(scene: Scene, model: Model) -> PeerWheels:
-    """The wheels of a loop that the other codes have, as its model has them.
-
-    Raises
-    ------
-    InputError
-        The loop has what they have not.
-    """
+    """The wheels of a loop that the other codes have, as its model has them."""
     plain = model.drive[4:] == (NO_RIPPLE, NO_MOTOR) and scene.chain == "double_pin"
     laws = {name: getattr(scene, name) for name in PEER_LAWS}
     if len(model.carriers.wheel) or model.space is not None or not plain or laws != PEER_LAWS:

@@ -241,16 +241,7 @@ def run_mujoco_loop(
 ) -> PeerRun:
     """Integrate with MuJoCo.
 
-    Parameters
-    ----------
-    model : MjModel
-        Of `build`; with wheels or without.
-    chain, start
-        Data of the chain and its start; the free wheels are at rest.
-    duration, sample : float
-        Simulated time and time between samples, s; the sample is a multiple of the model's step.
-    drive : Drive
-        The sprocket's motion.
+    ``sample``, the time between samples (s), is a multiple of the step; free wheels start at rest.
 
     Raises
     ------

@@ -196,14 +196,7 @@ class Config(Section):
                 )
 
     def scenes(self, rig: Rig) -> dict[str, Scene]:
-        """Every run of the pipeline by name, such as ``115rpm`` or ``ring/115rpm_0.303``.
-
-        Raises
-        ------
-        InputError
-            If a scene is not possible on this rig or its record is too short for its statistics.
-
-        """
+        """Every run of the pipeline by name, such as ``115rpm`` or ``ring/115rpm_0.303``."""
         runs: dict[str, Scene] = {}
 
         def add(name: str, section: str, **fields):
@@ -307,13 +300,7 @@ def _section(name: str) -> Iterator[None]:
 
 
 def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
-    """Validate a configuration with the rig and all scenes that it leads to.
-
-    Raises
-    ------
-    InputError
-        One sentence with file, field, value and what would be accepted.
-    """
+    """Validate a configuration with the rig and all scenes that it leads to."""
     config = validated(Config, data, name)
     rig = load_rig(config.rig)
     try:

@@ -113,13 +113,7 @@ def short_runs_text(rows: pd.DataFrame) -> str:
 
 
 def fill(page: Path, sources: Sequence[Path], write: Callable[..., str]) -> None:
-    """Replace the measured part of a page by what ``write`` makes of one or more tables.
-
-    Raises
-    ------
-    InputError
-        A file is missing, or the page lacks its marks.
-    """
+    """Replace the measured part of a page by what ``write`` makes of one or more tables."""
     for source in sources:
         if not source.exists():
             raise InputError(f"{source}: no measured data; make them with `snakemake -j2`")

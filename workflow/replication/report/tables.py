@@ -154,14 +154,7 @@ def table3(
 ) -> pd.DataFrame:
     """RMS and SD of simulation and sensor, g; printed differences (%) are the paper's, against its own measured data.
 
-    Parameters
-    ----------
-    metrics : DataFrame
-        Rows of ``measure.metrics.run_metrics``, one for each speed of ``sensors``.
-    sensors : mapping
-        Motor speed (rev/min) to its record.
-    label : str
-        What the sensor record is; stands in every row.
+    ``metrics`` has a row for each speed (rev/min) of ``sensors``; ``label``, what the record is, stands in every row.
     """
     rows = []
     for rpm, record in sorted(sensors.items()):

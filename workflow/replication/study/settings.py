@@ -57,13 +57,7 @@ Allowed = Annotated[list[tuple[Positive, Positive]], Field(min_length=1)]
 
 
 def rising(where: str, steps: Allowed) -> None:
-    """Refuse upper bounds that do not rise.
-
-    Raises
-    ------
-    InputError
-        The first that does not.
-    """
+    """Refuse upper bounds that do not rise."""
     for (before, _), (after, _) in pairwise(steps):
         if after <= before:
             raise InputError(

@@ -55,13 +55,7 @@ class Selected:
 
 
 def select_passage(recording: Recording) -> Selected:
-    """The complete passage nearest to the middle of the record whose contacts are all recorded.
-
-    Raises
-    ------
-    InputError
-        If there is none: the record is too short, or the link ahead of the connector is not recorded.
-    """
+    """The complete passage nearest to the middle of the record whose contacts are all recorded."""
     count = timing(recording).pitches
     columns = {int(pitch): i for i, pitch in enumerate(recording.pitches)}
     ring = recording.meta["scene"]["ring_radius"] is not None
@@ -125,11 +119,6 @@ def passage_figure(recording: Recording) -> Figure:
 
     Events stand beside the printed ones, all counted from the first contact (c). Single marks in (a) are the largest
     force of all time steps; one far above the curves is an arrow at the upper edge with its value.
-
-    Raises
-    ------
-    InputError
-        If the recording does not hold such a passage; see :func:`select_passage`.
     """
     shown = select_passage(recording)
     scene = recording.meta["scene"]

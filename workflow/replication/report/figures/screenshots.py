@@ -93,18 +93,6 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
     Every panel follows the connector; the small picture shows where on the sprocket it is. Arrows are the
     normal forces on connector and link at the instant drawn, on the scale of the bars; the ten areas of the connector's
     groove carry their numbers. Panels are in order of time (:func:`moments`).
-
-    Parameters
-    ----------
-    rig : Rig
-        Of the recording.
-    recording : Recording
-        Run with configurations, logged contacts and, with a ring, the link ahead recorded.
-
-    Raises
-    ------
-    InputError
-        If the recording holds no configurations or no such passage.
     """
     drawing.require_frames(recording)
     shown = select_passage(recording)

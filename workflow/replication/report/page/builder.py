@@ -76,13 +76,7 @@ class PageInputs:
 
 
 def build_page(inputs: PageInputs) -> str:
-    """The page as HTML text.
-
-    Raises
-    ------
-    InputError
-        If a recording in the folder was made by another version of the program.
-    """
+    """The page as HTML text."""
     results = Path(inputs.results)
     metas = check_sources(sorted((results / "runs").rglob("*.npz")), inputs.sources)
     origin = run_provenance(metas, [inputs.rig, *inputs.files, *inputs.sensors.values()])

@@ -34,19 +34,6 @@ def measure_setting(
 ) -> pd.DataFrame:
     """Statistics of one setting for every speed and ring, the whole loop as the sensor.
 
-    Parameters
-    ----------
-    rig : Rig
-        Parameters.
-    setting : str
-        Of ``SETTINGS``.
-    speeds : list of float
-        Motor speeds, rev/min.
-    radii : list of float or None
-        Ring radii, m; None: no ring.
-    rule : StopRule
-        When a record ends.
-
     Returns
     -------
     DataFrame

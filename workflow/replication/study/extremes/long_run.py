@@ -34,12 +34,7 @@ def resident_mb() -> float:
 def run_long(rig: Rig, seconds: float, turns: int, rpm: float = 210.0) -> pd.DataFrame:
     """A row a chunk: time, largest gap, energy residual, RMS of the sensor's y acceleration (Eq. 40, g) and memory.
 
-    Parameters
-    ----------
-    seconds : float
-        Simulated time, s.
-    turns : int
-        Revolutions of the loop in a chunk: statistics of whole revolutions can be compared.
+    A chunk is of so many turns of the loop: statistics of whole revolutions can be compared.
     """
     scene = Scene(rig, rpm, duration=1.0, step=1e-4, spells=False)
     loop, rate = Loop(scene), rig.sensor.rate

@@ -134,11 +134,6 @@ def short_runs(count: int, seed: int = SEED, part: int = 0, parts: int = 1) -> I
 def by_kind(rows: pd.DataFrame) -> pd.DataFrame:
     """What became of short runs, a line a kind of scene and one for all.
 
-    Parameters
-    ----------
-    rows : DataFrame
-        Rows of `run_random_scene`; those of other families are left out.
-
     Returns
     -------
     DataFrame
