@@ -257,14 +257,9 @@ def minimise(
     costs = [0.5 * float(found @ found) for found in evaluated.found]
     best = int(np.argmin(costs if enough is None else [_largest(found) for found in evaluated.found]))
     return {
-        "x": evaluated.points[best].tolist(),
-        "cost": costs[best],
-        "first_cost": costs[0],
-        "evaluations": evaluated.count,
-        "ended": ended,
-        "residuals": evaluated.found[best].tolist(),
-        "costs": costs,
-    }
+        "x": evaluated.points[best].tolist(), "cost": costs[best], "first_cost": costs[0],
+        "evaluations": evaluated.count, "ended": ended, "residuals": evaluated.found[best].tolist(), "costs": costs,
+    }  # fmt: skip
 
 
 def _local(problem: str, requested: dict, start: list, store: str | None, **fields: Any) -> dict:

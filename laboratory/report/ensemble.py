@@ -33,15 +33,10 @@ def write_tables(e: Ensemble, claims: Path | str, card: pd.DataFrame) -> str:
     choices = pd.concat([choice_table(study, rpm).assign(rpm=rpm) for rpm in e.form.speeds_rpm], ignore_index=True)
     scorecard = verdicts.with_default(card, shares, "possible")
     tables = {
-        "rigs": verdicts.rigs_table(e),
-        "parameters": verdicts.parameters_table(e),
-        "claims": shares,
-        "pareto": verdicts.pareto_rigs(e),
-        "ranks": verdicts.rank_indices(e),
-        "study": study,
-        "choices": choices,
+        "rigs": verdicts.rigs_table(e), "parameters": verdicts.parameters_table(e), "claims": shares,
+        "pareto": verdicts.pareto_rigs(e), "ranks": verdicts.rank_indices(e), "study": study, "choices": choices,
         "scorecard": scorecard,
-    }
+    }  # fmt: skip
     for name, table in tables.items():
         write_table(table, e.folder / f"{name}.csv")
     found = _summary(e, tables | {"conflicts": e.read("conflicts")})

@@ -369,16 +369,11 @@ def _datapackage(folder, table):
     licence = {"path": "https://creativecommons.org/publicdomain/zero/1.0/", "title": "CC0 1.0 Universal"}
     made = {"command": COMMAND, "version": GENERATOR_VERSION, "random_numbers": "numpy PCG64"}
     return {
-        "profile": "tabular-data-package",
-        "name": "trackdyn-synthetic-link-acceleration",
-        "title": "Synthetic acceleration of a link of a double-pin track",
-        "description": " ".join(DESCRIPTION.split()),
-        "version": GENERATOR_VERSION,
-        "keywords": ["synthetic", "acceleration", "track", "not measured"],
-        "licenses": [{"name": "CC0-1.0", **licence}],
-        "generator": made,
-        "resources": resources,
-    }
+        "profile": "tabular-data-package", "name": "trackdyn-synthetic-link-acceleration",
+        "title": "Synthetic acceleration of a link of a double-pin track", "description": " ".join(DESCRIPTION.split()),
+        "version": GENERATOR_VERSION, "keywords": ["synthetic", "acceleration", "track", "not measured"],
+        "licenses": [{"name": "CC0-1.0", **licence}], "generator": made, "resources": resources,
+    }  # fmt: skip
 
 
 def main(argv=None) -> None:

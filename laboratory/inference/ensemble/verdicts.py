@@ -134,20 +134,9 @@ def parameters_table(e: Ensemble) -> pd.DataFrame:
             row["outside"] = bool(np.isnan(unknown.position(shipped[unknown.label])))
         rows.append(row)
     columns = [
-        "name",
-        "low",
-        "high",
-        "q05",
-        "median",
-        "q95",
-        "remaining",
-        "p_value",
-        "identifiable",
-        "shipped",
-        "outside",
-        "alternatives",
-        "source",
-    ]
+        "name", "low", "high", "q05", "median", "q95", "remaining", "p_value", "identifiable", "shipped", "outside",
+        "alternatives", "source",
+    ]  # fmt: skip
     return pd.DataFrame(rows).reindex(columns=columns)
 
 

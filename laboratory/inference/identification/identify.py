@@ -229,16 +229,12 @@ def _held_out(
     low, median, high = np.quantile(predict(posterior, requested, Part(emulator, order), draws), INTERVAL, axis=0)
     return pd.DataFrame(
         {
-            "record": name,
-            "feature": [one.name for one in requested.features],
-            "group": [one.group for one in requested.features],
-            "measured": np.exp(requested.values),
-            "q05": np.exp(low),
-            "median": np.exp(median),
-            "q95": np.exp(high),
+            "record": name, "feature": [one.name for one in requested.features],
+            "group": [one.group for one in requested.features], "measured": np.exp(requested.values),
+            "q05": np.exp(low), "median": np.exp(median), "q95": np.exp(high),
             "inside": (low <= requested.values) & (requested.values <= high),
         }
-    )
+    )  # fmt: skip
 
 
 def _in_parts(posterior: Posterior, points: np.ndarray):

@@ -25,35 +25,16 @@ PROFILES = {
 }
 # what runs: the workflow and the program, as they stand beside each other in the repository
 PROGRAM = (
-    "workflow",
-    "trackdyn",
-    "trackdyn_command.py",
-    "profiles",
-    "pyproject.toml",
-    "requirements.lock",
-    "LICENSE",
+    "workflow", "trackdyn", "trackdyn_command.py", "profiles", "pyproject.toml", "requirements.lock", "LICENSE",
     "CITATION.cff",
-)
+)  # fmt: skip
 FORMATS = {
-    ".py": "text/x-python",
-    ".smk": "text/x-python",
-    ".js": "text/javascript",
-    ".css": "text/css",
-    ".toml": "application/toml",
-    ".j2": "text/plain",
-    ".lock": "text/plain",
-    ".cff": "application/yaml",
-    "": "text/plain",
-    ".csv": "text/csv",
-    ".md": "text/markdown",
-    ".json": "application/json",
-    ".png": "image/png",
-    ".svg": "image/svg+xml",
-    ".gif": "image/gif",
-    ".html": "text/html",
-    ".yaml": "application/yaml",
+    ".py": "text/x-python", ".smk": "text/x-python", ".js": "text/javascript", ".css": "text/css",
+    ".toml": "application/toml", ".j2": "text/plain", ".lock": "text/plain", ".cff": "application/yaml",
+    "": "text/plain", ".csv": "text/csv", ".md": "text/markdown", ".json": "application/json", ".png": "image/png",
+    ".svg": "image/svg+xml", ".gif": "image/gif", ".html": "text/html", ".yaml": "application/yaml",
     ".npz": "application/zip",
-}
+}  # fmt: skip
 
 
 def write_crate(

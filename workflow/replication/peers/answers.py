@@ -32,19 +32,9 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 
 COLUMNS = [
-    "code",
-    "method",
-    "step_s",
-    "rms_m_s2",
-    "difference_pct",
-    "uncertainty_pct",
-    "scatter_pct",
-    "cpu_s_per_s",
-    "passages",
-    "cpu_s",
-    "chosen",
-    "note",
-]
+    "code", "method", "step_s", "rms_m_s2", "difference_pct", "uncertainty_pct", "scatter_pct", "cpu_s_per_s",
+    "passages", "cpu_s", "chosen", "note",
+]  # fmt: skip
 METHOD = "generalized alpha"  # of Exudyn
 ORDERS = {
     "semi_implicit": 1,

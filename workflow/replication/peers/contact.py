@@ -69,14 +69,10 @@ def make_contacts(scene: Scene, shift: float, arcs: int = 10) -> Contacts:
 
 def _law(rig: Rig, surface: Surface) -> tuple[float, ...]:
     return (
-        pi * surface.contact_length * rig.composite_modulus(surface) / sqrt(8),
-        0.75 * (1 - surface.restitution**2),
-        surface.friction_static,
-        surface.friction_dynamic,
-        surface.transition_velocity,
-        rig.impact.speed_floor,
+        pi * surface.contact_length * rig.composite_modulus(surface) / sqrt(8), 0.75 * (1 - surface.restitution**2),
+        surface.friction_static, surface.friction_dynamic, surface.transition_velocity, rig.impact.speed_floor,
         rig.impact.factor_limit,
-    )
+    )  # fmt: skip
 
 
 @kernel

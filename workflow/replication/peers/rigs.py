@@ -70,11 +70,7 @@ def rig_in_both(rig: Rig, sprocket_rpm: float, duration: float) -> dict:
     apart = np.hypot(*(np.array(places) - run.centre).transpose(2, 0, 1))
     way = abs(scene.sprocket_rate) * rig.pin_circle * (RAMP / 2 + duration)
     return {
-        "way_m": way,
-        "distance_m": float(apart.max()),
-        "share": float(apart.max() / way),
-        "gap_m": float(run.gap.max()),
-        "wall_s": wall,
-        "peer_wall_s": run.wall,
+        "way_m": way, "distance_m": float(apart.max()), "share": float(apart.max() / way),
+        "gap_m": float(run.gap.max()), "wall_s": wall, "peer_wall_s": run.wall,
         "range_m": float(np.ptp(np.array(places)[:, :, 1])),
-    }
+    }  # fmt: skip

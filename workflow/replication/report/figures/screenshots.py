@@ -168,13 +168,8 @@ def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, momen
         beyond = end + (np.abs(normal) @ LABEL + 0.004) * normal
         place = np.clip(beyond, middle - HALF + LABEL, middle + HALF - LABEL)
         look = {
-            "fontsize": 7,
-            "ha": "center",
-            "va": "center",
-            "bbox": box,
-            "zorder": drawing.Z_MARK + 1.5,
-            "clip_on": True,
-        }
+            "fontsize": 7, "ha": "center", "va": "center", "bbox": box, "zorder": drawing.Z_MARK + 1.5, "clip_on": True,
+        }  # fmt: skip
         ax.text(*place, f"{force:.0f} N", **look)
     drawing.view(inset, drawing.sprocket_centre(rig), 1.35 * rig.groove_profile.addendum)
     inset.add_patch(Circle(middle, 0.09, fill=False, edgecolor=BLACK, linewidth=1.2, zorder=drawing.Z_MARK))

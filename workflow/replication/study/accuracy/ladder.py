@@ -94,15 +94,8 @@ def compare_rungs(found: pd.DataFrame) -> pd.DataFrame:
             difference = 100 * (value - expected) / expected
         rows.append(
             [
-                row["scene"],
-                row["setting"],
-                REFERENCE,
-                row["measure"],
-                value,
-                expected,
-                difference,
-                row["wall_s_per_s"],
-                row["note"],
+                row["scene"], row["setting"], REFERENCE, row["measure"], value, expected, difference,
+                row["wall_s_per_s"], row["note"],
             ]
-        )
+        )  # fmt: skip
     return pd.DataFrame(rows, columns=COLUMNS)

@@ -33,23 +33,9 @@ from trackdyn.simulation.simulate import simulate
 # error: against the limit; uncertainty: its standard error; scatter: standard error that one passage would leave, all
 # three relative, in turns of the sprocket for shares; unused: passages of the record that give no value
 COLUMNS = [
-    "scene",
-    "fidelity",
-    "integrator",
-    "step_s",
-    "start_cpu_s",
-    "cpu_s_per_s",
-    "record_s",
-    "passage_s",
-    "measure",
-    "value",
-    "value_error",
-    "error",
-    "uncertainty",
-    "scatter",
-    "unused",
-    "failed",
-]
+    "scene", "fidelity", "integrator", "step_s", "start_cpu_s", "cpu_s_per_s", "record_s", "passage_s", "measure",
+    "value", "value_error", "error", "uncertainty", "scatter", "unused", "failed",
+]  # fmt: skip
 AGREEMENT = ["scene", "measure", "difference", "uncertainty"]
 # fidelity -> fields; the first is the physics that errors of the others are taken against
 FIDELITIES: dict[str, dict[str, Any]] = {
