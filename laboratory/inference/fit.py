@@ -6,6 +6,8 @@ shows the printed behaviour; it does not measure the paper's.
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -17,7 +19,7 @@ from scipy.stats import qmc
 
 from laboratory.inference.search import End, Round, SearchMethod, Start, bent, search
 from laboratory.inference.targets import Target, outside
-from laboratory.inference.unknowns import Unknown, Unknowns
+from laboratory.inference.unknowns import Unknown, Unknowns, buildable
 from trackdyn.errors import DivergenceError, InputError, TrackdynError
 from trackdyn.measure.clearance import arc_gaps
 from trackdyn.measure.meshing import area_shares, meshing_summary
@@ -140,7 +142,7 @@ def _rig(rig: dict, radii: list[float | None], scene: dict, steps: list[float]) 
         if radius is not None and radius < least and "none" in found:  # it never touches the chain: no ring
             found[f"{radius:g}"] = found["none"]
         else:
-            found[name_of(radius)] = _case(made, radius, scene, steps, starts)
+            found[name_of(radius)] = first_that_runs(steps, partial(_case, made, radius, scene, starts))
     return found
 
 
@@ -149,17 +151,19 @@ def name_of(radius: float | None) -> str:
     return "none" if radius is None else f"{radius:g}"
 
 
-def _case(rig: Rig, radius: float | None, scene: dict, steps: Sequence[float], starts: SettledLoops) -> dict:
-    for number, step in enumerate(steps, 1):
-        try:
-            requested = Scene(rig, ring_radius=radius, step=step, frame_interval=FRAMES, **scene)
-            recording = simulate(requested, starts=starts)
-        except (InputError, DivergenceError):
-            if number == len(steps):
-                raise
-        else:
-            return case_summary(recording) | arc_gaps(recording, requested)
-    raise AssertionError("there is a step")
+def first_that_runs(steps: Sequence[float], run: Callable[[float], dict]) -> dict:
+    """What a run gives with the first step (s) that is not refused; the refusal of the last one."""
+    *first, last = steps
+    for step in first:
+        with suppress(InputError, DivergenceError):
+            return run(step)
+    return run(last)
+
+
+def _case(rig: Rig, radius: float | None, scene: dict, starts: SettledLoops, step: float) -> dict:
+    requested = Scene(rig, ring_radius=radius, step=step, frame_interval=FRAMES, **scene)
+    recording = simulate(requested, starts=starts)
+    return case_summary(recording) | arc_gaps(recording, requested)
 
 
 def case_summary(recording: Recording) -> dict:
@@ -287,7 +291,7 @@ def starts_of(config: FitConfig, rig: Rig, count: int) -> list[Start]:
             places = [one.position(name) for one, name in zip(config.choices, chosen, strict=True)]
             for point in drawn:
                 x = [*np.round(point, 6).tolist(), *places]
-                if _buildable(unknowns, x):
+                if buildable(unknowns, x):
                     found.append(Start(" ".join([*chosen, str(number + 1)]), x, free))
                     break
             else:
@@ -302,13 +306,6 @@ def starts_of(config: FitConfig, rig: Rig, count: int) -> list[Start]:
                 raise InputError(f"rigs: {name}: {label} = {(base | values)[label]} lies outside its range")
         found.append(Start(name, x.tolist(), free))
     return found
-
-
-def _buildable(unknowns: Unknowns, x) -> bool:
-    try:
-        return can_close(unknowns.to_rig(x)[0])
-    except TrackdynError:
-        return False
 
 
 def fit_rig(
@@ -355,18 +352,8 @@ def fit_rig(
         plain = small.model_copy(update={"forms": {}, "rigs": {}}).model_dump()
         given = {"config": plain, "rig": rig.model_dump(), "run": stage.run, "held": held or {}}
         log(f"stage {number}: {len(begins)} starts, {len(small.cases())} cases, run {stage.run}")
-        ends = search(
-            fit_problem,
-            given,
-            begins,
-            stage.rounds,
-            config.method,
-            stage.radius,
-            stage.directions,
-            jobs,
-            store,
-            log,
-        )
+        how = config.method, stage.radius, stage.directions
+        ends = search(fit_problem, given, begins, stage.rounds, *how, jobs, store, log)
         stages.append(ends)
         going = [end for end in ends if end.round == ends[0].round and np.isfinite(end.cost)][: stage.rounds[-1].keep]
         free = {start.name: start.free for start in begins}

@@ -9,7 +9,8 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from trackdyn.errors import InputError
+from trackdyn.errors import InputError, TrackdynError
+from trackdyn.parameters.layout import can_close
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.table import parameter_table
 from trackdyn.parameters.validation import Section, plain_number, shown
@@ -206,6 +207,14 @@ class Unknowns:
                 value = _number(rig, unknown.names[0], unknown.label)
                 found[unknown.label] = value / _number(rig, unknown.of, unknown.label) if unknown.of else value
         return found
+
+
+def buildable(unknowns: Unknowns, x) -> bool:
+    """Whether there is a rig at a point: its groove can be cut, its loop closes around its wheels."""
+    try:
+        return can_close(unknowns.to_rig(x)[0])
+    except TrackdynError:
+        return False
 
 
 def file_ranges(path: Path | str) -> dict[str, tuple[float, float, str]]:

@@ -1,6 +1,7 @@
 """Waves of rigs: points of the unit cube become scenes of a sweep, and its rows the numbers of each rig."""
 
 from collections.abc import Mapping, Sequence
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -9,9 +10,9 @@ from scipy.stats import qmc
 
 from laboratory.inference.ensemble.settings import EnsembleConfig, EnsembleForm, Fidelity
 from laboratory.inference.targets import Case, CaseTarget
-from laboratory.inference.unknowns import Unknowns
+from laboratory.inference.unknowns import Unknowns, buildable
 from trackdyn.errors import TrackdynError
-from trackdyn.parameters.layout import belt_around, can_close, wheel_names
+from trackdyn.parameters.layout import belt_around, wheel_names
 from trackdyn.parameters.rig import Rig
 from trackdyn.sweeps.store import DONE
 
@@ -34,29 +35,16 @@ def study_cases(form: EnsembleForm, ring: float) -> list[Case]:
     return list(dict.fromkeys([*cases, *(Case(rpm, ring) for rpm in form.records_rpm)]))
 
 
-def buildable(unknowns: Unknowns, x) -> bool:
-    """Whether there is a rig at a point: its groove can be cut, its loop closes around its wheels."""
-    try:
-        rig, _ = unknowns.to_rig(x)
-    except TrackdynError:
-        return False
-    return can_close(rig)
-
-
 def points_table(unknowns: Unknowns, points: np.ndarray, first: int) -> pd.DataFrame:
     """Points as a table: ``rig`` counted from ``first``, and a column an unknown with its position in 0 to 1."""
-    return pd.DataFrame(
-        points, columns=unknowns.labels, index=pd.RangeIndex(first, first + len(points), name="rig")
-    ).reset_index()
+    rigs = pd.RangeIndex(first, first + len(points), name="rig")
+    return pd.DataFrame(points, columns=unknowns.labels, index=rigs).reset_index()
 
 
 def prior_points(unknowns: Unknowns, count: int, seed: int) -> np.ndarray:
     """(count, d) buildable points of a Latin hypercube."""
     drawn = qmc.LatinHypercube(len(unknowns), seed=seed).random(DRAWN * count)
-    kept = []
-    for x in drawn:
-        if len(kept) < count and buildable(unknowns, x):
-            kept.append(x)
+    kept = list(islice((x for x in drawn if buildable(unknowns, x)), count))
     if len(kept) < count:
         raise TrackdynError(
             f"of {len(drawn)} points of the unknowns' ranges only {len(kept)} give a groove; change the ranges"

@@ -165,12 +165,8 @@ def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = 
     ranks = pd.DataFrame([row for key in tasks for row in found[key]["values"]["rows"]])
     learnt = ranks[(ranks["discrepancy"] == PRIOR) & (ranks["verdict"] != "")]
     covered = [
-        {
-            "truth": row["truth"],
-            "parameter": row["parameter"],
-            "level": level,
-            "covered": held(row["rank"], row["of"], level),
-        }
+        {name: row[name] for name in ("truth", "parameter")}
+        | {"level": level, "covered": held(row["rank"], row["of"], level)}
         for row in learnt.to_dict("records")
         for level in LEVELS
     ]
@@ -248,32 +244,29 @@ def summarised(ranks: pd.DataFrame) -> pd.DataFrame:
     """
     rows = []
     for discrepancy, of in ranks.groupby("discrepancy", sort=False):
-        for parameter, part in of.groupby("parameter", sort=False):
-            learnt, counts = (part["verdict"] == IDENTIFIED).to_numpy(), histogram(part)
-            low, high = rank_band(len(part), len(counts))
-            row = {"discrepancy": discrepancy, "parameter": parameter, "truths": len(part), "identified": learnt.sum()}
+        for parameter, part in [*of.groupby("parameter", sort=False), (ALL, of[of["verdict"] != ""])]:
+            learnt = (part["verdict"] == IDENTIFIED).to_numpy()
+            truths = part["truth"].nunique() if parameter == ALL else len(part)
+            row = {"discrepancy": discrepancy, "parameter": parameter, "truths": truths, "identified": learnt.sum()}
             for level, name in ((0.5, "50"), (0.9, "90")):
-                inside = _held(part, level)
-                row |= dict(zip((f"covered_{name}", f"low_{name}", f"high_{name}"), _exact(inside), strict=True))
-            row |= {"covered_90_identified": _held(part, 0.9)[learnt].mean() if learnt.any() else np.nan}
-            row |= {"p_uniform": chisquare(counts).pvalue, "bins_outside": ((counts < low) | (counts > high)).sum()}
+                inside = np.array([held(rank, of, level) for rank, of in zip(part["rank"], part["of"], strict=True)])
+                shares = _between(inside, part["truth"]) if parameter == ALL else _exact(inside)
+                row |= dict(zip((f"covered_{name}", f"low_{name}", f"high_{name}"), shares, strict=True))
+            row |= {"covered_90_identified": inside[learnt].mean() if learnt.any() else np.nan}
+            row |= {"p_uniform": np.nan, "bins_outside": np.nan}
+            if parameter != ALL:
+                counts = histogram(part)
+                low, high = rank_band(len(part), len(counts))
+                row |= {"p_uniform": chisquare(counts).pvalue, "bins_outside": ((counts < low) | (counts > high)).sum()}
             rows.append(row)
-        unknown = of[of["verdict"] != ""]
-        learnt = (unknown["verdict"] == IDENTIFIED).to_numpy()
-        row = {"discrepancy": discrepancy, "parameter": ALL, "truths": unknown["truth"].nunique()}
-        row |= {"identified": learnt.sum()}
-        for level, name in ((0.5, "50"), (0.9, "90")):
-            by_truth = pd.Series(_held(unknown, level), dtype=float).groupby(unknown["truth"].to_numpy()).mean()
-            error = by_truth.sem() if len(by_truth) > 1 else np.nan
-            mean, away = by_truth.mean(), norm.ppf(0.975) * error
-            row |= {f"covered_{name}": mean, f"low_{name}": mean - away, f"high_{name}": mean + away}
-        row |= {"covered_90_identified": _held(unknown, 0.9)[learnt].mean() if learnt.any() else np.nan}
-        rows.append(row | {"p_uniform": np.nan, "bins_outside": np.nan})
     return pd.DataFrame(rows)
 
 
-def _held(part: pd.DataFrame, level: float) -> np.ndarray:
-    return np.array([held(rank, of, level) for rank, of in zip(part["rank"], part["of"], strict=True)])
+def _between(inside: np.ndarray, truths: pd.Series) -> tuple[float, float, float]:
+    """Share inside and its 95 % interval from the scatter between truths."""
+    by_truth = pd.Series(inside, dtype=float).groupby(truths.to_numpy()).mean()
+    mean, away = by_truth.mean(), norm.ppf(0.975) * (by_truth.sem() if len(by_truth) > 1 else np.nan)
+    return mean, mean - away, mean + away
 
 
 def _exact(inside: np.ndarray) -> tuple[float, float, float]:

@@ -19,6 +19,7 @@ from laboratory.inference.identification.posterior import (
     MeasuredRecords,
     Posterior,
     contradicted,
+    in_parts,
     medians,
     predict,
     sample,
@@ -108,13 +109,11 @@ def identify(
     emulator, failed = posterior.emulator, [reason for reason in reasons if reason]
     held_out = None
     if len(measured) > 1:
-        parts = [
-            _held_out(learnt, emulator, len(unknowns), number, settings, one.name)
-            for number, one in enumerate(measured)
-        ]
+        about = learnt, emulator, len(unknowns), settings
+        parts = [_held_out(*about, number, one.name) for number, one in enumerate(measured)]
         held_out = pd.concat(parts, ignore_index=True)
     thinned = draws.points[np.linspace(0, len(draws.points) - 1, min(DRAWS, len(draws.points))).astype(int)]
-    mean, covariance = (np.concatenate(part) for part in zip(*_in_parts(posterior, thinned), strict=True))
+    mean, covariance = (np.concatenate(part) for part in zip(*map(posterior.model, in_parts(thinned)), strict=True))
     rng = np.random.default_rng(settings.seed)
     lower = np.linalg.cholesky(covariance)
     predicted = mean + (lower @ rng.standard_normal((*mean.shape, 1)))[:, :, 0]
@@ -129,23 +128,11 @@ def identify(
             "warning: no rig within the ranges explains these groups of features: "
             f"{', '.join(beyond)}; all verdicts are in doubt"
         )
+    table, best_features = posterior_summary(unknowns, draws.points, best, bool(beyond)), of_best.features(experiment)
     return Identification(
-        unknowns,
-        list(measured),
-        learnt,
-        kept,
-        posterior_summary(unknowns, draws.points, best, bool(beyond)),
-        best,
-        draws,
-        thinned,
-        posterior,
-        predicted,
-        mean,
-        held_out,
-        of_best.features(experiment)[0, kept],
-        emulator,
-        failed,
-    )
+        unknowns, list(measured), learnt, kept, table, best, draws, thinned, posterior, predicted, mean, held_out,
+        best_features[0, kept], emulator, failed,
+    )  # fmt: skip
 
 
 def changes_at(unknowns: Unknowns, points: np.ndarray) -> list[dict[str, float]]:
@@ -213,12 +200,8 @@ def _refuse_nothing_told(unknowns: Unknowns, draws: Draws) -> None:
         )
 
 
-def _held_out(
-    records: MeasuredRecords, emulator, unknowns: int, number: int, settings: Settings, name: str
-) -> pd.DataFrame:
-    """One record beside what the others predict of it: ``record, feature, group, measured, q05, median, q95,
-    inside``.
-    """
+def _held_out(records: MeasuredRecords, emulator, unknowns: int, settings: Settings, number: int, name: str):
+    """One record beside what the others predict of it: `answer.features_table` without simulations."""
     held = records.record == number
     known, order = records.part(~held), np.concatenate([np.flatnonzero(~held), np.flatnonzero(held)])
     posterior = Posterior(known, Part(emulator, np.flatnonzero(~held)), unknowns)
@@ -235,10 +218,6 @@ def _held_out(
             "inside": (low <= requested.values) & (requested.values <= high),
         }
     )  # fmt: skip
-
-
-def _in_parts(posterior: Posterior, points: np.ndarray):
-    return [posterior.model(part) for part in np.array_split(points, max(len(points) // 64, 1))]
 
 
 def changed(unknowns: Unknowns, values: dict[str, float]) -> dict[str, float]:

@@ -6,6 +6,7 @@ from itertools import chain
 from pathlib import Path
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from laboratory.inference.identification.experiment import MeasuredSpeed
 from laboratory.inference.identification.features import LEAST_TURNS, covariance, features, features_of, turn_statistics
@@ -112,11 +113,6 @@ def joined(measured: Sequence[Measured]) -> MeasuredRecords:
     rates = [one.speed.rate / one.speed.every for one in measured]
     listed = [features_of(rate) for rate in rates]
     values = [features(one.statistics, rate) for one, rate in zip(measured, rates, strict=True)]
-    total, first = sum(map(len, listed)), 0
-    scatter = np.zeros((total, total))
-    for one, rate, names in zip(measured, rates, listed, strict=True):
-        part = slice(first, first + len(names))
-        scatter[part, part] = covariance(one.statistics, rate)
-        first += len(names)
+    scatter = block_diag(*(covariance(one.statistics, rate) for one, rate in zip(measured, rates, strict=True)))
     record = np.repeat(np.arange(len(measured)), [len(names) for names in listed])
     return MeasuredRecords(tuple(chain.from_iterable(listed)), record, np.concatenate(values), scatter)
