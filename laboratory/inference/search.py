@@ -144,11 +144,8 @@ class _Evaluated:
 
 def _dfols(evaluate: Callable, x: np.ndarray, radius: float, directions: int | None) -> None:
     dfols = required("dfols")
-    params: dict[str, Any] = {
-        "restarts.use_restarts": False,
-        "init.random_initial_directions": False,
-        "logging.save_diagnostic_info": False,
-    }
+    off = ("restarts.use_restarts", "init.random_initial_directions", "logging.save_diagnostic_info")
+    params: dict[str, Any] = dict.fromkeys(off, False)
     if directions is not None and directions < len(x):
         params["growing.ndirs_initial"] = directions
     # The package draws directions from numpy's global generator. Each search begins with the same one, so that it takes
@@ -157,17 +154,10 @@ def _dfols(evaluate: Callable, x: np.ndarray, radius: float, directions: int | N
     np.random.seed(0)  # noqa: NPY002
     try:
         dfols.solve(
-            evaluate,
-            np.clip(x, 0.0, 1.0),
-            bounds=(np.zeros(len(x)), np.ones(len(x))),
-            rhobeg=radius,
-            rhoend=min(LEAST_RADIUS, radius / 2),
-            maxfun=ENDLESS,
-            objfun_has_noise=True,
-            user_params=params,
-            do_logging=False,
-            print_progress=False,
-        )
+            evaluate, np.clip(x, 0.0, 1.0), bounds=(np.zeros(len(x)), np.ones(len(x))), rhobeg=radius,
+            rhoend=min(LEAST_RADIUS, radius / 2), maxfun=ENDLESS, objfun_has_noise=True, user_params=params,
+            do_logging=False, print_progress=False,
+        )  # fmt: skip
     finally:
         np.random.set_state(before)  # noqa: NPY002
 
@@ -179,10 +169,8 @@ def _trf(evaluate: Callable, x: np.ndarray, radius: float, directions: int | Non
         moved = [evaluate(at + step * unit) for step, unit in zip(steps, np.eye(len(at)), strict=True)]
         return np.column_stack([(m - base) / step for m, step in zip(moved, steps, strict=True)])
 
-    inside = np.clip(x, 1e-6, 1 - 1e-6)
-    least_squares(
-        evaluate, inside, jac=jacobian, bounds=(0.0, 1.0), xtol=LEAST_RADIUS, ftol=LEAST_RADIUS, max_nfev=ENDLESS
-    )
+    ends = {"xtol": LEAST_RADIUS, "ftol": LEAST_RADIUS, "max_nfev": ENDLESS}
+    least_squares(evaluate, np.clip(x, 1e-6, 1 - 1e-6), jac=jacobian, bounds=(0.0, 1.0), **ends)
 
 
 METHODS = {"dfols": _dfols, "trf": _trf}
@@ -321,10 +309,8 @@ def local_searches(
         row = rows[keys[of]]
         if row["state"] != DONE:
             raise TrackdynError(f"start {start.name}: {row['reason']}")
-        found[of] = row["values"] | {
-            cost: float("inf") if row["values"][cost] is None else row["values"][cost]
-            for cost in ("cost", "first_cost")
-        }
+        lost = {cost: float("inf") for cost in ("cost", "first_cost") if row["values"][cost] is None}
+        found[of] = row["values"] | lost
     return found
 
 
@@ -381,9 +367,8 @@ def search(
         for name, values in local_searches(problem, tasks, one.evaluations, jobs, store, **how).items():
             ends[name] = End(start=name, round=number, **{k: v for k, v in values.items() if k != "costs"})
         order = sorted(alive, key=lambda of: ends[of].cost)  # of equals the first start
-        log(
-            f"round {number}: {len(alive)} starts to {one.evaluations} evaluations, best cost {ends[order[0]].cost:.3f}"
-        )
+        best = ends[order[0]].cost
+        log(f"round {number}: {len(alive)} starts to {one.evaluations} evaluations, best cost {best:.3f}")
         if number < len(rounds):
             alive = {of: alive[of] for of in order[: one.keep] if np.isfinite(ends[of].cost)}
     return sorted(ends.values(), key=lambda end: (-end.round, end.cost))

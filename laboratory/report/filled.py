@@ -30,9 +30,8 @@ def calibration(rows: pd.DataFrame) -> str:
         spans = zip(*(rows[f"{name}_{level}"] for name in ("covered", "low", "high")), strict=True)
         cells = [f"{100 * at:.1f} % ({100 * low:.0f} to {100 * high:.0f})" for at, low, high in spans]
         shown[f"in {level} % intervals"] = cells
-    shown["of those identified"] = [
-        "–" if pd.isna(one) else f"{100 * one:.1f} %" for one in rows["covered_90_identified"]
-    ]
+    known = 100 * rows["covered_90_identified"]
+    shown["of those identified"] = ["–" if pd.isna(one) else f"{one:.1f} %" for one in known]
     shown["p_uniform"] = ["–" if pd.isna(one) else f"{one:.2g}" for one in rows["p_uniform"]]
     shown["bins outside"] = ["–" if pd.isna(one) else f"{one:.0f}" for one in rows["bins_outside"]]
     return shown.to_markdown(index=False, disable_numparse=True)
@@ -50,12 +49,9 @@ def findings(rows: pd.DataFrame) -> str:
     def line(row: pd.Series) -> str:
         if row["file"] == "":
             return f"- {row['finding']}"
-        picture = row["file"].endswith(".png")
-        return (
-            f"\n![{row['finding']}](pictures/ensemble_{row['file']})"
-            if picture
-            else f"- [{row['finding']}](measured/ensemble_{row['file']})"
-        )
+        if row["file"].endswith(".png"):
+            return f"\n![{row['finding']}](pictures/ensemble_{row['file']})"
+        return f"- [{row['finding']}](measured/ensemble_{row['file']})"
 
     return "\n".join(line(row) for _, row in rows.astype(object).fillna("").iterrows()) + "\n"
 

@@ -103,15 +103,9 @@ def _spectra(answer: Identification, rig: Rig) -> list[tuple[str, float, np.ndar
 def _records(answer: Identification) -> pd.DataFrame:
     rows = []
     for one in answer.measured:
-        about = {
-            "record": one.record.path.name,
-            "speed_rpm": one.speed.rpm,
-            "turn_s": one.turn_s,
-            "turns": len(one.statistics),
-        }
-        rows.append(
-            about | {"rate_hz": one.record.rate_hz, "seconds": one.record.seconds, "clipped": one.record.clipped}
-        )
+        about = {"record": one.record.path.name, "speed_rpm": one.speed.rpm, "turn_s": one.turn_s}
+        of_record = {name: getattr(one.record, name) for name in ("rate_hz", "seconds", "clipped")}
+        rows.append(about | {"turns": len(one.statistics)} | of_record)
     return pd.DataFrame(rows)
 
 

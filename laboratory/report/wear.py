@@ -65,11 +65,9 @@ def _same_history(lives: pd.DataFrame) -> float | None:
     for _, cases in lives.dropna(subset=["ring_radius_m"]).groupby(OF_A_LIFE[:3]):
         complete = cases[cases["first_radius_m"] == cases["first_radius_m"].max()].sort_values("ring_radius_m")
         for first, one in cases.groupby("first_radius_m"):
-            if first < complete["first_radius_m"].iloc[0] and np.isclose(
-                one["ring_radius_m"].min(), complete["ring_radius_m"].min()
-            ):
-                left = complete["distance_km"].max() - np.interp(
-                    first, complete["ring_radius_m"], complete["distance_km"]
-                )
+            same_end = np.isclose(one["ring_radius_m"].min(), complete["ring_radius_m"].min())
+            if first < complete["first_radius_m"].iloc[0] and same_end:
+                run = np.interp(first, complete["ring_radius_m"], complete["distance_km"])
+                left = complete["distance_km"].max() - run
                 found.append(abs(left / one["distance_km"].max() - 1))
     return max(found, default=None)

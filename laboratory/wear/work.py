@@ -120,9 +120,8 @@ def _deposit(loop: Loop, rows: dict, points, flanks, arcs) -> float:
     work = done * np.divide(own, total, out=1.0 / count, where=total > 0)
     _add_flanks(points, flanks, touch, groove, area > AREAS // 2, work)
     ck, sk = turned[0]
-    toward = (
-        np.arctan2(-(sk * normal[:, 0] + ck * normal[:, 1]), -(ck * normal[:, 0] - sk * normal[:, 1])) - angle[0][:, 0]
-    )
+    nx, ny = normal.T
+    toward = np.arctan2(-(sk * nx + ck * ny), -(ck * nx - sk * ny)) - angle[0][:, 0]
     place = np.rint(toward / (2 * pi) * ARC_NODES).astype(int) % ARC_NODES
     arcs += np.bincount(side * ARC_NODES + place, work, 2 * ARC_NODES).reshape(2, ARC_NODES)
     return float(own.sum())

@@ -10,7 +10,16 @@ import pandas as pd
 
 from laboratory.inference.ensemble.history import READINGS, by_reading, deviation, judged, one_rig
 from laboratory.inference.ensemble.settings import EnsembleConfig
-from laboratory.inference.ensemble.stages import FIRST, LAST, LOCAL, SHIPPED, Ensemble, known_waves, read_errors
+from laboratory.inference.ensemble.stages import (
+    FIRST,
+    LAST,
+    LOCAL,
+    SHIPPED,
+    SHIPPED_RIG,
+    Ensemble,
+    known_waves,
+    read_errors,
+)
 from laboratory.inference.ensemble.waves import BELT_STEP, as_it_is, points_table, scene_fields, target_cases
 from laboratory.inference.fit import FRAMES, GAP, first_that_runs
 from laboratory.inference.search import End, Start, bent, search
@@ -117,6 +126,13 @@ def plain(e: Ensemble, errors: pd.DataFrame) -> dict:
     }
 
 
+def shipped_point(e: Ensemble) -> np.ndarray | None:
+    """Where the rig as it ships lies; None where a value lies outside its range."""
+    ((_, values),) = as_it_is(e.unknowns, SHIPPED_RIG)
+    point = e.unknowns.position(values)
+    return None if np.isnan(point).any() else point
+
+
 def local_starts(e: Ensemble) -> list[Start]:
     """The rig as it ships where no value lies outside its range, the least excluded rigs of all waves, and neighbours
     of the first (`NEIGHBOURS_SD`).
@@ -125,8 +141,7 @@ def local_starts(e: Ensemble) -> list[Start]:
     """
     free = [not unknown.discrete for unknown in e.unknowns.unknowns]
     starts, near = {}, {}
-    ((_, shipped),) = as_it_is(e.unknowns, -1)
-    if not np.isnan(own := e.unknowns.position(shipped)).any():
+    if (own := shipped_point(e)) is not None:
         starts[SHIPPED] = own
         random = np.random.default_rng(e.config.seed)
         moved = random.normal(own, NEIGHBOURS_SD, (e.form.local_neighbours, len(own)))

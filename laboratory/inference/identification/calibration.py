@@ -9,7 +9,6 @@ among the draws is uniform, and intervals of any level hold it that often. That 
 promises under its own assumptions; it is no validation of the simulator.
 """
 
-from collections.abc import Iterable
 from itertools import chain
 from typing import Annotated, NamedTuple
 
@@ -21,7 +20,7 @@ from scipy.stats import beta, binom, chisquare, norm, qmc
 from scipy.stats import f as fisher
 
 from laboratory.inference.identification.emulation import FeatureEmulator
-from laboratory.inference.identification.experiment import Experiment, MeasuredSpeed, Simulated, run_experiment
+from laboratory.inference.identification.experiment import Experiment, MeasuredSpeed, run_experiment
 from laboratory.inference.identification.features import Feature, covariance, features, features_of
 from laboratory.inference.identification.identify import LEAST_SPREAD, changes_at
 from laboratory.inference.identification.posterior import (
@@ -117,16 +116,14 @@ def simulate_all(config: CalibrationConfig, store, jobs: int = 1, progress: bool
             f"{failed} of {len(points) + len(truths)} rigs cannot run; the reason of the first one: "
             f"{next(reason for reason in learnt.reasons + played.reasons if reason)}"
         )
-    scatter = list(_covariances(played, design))
+    rates = [speed.rate / speed.every for speed in design.speeds]
+    scatter = [
+        block_diag(*(covariance(one, rate) for one, rate in zip(found, rates, strict=True)))
+        for found in played.statistics
+        if found is not None
+    ]
     values = (points[learnt.ran], learnt.features(design), truths[played.ran], played.features(design))
     return Data(unknowns, design.speeds, *values, scatter, failed)
-
-
-def _covariances(played: Simulated, experiment: Experiment) -> Iterable[np.ndarray]:
-    rates = [speed.rate / speed.every for speed in experiment.speeds]
-    for found in played.statistics:
-        if found is not None:
-            yield block_diag(*(covariance(one, rate) for one, rate in zip(found, rates, strict=True)))
 
 
 class Calibration(NamedTuple):
@@ -293,12 +290,10 @@ def repeated(config: CalibrationConfig, store, jobs: int = 1, progress: bool = T
     places = np.random.default_rng(_seeds(config)[2]).uniform(size=(config.places, len(unknowns)))
     long = design._replace(turns=config.turns, noise=config.noise_g)
     changes, rows = changes_at(unknowns, places), []
-    learnt = [
-        run_experiment(
-            long._replace(begin=k / config.repeats), changes, store, jobs, f"repeat {k + 1}" if progress else ""
-        )
-        for k in range(config.repeats)
-    ]
+    learnt = []
+    for k in range(config.repeats):
+        later = long._replace(begin=k / config.repeats)
+        learnt.append(run_experiment(later, changes, store, jobs, f"repeat {k + 1}" if progress else ""))
     ran = np.flatnonzero(np.all([one.ran for one in learnt], axis=0))
     if not len(ran):
         raise InputError("no rig of the repeated records can run; other ranges of the unknowns are accepted")
@@ -315,11 +310,8 @@ def repeated(config: CalibrationConfig, store, jobs: int = 1, progress: bool = T
         for f, feature in enumerate(features_of(rate)):
             known = given[:, f] > 0
             ratio = float((sample_variance[known, f] / given[known, f]).mean()) if known.any() else np.nan
-            ends = (ratio / fisher.ppf(at, *freedom) for at in (0.975, 0.025))
-            rows.append(
-                {"speed_rpm": speed.rpm, "feature": feature.name, "sd": float(np.sqrt(sample_variance[:, f].mean()))}
-                | {"ratio": ratio}
-                | dict(zip(("low", "high"), ends, strict=True))
-                | {"inside_90": float((off[:, :, f] <= norm.ppf(0.95)).mean())}
-            )
+            low, high = (ratio / fisher.ppf(at, *freedom) for at in (0.975, 0.025))
+            row = {"speed_rpm": speed.rpm, "feature": feature.name, "sd": float(np.sqrt(sample_variance[:, f].mean()))}
+            row |= {"ratio": ratio, "low": low, "high": high}
+            rows.append(row | {"inside_90": float((off[:, :, f] <= norm.ppf(0.95)).mean())})
     return pd.DataFrame(rows)

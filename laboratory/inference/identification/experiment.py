@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from laboratory.inference.identification.features import features, features_of, turn_statistics
+from laboratory.inference.identification.features import features, turn_statistics
 from trackdyn.errors import DivergenceError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.measure.sensor import sense
@@ -24,9 +24,8 @@ from trackdyn.sources import module_hash
 from trackdyn.sweeps.engine import refuse_failed, results
 from trackdyn.sweeps.store import DONE, key_of
 
-LEAD_IN = (
-    3.0  # s at constant speed: turns of the shipped rig then differ from later ones no more than those from each other
-)
+# s at constant speed: turns of the shipped rig then differ from later ones no more than those from each other
+LEAD_IN = 3.0
 MARGIN = 0.5  # of the step limit, which is one of stability: hard rings on tight loops ring beyond what it resolves
 # of the step, where a run finds that its contacts are not resolved; where motion repeats, resolved runs agree to 1 % in
 # all features
@@ -81,11 +80,6 @@ class Experiment(NamedTuple):
     noise: float = 0.0  # white noise that is added to the records, g: for records that play a sensor's
     begin: float = 0.0  # part of a turn by which the records begin later
 
-    @property
-    def counts(self) -> list[int]:
-        """Numbers of features of the speeds."""
-        return [len(features_of(speed.rate / speed.every)) for speed in self.speeds]
-
     def tasks(self, changes: Sequence[dict]) -> list[tuple[str, dict]]:
         """Keys and arguments of rows (`sweeps.engine.results`), one a rig (``section__field`` changes)."""
         content = self._asdict() | {"rig": self.rig.model_dump()}
@@ -125,13 +119,8 @@ class Simulated(NamedTuple):
     def features(self, experiment: Experiment) -> np.ndarray:
         """(rigs that ran, features of all speeds)."""
         rates = [speed.rate / speed.every for speed in experiment.speeds]
-        return np.array(
-            [
-                np.concatenate([features(one, rate) for one, rate in zip(found, rates, strict=True)])
-                for found in self.statistics
-                if found is not None
-            ]
-        )
+        ran = [zip(found, rates, strict=True) for found in self.statistics if found is not None]
+        return np.array([np.concatenate([features(one, rate) for one, rate in pairs]) for pairs in ran])
 
 
 def run_experiment(
