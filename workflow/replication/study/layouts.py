@@ -163,9 +163,8 @@ def run_layout(number: int, seconds: float = 1.0, seed: int = SEED) -> dict:
         scene = Scene(rig, rpm, duration=seconds, lead_in=0.0, ramp=0.3, step=step, spells=False, frame_interval=sample)
         loop = Loop(scene)
         depth = float(arc_depths(scene, loop.model, loop.state, loop.work, float(loop.state.wheel_angle[0])).max())
-        seen.update(
-            depth_m=max(depth, 0.0), depth_allowed_m=explained_depth(loop.model, rig.tension.pre_tension), step_s=step
-        )
+        allowed = explained_depth(loop.model, rig.tension.pre_tension)
+        seen.update(depth_m=max(depth, 0.0), depth_allowed_m=allowed, step_s=step)
         loop.advance(scene.ramp)
         found = invariants(scene, loop.record(seconds, frame_interval=sample, spells=False))
         if seen["depth_m"] > seen["depth_allowed_m"]:
@@ -198,11 +197,10 @@ def layouts_outcome(table: pd.DataFrame) -> str:
     """What came out of layouts, in a sentence."""
     share = (table["outcome"] == COMPLETED).mean()
     defects = int((table["outcome"] == DEFECT).sum())
+    refused = int((table["outcome"] == REFUSED).sum())
     verdict = "kept" if share >= LEAST_COMPLETED and not defects else "missed"
+    wheels, pitches = (f"{table[name].min()} to {table[name].max()} {name}" for name in ("wheels", "pitches"))
     return (
-        f"{len(table)} layouts of {table['wheels'].min()} to {table['wheels'].max()} wheels and "
-        f"{table['pitches'].min()} to "
-        f"{table['pitches'].max()} pitches: {100 * share:.4g} % completed, "
-        f"{int((table['outcome'] == 'refused').sum())} refused, {defects} "
+        f"{len(table)} layouts of {wheels} and {pitches}: {100 * share:.4g} % completed, {refused} refused, {defects} "
         f"defects; the bound of {100 * LEAST_COMPLETED:g} % is {verdict}."
     )

@@ -92,19 +92,15 @@ def presets_beside_limits(rows: pd.DataFrame, limits: pd.DataFrame) -> pd.DataFr
         for name in PRESETS:
             fields = preset(name, not row["scene"].startswith("no ring"))
             here = full[(full["scene"] == row["scene"]) & (full["measure"] == row["measure"])]
-            here = here[
-                (here["integrator"] == fields["integrator"]) & np.isclose(here["step_s"], fields["step"], rtol=1e-9)
-            ]
-            line |= {f"{name}_pct": np.nan, f"{name}_error_pct": np.nan}
+            same_step = np.isclose(here["step_s"], fields["step"], rtol=1e-9)
+            here = here[(here["integrator"] == fields["integrator"]) & same_step]
+            off, error = np.nan, np.nan
             if len(here):
                 run = here.iloc[0]
-                line |= {
-                    f"{name}_pct": (run["value"] - row["limit"]) / scale,
-                    f"{name}_error_pct": 100 * run["uncertainty"],
-                }
-        line["standard_within_bound"] = _verdict(
-            abs(line["standard_pct"]), SURE * line["standard_error_pct"], 100 * BOUND
-        )
+                off, error = (run["value"] - row["limit"]) / scale, 100 * run["uncertainty"]
+            line |= {f"{name}_pct": off, f"{name}_error_pct": error}
+        margin = SURE * line["standard_error_pct"]
+        line["standard_within_bound"] = _verdict(abs(line["standard_pct"]), margin, 100 * BOUND)
         found.append(line)
     return pd.DataFrame(found)
 

@@ -25,6 +25,7 @@ MOMENTUM = 10.0
 STEEL_AND_TOOTH = ("steel__youngs_modulus", "tooth_contact__youngs_modulus")
 SURFACES = ("tooth_contact", "ring_contact", "wheel_contact")
 STATES = "initial state"
+IMPLICIT = ("linearly implicit", {"integrator": "linearly_implicit"})
 
 
 def step_limit(rig: Rig, rpm: float = 210.0, **fields) -> float:
@@ -61,16 +62,16 @@ def run_on(loop: Loop, seconds: float) -> dict:
     return {"loop_gap_max_m": gap, "energy_residual": share, "turn": turn, "reason": gap_missed(gap, gap_bound(turn))}
 
 
+def lighter(rig: Rig, ratio: float) -> dict[str, float]:
+    """Changes of a rig that make its links so many times as heavy as its connectors."""
+    return {f"chain__connector_{what}": getattr(rig.chain, f"link_{what}") / ratio for what in ("mass", "inertia")}
+
+
 def mass_ratio(rig: Rig, ratios: list[float]) -> Iterator[dict]:
     """A link from as heavy as a connector to a million times heavier; a massless connector."""
     for ratio in ratios:
-        changes = {"chain__connector_mass": rig.chain.link_mass / ratio}
-        changes |= {"chain__connector_inertia": rig.chain.link_inertia / ratio}
-        for name, fields in (
-            ("step 1e-4 s", {}),
-            ("step 1e-5 s", {"step": 1e-5}),
-            ("linearly implicit", {"integrator": "linearly_implicit"}),
-        ):
+        changes = lighter(rig, ratio)
+        for name, fields in (("step 1e-4 s", {}), ("step 1e-5 s", {"step": 1e-5}), IMPLICIT):
             yield run_scene("mass ratio", f"link to connector {ratio:g}, {name}", rig, changes=changes, **fields)
     for value in (0.0, -1.0, 5e-324):
         yield run_scene("mass ratio", f"connector of {value:g} kg", rig, changes={"chain__connector_mass": value})
@@ -86,7 +87,7 @@ def stiffness(rig: Rig, moduli: list[float]) -> Iterator[dict]:
             for name, fields in (
                 ("largest step", {"step": accepted_step(rig, limit, 1e-3)}),
                 ("next step", {"step": larger if larger > limit else 2e-3}),
-                ("linearly implicit", {"integrator": "linearly_implicit"}),
+                IMPLICIT,
             ):
                 case = f"E = {modulus:g} Pa, {'no ring' if ring is None else 'ring'}, {name}"
                 yield run_scene("stiffness", case, rig, changes=changes, ring_radius=ring, **fields)
@@ -142,7 +143,7 @@ def friction(rig: Rig, coefficients: list[float], velocities: list[float]) -> It
         for velocity in velocities:
             changes = {f"{name}__{field}": mu for name in SURFACES for field in ("friction_static", "friction_dynamic")}
             changes |= {f"{name}__transition_velocity": velocity for name in SURFACES}
-            for name, fields in (("step 1e-4 s", {}), ("linearly implicit", {"integrator": "linearly_implicit"})):
+            for name, fields in (("step 1e-4 s", {}), IMPLICIT):
                 case = f"mu {mu:g}, v_t {velocity:g} m/s, {name}"
                 yield run_scene("friction", case, rig, changes=changes, **fields)
     for mu in (-0.1, 2.1):
@@ -320,9 +321,8 @@ def momentum(rig: Rig, pitches=(3, 5, 35, 200)) -> Iterator[dict]:
     """
     for count in pitches:
         for damping in (0.0, 12.4):
-            yield attempted(
-                "momentum", f"free loop of {count} pitches, damping {damping:g}", _free, rig, count, damping
-            )
+            case = f"free loop of {count} pitches, damping {damping:g}"
+            yield attempted("momentum", case, _free, rig, count, damping)
 
 
 def _free(rig: Rig, count: int, damping: float) -> dict:

@@ -45,15 +45,10 @@ def run_long(rig: Rig, seconds: float, turns: int, rpm: float = 210.0) -> pd.Dat
     for _ in range(round(seconds / chunk)):
         loop.fill(record)
         ay = specific_force(record.mean[:, :2], record.mean[:, 2], rig.gravity)[:, 1] / (rig.gravity or 9.81)
-        rows.append(
-            {
-                "time_s": loop.time,
-                "loop_gap_max_m": float(record.gap.max()),
-                "energy_residual": open_share(record.energy, loop.model, chunk)[0],
-                "rms_g": rms(np.clip(ay, -rig.sensor.range, rig.sensor.range)),
-                "resident_mb": resident_mb(),
-            }
-        )
+        row = {"time_s": loop.time, "loop_gap_max_m": float(record.gap.max())}
+        row |= {"energy_residual": open_share(record.energy, loop.model, chunk)[0]}
+        row |= {"rms_g": rms(np.clip(ay, -rig.sensor.range, rig.sensor.range)), "resident_mb": resident_mb()}
+        rows.append(row)
     return pd.DataFrame(rows)
 
 
