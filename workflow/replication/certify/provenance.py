@@ -70,17 +70,14 @@ def run_provenance(metas: dict[str, dict], files: Iterable[Path | str]) -> dict:
         for name, value in {"Python": meta.get("python"), **meta.get("versions", {})}.items():
             if value is not None:
                 made_with.setdefault(name, set()).add(str(value))
-    now = {"Python": platform.python_version(), "trackdyn": __version__} | {
-        name: package_version(name) for name in PACKAGES
-    }
+    now = {"Python": platform.python_version(), "trackdyn": __version__}
+    now |= {name: package_version(name) for name in PACKAGES}
     rows = [
         {"software": name, "at_the_runs": ", ".join(sorted(made_with.get(name, ()))), "at_this_page": now.get(name, "")}
         for name in dict.fromkeys([*now, *made_with])
     ]
-    hashes = {
-        "kernels (sources of the recordings)": source_hash(),
-        "simulator and replication, all files": package_hash(),
-    }
+    hashes = {"kernels (sources of the recordings)": source_hash()}
+    hashes |= {"simulator and replication, all files": package_hash()}
     hashes |= {str(path): file_hash(path) for path in files if Path(path).is_file()}
     named = [{"what": name, "hash": value} for name, value in hashes.items()]
     return {"versions": rows, "hashes": named, "recordings": len(metas)}

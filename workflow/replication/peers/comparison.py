@@ -140,11 +140,8 @@ def compare_codes(
         if not missing:
             run, other = peers[peer_step] if reading == readings[0] else run_peer(scene, peer_step)
             curve |= {"exudyn_m": other}
-            row |= {
-                "exudyn_step_s": peer_step,
-                "difference_pct": percent_of_range(other - y, y),
-                "gap_m": float(run.gap.max()),
-            }
+            row |= {"exudyn_step_s": peer_step, "difference_pct": percent_of_range(other - y, y)}
+            row |= {"gap_m": float(run.gap.max())}
             if reading == readings[0]:
                 row["eight_arcs_not_run"], eight = "", np.full_like(y, np.nan)
                 try:

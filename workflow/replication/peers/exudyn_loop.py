@@ -47,10 +47,8 @@ class PeerStart:
 
 def start_of(state) -> PeerStart:
     """Start of a run from a ``model.state.State``."""
-    return PeerStart(
-        state.pin.copy(), state.angle.copy(), state.rate.copy(), float(state.wheel_angle[0]),
-        state.tooth_impact.copy(), state.wheel_impact.copy(),
-    )  # fmt: skip
+    copied = {name: getattr(state, name).copy() for name in ("pin", "angle", "rate", "tooth_impact", "wheel_impact")}
+    return PeerStart(**copied, sprocket_angle=float(state.wheel_angle[0]))
 
 
 @dataclass(frozen=True)
@@ -112,10 +110,8 @@ def coordinates(chain: Chain, start: PeerStart) -> tuple[np.ndarray, np.ndarray]
     speed = start.pin[2:] + np.vstack([np.zeros(2), np.cumsum(turn, axis=0)[:-1]])
     x, y = chain.com_x, chain.com_y
     arm = np.column_stack([x * c - y * s, x * s + y * c])
-    return (
-        np.column_stack([pin + arm, start.angle]),
-        np.column_stack([speed + np.column_stack([-w * arm[:, 1], w * arm[:, 0]]), w]),
-    )
+    swing = np.column_stack([-w * arm[:, 1], w * arm[:, 0]])
+    return np.column_stack([pin + arm, start.angle]), np.column_stack([speed + swing, w])
 
 
 def run_exudyn_loop(
@@ -231,11 +227,8 @@ def run_exudyn_loop(
     settings.parallel.numberOfThreads = 1
     settings.solution.file.write = False
     t = settings.timeIntegration
-    t.endTime = duration
-    t.numberOfSteps = round(duration / step)
-    t.verboseMode = 0
-    t.newton.relativeTolerance = RELATIVE_TOLERANCE
-    t.newton.absoluteTolerance = ABSOLUTE_TOLERANCE
+    t.endTime, t.numberOfSteps, t.verboseMode = duration, round(duration / step), 0
+    t.newton.relativeTolerance, t.newton.absoluteTolerance = RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE
     t.newton.useModifiedNewton = True
     t.generalizedAlpha.spectralRadius = spectral_radius
     t.generalizedAlpha.computeInitialAccelerations = True
@@ -256,11 +249,10 @@ def run_exudyn_loop(
 def _gaps(chain: Chain, q: np.ndarray) -> np.ndarray:
     """Largest distance between the pins of any joint in every sample (s, n, 3), m."""
     c, s = np.cos(q[:, :, 2]), np.sin(q[:, :, 2])
-    ends = []
-    for x in (-chain.com_x, chain.length - chain.com_x):
-        arm = np.stack([x * c + chain.com_y * s, x * s - chain.com_y * c], axis=2)
-        ends.append(q[:, :, :2] + arm)
-    first, second = ends
+    first, second = (
+        q[:, :, :2] + np.stack([x * c + chain.com_y * s, x * s - chain.com_y * c], axis=2)
+        for x in (-chain.com_x, chain.length - chain.com_x)
+    )
     return np.hypot(*(np.roll(first, -1, axis=1) - second).transpose(2, 0, 1)).max(axis=1)
 
 
@@ -294,10 +286,8 @@ def _add_contacts(exu, items, mbs, nodes, chain, start, contacts, drive):
     def jacobian(mbs, t, item, q, v, by_q, by_v):
         angle, spin = sprocket(t)
         q, v = np.array(q), np.array(v)
-        count = jacobian_triplets(
-            contacts, chain.length, q, v, angle, spin, memory, by_q, by_v, loads, torques, triplets
-        )
-        return sparse(triplets[:count])
+        state = contacts, chain.length, q, v, angle, spin, memory
+        return sparse(triplets[: jacobian_triplets(*state, by_q, by_v, loads, torques, triplets)])
 
     # the bodies carry the masses; matrices are asked for all the same
     names = ("massMatrix", "stiffnessMatrix", "dampingMatrix")

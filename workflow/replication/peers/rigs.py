@@ -29,11 +29,9 @@ def fixed(rig: Rig) -> Rig:
         for part in ("arm", "slider")
         if getattr(wheel, part)
     }
-    return (
-        rig.changed(**changes, drive=None, tension__kept="locked")
-        if changes or rig.drive
-        else rig.changed(tension__kept="locked")
-    )
+    if changes or rig.drive:
+        changes |= {"drive": None}
+    return rig.changed(**changes, tension__kept="locked")
 
 
 def rig_in_both(rig: Rig, sprocket_rpm: float, duration: float) -> dict:

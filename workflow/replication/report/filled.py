@@ -40,9 +40,8 @@ def limits(rows: pd.DataFrame) -> str:
         return "–" if pd.isna(off) else f"{off:+.3f} ± {error:.3f}"
 
     shown = rows[["scene", "measure"]].copy()
-    shown["limit"] = [
-        f"{value:.6g} ± {error:.1g}" for value, error in zip(rows["limit"], rows["limit_error"], strict=True)
-    ]
+    pairs = zip(rows["limit"], rows["limit_error"], strict=True)
+    shown["limit"] = [f"{value:.6g} ± {error:.1g}" for value, error in pairs]
     for name in presets:
         shown[name] = [cell(row, name) for _, row in rows.iterrows()]
     shown["standard within 2 %"] = rows["standard_within_bound"].fillna("–")

@@ -122,9 +122,8 @@ def _handles(rig: Rig, shown: Selected, ring: float | None) -> list:
     """Legend: the marked bodies, the forces, the joints."""
     handles: list = [Patch(**drawing.MARKED, label=f"connector {shown.connector}")]
     if ring is not None:
-        handles.append(
-            Patch(**drawing.MARKED_TOO, label=f"link {shown.connector % rig.chain.pitches + 1}, ahead of it")
-        )
+        ahead = shown.connector % rig.chain.pitches + 1
+        handles.append(Patch(**drawing.MARKED_TOO, label=f"link {ahead}, ahead of it"))
     for side in SIDES[: 2 if ring is None else 3]:
         if shown.sides.loc[side, "count"]:
             look = LOOKS[side] | {"linestyle": "-"}
@@ -151,9 +150,8 @@ def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, momen
     inset = ax.inset_axes((0.74 * right, 0.74 * up, 0.26, 0.26), zorder=drawing.Z_MARK + 2)
     for area, groove in ((ax, shown.groove), (inset, None)):
         drawing.draw_sprocket(area, rig, sprocket_angle, ring, groove)
-        drawing.draw_chain(
-            area, rig, frame, highlight=dict(zip(bodies, (drawing.MARKED, drawing.MARKED_TOO), strict=False))
-        )
+        marked = dict(zip(bodies, (drawing.MARKED, drawing.MARKED_TOO), strict=False))
+        drawing.draw_chain(area, rig, frame, highlight=marked)
         area.set(aspect="equal", xticks=[], yticks=[])
         area.grid(False)
     ax.set_axis_on()

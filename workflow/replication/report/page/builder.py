@@ -85,9 +85,7 @@ def build_page(inputs: PageInputs) -> str:
         "files": files,
     }
     items = (*PAPER, *(own for own in OWN if not own.table), *OF_STUDIES)
-    with (
-        ThreadPoolExecutor() as pool
-    ):  # most of the page's time is the packing of pictures, which leaves the interpreter alone
+    with ThreadPoolExecutor() as pool:  # most of the time is the packing of pictures, without the interpreter
         shown = list(pool.map(partial(_entry, inputs), items))
     return render(
         "page.html.j2",
@@ -106,9 +104,7 @@ def build_page(inputs: PageInputs) -> str:
         planner=data.promises(_rows(results, "planner.csv")),
         provenance=origin,
         # the scorecard stands on the page as a list
-        gallery=[
-            entry for entry in shown if entry["item"] not in OF_STUDIES and entry["item"].key not in ("claims", FRONT)
-        ],
+        gallery=[one for one in shown if one["item"] not in OF_STUDIES and one["item"].key not in ("claims", FRONT)],
         accuracy=[entry for entry in shown if entry["item"].key in ACCURACY],
         extremes=[entry for entry in shown if entry["item"].key.startswith("extremes")],
         front=next((entry for entry in shown if entry["item"].key == FRONT), None),
