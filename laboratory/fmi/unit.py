@@ -272,14 +272,8 @@ class Strands:
         """(w,) force in the chain in the middle of each strand, N.
 
         A value between those of the joints before and behind the middle, by their places along the strand: it does not
-        jump when another joint comes nearest. The chain may sag by less than half the way to its other strand.
-
-        Parameters
-        ----------
-        pins : (n, 2) array
-            Joints, m.
-        forces : (n, 2) array
-            Force in each, N.
+        jump when another joint comes nearest. The chain may sag by less than half the way to its other strand. ``pins``
+        are (n, 2) joints, m, ``forces`` the (n, 2) force in each, N.
         """
         size, n = np.hypot(*np.transpose(forces)), len(pins)
         found = np.empty(len(self.middle))

@@ -195,12 +195,7 @@ def measure_rigs(
 ):
     """Summaries of rigs with fields of their scenes in every case, one dict ``radius -> summary or None`` a rig.
 
-    Raises
-    ------
-    InputError
-        A loop does not close.
-    TrackdynError
-        A case failed for a reason that may pass; what ``store`` holds is not computed again.
+    What ``store`` holds is not computed again.
     """
     sources = module_hash(__name__)
     tasks = [task_of(config, rig, run or config.full, scene) for rig, scene in rigs]
@@ -272,15 +267,7 @@ def fit_problem(config: dict, rig: dict, run: str, held: dict[str, str]) -> FitP
 
 
 def starts_of(config: FitConfig, rig: Rig, count: int) -> list[Start]:
-    """Where the fit begins: Sobol points that can be built, so many a combination of choices, and the named rigs.
-
-    Raises
-    ------
-    InputError
-        A named rig that lies outside a range, or lacks a choice.
-    TrackdynError
-        Hardly any point gives a rig.
-    """
+    """Where the fit begins: Sobol points that can be built, so many a combination of choices, and the named rigs."""
     unknowns = config.unknowns(rig)
     d, free = len(config.parameters), [True] * len(config.parameters) + [False] * len(config.choices)
     choices = list(product(*(one.choices for one in config.choices)))
@@ -337,11 +324,6 @@ def fit_rig(
         Fields of the scene that its choices ask for.
     ends : list of list of End
         Every start of every stage. A stage begins at the ends of those that the last round of the one before kept.
-
-    Raises
-    ------
-    TrackdynError
-        No start runs.
     """
     chosen = config.forms[form]
     begins = list(starts) if starts is not None else starts_of(config, rig, chosen.starts)

@@ -288,11 +288,6 @@ def local_searches(
     -------
     dict
         `minimise` by the keys of ``requested``.
-
-    Raises
-    ------
-    TrackdynError
-        A row failed for a reason that may pass.
     """
     sources = module_hash(problem.__module__)
     name = f"{problem.__module__}:{problem.__qualname__}"
@@ -350,13 +345,6 @@ def search(
     -------
     list of End
         Sorted by the last round, then by cost.
-
-    Raises
-    ------
-    InputError
-        Names that stand twice.
-    TrackdynError
-        A row failed for a reason that may pass.
     """
     if len({start.name for start in starts}) < len(starts):
         raise InputError("starts: a name occurs twice; names must differ")

@@ -23,10 +23,7 @@ SHOWN_PAIRS = 6  # unknowns of the pair plot: those that are left least of their
 def write_tables(e: Ensemble, claims: Path | str, card: pd.DataFrame) -> str:
     """All tables and the findings in words into the folder of the ensemble; the summary is returned.
 
-    Parameters
-    ----------
-    card : DataFrame
-        The scorecard of the shipped rig (``claims.csv`` of the results).
+    ``card`` is the scorecard of the shipped rig.
     """
     shares = verdicts.claims_table(e, load_claims(claims))
     study = study_table(_study(e), verdicts.rank(e)["excluded_by"])

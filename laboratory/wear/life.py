@@ -104,13 +104,7 @@ class Walk:
         return 1.0 / speed if speed else float("inf")
 
     def step(self, y: np.ndarray, found: Found, length: float) -> tuple[float, np.ndarray, Found, Found]:
-        """One step of at most ``length``: the length taken, the new state, what is found there, and at its prediction.
-
-        Raises
-        ------
-        InputError, DivergenceError
-            There is nothing beyond this state, however short the step.
-        """
+        """One step of at most ``length``: its length, the new state, what is found there, and at its prediction."""
         least = SMALLEST * self.longest(found)
         while True:
             try:
@@ -193,13 +187,7 @@ class Worn:
         return Found(d.rates(rig, radius, worked, self.coefficients), np.array([known[name] for name in SHARES]), known)
 
     def goal(self, until: Until) -> tuple[int, float]:
-        """Return the entry of the state that reaches a bound, and its value there, m.
-
-        Raises
-        ------
-        InputError
-            The rig has no ring, or the bound is not below its new ring.
-        """
+        """Return the entry of the state that reaches a bound, and its value there, m."""
         if until.what == "distance":
             return self.depths.distance, until.value
         if self.rig.ring_radius is None:

@@ -45,14 +45,7 @@ def _rows(loop: Loop, count: int) -> dict[str, np.ndarray]:
 def distribute(loop: Loop, of: tuple[Contour, Contour], points: list[np.ndarray], turns: float = 1.0) -> Worked:
     """Go on with a copy of a loop for some turns of the sprocket, and say where friction worked.
 
-    Parameters
-    ----------
-    loop : Loop
-        In steady motion, its groove of ten arcs.
-    of : pair of Contour
-        Flanks whose nodes get the work.
-    points : pair of (n, 2) arrays
-        Where the nodes are now, m.
+    The loop is in steady motion; ``points``, (n, 2) each, m, are where the nodes of the flanks are now.
 
     Raises
     ------

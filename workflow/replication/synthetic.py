@@ -131,11 +131,6 @@ def generate(rpm: int, seed: int | None = None, duration_s: float = RECORD_S) ->
     t, ax, ay, az : (N,) arrays
         Time, s, and specific force, g: x along the link in the direction of travel, y along its outward
         normal, z lateral. The speed fluctuates the same in a shorter record.
-
-    Raises
-    ------
-    InputError
-        A speed that is not printed, or a length that is not positive.
     """
     speed = _speed(rpm)
     return _record(speed, speed.seed if seed is None else seed, duration_s)

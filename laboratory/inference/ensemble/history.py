@@ -49,10 +49,7 @@ def events_of(row: pd.Series, reading: str, passage: float) -> dict[str, float]:
     """Events of a row in s after the first contact, the link on the ring being the one ahead of the connector or
     behind.
 
-    Parameters
-    ----------
-    passage : float
-        Time in which the chain moves by a pitch, s: so much later everything happens to the link behind.
+    In the time ``passage`` (s) the chain moves by a pitch: so much later everything happens to the link behind.
     """
     found = {
         name.removeprefix("event "): float(row[name])
@@ -158,20 +155,8 @@ def implausibility(
 ) -> np.ndarray:
     """(2, n, m) implausibilities of n rigs by m targets for both readings of the neighbour.
 
-    Parameters
-    ----------
-    values : (n, k) array
-        Outputs in the order of `all_columns`.
-    errors : DataFrame
-        `errors`.
-    variance : (n, k) array or 0
-        Of the emulators.
-    cheap : bool
-        The fidelity is the cheap one: its error counts.
-
-    Notes
-    -----
-    What is missing (no such contact) is infinitely implausible.
+    ``values`` and ``variance`` (of emulators) are (n, k) in the order of `all_columns`. The error of a ``cheap``
+    fidelity counts. What is missing (no such contact) is infinitely implausible.
     """
     place = {name: k for k, name in enumerate(all_columns(targets))}
     variance = np.broadcast_to(variance, values.shape)

@@ -94,17 +94,7 @@ def wave_design(
 ):
     """A row a rig and case for `trackdyn.sweeps`.
 
-    Parameters
-    ----------
-    rigs : sequence of (int, dict)
-        `members`.
-    fields : dict
-        Of the scene, that all rows share but the belts.
-
-    Returns
-    -------
-    DataFrame
-        ``name`` is ``<rig> <case>``; the step is missing.
+    ``fields`` of the scene are shared by all rows but the belts; names are ``<rig> <case>``, steps are missing.
     """
     rows = []
     for rig, values in rigs:
@@ -150,12 +140,8 @@ def rows_of_kind(
 ) -> pd.DataFrame:
     """Rows of every case of every rig, each with the steps that are tried on it until it comes out.
 
-    Parameters
-    ----------
-    kind : str
-        Stands before the names of rows (`kinds`).
-    belts_as_chains : bool
-        Only the cases of belts, with all forces (`as_chains`).
+    The kind stands before the names of rows (`unknown_kinds`). ``belts_as_chains``: only the cases of belts, with all
+    forces (`as_chains`).
     """
     rows = wave_design(config, unknowns, rigs, cases, {"integrator": fidelity.integrator} | fields)
     if belts_as_chains:

@@ -31,13 +31,7 @@ BETWEEN = (0.25, 0.75)  # of the range: a change over half of it
 
 
 def unknown_of(text: str) -> Unknown:
-    """An unknown as it stands in an option: ``section.field`` or ``section.field=LOW:HIGH``.
-
-    Raises
-    ------
-    InputError
-        The bounds are no rising numbers.
-    """
+    """An unknown as it stands in an option: ``section.field`` or ``section.field=LOW:HIGH``."""
     name, given, bounds = text.partition("=")
     if not given:
         return Unknown(names=[name])
@@ -82,11 +76,6 @@ def tellable(
         Chosen ones, at most ``most``.
     table : DataFrame
         ``unknown, alone, beside, chosen``: widths of 90 % intervals as shares of the prior's.
-
-    Raises
-    ------
-    InputError
-        The records can tell none.
     """
     ranges = file_ranges(path)
     names = *CANDIDATES, OF_BUSHINGS[rig.bushing.law], *(f"{wheel}.{OF_DRAG[rig.drag][0]}" for wheel in rig.rollers)

@@ -19,14 +19,8 @@ CELL = {"ha": "center", "va": "center", "fontsize": 7}
 def band_figure(runs: pd.DataFrame, column: str, unit: str, title: str, shipped: pd.DataFrame | None = None) -> Figure:
     """A measure of each side over the rigs against the radius of the ring.
 
-    Parameters
-    ----------
-    runs : DataFrame
-        Rows ``rig, rpm, ring_radius_m`` and ``<side>_<column>`` that came out.
-    column : str
-        Such as ``share_pct``.
-    shipped : DataFrame or None
-        Rows of ``metrics.csv`` of the shipped rig, drawn on top.
+    ``runs`` have columns ``rig, rpm, ring_radius_m`` and ``<side>_<column>``; ``shipped`` are rows of ``metrics.csv``,
+    drawn on top.
     """
     runs = runs[runs["ring_radius_m"].notna()]
     figure = new_figure(6.0)

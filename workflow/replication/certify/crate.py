@@ -42,16 +42,8 @@ def write_crate(
 ) -> Path:
     """Write the crate of a run as a zip file.
 
-    Parameters
-    ----------
-    results : path
-        Results of a run with their ``manifest.json``, whose hashes they must have.
-    out : path, optional
-        ``crate.zip`` among the results if not given.
-    recordings : bool
-        With the recordings, which are most of a run.
-    agent : str, optional
-        Who ran it.
+    Results have the hashes of their ``manifest.json``; recordings, most of a run, are packed if asked for; ``agent`` is
+    who ran it.
 
     Raises
     ------

@@ -44,12 +44,7 @@ MOST = 3000  # passages
 def measured_accelerations(centre: np.ndarray, rate: float, span: float) -> Series:
     """Mean square acceleration of all links, passage by passage.
 
-    Parameters
-    ----------
-    centre : (s, p, 2) array
-        Mass centres of the links, m, at ``rate`` (Hz).
-    span : float
-        Time of a passage, s.
+    ``centre``, (s, p, 2), are mass centres of the links, m, at ``rate`` (Hz); a passage takes ``span`` (s).
     """
     square = ((np.diff(centre, 2, axis=0) * rate**2) ** 2).sum(axis=2).mean(axis=1)
     count = int(len(square) / rate / span + 1e-6)

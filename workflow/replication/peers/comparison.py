@@ -86,20 +86,9 @@ def compare_codes(
 ) -> Result:
     """Run both codes.
 
-    Parameters
-    ----------
-    rig : Rig
-        The rig, with its own ring.
-    speed_rpm : float
-        The paper's 180 r/min.
-    readings : sequence of str
-        Of ``READINGS``; Table 2 is made with the first.
-    duration_s : float
-        Recorded time after the ramp with the first reading; another one takes a turn of the loop.
-    steps_s, exudyn_steps_s : sequences of float
-        Time steps of either code; the smallest is its reference.
-    accuracy_pct : float
-        Error below which a step is good enough, percent of the range.
+    Table 2 is made with the first reading, which is recorded for ``duration_s`` after the ramp; another one takes a
+    turn of the loop. The smallest step of a code is its reference; one is good enough whose error is below
+    ``accuracy_pct`` of the range.
     """
     missing = ""
     try:

@@ -55,18 +55,8 @@ class Facet(NamedTuple):
 def cushion(law: np.ndarray, radius: float, load: float, speed: float, inertance: float) -> Cushion:
     """What a law of `peers.contact` amounts to under a load.
 
-    Parameters
-    ----------
-    law : (7,) array
-        Row of ``Contacts.law``.
-    radius : float
-        R of Eq. 8, m.
-    load : float
-        Working load, N.
-    speed : float
-        Initial impact velocity of Eq. 8, m/s.
-    inertance : float
-        kg.
+    ``law`` is a row of ``Contacts.law``, ``radius`` (m) R and ``speed`` (m/s) the initial impact velocity of Eq. 8,
+    ``load`` the working load (N).
     """
     depth = brentq(lambda d: law[0] * d * sqrt(d / (radius + d)) - load, 0.0, radius, xtol=1e-15)
     # Eq. 10 at rest: its slope times the load

@@ -49,18 +49,7 @@ def build(
 ):
     """A compiled ``MjModel``.
 
-    Parameters
-    ----------
-    chain : Chain
-        Data of the bodies and bushings.
-    step : float
-        Time step, s.
-    contacts, wheels
-        Contacts with the wheels, and the free wheels; none: a free chain.
-    load, speed : float
-        At which contacts are matched (`working_load`).
-    integrator : str
-        ``euler`` or ``implicitfast``.
+    Contacts are matched at a load and speed (`working_load`); without contacts and wheels it is a free chain.
     """
     mj = required("mujoco")
     spec = mj.MjSpec()

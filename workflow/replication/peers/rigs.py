@@ -37,14 +37,7 @@ def fixed(rig: Rig) -> Rig:
 def rig_in_both(rig: Rig, sprocket_rpm: float, duration: float) -> dict:
     """Run a rig from rest in both codes.
 
-    Parameters
-    ----------
-    rig : Rig
-        Of a double-pin chain; it is `fixed` first.
-    sprocket_rpm : float
-        Speed after the ramp, rev/min.
-    duration : float
-        Time after the ramp, s.
+    It is `fixed` first; it runs so long (s) after the ramp.
 
     Returns
     -------

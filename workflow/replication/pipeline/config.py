@@ -293,13 +293,7 @@ def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
 
 
 def read_layer(path: Path | str) -> dict:
-    """A file of a configuration as it stands, its sections known; whatever else it means to Snakemake is refused.
-
-    Raises
-    ------
-    InputError
-        It is no YAML, or has a key at its top that is no section, such as the one that asks for templates to be run.
-    """
+    """A file of a configuration as it stands, its sections known; whatever else it means to Snakemake is refused."""
     data, name = read_yaml(path), Path(path).name
     if not isinstance(data, dict):
         raise InputError(f"{name}: must hold sections, a mapping of names to values")
@@ -315,10 +309,7 @@ def check_layers(
 ) -> tuple[Config, Rig, dict[str, Scene]]:
     """Validate a configuration that was merged from files by ``update``, the later on top of the earlier.
 
-    Raises
-    ------
-    InputError
-        Names the first file with which the configuration is refused, else the last one.
+    What is refused names the first file with which it is, else the last one.
     """
     layers = {Path(file).name: read_layer(file) for file in files}
     try:

@@ -33,13 +33,6 @@ def limit_of(runs: Mapping[float, Series], order: int = 1) -> Limit:
     error joins the scatter of passages of this combination of both runs, and how far the next coarser
     pair of steps would extrapolate to, without which convergence is taken on trust; of two steps alone, the whole
     extrapolation.
-
-    Parameters
-    ----------
-    runs : mapping of float to Series
-        Of two steps (s) or more.
-    order : int
-        Of the method.
     """
     steps = sorted(runs)
     values = _extrapolated(runs, *steps[:2], order)
@@ -71,11 +64,6 @@ def difference(found: Series, limit: Limit) -> tuple[float, float]:
 
 def presets_beside_limits(rows: pd.DataFrame, limits: pd.DataFrame) -> pd.DataFrame:
     """Difference of every preset from the limit, with its standard error.
-
-    Parameters
-    ----------
-    rows, limits : DataFrame
-        Of `trade.statistic_trade`.
 
     Returns
     -------
