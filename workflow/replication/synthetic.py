@@ -1,29 +1,11 @@
 """SYNTHETIC stand-in for the measured acceleration of a track link, which the paper did not publish.
 
-Nothing here is measured, and agreement of a simulation with it validates nothing. It serves to run and
-to test whatever reads measured records. No dynamics of the simulator is used: a record is the motion of a
-link on an ideal belt around the wheels, to which the three causes are added that Sect. 5 of the paper
-names for the sharper course of its experiment:
-
-1. the sprocket speed fluctuates slowly about its mean;
-2. contacts are short: half-sine impacts whenever a pitch runs on or off a wheel;
-3. the sensor stands on glue and rings: the impacts pass through a damped resonance.
-
-Noise, 16 bit and the range of +-20 g complete the sensor.
-
-Printed, and the only tie to the experiment, are main frequency and amplitude at four motor speeds. One
-number a speed is fitted to them (:func:`fit`): the mean loop frequency or, at 210 rpm, the size of the
-fluctuation. The rest is assumed. RMS, standard deviation and impacts are therefore no evidence of
-anything. Nor is the shape of the slow part: the layout of the wheels is that of the rig `first_fit`, where it
-was fitted to the amplitudes that the paper prints for its simulation.
-
-How a frequency can be fitted to an amplitude: the printed one is that of the highest line of 90,000
-points at 1000 Hz. The lines are 1/90 Hz apart, a printed frequency is off by up to half of that, and a
-rectangular window shows a belt that turns between two lines up to 36 % too low. At constant speed the
-printed 0.131 and 0.176 Hz alone make 1.088 and 1.123 g of the 1.17 g of this layout; 1.083 and 1.120 g
-are printed. At constant speed even the 0.7698 g at 210 rpm could be had, just, 0.48 lines off (0.66 of
-1.16 g), but an unsteady speed, which the paper names, lowers the line as well and needs no such
-coincidence. The printed numbers cannot tell the two apart.
+Nothing here is measured, and agreement of a simulation with it validates nothing; `DESCRIPTION` says what is printed,
+what is fitted to that (:func:`fit`), and that all else is assumed. No dynamics of the simulator is used: a record is
+the motion of a link on an ideal belt around the wheels, with the three causes that Sect. 5 of the paper names for the
+sharper course of its experiment. The sprocket speed fluctuates slowly about its mean; contacts are short, half-sine
+impacts whenever a pitch runs on or off a wheel; the sensor stands on glue and rings: the impacts pass through a damped
+resonance. Noise, 16 bit and the range of +-20 g complete the sensor.
 """
 
 import argparse
@@ -149,6 +131,12 @@ def fit(speed: SyntheticSpeed, seed: int | None = None) -> SyntheticSpeed:
        fluctuation grows until the amplitude fits.
 
     Both numbers are rounded to 1e-5; :data:`SPEEDS` stores these results.
+
+    A frequency can be fitted to an amplitude since the printed one is that of the highest line of 90,000 points at 1000
+    Hz: lines are 1/90 Hz apart, and a rectangular window shows a belt that turns between two up to 36 % too low.
+    At constant speed the printed 0.131 and 0.176 Hz alone make 1.088 and 1.123 g of the 1.17 g of this layout; 1.083
+    and 1.120 g are printed. Even the 0.7698 g at 210 rpm could be had, just, 0.48 lines off, but an unsteady speed,
+    which the paper names, needs no such coincidence. The printed numbers cannot tell the two apart.
     """
     seed = speed.seed if seed is None else seed
 
@@ -255,11 +243,7 @@ def _travel(t, speed, length, start, phase):
 
 
 def _belt_acceleration(path: BeltPath, s, v, vdot):
-    """Specific force x, y (2, n) in g in the middle of a link whose pins run on the belt.
-
-    The link is a chord, so it turns into an arc over its own length instead of at once. Its middle is
-    accelerated by the mean of its pins; at rest on a level strand the sensor shows +1 g along y (Eq. 40).
-    """
+    """Specific force x, y (2, n) in g in the middle of a link, a chord whose pins run on the belt (Eq. 40)."""
 
     def pin(s):
         place, heading, curvature = path.along(s)
@@ -276,18 +260,14 @@ def _belt_acceleration(path: BeltPath, s, v, vdot):
 
 
 def _impacts(t, s, path, speed, rng):
-    """Acceleration x, y, z (3, n) in g by impacts of all pitches, felt at the sensor, at fine times t.
-
-    A pitch that runs on (or off) a wheel at arc length ``place`` does so when the way of the sensor's link
-    to it is a whole number of pitches. That number tells how far along the chain the impact is.
-    """
+    """Acceleration x, y, z (3, n) in g by impacts of all pitches, felt at the sensor, at fine times t."""
     pitch = path.length / PITCHES
     rate = RATE_HZ * OVERSAMPLING
     mean_speed = speed.loop_hz * path.length
     longest = int(np.ceil(IMPACT_S[1] * rate)) + 1
     out = np.zeros((3, t.size + longest))
     for i, place in enumerate(path.start[:-1]):
-        running_on = i % 2 == 0  # arcs begin at even places
+        running_on = i % 2 == 0  # arcs begin at even places; the number of pitches tells how far away the impact is
         number = np.arange(np.ceil((s[0] - place) / pitch), np.floor((s[-1] - place) / pitch) + 1)
         time = np.interp(place + number * pitch, s, t)
         links = np.minimum(number % PITCHES, -number % PITCHES)
@@ -351,15 +331,10 @@ def _datapackage(folder, table):
         resource |= {"hash": f"sha256:{hashlib.sha256(data).hexdigest()}", "seed": speed.seed}
         resource["fitted"] = {"loop_hz": speed.loop_hz, "fluctuation": speed.fluctuation}
         resource["printed"] = {"main_hz": speed.printed_hz, "amplitude_g": speed.printed_g}
-        resource["achieved"] = {
-            "main_hz": round(row.achieved_hz, 5),
-            "amplitude_g": round(row.achieved_g, 4),
-            "amplitude_difference_percent": round(row.difference_percent, 2) + 0.0,  # no -0.0
-            "rms_g": round(row.rms_g, 4),
-            "sd_g": round(row.sd_g, 4),
-            "peak_g": round(row.peak_g, 3),
-            "clipped_samples": int(row.clipped),
-        }
+        off = round(row.difference_percent, 2) + 0.0  # no -0.0
+        achieved = {"main_hz": round(row.achieved_hz, 5), "amplitude_g": round(row.achieved_g, 4)}
+        achieved |= {"amplitude_difference_percent": off, "rms_g": round(row.rms_g, 4), "sd_g": round(row.sd_g, 4)}
+        resource["achieved"] = achieved | {"peak_g": round(row.peak_g, 3), "clipped_samples": int(row.clipped)}
         resources.append(resource | {"schema": {"fields": fields}})
     licence = {"path": "https://creativecommons.org/publicdomain/zero/1.0/", "title": "CC0 1.0 Universal"}
     made = {"command": COMMAND, "version": GENERATOR_VERSION, "random_numbers": "numpy PCG64"}

@@ -1,8 +1,7 @@
 """Contacts of the loop by MuJoCo's own primitives: discs as spheres, links as capsules, and MuJoCo's own law.
 
-All centres lie in the plane of the chain, so a sphere is a disc there and a capsule a bar with round ends: both pairs
-that occur (sphere and capsule, sphere and sphere) have closed solutions in MuJoCo. A link on a wheel is then the
-geometry of Eq. 35. The concave areas of a groove are tangents to their arcs, each the side of a capsule in the steel.
+All centres lie in the plane of the chain, so a sphere is a disc there and a capsule a bar with round ends. A link on a
+wheel is then the geometry of Eq. 35. The concave areas of a groove are tangents, each the side of a capsule.
 
 MuJoCo's contact is a constraint with a force ``f = -(k r + b v + a) / R`` from depth ``r``, its rate and the
 acceleration ``a`` that the step ends with: spring, damper and inertance 1 / R. With the impedance d, ``R = (1 - d) A /

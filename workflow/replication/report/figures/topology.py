@@ -36,12 +36,9 @@ def elements(kinds: list[str]) -> list[Element]:
 
     The last joint is cut: it leads back to the input of the first body.
     """
-    count = 2 * len(kinds)
-    found = []
-    for i, kind in enumerate(kinds):
-        body, joint = 2 * i + 1, 2 * i + 2
-        found.append(Element(body, kind, joint))
-        found.append(Element(joint, "joint", joint % count + 1, joint == count))
+    count, found = 2 * len(kinds), []
+    for joint, kind in zip(range(2, count + 1, 2), kinds, strict=True):
+        found += [Element(joint - 1, kind, joint), Element(joint, "joint", joint % count + 1, joint == count)]
     return found
 
 

@@ -72,15 +72,12 @@ def passage_data(recording: Recording) -> dict:
 
 
 def ring_study(metrics: pd.DataFrame) -> dict | None:
-    """Shares, forces and phases of the ring study by radius and speed, and their standard errors; None without such a
-    run.
-    """
+    """Shares, forces and phases of the ring study by radius and speed, with their errors; None without such a run."""
     study = metrics[metrics["run"].astype(str).str.startswith("ring/")]
     if study.empty:
         return None
-    radii = [float(r) for r in sorted(study["ring_radius_m"].dropna().unique())]
-    if study["ring_radius_m"].isna().any():
-        radii = [None, *radii]
+    none = [None] if study["ring_radius_m"].isna().any() else []
+    radii = none + [float(r) for r in sorted(study["ring_radius_m"].dropna().unique())]
     speeds = [float(s) for s in sorted(study["rpm"].unique())]
     shown, nothing = [column for column in RING_COLUMNS if column in study], [[None] * len(radii)] * len(speeds)
     cells = {

@@ -49,9 +49,8 @@ def _extrapolated(runs: Mapping[float, Series], fine: float, coarse: float, orde
 
 
 def _paired(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two series of the same passages: runs that start alike scatter alike, and their difference scatters less (common
-    random numbers: Law, Simulation Modeling and Analysis, 5th edition, 2015, ch. 11.2). Where one has passages that
-    the other lacks, these are left out at the beginning."""
+    """Two series of the same passages, the last ones: runs that start alike scatter alike, and their difference less
+    (common random numbers: Law, Simulation Modeling and Analysis, 5th edition, 2015, ch. 11.2)."""
     count = min(len(one), len(other))
     return one[len(one) - count :], other[len(other) - count :]
 
