@@ -57,12 +57,10 @@ def findings(rows: pd.DataFrame) -> str:
 
 
 PAGES = (
-    ("docs/deviations.md", ("deviations.csv",), departures),
-    ("docs/identify.md", ("calibration.csv",), calibration),
+    ("docs/deviations.md", ("deviations.csv",), departures), ("docs/identify.md", ("calibration.csv",), calibration),
     ("docs/identify-synthetic.md", ("identify_synthetic.csv",), identified),
-    ("docs/ensemble.md", ("ensemble_summary.csv",), findings),
-    ("docs/wear.md", ("wear_lives.csv",), wear_text),
-)
+    ("docs/ensemble.md", ("ensemble_summary.csv",), findings), ("docs/wear.md", ("wear_lives.csv",), wear_text),
+)  # fmt: skip
 
 if __name__ == "__main__":
     try:

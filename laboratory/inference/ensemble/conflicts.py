@@ -101,11 +101,9 @@ def minimal_conflicts(
             far = [straight(np.abs(end["residuals"]).max()) if end["residuals"] else np.inf for end in of]
             best = int(np.argmin(far))
             due[chosen] |= {
-                "search": far[best],
-                "search_rig": len(found),
-                "evaluations": sum(end["evaluations"] for end in of),
+                "search": far[best], "search_rig": len(found), "evaluations": sum(end["evaluations"] for end in of),
                 "verdict": FOUND if far[best] <= cutoff else CONFLICT,
-            }
+            }  # fmt: skip
             found.append(of[best]["x"])
         missing += [set(chosen) for chosen, row in due.items() if row["verdict"] != FOUND]
     table = pd.DataFrame(rows, columns=COLUMNS).astype({"search_rig": "Int64", "evaluations": "Int64"})

@@ -55,13 +55,10 @@ def findings_summary(findings: Iterable[Finding]) -> str:
     """Count the findings of each status, in one line."""
     counts = Counter(finding.status for finding in findings)
     words = {
-        EQUAL: "equal",
-        WITHIN: "within the tolerance between processors",
-        BYTES: "known by their bytes alone, which differ",
-        DIFFERS: "different",
-        MISSING: "missing",
+        EQUAL: "equal", WITHIN: "within the tolerance between processors",
+        BYTES: "known by their bytes alone, which differ", DIFFERS: "different", MISSING: "missing",
         EXTRA: "not in the manifest",
-    }
+    }  # fmt: skip
     return ", ".join(f"{counts[status]} {word}" for status, word in words.items() if counts[status])
 
 

@@ -111,8 +111,7 @@ def compare_codes(
     else:
         table.append({"code": f"{PEER}, {missing}"})
 
-    curves, summary = [], []
-    frame, shift = None, 0.0
+    curves, summary, frame, shift = [], [], None, 0.0
     for reading in readings:
         scene = peer_scene(rig, reading, speed_rpm, duration_s, step)
         if reading != readings[0]:

@@ -191,10 +191,8 @@ class Config(Section):
         def add(name: str, section: str, **fields):
             if name in runs:
                 raise InputError(f"{section}: two runs would share the name {name}; give values that differ more")
-            try:
+            with _section(f"{section} (run {name})"):
                 runs[name] = Scene(rig, **fields)
-            except InputError as error:
-                raise InputError(f"{section} (run {name}): {error}") from None
 
         r, m, s = self.records, self.meshing, self.ring_study
         for rpm in r.speeds_rpm:
@@ -256,14 +254,12 @@ class Config(Section):
             steady = steady_fields(rig, scene.motor_rpm, self.known_of(name)) if run.startswith("ring/") else {}
             return scene.with_(rig=rig, step=min(scene.step, allowed_step(other.steps_s, scene.motor_rpm)), **steady)
 
-        try:
+        with _section(f"other_rigs.{name}"):
             return {
                 run: on_it(run, scene)
                 for run, scene in scenes.items()
                 if not run.startswith("coarse/") and not (run.startswith("ring/") and scene.ring_radius is None)
             }
-        except InputError as error:
-            raise InputError(f"other_rigs.{name}: {error}") from None
 
 
 @contextmanager
@@ -279,7 +275,7 @@ def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
     """Validate a configuration with the rig and all scenes that it leads to."""
     config = validated(Config, data, name)
     rig = load_rig(config.rig)
-    try:
+    with _section(name):
         config.check_sensor_files()
         if cells := cells_path(config.rig):
             load_article(cells)
@@ -287,9 +283,7 @@ def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
         config.refuse_studies(rig)
         for other in config.other_rigs:
             config.other_scenes(other, scenes)
-        return config, rig, scenes
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None
+    return config, rig, scenes
 
 
 def read_layer(path: Path | str) -> dict:

@@ -27,21 +27,15 @@ WINDOW = 0.01  # a maximum is of the force after a mean over it, as the paper pr
 # panels: title, event of the passage, printed event
 ENGAGE, BOTH = "about to engage", "both arcs in contact"
 WITHOUT_RING = (
-    (ENGAGE, None, ENGAGE),
-    (BOTH, None, "first contact of the left arc"),
-    ("left maximum", None, "left maximum"),
-    ("right maximum", None, "right maximum"),
-    ("only the left arc", "right gone", "right contact gone"),
+    (ENGAGE, None, ENGAGE), (BOTH, None, "first contact of the left arc"), ("left maximum", None, "left maximum"),
+    ("right maximum", None, "right maximum"), ("only the left arc", "right gone", "right contact gone"),
     ("out of engagement", "out", "out of engagement"),
-)
+)  # fmt: skip
 WITH_RING = (
-    ("link ahead on the ring", "ring touched", "ring first touched"),
-    ("ring maximum", None, "ring maximum"),
-    ("left arc touches", "left touches", "first contact of the left arc"),
-    ("left maximum", None, "left maximum"),
-    ("ring left", "ring left", "ring left"),
-    ("out of engagement", "out", "out of engagement"),
-)
+    ("link ahead on the ring", "ring touched", "ring first touched"), ("ring maximum", None, "ring maximum"),
+    ("left arc touches", "left touches", "first contact of the left arc"), ("left maximum", None, "left maximum"),
+    ("ring left", "ring left", "ring left"), ("out of engagement", "out", "out of engagement"),
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -29,11 +29,9 @@ from trackdyn.simulation.recording import load_recording
 
 # what is uncertain comes first
 KINDS = {
-    "fitted": "chosen so that the model shows a printed result",
-    "assumed": "not in the paper, taken to be plausible",
-    "derived": "follows from printed numbers",
-    "printed": "stands in the paper",
-}
+    "fitted": "chosen so that the model shows a printed result", "assumed": "not in the paper, taken to be plausible",
+    "derived": "follows from printed numbers", "printed": "stands in the paper",
+}  # fmt: skip
 SYMBOLS = dict(zip(VERDICTS, ("●", "◐", "○", "◇", "–"), strict=True))
 SCRIPTS = ("shared", "page", "animation", "plots", "charts")  # one module, in this order
 FAILED = (NOT_REPRODUCED, IN_TREND)  # a claim with such a part is not reproduced
@@ -75,15 +73,12 @@ def build_page(inputs: PageInputs) -> str:
     files |= {"tables/costs.csv": costs.to_csv(index=False)}
     files |= {f"{name}.csv": pd.DataFrame(origin[name]).to_csv(index=False) for name in ("versions", "hashes")}
     embedded = {
-        "geometry": data.rig_geometry(load_rig(inputs.rig)),
-        "signals": _signals(inputs),
+        "geometry": data.rig_geometry(load_rig(inputs.rig)), "signals": _signals(inputs),
         "sensor_label": "synthetic sensor" if inputs.synthetic else "sensor",
         "passages": _recordings(results, "meshing", data.passage_data),
-        "pictures": _recordings(results, "animation", data.moving_picture),
-        "ring": _ring(results),
-        "trade": data.trade(_rows(results, "trade.csv")),
-        "files": files,
-    }
+        "pictures": _recordings(results, "animation", data.moving_picture), "ring": _ring(results),
+        "trade": data.trade(_rows(results, "trade.csv")), "files": files,
+    }  # fmt: skip
     items = (*PAPER, *(own for own in OWN if not own.table), *OF_STUDIES)
     with ThreadPoolExecutor() as pool:  # most of the time is the packing of pictures, without the interpreter
         shown = list(pool.map(partial(_entry, inputs), items))

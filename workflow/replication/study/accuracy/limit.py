@@ -30,9 +30,8 @@ def limit_of(runs: Mapping[float, Series], order: int = 1) -> Limit:
     """The limit of a measure that converges with a power of the step.
 
     From the two finest steps (Richardson extrapolation: Roache, Journal of Fluids Engineering 116, 1994, 405-413). Its
-    error joins the scatter of passages of this combination of both runs, and how far the next coarser
-    pair of steps would extrapolate to, without which convergence is taken on trust; of two steps alone, the whole
-    extrapolation.
+    error joins the scatter of passages of this combination of both runs, and how far the next coarser pair of steps
+    would extrapolate to, without which convergence is taken on trust; of two steps alone, the whole extrapolation.
     """
     steps = sorted(runs)
     values = _extrapolated(runs, *steps[:2], order)
