@@ -39,11 +39,5 @@ class Laboratory(Section):
 
 
 def load_laboratory(path: Path | str) -> Laboratory:
-    """Read and check how much is run.
-
-    Raises
-    ------
-    InputError
-        One sentence with file, field, value and what would be accepted.
-    """
+    """Read and check how much is run."""
     return validated(Laboratory, read_yaml(path), path)

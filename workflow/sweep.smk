@@ -46,6 +46,8 @@ for name in ("batches", "threads", "mem_mb", "runtime", "tries"):
         raise WorkflowError(f"sweep: {name} = {config[name]!r}: must be a whole number of at least 1")
 SWEEP = {name: str(config[name]) if usual is None else type(usual)(config.get(name, usual)) for name, usual in KNOWN.items()}
 
+# with every try more memory and time
+GROWING = {name: lambda wildcards, attempt, most=SWEEP[name]: most * attempt for name in ("mem_mb", "runtime")}
 BESIDE = str(Path(SWEEP["out"]).with_suffix(""))
 STORE = SWEEP["store"] or f"{BESIDE}.rows"
 LOGS = SWEEP["logs"] or f"{BESIDE}.logs/"
@@ -92,9 +94,7 @@ if not SWEEP["kernels"]:
             rigs=SWEEP["rigs"],
         output: f"{BESIDE}.batches/kernels.txt"
         params: store=STORE
-        resources:
-            mem_mb=lambda wildcards, attempt: SWEEP["mem_mb"] * attempt,
-            runtime=lambda wildcards, attempt: SWEEP["runtime"] * attempt,
+        resources: **GROWING
         log: f"{LOGS}warm_up.log"
         message: "Compiling the kernels"
         script: "scripts/sweep_warm_up.py"
@@ -115,8 +115,7 @@ rule batch:
         tries=SWEEP["tries"],
     threads: SWEEP["threads"]
     resources:
-        mem_mb=lambda wildcards, attempt: SWEEP["mem_mb"] * attempt,
-        runtime=lambda wildcards, attempt: SWEEP["runtime"] * attempt,
+        **GROWING,
         attempt=lambda wildcards, attempt: attempt,
     log: f"{LOGS}{{batch}}.log"
     message: "Batch {wildcards.batch}"
@@ -142,9 +141,7 @@ rule gather:
         f"{BESIDE}.costs.csv",
     params: store=STORE
     threads: SWEEP["threads"]
-    resources:
-        mem_mb=lambda wildcards, attempt: SWEEP["mem_mb"] * attempt,
-        runtime=lambda wildcards, attempt: SWEEP["runtime"] * attempt,
+    resources: **GROWING
     log: f"{LOGS}gather.log"
     message: "Gathering {output[0]}"
     script: "scripts/sweep_gather.py"

@@ -13,13 +13,7 @@ START_COLUMNS = ("body", "x_m", "y_m", "angle_rad", "vx_m_s", "vy_m_s", "omega_r
 
 
 def read_problem(name: str) -> dict:
-    """Statement of a problem: the contents of its JSON file, SI units.
-
-    Raises
-    ------
-    InputError
-        There is no such problem.
-    """
+    """Statement of a problem: the contents of its JSON file, SI units."""
     if name not in NAMES:
         raise InputError(f"problem {shown(name)} does not exist; {', '.join(NAMES)} are accepted")
     return json.loads((FOLDER / f"{name}.json").read_text(encoding="utf-8"))

@@ -84,7 +84,7 @@ def read_answer(path: Path | str, problem: str) -> dict[str, np.ndarray]:
     Raises
     ------
     InputError
-        As `read_table`; or the times are not those of the problem.
+        As `read_answer_table`; or the times are not those of the problem.
     """
     found, requested = read_answer_table(path, REQUIRED, OPTIONAL), read_problem(problem)["report"]
     wanted = np.arange(round(requested["end_s"] / requested["interval_s"]) + 1) * requested["interval_s"]
@@ -111,7 +111,7 @@ def read_contacts(path: Path | str, problem: str) -> np.ndarray:
     Raises
     ------
     InputError
-        As `read_table`; or a contact that no arc of the problem can have, or two of one arc at a time.
+        As `read_answer_table`; or a contact that no arc of the problem can have, or two of one arc at a time.
     """
     message = read_problem(problem)
     if "sprocket" not in message:
@@ -188,17 +188,7 @@ def apart(one: np.ndarray, other: np.ndarray) -> float:
 
 
 def score(found: dict[str, np.ndarray], contacts: np.ndarray | None, problem: str) -> list[Score]:
-    """Score of an answer: every quantity that it has.
-
-    Parameters
-    ----------
-    found : dict of arrays
-        Of `read_answer`.
-    contacts : (k, 4) array or None
-        Of `read_contacts`.
-    problem : str
-        Its name.
-    """
+    """Score of an answer (`read_answer`, `read_contacts`): every quantity that it has."""
     reference, table = read_reference(problem)
     requested = read_problem(problem)["report"]
     mine, theirs = series_of(found, requested), series_of({n: table[n] for n in table.dtype.names}, requested)

@@ -19,12 +19,8 @@ SCRIPT = Path(__file__).with_name("slave.py")
 def write_fmu(scene: Scene, path: Path | str) -> Unit:
     """Write a scene as a unit that other programs import; returns what it is inside.
 
-    Parameters
-    ----------
-    scene : Scene
-        A loop on its wheels, in the plane; its record does not matter. With a lead-in the loop runs at speed at time 0.
-    path : path
-        File to write (.fmu).
+    The scene is a loop on its wheels, in the plane; with a lead-in it runs at speed at time 0. Its record does not
+    matter.
 
     Raises
     ------

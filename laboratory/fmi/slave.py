@@ -93,19 +93,12 @@ class Track(Fmi3Slave):
 
     def _register(self, signal, values, causality) -> None:
         taken = causality == Fmi3Causality.input
-        self.register_variable(
-            Float64(
-                signal.name,
-                start=signal.start if taken else None,
-                unit=signal.unit,
-                description=signal.text,
-                causality=causality,
-                variability=Fmi3Variability.continuous,
-                initial=None if taken else Fmi3Initial.calculated,
-                getter=lambda: values[signal.name],
-                setter=lambda value: values.__setitem__(signal.name, value),
-            )
-        )
+        self.register_variable(Float64(
+            signal.name, start=signal.start if taken else None, unit=signal.unit, description=signal.text,
+            causality=causality, variability=Fmi3Variability.continuous,
+            initial=None if taken else Fmi3Initial.calculated,
+            getter=lambda: values[signal.name], setter=lambda value: values.__setitem__(signal.name, value),
+        ))  # fmt: skip
 
     def enter_initialization_mode(self):
         self.mode = "initialising"

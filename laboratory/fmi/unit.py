@@ -69,18 +69,15 @@ STEERINGS = (
     Steering(
         lambda scene: True,
         lambda scene: Signal(
-            "motor_rpm",
-            "rev/min",
-            "speed of the motor, at least 0; a new one is reached within the exchange or speed_ramp",
-            scene.motor_rpm,
+            "motor_rpm", "rev/min",
+            "speed of the motor, at least 0; a new one is reached within the exchange or speed_ramp", scene.motor_rpm,
         ),
         _drive,
     ),
     Steering(
         lambda scene: scene.rig.drive is not None and scene.rig.drive.kind == "motor",
         lambda scene: Signal(
-            "torque_limit",
-            "N.m",
+            "torque_limit", "N.m",
             "largest torque of the drive at the sprocket, which it gives while it is far from its speed",
             scene.rig.drive.torque,
         ),
@@ -89,9 +86,7 @@ STEERINGS = (
     Steering(
         lambda scene: scene.tension == "forced",
         lambda scene: Signal(
-            "tensioner_force",
-            "N",
-            "force that pushes the tensioning wheel along its line; taken at once",
+            "tensioner_force", "N", "force that pushes the tensioning wheel along its line; taken at once",
             scene.rig.tension.force[0][1],
         ),
         _push,
@@ -99,13 +94,12 @@ STEERINGS = (
     Steering(
         lambda scene: scene.tension not in CARRIED,
         lambda scene: Signal(
-            "tensioner_shift",
-            "m",
+            "tensioner_shift", "m",
             "way of the tensioning wheel along its line from where the loop settled; taken at once",
         ),
         _shift,
     ),
-)
+)  # fmt: skip
 
 
 class Unit:
@@ -278,14 +272,8 @@ class Strands:
         """(w,) force in the chain in the middle of each strand, N.
 
         A value between those of the joints before and behind the middle, by their places along the strand: it does not
-        jump when another joint comes nearest. The chain may sag by less than half the way to its other strand.
-
-        Parameters
-        ----------
-        pins : (n, 2) array
-            Joints, m.
-        forces : (n, 2) array
-            Force in each, N.
+        jump when another joint comes nearest. The chain may sag by less than half the way to its other strand. ``pins``
+        are (n, 2) joints, m, ``forces`` the (n, 2) force in each, N.
         """
         size, n = np.hypot(*np.transpose(forces)), len(pins)
         found = np.empty(len(self.middle))

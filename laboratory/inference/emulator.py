@@ -23,49 +23,25 @@ NOISE = (1e-6, 1.0)  # of a residual that has a variance of 1
 
 
 class Check(NamedTuple):
-    """What held-out points say about an emulator.
+    """What held-out points say about an emulator."""
 
-    Attributes
-    ----------
-    standard_error : (m,) array
-        (simulated - mean) / standard deviation, of points that it was not trained on.
-    rmse, r2 : float
-        Root mean square error, and the part of the variance that is explained.
-    coverage_95 : float
-        Share of points within the 95 % interval of a normal distribution.
-    """
-
-    standard_error: np.ndarray
-    rmse: float
-    r2: float
-    coverage_95: float
+    standard_error: np.ndarray  # (m,) (simulated - mean) / standard deviation, of points that it was not trained on
+    rmse: float  # root mean square error
+    r2: float  # part of the variance that is explained
+    coverage_95: float  # share of points within the 95 % interval of a normal distribution
 
 
 class Terms(NamedTuple):
-    """Numbers of a trained process; ``u`` are the inputs less ``input_mean`` over ``input_scale``.
+    """Numbers of a trained process; ``u`` are the inputs less ``input_mean`` over ``input_scale``."""
 
-    Attributes
-    ----------
-    input_mean, input_scale : (d,) arrays
-        Of the inputs.
-    slope, offset : (d,) array, float
-        Of the trend ``slope . u + offset``.
-    size : float
-        Standard deviation of what the trend leaves; the numbers below are of that over ``size``.
-    amplitude, noise : float
-        Variances of the Matern process (nu = 5/2) and of the noise.
-    lengths : (d,) array
-        Of the Matern process, in ``u``.
-    """
-
-    input_mean: np.ndarray
-    input_scale: np.ndarray
-    slope: np.ndarray
+    input_mean: np.ndarray  # (d,) of the inputs
+    input_scale: np.ndarray  # (d,) of the inputs
+    slope: np.ndarray  # (d,) of the trend ``slope . u + offset``
     offset: float
-    size: float
-    amplitude: float
-    noise: float
-    lengths: np.ndarray
+    size: float  # standard deviation of what the trend leaves; the numbers below are of that over ``size``
+    amplitude: float  # variance of the Matern process (nu = 5/2)
+    noise: float  # variance of the noise
+    lengths: np.ndarray  # (d,) of the Matern process, in ``u``
 
 
 class Emulator:
@@ -118,12 +94,7 @@ class Emulator:
             return GaussianProcessRegressor(kernel, optimizer=search).fit(inputs, rest)
 
     def predict(self, x) -> tuple[np.ndarray, np.ndarray]:
-        """Mean and variance at (m, d) inputs: what a simulation there would give, noise included.
-
-        Returns
-        -------
-        mean, variance : (m,) arrays
-        """
+        """Mean and variance at (m, d) inputs: what a simulation there would give, noise included."""
         inputs = self._inputs.transform(np.atleast_2d(np.asarray(x, dtype=float)))
         mean = self._trend.predict(inputs)
         if self._process is None:
@@ -132,13 +103,7 @@ class Emulator:
         return mean + self._scale * rest, (self._scale * sd) ** 2
 
     def terms(self) -> Terms:
-        """What the process was found to be, for predictions of many at once.
-
-        Raises
-        ------
-        InputError
-            The output never changes.
-        """
+        """What the process was found to be, for predictions of many at once."""
         if self._process is None:
             raise InputError("emulator: the output never changes, so that it has no process")
         product, noise = self._process.kernel_.k1, self._process.kernel_.k2
@@ -156,15 +121,6 @@ class Emulator:
 
 def held_out_check(x, y, share: float = 0.2, seed: int = 0, iterations: int = 25) -> Check:
     """Train on a part of the points and compare with the others.
-
-    Parameters
-    ----------
-    x, y
-        As of `Emulator`.
-    share : float
-        Part of the points that is held out.
-    seed : int
-        Of the draw.
 
     Raises
     ------

@@ -6,6 +6,8 @@ shows the printed behaviour; it does not measure the paper's.
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import partial
 from itertools import product
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -17,7 +19,7 @@ from scipy.stats import qmc
 
 from laboratory.inference.search import End, Round, SearchMethod, Start, bent, search
 from laboratory.inference.targets import Target, outside
-from laboratory.inference.unknowns import Unknown, Unknowns
+from laboratory.inference.unknowns import Unknown, Unknowns, buildable
 from trackdyn.errors import DivergenceError, InputError, TrackdynError
 from trackdyn.measure.clearance import arc_gaps
 from trackdyn.measure.meshing import area_shares, meshing_summary
@@ -140,7 +142,7 @@ def _rig(rig: dict, radii: list[float | None], scene: dict, steps: list[float]) 
         if radius is not None and radius < least and "none" in found:  # it never touches the chain: no ring
             found[f"{radius:g}"] = found["none"]
         else:
-            found[name_of(radius)] = _case(made, radius, scene, steps, starts)
+            found[name_of(radius)] = first_that_runs(steps, partial(_case, made, radius, scene, starts))
     return found
 
 
@@ -149,17 +151,19 @@ def name_of(radius: float | None) -> str:
     return "none" if radius is None else f"{radius:g}"
 
 
-def _case(rig: Rig, radius: float | None, scene: dict, steps: Sequence[float], starts: SettledLoops) -> dict:
-    for number, step in enumerate(steps, 1):
-        try:
-            requested = Scene(rig, ring_radius=radius, step=step, frame_interval=FRAMES, **scene)
-            recording = simulate(requested, starts=starts)
-        except (InputError, DivergenceError):
-            if number == len(steps):
-                raise
-        else:
-            return case_summary(recording) | arc_gaps(recording, requested)
-    raise AssertionError("there is a step")
+def first_that_runs(steps: Sequence[float], run: Callable[[float], dict]) -> dict:
+    """What a run gives with the first step (s) that is not refused; the refusal of the last one."""
+    *first, last = steps
+    for step in first:
+        with suppress(InputError, DivergenceError):
+            return run(step)
+    return run(last)
+
+
+def _case(rig: Rig, radius: float | None, scene: dict, starts: SettledLoops, step: float) -> dict:
+    requested = Scene(rig, ring_radius=radius, step=step, frame_interval=FRAMES, **scene)
+    recording = simulate(requested, starts=starts)
+    return case_summary(recording) | arc_gaps(recording, requested)
 
 
 def case_summary(recording: Recording) -> dict:
@@ -168,13 +172,7 @@ def case_summary(recording: Recording) -> dict:
 
 
 def task_of(config: FitConfig, rig: Rig, run: str, scene: dict[str, Any]) -> dict:
-    """Arguments of the row of a rig.
-
-    Raises
-    ------
-    InputError
-        Its loop does not close.
-    """
+    """Arguments of the row of a rig."""
     if not can_close(rig):
         raise InputError("the loop does not close within the travel of the tensioner")
     how = config.runs[run]
@@ -197,12 +195,7 @@ def measure_rigs(
 ):
     """Summaries of rigs with fields of their scenes in every case, one dict ``radius -> summary or None`` a rig.
 
-    Raises
-    ------
-    InputError
-        A loop does not close.
-    TrackdynError
-        A case failed for a reason that may pass; what ``store`` holds is not computed again.
+    What ``store`` holds is not computed again.
     """
     sources = module_hash(__name__)
     tasks = [task_of(config, rig, run or config.full, scene) for rig, scene in rigs]
@@ -274,15 +267,7 @@ def fit_problem(config: dict, rig: dict, run: str, held: dict[str, str]) -> FitP
 
 
 def starts_of(config: FitConfig, rig: Rig, count: int) -> list[Start]:
-    """Where the fit begins: Sobol points that can be built, so many a combination of choices, and the named rigs.
-
-    Raises
-    ------
-    InputError
-        A named rig that lies outside a range, or lacks a choice.
-    TrackdynError
-        Hardly any point gives a rig.
-    """
+    """Where the fit begins: Sobol points that can be built, so many a combination of choices, and the named rigs."""
     unknowns = config.unknowns(rig)
     d, free = len(config.parameters), [True] * len(config.parameters) + [False] * len(config.choices)
     choices = list(product(*(one.choices for one in config.choices)))
@@ -293,7 +278,7 @@ def starts_of(config: FitConfig, rig: Rig, count: int) -> list[Start]:
             places = [one.position(name) for one, name in zip(config.choices, chosen, strict=True)]
             for point in drawn:
                 x = [*np.round(point, 6).tolist(), *places]
-                if _buildable(unknowns, x):
+                if buildable(unknowns, x):
                     found.append(Start(" ".join([*chosen, str(number + 1)]), x, free))
                     break
             else:
@@ -308,13 +293,6 @@ def starts_of(config: FitConfig, rig: Rig, count: int) -> list[Start]:
                 raise InputError(f"rigs: {name}: {label} = {(base | values)[label]} lies outside its range")
         found.append(Start(name, x.tolist(), free))
     return found
-
-
-def _buildable(unknowns: Unknowns, x) -> bool:
-    try:
-        return can_close(unknowns.to_rig(x)[0])
-    except TrackdynError:
-        return False
 
 
 def fit_rig(
@@ -346,11 +324,6 @@ def fit_rig(
         Fields of the scene that its choices ask for.
     ends : list of list of End
         Every start of every stage. A stage begins at the ends of those that the last round of the one before kept.
-
-    Raises
-    ------
-    TrackdynError
-        No start runs.
     """
     chosen = config.forms[form]
     begins = list(starts) if starts is not None else starts_of(config, rig, chosen.starts)
@@ -361,18 +334,8 @@ def fit_rig(
         plain = small.model_copy(update={"forms": {}, "rigs": {}}).model_dump()
         given = {"config": plain, "rig": rig.model_dump(), "run": stage.run, "held": held or {}}
         log(f"stage {number}: {len(begins)} starts, {len(small.cases())} cases, run {stage.run}")
-        ends = search(
-            fit_problem,
-            given,
-            begins,
-            stage.rounds,
-            config.method,
-            stage.radius,
-            stage.directions,
-            jobs,
-            store,
-            log,
-        )
+        how = config.method, stage.radius, stage.directions
+        ends = search(fit_problem, given, begins, stage.rounds, *how, jobs, store, log)
         stages.append(ends)
         going = [end for end in ends if end.round == ends[0].round and np.isfinite(end.cost)][: stage.rounds[-1].keep]
         free = {start.name: start.free for start in begins}

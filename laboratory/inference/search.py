@@ -64,36 +64,16 @@ class Start(NamedTuple):
 
 
 class End(NamedTuple):
-    """Where a search ended.
+    """Where a search ended."""
 
-    Attributes
-    ----------
-    start : str
-        Its name.
-    x : list of float
-        The best point.
-    cost : float
-        Half the sum of the squared residuals there; infinite if the start itself does not run.
-    first_cost : float
-        At the start.
-    evaluations : int
-        Made in all.
-    ended : str
-        ``converged``, ``budget``, ``near enough``, or why the start does not run.
-    round : int
-        The last one that it took part in, from 1.
-    residuals : list of float
-        At the best point.
-    """
-
-    start: str
-    x: list[float]
-    cost: float
-    first_cost: float
-    evaluations: int
-    ended: str
-    round: int
-    residuals: list[float]
+    start: str  # its name
+    x: list[float]  # the best point
+    cost: float  # half the sum of the squared residuals there; infinite if the start itself does not run
+    first_cost: float  # at the start
+    evaluations: int  # made in all
+    ended: str  # ``converged``, ``budget``, ``near enough``, or why the start does not run
+    round: int  # the last one that it took part in, from 1
+    residuals: list[float]  # at the best point
 
 
 def straight(bent_residual: float) -> float:
@@ -164,11 +144,8 @@ class _Evaluated:
 
 def _dfols(evaluate: Callable, x: np.ndarray, radius: float, directions: int | None) -> None:
     dfols = required("dfols")
-    params: dict[str, Any] = {
-        "restarts.use_restarts": False,
-        "init.random_initial_directions": False,
-        "logging.save_diagnostic_info": False,
-    }
+    off = ("restarts.use_restarts", "init.random_initial_directions", "logging.save_diagnostic_info")
+    params: dict[str, Any] = dict.fromkeys(off, False)
     if directions is not None and directions < len(x):
         params["growing.ndirs_initial"] = directions
     # The package draws directions from numpy's global generator. Each search begins with the same one, so that it takes
@@ -177,17 +154,10 @@ def _dfols(evaluate: Callable, x: np.ndarray, radius: float, directions: int | N
     np.random.seed(0)  # noqa: NPY002
     try:
         dfols.solve(
-            evaluate,
-            np.clip(x, 0.0, 1.0),
-            bounds=(np.zeros(len(x)), np.ones(len(x))),
-            rhobeg=radius,
-            rhoend=min(LEAST_RADIUS, radius / 2),
-            maxfun=ENDLESS,
-            objfun_has_noise=True,
-            user_params=params,
-            do_logging=False,
-            print_progress=False,
-        )
+            evaluate, np.clip(x, 0.0, 1.0), bounds=(np.zeros(len(x)), np.ones(len(x))), rhobeg=radius,
+            rhoend=min(LEAST_RADIUS, radius / 2), maxfun=ENDLESS, objfun_has_noise=True, user_params=params,
+            do_logging=False, print_progress=False,
+        )  # fmt: skip
     finally:
         np.random.set_state(before)  # noqa: NPY002
 
@@ -199,10 +169,8 @@ def _trf(evaluate: Callable, x: np.ndarray, radius: float, directions: int | Non
         moved = [evaluate(at + step * unit) for step, unit in zip(steps, np.eye(len(at)), strict=True)]
         return np.column_stack([(m - base) / step for m, step in zip(moved, steps, strict=True)])
 
-    inside = np.clip(x, 1e-6, 1 - 1e-6)
-    least_squares(
-        evaluate, inside, jac=jacobian, bounds=(0.0, 1.0), xtol=LEAST_RADIUS, ftol=LEAST_RADIUS, max_nfev=ENDLESS
-    )
+    ends = {"xtol": LEAST_RADIUS, "ftol": LEAST_RADIUS, "max_nfev": ENDLESS}
+    least_squares(evaluate, np.clip(x, 1e-6, 1 - 1e-6), jac=jacobian, bounds=(0.0, 1.0), **ends)
 
 
 METHODS = {"dfols": _dfols, "trf": _trf}
@@ -277,14 +245,9 @@ def minimise(
     costs = [0.5 * float(found @ found) for found in evaluated.found]
     best = int(np.argmin(costs if enough is None else [_largest(found) for found in evaluated.found]))
     return {
-        "x": evaluated.points[best].tolist(),
-        "cost": costs[best],
-        "first_cost": costs[0],
-        "evaluations": evaluated.count,
-        "ended": ended,
-        "residuals": evaluated.found[best].tolist(),
-        "costs": costs,
-    }
+        "x": evaluated.points[best].tolist(), "cost": costs[best], "first_cost": costs[0],
+        "evaluations": evaluated.count, "ended": ended, "residuals": evaluated.found[best].tolist(), "costs": costs,
+    }  # fmt: skip
 
 
 def _local(problem: str, requested: dict, start: list, store: str | None, **fields: Any) -> dict:
@@ -312,7 +275,7 @@ def local_searches(
     ----------
     problem : function
         Makes the `Problem`; it is looked up by its name in other processes.
-    asked : mapping
+    requested : mapping
         By any key what the problem is made of, plain data, and where a search begins.
     evaluations, store
         As `search`.
@@ -324,12 +287,7 @@ def local_searches(
     Returns
     -------
     dict
-        `minimise` by the keys of ``asked``.
-
-    Raises
-    ------
-    TrackdynError
-        A row failed for a reason that may pass.
+        `minimise` by the keys of ``requested``.
     """
     sources = module_hash(problem.__module__)
     name = f"{problem.__module__}:{problem.__qualname__}"
@@ -346,10 +304,8 @@ def local_searches(
         row = rows[keys[of]]
         if row["state"] != DONE:
             raise TrackdynError(f"start {start.name}: {row['reason']}")
-        found[of] = row["values"] | {
-            cost: float("inf") if row["values"][cost] is None else row["values"][cost]
-            for cost in ("cost", "first_cost")
-        }
+        lost = {cost: float("inf") for cost in ("cost", "first_cost") if row["values"][cost] is None}
+        found[of] = row["values"] | lost
     return found
 
 
@@ -370,8 +326,8 @@ def search(
     Parameters
     ----------
     problem : function
-        Makes the `Problem` of ``asked``; it is looked up by its name in other processes.
-    asked : dict
+        Makes the `Problem` of ``requested``; it is looked up by its name in other processes.
+    requested : dict
         Plain data.
     starts : sequence of Start
         Names differ.
@@ -389,13 +345,6 @@ def search(
     -------
     list of End
         Sorted by the last round, then by cost.
-
-    Raises
-    ------
-    InputError
-        Names that stand twice.
-    TrackdynError
-        A row failed for a reason that may pass.
     """
     if len({start.name for start in starts}) < len(starts):
         raise InputError("starts: a name occurs twice; names must differ")
@@ -406,9 +355,8 @@ def search(
         for name, values in local_searches(problem, tasks, one.evaluations, jobs, store, **how).items():
             ends[name] = End(start=name, round=number, **{k: v for k, v in values.items() if k != "costs"})
         order = sorted(alive, key=lambda of: ends[of].cost)  # of equals the first start
-        log(
-            f"round {number}: {len(alive)} starts to {one.evaluations} evaluations, best cost {ends[order[0]].cost:.3f}"
-        )
+        best = ends[order[0]].cost
+        log(f"round {number}: {len(alive)} starts to {one.evaluations} evaluations, best cost {best:.3f}")
         if number < len(rounds):
             alive = {of: alive[of] for of in order[: one.keep] if np.isfinite(ends[of].cost)}
     return sorted(ends.values(), key=lambda end: (-end.round, end.cost))

@@ -9,7 +9,8 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from trackdyn.errors import InputError
+from trackdyn.errors import InputError, TrackdynError
+from trackdyn.parameters.layout import can_close
 from trackdyn.parameters.rig import Rig
 from trackdyn.parameters.table import parameter_table
 from trackdyn.parameters.validation import Section, plain_number, shown
@@ -161,13 +162,7 @@ class Unknowns:
         return [unknown.label for unknown in self.unknowns]
 
     def values(self, x) -> dict[str, Any]:
-        """Value of every unknown at a point of the unit cube, by label.
-
-        Raises
-        ------
-        InputError
-            The point has another number of coordinates, or one outside 0 to 1.
-        """
+        """Value of every unknown at a point of the unit cube, by label."""
         x = np.asarray(x, dtype=float)
         if x.shape != (len(self),) or not ((x >= 0) & (x <= 1)).all():
             raise InputError(f"x = {shown(x.tolist())}: must be {len(self)} numbers between 0 and 1")
@@ -200,13 +195,7 @@ class Unknowns:
         return fields, scene
 
     def to_rig(self, x) -> tuple[Rig, dict[str, str]]:
-        """The rig at a point of the unit cube, and what it changes in a scene.
-
-        Raises
-        ------
-        InputError
-            There is no such rig: the sentence of `Rig`.
-        """
+        """The rig at a point of the unit cube, and what it changes in a scene."""
         fields, scene = self.changes(self.values(x))
         return self.rig.changed(**fields), scene
 
@@ -218,6 +207,14 @@ class Unknowns:
                 value = _number(rig, unknown.names[0], unknown.label)
                 found[unknown.label] = value / _number(rig, unknown.of, unknown.label) if unknown.of else value
         return found
+
+
+def buildable(unknowns: Unknowns, x) -> bool:
+    """Whether there is a rig at a point: its groove can be cut, its loop closes around its wheels."""
+    try:
+        return can_close(unknowns.to_rig(x)[0])
+    except TrackdynError:
+        return False
 
 
 def file_ranges(path: Path | str) -> dict[str, tuple[float, float, str]]:

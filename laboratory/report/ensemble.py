@@ -23,25 +23,17 @@ SHOWN_PAIRS = 6  # unknowns of the pair plot: those that are left least of their
 def write_tables(e: Ensemble, claims: Path | str, card: pd.DataFrame) -> str:
     """All tables and the findings in words into the folder of the ensemble; the summary is returned.
 
-    Parameters
-    ----------
-    card : DataFrame
-        The scorecard of the shipped rig (``claims.csv`` of the results).
+    ``card`` is the scorecard of the shipped rig.
     """
     shares = verdicts.claims_table(e, load_claims(claims))
     study = study_table(_study(e), verdicts.rank(e)["excluded_by"])
     choices = pd.concat([choice_table(study, rpm).assign(rpm=rpm) for rpm in e.form.speeds_rpm], ignore_index=True)
     scorecard = verdicts.with_default(card, shares, "possible")
     tables = {
-        "rigs": verdicts.rigs_table(e),
-        "parameters": verdicts.parameters_table(e),
-        "claims": shares,
-        "pareto": verdicts.pareto_rigs(e),
-        "ranks": verdicts.rank_indices(e),
-        "study": study,
-        "choices": choices,
+        "rigs": verdicts.rigs_table(e), "parameters": verdicts.parameters_table(e), "claims": shares,
+        "pareto": verdicts.pareto_rigs(e), "ranks": verdicts.rank_indices(e), "study": study, "choices": choices,
         "scorecard": scorecard,
-    }
+    }  # fmt: skip
     for name, table in tables.items():
         write_table(table, e.folder / f"{name}.csv")
     found = _summary(e, tables | {"conflicts": e.read("conflicts")})
@@ -134,24 +126,19 @@ def write_figures(e: Ensemble, metrics: pd.DataFrame) -> None:
     done = runs[runs["state"] == DONE]
     done = done.assign(rig=done["name"].str.partition(" ")[0].astype(int))
     shipped = metrics[metrics["run"].str.startswith("ring/")]
-    save(
-        band_figure(done, "rms_n", "RMS of the normal force (N)", "Figure 23 (a) over the rigs", shipped),
-        e.folder / "fig23_bands.png",
-    )
-    save(
-        band_figure(done, "share_pct", "contact duration (% of a turn)", "Figure 24 over the rigs", shipped),
-        e.folder / "fig24_bands.png",
-    )
+    for number, part, column, unit in (
+        ("23", " (a)", "rms_n", "RMS of the normal force (N)"),
+        ("24", "", "share_pct", "contact duration (% of a turn)"),
+    ):
+        figure = band_figure(done, column, unit, f"Figure {number}{part} over the rigs", shipped)
+        save(figure, e.folder / f"fig{number}_bands.png")
     every = verdicts.all_judged(e)
     save(conflict_figure(e.read("conflicts"), e.config.cutoff), e.folder / "conflicts.png")
-    save(
-        pareto_figure(verdicts.group_worst(e, every), verdicts.pareto_rigs(e), e.config.cutoff), e.folder / "pareto.png"
-    )
+    worst, front = verdicts.group_worst(e, every), verdicts.pareto_rigs(e)
+    save(pareto_figure(worst, front, e.config.cutoff), e.folder / "pareto.png")
     parameters = verdicts.parameters_table(e).dropna(subset="remaining").sort_values("remaining")
     names = list(parameters["name"].head(SHOWN_PAIRS))
     save(pairs_figure(e.read(f"points_{LAST}"), e.read("points_1"), names), e.folder / "pairs.png")
     rpm = min(e.form.speeds_rpm)
-    save(
-        choice_figure(choice_table(study_table(runs, verdicts.rank(e)["excluded_by"]), rpm), rpm),
-        e.folder / "choice.png",
-    )
+    table = choice_table(study_table(runs, verdicts.rank(e)["excluded_by"]), rpm)
+    save(choice_figure(table, rpm), e.folder / "choice.png")

@@ -30,9 +30,8 @@ def calibration(rows: pd.DataFrame) -> str:
         spans = zip(*(rows[f"{name}_{level}"] for name in ("covered", "low", "high")), strict=True)
         cells = [f"{100 * at:.1f} % ({100 * low:.0f} to {100 * high:.0f})" for at, low, high in spans]
         shown[f"in {level} % intervals"] = cells
-    shown["of those identified"] = [
-        "–" if pd.isna(one) else f"{100 * one:.1f} %" for one in rows["covered_90_identified"]
-    ]
+    known = 100 * rows["covered_90_identified"]
+    shown["of those identified"] = ["–" if pd.isna(one) else f"{one:.1f} %" for one in known]
     shown["p_uniform"] = ["–" if pd.isna(one) else f"{one:.2g}" for one in rows["p_uniform"]]
     shown["bins outside"] = ["–" if pd.isna(one) else f"{one:.0f}" for one in rows["bins_outside"]]
     return shown.to_markdown(index=False, disable_numparse=True)
@@ -50,23 +49,18 @@ def findings(rows: pd.DataFrame) -> str:
     def line(row: pd.Series) -> str:
         if row["file"] == "":
             return f"- {row['finding']}"
-        picture = row["file"].endswith(".png")
-        return (
-            f"\n![{row['finding']}](pictures/ensemble_{row['file']})"
-            if picture
-            else f"- [{row['finding']}](measured/ensemble_{row['file']})"
-        )
+        if row["file"].endswith(".png"):
+            return f"\n![{row['finding']}](pictures/ensemble_{row['file']})"
+        return f"- [{row['finding']}](measured/ensemble_{row['file']})"
 
     return "\n".join(line(row) for _, row in rows.astype(object).fillna("").iterrows()) + "\n"
 
 
 PAGES = (
-    ("docs/deviations.md", ("deviations.csv",), departures),
-    ("docs/identify.md", ("calibration.csv",), calibration),
+    ("docs/deviations.md", ("deviations.csv",), departures), ("docs/identify.md", ("calibration.csv",), calibration),
     ("docs/identify-synthetic.md", ("identify_synthetic.csv",), identified),
-    ("docs/ensemble.md", ("ensemble_summary.csv",), findings),
-    ("docs/wear.md", ("wear_lives.csv",), wear_text),
-)
+    ("docs/ensemble.md", ("ensemble_summary.csv",), findings), ("docs/wear.md", ("wear_lives.csv",), wear_text),
+)  # fmt: skip
 
 if __name__ == "__main__":
     try:

@@ -27,18 +27,7 @@ def write_identification_page(
 ) -> Path:
     """Draw the figures and write ``index.html``.
 
-    Parameters
-    ----------
-    answer : Answer
-        The identified values.
-    rig : Rig
-        That of the best values.
-    out : Path
-        Folder.
-    synthetic : str
-        What the records are called if they were not measured, such as ``synthetic``.
-    tellable : DataFrame, optional
-        What `told.tellable` found.
+    ``synthetic`` is what records are called that were not measured, ``tellable`` what `informative.tellable` found.
     """
     count, called = len(answer.unknowns), f"{synthetic} record" if synthetic else "record"
     draws, features = answer.draws, features_table(answer)
@@ -114,15 +103,9 @@ def _spectra(answer: Identification, rig: Rig) -> list[tuple[str, float, np.ndar
 def _records(answer: Identification) -> pd.DataFrame:
     rows = []
     for one in answer.measured:
-        about = {
-            "record": one.record.path.name,
-            "speed_rpm": one.speed.rpm,
-            "turn_s": one.turn_s,
-            "turns": len(one.statistics),
-        }
-        rows.append(
-            about | {"rate_hz": one.record.rate_hz, "seconds": one.record.seconds, "clipped": one.record.clipped}
-        )
+        about = {"record": one.record.path.name, "speed_rpm": one.speed.rpm, "turn_s": one.turn_s}
+        of_record = {name: getattr(one.record, name) for name in ("rate_hz", "seconds", "clipped")}
+        rows.append(about | {"turns": len(one.statistics)} | of_record)
     return pd.DataFrame(rows)
 
 

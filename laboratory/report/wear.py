@@ -7,14 +7,11 @@ from laboratory.wear.study import OF_A_LIFE, sensed, summarize, wear_answer, win
 
 # why a life of the ensemble ended, by words of its ``end``, the first that it has
 ENDS = {
-    "reached ring": "the ring is worn to the last radius",
-    "no longer touch": "the links no longer touch the ring",
-    "touches no link": "the links no longer touch the ring",
-    "arcs miss": "five arcs no longer follow the worn flank",
+    "reached ring": "the ring is worn to the last radius", "no longer touch": "the links no longer touch the ring",
+    "touches no link": "the links no longer touch the ring", "arcs miss": "five arcs no longer follow the worn flank",
     "not resolved": "the step does not resolve the contacts",
-    "physical range": "the step does not resolve the contacts",
-    "": "the rig does not run",
-}
+    "physical range": "the step does not resolve the contacts", "": "the rig does not run",
+}  # fmt: skip
 COLUMNS = {
     "life_km": "life (km)", "right_begins_m": "right arc touches (mm)", "left_leaves_m": "left force leaves 15 % (mm)",
     "good_from_m": "window from (mm)", "good_to_m": "to (mm)", "good_km": "in it (km)",
@@ -65,11 +62,9 @@ def _same_history(lives: pd.DataFrame) -> float | None:
     for _, cases in lives.dropna(subset=["ring_radius_m"]).groupby(OF_A_LIFE[:3]):
         complete = cases[cases["first_radius_m"] == cases["first_radius_m"].max()].sort_values("ring_radius_m")
         for first, one in cases.groupby("first_radius_m"):
-            if first < complete["first_radius_m"].iloc[0] and np.isclose(
-                one["ring_radius_m"].min(), complete["ring_radius_m"].min()
-            ):
-                left = complete["distance_km"].max() - np.interp(
-                    first, complete["ring_radius_m"], complete["distance_km"]
-                )
+            same_end = np.isclose(one["ring_radius_m"].min(), complete["ring_radius_m"].min())
+            if first < complete["first_radius_m"].iloc[0] and same_end:
+                run = np.interp(first, complete["ring_radius_m"], complete["distance_km"])
+                left = complete["distance_km"].max() - run
                 found.append(abs(left / one["distance_km"].max() - 1))
     return max(found, default=None)

@@ -22,22 +22,12 @@ CLEAR = 1e-4  # m by which a concave arc stays wider than the connector's
 
 @dataclass(frozen=True)
 class Contour:
-    """One flank of a new groove.
+    """One flank of a new groove."""
 
-    Attributes
-    ----------
-    points, normal : (n, 2) arrays
-        Nodes from the tip to the bottom, m, and the unit normals out of the steel.
-    length : (n,) array
-        What each node stands for, m.
-    arcs : (k, 4) array
-        Arcs of the flank (`parameters.outline.groove_of_arcs`).
-    """
-
-    points: np.ndarray
-    normal: np.ndarray
-    length: np.ndarray
-    arcs: np.ndarray
+    points: np.ndarray  # (n, 2) nodes from the tip to the bottom, m
+    normal: np.ndarray  # (n, 2) unit normals out of the steel
+    length: np.ndarray  # (n,) what each node stands for, m
+    arcs: np.ndarray  # (k, 4) arcs of the flank (`parameters.outline.groove_of_arcs`)
 
     def worn(self, depth: np.ndarray) -> np.ndarray:
         """(n, 2) points with depths (n,) taken off, m."""
@@ -52,12 +42,11 @@ class Contour:
 
 def contours(groove: Groove) -> tuple[Contour, Contour]:
     """Return the contours of the left and right flank of a groove."""
-    return _contour(groove, range(len(groove.radius) // 2), 1.0), _contour(
-        groove, range(len(groove.radius) - 1, len(groove.radius) // 2 - 1, -1), -1.0
-    )
+    areas, half = list(range(len(groove.radius))), len(groove.radius) // 2
+    return _contour(groove, areas[:half], 1.0), _contour(groove, areas[half:][::-1], -1.0)
 
 
-def _contour(groove: Groove, areas, side: float) -> Contour:
+def _contour(groove: Groove, areas: list[int], side: float) -> Contour:
     mirror = np.array([side, 1.0])
     points, normals = [], []
     for j in areas:
@@ -71,8 +60,8 @@ def _contour(groove: Groove, areas, side: float) -> Contour:
     nodes, normal = (np.column_stack([np.interp(at, along, part[:, k]) for k in (0, 1)]) for part in (dense, normal))
     length = np.full(len(at), at[1])
     length[[0, -1]] /= 2
-    signs = np.where(groove.convex[list(areas)], 1.0, -1.0)
-    arcs = np.column_stack([groove.centre[list(areas)] * mirror, groove.radius[list(areas)], signs])
+    signs = np.where(groove.convex[areas], 1.0, -1.0)
+    arcs = np.column_stack([groove.centre[areas] * mirror, groove.radius[areas], signs])
     return Contour(nodes, normal / np.hypot(*normal.T)[:, None], length, arcs)
 
 

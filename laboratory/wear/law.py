@@ -35,22 +35,7 @@ class Coefficients(Section):
 
 
 def load_coefficients(path: Path | str = DEFAULT) -> Coefficients:
-    """Read and validate a file of wear coefficients, each with value, unit, kind and source.
-
-    Parameters
-    ----------
-    path : path
-        YAML file; default: the shipped one.
-
-    Returns
-    -------
-    Coefficients
-
-    Raises
-    ------
-    InputError
-        One sentence with file, field, value and what is accepted.
-    """
+    """Read and validate a file of wear coefficients, each with value, unit, kind and source."""
     return validated(Coefficients, read_yaml(path), str(path), "add it with value, unit, kind and source", FROM_FILE)
 
 

@@ -70,23 +70,7 @@ UNITS = {"ring": {"m": 1.0, "mm": 1e-3}, "distance": {"m": 1.0, "km": 1e3}}
 
 
 def parse_until(text: str) -> Until:
-    """Read a bound.
-
-    Parameters
-    ----------
-    text : str
-        Such as ``ring 0.303 m`` or ``distance 5000 km``.
-
-    Returns
-    -------
-    Until
-        Quantity and value, m.
-
-    Raises
-    ------
-    InputError
-        The text is neither of these.
-    """
+    """Read a bound such as ``ring 0.303 m`` or ``distance 5000 km``, whose value is in m."""
     try:
         what, value, unit = str(text).split()
         if 0 < (number := float(value)) < 1e9:
@@ -106,24 +90,12 @@ class Found(NamedTuple):
 
 @dataclass
 class Walk:
-    """Heun's method with steps that the change within them controls.
+    """Heun's method with steps that the change within them controls."""
 
-    Attributes
-    ----------
-    find : function
-        State to `Found`; `InputError` or `DivergenceError` where there is none.
-    scale : array
-        Change of each entry that one step may make.
-    watch : array
-        The same of what is watched.
-    error : float
-        Difference of the two ends of a step, relative to the largest change that it may make.
-    """
-
-    find: Callable[[np.ndarray], Found]
-    scale: np.ndarray
-    watch: np.ndarray
-    error: float = 0.2
+    find: Callable[[np.ndarray], Found]  # state to `Found`; `InputError` or `DivergenceError` where there is none
+    scale: np.ndarray  # change of each entry that one step may make
+    watch: np.ndarray  # the same of what is watched
+    error: float = 0.2  # difference of the two ends of a step, relative to the largest change that it may make
     evaluations: int = field(default=0)
 
     def longest(self, found: Found) -> float:
@@ -132,13 +104,7 @@ class Walk:
         return 1.0 / speed if speed else float("inf")
 
     def step(self, y: np.ndarray, found: Found, length: float) -> tuple[float, np.ndarray, Found, Found]:
-        """One step of at most ``length``: the length taken, the new state, what is found there, and at its prediction.
-
-        Raises
-        ------
-        InputError, DivergenceError
-            There is nothing beyond this state, however short the step.
-        """
+        """One step of at most ``length``: its length, the new state, what is found there, and at its prediction."""
         least = SMALLEST * self.longest(found)
         while True:
             try:
@@ -174,26 +140,13 @@ def crossing(goal: float, rate: float, ahead: float, length: float) -> float | N
 
 @dataclass
 class Worn:
-    """The rates of a rig: a function of its depths.
+    """The rates of a rig: a function of its depths."""
 
-    Attributes
-    ----------
-    rig : Rig
-        As new; the tension is set with its new ring.
-    rpm : float
-        Motor speed, rev/min.
-    coefficients : Coefficients
-    fields : dict
-        Of the scene: tension, step, integrator and the like.
-    rule : StopRule
-        When a run is steady.
-    """
-
-    rig: Rig
-    rpm: float
+    rig: Rig  # as new; the tension is set with its new ring
+    rpm: float  # motor speed, rev/min
     coefficients: Coefficients
-    fields: dict
-    rule: StopRule = RULE
+    fields: dict  # of the scene: tension, step, integrator and the like
+    rule: StopRule = RULE  # when a run is steady
 
     def __post_init__(self):
         if not self.rpm > 0:
@@ -234,13 +187,7 @@ class Worn:
         return Found(d.rates(rig, radius, worked, self.coefficients), np.array([known[name] for name in SHARES]), known)
 
     def goal(self, until: Until) -> tuple[int, float]:
-        """Return the entry of the state that reaches a bound, and its value there, m.
-
-        Raises
-        ------
-        InputError
-            The rig has no ring, or the bound is not below its new ring.
-        """
+        """Return the entry of the state that reaches a bound, and its value there, m."""
         if until.what == "distance":
             return self.depths.distance, until.value
         if self.rig.ring_radius is None:

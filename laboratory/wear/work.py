@@ -22,31 +22,15 @@ AREAS = 10  # of the grooves that wear
 
 
 class Worked(NamedTuple):
-    """Work of friction over a stretch, J.
+    """Work of friction over a stretch, J."""
 
-    Attributes
-    ----------
-    flanks : pair of (m, n) arrays
-        By groove and node of left and right flank.
-    arcs : (2, ARC_NODES) array
-        Of all left and all right arcs, over the angle from the connector's own x axis.
-    areas : (10,) array
-        By area, of the account of sliding.
-    ring, bushing : float
-        Of the links on the ring, and lost in all bushings.
-    distance : float
-        What the chain ran, m.
-    estimate : float
-        Sum over the teeth by the law of friction alone, without the account.
-    """
-
-    flanks: tuple[np.ndarray, np.ndarray]
-    arcs: np.ndarray
-    areas: np.ndarray
-    ring: float
-    bushing: float
-    distance: float
-    estimate: float
+    flanks: tuple[np.ndarray, np.ndarray]  # by groove and node of left and right flank
+    arcs: np.ndarray  # (2, ARC_NODES) of all left and all right arcs, over the angle from the connector's own x axis
+    areas: np.ndarray  # (10,) by area, of the account of sliding
+    ring: float  # of the links on the ring
+    bushing: float  # lost in all bushings
+    distance: float  # what the chain ran, m
+    estimate: float  # sum over the teeth by the law of friction alone, without the account
 
 
 def _rows(loop: Loop, count: int) -> dict[str, np.ndarray]:
@@ -61,14 +45,7 @@ def _rows(loop: Loop, count: int) -> dict[str, np.ndarray]:
 def distribute(loop: Loop, of: tuple[Contour, Contour], points: list[np.ndarray], turns: float = 1.0) -> Worked:
     """Go on with a copy of a loop for some turns of the sprocket, and say where friction worked.
 
-    Parameters
-    ----------
-    loop : Loop
-        In steady motion, its groove of ten arcs.
-    of : pair of Contour
-        Flanks whose nodes get the work.
-    points : pair of (n, 2) arrays
-        Where the nodes are now, m.
+    The loop is in steady motion; ``points``, (n, 2) each, m, are where the nodes of the flanks are now.
 
     Raises
     ------
@@ -136,9 +113,8 @@ def _deposit(loop: Loop, rows: dict, points, flanks, arcs) -> float:
     work = done * np.divide(own, total, out=1.0 / count, where=total > 0)
     _add_flanks(points, flanks, touch, groove, area > AREAS // 2, work)
     ck, sk = turned[0]
-    toward = (
-        np.arctan2(-(sk * normal[:, 0] + ck * normal[:, 1]), -(ck * normal[:, 0] - sk * normal[:, 1])) - angle[0][:, 0]
-    )
+    nx, ny = normal.T
+    toward = np.arctan2(-(sk * nx + ck * ny), -(ck * nx - sk * ny)) - angle[0][:, 0]
     place = np.rint(toward / (2 * pi) * ARC_NODES).astype(int) % ARC_NODES
     arcs += np.bincount(side * ARC_NODES + place, work, 2 * ARC_NODES).reshape(2, ARC_NODES)
     return float(own.sum())

@@ -8,21 +8,11 @@ from typing import NamedTuple
 
 
 class Study(NamedTuple):
-    """A study.
+    """A study."""
 
-    Attributes
-    ----------
-    title : str
-        In words.
-    file : str
-        A file of the results that only a run of it makes.
-    forms : bool
-        Whether it has a short form and a full one.
-    """
-
-    title: str
-    file: str
-    forms: bool = True
+    title: str  # in words
+    file: str  # a file of the results that only a run of it makes
+    forms: bool = True  # whether it has a short form and a full one
 
 
 STUDIES = {

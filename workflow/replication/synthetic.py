@@ -1,29 +1,11 @@
 """SYNTHETIC stand-in for the measured acceleration of a track link, which the paper did not publish.
 
-Nothing here is measured, and agreement of a simulation with it validates nothing. It serves to run and
-to test whatever reads measured records. No dynamics of the simulator is used: a record is the motion of a
-link on an ideal belt around the wheels, to which the three causes are added that Sect. 5 of the paper
-names for the sharper course of its experiment:
-
-1. the sprocket speed fluctuates slowly about its mean;
-2. contacts are short: half-sine impacts whenever a pitch runs on or off a wheel;
-3. the sensor stands on glue and rings: the impacts pass through a damped resonance.
-
-Noise, 16 bit and the range of +-20 g complete the sensor.
-
-Printed, and the only tie to the experiment, are main frequency and amplitude at four motor speeds. One
-number a speed is fitted to them (:func:`fit`): the mean loop frequency or, at 210 rpm, the size of the
-fluctuation. The rest is assumed. RMS, standard deviation and impacts are therefore no evidence of
-anything. Nor is the shape of the slow part: the layout of the wheels is that of the rig `first_fit`, where it
-was fitted to the amplitudes that the paper prints for its simulation.
-
-How a frequency can be fitted to an amplitude: the printed one is that of the highest line of 90,000
-points at 1000 Hz. The lines are 1/90 Hz apart, a printed frequency is off by up to half of that, and a
-rectangular window shows a belt that turns between two lines up to 36 % too low. At constant speed the
-printed 0.131 and 0.176 Hz alone make 1.088 and 1.123 g of the 1.17 g of this layout; 1.083 and 1.120 g
-are printed. At constant speed even the 0.7698 g at 210 rpm could be had, just, 0.48 lines off (0.66 of
-1.16 g), but an unsteady speed, which the paper names, lowers the line as well and needs no such
-coincidence. The printed numbers cannot tell the two apart.
+Nothing here is measured, and agreement of a simulation with it validates nothing; `DESCRIPTION` says what is printed,
+what is fitted to that (:func:`fit`), and that all else is assumed. No dynamics of the simulator is used: a record is
+the motion of a link on an ideal belt around the wheels, with the three causes that Sect. 5 of the paper names for the
+sharper course of its experiment. The sprocket speed fluctuates slowly about its mean; contacts are short, half-sine
+impacts whenever a pitch runs on or off a wheel; the sensor stands on glue and rings: the impacts pass through a damped
+resonance. Noise, 16 bit and the range of +-20 g complete the sensor.
 """
 
 import argparse
@@ -98,25 +80,14 @@ OVERSAMPLING = 8  # impacts of 1 ms and the ringing need more than the sampling 
 
 @dataclass(frozen=True)
 class SyntheticSpeed:
-    """One motor speed: what the paper prints and what the generator takes.
+    """One motor speed: what the paper prints and what the generator takes."""
 
-    Attributes
-    ----------
-    rpm : int
-        Motor speed, rev/min (printed).
-    printed_hz, printed_g : float
-        Experimental main frequency, Hz, and its amplitude, g (printed, Sect. 5 on Fig. 18).
-    loop_hz : float
-        Mean loop frequency, Hz (fitted, see :func:`fit`).
-    fluctuation : float
-        RMS of the slow fluctuation of the speed, relative to its mean (assumed :data:`LEAST_FLUCTUATION`,
-        or fitted, see :func:`fit`).
-    """
-
-    rpm: int
-    printed_hz: float
-    printed_g: float
-    loop_hz: float
+    rpm: int  # motor speed, rev/min (printed)
+    printed_hz: float  # experimental main frequency, Hz (printed, Sect. 5 on Fig. 18)
+    printed_g: float  # its amplitude, g (printed, Sect. 5 on Fig. 18)
+    loop_hz: float  # mean loop frequency, Hz (fitted, see :func:`fit`)
+    # RMS of the slow fluctuation of the speed, relative to its mean (assumed :data:`LEAST_FLUCTUATION`, or fitted, see
+    # :func:`fit`)
     fluctuation: float = LEAST_FLUCTUATION
 
     @property
@@ -142,11 +113,6 @@ def generate(rpm: int, seed: int | None = None, duration_s: float = RECORD_S) ->
     t, ax, ay, az : (N,) arrays
         Time, s, and specific force, g: x along the link in the direction of travel, y along its outward
         normal, z lateral. The speed fluctuates the same in a shorter record.
-
-    Raises
-    ------
-    InputError
-        A speed that is not printed, or a length that is not positive.
     """
     speed = _speed(rpm)
     return _record(speed, speed.seed if seed is None else seed, duration_s)
@@ -165,6 +131,12 @@ def fit(speed: SyntheticSpeed, seed: int | None = None) -> SyntheticSpeed:
        fluctuation grows until the amplitude fits.
 
     Both numbers are rounded to 1e-5; :data:`SPEEDS` stores these results.
+
+    A frequency can be fitted to an amplitude since the printed one is that of the highest line of 90,000 points at 1000
+    Hz: lines are 1/90 Hz apart, and a rectangular window shows a belt that turns between two up to 36 % too low.
+    At constant speed the printed 0.131 and 0.176 Hz alone make 1.088 and 1.123 g of the 1.17 g of this layout; 1.083
+    and 1.120 g are printed. Even the 0.7698 g at 210 rpm could be had, just, 0.48 lines off, but an unsteady speed,
+    which the paper names, needs no such coincidence. The printed numbers cannot tell the two apart.
     """
     seed = speed.seed if seed is None else seed
 
@@ -207,13 +179,7 @@ def closeness(records: Mapping[int, np.ndarray] | None = None) -> pd.DataFrame:
 
 
 def write_record(folder, rpm: int) -> np.ndarray:
-    """Write ``{rpm}rpm.csv`` into an existing folder and return its y acceleration, g.
-
-    Raises
-    ------
-    InputError
-        A speed that is not printed, or a folder that cannot be written.
-    """
+    """Write ``{rpm}rpm.csv`` into an existing folder and return its y acceleration, g."""
     record = generate(rpm)
     write_sensor_csv(Path(folder) / f"{rpm}rpm.csv", *record, comments=_comments(SPEEDS[rpm]))
     return record[2]
@@ -223,11 +189,6 @@ def write_dataset(folder) -> pd.DataFrame:
     """Write the records of all speeds and their ``datapackage.json``; returns the table of :func:`closeness`.
 
     The folder is made if it does not exist. Equal calls give equal bytes.
-
-    Raises
-    ------
-    InputError
-        The folder cannot be written.
     """
     folder = Path(folder)
     try:
@@ -282,11 +243,7 @@ def _travel(t, speed, length, start, phase):
 
 
 def _belt_acceleration(path: BeltPath, s, v, vdot):
-    """Specific force x, y (2, n) in g in the middle of a link whose pins run on the belt.
-
-    The link is a chord, so it turns into an arc over its own length instead of at once. Its middle is
-    accelerated by the mean of its pins; at rest on a level strand the sensor shows +1 g along y (Eq. 40).
-    """
+    """Specific force x, y (2, n) in g in the middle of a link, a chord whose pins run on the belt (Eq. 40)."""
 
     def pin(s):
         place, heading, curvature = path.along(s)
@@ -303,18 +260,14 @@ def _belt_acceleration(path: BeltPath, s, v, vdot):
 
 
 def _impacts(t, s, path, speed, rng):
-    """Acceleration x, y, z (3, n) in g by impacts of all pitches, felt at the sensor, at fine times t.
-
-    A pitch that runs on (or off) a wheel at arc length ``place`` does so when the way of the sensor's link
-    to it is a whole number of pitches. That number tells how far along the chain the impact is.
-    """
+    """Acceleration x, y, z (3, n) in g by impacts of all pitches, felt at the sensor, at fine times t."""
     pitch = path.length / PITCHES
     rate = RATE_HZ * OVERSAMPLING
     mean_speed = speed.loop_hz * path.length
     longest = int(np.ceil(IMPACT_S[1] * rate)) + 1
     out = np.zeros((3, t.size + longest))
     for i, place in enumerate(path.start[:-1]):
-        running_on = i % 2 == 0  # arcs begin at even places
+        running_on = i % 2 == 0  # arcs begin at even places; the number of pitches tells how far away the impact is
         number = np.arange(np.ceil((s[0] - place) / pitch), np.floor((s[-1] - place) / pitch) + 1)
         time = np.interp(place + number * pitch, s, t)
         links = np.minimum(number % PITCHES, -number % PITCHES)
@@ -378,29 +331,19 @@ def _datapackage(folder, table):
         resource |= {"hash": f"sha256:{hashlib.sha256(data).hexdigest()}", "seed": speed.seed}
         resource["fitted"] = {"loop_hz": speed.loop_hz, "fluctuation": speed.fluctuation}
         resource["printed"] = {"main_hz": speed.printed_hz, "amplitude_g": speed.printed_g}
-        resource["achieved"] = {
-            "main_hz": round(row.achieved_hz, 5),
-            "amplitude_g": round(row.achieved_g, 4),
-            "amplitude_difference_percent": round(row.difference_percent, 2) + 0.0,  # no -0.0
-            "rms_g": round(row.rms_g, 4),
-            "sd_g": round(row.sd_g, 4),
-            "peak_g": round(row.peak_g, 3),
-            "clipped_samples": int(row.clipped),
-        }
+        off = round(row.difference_percent, 2) + 0.0  # no -0.0
+        achieved = {"main_hz": round(row.achieved_hz, 5), "amplitude_g": round(row.achieved_g, 4)}
+        achieved |= {"amplitude_difference_percent": off, "rms_g": round(row.rms_g, 4), "sd_g": round(row.sd_g, 4)}
+        resource["achieved"] = achieved | {"peak_g": round(row.peak_g, 3), "clipped_samples": int(row.clipped)}
         resources.append(resource | {"schema": {"fields": fields}})
     licence = {"path": "https://creativecommons.org/publicdomain/zero/1.0/", "title": "CC0 1.0 Universal"}
     made = {"command": COMMAND, "version": GENERATOR_VERSION, "random_numbers": "numpy PCG64"}
     return {
-        "profile": "tabular-data-package",
-        "name": "trackdyn-synthetic-link-acceleration",
-        "title": "Synthetic acceleration of a link of a double-pin track",
-        "description": " ".join(DESCRIPTION.split()),
-        "version": GENERATOR_VERSION,
-        "keywords": ["synthetic", "acceleration", "track", "not measured"],
-        "licenses": [{"name": "CC0-1.0", **licence}],
-        "generator": made,
-        "resources": resources,
-    }
+        "profile": "tabular-data-package", "name": "trackdyn-synthetic-link-acceleration",
+        "title": "Synthetic acceleration of a link of a double-pin track", "description": " ".join(DESCRIPTION.split()),
+        "version": GENERATOR_VERSION, "keywords": ["synthetic", "acceleration", "track", "not measured"],
+        "licenses": [{"name": "CC0-1.0", **licence}], "generator": made, "resources": resources,
+    }  # fmt: skip
 
 
 def main(argv=None) -> None:

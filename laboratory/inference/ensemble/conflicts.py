@@ -14,20 +14,11 @@ import numpy as np
 import pandas as pd
 
 from laboratory.inference.ensemble.history import judged
-from laboratory.inference.ensemble.local import ensemble_problem, plain
+from laboratory.inference.ensemble.local import ensemble_problem, plain, shipped_point
 from laboratory.inference.ensemble.settings import ConflictSearch
-from laboratory.inference.ensemble.stages import (
-    COMPARED,
-    CONFLICTS,
-    FIRST,
-    LAST,
-    SHIPPED,
-    SHIPPED_RIG,
-    Ensemble,
-    read_errors,
-)
-from laboratory.inference.ensemble.verdicts import all_judged, group_worst
-from laboratory.inference.ensemble.waves import as_it_is, points_table
+from laboratory.inference.ensemble.stages import CONFLICTS, FIRST, SHIPPED, SHIPPED_RIG, Ensemble, read_errors
+from laboratory.inference.ensemble.verdicts import all_judged, all_points, group_worst
+from laboratory.inference.ensemble.waves import points_table
 from laboratory.inference.search import Problem, Start, bent, local_searches, straight
 
 SHOWN, FOUND, CONFLICT = "shown by a rig that ran", "shown by a search", "conflict"
@@ -54,7 +45,7 @@ def minimal_conflicts(
     ----------
     problem : function
         Of `inference.search.local_searches`.
-    asked : function
+    requested : function
         From some claims to what the problem is made of that has the residuals of these alone.
     worst : (rigs, claims) DataFrame
         Of every rig that ran the largest residual of each claim; infinite where it has none.
@@ -110,11 +101,9 @@ def minimal_conflicts(
             far = [straight(np.abs(end["residuals"]).max()) if end["residuals"] else np.inf for end in of]
             best = int(np.argmin(far))
             due[chosen] |= {
-                "search": far[best],
-                "search_rig": len(found),
-                "evaluations": sum(end["evaluations"] for end in of),
+                "search": far[best], "search_rig": len(found), "evaluations": sum(end["evaluations"] for end in of),
                 "verdict": FOUND if far[best] <= cutoff else CONFLICT,
-            }
+            }  # fmt: skip
             found.append(of[best]["x"])
         missing += [set(chosen) for chosen, row in due.items() if row["verdict"] != FOUND]
     table = pd.DataFrame(rows, columns=COLUMNS).astype({"search_rig": "Int64", "evaluations": "Int64"})
@@ -128,12 +117,10 @@ def conflicts(e: Ensemble, jobs: int, store: Path | str) -> tuple[pd.DataFrame, 
     lies outside its range: -1 in ``sample_rig``. Rigs in ``search_rig`` are those of the points.
     """
     known = read_errors(e)
-    points = pd.concat([e.read(f"points_{name}") for name in (COMPARED, *e.waves, LAST)]).drop_duplicates("rig")
-    points = points.set_index("rig")[e.unknowns.labels]
+    points = all_points(e)[e.unknowns.labels]
     judgements = [all_judged(e)]
-    ((number, values),) = as_it_is(e.unknowns, SHIPPED_RIG)
-    if not np.isnan(own := e.unknowns.position(values)).any():
-        points.loc[number] = own
+    if (own := shipped_point(e)) is not None:
+        points.loc[SHIPPED_RIG] = own
         judgements.append(judged(e.config, e.targets, e.outputs(SHIPPED), known, cheap=False))
     every = plain(e, known)
 
@@ -141,19 +128,10 @@ def conflicts(e: Ensemble, jobs: int, store: Path | str) -> tuple[pd.DataFrame, 
         kept = zip(every["targets"], e.targets, strict=True)
         return every | {"targets": [one for one, target in kept if target.group in claims]}
 
+    free = [not unknown.discrete for unknown in e.unknowns.unknowns]
     table, found = minimal_conflicts(
-        ensemble_problem,
-        aimed,
-        group_worst(e, pd.concat(judgements)),
-        points,
-        [not unknown.discrete for unknown in e.unknowns.unknowns],
-        e.form.conflicts,
-        e.config.cutoff,
-        jobs,
-        store,
-        method=e.config.method,
-        radius=e.config.radius,
-        directions=e.form.local_directions,
-    )
+        ensemble_problem, aimed, group_worst(e, pd.concat(judgements)), points, free, e.form.conflicts, e.config.cutoff,
+        jobs, store, method=e.config.method, radius=e.config.radius, directions=e.form.local_directions,
+    )  # fmt: skip
     first = FIRST[CONFLICTS]
     return table.assign(search_rig=table["search_rig"] + first), points_table(e.unknowns, found, first)

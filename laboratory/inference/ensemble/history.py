@@ -7,6 +7,7 @@ and drag change, and the emulator's variance (Craig, Goldstein, Seheult, Smith 1
 
 import contextlib
 from collections.abc import Mapping, Sequence
+from itertools import islice
 
 import emcee
 import numpy as np
@@ -14,10 +15,10 @@ import pandas as pd
 
 from laboratory.inference.emulator import Check, Emulator, held_out_check
 from laboratory.inference.ensemble.settings import EnsembleConfig
-from laboratory.inference.ensemble.waves import SPREAD_CLAIM, buildable, by_case
+from laboratory.inference.ensemble.waves import SPREAD_CLAIM, by_case
 from laboratory.inference.search import bent
 from laboratory.inference.targets import CaseTarget, outside
-from laboratory.inference.unknowns import Unknowns
+from laboratory.inference.unknowns import Unknowns, buildable
 from replication.paper.measures import READINGS as MAXIMA
 from trackdyn.errors import TrackdynError
 
@@ -26,9 +27,8 @@ READINGS = ("ahead", "behind")
 RING_EVENTS = ("ring touched", "ring maximum", *(f"ring {reading}" for reading in MAXIMA), "ring left")
 ARC_EVENTS = ("left touches", "left maximum", *(f"left {reading}" for reading in MAXIMA), "out")
 TOLERANCE_SD = 3.0  # standard deviations that a tolerance stands for
-ONE_SIGMA = (
-    68.27  # % of differences within a standard deviation, whatever the tails: a maximum that jumps has long ones
-)
+# % of differences within a standard deviation, whatever the tails: a maximum that jumps has long ones
+ONE_SIGMA = 68.27
 # implausibility that a missing contact counts as, which has no number
 LOST = 30.0
 
@@ -49,10 +49,7 @@ def events_of(row: pd.Series, reading: str, passage: float) -> dict[str, float]:
     """Events of a row in s after the first contact, the link on the ring being the one ahead of the connector or
     behind.
 
-    Parameters
-    ----------
-    passage : float
-        Time in which the chain moves by a pitch, s: so much later everything happens to the link behind.
+    In the time ``passage`` (s) the chain moves by a pitch: so much later everything happens to the link behind.
     """
     found = {
         name.removeprefix("event "): float(row[name])
@@ -113,6 +110,12 @@ def columns_of(target: CaseTarget) -> list[str]:
     return [target.name, f"{target.name} (behind)"] if event else [target.name]
 
 
+def by_reading(target: CaseTarget) -> tuple[str, str]:
+    """Its column for each of `READINGS`."""
+    names = columns_of(target)
+    return names[0], names[-1]
+
+
 def all_columns(targets: Sequence[CaseTarget]) -> list[str]:
     """Columns of all targets."""
     return [name for target in targets for name in columns_of(target)]
@@ -152,34 +155,25 @@ def implausibility(
 ) -> np.ndarray:
     """(2, n, m) implausibilities of n rigs by m targets for both readings of the neighbour.
 
-    Parameters
-    ----------
-    values : (n, k) array
-        Outputs in the order of `all_columns`.
-    errors : DataFrame
-        `errors`.
-    variance : (n, k) array or 0
-        Of the emulators.
-    cheap : bool
-        The fidelity is the cheap one: its error counts.
-
-    Notes
-    -----
-    What is missing (no such contact) is infinitely implausible.
+    ``values`` and ``variance`` (of emulators) are (n, k) in the order of `all_columns`. The error of a ``cheap``
+    fidelity counts. What is missing (no such contact) is infinitely implausible.
     """
     place = {name: k for k, name in enumerate(all_columns(targets))}
     variance = np.broadcast_to(variance, values.shape)
     found = np.empty((len(READINGS), len(values), len(targets)))
     for m, target in enumerate(targets):
-        names = columns_of(target)
-        for r in range(len(READINGS)):
-            name = names[min(r, len(names) - 1)]
-            k, known = place[name], errors.loc[name]
+        for r, name in enumerate(by_reading(target)):
+            k = place[name]
             off = np.abs(target.departure(values[:, k]))
-            square = (target.tolerance / TOLERANCE_SD) ** 2 + known["discrepancy_sd"] ** 2 + variance[:, k]
-            square = square + (known["fidelity_sd"] ** 2 if cheap else 0.0)
-            found[r, :, m] = np.where(np.isnan(off), np.inf, off / np.sqrt(square))
+            far = off / deviation(target, errors.loc[name], variance[:, k], cheap)
+            found[r, :, m] = np.where(np.isnan(off), np.inf, far)
     return found
+
+
+def deviation(target: CaseTarget, known: pd.Series, variance: np.ndarray | float = 0.0, cheap: bool = True):
+    """Standard deviation of everything that is not known of the distance from a target (``known``: its `errors`)."""
+    square = (target.tolerance / TOLERANCE_SD) ** 2 + known["discrepancy_sd"] ** 2 + variance
+    return np.sqrt(square + (known["fidelity_sd"] ** 2 if cheap else 0.0))
 
 
 def loss(implausible: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -227,14 +221,8 @@ class Search:
 
     def __init__(
         self,
-        config: EnsembleConfig,
-        unknowns: Unknowns,
-        targets: Sequence[CaseTarget],
-        points,
-        values,
-        errors,
-        progress=iter,
-    ):
+        config: EnsembleConfig, unknowns: Unknowns, targets: Sequence[CaseTarget], points, values, errors, progress=iter
+    ):  # fmt: skip
         self.config, self.unknowns, self.targets, self.errors = config, unknowns, targets, errors
         if values.empty:
             raise TrackdynError(
@@ -306,12 +294,7 @@ class Search:
         sampler.random_state = np.random.RandomState(seed).get_state()
         sampler.run_mcmc(start, steps, progress=progress)
         pool = np.unique(sampler.get_chain(discard=steps // 2, flat=True), axis=0)
-        kept = []
-        for k in rng.permutation(len(pool)):
-            if len(kept) == count:
-                break
-            if buildable(self.unknowns, pool[k]):
-                kept.append(pool[k])
+        kept = list(islice((x for x in pool[rng.permutation(len(pool))] if buildable(self.unknowns, x)), count))
         if not kept:
             raise TrackdynError("the search between two waves found no rig that can be built; increase search_steps")
         return np.array(kept)

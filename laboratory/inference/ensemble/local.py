@@ -1,22 +1,31 @@
 """Local searches of the ensemble: from the least excluded rigs of the waves to where fewer targets exclude."""
 
 from collections.abc import Callable, Sequence
-from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from laboratory.inference.ensemble.history import READINGS, TOLERANCE_SD, columns_of, judged, one_rig
+from laboratory.inference.ensemble.history import READINGS, by_reading, deviation, judged, one_rig
 from laboratory.inference.ensemble.settings import EnsembleConfig
-from laboratory.inference.ensemble.stages import FIRST, LAST, LOCAL, SHIPPED, Ensemble, known_waves, read_errors
+from laboratory.inference.ensemble.stages import (
+    FIRST,
+    LAST,
+    LOCAL,
+    SHIPPED,
+    SHIPPED_RIG,
+    Ensemble,
+    known_waves,
+    read_errors,
+)
 from laboratory.inference.ensemble.waves import BELT_STEP, as_it_is, points_table, scene_fields, target_cases
-from laboratory.inference.fit import FRAMES, GAP
+from laboratory.inference.fit import FRAMES, GAP, first_that_runs
 from laboratory.inference.search import End, Start, bent, search
 from laboratory.inference.targets import Case, CaseTarget
 from laboratory.inference.unknowns import Unknown, Unknowns
-from trackdyn.errors import DivergenceError, InputError
+from trackdyn.errors import InputError
 from trackdyn.measure.clearance import arc_gaps
 from trackdyn.parameters.layout import can_close
 from trackdyn.parameters.rig import Rig
@@ -44,19 +53,14 @@ def _cases(rig: dict, scenes: dict[str, dict], steps: list[float]) -> dict:
     for name, fields in scenes.items():
         ring = fields["ring_radius"]
         untouched = ring is not None and fields.get("chain") != "belt" and ring < least
-        found[name] = _case(made, fields | ({"ring_radius": None} if untouched else {}), steps, starts)
+        fields = fields | ({"ring_radius": None} if untouched else {})
+        own = [fields["step"]] if "step" in fields else steps
+        found[name] = first_that_runs(own, partial(_case, made, fields, starts))
     return found
 
 
-def _case(rig: Rig, fields: dict, steps: Sequence[float], starts: SettledLoops) -> dict:
-    *first, last = [fields["step"]] if "step" in fields else steps
-    for step in first:
-        with suppress(InputError, DivergenceError):
-            return _run(Scene(rig, **fields | {"step": step}), starts)
-    return _run(Scene(rig, **fields | {"step": last}), starts)
-
-
-def _run(scene: Scene, starts: SettledLoops) -> dict:
+def _case(rig: Rig, fields: dict, starts: SettledLoops, step: float) -> dict:
+    scene = Scene(rig, **fields | {"step": step})
     recording = simulate(scene, starts=starts)
     return run_values(recording) | (arc_gaps(recording, scene) if len(recording.frame) else {})
 
@@ -91,24 +95,14 @@ class EnsembleProblem:
         outputs = one_rig(self.config, self.unknowns, self.targets, rows)
         found = np.empty((len(READINGS), len(self.targets)))
         for m, target in enumerate(self.targets):
-            names = columns_of(target)
-            gap = values[target.case.name].get(f"{_side(target.output)}_gap_m", 0.0)
-            for r in range(len(READINGS)):
-                name = names[min(r, len(names) - 1)]
-                known = self.errors.loc[name]
-                square = (
-                    (target.tolerance / TOLERANCE_SD) ** 2 + known["discrepancy_sd"] ** 2 + known["fidelity_sd"] ** 2
-                )
-                off = float(target.departure(outputs[name]) / np.sqrt(square))
+            side = next((side for side in ("left", "right") if side in target.output), "")
+            gap = values[target.case.name].get(f"{side}_gap_m", 0.0)
+            for r, name in enumerate(by_reading(target)):
+                off = float(target.departure(outputs[name]) / deviation(target, self.errors.loc[name]))
                 off = -self.config.cutoff if np.isnan(off) else off
                 found[r, m] = off - (gap / GAP if off < 0 and np.isfinite(gap) else 0.0)
         each = bent(found)
         return each[int((each**2).sum(axis=1).argmin())]
-
-
-def _side(output: str) -> str:
-    """The arc whose contact an output is of."""
-    return next((side for side in ("left", "right") if side in output), "")
 
 
 def ensemble_problem(config: dict, unknowns: list, rig: dict, targets: list, errors: dict) -> EnsembleProblem:
@@ -132,6 +126,13 @@ def plain(e: Ensemble, errors: pd.DataFrame) -> dict:
     }
 
 
+def shipped_point(e: Ensemble) -> np.ndarray | None:
+    """Where the rig as it ships lies; None where a value lies outside its range."""
+    ((_, values),) = as_it_is(e.unknowns, SHIPPED_RIG)
+    point = e.unknowns.position(values)
+    return None if np.isnan(point).any() else point
+
+
 def local_starts(e: Ensemble) -> list[Start]:
     """The rig as it ships where no value lies outside its range, the least excluded rigs of all waves, and neighbours
     of the first (`NEIGHBOURS_SD`).
@@ -140,8 +141,7 @@ def local_starts(e: Ensemble) -> list[Start]:
     """
     free = [not unknown.discrete for unknown in e.unknowns.unknowns]
     starts, near = {}, {}
-    ((_, shipped),) = as_it_is(e.unknowns, -1)
-    if not np.isnan(own := e.unknowns.position(shipped)).any():
+    if (own := shipped_point(e)) is not None:
         starts[SHIPPED] = own
         random = np.random.default_rng(e.config.seed)
         moved = random.normal(own, NEIGHBOURS_SD, (e.form.local_neighbours, len(own)))

@@ -40,13 +40,7 @@ CRITERIA = {
 
 
 def read_study(path: Path | str) -> pd.DataFrame:
-    """A study of an ensemble with its columns as numbers.
-
-    Raises
-    ------
-    InputError
-        It is no such study: which column is missing, or holds what is no number.
-    """
+    """A study of an ensemble with its columns as numbers."""
     rows = read_table(path)
     for name in STUDY_COLUMNS:
         if name not in rows.columns:
@@ -61,17 +55,7 @@ def read_study(path: Path | str) -> pd.DataFrame:
 def best_radius(rows: pd.DataFrame, criterion: str) -> float:
     """Best radius of one rig at one speed, m; NaN if no radius that leaves the right arc free meets the criterion.
 
-    Parameters
-    ----------
-    rows : DataFrame
-        A row a radius (``STUDY_COLUMNS``).
-    criterion : str
-        One of ``CRITERIA``.
-
-    Raises
-    ------
-    InputError
-        There is no such criterion.
+    ``rows`` holds one a radius (`STUDY_COLUMNS`).
     """
     if criterion not in CRITERIA:
         raise InputError(f"criterion = {criterion!r}: choose {', '.join(CRITERIA)}")

@@ -114,13 +114,7 @@ class EnsembleConfig(Section):
 
 
 def load_ensemble(path: Path | str) -> EnsembleConfig:
-    """Read and validate.
-
-    Raises
-    ------
-    InputError
-        One sentence with the file, the field and what would be accepted.
-    """
+    """Read and validate."""
     return validated(EnsembleConfig, read_yaml(path), str(path))
 
 
@@ -147,9 +141,8 @@ def targets_of(config: EnsembleConfig, claims: list[Claim]) -> list[CaseTarget]:
     found = []
     for entry in config.targets:
         if entry.claim not in known:
-            raise InputError(
-                f"targets: claim {entry.claim} is unknown; {', '.join(sorted(known)[:3])} and others are known"
-            )
+            some = ", ".join(sorted(known)[:3])
+            raise InputError(f"targets: claim {entry.claim} is unknown; {some} and others are known")
         claim = known[entry.claim]
         rpm = config.speed_rpm if entry.rpm is None else entry.rpm
         own = claim.printed.get(int(rpm)) if isinstance(claim.printed, dict) else _one(claim.printed, entry.item)

@@ -36,15 +36,9 @@ from trackdyn.sweeps.table import write_table
 COMPARED, LOCAL, LAST, STUDY, SHIPPED = "compared", "local", "last", "study", "shipped"
 CONFLICTS = "conflicts"
 SHIPPED_RIG = -1  # its number
-STAGES = (COMPARED, LAST, STUDY, SHIPPED)
 CHEAP, FULL, CHAIN, LAW = "cheap", "full", "chain", "law"  # kinds of rows
-FIRST = {
-    COMPARED: 0,
-    CONFLICTS: 700_000,
-    LOCAL: 800_000,
-    LAST: 900_000,
-}  # number of the first rig of a stage; wave k begins at k times this
-EACH_WAVE = 10_000
+FIRST = {COMPARED: 0, CONFLICTS: 700_000, LOCAL: 800_000, LAST: 900_000}  # number of the first rig of a stage
+EACH_WAVE = 10_000  # wave k begins at k times this
 FROM_BEST = 0.5  # of the last wave: rigs of the waves before; the others are new
 
 
@@ -78,13 +72,7 @@ class Ensemble(NamedTuple):
 
 
 def open_ensemble(config: Path | str, form: str, rig: Path | str, claims: Path | str, folder: Path | str) -> Ensemble:
-    """Settings read and checked.
-
-    Raises
-    ------
-    InputError
-        One sentence: a file, field or claim that cannot be used.
-    """
+    """Settings read and checked."""
     settings = load_ensemble(config)
     if form not in settings.forms:
         raise InputError(f"{config}: form = {form!r}: choose {', '.join(settings.forms)}")
@@ -116,23 +104,15 @@ def stage_points(e: Ensemble, stage: str, progress: bool = False) -> tuple[pd.Da
         return points_table(e.unknowns, prior_points(e.unknowns, e.form.compared, seed), FIRST[COMPARED]), None
     if stage == "1":
         return points_table(e.unknowns, prior_points(e.unknowns, e.form.waves[0], seed + 1), EACH_WAVE), None
-    if stage == STUDY:
-        return _studied(e), None
+    if stage == STUDY:  # the rigs of the last wave that the fewest targets exclude
+        return e.read(f"points_{LAST}").set_index("rig").loc[rank(e).index[: e.form.studied]].reset_index(), None
     points, values = known_waves(e, stage)
     known = read_errors(e)
     search = Search(e.config, e.unknowns, e.targets, points, values, known)
-    message = pd.DataFrame(
-        [
-            {
-                "output": name,
-                "rmse": check.rmse,
-                "r2": check.r2,
-                "coverage_95": check.coverage_95,
-                "held_out": len(check.standard_error),
-            }
-            for name, check in search.check().items()
-        ]
-    )
+    message = pd.DataFrame([
+        {"output": name} | {of: getattr(check, of) for of in ("rmse", "r2", "coverage_95")}
+        | {"held_out": len(check.standard_error)} for name, check in search.check().items()
+    ])  # fmt: skip
     if stage == LAST:
         ranked = judged(e.config, e.targets, values, known, cheap=True).sort_values("loss")
         old = points.set_index("rig").loc[ranked.index[: round(FROM_BEST * e.form.last)]].reset_index()
@@ -145,17 +125,10 @@ def stage_points(e: Ensemble, stage: str, progress: bool = False) -> tuple[pd.Da
     return points_table(e.unknowns, found, k * EACH_WAVE), message
 
 
-def _studied(e: Ensemble) -> pd.DataFrame:
-    """The rigs of the last wave that the fewest targets exclude."""
-    ranked = rank(e)
-    return e.read(f"points_{LAST}").set_index("rig").loc[ranked.index[: e.form.studied]].reset_index()
-
-
 def rank(e: Ensemble) -> pd.DataFrame:
     """Rigs of the last wave, the ones that the fewest targets exclude first (`history.judged`)."""
-    return judged(e.config, e.targets, e.outputs(LAST), read_errors(e), cheap=False).sort_values(
-        ["excluded_by", "loss"]
-    )
+    ranked = judged(e.config, e.targets, e.outputs(LAST), read_errors(e), cheap=False)
+    return ranked.sort_values(["excluded_by", "loss"])
 
 
 def stage_cases(e: Ensemble, stage: str) -> list[Case]:

@@ -27,10 +27,8 @@ def evidence(e: Ensemble, rows: dict[str, pd.Series], rig: Rig, reading: str) ->
     """
     passage = rig.loop_period(e.config.speed_rpm) / rig.chain.pitches
     metrics, events = [], []
-    meshing = {
-        Case(e.config.speed_rpm, None).name: "no_ring",
-        Case(e.config.speed_rpm, e.config.ring_radius_m).name: "ring",
-    }
+    rings = {"no_ring": None, "ring": e.config.ring_radius_m}
+    meshing = {Case(e.config.speed_rpm, ring).name: name for name, ring in rings.items()}
     records = {Case(rpm, e.config.ring_radius_m).name for rpm in e.form.records_rpm}
     for case, row in rows.items():
         speed, ring = case.split(" ")
@@ -74,12 +72,9 @@ def claims_table(e: Ensemble, claims: Sequence[Claim]) -> pd.DataFrame:
         counted = [one for one in found if one in JUDGED]
         good = sum(one == REPRODUCED for one in counted)
         held = any(claim.name.startswith(name) for name in e.config.held_out)
-        row = {"id": claim.id, "part": claim.part, "claim": claim.claim, "origin": claim.origin or ""}
-        row |= {
-            "used": "target" if claim.name in targets else "held out" if held else "",
-            "rigs": len(counted),
-            "reproduced": good,
-        }
+        used = "target" if claim.name in targets else "held out" if held else ""
+        row = {"id": claim.id, "part": claim.part, "claim": claim.claim, "origin": claim.origin or "", "used": used}
+        row |= {"rigs": len(counted), "reproduced": good}
         row |= {"share": good / len(counted) if counted else np.nan, "share_low": np.nan, "share_high": np.nan}
         if counted and passing:
             interval = binomtest(good, len(counted)).proportion_ci(method="exact")
@@ -134,20 +129,9 @@ def parameters_table(e: Ensemble) -> pd.DataFrame:
             row["outside"] = bool(np.isnan(unknown.position(shipped[unknown.label])))
         rows.append(row)
     columns = [
-        "name",
-        "low",
-        "high",
-        "q05",
-        "median",
-        "q95",
-        "remaining",
-        "p_value",
-        "identifiable",
-        "shipped",
-        "outside",
-        "alternatives",
-        "source",
-    ]
+        "name", "low", "high", "q05", "median", "q95", "remaining", "p_value", "identifiable", "shipped", "outside",
+        "alternatives", "source",
+    ]  # fmt: skip
     return pd.DataFrame(rows).reindex(columns=columns)
 
 
@@ -157,6 +141,12 @@ def all_judged(e: Ensemble) -> pd.DataFrame:
     parts = [judged(e.config, e.targets, e.outputs(name), known, cheap=True) for name in (COMPARED, *e.waves)]
     last = judged(e.config, e.targets, e.outputs(LAST), known, cheap=False)
     return pd.concat([*(part[~part.index.isin(last.index)] for part in parts), last])
+
+
+def all_points(e: Ensemble) -> pd.DataFrame:
+    """Points of every rig of the waves and the last one, by rig."""
+    tables = [e.read(f"points_{name}") for name in (COMPARED, *e.waves, LAST)]
+    return pd.concat(tables).drop_duplicates("rig").set_index("rig")
 
 
 def group_worst(e: Ensemble, table: pd.DataFrame) -> pd.DataFrame:
@@ -178,12 +168,7 @@ def pareto_rigs(e: Ensemble, first: str = "C16", second: str = "C17") -> pd.Data
     best = worst[second].cummin().shift(fill_value=np.inf)
     front = worst[worst[second] < best]
     front = front[np.isfinite(front).all(axis=1)]
-    points = (
-        pd.concat([e.read(f"points_{name}") for name in (COMPARED, *e.waves, LAST)])
-        .drop_duplicates("rig")
-        .set_index("rig")
-    )
-    rows = []
+    points, rows = all_points(e), []
     for rig, row in front.iterrows():
         built = rig_at(e.unknowns, points.loc[rig])
         values = e.unknowns.values(points.loc[rig, e.unknowns.labels].to_numpy(dtype=float))
@@ -208,9 +193,7 @@ def with_default(card: pd.DataFrame, shares: pd.DataFrame, rig: str = "shipped")
         + ("" if pd.isna(row["share_low"]) else f" ({row['share_low']:.0%} to {row['share_high']:.0%})")
         for _, row in rows.iterrows()
     ]
-    table = own[["id", "part", "claim", "origin", "measured", "verdict"]].rename(
-        columns={"verdict": f"verdict of {rig}"}
-    )
+    table = own[["id", "part", "claim", "origin", "measured"]].assign(**{f"verdict of {rig}": own["verdict"]})
     return table.assign(used=rows["used"].to_numpy(), **{"rigs in which it is reproduced": text})
 
 

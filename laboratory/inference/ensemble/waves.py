@@ -1,6 +1,7 @@
 """Waves of rigs: points of the unit cube become scenes of a sweep, and its rows the numbers of each rig."""
 
 from collections.abc import Mapping, Sequence
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -9,9 +10,9 @@ from scipy.stats import qmc
 
 from laboratory.inference.ensemble.settings import EnsembleConfig, EnsembleForm, Fidelity
 from laboratory.inference.targets import Case, CaseTarget
-from laboratory.inference.unknowns import Unknowns
+from laboratory.inference.unknowns import Unknowns, buildable
 from trackdyn.errors import TrackdynError
-from trackdyn.parameters.layout import belt_around, can_close, wheel_names
+from trackdyn.parameters.layout import belt_around, wheel_names
 from trackdyn.parameters.rig import Rig
 from trackdyn.sweeps.store import DONE
 
@@ -34,35 +35,16 @@ def study_cases(form: EnsembleForm, ring: float) -> list[Case]:
     return list(dict.fromkeys([*cases, *(Case(rpm, ring) for rpm in form.records_rpm)]))
 
 
-def buildable(unknowns: Unknowns, x) -> bool:
-    """Whether there is a rig at a point: its groove can be cut, its loop closes around its wheels."""
-    try:
-        rig, _ = unknowns.to_rig(x)
-    except TrackdynError:
-        return False
-    return can_close(rig)
-
-
 def points_table(unknowns: Unknowns, points: np.ndarray, first: int) -> pd.DataFrame:
     """Points as a table: ``rig`` counted from ``first``, and a column an unknown with its position in 0 to 1."""
-    return pd.DataFrame(
-        points, columns=unknowns.labels, index=pd.RangeIndex(first, first + len(points), name="rig")
-    ).reset_index()
+    rigs = pd.RangeIndex(first, first + len(points), name="rig")
+    return pd.DataFrame(points, columns=unknowns.labels, index=rigs).reset_index()
 
 
 def prior_points(unknowns: Unknowns, count: int, seed: int) -> np.ndarray:
-    """(count, d) buildable points of a Latin hypercube.
-
-    Raises
-    ------
-    TrackdynError
-        Hardly any point gives a rig.
-    """
+    """(count, d) buildable points of a Latin hypercube."""
     drawn = qmc.LatinHypercube(len(unknowns), seed=seed).random(DRAWN * count)
-    kept = []
-    for x in drawn:
-        if len(kept) < count and buildable(unknowns, x):
-            kept.append(x)
+    kept = list(islice((x for x in drawn if buildable(unknowns, x)), count))
     if len(kept) < count:
         raise TrackdynError(
             f"of {len(drawn)} points of the unknowns' ranges only {len(kept)} give a groove; change the ranges"
@@ -112,17 +94,7 @@ def wave_design(
 ):
     """A row a rig and case for `trackdyn.sweeps`.
 
-    Parameters
-    ----------
-    rigs : sequence of (int, dict)
-        `members`.
-    fields : dict
-        Of the scene, that all rows share but the belts.
-
-    Returns
-    -------
-    DataFrame
-        ``name`` is ``<rig> <case>``; the step is missing.
+    ``fields`` of the scene are shared by all rows but the belts; names are ``<rig> <case>``, steps are missing.
     """
     rows = []
     for rig, values in rigs:
@@ -168,12 +140,8 @@ def rows_of_kind(
 ) -> pd.DataFrame:
     """Rows of every case of every rig, each with the steps that are tried on it until it comes out.
 
-    Parameters
-    ----------
-    kind : str
-        Stands before the names of rows (`kinds`).
-    belts_as_chains : bool
-        Only the cases of belts, with all forces (`as_chains`).
+    The kind stands before the names of rows (`unknown_kinds`). ``belts_as_chains``: only the cases of belts, with all
+    forces (`as_chains`).
     """
     rows = wave_design(config, unknowns, rigs, cases, {"integrator": fidelity.integrator} | fields)
     if belts_as_chains:

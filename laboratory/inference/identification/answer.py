@@ -26,10 +26,8 @@ def best_rig_text(answer: Identification, rig_path: Path | str, files: list[str]
     for name, value in answer.unknowns.changes(answer.best)[0].items():
         if name not in entries:  # its default
             *sections, field = keys_of(rig, name)
-            entries[name] = reduce(getitem, sections, data)[field] = {
-                "unit": rig.fields[name].unit,
-                "source": "default",
-            }
+            own = {"unit": rig.fields[name].unit, "source": "default"}
+            entries[name] = reduce(getitem, sections, data)[field] = own
         row, entry = of[name], entries[name]
         entry["value"] = float(f"{value:.6g}")
         entry["kind"] = "fitted"
@@ -114,16 +112,12 @@ def in_short(answer: Identification) -> pd.DataFrame:
     for row in discrepancies(answer).to_dict("records"):
         word = "wider" if row["group"] in beyond else "as expected"
         sizes = {name: row[name] for name in ("q05", "median", "q95")}
-        rows.append(
-            {"of": "discrepancy", "name": row["group"], "before": f"{row['prior_median']:.4g}"}
-            | sizes
-            | {"verdict": word}
-        )
+        head = {"of": "discrepancy", "name": row["group"], "before": f"{row['prior_median']:.4g}"}
+        rows.append(head | sizes | {"verdict": word})
     if answer.held_out is not None:
         for name, part in answer.held_out.groupby("record", sort=False):
-            rows.append(
-                {"of": "held out", "name": name, "verdict": f"{part['inside'].sum()} of {len(part)} features inside"}
-            )
+            found = f"{part['inside'].sum()} of {len(part)} features inside"
+            rows.append({"of": "held out", "name": name, "verdict": found})
     return pd.DataFrame(rows)
 
 
@@ -137,13 +131,7 @@ def tables(answer: Identification) -> dict[str, pd.DataFrame]:
 
 
 def write_answer(answer: Identification, rig_path: Path | str, out: Path) -> Rig:
-    """Write ``rig.yaml`` and the tables into a folder; returns the rig as it is read back.
-
-    Raises
-    ------
-    InputError
-        A file cannot be written.
-    """
+    """Write ``rig.yaml`` and the tables into a folder; returns the rig as it is read back."""
     text = best_rig_text(answer, rig_path, [one.record.path.name for one in answer.measured])
     with replacing(out / "rig.yaml") as part:
         write_text(part, text)

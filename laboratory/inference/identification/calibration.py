@@ -9,7 +9,6 @@ among the draws is uniform, and intervals of any level hold it that often. That 
 promises under its own assumptions; it is no validation of the simulator.
 """
 
-from collections.abc import Iterable
 from itertools import chain
 from typing import Annotated, NamedTuple
 
@@ -21,7 +20,7 @@ from scipy.stats import beta, binom, chisquare, norm, qmc
 from scipy.stats import f as fisher
 
 from laboratory.inference.identification.emulation import FeatureEmulator
-from laboratory.inference.identification.experiment import Experiment, MeasuredSpeed, Simulated, run_experiment
+from laboratory.inference.identification.experiment import Experiment, MeasuredSpeed, run_experiment
 from laboratory.inference.identification.features import Feature, covariance, features, features_of
 from laboratory.inference.identification.identify import LEAST_SPREAD, changes_at
 from laboratory.inference.identification.posterior import (
@@ -71,46 +70,20 @@ class CalibrationConfig(Section):
 
 
 class Data(NamedTuple):
-    """Simulations that a calibration is made of.
+    """Simulations that a calibration is made of."""
 
-    Attributes
-    ----------
-    unknowns : Unknowns
-        What is identified.
-    speeds : tuple of Speed
-        Of every record.
-    points : (n, d) array
-        Of the unit cube: what the emulator learns from.
-    simulated : (n, features) array
-        What simulations of one turn gave there.
-    truths : (t, d) array
-        Of the unit cube.
-    values : (t, features) array
-        Of records of several turns with noise, simulated at the truths.
-    scatter : list of (features, features) arrays
-        Covariances of these records, each from its own turns.
-    failed : int
-        Rigs that could not run.
-    """
-
-    unknowns: Unknowns
-    speeds: tuple[MeasuredSpeed, ...]
-    points: np.ndarray
-    simulated: np.ndarray
-    truths: np.ndarray
-    values: np.ndarray
-    scatter: list[np.ndarray]
-    failed: int
+    unknowns: Unknowns  # what is identified
+    speeds: tuple[MeasuredSpeed, ...]  # of every record
+    points: np.ndarray  # (n, d) of the unit cube: what the emulator learns from
+    simulated: np.ndarray  # (n, features) what simulations of one turn gave there
+    truths: np.ndarray  # (t, d) of the unit cube
+    values: np.ndarray  # (t, features) of records of several turns with noise, simulated at the truths
+    scatter: list[np.ndarray]  # covariances of these records, each from its own turns
+    failed: int  # rigs that could not run
 
 
 def requested_unknowns(config: CalibrationConfig) -> tuple[Unknowns, Experiment]:
-    """What is identified, and what one turn of every rig is asked.
-
-    Raises
-    ------
-    InputError
-        A field that the rig does not have.
-    """
+    """What is identified, and what one turn of every rig is asked."""
     rig = load_rig(config.rig)
     choices = tuple(config.choices.items())
     speeds = tuple(MeasuredSpeed(rpm, config.ring_radius_m, RATE, choices=choices) for rpm in config.speeds_rpm)
@@ -143,47 +116,32 @@ def simulate_all(config: CalibrationConfig, store, jobs: int = 1, progress: bool
             f"{failed} of {len(points) + len(truths)} rigs cannot run; the reason of the first one: "
             f"{next(reason for reason in learnt.reasons + played.reasons if reason)}"
         )
-    scatter = list(_covariances(played, design))
+    rates = [speed.rate / speed.every for speed in design.speeds]
+    scatter = [
+        block_diag(*(covariance(one, rate) for one, rate in zip(found, rates, strict=True)))
+        for found in played.statistics
+        if found is not None
+    ]
     values = (points[learnt.ran], learnt.features(design), truths[played.ran], played.features(design))
     return Data(unknowns, design.speeds, *values, scatter, failed)
 
 
-def _covariances(played: Simulated, experiment: Experiment) -> Iterable[np.ndarray]:
-    rates = [speed.rate / speed.every for speed in experiment.speeds]
-    for found in played.statistics:
-        if found is not None:
-            yield block_diag(*(covariance(one, rate) for one, rate in zip(found, rates, strict=True)))
-
-
 class Calibration(NamedTuple):
-    """What a calibration found.
+    """What a calibration found."""
 
-    Attributes
-    ----------
-    covered : DataFrame
-        ``truth, parameter, level, covered``: whether the central interval of a level holds the truth; a discrepancy is
-        drawn.
-    ranks : DataFrame
-        ``truth, discrepancy, parameter, value, rank, of, verdict, width``: of the truth among independent draws;
-        ``value`` is its position between 0 and 1, for sizes of discrepancies their logarithm.
-    summary : DataFrame
-        A row a discrepancy and parameter, and one of all unknowns: coverages with their 95 % intervals, tests of
-        uniform ranks, how often identified.
-    """
-
+    # ``truth, parameter, level, covered``: whether the central interval of a level holds the truth; a discrepancy is
+    # drawn
     covered: pd.DataFrame
+    # ``truth, discrepancy, parameter, value, rank, of, verdict, width``: of the truth among independent draws;
+    # ``value`` is its position between 0 and 1, for sizes of discrepancies their logarithm
     ranks: pd.DataFrame
+    # a row a discrepancy and parameter, and one of all unknowns: coverages with their 95 % intervals, tests of uniform
+    # ranks, how often identified
     summary: pd.DataFrame
 
 
 def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = True) -> Calibration:
-    """Identify every truth with a discrepancy drawn from its prior, and the first ones with none, too.
-
-    Raises
-    ------
-    InputError
-        As `simulate_all`.
-    """
+    """Identify every truth with a discrepancy drawn from its prior, and the first ones with none, too."""
     data = simulate_all(config, store, jobs, progress)
     listed = [features_of(speed.rate / speed.every) for speed in data.speeds]
     record = np.repeat(np.arange(len(listed)), [len(names) for names in listed])
@@ -204,12 +162,8 @@ def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = 
     ranks = pd.DataFrame([row for key in tasks for row in found[key]["values"]["rows"]])
     learnt = ranks[(ranks["discrepancy"] == PRIOR) & (ranks["verdict"] != "")]
     covered = [
-        {
-            "truth": row["truth"],
-            "parameter": row["parameter"],
-            "level": level,
-            "covered": held(row["rank"], row["of"], level),
-        }
+        {name: row[name] for name in ("truth", "parameter")}
+        | {"level": level, "covered": held(row["rank"], row["of"], level)}
         for row in learnt.to_dict("records")
         for level in LEVELS
     ]
@@ -287,32 +241,29 @@ def summarised(ranks: pd.DataFrame) -> pd.DataFrame:
     """
     rows = []
     for discrepancy, of in ranks.groupby("discrepancy", sort=False):
-        for parameter, part in of.groupby("parameter", sort=False):
-            learnt, counts = (part["verdict"] == IDENTIFIED).to_numpy(), histogram(part)
-            low, high = rank_band(len(part), len(counts))
-            row = {"discrepancy": discrepancy, "parameter": parameter, "truths": len(part), "identified": learnt.sum()}
+        for parameter, part in [*of.groupby("parameter", sort=False), (ALL, of[of["verdict"] != ""])]:
+            learnt = (part["verdict"] == IDENTIFIED).to_numpy()
+            truths = part["truth"].nunique() if parameter == ALL else len(part)
+            row = {"discrepancy": discrepancy, "parameter": parameter, "truths": truths, "identified": learnt.sum()}
             for level, name in ((0.5, "50"), (0.9, "90")):
-                inside = _held(part, level)
-                row |= dict(zip((f"covered_{name}", f"low_{name}", f"high_{name}"), _exact(inside), strict=True))
-            row |= {"covered_90_identified": _held(part, 0.9)[learnt].mean() if learnt.any() else np.nan}
-            row |= {"p_uniform": chisquare(counts).pvalue, "bins_outside": ((counts < low) | (counts > high)).sum()}
+                inside = np.array([held(rank, of, level) for rank, of in zip(part["rank"], part["of"], strict=True)])
+                shares = _between(inside, part["truth"]) if parameter == ALL else _exact(inside)
+                row |= dict(zip((f"covered_{name}", f"low_{name}", f"high_{name}"), shares, strict=True))
+            row |= {"covered_90_identified": inside[learnt].mean() if learnt.any() else np.nan}
+            row |= {"p_uniform": np.nan, "bins_outside": np.nan}
+            if parameter != ALL:
+                counts = histogram(part)
+                low, high = rank_band(len(part), len(counts))
+                row |= {"p_uniform": chisquare(counts).pvalue, "bins_outside": ((counts < low) | (counts > high)).sum()}
             rows.append(row)
-        unknown = of[of["verdict"] != ""]
-        learnt = (unknown["verdict"] == IDENTIFIED).to_numpy()
-        row = {"discrepancy": discrepancy, "parameter": ALL, "truths": unknown["truth"].nunique()}
-        row |= {"identified": learnt.sum()}
-        for level, name in ((0.5, "50"), (0.9, "90")):
-            by_truth = pd.Series(_held(unknown, level), dtype=float).groupby(unknown["truth"].to_numpy()).mean()
-            error = by_truth.sem() if len(by_truth) > 1 else np.nan
-            mean, away = by_truth.mean(), norm.ppf(0.975) * error
-            row |= {f"covered_{name}": mean, f"low_{name}": mean - away, f"high_{name}": mean + away}
-        row |= {"covered_90_identified": _held(unknown, 0.9)[learnt].mean() if learnt.any() else np.nan}
-        rows.append(row | {"p_uniform": np.nan, "bins_outside": np.nan})
     return pd.DataFrame(rows)
 
 
-def _held(part: pd.DataFrame, level: float) -> np.ndarray:
-    return np.array([held(rank, of, level) for rank, of in zip(part["rank"], part["of"], strict=True)])
+def _between(inside: np.ndarray, truths: pd.Series) -> tuple[float, float, float]:
+    """Share inside and its 95 % interval from the scatter between truths."""
+    by_truth = pd.Series(inside, dtype=float).groupby(truths.to_numpy()).mean()
+    mean, away = by_truth.mean(), norm.ppf(0.975) * (by_truth.sem() if len(by_truth) > 1 else np.nan)
+    return mean, mean - away, mean + away
 
 
 def _exact(inside: np.ndarray) -> tuple[float, float, float]:
@@ -339,12 +290,10 @@ def repeated(config: CalibrationConfig, store, jobs: int = 1, progress: bool = T
     places = np.random.default_rng(_seeds(config)[2]).uniform(size=(config.places, len(unknowns)))
     long = design._replace(turns=config.turns, noise=config.noise_g)
     changes, rows = changes_at(unknowns, places), []
-    learnt = [
-        run_experiment(
-            long._replace(begin=k / config.repeats), changes, store, jobs, f"repeat {k + 1}" if progress else ""
-        )
-        for k in range(config.repeats)
-    ]
+    learnt = []
+    for k in range(config.repeats):
+        later = long._replace(begin=k / config.repeats)
+        learnt.append(run_experiment(later, changes, store, jobs, f"repeat {k + 1}" if progress else ""))
     ran = np.flatnonzero(np.all([one.ran for one in learnt], axis=0))
     if not len(ran):
         raise InputError("no rig of the repeated records can run; other ranges of the unknowns are accepted")
@@ -361,11 +310,8 @@ def repeated(config: CalibrationConfig, store, jobs: int = 1, progress: bool = T
         for f, feature in enumerate(features_of(rate)):
             known = given[:, f] > 0
             ratio = float((sample_variance[known, f] / given[known, f]).mean()) if known.any() else np.nan
-            ends = (ratio / fisher.ppf(at, *freedom) for at in (0.975, 0.025))
-            rows.append(
-                {"speed_rpm": speed.rpm, "feature": feature.name, "sd": float(np.sqrt(sample_variance[:, f].mean()))}
-                | {"ratio": ratio}
-                | dict(zip(("low", "high"), ends, strict=True))
-                | {"inside_90": float((off[:, :, f] <= norm.ppf(0.95)).mean())}
-            )
+            low, high = (ratio / fisher.ppf(at, *freedom) for at in (0.975, 0.025))
+            row = {"speed_rpm": speed.rpm, "feature": feature.name, "sd": float(np.sqrt(sample_variance[:, f].mean()))}
+            row |= {"ratio": ratio, "low": low, "high": high}
+            rows.append(row | {"inside_90": float((off[:, :, f] <= norm.ppf(0.95)).mean())})
     return pd.DataFrame(rows)

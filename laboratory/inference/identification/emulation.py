@@ -24,9 +24,8 @@ ITERATIONS = 40  # of the search for lengths and noise
 SEARCHED = 160  # simulations that it looks at: each evaluation costs their number cubed
 ROUNDING = 1e-8  # variance of every feature, over scale squared: two that are the same have a covariance, too
 FOLDS = 8  # of the cross-validation
-PRIOR_SLOPE = (
-    0.5  # standard deviation of what the logarithm of the errors' variance changes by from the middle to an end
-)
+# standard deviation of what the logarithm of the errors' variance changes by from the middle to an end
+PRIOR_SLOPE = 0.5
 LEAST_DEGREES, MOST_DEGREES = 2.0, 200.0  # of freedom: hardly a variance, hardly a tail
 
 
@@ -136,11 +135,8 @@ class Spread:
     def covariance(self, sd: np.ndarray) -> np.ndarray:
         """(m, p, p) of the errors where the components have (m, k) standard deviations."""
         weighted = (sd * self._widen)[:, :, None] * self._axes
-        return (
-            weighted.transpose(0, 2, 1) @ self._correlation @ weighted
-            + self._rest
-            + ROUNDING * np.eye(self._axes.shape[1])
-        )
+        emulated = weighted.transpose(0, 2, 1) @ self._correlation @ weighted
+        return emulated + self._rest + ROUNDING * np.eye(self._axes.shape[1])
 
 
 def _quadratic(x: np.ndarray) -> np.ndarray:

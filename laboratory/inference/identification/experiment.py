@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from laboratory.inference.identification.features import features, features_of, turn_statistics
+from laboratory.inference.identification.features import features, turn_statistics
 from trackdyn.errors import DivergenceError
 from trackdyn.integrate.methods import METHODS
 from trackdyn.measure.sensor import sense
@@ -24,9 +24,8 @@ from trackdyn.sources import module_hash
 from trackdyn.sweeps.engine import refuse_failed, results
 from trackdyn.sweeps.store import DONE, key_of
 
-LEAD_IN = (
-    3.0  # s at constant speed: turns of the shipped rig then differ from later ones no more than those from each other
-)
+# s at constant speed: turns of the shipped rig then differ from later ones no more than those from each other
+LEAD_IN = 3.0
 MARGIN = 0.5  # of the step limit, which is one of stability: hard rings on tight loops ring beyond what it resolves
 # of the step, where a run finds that its contacts are not resolved; where motion repeats, resolved runs agree to 1 % in
 # all features
@@ -34,30 +33,14 @@ HALVINGS = 2
 
 
 class MeasuredSpeed(NamedTuple):
-    """What is simulated beside a record.
+    """What is simulated beside a record."""
 
-    Attributes
-    ----------
-    rpm : float
-        Motor speed, rev/min.
-    ring_radius : float or None
-        Radius of the sprocket's ring, m; None: no ring.
-    rate : int
-        Samples a second of the simulation, Hz.
-    every : int
-        Samples of the simulation that make one of the sensor.
-    preset : str
-        Bundle of choices of fidelity.
-    choices : tuple of pairs of str
-        Choices in place of the preset's, such as ``("drag", "rolling")``.
-    """
-
-    rpm: float
-    ring_radius: float | None
-    rate: int
-    every: int = 1
-    preset: str = "standard"
-    choices: tuple[tuple[str, str], ...] = ()
+    rpm: float  # motor speed, rev/min
+    ring_radius: float | None  # radius of the sprocket's ring, m; None: no ring
+    rate: int  # samples a second of the simulation, Hz
+    every: int = 1  # samples of the simulation that make one of the sensor
+    preset: str = "standard"  # bundle of choices of fidelity
+    choices: tuple[tuple[str, str], ...] = ()  # choices in place of the preset's, such as ``("drag", "rolling")``
 
 
 def scene_of_speed(rig: Rig, speed: MeasuredSpeed, seconds: float, later: float = 0.0) -> Scene:
@@ -77,13 +60,7 @@ def scene_of_speed(rig: Rig, speed: MeasuredSpeed, seconds: float, later: float 
 def simulated_ay(
     rig: Rig, speed: MeasuredSpeed, turns: int, starts: SettledLoops | None = None, begin: float = 0.0
 ) -> np.ndarray:
-    """(samples,) y acceleration that a sensor reports over so many turns of the loop, g; from a part of a turn on.
-
-    Raises
-    ------
-    InputError, DivergenceError
-        The rig cannot run so.
-    """
+    """(samples,) y acceleration that a sensor reports over so many turns of the loop, g; from a part of a turn on."""
     turn = rig.loop_period(speed.rpm)
     scene = scene_of_speed(rig, speed, turns * turn, begin * turn)
     for _ in range(HALVINGS):
@@ -95,32 +72,13 @@ def simulated_ay(
 
 
 class Experiment(NamedTuple):
-    """What every rig is asked.
+    """What every rig is asked."""
 
-    Attributes
-    ----------
-    rig : Rig
-        All that is not changed.
-    speeds : tuple of Speed
-        At which records are simulated.
-    turns : int
-        Of the loop in each; where motion repeats, one says it all.
-    noise : float
-        White noise that is added to the records, g: for records that play a sensor's.
-    begin : float
-        Part of a turn by which the records begin later.
-    """
-
-    rig: Rig
-    speeds: tuple[MeasuredSpeed, ...]
-    turns: int = 1
-    noise: float = 0.0
-    begin: float = 0.0
-
-    @property
-    def counts(self) -> list[int]:
-        """Numbers of features of the speeds."""
-        return [len(features_of(speed.rate / speed.every)) for speed in self.speeds]
+    rig: Rig  # all that is not changed
+    speeds: tuple[MeasuredSpeed, ...]  # at which records are simulated
+    turns: int = 1  # of the loop in each; where motion repeats, one says it all
+    noise: float = 0.0  # white noise that is added to the records, g: for records that play a sensor's
+    begin: float = 0.0  # part of a turn by which the records begin later
 
     def tasks(self, changes: Sequence[dict]) -> list[tuple[str, dict]]:
         """Keys and arguments of rows (`sweeps.engine.results`), one a rig (``section__field`` changes)."""
@@ -147,18 +105,11 @@ def _statistics(rig: dict, changes: dict, speeds: list, turns: int, noise: float
 
 
 class Simulated(NamedTuple):
-    """What came of a list of rigs.
+    """What came of a list of rigs."""
 
-    Attributes
-    ----------
-    statistics : list
-        For every rig that ran, `turn_statistics` of every speed; None for one that could not run.
-    reasons : list of str
-        Why; empty for one that ran.
-    """
-
+    # for every rig that ran, `turn_statistics` of every speed; None for one that could not run
     statistics: list[list[np.ndarray] | None]
-    reasons: list[str]
+    reasons: list[str]  # why; empty for one that ran
 
     @property
     def ran(self) -> np.ndarray:
@@ -168,13 +119,8 @@ class Simulated(NamedTuple):
     def features(self, experiment: Experiment) -> np.ndarray:
         """(rigs that ran, features of all speeds)."""
         rates = [speed.rate / speed.every for speed in experiment.speeds]
-        return np.array(
-            [
-                np.concatenate([features(one, rate) for one, rate in zip(found, rates, strict=True)])
-                for found in self.statistics
-                if found is not None
-            ]
-        )
+        ran = [zip(found, rates, strict=True) for found in self.statistics if found is not None]
+        return np.array([np.concatenate([features(one, rate) for one, rate in pairs]) for pairs in ran])
 
 
 def run_experiment(

@@ -43,13 +43,7 @@ def features_of(rate: float) -> list[Feature]:
 
 
 def turns_of(ay, rate: float, turn_s: float) -> np.ndarray:
-    """(turns, samples) The record, cut into whole turns of the loop.
-
-    Raises
-    ------
-    InputError
-        It holds no whole turn.
-    """
+    """(turns, samples) The record, cut into whole turns of the loop."""
     samples = turn_s * rate
     count = int(len(ay) / samples + 1e-9)
     if count < 1:
@@ -63,14 +57,8 @@ def turn_statistics(ay, rate: float, turn_s: float, pitches: int) -> np.ndarray:
     """(turns, features) What is averaged over turns: powers of lines, orders and bands (g2), widths of tails and peak
     (g).
 
-    Parameters
-    ----------
-    ay : (N,) array
-        Specific force along the link's normal, g.
-    rate, turn_s : float
-        Samples a second, Hz, and time of a turn of the loop, s.
-    pitches : int
-        Of the loop: the order at which they pass.
+    ``ay``, sampled at ``rate`` (Hz), is along the normal of the link, g; a turn takes ``turn_s`` (s) and as many
+    ``pitches`` as the loop has.
     """
     blocks = turns_of(np.asarray(ay, dtype=float), rate, turn_s)
     blocks = blocks - blocks.mean(axis=1, keepdims=True)
@@ -115,11 +103,6 @@ def covariance(statistics: np.ndarray, rate: float, seed: int = 0) -> np.ndarray
     There are more features than turns: correlations are shrunk towards none by the weight that Ledoit and Wolf (2004)
     give for this many turns, and all is widened to the variance of Student's distribution with one degree of freedom
     less than turns.
-
-    Raises
-    ------
-    InputError
-        There are fewer than `LEAST_TURNS` turns.
     """
     turns = len(statistics)
     if turns < LEAST_TURNS:

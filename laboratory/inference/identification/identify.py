@@ -19,6 +19,7 @@ from laboratory.inference.identification.posterior import (
     MeasuredRecords,
     Posterior,
     contradicted,
+    in_parts,
     medians,
     predict,
     sample,
@@ -35,84 +36,34 @@ INTERVAL = (0.05, 0.5, 0.95)
 
 
 class Settings(NamedTuple):
-    """How much is spent.
+    """How much is spent."""
 
-    Attributes
-    ----------
-    simulations : int
-        Rigs of the first wave, a power of two; the second has half as many.
-    waves : int
-        1 or 2: whether more rigs are simulated where the first answer lies.
-    steps : int
-        Of the walkers.
-    jobs : int
-        Processes that simulate.
-    seed : int
-        The same seed gives the same draws.
-    progress : bool
-        Show bars.
-    """
-
-    simulations: int = 128
-    waves: int = 2
-    steps: int = STEPS
-    jobs: int = 1
-    seed: int = 0
-    progress: bool = True
+    simulations: int = 128  # rigs of the first wave, a power of two; the second has half as many
+    waves: int = 2  # 1 or 2: whether more rigs are simulated where the first answer lies
+    steps: int = STEPS  # of the walkers
+    jobs: int = 1  # processes that simulate
+    seed: int = 0  # the same seed gives the same draws
+    progress: bool = True  # show bars
 
 
 class Identification(NamedTuple):
-    """What came out; p features of all records in a row, s draws, d unknowns.
+    """What came out; p features of all records in a row, s draws, d unknowns."""
 
-    Attributes
-    ----------
-    unknowns : Unknowns
-        What was asked for.
-    measured : list of Measured
-        The records.
-    records : Records
-        Their features.
-    kept : (p,) array
-        Which features say something: they vary over the ranges.
-    table : DataFrame
-        A row an unknown: verdict, best value, interval, range.
-    best : dict
-        Value of each unknown where the posterior is highest.
-    draws : Draws
-        Of the posterior.
-    points : (s, dimension) array
-        Some of them, as many as are predicted from.
-    posterior : Posterior
-        It.
-    predicted : (s, p) array
-        Features of further records of the same rigs, discrepancy and scatter included.
-    simulated : (s, p) array
-        Features of simulations at the draws, by the emulator alone.
-    held_out : DataFrame or None
-        Each record beside what the others predict of it; None for a single record.
-    best_features : (p,) array
-        Of a simulation of the best rig itself.
-    emulator : FeatureEmulator
-        Of the kept features.
-    failed : list of str
-        Why rigs could not run.
-    """
-
-    unknowns: Unknowns
-    measured: list[Measured]
-    records: MeasuredRecords
-    kept: np.ndarray
-    table: pd.DataFrame
-    best: dict[str, float]
-    draws: Draws
-    points: np.ndarray
+    unknowns: Unknowns  # what was asked for
+    measured: list[Measured]  # the records
+    records: MeasuredRecords  # their features
+    kept: np.ndarray  # (p,) which features say something: they vary over the ranges
+    table: pd.DataFrame  # a row an unknown: verdict, best value, interval, range
+    best: dict[str, float]  # value of each unknown where the posterior is highest
+    draws: Draws  # of the posterior
+    points: np.ndarray  # (s, dimension) some of them, as many as are predicted from
     posterior: Posterior
-    predicted: np.ndarray
-    simulated: np.ndarray
-    held_out: pd.DataFrame | None
-    best_features: np.ndarray
-    emulator: FeatureEmulator
-    failed: list[str]
+    predicted: np.ndarray  # (s, p) features of further records of the same rigs, discrepancy and scatter included
+    simulated: np.ndarray  # (s, p) features of simulations at the draws, by the emulator alone
+    held_out: pd.DataFrame | None  # each record beside what the others predict of it; None for a single record
+    best_features: np.ndarray  # (p,) of a simulation of the best rig itself
+    emulator: FeatureEmulator  # of the kept features
+    failed: list[str]  # why rigs could not run
 
 
 def identify(
@@ -124,23 +75,7 @@ def identify(
 ) -> Identification:
     """Identify unknowns of a rig from records.
 
-    Parameters
-    ----------
-    measured : sequence of Measured
-        Records of one rig at different speeds.
-    unknowns : Unknowns
-        With the rig that they belong to.
-    store : path or None
-        Folder in which each simulation is stored as soon as it has run; a second call reads them.
-    settings : Settings
-        Numbers of simulations, waves and steps of the sampler, seed and processes.
-    say : callable
-        Called with lines of progress.
-
-    Returns
-    -------
-    Answer
-        Table of the unknowns, draws of the posterior, discrepancies, predictions.
+    ``store`` keeps each simulation as soon as it has run; a second call reads them.
 
     Raises
     ------
@@ -174,13 +109,11 @@ def identify(
     emulator, failed = posterior.emulator, [reason for reason in reasons if reason]
     held_out = None
     if len(measured) > 1:
-        parts = [
-            _held_out(learnt, emulator, len(unknowns), number, settings, one.name)
-            for number, one in enumerate(measured)
-        ]
+        about = learnt, emulator, len(unknowns), settings
+        parts = [_held_out(*about, number, one.name) for number, one in enumerate(measured)]
         held_out = pd.concat(parts, ignore_index=True)
     thinned = draws.points[np.linspace(0, len(draws.points) - 1, min(DRAWS, len(draws.points))).astype(int)]
-    mean, covariance = (np.concatenate(part) for part in zip(*_in_parts(posterior, thinned), strict=True))
+    mean, covariance = (np.concatenate(part) for part in zip(*map(posterior.model, in_parts(thinned)), strict=True))
     rng = np.random.default_rng(settings.seed)
     lower = np.linalg.cholesky(covariance)
     predicted = mean + (lower @ rng.standard_normal((*mean.shape, 1)))[:, :, 0]
@@ -195,23 +128,11 @@ def identify(
             "warning: no rig within the ranges explains these groups of features: "
             f"{', '.join(beyond)}; all verdicts are in doubt"
         )
+    table, best_features = posterior_summary(unknowns, draws.points, best, bool(beyond)), of_best.features(experiment)
     return Identification(
-        unknowns,
-        list(measured),
-        learnt,
-        kept,
-        posterior_summary(unknowns, draws.points, best, bool(beyond)),
-        best,
-        draws,
-        thinned,
-        posterior,
-        predicted,
-        mean,
-        held_out,
-        of_best.features(experiment)[0, kept],
-        emulator,
-        failed,
-    )
+        unknowns, list(measured), learnt, kept, table, best, draws, thinned, posterior, predicted, mean, held_out,
+        best_features[0, kept], emulator, failed,
+    )  # fmt: skip
 
 
 def changes_at(unknowns: Unknowns, points: np.ndarray) -> list[dict[str, float]]:
@@ -279,12 +200,8 @@ def _refuse_nothing_told(unknowns: Unknowns, draws: Draws) -> None:
         )
 
 
-def _held_out(
-    records: MeasuredRecords, emulator, unknowns: int, number: int, settings: Settings, name: str
-) -> pd.DataFrame:
-    """One record beside what the others predict of it: ``record, feature, group, measured, q05, median, q95,
-    inside``.
-    """
+def _held_out(records: MeasuredRecords, emulator, unknowns: int, settings: Settings, number: int, name: str):
+    """One record beside what the others predict of it: `answer.features_table` without simulations."""
     held = records.record == number
     known, order = records.part(~held), np.concatenate([np.flatnonzero(~held), np.flatnonzero(held)])
     posterior = Posterior(known, Part(emulator, np.flatnonzero(~held)), unknowns)
@@ -295,20 +212,12 @@ def _held_out(
     low, median, high = np.quantile(predict(posterior, requested, Part(emulator, order), draws), INTERVAL, axis=0)
     return pd.DataFrame(
         {
-            "record": name,
-            "feature": [one.name for one in requested.features],
-            "group": [one.group for one in requested.features],
-            "measured": np.exp(requested.values),
-            "q05": np.exp(low),
-            "median": np.exp(median),
-            "q95": np.exp(high),
+            "record": name, "feature": [one.name for one in requested.features],
+            "group": [one.group for one in requested.features], "measured": np.exp(requested.values),
+            "q05": np.exp(low), "median": np.exp(median), "q95": np.exp(high),
             "inside": (low <= requested.values) & (requested.values <= high),
         }
-    )
-
-
-def _in_parts(posterior: Posterior, points: np.ndarray):
-    return [posterior.model(part) for part in np.array_split(points, max(len(points) // 64, 1))]
+    )  # fmt: skip
 
 
 def changed(unknowns: Unknowns, values: dict[str, float]) -> dict[str, float]:

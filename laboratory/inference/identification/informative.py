@@ -31,13 +31,7 @@ BETWEEN = (0.25, 0.75)  # of the range: a change over half of it
 
 
 def unknown_of(text: str) -> Unknown:
-    """An unknown as it stands in an option: ``section.field`` or ``section.field=LOW:HIGH``.
-
-    Raises
-    ------
-    InputError
-        The bounds are no rising numbers.
-    """
+    """An unknown as it stands in an option: ``section.field`` or ``section.field=LOW:HIGH``."""
     name, given, bounds = text.partition("=")
     if not given:
         return Unknown(names=[name])
@@ -82,11 +76,6 @@ def tellable(
         Chosen ones, at most ``most``.
     table : DataFrame
         ``unknown, alone, beside, chosen``: widths of 90 % intervals as shares of the prior's.
-
-    Raises
-    ------
-    InputError
-        The records can tell none.
     """
     ranges = file_ranges(path)
     names = *CANDIDATES, OF_BUSHINGS[rig.bushing.law], *(f"{wheel}.{OF_DRAG[rig.drag][0]}" for wheel in rig.rollers)
@@ -95,13 +84,12 @@ def tellable(
     ends = sorted({0, len(measured) - 1}, key=lambda k: measured[k].speed.rpm)
     chosen_records = [measured[k] for k in ends] if len(measured) > 1 else list(measured)
     experiment = Experiment(rig, tuple(one.speed for one in chosen_records))
-    changes = [changed(_single(rig, one), {one.label: one.value(x)}) for one in candidates.unknowns for x in BETWEEN]
+    changes = [changed(Unknowns([one], rig), {one.label: one.value(x)}) for one in candidates.unknowns for x in BETWEEN]
     found = run_experiment(experiment, changes, store, jobs, "what the records can tell" if progress else "")
     records = joined(chosen_records)
     sizes = np.array([MEDIANS[group] for group in groups_of(records.features)])
-    covariance = records.covariance + np.einsum(
-        "g,gpq->pq", sizes**2, evidence_shares(records.features, records.record)
-    )
+    shares = evidence_shares(records.features, records.record)
+    covariance = records.covariance + np.einsum("g,gpq->pq", sizes**2, shares)
     slopes = np.zeros((len(candidates), len(records.values)))
     values = iter(found.features(experiment))
     moved = [next(values) if ran else None for ran in found.ran]
@@ -128,10 +116,6 @@ def tellable(
             "--unknown with wider ranges"
         )
     return [candidates.unknowns[k] for k in chosen], table.sort_values("alone", ignore_index=True)
-
-
-def _single(rig: Rig, unknown: Unknown) -> Unknowns:
-    return Unknowns([unknown], rig)
 
 
 def _widths(information: np.ndarray, chosen: list[int]) -> np.ndarray:

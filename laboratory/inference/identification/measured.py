@@ -6,6 +6,7 @@ from itertools import chain
 from pathlib import Path
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from laboratory.inference.identification.experiment import MeasuredSpeed
 from laboratory.inference.identification.features import LEAST_TURNS, covariance, features, features_of, turn_statistics
@@ -22,24 +23,12 @@ SAME_SPEED = 1e-3  # two records that are nearer have one speed
 
 @dataclass(frozen=True)
 class Measured:
-    """A record and what is taken from it.
+    """A record and what is taken from it."""
 
-    Attributes
-    ----------
-    record : SensorRecord
-        As it is compared: averaged, if it is faster than the simulation by a whole factor.
-    speed : Speed
-        What is simulated beside it.
-    turn_s : float
-        Time of a turn of the loop, s.
-    statistics : (turns, features) array
-        `turn_statistics`.
-    """
-
-    record: SensorRecord
-    speed: MeasuredSpeed
-    turn_s: float
-    statistics: np.ndarray
+    record: SensorRecord  # as it is compared: averaged, if it is faster than the simulation by a whole factor
+    speed: MeasuredSpeed  # what is simulated beside it
+    turn_s: float  # time of a turn of the loop, s
+    statistics: np.ndarray  # (turns, features) `turn_statistics`
 
     @property
     def name(self) -> str:
@@ -57,27 +46,8 @@ def read_records(
 ) -> list[Measured]:
     """Read the records of a sensor at different speeds.
 
-    The revolution of the loop is that of the dominant peak: the one near a given speed, or the highest one.
-
-    Parameters
-    ----------
-    paths : sequence of path
-        One file per speed.
-    rig : Rig
-        With range of the sensor and gravity.
-    mapping : SensorMapping
-        Columns, units and axes of the files.
-    rpm : sequence of float
-        Motor speed of each record, rev/min; empty: from the dominant peak.
-    ring_radius : float or None
-        Ring radius of the runs, m; None: no ring.
-    preset : str
-        Fidelity of the simulations.
-
-    Returns
-    -------
-    list of Measured
-        In the order of the files.
+    The revolution of the loop is that of the dominant peak: the one near a given speed, or the highest one. Without
+    ``rpm`` (rev/min) dominant peaks say the speeds. Measured stand in the order of the files.
 
     Raises
     ------
@@ -143,11 +113,6 @@ def joined(measured: Sequence[Measured]) -> MeasuredRecords:
     rates = [one.speed.rate / one.speed.every for one in measured]
     listed = [features_of(rate) for rate in rates]
     values = [features(one.statistics, rate) for one, rate in zip(measured, rates, strict=True)]
-    total, first = sum(map(len, listed)), 0
-    scatter = np.zeros((total, total))
-    for one, rate, names in zip(measured, rates, listed, strict=True):
-        part = slice(first, first + len(names))
-        scatter[part, part] = covariance(one.statistics, rate)
-        first += len(names)
+    scatter = block_diag(*(covariance(one.statistics, rate) for one, rate in zip(measured, rates, strict=True)))
     record = np.repeat(np.arange(len(measured)), [len(names) for names in listed])
     return MeasuredRecords(tuple(chain.from_iterable(listed)), record, np.concatenate(values), scatter)

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import emcee
 import numpy as np
+from scipy.linalg import block_diag
 from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
@@ -23,9 +24,8 @@ from trackdyn.errors import TrackdynError
 # bushing and rigid links give low orders and bands to a tenth or two; contact, glue and bending make high bands a
 # matter of a factor.
 MEDIANS = {"lines": 0.03, "passing": 0.15, "low": 0.15, "high": 0.4, "crest": 0.2}
-SPREAD = (
-    1.0  # standard deviation of the logarithm: a twentieth of the prior lies above 5 medians, another below a fifth
-)
+# standard deviation of the logarithm: a twentieth of the prior lies above 5 medians, another below a fifth
+SPREAD = 1.0
 SHARED = 0.5  # part of a discrepancy's variance that is the same at every speed
 WALKERS, STEPS, BURN = 32, 3000, 0.4
 LARGEST_FACTOR = 10.0  # logarithm of the factor on the emulator's errors, either way
@@ -35,29 +35,22 @@ Emulates = Callable[[np.ndarray], Prediction]
 
 
 class MeasuredRecords(NamedTuple):
-    """Features of r records in a row, p numbers in all.
+    """Features of r records in a row, p numbers in all."""
 
-    Attributes
-    ----------
-    features : tuple of Feature
-        Names and groups.
-    record : (p,) array
-        Which record each belongs to, by number.
-    values : (p,) array
-        Measured.
-    covariance : (p, p) array
-        Of the records' own scatter (`features.covariance`); none between records.
-    """
-
-    features: tuple[Feature, ...]
-    record: np.ndarray
-    values: np.ndarray
-    covariance: np.ndarray
+    features: tuple[Feature, ...]  # names and groups
+    record: np.ndarray  # (p,) which record each belongs to, by number
+    values: np.ndarray  # (p,) measured
+    covariance: np.ndarray  # (p, p) of the records' own scatter (`features.covariance`); none between records
 
     def part(self, keep: np.ndarray) -> "MeasuredRecords":
         """Some of the features."""
         kept = tuple(one for one, requested in zip(self.features, keep, strict=True) if requested)
         return MeasuredRecords(kept, self.record[keep], self.values[keep], self.covariance[np.ix_(keep, keep)])
+
+
+def in_parts(points: np.ndarray) -> list[np.ndarray]:
+    """Points in parts whose covariances fit into the memory together."""
+    return np.array_split(points, max(len(points) // 64, 1))
 
 
 def groups_of(features: Sequence[Feature]) -> list[str]:
@@ -133,9 +126,8 @@ class Posterior:
         points = np.atleast_2d(points)
         found = np.full(len(points), -np.inf)
         position, sizes = points[:, : self.unknowns], self.sizes(points)
-        inside = ((position >= 0) & (position <= 1)).all(axis=1) & (np.abs(sizes - self.prior_middle) < 8 * SPREAD).all(
-            axis=1
-        )
+        inside = ((position >= 0) & (position <= 1)).all(axis=1)
+        inside &= (np.abs(sizes - self.prior_middle) < 8 * SPREAD).all(axis=1)
         if self.degrees is not None:
             inside &= np.abs(points[:, -1]) < LARGEST_FACTOR
         if inside.any():
@@ -173,20 +165,7 @@ def sample(
 ) -> Draws:
     """Draw from a posterior with an ensemble sampler (emcee) that starts at the best of many points of the prior.
 
-    Parameters
-    ----------
-    posterior : Posterior
-    steps, walkers : int
-        Steps of the chain and number of walkers.
-    seed : int
-    progress : str
-        Label of the progress bar; empty: none.
-    rounds : int
-        A chain shorter than `CHAIN_LENGTHS` autocorrelation times is continued, up to this many times ``steps``.
-
-    Returns
-    -------
-    Draws
+    A chain shorter than `CHAIN_LENGTHS` autocorrelation times is continued, up to ``rounds`` times ``steps``.
 
     Raises
     ------
@@ -200,7 +179,7 @@ def sample(
 def _sample(posterior: Posterior, steps: int, seed: int, progress: str, walkers: int, rounds: int) -> Draws:
     rng = np.random.default_rng(seed)
     many = posterior.draw_prior(64 * posterior.dimension, rng)
-    density = np.concatenate([posterior.density(part) for part in np.array_split(many, max(len(many) // 64, 1))])
+    density = np.concatenate([posterior.density(part) for part in in_parts(many)])
     if np.isfinite(density).sum() < walkers:
         raise TrackdynError("no point of the ranges explains the records at all: the density is nowhere a number")
     # chances in proportion to a flattened density: several modes keep their walkers
@@ -227,12 +206,8 @@ def _sample(posterior: Posterior, steps: int, seed: int, progress: str, walkers:
                 break
     thin = max(int(np.min(times) / 2), 1)
     points = sampler.get_chain(discard=discard, thin=thin, flat=True)
-    return Draws(
-        points,
-        sampler.get_log_prob(discard=discard, thin=thin, flat=True),
-        times,
-        float(sampler.acceptance_fraction.mean()),
-    )
+    density = sampler.get_log_prob(discard=discard, thin=thin, flat=True)
+    return Draws(points, density, times, float(sampler.acceptance_fraction.mean()))
 
 
 def contradicted(posterior: Posterior, points: np.ndarray) -> list[str]:
@@ -263,7 +238,7 @@ def predict(
         known.features + held.features,
         np.concatenate([known.record, held.record]),
         np.concatenate([known.values, np.zeros_like(held.values)]),
-        _beside(known.covariance, held.covariance),
+        block_diag(known.covariance, held.covariance),
     )
     count, names = len(known.values), groups_of(both.features)
     joint = Posterior(both, emulator, posterior.unknowns)
@@ -271,9 +246,7 @@ def predict(
     extra = [sizes.get(name, np.log(MEDIANS[name]) + SPREAD * rng.standard_normal(len(draws))) for name in names]
     factor = [] if posterior.degrees is None else [draws[:, -1]]
     found = []
-    for part in np.array_split(
-        np.column_stack([draws[:, : posterior.unknowns], *extra, *factor]), max(len(draws) // 64, 1)
-    ):
+    for part in in_parts(np.column_stack([draws[:, : posterior.unknowns], *extra, *factor])):
         mean, covariance = joint.model(part)
         gain = np.linalg.solve(covariance[:, :count, :count], covariance[:, :count, count:]).transpose(0, 2, 1)
         middle = mean[:, count:] + (gain @ (known.values - mean[:, :count])[:, :, None])[:, :, 0]
@@ -281,11 +254,3 @@ def predict(
         lower = np.linalg.cholesky(0.5 * (left + left.transpose(0, 2, 1)))
         found.append(middle + (lower @ rng.standard_normal((*middle.shape, 1)))[:, :, 0])
     return np.concatenate(found)
-
-
-def _beside(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Two blocks on a diagonal."""
-    count = len(first)
-    out = np.zeros((count + len(second),) * 2)
-    out[:count, :count], out[count:, count:] = first, second
-    return out

@@ -12,20 +12,15 @@ SIDES = {"left": "left arc", "right": "right arc", "ring": "ring"}
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 LEAST_DRAWN = 0.3  # implausibilities below are drawn there: the axes are logarithmic
 CLAIM_MOST = 12.0  # implausibilities beyond share the last shade
+CELL = {"ha": "center", "va": "center", "fontsize": 7}
 
 
 @styled
 def band_figure(runs: pd.DataFrame, column: str, unit: str, title: str, shipped: pd.DataFrame | None = None) -> Figure:
     """A measure of each side over the rigs against the radius of the ring.
 
-    Parameters
-    ----------
-    runs : DataFrame
-        Rows ``rig, rpm, ring_radius_m`` and ``<side>_<column>`` that came out.
-    column : str
-        Such as ``share_pct``.
-    shipped : DataFrame or None
-        Rows of ``metrics.csv`` of the shipped rig, drawn on top.
+    ``runs`` have columns ``rig, rpm, ring_radius_m`` and ``<side>_<column>``; ``shipped`` are rows of ``metrics.csv``,
+    drawn on top.
     """
     runs = runs[runs["ring_radius_m"].notna()]
     figure = new_figure(6.0)
@@ -36,20 +31,13 @@ def band_figure(runs: pd.DataFrame, column: str, unit: str, title: str, shipped:
             look = {"color": COLOURS[(i + 1) % len(COLOURS)]}
             ax.fill_between(q.index, q[0.05], q[0.95], alpha=0.15, linewidth=0, **look)
             ax.fill_between(q.index, q[0.25], q[0.75], alpha=0.3, linewidth=0, **look)
-            ax.plot(
-                q.index, q[0.5], marker=MARKERS[i % 4], linestyle=DASHES[i % 4], label=f"{rpm:g} rpm, median", **look
-            )
+            look |= {"marker": MARKERS[i % 4], "linestyle": DASHES[i % 4], "label": f"{rpm:g} rpm, median"}
+            ax.plot(q.index, q[0.5], **look)
         if shipped is not None:
-            rows = shipped[shipped["ring_radius_m"].notna() & (shipped["rpm"] == runs["rpm"].min())].sort_values(
-                "ring_radius_m"
-            )
-            ax.plot(
-                rows["ring_radius_m"],
-                rows[f"{side}_{column}"],
-                color=BLACK,
-                linestyle="--",
-                label=f"shipped rig, {runs['rpm'].min():g} rpm",
-            )
+            slowest = runs["rpm"].min()
+            rows = shipped[shipped["ring_radius_m"].notna() & (shipped["rpm"] == slowest)].sort_values("ring_radius_m")
+            look = {"color": BLACK, "linestyle": "--", "label": f"shipped rig, {slowest:g} rpm"}
+            ax.plot(rows["ring_radius_m"], rows[f"{side}_{column}"], **look)
         ax.axvline(printed.RADIUS_CHOSEN.value, **PRINTED, linewidth=0.6, zorder=1)
         ax.set_ylabel(words)
         ax.set_ylim(min(0.0, ax.get_ylim()[0]), 1.05 * max(ax.get_ylim()[1], 1e-9))
@@ -76,13 +64,10 @@ def conflict_figure(conflicts: pd.DataFrame, cutoff: float) -> Figure:
     ax.imshow(np.minimum(values, CLAIM_MOST), cmap="Blues", vmin=0, vmax=CLAIM_MOST, aspect="auto")
     for i, j in zip(*np.nonzero(np.isfinite(values)), strict=True):
         lost = values[i, j] > cutoff
-        look = {
-            "weight": "bold" if lost else "normal",
-            "color": "white" if values[i, j] > 0.6 * CLAIM_MOST else "black",
-        }
-        ax.text(j, i, f"{values[i, j]:.1f}", ha="center", va="center", fontsize=7, **look)
+        colour = "white" if values[i, j] > 0.6 * CLAIM_MOST else "black"
+        ax.text(j, i, f"{values[i, j]:.1f}", **CELL, weight="bold" if lost else "normal", color=colour)
     for i, j in zip(*np.nonzero(np.isinf(values)), strict=True):
-        ax.text(j, i, "none", ha="center", va="center", fontsize=7, weight="bold")
+        ax.text(j, i, "none", **CELL, weight="bold")
     ax.set_xticks(range(len(names)), names, rotation=50, ha="right", rotation_mode="anchor")
     ax.set_yticks(range(len(names)), names)
     ax.grid(False)
@@ -102,32 +87,14 @@ def pareto_figure(
     ax = figure.subplots()
     seen = worst[np.isfinite(worst[[first, second]]).all(axis=1)].clip(lower=LEAST_DRAWN)
     front = front.reindex(columns=[first, second]).clip(lower=LEAST_DRAWN)
-    ax.plot(
-        seen[first],
-        seen[second],
-        ".",
-        color="0.65",
-        markersize=3,
-        linestyle="none",
-        label=f"{len(seen)} rigs with all contacts",
-    )
-    ax.plot(
-        front[first],
-        front[second],
-        marker="o",
-        color=VERMILION,
-        linestyle="-",
-        drawstyle="steps-post",
-        label="Pareto front",
-    )
+    look = {"color": "0.65", "markersize": 3, "linestyle": "none", "label": f"{len(seen)} rigs with all contacts"}
+    ax.plot(seen[first], seen[second], ".", **look)
+    look = {"marker": "o", "color": VERMILION, "linestyle": "-", "drawstyle": "steps-post", "label": "Pareto front"}
+    ax.plot(front[first], front[second], **look)
     ax.axvline(cutoff, **PRINTED, linewidth=0.8)
     ax.axhline(cutoff, **PRINTED, linewidth=0.8, label=f"cutoff {cutoff:g}")
-    ax.set(
-        xscale="log",
-        yscale="log",
-        xlabel=f"largest implausibility by targets of {first} (no ring)",
-        ylabel=f"by targets of {second} (ring)",
-    )
+    ax.set(xscale="log", yscale="log", xlabel=f"largest implausibility by targets of {first} (no ring)")
+    ax.set_ylabel(f"by targets of {second} (ring)")
     ax.legend()
     ax.set_title(f"{first} against {second}")
     return figure
@@ -141,6 +108,7 @@ def pairs_figure(points: pd.DataFrame, prior: pd.DataFrame, names: list[str]) ->
     count = len(names)
     figure = new_figure(0.95 * count + 0.6, 0.95 * count + 0.9)
     axes = figure.subplots(count, count, sharex=True, squeeze=False)
+    words = [name.replace("_contact", "").replace(".", "\n").replace("_", " ") for name in names]
     for i, j in np.ndindex(count, count):
         ax = axes[i, j]
         if j > i:
@@ -155,20 +123,12 @@ def pairs_figure(points: pd.DataFrame, prior: pd.DataFrame, names: list[str]) ->
         ax.set_xlim(0, 1)
         ax.set_yticks([])
         ax.set_xticks([0, 1])
-        words = names[j].replace("_contact", "").replace(".", "\n").replace("_", " ")
         if i == count - 1:
-            ax.set_xlabel(words, fontsize=7)
+            ax.set_xlabel(words[j], fontsize=7)
         if j == 0:
-            ax.set_ylabel(
-                names[i].replace("_contact", "").replace(".", "\n").replace("_", " "),
-                fontsize=7,
-                rotation=0,
-                ha="right",
-                va="center",
-            )
-    figure.suptitle(
-        f"{len(points)} rigs (blue) and the first wave (grey)\nwithin the ranges of the parameters", x=0.01, ha="left"
-    )
+            ax.set_ylabel(words[i], fontsize=7, rotation=0, ha="right", va="center")
+    title = f"{len(points)} rigs (blue) and the first wave (grey)\nwithin the ranges of the parameters"
+    figure.suptitle(title, x=0.01, ha="left")
     return figure
 
 
@@ -186,28 +146,14 @@ def choice_figure(table: pd.DataFrame, rpm: float) -> Figure:
     free.errorbar(radii, 100 * table["p_right_free"], bars, color=BLACK, marker="o", capsize=2, linestyle="-")
     free.set(ylabel="right arc free (%)", ylim=(-5, 105))
     for i, name in enumerate(CRITERIA):
-        best.plot(
-            radii,
-            100 * table[f"p_best_{name}"],
-            color=COLOURS[i % 4],
-            marker=MARKERS[i % 4],
-            linestyle=DASHES[i % 4],
-            label=name,
-        )
+        look = {"color": COLOURS[i % 4], "marker": MARKERS[i % 4], "linestyle": DASHES[i % 4], "label": name}
+        best.plot(radii, 100 * table[f"p_best_{name}"], **look)
     best.set(ylabel="best radius (%)", ylim=(-5, 145), yticks=range(0, 101, 25))
     best.legend(ncols=4, loc="upper center", title="share of rigs in which it is best, by")
-    for column, colour, words in (("sliding_teeth_j_km", BLUE, "teeth"), ("sliding_ring_j_km", ORANGE, "ring")):
-        work.fill_between(
-            radii, table[f"{column}_q05"] / 1e3, table[f"{column}_q95"] / 1e3, color=colour, alpha=0.25, linewidth=0
-        )
-        work.plot(
-            radii,
-            table[column] / 1e3,
-            color=colour,
-            label=words,
-            marker="o" if words == "teeth" else "s",
-            linestyle="-",
-        )
+    for words, colour, marker in (("teeth", BLUE, "o"), ("ring", ORANGE, "s")):
+        middle, low, high = (table[f"sliding_{words}_j_km{end}"] / 1e3 for end in ("", "_q05", "_q95"))
+        work.fill_between(radii, low, high, color=colour, alpha=0.25, linewidth=0)
+        work.plot(radii, middle, color=colour, label=words, marker=marker, linestyle="-")
     work.set(ylabel="sliding (kJ/km)", xlabel="radius of the ring (m)")
     work.legend()
     for ax in (free, best, work):

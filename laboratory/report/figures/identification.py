@@ -36,54 +36,41 @@ def posterior_figure(
 ) -> Figure:
     """Every unknown over its range, and every two of them.
 
-    Parameters
-    ----------
-    unknowns : sequence of Unknown
-        d of them.
-    points : (s, d) array
-        Draws, as positions between 0 and 1.
-    best : (d,) array
-        Where the posterior is highest.
-    verdicts : sequence of str
-        On each unknown.
+    ``points`` are (s, d) draws as positions between 0 and 1, ``best`` is where the posterior is highest.
     """
     count = len(unknowns)
     figure = new_figure(max(min(1.75 * count, PAGE), 2.6), max(min(1.8 * count, PAGE), WIDTH * 0.75))
     axes = np.atleast_2d(figure.subplots(count, count, squeeze=False))
-    for i in range(count):
-        for j in range(count):
-            ax = axes[i, j]
-            if j > i:
-                ax.set_axis_off()
-                continue
-            ax.set_xlim(0, 1)
-            _ticks(ax.xaxis, unknowns[j], i == count - 1)
-            if i == j:
-                ax.hist(points[:, i], bins=CELLS, range=(0, 1), density=True, color=BLUE, alpha=0.35)
-                ax.axhline(1.0, color=BLACK, linestyle=DASHES[1], linewidth=0.8)
-                ax.axvline(best[i], color=VERMILION)
-                ax.set_yticks([])
-                ax.set_title(f"{unknowns[i].label.replace('.', chr(10))}\n{verdicts[i]}", fontsize=SMALL)
-            else:
-                ax.set_ylim(0, 1)
-                _ticks(ax.yaxis, unknowns[i], j == 0)
-                _contours(ax, points[:, j], points[:, i])
-                ax.plot(best[j], best[i], "o", color=VERMILION, markersize=3)
+    for i, j in np.ndindex(count, count):
+        ax = axes[i, j]
+        if j > i:
+            ax.set_axis_off()
+            continue
+        ax.set_xlim(0, 1)
+        _ticks(ax.xaxis, unknowns[j], i == count - 1)
+        if i == j:
+            ax.hist(points[:, i], bins=CELLS, range=(0, 1), density=True, color=BLUE, alpha=0.35)
+            ax.axhline(1.0, color=BLACK, linestyle=DASHES[1], linewidth=0.8)
+            ax.axvline(best[i], color=VERMILION)
+            ax.set_yticks([])
+            ax.set_title(f"{unknowns[i].label.replace('.', chr(10))}\n{verdicts[i]}", fontsize=SMALL)
+        else:
+            ax.set_ylim(0, 1)
+            _ticks(ax.yaxis, unknowns[i], j == 0)
+            _contours(ax, points[:, j], points[:, i])
+            ax.plot(best[j], best[i], "o", color=VERMILION, markersize=3)
     return figure
 
 
 def _ticks(axis, unknown: Unknown, labelled: bool) -> None:
     places = [0.1, 0.5, 0.9]
     values = [unknown.value(x) for x in places]
-    axis.set_ticks(
-        places, [f"{one:.0f}" if 100 <= abs(one) < 1e5 else f"{one:.2g}" for one in values] if labelled else [""] * 3
-    )
+    words = [f"{one:.0f}" if 100 <= abs(one) < 1e5 else f"{one:.2g}" for one in values]
+    axis.set_ticks(places, words if labelled else [""] * 3)
 
 
 def _contours(ax, x, y) -> None:
-    """Contours that hold `MASSES` of the draws; the draws themselves where contours would be as wide as their
-    smoothing.
-    """
+    """Contours that hold `MASSES` of the draws; the draws themselves where they would be as wide as smoothed."""
     if min(x.std(), y.std()) * CELLS < LEAST_CELLS:
         ax.plot(x, y, ".", color=BLUE, markersize=1, alpha=0.3)
         return
@@ -102,13 +89,7 @@ def _contours(ax, x, y) -> None:
 def features_figure(table: pd.DataFrame, sensor: str) -> Figure:
     """Every feature of every record beside its 90 % interval, over the median that is predicted of it.
 
-    Parameters
-    ----------
-    table : DataFrame
-        Columns ``record, feature, measured, q05, median, q95, inside``; with ``sim_q05, sim_q95`` what simulations
-        alone show, too.
-    sensor : str
-        What the records are called in the legend.
+    With columns ``sim_q05, sim_q95`` it shows what simulations alone give, too.
     """
     records = list(dict.fromkeys(table["record"]))
     figure = new_figure(0.7 + 1.75 * len(records), PAGE)
@@ -116,15 +97,8 @@ def features_figure(table: pd.DataFrame, sensor: str) -> Figure:
     for ax, name in zip(axes, records, strict=True):
         part = table[table["record"] == name]
         place, middle = np.arange(len(part)), part["median"]
-        ax.vlines(
-            place,
-            part["q05"] / middle,
-            part["q95"] / middle,
-            color=BLUE,
-            alpha=0.35,
-            linewidth=6,
-            label="90 % predicted",
-        )
+        look = {"alpha": 0.35, "linewidth": 6, "label": "90 % predicted"}
+        ax.vlines(place, part["q05"] / middle, part["q95"] / middle, color=BLUE, **look)
         if "sim_q05" in part:
             sims = part["sim_q05"] / middle, part["sim_q95"] / middle
             ax.vlines(place, *sims, color=BLUE, linewidth=2, label="90 % of simulations of the posterior")
@@ -136,10 +110,8 @@ def features_figure(table: pd.DataFrame, sensor: str) -> Figure:
         ax.yaxis.set_minor_formatter("{x:g}" if np.ptp(np.log10(ax.get_ylim())) < 0.7 else "")
         ax.set_ylabel("ratio to the\npredicted median")
         ax.set_title(f"{name}: {inside.sum()} of {len(part)} inside")
-        last = name == records[-1]
-        ax.set_xticks(
-            place, [one.replace("_", " ") for one in part["feature"]] if last else [], rotation=60, ha="right"
-        )
+        words = [one.replace("_", " ") for one in part["feature"]] if name == records[-1] else []
+        ax.set_xticks(place, words, rotation=60, ha="right")
     figure.legend(*axes[0].get_legend_handles_labels(), ncols=4, loc="outside upper center")
     return figure
 
@@ -148,12 +120,7 @@ def features_figure(table: pd.DataFrame, sensor: str) -> Figure:
 def spectra_figure(pairs: Sequence[tuple[str, float, np.ndarray, np.ndarray]], sensor: str) -> Figure:
     """Amplitude spectra of records and of simulations of the best rig.
 
-    Parameters
-    ----------
-    pairs : sequence of (name, rate, measured, simulated)
-        Rate of the samples, Hz, and whole turns of ay, g.
-    sensor : str
-        What the records are called in the legend.
+    ``pairs`` have the rate of the samples, Hz, and whole turns of ay, g.
     """
     figure = new_figure(0.5 + 1.6 * len(pairs), PAGE)
     axes = figure.subplots(len(pairs), 1, squeeze=False, sharex=True)[:, 0]
@@ -170,8 +137,10 @@ def spectra_figure(pairs: Sequence[tuple[str, float, np.ndarray, np.ndarray]], s
 
 
 @styled
-def _panels(names: list[str]) -> tuple[Figure, np.ndarray]:
-    """A figure with a panel a name, and its axes."""
+def _panels(ranks: pd.DataFrame, discrepancy: str, across: str, up: str) -> tuple[Figure, list[tuple]]:
+    """A figure with a panel an unknown or size of a discrepancy, and each panel with its rows of ``ranks``."""
+    parts = list(ranks[ranks["discrepancy"] == discrepancy].groupby("parameter", sort=False))
+    names = [name for name, _ in parts]
     columns = min(len(names), 3)
     rows = -(-len(names) // columns)
     figure = new_figure(1.9 * rows, PAGE)
@@ -181,7 +150,11 @@ def _panels(names: list[str]) -> tuple[Figure, np.ndarray]:
         ax.xaxis.set_major_locator(MaxNLocator(3))
     for ax in list(axes.flat)[len(names) :]:
         ax.set_axis_off()
-    return figure, axes
+    for ax in axes[-1]:
+        ax.set_xlabel(across)
+    for ax in axes[:, 0]:
+        ax.set_ylabel(up)
+    return figure, [(ax, own) for ax, (_, own) in zip(axes.flat, parts, strict=False)]
 
 
 def rank_figure(ranks: pd.DataFrame, discrepancy: str) -> Figure:
@@ -189,11 +162,8 @@ def rank_figure(ranks: pd.DataFrame, discrepancy: str) -> Figure:
 
     ``ranks`` as `identification.calibration.Calibration.ranks`; one panel an unknown or size of a discrepancy.
     """
-    part = ranks[ranks["discrepancy"] == discrepancy]
-    names = list(dict.fromkeys(part["parameter"]))
-    figure, axes = _panels(names)
-    for ax, name in zip(axes.flat, names, strict=False):
-        own = part[part["parameter"] == name]
+    figure, panels = _panels(ranks, discrepancy, "rank of the true value", "cases")
+    for ax, own in panels:
         counts = histogram(own)
         low, high = rank_band(len(own), len(counts))
         edges = np.linspace(0, 1, len(counts) + 1)
@@ -201,10 +171,6 @@ def rank_figure(ranks: pd.DataFrame, discrepancy: str) -> Figure:
         ax.axhline(len(own) / len(counts), color=BLACK, linewidth=0.6, linestyle="-")
         ax.stairs(counts, edges, color=BLUE)
         ax.set_ylim(bottom=0)
-    for ax in axes[-1]:
-        ax.set_xlabel("rank of the true value")
-    for ax in axes[:, 0]:
-        ax.set_ylabel("cases")
     return figure
 
 
@@ -213,19 +179,12 @@ def calibration_figure(ranks: pd.DataFrame, discrepancy: str) -> Figure:
 
     ``ranks`` as `identification.calibration.Calibration.ranks`; one panel an unknown or size of a discrepancy.
     """
-    part = ranks[ranks["discrepancy"] == discrepancy]
-    names = list(dict.fromkeys(part["parameter"]))
-    figure, axes = _panels(names)
+    figure, panels = _panels(ranks, discrepancy, "level of the interval", "coverage")
     level = np.linspace(0, 1, 101)
-    for ax, name in zip(axes.flat, names, strict=False):
-        own = part[part["parameter"] == name]
+    for ax, own in panels:
         away = 2 * np.abs((own["rank"] + 0.5) / (own["of"] + 1) - 0.5)
         ax.plot(level, [(away <= one).mean() for one in level], color=BLUE)
         sd = np.sqrt(level * (1 - level) / len(own))
         ax.fill_between(level, level - 1.96 * sd, level + 1.96 * sd, color=ORANGE, alpha=0.3, linewidth=0)
         ax.plot(level, level, color=BLACK, linewidth=0.6, linestyle="-")
-    for ax in axes[-1]:
-        ax.set_xlabel("level of the interval")
-    for ax in axes[:, 0]:
-        ax.set_ylabel("coverage")
     return figure

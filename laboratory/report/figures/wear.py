@@ -22,10 +22,7 @@ STYLES = ("-", "--", ":", "-.")
 def life_figure(lives, radius: float = 0.308):
     """Radius, shares, peaks and what the sensor feels over the kilometres and over the share of the life.
 
-    Parameters
-    ----------
-    lives : DataFrame
-        `study.wear.study.run_lives`; those of the shipped rig with this first radius (m) are drawn.
+    Those lives (`study.wear.study.run_lives`) of the shipped rig are drawn that have this first radius (m).
     """
     figure = new_figure(7.0)
     axes = figure.subplots(len(DOWN), 2, sharex="col", sharey="row")
@@ -51,11 +48,7 @@ def life_figure(lives, radius: float = 0.308):
 def profile_figure(rig: Rig, lives, flanks: dict, radius: float = 0.308):
     """Groove at 0, 25, 50, 75 and 100 % of a life, depths enlarged; depths over the contour below.
 
-    Parameters
-    ----------
-    flanks : dict
-        Depths by life (`study.wear.study.run_lives`); the first life of the shipped rig with this first radius (m) is
-        drawn.
+    It is the first life of the shipped rig with this first radius (m); ``flanks`` are depths by life.
     """
     figure = new_figure(4.0)
     shape, over = figure.subplots(2, 1, height_ratios=[1, 2])
@@ -83,10 +76,7 @@ def profile_figure(rig: Rig, lives, flanks: dict, radius: float = 0.308):
 def radius_figure(seen):
     """Run in the good window by the first radius of the ring, and how many rigs are in it; the printed one is marked.
 
-    Parameters
-    ----------
-    seen : DataFrame
-        `study.wear.study.windows`; of a rig, speed and tension the life with the largest first radius is drawn.
+    Of a rig, speed and tension it is the life with the largest first radius (`study.wear.study.windows`).
     """
     figure = new_figure(3.2)
     run, share = figure.subplots(1, 2, sharex=True)

@@ -23,16 +23,19 @@ def ensemble_before(wildcards):
         return []
     before = ["last"] if stage == "study" else waves if stage == "last" else waves[: int(stage) - 1]
     local = [f"{L}/{wildcards.short}ensemble/points_local.csv"] if stage == "last" else []
-    return [f"{L}/{wildcards.short}ensemble/outputs_{name}.csv" for name in ["compared", *before]] + local
+    return ensemble_outputs_of(wildcards, before) + local
+
+
+def ensemble_outputs_of(wildcards, stages):
+    return [f"{L}/{wildcards.short}ensemble/outputs_{stage}.csv" for stage in ["compared", *stages]]
 
 
 def ensemble_all_waves(wildcards):
-    return [f"{L}/{wildcards.short}ensemble/outputs_{name}.csv" for name in ["compared", *ensemble_waves(wildcards)]]
+    return ensemble_outputs_of(wildcards, ensemble_waves(wildcards))
 
 
 def ensemble_stages(wildcards):
-    stages = ["compared", *ensemble_waves(wildcards), "last", "shipped"]
-    return [f"{L}/{wildcards.short}ensemble/outputs_{stage}.csv" for stage in stages]
+    return ensemble_outputs_of(wildcards, [*ensemble_waves(wildcards), "last", "shipped"])
 
 
 rule ensemble_local:

@@ -27,38 +27,21 @@ EQUAL, WITHIN, BYTES, DIFFERS, MISSING, EXTRA = "equal", "within", "bytes", "dif
 
 @dataclass(frozen=True)
 class Finding:
-    """Result of the comparison of one file.
+    """Result of the comparison of one file."""
 
-    Attributes
-    ----------
-    name, shows : str
-        The file below the results, and the figure or table that it shows, or nothing.
-    status : str
-        ``equal`` byte for byte (columns of times left out); ``within`` the tolerance between processors; ``bytes``: no
-        more is known than that bytes differ, and the tables tell whether it matters; ``differs``; ``missing``;
-        ``extra``: not in the manifest.
-    text : str
-        By how much, and where.
-    """
-
-    name: str
-    shows: str
+    name: str  # the file below the results
+    shows: str  # the figure or table that it shows, or nothing
+    # ``equal`` byte for byte (columns of times left out); ``within`` the tolerance between processors; ``bytes``: no
+    # more is known than that bytes differ, and the tables tell whether it matters; ``differs``; ``missing``; ``extra``:
+    # not in the manifest
     status: str
-    text: str = ""
+    text: str = ""  # by how much, and where
 
 
 def compare_manifests(found: dict[str, Any], expected: dict[str, Any]) -> list[Finding]:
     """Compare the files of two manifests.
 
-    Parameters
-    ----------
-    found, expected : dict
-        Manifests, from `manifest.describe` or `manifest.load_manifest`.
-
-    Returns
-    -------
-    list of Finding
-        One per file of either manifest, by name; files that hold times are omitted.
+    There is one finding a file of either, by name; files that hold times are omitted.
     """
     ours, theirs = found["files"], expected["files"]
     timed = {*found["hold_times"], *expected["hold_times"]}
@@ -72,28 +55,17 @@ def findings_summary(findings: Iterable[Finding]) -> str:
     """Count the findings of each status, in one line."""
     counts = Counter(finding.status for finding in findings)
     words = {
-        EQUAL: "equal",
-        WITHIN: "within the tolerance between processors",
-        BYTES: "known by their bytes alone, which differ",
-        DIFFERS: "different",
-        MISSING: "missing",
+        EQUAL: "equal", WITHIN: "within the tolerance between processors",
+        BYTES: "known by their bytes alone, which differ", DIFFERS: "different", MISSING: "missing",
         EXTRA: "not in the manifest",
-    }
+    }  # fmt: skip
     return ", ".join(f"{counts[status]} {word}" for status, word in words.items() if counts[status])
 
 
 def failed(findings: Iterable[Finding], exact: bool = False) -> list[Finding]:
     """Return the findings that contradict the manifest.
 
-    Parameters
-    ----------
-    findings : iterable of Finding
-    exact : bool
-        Also those that are within the tolerance, or whose bytes differ.
-
-    Returns
-    -------
-    list of Finding
+    ``exact`` ones are those within the tolerance, too, and those whose bytes differ.
     """
     bad = {DIFFERS, MISSING} | ({WITHIN, BYTES} if exact else set())
     return [finding for finding in findings if finding.status in bad]

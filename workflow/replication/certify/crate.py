@@ -25,35 +25,16 @@ PROFILES = {
 }
 # what runs: the workflow and the program, as they stand beside each other in the repository
 PROGRAM = (
-    "workflow",
-    "trackdyn",
-    "trackdyn_command.py",
-    "profiles",
-    "pyproject.toml",
-    "requirements.lock",
-    "LICENSE",
+    "workflow", "trackdyn", "trackdyn_command.py", "profiles", "pyproject.toml", "requirements.lock", "LICENSE",
     "CITATION.cff",
-)
+)  # fmt: skip
 FORMATS = {
-    ".py": "text/x-python",
-    ".smk": "text/x-python",
-    ".js": "text/javascript",
-    ".css": "text/css",
-    ".toml": "application/toml",
-    ".j2": "text/plain",
-    ".lock": "text/plain",
-    ".cff": "application/yaml",
-    "": "text/plain",
-    ".csv": "text/csv",
-    ".md": "text/markdown",
-    ".json": "application/json",
-    ".png": "image/png",
-    ".svg": "image/svg+xml",
-    ".gif": "image/gif",
-    ".html": "text/html",
-    ".yaml": "application/yaml",
+    ".py": "text/x-python", ".smk": "text/x-python", ".js": "text/javascript", ".css": "text/css",
+    ".toml": "application/toml", ".j2": "text/plain", ".lock": "text/plain", ".cff": "application/yaml",
+    "": "text/plain", ".csv": "text/csv", ".md": "text/markdown", ".json": "application/json", ".png": "image/png",
+    ".svg": "image/svg+xml", ".gif": "image/gif", ".html": "text/html", ".yaml": "application/yaml",
     ".npz": "application/zip",
-}
+}  # fmt: skip
 
 
 def write_crate(
@@ -61,21 +42,8 @@ def write_crate(
 ) -> Path:
     """Write the crate of a run as a zip file.
 
-    Parameters
-    ----------
-    results : path
-        Results of a run with their ``manifest.json``, whose hashes they must have.
-    out : path, optional
-        ``crate.zip`` among the results if not given.
-    recordings : bool
-        With the recordings, which are most of a run.
-    agent : str, optional
-        Who ran it.
-
-    Returns
-    -------
-    path
-        The file.
+    Results have the hashes of their ``manifest.json``; recordings, most of a run, are packed if asked for; ``agent`` is
+    who ran it.
 
     Raises
     ------
@@ -119,31 +87,21 @@ def _fill(crate: Any, results: Path, manifest: dict[str, Any], recordings: bool,
         context(place, "CreativeWork", name=title, version=place.rpartition("/")[2])
         for place, title in PROFILES.items()
     ]
-    paper = cited["references"][0]
-    root["name"] = "A run of trackdyn"
-    root["description"] = (
-        f"{cited['abstract']} Figures, tables and claims of one run, with the workflow and its inputs."
-    )
+    paper, what = cited["references"][0], "Figures, tables and claims of one run, with the workflow and its inputs."
+    root["name"], root["description"] = "A run of trackdyn", f"{cited['abstract']} {what}"
     root["datePublished"] = made
     root["license"] = context("https://spdx.org/licenses/MIT", "CreativeWork", name="MIT License")
     root["citation"] = context(f"https://doi.org/{paper['doi']}", "ScholarlyArticle", name=paper["title"])
     root["author"] = author = context("#authors", "Organization", name=cited["authors"][0]["name"])
     crate.metadata.extra_terms["sha256"] = "http://schema.org/sha256"  # younger than the context of RO-Crate 1.1
 
+    made_with = manifest["made_with"]
+    about = {"name": cited["title"], "version": made_with["trackdyn"], "author": author}
+    about |= {"license": root["license"], "encodingFormat": FORMATS[".smk"]}
     workflow = crate.add_workflow(
-        ROOT / "Snakefile",
-        "Snakefile",
-        main=True,
-        lang="snakemake",
-        lang_version=manifest["made_with"]["versions"]["snakemake"],
-        properties={
-            "name": cited["title"],
-            "version": manifest["made_with"]["trackdyn"],
-            "author": author,
-            "license": root["license"],
-            "encodingFormat": FORMATS[".smk"],
-        },
-    )
+        ROOT / "Snakefile", "Snakefile", main=True, lang="snakemake",
+        lang_version=made_with["versions"]["snakemake"], properties=about,
+    )  # fmt: skip
     for place in PROGRAM:
         for path in [ROOT / place] if (ROOT / place).is_file() else sorted((ROOT / place).rglob("*")):
             if path.is_file() and path.suffix in FORMATS:
@@ -154,28 +112,26 @@ def _fill(crate: Any, results: Path, manifest: dict[str, Any], recordings: bool,
     for name, digest in manifest["inputs"].items():
         dest = f"inputs/{Path(name).name}" if Path(name).is_absolute() else name
         inputs.append(_file(crate, ROOT / name, dest, digest, f"input: {name}"))
-        parameter = context(
-            f"#input-{len(inputs)}", "FormalParameter", name=name, additionalType="File", workExample=inputs[-1]
-        )
+        example = {"additionalType": "File", "workExample": inputs[-1]}
+        parameter = context(f"#input-{len(inputs)}", "FormalParameter", name=name, **example)
         inputs[-1]["exampleOfWork"] = parameter
         workflow.append_to("input", parameter)
 
-    outcome = [
-        _file(crate, results / NAME, f"results/{NAME}", None, "hashes of all results, and the numbers of the tables")
-    ]
+    outcome = []
+
+    def result(name: str, digest: str | None, shows: str) -> None:
+        outcome.append(_file(crate, results / name, f"results/{name}", digest, shows))
+
+    result(NAME, None, "hashes of all results, and the numbers of the tables")
     for name, entry in manifest["files"].items():
         if recordings or not name.endswith(".npz"):
-            digest = None if "times" in entry else entry["sha256"]
-            outcome.append(_file(crate, results / name, f"results/{name}", digest, entry.get("shows", name)))
+            result(name, None if "times" in entry else entry["sha256"], entry.get("shows", name))
     for name in manifest["hold_times"]:
         if recordings or not name.endswith(".cost.json"):
-            outcome.append(
-                _file(crate, results / name, f"results/{name}", None, f"{name}; holds times, which no two runs share")
-            )
+            result(name, None, f"{name}; holds times, which no two runs share")
 
-    run = context(
-        "#run", "CreateAction", name="The run", instrument=workflow, object=inputs, result=outcome, endTime=made
-    )
+    what = {"instrument": workflow, "object": inputs, "result": outcome, "endTime": made}
+    run = context("#run", "CreateAction", name="The run", **what)
     run["description"] = "snakemake, from the inputs to the results; endTime is when the manifest was written"
     if agent:
         run["agent"] = context("#agent", "Person", name=agent)

@@ -74,23 +74,7 @@ class Manifest(Section):
 
 
 def run_files(results: Path | str) -> list[str]:
-    """List the files that a run has made, without logs, costs and files of another run.
-
-    Parameters
-    ----------
-    results : path
-        Folder of a run.
-
-    Returns
-    -------
-    list of str
-        Names relative to the folder, sorted.
-
-    Raises
-    ------
-    InputError
-        There is no such folder, or it has no figure, table or recording.
-    """
+    """List the files that a run has made, without logs, costs and files of another run."""
     results = Path(results)
     if not results.is_dir():
         raise InputError(f"{results}: no such folder; give the results of a run, such as results")
@@ -112,14 +96,7 @@ def run_files(results: Path | str) -> list[str]:
 def describe(results: Path | str, inputs: Iterable[Path | str] = (), complete: bool = False) -> dict[str, Any]:
     """Describe a results folder by hashes and numbers.
 
-    Parameters
-    ----------
-    results : path
-        Folder of a run.
-    inputs : iterable of path
-        What the run was made from.
-    whole : bool
-        Keep the text of long tables, too: for a comparison of two folders.
+    ``complete``: long tables keep their text, too, for a comparison of two folders.
 
     Returns
     -------
@@ -127,11 +104,6 @@ def describe(results: Path | str, inputs: Iterable[Path | str] = (), complete: b
         ``made_with``, ``inputs`` with their hashes, ``files`` by name, each with ``bytes``, ``sha256`` and, as it has
         them, ``shows`` (the figure or table), ``times`` (columns that were left out of the hash) and ``text`` (of a
         table), and ``hold_times``, the files that are not compared.
-
-    Raises
-    ------
-    InputError
-        As `run_files`.
     """
     names = run_files(results)
     shows = _shows(Path(results))
@@ -148,48 +120,14 @@ def describe(results: Path | str, inputs: Iterable[Path | str] = (), complete: b
 
 
 def write_manifest(results: Path | str, inputs: Iterable[Path | str] = ()) -> Path:
-    """Write ``manifest.json`` into a results folder; the same results give the same bytes.
-
-    Parameters
-    ----------
-    results : path
-        Folder of a run.
-    inputs : iterable of path
-        What the run was made from.
-
-    Returns
-    -------
-    path
-        The manifest.
-
-    Raises
-    ------
-    InputError
-        As `run_files`.
-    """
+    """Write ``manifest.json`` into a results folder; the same results give the same bytes."""
     place = Path(results, NAME)
     write_text(place, json.dumps(describe(results, inputs), indent=1, ensure_ascii=False) + "\n")
     return place
 
 
 def load_manifest(path: Path | str) -> dict[str, Any]:
-    """Read a manifest.
-
-    Parameters
-    ----------
-    path : path
-        ``manifest.json``.
-
-    Returns
-    -------
-    dict
-        As `describe`.
-
-    Raises
-    ------
-    InputError
-        The file is missing, damaged, no manifest, or has another format.
-    """
+    """Read a manifest."""
     try:
         data = json.loads(read_text(path, "manifest", LARGEST))
     except (ValueError, RecursionError):

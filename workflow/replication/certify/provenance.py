@@ -18,22 +18,7 @@ PACKAGES = ("numpy", "scipy", "numba", "pandas", "matplotlib", "snakemake", "plo
 def check_sources(recordings: Iterable[Path], expected: str | None = None) -> dict[str, dict]:
     """Meta data of recordings that were all made by the present program.
 
-    Parameters
-    ----------
-    recordings : iterable of path
-        npz files.
-    expected : str, optional
-        Hash of the kernels' sources; the present one if not given.
-
-    Returns
-    -------
-    dict
-        Path to meta data.
-
-    Raises
-    ------
-    InputError
-        Names the first recording that another version made.
+    The first that another version made is refused.
     """
     expected = expected or source_hash()
     found = {}
@@ -73,12 +58,7 @@ def package_version(package: str) -> str:
 def run_provenance(metas: dict[str, dict], files: Iterable[Path | str]) -> dict:
     """Versions and hashes for the page.
 
-    Parameters
-    ----------
-    metas : dict
-        From :func:`check_sources`.
-    files : iterable of path
-        Configuration and data; those that do not exist are left out.
+    ``metas`` are of `check_sources`; files that do not exist are left out.
 
     Returns
     -------
@@ -90,17 +70,14 @@ def run_provenance(metas: dict[str, dict], files: Iterable[Path | str]) -> dict:
         for name, value in {"Python": meta.get("python"), **meta.get("versions", {})}.items():
             if value is not None:
                 made_with.setdefault(name, set()).add(str(value))
-    now = {"Python": platform.python_version(), "trackdyn": __version__} | {
-        name: package_version(name) for name in PACKAGES
-    }
+    now = {"Python": platform.python_version(), "trackdyn": __version__}
+    now |= {name: package_version(name) for name in PACKAGES}
     rows = [
         {"software": name, "at_the_runs": ", ".join(sorted(made_with.get(name, ()))), "at_this_page": now.get(name, "")}
         for name in dict.fromkeys([*now, *made_with])
     ]
-    hashes = {
-        "kernels (sources of the recordings)": source_hash(),
-        "simulator and replication, all files": package_hash(),
-    }
+    hashes = {"kernels (sources of the recordings)": source_hash()}
+    hashes |= {"simulator and replication, all files": package_hash()}
     hashes |= {str(path): file_hash(path) for path in files if Path(path).is_file()}
     named = [{"what": name, "hash": value} for name, value in hashes.items()]
     return {"versions": rows, "hashes": named, "recordings": len(metas)}

@@ -13,13 +13,7 @@ ROUNDED_DIFFERENCE = 1.1
 
 
 def load_article(path: Path | str) -> PaperTables:
-    """The cells that a reader filled in, held against the differences that the text prints.
-
-    Raises
-    ------
-    InputError
-        One sentence with file, field, value and what is accepted.
-    """
+    """The cells that a reader filled in, held against the differences that the text prints."""
     tables = load_paper_tables(path)
     for name, text in (("rms", printed.RMS_DIFFERENCE), ("sd", printed.SD_DIFFERENCE)):
         simulated, measured = (tables.statistics(f"{name}_{source}") for source in ("simulation", "experiment"))

@@ -26,39 +26,20 @@ class Range(NamedTuple):
 
 @dataclass(frozen=True)
 class Evidence:
-    """Collected results of the pipeline for one rig.
+    """Collected results of the pipeline for one rig."""
 
-    Attributes
-    ----------
-    metrics : DataFrame
-        ``metrics.csv``.
-    events : DataFrame
-        ``events.csv``: ``run, event, mean_s, sd_s`` relative to the first contact of a passage.
-    rig : Rig
-        The rig of the runs.
-    rpm : float
-        Speed of the meshing process (Sect. 6.1), to which the rig was fitted.
-    radius : float
-        Its ring radius, m.
-    starts : DataFrame
-        ``rpm, start_s, line_hz, line_g``: dominant peak of records that begin anywhere in a turn of the loop.
-    peer : DataFrame
-        ``peers/summary.csv``: the comparison with an independent code and with a belt.
-    costs : DataFrame
-        ``tables/table2.csv``: what a simulated second costs in both codes.
-    tables : PaperTables, optional
-        The cells of the article that a reader filled in.
-    """
-
-    metrics: pd.DataFrame
-    events: pd.DataFrame
-    rig: Rig
-    rpm: float
-    radius: float
+    metrics: pd.DataFrame  # ``metrics.csv``
+    events: pd.DataFrame  # ``events.csv``: ``run, event, mean_s, sd_s`` relative to the first contact of a passage
+    rig: Rig  # the rig of the runs
+    rpm: float  # speed of the meshing process (Sect. 6.1), to which the rig was fitted
+    radius: float  # its ring radius, m
+    # ``rpm, start_s, line_hz, line_g``: dominant peak of records that begin anywhere in a turn of the loop
     starts: pd.DataFrame = field(default_factory=pd.DataFrame)
+    # ``peers/summary.csv``: the comparison with an independent code and with a belt
     peer: pd.DataFrame = field(default_factory=pd.DataFrame)
+    # ``tables/table2.csv``: what a simulated second costs in both codes
     costs: pd.DataFrame = field(default_factory=pd.DataFrame)
-    tables: PaperTables | None = None
+    tables: PaperTables | None = None  # the cells of the article that a reader filled in
 
     def records(self, speeds) -> pd.DataFrame:
         """The long records of Sect. 5 at some speeds, in their order."""
@@ -92,14 +73,7 @@ class Evidence:
 def collect(results: Path | str, rpm: float, radius: float, tables: PaperTables | None = None) -> Evidence:
     """The evidence that lies in a folder of results.
 
-    Parameters
-    ----------
-    results : path
-        With ``metrics.csv``, ``events.csv``, the long records in ``runs`` and, if it was run, ``peers/summary.csv``.
-    rpm, radius : float
-        Speed (rev/min) and ring radius (m) of the meshing process.
-    tables : PaperTables, optional
-        The cells of the article that a reader filled in.
+    ``rpm`` (rev/min) and ``radius`` (m) are those of the meshing process; ``peers/summary.csv`` may be missing.
     """
     results = Path(results)
     metrics = pd.read_csv(results / "metrics.csv")

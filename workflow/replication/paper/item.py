@@ -6,33 +6,15 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Item:
-    """A figure or a table.
+    """A figure or a table."""
 
-    Attributes
-    ----------
-    key : str
-        ``fig01`` to ``fig24``, ``table1`` to ``table4``, or the name of one of our own.
-    title : str
-        What it shows, in our words.
-    rule : str
-        The rule of the workflow that makes it.
-    draw : str
-        ``module:function`` that draws or computes it, as text: listing the contents imports no plots.
-    text : str
-        Its caption as it is written here; read it with :meth:`caption`.
-    if_synthetic : str
-        One paragraph more where the sensor's records are synthetic.
-    table : bool
-        Whether it is a table.
-    """
-
-    key: str
-    title: str
-    rule: str
-    draw: str
-    text: str
-    if_synthetic: str = ""
-    table: bool = False
+    key: str  # ``fig01`` to ``fig24``, ``table1`` to ``table4``, or the name of one of our own
+    title: str  # what it shows, in our words
+    rule: str  # the rule of the workflow that makes it
+    draw: str  # ``module:function`` that draws or computes it, as text: listing the contents imports no plots
+    text: str  # its caption as it is written here; read it with :meth:`caption`
+    if_synthetic: str = ""  # one paragraph more where the sensor's records are synthetic
+    table: bool = False  # whether it is a table
 
     @property
     def label(self) -> str:

@@ -13,21 +13,11 @@ SPEEDS_RPM = (115, 150, 180, 210)
 
 @dataclass(frozen=True)
 class Printed:
-    """A number of the paper.
+    """A number of the paper."""
 
-    Attributes
-    ----------
-    value : float, tuple or dict
-        The number, or numbers by motor speed (rev/min) or event.
-    unit : str
-        Its unit.
-    place : str
-        Where it stands.
-    """
-
-    value: Any
+    value: Any  # the number, or numbers by motor speed (rev/min) or event
     unit: str
-    place: str
+    place: str  # where it stands
 
 
 def _by_speed(*values: float) -> dict[int, float]:
@@ -51,29 +41,20 @@ MEASURED_LINE_G = Printed(_by_speed(1.083, 1.1200, 1.1720, 0.7698), "g", "Sect. 
 # Section 6.1: one engagement at 115 rpm, times as printed (their zero is not given)
 EVENTS_WITHOUT_RING = Printed(
     {
-        "about to engage": 4.20,
-        "first contact of the right arc": 4.29,
-        "first contact of the left arc": 4.29,
-        "left maximum": 4.46,
-        "right maximum": 5.36,
-        "right contact gone": 5.58,
-        "out of engagement": 5.60,
+        "about to engage": 4.20, "first contact of the right arc": 4.29, "first contact of the left arc": 4.29,
+        "left maximum": 4.46, "right maximum": 5.36, "right contact gone": 5.58, "out of engagement": 5.60,
     },
     "s",
     "Sect. 6.1, text on Figs. 19 and 20",
-)
+)  # fmt: skip
 EVENTS_WITH_RING = Printed(
     {
-        "ring first touched": 4.05,
-        "ring maximum": 4.27,
-        "first contact of the left arc": 5.30,
-        "left maximum": 5.47,
-        "ring left": 5.48,
-        "out of engagement": 5.56,
+        "ring first touched": 4.05, "ring maximum": 4.27, "first contact of the left arc": 5.30, "left maximum": 5.47,
+        "ring left": 5.48, "out of engagement": 5.56,
     },
     "s",
     "Sect. 6.1, text on Figs. 21 and 22",
-)
+)  # fmt: skip
 
 # Section 6.2: radius of the ring
 RADIUS_WITHOUT_RIGHT_CONTACT = Printed(0.305, "m", "Sect. 6.2, text on Fig. 23: from there on no right-arc contact")

@@ -32,38 +32,19 @@ from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 
 COLUMNS = [
-    "code",
-    "method",
-    "step_s",
-    "rms_m_s2",
-    "difference_pct",
-    "uncertainty_pct",
-    "scatter_pct",
-    "cpu_s_per_s",
-    "passages",
-    "cpu_s",
-    "chosen",
-    "note",
-]
+    "code", "method", "step_s", "rms_m_s2", "difference_pct", "uncertainty_pct", "scatter_pct", "cpu_s_per_s",
+    "passages", "cpu_s", "chosen", "note",
+]  # fmt: skip
 METHOD = "generalized alpha"  # of Exudyn
-ORDERS = {
-    "semi_implicit": 1,
-    METHOD: 2,
-    "euler": 1,
-    "implicitfast": 1,
-}  # as declared (`integrate.methods`; Chung and Hulbert, J. Appl. Mech. 60, 1993)
+# as declared (`integrate.methods`; Chung and Hulbert, J. Appl. Mech. 60, 1993)
+ORDERS = {"semi_implicit": 1, METHOD: 2, "euler": 1, "implicitfast": 1}
 MOST = 3000  # passages
 
 
 def measured_accelerations(centre: np.ndarray, rate: float, span: float) -> Series:
     """Mean square acceleration of all links, passage by passage.
 
-    Parameters
-    ----------
-    centre : (s, p, 2) array
-        Mass centres of the links, m, at ``rate`` (Hz).
-    span : float
-        Time of a passage, s.
+    ``centre``, (s, p, 2), are mass centres of the links, m, at ``rate`` (Hz); a passage takes ``span`` (s).
     """
     square = ((np.diff(centre, 2, axis=0) * rate**2) ** 2).sum(axis=2).mean(axis=1)
     count = int(len(square) / rate / span + 1e-6)
@@ -110,12 +91,8 @@ def compare_answers(rig: Rig, requested: PeerAnswers) -> pd.DataFrame:
         a code is ``chosen``.
     """
     span = rig.loop_period(requested.speed_rpm) / rig.chain.pitches
-    about = {
-        "duration": whole_samples(rig, requested.passages * span + 0.01),
-        "lead_in": requested.lead_in_s,
-        "spells": False,
-    }
-    about |= PEER_LAWS | {"tension": "locked"}
+    about = {"duration": whole_samples(rig, requested.passages * span + 0.01), "lead_in": requested.lead_in_s}
+    about |= PEER_LAWS | {"tension": "locked", "spells": False}
     scene = Scene(rig, requested.speed_rpm, requested.ring_radius_m, ramp=requested.ramp_s, **about)
     brief = scene.with_(lead_in=0.0, duration=whole_samples(rig, 0.01))
     first = next(iter(requested.mujoco_steps_s))
@@ -149,14 +126,9 @@ def compare_answers(rig: Rig, requested: PeerAnswers) -> pd.DataFrame:
 
 
 def _answers(
-    code: str,
-    settings: Sequence[tuple[str, float]],
-    extrapolated: str,
-    requested: PeerAnswers,
-    span: float,
-    rate: float,
-    run: Callable,
-) -> list[dict]:
+    code: str, settings: Sequence[tuple[str, float]], extrapolated: str, requested: PeerAnswers, span: float,
+    rate: float, run: Callable,
+) -> list[dict]:  # fmt: skip
     """Rows of a code."""
     found, spent, rows = {}, {}, []
     for setting in settings:
@@ -181,10 +153,8 @@ def _answers(
         enough = abs(off) + SURE * noise + record_error(scatter, passages) <= requested.tolerance
         if enough.any():
             count = int(passages[np.argmax(enough)])
-            row |= {
-                "passages": count,
-                "cpu_s": start + per_second * (requested.ramp_s + requested.lead_in_s + count * span),
-            }
+            seconds = requested.ramp_s + requested.lead_in_s + count * span
+            row |= {"passages": count, "cpu_s": start + per_second * seconds}
         rows.append(row)
     reached = [row for row in rows if "cpu_s" in row]
     if reached:

@@ -23,34 +23,20 @@ READINGS = ("sprocket", "motor")  # whose speed the paper's 180 r/min may be
 
 @dataclass(frozen=True)
 class Result:
-    """What the comparison gives.
+    """What the comparison gives."""
 
-    Attributes
-    ----------
-    curves : DataFrame
-        ``reading, time_s, trackdyn_m, belt_m, exudyn_m, exudyn_eight_arcs_m`` (the last of the first reading):
-        vertical displacement of the selected link; time since the start of the sprocket, after its ramp. The belt
-        knows no forces: what it reaches says how much the comparison can tell.
-    costs : DataFrame
-        Rows of Table 2.
-    summary : DataFrame
-        ``reading, speed_rpm, range_m, trackdyn_step_s, difference_belt_pct, exudyn_step_s, difference_pct,
-        difference_eight_arcs_pct, gap_m``; where eight arcs do not run, not a number, and why in
-        ``eight_arcs_not_run``.
-    missing : str
-        Why the other code was not run, or nothing.
-    frame : array
-        Configuration for Figure 13 (``Recording.frame``), of the other code where it ran.
-    shift : float
-        Shift of the tensioning wheel, m.
-    """
-
+    # ``reading, time_s, trackdyn_m, belt_m, exudyn_m, exudyn_eight_arcs_m`` (the last of the first reading): vertical
+    # displacement of the selected link; time since the start of the sprocket, after its ramp. The belt knows no forces:
+    # what it reaches says how much the comparison can tell.
     curves: pd.DataFrame
-    costs: pd.DataFrame
+    costs: pd.DataFrame  # rows of Table 2
+    # ``reading, speed_rpm, range_m, trackdyn_step_s, difference_belt_pct, exudyn_step_s, difference_pct,
+    # difference_eight_arcs_pct, gap_m``; where eight arcs do not run, not a number, and why in ``eight_arcs_not_run``
     summary: pd.DataFrame
-    missing: str
+    missing: str  # why the other code was not run, or nothing
+    # configuration for Figure 13 (``Recording.frame``), of the other code where it ran
     frame: np.ndarray = field(repr=False)
-    shift: float = 0.0
+    shift: float = 0.0  # shift of the tensioning wheel, m
 
 
 def belt_of(scene: Scene) -> Scene:
@@ -100,20 +86,9 @@ def compare_codes(
 ) -> Result:
     """Run both codes.
 
-    Parameters
-    ----------
-    rig : Rig
-        The rig, with its own ring.
-    speed_rpm : float
-        The paper's 180 r/min.
-    readings : sequence of str
-        Of ``READINGS``; Table 2 is made with the first.
-    duration_s : float
-        Recorded time after the ramp with the first reading; another one takes a turn of the loop.
-    steps_s, exudyn_steps_s : sequences of float
-        Time steps of either code; the smallest is its reference.
-    accuracy_pct : float
-        Error below which a step is good enough, percent of the range.
+    Table 2 is made with the first reading, which is recorded for ``duration_s`` after the ramp; another one takes a
+    turn of the loop. The smallest step of a code is its reference; one is good enough whose error is below
+    ``accuracy_pct`` of the range.
     """
     missing = ""
     try:
@@ -136,8 +111,7 @@ def compare_codes(
     else:
         table.append({"code": f"{PEER}, {missing}"})
 
-    curves, summary = [], []
-    frame, shift = None, 0.0
+    curves, summary, frame, shift = [], [], None, 0.0
     for reading in readings:
         scene = peer_scene(rig, reading, speed_rpm, duration_s, step)
         if reading != readings[0]:
@@ -154,11 +128,8 @@ def compare_codes(
         if not missing:
             run, other = peers[peer_step] if reading == readings[0] else run_peer(scene, peer_step)
             curve |= {"exudyn_m": other}
-            row |= {
-                "exudyn_step_s": peer_step,
-                "difference_pct": percent_of_range(other - y, y),
-                "gap_m": float(run.gap.max()),
-            }
+            row |= {"exudyn_step_s": peer_step, "difference_pct": percent_of_range(other - y, y)}
+            row |= {"gap_m": float(run.gap.max())}
             if reading == readings[0]:
                 row["eight_arcs_not_run"], eight = "", np.full_like(y, np.nan)
                 try:

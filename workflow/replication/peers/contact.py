@@ -22,37 +22,21 @@ POSITION_NUDGE, RATE_NUDGE = 1e-8, 1e-6  # of the difference quotients: m or rad
 
 
 class Contacts(NamedTuple):
-    """Constants of all contacts.
+    """Constants of all contacts."""
 
-    Attributes
-    ----------
-    circle : (w, 3) array
-        Centre x, y and radius of the sprocket's ring and of the other wheels, m; radius 0: no ring.
-    law : (1 + w, 7) array
-        A row each for tooth, ring and every other wheel: ``(pi / (2 sqrt 2)) L E*`` (N/m), ``3 (1 - c_r^2) / 4``,
-        static and dynamic friction, transition velocity (m/s), least impact velocity (m/s), largest
-        damping bracket.
-    arc : (k, 6) array
-        Areas of the left flank, 1 to 5 or 2 to 5, in the groove's frame: centre x, y, radius (m),
-        direction x, y, half angle (rad).
-    sign : (k,) array
-        +1 for a convex area, -1 for a concave one.
-    teeth : int
-        Number of grooves; 0: no teeth.
-    reach : float
-        Distance from the sprocket's centre beyond which no arc is in contact, m.
-    arc_radius, half_thickness : float
-        Of the connector's arcs and of the links, m.
-    """
-
+    # (w, 3) centre x, y and radius of the sprocket's ring and of the other wheels, m; radius 0: no ring
     circle: np.ndarray
+    # (1 + w, 7) a row each for tooth, ring and every other wheel: ``(pi / (2 sqrt 2)) L E*`` (N/m), ``3 (1 - c_r^2) /
+    # 4``, static and dynamic friction, transition velocity (m/s), least impact velocity (m/s), largest damping bracket
     law: np.ndarray
+    # (k, 6) areas of the left flank, 1 to 5 or 2 to 5, in the groove's frame: centre x, y, radius (m), direction x, y,
+    # half angle (rad)
     arc: np.ndarray
-    sign: np.ndarray
-    teeth: int
-    reach: float
-    arc_radius: float
-    half_thickness: float
+    sign: np.ndarray  # (k,) +1 for a convex area, -1 for a concave one
+    teeth: int  # number of grooves; 0: no teeth
+    reach: float  # distance from the sprocket's centre beyond which no arc is in contact, m
+    arc_radius: float  # of the connector's arcs, m
+    half_thickness: float  # of the links, m
 
 
 class Memory(NamedTuple):
@@ -85,14 +69,10 @@ def make_contacts(scene: Scene, shift: float, arcs: int = 10) -> Contacts:
 
 def _law(rig: Rig, surface: Surface) -> tuple[float, ...]:
     return (
-        pi * surface.contact_length * rig.composite_modulus(surface) / sqrt(8),
-        0.75 * (1 - surface.restitution**2),
-        surface.friction_static,
-        surface.friction_dynamic,
-        surface.transition_velocity,
-        rig.impact.speed_floor,
+        pi * surface.contact_length * rig.composite_modulus(surface) / sqrt(8), 0.75 * (1 - surface.restitution**2),
+        surface.friction_static, surface.friction_dynamic, surface.transition_velocity, rig.impact.speed_floor,
         rig.impact.factor_limit,
-    )
+    )  # fmt: skip
 
 
 @kernel

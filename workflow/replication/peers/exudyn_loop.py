@@ -27,47 +27,28 @@ ABSOLUTE_TOLERANCE = 1e-10
 
 
 def require_exudyn():
-    """The module ``exudyn``.
-
-    Raises
-    ------
-    InputError
-        If it is not installed; the sentence names the extra.
-    """
+    """The module ``exudyn``."""
     sys.exudynFast = True  # its build without range checks, where there is one
     return required("exudyn")
 
 
 @dataclass(frozen=True)
 class PeerStart:
-    """Where a run begins.
+    """Where a run begins."""
 
-    Attributes
-    ----------
-    pin : (4,) array
-        Position and velocity of the input pin of body 1, m and m/s.
-    angle, rate : (n,) arrays
-        Of the bodies, rad (falling by one turn along the loop) and rad/s.
-    sprocket_angle : float
-        rad.
-    tooth_impact, wheel_impact : (n,), (n / 2, w) arrays or None
-        Initial impact velocities of the contacts that exist already, m/s.
-    """
-
-    pin: np.ndarray
-    angle: np.ndarray
-    rate: np.ndarray
-    sprocket_angle: float = 0.0
+    pin: np.ndarray  # (4,) position and velocity of the input pin of body 1, m and m/s
+    angle: np.ndarray  # (n,) of the bodies, rad (falling by one turn along the loop)
+    rate: np.ndarray  # (n,) of the bodies, rad/s
+    sprocket_angle: float = 0.0  # rad
+    # initial impact velocities of the contacts that exist already, (n,) and (n / 2, w), m/s
     tooth_impact: np.ndarray | None = None
     wheel_impact: np.ndarray | None = None
 
 
 def start_of(state) -> PeerStart:
     """Start of a run from a ``model.state.State``."""
-    return PeerStart(
-        state.pin.copy(), state.angle.copy(), state.rate.copy(), float(state.wheel_angle[0]),
-        state.tooth_impact.copy(), state.wheel_impact.copy(),
-    )  # fmt: skip
+    copied = {name: getattr(state, name).copy() for name in ("pin", "angle", "rate", "tooth_impact", "wheel_impact")}
+    return PeerStart(**copied, sprocket_angle=float(state.wheel_angle[0]))
 
 
 @dataclass(frozen=True)
@@ -90,41 +71,19 @@ class PeerWheels:
 
 @dataclass(frozen=True)
 class PeerRun:
-    """What a run of the independent code gives.
+    """What a run of the independent code gives."""
 
-    Attributes
-    ----------
-    time : (s,) array
-        Times of the samples, s; the first is 0.
-    centre : (s, n, 2) array
-        Mass centres, m.
-    angle : (s, n) array
-        Angles of the bodies, rad.
-    wheel_rate : (s, w - 1) array
-        Angular velocities of the wheels but the sprocket, rad/s.
-    gap : (s,) array
-        Largest distance between the two pins of any joint, m.
-    wall, cpu : float
-        Computing time of the integration, s.
-    """
-
-    time: np.ndarray
-    centre: np.ndarray
-    angle: np.ndarray
-    wheel_rate: np.ndarray
-    gap: np.ndarray
-    wall: float
+    time: np.ndarray  # (s,) times of the samples, s; the first is 0
+    centre: np.ndarray  # (s, n, 2) mass centres, m
+    angle: np.ndarray  # (s, n) angles of the bodies, rad
+    wheel_rate: np.ndarray  # (s, w - 1) angular velocities of the wheels but the sprocket, rad/s
+    gap: np.ndarray  # (s,) largest distance between the two pins of any joint, m
+    wall: float  # computing time of the integration, s
     cpu: float
 
 
 def free_wheels(scene: Scene, model: Model) -> PeerWheels:
-    """The wheels of a loop that the other codes have, as its model has them.
-
-    Raises
-    ------
-    InputError
-        The loop has what they have not.
-    """
+    """The wheels of a loop that the other codes have, as its model has them."""
     plain = model.drive[4:] == (NO_RIPPLE, NO_MOTOR) and scene.chain == "double_pin"
     laws = {name: getattr(scene, name) for name in PEER_LAWS}
     if len(model.carriers.wheel) or model.space is not None or not plain or laws != PEER_LAWS:
@@ -151,10 +110,8 @@ def coordinates(chain: Chain, start: PeerStart) -> tuple[np.ndarray, np.ndarray]
     speed = start.pin[2:] + np.vstack([np.zeros(2), np.cumsum(turn, axis=0)[:-1]])
     x, y = chain.com_x, chain.com_y
     arm = np.column_stack([x * c - y * s, x * s + y * c])
-    return (
-        np.column_stack([pin + arm, start.angle]),
-        np.column_stack([speed + np.column_stack([-w * arm[:, 1], w * arm[:, 0]]), w]),
-    )
+    swing = np.column_stack([-w * arm[:, 1], w * arm[:, 0]])
+    return np.column_stack([pin + arm, start.angle]), np.column_stack([speed + swing, w])
 
 
 def run_exudyn_loop(
@@ -270,11 +227,8 @@ def run_exudyn_loop(
     settings.parallel.numberOfThreads = 1
     settings.solution.file.write = False
     t = settings.timeIntegration
-    t.endTime = duration
-    t.numberOfSteps = round(duration / step)
-    t.verboseMode = 0
-    t.newton.relativeTolerance = RELATIVE_TOLERANCE
-    t.newton.absoluteTolerance = ABSOLUTE_TOLERANCE
+    t.endTime, t.numberOfSteps, t.verboseMode = duration, round(duration / step), 0
+    t.newton.relativeTolerance, t.newton.absoluteTolerance = RELATIVE_TOLERANCE, ABSOLUTE_TOLERANCE
     t.newton.useModifiedNewton = True
     t.generalizedAlpha.spectralRadius = spectral_radius
     t.generalizedAlpha.computeInitialAccelerations = True
@@ -295,11 +249,10 @@ def run_exudyn_loop(
 def _gaps(chain: Chain, q: np.ndarray) -> np.ndarray:
     """Largest distance between the pins of any joint in every sample (s, n, 3), m."""
     c, s = np.cos(q[:, :, 2]), np.sin(q[:, :, 2])
-    ends = []
-    for x in (-chain.com_x, chain.length - chain.com_x):
-        arm = np.stack([x * c + chain.com_y * s, x * s - chain.com_y * c], axis=2)
-        ends.append(q[:, :, :2] + arm)
-    first, second = ends
+    first, second = (
+        q[:, :, :2] + np.stack([x * c + chain.com_y * s, x * s - chain.com_y * c], axis=2)
+        for x in (-chain.com_x, chain.length - chain.com_x)
+    )
     return np.hypot(*(np.roll(first, -1, axis=1) - second).transpose(2, 0, 1)).max(axis=1)
 
 
@@ -333,10 +286,8 @@ def _add_contacts(exu, items, mbs, nodes, chain, start, contacts, drive):
     def jacobian(mbs, t, item, q, v, by_q, by_v):
         angle, spin = sprocket(t)
         q, v = np.array(q), np.array(v)
-        count = jacobian_triplets(
-            contacts, chain.length, q, v, angle, spin, memory, by_q, by_v, loads, torques, triplets
-        )
-        return sparse(triplets[:count])
+        state = contacts, chain.length, q, v, angle, spin, memory
+        return sparse(triplets[: jacobian_triplets(*state, by_q, by_v, loads, torques, triplets)])
 
     # the bodies carry the masses; matrices are asked for all the same
     names = ("massMatrix", "stiffnessMatrix", "dampingMatrix")

@@ -1,8 +1,7 @@
 """Contacts of the loop by MuJoCo's own primitives: discs as spheres, links as capsules, and MuJoCo's own law.
 
-All centres lie in the plane of the chain, so a sphere is a disc there and a capsule a bar with round ends: both pairs
-that occur (sphere and capsule, sphere and sphere) have closed solutions in MuJoCo. A link on a wheel is then the
-geometry of Eq. 35. The concave areas of a groove are tangents to their arcs, each the side of a capsule in the steel.
+All centres lie in the plane of the chain, so a sphere is a disc there and a capsule a bar with round ends. A link on a
+wheel is then the geometry of Eq. 35. The concave areas of a groove are tangents, each the side of a capsule.
 
 MuJoCo's contact is a constraint with a force ``f = -(k r + b v + a) / R`` from depth ``r``, its rate and the
 acceleration ``a`` that the step ends with: spring, damper and inertance 1 / R. With the impedance d, ``R = (1 - d) A /
@@ -27,28 +26,14 @@ FACET = 0.08  # largest turn from one tangent of a concave arc to the next, rad
 
 
 class Cushion(NamedTuple):
-    """A contact at its working load.
+    """A contact at its working load."""
 
-    Attributes
-    ----------
-    depth : float
-        Penetration under the load, m.
-    stiffness : float
-        Load over depth, N/m; the slope is one and a half of it.
-    damping, creep : float
-        Of the penetration rate and, below the friction limit, of the slip, N s/m.
-    inertance : float
-        kg.
-    friction : float
-        Coefficient of the friction limit.
-    """
-
-    depth: float
-    stiffness: float
-    damping: float
-    creep: float
-    inertance: float
-    friction: float
+    depth: float  # penetration under the load, m
+    stiffness: float  # load over depth, N/m; the slope is one and a half of it
+    damping: float  # of the penetration rate, N s/m
+    creep: float  # of the slip, below the friction limit, N s/m
+    inertance: float  # kg
+    friction: float  # coefficient of the friction limit
 
 
 class Disc(NamedTuple):
@@ -69,18 +54,8 @@ class Facet(NamedTuple):
 def cushion(law: np.ndarray, radius: float, load: float, speed: float, inertance: float) -> Cushion:
     """What a law of `peers.contact` amounts to under a load.
 
-    Parameters
-    ----------
-    law : (7,) array
-        Row of ``Contacts.law``.
-    radius : float
-        R of Eq. 8, m.
-    load : float
-        Working load, N.
-    speed : float
-        Initial impact velocity of Eq. 8, m/s.
-    inertance : float
-        kg.
+    ``law`` is a row of ``Contacts.law``, ``radius`` (m) R and ``speed`` (m/s) the initial impact velocity of Eq. 8,
+    ``load`` the working load (N).
     """
     depth = brentq(lambda d: law[0] * d * sqrt(d / (radius + d)) - load, 0.0, radius, xtol=1e-15)
     # Eq. 10 at rest: its slope times the load

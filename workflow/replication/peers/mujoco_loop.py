@@ -49,18 +49,7 @@ def build(
 ):
     """A compiled ``MjModel``.
 
-    Parameters
-    ----------
-    chain : Chain
-        Data of the bodies and bushings.
-    step : float
-        Time step, s.
-    contacts, wheels
-        Contacts with the wheels, and the free wheels; none: a free chain.
-    load, speed : float
-        At which contacts are matched (`working_load`).
-    integrator : str
-        ``euler`` or ``implicitfast``.
+    Contacts are matched at a load and speed (`working_load`); without contacts and wheels it is a free chain.
     """
     mj = required("mujoco")
     spec = mj.MjSpec()
@@ -85,14 +74,8 @@ def build(
 
 def _plain(parent, name: str, place, mass: float, inertia: float, centre=(0.0, 0.0)):
     """A body whose mass is given; what stands across the plane never turns."""
-    return parent.add_body(
-        name=name,
-        pos=[*place, 0.0],
-        mass=float(mass),
-        inertia=[float(inertia)] * 3,
-        ipos=[*centre, 0.0],
-        explicitinertial=True,
-    )
+    about = {"mass": float(mass), "inertia": [float(inertia)] * 3, "ipos": [*centre, 0.0], "explicitinertial": True}
+    return parent.add_body(name=name, pos=[*place, 0.0], **about)
 
 
 def _add_chain(mj, spec, chain: Chain, contacts: Contacts | None) -> list:
@@ -103,9 +86,8 @@ def _add_chain(mj, spec, chain: Chain, contacts: Contacts | None) -> list:
         later = i > middle
         parent = spec.worldbody if i == middle else bodies[i - 1 if later else i + 1]
         place = (0.0, 0.0) if i == middle else (chain.length[i - 1] if later else -chain.length[i], 0.0)
-        body = bodies[i] = _plain(
-            parent, f"body{i}", place, chain.mass[i], chain.inertia[i], (chain.com_x[i], chain.com_y[i])
-        )
+        about = chain.mass[i], chain.inertia[i], (chain.com_x[i], chain.com_y[i])
+        body = bodies[i] = _plain(parent, f"body{i}", place, *about)
         if i == middle:
             for name, axis in (("x", [1.0, 0.0, 0.0]), ("y", [0.0, 1.0, 0.0])):
                 body.add_joint(name=name, type=mj.mjtJoint.mjJNT_SLIDE, axis=axis)
@@ -113,13 +95,8 @@ def _add_chain(mj, spec, chain: Chain, contacts: Contacts | None) -> list:
         elif later:
             body.add_joint(name=f"joint{i}", type=mj.mjtJoint.mjJNT_HINGE, axis=PLANE, **bushing)
         else:  # its output pin is the hinge; the angle is again that of the later body against the earlier one
-            body.add_joint(
-                name=f"joint{i + 1}",
-                type=mj.mjtJoint.mjJNT_HINGE,
-                axis=[0.0, 0.0, -1.0],
-                pos=[chain.length[i], 0.0, 0.0],
-                **bushing,
-            )
+            where = {"axis": [0.0, 0.0, -1.0], "pos": [chain.length[i], 0.0, 0.0]}
+            body.add_joint(name=f"joint{i + 1}", type=mj.mjtJoint.mjJNT_HINGE, **where, **bushing)
         if contacts is not None:
             _add_shape(mj, body, i, chain.length[i], contacts)
     bodies[0].add_site(name="first", pos=[0.0, 0.0, 0.0])
@@ -130,9 +107,8 @@ def _add_chain(mj, spec, chain: Chain, contacts: Contacts | None) -> list:
     )  # fmt: skip
     # angles fall by one turn along the loop: what the hinges lack of it is the angle of the cut joint
     rest = -2 * pi - chain.free_angle
-    tendon = spec.add_tendon(
-        name="cut", stiffness=_first(chain.stiffness), damping=_first(chain.damping), springlength=[rest, rest]
-    )
+    law = {name: bushing[name] for name in ("stiffness", "damping")}
+    tendon = spec.add_tendon(name="cut", **law, springlength=[rest, rest])
     for i in range(1, n):
         tendon.wrap_joint(f"joint{i}", 1.0)
     return bodies
@@ -144,19 +120,14 @@ def _first(value: float) -> list[float]:
 
 
 def _add_shape(mj, body, i: int, length: float, contacts: Contacts) -> None:
-    """A link's bar, which wheels name themselves (pairs), or a connector's two arcs, which meet the sprocket's
-    steel.
-    """
+    """A link's bar, which wheels name themselves (pairs), or the two arcs of a connector, which meet the sprocket."""
     if i % 2 == 0:
-        ends = [0.0, 0.0, 0.0, length, 0.0, 0.0]
-        size = [contacts.half_thickness, 0.0, 0.0]
-        body.add_geom(name=f"link{i}", type=mj.mjtGeom.mjGEOM_CAPSULE, fromto=ends, size=size, contype=0, conaffinity=0)
+        about = {"fromto": [0.0, 0.0, 0.0, length, 0.0, 0.0], "size": [contacts.half_thickness, 0.0, 0.0]}
+        body.add_geom(name=f"link{i}", type=mj.mjtGeom.mjGEOM_CAPSULE, **about, contype=0, conaffinity=0)
         return
     for side, x in enumerate((0.0, length)):
-        size = [contacts.arc_radius, 0.0, 0.0]
-        body.add_geom(
-            name=f"arc{i}_{side}", type=mj.mjtGeom.mjGEOM_SPHERE, pos=[x, 0.0, 0.0], size=size, contype=1, conaffinity=0
-        )
+        about = {"pos": [x, 0.0, 0.0], "size": [contacts.arc_radius, 0.0, 0.0]}
+        body.add_geom(name=f"arc{i}_{side}", type=mj.mjtGeom.mjGEOM_SPHERE, **about, contype=1, conaffinity=0)
 
 
 def _add_wheels(mj, spec, bodies: list, contacts: Contacts, wheels: PeerWheels, load: float, speed: float) -> None:
@@ -171,15 +142,9 @@ def _add_wheels(mj, spec, bodies: list, contacts: Contacts, wheels: PeerWheels, 
             continue
         wheel.add_geom(name=f"rim{k}", type=sphere, size=[radius, 0.0, 0.0], contype=0, conaffinity=0)
         given = cushion(contacts.law[k + 1], radius, load, speed, RUBBER)
+        law = {"condim": 3, "friction": [given.friction] * 2 + [0.0] * 3, **soft(given)}
         for i in range(0, len(bodies), 2):
-            spec.add_pair(
-                name=f"pair{k}_{i}",
-                geomname1=f"rim{k}",
-                geomname2=f"link{i}",
-                condim=3,
-                friction=[given.friction] * 2 + [0.0] * 3,
-                **soft(given),
-            )
+            spec.add_pair(name=f"pair{k}_{i}", geomname1=f"rim{k}", geomname2=f"link{i}", **law)
 
 
 def _add_teeth(mj, wheel, contacts: Contacts, load: float, speed: float) -> None:
@@ -191,9 +156,8 @@ def _add_teeth(mj, wheel, contacts: Contacts, load: float, speed: float) -> None
     about = {"contype": 0, "conaffinity": 1, "condim": 3, "priority": 1, "friction": [given.friction, 0.0, 0.0], **law}
     discs, facets = sprocket_shapes(contacts)
     for k, (centre, radius) in enumerate(discs):
-        wheel.add_geom(
-            name=f"disc{k}", type=mj.mjtGeom.mjGEOM_SPHERE, pos=[*centre, 0.0], size=[radius, 0.0, 0.0], **about
-        )
+        place = {"pos": [*centre, 0.0], "size": [radius, 0.0, 0.0]}
+        wheel.add_geom(name=f"disc{k}", type=mj.mjtGeom.mjGEOM_SPHERE, **place, **about)
     for k, (first, second, radius) in enumerate(facets):
         ends = [*first, 0.0, *second, 0.0]
         wheel.add_geom(name=f"facet{k}", type=mj.mjtGeom.mjGEOM_CAPSULE, fromto=ends, size=[radius, 0.0, 0.0], **about)
@@ -241,16 +205,7 @@ def run_mujoco_loop(
 ) -> PeerRun:
     """Integrate with MuJoCo.
 
-    Parameters
-    ----------
-    model : MjModel
-        Of `build`; with wheels or without.
-    chain, start
-        Data of the chain and its start; the free wheels are at rest.
-    duration, sample : float
-        Simulated time and time between samples, s; the sample is a multiple of the model's step.
-    drive : Drive
-        The sprocket's motion.
+    ``sample``, the time between samples (s), is a multiple of the step; free wheels start at rest.
 
     Raises
     ------
@@ -297,6 +252,5 @@ def run_mujoco(scene: Scene, integrator: str, step: float) -> PeerRun:
     free = free_wheels(scene, model)
     contacts = make_contacts(scene, loop.layout["tensioner_shift_m"])
     built = build(model.chain, step, contacts, free, *working_load(scene), integrator)
-    return run_mujoco_loop(
-        built, model.chain, start_of(loop.state), scene.ramp + scene.duration, 1.0 / scene.rig.sensor.rate, model.drive
-    )
+    times = scene.ramp + scene.duration, 1.0 / scene.rig.sensor.rate
+    return run_mujoco_loop(built, model.chain, start_of(loop.state), *times, model.drive)

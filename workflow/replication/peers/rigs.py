@@ -29,24 +29,15 @@ def fixed(rig: Rig) -> Rig:
         for part in ("arm", "slider")
         if getattr(wheel, part)
     }
-    return (
-        rig.changed(**changes, drive=None, tension__kept="locked")
-        if changes or rig.drive
-        else rig.changed(tension__kept="locked")
-    )
+    if changes or rig.drive:
+        changes |= {"drive": None}
+    return rig.changed(**changes, tension__kept="locked")
 
 
 def rig_in_both(rig: Rig, sprocket_rpm: float, duration: float) -> dict:
     """Run a rig from rest in both codes.
 
-    Parameters
-    ----------
-    rig : Rig
-        Of a double-pin chain; it is `fixed` first.
-    sprocket_rpm : float
-        Speed after the ramp, rev/min.
-    duration : float
-        Time after the ramp, s.
+    It is `fixed` first; it runs so long (s) after the ramp.
 
     Returns
     -------
@@ -70,11 +61,7 @@ def rig_in_both(rig: Rig, sprocket_rpm: float, duration: float) -> dict:
     apart = np.hypot(*(np.array(places) - run.centre).transpose(2, 0, 1))
     way = abs(scene.sprocket_rate) * rig.pin_circle * (RAMP / 2 + duration)
     return {
-        "way_m": way,
-        "distance_m": float(apart.max()),
-        "share": float(apart.max() / way),
-        "gap_m": float(run.gap.max()),
-        "wall_s": wall,
-        "peer_wall_s": run.wall,
+        "way_m": way, "distance_m": float(apart.max()), "share": float(apart.max() / way),
+        "gap_m": float(run.gap.max()), "wall_s": wall, "peer_wall_s": run.wall,
         "range_m": float(np.ptp(np.array(places)[:, :, 1])),
-    }
+    }  # fmt: skip

@@ -5,6 +5,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import pairwise, product
+from operator import attrgetter
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -130,26 +131,18 @@ class Config(Section):
     def _consistent(self):
         folder = Path(self.results)
         # what Snakemake or a shell would read as something else, and what no file system takes
-        if (
-            not re.fullmatch(r"[^~{}\s\0][^{}\s\0]*", self.results)
-            or len(max(folder.parts, key=len, default="").encode()) > 200
-        ):
-            raise InputError(
-                f"results = {shown(self.results)}: must be the name of a folder "
-                "without spaces, braces or ~, such as results/mine"
-            )
+        longest = len(max(folder.parts, key=len, default="").encode())
+        if not re.fullmatch(r"[^~{}\s\0][^{}\s\0]*", self.results) or longest > 200:
+            accepted = "the name of a folder without spaces, braces or ~, such as results/mine"
+            raise InputError(f"results = {shown(self.results)}: must be {accepted}")
         for place in (folder, *folder.parents):
             if place.exists() and not place.is_dir():
                 raise InputError(f"results = {shown(self.results)}: {place} is a file; choose another name")
         above = next(place for place in (folder, *folder.parents) if place.exists())
         if not os.access(above, os.W_OK):
             raise InputError(f"results = {shown(self.results)}: {above} is not writable; choose another folder")
-        for where, values in (
-            ("records.speeds_rpm", self.records.speeds_rpm),
-            ("ring_study.speeds_rpm", self.ring_study.speeds_rpm),
-            ("ring_study.radii_m", self.ring_study.radii_m),
-            ("fidelity.speeds_rpm", self.fidelity.speeds_rpm),
-        ):
+        for where in ("records.speeds_rpm", "ring_study.speeds_rpm", "ring_study.radii_m", "fidelity.speeds_rpm"):
+            values = attrgetter(where)(self)
             for before, after in pairwise(values):
                 if after <= before:
                     problem = "occurs twice" if after == before else f"comes after {before:g}"
@@ -164,10 +157,8 @@ class Config(Section):
         except (KeyError, IndexError, ValueError, AttributeError):
             raise InputError(f"sensor_csv = {self.sensor_csv!r}: the only field in braces is {{rpm}}") from None
         if "{rpm}" not in self.sensor_csv and len(self.records.speeds_rpm) > 1:
-            raise InputError(
-                f"sensor_csv = {self.sensor_csv!r}: it names one file for several speeds; "
-                "write {rpm} where the motor speed belongs"
-            )
+            problem = "it names one file for several speeds; write {rpm} where the motor speed belongs"
+            raise InputError(f"sensor_csv = {self.sensor_csv!r}: {problem}")
         return self
 
     @property
@@ -190,43 +181,25 @@ class Config(Section):
         load_mapping(self.sensor_mapping)
         for rpm in self.records.speeds_rpm:
             if not Path(path := self.sensor_path(rpm)).is_file():
-                raise InputError(
-                    f"sensor_csv = {self.sensor_csv!r}: {path} does not exist; every speed of "
-                    "records.speeds_rpm needs its file"
-                )
+                needed = "every speed of records.speeds_rpm needs its file"
+                raise InputError(f"sensor_csv = {self.sensor_csv!r}: {path} does not exist; {needed}")
 
     def scenes(self, rig: Rig) -> dict[str, Scene]:
-        """Every run of the pipeline by name, such as ``115rpm`` or ``ring/115rpm_0.303``.
-
-        Raises
-        ------
-        InputError
-            If a scene is not possible on this rig or its record is too short for its statistics.
-
-        """
+        """Every run of the pipeline by name, such as ``115rpm`` or ``ring/115rpm_0.303``."""
         runs: dict[str, Scene] = {}
 
         def add(name: str, section: str, **fields):
             if name in runs:
                 raise InputError(f"{section}: two runs would share the name {name}; give values that differ more")
-            try:
+            with _section(f"{section} (run {name})"):
                 runs[name] = Scene(rig, **fields)
-            except InputError as error:
-                raise InputError(f"{section} (run {name}): {error}") from None
 
         r, m, s = self.records, self.meshing, self.ring_study
         for rpm in r.speeds_rpm:
             add(
-                f"{rpm:g}rpm",
-                "records",
-                motor_rpm=rpm,
-                ring_radius=r.ring_radius_m,
-                duration=r.duration_s,
-                lead_in=r.lead_in_s,
-                ramp=r.ramp_s,
-                step=r.step_s,
-                frame_interval=r.frame_interval_s,
-            )
+                f"{rpm:g}rpm", "records", motor_rpm=rpm, ring_radius=r.ring_radius_m, duration=r.duration_s,
+                lead_in=r.lead_in_s, ramp=r.ramp_s, step=r.step_s, frame_interval=r.frame_interval_s,
+            )  # fmt: skip
             if r.duration_s * runs[f"{rpm:g}rpm"].loop_frequency < 2:
                 raise InputError(
                     f"records.duration_s = {r.duration_s:g} s: must be at least "
@@ -234,17 +207,12 @@ class Config(Section):
                 )
             runs[f"coarse/{rpm:g}rpm"] = runs[f"{rpm:g}rpm"].with_(tooth_contact="three_surfaces", frame_interval=0.0)
         for name, radius in (("meshing/no_ring", None), ("meshing/ring", m.ring_radius_m)):
+            # the sensor's pitch and the one whose link runs ahead of its connector
+            pitches = (rig.sensor.pitch, rig.sensor.pitch % rig.chain.pitches + 1)
             add(
-                name,
-                "meshing",
-                motor_rpm=m.speed_rpm,
-                ring_radius=radius,
-                duration=m.duration_s,
-                step=m.step_s,
-                frame_interval=m.frame_interval_s,
-                # the sensor's pitch and the one whose link runs ahead of its connector
-                pitches=(rig.sensor.pitch, rig.sensor.pitch % rig.chain.pitches + 1),
-            )
+                name, "meshing", motor_rpm=m.speed_rpm, ring_radius=radius, duration=m.duration_s, step=m.step_s,
+                frame_interval=m.frame_interval_s, pitches=pitches,
+            )  # fmt: skip
             if m.duration_s * runs[name].loop_frequency < 2:
                 raise InputError(
                     f"meshing.duration_s = {m.duration_s:g} s: must be at least "
@@ -253,9 +221,8 @@ class Config(Section):
         for rpm in s.speeds_rpm:
             for radius in s.rings:
                 requested = steady_fields(rig, rpm, self.known) | {"step": allowed_step(s.steps_s, radius)}
-                add(
-                    f"ring/{rpm:g}rpm_{ring_name(radius)}", "ring_study", motor_rpm=rpm, ring_radius=radius, **requested
-                )
+                name = f"ring/{rpm:g}rpm_{ring_name(radius)}"
+                add(name, "ring_study", motor_rpm=rpm, ring_radius=radius, **requested)
         return runs
 
     def refuse_studies(self, rig: Rig) -> None:
@@ -287,14 +254,12 @@ class Config(Section):
             steady = steady_fields(rig, scene.motor_rpm, self.known_of(name)) if run.startswith("ring/") else {}
             return scene.with_(rig=rig, step=min(scene.step, allowed_step(other.steps_s, scene.motor_rpm)), **steady)
 
-        try:
+        with _section(f"other_rigs.{name}"):
             return {
                 run: on_it(run, scene)
                 for run, scene in scenes.items()
                 if not run.startswith("coarse/") and not (run.startswith("ring/") and scene.ring_radius is None)
             }
-        except InputError as error:
-            raise InputError(f"other_rigs.{name}: {error}") from None
 
 
 @contextmanager
@@ -307,16 +272,10 @@ def _section(name: str) -> Iterator[None]:
 
 
 def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
-    """Validate a configuration with the rig and all scenes that it leads to.
-
-    Raises
-    ------
-    InputError
-        One sentence with file, field, value and what would be accepted.
-    """
+    """Validate a configuration with the rig and all scenes that it leads to."""
     config = validated(Config, data, name)
     rig = load_rig(config.rig)
-    try:
+    with _section(name):
         config.check_sensor_files()
         if cells := cells_path(config.rig):
             load_article(cells)
@@ -324,19 +283,11 @@ def check_config(data: Any, name: str) -> tuple[Config, Rig, dict[str, Scene]]:
         config.refuse_studies(rig)
         for other in config.other_rigs:
             config.other_scenes(other, scenes)
-        return config, rig, scenes
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None
+    return config, rig, scenes
 
 
 def read_layer(path: Path | str) -> dict:
-    """A file of a configuration as it stands, its sections known; whatever else it means to Snakemake is refused.
-
-    Raises
-    ------
-    InputError
-        It is no YAML, or has a key at its top that is no section, such as the one that asks for templates to be run.
-    """
+    """A file of a configuration as it stands, its sections known; whatever else it means to Snakemake is refused."""
     data, name = read_yaml(path), Path(path).name
     if not isinstance(data, dict):
         raise InputError(f"{name}: must hold sections, a mapping of names to values")
@@ -352,10 +303,7 @@ def check_layers(
 ) -> tuple[Config, Rig, dict[str, Scene]]:
     """Validate a configuration that was merged from files by ``update``, the later on top of the earlier.
 
-    Raises
-    ------
-    InputError
-        Names the first file with which the configuration is refused, else the last one.
+    What is refused names the first file with which it is, else the last one.
     """
     layers = {Path(file).name: read_layer(file) for file in files}
     try:

@@ -40,9 +40,8 @@ def limits(rows: pd.DataFrame) -> str:
         return "–" if pd.isna(off) else f"{off:+.3f} ± {error:.3f}"
 
     shown = rows[["scene", "measure"]].copy()
-    shown["limit"] = [
-        f"{value:.6g} ± {error:.1g}" for value, error in zip(rows["limit"], rows["limit_error"], strict=True)
-    ]
+    pairs = zip(rows["limit"], rows["limit_error"], strict=True)
+    shown["limit"] = [f"{value:.6g} ± {error:.1g}" for value, error in pairs]
     for name in presets:
         shown[name] = [cell(row, name) for _, row in rows.iterrows()]
     shown["standard within 2 %"] = rows["standard_within_bound"].fillna("–")
@@ -113,13 +112,7 @@ def short_runs_text(rows: pd.DataFrame) -> str:
 
 
 def fill(page: Path, sources: Sequence[Path], write: Callable[..., str]) -> None:
-    """Replace the measured part of a page by what ``write`` makes of one or more tables.
-
-    Raises
-    ------
-    InputError
-        A file is missing, or the page lacks its marks.
-    """
+    """Replace the measured part of a page by what ``write`` makes of one or more tables."""
     for source in sources:
         if not source.exists():
             raise InputError(f"{source}: no measured data; make them with `snakemake -j2`")

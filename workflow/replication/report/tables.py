@@ -118,12 +118,8 @@ def cost_table(folder: Path | str) -> pd.DataFrame:
     if not rows:
         return pd.DataFrame(columns=["rule", "jobs", "wall_s", "cpu_s", "largest_memory_mb"])
     table = pd.DataFrame(rows).groupby("rule", as_index=False)
-    table = table.agg(
-        jobs=("wall_s", "size"),
-        wall_s=("wall_s", "sum"),
-        cpu_s=("cpu_s", "sum"),
-        largest_memory_mb=("memory_mb", "max"),
-    ).sort_values("wall_s", ascending=False)
+    sums = {"jobs": ("wall_s", "size"), "wall_s": ("wall_s", "sum"), "cpu_s": ("cpu_s", "sum")}
+    table = table.agg(**sums, largest_memory_mb=("memory_mb", "max")).sort_values("wall_s", ascending=False)
     named = table["rule"].str.partition("/")[0].isin(BY_NAME)
     run, own = table[~named], table[named]
     total = run.agg({"jobs": "sum", "wall_s": "sum", "cpu_s": "sum", "largest_memory_mb": "max"})
@@ -154,14 +150,7 @@ def table3(
 ) -> pd.DataFrame:
     """RMS and SD of simulation and sensor, g; printed differences (%) are the paper's, against its own measured data.
 
-    Parameters
-    ----------
-    metrics : DataFrame
-        Rows of ``measure.metrics.run_metrics``, one for each speed of ``sensors``.
-    sensors : mapping
-        Motor speed (rev/min) to its record.
-    label : str
-        What the sensor record is; stands in every row.
+    ``metrics`` has a row for each speed (rev/min) of ``sensors``; ``label``, what the record is, stands in every row.
     """
     rows = []
     for rpm, record in sorted(sensors.items()):
@@ -171,14 +160,12 @@ def table3(
             simulated, error = float(run[f"{name}_g"]), float(run[f"{name}_error_g"])
             measured, off = sensor[f"{name}_g"], sensor[f"{name}_error_g"]
             row |= {
-                f"{name}_simulation_g": simulated,
-                f"{name}_standard_error_g": error,
-                f"{name}_sensor_g": measured,
-                f"{name}_sensor_error_g": off,
+                f"{name}_simulation_g": simulated, f"{name}_standard_error_g": error,
+                f"{name}_sensor_g": measured, f"{name}_sensor_error_g": off,
                 f"{name}_difference_pct": value_difference(simulated, measured),
                 f"{name}_difference_error_pct": 100 * ratio_of_runs(simulated, error, measured, off)[1],
                 f"{name}_difference_printed_against_papers_own_data_pct": paper.value.get(rpm, float("nan")),
-            }
+            }  # fmt: skip
         rows.append(row)
     return pd.DataFrame(rows)
 
@@ -299,12 +286,8 @@ def answers_outcome(table: pd.DataFrame, tolerance: float) -> str:
     text = f"At an error of at most {100 * tolerance:g} %: {'; '.join(parts)}."
     if {"rms_m_s2", "difference_pct"} <= set(table):
         limits = (table["rms_m_s2"] / (1 + table["difference_pct"] / 100)).groupby(table["code"]).mean()
-        apart = {
-            code: 100 * (limits[code] / limits[OURS] - 1)
-            for code in (PEER, OWN)
-            if np.isfinite(limits.get(code, np.nan))
-        }
-        text += "".join(
-            f" The RMS of {code} in the limit is {share:+.2g} % from ours." for code, share in apart.items()
-        )
+        for code in (PEER, OWN):
+            if np.isfinite(limits.get(code, np.nan)):
+                share = 100 * (limits[code] / limits[OURS] - 1)
+                text += f" The RMS of {code} in the limit is {share:+.2g} % from ours."
     return text

@@ -113,17 +113,10 @@ def random_rig(number: int, seed: int = SEED) -> tuple[Rig, dict]:
     for i, name in enumerate(names, 1):
         x, y, radius = (float(part) for part in placed[i])
         wheels[name] = {
-            "x": x,
-            "y": y,
-            "radius": radius,
-            "inertia": 0.5 * 4 * c.link_mass * radius**2,
-            "axial_offset": 0.0,
-            "toe": 0.0,
-            "camber": 0.0,
-            "bearing_drag": float(base.rollers["idler"].bearing_drag),
-            "bearing_torque": 0.0,
+            "x": x, "y": y, "radius": radius, "inertia": 0.5 * 4 * c.link_mass * radius**2, "axial_offset": 0.0,
+            "toe": 0.0, "camber": 0.0, "bearing_drag": float(base.rollers["idler"].bearing_drag), "bearing_torque": 0.0,
             "rolling_arm": float(base.rollers["idler"].rolling_arm),
-        }
+        }  # fmt: skip
         if i != order[k] and rng.random() < 0.15:
             wheels[name]["arm"] = _arm(rng, x, y, radius, 4 * c.link_mass, tension)
             carried += 1
@@ -131,29 +124,16 @@ def random_rig(number: int, seed: int = SEED) -> tuple[Rig, dict]:
     mass = 4 * c.link_mass
     stiffness = tension / (0.1 * placed[order[k], 2])
     changes = {
-        "wheels": wheels,
-        "idler": None,
-        "road_wheel": None,
-        "chain__pitches": pitches,
-        "tension__wheel": names[order[k] - 1],
-        "tension__direction": direction,
-        "tension__travel": 0.7 * drawn.pitch,
-        "tension__pre_tension": tension,
-        "tension__kept": kept,
-        "tension__mass": mass,
-        "tension__stiffness": stiffness,
+        "wheels": wheels, "idler": None, "road_wheel": None, "chain__pitches": pitches,
+        "tension__wheel": names[order[k] - 1], "tension__direction": direction, "tension__travel": 0.7 * drawn.pitch,
+        "tension__pre_tension": tension, "tension__kept": kept, "tension__mass": mass, "tension__stiffness": stiffness,
         "tension__damping": 0.2 * sqrt(stiffness * mass),
-    }
+    }  # fmt: skip
     rig = base.changed(**changes)
     words = {
-        "number": number,
-        "chain": c.kind,
-        "teeth": base.sprocket.teeth,
-        "pitches": pitches,
-        "wheels": len(placed),
-        "arms": carried,
-        "kept": kept,
-    }
+        "number": number, "chain": c.kind, "teeth": base.sprocket.teeth, "pitches": pitches, "wheels": len(placed),
+        "arms": carried, "kept": kept,
+    }  # fmt: skip
     return rig, words
 
 
@@ -162,14 +142,9 @@ def _arm(rng, x: float, y: float, radius: float, mass: float, tension: float) ->
     turn = rng.uniform(0, 2 * pi)
     stiffness = 10.0 * tension * radius
     return {
-        "x": x + radius * cos(turn),
-        "y": y + radius * sin(turn),
-        "mass": mass,
-        "stiffness": stiffness,
-        "damping": 0.2 * radius * sqrt(stiffness * mass),
-        "travel": 25.0,
-        "preload": None,
-    }
+        "x": x + radius * cos(turn), "y": y + radius * sin(turn), "mass": mass, "stiffness": stiffness,
+        "damping": 0.2 * radius * sqrt(stiffness * mass), "travel": 25.0, "preload": None,
+    }  # fmt: skip
 
 
 def run_layout(number: int, seconds: float = 1.0, seed: int = SEED) -> dict:
@@ -188,9 +163,8 @@ def run_layout(number: int, seconds: float = 1.0, seed: int = SEED) -> dict:
         scene = Scene(rig, rpm, duration=seconds, lead_in=0.0, ramp=0.3, step=step, spells=False, frame_interval=sample)
         loop = Loop(scene)
         depth = float(arc_depths(scene, loop.model, loop.state, loop.work, float(loop.state.wheel_angle[0])).max())
-        seen.update(
-            depth_m=max(depth, 0.0), depth_allowed_m=explained_depth(loop.model, rig.tension.pre_tension), step_s=step
-        )
+        allowed = explained_depth(loop.model, rig.tension.pre_tension)
+        seen.update(depth_m=max(depth, 0.0), depth_allowed_m=allowed, step_s=step)
         loop.advance(scene.ramp)
         found = invariants(scene, loop.record(seconds, frame_interval=sample, spells=False))
         if seen["depth_m"] > seen["depth_allowed_m"]:
@@ -223,11 +197,10 @@ def layouts_outcome(table: pd.DataFrame) -> str:
     """What came out of layouts, in a sentence."""
     share = (table["outcome"] == COMPLETED).mean()
     defects = int((table["outcome"] == DEFECT).sum())
+    refused = int((table["outcome"] == REFUSED).sum())
     verdict = "kept" if share >= LEAST_COMPLETED and not defects else "missed"
+    wheels, pitches = (f"{table[name].min()} to {table[name].max()} {name}" for name in ("wheels", "pitches"))
     return (
-        f"{len(table)} layouts of {table['wheels'].min()} to {table['wheels'].max()} wheels and "
-        f"{table['pitches'].min()} to "
-        f"{table['pitches'].max()} pitches: {100 * share:.4g} % completed, "
-        f"{int((table['outcome'] == 'refused').sum())} refused, {defects} "
+        f"{len(table)} layouts of {wheels} and {pitches}: {100 * share:.4g} % completed, {refused} refused, {defects} "
         f"defects; the bound of {100 * LEAST_COMPLETED:g} % is {verdict}."
     )

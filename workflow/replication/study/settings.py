@@ -57,18 +57,11 @@ Allowed = Annotated[list[tuple[Positive, Positive]], Field(min_length=1)]
 
 
 def rising(where: str, steps: Allowed) -> None:
-    """Refuse upper bounds that do not rise.
-
-    Raises
-    ------
-    InputError
-        The first that does not.
-    """
+    """Refuse upper bounds that do not rise."""
     for (before, _), (after, _) in pairwise(steps):
         if after <= before:
-            raise InputError(
-                f"{where} = {[list(pair) for pair in steps]}: {after:g} comes after {before:g}; give rising values"
-            )
+            given = [list(pair) for pair in steps]
+            raise InputError(f"{where} = {given}: {after:g} comes after {before:g}; give rising values")
 
 
 def allowed_step(steps: Allowed, value: float | None) -> float:
@@ -184,10 +177,8 @@ class PeerAnswers(Section):
         _extrapolates("peer_answers: steps_s", self.steps_s)
         method, steps = next(iter(self.mujoco_steps_s.items()))
         if len(set(steps)) < 2:
-            raise InputError(
-                "peer_answers: mujoco_steps_s: needs at least two steps of "
-                f"{method}, over which its limit is extrapolated"
-            )
+            needed = f"needs at least two steps of {method}, over which its limit is extrapolated"
+            raise InputError(f"peer_answers: mujoco_steps_s: {needed}")
         return self
 
 
@@ -241,13 +232,8 @@ def _file(name: str) -> str:
 
 def parts_of(form: ExtremesForm) -> list[str]:
     """Names of the parts of a form, in the order of their families."""
-    return [
-        LONG_RUN,
-        "chain",
-        "motion",
-        *(f"random_{k}" for k in range(random_parts(form))),
-        *(f"short_runs_{k}" for k in range(short_parts(form))),
-    ]
+    random, short = range(random_parts(form)), range(short_parts(form))
+    return [LONG_RUN, "chain", "motion", *(f"random_{k}" for k in random), *(f"short_runs_{k}" for k in short)]
 
 
 def random_parts(form: ExtremesForm) -> int:

@@ -36,12 +36,7 @@ def _measures(recording: Recording) -> dict[str, float]:
 def stability(scene: Scene, rule: StopRule) -> pd.DataFrame:
     """Change of every statistic under half the step, twice the record and a start half a loop later.
 
-    Parameters
-    ----------
-    scene : Scene
-        The scene as it is used; its duration is the longest.
-    rule : StopRule
-        When its record ends. The variants are as long, but for the one of twice the record.
+    The record ends by the rule, at the latest after the duration of the scene.
 
     Returns
     -------

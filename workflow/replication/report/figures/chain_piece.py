@@ -36,17 +36,11 @@ def piece_figure(rig: Rig) -> Figure:
     name = f"$r_C$ = {marks.millimetres(rig.chain.connector_radius)}"
     marks.leader(stretched, tip, name, (tip[0] - 0.062, high + 0.045))
     chain = rig.chain
+    link = f"track link\n{chain.link_mass:g} kg\n{chain.link_inertia:g} kg m²"
+    connector = f"connector\n{chain.connector_mass:g} kg\n{chain.connector_inertia:g} kg m²"
     for place, name, up in (
-        (
-            0.5 * (pins[2] + pins[3]) - [0.012, 0.0],
-            f"track link\n{chain.link_mass:g} kg\n{chain.link_inertia:g} kg m²",
-            0.05,
-        ),
-        (
-            0.5 * (pins[3] + pins[4]) + [0.012, 0.0],
-            f"connector\n{chain.connector_mass:g} kg\n{chain.connector_inertia:g} kg m²",
-            0.05,
-        ),
+        (0.5 * (pins[2] + pins[3]) - [0.012, 0.0], link, 0.05),
+        (0.5 * (pins[3] + pins[4]) + [0.012, 0.0], connector, 0.05),
         (pins[5] + [0.0, HOLE * half * 0.85], "bushing", 0.045),
         (pins[0] + [0, 0.15 * half], "pin", 0.045),
     ):

@@ -133,9 +133,7 @@ def link_figure(rig: Rig) -> Figure:
 
 
 def _draw_link_case(ax: Axes, rig: Rig, start, end) -> float:
-    """Draw a link with the ends A and B (m) and its contact with the ring; returns where the perpendicular meets AB, 0
-    to 1 within.
-    """
+    """A link with the ends A and B (m) on the ring; returns where the perpendicular meets AB, 0 to 1 within."""
     ring, half = rig.sprocket.ring_radius, rig.chain.link_thickness / 2
     s, qx, qy, distance = foot(*map(float, (*start, *end, 0.0, 0.0)))
     q = np.array([qx, qy])

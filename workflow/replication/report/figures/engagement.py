@@ -32,18 +32,10 @@ LARGEST_PHASE = 0.05  # of the chain on the sprocket, rad
 
 @dataclass(frozen=True)
 class Passage:
-    """A connector passing the sprocket, seen from its groove.
+    """A connector passing the sprocket, seen from its groove."""
 
-    Attributes
-    ----------
-    turn : (t,) array
-        Turn of the sprocket since the groove was in the middle of the wrap, rad.
-    pins : (t, 2, 2) array
-        Its input (left) and output pin in the groove frame, m.
-    """
-
-    turn: np.ndarray
-    pins: np.ndarray
+    turn: np.ndarray  # (t,) turn of the sprocket since the groove was in the middle of the wrap, rad
+    pins: np.ndarray  # (t, 2, 2) its input (left) and output pin in the groove frame, m
 
 
 def passage(rig: Rig, points: int = 121) -> Passage:
@@ -66,10 +58,8 @@ def passage(rig: Rig, points: int = 121) -> Passage:
     free, touching = -LARGEST_PHASE, LARGEST_PHASE
     for _ in range(24):
         phase = 0.5 * (free + touching)
-        if _flank_is_touched(rig, drawing.placed(pins[:, 0], (0.0, 0.0), phase)):
-            touching = phase
-        else:
-            free = phase
+        touched = _flank_is_touched(rig, drawing.placed(pins[:, 0], (0.0, 0.0), phase))
+        free, touching = (free, phase) if touched else (phase, touching)
     return Passage(turn, drawing.placed(pins.reshape(-1, 2), (0.0, 0.0), free).reshape(pins.shape))
 
 
@@ -181,10 +171,8 @@ def sector_figure(rig: Rig) -> Figure:
     turns = passage(rig)
     for k, (name, look) in enumerate(PINS.items()):
         sectors.plot(*turns.pins[:, k].T, **look, zorder=drawing.Z_MARK + 1, label=f"{name} arc")
-    faces = [
-        Patch(**section.CONVEX_SECTOR, linewidth=0.8, label="sector of a convex area"),
-        Patch(**section.CONCAVE_SECTOR, linewidth=0.8, label="sector of a concave area"),
-    ]
+    looks = {"convex": section.CONVEX_SECTOR, "concave": section.CONCAVE_SECTOR}
+    faces = [Patch(**look, linewidth=0.8, label=f"sector of a {kind} area") for kind, look in looks.items()]
     paths = [marks.handle(f"way of the {name} arc's centre", **look) for name, look in PINS.items()]
     figure.legend(handles=[*handles, *faces, *paths], loc="outside lower center", ncols=2)
     sectors.set_title("(b) ten annular sectors: where the centre of an arc in contact is")

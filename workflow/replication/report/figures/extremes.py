@@ -128,11 +128,9 @@ def long_run_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
     axes = figure.subplots(4, 1, sharex=True)
     minutes = chunks["time_s"] / 60
     labels = {
-        "loop_gap_max_m": "largest closure\nerror (m)",
-        "energy_residual": "relative energy\nresidual",
-        "rms_g": "RMS of the sensor's\ny acceleration (g)",
-        "resident_mb": "largest resident\nmemory (MB)",
-    }
+        "loop_gap_max_m": "largest closure\nerror (m)", "energy_residual": "relative energy\nresidual",
+        "rms_g": "RMS of the sensor's\ny acceleration (g)", "resident_mb": "largest resident\nmemory (MB)",
+    }  # fmt: skip
     for ax, (column, label) in zip(axes, labels.items(), strict=True):
         ax.plot(minutes, chunks[column].abs(), color=BLUE, linestyle="-", marker="." if len(chunks) < 50 else "")
         ax.set_ylabel(label)

@@ -48,27 +48,13 @@ def search_order(rig: Rig, left: bool) -> list[int]:
 
 @dataclass(frozen=True)
 class FlowStep:
-    """A box of the flow chart.
+    """A box of the flow chart."""
 
-    Attributes
-    ----------
-    text : str
-        What is done or asked.
-    place : (2,) tuple of float
-        Middle of the box.
-    function : str
-        Function that does it, ``module:name`` within ``trackdyn.contact``; empty: a mere end.
-    equations : tuple of int
-        Equations of the paper.
-    question : bool
-        Drawn as a decision.
-    """
-
-    text: str
-    place: tuple[float, float]
-    function: str = ""
-    equations: tuple[int, ...] = ()
-    question: bool = False
+    text: str  # what is done or asked
+    place: tuple[float, float]  # (2,) middle of the box
+    function: str = ""  # function that does it, ``module:name`` within ``trackdyn.contact``; empty: a mere end
+    equations: tuple[int, ...] = ()  # of the paper
+    question: bool = False  # drawn as a decision
 
 
 def contact_steps(rig: Rig) -> dict[str, FlowStep]:

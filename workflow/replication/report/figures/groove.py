@@ -187,10 +187,9 @@ def detection_figure(rig: Rig) -> Figure:
         marks.point(ax, centre, f"$O_{area}$", "below left" if convex else "right")
         ax.set(xlim=(low[0], low[0] + 2 * half), ylim=(low[1], low[1] + 2 * half))
         marks.frame_axes(ax, "k")
-        kind, bounds = ("concave", r"$r_j - r_C \leq |e_j| \leq r_j$")
+        kind, bounds = "concave", r"$r_j - r_C \leq |e_j| \leq r_j$"
         if convex:
-            kind, bounds = ("convex", r"$r_j \leq |e_j| \leq r_j + r_C$")
-        ax.set_title(
-            f"({letter}) {kind}, area $j$ = {area}:\n{bounds}\n" r"and $e_j \cdot u_j \geq |e_j| \cos\theta_j$"
-        )
+            kind, bounds = "convex", r"$r_j \leq |e_j| \leq r_j + r_C$"
+        turned = r"and $e_j \cdot u_j \geq |e_j| \cos\theta_j$"
+        ax.set_title(f"({letter}) {kind}, area $j$ = {area}:\n{bounds}\n{turned}")
     return figure

@@ -21,11 +21,6 @@ def loop_figure(rig: Rig, recording: Recording, index: int = 0) -> Figure:
     """The whole loop (a), its sprocket (b) and one groove with the numbers of its areas (c).
 
     ``rig`` is that of the recording, ``index`` says which of its configurations.
-
-    Raises
-    ------
-    InputError
-        If the recording holds no configurations.
     """
     drawing.require_frames(recording)
     frame = recording.frame[index]

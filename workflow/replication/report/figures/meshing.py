@@ -40,50 +40,22 @@ BEYOND = 1.25  # of the highest point of the curves: larger single steps are wri
 
 @dataclass(frozen=True)
 class Selected:
-    """The passage that is shown.
+    """The passage that is shown."""
 
-    Attributes
-    ----------
-    connector : int
-        1-based.
-    groove : int
-        Its groove, 1 to m.
-    number : int
-        Of the passage in the record.
-    first, last : float
-        First and last contact, s since the beginning of the record.
-    turn : float
-        Time of a sprocket turn, s.
-    sides : DataFrame
-        Rows of :func:`trackdyn.measure.meshing.passages`, by side.
-    force : (s, 3) array
-        Left arc, right arc, link ahead on the ring, N.
-    area : (s, 2) array
-        Areas of the arcs, 0 without contact.
-    time : (s,) array
-        s since the first contact.
-    """
-
-    connector: int
-    groove: int
-    number: int
-    first: float
-    last: float
-    turn: float
-    sides: pd.DataFrame
-    force: np.ndarray
-    area: np.ndarray
-    time: np.ndarray
+    connector: int  # 1-based
+    groove: int  # its groove, 1 to m
+    number: int  # of the passage in the record
+    first: float  # first contact, s since the beginning of the record
+    last: float  # last contact, s since the beginning of the record
+    turn: float  # time of a sprocket turn, s
+    sides: pd.DataFrame  # rows of :func:`trackdyn.measure.meshing.passages`, by side
+    force: np.ndarray  # (s, 3) left arc, right arc, link ahead on the ring, N
+    area: np.ndarray  # (s, 2) areas of the arcs, 0 without contact
+    time: np.ndarray  # (s,) s since the first contact
 
 
 def select_passage(recording: Recording) -> Selected:
-    """The complete passage nearest to the middle of the record whose contacts are all recorded.
-
-    Raises
-    ------
-    InputError
-        If there is none: the record is too short, or the link ahead of the connector is not recorded.
-    """
+    """The complete passage nearest to the middle of the record whose contacts are all recorded."""
     count = timing(recording).pitches
     columns = {int(pitch): i for i, pitch in enumerate(recording.pitches)}
     ring = recording.meta["scene"]["ring_radius"] is not None
@@ -147,11 +119,6 @@ def passage_figure(recording: Recording) -> Figure:
 
     Events stand beside the printed ones, all counted from the first contact (c). Single marks in (a) are the largest
     force of all time steps; one far above the curves is an arrow at the upper edge with its value.
-
-    Raises
-    ------
-    InputError
-        If the recording does not hold such a passage; see :func:`select_passage`.
     """
     shown = select_passage(recording)
     scene = recording.meta["scene"]

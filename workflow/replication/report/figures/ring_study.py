@@ -32,11 +32,11 @@ def force_figure(study: pd.DataFrame, statistic: str) -> Figure:
 def duration_figure(study: pd.DataFrame) -> Figure:
     """Time in contact, in percent of a sprocket turn (Figure 24); parameters as in :func:`force_figure`."""
     columns = {side: (f"{side}_share_pct", f"{side}_share_error_pct") for side in SIDES}
-    figure, axes, positions = _panels(study, columns, "contact duration (% of a turn)", "Contact duration")
+    figure, axes, radii = _panels(study, columns, "contact duration (% of a turn)", "Contact duration")
     left, steady = axes[0], printed.STEADY_LEFT_SHARE.value
-    radii = [radius for radius in positions if radius >= printed.RADIUS_OF_STEADY_LEFT_SHARE.value - 1e-9]
-    if radii:
-        ends = [positions[radii[0]], positions[radii[-1]]]
+    large = [radius for radius in radii if radius >= printed.RADIUS_OF_STEADY_LEFT_SHARE.value - 1e-9]
+    if large:
+        ends = [large[0], large[-1]]
         left.plot(ends, [steady] * 2, **PRINTED, marker="", linewidth=1.4)
         left.annotate(f"printed: near {steady:g} %", (ends[1], steady), (0, 5), textcoords="offset points", ha="right")
     return figure
@@ -49,16 +49,16 @@ def quiet_from(study: pd.DataFrame, value: str) -> float | None:
     return float(largest.index[quiet].min()) if quiet.any() else None
 
 
-def _panels(study, columns, unit: str, title: str) -> tuple[Figure, list[Axes], dict[float, float]]:
-    """A panel for each side with a curve for each speed; positions on the x axis by radius."""
+def _panels(study, columns, unit: str, title: str) -> tuple[Figure, list[Axes], list[float]]:
+    """A panel for each side with a curve for each speed; and the radii on the x axis."""
     radii = sorted(study["ring_radius_m"].dropna().unique())
     gaps = np.diff(radii)
-    none = (radii[0] if radii else 0.0) - 1.5 * (gaps.min() if len(gaps) else 0.001)
-    positions = {radius: radius for radius in radii}
+    gap = gaps.min() if len(gaps) else 0.001
+    none = (radii[0] if radii else 0.0) - 1.5 * gap
     with_none = bool(study["ring_radius_m"].isna().any())
     speeds = sorted(study["rpm"].unique())
     # errors of neighbouring speeds shall not hide each other
-    spread = 0.06 * (gaps.min() if len(gaps) else 0.001) * (np.arange(len(speeds)) - 0.5 * (len(speeds) - 1))
+    spread = 0.06 * gap * (np.arange(len(speeds)) - 0.5 * (len(speeds) - 1))
     figure = new_figure(6.0)
     axes = list(figure.subplots(3, 1, sharex=True))
     hidden = True  # whether every error bar is smaller than its mark
@@ -98,4 +98,4 @@ def _panels(study, columns, unit: str, title: str) -> tuple[Figure, list[Axes], 
     names = (["none"] if with_none else []) + [f"{r:.3f}" if i % every == 0 else "" for i, r in enumerate(radii)]
     axes[-1].set_xticks(ticks, names)
     axes[-1].set_xlabel("radius of the ring (m)")
-    return figure, axes, positions
+    return figure, axes, radii

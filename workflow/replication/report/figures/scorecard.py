@@ -19,12 +19,10 @@ LOOKS = {
     "not comparable": ("#d9d9d9", ".."),
 }
 HEADS = {
-    "predicted": "Predicted: open tests",
-    "transfer": "Transfer: fitted at one speed, judged at the others",
+    "predicted": "Predicted: open tests", "transfer": "Transfer: fitted at one speed, judged at the others",
     "follows": "Follows from the fit or from kinematics",
-    "fitted": "Fitted: targets, or a parameter was chosen by them",
-    "": "Nothing to compare with",
-}
+    "fitted": "Fitted: targets, or a parameter was chosen by them", "": "Nothing to compare with",
+}  # fmt: skip
 LINE, GAP = 0.145, 0.09  # height of a line of text and space between two claims, inch
 SIZE = 8
 # columns: left edge (inch) and how many letters fit

@@ -27,43 +27,27 @@ WINDOW = 0.01  # a maximum is of the force after a mean over it, as the paper pr
 # panels: title, event of the passage, printed event
 ENGAGE, BOTH = "about to engage", "both arcs in contact"
 WITHOUT_RING = (
-    (ENGAGE, None, ENGAGE),
-    (BOTH, None, "first contact of the left arc"),
-    ("left maximum", None, "left maximum"),
-    ("right maximum", None, "right maximum"),
-    ("only the left arc", "right gone", "right contact gone"),
+    (ENGAGE, None, ENGAGE), (BOTH, None, "first contact of the left arc"), ("left maximum", None, "left maximum"),
+    ("right maximum", None, "right maximum"), ("only the left arc", "right gone", "right contact gone"),
     ("out of engagement", "out", "out of engagement"),
-)
+)  # fmt: skip
 WITH_RING = (
-    ("link ahead on the ring", "ring touched", "ring first touched"),
-    ("ring maximum", None, "ring maximum"),
-    ("left arc touches", "left touches", "first contact of the left arc"),
-    ("left maximum", None, "left maximum"),
-    ("ring left", "ring left", "ring left"),
-    ("out of engagement", "out", "out of engagement"),
-)
+    ("link ahead on the ring", "ring touched", "ring first touched"), ("ring maximum", None, "ring maximum"),
+    ("left arc touches", "left touches", "first contact of the left arc"), ("left maximum", None, "left maximum"),
+    ("ring left", "ring left", "ring left"), ("out of engagement", "out", "out of engagement"),
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Moment:
-    """What a panel shows.
+    """What a panel shows."""
 
-    Attributes
-    ----------
-    title, peak : str
-        Name of the event, and of a maximum the largest force of all time steps with its time.
-    time, printed : float
-        When it happens here and in the paper, s since the first contact.
-    frame, sample : int
-        The configuration drawn, and the sample of the same instant.
-    """
-
-    title: str
-    time: float
-    printed: float
-    frame: int
-    sample: int
-    peak: str
+    title: str  # name of the event
+    time: float  # when it happens here, s since the first contact
+    printed: float  # when it happens in the paper, s since the first contact
+    frame: int  # the configuration drawn
+    sample: int  # the sample of the same instant
+    peak: str  # of a maximum the largest force of all time steps with its time
 
 
 def moments(recording: Recording, shown: Selected) -> list[Moment]:
@@ -103,18 +87,6 @@ def screenshot_figure(rig: Rig, recording: Recording) -> Figure:
     Every panel follows the connector; the small picture shows where on the sprocket it is. Arrows are the
     normal forces on connector and link at the instant drawn, on the scale of the bars; the ten areas of the connector's
     groove carry their numbers. Panels are in order of time (:func:`moments`).
-
-    Parameters
-    ----------
-    rig : Rig
-        Of the recording.
-    recording : Recording
-        Run with configurations, logged contacts and, with a ring, the link ahead recorded.
-
-    Raises
-    ------
-    InputError
-        If the recording holds no configurations or no such passage.
     """
     drawing.require_frames(recording)
     shown = select_passage(recording)
@@ -144,9 +116,8 @@ def _handles(rig: Rig, shown: Selected, ring: float | None) -> list:
     """Legend: the marked bodies, the forces, the joints."""
     handles: list = [Patch(**drawing.MARKED, label=f"connector {shown.connector}")]
     if ring is not None:
-        handles.append(
-            Patch(**drawing.MARKED_TOO, label=f"link {shown.connector % rig.chain.pitches + 1}, ahead of it")
-        )
+        ahead = shown.connector % rig.chain.pitches + 1
+        handles.append(Patch(**drawing.MARKED_TOO, label=f"link {ahead}, ahead of it"))
     for side in SIDES[: 2 if ring is None else 3]:
         if shown.sides.loc[side, "count"]:
             look = LOOKS[side] | {"linestyle": "-"}
@@ -173,9 +144,8 @@ def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, momen
     inset = ax.inset_axes((0.74 * right, 0.74 * up, 0.26, 0.26), zorder=drawing.Z_MARK + 2)
     for area, groove in ((ax, shown.groove), (inset, None)):
         drawing.draw_sprocket(area, rig, sprocket_angle, ring, groove)
-        drawing.draw_chain(
-            area, rig, frame, highlight=dict(zip(bodies, (drawing.MARKED, drawing.MARKED_TOO), strict=False))
-        )
+        marked = dict(zip(bodies, (drawing.MARKED, drawing.MARKED_TOO), strict=False))
+        drawing.draw_chain(area, rig, frame, highlight=marked)
         area.set(aspect="equal", xticks=[], yticks=[])
         area.grid(False)
     ax.set_axis_on()
@@ -190,13 +160,8 @@ def _draw_panel(ax: Axes, rig: Rig, recording: Recording, shown: Selected, momen
         beyond = end + (np.abs(normal) @ LABEL + 0.004) * normal
         place = np.clip(beyond, middle - HALF + LABEL, middle + HALF - LABEL)
         look = {
-            "fontsize": 7,
-            "ha": "center",
-            "va": "center",
-            "bbox": box,
-            "zorder": drawing.Z_MARK + 1.5,
-            "clip_on": True,
-        }
+            "fontsize": 7, "ha": "center", "va": "center", "bbox": box, "zorder": drawing.Z_MARK + 1.5, "clip_on": True,
+        }  # fmt: skip
         ax.text(*place, f"{force:.0f} N", **look)
     drawing.view(inset, drawing.sprocket_centre(rig), 1.35 * rig.groove_profile.addendum)
     inset.add_patch(Circle(middle, 0.09, fill=False, edgecolor=BLACK, linewidth=1.2, zorder=drawing.Z_MARK))

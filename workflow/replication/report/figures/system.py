@@ -58,9 +58,7 @@ def _side(rig: Rig) -> int:
 
 
 def _above(rig: Rig, pins, first: int, part: float) -> int:
-    """The link (``first`` 0) or connector (1) of the upper strand at a part of the way from the sprocket to the next
-    wheel.
-    """
+    """The link (``first`` 0) or connector (1) of the upper strand at a part of the way to the next wheel."""
     middles = 0.5 * (pins[:-1] + pins[1:])
     nearest = min((wheel.x for wheel in rig.rollers.values()), key=lambda x: abs(x - rig.sprocket.x))
     away = np.abs(middles[:, 0] - rig.sprocket.x - part * (nearest - rig.sprocket.x))
@@ -132,7 +130,8 @@ def _draw_model(ax: Axes, rig: Rig, frame, shift: float) -> None:
         x, y, r = circles[wheel]
         marks.line(ax, *_spring(np.array([x, y]), q, 0.6 * r), **contact, zorder=drawing.Z_CONNECTOR)
     for pin in reaching_pins(rig, frame):
-        start = circles[0, :2] + 0.6 * circles[0, 2] * _unit(pins[pin] - circles[0, :2])
+        away = pins[pin] - circles[0, :2]
+        start = circles[0, :2] + 0.6 * circles[0, 2] * (away / np.hypot(*away))
         marks.line(ax, start, pins[pin], **tooth, zorder=drawing.Z_CONNECTOR)
     looks += (
         ("revolute joint with bushing", joint),
@@ -145,13 +144,9 @@ def _draw_model(ax: Axes, rig: Rig, frame, shift: float) -> None:
     ax.figure.legend(handles=handles, loc="outside lower center", ncols=2)
 
 
-def _unit(v) -> np.ndarray:
-    return v / np.hypot(*v)
-
-
 def _spring(centre, end, start: float) -> np.ndarray:
     """Zigzag from the distance ``start`` (m) of a centre to a point."""
-    along = _unit(end - centre)
+    along = (end - centre) / np.hypot(*(end - centre))
     shares = np.linspace(0, 1, 12)
     sway = 0.012 * np.array([0, 0, *([1, -1] * 4), 0, 0])
     reach = np.hypot(*(end - centre)) - start

@@ -23,24 +23,12 @@ EVERY = 10  # of the elements of a long chain is numbered
 
 @dataclass(frozen=True)
 class Element:
-    """A body or a joint of the chain, numbered along it as in the paper: odd bodies, even joints.
+    """A body or a joint of the chain, numbered along it as in the paper: odd bodies, even joints."""
 
-    Attributes
-    ----------
-    number : int
-        1 to 2 n.
-    kind : str
-        ``link``, ``connector``, ``pitch`` or ``joint``.
-    outboard : int
-        Number of the element at its output.
-    cut : bool
-        The joint that is cut to make a tree of the loop.
-    """
-
-    number: int
-    kind: str
-    outboard: int
-    cut: bool = False
+    number: int  # 1 to 2 n
+    kind: str  # ``link``, ``connector``, ``pitch`` or ``joint``
+    outboard: int  # number of the element at its output
+    cut: bool = False  # the joint that is cut to make a tree of the loop
 
 
 def elements(kinds: list[str]) -> list[Element]:
@@ -48,12 +36,9 @@ def elements(kinds: list[str]) -> list[Element]:
 
     The last joint is cut: it leads back to the input of the first body.
     """
-    count = 2 * len(kinds)
-    found = []
-    for i, kind in enumerate(kinds):
-        body, joint = 2 * i + 1, 2 * i + 2
-        found.append(Element(body, kind, joint))
-        found.append(Element(joint, "joint", joint % count + 1, joint == count))
+    count, found = 2 * len(kinds), []
+    for joint, kind in zip(range(2, count + 1, 2), kinds, strict=True):
+        found += [Element(joint - 1, kind, joint), Element(joint, "joint", joint % count + 1, joint == count)]
     return found
 
 

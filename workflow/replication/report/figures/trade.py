@@ -4,10 +4,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter
 
 from replication.peers.codes import OURS, PEER
+from replication.report.marks import handle
 from replication.study.accuracy.statistics import LEAD_IN
 from replication.study.accuracy.trade import pareto
 from trackdyn.plots.style import BLACK, BLUE, COLOURS, GREEN, SMALL, VERMILION, new_figure, styled
@@ -44,9 +44,8 @@ def trade_figure(rows: pd.DataFrame, peers: pd.DataFrame | None = None) -> Figur
     marks of their own, the paper's step a ring around it. ``peers`` are answers of other codes (`peers.answers`).
     """
     data = answers(rows)
-    scenes = [
-        scene for scene in dict.fromkeys(data["scene"]) if scene in set(data.loc[data["measure"] == "rms", "scene"])
-    ]
+    measured = set(data.loc[data["measure"] == "rms", "scene"])
+    scenes = [scene for scene in dict.fromkeys(data["scene"]) if scene in measured]
     figure = new_figure(7.6, 3.1 * len(scenes))
     axes = figure.subplots(len(LABELS), len(scenes), sharex=True, sharey="row", squeeze=False)
     for line, (measure, label) in zip(axes, LABELS.items(), strict=True):
@@ -60,17 +59,13 @@ def trade_figure(rows: pd.DataFrame, peers: pd.DataFrame | None = None) -> Figur
         line[0].set_ylabel(label)
     for axis in axes[-1]:
         axis.set_xlabel("CPU time of the whole answer (s)")
-    handles = [
-        Line2D([], [], color=COLOURS[k], marker="o", lw=0, label=name) for k, name in enumerate(METHODS.values())
-    ]
-    look = {"lw": 0, "color": "0.4", "markerfacecolor": "none"}
-    handles += [Line2D([], [], marker=mark, **look, label=name.replace("_", " ")) for name, mark in PHYSICS.items()]
-    handles.append(
-        Line2D([], [], marker="o", ms=11, lw=0, color=BLACK, markerfacecolor="none", label="the paper's step")
-    )
-    handles.append(Line2D([], [], color="0.4", lw=0.9, label="Pareto front"))
+    handles = [handle(name, color=COLOURS[k], marker="o", lw=0) for k, name in enumerate(METHODS.values())]
+    look = {"lw": 0, "markerfacecolor": "none"}
+    handles += [handle(name.replace("_", " "), marker=mark, color="0.4", **look) for name, mark in PHYSICS.items()]
+    handles.append(handle("the paper's step", marker="o", ms=11, color=BLACK, **look))
+    handles.append(handle("Pareto front", color="0.4", lw=0.9))
     if peers is not None:
-        handles.append(Line2D([], [], marker="*", ms=8, lw=0, color=GREEN, label="Exudyn, MuJoCo (step in ms)"))
+        handles.append(handle("Exudyn, MuJoCo (step in ms)", marker="*", ms=8, lw=0, color=GREEN))
     figure.legend(handles=handles, loc="outside lower center", ncols=6)
     return figure
 
@@ -115,9 +110,8 @@ def planner_figure(table: pd.DataFrame) -> Figure:
         look = {"marker": "osD^v<>"[k % 7], "ms": 4, "linestyle": "none"}
         for kept, colour in ((True, BLUE), (False, VERMILION)):
             here = (known["measure"] == measure) & (met == kept)
-            axis.loglog(
-                known["tolerance"][here], error[here], **look, color=colour, label=spoken(measure) if kept else None
-            )
+            label = spoken(measure) if kept else None
+            axis.loglog(known["tolerance"][here], error[here], **look, color=colour, label=label)
     for index, row in known[~met].iterrows():
         text = f"missed: {spoken(row['measure'])}\n{row['achieved_error']:.2g} at {row['tolerance']:g}"
         look = {"textcoords": "offset points", "ha": "left", "fontsize": SMALL, "color": VERMILION}

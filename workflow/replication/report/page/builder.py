@@ -29,11 +29,9 @@ from trackdyn.simulation.recording import load_recording
 
 # what is uncertain comes first
 KINDS = {
-    "fitted": "chosen so that the model shows a printed result",
-    "assumed": "not in the paper, taken to be plausible",
-    "derived": "follows from printed numbers",
-    "printed": "stands in the paper",
-}
+    "fitted": "chosen so that the model shows a printed result", "assumed": "not in the paper, taken to be plausible",
+    "derived": "follows from printed numbers", "printed": "stands in the paper",
+}  # fmt: skip
 SYMBOLS = dict(zip(VERDICTS, ("●", "◐", "○", "◇", "–"), strict=True))
 SCRIPTS = ("shared", "page", "animation", "plots", "charts")  # one module, in this order
 FAILED = (NOT_REPRODUCED, IN_TREND)  # a claim with such a part is not reproduced
@@ -44,64 +42,29 @@ RESULTS = tuple(f"fig{number:02d}" for number in range(14, 25))
 ACCURACY = ("trade", "limits", "peer_answers")  # of the studies, beside the chart of cost and error
 # tables whose files the page hands out; the first folder that has one
 TABLES = (
-    "claims.csv",
-    "metrics.csv",
-    "trade.csv",
-    "planner.csv",
-    "extremes.csv",
-    "tables/fidelity.csv",
-    "tables/costs.csv",
-    "tables/parameters.csv",
-    "tables/extremes.csv",
-    "tables/extremes_short_runs.csv",
-    "tables/limits.csv",
-    "tables/peer_answers.csv",
-    *(f"tables/{item.key}.csv" for item in PAPER if item.table),
-)
+    "claims.csv", "metrics.csv", "trade.csv", "planner.csv", "extremes.csv", "tables/fidelity.csv", "tables/costs.csv",
+    "tables/parameters.csv", "tables/extremes.csv", "tables/extremes_short_runs.csv", "tables/limits.csv",
+    "tables/peer_answers.csv", *(f"tables/{item.key}.csv" for item in PAPER if item.table),
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
 class PageInputs:
-    """What the page is made from.
+    """What the page is made from."""
 
-    Attributes
-    ----------
-    results : Path
-        Folder that the workflow wrote.
-    rig : Path
-        The rig's file, for the list of parameters and the geometry of the moving picture.
-    sensors : mapping
-        Run such as ``115rpm`` to the sensor's record.
-    synthetic : bool
-        Whether these records are synthetic.
-    files : tuple of path
-        Configuration and data whose hashes are listed.
-    layers : tuple of str
-        Configurations on top of the base, which commands on the page must name.
-    sources : str, optional
-        Hash that every recording must carry; that of the present program if not given.
-    studies : tuple of str
-        Studies that this run has made; what else lies in the folder is of an earlier one, and said to be.
-    """
-
-    results: Path
-    rig: Path
-    sensors: Mapping[str, Path] = field(default_factory=dict)
-    synthetic: bool = True
-    files: tuple[Path, ...] = ()
-    layers: tuple[str, ...] = ()
-    sources: str | None = None
+    results: Path  # folder that the workflow wrote
+    rig: Path  # the rig's file, for the list of parameters and the geometry of the moving picture
+    sensors: Mapping[str, Path] = field(default_factory=dict)  # run such as ``115rpm`` to the sensor's record
+    synthetic: bool = True  # whether these records are synthetic
+    files: tuple[Path, ...] = ()  # configuration and data whose hashes are listed
+    layers: tuple[str, ...] = ()  # configurations on top of the base, which commands on the page must name
+    sources: str | None = None  # hash that every recording must carry; that of the present program if not given
+    # studies that this run has made; what else lies in the folder is of an earlier one, and said to be
     studies: tuple[str, ...] = ()
 
 
 def build_page(inputs: PageInputs) -> str:
-    """The page as HTML text.
-
-    Raises
-    ------
-    InputError
-        If a recording in the folder was made by another version of the program.
-    """
+    """The page as HTML text."""
     results = Path(inputs.results)
     metas = check_sources(sorted((results / "runs").rglob("*.npz")), inputs.sources)
     origin = run_provenance(metas, [inputs.rig, *inputs.files, *inputs.sensors.values()])
@@ -110,19 +73,14 @@ def build_page(inputs: PageInputs) -> str:
     files |= {"tables/costs.csv": costs.to_csv(index=False)}
     files |= {f"{name}.csv": pd.DataFrame(origin[name]).to_csv(index=False) for name in ("versions", "hashes")}
     embedded = {
-        "geometry": data.rig_geometry(load_rig(inputs.rig)),
-        "signals": _signals(inputs),
+        "geometry": data.rig_geometry(load_rig(inputs.rig)), "signals": _signals(inputs),
         "sensor_label": "synthetic sensor" if inputs.synthetic else "sensor",
         "passages": _recordings(results, "meshing", data.passage_data),
-        "pictures": _recordings(results, "animation", data.moving_picture),
-        "ring": _ring(results),
-        "trade": data.trade(_rows(results, "trade.csv")),
-        "files": files,
-    }
+        "pictures": _recordings(results, "animation", data.moving_picture), "ring": _ring(results),
+        "trade": data.trade(_rows(results, "trade.csv")), "files": files,
+    }  # fmt: skip
     items = (*PAPER, *(own for own in OWN if not own.table), *OF_STUDIES)
-    with (
-        ThreadPoolExecutor() as pool
-    ):  # most of the page's time is the packing of pictures, which leaves the interpreter alone
+    with ThreadPoolExecutor() as pool:  # most of the time is the packing of pictures, without the interpreter
         shown = list(pool.map(partial(_entry, inputs), items))
     return render(
         "page.html.j2",
@@ -141,9 +99,7 @@ def build_page(inputs: PageInputs) -> str:
         planner=data.promises(_rows(results, "planner.csv")),
         provenance=origin,
         # the scorecard stands on the page as a list
-        gallery=[
-            entry for entry in shown if entry["item"] not in OF_STUDIES and entry["item"].key not in ("claims", FRONT)
-        ],
+        gallery=[one for one in shown if one["item"] not in OF_STUDIES and one["item"].key not in ("claims", FRONT)],
         accuracy=[entry for entry in shown if entry["item"].key in ACCURACY],
         extremes=[entry for entry in shown if entry["item"].key.startswith("extremes")],
         front=next((entry for entry in shown if entry["item"].key == FRONT), None),

@@ -32,15 +32,10 @@ def _signal(ay, rate: float, hz: float, span: float) -> dict:
     band_hz, band_g = in_bands(freq, amplitude)
     line, free = main_line(ay, rate), main_line_binfree(ay, rate, expected_hz=hz)[:2]
     return {
-        "rate": rate,
-        "history": short(ay[start : start + round(span * rate) + 1]),
-        "low_hz": short(freq[low]),
-        "low_g": short(amplitude[low]),
-        "band_hz": short(band_hz),
-        "band_g": short(band_g),
-        "line": [float(line[0]), float(line[1])],
-        "free": [float(free[0]), float(free[1])],
-    }
+        "rate": rate, "history": short(ay[start : start + round(span * rate) + 1]), "low_hz": short(freq[low]),
+        "low_g": short(amplitude[low]), "band_hz": short(band_hz), "band_g": short(band_g),
+        "line": [float(line[0]), float(line[1])], "free": [float(free[0]), float(free[1])],
+    }  # fmt: skip
 
 
 def signals(recording: Recording, record: SensorRecord | None) -> dict:
@@ -77,15 +72,12 @@ def passage_data(recording: Recording) -> dict:
 
 
 def ring_study(metrics: pd.DataFrame) -> dict | None:
-    """Shares, forces and phases of the ring study by radius and speed, and their standard errors; None without such a
-    run.
-    """
+    """Shares, forces and phases of the ring study by radius and speed, with their errors; None without such a run."""
     study = metrics[metrics["run"].astype(str).str.startswith("ring/")]
     if study.empty:
         return None
-    radii = [float(r) for r in sorted(study["ring_radius_m"].dropna().unique())]
-    if study["ring_radius_m"].isna().any():
-        radii = [None, *radii]
+    none = [None] if study["ring_radius_m"].isna().any() else []
+    radii = none + [float(r) for r in sorted(study["ring_radius_m"].dropna().unique())]
     speeds = [float(s) for s in sorted(study["rpm"].unique())]
     shown, nothing = [column for column in RING_COLUMNS if column in study], [[None] * len(radii)] * len(speeds)
     cells = {
@@ -117,21 +109,13 @@ def rig_geometry(rig: Rig) -> dict:
     """Lengths and outlines that the moving picture is drawn from, m."""
     groove = rig.groove_profile
     return {
-        "link": rig.chain.link_length,
-        "connector": rig.connector_length,
-        "thickness": rig.chain.link_thickness,
-        "arc": rig.chain.connector_radius,
-        "teeth": rig.sprocket.teeth,
-        "sensor": [rig.sensor.pitch, rig.sensor.x, rig.sensor.y],
-        "sprocket": [rig.sprocket.x, rig.sprocket.y],
-        "addendum": groove.addendum,
-        "areas": [groove.arc(area, 8).tolist() for area in range(1, 11)],
-        "centre": groove.centre.tolist(),
-        "radius": groove.radius.tolist(),
-        "convex": [int(c) for c in groove.convex],
-        "force_bar": FORCE_BAR,
-        "force_most": FORCE_MOST * FORCE_BAR,
-    }
+        "link": rig.chain.link_length, "connector": rig.connector_length, "thickness": rig.chain.link_thickness,
+        "arc": rig.chain.connector_radius, "teeth": rig.sprocket.teeth,
+        "sensor": [rig.sensor.pitch, rig.sensor.x, rig.sensor.y], "sprocket": [rig.sprocket.x, rig.sprocket.y],
+        "addendum": groove.addendum, "areas": [groove.arc(area, 8).tolist() for area in range(1, 11)],
+        "centre": groove.centre.tolist(), "radius": groove.radius.tolist(), "convex": [int(c) for c in groove.convex],
+        "force_bar": FORCE_BAR, "force_most": FORCE_MOST * FORCE_BAR,
+    }  # fmt: skip
 
 
 def moving_picture(recording: Recording) -> dict:
@@ -142,19 +126,13 @@ def moving_picture(recording: Recording) -> dict:
     samples = np.clip(np.rint(recording.frame_time * recording.rate).astype(int) - 1, 0, len(recording.time) - 1)
     shift = recording.meta["layout"]["tensioner_shift_m"]
     return {
-        "rpm": scene["motor_rpm"],
-        "radius": scene["ring_radius"],
-        "ring": radius_words(scene["ring_radius"]),
-        "frames": len(recording.frame),
-        "interval": scene["frame_interval"],
-        "bodies": recording.frame.shape[1] - 3,
-        "wheels": wheel_circles(rig, shift, surface=True)[1:].tolist(),
-        "unit": CONFIGURATION,
-        **differences(recording.frame),
-        "force": np.rint(recording.force[samples]).astype(int).ravel().tolist(),
+        "rpm": scene["motor_rpm"], "radius": scene["ring_radius"], "ring": radius_words(scene["ring_radius"]),
+        "frames": len(recording.frame), "interval": scene["frame_interval"], "bodies": recording.frame.shape[1] - 3,
+        "wheels": wheel_circles(rig, shift, surface=True)[1:].tolist(), "unit": CONFIGURATION,
+        **differences(recording.frame), "force": np.rint(recording.force[samples]).astype(int).ravel().tolist(),
         "area": recording.area[samples].astype(int).ravel().tolist(),
         "groove": recording.groove[samples].astype(int).ravel().tolist(),
-    }
+    }  # fmt: skip
 
 
 def csv_rows(path: Path) -> list[dict] | None:

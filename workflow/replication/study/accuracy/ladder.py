@@ -34,19 +34,6 @@ def measure_setting(
 ) -> pd.DataFrame:
     """Statistics of one setting for every speed and ring, the whole loop as the sensor.
 
-    Parameters
-    ----------
-    rig : Rig
-        Parameters.
-    setting : str
-        Of ``SETTINGS``.
-    speeds : list of float
-        Motor speeds, rev/min.
-    radii : list of float or None
-        Ring radii, m; None: no ring.
-    rule : StopRule
-        When a record ends.
-
     Returns
     -------
     DataFrame
@@ -107,15 +94,8 @@ def compare_rungs(found: pd.DataFrame) -> pd.DataFrame:
             difference = 100 * (value - expected) / expected
         rows.append(
             [
-                row["scene"],
-                row["setting"],
-                REFERENCE,
-                row["measure"],
-                value,
-                expected,
-                difference,
-                row["wall_s_per_s"],
-                row["note"],
+                row["scene"], row["setting"], REFERENCE, row["measure"], value, expected, difference,
+                row["wall_s_per_s"], row["note"],
             ]
-        )
+        )  # fmt: skip
     return pd.DataFrame(rows, columns=COLUMNS)

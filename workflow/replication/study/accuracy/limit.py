@@ -18,38 +18,20 @@ SURE = 2.0  # standard errors: the 95 % of a normal distribution
 
 
 class Limit(NamedTuple):
-    """A limit.
+    """A limit."""
 
-    Attributes
-    ----------
-    value, error : float
-        The limit and its standard error, all in all.
-    doubt : float
-        The part of the error that is convergence, not scatter.
-    values : (m,) array
-        What the limit is the mean of, passage by passage.
-    """
-
-    value: float
-    error: float
-    doubt: float
-    values: np.ndarray
+    value: float  # the limit
+    error: float  # its standard error, all in all
+    doubt: float  # the part of the error that is convergence, not scatter
+    values: np.ndarray  # (m,) what the limit is the mean of, passage by passage
 
 
 def limit_of(runs: Mapping[float, Series], order: int = 1) -> Limit:
     """The limit of a measure that converges with a power of the step.
 
     From the two finest steps (Richardson extrapolation: Roache, Journal of Fluids Engineering 116, 1994, 405-413). Its
-    error joins the scatter of passages of this combination of both runs, and how far the next coarser
-    pair of steps would extrapolate to, without which convergence is taken on trust; of two steps alone, the whole
-    extrapolation.
-
-    Parameters
-    ----------
-    runs : mapping of float to Series
-        Of two steps (s) or more.
-    order : int
-        Of the method.
+    error joins the scatter of passages of this combination of both runs, and how far the next coarser pair of steps
+    would extrapolate to, without which convergence is taken on trust; of two steps alone, the whole extrapolation.
     """
     steps = sorted(runs)
     values = _extrapolated(runs, *steps[:2], order)
@@ -66,9 +48,8 @@ def _extrapolated(runs: Mapping[float, Series], fine: float, coarse: float, orde
 
 
 def _paired(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two series of the same passages: runs that start alike scatter alike, and their difference scatters less (common
-    random numbers: Law, Simulation Modeling and Analysis, 5th edition, 2015, ch. 11.2). Where one has passages that
-    the other lacks, these are left out at the beginning."""
+    """Two series of the same passages, the last ones: runs that start alike scatter alike, and their difference less
+    (common random numbers: Law, Simulation Modeling and Analysis, 5th edition, 2015, ch. 11.2)."""
     count = min(len(one), len(other))
     return one[len(one) - count :], other[len(other) - count :]
 
@@ -81,11 +62,6 @@ def difference(found: Series, limit: Limit) -> tuple[float, float]:
 
 def presets_beside_limits(rows: pd.DataFrame, limits: pd.DataFrame) -> pd.DataFrame:
     """Difference of every preset from the limit, with its standard error.
-
-    Parameters
-    ----------
-    rows, limits : DataFrame
-        Of `trade.statistic_trade`.
 
     Returns
     -------
@@ -102,19 +78,15 @@ def presets_beside_limits(rows: pd.DataFrame, limits: pd.DataFrame) -> pd.DataFr
         for name in PRESETS:
             fields = preset(name, not row["scene"].startswith("no ring"))
             here = full[(full["scene"] == row["scene"]) & (full["measure"] == row["measure"])]
-            here = here[
-                (here["integrator"] == fields["integrator"]) & np.isclose(here["step_s"], fields["step"], rtol=1e-9)
-            ]
-            line |= {f"{name}_pct": np.nan, f"{name}_error_pct": np.nan}
+            same_step = np.isclose(here["step_s"], fields["step"], rtol=1e-9)
+            here = here[(here["integrator"] == fields["integrator"]) & same_step]
+            off, error = np.nan, np.nan
             if len(here):
                 run = here.iloc[0]
-                line |= {
-                    f"{name}_pct": (run["value"] - row["limit"]) / scale,
-                    f"{name}_error_pct": 100 * run["uncertainty"],
-                }
-        line["standard_within_bound"] = _verdict(
-            abs(line["standard_pct"]), SURE * line["standard_error_pct"], 100 * BOUND
-        )
+                off, error = (run["value"] - row["limit"]) / scale, 100 * run["uncertainty"]
+            line |= {f"{name}_pct": off, f"{name}_error_pct": error}
+        margin = SURE * line["standard_error_pct"]
+        line["standard_within_bound"] = _verdict(abs(line["standard_pct"]), margin, 100 * BOUND)
         found.append(line)
     return pd.DataFrame(found)
 

@@ -21,9 +21,8 @@ MEASURES = RELATIVE + SHARES + ABSOLUTE
 
 def study_scene(rig, rpm: float, ring: float | None, turns: int, **fields) -> Scene:
     """A record of whole revolutions of the loop after four seconds of running."""
-    return Scene(
-        rig, rpm, ring, duration=whole_samples(rig, turns * rig.loop_period(rpm) + 0.01), lead_in=LEAD_IN, **fields
-    )
+    duration = whole_samples(rig, turns * rig.loop_period(rpm) + 0.01)
+    return Scene(rig, rpm, ring, duration=duration, lead_in=LEAD_IN, **fields)
 
 
 def whole_samples(rig, seconds: float) -> float:

@@ -33,23 +33,9 @@ from trackdyn.simulation.simulate import simulate
 # error: against the limit; uncertainty: its standard error; scatter: standard error that one passage would leave, all
 # three relative, in turns of the sprocket for shares; unused: passages of the record that give no value
 COLUMNS = [
-    "scene",
-    "fidelity",
-    "integrator",
-    "step_s",
-    "start_cpu_s",
-    "cpu_s_per_s",
-    "record_s",
-    "passage_s",
-    "measure",
-    "value",
-    "value_error",
-    "error",
-    "uncertainty",
-    "scatter",
-    "unused",
-    "failed",
-]
+    "scene", "fidelity", "integrator", "step_s", "start_cpu_s", "cpu_s_per_s", "record_s", "passage_s", "measure",
+    "value", "value_error", "error", "uncertainty", "scatter", "unused", "failed",
+]  # fmt: skip
 AGREEMENT = ["scene", "measure", "difference", "uncertainty"]
 # fidelity -> fields; the first is the physics that errors of the others are taken against
 FIDELITIES: dict[str, dict[str, Any]] = {
@@ -103,9 +89,8 @@ def run_answer(scene: Scene) -> AnswerCost:
         begin = process_time()
         scene = scene.with_(duration=whole_samples(scene.rig, BELT_TURNS / scene.loop_frequency))
         found = statistics_of(simulate(scene))
-        kept = {
-            name: Series(np.array([found[name]]), np.array([0])) for name in ("rms", "sd", "line", "high_frequency")
-        }
+        names = ("rms", "sd", "line", "high_frequency")
+        kept = {name: Series(np.array([found[name]]), np.array([0])) for name in names}
         return AnswerCost(kept, process_time() - begin, 0.0)
     recording, *spent = timed_run(scene)
     return AnswerCost(answers_of(recording), *spent)
@@ -153,9 +138,8 @@ def statistic_trade(
         for fidelity, case in cases:
             point = (fidelity, case.get("integrator", "none"), case.get("step", np.nan))
             try:
-                if (
-                    kind := (*point[:2], ring is None)
-                ) not in compiled:  # kernels are compiled before anything is timed
+                kind = (*point[:2], ring is None)
+                if kind not in compiled:  # kernels are compiled before anything is timed
                     simulate(base.with_(**case, duration=0.01, lead_in=0.0, ramp=0.01))
                     compiled.add(kind)
                 runs[point] = run_answer(base.with_(**case))
@@ -163,11 +147,7 @@ def statistic_trade(
                 runs[point] = None
             print(f"{name}, {', '.join(map(str, point))} s", flush=True)
         fine, second = (
-            {
-                step: run
-                for (physics, method, step), run in runs.items()
-                if (physics, method) == (FULL_PHYSICS, which) and run
-            }
+            {point[2]: run for point, run in runs.items() if point[:2] == (FULL_PHYSICS, which) and run}
             for which in (EXTRAPOLATED, SECOND)
         )
         if len(fine) < 2:
@@ -185,11 +165,8 @@ def statistic_trade(
                     off, noise = difference(second[min(second)].found[measure], limit)
                     scale = scale_of(measure, limit.value)
                     agreement.append([name, measure, abs(off) / scale, noise / scale])
-    return (
-        pd.DataFrame(rows, columns=COLUMNS),
-        pd.DataFrame(agreement, columns=AGREEMENT),
-        pd.DataFrame(limits, columns=LIMITS),
-    )
+    tables = ((rows, COLUMNS), (agreement, AGREEMENT), (limits, LIMITS))
+    return tuple(pd.DataFrame(table, columns=columns) for table, columns in tables)
 
 
 def _rows_of(point: list, run: AnswerCost | None, limits: dict[str, Limit], seconds: float, span: float) -> list[list]:
@@ -198,11 +175,8 @@ def _rows_of(point: list, run: AnswerCost | None, limits: dict[str, Limit], seco
         return [[*point, *[np.nan] * 4, "all", *[np.nan] * 6, True]]
     rows = []
     for measure, found in run.found.items():
-        if (
-            measure not in limits
-            or not len(found.values)
-            or not np.isfinite(scale := scale_of(measure, limits[measure].value))
-        ):
+        scale = scale_of(measure, limits[measure].value) if measure in limits else np.nan
+        if not len(found.values) or not np.isfinite(scale):
             continue
         value, error, _ = found.estimate()
         off, noise = difference(found, limits[measure])

@@ -1,6 +1,7 @@
 """Extremes of parameters, speeds, steps and initial states: a generator of rows for each family."""
 
 from collections.abc import Iterator
+from itertools import product
 from math import ceil
 
 import numpy as np
@@ -25,6 +26,7 @@ MOMENTUM = 10.0
 STEEL_AND_TOOTH = ("steel__youngs_modulus", "tooth_contact__youngs_modulus")
 SURFACES = ("tooth_contact", "ring_contact", "wheel_contact")
 STATES = "initial state"
+IMPLICIT = ("linearly implicit", {"integrator": "linearly_implicit"})
 
 
 def step_limit(rig: Rig, rpm: float = 210.0, **fields) -> float:
@@ -61,16 +63,16 @@ def run_on(loop: Loop, seconds: float) -> dict:
     return {"loop_gap_max_m": gap, "energy_residual": share, "turn": turn, "reason": gap_missed(gap, gap_bound(turn))}
 
 
+def lighter(rig: Rig, ratio: float) -> dict[str, float]:
+    """Changes of a rig that make its links so many times as heavy as its connectors."""
+    return {f"chain__connector_{what}": getattr(rig.chain, f"link_{what}") / ratio for what in ("mass", "inertia")}
+
+
 def mass_ratio(rig: Rig, ratios: list[float]) -> Iterator[dict]:
     """A link from as heavy as a connector to a million times heavier; a massless connector."""
     for ratio in ratios:
-        changes = {"chain__connector_mass": rig.chain.link_mass / ratio}
-        changes |= {"chain__connector_inertia": rig.chain.link_inertia / ratio}
-        for name, fields in (
-            ("step 1e-4 s", {}),
-            ("step 1e-5 s", {"step": 1e-5}),
-            ("linearly implicit", {"integrator": "linearly_implicit"}),
-        ):
+        changes = lighter(rig, ratio)
+        for name, fields in (("step 1e-4 s", {}), ("step 1e-5 s", {"step": 1e-5}), IMPLICIT):
             yield run_scene("mass ratio", f"link to connector {ratio:g}, {name}", rig, changes=changes, **fields)
     for value in (0.0, -1.0, 5e-324):
         yield run_scene("mass ratio", f"connector of {value:g} kg", rig, changes={"chain__connector_mass": value})
@@ -86,7 +88,7 @@ def stiffness(rig: Rig, moduli: list[float]) -> Iterator[dict]:
             for name, fields in (
                 ("largest step", {"step": accepted_step(rig, limit, 1e-3)}),
                 ("next step", {"step": larger if larger > limit else 2e-3}),
-                ("linearly implicit", {"integrator": "linearly_implicit"}),
+                IMPLICIT,
             ):
                 case = f"E = {modulus:g} Pa, {'no ring' if ring is None else 'ring'}, {name}"
                 yield run_scene("stiffness", case, rig, changes=changes, ring_radius=ring, **fields)
@@ -127,13 +129,11 @@ def restitution(
     rig: Rig, nominal=(0.01, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0)
 ) -> Iterator[dict]:
     """What an impact gives back against what it should, for both normal laws; the same in a running loop."""
-    for law in ("printed", "delivered"):
-        for value in nominal:
-            yield attempted("restitution", f"one impact, {law}, {value:g}", _impact, rig, law, value)
-    for law in ("printed", "delivered", "elastic"):
-        for value in (0.0, 5e-324, 1e-300, 0.01, 0.1, 0.5, 1.0, 1.01):
-            changes = {f"{name}__restitution": value for name in SURFACES}
-            yield run_scene("restitution", f"loop, {law}, {value:g}", rig, changes=changes, normal_law=law)
+    for law, value in product(("printed", "delivered"), nominal):
+        yield attempted("restitution", f"one impact, {law}, {value:g}", _impact, rig, law, value)
+    for law, value in product(("printed", "delivered", "elastic"), (0.0, 5e-324, 1e-300, 0.01, 0.1, 0.5, 1.0, 1.01)):
+        changes = {f"{name}__restitution": value for name in SURFACES}
+        yield run_scene("restitution", f"loop, {law}, {value:g}", rig, changes=changes, normal_law=law)
 
 
 def friction(rig: Rig, coefficients: list[float], velocities: list[float]) -> Iterator[dict]:
@@ -142,7 +142,7 @@ def friction(rig: Rig, coefficients: list[float], velocities: list[float]) -> It
         for velocity in velocities:
             changes = {f"{name}__{field}": mu for name in SURFACES for field in ("friction_static", "friction_dynamic")}
             changes |= {f"{name}__transition_velocity": velocity for name in SURFACES}
-            for name, fields in (("step 1e-4 s", {}), ("linearly implicit", {"integrator": "linearly_implicit"})):
+            for name, fields in (("step 1e-4 s", {}), IMPLICIT):
                 case = f"mu {mu:g}, v_t {velocity:g} m/s, {name}"
                 yield run_scene("friction", case, rig, changes=changes, **fields)
     for mu in (-0.1, 2.1):
@@ -152,11 +152,10 @@ def friction(rig: Rig, coefficients: list[float], velocities: list[float]) -> It
 
 def bushing(rig: Rig, dampings: list[float], integrators: list[str]) -> Iterator[dict]:
     """Viscous bushings without damping to such as never turn; critical damping is of the order of 2 N m s/rad."""
-    for damping in dampings:
-        for integrator in integrators:
-            case = f"damping {damping:g} N m s/rad, {integrator}"
-            fields = {"integrator": integrator, "bushing_law": "viscous"}
-            yield run_scene("bushing", case, rig, changes={"bushing__damping": damping}, **fields)
+    for damping, integrator in product(dampings, integrators):
+        case = f"damping {damping:g} N m s/rad, {integrator}"
+        fields = {"integrator": integrator, "bushing_law": "viscous"}
+        yield run_scene("bushing", case, rig, changes={"bushing__damping": damping}, **fields)
 
 
 def speed(rig: Rig, speeds: list[float]) -> Iterator[dict]:
@@ -220,9 +219,8 @@ def _started(rig: Rig, radius: float | None, tension: str) -> dict:
 
 def states(rig: Rig, depths: list[float]) -> Iterator[dict]:
     """Loops let go from where no run would start: deep in a tooth or a ring, on a tip, at almost no speed."""
-    for name, wheel in (("sprocket", SPROCKET), ("idler", 1)):
-        for depth in depths:
-            yield attempted(STATES, f"{name} pushed {1e3 * depth:g} mm into the chain", _pushed, rig, wheel, depth)
+    for (name, wheel), depth in product((("sprocket", SPROCKET), ("idler", 1)), depths):
+        yield attempted(STATES, f"{name} pushed {1e3 * depth:g} mm into the chain", _pushed, rig, wheel, depth)
     for share in (0.05, 0.25, 0.5):
         yield attempted(STATES, f"sprocket turned by {share:g} of a pitch under the chain", _turned, rig, share)
     yield attempted(STATES, "an arc exactly at a tooth tip", _on_tip, rig)
@@ -315,14 +313,11 @@ def _mirrored(tooth) -> dict:
 def momentum(rig: Rig, pitches=(3, 5, 35, 200)) -> Iterator[dict]:
     """A free loop without gravity: linear and angular momentum stay, to the order of the step.
 
-    Both are those of the bodies after a step; a first-order step moves the bodies before it counts them,
-    so that they swing by a turn a step and do not drift.
+    A first-order step moves the bodies before it counts them, so that both swing by a turn a step and do not drift.
     """
-    for count in pitches:
-        for damping in (0.0, 12.4):
-            yield attempted(
-                "momentum", f"free loop of {count} pitches, damping {damping:g}", _free, rig, count, damping
-            )
+    for count, damping in product(pitches, (0.0, 12.4)):
+        case = f"free loop of {count} pitches, damping {damping:g}"
+        yield attempted("momentum", case, _free, rig, count, damping)
 
 
 def _free(rig: Rig, count: int, damping: float) -> dict:

@@ -1,11 +1,9 @@
 """Extremes: every case completes with its invariants in bounds, or is refused in one sentence.
 
-A case is a row ``family, case, outcome, reason, loop_gap_max_m, energy_residual, measure, value,
-expected, bound, group, at``. The outcome is ``completed`` (all invariants in bounds), ``refused`` (an
-`InputError` when the scene is built or a `DivergenceError` while it runs, each one sentence), ``marked``
-(completed, and says itself that it is not resolved) or ``defect``: everything else, with the cause in
-``reason``. Where a family measures something, ``measure``
-names it, ``value`` and ``expected`` are what was found and predicted, ``group`` and ``at`` say on which
+A case is a row of `COLUMNS`. The outcome is ``completed`` (all invariants in bounds), ``refused`` (an `InputError` when
+the scene is built or a `DivergenceError` while it runs, each one sentence), ``marked`` (completed, and says itself that
+it is not resolved) or ``defect``: everything else, with the cause in ``reason``. Where a family measures something,
+``measure`` names it, ``value`` and ``expected`` are what was found and predicted, ``group`` and ``at`` say on which
 curve and where on its axis the row stands.
 """
 
@@ -33,10 +31,10 @@ COLUMNS = (
 
 # The bounds, fixed before the runs.
 #
-# Closure error of a rigid cut: the largest gap that the paper prints, at turns of a body of up to 1e-3 rad a
-# step. The closure is projected by one Newton step, which leaves a body's length (0.1 m) times the third
-# power of the turn; 1.1e-10 m is that at 1e-3 rad, and larger turns are allowed what follows from twice
-# the turn seen: within a tenth of a millisecond it may have been larger.
+# Closure error of a rigid cut: the largest gap that the paper prints, at turns of a body of up to 1e-3 rad a step. The
+# closure is projected by one Newton step, which leaves a body's length (0.1 m) times the third power of the turn;
+# 1.1e-10 m is that at 1e-3 rad, and larger turns are allowed what follows from twice the turn seen: within a tenth of a
+# millisecond it may have been larger.
 GAP = 1.1e-10
 TURN = 1e-3
 # Energy residual and dissipations: the promise of the time loop (`trackdyn.simulation.account`), 2 % of the

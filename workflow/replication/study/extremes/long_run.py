@@ -34,12 +34,7 @@ def resident_mb() -> float:
 def run_long(rig: Rig, seconds: float, turns: int, rpm: float = 210.0) -> pd.DataFrame:
     """A row a chunk: time, largest gap, energy residual, RMS of the sensor's y acceleration (Eq. 40, g) and memory.
 
-    Parameters
-    ----------
-    seconds : float
-        Simulated time, s.
-    turns : int
-        Revolutions of the loop in a chunk: statistics of whole revolutions can be compared.
+    A chunk is of so many turns of the loop: statistics of whole revolutions can be compared.
     """
     scene = Scene(rig, rpm, duration=1.0, step=1e-4, spells=False)
     loop, rate = Loop(scene), rig.sensor.rate
@@ -50,15 +45,10 @@ def run_long(rig: Rig, seconds: float, turns: int, rpm: float = 210.0) -> pd.Dat
     for _ in range(round(seconds / chunk)):
         loop.fill(record)
         ay = specific_force(record.mean[:, :2], record.mean[:, 2], rig.gravity)[:, 1] / (rig.gravity or 9.81)
-        rows.append(
-            {
-                "time_s": loop.time,
-                "loop_gap_max_m": float(record.gap.max()),
-                "energy_residual": open_share(record.energy, loop.model, chunk)[0],
-                "rms_g": rms(np.clip(ay, -rig.sensor.range, rig.sensor.range)),
-                "resident_mb": resident_mb(),
-            }
-        )
+        row = {"time_s": loop.time, "loop_gap_max_m": float(record.gap.max())}
+        row |= {"energy_residual": open_share(record.energy, loop.model, chunk)[0]}
+        row |= {"rms_g": rms(np.clip(ay, -rig.sensor.range, rig.sensor.range)), "resident_mb": resident_mb()}
+        rows.append(row)
     return pd.DataFrame(rows)
 
 

@@ -66,13 +66,10 @@ def _strategy():
     }
     for name in surfaces:
         values |= {
-            f"{name}__youngs_modulus": power(5, 12.3),
-            f"{name}__restitution": between(0.0, 1.05),
-            f"{name}__friction_static": between(0.0, 2.1),
-            f"{name}__friction_dynamic": between(0.0, 0.3),
-            f"{name}__transition_velocity": power(-4, 0.3),
-            f"{name}__contact_length": power(-3, 0),
-        }
+            f"{name}__youngs_modulus": power(5, 12.3), f"{name}__restitution": between(0.0, 1.05),
+            f"{name}__friction_static": between(0.0, 2.1), f"{name}__friction_dynamic": between(0.0, 0.3),
+            f"{name}__transition_velocity": power(-4, 0.3), f"{name}__contact_length": power(-3, 0),
+        }  # fmt: skip
     pairs = st.one_of([st.tuples(st.just(name), value) for name, value in values.items()])
     step = st.sampled_from([1e-4] * 6 + [5e-5] * 4 + [2e-5] * 2 + [2e-4, 5e-4, 1e-3, 3e-5])
     ring = st.one_of(st.none(), st.sampled_from([0.303, 0.308, 0.313]), between(0.29, 0.33), between(0.27, 0.35))
@@ -145,11 +142,7 @@ def random_scenes(
 
     @seeded(seed)
     @settings(
-        max_examples=count,
-        database=None,
-        deadline=None,
-        phases=[Phase.generate],
-        suppress_health_check=list(HealthCheck),
+        max_examples=count, database=None, deadline=None, phases=[Phase.generate], suppress_health_check=[*HealthCheck]
     )
     @given(strategy)
     def draw(drawn):

@@ -22,22 +22,13 @@ _SCALINGS = 4
 
 
 class Accelerations(NamedTuple):
-    """Accelerations and joint forces of a chain of ``n`` bodies (inertial frame, SI units).
+    """Accelerations and joint forces of a chain of ``n`` bodies (inertial frame, SI units)."""
 
-    Attributes
-    ----------
-    pin_ax, pin_ay : float
-        Acceleration of the input pin of body 0, m/s2.
-    alpha : (n,) array
-        Angular accelerations, rad/s2.
-    pin_force : (n_joints, 2) array
-        Force on the outboard body ``j + 1`` at joint ``j``, N; a closing joint is the last one and
-        its outboard body is body 0.
-    """
-
-    pin_ax: float
+    pin_ax: float  # acceleration of the input pin of body 0, m/s2
     pin_ay: float
-    alpha: np.ndarray
+    alpha: np.ndarray  # (n,) angular accelerations, rad/s2
+    # (n_joints, 2) force on the outboard body ``j + 1`` at joint ``j``, N; a closing joint is the last one and its
+    # outboard body is body 0
     pin_force: np.ndarray
 
 
@@ -92,10 +83,8 @@ def reference_accelerations(
     given = [np.asarray(v, dtype=np.longdouble) for v in (angle, rate, force_x, force_y, moment)]
     if any(v.shape != (n,) for v in given):
         shapes = ", ".join(str(v.shape) for v in given)
-        raise InputError(
-            f"angle, rate, force_x, force_y and moment have the shapes {shapes}: give each one value "
-            f"for every one of the {n} bodies of the chain."
-        )
+        problem = f"angle, rate, force_x, force_y and moment have the shapes {shapes}"
+        raise InputError(f"{problem}: give each one value for every one of the {n} bodies of the chain.")
     if closed and n < 3:
         raise InputError(f"a closed chain of {n} bodies cannot move: give at least 3 bodies or an open chain.")
     angle, rate, force_x, force_y, moment = given
@@ -104,11 +93,7 @@ def reference_accelerations(
     inboard = np.arange(n if closed else n - 1)
     outboard = (inboard + 1) % n
 
-    mass_matrix = np.zeros((3 * n, 3 * n), dtype=np.longdouble)
-    bodies = np.arange(n)
-    mass_matrix[3 * bodies, 3 * bodies] = chain.mass
-    mass_matrix[3 * bodies + 1, 3 * bodies + 1] = chain.mass
-    mass_matrix[3 * bodies + 2, 3 * bodies + 2] = chain.inertia
+    mass_matrix = np.diag(np.stack([chain.mass, chain.mass, chain.inertia], axis=1).ravel().astype(np.longdouble))
     load = np.stack([force_x, force_y - np.asarray(chain.mass) * chain.gravity, moment], axis=1).ravel()
 
     jacobian = np.zeros((2 * len(inboard), 3 * n), dtype=np.longdouble)
@@ -122,24 +107,19 @@ def reference_accelerations(
 
         phi = angle[o] - angle[i] + (2.0 * np.pi * turns if o < i else 0.0)
         torque = -chain.stiffness * (phi - chain.free_angle) - chain.damping * (rate[o] - rate[i])
-        load[3 * o + 2] += torque
-        load[3 * i + 2] -= torque
-        mass_matrix[3 * o + 2, 3 * o + 2] += implicit_damping
-        mass_matrix[3 * i + 2, 3 * i + 2] += implicit_damping
-        mass_matrix[3 * o + 2, 3 * i + 2] -= implicit_damping
-        mass_matrix[3 * i + 2, 3 * o + 2] -= implicit_damping
+        turn_o, turn_i = 3 * o + 2, 3 * i + 2
+        load[turn_o] += torque
+        load[turn_i] -= torque
+        mass_matrix[[turn_o, turn_i], [turn_o, turn_i]] += implicit_damping
+        mass_matrix[[turn_o, turn_i], [turn_i, turn_o]] -= implicit_damping
 
     zero = np.zeros((len(gamma), len(gamma)), dtype=np.longdouble)
     solution = _solve_symmetric(np.block([[mass_matrix, jacobian.T], [jacobian, zero]]), np.concatenate([load, gamma]))
 
     motion = solution[: 3 * n].reshape(n, 3)
     pin = _pin_jacobian(to_input[0]) @ motion[0] - rate[0] ** 2 * to_input[0]
-    return Accelerations(
-        pin_ax=float(pin[0]),
-        pin_ay=float(pin[1]),
-        alpha=motion[:, 2].astype(float),
-        pin_force=-solution[3 * n :].reshape(-1, 2).astype(float),
-    )
+    force = -solution[3 * n :].reshape(-1, 2).astype(float)
+    return Accelerations(float(pin[0]), float(pin[1]), motion[:, 2].astype(float), force)
 
 
 def _pin_arms(chain, angle):

@@ -70,10 +70,11 @@ def drawn(number: int, seed: int = SEED) -> tuple[str, Rig, dict]:
         case += f", {section}.{field} times {times:.3g}"
     seconds, part = round(between(*SECONDS), 2), between(*PARTS)
     laws = {
-        "drag": str(rng.choice(["viscous", "rolling"]))
-        if any(w.rolling_arm for w in rig.rollers.values())
-        else "viscous",
-        "bushing_law": str(rng.choice(["viscous", "hysteretic"])) if rig.bushing.loss_factor else "viscous",
+        name: str(rng.choice(["viscous", other])) if possible else "viscous"
+        for name, other, possible in (
+            ("drag", "rolling", any(wheel.rolling_arm for wheel in rig.rollers.values())),
+            ("bushing_law", "hysteretic", rig.bushing.loss_factor),
+        )
     }
     case += "".join(f", {law}" for law in laws.values() if law != "viscous")
     return f"{kind}: {case}", rig, {"rpm": rpm, "ring_radius": ring, "seconds": seconds, "part": part, "laws": laws}
@@ -133,11 +134,6 @@ def short_runs(count: int, seed: int = SEED, part: int = 0, parts: int = 1) -> I
 
 def by_kind(rows: pd.DataFrame) -> pd.DataFrame:
     """What became of short runs, a line a kind of scene and one for all.
-
-    Parameters
-    ----------
-    rows : DataFrame
-        Rows of `run_random_scene`; those of other families are left out.
 
     Returns
     -------

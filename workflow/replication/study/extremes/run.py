@@ -46,12 +46,8 @@ def gathered(rig: Rig, form: ExtremesForm, tables: Mapping[str, pd.DataFrame]) -
     others = (tables[part] for part in parts_of(form) if part != LONG_RUN)
     rows = pd.concat([as_table(long_run(chunks)), *others], ignore_index=True)
     failed = rows[(rows["family"] == "random scenes") & (rows["outcome"] == DEFECT)]["case"]
-    seeds = {
-        "seed": SEED,
-        "scenes": form.random_scenes,
-        "hypothesis": _version("hypothesis"),
-        "failures": [smallest(rig, json.loads(case)) for case in failed],
-    }
+    seeds = {"seed": SEED, "scenes": form.random_scenes, "hypothesis": _version("hypothesis")}
+    seeds |= {"failures": [smallest(rig, json.loads(case)) for case in failed]}
     return Extremes(rows, chunks, seeds)
 
 

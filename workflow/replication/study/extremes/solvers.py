@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from replication.study.extremes import reference
+from replication.study.extremes.cases import lighter
 from replication.study.extremes.judge import REFUSED, attempted, below, within_bounds
 from trackdyn.chain import multipliers, riccati, transfer_matrices
 from trackdyn.errors import InputError
@@ -129,13 +130,12 @@ def newton_euler_residual(chain: Chain, pose: Pose, alpha, base) -> float:
     a, b, c = (normal[0] ** 2).sum(), (normal[0] * normal[1]).sum(), (normal[1] ** 2).sum()
     right = -normal @ spin
     cut = np.array([c * right[0] - b * right[1], a * right[1] - b * right[0]]) / (a * c - b * b)
-    euler = np.abs(spin + cut @ normal).max() / max(
-        np.abs(moment).max(),
-        np.abs(chain.inertia * alpha).max(),
-        np.abs(cross(side, through[:, 1:] + cut[:, None])).max(),
-    )
-    newton = np.abs(through[:, -1]).max() / max(np.abs(force).max(), np.abs(inertial).max())
-    closure = np.abs(pins[:, -1] - pins[:, 0]).max() / max(np.abs(pins).max(), np.abs(swing(side)).max())
+
+    def share(left, *terms):
+        return np.abs(left).max() / max(np.abs(term).max() for term in terms)
+
+    euler = share(spin + cut @ normal, moment, chain.inertia * alpha, cross(side, through[:, 1:] + cut[:, None]))
+    newton, closure = share(through[:, -1], force, inertial), share(pins[:, -1] - pins[:, 0], pins, swing(side))
     return float(max(euler, newton, closure))
 
 
@@ -192,9 +192,8 @@ def _product(rig: Rig, chain: Chain, kind: str, marks: dict) -> dict:
     error = solver_error("transfer_product", chain)
     changes = {"chain__pitches": n // 2, "sensor__pitch": 1}
     if kind != "link and connector":
-        mass, inertia = chain.mass, chain.inertia
-        changes |= {"chain__link_inertia": inertia[0], "chain__connector_mass": mass[1]}
-        changes |= {"chain__connector_inertia": inertia[1]}
+        changes |= {"chain__link_inertia": chain.inertia[0], "chain__connector_mass": chain.mass[1]}
+        changes |= {"chain__connector_inertia": chain.inertia[1]}
     try:
         Scene(rig.changed(**changes), 100.0, loop="free", ring_radius=None, solver="transfer_product", spells=False)
     except InputError as refusal:
@@ -228,8 +227,6 @@ def light_connectors(rig: Rig, ratios=(1, 10, 1e2, 1e3, 1e4, 1e5, 1e6)) -> Itera
 
 
 def _light(rig: Rig, ratio: float) -> dict:
-    changes = {"chain__connector_mass": rig.chain.link_mass / ratio}
-    changes |= {"chain__connector_inertia": rig.chain.link_inertia / ratio}
-    chain = make_chain(rig.changed(**changes), KINDS[0], 70)
+    chain = make_chain(rig.changed(**lighter(rig, ratio)), KINDS[0], 70)
     bound = max(LEAST_ERROR, EPS * ratio * len(chain.length))
     return below(solver_error("riccati", chain), bound, "error", group="riccati", at=ratio)

@@ -49,12 +49,8 @@ def stability_map(rig: Rig, moduli: list[float], steps_per_ms: list[float]) -> I
     steps = [1e-3 / count for count in steps_per_ms]
     for modulus in moduli:
         changed = rig.changed(**dict.fromkeys(STEEL_AND_TOOTH, modulus))
-        scene = Scene(
-            changed,
-            210.0,
-            step=2e-5,
-            **(FAST | {"ring_radius": None, "friction": "none", "normal_law": "elastic", "ramp": 0.05}),
-        )
+        bare = {"ring_radius": None, "friction": "none", "normal_law": "elastic", "ramp": 0.05}
+        scene = Scene(changed, 210.0, step=2e-5, **(FAST | bare))
         start = Loop(scene)
         limits = step_limits(start.model, rig.tension.pre_tension)
         limit = min(value for name, value in limits.items() if "stiffness" in name)
