@@ -136,7 +136,6 @@ def spectra_figure(pairs: Sequence[tuple[str, float, np.ndarray, np.ndarray]], s
     return figure
 
 
-@styled
 def _panels(ranks: pd.DataFrame, discrepancy: str, across: str, up: str) -> tuple[Figure, list[tuple]]:
     """A figure with a panel an unknown or size of a discrepancy, and each panel with its rows of ``ranks``."""
     parts = list(ranks[ranks["discrepancy"] == discrepancy].groupby("parameter", sort=False))
@@ -157,6 +156,7 @@ def _panels(ranks: pd.DataFrame, discrepancy: str, across: str, up: str) -> tupl
     return figure, [(ax, own) for ax, (_, own) in zip(axes.flat, parts, strict=False)]
 
 
+@styled
 def rank_figure(ranks: pd.DataFrame, discrepancy: str) -> Figure:
     """Truths by their ranks among the draws, with the band in which all bins lie at 95 % if ranks are uniform.
 
@@ -174,6 +174,7 @@ def rank_figure(ranks: pd.DataFrame, discrepancy: str) -> Figure:
     return figure
 
 
+@styled
 def calibration_figure(ranks: pd.DataFrame, discrepancy: str) -> Figure:
     """How often central intervals hold the truth, over their level, with what chance leaves open at 95 %.
 

@@ -21,7 +21,8 @@ LOOKS = {
 HEADS = {
     "predicted": "Predicted: open tests", "transfer": "Transfer: fitted at one speed, judged at the others",
     "follows": "Follows from the fit or from kinematics",
-    "fitted": "Fitted: targets, or a parameter was chosen by them", "": "Nothing to compare with",
+    "fitted": "Fitted: targets, or a parameter was chosen by them",
+    "implied": "Implied by our reading of the text", "": "Nothing to compare with",
 }  # fmt: skip
 LINE, GAP = 0.145, 0.09  # height of a line of text and space between two claims, inch
 SIZE = 8

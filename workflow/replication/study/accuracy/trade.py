@@ -124,11 +124,7 @@ def statistic_trade(
     cases = [
         (fidelity, physics | method)
         for fidelity, physics in FIDELITIES.items()
-        for method in (
-            [{}]
-            if fidelity == "belt"
-            else _each_step(requested.steps_s if fidelity == FULL_PHYSICS else requested.coarse_steps_s)
-        )
+        for method in _methods_of(fidelity, requested)
     ]
     for rpm, ring in requested.scenes:
         name = scene_name(rpm, ring)
