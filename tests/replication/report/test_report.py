@@ -1,6 +1,6 @@
 """Figures and tables from small made-up recordings: files, bytes, labels, numbers."""
 
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -10,10 +10,11 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
+from replication.paper.claims import ORIGINS
 from replication.report.figures.closure import closure_figure
 from replication.report.figures.loop import loop_figure
 from replication.report.figures.ring_study import duration_figure, force_figure, quiet_from
-from replication.report.figures.scorecard import LOOKS
+from replication.report.figures.scorecard import HEADS, LOOKS, scorecard_figure
 from replication.report.tables import table1, table3
 from trackdyn.errors import InputError
 from trackdyn.parameters.layout import assemble
@@ -253,6 +254,11 @@ def scorecard(rig="shipped"):
     return [
         {"rig": rig, "id": f"C{i:02d}", "part": "a", "claim": "A claim of 10 % " + "word " * 15, "printed": "1.102e-10",
          "measured": "", "unit": "%", "verdict": verdict, "counts_as": f"C{i:02d}",
-         "origin": "predicted" if i < 3 else "", "speeds": "115, 150"}
-        for i, verdict in enumerate(LOOKS)
+         "origin": origin, "speeds": "115, 150"}
+        for i, (origin, verdict) in enumerate(product((*ORIGINS, ""), LOOKS))
     ]  # fmt: skip
+
+
+def test_the_scorecard_has_a_block_for_every_origin():
+    shown = texts(scorecard_figure(pd.DataFrame(scorecard())))
+    assert all(head in shown for head in HEADS.values())
