@@ -51,8 +51,8 @@ def table(name, key="csv", place=""):
 
 
 # studies that this run makes: those that every run has, or all if the target `studies` asks for them
-ALL_STUDIES = workflow.dag_settings is not None and "studies" in workflow.dag_settings.targets
-IN_THIS_RUN = [name for name in STUDIES if ALL_STUDIES or name in CONFIG.short_studies]
+TARGETS = workflow.dag_settings.targets if workflow.dag_settings else []
+IN_THIS_RUN = [name for name in STUDIES if "studies" in TARGETS or name in CONFIG.short_studies]
 
 
 # A long study has two forms (config/studies.yaml): its short one lies in the folder `short` of the results and belongs to

@@ -9,7 +9,7 @@ import pandas as pd
 from replication.paper.claims import JUDGED, REPRODUCED, SHORT, headline
 from replication.report.figures.trade import answers
 from replication.report.tables import ladder_table
-from replication.study.extremes.resolved import verdict
+from replication.study.extremes.resolved import short_runs_verdict
 from trackdyn.errors import InputError
 from trackdyn.files import replacing, write_text
 
@@ -60,8 +60,8 @@ def claims_text(card: pd.DataFrame) -> str:
         failed, met = [], []
         for claim_id, parts in own[own["origin"] == origin].groupby("id", sort=False):
             lost = list(parts.loc[parts["verdict"] != REPRODUCED, "part"])
-            verdict = f"○ {len(lost)} of {len(parts)} parts fail" if lost else "● reproduced"
-            line = [claim_id, SHORT.get(claim_id, parts["claim"].iloc[0]), origin, verdict]
+            outcome = f"○ {len(lost)} of {len(parts)} parts fail" if lost else "● reproduced"
+            line = [claim_id, SHORT.get(claim_id, parts["claim"].iloc[0]), origin, outcome]
             (failed if lost else met).append(line)
         lines += failed + met
     for origin in ("follows", "fitted", "implied"):
@@ -108,7 +108,7 @@ def short_runs_text(rows: pd.DataFrame) -> str:
     for name in ("rms off, %", "peak off, %"):
         shown[name] = ["–" if pd.isna(value) else f"{value:.2g}" for value in shown[name]]
     shown["beyond"] = shown["beyond"].fillna("–")
-    return f"{shown.to_markdown(index=False, disable_numparse=True)}\n\n{verdict(rows)}"
+    return f"{shown.to_markdown(index=False, disable_numparse=True)}\n\n{short_runs_verdict(rows)}"
 
 
 def fill(page: Path, sources: Sequence[Path], write: Callable[..., str]) -> None:
