@@ -50,9 +50,10 @@ def table(name, key="csv", place=""):
     return {key: f"{path}.csv", "md" if key == "csv" else f"{key}_md": f"{path}.md"}
 
 
-# studies that this run makes: those that every run has, or all if the target `studies` asks for them
-TARGETS = workflow.dag_settings.targets if workflow.dag_settings else []
-IN_THIS_RUN = [name for name in STUDIES if "studies" in TARGETS or name in CONFIG.short_studies]
+def in_this_run(_):
+    """Studies that this run makes: those that every run has, and what is asked for; targets are known after parsing."""
+    asked = {*workflow.dag_settings.targets, *CONFIG.short_studies}
+    return [name for name in STUDIES if name in asked or "studies" in asked]
 
 
 # A long study has two forms (config/studies.yaml): its short one lies in the folder `short` of the results and belongs to

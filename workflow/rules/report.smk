@@ -43,7 +43,7 @@ rule animation:
 # The page waits for the studies that every run has (`short_studies`), and for all if the target `studies` asks for them. Others
 # that lie in the results are shown as those of an earlier run.
 OF_STUDIES = {
-    name: short(getattr(rules, f"{name}_form")) if study.forms else getattr(rules, name).output
+    name: short(getattr(rules, f"{name}_form")) if study.forms else list(getattr(rules, name).output)
     for name, study in STUDIES.items()
 }
 
@@ -57,7 +57,7 @@ rule page:
         rules.claims.output,
         rules.schematics.output,
         rules.peer.output,
-        [OF_STUDIES[name] for name in IN_THIS_RUN],
+        lambda _: [file for name in in_this_run(_) for file in OF_STUDIES[name]],
         rules.animation_runs.output,
         rig=CONFIG.rig,
         config=[str(path) for path in workflow.configfiles],
@@ -69,7 +69,7 @@ rule page:
         results=R,
         runs=SPEEDS,
         synthetic=CONFIG.sensor_is_synthetic,
-        studies=IN_THIS_RUN,
+        studies=in_this_run,
         layers=[str(path).removeprefix(f"{ROOT}/") for path in workflow.configfiles[:-1]],
     log: f"{R}/logs/page.log"
     message: "The page"
