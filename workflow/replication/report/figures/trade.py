@@ -22,6 +22,7 @@ PHYSICS = {"spatial": "s", "three_surfaces": "D", "single_pin": "^", "belt": "v"
 PAPERS = 5e-5  # s, the step of the preset `paper`
 STARTING = 1.0  # s, the ramp of the scenes
 LEAST_ERROR = 1e-6  # what is smaller is drawn there
+PEERS = ("*", "P")  # marks of Exudyn and MuJoCo
 PEERS_SCENE = "ring 0.308 m 115 rpm"
 
 
@@ -40,8 +41,9 @@ def answers(rows: pd.DataFrame) -> pd.DataFrame:
 def trade_figure(rows: pd.DataFrame, peers: pd.DataFrame | None = None) -> Figure:
     """Error of three measures against the CPU time of the whole answer, a panel a scene and measure.
 
-    Every setting is a point with its step in ms, the Pareto front a line. Coarser physics and motion in space have
-    marks of their own, the paper's step a ring around it. ``peers`` are answers of other codes (`peers.answers`).
+    Every setting is a point with its step in ms, the Pareto front a line. Errors below ``LEAST_ERROR`` stand there.
+    Coarser physics and motion in space have marks of their own, the paper's step a ring around it. ``peers`` are
+    answers of other codes (`peers.answers`).
     """
     data = answers(rows)
     measured = set(data.loc[data["measure"] == "rms", "scene"])
@@ -65,8 +67,9 @@ def trade_figure(rows: pd.DataFrame, peers: pd.DataFrame | None = None) -> Figur
     handles.append(handle("the paper's step", marker="o", ms=11, color=BLACK, **look))
     handles.append(handle("Pareto front", color="0.4", lw=0.9))
     if peers is not None:
-        handles.append(handle("Exudyn, MuJoCo (step in ms)", marker="*", ms=8, lw=0, color=GREEN))
-    figure.legend(handles=handles, loc="outside lower center", ncols=6)
+        names = zip(("Exudyn", "MuJoCo"), PEERS, strict=True)
+        handles += [handle(name, marker=mark, ms=6, lw=0, color=GREEN) for name, mark in names]
+    figure.legend(handles=handles, loc="outside lower center", ncols=7)
     return figure
 
 
@@ -90,12 +93,15 @@ def _panel(axis: Axes, here: pd.DataFrame) -> None:
 
 
 def _peers(axis: Axes, peers: pd.DataFrame) -> None:
-    for _, row in peers[(peers["code"] != OURS) & peers["cpu_s"].notna()].iterrows():
-        error = max(abs(row["difference_pct"]) / 100, LEAST_ERROR)
-        axis.plot(row["cpu_s"], error, "*", ms=8, color=GREEN)
-        name = "Exudyn" if row["code"] == PEER else "MuJoCo"
-        look = {"textcoords": "offset points", "fontsize": SMALL, "color": GREEN, "ha": "center"}
-        axis.annotate(f"{name} {1e3 * row['step_s']:g}", (row["cpu_s"], error), (0, 6), **look)
+    """Answers of other codes; those on the Pareto front of a code have their step."""
+    known = peers[(peers["code"] != OURS) & peers["cpu_s"].notna()]
+    error = (known["difference_pct"].abs() / 100).clip(lower=LEAST_ERROR)
+    for code, rows in known.assign(error=error).groupby("code"):
+        other = code != PEER
+        axis.plot(rows["cpu_s"], rows["error"], PEERS[other], ms=6, color=GREEN)
+        look = {"textcoords": "offset points", "fontsize": SMALL, "color": GREEN}
+        for _, row in pareto(rows).iterrows():
+            axis.annotate(f"{1e3 * row['step_s']:g}", (row["cpu_s"], row["error"]), (4, -10 if other else 3), **look)
 
 
 @styled
