@@ -118,3 +118,10 @@ def test_elastic_law_returns_all():
     assert rebound(contact) == pytest.approx(1.0, abs=1e-6)  # tolerance of the integration
     for speed in (-3.0, 0.0, 3.0):
         assert normal_force(contact, 1e-4, speed, 0.1, RADIUS) == normal_force(contact, 1e-4, 0.0, 0.1, RADIUS)
+
+
+@pytest.mark.parametrize("restitution", [0.01, 0.05, 0.5, 0.9])
+def test_printed_law_delivers_two_thirds_or_more(restitution):
+    """chi is at most 3/4, which delivers 0.664 (the root of its own equation) however small the name."""
+    delivered = delivered_restitution(0.75 * (1 - restitution**2))
+    assert rebound(law("printed", restitution)) == pytest.approx(delivered, abs=1e-3) and delivered > 0.66

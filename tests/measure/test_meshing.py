@@ -259,3 +259,23 @@ def test_a_broken_revolution_does_not_bias_the_means():
     expected, longer = (meshing_summary(recording(rows, seconds)) for seconds in (7.0, 11.0))
     for key in ("left_rms_n", "ring_rms_n", "ring_sd_n", "left_share_pct"):
         assert longer[key] == pytest.approx(expected[key])
+
+
+def test_mean_events_and_their_scatter():
+    rows = with_ring(3.0) + with_ring(3.0 + LOOP)[:1]
+    second = with_ring(3.5, connector=9)
+    second[2] = spell(9, LEFT, 4.412, 4.64, peak=900.0, peak_at=4.6)
+    table = mean_events(recording(rows + second))
+    table = table.set_index("event")
+    assert table.loc["out", "mean_s"] == pytest.approx((1.1 + 1.14) / 2)
+    assert table.loc["out", "sd_s"] == pytest.approx(0.04 / 2**0.5)
+    assert table.loc["left maximum", "mean_s"] == pytest.approx((1.0 + 1.1) / 2)
+    assert table["passages"].tolist() == [3, 3, 2, 2, 3, 2]
+    assert table.loc["ring left", ["mean_s", "sd_s"]].tolist() == pytest.approx([1.0, 0.0])
+
+
+def test_passages_without_a_contact_count_as_zero_in_shares_but_not_in_phases():
+    rows = with_ring(3.0) + with_ring(3.5, connector=9)[:1]
+    summary = meshing_summary(recording(rows))
+    assert summary["left_share_pct"] == pytest.approx(9.9 / 2)
+    assert summary["left_phase_start"] == pytest.approx(0.45)

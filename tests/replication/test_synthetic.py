@@ -114,3 +114,9 @@ def test_wrong_arguments_are_named(call, words):
 
 def digest(path):
     return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def test_every_file_says_that_it_is_synthetic():
+    paths = sorted(FOLDER.glob("*.csv"))
+    assert len(paths) == len(SPEEDS)
+    assert all(path.read_text(encoding="utf-8").startswith("# SYNTHETIC: not measured") for path in paths)

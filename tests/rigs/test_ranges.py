@@ -42,3 +42,23 @@ def test_drag_of_every_law_is_a_lever_that_rubber_has_times_the_load(rig, table)
         assert low <= wheel.rolling_arm <= high
         assert low <= wheel.bearing_drag * turning / force <= high
         assert low <= wheel.bearing_torque / force <= high
+
+
+def test_the_default_rig_obeys_what_is_printed(rig):
+    """Wheel centres at rest, a constant speed, the equal pitch in one of its readings (docs/deviations.md)."""
+    default = load_rig()
+    assert default.tension.kept == "locked" and default.drive is None
+    assert all(wheel.carrier is None for wheel in default.rollers.values())
+    chain = default.chain
+    arc = default.sprocket.teeth * (chain.link_length + default.connector_length) / (2 * np.pi)
+    assert arc - chain.link_thickness / 2 == pytest.approx(0.308, abs=5e-4)
+    assert rig.tension.kept == "sprung"  # a departure, with its price
+
+
+def test_the_head_of_the_default_rig_lists_the_values_that_no_part_can_have():
+    path = shipped_rigs()["paper"]
+    outside = parameter_table(path).set_index("name")["outside"]
+    named = set(outside.index[outside != ""])
+    head = path.read_text(encoding="utf-8").partition("gravity:")[0]
+    # the dynamic friction of the ring goes with the static one
+    assert len(named) > 2 and all(one in head for one in named - {"ring_contact.friction_dynamic"})

@@ -22,6 +22,7 @@ from trackdyn.simulation.resolution import (
 )
 from trackdyn.simulation.simulate import simulate
 from trackdyn.simulation.trial import Trial, try_steps
+from trackdyn.simulation.watch import FINER
 
 
 @pytest.fixture(scope="module")
@@ -103,3 +104,13 @@ def test_every_shipped_rig_has_a_step_that_its_loop_allows():
     for name in shipped_rigs():
         tried = load_rig(name).tried_step(115.0)
         assert tried is None or tried.rpm >= 115.0
+
+
+def test_the_trial_of_a_run_settles_with_its_own_step(make_scene, monkeypatch):
+    """A loop that the coarse step had settled wrongly was taken for the start of the finer run as well."""
+    made, init = [], Loop.__init__
+    monkeypatch.setattr(
+        Loop, "__init__", lambda loop, scene, *more: made.append(scene.step) or init(loop, scene, *more)
+    )
+    simulate(make_scene(115.0, ring_radius=None, step=1e-4))
+    assert made == [1e-4, 1e-4 / FINER]
