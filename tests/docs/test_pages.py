@@ -158,20 +158,9 @@ def test_targets_of_the_pipeline_that_are_named_can_be_made(tmp_path):
     targets.discard("results/benchmarks/cost.json")
     targets = {target for target in targets if not target.startswith("results/quick/")}  # of another configuration
     assert "results/figures/fig24.png" in targets
+    words = "-n", "--quiet", "all", "--nolock", "--nocolor"
     result = subprocess.run(
-        [
-            sys.executable,
-            "-m",
-            "snakemake",
-            "-s",
-            "laboratory/Snakefile",
-            "-n",
-            "--quiet",
-            "all",
-            "--nolock",
-            "--nocolor",
-            *sorted(targets),
-        ],
+        [sys.executable, "-m", "snakemake", "-s", "laboratory/Snakefile", *words, *sorted(targets)],
         cwd=ROOT,
         env=os.environ | {"XDG_CACHE_HOME": str(tmp_path / "cache")},
         capture_output=True,

@@ -176,45 +176,14 @@ def test_recordings(place, seed, changes):
     ends_well(load_recording, path)
 
 
+WORDS = (
+    "simulate", "compare", "plan", "--rpm", "--step", "--choose", "chain=belt", "chain=rope", "tolerance=1",
+    "--tolerance", "2%", "--measure", "left_peak", "--ring-radius", "none", "0.308", "--duration", "1e999", "-1",
+    "-q", "--quiet", "--rig", "config/rig.yaml", "belt.npz", "x.csv", "--preset", "fast", "--help", "--checkpoint",
+    ".", "--measure", "rms", "--frame-interval", "0",
+)  # fmt: skip
 words = st.one_of(
-    st.sampled_from(
-        [
-            "simulate",
-            "compare",
-            "plan",
-            "--rpm",
-            "--step",
-            "--choose",
-            "chain=belt",
-            "chain=rope",
-            "tolerance=1",
-            "--tolerance",
-            "2%",
-            "--measure",
-            "left_peak",
-            "--ring-radius",
-            "none",
-            "0.308",
-            "--duration",
-            "1e999",
-            "-1",
-            "-q",
-            "--quiet",
-            "--rig",
-            "config/rig.yaml",
-            "belt.npz",
-            "x.csv",
-            "--preset",
-            "fast",
-            "--help",
-            "--checkpoint",
-            ".",
-            "--measure",
-            "rms",
-            "--frame-interval",
-            "0",
-        ]
-    ),
+    st.sampled_from(WORDS),
     st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=6),
 )
 

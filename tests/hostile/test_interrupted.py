@@ -57,17 +57,7 @@ def test_the_first_compilation_is_said_and_can_be_stopped(tmp_path, number, code
 def test_a_checkpoint_that_is_kept_is_named(tmp_path):
     process = start(
         tmp_path,
-        "simulate",
-        "run.npz",
-        "--rig",
-        RIG,
-        "--duration",
-        "3000",
-        "--lead-in",
-        "0",
-        "-q",
-        "--checkpoint",
-        "run.checkpoint",
+        *f"simulate run.npz --rig {RIG} --duration 3000 --lead-in 0 -q --checkpoint run.checkpoint".split(),
         prelude="import trackdyn.simulation.simulate; trackdyn.simulation.simulate.BETWEEN_CHECKPOINTS = 0.0",
     )
     begin = time.monotonic()

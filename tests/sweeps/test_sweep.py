@@ -279,20 +279,9 @@ def test_workers_that_cannot_start_are_said_to(rig_path, monkeypatch):
 def command(out, designed):
     """The command in a process of its own, its group included."""
     run = "from trackdyn_command import main; main()"
+    words = "sweep", str(designed), "--out", str(out), "--rig", str(ROOT / "config/rig.yaml"), "-j2", "-q"
     return subprocess.Popen(
-        [
-            sys.executable,
-            "-c",
-            run,
-            "sweep",
-            str(designed),
-            "--out",
-            str(out),
-            "--rig",
-            str(ROOT / "config/rig.yaml"),
-            "-j2",
-            "-q",
-        ],
+        [sys.executable, "-c", run, *words],
         cwd=ROOT,
         start_new_session=True,
         stderr=subprocess.PIPE,
