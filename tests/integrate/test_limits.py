@@ -1,11 +1,13 @@
 """Predicted step limits: how they follow the method, and where a free loop really becomes unstable."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.integrate.methods import METHODS
-from trackdyn.scene.limits import FRICTION_LEEWAY, step_limits
+from trackdyn.scene.limits import FRICTION_LEEWAY, elastic_depth, step_limits
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation.loop import Loop
 
@@ -111,3 +113,9 @@ def test_scene_refuses_a_step_beyond_the_limit_of_its_cut(rig):
     with pytest.raises(InputError, match=r"step = 0\.0001: too large for the stiffness of the cut"):
         scene.with_(step=1e-4)
     scene.with_(step=1e-4, integrator="semi_implicit")
+
+
+@pytest.mark.parametrize("stiffness", [1e12, 1e8, 1.0, 1e-200])
+def test_a_contact_of_any_stiffness_carries_its_load_at_its_elastic_depth(stiffness):
+    depth = elastic_depth(SimpleNamespace(stiffness=stiffness), 3e3, 0.02)
+    assert stiffness * depth * (depth / (depth + 0.02)) ** 0.5 == pytest.approx(3e3, rel=1e-12)

@@ -1,6 +1,6 @@
 """Largest stable step of the explicit parts, predicted when a scene is made."""
 
-from math import acos, cbrt, ceil, cos, inf, isinf, pi, sin, sqrt
+from math import acos, acosh, ceil, cos, cosh, inf, isinf, pi, sin, sqrt
 
 from trackdyn.integrate.methods import METHODS, Method
 from trackdyn.model.constants import Law
@@ -35,14 +35,12 @@ def advised_step(limit: float, sample: float) -> str:
 
 
 def elastic_depth(law, load, radius):
-    """Depth d (m) at which the elastic part of Eq. 8 carries a load (N): the positive root of d^3 = c (d + radius)."""
-    c = (load / law.stiffness) ** 2
-    half, third = 0.5 * c * radius, c / 3.0
-    inside = half**2 - third**3
-    if inside < 0.0:
-        return 2.0 * sqrt(third) * cos(acos(half / third**1.5) / 3.0)
-    root = cbrt(half + sqrt(inside))
-    return root + third / root
+    """Depth d (m) at which the elastic part of Eq. 8 carries a load (N): the root d > 0 of d^3 = c^2 (d + radius)."""
+    c = load / law.stiffness
+    # d in units of c / sqrt(3): a soft contact, whose powers would overflow, is one like any other
+    share = 1.5 * sqrt(3.0) * radius / c
+    root = cos(acos(share) / 3.0) if share < 1.0 else cosh(acosh(share) / 3.0)
+    return 2.0 * c / sqrt(3.0) * root
 
 
 def _yield_at_end(chain, i: int) -> float:
