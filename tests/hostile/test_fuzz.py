@@ -1,6 +1,7 @@
 """Random damage to what a user gives: success or one sentence, never anything else (`fuzzing`)."""
 
 import copy
+import importlib
 import json
 import shutil
 import sys
@@ -198,7 +199,7 @@ def test_commands(place, arguments):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(place)
         patch.setattr(sys, "argv", ["trackdyn", *arguments])
-        patch.setattr(sys.modules["trackdyn.simulation.simulate"], "simulate", accepted)
+        patch.setattr(importlib.import_module("trackdyn.simulation.simulate"), "simulate", accepted)
         try:
             cli.main()
         except SystemExit as end:

@@ -21,6 +21,7 @@ CHANGES = [
     ({"chain__pitches": 35.5}, "chain.pitches = 35.5", "must be a whole number"),
     ({"chain__pitches": HUGE}, "chain.pitches", NUMBER),
     ({"chain__link_mass": 0}, "chain.link_mass = 0", "greater than 0"),
+    ({"steel__youngs_modulus": 2e-309}, "steel.youngs_modulus = 2e-309", "at least 1e-40"),
     ({"chain__link_length": 1e20}, "chain.link_length = 1e+20", "1000"),
     ({"sprocket__teeth": 200}, "sprocket.teeth = 200", "127"),
     ({"sensor__rate": 1e300}, "sensor.rate = ", "less than or equal to"),
@@ -44,7 +45,7 @@ IMPOSSIBLE = [
     ({"gravity": 1e7}, "step = 0.0001", "no step of 1e-08 s or more is small enough"),
     ({"tension__pre_tension": 1e9}, "step = 0.0001", "no step of 1e-08 s or more is small enough"),
     ({"steel__youngs_modulus": 1e19, "tooth_contact__youngs_modulus": 1e19}, "step = 0.0001", "at most"),
-    ({"chain__link_mass": 1e-300}, "step = 0.0001", "no step of 1e-08 s or more is small enough"),
+    ({"chain__link_mass": 1e-39}, "step = 0.0001", "no step of 1e-08 s or more is small enough"),
 ]
 
 

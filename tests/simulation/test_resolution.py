@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 
 from trackdyn.model.record import PEAK, PEAK_TIME, PITCH
-from trackdyn.parameters.rig import load_rig
-from trackdyn.parameters.rig_file import shipped_rigs
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.resolution import (
     FLIPS,
@@ -98,12 +96,6 @@ def test_a_trial_halves_until_the_answer_holds(running):
     assert found.step == found.tried[-2] and found.tried[0] == 1e-4
     assert "tried" in str(found) and "no step" in str(Trial(None, (1e-4,)))
     assert running.time == 0.0
-
-
-def test_every_shipped_rig_has_a_step_that_its_loop_allows():
-    for name in shipped_rigs():
-        tried = load_rig(name).tried_step(115.0)
-        assert tried is None or tried.rpm >= 115.0
 
 
 def test_the_trial_of_a_run_settles_with_its_own_step(make_scene, monkeypatch):

@@ -23,13 +23,14 @@ FROM_FILE = "from a file"  # there every entry states its unit, in Python none d
 # what pydantic puts into a schema behind a validator of our own, and how JSON Schema says it
 BOUNDS = {"gt": "exclusiveMinimum", "ge": "minimum", "lt": "exclusiveMaximum", "le": "maximum"}
 LARGEST = 1e20  # of any value in its unit: squares and ratios of such values are still numbers
+LEAST = 1e-40  # of any value that is not 0, for the same reason
 
 
 def number_of(value: Any) -> float:
     """A number or what YAML takes for text, such as 2e11; NaN for anything else."""
     try:
         return float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):  # an integer may have more digits than a number
         return float("nan")
 
 
@@ -56,7 +57,10 @@ def _unwrap(unit: str, kind: type, absent: bool = False):
             )
         else:  # from Python, already in the right unit
             value = entry
-        return {float: plain_number, int: plain_count, tuple: _rows}.get(kind, lambda name: name)(value)
+        found = {float: plain_number, int: plain_count, tuple: _rows}.get(kind, lambda name: name)(value)
+        if kind is float and 0.0 < abs(found) < LEAST:
+            raise ValueError(f"= {shown(value)}: must be 0 or at least {LEAST:g} in size")
+        return found
 
     return BeforeValidator(unwrap)
 
