@@ -144,6 +144,19 @@ def browser():
 
 
 @pytest.fixture
+def broken_rules():
+    """Function that lists the rules of accessibility that a page breaks, all of its details open."""
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright", reason="axe is not installed")
+
+    def broken(page):
+        page.eval_on_selector_all("details", "all => all.forEach(e => { e.open = true; })")
+        found = axe.Axe().run(page).response["violations"]
+        return [(rule["id"], node["html"][:100]) for rule in found for node in rule["nodes"]]
+
+    return broken
+
+
+@pytest.fixture
 def open_file(browser):
     """Function that opens a page from disk; afterwards nothing may have failed or gone to the network."""
     opened, problems = [], []

@@ -26,7 +26,7 @@ class Contour:
 
     points: np.ndarray  # (n, 2) nodes from the tip to the bottom, m
     normal: np.ndarray  # (n, 2) unit normals out of the steel
-    length: np.ndarray  # (n,) what each node stands for, m
+    length: np.ndarray  # (n,) length of the contour that belongs to each node, m
     arcs: np.ndarray  # (k, 4) arcs of the flank (`parameters.outline.groove_of_arcs`)
 
     def worn(self, depth: np.ndarray) -> np.ndarray:

@@ -1,21 +1,21 @@
 """The planner: the cheapest physics, method and step that keep a tolerance, found by short runs of the scene itself.
 
 Settings are tried from cheap to dear. All start from one state of the loop at speed and run over the same passages, so
-that what differs between two of them is their error and not their motion. One is good enough if it keeps most of the
-tolerance against the finer ones; the rest is for the scatter of the record, which ends when its 95 % interval keeps it
+that two of them differ by their errors alone. A setting is accepted if its error takes at most `OF_SETTING` of the
+tolerance. The rest is left to the scatter of the record, which ends when its 95 % interval keeps it
 (`stopping.run_until`).
 """
 
 import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from math import ceil, inf
+from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from trackdyn.errors import InputError, TrackdynError
-from trackdyn.measure.sensor import loop_frequency, sense, whole_revolutions
+from trackdyn.measure.sensor import loop_frequency, sense, whole_revolutions, whole_samples
 from trackdyn.measure.stopping import LEAST, refuse_until
 from trackdyn.measure.uncertainty import batch_error
 from trackdyn.measure.whole_loop import SHARES, Series, series
@@ -23,7 +23,6 @@ from trackdyn.scene.limits import round_step
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.signals import main_line_binfree
 from trackdyn.simulation.loop import Loop
-from trackdyn.simulation.recorder import Recorder
 from trackdyn.simulation.simulate import simulate
 
 OF_SETTING = 0.8  # of the tolerance: what the setting may take, so that something is left for the record
@@ -33,11 +32,11 @@ COARSE = 0.03
 IMPLICIT_STEPS, STEPS = (5e-4, 2.5e-4), (1e-4, 5e-5, 2.5e-5, 1.25e-5)  # s
 # passages of a trial after those at speed that no setting is judged by; peaks need arcs that have come round
 SETTLED, PASSAGES, PEAK_PASSAGES, GROWTH = 9, 12, 28, 4
-BELT_TURNS = 2.1  # of the loop
+BELT_TURNS = 2.1  # of the loop in the record of a belt
 
 
 class Setting(NamedTuple):
-    """What may be run: its name in words, the fields of a `Scene` that it sets, what of the physics it leaves out."""
+    """What may be run: its name in words, the fields of a `Scene` that it sets, and the physics that it neglects."""
 
     name: str
     fields: dict[str, Any]
@@ -119,12 +118,12 @@ def plan(
     begin = time.process_time()
     span = 1.0 / (scene.loop_frequency * scene.rig.chain.pitches)
     plain = {"lead_in": 0.0, "pitches": (), "frame_interval": 0.0, "spells": True, "every_link": True}
-    scene = scene.with_(duration=_samples(scene, LEAST * span), **plain)
+    scene = scene.with_(duration=whole_samples(scene.rig.sensor.rate, LEAST * span), **plain)
     base = Loop(scene)
     settled = time.process_time() - begin
-    base.advance(scene.ramp + _samples(scene, SETTLED * span))
+    base.advance(scene.ramp + whole_samples(scene.rig.sensor.rate, SETTLED * span))
     passages = PEAK_PASSAGES if any(name.endswith("_peak") for name in tolerances) else PASSAGES
-    kept = [one for one in settings(scene, tolerances, physics, method)]
+    kept = list(settings(scene, tolerances, physics, method))
     tried: list[Tried] = []
     for count in (passages, GROWTH * passages):
         tried, full = [], []
@@ -145,18 +144,13 @@ def plan(
     raise InputError(_refusal(tried, tolerances, longest))
 
 
-def _samples(scene: Scene, seconds: float) -> float:
-    """The least duration of whole samples that holds so many seconds."""
-    return ceil(seconds * scene.rig.sensor.rate - 1e-6) / scene.rig.sensor.rate
-
-
 def _try(base: Loop, setting: Setting, tolerances: Mapping[str, float], passages: int, span: float) -> Tried:
     """Run a setting from the state of a loop at speed, or a coarser chain from its own start."""
-    seconds = _samples(base.scene, (passages + 1) * span)
+    seconds = whole_samples(base.scene.rig.sensor.rate, (passages + 1) * span)
     try:
         if setting.fields.get("chain") == "belt":
             scene = base.scene.with_(spells=False, every_link=False, **setting.fields)
-            scene = scene.with_(duration=_samples(scene, BELT_TURNS / scene.loop_frequency))
+            scene = scene.with_(duration=whole_samples(scene.rig.sensor.rate, BELT_TURNS / scene.loop_frequency))
             recording = simulate(scene)
             ay, hz = sense(recording).ay, loop_frequency(recording)
             ay = ay[: whole_revolutions(len(ay), recording.rate, hz)]
@@ -169,12 +163,10 @@ def _try(base: Loop, setting: Setting, tolerances: Mapping[str, float], passages
             loop.advance(base.time)
         else:
             loop = base.changed(**setting.fields)
-        writer = Recorder(loop, seconds, (), 0.0, True, True)
         begin = time.process_time()
-        while not writer.finished:
-            writer.chunk()
+        recording = loop.record(seconds, every_link=True)
         rate = (time.process_time() - begin) / seconds
-        found = series(writer.recording())
+        found = series(recording)
     except TrackdynError as error:
         return Tried(setting, refused=str(error))
     if missing := [name for name in tolerances if name not in found or len(found[name].values) < LEAST]:

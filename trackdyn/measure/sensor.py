@@ -1,6 +1,7 @@
 """The acceleration sensor on the link (Eq. 40), its sampling and its range."""
 
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -81,6 +82,11 @@ def loop_frequency(recording: Recording) -> float:
     rig = recording.meta["rig"]
     sprocket = recording.meta["scene"]["motor_rpm"] / rig["sprocket"]["transmission_ratio"] / 60
     return sprocket * rig["sprocket"]["teeth"] / rig["chain"]["pitches"]
+
+
+def whole_samples(rate: float, seconds: float) -> float:
+    """The shortest duration (s) of whole samples that is not below ``seconds``."""
+    return ceil(seconds * rate - 1e-6) / rate
 
 
 def whole_revolutions(count: int, rate: float, loop_hz: float) -> int:

@@ -34,7 +34,7 @@ class State(NamedTuple):
     # without contact, m/s
     tooth_impact: np.ndarray
     wheel_impact: np.ndarray  # (p, w) the same for link and wheel
-    work_done: np.ndarray  # (7,) account of work (`model.record`), J
+    work_done: np.ndarray  # (7,) work by entry of the energy balance (`model.record`), J
     # (k, 5) of every carrier of a wheel: way or turn from its place at rest (m or rad), its rate and that before the
     # last step, and the direction in which the wheel moved in that step (`integrate.carriers.along`)
     slide: np.ndarray

@@ -192,15 +192,6 @@ def result_table(design: pd.DataFrame, rows: list[Asked], found: dict[str, dict]
     return pd.concat([given, message, values], axis=1)
 
 
-def rows_of(results: Path | str, costs: Path | str, rig: str) -> pd.DataFrame:
-    """Rows of one rig in a sweep's tables (.parquet, and .csv of costs), or `InputError` if one did not come out."""
-    table = read_table(results).merge(pd.read_csv(costs).drop_duplicates("key"), on="key")
-    table = table[table["rig"] == rig].reset_index(drop=True)
-    for row in table[table["state"] != DONE].itertuples():
-        raise InputError(f"{results}: {row.name} on {rig} did not come out: {row.reason}")
-    return table
-
-
 def _storable(column: pd.Series) -> pd.Series:
     """Numbers where all cells are, text elsewhere."""
     try:

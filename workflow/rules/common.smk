@@ -50,7 +50,7 @@ def table(name, key="csv", place=""):
     return {key: f"{path}.csv", "md" if key == "csv" else f"{key}_md": f"{path}.md"}
 
 
-def in_this_run(_):
+def in_this_run(wildcards):
     """Studies that this run makes: those that every run has, and what is asked for; targets are known after parsing."""
     asked = {*workflow.dag_settings.targets, *CONFIG.short_studies}
     return [name for name in STUDIES if name in asked or "studies" in asked]

@@ -57,7 +57,7 @@ rule page:
         rules.claims.output,
         rules.schematics.output,
         rules.peer.output,
-        lambda _: [file for name in in_this_run(_) for file in OF_STUDIES[name]],
+        lambda wildcards: [file for name in in_this_run(wildcards) for file in OF_STUDIES[name]],
         rules.animation_runs.output,
         rig=CONFIG.rig,
         config=[str(path) for path in workflow.configfiles],

@@ -99,7 +99,7 @@ rule trade_form:
         promises=lambda wildcards: [
             f"{R}/{wildcards.short}trade/promises_{name}.csv" for name in promised_scenes(form_of("trade", wildcards))
         ],
-        peers=lambda _: rules.peer_answers_runs.output if "peer_answers" in in_this_run(_) else [],
+        peers=lambda wildcards: rules.peer_answers_runs.output if "peer_answers" in in_this_run(wildcards) else [],
     output:
         planner=f"{R}/{{short}}planner.csv",
         limits=f"{R}/{{short}}tables/limits.csv",

@@ -47,7 +47,7 @@ class Settings(NamedTuple):
 
 
 class Identification(NamedTuple):
-    """What came out; p features of all records in a row, s draws, d unknowns."""
+    """Result of an identification, with p features of all records, s samples of the posterior and d unknowns."""
 
     unknowns: Unknowns  # what was asked for
     measured: list[Measured]  # the records

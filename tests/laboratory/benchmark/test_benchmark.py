@@ -65,8 +65,8 @@ def test_the_reference_itself_has_no_error(name):
 
 
 def test_an_error_is_relative_to_the_scatter_of_the_reference():
-    found, asked = columns("ring"), read_problem("ring")["report"]
-    place = score.series_of(found, asked)["place"]
+    found, report = columns("ring"), read_problem("ring")["report"]
+    place = score.series_of(found, report)["place"]
     scatter = np.sqrt(place.var(axis=0).sum())
     found["x_m"] += 0.03 * scatter
     found["y_m"] -= 0.04 * scatter

@@ -20,10 +20,10 @@ from replication.peers.comparison import run_peer
 from replication.peers.exudyn_loop import PeerRun, require_exudyn
 from replication.peers.mujoco_loop import run_mujoco
 from replication.study.accuracy.limit import SURE, difference, limit_of
-from replication.study.accuracy.statistics import whole_samples
 from replication.study.settings import PEER_LAWS, PeerAnswers
 from trackdyn.errors import DivergenceError, InputError
 from trackdyn.extras import required
+from trackdyn.measure.sensor import whole_samples
 from trackdyn.measure.stopping import LEAST
 from trackdyn.measure.uncertainty import record_error
 from trackdyn.measure.whole_loop import Series
@@ -91,10 +91,11 @@ def compare_answers(rig: Rig, requested: PeerAnswers) -> pd.DataFrame:
         a code is ``chosen``.
     """
     span = rig.loop_period(requested.speed_rpm) / rig.chain.pitches
-    about = {"duration": whole_samples(rig, requested.passages * span + 0.01), "lead_in": requested.lead_in_s}
+    seconds = whole_samples(rig.sensor.rate, requested.passages * span + 0.01)
+    about = {"duration": seconds, "lead_in": requested.lead_in_s}
     about |= PEER_LAWS | {"tension": "locked", "spells": False}
     scene = Scene(rig, requested.speed_rpm, requested.ring_radius_m, ramp=requested.ramp_s, **about)
-    brief = scene.with_(lead_in=0.0, duration=whole_samples(rig, 0.01))
+    brief = scene.with_(lead_in=0.0, duration=whole_samples(rig.sensor.rate, 0.01))
     first = next(iter(requested.mujoco_steps_s))
 
     def exudyn(scene: Scene, method: str, step: float):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from trackdyn.measure.meshing import meshing_summary
-from trackdyn.measure.sensor import loop_frequency, sense, whole_revolutions
+from trackdyn.measure.sensor import loop_frequency, sense, whole_revolutions, whole_samples
 from trackdyn.measure.whole_loop import RELATIVE, SHARES, Series, series
 from trackdyn.scene.scene import Scene
 from trackdyn.sensor.signals import high_frequency_rms, main_line_binfree, rms, standard_deviation
@@ -21,13 +21,8 @@ MEASURES = RELATIVE + SHARES + ABSOLUTE
 
 def study_scene(rig, rpm: float, ring: float | None, turns: int, **fields) -> Scene:
     """A record of whole revolutions of the loop after four seconds of running."""
-    duration = whole_samples(rig, turns * rig.loop_period(rpm) + 0.01)
+    duration = whole_samples(rig.sensor.rate, turns * rig.loop_period(rpm) + 0.01)
     return Scene(rig, rpm, ring, duration=duration, lead_in=LEAD_IN, **fields)
-
-
-def whole_samples(rig, seconds: float) -> float:
-    """The least duration of whole samples that holds so many seconds."""
-    return float(np.ceil(seconds * rig.sensor.rate - 1e-6) / rig.sensor.rate)
 
 
 def statistics_of(recording: Recording) -> dict[str, float]:

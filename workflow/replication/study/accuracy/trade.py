@@ -19,10 +19,11 @@ from replication.study.accuracy.statistics import (
     scale_of,
     statistics_of,
     study_scene,
-    whole_samples,
 )
 from replication.study.settings import StatisticErrors, Steps, scene_name
 from trackdyn.errors import InputError, TrackdynError
+from trackdyn.measure.planner import BELT_TURNS
+from trackdyn.measure.sensor import whole_samples
 from trackdyn.measure.whole_loop import Series
 from trackdyn.parameters.rig import Rig
 from trackdyn.scene.scene import Scene
@@ -45,7 +46,6 @@ FIDELITIES: dict[str, dict[str, Any]] = {
     "single_pin": {"chain": "single_pin"},
     "belt": {"chain": "belt", "ring_radius": None, "spells": False, "every_link": False},
 }
-BELT_TURNS = 2.1  # of the loop in the record of a belt
 FULL_PHYSICS = next(iter(FIDELITIES))
 # limits of statistics: over the steps of the first method, confirmed by the second's finest
 EXTRAPOLATED, SECOND = "semi_implicit", "rk4"
@@ -87,7 +87,7 @@ def run_answer(scene: Scene) -> AnswerCost:
     """Run a scene and measure all of its links, of which those of a belt do alike."""
     if scene.chain == "belt":
         begin = process_time()
-        scene = scene.with_(duration=whole_samples(scene.rig, BELT_TURNS / scene.loop_frequency))
+        scene = scene.with_(duration=whole_samples(scene.rig.sensor.rate, BELT_TURNS / scene.loop_frequency))
         found = statistics_of(simulate(scene))
         names = ("rms", "sd", "line", "high_frequency")
         kept = {name: Series(np.array([found[name]]), np.array([0])) for name in names}
