@@ -84,7 +84,7 @@ def _summary(e: Ensemble, tables: dict[str, pd.DataFrame]) -> list[str]:
         fewest.append(f"{ranked['excluded_by'].min():.0f}" if len(ranked) else "none that came out whole")
     known = tables["parameters"].loc[tables["parameters"]["identifiable"].astype(bool), "name"]
     few = f"{_are(len(rigs))} too few to say which parameters the printed numbers identify"
-    learnt = f"Parameters that the printed numbers identify: {', '.join(known) or 'none'}"
+    identified = f"Parameters that the printed numbers identify: {', '.join(known) or 'none'}"
     held = shares[(shares["rigs"] > 0) & (shares["used"] == "held out")]
     names = held["id"] + held["part"].fillna("")
     lines = [
@@ -103,7 +103,7 @@ def _summary(e: Ensemble, tables: dict[str, pd.DataFrame]) -> list[str]:
         "were not searched.",
         "C16 and C17 at once: the nearest approach of a rig that was run is an implausibility of "
         f"{both['sample']:.3g} ({nearest}).",
-        f"{few if len(rigs) < 1 / EDGE else learnt}.",  # a twentieth of fewer rigs is none
+        f"{few if len(rigs) < 1 / EDGE else identified}.",  # a twentieth of fewer rigs is none
         verdicts.position_of_shipped(e),
         f"Held-out claims that hold in each of {int(held['rigs'].max()) if len(held) else 0} rigs: "
         f"{', '.join(names[held['share'] == 1]) or 'none'}; in none of them: "

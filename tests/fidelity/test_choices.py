@@ -17,7 +17,7 @@ from trackdyn.parameters.rig_file import shipped_rigs
 from trackdyn.scene.fidelity import CHOICES, PRESETS, preset
 from trackdyn.scene.scene import Scene
 from trackdyn.simulation import simulate as simulation
-from trackdyn.sweeps.request import requested_row
+from trackdyn.sweeps.request import requested_rows
 
 FREE = {"loop": "free", "ring_radius": None, "spells": False}
 BELT = {"chain": "belt", "ring_radius": None, "spells": False}
@@ -153,7 +153,7 @@ def test_scene_command_and_sweep_agree_on_the_step(name, ring, preset_name, monk
     fields = ({} if ring == "of the rig" else {"ring_radius": None}) | ({"preset": preset_name} if preset_name else {})
     expected = Scene(rig, 90.0, **fields).step
     row = {"motor_rpm": [90.0], "rig": [name]} | ({} if ring == "of the rig" else {"ring_radius": ["none"]})
-    (asked_for,) = requested_row(pd.DataFrame(row | ({"preset": [preset_name]} if preset_name else {})))
+    (asked_for,) = requested_rows(pd.DataFrame(row | ({"preset": [preset_name]} if preset_name else {})))
     assert Scene(Rig.model_validate(asked_for.rig), **asked_for.scene).step == expected
     seen = []
     monkeypatch.setattr(simulation, "simulate", lambda scene, **_: seen.append(scene) or sys.exit(3))

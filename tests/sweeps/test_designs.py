@@ -8,7 +8,7 @@ import pytest
 
 from trackdyn.errors import InputError
 from trackdyn.sweeps.design import Span, make_design, parse_levels
-from trackdyn.sweeps.request import columns, refuse_columns, requested_row
+from trackdyn.sweeps.request import columns, refuse_columns, requested_rows
 from trackdyn.sweeps.sweep import sweep
 from trackdyn.sweeps.table import read_table, write_table
 
@@ -112,7 +112,7 @@ def test_columns_are_known_or_refused():
 
 def only(cells, rig_path):
     """What a row of one design asks for."""
-    return requested_row(pd.DataFrame([cells]), str(rig_path))[0]
+    return requested_rows(pd.DataFrame([cells]), str(rig_path))[0]
 
 
 def test_cells_mean_what_they_say(rig_path):

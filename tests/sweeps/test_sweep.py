@@ -23,7 +23,7 @@ from trackdyn.scene.stop_rule import StopRule
 from trackdyn.simulation.loop import Loop
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sweeps import engine
-from trackdyn.sweeps.request import requested_row
+from trackdyn.sweeps.request import requested_rows
 from trackdyn.sweeps.store import Store
 from trackdyn.sweeps.sweep import sweep
 
@@ -325,4 +325,4 @@ def test_a_killed_sweep_goes_on_where_it_was(tmp_path, whole, end):
 def test_rows_that_ask_for_what_their_rig_has_anyway_are_not_those_of_another_law():
     """A row that says nothing of the tensioner has its rig's, and another key than one that asks for it locked."""
     table = pd.DataFrame({"motor_rpm": [115.0] * 3, "tension": [None, "locked", None], "step": [None, None, 1e-4]})
-    assert len({one.key for one in requested_row(table, "possible")}) == 3
+    assert len({one.key for one in requested_rows(table, "possible")}) == 3

@@ -147,7 +147,6 @@ UNITS = {
 }  # fmt: skip
 # a measure of the studies: its words, and the unit of an error in it
 MEASURES = {
-    "state_m": ("position of the chain after a short window", "m"),
     "rms": ("RMS of the acceleration", "relative"),
     "sd": ("SD of the acceleration", "relative"),
     "line": ("amplitude of the dominant peak", "relative"),

@@ -9,7 +9,7 @@ once, say as much as a long record does; where it scatters, their batch means sa
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from math import ceil, pi
+from math import pi
 from typing import TypeVar
 
 import pandas as pd
@@ -17,6 +17,7 @@ import pandas as pd
 from trackdyn.errors import InputError
 from trackdyn.measure.contact_log import LONGEST_CONTACT, PASSAGE, SIDES, timing
 from trackdyn.measure.meshing import TOUCHING, passages
+from trackdyn.measure.sensor import whole_samples
 from trackdyn.measure.whole_loop import RELATIVE, SHARES, Estimate, Series, passage, series
 from trackdyn.model.record import SPELL_COLUMNS
 from trackdyn.scene.scene import LONGEST_RUN, Scene
@@ -193,10 +194,8 @@ def run_until(
         As in `simulate`.
     """
     refuse_until(scene, tolerances, longest)
-    rate = scene.rig.sensor.rate
-    scene = scene.with_(
-        duration=ceil(longest * rate) / rate, lead_in=0.0, pitches=(), frame_interval=0.0, spells=True, every_link=True
-    )
+    duration = whole_samples(scene.rig.sensor.rate, longest)
+    scene = scene.with_(duration=duration, lead_in=0.0, pitches=(), frame_interval=0.0, spells=True, every_link=True)
     answer, _ = _record(
         Loop(scene, starts), max(_least(scene), least), lambda recording: _judged(recording, tolerances), tick
     )

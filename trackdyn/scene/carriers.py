@@ -64,12 +64,11 @@ def preloads(rig: Rig, carriers: Carriers, work: Work, q: np.ndarray) -> np.ndar
     """(k,) preloads that hold the chain with the carriers at ``q``, or the rig's; `InputError` beyond their travel."""
     names, found = wheel_names(rig), np.zeros(len(carriers.wheel))
     for k, wheel in enumerate(carriers.wheel):
-        forced = len(carriers.force) and k == carriers.tensioner
+        if len(carriers.force) and k == carriers.tensioner:  # its force is prescribed
+            continue
         carrier = None if wheel == tensioner(rig) else rig.rollers[names[wheel]].carrier
         tx, ty = along(carriers, k, float(q[k]))
         fx, fy = push(work, wheel)
-        if forced:
-            continue
         if carrier is None or carrier.preload is None:
             found[k] = carriers.stiffness[k] * q[k] - (tx * fx + ty * fy) + carriers.weight[k] * ty
         else:

@@ -77,7 +77,7 @@ def refuse_columns(table: pd.DataFrame, where: str) -> None:
         raise InputError(f"{where}: has no rows; a row a scene is needed")
 
 
-def requested_row(table: pd.DataFrame, rig: str = DEFAULT) -> list[Asked]:
+def requested_rows(table: pd.DataFrame, rig: str = DEFAULT) -> list[Asked]:
     """What every row of a design asks for; a value that cannot be read is the row's ``reason``.
 
     ``rig`` is the file of the rig, or the name of a shipped one, where a row names no other. Raises `InputError` if all

@@ -15,7 +15,7 @@ from trackdyn.parameters.validation import shown
 from trackdyn.scene.fidelity import CHOICES
 from trackdyn.sweeps.engine import free_memory
 from trackdyn.sweeps.engine import results as computed
-from trackdyn.sweeps.request import Asked, refuse_columns, requested_row
+from trackdyn.sweeps.request import Asked, refuse_columns, requested_rows
 from trackdyn.sweeps.row import Rows
 from trackdyn.sweeps.store import DIVERGED, DONE, REFUSED, Store, without_values
 from trackdyn.sweeps.table import read_table, refuse_ending, refuse_header, write_table
@@ -83,7 +83,7 @@ def sweep(
         store = store or store_of(out)
     table = read_design(design)
     refuse_too_many(len(table))
-    rows = requested_row(table, str(rig))
+    rows = requested_rows(table, str(rig))
     found = {row.key: without_values(row.key, REFUSED, row.reason) for row in rows if row.reason}
     due = {row.key: row.task for row in sorted(rows, key=lambda row: row.same_start) if not row.reason}
     found |= computed(Rows, due, jobs or cores(), store, "sweep" if progress else "", alone=alone, valid=valid)
@@ -166,7 +166,7 @@ def read_design(design: pd.DataFrame | Path | str) -> pd.DataFrame:
 def batches(design: pd.DataFrame | Path | str, rig: Path | str, count: int) -> list[pd.DataFrame]:
     """A design in parts of one size, each row once and neighbours alike; some are empty if there are fewer rows."""
     table = read_design(design)
-    rows = requested_row(table, str(rig))
+    rows = requested_rows(table, str(rig))
     first = {row.key: k for k, row in reversed(list(enumerate(rows)))}
     order = sorted(first.values(), key=lambda k: rows[k].same_start)
     return [table.iloc[sorted(part)] for part in np.array_split(np.array(order, dtype=int), count)]

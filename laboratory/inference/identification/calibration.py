@@ -107,14 +107,14 @@ def simulate_all(config: CalibrationConfig, store, jobs: int = 1, progress: bool
     seeds = _seeds(config)
     points = qmc.Sobol(len(unknowns), seed=np.random.default_rng(seeds[0])).random(config.simulations)
     truths = np.random.default_rng(seeds[1]).uniform(size=(config.truths, len(unknowns)))
-    learnt = run_experiment(design, changes_at(unknowns, points), store, jobs, "simulations" if progress else "")
+    trained = run_experiment(design, changes_at(unknowns, points), store, jobs, "simulations" if progress else "")
     long = design._replace(turns=config.turns, noise=config.noise_g)
     played = run_experiment(long, changes_at(unknowns, truths), store, jobs, "records" if progress else "")
-    failed = int((~learnt.ran).sum() + (~played.ran).sum())
+    failed = int((~trained.ran).sum() + (~played.ran).sum())
     if failed > 0.1 * (len(points) + len(truths)):
         raise InputError(
             f"{failed} of {len(points) + len(truths)} rigs cannot run; the reason of the first one: "
-            f"{next(reason for reason in learnt.reasons + played.reasons if reason)}"
+            f"{next(reason for reason in trained.reasons + played.reasons if reason)}"
         )
     rates = [speed.rate / speed.every for speed in design.speeds]
     scatter = [
@@ -122,7 +122,7 @@ def simulate_all(config: CalibrationConfig, store, jobs: int = 1, progress: bool
         for found in played.statistics
         if found is not None
     ]
-    values = (points[learnt.ran], learnt.features(design), truths[played.ran], played.features(design))
+    values = (points[trained.ran], trained.features(design), truths[played.ran], played.features(design))
     return Data(unknowns, design.speeds, *values, scatter, failed)
 
 
@@ -152,33 +152,33 @@ def calibrate(config: CalibrationConfig, store, jobs: int = 1, progress: bool = 
     due += [(truth, NONE) for truth in range(min(config.plain, len(data.truths)))]
 
     def one(truth: int, discrepancy: str) -> dict:
-        learnt = MeasuredRecords(names, record, data.values[truth], data.scatter[truth]).part(kept)
-        return {"rows": _identified(config, data, emulator, learnt, truth, discrepancy)}
+        measured = MeasuredRecords(names, record, data.values[truth], data.scatter[truth]).part(kept)
+        return {"rows": _identified(config, data, emulator, measured, truth, discrepancy)}
 
     content = [config.model_dump(exclude={"plain", "repeats", "places"}), module_hash(__name__)]
     tasks = {key_of(*content, *each): dict(zip(("truth", "discrepancy"), each, strict=True)) for each in due}
     found = results(lambda memory: one, tasks, 1, store, "calibration" if progress else "", "record")
     refuse_failed(found.values(), "the same command goes on from there")
     ranks = pd.DataFrame([row for key in tasks for row in found[key]["values"]["rows"]])
-    learnt = ranks[(ranks["discrepancy"] == PRIOR) & (ranks["verdict"] != "")]
+    identified = ranks[(ranks["discrepancy"] == PRIOR) & (ranks["verdict"] != "")]
     covered = [
         {name: row[name] for name in ("truth", "parameter")}
         | {"level": level, "covered": held(row["rank"], row["of"], level)}
-        for row in learnt.to_dict("records")
+        for row in identified.to_dict("records")
         for level in LEVELS
     ]
     return Calibration(pd.DataFrame(covered), ranks, summarised(ranks))
 
 
-def _identified(config, data: Data, emulator, learnt: MeasuredRecords, truth: int, discrepancy: str) -> list[dict]:
+def _identified(config, data: Data, emulator, measured: MeasuredRecords, truth: int, discrepancy: str) -> list[dict]:
     """Rows of `Calibration.ranks` of one truth, whose record is ``told``."""
     rng, count = np.random.default_rng([config.seed, truth, discrepancy == PRIOR]), len(data.unknowns)
-    posterior = Posterior(learnt, emulator, count)
+    posterior = Posterior(measured, emulator, count)
     sizes = posterior.sizes(posterior.draw_prior(1, rng))[0]
     if discrepancy == PRIOR:
-        added = np.einsum("g,gpq->pq", np.exp(2 * sizes), evidence_shares(learnt.features, learnt.record))
+        added = np.einsum("g,gpq->pq", np.exp(2 * sizes), evidence_shares(measured.features, measured.record))
         drawn = rng.multivariate_normal(np.zeros(len(added)), added, check_valid="ignore")
-        posterior = Posterior(learnt._replace(values=learnt.values + drawn), emulator, count)
+        posterior = Posterior(measured._replace(values=measured.values + drawn), emulator, count)
     points = independent(sample(posterior, config.steps, seed=truth, rounds=1), rng)
     true = np.concatenate([data.truths[truth], sizes])
     labels = [*data.unknowns.labels, *(f"discrepancy.{group}" for group in posterior.groups)]
@@ -242,14 +242,14 @@ def summarised(ranks: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for discrepancy, of in ranks.groupby("discrepancy", sort=False):
         for parameter, part in [*of.groupby("parameter", sort=False), (ALL, of[of["verdict"] != ""])]:
-            learnt = (part["verdict"] == IDENTIFIED).to_numpy()
+            identified = (part["verdict"] == IDENTIFIED).to_numpy()
             truths = part["truth"].nunique() if parameter == ALL else len(part)
-            row = {"discrepancy": discrepancy, "parameter": parameter, "truths": truths, "identified": learnt.sum()}
+            row = {"discrepancy": discrepancy, "parameter": parameter, "truths": truths, "identified": identified.sum()}
             for level, name in ((0.5, "50"), (0.9, "90")):
                 inside = np.array([held(rank, of, level) for rank, of in zip(part["rank"], part["of"], strict=True)])
                 shares = _between(inside, part["truth"]) if parameter == ALL else _exact(inside)
                 row |= dict(zip((f"covered_{name}", f"low_{name}", f"high_{name}"), shares, strict=True))
-            row |= {"covered_90_identified": inside[learnt].mean() if learnt.any() else np.nan}
+            row |= {"covered_90_identified": inside[identified].mean() if identified.any() else np.nan}
             row |= {"p_uniform": np.nan, "bins_outside": np.nan}
             if parameter != ALL:
                 counts = histogram(part)
@@ -290,18 +290,18 @@ def repeated(config: CalibrationConfig, store, jobs: int = 1, progress: bool = T
     places = np.random.default_rng(_seeds(config)[2]).uniform(size=(config.places, len(unknowns)))
     long = design._replace(turns=config.turns, noise=config.noise_g)
     changes, rows = changes_at(unknowns, places), []
-    learnt = []
+    repeats = []
     for k in range(config.repeats):
         later = long._replace(begin=k / config.repeats)
-        learnt.append(run_experiment(later, changes, store, jobs, f"repeat {k + 1}" if progress else ""))
-    ran = np.flatnonzero(np.all([one.ran for one in learnt], axis=0))
+        repeats.append(run_experiment(later, changes, store, jobs, f"repeat {k + 1}" if progress else ""))
+    ran = np.flatnonzero(np.all([one.ran for one in repeats], axis=0))
     if not len(ran):
         raise InputError("no rig of the repeated records can run; other ranges of the unknowns are accepted")
     widened = (config.turns - 1) / (config.turns - 3)
     freedom = (config.repeats - 1) * len(ran), config.repeats * (config.turns - 1) * len(ran)
     for k, speed in enumerate(design.speeds):
         rate = speed.rate / speed.every
-        turns = [[one.statistics[place][k] for one in learnt] for place in ran]  # type: ignore[index]  # all of these ran
+        turns = [[one.statistics[place][k] for one in repeats] for place in ran]  # type: ignore[index]  # all of these ran
         values = np.array([[features(one, rate) for one in place] for place in turns])
         variances = np.array([[np.diag(covariance(one, rate)) for one in place] for place in turns])
         sample_variance, given = values.var(axis=1, ddof=1), variances.mean(axis=1) / widened

@@ -76,26 +76,27 @@ def _below(values, radius: float):
 # Long records (Sect. 5)
 
 
-def _column(e: Evidence, speeds, name: str, missing: str = "not recorded"):
-    rows = e.records(speeds)
+def _column(evidence: Evidence, speeds, name: str, missing: str = "not recorded"):
+    rows = evidence.records(speeds)
     if name not in rows or rows[name].isna().all():
         raise NotThere(missing)
     return rows[name]
 
 
-def _values(column, e, speeds):
+def _values(column, evidence, speeds):
     """A column of the long records (`measure.columns`), at every speed."""
-    return _column(e, speeds, column).tolist()
+    return _column(evidence, speeds, column).tolist()
 
 
-def _largest(column, e, speeds):
+def _largest(column, evidence, speeds):
     """Its largest value."""
-    return float(_column(e, speeds, column).max())
+    return float(_column(evidence, speeds, column).max())
 
 
-def _by_start(column, e, speeds):
+def _by_start(column, evidence, speeds):
     """A column of records that begin anywhere in a turn of the loop."""
-    return _some(e.starts[e.starts["rpm"].isin(speeds)] if len(e.starts) else e.starts)[column].tolist()
+    starts = evidence.starts
+    return _some(starts[starts["rpm"].isin(speeds)] if len(starts) else starts)[column].tolist()
 
 
 register_all(_values, "records", by_speed=True, rms="rms_g", sd="sd_g", high_frequency="high_frequency_g")
@@ -109,29 +110,29 @@ register_all(_by_start, "records", line_frequencies_by_start="line_hz", line_amp
 
 
 @measure("records", by_speed=True)
-def coarse_rms_difference(e, speeds):
+def coarse_rms_difference(evidence, speeds):
     """RMS of the y acceleration with three surfaces a groove over that with ten arcs, less one, %, at every speed."""
-    coarse = e.metrics.set_index("run")["rms_g"].reindex([f"coarse/{rpm:g}rpm" for rpm in speeds])
+    coarse = evidence.metrics.set_index("run")["rms_g"].reindex([f"coarse/{rpm:g}rpm" for rpm in speeds])
     if coarse.isna().any():
         raise NotThere("not run")
-    return (100 * (coarse.to_numpy() / _column(e, speeds, "rms_g").to_numpy() - 1)).tolist()
+    return (100 * (coarse.to_numpy() / _column(evidence, speeds, "rms_g").to_numpy() - 1)).tolist()
 
 
 @measure("records")
-def high_frequency_growth(e, speeds):
+def high_frequency_growth(evidence, speeds):
     """Content at and above 20 Hz at the highest speed over that at the lowest."""
-    values = _some(_values("high_frequency_g", e, speeds)[1:]) and _values("high_frequency_g", e, speeds)
+    values = _some(_values("high_frequency_g", evidence, speeds)[1:]) and _values("high_frequency_g", evidence, speeds)
     return float(_over(values[-1], values[0]))
 
 
 # The independent code (Fig. 14)
 
 
-def _peer(column, e, speeds):
+def _peer(column, evidence, speeds):
     """Largest difference of the vertical displacement from another code's, % of its range."""
-    if column not in e.peer or e.peer[column].isna().all():
+    if column not in evidence.peer or evidence.peer[column].isna().all():
         raise NotThere("not run")
-    return e.peer[column].tolist()
+    return evidence.peer[column].tolist()
 
 
 register_all(_peer, "peer", peer_difference="difference_pct", peer_difference_of_a_belt="difference_belt_pct")
@@ -140,26 +141,26 @@ register_all(_peer, "peer", peer_difference="difference_pct", peer_difference_of
 # The meshing process (Sect. 6.1)
 
 
-def _areas(run, e, speeds):
+def _areas(run, evidence, speeds):
     """Areas that the left and the right arc visit."""
-    row = e.meshing(run)
+    row = evidence.meshing(run)
     return f"left {row['left_areas']}, right {row['right_areas']}"
 
 
-def _times(events, e, speeds):
+def _times(events, evidence, speeds):
     """Times of events after the first contact, s; without a ring that of an arc, else the ring's first touch."""
     run, *names = events
-    return e.event_times(run, names)
+    return evidence.event_times(run, names)
 
 
-def _share(side, e, speeds):
+def _share(side, evidence, speeds):
     """Time in contact with the ring, % of a turn."""
-    return float(e.meshing("ring")[f"{side}_share_pct"])
+    return float(evidence.meshing("ring")[f"{side}_share_pct"])
 
 
-def _ratio(column, e, speeds):
+def _ratio(column, evidence, speeds):
     """A measure of the left arc with the ring over that without."""
-    return float(_over(e.meshing("ring")[column], e.meshing("no_ring")[column]))
+    return float(_over(evidence.meshing("ring")[column], evidence.meshing("no_ring")[column]))
 
 
 register_all(_areas, "meshing", areas_with_ring="ring")
@@ -177,40 +178,40 @@ register_all(_ratio, "meshing", left_share_ratio="left_share_pct", left_force_ra
 
 
 @measure("meshing")
-def first_areas_without_ring(e, speeds):
+def first_areas_without_ring(evidence, speeds):
     """Areas in which the left and the right arc begin to touch."""
-    row = e.meshing("no_ring")
+    row = evidence.meshing("no_ring")
     return f"left {row['left_first_area']:.0f}, right {row['right_first_area']:.0f}"
 
 
 @measure("meshing")
-def variation_of_forces(e, speeds):
+def variation_of_forces(evidence, speeds):
     """SD of the force that varies most with the ring, of all and of the arcs alone, over that of the arcs without."""
-    without = e.meshing("no_ring")[["left_sd_n", "right_sd_n"]].max()
-    teeth = e.meshing("ring")[["left_sd_n", "right_sd_n"]].max()
-    return [float(_over(max(teeth, e.meshing("ring")["ring_sd_n"]), without)), float(_over(teeth, without))]
+    without = evidence.meshing("no_ring")[["left_sd_n", "right_sd_n"]].max()
+    teeth = evidence.meshing("ring")[["left_sd_n", "right_sd_n"]].max()
+    return [float(_over(max(teeth, evidence.meshing("ring")["ring_sd_n"]), without)), float(_over(teeth, without))]
 
 
 @measure("meshing")
-def first_contacts_apart(e, speeds):
+def first_contacts_apart(evidence, speeds):
     """Time between the first contacts of the two arcs without a ring, s."""
-    left, right = e.event_times("no_ring", ["first left", "first right"])
+    left, right = evidence.event_times("no_ring", ["first left", "first right"])
     return abs(left - right)
 
 
 @measure("meshing")
-def left_contact_force_ratio(e, speeds):
+def left_contact_force_ratio(evidence, speeds):
     """RMS of the left-arc force over the time in contact, with the ring over that without."""
-    ring, without = (e.meshing(run).get("left_rms_contact_n") for run in ("ring", "no_ring"))
+    ring, without = (evidence.meshing(run).get("left_rms_contact_n") for run in ("ring", "no_ring"))
     if ring is None or without is None:
         raise NotThere("not recorded")
     return float(_over(ring, without))
 
 
 @measure("meshing")
-def ring_over_arcs(e, speeds):
+def ring_over_arcs(evidence, speeds):
     """Mean ring force over the mean force of both arcs, over the run."""
-    a = e.meshing("ring")
+    a = evidence.meshing("ring")
     mean = {
         side: np.sqrt(max(a[f"{side}_rms_n"] ** 2 - a[f"{side}_sd_n"] ** 2, 0.0)) for side in ("left", "right", "ring")
     }
@@ -218,9 +219,9 @@ def ring_over_arcs(e, speeds):
 
 
 @measure("meshing")
-def engaged_without_ring(e, speeds):
+def engaged_without_ring(evidence, speeds):
     """From the first contact of either arc to the last without a ring, % of a turn."""
-    row = e.meshing("no_ring")
+    row = evidence.meshing("no_ring")
     first, last = (row[[f"left_phase_{end}", f"right_phase_{end}"]] for end in ("start", "end"))
     return float(100 * (last.max() - first.min()))
 
@@ -228,24 +229,24 @@ def engaged_without_ring(e, speeds):
 # The ring study (Sect. 6.2)
 
 
-def _growth(e: Evidence, speeds, side: str) -> list:
+def _growth(evidence: Evidence, speeds, side: str) -> list:
     """RMS and SD at the highest speed over those at the lowest, by radius."""
     _some(speeds[1:])  # one speed shows no growth
-    low, high = e.study(min(speeds)), e.study(max(speeds))
+    low, high = evidence.study(min(speeds)), evidence.study(max(speeds))
     return [_over(high[f"{side}_{name}"], low[f"{side}_{name}"]).to_numpy() for name in ("rms_n", "sd_n")]
 
 
-def _growths(side, e, speeds):
+def _growths(side, evidence, speeds):
     """Range of both over all radii, from each speed to the next."""
-    pairs = [_growth(e, pair, side) for pair in pairwise(_some(speeds))]
+    pairs = [_growth(evidence, pair, side) for pair in pairwise(_some(speeds))]
     return [_range(np.concatenate(growths)) for growths in zip(*_some(pairs), strict=True)]
 
 
-def _steps(column, e, speeds):
+def _steps(column, evidence, speeds):
     """Least ratio of a force at neighbouring radii, larger over smaller, at every speed."""
     found = []
     for rpm in speeds:
-        values = e.study(rpm)[column].to_numpy()
+        values = evidence.study(rpm)[column].to_numpy()
         before, after = values[:-1], _some(values[1:])
         # a ring that nothing touches bears no force at one radius, and any at the next
         none = np.where(after > 0, np.inf, 1.0)
@@ -258,35 +259,35 @@ register_all(_steps, "study", by_speed=True, ring_rms_steps="ring_rms_n", ring_s
 
 
 @measure("study")
-def left_growth_over_ring_growth(e, speeds):
+def left_growth_over_ring_growth(evidence, speeds):
     """Growth of the left arc's RMS and SD with speed over the ring's, over all radii."""
-    pairs = zip(_growth(e, speeds, "left"), _growth(e, speeds, "ring"), strict=True)
+    pairs = zip(_growth(evidence, speeds, "left"), _growth(evidence, speeds, "ring"), strict=True)
     return [_range(_over(left, ring)) for left, ring in pairs]
 
 
 @measure("study")
-def largest_growth_with_speed(e, speeds):
+def largest_growth_with_speed(evidence, speeds):
     """Largest growth of RMS or SD with speed over all radii: left arc, ring."""
-    return [max(float(growth.max()) for growth in _growth(e, speeds, side)) for side in ("left", "ring")]
+    return [max(float(growth.max()) for growth in _growth(evidence, speeds, side)) for side in ("left", "ring")]
 
 
 @measure("study", by_speed=True)
-def ring_growth_with_radius(e, speeds):
+def ring_growth_with_radius(evidence, speeds):
     """RMS of the ring force at the largest radius over that at the smallest, at every speed."""
-    columns = [e.study(rpm)["ring_rms_n"] for rpm in speeds]
+    columns = [evidence.study(rpm)["ring_rms_n"] for rpm in speeds]
     return [float(_over(_some(column[1:]).iloc[-1], column.iloc[0])) for column in columns]
 
 
 @measure("study", by_speed=True)
-def right_share_from_0305(e, speeds):
+def right_share_from_0305(evidence, speeds):
     """Largest share of right-arc contact for radii of 0.305 m and more, % of a turn, at every speed."""
-    return [_range(_from(e.study(rpm)["right_share_pct"], 0.305)).high for rpm in speeds]
+    return [_range(_from(evidence.study(rpm)["right_share_pct"], 0.305)).high for rpm in speeds]
 
 
 @measure("study", by_speed=True)
-def right_share_below_0305(e, speeds):
+def right_share_below_0305(evidence, speeds):
     """Share of right-arc contact at the largest radius below 0.305 m, % of a turn, at every speed."""
-    return [float(_below(e.study(rpm)["right_share_pct"], 0.305).iloc[-1]) for rpm in speeds]
+    return [float(_below(evidence.study(rpm)["right_share_pct"], 0.305).iloc[-1]) for rpm in speeds]
 
 
 def _spread(values) -> float:
@@ -296,39 +297,39 @@ def _spread(values) -> float:
 
 
 @measure("study", by_speed=True)
-def left_spread_from_0305(e, speeds):
+def left_spread_from_0305(evidence, speeds):
     """Largest deviation of the left-arc RMS from its mean over radii of 0.305 m and more, %, at every speed."""
-    return [_spread(_from(e.study(rpm)["left_rms_n"], 0.305)) for rpm in speeds]
+    return [_spread(_from(evidence.study(rpm)["left_rms_n"], 0.305)) for rpm in speeds]
 
 
 @measure("study", by_speed=True)
-def left_spread(e, speeds):
+def left_spread(evidence, speeds):
     """Largest deviation of the left-arc RMS from its mean over all radii, %, at every speed."""
-    return [_spread(e.study(rpm)["left_rms_n"]) for rpm in speeds]
+    return [_spread(evidence.study(rpm)["left_rms_n"]) for rpm in speeds]
 
 
 @measure("study", by_speed=True)
-def left_shares_from_0307(e, speeds):
+def left_shares_from_0307(evidence, speeds):
     """Least and largest left-arc share over the radii of 0.307 m and more, % of a turn, at every speed."""
-    return [_range(_from(e.study(rpm)["left_share_pct"], 0.307)) for rpm in speeds]
+    return [_range(_from(evidence.study(rpm)["left_share_pct"], 0.307)) for rpm in speeds]
 
 
-def _serving(e: Evidence, speeds) -> list[float]:
-    studies = (e.study(rpm) for rpm in speeds)
+def _serving(evidence: Evidence, speeds) -> list[float]:
+    studies = (evidence.study(rpm) for rpm in speeds)
     return [serving_radius(study["left_share_pct"], study["right_share_pct"]) for study in studies]
 
 
 @measure("study", by_speed=True)
-def radius_to_choose(e, speeds):
+def radius_to_choose(evidence, speeds):
     """Radius to choose (m) at every speed, where the right arc is free and the left one touches for little."""
-    return _serving(e, speeds)
+    return _serving(evidence, speeds)
 
 
 @measure("study", by_speed=True)
-def excess_over_equal_pitch(e, speeds):
+def excess_over_equal_pitch(evidence, speeds):
     """Smallest radius of the first reading less the nearest reading of the rig's equal-pitch radius, m, by speed."""
-    chain = e.rig.chain
+    chain = evidence.rig.chain
     readings = equal_pitch_radius(
-        e.rig.sprocket.teeth, chain.link_length, e.rig.connector_length, chain.link_thickness
+        evidence.rig.sprocket.teeth, chain.link_length, evidence.rig.connector_length, chain.link_thickness
     ).values()
-    return [min((radius - reading for reading in readings), key=abs) for radius in _serving(e, speeds)]
+    return [min((radius - reading for reading in readings), key=abs) for radius in _serving(evidence, speeds)]
