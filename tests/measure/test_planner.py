@@ -63,7 +63,7 @@ def test_a_promise_is_kept(rig, measure, tolerance):
     limit = whole_loop(simulate(fine))[measure].value
     assert answer.converged
     assert abs(answer.measures[measure].value / limit - 1) < tolerance
-    assert found.duration == pytest.approx(len(answer.recording.time) / answer.recording.rate, rel=1.0)
+    assert 1.0 <= len(answer.recording.time) / answer.recording.rate / found.duration < 2.0
 
 
 def test_a_tolerance_that_nothing_keeps_is_refused(rig):

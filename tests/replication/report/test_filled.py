@@ -55,7 +55,7 @@ def test_open_claims_lead_and_those_that_failed_first():
     lines = [line for line in text.splitlines() if line.startswith("|")][2:]
     assert "half of it" in lines[0] and "1 of 2 parts fail" in lines[0]
     assert "it holds" in lines[1] and "● reproduced" in lines[1]
-    assert "1 of 2: C03" in lines[2] and "fitted" in lines[2]
+    assert "C03" in lines[2] and "C04" not in lines[2] and "1 of 2 reproduced" in lines[2] and "fitted" in lines[2]
     assert len(lines) == 3
     assert "Reproduced: 1 of 2 predictions" in text
 

@@ -67,8 +67,7 @@ def claims_text(card: pd.DataFrame) -> str:
     for origin in ("follows", "fitted", "implied"):
         met = own[own["origin"] == origin].groupby("counts_as")["verdict"].agg(lambda v: (v == REPRODUCED).all())
         if len(met):
-            named = ", ".join(met.index[met]) or "none"
-            lines.append(["", f"{met.sum()} of {len(met)}: {named}", origin, "● reproduced"])
+            lines.append(["", ", ".join(met.index[met]), origin, f"{met.sum()} of {len(met)} reproduced"])
     heads = ["id", "claim", "origin", "default rig"]
     table = pd.DataFrame(lines, columns=heads)
     headlines = [f"**{name}**: {headline(card, name)}" for name in dict.fromkeys(card["rig"])]
