@@ -13,7 +13,6 @@ from typing import Annotated, Any, Literal, NamedTuple, Protocol, TypeVar, get_a
 import numpy as np
 import pandas as pd
 from pydantic import Field
-from scipy.optimize import least_squares
 
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.extras import required
@@ -23,14 +22,13 @@ from trackdyn.sweeps.engine import Maker, refuse_failed, results
 from trackdyn.sweeps.store import DONE, key_of
 
 K = TypeVar("K", bound=Hashable)
-SearchMethod = Literal["dfols", "trf"]
+SearchMethod = Literal["dfols", "cma"]
 # A residual grows as it is up to about so many tolerances and with its logarithm beyond: one target that is far off
 # outweighs no ten that are near, and still has a gradient. Three tolerances: what is further off is lost either way.
 BEND = 3.0
 # What cannot run is worse than the nearest point that can, in every residual: by this at once, and this much more
 # across the cube. So the model of a search slopes back to where rigs run.
 REFUSED, SLOPE = 1.0, 10.0
-DIFFERENCE = 0.03  # of the cube, for the derivatives of the second method
 LEAST_RADIUS = 1e-3  # of the cube: trust region or step at which a search has converged
 ENDLESS = 100_000  # evaluations that a method is given: what stops it is the budget, whose size it must not see
 
@@ -162,18 +160,14 @@ def _dfols(evaluate: Callable, x: np.ndarray, radius: float, directions: int | N
         np.random.set_state(before)  # noqa: NPY002
 
 
-def _trf(evaluate: Callable, x: np.ndarray, radius: float, directions: int | None) -> None:
-    def jacobian(at):
-        base = evaluate(at)
-        steps = np.where(at + DIFFERENCE <= 1.0, DIFFERENCE, -DIFFERENCE)
-        moved = [evaluate(at + step * unit) for step, unit in zip(steps, np.eye(len(at)), strict=True)]
-        return np.column_stack([(m - base) / step for m, step in zip(moved, steps, strict=True)])
-
-    ends = {"xtol": LEAST_RADIUS, "ftol": LEAST_RADIUS, "max_nfev": ENDLESS}
-    least_squares(evaluate, np.clip(x, 1e-6, 1 - 1e-6), jac=jacobian, bounds=(0.0, 1.0), **ends)
+def _cma(evaluate: Callable, x: np.ndarray, radius: float, directions: int | None) -> None:
+    cma = required("cma")
+    options = {"bounds": [0.0, 1.0], "seed": 1, "tolx": LEAST_RADIUS * radius, "maxfevals": ENDLESS, "verbose": -9}
+    found = cma.CMAEvolutionStrategy(np.clip(x, 0.0, 1.0), radius, options)
+    found.optimize(lambda at: 0.5 * float(np.sum(evaluate(at) ** 2)))
 
 
-METHODS = {"dfols": _dfols, "trf": _trf}
+METHODS = {"dfols": _dfols, "cma": _cma}
 
 
 def minimise(
@@ -198,9 +192,9 @@ def minimise(
         At most so many rows. The way to a point does not depend on them, so that a longer search begins as a shorter.
     method : str
         ``dfols`` (DFO-LS: a model of the residuals over a trust region, one evaluation a step; Cartis, Fiala, Marteau,
-        Roberts, ACM TOMS 45, 2019) or ``trf`` (scipy.optimize.least_squares with differences).
+        Roberts, ACM TOMS 45, 2019) or ``cma`` (CMA-ES on the sum of squares; Hansen, arXiv:1604.00772).
     radius : float
-        First trust region of ``dfols``.
+        First trust region of ``dfols``, first standard deviation of ``cma``; of the unit cube.
     directions : int or None
         In how many directions ``dfols`` begins; None: in all of them.
     enough : float or None

@@ -59,14 +59,32 @@ def every_ay(recording: Recording) -> np.ndarray:
     return np.clip(felt / (rig["gravity"] or 9.81), -rig["sensor"]["range"], rig["sensor"]["range"])
 
 
-def _windows(recording: Recording) -> np.ndarray:
-    """Edges of the whole passages of a record, in samples."""
+def passage_edges(recording: Recording) -> np.ndarray:
+    """(m + 1,) edges of the m whole passages of a record, in samples."""
     count = int(len(recording.time) / recording.rate / passage(recording) + 1e-6)
     if count < 1:
         raise InputError(
             f"recording: {len(recording.time) / recording.rate:g} s hold no passage of {passage(recording):.4g} s"
         )
     return np.rint(np.arange(count + 1) * passage(recording) * recording.rate).astype(int)
+
+
+def places(recording: Recording, first: int, links: int) -> tuple[np.ndarray, ...]:
+    """Where a revolution of one of ``links`` links lies in the records of all within the passage from sample ``first``.
+
+    Its times (k,), s; for each the row and the column of the recording, and how many passages are over. Raises
+    `InputError` if the record is shorter than a passage and a sample from ``first`` on.
+    """
+    rate, span = recording.rate, passage(recording)
+    time = np.arange(int(links * span * rate + 1e-6)) / rate
+    segment = np.minimum((time / span).astype(int), links - 1)
+    rows = first + np.rint((time - segment * span) * rate).astype(int)
+    if rows.max() + 1 >= len(recording.time):
+        held = len(recording.time) / rate
+        raise InputError(f"recording: {held:g} s are shorter than a passage of {span:.4g} s and a sample")
+    # links are numbered against the motion: one passage later a link does what the next one does now
+    columns = (int(recording.meta["rig"]["sensor"]["pitch"]) - 1 + segment) % links
+    return time, rows, columns, segment
 
 
 def stitch(recording: Recording, first: int = 0, felt: np.ndarray | None = None) -> Revolution:
@@ -76,15 +94,7 @@ def stitch(recording: Recording, first: int = 0, felt: np.ndarray | None = None)
     record is shorter than a passage and a sample from ``first`` on.
     """
     felt = every_ay(recording) if felt is None else felt
-    rate, span = recording.rate, passage(recording)
-    links = felt.shape[1]
-    time = np.arange(int(links * span * rate + 1e-6)) / rate
-    segment = np.minimum((time / span).astype(int), links - 1)
-    rows = first + np.rint((time - segment * span) * rate).astype(int)
-    if rows.max() + 1 >= len(felt):
-        raise InputError(f"recording: {len(felt) / rate:g} s are shorter than a passage of {span:.4g} s and a sample")
-    # links are numbered against the motion: one passage later a link does what the next one does now
-    columns = (int(recording.meta["rig"]["sensor"]["pitch"]) - 1 + segment) % links
+    time, rows, columns, segment = places(recording, first, felt.shape[1])
     ay = felt[rows, columns]
     last = np.flatnonzero(np.diff(segment))
     # what the link itself does next, beside what the one that goes on does
@@ -147,7 +157,7 @@ def series(recording: Recording) -> dict[str, Series]:
         turn); ``left_peak``, ``right_peak`` (N: the largest force of an arc on its way through the sprocket, if
         contacts are logged and that arc has some).
     """
-    felt, edges, rig = every_ay(recording), _windows(recording), recording.meta["rig"]
+    felt, edges, rig = every_ay(recording), passage_edges(recording), recording.meta["rig"]
     parts = [slice(a, b) for a, b in pairwise(edges)]
     number = np.arange(len(parts))
     mean = np.array([felt[part].mean() for part in parts])

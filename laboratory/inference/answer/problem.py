@@ -1,0 +1,178 @@
+"""The scorecard as residuals: a rig's row at every speed and radius that a question asks for, judged claim by claim."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import pandas as pd
+
+from laboratory.inference.answer.revolution import summary
+from laboratory.inference.answer.settings import AnswerConfig
+from laboratory.inference.search import bent
+from laboratory.inference.unknowns import Unknown, Unknowns
+from replication.paper.claims import JUDGED, ONE_SIDED, REPRODUCED, Claim, Value, examine
+from replication.paper.evidence import Evidence
+from trackdyn.errors import DivergenceError, InputError
+from trackdyn.measure.meshing import LEAST_SHARE
+from trackdyn.measure.sensor import whole_samples
+from trackdyn.measure.whole_loop import stitch
+from trackdyn.parameters.layout import can_close
+from trackdyn.parameters.rig import Rig
+from trackdyn.scene.scene import Scene
+from trackdyn.sensor.signals import high_frequency_rms
+from trackdyn.simulation.recording import Recording
+from trackdyn.simulation.settled_loops import SettledLoops
+from trackdyn.simulation.simulate import simulate
+from trackdyn.sources import module_hash
+
+# tolerances off for a number that there is not: a contact that never occurs, a ratio to nothing
+MISSING = 6.0
+TREND = 0.05  # a trend that falls by so much more than it may is a tolerance further off
+# text claims: what stands for an area that is printed as the only or the first one
+AREAS = {"C15": ("left_late_2_pct", "right_late_7_pct"), "C18": ("left_outside_2_pct", "right_share_pct")}
+SHARE_OF = {"right_share_pct": 0.5}  # % of a turn that count as a tolerance, else `LEAST_SHARE`
+
+
+def rows_of_answer(memory: float) -> Callable[..., dict]:
+    """What computes all scenes of a rig as a row."""
+    return _row
+
+
+def _row(rig: dict, scenes: list[list], fields: dict, row: dict) -> dict:
+    made = Rig.model_validate(rig)
+    *first, last = row["steps_s"]
+    for step in first:
+        try:
+            return _scenes(made, scenes, fields | {"step": step}, row)
+        except (InputError, DivergenceError):
+            continue
+    return _scenes(made, scenes, fields | {"step": last}, row)
+
+
+def _scenes(rig: Rig, scenes: list[list], fields: dict, row: dict) -> dict:
+    starts = SettledLoops(kept=len(scenes))
+    least = Scene.ring_range(rig)[0]
+    found: dict = {"rig": rig.model_dump()}
+    for rpm, ring, sensed in scenes:
+        same = name_of(rpm, None)
+        if ring is not None and ring < least and same in found:  # it touches nothing: no ring
+            found[name_of(rpm, ring)] = found[same]
+            continue
+        span = row["passages"] * rig.loop_period(rpm) / rig.chain.pitches
+        scene = Scene(
+            rig, motor_rpm=rpm, ring_radius=ring, ramp=row["ramp_s"], lead_in=row["lead_in_s"], spells=False,
+            duration=whole_samples(rig.sensor.rate, span) + 2 / rig.sensor.rate, integrator="linearly_implicit",
+            pitches=list(range(1, rig.chain.pitches + 1)), every_link=sensed, **fields,
+        )  # fmt: skip
+        recording = simulate(scene, starts=starts)
+        values, times = summary(recording)
+        values |= {f"event {name}": seconds for name, seconds in times.items()}
+        found[name_of(rpm, ring)] = values | (_sensed(recording) if sensed else {})
+    return found
+
+
+def name_of(rpm: float, ring: float | None) -> str:
+    """``115 none``, ``115 0.308``."""
+    return f"{rpm:g} {'none' if ring is None else format(ring, 'g')}"
+
+
+def _sensed(recording: Recording) -> dict[str, float]:
+    """RMS, SD, content from 20 Hz on and amplitude of the loop's line, of a revolution of one link, g."""
+    ay = stitch(recording).ay
+    line = 2 * abs(np.fft.rfft(ay)[1]) / len(ay)
+    found = {"rms_g": np.sqrt(np.mean(ay**2)), "sd_g": ay.std(), "line_g": line}
+    found["high_frequency_g"] = high_frequency_rms(ay, recording.rate)
+    return {name: float(value) for name, value in found.items()}
+
+
+class AnswerProblem:
+    """A question as a problem of `inference.search`."""
+
+    def __init__(self, config: AnswerConfig, question: str, unknowns: Unknowns, claims: Sequence[Claim]):
+        self.config, self.question, self.unknowns = config, config.questions[question], unknowns
+        self.claims = list(claims)
+        self.rows, self.sources = rows_of_answer, module_hash(__name__)
+
+    def scenes(self) -> list[list]:
+        """Speed, ring radius and whether sensors are read, of every scene of a row."""
+        c, asked = self.config, self.question.speeds_rpm
+        found = [[rpm, ring, ring == c.ring_radius_m] for rpm in asked for ring in (None, *c.radii_m)]
+        return found
+
+    def task(self, x: np.ndarray) -> dict:
+        """Arguments of the row of a point."""
+        rig, scene = self.unknowns.to_rig(x)
+        if not can_close(rig):
+            raise InputError("the loop does not close within the travel of the tensioner")
+        row = self.config.row.model_dump()
+        return {"rig": rig.model_dump(), "scenes": self.scenes(), "fields": self.question.scene | scene, "row": row}
+
+    def evidence(self, values: dict, rig: Rig) -> Evidence:
+        """A row as what claims are judged by."""
+        c = self.config
+        metrics, events = [], []
+        for rpm, ring, sensed in self.scenes():
+            row = values[name_of(rpm, ring)]
+            of = {"rpm": rpm, "ring_radius_m": np.nan if ring is None else ring, **row}
+            runs = [f"ring/{rpm:g}rpm_{ring}"] + [f"{rpm:g}rpm"] * sensed
+            if rpm == c.speed_rpm and ring in (None, c.ring_radius_m):
+                name = f"meshing/{'no_ring' if ring is None else 'ring'}"
+                runs.append(name)
+                events += [
+                    {"run": name, "event": key.removeprefix("event "), "mean_s": time}
+                    for key, time in row.items() if key.startswith("event ")
+                ]  # fmt: skip
+            metrics += [{"run": run, **of} for run in runs]
+        return Evidence(pd.DataFrame(metrics), pd.DataFrame(events), rig, c.speed_rpm, c.ring_radius_m)
+
+    def judged(self, values: dict) -> dict[str, tuple[str, np.ndarray]]:
+        """Verdict and signed residuals, in tolerances, of every claim."""
+        e = self.evidence(values, Rig.model_validate(values["rig"]))
+        found = {}
+        for claim in self.claims:
+            judgement, numbers = examine(claim, e)
+            if claim.name in AREAS:
+                off = np.array([self._area(values, claim.name, name) for name in AREAS[claim.name]])
+            elif judgement.verdict in JUDGED:
+                off = np.array([residual(claim, one, before) for one, before in zip(numbers, [None, *numbers], strict=False)])
+            else:
+                raise InputError(f"{claim.name} cannot be judged: {judgement.measured}")
+            if claim.name.startswith("C20b"):  # either reading will do
+                off = off[np.abs(off).argmin()][None]
+            found[claim.name] = (judgement.verdict, np.nan_to_num(off, nan=MISSING, posinf=MISSING, neginf=-MISSING))
+        return found
+
+    def _area(self, values: dict, claim: str, name: str) -> float:
+        ring = None if claim == "C15" else self.config.ring_radius_m
+        value = values[name_of(self.config.speed_rpm, ring)][name]
+        return float("nan") if value is None else value / SHARE_OF.get(name, LEAST_SHARE)
+
+    def residuals(self, values: dict) -> np.ndarray:
+        """Of all claims, large ones bent."""
+        return bent(np.concatenate([off for _, off in self.judged(values).values()]))
+
+
+def residual(claim: Claim, value: Value, before: Value | None) -> float:
+    """Signed distance of a number in tolerances: a claim is met where none is beyond 1.
+
+    One-sided claims are at 1 on their bound and at 0 a `Claim.scale` within it, so that a search does not end on it.
+    """
+    if claim.rule == "rising":
+        if before is None or not before.value:
+            return 0.0
+        return max(0.0, 1 + ((1 - claim.within) - value.value / before.value) / TREND)
+    if claim.rule in ONE_SIDED:
+        leeway = claim.within * abs(value.printed)
+        off = value.printed - value.value if claim.rule == "at_least" else value.value - value.printed
+        return max(0.0, 1 + (off - leeway) / (claim.scale or abs(value.printed)))
+    return (value.value - value.printed) / claim.tolerance
+
+
+def shown(judged: dict[str, tuple[str, np.ndarray]]) -> int:
+    """Claims that are reproduced."""
+    return sum(verdict == REPRODUCED for verdict, _ in judged.values())
+
+
+def answer_problem(config: dict, question: str, unknowns: list, rig: dict, claims: list) -> AnswerProblem:
+    """A problem from plain data."""
+    made = Unknowns([Unknown.model_validate(one) for one in unknowns], Rig.model_validate(rig))
+    return AnswerProblem(AnswerConfig.model_validate(config), question, made, [Claim.model_validate(one) for one in claims])

@@ -1,0 +1,102 @@
+"""What the search for rigs is asked: ``config/answer.yaml``, whose head explains the fields."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from laboratory.inference.search import SearchMethod
+from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
+from replication.paper.claims import Claim
+from trackdyn.errors import InputError
+from trackdyn.parameters.rig import Rig, load_rig
+from trackdyn.parameters.validation import Positive, Section, validated
+from trackdyn.parameters.yaml_file import read_yaml
+
+Count = Annotated[int, Field(ge=1)]
+Numbers = Annotated[list[Positive], Field(min_length=1)]
+
+
+class Row(Section):
+    """How a rig is run: steps that are tried one after the other until every scene comes out (s), start of the motor and
+    wait (s), pitch passages that are recorded."""
+
+    steps_s: Numbers
+    ramp_s: Positive
+    lead_in_s: Positive
+    passages: Count
+
+
+class Searches(Section):
+    """Searches by one method: evaluations that each may take, first trust region or standard deviation as a share of
+    the unit cube, and seeds, each of which draws a start."""
+
+    method: SearchMethod
+    evaluations: Count
+    radius: Positive
+    seeds: list[int]
+
+
+class Question(Section):
+    """Which claims are asked of which rigs.
+
+    ``ranges``: ``typed`` (those of ``typed`` in the configuration, then of the rig's file) or ``possible`` (the file's).
+    ``fixed``: unknowns that keep the value of the rig. ``scene``: its laws. ``claims``: targets. ``speeds_rpm``: at which
+    they are asked. ``rig``: where searches begin, with ``spread`` of the unit cube as standard deviation of the starts
+    but the first.
+    """
+
+    words: str
+    rig: str
+    ranges: Literal["typed", "possible"]
+    scene: dict[str, str]
+    fixed: list[str] = Field(default_factory=list)
+    claims: Annotated[list[str], Field(min_length=1)]
+    speeds_rpm: Numbers
+    spread: Positive
+    searches: Annotated[list[Searches], Field(min_length=1)]
+
+
+class AnswerConfig(Section):
+    """Everything in ``config/answer.yaml``."""
+
+    speed_rpm: Positive
+    ring_radius_m: Positive
+    radii_m: Numbers
+    row: Row
+    unknowns: Annotated[list[Unknown], Field(min_length=2)]
+    typed: list[Unknown]
+    questions: dict[str, Question]
+
+    @model_validator(mode="after")
+    def _known(self):
+        labels = {one.label for one in self.unknowns}
+        for name in [one.label for one in self.typed] + [f for q in self.questions.values() for f in q.fixed]:
+            if name not in labels:
+                raise InputError(f"{name} is not among the unknowns")
+        return self
+
+    def unknowns_of(self, question: str, rig: Rig, ranges: dict) -> Unknowns:
+        """What a question leaves open."""
+        asked = self.questions[question]
+        typed = {one.label: one for one in self.typed} if asked.ranges == "typed" else {}
+        free = [one for one in self.unknowns if one.label not in asked.fixed]
+        return Unknowns([typed.get(one.label, one) for one in free], rig, ranges)
+
+    def targets_of(self, question: str, claims: list[Claim]) -> list[Claim]:
+        """Claims that a question asks for, in the order of the claims' file."""
+        wanted = self.questions[question].claims
+        if missing := set(wanted) - {claim.name for claim in claims}:
+            raise InputError(f"questions.{question}.claims: {', '.join(sorted(missing))} is not a claim")
+        return [claim for claim in claims if claim.name in wanted]
+
+
+def load_answer(path: Path | str) -> AnswerConfig:
+    """Read and validate."""
+    return validated(AnswerConfig, read_yaml(path), str(path))
+
+
+def question_unknowns(config: AnswerConfig, question: str) -> Unknowns:
+    """Unknowns of a question around the rig at which its searches begin."""
+    path = config.questions[question].rig
+    return config.unknowns_of(question, load_rig(path), file_ranges(path))
