@@ -50,9 +50,7 @@ SPEEDS = [f"{rpm:g}rpm" for rpm in CONFIG.records.speeds_rpm]
 
 wildcard_constraints:
     run=r"\d[\w.]*rpm|(meshing|coarse)/[\w.]+",
-    ring=r"none|\d[\w.]*",
     other="[a-z][a-z0-9_]*",
-    stage=r"\w+",
     short="(short/)?",
 
 

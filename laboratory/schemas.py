@@ -1,14 +1,13 @@
 """JSON schemas of the laboratory's YAML files: ``python -m laboratory.schemas`` writes them into ``config/schemas``."""
 
-from laboratory.inference.ensemble.settings import EnsembleConfig
-from laboratory.inference.fit import FitConfig
+from laboratory.inference.answer.settings import AnswerConfig
 from laboratory.inference.identification.calibration import CalibrationConfig
 from laboratory.settings import Laboratory
 from laboratory.studies.departures import Departures
 from replication.pipeline.schemas import write_schemas
 
 MODELS = {
-    "fit": FitConfig, "departures": Departures, "calibration": CalibrationConfig, "ensemble": EnsembleConfig,
+    "departures": Departures, "calibration": CalibrationConfig, "answer": AnswerConfig,
     "laboratory": Laboratory,
 }  # fmt: skip
 

@@ -21,13 +21,13 @@ class WearPlan(Section):
 
 
 class WearForm(Section):
-    """Lives of the rigs that have a name and of so many within the ranges of the ensemble: until which radius, and how
+    """Lives of the rigs that have a name and of so many drawn within the ranges of the parts: until which radius, how
     long the steps of the wear are.
     """
 
     named: WearPlan
-    ensemble: WearPlan
-    ensemble_rigs: Annotated[int, Field(ge=0)]
+    drawn: WearPlan
+    drawn_rigs: Annotated[int, Field(ge=0)]
     until_radius_m: Positive
     step_factor: Positive
 

@@ -1,7 +1,6 @@
 """Commands that the laboratory adds to ``trackdyn``."""
 
 from laboratory.commands.benchmark import BENCHMARK
-from laboratory.commands.choose_ring import choose_ring
 from laboratory.commands.fmu import fmu
 from laboratory.commands.identify import identify
 from laboratory.commands.wear import wear
@@ -9,7 +8,7 @@ from laboratory.commands.wear import wear
 COMMANDS = (
     "Laboratory",
     {
-        "": ("", (identify, wear, choose_ring, fmu)),
+        "": ("", (identify, wear, fmu)),
         "benchmark": ("Problems for every multibody code: their files, score of an answer.", BENCHMARK),
     },
 )

@@ -1,1 +1,1 @@
-"""What ensemble and identification share: unknown parameters of a rig, and emulators of its runs."""
+"""What the answer and identification share: unknown parameters of a rig, and emulators of its runs."""

@@ -1,22 +1,19 @@
 """Least squares from many starts: local searches in the unit cube, all their runs rows of the sweep engine.
 
 A local search is a row, and so is every evaluation that it makes: searches run beside each other, a search that is
-killed goes on where it was, and one that is given more evaluations repeats the first ones out of its store. Starts are
-dropped by successive halving (Jamieson, Talwalkar, AISTATS 2016): after each round only the best go on.
+killed goes on where it was, and one that is given more evaluations repeats the first ones out of its store.
 """
 
 import importlib
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple, Protocol, TypeVar, get_args
+from typing import Any, Literal, NamedTuple, Protocol, TypeVar, get_args
 
 import numpy as np
-import pandas as pd
-from pydantic import Field
 
 from trackdyn.errors import InputError, TrackdynError
 from trackdyn.extras import required
-from trackdyn.parameters.validation import Section, shown
+from trackdyn.parameters.validation import shown
 from trackdyn.sources import module_hash
 from trackdyn.sweeps.engine import Maker, refuse_failed, results
 from trackdyn.sweeps.store import DONE, key_of
@@ -46,37 +43,12 @@ class Problem(Protocol):
         """Signed residuals of a row that came out, in tolerances; none is NaN."""
 
 
-class Round(Section):
-    """Evaluations that a start has made at the end of a round, and how many starts go on into the next one."""
-
-    evaluations: Annotated[int, Field(ge=2)]
-    keep: Annotated[int, Field(ge=1)] = 1
-
-
 class Start(NamedTuple):
     """Where a search begins: its name, a point of the unit cube, and which coordinates it may change."""
 
     name: str
     x: list[float]
     free: list[bool]
-
-
-class End(NamedTuple):
-    """Where a search ended."""
-
-    start: str  # its name
-    x: list[float]  # the best point
-    cost: float  # half the sum of the squared residuals there; infinite if the start itself does not run
-    first_cost: float  # at the start
-    evaluations: int  # made in all
-    ended: str  # ``converged``, ``budget``, ``near enough``, or why the start does not run
-    round: int  # the last one that it took part in, from 1
-    residuals: list[float]  # at the best point
-
-
-def straight(bent_residual: float) -> float:
-    """The residual that `bent` makes this of."""
-    return float(BEND * np.sinh(bent_residual / BEND))
 
 
 def bent(off) -> np.ndarray:
@@ -88,19 +60,11 @@ class _SpentError(Exception):
     """The budget is spent."""
 
 
-class _NearError(Exception):
-    """No residual is larger than what is enough."""
-
-
-def _largest(residuals: np.ndarray) -> float:
-    return float(np.abs(residuals).max(initial=0.0))
-
-
 class _Evaluated:
     """Residuals at points, every one a row; keeps the best."""
 
-    def __init__(self, problem: Problem, store: str | None, budget: int, enough: float | None):
-        self.problem, self.store, self.budget, self.enough = problem, store, budget, enough
+    def __init__(self, problem: Problem, store: str | None, budget: int):
+        self.problem, self.store, self.budget = problem, store, budget
         self.points: list[np.ndarray] = []  # that came out
         self.found: list[np.ndarray] = []
         self.count = 0
@@ -118,8 +82,6 @@ class _Evaluated:
         if values is not None:
             self.points.append(x)
             self.found.append(np.asarray(self.problem.residuals(values), dtype=float))
-            if self.enough is not None and _largest(self.found[-1]) <= self.enough:
-                raise _NearError
             return self.found[-1]
         if not self.points:
             raise _SpentError
@@ -140,12 +102,10 @@ class _Evaluated:
         return row["values"] if row["state"] == DONE else None
 
 
-def _dfols(evaluate: Callable, x: np.ndarray, radius: float, directions: int | None) -> None:
+def _dfols(evaluate: Callable, x: np.ndarray, radius: float) -> None:
     dfols = required("dfols")
     off = ("restarts.use_restarts", "init.random_initial_directions", "logging.save_diagnostic_info")
     params: dict[str, Any] = dict.fromkeys(off, False)
-    if directions is not None and directions < len(x):
-        params["growing.ndirs_initial"] = directions
     # The package draws directions from numpy's global generator. Each search begins with the same one, so that it takes
     # the same way again, and leaves it as it was.
     before = np.random.get_state()  # noqa: NPY002
@@ -160,7 +120,7 @@ def _dfols(evaluate: Callable, x: np.ndarray, radius: float, directions: int | N
         np.random.set_state(before)  # noqa: NPY002
 
 
-def _cma(evaluate: Callable, x: np.ndarray, radius: float, directions: int | None) -> None:
+def _cma(evaluate: Callable, x: np.ndarray, radius: float) -> None:
     cma = required("cma")
     options = {"bounds": [0.0, 1.0], "seed": 1, "tolx": LEAST_RADIUS * radius, "maxfevals": ENDLESS, "verbose": -9}
     found = cma.CMAEvolutionStrategy(np.clip(x, 0.0, 1.0), radius, options)
@@ -176,8 +136,6 @@ def minimise(
     evaluations: int,
     method: SearchMethod = "dfols",
     radius: float = 0.1,
-    directions: int | None = None,
-    enough: float | None = None,
     store: Path | str | None = None,
 ) -> dict:
     """One local search in the unit cube.
@@ -195,11 +153,6 @@ def minimise(
         Roberts, ACM TOMS 45, 2019) or ``cma`` (CMA-ES on the sum of squares; Hansen, arXiv:1604.00772).
     radius : float
         First trust region of ``dfols``, first standard deviation of ``cma``; of the unit cube.
-    directions : int or None
-        In how many directions ``dfols`` begins; None: in all of them.
-    enough : float or None
-        The search stops where no residual is larger, and the best point is the one whose largest residual is least;
-        None: the best point has the least sum of squares.
     store : path or None
         Folder in which rows are kept.
 
@@ -219,7 +172,7 @@ def minimise(
         raise InputError(f"method = {shown(method)}: {' or '.join(get_args(SearchMethod))}")
     free = np.array(start.free, dtype=bool)
     complete = np.array(start.x, dtype=float)
-    evaluated = _Evaluated(problem, None if store is None else str(store), evaluations, enough)
+    evaluated = _Evaluated(problem, None if store is None else str(store), evaluations)
 
     def at(part: np.ndarray) -> np.ndarray:
         x = complete.copy()
@@ -228,16 +181,14 @@ def minimise(
 
     ended = "converged"
     try:
-        METHODS[method](at, complete[free], radius, directions)
+        METHODS[method](at, complete[free], radius)
     except _SpentError:
         ended = "budget"
-    except _NearError:
-        ended = "near enough"
     if not evaluated.points:
         lost = {"x": complete.tolist(), "cost": None, "first_cost": None, "residuals": [], "costs": []}
         return lost | {"evaluations": evaluated.count, "ended": f"the start does not run: {evaluated.refusal}"}
     costs = [0.5 * float(found @ found) for found in evaluated.found]
-    best = int(np.argmin(costs if enough is None else [_largest(found) for found in evaluated.found]))
+    best = int(np.argmin(costs))
     return {
         "x": evaluated.points[best].tolist(), "cost": costs[best], "first_cost": costs[0],
         "evaluations": evaluated.count, "ended": ended, "residuals": evaluated.found[best].tolist(), "costs": costs,
@@ -271,8 +222,10 @@ def local_searches(
         Makes the `Problem`; it is looked up by its name in other processes.
     requested : mapping
         By any key what the problem is made of, plain data, and where a search begins.
-    evaluations, store
-        As `search`.
+    evaluations : int
+        At most so many rows each, those of a shorter search among them.
+    store : path or None
+        Folder of all rows, in it a folder for each point where searches start: they share their rows.
     jobs : int
         Processes, each with a search of its own.
     **how
@@ -301,62 +254,3 @@ def local_searches(
         lost = {cost: float("inf") for cost in ("cost", "first_cost") if row["values"][cost] is None}
         found[of] = row["values"] | lost
     return found
-
-
-def search(
-    problem: Callable[..., Problem],
-    requested: dict,
-    starts: Sequence[Start],
-    rounds: Sequence[Round],
-    method: SearchMethod = "dfols",
-    radius: float = 0.1,
-    directions: int | None = None,
-    jobs: int = 1,
-    store: Path | str | None = None,
-    log: Callable[[str], None] = print,
-) -> list[End]:
-    """Local searches from many starts; after each round the best go on.
-
-    Parameters
-    ----------
-    problem : function
-        Makes the `Problem` of ``requested``; it is looked up by its name in other processes.
-    requested : dict
-        Plain data.
-    starts : sequence of Start
-        Names differ.
-    rounds : sequence of Round
-        Evaluations in all, not in addition: a search that goes on repeats what it has from its store.
-    method, radius, directions
-        As `minimise`.
-    jobs : int
-        Processes, each with a search of its own.
-    store : path or None
-        Folder of all rows, in it a folder for each point where searches start: they share their rows, whatever they are
-        aimed at and by which method. Without a store every round begins again.
-
-    Returns
-    -------
-    list of End
-        Sorted by the last round, then by cost.
-    """
-    if len({start.name for start in starts}) < len(starts):
-        raise InputError("starts: a name occurs twice; names must differ")
-    alive, ends = {start.name: start for start in starts}, {}
-    how = {"method": method, "radius": radius, "directions": directions}
-    for number, one in enumerate(rounds, 1):
-        tasks = {name: (requested, start) for name, start in alive.items()}
-        for name, values in local_searches(problem, tasks, one.evaluations, jobs, store, **how).items():
-            ends[name] = End(start=name, round=number, **{k: v for k, v in values.items() if k != "costs"})
-        order = sorted(alive, key=lambda of: ends[of].cost)  # of equals the first start
-        best = ends[order[0]].cost
-        log(f"round {number}: {len(alive)} starts to {one.evaluations} evaluations, best cost {best:.3f}")
-        if number < len(rounds):
-            alive = {of: alive[of] for of in order[: one.keep] if np.isfinite(ends[of].cost)}
-    return sorted(ends.values(), key=lambda end: (-end.round, end.cost))
-
-
-def ends_table(ends: Sequence[End]) -> pd.DataFrame:
-    """A row a start: ``start, round, evaluations, first_cost, cost, ended``."""
-    columns = ["start", "round", "evaluations", "first_cost", "cost", "ended"]
-    return pd.DataFrame([end._asdict() for end in ends], columns=columns)

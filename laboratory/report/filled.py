@@ -4,6 +4,7 @@ import sys
 
 import pandas as pd
 
+from laboratory.report.answer import answer_text
 from laboratory.report.wear import wear_text
 from replication.report.filled import write_pages
 from trackdyn.errors import InputError
@@ -43,23 +44,11 @@ def identified(rows: pd.DataFrame) -> str:
     return cells.to_markdown(index=False, disable_numparse=True)
 
 
-def findings(rows: pd.DataFrame) -> str:
-    """What an ensemble found, a line each; then its tables and pictures, where there are any."""
-
-    def line(row: pd.Series) -> str:
-        if row["file"] == "":
-            return f"- {row['finding']}"
-        if row["file"].endswith(".png"):
-            return f"\n![{row['finding']}](pictures/ensemble_{row['file']})"
-        return f"- [{row['finding']}](measured/ensemble_{row['file']})"
-
-    return "\n".join(line(row) for _, row in rows.astype(object).fillna("").iterrows()) + "\n"
-
-
 PAGES = (
     ("docs/deviations.md", ("deviations.csv",), departures), ("docs/identify.md", ("calibration.csv",), calibration),
     ("docs/identify-synthetic.md", ("identify_synthetic.csv",), identified),
-    ("docs/ensemble.md", ("ensemble_summary.csv",), findings), ("docs/wear.md", ("wear_lives.csv",), wear_text),
+    ("docs/answer.md", ("answer_ends.csv", "answer_verdicts.csv", "answer_robustness.csv"), answer_text),
+    ("docs/wear.md", ("wear_lives.csv",), wear_text),
 )  # fmt: skip
 
 if __name__ == "__main__":

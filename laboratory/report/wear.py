@@ -5,7 +5,7 @@ import pandas as pd
 
 from laboratory.wear.study import OF_A_LIFE, sensed, summarize, wear_answer, windows
 
-# why a life of the ensemble ended, by words of its ``end``, the first that it has
+# why a life of a drawn rig ended, by words of its ``end``, the first that it has
 ENDS = {
     "reached ring": "the ring is worn to the last radius", "no longer touch": "the links no longer touch the ring",
     "touches no link": "the links no longer touch the ring", "arcs miss": "five arcs no longer follow the worn flank",
@@ -19,17 +19,17 @@ COLUMNS = {
 
 
 def wear_text(lives: pd.DataFrame) -> str:
-    """Lives of the named rigs as a table; the best first radius, what came of the ensemble, what a sensor sees."""
+    """Lives of the named rigs as a table; the best first radius, what came of drawn rigs, what a sensor sees."""
     seen = windows(lives)
     summary = summarize(lives, seen)
-    drawn = summary["rig"].str.startswith("ensemble")
+    drawn = summary["rig"].str.startswith("drawn")
     named = summary[~drawn]
     table = named[OF_A_LIFE[:3]].assign(**{"first radius (mm)": named["first_radius_m"].map(lambda r: f"{1e3 * r:g}")})
     for name, words in COLUMNS.items():
         scale, digits = (1.0, 0) if name.endswith("_km") else (1e3, 2)
         table[words] = [f"{scale * v:.{digits}f}" if pd.notna(v) else "–" for v in named[name]]
     lines = [table.to_markdown(index=False, disable_numparse=True), "", f"- {wear_answer(summary, seen)}"]
-    if (same := _same_history(lives[~lives["rig"].str.startswith("ensemble")])) is not None:
+    if (same := _same_history(lives[~lives["rig"].str.startswith("drawn")])) is not None:
         lines.append(
             "- The life of a smaller new ring and the rest of the life of a larger one, from there on, differ "
             f"by at most {same:.1%} in kilometres: the radius alone nearly determines the state."

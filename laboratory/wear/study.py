@@ -155,7 +155,7 @@ def wear_answer(summary: pd.DataFrame, seen: pd.DataFrame, printed: float = 0.30
         if (most := table["good_km"].max()) > 0:
             best = table.loc[table["good_km"] >= most * (1 - 1e-9), "radius_m"].min()
             there = float(np.interp(printed, table["radius_m"], table["good_km"])) / most
-            (drawn if case[0].startswith("ensemble") else named).append((best, there))
+            (drawn if case[0].startswith("drawn") else named).append((best, there))
     last = longest["radius_m"].max()
     message = ""
     if named:
@@ -167,12 +167,12 @@ def wear_answer(summary: pd.DataFrame, seen: pd.DataFrame, printed: float = 0.30
             f"so that a larger one may be better; {printed:g} m has {there.min():.0%} to {there.max():.0%} of the "
             "longest run."
         )
-    tried = summary[summary["rig"].str.startswith("ensemble")]["rig"].nunique()
+    tried = summary[summary["rig"].str.startswith("drawn")]["rig"].nunique()
     if drawn:
         best, there = np.transpose(drawn)
         low, middle, high = np.quantile(best, [0.05, 0.5, 0.95])
         message += (
-            f" Of {tried} rigs of the ensemble {len(drawn)} have such a window; the best first radius is {middle:.5g} "
+            f" Of {tried} drawn rigs {len(drawn)} have such a window; the best first radius is {middle:.5g} "
             f"m (median; 90% of them between {low:.5g} and {high:.5g}, with none tried above {last:.5g}), and "
             f"{printed:g} m has at least {NEARLY:.0%} of the longest run in {(there >= NEARLY).sum()}."
         )

@@ -308,7 +308,7 @@ def lives():
     return pd.concat([
         table_of(0.308, [9.0, 9.5, 10.5, 20.0, 30.0], [0.0, 0.0, 0.0, 0.0, 1.0]),
         table_of(0.306, [10.0, 15.0, 20.0, 25.0, 30.0], [0.0, 0.0, 2.0, 4.0, 8.0]),
-        pd.DataFrame({"rig": ["ensemble 0"], "rpm": 115.0, "tension": "sprung", "first_radius_m": 0.308,
+        pd.DataFrame({"rig": ["drawn 0"], "rpm": 115.0, "tension": "sprung", "first_radius_m": 0.308,
                       "distance_km": 0.0, "end": "does not run new: no"}),
     ], ignore_index=True)  # fmt: skip
 

@@ -1,6 +1,6 @@
 """The scorecard as residuals: a rig's row at every speed and radius that a question asks for, judged claim by claim."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -100,11 +100,19 @@ class AnswerProblem:
 
     def task(self, x: np.ndarray) -> dict:
         """Arguments of the row of a point."""
-        rig, scene = self.unknowns.to_rig(x)
+        return self.task_of(*self.unknowns.to_rig(x))
+
+    def task_of(self, rig: Rig, scene: Mapping[str, str] | None = None) -> dict:
+        """Arguments of the row of a rig."""
         if not can_close(rig):
             raise InputError("the loop does not close within the travel of the tensioner")
         row = self.config.row.model_dump()
-        return {"rig": rig.model_dump(), "scenes": self.scenes(), "fields": self.question.scene | scene, "row": row}
+        return {
+            "rig": rig.model_dump(),
+            "scenes": self.scenes(),
+            "fields": self.question.scene | dict(scene or {}),
+            "row": row,
+        }
 
     def evidence(self, values: dict, rig: Rig) -> Evidence:
         """A row as what claims are judged by."""
@@ -133,7 +141,9 @@ class AnswerProblem:
             if claim.name in AREAS:
                 off = np.array([self._area(values, claim.name, name) for name in AREAS[claim.name]])
             elif judgement.verdict in JUDGED:
-                off = np.array([residual(claim, one, before) for one, before in zip(numbers, [None, *numbers], strict=False)])
+                off = np.array(
+                    [residual(claim, one, before) for one, before in zip(numbers, [None, *numbers], strict=False)]
+                )
             else:
                 raise InputError(f"{claim.name} cannot be judged: {judgement.measured}")
             if claim.name.startswith("C20b"):  # either reading will do
@@ -175,4 +185,6 @@ def shown(judged: dict[str, tuple[str, np.ndarray]]) -> int:
 def answer_problem(config: dict, question: str, unknowns: list, rig: dict, claims: list) -> AnswerProblem:
     """A problem from plain data."""
     made = Unknowns([Unknown.model_validate(one) for one in unknowns], Rig.model_validate(rig))
-    return AnswerProblem(AnswerConfig.model_validate(config), question, made, [Claim.model_validate(one) for one in claims])
+    return AnswerProblem(
+        AnswerConfig.model_validate(config), question, made, [Claim.model_validate(one) for one in claims]
+    )

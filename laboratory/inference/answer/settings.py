@@ -18,8 +18,9 @@ Numbers = Annotated[list[Positive], Field(min_length=1)]
 
 
 class Row(Section):
-    """How a rig is run: steps that are tried one after the other until every scene comes out (s), start of the motor and
-    wait (s), pitch passages that are recorded."""
+    """How a rig is run: steps (s) that are tried one after the other until every scene runs; start of the motor (s);
+    wait (s); pitch passages that are recorded.
+    """
 
     steps_s: Numbers
     ramp_s: Positive
@@ -40,10 +41,9 @@ class Searches(Section):
 class Question(Section):
     """Which claims are asked of which rigs.
 
-    ``ranges``: ``typed`` (those of ``typed`` in the configuration, then of the rig's file) or ``possible`` (the file's).
-    ``fixed``: unknowns that keep the value of the rig. ``scene``: its laws. ``claims``: targets. ``speeds_rpm``: at which
-    they are asked. ``rig``: where searches begin, with ``spread`` of the unit cube as standard deviation of the starts
-    but the first.
+    ``ranges``: ``possible`` (of ``unknowns`` and the rig's file) or ``typed`` (of ``typed`` first). ``fixed``: unknowns
+    that keep the value of the rig. ``scene``: its laws. ``claims``: targets, asked at ``speeds_rpm``. ``rig``: where
+    searches begin, with ``spread`` of the unit cube as standard deviation of the starts but the first.
     """
 
     words: str
@@ -57,6 +57,21 @@ class Question(Section):
     searches: Annotated[list[Searches], Field(min_length=1)]
 
 
+class Robustness(Section):
+    """Rigs with every free value moved by up to a share of it, and the question whose claims count."""
+
+    rigs: Count
+    share: Positive
+    question: str
+
+
+class Short(Section):
+    """The short form: one question, the first seed of each method, and so many evaluations; its numbers say nothing."""
+
+    question: str
+    evaluations: Count
+
+
 class AnswerConfig(Section):
     """Everything in ``config/answer.yaml``."""
 
@@ -67,6 +82,8 @@ class AnswerConfig(Section):
     unknowns: Annotated[list[Unknown], Field(min_length=2)]
     typed: list[Unknown]
     questions: dict[str, Question]
+    robustness: Robustness
+    short: Short
 
     @model_validator(mode="after")
     def _known(self):
@@ -75,6 +92,15 @@ class AnswerConfig(Section):
             if name not in labels:
                 raise InputError(f"{name} is not among the unknowns")
         return self
+
+    def shortened(self) -> "AnswerConfig":
+        """The short form."""
+        asked = self.questions[self.short.question]
+        less = [
+            one.model_copy(update={"evaluations": self.short.evaluations, "seeds": one.seeds[:1]})
+            for one in asked.searches
+        ]
+        return self.model_copy(update={"questions": {self.short.question: asked.model_copy(update={"searches": less})}})
 
     def unknowns_of(self, question: str, rig: Rig, ranges: dict) -> Unknowns:
         """What a question leaves open."""

@@ -19,7 +19,12 @@ DRAWS = 100  # of a start, until one can be built
 
 def start(unknowns: Unknowns, seed: int, spread: float) -> list[float]:
     """The rig itself (seed 0), or a point around it that can be built; values outside a range come to its end."""
-    own = np.array([_within(one, value) for one, value in zip(unknowns.unknowns, unknowns.of_rig(unknowns.rig).values(), strict=True)])
+    own = np.array(
+        [
+            _within(one, value)
+            for one, value in zip(unknowns.unknowns, unknowns.of_rig(unknowns.rig).values(), strict=True)
+        ]
+    )
     random = np.random.default_rng(seed)
     for _ in range(DRAWS):
         x = np.clip(random.normal(own, spread if seed else 0.0), 0.0, 1.0)
@@ -35,8 +40,8 @@ def _within(unknown, value: float) -> float:
     return unknown.position(min(ends, key=lambda end: abs(end - value))) if np.isnan(place) else place
 
 
-def answer(config: AnswerConfig, claims: list[Claim], question: str, jobs: int, store: Path | str, evaluations: int | None = None):
-    """Run every search of a question; ``evaluations``: at most so many each.
+def answer(config: AnswerConfig, claims: list[Claim], question: str, jobs: int, store: Path | str):
+    """Run every search of a question.
 
     Returns
     -------
@@ -50,8 +55,12 @@ def answer(config: AnswerConfig, claims: list[Claim], question: str, jobs: int, 
     """
     asked, unknowns = config.questions[question], question_unknowns(config, question)
     targets = config.targets_of(question, claims)
+    # without how long is searched: a longer search has the rows of a shorter
+    same = config.model_copy(
+        update={"questions": {question: asked.model_copy(update={"searches": asked.searches[:1]})}}
+    )
     plain = {
-        "config": config.model_copy(update={"questions": {question: asked.model_copy(update={"searches": asked.searches[:1]})}}).model_dump(),
+        "config": same.model_dump(),
         "question": question, "unknowns": [one.model_dump() for one in unknowns.unknowns],
         "rig": unknowns.rig.model_dump(), "claims": [one.model_dump() for one in targets],
     }  # fmt: skip
@@ -62,12 +71,16 @@ def answer(config: AnswerConfig, claims: list[Claim], question: str, jobs: int, 
             seed: (plain, Start(f"{one.method} {seed}", start(unknowns, seed, asked.spread), [True] * len(unknowns)))
             for seed in one.seeds
         }
-        budget = min(one.evaluations, evaluations or one.evaluations)
-        found = local_searches(answer_problem, requested, budget, jobs, store, method=one.method, radius=one.radius)
+        found = local_searches(
+            answer_problem, requested, one.evaluations, jobs, store, method=one.method, radius=one.radius
+        )
         for seed, end in found.items():
             key = {"question": question, "method": one.method, "seed": seed}
             costs += [key | {"row": k, "cost": cost} for k, cost in enumerate(end["costs"], 1)]
-            counts = {name: _shown(problem, x, store) for name, x in (("first_shown", requested[seed][1].x), ("shown", end["x"]))}
+            counts = {
+                name: _shown(problem, x, store)
+                for name, x in (("first_shown", requested[seed][1].x), ("shown", end["x"]))
+            }
             row = {name: end[name] for name in ("evaluations", "ended", "first_cost", "cost")}
             ends.append(key | row | counts | {"of": len(targets), "x": end["x"]})
     ends.sort(key=lambda end: end["cost"])
@@ -78,6 +91,33 @@ def answer(config: AnswerConfig, claims: list[Claim], question: str, jobs: int, 
     ]
     table = [{k: v for k, v in end.items() if k != "x"} | unknowns.values(end["x"]) for end in ends]
     return pd.DataFrame(table), pd.DataFrame(costs), pd.DataFrame(verdicts)
+
+
+def robustness(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: int, store: Path | str) -> dict:
+    """How many claims of one question (`Robustness`) a rig shows, and its neighbours with every free value moved.
+
+    ``end`` is a row of the ends of `answer`. Neighbours that do not run show none.
+    """
+    asked, name = config.robustness, config.robustness.question
+    unknowns = question_unknowns(config, end["question"])
+    whole = config.questions[name].model_copy(update={"scene": config.questions[end["question"]].scene})
+    config = config.model_copy(update={"questions": {name: whole}})
+    problem = AnswerProblem(config, name, unknowns, config.targets_of(name, claims))
+    random, tasks = np.random.default_rng(0), {}
+    for k in range(asked.rigs + 1):
+        factors = 1 + asked.share * random.uniform(-1, 1, len(unknowns)) * (k > 0)
+        values = {label: end[label] * factor for label, factor in zip(unknowns.labels, factors, strict=True)}
+        task = problem.task_of(unknowns.rig.changed(**unknowns.changes(values)[0]))
+        tasks[key_of(task, problem.sources)] = task
+    rows = results(rows_of_answer, tasks, jobs, store)
+    found = [rows[key] for key in tasks]
+    counts = [shown(problem.judged(row["values"])) if row["state"] == DONE else 0 for row in found]
+    own, others = counts[0], np.array(counts[1:])
+    return {
+        "question": end["question"], "of": len(problem.claims), "shown": own, "rigs": len(others),
+        "share_moved": asked.share, "median": float(np.median(others)), "least": int(others.min()),
+        "share_at_least": float((others >= own).mean()),
+    }  # fmt: skip
 
 
 def judged_at(problem: AnswerProblem, x, store: Path | str):

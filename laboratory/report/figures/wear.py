@@ -83,14 +83,14 @@ def radius_figure(seen):
     longest = seen[seen.groupby(OF_A_LIFE[:3])["first_radius_m"].transform("max") == seen["first_radius_m"]]
     for (rig, rpm, tension), table in longest.groupby(OF_A_LIFE[:3], sort=False):
         radius, part = 1e3 * table["radius_m"], 100 * table["good_km"] / (table["good_km"].max() or 1.0)
-        if rig.startswith("ensemble"):
+        if rig.startswith("drawn"):
             run.plot(radius, part, "-", color="0.8", lw=0.8, zorder=0)
         else:
             colour = BLUE if rig == "shipped" else VERMILION
             style = STYLES[2 * (rpm > 150) + (tension != "locked")]
             run.plot(radius, part, style, color=colour, label=f"{rig}, {rpm:g} rpm, {tension}")
-    for kind, mark, colour in ((True, "ensemble", "0.5"), (False, "rigs with a name", BLUE)):
-        chosen = longest[longest["rig"].str.startswith("ensemble") == kind]
+    for kind, mark, colour in ((True, "drawn rigs", "0.5"), (False, "rigs with a name", BLUE)):
+        chosen = longest[longest["rig"].str.startswith("drawn") == kind]
         good = 100 * chosen.groupby("radius_m")["good"].mean()
         share.plot(1e3 * good.index, good, "-", color=colour, label=mark)
     share.legend(fontsize=SMALL)

@@ -1,5 +1,8 @@
 # How sure `trackdyn identify` is of what it says: both are asked for by name.
 
+# whose values the parts can have: the ranges begin there
+POSSIBLE = CONFIG.other_rigs["possible"].rig
+
 rule calibration:
     """Truths drawn from the prior, and how often the intervals hold them. What was simulated is kept in between."""
     input:

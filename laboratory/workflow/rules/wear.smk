@@ -4,13 +4,12 @@ WEAR_FIGURES = ("life", "profile", "first_radius")
 
 
 rule wear_form:
-    """Lives of the rigs with a name and of rigs of the ensemble, from a new ring to a worn one."""
+    """Lives of the rigs with a name and of rigs drawn within the ranges of the parts, from a new ring to a worn one."""
     input:
         lab_needs("wear.py"),
         rig=CONFIG.rig,
-        ranges=POSSIBLE,
         others=[other.rig for other in CONFIG.other_rigs.values()],
-        ensemble="config/ensemble.yaml",
+        answer="config/answer.yaml",
         coefficients="laboratory/wear/coefficients.yaml",
         kernels=method_kernels("linearly_implicit"),
     output:

@@ -1,7 +1,7 @@
 from trackdyn.sweeps.job import logged
 
-from laboratory.inference.ensemble.settings import load_ensemble, unknowns_of
-from laboratory.inference.ensemble.waves import prior_points
+from laboratory.inference.answer.settings import load_answer, question_unknowns
+from laboratory.inference.unknowns import prior_points
 from laboratory.report.figures.wear import life_figure, profile_figure, radius_figure
 from laboratory.settings import WearForm
 from laboratory.wear.study import run_lives, sensed, summarize, wear_answer, windows
@@ -15,12 +15,10 @@ with logged(snakemake):
     named = {"shipped": load_rig(given.rig)}
     named |= {name: load_rig(path) for name, path in zip(snakemake.params.names, given.others, strict=True)}
     rigs = [(name, rig, {}, form.named) for name, rig in named.items()]
-    if form.ensemble_rigs:
-        config = load_ensemble(given.ensemble)
-        unknowns = unknowns_of(config, given.ranges)
-        points = prior_points(unknowns, form.ensemble_rigs, config.seed)
-        drawn = [unknowns.to_rig(x) for x in points]
-        rigs += [(f"ensemble {k}", rig, own, form.ensemble) for k, (rig, own) in enumerate(drawn)]
+    if form.drawn_rigs:
+        unknowns = question_unknowns(load_answer(given.answer), "possible")
+        points = [unknowns.to_rig(x)[0] for x in prior_points(unknowns, form.drawn_rigs)]
+        rigs += [(f"drawn {k}", rig, {}, form.drawn) for k, rig in enumerate(points)]
     lives, flanks = run_lives(rigs, form, snakemake.params.store, snakemake.threads)
     seen = windows(lives)
     summary = summarize(lives, seen)

@@ -4,14 +4,10 @@ import numpy as np
 import pytest
 
 from laboratory.inference import search as searches
-from laboratory.inference.search import Round, Start, ends_table, minimise, search
+from laboratory.inference.search import Start, local_searches, minimise
 from trackdyn.errors import InputError, TrackdynError
 
 CALLS: list[tuple] = []
-
-
-def walled(wall=1.0):
-    return Invented(wall=wall)
 
 
 def valley(memory):
@@ -64,40 +60,33 @@ def no_calls():
     CALLS.clear()
 
 
-@pytest.mark.parametrize("method", ["dfols", "trf"])
+@pytest.mark.parametrize("method", ["dfols", "cma"])
 def test_both_methods_end_where_the_valley_does(method):
-    if method == "dfols":
-        pytest.importorskip("dfols")
-    found = minimise(Invented(), free("a", 0.2, 0.6), 400, method)
+    pytest.importorskip(method)
+    found = minimise(Invented(), free("a", 0.2, 0.6), 1500, method)
     assert found["ended"] == "converged"
     assert found["x"] == pytest.approx([0.75, 0.75], abs=0.02)
     assert found["cost"] < 1e-3 < found["first_cost"]
     assert found["evaluations"] == len(found["costs"])
 
 
-@pytest.mark.parametrize("method", ["dfols", "trf"])
+@pytest.mark.parametrize("method", ["dfols", "cma"])
 def test_what_cannot_run_points_back(method):
     """With a wall before the valley's end the best point lies at the wall."""
-    if method == "dfols":
-        pytest.importorskip("dfols")
-    found = minimise(Invented(wall=0.65), free("a", 0.3, 0.6), 300, method)
+    pytest.importorskip(method)
+    found = minimise(Invented(wall=0.65), free("a", 0.3, 0.6), 1500, method)
     assert 0.6 < found["x"][0] <= 0.65
-    beyond = searches._Evaluated(Invented(wall=0.65), None, 10, None)
+    beyond = searches._Evaluated(Invented(wall=0.65), None, 10)
     costs = [float((r := beyond(np.array([x, 0.5]))) @ r) for x in (0.65, 0.66, 0.7, 0.8)]
     assert np.all(np.diff(costs) > 0)
 
 
-def test_the_start_in_the_deeper_valley_wins_and_the_worst_is_dropped(tmp_path):
-    starts = [free("shallow", 0.85, 0.4), free("deep", 0.3, 0.4), free("far", 1.0, 0.9)]
-    rounds = [Round(evaluations=3, keep=2), Round(evaluations=60)]
-    ends = search(split, {}, starts, rounds, "trf", store=tmp_path, log=lambda _: None)
-    assert [end.start for end in ends] == ["deep", "shallow", "far"]
-    assert [end.round for end in ends] == [2, 2, 1]
-    assert ends[0].x[0] == pytest.approx(0.2, abs=0.01)
-    assert ends[2].evaluations == 3
-    again = search(split, {}, starts, rounds, "trf", store=tmp_path, log=lambda _: None)
-    assert again == ends
-    assert ends_table(ends)["start"].tolist() == ["deep", "shallow", "far"]
+def test_searches_from_two_starts_find_their_valleys_and_again_from_the_store(tmp_path):
+    requested = {name: ({}, free(name, x, 0.4)) for name, x in (("shallow", 0.85), ("deep", 0.3))}
+    ends = local_searches(split, requested, 60, store=tmp_path, method="cma")
+    assert ends["deep"]["cost"] < ends["shallow"]["cost"]
+    assert ends["deep"]["x"][0] == pytest.approx(0.2, abs=0.02)
+    assert local_searches(split, requested, 60, store=tmp_path, method="cma") == ends
 
 
 def test_a_row_that_failed_for_a_passing_reason_stops_the_search():
@@ -108,11 +97,9 @@ def test_a_row_that_failed_for_a_passing_reason_stops_the_search():
         return compute
 
     with pytest.raises(TrackdynError, match="may pass"):
-        minimise(Invented(broken), free("a", 0.5, 0.5), 4, "trf")
+        minimise(Invented(broken), free("a", 0.5, 0.5), 4, "cma")
 
 
 def test_refusals():
-    with pytest.raises(InputError, match="a name occurs twice"):
-        search(walled, {}, [free("a", 0.5, 0.5)] * 2, [Round(evaluations=2)])
-    with pytest.raises(InputError, match="dfols or trf"):
+    with pytest.raises(InputError, match="dfols or cma"):
         minimise(Invented(), free("a", 0.5, 0.5), 4, "newton")

@@ -133,7 +133,7 @@ def test_speeds_and_states_at_their_ends(rig):
 
 
 def test_forced_runs_diverge_beyond_the_predicted_limit(rig):
-    rows = no_defects(stability_map(rig, (2.1e11,), (20, 10, 2)))
+    rows = no_defects(stability_map(rig, "stiffness", (2.1e11,), (20, 10, 2)))
     assert [r["value"] <= r["bound"] for r in rows] == [True, True, False]
 
 

@@ -147,7 +147,7 @@ class ExtremesForm(Section):
     start_radii_m: Values
     equal_pitch_radii_m: Values
     depths_m: Values
-    map_moduli_pa: Values
+    map: dict[Literal["stiffness", "speed", "ring", "tension"], Values]
     map_steps_per_ms: Values
 
 

@@ -3,8 +3,10 @@
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from replication.study.extremes.judge import COMPLETED, DEFECT, GAP, MARKED, OUTCOMES, REFUSED, extremes_summary
+from replication.study.extremes.stability_map import QUANTITIES
 from trackdyn.plots.style import BLACK, BLUE, GREEN, MARKERS, ORANGE, PRINTED, VERMILION, new_figure, styled
 from trackdyn.simulation.account import OPEN_SHARE
 
@@ -52,26 +54,30 @@ def solvers_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
 
 @styled
 def stability_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
-    """Forced runs over step and stiffness of the teeth, and the step limit predicted beforehand."""
-    table = rows[rows["family"] == "step and stiffness"]
-    table = table.astype({"group": float, "at": float, "value": float, "expected": float, "bound": float})
-    stable = table["value"] <= table["bound"]
-    figure = new_figure(4.2)
-    ax = figure.subplots()
-    for mask, look, label in (
-        (stable, {"marker": "o", "color": BLUE}, "stable"),
-        (~stable & np.isfinite(table["value"]), {"marker": "D", "color": ORANGE}, "gains energy"),
-        (~stable & ~np.isfinite(table["value"]), {"marker": "x", "color": VERMILION}, "left the physical range"),
-    ):
-        if mask.any():
-            ax.scatter(table["at"][mask], table["group"][mask], s=22, label=f"{label} ({int(mask.sum())})", **look)
-    limit = table.groupby("group")["expected"].first()
-    ax.plot(limit.to_numpy(), limit.index.to_numpy(), color=BLACK, linestyle="-", label="predicted limit")
-    refused = table[table["outcome"] == REFUSED].groupby("group")["at"].min()
-    ax.plot(refused.to_numpy(), refused.index.to_numpy(), color=BLACK, linestyle="--", label="first rejected step")
-    ax.set(xscale="log", yscale="log", xlabel="step (s)", ylabel="Young's modulus of the teeth (Pa)")
-    ax.set_title("Explicit integration at steps that a scene rejects,\n0.2 s without ring and friction, 210 rpm")
-    figure.legend(loc="outside lower center", ncols=3)
+    """Forced runs over step and one quantity a panel, beside the step limit predicted beforehand."""
+    kinds = [name for name in QUANTITIES if (rows["family"] == f"step and {name}").any()]
+    figure = new_figure(2.6 * (len(kinds) + 1) // 2)
+    panels = figure.subplots((len(kinds) + 1) // 2, 2, squeeze=False).ravel()
+    for ax, name in zip(panels, kinds, strict=False):
+        table = rows[rows["family"] == f"step and {name}"]
+        table = table.astype({"group": float, "at": float, "value": float, "expected": float, "bound": float})
+        stable, bounded = table["value"] <= table["bound"], np.isfinite(table["value"])
+        for mask, look, label in (
+            (stable, {"marker": "o", "color": BLUE}, "stable"),
+            (~stable & bounded, {"marker": "D", "color": ORANGE}, "gains energy"),
+            (~stable & ~bounded, {"marker": "x", "color": VERMILION}, "left the physical range"),
+        ):
+            ax.scatter(table["group"][mask], table["at"][mask], s=14, label=label, **look)
+        limit = table.groupby("group")["expected"].first()
+        ax.plot(limit.index, limit, color=BLACK, marker="_", label="predicted limit")
+        largest = table[stable].groupby("group")["at"].max()
+        ax.plot(largest.index, largest, color=BLUE, linestyle=":", label="largest stable step")
+        ax.set(xscale="linear" if name == "ring" else "log", yscale="log", ylabel="step (s)", xlabel=QUANTITIES[name])
+        ax.xaxis.set_minor_formatter(NullFormatter())
+    for ax in panels[len(kinds) :]:
+        ax.set_axis_off()
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=3)
     return figure
 
 

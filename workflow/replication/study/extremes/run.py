@@ -67,7 +67,10 @@ def _families(rig: Rig, form: ExtremesForm, part: str) -> dict[str, tuple[Iterat
             "loop": (cases.loop(rig, form.ring_radii_m),),
             "start": (cases.starts(rig, form.start_radii_m, form.equal_pitch_radii_m),),
             "initial state": (cases.states(rig, form.depths_m), cases.laws(rig), cases.momentum(rig)),
-            "step and stiffness": (stability_map(rig, form.map_moduli_pa, form.map_steps_per_ms),),
+            **{
+                f"step and {quantity}": (stability_map(rig, quantity, values, form.map_steps_per_ms),)
+                for quantity, values in form.map.items()
+            },
         }
     if part.startswith("short_runs_"):
         number = int(part.removeprefix("short_runs_"))

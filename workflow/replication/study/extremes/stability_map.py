@@ -1,6 +1,6 @@
 """Forced past the scene's refusal: at which steps does the explicit integrator diverge?"""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -18,6 +18,12 @@ MOST_STEPS = 200_000
 # A forced run is stable if its kinetic energy never exceeds this many times that of the finest run. Motion
 # with the chain alone explains a few per cent; contact that feeds on the step doubles it in milliseconds.
 EXCESS = 2.0
+QUANTITIES = {
+    "stiffness": "Young's modulus of the teeth (Pa)",
+    "speed": "motor speed (rpm)",
+    "ring": "radius of the ring (m)",
+    "tension": "pre-tension (N)",
+}
 
 
 def forced_run(start: Loop, step: float) -> float:
@@ -39,26 +45,35 @@ def forced_run(start: Loop, step: float) -> float:
     return most
 
 
-def stability_map(rig: Rig, moduli: list[float], steps_per_ms: list[float]) -> Iterator[dict]:
-    """Stiffness of the teeth against step, without ring, friction and loss: only the stiffness of contacts limits the
-    step.
+def _changed(rig: Rig, quantity: str, value: float) -> tuple[Rig, dict]:
+    """A rig and fields of its scene with one quantity at a value."""
+    if quantity == "stiffness":
+        return rig.changed(**dict.fromkeys(STEEL_AND_TOOTH, value)), {}
+    if quantity == "tension":
+        return rig.changed(tension__pre_tension=value), {}
+    return rig, {"speed": {"motor_rpm": value}, "ring": {"ring_radius": value}}[quantity]
 
-    The finest step of the reference is 1e-5 s; shorter ones run for as many steps.
-    With their loss, which is damped at the instant of the force, teeth stay stable at a few times the limit.
+
+def stability_map(rig: Rig, quantity: str, values: Iterable[float], steps_per_ms: Iterable[float]) -> Iterator[dict]:
+    """One quantity (`QUANTITIES`) against step, without friction and loss: only stiffness of contacts limits the step.
+
+    There is no ring unless its radius is the quantity. The finest step of the reference is 1e-5 s; shorter ones run for
+    as many steps. With their loss, which is damped at the instant of the force, teeth stay stable at a few times the
+    limit. The limit is that at the tension with which the loop has settled.
     """
     steps = [1e-3 / count for count in steps_per_ms]
-    for modulus in moduli:
-        changed = rig.changed(**dict.fromkeys(STEEL_AND_TOOTH, modulus))
-        bare = {"ring_radius": None, "friction": "none", "normal_law": "elastic", "ramp": 0.05}
-        scene = Scene(changed, 210.0, step=2e-5, **(FAST | bare))
+    bare = {"motor_rpm": 210.0, "ring_radius": None, "friction": "none", "normal_law": "elastic", "ramp": 0.05}
+    for value in values:
+        changed, fields = _changed(rig, quantity, value)
+        scene = Scene(changed, step=1e-5, **(FAST | bare | fields))
         start = Loop(scene)
-        limits = step_limits(start.model, rig.tension.pre_tension)
-        limit = min(value for name, value in limits.items() if "stiffness" in name)
+        limits = step_limits(start.model, start.layout["settled_tension_n"])
+        limit = min(value for name, value in limits.items() if "contact stiffness" in name)
         finest = forced_run(start, max(min(steps), 1e-5))
         for step in steps:
-            case = f"E = {modulus:g} Pa, step {step:.4g} s"
-            marks = {"expected": limit, "group": f"{modulus:g}", "at": step}
-            yield attempted("step and stiffness", case, _forced, start, scene, step, finest, marks)
+            case = f"{QUANTITIES[quantity]} {value:g}, step {step:.4g} s"
+            marks = {"expected": limit, "group": f"{value:g}", "at": step}
+            yield attempted(f"step and {quantity}", case, _forced, start, scene, step, finest, marks)
 
 
 def _forced(start: Loop, scene: Scene, step: float, finest: float, marks: dict) -> dict:

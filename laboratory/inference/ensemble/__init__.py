@@ -1,1 +1,0 @@
-"""Which rigs the printed numbers exclude: history matching, what the least excluded show, the choice of a ring."""

@@ -1,0 +1,48 @@
+"""What the searches for rigs found: a table, and cost against rows."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+
+from replication.paper.claims import REPRODUCED
+from trackdyn.plots.style import COLOURS
+
+HEAD = ("question", "method", "seed", "evaluations", "ended", "first_cost", "cost", "first_shown", "shown", "of")
+
+
+def answer_text(ends: pd.DataFrame, verdicts: pd.DataFrame, moved: pd.DataFrame) -> str:
+    """Where every search ended, which claims the best rig of each question does not show, and how its neighbours do."""
+    parts = [ends[list(HEAD)].round({"first_cost": 1, "cost": 1}).to_markdown(index=False, disable_numparse=True)]
+    for question, rows in verdicts.groupby("question", sort=False):
+        missed = rows[rows["verdict"] != REPRODUCED]
+        words = ", ".join(f"{name} ({off:.3g})" for name, off in zip(missed["claim"], missed["distance"], strict=True))
+        shown = len(rows) - len(missed)
+        best = f"The best rig of *{question}* shows {shown} of {len(rows)}."
+        parts.append(f"{best} Not shown, with the distance in tolerances: {words or 'none'}.")
+    parts.append(
+        "Claims that the best rig shows, and rigs with every free value moved by up to the share given:\n\n"
+        + moved.to_markdown(index=False, disable_numparse=True)
+    )
+    return "\n\n".join(parts) + "\n"
+
+
+def search_figure(costs: pd.DataFrame):
+    """Least cost so far against rows, a line a search and a panel a question."""
+    questions = list(dict.fromkeys(costs["question"]))
+    figure, axes = plt.subplots(
+        1, len(questions), figsize=(4 * len(questions), 3.2), squeeze=False, layout="constrained"
+    )
+    for ax, question in zip(axes[0], questions, strict=True):
+        of = costs[costs["question"] == question].groupby(["method", "seed"], sort=False)
+        for colour, ((method, seed), rows) in zip(COLOURS, of, strict=False):
+            ax.step(
+                rows["row"],
+                np.minimum.accumulate(rows["cost"]),
+                where="post",
+                color=colour,
+                label=f"{method}, seed {seed}",
+            )
+        ax.set(title=question, xlabel="rows", yscale="log")
+        ax.legend(fontsize="small")
+    axes[0, 0].set_ylabel("least cost, half the sum of squares")
+    return figure

@@ -1,0 +1,44 @@
+# Which rigs show what the paper says (docs/answer.md). Rows are kept as they come, so that a search that is killed goes on.
+
+
+rule answer_table:
+    """Searches of every question (short form: three rows of one); where they end and what the best rigs show."""
+    input:
+        lab_needs("answer.py"),
+        config="config/answer.yaml",
+        claims="config/claims.yaml",
+        rigs=[CONFIG.rig, *(other.rig for other in CONFIG.other_rigs.values())],
+        kernels=[KERNELS, method_kernels("linearly_implicit")],
+    output:
+        **{name: f"{L}/{{short}}answer_{name}.csv" for name in ("ends", "costs", "verdicts")},
+        **figures(["answer"], f"{LAB}{{short}}"),
+    params:
+        short=lambda wildcards: bool(wildcards.short),
+        store=lambda wildcards: f"{L}/{wildcards.short}answer",
+    threads: 2
+    log: f"{L}/logs/{{short}}answer.log"
+    message: "Searches for rigs that show what the paper says"
+    script: "../scripts/answer.py"
+
+
+rule answer_robustness:
+    """How many claims the best rig of every question shows with every free value moved a little."""
+    input:
+        lab_needs("answer_robustness.py"),
+        ends=f"{L}/answer_ends.csv",
+        config="config/answer.yaml",
+        claims="config/claims.yaml",
+        kernels=[KERNELS, method_kernels("linearly_implicit")],
+    output: f"{L}/answer_robustness.csv"
+    params: store=f"{L}/answer"
+    threads: 2
+    log: f"{L}/logs/answer_robustness.log"
+    message: "Rigs near the best ones"
+    script: "../scripts/answer_robustness.py"
+
+
+rule answer:
+    """The searches in full (some five processor hours; ask for it by name)."""
+    input:
+        full(rules.answer_table),
+        rules.answer_robustness.output,

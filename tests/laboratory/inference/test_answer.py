@@ -1,0 +1,83 @@
+"""A row of the answer beside long runs, and residuals beside verdicts."""
+
+import numpy as np
+import pytest
+
+from laboratory.inference.answer.problem import MISSING, AnswerProblem, residual, rows_of_answer
+from laboratory.inference.answer.revolution import _after_longest_pause, summary
+from laboratory.inference.answer.settings import load_answer, question_unknowns
+from laboratory.inference.answer.study import start
+from replication.paper.claims import ONE_SIDED, REPRODUCED, Value, load_claims
+from trackdyn.measure.sensor import whole_samples
+from trackdyn.scene.scene import Scene
+from trackdyn.simulation.simulate import simulate
+from trackdyn.sweeps.row import run_values
+
+CLAIMS = load_claims("config/claims.yaml")
+ANSWER = load_answer("config/answer.yaml")
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return AnswerProblem(
+        ANSWER, "predicted", question_unknowns(ANSWER, "predicted"), ANSWER.targets_of("predicted", CLAIMS)
+    )
+
+
+@pytest.fixture(scope="module")
+def row(problem):
+    x = np.array(start(problem.unknowns, 0, 0.0))
+    return rows_of_answer(0.0)(**problem.task(x))
+
+
+def test_two_passages_of_all_connectors_say_what_a_long_run_says(rig):
+    """Within two samples of a turn, and 1 % of forces, of the passages of a record of 6.4 s."""
+    fields = {"rig": rig, "motor_rpm": 115, "ring_radius": 0.304, "step": 1e-4, "integrator": "linearly_implicit"}
+    fields["pitches"] = list(range(1, rig.chain.pitches + 1))
+    passage = rig.loop_period(115) / rig.chain.pitches
+    short = Scene(**fields, ramp=0.3, lead_in=1.0, duration=whole_samples(1000, 2 * passage) + 0.002, spells=False)
+    found, times = summary(simulate(short))
+    known = run_values(simulate(Scene(**fields, ramp=0.3, lead_in=1.0, duration=6.4)))
+    for side in ("left", "right", "ring"):
+        assert found[f"{side}_share_pct"] == pytest.approx(known[f"{side}_share_pct"], abs=0.1)
+        assert found[f"{side}_rms_n"] == pytest.approx(known[f"{side}_rms_n"], rel=0.01, abs=1.0)
+    assert known["left_share_pct"] > 1
+    assert found["left_areas"] == known["left_areas"]
+    for event in ("left touches", "ring left", "out"):
+        assert times[event] == pytest.approx(known[f"event {event}"], abs=0.003)
+
+
+def test_a_revolution_begins_after_its_longest_pause():
+    assert _after_longest_pause(np.array([1, 1, 0, 1, 0, 0, 0, 1], bool)) == 7
+    assert _after_longest_pause(np.array([0, 0, 1, 1, 0, 1, 0, 0], bool)) == 2
+    assert _after_longest_pause(np.zeros(4, bool)) == 0
+
+
+def test_a_claim_is_reproduced_where_no_residual_is_beyond_one(problem, row):
+    for name, (verdict, off) in problem.judged(row).items():
+        assert (verdict == REPRODUCED) == bool((np.abs(off) <= 1 + 1e-9).all()), name
+
+
+@pytest.mark.parametrize("claim", [c for c in CLAIMS if c.rule in ONE_SIDED and c.scale], ids=lambda c: c.name)
+def test_a_bound_is_at_one_tolerance_and_calm_a_scale_within_it(claim):
+    printed = float(np.ravel(list(claim.printed.values()) if isinstance(claim.printed, dict) else claim.printed)[0])
+    bad = -1 if claim.rule == "at_least" else 1
+    leeway = claim.within * abs(printed)
+
+    def at(scales):
+        value = printed + bad * (leeway + scales * claim.scale)
+        return residual(claim, Value(115, "", value, printed, 0.0, None), None)
+
+    assert [at(s) for s in (0, 1, -1, -5)] == pytest.approx([1, 2, 0, 0], abs=1e-9)
+
+
+def test_what_never_happens_is_far_off_and_not_lost(problem, row):
+    lost = row | {"115 none": row["115 none"] | {"event left maximum, after the touch": float("nan")}}
+    _, off = problem.judged(lost)["C16b"]
+    assert off[1] == MISSING
+
+
+def test_starts_are_the_rig_itself_and_points_that_can_be_built(problem):
+    own, other = (start(problem.unknowns, seed, 0.05) for seed in (0, 1))
+    assert problem.unknowns.values(own) == pytest.approx(problem.unknowns.of_rig(problem.unknowns.rig))
+    assert other != own and other == start(problem.unknowns, 1, 0.05)
