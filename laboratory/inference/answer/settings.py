@@ -57,6 +57,18 @@ class Question(Section):
     searches: Annotated[list[Searches], Field(min_length=1)]
 
 
+class Profiles(Section):
+    """Assumptions that are held while all else is searched again from the best rig of a question.
+
+    ``values``: of each by the label of its unknown; ``evaluations``: that each value may take.
+    """
+
+    question: str
+    evaluations: Count
+    radius: Positive
+    values: dict[str, Annotated[list[float], Field(min_length=2)]]
+
+
 class Robustness(Section):
     """Rigs with every free value moved by up to a share of it, and the question whose claims count."""
 
@@ -83,6 +95,7 @@ class AnswerConfig(Section):
     typed: list[Unknown]
     questions: dict[str, Question]
     robustness: Robustness
+    profiles: Profiles
     short: Short
 
     @model_validator(mode="after")

@@ -9,7 +9,7 @@ from laboratory.inference.answer.problem import AnswerProblem, answer_problem, r
 from laboratory.inference.answer.settings import AnswerConfig, question_unknowns
 from laboratory.inference.search import Start, local_searches
 from laboratory.inference.unknowns import Unknowns, buildable
-from replication.paper.claims import Claim
+from replication.paper.claims import REPRODUCED, Claim
 from trackdyn.errors import TrackdynError
 from trackdyn.sweeps.engine import results
 from trackdyn.sweeps.store import DONE, key_of
@@ -55,15 +55,7 @@ def answer(config: AnswerConfig, claims: list[Claim], question: str, jobs: int, 
     """
     asked, unknowns = config.questions[question], question_unknowns(config, question)
     targets = config.targets_of(question, claims)
-    # without how long is searched: a longer search has the rows of a shorter
-    same = config.model_copy(
-        update={"questions": {question: asked.model_copy(update={"searches": asked.searches[:1]})}}
-    )
-    plain = {
-        "config": same.model_dump(),
-        "question": question, "unknowns": [one.model_dump() for one in unknowns.unknowns],
-        "rig": unknowns.rig.model_dump(), "claims": [one.model_dump() for one in targets],
-    }  # fmt: skip
+    plain = _plain(config, question, unknowns, targets)
     problem = AnswerProblem(config, question, unknowns, targets)
     ends, costs = [], []
     for one in asked.searches:
@@ -91,6 +83,51 @@ def answer(config: AnswerConfig, claims: list[Claim], question: str, jobs: int, 
     ]
     table = [{k: v for k, v in end.items() if k != "x"} | unknowns.values(end["x"]) for end in ends]
     return pd.DataFrame(table), pd.DataFrame(costs), pd.DataFrame(verdicts)
+
+
+def _plain(config: AnswerConfig, question: str, unknowns: Unknowns, targets: list[Claim]) -> dict:
+    """What `answer_problem` is asked with, without how long is searched: a longer search has the rows of a shorter."""
+    asked = config.questions[question]
+    first = asked.model_copy(update={"searches": asked.searches[:1]})
+    return {
+        "config": config.model_copy(update={"questions": {question: first}}).model_dump(),
+        "question": question, "unknowns": [one.model_dump() for one in unknowns.unknowns],
+        "rig": unknowns.rig.model_dump(), "claims": [one.model_dump() for one in targets],
+    }  # fmt: skip
+
+
+def profiles(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: int, store: Path | str) -> pd.DataFrame:
+    """Assumptions held at values (`Profiles`), all else searched again from a rig, a row of the ends of `answer`.
+
+    Returns
+    -------
+    DataFrame
+        ``assumption, value, evaluations, ended, first_cost, cost, shown, of, lost`` (claims that are not shown).
+    """
+    asked, name = config.profiles, config.profiles.question
+    targets, open_ones = config.targets_of(name, claims), question_unknowns(config, name)
+    best = open_ones.rig.changed(**open_ones.changes({label: end[label] for label in open_ones.labels})[0])
+    requested, problems = {}, {}
+    for label, values in asked.values.items():
+        free = [one for one in open_ones.unknowns if one.label != label]
+        held = next(one for one in open_ones.unknowns if one.label == label)
+        for value in values:
+            alone = Unknowns([held], best)
+            unknowns = Unknowns(free, best.changed(**alone.changes({label: value})[0]))
+            begin = Start(f"{label} {value:g}", start(unknowns, 0, 0.0), [True] * len(free))
+            requested[label, value] = _plain(config, name, unknowns, targets), begin
+            problems[label, value] = AnswerProblem(config, name, unknowns, targets)
+    how = {"method": "dfols", "radius": asked.radius}
+    rows = []
+    for (label, value), found in local_searches(
+        answer_problem, requested, asked.evaluations, jobs, store, **how
+    ).items():
+        judged = judged_at(problems[label, value], found["x"], store)
+        lost = ", ".join(claim for claim, (verdict, _) in judged.items() if verdict != REPRODUCED)
+        row = {key: found[key] for key in ("evaluations", "ended", "first_cost", "cost")}
+        counts = {"shown": shown(judged), "of": len(targets), "lost": lost}
+        rows.append({"assumption": label, "value": value} | row | counts)
+    return pd.DataFrame(rows)
 
 
 def robustness(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: int, store: Path | str) -> dict:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from replication.paper.claims import JUDGED, REPRODUCED, SHORT, headline
+from replication.paper.claims import JUDGED, ORIGIN_WORDS, REPRODUCED, SHORT, counts
 from replication.report.figures.trade import answers
 from replication.report.tables import ladder_table
 from replication.study.extremes.resolved import short_runs_verdict
@@ -14,6 +14,8 @@ from trackdyn.errors import InputError
 from trackdyn.files import replacing, write_text
 
 BEGIN, END = "<!-- measured -->", "<!-- end -->"
+SECTION_6 = ("C16", "C28")
+OPEN = ("predicted", "transfer")  # origins that a fit leaves open
 
 
 def ladder_text(rows: pd.DataFrame) -> str:
@@ -49,29 +51,35 @@ def limits(rows: pd.DataFrame) -> str:
 
 
 def claims_text(card: pd.DataFrame) -> str:
-    """Headlines of the rigs (`paper.claims.COLUMNS`), then the first rig's claims.
-
-    Predictions come first, then claims that transfer a fit to other speeds, failures at the top of each; a line each
-    counts the claims that follow from the fit and those that were fitted.
-    """
-    own = card[(card["rig"] == card["rig"].iloc[0]) & card["verdict"].isin(JUDGED)].astype(object).fillna("")
-    lines = []
-    for origin in ("predicted", "transfer"):
-        failed, met = [], []
-        for claim_id, parts in own[own["origin"] == origin].groupby("id", sort=False):
-            lost = list(parts.loc[parts["verdict"] != REPRODUCED, "part"])
-            outcome = f"○ {len(lost)} of {len(parts)} parts fail" if lost else "● reproduced"
-            line = [claim_id, SHORT.get(claim_id, parts["claim"].iloc[0]), origin, outcome]
-            (failed if lost else met).append(line)
-        lines += failed + met
-    for origin in ("follows", "fitted", "implied"):
-        met = own[own["origin"] == origin].groupby("counts_as")["verdict"].agg(lambda v: (v == REPRODUCED).all())
-        if len(met):
-            lines.append(["", ", ".join(met.index[met]), origin, f"{met.sum()} of {len(met)} reproduced"])
-    heads = ["id", "claim", "origin", "default rig"]
-    table = pd.DataFrame(lines, columns=heads)
-    headlines = [f"**{name}**: {headline(card, name)}" for name in dict.fromkeys(card["rig"])]
-    return "\n\n".join([*headlines, table.to_markdown(index=False, disable_numparse=True)])
+    """What every rig reproduces, counted in a column each; then in words what the first one says of open claims."""
+    rigs = list(dict.fromkeys(card["rig"]))
+    judged = card[card["verdict"].isin(JUDGED)].astype(object).fillna("")
+    met = judged["verdict"] == REPRODUCED
+    sixth = judged["id"].between(*SECTION_6)
+    parts = [(judged["rig"] == rig) & sixth for rig in rigs]
+    lines = {f"parts of {' to '.join(SECTION_6)}": [f"{met[of].sum()} of {of.sum()}" for of in parts]}
+    found = counts(card).set_index(["rig", "origin"])
+    for origin, words in ORIGIN_WORDS.items():
+        of_rigs = [found.loc[(rig, origin)] for rig in rigs]
+        if any(row["claims"] for row in of_rigs):
+            lines[words] = [f"{row['came_out']} of {row['claims']}" for row in of_rigs]
+    table = pd.DataFrame.from_dict(lines, orient="index", columns=rigs).rename_axis("reproduced").reset_index()
+    own = judged[(judged["rig"] == rigs[0]) & judged["origin"].isin(OPEN)]
+    outcomes: dict[bool, list[str]] = {True: [], False: []}
+    for (claim_id, origin), rows in own.groupby(["id", "origin"], sort=False):
+        lost = [part or claim_id for part in rows.loc[rows["verdict"] != REPRODUCED, "part"]]
+        failed = f"; fails in {', '.join(lost)}" if lost else ""
+        words = SHORT.get(claim_id, rows["claim"].iloc[0])
+        outcomes[not lost].append(f"- {claim_id}, {origin}: {words}{failed}")
+    sentences = [
+        f"{head}\n\n" + "\n".join(claims)
+        for head, claims in (
+            (f"Open claims that *{rigs[0]}* shows:", outcomes[True]),
+            ("and does not:", outcomes[False]),
+        )
+        if claims
+    ]
+    return "\n\n".join([table.to_markdown(index=False, disable_numparse=True), *sentences])
 
 
 def readme_text(card: pd.DataFrame, rows: pd.DataFrame) -> str:
