@@ -26,8 +26,8 @@ NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s+(\S.*?)\s
 # the paper's rigs are the pipeline's files, which say in their own words what they are
 ABOUT = {
     "paper": (
-        "the rig of the paper: wheel centres fixed as printed, viscous drag and bushings; four of its properties no "
-        "part can have: stiffness and damping of the bushing, friction and transition velocity of the ring"
+        "the rig of the paper: wheel centres fixed as printed, viscous drag and bushings; five of its properties no "
+        "part can have: stiffness and damping of the bushing, two arcs of the groove, friction of the ring"
     ),
     "possible": "the same with values that the parts can have, but a tensioner that slides on a spring",
     "first_fit": (
