@@ -52,7 +52,7 @@ def test_the_default_rig_obeys_what_is_printed(rig):
     chain = default.chain
     arc = default.sprocket.teeth * (chain.link_length + default.connector_length) / (2 * np.pi)
     assert arc - chain.link_thickness / 2 == pytest.approx(0.308, abs=5e-4)
-    assert rig.tension.kept == "sprung"  # a departure, with its price
+    assert rig.tension.kept == "locked"
 
 
 def test_the_head_of_the_default_rig_lists_the_values_that_no_part_can_have():
