@@ -10,8 +10,8 @@ from trackdyn.plots.style import COLOURS
 HEAD = ("question", "method", "seed", "evaluations", "ended", "first_cost", "cost", "first_shown", "shown", "of")
 
 
-def answer_text(ends: pd.DataFrame, verdicts: pd.DataFrame, moved: pd.DataFrame) -> str:
-    """Where every search ended, which claims the best rig of each question does not show, and how its neighbours do."""
+def answer_text(ends: pd.DataFrame, verdicts: pd.DataFrame, profiles: pd.DataFrame) -> str:
+    """Where every search ended, which claims the best rig of each question does not show, and profiles."""
     parts = [ends[list(HEAD)].round({"first_cost": 1, "cost": 1}).to_markdown(index=False, disable_numparse=True)]
     for question, rows in verdicts.groupby("question", sort=False):
         missed = rows[rows["verdict"] != REPRODUCED]
@@ -20,8 +20,8 @@ def answer_text(ends: pd.DataFrame, verdicts: pd.DataFrame, moved: pd.DataFrame)
         best = f"The best rig of *{question}* shows {shown} of {len(rows)}."
         parts.append(f"{best} Not shown, with the distance in tolerances: {words or 'none'}.")
     parts.append(
-        "Claims that the best rig shows, and rigs with every free value moved by up to the share given:\n\n"
-        + moved.to_markdown(index=False, disable_numparse=True)
+        "Assumptions of the best rig of *predicted*, held while all else was searched again:\n\n"
+        + profiles.fillna("").round({"first_cost": 1, "cost": 1}).to_markdown(index=False, disable_numparse=True)
     )
     return "\n\n".join(parts) + "\n"
 

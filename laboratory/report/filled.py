@@ -47,7 +47,7 @@ def identified(rows: pd.DataFrame) -> str:
 PAGES = (
     ("docs/deviations.md", ("deviations.csv",), departures), ("docs/identify.md", ("calibration.csv",), calibration),
     ("docs/identify-synthetic.md", ("identify_synthetic.csv",), identified),
-    ("docs/answer.md", ("answer_ends.csv", "answer_verdicts.csv", "answer_robustness.csv"), answer_text),
+    ("docs/answer.md", ("answer_ends.csv", "answer_verdicts.csv", "answer_profiles.csv"), answer_text),
     ("docs/wear.md", ("wear_lives.csv",), wear_text),
 )  # fmt: skip
 

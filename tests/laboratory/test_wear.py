@@ -140,7 +140,7 @@ def test_flanks_of_other_bottoms_are_refused(rig):
 
 @pytest.fixture(scope="module")
 def steady(rig):
-    loop = Loop(Scene(rig, 150.0, 0.304, sliding=True, **FIELDS))
+    loop = Loop(Scene(rig, 150.0, 0.302, sliding=True, **FIELDS))
     loop.advance(3.0)
     return loop
 
@@ -171,10 +171,10 @@ def test_work_lies_where_arcs_touch(rig, worked):
 def test_what_is_removed_is_the_integral_of_the_work(rig, worked):
     of = contours(rig.groove_profile)
     depths = Depths(of)
-    gone = worked.distance * depths.rates(rig, 0.304, worked, COEFFICIENTS)
+    gone = worked.distance * depths.rates(rig, 0.302, worked, COEFFICIENTS)
     width, turn = rig.tooth_contact.contact_length, 2 * np.pi / ARC_NODES
     removed = {
-        "ring": gone[depths.ring] * 2 * np.pi * 0.304 * rig.ring_contact.contact_length,
+        "ring": gone[depths.ring] * 2 * np.pi * 0.302 * rig.ring_contact.contact_length,
         "arc": gone[depths.arcs].sum() * turn * rig.chain.connector_radius * width * rig.chain.pitches,
         "tooth": sum(gone[f] @ c.length for f, c in zip(depths.flanks, of, strict=True)) * width * rig.sprocket.teeth,
     }

@@ -29,11 +29,9 @@ ABOUT = {
         "the rig of the paper: wheel centres fixed as printed, viscous drag and bushings; five of its properties no "
         "part can have: stiffness and damping of the bushing, two arcs of the groove, friction of the ring"
     ),
-    "at_once": (
-        "the same, fitted to all claims at all speeds at once; five of its properties no part can have, as those of paper"
-    ),
+    "at_once": ("the same, fitted to all claims at all speeds at once; five of its properties no part can have"),
     "possible": (
-        "the same with values that the parts can have: rolling resistance, rubber with a loss factor, wheel centres fixed"
+        "the same with values that the parts can have: rolling resistance, rubber with a loss factor, fixed centres"
     ),
     "first_fit": (
         "a first fit, with viscous drag and bushings; six of its properties no part can have: equal pitch, "

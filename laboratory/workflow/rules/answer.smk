@@ -21,24 +21,24 @@ rule answer_table:
     script: "../scripts/answer.py"
 
 
-rule answer_robustness:
-    """How many claims the best rig of every question shows with every free value moved a little."""
+rule answer_near:
+    """Rigs near the best ones, with every free value moved a little; profiles of contested assumptions."""
     input:
-        lab_needs("answer_robustness.py"),
+        lab_needs("answer_near.py"),
         ends=f"{L}/answer_ends.csv",
         config="config/answer.yaml",
         claims="config/claims.yaml",
         kernels=[KERNELS, method_kernels("linearly_implicit")],
-    output: f"{L}/answer_robustness.csv"
+    output: **{name: f"{L}/answer_{name}.csv" for name in ("robustness", "profiles")},
     params: store=f"{L}/answer"
     threads: 2
-    log: f"{L}/logs/answer_robustness.log"
+    log: f"{L}/logs/answer_near.log"
     message: "Rigs near the best ones"
-    script: "../scripts/answer_robustness.py"
+    script: "../scripts/answer_near.py"
 
 
 rule answer:
     """The searches in full (some five processor hours; ask for it by name)."""
     input:
         full(rules.answer_table),
-        rules.answer_robustness.output,
+        rules.answer_near.output,

@@ -31,7 +31,7 @@ def row(problem):
 
 
 def test_two_passages_of_all_connectors_say_what_a_long_run_says(rig):
-    """Within two samples of a turn, and 1 % of forces, of the passages of a record of 6.4 s."""
+    """Within three samples of a turn, and 1 % of a force or of the ring's, of the passages of a record of 6.4 s."""
     fields = {"rig": rig, "motor_rpm": 115, "ring_radius": 0.304, "step": 1e-4, "integrator": "linearly_implicit"}
     fields["pitches"] = list(range(1, rig.chain.pitches + 1))
     passage = rig.loop_period(115) / rig.chain.pitches
@@ -40,7 +40,7 @@ def test_two_passages_of_all_connectors_say_what_a_long_run_says(rig):
     known = run_values(simulate(Scene(**fields, ramp=0.3, lead_in=1.0, duration=6.4)))
     for side in ("left", "right", "ring"):
         assert found[f"{side}_share_pct"] == pytest.approx(known[f"{side}_share_pct"], abs=0.1)
-        assert found[f"{side}_rms_n"] == pytest.approx(known[f"{side}_rms_n"], rel=0.01, abs=1.0)
+        assert found[f"{side}_rms_n"] == pytest.approx(known[f"{side}_rms_n"], rel=0.01, abs=0.01 * known["ring_rms_n"])
     assert known["left_share_pct"] > 1
     assert found["left_areas"] == known["left_areas"]
     for event in ("left touches", "ring left", "out"):
