@@ -103,13 +103,18 @@ def test_no_friction_is_exactly_none(rig):
 @pytest.mark.parametrize("normal_law", NORMAL_LAWS)
 def test_a_scene_uses_the_law_that_it_names(rig, normal_law):
     model = Scene(rig, 115.0, normal_law=normal_law).model
-    expected = {
-        "printed": 0.75 * (1 - rig.tooth_contact.restitution**2),
-        "delivered": delivering_loss(rig.tooth_contact.restitution),
-        "elastic": 0.0,
-    }[normal_law]
-    assert model.tooth.law.loss == pytest.approx(expected, rel=1e-14)
-    assert model.wheels.ring_law.loss == model.wheels.wheel_law.loss == model.tooth.law.loss  # all name 0.5
+    laws = (
+        (model.tooth.law, rig.tooth_contact),
+        (model.wheels.ring_law, rig.ring_contact),
+        (model.wheels.wheel_law, rig.wheel_contact),
+    )
+    for law_of, surface in laws:
+        expected = {
+            "printed": 0.75 * (1 - surface.restitution**2),
+            "delivered": delivering_loss(surface.restitution),
+            "elastic": 0.0,
+        }[normal_law]
+        assert law_of.loss == pytest.approx(expected, rel=1e-14)
 
 
 def test_elastic_law_returns_all():

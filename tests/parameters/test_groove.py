@@ -186,7 +186,7 @@ VALUES = [
     ("chain.pitches", "35", "35"), ("sprocket.teeth", 4, "4"), ("bushing.damping", -1.0, "-1.0"),
     ("tooth_contact.restitution", 1.2, "1.2"), ("tooth_contact.poisson_ratio", 0.5, "0.5"),
     ("ring_contact.transition_velocity", 0.0, "0.0"), ("ring_contact.friction_dynamic", 0.5, "0.5"),
-    ("tension.wheel", "sprocket", "sprocket"), ("sensor.pitch", 36, "36"), ("groove.r2", 0.0299, "0.0299"),
+    ("tension.wheel", "sprocket", "sprocket"), ("sensor.pitch", 36, "36"), ("groove.r2", 0.0279, "0.0279"),
     ("groove.r5", 0.02, "0.02"), ("chain.link_length", 0.2, "0.2"),
 ]  # fmt: skip
 

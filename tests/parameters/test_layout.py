@@ -78,7 +78,7 @@ def test_wheel_inside_the_loop_is_refused():
 @pytest.fixture(scope="module", params=["shipped", "idler tensions", "no ring radius"])
 def loop(request, rig):
     if request.param == "idler tensions":
-        rig = rig.changed(tension__wheel="idler", tension__direction=70.0, tension__travel=0.2)
+        rig = rig.changed(tension__wheel="idler", tension__direction=70.0, tension__travel=0.3)
     elif request.param == "no ring radius":
         rig = rig.changed(sprocket__ring_radius=0.305)
     return rig, assemble(rig)

@@ -61,9 +61,9 @@ def quick_config(tmp_path, change=lambda data: None):
 
 def test_a_quick_run_with_its_studies_is_planned_from_nothing(tmp_path):
     planned = planned_jobs(tmp_path, "studies", "--configfile", quick_config(tmp_path))
-    # 4 records and again with the coarse tooth, 2 of meshing; 4 rings of one rig and 3 of the other, three a job
+    # 4 records and again with the coarse tooth, 2 of meshing; 4 rings of one rig and 3 of each other, three a job
     assert (planned["simulate"], planned["warm_up"]) == (2 * 4 + 2, 1)
-    assert sum(count for name, count in planned.items() if re.match(r"ring_(?!figures)", name)) == 3
+    assert sum(count for name, count in planned.items() if re.match(r"ring_(?!figures)", name)) == 4
     assert {f"{name}_form" if study.forms else name for name, study in STUDIES.items()} <= planned.keys()
     assert {"metrics", "claims", "page", "manifest"} <= planned.keys()
     assert not (tmp_path / "results").exists()
