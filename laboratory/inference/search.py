@@ -123,6 +123,7 @@ def _dfols(evaluate: Callable, x: np.ndarray, radius: float) -> None:
 def _cma(evaluate: Callable, x: np.ndarray, radius: float) -> None:
     cma = required("cma")
     options = {"bounds": [0.0, 1.0], "seed": 1, "tolx": LEAST_RADIUS * radius, "maxfevals": ENDLESS, "verbose": -9}
+    evaluate(np.clip(x, 0.0, 1.0))  # the method itself begins with points around the start
     found = cma.CMAEvolutionStrategy(np.clip(x, 0.0, 1.0), radius, options)
     found.optimize(lambda at: 0.5 * float(np.sum(evaluate(at) ** 2)))
 
