@@ -22,15 +22,6 @@ LENGTHS = (0.2, 100.0)  # of inputs that have a variance of 1
 NOISE = (1e-6, 1.0)  # of a residual that has a variance of 1
 
 
-class Check(NamedTuple):
-    """What held-out points say about an emulator."""
-
-    standard_error: np.ndarray  # (m,) (simulated - mean) / standard deviation, of points that it was not trained on
-    rmse: float  # root mean square error
-    r2: float  # part of the variance that is explained
-    coverage_95: float  # share of points within the 95 % interval of a normal distribution
-
-
 class Terms(NamedTuple):
     """Numbers of a trained process; ``u`` are the inputs less ``input_mean`` over ``input_scale``."""
 
@@ -117,23 +108,3 @@ class Emulator:
             float(noise.noise_level) + self._process.alpha,
             np.broadcast_to(product.k2.length_scale, self._inputs.mean_.shape),
         )
-
-
-def held_out_check(x, y, share: float = 0.2, seed: int = 0, iterations: int = 25) -> Check:
-    """Train on a part of the points and compare with the others.
-
-    Raises
-    ------
-    InputError
-        Too few points for both parts.
-    """
-    x, y = np.atleast_2d(np.asarray(x, dtype=float)), np.asarray(y, dtype=float)
-    order = np.random.default_rng(seed).permutation(np.flatnonzero(np.isfinite(y)))
-    out = max(int(share * len(order)), 1)
-    kept = Emulator(x[order[out:]], y[order[out:]], iterations)
-    mean, variance = kept.predict(x[order[:out]])
-    off = y[order[:out]] - mean
-    z = off / np.sqrt(np.maximum(variance, 1e-300))
-    spread = float(y[order].var())
-    r2 = 1.0 - float((off**2).mean()) / spread if spread else float("nan")
-    return Check(z, float(np.sqrt((off**2).mean())), r2, float((np.abs(z) <= 1.959964).mean()))

@@ -1,11 +1,9 @@
-"""Unknown parameters of a rig: what each can be and where that range comes from, and the way from the unit cube to
-rigs.
-"""
+"""Unknown parameters of a rig: what each can be, the source of that range, and the way from the unit cube to rigs."""
 
 from collections.abc import Mapping
 from itertools import islice
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -24,7 +22,7 @@ DRAWN = 8
 
 
 class Unknown(Section):
-    """A parameter that is not known, or a choice.
+    """A parameter that is not known.
 
     Attributes
     ----------
@@ -38,33 +36,20 @@ class Unknown(Section):
         ``linear`` or ``log``: in what the unknown is evenly spread.
     of : str or None
         The value is a ratio to this other field of the rig.
-    choices : mapping
-        In place of a range: name of each alternative and what it changes, ``section.field`` to a number or to
-        ``[factor, offset]`` on its present value, a field of the scene to a word.
-    name : str
-        Of a choice; of a number its first field.
     source : str
         Where the range comes from; the words in the rig's file where it is not given.
     """
 
-    names: list[str] = Field(default_factory=list)
+    names: Annotated[list[str], Field(min_length=1)]
     low: float | None = None
     high: float | None = None
     ranges: list[Annotated[list[float], Field(min_length=2, max_length=2)]] = Field(default_factory=list)
     scale: Literal["linear", "log"] = "linear"
     of: str | None = None
-    choices: dict[str, dict[str, float | str | Annotated[list[float], Field(min_length=2, max_length=2)]]] = Field(
-        default_factory=dict
-    )
-    name: str = ""
     source: str = ""
 
     @model_validator(mode="after")
     def _complete(self):
-        if bool(self.names) == bool(self.choices):
-            raise InputError(f"unknown {self.label or '?'}: needs names (with a range) or choices, and not both")
-        if self.choices and (not self.name or len(self.choices) < 2):
-            raise InputError(f"unknown {self.label or '?'}: a choice has a name and two alternatives or more")
         for low, high in self.intervals:
             if not low < high or (self.scale == "log" and not low > 0):
                 positive = " and above 0" if self.scale == "log" else ""
@@ -73,13 +58,8 @@ class Unknown(Section):
 
     @property
     def label(self) -> str:
-        """``section.field`` or the name of the choice."""
-        return self.name or (self.names[0] if self.names else "")
-
-    @property
-    def discrete(self) -> bool:
-        """It is a choice."""
-        return bool(self.choices)
+        """Its first field."""
+        return self.names[0]
 
     @property
     def intervals(self) -> list[tuple[float, float]]:
@@ -95,10 +75,8 @@ class Unknown(Section):
         width = ends[:, 1] - ends[:, 0]
         return ends[:, 0], np.concatenate([[0.0], np.cumsum(width) / width.sum()])
 
-    def value(self, x: float) -> Any:
-        """What stands at a position of 0 to 1: a number, or the name of an alternative."""
-        if self.discrete:
-            return list(self.choices)[min(int(x * len(self.choices)), len(self.choices) - 1)]
+    def value(self, x: float) -> float:
+        """What stands at a position of 0 to 1."""
         low, begins = self._edges()
         ends = np.array(self.intervals, dtype=float)
         k = int(np.clip(np.searchsorted(begins, x, side="right") - 1, 0, len(low) - 1))
@@ -107,11 +85,8 @@ class Unknown(Section):
             return float(ends[k, 0] * (ends[k, 1] / ends[k, 0]) ** share)
         return float(ends[k, 0] + share * (ends[k, 1] - ends[k, 0]))
 
-    def position(self, value: Any) -> float:
-        """Position of a value; NaN for one outside all ranges, or no alternative."""
-        if self.discrete:
-            names = list(self.choices)
-            return (names.index(value) + 0.5) / len(names) if value in names else float("nan")
+    def position(self, value: float) -> float:
+        """Position of a value; NaN for one outside all ranges."""
         _, begins = self._edges()
         for k, (low, high) in enumerate(self.intervals):
             scaled = np.log([low, high, value]) if self.scale == "log" and value > 0 else np.array([low, high, value])
@@ -147,11 +122,7 @@ class Unknowns:
         for unknown in unknowns:
             for name in (*unknown.names, *filter(None, [unknown.of])):
                 _number(rig, name, unknown.label)
-            for changes in unknown.choices.values():
-                for name in changes:
-                    if "." in name:
-                        _number(rig, name, unknown.label)
-            for name in unknown.names or [unknown.label]:
+            for name in unknown.names:
                 if name in seen:
                     raise InputError(f"unknown {name}: occurs twice; keep one of them")
                 seen.add(name)
@@ -165,58 +136,43 @@ class Unknowns:
         """Name of every unknown."""
         return [unknown.label for unknown in self.unknowns]
 
-    def values(self, x) -> dict[str, Any]:
+    def values(self, x) -> dict[str, float]:
         """Value of every unknown at a point of the unit cube, by label."""
         x = np.asarray(x, dtype=float)
         if x.shape != (len(self),) or not ((x >= 0) & (x <= 1)).all():
             raise InputError(f"x = {shown(x.tolist())}: must be {len(self)} numbers between 0 and 1")
         return {unknown.label: unknown.value(float(part)) for unknown, part in zip(self.unknowns, x, strict=True)}
 
-    def position(self, values: Mapping[str, Any]) -> np.ndarray:
+    def position(self, values: Mapping[str, float]) -> np.ndarray:
         """(d,) point of the unit cube for values by label; NaN where one lies outside its range."""
         return np.array([unknown.position(values[unknown.label]) for unknown in self.unknowns])
 
-    def changes(self, values: Mapping[str, Any]) -> tuple[dict[str, float], dict[str, str]]:
-        """Fields of the rig (``section.field``) that values by label set, and fields of the scene."""
+    def changes(self, values: Mapping[str, float]) -> dict[str, float]:
+        """Fields of the rig (``section.field``) that values by label set."""
         fields: dict[str, float] = {}
-        scene: dict[str, str] = {}
-
-        def present(name: str) -> float:
-            return fields[name] if name in fields else _number(self.rig, name, name)
-
         for unknown in self.unknowns:
-            value = values[unknown.label]
-            if unknown.discrete:
-                for name, change in unknown.choices[value].items():
-                    if isinstance(change, str):
-                        scene[name] = change
-                    else:
-                        factor, offset = change if isinstance(change, list) else (0.0, change)
-                        fields[name] = factor * present(name) + offset
-            else:
-                number = float(value) * (present(unknown.of) if unknown.of else 1.0)
-                fields |= dict.fromkeys(unknown.names, number)
-        return fields, scene
+            of = unknown.of
+            factor = 1.0 if of is None else fields[of] if of in fields else _number(self.rig, of, of)
+            fields |= dict.fromkeys(unknown.names, float(values[unknown.label]) * factor)
+        return fields
 
-    def to_rig(self, x) -> tuple[Rig, dict[str, str]]:
-        """The rig at a point of the unit cube, and what it changes in a scene."""
-        fields, scene = self.changes(self.values(x))
-        return self.rig.changed(**fields), scene
+    def to_rig(self, x) -> Rig:
+        """The rig at a point of the unit cube."""
+        return self.rig.changed(**self.changes(self.values(x)))
 
-    def of_rig(self, rig: Rig) -> dict[str, Any]:
-        """Value of every number in a rig, by label; a choice is not to be seen in a rig and is left out."""
+    def of_rig(self, rig: Rig) -> dict[str, float]:
+        """Value of every unknown in a rig, by label."""
         found = {}
         for unknown in self.unknowns:
-            if not unknown.discrete:
-                value = _number(rig, unknown.names[0], unknown.label)
-                found[unknown.label] = value / _number(rig, unknown.of, unknown.label) if unknown.of else value
+            value = _number(rig, unknown.names[0], unknown.label)
+            found[unknown.label] = value / _number(rig, unknown.of, unknown.label) if unknown.of else value
         return found
 
 
 def buildable(unknowns: Unknowns, x) -> bool:
     """Whether there is a rig at a point: its groove can be cut, its loop closes around its wheels."""
     try:
-        return can_close(unknowns.to_rig(x)[0])
+        return can_close(unknowns.to_rig(x))
     except TrackdynError:
         return False
 
@@ -242,7 +198,7 @@ def file_ranges(path: Path | str) -> dict[str, tuple[float, float, str]]:
 
 def _ranged(unknown: Unknown, ranges: Mapping[str, tuple[float, float, str]]) -> Unknown:
     """The unknown with what is known of its range from the rig's file."""
-    if unknown.discrete or unknown.intervals:
+    if unknown.intervals:
         return unknown
     if unknown.of or unknown.names[0] not in ranges:
         raise InputError(f"unknown {unknown.label}: has no range; give low and high, here or in the rig's file")
@@ -259,4 +215,4 @@ def _number(rig: Rig, name: str, label: str) -> float:
     except InputError as error:
         raise InputError(f"unknown {shown(label)}: {error}") from None
     except ValueError:
-        raise InputError(f"unknown {label}: {name} = {shown(value)} is not a number; name a choice") from None
+        raise InputError(f"unknown {label}: {name} = {shown(value)} is not a number") from None

@@ -25,7 +25,6 @@ import numpy as np
 IDENTIFIED, ONE_SIDED, NOT_IDENTIFIED, IN_DOUBT = "identified", "one-sided", "not identified", "in doubt"
 NARROW = 0.5 * 0.9
 EDGE, END, EXCLUDED = 0.05, 0.2, 0.02
-CHOSEN = 0.95  # share of the draws from which on an alternative of a choice is identified
 
 
 class Verdict(NamedTuple):

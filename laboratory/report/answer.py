@@ -1,11 +1,13 @@
 """What the searches for rigs found: a table, and cost against rows."""
 
-import matplotlib.pyplot as plt
+from itertools import product
+
 import numpy as np
 import pandas as pd
+from matplotlib.figure import Figure
 
 from replication.paper.claims import REPRODUCED
-from trackdyn.plots.style import COLOURS
+from trackdyn.plots.style import COLOURS, DASHES, PAGE, new_figure, styled
 
 HEAD = ("question", "method", "seed", "evaluations", "ended", "first_cost", "cost", "first_shown", "shown", "of")
 
@@ -26,23 +28,18 @@ def answer_text(ends: pd.DataFrame, verdicts: pd.DataFrame, profiles: pd.DataFra
     return "\n\n".join(parts) + "\n"
 
 
-def search_figure(costs: pd.DataFrame):
+@styled
+def search_figure(costs: pd.DataFrame) -> Figure:
     """Least cost so far against rows, a line a search and a panel a question."""
     questions = list(dict.fromkeys(costs["question"]))
-    figure, axes = plt.subplots(
-        1, len(questions), figsize=(4 * len(questions), 3.2), squeeze=False, layout="constrained"
-    )
-    for ax, question in zip(axes[0], questions, strict=True):
-        of = costs[costs["question"] == question].groupby(["method", "seed"], sort=False)
-        for colour, ((method, seed), rows) in zip(COLOURS, of, strict=False):
-            ax.step(
-                rows["row"],
-                np.minimum.accumulate(rows["cost"]),
-                where="post",
-                color=colour,
-                label=f"{method}, seed {seed}",
-            )
-        ax.set(title=question, xlabel="rows", yscale="log")
-        ax.legend(fontsize="small")
-    axes[0, 0].set_ylabel("least cost, half the sum of squares")
+    figure = new_figure(2.6, PAGE)
+    panels = figure.subplots(1, len(questions), squeeze=False)[0]
+    for ax, question in zip(panels, questions, strict=True):
+        searches = costs[costs["question"] == question].groupby(["method", "seed"], sort=False)
+        for look, ((method, seed), rows) in zip(product(DASHES, COLOURS), searches, strict=False):
+            least = np.minimum.accumulate(rows["cost"])
+            ax.step(rows["row"], least, where="post", linestyle=look[0], color=look[1], label=f"{method}, seed {seed}")
+        ax.set(title=question, xlabel="rows", ylim=(0, None))
+        ax.legend()
+    panels[0].set_ylabel("least cost (half the sum of squares)")
     return figure

@@ -8,6 +8,7 @@ import pytest
 from sentences import BELT, HUGE, LONGER, NO_NUMBERS, NUMBER, one_sentence, shown
 
 from trackdyn.errors import InputError
+from trackdyn.parameters.rig import load_rig
 from trackdyn.scene.fidelity import CHOICES
 from trackdyn.scene.scene import Scene
 
@@ -24,7 +25,11 @@ SCENES = [
     *[({name: "long"}, f"{name} = 'long'", NUMBER) for name in ("ring_radius", "duration", "step", "tolerance")],
     ({"motor_rpm": -1}, "motor_rpm = -1.0", "between 0 and 100000 rev/min"),
     ({"motor_rpm": 1e300, **BELT}, "motor_rpm = 1e+300", "and 100000"),
-    ({"ring_radius": 1e300}, "ring_radius = 1e+300", "m (touches no link) and 0.3400 m"),
+    (
+        {"ring_radius": 1e300},
+        "ring_radius = 1e+300",
+        f"between {Scene.ring_range(load_rig())[0]:.4f} m (touches no link) and 0.3400 m",
+    ),
     ({"ring_radius": -0.3}, "ring_radius = -0.3", "must be a radius in m, or null"),
     ({"duration": 1e-300}, "duration = 1e-300", "between 0.001 and"),
     ({"duration": 1e9}, "duration", "and 36000 s"),

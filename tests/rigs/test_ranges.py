@@ -55,8 +55,9 @@ def test_the_default_rig_obeys_what_is_printed(rig):
     assert rig.tension.kept == "locked"
 
 
-def test_the_head_of_the_default_rig_lists_the_values_that_no_part_can_have():
-    path = shipped_rigs()["paper"]
+@pytest.mark.parametrize("name", ["paper", "at_once"])
+def test_the_head_of_a_rig_lists_the_values_that_no_part_can_have(name):
+    path = shipped_rigs()[name]
     outside = parameter_table(path).set_index("name")["outside"]
     named = set(outside.index[outside != ""])
     head = path.read_text(encoding="utf-8").partition("gravity:")[0]

@@ -1,5 +1,6 @@
 """One row: a scene in, numbers or a reason out."""
 
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 
 from psutil import virtual_memory
@@ -22,6 +23,15 @@ from trackdyn.simulation.simulate import simulate
 from trackdyn.sources import module_hash
 
 
+def first_that_runs(steps: Sequence[float], run: Callable[[float], dict]) -> dict:
+    """What ``run`` returns for the first step (s) that is neither refused nor diverges; the last error if none runs."""
+    *first, last = steps
+    for step in first:
+        with suppress(InputError, DivergenceError):
+            return run(step)
+    return run(last)
+
+
 class Rows:
     """Computes rows one after another, each within ``memory`` bytes; rigs and settled loops are shared among them."""
 
@@ -31,14 +41,13 @@ class Rows:
         self._rig: tuple[dict, Rig] | None = None
 
     def __call__(self, rig: dict, changes: dict, scene: dict, until: dict, known: dict, longest: float) -> dict:
-        """Values of a row (`request.Asked`) with the first of its steps that comes out; the last error if none does."""
-        if not isinstance(scene.get("step"), list):
-            return self._values(Scene(self._rig_of(rig, changes), **scene), until, known, longest)
-        *first, last = scene["step"]
-        for step in first:
-            with suppress(InputError, DivergenceError):
-                return self._values(Scene(self._rig_of(rig, changes), **scene | {"step": step}), until, known, longest)
-        return self._values(Scene(self._rig_of(rig, changes), **scene | {"step": last}), until, known, longest)
+        """Values of a row (`request.Asked`) with the first of its steps that runs."""
+
+        def run(**step) -> dict:
+            return self._values(Scene(self._rig_of(rig, changes), **scene | step), until, known, longest)
+
+        steps = scene.get("step")
+        return first_that_runs(steps, lambda step: run(step=step)) if isinstance(steps, list) else run()
 
     def _values(self, requested: Scene, until: dict, known: dict, longest: float) -> dict:
         if until:

@@ -1,6 +1,6 @@
 """The scorecard as residuals: a rig's row at every speed and radius that a question asks for, judged claim by claim."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pandas as pd
@@ -11,7 +11,7 @@ from laboratory.inference.search import bent
 from laboratory.inference.unknowns import Unknown, Unknowns
 from replication.paper.claims import JUDGED, ONE_SIDED, REPRODUCED, Claim, Value, examine
 from replication.paper.evidence import Evidence
-from trackdyn.errors import DivergenceError, InputError
+from trackdyn.errors import InputError
 from trackdyn.measure.meshing import LEAST_SHARE
 from trackdyn.measure.sensor import whole_samples
 from trackdyn.measure.whole_loop import stitch
@@ -23,11 +23,12 @@ from trackdyn.simulation.recording import Recording
 from trackdyn.simulation.settled_loops import SettledLoops
 from trackdyn.simulation.simulate import simulate
 from trackdyn.sources import module_hash
+from trackdyn.sweeps.row import first_that_runs
 
-# tolerances off for a number that there is not: a contact that never occurs, a ratio to nothing
+# residual, in tolerances, of a number that does not exist: a contact that never occurs, a ratio to zero
 MISSING = 6.0
 TREND = 0.05  # a trend that falls by so much more than it may is a tolerance further off
-# text claims: what stands for an area that is printed as the only or the first one
+# Claims whose printed value is text, areas of contact: contact outside them, or before they are reached
 AREAS = {"C15": ("left_late_2_pct", "right_late_7_pct"), "C18": ("left_outside_2_pct", "right_share_pct")}
 SHARE_OF = {"right_share_pct": 0.5}  # % of a turn that count as a tolerance, else `LEAST_SHARE`
 
@@ -39,13 +40,7 @@ def rows_of_answer(memory: float) -> Callable[..., dict]:
 
 def _row(rig: dict, scenes: list[list], fields: dict, row: dict) -> dict:
     made = Rig.model_validate(rig)
-    *first, last = row["steps_s"]
-    for step in first:
-        try:
-            return _scenes(made, scenes, fields | {"step": step}, row)
-        except (InputError, DivergenceError):
-            continue
-    return _scenes(made, scenes, fields | {"step": last}, row)
+    return first_that_runs(row["steps_s"], lambda step: _scenes(made, scenes, fields | {"step": step}, row))
 
 
 def _scenes(rig: Rig, scenes: list[list], fields: dict, row: dict) -> dict:
@@ -94,25 +89,20 @@ class AnswerProblem:
 
     def scenes(self) -> list[list]:
         """Speed, ring radius and whether sensors are read, of every scene of a row."""
-        c, asked = self.config, self.question.speeds_rpm
-        found = [[rpm, ring, ring == c.ring_radius_m] for rpm in asked for ring in (None, *c.radii_m)]
-        return found
+        c = self.config
+        speeds = self.question.speeds_rpm
+        return [[rpm, ring, ring == c.ring_radius_m] for rpm in speeds for ring in (None, *c.radii_m)]
 
     def task(self, x: np.ndarray) -> dict:
         """Arguments of the row of a point."""
-        return self.task_of(*self.unknowns.to_rig(x))
+        return self.task_of(self.unknowns.to_rig(x))
 
-    def task_of(self, rig: Rig, scene: Mapping[str, str] | None = None) -> dict:
-        """Arguments of the row of a rig."""
+    def task_of(self, rig: Rig) -> dict:
+        """Arguments of the row of a rig; an `InputError` if its loop does not close."""
         if not can_close(rig):
             raise InputError("the loop does not close within the travel of the tensioner")
         row = self.config.row.model_dump()
-        return {
-            "rig": rig.model_dump(),
-            "scenes": self.scenes(),
-            "fields": self.question.scene | dict(scene or {}),
-            "row": row,
-        }
+        return {"rig": rig.model_dump(), "scenes": self.scenes(), "fields": self.question.scene, "row": row}
 
     def evidence(self, values: dict, rig: Rig) -> Evidence:
         """A row as what claims are judged by."""
@@ -146,7 +136,7 @@ class AnswerProblem:
                 )
             else:
                 raise InputError(f"{claim.name} cannot be judged: {judgement.measured}")
-            if claim.name.startswith("C20b"):  # either reading will do
+            if claim.rule == "either_at_most":
                 off = off[np.abs(off).argmin()][None]
             found[claim.name] = (judgement.verdict, np.nan_to_num(off, nan=MISSING, posinf=MISSING, neginf=-MISSING))
         return found
@@ -164,16 +154,15 @@ class AnswerProblem:
 def residual(claim: Claim, value: Value, before: Value | None) -> float:
     """Signed distance of a number in tolerances: a claim is met where none is beyond 1.
 
-    One-sided claims are at 1 on their bound and at 0 a `Claim.scale` within it, so that a search does not end on it.
+    One-sided claims have the distance of the scorecard (`paper.claims.distance`): 1 on the bound and 0 a `Claim.scale`
+    within it, so that a search does not end on the bound.
     """
     if claim.rule == "rising":
         if before is None or not before.value:
             return 0.0
         return max(0.0, 1 + ((1 - claim.within) - value.value / before.value) / TREND)
     if claim.rule in ONE_SIDED:
-        leeway = claim.within * abs(value.printed)
-        off = value.printed - value.value if claim.rule == "at_least" else value.value - value.printed
-        return max(0.0, 1 + (off - leeway) / (claim.scale or abs(value.printed)))
+        return value.distance
     return (value.value - value.printed) / claim.tolerance
 
 

@@ -47,8 +47,8 @@ def summary(recording: Recording) -> tuple[dict, dict[str, float]]:
     """Columns of `meshing_summary` and `first_areas` that claims are judged by, and `event_times`.
 
     To the columns come ``left_outside_2_pct, right_outside_7_pct``: contact in any other area, % of a turn, and
-    ``left_late_2_pct, right_late_7_pct``: from the first touch of the arc to its first in that area, % of a turn; NaN
-    if it never touches there.
+    ``left_late_2_pct, right_late_7_pct``: from the first touch of the arc to its first in that area, or to its last
+    contact where it never touches there, % of a turn; NaN without a contact.
     """
     force, area = revolutions(recording)
     turn = timing(recording).turn * recording.rate  # samples
@@ -69,7 +69,7 @@ def summary(recording: Recording) -> tuple[dict, dict[str, float]]:
     for i, (side, printed) in enumerate((("left", 2), ("right", 7))):
         samples = np.bincount(area[..., i].ravel(), minlength=11) / len(area) / turn * 100
         there = area[..., i] == printed
-        reached = np.where(there.any(axis=1), there.argmax(axis=1), np.nan)
+        reached = np.where(there.any(axis=1), there.argmax(axis=1), last[:, i] + 1)
         begins = [int(one[int(at), i]) for one, at in zip(area, first[:, i], strict=True) if np.isfinite(at)]
         found |= {
             f"{side}_areas": ",".join(str(k) for k in range(1, 11) if samples[k] >= LEAST_SHARE) or "none",

@@ -1,4 +1,4 @@
-"""What the search for rigs is asked: ``config/answer.yaml``, whose head explains the fields."""
+"""Settings of the search for rigs: ``config/answer.yaml``, whose head explains the fields."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -9,7 +9,7 @@ from laboratory.inference.search import SearchMethod
 from laboratory.inference.unknowns import Unknown, Unknowns, file_ranges
 from replication.paper.claims import Claim
 from trackdyn.errors import InputError
-from trackdyn.parameters.rig import Rig, load_rig
+from trackdyn.parameters.rig import load_rig
 from trackdyn.parameters.validation import Positive, Section, validated
 from trackdyn.parameters.yaml_file import read_yaml
 
@@ -46,7 +46,6 @@ class Question(Section):
     searches begin, with ``spread`` of the unit cube as standard deviation of the starts but the first.
     """
 
-    words: str
     rig: str
     ranges: Literal["typed", "possible"]
     scene: dict[str, str]
@@ -108,26 +107,20 @@ class AnswerConfig(Section):
 
     def shortened(self) -> "AnswerConfig":
         """The short form."""
-        asked = self.questions[self.short.question]
+        question = self.questions[self.short.question]
         less = [
             one.model_copy(update={"evaluations": self.short.evaluations, "seeds": one.seeds[:1]})
-            for one in asked.searches
+            for one in question.searches
         ]
-        return self.model_copy(update={"questions": {self.short.question: asked.model_copy(update={"searches": less})}})
-
-    def unknowns_of(self, question: str, rig: Rig, ranges: dict) -> Unknowns:
-        """What a question leaves open."""
-        asked = self.questions[question]
-        typed = {one.label: one for one in self.typed} if asked.ranges == "typed" else {}
-        free = [one for one in self.unknowns if one.label not in asked.fixed]
-        return Unknowns([typed.get(one.label, one) for one in free], rig, ranges)
+        short = {self.short.question: question.model_copy(update={"searches": less})}
+        return self.model_copy(update={"questions": short})
 
     def targets_of(self, question: str, claims: list[Claim]) -> list[Claim]:
         """Claims that a question asks for, in the order of the claims' file."""
-        wanted = self.questions[question].claims
-        if missing := set(wanted) - {claim.name for claim in claims}:
+        names = self.questions[question].claims
+        if missing := set(names) - {claim.name for claim in claims}:
             raise InputError(f"questions.{question}.claims: {', '.join(sorted(missing))} is not a claim")
-        return [claim for claim in claims if claim.name in wanted]
+        return [claim for claim in claims if claim.name in names]
 
 
 def load_answer(path: Path | str) -> AnswerConfig:
@@ -135,7 +128,9 @@ def load_answer(path: Path | str) -> AnswerConfig:
     return validated(AnswerConfig, read_yaml(path), str(path))
 
 
-def question_unknowns(config: AnswerConfig, question: str) -> Unknowns:
-    """Unknowns of a question around the rig at which its searches begin."""
-    path = config.questions[question].rig
-    return config.unknowns_of(question, load_rig(path), file_ranges(path))
+def question_unknowns(config: AnswerConfig, name: str) -> Unknowns:
+    """Unknowns of a question, around the rig at which its searches begin."""
+    question = config.questions[name]
+    typed = {one.label: one for one in config.typed} if question.ranges == "typed" else {}
+    free = [typed.get(one.label, one) for one in config.unknowns if one.label not in question.fixed]
+    return Unknowns(free, load_rig(question.rig), file_ranges(question.rig))

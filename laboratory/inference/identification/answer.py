@@ -23,7 +23,7 @@ def best_rig_text(answer: Identification, rig_path: Path | str, files: list[str]
     entries, rig = entries_of(data), answer.unknowns.rig
     rows = zip(answer.table.to_dict("records"), answer.unknowns.unknowns, strict=True)
     of = {name: row for row, one in rows for name in one.names}
-    for name, value in answer.unknowns.changes(answer.best)[0].items():
+    for name, value in answer.unknowns.changes(answer.best).items():
         if name not in entries:  # its default
             *sections, field = keys_of(rig, name)
             own = {"unit": rig.fields[name].unit, "source": "default"}

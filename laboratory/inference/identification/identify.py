@@ -222,4 +222,4 @@ def _held_out(records: MeasuredRecords, emulator, unknowns: int, settings: Setti
 
 def changed(unknowns: Unknowns, values: dict[str, float]) -> dict[str, float]:
     """Changes of the rig (``section__field``) for values of the unknowns by label."""
-    return {name.replace(".", "__"): value for name, value in unknowns.changes(values)[0].items()}
+    return {name.replace(".", "__"): value for name, value in unknowns.changes(values).items()}

@@ -38,7 +38,7 @@ rule answer_near:
 
 
 rule answer:
-    """The searches in full (some five processor hours; ask for it by name)."""
+    """The searches in full (some ten processor hours; ask for it by name)."""
     input:
         full(rules.answer_table),
         rules.answer_near.output,

@@ -17,7 +17,7 @@ with logged(snakemake):
     rigs = [(name, rig, {}, form.named) for name, rig in named.items()]
     if form.drawn_rigs:
         unknowns = question_unknowns(load_answer(given.answer), "possible")
-        points = [unknowns.to_rig(x)[0] for x in prior_points(unknowns, form.drawn_rigs)]
+        points = [unknowns.to_rig(x) for x in prior_points(unknowns, form.drawn_rigs)]
         rigs += [(f"drawn {k}", rig, {}, form.drawn) for k, rig in enumerate(points)]
     lives, flanks = run_lives(rigs, form, snakemake.params.store, snakemake.threads)
     seen = windows(lives)

@@ -97,7 +97,7 @@ def test_resuming_simulates_nothing_twice_and_says_the_same(folder, unpainted, m
         (("210.csv", "--unknown", "bushing.colour"), "'bushing.colour' is not a parameter of the rig"),
         (("210.csv", "--unknown", "chain.pitches"), "chain.pitches: has no range"),
         (("210.csv", "--unknown", "bushing.stiffness=5:1"), "LOW:HIGH with LOW below HIGH"),
-        (("210.csv", "--unknown", "tension.wheel=1:2"), "is not a number; name a choice"),
+        (("210.csv", "--unknown", "tension.wheel=1:2"), "is not a number"),
         (("210.csv", "--unknown", "bushing.damping", "--unknown", "bushing.damping"), "occurs twice; keep one of them"),
         (("210.csv", "--simulations", "100"), "--simulations = 100: must be a power of two of at least 16"),
         (("210.csv", "--rpm", "150", "--rpm", "210"), "--rpm is given 2 times for 1 records"),

@@ -310,11 +310,9 @@ def test_claims_that_a_parameter_was_chosen_by_are_fitted():
     asked = yaml.safe_load((CONFIG / "answer.yaml").read_text(encoding="utf-8"))["questions"]["predicted"]
     assert asked["rig"] == "config/rig.yaml"
     assert "the question predicted of config/answer.yaml" in sources
-    named = set(asked["claims"]) | {
-        claim.name for claim in CLAIMS.values() if claim.id in re.findall(r"C\d\d", sources)
-    }
-    assert {claim.name for claim in CLAIMS.values() if claim.origin == "fitted"} <= named
     assert {CLAIMS[name].origin for name in asked["claims"]} <= {"fitted", "implied"}
+    named = {CLAIMS[name].id for name in asked["claims"]} | set(re.findall(r"C\d\d", sources))
+    assert named == {claim.id for claim in CLAIMS.values() if claim.origin == "fitted"}
 
 
 def claim(**fields):

@@ -203,7 +203,7 @@ def _values(claim: Claim, measured, speeds) -> tuple[Value, ...]:
         leeway = claim.within * np.abs(printed) if one_sided else SLACK * claim.tolerance
         met = list((side <= leeway) & np.isfinite(numbers))
         if not one_sided or claim.scale:
-            away = np.maximum(0.0, 1 + side / claim.scale) if one_sided else side / claim.tolerance
+            away = np.maximum(0.0, 1 + (side - leeway) / claim.scale) if one_sided else side / claim.tolerance
             away = np.where(np.isfinite(off), away, np.inf)
     elif claim.rule == "rising":
         met = list(np.isfinite(numbers) & np.r_[True, numbers[1:] > (1 - claim.within) * numbers[:-1]])
@@ -256,7 +256,8 @@ def distance(claim: Claim, e: Evidence) -> float:
     """How far from its bound a claim is, in tolerances: it is reproduced where the distance is at most 1.
 
     The largest difference from what is printed over the tolerance, over all values that are judged. A one-sided claim
-    is at 1 on its bound, one `Claim.scale` beyond it at 2, one or more on the good side of it at 0.
+    is at 1 on its bound (`Claim.within` beyond what is printed), one `Claim.scale` beyond it at 2, one or more on the
+    good side of it at 0.
 
     Returns
     -------

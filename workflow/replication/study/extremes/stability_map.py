@@ -68,7 +68,7 @@ def stability_map(rig: Rig, quantity: str, values: Iterable[float], steps_per_ms
         scene = Scene(changed, step=1e-5, **(FAST | bare | fields))
         start = Loop(scene)
         limits = step_limits(start.model, start.layout["settled_tension_n"])
-        limit = min(value for name, value in limits.items() if "contact stiffness" in name)
+        limit = min(step for name, step in limits.items() if "contact stiffness" in name)
         finest = forced_run(start, max(min(steps), 1e-5))
         for step in steps:
             case = f"{QUANTITIES[quantity]} {value:g}, step {step:.4g} s"
