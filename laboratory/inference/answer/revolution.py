@@ -46,9 +46,9 @@ def _after_longest_pause(touching: np.ndarray) -> int:
 def summary(recording: Recording) -> tuple[dict, dict[str, float]]:
     """Columns of `meshing_summary` and `first_areas` that claims are judged by, and `event_times`.
 
-    To the columns come ``left_outside_2_pct, right_outside_7_pct``: contact in any other area, % of a turn, and
-    ``left_late_2_pct, right_late_7_pct``: from the first touch of the arc to its first in that area, or to its last
-    contact where it never touches there, % of a turn; NaN without a contact.
+    To the columns come ``left_outside_2_pct, right_outside_7_pct``: contact in other areas, each times its distance in
+    areas, % of a turn, and ``left_late_2_pct, right_late_7_pct``: the same, of contact before the arc first touches in
+    that area; NaN without a contact.
     """
     force, area = revolutions(recording)
     turn = timing(recording).turn * recording.rate  # samples
@@ -68,14 +68,15 @@ def summary(recording: Recording) -> tuple[dict, dict[str, float]]:
         }
     for i, (side, printed) in enumerate((("left", 2), ("right", 7))):
         samples = np.bincount(area[..., i].ravel(), minlength=11) / len(area) / turn * 100
-        there = area[..., i] == printed
-        reached = np.where(there.any(axis=1), there.argmax(axis=1), last[:, i] + 1)
+        away = np.where(area[..., i] > 0, abs(area[..., i] - printed), 0)
+        before = np.logical_and.accumulate(area[..., i] != printed, axis=1)
+        late = (away * before).sum(axis=1)[np.isfinite(first[:, i])]
         begins = [int(one[int(at), i]) for one, at in zip(area, first[:, i], strict=True) if np.isfinite(at)]
         found |= {
             f"{side}_areas": ",".join(str(k) for k in range(1, 11) if samples[k] >= LEAST_SHARE) or "none",
             f"{side}_first_area": max(set(begins), key=begins.count, default=0),
-            f"{side}_outside_{printed}_pct": float(samples[1:].sum() - samples[printed]),
-            f"{side}_late_{printed}_pct": 100 * _mean(reached - first[:, i]) / turn,
+            f"{side}_outside_{printed}_pct": 100 * float(away.sum(axis=1).mean()) / turn,
+            f"{side}_late_{printed}_pct": 100 * _mean(late) / turn,
         }
     return found, _events(force, first, last, recording)
 
