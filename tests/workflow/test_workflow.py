@@ -141,7 +141,7 @@ class Pretended:
 
     def __init__(self, folder):
         self.folder, self.root = folder, folder / "copy"
-        for name in ("config", "data", "trackdyn", "workflow"):
+        for name in ("config", "data", "docs/measured", "trackdyn", "workflow"):
             shutil.copytree(ROOT / name, self.root / name, ignore=shutil.ignore_patterns("__pycache__"))
         shutil.copy(ROOT / "Snakefile", self.root)
         code, said = snakemake(folder, *self.targets, run="--summary", root=self.root)
@@ -214,7 +214,7 @@ def test_a_cell_of_the_article_makes_due_what_it_concerns(pretended, cell, rerun
     with pretended.edited({"config/paper/tables.yaml": in_place_of(cell, cell.replace("null", "11.0"))}):
         due = pretended.due()
     assert {"claims", "page", "manifest"} <= due
-    reading = {"article", "warm_up", "simulate", "parameters", "schematics", "peer_runs"}
+    reading = {"cells", "warm_up", "simulate", "parameters", "schematics", "peer_runs"}
     assert reading <= due if rerun else not reading & due, due
 
 

@@ -11,17 +11,17 @@ def needs(script, folder="workflow/scripts"):
 # hash: other cells, another file, and whatever reads a rig runs. Tables 2 to 4 concern the scorecard and the page.
 ARTICLE = [str(path) for path in [cells_path(CONFIG.rig)] if path]
 RIG_CELLS = [cell._asdict() for path in ARTICLE for cell in rig_cells(path)]
-CELLS = f"{R}/article/{sha256(repr(RIG_CELLS).encode()).hexdigest()[:16]}.csv"
+CELLS = f"{R}/cells/{sha256(repr(RIG_CELLS).encode()).hexdigest()[:16]}.csv"
 
 
-rule article:
+rule cells:
     """What a reader of the article filled in of the rig."""
-    input: needs("article.py")
+    input: needs("cells.py")
     output: CELLS
     params: cells=RIG_CELLS
-    log: f"{R}/logs/article.log"
+    log: f"{R}/logs/cells.log"
     message: "What a reader filled in of the rig"
-    script: "../scripts/article.py"
+    script: "../scripts/cells.py"
 
 
 onstart:

@@ -82,6 +82,40 @@ rule report_page:
         rules.animation.output,
 
 
+# Studies whose short forms the article shows: a run without them makes none. Searches for rigs are too long to be part of it.
+IN_ARTICLE = ("trade", "extremes")
+SEARCHED = {name: f"docs/measured/answer_{name}.csv" for name in ("ends", "profiles")}
+
+
+rule article:
+    """The article: values in one file, PDF from them."""
+    input:
+        needs("article.py"),
+        template="workflow/article/article.typ",
+        references="workflow/article/references.bib",
+        claims=f"{R}/claims.csv",
+        parameters=f"{R}/tables/parameters.csv",
+        **{f"table{k}": f"{R}/tables/table{k}.csv" for k in range(1, 5)},
+        model=f"{R}/peers/model.json",
+        trade=f"{R}/short/trade.csv",
+        extremes=f"{R}/short/extremes.csv",
+        outcomes=f"{R}/short/tables/extremes.csv",
+        **SEARCHED,
+        figures=[f"{R}/figures/fig{name}.svg" for name in ("01", "19", "21", "23_a", "24")],
+        studies=[f"{R}/short/figures/{name}.svg" for name in ("trade", "extremes_stability")],
+    output:
+        pdf=f"{R}/article.pdf",
+        values=f"{R}/article.json",
+    params: accuracy_pct=CONFIG.peers.accuracy_pct
+    log: f"{R}/logs/article.log"
+    message: "The article"
+    script: "../scripts/article.py"
+
+
+def article_of_run(wildcards):
+    return rules.article.output if {*IN_ARTICLE} <= {*in_this_run(wildcards)} else []
+
+
 rule costs:
     """What each rule cost, from what each job wrote: all others, and the long studies if they were run before."""
     input:
@@ -99,6 +133,7 @@ RUN_INPUTS = [
     *(str(path).removeprefix(f"{ROOT}/") for path in reversed(workflow.configfiles)),
     *("config/claims.yaml", config["studies"], CONFIG.rig),
     *ARTICLE,
+    *SEARCHED.values(),
     *(other.rig for other in CONFIG.other_rigs.values()),
     *(CONFIG.sensor_path(rpm) for rpm in CONFIG.records.speeds_rpm),
     *([CONFIG.sensor_mapping] if CONFIG.sensor_mapping else []),
@@ -110,6 +145,7 @@ rule manifest:
     input:
         needs("manifest.py"),
         rules.report_page.input,
+        article_of_run,
         rules.costs.output,
     output: f"{R}/manifest.json"
     params: inputs=RUN_INPUTS

@@ -33,6 +33,7 @@ FORMATS = {
     ".toml": "application/toml", ".j2": "text/plain", ".lock": "text/plain", ".cff": "application/yaml",
     "": "text/plain", ".csv": "text/csv", ".md": "text/markdown", ".json": "application/json", ".png": "image/png",
     ".svg": "image/svg+xml", ".gif": "image/gif", ".html": "text/html", ".yaml": "application/yaml",
+    ".pdf": "application/pdf", ".typ": "text/plain", ".bib": "text/plain",
     ".npz": "application/zip",
 }  # fmt: skip
 

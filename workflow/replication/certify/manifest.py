@@ -26,13 +26,13 @@ NAME = "manifest.json"
 LARGEST = 50_000_000  # bytes of a manifest that is read; that of the full run has less than one million
 # a longer table is known by its hash only
 LONGEST_TEXT = 120_000
-KINDS = {".png", ".svg", ".gif", ".csv", ".md", ".json", ".npz", ".html"}
+KINDS = {".png", ".svg", ".gif", ".csv", ".md", ".json", ".npz", ".html", ".pdf"}
 # Times of computing and memory, which no two runs share, and what follows from them: the planner takes what was
-# cheapest, the page shows the costs.
+# cheapest, the page and the article show the costs.
 TIMES = re.compile(
     r"(.*/)?(tables/costs\.(csv|md)|tables/fidelity\.md|tables/trade\.md|figures/(trade_\w+|extremes_long_run)\.(png|svg)"
     r"|planner\.csv|promises_[^/]+\.csv)"
-    r"|.*\.cost\.json|report\.html|plan\.json"
+    r"|.*\.cost\.json|report\.html|article\.(pdf|json)|plan\.json"
 )
 TIMED_COLUMN = re.compile(r"(start_)?(wall|cpu)_s(_per_s)?|resident_mb")
 

@@ -42,6 +42,8 @@ SHORT = {  # the claims of Sect. 6 that can fail, in a few words
     "C26": "the ring radius to choose is 0.308 m, the equal-pitch radius",
 }
 ORIGINS = tuple(ORIGIN_WORDS)
+SECTION_6 = ("C16", "C28")
+OPEN = ("predicted", "transfer")  # origins that a fit leaves open
 ONE_SIDED = ("at_most", "at_least", "either_at_most")
 SLACK = 1 + 1e-9  # on a tolerance: 0.309 - 0.308 is more than 0.001 in binary
 COLUMNS, VALUE_COLUMNS = (tuple(TABLES[name][1]) for name in ("claims", "claims_values"))
@@ -360,6 +362,34 @@ def counts(card: pd.DataFrame) -> pd.DataFrame:
         for found in [complete[[key[:2] == (rig, origin) for key in complete.index]]]
     ]
     return pd.DataFrame(rows, columns=["rig", "origin", "claims", "came_out"])
+
+
+def claim_counts(card: pd.DataFrame) -> pd.DataFrame:
+    """What is reproduced, such as ``26 of 33``: a row for the parts of Sect. 6 and for each origin, a column a rig."""
+    rigs = list(dict.fromkeys(card["rig"]))
+    judged = card[card["verdict"].isin(JUDGED)]
+    met, sixth = judged["verdict"] == REPRODUCED, judged["id"].between(*SECTION_6)
+    parts = [sixth & (judged["rig"] == rig) for rig in rigs]
+    lines = {f"parts of {' to '.join(SECTION_6)}": [f"{met[of].sum()} of {of.sum()}" for of in parts]}
+    found = counts(card).set_index(["rig", "origin"])
+    for origin, words in ORIGIN_WORDS.items():
+        of_rigs = [found.loc[(rig, origin)] for rig in rigs]
+        if any(row["claims"] for row in of_rigs):
+            lines[words] = [f"{row['came_out']} of {row['claims']}" for row in of_rigs]
+    return pd.DataFrame.from_dict(lines, orient="index", columns=rigs).rename_axis("reproduced").reset_index()
+
+
+def open_claims(card: pd.DataFrame, rig: str) -> tuple[list[str], list[str]]:
+    """Sentences on the claims that a fit leaves open (``OPEN``): those that a rig shows, and those that it does not."""
+    own = card[(card["rig"] == rig) & card["origin"].isin(OPEN) & card["verdict"].isin(JUDGED)]
+    shown: list[str] = []
+    not_shown: list[str] = []
+    for (claim_id, origin), rows in own.groupby(["id", "origin"], sort=False):
+        lost = [part or claim_id for part in rows.loc[rows["verdict"] != REPRODUCED, "part"].fillna("")]
+        words = SHORT.get(claim_id, rows["claim"].iloc[0])
+        failed = f"; fails in {', '.join(lost)}" if lost else ""
+        (not_shown if lost else shown).append(f"{claim_id}, {origin}: {words}{failed}")
+    return shown, not_shown
 
 
 def headline(card: pd.DataFrame, rig: str) -> str:

@@ -6,16 +6,14 @@ from pathlib import Path
 
 import pandas as pd
 
-from replication.paper.claims import JUDGED, ORIGIN_WORDS, REPRODUCED, SHORT, counts
-from replication.report.figures.trade import answers
+from replication.paper.claims import claim_counts, open_claims
+from replication.report.figures.trade import trade_sentence
 from replication.report.tables import ladder_table
 from replication.study.extremes.resolved import short_runs_verdict
 from trackdyn.errors import InputError
 from trackdyn.files import replacing, write_text
 
 BEGIN, END = "<!-- measured -->", "<!-- end -->"
-SECTION_6 = ("C16", "C28")
-OPEN = ("predicted", "transfer")  # origins that a fit leaves open
 
 
 def ladder_text(rows: pd.DataFrame) -> str:
@@ -52,51 +50,21 @@ def limits(rows: pd.DataFrame) -> str:
 
 def claims_text(card: pd.DataFrame) -> str:
     """What every rig reproduces, counted in a column each; then in words what the first one says of open claims."""
-    rigs = list(dict.fromkeys(card["rig"]))
-    judged = card[card["verdict"].isin(JUDGED)].astype(object).fillna("")
-    met = judged["verdict"] == REPRODUCED
-    sixth = judged["id"].between(*SECTION_6)
-    parts = [(judged["rig"] == rig) & sixth for rig in rigs]
-    lines = {f"parts of {' to '.join(SECTION_6)}": [f"{met[of].sum()} of {of.sum()}" for of in parts]}
-    found = counts(card).set_index(["rig", "origin"])
-    for origin, words in ORIGIN_WORDS.items():
-        of_rigs = [found.loc[(rig, origin)] for rig in rigs]
-        if any(row["claims"] for row in of_rigs):
-            lines[words] = [f"{row['came_out']} of {row['claims']}" for row in of_rigs]
-    table = pd.DataFrame.from_dict(lines, orient="index", columns=rigs).rename_axis("reproduced").reset_index()
-    own = judged[(judged["rig"] == rigs[0]) & judged["origin"].isin(OPEN)]
-    outcomes: dict[bool, list[str]] = {True: [], False: []}
-    for (claim_id, origin), rows in own.groupby(["id", "origin"], sort=False):
-        lost = [part or claim_id for part in rows.loc[rows["verdict"] != REPRODUCED, "part"]]
-        failed = f"; fails in {', '.join(lost)}" if lost else ""
-        words = SHORT.get(claim_id, rows["claim"].iloc[0])
-        outcomes[not lost].append(f"- {claim_id}, {origin}: {words}{failed}")
     sentences = [
-        f"{head}\n\n" + "\n".join(claims)
-        for head, claims in (
-            (f"Open claims that *{rigs[0]}* shows:", outcomes[True]),
-            ("and does not:", outcomes[False]),
+        f"{head}\n\n" + "\n".join(f"- {claim}" for claim in claims)
+        for head, claims in zip(
+            (f"Open claims that *{card['rig'].iloc[0]}* shows:", "and does not:"),
+            open_claims(card, card["rig"].iloc[0]),
+            strict=True,
         )
         if claims
     ]
-    return "\n\n".join([table.to_markdown(index=False, disable_numparse=True), *sentences])
+    return "\n\n".join([claim_counts(card).to_markdown(index=False, disable_numparse=True), *sentences])
 
 
 def readme_text(card: pd.DataFrame, rows: pd.DataFrame) -> str:
     """The claims, and what an answer costs."""
-    return f"{claims_text(card)}\n\n{trade_sentence(rows)}"
-
-
-def trade_sentence(rows: pd.DataFrame) -> str:
-    """CPU seconds of the cheapest settings that keep the RMS to 1 % and the mean left peak to 2 %, over the scenes."""
-    data, parts = answers(rows), []
-    for measure, tolerance, words in (("rms", 0.01, "RMS"), ("left_peak", 0.02, "mean left-arc peak")):
-        kept = data[(data["measure"] == measure) & (data["error"] <= tolerance)].groupby("scene")["cpu_s"].min()
-        parts.append(f"{words} to {100 * tolerance:g} %: {kept.min():.1g} to {kept.max():.1g} CPU s")
-    return (
-        f"**What an answer costs**: {'; '.join(parts)}, answers of all links at 115 and 210 rpm, with and without "
-        "a ring, on the machine that measured."
-    )
+    return f"{claims_text(card)}\n\n**What an answer costs**: {trade_sentence(rows)}"
 
 
 def layouts_text(rows: pd.DataFrame) -> str:

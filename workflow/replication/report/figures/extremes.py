@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
 from replication.study.extremes.judge import COMPLETED, DEFECT, GAP, MARKED, OUTCOMES, REFUSED, extremes_summary
-from replication.study.extremes.stability_map import QUANTITIES
+from replication.study.extremes.stability_map import QUANTITIES, stable_steps
 from trackdyn.plots.style import BLACK, BLUE, GREEN, MARKERS, ORANGE, PRINTED, VERMILION, new_figure, styled
 from trackdyn.simulation.account import OPEN_SHARE
 
@@ -56,6 +56,7 @@ def solvers_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
 def stability_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
     """Forced runs over step and one quantity a panel, beside the step limit predicted beforehand."""
     kinds = [name for name in QUANTITIES if (rows["family"] == f"step and {name}").any()]
+    limits = stable_steps(rows)
     figure = new_figure(2.6 * (len(kinds) + 1) // 2)
     panels = figure.subplots((len(kinds) + 1) // 2, 2, squeeze=False).ravel()
     for ax, name in zip(panels, kinds, strict=False):
@@ -68,10 +69,9 @@ def stability_figure(rows: pd.DataFrame, chunks: pd.DataFrame) -> Figure:
             (~stable & ~bounded, {"marker": "x", "color": VERMILION}, "left the physical range"),
         ):
             ax.scatter(table["group"][mask], table["at"][mask], s=14, label=label, **look)
-        limit = table.groupby("group")["expected"].first()
-        ax.plot(limit.index, limit, color=BLACK, marker="_", label="predicted limit")
-        largest = table[stable].groupby("group")["at"].max()
-        ax.plot(largest.index, largest, color=BLUE, linestyle=":", label="largest stable step")
+        of = limits[limits["quantity"] == name]
+        ax.plot(of["value"], of["limit"], color=BLACK, marker="_", label="predicted limit")
+        ax.plot(of["value"], of["stable"], color=BLUE, linestyle=":", label="largest stable step")
         ax.set(xscale="linear" if name == "ring" else "log", yscale="log", ylabel="step (s)", xlabel=QUANTITIES[name])
         ax.xaxis.set_minor_formatter(NullFormatter())
     for ax in panels[len(kinds) :]:

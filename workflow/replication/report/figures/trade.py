@@ -37,6 +37,16 @@ def answers(rows: pd.DataFrame) -> pd.DataFrame:
     return rows[~rows["failed"].astype(bool)].assign(cpu_s=rows["start_cpu_s"] + run)
 
 
+def trade_sentence(rows: pd.DataFrame) -> str:
+    """CPU seconds of the cheapest settings that keep the RMS to 1 % and the mean left peak to 2 %, over the scenes."""
+    data, parts = answers(rows), []
+    for measure, tolerance, words in (("rms", 0.01, "RMS"), ("left_peak", 0.02, "mean left-arc peak")):
+        kept = data[(data["measure"] == measure) & (data["error"] <= tolerance)].groupby("scene")["cpu_s"].min()
+        parts.append(f"{words} to {100 * tolerance:g} %: {kept.min():.1g} to {kept.max():.1g} CPU s")
+    scenes = "answers of all links at 115 and 210 rpm, with and without a ring, on the machine that measured"
+    return f"{'; '.join(parts)}, {scenes}."
+
+
 @styled
 def trade_figure(rows: pd.DataFrame, peers: pd.DataFrame | None = None) -> Figure:
     """Error of three measures against the CPU time of the whole answer, a panel a scene and measure.

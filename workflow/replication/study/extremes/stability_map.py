@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator
 
 import numpy as np
+import pandas as pd
 
 from replication.study.extremes.cases import STEEL_AND_TOOTH
 from replication.study.extremes.judge import COMPLETED, FAST, REFUSED, attempted
@@ -87,3 +88,20 @@ def _forced(start: Loop, scene: Scene, step: float, finest: float, marks: dict) 
     if np.isinf(excess):
         return row | {"outcome": REFUSED, "reason": "the kernel reports a body beyond the physical range"}
     return row | ({"outcome": COMPLETED} if excess <= EXCESS else {"reason": f"{excess:.3g} times the kinetic energy"})
+
+
+def stable_steps(rows: pd.DataFrame) -> pd.DataFrame:
+    """Predicted limit, largest stable and smallest unstable step tried, s, of each value of a quantity.
+
+    ``quantity, value, limit, stable, unstable``; NaN where no step was stable, or none unstable.
+    """
+    numbers = dict.fromkeys(("group", "at", "value", "expected", "bound"), float)
+    parts = []
+    for name in QUANTITIES:
+        table = rows[rows["family"] == f"step and {name}"].astype(numbers)
+        stable = table["value"] <= table["bound"]
+        found = {"limit": table.groupby("group")["expected"].first()}
+        found["stable"] = table[stable].groupby("group")["at"].max()
+        found["unstable"] = table[~stable].groupby("group")["at"].min()
+        parts.append(pd.DataFrame(found).rename_axis("value").reset_index().assign(quantity=name))
+    return pd.concat(parts, ignore_index=True)

@@ -1,0 +1,89 @@
+"""The article: what a run decided stands in its text, and nothing that it asks for may be missing."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from pypdf import PdfReader
+
+from replication.report.article import COLUMNS, EXTREMES, article_values, write_article
+from trackdyn.errors import TrackdynError
+
+ROOT = Path(__file__).parents[3]
+MEASURED = ROOT / "docs" / "measured"
+TEMPLATE = ROOT / "workflow" / "article" / "article.typ"
+BLANK = '<svg xmlns="http://www.w3.org/2000/svg" width="90" height="60"><rect width="90" height="60"/></svg>'
+
+
+@pytest.fixture(scope="module")
+def values():
+    read = {name: pd.read_csv(MEASURED / f"{name}.csv") for name in ("claims", "parameters", "trade")}
+    read |= {name: pd.read_csv(MEASURED / f"answer_{name}.csv") for name in ("ends", "profiles")}
+    for name in ("table1", "table2", "table3", "table4"):
+        read[name] = pd.DataFrame([dict.fromkeys(COLUMNS[name], 0.25)])
+    read["table2"] = read["table2"].assign(code=["trackdyn"], chosen=["yes"])
+    read["outcomes"] = pd.DataFrame([dict.fromkeys(EXTREMES, 7)])
+    read["extremes"] = pd.DataFrame(
+        [("step and speed", "100", step, value, 1e-4, 2.0) for step, value in ((1e-4, 1.0), (3e-4, np.inf))],
+        columns=["family", "group", "at", "value", "expected", "bound"],
+    )
+    return article_values(read, "", 0.01)
+
+
+@pytest.fixture
+def article(tmp_path):
+    """Text of the article that is made of values."""
+    for place in ("figures", "short/figures"):
+        (tmp_path / place).mkdir(parents=True)
+    for name in ("fig01", "fig19", "fig21", "fig23_a", "fig24"):
+        (tmp_path / "figures" / f"{name}.svg").write_text(BLANK, encoding="utf-8")
+    for name in ("trade", "extremes_stability"):
+        (tmp_path / "short" / "figures" / f"{name}.svg").write_text(BLANK, encoding="utf-8")
+
+    def made(values):
+        pdf = tmp_path / "article.pdf"
+        write_article(values, tmp_path / "article.json", TEMPLATE, tmp_path, pdf)
+        text = " ".join(page.extract_text() for page in PdfReader(pdf).pages)
+        return pdf.read_bytes(), " ".join(text.split())
+
+    return made
+
+
+def test_a_value_stands_in_the_text_and_makes_the_bytes(values, article):
+    first, text = article(values)
+    assert first == article(values)[0]
+    assert (
+        values["counts"][0][1] in text
+        and f"No step below {values['unstable_from']} times" in text
+        and float(values["unstable_from"]) == 3.0
+    )
+    for name, found in (("shown", ["C06, a sentence of a test"]), ("table3", [["98765", *values["table3"][0][1:]]])):
+        assert (found[0] if name == "shown" else "98765") not in text
+        _, other = article(values | {name: found})
+        assert (found[0] if name == "shown" else "98765") in other
+
+
+def test_sentences_follow_the_results(values, article):
+    text = article(values | {"outside": [], "lost": []})[1]
+    assert "No fitted value lies outside the range" in text and "It does not show: None." in text
+    text = article(values | {"outside": ["groove.r4"]})[1]
+    assert "No fitted value" not in text and "Outside the range that a part can have lie groove.r4" in text
+
+
+@pytest.mark.parametrize("name", ["trade", "lost", "scorecard", "unstable_from"])
+def test_a_missing_value_stops_the_build(values, article, name):
+    with pytest.raises(TrackdynError, match="article"):
+        article({key: value for key, value in values.items() if key != name})
+
+
+def test_a_missing_figure_stops_the_build(values, article, tmp_path):
+    (tmp_path / "figures" / "fig24.svg").unlink()
+    with pytest.raises(TrackdynError, match="fig24"):
+        article(values)
+
+
+def test_a_missing_column_is_no_blank(values):
+    assert set(values) >= set(COLUMNS)
+    with pytest.raises(KeyError):
+        article_values({"claims": pd.read_csv(MEASURED / "claims.csv").drop(columns="verdict")}, "", 0.01)

@@ -1,0 +1,126 @@
+"""The article: its values from results, and its PDF from them by a template of Typst."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from replication.paper.claims import JUDGED, REPRODUCED, SHORT, claim_counts, open_claims
+from replication.report.figures.trade import trade_sentence
+from replication.report.tables import table2_outcome
+from replication.study.extremes.stability_map import stable_steps
+from trackdyn.errors import TrackdynError
+from trackdyn.extras import required
+from trackdyn.files import replacing, write_text
+from trackdyn.plots.cells import cell
+
+SECTIONS = ("C15", "C28")  # claims of the figures of engagement and ring
+EXTREMES = ("rows", "completed", "refused", "defects")
+COLUMNS = {  # of the article's tables, by the table of the results
+    "table1": ("area", "type", "O_x_mm", "O_y_mm", "r_mm", "theta_deg"),
+    "table2": ("code", "step_s", "error_pct", "cpu_s_per_s"),
+    "table3": (
+        "speed_rpm",
+        *(f"{name}_{what}" for name in ("rms", "sd") for what in (
+            "simulation_g", "sensor_g", "difference_pct", "difference_printed_against_papers_own_data_pct")),
+    ),
+    "table4": (
+        "rpm",
+        *(f"{name}_{what}" for name in ("rms_g", "sd_g", "left_rms_n") for what in (
+            "ten_arcs", "three_surfaces", "difference_pct")),
+    ),
+    "ends": ("question", "method", "seed", "evaluations", "ended", "first_cost", "cost", "shown", "of"),
+    "profiles": ("assumption", "value", "cost", "shown", "of", "lost"),
+}  # fmt: skip
+
+
+def article_values(tables: Mapping[str, pd.DataFrame], missing: str, accuracy_pct: float) -> dict[str, Any]:
+    """Everything in the article that a run decides, as text.
+
+    Parameters
+    ----------
+    tables : mapping
+        Of the results: ``claims``, ``parameters``, ``table1`` to ``table4``, ``trade``, ``extremes`` (all cases) and
+        ``outcomes`` (their counts); of the searches (docs/measured): ``ends``, ``profiles``.
+    missing : str
+        Why the independent code did not run; empty if it did.
+    accuracy_pct : float
+        Error at which Table 2 compares the codes.
+    """
+    card = tables["claims"]
+    rigs = list(dict.fromkeys(card["rig"]))
+    shown, lost = open_claims(card, rigs[0])
+    parameters, outcomes = tables["parameters"], tables["outcomes"].iloc[-1]
+    steps = stable_steps(tables["extremes"])
+    return {
+        "rigs": rigs,
+        "counts": _texts(claim_counts(card)),
+        "shown": shown,
+        "lost": lost,
+        "statements": _statements(card, rigs),
+        "scorecard": _scorecard(card, rigs),
+        "kinds": {kind: str(n) for kind, n in parameters["kind"].value_counts().items()}
+        | {"all": str(len(parameters))},
+        "outside": parameters.loc[parameters["outside"].notna(), "name"].tolist(),
+        "outcomes": {name: str(outcomes[name]) for name in EXTREMES},
+        "unstable_from": cell(float((steps["unstable"] / steps["limit"]).min()), 2),
+        "codes": table2_outcome(tables["table2"], missing, accuracy_pct),
+        "trade": trade_sentence(tables["trade"]),
+    } | {name: _texts(tables[name][list(columns)]) for name, columns in COLUMNS.items()}
+
+
+def _texts(frame: pd.DataFrame) -> list[list[str]]:
+    return [[cell(value) for value in row] for row in frame.itertuples(index=False)]
+
+
+def _statements(card: pd.DataFrame, rigs: list[str]) -> list[list[str]]:
+    """What the text says of Figs. 19 to 24, where, and whether each rig shows it or which parts it does not show."""
+    judged = card[card["id"].between(*SECTIONS) & card["verdict"].isin(JUDGED)].fillna({"part": ""})
+    rows = []
+    for name, parts in judged.groupby("id", sort=False):
+        found = []
+        for rig in rigs:
+            own = parts[parts["rig"] == rig]
+            lost = own.loc[own["verdict"] != REPRODUCED, "part"]
+            found.append("yes" if lost.empty else f"not {', '.join(lost)}".strip() if len(lost) < len(own) else "no")
+        rows.append([name, parts["place"].iloc[0], SHORT.get(name, parts["claim"].iloc[0]), *found])
+    return rows
+
+
+def _scorecard(card: pd.DataFrame, rigs: list[str]) -> list[list]:
+    """``name, origin, claim, printed``, and verdict and value of each rig; parts without a verdict stay out."""
+    card = card.fillna({"part": "", "printed": "", "measured": "", "unit": ""}).astype(
+        {"printed": str, "measured": str}
+    )
+    rows = []
+    for (name, part), of in card[card["verdict"].isin(JUDGED)].groupby(["id", "part"], sort=False):
+        first, own = of.iloc[0], of.set_index("rig")
+        found = [[own.at[rig, "verdict"], own.at[rig, "measured"]] if rig in own.index else ["", ""] for rig in rigs]
+        unit = f" {first['unit']}" if any(map(str.isdigit, first["printed"])) and first["unit"] not in ("", "1") else ""
+        rows.append([f"{name}{part}", first["origin"], first["claim"], f"{first['printed']}{unit}", *found])
+    return rows
+
+
+def write_article(values: dict[str, Any], values_path: Path, template: Path, figures: Path, pdf_path: Path) -> None:
+    """Write the values, and the PDF that the template makes of them and of figures in a folder of results.
+
+    Raises
+    ------
+    InputError
+        The package ``typst`` is not installed.
+    TrackdynError
+        The template does not compile: it asks for a value or a figure that there is not.
+    """
+    typst = required("typst")
+    write_text(values_path, json.dumps(values, indent=1, ensure_ascii=False) + "\n")
+    inputs = {"values": str(values_path.resolve()), "results": str(figures.resolve())}
+    try:
+        made = typst.compile(
+            str(template.resolve()), root="/", sys_inputs=inputs, format="pdf", ignore_system_fonts=True
+        )
+    except typst.TypstError as error:
+        raise TrackdynError(f"{template}: {error}") from None
+    with replacing(pdf_path) as part:
+        part.write_bytes(made)
