@@ -58,7 +58,7 @@ def test_a_value_stands_in_the_text_and_makes_the_bytes(values, article):
         and f"No step below {values['unstable_from']} times" in text
         and float(values["unstable_from"]) == 3.0
     )
-    for name, found in (("shown", ["C06, a sentence of a test"]), ("table3", [["98765", *values["table3"][0][1:]]])):
+    for name, found in (("shown", ["a sentence of a test (C06)"]), ("table3", [["98765", *values["table3"][0][1:]]])):
         assert (found[0] if name == "shown" else "98765") not in text
         _, other = article(values | {name: found})
         assert (found[0] if name == "shown" else "98765") in other

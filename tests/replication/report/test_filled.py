@@ -52,9 +52,9 @@ def test_open_claims_are_named_with_what_fails():
         ("C04", "the fit missed it", "not reproduced", "fitted"), ("C05", "was not judged", "no test", "predicted"),
     ]  # fmt: skip
     text = claims_text(scorecard(rows))
-    shown, lost = text.split("and does not:")
+    shown, lost = text.split("It does not show")
     assert "| predictions" in shown and "1 of 2" in shown
-    assert "C01, predicted: it holds" in shown and "C02, predicted: half of it; fails in C02" in lost
+    assert "it holds (C01, predicted)" in shown and "half of it (C02, predicted, which fails in C02)" in lost
     assert "C03" not in text  # fitted: counted, not open
 
 

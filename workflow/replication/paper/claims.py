@@ -387,8 +387,8 @@ def open_claims(card: pd.DataFrame, rig: str) -> tuple[list[str], list[str]]:
     for (claim_id, origin), rows in own.groupby(["id", "origin"], sort=False):
         lost = [part or claim_id for part in rows.loc[rows["verdict"] != REPRODUCED, "part"].fillna("")]
         words = SHORT.get(claim_id, rows["claim"].iloc[0])
-        failed = f"; fails in {', '.join(lost)}" if lost else ""
-        (not_shown if lost else shown).append(f"{claim_id}, {origin}: {words}{failed}")
+        failed = f", which fails in {', '.join(lost)}" if lost else ""
+        (not_shown if lost else shown).append(f"{words} ({claim_id}, {origin}{failed})")
     return shown, not_shown
 
 

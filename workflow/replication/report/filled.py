@@ -13,6 +13,7 @@ from replication.study.extremes.resolved import short_runs_verdict
 from trackdyn.errors import InputError
 from trackdyn.files import replacing, write_text
 
+IN_WORDS = 3  # open claims of each outcome that the README names
 BEGIN, END = "<!-- measured -->", "<!-- end -->"
 
 
@@ -49,22 +50,22 @@ def limits(rows: pd.DataFrame) -> str:
 
 
 def claims_text(card: pd.DataFrame) -> str:
-    """What every rig reproduces, counted in a column each; then in words what the first one says of open claims."""
+    """What every rig reproduces, counted in a column each; then in words some that the first one leaves open."""
+    rig = card["rig"].iloc[0]
+    heads = f"Open claims that *{rig}* shows, for example", "It does not show, for example"
     sentences = [
-        f"{head}\n\n" + "\n".join(f"- {claim}" for claim in claims)
-        for head, claims in zip(
-            (f"Open claims that *{card['rig'].iloc[0]}* shows:", "and does not:"),
-            open_claims(card, card["rig"].iloc[0]),
-            strict=True,
-        )
+        f"{head}: {'; '.join(claims[:IN_WORDS])}."
+        for head, claims in zip(heads, open_claims(card, rig), strict=True)
         if claims
     ]
     return "\n\n".join([claim_counts(card).to_markdown(index=False, disable_numparse=True), *sentences])
 
 
-def readme_text(card: pd.DataFrame, rows: pd.DataFrame) -> str:
-    """The claims, and what an answer costs."""
-    return f"{claims_text(card)}\n\n**What an answer costs**: {trade_sentence(rows)}"
+def readme_text(card: pd.DataFrame, parameters: pd.DataFrame, rows: pd.DataFrame) -> str:
+    """What came out, how much of the rig is known, and what an answer costs."""
+    free = parameters["kind"].isin(("fitted", "assumed")).sum()
+    known = f"**Of {len(parameters)} parameters of the default rig {free} are fitted or assumed.** The paper prints few."
+    return f"{claims_text(card)}\n\n{known}\n\n**What an answer costs**: {trade_sentence(rows)}"
 
 
 def layouts_text(rows: pd.DataFrame) -> str:
@@ -113,7 +114,7 @@ PAGES = (
     ("docs/what-an-answer-costs.md", ("limits.csv",), limits),
     ("docs/resolution.md", ("extremes_short_runs.csv",), short_runs_text),
     ("docs/your-own-rig.md", ("layouts.csv",), layouts_text),
-    ("README.md", ("claims.csv", "trade.csv"), readme_text),
+    ("README.md", ("claims.csv", "parameters.csv", "trade.csv"), readme_text),
 )
 
 if __name__ == "__main__":
