@@ -39,7 +39,7 @@ SHORT = {  # the claims of Sect. 6 that can fail, in a few words
     "C23": "right-arc contact ends at a ring radius of 0.305 m",
     "C24": "the ring radius hardly changes the left-arc force",
     "C25": "from 0.307 m on, the left contact duration is near 10 % of a turn",
-    "C26": "the ring radius to choose is 0.308 m, the equal-pitch radius",
+    "C26": "the recommended ring radius is 0.308 m, the equal-pitch radius",
 }
 ORIGINS = tuple(ORIGIN_WORDS)
 SECTION_6 = ("C16", "C28")
@@ -390,6 +390,29 @@ def open_claims(card: pd.DataFrame, rig: str) -> tuple[list[str], list[str]]:
         failed = f", which fails in {', '.join(lost)}" if lost else ""
         (not_shown if lost else shown).append(f"{words} ({claim_id}, {origin}{failed})")
     return shown, not_shown
+
+
+def statements(card: pd.DataFrame) -> pd.DataFrame:
+    """What the text says, a row a judged claim, and of each rig ``yes``, ``no`` or which parts it does not show.
+
+    Returns
+    -------
+    DataFrame
+        ``id, place, words``, and a column for each rig.
+    """
+    judged = card[card["verdict"].isin(JUDGED)].fillna({"part": ""})
+    rigs = list(dict.fromkeys(card["rig"]))
+    rows = []
+    for name, parts in judged.groupby("id", sort=False):
+        row = {"id": name, "place": parts["place"].iloc[0], "words": SHORT.get(name, parts["claim"].iloc[0])}
+        for rig in rigs:
+            own = parts[parts["rig"] == rig]
+            lost = own.loc[own["verdict"] != REPRODUCED, "part"].tolist()
+            row[rig] = (
+                "–" if own.empty else "yes" if not lost else "no" if len(lost) == len(own) else f"not {', '.join(lost)}"
+            )
+        rows.append(row)
+    return pd.DataFrame(rows, columns=["id", "place", "words", *rigs])
 
 
 def headline(card: pd.DataFrame, rig: str) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 
 import pandas as pd
 
-from replication.paper.claims import JUDGED, REPRODUCED, SHORT, claim_counts, open_claims
+from replication.paper.claims import JUDGED, claim_counts, open_claims, statements
 from replication.report.figures.trade import trade_sentence
 from replication.report.tables import table2_outcome
 from replication.study.extremes.stability_map import stable_steps
@@ -52,6 +52,7 @@ def article_values(tables: Mapping[str, pd.DataFrame], missing: str, accuracy_pc
     card = tables["claims"]
     rigs = list(dict.fromkeys(card["rig"]))
     shown, lost = open_claims(card, rigs[0])
+    said = statements(card)
     parameters, outcomes = tables["parameters"], tables["outcomes"].iloc[-1]
     steps = stable_steps(tables["extremes"])
     return {
@@ -59,7 +60,7 @@ def article_values(tables: Mapping[str, pd.DataFrame], missing: str, accuracy_pc
         "counts": _texts(claim_counts(card)),
         "shown": shown,
         "lost": lost,
-        "statements": _statements(card, rigs),
+        "statements": _texts(said[said["id"].between(*SECTIONS)]),
         "scorecard": _scorecard(card, rigs),
         "kinds": {kind: str(n) for kind, n in parameters["kind"].value_counts().items()}
         | {"all": str(len(parameters))},
@@ -73,20 +74,6 @@ def article_values(tables: Mapping[str, pd.DataFrame], missing: str, accuracy_pc
 
 def _texts(frame: pd.DataFrame) -> list[list[str]]:
     return [[cell(value) for value in row] for row in frame.itertuples(index=False)]
-
-
-def _statements(card: pd.DataFrame, rigs: list[str]) -> list[list[str]]:
-    """What the text says of Figs. 19 to 24, where, and whether each rig shows it or which parts it does not show."""
-    judged = card[card["id"].between(*SECTIONS) & card["verdict"].isin(JUDGED)].fillna({"part": ""})
-    rows = []
-    for name, parts in judged.groupby("id", sort=False):
-        found = []
-        for rig in rigs:
-            own = parts[parts["rig"] == rig]
-            lost = own.loc[own["verdict"] != REPRODUCED, "part"]
-            found.append("yes" if lost.empty else f"not {', '.join(lost)}".strip() if len(lost) < len(own) else "no")
-        rows.append([name, parts["place"].iloc[0], SHORT.get(name, parts["claim"].iloc[0]), *found])
-    return rows
 
 
 def _scorecard(card: pd.DataFrame, rigs: list[str]) -> list[list]:

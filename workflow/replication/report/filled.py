@@ -64,7 +64,9 @@ def claims_text(card: pd.DataFrame) -> str:
 def readme_text(card: pd.DataFrame, parameters: pd.DataFrame, rows: pd.DataFrame) -> str:
     """What came out, how much of the rig is known, and what an answer costs."""
     free = parameters["kind"].isin(("fitted", "assumed")).sum()
-    known = f"**Of {len(parameters)} parameters of the default rig {free} are fitted or assumed.** The paper prints few."
+    known = (
+        f"**Of {len(parameters)} parameters of the default rig {free} are fitted or assumed.** The paper prints few."
+    )
     return f"{claims_text(card)}\n\n{known}\n\n**What an answer costs**: {trade_sentence(rows)}"
 
 

@@ -36,8 +36,8 @@ def piece_figure(rig: Rig) -> Figure:
     name = f"$r_C$ = {marks.millimetres(rig.chain.connector_radius)}"
     marks.leader(stretched, tip, name, (tip[0] - 0.062, high + 0.045))
     chain = rig.chain
-    link = f"track link\n{chain.link_mass:g} kg\n{chain.link_inertia:g} kg m²"
-    connector = f"connector\n{chain.connector_mass:g} kg\n{chain.connector_inertia:g} kg m²"
+    link = f"track link\n{chain.link_mass:.3g} kg\n{chain.link_inertia:.3g} kg m²"
+    connector = f"connector\n{chain.connector_mass:.3g} kg\n{chain.connector_inertia:.3g} kg m²"
     for place, name, up in (
         (0.5 * (pins[2] + pins[3]) - [0.012, 0.0], link, 0.05),
         (0.5 * (pins[3] + pins[4]) + [0.012, 0.0], connector, 0.05),

@@ -16,23 +16,26 @@ STRETCHES = 180  # of a record; the curve shows the largest gap in each
 
 @styled
 def closure_figure(recordings: Mapping[int, Recording]) -> Figure:
-    """Largest distance of the two ends of the loop over time, for every speed.
+    """Largest distance of the two ends of the loop over time, after (lines) and before (dots) the projection of a step.
 
     A point is the largest gap of all steps in one of 180 stretches of the record: half a second of a
     record of 90 s. ``recordings`` is by motor speed (rev/min).
     """
-    figure = new_figure(3.6)
+    figure = new_figure(4.0)
     ax = figure.subplots()
     for i, (rpm, recording) in enumerate(sorted(recordings.items())):
         edges, largest = upper_edge(np.maximum(recording.gap, LEAST_GAP), STRETCHES)
         time = 0.5 * (edges[:-1] + edges[1:]) / recording.rate
         look = {"color": COLOURS[i % len(COLOURS)], "linestyle": DASHES[i % len(DASHES)]}
-        ax.plot(time, largest, **look, label=f"{rpm:g} rpm, largest {power_of_ten(recording.gap.max(), 2)} m")
+        opened = upper_edge(np.maximum(recording.cut[:, 0], LEAST_GAP), STRETCHES)[1]
+        after, before = (power_of_ten(gap.max(), 2) for gap in (recording.gap, recording.cut[:, 0]))
+        ax.plot(time, largest, **look, label=f"{rpm:g} rpm: largest {after} m, before {before} m")
+        ax.plot(time, opened, color=look["color"], linestyle="none", marker=".", markersize=2.0)
     limit = printed.LOOP_GAP.value
-    ax.axhline(limit, **PRINTED, linewidth=1.4, label=f"printed in the paper: {power_of_ten(limit, 4)} m")
+    ax.axhline(limit, **PRINTED, linewidth=1.4, zorder=4, label=f"printed in the paper: {power_of_ten(limit, 4)} m")
     ax.set_yscale("log")
     ax.set(xlabel="time since the start of the record (s)", ylabel="closure error (m)")
-    ax.set_title("Largest closure error of the cut joint")
+    ax.set_title("Closure error of the cut joint after (lines) and before (dots) the projection")
     ax.set_xlim(0, max(len(recording.gap) / recording.rate for recording in recordings.values()))
-    figure.legend(loc="outside lower center", ncols=2)
+    figure.legend(loc="outside lower center", ncols=1)
     return figure

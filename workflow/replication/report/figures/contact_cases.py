@@ -169,6 +169,6 @@ def _draw_link_case(ax: Axes, rig: Rig, start, end) -> float:
     across = half * np.array([-along[1], along[0]])
     marks.dimension(ax, inside, inside + across, "$D/2$", side=sign, turned=False, fontsize=9)
     span = 0.085
-    ax.set(xlim=(middle[0] - span, middle[0] + span), ylim=(low - 0.004, low + 1.35 * span))
+    ax.set(xlim=(middle[0] - span, middle[0] + span), ylim=(low - 0.004, low + 1.6 * span))
     marks.bare(ax)
     return s

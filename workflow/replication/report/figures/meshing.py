@@ -35,6 +35,7 @@ HERE = {"color": BLACK, "linestyle": "none", "marker": "o", "markersize": 4.5}
 STEP = HERE | {"marker": "x", "markersize": 4}
 IN_PRINT = HERE | {"marker": "D", "markerfacecolor": "white", "markersize": 5.5}
 BARE_BOX = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
+EVENTS = "(c) events: printed / here (/ largest single step), s"
 BEYOND = 1.25  # of the highest point of the curves: larger single steps are written, not drawn
 
 
@@ -130,7 +131,8 @@ def passage_figure(recording: Recording) -> Figure:
     forces, areas, times = figure.subplots(3, 1, sharex=True, height_ratios=(1.8, 0.8, 1.3))
     sides = ("left", "right", "ring") if ring else ("left", "right")
     highest = max(shown.force[inside, : len(sides)].max(), 1.0)
-    peaks = []
+    peaks: list[Line2D] = []
+    beyond = 0  # arrows, whose labels stand below each other
     for i, side in enumerate(sides):
         look, row = LOOKS[side], shown.sides.loc[side]
         label = NAMES[side] if row["count"] else f"{NAMES[side]} (no contact)"
@@ -138,7 +140,11 @@ def passage_figure(recording: Recording) -> Figure:
         if row["count"]:
             mark = {"linestyle": "none", "markersize": 6, "markeredgecolor": "white", "markeredgewidth": 0.6}
             peaks.append(Line2D([], [], **look | mark))
-            _mark_peak(forces, row["peak_s"] - shown.first, row["peak_n"], look | mark, BEYOND * highest)
+            if row["peak_n"] > BEYOND * highest:
+                _point_at(forces, NAMES[side], row["peak_s"] - shown.first, row["peak_n"], look, beyond)
+                beyond += 1
+            else:
+                forces.plot(row["peak_s"] - shown.first, row["peak_n"], **look | mark, zorder=4)
         if side != "ring" and row["count"]:
             area = shown.area[inside, i]
             areas.plot(time[area > 0], area[area > 0], **look | {"linestyle": "none", "markersize": 2.5})
@@ -146,7 +152,7 @@ def passage_figure(recording: Recording) -> Figure:
     _draw_events(times, printed_and_measured_times(recording), (forces, areas))
     what = f"Connector {shown.connector} in groove {shown.groove}, {ring_words(scene['ring_radius'])}"
     figure.suptitle(f"{what}, {scene['motor_rpm']:g} rpm; a sprocket turn takes {shown.turn:.3f} s", x=0.01, ha="left")
-    for ax, title in ((forces, "(a) forces"), (areas, "(b) areas of the groove"), (times, "(c) events")):
+    for ax, title in ((forces, "(a) forces"), (areas, "(b) areas of the groove"), (times, EVENTS)):
         ax.set_title(title)
     forces.set(ylabel="normal force (N)", ylim=(-0.03 * highest, 1.45 * highest))
     areas.set(ylabel="area\n(1 to 10)", yticks=sorted({*map(int, np.unique(shown.area[inside]))} - {0}), ylim=(0, 11))
@@ -159,17 +165,14 @@ def passage_figure(recording: Recording) -> Figure:
     return figure
 
 
-def _mark_peak(ax: Axes, time: float, force: float, look: dict, limit: float) -> None:
-    """The largest force of all time steps: a mark, or above the limit an arrow at the edge with its value."""
-    if force <= limit:
-        ax.plot(time, force, **look, zorder=4)
-        return
+def _point_at(ax: Axes, name: str, time: float, force: float, look: dict, line: int) -> None:
+    """An arrow at the upper edge at a single time step that is far above the curves, with its value."""
     arrow = {"arrowstyle": "-|>", "color": look["color"], "linewidth": 1.4, "shrinkA": 0, "shrinkB": 0}
     edge = ("data", "axes fraction")
     ax.annotate("", (time, 1.0), (time, 0.84), xycoords=edge, textcoords=edge, arrowprops=arrow, zorder=5)
-    label = f"{force:.0f} N at {time:.3f} s".replace("-", "\N{MINUS SIGN}")
-    look = {"textcoords": "offset points", "va": "center", "fontsize": SMALL, "path_effects": HALO, "zorder": 5}
-    ax.annotate(label, (time, 0.92), (6, 0), xycoords=edge, **look)
+    label = f"{name}: {force:.0f} N in one step"
+    text = {"textcoords": "offset points", "va": "center", "fontsize": SMALL, "color": look["color"]}
+    ax.annotate(label, (time, 0.94 - 0.09 * line), (6, 0), xycoords=edge, **text, path_effects=HALO, zorder=5)
 
 
 def _draw_events(ax: Axes, times: pd.DataFrame, others) -> None:

@@ -52,7 +52,7 @@ def model_figure(rig: Rig, frame, shift: float, missing: str = "") -> Figure:
         tooth.annotate(str(number), (x, y), xytext=(aside, -14), **look)
     _seated(tooth, rig)
     tooth.set_aspect("equal")
-    tooth.margins(0.04, 0.12)
+    tooth.margins(0.04, 0.22)  # numbers stand below the arcs
     tooth.set_title("(b) one groove, in its own frame;\nnumbered: where the eight arcs begin and end")
     tooth.set(xlabel="x of the groove (mm)", ylabel="y of the groove (mm)")
     figure.legend(loc="outside lower center", ncols=1)

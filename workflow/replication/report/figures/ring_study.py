@@ -10,7 +10,7 @@ from replication.paper import printed
 from trackdyn.plots.style import COLOURS, DASHES, MARKERS, PRINTED, SMALL, new_figure, styled
 
 SIDES = {"left": "left arc", "right": "right arc", "ring": "ring"}
-# printed radii: the right arc lets go, the one to choose
+# printed radii: the right arc lets go, the recommended one
 FROM_THE_TEXT = printed.RADIUS_WITHOUT_RIGHT_CONTACT.value, printed.RADIUS_CHOSEN.value
 WHITE = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
 STATISTICS = {"rms": "RMS", "sd": "SD"}
@@ -87,7 +87,7 @@ def _panels(study, columns, unit: str, title: str) -> tuple[Figure, list[Axes], 
     largest = study[[error for _, error in columns.values()]].max(axis=None)
     size = f", {largest:.2g} {unit.rpartition('(')[2].rstrip(')')} at most" if largest > 0 else ""
     note = ("standard errors are smaller than the marks" if hidden else "bars: standard errors") + size
-    note += "\nbroken lines, printed: {:g} m, the right arc lets go; {:g} m, to choose".format(*FROM_THE_TEXT)
+    note += "\nbroken lines, printed: {:g} m, the right arc lets go; {:g} m, recommended".format(*FROM_THE_TEXT)
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4, title=note, title_fontsize=SMALL)
     axes[0].set_title(title)

@@ -14,7 +14,17 @@ import pandas as pd
 from PIL import Image
 
 from replication.certify.provenance import check_sources, run_provenance
-from replication.paper.claims import IN_TREND, JUDGED, NOT_REPRODUCED, ORIGIN_WORDS, ORIGINS, VERDICTS, counts, headline
+from replication.paper.claims import (
+    IN_TREND,
+    JUDGED,
+    NOT_REPRODUCED,
+    ORIGIN_WORDS,
+    ORIGINS,
+    VERDICTS,
+    counts,
+    headline,
+    statements,
+)
 from replication.paper.contents import OF_STUDIES, OWN, PAPER, missing_items
 from replication.report.page import data
 from replication.report.tables import cost_table
@@ -81,7 +91,7 @@ def build_page(inputs: PageInputs) -> str:
     }  # fmt: skip
     items = (*PAPER, *(own for own in OWN if not own.table), *OF_STUDIES)
     with ThreadPoolExecutor() as pool:  # most of the time is the packing of pictures, without the interpreter
-        shown = list(pool.map(partial(_entry, inputs), items))
+        shown = list(pool.map(partial(_entry, inputs, _said(results)), items))
     return render(
         "page.html.j2",
         SCRIPTS,
@@ -205,12 +215,29 @@ def _cells(rig: Path) -> list[dict]:
     return [] if path is None else [cell._asdict() for cell in filled_cells(load_paper_tables(path))]
 
 
-def _entry(inputs: PageInputs, item) -> dict:
+def _said(results: Path) -> dict[str, list[str]]:
+    """What the paper's text says of a figure or table, by its label, and whether the first rig shows it."""
+    path = results / "claims.csv"
+    found: dict[str, list[str]] = {}
+    if path.is_file():
+        table = statements(pd.read_csv(path))
+        for _, row in table.iterrows():
+            answer = row.iloc[3]
+            outcome = {"yes": "shown", "no": "not shown"}.get(answer, answer.replace("not ", "not shown in "))
+            for kind, numbers in re.findall(r"(Fig|Table)s?\.? ([\d, ]+)", row["place"]):
+                for number in re.findall(r"\d+", numbers):
+                    label = f"{'Figure' if kind == 'Fig' else kind} {number}"
+                    found.setdefault(label, []).append(f"{row['words']} ({row['id']}, {outcome})")
+    return found
+
+
+def _entry(inputs: PageInputs, said: Mapping[str, list[str]], item) -> dict:
     files = item.files(inputs.results) or item.files(Path(inputs.results) / "short")
+    paragraph = [f"The text says: {'; '.join(said[item.label])}."] if item.label in said else []
     return {
         "item": item,
         "id": item.key if item.label else f"our-{item.key}",
-        "caption": _caption_html(item.caption(inputs.synthetic)),
+        "caption": _caption_html([*item.caption(inputs.synthetic), *paragraph]),
         "pictures": [] if item.table else [embedded_picture(file) for file in files],
         "rows": data.csv_rows(files[0]) if item.table and files else None,
     }
