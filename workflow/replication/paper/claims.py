@@ -400,7 +400,7 @@ def statements(card: pd.DataFrame) -> pd.DataFrame:
     DataFrame
         ``id, place, words``, and a column for each rig.
     """
-    judged = card[card["verdict"].isin(JUDGED)].fillna({"part": ""})
+    judged = card[card["verdict"].isin(JUDGED)].astype(object).fillna("")
     rigs = list(dict.fromkeys(card["rig"]))
     rows = []
     for name, parts in judged.groupby("id", sort=False):

@@ -15,16 +15,8 @@ from PIL import Image
 
 from replication.certify.provenance import check_sources, run_provenance
 from replication.paper.claims import (
-    IN_TREND,
-    JUDGED,
-    NOT_REPRODUCED,
-    ORIGIN_WORDS,
-    ORIGINS,
-    VERDICTS,
-    counts,
-    headline,
-    statements,
-)
+    IN_TREND, JUDGED, NOT_REPRODUCED, ORIGIN_WORDS, ORIGINS, VERDICTS, claim_counts, counts, headline, statements,
+)  # fmt: skip
 from replication.paper.contents import OF_STUDIES, OWN, PAPER, missing_items
 from replication.report.page import data
 from replication.report.tables import cost_table
@@ -154,6 +146,7 @@ def _card(results: Path) -> dict | None:
     found = card.groupby(["verdict", "rig"]).size()
     return {
         "rigs": rigs,
+        "sixth": dict(list(claim_counts(card).iloc[0].items())[1:]),
         "open": counts(card).query("origin == 'predicted'").to_dict("records"),
         "headlines": {rig: headline(card, rig) for rig in rigs},
         "counts": {one: " / ".join(str(found.get((one, rig), 0)) for rig in rigs) for one in VERDICTS},
