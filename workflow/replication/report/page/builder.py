@@ -15,7 +15,16 @@ from PIL import Image
 
 from replication.certify.provenance import check_sources, run_provenance
 from replication.paper.claims import (
-    IN_TREND, JUDGED, NOT_REPRODUCED, ORIGIN_WORDS, ORIGINS, VERDICTS, claim_counts, counts, headline, statements,
+    IN_TREND,
+    JUDGED,
+    NOT_REPRODUCED,
+    ORIGIN_WORDS,
+    ORIGINS,
+    VERDICTS,
+    claim_counts,
+    counts,
+    headline,
+    statements,
 )  # fmt: skip
 from replication.paper.contents import OF_STUDIES, OWN, PAPER, missing_items
 from replication.report.page import data
