@@ -103,14 +103,17 @@ def profiles(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: in
     """
     settings, name = config.profiles, config.profiles.question
     targets, every = config.targets_of(name, claims), question_unknowns(config, name)
-    best = every.rig.changed(**every.changes(end))
-    requested, problems = {}, {}
+    requested, problems, lost = {}, {}, []
     for label, values in settings.values.items():
         free = [one for one in every.unknowns if one.label != label]
-        held = next(one for one in every.unknowns if one.label == label)
         for value in values:
-            unknowns = Unknowns(free, best.changed(**Unknowns([held], best).changes({label: value})))
-            begin = Start(f"{label} {value:g}", start(unknowns, 0, 0.0), [True] * len(free))
+            try:
+                held = every.changes({one: end[one] for one in every.labels} | {label: value})
+                unknowns = Unknowns(free, every.rig.changed(**held))
+                begin = Start(f"{label} {value:g}", start(unknowns, 0, 0.0), [True] * len(free))
+            except TrackdynError as error:
+                lost.append({"assumption": label, "value": value, "ended": f"cannot be built: {error}"})
+                continue
             requested[label, value] = _plain(config, name, unknowns, targets), begin
             problems[label, value] = AnswerProblem(config, name, unknowns, targets)
     how = {"method": "dfols", "radius": settings.radius}
@@ -118,11 +121,12 @@ def profiles(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: in
     rows = []
     for (label, value), found in ends.items():
         judged = judged_at(problems[label, value], found["x"], store)
-        lost = ", ".join(claim for claim, (verdict, _) in judged.items() if verdict != REPRODUCED)
+        missed = ", ".join(claim for claim, (verdict, _) in judged.items() if verdict != REPRODUCED)
         row = {key: found[key] for key in ("evaluations", "ended", "first_cost", "cost")}
-        counts = {"shown": shown(judged), "of": len(targets), "lost": lost}
+        counts = {"shown": shown(judged), "of": len(targets), "lost": missed}
         rows.append({"assumption": label, "value": value} | row | counts)
-    return pd.DataFrame(rows)
+    columns = ["assumption", "value", "evaluations", "ended", "first_cost", "cost", "shown", "of", "lost"]
+    return pd.DataFrame(rows + lost, columns=columns)
 
 
 def robustness(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: int, store: Path | str) -> dict:
