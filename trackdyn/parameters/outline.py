@@ -185,8 +185,9 @@ def fit_outline(points: np.ndarray, pattern: str, teeth: int) -> tuple[Groove, n
 
     def misses(p):
         try:
-            return distance_to(groove(p), flank)
-        except (InputError, OverflowError, ZeroDivisionError):
+            with np.errstate(over="raise"):  # a radius beyond all numbers
+                return distance_to(groove(p), flank)
+        except (InputError, OverflowError, ZeroDivisionError, FloatingPointError):
             return np.full(len(flank), size)
 
     best = None
