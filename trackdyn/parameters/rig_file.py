@@ -27,7 +27,7 @@ NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s+(\S.*?)\s
 ABOUT = {
     "paper": (
         "the rig of the paper: wheel centres fixed as printed, viscous drag and bushings; five of its properties no "
-        "part can have: stiffness and damping of the bushing, two arcs of the groove, friction of the ring"
+        "part can have: stiffness and damping of the bushing, an arc of the groove, friction of the ring, tyres"
     ),
     "at_once": ("the same, fitted to all claims at all speeds at once; five of its properties no part can have"),
     "possible": (
