@@ -49,7 +49,7 @@ def specific_force(acceleration: ArrayLike, angle: ArrayLike, gravity: float = 9
 
 
 def sense(recording: Recording, every: int = 1) -> SensorSignal:
-    """Apply Eq. (40), the unit g and the range of the sensor to a recording.
+    """Return what the sensor on the link shows: the acceleration of Eq. (40) in g, limited to its range.
 
     Parameters
     ----------

@@ -111,8 +111,8 @@ def profiles(config: AnswerConfig, claims: list[Claim], end: pd.Series, jobs: in
                 held = every.changes({one: end[one] for one in every.labels} | {label: value})
                 unknowns = Unknowns(free, every.rig.changed(**held))
                 begin = Start(f"{label} {value:g}", start(unknowns, 0, 0.0), [True] * len(free))
-            except TrackdynError as error:
-                lost.append({"assumption": label, "value": value, "ended": f"cannot be built: {error}"})
+            except TrackdynError:
+                lost.append({"assumption": label, "value": value, "ended": "cannot be built"})
                 continue
             requested[label, value] = _plain(config, name, unknowns, targets), begin
             problems[label, value] = AnswerProblem(config, name, unknowns, targets)
