@@ -12,8 +12,8 @@ from trackdyn.plots.style import COLOURS, DASHES, PAGE, new_figure, styled
 HEAD = ("question", "method", "seed", "evaluations", "ended", "first_cost", "cost", "first_shown", "shown", "of")
 
 
-def answer_text(ends: pd.DataFrame, verdicts: pd.DataFrame, profiles: pd.DataFrame) -> str:
-    """Where every search ended, which claims the best rig of each question does not show, and profiles."""
+def answer_text(ends: pd.DataFrame, verdicts: pd.DataFrame, near: pd.DataFrame, profiles: pd.DataFrame) -> str:
+    """Where every search ended, what the best rig of each question and its neighbours do not show, and profiles."""
     parts = [ends[list(HEAD)].round({"first_cost": 1, "cost": 1}).to_markdown(index=False, disable_numparse=True)]
     for question, rows in verdicts.groupby("question", sort=False):
         missed = rows[rows["verdict"] != REPRODUCED]
@@ -21,9 +21,13 @@ def answer_text(ends: pd.DataFrame, verdicts: pd.DataFrame, profiles: pd.DataFra
         shown = len(rows) - len(missed)
         best = f"The best rig of *{question}* shows {shown} of {len(rows)}."
         parts.append(f"{best} Not shown, with the distance in tolerances: {words or 'none'}.")
+    for row in near.itertuples():
+        moved = f"Of {row.rigs} rigs around it, with every free value moved by up to {100 * row.share_moved:g} %,"
+        as_many = f"{100 * row.share_at_least:.0f} % show as many or more; median {row.median:g}, least {row.least:g}"
+        parts.append(f"*{row.question}* at all speeds: {row.shown} of {row.of}. {moved} {as_many}.")
     parts.append(
         "Assumptions of the best rig of *predicted*, held while all else was searched again:\n\n"
-        + profiles.fillna("").round({"first_cost": 1, "cost": 1}).to_markdown(index=False, disable_numparse=True)
+        + profiles.round({"first_cost": 1, "cost": 1}).astype(object).fillna("").to_markdown(index=False, disable_numparse=True)
     )
     return "\n\n".join(parts) + "\n"
 

@@ -44,10 +44,11 @@ def identified(rows: pd.DataFrame) -> str:
     return cells.to_markdown(index=False, disable_numparse=True)
 
 
+ANSWER = ("ends", "verdicts", "robustness", "profiles")
 PAGES = (
     ("docs/deviations.md", ("deviations.csv",), departures), ("docs/identify.md", ("calibration.csv",), calibration),
     ("docs/identify-synthetic.md", ("identify_synthetic.csv",), identified),
-    ("docs/answer.md", ("answer_ends.csv", "answer_verdicts.csv", "answer_profiles.csv"), answer_text),
+    ("docs/answer.md", tuple(f"answer_{name}.csv" for name in ANSWER), answer_text),
     ("docs/wear.md", ("wear_lives.csv",), wear_text),
 )  # fmt: skip
 

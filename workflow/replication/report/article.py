@@ -32,7 +32,7 @@ COLUMNS = {  # of the article's tables, by the table of the results
             "ten_arcs", "three_surfaces", "difference_pct")),
     ),
     "ends": ("question", "method", "seed", "evaluations", "ended", "first_cost", "cost", "shown", "of"),
-    "profiles": ("assumption", "value", "cost", "shown", "of", "lost"),
+    "profiles": ("assumption", "value", "ended", "cost", "shown", "of", "lost"),
 }  # fmt: skip
 
 
