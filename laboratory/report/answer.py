@@ -27,7 +27,10 @@ def answer_text(ends: pd.DataFrame, verdicts: pd.DataFrame, near: pd.DataFrame, 
         parts.append(f"*{row.question}* at all speeds: {row.shown} of {row.of}. {moved} {as_many}.")
     parts.append(
         "Assumptions of the best rig of *predicted*, held while all else was searched again:\n\n"
-        + profiles.round({"first_cost": 1, "cost": 1}).astype(object).fillna("").to_markdown(index=False, disable_numparse=True)
+        + profiles.round({"first_cost": 1, "cost": 1})
+        .astype(object)
+        .fillna("")
+        .to_markdown(index=False, disable_numparse=True)
     )
     return "\n\n".join(parts) + "\n"
 
